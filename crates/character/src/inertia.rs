@@ -1,0 +1,1 @@
+//! Mass and inertia of geoms and their sums, as MuJoCo's compiler computes them.

@@ -1,0 +1,128 @@
+//! Forward kinematics and Jacobians.
+
+use nalgebra::DMatrix;
+
+use crate::model::{Character, JointKind};
+use crate::rotation::{Quat, Vec3, from_wxyz};
+
+/// Where every body is for one generalised position. A reusable workspace: make it once, update it often.
+#[derive(Debug, Clone)]
+pub struct Kinematics {
+    /// Position of each body frame (m, world).
+    pub body_position: Vec<Vec3>,
+    /// Orientation of each body frame.
+    pub body_orientation: Vec<Quat>,
+    /// Anchor of each joint (m, world).
+    pub joint_anchor: Vec<Vec3>,
+    /// Axis of each joint (unit, world).
+    pub joint_axis: Vec<Vec3>,
+}
+
+impl Kinematics {
+    /// A workspace for this character, at its reference position.
+    pub fn new(character: &Character) -> Self {
+        let mut kinematics = Self {
+            body_position: vec![Vec3::zeros(); character.bodies.len()],
+            body_orientation: vec![Quat::identity(); character.bodies.len()],
+            joint_anchor: vec![Vec3::zeros(); character.joints.len()],
+            joint_axis: vec![Vec3::z(); character.joints.len()],
+        };
+        kinematics.update(character, &character.reference_position());
+        kinematics
+    }
+
+    /// Moves every body to the generalised position `q` (length `nq`, MuJoCo's layout; quaternions are normalised here,
+    /// as MuJoCo does).
+    pub fn update(&mut self, character: &Character, q: &[f64]) {
+        debug_assert_eq!(q.len(), character.nq);
+        for (i, body) in character.bodies.iter().enumerate().skip(1) {
+            let mut position = self.body_position[body.parent] + self.body_orientation[body.parent] * body.position;
+            let mut orientation = self.body_orientation[body.parent] * body.orientation;
+            for j in body.joints.clone() {
+                let joint = &character.joints[j];
+                let at = joint.q_index;
+                if joint.kind == JointKind::Free {
+                    position = Vec3::new(q[at], q[at + 1], q[at + 2]);
+                    orientation =
+                        from_wxyz([q[at + 3], q[at + 4], q[at + 5], q[at + 6]]).unwrap_or_else(Quat::identity);
+                    self.joint_anchor[j] = position;
+                    self.joint_axis[j] = Vec3::z();
+                    continue;
+                }
+                let anchor = position + orientation * joint.position;
+                let axis = orientation * joint.axis;
+                self.joint_anchor[j] = anchor;
+                self.joint_axis[j] = axis;
+                match joint.kind {
+                    JointKind::Slide => position += axis * (q[at] - joint.reference),
+                    JointKind::Hinge => {
+                        let turn = Quat::from_scaled_axis(joint.axis * (q[at] - joint.reference));
+                        orientation *= turn;
+                        // Rotating about an off-centre anchor moves the body frame.
+                        position = anchor - orientation * joint.position;
+                    }
+                    JointKind::Ball => {
+                        orientation *=
+                            from_wxyz([q[at], q[at + 1], q[at + 2], q[at + 3]]).unwrap_or_else(Quat::identity);
+                        position = anchor - orientation * joint.position;
+                    }
+                    JointKind::Free => {}
+                }
+            }
+            self.body_position[i] = position;
+            self.body_orientation[i] = orientation;
+        }
+    }
+
+    /// World position of a point given in a body's frame (m).
+    pub fn point(&self, body: usize, local: &Vec3) -> Vec3 {
+        self.body_position[body] + self.body_orientation[body] * local
+    }
+
+    /// The 6 x nv Jacobian of a world point rigidly attached to `body`: rows 0-2 linear, rows 3-5 angular, both in the
+    /// world frame. Columns follow MuJoCo's velocities (free joint: linear world, angular body frame).
+    pub fn jacobian(&self, character: &Character, body: usize, point_w: &Vec3) -> DMatrix<f64> {
+        let mut jacobian = DMatrix::zeros(6, character.nv);
+        self.for_each_column(character, body, point_w, |column, linear, angular| {
+            jacobian.fixed_view_mut::<3, 1>(0, column).copy_from(&linear);
+            jacobian.fixed_view_mut::<3, 1>(3, column).copy_from(&angular);
+        });
+        jacobian
+    }
+
+    /// The non-zero columns of [`Self::jacobian`], without allocating: `visit(column, linear, angular)`.
+    pub fn for_each_column(
+        &self,
+        character: &Character,
+        body: usize,
+        point_w: &Vec3,
+        mut visit: impl FnMut(usize, Vec3, Vec3),
+    ) {
+        let mut at = body;
+        while at != 0 {
+            for j in character.bodies[at].joints.clone() {
+                let joint = &character.joints[j];
+                let column = joint.v_index;
+                let arm = point_w - self.joint_anchor[j];
+                match joint.kind {
+                    JointKind::Hinge => visit(column, self.joint_axis[j].cross(&arm), self.joint_axis[j]),
+                    JointKind::Slide => visit(column, self.joint_axis[j], Vec3::zeros()),
+                    JointKind::Ball | JointKind::Free => {
+                        let mut first = column;
+                        if joint.kind == JointKind::Free {
+                            for axis in 0..3 {
+                                visit(column + axis, Vec3::ith(axis, 1.0), Vec3::zeros());
+                            }
+                            first += 3;
+                        }
+                        for axis in 0..3 {
+                            let turn = self.body_orientation[at] * Vec3::ith(axis, 1.0);
+                            visit(first + axis, turn.cross(&arm), turn);
+                        }
+                    }
+                }
+            }
+            at = character.bodies[at].parent;
+        }
+    }
+}

@@ -1,0 +1,301 @@
+//! The character itself: a constant tree of named parts, in MuJoCo's terms.
+//!
+//! Generalised coordinates have MuJoCo's layout. A free joint has 7 positions (x y z, then the quaternion `wxyz`) and
+//! 6 velocities (linear in the WORLD frame, angular in the BODY frame); a ball joint has 4 and 3; hinge and slide have
+//! 1 and 1.
+
+use std::ops::Range;
+use std::path::PathBuf;
+
+use crate::error::CharacterError;
+use crate::rotation::{Quat, Vec3};
+
+/// A kinematic tree with masses, shapes and named places. Body 0 is the world.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Character {
+    /// The model's name.
+    pub name: String,
+    /// The text it was compiled from, if from MJCF: engines that compile themselves (MuJoCo) get exactly this.
+    pub mjcf: Option<String>,
+    /// The folder that relative file names of [`Self::mjcf`] start from.
+    pub folder: Option<PathBuf>,
+    /// Bodies, parents before children. `bodies[0]` is the world.
+    pub bodies: Vec<Body>,
+    /// Joints in the order of the generalised coordinates.
+    pub joints: Vec<Joint>,
+    /// Geoms in document order, body after body.
+    pub geoms: Vec<Geom>,
+    /// Sites in document order, body after body.
+    pub sites: Vec<Site>,
+    /// Actuators in document order.
+    pub actuators: Vec<Actuator>,
+    /// Pairs of bodies that never collide (`<contact><exclude>`).
+    pub excludes: Vec<(usize, usize)>,
+    /// Number of generalised positions.
+    pub nq: usize,
+    /// Number of generalised velocities.
+    pub nv: usize,
+    /// Gravity (m/s², world).
+    pub gravity: Vec3,
+    /// Physics time step (s).
+    pub timestep: f64,
+    /// What the text says that is read but not simulated (meshes, cameras, sensors, ...): a line each, for `inspect`.
+    pub notes: Vec<String>,
+}
+
+/// A rigid body.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Body {
+    /// Unique name (made up as `body<index>` where the text gives none).
+    pub name: String,
+    /// Index of the parent; the world is its own parent.
+    pub parent: usize,
+    /// Position in the parent's frame (m).
+    pub position: Vec3,
+    /// Orientation in the parent's frame.
+    pub orientation: Quat,
+    /// Mass and inertia.
+    pub inertial: Inertial,
+    /// Its joints, a range of [`Character::joints`].
+    pub joints: Range<usize>,
+    /// Gravity compensation, a share of the weight.
+    pub gravcomp: f64,
+}
+
+/// Mass properties in the body frame.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Inertial {
+    /// Mass (kg).
+    pub mass: f64,
+    /// Centre of mass (m, body frame).
+    pub com: Vec3,
+    /// Orientation of the principal axes in the body frame.
+    pub orientation: Quat,
+    /// Principal moments (kg m²), in MuJoCo's order (descending when it diagonalised them).
+    pub diagonal: Vec3,
+}
+
+/// How a joint moves.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum JointKind {
+    /// Six degrees of freedom: a floating base.
+    Free,
+    /// Three rotations.
+    Ball,
+    /// One translation along the axis.
+    Slide,
+    /// One rotation about the axis.
+    Hinge,
+}
+
+impl JointKind {
+    /// Number of generalised positions.
+    pub fn nq(self) -> usize {
+        match self {
+            Self::Free => 7,
+            Self::Ball => 4,
+            Self::Slide | Self::Hinge => 1,
+        }
+    }
+    /// Number of generalised velocities.
+    pub fn nv(self) -> usize {
+        match self {
+            Self::Free => 6,
+            Self::Ball => 3,
+            Self::Slide | Self::Hinge => 1,
+        }
+    }
+}
+
+/// A joint between a body and its parent.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Joint {
+    /// Unique name (made up as `<body>_free` or `joint<index>` where the text gives none).
+    pub name: String,
+    /// The body that it moves.
+    pub body: usize,
+    /// How it moves.
+    pub kind: JointKind,
+    /// Anchor in the body frame (m).
+    pub position: Vec3,
+    /// Unit axis in the body frame.
+    pub axis: Vec3,
+    /// Limits (rad or m; for a ball joint the second number is the largest angle). `None`: unlimited.
+    pub range: Option<(f64, f64)>,
+    /// First generalised position.
+    pub q_index: usize,
+    /// First generalised velocity.
+    pub v_index: usize,
+    /// Position at the reference configuration (rad or m).
+    pub reference: f64,
+    /// Rotor inertia reflected through the gear (kg m² or kg).
+    pub armature: f64,
+    /// Viscous damping (N m s/rad or N s/m).
+    pub damping: f64,
+    /// Dry friction (N m or N).
+    pub frictionloss: f64,
+    /// Spring (N m/rad or N/m).
+    pub stiffness: f64,
+    /// Where the spring rests.
+    pub spring_reference: f64,
+    /// Largest actuator force through this joint (`actuatorfrcrange`).
+    pub actuator_force_range: Option<(f64, f64)>,
+}
+
+/// The shape of a geom. Sizes in metres, MuJoCo's meaning (half lengths, radii).
+#[derive(Debug, Clone, PartialEq)]
+pub enum GeomShape {
+    /// The half space below z = 0 of its frame.
+    Plane,
+    /// Radius.
+    Sphere(f64),
+    /// Radius, half length along z (without the caps).
+    Capsule(f64, f64),
+    /// Radius, half length along z.
+    Cylinder(f64, f64),
+    /// Half lengths.
+    Box(Vec3),
+    /// Half axes.
+    Ellipsoid(Vec3),
+    /// A mesh asset by name; a picture only, unless the model says otherwise in [`Character::notes`].
+    Mesh(String),
+    /// A height field asset by name.
+    HeightField(String),
+}
+
+/// A shape fixed to a body.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Geom {
+    /// Unique name (made up as `geom<index>` where the text gives none).
+    pub name: String,
+    /// The body that it belongs to.
+    pub body: usize,
+    /// The shape.
+    pub shape: GeomShape,
+    /// Position in the body frame (m).
+    pub position: Vec3,
+    /// Orientation in the body frame.
+    pub orientation: Quat,
+    /// Collision bit mask of its own.
+    pub contype: u32,
+    /// Collision bit mask of what it reacts to.
+    pub conaffinity: u32,
+    /// Dimensions of the contact's friction (1, 3, 4, 6).
+    pub condim: u32,
+    /// Sliding, torsional, rolling friction.
+    pub friction: [f64; 3],
+    /// Constraint solver reference (MuJoCo's `solref`).
+    pub solref: [f64; 2],
+    /// Constraint solver impedance (MuJoCo's `solimp`).
+    pub solimp: [f64; 5],
+    /// Contact margin (m).
+    pub margin: f64,
+    /// Distance below `margin` at which the force begins (m).
+    pub gap: f64,
+    /// Which geom's parameters win.
+    pub priority: i32,
+    /// Red, green, blue, opacity.
+    pub rgba: [f32; 4],
+}
+
+/// A named place on a body.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Site {
+    /// Unique name.
+    pub name: String,
+    /// The body that it belongs to.
+    pub body: usize,
+    /// Position in the body frame (m).
+    pub position: Vec3,
+    /// Orientation in the body frame.
+    pub orientation: Quat,
+}
+
+/// An actuator as far as its text tells: which joint, and which limits.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Actuator {
+    /// Unique name.
+    pub name: String,
+    /// The joint it drives, as an index.
+    pub joint: usize,
+    /// Gear ratio (first number of `gear`).
+    pub gear: f64,
+    /// Limits of the control signal.
+    pub ctrl_range: Option<(f64, f64)>,
+    /// Limits of the force (N m).
+    pub force_range: Option<(f64, f64)>,
+    /// Proportional gain (N m/rad), where it is a position servo.
+    pub kp: Option<f64>,
+    /// Derivative gain (N m s/rad), where it is a position servo.
+    pub kv: Option<f64>,
+}
+
+impl Character {
+    /// Index of the body with this name.
+    pub fn body(&self, name: &str) -> Result<usize, CharacterError> {
+        index_of(&self.name, "body", name, self.bodies.iter().map(|b| b.name.as_str()))
+    }
+
+    /// Index of the joint with this name.
+    pub fn joint(&self, name: &str) -> Result<usize, CharacterError> {
+        index_of(&self.name, "joint", name, self.joints.iter().map(|j| j.name.as_str()))
+    }
+
+    /// Index of the site with this name.
+    pub fn site(&self, name: &str) -> Result<usize, CharacterError> {
+        index_of(&self.name, "site", name, self.sites.iter().map(|s| s.name.as_str()))
+    }
+
+    /// Index of the geom with this name.
+    pub fn geom(&self, name: &str) -> Result<usize, CharacterError> {
+        index_of(&self.name, "geom", name, self.geoms.iter().map(|g| g.name.as_str()))
+    }
+
+    /// Total mass (kg).
+    pub fn mass(&self) -> f64 {
+        self.bodies.iter().map(|b| b.inertial.mass).sum()
+    }
+
+    /// The floating base: the first free joint.
+    pub fn root_joint(&self) -> Option<&Joint> {
+        self.joints.iter().find(|j| j.kind == JointKind::Free)
+    }
+
+    /// The hinges and slides, in the order of the coordinates: what a motion clip's joint columns are matched with.
+    pub fn scalar_joints(&self) -> impl Iterator<Item = &Joint> {
+        self.joints.iter().filter(|j| matches!(j.kind, JointKind::Hinge | JointKind::Slide))
+    }
+
+    /// The generalised position of the text as written: every joint at its reference, bodies where the text put them.
+    pub fn reference_position(&self) -> Vec<f64> {
+        let mut q = vec![0.0; self.nq];
+        for joint in &self.joints {
+            let i = joint.q_index;
+            match joint.kind {
+                JointKind::Free => {
+                    let body = &self.bodies[joint.body];
+                    q[i..i + 3].copy_from_slice(body.position.as_slice());
+                    q[i + 3..i + 7].copy_from_slice(&crate::rotation::to_wxyz(&body.orientation));
+                }
+                JointKind::Ball => q[i] = 1.0,
+                JointKind::Slide | JointKind::Hinge => q[i] = joint.reference,
+            }
+        }
+        q
+    }
+}
+
+fn index_of<'a>(
+    character: &str,
+    kind: &'static str,
+    name: &str,
+    mut names: impl Iterator<Item = &'a str> + Clone,
+) -> Result<usize, CharacterError> {
+    let all = names.clone();
+    names.position(|n| n == name).ok_or_else(|| CharacterError::UnknownName {
+        character: character.to_string(),
+        kind,
+        name: name.to_string(),
+        available: all.collect::<Vec<_>>().join(", "),
+    })
+}

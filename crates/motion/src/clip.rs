@@ -1,0 +1,131 @@
+//! A motion of one character: the root's pose and the joints' angles by name, at a constant rate.
+
+use lifelike_character::{Character, JointKind, Quat, Vec3};
+
+use crate::error::MotionError;
+
+/// A sentence about a stretch of a clip.
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Caption {
+    /// Start (s).
+    pub start: f64,
+    /// End (s).
+    pub end: f64,
+    /// The sentence.
+    pub text: String,
+}
+
+/// Where a clip is from.
+#[derive(Debug, Clone, Default, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Provenance {
+    /// The character that it was made for.
+    pub character: String,
+    /// The file or data set it came from.
+    pub source: String,
+    /// Terms of use, as far as known.
+    pub licence: String,
+    /// What people said about it.
+    pub captions: Vec<Caption>,
+}
+
+/// Which places touch the ground when.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Contacts {
+    /// Names of the bodies (feet).
+    pub names: Vec<String>,
+    /// `[frame * names.len() + place]`.
+    pub flags: Vec<bool>,
+}
+
+/// A motion of one character.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MotionClip {
+    /// Name, unique within a data set.
+    pub name: String,
+    /// Frames per second.
+    pub fps: f64,
+    /// Names of the hinge and slide joints, one per column of `joints`.
+    pub joint_names: Vec<String>,
+    /// Position of the root body's frame (m, world), one per frame.
+    pub root_position: Vec<Vec3>,
+    /// Orientation of the root body, one per frame, without sign flips between neighbours.
+    pub root_orientation: Vec<Quat>,
+    /// Joint angles (rad) or slides (m), row-major `[frame, joint]`.
+    pub joints: Vec<f64>,
+    /// Foot contacts, where they are known.
+    pub contacts: Option<Contacts>,
+    /// Whether it may be repeated end to start.
+    pub cyclic: bool,
+    /// Where it is from.
+    pub provenance: Provenance,
+}
+
+impl MotionClip {
+    /// Number of frames.
+    pub fn len(&self) -> usize {
+        self.root_position.len()
+    }
+
+    /// Whether there is no frame.
+    pub fn is_empty(&self) -> bool {
+        self.root_position.is_empty()
+    }
+
+    /// Duration from the first to the last frame (s).
+    pub fn seconds(&self) -> f64 {
+        self.len().saturating_sub(1) as f64 / self.fps
+    }
+
+    /// The joints' values at one frame.
+    pub fn joints_at(&self, frame: usize) -> &[f64] {
+        let n = self.joint_names.len();
+        &self.joints[frame * n..(frame + 1) * n]
+    }
+
+    /// Matches the clip's columns with the character's scalar joints BY NAME. Element `i` is the clip's column for the
+    /// character's `i`-th scalar joint.
+    ///
+    /// # Errors
+    /// [`MotionError::Mismatch`] lists every name that one has and the other has not.
+    pub fn columns_for(&self, character: &Character) -> Result<Vec<usize>, MotionError> {
+        let wanted: Vec<&str> = character.scalar_joints().map(|j| j.name.as_str()).collect();
+        let missing: Vec<&str> =
+            wanted.iter().copied().filter(|n| !self.joint_names.iter().any(|m| m == n)).collect();
+        let unknown: Vec<&str> =
+            self.joint_names.iter().map(String::as_str).filter(|n| !wanted.contains(n)).collect();
+        if !missing.is_empty() || !unknown.is_empty() {
+            return Err(MotionError::Mismatch {
+                clip: self.name.clone(),
+                character: character.name.clone(),
+                message: format!("joints missing in the clip: {missing:?}; unknown to the character: {unknown:?}"),
+            });
+        }
+        Ok(wanted
+            .iter()
+            .filter_map(|n| self.joint_names.iter().position(|m| m == n))
+            .collect())
+    }
+
+    /// The generalised position at one frame, in MuJoCo's layout. `columns` is from [`Self::columns_for`].
+    pub fn write_position(&self, character: &Character, columns: &[usize], frame: usize, q: &mut [f64]) {
+        let row = self.joints_at(frame);
+        let mut scalar = 0;
+        for joint in &character.joints {
+            let at = joint.q_index;
+            match joint.kind {
+                JointKind::Free => {
+                    q[at..at + 3].copy_from_slice(self.root_position[frame].as_slice());
+                    q[at + 3..at + 7]
+                        .copy_from_slice(&lifelike_character::rotation::to_wxyz(&self.root_orientation[frame]));
+                }
+                JointKind::Ball => {}
+                JointKind::Hinge | JointKind::Slide => {
+                    q[at] = row[columns[scalar]];
+                    scalar += 1;
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,60 @@
+//! What can be wrong with motion data.
+
+use std::path::PathBuf;
+
+/// Everything that reading, converting or using motion can fail with.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum MotionError {
+    /// The file cannot be read or written.
+    #[error("{path}: {source}")]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// The content is not what it should be.
+    #[error("{file}:{line}: expected {expected}, got {got}")]
+    Parse {
+        /// The file.
+        file: PathBuf,
+        /// Line, counted from 1.
+        line: usize,
+        /// What should stand there.
+        expected: String,
+        /// What stands there.
+        got: String,
+    },
+    /// The file as a whole is not what it should be (a container's header, a size).
+    #[error("{file}: expected {expected}, got {got}")]
+    Container {
+        /// The file.
+        file: PathBuf,
+        /// What should be there.
+        expected: String,
+        /// What is there.
+        got: String,
+    },
+    /// A clip and a character do not fit together.
+    #[error("clip '{clip}' does not fit character '{character}': {message}")]
+    Mismatch {
+        /// The clip.
+        clip: String,
+        /// The character.
+        character: String,
+        /// Which names are missing or unknown.
+        message: String,
+    },
+    /// The clip cannot be used for this.
+    #[error("clip '{clip}': {message}")]
+    Unfit {
+        /// The clip.
+        clip: String,
+        /// Why.
+        message: String,
+    },
+    /// The character itself is the problem.
+    #[error(transparent)]
+    Character(#[from] lifelike_character::CharacterError),
+}

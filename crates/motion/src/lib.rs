@@ -1,0 +1,20 @@
+//! Floor 1: motion as data.
+//!
+//! The main path: bytes → [`formats`] → [`SourceClip`] (the human skeleton it came with) → [`retarget`] →
+//! [`MotionClip`] (a character's joints by name, SI units) → [`features`] (thesis eq. 4.1) → [`window`] (eq. 4.2).
+
+pub mod clip;
+pub mod container;
+pub mod contacts;
+pub mod error;
+pub mod features;
+pub mod formats;
+pub mod keyframes;
+pub mod retarget;
+pub mod source;
+pub mod window;
+
+pub use clip::{Caption, Contacts, MotionClip, Provenance};
+pub use error::MotionError;
+pub use features::{FeatureLayout, Frame};
+pub use source::{Skeleton, SourceClip};

@@ -1,0 +1,1 @@
+//! Whole-body inverse kinematics from a captured human onto a character.

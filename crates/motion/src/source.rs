@@ -1,0 +1,80 @@
+//! Motion as it was captured: a human skeleton of its own, before any robot is thought of.
+
+use lifelike_character::{Quat, Vec3};
+
+use crate::clip::Caption;
+
+/// The skeleton that a capture came with. All of it in the rest pose, in metres, z up, x forward, y left.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Skeleton {
+    /// Joint names, parents before children.
+    pub names: Vec<String>,
+    /// Parent of each joint; `None` for the root.
+    pub parents: Vec<Option<usize>>,
+    /// Offset of each joint from its parent in the rest pose (m).
+    pub offsets: Vec<Vec3>,
+    /// End sites (finger tips, toes): the joint they hang on, and the offset (m).
+    pub ends: Vec<(usize, Vec3)>,
+}
+
+/// A captured clip: rotations of each joint's frame, which in the rest pose is aligned with the world (z up, x forward).
+///
+/// So a joint's WORLD rotation is the rotation that its segment made since the rest pose, whatever axes the file used.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SourceClip {
+    /// Name, from the file's name.
+    pub name: String,
+    /// Frames per second.
+    pub fps: f64,
+    /// The skeleton.
+    pub skeleton: Skeleton,
+    /// Position of the root joint (m, world), one per frame.
+    pub root_position: Vec<Vec3>,
+    /// Rotation of each joint relative to its parent, `[frame][joint]`; the root's is relative to the world.
+    pub rotations: Vec<Vec<Quat>>,
+    /// Whether the clip is one cycle that may be repeated.
+    pub cyclic: bool,
+    /// What people said about it.
+    pub captions: Vec<Caption>,
+    /// Where it is from and under which terms, as far as known.
+    pub provenance: String,
+}
+
+impl SourceClip {
+    /// Number of frames.
+    pub fn len(&self) -> usize {
+        self.root_position.len()
+    }
+
+    /// Whether there is no frame.
+    pub fn is_empty(&self) -> bool {
+        self.root_position.is_empty()
+    }
+
+    /// Duration from the first to the last frame (s).
+    pub fn seconds(&self) -> f64 {
+        self.len().saturating_sub(1) as f64 / self.fps
+    }
+
+    /// World position and rotation of every joint at one frame.
+    pub fn pose(&self, frame: usize) -> (Vec<Vec3>, Vec<Quat>) {
+        let n = self.skeleton.names.len();
+        let (mut positions, mut rotations) = (Vec::with_capacity(n), Vec::with_capacity(n));
+        for joint in 0..n {
+            let local = self.rotations[frame][joint];
+            match self.skeleton.parents[joint] {
+                None => {
+                    positions.push(self.root_position[frame]);
+                    rotations.push(local);
+                }
+                Some(parent) => {
+                    let position: Vec3 = positions[parent] + rotations[parent] * self.skeleton.offsets[joint];
+                    let rotation: Quat = rotations[parent] * local;
+                    positions.push(position);
+                    rotations.push(rotation);
+                }
+            }
+        }
+        (positions, rotations)
+    }
+}

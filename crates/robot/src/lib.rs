@@ -1,0 +1,19 @@
+//! Floor 2: the robot — what training, evaluation, the studio and the hardware share.
+//!
+//! It lies BELOW the simulation, so that one observation builder, one actuator model and one action definition serve all
+//! of them: a policy fed with another layout than it was trained on cannot be written down.
+//!
+//! The main path: [`Robot::load`] → [`action`] (policy output → joint targets) → [`actuator`] (targets → torques) →
+//! [`observation`] (state and reference → policy input).
+
+pub mod action;
+pub mod actuator;
+pub mod builtin;
+pub mod error;
+pub mod observation;
+pub mod profile;
+
+pub use action::ActionSpec;
+pub use actuator::{ActuatorParameters, ActuatorSet};
+pub use error::RobotError;
+pub use profile::{Profile, Robot};

@@ -1,0 +1,132 @@
+//! What every engine offers: N environments of one robot, stepped together.
+//!
+//! Arrays are row-major `[environment, column]`, so one environment's numbers lie together. All rows refer to the robot's
+//! scalar joints and places in the order of `Robot` (which carries the names).
+
+use std::sync::Arc;
+
+use lifelike_robot::Robot;
+
+use crate::error::SimError;
+
+/// What drives the joints during one step.
+#[derive(Debug, Clone, Copy)]
+pub enum Drive<'a> {
+    /// Joint targets (rad), `[N, J]`; the engine evaluates the actuator model (eqs. 4.9-4.11) at every physics substep.
+    Targets(&'a [f32]),
+    /// Joint torques (N m), `[N, J]`, applied as they are.
+    Torques(&'a [f32]),
+}
+
+/// What the environments look like after the last step or reset. `N` environments, `J` scalar joints, `P` places
+/// (end effectors, then key bodies), `B` bodies (world included), `F` feet (soles of the anatomy).
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct BatchState {
+    /// Root position, `[N, 3]` (m, world).
+    pub root_position: Vec<f32>,
+    /// Root orientation, `[N, 4]` (wxyz).
+    pub root_orientation: Vec<f32>,
+    /// Root linear velocity, `[N, 3]` (m/s, world).
+    pub linear_velocity_w: Vec<f32>,
+    /// Root angular velocity, `[N, 3]` (rad/s, world).
+    pub angular_velocity_w: Vec<f32>,
+    /// Joint positions, `[N, J]` (rad).
+    pub joint_position: Vec<f32>,
+    /// Joint velocities, `[N, J]` (rad/s).
+    pub joint_velocity: Vec<f32>,
+    /// End effectors, then key bodies, `[N, P, 3]` (m, world).
+    pub place_position: Vec<f32>,
+    /// Position of every body frame, `[N, B, 3]` (m, world).
+    pub body_position: Vec<f32>,
+    /// Orientation of every body frame, `[N, B, 4]` (wxyz).
+    pub body_orientation: Vec<f32>,
+    /// Mean over the substeps of the squared actuator torque, `[N, J]` (N² m²): c^τ of eq. 4.8 uses the sum over joints.
+    pub torque_squared: Vec<f32>,
+    /// Actuator torque at the last substep, `[N, J]` (N m).
+    pub torque: Vec<f32>,
+    /// Total normal ground force on each foot at the last substep, `[N, F]` (N).
+    pub foot_force: Vec<f32>,
+    /// Force of the joint constraints (limits, dry friction) per scalar joint at the last substep, `[N, J]` (N m).
+    pub constraint_force: Vec<f32>,
+    /// Environments that diverged (non-finite or absurd state) in the last step, `[N]`. Such an environment is frozen at
+    /// its last good state until it is reset; its neighbours are untouched.
+    pub diverged: Vec<bool>,
+}
+
+/// What may differ between environments (domain randomisation, thesis 4.2.2). The default changes nothing.
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct EnvironmentParameters {
+    /// Factor on each body's mass and inertia, `[B]`; empty: all one.
+    pub mass_scale: Vec<f32>,
+    /// Sliding friction of the ground; `None`: as the model says.
+    pub ground_friction: Option<f32>,
+    /// Offset of each joint's encoder against the truth, `[J]` (rad); empty: none. Added to what is OBSERVED and
+    /// subtracted from what is commanded by the caller (`randomization`), never by the engine.
+    pub joint_offset: Vec<f32>,
+}
+
+impl Default for EnvironmentParameters {
+    fn default() -> Self {
+        Self { mass_scale: Vec::new(), ground_friction: None, joint_offset: Vec::new() }
+    }
+}
+
+/// The whole integration state of some environments: enough to continue bit for bit.
+#[derive(Debug, Clone, PartialEq)]
+pub struct IntegrationState {
+    /// Engine that made it.
+    pub engine: String,
+    /// Numbers per environment.
+    pub width: usize,
+    /// `[N, width]`.
+    pub values: Vec<f64>,
+    /// Parameters of each environment.
+    pub parameters: Vec<EnvironmentParameters>,
+}
+
+/// N environments of one robot on flat ground.
+///
+/// Every method that takes environments by index gives the same result for any number of threads.
+pub trait Simulation: Send {
+    /// The engine's name, such as `mujoco`.
+    fn engine(&self) -> &'static str;
+
+    /// The robot.
+    fn robot(&self) -> &Arc<Robot>;
+
+    /// Number of environments N.
+    fn len(&self) -> usize;
+
+    /// Whether there are none.
+    fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// What the environments look like now.
+    fn state(&self) -> &BatchState;
+
+    /// Puts some environments into given states and clears forces, warm starts and divergence.
+    ///
+    /// # Shapes
+    /// `positions: [ids, nq]`, `velocities: [ids, nv]` in MuJoCo's layout (see `character::model`).
+    fn reset(&mut self, ids: &[usize], positions: &[f64], velocities: &[f64]) -> Result<(), SimError>;
+
+    /// Changes the parameters of one environment, from the next step on.
+    fn set_parameters(&mut self, id: usize, parameters: EnvironmentParameters) -> Result<(), SimError>;
+
+    /// Applies a force (N, world) and torque (N m, world) to the centre of mass of a body until changed again: a push.
+    fn push(&mut self, id: usize, body: usize, force_w: [f32; 3], torque_w: [f32; 3]) -> Result<(), SimError>;
+
+    /// Ends all pushes on one environment.
+    fn clear_pushes(&mut self, id: usize);
+
+    /// One policy step: `robot.substeps` physics steps of every environment that is not frozen, then [`Self::state`].
+    fn step(&mut self, drive: Drive<'_>) -> Result<(), SimError>;
+
+    /// Everything needed to continue bit for bit.
+    fn save(&self) -> IntegrationState;
+
+    /// Back to a saved state; [`Self::state`] is as it was then, except the outputs of the last step (torques, forces).
+    fn restore(&mut self, state: &IntegrationState) -> Result<(), SimError>;
+}
