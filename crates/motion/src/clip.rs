@@ -91,10 +91,8 @@ impl MotionClip {
     /// [`MotionError::Mismatch`] lists every name that one has and the other has not.
     pub fn columns_for(&self, character: &Character) -> Result<Vec<usize>, MotionError> {
         let wanted: Vec<&str> = character.scalar_joints().map(|j| j.name.as_str()).collect();
-        let missing: Vec<&str> =
-            wanted.iter().copied().filter(|n| !self.joint_names.iter().any(|m| m == n)).collect();
-        let unknown: Vec<&str> =
-            self.joint_names.iter().map(String::as_str).filter(|n| !wanted.contains(n)).collect();
+        let missing: Vec<&str> = wanted.iter().copied().filter(|n| !self.joint_names.iter().any(|m| m == n)).collect();
+        let unknown: Vec<&str> = self.joint_names.iter().map(String::as_str).filter(|n| !wanted.contains(n)).collect();
         if !missing.is_empty() || !unknown.is_empty() {
             return Err(MotionError::Mismatch {
                 clip: self.name.clone(),
@@ -102,10 +100,7 @@ impl MotionClip {
                 message: format!("joints missing in the clip: {missing:?}; unknown to the character: {unknown:?}"),
             });
         }
-        Ok(wanted
-            .iter()
-            .filter_map(|n| self.joint_names.iter().position(|m| m == n))
-            .collect())
+        Ok(wanted.iter().filter_map(|n| self.joint_names.iter().position(|m| m == n)).collect())
     }
 
     /// The generalised position at one frame, in MuJoCo's layout. `columns` is from [`Self::columns_for`].

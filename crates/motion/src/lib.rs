@@ -4,8 +4,8 @@
 //! [`MotionClip`] (a character's joints by name, SI units) → [`features`] (thesis eq. 4.1) → [`window`] (eq. 4.2).
 
 pub mod clip;
-pub mod container;
 pub mod contacts;
+pub mod container;
 pub mod error;
 pub mod features;
 pub mod formats;

@@ -26,7 +26,8 @@ mod tests {
         let draw = |s, p, e, i| stream(s, p, e, i).random::<u64>();
         let base = draw(1, "action", 2, 3);
         assert_eq!(base, draw(1, "action", 2, 3));
-        for other in [draw(2, "action", 2, 3), draw(1, "push", 2, 3), draw(1, "action", 3, 3), draw(1, "action", 2, 4)] {
+        for other in [draw(2, "action", 2, 3), draw(1, "push", 2, 3), draw(1, "action", 3, 3), draw(1, "action", 2, 4)]
+        {
             assert_ne!(base, other);
         }
     }
