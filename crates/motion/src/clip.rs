@@ -78,6 +78,48 @@ impl MotionClip {
         self.len().saturating_sub(1) as f64 / self.fps
     }
 
+    /// Checks that the arrays fit together, that there is a frame, that the rate is positive, that no name stands twice
+    /// and that every number is finite.
+    ///
+    /// # Errors
+    /// [`MotionError::Unfit`] with the first thing that is wrong, and the frame where it is.
+    pub fn check(&self) -> Result<(), MotionError> {
+        let unfit = |message: String| Err(MotionError::Unfit { clip: self.name.clone(), message });
+        let (frames, joints) = (self.len(), self.joint_names.len());
+        if frames == 0 {
+            return unfit("expected at least one frame, got none".into());
+        }
+        if !(self.fps.is_finite() && self.fps > 0.0) {
+            return unfit(format!("expected a positive number of frames per second, got {}", self.fps));
+        }
+        if self.root_orientation.len() != frames {
+            return unfit(format!("expected {frames} root orientations, got {}", self.root_orientation.len()));
+        }
+        if frames.checked_mul(joints) != Some(self.joints.len()) {
+            return unfit(format!("expected {frames} x {joints} joint values, got {}", self.joints.len()));
+        }
+        if let Some(contacts) = &self.contacts {
+            let places = contacts.names.len();
+            if frames.checked_mul(places) != Some(contacts.flags.len()) {
+                return unfit(format!("expected {frames} x {places} contacts, got {}", contacts.flags.len()));
+            }
+        }
+        let mut seen = std::collections::BTreeSet::new();
+        if let Some(twice) = self.joint_names.iter().find(|name| !seen.insert(name.as_str())) {
+            return unfit(format!("joint '{twice}' stands twice"));
+        }
+        for frame in 0..frames {
+            let root = self.root_position[frame].iter().chain(self.root_orientation[frame].coords.iter());
+            if !root.copied().all(f64::is_finite) {
+                return unfit(format!("root pose of frame {frame} is not finite"));
+            }
+            if let Some(joint) = self.joints_at(frame).iter().position(|v| !v.is_finite()) {
+                return unfit(format!("joint '{}' of frame {frame} is not finite", self.joint_names[joint]));
+            }
+        }
+        Ok(())
+    }
+
     /// The joints' values at one frame.
     pub fn joints_at(&self, frame: usize) -> &[f64] {
         let n = self.joint_names.len();

@@ -1,15 +1,20 @@
 //! Floor 1: motion as data.
 //!
 //! The main path: bytes → [`formats`] → [`SourceClip`] (the human skeleton it came with) → [`retarget`] →
-//! [`MotionClip`] (a character's joints by name, SI units) → [`features`] (thesis eq. 4.1) → [`window`] (eq. 4.2).
+//! [`MotionClip`] (a character's joints by name, SI units; kept in a [`container`], gathered by [`dataset`]) →
+//! [`features`] (thesis eq. 4.1) → [`window`] (eq. 4.2), at any rate by [`resample`].
 
 pub mod clip;
 pub mod contacts;
 pub mod container;
+pub mod dataset;
 pub mod error;
 pub mod features;
+#[cfg(test)]
+mod fixtures;
 pub mod formats;
 pub mod keyframes;
+pub mod resample;
 pub mod retarget;
 pub mod source;
 pub mod window;
@@ -18,3 +23,4 @@ pub use clip::{Caption, Contacts, MotionClip, Provenance};
 pub use error::MotionError;
 pub use features::{FeatureLayout, Frame};
 pub use source::{Skeleton, SourceClip};
+pub use window::WindowSpec;

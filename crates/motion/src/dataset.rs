@@ -1,0 +1,151 @@
+//! Many clips: found by file, folder or pattern, and loaded in an order that does not depend on the file system.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use rayon::prelude::*;
+
+use crate::clip::MotionClip;
+use crate::container;
+use crate::error::MotionError;
+
+/// Files by name, folder or glob pattern (`motions/**/*.bvh`), sorted and without repetition.
+///
+/// A file that is named is taken as it is; of folders (searched to the bottom) and patterns only what `accepts` is.
+///
+/// # Errors
+/// [`MotionError::Io`] for an input that is not there, a folder that cannot be read, a bad pattern, or a folder or
+/// pattern in which nothing is accepted.
+pub fn find_files(inputs: &[PathBuf], accepts: impl Fn(&Path) -> bool) -> Result<Vec<PathBuf>, MotionError> {
+    let mut found = Vec::new();
+    for input in inputs {
+        let before = found.len();
+        if input.is_file() {
+            found.push(input.clone());
+        } else if input.is_dir() {
+            walk(input, &accepts, &mut found)?;
+        } else if is_pattern(input) {
+            let text = input.to_string_lossy();
+            let matches = glob::glob(&text).map_err(|e| fail(input, format!("bad pattern: {e}")))?;
+            for path in matches {
+                let path = path.map_err(|e| MotionError::Io { path: e.path().to_path_buf(), source: e.into() })?;
+                if path.is_file() && accepts(&path) {
+                    found.push(path);
+                }
+            }
+        } else {
+            return Err(fail(input, "no such file, folder or pattern".into()));
+        }
+        if found.len() == before {
+            return Err(fail(input, "nothing of use in here".into()));
+        }
+    }
+    found.sort();
+    found.dedup();
+    Ok(found)
+}
+
+/// Whether a file's name says that it is a motion container of ours.
+pub fn is_motion_file(path: &Path) -> bool {
+    path.file_name().is_some_and(|name| name.to_string_lossy().ends_with(container::EXTENSION))
+}
+
+/// Loads `*.motion.safetensors` files, folders of them and glob patterns, sorted by clip name.
+///
+/// # Errors
+/// As [`find_files`] and [`container::read`] (the first in the order of paths), and [`MotionError::Unfit`] naming both
+/// files when two clips have the same name.
+pub fn load_clips(inputs: &[PathBuf]) -> Result<Vec<MotionClip>, MotionError> {
+    let files = find_files(inputs, is_motion_file)?;
+    let read: Vec<Result<MotionClip, MotionError>> = files.par_iter().map(|file| container::read(file)).collect();
+    let mut clips = BTreeMap::new();
+    for (file, clip) in files.iter().zip(read) {
+        let clip = clip?;
+        let name = clip.name.clone();
+        if let Some((other, _)) = clips.insert(name.clone(), (file, clip)) {
+            let message = format!("two files have a clip of this name: {} and {}", other.display(), file.display());
+            return Err(MotionError::Unfit { clip: name, message });
+        }
+    }
+    Ok(clips.into_values().map(|(_, clip)| clip).collect())
+}
+
+fn walk(folder: &Path, accepts: &impl Fn(&Path) -> bool, found: &mut Vec<PathBuf>) -> Result<(), MotionError> {
+    let io = |source| MotionError::Io { path: folder.to_path_buf(), source };
+    for entry in std::fs::read_dir(folder).map_err(io)? {
+        let entry = entry.map_err(io)?;
+        let path = entry.path();
+        // Links to folders are not followed, so there are no circles.
+        if entry.file_type().map_err(io)?.is_dir() {
+            walk(&path, accepts, found)?;
+        } else if path.is_file() && accepts(&path) {
+            found.push(path);
+        }
+    }
+    Ok(())
+}
+
+fn is_pattern(path: &Path) -> bool {
+    path.to_string_lossy().contains(['*', '?', '['])
+}
+
+fn fail(path: &Path, message: String) -> MotionError {
+    MotionError::Io { path: path.to_path_buf(), source: std::io::Error::new(std::io::ErrorKind::NotFound, message) }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+    use crate::clip::Provenance;
+    use lifelike_character::{Quat, Vec3};
+
+    fn clip(name: &str) -> MotionClip {
+        MotionClip {
+            name: name.into(),
+            fps: 50.0,
+            joint_names: vec![],
+            root_position: vec![Vec3::zeros()],
+            root_orientation: vec![Quat::identity()],
+            joints: vec![],
+            contacts: None,
+            cyclic: false,
+            provenance: Provenance::default(),
+        }
+    }
+
+    #[test]
+    fn clips_come_sorted_by_name_however_they_are_named() {
+        let root = tempfile::tempdir().unwrap();
+        let at = |file: &str| root.path().join(file);
+        container::write(&at("z/a.motion.safetensors"), &clip("charlie")).unwrap();
+        container::write(&at("b.motion.safetensors"), &clip("bravo")).unwrap();
+        container::write(&at("c.motion.safetensors"), &clip("alpha")).unwrap();
+        std::fs::write(at("readme.txt"), "no motion").unwrap();
+        let names =
+            |inputs: &[PathBuf]| -> Vec<String> { load_clips(inputs).unwrap().into_iter().map(|c| c.name).collect() };
+        assert_eq!(names(&[root.path().into()]), ["alpha", "bravo", "charlie"]);
+        assert_eq!(names(&[at("*")]), ["alpha", "bravo"], "a star stays in its folder, and takes only motion");
+        assert_eq!(names(&[at("**/*.safetensors")]), ["alpha", "bravo", "charlie"]);
+        assert_eq!(names(&[at("b.motion.safetensors"), root.path().into()]).len(), 3, "named twice is loaded once");
+    }
+
+    #[test]
+    fn two_clips_of_one_name_are_refused_with_both_files() {
+        let root = tempfile::tempdir().unwrap();
+        for file in ["a.motion.safetensors", "b.motion.safetensors"] {
+            container::write(&root.path().join(file), &clip("same")).unwrap();
+        }
+        let message = load_clips(&[root.path().into()]).unwrap_err().to_string();
+        assert!(message.contains("a.motion") && message.contains("b.motion"), "{message}");
+    }
+
+    #[test]
+    fn nothing_found_is_an_error_that_names_the_input() {
+        let root = tempfile::tempdir().unwrap();
+        for bad in [root.path().to_path_buf(), root.path().join("none"), root.path().join("*.bvh"), "a[".into()] {
+            let message = load_clips(std::slice::from_ref(&bad)).unwrap_err().to_string();
+            assert!(message.contains(&*bad.to_string_lossy()), "{message}");
+        }
+    }
+}

@@ -1,0 +1,58 @@
+//! A character made by hand, for tests: a floating root with an arm that swings and slides.
+
+use lifelike_character::model::{Body, Character, Inertial, Joint, JointKind};
+use lifelike_character::{Quat, Vec3};
+
+fn body(name: &str, parent: usize, position: Vec3, joints: std::ops::Range<usize>) -> Body {
+    let inertial =
+        Inertial { mass: 1.0, com: Vec3::zeros(), orientation: Quat::identity(), diagonal: Vec3::repeat(0.01) };
+    Body { name: name.into(), parent, position, orientation: Quat::identity(), inertial, joints, gravcomp: 0.0 }
+}
+
+fn joint(name: &str, body: usize, kind: JointKind, axis: Vec3, q_index: usize, v_index: usize) -> Joint {
+    Joint {
+        name: name.into(),
+        body,
+        kind,
+        position: Vec3::zeros(),
+        axis,
+        range: None,
+        q_index,
+        v_index,
+        reference: 0.0,
+        armature: 0.0,
+        damping: 0.0,
+        frictionloss: 0.0,
+        stiffness: 0.0,
+        spring_reference: 0.0,
+        actuator_force_range: None,
+    }
+}
+
+/// World, root (free), arm at (0, 0, 0.1) with a hinge about y and a slide along z.
+pub fn swing() -> Character {
+    Character {
+        name: "swing".into(),
+        mjcf: None,
+        folder: None,
+        bodies: vec![
+            body("world", 0, Vec3::zeros(), 0..0),
+            body("root", 0, Vec3::z(), 0..1),
+            body("arm", 1, Vec3::new(0.0, 0.0, 0.1), 1..3),
+        ],
+        joints: vec![
+            joint("free", 1, JointKind::Free, Vec3::z(), 0, 0),
+            joint("hinge", 2, JointKind::Hinge, Vec3::y(), 7, 6),
+            joint("slide", 2, JointKind::Slide, Vec3::z(), 8, 7),
+        ],
+        geoms: vec![],
+        sites: vec![],
+        actuators: vec![],
+        excludes: vec![],
+        nq: 9,
+        nv: 8,
+        gravity: Vec3::new(0.0, 0.0, -9.81),
+        timestep: 0.005,
+        notes: vec![],
+    }
+}
