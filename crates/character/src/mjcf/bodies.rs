@@ -1,0 +1,283 @@
+//! `<worldbody>` and the bodies in it.
+
+use crate::error::CharacterError;
+use crate::inertia::{self, MIN_MASS};
+use crate::mjcf::attributes::{Attributes, Tristate};
+use crate::mjcf::compiler::Compiler;
+use crate::mjcf::defaults::Defaults;
+use crate::mjcf::document::Element;
+use crate::mjcf::geoms::{self, ReadGeom, Weight};
+use crate::mjcf::joints;
+use crate::mjcf::pose::{POSE, Pose};
+use crate::model::{Body, Geom, Inertial, Joint, JointKind, Site};
+use crate::rotation::{Mat3, Quat, Vec3};
+
+/// The bodies read so far, in document order.
+#[derive(Debug, Default)]
+pub(crate) struct Tree {
+    pub bodies: Vec<Body>,
+    pub joints: Vec<Joint>,
+    pub geoms: Vec<Geom>,
+    pub sites: Vec<Site>,
+    /// Lights and cameras.
+    pub pictures: usize,
+    /// Meshes whose mass stays unknown because the body says its own.
+    pub unread_meshes: usize,
+}
+
+/// What a body collects before its children are read.
+struct Parts<'a> {
+    joints: Vec<Joint>,
+    geoms: Vec<ReadGeom>,
+    sites: Vec<Site>,
+    /// Child bodies with the frame and class that surround them.
+    children: Vec<(&'a Element, Pose, Option<&'a str>)>,
+    inertial: Option<Inertial>,
+}
+
+pub(crate) struct Reader<'a> {
+    pub compiler: &'a Compiler,
+    pub defaults: &'a Defaults,
+    pub tree: Tree,
+}
+
+impl<'a> Reader<'a> {
+    /// Reads all `<worldbody>` sections as body 0.
+    pub fn read_world(&mut self, root: &'a Element) -> Result<(), CharacterError> {
+        let mut parts = Parts::new();
+        for world in root.children_named("worldbody") {
+            Attributes::own(world).only(&["name", "childclass"])?;
+            let class = self.childclass(world, None)?;
+            self.collect(world, 0, class, &Pose::identity(), &mut parts)?;
+        }
+        if let Some(joint) = parts.joints.first() {
+            let world = root.children_named("worldbody").next().unwrap_or(root);
+            return Err(world.invalid("no joint in the world body", format!("'{}'", joint.name)));
+        }
+        self.tree.bodies.push(Body {
+            name: "world".into(),
+            parent: 0,
+            position: Vec3::zeros(),
+            orientation: Quat::identity(),
+            inertial: inertia::sum(&[]),
+            joints: 0..0,
+            gravcomp: 0.0,
+        });
+        self.finish(0, parts)
+    }
+
+    fn childclass(&self, element: &'a Element, outer: Option<&'a str>) -> Result<Option<&'a str>, CharacterError> {
+        match element.attribute("childclass") {
+            None => Ok(outer),
+            Some(name) if self.defaults.contains(name) => Ok(Some(name)),
+            Some(name) => Err(element.invalid("a default class for 'childclass'", format!("'{name}'"))),
+        }
+    }
+
+    fn read_body(
+        &mut self,
+        element: &'a Element,
+        parent: usize,
+        class: Option<&'a str>,
+        frame: &Pose,
+    ) -> Result<(), CharacterError> {
+        let a = Attributes::own(element);
+        let mut known = vec!["name", "childclass", "mocap", "gravcomp", "user", "sleep"];
+        known.extend(POSE);
+        a.only(&known)?;
+        if a.boolean("mocap", false)? {
+            return Err(a.unsupported("attribute 'mocap' that is true"));
+        }
+        let class = self.childclass(element, class)?;
+        let index = self.tree.bodies.len();
+        let mut parts = Parts::new();
+        self.collect(element, index, class, &Pose::identity(), &mut parts)?;
+        if parts.joints.iter().any(|j| j.kind == JointKind::Free) && (parent != 0 || parts.joints.len() > 1) {
+            return Err(a.invalid("a free joint as the only joint of a body in the world", "another arrangement"));
+        }
+        let pose = frame.then(&Pose::read(&a, self.compiler)?);
+        let inertial = self.mass(&a, &mut parts)?;
+        let first = self.tree.joints.len();
+        self.tree.bodies.push(Body {
+            name: a.text("name").unwrap_or("").to_string(),
+            parent,
+            position: pose.position,
+            orientation: pose.orientation,
+            inertial,
+            joints: first..first + parts.joints.len(),
+            gravcomp: a.number("gravcomp")?.unwrap_or(0.0),
+        });
+        self.finish(index, parts)?;
+        self.moving_has_mass(index, &a)
+    }
+
+    /// Hands the parts over and reads the child bodies.
+    fn finish(&mut self, index: usize, parts: Parts<'a>) -> Result<(), CharacterError> {
+        self.tree.joints.extend(parts.joints);
+        self.tree.geoms.extend(parts.geoms.into_iter().map(|g| g.geom));
+        self.tree.sites.extend(parts.sites);
+        for (child, frame, class) in parts.children {
+            self.read_body(child, index, class, &frame)?;
+        }
+        Ok(())
+    }
+
+    /// Reads what stands in a body, or in a `<frame>` within it.
+    fn collect(
+        &mut self,
+        element: &'a Element,
+        body: usize,
+        class: Option<&'a str>,
+        frame: &Pose,
+        parts: &mut Parts<'a>,
+    ) -> Result<(), CharacterError> {
+        for child in &element.children {
+            match child.name.as_str() {
+                "body" => parts.children.push((child, *frame, class)),
+                "frame" => {
+                    let a = Attributes::own(child);
+                    let mut known = vec!["name", "childclass"];
+                    known.extend(POSE);
+                    a.only(&known)?;
+                    let inner = frame.then(&Pose::read(&a, self.compiler)?);
+                    let class = self.childclass(child, class)?;
+                    self.collect(child, body, class, &inner, parts)?;
+                }
+                "inertial" => {
+                    if parts.inertial.is_some() || element.name != "body" {
+                        return Err(child.invalid("one <inertial> directly in a body", "another"));
+                    }
+                    parts.inertial = Some(read_inertial(&Attributes::own(child), self.compiler)?);
+                }
+                "joint" => {
+                    let a = self.defaults.resolve(child, class)?;
+                    parts.joints.push(joints::read(&a, false, body, frame, self.compiler)?);
+                }
+                "freejoint" => {
+                    let a = Attributes::own(child);
+                    parts.joints.push(joints::read(&a, true, body, frame, self.compiler)?);
+                }
+                "geom" => {
+                    let a = self.defaults.resolve(child, class)?;
+                    parts.geoms.push(geoms::read(&a, body, frame, self.compiler)?);
+                }
+                "site" => {
+                    let a = self.defaults.resolve(child, class)?;
+                    parts.sites.push(geoms::read_site(&a, body, frame, self.compiler)?);
+                }
+                "light" | "camera" => self.tree.pictures += 1,
+                _ => return Err(child.unsupported("element in a body")),
+            }
+        }
+        Ok(())
+    }
+
+    /// Mass and inertia of a body: as said, or from its geoms.
+    fn mass(&mut self, a: &Attributes, parts: &mut Parts<'a>) -> Result<Inertial, CharacterError> {
+        let from_geoms = match self.compiler.inertiafromgeom {
+            Tristate::True => true,
+            Tristate::False => false,
+            Tristate::Auto => parts.inertial.is_none(),
+        };
+        let mut inertial = parts.inertial.take().unwrap_or_else(|| inertia::sum(&[]));
+        let [low, high] = self.compiler.inertiagrouprange;
+        let chosen: Vec<&ReadGeom> = parts.geoms.iter().filter(|g| (low..=high).contains(&(g.group as f64))).collect();
+        if from_geoms && !chosen.is_empty() {
+            let mut weights = Vec::with_capacity(chosen.len());
+            for read in chosen {
+                match &read.weight {
+                    Weight::Known(weight) => weights.push(weight.clone()),
+                    Weight::OfMesh => {
+                        return Err(a.invalid(
+                            format!(
+                                "<inertial> in body '{}', as inertia of meshes is not computed",
+                                a.text("name").unwrap_or("")
+                            ),
+                            "a mesh with mass",
+                        ));
+                    }
+                }
+            }
+            inertial = inertia::sum(&weights);
+        } else {
+            self.tree.unread_meshes += parts.geoms.iter().filter(|g| g.weight == Weight::OfMesh).count();
+        }
+        inertial.mass = inertial.mass.max(self.compiler.boundmass);
+        inertial.diagonal = inertial.diagonal.map(|x| x.max(self.compiler.boundinertia));
+        balance(a, &mut inertial, self.compiler.balanceinertia)?;
+        Ok(inertial)
+    }
+
+    /// A body with joints needs mass in itself or in what is welded to it.
+    fn moving_has_mass(&self, index: usize, a: &Attributes) -> Result<(), CharacterError> {
+        let body = &self.tree.bodies[index];
+        if body.joints.is_empty() {
+            return Ok(());
+        }
+        // Children follow their parents, so one pass marks everything welded to the body.
+        let mut welded = vec![false; self.tree.bodies.len()];
+        welded[index] = true;
+        for (i, b) in self.tree.bodies.iter().enumerate().skip(index) {
+            welded[i] |= welded[b.parent] && b.joints.is_empty();
+            if welded[i] && b.inertial.mass >= MIN_MASS && b.inertial.diagonal.min() >= 0.0 {
+                return Ok(());
+            }
+        }
+        Err(a.invalid(format!("mass in the moving body '{}'", body.name), "none"))
+    }
+}
+
+impl Parts<'_> {
+    fn new() -> Self {
+        Self { joints: Vec::new(), geoms: Vec::new(), sites: Vec::new(), children: Vec::new(), inertial: None }
+    }
+}
+
+/// No mass distribution has a moment larger than the two others together.
+fn balance(a: &Attributes, inertial: &mut Inertial, mend: bool) -> Result<(), CharacterError> {
+    let d = inertial.diagonal;
+    let slack = 1e-9 * d.sum();
+    if d.max() * 2.0 <= d.sum() + slack {
+        return Ok(());
+    }
+    if !mend {
+        let name = a.text("name").unwrap_or("");
+        return Err(a.invalid(
+            format!("moments of inertia of body '{name}' of which none exceeds the others together (or compiler balanceinertia)"),
+            format!("{} {} {}", d.x, d.y, d.z),
+        ));
+    }
+    inertial.diagonal = Vec3::repeat(d.sum() / 3.0);
+    Ok(())
+}
+
+fn read_inertial(a: &Attributes, compiler: &Compiler) -> Result<Inertial, CharacterError> {
+    let mut known = vec!["mass", "diaginertia", "fullinertia"];
+    known.extend(POSE);
+    a.only(&known)?;
+    a.required("pos")?;
+    let pose = Pose::read(a, compiler)?;
+    let mass = a.number("mass")?.ok_or_else(|| a.invalid("attribute 'mass'", "none"))?;
+    if mass < 0.0 {
+        return Err(a.invalid("a mass that is not negative", mass.to_string()));
+    }
+    let com = pose.position;
+    if let Some([xx, yy, zz, xy, xz, yz]) = a.numbers::<6>("fullinertia")? {
+        if a.text("diaginertia").is_some() || POSE[1..].iter().any(|o| a.text(o).is_some()) {
+            return Err(a.invalid("'fullinertia' without 'diaginertia' and orientation", "both"));
+        }
+        let (orientation, diagonal) = inertia::principal(&Mat3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz));
+        if diagonal.min() < 0.0 {
+            return Err(a.invalid("a positive definite 'fullinertia'", a.text("fullinertia").unwrap_or("").to_string()));
+        }
+        return Ok(Inertial { mass, com, orientation, diagonal });
+    }
+    let diagonal = a
+        .numbers::<3>("diaginertia")?
+        .map(Vec3::from)
+        .ok_or_else(|| a.invalid("attribute 'diaginertia' or 'fullinertia'", "none"))?;
+    if diagonal.min() < 0.0 {
+        return Err(a.invalid("moments that are not negative", a.text("diaginertia").unwrap_or("").to_string()));
+    }
+    Ok(Inertial { mass, com, orientation: pose.orientation, diagonal })
+}

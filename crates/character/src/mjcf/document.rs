@@ -1,0 +1,154 @@
+//! The XML as a tree of our own that remembers where each element stood, with `<include>` already expanded.
+
+use std::path::{Path, PathBuf};
+
+use crate::error::{CharacterError, Location};
+
+/// Deeper nesting than any robot has; keeps recursion within the stack whatever the file says.
+const MAX_DEPTH: usize = 200;
+/// More included files than any model has.
+const MAX_FILES: usize = 200;
+
+/// One XML element.
+#[derive(Debug, Clone)]
+pub(crate) struct Element {
+    pub name: String,
+    pub attributes: Vec<(String, String)>,
+    pub children: Vec<Element>,
+    pub at: Location,
+}
+
+impl Element {
+    /// The value of an attribute as written.
+    pub fn attribute(&self, name: &str) -> Option<&str> {
+        self.attributes.iter().find(|(n, _)| n == name).map(|(_, v)| v.as_str())
+    }
+
+    /// The children with this tag.
+    pub fn children_named<'a>(&'a self, name: &'a str) -> impl Iterator<Item = &'a Element> {
+        self.children.iter().filter(move |c| c.name == name)
+    }
+
+    /// "Expected this, got that", here.
+    pub fn invalid(&self, expected: impl Into<String>, got: impl Into<String>) -> CharacterError {
+        CharacterError::Invalid { at: self.at.clone(), expected: expected.into(), got: got.into() }
+    }
+
+    /// "We do not understand this", here.
+    pub fn unsupported(&self, what: impl Into<String>) -> CharacterError {
+        CharacterError::Unsupported { at: self.at.clone(), what: what.into() }
+    }
+
+    /// The tree as XML text.
+    pub fn to_xml(&self) -> String {
+        let mut out = String::new();
+        self.write_xml(&mut out, 0);
+        out
+    }
+
+    fn write_xml(&self, out: &mut String, depth: usize) {
+        let indent = "  ".repeat(depth);
+        out.push_str(&indent);
+        out.push('<');
+        out.push_str(&self.name);
+        for (name, value) in &self.attributes {
+            out.push_str(&format!(" {name}=\"{}\"", escape(value)));
+        }
+        if self.children.is_empty() {
+            out.push_str("/>\n");
+            return;
+        }
+        out.push_str(">\n");
+        for child in &self.children {
+            child.write_xml(out, depth + 1);
+        }
+        out.push_str(&format!("{indent}</{}>\n", self.name));
+    }
+}
+
+fn escape(value: &str) -> String {
+    value.replace('&', "&amp;").replace('<', "&lt;").replace('"', "&quot;").replace('\n', "&#10;")
+}
+
+/// Parses `text`; `file` is what errors call it, `folder` is where `<include file>` starts from (`None`: includes are
+/// refused).
+pub(crate) fn parse(text: &str, file: &Path, folder: Option<&Path>) -> Result<Element, CharacterError> {
+    let mut seen = Vec::new();
+    let mut roots = parse_file(text, file, folder, &mut seen, 0)?;
+    match roots.pop() {
+        Some(root) if roots.is_empty() => Ok(root),
+        _ => Err(CharacterError::Xml { file: file.to_path_buf(), line: 1, message: "no root element".into() }),
+    }
+}
+
+/// The root element, in a vector of one.
+fn parse_file(
+    text: &str,
+    file: &Path,
+    folder: Option<&Path>,
+    seen: &mut Vec<PathBuf>,
+    depth: usize,
+) -> Result<Vec<Element>, CharacterError> {
+    let document = roxmltree::Document::parse(text).map_err(|e| CharacterError::Xml {
+        file: file.to_path_buf(),
+        line: e.pos().row,
+        message: e.to_string(),
+    })?;
+    let mut roots = Vec::new();
+    Builder { document: &document, file, folder, seen }.add(document.root_element(), depth, &mut roots)?;
+    Ok(roots)
+}
+
+struct Builder<'a, 'input> {
+    document: &'a roxmltree::Document<'input>,
+    file: &'a Path,
+    folder: Option<&'a Path>,
+    seen: &'a mut Vec<PathBuf>,
+}
+
+impl Builder<'_, '_> {
+    fn add(
+        &mut self,
+        node: roxmltree::Node<'_, '_>,
+        depth: usize,
+        into: &mut Vec<Element>,
+    ) -> Result<(), CharacterError> {
+        let name = node.tag_name().name().to_string();
+        let line = self.document.text_pos_at(node.range().start).row;
+        let mut element = Element {
+            at: Location { file: self.file.to_path_buf(), line, element: name.clone() },
+            name,
+            attributes: node.attributes().map(|a| (a.name().to_string(), a.value().to_string())).collect(),
+            children: Vec::new(),
+        };
+        if depth > MAX_DEPTH {
+            return Err(element.invalid(format!("at most {MAX_DEPTH} levels of elements"), "more"));
+        }
+        if element.name == "include" {
+            return self.include(&element, depth, into);
+        }
+        for child in node.children().filter(roxmltree::Node::is_element) {
+            self.add(child, depth + 1, &mut element.children)?;
+        }
+        into.push(element);
+        Ok(())
+    }
+
+    /// Puts the children of the included file's root where the `<include>` stands, as MuJoCo does.
+    fn include(&mut self, element: &Element, depth: usize, into: &mut Vec<Element>) -> Result<(), CharacterError> {
+        let name = element.attribute("file").ok_or_else(|| element.invalid("attribute 'file'", "none"))?;
+        let folder = self.folder.ok_or_else(|| element.unsupported("include in a text without a folder"))?;
+        let path = folder.join(name);
+        if self.seen.contains(&path) || self.seen.len() >= MAX_FILES {
+            return Err(element.invalid("a file that was not included before", name));
+        }
+        let text = std::fs::read_to_string(&path)
+            .map_err(|e| element.invalid("a file that can be read", format!("'{}': {e}", path.display())))?;
+        self.seen.push(path.clone());
+        // MuJoCo resolves nested includes from the folder of the MAIN file, so the folder stays the same.
+        for root in parse_file(&text, &path, self.folder, self.seen, depth + 1)? {
+            into.extend(root.children);
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,200 @@
+//! MJCF in: MuJoCo's own description of a model, compiled as MuJoCo's compiler does.
+//!
+//! What would change the dynamics and is not understood is refused with file, line and element. What is read but not
+//! simulated (pictures, sensors, key frames) becomes a line of [`Character::notes`].
+//!
+//! Main path: `document` (XML with includes) → `defaults`, `compiler` (settings) → `bodies` (with `joints` and `geoms`)
+//! → `actuators` → [`Character`]; `engine_text` makes the text for engines that compile MJCF themselves.
+
+mod actuators;
+pub(crate) mod attributes;
+mod bodies;
+mod compiler;
+mod defaults;
+pub(crate) mod document;
+mod engine_text;
+mod geoms;
+mod joints;
+pub(crate) mod names;
+mod pose;
+
+use std::path::Path;
+
+use crate::error::CharacterError;
+use crate::model::{Body, Character, JointKind};
+
+use attributes::Attributes;
+use bodies::{Reader, Tree};
+use compiler::{Compiler, PhysicsOption};
+use defaults::Defaults;
+use document::Element;
+
+impl Character {
+    /// Reads a character from a file: MJCF (root element `mujoco`) or URDF (`robot`).
+    pub fn load(path: impl AsRef<Path>) -> Result<Self, CharacterError> {
+        let path = path.as_ref();
+        let text =
+            std::fs::read_to_string(path).map_err(|source| CharacterError::Io { path: path.to_path_buf(), source })?;
+        let folder = path.parent().map(|p| if p.as_os_str().is_empty() { Path::new(".") } else { p });
+        let root = document::parse(&text, path, folder)?;
+        match root.name.as_str() {
+            "mujoco" => compile(root, folder),
+            "robot" => crate::urdf::compile(&root, folder),
+            _ => Err(root.invalid("root element 'mujoco' (MJCF) or 'robot' (URDF)", format!("'{}'", root.name))),
+        }
+    }
+
+    /// Compiles MJCF text. `file` is what errors call the text; included files and meshes are looked for from `folder`
+    /// (`None`: includes are refused and no mesh file is found).
+    pub fn from_mjcf(text: &str, file: &str, folder: Option<&Path>) -> Result<Self, CharacterError> {
+        let root = document::parse(text, Path::new(file), folder)?;
+        if root.name != "mujoco" {
+            return Err(root.invalid("root element 'mujoco'", format!("'{}'", root.name)));
+        }
+        compile(root, folder)
+    }
+}
+
+/// Sections that say nothing about the dynamics.
+const PICTURES: [&str; 6] = ["visual", "statistic", "size", "custom", "sensor", "keyframe"];
+
+fn compile(mut root: Element, folder: Option<&Path>) -> Result<Character, CharacterError> {
+    let mut notes = Vec::new();
+    Attributes::own(&root).only(&["model", "noNamespaceSchemaLocation"])?;
+    check_sections(&root, &mut notes)?;
+    names::all_different(&root)?;
+    let compiler = Compiler::read(&root)?;
+    let option = PhysicsOption::read(&root, &mut notes)?;
+    let defaults = Defaults::read(&root)?;
+
+    let mut reader = Reader { compiler: &compiler, defaults: &defaults, tree: Tree::default() };
+    reader.read_world(&root)?;
+    let mut tree = reader.tree;
+    if tree.pictures > 0 {
+        notes.push(format!("{} lights and cameras are pictures only", tree.pictures));
+    }
+    name_all(&mut tree);
+    let (nq, nv) = count_coordinates(&mut tree);
+    if let Some(total) = compiler.settotalmass {
+        scale_mass(&mut tree.bodies, total);
+    }
+    let actuators = actuators::read(&root, &defaults, &compiler, &tree.joints, &mut notes)?;
+    let excludes = read_excludes(&root, &tree.bodies, &mut notes)?;
+    let name = root.attribute("model").unwrap_or("MuJoCo Model").to_string();
+    engine_text::prepare(&mut root, &compiler, &defaults, folder, &mut notes)?;
+    Ok(Character {
+        name,
+        mjcf: Some(root.to_xml()),
+        folder: folder.map(Path::to_path_buf),
+        bodies: tree.bodies,
+        joints: tree.joints,
+        geoms: tree.geoms,
+        sites: tree.sites,
+        actuators,
+        excludes,
+        nq,
+        nv,
+        gravity: option.gravity,
+        timestep: option.timestep,
+        notes,
+    })
+}
+
+fn check_sections(root: &Element, notes: &mut Vec<String>) -> Result<(), CharacterError> {
+    for section in &root.children {
+        match section.name.as_str() {
+            "compiler" | "option" | "default" | "asset" | "worldbody" | "contact" | "actuator" => {}
+            name if PICTURES.contains(&name) => {
+                if name == "sensor" || name == "keyframe" {
+                    notes.push(format!("{} <{name}> entries are not used", section.children.len()));
+                }
+            }
+            // Empty sections say nothing; anything in them would be a force or a constraint of its own.
+            "equality" | "tendon" | "extension" | "deformable" => {
+                if let Some(child) = section.children.first() {
+                    return Err(child.unsupported(format!("element in <{}>", section.name)));
+                }
+            }
+            _ => return Err(section.unsupported("section of a model")),
+        }
+    }
+    Ok(())
+}
+
+fn name_all(tree: &mut Tree) {
+    for i in 0..tree.bodies.len() {
+        if tree.bodies[i].name.is_empty() {
+            tree.bodies[i].name = names::made_up(format!("body{i}"), tree.bodies.iter().map(|b| b.name.as_str()));
+        }
+    }
+    for i in 0..tree.joints.len() {
+        if tree.joints[i].name.is_empty() {
+            let wanted = match tree.joints[i].kind {
+                JointKind::Free => format!("{}_free", tree.bodies[tree.joints[i].body].name),
+                _ => format!("joint{i}"),
+            };
+            tree.joints[i].name = names::made_up(wanted, tree.joints.iter().map(|j| j.name.as_str()));
+        }
+    }
+    for i in 0..tree.geoms.len() {
+        if tree.geoms[i].name.is_empty() {
+            tree.geoms[i].name = names::made_up(format!("geom{i}"), tree.geoms.iter().map(|g| g.name.as_str()));
+        }
+    }
+    for i in 0..tree.sites.len() {
+        if tree.sites[i].name.is_empty() {
+            tree.sites[i].name = names::made_up(format!("site{i}"), tree.sites.iter().map(|s| s.name.as_str()));
+        }
+    }
+}
+
+/// Gives each joint its coordinates; returns how many positions and velocities there are.
+fn count_coordinates(tree: &mut Tree) -> (usize, usize) {
+    let (mut nq, mut nv) = (0, 0);
+    for joint in &mut tree.joints {
+        (joint.q_index, joint.v_index) = (nq, nv);
+        nq += joint.kind.nq();
+        nv += joint.kind.nv();
+    }
+    (nq, nv)
+}
+
+fn scale_mass(bodies: &mut [Body], total: f64) {
+    let now: f64 = bodies.iter().map(|b| b.inertial.mass).sum();
+    if now < crate::inertia::MIN_MASS {
+        return;
+    }
+    for body in bodies {
+        body.inertial.mass *= total / now;
+        body.inertial.diagonal *= total / now;
+    }
+}
+
+fn read_excludes(
+    root: &Element,
+    bodies: &[Body],
+    notes: &mut Vec<String>,
+) -> Result<Vec<(usize, usize)>, CharacterError> {
+    let mut excludes = Vec::new();
+    let mut pairs = 0;
+    for element in root.children_named("contact").flat_map(|s| &s.children) {
+        let a = Attributes::own(element);
+        match element.name.as_str() {
+            "pair" => pairs += 1,
+            "exclude" => {
+                a.only(&["name", "class", "body1", "body2"])?;
+                let find = |attribute: &str| {
+                    let name = a.required(attribute)?;
+                    let found = bodies.iter().position(|b| b.name == name);
+                    found.ok_or_else(|| a.invalid(format!("the name of a body for '{attribute}'"), format!("'{name}'")))
+                };
+                excludes.push((find("body1")?, find("body2")?));
+            }
+            _ => return Err(element.unsupported("element in <contact>")),
+        }
+    }
+    if pairs > 0 {
+        notes.push(format!("{pairs} contact pairs are in the text for MuJoCo only"));
+    }
+    Ok(excludes)
+}

@@ -1,0 +1,42 @@
+//! Unique names for what the text leaves unnamed.
+
+use std::collections::BTreeSet;
+
+use crate::error::CharacterError;
+use crate::mjcf::document::Element;
+
+/// `wanted`, with underscores appended until it is not among `taken`.
+pub(crate) fn made_up<'a>(mut wanted: String, taken: impl Iterator<Item = &'a str>) -> String {
+    let taken: BTreeSet<&str> = taken.collect();
+    while taken.contains(wanted.as_str()) {
+        wanted.push('_');
+    }
+    wanted
+}
+
+/// Fails where one kind of element uses a name twice.
+pub(crate) fn all_different(root: &Element) -> Result<(), CharacterError> {
+    let mut seen = BTreeSet::new();
+    for section in root.children.iter().filter(|c| matches!(c.name.as_str(), "worldbody" | "actuator" | "asset")) {
+        check(section, &mut seen)?;
+    }
+    Ok(())
+}
+
+fn check<'a>(element: &'a Element, seen: &mut BTreeSet<(&'a str, &'a str)>) -> Result<(), CharacterError> {
+    let parent = element.name.as_str();
+    for child in &element.children {
+        let kind = match child.name.as_str() {
+            "freejoint" => "joint",
+            _ if parent == "actuator" => "actuator",
+            other => other,
+        };
+        if let Some(name) = child.attribute("name").filter(|n| !n.is_empty()) {
+            if !seen.insert((kind, name)) {
+                return Err(child.invalid(format!("a {kind} name that is not taken"), format!("'{name}'")));
+            }
+        }
+        check(child, seen)?;
+    }
+    Ok(())
+}
