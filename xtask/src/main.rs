@@ -1,1 +1,44 @@
-fn main() {}
+//! What is to be done around the build, as `cargo xtask COMMAND`: fetch what is not ours to keep, run the demo, run the
+//! tests.
+
+use std::process::ExitCode;
+
+use xtask::{build, fetch, mujoco};
+
+const HELP: &str = "\
+cargo xtask COMMAND
+
+  demo [ARGUMENTS]    fetch MuJoCo, build everything, run `lifelike demo` with these arguments
+  test [ARGUMENTS]    fetch MuJoCo, run every test; arguments go to `cargo test`
+  mujoco              fetch MuJoCo 3.17.0 into third_party/mujoco and check it (needs python3 with pip, once)
+  fetch NAME          fetch somebody else's robot into third_party/robots: unitree_g1 [--without-meshes]
+  help                this text
+
+Nothing else of this project touches the network. What is fetched has a fixed version and a fixed SHA-256.";
+
+fn main() -> ExitCode {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let rest = arguments.get(1..).unwrap_or_default();
+    let done = match arguments.first().map(String::as_str) {
+        Some("demo") => build::demo(rest),
+        Some("test") => build::test(rest),
+        Some("mujoco") => mujoco::ensure().map(|_| ()),
+        Some("fetch") => fetch::robot(rest),
+        Some("help" | "--help" | "-h") => {
+            println!("{HELP}");
+            Ok(())
+        }
+        other => {
+            let said = other.map_or_else(|| "no command".to_string(), |c| format!("no command '{c}'"));
+            eprintln!("{said}\n\n{HELP}");
+            return ExitCode::from(2);
+        }
+    };
+    match done {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(message) => {
+            eprintln!("cargo xtask: {message}");
+            ExitCode::FAILURE
+        }
+    }
+}

@@ -1,0 +1,192 @@
+//! The house of ARCHITECTURE.md, held up by a test: who may import whom, who may write `unsafe`, how long a file may be.
+
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// Floors: a crate may import crates on LOWER floors only. `nn` stands beside them and imports none.
+const FLOORS: [(&str, u32); 7] =
+    [("character", 0), ("motion", 1), ("robot", 2), ("sim", 3), ("nn", 3), ("learn", 4), ("lifelike", 5)];
+
+/// Inside `learn`: a folder or file, and what it must not know.
+const LEARN: [(&str, &[&str]); 5] = [
+    ("representation", &["tracking", "generation", "augmentation", "evaluation"]),
+    ("tracking", &["generation", "augmentation"]),
+    ("generation", &["tracking", "augmentation"]),
+    ("augmentation", &["representation", "tracking", "generation", "evaluation"]),
+    ("report", &["tracking", "generation", "augmentation", "representation"]),
+];
+
+/// The only files with `unsafe`, and why.
+const UNSAFE: [(&str, &str); 2] = [
+    ("crates/sim/src/mujoco", "MuJoCo is a C library"),
+    ("crates/nn/src/memory.rs", "glibc's allocator is set by a C function"),
+];
+
+/// Crates that begin with an underscore-free name of ours, as `use` writes them.
+const PREFIX: &str = "lifelike_";
+
+fn root() -> PathBuf {
+    xtask::root()
+}
+
+fn floor(name: &str) -> Option<u32> {
+    FLOORS.iter().find(|(n, _)| *n == name).map(|(_, f)| *f)
+}
+
+/// Whether crate `from` may import crate `to`.
+fn allowed(from: &str, to: &str) -> bool {
+    let (Some(here), Some(there)) = (floor(from), floor(to)) else { return false };
+    from != "nn" && there < here
+}
+
+fn crates() -> Vec<(String, PathBuf)> {
+    let mut all: Vec<_> = fs::read_dir(root().join("crates"))
+        .unwrap()
+        .map(|e| e.unwrap())
+        .filter(|e| e.path().join("Cargo.toml").is_file())
+        .map(|e| (e.file_name().into_string().unwrap(), e.path()))
+        .collect();
+    all.sort();
+    all
+}
+
+fn rust_files(folder: &Path, found: &mut Vec<PathBuf>) {
+    let Ok(entries) = fs::read_dir(folder) else { return };
+    for path in entries.map(|e| e.unwrap().path()) {
+        if path.is_dir() {
+            rust_files(&path, found);
+        } else if path.extension().is_some_and(|e| e == "rs") {
+            found.push(path);
+        }
+    }
+    found.sort();
+}
+
+/// Every file of ours with its path from the root.
+fn sources() -> Vec<(String, String)> {
+    let mut files = Vec::new();
+    rust_files(&root().join("crates"), &mut files);
+    rust_files(&root().join("xtask"), &mut files);
+    files
+        .iter()
+        .map(|f| (f.strip_prefix(root()).unwrap().to_string_lossy().replace('\\', "/"), fs::read_to_string(f).unwrap()))
+        .collect()
+}
+
+/// Lines with what is code in them: no comments, no text in quotes.
+fn code(text: &str) -> impl Iterator<Item = (usize, String)> {
+    text.lines().enumerate().map(|(i, line)| {
+        let line = line.split("//").next().unwrap_or_default();
+        let outside: Vec<&str> = line.split('"').step_by(2).collect();
+        (i + 1, outside.concat())
+    })
+}
+
+fn words(line: &str) -> impl Iterator<Item = &str> {
+    line.split(|c: char| !(c.is_alphanumeric() || c == '_')).filter(|w| !w.is_empty())
+}
+
+/// Our crates that a line of code names.
+fn imports(line: &str) -> Vec<String> {
+    words(line).filter_map(|w| w.strip_prefix(PREFIX)).filter(|n| floor(n).is_some()).map(str::to_string).collect()
+}
+
+/// Modules of the own crate that a line of code names as `crate::name`.
+fn own_modules(line: &str) -> Vec<String> {
+    line.match_indices("crate::")
+        .filter_map(|(at, p)| words(&line[at + p.len()..]).next())
+        .map(str::to_string)
+        .collect()
+}
+
+#[test]
+fn every_crate_has_a_floor_and_every_manifest_points_down() {
+    for (name, folder) in crates() {
+        assert!(floor(&name).is_some(), "crate '{name}' has no floor: give it one here and in ARCHITECTURE.md");
+        let text = fs::read_to_string(folder.join("Cargo.toml")).unwrap();
+        let manifest: toml::Table = text.parse().unwrap();
+        for table in ["dependencies", "dev-dependencies", "build-dependencies"] {
+            let Some(table) = manifest.get(table).and_then(|t| t.as_table()) else { continue };
+            for other in table.keys().filter_map(|k| k.strip_prefix("lifelike-")) {
+                assert!(allowed(&name, other), "crates/{name}/Cargo.toml imports '{other}', which is not below it");
+            }
+        }
+        let lints = manifest.get("lints").and_then(|l| l.get("workspace")).and_then(|w| w.as_bool());
+        assert_eq!(lints, Some(true), "crates/{name} does not take the workspace's lints");
+    }
+}
+
+#[test]
+fn every_use_points_down() {
+    for (path, text) in sources() {
+        let Some(name) = path.strip_prefix("crates/").and_then(|p| p.split('/').next()) else {
+            assert!(code(&text).all(|(_, l)| imports(&l).is_empty()), "{path}: xtask stands outside of the house");
+            continue;
+        };
+        for (line, content) in code(&text) {
+            for other in imports(&content).into_iter().filter(|o| o != name) {
+                assert!(allowed(name, &other), "{path}:{line}: '{name}' imports '{other}', which is not below it");
+            }
+        }
+    }
+}
+
+#[test]
+fn inside_learn_arrows_go_one_way() {
+    for (path, text) in sources() {
+        let Some(inside) = path.strip_prefix("crates/learn/src/") else { continue };
+        let room = inside.split(['/', '.']).next().unwrap_or_default();
+        let Some((_, forbidden)) = LEARN.iter().find(|(name, _)| *name == room) else { continue };
+        for (line, content) in code(&text) {
+            for module in own_modules(&content) {
+                assert!(!forbidden.contains(&module.as_str()), "{path}:{line}: '{room}' must not know '{module}'");
+            }
+        }
+    }
+}
+
+#[test]
+fn unsafe_stands_only_where_it_must() {
+    for (path, text) in sources() {
+        if UNSAFE.iter().any(|(allowed, _)| path.starts_with(allowed)) {
+            continue;
+        }
+        for (line, content) in code(&text) {
+            let found = words(&content).any(|w| w == "unsafe");
+            assert!(!found, "{path}:{line}: `unsafe` outside of the files that a test lists");
+        }
+    }
+}
+
+#[test]
+fn files_stay_readable() {
+    let mut lengths = BTreeMap::new();
+    for (path, text) in sources() {
+        lengths.insert(path, text.lines().count());
+    }
+    let long: Vec<_> = lengths.iter().filter(|(_, n)| **n > 700).collect();
+    assert!(long.is_empty(), "longer than 700 lines, split them: {long:?}");
+}
+
+#[test]
+fn architecture_md_names_every_crate() {
+    let page = fs::read_to_string(root().join("ARCHITECTURE.md")).unwrap();
+    for (name, _) in crates() {
+        assert!(page.contains(&format!("crates/{name}")), "ARCHITECTURE.md does not mention crates/{name}");
+    }
+}
+
+#[test]
+fn the_checks_themselves_see_what_is_wrong() {
+    assert!(allowed("learn", "sim") && allowed("lifelike", "nn") && allowed("sim", "robot"));
+    assert!(!allowed("robot", "sim") && !allowed("nn", "character") && !allowed("sim", "nn") && !allowed("sim", "sim"));
+    let text = "use lifelike_sim::Simulation; // lifelike_learn\nlet x = \"lifelike_nn\"; unsafe { }\n";
+    let lines: Vec<_> = code(text).collect();
+    assert_eq!(imports(&lines[0].1), ["sim"]);
+    assert!(imports(&lines[1].1).is_empty());
+    assert!(words(&lines[1].1).any(|w| w == "unsafe"));
+    assert_eq!(own_modules("use crate::tracking::Policy; crate::x::y()"), ["tracking", "x"]);
+}
