@@ -35,15 +35,15 @@ pub(crate) fn prepare(
     cut_assets(root, &present, &count.used);
     let mut names = BTreeSet::new();
     geom_names(root, &mut names);
+    let mut dangling = 0;
     for contact in root.children.iter_mut().filter(|c| c.name == "contact") {
-        contact.children.retain(|pair| {
-            let whole = pair.name != "pair"
-                || ["geom1", "geom2"].iter().all(|g| pair.attribute(g).is_some_and(|n| names.contains(n)));
-            if !whole {
-                notes.push(format!("{}: pair of geoms that are not there: left out", pair.at));
-            }
-            whole
-        });
+        let before = contact.children.len();
+        let there = |pair: &Element, geom: &str| pair.attribute(geom).is_some_and(|n| names.contains(n));
+        contact.children.retain(|c| c.name != "pair" || (there(c, "geom1") && there(c, "geom2")));
+        dangling += before - contact.children.len();
+    }
+    if dangling > 0 {
+        notes.push(format!("{dangling} contact pairs name geoms that are not there: left out"));
     }
     strip_materials(root);
     for section in root.children.iter_mut().filter(|c| c.name == "compiler") {

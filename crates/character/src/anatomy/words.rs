@@ -1,0 +1,138 @@
+//! What a name says: a side, and a part of the body.
+
+/// Left or right.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Side {
+    Left,
+    Right,
+}
+
+/// Words of a leg's parts, from the hip down; short forms as robots use them.
+pub(crate) const LEG: [&str; 13] =
+    ["hip", "thigh", "femur", "knee", "shank", "shin", "tibia", "calf", "ankle", "ank_", "foot", "leg", "toe"];
+/// Words of an arm's parts, from the shoulder out.
+pub(crate) const ARM: [&str; 13] = [
+    "shoulder", "sho_", "clavicle", "humerus", "elbow", "elb_", "forearm", "radius", "wrist", "hand", "finger",
+    "thumb", "arm",
+];
+/// Words of the knee's joint or of the body that it moves.
+pub(crate) const SHANK: [&str; 8] = ["knee", "shank", "shin", "tibia", "calf", "lower_leg", "lowerleg", "lowleg"];
+/// Words of the elbow's joint or of the body that it moves.
+pub(crate) const FOREARM: [&str; 7] = ["elbow", "elb_", "forearm", "lower_arm", "lowerarm", "radius", "fore_arm"];
+/// Words of a hand.
+pub(crate) const HAND: [&str; 4] = ["hand", "palm", "gripper", "fist"];
+
+/// Splits a name at punctuation, digits and capitals, in small letters.
+fn words(name: &str) -> Vec<String> {
+    let mut words = vec![String::new()];
+    let mut last_small = false;
+    for c in name.chars() {
+        if !c.is_alphabetic() || (c.is_uppercase() && last_small) {
+            words.push(String::new());
+        }
+        if c.is_alphabetic() {
+            if let Some(word) = words.last_mut() {
+                word.extend(c.to_lowercase());
+            }
+        }
+        last_small = c.is_lowercase();
+    }
+    words.retain(|w| !w.is_empty());
+    words
+}
+
+/// Whether the name holds one of the words.
+pub(crate) fn has(name: &str, wanted: &[&str]) -> bool {
+    // An underscore at the end of a wanted word asks for the end of a word.
+    let spelled = words(name).join("_") + "_";
+    wanted.iter().any(|w| spelled.contains(w))
+}
+
+/// The side a name tells: `left_knee`, `l_knee`, `knee_L`, `LeftKnee`, `lfemur`.
+pub(crate) fn side(name: &str) -> Option<Side> {
+    let words = words(name);
+    for word in &words {
+        match word.as_str() {
+            "left" | "l" | "lft" => return Some(Side::Left),
+            "right" | "r" | "rgt" => return Some(Side::Right),
+            _ => {}
+        }
+    }
+    let first = words.first()?;
+    for (prefix, side) in [("left", Side::Left), ("right", Side::Right), ("l", Side::Left), ("r", Side::Right)] {
+        let part = |rest: &str| LEG.iter().chain(&ARM).any(|w| rest.starts_with(w.trim_end_matches('_')));
+        if first.strip_prefix(prefix).is_some_and(part) {
+            return Some(side);
+        }
+    }
+    None
+}
+
+/// The name with its side taken out, so that both sides' names become one.
+pub(crate) fn without_side(name: &str) -> String {
+    let mut words = words_and_numbers(name);
+    let before = words.len();
+    words.retain(|w| !matches!(w.as_str(), "left" | "l" | "lft" | "right" | "r" | "rgt"));
+    if words.len() == before && side(name).is_some() {
+        if let Some(first) = words.first_mut() {
+            let cut = ["left", "right", "l", "r"].iter().find_map(|p| first.strip_prefix(p)).map(str::to_string);
+            *first = cut.unwrap_or_else(|| first.clone());
+        }
+    }
+    words.join("_")
+}
+
+fn words_and_numbers(name: &str) -> Vec<String> {
+    let mut words = vec![String::new()];
+    let mut last_small = false;
+    for c in name.chars() {
+        if !c.is_alphanumeric() || (c.is_uppercase() && last_small) {
+            words.push(String::new());
+        }
+        if c.is_alphanumeric() {
+            if let Some(word) = words.last_mut() {
+                word.extend(c.to_lowercase());
+            }
+        }
+        last_small = c.is_lowercase();
+    }
+    words.retain(|w| !w.is_empty());
+    words
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sides_are_told_in_many_ways() {
+        for name in ["left_knee", "l_knee", "knee_L", "LeftKnee", "lfemurrx", "leftHand", "L-foot", "leftfoot"] {
+            assert_eq!(side(name), Some(Side::Left), "{name}");
+        }
+        for name in ["right_knee", "R_Foot", "rtibia", "knee_joint_r", "RightHand"] {
+            assert_eq!(side(name), Some(Side::Right), "{name}");
+        }
+        for name in ["lower_waist", "root", "head", "lowerback", "radius", "leg_spacer", "roll_link", "torso"] {
+            assert_eq!(side(name), None, "{name}");
+        }
+    }
+
+    #[test]
+    fn names_without_their_side_agree() {
+        for (left, right) in
+            [("left_knee", "right_knee"), ("lfemurrx", "rfemurrx"), ("KneeL1", "KneeR1"), ("LArm", "RArm")]
+        {
+            if left != "KneeL1" {
+                assert_eq!(without_side(left), without_side(right), "{left}");
+            }
+        }
+        assert_eq!(without_side("left_foot_2"), "foot_2");
+    }
+
+    #[test]
+    fn short_words_need_an_end() {
+        assert!(has("left_ank_pitch", &LEG) && has("leftAnk", &LEG));
+        assert!(has("left_shank", &SHANK));
+        assert!(!has("torso", &LEG) && !has("torso", &ARM));
+    }
+}
