@@ -7,7 +7,7 @@ use lifelike_character::{Quat, Vec3};
 use super::asf::{AsfSkeleton, Dof};
 use super::raw::{self, RawClip};
 use super::text::{self, Lines};
-use super::{ReadOptions, name_of};
+use super::{ReadOptions, name_of, rest};
 use crate::error::MotionError;
 use crate::source::SourceClip;
 
@@ -60,12 +60,14 @@ pub fn parse(
     while let Some(line) = lines.next_line() {
         match line.as_bytes()[0] {
             b'#' => {}
-            b':' if reader.root_position.is_empty() && reader.number.is_none() => match line.to_ascii_uppercase().as_str() {
-                ":DEGREES" => reader.angle = 1.0_f64.to_radians(),
-                ":RADIANS" => reader.angle = 1.0,
-                ":FULLY-SPECIFIED" => {}
-                _ => return Err(lines.error(":FULLY-SPECIFIED, :DEGREES or :RADIANS", line)),
-            },
+            b':' if reader.root_position.is_empty() && reader.number.is_none() => {
+                match line.to_ascii_uppercase().as_str() {
+                    ":DEGREES" => reader.angle = 1.0_f64.to_radians(),
+                    ":RADIANS" => reader.angle = 1.0,
+                    ":FULLY-SPECIFIED" => {}
+                    _ => return Err(lines.error(":FULLY-SPECIFIED, :DEGREES or :RADIANS", line)),
+                }
+            }
             b'0'..=b'9' => {
                 reader.end_frame(&lines)?;
                 reader.start_frame(&lines, line)?;
@@ -79,6 +81,7 @@ pub fn parse(
     }
     let bones = &skeleton.bones;
     let leaves = (0..bones.len()).filter(|b| !bones.iter().any(|c| c.parent == Some(*b)));
+    let names: Vec<String> = bones.iter().map(|b| b.name.clone()).collect();
     let raw = RawClip {
         name: name_of(file),
         provenance: "ASF/AMC: CMU Graphics Lab Motion Capture Database (mocap.cs.cmu.edu, NSF EIA-0196217), free for \
@@ -86,7 +89,8 @@ pub fn parse(
             .to_owned(),
         fps: options.amc_fps,
         cyclic: false,
-        names: bones.iter().map(|b| b.name.clone()).collect(),
+        hints: rest::Hints { elbow_tilt: elbow_tilt(skeleton, &names), ..Default::default() },
+        names,
         parents: bones.iter().map(|b| b.parent).collect(),
         offsets: bones.iter().map(|b| b.parent.map_or_else(Vec3::zeros, |p| bones[p].vector)).collect(),
         ends: leaves.map(|b| (b, bones[b].vector)).collect(),
@@ -96,6 +100,17 @@ pub fn parse(
         rotations: reader.rotations,
     };
     Ok(raw.finish(options.t_pose))
+}
+
+/// The tilt of the left elbow's hinge (see [`rest::Hints`]), if that is a joint with one rotation.
+fn elbow_tilt(skeleton: &AsfSkeleton, names: &[String]) -> f64 {
+    let Some([[.., fore, _], _]) = rest::limbs(names) else { return 0.0 };
+    let bone = &skeleton.bones[fore];
+    let [Dof::Rotation(axis)] = bone.dofs.as_slice() else { return 0.0 };
+    let mut hinge = Vec3::zeros();
+    hinge[*axis] = 1.0;
+    let hinge = raw::from_y_up_z_forward() * (bone.axis * hinge);
+    if hinge.z.abs() < 0.1 { 0.0 } else { (-hinge.x / hinge.z).atan() }
 }
 
 /// The frames so far, and the one under way.
@@ -143,7 +158,8 @@ impl<'a> Reader<'a> {
 
     fn end_frame(&mut self, lines: &Lines<'_>) -> Result<(), MotionError> {
         let Some(number) = self.number else { return Ok(()) };
-        let missing = self.skeleton.bones.iter().zip(&self.given).find(|(bone, given)| !*given && !bone.dofs.is_empty());
+        let missing =
+            self.skeleton.bones.iter().zip(&self.given).find(|(bone, given)| !*given && !bone.dofs.is_empty());
         if let Some((bone, _)) = missing {
             let expected = format!("bone '{}' in frame {number} before this line", bone.name);
             return Err(lines.error(expected, "the frame's end"));

@@ -245,7 +245,8 @@ fn angle_unit(lines: &Lines<'_>, token: Option<&str>) -> Result<f64, MotionError
 /// `XYZ` and the like.
 fn axis_order(lines: &Lines<'_>, token: Option<&str>) -> Result<[usize; 3], MotionError> {
     let token = token.unwrap_or_default();
-    let axes: Vec<usize> = token.bytes().filter_map(|b| b"XYZ".iter().position(|a| *a == b.to_ascii_uppercase())).collect();
+    let axes: Vec<usize> =
+        token.bytes().filter_map(|b| b"XYZ".iter().position(|a| *a == b.to_ascii_uppercase())).collect();
     match axes.as_slice() {
         [a, b, c] if token.len() == 3 && a != b && b != c && a != c => Ok([*a, *b, *c]),
         _ => Err(lines.error("an order of axes such as XYZ", token)),

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use lifelike_character::{Quat, Vec3, rotation};
 
 use super::raw::{self, RawClip};
-use super::{ReadOptions, name_of, text};
+use super::{ReadOptions, name_of, rest, text};
 use crate::error::MotionError;
 use crate::source::SourceClip;
 
@@ -174,7 +174,10 @@ pub fn parse(
     if uneven {
         // Few rows must not stand for a huge motion.
         if times[times.len() - 1] / step > 16.0 * times.len() as f64 {
-            return Err(wrong("frames about as long as the first".to_owned(), format!("{step} s, and far longer ones")));
+            return Err(wrong(
+                "frames about as long as the first".to_owned(),
+                format!("{step} s, and far longer ones"),
+            ));
         }
         (root_position, rotations) = resampled(&times, step, &root_position, &rotations);
     }
@@ -188,6 +191,7 @@ pub fn parse(
         offsets: character.iter().map(|j| j.offset).collect(),
         ends: Vec::new(),
         rest: vec![Quat::identity(); character.len()],
+        hints: rest::Hints::default(),
         basis: raw::about(0, std::f64::consts::FRAC_PI_2),
         root_position,
         rotations,

@@ -2,7 +2,7 @@
 //!
 //! | format | files | axes and unit in the file | rest pose in the file |
 //! | --- | --- | --- | --- |
-//! | [`bvh`] | Daz-friendly CMU | y up, z forward, cm | T-pose, forearms bent forward by 17 degrees; frame 0 is skipped |
+//! | [`bvh`] | Daz-friendly CMU | y up, z forward, cm | T-pose, forearms drawn bent by 17 degrees; frames 0 to 6 are skipped |
 //! | | Bandai-Namco | y up, z forward, cm | none (zero rotations lay bones along x): a table of joint frames |
 //! | | any other | from names and geometry | zero rotations |
 //! | [`asf`], [`amc`] | CMU originals | y up, z forward, inches / 0.45 | T-pose, legs spread by 20 degrees |
@@ -34,8 +34,8 @@ pub struct ReadOptions {
     /// Metres per unit of length of a BVH file. `None`: guessed from the skeleton's size among m, cm and mm (a body of
     /// 0.5 to 3 m); inches must be stated. The other formats say or fix their unit.
     pub scale: Option<f64>,
-    /// Frames to leave out at the start of a BVH file. `None`: one for the Daz-friendly skeleton, whose frame 0 is a rest
-    /// pose, none for the others.
+    /// Frames to leave out at the start of a BVH file. `None`: seven for the Daz-friendly skeleton (frame 0 is a rest pose,
+    /// and the conversion's filter smeared it over the six that follow), none for the others.
     pub skip_frames: Option<usize>,
     /// Frames per second of an AMC file, which does not say (CMU: 120 but for a few at 60).
     pub amc_fps: f64,

@@ -19,6 +19,8 @@ pub(crate) struct RawClip {
     /// World rotation of each joint's frame when the body stands in its rest pose. Identity where the file's zero pose
     /// is the rest pose.
     pub rest: Vec<Quat>,
+    /// What cannot be seen of that rest pose.
+    pub hints: rest::Hints,
     /// Turns the file's world into ours (z up, x forward, y left).
     pub basis: Quat,
     /// Position of the root (m, the file's axes).
@@ -37,14 +39,12 @@ impl RawClip {
         let turned: Vec<Quat> = self.rest.iter().map(|b| self.basis * b * self.basis.inverse()).collect();
         let place = |joint: usize, offset: &Vec3| turned[joint] * (self.basis * offset);
         let mut skeleton = Skeleton {
-            offsets: (0..n)
-                .map(|j| self.parents[j].map_or_else(Vec3::zeros, |p| place(p, &self.offsets[j])))
-                .collect(),
+            offsets: (0..n).map(|j| self.parents[j].map_or_else(Vec3::zeros, |p| place(p, &self.offsets[j]))).collect(),
             ends: self.ends.iter().map(|(joint, offset)| (*joint, place(*joint, offset))).collect(),
             names: self.names,
             parents: self.parents,
         };
-        let straight = if t_pose { rest::straighten(&mut skeleton) } else { vec![Quat::identity(); n] };
+        let straight = if t_pose { rest::straighten(&mut skeleton, &self.hints) } else { vec![Quat::identity(); n] };
 
         let frames: Vec<Quat> = (0..n).map(|j| straight[j] * self.basis * self.rest[j]).collect();
         let before: Vec<Quat> = skeleton.parents.iter().map(|p| p.map_or(self.basis, |p| frames[p])).collect();

@@ -1,9 +1,10 @@
 //! One rest pose for every format: the T-pose.
 //!
-//! Legs hang straight down, feet point forward and lie flat, arms point straight to the sides with the elbows' hinges
-//! vertical (bending a forearm brings it forward). Formats differ: the legs of an ASF are spread by 20 degrees, the
-//! forearms of a Daz figure are bent by 17, DeepMimic's arms hang down. With one rest pose the rotation of a thigh
-//! means the same wherever it came from, and a knee's local rotation is the angle between its two bones.
+//! Legs hang straight down, feet point forward and lie flat, arms point straight to the sides, palms down, with the
+//! elbows' hinges vertical (bending a forearm brings it forward). Formats differ: the legs of an ASF are spread by 20
+//! degrees and its elbows' hinges tilted by 30, the forearms of a Daz figure are drawn bent by 17, DeepMimic's arms hang
+//! down. With one rest pose the rotation of a thigh means the same wherever it came from, and the local rotation of a
+//! knee or an elbow is the angle between its two bones.
 
 use lifelike_character::{Quat, Vec3};
 
@@ -54,14 +55,31 @@ fn mirrored(left: &str) -> String {
     }
 }
 
+/// What a format's rest pose hides from geometry.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub(crate) struct Hints {
+    /// Angle (rad) by which the elbows' hinges are turned about the arms (about y, from x towards -z) in the T-pose.
+    pub elbow_tilt: f64,
+    /// The forearms are drawn bent although zero rotation means a straight arm: what hangs on them is straightened.
+    pub drawn_bent: bool,
+    /// A joint whose frame looks up by this angle (rad) when the head is level.
+    pub looks_up: Option<(usize, f64)>,
+}
+
 /// Changes the rest pose of a skeleton (z up, x forward, y left) to the T-pose, as far as its limbs are known by name.
 /// Returns the world rotation by which each joint's segment was turned.
-pub(crate) fn straighten(skeleton: &mut Skeleton) -> Vec<Quat> {
+pub(crate) fn straighten(skeleton: &mut Skeleton, hints: &Hints) -> Vec<Quat> {
     let n = skeleton.names.len();
     let mut own: Vec<Option<Quat>> = vec![None; n];
     if let Some(sides) = limbs(&skeleton.names) {
+        if hints.drawn_bent {
+            for [.., upper, fore, hand] in sides {
+                unbend(skeleton, upper, fore, hand);
+            }
+        }
         let positions = positions(skeleton);
         let bone = |from: usize, to: usize| positions[to] - positions[from];
+        let hinge = Quat::from_axis_angle(&Vec3::y_axis(), hints.elbow_tilt);
         for (side, [thigh, shin, foot, upper, fore, hand]) in sides.into_iter().enumerate() {
             let aside = if side == 0 { Vec3::y() } else { -Vec3::y() };
             own[thigh] = Quat::rotation_between(&bone(thigh, shin), &-Vec3::z());
@@ -69,9 +87,13 @@ pub(crate) fn straighten(skeleton: &mut Skeleton) -> Vec<Quat> {
             // The sole lies flat in every rest pose met, seen from the side; only the legs' spread must be undone.
             let down = bone(shin, foot);
             own[foot] = Quat::rotation_between(&Vec3::new(0.0, down.y, down.z), &-Vec3::z());
-            own[upper] = Quat::rotation_between(&bone(upper, fore), &aside);
-            own[fore] = Quat::rotation_between(&bone(fore, hand), &aside);
+            own[upper] = Quat::rotation_between(&bone(upper, fore), &aside).map(|turn| hinge * turn);
+            own[hand] = Quat::rotation_between(&bone(fore, hand), &aside);
+            own[fore] = own[hand].map(|turn| hinge * turn);
         }
+    }
+    if let Some((joint, angle)) = hints.looks_up {
+        own[joint] = Some(Quat::from_axis_angle(&Vec3::y_axis(), -angle));
     }
     let mut turns: Vec<Quat> = Vec::with_capacity(n);
     for joint in 0..n {
@@ -83,6 +105,25 @@ pub(crate) fn straighten(skeleton: &mut Skeleton) -> Vec<Quat> {
         *offset = turns[*joint] * *offset;
     }
     turns
+}
+
+/// Turns what hangs on a forearm so that it goes on in the upper arm's direction.
+fn unbend(skeleton: &mut Skeleton, upper: usize, fore: usize, hand: usize) {
+    let is_one_chain = skeleton.parents[fore] == Some(upper) && skeleton.parents[hand] == Some(fore);
+    let turn = Quat::rotation_between(&skeleton.offsets[hand], &skeleton.offsets[fore]);
+    let (true, Some(turn)) = (is_one_chain, turn) else { return };
+    let mut below = vec![false; skeleton.names.len()];
+    for joint in 0..skeleton.names.len() {
+        below[joint] = joint == fore || skeleton.parents[joint].is_some_and(|p| below[p]);
+        if below[joint] && joint != fore {
+            skeleton.offsets[joint] = turn * skeleton.offsets[joint];
+        }
+    }
+    for (joint, offset) in &mut skeleton.ends {
+        if below[*joint] {
+            *offset = turn * *offset;
+        }
+    }
 }
 
 /// Positions of the joints in the rest pose, the root at the origin (m).

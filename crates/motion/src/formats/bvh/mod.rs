@@ -65,7 +65,12 @@ pub fn parse(bytes: &[u8], file: &Path, options: &ReadOptions) -> Result<SourceC
     }
     if seen < frames {
         let got = format!("the end of the file after {seen}");
-        return Err(text::parse_error(file, lines.number(), format!("{frames} frames, as line {count_line} says"), &got));
+        return Err(text::parse_error(
+            file,
+            lines.number(),
+            format!("{frames} frames, as line {count_line} says"),
+            &got,
+        ));
     }
     if motion.root_position.is_empty() {
         let got = format!("{frames} of which {skip} are left out");
@@ -150,6 +155,7 @@ fn assemble(
         offsets,
         ends,
         rest,
+        hints: convention.hints(joints),
         root_position: motion.root_position,
         rotations: motion.rotations,
     };
