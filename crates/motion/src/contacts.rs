@@ -1,1 +1,215 @@
-//! (contract pending)
+//! When a place touches the ground: low AND slow, with hysteresis.
+//!
+//! The same rule serves captured humans (whose heights are only known up to the sole's thickness, see [`ground_level`])
+//! and characters' clips (whose sole corners are known exactly).
+
+use lifelike_character::{Anatomy, Character, Kinematics, Role, Vec3};
+
+use crate::clip::{Contacts, MotionClip};
+use crate::error::MotionError;
+
+/// Thresholds for a person with 0.9 m from hip to sole; [`ContactOptions::scaled`] adapts them.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct ContactOptions {
+    /// Below this height (m) contact may begin.
+    pub enter_height: f64,
+    /// Above this height (m) contact ends.
+    pub leave_height: f64,
+    /// Below this speed (m/s) contact may begin.
+    pub enter_speed: f64,
+    /// Above this speed (m/s) contact ends.
+    pub leave_speed: f64,
+    /// Shorter contacts (s) are dropped.
+    pub shortest_contact: f64,
+    /// Shorter gaps (s) are closed.
+    pub shortest_gap: f64,
+}
+
+impl Default for ContactOptions {
+    fn default() -> Self {
+        Self {
+            enter_height: 0.035,
+            leave_height: 0.06,
+            enter_speed: 0.4,
+            leave_speed: 0.7,
+            shortest_contact: 0.07,
+            shortest_gap: 0.05,
+        }
+    }
+}
+
+impl ContactOptions {
+    /// The same rule for legs of this length (m).
+    pub fn scaled(&self, leg_length: f64) -> Self {
+        let scale = leg_length / 0.9;
+        Self {
+            enter_height: self.enter_height * scale,
+            leave_height: self.leave_height * scale,
+            enter_speed: self.enter_speed * scale,
+            leave_speed: self.leave_speed * scale,
+            ..*self
+        }
+    }
+}
+
+/// Speed of a point at each frame (m/s), by central differences.
+pub fn speeds(path: &[Vec3], fps: f64) -> Vec<f64> {
+    let last = path.len().saturating_sub(1);
+    (0..path.len())
+        .map(|t| {
+            let (a, b) = (t.saturating_sub(1), (t + 1).min(last));
+            if a == b { 0.0 } else { (path[b] - path[a]).norm() * fps / (b - a) as f64 }
+        })
+        .collect()
+}
+
+/// The height (m) at which this point rests while it stands: the lower end of the heights it has when it is slow. Where
+/// it never is slow, nearly its lowest height.
+pub fn ground_level(path: &[Vec3], fps: f64, slow: f64) -> f64 {
+    let speed = speeds(path, fps);
+    let mut heights: Vec<f64> = path.iter().zip(&speed).filter(|(_, v)| **v < slow).map(|(p, _)| p.z).collect();
+    let mut share = 0.1;
+    if heights.len() < 5 {
+        heights = path.iter().map(|p| p.z).collect();
+        share = 0.02;
+    }
+    heights.sort_by(f64::total_cmp);
+    heights.get((heights.len() as f64 * share) as usize).copied().unwrap_or(0.0)
+}
+
+/// Contact of one point at each frame, given the height at which it rests (m).
+pub fn point_contacts(path: &[Vec3], level: f64, fps: f64, options: &ContactOptions) -> Vec<bool> {
+    let speed = speeds(path, fps);
+    let mut flags = Vec::with_capacity(path.len());
+    let mut down = false;
+    for (p, v) in path.iter().zip(&speed) {
+        let height = p.z - level;
+        down = if down {
+            height < options.leave_height && *v < options.leave_speed
+        } else {
+            height < options.enter_height && *v < options.enter_speed
+        };
+        flags.push(down);
+    }
+    // Hysteresis forwards delays the start; backwards it delays the end. A point that came down slowly was down already.
+    let mut later = false;
+    for t in (0..flags.len()).rev() {
+        let height = path[t].z - level;
+        later = flags[t] || (later && height < options.enter_height && speed[t] < options.leave_speed);
+        flags[t] = later;
+    }
+    clean(&mut flags, fps, options);
+    flags
+}
+
+/// Closes short gaps, then drops short contacts.
+pub fn clean(flags: &mut [bool], fps: f64, options: &ContactOptions) {
+    let frames = flags.len();
+    for (value, shortest) in [(false, options.shortest_gap), (true, options.shortest_contact)] {
+        for (start, end) in runs(flags, value) {
+            // What the clip's ends cut off may have been longer.
+            if start > 0 && end < frames && ((end - start) as f64) < shortest * fps {
+                flags[start..end].fill(!value);
+            }
+        }
+    }
+}
+
+/// Stretches `[start, end)` in which the flag has this value.
+pub fn runs(flags: &[bool], value: bool) -> Vec<(usize, usize)> {
+    let mut found = Vec::new();
+    let mut start = None;
+    for (t, &flag) in flags.iter().chain(std::iter::once(&!value)).enumerate() {
+        match (flag == value, start) {
+            (true, None) => start = Some(t),
+            (false, Some(s)) => {
+                found.push((s, t));
+                start = None;
+            }
+            _ => {}
+        }
+    }
+    found
+}
+
+/// Foot contacts of a character's clip: a foot touches while the lowest corner of its sole is low and slow. Names are
+/// those of the foot bodies, left before right.
+///
+/// # Errors
+/// When the clip's joints are not the character's.
+pub fn clip_contacts(
+    clip: &MotionClip,
+    character: &Character,
+    anatomy: &Anatomy,
+    options: &ContactOptions,
+) -> Result<Contacts, MotionError> {
+    let columns = clip.columns_for(character)?;
+    let feet: Vec<_> = [Role::LeftFoot, Role::RightFoot].iter().filter_map(|r| anatomy.soles.get(r)).collect();
+    let mut kinematics = Kinematics::new(character);
+    let mut q = character.reference_position();
+    let mut paths: Vec<Vec<Vec<Vec3>>> = feet.iter().map(|f| vec![Vec::new(); f.corners.len()]).collect();
+    for t in 0..clip.len() {
+        clip.write_position(character, &columns, t, &mut q);
+        kinematics.update(character, &q);
+        for (foot, paths) in feet.iter().zip(&mut paths) {
+            for (corner, path) in foot.corners.iter().zip(paths) {
+                path.push(kinematics.point(foot.body, corner));
+            }
+        }
+    }
+    let flags: Vec<Vec<bool>> = paths
+        .iter()
+        .map(|corners| {
+            let mut any = vec![false; clip.len()];
+            for path in corners {
+                for (a, b) in any.iter_mut().zip(point_contacts(path, 0.0, clip.fps, options)) {
+                    *a |= b;
+                }
+            }
+            any
+        })
+        .collect();
+    Ok(Contacts {
+        names: feet.iter().map(|f| character.bodies[f.body].name.clone()).collect(),
+        flags: (0..clip.len()).flat_map(|t| flags.iter().map(move |f| f[t])).collect(),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn step(t: f64) -> Vec3 {
+        // Down for 0.5 s at x = 0, then half a second of swing 0.4 m forward and 8 cm up, then down again.
+        let s = ((t - 0.5) / 0.5).clamp(0.0, 1.0);
+        let ease = s * s * (3.0 - 2.0 * s);
+        Vec3::new(0.4 * ease, 0.0, 0.07 + 0.08 * (std::f64::consts::PI * s).sin())
+    }
+
+    #[test]
+    fn a_step_is_two_contacts_and_a_swing() {
+        let path: Vec<Vec3> = (0..75).map(|i| step(f64::from(i) / 50.0)).collect();
+        let level = ground_level(&path, 50.0, 0.2);
+        assert!((level - 0.07).abs() < 1e-6, "{level}");
+        let flags = point_contacts(&path, level, 50.0, &ContactOptions::default());
+        let down = runs(&flags, true);
+        assert_eq!(down.len(), 2, "{down:?}");
+        assert!(down[0].1.abs_diff(26) <= 3 && down[1].0.abs_diff(50) <= 3 && down[1].1 == 75, "{down:?}");
+    }
+
+    #[test]
+    fn low_but_fast_is_no_contact() {
+        let path: Vec<Vec3> = (0..50).map(|i| Vec3::new(f64::from(i) * 0.03, 0.0, 0.0)).collect();
+        assert!(point_contacts(&path, 0.0, 50.0, &ContactOptions::default()).iter().all(|c| !c));
+    }
+
+    #[test]
+    fn short_gaps_close_and_short_contacts_go() {
+        let options = ContactOptions { shortest_gap: 0.05, shortest_contact: 0.07, ..ContactOptions::default() };
+        let mut flags = vec![true, true, true, true, true, false, true, true, true, false, false, false, false, true];
+        flags.extend([false, false, false, false]);
+        clean(&mut flags, 50.0, &options);
+        assert_eq!(runs(&flags, true), vec![(0, 9)]);
+    }
+}

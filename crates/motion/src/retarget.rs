@@ -1,1 +1,155 @@
 //! Whole-body inverse kinematics from a captured human onto a character.
+//!
+//! The main path of [`retarget`]: the source's joints get roles ([`Correspondence`]) → the human as directions of limbs,
+//! orientations of trunk, head and feet, and soles on the ground → contacts → pass A follows the human (damped
+//! Gauss-Newton over all joints, within ranges and speeds) → zero-phase smoothing → pass B locks the standing soles to
+//! the ground with root and legs → a last shift in height → [`RetargetReport`], measured on the result.
+//!
+//! Limbs are compared by the DIRECTIONS of their segments, never by rotations, so rest poses need not agree.
+
+mod correspondence;
+mod feet;
+mod ground;
+mod human;
+mod options;
+mod passes;
+mod refuse;
+mod report;
+mod rig;
+mod shapes;
+mod smooth;
+mod solver;
+
+use std::time::Instant;
+
+use lifelike_character::{Anatomy, Character, Vec3};
+
+pub use correspondence::{Correspondence, SourceRoles};
+pub use options::RetargetOptions;
+pub use report::{RetargetReport, Spread};
+
+use crate::clip::{Contacts, MotionClip, Provenance};
+use crate::error::MotionError;
+use crate::source::SourceClip;
+use feet::Stance;
+use human::Human;
+use rig::Rig;
+use shapes::Shapes;
+
+/// Converts a captured clip into a motion of this character, and says how well that went.
+///
+/// # Errors
+/// [`MotionError::Unfit`] with the reason when the clip cannot be converted: too short, not finite, without legs, or
+/// carried by things other than flat ground. [`MotionError::Mismatch`] when the character cannot be: no free root, ball
+/// joints, a leg or a sole missing.
+pub fn retarget(
+    source: &SourceClip,
+    character: &Character,
+    anatomy: &Anatomy,
+    options: &RetargetOptions,
+) -> Result<(MotionClip, RetargetReport), MotionError> {
+    let started = Instant::now();
+    let fps = options.fps;
+    check_options(source, options)?;
+    refuse::check_source(source)?;
+    let roles = SourceRoles::guess(source, &options.correspondence)?;
+    let rig = Rig::new(character, anatomy, options)?;
+    let human = Human::read(source, &roles, fps);
+    if !(human.leg_length.is_finite() && human.leg_length > 1e-3) {
+        let message = format!("its skeleton's legs are {} m long", human.leg_length);
+        return Err(MotionError::Unfit { clip: source.name.clone(), message });
+    }
+    let stances = feet::detect(&human, fps, &options.contact);
+    if !options.allow_off_ground {
+        refuse::check_ground(source, &human, &stances, fps)?;
+    }
+    let shapes = Shapes::new(character);
+    let mut poses = solve(&rig, &shapes, &human, &stances, options);
+    ground::settle(&rig, &shapes, &mut poses, &stances);
+    finish(&rig, &mut poses, fps);
+
+    let keep = human.padding..poses.len() - human.padding;
+    let stances = stances.map(|s| Stance { down: s.down.map(|d| d[keep.clone()].to_vec()) });
+    let poses = &poses[keep.clone()];
+    let outcome =
+        report::Outcome { rig: &rig, shapes: &shapes, frames: &human.frames[keep], poses, stances: &stances, fps };
+    let seconds = started.elapsed().as_secs_f64();
+    let mut report = report::measure(&outcome, &human, &source.name);
+    report.frames_per_second = human.frames.len() as f64 / seconds.max(1e-9);
+    Ok((make_clip(source, &rig, poses, &stances, fps), report))
+}
+
+fn check_options(source: &SourceClip, options: &RetargetOptions) -> Result<(), MotionError> {
+    let positive = |what: &str, value: f64| {
+        if value.is_finite() && value > 0.0 {
+            Ok(())
+        } else {
+            let message = format!("retargeting option {what} is {value}; it must be positive");
+            Err(MotionError::Unfit { clip: source.name.clone(), message })
+        }
+    };
+    positive("fps", options.fps)?;
+    positive("default_velocity_limit", options.default_velocity_limit)?;
+    options.velocity_limit.iter().try_for_each(|(name, v)| positive(&format!("velocity_limit.{name}"), *v))
+}
+
+/// Generalised positions for every frame, feet locked, before the last shift in height.
+fn solve(rig: &Rig, shapes: &Shapes, human: &Human, stances: &[Stance; 2], options: &RetargetOptions) -> Vec<Vec<f64>> {
+    let fps = options.fps;
+    let sigma = options.smoothing * fps;
+    let soft = feet::soft_targets(rig, human, stances, options, fps);
+    let mut followed = passes::follow(rig, shapes, human, &soft, fps);
+    limit_speeds(rig, &mut followed, fps);
+    smooth::smooth_poses(rig, &mut followed, sigma);
+    let clearance = options.swing_clearance * rig.leg_length / 0.44;
+    let locked = feet::locked_targets(rig, &followed, &soft, stances, clearance, fps);
+    let mut standing = passes::stand(rig, &followed, &locked, fps, 3);
+    smooth::smooth_change(rig, &followed, &mut standing, sigma);
+    passes::stand(rig, &standing, &locked, fps, 3)
+}
+
+fn limit_speeds(rig: &Rig, poses: &mut [Vec<f64>], fps: f64) {
+    for axis in &rig.axes {
+        let mut column: Vec<f64> = poses.iter().map(|p| p[axis.q]).collect();
+        smooth::limit_speed(&mut column, axis.speed / fps);
+        for (pose, value) in poses.iter_mut().zip(column) {
+            pose[axis.q] = value;
+        }
+    }
+}
+
+/// Exactly within speeds and ranges, without sign flips.
+fn finish(rig: &Rig, poses: &mut [Vec<f64>], fps: f64) {
+    limit_speeds(rig, poses, fps);
+    for pose in poses.iter_mut() {
+        for axis in &rig.axes {
+            pose[axis.q] = pose[axis.q].clamp(axis.range.0, axis.range.1);
+        }
+    }
+    smooth::continuous(poses, rig.root.q_index + 3);
+}
+
+fn make_clip(source: &SourceClip, rig: &Rig, poses: &[Vec<f64>], stances: &[Stance; 2], fps: f64) -> MotionClip {
+    let character = rig.character;
+    let at = rig.root.q_index;
+    let names = rig.legs.iter().map(|l| character.bodies[l.foot.body].name.clone()).collect();
+    MotionClip {
+        name: source.name.clone(),
+        fps,
+        joint_names: character.scalar_joints().map(|j| j.name.clone()).collect(),
+        root_position: poses.iter().map(|p| Vec3::new(p[at], p[at + 1], p[at + 2])).collect(),
+        root_orientation: poses.iter().map(|p| smooth::signed_orientation(p, at)).collect(),
+        joints: poses.iter().flat_map(|p| rig.axes.iter().map(|a| p[a.q])).collect(),
+        contacts: Some(Contacts {
+            names,
+            flags: (0..poses.len()).flat_map(|t| [stances[0].any(t), stances[1].any(t)]).collect(),
+        }),
+        cyclic: source.cyclic,
+        provenance: Provenance {
+            character: character.name.clone(),
+            source: source.name.clone(),
+            licence: source.provenance.clone(),
+            captions: source.captions.clone(),
+        },
+    }
+}

@@ -1,0 +1,49 @@
+//! What a retargeting may be told.
+
+use std::collections::BTreeMap;
+
+use super::correspondence::Correspondence;
+use crate::contacts::ContactOptions;
+
+/// How to retarget. The defaults suit a walking robot; every number has a unit.
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct RetargetOptions {
+    /// Frames per second of the result.
+    pub fps: f64,
+    /// Largest speed of a joint (rad/s or m/s), by joint name: usually 80% of what its actuator can.
+    pub velocity_limit: BTreeMap<String, f64>,
+    /// Largest speed of joints not named in `velocity_limit` (rad/s).
+    pub default_velocity_limit: f64,
+    /// Smallest bend of the knees (rad): legs stretched out are singular, and a robot cannot balance on them.
+    pub min_knee_bend: f64,
+    /// How high a swinging foot is lifted at least (m), for a leg of 0.44 m; longer legs lift higher in proportion.
+    pub swing_clearance: f64,
+    /// How much of the human's heel rise is kept while the toes are still on the ground (0: the sole stays flat).
+    pub heel_rise: f64,
+    /// Standard deviation of the zero-phase smoothing (s).
+    pub smoothing: f64,
+    /// When the human's feet touch the ground.
+    pub contact: ContactOptions,
+    /// Convert also clips in which the human stands on or hangs from things that are not there.
+    pub allow_off_ground: bool,
+    /// Overrides of the guessed correspondence between the source's joints and the roles.
+    pub correspondence: Correspondence,
+}
+
+impl Default for RetargetOptions {
+    fn default() -> Self {
+        Self {
+            fps: 50.0,
+            velocity_limit: BTreeMap::new(),
+            default_velocity_limit: 12.0,
+            min_knee_bend: 0.15,
+            swing_clearance: 0.02,
+            heel_rise: 0.5,
+            smoothing: 0.02,
+            contact: ContactOptions::default(),
+            allow_off_ground: false,
+            correspondence: Correspondence::default(),
+        }
+    }
+}

@@ -1,0 +1,65 @@
+//! What cannot be retargeted is refused with a reason.
+
+use super::feet::{Stance, in_flight};
+use super::human::Human;
+use crate::contacts::runs;
+use crate::error::MotionError;
+use crate::source::SourceClip;
+
+/// Checks the numbers of a clip before anything is computed from them.
+pub(super) fn check_source(clip: &SourceClip) -> Result<(), MotionError> {
+    let unfit = |message: String| Err(MotionError::Unfit { clip: clip.name.clone(), message });
+    let n = clip.skeleton.names.len();
+    if !(clip.fps.is_finite() && clip.fps > 0.0) {
+        return unfit(format!("its rate is {} frames per second", clip.fps));
+    }
+    if clip.len() < 2 || clip.seconds() < 0.2 {
+        return unfit(format!(
+            "it is too short: {} frames, {:.3} s; at least 0.2 s are needed",
+            clip.len(),
+            clip.seconds()
+        ));
+    }
+    if clip.rotations.len() != clip.len() || clip.rotations.iter().any(|r| r.len() != n) {
+        return unfit(format!("its rotations are not one per frame and joint ({} frames, {n} joints)", clip.len()));
+    }
+    let skeleton = &clip.skeleton;
+    if skeleton.parents.len() != n
+        || skeleton.offsets.len() != n
+        || skeleton.parents.iter().enumerate().any(|(j, p)| p.is_some_and(|p| p >= j))
+    {
+        return unfit("its skeleton is not a tree with parents before children".into());
+    }
+    for t in 0..clip.len() {
+        let rotations = clip.rotations[t].iter().all(|r| r.coords.iter().all(|c| c.is_finite()));
+        if !rotations || !clip.root_position[t].iter().all(|c| c.is_finite()) {
+            return unfit(format!("frame {t} holds a number that is not finite"));
+        }
+    }
+    Ok(())
+}
+
+/// Refuses clips in which something other than flat ground carries the person for long.
+pub(super) fn check_ground(clip: &SourceClip, human: &Human, feet: &[Stance; 2], fps: f64) -> Result<(), MotionError> {
+    let size = human.leg_length / 0.9;
+    let flying = in_flight(human, fps);
+    let hanging: Vec<bool> = human
+        .frames
+        .iter()
+        .enumerate()
+        .map(|(t, f)| f.lowest > 0.1 * size && !flying[t] && !feet.iter().any(|foot| foot.any(t)))
+        .collect();
+    let longest = runs(&hanging, true).into_iter().max_by_key(|(a, b)| b - a);
+    match longest {
+        Some((a, b)) if (b - a) as f64 > 0.4 * fps => {
+            let height = human.frames[a..b].iter().map(|f| f.lowest).fold(0.0, f64::max);
+            let (start, end) = ((a as f64 - human.padding as f64) / fps, (b as f64 - human.padding as f64) / fps);
+            let message = format!(
+                "from {start:.2} to {end:.2} s the person neither touches flat ground nor falls (lowest point up to \
+                 {height:.2} m high): it stands on or hangs from something that is not there"
+            );
+            Err(MotionError::Unfit { clip: clip.name.clone(), message })
+        }
+        _ => Ok(()),
+    }
+}
