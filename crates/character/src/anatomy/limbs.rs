@@ -16,8 +16,6 @@ pub(crate) struct Limb {
     pub lower: (usize, Vec3),
     /// Foot, or what is beyond the forearm, if the limb has joints there.
     pub end: Option<(usize, Vec3)>,
-    /// Bodies from the root to the tip.
-    pub chain: Vec<usize>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -77,7 +75,7 @@ impl<'a> Finder<'a> {
             .filter(|c| self.joints(c).len() >= 2 && self.kind(c) == Some(kind))
             // The longest chain is the limb itself; gears and covers hang on it by less.
             .max_by_key(|c| (self.joints(c).len(), std::cmp::Reverse(c.last().copied())))?;
-        self.split(kind, best)
+        self.split(kind, &best)
     }
 
     /// Bodies of this side on the way from the root to the tip.
@@ -97,8 +95,7 @@ impl<'a> Finder<'a> {
         joints.filter(|j| matches!(self.character.joints[*j].kind, JointKind::Hinge | JointKind::Ball)).collect()
     }
 
-    /// By the words in its names; where they say nothing, what hangs lower than where it starts by half its length or
-    /// more, ends near the lowest body, is a leg.
+    /// By the words in its names; where they say nothing, a limb that ends near the lowest body is a leg.
     fn kind(&self, chain: &[usize]) -> Option<Kind> {
         let (mut leg, mut arm) = (0, 0);
         for body in chain {
@@ -124,8 +121,8 @@ impl<'a> Finder<'a> {
     }
 
     /// Finds knee and ankle, or elbow and wrist, in a chain.
-    fn split(&self, kind: Kind, chain: Vec<usize>) -> Option<Limb> {
-        let joints = self.joints(&chain);
+    fn split(&self, kind: Kind, chain: &[usize]) -> Option<Limb> {
+        let joints = self.joints(chain);
         let middle = self.middle(kind, &joints)?;
         let character = self.character;
         let joint = |i: usize| &character.joints[joints[i]];
@@ -152,7 +149,7 @@ impl<'a> Finder<'a> {
             [one] => Some((one.body, self.hinge_centre(one, &lower_centre))),
             [.., last] => Some((last.body, self.centre(&end))),
         };
-        Some(Limb { upper: (upper_body, upper_centre), lower: (lower.body, lower_centre), end, chain })
+        Some(Limb { upper: (upper_body, upper_centre), lower: (lower.body, lower_centre), end })
     }
 
     /// Which of the joints is the knee or elbow: by name, else the hinge nearest to half of the way.
