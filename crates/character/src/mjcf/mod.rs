@@ -58,7 +58,7 @@ impl Character {
 /// Sections that say nothing about the dynamics.
 const PICTURES: [&str; 6] = ["visual", "statistic", "size", "custom", "sensor", "keyframe"];
 
-fn compile(mut root: Element, folder: Option<&Path>) -> Result<Character, CharacterError> {
+pub(crate) fn compile(mut root: Element, folder: Option<&Path>) -> Result<Character, CharacterError> {
     let mut notes = Vec::new();
     Attributes::own(&root).only(&["model", "noNamespaceSchemaLocation"])?;
     check_sections(&root, &mut notes)?;
