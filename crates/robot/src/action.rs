@@ -1,5 +1,9 @@
 //! What a policy's output means: joint targets.
 
+use nalgebra::RealField;
+
+use crate::robot::Robot;
+
 /// How the network's output `y` (one number per joint) becomes a joint target (rad).
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(deny_unknown_fields, tag = "base", rename_all = "snake_case")]
@@ -16,4 +20,132 @@ pub enum ActionSpec {
         /// rad per unit of output.
         scale: f64,
     },
+}
+
+impl ActionSpec {
+    /// Outputs are clamped to ± this before anything else is done with them.
+    pub const OUTPUT_LIMIT: f64 = 4.0;
+
+    /// How far beyond a joint's range a hinge's target may lie (rad). A PD controller holds a load only with its target
+    /// off the angle that it holds, at a joint's limit too.
+    pub const TARGET_MARGIN: f64 = 0.5;
+
+    /// The output that counts: `y`, clamped to ±[`Self::OUTPUT_LIMIT`]. NaN stays NaN, for the caller to quarantine.
+    pub fn clamp_output<T: RealField + Copy>(output: T) -> T {
+        let limit: T = nalgebra::convert(Self::OUTPUT_LIMIT);
+        clamp(output, -limit, limit)
+    }
+
+    /// The target of one joint (rad), for an output `y`, the joint's default angle and the reference's angle at t+1.
+    pub fn target<T: RealField + Copy>(&self, output: T, default_pose: T, reference: T, (low, high): (T, T)) -> T {
+        let output = Self::clamp_output(output);
+        let target = match *self {
+            Self::Absolute => output,
+            Self::DefaultPose { scale } => default_pose + output * nalgebra::convert(scale),
+            Self::Reference { scale } => reference + output * nalgebra::convert(scale),
+        };
+        clamp(target, low, high)
+    }
+
+    /// Whether [`Self::target`] looks at the reference.
+    pub fn needs_reference(&self) -> bool {
+        matches!(self, Self::Reference { .. })
+    }
+}
+
+/// `x` between `low` and `high`; NaN stays NaN.
+fn clamp<T: RealField + Copy>(x: T, low: T, high: T) -> T {
+    if x < low {
+        low
+    } else if x > high {
+        high
+    } else {
+        x
+    }
+}
+
+/// An [`ActionSpec`] for all joints of one robot.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ActionMap {
+    /// What the outputs mean.
+    pub spec: ActionSpec,
+    /// Default angle of each joint (rad).
+    pub default_pose: Vec<f32>,
+    /// Least and greatest target of each joint (rad): its range and the margin; infinite where it has no range.
+    pub limits: Vec<(f32, f32)>,
+}
+
+impl ActionMap {
+    /// The map for a robot.
+    pub fn new(spec: ActionSpec, robot: &Robot) -> Self {
+        let limits = robot
+            .character
+            .scalar_joints()
+            .map(|joint| match joint.range {
+                None => (f32::NEG_INFINITY, f32::INFINITY),
+                Some((low, high)) => {
+                    let margin = match joint.kind {
+                        lifelike_character::JointKind::Slide => 0.1 * (high - low),
+                        _ => ActionSpec::TARGET_MARGIN,
+                    };
+                    ((low - margin) as f32, (high + margin) as f32)
+                }
+            })
+            .collect();
+        Self { spec, default_pose: robot.default_pose.iter().map(|&q| q as f32).collect(), limits }
+    }
+
+    /// Writes the targets of one environment.
+    ///
+    /// # Shapes
+    /// `outputs`, `targets`: `[J]`; `reference`: `[J]`, or empty where [`ActionSpec::needs_reference`] is false.
+    ///
+    /// # Panics
+    /// Debug builds check the lengths.
+    pub fn write(&self, outputs: &[f32], reference: &[f32], targets: &mut [f32]) {
+        debug_assert_eq!(outputs.len(), self.limits.len());
+        debug_assert_eq!(targets.len(), self.limits.len());
+        debug_assert!(!self.spec.needs_reference() || reference.len() == self.limits.len());
+        for (i, (target, &output)) in targets.iter_mut().zip(outputs).enumerate() {
+            let reference = reference.get(i).copied().unwrap_or(0.0);
+            *target = self.spec.target(output, self.default_pose[i], reference, self.limits[i]);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, clippy::expect_used)]
+    use super::*;
+
+    const WIDE: (f64, f64) = (-10.0, 10.0);
+
+    #[test]
+    fn each_base_adds_what_it_says() {
+        assert_eq!(ActionSpec::Absolute.target(0.5, 1.0, 2.0, WIDE), 0.5);
+        assert_eq!(ActionSpec::DefaultPose { scale: 0.5 }.target(0.5, 1.0, 2.0, WIDE), 1.25);
+        assert_eq!(ActionSpec::Reference { scale: 0.5 }.target(0.5, 1.0, 2.0, WIDE), 2.25);
+        assert_eq!(ActionSpec::Reference { scale: 0.5 }.target(0.5_f32, 1.0, 2.0, (-10.0, 10.0)), 2.25);
+    }
+
+    #[test]
+    fn outputs_and_targets_are_clamped_and_nan_is_not_hidden() {
+        let spec = ActionSpec::DefaultPose { scale: 0.5 };
+        assert_eq!(spec.target(100.0, 1.0, 0.0, WIDE), 3.0, "4 x 0.5 above the default");
+        assert_eq!(spec.target(f64::NEG_INFINITY, 1.0, 0.0, WIDE), -1.0);
+        assert_eq!(spec.target(4.0, 1.0, 0.0, (-0.25, 0.75)), 0.75);
+        assert_eq!(spec.target(-4.0, 1.0, 0.0, (-0.25, 0.75)), -0.25);
+        assert!(spec.target(f64::NAN, 1.0, 0.0, WIDE).is_nan());
+    }
+
+    #[test]
+    fn text_names_the_base() {
+        #[derive(serde::Deserialize)]
+        struct Holder {
+            action: ActionSpec,
+        }
+        let holder: Holder = toml::from_str("action = { base = \"reference\", scale = 0.5 }").unwrap();
+        assert_eq!(holder.action, ActionSpec::Reference { scale: 0.5 });
+        assert!(toml::from_str::<Holder>("action = { base = \"reference\", scale = 0.5, gain = 1 }").is_err());
+    }
 }

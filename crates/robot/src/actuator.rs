@@ -67,3 +67,89 @@ pub struct ActuatorSet {
     /// Their actuators.
     pub parameters: Vec<ActuatorParameters>,
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Unitree A1 of Table 4.1.
+    const A1: ActuatorParameters = ActuatorParameters {
+        kp: 15.0,
+        kd: 0.6,
+        friction_velocity: 0.1,
+        static_friction: 0.45,
+        viscous_friction: 0.023,
+        torque_max: 34.0,
+        full_torque_velocity: 7.4,
+        velocity_max: 20.0,
+    };
+
+    #[test]
+    fn the_motor_is_a_pd_controller_below_its_limits() {
+        // 15 (1.0 - 0.2) - 0.6 · 2 = 12 - 1.2
+        assert!((A1.motor_torque(1.0, 0.2, 2.0) - 10.8).abs() < 1e-12);
+    }
+
+    #[test]
+    fn the_clamp_takes_every_branch_of_equation_4_11() {
+        let cases = [
+            // torque, velocity, expected
+            (100.0, 0.0, 34.0),     // at rest: the largest torque
+            (-100.0, 0.0, -34.0),   //
+            (100.0, 7.4, 34.0),     // up to the limit velocity: still all of it
+            (100.0, 13.7, 17.0),    // half way from 7.4 to 20: half
+            (100.0, 20.0, 0.0),     // at the largest velocity: none
+            (100.0, 25.0, 0.0),     // beyond it: none, never the wrong sign
+            (-100.0, 13.7, -34.0),  // braking has the full torque ...
+            (-100.0, 25.0, -34.0),  // ... at any velocity
+            (-100.0, -13.7, -17.0), // and all of it mirrored
+            (-100.0, -25.0, 0.0),   //
+            (100.0, -25.0, 34.0),   //
+            (5.0, 13.7, 5.0),       // inside the limits: untouched
+            (-5.0, -13.7, -5.0),    //
+        ];
+        for (torque, velocity, expected) in cases {
+            let got = A1.clamp(torque, velocity);
+            assert!((got - expected).abs() < 1e-12, "clamp({torque}, {velocity}) = {got}, expected {expected}");
+            assert_eq!(A1.clamp(-torque, -velocity), -got, "mirrored");
+        }
+    }
+
+    #[test]
+    fn friction_is_coulomb_and_viscous() {
+        // 0.45 tanh(0.05 / 0.1) + 0.023 · 0.05, with tanh(0.5) = 0.46211715726000975
+        assert!((A1.friction_torque(0.05) - (0.45 * 0.462_117_157_260_009_75 + 0.001_15)).abs() < 1e-15);
+        assert!((A1.friction_torque(10.0) - 0.68).abs() < 1e-12, "saturated: 0.45 + 0.23");
+        assert_eq!(A1.torque(1.0, 0.2, 2.0), A1.motor_torque(1.0, 0.2, 2.0) - A1.friction_torque(2.0));
+    }
+
+    #[test]
+    fn friction_as_damping_is_the_same_torque() {
+        for exponent in -80..20 {
+            for sign in [-1.0, 1.0] {
+                let v = sign * 10.0_f64.powf(f64::from(exponent) * 0.1);
+                let (expected, got) = (A1.friction_torque(v), A1.friction_damping(v) * v);
+                assert!((got - expected).abs() <= 1e-8 * expected.abs(), "v = {v}: {got} against {expected}");
+            }
+        }
+        assert_eq!(A1.friction_damping(0.0), 0.45 / 0.1 + 0.023);
+    }
+
+    #[test]
+    fn single_precision_is_the_same_law() {
+        let a1 = ActuatorParameters {
+            kp: 15.0_f32,
+            kd: 0.6,
+            friction_velocity: 0.1,
+            static_friction: 0.45,
+            viscous_friction: 0.023,
+            torque_max: 34.0,
+            full_torque_velocity: 7.4,
+            velocity_max: 20.0,
+        };
+        for (target, position, velocity) in [(1.0, 0.2, 2.0), (3.0, -1.0, 13.7), (-3.0, 1.0, 13.7), (0.0, 0.0, -19.0)] {
+            let expected = A1.torque(f64::from(target), f64::from(position), f64::from(velocity));
+            assert!((f64::from(a1.torque(target, position, velocity)) - expected).abs() < 1e-5);
+        }
+    }
+}

@@ -40,6 +40,14 @@ pub enum RobotError {
         /// What is there.
         got: String,
     },
+    /// The robot cannot be controlled, or its description contradicts itself.
+    #[error("robot '{robot}': {message}")]
+    Unfit {
+        /// The robot.
+        robot: String,
+        /// What is wrong, with names.
+        message: String,
+    },
     /// The character itself is the problem.
     #[error(transparent)]
     Character(#[from] lifelike_character::CharacterError),

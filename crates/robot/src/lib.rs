@@ -10,10 +10,14 @@ pub mod action;
 pub mod actuator;
 pub mod builtin;
 pub mod error;
+mod guess;
 pub mod observation;
 pub mod profile;
+pub mod robot;
 
-pub use action::ActionSpec;
+pub use action::{ActionMap, ActionSpec};
 pub use actuator::{ActuatorParameters, ActuatorSet};
 pub use error::RobotError;
-pub use profile::{Profile, Robot};
+pub use observation::{AnchorSpec, ObservationInputs, ObservationSpec, ReferenceSpec};
+pub use profile::{ActuatorGroup, Profile};
+pub use robot::Robot;

@@ -1,12 +1,10 @@
-//! A robot: a character and all that its control needs, by name.
+//! The text beside a robot's model: which actuators it has, and what of it is observed and tracked.
 
 use std::collections::BTreeMap;
-use std::sync::Arc;
+use std::path::Path;
 
-use lifelike_character::{Anatomy, Character};
-use lifelike_motion::FeatureLayout;
-
-use crate::actuator::{ActuatorParameters, ActuatorSet};
+use crate::actuator::ActuatorParameters;
+use crate::error::RobotError;
 
 /// The text beside a robot's MJCF (`lima.toml` beside `lima.xml`). Every part is optional: what is missing is guessed
 /// from the model.
@@ -19,7 +17,7 @@ pub struct Profile {
     /// Kinds of actuators, by a name of their own.
     #[serde(default)]
     pub actuator: BTreeMap<String, ActuatorGroup>,
-    /// Places whose positions are tracked (p of eq. 4.1): site names, or body names.
+    /// Places whose positions are tracked (p of eq. 4.1): names of sites, bodies or roles (`left_hand`).
     #[serde(default)]
     pub end_effectors: Vec<String>,
     /// Further places in the policy's observation; empty for robots that cannot measure them (thesis 4.3.1).
@@ -49,29 +47,108 @@ pub struct ActuatorGroup {
     pub parameters: ActuatorParameters,
 }
 
-/// A robot, ready to be simulated, trained and run.
-#[derive(Debug, Clone)]
-pub struct Robot {
-    /// Its name.
-    pub name: String,
-    /// Its body.
-    pub character: Arc<Character>,
-    /// Which body is what.
-    pub anatomy: Anatomy,
-    /// Its actuators, one per scalar joint, in the character's order.
-    pub actuators: ActuatorSet,
-    /// Names of its joints and end effectors: the layout of eq. 4.1 for this robot.
-    pub layout: FeatureLayout,
-    /// Where the end effectors are, in the order of `layout.end_effectors`: body index and point in its frame (m).
-    pub effectors: Vec<(usize, lifelike_character::Vec3)>,
-    /// Where the key bodies of the observation are, likewise.
-    pub key_bodies: Vec<(usize, lifelike_character::Vec3)>,
-    /// Default pose, one angle per scalar joint (rad).
-    pub default_pose: Vec<f64>,
-    /// Policy rate (Hz).
-    pub control_hz: f64,
-    /// Physics steps per policy step.
-    pub substeps: usize,
-    /// The profile it was made with.
-    pub profile: Profile,
+impl Profile {
+    /// Reads a profile. `path` is for the error messages only.
+    ///
+    /// # Errors
+    /// [`RobotError::Profile`] with line and key for text that is not a profile, and for numbers out of range.
+    pub fn from_toml(text: &str, path: &Path) -> Result<Self, RobotError> {
+        let fail = |message: String| RobotError::Profile { path: path.to_path_buf(), message };
+        let profile: Self = toml::from_str(text).map_err(|e| fail(e.to_string()))?;
+        for (name, group) in &profile.actuator {
+            group.parameters.check().map_err(|message| fail(format!("[actuator.{name}.parameters]: {message}")))?;
+        }
+        Ok(profile)
+    }
+
+    /// Reads a profile file.
+    ///
+    /// # Errors
+    /// [`RobotError::Io`], and what [`Self::from_toml`] fails with.
+    pub fn from_file(path: &Path) -> Result<Self, RobotError> {
+        let text = std::fs::read_to_string(path).map_err(|source| RobotError::Io { path: path.into(), source })?;
+        Self::from_toml(&text, path)
+    }
+}
+
+impl ActuatorParameters {
+    /// Whether the numbers can be an actuator's; says what is wrong.
+    pub(crate) fn check(&self) -> Result<(), String> {
+        let at_least_zero = [
+            ("kp", self.kp),
+            ("kd", self.kd),
+            ("static_friction", self.static_friction),
+            ("viscous_friction", self.viscous_friction),
+            ("full_torque_velocity", self.full_torque_velocity),
+        ];
+        for (key, value) in at_least_zero {
+            if !(value.is_finite() && value >= 0.0) {
+                return Err(format!("{key}: expected a number of at least 0, got {value}"));
+            }
+        }
+        for (key, value) in [("friction_velocity", self.friction_velocity), ("torque_max", self.torque_max)] {
+            if !(value.is_finite() && value > 0.0) {
+                return Err(format!("{key}: expected a number above 0, got {value}"));
+            }
+        }
+        if !(self.velocity_max.is_finite() && self.velocity_max > self.full_torque_velocity) {
+            return Err(format!(
+                "velocity_max: expected more than full_torque_velocity ({}), got {}",
+                self.full_torque_velocity, self.velocity_max
+            ));
+        }
+        Ok(())
+    }
+}
+
+/// Whether `name` is what `pattern` describes; `*` stands for any number of any characters.
+pub(crate) fn glob(pattern: &str, name: &str) -> bool {
+    let mut parts = pattern.split('*');
+    let Some(mut rest) = parts.next().and_then(|first| name.strip_prefix(first)) else { return false };
+    let mut parts = parts.peekable();
+    if parts.peek().is_none() {
+        return rest.is_empty();
+    }
+    while let Some(part) = parts.next() {
+        if parts.peek().is_none() {
+            return rest.ends_with(part);
+        }
+        match rest.find(part) {
+            Some(at) => rest = &rest[at + part.len()..],
+            None => return false,
+        }
+    }
+    true
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, clippy::expect_used)]
+    use super::*;
+
+    #[test]
+    fn a_star_stands_for_anything() {
+        for (pattern, name) in [("*", "left_hip"), ("left_*", "left_hip"), ("*_hip_*", "left_hip_yaw"), ("a", "a")] {
+            assert!(glob(pattern, name), "{pattern} should match {name}");
+        }
+        for (pattern, name) in [("left_*", "right_hip"), ("*_hip", "left_hip_yaw"), ("a", "ab"), ("ab*b", "ab")] {
+            assert!(!glob(pattern, name), "{pattern} should not match {name}");
+        }
+        assert!(glob("ab*b", "abb"));
+        assert!(glob("*a*a*", "aa"));
+        assert!(!glob("*a*a*", "a"));
+    }
+
+    #[test]
+    fn errors_name_the_key() {
+        let path = Path::new("x.toml");
+        let error = Profile::from_toml("control_herz = 50\n", path).unwrap_err().to_string();
+        assert!(error.contains("x.toml") && error.contains("control_herz"), "{error}");
+        let text = "[actuator.leg]\njoints = [\"*\"]\n[actuator.leg.parameters]\nkp = 1\nkd = 0\n\
+            friction_velocity = 0.1\nstatic_friction = 0\nviscous_friction = 0\ntorque_max = 1\n\
+            full_torque_velocity = 5\nvelocity_max = 5\n";
+        let error = Profile::from_toml(text, path).unwrap_err().to_string();
+        assert!(error.contains("actuator.leg") && error.contains("velocity_max"), "{error}");
+        assert!(Profile::from_toml(&text.replace("\nvelocity_max = 5", "\nvelocity_max = 6"), path).is_ok());
+    }
 }

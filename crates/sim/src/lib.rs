@@ -1,7 +1,7 @@
 //! Floor 3: many worlds at once.
 //!
 //! The main path: [`Simulation`] (the trait every engine implements) → [`BatchState`] (what it reports, structure of
-//! arrays) → [`randomization`] (thesis 4.2.2) → an engine, such as [`mujoco`].
+//! arrays) → [`randomization`] (thesis 4.2.2) → an engine, such as `mujoco`, made by [`create`].
 
 pub mod batch;
 pub mod error;
@@ -9,5 +9,36 @@ pub mod error;
 pub mod mujoco;
 pub mod randomization;
 
+use std::sync::Arc;
+
+use lifelike_robot::Robot;
+
 pub use batch::{BatchState, Drive, EnvironmentParameters, IntegrationState, Simulation};
 pub use error::SimError;
+#[cfg(feature = "mujoco")]
+pub use mujoco::MujocoSimulation;
+
+/// Makes the engine of this name: `environments` copies of a robot, stepped by `threads` threads (0: one per processor).
+///
+/// # Errors
+/// [`SimError::Engine`] when this build has no such engine; else what the engine says.
+pub fn create(
+    engine: &str,
+    robot: Arc<Robot>,
+    environments: usize,
+    threads: usize,
+) -> Result<Box<dyn Simulation>, SimError> {
+    match engine {
+        #[cfg(feature = "mujoco")]
+        mujoco::ENGINE => Ok(Box::new(MujocoSimulation::new(robot, environments, threads)?)),
+        _ => {
+            let _ = (robot, environments, threads);
+            let hint = if cfg!(feature = "mujoco") {
+                "there is 'mujoco'"
+            } else {
+                "there is none; build with the feature 'mujoco' (after `cargo xtask mujoco`)"
+            };
+            Err(SimError::Engine { name: engine.to_string(), hint })
+        }
+    }
+}

@@ -1,1 +1,300 @@
 //! MuJoCo 3.17.
+//!
+//! The main path: [`model`] (the text MuJoCo compiles, and where in it the robot's parts are) → [`worker`] (one thread's
+//! model and data: loads an environment, steps it, stores it) → [`rows`] (which part of the outputs a worker writes).
+//!
+//! Environments share the workers' `mjData`: each is only its integration state, a compact row of numbers. Thousands of
+//! full `mjData` would fall out of the cache at every step, and a row is all there is to save. A worker's result is a
+//! function of the row alone, so results are bit for bit the same for any number of threads and any place in the batch.
+
+mod model;
+mod rows;
+mod worker;
+
+use std::sync::{Arc, Mutex, PoisonError};
+
+use lifelike_robot::Robot;
+
+use crate::batch::{BatchState, Drive, EnvironmentParameters, IntegrationState, Simulation};
+use crate::error::SimError;
+use model::Layout;
+use rows::{Rows, Widths};
+use worker::{Command, Tuning, Worker};
+
+/// The name of this engine.
+pub const ENGINE: &str = "mujoco";
+
+/// Environments that a thread takes at once: few enough to share the work evenly, many enough not to wait for the queue.
+const BLOCK: usize = 8;
+
+/// N environments of one robot in MuJoCo.
+pub struct MujocoSimulation {
+    robot: Arc<Robot>,
+    layout: Arc<Layout>,
+    widths: Widths,
+    workers: Vec<Worker>,
+    pool: rayon::ThreadPool,
+    /// Integration states, `[N, layout.width]`.
+    environments: Vec<f64>,
+    parameters: Vec<EnvironmentParameters>,
+    /// What the parameters mean for the model; `None`: nothing differs.
+    tunings: Vec<Option<Tuning>>,
+    state: BatchState,
+}
+
+impl MujocoSimulation {
+    /// `environments` copies of a robot, each in its default pose with the root where the model puts it, stepped by
+    /// `threads` threads (0: one per processor).
+    ///
+    /// MuJoCo gets the character's own text, with a floor added where it has none. Four things are set whatever the text
+    /// says: the time step (the robot's), no actuation (the robot's actuator model drives the joints), no sensors, no
+    /// automatic reset; and Euler instead of Runge-Kutta, which would integrate friction explicitly.
+    ///
+    /// # Errors
+    /// [`SimError::Model`] when the character has no MJCF text, MuJoCo refuses it, or its bodies and joints are not the
+    /// character's.
+    pub fn new(robot: Arc<Robot>, environments: usize, threads: usize) -> Result<Self, SimError> {
+        let (model, layout) = model::compile(&robot)?;
+        let fail = |message: String| SimError::Model { engine: ENGINE, character: robot.name.clone(), message };
+        let threads = match threads {
+            0 => std::thread::available_parallelism().map_or(1, std::num::NonZero::get),
+            n => n,
+        };
+        let layout = Arc::new(layout);
+        let mut workers = Vec::with_capacity(threads);
+        for _ in 0..threads {
+            workers.push(Worker::new(&model, layout.clone()).map_err(fail)?);
+        }
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .thread_name(|i| format!("physics-{i}"))
+            .build()
+            .map_err(|e| fail(e.to_string()))?;
+        let widths = Widths {
+            joints: layout.joints.len(),
+            places: layout.places.len(),
+            bodies: robot.character.bodies.len(),
+            feet: layout.feet,
+        };
+        let mut simulation = Self {
+            state: rows::allocate(environments, &widths),
+            environments: vec![0.0; environments * layout.width],
+            parameters: vec![EnvironmentParameters::default(); environments],
+            tunings: vec![None; environments],
+            robot,
+            layout,
+            widths,
+            workers,
+            pool,
+        };
+        let position = simulation.robot.default_position();
+        let (nq, nv) = (simulation.layout.nq, simulation.layout.nv);
+        let mut positions = Vec::with_capacity(environments * nq);
+        (0..environments).for_each(|_| positions.extend_from_slice(&position));
+        let ids: Vec<usize> = (0..environments).collect();
+        simulation.reset(&ids, &positions, &vec![0.0; environments * nv])?;
+        Ok(simulation)
+    }
+
+    /// Number of threads.
+    pub fn threads(&self) -> usize {
+        self.workers.len()
+    }
+
+    /// Writes the outputs of environments that did not step: poses and velocities; torques and forces are zero.
+    fn refresh(&mut self, ids: &[usize]) {
+        let Some(worker) = self.workers.first_mut() else { return };
+        let width = self.layout.width;
+        for &id in ids {
+            let row = &self.environments[id * width..(id + 1) * width];
+            worker.observe(row, &mut rows::single(&mut self.state, id, &self.widths));
+        }
+    }
+
+    fn check_id(&self, id: usize) -> Result<(), SimError> {
+        if id < self.len() {
+            return Ok(());
+        }
+        Err(SimError::State { expected: format!("an environment below {}", self.len()), got: id.to_string() })
+    }
+
+    fn tune(&mut self, id: usize) -> Result<(), SimError> {
+        let parameters = &self.parameters[id];
+        let bodies = self.robot.character.bodies.len();
+        for (what, expected, got) in [
+            ("mass_scale", bodies, parameters.mass_scale.len()),
+            ("joint_offset", self.layout.joints.len(), parameters.joint_offset.len()),
+        ] {
+            if got != 0 && got != expected {
+                return Err(SimError::Length { what, expected, got });
+            }
+        }
+        let bad = |value: f32| !(value.is_finite() && value > 0.0);
+        let numbers = parameters.mass_scale.iter().chain(&parameters.ground_friction);
+        if let Some(value) = numbers.copied().find(|&value| bad(value)) {
+            let expected = "mass factors and friction above 0".to_string();
+            return Err(SimError::State { expected, got: value.to_string() });
+        }
+        if let Some(worker) = self.workers.first_mut() {
+            self.tunings[id] = worker.tuning(parameters);
+        }
+        Ok(())
+    }
+}
+
+impl Simulation for MujocoSimulation {
+    fn engine(&self) -> &'static str {
+        ENGINE
+    }
+
+    fn robot(&self) -> &Arc<Robot> {
+        &self.robot
+    }
+
+    fn len(&self) -> usize {
+        self.parameters.len()
+    }
+
+    fn state(&self) -> &BatchState {
+        &self.state
+    }
+
+    fn reset(&mut self, ids: &[usize], positions: &[f64], velocities: &[f64]) -> Result<(), SimError> {
+        let (nq, nv) = (self.layout.nq, self.layout.nv);
+        for (what, expected, got) in
+            [("positions", ids.len() * nq, positions.len()), ("velocities", ids.len() * nv, velocities.len())]
+        {
+            if expected != got {
+                return Err(SimError::Length { what, expected, got });
+            }
+        }
+        // All checks first: a refused reset changes nothing.
+        let mut rows = Vec::with_capacity(ids.len());
+        for (i, &id) in ids.iter().enumerate() {
+            self.check_id(id)?;
+            let row = self.layout.fresh_row(&positions[i * nq..(i + 1) * nq], &velocities[i * nv..(i + 1) * nv]);
+            rows.push(row.map_err(|got| SimError::State {
+                expected: format!("finite numbers and a root orientation for environment {id}"),
+                got,
+            })?);
+        }
+        for (&id, row) in ids.iter().zip(&rows) {
+            self.environments[id * self.layout.width..(id + 1) * self.layout.width].copy_from_slice(row);
+        }
+        self.refresh(ids);
+        Ok(())
+    }
+
+    fn set_parameters(&mut self, id: usize, parameters: EnvironmentParameters) -> Result<(), SimError> {
+        self.check_id(id)?;
+        let before = std::mem::replace(&mut self.parameters[id], parameters);
+        let result = self.tune(id);
+        if result.is_err() {
+            self.parameters[id] = before;
+        }
+        result
+    }
+
+    fn push(&mut self, id: usize, body: usize, force_w: [f32; 3], torque_w: [f32; 3]) -> Result<(), SimError> {
+        self.check_id(id)?;
+        let bodies = self.robot.character.bodies.len();
+        if body == 0 || body >= bodies {
+            return Err(SimError::State {
+                expected: format!("a body from 1 to {}", bodies - 1),
+                got: body.to_string(),
+            });
+        }
+        if let Some(value) = force_w.iter().chain(&torque_w).find(|value| !value.is_finite()) {
+            return Err(SimError::State { expected: "a finite push".into(), got: value.to_string() });
+        }
+        let start = id * self.layout.width + self.layout.pushes + 6 * body;
+        for (slot, value) in self.environments[start..start + 6].iter_mut().zip(force_w.iter().chain(&torque_w)) {
+            *slot = f64::from(*value);
+        }
+        Ok(())
+    }
+
+    fn clear_pushes(&mut self, id: usize) {
+        if id < self.len() {
+            let start = id * self.layout.width;
+            self.environments[start + self.layout.pushes..start + self.layout.diverged].fill(0.0);
+        }
+    }
+
+    fn step(&mut self, drive: Drive<'_>) -> Result<(), SimError> {
+        let joints = self.layout.joints.len();
+        let (what, numbers) = match drive {
+            Drive::Targets(numbers) => ("targets", numbers),
+            Drive::Torques(numbers) => ("torques", numbers),
+        };
+        let expected = self.len() * joints;
+        if numbers.len() != expected {
+            return Err(SimError::Length { what, expected, got: numbers.len() });
+        }
+        let (width, widths) = (self.layout.width, self.widths);
+        let mut rest = Rows::whole(&mut self.state);
+        let blocks: Vec<_> = self
+            .environments
+            .chunks_mut(BLOCK * width)
+            .zip(self.tunings.chunks(BLOCK))
+            .zip(numbers.chunks(BLOCK * joints))
+            .map(|((rows, tunings), numbers)| (rows, tunings, numbers, rest.take(tunings.len(), &widths)))
+            .collect();
+        let queue = Mutex::new(blocks.into_iter());
+        let next = || queue.lock().unwrap_or_else(PoisonError::into_inner).next();
+        let work = |worker: &mut Worker| {
+            while let Some((rows, tunings, numbers, mut outputs)) = next() {
+                for (i, row) in rows.chunks_exact_mut(width).enumerate() {
+                    let numbers = &numbers[i * joints..(i + 1) * joints];
+                    let command = match drive {
+                        Drive::Targets(_) => Command::Targets(numbers),
+                        Drive::Torques(_) => Command::Torques(numbers),
+                    };
+                    worker.step(row, tunings[i].as_ref(), command, &mut outputs.take(1, &widths));
+                }
+            }
+        };
+        let workers = &mut self.workers;
+        self.pool.in_place_scope(|scope| {
+            for worker in workers.iter_mut() {
+                scope.spawn(|_| work(worker));
+            }
+        });
+        Ok(())
+    }
+
+    fn save(&self) -> IntegrationState {
+        IntegrationState {
+            engine: ENGINE.to_string(),
+            width: self.layout.width,
+            values: self.environments.clone(),
+            parameters: self.parameters.clone(),
+        }
+    }
+
+    fn restore(&mut self, state: &IntegrationState) -> Result<(), SimError> {
+        let fingerprint =
+            |engine: &str, environments, width| format!("{engine}, {environments} environments of {width} numbers");
+        let expected = fingerprint(ENGINE, self.len(), self.layout.width);
+        let got = fingerprint(&state.engine, state.parameters.len(), state.width);
+        if expected != got {
+            return Err(SimError::State { expected, got });
+        }
+        if state.values.len() != self.environments.len() {
+            return Err(SimError::Length {
+                what: "saved state",
+                expected: self.environments.len(),
+                got: state.values.len(),
+            });
+        }
+        for (id, parameters) in state.parameters.iter().enumerate() {
+            if self.parameters[id] != *parameters {
+                self.set_parameters(id, parameters.clone())?;
+            }
+        }
+        self.environments.copy_from_slice(&state.values);
+        let ids: Vec<usize> = (0..self.len()).collect();
+        self.refresh(&ids);
+        Ok(())
+    }
+}

@@ -1,0 +1,125 @@
+//! Actuators of robots whose profile names none: from the model's own actuators, else from masses and lengths.
+
+use lifelike_character::{Anatomy, Character, Joint, Kinematics, Role};
+
+use crate::actuator::ActuatorParameters;
+
+/// A guess for every scalar joint, in the character's order; one note per joint says where it came from.
+pub(crate) fn actuators(
+    character: &Character,
+    anatomy: &Anatomy,
+    physics_hz: f64,
+    notes: &mut Vec<String>,
+) -> Vec<ActuatorParameters> {
+    let kinematics = Kinematics::new(character);
+    character
+        .scalar_joints()
+        .map(|joint| {
+            let (parameters, source) = actuator(character, anatomy, &kinematics, joint, physics_hz);
+            notes.push(format!(
+                "actuator of '{}': kp {:.3}, kd {:.3}, at most {:.2} N m ({source})",
+                joint.name, parameters.kp, parameters.kd, parameters.torque_max
+            ));
+            parameters
+        })
+        .collect()
+}
+
+fn actuator(
+    character: &Character,
+    anatomy: &Anatomy,
+    kinematics: &Kinematics,
+    joint: &Joint,
+    physics_hz: f64,
+) -> (ActuatorParameters, &'static str) {
+    let index = character.joints.iter().position(|j| j.name == joint.name);
+    let own = character.actuators.iter().find(|a| Some(a.joint) == index);
+    let gear = own.map_or(1.0, |a| a.gear.abs());
+    let largest = |range: (f64, f64)| range.0.abs().max(range.1.abs());
+    let limits = [
+        own.and_then(|a| a.force_range).map(|r| largest(r) * gear),
+        // The control of a motor is its force; that of a position servo is an angle.
+        own.filter(|a| a.kp.is_none()).and_then(|a| a.ctrl_range).map(|r| largest(r) * gear),
+        joint.actuator_force_range.map(largest),
+    ];
+    let limit = limits.into_iter().flatten().filter(|l| l.is_finite() && *l > 0.0).reduce(f64::min);
+    let load = load(character, anatomy, kinematics, joint);
+    let torque_max = limit.unwrap_or(load);
+    let kp = own.and_then(|a| a.kp).map(|kp| kp * gear * gear).filter(|kp| kp.is_finite() && *kp > 0.0);
+    let kd = own.and_then(|a| a.kv).map(|kv| kv * gear * gear).filter(|kv| kv.is_finite() && *kv > 0.0);
+    let source = match (kp, limit) {
+        (Some(_), Some(_)) => "the model's gains and limits",
+        (Some(_), None) => "the model's gains; torque from the weight it may carry",
+        (None, Some(_)) => "the model's limits; gains from the torque",
+        (None, None) => "from the weight it may carry",
+    };
+    // One radian of error asks for the whole torque, as on the legs of common robots; 40 ms of velocity are damped.
+    // Explicit PD control is stable while kp h² and kd h stay well below the inertia that the joint moves.
+    let inertia = joint.armature + subtree_inertia(character, kinematics, joint);
+    let kp = kp.unwrap_or(torque_max.min(0.25 * inertia * physics_hz * physics_hz));
+    let kd = kd.unwrap_or((0.04 * kp).min(0.5 * inertia * physics_hz));
+    let parameters = ActuatorParameters {
+        kp,
+        kd,
+        friction_velocity: 0.1,
+        static_friction: 0.0,
+        viscous_friction: 0.0,
+        torque_max,
+        full_torque_velocity: 10.0,
+        velocity_max: 30.0,
+    };
+    (parameters, source)
+}
+
+/// The torque that a joint may have to hold (N m): in a leg 0.6 of the whole weight at the leg's length, elsewhere twice
+/// the weight beyond the joint, held out straight.
+fn load(character: &Character, anatomy: &Anatomy, kinematics: &Kinematics, joint: &Joint) -> f64 {
+    let gravity = character.gravity.norm().max(1.0);
+    let legs = [(Role::LeftThigh, Role::LeftFoot), (Role::RightThigh, Role::RightFoot)];
+    for (thigh, foot) in legs {
+        let (Some(thigh), Some(foot)) = (anatomy.places.get(&thigh), anatomy.places.get(&foot)) else { continue };
+        if is_below(character, foot.body, joint.body) {
+            let hip = kinematics.point(thigh.body, &thigh.point);
+            let length = (hip - kinematics.point(foot.body, &foot.point)).norm();
+            return (0.6 * character.mass() * gravity * length).max(0.1);
+        }
+    }
+    let (mut mass, mut reach) = (0.0, 0.0_f64);
+    let anchor = kinematics.body_position[joint.body];
+    for (i, body) in character.bodies.iter().enumerate().filter(|&(i, _)| is_below(character, i, joint.body)) {
+        mass += body.inertial.mass;
+        reach = reach.max((kinematics.point(i, &body.inertial.com) - anchor).norm());
+    }
+    (2.0 * mass * gravity * reach).max(0.1)
+}
+
+/// Inertia about the joint of all that hangs on it, in the reference pose (kg m², or kg for a slide).
+fn subtree_inertia(character: &Character, kinematics: &Kinematics, joint: &Joint) -> f64 {
+    let index = character.joints.iter().position(|j| j.name == joint.name).unwrap_or(0);
+    let (anchor, axis) = (kinematics.joint_anchor[index], kinematics.joint_axis[index]);
+    let slides = joint.kind == lifelike_character::JointKind::Slide;
+    let mut inertia = 0.0;
+    for (i, body) in character.bodies.iter().enumerate().filter(|&(i, _)| is_below(character, i, joint.body)) {
+        let mass = body.inertial.mass;
+        if slides {
+            inertia += mass;
+            continue;
+        }
+        let arm = kinematics.point(i, &body.inertial.com) - anchor;
+        let local = (kinematics.body_orientation[i] * body.inertial.orientation).inverse() * axis;
+        inertia += local.component_mul(&local).dot(&body.inertial.diagonal);
+        inertia += mass * (arm - axis * axis.dot(&arm)).norm_squared();
+    }
+    inertia
+}
+
+/// Whether `body` is `ancestor` or hangs on it.
+fn is_below(character: &Character, mut body: usize, ancestor: usize) -> bool {
+    while body != 0 {
+        if body == ancestor {
+            return true;
+        }
+        body = character.bodies[body].parent;
+    }
+    ancestor == 0
+}

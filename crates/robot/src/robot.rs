@@ -1,0 +1,268 @@
+//! A robot: a character and all that its control needs, by name.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use lifelike_character::{Anatomy, Character, JointKind, Role, Vec3};
+use lifelike_motion::FeatureLayout;
+
+use crate::actuator::{ActuatorParameters, ActuatorSet};
+use crate::error::RobotError;
+use crate::guess;
+use crate::profile::{Profile, glob};
+
+/// A robot, ready to be simulated, trained and run.
+#[derive(Debug, Clone)]
+pub struct Robot {
+    /// Its name.
+    pub name: String,
+    /// Its body.
+    pub character: Arc<Character>,
+    /// Which body is what.
+    pub anatomy: Anatomy,
+    /// Its actuators, one per scalar joint, in the character's order.
+    pub actuators: ActuatorSet,
+    /// Names of its joints and end effectors: the layout of eq. 4.1 for this robot.
+    pub layout: FeatureLayout,
+    /// Where the end effectors are, in the order of `layout.end_effectors`: body index and point in its frame (m).
+    pub effectors: Vec<(usize, Vec3)>,
+    /// Where the key bodies of the observation are, likewise.
+    pub key_bodies: Vec<(usize, Vec3)>,
+    /// Default pose, one angle per scalar joint (rad).
+    pub default_pose: Vec<f64>,
+    /// Policy rate (Hz).
+    pub control_hz: f64,
+    /// Physics steps per policy step.
+    pub substeps: usize,
+    /// The profile it was made with, `key_bodies` included where they were given.
+    pub profile: Profile,
+    /// What was guessed because the profile does not say: a line each, for `inspect`.
+    pub notes: Vec<String>,
+}
+
+/// The places that are tracked where the profile names none.
+const HANDS_AND_FEET: [Role; 4] = [Role::LeftHand, Role::RightHand, Role::LeftFoot, Role::RightFoot];
+
+impl Robot {
+    /// A robot by the name of a built-in one, or by the path of an MJCF or URDF file. A profile beside the file
+    /// (`x.toml` beside `x.xml`) is read; without one everything is guessed, and [`Self::notes`] says what.
+    ///
+    /// # Errors
+    /// [`RobotError::Unknown`] for a name that is neither; else whatever is wrong with the files.
+    pub fn load(name_or_path: &str) -> Result<Self, RobotError> {
+        if let Some(built_in) = crate::builtin::robot(name_or_path) {
+            return built_in;
+        }
+        let path = Path::new(name_or_path);
+        if !path.is_file() {
+            return Err(RobotError::Unknown {
+                name: name_or_path.to_string(),
+                available: crate::builtin::NAMES.join(", "),
+            });
+        }
+        let character = Character::load(path)?;
+        let beside = path.with_extension("toml");
+        if beside.is_file() {
+            return Self::from_character(character, Profile::from_file(&beside)?);
+        }
+        let mut robot = Self::from_character(character, Profile::default())?;
+        robot.notes.insert(0, format!("no profile {}: everything below is guessed", beside.display()));
+        Ok(robot)
+    }
+
+    /// A robot from a character and a profile, whose gaps are guessed ([`Self::notes`] says what).
+    ///
+    /// # Errors
+    /// [`RobotError::Unfit`] for characters without a free root or with ball joints, for joints that no actuator
+    /// group names, or two, and for rates that do not divide; [`RobotError::Character`] for names that it does not have.
+    pub fn from_character(character: impl Into<Arc<Character>>, profile: Profile) -> Result<Self, RobotError> {
+        let character: Arc<Character> = character.into();
+        controllable(&character)?;
+        let mut notes = Vec::new();
+        let anatomy = Anatomy::guess(&character, &profile.anatomy)?;
+        let (control_hz, substeps) = rates(&character, &profile, &mut notes)?;
+        let joints: Vec<String> = character.scalar_joints().map(|j| j.name.clone()).collect();
+        let parameters = if profile.actuator.is_empty() {
+            guess::actuators(&character, &anatomy, control_hz * substeps as f64, &mut notes)
+        } else {
+            grouped(&character, &profile)?
+        };
+        let (end_effectors, effectors) = if profile.end_effectors.is_empty() {
+            let present: Vec<(Role, &lifelike_character::anatomy::Place)> = HANDS_AND_FEET
+                .iter()
+                .filter_map(|&role| anatomy.places.get(&role).map(|place| (role, place)))
+                .collect();
+            let names: Vec<String> = present.iter().map(|&(role, _)| role_name(role)).collect();
+            notes.push(format!(
+                "end effectors: {}",
+                if names.is_empty() { "none found".into() } else { names.join(", ") }
+            ));
+            (names, present.iter().map(|(_, place)| (place.body, place.point)).collect())
+        } else {
+            (profile.end_effectors.clone(), places(&character, &anatomy, &profile.end_effectors)?)
+        };
+        let key_bodies = places(&character, &anatomy, &profile.key_bodies)?;
+        let default_pose = default_pose(&character, &profile)?;
+        Ok(Self {
+            name: character.name.clone(),
+            anatomy,
+            actuators: ActuatorSet { joints: joints.clone(), parameters },
+            layout: FeatureLayout { joints, end_effectors },
+            effectors,
+            key_bodies,
+            default_pose,
+            control_hz,
+            substeps,
+            profile,
+            notes,
+            character,
+        })
+    }
+
+    /// Number of scalar joints J.
+    pub fn joints(&self) -> usize {
+        self.layout.joints.len()
+    }
+
+    /// Physics time step (s).
+    pub fn timestep(&self) -> f64 {
+        1.0 / (self.control_hz * self.substeps as f64)
+    }
+
+    /// The default pose as a generalised position (MuJoCo's layout), the root where the model puts it.
+    pub fn default_position(&self) -> Vec<f64> {
+        let mut q = self.character.reference_position();
+        for (joint, &angle) in self.character.scalar_joints().zip(&self.default_pose) {
+            q[joint.q_index] = angle;
+        }
+        q
+    }
+}
+
+/// The name of a role as text writes it, such as `left_hand`.
+pub fn role_name(role: Role) -> String {
+    let mut name = String::new();
+    for c in format!("{role:?}").chars() {
+        if c.is_uppercase() && !name.is_empty() {
+            name.push('_');
+        }
+        name.extend(c.to_lowercase());
+    }
+    name
+}
+
+fn unfit(character: &Character, message: String) -> RobotError {
+    RobotError::Unfit { robot: character.name.clone(), message }
+}
+
+/// Control needs one floating base, before all other joints, and scalar joints otherwise.
+fn controllable(character: &Character) -> Result<(), RobotError> {
+    let names = |kind: JointKind| {
+        let names: Vec<&str> = character.joints.iter().filter(|j| j.kind == kind).map(|j| j.name.as_str()).collect();
+        names.join(", ")
+    };
+    match character.joints.iter().filter(|j| j.kind == JointKind::Free).count() {
+        0 => {
+            return Err(unfit(
+                character,
+                "expected a free joint at its root, got none: it is fixed to the world".into(),
+            ));
+        }
+        1 if character.joints[0].kind == JointKind::Free => {}
+        1 => return Err(unfit(character, "expected its free joint to be its first joint".into())),
+        n => return Err(unfit(character, format!("expected one free joint, got {n}: {}", names(JointKind::Free)))),
+    }
+    let balls = names(JointKind::Ball);
+    if !balls.is_empty() {
+        return Err(unfit(character, format!("expected hinges and slides, got ball joints: {balls}")));
+    }
+    if character.scalar_joints().next().is_none() {
+        return Err(unfit(character, "expected joints to control, got none".into()));
+    }
+    Ok(())
+}
+
+fn rates(character: &Character, profile: &Profile, notes: &mut Vec<String>) -> Result<(f64, usize), RobotError> {
+    let mut rate = |given: Option<f64>, key: &str, otherwise: f64| {
+        let rate = given.unwrap_or(otherwise);
+        if given.is_none() {
+            notes.push(format!("{key}: {otherwise}"));
+        }
+        if rate.is_finite() && rate > 0.0 {
+            Ok(rate)
+        } else {
+            Err(unfit(character, format!("{key}: expected a rate above 0 Hz, got {rate}")))
+        }
+    };
+    let control = rate(profile.control_hz, "control_hz", 50.0)?;
+    let physics = rate(profile.physics_hz, "physics_hz", (200.0 / control).ceil().max(1.0) * control)?;
+    let substeps = (physics / control).round();
+    if substeps < 1.0 || (substeps * control - physics).abs() > 1e-9 * physics {
+        let message = format!("physics_hz: expected a multiple of control_hz ({control}), got {physics}");
+        return Err(unfit(character, message));
+    }
+    Ok((control, substeps as usize))
+}
+
+/// The parameters of each scalar joint, from the one group that names it.
+fn grouped(character: &Character, profile: &Profile) -> Result<Vec<ActuatorParameters>, RobotError> {
+    for (group, pattern) in profile.actuator.iter().flat_map(|(n, g)| g.joints.iter().map(move |p| (n, p))) {
+        if !character.scalar_joints().any(|j| glob(pattern, &j.name)) {
+            return Err(unfit(character, format!("[actuator.{group}]: no joint is named '{pattern}'")));
+        }
+    }
+    let of_joint = |joint: &str| {
+        let groups: Vec<(&String, ActuatorParameters)> = profile
+            .actuator
+            .iter()
+            .filter(|(_, group)| group.joints.iter().any(|pattern| glob(pattern, joint)))
+            .map(|(name, group)| (name, group.parameters))
+            .collect();
+        match groups.as_slice() {
+            [(_, parameters)] => Ok(*parameters),
+            [] => Err(unfit(character, format!("joint '{joint}' is in no [actuator.*] group"))),
+            [(a, _), (b, _), ..] => {
+                Err(unfit(character, format!("joint '{joint}' is in both [actuator.{a}] and [actuator.{b}]")))
+            }
+        }
+    };
+    character.scalar_joints().map(|joint| of_joint(&joint.name)).collect()
+}
+
+/// Places by the name of a site, a body or a role.
+fn places(character: &Character, anatomy: &Anatomy, names: &[String]) -> Result<Vec<(usize, Vec3)>, RobotError> {
+    let place = |name: &String| {
+        if let Ok(site) = character.site(name) {
+            return Ok((character.sites[site].body, character.sites[site].position));
+        }
+        if let Some((_, place)) = anatomy.places.iter().find(|&(&role, _)| role_name(role) == *name) {
+            if character.body(name).is_err() {
+                return Ok((place.body, place.point));
+            }
+        }
+        Ok((character.body(name)?, Vec3::zeros()))
+    };
+    names.iter().map(place).collect()
+}
+
+fn default_pose(character: &Character, profile: &Profile) -> Result<Vec<f64>, RobotError> {
+    for name in profile.default_pose.keys() {
+        if !character.scalar_joints().any(|j| j.name == *name) {
+            character.joint(name)?;
+            return Err(unfit(character, format!("default_pose: '{name}' is not a hinge or slide")));
+        }
+    }
+    let of_joint = |joint: &lifelike_character::Joint| {
+        let (low, high) = joint.range.unwrap_or((f64::NEG_INFINITY, f64::INFINITY));
+        match profile.default_pose.get(&joint.name) {
+            None => Ok(0.0_f64.max(low).min(high)),
+            Some(&angle) if (low..=high).contains(&angle) => Ok(angle),
+            Some(angle) => {
+                let name = &joint.name;
+                let message = format!("default_pose.{name}: expected an angle within [{low}, {high}], got {angle}");
+                Err(unfit(character, message))
+            }
+        }
+    };
+    character.scalar_joints().map(of_joint).collect()
+}

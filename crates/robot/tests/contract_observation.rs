@@ -1,0 +1,220 @@
+//! Promises about what a policy sees.
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
+use lifelike_character::{Kinematics, Quat, Vec3};
+use lifelike_motion::Frame;
+use lifelike_robot::{AnchorSpec, ObservationInputs, ObservationSpec, ReferenceSpec, Robot, RobotError};
+
+fn humanoid() -> (Robot, ObservationSpec) {
+    let robot = Robot::load("humanoid").unwrap();
+    let reference = ReferenceSpec { frame: true, future: vec![5, 10], latent: 64 };
+    let spec = ObservationSpec::new(&robot, reference, AnchorSpec { heading: true, position: true });
+    (robot, spec)
+}
+
+/// A state in which every number differs, turned by `yaw` and moved by `shift` as a whole.
+struct State {
+    frame: Frame,
+    key_bodies: Vec<Vec3>,
+}
+
+fn state(robot: &Robot, yaw: f64, shift: Vec3) -> State {
+    let turn = Quat::from_euler_angles(0.0, 0.0, yaw);
+    let mut q = robot.default_position();
+    for (i, q) in q.iter_mut().enumerate().skip(7) {
+        *q += 0.05 * (i as f64).sin();
+    }
+    let position = turn * Vec3::new(0.3, -0.2, 0.9) + shift;
+    let orientation = turn * Quat::from_euler_angles(0.1, 0.2, 0.4);
+    q[..3].copy_from_slice(position.as_slice());
+    q[3..7].copy_from_slice(&lifelike_character::rotation::to_wxyz(&orientation));
+    let mut kinematics = Kinematics::new(&robot.character);
+    kinematics.update(&robot.character, &q);
+    let place = |&(body, point): &(usize, Vec3)| kinematics.point(body, &point);
+    State {
+        frame: Frame {
+            root_position: position,
+            root_orientation: orientation,
+            linear_velocity_w: turn * Vec3::new(1.0, 2.0, 3.0),
+            angular_velocity_w: turn * Vec3::new(-1.0, 0.5, 0.25),
+            joint_positions: q[7..].to_vec(),
+            joint_velocities: (0..robot.joints()).map(|i| (i as f64).cos()).collect(),
+            effectors_w: robot.effectors.iter().map(place).collect(),
+        },
+        key_bodies: robot.key_bodies.iter().map(place).collect(),
+    }
+}
+
+fn narrow(values: &[f64]) -> Vec<f32> {
+    values.iter().map(|&v| v as f32).collect()
+}
+
+fn three(v: &Vec3) -> [f32; 3] {
+    [v.x as f32, v.y as f32, v.z as f32]
+}
+
+fn four(q: &Quat) -> [f32; 4] {
+    [q.w as f32, q.i as f32, q.j as f32, q.k as f32]
+}
+
+fn observe(robot: &Robot, spec: &ObservationSpec, state: &State, reference: &Frame) -> Vec<f32> {
+    let mut features = vec![0.0; robot.layout.size()];
+    reference.write_features(&reference.root_orientation, &mut features);
+    let features = narrow(&features);
+    let (position, velocity) = (narrow(&state.frame.joint_positions), narrow(&state.frame.joint_velocities));
+    let keys: Vec<f32> = state.key_bodies.iter().flat_map(three).collect();
+    let actions: Vec<f32> = (0..2 * robot.joints()).map(|i| i as f32).collect();
+    let latent = vec![0.5; spec.reference.latent];
+    let inputs = ObservationInputs {
+        root_position: three(&state.frame.root_position),
+        root_orientation: four(&state.frame.root_orientation),
+        linear_velocity_w: three(&state.frame.linear_velocity_w),
+        angular_velocity_w: three(&state.frame.angular_velocity_w),
+        joint_position: &position,
+        joint_velocity: &velocity,
+        key_bodies_w: &keys,
+        last_action: &actions[..robot.joints()],
+        action_before: &actions[robot.joints()..],
+        reference: &features,
+        future: &features.repeat(spec.reference.future.len()),
+        latent: &latent,
+        reference_root_position: three(&reference.root_position),
+        reference_root_orientation: four(&reference.root_orientation),
+    };
+    let mut out = vec![f32::NAN; spec.size()];
+    spec.write(inputs, &mut out).unwrap();
+    out
+}
+
+#[test]
+fn the_humanoids_state_has_the_217_numbers_of_the_thesis() {
+    let (_, spec) = humanoid();
+    assert_eq!(spec.state_size(), 217);
+    assert_eq!(spec.frame_size(), 13 + 2 * 36 + 3 * 4);
+    assert_eq!(spec.size(), 217 + 3 * 97 + 64 + 4);
+    let lima = Robot::load("lima").unwrap();
+    let spec = ObservationSpec::new(&lima, ReferenceSpec { frame: true, ..Default::default() }, AnchorSpec::default());
+    assert_eq!(spec.state_size(), 12 + 4 * 20, "neither root height nor key bodies");
+    assert_eq!(spec.size(), 92 + lima.layout.size());
+}
+
+#[test]
+fn parts_tile_the_observation() {
+    let (_, spec) = humanoid();
+    let parts = spec.parts();
+    let mut end = 0;
+    for (name, range) in &parts {
+        assert_eq!(range.start, end, "{name}");
+        assert!(range.end > range.start, "{name}");
+        end = range.end;
+    }
+    assert_eq!(end, spec.size());
+    let names: Vec<&str> = parts.iter().map(|(n, _)| n.as_str()).collect();
+    assert!(names.contains(&"reference+10") && names.contains(&"latent"), "{names:?}");
+}
+
+#[test]
+fn a_robot_on_its_reference_sees_itself_in_it() {
+    let (robot, spec) = humanoid();
+    let state = state(&robot, 0.7, Vec3::zeros());
+    let out = observe(&robot, &spec, &state, &state.frame);
+    let part = |name: &str| out[spec.parts().into_iter().find(|(n, _)| n == name).unwrap().1].to_vec();
+    let reference = part("reference");
+    let close = |a: &[f32], b: &[f32], what: &str| {
+        assert_eq!(a.len(), b.len(), "{what}");
+        a.iter().zip(b).for_each(|(a, b)| assert!((a - b).abs() < 2e-6, "{what}: {a} against {b}"));
+    };
+    // The reference's features come from `motion`, in f64: the two definitions of eq. 4.1 are the same.
+    close(&part("root_height"), &reference[..1], "height");
+    close(&part("root_orientation_h"), &reference[1..7], "orientation");
+    close(&part("root_linear_velocity_h"), &reference[7..10], "linear velocity");
+    close(&part("root_angular_velocity_h"), &reference[10..13], "angular velocity");
+    close(&part("joint_position"), &reference[13..49], "joint positions");
+    close(&part("joint_velocity"), &reference[49..85], "joint velocities");
+    close(&part("reference+5"), &reference, "future");
+    close(&part("anchor_heading"), &[0.0, 1.0], "heading");
+    close(&part("anchor_position"), &[0.0, 0.0], "position");
+    // A key body that is also an end effector is where the reference says.
+    let key = robot.profile.key_bodies.iter().position(|n| n == "left_foot").unwrap();
+    close(&part("key_bodies_h")[3 * key..3 * key + 3], &reference[85..88], "left foot");
+    assert_eq!(part("last_action")[3], 3.0);
+    assert_eq!(part("action_before")[3], 39.0);
+}
+
+#[test]
+fn default_pose_is_seen_as_zero() {
+    let (robot, spec) = humanoid();
+    let mut state = state(&robot, 0.0, Vec3::zeros());
+    state.frame.joint_positions.clone_from(&robot.default_pose);
+    let out = observe(&robot, &spec, &state, &state.frame);
+    for name in ["joint_position", "reference"] {
+        let range = spec.parts().into_iter().find(|(n, _)| n == name).unwrap().1;
+        let joints = if name == "reference" { &out[range][13..49] } else { &out[range] };
+        assert!(joints.iter().all(|&q| q == 0.0), "{name}: {joints:?}");
+    }
+}
+
+#[test]
+fn heading_and_place_in_the_world_cannot_be_seen() {
+    let (robot, spec) = humanoid();
+    let at = |yaw: f64, shift: Vec3| {
+        let state = state(&robot, yaw, shift);
+        observe(&robot, &spec, &state, &state.frame)
+    };
+    let (here, there) = (at(0.0, Vec3::zeros()), at(2.5, Vec3::new(3.0, -4.0, 0.0)));
+    for (i, (a, b)) in here.iter().zip(&there).enumerate() {
+        assert!((a - b).abs() < 1e-5, "number {i}: {a} against {b}");
+    }
+}
+
+#[test]
+fn the_anchor_points_to_the_reference() {
+    let (robot, spec) = humanoid();
+    let state_now = state(&robot, 1.0, Vec3::zeros());
+    let mut reference = state_now.frame.clone();
+    let yaw = lifelike_character::rotation::heading_angle(&state_now.frame.root_orientation);
+    // 0.2 m ahead of the robot, 0.9 m to its left, turned left by 0.3 rad.
+    reference.root_position += Quat::from_euler_angles(0.0, 0.0, yaw) * Vec3::new(0.2, 0.9, 0.0);
+    reference.root_orientation = Quat::from_euler_angles(0.0, 0.0, 0.3) * reference.root_orientation;
+    let out = observe(&robot, &spec, &state_now, &reference);
+    let anchor = &out[out.len() - 4..];
+    for (got, expected) in anchor.iter().zip([0.3_f32.sin(), 0.3_f32.cos(), 0.2, 0.5]) {
+        assert!((got - expected).abs() < 1e-5, "{anchor:?}");
+    }
+}
+
+#[test]
+fn wrong_lengths_and_layouts_are_refused_by_name() {
+    let (robot, spec) = humanoid();
+    let state = state(&robot, 0.0, Vec3::zeros());
+    let frame = narrow(&vec![0.0; spec.frame_size()]);
+    let joints = vec![0.0; 36];
+    let inputs = ObservationInputs {
+        root_position: three(&state.frame.root_position),
+        root_orientation: [1.0, 0.0, 0.0, 0.0],
+        linear_velocity_w: [0.0; 3],
+        angular_velocity_w: [0.0; 3],
+        joint_position: &joints,
+        joint_velocity: &joints,
+        key_bodies_w: &[0.0; 60],
+        last_action: &joints,
+        action_before: &joints,
+        reference: &frame,
+        future: &frame.repeat(2),
+        latent: &[0.0; 63],
+        reference_root_position: [0.0; 3],
+        reference_root_orientation: [1.0, 0.0, 0.0, 0.0],
+    };
+    let error = spec.write(inputs, &mut vec![0.0; spec.size()]).unwrap_err();
+    assert!(matches!(&error, RobotError::Mismatch { expected, got, .. } if expected == "64" && got == "63"), "{error}");
+
+    spec.check(&robot).unwrap();
+    let mut other = spec.clone();
+    other.joints.swap(2, 3);
+    assert!(other.check(&robot).unwrap_err().to_string().contains("joints"));
+    let lima = Robot::load("lima").unwrap();
+    assert!(spec.check(&lima).is_err());
+    let text = toml::to_string(&spec).unwrap();
+    assert_eq!(toml::from_str::<ObservationSpec>(&text).unwrap(), spec, "text carries all of it");
+    assert!(toml::from_str::<ObservationSpec>(&format!("extra = 1\n{text}")).is_err());
+}

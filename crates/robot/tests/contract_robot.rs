@@ -1,0 +1,110 @@
+//! Promises about robots and their description.
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
+use lifelike_character::Character;
+use lifelike_robot::{Profile, Robot, RobotError};
+
+const LEG: &str = r#"<mujoco model="leg"><worldbody><body name="trunk" pos="0 0 1"><freejoint name="root"/>
+  <geom type="box" size=".1 .1 .1" mass="10"/>
+  <body name="thigh"><joint name="hip" axis="0 1 0" range="-1 2"/><geom type="capsule" fromto="0 0 0 0 0 -.4" size=".05" mass="3"/>
+  <body name="shank" pos="0 0 -.4"><joint name="knee" axis="0 1 0" range="0.5 2"/><geom type="capsule" fromto="0 0 0 0 0 -.4" size=".04" mass="2"/></body>
+  </body></body></worldbody>
+  <actuator><position name="hip" joint="hip" kp="40" kv="2" forcerange="-30 30"/><motor name="knee" joint="knee" ctrlrange="-1 1" gear="25"/></actuator>
+  </mujoco>"#;
+
+fn leg() -> Character {
+    let text = LEG.replace("<worldbody>", "<compiler angle=\"radian\" autolimits=\"true\"/><worldbody>");
+    Character::from_mjcf(&text, "leg.xml", None).unwrap()
+}
+
+fn profile(text: &str) -> Profile {
+    Profile::from_toml(text, std::path::Path::new("leg.toml")).unwrap()
+}
+
+const PARAMETERS: &str = "parameters = { kp = 1, kd = 0, friction_velocity = 0.1, static_friction = 0, \
+    viscous_friction = 0, torque_max = 1, full_torque_velocity = 5, velocity_max = 9 }\n";
+
+fn message(result: Result<Robot, RobotError>) -> String {
+    result.expect_err("should be refused").to_string()
+}
+
+#[test]
+fn the_built_in_robots_are_those_of_the_thesis() {
+    let lima = Robot::load("lima").unwrap();
+    assert_eq!((lima.joints(), lima.control_hz, lima.substeps), (20, 50.0, 4));
+    assert!((lima.character.mass() - 16.2).abs() < 1e-9, "{} kg", lima.character.mass());
+    assert!(!lima.profile.observe_root_height && lima.key_bodies.is_empty(), "thesis 4.3.1");
+    // Table 4.1: A1 actuators in the two legs of five joints, Dynamixel in neck and arms.
+    let knee = lima.layout.joints.iter().position(|n| n == "left_knee").unwrap();
+    assert_eq!(lima.actuators.parameters[knee].torque_max, 34.0);
+    assert_eq!(lima.actuators.parameters.iter().filter(|p| p.torque_max == 34.0).count(), 10);
+    assert_eq!(lima.actuators.parameters.iter().filter(|p| p.torque_max == 4.8).count(), 10);
+    assert_eq!(lima.default_pose[knee], 0.5);
+    let humanoid = Robot::load("humanoid").unwrap();
+    assert_eq!(humanoid.joints(), 36);
+    assert!(humanoid.actuators.parameters.iter().all(|p| p.kp == 100.0 && p.torque_max == 500.0));
+    for robot in [lima, humanoid] {
+        assert_eq!(robot.layout.end_effectors.len(), 4);
+        let names: Vec<&str> = robot.character.scalar_joints().map(|j| j.name.as_str()).collect();
+        assert_eq!(robot.layout.joints, names);
+        assert_eq!(robot.actuators.joints, names);
+    }
+}
+
+#[test]
+fn an_unknown_name_lists_the_known_ones() {
+    let message = message(Robot::load("limo"));
+    assert!(message.contains("limo") && message.contains("lima") && message.contains("humanoid"), "{message}");
+}
+
+#[test]
+fn every_joint_has_exactly_one_actuator() {
+    let with = |text: &str| Robot::from_character(leg(), profile(&text.replace('@', PARAMETERS)));
+    let missing = message(with("[actuator.a]\njoints = [\"h*\"]\n@"));
+    assert!(missing.contains("'knee'"), "{missing}");
+    let twice = message(with("[actuator.a]\njoints = [\"*\"]\n@[actuator.b]\njoints = [\"hip\"]\n@"));
+    assert!(twice.contains("'hip'") && twice.contains("actuator.a") && twice.contains("actuator.b"), "{twice}");
+    let unknown = message(with("[actuator.a]\njoints = [\"*\", \"ankle\"]\n@"));
+    assert!(unknown.contains("'ankle'"), "{unknown}");
+    assert_eq!(with("[actuator.a]\njoints = [\"hip\", \"*nee\"]\n@").unwrap().actuators.joints, ["hip", "knee"]);
+}
+
+#[test]
+fn what_the_profile_does_not_say_is_guessed_and_noted() {
+    let robot = Robot::from_character(leg(), Profile::default()).unwrap();
+    let [hip, knee] = robot.actuators.parameters.as_slice() else { panic!("two joints") };
+    assert_eq!((hip.kp, hip.kd, hip.torque_max), (40.0, 2.0, 30.0), "the position servo's own");
+    assert_eq!(knee.torque_max, 25.0, "the motor's control range times its gear");
+    assert!(knee.kp > 1.0 && knee.kp <= 25.0 && knee.kd > 0.0, "{knee:?}");
+    assert!(robot.notes.iter().any(|n| n.contains("'knee'")), "{:?}", robot.notes);
+    assert_eq!(robot.default_pose, [0.0, 0.5], "zero, or the nearest limit");
+    assert_eq!(robot.default_position()[2], 1.0);
+    assert_eq!((robot.control_hz, robot.substeps), (50.0, 4));
+}
+
+#[test]
+fn a_profile_that_contradicts_the_model_is_refused() {
+    let with = |text: &str| message(Robot::from_character(leg(), profile(text)));
+    assert!(with("[default_pose]\nknee = 0.1\n").contains("knee"));
+    assert!(with("[default_pose]\nankle = 0.1\n").contains("ankle"));
+    assert!(with("[default_pose]\nroot = 0.1\n").contains("root"));
+    assert!(with("control_hz = 50\nphysics_hz = 120\n").contains("120"));
+    assert!(with("control_hz = 0\n").contains("control_hz"));
+    assert!(with("end_effectors = [\"paw\"]\n").contains("paw"));
+}
+
+#[test]
+fn characters_that_cannot_be_controlled_are_refused() {
+    let of = |text: &str| {
+        message(Robot::from_character(Character::from_mjcf(text, "x.xml", None).unwrap(), Profile::default()))
+    };
+    let link = "<geom size=\".1\" mass=\"1\"/>";
+    let fixed = of(&format!("<mujoco><worldbody><body><joint axis=\"1 0 0\"/>{link}</body></worldbody></mujoco>"));
+    assert!(fixed.contains("free joint"), "{fixed}");
+    let ball = of(&format!(
+        "<mujoco><worldbody><body><freejoint/>{link}<body><joint name=\"shoulder\" type=\"ball\"/>{link}</body></body></worldbody></mujoco>"
+    ));
+    assert!(ball.contains("shoulder"), "{ball}");
+    let stone = of(&format!("<mujoco><worldbody><body><freejoint/>{link}</body></worldbody></mujoco>"));
+    assert!(stone.contains("joints to control"), "{stone}");
+}

@@ -1,0 +1,195 @@
+//! The model that MuJoCo compiles, and where in it the robot's parts are.
+
+use lifelike_character::{Character, JointKind, Vec3};
+use lifelike_robot::{ActuatorParameters, Robot};
+use mujoco_rs::mujoco_c::{mjtDisableBit, mjtIntegrator};
+use mujoco_rs::prelude::{MjModel, MjSpec, MjtGeomBase, MjtObjBase, SpecItem};
+
+use super::ENGINE;
+use crate::error::SimError;
+
+/// One joint as the actuator model needs it.
+#[derive(Debug, Clone)]
+pub(super) struct DrivenJoint {
+    /// Index of its position.
+    pub q: usize,
+    /// Index of its velocity.
+    pub v: usize,
+    /// Its actuator.
+    pub actuator: ActuatorParameters,
+    /// Damping that the model itself gives it (N m s/rad).
+    pub damping: f64,
+}
+
+/// Where everything is: in MuJoCo's arrays, and in an environment's row of numbers
+/// `[time, positions, velocities, warm start, pushes (6 per body), diverged]`.
+#[derive(Debug, Clone)]
+pub(super) struct Layout {
+    pub nq: usize,
+    pub nv: usize,
+    pub bodies: usize,
+    /// First position and velocity of the free root.
+    pub root_q: usize,
+    pub root_v: usize,
+    pub joints: Vec<DrivenJoint>,
+    /// End effectors, then key bodies: body and point in its frame.
+    pub places: Vec<(usize, Vec3)>,
+    /// Scalar joint of each MuJoCo joint, and of each velocity.
+    pub scalar_of_joint: Vec<Option<usize>>,
+    pub scalar_of_dof: Vec<Option<usize>>,
+    /// Whether each geom is part of the ground: fixed to the world.
+    pub ground: Vec<bool>,
+    /// The foot that each geom belongs to.
+    pub foot_of_geom: Vec<Option<usize>>,
+    pub feet: usize,
+    pub substeps: usize,
+    pub positions: usize,
+    pub velocities: usize,
+    pub warm_start: usize,
+    pub pushes: usize,
+    pub diverged: usize,
+    pub width: usize,
+}
+
+impl Layout {
+    /// A row at rest of forces, in the given state. The error says what is wrong with the numbers.
+    pub fn fresh_row(&self, position: &[f64], velocity: &[f64]) -> Result<Vec<f64>, String> {
+        if let Some(bad) = position.iter().chain(velocity).find(|x| !x.is_finite()) {
+            return Err(bad.to_string());
+        }
+        let mut row = vec![0.0; self.width];
+        row[self.positions..self.velocities].copy_from_slice(position);
+        row[self.velocities..self.warm_start].copy_from_slice(velocity);
+        let q = &mut row[self.positions + self.root_q + 3..self.positions + self.root_q + 7];
+        let norm = q.iter().map(|x| x * x).sum::<f64>().sqrt();
+        if norm < 1e-6 {
+            return Err(format!("a quaternion of length {norm}"));
+        }
+        // A unit quaternion stays as it is, to the last bit.
+        if (norm - 1.0).abs() > 1e-12 {
+            q.iter_mut().for_each(|x| *x /= norm);
+        }
+        Ok(row)
+    }
+}
+
+/// Compiles the character's text. See [`super::MujocoSimulation::new`] for what is changed in it.
+pub(super) fn compile(robot: &Robot) -> Result<(MjModel, Layout), SimError> {
+    let character = &robot.character;
+    let fail = |message: String| SimError::Model { engine: ENGINE, character: character.name.clone(), message };
+    let text = character.mjcf.as_deref().ok_or_else(|| fail("it was not read from MJCF text".into()))?;
+    if text.contains('\0') {
+        return Err(fail("its text contains a zero byte".into()));
+    }
+    let mut spec = MjSpec::from_xml_string(text).map_err(|e| fail(e.to_string()))?;
+    if let Some(folder) = &character.folder {
+        let folder = std::path::absolute(folder).unwrap_or_else(|_| folder.clone());
+        spec.set_modelfiledir(&folder.to_string_lossy());
+    }
+    if !has_ground(character) {
+        let floor = spec.world_body_mut().add_geom();
+        floor.set_type(MjtGeomBase::mjGEOM_PLANE);
+        floor.size_mut().copy_from_slice(&[0.0, 0.0, 1.0]);
+        floor.set_name("lifelike_floor").map_err(|e| fail(e.to_string()))?;
+    }
+    let mut model = spec.compile().map_err(|e| fail(e.to_string()))?;
+    let options = model.opt_mut();
+    options.timestep = robot.timestep();
+    if options.integrator == mjtIntegrator::mjINT_RK4 as i32 {
+        options.integrator = mjtIntegrator::mjINT_EULER as i32;
+    }
+    for flag in [mjtDisableBit::mjDSBL_ACTUATION, mjtDisableBit::mjDSBL_SENSOR, mjtDisableBit::mjDSBL_AUTORESET] {
+        options.disableflags |= flag as i32;
+    }
+    // Friction is a damping that is integrated implicitly: the switch that makes it explicit stays off.
+    options.disableflags &= !(mjtDisableBit::mjDSBL_EULERDAMP as i32 | mjtDisableBit::mjDSBL_DAMPER as i32);
+    check_names(character, &model).map_err(fail)?;
+    let layout = layout(robot, &model);
+    Ok((model, layout))
+}
+
+/// Whether something fixed to the world can be stood on.
+fn has_ground(character: &Character) -> bool {
+    use lifelike_character::GeomShape::{HeightField, Plane};
+    character.geoms.iter().any(|g| g.body == 0 && matches!(g.shape, Plane | HeightField(_)))
+}
+
+/// Bodies and joints must be the character's, in its order; names that it made up itself are not compared.
+fn check_names(character: &Character, model: &MjModel) -> Result<(), String> {
+    let sizes = (model.nbody() as usize, model.njnt() as usize, model.nq() as usize, model.nv() as usize);
+    let expected = (character.bodies.len(), character.joints.len(), character.nq, character.nv);
+    if sizes != expected {
+        return Err(format!("expected (bodies, joints, nq, nv) = {expected:?}, MuJoCo has {sizes:?}"));
+    }
+    let differs = |kind, id, own: &str| {
+        model.id_to_name(kind, id).filter(|name| !name.is_empty() && *name != own).map(|name| {
+            format!("expected '{own}' at {} {id}, MuJoCo has '{name}'", if id == 0 { "place" } else { "index" })
+        })
+    };
+    let bodies = character.bodies.iter().enumerate().skip(1);
+    let body = bodies.map(|(i, b)| differs(MjtObjBase::mjOBJ_BODY, i, &b.name)).find_map(|m| m);
+    let joints = character.joints.iter().enumerate();
+    let joint = joints.map(|(i, j)| differs(MjtObjBase::mjOBJ_JOINT, i, &j.name)).find_map(|m| m);
+    body.or(joint).map_or(Ok(()), Err)
+}
+
+fn layout(robot: &Robot, model: &MjModel) -> Layout {
+    let character = &robot.character;
+    let (nq, nv, bodies) = (character.nq, character.nv, character.bodies.len());
+    let root = character.root_joint();
+    let joints: Vec<DrivenJoint> = character
+        .scalar_joints()
+        .zip(&robot.actuators.parameters)
+        .map(|(j, &actuator)| DrivenJoint {
+            q: j.q_index,
+            v: j.v_index,
+            actuator,
+            damping: model.dof_damping()[j.v_index],
+        })
+        .collect();
+    let mut scalar_of_dof = vec![None; nv];
+    let mut scalar_of_joint = vec![None; character.joints.len()];
+    let scalars =
+        character.joints.iter().enumerate().filter(|(_, j)| matches!(j.kind, JointKind::Hinge | JointKind::Slide));
+    for (scalar, (index, joint)) in scalars.enumerate() {
+        scalar_of_joint[index] = Some(scalar);
+        scalar_of_dof[joint.v_index] = Some(scalar);
+    }
+    let feet: Vec<usize> = robot.anatomy.soles.values().map(|sole| sole.body).collect();
+    let foot_of = |mut body: usize| {
+        while body != 0 {
+            if let Some(foot) = feet.iter().position(|&f| f == body) {
+                return Some(foot);
+            }
+            body = character.bodies[body].parent;
+        }
+        None
+    };
+    let geom_bodies: Vec<usize> = model.geom_bodyid().iter().map(|&b| b.max(0) as usize).collect();
+    let positions = 1;
+    let velocities = positions + nq;
+    let warm_start = velocities + nv;
+    let pushes = warm_start + nv;
+    let diverged = pushes + 6 * bodies;
+    Layout {
+        nq,
+        nv,
+        bodies,
+        root_q: root.map_or(0, |j| j.q_index),
+        root_v: root.map_or(0, |j| j.v_index),
+        joints,
+        places: robot.effectors.iter().chain(&robot.key_bodies).copied().collect(),
+        scalar_of_joint,
+        scalar_of_dof,
+        ground: geom_bodies.iter().map(|&b| model.body_weldid()[b] == 0).collect(),
+        foot_of_geom: geom_bodies.iter().map(|&b| foot_of(b)).collect(),
+        feet: feet.len(),
+        substeps: robot.substeps,
+        positions,
+        velocities,
+        warm_start,
+        pushes,
+        diverged,
+        width: diverged + 1,
+    }
+}
