@@ -243,7 +243,7 @@ fn urdf() {
         <collision><geometry><cylinder radius="0.02" length="0.3"/></geometry></collision>
         <collision><origin xyz="0 0 0.2"/><geometry><sphere radius="0.05"/></geometry></collision>
       </link>
-      <link name="tip"><inertial><mass value="0.1"/><inertia ixx="1e-4" iyy="1e-4" izz="1e-4"/></inertial></link>
+      <link name="tip"><inertial><mass value="0.1"/><inertia ixx="1e-4" iyy="1e-4" izz="1e-4" ixy="0" ixz="0" iyz="0"/></inertial></link>
       <joint name="base" type="floating"><parent link="world"/><child link="trunk"/></joint>
       <joint name="swing" type="revolute"><origin xyz="0 0.2 0.1" rpy="0.1 0.2 0.3"/><parent link="trunk"/><child link="arm"/>
         <axis xyz="0 1 1"/><limit lower="-1" upper="2" effort="7" velocity="3"/><dynamics damping="0.3" friction="0.2"/></joint>

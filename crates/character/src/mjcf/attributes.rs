@@ -19,7 +19,7 @@ pub(crate) enum Tristate {
 }
 
 /// Different ways to say one orientation: one of them displaces an inherited other.
-const ORIENTATIONS: [&str; 4] = ["axisangle", "xyaxes", "zaxis", "euler"];
+pub(crate) const ORIENTATIONS: [&str; 5] = ["quat", "axisangle", "xyaxes", "zaxis", "euler"];
 /// Vectors of which a model may give only the first numbers; the rest stays as inherited.
 const PARTIAL: [&str; 6] = ["friction", "solref", "solimp", "size", "gear", "solreffriction"];
 

@@ -1,7 +1,7 @@
 //! Where something is: position and the five ways to write an orientation.
 
 use crate::error::CharacterError;
-use crate::mjcf::attributes::Attributes;
+use crate::mjcf::attributes::{Attributes, ORIENTATIONS};
 use crate::mjcf::compiler::Compiler;
 use crate::rotation::{Mat3, Quat, Vec3, from_wxyz};
 
@@ -41,6 +41,9 @@ pub(crate) const POSE: [&str; 6] = ["pos", "quat", "axisangle", "xyaxes", "zaxis
 fn orientation(a: &Attributes, compiler: &Compiler) -> Result<Quat, CharacterError> {
     let degenerate =
         |name: &str| a.invalid(format!("'{name}' that gives a direction"), format!("'{}'", a.text(name).unwrap_or("")));
+    if ORIENTATIONS.iter().filter(|name| a.text(name).is_some()).count() > 1 {
+        return Err(a.invalid("one way to write the orientation", "several"));
+    }
     if let Some([x, y, z, angle]) = a.numbers::<4>("axisangle")? {
         let axis = unit(Vec3::new(x, y, z)).ok_or_else(|| degenerate("axisangle"))?;
         return Ok(Quat::from_scaled_axis(axis * (angle * compiler.angle)));
