@@ -1,1 +1,88 @@
-//! (contract pending)
+//! Clips of our own, written as poses at times in a readable text.
+//!
+//! A `*.keys.toml` file says what a person would: at these times the chest leans by so many degrees, then this foot steps
+//! there. The main path of [`parse`]: text → [`text::Script`] (checked numbers) → curves of every joint ([`curve`]) and
+//! both feet ([`feet`]) → where the weight must be for that ([`balance`]) → a small human [`figure`] whose legs reach its
+//! feet ([`legs`]) → [`SourceClip`], which goes through the same retargeting as captured motion.
+//!
+//! # The text
+//! ```toml
+//! about = "bows politely"   # a caption
+//! seconds = 4.0
+//! fps = 60                  # optional
+//! cyclic = false            # optional; a cyclic clip has no steps, and its last pose runs into its first
+//! arm_swing = 0.0           # optional: degrees of shoulder per metre by which the other foot is ahead
+//!
+//! [[pose]]                  # what is not said in any pose stays as in standing; what is not said in the first or the
+//! time = 1.5                # last pose is there as in standing
+//! chest = { pitch = 35 }    # degrees: pitch forward, roll to the right, yaw to the left
+//! head = { pitch = -10 }
+//! pelvis = { z = -0.05 }    # m: forward x, left y, up z, added to where balance puts it; pitch, roll, yaw
+//! arms = { raise = -10 }    # both; or left_arm, right_arm: raise forward, aside, turn inward, elbow, twist of the hand
+//!
+//! [[step]]                  # a foot that stands nowhere else in between
+//! foot = "left"
+//! start = 1.0
+//! end = 1.6
+//! to = [0.2, 0.0]           # m from where it stood at the start of the clip
+//! yaw = 20                  # optional, degrees
+//! height = 0.06             # optional, m
+//!
+//! [[gait]]                  # a row of steps: foot after foot, each by `by` beyond the other; a last one closes up
+//! foot = "left"             # the first to move
+//! start = 1.0
+//! steps = 8
+//! period = 0.6              # from step to step (s)
+//! swing = 0.45              # in the air (s)
+//! by = [0.3, 0.0]           # m per step
+//! height = 0.06             # optional, m
+//! ```
+//! Angles are interpolated by quintic polynomials from key to key with continuous velocity and acceleration and without
+//! overshoot. A foot's path in the air is a minimum-jerk line, its height a bump that leaves and meets the ground at rest.
+
+use std::path::Path;
+
+use crate::clip::Caption;
+use crate::error::MotionError;
+use crate::formats;
+use crate::source::SourceClip;
+
+mod balance;
+mod builtin;
+mod curve;
+mod feet;
+mod figure;
+mod legs;
+mod motion;
+mod text;
+
+pub use builtin::builtin;
+
+/// Reads a keyframed clip from a file; its name is the file's up to the first dot.
+///
+/// # Errors
+/// [`MotionError::Io`], or as [`parse`].
+pub fn load(path: &Path) -> Result<SourceClip, MotionError> {
+    let bytes = std::fs::read(path).map_err(|source| MotionError::Io { path: path.to_path_buf(), source })?;
+    parse(&bytes, path)
+}
+
+/// Makes a clip of a text. `file` is for its name and for messages only.
+///
+/// # Errors
+/// [`MotionError::Parse`] with the line for a text that is not as the module describes, and for steps that overlap;
+/// [`MotionError::Unfit`] with the time for a foot that a leg cannot reach.
+pub fn parse(bytes: &[u8], file: &Path) -> Result<SourceClip, MotionError> {
+    let content = formats::decode(bytes, file)?;
+    let script = text::Script::parse(content, file)?;
+    let name = file.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
+    let name = name.split('.').next().unwrap_or_default();
+    let mut clip = motion::animate(&script, if name.is_empty() { "clip" } else { name })?;
+    if !script.about.is_empty() {
+        clip.captions.push(Caption { start: 0.0, end: script.seconds, text: script.about });
+    }
+    Ok(clip)
+}
+
+#[cfg(test)]
+mod tests;

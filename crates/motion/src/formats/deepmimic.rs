@@ -156,7 +156,7 @@ pub fn parse(
             return Err(wrong(format!("numbers below a million in frame {at}"), value.to_string()));
         }
         let last = at + 1 == motion.frames.len();
-        if !(row[0] > 1e-5 && row[0] <= LONGEST_FRAME) && !last {
+        if !last && !(1e-5..=LONGEST_FRAME).contains(&row[0]) {
             return Err(wrong(format!("a duration up to {LONGEST_FRAME} s of frame {at}"), row[0].to_string()));
         }
         let frame = joint_rotations(character, row).ok_or_else(|| {

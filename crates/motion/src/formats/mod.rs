@@ -26,6 +26,8 @@ mod raw;
 mod rest;
 mod text;
 
+pub(crate) use text::decode;
+
 pub use captions::CaptionTable;
 
 /// How to read a file. The default guesses all of it.

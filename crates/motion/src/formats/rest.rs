@@ -96,10 +96,10 @@ pub(crate) fn straighten(skeleton: &mut Skeleton, hints: &Hints) -> Vec<Quat> {
         own[joint] = Some(Quat::from_axis_angle(&Vec3::y_axis(), -angle));
     }
     let mut turns: Vec<Quat> = Vec::with_capacity(n);
-    for joint in 0..n {
+    for (joint, own) in own.into_iter().enumerate() {
         let parent = skeleton.parents[joint].map_or_else(Quat::identity, |p| turns[p]);
         skeleton.offsets[joint] = parent * skeleton.offsets[joint];
-        turns.push(own[joint].unwrap_or(parent));
+        turns.push(own.unwrap_or(parent));
     }
     for (joint, offset) in &mut skeleton.ends {
         *offset = turns[*joint] * *offset;

@@ -1,0 +1,389 @@
+//! The text of a keyframed clip, checked number by number.
+
+use std::ops::Range;
+use std::path::Path;
+
+use serde::Deserialize;
+use toml::Spanned;
+
+use super::feet::{self, Place, Step};
+use crate::error::MotionError;
+
+/// No clip is longer (s), has a higher rate, more poses or more steps: so a small text cannot ask for a huge motion.
+const LONGEST: f64 = 600.0;
+const MOST_STEPS: usize = 2000;
+
+/// One number that changes over time.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(usize)]
+pub(super) enum Channel {
+    PelvisX,
+    PelvisY,
+    PelvisZ,
+    PelvisPitch,
+    PelvisRoll,
+    PelvisYaw,
+    ChestPitch,
+    ChestRoll,
+    ChestYaw,
+    HeadPitch,
+    HeadRoll,
+    HeadYaw,
+    LeftRaise,
+    LeftAside,
+    LeftTurn,
+    LeftElbow,
+    LeftTwist,
+    RightRaise,
+    RightAside,
+    RightTurn,
+    RightElbow,
+    RightTwist,
+}
+
+impl Channel {
+    pub(super) const COUNT: usize = Self::RightTwist as usize + 1;
+    /// Raise, aside, turn, elbow, twist of both arms.
+    pub(super) const ARMS: [[Self; 5]; 2] = [
+        [Self::LeftRaise, Self::LeftAside, Self::LeftTurn, Self::LeftElbow, Self::LeftTwist],
+        [Self::RightRaise, Self::RightAside, Self::RightTurn, Self::RightElbow, Self::RightTwist],
+    ];
+
+    pub(super) fn is_length(self) -> bool {
+        matches!(self, Self::PelvisX | Self::PelvisY | Self::PelvisZ)
+    }
+
+    /// The value in standing (degrees or m).
+    fn standing(at: usize) -> f64 {
+        let is = |channels: [Self; 2]| channels.iter().any(|c| *c as usize == at);
+        if is([Self::LeftAside, Self::RightAside]) {
+            8.0
+        } else if is([Self::LeftElbow, Self::RightElbow]) {
+            15.0
+        } else {
+            0.0
+        }
+    }
+}
+
+/// A checked script.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Script {
+    pub about: String,
+    pub seconds: f64,
+    pub fps: f64,
+    pub cyclic: bool,
+    /// Degrees of shoulder per metre by which the other foot is ahead.
+    pub arm_swing: f64,
+    /// Time (s) and value (degrees or m) per channel; at least one each, times rising.
+    pub keys: [Vec<(f64, f64)>; Channel::COUNT],
+    /// In order of time; no two at once.
+    pub steps: Vec<Step>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ScriptText {
+    #[serde(default)]
+    about: String,
+    seconds: Spanned<f64>,
+    #[serde(default)]
+    fps: Option<Spanned<f64>>,
+    #[serde(default)]
+    cyclic: bool,
+    #[serde(default)]
+    arm_swing: Option<Spanned<f64>>,
+    #[serde(default)]
+    pose: Vec<PoseText>,
+    #[serde(default)]
+    step: Vec<StepText>,
+    #[serde(default)]
+    gait: Vec<GaitText>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct PoseText {
+    time: Spanned<f64>,
+    #[serde(default)]
+    pelvis: PelvisText,
+    #[serde(default)]
+    chest: TurnText,
+    #[serde(default)]
+    head: TurnText,
+    #[serde(default)]
+    arms: ArmText,
+    #[serde(default)]
+    left_arm: ArmText,
+    #[serde(default)]
+    right_arm: ArmText,
+}
+
+type Number = Option<Spanned<f64>>;
+
+#[derive(Deserialize, Default)]
+#[serde(deny_unknown_fields, default)]
+struct PelvisText {
+    x: Number,
+    y: Number,
+    z: Number,
+    pitch: Number,
+    roll: Number,
+    yaw: Number,
+}
+
+#[derive(Deserialize, Default)]
+#[serde(deny_unknown_fields, default)]
+struct TurnText {
+    pitch: Number,
+    roll: Number,
+    yaw: Number,
+}
+
+#[derive(Deserialize, Default)]
+#[serde(deny_unknown_fields, default)]
+struct ArmText {
+    raise: Number,
+    aside: Number,
+    turn: Number,
+    elbow: Number,
+    twist: Number,
+}
+
+impl ArmText {
+    fn numbers(&self) -> [&Number; 5] {
+        [&self.raise, &self.aside, &self.turn, &self.elbow, &self.twist]
+    }
+}
+
+#[derive(Deserialize, Clone, Copy)]
+#[serde(rename_all = "lowercase")]
+enum Side {
+    Left,
+    Right,
+}
+
+impl Side {
+    fn index(self) -> usize {
+        match self {
+            Self::Left => feet::LEFT,
+            Self::Right => 1 - feet::LEFT,
+        }
+    }
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct StepText {
+    foot: Side,
+    start: Spanned<f64>,
+    end: Spanned<f64>,
+    to: Spanned<[f64; 2]>,
+    #[serde(default)]
+    yaw: Number,
+    #[serde(default)]
+    height: Number,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct GaitText {
+    foot: Side,
+    start: Spanned<f64>,
+    steps: Spanned<u32>,
+    period: Spanned<f64>,
+    swing: Spanned<f64>,
+    by: Spanned<[f64; 2]>,
+    #[serde(default)]
+    height: Number,
+}
+
+/// Names the line of every complaint.
+struct Checker<'a> {
+    content: &'a str,
+    file: &'a Path,
+}
+
+impl Checker<'_> {
+    fn error(&self, span: Range<usize>, expected: impl Into<String>, got: impl Into<String>) -> MotionError {
+        let before = self.content.get(..span.start).unwrap_or_default();
+        MotionError::Parse {
+            file: self.file.to_path_buf(),
+            line: before.matches('\n').count() + 1,
+            expected: expected.into(),
+            got: got.into(),
+        }
+    }
+
+    fn within(
+        &self,
+        number: &Spanned<f64>,
+        range: std::ops::RangeInclusive<f64>,
+        what: &str,
+    ) -> Result<f64, MotionError> {
+        let value = *number.get_ref();
+        if range.contains(&value) {
+            return Ok(value);
+        }
+        let expected = format!("{what} from {} to {}", range.start(), range.end());
+        Err(self.error(number.span(), expected, value.to_string()))
+    }
+
+    fn optional(
+        &self,
+        number: &Number,
+        range: std::ops::RangeInclusive<f64>,
+        what: &str,
+        default: f64,
+    ) -> Result<f64, MotionError> {
+        number.as_ref().map_or(Ok(default), |n| self.within(n, range, what))
+    }
+
+    fn place(&self, place: &Spanned<[f64; 2]>) -> Result<[f64; 2], MotionError> {
+        let value = *place.get_ref();
+        if value.iter().all(|v| v.abs() <= 100.0) {
+            return Ok(value);
+        }
+        Err(self.error(place.span(), "a place within 100 m", format!("{value:?}")))
+    }
+}
+
+impl Script {
+    /// Reads and checks a text. `file` is for messages only.
+    pub(super) fn parse(content: &str, file: &Path) -> Result<Self, MotionError> {
+        let check = Checker { content, file };
+        let text: ScriptText = toml::from_str(content).map_err(|e| {
+            let message = e.message().trim().replace('\n', "; ");
+            check.error(e.span().unwrap_or(0..0), "a keyframed clip", message)
+        })?;
+        let seconds = check.within(&text.seconds, 0.1..=LONGEST, "a length in seconds")?;
+        let mut steps = Vec::new();
+        for step in &text.step {
+            steps.push(single(&check, step, seconds)?);
+        }
+        for gait in &text.gait {
+            row(&check, gait, seconds, &mut steps)?;
+        }
+        if let (true, Some((_, span))) = (text.cyclic, steps.first()) {
+            return Err(check.error(span.clone(), "no steps in a cyclic clip", "a step"));
+        }
+        Ok(Self {
+            about: text.about,
+            seconds,
+            fps: check.optional(&text.fps, 10.0..=240.0, "frames per second", 60.0)?,
+            cyclic: text.cyclic,
+            arm_swing: check.optional(&text.arm_swing, -200.0..=200.0, "degrees per metre", 0.0)?,
+            keys: keys(&check, &text.pose, seconds, text.cyclic)?,
+            steps: in_order(&check, steps)?,
+        })
+    }
+}
+
+/// The keys of all channels, with standing where the first or last pose says nothing.
+fn keys(
+    check: &Checker<'_>,
+    poses: &[PoseText],
+    seconds: f64,
+    cyclic: bool,
+) -> Result<[Vec<(f64, f64)>; Channel::COUNT], MotionError> {
+    let mut keys: [Vec<(f64, f64)>; Channel::COUNT] = std::array::from_fn(|_| Vec::new());
+    let mut before = -1.0;
+    for pose in poses {
+        let time = check.within(&pose.time, 0.0..=seconds, "a time within the clip")?;
+        if time <= before {
+            return Err(check.error(pose.time.span(), format!("a time after {before}"), time.to_string()));
+        }
+        if cyclic && time >= seconds {
+            let expected = "a time before the end of the cycle, where the first pose stands again";
+            return Err(check.error(pose.time.span(), expected, time.to_string()));
+        }
+        before = time;
+        let mut said: Vec<(usize, &Number)> = Vec::new();
+        let p = &pose.pelvis;
+        let body = [&p.x, &p.y, &p.z, &p.pitch, &p.roll, &p.yaw];
+        let turns = [&pose.chest, &pose.head].map(|t| [&t.pitch, &t.roll, &t.yaw]);
+        said.extend(body.into_iter().chain(turns.into_iter().flatten()).enumerate());
+        for (side, own) in [&pose.left_arm, &pose.right_arm].into_iter().enumerate() {
+            for (at, channel) in Channel::ARMS[side].into_iter().enumerate() {
+                let (own, both) = (own.numbers()[at], pose.arms.numbers()[at]);
+                said.push((channel as usize, if own.is_some() { own } else { both }));
+            }
+        }
+        for (channel, number) in said {
+            let Some(number) = number else { continue };
+            let is_length = channel < Channel::PelvisPitch as usize;
+            let value = if is_length {
+                check.within(number, -1.0..=1.0, "metres")?
+            } else {
+                check.within(number, -360.0..=360.0, "degrees")?
+            };
+            keys[channel].push((time, value));
+        }
+    }
+    for (channel, keys) in keys.iter_mut().enumerate() {
+        let standing = Channel::standing(channel);
+        if keys.is_empty() || (!cyclic && keys[0].0 > 0.0) {
+            keys.insert(0, (0.0, standing));
+        }
+        if !cyclic && keys.len() > 1 && keys.last().is_some_and(|last| last.0 < seconds) {
+            keys.push((seconds, standing));
+        }
+    }
+    Ok(keys)
+}
+
+fn single(check: &Checker<'_>, step: &StepText, seconds: f64) -> Result<(Step, Range<usize>), MotionError> {
+    let start = check.within(&step.start, 0.0..=seconds, "a time within the clip")?;
+    let end = check.within(&step.end, start + 0.05..=seconds, "a time at least 0.05 s after the start")?;
+    let foot = step.foot.index();
+    let [x, y] = check.place(&step.to)?;
+    let yaw = check.optional(&step.yaw, -360.0..=360.0, "degrees", 0.0)?.to_radians();
+    let home = Place::standing(foot);
+    let to = Place { x: home.x + x, y: home.y + y, yaw };
+    let height = check.optional(&step.height, 0.0..=0.5, "metres", 0.05)?;
+    Ok((Step { foot, start, end, to, height }, step.start.span()))
+}
+
+/// The steps of a gait, and the one that closes up.
+fn row(
+    check: &Checker<'_>,
+    gait: &GaitText,
+    seconds: f64,
+    steps: &mut Vec<(Step, Range<usize>)>,
+) -> Result<(), MotionError> {
+    let start = check.within(&gait.start, 0.0..=seconds, "a time within the clip")?;
+    let period = check.within(&gait.period, 0.1..=10.0, "seconds")?;
+    let swing = check.within(&gait.swing, 0.05..=period, "seconds, no more than the period")?;
+    let height = check.optional(&gait.height, 0.0..=0.5, "metres", 0.05)?;
+    let by = check.place(&gait.by)?;
+    let count = *gait.steps.get_ref();
+    let closing = by != [0.0, 0.0];
+    let end = start + period * f64::from(count - count.min(1)) + if closing { period } else { 0.0 } + swing;
+    if count == 0 || count as usize > MOST_STEPS || end > seconds {
+        let expected = format!("1 to {MOST_STEPS} steps that end within the clip's {seconds} s");
+        return Err(check.error(gait.steps.span(), expected, format!("{count} steps until {end:.2} s")));
+    }
+    let first = gait.foot.index();
+    for at in 0..count + u32::from(closing) {
+        let foot = if at % 2 == 0 { first } else { 1 - first };
+        let far = f64::from((at + 1).min(count));
+        let home = Place::standing(foot);
+        let to = Place { x: home.x + far * by[0], y: home.y + far * by[1], yaw: 0.0 };
+        let start = start + period * f64::from(at);
+        steps.push((Step { foot, start, end: start + swing, to, height }, gait.start.span()));
+    }
+    Ok(())
+}
+
+/// In order of time. One foot is always on the ground.
+fn in_order(check: &Checker<'_>, mut steps: Vec<(Step, Range<usize>)>) -> Result<Vec<Step>, MotionError> {
+    steps.sort_by(|a, b| a.0.start.total_cmp(&b.0.start));
+    for pair in steps.windows(2) {
+        let (before, after) = (&pair[0].0, &pair[1].0);
+        if after.start < before.end {
+            let expected = format!("a step that starts after the one before has ended ({:.2} s)", before.end);
+            return Err(check.error(pair[1].1.clone(), expected, format!("one at {:.2} s", after.start)));
+        }
+    }
+    Ok(steps.into_iter().map(|(step, _)| step).collect())
+}
