@@ -66,7 +66,7 @@ fn lowest(geom: &Geom, kinematics: &Kinematics) -> Vec<Vec3> {
         }
         GeomShape::Ellipsoid(h) => {
             let up = turn.inverse() * Vec3::z();
-            let scaled = h.component_mul(&h).component_mul(&up);
+            let scaled = h.component_mul(h).component_mul(&up);
             vec![middle - turn * (scaled / h.component_mul(&up).norm().max(1e-12))]
         }
         GeomShape::Plane | GeomShape::Mesh(_) | GeomShape::HeightField(_) => Vec::new(),

@@ -76,11 +76,12 @@ pub(crate) fn without_side(name: &str) -> String {
     let mut words = split(name, char::is_alphanumeric);
     let before = words.len();
     words.retain(|w| !matches!(w.as_str(), "left" | "l" | "lft" | "right" | "r" | "rgt"));
-    if words.len() == before && side(name).is_some() {
-        if let Some(first) = words.first_mut() {
-            let cut = ["left", "right", "l", "r"].iter().find_map(|p| first.strip_prefix(p)).map(str::to_string);
-            *first = cut.unwrap_or_else(|| first.clone());
-        }
+    if words.len() == before
+        && side(name).is_some()
+        && let Some(first) = words.first_mut()
+        && let Some(rest) = ["left", "right", "l", "r"].iter().find_map(|p| first.strip_prefix(p))
+    {
+        *first = rest.to_string();
     }
     words.join("_")
 }

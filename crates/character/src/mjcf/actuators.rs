@@ -55,11 +55,10 @@ fn one(
 ) -> Result<Actuator, CharacterError> {
     let servo = kind == "position";
     let mut ctrl_range = a.limits("ctrlrange", "ctrllimited", compiler.autolimits)?;
-    if let (true, Some(share), Some((low, high))) = (servo, a.number("inheritrange")?, joints[joint].range) {
-        if share > 0.0 && a.text("ctrlrange").is_none() {
-            let (middle, half) = (0.5 * (low + high), 0.5 * (high - low) * share);
-            ctrl_range = Some((middle - half, middle + half));
-        }
+    let share = a.number("inheritrange")?.filter(|s| servo && *s > 0.0 && a.text("ctrlrange").is_none());
+    if let (Some(share), Some((low, high))) = (share, joints[joint].range) {
+        let (middle, half) = (0.5 * (low + high), 0.5 * (high - low) * share);
+        ctrl_range = Some((middle - half, middle + half));
     }
     Ok(Actuator {
         name: a.text("name").unwrap_or("").to_string(),

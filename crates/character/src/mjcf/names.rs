@@ -31,10 +31,9 @@ fn check<'a>(element: &'a Element, seen: &mut BTreeSet<(&'a str, &'a str)>) -> R
             _ if parent == "actuator" => "actuator",
             other => other,
         };
-        if let Some(name) = child.attribute("name").filter(|n| !n.is_empty()) {
-            if !seen.insert((kind, name)) {
-                return Err(child.invalid(format!("a {kind} name that is not taken"), format!("'{name}'")));
-            }
+        let name = child.attribute("name").filter(|n| !n.is_empty());
+        if let Some(name) = name.filter(|n| !seen.insert((kind, *n))) {
+            return Err(child.invalid(format!("a {kind} name that is not taken"), format!("'{name}'")));
         }
         check(child, seen)?;
     }

@@ -1,0 +1,194 @@
+//! What is not understood is refused, and the error says where.
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
+use std::f64::consts::FRAC_PI_2;
+
+use lifelike_character::{Character, CharacterError, GeomShape};
+
+fn read(text: &str) -> Result<Character, CharacterError> {
+    Character::from_mjcf(text, "robot.xml", None)
+}
+
+/// Wraps the content of one moving body, which starts on line 4.
+fn body(content: &str) -> String {
+    format!("<mujoco>\n<worldbody>\n<body name=\"b\">\n{content}\n</body>\n</worldbody>\n</mujoco>")
+}
+
+#[track_caller]
+fn refused(text: &str, expected: &str) {
+    let error = read(text).expect_err("an error").to_string();
+    assert!(error.contains(expected), "'{error}' does not say '{expected}'");
+}
+
+#[test]
+fn errors_name_file_line_and_element() {
+    let ball = "<geom size=\"0.1\"/>";
+    refused(
+        &body(&format!("{ball}\n<joint axis=\"0 0\"/>")),
+        "robot.xml:5: <joint>: expected 3 numbers for 'axis', got '0 0'",
+    );
+    refused(
+        &body(&format!("{ball}\n\n<joint range=\"a b\"/>")),
+        "robot.xml:6: <joint>: expected 2 numbers for 'range', got 'a b'",
+    );
+    refused(&body("<geom size=\"-1\"/>"), "robot.xml:4: <geom>: expected 1 positive number(s) for 'size' of a sphere");
+    refused(&body("<geom/>"), "robot.xml:4: <geom>: expected 1 positive number(s) for 'size'");
+    refused(&body(&format!("{ball}<joint damping=\"-1\"/>")), "'damping' that is not negative");
+    refused(&body(&format!("{ball}<joint axis=\"0 0 0\"/>")), "expected 'axis' with a direction");
+    refused(
+        &body("<inertial pos=\"0 0 0\" mass=\"1\"/>"),
+        "expected attribute 'diaginertia' or 'fullinertia', got none",
+    );
+    refused(&body("<inertial mass=\"1\" diaginertia=\"1 1 1\"/>"), "expected attribute 'pos', got none");
+    refused(
+        &body("<inertial pos=\"0 0 0\" mass=\"1\" diaginertia=\"1 1 9\"/>"),
+        "robot.xml:3: <body>: expected moments of inertia of body 'b'",
+    );
+    refused(&body("<joint/>"), "robot.xml:3: <body>: expected mass in the moving body 'b', got none");
+    refused(&body("<geom size=\"1e400\"/>"), "for 'size', got '1e400'");
+    refused(&body("<geom size=\"nan\"/>"), "for 'size', got 'nan'");
+    refused(&body("<geom size=\"0.1\" quat=\"0 0 0 0\"/>"), "expected 'quat' that gives a direction");
+    refused(
+        &body("<geom size=\"0.1\" quat=\"1 0 0 0\" euler=\"1 2 3\"/>"),
+        "expected one way to write the orientation",
+    );
+}
+
+#[test]
+fn what_would_change_the_dynamics_is_refused() {
+    refused(
+        "<mujoco><worldbody/><equality><weld body1=\"a\"/></equality></mujoco>",
+        "<weld>: unsupported element in <equality>",
+    );
+    refused("<mujoco><worldbody/><tendon><fixed/></tendon></mujoco>", "<fixed>: unsupported element in <tendon>");
+    refused("<mujoco><option viscosity=\"1\"/></mujoco>", "unsupported attribute 'viscosity'");
+    refused("<mujoco><option windy=\"1\"/></mujoco>", "unsupported attribute 'windy'");
+    refused("<mujoco><compiler fusestatic=\"true\"/></mujoco>", "unsupported attribute 'fusestatic'");
+    refused("<mujoco><wheels/></mujoco>", "<wheels>: unsupported section");
+    refused(&body("<geom size=\"0.1\" colour=\"red\"/>"), "unsupported attribute 'colour'");
+    refused(&body("<geom size=\"0.1\"/><composite/>"), "<composite>: unsupported element in a body");
+    refused(&body("<geom size=\"0.1\" shellinertia=\"true\"/>"), "unsupported attribute 'shellinertia'");
+    refused(&body("<geom type=\"mesh\" mesh=\"m\"/><joint/>"), "expected <inertial> in body 'b'");
+    refused(
+        "<mujoco><include file=\"x.xml\"/></mujoco>",
+        "robot.xml:1: <include>: unsupported include in a text without a folder",
+    );
+    refused("<robot/>", "expected root element 'mujoco', got 'robot'");
+    refused("<mujoco><worldbody></mujoco>", "robot.xml:1: not well-formed XML");
+}
+
+#[test]
+fn names_must_be_known_and_different() {
+    let ball = "<geom size=\"0.1\"/>";
+    refused(
+        &body(&format!("{ball}<joint name=\"j\"/><joint name=\"j\"/>")),
+        "expected a joint name that is not taken, got 'j'",
+    );
+    refused(
+        "<mujoco><worldbody/><actuator>\n<motor joint=\"knee\"/></actuator></mujoco>",
+        "robot.xml:2: <motor>: expected the name of a joint, got 'knee'",
+    );
+    refused(
+        "<mujoco><worldbody/><contact><exclude body1=\"a\" body2=\"b\"/></contact></mujoco>",
+        "name of a body for 'body1'",
+    );
+    refused(&body("<geom class=\"soft\" size=\"1\"/>"), "expected a default class (there are: main), got 'soft'");
+    refused(
+        "<mujoco><default><default class=\"a\"/><default class=\"a\"/></default></mujoco>",
+        "expected a class name that is not taken",
+    );
+    let character = read(&body(ball)).unwrap();
+    let error = character.joint("knee").unwrap_err().to_string();
+    assert!(error.contains("no joint named 'knee'"), "{error}");
+}
+
+#[test]
+fn limits_follow_autolimits() {
+    let with = |compiler: &str, joint: &str| {
+        let text = format!(
+            "<mujoco><compiler angle=\"radian\" {compiler}/><worldbody><body><geom size=\"0.1\"/><joint {joint}/></body></worldbody></mujoco>"
+        );
+        read(&text).map(|c| c.joints[0].range)
+    };
+    assert_eq!(with("", "range=\"-1 2\"").unwrap(), Some((-1.0, 2.0)));
+    assert_eq!(with("", "range=\"-1 2\" limited=\"false\"").unwrap(), None);
+    assert_eq!(with("", "").unwrap(), None);
+    assert_eq!(with("autolimits=\"false\"", "range=\"-1 2\" limited=\"true\"").unwrap(), Some((-1.0, 2.0)));
+    assert!(with("autolimits=\"false\"", "range=\"-1 2\"").is_err());
+    assert!(with("", "range=\"2 -1\"").is_err());
+    assert!(with("", "limited=\"true\"").is_err());
+}
+
+#[test]
+fn degrees_are_the_default_and_classes_are_inherited() {
+    let text = r#"<mujoco>
+      <default><joint range="0 90" damping="1"/><default class="stiff"><joint damping="2"/>
+        <default class="stiffer"><joint stiffness="5"/></default></default></default>
+      <worldbody><body childclass="stiff"><geom size="0.1"/>
+        <joint name="a"/><joint name="b" class="stiffer"/><joint name="c" class="main" type="slide" range="0 90"/>
+      </body></worldbody></mujoco>"#;
+    let c = read(text).unwrap();
+    let of = |name: &str| &c.joints[c.joint(name).unwrap()];
+    assert_eq!(of("a").range, Some((0.0, FRAC_PI_2)));
+    assert_eq!((of("a").damping, of("a").stiffness), (2.0, 0.0));
+    assert_eq!((of("b").damping, of("b").stiffness), (2.0, 5.0));
+    assert_eq!((of("c").damping, of("c").range), (1.0, Some((0.0, 90.0))));
+}
+
+#[test]
+fn unnamed_things_get_names_of_their_own() {
+    let c = read(&body("<freejoint/><geom size=\"0.1\"/><geom name=\"geom0\" size=\"0.1\"/><site/>")).unwrap();
+    assert_eq!(c.joints[0].name, "b_free");
+    assert_eq!(c.geoms[0].name, "geom0_");
+    assert_eq!(c.sites[0].name, "site0");
+}
+
+#[test]
+fn included_files_stand_where_the_include_stood() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(
+        folder.path().join("arm.xml"),
+        "<mujocoinclude>\n<body name=\"arm\">\n<geom size=\"x\"/></body></mujocoinclude>",
+    )
+    .unwrap();
+    let text = "<mujoco><worldbody><include file=\"arm.xml\"/></worldbody></mujoco>";
+    let load = || Character::from_mjcf(text, "main.xml", Some(folder.path()));
+    let error = load().unwrap_err().to_string();
+    assert!(error.contains("arm.xml:3: <geom>"), "{error}");
+    std::fs::write(folder.path().join("arm.xml"), "<x><body name=\"arm\"><geom size=\"0.1\"/></body></x>").unwrap();
+    let c = load().unwrap();
+    assert_eq!(c.bodies[1].name, "arm");
+    // What engines get needs no folder.
+    let again = read(c.mjcf.as_deref().unwrap()).unwrap();
+    assert_eq!((again.bodies, again.geoms), (c.bodies, c.geoms));
+    std::fs::write(folder.path().join("arm.xml"), "<x><include file=\"arm.xml\"/></x>").unwrap();
+    assert!(load().unwrap_err().to_string().contains("a file that was not included before"));
+    std::fs::remove_file(folder.path().join("arm.xml")).unwrap();
+    assert!(load().unwrap_err().to_string().contains("main.xml:1: <include>: expected a file that can be read"));
+}
+
+#[test]
+fn meshes_are_pictures_where_their_files_are_absent() {
+    let text = r#"<mujoco><asset><mesh name="m" file="m.stl"/><texture name="t" file="t.png"/><material name="x" texture="t"/></asset>
+      <worldbody><body><inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/><joint/>
+        <geom type="mesh" mesh="m" material="x"/><geom type="mesh" mesh="m" contype="0" conaffinity="0"/></body></worldbody></mujoco>"#;
+    let c = read(text).unwrap();
+    assert_eq!(c.geoms[0].shape, GeomShape::Mesh("m".into()));
+    assert!(c.notes.iter().any(|n| n == "1 mesh geoms are pictures only"), "{:?}", c.notes);
+    assert!(c.notes.iter().any(|n| n.starts_with("1 mesh geoms would collide")), "{:?}", c.notes);
+    let engine = c.mjcf.unwrap();
+    assert!(!engine.contains("m.stl") && !engine.contains("material") && !engine.contains("t.png"), "{engine}");
+}
+
+#[test]
+fn a_position_servo_has_gains_and_may_inherit_its_range() {
+    let text = body("<geom size=\"0.1\"/><joint name=\"j\" range=\"-60 20\"/>").replace(
+        "</worldbody>",
+        "</worldbody><actuator><position joint=\"j\" kp=\"7\" kv=\"2\" inheritrange=\"0.5\" gear=\"3\"/></actuator>",
+    );
+    let c = read(&text).unwrap();
+    let a = &c.actuators[0];
+    assert_eq!((a.kp, a.kv, a.gear), (Some(7.0), Some(2.0), 3.0));
+    let (low, high) = a.ctrl_range.unwrap();
+    assert!((low.to_degrees() + 40.0).abs() < 1e-12 && high.abs() < 1e-12, "{low} {high}");
+}
