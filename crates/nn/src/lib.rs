@@ -1,5 +1,24 @@
 //! Floor 3, beside the simulation: network blocks, losses, schedules, checkpoints and addressed randomness.
 //!
 //! Imports none of our other crates.
+//!
+//! The main path: [`mlp::MlpConfig::init`] or [`conv_resnet`] → a loss ([`losses`]) → [`gradients::Gradients::of`] →
+//! [`adam::Adam::step`] with a rate from [`schedules`] → [`checkpoint::Checkpoint::save`]. Names, not positions, tie
+//! parameters, gradients, moments and files together.
 
+pub mod adam;
+pub mod checkpoint;
+pub mod conv_resnet;
+pub mod device;
+pub mod elu;
+pub mod gradients;
+pub mod init;
+pub mod losses;
+pub mod memory;
+pub mod mlp;
+mod names;
+pub mod normalizer;
 pub mod rng;
+pub mod schedules;
+
+pub use names::parameters;

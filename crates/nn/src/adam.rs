@@ -1,0 +1,185 @@
+//! Adam (Kingma & Ba 2015) and RAdam (Liu et al. 2020), with PyTorch's formulas and defaults.
+//!
+//! State is kept by parameter name and saved bit for bit, so a resumed run continues as if it had not stopped.
+
+use std::collections::BTreeMap;
+
+use burn::module::{Module, ModuleMapper, Param};
+use burn::tensor::Tensor;
+
+use crate::checkpoint::{Checkpoint, CheckpointError};
+use crate::gradients::Gradients;
+use crate::names::{Path, parameters};
+
+/// Which of the two rules.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Rule {
+    /// Kingma & Ba 2015, Algorithm 1.
+    Adam,
+    /// Liu et al. 2020, Algorithm 2: plain momentum until the variance of the adaptive step is tractable, rectified after.
+    Radam,
+}
+
+/// Constants of the optimizer; the learning rate is an argument of [`Adam::step`].
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct AdamConfig {
+    /// Adam or RAdam.
+    pub rule: Rule,
+    /// Decay of the first moment.
+    pub beta_1: f64,
+    /// Decay of the second moment.
+    pub beta_2: f64,
+    /// Added to the root of the second moment.
+    pub epsilon: f64,
+}
+
+impl AdamConfig {
+    /// PyTorch's defaults for Adam: β = (0.9, 0.999), ε = 1e-8.
+    pub fn adam() -> Self {
+        Self { rule: Rule::Adam, beta_1: 0.9, beta_2: 0.999, epsilon: 1e-8 }
+    }
+
+    /// PyTorch's defaults for RAdam, the same numbers.
+    pub fn radam() -> Self {
+        Self { rule: Rule::Radam, ..Self::adam() }
+    }
+}
+
+/// First and second moment of one parameter, flattened, and the steps it has seen.
+#[derive(Debug, Clone)]
+struct Moments {
+    step: u64,
+    first: Tensor<1>,
+    second: Tensor<1>,
+}
+
+/// The optimizer with its state.
+#[derive(Debug, Clone)]
+pub struct Adam {
+    config: AdamConfig,
+    moments: BTreeMap<String, Moments>,
+}
+
+impl Adam {
+    /// An optimizer that has not stepped yet.
+    pub fn new(config: AdamConfig) -> Self {
+        Self { config, moments: BTreeMap::new() }
+    }
+
+    /// The constants.
+    pub fn config(&self) -> AdamConfig {
+        self.config
+    }
+
+    /// One step with learning rate `rate`. Parameters without a gradient stay as they are.
+    pub fn step<M: Module>(&mut self, module: M, gradients: Gradients, rate: f64) -> M {
+        module.map(&mut Update { path: Path::default(), adam: self, gradients, rate })
+    }
+
+    fn update(&mut self, name: String, value: Tensor<1>, gradient: Tensor<1>, rate: f64) -> Tensor<1> {
+        let c = self.config;
+        let mut moments = self.moments.remove(&name).unwrap_or_else(|| Moments {
+            step: 0,
+            first: gradient.zeros_like(),
+            second: gradient.zeros_like(),
+        });
+        moments.step += 1;
+        let t = moments.step as f64;
+        moments.first = moments.first.mul_scalar(c.beta_1).add(gradient.clone().mul_scalar(1.0 - c.beta_1));
+        moments.second = moments.second.mul_scalar(c.beta_2).add(gradient.square().mul_scalar(1.0 - c.beta_2));
+        let bias_1 = 1.0 - c.beta_1.powf(t);
+        let bias_2 = 1.0 - c.beta_2.powf(t);
+        let first = moments.first.clone();
+        let root = |second: Tensor<1>| second.sqrt();
+        let change = match c.rule {
+            Rule::Adam => {
+                let denominator = root(moments.second.clone()).div_scalar(bias_2.sqrt()).add_scalar(c.epsilon);
+                first.div(denominator).mul_scalar(rate / bias_1)
+            }
+            Rule::Radam => match rectification(c.beta_2, t) {
+                Some(r) => {
+                    let denominator = root(moments.second.clone()).add_scalar(c.epsilon);
+                    first.div(denominator).mul_scalar(rate / bias_1 * bias_2.sqrt() * r)
+                }
+                None => first.mul_scalar(rate / bias_1),
+            },
+        };
+        self.moments.insert(name, moments);
+        value.sub(change)
+    }
+
+    /// Writes the moments under `prefix` (exact bits).
+    pub fn save_into(&self, checkpoint: &mut Checkpoint, prefix: &str) -> Result<(), CheckpointError> {
+        for (name, m) in &self.moments {
+            checkpoint.put_u64(&format!("{prefix}.{name}.step"), &[1], vec![m.step])?;
+            checkpoint.put_tensor(&format!("{prefix}.{name}.first"), &m.first)?;
+            checkpoint.put_tensor(&format!("{prefix}.{name}.second"), &m.second)?;
+        }
+        Ok(())
+    }
+
+    /// Reads the moments of `module`'s parameters back. A parameter that had never had a gradient when the checkpoint
+    /// was written has no moments there and starts without.
+    ///
+    /// # Errors
+    /// Moments of another size than the parameter, or only some of the three entries of one parameter.
+    pub fn load_from<M: Module>(
+        config: AdamConfig,
+        checkpoint: &Checkpoint,
+        prefix: &str,
+        module: &M,
+    ) -> Result<Self, CheckpointError> {
+        let device = module.devices().first().cloned().unwrap_or_else(crate::device::inference).inner();
+        let mut moments = BTreeMap::new();
+        for (name, shape) in parameters(module) {
+            let key = |part: &str| format!("{prefix}.{name}.{part}");
+            if !checkpoint.contains(&key("step")) {
+                continue;
+            }
+            let count: usize = shape.iter().product();
+            let read = |part: &str| checkpoint.tensor::<1>(&key(part), [count], &device);
+            let (first, second) = (read("first")?, read("second")?);
+            let step = checkpoint.u64s(&key("step"), &[1])?[0];
+            moments.insert(name, Moments { step, first, second });
+        }
+        Ok(Self { config, moments })
+    }
+}
+
+/// The rectification term r_t, or `None` while the variance of the adaptive learning rate is intractable (ρ_t ≤ 5, the
+/// bound PyTorch uses; the paper's is 4).
+fn rectification(beta_2: f64, t: f64) -> Option<f64> {
+    let rho_inf = 2.0 / (1.0 - beta_2) - 1.0;
+    let power = beta_2.powf(t);
+    let rho = rho_inf - 2.0 * t * power / (1.0 - power);
+    (rho > 5.0).then(|| ((rho - 4.0) * (rho - 2.0) * rho_inf / ((rho_inf - 4.0) * (rho_inf - 2.0) * rho)).sqrt())
+}
+
+struct Update<'a> {
+    path: Path,
+    adam: &'a mut Adam,
+    gradients: Gradients,
+    rate: f64,
+}
+
+impl ModuleMapper for Update<'_> {
+    fn enter_module(&mut self, name: &str, _: &str) {
+        self.path.enter(name);
+    }
+    fn exit_module(&mut self, _: &str, _: &str) {
+        self.path.exit();
+    }
+    fn map_float<const D: usize>(&mut self, param: Param<Tensor<D>>) -> Param<Tensor<D>> {
+        let name = self.path.name();
+        let Some(gradient) = self.gradients.take(&name) else { return param };
+        param.map(|tensor| {
+            let (shape, tracked, autodiff) = (tensor.shape(), tensor.is_require_grad(), tensor.is_autodiff());
+            let count = shape.num_elements();
+            let flat = tensor.without_autodiff().reshape([count]);
+            let next: Tensor<D> = self.adam.update(name, flat, gradient, self.rate).reshape(shape);
+            if autodiff { next.autodiff().set_require_grad(tracked) } else { next }
+        })
+    }
+}

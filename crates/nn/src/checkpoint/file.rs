@@ -1,0 +1,176 @@
+//! The file: written beside its place, synced, renamed; read back only when its digest fits.
+
+use std::collections::{BTreeMap, HashMap};
+use std::fs;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use safetensors::{Dtype, SafeTensors, View};
+use sha2::{Digest, Sha256};
+
+use super::{Checkpoint, CheckpointError, Entry, Kind};
+
+/// The one metadata key we write. A single key keeps the file's bytes reproducible: the safetensors writer takes its
+/// metadata from a hash map, whose order is random.
+const KEY: &str = "lifelike";
+
+#[derive(serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Header {
+    format: u32,
+    sha256: String,
+    metadata: BTreeMap<String, serde_json::Value>,
+}
+
+struct Raw<'a> {
+    entry: &'a Entry,
+    bytes: Vec<u8>,
+}
+
+impl View for &Raw<'_> {
+    fn dtype(&self) -> Dtype {
+        match self.entry.kind() {
+            Kind::F32 => Dtype::F32,
+            Kind::F64 => Dtype::F64,
+            Kind::U64 => Dtype::U64,
+            Kind::U8 => Dtype::U8,
+        }
+    }
+    fn shape(&self) -> &[usize] {
+        self.entry.shape()
+    }
+    fn data(&self) -> std::borrow::Cow<'_, [u8]> {
+        self.bytes.as_slice().into()
+    }
+    fn data_len(&self) -> usize {
+        self.bytes.len()
+    }
+}
+
+impl Checkpoint {
+    /// The file's bytes: the same for equal contents, always.
+    ///
+    /// # Errors
+    /// The contents cannot be serialised.
+    pub fn to_bytes(&self) -> Result<Vec<u8>, CheckpointError> {
+        let raw: BTreeMap<&String, Raw<'_>> =
+            self.entries.iter().map(|(n, entry)| (n, Raw { entry, bytes: entry.to_bytes() })).collect();
+        let fail = |why: String| CheckpointError::Format { path: PathBuf::from(&self.origin), why };
+        let metadata = self.metadata.clone();
+        let sha256 = digest(raw.iter().map(|(n, r)| (n.as_str(), r.entry, r.bytes.as_slice())), &metadata);
+        let header = serde_json::to_string(&Header { format: 1, sha256, metadata }).map_err(|e| fail(e.to_string()))?;
+        let header = Some(HashMap::from([(KEY.to_owned(), header)]));
+        safetensors::serialize(raw.iter(), header).map_err(|e| fail(e.to_string()))
+    }
+
+    /// Writes the checkpoint: into a temporary file in the same folder, synced, then renamed over `path`, so that a
+    /// reader (and a run killed at any moment) finds either the old file or the new one, whole.
+    ///
+    /// # Errors
+    /// The folder does not exist or cannot be written.
+    pub fn save(&self, path: &Path) -> Result<(), CheckpointError> {
+        let io = |source| CheckpointError::Io { path: path.to_path_buf(), source };
+        let bytes = self.to_bytes()?;
+        let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        let name = path.file_name().ok_or_else(|| io(std::io::ErrorKind::InvalidInput.into()))?;
+        let temporary = folder.join(format!(".{}.{}.tmp", name.to_string_lossy(), std::process::id()));
+        let written = (|| {
+            let mut file = fs::File::create(&temporary)?;
+            file.write_all(&bytes)?;
+            file.sync_all()?;
+            fs::rename(&temporary, path)?;
+            // The rename itself lasts only when the folder is synced; not every system lets a folder be opened.
+            fs::File::open(folder).and_then(|f| f.sync_all()).or(Ok(()))
+        })();
+        if written.is_err() {
+            // What matters is the first failure; a temporary file that stays behind is harmless.
+            let _ = fs::remove_file(&temporary);
+        }
+        written.map_err(io)
+    }
+
+    /// Reads a checkpoint.
+    ///
+    /// # Errors
+    /// Precisely what is wrong: a file cut off, one that is no checkpoint, or one whose contents changed.
+    pub fn load(path: &Path) -> Result<Self, CheckpointError> {
+        let bytes = fs::read(path).map_err(|source| CheckpointError::Io { path: path.to_path_buf(), source })?;
+        Self::from_bytes(&bytes, path)
+    }
+
+    /// As [`Self::load`], from bytes; `path` is for messages.
+    pub fn from_bytes(bytes: &[u8], path: &Path) -> Result<Self, CheckpointError> {
+        let fail = |why: String| CheckpointError::Format { path: path.to_path_buf(), why };
+        check_length(bytes, path)?;
+        let (_, info) = SafeTensors::read_metadata(bytes).map_err(|e| fail(e.to_string()))?;
+        let tensors = SafeTensors::deserialize(bytes).map_err(|e| fail(e.to_string()))?;
+        let header = info
+            .metadata()
+            .as_ref()
+            .and_then(|m| m.get(KEY))
+            .ok_or_else(|| fail(format!("no {KEY:?} metadata: another program wrote this safetensors file")))?;
+        let header: Header = serde_json::from_str(header).map_err(|e| fail(format!("metadata: {e}")))?;
+        if header.format != 1 {
+            return Err(fail(format!("format {}, this program reads format 1", header.format)));
+        }
+        let mut entries = BTreeMap::new();
+        for (name, view) in tensors.iter() {
+            let kind = match view.dtype() {
+                Dtype::F32 => Kind::F32,
+                Dtype::F64 => Kind::F64,
+                Dtype::U64 => Kind::U64,
+                Dtype::U8 => Kind::U8,
+                other => return Err(fail(format!("{name}: unsupported type {other:?}"))),
+            };
+            entries.insert(name.to_owned(), Entry::from_bytes(kind, view.shape().to_vec(), view.data()));
+        }
+        let raw: Vec<(&String, &Entry, Vec<u8>)> = entries.iter().map(|(n, e)| (n, e, e.to_bytes())).collect();
+        let got = digest(raw.iter().map(|(n, e, b)| (n.as_str(), *e, b.as_slice())), &header.metadata);
+        if got != header.sha256 {
+            return Err(CheckpointError::Digest { path: path.to_path_buf(), expected: header.sha256, got });
+        }
+        Ok(Self { entries, metadata: header.metadata, origin: path.display().to_string() })
+    }
+}
+
+/// A cut-off file deserves a clearer message than the reader's.
+fn check_length(bytes: &[u8], path: &Path) -> Result<(), CheckpointError> {
+    let got = bytes.len() as u64;
+    let wrong = |expected| Err(CheckpointError::Length { path: path.to_path_buf(), expected, got });
+    let Some(first) = bytes.first_chunk::<8>() else { return wrong(8) };
+    let header = u64::from_le_bytes(*first);
+    if header > 100_000_000 {
+        return Err(CheckpointError::Format { path: path.to_path_buf(), why: format!("header of {header} bytes") });
+    }
+    if got < 8 + header {
+        return wrong(8 + header);
+    }
+    // Only to know the length: the safetensors reader checks everything else (and refuses what is no header at all).
+    let json = bytes.get(8..8 + header as usize).unwrap_or_default();
+    let Ok(tensors) = serde_json::from_slice::<BTreeMap<String, serde_json::Value>>(json) else { return Ok(()) };
+    let end = |t: &serde_json::Value| t.get("data_offsets")?.get(1)?.as_u64();
+    let expected = tensors.values().filter_map(end).max().unwrap_or(0).saturating_add(8 + header);
+    if expected == got { Ok(()) } else { wrong(expected) }
+}
+
+/// SHA-256 over everything the file says: metadata, and each entry's name, type, shape and bytes in order of names.
+fn digest<'a>(
+    entries: impl Iterator<Item = (&'a str, &'a Entry, &'a [u8])>,
+    metadata: &BTreeMap<String, serde_json::Value>,
+) -> String {
+    let mut hash = Sha256::new();
+    let mut part = |bytes: &[u8]| {
+        hash.update((bytes.len() as u64).to_le_bytes());
+        hash.update(bytes);
+    };
+    for (key, value) in metadata {
+        part(key.as_bytes());
+        part(value.to_string().as_bytes());
+    }
+    for (name, entry, bytes) in entries {
+        part(name.as_bytes());
+        part(format!("{:?} {:?}", entry.kind(), entry.shape()).as_bytes());
+        part(bytes);
+    }
+    hash.finalize().iter().map(|b| format!("{b:02x}")).collect()
+}

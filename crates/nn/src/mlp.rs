@@ -1,0 +1,85 @@
+//! Multilayer perceptrons with ELU between the layers (thesis 4.3.1: policy and value function).
+
+use burn::module::Module;
+use burn::nn::Linear;
+use burn::tensor::{Device, Tensor};
+
+use crate::elu::elu;
+use crate::{init, rng};
+
+/// What an [`Mlp`] looks like.
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MlpConfig {
+    /// Numbers in.
+    pub inputs: usize,
+    /// Width of each hidden layer.
+    pub hidden: Vec<usize>,
+    /// Numbers out.
+    pub outputs: usize,
+    /// Gain of the orthogonal hidden weights.
+    pub hidden_gain: f64,
+    /// Gain of the orthogonal output weights.
+    pub output_gain: f64,
+}
+
+impl MlpConfig {
+    /// Gains √2 inside and 1 at the output.
+    pub fn new(inputs: usize, hidden: &[usize], outputs: usize) -> Self {
+        Self { inputs, hidden: hidden.to_vec(), outputs, hidden_gain: std::f64::consts::SQRT_2, output_gain: 1.0 }
+    }
+
+    /// Another gain at the output: 0.01 makes a policy begin near the zero action.
+    pub fn with_output_gain(mut self, gain: f64) -> Self {
+        self.output_gain = gain;
+        self
+    }
+
+    /// The network, with orthogonal weights from the streams `(seed, purpose, layer, 0)` and zero biases.
+    pub fn init(&self, seed: u64, purpose: &str, device: &Device) -> Mlp {
+        let sizes: Vec<usize> =
+            [self.inputs].into_iter().chain(self.hidden.iter().copied()).chain([self.outputs]).collect();
+        let last = sizes.len() - 2;
+        let layers = sizes
+            .windows(2)
+            .enumerate()
+            .map(|(i, pair)| {
+                let gain = if i == last { self.output_gain } else { self.hidden_gain };
+                let weight = init::orthogonal(&mut rng::stream(seed, purpose, i as u64, 0), pair[0], pair[1], gain);
+                Linear {
+                    weight: init::parameter(weight, [pair[0], pair[1]], device),
+                    bias: Some(init::parameter(vec![0.0; pair[1]], [pair[1]], device)),
+                }
+            })
+            .collect();
+        Mlp { layers }
+    }
+}
+
+/// Linear layers with ELU between them; the output is linear.
+///
+/// Parameters are named `layers.I.weight` (`[inputs, outputs]`) and `layers.I.bias`.
+#[derive(Module, Debug)]
+pub struct Mlp {
+    layers: Vec<Linear>,
+}
+
+impl Mlp {
+    /// # Shapes
+    /// `[B, inputs]` to `[B, outputs]`.
+    pub fn forward(&self, mut x: Tensor<2>) -> Tensor<2> {
+        let last = self.layers.len() - 1;
+        for (i, layer) in self.layers.iter().enumerate() {
+            x = layer.forward(x);
+            if i < last {
+                x = elu(x);
+            }
+        }
+        x
+    }
+
+    /// The layers, first to last (for exporters).
+    pub fn layers(&self) -> &[Linear] {
+        &self.layers
+    }
+}

@@ -1,0 +1,218 @@
+//! Running normalization of observations (thesis 4.3.1: "observations are normalized using a running mean").
+
+use crate::checkpoint::{Checkpoint, CheckpointError};
+
+/// Variance below which a dimension is treated as constant and only centred.
+const MIN_VARIANCE: f64 = 1e-8;
+
+/// Mean and variance of everything seen, merged batch by batch (Chan et al. 1979) in f64.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RunningNormalizer {
+    mean: Vec<f64>,
+    variance: Vec<f64>,
+    count: f64,
+    count_cap: f64,
+    clip: f32,
+    frozen: bool,
+}
+
+impl RunningNormalizer {
+    /// For vectors of `size` numbers; clips to ±5 and weighs all samples alike.
+    pub fn new(size: usize) -> Self {
+        Self {
+            mean: vec![0.0; size],
+            variance: vec![1.0; size],
+            count: 0.0,
+            count_cap: f64::INFINITY,
+            clip: 5.0,
+            frozen: false,
+        }
+    }
+
+    /// Counts at most `cap` past samples, so the statistics keep following a changing distribution.
+    pub fn with_count_cap(mut self, cap: f64) -> Self {
+        self.count_cap = cap.max(1.0);
+        self
+    }
+
+    /// Clips normalized numbers to ±`clip`.
+    pub fn with_clip(mut self, clip: f32) -> Self {
+        self.clip = clip;
+        self
+    }
+
+    /// Length of the vectors.
+    pub fn size(&self) -> usize {
+        self.mean.len()
+    }
+
+    /// Mean of each dimension.
+    pub fn mean(&self) -> &[f64] {
+        &self.mean
+    }
+
+    /// Variance (population) of each dimension.
+    pub fn variance(&self) -> &[f64] {
+        &self.variance
+    }
+
+    /// Samples that the statistics stand for (at most the cap).
+    pub fn count(&self) -> f64 {
+        self.count
+    }
+
+    /// While frozen, [`Self::update`] does nothing: for evaluation and deployment.
+    pub fn set_frozen(&mut self, frozen: bool) {
+        self.frozen = frozen;
+    }
+
+    /// Whether updates are ignored.
+    pub fn is_frozen(&self) -> bool {
+        self.frozen
+    }
+
+    /// Takes in a batch of rows `[N, size]`. Rows with a non-finite number are left out.
+    pub fn update(&mut self, rows: &[f32]) {
+        let size = self.size();
+        if self.frozen || size == 0 {
+            return;
+        }
+        let finite = || rows.chunks_exact(size).filter(|row| row.iter().all(|x| x.is_finite()));
+        let n = finite().count() as f64;
+        if n == 0.0 {
+            return;
+        }
+        let mut mean = vec![0.0; size];
+        for row in finite() {
+            mean.iter_mut().zip(row).for_each(|(m, x)| *m += f64::from(*x));
+        }
+        mean.iter_mut().for_each(|m| *m /= n);
+        let mut square = vec![0.0; size];
+        for row in finite() {
+            for ((s, x), m) in square.iter_mut().zip(row).zip(&mean) {
+                *s += (f64::from(*x) - m).powi(2);
+            }
+        }
+        let total = self.count + n;
+        for i in 0..size {
+            let delta = mean[i] - self.mean[i];
+            let merged = self.variance[i] * self.count + square[i] + delta * delta * self.count * n / total;
+            self.mean[i] += delta * n / total;
+            self.variance[i] = merged / total;
+        }
+        self.count = total.min(self.count_cap);
+    }
+
+    /// (x − mean) / std, clipped, in place, for rows `[N, size]`.
+    pub fn normalize(&self, rows: &mut [f32]) {
+        let (mean, inverse) = self.affine();
+        for row in rows.chunks_exact_mut(self.size().max(1)) {
+            for ((x, m), s) in row.iter_mut().zip(&mean).zip(&inverse) {
+                *x = ((*x - m) * s).clamp(-self.clip, self.clip);
+            }
+        }
+    }
+
+    /// Back from normalized numbers (exact only where nothing was clipped).
+    pub fn denormalize(&self, rows: &mut [f32]) {
+        let (mean, inverse) = self.affine();
+        for row in rows.chunks_exact_mut(self.size().max(1)) {
+            for ((x, m), s) in row.iter_mut().zip(&mean).zip(&inverse) {
+                *x = *x / s + m;
+            }
+        }
+    }
+
+    fn affine(&self) -> (Vec<f32>, Vec<f32>) {
+        let inverse = |v: &f64| if *v > MIN_VARIANCE { (1.0 / v.sqrt()) as f32 } else { 1.0 };
+        (self.mean.iter().map(|m| *m as f32).collect(), self.variance.iter().map(inverse).collect())
+    }
+
+    /// Writes the whole state under `prefix` (exact bits).
+    pub fn save_into(&self, checkpoint: &mut Checkpoint, prefix: &str) -> Result<(), CheckpointError> {
+        let size = self.size();
+        checkpoint.put_f64(&format!("{prefix}.mean"), &[size], self.mean.clone())?;
+        checkpoint.put_f64(&format!("{prefix}.variance"), &[size], self.variance.clone())?;
+        let frozen = f64::from(u8::from(self.frozen));
+        let rest = vec![self.count, self.count_cap, f64::from(self.clip), frozen];
+        checkpoint.put_f64(&format!("{prefix}.settings"), &[4], rest)
+    }
+
+    /// Reads a normalizer for vectors of `size` numbers.
+    pub fn load_from(checkpoint: &Checkpoint, prefix: &str, size: usize) -> Result<Self, CheckpointError> {
+        let rest = checkpoint.f64s(&format!("{prefix}.settings"), &[4])?;
+        Ok(Self {
+            mean: checkpoint.f64s(&format!("{prefix}.mean"), &[size])?,
+            variance: checkpoint.f64s(&format!("{prefix}.variance"), &[size])?,
+            count: rest[0],
+            count_cap: rest[1],
+            clip: rest[2] as f32,
+            frozen: rest[3] != 0.0,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    fn rows(n: usize) -> Vec<f32> {
+        (0..3 * n).map(|i| ((i * 7919) % 1000) as f32 * 0.01 + if i % 3 == 2 { 1000.0 } else { 0.0 }).collect()
+    }
+
+    #[test]
+    fn batches_merge_to_the_statistics_of_all_rows() {
+        let all = rows(1000);
+        let mut n = RunningNormalizer::new(3);
+        for batch in [&all[..30], &all[30..33], &all[33..2400], &all[2400..]] {
+            n.update(batch);
+        }
+        for d in 0..3 {
+            let column: Vec<f64> = all.iter().skip(d).step_by(3).map(|x| f64::from(*x)).collect();
+            let mean = column.iter().sum::<f64>() / 1000.0;
+            let variance = column.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / 1000.0;
+            assert!((n.mean()[d] - mean).abs() < 1e-9 * mean.abs(), "mean {d}");
+            assert!((n.variance()[d] - variance).abs() < 1e-9 * variance, "variance {d}");
+        }
+        assert_eq!(n.count(), 1000.0);
+    }
+
+    #[test]
+    fn normalizing_centres_scales_and_clips() {
+        let mut n = RunningNormalizer::new(2);
+        n.update(&[1.0, 5.0, 3.0, 5.0]);
+        let mut x = [3.0, 5.5, 100.0, 5.0];
+        n.normalize(&mut x);
+        assert_eq!(x, [1.0, 0.5, 5.0, 0.0], "the constant second dimension is only centred");
+    }
+
+    #[test]
+    fn frozen_ignores_updates_and_non_finite_rows_never_count() {
+        let mut n = RunningNormalizer::new(1);
+        n.update(&[1.0, f32::NAN, 3.0, f32::INFINITY]);
+        assert_eq!((n.mean()[0], n.count()), (2.0, 2.0));
+        n.set_frozen(true);
+        let before = n.clone();
+        n.update(&[100.0]);
+        assert_eq!(n, before);
+    }
+
+    #[test]
+    fn a_cap_keeps_following() {
+        let mut n = RunningNormalizer::new(1).with_count_cap(100.0);
+        n.update(&vec![0.0; 10_000]);
+        n.update(&vec![1.0; 100]);
+        assert_eq!(n.mean()[0], 0.5);
+    }
+
+    #[test]
+    fn saved_and_loaded_is_equal_bit_for_bit() {
+        let mut n = RunningNormalizer::new(3).with_clip(7.0);
+        n.update(&rows(17));
+        let mut c = Checkpoint::new();
+        n.save_into(&mut c, "obs").unwrap();
+        assert_eq!(RunningNormalizer::load_from(&c, "obs", 3).unwrap(), n);
+        assert!(RunningNormalizer::load_from(&c, "obs", 4).is_err());
+    }
+}

@@ -1,0 +1,218 @@
+//! Every block against PyTorch, forward and backward. `fixtures/make.py` writes what PyTorch computed (in float64).
+
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
+use std::collections::BTreeMap;
+
+use burn::module::{Module, Param};
+use burn::tensor::{Tensor, TensorData};
+use lifelike_nn::adam::{Adam, AdamConfig};
+use lifelike_nn::checkpoint::Checkpoint;
+use lifelike_nn::conv_resnet::{ChannelNorm, Conv3, Down, ResBlock, Up};
+use lifelike_nn::gradients::Gradients;
+use lifelike_nn::mlp::MlpConfig;
+use lifelike_nn::schedules::{Cyclical, WarmRestarts, cosine};
+use lifelike_nn::{device, init, losses, parameters};
+
+#[derive(serde::Deserialize)]
+struct Array {
+    shape: Vec<usize>,
+    data: Vec<f64>,
+}
+
+struct Fixture(BTreeMap<String, Array>);
+
+impl Fixture {
+    fn read() -> Self {
+        Self(serde_json::from_str(include_str!("fixtures/blocks.json")).unwrap())
+    }
+
+    fn data(&self, name: &str) -> &[f64] {
+        &self.0.get(name).unwrap_or_else(|| panic!("no {name} in the fixture")).data
+    }
+
+    fn f32s(&self, name: &str) -> Vec<f32> {
+        self.data(name).iter().map(|x| *x as f32).collect()
+    }
+
+    fn tensor<const D: usize>(&self, name: &str) -> Tensor<D> {
+        let shape: [usize; D] = self.0[name].shape.clone().try_into().unwrap();
+        Tensor::from_data(TensorData::new(self.f32s(name), shape), &device::training())
+    }
+
+    /// Gives the module the fixture's weights, by name, through a checkpoint.
+    fn load<M: Module>(&self, prefix: &str, module: M) -> M {
+        let mut c = Checkpoint::new();
+        for (name, shape) in parameters(&module) {
+            let name = format!("{prefix}.{name}");
+            c.put_f32(&name, &shape, self.f32s(&name)).unwrap();
+        }
+        c.load_module(prefix, module).unwrap()
+    }
+
+    /// Largest difference must be within `1e-5` of the largest expected magnitude.
+    fn close(&self, name: &str, got: &[f32]) {
+        let expected = self.data(name);
+        assert_eq!(expected.len(), got.len(), "{name}: size");
+        let scale = expected.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+        let worst = expected.iter().zip(got).fold(0.0_f64, |m, (e, g)| {
+            assert!(g.is_finite(), "{name}: {g}");
+            m.max((e - f64::from(*g)).abs())
+        });
+        assert!(worst <= 1e-5 * scale, "{name}: off by {worst:e} at scale {scale:e}");
+    }
+
+    fn tensor_close<const D: usize>(&self, name: &str, got: &Tensor<D>) {
+        self.close(name, &got.try_to_vec_as::<f32>().unwrap());
+    }
+
+    /// Forward and backward of one module with one input.
+    fn check<M: Module, const I: usize, const O: usize>(
+        &self,
+        prefix: &str,
+        module: M,
+        forward: impl Fn(&M, Tensor<I>) -> Tensor<O>,
+    ) {
+        let module = self.load(prefix, module);
+        let x = self.tensor::<I>(&format!("{prefix}.x")).require_grad();
+        let y = forward(&module, x.clone());
+        self.tensor_close(&format!("{prefix}.y"), &y);
+        let mut recorded = (y * self.tensor::<O>(&format!("{prefix}.dy"))).sum().backward();
+        self.tensor_close(&format!("{prefix}.d.x"), &x.grad_remove(&mut recorded).unwrap());
+        let gradients = Gradients::of(&module, recorded);
+        for (name, _) in parameters(&module) {
+            let got = gradients.get(&name).unwrap_or_else(|| panic!("no gradient for {name}"));
+            self.tensor_close(&format!("{prefix}.d.{name}"), got);
+        }
+    }
+}
+
+#[test]
+fn mlp_with_elu() {
+    let config = MlpConfig::new(5, &[8, 7], 3);
+    Fixture::read().check("mlp", config.init(0, "test", &device::training()), |m, x: Tensor<2>| m.forward(x));
+}
+
+#[test]
+fn layer_norm_over_channels() {
+    let module = ChannelNorm::new(6, &device::training());
+    Fixture::read().check("norm", module, |m, x: Tensor<3>| m.forward(x));
+}
+
+#[test]
+fn convolutions() {
+    let (f, d) = (Fixture::read(), device::training());
+    f.check("conv3", Conv3::new(4, 5, 0, "test", &d), |m, x: Tensor<3>| m.forward(x));
+    f.check("down", Down::new(4, 5, 0, "test", &d), |m, x: Tensor<3>| m.forward(x));
+    f.check("up", Up::new(4, 5, 0, "test", &d), |m, x: Tensor<3>| m.forward(x));
+}
+
+#[test]
+fn residual_block() {
+    let module = ResBlock::new(6, 0, "test", &device::training());
+    Fixture::read().check("block", module, |m, x: Tensor<3>| m.forward(x));
+}
+
+fn check_two_inputs(prefix: &str, names: [&str; 2], loss: impl Fn(Tensor<2>, Tensor<2>) -> Tensor<1>) {
+    let f = Fixture::read();
+    let [a, b] = names.map(|n| f.tensor::<2>(&format!("{prefix}.{n}")).require_grad());
+    let y = loss(a.clone(), b.clone());
+    f.tensor_close(&format!("{prefix}.y"), &y);
+    let mut recorded = (y * f.tensor::<1>(&format!("{prefix}.dy"))).sum().backward();
+    for (name, x) in names.iter().zip([a, b]) {
+        f.tensor_close(&format!("{prefix}.d.{name}"), &x.grad_remove(&mut recorded).unwrap());
+    }
+}
+
+#[test]
+fn kl_divergence() {
+    check_two_inputs("kl", ["mean", "log_variance"], losses::kl_from_standard_normal);
+}
+
+#[test]
+fn rotation_distance() {
+    check_two_inputs("rotation", ["a", "b"], losses::rotation_distance_squared);
+}
+
+#[derive(Module, Debug)]
+struct One {
+    p: Param<Tensor<2>>,
+}
+
+impl One {
+    fn at_start(f: &Fixture) -> Self {
+        Self { p: init::parameter(f.f32s("optimizer.start"), [3, 4], &device::training()) }
+    }
+
+    fn gradients(&self, f: &Fixture, step: usize) -> Gradients {
+        let g = f.tensor::<3>("optimizer.gradients").narrow(0, step, 1).squeeze_dim::<2>(0);
+        Gradients::of(self, (self.p.val() * g).sum().backward())
+    }
+}
+
+fn check_optimizer(config: AdamConfig, name: &str) {
+    let f = Fixture::read();
+    let mut model = One::at_start(&f);
+    let mut adam = Adam::new(config);
+    let mut path = Vec::new();
+    for step in 0..10 {
+        if step == 7 {
+            // Saved and loaded in the middle: nothing may change.
+            let mut c = Checkpoint::new();
+            adam.save_into(&mut c, "optimizer").unwrap();
+            adam = Adam::load_from(config, &c, "optimizer", &model).unwrap();
+        }
+        let gradients = model.gradients(&f, step);
+        model = adam.step(model, gradients, 0.003);
+        path.extend(model.p.val().try_to_vec_as::<f32>().unwrap());
+    }
+    f.close(&format!("{name}.path"), &path);
+    // Steps are 0.003 long while parameters are about 1: compare what was walked, not only where it ended.
+    let start = f.f32s("optimizer.start");
+    for (i, (expected, got)) in f.data(&format!("{name}.path")).iter().zip(&path).enumerate() {
+        let walked = expected - f64::from(start[i % 12]);
+        let error = expected - f64::from(*got);
+        assert!(error.abs() < 1e-6, "{name} entry {i}: walked {walked:e}, off by {error:e}");
+    }
+}
+
+#[test]
+fn adam_ten_steps() {
+    check_optimizer(AdamConfig::adam(), "adam");
+}
+
+#[test]
+fn radam_ten_steps_through_the_rectification_threshold() {
+    check_optimizer(AdamConfig::radam(), "radam");
+}
+
+#[test]
+fn clipping_by_the_norm_of_all_gradients() {
+    let f = Fixture::read();
+    let model = One::at_start(&f);
+    let mut gradients = model.gradients(&f, 0);
+    let norm = gradients.clip_norm(1.0);
+    f.close("clip.norm", &[norm as f32]);
+    f.tensor_close("clip.gradient", gradients.get("p").unwrap());
+    assert!((gradients.norm() - 1.0).abs() < 1e-5);
+}
+
+fn check_schedule(name: &str, at: impl Fn(u64) -> f64, tolerance: f64) {
+    let f = Fixture::read();
+    for (i, expected) in f.data(name).iter().enumerate() {
+        let got = at(i as u64);
+        assert!((expected - got).abs() <= tolerance, "{name} at {i}: expected {expected}, got {got}");
+    }
+}
+
+#[test]
+fn schedules() {
+    let short = WarmRestarts { first: 3, factor: 2, floor: 0.0 };
+    check_schedule("warm_restarts", |i| short.at(i), 1e-8);
+    let thesis = WarmRestarts { first: 1000, factor: 5, floor: 0.0 };
+    check_schedule("warm_restarts_thesis", |i| thesis.at(997 * i), 1e-8);
+    check_schedule("cosine", |i| cosine(i, 20, 0.1), 1e-8);
+    let cyclical = Cyclical { total: 700, cycles: 7, ratio: 0.5 };
+    check_schedule("cyclical", |i| cyclical.at(i), 1e-8);
+    assert_eq!(cyclical.at(10_000), 1.0);
+}
