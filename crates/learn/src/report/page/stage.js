@@ -1,0 +1,214 @@
+// The scene in WebGL 2: lit bodies, their soft shadow, the ground.
+
+const VERTEX = `#version 300 es
+layout(location=0) in vec3 position; layout(location=1) in vec3 normal; layout(location=2) in vec3 colour;
+uniform mat4 model, camera, light;
+out vec3 world, across, tint; out vec4 lit;
+void main() {
+  vec4 w = model * vec4(position, 1.0);
+  world = w.xyz; across = mat3(model) * normal; tint = colour;
+  lit = light * vec4(w.xyz + normalize(across) * 0.006, 1.0);
+  gl_Position = camera * w;
+}`;
+
+const SHADE = `#version 300 es
+precision highp float; precision highp sampler2DShadow;
+in vec3 world, across, tint; in vec4 lit;
+uniform vec3 eye, sun, sky, floorTint, paper, ghost, focus;
+uniform float ghostly, alpha, ground, reach, depthOfShadow;
+uniform vec3 line;
+uniform sampler2DShadow shadow;
+out vec4 result;
+
+float sunlight() {
+  vec3 p = lit.xyz / lit.w * 0.5 + 0.5;
+  if (p.z > 1.0 || any(lessThan(p.xy, vec2(0.0))) || any(greaterThan(p.xy, vec2(1.0)))) return 1.0;
+  float spread = ground > 0.5 ? 2.6 : 1.3, sum = 0.0;
+  float turn = fract(52.9829 * fract(dot(gl_FragCoord.xy, vec2(0.06711, 0.00584)))) * 6.2832;
+  for (int i = 0; i < 20; i++) {
+    float r = sqrt((float(i) + 0.5) / 20.0), a = float(i) * 2.39996 + turn;
+    sum += texture(shadow, vec3(p.xy + vec2(cos(a), sin(a)) * r * spread / 1024.0 * 2.0, p.z - 0.0012));
+  }
+  return sum / 20.0;
+}
+float grid(vec2 p, float cell, float width) {
+  vec2 w = fwidth(p), d = abs(fract(p / cell - 0.5) - 0.5) * cell;
+  vec2 l = 1.0 - smoothstep(vec2(width), vec2(width) + w * 1.2, d);
+  return max(l.x, l.y) * clamp(cell * 0.22 / max(w.x, w.y), 0.0, 1.0);
+}
+void main() {
+  if (ground > 0.5) {
+    float away = distance(world.xy, focus.xy), fade = 1.0 - smoothstep(reach * 0.35, reach, away);
+    vec3 c = mix(floorTint, line, 0.5 * grid(world.xy, 0.25, 0.001) * (1.0 - smoothstep(0.0, reach * 0.45, away)));
+    c = mix(c, line, grid(world.xy, 1.0, 0.003));
+    c *= mix(1.0, sunlight(), depthOfShadow);
+    result = vec4(mix(paper, c, fade), 1.0);
+    return;
+  }
+  vec3 base = pow(ghostly > 0.5 ? ghost : tint, vec3(2.2));
+  vec3 n = normalize(across), v = normalize(eye - world), h = normalize(sun + v);
+  float direct = max(dot(n, sun), 0.0) * (ghostly > 0.5 && alpha < 0.99 ? 1.0 : sunlight());
+  float grounded = mix(0.62, 1.0, smoothstep(-0.02, 0.25, world.z));
+  vec3 c = base * (mix(vec3(0.30, 0.28, 0.27), sky, n.z * 0.5 + 0.5) * grounded + direct * vec3(1.02, 0.97, 0.9));
+  c += vec3(0.16) * pow(max(dot(n, h), 0.0), 42.0) * direct;
+  float rim = pow(1.0 - max(dot(n, v), 0.0), 3.0);
+  c += base * rim * 0.35;
+  result = vec4(pow(c, vec3(1.0 / 2.2)), alpha < 0.99 ? alpha + rim * 0.35 : 1.0);
+}`;
+
+const DEPTH_ONLY = `#version 300 es
+precision mediump float;
+void main() {}`;
+
+class Stage {
+  static SHADOW = 1024;
+
+  constructor(canvas) {
+    const gl = canvas.getContext("webgl2", { antialias: true, preserveDrawingBuffer: true });
+    if (!gl) throw new Error("no WebGL 2");
+    this.canvas = canvas;
+    this.gl = gl;
+    this.shade = this.program(VERTEX, SHADE);
+    this.depth = this.program(VERTEX, DEPTH_ONLY);
+    this.meshes = new Map();
+    const n = 40;
+    this.floor = this.upload([-n, -n, 0, 0, 0, 1, 1, 1, 1, n, -n, 0, 0, 0, 1, 1, 1, 1, n, n, 0, 0, 0, 1, 1, 1, 1,
+      -n, n, 0, 0, 0, 1, 1, 1, 1], [0, 1, 2, 0, 2, 3]);
+    this.shadow = gl.createTexture();
+    gl.bindTexture(gl.TEXTURE_2D, this.shadow);
+    gl.texStorage2D(gl.TEXTURE_2D, 1, gl.DEPTH_COMPONENT24, Stage.SHADOW, Stage.SHADOW);
+    gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_COMPARE_MODE, gl.COMPARE_REF_TO_TEXTURE);
+    gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, gl.LINEAR);
+    gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MAG_FILTER, gl.LINEAR);
+    gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_WRAP_S, gl.CLAMP_TO_EDGE);
+    gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_WRAP_T, gl.CLAMP_TO_EDGE);
+    this.target = gl.createFramebuffer();
+    gl.bindFramebuffer(gl.FRAMEBUFFER, this.target);
+    gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.DEPTH_ATTACHMENT, gl.TEXTURE_2D, this.shadow, 0);
+    gl.bindFramebuffer(gl.FRAMEBUFFER, null);
+    gl.enable(gl.DEPTH_TEST);
+  }
+
+  program(vertex, fragment) {
+    const gl = this.gl;
+    const program = gl.createProgram();
+    for (const [kind, text] of [[gl.VERTEX_SHADER, vertex], [gl.FRAGMENT_SHADER, fragment]]) {
+      const shader = gl.createShader(kind);
+      gl.shaderSource(shader, text);
+      gl.compileShader(shader);
+      if (!gl.getShaderParameter(shader, gl.COMPILE_STATUS)) throw new Error(gl.getShaderInfoLog(shader));
+      gl.attachShader(program, shader);
+    }
+    gl.linkProgram(program);
+    if (!gl.getProgramParameter(program, gl.LINK_STATUS)) throw new Error(gl.getProgramInfoLog(program));
+    const uniforms = {};
+    for (let i = 0; i < gl.getProgramParameter(program, gl.ACTIVE_UNIFORMS); i++) {
+      const { name } = gl.getActiveUniform(program, i);
+      uniforms[name] = gl.getUniformLocation(program, name);
+    }
+    return { program, uniforms };
+  }
+
+  upload(vertices, indices) {
+    const gl = this.gl;
+    const vao = gl.createVertexArray();
+    gl.bindVertexArray(vao);
+    gl.bindBuffer(gl.ARRAY_BUFFER, gl.createBuffer());
+    gl.bufferData(gl.ARRAY_BUFFER, new Float32Array(vertices), gl.STATIC_DRAW);
+    for (let k = 0; k < 3; k++) {
+      gl.enableVertexAttribArray(k);
+      gl.vertexAttribPointer(k, 3, gl.FLOAT, false, 36, k * 12);
+    }
+    gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, gl.createBuffer());
+    gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, new Uint32Array(indices), gl.STATIC_DRAW);
+    gl.bindVertexArray(null);
+    return { vao, count: indices.length };
+  }
+
+  bodies(character) {
+    if (!this.meshes.has(character)) {
+      const plain = [0.86, 0.52, 0.33];
+      this.meshes.set(character, bodyMeshes(character, plain).map((m) => this.upload(m.vertices, m.indices)));
+    }
+    return this.meshes.get(character);
+  }
+
+  drawBodies(uniforms, item) {
+    const gl = this.gl;
+    this.bodies(item.character).forEach((mesh, body) => {
+      if (!mesh.count) return;
+      gl.uniformMatrix4fv(uniforms.model, false, item.pose[body]);
+      gl.bindVertexArray(mesh.vao);
+      gl.drawElements(gl.TRIANGLES, mesh.count, gl.UNSIGNED_INT, 0);
+    });
+  }
+
+  // Draws one view. `view`: {x, y, width, height} in device pixels from the lower left; `camera`: Camera;
+  // `items`: [{character, pose, ghost: false | "solid" | "glass"}]; `reach`: size of what must be in the shadow (m).
+  draw(view, camera, items, colours, reach) {
+    const gl = this.gl;
+    const sun = normalize([0.42, -0.28, 0.86]);
+    const focus = camera.target;
+    const light = multiply(orthographic(reach, reach * 5),
+      lookAt(focus.map((c, k) => c + sun[k] * reach * 2.5), focus));
+
+    gl.bindFramebuffer(gl.FRAMEBUFFER, this.target);
+    gl.viewport(0, 0, Stage.SHADOW, Stage.SHADOW);
+    gl.disable(gl.SCISSOR_TEST);
+    gl.clear(gl.DEPTH_BUFFER_BIT);
+    gl.useProgram(this.depth.program);
+    gl.uniformMatrix4fv(this.depth.uniforms.camera, false, light);
+    for (const item of items) if (item.ghost !== "glass") this.drawBodies(this.depth.uniforms, item);
+    gl.bindFramebuffer(gl.FRAMEBUFFER, null);
+
+    gl.enable(gl.SCISSOR_TEST);
+    gl.scissor(view.x, view.y, view.width, view.height);
+    gl.viewport(view.x, view.y, view.width, view.height);
+    gl.clearColor(...colours.paper, 1);
+    gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
+    const { program, uniforms: u } = this.shade;
+    gl.useProgram(program);
+    gl.bindTexture(gl.TEXTURE_2D, this.shadow);
+    gl.uniformMatrix4fv(u.camera, false, camera.matrix(view.width / view.height));
+    gl.uniformMatrix4fv(u.light, false, light);
+    gl.uniform3fv(u.eye, camera.eye());
+    gl.uniform3fv(u.sun, sun);
+    gl.uniform3fv(u.sky, colours.sky);
+    gl.uniform3fv(u.floorTint, colours.floor);
+    gl.uniform3fv(u.paper, colours.paper);
+    gl.uniform3fv(u.line, colours.line);
+    gl.uniform3fv(u.ghost, colours.ghost);
+    gl.uniform3fv(u.focus, focus);
+    gl.uniform1f(u.reach, camera.distance * 2.6);
+    gl.uniform1f(u.depthOfShadow, colours.shadow);
+    gl.uniform1f(u.ghostly, 0);
+    gl.uniform1f(u.alpha, 1);
+
+    gl.uniform1f(u.ground, 1);
+    const floor = [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, focus[0], focus[1], 0, 1];
+    gl.uniformMatrix4fv(u.model, false, floor);
+    gl.bindVertexArray(this.floor.vao);
+    gl.drawElements(gl.TRIANGLES, this.floor.count, gl.UNSIGNED_INT, 0);
+    gl.uniform1f(u.ground, 0);
+
+    for (const item of items.filter((i) => i.ghost !== "glass")) {
+      gl.uniform1f(u.ghostly, item.ghost ? 1 : 0);
+      this.drawBodies(u, item);
+    }
+    // Glass: depth first, then colour, so that only the front of the whole figure is seen.
+    for (const item of items.filter((i) => i.ghost === "glass")) {
+      gl.uniform1f(u.ghostly, 1);
+      gl.uniform1f(u.alpha, 0.32);
+      gl.colorMask(false, false, false, false);
+      this.drawBodies(u, item);
+      gl.colorMask(true, true, true, true);
+      gl.enable(gl.BLEND);
+      gl.blendFuncSeparate(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA, gl.ONE, gl.ONE);
+      gl.depthFunc(gl.LEQUAL);
+      this.drawBodies(u, item);
+      gl.depthFunc(gl.LESS);
+      gl.disable(gl.BLEND);
+    }
+    gl.bindVertexArray(null);
+  }
+}

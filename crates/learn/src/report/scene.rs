@@ -1,0 +1,74 @@
+//! What a character looks like, for the page.
+
+use lifelike_character::rotation::to_wxyz;
+use lifelike_character::{Character, GeomShape, Kinematics, Quat, Vec3};
+use serde_json::{Value, json};
+
+/// Bodies (the world left out) and their shapes as JSON.
+pub(super) fn describe(character: &Character) -> Value {
+    let mut geoms: Vec<Value> = Vec::new();
+    let mut seen = vec![false; character.bodies.len()];
+    for geom in &character.geoms {
+        let Some((shape, size)) = shape_of(&geom.shape) else { continue };
+        if geom.body == 0 || geom.rgba[3] <= 0.0 {
+            continue;
+        }
+        seen[geom.body] = true;
+        geoms.push(shape_json(geom.body, shape, &size, &geom.position, &geom.orientation, geom.rgba));
+    }
+    // A body without a shape we can draw (none, or a mesh) is shown by a bone from its parent.
+    for (i, body) in character.bodies.iter().enumerate().skip(1) {
+        let length = body.position.norm();
+        if seen[i] || body.parent == 0 || length < 1e-4 {
+            continue;
+        }
+        let along = Quat::rotation_between(&Vec3::z(), &body.position)
+            .unwrap_or_else(|| Quat::from_axis_angle(&Vec3::x_axis(), std::f64::consts::PI));
+        let size = [(0.15 * length).clamp(0.008, 0.03), length / 2.0];
+        let grey = [0.5, 0.5, 0.5, 1.0];
+        geoms.push(shape_json(body.parent, "capsule", &size, &(body.position / 2.0), &along, grey));
+    }
+    let names: Vec<&str> = character.bodies.iter().skip(1).map(|b| b.name.as_str()).collect();
+    json!({ "name": character.name, "bodies": names, "geoms": geoms, "height": height(character) })
+}
+
+fn shape_of(shape: &GeomShape) -> Option<(&'static str, Vec<f64>)> {
+    match shape {
+        GeomShape::Sphere(radius) => Some(("sphere", vec![*radius])),
+        GeomShape::Capsule(radius, half) => Some(("capsule", vec![*radius, *half])),
+        GeomShape::Cylinder(radius, half) => Some(("cylinder", vec![*radius, *half])),
+        GeomShape::Box(half) => Some(("box", half.as_slice().to_vec())),
+        GeomShape::Ellipsoid(half) => Some(("ellipsoid", half.as_slice().to_vec())),
+        GeomShape::Plane | GeomShape::Mesh(_) | GeomShape::HeightField(_) => None,
+    }
+}
+
+fn shape_json(body: usize, shape: &str, size: &[f64], position: &Vec3, orientation: &Quat, rgba: [f32; 4]) -> Value {
+    let round = |v: &f64| (v * 1e5).round() / 1e5;
+    json!({
+        "body": body - 1,
+        "shape": shape,
+        "size": size.iter().map(round).collect::<Vec<_>>(),
+        "position": position.iter().map(round).collect::<Vec<_>>(),
+        "orientation": to_wxyz(orientation).iter().map(round).collect::<Vec<_>>(),
+        "rgba": rgba.iter().map(|c| round(&f64::from(*c))).collect::<Vec<_>>(),
+    })
+}
+
+/// Rough height in the pose of the text (m): what the camera steps back for.
+fn height(character: &Character) -> f64 {
+    let kinematics = Kinematics::new(character);
+    let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+    for body in 1..character.bodies.len() {
+        let z = kinematics.body_position[body].z;
+        (low, high) = (low.min(z), high.max(z));
+    }
+    for geom in character.geoms.iter().filter(|g| g.body != 0) {
+        if let Some((_, size)) = shape_of(&geom.shape) {
+            let z = kinematics.point(geom.body, &geom.position).z;
+            let reach = size.iter().copied().fold(0.0, f64::max);
+            (low, high) = (low.min(z - reach), high.max(z + reach));
+        }
+    }
+    if high > low { (high - low).max(0.05) } else { 1.0 }
+}
