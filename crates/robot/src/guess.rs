@@ -1,6 +1,7 @@
 //! Actuators of robots whose profile names none: from the model's own actuators, else from masses and lengths.
 
-use lifelike_character::{Anatomy, Character, Joint, Kinematics, Role};
+use lifelike_character::{Anatomy, Character, Joint, Kinematics, Mat3, Role};
+use nalgebra::DMatrix;
 
 use crate::actuator::ActuatorParameters;
 
@@ -12,10 +13,12 @@ pub(crate) fn actuators(
     notes: &mut Vec<String>,
 ) -> Vec<ActuatorParameters> {
     let kinematics = Kinematics::new(character);
+    let inertias = effective_inertias(character, &kinematics);
     character
         .scalar_joints()
         .map(|joint| {
-            let (parameters, source) = actuator(character, anatomy, &kinematics, joint, physics_hz);
+            let (parameters, source) =
+                actuator(character, anatomy, &kinematics, joint, inertias[joint.v_index], physics_hz);
             notes.push(format!(
                 "actuator of '{}': kp {:.3}, kd {:.3}, at most {:.2} N m ({source})",
                 joint.name, parameters.kp, parameters.kd, parameters.torque_max
@@ -30,6 +33,7 @@ fn actuator(
     anatomy: &Anatomy,
     kinematics: &Kinematics,
     joint: &Joint,
+    inertia: f64,
     physics_hz: f64,
 ) -> (ActuatorParameters, &'static str) {
     let index = character.joints.iter().position(|j| j.name == joint.name);
@@ -54,8 +58,7 @@ fn actuator(
         (None, None) => "from the weight it may carry",
     };
     // One radian of error asks for the whole torque, as on the legs of common robots; 40 ms of velocity are damped.
-    // Explicit PD control is stable while kp h² and kd h stay well below the inertia that the joint moves.
-    let inertia = joint.armature + subtree_inertia(character, kinematics, joint);
+    // Explicit PD control is stable while kp h² and kd h stay well below the inertia that the motor feels.
     let kp = kp.unwrap_or(torque_max.min(0.25 * inertia * physics_hz * physics_hz));
     let kd = kd.unwrap_or((0.04 * kp).min(0.5 * inertia * physics_hz));
     let parameters = ActuatorParameters {
@@ -93,24 +96,29 @@ fn load(character: &Character, anatomy: &Anatomy, kinematics: &Kinematics, joint
     (2.0 * mass * gravity * reach).max(0.1)
 }
 
-/// Inertia about the joint of all that hangs on it, in the reference pose (kg m², or kg for a slide).
-fn subtree_inertia(character: &Character, kinematics: &Kinematics, joint: &Joint) -> f64 {
-    let index = character.joints.iter().position(|j| j.name == joint.name).unwrap_or(0);
-    let (anchor, axis) = (kinematics.joint_anchor[index], kinematics.joint_axis[index]);
-    let slides = joint.kind == lifelike_character::JointKind::Slide;
-    let mut inertia = 0.0;
-    for (i, body) in character.bodies.iter().enumerate().filter(|&(i, _)| is_below(character, i, joint.body)) {
-        let mass = body.inertial.mass;
-        if slides {
-            inertia += mass;
-            continue;
-        }
-        let arm = kinematics.point(i, &body.inertial.com) - anchor;
-        let local = (kinematics.body_orientation[i] * body.inertial.orientation).inverse() * axis;
-        inertia += local.component_mul(&local).dot(&body.inertial.diagonal);
-        inertia += mass * (arm - axis * axis.dot(&arm)).norm_squared();
+/// The inertia that each joint's motor feels in the reference pose (kg m², or kg for a slide), by velocity index: the
+/// inverse of the diagonal of the inverse mass matrix, so that it counts what gives way on both sides of the joint.
+fn effective_inertias(character: &Character, kinematics: &Kinematics) -> Vec<f64> {
+    let mut mass = DMatrix::<f64>::zeros(character.nv, character.nv);
+    for (i, body) in character.bodies.iter().enumerate().skip(1) {
+        let inertial = &body.inertial;
+        let jacobian = kinematics.jacobian(character, i, &kinematics.point(i, &inertial.com));
+        let axes = (kinematics.body_orientation[i] * inertial.orientation).to_rotation_matrix().into_inner();
+        let inertia = axes * Mat3::from_diagonal(&inertial.diagonal) * axes.transpose();
+        let (linear, angular) = (jacobian.rows(0, 3), jacobian.rows(3, 3));
+        mass += inertial.mass * linear.transpose() * linear;
+        mass += angular.transpose() * inertia * angular;
     }
-    inertia
+    for joint in &character.joints {
+        for dof in joint.v_index..joint.v_index + joint.kind.nv() {
+            mass[(dof, dof)] += joint.armature;
+        }
+    }
+    match mass.cholesky() {
+        Some(factor) => factor.inverse().diagonal().iter().map(|inverse| 1.0 / inverse).collect(),
+        // Something weighs nothing: no gain is safe there.
+        None => vec![1e-6; character.nv],
+    }
 }
 
 /// Whether `body` is `ancestor` or hangs on it.

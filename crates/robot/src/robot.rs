@@ -235,10 +235,9 @@ fn places(character: &Character, anatomy: &Anatomy, names: &[String]) -> Result<
         if let Ok(site) = character.site(name) {
             return Ok((character.sites[site].body, character.sites[site].position));
         }
-        if let Some((_, place)) = anatomy.places.iter().find(|&(&role, _)| role_name(role) == *name) {
-            if character.body(name).is_err() {
-                return Ok((place.body, place.point));
-            }
+        let role = anatomy.places.iter().find(|&(&role, _)| role_name(role) == *name);
+        if let (Some((_, place)), Err(_)) = (role, character.body(name)) {
+            return Ok((place.body, place.point));
         }
         Ok((character.body(name)?, Vec3::zeros()))
     };

@@ -54,7 +54,7 @@ pub struct BatchState {
 }
 
 /// What may differ between environments (domain randomisation, thesis 4.2.2). The default changes nothing.
-#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct EnvironmentParameters {
     /// Factor on each body's mass and inertia, `[B]`; empty: all one.
@@ -64,12 +64,6 @@ pub struct EnvironmentParameters {
     /// Offset of each joint's encoder against the truth, `[J]` (rad); empty: none. Added to what is OBSERVED and
     /// subtracted from what is commanded by the caller (`randomization`), never by the engine.
     pub joint_offset: Vec<f32>,
-}
-
-impl Default for EnvironmentParameters {
-    fn default() -> Self {
-        Self { mass_scale: Vec::new(), ground_friction: None, joint_offset: Vec::new() }
-    }
 }
 
 /// The whole integration state of some environments: enough to continue bit for bit.

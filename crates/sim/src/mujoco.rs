@@ -7,6 +7,7 @@
 //! full `mjData` would fall out of the cache at every step, and a row is all there is to save. A worker's result is a
 //! function of the row alone, so results are bit for bit the same for any number of threads and any place in the batch.
 
+mod log;
 mod model;
 mod rows;
 mod worker;

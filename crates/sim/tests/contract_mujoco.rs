@@ -98,9 +98,117 @@ fn a_saved_state_continues_bit_for_bit() {
     resumed.restore(&saved).unwrap();
     assert_eq!(resumed.state().root_position, whole[19].root_position);
     assert_eq!(resumed.state().place_position, whole[19].place_position);
-    for t in 20..50 {
+    for (t, expected) in whole.iter().enumerate().skip(20) {
         resumed.step(Drive::Targets(&targets(&robot, &environments, t))).unwrap();
-        assert!(*resumed.state() == whole[t], "step {t}");
+        assert!(resumed.state() == expected, "step {t}");
     }
     assert_eq!(resumed.save(), end.save());
+}
+
+/// Environments 0..6 with `bad` torques in environment 2 at step 10, and the same without.
+fn with_and_without(bad: f32) -> (MujocoSimulation, MujocoSimulation) {
+    let robot = lima();
+    let joints = robot.joints();
+    let run = |disturbed: bool| {
+        let mut simulation = MujocoSimulation::new(robot.clone(), 6, 2).unwrap();
+        for t in 0..30 {
+            let mut torques = vec![0.5; 6 * joints];
+            if disturbed && t == 10 {
+                torques[2 * joints..3 * joints].fill(bad);
+            }
+            simulation.step(Drive::Torques(&torques)).unwrap();
+            let lost = disturbed && t >= 10;
+            let expected: Vec<bool> = (0..6).map(|e| lost && e == 2).collect();
+            assert_eq!(simulation.state().diverged, expected, "step {t}");
+        }
+        simulation
+    };
+    (run(true), run(false))
+}
+
+#[test]
+fn divergence_stays_where_it_is() {
+    for bad in [f32::NAN, f32::INFINITY, 1e12] {
+        let (mut disturbed, calm) = with_and_without(bad);
+        let joints = disturbed.robot().joints();
+        let (a, b) = (disturbed.state(), calm.state());
+        for e in [0, 1, 3, 4, 5] {
+            assert_eq!(a.root_position[3 * e..3 * e + 3], b.root_position[3 * e..3 * e + 3], "{bad}: neighbour {e}");
+            let rows = e * joints..(e + 1) * joints;
+            assert_eq!(a.joint_velocity[rows.clone()], b.joint_velocity[rows]);
+        }
+        assert!(a.root_position.iter().chain(&a.joint_velocity).chain(&a.torque).all(|x| x.is_finite()));
+        // Frozen at the last good state, which is that of step 9.
+        let robot = lima();
+        let mut nine = MujocoSimulation::new(robot.clone(), 6, 1).unwrap();
+        (0..10).for_each(|_| nine.step(Drive::Torques(&vec![0.5; 6 * joints])).unwrap());
+        assert_eq!(a.joint_position[2 * joints..3 * joints], nine.state().joint_position[2 * joints..3 * joints]);
+        // A reset brings it back to life.
+        let (position, velocity) = (robot.default_position(), vec![0.0; robot.character.nv]);
+        disturbed.reset(&[2, 0], &position.repeat(2), &velocity.repeat(2)).unwrap();
+        assert!(!disturbed.state().diverged[2]);
+        disturbed.step(Drive::Torques(&vec![0.5; 6 * joints])).unwrap();
+        let state = disturbed.state();
+        assert_eq!(state.diverged, [false; 6]);
+        assert_eq!(state.joint_velocity[..joints], state.joint_velocity[2 * joints..3 * joints], "like its neighbour");
+    }
+}
+
+#[test]
+fn a_refused_call_says_why_and_changes_nothing() {
+    let robot = lima();
+    let (nq, nv, joints) = (robot.character.nq, robot.character.nv, robot.joints());
+    let mut simulation = MujocoSimulation::new(robot.clone(), 2, 1).unwrap();
+    let before = simulation.save();
+    let error = simulation.step(Drive::Targets(&vec![0.0; joints])).unwrap_err().to_string();
+    assert!(error.contains("targets") && error.contains("40") && error.contains("20"), "{error}");
+    let position = robot.default_position();
+    assert!(simulation.reset(&[0], &position[1..], &vec![0.0; nv]).is_err());
+    assert!(simulation.reset(&[2], &position, &vec![0.0; nv]).is_err());
+    let mut nan = position.repeat(2);
+    nan[nq] = f64::NAN;
+    let error = simulation.reset(&[0, 1], &nan, &vec![1.0; 2 * nv]).unwrap_err().to_string();
+    assert!(error.contains("environment 1") && error.contains("NaN"), "{error}");
+    let mut lost = position.clone();
+    lost[3..7].fill(0.0);
+    assert!(simulation.reset(&[0], &lost, &vec![0.0; nv]).is_err());
+    let wrong = EnvironmentParameters { mass_scale: vec![1.0; 3], ..Default::default() };
+    assert!(simulation.set_parameters(0, wrong).unwrap_err().to_string().contains("mass_scale"));
+    let wrong = EnvironmentParameters { ground_friction: Some(-1.0), ..Default::default() };
+    assert!(simulation.set_parameters(0, wrong).is_err());
+    assert!(simulation.push(0, 0, [0.0; 3], [0.0; 3]).is_err());
+    assert!(simulation.push(0, 1, [f32::NAN, 0.0, 0.0], [0.0; 3]).is_err());
+    let mut foreign = before.clone();
+    foreign.engine = "other".into();
+    assert!(simulation.restore(&foreign).unwrap_err().to_string().contains("other"));
+    let other = MujocoSimulation::new(robot, 3, 1).unwrap().save();
+    assert!(simulation.restore(&other).is_err());
+    assert_eq!(simulation.save(), before);
+}
+
+#[test]
+fn engines_are_made_by_name() {
+    assert_eq!(lifelike_sim::create("mujoco", lima(), 2, 1).unwrap().engine(), "mujoco");
+    let error = lifelike_sim::create("bullet", lima(), 2, 1).err().unwrap().to_string();
+    assert!(error.contains("bullet") && error.contains("mujoco"), "{error}");
+}
+
+#[test]
+fn pushes_come_and_go_by_schedule() {
+    use lifelike_sim::randomization::{PushSchedule, PushSpec};
+    let spec = PushSpec { duration: [0.1, 0.1], interval: [0.2, 0.2], ..PushSpec::default() };
+    let mut simulation = MujocoSimulation::new(lima(), 2, 1).unwrap();
+    let mut rng = ChaCha8Rng::seed_from_u64(5);
+    let mut schedule = PushSchedule::new(&spec, 50.0, &mut rng);
+    let idle = simulation.save();
+    let pushed: Vec<bool> = (0..40)
+        .map(|_| {
+            schedule.advance(&spec, &mut simulation, 1, &mut rng).unwrap();
+            assert_eq!(schedule.active.is_some(), simulation.save() != idle);
+            schedule.active.is_some()
+        })
+        .collect();
+    // 0.2 s are 10 policy steps, 0.1 s are 5.
+    let expected: Vec<bool> = (0..40).map(|t| (t + 6) % 15 < 5 && t > 5).collect();
+    assert_eq!(pushed, expected);
 }

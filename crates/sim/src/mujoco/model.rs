@@ -5,7 +5,7 @@ use lifelike_robot::{ActuatorParameters, Robot};
 use mujoco_rs::mujoco_c::{mjtDisableBit, mjtIntegrator};
 use mujoco_rs::prelude::{MjModel, MjSpec, MjtGeomBase, MjtObjBase, SpecItem};
 
-use super::ENGINE;
+use super::{ENGINE, log};
 use crate::error::SimError;
 
 /// One joint as the actuator model needs it.
@@ -78,14 +78,11 @@ pub(super) fn compile(robot: &Robot) -> Result<(MjModel, Layout), SimError> {
     let character = &robot.character;
     let fail = |message: String| SimError::Model { engine: ENGINE, character: character.name.clone(), message };
     let text = character.mjcf.as_deref().ok_or_else(|| fail("it was not read from MJCF text".into()))?;
+    log::install();
     if text.contains('\0') {
         return Err(fail("its text contains a zero byte".into()));
     }
     let mut spec = MjSpec::from_xml_string(text).map_err(|e| fail(e.to_string()))?;
-    if let Some(folder) = &character.folder {
-        let folder = std::path::absolute(folder).unwrap_or_else(|_| folder.clone());
-        spec.set_modelfiledir(&folder.to_string_lossy());
-    }
     if !has_ground(character) {
         let floor = spec.world_body_mut().add_geom();
         floor.set_type(MjtGeomBase::mjGEOM_PLANE);

@@ -1,0 +1,63 @@
+//! Other people's robots run too, as far as they have a floating base. Skipped where the data is not there.
+#![cfg(feature = "mujoco")]
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use lifelike_robot::Robot;
+use lifelike_sim::{Drive, MujocoSimulation, Simulation};
+
+fn robots() -> Vec<PathBuf> {
+    let beside = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data");
+    let data = std::env::var_os("LIFELIKE_DATA").map_or(beside, PathBuf::from).join("robots");
+    let mut found: Vec<PathBuf> = glob(&data);
+    found.sort();
+    found
+}
+
+fn glob(folder: &Path) -> Vec<PathBuf> {
+    let Ok(entries) = std::fs::read_dir(folder) else { return Vec::new() };
+    let paths = entries.filter_map(|e| e.ok()).map(|e| e.path());
+    let is_model = |p: &Path| p.extension().is_some_and(|e| e == "xml" || e == "urdf");
+    paths.flat_map(|p| if p.is_dir() { glob(&p) } else { vec![p] }).filter(|p| is_model(p)).collect()
+}
+
+#[test]
+fn guessed_robots_are_simulated_or_refused_with_a_reason() {
+    let paths = robots();
+    if paths.is_empty() {
+        println!("skipped: no robots; set LIFELIKE_DATA to the data folder");
+        return;
+    }
+    for path in paths {
+        let robot = match Robot::load(path.to_str().unwrap()) {
+            Ok(robot) => Arc::new(robot),
+            Err(error) => {
+                println!("{}: refused: {error}", path.display());
+                assert!(error.to_string().len() > 20, "{error}");
+                continue;
+            }
+        };
+        let mut simulation = MujocoSimulation::new(robot.clone(), 2, 1).unwrap();
+        let target: Vec<f32> = robot.default_pose.iter().map(|&q| q as f32).collect();
+        for _ in 0..25 {
+            simulation.step(Drive::Targets(&target.repeat(2))).unwrap();
+        }
+        let state = simulation.state();
+        assert_eq!(state.diverged, [false, false], "{}", path.display());
+        let n = robot.joints();
+        // Holding the default pose, standing or falling, no joint shakes: the guessed gains are stable.
+        let fastest = state.joint_velocity[..n].iter().fold(0.0_f32, |a, v| a.max(v.abs()));
+        assert!(fastest < 5.0, "{}: a joint at {fastest} rad/s", path.display());
+        println!(
+            "{}: {n} joints, {:.1} kg, end effectors {:?}, root at {:.3} m after 0.5 s, feet {:?} N, fastest joint {:.1} rad/s",
+            path.display(),
+            robot.character.mass(),
+            robot.layout.end_effectors,
+            state.root_position[2],
+            &state.foot_force[..robot.anatomy.soles.len()],
+            fastest,
+        );
+    }
+}
