@@ -34,7 +34,7 @@ pub use captions::CaptionTable;
 #[derive(Debug, Clone)]
 pub struct ReadOptions {
     /// Metres per unit of length of a BVH file. `None`: guessed from the skeleton's size among m, cm and mm (a body of
-    /// 0.5 to 3 m); inches must be stated. The other formats say or fix their unit.
+    /// 1 to 2.5 m); inches must be stated. The other formats say or fix their unit.
     pub scale: Option<f64>,
     /// Frames to leave out at the start of a BVH file. `None`: seven for the Daz-friendly skeleton (frame 0 is a rest pose,
     /// and the conversion's filter smeared it over the six that follow), none for the others.
@@ -123,3 +123,6 @@ fn format_of(path: &Path, bytes: &[u8]) -> Option<Format> {
 fn name_of(path: &Path) -> String {
     path.file_stem().map_or_else(|| "clip".to_owned(), |stem| stem.to_string_lossy().into_owned())
 }
+
+#[cfg(test)]
+mod tests;

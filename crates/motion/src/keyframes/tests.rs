@@ -223,6 +223,6 @@ proptest! {
         let at = (0..=at).rev().find(|at| text.is_char_boundary(*at)).unwrap();
         let spoilt = format!("{}{put}{}", &text[..at], &text[at..]);
         let _ = parse(spoilt.as_bytes(), "x.keys.toml".as_ref());
-        let _ = parse(text[..at].as_bytes(), "x.keys.toml".as_ref());
+        let _ = parse(&text.as_bytes()[..at], "x.keys.toml".as_ref());
     }
 }

@@ -162,7 +162,7 @@ fn assemble(
     Ok(raw.finish(options.t_pose))
 }
 
-/// Metres per unit, from the longest side of the box around the rest pose: a body of 0.5 to 3 m in m, cm or mm.
+/// Metres per unit, from the longest side of the box around the rest pose: a body of 1 to 2.5 m in m, cm or mm.
 fn guess_scale(
     file: &Path,
     rest: &[Quat],
@@ -180,10 +180,10 @@ fn guess_scale(
     let low = places.iter().fold(Vec3::zeros(), |a, b| a.inf(b));
     let high = places.iter().fold(Vec3::zeros(), |a, b| a.sup(b));
     let size = (high - low).max();
-    [1.0, 0.01, 0.001].into_iter().find(|scale| (0.5..3.0).contains(&(size * scale))).ok_or_else(|| {
+    [1.0, 0.01, 0.001].into_iter().find(|scale| (1.0..2.5).contains(&(size * scale))).ok_or_else(|| {
         MotionError::Container {
             file: file.to_path_buf(),
-            expected: "a skeleton of 0.5 to 3 m in m, cm or mm (state the scale otherwise)".to_owned(),
+            expected: "a skeleton of 1 to 2.5 m in m, cm or mm (state the scale otherwise)".to_owned(),
             got: format!("one of {size} units"),
         }
     })
