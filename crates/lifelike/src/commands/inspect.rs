@@ -1,0 +1,63 @@
+//! `lifelike inspect FILE`: what is in it.
+
+mod checkpoint;
+mod clip;
+mod robot;
+mod run;
+
+use std::path::{Path, PathBuf};
+
+use lifelike_motion::dataset;
+use lifelike_motion::formats::ReadOptions;
+
+use crate::commands::motion::read_captured;
+use crate::error::CliError;
+use crate::output::Output;
+
+/// Say what is in a robot, a motion, a network or the folder of a run.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+Examples:
+  lifelike inspect lima                             # a robot that comes with the program
+  lifelike inspect third_party/robots/unitree_g1/g1.xml
+  lifelike inspect walk.bvh                         # captured motion: BVH, AMC, DeepMimic, keyframes
+  lifelike inspect walk.motion.safetensors          # motion of a robot
+  lifelike inspect runs/tracker                     # a run: plan, progress, checkpoints
+  lifelike inspect --json assets/lima-tracker.safetensors")]
+pub struct Args {
+    /// A file, the folder of a run, or the name of a robot that comes with the program.
+    pub what: PathBuf,
+}
+
+/// What a path seems to be.
+enum Kind {
+    Robot,
+    Run,
+    Motion,
+    Checkpoint,
+    Source,
+}
+
+fn kind(path: &Path) -> Kind {
+    let extension = path.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase);
+    match extension.as_deref() {
+        _ if path.is_dir() => Kind::Run,
+        _ if !path.exists() => Kind::Robot,
+        Some("xml" | "mjcf" | "urdf") => Kind::Robot,
+        _ if dataset::is_motion_file(path) => Kind::Motion,
+        Some("safetensors") => Kind::Checkpoint,
+        _ => Kind::Source,
+    }
+}
+
+/// Runs the command.
+pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
+    let path = args.what.as_path();
+    match kind(path) {
+        Kind::Robot => robot::inspect(&path.to_string_lossy(), output),
+        Kind::Run => run::inspect(path, output),
+        Kind::Motion => clip::inspect_motion(&lifelike_motion::container::read(path)?, output),
+        Kind::Checkpoint => checkpoint::inspect(path, output),
+        Kind::Source => clip::inspect_source(&read_captured(path, &ReadOptions::default())?, output),
+    }
+}

@@ -1,0 +1,134 @@
+//! A robot: its bodies, joints, actuators, and what its policies will see.
+
+use lifelike_character::{Character, JointKind};
+use lifelike_robot::{Robot, RobotError};
+use serde_json::{Value, json};
+
+use crate::error::CliError;
+use crate::output::{Output, table};
+
+/// Prints a robot by name or path.
+pub fn inspect(name: &str, output: &Output) -> Result<(), CliError> {
+    match Robot::load(name) {
+        Ok(robot) => {
+            let mut value = character(&robot.character);
+            value["control_hz"] = json!(robot.control_hz);
+            value["physics_hz"] = json!(robot.control_hz * robot.substeps as f64);
+            value["end_effectors"] = json!(robot.layout.end_effectors);
+            value["key_bodies"] = json!(robot.profile.key_bodies);
+            value["feature_size"] = json!(robot.layout.size());
+            value["guessed"] = json!(robot.notes);
+            value["default_pose"] = json!(robot.default_pose);
+            let actuators = robot.actuators.joints.iter().zip(&robot.actuators.parameters);
+            value["actuators"] = actuators.map(|(joint, p)| json!({ "joint": joint, "parameters": p })).collect();
+            let roles = robot.anatomy.places.iter();
+            value["anatomy"] = roles
+                .map(|(role, place)| json!({ "role": role, "body": robot.character.bodies[place.body].name }))
+                .collect();
+            output.result(&value, || text(&robot.character) + &control(&robot))
+        }
+        // A character that cannot be controlled (a fixed base, ball joints) can still be looked at.
+        Err(error @ RobotError::Unknown { .. }) => Err(error.into()),
+        Err(error) => match Character::load(name) {
+            Ok(seen) => {
+                let mut value = character(&seen);
+                value["not_a_robot"] = json!(error.to_string());
+                output.result(&value, || text(&seen) + &format!("\nNot a robot that we can control: {error}\n"))
+            }
+            Err(_) => Err(error.into()),
+        },
+    }
+}
+
+fn kind(kind: JointKind) -> &'static str {
+    match kind {
+        JointKind::Free => "free",
+        JointKind::Ball => "ball",
+        JointKind::Slide => "slide",
+        JointKind::Hinge => "hinge",
+    }
+}
+
+fn character(c: &Character) -> Value {
+    let bodies = c
+        .bodies
+        .iter()
+        .skip(1)
+        .map(|b| json!({ "name": b.name, "parent": c.bodies[b.parent].name, "mass_kg": b.inertial.mass }));
+    let joints = c.joints.iter().map(|j| {
+        json!({ "name": j.name, "body": c.bodies[j.body].name, "kind": kind(j.kind), "range": j.range,
+                "armature": j.armature })
+    });
+    json!({
+        "kind": "robot", "name": c.name, "mass_kg": c.mass(), "nq": c.nq, "nv": c.nv, "timestep_s": c.timestep,
+        "bodies": bodies.collect::<Vec<_>>(), "joints": joints.collect::<Vec<_>>(),
+        "geoms": c.geoms.len(), "sites": c.sites.iter().map(|s| &s.name).collect::<Vec<_>>(), "notes": c.notes,
+    })
+}
+
+fn text(c: &Character) -> String {
+    let scalar = c.scalar_joints().count();
+    let mut text = format!(
+        "{}: a robot of {:.3} kg, {} bodies, {scalar} scalar joints, {} geoms, {} sites\n\n",
+        c.name,
+        c.mass(),
+        c.bodies.len() - 1,
+        c.geoms.len(),
+        c.sites.len()
+    );
+    let rows: Vec<Vec<String>> = c
+        .joints
+        .iter()
+        .map(|j| {
+            let range = match j.range {
+                Some((low, high)) if j.kind == JointKind::Hinge => {
+                    format!("{:.0} .. {:.0} deg", low.to_degrees(), high.to_degrees())
+                }
+                Some((low, high)) => format!("{low:.3} .. {high:.3}"),
+                None => "unlimited".into(),
+            };
+            vec![j.name.clone(), c.bodies[j.body].name.clone(), kind(j.kind).into(), range]
+        })
+        .collect();
+    text += &table(&["joint", "body", "kind", "range"], &rows);
+    for note in &c.notes {
+        text += &format!("not simulated: {note}\n");
+    }
+    text
+}
+
+fn control(robot: &Robot) -> String {
+    let mut text = format!(
+        "\npolicy at {} Hz, physics at {} Hz\nend effectors: {}\nkey bodies: {}\nfeatures of one frame (eq. 4.1): {}\n\n",
+        robot.control_hz,
+        robot.control_hz * robot.substeps as f64,
+        robot.layout.end_effectors.join(", "),
+        robot.profile.key_bodies.join(", "),
+        robot.layout.size()
+    );
+    let rows: Vec<Vec<String>> = robot
+        .actuators
+        .joints
+        .iter()
+        .zip(&robot.actuators.parameters)
+        .zip(&robot.default_pose)
+        .map(|((joint, p), pose)| {
+            let numbers = [p.kp, p.kd, p.torque_max, p.velocity_max, pose.to_degrees()];
+            std::iter::once(joint.clone()).chain(numbers.iter().map(|n| format!("{n:.2}"))).collect()
+        })
+        .collect();
+    let head = ["actuator", "kp (N m/rad)", "kd (N m s/rad)", "torque (N m)", "speed (rad/s)", "default (deg)"];
+    text += &table(&head, &rows);
+    let roles: Vec<Vec<String>> = robot
+        .anatomy
+        .places
+        .iter()
+        .map(|(role, place)| vec![format!("{role:?}"), robot.character.bodies[place.body].name.clone()])
+        .collect();
+    text += "\n";
+    text += &table(&["role", "body"], &roles);
+    for note in &robot.notes {
+        text += &format!("guessed: {note}\n");
+    }
+    text
+}

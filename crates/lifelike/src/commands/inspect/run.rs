@@ -1,0 +1,37 @@
+//! The folder of a run.
+
+use std::path::Path;
+
+use lifelike_learn::run::RunFolder;
+use serde_json::json;
+
+use crate::error::CliError;
+use crate::output::{Output, table};
+
+/// Prints how a run is.
+pub fn inspect(path: &Path, output: &Output) -> Result<(), CliError> {
+    let run = RunFolder::open(path)?;
+    let plan: toml::Table = run.plan()?;
+    let metrics = run.metrics()?;
+    let checkpoints = run.checkpoints(0).list();
+    let last = metrics.last();
+    let value = json!({
+        "kind": "run", "plan": plan, "iterations": metrics.len(),
+        "last": last.map(|row| row.values.iter().cloned().collect::<std::collections::BTreeMap<String, f64>>()),
+        "checkpoints": checkpoints.iter().map(|c| c.iteration).collect::<Vec<_>>(),
+        "report": run.report_path().is_file().then(|| run.report_path()),
+    });
+    output.result(&value, || {
+        let mut text = format!("{}: a run of {} iterations so far\n\n", path.display(), metrics.len());
+        if let Some(row) = last {
+            let rows: Vec<Vec<String>> = row.values.iter().map(|(n, v)| vec![n.clone(), format!("{v:.5}")]).collect();
+            text += &table(&[&format!("iteration {}", row.iteration), "value"], &rows);
+        }
+        let kept: Vec<String> = checkpoints.iter().map(|c| c.iteration.to_string()).collect();
+        text += &format!("\ncheckpoints at iterations: {}\n", kept.join(", "));
+        if run.report_path().is_file() {
+            text += &format!("report: {}\n", run.report_path().display());
+        }
+        text + &format!("\n{}", toml::to_string_pretty(&plan).unwrap_or_default())
+    })
+}

@@ -1,0 +1,262 @@
+//! `lifelike motion retarget`: captured motion onto a robot.
+
+mod summary;
+
+use std::collections::BTreeMap;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::Ordering;
+use std::time::Instant;
+
+use lifelike_learn::report::{Playback, ReportBuilder};
+use lifelike_motion::formats::{CaptionTable, ReadOptions};
+use lifelike_motion::retarget::{RetargetOptions, RetargetReport, retarget};
+use lifelike_motion::{container, dataset};
+use lifelike_robot::Robot;
+use rayon::prelude::*;
+
+use super::{container_in, is_keyframes, read_captured};
+use crate::error::CliError;
+use crate::output::Output;
+use crate::{interrupt, overrides, progress};
+
+/// Share of an actuator's largest speed that a retargeted joint may have, so that the policy has room to correct.
+const SPEED_SHARE: f64 = 0.8;
+
+/// Clips that `--look` shows: a page with all of a data set would be too large for a browser.
+const LOOK_CLIPS: usize = 24;
+
+/// Retarget captured human motion to a robot.
+///
+/// Every clip is either converted or refused with the reason. Clips come out as *.motion.safetensors together with
+/// retarget.json, the report of all of them.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+Examples:
+  lifelike motion retarget walk.bvh --robot lima -o motions/lima
+  lifelike motion retarget mocap/cmu 'mocap/bandai/*walk*.bvh' --robot humanoid -o motions/humanoid
+  lifelike motion retarget motions --robot lima -o data/own --look      # our own keyframed clips
+  lifelike motion retarget dance.amc --skeleton 05.asf --robot my_robot.xml -o out swing_clearance=0.03
+
+Formats: BVH, ASF/AMC (the .asf beside the .amc, or --skeleton), DeepMimic .txt (its character file likewise),
+and keyframes as text (.keys.toml).
+Options such as fps=30, smoothing=0.03, allow_off_ground=true stand at the end; an unknown one lists them all.")]
+pub struct Args {
+    /// Files, folders of them, or patterns; then options as key=value.
+    #[arg(required = true, value_name = "INPUT|KEY=VALUE")]
+    pub inputs: Vec<String>,
+    /// A robot's name, or its MJCF or URDF file.
+    #[arg(short, long, default_value = "lima")]
+    pub robot: String,
+    /// Folder of the results.
+    #[arg(short, long)]
+    pub output: PathBuf,
+    /// Options in a TOML file: rates, limits, contact detection, [correspondence.roles] of the source's joints.
+    #[arg(long)]
+    pub options: Option<PathBuf>,
+    /// Skeleton of the inputs: the .asf of .amc files, the character file of DeepMimic clips.
+    #[arg(long)]
+    pub skeleton: Option<PathBuf>,
+    /// Metres per unit of length of BVH files; guessed where not given.
+    #[arg(long)]
+    pub scale: Option<f64>,
+    /// Frames per second of AMC files, which do not say.
+    #[arg(long, default_value_t = 120.0)]
+    pub amc_fps: f64,
+    /// A table of captions (tab-separated) that are kept with the clips.
+    #[arg(long)]
+    pub captions: Option<PathBuf>,
+    /// Clips at a time; one per processor where not given.
+    #[arg(long)]
+    pub threads: Option<usize>,
+    /// Write report.html, where the first clips can be played and looked at from all sides.
+    #[arg(long)]
+    pub look: bool,
+    /// Fail (exit code 3) when any clip is refused, not only when all are.
+    #[arg(long)]
+    pub strict: bool,
+}
+
+/// What became of one input file.
+#[derive(Debug, serde::Serialize)]
+struct Done {
+    file: PathBuf,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    output: Option<PathBuf>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    report: Option<RetargetReport>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    refused: Option<String>,
+    /// Reading, converting and writing (s of one core).
+    seconds: f64,
+}
+
+/// Runs the command.
+pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
+    let (inputs, changes) = split(&args.inputs);
+    let robot = Robot::load(&args.robot)?;
+    let options = options(args, &robot, &changes)?;
+    let read = ReadOptions {
+        scale: args.scale,
+        amc_fps: args.amc_fps,
+        skeleton: args.skeleton.clone(),
+        captions: args.captions.as_deref().map(CaptionTable::load).transpose()?,
+        ..ReadOptions::default()
+    };
+    let files = dataset::find_files(&inputs, is_captured)?;
+    std::fs::create_dir_all(&args.output).map_err(CliError::write(&args.output))?;
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(args.threads.unwrap_or(0)).build();
+    let pool = pool.map_err(|e| CliError::Failed(e.to_string()))?;
+    let stop = interrupt::flag()?;
+    let bar = progress::bar(output, "retargeting", files.len() as u64);
+    let twice = same_names(&files);
+    let work = |file: &PathBuf| {
+        let done = match twice.get(file) {
+            _ if stop.load(Ordering::SeqCst) => return None,
+            Some(other) => Done {
+                file: file.clone(),
+                output: None,
+                report: None,
+                refused: Some(format!("{} has the same name; convert them into different folders", other.display())),
+                seconds: 0.0,
+            },
+            None => convert(file, &robot, &read, &options, &args.output),
+        };
+        bar.inc(1);
+        Some(done)
+    };
+    let began = Instant::now();
+    let done: Vec<Done> = pool.install(|| files.par_iter().filter_map(work).collect());
+    bar.finish_and_clear();
+    let summary = summary::Summary::new(&robot.name, &done, began.elapsed().as_secs_f64(), pool.current_num_threads());
+    let report = args.output.join("retarget.json");
+    let json = serde_json::json!({ "summary": summary, "options": options, "clips": done });
+    let text = serde_json::to_string_pretty(&json).map_err(|e| CliError::Failed(e.to_string()))?;
+    std::fs::write(&report, text).map_err(CliError::write(&report))?;
+    if args.look {
+        look(&args.output, &robot, &done)?;
+    }
+    output.result(&json, || summary::text(&summary, &done, &report))?;
+    if stop.load(Ordering::SeqCst) {
+        return Err(CliError::Interrupted(format!("{} of {} files done", done.len(), files.len())));
+    }
+    match summary.refused {
+        0 => Ok(()),
+        n if n == done.len() => Err(CliError::Input("every clip was refused".into())),
+        n if args.strict => Err(CliError::Input(format!("{n} clips were refused"))),
+        _ => Ok(()),
+    }
+}
+
+fn options(args: &Args, robot: &Robot, changes: &[String]) -> Result<RetargetOptions, CliError> {
+    let mut options = match &args.options {
+        Some(path) => overrides::load(path, changes)?,
+        None => overrides::apply(RetargetOptions { fps: robot.control_hz, ..RetargetOptions::default() }, changes)?,
+    };
+    for (joint, p) in robot.actuators.joints.iter().zip(&robot.actuators.parameters) {
+        if p.velocity_max.is_finite() {
+            options.velocity_limit.entry(joint.clone()).or_insert(SPEED_SHARE * p.velocity_max);
+        }
+    }
+    Ok(options)
+}
+
+fn convert(file: &Path, robot: &Robot, read: &ReadOptions, options: &RetargetOptions, folder: &Path) -> Done {
+    let began = Instant::now();
+    let converted = read_captured(file, read).and_then(|source| {
+        let (clip, report) = retarget(&source, &robot.character, &robot.anatomy, options)?;
+        let path = container_in(folder, &clip.name);
+        container::write(&path, &clip)?;
+        Ok((path, report))
+    });
+    let (output, report, refused) = match converted {
+        Ok((path, report)) => (Some(path), Some(report), None),
+        Err(error) => (None, None, Some(error.to_string())),
+    };
+    Done { file: file.to_path_buf(), output, report, refused, seconds: began.elapsed().as_secs_f64() }
+}
+
+/// A page that plays the first clips.
+fn look(folder: &Path, robot: &Robot, done: &[Done]) -> Result<(), CliError> {
+    let converted = done.iter().filter_map(|d| d.output.as_ref()).take(LOOK_CLIPS);
+    let playbacks = converted
+        .map(|path| Ok(Playback::from_clip(&robot.character, &container::read(path)?)?))
+        .collect::<Result<Vec<_>, CliError>>()?;
+    let page = ReportBuilder::new(format!("Motion of {}", robot.name)).playback(&robot.character, &playbacks);
+    Ok(page.write(&folder.join("report.html"))?)
+}
+
+/// What is a file or folder, and what is an option: options have a `=` and are no file.
+fn split(arguments: &[String]) -> (Vec<PathBuf>, Vec<String>) {
+    let (changes, inputs): (Vec<&String>, Vec<&String>) =
+        arguments.iter().partition(|a| a.contains('=') && !Path::new(a).exists());
+    (inputs.into_iter().map(PathBuf::from).collect(), changes.into_iter().cloned().collect())
+}
+
+/// Whether a file of a folder looks like captured motion. Text files are looked into: notes and DeepMimic's character
+/// files end in `.txt` like its motions.
+fn is_captured(path: &Path) -> bool {
+    let extension = path.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase);
+    match extension.as_deref() {
+        Some("bvh" | "amc") => true,
+        Some("toml") => is_keyframes(path),
+        Some("txt" | "json") => {
+            let mut start = Vec::new();
+            let read = std::fs::File::open(path).and_then(|f| f.take(4096).read_to_end(&mut start));
+            read.is_ok() && start.windows(8).any(|w| w == b"\"Frames\"")
+        }
+        _ => false,
+    }
+}
+
+/// Files whose clip would have the name of an earlier one, with that one.
+fn same_names(files: &[PathBuf]) -> BTreeMap<PathBuf, PathBuf> {
+    let mut first: BTreeMap<_, &PathBuf> = BTreeMap::new();
+    let mut twice = BTreeMap::new();
+    for file in files {
+        match first.get(&file.file_stem()) {
+            Some(other) => {
+                twice.insert(file.clone(), (*other).clone());
+            }
+            None => {
+                first.insert(file.file_stem(), file);
+            }
+        }
+    }
+    twice
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    #[test]
+    fn options_stand_among_the_inputs() {
+        let arguments = ["a.bvh", "fps=30", "b/*.amc"].map(String::from);
+        let (inputs, changes) = split(&arguments);
+        assert_eq!(inputs, [PathBuf::from("a.bvh"), PathBuf::from("b/*.amc")]);
+        assert_eq!(changes, ["fps=30"]);
+    }
+
+    #[test]
+    fn text_is_motion_only_when_it_says_so() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = |name: &str, text: &str| {
+            std::fs::write(folder.path().join(name), text).unwrap();
+            is_captured(&folder.path().join(name))
+        };
+        assert!(file("a.txt", "{\"Loop\": \"wrap\",\n\"Frames\": []}"));
+        assert!(!file("character.txt", "{\"Skeleton\": {}}"));
+        assert!(!file("LICENSE", "MIT"));
+        assert!(file("b.BVH", ""));
+    }
+
+    #[test]
+    fn of_two_files_of_one_name_the_second_is_refused() {
+        let files = ["a/01.amc", "b/01.bvh", "b/02.bvh"].map(PathBuf::from);
+        let twice = same_names(&files);
+        assert_eq!(twice.len(), 1);
+        assert_eq!(twice[&files[1]], files[0]);
+    }
+}

@@ -1,0 +1,151 @@
+//! The table of a retargeting, and its sums.
+
+use std::path::Path;
+
+use lifelike_motion::retarget::{RetargetReport, Spread};
+use serde::Serialize;
+
+use super::Done;
+use crate::output::table;
+
+/// All clips together. Medians are over the converted clips.
+#[derive(Debug, Serialize)]
+pub struct Summary {
+    robot: String,
+    converted: usize,
+    /// Clips that were refused.
+    pub refused: usize,
+    frames: usize,
+    /// Motion (s).
+    seconds: f64,
+    /// Distance of key bodies from their targets (m), mean over roles and frames.
+    median_position_error: f64,
+    /// Orientation error (deg), likewise.
+    median_orientation_error: f64,
+    /// Speed of standing soles (m/s).
+    median_foot_skate: f64,
+    /// The largest penetration of each clip (m).
+    median_ground_penetration: f64,
+    /// Mean height of standing soles (m).
+    median_ground_float: f64,
+    /// The worst excess of any joint over its range (rad).
+    largest_range_excess: f64,
+    /// Overlap of the robot's own parts (m), mean over frames.
+    median_self_penetration: f64,
+    /// Wall time of everything (s).
+    wall_seconds: f64,
+    threads: usize,
+    /// Frames per second of one core: reading, converting and writing.
+    frames_per_second_per_core: f64,
+}
+
+impl Summary {
+    /// Sums up.
+    pub(super) fn new(robot: &str, done: &[Done], wall_seconds: f64, threads: usize) -> Self {
+        let reports: Vec<&RetargetReport> = done.iter().filter_map(|d| d.report.as_ref()).collect();
+        let of = |f: &dyn Fn(&RetargetReport) -> f64| median(reports.iter().map(|r| f(r)).collect());
+        let frames = reports.iter().map(|r| r.frames).sum();
+        let busy: f64 = done.iter().filter(|d| d.report.is_some()).map(|d| d.seconds).sum();
+        Self {
+            robot: robot.into(),
+            converted: reports.len(),
+            refused: done.len() - reports.len(),
+            frames,
+            seconds: reports.iter().map(|r| r.seconds).sum(),
+            median_position_error: of(&|r| mean(r.position_error.values())),
+            median_orientation_error: of(&|r| mean(r.orientation_error.values())),
+            median_foot_skate: of(&|r| r.foot_skate.mean),
+            median_ground_penetration: of(&|r| r.ground_penetration.max),
+            median_ground_float: of(&|r| r.ground_float.mean),
+            largest_range_excess: reports.iter().map(|r| r.range_excess).fold(0.0, f64::max),
+            median_self_penetration: of(&|r| r.self_penetration.mean),
+            wall_seconds,
+            threads,
+            frames_per_second_per_core: if busy > 0.0 { frames as f64 / busy } else { 0.0 },
+        }
+    }
+}
+
+/// The whole for people.
+pub(super) fn text(summary: &Summary, done: &[Done], report: &Path) -> String {
+    let rows: Vec<Vec<String>> = done.iter().filter_map(|d| d.report.as_ref()).map(row).collect();
+    let head = [
+        "clip",
+        "s",
+        "position (cm)",
+        "angle (deg)",
+        "skate (cm/s)",
+        "sunk (cm)",
+        "float (cm)",
+        "at limit (%)",
+        "self (cm)",
+        "frames/s",
+    ];
+    let mut text = if rows.is_empty() { String::new() } else { table(&head, &rows) + "\n" };
+    for (file, why) in done.iter().filter_map(|d| d.refused.as_ref().map(|why| (&d.file, why))) {
+        text += &format!("refused {}: {why}\n", file.display());
+    }
+    let s = summary;
+    text += &format!(
+        "\n{} clips ({:.1} s, {} frames) converted to '{}', {} refused, in {:.1} s on {} threads\n",
+        s.converted, s.seconds, s.frames, s.robot, s.refused, s.wall_seconds, s.threads
+    );
+    if s.converted > 0 {
+        text += &format!(
+            "medians: position {:.1} cm, angle {:.1} deg, skate {:.2} cm/s, deepest {:.2} cm, float {:.2} cm\n\
+             joints outside of their range: {:.1e} rad at most; {:.0} frames per second of one core\n",
+            100.0 * s.median_position_error,
+            s.median_orientation_error,
+            100.0 * s.median_foot_skate,
+            100.0 * s.median_ground_penetration,
+            100.0 * s.median_ground_float,
+            s.largest_range_excess,
+            s.frames_per_second_per_core
+        );
+    }
+    text + &format!("details: {}\n", report.display())
+}
+
+fn row(r: &RetargetReport) -> Vec<String> {
+    let numbers = [
+        100.0 * mean(r.position_error.values()),
+        mean(r.orientation_error.values()),
+        100.0 * r.foot_skate.mean,
+        100.0 * r.ground_penetration.max,
+        100.0 * r.ground_float.mean,
+        100.0 * r.limit_hits.values().copied().fold(0.0, f64::max),
+        100.0 * r.self_penetration.max,
+    ];
+    let mut row = vec![r.clip.clone(), format!("{:.1}", r.seconds)];
+    row.extend(numbers.iter().map(|n| format!("{n:.2}")));
+    row.push(format!("{:.0}", r.frames_per_second));
+    row
+}
+
+fn mean<'a>(spreads: impl Iterator<Item = &'a Spread>) -> f64 {
+    let (sum, count) = spreads.fold((0.0, 0_usize), |(sum, n), s| (sum + s.mean, n + 1));
+    if count == 0 { 0.0 } else { sum / count as f64 }
+}
+
+/// The middle of the values (of an even number, the mean of the two middle ones); 0 of none.
+fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    let n = values.len();
+    match n {
+        0 => 0.0,
+        n if n % 2 == 1 => values[n / 2],
+        n => (values[n / 2 - 1] + values[n / 2]) / 2.0,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_median_is_in_the_middle() {
+        assert_eq!(median(vec![3.0, 1.0, 2.0]), 2.0);
+        assert_eq!(median(vec![4.0, 1.0, 2.0, 3.0]), 2.5);
+        assert_eq!(median(vec![]), 0.0);
+    }
+}

@@ -1,0 +1,21 @@
+//! Which physics this build has.
+
+use crate::error::CliError;
+
+/// The engine where none is named.
+pub const DEFAULT: &str = "mujoco";
+
+/// Whether the engine is in this build; if not, how to get it.
+pub fn available(engine: &str) -> Result<(), CliError> {
+    match engine {
+        "mujoco" if cfg!(feature = "mujoco") => Ok(()),
+        "mujoco" => Err(CliError::Unavailable(
+            "this build has no physics. Fetch MuJoCo once and build with it:\n\
+             \x20 cargo xtask mujoco\n\
+             \x20 cargo run --release --features mujoco --bin lifelike -- ...\n\
+             or `cargo xtask demo`, which does both and shows a robot that moves"
+                .into(),
+        )),
+        other => Err(CliError::Usage(format!("no engine '{other}'; there is: mujoco"))),
+    }
+}

@@ -1,0 +1,127 @@
+//! `lifelike train tracker`: a policy that follows motion in physics.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use lifelike_learn::report::{ReportBuilder, curves_from};
+use lifelike_learn::run::RunFolder;
+use lifelike_learn::tracking::{ReferenceLibrary, Summary, TrackerPlan, Trainer};
+use lifelike_motion::dataset;
+use lifelike_robot::Robot;
+use serde_json::json;
+
+use super::run_folder;
+use crate::commands::physics;
+use crate::commands::prior_file::Prior;
+use crate::error::CliError;
+use crate::output::Output;
+use crate::{interrupt, overrides, progress};
+
+/// Seconds of standing in the default pose, where a plan names no clips.
+const STANDING_SECONDS: f64 = 4.0;
+
+/// Train a policy that follows motion in physics, by PPO.
+///
+/// The run is a folder: plan.toml, metrics.jsonl, TensorBoard events, checkpoints, and at the end
+/// tracker.policy.safetensors. Ctrl-C saves and stops; --resume goes on as if nothing had happened.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+Examples:
+  lifelike train tracker --plan experiments/walk.toml
+  lifelike train tracker --plan experiments/walk.toml -o runs/walk-2 seed=2 ppo.environments=512
+  lifelike train tracker --plan experiments/walk.toml --resume budget.steps=4000000
+  tensorboard --logdir runs                     # curves, while it runs")]
+pub struct Args {
+    /// The plan, a TOML file; with --resume the run's own plan is used.
+    #[arg(long)]
+    pub plan: Option<PathBuf>,
+    /// The run's folder; runs/ and the plan's name where not given.
+    #[arg(short, long)]
+    pub output: Option<PathBuf>,
+    /// Go on with the run in the folder.
+    #[arg(long)]
+    pub resume: bool,
+    /// Physics engine.
+    #[arg(long, default_value = physics::DEFAULT)]
+    pub engine: String,
+    /// Threads of the physics; one per processor where not given. Results do not depend on it.
+    #[arg(long, default_value_t = 0)]
+    pub threads: usize,
+    /// Changes to the plan, by dotted path.
+    #[arg(value_name = "KEY=VALUE")]
+    pub overrides: Vec<String>,
+}
+
+/// Runs the command.
+pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
+    let folder = run_folder(args.output.as_deref(), args.plan.as_deref())?;
+    let plan: TrackerPlan = match (&args.plan, args.resume) {
+        (_, true) => overrides::apply(RunFolder::open(&folder)?.plan()?, &args.overrides)?,
+        (Some(path), false) => overrides::load(path, &args.overrides)?,
+        (None, false) => return Err(CliError::Usage("say what to train with --plan FILE".into())),
+    };
+    plan.check()?;
+    physics::available(&args.engine)?;
+    let robot = Arc::new(Robot::load(&plan.robot)?);
+    let prior = plan.prior.as_deref().map(Prior::load).transpose()?;
+    let library = if plan.clips.is_empty() {
+        ReferenceLibrary::standing(&robot, STANDING_SECONDS)?
+    } else {
+        let clips = dataset::load_clips(&plan.clips)?;
+        ReferenceLibrary::new(&robot, &clips, prior.as_ref().map(Prior::as_encode))?
+    };
+    let simulation = lifelike_sim::create(&args.engine, Arc::clone(&robot), plan.ppo.environments, args.threads)?;
+    let mut trainer = Trainer::new(&plan, robot, Arc::new(library), simulation)?;
+    if let Some(prior) = &prior {
+        trainer = trainer.with_prior_digest(prior.digest());
+    }
+    let run = if args.resume { RunFolder::open(&folder)? } else { RunFolder::create(&folder, &plan)? };
+    let stop = interrupt::flag()?;
+    let bar = progress::bar(output, "training", plan.budget.steps);
+    let summary = trainer.run(&run, &stop, |now| {
+        bar.set_position(now.steps);
+        bar.set_message(format!(
+            "iteration {}  survival {:.0}%  episode {:.1} s  reward {:.2}",
+            now.iteration,
+            100.0 * now.survival,
+            now.episode_seconds,
+            now.reward
+        ));
+    })?;
+    bar.finish_and_clear();
+    let facts = ReportBuilder::new(format!("Training of {}", folder.display())).fact("robot", plan.robot.clone());
+    facts.curves(curves_from(&run.metrics()?)).write(&run.report_path())?;
+    report(&summary, &folder, output)?;
+    if summary.interrupted {
+        return Err(CliError::Interrupted(format!("go on with --resume -o {}", folder.display())));
+    }
+    Ok(())
+}
+
+fn report(summary: &Summary, folder: &std::path::Path, output: &Output) -> Result<(), CliError> {
+    let last = summary.progress;
+    let value = json!({
+        "run": folder, "policy": summary.policy, "interrupted": summary.interrupted,
+        "iterations": last.map(|p| p.iteration), "steps": last.map(|p| p.steps), "seconds": last.map(|p| p.seconds),
+        "survival": last.map(|p| p.survival), "reward": last.map(|p| p.reward),
+        "steps_per_second": last.map(|p| p.steps_per_second),
+    });
+    output.result(&value, || {
+        let mut text = String::new();
+        if let Some(p) = last {
+            text += &format!(
+                "{} iterations, {} steps in {:.1} min; survival in training {:.0}%, reward {:.3} per step\n",
+                p.iteration,
+                p.steps,
+                p.seconds / 60.0,
+                100.0 * p.survival,
+                p.reward
+            );
+        }
+        text + &format!(
+            "policy: {policy}\ncurves: {run}/report.html\nnext:   lifelike eval --policy {policy} --motions CLIPS -o {run}/evaluation\n",
+            policy = summary.policy.display(),
+            run = folder.display()
+        )
+    })
+}

@@ -1,0 +1,90 @@
+//! What the command line can fail with, and the exit codes that scripts see.
+
+use lifelike_character::CharacterError;
+use lifelike_learn::LearnError;
+use lifelike_motion::MotionError;
+use lifelike_nn::checkpoint::CheckpointError;
+use lifelike_robot::RobotError;
+use lifelike_sim::SimError;
+
+/// A failed command.
+#[derive(Debug, thiserror::Error)]
+pub enum CliError {
+    /// The work itself failed.
+    #[error("{0}")]
+    Failed(String),
+    /// Arguments that contradict each other or name nothing.
+    #[error("{0}")]
+    Usage(String),
+    /// A file that is not what it should be.
+    #[error("{0}")]
+    Input(String),
+    /// This build has not what is asked for.
+    #[error("{0}")]
+    Unavailable(String),
+    /// Ctrl-C; what was done so far is saved.
+    #[error("interrupted: {0}")]
+    Interrupted(String),
+}
+
+impl CliError {
+    /// The exit code.
+    pub fn code(&self) -> u8 {
+        match self {
+            Self::Failed(_) => 1,
+            Self::Usage(_) => 2,
+            Self::Input(_) => 3,
+            Self::Unavailable(_) => 4,
+            Self::Interrupted(_) => 130,
+        }
+    }
+
+    /// A file that cannot be written.
+    pub fn write(path: &std::path::Path) -> impl FnOnce(std::io::Error) -> Self {
+        let path = path.to_path_buf();
+        move |error| Self::Failed(format!("{}: {error}", path.display()))
+    }
+}
+
+impl From<MotionError> for CliError {
+    fn from(error: MotionError) -> Self {
+        Self::Input(error.to_string())
+    }
+}
+
+impl From<CharacterError> for CliError {
+    fn from(error: CharacterError) -> Self {
+        Self::Input(error.to_string())
+    }
+}
+
+impl From<RobotError> for CliError {
+    fn from(error: RobotError) -> Self {
+        Self::Input(error.to_string())
+    }
+}
+
+impl From<CheckpointError> for CliError {
+    fn from(error: CheckpointError) -> Self {
+        Self::Input(error.to_string())
+    }
+}
+
+impl From<SimError> for CliError {
+    fn from(error: SimError) -> Self {
+        match error {
+            SimError::Engine { .. } => Self::Unavailable(error.to_string()),
+            _ => Self::Failed(error.to_string()),
+        }
+    }
+}
+
+impl From<LearnError> for CliError {
+    fn from(error: LearnError) -> Self {
+        match error {
+            LearnError::Simulation(error) => error.into(),
+            LearnError::Io { .. } => Self::Failed(error.to_string()),
+            _ => Self::Input(error.to_string()),
+        }
+    }
+}

@@ -1,0 +1,125 @@
+//! `key=value` on the command line over a plan from a file.
+//!
+//! The plan is first read with all its defaults, so every key that exists is known; then values are put in by their
+//! dotted path, and the whole is checked again by its type. What does not exist is refused with what does.
+
+use std::path::Path;
+
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+use toml::{Table, Value};
+
+use crate::error::CliError;
+
+/// Reads a plan and applies overrides such as `ppo.gamma=0.97` or `prior="runs/prior"`.
+///
+/// # Errors
+/// [`CliError::Input`] for a file that is no such plan (with line), or an override that does not fit; both list the keys
+/// there are.
+pub fn load<T: Serialize + DeserializeOwned>(path: &Path, overrides: &[String]) -> Result<T, CliError> {
+    let text = std::fs::read_to_string(path).map_err(|e| CliError::Input(format!("{}: {e}", path.display())))?;
+    let plan: T = toml::from_str(&text).map_err(|e| CliError::Input(format!("{}: {e}", path.display())))?;
+    apply(plan, overrides)
+}
+
+/// Applies overrides to a plan.
+///
+/// # Errors
+/// As [`load`].
+pub fn apply<T: Serialize + DeserializeOwned>(plan: T, overrides: &[String]) -> Result<T, CliError> {
+    if overrides.is_empty() {
+        return Ok(plan);
+    }
+    let mut tree = Table::try_from(&plan).map_err(|e| CliError::Failed(format!("plan: {e}")))?;
+    for text in overrides {
+        let (key, value) = text
+            .split_once('=')
+            .filter(|(key, _)| !key.trim().is_empty())
+            .ok_or_else(|| CliError::Usage(format!("expected key=value, got '{text}'")))?;
+        put(&mut tree, key.trim(), parse(value.trim())).map_err(|e| CliError::Input(format!("'{text}': {e}")))?;
+    }
+    let said = overrides.join(" ");
+    T::deserialize(Value::Table(tree)).map_err(|e| CliError::Input(format!("{said}: {}", e.to_string().trim_end())))
+}
+
+/// A TOML value; what is none is a text, so that paths need no quotes.
+fn parse(value: &str) -> Value {
+    let table: Result<Table, _> = format!("value = {value}").parse();
+    table.ok().filter(|t| t.len() == 1).and_then(|mut t| t.remove("value")).unwrap_or_else(|| Value::from(value))
+}
+
+fn put(tree: &mut Table, path: &str, value: Value) -> Result<(), String> {
+    let (head, rest) = path.split_once('.').map_or((path, None), |(head, rest)| (head, Some(rest)));
+    let known = tree.keys().cloned().collect::<Vec<_>>().join(", ");
+    match (tree.get_mut(head), rest) {
+        (Some(Value::Table(inner)), Some(rest)) => put(inner, rest, value),
+        (Some(_), Some(_)) => Err(format!("'{head}' is a value, not a table")),
+        // A key that is not there may still be an optional one: the plan's type decides.
+        (_, None) => {
+            tree.insert(head.to_string(), value);
+            Ok(())
+        }
+        (None, Some(_)) => Err(format!("no table '{head}'; there are: {known}")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    #[derive(Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+    #[serde(deny_unknown_fields)]
+    struct Ppo {
+        gamma: f64,
+        #[serde(default)]
+        epochs: usize,
+    }
+
+    #[derive(Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+    #[serde(deny_unknown_fields)]
+    struct Plan {
+        seed: u64,
+        #[serde(default)]
+        prior: Option<String>,
+        ppo: Ppo,
+    }
+
+    fn plan() -> Plan {
+        Plan { seed: 1, prior: None, ppo: Ppo { gamma: 0.99, epochs: 4 } }
+    }
+
+    fn with(overrides: &[&str]) -> Result<Plan, CliError> {
+        apply(plan(), &overrides.iter().map(ToString::to_string).collect::<Vec<_>>())
+    }
+
+    #[test]
+    fn values_are_put_where_they_belong() {
+        let changed = with(&["ppo.gamma=0.9", "prior=runs/prior 1", "seed = 7", "ppo.epochs=2"]).unwrap();
+        let expected = Plan { seed: 7, prior: Some("runs/prior 1".into()), ppo: Ppo { gamma: 0.9, epochs: 2 } };
+        assert_eq!(changed, expected);
+        assert_eq!(with(&["ppo.gamma=1"]).unwrap().ppo.gamma, 1.0, "an integer where a number is expected");
+        assert_eq!(with(&["ppo={gamma=0.5,epochs=3}"]).unwrap().ppo.epochs, 3);
+        assert_eq!(with(&[]).unwrap(), plan());
+    }
+
+    #[test]
+    fn what_does_not_exist_is_refused_with_what_does() {
+        let message = |o: &str| with(&[o]).unwrap_err().to_string();
+        let told = message("ppo.gama=0.9");
+        assert!(told.contains("gama") && told.contains("gamma") && told.contains("epochs"), "{told}");
+        assert!(message("pro.gamma=0.9").contains("ppo"));
+        assert!(message("seed.x=1").contains("seed"));
+        assert!(message("seed=-1").contains("seed"), "{}", message("seed=-1"));
+        assert!(matches!(with(&["seed"]), Err(CliError::Usage(_))));
+    }
+
+    #[test]
+    fn a_file_that_is_no_plan_is_told_with_its_line() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("plan.toml");
+        std::fs::write(&path, "seed = 1\nspeed = 2\n[ppo]\ngamma = 1\n").unwrap();
+        let message = load::<Plan>(&path, &[]).unwrap_err().to_string();
+        assert!(message.contains("line 2") && message.contains("speed"), "{message}");
+    }
+}

@@ -1,0 +1,179 @@
+//! The command as people and scripts meet it: arguments in, text or JSON and exit codes out.
+
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use serde_json::Value;
+
+fn lifelike(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_lifelike")).args(arguments).current_dir(root()).output().unwrap()
+}
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
+}
+
+fn out(output: &Output) -> String {
+    String::from_utf8(output.stdout.clone()).unwrap()
+}
+
+fn err(output: &Output) -> String {
+    String::from_utf8(output.stderr.clone()).unwrap()
+}
+
+fn json(arguments: &[&str]) -> Value {
+    let output = lifelike(&[&["--json"], arguments].concat());
+    assert!(output.status.success(), "{arguments:?}: {}", err(&output));
+    serde_json::from_str(&out(&output)).unwrap()
+}
+
+/// Our own clips on Lima, in a folder of the test's.
+fn retargeted(folder: &Path) -> Value {
+    json(&["motion", "retarget", "motions/wave.keys.toml", "motions/nod.keys.toml", "-o", folder.to_str().unwrap()])
+}
+
+#[test]
+fn every_command_teaches_by_example() {
+    let commands: [&[&str]; 6] = [
+        &["robots"],
+        &["inspect"],
+        &["motion", "retarget"],
+        &["motion", "convert"],
+        &["train", "prior"],
+        &["train", "tracker"],
+    ];
+    for command in commands {
+        let help = lifelike(&[command, &["--help"]].concat());
+        assert_eq!(help.status.code(), Some(0));
+        let text = out(&help);
+        assert!(text.contains("Examples:") && text.contains("lifelike "), "{command:?}: {text}");
+    }
+    assert!(out(&lifelike(&["--help"])).contains("Exit codes"));
+}
+
+#[test]
+fn exit_codes_tell_usage_from_input() {
+    assert_eq!(lifelike(&["dance"]).status.code(), Some(2));
+    assert_eq!(lifelike(&["train", "tracker"]).status.code(), Some(2), "nothing to train");
+    let unknown = lifelike(&["inspect", "no_such_robot"]);
+    assert_eq!(unknown.status.code(), Some(3));
+    assert!(err(&unknown).contains("lima"), "names what there is: {}", err(&unknown));
+    let as_json = lifelike(&["--json", "inspect", "no_such_robot"]);
+    let error: Value = serde_json::from_str(err(&as_json).trim()).unwrap();
+    assert_eq!(error["code"], 3);
+}
+
+#[test]
+fn the_robots_of_the_thesis_are_there() {
+    let robots = json(&["robots"]);
+    let dof = |name: &str| robots.as_array().unwrap().iter().find(|r| r["name"] == name).map(|r| r["dof"].clone());
+    // Thesis 4.3.1: Lima has 20 degrees of freedom and 16.2 kg, the humanoid 36.
+    assert_eq!(dof("lima"), Some(20.into()));
+    assert_eq!(dof("humanoid"), Some(36.into()));
+    let lima = json(&["inspect", "lima"]);
+    assert!((lima["mass_kg"].as_f64().unwrap() - 16.2).abs() < 0.05);
+    assert_eq!(lima["actuators"].as_array().unwrap().len(), 20);
+    // The same robot by its file.
+    assert_eq!(json(&["inspect", "robots/lima.xml"])["joints"], lima["joints"]);
+}
+
+#[test]
+fn clips_are_converted_or_refused_with_a_reason() {
+    let folder = tempfile::tempdir().unwrap();
+    let bad = folder.path().join("bad.bvh");
+    std::fs::write(&bad, "HIERARCHY\nROOT Hips\n{\n  OFFSET 0 0 zero\n").unwrap();
+    let to = folder.path().join("lima");
+    let arguments = ["motion", "retarget", "motions/wave.keys.toml", bad.to_str().unwrap(), "-o", to.to_str().unwrap()];
+    let result = json(&arguments);
+    assert_eq!((&result["summary"]["converted"], &result["summary"]["refused"]), (&1.into(), &1.into()));
+    let clips = result["clips"].as_array().unwrap();
+    let refused = clips.iter().find_map(|c| c["refused"].as_str()).unwrap();
+    assert!(refused.contains("bad.bvh:4"), "file and line: {refused}");
+    assert!(to.join("retarget.json").is_file());
+    let wave = json(&["inspect", to.join("wave.motion.safetensors").to_str().unwrap()]);
+    assert_eq!(wave["joints"].as_array().unwrap().len(), 20);
+    assert_eq!(wave["fps"], 50.0);
+
+    assert_eq!(lifelike(&[&arguments[..], &["--strict"]].concat()).status.code(), Some(3));
+    let only_bad = lifelike(&["motion", "retarget", bad.to_str().unwrap(), "-o", to.to_str().unwrap()]);
+    assert_eq!(only_bad.status.code(), Some(3), "nothing converted is bad input");
+}
+
+#[test]
+fn options_of_retargeting_change_it_and_unknown_ones_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let to = folder.path().to_str().unwrap();
+    let slow = json(&["motion", "retarget", "motions/nod.keys.toml", "-o", to, "fps=25"]);
+    let frames = slow["summary"]["frames"].as_f64().unwrap();
+    let seconds = slow["summary"]["seconds"].as_f64().unwrap();
+    assert!((frames - 1.0 - 25.0 * seconds).abs() < 1e-6, "{frames} frames in {seconds} s at 25 Hz");
+    let wrong = lifelike(&["motion", "retarget", "motions/nod.keys.toml", "-o", to, "spf=25"]);
+    assert_eq!(wrong.status.code(), Some(3));
+    assert!(err(&wrong).contains("spf") && err(&wrong).contains("smoothing"), "{}", err(&wrong));
+}
+
+#[test]
+fn motion_becomes_a_table() {
+    let folder = tempfile::tempdir().unwrap();
+    retargeted(folder.path());
+    let tables = folder.path().join("tables");
+    let arguments = ["motion", "convert", folder.path().to_str().unwrap(), "--to", "csv", "--fps", "10", "-o"];
+    json(&[&arguments[..], &[tables.to_str().unwrap()]].concat());
+    let text = std::fs::read_to_string(tables.join("wave.csv")).unwrap();
+    let columns = text.lines().next().unwrap().split(',').count();
+    assert_eq!(columns, 8 + 20);
+    // wave.keys.toml lasts 5 s: frames at 0.0, 0.1, ... 5.0 s.
+    assert_eq!(text.lines().count(), 1 + 51);
+}
+
+#[test]
+fn a_prior_is_trained_and_a_resumed_run_is_the_run_it_would_have_been() {
+    let folder = tempfile::tempdir().unwrap();
+    retargeted(folder.path());
+    let plan = folder.path().join("small.toml");
+    let text = format!(
+        "robot = \"lima\"\nclips = [{:?}]\n[prior]\nchannels = 4\nblocks = 1\nlatent = 3\nbatch = 4\niterations = 6\n",
+        folder.path()
+    );
+    std::fs::write(&plan, text).unwrap();
+    let run = |name: &str| folder.path().join(name).to_string_lossy().into_owned();
+    let plan = plan.to_str().unwrap();
+    let done = json(&["train", "prior", "--plan", plan, "-o", &run("whole")]);
+    assert_eq!(done["iterations"], 6);
+    assert!(done["reconstruction"]["window"]["joints_deg"].as_f64().unwrap() > 0.0);
+    let again = lifelike(&["train", "prior", "--plan", plan, "-o", &run("whole")]);
+    assert_eq!(again.status.code(), Some(3), "a run is never overwritten");
+
+    let resumed = json(&["train", "prior", "-o", &run("whole"), "--resume"]);
+    assert_eq!(resumed["iterations"], 6, "there was nothing left to do");
+    json(&["train", "prior", "--plan", plan, "-o", &run("same")]);
+    let metrics = |name: &str| std::fs::read(Path::new(&run(name)).join("metrics.jsonl")).unwrap();
+    assert_eq!(metrics("whole"), metrics("same"));
+    let prior = json(&["inspect", &format!("{}/motion.prior.safetensors", run("whole"))]);
+    assert_eq!(prior["kind"], "motion prior");
+    assert_eq!(json(&["inspect", &run("whole")])["iterations"], 6);
+}
+
+#[test]
+fn a_wrong_plan_is_refused_before_anything_starts() {
+    let folder = tempfile::tempdir().unwrap();
+    let plan = folder.path().join("plan.toml");
+    std::fs::write(&plan, "robot = \"lima\"\nclips = []\n").unwrap();
+    let to = folder.path().join("run");
+    let train = |change: &str| {
+        lifelike(&["train", "tracker", "--plan", plan.to_str().unwrap(), "-o", to.to_str().unwrap(), change])
+    };
+    for (change, told) in [("ppo.gama=0.9", "gamma"), ("ppo.gamma=1.5", "ppo.gamma"), ("pop.gamma=1", "ppo")] {
+        let output = train(change);
+        assert_eq!(output.status.code(), Some(3), "{change}");
+        assert!(err(&output).contains(told), "{change}: {}", err(&output));
+    }
+    assert!(!to.exists());
+    if !cfg!(feature = "mujoco") {
+        let output = train("seed=1");
+        assert_eq!(output.status.code(), Some(4));
+        assert!(err(&output).contains("cargo xtask"), "says what to do: {}", err(&output));
+    }
+}
