@@ -1,9 +1,9 @@
 //! Clips of our own, written as poses at times in a readable text.
 //!
 //! A `*.keys.toml` file says what a person would: at these times the chest leans by so many degrees, then this foot steps
-//! there. The main path of [`parse`]: text → [`text::Script`] (checked numbers) → curves of every joint ([`curve`]) and
-//! both feet ([`feet`]) → where the weight must be for that ([`balance`]) → a small human [`figure`] whose legs reach its
-//! feet ([`legs`]) → [`SourceClip`], which goes through the same retargeting as captured motion.
+//! there. The main path of [`parse`]: text → `text::Script` (checked numbers) → curves of every joint (`curve`) and
+//! both feet (`feet`) → where the weight must be for that (`balance`) → a small human `figure` whose legs reach its
+//! feet (`legs`) → [`SourceClip`], which goes through the same retargeting as captured motion.
 //!
 //! # The text
 //! ```toml
