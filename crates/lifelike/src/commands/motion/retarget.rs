@@ -11,7 +11,7 @@ use std::time::Instant;
 use lifelike_learn::report::{Playback, ReportBuilder};
 use lifelike_motion::formats::{CaptionTable, ReadOptions};
 use lifelike_motion::retarget::{RetargetOptions, RetargetReport, retarget};
-use lifelike_motion::{container, dataset};
+use lifelike_motion::{MotionError, container, dataset};
 use lifelike_robot::Robot;
 use rayon::prelude::*;
 
@@ -109,24 +109,23 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let pool = pool.map_err(|e| CliError::Failed(e.to_string()))?;
     let stop = interrupt::flag()?;
     let bar = progress::bar(output, "retargeting", files.len() as u64);
-    let twice = same_names(&files);
-    let work = |file: &PathBuf| {
-        let done = match twice.get(file) {
-            _ if stop.load(Ordering::SeqCst) => return None,
-            Some(other) => Done {
-                file: file.clone(),
-                output: None,
-                report: None,
-                refused: Some(format!("{} has the same name; convert them into different folders", other.display())),
-                seconds: 0.0,
-            },
-            None => convert(file, &robot, &read, &options, &args.output),
+    let work = |(file, name): (&PathBuf, &Result<String, String>)| {
+        if stop.load(Ordering::SeqCst) {
+            return None;
+        }
+        let began = Instant::now();
+        let converted = match name {
+            Ok(name) => convert(file, name, &robot, &read, &options, &args.output).map_err(|e| e.to_string()),
+            Err(why) => Err(why.clone()),
         };
         bar.inc(1);
-        Some(done)
+        let (converted, refused) = converted.map_or_else(|why| (None, Some(why)), |done| (Some(done), None));
+        let (output, report) = converted.unzip();
+        Some(Done { file: file.clone(), output, report, refused, seconds: began.elapsed().as_secs_f64() })
     };
     let began = Instant::now();
-    let done: Vec<Done> = pool.install(|| files.par_iter().filter_map(work).collect());
+    let names = clip_names(&files);
+    let done: Vec<Done> = pool.install(|| files.par_iter().zip(&names).filter_map(work).collect());
     bar.finish_and_clear();
     let summary = summary::Summary::new(&robot.name, &done, began.elapsed().as_secs_f64(), pool.current_num_threads());
     let report = args.output.join("retarget.json");
@@ -161,19 +160,20 @@ fn options(args: &Args, robot: &Robot, changes: &[String]) -> Result<RetargetOpt
     Ok(options)
 }
 
-fn convert(file: &Path, robot: &Robot, read: &ReadOptions, options: &RetargetOptions, folder: &Path) -> Done {
-    let began = Instant::now();
-    let converted = read_captured(file, read).and_then(|source| {
-        let (clip, report) = retarget(&source, &robot.character, &robot.anatomy, options)?;
-        let path = container_in(folder, &clip.name);
-        container::write(&path, &clip)?;
-        Ok((path, report))
-    });
-    let (output, report, refused) = match converted {
-        Ok((path, report)) => (Some(path), Some(report), None),
-        Err(error) => (None, None, Some(error.to_string())),
-    };
-    Done { file: file.to_path_buf(), output, report, refused, seconds: began.elapsed().as_secs_f64() }
+fn convert(
+    file: &Path,
+    name: &str,
+    robot: &Robot,
+    read: &ReadOptions,
+    options: &RetargetOptions,
+    folder: &Path,
+) -> Result<(PathBuf, RetargetReport), MotionError> {
+    let mut source = read_captured(file, read)?;
+    source.name = name.to_string();
+    let (clip, report) = retarget(&source, &robot.character, &robot.anatomy, options)?;
+    let path = container_in(folder, &clip.name);
+    container::write(&path, &clip)?;
+    Ok((path, report))
 }
 
 /// A page that plays the first clips.
@@ -209,21 +209,34 @@ fn is_captured(path: &Path) -> bool {
     }
 }
 
-/// Files whose clip would have the name of an earlier one, with that one.
-fn same_names(files: &[PathBuf]) -> BTreeMap<PathBuf, PathBuf> {
-    let mut first: BTreeMap<_, &PathBuf> = BTreeMap::new();
-    let mut twice = BTreeMap::new();
+/// A name of its own for each clip: the file's, and where that is taken (a data set in two formats), the format after it.
+/// Third ones of a name are refused with the file that has it.
+fn clip_names(files: &[PathBuf]) -> Vec<Result<String, String>> {
+    let mut taken: BTreeMap<String, &PathBuf> = BTreeMap::new();
+    let name = |file: &PathBuf| {
+        let whole = file.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
+        let stem =
+            if is_keyframes(file) { whole.split('.').next() } else { whole.rsplit_once('.').map(|(stem, _)| stem) };
+        let extension = file.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
+        let stem = stem.unwrap_or(&whole).to_string();
+        (format!("{stem}-{extension}"), stem)
+    };
+    let mut names = Vec::with_capacity(files.len());
     for file in files {
-        match first.get(&file.file_stem()) {
-            Some(other) => {
-                twice.insert(file.clone(), (*other).clone());
+        let (long, short) = name(file);
+        let free = [short, long].into_iter().find(|name| !taken.contains_key(name));
+        names.push(match free {
+            Some(name) => {
+                taken.insert(name.clone(), file);
+                Ok(name)
             }
             None => {
-                first.insert(file.file_stem(), file);
+                let other = taken.get(&name(file).1).map(|f| f.display().to_string()).unwrap_or_default();
+                Err(format!("{other} has the same name; convert them into different folders"))
             }
-        }
+        });
     }
-    twice
+    names
 }
 
 #[cfg(test)]
@@ -253,10 +266,11 @@ mod tests {
     }
 
     #[test]
-    fn of_two_files_of_one_name_the_second_is_refused() {
-        let files = ["a/01.amc", "b/01.bvh", "b/02.bvh"].map(PathBuf::from);
-        let twice = same_names(&files);
-        assert_eq!(twice.len(), 1);
-        assert_eq!(twice[&files[1]], files[0]);
+    fn no_clip_writes_over_another() {
+        let files = ["a/01.amc", "b/01.bvh", "b/02.bvh", "c/01.bvh", "d/02.keys.toml"].map(PathBuf::from);
+        let names = clip_names(&files);
+        assert_eq!(names[..3], ["01", "01-bvh", "02"].map(|n| Ok(n.to_string())));
+        assert!(names[3].as_ref().unwrap_err().contains("a/01.amc"));
+        assert_eq!(names[4], Ok("02-toml".to_string()));
     }
 }
