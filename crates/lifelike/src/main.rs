@@ -39,10 +39,10 @@ struct Cli {
 
 const AFTER: &str = "\
 The way from mocap to a robot that follows it:
-  lifelike motion retarget walk.bvh --robot lima -o motions/lima
+  lifelike motion retarget walk.bvh --robot lima -o data/lima
   lifelike train prior   --plan experiments/prior.toml
-  lifelike train tracker --plan experiments/tracker.toml
-  lifelike eval --policy runs/tracker --motions motions/lima -o report
+  lifelike train tracker --plan experiments/track.toml
+  lifelike eval --policy runs/track/tracker.policy.safetensors --motions data/lima -o report
 
 Exit codes: 0 done, 1 failed, 2 wrong usage, 3 bad input, 4 this build cannot do it, 130 interrupted (and saved).";
 

@@ -36,13 +36,15 @@ fn retargeted(folder: &Path) -> Value {
 
 #[test]
 fn every_command_teaches_by_example() {
-    let commands: [&[&str]; 6] = [
+    let commands: [&[&str]; 8] = [
         &["robots"],
         &["inspect"],
         &["motion", "retarget"],
         &["motion", "convert"],
         &["train", "prior"],
         &["train", "tracker"],
+        &["eval"],
+        &["demo"],
     ];
     for command in commands {
         let help = lifelike(&[command, &["--help"]].concat());
@@ -171,9 +173,79 @@ fn a_wrong_plan_is_refused_before_anything_starts() {
         assert!(err(&output).contains(told), "{change}: {}", err(&output));
     }
     assert!(!to.exists());
-    if !cfg!(feature = "mujoco") {
-        let output = train("seed=1");
-        assert_eq!(output.status.code(), Some(4));
-        assert!(err(&output).contains("cargo xtask"), "says what to do: {}", err(&output));
+}
+
+#[cfg(not(feature = "mujoco"))]
+#[test]
+fn without_physics_the_command_says_what_to_do() {
+    let eval = ["eval", "--policy", "p", "--motions", "m", "-o", "o"];
+    for arguments in [&eval[..], &["train", "tracker", "--plan", "experiments/track.toml"], &["demo"]] {
+        let output = lifelike(arguments);
+        assert_eq!(output.status.code(), Some(4), "{arguments:?}");
+        assert!(err(&output).contains("cargo xtask"), "{}", err(&output));
     }
 }
+
+/// A tiny policy through its whole life: trained, stopped and resumed, inspected, evaluated, shown.
+#[cfg(feature = "mujoco")]
+#[test]
+fn a_policy_is_trained_resumed_inspected_and_evaluated() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).to_string_lossy().into_owned();
+    std::fs::write(folder.path().join("plan.toml"), TINY).unwrap();
+    let train = |to: &str, more: &[&str]| {
+        let (plan, to) = (path("plan.toml"), path(to));
+        json(&[&["train", "tracker", "--plan", &plan, "-o", &to][..], more].concat())
+    };
+    let whole = train("whole", &["--threads", "1"]);
+    assert_eq!(whole["steps"], 4 * 8 * 4);
+    train("parts", &["--threads", "2", "budget.steps=64"]);
+    train("parts", &["--resume", "budget.steps=128"]);
+    let read = |run: &str, file: &str| std::fs::read(folder.path().join(run).join(file)).unwrap();
+    for file in ["metrics.jsonl", "tracker.policy.safetensors"] {
+        assert_eq!(read("whole", file), read("parts", file), "{file}: resumed and threaded, yet the same bytes");
+    }
+    assert!(!read("whole", "report.html").is_empty());
+
+    let policy = path("whole/tracker.policy.safetensors");
+    let seen = json(&["inspect", &policy]);
+    assert_eq!((&seen["kind"], &seen["header"]["robot"]), (&"policy".into(), &"lima".into()));
+    let last = seen["observation"].as_array().unwrap().last().unwrap()["end"].clone();
+    let first: u64 = seen["observation"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|p| p["end"].as_u64().unwrap() - p["start"].as_u64().unwrap())
+        .sum();
+    assert_eq!(last, first, "parts lie side by side");
+
+    let report = path("report");
+    let eval = ["eval", "--policy", &policy, "--motions", "motions/nod.keys.toml", "-o", &report, "--starts", "2"];
+    let evaluation = json(&eval);
+    assert_eq!(evaluation["overall"]["episodes"], 2);
+    assert!(evaluation["overall"]["joint_error_deg"].as_f64().unwrap() > 0.0);
+    let page = std::fs::read_to_string(folder.path().join("report/report.html")).unwrap();
+    assert!(page.contains("nod") && !page.contains("http://"), "whole and without the network");
+    let demo = path("demo");
+    let shown = json(&["demo", "--policy", &policy, "motions/nod.keys.toml", "-o", &demo]);
+    assert!(Path::new(shown["report"].as_str().unwrap()).is_file());
+    let other = lifelike(&["eval", "--robot", "humanoid", "--policy", &policy, "--motions", "motions", "-o", &report]);
+    assert_eq!(other.status.code(), Some(3), "another robot's policy is refused: {}", err(&other));
+}
+
+#[cfg(feature = "mujoco")]
+const TINY: &str = r#"
+robot = "lima"
+clips = ["motions/nod.keys.toml"]
+checkpoint_every = 1
+[budget]
+steps = 128
+[network]
+actor = [8]
+critic = [8]
+[ppo]
+environments = 4
+steps = 8
+minibatch = 16
+epochs = 1
+"#;

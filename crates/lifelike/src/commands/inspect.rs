@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use lifelike_motion::dataset;
 use lifelike_motion::formats::ReadOptions;
 
-use crate::commands::motion::read_captured;
+use crate::commands::clips::read_captured;
 use crate::error::CliError;
 use crate::output::Output;
 

@@ -1,5 +1,8 @@
 //! The commands, one file each.
 
+mod clips;
+pub mod demo;
+pub mod eval;
 pub mod inspect;
 pub mod motion;
 mod physics;
@@ -21,6 +24,8 @@ pub enum Command {
     Motion(motion::Motion),
     #[command(subcommand)]
     Train(train::Train),
+    Eval(eval::Args),
+    Demo(demo::Args),
 }
 
 impl Command {
@@ -31,6 +36,8 @@ impl Command {
             Self::Inspect(args) => inspect::run(&args, output),
             Self::Motion(motion) => motion.run(output),
             Self::Train(train) => train.run(output),
+            Self::Eval(args) => eval::run(&args, output),
+            Self::Demo(args) => demo::run(&args, output),
         }
     }
 }

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use lifelike_learn::LearnError;
 use lifelike_learn::representation::MotionPrior;
-use lifelike_learn::tracking::Encode;
+use lifelike_learn::tracking::{Encode, Policy};
 use lifelike_motion::{Frame, MotionClip};
 use sha2::{Digest, Sha256};
 
@@ -27,6 +27,31 @@ impl Prior {
     /// SHA-256 of its file, hexadecimal.
     pub fn digest(&self) -> &str {
         &self.digest
+    }
+
+    /// The prior of a policy that wants one, checked to be the very one that it was trained with.
+    pub fn for_policy(policy: &Policy, path: Option<&Path>) -> Result<Option<Self>, CliError> {
+        let header = policy.header();
+        if header.observation.reference.latent == 0 {
+            return Ok(None);
+        }
+        let path = path.ok_or_else(|| {
+            CliError::Usage(format!(
+                "this policy wants latent codes; name its prior (SHA-256 {}) with --prior",
+                header.prior
+            ))
+        })?;
+        let prior = Self::load(path)?;
+        if !header.prior.is_empty() && header.prior != prior.digest {
+            let text = format!(
+                "{}: expected the prior that the policy was trained with (SHA-256 {}), got {}",
+                path.display(),
+                header.prior,
+                prior.digest
+            );
+            return Err(CliError::Input(text));
+        }
+        Ok(Some(prior))
     }
 
     /// For the tracker's library.

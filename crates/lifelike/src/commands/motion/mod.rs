@@ -7,8 +7,6 @@ use std::path::{Path, PathBuf};
 
 use clap::Subcommand;
 use lifelike_motion::container::EXTENSION;
-use lifelike_motion::formats::{self, ReadOptions};
-use lifelike_motion::{MotionError, SourceClip, keyframes};
 
 use crate::error::CliError;
 use crate::output::Output;
@@ -28,16 +26,6 @@ impl Motion {
             Self::Convert(args) => convert::run(&args, output),
         }
     }
-}
-
-/// Whether a file is keyframes as text.
-pub fn is_keyframes(path: &Path) -> bool {
-    path.file_name().is_some_and(|name| name.to_string_lossy().ends_with(".keys.toml"))
-}
-
-/// Reads captured motion, or keyframes as if they had been captured.
-pub fn read_captured(path: &Path, options: &ReadOptions) -> Result<SourceClip, MotionError> {
-    if is_keyframes(path) { keyframes::load(path) } else { formats::read(path, options) }
 }
 
 /// Where a clip of this name goes. Names become file names without anything that could lead to another folder.

@@ -3,7 +3,6 @@
 mod summary;
 
 use std::collections::BTreeMap;
-use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 use std::time::Instant;
@@ -15,13 +14,11 @@ use lifelike_motion::{MotionError, container, dataset};
 use lifelike_robot::Robot;
 use rayon::prelude::*;
 
-use super::{container_in, is_keyframes, read_captured};
+use super::container_in;
+use crate::commands::clips::{self, is_captured, is_keyframes, read_captured};
 use crate::error::CliError;
 use crate::output::Output;
 use crate::{interrupt, overrides, progress};
-
-/// Share of an actuator's largest speed that a retargeted joint may have, so that the policy has room to correct.
-const SPEED_SHARE: f64 = 0.8;
 
 /// Clips that `--look` shows: a page with all of a data set would be too large for a browser.
 const LOOK_CLIPS: usize = 24;
@@ -150,13 +147,9 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
 fn options(args: &Args, robot: &Robot, changes: &[String]) -> Result<RetargetOptions, CliError> {
     let mut options = match &args.options {
         Some(path) => overrides::load(path, changes)?,
-        None => overrides::apply(RetargetOptions { fps: robot.control_hz, ..RetargetOptions::default() }, changes)?,
+        None => overrides::apply(clips::retarget_options(robot), changes)?,
     };
-    for (joint, p) in robot.actuators.joints.iter().zip(&robot.actuators.parameters) {
-        if p.velocity_max.is_finite() {
-            options.velocity_limit.entry(joint.clone()).or_insert(SPEED_SHARE * p.velocity_max);
-        }
-    }
+    clips::limit_speeds(&mut options, robot);
     Ok(options)
 }
 
@@ -191,22 +184,6 @@ fn split(arguments: &[String]) -> (Vec<PathBuf>, Vec<String>) {
     let (changes, inputs): (Vec<&String>, Vec<&String>) =
         arguments.iter().partition(|a| a.contains('=') && !Path::new(a).exists());
     (inputs.into_iter().map(PathBuf::from).collect(), changes.into_iter().cloned().collect())
-}
-
-/// Whether a file of a folder looks like captured motion. Text files are looked into: notes and DeepMimic's character
-/// files end in `.txt` like its motions.
-fn is_captured(path: &Path) -> bool {
-    let extension = path.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase);
-    match extension.as_deref() {
-        Some("bvh" | "amc") => true,
-        Some("toml") => is_keyframes(path),
-        Some("txt" | "json") => {
-            let mut start = Vec::new();
-            let read = std::fs::File::open(path).and_then(|f| f.take(4096).read_to_end(&mut start));
-            read.is_ok() && start.windows(8).any(|w| w == b"\"Frames\"")
-        }
-        _ => false,
-    }
 }
 
 /// A name of its own for each clip: the file's, and where that is taken (a data set in two formats), the format after it.
@@ -250,19 +227,6 @@ mod tests {
         let (inputs, changes) = split(&arguments);
         assert_eq!(inputs, [PathBuf::from("a.bvh"), PathBuf::from("b/*.amc")]);
         assert_eq!(changes, ["fps=30"]);
-    }
-
-    #[test]
-    fn text_is_motion_only_when_it_says_so() {
-        let folder = tempfile::tempdir().unwrap();
-        let file = |name: &str, text: &str| {
-            std::fs::write(folder.path().join(name), text).unwrap();
-            is_captured(&folder.path().join(name))
-        };
-        assert!(file("a.txt", "{\"Loop\": \"wrap\",\n\"Frames\": []}"));
-        assert!(!file("character.txt", "{\"Skeleton\": {}}"));
-        assert!(!file("LICENSE", "MIT"));
-        assert!(file("b.BVH", ""));
     }
 
     #[test]

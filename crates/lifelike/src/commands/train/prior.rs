@@ -7,7 +7,6 @@ use std::sync::atomic::Ordering;
 use lifelike_learn::representation::dataset::split;
 use lifelike_learn::representation::{PriorClip, PriorPlan, PriorTrainer, ReconstructionReport};
 use lifelike_learn::run::{MetricsWriter, RunFolder};
-use lifelike_motion::dataset;
 use lifelike_motion::features::frames_of;
 use lifelike_motion::resample::resample;
 use lifelike_robot::Robot;
@@ -15,6 +14,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::json;
 
 use super::run_folder;
+use crate::commands::clips;
 use crate::error::CliError;
 use crate::output::{Output, table};
 use crate::{interrupt, overrides, progress};
@@ -55,7 +55,7 @@ pub struct Args {
 struct Plan {
     /// A built-in robot's name, or its MJCF or URDF file.
     robot: String,
-    /// Clips: `*.motion.safetensors` files, folders of them, patterns.
+    /// Clips: files, folders, patterns. Captured motion and keyframes are retargeted to the robot.
     clips: Vec<PathBuf>,
     /// The prior.
     #[serde(default)]
@@ -154,7 +154,7 @@ fn train(
 
 /// Every clip at the plan's rate.
 fn frames(plan: &Plan, robot: &Robot) -> Result<Vec<PriorClip>, CliError> {
-    let clips = dataset::load_clips(&plan.clips)?;
+    let clips = clips::load(&plan.clips, robot)?;
     let frames = clips.iter().map(|clip| {
         let clip = resample(clip, plan.prior.frame_rate)?;
         let frames = frames_of(&clip, &robot.character, &robot.effectors)?;

@@ -6,13 +6,12 @@ use std::sync::Arc;
 use lifelike_learn::report::{ReportBuilder, curves_from};
 use lifelike_learn::run::RunFolder;
 use lifelike_learn::tracking::{ReferenceLibrary, Summary, TrackerPlan, Trainer};
-use lifelike_motion::dataset;
 use lifelike_robot::Robot;
 use serde_json::json;
 
 use super::run_folder;
-use crate::commands::physics;
 use crate::commands::prior_file::Prior;
+use crate::commands::{clips, physics};
 use crate::error::CliError;
 use crate::output::Output;
 use crate::{interrupt, overrides, progress};
@@ -67,7 +66,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let library = if plan.clips.is_empty() {
         ReferenceLibrary::standing(&robot, STANDING_SECONDS)?
     } else {
-        let clips = dataset::load_clips(&plan.clips)?;
+        let clips = clips::load(&plan.clips, &robot)?;
         ReferenceLibrary::new(&robot, &clips, prior.as_ref().map(Prior::as_encode))?
     };
     let simulation = lifelike_sim::create(&args.engine, Arc::clone(&robot), plan.ppo.environments, args.threads)?;

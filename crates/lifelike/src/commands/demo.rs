@@ -1,0 +1,102 @@
+//! `lifelike demo`: the shortest way to see a robot follow motion in physics.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::Instant;
+
+use lifelike_learn::evaluation::EvaluationOptions;
+use lifelike_learn::tracking::Policy;
+use lifelike_robot::Robot;
+use serde_json::json;
+
+use crate::commands::eval::{Job, save, text};
+use crate::commands::prior_file::Prior;
+use crate::commands::{clips, physics};
+use crate::error::CliError;
+use crate::output::Output;
+
+/// See a robot follow motion in physics: a pretrained policy, our own clips, one page to look at.
+///
+/// Needs no download: the clips are ours and the policy is in assets/. Name files to see the policy on your own motion.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+Examples:
+  cargo xtask demo                         # fetch MuJoCo, build, run
+  lifelike demo
+  lifelike demo my_walk.bvh my_wave.bvh -o runs/mine")]
+pub struct Args {
+    /// Motion to follow instead of our own clips: captured motion, keyframes or *.motion.safetensors.
+    pub motions: Vec<PathBuf>,
+    /// Folder of the report.
+    #[arg(short, long, default_value = "runs/demo")]
+    pub output: PathBuf,
+    /// Another policy than the one in assets/.
+    #[arg(long)]
+    pub policy: Option<PathBuf>,
+    /// The motion prior of that policy, where it has one.
+    #[arg(long)]
+    pub prior: Option<PathBuf>,
+    /// Robot of the policy: a name, or an MJCF or URDF file.
+    #[arg(short, long, default_value = "lima")]
+    pub robot: String,
+    /// Longest episode (s).
+    #[arg(long, default_value_t = 10.0)]
+    pub seconds: f64,
+    /// Physics engine.
+    #[arg(long, default_value = physics::DEFAULT)]
+    pub engine: String,
+}
+
+/// Runs the command.
+pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
+    physics::available(&args.engine)?;
+    let began = Instant::now();
+    let robot = Arc::new(Robot::load(&args.robot)?);
+    let pretrained = |kind: &str| asset(&format!("{}.{kind}.safetensors", robot.name));
+    let file = args.policy.clone().or_else(|| pretrained("policy")).ok_or_else(|| no_policy(&robot.name))?;
+    let policy = Policy::load(&file, &robot)?;
+    let prior = Prior::for_policy(&policy, args.prior.clone().or_else(|| pretrained("prior")).as_deref())?;
+    let (clips, refused) = if args.motions.is_empty() {
+        clips::builtin(&robot)
+    } else {
+        (clips::load(&args.motions, &robot)?, Vec::new())
+    };
+    for reason in &refused {
+        tracing::warn!("left out: {reason}");
+    }
+    tracing::info!("{} clips retargeted to {} in {:.1} s", clips.len(), robot.name, began.elapsed().as_secs_f64());
+    let options = EvaluationOptions { seconds: args.seconds, starts: 1, keep: 1, ..EvaluationOptions::default() };
+    let job = Job { policy: &policy, robot: &robot, prior: prior.as_ref(), engine: &args.engine, threads: 0 };
+    let evaluation = job.run(&clips, &options, output)?;
+    let report = save(&evaluation, &robot, &format!("{} follows {} motions", robot.name, clips.len()), &args.output)?;
+    let seconds = began.elapsed().as_secs_f64();
+    let report = std::path::absolute(&report).unwrap_or(report);
+    let value = json!({ "evaluation": evaluation, "report": report, "policy": file, "seconds": seconds });
+    output.result(&value, || {
+        format!(
+            "{}\nfrom start to motion to look at: {seconds:.1} s\nopen this in a browser: {}\n",
+            text(&evaluation),
+            report.display()
+        )
+    })
+}
+
+/// A file of `assets/`: beside the program, above it (as in target/release), where we stand, or where it was built.
+fn asset(name: &str) -> Option<PathBuf> {
+    let program = std::env::current_exe().ok();
+    let above = program.iter().flat_map(|p| p.ancestors().skip(1));
+    let built = Path::new(env!("CARGO_MANIFEST_DIR")).ancestors();
+    above
+        .chain([Path::new(".")])
+        .chain(built)
+        .map(|folder| folder.join("assets").join(name))
+        .find(|file| file.is_file())
+}
+
+fn no_policy(robot: &str) -> CliError {
+    CliError::Input(format!(
+        "no pretrained policy for '{robot}' (assets/{robot}.policy.safetensors). Train one:\n\
+         \x20 lifelike train tracker --plan experiments/track.toml\n\
+         and name it with --policy"
+    ))
+}

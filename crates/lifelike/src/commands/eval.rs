@@ -1,0 +1,141 @@
+//! `lifelike eval`: how well a policy follows.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use lifelike_learn::evaluation::{Evaluation, EvaluationOptions, evaluate};
+use lifelike_learn::report::ReportBuilder;
+use lifelike_learn::tracking::Policy;
+use lifelike_motion::MotionClip;
+use lifelike_robot::Robot;
+
+use crate::commands::prior_file::Prior;
+use crate::commands::{clips, physics};
+use crate::error::CliError;
+use crate::output::Output;
+use crate::progress;
+
+/// Most episodes that run at once.
+const ENVIRONMENTS: usize = 128;
+
+/// Evaluate a policy in physics: errors, survival, where and why it fell.
+///
+/// Every clip is followed from several frames of it, without noise. The folder gets evaluation.json and report.html,
+/// which plays physics beside the reference.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+Examples:
+  lifelike eval --policy runs/walk/tracker.policy.safetensors --motions data/lima -o report
+  lifelike eval --policy p.policy.safetensors --prior m.prior.safetensors --motions a.bvh b.bvh -o report
+  lifelike eval --policy p.policy.safetensors --motions data/lima -o report --json | jq .overall.survival
+
+Motions may be *.motion.safetensors, or captured motion and keyframes, which are retargeted on the way.")]
+pub struct Args {
+    /// The policy.
+    #[arg(short, long)]
+    pub policy: PathBuf,
+    /// The motion prior that the policy was trained with, where it was.
+    #[arg(long)]
+    pub prior: Option<PathBuf>,
+    /// The robot: a name, or an MJCF or URDF file; what the policy was trained for where not given.
+    #[arg(short, long)]
+    pub robot: Option<String>,
+    /// Clips to follow: files, folders, patterns.
+    #[arg(short, long, required = true, num_args = 1..)]
+    pub motions: Vec<PathBuf>,
+    /// Folder of the results.
+    #[arg(short, long)]
+    pub output: PathBuf,
+    /// Longest episode (s).
+    #[arg(long, default_value_t = 10.0)]
+    pub seconds: f64,
+    /// Episodes per clip, from frames spread over it.
+    #[arg(long, default_value_t = 5)]
+    pub starts: usize,
+    /// Physics engine.
+    #[arg(long, default_value = physics::DEFAULT)]
+    pub engine: String,
+    /// Threads; one per processor where not given. Results do not depend on it.
+    #[arg(long, default_value_t = 0)]
+    pub threads: usize,
+}
+
+/// Runs the command.
+pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
+    physics::available(&args.engine)?;
+    if !(args.seconds > 0.0 && args.seconds <= 3600.0 && args.starts > 0) {
+        return Err(CliError::Usage("--seconds must be above 0 and at most 3600, --starts at least 1".into()));
+    }
+    let policy = Policy::read(&args.policy)?;
+    let robot = Arc::new(Robot::load(args.robot.as_deref().unwrap_or(&policy.header().robot))?);
+    policy.check(&robot)?;
+    let prior = Prior::for_policy(&policy, args.prior.as_deref())?;
+    let clips = clips::load(&args.motions, &robot)?;
+    let options = EvaluationOptions { seconds: args.seconds, starts: args.starts, ..EvaluationOptions::default() };
+    let job =
+        Job { policy: &policy, robot: &robot, prior: prior.as_ref(), engine: &args.engine, threads: args.threads };
+    let evaluation = job.run(&clips, &options, output)?;
+    let title = format!("{} on {} clips", args.policy.display(), clips.len());
+    let report = save(&evaluation, &robot, &title, &args.output)?;
+    output.result(&evaluation, || format!("{}\nreport: {}\n", text(&evaluation), report.display()))
+}
+
+/// A policy, ready to be evaluated.
+pub struct Job<'a> {
+    /// The policy.
+    pub policy: &'a Policy,
+    /// The robot.
+    pub robot: &'a Arc<Robot>,
+    /// Its prior, where it wants one.
+    pub prior: Option<&'a Prior>,
+    /// The engine.
+    pub engine: &'a str,
+    /// Threads; 0: one per processor.
+    pub threads: usize,
+}
+
+impl Job<'_> {
+    /// Evaluates on clips.
+    pub fn run(
+        &self,
+        clips: &[MotionClip],
+        options: &EvaluationOptions,
+        output: &Output,
+    ) -> Result<Evaluation, CliError> {
+        let environments = (clips.len() * options.starts).clamp(1, ENVIRONMENTS);
+        let simulation = lifelike_sim::create(self.engine, Arc::clone(self.robot), environments, self.threads)?;
+        let bar = progress::bar(output, "evaluating", 0);
+        let prior = self.prior.map(Prior::as_encode);
+        let evaluation = evaluate(self.policy, self.robot, clips, prior, simulation, options, |done, of| {
+            bar.set_length(of as u64);
+            bar.set_position(done as u64);
+        })?;
+        bar.finish_and_clear();
+        Ok(evaluation)
+    }
+}
+
+/// Writes `evaluation.json` and `report.html`; returns the report's path.
+pub fn save(evaluation: &Evaluation, robot: &Robot, title: &str, folder: &Path) -> Result<PathBuf, CliError> {
+    std::fs::create_dir_all(folder).map_err(CliError::write(folder))?;
+    let json = serde_json::to_string_pretty(evaluation).map_err(|e| CliError::Failed(e.to_string()))?;
+    let file = folder.join("evaluation.json");
+    std::fs::write(&file, json).map_err(CliError::write(&file))?;
+    let overall = &evaluation.overall;
+    let page = ReportBuilder::new(title)
+        .subtitle("Physics beside its reference: drag to turn, scroll to come closer, press space to pause.")
+        .fact("robot", evaluation.robot.clone())
+        .fact("engine", evaluation.engine.clone())
+        .fact("episodes", overall.episodes.to_string())
+        .fact("survival", format!("{:.0}%", 100.0 * overall.survival))
+        .fact("joint error", format!("{:.2} deg", overall.joint_error_deg));
+    let page = evaluation.tables().into_iter().fold(page, ReportBuilder::table);
+    let path = folder.join("report.html");
+    page.playback(&robot.character, &evaluation.playbacks()).write(&path)?;
+    Ok(path)
+}
+
+/// The tables for people.
+pub fn text(evaluation: &Evaluation) -> String {
+    evaluation.tables().iter().map(|t| t.to_text() + "\n").collect()
+}
