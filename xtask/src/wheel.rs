@@ -54,8 +54,8 @@ impl Wheel {
     }
 
     fn download_into(&self, folder: &Path) -> Result<Vec<u8>, String> {
-        eprintln!("fetching {} with pip ...", self.requirement);
         let python = python()?;
+        eprintln!("fetching {} with pip ...", self.requirement);
         let status = Command::new(python)
             .args(["-m", "pip", "download", "--quiet", "--no-deps", "--only-binary=:all:"])
             .args(self.selection)

@@ -13,7 +13,7 @@ use crate::commands::prior_file::Prior;
 use crate::commands::{clips, physics};
 use crate::error::CliError;
 use crate::output::Output;
-use crate::progress;
+use crate::progress::Progress;
 
 /// Most episodes that run at once.
 const ENVIRONMENTS: usize = 128;
@@ -104,13 +104,12 @@ impl Job<'_> {
     ) -> Result<Evaluation, CliError> {
         let environments = (clips.len() * options.starts).clamp(1, ENVIRONMENTS);
         let simulation = lifelike_sim::create(self.engine, Arc::clone(self.robot), environments, self.threads)?;
-        let bar = progress::bar(output, "evaluating", 0);
+        let mut progress = Progress::new(output, "evaluating", clips.len() as u64);
         let prior = self.prior.map(Prior::as_encode);
         let evaluation = evaluate(self.policy, self.robot, clips, prior, simulation, options, |done, of| {
-            bar.set_length(of as u64);
-            bar.set_position(done as u64);
+            progress.update(done as u64, of as u64, String::new);
         })?;
-        bar.finish_and_clear();
+        progress.finish();
         Ok(evaluation)
     }
 }

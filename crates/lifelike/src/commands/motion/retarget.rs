@@ -18,7 +18,8 @@ use super::container_in;
 use crate::commands::clips::{self, is_captured, is_keyframes, read_captured};
 use crate::error::CliError;
 use crate::output::Output;
-use crate::{interrupt, overrides, progress};
+use crate::progress::Progress;
+use crate::{interrupt, overrides};
 
 /// Clips that `--look` shows: a page with all of a data set would be too large for a browser.
 const LOOK_CLIPS: usize = 24;
@@ -105,7 +106,8 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(args.threads.unwrap_or(0)).build();
     let pool = pool.map_err(|e| CliError::Failed(e.to_string()))?;
     let stop = interrupt::flag()?;
-    let bar = progress::bar(output, "retargeting", files.len() as u64);
+    let progress = Progress::new(output, "retargeting", files.len() as u64);
+    let bar = progress.shared();
     let work = |(file, name): (&PathBuf, &Result<String, String>)| {
         if stop.load(Ordering::SeqCst) {
             return None;
@@ -123,7 +125,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let began = Instant::now();
     let names = clip_names(&files);
     let done: Vec<Done> = pool.install(|| files.par_iter().zip(&names).filter_map(work).collect());
-    bar.finish_and_clear();
+    progress.finish();
     let summary = summary::Summary::new(&robot.name, &done, began.elapsed().as_secs_f64(), pool.current_num_threads());
     let report = args.output.join("retarget.json");
     let json = serde_json::json!({ "summary": summary, "options": options, "clips": done });

@@ -17,7 +17,8 @@ use super::run_folder;
 use crate::commands::clips;
 use crate::error::CliError;
 use crate::output::{Output, table};
-use crate::{interrupt, overrides, progress};
+use crate::progress::Progress;
+use crate::{interrupt, overrides};
 
 /// Iterations between checkpoints.
 const SAVE_EVERY: u64 = 200;
@@ -124,12 +125,11 @@ fn train(
 ) -> Result<bool, CliError> {
     let stop = interrupt::flag()?;
     let total = trainer.plan().iterations;
-    let bar = progress::bar(output, "training", total);
+    let mut progress = Progress::new(output, "training", total);
     let mut failed = None;
     let mut interrupted = false;
     trainer.train(|trainer, now| {
-        bar.set_position(now.iteration);
-        bar.set_message(format!("reconstruction {:.3}  KL {:.1}", now.reconstruction, now.kl));
+        progress.update(now.iteration, total, || format!("reconstruction {:.3}  KL {:.1}", now.reconstruction, now.kl));
         let values = [
             ("Loss/total", now.loss),
             ("Loss/reconstruction", now.reconstruction),
@@ -148,7 +148,7 @@ fn train(
         failed = done.err();
         if ends { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     })?;
-    bar.finish_and_clear();
+    progress.finish();
     failed.map_or(Ok(interrupted), |error| Err(error.into()))
 }
 

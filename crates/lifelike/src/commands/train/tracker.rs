@@ -14,7 +14,8 @@ use crate::commands::prior_file::Prior;
 use crate::commands::{clips, physics};
 use crate::error::CliError;
 use crate::output::Output;
-use crate::{interrupt, overrides, progress};
+use crate::progress::Progress;
+use crate::{interrupt, overrides};
 
 /// Seconds of standing in the default pose, where a plan names no clips.
 const STANDING_SECONDS: f64 = 4.0;
@@ -76,18 +77,20 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     }
     let run = if args.resume { RunFolder::open(&folder)? } else { RunFolder::create(&folder, &plan)? };
     let stop = interrupt::flag()?;
-    let bar = progress::bar(output, "training", plan.budget.steps);
+    let mut progress = Progress::new(output, "training", plan.budget.steps);
     let summary = trainer.run(&run, &stop, |now| {
-        bar.set_position(now.steps);
-        bar.set_message(format!(
-            "iteration {}  survival {:.0}%  episode {:.1} s  reward {:.2}",
-            now.iteration,
-            100.0 * now.survival,
-            now.episode_seconds,
-            now.reward
-        ));
+        progress.update(now.steps, now.budget, || {
+            format!(
+                "{:.0} steps/s  iteration {}  survival {:.0}%  episode {:.1} s  reward {:.2}",
+                now.steps_per_second,
+                now.iteration,
+                100.0 * now.survival,
+                now.episode_seconds,
+                now.reward
+            )
+        });
     })?;
-    bar.finish_and_clear();
+    progress.finish();
     let facts = ReportBuilder::new(format!("Training of {}", folder.display())).fact("robot", plan.robot.clone());
     facts.curves(curves_from(&run.metrics()?)).write(&run.report_path())?;
     report(&summary, &folder, output)?;
