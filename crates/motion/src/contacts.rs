@@ -65,17 +65,18 @@ pub fn speeds(path: &[Vec3], fps: f64) -> Vec<f64> {
 }
 
 /// The height (m) at which this point rests while it stands: the lower end of the heights it has when it is slow. Where
-/// it never is slow, nearly its lowest height.
-pub fn ground_level(path: &[Vec3], fps: f64, slow: f64) -> f64 {
+/// it never is slow, nearly its lowest height. Only frames that `counts` picks are looked at; `None` when it picks none.
+pub fn ground_level(path: &[Vec3], fps: f64, slow: f64, counts: impl Fn(usize) -> bool) -> Option<f64> {
     let speed = speeds(path, fps);
-    let mut heights: Vec<f64> = path.iter().zip(&speed).filter(|(_, v)| **v < slow).map(|(p, _)| p.z).collect();
-    let mut share = 0.1;
+    let pick = |slow: f64| -> Vec<f64> {
+        (0..path.len()).filter(|&t| speed[t] < slow && counts(t)).map(|t| path[t].z).collect()
+    };
+    let (mut heights, mut share) = (pick(slow), 0.1);
     if heights.len() < 5 {
-        heights = path.iter().map(|p| p.z).collect();
-        share = 0.02;
+        (heights, share) = (pick(f64::INFINITY), 0.02);
     }
     heights.sort_by(f64::total_cmp);
-    heights.get((heights.len() as f64 * share) as usize).copied().unwrap_or(0.0)
+    heights.get((heights.len() as f64 * share) as usize).copied()
 }
 
 /// Contact of one point at each frame, given the height at which it rests (m).
@@ -190,7 +191,7 @@ mod tests {
     #[test]
     fn a_step_is_two_contacts_and_a_swing() {
         let path: Vec<Vec3> = (0..75).map(|i| step(f64::from(i) / 50.0)).collect();
-        let level = ground_level(&path, 50.0, 0.2);
+        let level = ground_level(&path, 50.0, 0.2, |_| true).unwrap_or(f64::NAN);
         assert!((level - 0.07).abs() < 1e-6, "{level}");
         let flags = point_contacts(&path, level, 50.0, &ContactOptions::default());
         let down = runs(&flags, true);

@@ -15,6 +15,7 @@ mod options;
 mod passes;
 mod refuse;
 mod report;
+mod restart;
 mod rig;
 mod shapes;
 mod smooth;
@@ -60,6 +61,7 @@ pub fn retarget(
         return Err(MotionError::Unfit { clip: source.name.clone(), message });
     }
     let stances = feet::detect(&human, fps, &options.contact);
+    refuse::check_stance(source, &human, &stances)?;
     if !options.allow_off_ground {
         refuse::check_ground(source, &human, &stances, fps)?;
     }
@@ -105,7 +107,10 @@ fn solve(rig: &Rig, shapes: &Shapes, human: &Human, stances: &[Stance; 2], optio
     let locked = feet::locked_targets(rig, &followed, &soft, stances, clearance, fps);
     let mut standing = passes::stand(rig, &followed, &locked, fps, 3);
     smooth::smooth_change(rig, &followed, &mut standing, sigma);
-    passes::stand(rig, &standing, &locked, fps, 3)
+    let mut settled = passes::stand(rig, &standing, &locked, fps, 3);
+    smooth::smooth_change(rig, &standing, &mut settled, 0.3 * sigma);
+    smooth::smooth_poses(rig, &mut settled, 0.6 * sigma);
+    settled
 }
 
 fn limit_speeds(rig: &Rig, poses: &mut [Vec<f64>], fps: f64) {

@@ -24,6 +24,16 @@ pub(super) struct FootTarget {
     pub hold: [f64; 2],
     /// Orientation of the foot.
     pub orientation: Quat,
+    /// Where the foot's left side points, level, and how firmly that is held while only one end stands.
+    pub left: Vec3,
+    pub turn_hold: f64,
+}
+
+impl FootTarget {
+    /// Whether it stands, wholly or with one end.
+    pub fn stands(&self) -> bool {
+        self.hold[0].max(self.hold[1]) > 0.99
+    }
 }
 
 impl Stance {
@@ -58,7 +68,8 @@ pub(super) fn detect(human: &Human, fps: f64, options: &ContactOptions) -> [Stan
         // Something carries the person. If an end of a foot is near the ground and not fast, it is that.
         let cost = |side: usize, end: usize| {
             let (height, speed) = (paths[side][end][t].z / size, fast[side][end][t] / size);
-            (height < 0.08 && speed < 1.5).then_some(height / 0.05 + speed / 0.5)
+            let upright = human.frames[t].legs[side].is_upright();
+            (upright && height < 0.15 && speed < 1.5).then_some(height / 0.05 + speed / 0.5)
         };
         let all = (0..2).flat_map(|side| (0..2).map(move |end| (side, end)));
         let best = all.filter_map(|(s, e)| cost(s, e).map(|c| (c, s, e))).min_by(|a, b| a.0.total_cmp(&b.0));
@@ -155,7 +166,7 @@ pub(super) fn soft_targets(
                     p.z = p.z.max(0.0) * (1.0 - hold[end]);
                     p
                 });
-                FootTarget { ends, hold, orientation }
+                FootTarget { ends, hold, orientation, left: level * Vec3::y(), turn_hold: 0.0 }
             })
             .collect()
     })
@@ -201,6 +212,7 @@ pub(super) fn locked_targets(
     for (side, targets) in targets.iter_mut().enumerate() {
         let foot = &rig.legs[side].foot;
         lift_swing(targets, &stances[side].flags(), clearance, fps);
+        hold_turn(targets, &stances[side].flags(), fps);
         lock(targets, &stances[side], (foot.toe - foot.heel).norm(), fps);
     }
     targets
@@ -214,10 +226,10 @@ fn lift_swing(targets: &mut [FootTarget], down: &[bool], clearance: f64, fps: f6
             let after = if end == down.len() { usize::MAX } else { end - t };
             before.min(after) as f64 / (0.14 * fps)
         };
-        for t in start..end {
+        for (t, target) in targets.iter_mut().enumerate().take(end).skip(start) {
             let phase = (std::f64::consts::FRAC_PI_2 * open(t).min(1.0)).sin();
             let least = clearance * phase * phase;
-            for p in &mut targets[t].ends {
+            for p in &mut target.ends {
                 // A smooth maximum.
                 let d = p.z - least;
                 p.z = least
@@ -225,6 +237,27 @@ fn lift_swing(targets: &mut [FootTarget], down: &[bool], clearance: f64, fps: f6
                     + d.max(0.0) * (1.0 - phase);
             }
         }
+    }
+}
+
+/// Holds the yaw of a foot through each contact in which it hardly turns, so a foot that stands on its toes alone does
+/// not swivel by accident. Contacts in which it turns on purpose are left alone.
+fn hold_turn(targets: &mut [FootTarget], down: &[bool], fps: f64) {
+    let frames = targets.len();
+    let along: Vec<Vec3> = targets.iter().map(|t| t.ends[0] - t.ends[1]).map(|v| Vec3::new(v.x, v.y, 0.0)).collect();
+    for (start, end) in runs(down, true) {
+        let Some(mean) = along[start..end].iter().sum::<Vec3>().try_normalize(1e-6) else { continue };
+        if along[start..end].iter().any(|a| a.angle(&mean) > 0.35) {
+            continue;
+        }
+        let left = Vec3::new(-mean.y, mean.x, 0.0);
+        for_ramp(start, end, frames, 0.1 * fps, |t, a| {
+            let both = targets[t].hold[0].min(targets[t].hold[1]);
+            if a * (1.0 - both) > targets[t].turn_hold {
+                targets[t].turn_hold = a * (1.0 - both);
+                targets[t].left = left;
+            }
+        });
     }
 }
 
@@ -263,15 +296,22 @@ fn lock(targets: &mut [FootTarget], stance: &Stance, length: f64, fps: f64) {
         .flat_map(|end| spans[end].iter().enumerate().map(move |(i, &span)| (end, i, span)))
         .map(|(end, i, span)| (end, span, places[end][i].unwrap_or_else(|| mean(end, span))))
         .collect();
-    let free: Vec<[Vec3; 2]> = targets.iter().map(|t| t.ends).collect();
-    let mut best = vec![[0.0_f64; 2]; frames];
+    // Between two contacts both places pull, the nearer more, so the target never jumps from one to the other.
+    let mut pull = vec![[(Vec3::zeros(), 0.0, 0.0_f64); 2]; frames];
     for (end, (start, stop), place) in fixed {
-        for_ramp(start, stop, frames, 0.12 * fps, |t, a| {
-            if a > best[t][end] {
-                best[t][end] = a;
-                targets[t].ends[end] = free[t][end].lerp(&place, a);
-                targets[t].hold[end] = a;
-            }
+        // One frame more than the contact: the smoothing that follows mixes neighbours.
+        for_ramp(start.saturating_sub(1), (stop + 1).min(frames), frames, 0.12 * fps, |t, a| {
+            let share = a / (1.0 + 1e-9 - a);
+            let (sum, weight, hold) = &mut pull[t][end];
+            *sum += place * share;
+            *weight += share;
+            *hold = hold.max(a);
         });
+    }
+    for (target, pull) in targets.iter_mut().zip(&pull) {
+        for (end, (sum, weight, hold)) in pull.iter().enumerate().filter(|(_, p)| p.1 > 0.0) {
+            target.ends[end] = target.ends[end].lerp(&(sum / *weight), *hold);
+            target.hold[end] = *hold;
+        }
     }
 }

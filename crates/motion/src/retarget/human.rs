@@ -30,6 +30,13 @@ pub(super) struct LegPose {
     pub heel: Vec3,
 }
 
+impl LegPose {
+    /// Whether the sole looks down, if only at a slant: what touches the ground otherwise is not the sole.
+    pub fn is_upright(&self) -> bool {
+        (self.foot * Vec3::z()).z > 0.5
+    }
+}
+
 /// One instant.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct HumanFrame {
@@ -109,19 +116,15 @@ impl Human {
         let path = |frames: &[HumanFrame], side: usize, toe: bool| -> Vec<Vec3> {
             frames.iter().map(|f| if toe { f.legs[side].toe } else { f.legs[side].heel }).collect()
         };
-        let mut levels = [[0.0; 2]; 2];
-        for (side, levels) in levels.iter_mut().enumerate() {
-            for (end, level) in levels.iter_mut().enumerate() {
-                *level = ground_level(&path(&self.frames, side, end == 0), fps, 0.25 * size);
-            }
-        }
-        let floor = levels.iter().flatten().copied().fold(f64::INFINITY, f64::min);
+        let level = |side: usize, end: usize| {
+            let upright = |t: usize| self.frames[t].legs[side].is_upright();
+            ground_level(&path(&self.frames, side, end == 0), fps, 0.25 * size, upright)
+        };
+        let found = [0, 1].map(|side: usize| [0, 1].map(|end: usize| level(side, end)));
+        // Of someone who never stands only the capture's own floor is known.
+        let floor = found.iter().flatten().flatten().copied().min_by(f64::total_cmp).unwrap_or(0.0);
         // A foot that never comes down (hopping, lying) tells nothing about its sole.
-        levels.iter_mut().flatten().for_each(|l| {
-            if *l > floor + 0.07 * size {
-                *l = floor;
-            }
-        });
+        let levels = found.map(|ends| ends.map(|l| l.filter(|l| *l < floor + 0.07 * size).unwrap_or(floor)));
         for (side, [toe_level, heel_level]) in levels.into_iter().enumerate() {
             let flat = |leg: &LegPose| leg.toe.z - toe_level < 0.03 * size && leg.heel.z - heel_level < 0.03 * size;
             let mut up = Vec3::zeros();
@@ -150,6 +153,22 @@ impl Human {
             frame.lowest -= floor;
         }
     }
+}
+
+/// Whether an ankle can do this. Captures of fast feet flip: the foot upside down, or back to front.
+fn is_possible(foot: &Quat, shank: &Vec3, pelvis: &Quat) -> bool {
+    let upside_down = (foot * Vec3::z()).dot(shank) > 0.2;
+    let hanging = shank.dot(&(pelvis * Vec3::z())) < -0.7;
+    let backwards = (foot * Vec3::x()).dot(&(pelvis * Vec3::x())) < -0.75;
+    !(upside_down || (hanging && backwards))
+}
+
+/// A foot at a right angle to its shank, forward like the pelvis.
+fn at_rest(shank: &Vec3, pelvis: &Quat) -> Quat {
+    let up = -shank;
+    let left = up.cross(&(pelvis * Vec3::x())).try_normalize(1e-3).unwrap_or_else(|| pelvis * Vec3::y());
+    let axes = nalgebra::Matrix3::from_columns(&[left.cross(&up), left, up]);
+    Quat::from_rotation_matrix(&nalgebra::Rotation3::from_matrix_unchecked(axes))
 }
 
 impl<'a> Reader<'a> {
@@ -302,11 +321,18 @@ impl<'a> Reader<'a> {
         let [thigh, shank, foot] = LEG_ROLES[side];
         let shape = &self.feet[side];
         let ankle = self.position[self.joint(foot)];
-        let orientation = self.rotation[self.joint(foot)] * Quat::from_axis_angle(&Vec3::z_axis(), shape.yaw);
+        let shank_direction = self.direction(shank, foot);
+        let captured = self.rotation[self.joint(foot)] * Quat::from_axis_angle(&Vec3::z_axis(), shape.yaw);
+        let pelvis = self.rotation[self.joint(Role::Pelvis)];
+        let orientation = if is_possible(&captured, &shank_direction, &pelvis) {
+            captured
+        } else {
+            at_rest(&shank_direction, &pelvis)
+        };
         let sole = |x: f64| ankle + orientation * Vec3::new(x, 0.0, -shape.height);
         LegPose {
             thigh: self.direction(thigh, shank),
-            shank: self.direction(shank, foot),
+            shank: shank_direction,
             foot: orientation,
             under: sole(0.0),
             toe: sole(shape.toe),

@@ -5,6 +5,7 @@ use lifelike_character::{Quat, Vec3};
 
 use super::feet::FootTarget;
 use super::human::{Human, HumanFrame};
+use super::restart;
 use super::rig::{Rig, Spot};
 use super::shapes::Shapes;
 use super::smooth::orientation;
@@ -18,7 +19,7 @@ mod weight {
     pub const LIMB: f64 = 1.0;
     pub const LEG: f64 = 0.4;
     pub const SOLE: f64 = 1.5;
-    pub const SOLE_ON_GROUND: f64 = 8.0;
+    pub const FOLLOW: super::Grip = super::Grip { place: 0.0, ends: SOLE, height: 8.0 };
     pub const FOOT_FORWARD: f64 = 0.4;
     pub const FOOT_LEVEL: f64 = 1.5;
     pub const HAND: f64 = 0.4;
@@ -26,14 +27,17 @@ mod weight {
     pub const GAZE: f64 = 0.6;
     pub const HEAD_ROLL: f64 = 0.2;
     pub const FLOOR: f64 = 4.0;
+    pub const APART: f64 = 8.0;
     /// Towards the pose as written, for what no task asks.
     pub const NEUTRAL: f64 = 0.04;
     /// Towards the frame before.
     pub const STEADY: f64 = 0.08;
-    pub const LOCK: f64 = 25.0;
+    pub const LOCK: super::Grip = super::Grip { place: 25.0, ends: 12.0, height: 20.0 };
     pub const KEEP_HIPS: f64 = 2.0;
     pub const KEEP_PELVIS: f64 = 3.0;
     pub const KEEP_JOINT: f64 = 0.25;
+    /// Towards the change that the frame before needed.
+    pub const CARRY: f64 = 0.8;
 }
 
 /// Pass A: whole-body inverse kinematics, frame after frame, each started from the one before. Returns generalised
@@ -53,12 +57,13 @@ pub(super) fn follow(
     for axis in &rig.axes {
         solver.q[axis.q] = axis.neutral.clamp(axis.low, axis.high);
     }
+    let mut limbs = restart::limbs(rig);
     let mut poses = Vec::with_capacity(human.frames.len());
     for (t, frame) in human.frames.iter().enumerate() {
         tasks.clear();
         whole_body_tasks(rig, frame, scale, &mut tasks);
         for (side, targets) in soles.iter().enumerate() {
-            sole_tasks(rig, side, &targets[t], weight::SOLE, weight::SOLE_ON_GROUND, &mut tasks);
+            sole_tasks(rig, side, &targets[t], &weight::FOLLOW, &mut tasks);
         }
         let first = t == 0;
         if first {
@@ -76,24 +81,36 @@ pub(super) fn follow(
             limits.weight[i] = (n + s).sqrt();
         }
         solver.solve(&tasks, &limits, if first { 60 } else { 4 });
-        if push_out_of_floor(rig, shapes, &mut solver, &mut tasks) {
-            solver.solve(&tasks, &limits, 3);
+        restart::free_stuck_limbs(rig, &mut solver, &tasks, &limits, &mut limbs);
+        // Points of contact move with the pose: look again after each push.
+        let asked = tasks.len();
+        for _ in 0..2 {
+            tasks.truncate(asked);
+            let standing = [soles[0][t].stands(), soles[1][t].stands()];
+            if !push_apart(rig, shapes, &mut solver, standing, &mut tasks) {
+                break;
+            }
+            solver.solve(&tasks, &limits, 2);
         }
         poses.push(solver.q.clone());
     }
     poses
 }
 
-/// Asks every part that reached below the ground to come up. Whether there was any.
-fn push_out_of_floor(rig: &Rig, shapes: &Shapes, solver: &mut Solver, tasks: &mut Vec<Task>) -> bool {
+/// Asks every part that reached below the ground to come up, and parts in each other to part. Whether there were any.
+fn push_apart(rig: &Rig, shapes: &Shapes, solver: &mut Solver, standing: [bool; 2], tasks: &mut Vec<Task>) -> bool {
     solver.kinematics.update(rig.character, &solver.q);
-    let feet = [rig.legs[0].foot.body, rig.legs[1].foot.body];
     let before = tasks.len();
     shapes.for_each_below(&solver.kinematics, 0.0, |body, point, _| {
-        if !feet.contains(&body) {
+        // A standing foot has its own tasks.
+        if !(0..2).any(|side| standing[side] && rig.legs[side].foot.body == body) {
             let weight = Vec3::new(0.0, 0.0, weight::FLOOR);
             tasks.push(Task::Position { spot: Spot { body, point }, target: Vec3::zeros(), weight });
         }
+    });
+    let margin = 0.01 * rig.leg_length;
+    shapes.for_each_touching(&solver.kinematics, margin, |a, b, normal, distance| {
+        tasks.push(Task::Apart { a, b, normal, distance, weight: weight::APART });
     });
     tasks.len() > before
 }
@@ -132,23 +149,43 @@ fn whole_body_tasks(rig: &Rig, frame: &HumanFrame, scale: f64, tasks: &mut Vec<T
     }
 }
 
+/// How firmly a sole is held while it stands.
+struct Grip {
+    /// The place of what stands: both ends' middle, or the one end.
+    place: f64,
+    /// Each end's place on the ground, so the yaw: softer, for hips that cannot turn as far give way here.
+    ends: f64,
+    /// Each end's height.
+    height: f64,
+}
+
 /// Both ends of a sole, its direction, and level sideways while it stands.
-fn sole_tasks(rig: &Rig, side: usize, target: &FootTarget, flat: f64, ground: f64, tasks: &mut Vec<Task>) {
+fn sole_tasks(rig: &Rig, side: usize, target: &FootTarget, grip: &Grip, tasks: &mut Vec<Task>) {
     let foot = &rig.legs[side].foot;
     let body = foot.body;
     for ((point, at), hold) in [foot.toe, foot.heel].into_iter().zip(target.ends).zip(target.hold) {
         let w = |held: f64| weight::SOLE + (held - weight::SOLE) * hold * hold;
-        let weight = Vec3::new(w(flat), w(flat), w(ground));
+        let weight = Vec3::new(w(grip.ends), w(grip.ends), w(grip.height));
         tasks.push(Task::Position { spot: Spot { body, point }, target: at, weight });
+    }
+    let [toe, heel] = target.hold;
+    let hold = toe.max(heel);
+    if hold > 0.0 {
+        let share = toe / (toe + heel);
+        let point = foot.heel.lerp(&foot.toe, share);
+        let at = target.ends[1].lerp(&target.ends[0], share);
+        let w = grip.place * hold * hold;
+        tasks.push(Task::Position { spot: Spot { body, point }, target: at, weight: Vec3::new(w, w, 0.0) });
     }
     let back = foot.rest.inverse();
     let forward = target.orientation * Vec3::x();
     let weight = Vec3::repeat(weight::FOOT_FORWARD);
     tasks.push(Task::Axis { body, axis: back * Vec3::x(), target: forward, weight });
-    let hold = target.hold[0].max(target.hold[1]);
     let level = 0.3 + (weight::FOOT_LEVEL - 0.3) * hold;
-    let sideways = target.orientation * Vec3::y();
-    tasks.push(Task::Axis { body, axis: back * Vec3::y(), target: sideways, weight: Vec3::new(0.0, 0.0, level) });
+    // The foot's left axis: level while it stands, and pointing to where it pointed when it came down.
+    let turn = grip.ends * target.turn_hold * target.turn_hold;
+    let weight = Vec3::new(turn, turn, level);
+    tasks.push(Task::Axis { body, axis: back * Vec3::y(), target: target.left, weight });
 }
 
 /// Pass B: only the root and the legs move, to put the soles exactly where they are locked; otherwise everything stays as
@@ -174,7 +211,7 @@ pub(super) fn stand(
         let (body, target) = (rig.pelvis.0, kinematics.body_orientation[rig.pelvis.0]);
         tasks.push(Task::Orientation { body, target, weight: weight::KEEP_PELVIS });
         for (side, targets) in soles.iter().enumerate() {
-            sole_tasks(rig, side, &targets[t], weight::LOCK, weight::LOCK, &mut tasks);
+            sole_tasks(rig, side, &targets[t], &weight::LOCK, &mut tasks);
         }
         // Start from this frame of the base, moved as the frame before was moved.
         let before = t.checked_sub(1).map(|b| (&base[b], &poses[b]));
@@ -195,8 +232,12 @@ pub(super) fn stand(
                 solver.q[axis.q] += new[axis.q] - old[axis.q];
             }
             (limits.low[i], limits.high[i]) = (low, high);
-            (limits.wish[i], limits.weight[i]) = (pose[axis.q], weight::KEEP_JOINT);
-            solver.q[axis.q] = solver.q[axis.q].clamp(low, high);
+            // Where the base is, and how far from the base the frame before was.
+            let carried = solver.q[axis.q];
+            let (k, s) = (weight::KEEP_JOINT * weight::KEEP_JOINT, weight::CARRY * weight::CARRY);
+            limits.wish[i] = (k * pose[axis.q] + s * carried) / (k + s);
+            limits.weight[i] = (k + s).sqrt();
+            solver.q[axis.q] = carried.clamp(low, high);
         }
         solver.solve(&tasks, &limits, if t == 0 { 15 } else { iterations });
         poses.push(solver.q.clone());

@@ -157,11 +157,11 @@ impl Errors {
         let vector =
             |s: &Segment| kinematics.point(s.to.body, &s.to.point) - kinematics.point(s.from.body, &s.from.point);
         position(Role::Pelvis, kinematics.point(rig.hips.body, &rig.hips.point) - frame.hips * scale);
-        for side in 0..2 {
-            let (leg, pose) = (&rig.legs[side], &frame.legs[side]);
+        for (side, (leg, pose)) in rig.legs.iter().zip(&frame.legs).enumerate() {
+            let [_, shank, foot] = LEG_ROLES[side];
             let knee = vector(&leg.thigh) - pose.thigh * leg.thigh.length;
-            position(LEG_ROLES[side][1], knee);
-            position(LEG_ROLES[side][2], knee + vector(&leg.shank) - pose.shank * leg.shank.length);
+            position(shank, knee);
+            position(foot, knee + vector(&leg.shank) - pose.shank * leg.shank.length);
             if let (Some(arm), Some(pose)) = (&rig.arms[side], &frame.arms[side]) {
                 let elbow = vector(&arm.upper) - pose.upper * arm.upper.length;
                 position(ARM_ROLES[side][1], elbow);
@@ -177,9 +177,8 @@ impl Errors {
         if let (Some((body, rest)), Some(head)) = (rig.head, frame.head) {
             angle(Role::Head, (turned(body, rest) * Vec3::x()).angle(&(head * Vec3::x())));
         }
-        for side in 0..2 {
-            let foot = &rig.legs[side].foot;
-            angle(LEG_ROLES[side][2], turned(foot.body, foot.rest).angle_to(&frame.legs[side].foot));
+        for ((leg, pose), roles) in rig.legs.iter().zip(&frame.legs).zip(LEG_ROLES) {
+            angle(roles[2], turned(leg.foot.body, leg.foot.rest).angle_to(&pose.foot));
         }
     }
 }

@@ -2,6 +2,8 @@
 
 use lifelike_character::{Character, Geom, GeomShape, Kinematics, Vec3};
 
+use super::rig::Spot;
+
 /// A capsule fixed to a body that stands for one of its geoms.
 #[derive(Debug, Clone)]
 struct Capsule {
@@ -76,11 +78,38 @@ impl Shapes {
         self.pairs.iter().map(|&(a, b)| self.depth(kinematics, a, b)).fold(0.0, f64::max)
     }
 
+    /// Calls `visit(a, b, normal, distance)` for parts nearer to each other than `margin` (m): the nearest spots of their
+    /// capsules' axes, the direction from `b` to `a`, and how far these spots must be apart for the margin.
+    pub fn for_each_touching(
+        &self,
+        kinematics: &Kinematics,
+        margin: f64,
+        mut visit: impl FnMut(Spot, Spot, Vec3, f64),
+    ) {
+        for &(i, j) in &self.pairs {
+            let (a, b) = (&self.capsules[i], &self.capsules[j]);
+            let (p, q) = self.nearest(kinematics, i, j);
+            let wanted = a.radius + b.radius + margin;
+            if let Some(normal) = (p - q).try_normalize(1e-9).filter(|_| (p - q).norm() < wanted) {
+                let spot = |body: usize, w: Vec3| Spot {
+                    body,
+                    point: kinematics.body_orientation[body].inverse() * (w - kinematics.body_position[body]),
+                };
+                visit(spot(a.body, p), spot(b.body, q), normal, wanted);
+            }
+        }
+    }
+
     fn depth(&self, kinematics: &Kinematics, a: usize, b: usize) -> f64 {
+        let (p, q) = self.nearest(kinematics, a, b);
+        self.capsules[a].radius + self.capsules[b].radius - (p - q).norm()
+    }
+
+    fn nearest(&self, kinematics: &Kinematics, a: usize, b: usize) -> (Vec3, Vec3) {
         let (a, b) = (&self.capsules[a], &self.capsules[b]);
         let [p, q] = a.ends.map(|e| kinematics.point(a.body, &e));
         let [r, s] = b.ends.map(|e| kinematics.point(b.body, &e));
-        a.radius + b.radius - segment_distance(p, q, r, s)
+        nearest_points(p, q, r, s)
     }
 
     /// Calls `visit(body, point in the body frame, height)` for the lowest point of each geom that reaches below `height`
@@ -127,8 +156,8 @@ fn support(shape: &GeomShape, d: &Vec3) -> Vec3 {
     }
 }
 
-/// Distance between two line segments (Ericson, *Real-Time Collision Detection*, 5.1.9).
-fn segment_distance(p1: Vec3, q1: Vec3, p2: Vec3, q2: Vec3) -> f64 {
+/// The nearest points of two line segments (Ericson, *Real-Time Collision Detection*, 5.1.9).
+fn nearest_points(p1: Vec3, q1: Vec3, p2: Vec3, q2: Vec3) -> (Vec3, Vec3) {
     let (d1, d2, r) = (q1 - p1, q2 - p2, p1 - p2);
     let (a, e, f) = (d1.norm_squared(), d2.norm_squared(), d2.dot(&r));
     let tiny = 1e-12;
@@ -154,12 +183,17 @@ fn segment_distance(p1: Vec3, q1: Vec3, p2: Vec3, q2: Vec3) -> f64 {
             }
         }
     };
-    (p1 + d1 * s - p2 - d2 * t).norm()
+    (p1 + d1 * s, p2 + d2 * t)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn segment_distance(p: Vec3, q: Vec3, r: Vec3, s: Vec3) -> f64 {
+        let (a, b) = nearest_points(p, q, r, s);
+        (a - b).norm()
+    }
 
     #[test]
     fn distances_of_segments_by_hand() {

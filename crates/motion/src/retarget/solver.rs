@@ -14,6 +14,8 @@ pub(super) enum Task {
     Position { spot: Spot, target: Vec3, weight: Vec3 },
     /// A body is oriented so.
     Orientation { body: usize, target: Quat, weight: f64 },
+    /// Two spots are at least this far apart (m) along a direction (unit, from `b` to `a`).
+    Apart { a: Spot, b: Spot, normal: Vec3, distance: f64, weight: f64 },
     /// An axis of a body points this way; a weight per world axis.
     Axis { body: usize, axis: Vec3, target: Vec3, weight: Vec3 },
 }
@@ -45,6 +47,7 @@ pub(super) struct Solver<'a> {
     pub kinematics: Kinematics,
     /// Generalised position: input and result.
     pub q: Vec<f64>,
+    before: Vec<f64>,
     /// Velocity index → position in the reduced system.
     slot: Vec<Option<usize>>,
     /// Reduced position → index into `rig.axes`, for scalar joints.
@@ -78,6 +81,7 @@ impl<'a> Solver<'a> {
             rig,
             kinematics: Kinematics::new(rig.character),
             q: rig.character.reference_position(),
+            before: rig.character.reference_position(),
             slot,
             axis,
             hessian: vec![0.0; n * n],
@@ -92,19 +96,36 @@ impl<'a> Solver<'a> {
         }
     }
 
-    /// Improves `self.q` in at most `iterations` steps.
-    pub fn solve(&mut self, tasks: &[Task], limits: &Limits, iterations: usize) {
+    /// Improves `self.q` in at most `iterations` steps. A step that made things worse is taken back and tried again with
+    /// more damping (Levenberg-Marquardt), so targets that cannot be met together do not make the pose jump about.
+    /// Returns the cost reached.
+    pub fn solve(&mut self, tasks: &[Task], limits: &Limits, iterations: usize) -> f64 {
+        let mut damping = 1e-4;
+        let mut cost = self.assemble(tasks, limits, damping);
         for _ in 0..iterations {
-            self.kinematics.update(self.rig.character, &self.q);
-            self.assemble(tasks, limits);
+            self.before.copy_from_slice(&self.q);
             self.find_step(limits);
-            if self.apply_step(limits) < 2e-4 {
-                break;
+            let step = self.apply_step(limits);
+            let then = self.assemble(tasks, limits, damping);
+            if then > cost {
+                self.q.copy_from_slice(&self.before);
+                damping *= 30.0;
+                cost = self.assemble(tasks, limits, damping);
+            } else {
+                cost = then;
+                damping = (damping * 0.3).max(1e-4);
+                if step < 2e-4 {
+                    break;
+                }
             }
         }
+        cost
     }
 
-    fn assemble(&mut self, tasks: &[Task], limits: &Limits) {
+    /// Hessian and gradient at `self.q`; returns the cost there.
+    fn assemble(&mut self, tasks: &[Task], limits: &Limits, damping: f64) -> f64 {
+        self.kinematics.update(self.rig.character, &self.q);
+        let mut cost = 0.0;
         self.hessian.fill(0.0);
         self.gradient.fill(0.0);
         let scale = 1.0 / self.rig.leg_length;
@@ -117,35 +138,47 @@ impl<'a> Solver<'a> {
                     self.columns(b.body, &to, |linear, _| linear);
                     self.columns(a.body, &from, |linear, _| -linear);
                     let inverse = 1.0 / segment.length;
-                    self.add(&(target - (to - from) * inverse), &Vec3::repeat(*weight), inverse);
+                    cost += self.add(&(target - (to - from) * inverse), &Vec3::repeat(*weight), inverse);
                 }
                 Task::Position { spot, target, weight } => {
                     let at = self.kinematics.point(spot.body, &spot.point);
                     self.columns(spot.body, &at, |linear, _| linear);
-                    self.add(&((target - at) * scale), weight, scale);
+                    cost += self.add(&((target - at) * scale), weight, scale);
+                }
+                Task::Apart { a, b, normal, distance, weight } => {
+                    let (p, q) = (self.kinematics.point(a.body, &a.point), self.kinematics.point(b.body, &b.point));
+                    let missing = distance - normal.dot(&(p - q));
+                    if missing > 0.0 {
+                        self.columns(a.body, &p, |linear, _| Vec3::new(linear.dot(normal), 0.0, 0.0));
+                        self.columns(b.body, &q, |linear, _| Vec3::new(-linear.dot(normal), 0.0, 0.0));
+                        cost += self.add(&Vec3::new(missing * scale, 0.0, 0.0), &Vec3::repeat(*weight), scale);
+                    }
                 }
                 Task::Orientation { body, target, weight } => {
                     let error = (target * self.kinematics.body_orientation[*body].inverse()).scaled_axis();
                     self.columns(*body, &Vec3::zeros(), |_, angular| angular);
-                    self.add(&error, &Vec3::repeat(*weight), 1.0);
+                    cost += self.add(&error, &Vec3::repeat(*weight), 1.0);
                 }
                 Task::Axis { body, axis, target, weight } => {
                     let axis = self.kinematics.body_orientation[*body] * axis;
                     self.columns(*body, &Vec3::zeros(), |_, angular| angular.cross(&axis));
-                    self.add(&(target - axis), weight, 1.0);
+                    cost += self.add(&(target - axis), weight, 1.0);
                 }
             }
         }
         let n = self.axis.len();
         for (i, axis) in self.axis.iter().enumerate() {
-            let mut pull = 1e-4;
+            let mut pull = damping;
             if let Some(a) = axis {
                 let w = limits.weight[*a] * limits.weight[*a];
                 pull += w;
-                self.gradient[i] += w * (limits.wish[*a] - self.q[self.rig.axes[*a].q]);
+                let away = limits.wish[*a] - self.q[self.rig.axes[*a].q];
+                self.gradient[i] += w * away;
+                cost += w * away * away;
             }
             self.hessian[i * n + i] += pull;
         }
+        cost
     }
 
     /// Adds the Jacobian columns of a point on a body to `self.jacobian`.
@@ -162,8 +195,8 @@ impl<'a> Solver<'a> {
         });
     }
 
-    /// Adds a residual whose Jacobian is `scale * self.jacobian`, and clears that.
-    fn add(&mut self, residual: &Vec3, weight: &Vec3, scale: f64) {
+    /// Adds a residual whose Jacobian is `scale * self.jacobian`, and clears that. Returns its cost.
+    fn add(&mut self, residual: &Vec3, weight: &Vec3, scale: f64) -> f64 {
         let n = self.axis.len();
         let weighted = residual.component_mul(weight);
         let factor = weight * scale;
@@ -185,6 +218,7 @@ impl<'a> Solver<'a> {
             self.is_touched[i] = false;
         }
         self.touched.clear();
+        weighted.norm_squared()
     }
 
     /// How far a reduced coordinate may still go down and up in one step.
@@ -247,8 +281,8 @@ impl<'a> Solver<'a> {
     fn apply_step(&mut self, limits: &Limits) -> f64 {
         let at = self.rig.root.q_index;
         let step = &self.step;
-        for i in 0..3 {
-            self.q[at + i] += step[i];
+        for (q, s) in self.q[at..at + 3].iter_mut().zip(step) {
+            *q += s;
         }
         let q = &mut self.q;
         let turned = from_wxyz([q[at + 3], q[at + 4], q[at + 5], q[at + 6]]).unwrap_or_else(Quat::identity)

@@ -1,0 +1,205 @@
+//! Skeletons of the data sets that people use.
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+use super::*;
+use lifelike_character::Vec3;
+
+fn clip(tree: &[(&str, Option<usize>)]) -> SourceClip {
+    SourceClip {
+        name: "c".into(),
+        fps: 30.0,
+        skeleton: Skeleton {
+            names: tree.iter().map(|(n, _)| (*n).to_string()).collect(),
+            parents: tree.iter().map(|(_, p)| *p).collect(),
+            offsets: vec![Vec3::zeros(); tree.len()],
+            ends: Vec::new(),
+        },
+        root_position: Vec::new(),
+        rotations: Vec::new(),
+        cyclic: false,
+        captions: Vec::new(),
+        provenance: String::new(),
+    }
+}
+
+/// Roots first; (thigh, shank, foot, upper arm, forearm, hand) of the left side, then pelvis, chest, head.
+fn check(tree: &[(&str, Option<usize>)], expected: [&str; 9]) {
+    let clip = clip(tree);
+    let roles = SourceRoles::guess(&clip, &Correspondence::default()).unwrap();
+    use Role::*;
+    let wanted = [LeftThigh, LeftShank, LeftFoot, LeftUpperArm, LeftForearm, LeftHand, Pelvis, Chest, Head];
+    for (role, name) in wanted.into_iter().zip(expected) {
+        assert_eq!(roles.get(role).map(|j| tree[j].0), Some(name), "{role:?}");
+    }
+    assert!(tree[roles.get(RightThigh).unwrap()].0.to_lowercase().contains('r'));
+    assert_ne!(roles.get(RightThigh), roles.get(LeftThigh));
+}
+
+#[test]
+fn cmu_asf() {
+    check(
+        &[
+            ("root", None),
+            ("lhipjoint", Some(0)),
+            ("lfemur", Some(1)),
+            ("ltibia", Some(2)),
+            ("lfoot", Some(3)),
+            ("ltoes", Some(4)),
+            ("rhipjoint", Some(0)),
+            ("rfemur", Some(6)),
+            ("rtibia", Some(7)),
+            ("rfoot", Some(8)),
+            ("rtoes", Some(9)),
+            ("lowerback", Some(0)),
+            ("upperback", Some(11)),
+            ("thorax", Some(12)),
+            ("lowerneck", Some(13)),
+            ("upperneck", Some(14)),
+            ("head", Some(15)),
+            ("lclavicle", Some(13)),
+            ("lhumerus", Some(17)),
+            ("lradius", Some(18)),
+            ("lwrist", Some(19)),
+            ("lhand", Some(20)),
+            ("rclavicle", Some(13)),
+            ("rhumerus", Some(22)),
+            ("rradius", Some(23)),
+            ("rwrist", Some(24)),
+            ("rhand", Some(25)),
+        ],
+        ["lfemur", "ltibia", "lfoot", "lhumerus", "lradius", "lwrist", "root", "thorax", "head"],
+    );
+}
+
+#[test]
+fn daz_bvh() {
+    check(
+        &[
+            ("hip", None),
+            ("abdomen", Some(0)),
+            ("chest", Some(1)),
+            ("neck", Some(2)),
+            ("head", Some(3)),
+            ("leftEye", Some(4)),
+            ("rCollar", Some(2)),
+            ("rShldr", Some(6)),
+            ("rForeArm", Some(7)),
+            ("rHand", Some(8)),
+            ("lCollar", Some(2)),
+            ("lShldr", Some(10)),
+            ("lForeArm", Some(11)),
+            ("lHand", Some(12)),
+            ("rButtock", Some(0)),
+            ("rThigh", Some(14)),
+            ("rShin", Some(15)),
+            ("rFoot", Some(16)),
+            ("lButtock", Some(0)),
+            ("lThigh", Some(18)),
+            ("lShin", Some(19)),
+            ("lFoot", Some(20)),
+        ],
+        ["lThigh", "lShin", "lFoot", "lShldr", "lForeArm", "lHand", "hip", "chest", "head"],
+    );
+}
+
+#[test]
+fn deepmimic() {
+    check(
+        &[
+            ("root", None),
+            ("chest", Some(0)),
+            ("neck", Some(1)),
+            ("right_hip", Some(0)),
+            ("right_knee", Some(3)),
+            ("right_ankle", Some(4)),
+            ("right_shoulder", Some(1)),
+            ("right_elbow", Some(6)),
+            ("right_wrist", Some(7)),
+            ("left_hip", Some(0)),
+            ("left_knee", Some(9)),
+            ("left_ankle", Some(10)),
+            ("left_shoulder", Some(1)),
+            ("left_elbow", Some(12)),
+            ("left_wrist", Some(13)),
+        ],
+        ["left_hip", "left_knee", "left_ankle", "left_shoulder", "left_elbow", "left_wrist", "root", "chest", "neck"],
+    );
+}
+
+#[test]
+fn bandai_and_mixamo() {
+    check(
+        &[
+            ("joint_Root", None),
+            ("Hips", Some(0)),
+            ("Spine", Some(1)),
+            ("Chest", Some(2)),
+            ("Neck", Some(3)),
+            ("Head", Some(4)),
+            ("Shoulder_L", Some(3)),
+            ("UpperArm_L", Some(6)),
+            ("LowerArm_L", Some(7)),
+            ("Hand_L", Some(8)),
+            ("Shoulder_R", Some(3)),
+            ("UpperArm_R", Some(10)),
+            ("LowerArm_R", Some(11)),
+            ("Hand_R", Some(12)),
+            ("UpperLeg_L", Some(1)),
+            ("LowerLeg_L", Some(14)),
+            ("Foot_L", Some(15)),
+            ("Toes_L", Some(16)),
+            ("UpperLeg_R", Some(1)),
+            ("LowerLeg_R", Some(18)),
+            ("Foot_R", Some(19)),
+        ],
+        ["UpperLeg_L", "LowerLeg_L", "Foot_L", "UpperArm_L", "LowerArm_L", "Hand_L", "Hips", "Chest", "Head"],
+    );
+    check(
+        &[
+            ("mixamorig:Hips", None),
+            ("mixamorig:Spine2", Some(0)),
+            ("mixamorig:Head", Some(1)),
+            ("mixamorig:LeftShoulder", Some(1)),
+            ("mixamorig:LeftArm", Some(3)),
+            ("mixamorig:LeftForeArm", Some(4)),
+            ("mixamorig:LeftHand", Some(5)),
+            ("mixamorig:RightShoulder", Some(1)),
+            ("mixamorig:RightArm", Some(7)),
+            ("mixamorig:RightForeArm", Some(8)),
+            ("mixamorig:RightHand", Some(9)),
+            ("mixamorig:LeftUpLeg", Some(0)),
+            ("mixamorig:LeftLeg", Some(11)),
+            ("mixamorig:LeftFoot", Some(12)),
+            ("mixamorig:LeftToeBase", Some(13)),
+            ("mixamorig:RightUpLeg", Some(0)),
+            ("mixamorig:RightLeg", Some(15)),
+            ("mixamorig:RightFoot", Some(16)),
+        ],
+        [
+            "mixamorig:LeftUpLeg",
+            "mixamorig:LeftLeg",
+            "mixamorig:LeftFoot",
+            "mixamorig:LeftArm",
+            "mixamorig:LeftForeArm",
+            "mixamorig:LeftHand",
+            "mixamorig:Hips",
+            "mixamorig:Spine2",
+            "mixamorig:Head",
+        ],
+    );
+}
+
+#[test]
+fn a_skeleton_without_legs_is_refused_with_its_joints() {
+    let error = SourceRoles::guess(&clip(&[("root", None), ("tail", Some(0))]), &Correspondence::default());
+    let text = error.unwrap_err().to_string();
+    assert!(text.contains("no left leg") && text.contains("root, tail"), "{text}");
+}
+
+#[test]
+fn overrides_are_text_and_unknown_keys_are_refused() {
+    let given: Correspondence = toml::from_str("left_toe = \"t\"\n[roles]\nleft_thigh = \"a\"").unwrap();
+    assert_eq!(given.roles[&Role::LeftThigh], "a");
+    assert!(toml::from_str::<Correspondence>("left_tow = \"t\"").is_err());
+    let error = SourceRoles::guess(&clip(&[("root", None)]), &given).unwrap_err().to_string();
+    assert!(error.contains("'a'"), "{error}");
+}

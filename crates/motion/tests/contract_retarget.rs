@@ -1,0 +1,293 @@
+//! What retargeting promises, on the project's own keyframed clips and, where the shared data is, on real captures.
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
+use std::io::Read;
+use std::path::{Path, PathBuf};
+
+use lifelike_character::rotation::{heading_angle, to_wxyz};
+use lifelike_character::{Anatomy, Character, Kinematics, Quat, Role, Vec3};
+use lifelike_motion::formats::{ReadOptions, bvh, deepmimic};
+use lifelike_motion::retarget::{Correspondence, RetargetOptions, RetargetReport, retarget};
+use lifelike_motion::{MotionClip, MotionError, SourceClip, keyframes};
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
+}
+
+fn robot(name: &str) -> (Character, Anatomy) {
+    let character = Character::load(root().join(format!("robots/{name}.xml"))).unwrap();
+    let anatomy = Anatomy::guess(&character, &Default::default()).unwrap();
+    (character, anatomy)
+}
+
+fn own(name: &str) -> SourceClip {
+    let (_, text) = keyframes::builtin().find(|(n, _)| *n == name).unwrap();
+    keyframes::parse(text.as_bytes(), Path::new(name)).unwrap()
+}
+
+fn convert(clip: &SourceClip, name: &str, options: &RetargetOptions) -> (MotionClip, RetargetReport) {
+    let (character, anatomy) = robot(name);
+    retarget(clip, &character, &anatomy, options).unwrap()
+}
+
+/// Measured here, apart from the report: speeds of sole points of labelled feet, the lowest corner, the joints' excess.
+struct Check {
+    skate: f64,
+    lowest: f64,
+    excess: f64,
+    fastest: f64,
+}
+
+fn check(clip: &MotionClip, character: &Character, anatomy: &Anatomy) -> Check {
+    let columns = clip.columns_for(character).unwrap();
+    let contacts = clip.contacts.as_ref().unwrap();
+    let mut kinematics = Kinematics::new(character);
+    let mut q = character.reference_position();
+    let mut result = Check { skate: 0.0, lowest: f64::INFINITY, excess: f64::NEG_INFINITY, fastest: 0.0 };
+    let (mut speeds, mut before) = (Vec::new(), Vec::<Vec3>::new());
+    for t in 0..clip.len() {
+        clip.write_position(character, &columns, t, &mut q);
+        for joint in character.scalar_joints() {
+            let (low, high) = joint.range.unwrap();
+            result.excess = result.excess.max(low - q[joint.q_index]).max(q[joint.q_index] - high);
+        }
+        kinematics.update(character, &q);
+        let mut soles = Vec::new();
+        for (side, role) in [Role::LeftFoot, Role::RightFoot].iter().enumerate() {
+            let sole = &anatomy.soles[role];
+            assert_eq!(character.bodies[sole.body].name, contacts.names[side]);
+            let corners = sole.corners.iter().map(|c| kinematics.point(sole.body, c));
+            // The lowest corner is what a standing foot stands on, flat or not.
+            let stand = corners.min_by(|a, b| a.z.total_cmp(&b.z)).unwrap();
+            result.lowest = result.lowest.min(stand.z);
+            soles.extend(sole.corners.iter().map(|c| kinematics.point(sole.body, c)));
+        }
+        let half = soles.len() / 2;
+        for (i, (now, old)) in soles.iter().zip(&before).enumerate() {
+            let side = i / half;
+            if contacts.flags[2 * t + side] && contacts.flags[2 * (t - 1) + side] && now.z.max(old.z) < 0.005 {
+                speeds.push((now - old).xy().norm() * clip.fps);
+            }
+        }
+        if t > 0 {
+            let rows = clip.joints_at(t).iter().zip(clip.joints_at(t - 1));
+            result.fastest = rows.fold(result.fastest, |f, (a, b)| f.max((a - b).abs() * clip.fps));
+        }
+        before = soles;
+    }
+    result.skate = speeds.iter().sum::<f64>() / speeds.len().max(1) as f64;
+    result
+}
+
+#[test]
+fn own_clips_stand_on_the_ground_within_all_limits() {
+    for name in ["lima", "humanoid"] {
+        let (character, anatomy) = robot(name);
+        let options = RetargetOptions { default_velocity_limit: 6.0, ..RetargetOptions::default() };
+        for (title, text) in keyframes::builtin() {
+            let source = keyframes::parse(text.as_bytes(), Path::new(title)).unwrap();
+            let (clip, report) = retarget(&source, &character, &anatomy, &options).unwrap();
+            let found = check(&clip, &character, &anatomy);
+            assert!(found.excess <= 0.0, "{name} {title}: {} rad out of range", found.excess);
+            assert!(found.fastest <= 6.0 + 1e-6, "{name} {title}: {} rad/s", found.fastest);
+            assert!(found.lowest > -0.01, "{name} {title}: sole at {} m", found.lowest);
+            assert!(found.skate < 0.03, "{name} {title}: skate {} m/s", found.skate);
+            assert!((found.skate - report.foot_skate.mean).abs() < 1e-9, "{name} {title}: the report says otherwise");
+            assert!(report.ground_penetration.max < 0.01 && report.ground_float.max < 0.02, "{name} {title}");
+            assert!(report.contact_share > 0.99, "{name} {title}: {}", report.contact_share);
+            assert!(report.self_penetration.max < 0.01, "{name} {title}: {}", report.self_penetration.max);
+            let signs = clip.root_orientation.windows(2).all(|w| w[0].coords.dot(&w[1].coords) > 0.0);
+            assert!(signs, "{name} {title}: the root's quaternion flips its sign");
+        }
+    }
+}
+
+#[test]
+fn a_walk_goes_where_the_human_goes_at_the_robots_size() {
+    let source = own("walk");
+    let (clip, report) = convert(&source, "lima", &RetargetOptions::default());
+    let path = |p: &[Vec3]| (p[p.len() - 1] - p[0]).xy().norm();
+    let expected = path(&source.root_position) * report.scale;
+    assert!((path(&clip.root_position) - expected).abs() < 0.05 * expected, "{} {expected}", path(&clip.root_position));
+    assert!((report.scale - 0.44 / 0.9).abs() < 0.05, "{}", report.scale);
+    let contacts = clip.contacts.unwrap();
+    for side in 0..2 {
+        let flags: Vec<bool> = contacts.flags.iter().skip(side).step_by(2).copied().collect();
+        let lifts = flags.windows(2).filter(|w| w[0] && !w[1]).count();
+        assert!(lifts >= 2, "foot {side} lifts {lifts} times");
+    }
+}
+
+/// The hands' and elbows' heights against the shoulders, left and right.
+fn raised(clip: &MotionClip, character: &Character, anatomy: &Anatomy, frame: usize) -> [f64; 2] {
+    let mut kinematics = Kinematics::new(character);
+    let mut q = character.reference_position();
+    clip.write_position(character, &clip.columns_for(character).unwrap(), frame, &mut q);
+    kinematics.update(character, &q);
+    let z = |role| kinematics.point(anatomy.places[&role].body, &anatomy.places[&role].point).z;
+    [z(Role::LeftHand) - z(Role::LeftUpperArm), z(Role::RightHand) - z(Role::RightUpperArm)]
+}
+
+#[test]
+fn left_is_left_and_arms_go_where_the_humans_go() {
+    let source = own("idle_breathing");
+    let joint = |name: &str| source.skeleton.names.iter().position(|n| n == name).unwrap();
+    let (shoulder, elbow) = (joint("left_shoulder"), joint("left_elbow"));
+    let up = Vec3::new(0.0, 0.5, 0.9);
+    let mut raised_arm = source.clone();
+    for rotations in &mut raised_arm.rotations {
+        rotations[shoulder] = Quat::rotation_between(&source.skeleton.offsets[elbow], &up).unwrap();
+        rotations[elbow] = Quat::identity();
+    }
+    for name in ["lima", "humanoid"] {
+        let (character, anatomy) = robot(name);
+        let (clip, report) = retarget(&raised_arm, &character, &anatomy, &RetargetOptions::default()).unwrap();
+        let [left, right] = raised(&clip, &character, &anatomy, clip.len() / 2);
+        assert!(left > 0.1 && right < -0.1, "{name}: left hand {left}, right hand {right}");
+        // Both arms' directions are within reach of both robots: the error is a few millimetres.
+        for role in [Role::LeftForearm, Role::LeftHand, Role::RightHand] {
+            assert!(report.position_error[&role].max < 0.03, "{name} {role:?}: {:?}", report.position_error[&role]);
+        }
+    }
+}
+
+#[test]
+fn the_same_motion_turned_and_moved_gives_the_same_joints() {
+    let source = own("walk");
+    let mut turned = source.clone();
+    let turn = Quat::from_axis_angle(&Vec3::z_axis(), 2.0);
+    for (p, r) in turned.root_position.iter_mut().zip(&mut turned.rotations) {
+        *p = turn * *p + Vec3::new(3.0, -1.0, 0.0);
+        r[0] = turn * r[0];
+    }
+    let (a, _) = convert(&source, "lima", &RetargetOptions::default());
+    let (b, _) = convert(&turned, "lima", &RetargetOptions::default());
+    // Weights per world axis and the solver's stopping rule leave small traces.
+    let worst = a.joints.iter().zip(&b.joints).fold(0.0_f64, |m, (x, y)| m.max((x - y).abs()));
+    assert!(worst < 0.02, "{worst} rad");
+    let heading = heading_angle(&(turn.inverse() * b.root_orientation[40])) - heading_angle(&a.root_orientation[40]);
+    assert!(heading.abs() < 0.01, "{heading}");
+}
+
+#[test]
+fn a_cycle_closes() {
+    let source = own("sway_dance");
+    assert!(source.cyclic);
+    let (clip, _) = convert(&source, "humanoid", &RetargetOptions::default());
+    let last = clip.len() - 1;
+    let gap = clip.joints_at(0).iter().zip(clip.joints_at(last)).fold(0.0_f64, |m, (a, b)| m.max((a - b).abs()));
+    assert!(clip.cyclic && gap < 0.02, "{gap} rad between the ends");
+}
+
+#[test]
+fn the_result_depends_on_nothing_but_the_input() {
+    let source = own("wave");
+    let (a, _) = convert(&source, "lima", &RetargetOptions::default());
+    let (b, _) = convert(&source, "lima", &RetargetOptions::default());
+    assert_eq!(a, b);
+}
+
+#[test]
+fn what_cannot_be_converted_is_refused_with_the_reason() {
+    let (character, anatomy) = robot("lima");
+    let refuse = |clip: &SourceClip, options: &RetargetOptions| {
+        retarget(clip, &character, &anatomy, options).unwrap_err().to_string()
+    };
+    let options = RetargetOptions::default();
+    let good = own("wave");
+
+    let mut short = good.clone();
+    short.root_position.truncate(2);
+    short.rotations.truncate(2);
+    assert!(refuse(&short, &options).contains("too short: 2 frames"));
+
+    let mut broken = good.clone();
+    broken.root_position[7].x = f64::NAN;
+    assert!(refuse(&broken, &options).contains("frame 7"));
+
+    let mut legless = good.clone();
+    for name in &mut legless.skeleton.names {
+        *name = name.to_lowercase().replace("foot", "thing").replace("ankle", "thing");
+    }
+    let text = refuse(&legless, &options);
+    assert!(text.contains("no left leg"), "{text}");
+
+    // Lifted by 1 m in its middle: it hangs from something.
+    let mut hanging = good.clone();
+    let (a, b) = (hanging.len() / 3, 2 * hanging.len() / 3);
+    hanging.root_position[a..b].iter_mut().for_each(|p| p.z += 1.0);
+    let text = refuse(&hanging, &options);
+    assert!(text.contains("neither touches flat ground nor falls"), "{text}");
+    let anyway = RetargetOptions { allow_off_ground: true, ..options.clone() };
+    assert!(retarget(&hanging, &character, &anatomy, &anyway).is_ok());
+
+    let correspondence = Correspondence { left_toe: Some("nobody".into()), ..Correspondence::default() };
+    assert!(refuse(&good, &RetargetOptions { correspondence, ..options.clone() }).contains("'nobody'"));
+    assert!(refuse(&good, &RetargetOptions { fps: f64::NAN, ..options.clone() }).contains("fps is NaN"));
+
+    let text = "<mujoco><worldbody><body name='b'><joint name='j'/><geom size='1'/></body></worldbody></mujoco>";
+    let fixed = Character::from_mjcf(text, "fixed.xml", None);
+    let error = retarget(&good, &fixed.unwrap(), &anatomy, &options).unwrap_err();
+    assert!(matches!(&error, MotionError::Mismatch { message, .. } if message.contains("no free joint")), "{error}");
+}
+
+#[test]
+fn options_are_text_and_unknown_keys_are_refused() {
+    let options: RetargetOptions = toml::from_str("fps = 60.0\n[velocity_limit]\nleft_knee = 5.0").unwrap();
+    assert_eq!((options.fps, options.velocity_limit["left_knee"]), (60.0, 5.0));
+    assert!(toml::from_str::<RetargetOptions>("fsp = 60.0").is_err());
+}
+
+/// Files of an archive of the shared data with these names, in the archive's order.
+fn archived(archive: &str, names: &[&str]) -> Vec<(String, Vec<u8>)> {
+    let data = std::env::var_os("LIFELIKE_DATA").map_or_else(|| root().join("../shared/data"), PathBuf::from);
+    let path = data.join("mocap").join(format!("{archive}.tar.zst"));
+    let Ok(file) = std::fs::File::open(&path) else {
+        println!("skipped: no {}", path.display());
+        return Vec::new();
+    };
+    let mut decoder = zstd::stream::read::Decoder::new(file).unwrap();
+    decoder.window_log_max(27).unwrap();
+    let mut found = Vec::new();
+    for entry in tar::Archive::new(decoder).entries().unwrap() {
+        let mut entry = entry.unwrap();
+        let name = entry.path().unwrap().file_name().unwrap().to_string_lossy().into_owned();
+        if names.contains(&name.as_str()) {
+            let mut bytes = Vec::new();
+            entry.read_to_end(&mut bytes).unwrap();
+            found.push((name, bytes));
+        }
+    }
+    found
+}
+
+#[test]
+fn real_walks_punches_and_gestures_stand_firm() {
+    let mut clips = Vec::new();
+    for (name, bytes) in archived("cmu_bvh_daz", &["02_01.bvh", "02_05.bvh", "13_26.bvh"]) {
+        clips.push(bvh::parse(&bytes, Path::new(&name), &ReadOptions::default()).unwrap());
+    }
+    let moves = ["humanoid3d.txt", "humanoid3d_walk.txt", "humanoid3d_jump.txt", "humanoid3d_run.txt"];
+    let files = archived("deepmimic", &moves);
+    if let Some((_, body)) = files.iter().find(|(n, _)| n == moves[0]) {
+        let body = deepmimic::parse_character(body, Path::new(moves[0])).unwrap();
+        for (name, bytes) in files.iter().filter(|(n, _)| n != moves[0]) {
+            clips.push(deepmimic::parse(bytes, Path::new(name), &body, &ReadOptions::default()).unwrap());
+        }
+    }
+    for name in ["lima", "humanoid"] {
+        let (character, anatomy) = robot(name);
+        for source in &clips {
+            let (clip, report) = retarget(source, &character, &anatomy, &RetargetOptions::default()).unwrap();
+            let found = check(&clip, &character, &anatomy);
+            let title = format!("{name} {}", source.name);
+            assert!(found.excess <= 0.0 && found.lowest > -0.01, "{title}: {} {}", found.excess, found.lowest);
+            assert!(found.skate < 0.06, "{title}: skate {} m/s", found.skate);
+            // Jumps and runs leave the ground, walks and gestures never do.
+            let flies = source.name.contains("jump") || source.name.contains("run");
+            assert_eq!(report.contact_share < 0.9, flies, "{title}: contact {}", report.contact_share);
+            let sum: f64 = to_wxyz(&clip.root_orientation[0]).iter().map(|c| c * c).sum();
+            assert!((sum - 1.0).abs() < 1e-9);
+        }
+    }
+}
