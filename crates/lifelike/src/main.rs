@@ -10,6 +10,7 @@ mod output;
 mod overrides;
 mod progress;
 
+use std::io::IsTerminal;
 use std::process::ExitCode;
 
 use clap::{ArgAction, Parser};
@@ -56,7 +57,7 @@ fn main() -> ExitCode {
         (false, _) => LevelFilter::TRACE,
     };
     let log = tracing_subscriber::fmt().with_max_level(level).with_writer(std::io::stderr).with_target(false);
-    log.without_time().init();
+    log.without_time().with_ansi(std::io::stderr().is_terminal()).init();
     let output = Output { json: cli.json, quiet: cli.quiet };
     match cli.command.run(&output) {
         Ok(()) => ExitCode::SUCCESS,
