@@ -19,7 +19,9 @@ const KEY: &str = "lifelike";
 struct Header {
     format: u32,
     sha256: String,
-    metadata: BTreeMap<String, serde_json::Value>,
+    /// JSON in JSON: the digest is over this very text. Numbers that are parsed and written again may differ in the last
+    /// digit.
+    metadata: String,
 }
 
 struct Raw<'a> {
@@ -56,7 +58,7 @@ impl Checkpoint {
         let raw: BTreeMap<&String, Raw<'_>> =
             self.entries.iter().map(|(n, entry)| (n, Raw { entry, bytes: entry.to_bytes() })).collect();
         let fail = |why: String| CheckpointError::Format { path: PathBuf::from(&self.origin), why };
-        let metadata = self.metadata.clone();
+        let metadata = serde_json::to_string(&self.metadata).map_err(|e| fail(e.to_string()))?;
         let sha256 = digest(raw.iter().map(|(n, r)| (n.as_str(), r.entry, r.bytes.as_slice())), &metadata);
         let header = serde_json::to_string(&Header { format: 1, sha256, metadata }).map_err(|e| fail(e.to_string()))?;
         let header = Some(HashMap::from([(KEY.to_owned(), header)]));
@@ -129,7 +131,9 @@ impl Checkpoint {
         if got != header.sha256 {
             return Err(CheckpointError::Digest { path: path.to_path_buf(), expected: header.sha256, got });
         }
-        Ok(Self { entries, metadata: header.metadata, origin: path.display().to_string() })
+        let metadata: BTreeMap<String, serde_json::Value> =
+            serde_json::from_str(&header.metadata).map_err(|e| fail(format!("metadata: {e}")))?;
+        Ok(Self { entries, metadata, origin: path.display().to_string() })
     }
 }
 
@@ -154,19 +158,13 @@ fn check_length(bytes: &[u8], path: &Path) -> Result<(), CheckpointError> {
 }
 
 /// SHA-256 over everything the file says: metadata, and each entry's name, type, shape and bytes in order of names.
-fn digest<'a>(
-    entries: impl Iterator<Item = (&'a str, &'a Entry, &'a [u8])>,
-    metadata: &BTreeMap<String, serde_json::Value>,
-) -> String {
+fn digest<'a>(entries: impl Iterator<Item = (&'a str, &'a Entry, &'a [u8])>, metadata: &str) -> String {
     let mut hash = Sha256::new();
     let mut part = |bytes: &[u8]| {
         hash.update((bytes.len() as u64).to_le_bytes());
         hash.update(bytes);
     };
-    for (key, value) in metadata {
-        part(key.as_bytes());
-        part(value.to_string().as_bytes());
-    }
+    part(metadata.as_bytes());
     for (name, entry, bytes) in entries {
         part(name.as_bytes());
         part(format!("{:?} {:?}", entry.kind(), entry.shape()).as_bytes());
