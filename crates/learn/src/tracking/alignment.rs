@@ -1,0 +1,106 @@
+//! Where a clip's world lies in the simulated world.
+//!
+//! A clip may begin anywhere and face any way. When an episode begins (or switches to another clip) the two worlds are laid
+//! over each other, by a turn about the vertical and a shift on the ground; from then on path and heading can be compared.
+
+use lifelike_character::rotation::{from_wxyz, heading_angle};
+
+/// `p ↦ turn(yaw) (p − from) + to` on the ground; heights stay.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Alignment {
+    /// Turn about the vertical (rad).
+    pub yaw: f32,
+    /// A point of the clip's ground (m).
+    pub from: [f32; 2],
+    /// Where it lies in the simulated world (m).
+    pub to: [f32; 2],
+}
+
+impl Alignment {
+    /// Lays a clip's root pose over a simulated one: same place on the ground, same heading.
+    pub fn between(
+        clip_position: [f32; 3],
+        clip_orientation: [f32; 4],
+        simulated_position: [f32; 3],
+        simulated_orientation: [f32; 4],
+    ) -> Self {
+        Self {
+            yaw: wrap(yaw(simulated_orientation) - yaw(clip_orientation)),
+            from: [clip_position[0], clip_position[1]],
+            to: [simulated_position[0], simulated_position[1]],
+        }
+    }
+
+    /// A point of the clip's world in the simulated one.
+    pub fn position(&self, p: [f32; 3]) -> [f32; 3] {
+        let (sin, cos) = self.yaw.sin_cos();
+        let (x, y) = (p[0] - self.from[0], p[1] - self.from[1]);
+        [cos * x - sin * y + self.to[0], sin * x + cos * y + self.to[1], p[2]]
+    }
+
+    /// A direction (a velocity) of the clip's world in the simulated one.
+    pub fn direction(&self, v: [f32; 3]) -> [f32; 3] {
+        let (sin, cos) = self.yaw.sin_cos();
+        [cos * v[0] - sin * v[1], sin * v[0] + cos * v[1], v[2]]
+    }
+
+    /// An orientation (`wxyz`) of the clip's world in the simulated one.
+    pub fn orientation(&self, q: [f32; 4]) -> [f32; 4] {
+        let (s, c) = (0.5 * self.yaw).sin_cos();
+        let [w, x, y, z] = q;
+        [c * w - s * z, c * x - s * y, c * y + s * x, c * z + s * w]
+    }
+}
+
+/// Heading of an orientation (rad); NaN where it has none.
+pub fn yaw(wxyz: [f32; 4]) -> f32 {
+    from_wxyz(wxyz).map_or(f32::NAN, |q| heading_angle(&q))
+}
+
+/// The same angle in −π..π.
+pub fn wrap(angle: f32) -> f32 {
+    let turn = std::f32::consts::TAU;
+    angle - turn * (angle / turn).round()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_two_root_poses_meet_and_a_step_ahead_is_a_step_ahead() {
+        let half = std::f32::consts::FRAC_PI_4;
+        // The clip faces +x at (3, 4); the simulated robot faces +y at (-1, 2).
+        let a = Alignment::between(
+            [3.0, 4.0, 0.9],
+            [1.0, 0.0, 0.0, 0.0],
+            [-1.0, 2.0, 0.8],
+            [half.cos(), 0.0, 0.0, half.sin()],
+        );
+        let p = a.position([3.0, 4.0, 0.9]);
+        assert!((p[0] + 1.0).abs() < 1e-6 && (p[1] - 2.0).abs() < 1e-6 && p[2] == 0.9, "{p:?}");
+        let ahead = a.position([4.0, 4.0, 0.9]);
+        assert!((ahead[0] + 1.0).abs() < 1e-6 && (ahead[1] - 3.0).abs() < 1e-6, "{ahead:?}");
+        let v = a.direction([1.0, 0.0, 5.0]);
+        assert!(v[0].abs() < 1e-6 && (v[1] - 1.0).abs() < 1e-6 && v[2] == 5.0);
+        assert!((yaw(a.orientation([1.0, 0.0, 0.0, 0.0])) - 2.0 * half).abs() < 1e-6);
+    }
+
+    #[test]
+    fn orientation_is_the_product_with_the_turn_about_z() {
+        let a = Alignment { yaw: 0.7, ..Alignment::default() };
+        let q = lifelike_character::Quat::from_euler_angles(0.3, -0.5, 1.1);
+        let expected = lifelike_character::Quat::from_euler_angles(0.0, 0.0, 0.7) * q;
+        let got = a.orientation([q.w as f32, q.i as f32, q.j as f32, q.k as f32]);
+        for (g, e) in got.iter().zip([expected.w, expected.i, expected.j, expected.k]) {
+            assert!((f64::from(*g) - e).abs() < 1e-6);
+        }
+    }
+
+    #[test]
+    fn angles_wrap() {
+        assert!((wrap(6.0) - (6.0 - std::f32::consts::TAU)).abs() < 1e-6);
+        assert!((wrap(-3.5) - (std::f32::consts::TAU - 3.5)).abs() < 1e-6);
+        assert_eq!(wrap(1.0), 1.0);
+    }
+}

@@ -1,0 +1,588 @@
+//! Many environments in which a policy follows references: what PPO collects experience in.
+//!
+//! Time: the state at t is compared with frame t. The policy sees the state at t and frame t+1 (and z_{t+1}), acts, the
+//! simulation goes one step, and the reward compares the state at t+1 with frame t+1.
+
+use std::sync::Arc;
+
+use lifelike_nn::checkpoint::Checkpoint;
+use lifelike_nn::rng::stream;
+use lifelike_robot::{ActionMap, ActionSpec, ObservationSpec, Robot};
+use lifelike_sim::randomization::PushSchedule;
+use lifelike_sim::{BatchState, Drive, IntegrationState, Simulation};
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
+use rayon::prelude::*;
+
+use super::alignment::{Alignment, wrap, yaw};
+use super::episode::{self, Episode};
+use super::errors::{Cause, Deviation, empty_frame, read_frame};
+use super::library::ReferenceLibrary;
+use super::observe::Observer;
+use super::plan::TrackerPlan;
+use super::rewards::{Effort, Errors, Reward, TERMS};
+use super::starts::StartSampler;
+use super::tally::Tally;
+use crate::error::LearnError;
+
+/// Environments that one thread takes at a time.
+const CHUNK: usize = 16;
+
+/// The environments, between two steps.
+pub struct Environment {
+    plan: TrackerPlan,
+    robot: Arc<Robot>,
+    library: Arc<ReferenceLibrary>,
+    simulation: Box<dyn Simulation>,
+    observer: Observer,
+    actions: ActionMap,
+    divisor: Vec<f32>,
+    sampler: StartSampler,
+    /// One per environment where the plan has pushes, else none.
+    pushes: Vec<PushSchedule>,
+    episodes: Vec<Episode>,
+    targets: Vec<f32>,
+    actor: Vec<f32>,
+    critic: Vec<f32>,
+    steps: u64,
+    tally: Tally,
+}
+
+/// What a step gave, `N` environments.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Outcome {
+    /// Reward, `[N]`.
+    pub rewards: Vec<f32>,
+    /// The episode failed, `[N]`: nothing follows.
+    pub terminated: Vec<bool>,
+    /// The episode was cut, `[N]`: something would follow.
+    pub truncated: Vec<bool>,
+    /// What the value function would see in the cut environments, in their order, `[cut, P]`: their rows of
+    /// [`Environment::critic_rows`] already belong to the next episode.
+    pub final_critic_rows: Vec<f32>,
+}
+
+impl Environment {
+    /// Environments in fresh episodes.
+    ///
+    /// # Errors
+    /// The library or the simulation is of another robot or size than the plan says.
+    pub fn new(
+        plan: &TrackerPlan,
+        robot: Arc<Robot>,
+        library: Arc<ReferenceLibrary>,
+        simulation: Box<dyn Simulation>,
+    ) -> Result<Self, LearnError> {
+        let n = plan.ppo.environments;
+        expect("environments of the simulation", n, simulation.len())?;
+        expect("latent size of the library", plan.inputs.latent, library.latent)?;
+        if simulation.robot().layout != robot.layout || library.layout != robot.layout {
+            return Err(LearnError::Mismatch {
+                what: "joints and end effectors of simulation and library".into(),
+                expected: format!("those of robot '{}'", robot.name),
+                got: "others".into(),
+            });
+        }
+        let spec = ObservationSpec::new(&robot, plan.inputs.clone(), plan.anchor);
+        let observer = Observer::new(&robot, spec);
+        let bin = (0.5 * robot.control_hz).round() as usize;
+        let divisor = match &plan.reward {
+            Reward::Thesis(reward) => reward.floors.apply(&library.layout, &library.deviation),
+            Reward::Exponential(_) => Vec::new(),
+        };
+        let mut environment = Self {
+            actions: ActionMap::new(plan.action, &robot),
+            divisor,
+            sampler: StartSampler::new(plan.starts, &library.starts, bin, 2 * bin),
+            pushes: vec![
+                PushSchedule { steps: 0, active: None };
+                if plan.randomization.pushes.is_some() { n } else { 0 }
+            ],
+            episodes: vec![Episode::new(robot.joints()); n],
+            targets: vec![0.0; n * robot.joints()],
+            actor: vec![0.0; n * observer.actor_size()],
+            critic: vec![0.0; n * observer.critic_size()],
+            steps: 0,
+            tally: Tally::new(library.clips()),
+            plan: plan.clone(),
+            robot,
+            library,
+            simulation,
+            observer,
+        };
+        environment.reset(&(0..n).collect::<Vec<_>>(), None)?;
+        Ok(environment)
+    }
+
+    /// Number of environments N.
+    pub fn len(&self) -> usize {
+        self.episodes.len()
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.episodes.is_empty()
+    }
+
+    /// The layout of what the policy sees.
+    pub fn observation(&self) -> &ObservationSpec {
+        self.observer.spec()
+    }
+
+    /// Length of a row of [`Self::actor_rows`].
+    pub fn actor_size(&self) -> usize {
+        self.observer.actor_size()
+    }
+
+    /// Length of a row of [`Self::critic_rows`].
+    pub fn critic_size(&self) -> usize {
+        self.observer.critic_size()
+    }
+
+    /// What the policy sees now, `[N, O]`, not normalised.
+    pub fn actor_rows(&self) -> &[f32] {
+        &self.actor
+    }
+
+    /// What the value function sees now, `[N, P]`: the same and more, not normalised.
+    pub fn critic_rows(&self) -> &[f32] {
+        &self.critic
+    }
+
+    /// The simulated states.
+    pub fn state(&self) -> &BatchState {
+        self.simulation.state()
+    }
+
+    /// The episodes, with what the last step gave.
+    pub fn episodes(&self) -> &[Episode] {
+        &self.episodes
+    }
+
+    /// What happened since [`Tally::start`].
+    pub fn tally_mut(&mut self) -> &mut Tally {
+        &mut self.tally
+    }
+
+    /// Once per iteration: puts what was learnt about hard stretches into force.
+    pub fn refresh_starts(&mut self) {
+        self.sampler.refresh();
+    }
+
+    /// One step of all environments with the policy's outputs `[N, J]`. Environments whose episode ends begin another.
+    ///
+    /// # Errors
+    /// `outputs` has the wrong length; the simulation fails as a whole. A single environment that diverges is no error:
+    /// its episode ends with no reward, is counted and begun anew.
+    pub fn step(&mut self, outputs: &[f32], outcome: &mut Outcome) -> Result<(), LearnError> {
+        let joints = self.robot.joints();
+        expect("outputs of the policy", self.len() * joints, outputs.len())?;
+        self.aim(outputs);
+        self.push()?;
+        self.simulation.step(Drive::Targets(&self.targets))?;
+        self.steps += 1;
+        self.judge();
+        let width = self.critic_size();
+        outcome.rewards.clear();
+        outcome.terminated.clear();
+        outcome.truncated.clear();
+        outcome.final_critic_rows.clear();
+        let mut ended = Vec::new();
+        for (i, episode) in self.episodes.iter().enumerate() {
+            outcome.rewards.push(episode.reward());
+            outcome.terminated.push(episode.failed.is_some());
+            outcome.truncated.push(episode.cut);
+            self.tally.step(episode, self.library.clip_of(episode.frame));
+            if episode.cut {
+                outcome.final_critic_rows.extend_from_slice(&self.critic[i * width..(i + 1) * width]);
+            }
+            if episode.ended() {
+                self.sampler.record(episode.stretch, episode.frame, episode.failed.is_some());
+                ended.push(i);
+            }
+        }
+        if ended.is_empty() { Ok(()) } else { self.reset(&ended, None) }
+    }
+
+    /// Joint targets from the policy's outputs.
+    fn aim(&mut self, outputs: &[f32]) {
+        let joints = self.robot.joints();
+        let (actions, library) = (&self.actions, &self.library);
+        let rows =
+            self.episodes.iter_mut().zip(outputs.chunks_exact(joints)).zip(self.targets.chunks_exact_mut(joints));
+        for ((episode, output), target) in rows {
+            std::mem::swap(&mut episode.before, &mut episode.oldest);
+            std::mem::swap(&mut episode.last, &mut episode.before);
+            for (last, y) in episode.last.iter_mut().zip(output) {
+                // A policy that says NaN says nothing; its environment goes on, and the update will not step with it.
+                *last = if y.is_finite() { ActionSpec::clamp_output(*y) } else { 0.0 };
+            }
+            actions.write(&episode.last, library.joints_at(next_frame(library, episode.frame)), target);
+            target.iter_mut().zip(&episode.offset).for_each(|(t, o)| *t -= o);
+        }
+    }
+
+    /// Begins and ends random pushes.
+    fn push(&mut self) -> Result<(), LearnError> {
+        let Some(spec) = &self.plan.randomization.pushes else { return Ok(()) };
+        for (i, schedule) in self.pushes.iter_mut().enumerate() {
+            let mut rng = stream(self.plan.seed, "push", i as u64, self.steps);
+            schedule.advance(spec, self.simulation.as_mut(), i, &mut rng)?;
+        }
+        Ok(())
+    }
+
+    /// Rewards, ends and observations after a step, each environment by itself.
+    fn judge(&mut self) {
+        let this = Judge {
+            plan: &self.plan,
+            robot: &self.robot,
+            library: &self.library,
+            observer: &self.observer,
+            sampler: &self.sampler,
+            divisor: &self.divisor,
+            state: self.simulation.state(),
+            step: self.steps,
+            longest: (self.plan.episode.seconds * self.robot.control_hz).round().max(1.0) as u64,
+        };
+        let (a, c) = (self.observer.actor_size(), self.observer.critic_size());
+        self.episodes
+            .par_chunks_mut(CHUNK)
+            .zip(self.actor.par_chunks_mut(CHUNK * a))
+            .zip(self.critic.par_chunks_mut(CHUNK * c))
+            .enumerate()
+            .for_each_init(Scratch::new, |scratch, (chunk, ((episodes, actor), critic))| {
+                let rows = episodes.iter_mut().zip(actor.chunks_exact_mut(a)).zip(critic.chunks_exact_mut(c));
+                for (k, ((episode, actor), critic)) in rows.enumerate() {
+                    this.judge(chunk * CHUNK + k, episode, scratch, actor, critic);
+                }
+            });
+    }
+
+    /// Begins episodes: at `frames` where given, else where the sampler says.
+    ///
+    /// # Errors
+    /// The simulation refuses.
+    pub fn reset(&mut self, ids: &[usize], frames: Option<&[usize]>) -> Result<(), LearnError> {
+        let character = Arc::clone(&self.robot.character);
+        let (nq, nv) = (character.nq, character.nv);
+        let mut positions = vec![0.0; ids.len() * nq];
+        let mut velocities = vec![0.0; ids.len() * nv];
+        let starts = self.plan.starts;
+        for (k, &i) in ids.iter().enumerate() {
+            let mut rng = stream(self.plan.seed, "reset", i as u64, self.episodes[i].number);
+            let frame = frames.map_or_else(|| self.sampler.draw(&mut rng), |f| f[k]);
+            let parameters = self.plan.randomization.sample(&self.robot, &mut rng);
+            let episode = Episode {
+                number: self.episodes[i].number + 1,
+                frame,
+                stretch: frame,
+                alignment: beside(&self.library, frame, starts.path_noise, starts.heading_noise, &mut rng),
+                offset: if parameters.joint_offset.is_empty() {
+                    vec![0.0; self.robot.joints()]
+                } else {
+                    parameters.joint_offset.clone()
+                },
+                ..Episode::new(self.robot.joints())
+            };
+            self.simulation.set_parameters(i, parameters)?;
+            self.simulation.clear_pushes(i);
+            if let Some(spec) = &self.plan.randomization.pushes {
+                self.pushes[i] = PushSchedule::new(spec, self.robot.control_hz, &mut rng);
+            }
+            let q = &mut positions[k * nq..(k + 1) * nq];
+            let v = &mut velocities[k * nv..(k + 1) * nv];
+            self.write_start(frame, &mut rng, q, v);
+            self.episodes[i] = episode;
+        }
+        self.simulation.reset(ids, &positions, &velocities)?;
+        let mut scratch = Scratch::new();
+        for &i in ids {
+            self.rest(i);
+            let episode = &self.episodes[i];
+            let next = next_frame(&self.library, episode.frame);
+            scratch.read(self.simulation.state(), i, &self.robot, &self.library);
+            let (a, c) = (self.observer.actor_size(), self.observer.critic_size());
+            self.observer.write(
+                self.simulation.state(),
+                i,
+                episode,
+                &self.library,
+                next,
+                &scratch.features,
+                &mut self.actor[i * a..(i + 1) * a],
+                &mut self.critic[i * c..(i + 1) * c],
+            );
+        }
+        Ok(())
+    }
+
+    /// Generalised position and velocity of a frame at the origin of the simulated world, with noise.
+    fn write_start(&self, frame: usize, rng: &mut ChaCha8Rng, q: &mut [f64], v: &mut [f64]) {
+        let (library, starts) = (&self.library, self.plan.starts);
+        let mut noise = |deviation: f32| {
+            let z: f64 = StandardNormal.sample(rng);
+            z * f64::from(deviation)
+        };
+        let w = library.orientation_at(frame);
+        let root = lifelike_character::rotation::from_wxyz(w.map(f64::from)).unwrap_or_default();
+        let linear = library.linear_velocity_at(frame).map(f64::from);
+        let angular = library.angular_velocity_at(frame).map(f64::from);
+        let angular_b = root.inverse() * lifelike_character::Vec3::from(angular);
+        q.copy_from_slice(&self.robot.default_position());
+        let (joints, rates) = (library.joints_at(frame), library.joint_velocities_at(frame));
+        let mut scalar = 0;
+        for joint in &self.robot.character.joints {
+            let (at, rate) = (joint.q_index, joint.v_index);
+            if joint.kind == lifelike_character::JointKind::Free {
+                // Two millimetres of air: a foot that begins in the ground is thrown out of it.
+                q[at..at + 3].copy_from_slice(&[0.0, 0.0, f64::from(library.position_at(frame)[2]) + 0.002]);
+                q[at + 3..at + 7].copy_from_slice(&lifelike_character::rotation::to_wxyz(&root));
+                for k in 0..3 {
+                    v[rate + k] = linear[k] + noise(starts.velocity_noise);
+                    v[rate + 3 + k] = angular_b[k] + noise(starts.velocity_noise);
+                }
+            } else if joint.kind.nq() == 1 {
+                q[at] = f64::from(joints[scalar]) + noise(starts.joint_noise);
+                v[rate] = f64::from(rates[scalar]);
+                scalar += 1;
+            }
+        }
+    }
+
+    /// Last actions that fit the pose in which an episode begins.
+    fn rest(&mut self, i: usize) {
+        let joints = self.robot.joints();
+        let episode = &mut self.episodes[i];
+        let reference = self.library.joints_at(next_frame(&self.library, episode.frame));
+        let q = &self.simulation.state().joint_position[i * joints..(i + 1) * joints];
+        for j in 0..joints {
+            let y = match self.plan.action {
+                ActionSpec::Absolute => q[j],
+                ActionSpec::DefaultPose { scale } => (q[j] - self.actions.default_pose[j]) / scale as f32,
+                ActionSpec::Reference { scale } => (q[j] - reference[j]) / scale as f32,
+            };
+            episode.last[j] = ActionSpec::clamp_output(y);
+            episode.before[j] = episode.last[j];
+            episode.oldest[j] = episode.last[j];
+        }
+    }
+
+    /// Writes everything needed to go on bit for bit.
+    ///
+    /// # Errors
+    /// Two entries of one name.
+    pub fn save_into(&self, checkpoint: &mut Checkpoint, prefix: &str) -> Result<(), LearnError> {
+        let n = self.len();
+        let key = |name: &str| format!("{prefix}.{name}");
+        let integration = self.simulation.save();
+        checkpoint.set_meta(&key("engine"), &integration.engine)?;
+        checkpoint.set_meta(&key("parameters"), &integration.parameters)?;
+        checkpoint.set_meta(&key("pushes"), &self.pushes)?;
+        checkpoint.put_u64(&key("counters"), &[2], vec![self.steps, integration.width as u64])?;
+        checkpoint.put_f64(&key("simulation"), &[n, integration.width], integration.values)?;
+        // The outputs of the last step (forces) are not part of the integration state, but of what was observed.
+        checkpoint.put_f32(&key("actor_rows"), &[n, self.actor_size()], self.actor.clone())?;
+        checkpoint.put_f32(&key("critic_rows"), &[n, self.critic_size()], self.critic.clone())?;
+        let starts = self.sampler.save();
+        checkpoint.put_f64(&key("starts"), &[starts.len()], starts)?;
+        let (recent, survival) = self.tally.save();
+        checkpoint.put_f64(&key("recent"), &[recent.len()], recent)?;
+        checkpoint.put_f64(&key("survival"), &[survival.len()], survival)?;
+        episode::save(&self.episodes, checkpoint, &key("episodes"))?;
+        Ok(())
+    }
+
+    /// Goes on from a checkpoint.
+    ///
+    /// # Errors
+    /// The checkpoint is of another plan, library or engine.
+    pub fn load(&mut self, checkpoint: &Checkpoint, prefix: &str) -> Result<(), LearnError> {
+        let n = self.len();
+        let key = |name: &str| format!("{prefix}.{name}");
+        let counters = checkpoint.u64s(&key("counters"), &[2])?;
+        let width = counters[1] as usize;
+        let integration = IntegrationState {
+            engine: checkpoint.meta(&key("engine"))?,
+            width,
+            values: checkpoint.f64s(&key("simulation"), &[n, width])?,
+            parameters: checkpoint.meta(&key("parameters"))?,
+        };
+        self.simulation.restore(&integration)?;
+        self.steps = counters[0];
+        self.pushes = checkpoint.meta(&key("pushes"))?;
+        self.actor = checkpoint.f32s(&key("actor_rows"), &[n, self.actor_size()])?;
+        self.critic = checkpoint.f32s(&key("critic_rows"), &[n, self.critic_size()])?;
+        let numbers = |name: &str| {
+            let shape = checkpoint.entry(&key(name))?.shape().to_vec();
+            checkpoint.f64s(&key(name), &shape)
+        };
+        let starts = numbers("starts")?;
+        self.sampler = self.sampler.clone().restored(&starts).ok_or_else(|| LearnError::Mismatch {
+            what: "clips of the checkpoint".into(),
+            expected: "those of the plan".into(),
+            got: format!("{} numbers of start statistics", starts.len()),
+        })?;
+        self.tally = Tally::restored(&numbers("recent")?, numbers("survival")?);
+        self.episodes = episode::load(checkpoint, &key("episodes"), n, self.robot.joints())?;
+        Ok(())
+    }
+}
+
+/// The frame after this one, or the clip's last.
+pub(super) fn next_frame(library: &ReferenceLibrary, frame: usize) -> usize {
+    ahead(library, frame, 1)
+}
+
+/// The frame so many steps ahead, or the clip's last.
+pub(super) fn ahead(library: &ReferenceLibrary, frame: usize, steps: usize) -> usize {
+    (frame + steps).min(library.starts[library.clip_of(frame) + 1] - 1)
+}
+
+/// The clip's world laid so that the robot, which begins at the origin facing as in the clip, is a little off.
+fn beside(library: &ReferenceLibrary, frame: usize, path: f32, heading: f32, rng: &mut ChaCha8Rng) -> Alignment {
+    let mut noise = |deviation: f32| {
+        let z: f32 = StandardNormal.sample(rng);
+        z * deviation
+    };
+    let p = library.position_at(frame);
+    Alignment { yaw: noise(heading), from: [p[0], p[1]], to: [noise(path), noise(path)] }
+}
+
+/// Everything that judging a step reads.
+struct Judge<'a> {
+    plan: &'a TrackerPlan,
+    robot: &'a Robot,
+    library: &'a ReferenceLibrary,
+    observer: &'a Observer,
+    sampler: &'a StartSampler,
+    divisor: &'a [f32],
+    state: &'a BatchState,
+    step: u64,
+    longest: u64,
+}
+
+/// One thread's workspace.
+struct Scratch {
+    frame: lifelike_motion::Frame,
+    row: Vec<f64>,
+    features: Vec<f32>,
+    efforts: [Vec<f32>; 3],
+}
+
+impl Scratch {
+    fn new() -> Self {
+        Self { frame: empty_frame(), row: Vec::new(), features: Vec::new(), efforts: Default::default() }
+    }
+
+    /// Features of one simulated environment.
+    fn read(&mut self, state: &BatchState, i: usize, robot: &Robot, library: &ReferenceLibrary) {
+        read_frame(state, i, robot.joints(), robot.effectors.len(), &mut self.frame);
+        self.row.resize(library.layout.size(), 0.0);
+        self.frame.write_features(&self.frame.root_orientation, &mut self.row);
+        self.features.clear();
+        self.features.extend(self.row.iter().map(|x| *x as f32));
+    }
+}
+
+impl Judge<'_> {
+    fn judge(&self, i: usize, episode: &mut Episode, scratch: &mut Scratch, actor: &mut [f32], critic: &mut [f32]) {
+        let library = self.library;
+        let clip_end = library.starts[library.clip_of(episode.frame) + 1] - 1;
+        episode.frame = (episode.frame + 1).min(clip_end);
+        episode.length += 1;
+        episode.failed = None;
+        episode.cut = false;
+        if self.state.diverged[i] {
+            episode.terms = [0.0; TERMS.len()];
+            episode.failed = Some(Cause::Diverged);
+            return;
+        }
+        scratch.read(self.state, i, self.robot, library);
+        let (path, heading) = anchored(self.state, i, library, episode);
+        self.reward(i, episode, scratch, path, heading);
+        let reference = library.features_at(episode.frame);
+        let deviation = Deviation::between(&library.layout, &scratch.features, reference, path, heading);
+        let limits = &self.plan.termination;
+        let far = limits.persistent.is_some_and(|p| deviation.effector > p.distance);
+        episode.deviated = if far { episode.deviated + 1 } else { 0 };
+        if episode.grace > 0 {
+            episode.grace -= 1;
+        } else {
+            episode.failed = deviation.exceeds(limits, episode.deviated as f64 / self.robot.control_hz);
+        }
+        if !episode.reward().is_finite() {
+            episode.terms = [0.0; TERMS.len()];
+            episode.failed = Some(Cause::Diverged);
+        }
+        episode.gain += episode.reward();
+        let over = episode.frame >= clip_end;
+        let switch = over && self.plan.episode.switch_clips;
+        episode.cut = episode.failed.is_none() && (episode.length >= self.longest || (over && !switch));
+        if switch && !episode.ended() {
+            self.switch(i, episode);
+        }
+        let next = next_frame(library, episode.frame);
+        self.observer.write(self.state, i, episode, library, next, &scratch.features, actor, critic);
+    }
+
+    fn reward(&self, i: usize, episode: &mut Episode, scratch: &mut Scratch, path: f32, heading: f32) {
+        let scale = match self.plan.action {
+            ActionSpec::Absolute => 1.0,
+            ActionSpec::DefaultPose { scale } | ActionSpec::Reference { scale } => scale as f32,
+        };
+        let joints = self.robot.joints();
+        let [now, previous, before] = &mut scratch.efforts;
+        for (out, values) in
+            [(&mut *now, &episode.last), (&mut *previous, &episode.before), (&mut *before, &episode.oldest)]
+        {
+            out.clear();
+            out.extend(values.iter().map(|y| y * scale));
+        }
+        let errors = Errors {
+            layout: &self.library.layout,
+            simulated: &scratch.features,
+            reference: self.library.features_at(episode.frame),
+            heading,
+            path,
+        };
+        let torque_squared = self.state.torque_squared[i * joints..(i + 1) * joints].iter().sum();
+        let effort = Effort { action: now, previous, before, torque_squared };
+        episode.terms = self.plan.reward.terms(&errors, &effort, self.divisor);
+    }
+
+    /// Goes on with another clip where the robot is.
+    fn switch(&self, i: usize, episode: &mut Episode) {
+        let mut rng = stream(self.plan.seed, "switch", i as u64, self.step);
+        episode.frame = self.sampler.draw(&mut rng);
+        episode.stretch = episode.frame;
+        episode.grace = (self.plan.episode.grace_seconds * self.robot.control_hz).round() as u64;
+        episode.deviated = 0;
+        let (p, q) = root(self.state, i);
+        let library = self.library;
+        episode.alignment =
+            Alignment::between(library.position_at(episode.frame), library.orientation_at(episode.frame), p, q);
+    }
+}
+
+/// Root position and orientation of one environment.
+pub(super) fn root(state: &BatchState, i: usize) -> ([f32; 3], [f32; 4]) {
+    let p = &state.root_position[3 * i..3 * i + 3];
+    let q = &state.root_orientation[4 * i..4 * i + 4];
+    ([p[0], p[1], p[2]], [q[0], q[1], q[2], q[3]])
+}
+
+/// Distance on the ground (m) and heading (rad, simulated less reference) against the anchored reference.
+fn anchored(state: &BatchState, i: usize, library: &ReferenceLibrary, episode: &Episode) -> (f32, f32) {
+    let (p, q) = root(state, i);
+    let target = episode.alignment.position(library.position_at(episode.frame));
+    let turned = episode.alignment.orientation(library.orientation_at(episode.frame));
+    ((p[0] - target[0]).hypot(p[1] - target[1]), wrap(yaw(q) - yaw(turned)))
+}
+
+fn expect(what: &str, expected: usize, got: usize) -> Result<(), LearnError> {
+    if expected == got {
+        return Ok(());
+    }
+    Err(LearnError::Mismatch { what: what.into(), expected: expected.to_string(), got: got.to_string() })
+}

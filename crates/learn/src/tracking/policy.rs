@@ -1,0 +1,154 @@
+//! A trained policy as a file (`*.policy.safetensors`): what evaluation, the demo and a robot load.
+//!
+//! It carries the network, what its inputs are normalised with, and the layout of inputs and outputs with all names, so it
+//! cannot be run on a robot whose joints are others or in another order.
+
+use std::path::Path;
+
+use burn::module::Module;
+use lifelike_nn::checkpoint::Checkpoint;
+use lifelike_nn::device;
+use lifelike_nn::normalizer::RunningNormalizer;
+use lifelike_robot::{ActionMap, ActionSpec, ObservationSpec, Robot};
+
+use super::networks::{Actor, numbers, rows};
+use crate::error::LearnError;
+
+/// How the names of policy files end.
+pub const EXTENSION: &str = ".policy.safetensors";
+
+/// What a policy file says about itself.
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PolicyHeader {
+    /// Name of the robot that it was trained for.
+    pub robot: String,
+    /// What it sees.
+    pub observation: ObservationSpec,
+    /// What its output means.
+    pub action: ActionSpec,
+    /// Policy rate (Hz).
+    pub control_hz: f64,
+    /// Hidden layers.
+    pub hidden: Vec<usize>,
+    /// SHA-256 of the motion prior whose latent codes it sees, hexadecimal; empty without.
+    #[serde(default)]
+    pub prior: String,
+    /// Environment steps of training.
+    pub steps: u64,
+}
+
+/// A policy, ready to act.
+#[derive(Debug, Clone)]
+pub struct Policy {
+    header: PolicyHeader,
+    actor: Actor,
+    normalizer: RunningNormalizer,
+}
+
+impl Policy {
+    /// From a network in training.
+    pub fn new(header: PolicyHeader, actor: &Actor, normalizer: &RunningNormalizer) -> Self {
+        let mut normalizer = normalizer.clone();
+        normalizer.set_frozen(true);
+        Self { header, actor: actor.valid(), normalizer }
+    }
+
+    /// What the file says about itself.
+    pub fn header(&self) -> &PolicyHeader {
+        &self.header
+    }
+
+    /// The network (for exporters); its inputs are to be normalised with [`Self::normalizer`].
+    pub fn actor(&self) -> &Actor {
+        &self.actor
+    }
+
+    /// What observations are normalised with.
+    pub fn normalizer(&self) -> &RunningNormalizer {
+        &self.normalizer
+    }
+
+    /// Whether it may drive this robot.
+    ///
+    /// # Errors
+    /// Names, order, default pose or rate are others.
+    pub fn check(&self, robot: &Robot) -> Result<(), LearnError> {
+        self.header.observation.check(robot)?;
+        if self.header.control_hz != robot.control_hz {
+            return Err(LearnError::Mismatch {
+                what: format!("policy rate for robot '{}' (Hz)", robot.name),
+                expected: self.header.control_hz.to_string(),
+                got: robot.control_hz.to_string(),
+            });
+        }
+        Ok(())
+    }
+
+    /// How its outputs become joint targets.
+    pub fn action_map(&self, robot: &Robot) -> ActionMap {
+        ActionMap::new(self.header.action, robot)
+    }
+
+    /// The deterministic policy: `[N, O]` observations as [`ObservationSpec::write`] wrote them → `[N, J]` outputs (not
+    /// clamped).
+    ///
+    /// # Errors
+    /// The length is no multiple of the observation's.
+    pub fn outputs(&self, mut observations: Vec<f32>) -> Result<Vec<f32>, LearnError> {
+        let width = self.header.observation.size();
+        if !observations.len().is_multiple_of(width) {
+            return Err(LearnError::Mismatch {
+                what: "observations".into(),
+                expected: format!("rows of {width} numbers"),
+                got: format!("{} numbers", observations.len()),
+            });
+        }
+        self.normalizer.normalize(&mut observations);
+        numbers(self.actor.mean(rows(observations, width, &device::inference())))
+    }
+
+    /// The file's content.
+    ///
+    /// # Errors
+    /// The device does not hand out its numbers.
+    pub fn to_checkpoint(&self) -> Result<Checkpoint, LearnError> {
+        let mut checkpoint = Checkpoint::new();
+        checkpoint.set_meta("policy", &self.header)?;
+        checkpoint.put_module("actor", &self.actor)?;
+        self.normalizer.save_into(&mut checkpoint, "normalizer")?;
+        Ok(checkpoint)
+    }
+
+    /// Writes the file; it appears under its name only when it is complete.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub fn save(&self, path: &Path) -> Result<(), LearnError> {
+        Ok(self.to_checkpoint()?.save(path)?)
+    }
+
+    /// Reads a policy for a robot.
+    ///
+    /// # Errors
+    /// The file is damaged or no policy, or was made for another robot.
+    pub fn load(path: &Path, robot: &Robot) -> Result<Self, LearnError> {
+        let policy = Self::read(path)?;
+        policy.check(robot)?;
+        Ok(policy)
+    }
+
+    /// Reads a policy for whatever robot it is: to look at it.
+    ///
+    /// # Errors
+    /// The file is damaged or no policy.
+    pub fn read(path: &Path) -> Result<Self, LearnError> {
+        let checkpoint = Checkpoint::load(path)?;
+        let header: PolicyHeader = checkpoint.meta("policy")?;
+        let (inputs, joints) = (header.observation.size(), header.observation.joints.len());
+        let fresh = Actor::init(inputs, &header.hidden, joints, 1.0, 0, &device::inference());
+        let actor = checkpoint.load_module("actor", fresh)?;
+        let normalizer = RunningNormalizer::load_from(&checkpoint, "normalizer", inputs)?;
+        Ok(Self { header, actor, normalizer })
+    }
+}

@@ -1,0 +1,306 @@
+//! A training run: iterations, metrics, checkpoints, and going on after a stop.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
+
+use lifelike_nn::checkpoint::Checkpoint;
+use lifelike_robot::Robot;
+use lifelike_sim::Simulation;
+
+use super::environment::Environment;
+use super::errors::Cause;
+use super::library::ReferenceLibrary;
+use super::plan::TrackerPlan;
+use super::policy::{EXTENSION, Policy, PolicyHeader};
+use super::ppo::{Iteration, Learner};
+use super::rewards::TERMS;
+use crate::error::LearnError;
+use crate::run::{MetricsWriter, RunFolder};
+
+/// Checkpoints that are kept, besides the best.
+const KEEP: usize = 2;
+
+/// Environments and learner of one plan, between two iterations.
+pub struct Trainer {
+    plan: TrackerPlan,
+    robot: Arc<Robot>,
+    library: Arc<ReferenceLibrary>,
+    environment: Environment,
+    learner: Learner,
+    prior_digest: String,
+    iteration: u64,
+    steps: u64,
+    /// Wall time of earlier parts of the run (s).
+    earlier: f64,
+}
+
+/// How far a run is: for progress bars.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Progress {
+    /// Iterations done.
+    pub iteration: u64,
+    /// Environment steps done.
+    pub steps: u64,
+    /// Environment steps of the budget.
+    pub budget: u64,
+    /// Wall time so far, earlier parts included (s).
+    pub seconds: f64,
+    /// Environment steps per second in the last iteration.
+    pub steps_per_second: f64,
+    /// Mean length of the last episodes (s).
+    pub episode_seconds: f64,
+    /// Share of episodes that do not fail, mean over the clips.
+    pub survival: f64,
+    /// Mean reward per step.
+    pub reward: f64,
+}
+
+/// How a run ended.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Summary {
+    /// The policy's file.
+    pub policy: PathBuf,
+    /// How far it got.
+    pub progress: Option<Progress>,
+    /// It was asked to stop before the budget was spent; it can be resumed.
+    pub interrupted: bool,
+}
+
+impl Trainer {
+    /// Fresh networks and environments.
+    ///
+    /// # Errors
+    /// Plan, robot, library and simulation do not fit each other.
+    pub fn new(
+        plan: &TrackerPlan,
+        robot: Arc<Robot>,
+        library: Arc<ReferenceLibrary>,
+        simulation: Box<dyn Simulation>,
+    ) -> Result<Self, LearnError> {
+        plan.check()?;
+        let environment = Environment::new(plan, Arc::clone(&robot), Arc::clone(&library), simulation)?;
+        let learner = Learner::new(plan, &environment, robot.joints());
+        Ok(Self {
+            plan: plan.clone(),
+            robot,
+            library,
+            environment,
+            learner,
+            prior_digest: String::new(),
+            iteration: 0,
+            steps: 0,
+            earlier: 0.0,
+        })
+    }
+
+    /// Remembers which prior (by the SHA-256 of its file, hexadecimal) made the library's latent codes.
+    #[must_use]
+    pub fn with_prior_digest(mut self, digest: &str) -> Self {
+        self.prior_digest = digest.into();
+        self
+    }
+
+    /// Iterations done.
+    pub fn iteration(&self) -> u64 {
+        self.iteration
+    }
+
+    /// Environment steps done.
+    pub fn steps(&self) -> u64 {
+        self.steps
+    }
+
+    /// The environments.
+    pub fn environment(&self) -> &Environment {
+        &self.environment
+    }
+
+    /// One iteration of PPO.
+    ///
+    /// # Errors
+    /// The simulation fails as a whole.
+    pub fn iterate(&mut self) -> Result<Iteration, LearnError> {
+        self.environment.tally_mut().start();
+        let report = self.learner.iterate(&mut self.environment, self.iteration)?;
+        self.environment.refresh_starts();
+        self.iteration += 1;
+        self.steps += self.environment.tally_mut().steps;
+        Ok(report)
+    }
+
+    /// The policy as it is now.
+    pub fn policy(&self) -> Policy {
+        let header = PolicyHeader {
+            robot: self.robot.name.clone(),
+            observation: self.environment.observation().clone(),
+            action: self.plan.action,
+            control_hz: self.robot.control_hz,
+            hidden: self.plan.network.actor.clone(),
+            prior: self.prior_digest.clone(),
+            steps: self.steps,
+        };
+        Policy::new(header, self.learner.actor(), self.learner.normalizer())
+    }
+
+    /// Runs until the budget is spent or `stop` is set, from where the run in `folder` stands. Writes metrics,
+    /// checkpoints and at the end `tracker.policy.safetensors`.
+    ///
+    /// # Errors
+    /// Files that cannot be written; a checkpoint of another plan; a simulation that fails as a whole.
+    pub fn run(
+        &mut self,
+        folder: &RunFolder,
+        stop: &AtomicBool,
+        mut progress: impl FnMut(&Progress),
+    ) -> Result<Summary, LearnError> {
+        let checkpoints = folder.checkpoints(KEEP);
+        let mut metrics = match checkpoints.latest() {
+            None => folder.start_metrics()?,
+            Some((info, bytes)) => {
+                let position = self.load(&bytes, &checkpoints.path(info.iteration))?;
+                folder.resume_metrics(position, self.iteration)?
+            }
+        };
+        let began = Instant::now();
+        let earlier = self.earlier;
+        let mut latest = None;
+        let mut saved = Some(self.iteration).filter(|i| *i > 0);
+        let mut interrupted = false;
+        while !self.spent() {
+            if stop.load(Ordering::SeqCst) {
+                interrupted = true;
+                break;
+            }
+            let report = self.iterate()?;
+            self.earlier = earlier + began.elapsed().as_secs_f64();
+            let now = self.progress(&report);
+            self.log(&report, &now, &mut metrics)?;
+            progress(&now);
+            latest = Some(now);
+            if self.iteration.is_multiple_of(self.plan.checkpoint_every) {
+                self.save(&checkpoints, &mut metrics)?;
+                saved = Some(self.iteration);
+            }
+        }
+        if saved != Some(self.iteration) {
+            self.save(&checkpoints, &mut metrics)?;
+        }
+        let policy = folder.path().join(format!("tracker{EXTENSION}"));
+        self.policy().save(&policy)?;
+        Ok(Summary { policy, progress: latest, interrupted })
+    }
+
+    fn spent(&self) -> bool {
+        let late = self.plan.budget.minutes.is_some_and(|m| self.earlier >= 60.0 * m);
+        late || self.steps >= self.plan.budget.steps
+    }
+
+    fn progress(&mut self, report: &Iteration) -> Progress {
+        let hz = self.robot.control_hz;
+        let seconds = self.earlier;
+        let (steps, budget, iteration) = (self.steps, self.plan.budget.steps, self.iteration);
+        let tally = self.environment.tally_mut();
+        Progress {
+            iteration,
+            steps,
+            budget,
+            seconds,
+            steps_per_second: tally.steps as f64 / (report.collecting + report.learning),
+            episode_seconds: tally.recent()[1] / hz,
+            survival: tally.mean_survival(),
+            reward: report.reward,
+        }
+    }
+
+    fn log(&mut self, report: &Iteration, now: &Progress, metrics: &mut MetricsWriter) -> Result<(), LearnError> {
+        let (iteration, steps) = (self.iteration, self.steps);
+        let tally = self.environment.tally_mut();
+        let [gain, length] = tally.recent();
+        let mut values: Vec<(String, f64)> = [
+            ("Train/mean_reward", gain),
+            ("Train/mean_episode_length", length),
+            ("Train/mean_step_reward", report.reward),
+            ("Train/survival", tally.mean_survival()),
+            ("Train/steps", steps as f64),
+            ("Train/episodes", tally.episodes as f64),
+            ("Loss/value_function", report.value_loss),
+            ("Loss/surrogate", report.surrogate),
+            ("Loss/entropy", report.entropy),
+            ("Loss/kl", report.divergence),
+            ("Loss/explained_variance", report.explained_variance),
+            ("Loss/gradient_norm", report.gradient_norm),
+            ("Loss/skipped_steps", report.skipped as f64),
+            ("Loss/learning_rate", report.rate),
+            ("Policy/mean_std", report.std),
+        ]
+        .map(|(name, value)| (name.to_string(), value))
+        .to_vec();
+        let per_step = 1.0 / tally.steps.max(1) as f64;
+        values.extend(TERMS.iter().zip(tally.terms).map(|(name, sum)| (format!("Reward/{name}"), sum * per_step)));
+        let causes = Cause::ALL.iter().zip(tally.causes);
+        values.extend(causes.map(|(cause, count)| (format!("Termination/{}", cause.name()), count as f64)));
+        let clips = self.library.names.iter().zip(&tally.survival);
+        values.extend(clips.map(|(name, rate)| (format!("Survival/{name}"), *rate)));
+        let values: Vec<(&str, f64)> = values.iter().map(|(n, v)| (n.as_str(), *v)).collect();
+        metrics.log(iteration, &values)?;
+        let timing = [
+            ("Perf/total_fps", now.steps_per_second),
+            ("Perf/collection_time", report.collecting),
+            ("Perf/simulation_time", report.stepping),
+            ("Perf/learning_time", report.learning),
+            ("Perf/wall_time", now.seconds),
+        ];
+        metrics.log_timing(iteration, &timing)
+    }
+
+    /// Everything that the rest of the run depends on.
+    fn save(&self, checkpoints: &crate::run::Checkpoints, metrics: &mut MetricsWriter) -> Result<(), LearnError> {
+        let position = metrics.sync()?;
+        let checkpoint = self.checkpoint(position)?;
+        checkpoints.save(self.iteration, None, &checkpoint.to_bytes()?)?;
+        Ok(())
+    }
+
+    /// The checkpoint of now; `metrics_position` is the length of the metrics file that belongs to it (bytes).
+    ///
+    /// # Errors
+    /// The device does not hand out its numbers.
+    pub fn checkpoint(&self, metrics_position: u64) -> Result<Checkpoint, LearnError> {
+        let mut checkpoint = Checkpoint::new();
+        checkpoint.set_meta("plan", &self.resumable_plan())?;
+        checkpoint.put_u64("run.counters", &[3], vec![self.iteration, self.steps, metrics_position])?;
+        checkpoint.put_f64("run.seconds", &[1], vec![self.earlier])?;
+        self.learner.save_into(&mut checkpoint, "learner")?;
+        self.environment.save_into(&mut checkpoint, "environment")?;
+        Ok(checkpoint)
+    }
+
+    /// The plan less what may change when a run is resumed: when it stops, and how often it saves.
+    fn resumable_plan(&self) -> TrackerPlan {
+        TrackerPlan { budget: Default::default(), checkpoint_every: 1, ..self.plan.clone() }
+    }
+
+    /// Goes on from a checkpoint's bytes; returns the position in the metrics file.
+    ///
+    /// # Errors
+    /// The checkpoint is damaged, or of another plan.
+    pub fn load(&mut self, bytes: &[u8], path: &Path) -> Result<u64, LearnError> {
+        let checkpoint = Checkpoint::from_bytes(bytes, path)?;
+        let plan: TrackerPlan = checkpoint.meta("plan")?;
+        if plan != self.resumable_plan() {
+            return Err(LearnError::Mismatch {
+                what: format!("{}: plan", path.display()),
+                expected: "the plan of this run".into(),
+                got: "another (only budget and checkpoint_every may change)".into(),
+            });
+        }
+        let counters = checkpoint.u64s("run.counters", &[3])?;
+        self.learner.load(&checkpoint, "learner")?;
+        self.environment.load(&checkpoint, "environment")?;
+        (self.iteration, self.steps) = (counters[0], counters[1]);
+        self.earlier = checkpoint.f64s("run.seconds", &[1])?[0];
+        Ok(counters[2])
+    }
+}
