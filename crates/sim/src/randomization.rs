@@ -8,8 +8,11 @@ use crate::batch::{EnvironmentParameters, Simulation};
 use crate::error::SimError;
 
 /// How much differs between environments. The default is the thesis' for the humanoid, without pushes.
+///
+/// As text, what is not said does not differ: TOML has no word for `None`, so only this default comes back from its own
+/// text.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
-#[serde(deny_unknown_fields, default)]
+#[serde(deny_unknown_fields, default = "RandomizationSpec::none")]
 pub struct RandomizationSpec {
     /// ε_m of Table 4.1: each body's mass is scaled by a factor within 1 ± this.
     pub mass: f64,
