@@ -20,8 +20,9 @@ const LEARN: [(&str, &[&str]); 5] = [
 ];
 
 /// The only files with `unsafe`, and why.
-const UNSAFE: [(&str, &str); 2] = [
+const UNSAFE: [(&str, &str); 3] = [
     ("crates/sim/src/mujoco", "MuJoCo is a C library"),
+    ("crates/sim/tests/oracle_mujoco.rs", "the oracle: MuJoCo stepped by its own C functions"),
     ("crates/nn/src/memory.rs", "glibc's allocator is set by a C function"),
 ];
 

@@ -29,12 +29,12 @@ pub fn limit_speeds(options: &mut RetargetOptions, robot: &Robot) {
 }
 
 /// Clips from files, folders and patterns, sorted by name. Motion of robots is taken as it is; captured motion and
-/// keyframes are retargeted to the robot on the way.
+/// keyframes are retargeted to the robot on the way. `@list.txt` stands for the lines of a file.
 ///
 /// # Errors
 /// Whatever is wrong with the first file that is no use; two clips of one name.
 pub fn load(inputs: &[PathBuf], robot: &Robot) -> Result<Vec<MotionClip>, CliError> {
-    let files = dataset::find_files(inputs, |path| dataset::is_motion_file(path) || is_captured(path))?;
+    let files = dataset::find_files(&listed(inputs)?, |path| dataset::is_motion_file(path) || is_captured(path))?;
     let mut options = retarget_options(robot);
     limit_speeds(&mut options, robot);
     let read = |file: &PathBuf| {
@@ -51,6 +51,20 @@ pub fn load(inputs: &[PathBuf], robot: &Robot) -> Result<Vec<MotionClip>, CliErr
         return Err(CliError::Input(format!("two files have a clip named '{}'", pair[0].name)));
     }
     Ok(clips)
+}
+
+/// Replaces `@file` by the lines of the file that are neither empty nor comments (`#`).
+fn listed(inputs: &[PathBuf]) -> Result<Vec<PathBuf>, CliError> {
+    let mut all = Vec::with_capacity(inputs.len());
+    for input in inputs {
+        let Some(file) = input.to_str().and_then(|text| text.strip_prefix('@')).filter(|_| !input.exists()) else {
+            all.push(input.clone());
+            continue;
+        };
+        let text = std::fs::read_to_string(file).map_err(|e| CliError::Input(format!("{file}: {e}")))?;
+        all.extend(text.lines().map(str::trim).filter(|l| !l.is_empty() && !l.starts_with('#')).map(PathBuf::from));
+    }
+    Ok(all)
 }
 
 /// Our own clips on a robot. Clips that do not suit it are left out, and named with the reason.
@@ -116,6 +130,16 @@ mod tests {
         assert!(!file("LICENSE", "MIT"));
         assert!(file("b.BVH", ""));
         assert!(file("c.keys.toml", "") && !file("plan.toml", ""));
+    }
+
+    #[test]
+    fn a_list_stands_for_its_lines() {
+        let folder = tempfile::tempdir().unwrap();
+        let list = folder.path().join("list.txt");
+        std::fs::write(&list, "# two\na.bvh\n\n  b/*.bvh\n").unwrap();
+        let inputs = ["x".into(), PathBuf::from(format!("@{}", list.display()))];
+        assert_eq!(listed(&inputs).unwrap(), ["x", "a.bvh", "b/*.bvh"].map(PathBuf::from));
+        assert!(listed(&["@none".into()]).unwrap_err().to_string().contains("none"));
     }
 
     #[test]

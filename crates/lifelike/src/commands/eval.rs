@@ -27,6 +27,7 @@ const ENVIRONMENTS: usize = 128;
 Examples:
   lifelike eval --policy runs/walk/tracker.policy.safetensors --motions data/lima -o report
   lifelike eval --policy p.policy.safetensors --prior m.prior.safetensors --motions a.bvh b.bvh -o report
+  lifelike eval --policy p.policy.safetensors --motions @experiments/track-20-test.txt -o report
   lifelike eval --policy p.policy.safetensors --motions data/lima -o report --json | jq .overall.survival
 
 Motions may be *.motion.safetensors, or captured motion and keyframes, which are retargeted on the way.")]
@@ -40,7 +41,7 @@ pub struct Args {
     /// The robot: a name, or an MJCF or URDF file; what the policy was trained for where not given.
     #[arg(short, long)]
     pub robot: Option<String>,
-    /// Clips to follow: files, folders, patterns.
+    /// Clips to follow: files, folders, patterns, or @list.txt with one of them per line.
     #[arg(short, long, required = true, num_args = 1..)]
     pub motions: Vec<PathBuf>,
     /// Folder of the results.
