@@ -31,8 +31,8 @@ impl Default for ContactOptions {
         Self {
             enter_height: 0.035,
             leave_height: 0.06,
-            enter_speed: 0.4,
-            leave_speed: 0.7,
+            enter_speed: 0.5,
+            leave_speed: 0.85,
             shortest_contact: 0.07,
             shortest_gap: 0.05,
         }
