@@ -1,1 +1,10 @@
 //! Floor 4: learning. `representation` (the motion prior) ← `tracking` (PPO) with `evaluation` beside them.
+
+pub mod error;
+pub mod evaluation;
+pub mod report;
+pub mod representation;
+pub mod run;
+pub mod tracking;
+
+pub use error::LearnError;

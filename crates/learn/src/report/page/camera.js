@@ -44,7 +44,7 @@ class Camera {
   home(height) {
     this.azimuth = -0.9;
     this.elevation = 0.2;
-    this.distance = height * 3.1;
+    this.distance = height * 2.6;
     this.pan = [0, 0, 0];
   }
 

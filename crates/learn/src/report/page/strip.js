@@ -35,7 +35,7 @@ function strip() {
   camera.azimuth = number("azimuth", camera.azimuth);
   camera.elevation = number("elevation", 0.14);
   camera.angle = 0.42;
-  camera.distance = character.height * 3.0;
+  camera.distance = character.height * 2.7;
   for (let i = 0; i < n; i++) {
     const time = from + (to - from) * i / (n - 1);
     const item = make("li", `${time.toFixed(2)} s`, times);

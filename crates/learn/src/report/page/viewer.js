@@ -158,7 +158,8 @@ class Viewer {
   }
 
   tick(now) {
-    const passed = Math.min((now - this.before) / 1000, 0.1);
+    // The first frame may carry a time before the viewer was made.
+    const passed = Math.min(Math.max((now - this.before) / 1000, 0), 0.1);
     this.before = now;
     if (this.playing && !this.held && this.clip.duration > 0) {
       this.time = (this.time + passed * this.speed) % this.clip.duration;

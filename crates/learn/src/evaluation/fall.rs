@@ -1,0 +1,76 @@
+//! What counts as a fall.
+//!
+//! Not following well is not falling: the limits are far beyond the deviations at which training gives up (a height off
+//! by 12 cm, a tilt off by 0.7 rad), so that a policy is not called fallen for lagging, crouching or drifting. Both are
+//! relative to the reference, so a clip may itself lie down.
+
+use lifelike_character::Vec3;
+
+use super::rollout::Snapshot;
+
+/// A root below this share of the reference's height has fallen.
+pub const HEIGHT_SHARE: f64 = 0.6;
+/// A root whose up direction is off by more than this has fallen (rad; 57.3 deg).
+pub const TILT: f64 = 1.0;
+
+/// How a fall is known.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Cause {
+    /// The root is below [`HEIGHT_SHARE`] of the reference's height.
+    Height,
+    /// The root's up direction, seen from the root, is off by more than [`TILT`].
+    Tilt,
+    /// The simulation left the realm of numbers.
+    Diverged,
+}
+
+impl Cause {
+    /// In words.
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::Height => "root sank",
+            Self::Tilt => "tilted over",
+            Self::Diverged => "simulation diverged",
+        }
+    }
+}
+
+/// Whether a frame shows a fall.
+pub fn fallen(reference: &Snapshot, simulated: &Snapshot) -> Option<Cause> {
+    let up = |s: &Snapshot| s.root_orientation.inverse() * Vec3::z();
+    let tilt = up(reference).angle(&up(simulated));
+    if !simulated.root_position.iter().all(|c| c.is_finite()) || !tilt.is_finite() {
+        Some(Cause::Diverged)
+    } else if tilt > TILT {
+        Some(Cause::Tilt)
+    } else if simulated.root_position.z < HEIGHT_SHARE * reference.root_position.z {
+        Some(Cause::Height)
+    } else {
+        None
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use lifelike_character::Quat;
+
+    use super::super::rollout::example::snapshot;
+    use super::*;
+
+    #[test]
+    fn low_or_tilted_against_the_reference() {
+        let reference = snapshot(Vec3::z(), 0.0, 0.0);
+        let at = |z: f64, roll: f64, yaw: f64| {
+            let mut s = snapshot(z * Vec3::z(), 0.0, 0.0);
+            s.root_orientation = Quat::from_euler_angles(roll, 0.0, yaw);
+            s
+        };
+        assert_eq!(fallen(&reference, &at(0.61, 0.0, 3.0)), None, "turning round is no fall");
+        assert_eq!(fallen(&reference, &at(0.59, 0.0, 0.0)), Some(Cause::Height));
+        assert_eq!(fallen(&reference, &at(1.0, 0.99, 0.0)), None);
+        assert_eq!(fallen(&reference, &at(1.0, -1.01, 2.0)), Some(Cause::Tilt));
+        assert_eq!(fallen(&at(0.2, 1.5, 0.0), &at(0.15, 1.4, 1.0)), None, "a clip may lie down");
+        assert_eq!(fallen(&reference, &at(f64::NAN, 0.0, 0.0)), Some(Cause::Diverged));
+    }
+}

@@ -1,0 +1,34 @@
+//! How well a policy follows: the measures of thesis Table 4.3 and of today's trackers, and why it fails where it fails.
+//!
+//! The main path: [`evaluate`] runs a [`Policy`](crate::tracking::Policy) in physics from states of the reference →
+//! [`Rollout`] (what was asked and what happened, frame by frame) → [`EpisodeScore`] → [`Evaluation`] (per clip and
+//! overall) → [`Evaluation::tables`] and [`Evaluation::playbacks`] for terminal and report, `serde` for `--json`.
+//!
+//! Everything between a rollout and a score is a pure function, one idea per file:
+//!
+//! | file | measure |
+//! | --- | --- |
+//! | `accuracy` | joint error (deg), end-effector error (m), body error (m) |
+//! | `drift` | where the root is, and where it faces, against the reference (m, deg) |
+//! | `smoothness` | jerk (rad/s³) |
+//! | `fall` | what counts as a fall |
+//! | `failure` | which body left first, which joints were at their limit, when the ground was lost |
+
+pub mod accuracy;
+pub mod drift;
+mod driver;
+pub mod failure;
+pub mod fall;
+mod rollout;
+pub mod schedule;
+mod score;
+pub mod smoothness;
+mod tables;
+#[cfg(test)]
+mod tests;
+
+pub use driver::{EvaluationOptions, evaluate};
+pub use failure::Failure;
+pub use fall::Cause;
+pub use rollout::{Names, Outcome, Rollout, Snapshot};
+pub use score::{ClipScore, EpisodeScore, Evaluation};

@@ -1,0 +1,151 @@
+//! What was asked and what happened.
+
+use std::sync::Arc;
+
+use lifelike_character::{Quat, Vec3};
+
+use super::fall::Cause;
+
+/// Names of everything that a rollout has columns of.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Names {
+    /// Scalar joints.
+    pub joints: Vec<String>,
+    /// End effectors.
+    pub effectors: Vec<String>,
+    /// Bodies, the world first.
+    pub bodies: Vec<String>,
+    /// Feet whose ground force is recorded.
+    pub feet: Vec<String>,
+}
+
+/// One instant of one character.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Snapshot {
+    /// Root position (m, world).
+    pub root_position: Vec3,
+    /// Root orientation.
+    pub root_orientation: Quat,
+    /// Joint positions (rad).
+    pub joints: Vec<f64>,
+    /// End-effector positions (m, world).
+    pub effectors: Vec<Vec3>,
+    /// Body frames, the world first (m, world).
+    pub bodies: Vec<(Vec3, Quat)>,
+}
+
+/// How an episode ended.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Outcome {
+    /// On its feet, at the end of its time or of its clip.
+    Survived,
+    /// It fell at this frame.
+    Fell {
+        /// First frame in which it has fallen.
+        frame: usize,
+        /// How that is known.
+        cause: Cause,
+    },
+}
+
+/// One episode.
+///
+/// # Shapes
+/// `reference` and `simulated` have one snapshot per frame at the policy's rate; frame 0 is the start, which is exact by
+/// construction and counts in no error. `torque_share` is `[frame, joint]`, `foot_force` `[frame, foot]`. Frames after a
+/// fall are recorded for the eye only.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Rollout {
+    /// The clip.
+    pub clip: String,
+    /// Where in the clip it started (s).
+    pub start: f64,
+    /// Frames per second.
+    pub fps: f64,
+    /// Names of the columns.
+    pub names: Arc<Names>,
+    /// What was asked, laid where the episode began.
+    pub reference: Vec<Snapshot>,
+    /// What happened.
+    pub simulated: Vec<Snapshot>,
+    /// Actuator torque as a share of the largest, unsigned.
+    pub torque_share: Vec<f32>,
+    /// Normal ground force of each foot as a share of the weight.
+    pub foot_force: Vec<f32>,
+    /// Frames that the episode would have had without a fall.
+    pub planned: usize,
+    /// How it ended.
+    pub outcome: Outcome,
+}
+
+impl Rollout {
+    /// The frames that count: from the first after the start to the last before a fall.
+    pub fn counted(&self) -> std::ops::Range<usize> {
+        let recorded = self.simulated.len().min(self.reference.len());
+        let end = match self.outcome {
+            Outcome::Survived => recorded,
+            Outcome::Fell { frame, .. } => frame.min(recorded),
+        };
+        1..end.max(1)
+    }
+
+    /// Reference and simulation of the frames that count.
+    pub fn pairs(&self) -> impl Iterator<Item = (&Snapshot, &Snapshot)> {
+        let range = self.counted();
+        let end = range.end.min(self.reference.len()).min(self.simulated.len());
+        let start = range.start.min(end);
+        self.reference[start..end].iter().zip(&self.simulated[start..end])
+    }
+}
+
+/// Rollouts small enough to calculate by hand.
+#[cfg(test)]
+pub(super) mod example {
+    use super::*;
+
+    /// A root at a place and heading with one hand a metre ahead of it and half a metre up, and one joint.
+    pub fn snapshot(position: Vec3, yaw: f64, joint: f64) -> Snapshot {
+        let turn = Quat::from_axis_angle(&Vec3::z_axis(), yaw);
+        let hand = position + turn * Vec3::new(1.0, 0.0, 0.5);
+        Snapshot {
+            root_position: position,
+            root_orientation: turn,
+            joints: vec![joint],
+            effectors: vec![hand],
+            bodies: vec![(Vec3::zeros(), Quat::identity()), (position, turn), (hand, turn)],
+        }
+    }
+
+    /// `frames` frames at 10 Hz in which reference and physics stand where the closures say.
+    pub fn rollout(frames: usize, reference: impl Fn(f64) -> Snapshot, simulated: impl Fn(f64) -> Snapshot) -> Rollout {
+        let at = |f: usize| f as f64 / 10.0;
+        Rollout {
+            clip: "walk".into(),
+            start: 2.0,
+            fps: 10.0,
+            names: Arc::new(Names {
+                joints: vec!["knee".into()],
+                effectors: vec!["hand".into()],
+                bodies: vec!["world".into(), "pelvis".into(), "hand".into()],
+                feet: vec!["foot".into()],
+            }),
+            reference: (0..frames).map(|f| reference(at(f))).collect(),
+            simulated: (0..frames).map(|f| simulated(at(f))).collect(),
+            torque_share: vec![0.1; frames],
+            foot_force: vec![1.0; frames],
+            planned: frames,
+            outcome: Outcome::Survived,
+        }
+    }
+
+    #[test]
+    fn the_start_and_what_follows_a_fall_do_not_count() {
+        let still = |_| snapshot(Vec3::z(), 0.0, 0.0);
+        let mut r = rollout(10, still, still);
+        assert_eq!((r.counted(), r.pairs().count()), (1..10, 9));
+        r.outcome = Outcome::Fell { frame: 4, cause: Cause::Tilt };
+        assert_eq!((r.counted(), r.pairs().count()), (1..4, 3));
+        r.outcome = Outcome::Fell { frame: 0, cause: Cause::Tilt };
+        assert_eq!(r.pairs().count(), 0);
+    }
+}

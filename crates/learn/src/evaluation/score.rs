@@ -1,0 +1,239 @@
+//! Scores of episodes, clips and everything.
+
+use super::accuracy::{PHC_LIMIT, body_errors, effector_error, joint_error, mean};
+use super::drift::drift;
+use super::failure::Failure;
+use super::rollout::{Outcome, Rollout};
+use super::smoothness::jerk;
+
+/// The score of one episode. Errors are means over the frames before a fall; NaN (`null` in JSON) where it fell at once.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct EpisodeScore {
+    /// The clip.
+    pub clip: String,
+    /// Where in the clip it started (s).
+    pub start: f64,
+    /// Seconds that it would have lasted without a fall.
+    pub planned_seconds: f64,
+    /// Frames that count.
+    pub frames: usize,
+    /// Frames that would have counted without a fall.
+    pub planned_frames: usize,
+    /// No fall.
+    pub survived: bool,
+    /// No fall, and the mean body error (m, world) never above 0.5 m: success in the sense of PHC.
+    pub success: bool,
+    /// Mean absolute joint error (deg).
+    pub joint_error_deg: f64,
+    /// Mean end-effector error (m).
+    pub effector_error_m: f64,
+    /// Mean body error (m, world), drift included.
+    pub body_error_m: f64,
+    /// Mean distance from the reference on the ground (m).
+    pub position_drift_mean_m: f64,
+    /// The same at the end (m).
+    pub position_drift_end_m: f64,
+    /// Mean heading error (deg).
+    pub heading_drift_mean_deg: f64,
+    /// The same at the end (deg).
+    pub heading_drift_end_deg: f64,
+    /// Mean joint jerk (rad/s³).
+    pub jerk: f64,
+    /// Mean joint jerk of the reference over the same frames (rad/s³).
+    pub reference_jerk: f64,
+    /// Why it fell.
+    pub failure: Option<Failure>,
+}
+
+impl EpisodeScore {
+    /// The score of a rollout.
+    pub fn of(rollout: &Rollout) -> Self {
+        let errors = body_errors(rollout);
+        let survived = rollout.outcome == Outcome::Survived;
+        let drift = drift(rollout);
+        let end = rollout.counted().end.min(rollout.simulated.len()).min(rollout.reference.len());
+        Self {
+            clip: rollout.clip.clone(),
+            start: rollout.start,
+            planned_seconds: rollout.planned.saturating_sub(1) as f64 / rollout.fps,
+            frames: errors.len(),
+            planned_frames: rollout.planned.saturating_sub(1),
+            survived,
+            success: survived && errors.iter().all(|e| *e <= PHC_LIMIT),
+            joint_error_deg: joint_error(rollout),
+            effector_error_m: effector_error(rollout),
+            body_error_m: mean(errors.iter().copied()),
+            position_drift_mean_m: drift.position_mean,
+            position_drift_end_m: drift.position_end,
+            heading_drift_mean_deg: drift.heading_mean,
+            heading_drift_end_deg: drift.heading_end,
+            jerk: jerk(&rollout.simulated[..end], rollout.fps),
+            reference_jerk: jerk(&rollout.reference[..end], rollout.fps),
+            failure: Failure::of(rollout),
+        }
+    }
+}
+
+/// The score of a clip, or of all of them. Errors are pooled over frames ("over all frames, joints, and evaluation
+/// episodes", thesis 4.3.3), drift at the end and rates over episodes.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct ClipScore {
+    /// The clip; `all` for the sum.
+    pub clip: String,
+    /// Number of episodes.
+    pub episodes: usize,
+    /// Mean length that the episodes would have had (s).
+    pub seconds: f64,
+    /// Share of episodes without a fall.
+    pub survival: f64,
+    /// Share of episodes that succeed in the sense of PHC.
+    pub success: f64,
+    /// Share of frames before a fall: what the errors are means over.
+    pub covered: f64,
+    /// Mean absolute joint error (deg).
+    pub joint_error_deg: f64,
+    /// Mean end-effector error (m).
+    pub effector_error_m: f64,
+    /// Mean body error (m, world), drift included.
+    pub body_error_m: f64,
+    /// Mean distance from the reference on the ground (m).
+    pub position_drift_mean_m: f64,
+    /// The same at the end of the episodes (m).
+    pub position_drift_end_m: f64,
+    /// Mean heading error (deg).
+    pub heading_drift_mean_deg: f64,
+    /// The same at the end of the episodes (deg).
+    pub heading_drift_end_deg: f64,
+    /// Mean joint jerk (rad/s³).
+    pub jerk: f64,
+    /// Mean joint jerk of the reference (rad/s³).
+    pub reference_jerk: f64,
+}
+
+impl ClipScore {
+    /// The score of some episodes under one name.
+    pub fn of(name: &str, episodes: &[&EpisodeScore]) -> Self {
+        // An episode without frames has NaN errors and no weight.
+        let pooled = |value: fn(&EpisodeScore) -> f64| {
+            let known: Vec<_> = episodes.iter().filter(|e| value(e).is_finite()).collect();
+            let frames: usize = known.iter().map(|e| e.frames).sum();
+            if frames == 0 {
+                return f64::NAN;
+            }
+            known.iter().map(|e| value(e) * e.frames as f64).sum::<f64>() / frames as f64
+        };
+        let ended = |value: fn(&EpisodeScore) -> f64| mean(episodes.iter().map(|e| value(e)).filter(|v| v.is_finite()));
+        let share = |is: fn(&EpisodeScore) -> bool| mean(episodes.iter().map(|e| if is(e) { 1.0 } else { 0.0 }));
+        let planned: usize = episodes.iter().map(|e| e.planned_frames).sum();
+        let frames: usize = episodes.iter().map(|e| e.frames).sum();
+        Self {
+            clip: name.into(),
+            episodes: episodes.len(),
+            seconds: mean(episodes.iter().map(|e| e.planned_seconds)),
+            survival: share(|e| e.survived),
+            success: share(|e| e.success),
+            covered: if planned == 0 { f64::NAN } else { frames as f64 / planned as f64 },
+            joint_error_deg: pooled(|e| e.joint_error_deg),
+            effector_error_m: pooled(|e| e.effector_error_m),
+            body_error_m: pooled(|e| e.body_error_m),
+            position_drift_mean_m: pooled(|e| e.position_drift_mean_m),
+            position_drift_end_m: ended(|e| e.position_drift_end_m),
+            heading_drift_mean_deg: pooled(|e| e.heading_drift_mean_deg),
+            heading_drift_end_deg: ended(|e| e.heading_drift_end_deg),
+            jerk: pooled(|e| e.jerk),
+            reference_jerk: pooled(|e| e.reference_jerk),
+        }
+    }
+}
+
+/// The evaluation of one policy.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct Evaluation {
+    /// The robot.
+    pub robot: String,
+    /// The engine.
+    pub engine: String,
+    /// Longest episode (s).
+    pub episode_seconds: f64,
+    /// One score per clip, in the order in which they were given.
+    pub clips: Vec<ClipScore>,
+    /// All episodes together.
+    pub overall: ClipScore,
+    /// Every episode.
+    pub episodes: Vec<EpisodeScore>,
+    /// Recorded rollouts, for the eye; not part of the JSON.
+    #[serde(skip)]
+    pub rollouts: Vec<Rollout>,
+}
+
+impl Evaluation {
+    /// Sums up episodes, which come clip by clip.
+    pub fn new(robot: &str, engine: &str, seconds: f64, episodes: Vec<EpisodeScore>, rollouts: Vec<Rollout>) -> Self {
+        let clips = episodes
+            .chunk_by(|a, b| a.clip == b.clip)
+            .map(|group| ClipScore::of(&group[0].clip, &group.iter().collect::<Vec<_>>()))
+            .collect();
+        Self {
+            robot: robot.into(),
+            engine: engine.into(),
+            episode_seconds: seconds,
+            clips,
+            overall: ClipScore::of("all", &episodes.iter().collect::<Vec<_>>()),
+            episodes,
+            rollouts,
+        }
+    }
+
+    /// All falls.
+    pub fn failures(&self) -> impl Iterator<Item = &Failure> {
+        self.episodes.iter().filter_map(|e| e.failure.as_ref())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use lifelike_character::Vec3;
+
+    use super::super::fall::Cause;
+    use super::super::rollout::example::{rollout, snapshot};
+    use super::*;
+
+    fn episode(frames: usize, joint: f64, aside: f64, fall: Option<usize>) -> EpisodeScore {
+        let at = move |_| snapshot(Vec3::new(0.0, aside, 1.0), 0.0, joint);
+        let mut r = rollout(frames, |_| snapshot(Vec3::z(), 0.0, 0.0), at);
+        if let Some(frame) = fall {
+            r.outcome = Outcome::Fell { frame, cause: Cause::Tilt };
+        }
+        EpisodeScore::of(&r)
+    }
+
+    #[test]
+    fn success_needs_survival_and_bodies_within_half_a_metre() {
+        let flags = |e: EpisodeScore| (e.survived, e.success);
+        assert_eq!(flags(episode(5, 0.0, 0.49, None)), (true, true));
+        assert_eq!(flags(episode(5, 0.0, 0.51, None)), (true, false));
+        assert_eq!(flags(episode(5, 0.0, 0.0, Some(3))), (false, false));
+    }
+
+    #[test]
+    fn errors_are_pooled_over_frames_and_rates_over_episodes() {
+        // 4 frames at 1 rad; 1 frame (a fall in frame 2 of a planned 8) at 2 rad; a fall at once.
+        let episodes = [episode(5, 1.0, 0.0, None), episode(9, 2.0, 0.3, Some(2)), episode(5, 3.0, 0.0, Some(1))];
+        let score = ClipScore::of("walk", &episodes.iter().collect::<Vec<_>>());
+        assert!((score.joint_error_deg.to_radians() - (4.0 + 2.0) / 5.0).abs() < 1e-12);
+        assert!((score.survival - 1.0 / 3.0).abs() < 1e-12);
+        assert!((score.covered - 5.0 / 16.0).abs() < 1e-12);
+        assert!((score.position_drift_end_m - 0.15).abs() < 1e-12, "0 and 0.3 m; the third has no end to speak of");
+        assert_eq!(score.episodes, 3);
+    }
+
+    #[test]
+    fn no_number_becomes_null_in_json() {
+        let evaluation = Evaluation::new("post", "none", 10.0, vec![episode(5, 3.0, 0.0, Some(1))], vec![]);
+        let json = serde_json::to_value(&evaluation).unwrap_or_default();
+        assert!(json["clips"][0]["joint_error_deg"].is_null());
+        assert_eq!(json["overall"]["survival"], 0.0);
+        assert_eq!(json["episodes"][0]["failure"]["cause"], "tilt");
+        assert_eq!(evaluation.failures().count(), 1);
+    }
+}
