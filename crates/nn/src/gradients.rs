@@ -27,6 +27,11 @@ impl Gradients {
         Self { by_name: visitor.out }
     }
 
+    /// Adds the gradient of one parameter, flattened, however it was computed.
+    pub fn insert(&mut self, name: String, gradient: Tensor<1>) {
+        self.by_name.insert(name, gradient);
+    }
+
     /// The gradient of one parameter, flattened.
     pub fn get(&self, name: &str) -> Option<&Tensor<1>> {
         self.by_name.get(name)

@@ -7,6 +7,7 @@
 //! parameters, gradients, moments and files together.
 
 pub mod adam;
+pub mod backprop;
 pub mod checkpoint;
 pub mod conv_resnet;
 pub mod device;

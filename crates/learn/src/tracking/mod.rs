@@ -11,6 +11,7 @@ pub mod errors;
 pub mod gae;
 pub mod gaussian;
 pub mod library;
+pub mod losses;
 pub mod networks;
 mod observe;
 pub mod plan;

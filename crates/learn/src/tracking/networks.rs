@@ -2,8 +2,9 @@
 
 use burn::module::{Module, Param};
 use burn::tensor::{Device, Tensor, TensorData};
-use lifelike_nn::init;
+use lifelike_nn::backprop::{BackpropError, forward};
 use lifelike_nn::mlp::{Mlp, MlpConfig};
+use lifelike_nn::{device, init};
 
 use crate::error::LearnError;
 
@@ -24,29 +25,31 @@ impl Actor {
         }
     }
 
-    /// Mean of the outputs: `[B, O]` → `[B, J]`.
-    pub fn mean(&self, observations: Tensor<2>) -> Tensor<2> {
-        self.mean.forward(observations)
+    /// The network of the mean.
+    pub fn network(&self) -> &Mlp {
+        &self.mean
+    }
+
+    /// Mean of the outputs: rows `[B, O]` → `[B, J]`.
+    ///
+    /// # Errors
+    /// The device does not hand out its numbers.
+    pub fn means(&self, observations: Vec<f32>) -> Result<Vec<f32>, LearnError> {
+        Ok(forward(&self.mean, observations, &device::inference()).map_err(unreadable)?.0)
     }
 
     /// Logarithm of the standard deviations, `[J]`.
-    pub fn log_std(&self) -> Tensor<1> {
-        self.log_std.val()
-    }
-
-    /// The network of the mean (for exporters).
-    pub fn network(&self) -> &Mlp {
-        &self.mean
+    ///
+    /// # Errors
+    /// The device does not hand out its numbers.
+    pub fn log_std(&self) -> Result<Vec<f32>, LearnError> {
+        numbers(self.log_std.val())
     }
 
     /// With the standard deviations inside these bounds.
     #[must_use]
     pub fn bounded(mut self, [low, high]: [f64; 2]) -> Self {
-        self.log_std = self.log_std.map(|tensor| {
-            let (tracked, autodiff) = (tensor.is_require_grad(), tensor.is_autodiff());
-            let bounded = tensor.without_autodiff().clamp(low.ln(), high.ln());
-            if autodiff { bounded.autodiff().set_require_grad(tracked) } else { bounded }
-        });
+        self.log_std = self.log_std.map(|tensor| tensor.clamp(low.ln(), high.ln()));
         self
     }
 }
@@ -65,9 +68,17 @@ impl Critic {
         Self { value: MlpConfig::new(inputs, hidden, 1).with_output_gain(0.01).init(seed, "critic", device) }
     }
 
-    /// `[B, P]` → `[B]`.
-    pub fn value(&self, observations: Tensor<2>) -> Tensor<1> {
-        self.value.forward(observations).squeeze_dim::<1>(1)
+    /// The network.
+    pub fn network(&self) -> &Mlp {
+        &self.value
+    }
+
+    /// Rows `[B, P]` → `[B]`.
+    ///
+    /// # Errors
+    /// The device does not hand out its numbers.
+    pub fn values(&self, observations: Vec<f32>) -> Result<Vec<f32>, LearnError> {
+        Ok(forward(&self.value, observations, &device::inference()).map_err(unreadable)?.0)
     }
 }
 
@@ -90,4 +101,9 @@ pub(super) fn numbers<const D: usize>(tensor: Tensor<D>) -> Result<Vec<f32>, Lea
         expected: "f32".into(),
         got: e.to_string(),
     })
+}
+
+/// For `map_err` on passes through a network.
+pub(super) fn unreadable(error: BackpropError) -> LearnError {
+    LearnError::Mismatch { what: "a network's numbers".into(), expected: "f32".into(), got: error.to_string() }
 }

@@ -5,13 +5,12 @@
 
 use std::path::Path;
 
-use burn::module::Module;
 use lifelike_nn::checkpoint::Checkpoint;
 use lifelike_nn::device;
 use lifelike_nn::normalizer::RunningNormalizer;
 use lifelike_robot::{ActionMap, ActionSpec, ObservationSpec, Robot};
 
-use super::networks::{Actor, numbers, rows};
+use super::networks::Actor;
 use crate::error::LearnError;
 
 /// How the names of policy files end.
@@ -51,7 +50,7 @@ impl Policy {
     pub fn new(header: PolicyHeader, actor: &Actor, normalizer: &RunningNormalizer) -> Self {
         let mut normalizer = normalizer.clone();
         normalizer.set_frozen(true);
-        Self { header, actor: actor.valid(), normalizer }
+        Self { header, actor: actor.clone(), normalizer }
     }
 
     /// What the file says about itself.
@@ -105,7 +104,7 @@ impl Policy {
             });
         }
         self.normalizer.normalize(&mut observations);
-        numbers(self.actor.mean(rows(observations, width, &device::inference())))
+        self.actor.means(observations)
     }
 
     /// The file's content.

@@ -6,8 +6,8 @@
 use std::time::Instant;
 
 use burn::module::Module;
-use burn::tensor::{Device, Tensor};
 use lifelike_nn::adam::{Adam, AdamConfig};
+use lifelike_nn::backprop::{backward, forward};
 use lifelike_nn::checkpoint::Checkpoint;
 use lifelike_nn::gradients::Gradients;
 use lifelike_nn::normalizer::RunningNormalizer;
@@ -17,8 +17,9 @@ use rand_distr::{Distribution, StandardNormal};
 
 use super::environment::{Environment, Outcome};
 use super::gae::{Discounts, advantages};
-use super::gaussian::{divergence, entropy, log_probability, log_probability_of_noise};
-use super::networks::{Actor, Critic, column, numbers, rows};
+use super::gaussian::{divergence, entropy, log_probability_of_noise};
+use super::losses::{squared_error, surrogate};
+use super::networks::{Actor, Critic, column, numbers, rows, unreadable};
 use super::plan::{PpoSpec, TrackerPlan};
 use crate::error::LearnError;
 
@@ -91,7 +92,7 @@ struct Rollout {
 impl Learner {
     /// Fresh networks for an environment.
     pub fn new(plan: &TrackerPlan, environment: &Environment, joints: usize) -> Self {
-        let device = device::training();
+        let device = device::inference();
         let (o, p) = (environment.actor_size(), environment.critic_size());
         let mut learner = Self {
             spec: plan.ppo,
@@ -127,7 +128,7 @@ impl Learner {
     pub fn iterate(&mut self, environment: &mut Environment, iteration: u64) -> Result<Iteration, LearnError> {
         let mut report = Iteration::default();
         let began = Instant::now();
-        let log_std = numbers(self.actor.log_std().without_autodiff())?;
+        let log_std = self.actor.log_std()?;
         let rollout = self.collect(environment, iteration, &log_std, &mut report)?;
         let (values, next_values) = self.value(environment, &rollout)?;
         let discounts = Discounts { gamma: self.spec.gamma, lambda: self.spec.lambda };
@@ -161,10 +162,10 @@ impl Learner {
         report.gradient_norm = policy.gradient_norm;
         report.rate = policy.rate;
         report.skipped += policy.skipped;
-        let log_std = numbers(self.actor.log_std().without_autodiff())?;
+        let log_std = self.actor.log_std()?;
         report.std = log_std.iter().map(|l| f64::from(l.exp())).sum::<f64>() / log_std.len() as f64;
         report.entropy =
-            numbers(entropy(self.actor.log_std().without_autodiff()))?.first().map_or(0.0, |e| f64::from(*e));
+            numbers(entropy(column(log_std, &device::inference())))?.first().map_or(0.0, |e| f64::from(*e));
         report.learning = began.elapsed().as_secs_f64();
         Ok(report)
     }
@@ -178,8 +179,6 @@ impl Learner {
         report: &mut Iteration,
     ) -> Result<Rollout, LearnError> {
         let n = environment.len();
-        let device = device::inference();
-        let actor = self.actor.valid();
         let std: Vec<f32> = log_std.iter().map(|l| l.exp()).collect();
         let mut streams: Vec<_> = (0..n).map(|i| stream(self.seed, "action", i as u64, iteration)).collect();
         let (mut seen_by_actor, mut seen_by_critic) = (self.actor_normalizer.clone(), self.critic_normalizer.clone());
@@ -195,7 +194,7 @@ impl Learner {
             rollout.critic_rows.extend_from_slice(environment.critic_rows());
             self.critic_normalizer.normalize(&mut rollout.critic_rows[start..]);
             rollout.actor_rows.extend_from_slice(&observations);
-            let means = numbers(actor.mean(rows(observations, environment.actor_size(), &device)))?;
+            let means = self.actor.means(observations)?;
             for (stream, noise) in streams.iter_mut().zip(noise.chunks_exact_mut(std.len())) {
                 noise.iter_mut().for_each(|z| *z = StandardNormal.sample(stream));
                 rollout.log_probabilities.push(log_probability_of_noise(noise, log_std));
@@ -229,12 +228,11 @@ impl Learner {
     /// V(s_t) and V(s_{t+1}) of every step.
     fn value(&self, environment: &Environment, rollout: &Rollout) -> Result<(Vec<f32>, Vec<f32>), LearnError> {
         let (n, width) = (environment.len(), environment.critic_size());
-        let critic = self.critic.valid();
         let scale = self.value_scale();
         let evaluate = |values: &[f32]| -> Result<Vec<f32>, LearnError> {
             let mut out = Vec::with_capacity(values.len() / width);
             for part in values.chunks(4096 * width) {
-                out.extend(numbers(critic.value(rows(part.to_vec(), width, &device::inference())))?);
+                out.extend(self.critic.values(part.to_vec())?);
             }
             out.iter_mut().for_each(|v| *v *= scale);
             Ok(out)
@@ -306,7 +304,7 @@ fn improve_policy(
     old_log_std: &[f32],
     order: impl Fn(usize) -> Vec<usize>,
 ) -> Result<PolicyReport, LearnError> {
-    let device = device::training();
+    let device = device::inference();
     let samples = gains.len();
     let (width, joints) = (rollout.actor_rows.len() / samples, old_log_std.len());
     let probe: Vec<usize> = (0..samples).step_by(samples.div_ceil(DIVERGENCE_ROWS)).collect();
@@ -314,21 +312,24 @@ fn improve_policy(
     let mut batches = 0.0;
     for epoch in 0..spec.epochs {
         for batch in order(epoch).chunks(spec.minibatch) {
-            let observations = rows(gather(&rollout.actor_rows, width, batch), width, &device);
-            let actions = rows(gather(&rollout.actions, joints, batch), joints, &device);
-            let old = column(gather(&rollout.log_probabilities, 1, batch), &device);
-            let gain = column(gather(gains, 1, batch), &device);
-            let ratio = (log_probability(actor.mean(observations), actor.log_std(), actions) - old).exp();
-            let clipped = ratio.clone().clamp(1.0 - spec.clip, 1.0 + spec.clip) * gain.clone();
-            let surrogate = (ratio * gain).min_pair(clipped).mean();
-            let mut loss = surrogate.clone().neg();
-            if spec.entropy > 0.0 {
-                loss = loss - entropy(actor.log_std()).mul_scalar(spec.entropy);
-            }
-            let norm = descend(spec, actor, adam, loss, rate);
-            report.surrogate += scalar(surrogate)?;
+            let (means, pass) =
+                forward(actor.network(), gather(&rollout.actor_rows, width, batch), &device).map_err(unreadable)?;
+            let mut objective = surrogate(
+                &means,
+                &actor.log_std()?,
+                &gather(&rollout.actions, joints, batch),
+                &gather(&rollout.log_probabilities, 1, batch),
+                &gather(gains, 1, batch),
+                spec.clip as f32,
+            );
+            // The entropy of a Gaussian grows by one with each log standard deviation.
+            objective.by_log_std.iter_mut().for_each(|slope| *slope -= spec.entropy as f32);
+            let mut gradients =
+                backward(actor.network(), pass, objective.by_mean, "mean", &device).map_err(unreadable)?;
+            gradients.insert("log_std".into(), column(objective.by_log_std, &device));
+            report.surrogate += objective.value;
             batches += 1.0;
-            match norm {
+            match descend(spec, actor, adam, gradients, rate) {
                 Some(norm) => report.gradient_norm += norm,
                 None => report.skipped += 1,
             }
@@ -359,13 +360,13 @@ fn measure(
     width: usize,
     old_log_std: &[f32],
 ) -> Result<f64, LearnError> {
-    let device: Device = device::inference();
+    let device = device::inference();
     let joints = old_log_std.len();
-    let actor = actor.valid();
-    let means = actor.mean(rows(gather(&rollout.actor_rows, width, probe), width, &device));
+    let means = rows(actor.means(gather(&rollout.actor_rows, width, probe))?, joints, &device);
     let old_means = rows(gather(&rollout.means, joints, probe), joints, &device);
     let old_log_std = column(old_log_std.to_vec(), &device);
-    scalar(divergence(old_means, old_log_std, means, actor.log_std()).mean())
+    let divergence = divergence(old_means, old_log_std, means, column(actor.log_std()?, &device));
+    Ok(mean(&numbers(divergence)?))
 }
 
 /// The epochs of the value function: its mean loss, and the steps that were left out.
@@ -377,17 +378,18 @@ fn fit_value(
     targets: &[f32],
     order: impl Fn(usize) -> Vec<usize>,
 ) -> Result<(f64, u64), LearnError> {
-    let device = device::training();
+    let device = device::inference();
     let width = rollout.critic_rows.len() / (targets.len() + targets.len() / spec.steps);
     let (mut sum, mut batches, mut skipped) = (0.0, 0.0, 0);
     for epoch in 0..spec.epochs {
         for batch in order(epoch).chunks(spec.minibatch) {
-            let observations = rows(gather(&rollout.critic_rows, width, batch), width, &device);
-            let target = column(gather(targets, 1, batch), &device);
-            let loss = (critic.value(observations) - target).square().mean().mul_scalar(0.5);
-            sum += scalar(loss.clone())?;
+            let (values, pass) =
+                forward(critic.network(), gather(&rollout.critic_rows, width, batch), &device).map_err(unreadable)?;
+            let (loss, slope) = squared_error(&values, &gather(targets, 1, batch));
+            let gradients = backward(critic.network(), pass, slope, "value", &device).map_err(unreadable)?;
+            sum += loss;
             batches += 1.0;
-            if descend(spec, critic, adam, loss, spec.critic_learning_rate).is_none() {
+            if descend(spec, critic, adam, gradients, spec.critic_learning_rate).is_none() {
                 skipped += 1;
             }
         }
@@ -396,18 +398,19 @@ fn fit_value(
 }
 
 /// One gradient step; the norm of the gradient, or `None` when it was not finite and nothing was changed.
-fn descend<M: Module>(spec: &PpoSpec, module: &mut M, adam: &mut Adam, loss: Tensor<1>, rate: f64) -> Option<f64> {
-    let mut gradients = Gradients::of(module, loss.backward());
+fn descend<M: Module>(
+    spec: &PpoSpec,
+    module: &mut M,
+    adam: &mut Adam,
+    mut gradients: Gradients,
+    rate: f64,
+) -> Option<f64> {
     let norm = gradients.clip_norm(spec.gradient_norm);
     if !norm.is_finite() {
         return None;
     }
     *module = adam.step(module.clone(), gradients, rate);
     Some(norm)
-}
-
-fn scalar(tensor: Tensor<1>) -> Result<f64, LearnError> {
-    Ok(numbers(tensor.without_autodiff())?.first().map_or(f64::NAN, |x| f64::from(*x)))
 }
 
 /// The rows of a minibatch.

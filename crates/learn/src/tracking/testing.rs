@@ -187,7 +187,7 @@ impl Simulation for Followers {
             }
             for k in 0..3 {
                 let at = 3 * i + k;
-                self.state.linear_velocity_w[at] = self.state.linear_velocity_w[at] + 0.001 * self.pushes[i][k];
+                self.state.linear_velocity_w[at] += 0.001 * self.pushes[i][k];
                 self.state.root_position[at] += 0.02 * self.state.linear_velocity_w[at];
             }
         }
