@@ -49,12 +49,21 @@ pub struct WarmRestarts {
 impl WarmRestarts {
     /// The factor on the learning rate at an iteration (counted from 0), in [floor, 1].
     pub fn at(&self, iteration: u64) -> f64 {
-        let mut period = self.first.max(1);
-        let mut within = iteration;
-        while within >= period {
-            within -= period;
-            period = period.saturating_mul(self.factor.max(1));
+        let (begin, period) = self.period(iteration);
+        cosine(iteration - begin, period, self.floor)
+    }
+
+    /// The iteration at which the period that `iteration` lies in began.
+    pub fn begin_of_period(&self, iteration: u64) -> u64 {
+        self.period(iteration).0
+    }
+
+    fn period(&self, iteration: u64) -> (u64, u64) {
+        let (mut begin, mut length) = (0, self.first.max(1));
+        while iteration - begin >= length {
+            begin += length;
+            length = length.saturating_mul(self.factor.max(1));
         }
-        cosine(within, period, self.floor)
+        (begin, length)
     }
 }

@@ -1,0 +1,21 @@
+//! The motion prior (thesis 4.2.1): a latent code for the second of motion around every frame.
+//!
+//! The main path: clips' frames → [`dataset::Windows`] (eq. 4.2, normalised by [`statistics::FeatureStatistics`]) →
+//! [`vae::MotionVae`] trained by [`train_prior::PriorTrainer`] on eqs. 4.3-4.4 ([`loss`]) → [`prior::MotionPrior`], one file
+//! that encodes any clip of the same character into one z_t per frame.
+
+pub mod dataset;
+pub mod loss;
+pub mod plan;
+pub mod prior;
+pub mod reconstruction;
+pub mod statistics;
+pub mod train_prior;
+pub mod vae;
+
+pub use dataset::PriorClip;
+pub use plan::PriorPlan;
+pub use prior::MotionPrior;
+pub use reconstruction::ReconstructionReport;
+pub use statistics::FeatureStatistics;
+pub use train_prior::{PriorMetrics, PriorTrainer};

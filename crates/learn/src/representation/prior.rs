@@ -1,0 +1,188 @@
+//! The trained motion prior as one file, and what the tracker asks of it.
+
+use std::path::Path;
+
+use burn::module::Module;
+use burn::tensor::{Tensor, TensorData};
+use lifelike_motion::{FeatureLayout, Frame};
+use lifelike_nn::checkpoint::Checkpoint;
+use lifelike_nn::device;
+
+use super::dataset::{PriorClip, Windows, normalized_window};
+use super::plan::PriorPlan;
+use super::reconstruction::{ErrorSums, ReconstructionReport};
+use super::statistics::FeatureStatistics;
+use super::vae::MotionVae;
+use crate::LearnError;
+
+/// Windows per pass through the network.
+const CHUNK: usize = 256;
+/// Largest number of windows that [`MotionPrior::reconstruct`] looks at.
+const REPORT_WINDOWS: usize = 4000;
+
+/// Encoder, decoder, names and statistics. The file (`*.prior.safetensors`) carries all of them and the plan.
+#[derive(Debug, Clone)]
+pub struct MotionPrior {
+    plan: PriorPlan,
+    layout: FeatureLayout,
+    statistics: FeatureStatistics,
+    vae: MotionVae,
+}
+
+impl MotionPrior {
+    pub(super) fn new(plan: PriorPlan, layout: FeatureLayout, statistics: FeatureStatistics, vae: &MotionVae) -> Self {
+        Self { plan, layout, statistics, vae: vae.valid() }
+    }
+
+    /// The plan it was trained by.
+    pub fn plan(&self) -> &PriorPlan {
+        &self.plan
+    }
+
+    /// Joints and end effectors it knows, by name and in order.
+    pub fn layout(&self) -> &FeatureLayout {
+        &self.layout
+    }
+
+    /// Mean and spread of the training data: the tracker normalises m_t by the same (thesis 4.2.2).
+    pub fn statistics(&self) -> &FeatureStatistics {
+        &self.statistics
+    }
+
+    /// d_z.
+    pub fn latent_size(&self) -> usize {
+        self.plan.latent
+    }
+
+    /// One latent (the mean μ) per frame of a clip at the plan's frame rate; windows beyond the clip's ends repeat its
+    /// first and last frame.
+    ///
+    /// # Shapes
+    /// `T` frames to `[T, d_z]`, row after row.
+    ///
+    /// # Errors
+    /// Frames with another number of joints or end effectors than the prior was trained for, or non-finite ones.
+    pub fn encode_clip(&self, frames: &[Frame]) -> Result<Vec<f32>, LearnError> {
+        let clip = PriorClip { name: "to encode".into(), frames: frames.to_vec() };
+        clip.check(&self.layout)?;
+        let spec = self.plan.window();
+        let mut window = vec![0.0; spec.len() * self.layout.size()];
+        let mut out = Vec::with_capacity(frames.len() * self.plan.latent);
+        for first in (0..frames.len()).step_by(CHUNK) {
+            let last = (first + CHUNK).min(frames.len());
+            let mut rows = Vec::with_capacity((last - first) * window.len());
+            for centre in first..last {
+                normalized_window(frames, self.plan.frame_rate, centre, spec, &self.statistics, &mut window)?;
+                rows.extend(window.iter().map(|x| *x as f32));
+            }
+            out.extend(self.encode_windows(rows)?);
+        }
+        Ok(out)
+    }
+
+    /// The window a latent stands for: features in SI units in the heading frame of the centre sample.
+    ///
+    /// # Shapes
+    /// `[N, d_z]` to `[N, 2W + 1, F]`, row after row.
+    pub fn decode(&self, latents: &[f32]) -> Result<Vec<f64>, LearnError> {
+        let d = self.plan.latent;
+        if !latents.len().is_multiple_of(d) {
+            return Err(LearnError::Mismatch {
+                what: "latents".into(),
+                expected: format!("rows of {d} numbers"),
+                got: format!("{} numbers", latents.len()),
+            });
+        }
+        let mut out = Vec::new();
+        for rows in latents.chunks(d * CHUNK) {
+            let z = Tensor::<2>::from_data(TensorData::new(rows.to_vec(), [rows.len() / d, d]), &device::inference());
+            out.extend(read(&self.vae.decode(z))?.into_iter().map(f64::from));
+        }
+        self.statistics.denormalize(&mut out);
+        Ok(out)
+    }
+
+    /// Encodes and decodes the windows of these clips (at most some thousands, evenly spread) and reports the errors.
+    pub fn reconstruct(&self, windows: &Windows) -> Result<ReconstructionReport, LearnError> {
+        let stride = windows.len().div_ceil(REPORT_WINDOWS).max(1);
+        let (size, samples) = (self.layout.size(), self.plan.window().len());
+        let (mut all, mut centre, mut clips, mut count) = (ErrorSums::default(), ErrorSums::default(), Vec::new(), 0);
+        let mut start = 0;
+        for clip in windows.clips() {
+            let end = start + clip.frames.len();
+            let centres: Vec<usize> = (start..end).step_by(stride).collect();
+            let mut sums = ErrorSums::default();
+            for part in centres.chunks(CHUNK) {
+                let rows = windows.gather(&self.statistics, part)?;
+                let decoded = self.decode(&self.encode_windows(rows.clone())?)?;
+                let mut expected: Vec<f64> = rows.into_iter().map(f64::from).collect();
+                self.statistics.denormalize(&mut expected);
+                let pairs = expected.chunks_exact(size).zip(decoded.chunks_exact(size));
+                for (i, (e, g)) in pairs.enumerate() {
+                    sums.add(&self.layout, e, g);
+                    if i % samples == self.plan.half_width {
+                        centre.add(&self.layout, e, g);
+                    }
+                }
+            }
+            count += centres.len();
+            all.merge(&sums);
+            clips.push((clip.name.clone(), sums.mean()));
+            start = end;
+        }
+        clips.sort_by(|a, b| b.1.joints_deg.total_cmp(&a.1.joints_deg));
+        Ok(ReconstructionReport { windows: count, window: all.mean(), centre: centre.mean(), clips })
+    }
+
+    fn encode_windows(&self, rows: Vec<f32>) -> Result<Vec<f32>, LearnError> {
+        let (samples, size) = (self.plan.window().len(), self.layout.size());
+        let n = rows.len() / (samples * size);
+        let x = Tensor::<3>::from_data(TensorData::new(rows, [n, samples, size]), &device::inference());
+        read(&self.vae.encode(x).0)
+    }
+
+    /// Writes the prior, all at once or not at all.
+    pub fn save(&self, path: &Path) -> Result<(), LearnError> {
+        let mut checkpoint = Checkpoint::new();
+        self.save_into(&mut checkpoint)?;
+        Ok(checkpoint.save(path)?)
+    }
+
+    /// Reads a prior.
+    ///
+    /// # Errors
+    /// A damaged file, one that is no prior, or a plan out of range.
+    pub fn load(path: &Path) -> Result<Self, LearnError> {
+        Self::load_from(&Checkpoint::load(path)?)
+    }
+
+    pub(super) fn save_into(&self, checkpoint: &mut Checkpoint) -> Result<(), LearnError> {
+        checkpoint.set_meta("kind", &"motion prior")?;
+        checkpoint.set_meta("plan", &self.plan)?;
+        checkpoint.set_meta("layout", &self.layout)?;
+        self.statistics.save_into(checkpoint)?;
+        Ok(checkpoint.put_module("vae", &self.vae)?)
+    }
+
+    pub(super) fn load_from(checkpoint: &Checkpoint) -> Result<Self, LearnError> {
+        let kind: String = checkpoint.meta("kind")?;
+        if kind != "motion prior" {
+            return Err(LearnError::Mismatch { what: "file".into(), expected: "a motion prior".into(), got: kind });
+        }
+        let plan: PriorPlan = checkpoint.meta("plan")?;
+        plan.check()?;
+        let layout: FeatureLayout = checkpoint.meta("layout")?;
+        let statistics = FeatureStatistics::load_from(checkpoint, layout.size())?;
+        let vae = MotionVae::new(&plan, layout.size(), &device::inference());
+        let vae = checkpoint.load_module("vae", vae)?;
+        Ok(Self { plan, layout, statistics, vae })
+    }
+}
+
+fn read<const D: usize>(tensor: &Tensor<D>) -> Result<Vec<f32>, LearnError> {
+    tensor.try_to_vec_as::<f32>().map_err(|e| LearnError::Mismatch {
+        what: "network output".into(),
+        expected: "readable numbers".into(),
+        got: e.to_string(),
+    })
+}
