@@ -17,6 +17,8 @@ pub struct Episode {
     pub frame: usize,
     /// First frame of this stretch of a clip: where the episode began, or switched to.
     pub stretch: usize,
+    /// The stretch, first to last frame, that the last step brought to its end by switching to another clip.
+    pub finished: Option<(usize, usize)>,
     /// Steps left in which deviations do not end the episode.
     pub grace: u64,
     /// Steps for which the effector deviation of the persistent rule has lasted.
@@ -49,6 +51,7 @@ impl Episode {
             length: 0,
             frame: 0,
             stretch: 0,
+            finished: None,
             grace: 0,
             deviated: 0,
             alignment: Alignment::default(),

@@ -10,6 +10,7 @@ mod episode;
 pub mod errors;
 pub mod gae;
 pub mod gaussian;
+mod judge;
 pub mod library;
 pub mod losses;
 pub mod networks;

@@ -7,8 +7,8 @@ use lifelike_robot::{ObservationInputs, ObservationSpec, Robot};
 use lifelike_sim::BatchState;
 
 use super::alignment::{wrap, yaw};
-use super::environment::{ahead, root};
 use super::episode::Episode;
+use super::judge::{ahead, root};
 use super::library::ReferenceLibrary;
 
 /// Writes observations: the robot's own layout for the policy; for the value function, which only exists in training,

@@ -128,6 +128,7 @@ fn with_switching_a_clip_that_ends_is_followed_by_another_where_the_robot_stands
     assert!(!outcome.truncated[0] && !outcome.terminated[0]);
     assert_eq!((episode.length, episode.number, episode.grace), (1, 2, 10));
     assert_eq!(episode.frame, episode.stretch);
+    assert_eq!(episode.finished, Some((148, 149)));
     let row = e.actor_rows().to_vec();
     // The new reference begins where the robot is: its next frame is one step (0.01 m) ahead.
     assert!((part(&e, &row, "anchor_position")[0] - 0.01).abs() < 1e-6);

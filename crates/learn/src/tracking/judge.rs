@@ -1,0 +1,165 @@
+//! What a step gave in one environment: reward, end, next observation.
+
+use lifelike_motion::Frame;
+use lifelike_nn::rng::stream;
+use lifelike_robot::{ActionSpec, Robot};
+use lifelike_sim::BatchState;
+
+use super::alignment::{Alignment, wrap, yaw};
+use super::episode::Episode;
+use super::errors::{Cause, Deviation, empty_frame, read_frame};
+use super::library::ReferenceLibrary;
+use super::observe::Observer;
+use super::plan::TrackerPlan;
+use super::rewards::{Effort, Errors, TERMS};
+use super::starts::StartSampler;
+
+/// Everything that judging a step reads.
+pub(super) struct Judge<'a> {
+    pub(super) plan: &'a TrackerPlan,
+    pub(super) robot: &'a Robot,
+    pub(super) library: &'a ReferenceLibrary,
+    pub(super) observer: &'a Observer,
+    pub(super) sampler: &'a StartSampler,
+    pub(super) divisor: &'a [f32],
+    pub(super) state: &'a BatchState,
+    pub(super) step: u64,
+    pub(super) longest: u64,
+}
+
+/// One thread's workspace.
+pub(super) struct Scratch {
+    frame: Frame,
+    row: Vec<f64>,
+    pub(super) features: Vec<f32>,
+    efforts: [Vec<f32>; 3],
+}
+
+impl Scratch {
+    pub(super) fn new() -> Self {
+        Self { frame: empty_frame(), row: Vec::new(), features: Vec::new(), efforts: Default::default() }
+    }
+
+    /// Features of one simulated environment.
+    pub(super) fn read(&mut self, state: &BatchState, i: usize, robot: &Robot, library: &ReferenceLibrary) {
+        read_frame(state, i, robot.joints(), robot.effectors.len(), &mut self.frame);
+        self.row.resize(library.layout.size(), 0.0);
+        self.frame.write_features(&self.frame.root_orientation, &mut self.row);
+        self.features.clear();
+        self.features.extend(self.row.iter().map(|x| *x as f32));
+    }
+}
+
+impl Judge<'_> {
+    pub(super) fn judge(
+        &self,
+        i: usize,
+        episode: &mut Episode,
+        scratch: &mut Scratch,
+        actor: &mut [f32],
+        critic: &mut [f32],
+    ) {
+        let library = self.library;
+        let clip_end = library.starts[library.clip_of(episode.frame) + 1] - 1;
+        episode.frame = (episode.frame + 1).min(clip_end);
+        episode.length += 1;
+        episode.failed = None;
+        episode.cut = false;
+        episode.finished = None;
+        if self.state.diverged[i] {
+            episode.terms = [0.0; TERMS.len()];
+            episode.failed = Some(Cause::Diverged);
+            return;
+        }
+        scratch.read(self.state, i, self.robot, library);
+        let (path, heading) = anchored(self.state, i, library, episode);
+        self.reward(i, episode, scratch, path, heading);
+        let reference = library.features_at(episode.frame);
+        let deviation = Deviation::between(&library.layout, &scratch.features, reference, path, heading);
+        let limits = &self.plan.termination;
+        let far = limits.persistent.is_some_and(|p| deviation.effector > p.distance);
+        episode.deviated = if far { episode.deviated + 1 } else { 0 };
+        if episode.grace > 0 {
+            episode.grace -= 1;
+        } else {
+            episode.failed = deviation.exceeds(limits, episode.deviated as f64 / self.robot.control_hz);
+        }
+        if !episode.reward().is_finite() {
+            episode.terms = [0.0; TERMS.len()];
+            episode.failed = Some(Cause::Diverged);
+        }
+        episode.gain += episode.reward();
+        let over = episode.frame >= clip_end;
+        let switch = over && self.plan.episode.switch_clips;
+        episode.cut = episode.failed.is_none() && (episode.length >= self.longest || (over && !switch));
+        if switch && !episode.ended() {
+            self.switch(i, episode);
+        }
+        let next = next_frame(library, episode.frame);
+        self.observer.write(self.state, i, episode, library, next, &scratch.features, actor, critic);
+    }
+
+    fn reward(&self, i: usize, episode: &mut Episode, scratch: &mut Scratch, path: f32, heading: f32) {
+        let scale = match self.plan.action {
+            ActionSpec::Absolute => 1.0,
+            ActionSpec::DefaultPose { scale } | ActionSpec::Reference { scale } => scale as f32,
+        };
+        let joints = self.robot.joints();
+        let [now, previous, before] = &mut scratch.efforts;
+        for (out, values) in
+            [(&mut *now, &episode.last), (&mut *previous, &episode.before), (&mut *before, &episode.oldest)]
+        {
+            out.clear();
+            out.extend(values.iter().map(|y| y * scale));
+        }
+        let errors = Errors {
+            layout: &self.library.layout,
+            simulated: &scratch.features,
+            reference: self.library.features_at(episode.frame),
+            heading,
+            path,
+        };
+        let torque_squared = self.state.torque_squared[i * joints..(i + 1) * joints].iter().sum();
+        let effort = Effort { action: now, previous, before, torque_squared };
+        episode.terms = self.plan.reward.terms(&errors, &effort, self.divisor);
+    }
+
+    /// Goes on with another clip where the robot is.
+    fn switch(&self, i: usize, episode: &mut Episode) {
+        let mut rng = stream(self.plan.seed, "switch", i as u64, self.step);
+        episode.finished = Some((episode.stretch, episode.frame));
+        episode.frame = self.sampler.draw(&mut rng);
+        episode.stretch = episode.frame;
+        episode.grace = (self.plan.episode.grace_seconds * self.robot.control_hz).round() as u64;
+        episode.deviated = 0;
+        let (p, q) = root(self.state, i);
+        let library = self.library;
+        episode.alignment =
+            Alignment::between(library.position_at(episode.frame), library.orientation_at(episode.frame), p, q);
+    }
+}
+
+/// Root position and orientation of one environment.
+pub(super) fn root(state: &BatchState, i: usize) -> ([f32; 3], [f32; 4]) {
+    let p = &state.root_position[3 * i..3 * i + 3];
+    let q = &state.root_orientation[4 * i..4 * i + 4];
+    ([p[0], p[1], p[2]], [q[0], q[1], q[2], q[3]])
+}
+
+/// Distance on the ground (m) and heading (rad, simulated less reference) against the anchored reference.
+fn anchored(state: &BatchState, i: usize, library: &ReferenceLibrary, episode: &Episode) -> (f32, f32) {
+    let (p, q) = root(state, i);
+    let target = episode.alignment.position(library.position_at(episode.frame));
+    let turned = episode.alignment.orientation(library.orientation_at(episode.frame));
+    ((p[0] - target[0]).hypot(p[1] - target[1]), wrap(yaw(q) - yaw(turned)))
+}
+
+/// The frame after this one, or the clip's last.
+pub(super) fn next_frame(library: &ReferenceLibrary, frame: usize) -> usize {
+    ahead(library, frame, 1)
+}
+
+/// The frame so many steps ahead, or the clip's last.
+pub(super) fn ahead(library: &ReferenceLibrary, frame: usize, steps: usize) -> usize {
+    (frame + steps).min(library.starts[library.clip_of(frame) + 1] - 1)
+}
