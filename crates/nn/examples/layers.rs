@@ -1,5 +1,5 @@
 //! Times of a training step, with or without the allocator setting:
-//! `cargo run --release -p lifelike-nn --example throughput -- [tune]`.
+//! `cargo run --release -p lifelike-nn --example layers -- [tune]`.
 //!
 //! Prints the median and the best of several steps, and for the convolutions also burn's own `conv1d` on the same job.
 
