@@ -12,6 +12,8 @@ pub const SATURATED: f64 = 0.95;
 pub const NAMED: f64 = 0.3;
 /// How far before the fall torques and ground contact are looked at (s).
 pub const LOOK_BACK: f64 = 0.5;
+/// Shorter stretches without ground are part of walking quickly (s).
+pub const WORTH_TELLING: f64 = 0.1;
 /// A foot bears nothing below this share of the weight.
 pub const BEARING: f32 = 0.02;
 
@@ -81,7 +83,7 @@ impl Failure {
                 self.saturated.iter().map(|s| format!("{} {:.0}%", s.joint, 100.0 * s.share)).collect();
             parts.push(format!("at torque limit: {}", joints.join(", ")));
         }
-        if self.without_ground > 0.0 {
+        if self.without_ground >= WORTH_TELLING {
             parts.push(format!("no foot on the ground for {:.2} s", self.without_ground));
         }
         parts.join("; ")

@@ -112,6 +112,9 @@ impl ReportBuilder {
         if !self.curves.is_empty() {
             sections.push_str(CURVES);
         }
+        if sections.is_empty() {
+            sections.push_str("<p class=\"quiet\">Nothing was recorded.</p>\n");
+        }
         let script = format!("{}\n{MAIN}", SCRIPTS.join("\n"));
         fill(
             PAGE,
