@@ -16,7 +16,7 @@ use rayon::prelude::*;
 
 use super::alignment::Alignment;
 use super::episode::{self, Episode};
-use super::judge::{Judge, Scratch, next_frame};
+use super::judge::{Judge, Scratch};
 use super::library::ReferenceLibrary;
 use super::observe::Observer;
 use super::plan::TrackerPlan;
@@ -220,7 +220,7 @@ impl Environment {
                 // A policy that says NaN says nothing; its environment goes on, and the update will not step with it.
                 *last = if y.is_finite() { ActionSpec::clamp_output(*y) } else { 0.0 };
             }
-            actions.write(&episode.last, library.joints_at(next_frame(library, episode.frame)), target);
+            actions.write(&episode.last, library.joints_at(library.ahead(episode.frame, 1)), target);
             target.iter_mut().zip(&episode.offset).for_each(|(t, o)| *t -= o);
         }
     }
@@ -303,7 +303,7 @@ impl Environment {
         for &i in ids {
             self.rest(i);
             let episode = &self.episodes[i];
-            let next = next_frame(&self.library, episode.frame);
+            let next = self.library.ahead(episode.frame, 1);
             scratch.read(self.simulation.state(), i, &self.robot, &self.library);
             let (a, c) = (self.observer.actor_size(), self.observer.critic_size());
             self.observer.write(
@@ -357,7 +357,7 @@ impl Environment {
     fn rest(&mut self, i: usize) {
         let joints = self.robot.joints();
         let episode = &mut self.episodes[i];
-        let reference = self.library.joints_at(next_frame(&self.library, episode.frame));
+        let reference = self.library.joints_at(self.library.ahead(episode.frame, 1));
         let q = &self.simulation.state().joint_position[i * joints..(i + 1) * joints];
         for j in 0..joints {
             let y = match self.plan.action {

@@ -109,6 +109,13 @@ fn gravity(features: &[f32]) -> [f32; 3] {
     [d[2], d[5], d[0] * d[4] - d[1] * d[3]]
 }
 
+/// Root position and orientation of one environment.
+pub(super) fn root(state: &BatchState, i: usize) -> ([f32; 3], [f32; 4]) {
+    let p = &state.root_position[3 * i..3 * i + 3];
+    let q = &state.root_orientation[4 * i..4 * i + 4];
+    ([p[0], p[1], p[2]], [q[0], q[1], q[2], q[3]])
+}
+
 /// Reads one environment of a batch into a frame, whose vectors are reused. A root without orientation (a diverged
 /// environment) is taken as upright.
 ///

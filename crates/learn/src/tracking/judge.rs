@@ -7,7 +7,7 @@ use lifelike_sim::BatchState;
 
 use super::alignment::{Alignment, wrap, yaw};
 use super::episode::Episode;
-use super::errors::{Cause, Deviation, empty_frame, read_frame};
+use super::errors::{Cause, Deviation, empty_frame, read_frame, root};
 use super::library::ReferenceLibrary;
 use super::observe::Observer;
 use super::plan::TrackerPlan;
@@ -95,7 +95,7 @@ impl Judge<'_> {
         if switch && !episode.ended() {
             self.switch(i, episode);
         }
-        let next = next_frame(library, episode.frame);
+        let next = library.ahead(episode.frame, 1);
         self.observer.write(self.state, i, episode, library, next, &scratch.features, actor, critic);
     }
 
@@ -139,27 +139,10 @@ impl Judge<'_> {
     }
 }
 
-/// Root position and orientation of one environment.
-pub(super) fn root(state: &BatchState, i: usize) -> ([f32; 3], [f32; 4]) {
-    let p = &state.root_position[3 * i..3 * i + 3];
-    let q = &state.root_orientation[4 * i..4 * i + 4];
-    ([p[0], p[1], p[2]], [q[0], q[1], q[2], q[3]])
-}
-
 /// Distance on the ground (m) and heading (rad, simulated less reference) against the anchored reference.
 fn anchored(state: &BatchState, i: usize, library: &ReferenceLibrary, episode: &Episode) -> (f32, f32) {
     let (p, q) = root(state, i);
     let target = episode.alignment.position(library.position_at(episode.frame));
     let turned = episode.alignment.orientation(library.orientation_at(episode.frame));
     ((p[0] - target[0]).hypot(p[1] - target[1]), wrap(yaw(q) - yaw(turned)))
-}
-
-/// The frame after this one, or the clip's last.
-pub(super) fn next_frame(library: &ReferenceLibrary, frame: usize) -> usize {
-    ahead(library, frame, 1)
-}
-
-/// The frame so many steps ahead, or the clip's last.
-pub(super) fn ahead(library: &ReferenceLibrary, frame: usize, steps: usize) -> usize {
-    (frame + steps).min(library.starts[library.clip_of(frame) + 1] - 1)
 }

@@ -153,6 +153,11 @@ impl ReferenceLibrary {
         self.starts.partition_point(|start| *start <= frame).saturating_sub(1).min(self.clips() - 1)
     }
 
+    /// The frame so many steps ahead, or its clip's last.
+    pub fn ahead(&self, frame: usize, steps: usize) -> usize {
+        (frame + steps).min(self.starts[self.clip_of(frame) + 1] - 1)
+    }
+
     /// The frames of a clip.
     pub fn range(&self, clip: usize) -> std::ops::Range<usize> {
         self.starts[clip]..self.starts[clip + 1]

@@ -8,7 +8,7 @@ use lifelike_sim::BatchState;
 
 use super::alignment::{wrap, yaw};
 use super::episode::Episode;
-use super::judge::{ahead, root};
+use super::errors::root;
 use super::library::ReferenceLibrary;
 
 /// Writes observations: the robot's own layout for the policy; for the value function, which only exists in training,
@@ -118,7 +118,7 @@ impl Observer {
         let keys = 3 * (i * places + self.effectors)..3 * (i + 1) * places;
         let mut future = Vec::with_capacity(self.spec.reference.future.len() * self.layout.size());
         for offset in &self.spec.reference.future {
-            future.extend_from_slice(library.features_at(ahead(library, episode.frame, *offset as usize)));
+            future.extend_from_slice(library.features_at(library.ahead(episode.frame, *offset as usize)));
         }
         let inputs = ObservationInputs {
             root_position,
