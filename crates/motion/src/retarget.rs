@@ -26,7 +26,7 @@ use std::time::Instant;
 use lifelike_character::{Anatomy, Character, Vec3};
 
 pub use correspondence::{Correspondence, SourceRoles};
-pub use options::RetargetOptions;
+pub use options::{RetargetOptions, Tempo, TempoRule};
 pub use report::{RetargetReport, Spread};
 
 use crate::clip::{Contacts, MotionClip, Provenance};
@@ -55,15 +55,19 @@ pub fn retarget(
     refuse::check_source(source)?;
     let roles = SourceRoles::guess(source, &options.correspondence)?;
     let rig = Rig::new(character, anatomy, options)?;
-    let human = Human::read(source, &roles, fps);
-    if !(human.leg_length.is_finite() && human.leg_length > 1e-3) {
-        let message = format!("its skeleton's legs are {} m long", human.leg_length);
+    let leg = Human::leg_length_of(source, &roles);
+    if !(leg.is_finite() && leg > 1e-3) {
+        let message = format!("its skeleton's legs are {leg} m long");
         return Err(MotionError::Unfit { clip: source.name.clone(), message });
     }
-    let stances = feet::detect(&human, fps, &options.contact);
+    let tempo = options.tempo.factor(leg, rig.leg_length);
+    // What is said of the human is said in the human's time: a frame lasts longer there.
+    let captured_fps = fps / tempo;
+    let human = Human::read(source, &roles, captured_fps);
+    let stances = feet::detect(&human, captured_fps, &options.contact);
     refuse::check_stance(source, &human, &stances)?;
     if !options.allow_off_ground {
-        refuse::check_ground(source, &human, &stances, fps)?;
+        refuse::check_ground(source, &human, &stances, captured_fps)?;
     }
     let shapes = Shapes::new(character);
     let mut poses = solve(&rig, &shapes, &human, &stances, options);
@@ -73,12 +77,19 @@ pub fn retarget(
     let keep = human.padding..poses.len() - human.padding;
     let stances = stances.map(|s| Stance { down: s.down.map(|d| d[keep.clone()].to_vec()) });
     let poses = &poses[keep.clone()];
-    let outcome =
-        report::Outcome { rig: &rig, shapes: &shapes, frames: &human.frames[keep], poses, stances: &stances, fps };
+    let outcome = report::Outcome {
+        rig: &rig,
+        shapes: &shapes,
+        frames: &human.frames[keep],
+        poses,
+        stances: &stances,
+        fps,
+        tempo,
+    };
     let seconds = started.elapsed().as_secs_f64();
     let mut report = report::measure(&outcome, &human, &source.name);
     report.frames_per_second = human.frames.len() as f64 / seconds.max(1e-9);
-    Ok((make_clip(source, &rig, poses, &stances, fps), report))
+    Ok((make_clip(source, &rig, poses, &stances, (fps, tempo)), report))
 }
 
 fn check_options(source: &SourceClip, options: &RetargetOptions) -> Result<(), MotionError> {
@@ -91,6 +102,7 @@ fn check_options(source: &SourceClip, options: &RetargetOptions) -> Result<(), M
         }
     };
     positive("fps", options.fps)?;
+    positive("tempo", options.tempo.factor(1.0, 1.0))?;
     positive("default_velocity_limit", options.default_velocity_limit)?;
     options.velocity_limit.iter().try_for_each(|(name, v)| positive(&format!("velocity_limit.{name}"), *v))
 }
@@ -134,7 +146,13 @@ fn finish(rig: &Rig, poses: &mut [Vec<f64>], fps: f64) {
     smooth::continuous(poses, rig.root.q_index + 3);
 }
 
-fn make_clip(source: &SourceClip, rig: &Rig, poses: &[Vec<f64>], stances: &[Stance; 2], fps: f64) -> MotionClip {
+fn make_clip(
+    source: &SourceClip,
+    rig: &Rig,
+    poses: &[Vec<f64>],
+    stances: &[Stance; 2],
+    (fps, tempo): (f64, f64),
+) -> MotionClip {
     let character = rig.character;
     let at = rig.root.q_index;
     let names = rig.legs.iter().map(|l| character.bodies[l.foot.body].name.clone()).collect();
@@ -152,7 +170,11 @@ fn make_clip(source: &SourceClip, rig: &Rig, poses: &[Vec<f64>], stances: &[Stan
         cyclic: source.cyclic,
         provenance: Provenance {
             character: character.name.clone(),
-            source: source.name.clone(),
+            source: if tempo == 1.0 {
+                source.name.clone()
+            } else {
+                format!("{} at {tempo:.3} times the captured tempo", source.name)
+            },
             licence: source.provenance.clone(),
             captions: source.captions.clone(),
         },

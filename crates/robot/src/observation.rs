@@ -27,10 +27,11 @@ pub struct ReferenceSpec {
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct AnchorSpec {
-    /// Sine and cosine of the reference's heading against the robot's.
+    /// Sine and cosine of the reference's heading against the robot's, within ±[`ObservationSpec::ANCHOR_TURN`].
     #[serde(default)]
     pub heading: bool,
-    /// Where the reference's root is, on the ground, in the robot's heading frame (2 numbers, m, each within ±0.5).
+    /// Where the reference's root is, on the ground, in the robot's heading frame (2 numbers, m; brought nearer where it
+    /// is further than [`ObservationSpec::ANCHOR_REACH`]).
     #[serde(default)]
     pub position: bool,
 }
@@ -92,10 +93,13 @@ pub struct ObservationInputs<'a> {
 
 impl ObservationSpec {
     /// Version of the layout that [`Self::write`] writes.
-    pub const VERSION: u32 = 1;
+    pub const VERSION: u32 = 2;
 
-    /// How far off the reference's root is ever shown to be, per axis (m).
-    pub const ANCHOR_LIMIT: f32 = 0.5;
+    /// How far off the reference's root is ever shown to be (m).
+    pub const ANCHOR_REACH: f32 = 0.3;
+
+    /// How far turned from the reference the robot is ever shown to be (rad).
+    pub const ANCHOR_TURN: f32 = 0.5;
 
     /// The layout for a robot.
     pub fn new(robot: &Robot, reference: ReferenceSpec, anchor: AnchorSpec) -> Self {
@@ -225,12 +229,13 @@ impl ObservationSpec {
         out.put(inputs.latent);
         if self.anchor.heading {
             let error = heading_angle(&orientation(inputs.reference_root_orientation)) - heading_angle(&root);
+            let error = error.sin().atan2(error.cos()).clamp(-Self::ANCHOR_TURN, Self::ANCHOR_TURN);
             out.put(&[error.sin(), error.cos()]);
         }
         if self.anchor.position {
             let error = to_heading * (Vector3::from(inputs.reference_root_position) - position);
-            let limit = Self::ANCHOR_LIMIT;
-            out.put(&[error.x.clamp(-limit, limit), error.y.clamp(-limit, limit)]);
+            let share = Self::ANCHOR_REACH / error.x.hypot(error.y).max(Self::ANCHOR_REACH);
+            out.put(&[share * error.x, share * error.y]);
         }
         debug_assert!(out.rest.is_empty());
         Ok(())

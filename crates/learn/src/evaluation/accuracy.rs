@@ -11,6 +11,25 @@ pub fn joint_error(rollout: &Rollout) -> f64 {
     mean(rollout.pairs().flat_map(|(r, s)| r.joints.iter().zip(&s.joints).map(|(a, b)| (a - b).abs()))).to_degrees()
 }
 
+/// Mean absolute error of each joint over frames (deg). The mean over joints hides two ankles that never move.
+pub fn joint_errors(rollout: &Rollout) -> Vec<f64> {
+    let of = |joint: usize| mean(rollout.pairs().map(|(r, s)| (r.joints[joint] - s.joints[joint]).abs()));
+    (0..rollout.names.joints.len()).map(|joint| of(joint).to_degrees()).collect()
+}
+
+/// Share of frames and feet in which a foot bears on the ground when it should and does not when it should not: whether
+/// the steps of the reference are taken. NaN where no frame counts or there are no feet.
+pub fn contact_agreement(rollout: &Rollout) -> f64 {
+    let feet = rollout.names.feet.len();
+    mean(rollout.counted().flat_map(|frame| frame * feet..(frame + 1) * feet).map(|i| {
+        let bears = rollout.foot_force[i] > BEARS;
+        if bears == rollout.planned_contact[i] { 1.0 } else { 0.0 }
+    }))
+}
+
+/// A foot bears when it carries more than this share of the weight.
+const BEARS: f32 = 0.02;
+
 /// Mean distance of the end effectors over frames and effectors (m), each relative to its own root in its own heading
 /// frame: the second number of thesis Table 4.3. (The thesis does not say whether it averages distances or coordinates;
 /// distances are the larger.)
@@ -65,6 +84,20 @@ mod tests {
         assert!((joint_error(&r) - 0.02 * 180.0 / std::f64::consts::PI).abs() < 1e-12);
         assert!(
             joint_error(&rollout(1, |_| snapshot(Vec3::z(), 0.0, 0.0), |_| snapshot(Vec3::z(), 0.0, 0.0))).is_nan()
+        );
+    }
+
+    #[test]
+    fn a_foot_that_stays_down_in_one_of_two_steps_agrees_by_half() {
+        let still = |_| snapshot(Vec3::z(), 0.0, 0.0);
+        let mut r = rollout(5, still, still);
+        // The first frame does not count. Asked: down, up, down, up. Done: down, down, down, up by a hair.
+        r.planned_contact = vec![false, true, false, true, false];
+        r.foot_force = vec![0.0, 1.0, 0.5, 0.9, 0.01];
+        assert!((contact_agreement(&r) - 0.75).abs() < 1e-12);
+        assert!(
+            (joint_errors(&rollout(2, still, |_| snapshot(Vec3::z(), 0.0, 0.1)))[0] - 0.1_f64.to_degrees()).abs()
+                < 1e-9
         );
     }
 

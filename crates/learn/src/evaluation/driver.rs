@@ -107,7 +107,7 @@ pub fn evaluate(
         }
         progress(scores.len(), tasks.len());
     }
-    Ok(Evaluation::new(&robot.name, engine, options.seconds, scores, kept))
+    Ok(Evaluation::new((&robot.name, &robot.layout.joints), engine, options.seconds, scores, kept))
 }
 
 /// The environment of an evaluation: nothing is random and nothing but divergence ends an episode, which has its own idea
@@ -119,7 +119,7 @@ fn plan(policy: &Policy, environments: usize) -> TrackerPlan {
     plan.anchor = header.observation.anchor;
     plan.action = header.action;
     plan.termination = Termination::NONE;
-    plan.episode = EpisodeSpec { seconds: 1e9, switch_clips: false, grace_seconds: 0.0 };
+    plan.episode = EpisodeSpec { seconds: 1e9, switch_clips: false, leash: false, grace_seconds: 0.0 };
     plan.starts = StartSpec {
         joint_noise: 0.0,
         velocity_noise: 0.0,
@@ -183,6 +183,10 @@ fn run(
     Ok(rollouts)
 }
 
+/// A sole of the reference lower than this is on the ground (m): retargeted feet stand within a millimetre of it, and swing
+/// at least two centimetres above.
+const SOLE_DOWN: f64 = 0.005;
+
 /// Reads snapshots out of simulation and library.
 struct Recorder<'a> {
     robot: &'a Robot,
@@ -223,6 +227,7 @@ impl<'a> Recorder<'a> {
             simulated: Vec::with_capacity(task.planned),
             torque_share: Vec::new(),
             foot_force: Vec::new(),
+            planned_contact: Vec::new(),
             planned: task.planned,
             outcome: Outcome::Survived,
         }
@@ -238,6 +243,10 @@ impl<'a> Recorder<'a> {
         kinematics: &mut Kinematics,
     ) {
         rollout.reference.push(self.reference(frame, alignment, kinematics));
+        rollout.planned_contact.extend(self.robot.anatomy.soles.values().map(|sole| {
+            let lowest = sole.corners.iter().map(|c| kinematics.point(sole.body, c).z).fold(f64::INFINITY, f64::min);
+            lowest < SOLE_DOWN
+        }));
         rollout.simulated.push(self.simulated(state, i));
         let (joints, feet) = (self.names.joints.len(), self.names.feet.len());
         let torques = &state.torque[i * joints..(i + 1) * joints];

@@ -1,6 +1,6 @@
 //! Scores of episodes, clips and everything.
 
-use super::accuracy::{PHC_LIMIT, body_errors, effector_error, joint_error, mean};
+use super::accuracy::{PHC_LIMIT, body_errors, contact_agreement, effector_error, joint_error, joint_errors, mean};
 use super::drift::drift;
 use super::failure::Failure;
 use super::rollout::{Outcome, Rollout};
@@ -25,6 +25,10 @@ pub struct EpisodeScore {
     pub success: bool,
     /// Mean absolute joint error (deg).
     pub joint_error_deg: f64,
+    /// Mean absolute error of each joint (deg), in the order of [`Evaluation::joints`].
+    pub joint_errors_deg: Vec<f64>,
+    /// Share of frames and feet that bear on the ground as the reference does.
+    pub contact_agreement: f64,
     /// Mean end-effector error (m).
     pub effector_error_m: f64,
     /// Mean body error (m, world), drift included.
@@ -61,6 +65,8 @@ impl EpisodeScore {
             survived,
             success: survived && errors.iter().all(|e| *e <= PHC_LIMIT),
             joint_error_deg: joint_error(rollout),
+            joint_errors_deg: joint_errors(rollout),
+            contact_agreement: contact_agreement(rollout),
             effector_error_m: effector_error(rollout),
             body_error_m: mean(errors.iter().copied()),
             position_drift_mean_m: drift.position_mean,
@@ -92,6 +98,12 @@ pub struct ClipScore {
     pub covered: f64,
     /// Mean absolute joint error (deg).
     pub joint_error_deg: f64,
+    /// The joint with the largest mean error, an index into [`Evaluation::joints`]; none where no frame counts.
+    pub worst_joint: Option<usize>,
+    /// Its error (deg).
+    pub worst_joint_error_deg: f64,
+    /// Share of frames and feet that bear on the ground as the reference does.
+    pub contact_agreement: f64,
     /// Mean end-effector error (m).
     pub effector_error_m: f64,
     /// Mean body error (m, world), drift included.
@@ -114,14 +126,11 @@ impl ClipScore {
     /// The score of some episodes under one name.
     pub fn of(name: &str, episodes: &[&EpisodeScore]) -> Self {
         // An episode without frames has NaN errors and no weight.
-        let pooled = |value: fn(&EpisodeScore) -> f64| {
-            let known: Vec<_> = episodes.iter().filter(|e| value(e).is_finite()).collect();
-            let frames: usize = known.iter().map(|e| e.frames).sum();
-            if frames == 0 {
-                return f64::NAN;
-            }
-            known.iter().map(|e| value(e) * e.frames as f64).sum::<f64>() / frames as f64
-        };
+        let pooled = |value: fn(&EpisodeScore) -> f64| pooled(episodes, &value);
+        let worst = (0..episodes.first().map_or(0, |e| e.joint_errors_deg.len()))
+            .map(|joint| (joint, self::pooled(episodes, &|e| e.joint_errors_deg[joint])))
+            .filter(|(_, error)| error.is_finite())
+            .max_by(|a, b| a.1.total_cmp(&b.1));
         let ended = |value: fn(&EpisodeScore) -> f64| mean(episodes.iter().map(|e| value(e)).filter(|v| v.is_finite()));
         let share = |is: fn(&EpisodeScore) -> bool| mean(episodes.iter().map(|e| if is(e) { 1.0 } else { 0.0 }));
         let planned: usize = episodes.iter().map(|e| e.planned_frames).sum();
@@ -134,6 +143,9 @@ impl ClipScore {
             success: share(|e| e.success),
             covered: if planned == 0 { f64::NAN } else { frames as f64 / planned as f64 },
             joint_error_deg: pooled(|e| e.joint_error_deg),
+            worst_joint: worst.map(|(joint, _)| joint),
+            worst_joint_error_deg: worst.map_or(f64::NAN, |(_, error)| error),
+            contact_agreement: pooled(|e| e.contact_agreement),
             effector_error_m: pooled(|e| e.effector_error_m),
             body_error_m: pooled(|e| e.body_error_m),
             position_drift_mean_m: pooled(|e| e.position_drift_mean_m),
@@ -146,6 +158,13 @@ impl ClipScore {
     }
 }
 
+/// Mean over frames; NaN where there are none.
+fn pooled(episodes: &[&EpisodeScore], value: &dyn Fn(&EpisodeScore) -> f64) -> f64 {
+    let known = || episodes.iter().map(|e| (value(e), e.frames as f64)).filter(|(v, _)| v.is_finite());
+    let frames: f64 = known().map(|(_, frames)| frames).sum();
+    if frames == 0.0 { f64::NAN } else { known().map(|(v, frames)| v * frames).sum::<f64>() / frames }
+}
+
 /// The evaluation of one policy.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Evaluation {
@@ -153,6 +172,8 @@ pub struct Evaluation {
     pub robot: String,
     /// The engine.
     pub engine: String,
+    /// Names of the joints that errors are listed by.
+    pub joints: Vec<String>,
     /// Longest episode (s).
     pub episode_seconds: f64,
     /// One score per clip, in the order in which they were given.
@@ -168,13 +189,20 @@ pub struct Evaluation {
 
 impl Evaluation {
     /// Sums up episodes, which come clip by clip.
-    pub fn new(robot: &str, engine: &str, seconds: f64, episodes: Vec<EpisodeScore>, rollouts: Vec<Rollout>) -> Self {
+    pub fn new(
+        robot: (&str, &[String]),
+        engine: &str,
+        seconds: f64,
+        episodes: Vec<EpisodeScore>,
+        rollouts: Vec<Rollout>,
+    ) -> Self {
         let clips = episodes
             .chunk_by(|a, b| a.clip == b.clip)
             .map(|group| ClipScore::of(&group[0].clip, &group.iter().collect::<Vec<_>>()))
             .collect();
         Self {
-            robot: robot.into(),
+            robot: robot.0.into(),
+            joints: robot.1.to_vec(),
             engine: engine.into(),
             episode_seconds: seconds,
             clips,
@@ -229,7 +257,8 @@ mod tests {
 
     #[test]
     fn no_number_becomes_null_in_json() {
-        let evaluation = Evaluation::new("post", "none", 10.0, vec![episode(5, 3.0, 0.0, Some(1))], vec![]);
+        let evaluation =
+            Evaluation::new(("post", &["knee".to_string()]), "none", 10.0, vec![episode(5, 3.0, 0.0, Some(1))], vec![]);
         let json = serde_json::to_value(&evaluation).unwrap_or_default();
         assert!(json["clips"][0]["joint_error_deg"].is_null());
         assert_eq!(json["overall"]["survival"], 0.0);

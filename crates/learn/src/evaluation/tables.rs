@@ -16,6 +16,8 @@ impl Evaluation {
                 Column::number("survival", "%"),
                 Column::number("success", "%"),
                 Column::number("joints", "deg"),
+                Column::text("worst joint"),
+                Column::number("contacts", "%"),
                 Column::number("effectors", "m"),
                 Column::number("drift", "m"),
                 Column::number("at end", "m"),
@@ -27,13 +29,14 @@ impl Evaluation {
         table.caption = format!(
             "Episodes of at most {} s from states of the reference, no noise. survival: no fall (root below 60% of the \
              reference's height, or tilted more than 1 rad off). success: no fall, and the mean body error never above \
-             0.5 m. joints: mean absolute error. effectors: mean distance of hands and feet, relative to root and \
+             0.5 m. joints: mean absolute error; worst joint: the one with the largest. contacts: frames and feet that bear \
+             on the ground as in the reference. effectors: mean distance of hands and feet, relative to root and \
              heading. drift and heading: mean distance on the ground and mean heading error. jerk: mean over joints, of \
              physics and of the reference. Errors are means over the frames before a fall.",
             self.episode_seconds
         );
-        table.rows = self.clips.iter().map(row).collect();
-        table.foot = vec![row(&self.overall)];
+        table.rows = self.clips.iter().map(|clip| row(clip, &self.joints)).collect();
+        table.foot = vec![row(&self.overall, &self.joints)];
         table
     }
 
@@ -79,7 +82,11 @@ impl Evaluation {
     }
 }
 
-fn row(score: &ClipScore) -> Vec<Cell> {
+fn row(score: &ClipScore, joints: &[String]) -> Vec<Cell> {
+    let worst = score
+        .worst_joint
+        .and_then(|j| joints.get(j))
+        .map_or_else(String::new, |name| format!("{name} {:.1}", score.worst_joint_error_deg));
     let rate = |share: f64| {
         let tone = (share < 1.0).then_some(Tone::Bad);
         Cell::number(100.0 * share, if share > 0.0 && share < 1.0 { 1 } else { 0 }).tone(tone)
@@ -91,6 +98,8 @@ fn row(score: &ClipScore) -> Vec<Cell> {
         rate(score.survival),
         rate(score.success),
         Cell::number(score.joint_error_deg, 2),
+        Cell::text(worst),
+        Cell::number(100.0 * score.contact_agreement, 0),
         Cell::number(score.effector_error_m, 3),
         Cell::number(score.position_drift_mean_m, 2),
         Cell::number(score.position_drift_end_m, 2),
@@ -144,7 +153,7 @@ mod tests {
         bad.clip = "run".into();
         bad.outcome = Outcome::Fell { frame: 5, cause: Cause::Height };
         let scores = [&good, &bad].map(EpisodeScore::of).to_vec();
-        let evaluation = Evaluation::new("post", "none", 10.0, scores, vec![good, bad]);
+        let evaluation = Evaluation::new(("post", &["knee".to_string()]), "none", 10.0, scores, vec![good, bad]);
         let table = evaluation.table();
         let texts = |row: &[Cell]| row.iter().map(|c| c.text.clone()).collect::<Vec<_>>();
         assert_eq!(texts(&table.rows[0])[..6], ["walk", "1", "1.0", "100", "100", "2.00"]);

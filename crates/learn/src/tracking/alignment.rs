@@ -50,6 +50,27 @@ impl Alignment {
         let [w, x, y, z] = q;
         [c * w - s * z, c * x - s * y, c * y + s * x, c * z + s * w]
     }
+
+    /// Draws the clip's world after a robot that has left it: turned about the clip's root and shifted, no further than
+    /// that the root's `clip` pose is within `reach` (m) and `turn` (rad) of the `simulated` one.
+    #[must_use]
+    pub fn drawn_after(
+        self,
+        clip: ([f32; 3], [f32; 4]),
+        simulated: ([f32; 3], [f32; 4]),
+        reach: f32,
+        turn: f32,
+    ) -> Self {
+        let place = self.position(clip.0);
+        let ahead = wrap(yaw(simulated.1) - yaw(self.orientation(clip.1)));
+        let (x, y) = (simulated.0[0] - place[0], simulated.0[1] - place[1]);
+        let share = (1.0 - reach / x.hypot(y).max(reach)).max(0.0);
+        Self {
+            yaw: wrap(self.yaw + ahead - ahead.clamp(-turn, turn)),
+            from: [clip.0[0], clip.0[1]],
+            to: [place[0] + share * x, place[1] + share * y],
+        }
+    }
 }
 
 /// Heading of an orientation (rad); NaN where it has none.
@@ -95,6 +116,24 @@ mod tests {
         for (g, e) in got.iter().zip([expected.w, expected.i, expected.j, expected.k]) {
             assert!((f64::from(*g) - e).abs() < 1e-6);
         }
+    }
+
+    #[test]
+    fn a_leash_pulls_only_what_is_too_far_and_only_as_far_as_it_must() {
+        let upright = |angle: f32| [(0.5 * angle).cos(), 0.0, 0.0, (0.5 * angle).sin()];
+        let a = Alignment { yaw: 0.2, from: [1.0, 1.0], to: [5.0, -2.0] };
+        let clip = ([2.0, 1.5, 0.4], upright(0.3));
+        let target = a.position(clip.0);
+        let near = a.drawn_after(clip, ([target[0] + 0.1, target[1], 0.4], upright(0.6)), 0.3, 0.5);
+        let same = near.position([7.0, 8.0, 0.0]);
+        let as_before = a.position([7.0, 8.0, 0.0]);
+        assert!((0..2).all(|k| (same[k] - as_before[k]).abs() < 1e-5), "within the leash nothing moves");
+
+        // 0.5 m ahead along y and turned by 1.0 - 0.5 = 0.5 rad too far: pulled by 0.2 m and to the limit of the turn.
+        let far = a.drawn_after(clip, ([target[0], target[1] + 0.5, 0.4], upright(1.5)), 0.3, 0.5);
+        let pulled = far.position(clip.0);
+        assert!((pulled[0] - target[0]).abs() < 1e-6 && (pulled[1] - target[1] - 0.2).abs() < 1e-6, "{pulled:?}");
+        assert!((yaw(far.orientation(clip.1)) - 1.0).abs() < 1e-5);
     }
 
     #[test]

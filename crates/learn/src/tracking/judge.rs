@@ -2,7 +2,7 @@
 
 use lifelike_motion::Frame;
 use lifelike_nn::rng::stream;
-use lifelike_robot::{ActionSpec, Robot};
+use lifelike_robot::{ActionSpec, ObservationSpec, Robot};
 use lifelike_sim::BatchState;
 
 use super::alignment::{Alignment, wrap, yaw};
@@ -94,6 +94,10 @@ impl Judge<'_> {
         episode.cut = episode.failed.is_none() && (episode.length >= self.longest || (over && !switch));
         if switch && !episode.ended() {
             self.switch(i, episode);
+        } else if self.plan.episode.leash {
+            let (reach, turn) = (ObservationSpec::ANCHOR_REACH, ObservationSpec::ANCHOR_TURN);
+            let clip = (library.position_at(episode.frame), library.orientation_at(episode.frame));
+            episode.alignment = episode.alignment.drawn_after(clip, root(self.state, i), reach, turn);
         }
         let next = library.ahead(episode.frame, 1);
         self.observer.write(self.state, i, episode, library, next, &scratch.features, actor, critic);

@@ -122,8 +122,8 @@ impl Default for Termination {
             height: Some(0.12),
             tilt: Some(0.7),
             effector: Some(0.25),
-            path: Some(0.5),
-            heading: Some(1.0),
+            path: None,
+            heading: None,
         }
     }
 }
@@ -147,13 +147,17 @@ pub struct EpisodeSpec {
     /// At the end of a clip, go on with another from a random frame without a reset (thesis 4.2.2); else the episode is
     /// cut there.
     pub switch_clips: bool,
+    /// A robot that leaves its path, or turns off it, further than it is shown (`ANCHOR_REACH` and `ANCHOR_TURN` of
+    /// [`lifelike_robot::ObservationSpec`]) draws the reference's world after it. So errors stay where they can be seen and
+    /// paid for, without a reason to end the episode.
+    pub leash: bool,
     /// After a switch, deviations do not end the episode for this long (s).
     pub grace_seconds: f64,
 }
 
 impl Default for EpisodeSpec {
     fn default() -> Self {
-        Self { seconds: 10.0, switch_clips: false, grace_seconds: 1.0 }
+        Self { seconds: 10.0, switch_clips: false, leash: true, grace_seconds: 1.0 }
     }
 }
 
@@ -213,13 +217,13 @@ impl Default for PpoSpec {
     fn default() -> Self {
         Self {
             environments: 256,
-            steps: 24,
+            steps: 12,
             epochs: 4,
             minibatch: 1536,
             clip: 0.2,
             gamma: 0.97,
             lambda: 0.95,
-            target_divergence: 0.02,
+            target_divergence: 0.05,
             learning_rate: 1e-3,
             learning_rate_bounds: [2e-5, 3e-3],
             critic_learning_rate: 1e-3,
@@ -257,9 +261,9 @@ fn default_reward() -> Reward {
         angular_share: 0.0375,
         joint_position: kernel(0.35, 40.0),
         joint_velocity: kernel(0.1, 0.8),
-        effectors: kernel(0.2, 160.0),
-        heading: kernel(0.1, 10.0),
-        path: kernel(0.1, 20.0),
+        effectors: kernel(0.2, 240.0),
+        heading: kernel(0.15, 10.0),
+        path: kernel(0.15, 20.0),
         alive: 0.0,
         action_rate: 0.05,
         action_acceleration: 0.015,

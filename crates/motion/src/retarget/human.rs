@@ -93,6 +93,11 @@ struct Reader<'a> {
 }
 
 impl Human {
+    /// Length of the legs (m).
+    pub fn leg_length_of(clip: &SourceClip, roles: &SourceRoles) -> f64 {
+        Reader::new(clip, roles).leg_length()
+    }
+
     /// Samples the clip at `fps`. A cycle is continued for up to half a second at both ends.
     pub fn read(clip: &SourceClip, roles: &SourceRoles, fps: f64) -> Self {
         let mut reader = Reader::new(clip, roles);

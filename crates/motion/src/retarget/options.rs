@@ -11,6 +11,8 @@ use crate::contacts::ContactOptions;
 pub struct RetargetOptions {
     /// Frames per second of the result.
     pub fps: f64,
+    /// How fast the motion is performed against how it was captured.
+    pub tempo: Tempo,
     /// Largest speed of a joint (rad/s or m/s), by joint name: usually 80% of what its actuator can.
     pub velocity_limit: BTreeMap<String, f64>,
     /// Largest speed of joints not named in `velocity_limit` (rad/s).
@@ -35,6 +37,7 @@ impl Default for RetargetOptions {
     fn default() -> Self {
         Self {
             fps: 50.0,
+            tempo: Tempo::Times(1.0),
             velocity_limit: BTreeMap::new(),
             default_velocity_limit: 12.0,
             min_knee_bend: 0.15,
@@ -44,6 +47,37 @@ impl Default for RetargetOptions {
             contact: ContactOptions::default(),
             allow_off_ground: false,
             correspondence: Correspondence::default(),
+        }
+    }
+}
+
+/// How fast the motion is performed against how it was captured.
+///
+/// A body of another size that keeps the human's tempo cannot keep the human's balance: what decides whether a sway or a
+/// step can be done is how long it takes against √(leg length / gravity), the time in which such a body falls.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(untagged)]
+pub enum Tempo {
+    /// So many times as fast: 1 as captured, 2 in half the time.
+    Times(f64),
+    /// By a rule.
+    Rule(TempoRule),
+}
+
+/// A rule for the tempo.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum TempoRule {
+    /// √(human leg / own leg) times as fast: dynamic similarity, the same Froude number v² / (g · leg).
+    Froude,
+}
+
+impl Tempo {
+    /// Times as fast for a human leg of `human` and a robot's of `robot` (m).
+    pub(super) fn factor(self, human: f64, robot: f64) -> f64 {
+        match self {
+            Self::Times(factor) => factor,
+            Self::Rule(TempoRule::Froude) => (human / robot).sqrt(),
         }
     }
 }

@@ -52,6 +52,8 @@ pub struct RetargetReport {
     pub seconds: f64,
     /// Character size over human size, by the legs: what positions were multiplied with.
     pub scale: f64,
+    /// How many times as fast as captured the motion is performed.
+    pub tempo: f64,
     /// Distance (m) of key bodies from where the human has them, in the character's size. The pelvis in the world (its
     /// path was scaled); knees and feet from the hip joint, elbows and hands from the shoulder, with the character's own
     /// segment lengths along the human's directions.
@@ -93,6 +95,7 @@ pub(super) struct Outcome<'a> {
     pub poses: &'a [Vec<f64>],
     pub stances: &'a [Stance; 2],
     pub fps: f64,
+    pub tempo: f64,
 }
 
 pub(super) fn measure(outcome: &Outcome, human: &Human, clip: &str) -> RetargetReport {
@@ -128,6 +131,7 @@ pub(super) fn measure(outcome: &Outcome, human: &Human, clip: &str) -> RetargetR
         frames: poses.len(),
         seconds: poses.len().saturating_sub(1) as f64 / fps,
         scale,
+        tempo: outcome.tempo,
         position_error: errors.position.iter().map(|(r, g)| (*r, g.spread())).collect(),
         orientation_error: errors.orientation.iter().map(|(r, g)| (*r, g.spread())).collect(),
         foot_skate: ground.skate.spread(),
