@@ -1,5 +1,5 @@
 //! Physics steps per second: `cargo run --release -p lifelike-sim --features mujoco --example throughput -- \
-//! [robot] [environments] [threads] [seconds]`. Noisy targets around the default pose, each environment reset every
+//! [robot] [environments] [threads] [seconds] [engine]`. Noisy targets around the default pose, each environment reset every
 //! second, state extraction included.
 
 use std::sync::Arc;
@@ -14,7 +14,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let number = |i: usize, otherwise: usize| arguments.get(i).map_or(Ok(otherwise), |a| a.parse());
     let robot = Arc::new(Robot::load(arguments.first().map_or("lima", String::as_str))?);
     let (environments, threads, seconds) = (number(1, 256)?, number(2, 1)?, number(3, 5)?);
-    let mut simulation = lifelike_sim::create("mujoco", robot.clone(), environments, threads)?;
+    let engine = arguments.get(4).map_or("lifelike", String::as_str);
+    let mut simulation = lifelike_sim::create(engine, robot.clone(), environments, threads)?;
     let position = robot.default_position();
     let velocity = vec![0.0; robot.character.nv];
     let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(1);

@@ -4,16 +4,19 @@
 //! arrays) → [`randomization`] (thesis 4.2.2) → an engine, such as `mujoco`, made by [`create`].
 
 pub mod batch;
+pub mod engine;
 pub mod error;
 #[cfg(feature = "mujoco")]
 pub mod mujoco;
 pub mod randomization;
+mod rows;
 
 use std::sync::Arc;
 
 use lifelike_robot::Robot;
 
 pub use batch::{BatchState, Drive, EnvironmentParameters, IntegrationState, Simulation};
+pub use engine::LifelikeSimulation;
 pub use error::SimError;
 #[cfg(feature = "mujoco")]
 pub use mujoco::MujocoSimulation;
@@ -23,12 +26,13 @@ pub use mujoco::MujocoSimulation;
 /// # Errors
 /// [`SimError::Engine`] when this build has no such engine; else what the engine says.
 pub fn create(
-    engine: &str,
+    name: &str,
     robot: Arc<Robot>,
     environments: usize,
     threads: usize,
 ) -> Result<Box<dyn Simulation>, SimError> {
-    match engine {
+    match name {
+        engine::ENGINE => Ok(Box::new(LifelikeSimulation::new(robot, environments, threads)?)),
         #[cfg(feature = "mujoco")]
         mujoco::ENGINE => Ok(Box::new(MujocoSimulation::new(robot, environments, threads)?)),
         _ => {
@@ -38,7 +42,7 @@ pub fn create(
             } else {
                 "there is none; build with the feature 'mujoco' (after `cargo xtask mujoco`)"
             };
-            Err(SimError::Engine { name: engine.to_string(), hint })
+            Err(SimError::Engine { name: name.to_string(), hint })
         }
     }
 }

@@ -1,7 +1,7 @@
 //! MuJoCo 3.17.
 //!
 //! The main path: [`model`] (the text MuJoCo compiles, and where in it the robot's parts are) → [`worker`] (one thread's
-//! model and data: loads an environment, steps it, stores it) → [`rows`] (which part of the outputs a worker writes).
+//! model and data: loads an environment, steps it, stores it) → `rows` (which part of the outputs a worker writes).
 //!
 //! Environments share the workers' `mjData`: each is only its integration state, a compact row of numbers. Thousands of
 //! full `mjData` would fall out of the cache at every step, and a row is all there is to save. A worker's result is a
@@ -9,7 +9,7 @@
 
 mod log;
 mod model;
-mod rows;
+
 mod worker;
 
 use std::sync::{Arc, Mutex, PoisonError};
@@ -19,7 +19,7 @@ use lifelike_robot::Robot;
 use crate::batch::{BatchState, Drive, EnvironmentParameters, IntegrationState, Simulation};
 use crate::error::SimError;
 use model::Layout;
-use rows::{Rows, Widths};
+use crate::rows::{self, Rows, Widths};
 use worker::{Command, Tuning, Worker};
 
 /// The name of this engine.

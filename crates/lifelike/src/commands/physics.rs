@@ -3,11 +3,12 @@
 use crate::error::CliError;
 
 /// The engine where none is named.
-pub const DEFAULT: &str = "mujoco";
+pub const DEFAULT: &str = "lifelike";
 
 /// Whether the engine is in this build; if not, how to get it.
 pub fn available(engine: &str) -> Result<(), CliError> {
     match engine {
+        "lifelike" => Ok(()),
         "mujoco" if cfg!(feature = "mujoco") => Ok(()),
         "mujoco" => Err(CliError::Unavailable(
             "this build has no physics. Fetch MuJoCo once and build with it:\n\
@@ -16,6 +17,6 @@ pub fn available(engine: &str) -> Result<(), CliError> {
              or `cargo xtask demo`, which does both and shows a robot that moves"
                 .into(),
         )),
-        other => Err(CliError::Usage(format!("no engine '{other}'; there is: mujoco"))),
+        other => Err(CliError::Usage(format!("no engine '{other}'; there are: lifelike, mujoco"))),
     }
 }

@@ -7,7 +7,7 @@ use mujoco_rs::prelude::{MjData, MjModel};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
 use super::model::Layout;
-use super::rows::Rows;
+use crate::rows::Rows;
 use crate::batch::EnvironmentParameters;
 
 /// An environment with a velocity beyond this (m/s, rad/s) is lost.

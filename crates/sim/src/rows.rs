@@ -4,7 +4,7 @@ use crate::batch::BatchState;
 
 /// Columns of the outputs.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Widths {
+pub(crate) struct Widths {
     /// Scalar joints J.
     pub joints: usize,
     /// Places P.
@@ -16,7 +16,7 @@ pub(super) struct Widths {
 }
 
 /// The outputs of environments that lie side by side. See [`BatchState`] for the fields.
-pub(super) struct Rows<'a> {
+pub(crate) struct Rows<'a> {
     pub root_position: &'a mut [f32],
     pub root_orientation: &'a mut [f32],
     pub linear_velocity_w: &'a mut [f32],
@@ -34,7 +34,7 @@ pub(super) struct Rows<'a> {
 }
 
 /// Outputs of `n` environments, all zero.
-pub(super) fn allocate(n: usize, widths: &Widths) -> BatchState {
+pub(crate) fn allocate(n: usize, widths: &Widths) -> BatchState {
     BatchState {
         root_position: vec![0.0; n * 3],
         root_orientation: vec![0.0; n * 4],
@@ -54,7 +54,7 @@ pub(super) fn allocate(n: usize, widths: &Widths) -> BatchState {
 }
 
 /// The outputs of one environment.
-pub(super) fn single<'a>(state: &'a mut BatchState, id: usize, widths: &Widths) -> Rows<'a> {
+pub(crate) fn single<'a>(state: &'a mut BatchState, id: usize, widths: &Widths) -> Rows<'a> {
     let mut rows = Rows::whole(state);
     rows.take(id, widths);
     rows.take(1, widths)

@@ -1,0 +1,544 @@
+//! Our own engine: MuJoCo's model of the dynamics, many environments per SIMD vector, nothing but Rust.
+//!
+//! The main path: [`tree`] (what of a robot is the same everywhere) → [`block`] (W environments and their physics step:
+//! actuators, [`dynamics`], [`constraints`], integration) → [`LifelikeSimulation`] (all blocks, on all cores). Numbers are
+//! [`lane`]s, one environment each; [`spatial`] is their algebra.
+//!
+//! A block's result is a function of its own numbers, lane by lane. So results are bit for bit the same for any number of
+//! threads and any place in the batch, and what one environment does never reaches another.
+//!
+//! What is modelled: trees of free, ball, hinge and slide joints with armature, damping, springs, dry friction and limits;
+//! the actuator law of `robot::actuator` at every substep; level ground under spheres, capsules and boxes, with pyramids
+//! of friction. Not yet: contact between parts of the robot, uneven ground, other shapes. [`unsupported`] lists what of a
+//! robot falls under that.
+
+mod block;
+mod constraints;
+mod dynamics;
+pub mod lane;
+mod spatial;
+mod tree;
+
+use std::sync::{Arc, Mutex, PoisonError};
+
+use lifelike_character::GeomShape;
+use lifelike_robot::Robot;
+use rayon::prelude::*;
+
+use crate::batch::{BatchState, Drive, EnvironmentParameters, IntegrationState, Simulation};
+use crate::error::SimError;
+use crate::rows::{self, Rows, Widths};
+use block::{Block, Desk, Model, inverse_weights};
+use lane::{Lane, Scalar};
+use tree::Tree;
+
+/// The name of this engine.
+pub const ENGINE: &str = "lifelike";
+
+/// N environments of one robot, in single precision, eight to a vector.
+pub type LifelikeSimulation = LaneSimulation<f32, 8>;
+
+/// N environments of one robot, `W` to a vector.
+pub struct LaneSimulation<T: Scalar, const W: usize> {
+    robot: Arc<Robot>,
+    model: Arc<Model<T, W>>,
+    reference: Vec<f64>,
+    widths: Widths,
+    blocks: Vec<Block<T, W>>,
+    desks: Vec<Desk<T, W>>,
+    pool: rayon::ThreadPool,
+    parameters: Vec<EnvironmentParameters>,
+    state: BatchState,
+}
+
+/// What of a robot this engine does not simulate, a line each.
+pub fn unsupported(robot: &Robot) -> Vec<String> {
+    let mut lines = Vec::new();
+    let character = &robot.character;
+    let solid = |g: &&lifelike_character::Geom| g.contype != 0 || g.conaffinity != 0;
+    for geom in character.geoms.iter().filter(|g| g.body != 0).filter(solid) {
+        if !matches!(geom.shape, GeomShape::Sphere(_) | GeomShape::Capsule(..) | GeomShape::Box(_)) {
+            lines.push(format!("geom '{}': its shape does not touch the ground", geom.name));
+        }
+        if geom.condim > 3 {
+            lines.push(format!("geom '{}': no torsional or rolling friction", geom.name));
+        }
+    }
+    let own: Vec<_> = character.geoms.iter().filter(|g| g.body != 0).filter(solid).collect();
+    let pairs = own.iter().enumerate().flat_map(|(i, a)| own[i + 1..].iter().map(move |b| (a, b)));
+    let meet = pairs
+        .filter(|(a, b)| a.body != b.body && (a.contype & b.conaffinity != 0 || b.contype & a.conaffinity != 0))
+        .count();
+    if meet > 0 {
+        lines.push(format!("{meet} pairs of its own geoms: parts of the robot pass through each other"));
+    }
+    lines
+}
+
+impl<T: Scalar, const W: usize> LaneSimulation<T, W> {
+    /// `environments` copies of a robot, each in its default pose with the root where the model puts it, stepped by
+    /// `threads` threads (0: one per processor).
+    ///
+    /// # Errors
+    /// [`SimError::Model`] for ground that is not level, and for gravity compensation.
+    pub fn new(robot: Arc<Robot>, environments: usize, threads: usize) -> Result<Self, SimError> {
+        let fail =
+            |message: String| SimError::Model { engine: ENGINE, character: robot.name.clone(), message };
+        if let Some(body) = robot.character.bodies.iter().find(|b| b.gravcomp != 0.0) {
+            return Err(fail(format!("body '{}' has gravity compensation", body.name)));
+        }
+        if robot.character.joints.iter().any(|j| j.reference != 0.0 && j.range.is_none() && j.stiffness != 0.0) {
+            return Err(fail("a spring on a joint without range".into()));
+        }
+        let tree = Tree::new(&robot)?;
+        let threads = match threads {
+            0 => std::thread::available_parallelism().map_or(1, std::num::NonZero::get),
+            n => n,
+        };
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .thread_name(|i| format!("physics-{i}"))
+            .build()
+            .map_err(|e| fail(e.to_string()))?;
+        let widths = Widths {
+            joints: tree.driven.len(),
+            places: tree.places.len(),
+            bodies: tree.bodies.len(),
+            feet: tree.feet,
+        };
+        let reference = robot.character.reference_position();
+        let weights = inverse_weights(&tree, &reference, &vec![1.0; tree.bodies.len()]);
+        let block = Block::new(&tree, &weights);
+        let mut simulation = Self {
+            state: rows::allocate(environments, &widths),
+            desks: vec![Desk::new(&tree); threads],
+            blocks: vec![block; environments.div_ceil(W)],
+            model: Model::new(&robot, tree),
+            parameters: vec![EnvironmentParameters::default(); environments],
+            reference,
+            widths,
+            pool,
+            robot,
+        };
+        let position = simulation.robot.default_position();
+        // The last block's spare lanes too: they are stepped along.
+        for id in 0..simulation.blocks.len() * W {
+            simulation.put(id, &position, &vec![0.0; simulation.model.tree.nv]);
+        }
+        let ids: Vec<usize> = (0..environments).collect();
+        simulation.refresh(&ids);
+        Ok(simulation)
+    }
+
+    /// Mass matrix `[nv, nv]`, bias forces and the acceleration under joint forces `applied` without constraints, in
+    /// double precision whatever the engine's own: what an oracle is asked about.
+    ///
+    /// # Errors
+    /// As [`Simulation::reset`].
+    pub fn dynamics(
+        &mut self,
+        position: &[f64],
+        velocity: &[f64],
+        applied: &[f64],
+    ) -> Result<(Vec<f64>, Vec<f64>, Vec<f64>), SimError> {
+        self.reset(&[0], position, velocity)?;
+        let applied: Vec<Lane<T, W>> = applied.iter().map(|x| Lane::of(*x)).collect();
+        let (model, block, desk) = (&self.model, &self.blocks[0], &mut self.desks[0]);
+        let acceleration = desk.unconstrained(model, block, &applied);
+        let nv = model.tree.nv;
+        let mut mass = vec![0.0; nv * nv];
+        for (d, dof) in model.tree.dofs.iter().enumerate() {
+            for (k, j) in dof.chain.iter().enumerate() {
+                let value = desk.work.mass[dof.row + k].0[0].wide();
+                (mass[d * nv + j], mass[j * nv + d]) = (value, value);
+            }
+        }
+        let first = |lanes: &[Lane<T, W>]| lanes.iter().map(|x| x.0[0].wide()).collect();
+        Ok((mass, first(&desk.work.bias), first(&acceleration)))
+    }
+
+    fn put(&mut self, id: usize, position: &[f64], velocity: &[f64]) {
+        let (block, lane) = (&mut self.blocks[id / W], id % W);
+        let tree = &self.model.tree;
+        for (slot, x) in block.q.iter_mut().zip(position) {
+            slot.0[lane] = T::new(*x);
+        }
+        for (slot, x) in block.v.iter_mut().zip(velocity) {
+            slot.0[lane] = T::new(*x);
+        }
+        let q = tree.root_q + 3..tree.root_q + 7;
+        let norm = position[q.clone()].iter().map(|x| x * x).sum::<f64>().sqrt();
+        if (norm - 1.0).abs() > 1e-12 {
+            for (slot, x) in block.q[q.clone()].iter_mut().zip(&position[q]) {
+                slot.0[lane] = T::new(x / norm);
+            }
+        }
+        for force in block.forces.numbers_mut() {
+            force.0[lane] = T::default();
+        }
+        block.diverged[lane] = false;
+    }
+
+    fn check_id(&self, id: usize) -> Result<(), SimError> {
+        if id < self.len() {
+            return Ok(());
+        }
+        Err(SimError::State { expected: format!("an environment below {}", self.len()), got: id.to_string() })
+    }
+
+    /// Outputs of environments that did not step: poses and velocities; torques and forces are zero.
+    fn refresh(&mut self, ids: &[usize]) {
+        let (tree, desk) = (&self.model.tree, &mut self.desks[0]);
+        let mut blocks: Vec<usize> = ids.iter().map(|id| id / W).collect();
+        blocks.dedup();
+        let mut at = 0;
+        for b in blocks {
+            desk.work.kinematics(tree, &self.blocks[b].q);
+            while at < ids.len() && ids[at] / W == b {
+                let rows = &mut rows::single(&mut self.state, ids[at], &self.widths);
+                write_state(&self.model, &self.blocks[b], desk, ids[at] % W, rows);
+                for forces in
+                    [&mut *rows.torque_squared, rows.torque, rows.foot_force, rows.constraint_force]
+                {
+                    forces.fill(0.0);
+                }
+                rows.diverged.fill(self.blocks[b].diverged[ids[at] % W]);
+                at += 1;
+            }
+        }
+    }
+
+    /// Numbers of one environment in a saved state.
+    fn width(&self) -> usize {
+        let tree = &self.model.tree;
+        let forces = self.blocks.first().map_or(0, |b| b.forces.len());
+        tree.nq + tree.nv + forces + 6 * tree.bodies.len() + 1
+    }
+
+    fn tune(&mut self, id: usize) -> Result<(), SimError> {
+        let parameters = &self.parameters[id];
+        let bodies = self.widths.bodies;
+        for (what, expected, got) in [
+            ("mass_scale", bodies, parameters.mass_scale.len()),
+            ("joint_offset", self.widths.joints, parameters.joint_offset.len()),
+        ] {
+            if got != 0 && got != expected {
+                return Err(SimError::Length { what, expected, got });
+            }
+        }
+        let bad = |value: f32| !(value.is_finite() && value > 0.0);
+        let numbers = parameters.mass_scale.iter().chain(&parameters.ground_friction);
+        if let Some(value) = numbers.copied().find(|&value| bad(value)) {
+            let expected = "mass factors and friction above 0".to_string();
+            return Err(SimError::State { expected, got: value.to_string() });
+        }
+        let (block, lane) = (&mut self.blocks[id / W], id % W);
+        let scale: Vec<f64> = if parameters.mass_scale.is_empty() {
+            vec![1.0; bodies]
+        } else {
+            parameters.mass_scale.iter().map(|x| f64::from(*x)).collect()
+        };
+        let weights = inverse_weights(&self.model.tree, &self.reference, &scale);
+        for (slot, x) in block.masses.scale.iter_mut().zip(&scale) {
+            slot.0[lane] = T::new(*x);
+        }
+        for (slot, x) in block.weights.body.iter_mut().zip(&weights.body) {
+            slot.0[lane] = T::new(x.0[0]);
+        }
+        for (slot, x) in block.weights.dof.iter_mut().zip(&weights.dof) {
+            slot.0[lane] = T::new(x.0[0]);
+        }
+        block.ground_friction.0[lane] = T::new(parameters.ground_friction.map_or(-1.0, f64::from));
+        Ok(())
+    }
+}
+
+impl<T: Scalar, const W: usize> Simulation for LaneSimulation<T, W> {
+    fn engine(&self) -> &'static str {
+        ENGINE
+    }
+
+    fn robot(&self) -> &Arc<Robot> {
+        &self.robot
+    }
+
+    fn len(&self) -> usize {
+        self.parameters.len()
+    }
+
+    fn state(&self) -> &BatchState {
+        &self.state
+    }
+
+    fn reset(&mut self, ids: &[usize], positions: &[f64], velocities: &[f64]) -> Result<(), SimError> {
+        let (nq, nv) = (self.model.tree.nq, self.model.tree.nv);
+        for (what, expected, got) in
+            [("positions", ids.len() * nq, positions.len()), ("velocities", ids.len() * nv, velocities.len())]
+        {
+            if expected != got {
+                return Err(SimError::Length { what, expected, got });
+            }
+        }
+        // All checks first: a refused reset changes nothing.
+        let root = self.model.tree.root_q;
+        for (i, &id) in ids.iter().enumerate() {
+            self.check_id(id)?;
+            let (q, v) = (&positions[i * nq..(i + 1) * nq], &velocities[i * nv..(i + 1) * nv]);
+            let norm = q[root + 3..root + 7].iter().map(|x| x * x).sum::<f64>().sqrt();
+            let wrong = q
+                .iter()
+                .chain(v)
+                .find(|x| !x.is_finite())
+                .map(f64::to_string)
+                .or_else(|| (norm < 1e-6).then(|| format!("a quaternion of length {norm}")));
+            if let Some(got) = wrong {
+                let expected = format!("finite numbers and a root orientation for environment {id}");
+                return Err(SimError::State { expected, got });
+            }
+        }
+        for (i, &id) in ids.iter().enumerate() {
+            self.put(id, &positions[i * nq..(i + 1) * nq], &velocities[i * nv..(i + 1) * nv]);
+        }
+        self.refresh(ids);
+        Ok(())
+    }
+
+    fn set_parameters(&mut self, id: usize, parameters: EnvironmentParameters) -> Result<(), SimError> {
+        self.check_id(id)?;
+        let before = std::mem::replace(&mut self.parameters[id], parameters);
+        let result = self.tune(id);
+        if result.is_err() {
+            self.parameters[id] = before;
+        }
+        result
+    }
+
+    fn push(&mut self, id: usize, body: usize, force_w: [f32; 3], torque_w: [f32; 3]) -> Result<(), SimError> {
+        self.check_id(id)?;
+        if body == 0 || body >= self.widths.bodies {
+            let expected = format!("a body from 1 to {}", self.widths.bodies - 1);
+            return Err(SimError::State { expected, got: body.to_string() });
+        }
+        if let Some(value) = force_w.iter().chain(&torque_w).find(|value| !value.is_finite()) {
+            return Err(SimError::State { expected: "a finite push".into(), got: value.to_string() });
+        }
+        let slot = self.blocks[id / W].pushes[body].get_or_insert([Lane::zero(); 6]);
+        for (slot, value) in slot.iter_mut().zip(torque_w.iter().chain(&force_w)) {
+            slot.0[id % W] = T::new(f64::from(*value));
+        }
+        Ok(())
+    }
+
+    fn clear_pushes(&mut self, id: usize) {
+        if id >= self.len() {
+            return;
+        }
+        for push in &mut self.blocks[id / W].pushes {
+            if let Some(lanes) = push {
+                lanes.iter_mut().for_each(|x| x.0[id % W] = T::default());
+                if lanes.iter().all(|x| x.0.iter().all(|x| *x == T::default())) {
+                    *push = None;
+                }
+            }
+        }
+    }
+
+    fn step(&mut self, drive: Drive<'_>) -> Result<(), SimError> {
+        let joints = self.widths.joints;
+        let (what, numbers) = match drive {
+            Drive::Targets(numbers) => ("targets", numbers),
+            Drive::Torques(numbers) => ("torques", numbers),
+        };
+        let expected = self.len() * joints;
+        if numbers.len() != expected {
+            return Err(SimError::Length { what, expected, got: numbers.len() });
+        }
+        let targets = matches!(drive, Drive::Targets(_));
+        let (model, widths) = (&self.model, self.widths);
+        let mut rest = Rows::whole(&mut self.state);
+        let jobs: Vec<_> = self
+            .blocks
+            .iter_mut()
+            .zip(numbers.chunks(W * joints))
+            .map(|(block, numbers)| {
+                let outputs = rest.take(numbers.len() / joints.max(1), &widths);
+                (block, numbers, outputs)
+            })
+            .collect();
+        let queue = Mutex::new(jobs.into_iter());
+        let next = || queue.lock().unwrap_or_else(PoisonError::into_inner).next();
+        let desks = &mut self.desks;
+        self.pool.install(|| {
+            desks.par_iter_mut().with_max_len(1).for_each(|desk| {
+                while let Some((block, numbers, mut outputs)) = next() {
+                    advance(model, block, desk, numbers, targets, &mut outputs, &widths);
+                }
+            });
+        });
+        Ok(())
+    }
+
+    fn save(&self) -> IntegrationState {
+        let mut values = Vec::with_capacity(self.len() * self.width());
+        for id in 0..self.len() {
+            let (block, lane) = (&self.blocks[id / W], id % W);
+            let mut forces = block.forces.clone();
+            let numbers = block.q.iter().chain(&block.v).copied().chain(forces.numbers_mut().map(|x| *x));
+            values.extend(numbers.map(|x| x.0[lane].wide()));
+            for push in &block.pushes {
+                values.extend(push.unwrap_or([Lane::zero(); 6]).map(|x| x.0[lane].wide()));
+            }
+            values.push(f64::from(u8::from(block.diverged[lane])));
+        }
+        let (width, parameters) = (self.width(), self.parameters.clone());
+        IntegrationState { engine: ENGINE.to_string(), width, values, parameters }
+    }
+
+    fn restore(&mut self, state: &IntegrationState) -> Result<(), SimError> {
+        let fingerprint =
+            |engine: &str, environments, width| format!("{engine}, {environments} environments of {width} numbers");
+        let expected = fingerprint(ENGINE, self.len(), self.width());
+        let got = fingerprint(&state.engine, state.parameters.len(), state.width);
+        if expected != got {
+            return Err(SimError::State { expected, got });
+        }
+        let expected = self.len() * self.width();
+        if state.values.len() != expected {
+            return Err(SimError::Length { what: "saved state", expected, got: state.values.len() });
+        }
+        for (id, parameters) in state.parameters.iter().enumerate() {
+            if self.parameters[id] != *parameters {
+                self.set_parameters(id, parameters.clone())?;
+            }
+        }
+        for (id, row) in state.values.chunks_exact(state.width).enumerate() {
+            let (block, lane) = (&mut self.blocks[id / W], id % W);
+            let mut row = row.iter().copied();
+            let slots = block.q.iter_mut().chain(&mut block.v).chain(block.forces.numbers_mut());
+            for (slot, value) in slots.zip(&mut row) {
+                slot.0[lane] = T::new(value);
+            }
+            for push in &mut block.pushes {
+                let values: [f64; 6] = std::array::from_fn(|_| row.next().unwrap_or(0.0));
+                if push.is_some() || values.iter().any(|x| *x != 0.0) {
+                    let lanes = push.get_or_insert([Lane::zero(); 6]);
+                    lanes.iter_mut().zip(values).for_each(|(x, value)| x.0[lane] = T::new(value));
+                }
+            }
+            block.diverged[lane] = row.next().is_some_and(|x| x != 0.0);
+        }
+        let ids: Vec<usize> = (0..self.len()).collect();
+        self.refresh(&ids);
+        Ok(())
+    }
+}
+
+/// One policy step of one block.
+fn advance<T: Scalar, const W: usize>(
+    model: &Model<T, W>,
+    block: &mut Block<T, W>,
+    desk: &mut Desk<T, W>,
+    numbers: &[f32],
+    targets: bool,
+    outputs: &mut Rows<'_>,
+    widths: &Widths,
+) {
+    let joints = widths.joints;
+    for (lane, row) in numbers.chunks_exact(joints).enumerate() {
+        for (slot, x) in block.command.iter_mut().zip(row) {
+            slot.0[lane] = T::new(f64::from(*x));
+        }
+    }
+    block.step(model, desk, targets);
+    for lane in 0..numbers.len() / joints {
+        let rows = &mut outputs.take(1, widths);
+        write_state(model, block, desk, lane, rows);
+        write_forces(model, block, lane, rows);
+        rows.diverged.fill(block.diverged[lane]);
+    }
+}
+
+fn narrow<T: Scalar>(value: T) -> f32 {
+    value.wide() as f32
+}
+
+fn write_state<T: Scalar, const W: usize>(
+    model: &Model<T, W>,
+    block: &Block<T, W>,
+    desk: &Desk<T, W>,
+    lane: usize,
+    out: &mut Rows<'_>,
+) {
+    let tree = &model.tree;
+    let (root, velocity) = (tree.root_q, tree.root_v);
+    let of = |x: &Lane<T, W>| narrow(x.0[lane]);
+    let put = |out: &mut [f32], values: &[Lane<T, W>]| {
+        for (slot, x) in out.iter_mut().zip(values) {
+            *slot = of(x);
+        }
+    };
+    put(out.root_position, &block.q[root..root + 3]);
+    put(out.root_orientation, &block.q[root + 3..root + 7]);
+    put(out.linear_velocity_w, &block.v[velocity..velocity + 3]);
+    let work = &desk.work;
+    let at = |k: usize| block.q[root + k].0[lane];
+    let body = model.tree.root_body;
+    let spin: [T; 3] = std::array::from_fn(|k| block.v[velocity + 3 + k].0[lane]);
+    for (k, slot) in out.angular_velocity_w.iter_mut().enumerate() {
+        let r = &work.rotation[body];
+        *slot = narrow(
+            r[3 * k].0[lane] * spin[0] + r[3 * k + 1].0[lane] * spin[1] + r[3 * k + 2].0[lane] * spin[2],
+        );
+    }
+    for (i, joint) in tree.driven.iter().enumerate() {
+        out.joint_position[i] = of(&block.q[joint.q]);
+        out.joint_velocity[i] = of(&block.v[joint.v]);
+    }
+    for (slot, (body, point)) in out.place_position.chunks_exact_mut(3).zip(&tree.places) {
+        let (r, p) = (&work.rotation[*body], &work.position[*body]);
+        for k in 0..3 {
+            let turned = (0..3).map(|i| r[3 * k + i].0[lane].wide() * point[i]).sum::<f64>();
+            slot[k] = (at(k).wide() + p[k].0[lane].wide() + turned) as f32;
+        }
+    }
+    for body in 1..tree.bodies.len() {
+        let p = &work.position[body];
+        for k in 0..3 {
+            out.body_position[3 * body + k] = narrow(at(k) + p[k].0[lane]);
+        }
+        let r = work.rotation[body].map(|x| x.0[lane].wide());
+        let rotation = nalgebra::Matrix3::from_row_slice(&r);
+        let q = nalgebra::UnitQuaternion::from_rotation_matrix(&nalgebra::Rotation3::from_matrix_unchecked(rotation));
+        let q = [q.w, q.i, q.j, q.k].map(|x| x as f32);
+        out.body_orientation[4 * body..4 * body + 4].copy_from_slice(&q);
+    }
+    out.body_position[..3].fill(0.0);
+    out.body_orientation[..4].copy_from_slice(&[1.0, 0.0, 0.0, 0.0]);
+}
+
+/// Torques and forces of the last substep; squared torques as the mean over all.
+fn write_forces<T: Scalar, const W: usize>(
+    model: &Model<T, W>,
+    block: &Block<T, W>,
+    lane: usize,
+    out: &mut Rows<'_>,
+) {
+    let of = |x: &Lane<T, W>| narrow(x.0[lane]);
+    for (i, (torque, squared)) in block.torque.iter().zip(&block.torque_squared).enumerate() {
+        out.torque[i] = of(torque);
+        out.torque_squared[i] = of(squared);
+    }
+    out.foot_force.fill(0.0);
+    let points = model.tree.shapes.iter().flat_map(|s| s.points.iter().map(move |_| s.foot));
+    for (foot, edges) in points.zip(&block.forces.contact) {
+        if let Some(foot) = foot {
+            out.foot_force[foot] += edges.iter().map(of).sum::<f32>();
+        }
+    }
+    for (i, joint) in model.tree.driven.iter().enumerate() {
+        out.constraint_force[i] = of(&block.forces.friction[joint.v]);
+    }
+    for (limit, (force, side)) in model.tree.limits.iter().zip(block.forces.limit.iter().zip(&block.forces.side)) {
+        out.constraint_force[limit.scalar] += of(force) * of(side);
+    }
+}

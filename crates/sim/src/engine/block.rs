@@ -1,0 +1,307 @@
+//! W environments that are stepped together: their state, and one physics step.
+
+use std::sync::Arc;
+
+use lifelike_character::JointKind;
+use lifelike_robot::actuator::{ActuatorParameters, Number};
+
+use super::constraints::{Forces, InverseWeights, Setting, Solver};
+use super::dynamics::{Masses, Workspace};
+use super::lane::{Lane, Scalar};
+use super::spatial::{Spatial, cross};
+use super::tree::Tree;
+
+/// An environment with a velocity beyond this (m/s, rad/s) is lost.
+const VELOCITY_LIMIT: f64 = 1e3;
+
+/// What is the same for all blocks.
+#[derive(Debug)]
+pub struct Model<T: Scalar, const W: usize> {
+    pub tree: Tree,
+    /// One actuator per scalar joint.
+    pub actuators: Vec<ActuatorParameters<Lane<T, W>>>,
+}
+
+/// The state and the parameters of W environments.
+#[derive(Debug, Clone)]
+pub struct Block<T: Scalar, const W: usize> {
+    pub q: Vec<Lane<T, W>>,
+    pub v: Vec<Lane<T, W>>,
+    pub forces: Forces<T, W>,
+    pub masses: Masses<T, W>,
+    pub weights: InverseWeights<T, W>,
+    /// Below zero: each shape's own.
+    pub ground_friction: Lane<T, W>,
+    /// Torque and force at the centre of mass of each body, world axes; none where nobody pushes.
+    pub pushes: Vec<Option<Spatial<T, W>>>,
+    pub diverged: [bool; W],
+    /// Targets (rad) or torques (N m) of this step, one per scalar joint.
+    pub command: Vec<Lane<T, W>>,
+    /// Torque of each actuator at the last substep, and the mean of its square over the substeps.
+    pub torque: Vec<Lane<T, W>>,
+    pub torque_squared: Vec<Lane<T, W>>,
+}
+
+/// What a thread calculates with.
+#[derive(Debug, Clone)]
+pub struct Desk<T: Scalar, const W: usize> {
+    pub work: Workspace<T, W>,
+    solver: Solver<T, W>,
+    u: Vec<Lane<T, W>>,
+    damping: Vec<Lane<T, W>>,
+    before: (Vec<Lane<T, W>>, Vec<Lane<T, W>>, Option<Forces<T, W>>),
+}
+
+impl<T: Scalar, const W: usize> Desk<T, W> {
+    pub fn new(tree: &Tree) -> Self {
+        let zero = Lane::zero();
+        Self {
+            work: Workspace::new(tree),
+            solver: Solver::new(),
+            u: vec![zero; tree.nv],
+            damping: vec![zero; tree.nv],
+            before: (Vec::new(), Vec::new(), None),
+        }
+    }
+
+    /// Acceleration of every dof without constraints, and the mass matrix and bias forces on the way: for tests.
+    pub fn unconstrained(&mut self, model: &Model<T, W>, block: &Block<T, W>, applied: &[Lane<T, W>]) -> Vec<Lane<T, W>> {
+        let tree = &model.tree;
+        self.work.kinematics(tree, &block.q);
+        self.work.bias(tree, &block.masses, &block.v);
+        self.work.mass_matrix(tree);
+        let mut a: Vec<_> = applied.iter().zip(&self.work.bias).map(|(t, b)| *t - *b).collect();
+        let Workspace { factors, mass, .. } = &mut self.work;
+        factors.factorise(tree, mass, |_| Lane::zero());
+        factors.half_solve(tree, &mut a);
+        factors.finish_solve(tree, &mut a);
+        a
+    }
+}
+
+impl<T: Scalar, const W: usize> Block<T, W> {
+    /// All environments in the reference position with the model's own masses.
+    pub fn new(tree: &Tree, weights: &InverseWeights<f64, 1>) -> Self {
+        let zero = Lane::zero();
+        let spread = |values: &[Lane<f64, 1>]| values.iter().map(|x| Lane::of(x.0[0])).collect();
+        Self {
+            q: vec![zero; tree.nq],
+            v: vec![zero; tree.nv],
+            forces: Forces::new(tree),
+            masses: Masses { scale: vec![Lane::of(1.0); tree.bodies.len()] },
+            weights: InverseWeights { body: spread(&weights.body), dof: spread(&weights.dof) },
+            ground_friction: Lane::of(-1.0),
+            pushes: vec![None; tree.bodies.len()],
+            diverged: [false; W],
+            command: vec![zero; tree.driven.len()],
+            torque: vec![zero; tree.driven.len()],
+            torque_squared: vec![zero; tree.driven.len()],
+        }
+    }
+
+    /// One policy step. What diverges, or did before, stays as it was; its neighbours do not notice.
+    pub fn step(&mut self, model: &Model<T, W>, desk: &mut Desk<T, W>, targets: bool) {
+        desk.before.0.clone_from(&self.q);
+        desk.before.1.clone_from(&self.v);
+        desk.before.2 = Some(self.forces.clone());
+        let zero = Lane::zero();
+        self.torque_squared.iter_mut().for_each(|x| *x = zero);
+        for _ in 0..model.tree.substeps {
+            self.substep(model, desk, targets);
+        }
+        let share = Lane::of(1.0 / model.tree.substeps as f64);
+        self.torque_squared.iter_mut().for_each(|x| *x = *x * share);
+        self.quarantine(desk);
+        desk.work.kinematics(&model.tree, &self.q);
+    }
+
+    fn quarantine(&mut self, desk: &Desk<T, W>) {
+        let limit = T::new(VELOCITY_LIMIT);
+        for lane in 0..W {
+            let sound = self.q.iter().all(|x| x.0[lane].wide().is_finite())
+                && self.v.iter().all(|x| x.0[lane] <= limit && -x.0[lane] <= limit);
+            if sound && !self.diverged[lane] {
+                continue;
+            }
+            self.diverged[lane] = true;
+            let Some(forces) = &desk.before.2 else { continue };
+            let restore = |now: &mut Lane<T, W>, then: &Lane<T, W>| now.0[lane] = then.0[lane];
+            self.q.iter_mut().zip(&desk.before.0).for_each(|(a, b)| restore(a, b));
+            self.v.iter_mut().zip(&desk.before.1).for_each(|(a, b)| restore(a, b));
+            self.forces.numbers_mut().zip(forces.clone().numbers_mut()).for_each(|(a, b)| restore(a, b));
+            for x in self.torque.iter_mut().chain(&mut self.torque_squared) {
+                x.0[lane] = T::default();
+            }
+        }
+    }
+
+    /// One physics step: actuators, dynamics, constraints, semi-implicit Euler with damping taken implicitly (MuJoCo's
+    /// `Euler`: constraint forces see M, the velocities M + h D).
+    fn substep(&mut self, model: &Model<T, W>, desk: &mut Desk<T, W>, targets: bool) {
+        let tree = &model.tree;
+        let h = Lane::of(tree.timestep);
+        let Desk { work, solver, u, damping, .. } = desk;
+        work.kinematics(tree, &self.q);
+        work.bias(tree, &self.masses, &self.v);
+        work.mass_matrix(tree);
+        for (d, dof) in tree.dofs.iter().enumerate() {
+            damping[d] = Lane::of(dof.damping);
+            u[d] = -work.bias[d];
+        }
+        for (i, (joint, actuator)) in tree.driven.iter().zip(&model.actuators).enumerate() {
+            let (position, velocity) = (self.q[joint.q], self.v[joint.v]);
+            let applied = if targets {
+                let friction = actuator.friction_damping(velocity);
+                damping[joint.v] += friction;
+                let motor = actuator.motor_torque(self.command[i], position, velocity);
+                self.torque[i] = motor.minus(friction, velocity);
+                motor
+            } else {
+                self.torque[i] = self.command[i];
+                self.command[i]
+            };
+            u[joint.v] += applied;
+            self.torque_squared[i] = self.torque_squared[i].plus(self.torque[i], self.torque[i]);
+        }
+        for d in 0..tree.nv {
+            u[d] = u[d].minus(damping[d], self.v[d]);
+        }
+        for joint in tree.bodies.iter().flat_map(|b| &b.joints).filter(|j| j.stiffness != 0.0) {
+            let stretch = self.q[joint.q] - Lane::of(joint.spring_reference);
+            u[joint.v] = u[joint.v].minus(Lane::of(joint.stiffness), stretch);
+        }
+        for (body, push) in self.pushes.iter().enumerate() {
+            if let (Some(push), Some(last)) = (push, tree.bodies[body].last_dof) {
+                let (torque, force) = ([push[0], push[1], push[2]], [push[3], push[4], push[5]]);
+                let arm = cross(&work.com[body], &force);
+                let about_root =
+                    [torque[0] + arm[0], torque[1] + arm[1], torque[2] + arm[2], force[0], force[1], force[2]];
+                for d in &tree.dofs[last].chain {
+                    u[*d] += super::spatial::dot6(&work.motion[*d], &about_root);
+                }
+            }
+        }
+        work.factors.factorise(tree, &work.mass, |_| Lane::zero());
+        work.factors.half_solve(tree, u);
+        let setting = Setting {
+            tree,
+            work,
+            weights: &self.weights,
+            ground_friction: self.ground_friction,
+            q: &self.q,
+            v: &self.v,
+        };
+        solver.solve(&setting, &mut self.forces, u);
+        work.factors.half_multiply(tree, u);
+        work.factors.factorise(tree, &work.mass, |d| h * damping[d]);
+        work.factors.half_solve(tree, u);
+        work.factors.finish_solve(tree, u);
+        for d in 0..tree.nv {
+            self.v[d] = self.v[d].plus(h, u[d]);
+        }
+        self.move_along(tree, h);
+    }
+
+    fn move_along(&mut self, tree: &Tree, h: Lane<T, W>) {
+        for joint in tree.bodies.iter().flat_map(|b| &b.joints) {
+            let (q, v) = (joint.q, joint.v);
+            match joint.kind {
+                JointKind::Hinge | JointKind::Slide => self.q[q] = self.q[q].plus(h, self.v[v]),
+                JointKind::Free => {
+                    for k in 0..3 {
+                        self.q[q + k] = self.q[q + k].plus(h, self.v[v + k]);
+                    }
+                    self.turn(q + 3, v + 3, h);
+                }
+                JointKind::Ball => self.turn(q, v, h),
+            }
+        }
+    }
+
+    /// A quaternion turned with an angular velocity in its own frame for a time.
+    fn turn(&mut self, q: usize, v: usize, h: Lane<T, W>) {
+        let (x, y, z) = (self.v[v], self.v[v + 1], self.v[v + 2]);
+        let speed = (x * x).plus(y, y).plus(z, z).sqrt().most(Lane::of(1e-12));
+        let (s, c) = (speed * h * Lane::of(0.5)).sin_cos();
+        let share = s / speed;
+        let (x, y, z) = (x * share, y * share, z * share);
+        let [w0, x0, y0, z0] = [self.q[q], self.q[q + 1], self.q[q + 2], self.q[q + 3]];
+        let new = [
+            (w0 * c).minus(x0, x).minus(y0, y).minus(z0, z),
+            (x0 * c).plus(w0, x).plus(y0, z).minus(z0, y),
+            (y0 * c).plus(w0, y).plus(z0, x).minus(x0, z),
+            (z0 * c).plus(w0, z).plus(x0, y).minus(y0, x),
+        ];
+        let square = (new[0] * new[0]).plus(new[1], new[1]).plus(new[2], new[2]).plus(new[3], new[3]);
+        let inverse = square.sqrt().recip();
+        for (k, x) in new.into_iter().enumerate() {
+            self.q[q + k] = x * inverse;
+        }
+    }
+}
+
+/// The model of a robot, and its inverse weights at the reference position for some masses.
+pub fn inverse_weights(tree: &Tree, reference: &[f64], scale: &[f64]) -> InverseWeights<f64, 1> {
+    let q: Vec<Lane<f64, 1>> = reference.iter().map(|x| Lane([*x])).collect();
+    let zero = vec![Lane::zero(); tree.nv];
+    let masses = Masses { scale: scale.iter().map(|x| Lane([*x])).collect() };
+    let mut work = Workspace::new(tree);
+    work.kinematics(tree, &q);
+    work.bias(tree, &masses, &zero);
+    work.mass_matrix(tree);
+    let Workspace { factors, mass, .. } = &mut work;
+    factors.factorise(tree, mass, |_| Lane::zero());
+    // J M⁻¹ Jᵀ of a row is the square of its half solution.
+    let weight = |work: &Workspace<f64, 1>, row: Vec<Lane<f64, 1>>| {
+        let mut y = row;
+        work.factors.half_solve(tree, &mut y);
+        y.iter().map(|x| x.0[0] * x.0[0]).sum::<f64>()
+    };
+    let mut body = vec![Lane::zero(); tree.bodies.len()];
+    for (b, slot) in body.iter_mut().enumerate() {
+        if let Some(last) = tree.bodies[b].last_dof {
+            let mut sum = 0.0;
+            for axis in 0..3 {
+                let mut row = zero.clone();
+                for d in &tree.dofs[last].chain {
+                    row[*d] = work.point_velocity(*d, &work.com[b], tree.dofs[*d].freedom)[axis];
+                }
+                sum += weight(&work, row);
+            }
+            *slot = Lane([sum / 3.0]);
+        }
+    }
+    let own: Vec<f64> = (0..tree.nv)
+        .map(|d| {
+            let mut row = zero.clone();
+            row[d] = Lane([1.0]);
+            weight(&work, row)
+        })
+        .collect();
+    let mut dof: Vec<Lane<f64, 1>> = own.iter().map(|x| Lane([*x])).collect();
+    for joint in tree.bodies.iter().flat_map(|b| &b.joints) {
+        // The dofs of a free joint and of a ball share their mean, turns and translations apart.
+        for first in (0..joint.kind.nv()).step_by(3).filter(|_| joint.kind.nv() >= 3) {
+            let at = joint.v + first;
+            let mean = own[at..at + 3].iter().sum::<f64>() / 3.0;
+            dof[at..at + 3].fill(Lane([mean]));
+        }
+    }
+    InverseWeights { body, dof }
+}
+
+impl<T: Scalar, const W: usize> Model<T, W> {
+    pub fn new(robot: &lifelike_robot::Robot, tree: Tree) -> Arc<Self> {
+        let actuators = robot.actuators.parameters.iter().map(|p| ActuatorParameters {
+            kp: Lane::of(p.kp),
+            kd: Lane::of(p.kd),
+            friction_velocity: Lane::of(p.friction_velocity),
+            static_friction: Lane::of(p.static_friction),
+            viscous_friction: Lane::of(p.viscous_friction),
+            torque_max: Lane::of(p.torque_max),
+            full_torque_velocity: Lane::of(p.full_torque_velocity),
+            velocity_max: Lane::of(p.velocity_max),
+        });
+        Arc::new(Self { actuators: actuators.collect(), tree })
+    }
+}

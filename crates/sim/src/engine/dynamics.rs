@@ -1,0 +1,337 @@
+//! Unconstrained dynamics on lanes: kinematics, composite inertias, bias forces, the mass matrix and its factors.
+//!
+//! Everything is about the root's position, axes of the world: f32 keeps its digits however far the robot walks.
+//! Algorithms: composite rigid bodies and recursive Newton-Euler (Featherstone 2008, ch. 5 and 6), and the factorization
+//! M = Lᵀ D L on the tree's own sparsity (Featherstone 2008, 6.5), which is also MuJoCo's.
+
+use lifelike_character::JointKind;
+
+use super::lane::{Lane, Scalar};
+use super::spatial::{
+    Inertia, Mat3, Spatial, Vec3, accumulate, add, cross, cross_force, cross_motion, dot6, momentum, of_quaternion,
+    product, rotate, sub, turn, vector,
+};
+use super::tree::{Freedom, Tree};
+
+/// What one thread calculates with, for one vector of environments.
+#[derive(Debug, Clone)]
+pub struct Workspace<T: Scalar, const W: usize> {
+    /// Rotation of each body.
+    pub rotation: Vec<Mat3<T, W>>,
+    /// Position of each body frame, from the root's position.
+    pub position: Vec<Vec3<T, W>>,
+    /// Centre of mass of each body, likewise.
+    pub com: Vec<Vec3<T, W>>,
+    /// Motion of each dof per unit of its velocity.
+    pub motion: Vec<Spatial<T, W>>,
+    /// Velocity of each body.
+    pub velocity: Vec<Spatial<T, W>>,
+    inertia: Vec<Inertia<T, W>>,
+    acceleration: Vec<Spatial<T, W>>,
+    force: Vec<Spatial<T, W>>,
+    /// Mass matrix, rows of `Dof::chain`.
+    pub mass: Vec<Lane<T, W>>,
+    /// Bias force of each dof: Coriolis, centrifugal, gravity.
+    pub bias: Vec<Lane<T, W>>,
+    /// Mass matrix as it is factorised.
+    pub factors: Factors<T, W>,
+}
+
+/// M = Lᵀ D L.
+#[derive(Debug, Clone)]
+pub struct Factors<T: Scalar, const W: usize> {
+    /// L below its diagonal of ones, rows of `Dof::chain`; the last entry of a row is D.
+    pub rows: Vec<Lane<T, W>>,
+    /// 1 / D.
+    pub inverse: Vec<Lane<T, W>>,
+    /// D^(-1/2).
+    pub inverse_root: Vec<Lane<T, W>>,
+}
+
+/// Constants of a model that differ between environments.
+#[derive(Debug, Clone)]
+pub struct Masses<T: Scalar, const W: usize> {
+    /// Factor on mass and inertia of each body.
+    pub scale: Vec<Lane<T, W>>,
+}
+
+impl<T: Scalar, const W: usize> Factors<T, W> {
+    fn new(tree: &Tree) -> Self {
+        let zero = Lane::zero();
+        Self {
+            rows: vec![zero; tree.entries],
+            inverse: vec![zero; tree.nv],
+            inverse_root: vec![zero; tree.nv],
+        }
+    }
+
+    /// Factorises a matrix that has something added to its diagonal.
+    #[inline(always)]
+    pub fn factorise(&mut self, tree: &Tree, matrix: &[Lane<T, W>], diagonal: impl Fn(usize) -> Lane<T, W>) {
+        self.rows.copy_from_slice(matrix);
+        for (d, dof) in tree.dofs.iter().enumerate() {
+            self.rows[dof.row + dof.chain.len() - 1] += diagonal(d);
+        }
+        for (d, dof) in tree.dofs.iter().enumerate().rev() {
+            let (row, n) = (dof.row, dof.chain.len());
+            let inverse = self.rows[row + n - 1].recip();
+            self.inverse[d] = inverse;
+            self.inverse_root[d] = inverse.sqrt();
+            let (above, own) = self.rows.split_at_mut(row);
+            for i in (0..n - 1).rev() {
+                let share = own[i] * inverse;
+                let target = tree.dofs[dof.chain[i]].row;
+                for (x, y) in above[target..target + i + 1].iter_mut().zip(&own[..=i]) {
+                    *x = x.minus(share, *y);
+                }
+                own[i] = share;
+            }
+        }
+    }
+
+    /// x ← D^(-1/2) L^(-T) x.
+    #[inline(always)]
+    pub fn half_solve(&self, tree: &Tree, x: &mut [Lane<T, W>]) {
+        for (d, dof) in tree.dofs.iter().enumerate().rev() {
+            let n = dof.chain.len();
+            let value = x[d];
+            for (i, l) in dof.chain[..n - 1].iter().zip(&self.rows[dof.row..dof.row + n - 1]) {
+                x[*i] = x[*i].minus(*l, value);
+            }
+            x[d] = value * self.inverse_root[d];
+        }
+    }
+
+    /// x ← D^(-1/2) L^(-T) x for a vector with entries on one chain only, `x[i]` belonging to `chain[i]`.
+    #[inline(always)]
+    pub fn half_solve_chain(&self, tree: &Tree, chain: &[usize], x: &mut [Lane<T, W>]) {
+        for n in (0..chain.len()).rev() {
+            let row = tree.dofs[chain[n]].row;
+            let value = x[n];
+            for (x, l) in x[..n].iter_mut().zip(&self.rows[row..row + n]) {
+                *x = x.minus(*l, value);
+            }
+            x[n] = value * self.inverse_root[chain[n]];
+        }
+    }
+
+    /// x ← L^(-1) D^(-1/2) x: the other half.
+    #[inline(always)]
+    pub fn finish_solve(&self, tree: &Tree, x: &mut [Lane<T, W>]) {
+        for (d, dof) in tree.dofs.iter().enumerate() {
+            let n = dof.chain.len();
+            let mut value = x[d] * self.inverse_root[d];
+            for (i, l) in dof.chain[..n - 1].iter().zip(&self.rows[dof.row..dof.row + n - 1]) {
+                value = value.minus(*l, x[*i]);
+            }
+            x[d] = value;
+        }
+    }
+
+    /// x ← Lᵀ D^(1/2) x: undoes [`Self::half_solve`].
+    #[inline(always)]
+    pub fn half_multiply(&self, tree: &Tree, x: &mut [Lane<T, W>]) {
+        for (d, dof) in tree.dofs.iter().enumerate() {
+            let n = dof.chain.len();
+            // D^(1/2) = D · D^(-1/2).
+            let value = x[d] * self.rows[dof.row + n - 1] * self.inverse_root[d];
+            x[d] = value;
+            for (i, l) in dof.chain[..n - 1].iter().zip(&self.rows[dof.row..dof.row + n - 1]) {
+                x[*i] = x[*i].plus(*l, value);
+            }
+        }
+    }
+}
+
+impl<T: Scalar, const W: usize> Workspace<T, W> {
+    pub fn new(tree: &Tree) -> Self {
+        let zero = Lane::zero();
+        let bodies = tree.bodies.len();
+        let mut rotation = vec![[zero; 9]; bodies];
+        for i in 0..3 {
+            rotation[0][4 * i] = Lane::of(1.0);
+        }
+        Self {
+            rotation,
+            position: vec![[zero; 3]; bodies],
+            com: vec![[zero; 3]; bodies],
+            motion: vec![[zero; 6]; tree.nv],
+            velocity: vec![[zero; 6]; bodies],
+            inertia: vec![[zero; 10]; bodies],
+            acceleration: vec![[zero; 6]; bodies],
+            force: vec![[zero; 6]; bodies],
+            mass: vec![zero; tree.entries],
+            bias: vec![zero; tree.nv],
+            factors: Factors::new(tree),
+        }
+    }
+
+    /// Places and axes of everything.
+    #[inline(always)]
+    pub fn kinematics(&mut self, tree: &Tree, q: &[Lane<T, W>]) {
+        let zero = Lane::zero();
+        // The world, seen from the root.
+        let root = tree.root_q;
+        self.position[0] = [-q[root], -q[root + 1], -q[root + 2]];
+        for (b, body) in tree.bodies.iter().enumerate().skip(1) {
+            let parent = self.rotation[body.parent];
+            let mut position =
+                add(&self.position[body.parent], &rotate(&parent, &vector(body.position)));
+            let mut rotation = product(&parent, &body.rotation.map(Lane::of));
+            for joint in &body.joints {
+                match joint.kind {
+                    JointKind::Free => {
+                        position = [zero; 3];
+                        rotation = of_quaternion(&q[joint.q + 3..joint.q + 7]);
+                        for k in 0..3 {
+                            let mut along = [zero; 6];
+                            along[3 + k] = Lane::of(1.0);
+                            self.motion[joint.v + k] = along;
+                            self.motion[joint.v + 3 + k] =
+                                [rotation[k], rotation[3 + k], rotation[6 + k], zero, zero, zero];
+                        }
+                    }
+                    JointKind::Ball => {
+                        let offset = vector(joint.anchor);
+                        let anchor = add(&position, &rotate(&rotation, &offset));
+                        rotation = product(&rotation, &of_quaternion(&q[joint.q..joint.q + 4]));
+                        position = sub(&anchor, &rotate(&rotation, &offset));
+                        for k in 0..3 {
+                            let axis = [rotation[k], rotation[3 + k], rotation[6 + k]];
+                            let moment = cross(&anchor, &axis);
+                            self.motion[joint.v + k] = [axis[0], axis[1], axis[2], moment[0], moment[1], moment[2]];
+                        }
+                    }
+                    JointKind::Hinge => {
+                        let offset = vector(joint.anchor);
+                        let anchor = add(&position, &rotate(&rotation, &offset));
+                        let axis = rotate(&rotation, &vector(joint.axis));
+                        let angle = q[joint.q] - Lane::of(joint.reference);
+                        rotation = product(&rotation, &turn(&joint.axis.map(T::new), angle));
+                        position = sub(&anchor, &rotate(&rotation, &offset));
+                        let moment = cross(&anchor, &axis);
+                        self.motion[joint.v] = [axis[0], axis[1], axis[2], moment[0], moment[1], moment[2]];
+                    }
+                    JointKind::Slide => {
+                        let axis = rotate(&rotation, &vector(joint.axis));
+                        let way = q[joint.q] - Lane::of(joint.reference);
+                        position = [
+                            position[0].plus(axis[0], way),
+                            position[1].plus(axis[1], way),
+                            position[2].plus(axis[2], way),
+                        ];
+                        self.motion[joint.v] = [zero, zero, zero, axis[0], axis[1], axis[2]];
+                    }
+                }
+            }
+            self.rotation[b] = rotation;
+            self.position[b] = position;
+            self.com[b] = add(&position, &rotate(&rotation, &vector(body.com)));
+        }
+    }
+
+    /// Inertias, velocities and bias forces.
+    #[inline(always)]
+    pub fn bias(&mut self, tree: &Tree, masses: &Masses<T, W>, v: &[Lane<T, W>]) {
+        let zero = Lane::zero();
+        self.velocity[0] = [zero; 6];
+        let [gx, gy, gz] = tree.gravity;
+        // Gravity as the ground accelerating upwards.
+        self.acceleration[0] = [zero, zero, zero, Lane::of(-gx), Lane::of(-gy), Lane::of(-gz)];
+        for (b, body) in tree.bodies.iter().enumerate().skip(1) {
+            let mut velocity = self.velocity[body.parent];
+            let mut acceleration = self.acceleration[body.parent];
+            for joint in &body.joints {
+                let mut own = [zero; 6];
+                for k in joint.v..joint.v + joint.kind.nv() {
+                    let s = &self.motion[k];
+                    for i in 0..6 {
+                        own[i] = own[i].plus(s[i], v[k]);
+                    }
+                }
+                let change = if joint.kind == JointKind::Free {
+                    // The root's velocity is of a point that moves along: its spatial acceleration is -ω × v.
+                    let (w, l) = ([own[0], own[1], own[2]], [own[3], own[4], own[5]]);
+                    let x = cross(&l, &w);
+                    [zero, zero, zero, x[0], x[1], x[2]]
+                } else {
+                    cross_motion(&velocity, &own)
+                };
+                accumulate(&mut velocity, &own);
+                accumulate(&mut acceleration, &change);
+            }
+            self.velocity[b] = velocity;
+            self.acceleration[b] = acceleration;
+            let inertia = self.spatial_inertia(b, body, masses.scale[b]);
+            let mut force = momentum(&inertia, &acceleration);
+            accumulate(&mut force, &cross_force(&velocity, &momentum(&inertia, &velocity)));
+            self.inertia[b] = inertia;
+            self.force[b] = force;
+        }
+        for d in 0..tree.nv {
+            self.bias[d] = zero;
+        }
+        for (b, body) in tree.bodies.iter().enumerate().skip(1).rev() {
+            let force = self.force[b];
+            for joint in &body.joints {
+                for k in joint.v..joint.v + joint.kind.nv() {
+                    self.bias[k] = dot6(&self.motion[k], &force);
+                }
+            }
+            if body.parent != 0 {
+                accumulate(&mut self.force[body.parent], &force);
+                let inertia = self.inertia[b];
+                accumulate(&mut self.inertia[body.parent], &inertia);
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn spatial_inertia(&self, b: usize, body: &super::tree::TreeBody, scale: Lane<T, W>) -> Inertia<T, W> {
+        let r = &self.rotation[b];
+        let [xx, yy, zz, xy, xz, yz] = body.inertia.map(|x| scale * Lane::of(x));
+        let turned = product(r, &[xx, xy, xz, xy, yy, yz, xz, yz, zz]);
+        let about_com = |i: usize, j: usize| {
+            (turned[3 * i] * r[3 * j]).plus(turned[3 * i + 1], r[3 * j + 1]).plus(turned[3 * i + 2], r[3 * j + 2])
+        };
+        let (c, m) = (self.com[b], scale * Lane::of(body.mass));
+        let h = [m * c[0], m * c[1], m * c[2]];
+        [
+            m,
+            h[0],
+            h[1],
+            h[2],
+            about_com(0, 0).plus(h[1], c[1]).plus(h[2], c[2]),
+            about_com(1, 1).plus(h[0], c[0]).plus(h[2], c[2]),
+            about_com(2, 2).plus(h[0], c[0]).plus(h[1], c[1]),
+            about_com(0, 1).minus(h[0], c[1]),
+            about_com(0, 2).minus(h[0], c[2]),
+            about_com(1, 2).minus(h[1], c[2]),
+        ]
+    }
+
+    /// The mass matrix, from the composite inertias that [`Self::bias`] left.
+    #[inline(always)]
+    pub fn mass_matrix(&mut self, tree: &Tree) {
+        for (d, dof) in tree.dofs.iter().enumerate() {
+            let force = momentum(&self.inertia[dof.body], &self.motion[d]);
+            let n = dof.chain.len();
+            for (slot, j) in self.mass[dof.row..dof.row + n].iter_mut().zip(&dof.chain) {
+                *slot = dot6(&self.motion[*j], &force);
+            }
+            self.mass[dof.row + n - 1] += Lane::of(dof.armature);
+        }
+    }
+
+    /// The column of dof `d` of a point's Jacobian: how fast the point (from the root's position) moves.
+    #[inline(always)]
+    pub fn point_velocity(&self, d: usize, point: &Vec3<T, W>, freedom: Freedom) -> Vec3<T, W> {
+        let s = &self.motion[d];
+        match freedom {
+            Freedom::RootLinear(_) | Freedom::Slide => [s[3], s[4], s[5]],
+            Freedom::Angular(_) | Freedom::Hinge => {
+                add(&cross(&[s[0], s[1], s[2]], point), &[s[3], s[4], s[5]])
+            }
+        }
+    }
+}

@@ -1,0 +1,147 @@
+//! Vectors, rotations and spatial algebra (Featherstone) on lanes.
+//!
+//! Spatial vectors are `[angular, linear]` about one origin, axes of the world.
+
+use super::lane::{Lane, Scalar};
+
+pub type Vec3<T, const W: usize> = [Lane<T, W>; 3];
+/// Row-major.
+pub type Mat3<T, const W: usize> = [Lane<T, W>; 9];
+pub type Spatial<T, const W: usize> = [Lane<T, W>; 6];
+/// Mass, mass times centre of mass, inertia about the origin (xx, yy, zz, xy, xz, yz).
+pub type Inertia<T, const W: usize> = [Lane<T, W>; 10];
+
+#[inline(always)]
+pub fn vector<T: Scalar, const W: usize>(v: [f64; 3]) -> Vec3<T, W> {
+    v.map(Lane::of)
+}
+
+#[inline(always)]
+pub fn add<T: Scalar, const W: usize>(a: &Vec3<T, W>, b: &Vec3<T, W>) -> Vec3<T, W> {
+    [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
+}
+
+#[inline(always)]
+pub fn sub<T: Scalar, const W: usize>(a: &Vec3<T, W>, b: &Vec3<T, W>) -> Vec3<T, W> {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+}
+
+#[inline(always)]
+pub fn dot<T: Scalar, const W: usize>(a: &Vec3<T, W>, b: &Vec3<T, W>) -> Lane<T, W> {
+    (a[0] * b[0]).plus(a[1], b[1]).plus(a[2], b[2])
+}
+
+#[inline(always)]
+pub fn cross<T: Scalar, const W: usize>(a: &Vec3<T, W>, b: &Vec3<T, W>) -> Vec3<T, W> {
+    [(a[1] * b[2]).minus(a[2], b[1]), (a[2] * b[0]).minus(a[0], b[2]), (a[0] * b[1]).minus(a[1], b[0])]
+}
+
+#[inline(always)]
+pub fn rotate<T: Scalar, const W: usize>(r: &Mat3<T, W>, v: &Vec3<T, W>) -> Vec3<T, W> {
+    let row = |i: usize| (r[3 * i] * v[0]).plus(r[3 * i + 1], v[1]).plus(r[3 * i + 2], v[2]);
+    [row(0), row(1), row(2)]
+}
+
+#[inline(always)]
+pub fn product<T: Scalar, const W: usize>(a: &Mat3<T, W>, b: &Mat3<T, W>) -> Mat3<T, W> {
+    let mut out = [Lane::zero(); 9];
+    for i in 0..3 {
+        for j in 0..3 {
+            out[3 * i + j] = (a[3 * i] * b[j]).plus(a[3 * i + 1], b[3 + j]).plus(a[3 * i + 2], b[6 + j]);
+        }
+    }
+    out
+}
+
+/// The rotation of a unit quaternion `wxyz`.
+#[inline(always)]
+pub fn of_quaternion<T: Scalar, const W: usize>(q: &[Lane<T, W>]) -> Mat3<T, W> {
+    let (w, x, y, z) = (q[0], q[1], q[2], q[3]);
+    let one = Lane::of(1.0);
+    let twice = |a: Lane<T, W>| a + a;
+    [
+        one - twice((y * y).plus(z, z)),
+        twice((x * y).minus(w, z)),
+        twice((x * z).plus(w, y)),
+        twice((x * y).plus(w, z)),
+        one - twice((x * x).plus(z, z)),
+        twice((y * z).minus(w, x)),
+        twice((x * z).minus(w, y)),
+        twice((y * z).plus(w, x)),
+        one - twice((x * x).plus(y, y)),
+    ]
+}
+
+/// The turn by an angle about a constant unit axis (Rodrigues).
+#[inline(always)]
+pub fn turn<T: Scalar, const W: usize>(axis: &[T; 3], angle: Lane<T, W>) -> Mat3<T, W> {
+    let (s, c) = angle.sin_cos();
+    let a = axis.map(Lane::all);
+    let versed = Lane::of(1.0) - c;
+    let mut r = [Lane::zero(); 9];
+    for i in 0..3 {
+        for j in 0..3 {
+            r[3 * i + j] = versed * (a[i] * a[j]);
+        }
+        r[4 * i] += c;
+    }
+    r[1] -= s * a[2];
+    r[2] += s * a[1];
+    r[3] += s * a[2];
+    r[5] -= s * a[0];
+    r[6] -= s * a[1];
+    r[7] += s * a[0];
+    r
+}
+
+/// Adds `b` to `a`.
+#[inline(always)]
+pub fn accumulate<T: Scalar, const W: usize, const N: usize>(a: &mut [Lane<T, W>; N], b: &[Lane<T, W>; N]) {
+    for i in 0..N {
+        a[i] += b[i];
+    }
+}
+
+#[inline(always)]
+pub fn dot6<T: Scalar, const W: usize>(a: &Spatial<T, W>, b: &Spatial<T, W>) -> Lane<T, W> {
+    let first = (a[0] * b[0]).plus(a[1], b[1]).plus(a[2], b[2]);
+    let second = (a[3] * b[3]).plus(a[4], b[4]).plus(a[5], b[5]);
+    first + second
+}
+
+/// I v: momentum of a motion.
+#[inline(always)]
+pub fn momentum<T: Scalar, const W: usize>(i: &Inertia<T, W>, v: &Spatial<T, W>) -> Spatial<T, W> {
+    let (w, l, h) = ([v[0], v[1], v[2]], [v[3], v[4], v[5]], [i[1], i[2], i[3]]);
+    let turning = [
+        (i[4] * w[0]).plus(i[7], w[1]).plus(i[8], w[2]),
+        (i[7] * w[0]).plus(i[5], w[1]).plus(i[9], w[2]),
+        (i[8] * w[0]).plus(i[9], w[1]).plus(i[6], w[2]),
+    ];
+    let angular = add(&turning, &cross(&h, &l));
+    let linear = cross(&w, &h);
+    [
+        angular[0],
+        angular[1],
+        angular[2],
+        linear[0].plus(i[0], l[0]),
+        linear[1].plus(i[0], l[1]),
+        linear[2].plus(i[0], l[2]),
+    ]
+}
+
+/// v × s: how a motion that moves along with `v` changes.
+#[inline(always)]
+pub fn cross_motion<T: Scalar, const W: usize>(v: &Spatial<T, W>, s: &Spatial<T, W>) -> Spatial<T, W> {
+    let (w, l, a, b) = ([v[0], v[1], v[2]], [v[3], v[4], v[5]], [s[0], s[1], s[2]], [s[3], s[4], s[5]]);
+    let (x, y) = (cross(&w, &a), add(&cross(&w, &b), &cross(&l, &a)));
+    [x[0], x[1], x[2], y[0], y[1], y[2]]
+}
+
+/// v ×* f: how a force that moves along with `v` changes.
+#[inline(always)]
+pub fn cross_force<T: Scalar, const W: usize>(v: &Spatial<T, W>, f: &Spatial<T, W>) -> Spatial<T, W> {
+    let (w, l, a, b) = ([v[0], v[1], v[2]], [v[3], v[4], v[5]], [f[0], f[1], f[2]], [f[3], f[4], f[5]]);
+    let (x, y) = (add(&cross(&w, &a), &cross(&l, &b)), cross(&w, &b));
+    [x[0], x[1], x[2], y[0], y[1], y[2]]
+}
