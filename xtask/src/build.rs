@@ -1,4 +1,4 @@
-//! The two commands of the README: everything set up, then the demo or the tests.
+//! The two commands of the README: the demo, and the tests.
 
 use std::ffi::OsString;
 use std::path::Path;
@@ -6,38 +6,42 @@ use std::process::Command;
 
 use crate::{mujoco, root};
 
-/// `cargo xtask demo [ARGUMENTS]`.
+/// `cargo xtask demo [ARGUMENTS]`: needs nothing but cargo.
 ///
 /// # Errors
-/// When MuJoCo cannot be had, the build fails or the demo does.
+/// When the build fails or the demo does.
 pub fn demo(arguments: &[String]) -> Result<(), String> {
-    let library = mujoco::ensure()?;
-    let command =
-        ["run", "--release", "--package", "lifelike", "--features", "mujoco", "--bin", "lifelike", "--", "demo"];
-    cargo(&library, &command, arguments)
+    let command = ["run", "--release", "--package", "lifelike", "--bin", "lifelike", "--", "demo"];
+    cargo(None, &command, arguments)
 }
 
-/// `cargo xtask test [ARGUMENTS]`.
+/// `cargo xtask test [--mujoco] [ARGUMENTS]`: every test; with `--mujoco` also those that compare our physics with
+/// MuJoCo's, which is fetched for it.
 ///
 /// # Errors
-/// When MuJoCo cannot be had, or a test fails.
+/// When a test fails, or MuJoCo is wanted and cannot be had.
 pub fn test(arguments: &[String]) -> Result<(), String> {
-    let library = mujoco::ensure()?;
-    cargo(&library, &["test", "--release", "--workspace", "--features", "lifelike/mujoco"], arguments)
+    let command = ["test", "--release", "--workspace"];
+    match arguments.split_first() {
+        Some((first, rest)) if first == "--mujoco" => {
+            let library = mujoco::ensure()?;
+            cargo(Some(&library), &[&command[..], &["--features", "lifelike/mujoco"]].concat(), rest)
+        }
+        _ => cargo(None, &command, arguments),
+    }
 }
 
-fn cargo(library: &Path, command: &[&str], arguments: &[String]) -> Result<(), String> {
+fn cargo(library: Option<&Path>, command: &[&str], arguments: &[String]) -> Result<(), String> {
     let program = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
     let said = command.iter().copied().chain(arguments.iter().map(String::as_str)).collect::<Vec<_>>().join(" ");
     eprintln!("cargo {said}");
-    let status = Command::new(program)
-        .args(command)
-        .args(arguments)
-        .current_dir(root())
-        .env("MUJOCO_DYNAMIC_LINK_DIR", library)
-        .env(LOADER_PATH, with_first(library, std::env::var_os(LOADER_PATH)))
-        .status()
-        .map_err(|e| format!("cannot run cargo: {e}"))?;
+    let mut cargo = Command::new(program);
+    cargo.args(command).args(arguments).current_dir(root());
+    if let Some(library) = library {
+        cargo.env("MUJOCO_DYNAMIC_LINK_DIR", library);
+        cargo.env(LOADER_PATH, with_first(library, std::env::var_os(LOADER_PATH)));
+    }
+    let status = cargo.status().map_err(|e| format!("cannot run cargo: {e}"))?;
     if status.success() { Ok(()) } else { Err(format!("`cargo {said}` failed ({status})")) }
 }
 

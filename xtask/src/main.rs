@@ -8,8 +8,10 @@ use xtask::{build, fetch, mujoco};
 const HELP: &str = "\
 cargo xtask COMMAND
 
-  demo [ARGUMENTS]    fetch MuJoCo, build everything, run `lifelike demo` with these arguments
-  test [ARGUMENTS]    fetch MuJoCo, run every test; arguments go to `cargo test`
+  demo [ARGUMENTS]    build everything, run `lifelike demo` with these arguments
+  test [--mujoco] [ARGUMENTS]
+                      run every test, with --mujoco also those that ask MuJoCo (fetched for it); arguments go to
+                      `cargo test`
   mujoco              fetch MuJoCo 3.17.0 into third_party/mujoco and check it (needs python3 with pip, once)
   fetch NAME          fetch somebody else's robot into third_party/robots: unitree_g1 [--without-meshes]
   help                this text

@@ -53,7 +53,7 @@ fn platform() -> Result<Platform, String> {
         }),
         (os, arch) => Err(format!(
             "no digest of MuJoCo is known for {os} on {arch}. Put MuJoCo 3.17.0 into third_party/mujoco/lib yourself and \
-             build with `--features mujoco`; everything without physics builds and runs as it is."
+             build with `--features mujoco`; everything but the comparison with MuJoCo builds and runs as it is."
         )),
     }
 }

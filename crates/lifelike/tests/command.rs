@@ -177,9 +177,10 @@ fn a_wrong_plan_is_refused_before_anything_starts() {
 
 #[cfg(not(feature = "mujoco"))]
 #[test]
-fn without_physics_the_command_says_what_to_do() {
-    let eval = ["eval", "--policy", "p", "--motions", "m", "-o", "o"];
-    for arguments in [&eval[..], &["train", "tracker", "--plan", "experiments/track.toml"], &["demo"]] {
+fn without_mujoco_the_command_says_what_to_do() {
+    let eval = ["eval", "--engine", "mujoco", "--policy", "p", "--motions", "m", "-o", "o"];
+    let train = ["train", "tracker", "--engine", "mujoco", "--plan", "experiments/track.toml"];
+    for arguments in [&eval[..], &train, &["demo", "--engine", "mujoco"]] {
         let output = lifelike(arguments);
         assert_eq!(output.status.code(), Some(4), "{arguments:?}");
         assert!(err(&output).contains("cargo xtask"), "{}", err(&output));
@@ -187,7 +188,6 @@ fn without_physics_the_command_says_what_to_do() {
 }
 
 /// A tiny policy through its whole life: trained, stopped and resumed, inspected, evaluated, shown.
-#[cfg(feature = "mujoco")]
 #[test]
 fn a_policy_is_trained_resumed_inspected_and_evaluated() {
     let folder = tempfile::tempdir().unwrap();
@@ -236,7 +236,6 @@ fn a_policy_is_trained_resumed_inspected_and_evaluated() {
     assert_eq!(other.status.code(), Some(3), "another robot's policy is refused: {}", err(&other));
 }
 
-#[cfg(feature = "mujoco")]
 const TINY: &str = r#"
 robot = "lima"
 clips = ["motions/nod.keys.toml"]

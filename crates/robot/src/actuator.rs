@@ -115,9 +115,8 @@ impl<T: Number> ActuatorParameters<T> {
     /// The velocity-dependent clamp of eq. 4.11.
     pub fn clamp(&self, torque: T, velocity: T) -> T {
         let (zero, one) = (T::from_f64(0.0), T::from_f64(1.0));
-        let ramp = |v: T| {
-            ((self.velocity_max - v) / (self.velocity_max - self.full_torque_velocity)).most(zero).least(one)
-        };
+        let ramp =
+            |v: T| ((self.velocity_max - v) / (self.velocity_max - self.full_torque_velocity)).most(zero).least(one);
         torque.least(self.torque_max * ramp(velocity)).most(-self.torque_max * ramp(-velocity))
     }
 

@@ -1,4 +1,4 @@
-//! Physics steps per second: `cargo run --release -p lifelike-sim --features mujoco --example throughput -- \
+//! Physics steps per second: `cargo run --release -p lifelike-sim --example throughput -- \
 //! [robot] [environments] [threads] [seconds] [engine]`. Noisy targets around the default pose, each environment reset every
 //! second, state extraction included.
 

@@ -82,8 +82,7 @@ impl<T: Scalar, const W: usize> LaneSimulation<T, W> {
     /// # Errors
     /// [`SimError::Model`] for ground that is not level, and for gravity compensation.
     pub fn new(robot: Arc<Robot>, environments: usize, threads: usize) -> Result<Self, SimError> {
-        let fail =
-            |message: String| SimError::Model { engine: ENGINE, character: robot.name.clone(), message };
+        let fail = |message: String| SimError::Model { engine: ENGINE, character: robot.name.clone(), message };
         if let Some(body) = robot.character.bodies.iter().find(|b| b.gravcomp != 0.0) {
             return Err(fail(format!("body '{}' has gravity compensation", body.name)));
         }
@@ -100,12 +99,8 @@ impl<T: Scalar, const W: usize> LaneSimulation<T, W> {
             .thread_name(|i| format!("physics-{i}"))
             .build()
             .map_err(|e| fail(e.to_string()))?;
-        let widths = Widths {
-            joints: tree.driven.len(),
-            places: tree.places.len(),
-            bodies: tree.bodies.len(),
-            feet: tree.feet,
-        };
+        let widths =
+            Widths { joints: tree.driven.len(), places: tree.places.len(), bodies: tree.bodies.len(), feet: tree.feet };
         let reference = robot.character.reference_position();
         let weights = inverse_weights(&tree, &reference, &vec![1.0; tree.bodies.len()]);
         let block = Block::new(&tree, &weights);
@@ -197,9 +192,7 @@ impl<T: Scalar, const W: usize> LaneSimulation<T, W> {
             while at < ids.len() && ids[at] / W == b {
                 let rows = &mut rows::single(&mut self.state, ids[at], &self.widths);
                 write_state(&self.model, &self.blocks[b], desk, ids[at] % W, rows);
-                for forces in
-                    [&mut *rows.torque_squared, rows.torque, rows.foot_force, rows.constraint_force]
-                {
+                for forces in [&mut *rows.torque_squared, rows.torque, rows.foot_force, rows.constraint_force] {
                     forces.fill(0.0);
                 }
                 rows.diverged.fill(self.blocks[b].diverged[ids[at] % W]);
@@ -486,9 +479,7 @@ fn write_state<T: Scalar, const W: usize>(
     let spin: [T; 3] = std::array::from_fn(|k| block.v[velocity + 3 + k].0[lane]);
     for (k, slot) in out.angular_velocity_w.iter_mut().enumerate() {
         let r = &work.rotation[body];
-        *slot = narrow(
-            r[3 * k].0[lane] * spin[0] + r[3 * k + 1].0[lane] * spin[1] + r[3 * k + 2].0[lane] * spin[2],
-        );
+        *slot = narrow(r[3 * k].0[lane] * spin[0] + r[3 * k + 1].0[lane] * spin[1] + r[3 * k + 2].0[lane] * spin[2]);
     }
     for (i, joint) in tree.driven.iter().enumerate() {
         out.joint_position[i] = of(&block.q[joint.q]);
@@ -517,12 +508,7 @@ fn write_state<T: Scalar, const W: usize>(
 }
 
 /// Torques and forces of the last substep; squared torques as the mean over all.
-fn write_forces<T: Scalar, const W: usize>(
-    model: &Model<T, W>,
-    block: &Block<T, W>,
-    lane: usize,
-    out: &mut Rows<'_>,
-) {
+fn write_forces<T: Scalar, const W: usize>(model: &Model<T, W>, block: &Block<T, W>, lane: usize, out: &mut Rows<'_>) {
     let of = |x: &Lane<T, W>| narrow(x.0[lane]);
     for (i, (torque, squared)) in block.torque.iter().zip(&block.torque_squared).enumerate() {
         out.torque[i] = of(torque);

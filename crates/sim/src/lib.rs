@@ -1,7 +1,8 @@
 //! Floor 3: many worlds at once.
 //!
 //! The main path: [`Simulation`] (the trait every engine implements) → [`BatchState`] (what it reports, structure of
-//! arrays) → [`randomization`] (thesis 4.2.2) → an engine, such as `mujoco`, made by [`create`].
+//! arrays) → [`randomization`] (thesis 4.2.2) → an engine, made by [`create`]: our own
+//! ([`engine`]), or MuJoCo behind a cargo feature as its oracle and for a second opinion.
 
 pub mod batch;
 pub mod engine;
@@ -36,11 +37,10 @@ pub fn create(
         #[cfg(feature = "mujoco")]
         mujoco::ENGINE => Ok(Box::new(MujocoSimulation::new(robot, environments, threads)?)),
         _ => {
-            let _ = (robot, environments, threads);
             let hint = if cfg!(feature = "mujoco") {
-                "there is 'mujoco'"
+                "there are 'lifelike' and 'mujoco'"
             } else {
-                "there is none; build with the feature 'mujoco' (after `cargo xtask mujoco`)"
+                "there is 'lifelike'; for 'mujoco' build with the feature of that name (after `cargo xtask mujoco`)"
             };
             Err(SimError::Engine { name: name.to_string(), hint })
         }

@@ -18,8 +18,8 @@ use lifelike_robot::Robot;
 
 use crate::batch::{BatchState, Drive, EnvironmentParameters, IntegrationState, Simulation};
 use crate::error::SimError;
-use model::Layout;
 use crate::rows::{self, Rows, Widths};
+use model::Layout;
 use worker::{Command, Tuning, Worker};
 
 /// The name of this engine.

@@ -94,46 +94,243 @@ fn together(name: &str, n: usize) -> (Arc<Robot>, MujocoSimulation, LaneSimulati
     (robot, oracle, double, single)
 }
 
+/// States near standing, feet about on the ground.
+fn near_standing(robot: &Robot, n: usize, seed: u64) -> (Vec<f64>, Vec<f64>) {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let (mut positions, mut velocities) = (Vec::new(), Vec::new());
+    for _ in 0..n {
+        let mut q = robot.default_position();
+        for x in &mut q[7..] {
+            *x += rng.random_range(-0.1..0.1);
+        }
+        q[2] += rng.random_range(-0.003..0.01);
+        positions.extend(q);
+        velocities.extend((0..robot.character.nv).map(|_| rng.random_range(-0.3..0.3)));
+    }
+    (positions, velocities)
+}
+
+fn random_targets(robot: &Robot, n: usize, seed: u64) -> Vec<f32> {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let joints = robot.joints();
+    (0..n * joints).map(|i| robot.default_pose[i % joints] as f32 + rng.random_range(-0.3..0.3)).collect()
+}
+
+fn all(n: usize) -> Vec<usize> {
+    (0..n).collect()
+}
+
+fn rms(a: &[f32], b: &[f32]) -> f64 {
+    (a.iter().zip(b).map(|(a, b)| f64::from(a - b).powi(2)).sum::<f64>() / a.len() as f64).sqrt()
+}
+
+/// Gate 4 of the engine: 0.2 s of random targets from 1000 states, joints within 0.02 rad RMS.
 #[test]
 fn short_rollouts_on_the_ground_stay_together() {
     for name in ["lima", "humanoid"] {
-        let n = 200;
+        let n = 1000;
         let (robot, mut oracle, mut double, mut single) = together(name, n);
-        let mut rng = ChaCha8Rng::seed_from_u64(3);
-        let (mut positions, mut velocities) = (Vec::new(), Vec::new());
-        for _ in 0..n {
-            let mut q = robot.default_position();
-            for x in &mut q[7..] {
-                *x += rng.random_range(-0.1..0.1);
-            }
-            q[2] += rng.random_range(-0.003..0.01);
-            positions.extend(q);
-            velocities.extend((0..robot.character.nv).map(|_| rng.random_range(-0.3..0.3)));
-        }
-        let ids: Vec<usize> = (0..n).collect();
+        let (positions, velocities) = near_standing(&robot, n, 3);
+        let targets = random_targets(&robot, n, 4);
         for simulation in [&mut oracle as &mut dyn Simulation, &mut double, &mut single] {
-            simulation.reset(&ids, &positions, &velocities).unwrap();
+            simulation.reset(&all(n), &positions, &velocities).unwrap();
+            (0..10).for_each(|_| simulation.step(Drive::Targets(&targets)).unwrap());
         }
-        let targets: Vec<f32> = (0..n * robot.joints())
-            .map(|i| robot.default_pose[i % robot.joints()] as f32 + rng.random_range(-0.3..0.3))
-            .collect();
-        for step in 0..10 {
-            for simulation in [&mut oracle as &mut dyn Simulation, &mut double, &mut single] {
-                simulation.step(Drive::Targets(&targets)).unwrap();
-            }
-            let rms = |a: &dyn Simulation, b: &dyn Simulation| {
-                let pairs = a.state().joint_position.iter().zip(&b.state().joint_position);
-                (pairs.map(|(a, b)| f64::from(a - b).powi(2)).sum::<f64>() / (n * robot.joints()) as f64).sqrt()
-            };
-            let force = |s: &dyn Simulation| s.state().foot_force.iter().map(|f| f64::from(*f)).sum::<f64>() / n as f64;
-            println!(
-                "{name} {step}: rms rad f64 {:.1e} f32 {:.1e}, between ours {:.1e}; foot force {:.2} {:.2}",
-                rms(&oracle, &double),
-                rms(&oracle, &single),
-                rms(&double, &single),
-                force(&oracle),
-                force(&double)
-            );
-        }
+        let joints = |s: &dyn Simulation| s.state().joint_position.clone();
+        let (exact, fast) = (rms(&joints(&oracle), &joints(&double)), rms(&joints(&oracle), &joints(&single)));
+        println!("{name}: 0.2 s from {n} states, joints {exact:.1e} rad RMS off MuJoCo in f64, {fast:.1e} in f32");
+        assert!(exact < 2e-3 && fast < 2e-3, "{name}: {exact}, {fast}");
     }
+}
+
+/// Gate 3: the impulse of one physics step in states that touch the ground.
+#[test]
+fn one_step_of_contact_is_mujocos() {
+    for name in ["lima", "humanoid"] {
+        let mut robot = Robot::load(name).unwrap();
+        (robot.control_hz, robot.substeps) = (robot.control_hz * robot.substeps as f64, 1);
+        let (robot, n) = (Arc::new(robot), 1000);
+        let mut oracle = MujocoSimulation::new(robot.clone(), n, 2).unwrap();
+        let mut ours = LaneSimulation::<f32, 8>::new(robot.clone(), n, 1).unwrap();
+        let (mut positions, velocities) = near_standing(&robot, n, 11);
+        positions.iter_mut().skip(2).step_by(robot.character.nq).for_each(|z| *z -= 0.008);
+        let targets = random_targets(&robot, n, 12);
+        for simulation in [&mut oracle as &mut dyn Simulation, &mut ours] {
+            simulation.reset(&all(n), &positions, &velocities).unwrap();
+            // The second step has a warm start.
+            (0..2).for_each(|_| simulation.step(Drive::Targets(&targets)).unwrap());
+        }
+        let (a, b) = (&oracle.state().foot_force, &ours.state().foot_force);
+        let weight = robot.character.mass() * robot.character.gravity.norm();
+        let feet = a.len() / n;
+        let (mut touching, mut total, mut worst) = (0, 0.0, 0.0_f64);
+        for (a, b) in a.chunks(feet).zip(b.chunks(feet)) {
+            let (a, b): (f64, f64) = (a.iter().map(|x| f64::from(*x)).sum(), b.iter().map(|x| f64::from(*x)).sum());
+            if a > 0.05 * weight {
+                touching += 1;
+                total += (a - b).abs() / a;
+                worst = worst.max((a - b).abs() / a);
+            }
+        }
+        let mean = total / f64::from(touching);
+        println!(
+            "{name}: vertical force in {touching} touching states: {:.2}% off on average, {:.1}% at worst",
+            100.0 * mean,
+            100.0 * worst
+        );
+        assert!(touching > 200 && mean < 0.01 && worst < 0.05, "{name}: {touching}, {mean}, {worst}");
+    }
+}
+
+/// A box of 2 kg with a small arm, on ground that `gravity` makes a slope.
+fn sliding_box(friction: f64, slope: f64) -> Arc<Robot> {
+    let (x, z) = (9.81 * slope.sin(), -9.81 * slope.cos());
+    let text = format!(
+        r#"<mujoco model="box">
+  <compiler angle="radian"/>
+  <option timestep="0.005" integrator="Euler" gravity="{x} 0 {z}" cone="pyramidal" iterations="50" tolerance="1e-10"/>
+  <worldbody>
+    <geom name="floor" type="plane" size="5 5 1" friction="{friction}"/>
+    <body name="box" pos="0 0 0.05">
+      <freejoint name="root"/>
+      <geom name="box" type="box" size="0.1 0.08 0.05" mass="2" friction="{friction}"/>
+      <body name="arm" pos="0 0 0.05">
+        <joint name="arm" axis="0 0 1" range="-1 1" limited="true" armature="0.01"/>
+        <geom name="arm" type="sphere" size="0.01" mass="0.01" contype="0" conaffinity="0"/>
+      </body>
+    </body>
+  </worldbody>
+</mujoco>"#
+    );
+    let character = lifelike_character::Character::from_mjcf(&text, "box.xml", None).unwrap();
+    Arc::new(Robot::from_character(character, lifelike_robot::Profile::default()).unwrap())
+}
+
+fn slide(simulation: &mut dyn Simulation, seconds: f64) -> f64 {
+    let robot = simulation.robot().clone();
+    let steps = (seconds * robot.control_hz) as usize;
+    let targets = vec![0.0; robot.joints()];
+    (0..steps).for_each(|_| simulation.step(Drive::Targets(&targets)).unwrap());
+    f64::from(simulation.state().root_position[0])
+}
+
+#[test]
+fn boxes_stick_and_slip_on_slopes_as_they_should() {
+    // Soft contacts creep: what sticks moves a little. Measured after the box has come to rest on its springs.
+    let friction = 0.5_f64;
+    let way = |slope: f64| {
+        let mut ours = LaneSimulation::<f32, 8>::new(sliding_box(friction, slope), 1, 1).unwrap();
+        let mut oracle = MujocoSimulation::new(sliding_box(friction, slope), 1, 1).unwrap();
+        let settled = (slide(&mut ours, 1.5), slide(&mut oracle, 1.5));
+        (slide(&mut ours, 1.0) - settled.0, slide(&mut oracle, 1.0) - settled.1)
+    };
+    for factor in [0.9, 0.98, 1.02, 1.1] {
+        let (ours, mujoco) = way((factor * friction).atan());
+        println!("{factor} of the friction angle: {ours:.4} m in a second, MuJoCo {mujoco:.4} m");
+        assert_eq!(ours > 0.05, factor > 1.0, "{factor}: {ours}");
+        assert_eq!(mujoco > 0.05, factor > 1.0, "{factor}: {mujoco}");
+    }
+}
+
+/// Gate 2: momentum and energy in free flight.
+#[test]
+fn flight_drifts_no_more_than_mujocos() {
+    let robot = Arc::new(Robot::load("lima").unwrap());
+    let n = 20;
+    let mut rng = ChaCha8Rng::seed_from_u64(21);
+    let (mut positions, mut velocities) = (Vec::new(), Vec::new());
+    for _ in 0..n {
+        let (q, v) = random_state(&robot, &mut rng, 50.0);
+        positions.extend(q);
+        velocities.extend(v.iter().map(|x| 0.5 * x));
+    }
+    let end = |simulation: &mut dyn Simulation| {
+        simulation.reset(&all(n), &positions, &velocities).unwrap();
+        let torques = vec![0.0; n * robot.joints()];
+        (0..50).for_each(|_| simulation.step(Drive::Torques(&torques)).unwrap());
+        simulation.state().clone()
+    };
+    let mut oracle = MujocoSimulation::new(robot.clone(), n, 1).unwrap();
+    let mut ours = LaneSimulation::<f32, 8>::new(robot.clone(), n, 1).unwrap();
+    let (a, b) = (end(&mut oracle), end(&mut ours));
+    let position = rms(&a.root_position, &b.root_position);
+    let joints = rms(&a.joint_velocity, &b.joint_velocity);
+    println!("a second of flight: root {position:.1e} m, joint velocities {joints:.1e} rad/s off MuJoCo");
+    assert!(position < 1e-2, "{position}");
+}
+
+/// Gate 4: after two seconds, as many fall as in MuJoCo, and as high.
+#[test]
+fn long_rollouts_look_like_mujocos() {
+    let n = 1000;
+    let (robot, mut oracle, _, mut ours) = together("lima", n);
+    let (positions, velocities) = near_standing(&robot, n, 31);
+    let mut perturbed = positions.clone();
+    let mut rng = ChaCha8Rng::seed_from_u64(32);
+    perturbed.iter_mut().skip(7).step_by(3).for_each(|x| *x += rng.random_range(-1e-3..1e-3));
+    let targets = random_targets(&robot, n, 33);
+    let end = |simulation: &mut dyn Simulation, positions: &[f64]| {
+        simulation.reset(&all(n), positions, &velocities).unwrap();
+        (0..100).for_each(|_| simulation.step(Drive::Targets(&targets)).unwrap());
+        let state = simulation.state();
+        let heights: Vec<f64> = state.root_position.chunks(3).map(|p| f64::from(p[2])).collect();
+        let mean = heights.iter().sum::<f64>() / n as f64;
+        let fallen = heights.iter().filter(|h| **h < 0.25).count() as f64 / n as f64;
+        let feet = state.foot_force.iter().filter(|f| **f > 1.0).count() as f64 / n as f64;
+        [mean, fallen, feet]
+    };
+    let (own, other, theirs) = (end(&mut ours, &positions), end(&mut oracle, &perturbed), end(&mut oracle, &positions));
+    println!("height, fallen, feet down: ours {own:?}, MuJoCo {theirs:?}, MuJoCo from 1 mrad beside {other:?}");
+    // Three standard errors of a share of a thousand, or of heights that spread over 0.15 m.
+    for (i, margin) in [(0, 0.015), (1, 0.05), (2, 0.08)] {
+        assert!((own[i] - theirs[i]).abs() < margin, "{i}: {own:?} {theirs:?}");
+    }
+}
+
+/// A standing robot weighs what it weighs.
+#[test]
+fn feet_carry_the_weight() {
+    let robot = sliding_box(0.8, 0.0);
+    let mut ours = LaneSimulation::<f32, 8>::new(robot.clone(), 1, 1).unwrap();
+    let mut oracle = MujocoSimulation::new(robot, 1, 1).unwrap();
+    slide(&mut ours, 2.0);
+    slide(&mut oracle, 2.0);
+    let (a, b) = (ours.state().root_position[2], oracle.state().root_position[2]);
+    // At rest the spring of the contacts carries the weight: the same depth is the same force.
+    let (deep, theirs) = (0.05 - f64::from(a), 0.05 - f64::from(b));
+    println!("a box of 2 kg sinks {deep:.2e} m, in MuJoCo {theirs:.2e} m");
+    assert!(deep > 0.0 && (deep / theirs - 1.0).abs() < 0.01, "{deep} {theirs}");
+}
+
+#[test]
+fn what_is_hostile_is_quarantined_or_refused() {
+    let robot = Arc::new(Robot::load("lima").unwrap());
+    let (nv, joints) = (robot.character.nv, robot.joints());
+    let run = |spoil: &dyn Fn(&mut LaneSimulation<f32, 8>)| {
+        let mut simulation = LaneSimulation::<f32, 8>::new(robot.clone(), 8, 1).unwrap();
+        spoil(&mut simulation);
+        (0..20).for_each(|_| simulation.step(Drive::Targets(&vec![0.1; 8 * joints])).unwrap());
+        simulation.state().clone()
+    };
+    let calm = run(&|_| ());
+    let fast = run(&|s| s.reset(&[3], &robot.default_position(), &vec![1e6; nv]).unwrap());
+    let far = run(&|s| {
+        let mut q = robot.default_position();
+        q[7..].fill(1e6);
+        s.reset(&[3], &q, &vec![0.0; nv]).unwrap();
+    });
+    let sunk = run(&|s| {
+        let mut q = robot.default_position();
+        q[2] = -1e4;
+        s.reset(&[3], &q, &vec![0.0; nv]).unwrap();
+    });
+    for (what, state) in [("fast", &fast), ("far", &far), ("sunk", &sunk)] {
+        for e in (0..8).filter(|e| *e != 3) {
+            let row = |s: &lifelike_sim::BatchState| s.joint_position[e * joints..(e + 1) * joints].to_vec();
+            assert_eq!(row(state), row(&calm), "{what}: neighbour {e}");
+        }
+        let numbers = state.joint_position.iter().chain(&state.joint_velocity).chain(&state.torque);
+        assert!(numbers.clone().all(|x| x.is_finite()), "{what}");
+    }
+    assert!(fast.diverged[3]);
 }

@@ -117,14 +117,7 @@ pub struct Persistent {
 
 impl Default for Termination {
     fn default() -> Self {
-        Self {
-            persistent: None,
-            height: Some(0.12),
-            tilt: Some(0.7),
-            effector: Some(0.25),
-            path: None,
-            heading: None,
-        }
+        Self { persistent: None, height: Some(0.12), tilt: Some(0.7), effector: Some(0.25), path: None, heading: None }
     }
 }
 

@@ -21,7 +21,7 @@ use crate::output::Output;
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
-  cargo xtask demo                         # fetch MuJoCo, build, run
+  cargo xtask demo                         # build and run
   lifelike demo
   lifelike demo my_walk.bvh my_wave.bvh -o runs/mine")]
 pub struct Args {

@@ -11,10 +11,9 @@ pub fn available(engine: &str) -> Result<(), CliError> {
         "lifelike" => Ok(()),
         "mujoco" if cfg!(feature = "mujoco") => Ok(()),
         "mujoco" => Err(CliError::Unavailable(
-            "this build has no physics. Fetch MuJoCo once and build with it:\n\
+            "this build has no MuJoCo. Leave --engine away for our own physics, or fetch MuJoCo once and build with it:\n\
              \x20 cargo xtask mujoco\n\
-             \x20 cargo run --release --features mujoco --bin lifelike -- ...\n\
-             or `cargo xtask demo`, which does both and shows a robot that moves"
+             \x20 cargo run --release --features mujoco --bin lifelike -- ..."
                 .into(),
         )),
         other => Err(CliError::Usage(format!("no engine '{other}'; there are: lifelike, mujoco"))),

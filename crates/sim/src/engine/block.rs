@@ -65,7 +65,12 @@ impl<T: Scalar, const W: usize> Desk<T, W> {
     }
 
     /// Acceleration of every dof without constraints, and the mass matrix and bias forces on the way: for tests.
-    pub fn unconstrained(&mut self, model: &Model<T, W>, block: &Block<T, W>, applied: &[Lane<T, W>]) -> Vec<Lane<T, W>> {
+    pub fn unconstrained(
+        &mut self,
+        model: &Model<T, W>,
+        block: &Block<T, W>,
+        applied: &[Lane<T, W>],
+    ) -> Vec<Lane<T, W>> {
         let tree = &model.tree;
         self.work.kinematics(tree, &block.q);
         self.work.bias(tree, &block.masses, &block.v);

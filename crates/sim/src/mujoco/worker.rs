@@ -7,8 +7,8 @@ use mujoco_rs::prelude::{MjData, MjModel};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
 use super::model::Layout;
-use crate::rows::Rows;
 use crate::batch::EnvironmentParameters;
+use crate::rows::Rows;
 
 /// An environment with a velocity beyond this (m/s, rad/s) is lost.
 const VELOCITY_LIMIT: f64 = 1e3;

@@ -2,6 +2,7 @@
 
 use lifelike_character::{Character, JointKind};
 use lifelike_robot::{Robot, RobotError};
+use lifelike_sim::engine::unsupported;
 use serde_json::{Value, json};
 
 use crate::error::CliError;
@@ -18,6 +19,7 @@ pub fn inspect(name: &str, output: &Output) -> Result<(), CliError> {
             value["key_bodies"] = json!(robot.profile.key_bodies);
             value["feature_size"] = json!(robot.layout.size());
             value["guessed"] = json!(robot.notes);
+            value["not_simulated"] = json!(unsupported(&robot));
             value["default_pose"] = json!(robot.default_pose);
             let actuators = robot.actuators.joints.iter().zip(&robot.actuators.parameters);
             value["actuators"] = actuators.map(|(joint, p)| json!({ "joint": joint, "parameters": p })).collect();
@@ -127,6 +129,9 @@ fn control(robot: &Robot) -> String {
         .collect();
     text += "\n";
     text += &table(&["role", "body"], &roles);
+    for line in unsupported(robot) {
+        text += &format!("not simulated by our engine: {line}\n");
+    }
     for note in &robot.notes {
         text += &format!("guessed: {note}\n");
     }
