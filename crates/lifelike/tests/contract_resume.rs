@@ -3,7 +3,7 @@
 //!
 //! `LIFELIKE_KILLS` sets how often the run is killed (6 where not set).
 
-#![cfg(all(unix, feature = "mujoco"))]
+#![cfg(unix)]
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 use std::path::{Path, PathBuf};

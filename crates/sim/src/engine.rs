@@ -21,7 +21,7 @@ mod tree;
 
 use std::sync::{Arc, Mutex, PoisonError};
 
-use lifelike_character::GeomShape;
+use lifelike_character::{GeomShape, Joint, JointKind};
 use lifelike_robot::Robot;
 use rayon::prelude::*;
 
@@ -51,6 +51,17 @@ pub struct LaneSimulation<T: Scalar, const W: usize> {
     state: BatchState,
 }
 
+/// M a + c = f.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Dynamics {
+    /// Mass matrix M, `[nv, nv]`.
+    pub mass: Vec<f64>,
+    /// Bias forces c: Coriolis, centrifugal, gravity.
+    pub bias: Vec<f64>,
+    /// Acceleration a.
+    pub acceleration: Vec<f64>,
+}
+
 /// What of a robot this engine does not simulate, a line each.
 pub fn unsupported(robot: &Robot) -> Vec<String> {
     let mut lines = Vec::new();
@@ -63,6 +74,9 @@ pub fn unsupported(robot: &Robot) -> Vec<String> {
         if geom.condim > 3 {
             lines.push(format!("geom '{}': no torsional or rolling friction", geom.name));
         }
+    }
+    for joint in character.joints.iter().filter(|j| j.kind == JointKind::Ball && j.range.is_some()) {
+        lines.push(format!("joint '{}': a ball turns without limit", joint.name));
     }
     let own: Vec<_> = character.geoms.iter().filter(|g| g.body != 0).filter(solid).collect();
     let pairs = own.iter().enumerate().flat_map(|(i, a)| own[i + 1..].iter().map(move |b| (a, b)));
@@ -80,14 +94,15 @@ impl<T: Scalar, const W: usize> LaneSimulation<T, W> {
     /// `threads` threads (0: one per processor).
     ///
     /// # Errors
-    /// [`SimError::Model`] for ground that is not level, and for gravity compensation.
+    /// [`SimError::Model`] for ground that is not level, gravity compensation, and springs on balls.
     pub fn new(robot: Arc<Robot>, environments: usize, threads: usize) -> Result<Self, SimError> {
         let fail = |message: String| SimError::Model { engine: ENGINE, character: robot.name.clone(), message };
         if let Some(body) = robot.character.bodies.iter().find(|b| b.gravcomp != 0.0) {
             return Err(fail(format!("body '{}' has gravity compensation", body.name)));
         }
-        if robot.character.joints.iter().any(|j| j.reference != 0.0 && j.range.is_none() && j.stiffness != 0.0) {
-            return Err(fail("a spring on a joint without range".into()));
+        let scalar = |j: &&Joint| matches!(j.kind, JointKind::Hinge | JointKind::Slide);
+        if let Some(joint) = robot.character.joints.iter().filter(|j| !scalar(j)).find(|j| j.stiffness != 0.0) {
+            return Err(fail(format!("joint '{}': springs are for hinges and slides", joint.name)));
         }
         let tree = Tree::new(&robot)?;
         let threads = match threads {
@@ -125,17 +140,11 @@ impl<T: Scalar, const W: usize> LaneSimulation<T, W> {
         Ok(simulation)
     }
 
-    /// Mass matrix `[nv, nv]`, bias forces and the acceleration under joint forces `applied` without constraints, in
-    /// double precision whatever the engine's own: what an oracle is asked about.
+    /// The equations of motion in a state under joint forces `applied`, constraints left out: what an oracle is asked about.
     ///
     /// # Errors
     /// As [`Simulation::reset`].
-    pub fn dynamics(
-        &mut self,
-        position: &[f64],
-        velocity: &[f64],
-        applied: &[f64],
-    ) -> Result<(Vec<f64>, Vec<f64>, Vec<f64>), SimError> {
+    pub fn dynamics(&mut self, position: &[f64], velocity: &[f64], applied: &[f64]) -> Result<Dynamics, SimError> {
         self.reset(&[0], position, velocity)?;
         let applied: Vec<Lane<T, W>> = applied.iter().map(|x| Lane::of(*x)).collect();
         let (model, block, desk) = (&self.model, &self.blocks[0], &mut self.desks[0]);
@@ -149,7 +158,7 @@ impl<T: Scalar, const W: usize> LaneSimulation<T, W> {
             }
         }
         let first = |lanes: &[Lane<T, W>]| lanes.iter().map(|x| x.0[0].wide()).collect();
-        Ok((mass, first(&desk.work.bias), first(&acceleration)))
+        Ok(Dynamics { mass, bias: first(&desk.work.bias), acceleration: first(&acceleration) })
     }
 
     fn put(&mut self, id: usize, position: &[f64], velocity: &[f64]) {

@@ -75,7 +75,9 @@ fn masses_bias_and_accelerations_are_mujocos() {
             let results = [double.dynamics(&q, &v, &applied), single.dynamics(&q, &v, &applied)];
             for (worst, got) in worst.iter_mut().zip(results) {
                 let got = got.unwrap();
-                for ((worst, got), expected) in worst.iter_mut().zip([got.0, got.1, got.2]).zip(&expected) {
+                for ((worst, got), expected) in
+                    worst.iter_mut().zip([got.mass, got.bias, got.acceleration]).zip(&expected)
+                {
                     *worst = worst.max(relative(&got, expected));
                 }
             }

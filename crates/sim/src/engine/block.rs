@@ -49,7 +49,15 @@ pub struct Desk<T: Scalar, const W: usize> {
     solver: Solver<T, W>,
     u: Vec<Lane<T, W>>,
     damping: Vec<Lane<T, W>>,
-    before: (Vec<Lane<T, W>>, Vec<Lane<T, W>>, Option<Forces<T, W>>),
+    before: Before<T, W>,
+}
+
+/// A state to go back to.
+#[derive(Debug, Clone)]
+struct Before<T: Scalar, const W: usize> {
+    q: Vec<Lane<T, W>>,
+    v: Vec<Lane<T, W>>,
+    forces: Forces<T, W>,
 }
 
 impl<T: Scalar, const W: usize> Desk<T, W> {
@@ -60,7 +68,7 @@ impl<T: Scalar, const W: usize> Desk<T, W> {
             solver: Solver::new(),
             u: vec![zero; tree.nv],
             damping: vec![zero; tree.nv],
-            before: (Vec::new(), Vec::new(), None),
+            before: Before { q: vec![zero; tree.nq], v: vec![zero; tree.nv], forces: Forces::new(tree) },
         }
     }
 
@@ -106,9 +114,9 @@ impl<T: Scalar, const W: usize> Block<T, W> {
 
     /// One policy step. What diverges, or did before, stays as it was; its neighbours do not notice.
     pub fn step(&mut self, model: &Model<T, W>, desk: &mut Desk<T, W>, targets: bool) {
-        desk.before.0.clone_from(&self.q);
-        desk.before.1.clone_from(&self.v);
-        desk.before.2 = Some(self.forces.clone());
+        desk.before.q.clone_from(&self.q);
+        desk.before.v.clone_from(&self.v);
+        desk.before.forces.clone_from(&self.forces);
         let zero = Lane::zero();
         self.torque_squared.iter_mut().for_each(|x| *x = zero);
         for _ in 0..model.tree.substeps {
@@ -116,11 +124,11 @@ impl<T: Scalar, const W: usize> Block<T, W> {
         }
         let share = Lane::of(1.0 / model.tree.substeps as f64);
         self.torque_squared.iter_mut().for_each(|x| *x = *x * share);
-        self.quarantine(desk);
+        self.quarantine(&mut desk.before);
         desk.work.kinematics(&model.tree, &self.q);
     }
 
-    fn quarantine(&mut self, desk: &Desk<T, W>) {
+    fn quarantine(&mut self, before: &mut Before<T, W>) {
         let limit = T::new(VELOCITY_LIMIT);
         for lane in 0..W {
             let sound = self.q.iter().all(|x| x.0[lane].wide().is_finite())
@@ -129,11 +137,10 @@ impl<T: Scalar, const W: usize> Block<T, W> {
                 continue;
             }
             self.diverged[lane] = true;
-            let Some(forces) = &desk.before.2 else { continue };
             let restore = |now: &mut Lane<T, W>, then: &Lane<T, W>| now.0[lane] = then.0[lane];
-            self.q.iter_mut().zip(&desk.before.0).for_each(|(a, b)| restore(a, b));
-            self.v.iter_mut().zip(&desk.before.1).for_each(|(a, b)| restore(a, b));
-            self.forces.numbers_mut().zip(forces.clone().numbers_mut()).for_each(|(a, b)| restore(a, b));
+            self.q.iter_mut().zip(&before.q).for_each(|(a, b)| restore(a, b));
+            self.v.iter_mut().zip(&before.v).for_each(|(a, b)| restore(a, b));
+            self.forces.numbers_mut().zip(before.forces.numbers_mut()).for_each(|(a, b)| restore(a, b));
             for x in self.torque.iter_mut().chain(&mut self.torque_squared) {
                 x.0[lane] = T::default();
             }
@@ -245,7 +252,7 @@ impl<T: Scalar, const W: usize> Block<T, W> {
     }
 }
 
-/// The model of a robot, and its inverse weights at the reference position for some masses.
+/// Inverse weights at the reference position, for some factors on the masses.
 pub fn inverse_weights(tree: &Tree, reference: &[f64], scale: &[f64]) -> InverseWeights<f64, 1> {
     let q: Vec<Lane<f64, 1>> = reference.iter().map(|x| Lane([*x])).collect();
     let zero = vec![Lane::zero(); tree.nv];
@@ -269,7 +276,7 @@ pub fn inverse_weights(tree: &Tree, reference: &[f64], scale: &[f64]) -> Inverse
             for axis in 0..3 {
                 let mut row = zero.clone();
                 for d in &tree.dofs[last].chain {
-                    row[*d] = work.point_velocity(*d, &work.com[b], tree.dofs[*d].freedom)[axis];
+                    row[*d] = work.point_velocity(*d, &work.com[b])[axis];
                 }
                 sum += weight(&work, row);
             }

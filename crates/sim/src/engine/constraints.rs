@@ -135,7 +135,7 @@ impl<T: Scalar, const W: usize> Solver<T, W> {
     #[inline(always)]
     pub fn solve(&mut self, setting: &Setting<'_, T, W>, forces: &mut Forces<T, W>, u: &mut [Lane<T, W>]) {
         self.y.clear();
-        self.add_frictions(setting, forces);
+        self.add_frictions(setting);
         self.add_limits(setting, forces);
         self.add_contacts(setting, forces);
         self.start(setting.tree, forces, u);
@@ -172,7 +172,7 @@ impl<T: Scalar, const W: usize> Solver<T, W> {
     }
 
     #[inline(always)]
-    fn add_frictions(&mut self, s: &Setting<'_, T, W>, _: &Forces<T, W>) {
+    fn add_frictions(&mut self, s: &Setting<'_, T, W>) {
         self.frictions.clear();
         let softness = &s.tree.joint_softness;
         for (d, dof) in s.tree.dofs.iter().enumerate().filter(|(_, dof)| dof.frictionloss > 0.0) {
@@ -296,7 +296,7 @@ impl<T: Scalar, const W: usize> Solver<T, W> {
         self.y.resize(at + 3 * n, zero);
         let mut velocity = [zero; 3];
         for (i, d) in chain.iter().enumerate() {
-            let [x, y, z] = s.work.point_velocity(*d, point, s.tree.dofs[*d].freedom);
+            let [x, y, z] = s.work.point_velocity(*d, point);
             let column = [z, (tx * x).plus(ty, y), (tx * y).minus(ty, x)];
             for k in 0..3 {
                 velocity[k] = velocity[k].plus(column[k], s.v[*d]);

@@ -11,7 +11,7 @@ use super::spatial::{
     Inertia, Mat3, Spatial, Vec3, accumulate, add, cross, cross_force, cross_motion, dot6, momentum, of_quaternion,
     product, rotate, sub, turn, vector,
 };
-use super::tree::{Freedom, Tree};
+use super::tree::Tree;
 
 /// What one thread calculates with, for one vector of environments.
 #[derive(Debug, Clone)]
@@ -320,11 +320,8 @@ impl<T: Scalar, const W: usize> Workspace<T, W> {
 
     /// The column of dof `d` of a point's Jacobian: how fast the point (from the root's position) moves.
     #[inline(always)]
-    pub fn point_velocity(&self, d: usize, point: &Vec3<T, W>, freedom: Freedom) -> Vec3<T, W> {
+    pub fn point_velocity(&self, d: usize, point: &Vec3<T, W>) -> Vec3<T, W> {
         let s = &self.motion[d];
-        match freedom {
-            Freedom::RootLinear(_) | Freedom::Slide => [s[3], s[4], s[5]],
-            Freedom::Angular(_) | Freedom::Hinge => add(&cross(&[s[0], s[1], s[2]], point), &[s[3], s[4], s[5]]),
-        }
+        add(&cross(&[s[0], s[1], s[2]], point), &[s[3], s[4], s[5]])
     }
 }

@@ -6,23 +6,9 @@ use lifelike_robot::Robot;
 
 use crate::error::SimError;
 
-/// How a degree of freedom moves its body.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Freedom {
-    /// Translation of a free root along a world axis.
-    RootLinear(usize),
-    /// Turn of a free root or a ball joint about an axis of the body.
-    Angular(usize),
-    /// A hinge.
-    Hinge,
-    /// A slide.
-    Slide,
-}
-
 /// One degree of freedom.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Dof {
-    pub freedom: Freedom,
     pub body: usize,
     /// The dofs that move this one, root first, and itself at the end.
     pub chain: Vec<usize>,
@@ -42,7 +28,6 @@ pub struct TreeJoint {
     pub q: usize,
     pub v: usize,
     pub reference: f64,
-    pub range: Option<(f64, f64)>,
     pub stiffness: f64,
     pub spring_reference: f64,
 }
@@ -213,19 +198,11 @@ impl Tree {
                 for k in 0..joint.kind.nv() {
                     let index = self.dofs.len();
                     debug_assert_eq!(index, joint.v_index + k);
-                    let freedom = match joint.kind {
-                        JointKind::Free if k < 3 => Freedom::RootLinear(k),
-                        JointKind::Free => Freedom::Angular(k - 3),
-                        JointKind::Ball => Freedom::Angular(k),
-                        JointKind::Hinge => Freedom::Hinge,
-                        JointKind::Slide => Freedom::Slide,
-                    };
                     let mut chain = last.map_or_else(Vec::new, |d: usize| self.dofs[d].chain.clone());
                     chain.push(index);
                     let row = self.entries;
                     self.entries += chain.len();
                     self.dofs.push(Dof {
-                        freedom,
                         body: b,
                         chain,
                         row,
@@ -258,7 +235,6 @@ fn body(character: &Character, body: &lifelike_character::Body) -> TreeBody {
                 q: j.q_index,
                 v: j.v_index,
                 reference: j.reference,
-                range: j.range,
                 stiffness: j.stiffness,
                 spring_reference: j.spring_reference,
             })
