@@ -12,6 +12,7 @@ pub mod anatomy;
 pub mod error;
 pub mod inertia;
 pub mod kinematics;
+mod load;
 pub mod mjcf;
 pub mod model;
 pub mod rotation;

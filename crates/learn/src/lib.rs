@@ -2,6 +2,7 @@
 
 pub mod error;
 pub mod evaluation;
+mod limits;
 pub mod report;
 pub mod representation;
 pub mod run;

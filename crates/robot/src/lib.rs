@@ -8,9 +8,9 @@
 
 pub mod action;
 pub mod actuator;
-pub mod builtin;
 pub mod error;
 mod guess;
+pub mod load;
 pub mod observation;
 pub mod profile;
 pub mod robot;

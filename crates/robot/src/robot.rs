@@ -1,6 +1,5 @@
 //! A robot: a character and all that its control needs, by name.
 
-use std::path::Path;
 use std::sync::Arc;
 
 use lifelike_character::{Anatomy, Character, JointKind, Role, Vec3};
@@ -44,32 +43,6 @@ pub struct Robot {
 const HANDS_AND_FEET: [Role; 4] = [Role::LeftHand, Role::RightHand, Role::LeftFoot, Role::RightFoot];
 
 impl Robot {
-    /// A robot by the name of a built-in one, or by the path of an MJCF or URDF file. A profile beside the file
-    /// (`x.toml` beside `x.xml`) is read; without one everything is guessed, and [`Self::notes`] says what.
-    ///
-    /// # Errors
-    /// [`RobotError::Unknown`] for a name that is neither; else whatever is wrong with the files.
-    pub fn load(name_or_path: &str) -> Result<Self, RobotError> {
-        if let Some(built_in) = crate::builtin::robot(name_or_path) {
-            return built_in;
-        }
-        let path = Path::new(name_or_path);
-        if !path.is_file() {
-            return Err(RobotError::Unknown {
-                name: name_or_path.to_string(),
-                available: crate::builtin::NAMES.join(", "),
-            });
-        }
-        let character = Character::load(path)?;
-        let beside = path.with_extension("toml");
-        if beside.is_file() {
-            return Self::from_character(character, Profile::from_file(&beside)?);
-        }
-        let mut robot = Self::from_character(character, Profile::default())?;
-        robot.notes.insert(0, format!("no profile {}: everything below is guessed", beside.display()));
-        Ok(robot)
-    }
-
     /// A robot from a character and a profile, whose gaps are guessed ([`Self::notes`] says what).
     ///
     /// # Errors

@@ -173,12 +173,21 @@ fn the_anchor_points_to_the_reference() {
     let state_now = state(&robot, 1.0, Vec3::zeros());
     let mut reference = state_now.frame.clone();
     let yaw = lifelike_character::rotation::heading_angle(&state_now.frame.root_orientation);
-    // 0.2 m ahead of the robot, 0.9 m to its left, turned left by 0.3 rad.
-    reference.root_position += Quat::from_euler_angles(0.0, 0.0, yaw) * Vec3::new(0.2, 0.9, 0.0);
+    // 0.12 m ahead of the robot, 0.16 m to its left (0.2 m away), turned left by 0.3 rad.
+    let to_world = Quat::from_euler_angles(0.0, 0.0, yaw);
+    reference.root_position += to_world * Vec3::new(0.12, 0.16, 0.0);
     reference.root_orientation = Quat::from_euler_angles(0.0, 0.0, 0.3) * reference.root_orientation;
     let out = observe(&robot, &spec, &state_now, &reference);
     let anchor = &out[out.len() - 4..];
-    for (got, expected) in anchor.iter().zip([0.3_f32.sin(), 0.3_f32.cos(), 0.2, 0.5]) {
+    for (got, expected) in anchor.iter().zip([0.3_f32.sin(), 0.3_f32.cos(), 0.12, 0.16]) {
+        assert!((got - expected).abs() < 1e-5, "{anchor:?}");
+    }
+    // Six times as far away and turned by 0.9 rad: the direction stays, and no more than 0.3 m and 0.5 rad are shown.
+    reference.root_position += to_world * Vec3::new(0.6, 0.8, 0.0);
+    reference.root_orientation = Quat::from_euler_angles(0.0, 0.0, 0.6) * reference.root_orientation;
+    let out = observe(&robot, &spec, &state_now, &reference);
+    let anchor = &out[out.len() - 4..];
+    for (got, expected) in anchor.iter().zip([0.5_f32.sin(), 0.5_f32.cos(), 0.18, 0.24]) {
         assert!((got - expected).abs() < 1e-5, "{anchor:?}");
     }
 }

@@ -30,20 +30,6 @@ use defaults::Defaults;
 use document::Element;
 
 impl Character {
-    /// Reads a character from a file: MJCF (root element `mujoco`) or URDF (`robot`).
-    pub fn load(path: impl AsRef<Path>) -> Result<Self, CharacterError> {
-        let path = path.as_ref();
-        let text =
-            std::fs::read_to_string(path).map_err(|source| CharacterError::Io { path: path.to_path_buf(), source })?;
-        let folder = path.parent().map(|p| if p.as_os_str().is_empty() { Path::new(".") } else { p });
-        let root = document::parse(&text, path, folder)?;
-        match root.name.as_str() {
-            "mujoco" => compile(root, folder),
-            "robot" => crate::urdf::compile(&root, folder),
-            _ => Err(root.invalid("root element 'mujoco' (MJCF) or 'robot' (URDF)", format!("'{}'", root.name))),
-        }
-    }
-
     /// Compiles MJCF text. `file` is what errors call the text; included files and meshes are looked for from `folder`
     /// (`None`: includes are refused and no mesh file is found).
     pub fn from_mjcf(text: &str, file: &str, folder: Option<&Path>) -> Result<Self, CharacterError> {

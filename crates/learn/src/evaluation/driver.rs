@@ -11,8 +11,8 @@ use lifelike_robot::robot::role_name;
 use lifelike_sim::randomization::RandomizationSpec;
 use lifelike_sim::{BatchState, Simulation};
 
-use super::fall::{Cause, fallen};
-use super::rollout::{Names, Outcome, Rollout, Snapshot};
+use super::fall::fallen;
+use super::rollout::{Cause, Names, Outcome, Rollout, Snapshot};
 use super::schedule::{repeated, start_frames};
 use super::score::{EpisodeScore, Evaluation};
 use crate::error::LearnError;

@@ -1,8 +1,7 @@
 //! Where and why an episode failed.
 
 use super::accuracy::posture_errors;
-use super::fall::Cause;
-use super::rollout::{Outcome, Rollout};
+use super::rollout::{Cause, Outcome, Rollout};
 
 /// A body this far from the reference's posture has left it (m).
 pub const LEFT: f64 = 0.15;

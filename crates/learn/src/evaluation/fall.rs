@@ -6,35 +6,12 @@
 
 use lifelike_character::Vec3;
 
-use super::rollout::Snapshot;
+use super::rollout::{Cause, Snapshot};
 
 /// A root below this share of the reference's height has fallen.
 pub const HEIGHT_SHARE: f64 = 0.6;
 /// A root whose up direction is off by more than this has fallen (rad; 57.3 deg).
 pub const TILT: f64 = 1.0;
-
-/// How a fall is known.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Cause {
-    /// The root is below [`HEIGHT_SHARE`] of the reference's height.
-    Height,
-    /// The root's up direction, seen from the root, is off by more than [`TILT`].
-    Tilt,
-    /// The simulation left the realm of numbers.
-    Diverged,
-}
-
-impl Cause {
-    /// In words.
-    pub fn words(self) -> &'static str {
-        match self {
-            Self::Height => "root sank",
-            Self::Tilt => "tilted over",
-            Self::Diverged => "simulation diverged",
-        }
-    }
-}
 
 /// Whether a frame shows a fall.
 pub fn fallen(reference: &Snapshot, simulated: &Snapshot) -> Option<Cause> {

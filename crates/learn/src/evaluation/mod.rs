@@ -29,6 +29,5 @@ mod tests;
 
 pub use driver::{EvaluationOptions, evaluate};
 pub use failure::Failure;
-pub use fall::Cause;
-pub use rollout::{Names, Outcome, Rollout, Snapshot};
+pub use rollout::{Cause, Names, Outcome, Rollout, Snapshot};
 pub use score::{ClipScore, EpisodeScore, Evaluation};

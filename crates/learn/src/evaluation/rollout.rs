@@ -4,8 +4,6 @@ use std::sync::Arc;
 
 use lifelike_character::{Quat, Vec3};
 
-use super::fall::Cause;
-
 /// Names of everything that a rollout has columns of.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Names {
@@ -32,6 +30,29 @@ pub struct Snapshot {
     pub effectors: Vec<Vec3>,
     /// Body frames, the world first (m, world).
     pub bodies: Vec<(Vec3, Quat)>,
+}
+
+/// How a fall is known.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Cause {
+    /// The root is below [`HEIGHT_SHARE`](super::fall::HEIGHT_SHARE) of the reference's height.
+    Height,
+    /// The root's up direction, seen from the root, is off by more than [`TILT`](super::fall::TILT).
+    Tilt,
+    /// The simulation left the realm of numbers.
+    Diverged,
+}
+
+impl Cause {
+    /// In words.
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::Height => "root sank",
+            Self::Tilt => "tilted over",
+            Self::Diverged => "simulation diverged",
+        }
+    }
 }
 
 /// How an episode ended.

@@ -222,7 +222,7 @@ impl Evaluation {
 mod tests {
     use lifelike_character::Vec3;
 
-    use super::super::fall::Cause;
+    use super::super::rollout::Cause;
     use super::super::rollout::example::{rollout, snapshot};
     use super::*;
 

@@ -141,7 +141,7 @@ mod tests {
     #![allow(clippy::unwrap_used)]
     use lifelike_character::Vec3;
 
-    use super::super::fall::Cause;
+    use super::super::rollout::Cause;
     use super::super::rollout::example::{rollout, snapshot};
     use super::*;
 

@@ -6,6 +6,7 @@ use lifelike_nn::schedules::{Cyclical, WarmRestarts};
 
 use super::statistics::SpreadFloors;
 use crate::LearnError;
+use crate::limits::{range, whole};
 
 /// Settings of a motion prior. Defaults are the thesis' (4.3.1 and Table 4.1) where it states them.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -107,23 +108,22 @@ impl PriorPlan {
     /// # Errors
     /// The first key out of range.
     pub fn check(&self) -> Result<(), LearnError> {
-        let whole = |key: &str, x: u64, low: u64, high: u64| check(key, x as f64, low as f64, high as f64);
-        check("frame_rate", self.frame_rate, 1.0, 1000.0)?;
+        range("frame_rate", self.frame_rate, 1.0, 1000.0)?;
         whole("half_width", self.half_width as u64, 1, 500)?;
-        check("window_seconds", self.window_seconds, 0.02, 20.0)?;
+        range("window_seconds", self.window_seconds, 0.02, 20.0)?;
         whole("latent", self.latent as u64, 1, 4096)?;
         whole("channels", self.channels as u64, 1, 4096)?;
         whole("blocks", self.blocks as u64, 0, 64)?;
         whole("batch", self.batch as u64, 1, 1 << 16)?;
         whole("iterations", self.iterations, 1, 1 << 40)?;
-        check("learning_rate", self.learning_rate, 1e-9, 1.0)?;
+        range("learning_rate", self.learning_rate, 1e-9, 1.0)?;
         whole("restart_first", self.restart_first, 1, 1 << 40)?;
         whole("restart_factor", self.restart_factor, 1, 1000)?;
-        check("kl_weight", self.kl_weight, 0.0, 1000.0)?;
+        range("kl_weight", self.kl_weight, 0.0, 1000.0)?;
         whole("kl_cycles", self.kl_cycles, 1, 1_000_000)?;
-        check("kl_ratio", self.kl_ratio, 1e-6, 1.0)?;
-        check("max_gradient_norm", self.max_gradient_norm, 1e-6, 1e9)?;
-        check("held_out", self.held_out, 0.0, 0.9)?;
+        range("kl_ratio", self.kl_ratio, 1e-6, 1.0)?;
+        range("max_gradient_norm", self.max_gradient_norm, 1e-6, 1e9)?;
+        range("held_out", self.held_out, 0.0, 0.9)?;
         self.floors.check()
     }
 
@@ -147,13 +147,6 @@ impl PriorPlan {
     pub fn window(&self) -> WindowSpec {
         WindowSpec { half_width: self.half_width, dt: self.window_seconds / (2 * self.half_width) as f64 }
     }
-}
-
-pub(super) fn check(key: &str, x: f64, low: f64, high: f64) -> Result<(), LearnError> {
-    if (low..=high).contains(&x) {
-        return Ok(());
-    }
-    Err(LearnError::Plan { key: key.into(), expected: format!("{low} to {high}"), got: x.to_string() })
 }
 
 #[cfg(test)]

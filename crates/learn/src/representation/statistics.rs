@@ -3,8 +3,8 @@
 use lifelike_motion::{FeatureLayout, Frame};
 use lifelike_nn::checkpoint::{Checkpoint, CheckpointError};
 
-use super::plan::check;
 use crate::LearnError;
+use crate::limits::range;
 
 /// Smallest standard deviations to divide by. A joint that hardly moves in the data would otherwise turn tiny errors
 /// into the largest term of the loss. They are about a fiftieth to a tenth of what walking shows.
@@ -40,12 +40,12 @@ impl Default for SpreadFloors {
 
 impl SpreadFloors {
     pub(super) fn check(&self) -> Result<(), LearnError> {
-        check("floors.height", self.height, 1e-6, 1e3)?;
-        check("floors.linear_velocity", self.linear_velocity, 1e-6, 1e3)?;
-        check("floors.angular_velocity", self.angular_velocity, 1e-6, 1e3)?;
-        check("floors.joint_position", self.joint_position, 1e-6, 1e3)?;
-        check("floors.joint_velocity", self.joint_velocity, 1e-6, 1e3)?;
-        check("floors.effector", self.effector, 1e-6, 1e3)
+        range("floors.height", self.height, 1e-6, 1e3)?;
+        range("floors.linear_velocity", self.linear_velocity, 1e-6, 1e3)?;
+        range("floors.angular_velocity", self.angular_velocity, 1e-6, 1e3)?;
+        range("floors.joint_position", self.joint_position, 1e-6, 1e3)?;
+        range("floors.joint_velocity", self.joint_velocity, 1e-6, 1e3)?;
+        range("floors.effector", self.effector, 1e-6, 1e3)
     }
 
     /// The floor of every feature; orientation's is 0, it is never normalised.

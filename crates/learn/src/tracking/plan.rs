@@ -9,6 +9,7 @@ use lifelike_sim::randomization::RandomizationSpec;
 use super::rewards::{ExponentialReward, Kernel, Reward};
 use super::starts::StartSpec;
 use crate::error::LearnError;
+use crate::limits::{range, whole, wrong};
 
 /// A tracker's training, as text. Everything but `robot` and `clips` has a default: the recipe that learns fastest.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -392,25 +393,6 @@ impl TrackerPlan {
     }
 }
 
-fn wrong(key: &str, expected: &str, got: impl std::fmt::Display) -> LearnError {
-    LearnError::Plan { key: key.into(), expected: expected.into(), got: got.to_string() }
-}
-
-fn range(key: &str, value: f64, low: f64, high: f64) -> Result<(), LearnError> {
-    if value.is_finite() && (low..=high).contains(&value) {
-        return Ok(());
-    }
-    Err(wrong(key, &format!("a number from {low} to {high}"), value))
-}
-
-fn whole(key: &str, value: u64, low: u64, high: u64) -> Result<(), LearnError> {
-    if (low..=high).contains(&value) {
-        return Ok(());
-    }
-    let expected = if high == u64::MAX { format!("{low} or more") } else { format!("{low} to {high}") };
-    Err(wrong(key, &expected, value))
-}
-
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
@@ -452,7 +434,7 @@ mod tests {
         };
         let gamma = check(&|p| p.ppo.gamma = 1.5);
         assert!(gamma.contains("ppo.gamma") && gamma.contains("0 to 1") && gamma.contains("1.5"), "{gamma}");
-        assert!(check(&|p| p.ppo.minibatch = 1_000_000).contains("2 to 6144"));
+        assert!(check(&|p| p.ppo.minibatch = 1_000_000).contains("2 to 3072"));
         assert!(check(&|p| p.inputs.latent = 64).contains("0 without a prior"));
         assert!(check(&|p| p.ppo.learning_rate = f64::NAN).contains("NaN"));
         assert!(check(&|p| p.termination.tilt = Some(-1.0)).contains("termination.tilt"));

@@ -144,7 +144,7 @@ mod tests {
 
     #[test]
     fn our_own_clips_suit_our_own_robots() {
-        for name in lifelike_robot::builtin::NAMES {
+        for name in lifelike_robot::load::NAMES {
             let robot = Robot::load(name).unwrap();
             let (clips, refused) = builtin(&robot);
             assert!(refused.is_empty(), "{name}: {refused:?}");

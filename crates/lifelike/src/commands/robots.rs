@@ -1,6 +1,6 @@
 //! `lifelike robots`: the robots that come with the program.
 
-use lifelike_robot::{Robot, builtin};
+use lifelike_robot::{Robot, load};
 use serde_json::{Value, json};
 
 use crate::error::CliError;
@@ -20,7 +20,7 @@ pub struct Args {}
 
 /// Runs the command.
 pub fn run(_args: &Args, output: &Output) -> Result<(), CliError> {
-    let robots = builtin::NAMES.iter().map(|name| Robot::load(name)).collect::<Result<Vec<_>, _>>()?;
+    let robots = load::NAMES.iter().map(|name| Robot::load(name)).collect::<Result<Vec<_>, _>>()?;
     let values: Vec<Value> = robots
         .iter()
         .map(|r| {

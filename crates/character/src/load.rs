@@ -1,0 +1,27 @@
+//! A character from a file, whichever of the two languages it is written in.
+
+use std::path::Path;
+
+use crate::error::CharacterError;
+use crate::mjcf::document;
+use crate::model::Character;
+use crate::{mjcf, urdf};
+
+impl Character {
+    /// Reads a character from a file: MJCF (root element `mujoco`) or URDF (`robot`).
+    ///
+    /// # Errors
+    /// [`CharacterError`] with file, line and element.
+    pub fn load(path: impl AsRef<Path>) -> Result<Self, CharacterError> {
+        let path = path.as_ref();
+        let text =
+            std::fs::read_to_string(path).map_err(|source| CharacterError::Io { path: path.to_path_buf(), source })?;
+        let folder = path.parent().map(|p| if p.as_os_str().is_empty() { Path::new(".") } else { p });
+        let root = document::parse(&text, path, folder)?;
+        match root.name.as_str() {
+            "mujoco" => mjcf::compile(root, folder),
+            "robot" => urdf::compile(&root, folder),
+            _ => Err(root.invalid("root element 'mujoco' (MJCF) or 'robot' (URDF)", format!("'{}'", root.name))),
+        }
+    }
+}
