@@ -234,7 +234,8 @@ fn fifty() -> u64 {
 }
 
 fn default_inputs() -> ReferenceSpec {
-    ReferenceSpec { frame: true, future: vec![5, 10, 17], latent: 0 }
+    // Frames further ahead cost more samples than they save (docs/results/walk.md).
+    ReferenceSpec { frame: true, future: Vec::new(), latent: 0 }
 }
 
 fn default_anchor() -> AnchorSpec {
@@ -411,7 +412,7 @@ mod tests {
 
     #[test]
     fn the_plans_that_come_with_the_project_are_good() {
-        for name in ["track", "track-walk", "track-thesis"] {
+        for name in ["track", "track-20", "track-walk", "track-thesis"] {
             let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("../../experiments/{name}.toml"));
             TrackerPlan::read(&path).unwrap();
         }
