@@ -93,6 +93,17 @@ const ARMS: [(Side, [Role; 3]); 2] = [
 ];
 
 impl Anatomy {
+    /// The foot, as an index into [`Self::soles`], that a body is or hangs from.
+    pub fn foot_of(&self, character: &Character, mut body: usize) -> Option<usize> {
+        while body != 0 {
+            if let Some(foot) = self.soles.values().position(|sole| sole.body == body) {
+                return Some(foot);
+            }
+            body = character.bodies[body].parent;
+        }
+        None
+    }
+
     /// Guesses from names and geometry at the reference position, then applies the overrides. What it cannot find is
     /// absent.
     ///

@@ -16,21 +16,27 @@ mod block;
 mod constraints;
 mod dynamics;
 pub mod lane;
+mod outputs;
 mod spatial;
 mod tree;
+mod unsupported;
 
 use std::sync::{Arc, Mutex, PoisonError};
 
-use lifelike_character::{GeomShape, Joint, JointKind};
+use lifelike_character::{Joint, JointKind};
 use lifelike_robot::Robot;
 use rayon::prelude::*;
 
 use crate::batch::{BatchState, Drive, EnvironmentParameters, IntegrationState, Simulation};
+use crate::checks::{self, Coordinates};
 use crate::error::SimError;
 use crate::rows::{self, Rows, Widths};
 use block::{Block, Desk, Model, inverse_weights};
 use lane::{Lane, Scalar};
+use outputs::{write_forces, write_no_forces, write_state};
 use tree::Tree;
+
+pub use unsupported::unsupported;
 
 /// The name of this engine.
 pub const ENGINE: &str = "lifelike";
@@ -41,7 +47,7 @@ pub type LifelikeSimulation = LaneSimulation<f32, 8>;
 /// N environments of one robot, `W` to a vector.
 pub struct LaneSimulation<T: Scalar, const W: usize> {
     robot: Arc<Robot>,
-    model: Arc<Model<T, W>>,
+    model: Model<T, W>,
     reference: Vec<f64>,
     widths: Widths,
     blocks: Vec<Block<T, W>>,
@@ -62,33 +68,6 @@ pub struct Dynamics {
     pub acceleration: Vec<f64>,
 }
 
-/// What of a robot this engine does not simulate, a line each.
-pub fn unsupported(robot: &Robot) -> Vec<String> {
-    let mut lines = Vec::new();
-    let character = &robot.character;
-    let solid = |g: &&lifelike_character::Geom| g.contype != 0 || g.conaffinity != 0;
-    for geom in character.geoms.iter().filter(|g| g.body != 0).filter(solid) {
-        if !matches!(geom.shape, GeomShape::Sphere(_) | GeomShape::Capsule(..) | GeomShape::Box(_)) {
-            lines.push(format!("geom '{}': its shape does not touch the ground", geom.name));
-        }
-        if geom.condim > 3 {
-            lines.push(format!("geom '{}': no torsional or rolling friction", geom.name));
-        }
-    }
-    for joint in character.joints.iter().filter(|j| j.kind == JointKind::Ball && j.range.is_some()) {
-        lines.push(format!("joint '{}': a ball turns without limit", joint.name));
-    }
-    let own: Vec<_> = character.geoms.iter().filter(|g| g.body != 0).filter(solid).collect();
-    let pairs = own.iter().enumerate().flat_map(|(i, a)| own[i + 1..].iter().map(move |b| (a, b)));
-    let meet = pairs
-        .filter(|(a, b)| a.body != b.body && (a.contype & b.conaffinity != 0 || b.contype & a.conaffinity != 0))
-        .count();
-    if meet > 0 {
-        lines.push(format!("{meet} pairs of its own geoms: parts of the robot pass through each other"));
-    }
-    lines
-}
-
 impl<T: Scalar, const W: usize> LaneSimulation<T, W> {
     /// `environments` copies of a robot, each in its default pose with the root where the model puts it, stepped by
     /// `threads` threads (0: one per processor).
@@ -105,15 +84,7 @@ impl<T: Scalar, const W: usize> LaneSimulation<T, W> {
             return Err(fail(format!("joint '{}': springs are for hinges and slides", joint.name)));
         }
         let tree = Tree::new(&robot)?;
-        let threads = match threads {
-            0 => std::thread::available_parallelism().map_or(1, std::num::NonZero::get),
-            n => n,
-        };
-        let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(threads)
-            .thread_name(|i| format!("physics-{i}"))
-            .build()
-            .map_err(|e| fail(e.to_string()))?;
+        let pool = checks::pool(threads).map_err(|e| fail(e.to_string()))?;
         let widths =
             Widths { joints: tree.driven.len(), places: tree.places.len(), bodies: tree.bodies.len(), feet: tree.feet };
         let reference = robot.character.reference_position();
@@ -121,7 +92,7 @@ impl<T: Scalar, const W: usize> LaneSimulation<T, W> {
         let block = Block::new(&tree, &weights);
         let mut simulation = Self {
             state: rows::allocate(environments, &widths),
-            desks: vec![Desk::new(&tree); threads],
+            desks: vec![Desk::new(&tree); pool.current_num_threads()],
             blocks: vec![block; environments.div_ceil(W)],
             model: Model::new(&robot, tree),
             parameters: vec![EnvironmentParameters::default(); environments],
@@ -138,6 +109,13 @@ impl<T: Scalar, const W: usize> LaneSimulation<T, W> {
         let ids: Vec<usize> = (0..environments).collect();
         simulation.refresh(&ids);
         Ok(simulation)
+    }
+
+    /// Another number of visits of all constraint rows per physics step: more are nearer to MuJoCo's converged forces.
+    #[must_use]
+    pub fn with_sweeps(mut self, sweeps: usize) -> Self {
+        self.model.sweeps = sweeps;
+        self
     }
 
     /// The equations of motion in a state under joint forces `applied`, constraints left out: what an oracle is asked about.
@@ -164,30 +142,24 @@ impl<T: Scalar, const W: usize> LaneSimulation<T, W> {
     fn put(&mut self, id: usize, position: &[f64], velocity: &[f64]) {
         let (block, lane) = (&mut self.blocks[id / W], id % W);
         let tree = &self.model.tree;
-        for (slot, x) in block.q.iter_mut().zip(position) {
+        for (slot, x) in block.q.iter_mut().zip(&checks::normalised(position, tree.root_q)) {
             slot.0[lane] = T::new(*x);
         }
         for (slot, x) in block.v.iter_mut().zip(velocity) {
             slot.0[lane] = T::new(*x);
         }
-        let q = tree.root_q + 3..tree.root_q + 7;
-        let norm = position[q.clone()].iter().map(|x| x * x).sum::<f64>().sqrt();
-        if (norm - 1.0).abs() > 1e-12 {
-            for (slot, x) in block.q[q.clone()].iter_mut().zip(&position[q]) {
-                slot.0[lane] = T::new(x / norm);
-            }
-        }
         for force in block.forces.numbers_mut() {
             force.0[lane] = T::default();
         }
         block.diverged[lane] = false;
+        self.release(id);
     }
 
-    fn check_id(&self, id: usize) -> Result<(), SimError> {
-        if id < self.len() {
-            return Ok(());
+    /// Ends all pushes on one environment.
+    fn release(&mut self, id: usize) {
+        for push in self.blocks[id / W].pushes.iter_mut().flatten() {
+            push.iter_mut().for_each(|x| x.0[id % W] = T::default());
         }
-        Err(SimError::State { expected: format!("an environment below {}", self.len()), got: id.to_string() })
     }
 
     /// Outputs of environments that did not step: poses and velocities; torques and forces are zero.
@@ -201,9 +173,7 @@ impl<T: Scalar, const W: usize> LaneSimulation<T, W> {
             while at < ids.len() && ids[at] / W == b {
                 let rows = &mut rows::single(&mut self.state, ids[at], &self.widths);
                 write_state(&self.model, &self.blocks[b], desk, ids[at] % W, rows);
-                for forces in [&mut *rows.torque_squared, rows.torque, rows.foot_force, rows.constraint_force] {
-                    forces.fill(0.0);
-                }
+                write_no_forces(rows);
                 rows.diverged.fill(self.blocks[b].diverged[ids[at] % W]);
                 at += 1;
             }
@@ -220,20 +190,7 @@ impl<T: Scalar, const W: usize> LaneSimulation<T, W> {
     fn tune(&mut self, id: usize) -> Result<(), SimError> {
         let parameters = &self.parameters[id];
         let bodies = self.widths.bodies;
-        for (what, expected, got) in [
-            ("mass_scale", bodies, parameters.mass_scale.len()),
-            ("joint_offset", self.widths.joints, parameters.joint_offset.len()),
-        ] {
-            if got != 0 && got != expected {
-                return Err(SimError::Length { what, expected, got });
-            }
-        }
-        let bad = |value: f32| !(value.is_finite() && value > 0.0);
-        let numbers = parameters.mass_scale.iter().chain(&parameters.ground_friction);
-        if let Some(value) = numbers.copied().find(|&value| bad(value)) {
-            let expected = "mass factors and friction above 0".to_string();
-            return Err(SimError::State { expected, got: value.to_string() });
-        }
+        checks::parameters(parameters, bodies, self.widths.joints)?;
         let (block, lane) = (&mut self.blocks[id / W], id % W);
         let scale: Vec<f64> = if parameters.mass_scale.is_empty() {
             vec![1.0; bodies]
@@ -273,31 +230,8 @@ impl<T: Scalar, const W: usize> Simulation for LaneSimulation<T, W> {
     }
 
     fn reset(&mut self, ids: &[usize], positions: &[f64], velocities: &[f64]) -> Result<(), SimError> {
-        let (nq, nv) = (self.model.tree.nq, self.model.tree.nv);
-        for (what, expected, got) in
-            [("positions", ids.len() * nq, positions.len()), ("velocities", ids.len() * nv, velocities.len())]
-        {
-            if expected != got {
-                return Err(SimError::Length { what, expected, got });
-            }
-        }
-        // All checks first: a refused reset changes nothing.
-        let root = self.model.tree.root_q;
-        for (i, &id) in ids.iter().enumerate() {
-            self.check_id(id)?;
-            let (q, v) = (&positions[i * nq..(i + 1) * nq], &velocities[i * nv..(i + 1) * nv]);
-            let norm = q[root + 3..root + 7].iter().map(|x| x * x).sum::<f64>().sqrt();
-            let wrong = q
-                .iter()
-                .chain(v)
-                .find(|x| !x.is_finite())
-                .map(f64::to_string)
-                .or_else(|| (norm < 1e-6).then(|| format!("a quaternion of length {norm}")));
-            if let Some(got) = wrong {
-                let expected = format!("finite numbers and a root orientation for environment {id}");
-                return Err(SimError::State { expected, got });
-            }
-        }
+        let (nq, nv, root) = (self.model.tree.nq, self.model.tree.nv, self.model.tree.root_q);
+        checks::reset(ids, self.len(), positions, velocities, Coordinates { nq, nv, root })?;
         for (i, &id) in ids.iter().enumerate() {
             self.put(id, &positions[i * nq..(i + 1) * nq], &velocities[i * nv..(i + 1) * nv]);
         }
@@ -306,7 +240,7 @@ impl<T: Scalar, const W: usize> Simulation for LaneSimulation<T, W> {
     }
 
     fn set_parameters(&mut self, id: usize, parameters: EnvironmentParameters) -> Result<(), SimError> {
-        self.check_id(id)?;
+        checks::environment(id, self.len())?;
         let before = std::mem::replace(&mut self.parameters[id], parameters);
         let result = self.tune(id);
         if result.is_err() {
@@ -316,14 +250,8 @@ impl<T: Scalar, const W: usize> Simulation for LaneSimulation<T, W> {
     }
 
     fn push(&mut self, id: usize, body: usize, force_w: [f32; 3], torque_w: [f32; 3]) -> Result<(), SimError> {
-        self.check_id(id)?;
-        if body == 0 || body >= self.widths.bodies {
-            let expected = format!("a body from 1 to {}", self.widths.bodies - 1);
-            return Err(SimError::State { expected, got: body.to_string() });
-        }
-        if let Some(value) = force_w.iter().chain(&torque_w).find(|value| !value.is_finite()) {
-            return Err(SimError::State { expected: "a finite push".into(), got: value.to_string() });
-        }
+        checks::environment(id, self.len())?;
+        checks::push(body, self.widths.bodies, &force_w, &torque_w)?;
         let slot = self.blocks[id / W].pushes[body].get_or_insert([Lane::zero(); 6]);
         for (slot, value) in slot.iter_mut().zip(torque_w.iter().chain(&force_w)) {
             slot.0[id % W] = T::new(f64::from(*value));
@@ -332,29 +260,14 @@ impl<T: Scalar, const W: usize> Simulation for LaneSimulation<T, W> {
     }
 
     fn clear_pushes(&mut self, id: usize) {
-        if id >= self.len() {
-            return;
-        }
-        for push in &mut self.blocks[id / W].pushes {
-            if let Some(lanes) = push {
-                lanes.iter_mut().for_each(|x| x.0[id % W] = T::default());
-                if lanes.iter().all(|x| x.0.iter().all(|x| *x == T::default())) {
-                    *push = None;
-                }
-            }
+        if id < self.len() {
+            self.release(id);
         }
     }
 
     fn step(&mut self, drive: Drive<'_>) -> Result<(), SimError> {
         let joints = self.widths.joints;
-        let (what, numbers) = match drive {
-            Drive::Targets(numbers) => ("targets", numbers),
-            Drive::Torques(numbers) => ("torques", numbers),
-        };
-        let expected = self.len() * joints;
-        if numbers.len() != expected {
-            return Err(SimError::Length { what, expected, got: numbers.len() });
-        }
+        let numbers = checks::drive(&drive, self.len() * joints)?;
         let targets = matches!(drive, Drive::Targets(_));
         let (model, widths) = (&self.model, self.widths);
         let mut rest = Rows::whole(&mut self.state);
@@ -363,7 +276,7 @@ impl<T: Scalar, const W: usize> Simulation for LaneSimulation<T, W> {
             .iter_mut()
             .zip(numbers.chunks(W * joints))
             .map(|(block, numbers)| {
-                let outputs = rest.take(numbers.len() / joints.max(1), &widths);
+                let outputs = rest.take(numbers.len() / joints, &widths);
                 (block, numbers, outputs)
             })
             .collect();
@@ -397,17 +310,7 @@ impl<T: Scalar, const W: usize> Simulation for LaneSimulation<T, W> {
     }
 
     fn restore(&mut self, state: &IntegrationState) -> Result<(), SimError> {
-        let fingerprint =
-            |engine: &str, environments, width| format!("{engine}, {environments} environments of {width} numbers");
-        let expected = fingerprint(ENGINE, self.len(), self.width());
-        let got = fingerprint(&state.engine, state.parameters.len(), state.width);
-        if expected != got {
-            return Err(SimError::State { expected, got });
-        }
-        let expected = self.len() * self.width();
-        if state.values.len() != expected {
-            return Err(SimError::Length { what: "saved state", expected, got: state.values.len() });
-        }
+        checks::saved(state, ENGINE, self.len(), self.width())?;
         for (id, parameters) in state.parameters.iter().enumerate() {
             if self.parameters[id] != *parameters {
                 self.set_parameters(id, parameters.clone())?;
@@ -455,85 +358,11 @@ fn advance<T: Scalar, const W: usize>(
     for lane in 0..numbers.len() / joints {
         let rows = &mut outputs.take(1, widths);
         write_state(model, block, desk, lane, rows);
-        write_forces(model, block, lane, rows);
+        if block.diverged[lane] {
+            write_no_forces(rows);
+        } else {
+            write_forces(model, block, lane, rows);
+        }
         rows.diverged.fill(block.diverged[lane]);
-    }
-}
-
-fn narrow<T: Scalar>(value: T) -> f32 {
-    value.wide() as f32
-}
-
-fn write_state<T: Scalar, const W: usize>(
-    model: &Model<T, W>,
-    block: &Block<T, W>,
-    desk: &Desk<T, W>,
-    lane: usize,
-    out: &mut Rows<'_>,
-) {
-    let tree = &model.tree;
-    let (root, velocity) = (tree.root_q, tree.root_v);
-    let of = |x: &Lane<T, W>| narrow(x.0[lane]);
-    let put = |out: &mut [f32], values: &[Lane<T, W>]| {
-        for (slot, x) in out.iter_mut().zip(values) {
-            *slot = of(x);
-        }
-    };
-    put(out.root_position, &block.q[root..root + 3]);
-    put(out.root_orientation, &block.q[root + 3..root + 7]);
-    put(out.linear_velocity_w, &block.v[velocity..velocity + 3]);
-    let work = &desk.work;
-    let at = |k: usize| block.q[root + k].0[lane];
-    let body = model.tree.root_body;
-    let spin: [T; 3] = std::array::from_fn(|k| block.v[velocity + 3 + k].0[lane]);
-    for (k, slot) in out.angular_velocity_w.iter_mut().enumerate() {
-        let r = &work.rotation[body];
-        *slot = narrow(r[3 * k].0[lane] * spin[0] + r[3 * k + 1].0[lane] * spin[1] + r[3 * k + 2].0[lane] * spin[2]);
-    }
-    for (i, joint) in tree.driven.iter().enumerate() {
-        out.joint_position[i] = of(&block.q[joint.q]);
-        out.joint_velocity[i] = of(&block.v[joint.v]);
-    }
-    for (slot, (body, point)) in out.place_position.chunks_exact_mut(3).zip(&tree.places) {
-        let (r, p) = (&work.rotation[*body], &work.position[*body]);
-        for k in 0..3 {
-            let turned = (0..3).map(|i| r[3 * k + i].0[lane].wide() * point[i]).sum::<f64>();
-            slot[k] = (at(k).wide() + p[k].0[lane].wide() + turned) as f32;
-        }
-    }
-    for body in 1..tree.bodies.len() {
-        let p = &work.position[body];
-        for k in 0..3 {
-            out.body_position[3 * body + k] = narrow(at(k) + p[k].0[lane]);
-        }
-        let r = work.rotation[body].map(|x| x.0[lane].wide());
-        let rotation = nalgebra::Matrix3::from_row_slice(&r);
-        let q = nalgebra::UnitQuaternion::from_rotation_matrix(&nalgebra::Rotation3::from_matrix_unchecked(rotation));
-        let q = [q.w, q.i, q.j, q.k].map(|x| x as f32);
-        out.body_orientation[4 * body..4 * body + 4].copy_from_slice(&q);
-    }
-    out.body_position[..3].fill(0.0);
-    out.body_orientation[..4].copy_from_slice(&[1.0, 0.0, 0.0, 0.0]);
-}
-
-/// Torques and forces of the last substep; squared torques as the mean over all.
-fn write_forces<T: Scalar, const W: usize>(model: &Model<T, W>, block: &Block<T, W>, lane: usize, out: &mut Rows<'_>) {
-    let of = |x: &Lane<T, W>| narrow(x.0[lane]);
-    for (i, (torque, squared)) in block.torque.iter().zip(&block.torque_squared).enumerate() {
-        out.torque[i] = of(torque);
-        out.torque_squared[i] = of(squared);
-    }
-    out.foot_force.fill(0.0);
-    let points = model.tree.shapes.iter().flat_map(|s| s.points.iter().map(move |_| s.foot));
-    for (foot, edges) in points.zip(&block.forces.contact) {
-        if let Some(foot) = foot {
-            out.foot_force[foot] += edges.iter().map(of).sum::<f32>();
-        }
-    }
-    for (i, joint) in model.tree.driven.iter().enumerate() {
-        out.constraint_force[i] = of(&block.forces.friction[joint.v]);
-    }
-    for (limit, (force, side)) in model.tree.limits.iter().zip(block.forces.limit.iter().zip(&block.forces.side)) {
-        out.constraint_force[limit.scalar] += of(force) * of(side);
     }
 }

@@ -5,6 +5,7 @@
 //! ([`engine`]), or MuJoCo behind a cargo feature as its oracle and for a second opinion.
 
 pub mod batch;
+mod checks;
 pub mod engine;
 pub mod error;
 #[cfg(feature = "mujoco")]

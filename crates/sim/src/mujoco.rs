@@ -17,6 +17,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use lifelike_robot::Robot;
 
 use crate::batch::{BatchState, Drive, EnvironmentParameters, IntegrationState, Simulation};
+use crate::checks;
 use crate::error::SimError;
 use crate::rows::{self, Rows, Widths};
 use model::Layout;
@@ -57,20 +58,12 @@ impl MujocoSimulation {
     pub fn new(robot: Arc<Robot>, environments: usize, threads: usize) -> Result<Self, SimError> {
         let (model, layout) = model::compile(&robot)?;
         let fail = |message: String| SimError::Model { engine: ENGINE, character: robot.name.clone(), message };
-        let threads = match threads {
-            0 => std::thread::available_parallelism().map_or(1, std::num::NonZero::get),
-            n => n,
-        };
+        let pool = checks::pool(threads).map_err(|e| fail(e.to_string()))?;
         let layout = Arc::new(layout);
-        let mut workers = Vec::with_capacity(threads);
-        for _ in 0..threads {
+        let mut workers = Vec::new();
+        for _ in 0..pool.current_num_threads() {
             workers.push(Worker::new(&model, layout.clone()).map_err(fail)?);
         }
-        let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(threads)
-            .thread_name(|i| format!("physics-{i}"))
-            .build()
-            .map_err(|e| fail(e.to_string()))?;
         let widths = Widths {
             joints: layout.joints.len(),
             places: layout.places.len(),
@@ -112,30 +105,9 @@ impl MujocoSimulation {
         }
     }
 
-    fn check_id(&self, id: usize) -> Result<(), SimError> {
-        if id < self.len() {
-            return Ok(());
-        }
-        Err(SimError::State { expected: format!("an environment below {}", self.len()), got: id.to_string() })
-    }
-
     fn tune(&mut self, id: usize) -> Result<(), SimError> {
         let parameters = &self.parameters[id];
-        let bodies = self.robot.character.bodies.len();
-        for (what, expected, got) in [
-            ("mass_scale", bodies, parameters.mass_scale.len()),
-            ("joint_offset", self.layout.joints.len(), parameters.joint_offset.len()),
-        ] {
-            if got != 0 && got != expected {
-                return Err(SimError::Length { what, expected, got });
-            }
-        }
-        let bad = |value: f32| !(value.is_finite() && value > 0.0);
-        let numbers = parameters.mass_scale.iter().chain(&parameters.ground_friction);
-        if let Some(value) = numbers.copied().find(|&value| bad(value)) {
-            let expected = "mass factors and friction above 0".to_string();
-            return Err(SimError::State { expected, got: value.to_string() });
-        }
+        checks::parameters(parameters, self.widths.bodies, self.widths.joints)?;
         if let Some(worker) = self.workers.first_mut() {
             self.tunings[id] = worker.tuning(parameters);
         }
@@ -161,33 +133,18 @@ impl Simulation for MujocoSimulation {
     }
 
     fn reset(&mut self, ids: &[usize], positions: &[f64], velocities: &[f64]) -> Result<(), SimError> {
+        checks::reset(ids, self.len(), positions, velocities, self.layout.coordinates())?;
         let (nq, nv) = (self.layout.nq, self.layout.nv);
-        for (what, expected, got) in
-            [("positions", ids.len() * nq, positions.len()), ("velocities", ids.len() * nv, velocities.len())]
-        {
-            if expected != got {
-                return Err(SimError::Length { what, expected, got });
-            }
-        }
-        // All checks first: a refused reset changes nothing.
-        let mut rows = Vec::with_capacity(ids.len());
         for (i, &id) in ids.iter().enumerate() {
-            self.check_id(id)?;
             let row = self.layout.fresh_row(&positions[i * nq..(i + 1) * nq], &velocities[i * nv..(i + 1) * nv]);
-            rows.push(row.map_err(|got| SimError::State {
-                expected: format!("finite numbers and a root orientation for environment {id}"),
-                got,
-            })?);
-        }
-        for (&id, row) in ids.iter().zip(&rows) {
-            self.environments[id * self.layout.width..(id + 1) * self.layout.width].copy_from_slice(row);
+            self.environments[id * self.layout.width..(id + 1) * self.layout.width].copy_from_slice(&row);
         }
         self.refresh(ids);
         Ok(())
     }
 
     fn set_parameters(&mut self, id: usize, parameters: EnvironmentParameters) -> Result<(), SimError> {
-        self.check_id(id)?;
+        checks::environment(id, self.len())?;
         let before = std::mem::replace(&mut self.parameters[id], parameters);
         let result = self.tune(id);
         if result.is_err() {
@@ -197,17 +154,8 @@ impl Simulation for MujocoSimulation {
     }
 
     fn push(&mut self, id: usize, body: usize, force_w: [f32; 3], torque_w: [f32; 3]) -> Result<(), SimError> {
-        self.check_id(id)?;
-        let bodies = self.robot.character.bodies.len();
-        if body == 0 || body >= bodies {
-            return Err(SimError::State {
-                expected: format!("a body from 1 to {}", bodies - 1),
-                got: body.to_string(),
-            });
-        }
-        if let Some(value) = force_w.iter().chain(&torque_w).find(|value| !value.is_finite()) {
-            return Err(SimError::State { expected: "a finite push".into(), got: value.to_string() });
-        }
+        checks::environment(id, self.len())?;
+        checks::push(body, self.widths.bodies, &force_w, &torque_w)?;
         let start = id * self.layout.width + self.layout.pushes + 6 * body;
         for (slot, value) in self.environments[start..start + 6].iter_mut().zip(force_w.iter().chain(&torque_w)) {
             *slot = f64::from(*value);
@@ -224,14 +172,7 @@ impl Simulation for MujocoSimulation {
 
     fn step(&mut self, drive: Drive<'_>) -> Result<(), SimError> {
         let joints = self.layout.joints.len();
-        let (what, numbers) = match drive {
-            Drive::Targets(numbers) => ("targets", numbers),
-            Drive::Torques(numbers) => ("torques", numbers),
-        };
-        let expected = self.len() * joints;
-        if numbers.len() != expected {
-            return Err(SimError::Length { what, expected, got: numbers.len() });
-        }
+        let numbers = checks::drive(&drive, self.len() * joints)?;
         let (width, widths) = (self.layout.width, self.widths);
         let mut rest = Rows::whole(&mut self.state);
         let blocks: Vec<_> = self
@@ -274,20 +215,7 @@ impl Simulation for MujocoSimulation {
     }
 
     fn restore(&mut self, state: &IntegrationState) -> Result<(), SimError> {
-        let fingerprint =
-            |engine: &str, environments, width| format!("{engine}, {environments} environments of {width} numbers");
-        let expected = fingerprint(ENGINE, self.len(), self.layout.width);
-        let got = fingerprint(&state.engine, state.parameters.len(), state.width);
-        if expected != got {
-            return Err(SimError::State { expected, got });
-        }
-        if state.values.len() != self.environments.len() {
-            return Err(SimError::Length {
-                what: "saved state",
-                expected: self.environments.len(),
-                got: state.values.len(),
-            });
-        }
+        checks::saved(state, ENGINE, self.len(), self.layout.width)?;
         for (id, parameters) in state.parameters.iter().enumerate() {
             if self.parameters[id] != *parameters {
                 self.set_parameters(id, parameters.clone())?;

@@ -1,14 +1,13 @@
 //! W environments that are stepped together: their state, and one physics step.
 
-use std::sync::Arc;
-
 use lifelike_character::JointKind;
+use lifelike_robot::Robot;
 use lifelike_robot::actuator::{ActuatorParameters, Number};
 
-use super::constraints::{Forces, InverseWeights, Setting, Solver};
+use super::constraints::{Forces, InverseWeights, SWEEPS, Setting, Solver};
 use super::dynamics::{Masses, Workspace};
 use super::lane::{Lane, Scalar};
-use super::spatial::{Spatial, cross};
+use super::spatial::{Spatial, cross, dot6};
 use super::tree::Tree;
 
 /// An environment with a velocity beyond this (m/s, rad/s) is lost.
@@ -20,6 +19,24 @@ pub struct Model<T: Scalar, const W: usize> {
     pub tree: Tree,
     /// One actuator per scalar joint.
     pub actuators: Vec<ActuatorParameters<Lane<T, W>>>,
+    /// Visits of all constraint rows per physics step.
+    pub sweeps: usize,
+}
+
+impl<T: Scalar, const W: usize> Model<T, W> {
+    pub fn new(robot: &Robot, tree: Tree) -> Self {
+        let actuators = robot.actuators.parameters.iter().map(|p| ActuatorParameters {
+            kp: Lane::of(p.kp),
+            kd: Lane::of(p.kd),
+            friction_velocity: Lane::of(p.friction_velocity),
+            static_friction: Lane::of(p.static_friction),
+            viscous_friction: Lane::of(p.viscous_friction),
+            torque_max: Lane::of(p.torque_max),
+            full_torque_velocity: Lane::of(p.full_torque_velocity),
+            velocity_max: Lane::of(p.velocity_max),
+        });
+        Self { actuators: actuators.collect(), tree, sweeps: SWEEPS }
+    }
 }
 
 /// The state and the parameters of W environments.
@@ -131,7 +148,8 @@ impl<T: Scalar, const W: usize> Block<T, W> {
     fn quarantine(&mut self, before: &mut Before<T, W>) {
         let limit = T::new(VELOCITY_LIMIT);
         for lane in 0..W {
-            let sound = self.q.iter().all(|x| x.0[lane].wide().is_finite())
+            // A limit on the torque would turn a target that is not a number into a torque that is one.
+            let sound = self.q.iter().chain(&self.command).all(|x| x.0[lane].wide().is_finite())
                 && self.v.iter().all(|x| x.0[lane] <= limit && -x.0[lane] <= limit);
             if sound && !self.diverged[lane] {
                 continue;
@@ -189,7 +207,7 @@ impl<T: Scalar, const W: usize> Block<T, W> {
                 let about_root =
                     [torque[0] + arm[0], torque[1] + arm[1], torque[2] + arm[2], force[0], force[1], force[2]];
                 for d in &tree.dofs[last].chain {
-                    u[*d] += super::spatial::dot6(&work.motion[*d], &about_root);
+                    u[*d] += dot6(&work.motion[*d], &about_root);
                 }
             }
         }
@@ -202,6 +220,7 @@ impl<T: Scalar, const W: usize> Block<T, W> {
             ground_friction: self.ground_friction,
             q: &self.q,
             v: &self.v,
+            sweeps: model.sweeps,
         };
         solver.solve(&setting, &mut self.forces, u);
         work.factors.half_multiply(tree, u);
@@ -300,20 +319,4 @@ pub fn inverse_weights(tree: &Tree, reference: &[f64], scale: &[f64]) -> Inverse
         }
     }
     InverseWeights { body, dof }
-}
-
-impl<T: Scalar, const W: usize> Model<T, W> {
-    pub fn new(robot: &lifelike_robot::Robot, tree: Tree) -> Arc<Self> {
-        let actuators = robot.actuators.parameters.iter().map(|p| ActuatorParameters {
-            kp: Lane::of(p.kp),
-            kd: Lane::of(p.kd),
-            friction_velocity: Lane::of(p.friction_velocity),
-            static_friction: Lane::of(p.static_friction),
-            viscous_friction: Lane::of(p.viscous_friction),
-            torque_max: Lane::of(p.torque_max),
-            full_torque_velocity: Lane::of(p.full_torque_velocity),
-            velocity_max: Lane::of(p.velocity_max),
-        });
-        Arc::new(Self { actuators: actuators.collect(), tree })
-    }
 }

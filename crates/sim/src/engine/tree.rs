@@ -46,7 +46,6 @@ pub struct TreeBody {
     pub com: [f64; 3],
     /// xx, yy, zz, xy, xz, yz about the centre of mass, axes of the body.
     pub inertia: [f64; 6],
-    pub gravcomp: f64,
 }
 
 /// How hard a constraint is: MuJoCo's `solref` and `solimp` in the numbers that a step needs.
@@ -184,9 +183,8 @@ impl Tree {
                 j.range.map(|(low, high)| Limit { q: j.q_index, dof: j.v_index, low, high, scalar })
             })
             .collect();
-        let feet: Vec<usize> = robot.anatomy.soles.values().map(|sole| sole.body).collect();
         for geom in character.geoms.iter().filter(|g| g.body != 0 && collides(g, &ground)) {
-            tree.shapes.extend(shape(character, geom, &ground, &feet, timestep));
+            tree.shapes.extend(shape(geom, &ground, robot.anatomy.foot_of(character, geom.body), timestep));
         }
         Ok(tree)
     }
@@ -243,7 +241,6 @@ fn body(character: &Character, body: &lifelike_character::Body) -> TreeBody {
         mass: body.inertial.mass,
         com: body.inertial.com.into(),
         inertia: [inertia[(0, 0)], inertia[(1, 1)], inertia[(2, 2)], inertia[(0, 1)], inertia[(0, 2)], inertia[(1, 2)]],
-        gravcomp: body.gravcomp,
     }
 }
 
@@ -316,7 +313,7 @@ fn collides(geom: &Geom, ground: &Ground) -> bool {
 }
 
 /// The points of a geom that can touch the ground, with the parameters of the pair (`mj_contactParam`).
-fn shape(character: &Character, geom: &Geom, ground: &Ground, feet: &[usize], timestep: f64) -> Option<GroundShape> {
+fn shape(geom: &Geom, ground: &Ground, foot: Option<usize>, timestep: f64) -> Option<GroundShape> {
     let at = |v: lifelike_character::Vec3| -> [f64; 3] { (geom.position + geom.orientation * v).into() };
     let vec = lifelike_character::Vec3::new;
     let (points, radius, middle): (Vec<[f64; 3]>, f64, Option<[f64; 3]>) = match geom.shape {
@@ -360,16 +357,6 @@ fn shape(character: &Character, geom: &Geom, ground: &Ground, feet: &[usize], ti
         smooth: condim < 2.0,
         softness: Softness::new(solref, solimp, timestep),
         margin,
-        foot: foot_of(character, feet, geom.body),
+        foot,
     })
-}
-
-fn foot_of(character: &Character, feet: &[usize], mut body: usize) -> Option<usize> {
-    while body != 0 {
-        if let Some(foot) = feet.iter().position(|f| *f == body) {
-            return Some(foot);
-        }
-        body = character.bodies[body].parent;
-    }
-    None
 }

@@ -6,6 +6,7 @@ use mujoco_rs::mujoco_c::{mjtDisableBit, mjtIntegrator};
 use mujoco_rs::prelude::{MjModel, MjSpec, MjtGeomBase, MjtObjBase, SpecItem};
 
 use super::{ENGINE, log};
+use crate::checks::{self, Coordinates};
 use crate::error::SimError;
 
 /// One joint as the actuator model needs it.
@@ -52,24 +53,17 @@ pub(super) struct Layout {
 }
 
 impl Layout {
-    /// A row at rest of forces, in the given state. The error says what is wrong with the numbers.
-    pub fn fresh_row(&self, position: &[f64], velocity: &[f64]) -> Result<Vec<f64>, String> {
-        if let Some(bad) = position.iter().chain(velocity).find(|x| !x.is_finite()) {
-            return Err(bad.to_string());
-        }
+    /// Coordinates, for checks.
+    pub fn coordinates(&self) -> Coordinates {
+        Coordinates { nq: self.nq, nv: self.nv, root: self.root_q }
+    }
+
+    /// A row at rest of forces, in the given state, which has been checked.
+    pub fn fresh_row(&self, position: &[f64], velocity: &[f64]) -> Vec<f64> {
         let mut row = vec![0.0; self.width];
-        row[self.positions..self.velocities].copy_from_slice(position);
+        row[self.positions..self.velocities].copy_from_slice(&checks::normalised(position, self.root_q));
         row[self.velocities..self.warm_start].copy_from_slice(velocity);
-        let q = &mut row[self.positions + self.root_q + 3..self.positions + self.root_q + 7];
-        let norm = q.iter().map(|x| x * x).sum::<f64>().sqrt();
-        if norm < 1e-6 {
-            return Err(format!("a quaternion of length {norm}"));
-        }
-        // A unit quaternion stays as it is, to the last bit.
-        if (norm - 1.0).abs() > 1e-12 {
-            q.iter_mut().for_each(|x| *x /= norm);
-        }
-        Ok(row)
+        row
     }
 }
 
@@ -152,16 +146,6 @@ fn layout(robot: &Robot, model: &MjModel) -> Layout {
         scalar_of_joint[index] = Some(scalar);
         scalar_of_dof[joint.v_index] = Some(scalar);
     }
-    let feet: Vec<usize> = robot.anatomy.soles.values().map(|sole| sole.body).collect();
-    let foot_of = |mut body: usize| {
-        while body != 0 {
-            if let Some(foot) = feet.iter().position(|&f| f == body) {
-                return Some(foot);
-            }
-            body = character.bodies[body].parent;
-        }
-        None
-    };
     let geom_bodies: Vec<usize> = model.geom_bodyid().iter().map(|&b| b.max(0) as usize).collect();
     let positions = 1;
     let velocities = positions + nq;
@@ -179,8 +163,8 @@ fn layout(robot: &Robot, model: &MjModel) -> Layout {
         scalar_of_joint,
         scalar_of_dof,
         ground: geom_bodies.iter().map(|&b| model.body_weldid()[b] == 0).collect(),
-        foot_of_geom: geom_bodies.iter().map(|&b| foot_of(b)).collect(),
-        feet: feet.len(),
+        foot_of_geom: geom_bodies.iter().map(|&b| robot.anatomy.foot_of(character, b)).collect(),
+        feet: robot.anatomy.soles.len(),
         substeps: robot.substeps,
         positions,
         velocities,

@@ -1,0 +1,125 @@
+//! What every engine refuses, in the same words, and the threads that every engine steps with.
+
+use crate::batch::{Drive, EnvironmentParameters, IntegrationState};
+use crate::error::SimError;
+
+/// An environment that there is.
+pub(crate) fn environment(id: usize, environments: usize) -> Result<(), SimError> {
+    if id < environments {
+        return Ok(());
+    }
+    Err(SimError::State { expected: format!("an environment below {environments}"), got: id.to_string() })
+}
+
+fn length(what: &'static str, expected: usize, got: usize) -> Result<(), SimError> {
+    if expected == got { Ok(()) } else { Err(SimError::Length { what, expected, got }) }
+}
+
+/// Sizes of a robot's coordinates, and where its root's quaternion is.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Coordinates {
+    /// Generalised positions.
+    pub nq: usize,
+    /// Generalised velocities.
+    pub nv: usize,
+    /// First position of the free root.
+    pub root: usize,
+}
+
+/// States to reset environments to: as many as there are ids, finite, with a root orientation.
+pub(crate) fn reset(
+    ids: &[usize],
+    environments: usize,
+    positions: &[f64],
+    velocities: &[f64],
+    c: Coordinates,
+) -> Result<(), SimError> {
+    length("positions", ids.len() * c.nq, positions.len())?;
+    length("velocities", ids.len() * c.nv, velocities.len())?;
+    for ((&id, q), v) in ids.iter().zip(positions.chunks_exact(c.nq)).zip(velocities.chunks_exact(c.nv)) {
+        environment(id, environments)?;
+        let norm = quaternion_norm(q, c.root);
+        let wrong = q.iter().chain(v).find(|x| !x.is_finite()).map(f64::to_string);
+        if let Some(got) = wrong.or_else(|| (norm < 1e-6).then(|| format!("a quaternion of length {norm}"))) {
+            let expected = format!("finite numbers and a root orientation for environment {id}");
+            return Err(SimError::State { expected, got });
+        }
+    }
+    Ok(())
+}
+
+/// Length of the root's quaternion.
+fn quaternion_norm(q: &[f64], root: usize) -> f64 {
+    q[root + 3..root + 7].iter().map(|x| x * x).sum::<f64>().sqrt()
+}
+
+/// A checked position with the root's quaternion of unit length; one that is already stays as it is, to the last bit.
+pub(crate) fn normalised(position: &[f64], root: usize) -> Vec<f64> {
+    let mut q = position.to_vec();
+    let norm = quaternion_norm(&q, root);
+    if (norm - 1.0).abs() > 1e-12 {
+        q[root + 3..root + 7].iter_mut().for_each(|x| *x /= norm);
+    }
+    q
+}
+
+/// Parameters of a robot with so many bodies and joints.
+pub(crate) fn parameters(p: &EnvironmentParameters, bodies: usize, joints: usize) -> Result<(), SimError> {
+    for (what, expected, got) in
+        [("mass_scale", bodies, p.mass_scale.len()), ("joint_offset", joints, p.joint_offset.len())]
+    {
+        if got != 0 {
+            length(what, expected, got)?;
+        }
+    }
+    let bad = |value: &f32| !(value.is_finite() && *value > 0.0);
+    match p.mass_scale.iter().chain(&p.ground_friction).find(|x| bad(x)) {
+        None => Ok(()),
+        Some(value) => {
+            let expected = "mass factors and friction above 0".to_string();
+            Err(SimError::State { expected, got: value.to_string() })
+        }
+    }
+}
+
+/// A finite push on a body that is not the world.
+pub(crate) fn push(body: usize, bodies: usize, force_w: &[f32; 3], torque_w: &[f32; 3]) -> Result<(), SimError> {
+    if body == 0 || body >= bodies {
+        return Err(SimError::State { expected: format!("a body from 1 to {}", bodies - 1), got: body.to_string() });
+    }
+    match force_w.iter().chain(torque_w).find(|value| !value.is_finite()) {
+        None => Ok(()),
+        Some(value) => Err(SimError::State { expected: "a finite push".into(), got: value.to_string() }),
+    }
+}
+
+/// The numbers that drive the joints, `expected` of them.
+pub(crate) fn drive<'a>(drive: &Drive<'a>, expected: usize) -> Result<&'a [f32], SimError> {
+    let (what, numbers) = match drive {
+        Drive::Targets(numbers) => ("targets", *numbers),
+        Drive::Torques(numbers) => ("torques", *numbers),
+    };
+    length(what, expected, numbers.len())?;
+    Ok(numbers)
+}
+
+/// A state saved by this engine with as many environments of this width.
+pub(crate) fn saved(state: &IntegrationState, engine: &str, environments: usize, width: usize) -> Result<(), SimError> {
+    let fingerprint =
+        |engine: &str, environments, width| format!("{engine}, {environments} environments of {width} numbers");
+    let expected = fingerprint(engine, environments, width);
+    let got = fingerprint(&state.engine, state.parameters.len(), state.width);
+    if expected != got {
+        return Err(SimError::State { expected, got });
+    }
+    length("saved state", environments * width, state.values.len())
+}
+
+/// So many threads (0: one per processor).
+pub(crate) fn pool(threads: usize) -> Result<rayon::ThreadPool, rayon::ThreadPoolBuildError> {
+    let threads = match threads {
+        0 => std::thread::available_parallelism().map_or(1, std::num::NonZero::get),
+        n => n,
+    };
+    rayon::ThreadPoolBuilder::new().num_threads(threads).thread_name(|i| format!("physics-{i}")).build()
+}

@@ -1,0 +1,96 @@
+//! What the environments look like, out of the lanes.
+
+use super::block::{Block, Desk, Model};
+use super::lane::{Lane, Scalar};
+use crate::rows::Rows;
+
+fn narrow<T: Scalar>(value: T) -> f32 {
+    value.wide() as f32
+}
+
+/// Poses and velocities; the desk's kinematics are those of the block.
+pub fn write_state<T: Scalar, const W: usize>(
+    model: &Model<T, W>,
+    block: &Block<T, W>,
+    desk: &Desk<T, W>,
+    lane: usize,
+    out: &mut Rows<'_>,
+) {
+    let tree = &model.tree;
+    let (root, velocity) = (tree.root_q, tree.root_v);
+    let of = |x: &Lane<T, W>| narrow(x.0[lane]);
+    let put = |out: &mut [f32], values: &[Lane<T, W>]| {
+        for (slot, x) in out.iter_mut().zip(values) {
+            *slot = of(x);
+        }
+    };
+    put(out.root_position, &block.q[root..root + 3]);
+    put(out.root_orientation, &block.q[root + 3..root + 7]);
+    put(out.linear_velocity_w, &block.v[velocity..velocity + 3]);
+    let work = &desk.work;
+    let at = |k: usize| block.q[root + k].0[lane];
+    let body = model.tree.root_body;
+    let spin: [T; 3] = std::array::from_fn(|k| block.v[velocity + 3 + k].0[lane]);
+    for (k, slot) in out.angular_velocity_w.iter_mut().enumerate() {
+        let r = &work.rotation[body];
+        *slot = narrow(r[3 * k].0[lane] * spin[0] + r[3 * k + 1].0[lane] * spin[1] + r[3 * k + 2].0[lane] * spin[2]);
+    }
+    for (i, joint) in tree.driven.iter().enumerate() {
+        out.joint_position[i] = of(&block.q[joint.q]);
+        out.joint_velocity[i] = of(&block.v[joint.v]);
+    }
+    for (slot, (body, point)) in out.place_position.chunks_exact_mut(3).zip(&tree.places) {
+        let (r, p) = (&work.rotation[*body], &work.position[*body]);
+        for k in 0..3 {
+            let turned = (0..3).map(|i| r[3 * k + i].0[lane].wide() * point[i]).sum::<f64>();
+            slot[k] = (at(k).wide() + p[k].0[lane].wide() + turned) as f32;
+        }
+    }
+    for body in 1..tree.bodies.len() {
+        let p = &work.position[body];
+        for k in 0..3 {
+            out.body_position[3 * body + k] = narrow(at(k) + p[k].0[lane]);
+        }
+        let r = work.rotation[body].map(|x| x.0[lane].wide());
+        let rotation = nalgebra::Matrix3::from_row_slice(&r);
+        let q = nalgebra::UnitQuaternion::from_rotation_matrix(&nalgebra::Rotation3::from_matrix_unchecked(rotation));
+        let q = [q.w, q.i, q.j, q.k].map(|x| x as f32);
+        out.body_orientation[4 * body..4 * body + 4].copy_from_slice(&q);
+    }
+    out.body_position[..3].fill(0.0);
+    out.body_orientation[..4].copy_from_slice(&[1.0, 0.0, 0.0, 0.0]);
+}
+
+/// Torques and forces of the last substep; squared torques as the mean over all.
+pub fn write_forces<T: Scalar, const W: usize>(
+    model: &Model<T, W>,
+    block: &Block<T, W>,
+    lane: usize,
+    out: &mut Rows<'_>,
+) {
+    let of = |x: &Lane<T, W>| narrow(x.0[lane]);
+    for (i, (torque, squared)) in block.torque.iter().zip(&block.torque_squared).enumerate() {
+        out.torque[i] = of(torque);
+        out.torque_squared[i] = of(squared);
+    }
+    out.foot_force.fill(0.0);
+    let points = model.tree.shapes.iter().flat_map(|s| s.points.iter().map(move |_| s.foot));
+    for (foot, edges) in points.zip(&block.forces.contact) {
+        if let Some(foot) = foot {
+            out.foot_force[foot] += edges.iter().map(of).sum::<f32>();
+        }
+    }
+    for (i, joint) in model.tree.driven.iter().enumerate() {
+        out.constraint_force[i] = of(&block.forces.friction[joint.v]);
+    }
+    for (limit, (force, side)) in model.tree.limits.iter().zip(block.forces.limit.iter().zip(&block.forces.side)) {
+        out.constraint_force[limit.scalar] += of(force) * of(side);
+    }
+}
+
+/// No torques and forces: of what did not step, or diverged.
+pub fn write_no_forces(out: &mut Rows<'_>) {
+    for forces in [&mut *out.torque_squared, out.torque, out.foot_force, out.constraint_force] {
+        forces.fill(0.0);
+    }
+}
