@@ -177,6 +177,37 @@ fn divergence_stays_where_it_is() {
 }
 
 #[test]
+fn a_target_that_is_no_number_is_not_taken_for_one() {
+    let robot = lima();
+    let joints = robot.joints();
+    for engine in ENGINES {
+        let mut simulation = make(engine, 3, 1);
+        let mut numbers = vec![0.1; 3 * joints];
+        numbers[joints + 4] = f32::NAN;
+        simulation.step(Drive::Targets(&numbers)).unwrap();
+        let state = simulation.state();
+        assert_eq!(state.diverged, [false, true, false], "{engine}");
+        let at_start = robot.default_pose[4] as f32;
+        assert!((state.joint_position[joints + 4] - at_start).abs() < 1e-6, "{engine}: frozen where it was");
+        assert!(state.torque[joints..2 * joints].iter().chain(&state.foot_force[2..4]).all(|x| *x == 0.0), "{engine}");
+    }
+}
+
+#[test]
+fn a_reset_ends_pushes() {
+    let robot = lima();
+    let (position, velocity) = (robot.default_position(), vec![0.0; robot.character.nv]);
+    for engine in ENGINES {
+        let mut simulation = make(engine, 2, 1);
+        let fresh = simulation.save();
+        simulation.push(1, 1, [30.0, 0.0, 0.0], [0.0; 3]).unwrap();
+        assert_ne!(simulation.save(), fresh, "{engine}");
+        simulation.reset(&[1], &position, &velocity).unwrap();
+        assert_eq!(simulation.save(), fresh, "{engine}");
+    }
+}
+
+#[test]
 fn a_refused_call_says_why_and_changes_nothing() {
     for engine in ENGINES {
         let robot = lima();

@@ -6,7 +6,8 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use lifelike_robot::Robot;
-use lifelike_sim::{Drive, MujocoSimulation, Simulation};
+use lifelike_sim::engine::LifelikeSimulation;
+use lifelike_sim::{Drive, MujocoSimulation, SimError, Simulation};
 
 fn robots() -> Vec<PathBuf> {
     let beside = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data");
@@ -39,25 +40,46 @@ fn guessed_robots_are_simulated_or_refused_with_a_reason() {
                 continue;
             }
         };
-        let mut simulation = MujocoSimulation::new(robot.clone(), 2, 1).unwrap();
-        let target: Vec<f32> = robot.default_pose.iter().map(|&q| q as f32).collect();
-        for _ in 0..25 {
-            simulation.step(Drive::Targets(&target.repeat(2))).unwrap();
+        for engine in ["lifelike", "mujoco"] {
+            match simulation(engine, &robot) {
+                Ok(mut simulation) => stands_or_falls_quietly(&path, simulation.as_mut()),
+                // Only ours leaves something out, and it says what.
+                Err(error) => {
+                    println!("{}: refused by {engine}: {error}", path.display());
+                    assert!(engine == "lifelike" && error.to_string().len() > 20, "{error}");
+                }
+            }
         }
-        let state = simulation.state();
-        assert_eq!(state.diverged, [false, false], "{}", path.display());
-        let n = robot.joints();
-        // Holding the default pose, standing or falling, no joint shakes: the guessed gains are stable.
-        let fastest = state.joint_velocity[..n].iter().fold(0.0_f32, |a, v| a.max(v.abs()));
-        assert!(fastest < 5.0, "{}: a joint at {fastest} rad/s", path.display());
-        println!(
-            "{}: {n} joints, {:.1} kg, end effectors {:?}, root at {:.3} m after 0.5 s, feet {:?} N, fastest joint {:.1} rad/s",
-            path.display(),
-            robot.character.mass(),
-            robot.layout.end_effectors,
-            state.root_position[2],
-            &state.foot_force[..robot.anatomy.soles.len()],
-            fastest,
-        );
     }
+}
+
+fn simulation(engine: &str, robot: &Arc<Robot>) -> Result<Box<dyn Simulation>, SimError> {
+    Ok(match engine {
+        "mujoco" => Box::new(MujocoSimulation::new(robot.clone(), 2, 1)?),
+        _ => Box::new(LifelikeSimulation::new(robot.clone(), 2, 1)?),
+    })
+}
+
+/// Holding the default pose, standing or falling, no joint shakes: the guessed gains are stable.
+fn stands_or_falls_quietly(path: &Path, simulation: &mut dyn Simulation) {
+    let robot = simulation.robot().clone();
+    let target: Vec<f32> = robot.default_pose.iter().map(|&q| q as f32).collect();
+    for _ in 0..25 {
+        simulation.step(Drive::Targets(&target.repeat(2))).unwrap();
+    }
+    let state = simulation.state();
+    let engine = simulation.engine();
+    assert_eq!(state.diverged, [false, false], "{} in {engine}", path.display());
+    let n = robot.joints();
+    let fastest = state.joint_velocity[..n].iter().fold(0.0_f32, |a, v| a.max(v.abs()));
+    assert!(fastest < 5.0, "{} in {engine}: a joint at {fastest} rad/s", path.display());
+    println!(
+        "{} in {engine}: {n} joints, {:.1} kg, end effectors {:?}, root at {:.3} m after 0.5 s, feet {:?} N, fastest joint {:.1} rad/s",
+        path.display(),
+        robot.character.mass(),
+        robot.layout.end_effectors,
+        state.root_position[2],
+        &state.foot_force[..robot.anatomy.soles.len()],
+        fastest,
+    );
 }

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use lifelike_character::JointKind;
 use lifelike_robot::Robot;
 use lifelike_sim::engine::LaneSimulation;
-use lifelike_sim::{Drive, MujocoSimulation, Simulation};
+use lifelike_sim::{Drive, EnvironmentParameters, MujocoSimulation, Simulation};
 use mujoco_rs::mujoco_c::mjtDisableBit;
 use mujoco_rs::prelude::{MjData, MjModel};
 use rand::{Rng, SeedableRng};
@@ -226,6 +226,19 @@ fn boxes_stick_and_slip_on_slopes_as_they_should() {
         let settled = (slide(&mut ours, 1.5), slide(&mut oracle, 1.5));
         (slide(&mut ours, 1.0) - settled.0, slide(&mut oracle, 1.0) - settled.1)
     };
+    // With a hundred sweeps only single precision is left between the two.
+    let creep = |sweeps: usize| {
+        let robot = sliding_box(friction, (0.98 * friction).atan());
+        slide(&mut LaneSimulation::<f32, 8>::new(robot, 1, 1).unwrap().with_sweeps(sweeps), 1.0)
+    };
+    let converged =
+        slide(&mut MujocoSimulation::new(sliding_box(friction, (0.98 * friction).atan()), 1, 1).unwrap(), 1.0);
+    println!(
+        "0.98, first second: {:.6} m with 12 sweeps, {:.6} with 100, MuJoCo {converged:.6}",
+        creep(12),
+        creep(100)
+    );
+    assert!((creep(100) / converged - 1.0).abs() < 1e-3);
     for factor in [0.9, 0.98, 1.02, 1.1] {
         let (ours, mujoco) = way((factor * friction).atan());
         println!("{factor} of the friction angle: {ours:.4} m in a second, MuJoCo {mujoco:.4} m");
@@ -234,9 +247,9 @@ fn boxes_stick_and_slip_on_slopes_as_they_should() {
     }
 }
 
-/// Gate 2: momentum and energy in free flight.
+/// Nothing but gravity and the joints' own inertia: a second of flight ends where MuJoCo's does.
 #[test]
-fn flight_drifts_no_more_than_mujocos() {
+fn flight_is_mujocos() {
     let robot = Arc::new(Robot::load("lima").unwrap());
     let n = 20;
     let mut rng = ChaCha8Rng::seed_from_u64(21);
@@ -258,10 +271,11 @@ fn flight_drifts_no_more_than_mujocos() {
     let position = rms(&a.root_position, &b.root_position);
     let joints = rms(&a.joint_velocity, &b.joint_velocity);
     println!("a second of flight: root {position:.1e} m, joint velocities {joints:.1e} rad/s off MuJoCo");
-    assert!(position < 1e-2, "{position}");
+    // Single precision at 50 m resolves 4e-6 m; limits are hit, so velocities differ more.
+    assert!(position < 1e-4 && joints < 0.02, "{position} {joints}");
 }
 
-/// Gate 4: after two seconds, as many fall as in MuJoCo, and as high.
+/// Gate 4: while they fall, as many have fallen at any time as in MuJoCo, and they are as high.
 #[test]
 fn long_rollouts_look_like_mujocos() {
     let n = 1000;
@@ -269,36 +283,88 @@ fn long_rollouts_look_like_mujocos() {
     let (positions, velocities) = near_standing(&robot, n, 31);
     let mut perturbed = positions.clone();
     let mut rng = ChaCha8Rng::seed_from_u64(32);
-    perturbed.iter_mut().skip(7).step_by(3).for_each(|x| *x += rng.random_range(-1e-3..1e-3));
+    perturbed
+        .chunks_mut(robot.character.nq)
+        .for_each(|q| q[7..].iter_mut().for_each(|x| *x += rng.random_range(-1e-3..1e-3)));
     let targets = random_targets(&robot, n, 33);
-    let end = |simulation: &mut dyn Simulation, positions: &[f64]| {
+    // Every 0.2 s: mean height (m), share that has fallen, feet on the ground per robot.
+    let course = |simulation: &mut dyn Simulation, positions: &[f64]| -> Vec<[f64; 3]> {
         simulation.reset(&all(n), positions, &velocities).unwrap();
-        (0..100).for_each(|_| simulation.step(Drive::Targets(&targets)).unwrap());
-        let state = simulation.state();
-        let heights: Vec<f64> = state.root_position.chunks(3).map(|p| f64::from(p[2])).collect();
-        let mean = heights.iter().sum::<f64>() / n as f64;
-        let fallen = heights.iter().filter(|h| **h < 0.25).count() as f64 / n as f64;
-        let feet = state.foot_force.iter().filter(|f| **f > 1.0).count() as f64 / n as f64;
-        [mean, fallen, feet]
+        let mut course = Vec::new();
+        for _ in 0..10 {
+            (0..10).for_each(|_| simulation.step(Drive::Targets(&targets)).unwrap());
+            let state = simulation.state();
+            let heights: Vec<f64> = state.root_position.chunks(3).map(|p| f64::from(p[2])).collect();
+            let mean = heights.iter().sum::<f64>() / n as f64;
+            let fallen = heights.iter().filter(|h| **h < 0.25).count() as f64 / n as f64;
+            let feet = state.foot_force.iter().filter(|f| **f > 1.0).count() as f64 / n as f64;
+            course.push([mean, fallen, feet]);
+        }
+        course
     };
-    let (own, other, theirs) = (end(&mut ours, &positions), end(&mut oracle, &perturbed), end(&mut oracle, &positions));
-    println!("height, fallen, feet down: ours {own:?}, MuJoCo {theirs:?}, MuJoCo from 1 mrad beside {other:?}");
-    // Three standard errors of a share of a thousand, or of heights that spread over 0.15 m.
-    for (i, margin) in [(0, 0.015), (1, 0.05), (2, 0.08)] {
-        assert!((own[i] - theirs[i]).abs() < margin, "{i}: {own:?} {theirs:?}");
+    let theirs = course(&mut oracle, &positions);
+    let aside = course(&mut oracle, &perturbed);
+    let own = course(&mut ours, &positions);
+    let farthest = |course: &[[f64; 3]], k: usize| {
+        course.iter().zip(&theirs).map(|(a, b)| (a[k] - b[k]).abs()).fold(0.0, f64::max)
+    };
+    for (k, what) in ["height (m)", "fallen", "feet down"].into_iter().enumerate() {
+        let (ours, theirs) = (farthest(&own, k), farthest(&aside, k));
+        println!("{what}: at most {ours:.4} off MuJoCo; MuJoCo from 1 mrad beside {theirs:.4} off itself");
+        // A thousandth per robot: one robot that falls a moment later is not a difference.
+        assert!(ours < 3.0 * theirs + 3e-3, "{what}: {ours} {theirs}");
     }
+    let fallen: Vec<f64> = theirs.iter().map(|c| c[1]).collect();
+    assert!(fallen.iter().any(|f| (0.2..0.8).contains(f)), "a time at which some have fallen: {fallen:?}");
 }
 
-/// A standing robot weighs what it weighs.
+/// Other masses, another friction and a push do what they do in MuJoCo.
 #[test]
-fn feet_carry_the_weight() {
+fn parameters_and_pushes_act_as_in_mujoco() {
+    let n = 64;
+    let (robot, mut oracle, _, ours) = together("lima", n);
+    // What is asked is whether the same numbers arrive in the same places: with converged forces, so that nothing else differs.
+    let mut ours = ours.with_sweeps(100);
+    let bodies = robot.character.bodies.len();
+    let (positions, velocities) = near_standing(&robot, n, 41);
+    let targets = random_targets(&robot, n, 42);
+    let mut end = |changed: bool| {
+        [&mut oracle as &mut dyn Simulation, &mut ours].map(|simulation| {
+            let mut rng = ChaCha8Rng::seed_from_u64(43);
+            simulation.reset(&all(n), &positions, &velocities).unwrap();
+            for id in 0..n {
+                let mass_scale = (0..bodies).map(|_| rng.random_range(0.7..1.4)).collect();
+                let ground_friction = Some(rng.random_range(0.05..1.0));
+                let force = std::array::from_fn(|_| rng.random_range(-40.0..40.0));
+                let torque = std::array::from_fn(|_| rng.random_range(-2.0..2.0));
+                if changed {
+                    let parameters = EnvironmentParameters { mass_scale, ground_friction, joint_offset: Vec::new() };
+                    simulation.set_parameters(id, parameters).unwrap();
+                    simulation.push(id, 1 + id % (bodies - 1), force, torque).unwrap();
+                }
+            }
+            (0..10).for_each(|_| simulation.step(Drive::Targets(&targets)).unwrap());
+            simulation.state().joint_position.clone()
+        })
+    };
+    let plain = end(false);
+    let [theirs, own] = end(true);
+    let (off, effect) = (rms(&theirs, &own), rms(&theirs, &plain[0]));
+    println!(
+        "masses, friction and pushes move joints by {effect:.1e} rad RMS in 0.2 s; ours are {off:.1e} off MuJoCo's"
+    );
+    assert!(off < 5e-4 && effect > 100.0 * off, "{off} {effect}");
+}
+
+/// At rest the spring of the contacts carries the weight: the same depth is the same force.
+#[test]
+fn a_box_at_rest_sinks_as_deep_as_in_mujoco() {
     let robot = sliding_box(0.8, 0.0);
     let mut ours = LaneSimulation::<f32, 8>::new(robot.clone(), 1, 1).unwrap();
     let mut oracle = MujocoSimulation::new(robot, 1, 1).unwrap();
     slide(&mut ours, 2.0);
     slide(&mut oracle, 2.0);
     let (a, b) = (ours.state().root_position[2], oracle.state().root_position[2]);
-    // At rest the spring of the contacts carries the weight: the same depth is the same force.
     let (deep, theirs) = (0.05 - f64::from(a), 0.05 - f64::from(b));
     println!("a box of 2 kg sinks {deep:.2e} m, in MuJoCo {theirs:.2e} m");
     assert!(deep > 0.0 && (deep / theirs - 1.0).abs() < 0.01, "{deep} {theirs}");
