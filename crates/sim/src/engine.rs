@@ -13,11 +13,17 @@
 //! robot falls under that.
 
 mod block;
+mod boxes;
 mod constraints;
+mod contact;
 mod dynamics;
 pub mod lane;
 mod outputs;
+mod shapes;
 mod spatial;
+mod support;
+mod surface;
+mod touch;
 mod tree;
 mod unsupported;
 
@@ -31,10 +37,10 @@ use crate::batch::{BatchState, Drive, EnvironmentParameters, IntegrationState, S
 use crate::checks::{self, Coordinates};
 use crate::error::SimError;
 use crate::rows::{self, Rows, Widths};
+use crate::terrain::Terrain;
 use block::{Block, Desk, Model, inverse_weights};
 use lane::{Lane, Scalar};
 use outputs::{write_forces, write_no_forces, write_state};
-use tree::Tree;
 
 pub use unsupported::unsupported;
 
@@ -83,18 +89,19 @@ impl<T: Scalar, const W: usize> LaneSimulation<T, W> {
         if let Some(joint) = robot.character.joints.iter().filter(|j| !scalar(j)).find(|j| j.stiffness != 0.0) {
             return Err(fail(format!("joint '{}': springs are for hinges and slides", joint.name)));
         }
-        let tree = Tree::new(&robot)?;
+        let model = Model::new(&robot)?;
+        let tree = &model.tree;
         let pool = checks::pool(threads).map_err(|e| fail(e.to_string()))?;
         let widths =
             Widths { joints: tree.driven.len(), places: tree.places.len(), bodies: tree.bodies.len(), feet: tree.feet };
         let reference = robot.character.reference_position();
-        let weights = inverse_weights(&tree, &reference, &vec![1.0; tree.bodies.len()]);
-        let block = Block::new(&tree, &weights);
+        let weights = inverse_weights(&model.exact, &reference, &vec![1.0; tree.bodies.len()]);
+        let block = Block::new(tree, &weights);
         let mut simulation = Self {
             state: rows::allocate(environments, &widths),
-            desks: vec![Desk::new(&tree); pool.current_num_threads()],
+            desks: vec![Desk::new(tree); pool.current_num_threads()],
             blocks: vec![block; environments.div_ceil(W)],
-            model: Model::new(&robot, tree),
+            model,
             parameters: vec![EnvironmentParameters::default(); environments],
             reference,
             widths,
@@ -115,6 +122,13 @@ impl<T: Scalar, const W: usize> LaneSimulation<T, W> {
     #[must_use]
     pub fn with_sweeps(mut self, sweeps: usize) -> Self {
         self.model.sweeps = sweeps;
+        self
+    }
+
+    /// Uneven ground in place of the level one.
+    #[must_use]
+    pub fn with_terrain(mut self, terrain: Arc<Terrain>) -> Self {
+        self.model.terrain = Some(terrain);
         self
     }
 
@@ -197,7 +211,7 @@ impl<T: Scalar, const W: usize> LaneSimulation<T, W> {
         } else {
             parameters.mass_scale.iter().map(|x| f64::from(*x)).collect()
         };
-        let weights = inverse_weights(&self.model.tree, &self.reference, &scale);
+        let weights = inverse_weights(&self.model.exact, &self.reference, &scale);
         for (slot, x) in block.masses.scale.iter_mut().zip(&scale) {
             slot.0[lane] = T::new(*x);
         }

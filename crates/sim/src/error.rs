@@ -32,6 +32,14 @@ pub enum SimError {
         /// What is there.
         got: String,
     },
+    /// Ground that cannot be.
+    #[error("terrain: expected {expected}, got {got}")]
+    Terrain {
+        /// What should be there.
+        expected: String,
+        /// What is there.
+        got: String,
+    },
     /// No engine of this name in this build.
     #[error("no engine '{name}' in this build: {hint}")]
     Engine {

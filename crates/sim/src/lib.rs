@@ -12,6 +12,7 @@ pub mod error;
 pub mod mujoco;
 pub mod randomization;
 mod rows;
+pub mod terrain;
 
 use std::sync::Arc;
 
@@ -22,6 +23,7 @@ pub use engine::LifelikeSimulation;
 pub use error::SimError;
 #[cfg(feature = "mujoco")]
 pub use mujoco::MujocoSimulation;
+pub use terrain::Terrain;
 
 /// Makes the engine of this name: `environments` copies of a robot, stepped by `threads` threads (0: one per processor).
 ///

@@ -1,5 +1,7 @@
 //! W environments that are stepped together: their state, and one physics step.
 
+use std::sync::Arc;
+
 use lifelike_character::JointKind;
 use lifelike_robot::Robot;
 use lifelike_robot::actuator::{ActuatorParameters, Number};
@@ -9,6 +11,8 @@ use super::dynamics::{Masses, Workspace};
 use super::lane::{Lane, Scalar};
 use super::spatial::{Spatial, cross, dot6};
 use super::tree::Tree;
+use crate::error::SimError;
+use crate::terrain::Terrain;
 
 /// An environment with a velocity beyond this (m/s, rad/s) is lost.
 const VELOCITY_LIMIT: f64 = 1e3;
@@ -16,7 +20,11 @@ const VELOCITY_LIMIT: f64 = 1e3;
 /// What is the same for all blocks.
 #[derive(Debug)]
 pub struct Model<T: Scalar, const W: usize> {
-    pub tree: Tree,
+    pub tree: Tree<T>,
+    /// The same in double precision: inverse weights are made with it.
+    pub exact: Tree<f64>,
+    /// Uneven ground in place of the level one.
+    pub terrain: Option<Arc<Terrain>>,
     /// One actuator per scalar joint.
     pub actuators: Vec<ActuatorParameters<Lane<T, W>>>,
     /// Visits of all constraint rows per physics step.
@@ -24,7 +32,7 @@ pub struct Model<T: Scalar, const W: usize> {
 }
 
 impl<T: Scalar, const W: usize> Model<T, W> {
-    pub fn new(robot: &Robot, tree: Tree) -> Self {
+    pub fn new(robot: &Robot) -> Result<Self, SimError> {
         let actuators = robot.actuators.parameters.iter().map(|p| ActuatorParameters {
             kp: Lane::of(p.kp),
             kd: Lane::of(p.kd),
@@ -35,7 +43,13 @@ impl<T: Scalar, const W: usize> Model<T, W> {
             full_torque_velocity: Lane::of(p.full_torque_velocity),
             velocity_max: Lane::of(p.velocity_max),
         });
-        Self { actuators: actuators.collect(), tree, sweeps: SWEEPS }
+        Ok(Self {
+            tree: Tree::new(robot)?,
+            exact: Tree::new(robot)?,
+            terrain: None,
+            actuators: actuators.collect(),
+            sweeps: SWEEPS,
+        })
     }
 }
 
@@ -78,11 +92,11 @@ struct Before<T: Scalar, const W: usize> {
 }
 
 impl<T: Scalar, const W: usize> Desk<T, W> {
-    pub fn new(tree: &Tree) -> Self {
+    pub fn new(tree: &Tree<T>) -> Self {
         let zero = Lane::zero();
         Self {
             work: Workspace::new(tree),
-            solver: Solver::new(),
+            solver: Solver::new(tree),
             u: vec![zero; tree.nv],
             damping: vec![zero; tree.nv],
             before: Before { q: vec![zero; tree.nq], v: vec![zero; tree.nv], forces: Forces::new(tree) },
@@ -111,7 +125,7 @@ impl<T: Scalar, const W: usize> Desk<T, W> {
 
 impl<T: Scalar, const W: usize> Block<T, W> {
     /// All environments in the reference position with the model's own masses.
-    pub fn new(tree: &Tree, weights: &InverseWeights<f64, 1>) -> Self {
+    pub fn new(tree: &Tree<T>, weights: &InverseWeights<f64, 1>) -> Self {
         let zero = Lane::zero();
         let spread = |values: &[Lane<f64, 1>]| values.iter().map(|x| Lane::of(x.0[0])).collect();
         Self {
@@ -175,7 +189,7 @@ impl<T: Scalar, const W: usize> Block<T, W> {
         work.bias(tree, &self.masses, &self.v);
         work.mass_matrix(tree);
         for (d, dof) in tree.dofs.iter().enumerate() {
-            damping[d] = Lane::of(dof.damping);
+            damping[d] = Lane::all(dof.damping);
             u[d] = -work.bias[d];
         }
         for (i, (joint, actuator)) in tree.driven.iter().zip(&model.actuators).enumerate() {
@@ -196,9 +210,9 @@ impl<T: Scalar, const W: usize> Block<T, W> {
         for d in 0..tree.nv {
             u[d] = u[d].minus(damping[d], self.v[d]);
         }
-        for joint in tree.bodies.iter().flat_map(|b| &b.joints).filter(|j| j.stiffness != 0.0) {
-            let stretch = self.q[joint.q] - Lane::of(joint.spring_reference);
-            u[joint.v] = u[joint.v].minus(Lane::of(joint.stiffness), stretch);
+        for spring in &tree.springs {
+            let stretch = self.q[spring.q] - Lane::all(spring.reference);
+            u[spring.v] = u[spring.v].minus(Lane::all(spring.stiffness), stretch);
         }
         for (body, push) in self.pushes.iter().enumerate() {
             if let (Some(push), Some(last)) = (push, tree.bodies[body].last_dof) {
@@ -215,6 +229,7 @@ impl<T: Scalar, const W: usize> Block<T, W> {
         work.factors.half_solve(tree, u);
         let setting = Setting {
             tree,
+            terrain: model.terrain.as_deref(),
             work,
             weights: &self.weights,
             ground_friction: self.ground_friction,
@@ -233,8 +248,8 @@ impl<T: Scalar, const W: usize> Block<T, W> {
         self.move_along(tree, h);
     }
 
-    fn move_along(&mut self, tree: &Tree, h: Lane<T, W>) {
-        for joint in tree.bodies.iter().flat_map(|b| &b.joints) {
+    fn move_along(&mut self, tree: &Tree<T>, h: Lane<T, W>) {
+        for joint in &tree.joints {
             let (q, v) = (joint.q, joint.v);
             match joint.kind {
                 JointKind::Hinge | JointKind::Slide => self.q[q] = self.q[q].plus(h, self.v[v]),
@@ -272,7 +287,7 @@ impl<T: Scalar, const W: usize> Block<T, W> {
 }
 
 /// Inverse weights at the reference position, for some factors on the masses.
-pub fn inverse_weights(tree: &Tree, reference: &[f64], scale: &[f64]) -> InverseWeights<f64, 1> {
+pub fn inverse_weights(tree: &Tree<f64>, reference: &[f64], scale: &[f64]) -> InverseWeights<f64, 1> {
     let q: Vec<Lane<f64, 1>> = reference.iter().map(|x| Lane([*x])).collect();
     let zero = vec![Lane::zero(); tree.nv];
     let masses = Masses { scale: scale.iter().map(|x| Lane([*x])).collect() };
@@ -310,7 +325,7 @@ pub fn inverse_weights(tree: &Tree, reference: &[f64], scale: &[f64]) -> Inverse
         })
         .collect();
     let mut dof: Vec<Lane<f64, 1>> = own.iter().map(|x| Lane([*x])).collect();
-    for joint in tree.bodies.iter().flat_map(|b| &b.joints) {
+    for joint in &tree.joints {
         // The dofs of a free joint and of a ball share their mean, turns and translations apart.
         for first in (0..joint.kind.nv()).step_by(3).filter(|_| joint.kind.nv() >= 3) {
             let at = joint.v + first;

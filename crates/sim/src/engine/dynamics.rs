@@ -8,10 +8,10 @@ use lifelike_character::JointKind;
 
 use super::lane::{Lane, Scalar};
 use super::spatial::{
-    Inertia, Mat3, Spatial, Vec3, accumulate, add, cross, cross_force, cross_motion, dot6, momentum, of_quaternion,
-    product, rotate, sub, turn, vector,
+    Inertia, Mat3, Spatial, Vec3, accumulate, add, along, cross, cross_force, cross_motion, dot, dot6, momentum,
+    of_quaternion, product, product_constant, rotate_constant, sub, turn, vec3, vector,
 };
-use super::tree::Tree;
+use super::tree::{Tree, TreeBody};
 
 /// What one thread calculates with, for one vector of environments.
 #[derive(Debug, Clone)]
@@ -56,14 +56,14 @@ pub struct Masses<T: Scalar, const W: usize> {
 }
 
 impl<T: Scalar, const W: usize> Factors<T, W> {
-    fn new(tree: &Tree) -> Self {
+    fn new(tree: &Tree<T>) -> Self {
         let zero = Lane::zero();
         Self { rows: vec![zero; tree.entries], inverse: vec![zero; tree.nv], inverse_root: vec![zero; tree.nv] }
     }
 
     /// Factorises a matrix that has something added to its diagonal.
     #[inline(always)]
-    pub fn factorise(&mut self, tree: &Tree, matrix: &[Lane<T, W>], diagonal: impl Fn(usize) -> Lane<T, W>) {
+    pub fn factorise(&mut self, tree: &Tree<T>, matrix: &[Lane<T, W>], diagonal: impl Fn(usize) -> Lane<T, W>) {
         self.rows.copy_from_slice(matrix);
         for (d, dof) in tree.dofs.iter().enumerate() {
             self.rows[dof.row + dof.chain.len() - 1] += diagonal(d);
@@ -87,7 +87,7 @@ impl<T: Scalar, const W: usize> Factors<T, W> {
 
     /// x ← D^(-1/2) L^(-T) x.
     #[inline(always)]
-    pub fn half_solve(&self, tree: &Tree, x: &mut [Lane<T, W>]) {
+    pub fn half_solve(&self, tree: &Tree<T>, x: &mut [Lane<T, W>]) {
         for (d, dof) in tree.dofs.iter().enumerate().rev() {
             let n = dof.chain.len();
             let value = x[d];
@@ -98,22 +98,9 @@ impl<T: Scalar, const W: usize> Factors<T, W> {
         }
     }
 
-    /// x ← D^(-1/2) L^(-T) x for a vector with entries on one chain only, `x[i]` belonging to `chain[i]`.
-    #[inline(always)]
-    pub fn half_solve_chain(&self, tree: &Tree, chain: &[usize], x: &mut [Lane<T, W>]) {
-        for n in (0..chain.len()).rev() {
-            let row = tree.dofs[chain[n]].row;
-            let value = x[n];
-            for (x, l) in x[..n].iter_mut().zip(&self.rows[row..row + n]) {
-                *x = x.minus(*l, value);
-            }
-            x[n] = value * self.inverse_root[chain[n]];
-        }
-    }
-
     /// x ← L^(-1) D^(-1/2) x: the other half.
     #[inline(always)]
-    pub fn finish_solve(&self, tree: &Tree, x: &mut [Lane<T, W>]) {
+    pub fn finish_solve(&self, tree: &Tree<T>, x: &mut [Lane<T, W>]) {
         for (d, dof) in tree.dofs.iter().enumerate() {
             let n = dof.chain.len();
             let mut value = x[d] * self.inverse_root[d];
@@ -126,7 +113,7 @@ impl<T: Scalar, const W: usize> Factors<T, W> {
 
     /// x ← Lᵀ D^(1/2) x: undoes [`Self::half_solve`].
     #[inline(always)]
-    pub fn half_multiply(&self, tree: &Tree, x: &mut [Lane<T, W>]) {
+    pub fn half_multiply(&self, tree: &Tree<T>, x: &mut [Lane<T, W>]) {
         for (d, dof) in tree.dofs.iter().enumerate() {
             let n = dof.chain.len();
             // D^(1/2) = D · D^(-1/2).
@@ -140,7 +127,7 @@ impl<T: Scalar, const W: usize> Factors<T, W> {
 }
 
 impl<T: Scalar, const W: usize> Workspace<T, W> {
-    pub fn new(tree: &Tree) -> Self {
+    pub fn new(tree: &Tree<T>) -> Self {
         let zero = Lane::zero();
         let bodies = tree.bodies.len();
         let mut rotation = vec![[zero; 9]; bodies];
@@ -164,16 +151,16 @@ impl<T: Scalar, const W: usize> Workspace<T, W> {
 
     /// Places and axes of everything.
     #[inline(always)]
-    pub fn kinematics(&mut self, tree: &Tree, q: &[Lane<T, W>]) {
+    pub fn kinematics(&mut self, tree: &Tree<T>, q: &[Lane<T, W>]) {
         let zero = Lane::zero();
         // The world, seen from the root.
         let root = tree.root_q;
         self.position[0] = [-q[root], -q[root + 1], -q[root + 2]];
         for (b, body) in tree.bodies.iter().enumerate().skip(1) {
             let parent = self.rotation[body.parent];
-            let mut position = add(&self.position[body.parent], &rotate(&parent, &vector(body.position)));
-            let mut rotation = product(&parent, &body.rotation.map(Lane::of));
-            for joint in &body.joints {
+            let mut position = add(&self.position[body.parent], &rotate_constant(&parent, &body.position));
+            let mut rotation = product_constant(&parent, &body.rotation);
+            for joint in &tree.joints[body.joints.clone()] {
                 match joint.kind {
                     JointKind::Free => {
                         position = [zero; 3];
@@ -187,10 +174,9 @@ impl<T: Scalar, const W: usize> Workspace<T, W> {
                         }
                     }
                     JointKind::Ball => {
-                        let offset = vector(joint.anchor);
-                        let anchor = add(&position, &rotate(&rotation, &offset));
+                        let anchor = add(&position, &rotate_constant(&rotation, &joint.anchor));
                         rotation = product(&rotation, &of_quaternion(&q[joint.q..joint.q + 4]));
-                        position = sub(&anchor, &rotate(&rotation, &offset));
+                        position = sub(&anchor, &rotate_constant(&rotation, &joint.anchor));
                         for k in 0..3 {
                             let axis = [rotation[k], rotation[3 + k], rotation[6 + k]];
                             let moment = cross(&anchor, &axis);
@@ -198,45 +184,39 @@ impl<T: Scalar, const W: usize> Workspace<T, W> {
                         }
                     }
                     JointKind::Hinge => {
-                        let offset = vector(joint.anchor);
-                        let anchor = add(&position, &rotate(&rotation, &offset));
-                        let axis = rotate(&rotation, &vector(joint.axis));
-                        let angle = q[joint.q] - Lane::of(joint.reference);
-                        rotation = product(&rotation, &turn(&joint.axis.map(T::new), angle));
-                        position = sub(&anchor, &rotate(&rotation, &offset));
+                        let anchor = add(&position, &rotate_constant(&rotation, &joint.anchor));
+                        let axis = rotate_constant(&rotation, &joint.axis);
+                        let angle = q[joint.q] - Lane::all(joint.reference);
+                        rotation = product(&rotation, &turn(&joint.axis, angle));
+                        position = sub(&anchor, &rotate_constant(&rotation, &joint.anchor));
                         let moment = cross(&anchor, &axis);
                         self.motion[joint.v] = [axis[0], axis[1], axis[2], moment[0], moment[1], moment[2]];
                     }
                     JointKind::Slide => {
-                        let axis = rotate(&rotation, &vector(joint.axis));
-                        let way = q[joint.q] - Lane::of(joint.reference);
-                        position = [
-                            position[0].plus(axis[0], way),
-                            position[1].plus(axis[1], way),
-                            position[2].plus(axis[2], way),
-                        ];
+                        let axis = rotate_constant(&rotation, &joint.axis);
+                        position = along(&position, &axis, q[joint.q] - Lane::all(joint.reference));
                         self.motion[joint.v] = [zero, zero, zero, axis[0], axis[1], axis[2]];
                     }
                 }
             }
             self.rotation[b] = rotation;
             self.position[b] = position;
-            self.com[b] = add(&position, &rotate(&rotation, &vector(body.com)));
+            self.com[b] = add(&position, &rotate_constant(&rotation, &body.com));
         }
     }
 
     /// Inertias, velocities and bias forces.
     #[inline(always)]
-    pub fn bias(&mut self, tree: &Tree, masses: &Masses<T, W>, v: &[Lane<T, W>]) {
+    pub fn bias(&mut self, tree: &Tree<T>, masses: &Masses<T, W>, v: &[Lane<T, W>]) {
         let zero = Lane::zero();
         self.velocity[0] = [zero; 6];
-        let [gx, gy, gz] = tree.gravity;
         // Gravity as the ground accelerating upwards.
-        self.acceleration[0] = [zero, zero, zero, Lane::of(-gx), Lane::of(-gy), Lane::of(-gz)];
+        let up = vector(&tree.gravity);
+        self.acceleration[0] = [zero, zero, zero, -up[0], -up[1], -up[2]];
         for (b, body) in tree.bodies.iter().enumerate().skip(1) {
             let mut velocity = self.velocity[body.parent];
             let mut acceleration = self.acceleration[body.parent];
-            for joint in &body.joints {
+            for joint in &tree.joints[body.joints.clone()] {
                 let mut own = [zero; 6];
                 for k in joint.v..joint.v + joint.kind.nv() {
                     let s = &self.motion[k];
@@ -268,7 +248,7 @@ impl<T: Scalar, const W: usize> Workspace<T, W> {
         }
         for (b, body) in tree.bodies.iter().enumerate().skip(1).rev() {
             let force = self.force[b];
-            for joint in &body.joints {
+            for joint in &tree.joints[body.joints.clone()] {
                 for k in joint.v..joint.v + joint.kind.nv() {
                     self.bias[k] = dot6(&self.motion[k], &force);
                 }
@@ -282,39 +262,37 @@ impl<T: Scalar, const W: usize> Workspace<T, W> {
     }
 
     #[inline(always)]
-    fn spatial_inertia(&self, b: usize, body: &super::tree::TreeBody, scale: Lane<T, W>) -> Inertia<T, W> {
+    fn spatial_inertia(&self, b: usize, body: &TreeBody<T>, scale: Lane<T, W>) -> Inertia<T, W> {
         let r = &self.rotation[b];
-        let [xx, yy, zz, xy, xz, yz] = body.inertia.map(|x| scale * Lane::of(x));
-        let turned = product(r, &[xx, xy, xz, xy, yy, yz, xz, yz, zz]);
-        let about_com = |i: usize, j: usize| {
-            (turned[3 * i] * r[3 * j]).plus(turned[3 * i + 1], r[3 * j + 1]).plus(turned[3 * i + 2], r[3 * j + 2])
-        };
-        let (c, m) = (self.com[b], scale * Lane::of(body.mass));
+        let [xx, yy, zz, xy, xz, yz] = body.inertia;
+        let t = product_constant(r, &[xx, xy, xz, xy, yy, yz, xz, yz, zz]);
+        let (t, r) = ([vec3(&t, 0), vec3(&t, 1), vec3(&t, 2)], [vec3(r, 0), vec3(r, 1), vec3(r, 2)]);
+        let (c, m) = (self.com[b], scale * Lane::all(body.mass));
         let h = [m * c[0], m * c[1], m * c[2]];
         [
             m,
             h[0],
             h[1],
             h[2],
-            about_com(0, 0).plus(h[1], c[1]).plus(h[2], c[2]),
-            about_com(1, 1).plus(h[0], c[0]).plus(h[2], c[2]),
-            about_com(2, 2).plus(h[0], c[0]).plus(h[1], c[1]),
-            about_com(0, 1).minus(h[0], c[1]),
-            about_com(0, 2).minus(h[0], c[2]),
-            about_com(1, 2).minus(h[1], c[2]),
+            (scale * dot(&t[0], &r[0])).plus(h[1], c[1]).plus(h[2], c[2]),
+            (scale * dot(&t[1], &r[1])).plus(h[0], c[0]).plus(h[2], c[2]),
+            (scale * dot(&t[2], &r[2])).plus(h[0], c[0]).plus(h[1], c[1]),
+            (scale * dot(&t[0], &r[1])).minus(h[0], c[1]),
+            (scale * dot(&t[0], &r[2])).minus(h[0], c[2]),
+            (scale * dot(&t[1], &r[2])).minus(h[1], c[2]),
         ]
     }
 
     /// The mass matrix, from the composite inertias that [`Self::bias`] left.
     #[inline(always)]
-    pub fn mass_matrix(&mut self, tree: &Tree) {
+    pub fn mass_matrix(&mut self, tree: &Tree<T>) {
         for (d, dof) in tree.dofs.iter().enumerate() {
             let force = momentum(&self.inertia[dof.body], &self.motion[d]);
             let n = dof.chain.len();
             for (slot, j) in self.mass[dof.row..dof.row + n].iter_mut().zip(&dof.chain) {
                 *slot = dot6(&self.motion[*j], &force);
             }
-            self.mass[dof.row + n - 1] += Lane::of(dof.armature);
+            self.mass[dof.row + n - 1] += Lane::all(dof.armature);
         }
     }
 

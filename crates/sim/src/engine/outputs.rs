@@ -42,7 +42,7 @@ pub fn write_state<T: Scalar, const W: usize>(
     for (slot, (body, point)) in out.place_position.chunks_exact_mut(3).zip(&tree.places) {
         let (r, p) = (&work.rotation[*body], &work.position[*body]);
         for k in 0..3 {
-            let turned = (0..3).map(|i| r[3 * k + i].0[lane].wide() * point[i]).sum::<f64>();
+            let turned = (0..3).map(|i| r[3 * k + i].0[lane].wide() * point[i].wide()).sum::<f64>();
             slot[k] = (at(k).wide() + p[k].0[lane].wide() + turned) as f32;
         }
     }
@@ -74,7 +74,7 @@ pub fn write_forces<T: Scalar, const W: usize>(
         out.torque_squared[i] = of(squared);
     }
     out.foot_force.fill(0.0);
-    let points = model.tree.shapes.iter().flat_map(|s| s.points.iter().map(move |_| s.foot));
+    let points = model.tree.ground_shapes.iter().flat_map(|s| s.points.iter().map(move |_| s.foot));
     for (foot, edges) in points.zip(&block.forces.contact) {
         if let Some(foot) = foot {
             out.foot_force[foot] += edges.iter().map(of).sum::<f32>();

@@ -12,8 +12,14 @@ pub type Spatial<T, const W: usize> = [Lane<T, W>; 6];
 pub type Inertia<T, const W: usize> = [Lane<T, W>; 10];
 
 #[inline(always)]
-pub fn vector<T: Scalar, const W: usize>(v: [f64; 3]) -> Vec3<T, W> {
-    v.map(Lane::of)
+pub fn vector<T: Scalar, const W: usize>(v: &[T; 3]) -> Vec3<T, W> {
+    [Lane::all(v[0]), Lane::all(v[1]), Lane::all(v[2])]
+}
+
+/// Row i of a matrix.
+#[inline(always)]
+pub fn vec3<T: Scalar, const W: usize>(m: &Mat3<T, W>, i: usize) -> Vec3<T, W> {
+    [m[3 * i], m[3 * i + 1], m[3 * i + 2]]
 }
 
 #[inline(always)]
@@ -31,10 +37,30 @@ pub fn cross<T: Scalar, const W: usize>(a: &Vec3<T, W>, b: &Vec3<T, W>) -> Vec3<
     [(a[1] * b[2]).minus(a[2], b[1]), (a[2] * b[0]).minus(a[0], b[2]), (a[0] * b[1]).minus(a[1], b[0])]
 }
 
+/// r v of a constant vector.
+#[inline(always)]
+pub fn rotate_constant<T: Scalar, const W: usize>(r: &Mat3<T, W>, v: &[T; 3]) -> Vec3<T, W> {
+    rotate(r, &vector(v))
+}
+
+#[inline(always)]
+pub fn dot<T: Scalar, const W: usize>(a: &Vec3<T, W>, b: &Vec3<T, W>) -> Lane<T, W> {
+    (a[0] * b[0]).plus(a[1], b[1]).plus(a[2], b[2])
+}
+
+/// a + b s.
+#[inline(always)]
+pub fn along<T: Scalar, const W: usize>(a: &Vec3<T, W>, b: &Vec3<T, W>, s: Lane<T, W>) -> Vec3<T, W> {
+    [a[0].plus(b[0], s), a[1].plus(b[1], s), a[2].plus(b[2], s)]
+}
+
 #[inline(always)]
 pub fn rotate<T: Scalar, const W: usize>(r: &Mat3<T, W>, v: &Vec3<T, W>) -> Vec3<T, W> {
-    let row = |i: usize| (r[3 * i] * v[0]).plus(r[3 * i + 1], v[1]).plus(r[3 * i + 2], v[2]);
-    [row(0), row(1), row(2)]
+    [
+        (r[0] * v[0]).plus(r[1], v[1]).plus(r[2], v[2]),
+        (r[3] * v[0]).plus(r[4], v[1]).plus(r[5], v[2]),
+        (r[6] * v[0]).plus(r[7], v[1]).plus(r[8], v[2]),
+    ]
 }
 
 #[inline(always)]
@@ -48,22 +74,34 @@ pub fn product<T: Scalar, const W: usize>(a: &Mat3<T, W>, b: &Mat3<T, W>) -> Mat
     out
 }
 
+/// a b of a constant b.
+#[inline(always)]
+pub fn product_constant<T: Scalar, const W: usize>(a: &Mat3<T, W>, b: &[T; 9]) -> Mat3<T, W> {
+    let mut out = [Lane::zero(); 9];
+    for i in 0..3 {
+        for j in 0..3 {
+            let (x, y, z) = (Lane::all(b[j]), Lane::all(b[3 + j]), Lane::all(b[6 + j]));
+            out[3 * i + j] = (a[3 * i] * x).plus(a[3 * i + 1], y).plus(a[3 * i + 2], z);
+        }
+    }
+    out
+}
+
 /// The rotation of a unit quaternion `wxyz`.
 #[inline(always)]
 pub fn of_quaternion<T: Scalar, const W: usize>(q: &[Lane<T, W>]) -> Mat3<T, W> {
     let (w, x, y, z) = (q[0], q[1], q[2], q[3]);
-    let one = Lane::of(1.0);
-    let twice = |a: Lane<T, W>| a + a;
+    let (one, two) = (Lane::of(1.0), Lane::of(2.0));
     [
-        one - twice((y * y).plus(z, z)),
-        twice((x * y).minus(w, z)),
-        twice((x * z).plus(w, y)),
-        twice((x * y).plus(w, z)),
-        one - twice((x * x).plus(z, z)),
-        twice((y * z).minus(w, x)),
-        twice((x * z).minus(w, y)),
-        twice((y * z).plus(w, x)),
-        one - twice((x * x).plus(y, y)),
+        one.minus(two, (y * y).plus(z, z)),
+        two * (x * y).minus(w, z),
+        two * (x * z).plus(w, y),
+        two * (x * y).plus(w, z),
+        one.minus(two, (x * x).plus(z, z)),
+        two * (y * z).minus(w, x),
+        two * (x * z).minus(w, y),
+        two * (y * z).plus(w, x),
+        one.minus(two, (x * x).plus(y, y)),
     ]
 }
 
@@ -71,7 +109,7 @@ pub fn of_quaternion<T: Scalar, const W: usize>(q: &[Lane<T, W>]) -> Mat3<T, W> 
 #[inline(always)]
 pub fn turn<T: Scalar, const W: usize>(axis: &[T; 3], angle: Lane<T, W>) -> Mat3<T, W> {
     let (s, c) = angle.sin_cos();
-    let a = axis.map(Lane::all);
+    let a = vector(axis);
     let versed = Lane::of(1.0) - c;
     let mut r = [Lane::zero(); 9];
     for i in 0..3 {

@@ -1,0 +1,204 @@
+//! What of a robot can touch: the ground, or another part of it.
+
+use lifelike_character::{Character, Geom, GeomShape, Vec3};
+use lifelike_robot::Robot;
+
+use super::lane::Scalar;
+use super::support::Support;
+use super::surface::{Mixed, Surface};
+use super::tree::Tree;
+
+/// Edge lengths below this (m) are none: a sphere is a capsule of no length.
+const POINT: f64 = 1e-12;
+
+/// A convex part of the robot, in its body's frame.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Shape<T> {
+    pub body: usize,
+    pub center: [T; 3],
+    /// From the centre to the end of a capsule's axis; nought for spheres and boxes.
+    pub axis: [T; 3],
+    /// Of a sphere or capsule (m); nought for a box.
+    pub radius: T,
+    /// Half edges of a box, and its axes as the columns of a row-major rotation.
+    pub cuboid: Option<([f64; 3], [f64; 9])>,
+    /// Radius of a ball about the centre that holds it (m).
+    bound: f64,
+}
+
+/// A shape that may touch the ground, as the points of it that can.
+#[derive(Debug, Clone, PartialEq)]
+pub struct GroundShape<T> {
+    pub body: usize,
+    /// Points in the body frame (m).
+    pub points: Vec<[T; 3]>,
+    /// Every point is the centre of a ball of this radius (m).
+    pub radius: T,
+    /// Where the shape's middle is in the body frame (m): of a box only corners below it touch (MuJoCo's rule).
+    pub middle: Option<[T; 3]>,
+    /// Direction in the body frame that the first tangent follows.
+    pub axis: Option<[T; 3]>,
+    /// Furthest of its points from the body's frame, radius and margin included (m).
+    pub reach: T,
+    pub mixed: Mixed<T>,
+    /// The foot it belongs to.
+    pub foot: Option<usize>,
+}
+
+/// Two shapes of different bodies that may touch.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Pair<T> {
+    /// Indices of shapes; a box is never before what is none.
+    pub shapes: [usize; 2],
+    pub bodies: [usize; 2],
+    /// Index of their [`Support`].
+    pub support: usize,
+    /// Centres further apart than this cannot touch (m).
+    pub reach: T,
+    /// Where its contacts are in `Forces::contact`, and how many there can be.
+    pub first: usize,
+    pub contacts: usize,
+    pub mixed: Mixed<T>,
+}
+
+/// Contacts of two boxes, and of a box with something round.
+const BOX_BOX: usize = 4;
+const BOX_ROUND: usize = 2;
+
+/// Whether the engine knows how this touches.
+fn known(geom: &Geom) -> bool {
+    matches!(geom.shape, GeomShape::Sphere(_) | GeomShape::Capsule(..) | GeomShape::Box(_))
+}
+
+/// Geoms of the robot that anything can touch.
+pub fn solid(character: &Character) -> impl Iterator<Item = &Geom> {
+    character.geoms.iter().filter(|g| g.body != 0 && (g.contype != 0 || g.conaffinity != 0))
+}
+
+/// The pairs of a robot's own geoms that MuJoCo lets touch: masks, exclusions, and never a body and the one it hangs
+/// from. Bodies without joints count as part of what they are fixed to.
+pub fn meeting(character: &Character) -> Vec<(&Geom, &Geom)> {
+    let whole = |mut body: usize| {
+        while body != 0 && character.bodies[body].joints.is_empty() {
+            body = character.bodies[body].parent;
+        }
+        body
+    };
+    let above = |body: usize| whole(character.bodies[whole(body)].parent);
+    let related = |a: usize, b: usize| {
+        let (own, other) = (whole(a), whole(b));
+        own == other || (own != 0 && other != 0 && (above(a) == other || above(b) == own))
+    };
+    let excluded = |a, b| character.excludes.contains(&(a, b)) || character.excludes.contains(&(b, a));
+    let own: Vec<_> = solid(character).collect();
+    let pairs = own.iter().enumerate().flat_map(|(i, a)| own[i + 1..].iter().map(move |b| (*a, *b)));
+    pairs
+        .filter(|(a, b)| Surface::of(a).meets(&Surface::of(b)) && !related(a.body, b.body) && !excluded(a.body, b.body))
+        .collect()
+}
+
+impl<T: Scalar> Tree<T> {
+    /// Adds what can touch the ground.
+    pub(super) fn add_ground_shapes(&mut self, robot: &Robot, ground: &Surface) {
+        let character = &robot.character;
+        let timestep = robot.timestep();
+        for geom in solid(character).filter(|g| known(g) && Surface::of(g).meets(ground)) {
+            let mixed = Surface::of(geom).mix(ground, timestep);
+            let shape = ground_shape(geom, mixed, robot.anatomy.foot_of(character, geom.body));
+            self.ground_points += shape.points.len();
+            self.ground_shapes.push(shape);
+        }
+    }
+
+    /// Adds what can touch another part of the robot.
+    pub(super) fn add_pairs(&mut self, robot: &Robot) {
+        let character = &robot.character;
+        let mut geoms: Vec<&Geom> = Vec::new();
+        let mut first = self.ground_points;
+        let is_box = |g: &Geom| matches!(g.shape, GeomShape::Box(_));
+        for (a, b) in meeting(character).into_iter().filter(|(a, b)| known(a) && known(b)) {
+            let (a, b) = if is_box(a) && !is_box(b) { (b, a) } else { (a, b) };
+            let shapes = [a, b].map(|geom| {
+                geoms.iter().position(|g| std::ptr::eq(*g, geom)).unwrap_or_else(|| {
+                    geoms.push(geom);
+                    self.shapes.push(shape(geom));
+                    geoms.len() - 1
+                })
+            });
+            let bodies = [a.body, b.body];
+            let chain = |body: usize| match self.bodies[body].last_dof {
+                Some(dof) => self.dofs[dof].chain.as_slice(),
+                None => &[],
+            };
+            let support = Support::between(chain(bodies[0]), chain(bodies[1]));
+            if support.len() == 0 {
+                continue;
+            }
+            let index = self.supports.iter().position(|s| *s == support).unwrap_or_else(|| {
+                self.supports.push(support);
+                self.supports.len() - 1
+            });
+            let mixed: Mixed<T> = Surface::of(a).mix(&Surface::of(b), robot.timestep());
+            let contacts = match (is_box(a), is_box(b)) {
+                (true, _) => BOX_BOX,
+                (_, true) => BOX_ROUND,
+                _ => 1,
+            };
+            let reach = self.shapes[shapes[0]].bound + self.shapes[shapes[1]].bound + mixed.margin.wide();
+            self.pairs.push(Pair { shapes, bodies, support: index, reach: T::new(reach), first, contacts, mixed });
+            first += contacts;
+        }
+        self.contacts = first;
+    }
+}
+
+fn numbers<T: Scalar>(v: Vec3) -> [T; 3] {
+    [T::new(v.x), T::new(v.y), T::new(v.z)]
+}
+
+fn shape<T: Scalar>(geom: &Geom) -> Shape<T> {
+    let (axis, radius, cuboid, bound) = match geom.shape {
+        GeomShape::Capsule(radius, half) => (Vec3::new(0.0, 0.0, half), radius, None, radius + half),
+        GeomShape::Box(half) => {
+            let rotation = geom.orientation.to_rotation_matrix();
+            let rotation = std::array::from_fn(|i| rotation.matrix()[(i / 3, i % 3)]);
+            (Vec3::zeros(), 0.0, Some((half.into(), rotation)), half.norm())
+        }
+        GeomShape::Sphere(radius) => (Vec3::zeros(), radius, None, radius),
+        _ => (Vec3::zeros(), 0.0, None, 0.0),
+    };
+    Shape {
+        body: geom.body,
+        center: numbers(geom.position),
+        axis: numbers(geom.orientation * axis),
+        radius: T::new(radius),
+        cuboid,
+        bound: bound + POINT,
+    }
+}
+
+fn ground_shape<T: Scalar>(geom: &Geom, mixed: Mixed<T>, foot: Option<usize>) -> GroundShape<T> {
+    let (local, radius): (Vec<Vec3>, f64) = match geom.shape {
+        GeomShape::Sphere(radius) => (vec![Vec3::zeros()], radius),
+        GeomShape::Capsule(radius, half) => (vec![Vec3::new(0.0, 0.0, half), Vec3::new(0.0, 0.0, -half)], radius),
+        GeomShape::Box(half) => {
+            let sign = |i: usize, bit: usize| if i & bit != 0 { 1.0 } else { -1.0 };
+            let corner = |i: usize| Vec3::new(sign(i, 1) * half.x, sign(i, 2) * half.y, sign(i, 4) * half.z);
+            ((0..8).map(corner).collect(), 0.0)
+        }
+        _ => (Vec::new(), 0.0),
+    };
+    let points: Vec<Vec3> = local.into_iter().map(|p| geom.position + geom.orientation * p).collect();
+    let reach = points.iter().map(|p| p.norm()).fold(0.0, f64::max) + radius + mixed.margin.wide();
+    let z = || numbers(geom.orientation * Vec3::z());
+    GroundShape {
+        body: geom.body,
+        radius: T::new(radius),
+        middle: matches!(geom.shape, GeomShape::Box(_)).then(|| numbers(geom.position)),
+        axis: matches!(geom.shape, GeomShape::Capsule(..)).then(z),
+        reach: T::new(reach),
+        points: points.into_iter().map(numbers).collect(),
+        mixed,
+        foot,
+    }
+}

@@ -1,0 +1,149 @@
+//! Which degrees of freedom a constraint can move, and the three operations on rows that live on them only.
+
+use super::dynamics::Factors;
+use super::lane::{Lane, Scalar};
+use super::tree::Dof;
+
+/// The dofs between two bodies, ancestors before descendants: those above both, the first body's own, the second's own.
+/// They are kept as runs of neighbours, because a run is a slice.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Support {
+    pub dofs: Vec<usize>,
+    runs: Vec<Run>,
+    /// How many dofs move both bodies.
+    pub shared: usize,
+    /// Where the second body's own dofs begin.
+    pub fork: usize,
+}
+
+/// Neighbouring dofs.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Run {
+    first: usize,
+    /// Its place in [`Support::dofs`].
+    at: usize,
+    len: usize,
+}
+
+impl Support {
+    /// Of one body, whose dofs are `chain`, against the world.
+    pub fn of(chain: &[usize]) -> Self {
+        Self::between(&[], chain)
+    }
+
+    /// Of two bodies, moved by the dofs `a` and `b`, root first.
+    pub fn between(a: &[usize], b: &[usize]) -> Self {
+        let shared = a.iter().zip(b).take_while(|(x, y)| x == y).count();
+        let dofs: Vec<usize> = a.iter().chain(&b[shared..]).copied().collect();
+        let mut runs: Vec<Run> = Vec::new();
+        for (at, &dof) in dofs.iter().enumerate() {
+            match runs.last_mut() {
+                Some(run) if run.first + run.len == dof => run.len += 1,
+                _ => runs.push(Run { first: dof, at, len: 1 }),
+            }
+        }
+        Self { dofs, runs, shared, fork: a.len() }
+    }
+
+    /// Number of dofs.
+    pub fn len(&self) -> usize {
+        self.dofs.len()
+    }
+
+    /// y ← D^(-1/2) L^(-T) y for K rows at once, `y[i]` belonging to `dofs[i]`.
+    #[inline(always)]
+    pub fn half_solve<T: Scalar, const W: usize, const K: usize>(
+        &self,
+        dofs: &[Dof<T>],
+        factors: &Factors<T, W>,
+        y: &mut [[Lane<T, W>; K]],
+    ) {
+        for n in (0..self.dofs.len()).rev() {
+            let d = self.dofs[n];
+            let row = &factors.rows[dofs[d].row..];
+            let (above, own) = y.split_at_mut(n);
+            let value = own[0];
+            if n < self.fork {
+                take(above, &row[..n], &value);
+            } else {
+                take(&mut above[..self.shared], &row[..self.shared], &value);
+                take(&mut above[self.fork..], &row[self.shared..self.shared + n - self.fork], &value);
+            }
+            for k in 0..K {
+                own[0][k] = value[k] * factors.inverse_root[d];
+            }
+        }
+    }
+
+    /// y · u of K rows.
+    #[inline(always)]
+    pub fn gather<T: Scalar, const W: usize, const K: usize>(
+        &self,
+        y: &[[Lane<T, W>; K]],
+        u: &[Lane<T, W>],
+    ) -> [Lane<T, W>; K] {
+        let mut sum = [Lane::zero(); K];
+        for run in &self.runs {
+            for (y, u) in y[run.at..run.at + run.len].iter().zip(&u[run.first..run.first + run.len]) {
+                for k in 0..K {
+                    sum[k] = sum[k].plus(y[k], *u);
+                }
+            }
+        }
+        sum
+    }
+
+    /// u ← u + y f: forces on K rows.
+    #[inline(always)]
+    pub fn spread<T: Scalar, const W: usize, const K: usize>(
+        &self,
+        y: &[[Lane<T, W>; K]],
+        force: &[Lane<T, W>; K],
+        u: &mut [Lane<T, W>],
+    ) {
+        for run in &self.runs {
+            for (y, u) in y[run.at..run.at + run.len].iter().zip(&mut u[run.first..run.first + run.len]) {
+                let mut sum = *u;
+                for k in 0..K {
+                    sum = sum.plus(y[k], force[k]);
+                }
+                *u = sum;
+            }
+        }
+    }
+}
+
+/// above ← above − l value.
+#[inline(always)]
+fn take<T: Scalar, const W: usize, const K: usize>(
+    above: &mut [[Lane<T, W>; K]],
+    l: &[Lane<T, W>],
+    value: &[Lane<T, W>; K],
+) {
+    for (x, l) in above.iter_mut().zip(l) {
+        for k in 0..K {
+            x[k] = x[k].minus(*l, value[k]);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn runs_and_forks_by_hand() {
+        // Two legs below a root of three dofs: 0 1 2 | 3 4 | 5 6 7.
+        let support = Support::between(&[0, 1, 2, 3, 4], &[0, 1, 2, 5, 6, 7]);
+        assert_eq!(support.dofs, [0, 1, 2, 3, 4, 5, 6, 7]);
+        assert_eq!((support.shared, support.fork, support.runs.len()), (3, 5, 1));
+        let one = Support::of(&[0, 1, 2, 5, 6]);
+        assert_eq!((one.shared, one.fork, one.runs.len()), (0, 0, 2));
+        let u: Vec<Lane<f32, 4>> = (0..8).map(|d| Lane::all(d as f32)).collect();
+        let y: Vec<[Lane<f32, 4>; 1]> = (0..5).map(|_| [Lane::all(1.0)]).collect();
+        assert_eq!(one.gather(&y, &u)[0], Lane::all(14.0));
+        let mut u = u;
+        one.spread(&y, &[Lane::all(2.0)], &mut u);
+        assert_eq!(u.iter().map(|x| x.0[0]).collect::<Vec<_>>(), [2.0, 3.0, 4.0, 3.0, 4.0, 7.0, 8.0, 7.0]);
+    }
+}

@@ -1,0 +1,243 @@
+//! Where the robot touches the ground and itself.
+
+use lifelike_robot::actuator::Number;
+
+use super::boxes::{self, Cuboid, Touch};
+use super::constraints::{Forces, Setting, Solver};
+use super::contact::Meeting;
+use super::lane::{Lane, Scalar};
+use super::shapes::{GroundShape, Pair};
+use super::spatial::{Vec3, add, along, cross, dot, rotate_constant, sub};
+use super::tree::Tree;
+
+/// Centres and half axes of the shapes that may touch each other, axes of the world, from the root's position.
+#[derive(Debug, Clone)]
+pub struct Places<T: Scalar, const W: usize> {
+    center: Vec<Vec3<T, W>>,
+    axis: Vec<Vec3<T, W>>,
+}
+
+impl<T: Scalar, const W: usize> Places<T, W> {
+    pub fn new(tree: &Tree<T>) -> Self {
+        let nowhere = vec![[Lane::zero(); 3]; tree.shapes.len()];
+        Self { center: nowhere.clone(), axis: nowhere }
+    }
+
+    #[inline(always)]
+    fn update(&mut self, s: &Setting<'_, T, W>) {
+        for (i, shape) in s.tree.shapes.iter().enumerate() {
+            let (rotation, position) = (&s.work.rotation[shape.body], &s.work.position[shape.body]);
+            self.center[i] = add(position, &rotate_constant(rotation, &shape.center));
+            self.axis[i] = rotate_constant(rotation, &shape.axis);
+        }
+    }
+}
+
+impl<T: Scalar, const W: usize> Solver<T, W> {
+    #[inline(always)]
+    pub(super) fn add_contacts(&mut self, s: &Setting<'_, T, W>, forces: &mut Forces<T, W>) {
+        self.contacts.clear();
+        self.triples.clear();
+        let mut slot = 0;
+        for shape in &s.tree.ground_shapes {
+            self.meet_ground(s, shape, slot, forces);
+            slot += shape.points.len();
+        }
+        self.places.update(s);
+        for pair in &s.tree.pairs {
+            self.meet_itself(s, pair, forces);
+        }
+    }
+
+    #[inline(always)]
+    fn meet_ground(&mut self, s: &Setting<'_, T, W>, shape: &GroundShape<T>, first: usize, forces: &mut Forces<T, W>) {
+        let (zero, one) = (Lane::zero(), Lane::of(1.0));
+        let (rotation, position) = (&s.work.rotation[shape.body], &s.work.position[shape.body]);
+        let Some(support) = s.tree.bodies[shape.body].last_dof else { return };
+        let top = s.terrain.map_or(s.tree.ground_height, |t| T::new(t.top()));
+        let height = s.q[s.tree.root_q + 2] - Lane::all(top);
+        if !(Lane::all(shape.reach) - height - position[2]).any_positive() {
+            for slot in first..first + shape.points.len() {
+                forces.keep(slot, zero);
+            }
+            return;
+        }
+        let middle = shape.middle.map(|m| add(position, &rotate_constant(rotation, &m)));
+        let axis = shape.axis.map(|a| rotate_constant(rotation, &a));
+        let (radius, margin) = (Lane::all(shape.radius), Lane::all(shape.mixed.margin));
+        for (k, local) in shape.points.iter().enumerate() {
+            let point = add(position, &rotate_constant(rotation, local));
+            let (above, normal) = match s.terrain {
+                None => (point[2] + height, [zero, zero, one]),
+                Some(terrain) => {
+                    let root = s.tree.root_q;
+                    let mut above = zero;
+                    let mut normal = [zero, zero, one];
+                    for lane in 0..W {
+                        let world = [0, 1, 2].map(|k| s.q[root + k].0[lane].wide() + point[k].0[lane].wide());
+                        let (distance, n) = terrain.above(world);
+                        above.0[lane] = T::new(distance);
+                        for k in 0..3 {
+                            normal[k].0[lane] = T::new(n[k]);
+                        }
+                    }
+                    (above, normal)
+                }
+            };
+            let distance = above - radius;
+            let deep = margin - distance;
+            let touching = match middle {
+                // A corner above the middle of its box does not touch.
+                Some(middle) => {
+                    let lower = dot(&normal, &sub(&middle, &point));
+                    deep.above(zero, lower.above(-Lane::of(1e-12), one, zero), zero)
+                }
+                None => deep.above(zero, one, zero),
+            };
+            if forces.keep(first + k, touching) {
+                // Half way between the two surfaces.
+                let point = along(&point, &normal, -(radius.plus(distance, Lane::of(0.5))));
+                let weight = s.weights.body[shape.body];
+                let frame = frame(normal, axis);
+                let mixed = &shape.mixed;
+                self.push_contact(
+                    s,
+                    &Meeting { slot: first + k, support, point, frame, deep, touching, weight, mixed },
+                );
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn meet_itself(&mut self, s: &Setting<'_, T, W>, pair: &Pair<T>, forces: &mut Forces<T, W>) {
+        let [a, b] = pair.shapes;
+        let reach = Lane::all(pair.reach);
+        let between = sub(&self.places.center[b], &self.places.center[a]);
+        let near = reach * reach - dot(&between, &between);
+        if !near.any_positive() {
+            for slot in pair.first..pair.first + pair.contacts {
+                forces.keep(slot, Lane::zero());
+            }
+        } else if s.tree.shapes[b].cuboid.is_some() {
+            self.meet_box(s, pair, near, forces);
+        } else {
+            self.meet_round(s, pair, forces);
+        }
+    }
+
+    /// Two spheres or capsules: the nearest points of two lines.
+    #[inline(always)]
+    fn meet_round(&mut self, s: &Setting<'_, T, W>, pair: &Pair<T>, forces: &mut Forces<T, W>) {
+        let (zero, one, tiny) = (Lane::zero(), Lane::of(1.0), Lane::of(1e-12));
+        let [a, b] = pair.shapes;
+        let (p, q) = (&self.places.axis[a], &self.places.axis[b]);
+        let apart = sub(&self.places.center[a], &self.places.center[b]);
+        let (pp, pq, qq) = (dot(p, p), -dot(p, q), dot(q, q));
+        let (u, v) = (-dot(p, &apart), dot(q, &apart));
+        let inside = |x: Lane<T, W>| x.most(-one).least(one);
+        let determinant = (pp * qq).minus(pq, pq);
+        // Of parallel lines, the points nearest to the first one's centre.
+        let crossing = determinant - Lane::of(1e-5) * pp * qq;
+        let x = crossing.above(zero, inside((qq * u).minus(pq, v) / determinant.most(tiny * tiny)), zero);
+        let y = inside(v.minus(pq, x) / qq.most(tiny));
+        let x = inside(u.minus(pq, y) / pp.most(tiny));
+        let on_a = along(&self.places.center[a], p, x);
+        let on_b = along(&self.places.center[b], q, y);
+        let gap = sub(&on_b, &on_a);
+        let length = dot(&gap, &gap).sqrt();
+        let inverse = length.most(Lane::of(1e-9)).recip();
+        let known = length - Lane::of(1e-9);
+        let normal = [
+            known.above(zero, gap[0] * inverse, one),
+            known.above(zero, gap[1] * inverse, zero),
+            known.above(zero, gap[2] * inverse, zero),
+        ];
+        let (shape_a, shape_b) = (&s.tree.shapes[a], &s.tree.shapes[b]);
+        let distance = length - Lane::all(shape_a.radius) - Lane::all(shape_b.radius);
+        let deep = Lane::all(pair.mixed.margin) - distance;
+        let touching = deep.above(zero, one, zero);
+        if forces.keep(pair.first, touching) {
+            let point = along(&on_a, &normal, Lane::all(shape_a.radius).plus(distance, Lane::of(0.5)));
+            self.push_contact(s, &pair.meeting(s, 0, point, normal, deep, touching));
+        }
+    }
+
+    /// With a box: environment by environment, those that are near.
+    fn meet_box(&mut self, s: &Setting<'_, T, W>, pair: &Pair<T>, near: Lane<T, W>, forces: &mut Forces<T, W>) {
+        let (zero, one) = (Lane::zero(), Lane::of(1.0));
+        let mut found = [(zero, zero, [zero; 3], [one, zero, zero]); boxes::MOST];
+        for lane in (0..W).filter(|lane| near.0[*lane] > T::default()) {
+            for (slot, touch) in found.iter_mut().zip(self.touches(s, pair, lane).iter()) {
+                slot.0.0[lane] = T::new(pair.mixed.margin.wide() - touch.distance);
+                slot.1.0[lane] = T::new(1.0);
+                for k in 0..3 {
+                    slot.2[k].0[lane] = T::new(touch.point[k]);
+                    slot.3[k].0[lane] = T::new(touch.normal[k]);
+                }
+            }
+        }
+        for (k, (deep, touching, point, normal)) in found.into_iter().take(pair.contacts).enumerate() {
+            if forces.keep(pair.first + k, touching) {
+                self.push_contact(s, &pair.meeting(s, k, point, normal, deep, touching));
+            }
+        }
+    }
+
+    fn touches(&self, s: &Setting<'_, T, W>, pair: &Pair<T>, lane: usize) -> Vec<Touch> {
+        let vector = |v: &Vec3<T, W>| nalgebra::Vector3::new(v[0].0[lane], v[1].0[lane], v[2].0[lane]).map(T::wide);
+        let cuboid = |i: usize| {
+            let shape = &s.tree.shapes[i];
+            let (half, local) = shape.cuboid?;
+            let world = &s.work.rotation[shape.body];
+            let world = nalgebra::Matrix3::from_fn(|r, c| world[3 * r + c].0[lane].wide());
+            let rotation = world * nalgebra::Matrix3::from_row_slice(&local);
+            Some(Cuboid { center: vector(&self.places.center[i]), rotation, half: half.into() })
+        };
+        let [a, b] = pair.shapes;
+        let margin = pair.mixed.margin.wide();
+        match (cuboid(a), cuboid(b)) {
+            (Some(a), Some(b)) => boxes::two_boxes(&a, &b, margin),
+            (None, Some(b)) => {
+                let (center, axis) = (vector(&self.places.center[a]), vector(&self.places.axis[a]));
+                boxes::round_and_box(&center, &axis, s.tree.shapes[a].radius.wide(), &b, margin)
+            }
+            _ => Vec::new(),
+        }
+    }
+}
+
+impl<T: Scalar> Pair<T> {
+    #[inline(always)]
+    fn meeting<const W: usize>(
+        &self,
+        s: &Setting<'_, T, W>,
+        k: usize,
+        point: Vec3<T, W>,
+        normal: Vec3<T, W>,
+        deep: Lane<T, W>,
+        touching: Lane<T, W>,
+    ) -> Meeting<'_, T, W> {
+        let weight = s.weights.body[self.bodies[0]] + s.weights.body[self.bodies[1]];
+        let (slot, frame) = (self.first + k, frame(normal, None));
+        Meeting { slot, support: self.support, point, frame, deep, touching, weight, mixed: &self.mixed }
+    }
+}
+
+/// MuJoCo's contact frame: the first tangent lies along `hint` where that is not too near the normal, else along y or z.
+#[inline(always)]
+fn frame<T: Scalar, const W: usize>(normal: Vec3<T, W>, hint: Option<Vec3<T, W>>) -> [Vec3<T, W>; 3] {
+    let (zero, one, half) = (Lane::zero(), Lane::of(1.0), Lane::of(0.5));
+    let across = |v: Vec3<T, W>| along(&v, &normal, -dot(&v, &normal));
+    let steep = normal[1].most(-normal[1]) - half;
+    let mut tangent = across([zero, steep.above(zero, zero, one), steep.above(zero, one, zero)]);
+    if let Some(hint) = hint {
+        let hint = across(hint);
+        let long = dot(&hint, &hint).sqrt() - half;
+        for k in 0..3 {
+            tangent[k] = long.above(zero, hint[k], tangent[k]);
+        }
+    }
+    let inverse = dot(&tangent, &tangent).sqrt().most(Lane::of(1e-6)).recip();
+    let tangent = [tangent[0] * inverse, tangent[1] * inverse, tangent[2] * inverse];
+    [normal, tangent, cross(&normal, &tangent)]
+}

@@ -1,0 +1,131 @@
+//! Uneven ground: a grid of heights about the origin.
+
+use rand::{Rng, SeedableRng};
+
+use crate::error::SimError;
+
+/// Largest number of heights along one side.
+const MOST: usize = 10_000;
+
+/// Heights on a regular grid, its middle at the world's origin. Between them the surface is made of triangles: each cell is
+/// cut from its corner at the lower x and y to the opposite one, as MuJoCo's height fields are.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Terrain {
+    columns: usize,
+    rows: usize,
+    spacing: f64,
+    heights: Vec<f64>,
+    top: f64,
+}
+
+impl Terrain {
+    /// # Shapes
+    /// `heights: [rows, columns]` (m): x grows along a row, y from row to row, `spacing` apart (m).
+    ///
+    /// # Errors
+    /// [`SimError::Terrain`] for fewer than two rows or columns, another number of heights, or numbers that are not finite.
+    pub fn new(rows: usize, columns: usize, spacing: f64, heights: Vec<f64>) -> Result<Self, SimError> {
+        let fail = |expected: String, got: String| SimError::Terrain { expected, got };
+        if !(2..=MOST).contains(&rows) || !(2..=MOST).contains(&columns) {
+            return Err(fail(format!("from 2 to {MOST} rows and columns"), format!("{rows} x {columns}")));
+        }
+        if !(spacing.is_finite() && spacing > 0.0) {
+            return Err(fail("a spacing above 0 m".into(), spacing.to_string()));
+        }
+        if heights.len() != rows * columns {
+            return Err(fail(format!("{rows} x {columns} heights"), heights.len().to_string()));
+        }
+        if let Some(height) = heights.iter().find(|h| !h.is_finite()) {
+            return Err(fail("finite heights".into(), height.to_string()));
+        }
+        let top = heights.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        Ok(Self { columns, rows, spacing, heights, top })
+    }
+
+    /// Heights by a function of x and y (m) over a square of `size` metres.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn from_fn(size: f64, spacing: f64, height: impl Fn(f64, f64) -> f64) -> Result<Self, SimError> {
+        let n = ((size / spacing).round() as usize).saturating_add(1);
+        if !(2..=MOST).contains(&n) {
+            return Err(SimError::Terrain { expected: format!("from 2 to {MOST} heights a side"), got: n.to_string() });
+        }
+        let at = |i: usize| (i as f64 - 0.5 * (n - 1) as f64) * spacing;
+        let heights = (0..n * n).map(|i| height(at(i % n), at(i / n))).collect();
+        Self::new(n, n, spacing, heights)
+    }
+
+    /// Gentle hills: a sum of waves of random direction with wavelengths from `wavelength` down to a quarter of it (m),
+    /// between 0 and `amplitude` (m) high.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn hills(size: f64, spacing: f64, amplitude: f64, wavelength: f64, seed: u64) -> Result<Self, SimError> {
+        const WAVES: usize = 12;
+        let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(seed);
+        let waves: Vec<[f64; 3]> = (0..WAVES)
+            .map(|i| {
+                let number = std::f64::consts::TAU / wavelength * 4.0_f64.powf(i as f64 / (WAVES - 1) as f64);
+                let (angle, phase) = (rng.random_range(0.0..std::f64::consts::TAU), rng.random_range(0.0..6.3));
+                [number * f64::cos(angle), number * f64::sin(angle), phase]
+            })
+            .collect();
+        // Shorter waves are lower: all have the same slope.
+        let raw = |x: f64, y: f64| {
+            let wave = |w: &[f64; 3]| (w[0] * x + w[1] * y + w[2]).sin() / w[0].hypot(w[1]);
+            waves.iter().map(wave).sum::<f64>()
+        };
+        let plain = Self::from_fn(size, spacing, raw)?;
+        let low = plain.heights.iter().copied().fold(f64::INFINITY, f64::min);
+        let scale = amplitude / (plain.top - low).max(1e-12);
+        let heights = plain.heights.iter().map(|h| (h - low) * scale).collect();
+        Self::new(plain.rows, plain.columns, spacing, heights)
+    }
+
+    /// Rows of heights (along y).
+    pub fn rows(&self) -> usize {
+        self.rows
+    }
+
+    /// Columns of heights (along x).
+    pub fn columns(&self) -> usize {
+        self.columns
+    }
+
+    /// Distance between neighbours (m).
+    pub fn spacing(&self) -> f64 {
+        self.spacing
+    }
+
+    /// Heights, `[rows, columns]` (m).
+    pub fn heights(&self) -> &[f64] {
+        &self.heights
+    }
+
+    /// The greatest height (m).
+    pub fn top(&self) -> f64 {
+        self.top
+    }
+
+    /// How far a point is above the plane of the triangle below it (m), and that plane's normal. Outside of the grid there
+    /// is nothing: infinitely far.
+    pub fn above(&self, point: [f64; 3]) -> (f64, [f64; 3]) {
+        let place = |x: f64, n: usize| x / self.spacing + 0.5 * (n - 1) as f64;
+        let (x, y) = (place(point[0], self.columns), place(point[1], self.rows));
+        let inside = |x: f64, n: usize| x >= 0.0 && x <= (n - 1) as f64;
+        if !inside(x, self.columns) || !inside(y, self.rows) {
+            return (f64::INFINITY, [0.0, 0.0, 1.0]);
+        }
+        let (column, row) = ((x as usize).min(self.columns - 2), (y as usize).min(self.rows - 2));
+        let (x, y) = (x - column as f64, y - row as f64);
+        let at = |r: usize, c: usize| self.heights[(row + r) * self.columns + column + c];
+        let (low, high) = (at(0, 0), at(1, 1));
+        let (along_x, along_y) =
+            if y >= x { (high - at(1, 0), at(1, 0) - low) } else { (at(0, 1) - low, high - at(0, 1)) };
+        let (sx, sy) = (along_x / self.spacing, along_y / self.spacing);
+        let upright = 1.0 / (1.0 + sx * sx + sy * sy).sqrt();
+        let height = low + along_x * x + along_y * y;
+        ((point[2] - height) * upright, [-sx * upright, -sy * upright, upright])
+    }
+}
