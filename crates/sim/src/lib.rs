@@ -35,10 +35,30 @@ pub fn create(
     environments: usize,
     threads: usize,
 ) -> Result<Box<dyn Simulation>, SimError> {
+    create_on(None, name, robot, environments, threads)
+}
+
+/// The same on uneven ground; `None`: on level ground.
+///
+/// # Errors
+/// As [`create`].
+pub fn create_on(
+    terrain: Option<Arc<Terrain>>,
+    name: &str,
+    robot: Arc<Robot>,
+    environments: usize,
+    threads: usize,
+) -> Result<Box<dyn Simulation>, SimError> {
     match name {
-        engine::ENGINE => Ok(Box::new(LifelikeSimulation::new(robot, environments, threads)?)),
+        engine::ENGINE => {
+            let simulation = LifelikeSimulation::new(robot, environments, threads)?;
+            Ok(Box::new(match terrain {
+                Some(terrain) => simulation.with_terrain(terrain),
+                None => simulation,
+            }))
+        }
         #[cfg(feature = "mujoco")]
-        mujoco::ENGINE => Ok(Box::new(MujocoSimulation::new(robot, environments, threads)?)),
+        mujoco::ENGINE => Ok(Box::new(MujocoSimulation::on(terrain.as_deref(), robot, environments, threads)?)),
         _ => {
             let hint = if cfg!(feature = "mujoco") {
                 "there are 'lifelike' and 'mujoco'"

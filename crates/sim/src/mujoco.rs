@@ -20,6 +20,7 @@ use crate::batch::{BatchState, Drive, EnvironmentParameters, IntegrationState, S
 use crate::checks;
 use crate::error::SimError;
 use crate::rows::{self, Rows, Widths};
+use crate::terrain::Terrain;
 use model::Layout;
 use worker::{Command, Tuning, Worker};
 
@@ -56,7 +57,20 @@ impl MujocoSimulation {
     /// [`SimError::Model`] when the character has no MJCF text, MuJoCo refuses it, or its bodies and joints are not the
     /// character's.
     pub fn new(robot: Arc<Robot>, environments: usize, threads: usize) -> Result<Self, SimError> {
-        let (model, layout) = model::compile(&robot)?;
+        Self::on(None, robot, environments, threads)
+    }
+
+    /// The same on uneven ground, which takes the place of the text's own.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn on(
+        terrain: Option<&Terrain>,
+        robot: Arc<Robot>,
+        environments: usize,
+        threads: usize,
+    ) -> Result<Self, SimError> {
+        let (model, layout) = model::compile(&robot, terrain)?;
         let fail = |message: String| SimError::Model { engine: ENGINE, character: robot.name.clone(), message };
         let pool = checks::pool(threads).map_err(|e| fail(e.to_string()))?;
         let layout = Arc::new(layout);

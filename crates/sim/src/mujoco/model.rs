@@ -1,13 +1,17 @@
 //! The model that MuJoCo compiles, and where in it the robot's parts are.
 
-use lifelike_character::{Character, JointKind, Vec3};
+use lifelike_character::{Character, GeomShape, JointKind, Vec3};
 use lifelike_robot::{ActuatorParameters, Robot};
 use mujoco_rs::mujoco_c::{mjtDisableBit, mjtIntegrator};
-use mujoco_rs::prelude::{MjModel, MjSpec, MjtGeomBase, MjtObjBase, SpecItem};
+use mujoco_rs::prelude::{MjEditError, MjModel, MjSpec, MjtGeomBase, MjtObjBase, SpecItem};
 
 use super::{ENGINE, log};
 use crate::checks::{self, Coordinates};
 use crate::error::SimError;
+use crate::terrain::Terrain;
+
+/// Name of the height field.
+const TERRAIN: &str = "lifelike_terrain";
 
 /// One joint as the actuator model needs it.
 #[derive(Debug, Clone)]
@@ -68,7 +72,7 @@ impl Layout {
 }
 
 /// Compiles the character's text. See [`super::MujocoSimulation::new`] for what is changed in it.
-pub(super) fn compile(robot: &Robot) -> Result<(MjModel, Layout), SimError> {
+pub(super) fn compile(robot: &Robot, terrain: Option<&Terrain>) -> Result<(MjModel, Layout), SimError> {
     let character = &robot.character;
     let fail = |message: String| SimError::Model { engine: ENGINE, character: character.name.clone(), message };
     let text = character.mjcf.as_deref().ok_or_else(|| fail("it was not read from MJCF text".into()))?;
@@ -77,13 +81,22 @@ pub(super) fn compile(robot: &Robot) -> Result<(MjModel, Layout), SimError> {
         return Err(fail("its text contains a zero byte".into()));
     }
     let mut spec = MjSpec::from_xml_string(text).map_err(|e| fail(e.to_string()))?;
-    if !has_ground(character) {
+    if let Some(terrain) = terrain {
+        add_terrain(&mut spec, character, terrain).map_err(|e| fail(e.to_string()))?;
+    } else if !has_ground(character) {
         let floor = spec.world_body_mut().add_geom();
         floor.set_type(MjtGeomBase::mjGEOM_PLANE);
         floor.size_mut().copy_from_slice(&[0.0, 0.0, 1.0]);
         floor.set_name("lifelike_floor").map_err(|e| fail(e.to_string()))?;
     }
     let mut model = spec.compile().map_err(|e| fail(e.to_string()))?;
+    if terrain.is_some() {
+        for plane in character.geoms.iter().filter(|g| g.body == 0 && g.shape == GeomShape::Plane) {
+            let id = model.name_to_id(MjtObjBase::mjOBJ_GEOM, &plane.name).unwrap_or_default();
+            model.geom_contype_mut()[id] = 0;
+            model.geom_conaffinity_mut()[id] = 0;
+        }
+    }
     let options = model.opt_mut();
     options.timestep = robot.timestep();
     if options.integrator == mjtIntegrator::mjINT_RK4 as i32 {
@@ -101,8 +114,39 @@ pub(super) fn compile(robot: &Robot) -> Result<(MjModel, Layout), SimError> {
 
 /// Whether something fixed to the world can be stood on.
 fn has_ground(character: &Character) -> bool {
-    use lifelike_character::GeomShape::{HeightField, Plane};
-    character.geoms.iter().any(|g| g.body == 0 && matches!(g.shape, Plane | HeightField(_)))
+    character.geoms.iter().any(|g| g.body == 0 && matches!(g.shape, GeomShape::Plane | GeomShape::HeightField(_)))
+}
+
+/// The terrain as a height field with the surface of the character's own plane, which it takes the place of.
+fn add_terrain(spec: &mut MjSpec, character: &Character, terrain: &Terrain) -> Result<(), MjEditError> {
+    let (heights, spacing) = (terrain.heights(), terrain.spacing());
+    let low = heights.iter().copied().fold(f64::INFINITY, f64::min);
+    let half = |n: usize| 0.5 * spacing * (n - 1) as f64;
+    let field = spec.add_hfield();
+    field.set_name(TERRAIN)?;
+    field.set_nrow(terrain.rows() as i32);
+    field.set_ncol(terrain.columns() as i32);
+    // MuJoCo brings heights into 0..1 itself.
+    let size = [half(terrain.columns()), half(terrain.rows()), (terrain.top() - low).max(1e-6), 1.0];
+    field.size_mut().copy_from_slice(&size);
+    field.set_userdata(heights.iter().map(|h| (h - low) as f32).collect::<Vec<_>>());
+    let geom = spec.world_body_mut().add_geom();
+    geom.set_type(MjtGeomBase::mjGEOM_HFIELD);
+    geom.set_name(TERRAIN)?;
+    geom.set_hfieldname(TERRAIN);
+    geom.pos_mut()[2] = low;
+    if let Some(plane) = character.geoms.iter().find(|g| g.body == 0 && g.shape == GeomShape::Plane) {
+        geom.set_contype(plane.contype as i32);
+        geom.set_conaffinity(plane.conaffinity as i32);
+        geom.set_condim(plane.condim as i32);
+        geom.set_priority(plane.priority);
+        geom.set_margin(plane.margin);
+        geom.set_gap(plane.gap);
+        geom.friction_mut().copy_from_slice(&plane.friction);
+        geom.solref_mut().copy_from_slice(&plane.solref);
+        geom.solimp_mut().copy_from_slice(&plane.solimp);
+    }
+    Ok(())
 }
 
 /// Bodies and joints must be the character's, in its order; names that it made up itself are not compared.

@@ -1,0 +1,287 @@
+//! What touches: our engine against MuJoCo.
+#![cfg(feature = "mujoco")]
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
+mod world;
+
+use std::sync::Arc;
+
+use lifelike_robot::Robot;
+use lifelike_sim::engine::LaneSimulation;
+use lifelike_sim::{BatchState, Drive, MujocoSimulation, Simulation, Terrain};
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use world::{all, from_text, near_standing, random_state, random_targets, rms, robots, sliding_box};
+
+/// Gate 3: the impulse of one physics step in states that touch the ground.
+#[test]
+fn one_step_of_contact_is_mujocos() {
+    // The reference position of dm_control's humanoid is half a metre up in the air.
+    for (name, robot) in robots().into_iter().filter(|(name, _)| *name != "dm humanoid") {
+        let mut robot = Robot::clone(&robot);
+        (robot.control_hz, robot.substeps) = (robot.control_hz * robot.substeps as f64, 1);
+        let (robot, n) = (Arc::new(robot), 1000);
+        let mut oracle = MujocoSimulation::new(robot.clone(), n, 2).unwrap();
+        let mut ours = LaneSimulation::<f32, 8>::new(robot.clone(), n, 1).unwrap();
+        let (mut positions, velocities) = near_standing(&robot, n, 11);
+        positions.iter_mut().skip(2).step_by(robot.character.nq).for_each(|z| *z -= 0.008);
+        let targets = random_targets(&robot, n, 12);
+        for simulation in [&mut oracle as &mut dyn Simulation, &mut ours] {
+            simulation.reset(&all(n), &positions, &velocities).unwrap();
+            // The second step has a warm start.
+            (0..2).for_each(|_| simulation.step(Drive::Targets(&targets)).unwrap());
+        }
+        let (a, b) = (&oracle.state().foot_force, &ours.state().foot_force);
+        let weight = robot.character.mass() * robot.character.gravity.norm();
+        let feet = a.len() / n;
+        let (mut touching, mut total, mut worst) = (0, 0.0, 0.0_f64);
+        for (a, b) in a.chunks(feet).zip(b.chunks(feet)) {
+            let (a, b): (f64, f64) = (a.iter().map(|x| f64::from(*x)).sum(), b.iter().map(|x| f64::from(*x)).sum());
+            if a > 0.05 * weight {
+                touching += 1;
+                total += (a - b).abs() / a;
+                worst = worst.max((a - b).abs() / a);
+            }
+        }
+        let mean = total / f64::from(touching);
+        println!(
+            "{name}: vertical force in {touching} touching states: {:.2}% off on average, {:.1}% at worst",
+            100.0 * mean,
+            100.0 * worst
+        );
+        // G1 stands on 28 points, the ends of seven capsules under each foot: twelve sweeps do not share the load out.
+        let (most, limit) = if name == "G1" { (0.05, f64::INFINITY) } else { (0.01, 0.05) };
+        assert!(touching > 100 && mean < most && worst < limit, "{name}: {touching}, {mean}, {worst}");
+    }
+}
+
+fn slide(simulation: &mut dyn Simulation, seconds: f64) -> f64 {
+    let robot = simulation.robot().clone();
+    let steps = (seconds * robot.control_hz) as usize;
+    let targets = vec![0.0; robot.joints()];
+    (0..steps).for_each(|_| simulation.step(Drive::Targets(&targets)).unwrap());
+    f64::from(simulation.state().root_position[0])
+}
+
+#[test]
+fn boxes_stick_and_slip_on_slopes_as_they_should() {
+    // Soft contacts creep: what sticks moves a little. Measured after the box has come to rest on its springs.
+    let friction = 0.5_f64;
+    let way = |slope: f64| {
+        let mut ours = LaneSimulation::<f32, 8>::new(sliding_box(friction, slope), 1, 1).unwrap();
+        let mut oracle = MujocoSimulation::new(sliding_box(friction, slope), 1, 1).unwrap();
+        let settled = (slide(&mut ours, 1.5), slide(&mut oracle, 1.5));
+        (slide(&mut ours, 1.0) - settled.0, slide(&mut oracle, 1.0) - settled.1)
+    };
+    // With a hundred sweeps only single precision is left between the two.
+    let creep = |sweeps: usize| {
+        let robot = sliding_box(friction, (0.98 * friction).atan());
+        slide(&mut LaneSimulation::<f32, 8>::new(robot, 1, 1).unwrap().with_sweeps(sweeps), 1.0)
+    };
+    let converged =
+        slide(&mut MujocoSimulation::new(sliding_box(friction, (0.98 * friction).atan()), 1, 1).unwrap(), 1.0);
+    println!(
+        "0.98, first second: {:.6} m with 12 sweeps, {:.6} with 100, MuJoCo {converged:.6}",
+        creep(12),
+        creep(100)
+    );
+    assert!((creep(100) / converged - 1.0).abs() < 1e-3);
+    for factor in [0.9, 0.98, 1.02, 1.1] {
+        let (ours, mujoco) = way((factor * friction).atan());
+        println!("{factor} of the friction angle: {ours:.4} m in a second, MuJoCo {mujoco:.4} m");
+        assert_eq!(ours > 0.05, factor > 1.0, "{factor}: {ours}");
+        assert_eq!(mujoco > 0.05, factor > 1.0, "{factor}: {mujoco}");
+    }
+}
+
+/// At rest the spring of the contacts carries the weight: the same depth is the same force.
+#[test]
+fn a_box_at_rest_sinks_as_deep_as_in_mujoco() {
+    let robot = sliding_box(0.8, 0.0);
+    let mut ours = LaneSimulation::<f32, 8>::new(robot.clone(), 1, 1).unwrap();
+    let mut oracle = MujocoSimulation::new(robot, 1, 1).unwrap();
+    slide(&mut ours, 2.0);
+    slide(&mut oracle, 2.0);
+    let (a, b) = (ours.state().root_position[2], oracle.state().root_position[2]);
+    let (deep, theirs) = (0.05 - f64::from(a), 0.05 - f64::from(b));
+    println!("a box of 2 kg sinks {deep:.2e} m, in MuJoCo {theirs:.2e} m");
+    assert!(deep > 0.0 && (deep / theirs - 1.0).abs() < 0.01, "{deep} {theirs}");
+}
+
+/// A trunk with a shape, and another shape at the end of two light limbs that can reach it. In the air.
+fn self_touching(trunk: &str, hand: &str) -> Arc<Robot> {
+    let text = format!(
+        r#"<mujoco model="crab">
+  <compiler angle="radian"/>
+  <option timestep="0.005" integrator="Euler" gravity="0 0 -9.81" cone="pyramidal" iterations="100" tolerance="1e-12"/>
+  <worldbody>
+    <geom name="floor" type="plane" size="5 5 1"/>
+    <body name="trunk" pos="0 0 50">
+      <freejoint name="root"/>
+      <geom name="trunk" {trunk} mass="3" solref="0.1 1"/>
+      <body name="upper" pos="0.25 0 0">
+        <joint name="shoulder_yaw" axis="0 0 1" range="-1 1" limited="true" armature="0.01"/>
+        <joint name="shoulder_pitch" axis="0 1 0" range="-1 1" limited="true" armature="0.01"/>
+        <geom name="upper" type="sphere" size="0.03" mass="0.5" contype="0" conaffinity="0"/>
+        <body name="hand" pos="0 0.1 0">
+          <joint name="elbow" axis="1 0 0" range="-3 3" limited="true" armature="0.01"/>
+          <joint name="wrist" axis="0 1 0" range="-3 3" limited="true" armature="0.01"/>
+          <geom name="hand" {hand} mass="0.5" solref="0.1 1"/>
+        </body>
+      </body>
+    </body>
+  </worldbody>
+</mujoco>"#
+    );
+    from_text(&text)
+}
+
+/// How far joint velocities are apart after two physics steps from random states, as a share of what touching itself
+/// changes in them: of each state in which it changes anything, sorted.
+fn apart_by_touching(robot: &Arc<Robot>, apart: &Arc<Robot>) -> Vec<f64> {
+    let n = 1000;
+    let one_step = |robot: &Arc<Robot>| {
+        let mut robot = Robot::clone(robot);
+        (robot.control_hz, robot.substeps) = (robot.control_hz * robot.substeps as f64, 1);
+        Arc::new(robot)
+    };
+    let mut rng = ChaCha8Rng::seed_from_u64(51);
+    let (mut positions, mut velocities) = (Vec::new(), Vec::new());
+    for _ in 0..n {
+        let (q, v) = random_state(robot, &mut rng, 50.0);
+        positions.extend(q);
+        velocities.extend(v.iter().map(|x| 0.1 * x));
+    }
+    let end = |simulation: &mut dyn Simulation| {
+        simulation.reset(&all(n), &positions, &velocities).unwrap();
+        let torques = vec![0.0; n * robot.joints()];
+        (0..2).for_each(|_| simulation.step(Drive::Torques(&torques)).unwrap());
+        simulation.state().clone()
+    };
+    let free = end(&mut MujocoSimulation::new(one_step(apart), n, 2).unwrap());
+    let theirs = end(&mut MujocoSimulation::new(one_step(robot), n, 2).unwrap());
+    let ours = end(&mut LaneSimulation::<f64, 4>::new(one_step(robot), n, 2).unwrap().with_sweeps(100));
+    let joints = robot.joints();
+    let mut shares = Vec::new();
+    for e in 0..n {
+        // What overlaps deeply is thrown apart faster than either engine follows.
+        if theirs.diverged[e] || ours.diverged[e] {
+            continue;
+        }
+        let row = |x: &BatchState| x.joint_velocity[e * joints..(e + 1) * joints].to_vec();
+        let effect = rms(&row(&theirs), &row(&free));
+        if effect > 1e-3 {
+            shares.push(rms(&row(&theirs), &row(&ours)) / effect);
+        } else {
+            assert!(rms(&row(&theirs), &row(&ours)) < 1e-3, "ours touches where MuJoCo does not: state {e}");
+        }
+    }
+    shares.sort_by(f64::total_cmp);
+    shares
+}
+
+#[test]
+fn parts_that_touch_push_each_other_as_in_mujoco() {
+    let (ball, capsule, cuboid) =
+        (r#"type="sphere" size="0.14""#, r#"type="capsule" size="0.1 0.12""#, r#"type="box" size="0.2 0.15 0.1""#);
+    let small = |shape: &str| {
+        shape.replace("0.2 0.15 0.1", "0.08 0.06 0.05").replace("0.1 0.12", "0.04 0.08").replace("0.14", "0.05")
+    };
+    // Boxes may be held at other points than MuJoCo's (`boxes`), so only most states are compared there.
+    for (trunk, hand, compared) in [
+        (ball, ball, 1.0),
+        (ball, capsule, 1.0),
+        (capsule, capsule, 1.0),
+        (cuboid, ball, 1.0),
+        (cuboid, capsule, 0.5),
+        (cuboid, cuboid, 0.5),
+    ] {
+        let hand = small(hand);
+        let apart = self_touching(&format!("{trunk} contype=\"0\" conaffinity=\"0\""), &hand);
+        let shares = apart_by_touching(&self_touching(trunk, &hand), &apart);
+        let off = shares[((shares.len() - 1) as f64 * compared) as usize];
+        println!(
+            "{trunk} and {hand}: {} states, {off:.1e} of the effect off in {:.0}%",
+            shares.len(),
+            100.0 * compared
+        );
+        assert!(shares.len() > 50 && off < 1e-4, "{trunk} {hand}: {off}");
+    }
+}
+
+/// A ball with a small arm above a plane that is turned by `quaternion`.
+fn ball(quaternion: &str) -> Arc<Robot> {
+    from_text(&format!(
+        r#"<mujoco model="ball">
+  <compiler angle="radian"/>
+  <option timestep="0.005" integrator="Euler" cone="pyramidal" iterations="100" tolerance="1e-12"/>
+  <worldbody>
+    <geom name="floor" type="plane" size="5 5 1" friction="0.7" quat="{quaternion}"/>
+    <body name="ball" pos="0 0 0.5">
+      <freejoint name="root"/>
+      <geom name="ball" type="sphere" size="0.1" mass="2"/>
+      <body name="arm" pos="0 0 0.05">
+        <joint name="arm" axis="0 0 1" range="-1 1" limited="true" armature="0.01"/>
+        <geom name="arm" type="sphere" size="0.01" mass="0.01" contype="0" conaffinity="0"/>
+      </body>
+    </body>
+  </worldbody>
+</mujoco>"#
+    ))
+}
+
+/// Balls put on a terrain, some time later: roots, and where they started.
+fn roll(simulation: &mut dyn Simulation, terrain: &Terrain) -> (Vec<f32>, Vec<f32>) {
+    let (robot, n) = (simulation.robot().clone(), simulation.len());
+    let mut rng = ChaCha8Rng::seed_from_u64(61);
+    let mut positions = Vec::new();
+    for _ in 0..n {
+        let mut q = robot.default_position();
+        (q[0], q[1]) = (rng.random_range(-2.0..2.0), rng.random_range(-2.0..2.0));
+        let (above, normal) = terrain.above([q[0], q[1], 0.0]);
+        q[2] = (0.1 - above) / normal[2];
+        positions.extend(q);
+    }
+    simulation.reset(&all(n), &positions, &vec![0.0; n * robot.character.nv]).unwrap();
+    let start = simulation.state().root_position.clone();
+    (0..25).for_each(|_| simulation.step(Drive::Targets(&vec![0.0; n])).unwrap());
+    (simulation.state().root_position.clone(), start)
+}
+
+/// A terrain that is one slope is a plane that is turned. (MuJoCo's own height field is not its plane: it makes a contact
+/// with every prism that it cuts the field into.)
+#[test]
+fn a_slope_is_a_turned_plane() {
+    let (n, angle) = (50, 0.15_f64);
+    let terrain = Terrain::from_fn(8.0, 0.1, |x, _| -angle.tan() * x).unwrap();
+    let turned = ball(&format!("{} 0 {} 0", (0.5 * angle).cos(), (0.5 * angle).sin()));
+    let (theirs, start) = roll(&mut MujocoSimulation::new(turned, n, 1).unwrap(), &terrain);
+    let ours = LaneSimulation::<f32, 8>::new(ball("1 0 0 0"), n, 1).unwrap();
+    let (ours, _) = roll(&mut ours.with_terrain(Arc::new(terrain.clone())), &terrain);
+    let (way, off) = (rms(&theirs, &start), rms(&theirs, &ours));
+    let mut field = MujocoSimulation::on(Some(&terrain), ball("1 0 0 0"), n, 1).unwrap();
+    let other = rms(&theirs, &roll(&mut field, &terrain).0);
+    println!(
+        "balls roll {way:.3} m down a plane; ours end {off:.1e} m beside, those on MuJoCo's height field {other:.1e} m"
+    );
+    assert!(way > 0.05 && off < 1e-3 * way, "{way} {off}");
+}
+
+/// On hills the two height fields are not the same model, but nothing falls through and balls roll the same way.
+#[test]
+fn hills_carry_about_as_in_mujoco() {
+    let (n, terrain) = (100, Terrain::hills(8.0, 0.1, 0.3, 4.0, 5).unwrap());
+    let mut field = MujocoSimulation::on(Some(&terrain), ball("1 0 0 0"), n, 1).unwrap();
+    let (theirs, start) = roll(&mut field, &terrain);
+    let ours = LaneSimulation::<f32, 8>::new(ball("1 0 0 0"), n, 1).unwrap();
+    let (ours, _) = roll(&mut ours.with_terrain(Arc::new(terrain.clone())), &terrain);
+    let (way, off) = (rms(&theirs, &start), rms(&theirs, &ours));
+    println!("balls roll {way:.3} m on hills; ours end {off:.1e} m beside MuJoCo's");
+    let sunk = |roots: &[f32]| {
+        let depth = |p: &[f32]| 0.1 - terrain.above([p[0], p[1], p[2]].map(f64::from)).0;
+        roots.chunks(3).map(depth).fold(0.0, f64::max)
+    };
+    let (own, their) = (sunk(&ours), sunk(&theirs));
+    println!("deepest: ours {own:.1e} m, MuJoCo's {their:.1e} m");
+    assert!(off < 0.3 * way && own < 2e-3, "{way} {off} {own}");
+}

@@ -1,0 +1,154 @@
+//! What the tests of engines share: robots, states, targets.
+#![allow(dead_code, clippy::unwrap_used, clippy::expect_used)]
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use lifelike_character::{Character, JointKind};
+use lifelike_robot::{Profile, Robot};
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
+}
+
+/// A file among the shared robots, or a line that says that the test skips it.
+pub fn shared(name: &str) -> Option<PathBuf> {
+    let data = std::env::var_os("LIFELIKE_DATA").map_or_else(|| root().join("../shared/data"), PathBuf::from);
+    there(data.join("robots").join(name))
+}
+
+/// A file below the project's folder, likewise.
+pub fn fetched(name: &str) -> Option<PathBuf> {
+    there(root().join(name))
+}
+
+fn there(path: PathBuf) -> Option<PathBuf> {
+    if path.is_file() {
+        return Some(path);
+    }
+    println!("skipped: {} is absent", path.display());
+    None
+}
+
+/// The text without what needs files that are not there: includes of pictures, and materials from them.
+pub fn without_pictures(path: &Path) -> String {
+    let text = std::fs::read_to_string(path).unwrap();
+    let lines = text.lines().filter(|l| !l.contains("<include file=\"./common"));
+    let mut out = String::new();
+    for line in lines {
+        let mut rest = line;
+        while let Some(at) = rest.find(" material=\"") {
+            let end = at + 11 + rest[at + 11..].find('"').unwrap() + 1;
+            out.push_str(&rest[..at]);
+            rest = &rest[end..];
+        }
+        out.push_str(rest);
+        out.push('\n');
+    }
+    out
+}
+
+/// A robot from text, with a guessed profile.
+pub fn from_text(text: &str) -> Arc<Robot> {
+    let character = Character::from_mjcf(text, "test.xml", None).unwrap();
+    Arc::new(Robot::from_character(character, Profile::default()).unwrap())
+}
+
+/// The robots that the engine is held to MuJoCo on, as far as they are there: ours, Unitree's G1, and dm_control's
+/// humanoid. The G1's text has no armature (mjlab adds it when it makes actuators: 0.0036 to 0.025 kg m²), and bare hands
+/// weigh too little beside the trunk for single precision; so it gets the least of it.
+pub fn robots() -> Vec<(&'static str, Arc<Robot>)> {
+    let mut robots: Vec<_> = ["lima", "humanoid"].map(|name| (name, Arc::new(Robot::load(name).unwrap()))).into();
+    if let Some(path) = fetched("third_party/robots/unitree_g1/g1.xml") {
+        let text = std::fs::read_to_string(&path).unwrap();
+        let class = "<default class=\"g1\">";
+        let text = text.replacen(class, &format!("{class}<joint armature=\"0.0036\"/>"), 1);
+        let character = Character::from_mjcf(&text, "g1.xml", path.parent()).unwrap();
+        robots.push(("G1", Arc::new(Robot::from_character(character, Profile::default()).unwrap())));
+    }
+    if let Some(path) = shared("dm_humanoid.xml") {
+        robots.push(("dm humanoid", from_text(&without_pictures(&path))));
+    }
+    robots
+}
+
+/// A position anywhere within the ranges, the root at a height and turned anyhow, and velocities.
+pub fn random_state(robot: &Robot, rng: &mut ChaCha8Rng, height: f64) -> (Vec<f64>, Vec<f64>) {
+    let character = &robot.character;
+    let mut q = robot.default_position();
+    for joint in &character.joints {
+        match joint.kind {
+            JointKind::Free => {
+                let wxyz: [f64; 4] = std::array::from_fn(|_| rng.random_range(-1.0..1.0));
+                let norm = wxyz.iter().map(|x| x * x).sum::<f64>().sqrt();
+                q[joint.q_index] = rng.random_range(-3.0..3.0);
+                q[joint.q_index + 1] = rng.random_range(-3.0..3.0);
+                q[joint.q_index + 2] = height;
+                for (k, x) in wxyz.into_iter().enumerate() {
+                    q[joint.q_index + 3 + k] = x / norm;
+                }
+            }
+            _ => {
+                let (low, high) = joint.range.unwrap_or((-1.0, 1.0));
+                q[joint.q_index] = rng.random_range(low..high);
+            }
+        }
+    }
+    let v = (0..character.nv).map(|_| rng.random_range(-3.0..3.0)).collect();
+    (q, v)
+}
+
+/// States near standing, feet about on the ground.
+pub fn near_standing(robot: &Robot, n: usize, seed: u64) -> (Vec<f64>, Vec<f64>) {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let (mut positions, mut velocities) = (Vec::new(), Vec::new());
+    for _ in 0..n {
+        let mut q = robot.default_position();
+        for x in &mut q[7..] {
+            *x += rng.random_range(-0.1..0.1);
+        }
+        q[2] += rng.random_range(-0.003..0.01);
+        positions.extend(q);
+        velocities.extend((0..robot.character.nv).map(|_| rng.random_range(-0.3..0.3)));
+    }
+    (positions, velocities)
+}
+
+pub fn random_targets(robot: &Robot, n: usize, seed: u64) -> Vec<f32> {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let joints = robot.joints();
+    (0..n * joints).map(|i| robot.default_pose[i % joints] as f32 + rng.random_range(-0.3..0.3)).collect()
+}
+
+pub fn all(n: usize) -> Vec<usize> {
+    (0..n).collect()
+}
+
+pub fn rms(a: &[f32], b: &[f32]) -> f64 {
+    (a.iter().zip(b).map(|(a, b)| f64::from(a - b).powi(2)).sum::<f64>() / a.len() as f64).sqrt()
+}
+
+/// A box of 2 kg with a small arm, on ground that `gravity` makes a slope.
+pub fn sliding_box(friction: f64, slope: f64) -> Arc<Robot> {
+    let (x, z) = (9.81 * slope.sin(), -9.81 * slope.cos());
+    let text = format!(
+        r#"<mujoco model="box">
+  <compiler angle="radian"/>
+  <option timestep="0.005" integrator="Euler" gravity="{x} 0 {z}" cone="pyramidal" iterations="50" tolerance="1e-10"/>
+  <worldbody>
+    <geom name="floor" type="plane" size="5 5 1" friction="{friction}"/>
+    <body name="box" pos="0 0 0.05">
+      <freejoint name="root"/>
+      <geom name="box" type="box" size="0.1 0.08 0.05" mass="2" friction="{friction}"/>
+      <body name="arm" pos="0 0 0.05">
+        <joint name="arm" axis="0 0 1" range="-1 1" limited="true" armature="0.01"/>
+        <geom name="arm" type="sphere" size="0.01" mass="0.01" contype="0" conaffinity="0"/>
+      </body>
+    </body>
+  </worldbody>
+</mujoco>"#
+    );
+    from_text(&text)
+}
