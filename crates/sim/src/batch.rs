@@ -55,10 +55,24 @@ pub struct BatchState {
 
 /// What may differ between environments (domain randomisation, thesis 4.2.2). The default changes nothing.
 #[derive(Debug, Clone, Default, PartialEq, serde::Serialize, serde::Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, default)]
 pub struct EnvironmentParameters {
     /// Factor on each body's mass and inertia, `[B]`; empty: all one.
     pub mass_scale: Vec<f32>,
+    /// Further factor on each body's inertia, `[B]`; empty: all one.
+    pub inertia_scale: Vec<f32>,
+    /// How far each body's centre of mass is from where the model puts it, `[B]` (m, frame of the body); empty: nowhere.
+    pub com_offset: Vec<[f32; 3]>,
+    /// Gravity (m/s², world); `None`: as the model says.
+    pub gravity: Option<[f32; 3]>,
+    /// Factors on the armature and on the damping of each joint, `[J]`; empty: all one.
+    pub armature_scale: Vec<f32>,
+    /// See [`Self::armature_scale`].
+    pub damping_scale: Vec<f32>,
+    /// Factors on the actuators' gains κ_P and κ_D, `[J]`; empty: all one.
+    pub kp_scale: Vec<f32>,
+    /// See [`Self::kp_scale`].
+    pub kd_scale: Vec<f32>,
     /// Sliding friction of the ground; `None`: as the model says.
     pub ground_friction: Option<f32>,
     /// Offset of each joint's encoder against the truth, `[J]` (rad); empty: none. Added to what is OBSERVED and

@@ -65,20 +65,33 @@ pub(crate) fn normalised(position: &[f64], root: usize) -> Vec<f64> {
 
 /// Parameters of a robot with so many bodies and joints.
 pub(crate) fn parameters(p: &EnvironmentParameters, bodies: usize, joints: usize) -> Result<(), SimError> {
-    for (what, expected, got) in
-        [("mass_scale", bodies, p.mass_scale.len()), ("joint_offset", joints, p.joint_offset.len())]
-    {
+    for (what, expected, got) in [
+        ("mass_scale", bodies, p.mass_scale.len()),
+        ("inertia_scale", bodies, p.inertia_scale.len()),
+        ("com_offset", bodies, p.com_offset.len()),
+        ("joint_offset", joints, p.joint_offset.len()),
+        ("armature_scale", joints, p.armature_scale.len()),
+        ("damping_scale", joints, p.damping_scale.len()),
+        ("kp_scale", joints, p.kp_scale.len()),
+        ("kd_scale", joints, p.kd_scale.len()),
+    ] {
         if got != 0 {
             length(what, expected, got)?;
         }
     }
-    let bad = |value: &f32| !(value.is_finite() && *value > 0.0);
-    match p.mass_scale.iter().chain(&p.ground_friction).find(|x| bad(x)) {
+    let refused = |expected: &str, got: f32| SimError::State { expected: expected.into(), got: got.to_string() };
+    let positive = [&p.mass_scale, &p.inertia_scale, &p.armature_scale].into_iter().flatten().chain(&p.ground_friction);
+    if let Some(value) = positive.copied().find(|x| !(x.is_finite() && *x > 0.0)) {
+        return Err(refused("factors on masses, inertias and armature, and friction, above 0", value));
+    }
+    let others = [&p.damping_scale, &p.kp_scale, &p.kd_scale].into_iter().flatten();
+    if let Some(value) = others.copied().find(|x| !(x.is_finite() && *x >= 0.0)) {
+        return Err(refused("factors on damping and gains of at least 0", value));
+    }
+    let vectors = p.com_offset.iter().chain(&p.gravity).flatten().chain(&p.joint_offset);
+    match vectors.copied().find(|x| !x.is_finite()) {
         None => Ok(()),
-        Some(value) => {
-            let expected = "mass factors and friction above 0".to_string();
-            Err(SimError::State { expected, got: value.to_string() })
-        }
+        Some(value) => Err(refused("finite offsets and gravity", value)),
     }
 }
 

@@ -21,11 +21,13 @@ pub mod lane;
 mod outputs;
 mod shapes;
 mod spatial;
+pub mod stages;
 mod support;
 mod surface;
 mod touch;
 mod tree;
 mod unsupported;
+mod variation;
 
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -41,6 +43,7 @@ use crate::terrain::Terrain;
 use block::{Block, Desk, Model, inverse_weights};
 use lane::{Lane, Scalar};
 use outputs::{write_forces, write_no_forces, write_state};
+use stages::Clock;
 
 pub use unsupported::unsupported;
 
@@ -49,6 +52,11 @@ pub const ENGINE: &str = "lifelike";
 
 /// N environments of one robot, in single precision, eight to a vector.
 pub type LifelikeSimulation = LaneSimulation<f32, 8>;
+
+/// Pairs of a robot's own geoms that may touch.
+pub fn self_contacts(robot: &Robot) -> usize {
+    shapes::meeting(&robot.character).len()
+}
 
 /// N environments of one robot, `W` to a vector.
 pub struct LaneSimulation<T: Scalar, const W: usize> {
@@ -95,8 +103,8 @@ impl<T: Scalar, const W: usize> LaneSimulation<T, W> {
         let widths =
             Widths { joints: tree.driven.len(), places: tree.places.len(), bodies: tree.bodies.len(), feet: tree.feet };
         let reference = robot.character.reference_position();
-        let weights = inverse_weights(&model.exact, &reference, &vec![1.0; tree.bodies.len()]);
-        let block = Block::new(tree, &weights);
+        let weights = inverse_weights(&model.exact, &reference, &model.exact_own);
+        let block = Block::new(&model, &weights);
         let mut simulation = Self {
             state: rows::allocate(environments, &widths),
             desks: vec![Desk::new(tree); pool.current_num_threads()],
@@ -116,6 +124,13 @@ impl<T: Scalar, const W: usize> LaneSimulation<T, W> {
         let ids: Vec<usize> = (0..environments).collect();
         simulation.refresh(&ids);
         Ok(simulation)
+    }
+
+    /// Memory of each environment: state, parameters, forces and outputs (bytes).
+    pub fn bytes_per_environment(&self) -> usize {
+        let Widths { joints, places, bodies, feet } = self.widths;
+        let outputs = 4 * (13 + 5 * joints + 3 * places + 7 * bodies + feet) + 1;
+        self.blocks.first().map_or(0, Block::bytes) / W + outputs
     }
 
     /// Another number of visits of all constraint rows per physics step: more are nearer to MuJoCo's converged forces.
@@ -151,6 +166,14 @@ impl<T: Scalar, const W: usize> LaneSimulation<T, W> {
         }
         let first = |lanes: &[Lane<T, W>]| lanes.iter().map(|x| x.0[0].wide()).collect();
         Ok(Dynamics { mass, bias: first(&desk.work.bias), acceleration: first(&acceleration) })
+    }
+
+    /// One policy step of the first vector of environments towards targets, its stages told to a clock; no outputs.
+    fn clocked(&mut self, targets: &[f32], clock: &mut impl Clock) {
+        let (block, desk) = (&mut self.blocks[0], &mut self.desks[0]);
+        command(block, targets, self.widths.joints);
+        clock.begin();
+        block.step(&self.model, desk, true, clock);
     }
 
     fn put(&mut self, id: usize, position: &[f64], velocity: &[f64]) {
@@ -202,26 +225,19 @@ impl<T: Scalar, const W: usize> LaneSimulation<T, W> {
     }
 
     fn tune(&mut self, id: usize) -> Result<(), SimError> {
-        let parameters = &self.parameters[id];
-        let bodies = self.widths.bodies;
-        checks::parameters(parameters, bodies, self.widths.joints)?;
+        let (parameters, model) = (&self.parameters[id], &self.model);
+        checks::parameters(parameters, self.widths.bodies, self.widths.joints)?;
         let (block, lane) = (&mut self.blocks[id / W], id % W);
-        let scale: Vec<f64> = if parameters.mass_scale.is_empty() {
-            vec![1.0; bodies]
-        } else {
-            parameters.mass_scale.iter().map(|x| f64::from(*x)).collect()
-        };
-        let weights = inverse_weights(&self.model.exact, &self.reference, &scale);
-        for (slot, x) in block.masses.scale.iter_mut().zip(&scale) {
-            slot.0[lane] = T::new(*x);
-        }
+        block.variation.set(lane, &model.tree, &model.own, parameters);
+        let mut exact = model.exact_own.clone();
+        exact.set(0, &model.exact, &model.exact_own, parameters);
+        let weights = inverse_weights(&model.exact, &self.reference, &exact);
         for (slot, x) in block.weights.body.iter_mut().zip(&weights.body) {
             slot.0[lane] = T::new(x.0[0]);
         }
         for (slot, x) in block.weights.dof.iter_mut().zip(&weights.dof) {
             slot.0[lane] = T::new(x.0[0]);
         }
-        block.ground_friction.0[lane] = T::new(parameters.ground_friction.map_or(-1.0, f64::from));
         Ok(())
     }
 }
@@ -352,6 +368,15 @@ impl<T: Scalar, const W: usize> Simulation for LaneSimulation<T, W> {
     }
 }
 
+/// Hands the numbers that drive the joints to the lanes.
+fn command<T: Scalar, const W: usize>(block: &mut Block<T, W>, numbers: &[f32], joints: usize) {
+    for (lane, row) in numbers.chunks_exact(joints).enumerate() {
+        for (slot, x) in block.command.iter_mut().zip(row) {
+            slot.0[lane] = T::new(f64::from(*x));
+        }
+    }
+}
+
 /// One policy step of one block.
 fn advance<T: Scalar, const W: usize>(
     model: &Model<T, W>,
@@ -363,12 +388,8 @@ fn advance<T: Scalar, const W: usize>(
     widths: &Widths,
 ) {
     let joints = widths.joints;
-    for (lane, row) in numbers.chunks_exact(joints).enumerate() {
-        for (slot, x) in block.command.iter_mut().zip(row) {
-            slot.0[lane] = T::new(f64::from(*x));
-        }
-    }
-    block.step(model, desk, targets);
+    command(block, numbers, joints);
+    block.step(model, desk, targets, &mut ());
     for lane in 0..numbers.len() / joints {
         let rows = &mut outputs.take(1, widths);
         write_state(model, block, desk, lane, rows);

@@ -13,6 +13,7 @@ pub mod mujoco;
 pub mod randomization;
 mod rows;
 pub mod terrain;
+pub mod throughput;
 
 use std::sync::Arc;
 

@@ -109,7 +109,7 @@ impl RandomizationSpec {
             limit => (0..robot.joints()).map(|_| within(limit)).collect(),
         };
         let ground_friction = self.ground_friction.map(|[low, high]| rng.random_range(low..=high) as f32);
-        EnvironmentParameters { mass_scale, ground_friction, joint_offset }
+        EnvironmentParameters { mass_scale, ground_friction, joint_offset, ..EnvironmentParameters::default() }
     }
 }
 

@@ -108,6 +108,18 @@ impl Terrain {
         self.top
     }
 
+    /// The greatest height within a distance of a place (m): where a robot can be put down.
+    pub fn highest(&self, x: f64, y: f64, distance: f64) -> f64 {
+        let range = |x: f64, n: usize| {
+            let place = |x: f64| (x / self.spacing + 0.5 * (n - 1) as f64).clamp(0.0, (n - 1) as f64);
+            place(x - distance).floor() as usize..=place(x + distance).ceil() as usize
+        };
+        range(y, self.rows)
+            .flat_map(|row| range(x, self.columns).map(move |column| row * self.columns + column))
+            .map(|i| self.heights[i])
+            .fold(f64::NEG_INFINITY, f64::max)
+    }
+
     /// How far a point is above the plane of the triangle below it (m), and that plane's normal. Outside of the grid there
     /// is nothing: infinitely far.
     pub fn above(&self, point: [f64; 3]) -> (f64, [f64; 3]) {

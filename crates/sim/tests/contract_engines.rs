@@ -39,6 +39,7 @@ fn vary(simulation: &mut dyn Simulation, environments: &[usize]) {
                 mass_scale: (0..bodies).map(|_| rng.random_range(0.9..1.1)).collect(),
                 ground_friction: (e % 2 == 0).then(|| rng.random_range(0.3..1.2)),
                 joint_offset: Vec::new(),
+                ..EnvironmentParameters::default()
             };
             simulation.set_parameters(id, parameters).unwrap();
         }

@@ -6,6 +6,7 @@ mod world;
 
 use std::sync::Arc;
 
+use lifelike_character::Character;
 use lifelike_robot::Robot;
 use lifelike_sim::engine::LaneSimulation;
 use lifelike_sim::{Drive, EnvironmentParameters, MujocoSimulation, Simulation};
@@ -234,14 +235,28 @@ fn long_rollouts_look_like_mujocos() {
     assert!(fallen.iter().any(|f| (0.2..0.8).contains(f)), "a time at which some have fallen: {fallen:?}");
 }
 
+/// A robot whose text asks MuJoCo to iterate until nothing changes: with lima's own ten iterations MuJoCo is 0.04 rad off
+/// in this test where friction is 0.05.
+fn exactly_solved(name: &str) -> Robot {
+    let mut robot = Robot::load(name).unwrap();
+    let text = robot.character.mjcf.clone().unwrap();
+    let exact = text.replace(
+        "iterations=\"10\" ls_iterations=\"10\" tolerance=\"1e-6\"",
+        "iterations=\"500\" ls_iterations=\"100\" tolerance=\"1e-14\"",
+    );
+    assert_ne!(text, exact);
+    robot.character = Character::from_mjcf(&exact, name, None).unwrap().into();
+    robot
+}
+
 /// Other masses, another friction and a push do what they do in MuJoCo.
 #[test]
 fn parameters_and_pushes_act_as_in_mujoco() {
     let n = 64;
-    let robot = Arc::new(Robot::load("lima").unwrap());
+    let robot = Arc::new(exactly_solved("lima"));
     let (mut oracle, _, ours) = together(&robot, n);
     // What is asked is whether the same numbers arrive in the same places: with converged forces, so that nothing else differs.
-    let mut ours = ours.with_sweeps(100);
+    let mut ours = ours.with_sweeps(1000);
     let bodies = robot.character.bodies.len();
     let (positions, velocities) = near_standing(&robot, n, 41);
     let targets = random_targets(&robot, n, 42);
@@ -250,12 +265,30 @@ fn parameters_and_pushes_act_as_in_mujoco() {
             let mut rng = ChaCha8Rng::seed_from_u64(43);
             simulation.reset(&all(n), &positions, &velocities).unwrap();
             for id in 0..n {
-                let mass_scale = (0..bodies).map(|_| rng.random_range(0.7..1.4)).collect();
+                let mut factors = |n: usize| (0..n).map(|_| rng.random_range(0.7..1.4)).collect::<Vec<f32>>();
+                let (mass_scale, inertia_scale) = (factors(bodies), factors(bodies));
+                let (armature_scale, damping_scale) = (factors(robot.joints()), factors(robot.joints()));
+                let (kp_scale, kd_scale) = (factors(robot.joints()), factors(robot.joints()));
+                let com_offset = (0..bodies).map(|_| std::array::from_fn(|_| rng.random_range(-0.01..0.01))).collect();
+                let gravity =
+                    Some([rng.random_range(-1.0..1.0), rng.random_range(-1.0..1.0), rng.random_range(-11.0..-8.0)]);
                 let ground_friction = Some(rng.random_range(0.05..1.0));
                 let force = std::array::from_fn(|_| rng.random_range(-40.0..40.0));
                 let torque = std::array::from_fn(|_| rng.random_range(-2.0..2.0));
+                let joint_offset = Vec::new();
                 if changed {
-                    let parameters = EnvironmentParameters { mass_scale, ground_friction, joint_offset: Vec::new() };
+                    let parameters = EnvironmentParameters {
+                        mass_scale,
+                        inertia_scale,
+                        com_offset,
+                        gravity,
+                        armature_scale,
+                        damping_scale,
+                        kp_scale,
+                        kd_scale,
+                        ground_friction,
+                        joint_offset,
+                    };
                     simulation.set_parameters(id, parameters).unwrap();
                     simulation.push(id, 1 + id % (bodies - 1), force, torque).unwrap();
                 }
@@ -270,7 +303,7 @@ fn parameters_and_pushes_act_as_in_mujoco() {
     println!(
         "masses, friction and pushes move joints by {effect:.1e} rad RMS in 0.2 s; ours are {off:.1e} off MuJoCo's"
     );
-    assert!(off < 5e-4 && effect > 100.0 * off, "{off} {effect}");
+    assert!(off < 1e-5 && effect > 0.05, "{off} {effect}");
 }
 
 #[test]

@@ -1,5 +1,6 @@
 //! The commands, one file each.
 
+pub mod bench;
 mod clips;
 pub mod demo;
 pub mod eval;
@@ -26,6 +27,8 @@ pub enum Command {
     Train(train::Train),
     Eval(eval::Args),
     Demo(demo::Args),
+    #[command(subcommand)]
+    Bench(bench::Bench),
 }
 
 impl Command {
@@ -38,6 +41,7 @@ impl Command {
             Self::Train(train) => train.run(output),
             Self::Eval(args) => eval::run(&args, output),
             Self::Demo(args) => demo::run(&args, output),
+            Self::Bench(bench) => bench.run(output),
         }
     }
 }

@@ -7,10 +7,12 @@ use lifelike_robot::Robot;
 use lifelike_robot::actuator::{ActuatorParameters, Number};
 
 use super::constraints::{Forces, InverseWeights, SWEEPS, Setting, Solver};
-use super::dynamics::{Masses, Workspace};
+use super::dynamics::Workspace;
 use super::lane::{Lane, Scalar};
 use super::spatial::{Spatial, cross, dot6};
+use super::stages::{Clock, Stage};
 use super::tree::Tree;
+use super::variation::Variation;
 use crate::error::SimError;
 use crate::terrain::Terrain;
 
@@ -27,6 +29,9 @@ pub struct Model<T: Scalar, const W: usize> {
     pub terrain: Option<Arc<Terrain>>,
     /// One actuator per scalar joint.
     pub actuators: Vec<ActuatorParameters<Lane<T, W>>>,
+    /// The model's own constants, of all environments and in double precision.
+    pub own: Variation<T, W>,
+    pub exact_own: Variation<f64, 1>,
     /// Visits of all constraint rows per physics step.
     pub sweeps: usize,
 }
@@ -43,13 +48,12 @@ impl<T: Scalar, const W: usize> Model<T, W> {
             full_torque_velocity: Lane::of(p.full_torque_velocity),
             velocity_max: Lane::of(p.velocity_max),
         });
-        Ok(Self {
-            tree: Tree::new(robot)?,
-            exact: Tree::new(robot)?,
-            terrain: None,
-            actuators: actuators.collect(),
-            sweeps: SWEEPS,
-        })
+        let actuators: Vec<_> = actuators.collect();
+        let (tree, exact) = (Tree::new(robot)?, Tree::new(robot)?);
+        let own = Variation::none(&tree, &actuators);
+        // Inverse weights need no gains.
+        let exact_own = Variation::none(&exact, &[]);
+        Ok(Self { tree, exact, terrain: None, actuators, own, exact_own, sweeps: SWEEPS })
     }
 }
 
@@ -59,10 +63,8 @@ pub struct Block<T: Scalar, const W: usize> {
     pub q: Vec<Lane<T, W>>,
     pub v: Vec<Lane<T, W>>,
     pub forces: Forces<T, W>,
-    pub masses: Masses<T, W>,
+    pub variation: Variation<T, W>,
     pub weights: InverseWeights<T, W>,
-    /// Below zero: each shape's own.
-    pub ground_friction: Lane<T, W>,
     /// Torque and force at the centre of mass of each body, world axes; none where nobody pushes.
     pub pushes: Vec<Option<Spatial<T, W>>>,
     pub diverged: [bool; W],
@@ -112,8 +114,8 @@ impl<T: Scalar, const W: usize> Desk<T, W> {
     ) -> Vec<Lane<T, W>> {
         let tree = &model.tree;
         self.work.kinematics(tree, &block.q);
-        self.work.bias(tree, &block.masses, &block.v);
-        self.work.mass_matrix(tree);
+        self.work.bias(tree, &block.variation, &block.v);
+        self.work.mass_matrix(tree, &block.variation);
         let mut a: Vec<_> = applied.iter().zip(&self.work.bias).map(|(t, b)| *t - *b).collect();
         let Workspace { factors, mass, .. } = &mut self.work;
         factors.factorise(tree, mass, |_| Lane::zero());
@@ -125,16 +127,15 @@ impl<T: Scalar, const W: usize> Desk<T, W> {
 
 impl<T: Scalar, const W: usize> Block<T, W> {
     /// All environments in the reference position with the model's own masses.
-    pub fn new(tree: &Tree<T>, weights: &InverseWeights<f64, 1>) -> Self {
-        let zero = Lane::zero();
+    pub fn new(model: &Model<T, W>, weights: &InverseWeights<f64, 1>) -> Self {
+        let (tree, zero) = (&model.tree, Lane::zero());
         let spread = |values: &[Lane<f64, 1>]| values.iter().map(|x| Lane::of(x.0[0])).collect();
         Self {
             q: vec![zero; tree.nq],
             v: vec![zero; tree.nv],
             forces: Forces::new(tree),
-            masses: Masses { scale: vec![Lane::of(1.0); tree.bodies.len()] },
+            variation: model.own.clone(),
             weights: InverseWeights { body: spread(&weights.body), dof: spread(&weights.dof) },
-            ground_friction: Lane::of(-1.0),
             pushes: vec![None; tree.bodies.len()],
             diverged: [false; W],
             command: vec![zero; tree.driven.len()],
@@ -143,15 +144,32 @@ impl<T: Scalar, const W: usize> Block<T, W> {
         }
     }
 
+    /// Memory that it takes (bytes).
+    pub fn bytes(&self) -> usize {
+        let lanes = self.q.len()
+            + self.v.len()
+            + self.forces.len()
+            + self.variation.len()
+            + self.weights.body.len()
+            + self.weights.dof.len()
+            + self.command.len()
+            + self.torque.len()
+            + self.torque_squared.len();
+        lanes * size_of::<Lane<T, W>>()
+            + size_of_val(self.pushes.as_slice())
+            + self.forces.live.len()
+            + size_of::<Self>()
+    }
+
     /// One policy step. What diverges, or did before, stays as it was; its neighbours do not notice.
-    pub fn step(&mut self, model: &Model<T, W>, desk: &mut Desk<T, W>, targets: bool) {
+    pub fn step(&mut self, model: &Model<T, W>, desk: &mut Desk<T, W>, targets: bool, clock: &mut impl Clock) {
         desk.before.q.clone_from(&self.q);
         desk.before.v.clone_from(&self.v);
         desk.before.forces.clone_from(&self.forces);
         let zero = Lane::zero();
         self.torque_squared.iter_mut().for_each(|x| *x = zero);
         for _ in 0..model.tree.substeps {
-            self.substep(model, desk, targets);
+            self.substep(model, desk, targets, clock);
         }
         let share = Lane::of(1.0 / model.tree.substeps as f64);
         self.torque_squared.iter_mut().for_each(|x| *x = *x * share);
@@ -181,20 +199,25 @@ impl<T: Scalar, const W: usize> Block<T, W> {
 
     /// One physics step: actuators, dynamics, constraints, semi-implicit Euler with damping taken implicitly (MuJoCo's
     /// `Euler`: constraint forces see M, the velocities M + h D).
-    fn substep(&mut self, model: &Model<T, W>, desk: &mut Desk<T, W>, targets: bool) {
+    fn substep(&mut self, model: &Model<T, W>, desk: &mut Desk<T, W>, targets: bool, clock: &mut impl Clock) {
         let tree = &model.tree;
         let h = Lane::of(tree.timestep);
         let Desk { work, solver, u, damping, .. } = desk;
         work.kinematics(tree, &self.q);
-        work.bias(tree, &self.masses, &self.v);
-        work.mass_matrix(tree);
-        for (d, dof) in tree.dofs.iter().enumerate() {
-            damping[d] = Lane::all(dof.damping);
-            u[d] = -work.bias[d];
+        clock.lap(Stage::Kinematics);
+        work.bias(tree, &self.variation, &self.v);
+        clock.lap(Stage::Bias);
+        work.mass_matrix(tree, &self.variation);
+        clock.lap(Stage::MassMatrix);
+        damping.copy_from_slice(&self.variation.damping);
+        for (u, bias) in u.iter_mut().zip(&work.bias) {
+            *u = -*bias;
         }
         for (i, (joint, actuator)) in tree.driven.iter().zip(&model.actuators).enumerate() {
             let (position, velocity) = (self.q[joint.q], self.v[joint.v]);
             let applied = if targets {
+                let [kp, kd] = self.variation.gains[i];
+                let actuator = ActuatorParameters { kp, kd, ..*actuator };
                 let friction = actuator.friction_damping(velocity);
                 damping[joint.v] += friction;
                 let motor = actuator.motor_torque(self.command[i], position, velocity);
@@ -225,27 +248,31 @@ impl<T: Scalar, const W: usize> Block<T, W> {
                 }
             }
         }
+        clock.lap(Stage::Forces);
         work.factors.factorise(tree, &work.mass, |_| Lane::zero());
         work.factors.half_solve(tree, u);
+        clock.lap(Stage::Factors);
         let setting = Setting {
             tree,
             terrain: model.terrain.as_deref(),
             work,
             weights: &self.weights,
-            ground_friction: self.ground_friction,
+            ground_friction: self.variation.friction,
             q: &self.q,
             v: &self.v,
             sweeps: model.sweeps,
         };
-        solver.solve(&setting, &mut self.forces, u);
+        solver.solve(&setting, &mut self.forces, u, clock);
         work.factors.half_multiply(tree, u);
         work.factors.factorise(tree, &work.mass, |d| h * damping[d]);
         work.factors.half_solve(tree, u);
         work.factors.finish_solve(tree, u);
+        clock.lap(Stage::Factors);
         for d in 0..tree.nv {
             self.v[d] = self.v[d].plus(h, u[d]);
         }
         self.move_along(tree, h);
+        clock.lap(Stage::Integration);
     }
 
     fn move_along(&mut self, tree: &Tree<T>, h: Lane<T, W>) {
@@ -286,15 +313,14 @@ impl<T: Scalar, const W: usize> Block<T, W> {
     }
 }
 
-/// Inverse weights at the reference position, for some factors on the masses.
-pub fn inverse_weights(tree: &Tree<f64>, reference: &[f64], scale: &[f64]) -> InverseWeights<f64, 1> {
+/// Inverse weights at the reference position.
+pub fn inverse_weights(tree: &Tree<f64>, reference: &[f64], variation: &Variation<f64, 1>) -> InverseWeights<f64, 1> {
     let q: Vec<Lane<f64, 1>> = reference.iter().map(|x| Lane([*x])).collect();
     let zero = vec![Lane::zero(); tree.nv];
-    let masses = Masses { scale: scale.iter().map(|x| Lane([*x])).collect() };
     let mut work = Workspace::new(tree);
     work.kinematics(tree, &q);
-    work.bias(tree, &masses, &zero);
-    work.mass_matrix(tree);
+    work.bias(tree, variation, &zero);
+    work.mass_matrix(tree, variation);
     let Workspace { factors, mass, .. } = &mut work;
     factors.factorise(tree, mass, |_| Lane::zero());
     // J M⁻¹ Jᵀ of a row is the square of its half solution.

@@ -16,6 +16,7 @@ use lifelike_robot::actuator::Number;
 use super::contact::Contact;
 use super::dynamics::Workspace;
 use super::lane::{Lane, Scalar};
+use super::stages::{Clock, Stage};
 use super::support::Support;
 use super::surface::regularization;
 use super::touch::Places;
@@ -130,13 +131,20 @@ impl<T: Scalar, const W: usize> Solver<T, W> {
 
     /// Finds the forces, and adds what they do to `u`, which comes with what everything else does.
     #[inline(always)]
-    pub fn solve(&mut self, setting: &Setting<'_, T, W>, forces: &mut Forces<T, W>, u: &mut [Lane<T, W>]) {
+    pub fn solve(
+        &mut self,
+        setting: &Setting<'_, T, W>,
+        forces: &mut Forces<T, W>,
+        u: &mut [Lane<T, W>],
+        clock: &mut impl Clock,
+    ) {
         self.singles.clear();
         self.add_frictions(setting);
         self.add_limits(setting, forces);
         self.add_contacts(setting, forces);
         let supports = &setting.tree.supports;
         self.start(supports, forces, u);
+        clock.lap(Stage::Rows);
         for _ in 0..setting.sweeps {
             for row in &self.frictions {
                 row.visit(&supports[row.dof], &self.singles, &mut forces.friction[row.slot], u);
@@ -148,6 +156,7 @@ impl<T: Scalar, const W: usize> Solver<T, W> {
                 contact.visit(&supports[contact.support], &self.triples, &mut forces.contact[contact.slot], u);
             }
         }
+        clock.lap(Stage::Sweeps);
     }
 
     /// The forces of the step before.

@@ -9,9 +9,10 @@ use lifelike_character::JointKind;
 use super::lane::{Lane, Scalar};
 use super::spatial::{
     Inertia, Mat3, Spatial, Vec3, accumulate, add, along, cross, cross_force, cross_motion, dot, dot6, momentum,
-    of_quaternion, product, product_constant, rotate_constant, sub, turn, vec3, vector,
+    of_quaternion, product, product_constant, rotate, rotate_constant, sub, turn, vec3,
 };
 use super::tree::{Tree, TreeBody};
+use super::variation::Variation;
 
 /// What one thread calculates with, for one vector of environments.
 #[derive(Debug, Clone)]
@@ -20,7 +21,7 @@ pub struct Workspace<T: Scalar, const W: usize> {
     pub rotation: Vec<Mat3<T, W>>,
     /// Position of each body frame, from the root's position.
     pub position: Vec<Vec3<T, W>>,
-    /// Centre of mass of each body, likewise.
+    /// Centre of mass of each body, likewise; known after [`Self::bias`].
     pub com: Vec<Vec3<T, W>>,
     /// Motion of each dof per unit of its velocity.
     pub motion: Vec<Spatial<T, W>>,
@@ -46,13 +47,6 @@ pub struct Factors<T: Scalar, const W: usize> {
     pub inverse: Vec<Lane<T, W>>,
     /// D^(-1/2).
     pub inverse_root: Vec<Lane<T, W>>,
-}
-
-/// Constants of a model that differ between environments.
-#[derive(Debug, Clone)]
-pub struct Masses<T: Scalar, const W: usize> {
-    /// Factor on mass and inertia of each body.
-    pub scale: Vec<Lane<T, W>>,
 }
 
 impl<T: Scalar, const W: usize> Factors<T, W> {
@@ -201,17 +195,16 @@ impl<T: Scalar, const W: usize> Workspace<T, W> {
             }
             self.rotation[b] = rotation;
             self.position[b] = position;
-            self.com[b] = add(&position, &rotate_constant(&rotation, &body.com));
         }
     }
 
     /// Inertias, velocities and bias forces.
     #[inline(always)]
-    pub fn bias(&mut self, tree: &Tree<T>, masses: &Masses<T, W>, v: &[Lane<T, W>]) {
+    pub fn bias(&mut self, tree: &Tree<T>, variation: &Variation<T, W>, v: &[Lane<T, W>]) {
         let zero = Lane::zero();
         self.velocity[0] = [zero; 6];
         // Gravity as the ground accelerating upwards.
-        let up = vector(&tree.gravity);
+        let up = &variation.gravity;
         self.acceleration[0] = [zero, zero, zero, -up[0], -up[1], -up[2]];
         for (b, body) in tree.bodies.iter().enumerate().skip(1) {
             let mut velocity = self.velocity[body.parent];
@@ -237,7 +230,8 @@ impl<T: Scalar, const W: usize> Workspace<T, W> {
             }
             self.velocity[b] = velocity;
             self.acceleration[b] = acceleration;
-            let inertia = self.spatial_inertia(b, body, masses.scale[b]);
+            self.com[b] = add(&self.position[b], &rotate(&self.rotation[b], &variation.com[b]));
+            let inertia = self.spatial_inertia(b, body, variation);
             let mut force = momentum(&inertia, &acceleration);
             accumulate(&mut force, &cross_force(&velocity, &momentum(&inertia, &velocity)));
             self.inertia[b] = inertia;
@@ -262,12 +256,13 @@ impl<T: Scalar, const W: usize> Workspace<T, W> {
     }
 
     #[inline(always)]
-    fn spatial_inertia(&self, b: usize, body: &TreeBody<T>, scale: Lane<T, W>) -> Inertia<T, W> {
+    fn spatial_inertia(&self, b: usize, body: &TreeBody<T>, variation: &Variation<T, W>) -> Inertia<T, W> {
         let r = &self.rotation[b];
         let [xx, yy, zz, xy, xz, yz] = body.inertia;
         let t = product_constant(r, &[xx, xy, xz, xy, yy, yz, xz, yz, zz]);
         let (t, r) = ([vec3(&t, 0), vec3(&t, 1), vec3(&t, 2)], [vec3(r, 0), vec3(r, 1), vec3(r, 2)]);
-        let (c, m) = (self.com[b], scale * Lane::all(body.mass));
+        let (c, m) = (self.com[b], variation.mass[b] * Lane::all(body.mass));
+        let scale = variation.mass[b] * variation.inertia[b];
         let h = [m * c[0], m * c[1], m * c[2]];
         [
             m,
@@ -285,14 +280,14 @@ impl<T: Scalar, const W: usize> Workspace<T, W> {
 
     /// The mass matrix, from the composite inertias that [`Self::bias`] left.
     #[inline(always)]
-    pub fn mass_matrix(&mut self, tree: &Tree<T>) {
+    pub fn mass_matrix(&mut self, tree: &Tree<T>, variation: &Variation<T, W>) {
         for (d, dof) in tree.dofs.iter().enumerate() {
             let force = momentum(&self.inertia[dof.body], &self.motion[d]);
             let n = dof.chain.len();
             for (slot, j) in self.mass[dof.row..dof.row + n].iter_mut().zip(&dof.chain) {
                 *slot = dot6(&self.motion[*j], &force);
             }
-            self.mass[dof.row + n - 1] += Lane::all(dof.armature);
+            self.mass[dof.row + n - 1] += variation.armature[d];
         }
     }
 

@@ -21,7 +21,7 @@ pub struct Shape<T> {
     /// Of a sphere or capsule (m); nought for a box.
     pub radius: T,
     /// Half edges of a box, and its axes as the columns of a row-major rotation.
-    pub cuboid: Option<([f64; 3], [f64; 9])>,
+    pub cuboid: Option<([T; 3], [T; 9])>,
     /// Radius of a ball about the centre that holds it (m).
     bound: f64,
 }
@@ -161,8 +161,8 @@ fn shape<T: Scalar>(geom: &Geom) -> Shape<T> {
         GeomShape::Capsule(radius, half) => (Vec3::new(0.0, 0.0, half), radius, None, radius + half),
         GeomShape::Box(half) => {
             let rotation = geom.orientation.to_rotation_matrix();
-            let rotation = std::array::from_fn(|i| rotation.matrix()[(i / 3, i % 3)]);
-            (Vec3::zeros(), 0.0, Some((half.into(), rotation)), half.norm())
+            let rotation = std::array::from_fn(|i| T::new(rotation.matrix()[(i / 3, i % 3)]));
+            (Vec3::zeros(), 0.0, Some((numbers(half), rotation)), half.norm())
         }
         GeomShape::Sphere(radius) => (Vec3::zeros(), radius, None, radius),
         _ => (Vec3::zeros(), 0.0, None, 0.0),

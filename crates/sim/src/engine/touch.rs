@@ -6,21 +6,26 @@ use super::boxes::{self, Cuboid, Touch};
 use super::constraints::{Forces, Setting, Solver};
 use super::contact::Meeting;
 use super::lane::{Lane, Scalar};
-use super::shapes::{GroundShape, Pair};
+use super::shapes::{GroundShape, Pair, Shape};
 use super::spatial::{Vec3, add, along, cross, dot, rotate_constant, sub};
 use super::tree::Tree;
+
+/// What single precision may add to lengths of a robot's size (m).
+const ROUNDING: f64 = 1e-5;
 
 /// Centres and half axes of the shapes that may touch each other, axes of the world, from the root's position.
 #[derive(Debug, Clone)]
 pub struct Places<T: Scalar, const W: usize> {
     center: Vec<Vec3<T, W>>,
     axis: Vec<Vec3<T, W>>,
+    /// Axes of boxes, the columns of their rotation.
+    turn: Vec<[Vec3<T, W>; 3]>,
 }
 
 impl<T: Scalar, const W: usize> Places<T, W> {
     pub fn new(tree: &Tree<T>) -> Self {
         let nowhere = vec![[Lane::zero(); 3]; tree.shapes.len()];
-        Self { center: nowhere.clone(), axis: nowhere }
+        Self { center: nowhere.clone(), axis: nowhere, turn: vec![[[Lane::zero(); 3]; 3]; tree.shapes.len()] }
     }
 
     #[inline(always)]
@@ -29,6 +34,26 @@ impl<T: Scalar, const W: usize> Places<T, W> {
             let (rotation, position) = (&s.work.rotation[shape.body], &s.work.position[shape.body]);
             self.center[i] = add(position, &rotate_constant(rotation, &shape.center));
             self.axis[i] = rotate_constant(rotation, &shape.axis);
+            if let Some((_, local)) = &shape.cuboid {
+                for (k, axis) in self.turn[i].iter_mut().enumerate() {
+                    *axis = rotate_constant(rotation, &[local[k], local[3 + k], local[6 + k]]);
+                }
+            }
+        }
+    }
+
+    /// How far a shape reaches from its centre along a direction of unit length, and back.
+    #[inline(always)]
+    fn extent(&self, i: usize, shape: &Shape<T>, direction: &Vec3<T, W>) -> Lane<T, W> {
+        let size = |x: Lane<T, W>| x.most(-x);
+        match &shape.cuboid {
+            None => size(dot(&self.axis[i], direction)) + Lane::all(shape.radius),
+            Some((half, _)) => {
+                let turn = &self.turn[i];
+                (size(dot(&turn[0], direction)) * Lane::all(half[0]))
+                    .plus(size(dot(&turn[1], direction)), Lane::all(half[1]))
+                    .plus(size(dot(&turn[2], direction)), Lane::all(half[2]))
+            }
         }
     }
 }
@@ -56,7 +81,7 @@ impl<T: Scalar, const W: usize> Solver<T, W> {
         let Some(support) = s.tree.bodies[shape.body].last_dof else { return };
         let top = s.terrain.map_or(s.tree.ground_height, |t| T::new(t.top()));
         let height = s.q[s.tree.root_q + 2] - Lane::all(top);
-        if !(Lane::all(shape.reach) - height - position[2]).any_positive() {
+        if !(Lane::all(shape.reach) + Lane::of(ROUNDING) - height - position[2]).any_positive() {
             for slot in first..first + shape.points.len() {
                 forces.keep(slot, zero);
             }
@@ -111,7 +136,7 @@ impl<T: Scalar, const W: usize> Solver<T, W> {
     #[inline(always)]
     fn meet_itself(&mut self, s: &Setting<'_, T, W>, pair: &Pair<T>, forces: &mut Forces<T, W>) {
         let [a, b] = pair.shapes;
-        let reach = Lane::all(pair.reach);
+        let reach = Lane::all(pair.reach) + Lane::of(ROUNDING);
         let between = sub(&self.places.center[b], &self.places.center[a]);
         let near = reach * reach - dot(&between, &between);
         if !near.any_positive() {
@@ -163,8 +188,20 @@ impl<T: Scalar, const W: usize> Solver<T, W> {
     }
 
     /// With a box: environment by environment, those that are near.
-    fn meet_box(&mut self, s: &Setting<'_, T, W>, pair: &Pair<T>, near: Lane<T, W>, forces: &mut Forces<T, W>) {
+    fn meet_box(&mut self, s: &Setting<'_, T, W>, pair: &Pair<T>, mut near: Lane<T, W>, forces: &mut Forces<T, W>) {
         let (zero, one) = (Lane::zero(), Lane::of(1.0));
+        // What an axis of a box separates is not near, by more than single precision could get wrong.
+        let [a, b] = pair.shapes;
+        let (shape_a, shape_b) = (&s.tree.shapes[a], &s.tree.shapes[b]);
+        let between = sub(&self.places.center[b], &self.places.center[a]);
+        let margin = Lane::all(pair.mixed.margin) + Lane::of(ROUNDING);
+        for i in [a, b].into_iter().filter(|i| s.tree.shapes[*i].cuboid.is_some()) {
+            for axis in &self.places.turn[i] {
+                let apart = dot(&between, axis);
+                let both = self.places.extent(a, shape_a, axis) + self.places.extent(b, shape_b, axis);
+                near = near.least(both + margin - apart.most(-apart));
+            }
+        }
         let mut found = [(zero, zero, [zero; 3], [one, zero, zero]); boxes::MOST];
         for lane in (0..W).filter(|lane| near.0[*lane] > T::default()) {
             for (slot, touch) in found.iter_mut().zip(self.touches(s, pair, lane).iter()) {
@@ -187,11 +224,10 @@ impl<T: Scalar, const W: usize> Solver<T, W> {
         let vector = |v: &Vec3<T, W>| nalgebra::Vector3::new(v[0].0[lane], v[1].0[lane], v[2].0[lane]).map(T::wide);
         let cuboid = |i: usize| {
             let shape = &s.tree.shapes[i];
-            let (half, local) = shape.cuboid?;
-            let world = &s.work.rotation[shape.body];
-            let world = nalgebra::Matrix3::from_fn(|r, c| world[3 * r + c].0[lane].wide());
-            let rotation = world * nalgebra::Matrix3::from_row_slice(&local);
-            Some(Cuboid { center: vector(&self.places.center[i]), rotation, half: half.into() })
+            let (half, _) = shape.cuboid?;
+            let turn = &self.places.turn[i];
+            let rotation = nalgebra::Matrix3::from_columns(&[vector(&turn[0]), vector(&turn[1]), vector(&turn[2])]);
+            Some(Cuboid { center: vector(&self.places.center[i]), rotation, half: half.map(T::wide).into() })
         };
         let [a, b] = pair.shapes;
         let margin = pair.mixed.margin.wide();

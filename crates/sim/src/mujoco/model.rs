@@ -97,6 +97,7 @@ pub(super) fn compile(robot: &Robot, terrain: Option<&Terrain>) -> Result<(MjMod
             model.geom_conaffinity_mut()[id] = 0;
         }
     }
+    no_shortcuts(&mut model);
     let options = model.opt_mut();
     options.timestep = robot.timestep();
     if options.integrator == mjtIntegrator::mjINT_RK4 as i32 {
@@ -115,6 +116,20 @@ pub(super) fn compile(robot: &Robot, terrain: Option<&Terrain>) -> Result<(MjMod
 /// Whether something fixed to the world can be stood on.
 fn has_ground(character: &Character) -> bool {
     character.geoms.iter().any(|g| g.body == 0 && matches!(g.shape, GeomShape::Plane | GeomShape::HeightField(_)))
+}
+
+/// MuJoCo notes at compile time which frames coincide and which bodies are simple. Both end when an environment moves a
+/// centre of mass.
+fn no_shortcuts(model: &mut MjModel) {
+    use mujoco_rs::mujoco_c::mjtSameFrame::mjSAMEFRAME_NONE;
+    model.body_sameframe_mut().fill(mjSAMEFRAME_NONE);
+    model.geom_sameframe_mut().fill(mjSAMEFRAME_NONE);
+    model.site_sameframe_mut().fill(mjSAMEFRAME_NONE);
+    // SAFETY: none is simple is true of every model; the flags only allow to leave work out.
+    unsafe {
+        model.body_simple_mut().fill(0);
+        model.dof_simplenum_mut().fill(0);
+    }
 }
 
 /// The terrain as a height field with the surface of the character's own plane, which it takes the place of.

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use lifelike_robot::ActuatorParameters;
 use mujoco_rs::mujoco_c::mjtConstraint;
 use mujoco_rs::prelude::{MjData, MjModel};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
@@ -35,11 +36,22 @@ pub(super) struct Tuning {
     geom_friction: Vec<[f64; 3]>,
     mean_inertia: f64,
     mean_mass: f64,
+    body_ipos: Vec<[f64; 3]>,
+    dof_armature: Vec<f64>,
+    gravity: [f64; 3],
+    /// Damping of each scalar joint's dof, and its actuator's gains.
+    damping: Vec<f64>,
+    gains: Vec<[f64; 2]>,
 }
 
 impl Tuning {
-    fn of(model: &MjModel) -> Self {
+    fn of(model: &MjModel, layout: &Layout) -> Self {
         Self {
+            body_ipos: model.body_ipos().to_vec(),
+            dof_armature: model.dof_armature().to_vec(),
+            gravity: model.opt().gravity,
+            damping: layout.joints.iter().map(|j| j.damping).collect(),
+            gains: layout.joints.iter().map(|j| [j.actuator.kp, j.actuator.kd]).collect(),
             body_mass: model.body_mass().to_vec(),
             body_inertia: model.body_inertia().to_vec(),
             body_subtreemass: model.body_subtreemass().to_vec(),
@@ -64,6 +76,9 @@ impl Tuning {
         model.geom_friction_mut().copy_from_slice(&self.geom_friction);
         model.stat_mut().meaninertia = self.mean_inertia;
         model.stat_mut().meanmass = self.mean_mass;
+        model.body_ipos_mut().copy_from_slice(&self.body_ipos);
+        model.dof_armature_mut().copy_from_slice(&self.dof_armature);
+        model.opt_mut().gravity = self.gravity;
     }
 }
 
@@ -74,6 +89,9 @@ pub(super) struct Worker {
     base: Tuning,
     /// Whether the model is tuned to some environment.
     tuned: bool,
+    /// Damping and gains now in force, `[J]`.
+    damping: Vec<f64>,
+    gains: Vec<[f64; 2]>,
     /// Sum of the squared torques over the substeps, and the last torque, `[J]`.
     torque_squared: Vec<f64>,
     torque: Vec<f64>,
@@ -85,7 +103,9 @@ impl Worker {
         let model = model.clone();
         let joints = layout.joints.len();
         Ok(Self {
-            base: Tuning::of(&model),
+            base: Tuning::of(&model, &layout),
+            damping: layout.joints.iter().map(|j| j.damping).collect(),
+            gains: layout.joints.iter().map(|j| [j.actuator.kp, j.actuator.kd]).collect(),
             data: MjData::try_new(Box::new(model)).map_err(|e| e.to_string())?,
             layout,
             tuned: false,
@@ -105,29 +125,48 @@ impl Worker {
     /// MuJoCo takes the larger friction of two geoms that touch, so a friction of the ground is set on all of them: the
     /// ground then has exactly this friction for every part of the robot, and so have the robot's parts for each other.
     pub fn tuning(&mut self, parameters: &EnvironmentParameters) -> Option<Tuning> {
-        if parameters.mass_scale.is_empty() && parameters.ground_friction.is_none() {
+        if *parameters
+            == (EnvironmentParameters { joint_offset: parameters.joint_offset.clone(), ..Default::default() })
+        {
             return None;
         }
         let base = self.base.clone();
+        let layout = self.layout.clone();
+        let factor = |scale: &[f32], i: usize| scale.get(i).map_or(1.0, |x| f64::from(*x));
+        let p = parameters;
         let model = self.model_mut();
         base.apply(model);
-        for (body, &scale) in parameters.mass_scale.iter().enumerate() {
-            let scale = f64::from(scale);
-            model.body_mass_mut()[body] *= scale;
-            model.body_inertia_mut()[body].iter_mut().for_each(|moment| *moment *= scale);
+        for body in 0..layout.bodies {
+            let mass = factor(&p.mass_scale, body);
+            model.body_mass_mut()[body] *= mass;
+            let turning = mass * factor(&p.inertia_scale, body);
+            model.body_inertia_mut()[body].iter_mut().for_each(|moment| *moment *= turning);
+            for (slot, offset) in
+                model.body_ipos_mut()[body].iter_mut().zip(p.com_offset.get(body).into_iter().flatten())
+            {
+                *slot += f64::from(*offset);
+            }
         }
-        if let Some(friction) = parameters.ground_friction {
+        for (i, joint) in layout.joints.iter().enumerate() {
+            model.dof_armature_mut()[joint.v] *= factor(&p.armature_scale, i);
+        }
+        if let Some(gravity) = p.gravity {
+            model.opt_mut().gravity = gravity.map(f64::from);
+        }
+        if let Some(friction) = p.ground_friction {
             model.geom_friction_mut().iter_mut().for_each(|geom| geom[0] = f64::from(friction));
         }
-        if !parameters.mass_scale.is_empty() {
-            for joint in 0..self.layout.joints.len() {
-                self.set_damping(joint, 0.0);
-            }
-            // Inverse weights at the reference pose follow from the masses; contacts and limits use them.
-            self.data.set_const();
+        // Inverse weights at the reference pose follow from the masses; contacts and limits use them.
+        for joint in 0..layout.joints.len() {
+            self.set_damping(joint, 0.0);
         }
-        let tuning = Tuning::of(self.data.model());
-        let base = self.base.clone();
+        self.data.set_const();
+        let mut tuning = Tuning::of(self.data.model(), &layout);
+        for i in 0..layout.joints.len() {
+            tuning.damping[i] *= factor(&p.damping_scale, i);
+            tuning.gains[i][0] *= factor(&p.kp_scale, i);
+            tuning.gains[i][1] *= factor(&p.kd_scale, i);
+        }
         base.apply(self.model_mut());
         self.tuned = false;
         Some(tuning)
@@ -168,12 +207,18 @@ impl Worker {
         out.diverged.fill(row[self.layout.diverged] != 0.0);
     }
 
+    fn apply(&mut self, tuning: &Tuning) {
+        tuning.apply(self.model_mut());
+        self.damping.clone_from(&tuning.damping);
+        self.gains.clone_from(&tuning.gains);
+    }
+
     fn tune(&mut self, tuning: Option<&Tuning>) {
         match tuning {
-            Some(tuning) => tuning.apply(self.model_mut()),
+            Some(tuning) => self.apply(tuning),
             None if self.tuned => {
                 let base = self.base.clone();
-                base.apply(self.model_mut());
+                self.apply(&base);
             }
             None => {}
         }
@@ -202,7 +247,7 @@ impl Worker {
     }
 
     fn set_damping(&mut self, joint: usize, friction: f64) {
-        let (dof, own) = (self.layout.joints[joint].v, self.layout.joints[joint].damping);
+        let (dof, own) = (self.layout.joints[joint].v, self.damping[joint]);
         self.model_mut().dof_damping_mut()[dof] = own + friction;
     }
 
@@ -221,10 +266,11 @@ impl Worker {
                 let number = f64::from(numbers[i]);
                 let (position, velocity) = (self.data.qpos()[joint.q], self.data.qvel()[joint.v]);
                 let (applied, friction) = match command {
-                    Command::Targets(_) => (
-                        joint.actuator.motor_torque(number, position, velocity),
-                        joint.actuator.friction_damping(velocity),
-                    ),
+                    Command::Targets(_) => {
+                        let [kp, kd] = self.gains[i];
+                        let actuator = ActuatorParameters { kp, kd, ..joint.actuator };
+                        (actuator.motor_torque(number, position, velocity), actuator.friction_damping(velocity))
+                    }
                     Command::Torques(_) => (number, 0.0),
                 };
                 self.data.qfrc_applied_mut()[joint.v] = applied;

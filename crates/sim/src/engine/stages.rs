@@ -1,0 +1,257 @@
+//! Where a physics step spends its time and its arithmetic.
+
+use std::cell::Cell;
+use std::ops::{Add, Div, Mul, Neg, Sub};
+use std::sync::Arc;
+use std::time::Instant;
+
+use lifelike_robot::Robot;
+use lifelike_robot::actuator::Number;
+
+use super::LaneSimulation;
+use super::lane::Scalar;
+use crate::batch::{Drive, Simulation};
+use crate::error::SimError;
+use crate::terrain::Terrain;
+
+/// A part of a physics step.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Stage {
+    /// Places and axes of all bodies.
+    Kinematics,
+    /// Bias forces and composite inertias.
+    Bias,
+    /// The mass matrix.
+    MassMatrix,
+    /// Actuators, damping, springs, pushes.
+    Forces,
+    /// Factors of the mass matrix, twice: constraints see it without damping.
+    Factors,
+    /// Joint limits and dry friction, detection of contacts, and the rows of both.
+    Rows,
+    /// The solver's sweeps.
+    Sweeps,
+    /// Velocities and positions.
+    Integration,
+}
+
+impl Stage {
+    /// All of them, in the order of a step.
+    pub const ALL: [Self; 8] = [
+        Self::Kinematics,
+        Self::Bias,
+        Self::MassMatrix,
+        Self::Forces,
+        Self::Factors,
+        Self::Rows,
+        Self::Sweeps,
+        Self::Integration,
+    ];
+
+    /// For a table.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Kinematics => "kinematics",
+            Self::Bias => "bias forces",
+            Self::MassMatrix => "mass matrix",
+            Self::Forces => "actuators",
+            Self::Factors => "factorisation",
+            Self::Rows => "constraint rows",
+            Self::Sweeps => "solver sweeps",
+            Self::Integration => "integration",
+        }
+    }
+}
+
+/// Is told whenever a stage is over. The engine's own is `()`, which costs nothing.
+pub trait Clock {
+    /// A step begins: what came before is no stage.
+    fn begin(&mut self);
+    /// What was done since the last call was this.
+    fn lap(&mut self, stage: Stage);
+}
+
+impl Clock for () {
+    #[inline(always)]
+    fn begin(&mut self) {}
+    #[inline(always)]
+    fn lap(&mut self, _: Stage) {}
+}
+
+/// Wall time of each stage.
+struct Watch {
+    last: Instant,
+    seconds: [f64; Stage::ALL.len()],
+}
+
+impl Clock for Watch {
+    fn begin(&mut self) {
+        self.last = Instant::now();
+    }
+    fn lap(&mut self, stage: Stage) {
+        let now = Instant::now();
+        self.seconds[stage as usize] += (now - self.last).as_secs_f64();
+        self.last = now;
+    }
+}
+
+thread_local! {
+    static OPERATIONS: Cell<u64> = const { Cell::new(0) };
+}
+
+/// Floating-point operations of each stage.
+struct Counter {
+    last: u64,
+    operations: [u64; Stage::ALL.len()],
+}
+
+impl Clock for Counter {
+    fn begin(&mut self) {
+        self.last = OPERATIONS.get();
+    }
+    fn lap(&mut self, stage: Stage) {
+        let now = OPERATIONS.get();
+        self.operations[stage as usize] += now - self.last;
+        self.last = now;
+    }
+}
+
+/// A number that counts what is done with it.
+#[derive(Debug, Clone, Copy, PartialEq, PartialOrd, Default)]
+struct Counted(f32);
+
+fn counted(operations: u64, value: f32) -> Counted {
+    OPERATIONS.set(OPERATIONS.get() + operations);
+    Counted(value)
+}
+
+macro_rules! operator {
+    ($trait:ident, $method:ident, $op:tt) => {
+        impl $trait for Counted {
+            type Output = Self;
+            fn $method(self, other: Self) -> Self {
+                counted(1, self.0 $op other.0)
+            }
+        }
+    };
+}
+operator!(Add, add, +);
+operator!(Sub, sub, -);
+operator!(Mul, mul, *);
+operator!(Div, div, /);
+
+impl Neg for Counted {
+    type Output = Self;
+    fn neg(self) -> Self {
+        Self(-self.0)
+    }
+}
+
+/// Operations of the two functions that are written out as polynomials.
+const POLYNOMIAL: u64 = 30;
+
+impl Number for Counted {
+    fn from_f64(value: f64) -> Self {
+        Self(value as f32)
+    }
+    fn least(self, other: Self) -> Self {
+        counted(1, self.0.least(other.0))
+    }
+    fn most(self, other: Self) -> Self {
+        counted(1, self.0.most(other.0))
+    }
+    fn tanh(self) -> Self {
+        counted(POLYNOMIAL, Number::tanh(self.0))
+    }
+    fn tanh_ratio(self) -> Self {
+        counted(POLYNOMIAL, self.0.tanh_ratio())
+    }
+}
+
+impl Scalar for Counted {
+    fn new(value: f64) -> Self {
+        Self(value as f32)
+    }
+    fn wide(self) -> f64 {
+        self.0.into()
+    }
+    fn mul_add(self, a: Self, b: Self) -> Self {
+        counted(2, self.0.mul_add(a.0, b.0))
+    }
+    fn sqrt(self) -> Self {
+        counted(1, self.0.sqrt())
+    }
+    fn sin_cos(self) -> (Self, Self) {
+        let (sin, cos) = Scalar::sin_cos(self.0);
+        (counted(POLYNOMIAL, sin), Self(cos))
+    }
+}
+
+/// One stage, per physics step of one environment.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Cost {
+    /// Which.
+    pub stage: Stage,
+    /// Time of one core (s).
+    pub seconds: f64,
+    /// Floating-point operations; a multiplication and an addition are two.
+    pub operations: f64,
+}
+
+/// Costs of all stages while a robot wriggles: noisy targets around its default pose for `steps` policy steps, put back to
+/// `position` now and then.
+///
+/// Operations are counted, not estimated: the same code runs on a number that counts.
+///
+/// # Errors
+/// As [`LaneSimulation::new`].
+pub fn costs(
+    robot: &Arc<Robot>,
+    terrain: Option<&Arc<Terrain>>,
+    position: &[f64],
+    steps: usize,
+) -> Result<Vec<Cost>, SimError> {
+    const LANES: usize = 8;
+    let mut watch = Watch { last: Instant::now(), seconds: [0.0; Stage::ALL.len()] };
+    run::<f32, LANES, _>(robot, terrain, position, steps, &mut watch)?;
+    let mut counter = Counter { last: OPERATIONS.get(), operations: [0; Stage::ALL.len()] };
+    let counting = steps.div_ceil(20);
+    run::<Counted, 1, _>(robot, terrain, position, counting, &mut counter)?;
+    let physics = |steps: usize| (steps * robot.substeps) as f64;
+    let cost = |stage: Stage| Cost {
+        stage,
+        seconds: watch.seconds[stage as usize] / physics(steps) / LANES as f64,
+        operations: counter.operations[stage as usize] as f64 / physics(counting),
+    };
+    Ok(Stage::ALL.map(cost).into())
+}
+
+fn run<T: Scalar, const W: usize, C: Clock>(
+    robot: &Arc<Robot>,
+    terrain: Option<&Arc<Terrain>>,
+    position: &[f64],
+    steps: usize,
+    clock: &mut C,
+) -> Result<(), SimError> {
+    let mut simulation = LaneSimulation::<T, W>::new(robot.clone(), W, 1)?;
+    if let Some(terrain) = terrain {
+        simulation = simulation.with_terrain(terrain.clone());
+    }
+    let joints = robot.joints();
+    let targets = |step: usize| -> Vec<f32> {
+        let wriggle = |i: usize| 0.1 * ((i * 7919 + step * 104_729) as f32).sin();
+        (0..W * joints).map(|i| robot.default_pose[i % joints] as f32 + wriggle(i)).collect()
+    };
+    // On its feet first, then measured; and put back on them now and then.
+    let velocity = vec![0.0; robot.character.nv];
+    for step in 0..steps {
+        if step % 25 == 0 {
+            for id in 0..W {
+                simulation.reset(&[id], position, &velocity)?;
+            }
+            simulation.step(Drive::Targets(&targets(step)))?;
+        }
+        simulation.clocked(&targets(step), clock);
+    }
+    Ok(())
+}

@@ -1,0 +1,89 @@
+//! Constants of a model that may differ between environments.
+
+use lifelike_robot::actuator::ActuatorParameters;
+
+use super::lane::{Lane, Scalar};
+use super::spatial::Vec3;
+use super::tree::Tree;
+use crate::batch::EnvironmentParameters;
+
+/// They cost a load each, where the model's own would be broadcast.
+#[derive(Debug, Clone)]
+pub struct Variation<T: Scalar, const W: usize> {
+    /// Factor on mass and inertia of each body.
+    pub mass: Vec<Lane<T, W>>,
+    /// Further factor on the inertia of each body.
+    pub inertia: Vec<Lane<T, W>>,
+    /// Centre of mass of each body in its frame (m).
+    pub com: Vec<Vec3<T, W>>,
+    /// Gravity (m/s²).
+    pub gravity: Vec3<T, W>,
+    /// Of each dof.
+    pub armature: Vec<Lane<T, W>>,
+    pub damping: Vec<Lane<T, W>>,
+    /// Gains of each actuator: κ_P, κ_D.
+    pub gains: Vec<[Lane<T, W>; 2]>,
+    /// Friction of every contact; below zero: its own.
+    pub friction: Lane<T, W>,
+}
+
+impl<T: Scalar, const W: usize> Variation<T, W> {
+    /// None: the model's own constants everywhere.
+    pub fn none(tree: &Tree<T>, actuators: &[ActuatorParameters<Lane<T, W>>]) -> Self {
+        let one = Lane::of(1.0);
+        Self {
+            mass: vec![one; tree.bodies.len()],
+            inertia: vec![one; tree.bodies.len()],
+            com: tree.bodies.iter().map(|b| b.com.map(Lane::all)).collect(),
+            gravity: tree.gravity.map(Lane::all),
+            armature: tree.dofs.iter().map(|d| Lane::all(d.armature)).collect(),
+            damping: tree.dofs.iter().map(|d| Lane::all(d.damping)).collect(),
+            gains: actuators.iter().map(|a| [a.kp, a.kd]).collect(),
+            friction: Lane::of(-1.0),
+        }
+    }
+
+    /// Gives one lane the constants of its environment. `own` are the model's.
+    pub fn set(&mut self, lane: usize, tree: &Tree<T>, own: &Self, parameters: &EnvironmentParameters) {
+        let scaled = |slots: &mut Vec<Lane<T, W>>, own: &[Lane<T, W>], scale: &[f32]| {
+            for (i, (slot, own)) in slots.iter_mut().zip(own).enumerate() {
+                slot.0[lane] = own.0[lane] * factor(scale, i);
+            }
+        };
+        scaled(&mut self.mass, &own.mass, &parameters.mass_scale);
+        scaled(&mut self.inertia, &own.inertia, &parameters.inertia_scale);
+        for (i, (slot, own)) in self.com.iter_mut().zip(&own.com).enumerate() {
+            for k in 0..3 {
+                let offset = parameters.com_offset.get(i).map_or(0.0, |offset| f64::from(offset[k]));
+                slot[k].0[lane] = own[k].0[lane] + T::new(offset);
+            }
+        }
+        for k in 0..3 {
+            let value = parameters.gravity.map(|gravity| T::new(f64::from(gravity[k])));
+            self.gravity[k].0[lane] = value.unwrap_or(own.gravity[k].0[lane]);
+        }
+        for (i, joint) in tree.driven.iter().enumerate() {
+            let [armature, damping, kp, kd] =
+                [&parameters.armature_scale, &parameters.damping_scale, &parameters.kp_scale, &parameters.kd_scale]
+                    .map(|scale| factor::<T>(scale, i));
+            self.armature[joint.v].0[lane] = own.armature[joint.v].0[lane] * armature;
+            self.damping[joint.v].0[lane] = own.damping[joint.v].0[lane] * damping;
+            if let Some((gains, own)) = self.gains.get_mut(i).zip(own.gains.get(i)) {
+                gains[0].0[lane] = own[0].0[lane] * kp;
+                gains[1].0[lane] = own[1].0[lane] * kd;
+            }
+        }
+        self.friction.0[lane] = T::new(parameters.ground_friction.map_or(-1.0, f64::from));
+    }
+
+    /// Numbers per environment.
+    pub fn len(&self) -> usize {
+        let lists = self.mass.len() + self.inertia.len() + self.armature.len() + self.damping.len();
+        lists + 3 * self.com.len() + 2 * self.gains.len() + 4
+    }
+}
+
+/// Factor `i` of a list; an empty one is of ones.
+fn factor<T: Scalar>(scale: &[f32], i: usize) -> T {
+    T::new(scale.get(i).map_or(1.0, |x| f64::from(*x)))
+}
