@@ -17,8 +17,10 @@ mod boxes;
 mod constraints;
 mod contact;
 mod dynamics;
+mod factors;
 pub mod lane;
 mod outputs;
+mod reactions;
 mod shapes;
 mod spatial;
 pub mod stages;
@@ -43,8 +45,10 @@ use crate::terrain::Terrain;
 use block::{Block, Desk, Model, inverse_weights};
 use lane::{Lane, Scalar};
 use outputs::{write_forces, write_no_forces, write_state};
+use reactions::Reactions;
 use stages::Clock;
 
+pub use reactions::BodyForces;
 pub use unsupported::unsupported;
 
 /// The name of this engine.
@@ -52,6 +56,12 @@ pub const ENGINE: &str = "lifelike";
 
 /// N environments of one robot, in single precision, eight to a vector.
 pub type LifelikeSimulation = LaneSimulation<f32, 8>;
+
+/// Says that a dof has nothing of its own to move.
+fn massless(robot: &Robot, dof: usize) -> String {
+    let joint = robot.character.joints.iter().find(|j| (j.v_index..j.v_index + j.kind.nv()).contains(&dof));
+    format!("joint '{}' moves no mass that other joints do not move alike", joint.map_or("", |j| j.name.as_str()))
+}
 
 /// Pairs of a robot's own geoms that may touch.
 pub fn self_contacts(robot: &Robot) -> usize {
@@ -67,6 +77,8 @@ pub struct LaneSimulation<T: Scalar, const W: usize> {
     blocks: Vec<Block<T, W>>,
     desks: Vec<Desk<T, W>>,
     pool: rayon::ThreadPool,
+    /// Whether the last command was targets.
+    targets: bool,
     parameters: Vec<EnvironmentParameters>,
     state: BatchState,
 }
@@ -103,7 +115,8 @@ impl<T: Scalar, const W: usize> LaneSimulation<T, W> {
         let widths =
             Widths { joints: tree.driven.len(), places: tree.places.len(), bodies: tree.bodies.len(), feet: tree.feet };
         let reference = robot.character.reference_position();
-        let weights = inverse_weights(&model.exact, &reference, &model.exact_own);
+        let weights = inverse_weights(&model.exact, &reference, &model.exact_own)
+            .map_err(|dof| fail(format!("{}: give the body mass, or the joint armature", massless(&robot, dof))))?;
         let block = Block::new(&model, &weights);
         let mut simulation = Self {
             state: rows::allocate(environments, &widths),
@@ -111,6 +124,7 @@ impl<T: Scalar, const W: usize> LaneSimulation<T, W> {
             blocks: vec![block; environments.div_ceil(W)],
             model,
             parameters: vec![EnvironmentParameters::default(); environments],
+            targets: false,
             reference,
             widths,
             pool,
@@ -166,6 +180,20 @@ impl<T: Scalar, const W: usize> LaneSimulation<T, W> {
         }
         let first = |lanes: &[Lane<T, W>]| lanes.iter().map(|x| x.0[0].wide()).collect();
         Ok(Dynamics { mass, bias: first(&desk.work.bias), acceleration: first(&acceleration) })
+    }
+
+    /// Forces in joints and on bodies in the present state, under the command of the last step (zero before the first). As
+    /// MuJoCo's `mj_rnePostConstraint` after `mj_forward`: damping is not yet taken implicitly.
+    pub fn body_forces(&mut self) -> BodyForces {
+        let mut out = BodyForces::default();
+        let desk = &mut self.desks[0];
+        for (b, block) in self.blocks.iter().enumerate() {
+            let reactions = Reactions::of(&self.model, block, desk, self.targets);
+            for lane in 0..W.min(self.parameters.len() - b * W) {
+                reactions.write(&desk.work, lane, &mut out);
+            }
+        }
+        out
     }
 
     /// One policy step of the first vector of environments towards targets, its stages told to a clock; no outputs.
@@ -228,10 +256,13 @@ impl<T: Scalar, const W: usize> LaneSimulation<T, W> {
         let (parameters, model) = (&self.parameters[id], &self.model);
         checks::parameters(parameters, self.widths.bodies, self.widths.joints)?;
         let (block, lane) = (&mut self.blocks[id / W], id % W);
-        block.variation.set(lane, &model.tree, &model.own, parameters);
         let mut exact = model.exact_own.clone();
         exact.set(0, &model.exact, &model.exact_own, parameters);
-        let weights = inverse_weights(&model.exact, &self.reference, &exact);
+        let weights = inverse_weights(&model.exact, &self.reference, &exact).map_err(|dof| SimError::State {
+            expected: "factors that leave every joint something to move".into(),
+            got: massless(&self.robot, dof),
+        })?;
+        block.variation.set(lane, &model.tree, &model.own, parameters);
         for (slot, x) in block.weights.body.iter_mut().zip(&weights.body) {
             slot.0[lane] = T::new(x.0[0]);
         }
@@ -299,6 +330,7 @@ impl<T: Scalar, const W: usize> Simulation for LaneSimulation<T, W> {
         let joints = self.widths.joints;
         let numbers = checks::drive(&drive, self.len() * joints)?;
         let targets = matches!(drive, Drive::Targets(_));
+        self.targets = targets;
         let (model, widths) = (&self.model, self.widths);
         let mut rest = Rows::whole(&mut self.state);
         let jobs: Vec<_> = self

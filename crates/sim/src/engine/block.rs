@@ -9,7 +9,8 @@ use lifelike_robot::actuator::{ActuatorParameters, Number};
 use super::constraints::{Forces, InverseWeights, SWEEPS, Setting, Solver};
 use super::dynamics::Workspace;
 use super::lane::{Lane, Scalar};
-use super::spatial::{Spatial, cross, dot6};
+use super::reactions::about_origin;
+use super::spatial::{Spatial, accumulate, along, cross, dot6};
 use super::stages::{Clock, Stage};
 use super::tree::Tree;
 use super::variation::Variation;
@@ -125,6 +126,26 @@ impl<T: Scalar, const W: usize> Desk<T, W> {
     }
 }
 
+impl<T: Scalar, const W: usize> Desk<T, W> {
+    /// What the contacts that [`Block::accelerate`] kept exert on each body, about the root's position.
+    pub fn contact_forces(&mut self, tree: &Tree<T>, forces: &Forces<T, W>) -> Vec<Spatial<T, W>> {
+        let zero = Lane::zero();
+        let mut out = vec![[zero; 6]; tree.bodies.len()];
+        let kept = self.solver.kept.take().unwrap_or_default();
+        for (place, contact) in kept.iter().zip(&self.solver.contacts) {
+            let total = contact.total(&forces.contact[contact.slot]);
+            let force = (0..3).fold([zero; 3], |sum, k| along(&sum, &place.frame[k], total[k]));
+            let torque = cross(&place.point, &force);
+            let wrench = [torque[0], torque[1], torque[2], force[0], force[1], force[2]];
+            let [a, b] = place.bodies;
+            accumulate(&mut out[b], &wrench);
+            accumulate(&mut out[a], &wrench.map(|x| -x));
+        }
+        out[0] = [zero; 6];
+        out
+    }
+}
+
 impl<T: Scalar, const W: usize> Block<T, W> {
     /// All environments in the reference position with the model's own masses.
     pub fn new(model: &Model<T, W>, weights: &InverseWeights<f64, 1>) -> Self {
@@ -197,11 +218,11 @@ impl<T: Scalar, const W: usize> Block<T, W> {
         }
     }
 
-    /// One physics step: actuators, dynamics, constraints, semi-implicit Euler with damping taken implicitly (MuJoCo's
-    /// `Euler`: constraint forces see M, the velocities M + h D).
-    fn substep(&mut self, model: &Model<T, W>, desk: &mut Desk<T, W>, targets: bool, clock: &mut impl Clock) {
+    /// Actuators, dynamics and constraints: leaves the acceleration in the solver's coordinates (`desk.u`), and every dof's
+    /// damping.
+    #[inline(always)]
+    fn forward(&mut self, model: &Model<T, W>, desk: &mut Desk<T, W>, targets: bool, clock: &mut impl Clock) {
         let tree = &model.tree;
-        let h = Lane::of(tree.timestep);
         let Desk { work, solver, u, damping, .. } = desk;
         work.kinematics(tree, &self.q);
         clock.lap(Stage::Kinematics);
@@ -239,10 +260,7 @@ impl<T: Scalar, const W: usize> Block<T, W> {
         }
         for (body, push) in self.pushes.iter().enumerate() {
             if let (Some(push), Some(last)) = (push, tree.bodies[body].last_dof) {
-                let (torque, force) = ([push[0], push[1], push[2]], [push[3], push[4], push[5]]);
-                let arm = cross(&work.com[body], &force);
-                let about_root =
-                    [torque[0] + arm[0], torque[1] + arm[1], torque[2] + arm[2], force[0], force[1], force[2]];
+                let about_root = about_origin(push, work, body);
                 for d in &tree.dofs[last].chain {
                     u[*d] += dot6(&work.motion[*d], &about_root);
                 }
@@ -263,6 +281,14 @@ impl<T: Scalar, const W: usize> Block<T, W> {
             sweeps: model.sweeps,
         };
         solver.solve(&setting, &mut self.forces, u, clock);
+    }
+
+    /// One physics step: semi-implicit Euler with damping taken implicitly (MuJoCo's `Euler`: constraint forces see M, the
+    /// velocities M + h D).
+    fn substep(&mut self, model: &Model<T, W>, desk: &mut Desk<T, W>, targets: bool, clock: &mut impl Clock) {
+        self.forward(model, desk, targets, clock);
+        let (tree, h) = (&model.tree, Lane::of(model.tree.timestep));
+        let Desk { work, u, damping, .. } = desk;
         work.factors.half_multiply(tree, u);
         work.factors.factorise(tree, &work.mass, |d| h * damping[d]);
         work.factors.half_solve(tree, u);
@@ -273,6 +299,14 @@ impl<T: Scalar, const W: usize> Block<T, W> {
         }
         self.move_along(tree, h);
         clock.lap(Stage::Integration);
+    }
+
+    /// Acceleration of every dof in the present state, damping not taken implicitly.
+    pub fn accelerate(&mut self, model: &Model<T, W>, desk: &mut Desk<T, W>, targets: bool) -> Vec<Lane<T, W>> {
+        desk.solver.kept = Some(Vec::new());
+        self.forward(model, desk, targets, &mut ());
+        desk.work.factors.finish_solve(&model.tree, &mut desk.u);
+        desk.u.clone()
     }
 
     fn move_along(&mut self, tree: &Tree<T>, h: Lane<T, W>) {
@@ -313,8 +347,18 @@ impl<T: Scalar, const W: usize> Block<T, W> {
     }
 }
 
+/// Most that a unit force may accelerate a dof (1/kg): beyond it nothing is there to be moved.
+const LIGHTEST: f64 = 1e9;
+
 /// Inverse weights at the reference position.
-pub fn inverse_weights(tree: &Tree<f64>, reference: &[f64], variation: &Variation<f64, 1>) -> InverseWeights<f64, 1> {
+///
+/// # Errors
+/// The last dof that moves no mass, or none that the dofs below it do not move alike.
+pub fn inverse_weights(
+    tree: &Tree<f64>,
+    reference: &[f64],
+    variation: &Variation<f64, 1>,
+) -> Result<InverseWeights<f64, 1>, usize> {
     let q: Vec<Lane<f64, 1>> = reference.iter().map(|x| Lane([*x])).collect();
     let zero = vec![Lane::zero(); tree.nv];
     let mut work = Workspace::new(tree);
@@ -323,6 +367,9 @@ pub fn inverse_weights(tree: &Tree<f64>, reference: &[f64], variation: &Variatio
     work.mass_matrix(tree, variation);
     let Workspace { factors, mass, .. } = &mut work;
     factors.factorise(tree, mass, |_| Lane::zero());
+    if let Some(dof) = factors.inverse.iter().rposition(|x| !(0.0..LIGHTEST).contains(&x.0[0])) {
+        return Err(dof);
+    }
     // J M⁻¹ Jᵀ of a row is the square of its half solution.
     let weight = |work: &Workspace<f64, 1>, row: Vec<Lane<f64, 1>>| {
         let mut y = row;
@@ -359,5 +406,5 @@ pub fn inverse_weights(tree: &Tree<f64>, reference: &[f64], variation: &Variatio
             dof[at..at + 3].fill(Lane([mean]));
         }
     }
-    InverseWeights { body, dof }
+    Ok(InverseWeights { body, dof })
 }

@@ -13,7 +13,7 @@
 
 use lifelike_robot::actuator::Number;
 
-use super::contact::Contact;
+use super::contact::{Contact, Place};
 use super::dynamics::Workspace;
 use super::lane::{Lane, Scalar};
 use super::stages::{Clock, Stage};
@@ -100,6 +100,8 @@ pub struct Solver<T: Scalar, const W: usize> {
     /// The y of contacts: normal and two tangents.
     pub(super) triples: Vec<[Lane<T, W>; 3]>,
     pub(super) places: Places<T, W>,
+    /// Where the contacts are, if that is asked for.
+    pub(super) kept: Option<Vec<Place<T, W>>>,
 }
 
 /// What a step's constraints depend on.
@@ -126,6 +128,7 @@ impl<T: Scalar, const W: usize> Solver<T, W> {
             singles: Vec::new(),
             triples: Vec::new(),
             places: Places::new(tree),
+            kept: None,
         }
     }
 

@@ -21,6 +21,8 @@ const CROSS: [[usize; 4]; 4] = [[9, 0, 1, 2], [0, 9, 3, 4], [1, 3, 9, 5], [2, 4,
 pub struct Meeting<'a, T: Scalar, const W: usize> {
     /// Index into `Forces::contact`.
     pub slot: usize,
+    /// The bodies; 0 is the ground.
+    pub bodies: [usize; 2],
     /// The dofs that move one body against the other.
     pub support: usize,
     /// Between the surfaces, from the root's position (m).
@@ -34,6 +36,14 @@ pub struct Meeting<'a, T: Scalar, const W: usize> {
     /// Inverse weight of both bodies (1/kg).
     pub weight: Lane<T, W>,
     pub mixed: &'a Mixed<T>,
+}
+
+/// Where a contact's force acts: kept only when somebody asks for forces on bodies.
+#[derive(Debug, Clone)]
+pub struct Place<T: Scalar, const W: usize> {
+    pub bodies: [usize; 2],
+    pub point: Vec3<T, W>,
+    pub frame: [Vec3<T, W>; 3],
 }
 
 /// One contact, ready to be solved. Its edges are n + μ t₁, n - μ t₁, n + μ t₂, n - μ t₂.
@@ -126,6 +136,9 @@ impl<T: Scalar, const W: usize> Solver<T, W> {
         let damping = Lane::all(mixed.softness.damping);
         let pull = Lane::all(mixed.softness.stiffness) * impedance * m.deep;
         let offset = [damping * velocity[0] - pull, damping * velocity[1], damping * velocity[2]];
+        if let Some(kept) = &mut self.kept {
+            kept.push(Place { bodies: m.bodies, point: m.point, frame: m.frame });
+        }
         let (slot, support) = (m.slot, m.support);
         self.contacts.push(Contact { slot, support, y: at, offset, own, cross, inverse, softness, friction });
     }

@@ -1,11 +1,11 @@
 //! Unconstrained dynamics on lanes: kinematics, composite inertias, bias forces, the mass matrix and its factors.
 //!
 //! Everything is about the root's position, axes of the world: f32 keeps its digits however far the robot walks.
-//! Algorithms: composite rigid bodies and recursive Newton-Euler (Featherstone 2008, ch. 5 and 6), and the factorization
-//! M = Lᵀ D L on the tree's own sparsity (Featherstone 2008, 6.5), which is also MuJoCo's.
+//! Algorithms: composite rigid bodies and recursive Newton-Euler (Featherstone 2008, ch. 5 and 6).
 
 use lifelike_character::JointKind;
 
+use super::factors::Factors;
 use super::lane::{Lane, Scalar};
 use super::spatial::{
     Inertia, Mat3, Spatial, Vec3, accumulate, add, along, cross, cross_force, cross_motion, dot, dot6, momentum,
@@ -28,7 +28,8 @@ pub struct Workspace<T: Scalar, const W: usize> {
     /// Velocity of each body.
     pub velocity: Vec<Spatial<T, W>>,
     inertia: Vec<Inertia<T, W>>,
-    acceleration: Vec<Spatial<T, W>>,
+    /// Its acceleration by velocities and gravity alone.
+    pub acceleration: Vec<Spatial<T, W>>,
     force: Vec<Spatial<T, W>>,
     /// Mass matrix, rows of `Dof::chain`.
     pub mass: Vec<Lane<T, W>>,
@@ -36,88 +37,6 @@ pub struct Workspace<T: Scalar, const W: usize> {
     pub bias: Vec<Lane<T, W>>,
     /// Mass matrix as it is factorised.
     pub factors: Factors<T, W>,
-}
-
-/// M = Lᵀ D L.
-#[derive(Debug, Clone)]
-pub struct Factors<T: Scalar, const W: usize> {
-    /// L below its diagonal of ones, rows of `Dof::chain`; the last entry of a row is D.
-    pub rows: Vec<Lane<T, W>>,
-    /// 1 / D.
-    pub inverse: Vec<Lane<T, W>>,
-    /// D^(-1/2).
-    pub inverse_root: Vec<Lane<T, W>>,
-}
-
-impl<T: Scalar, const W: usize> Factors<T, W> {
-    fn new(tree: &Tree<T>) -> Self {
-        let zero = Lane::zero();
-        Self { rows: vec![zero; tree.entries], inverse: vec![zero; tree.nv], inverse_root: vec![zero; tree.nv] }
-    }
-
-    /// Factorises a matrix that has something added to its diagonal.
-    #[inline(always)]
-    pub fn factorise(&mut self, tree: &Tree<T>, matrix: &[Lane<T, W>], diagonal: impl Fn(usize) -> Lane<T, W>) {
-        self.rows.copy_from_slice(matrix);
-        for (d, dof) in tree.dofs.iter().enumerate() {
-            self.rows[dof.row + dof.chain.len() - 1] += diagonal(d);
-        }
-        for (d, dof) in tree.dofs.iter().enumerate().rev() {
-            let (row, n) = (dof.row, dof.chain.len());
-            let inverse = self.rows[row + n - 1].recip();
-            self.inverse[d] = inverse;
-            self.inverse_root[d] = inverse.sqrt();
-            let (above, own) = self.rows.split_at_mut(row);
-            for i in (0..n - 1).rev() {
-                let share = own[i] * inverse;
-                let target = tree.dofs[dof.chain[i]].row;
-                for (x, y) in above[target..target + i + 1].iter_mut().zip(&own[..=i]) {
-                    *x = x.minus(share, *y);
-                }
-                own[i] = share;
-            }
-        }
-    }
-
-    /// x ← D^(-1/2) L^(-T) x.
-    #[inline(always)]
-    pub fn half_solve(&self, tree: &Tree<T>, x: &mut [Lane<T, W>]) {
-        for (d, dof) in tree.dofs.iter().enumerate().rev() {
-            let n = dof.chain.len();
-            let value = x[d];
-            for (i, l) in dof.chain[..n - 1].iter().zip(&self.rows[dof.row..dof.row + n - 1]) {
-                x[*i] = x[*i].minus(*l, value);
-            }
-            x[d] = value * self.inverse_root[d];
-        }
-    }
-
-    /// x ← L^(-1) D^(-1/2) x: the other half.
-    #[inline(always)]
-    pub fn finish_solve(&self, tree: &Tree<T>, x: &mut [Lane<T, W>]) {
-        for (d, dof) in tree.dofs.iter().enumerate() {
-            let n = dof.chain.len();
-            let mut value = x[d] * self.inverse_root[d];
-            for (i, l) in dof.chain[..n - 1].iter().zip(&self.rows[dof.row..dof.row + n - 1]) {
-                value = value.minus(*l, x[*i]);
-            }
-            x[d] = value;
-        }
-    }
-
-    /// x ← Lᵀ D^(1/2) x: undoes [`Self::half_solve`].
-    #[inline(always)]
-    pub fn half_multiply(&self, tree: &Tree<T>, x: &mut [Lane<T, W>]) {
-        for (d, dof) in tree.dofs.iter().enumerate() {
-            let n = dof.chain.len();
-            // D^(1/2) = D · D^(-1/2).
-            let value = x[d] * self.rows[dof.row + n - 1] * self.inverse_root[d];
-            x[d] = value;
-            for (i, l) in dof.chain[..n - 1].iter().zip(&self.rows[dof.row..dof.row + n - 1]) {
-                x[*i] = x[*i].plus(*l, value);
-            }
-        }
-    }
 }
 
 impl<T: Scalar, const W: usize> Workspace<T, W> {
@@ -255,8 +174,9 @@ impl<T: Scalar, const W: usize> Workspace<T, W> {
         }
     }
 
+    /// Inertia of a body, about the root's position.
     #[inline(always)]
-    fn spatial_inertia(&self, b: usize, body: &TreeBody<T>, variation: &Variation<T, W>) -> Inertia<T, W> {
+    pub fn spatial_inertia(&self, b: usize, body: &TreeBody<T>, variation: &Variation<T, W>) -> Inertia<T, W> {
         let r = &self.rotation[b];
         let [xx, yy, zz, xy, xz, yz] = body.inertia;
         let t = product_constant(r, &[xx, xy, xz, xy, yy, yz, xz, yz, zz]);

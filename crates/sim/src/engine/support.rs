@@ -1,6 +1,6 @@
 //! Which degrees of freedom a constraint can move, and the three operations on rows that live on them only.
 
-use super::dynamics::Factors;
+use super::factors::Factors;
 use super::lane::{Lane, Scalar};
 use super::tree::Dof;
 
@@ -18,11 +18,23 @@ pub struct Support {
 
 /// Neighbouring dofs.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Run {
-    first: usize,
-    /// Its place in [`Support::dofs`].
-    at: usize,
-    len: usize,
+pub struct Run {
+    pub first: usize,
+    /// The place of its first in the list it is a part of.
+    pub at: usize,
+    pub len: usize,
+}
+
+/// A list of dofs as runs of neighbours.
+pub fn runs(dofs: &[usize]) -> Vec<Run> {
+    let mut runs: Vec<Run> = Vec::new();
+    for (at, &dof) in dofs.iter().enumerate() {
+        match runs.last_mut() {
+            Some(run) if run.first + run.len == dof => run.len += 1,
+            _ => runs.push(Run { first: dof, at, len: 1 }),
+        }
+    }
+    runs
 }
 
 impl Support {
@@ -35,13 +47,7 @@ impl Support {
     pub fn between(a: &[usize], b: &[usize]) -> Self {
         let shared = a.iter().zip(b).take_while(|(x, y)| x == y).count();
         let dofs: Vec<usize> = a.iter().chain(&b[shared..]).copied().collect();
-        let mut runs: Vec<Run> = Vec::new();
-        for (at, &dof) in dofs.iter().enumerate() {
-            match runs.last_mut() {
-                Some(run) if run.first + run.len == dof => run.len += 1,
-                _ => runs.push(Run { first: dof, at, len: 1 }),
-            }
-        }
+        let runs = runs(&dofs);
         Self { dofs, runs, shared, fork: a.len() }
     }
 

@@ -123,11 +123,12 @@ impl<T: Scalar, const W: usize> Solver<T, W> {
                 // Half way between the two surfaces.
                 let point = along(&point, &normal, -(radius.plus(distance, Lane::of(0.5))));
                 let weight = s.weights.body[shape.body];
+                let bodies = [0, shape.body];
                 let frame = frame(normal, axis);
                 let mixed = &shape.mixed;
                 self.push_contact(
                     s,
-                    &Meeting { slot: first + k, support, point, frame, deep, touching, weight, mixed },
+                    &Meeting { slot: first + k, bodies, support, point, frame, deep, touching, weight, mixed },
                 );
             }
         }
@@ -255,7 +256,17 @@ impl<T: Scalar> Pair<T> {
     ) -> Meeting<'_, T, W> {
         let weight = s.weights.body[self.bodies[0]] + s.weights.body[self.bodies[1]];
         let (slot, frame) = (self.first + k, frame(normal, None));
-        Meeting { slot, support: self.support, point, frame, deep, touching, weight, mixed: &self.mixed }
+        Meeting {
+            slot,
+            bodies: self.bodies,
+            support: self.support,
+            point,
+            frame,
+            deep,
+            touching,
+            weight,
+            mixed: &self.mixed,
+        }
     }
 }
 

@@ -8,7 +8,7 @@ use lifelike_robot::Robot;
 
 use super::lane::Scalar;
 use super::shapes::{GroundShape, Pair, Shape};
-use super::support::Support;
+use super::support::{Run, Support, runs};
 use super::surface::{SOLIMP, SOLREF, Softness, Surface};
 use crate::error::SimError;
 
@@ -20,6 +20,10 @@ pub struct Dof<T> {
     pub chain: Vec<usize>,
     /// Where its row of the mass matrix begins: one entry per element of `chain`.
     pub row: usize,
+    /// Where the rows of the dofs that this one moves begin, nearest first.
+    pub descendants: Vec<usize>,
+    /// The dofs that move this one, without itself, as runs of neighbours.
+    pub above: Vec<Run>,
     pub armature: T,
     pub damping: T,
     pub frictionloss: T,
@@ -183,10 +187,15 @@ impl<T: Scalar> Tree<T> {
                     chain.push(index);
                     let row = self.entries;
                     self.entries += chain.len();
+                    for above in &chain[..chain.len() - 1] {
+                        self.dofs[*above].descendants.push(row);
+                    }
                     self.dofs.push(Dof {
                         body: b,
+                        above: runs(&chain[..chain.len() - 1]),
                         chain,
                         row,
+                        descendants: Vec::new(),
                         armature: T::new(joint.armature),
                         damping: T::new(joint.damping),
                         frictionloss: T::new(joint.frictionloss),

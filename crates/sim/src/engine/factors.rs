@@ -1,0 +1,123 @@
+//! The factorization M = Lᵀ D L on the tree's own sparsity (Featherstone 2008, 6.5), which is also MuJoCo's.
+//!
+//! A dof's row has an entry for every dof above it, root first, and so begins with the rows of all its ancestors' places:
+//! entry j of the row of any descendant stands for the same dof as entry j of one's own. What descendants take from a row
+//! is therefore summed up from slices, several entries at a time in registers, and each entry is written once.
+
+use super::lane::{Lane, Scalar};
+use super::tree::Tree;
+
+/// M = Lᵀ D L.
+#[derive(Debug, Clone)]
+pub struct Factors<T: Scalar, const W: usize> {
+    /// L below its diagonal of ones, rows of `Dof::chain`; the last entry of a row is D.
+    pub rows: Vec<Lane<T, W>>,
+    /// D L, likewise.
+    scaled: Vec<Lane<T, W>>,
+    /// 1 / D.
+    pub inverse: Vec<Lane<T, W>>,
+    /// D^(-1/2).
+    pub inverse_root: Vec<Lane<T, W>>,
+}
+
+impl<T: Scalar, const W: usize> Factors<T, W> {
+    pub fn new(tree: &Tree<T>) -> Self {
+        let zero = Lane::zero();
+        let (entries, dofs) = (vec![zero; tree.entries], vec![zero; tree.nv]);
+        Self { rows: entries.clone(), scaled: entries, inverse: dofs.clone(), inverse_root: dofs }
+    }
+
+    /// Factorises a matrix that has something added to its diagonal.
+    #[inline(always)]
+    pub fn factorise(&mut self, tree: &Tree<T>, matrix: &[Lane<T, W>], diagonal: impl Fn(usize) -> Lane<T, W>) {
+        for (d, dof) in tree.dofs.iter().enumerate().rev() {
+            let n = dof.chain.len();
+            let mut j = 0;
+            while j + 4 <= n {
+                self.eliminate::<4>(tree, d, j, matrix);
+                j += 4;
+            }
+            if j + 2 <= n {
+                self.eliminate::<2>(tree, d, j, matrix);
+                j += 2;
+            }
+            if j < n {
+                self.eliminate::<1>(tree, d, j, matrix);
+            }
+            let own = &mut self.scaled[dof.row..dof.row + n];
+            own[n - 1] += diagonal(d);
+            let inverse = own[n - 1].recip();
+            self.inverse[d] = inverse;
+            self.inverse_root[d] = inverse.sqrt();
+            let row = &mut self.rows[dof.row..dof.row + n];
+            for (l, x) in row[..n - 1].iter_mut().zip(&own[..n - 1]) {
+                *l = *x * inverse;
+            }
+            row[n - 1] = own[n - 1];
+        }
+    }
+
+    /// Entries `j..j + K` of a dof's row of D L: the matrix' own, less what every descendant takes.
+    #[inline(always)]
+    fn eliminate<const K: usize>(&mut self, tree: &Tree<T>, d: usize, j: usize, matrix: &[Lane<T, W>]) {
+        let dof = &tree.dofs[d];
+        let mut sum = [Lane::zero(); K];
+        sum.copy_from_slice(&matrix[dof.row + j..dof.row + j + K]);
+        for &below in &dof.descendants {
+            let share = self.rows[below + dof.chain.len() - 1];
+            for (sum, x) in sum.iter_mut().zip(&self.scaled[below + j..below + j + K]) {
+                *sum = sum.minus(share, *x);
+            }
+        }
+        self.scaled[dof.row + j..dof.row + j + K].copy_from_slice(&sum);
+    }
+
+    /// x ← D^(-1/2) L^(-T) x.
+    #[inline(always)]
+    pub fn half_solve(&self, tree: &Tree<T>, x: &mut [Lane<T, W>]) {
+        for (d, dof) in tree.dofs.iter().enumerate().rev() {
+            let value = x[d];
+            for (at, run) in above(dof) {
+                for (x, l) in x[run].iter_mut().zip(&self.rows[at..]) {
+                    *x = x.minus(*l, value);
+                }
+            }
+            x[d] = value * self.inverse_root[d];
+        }
+    }
+
+    /// x ← L^(-1) D^(-1/2) x: the other half.
+    #[inline(always)]
+    pub fn finish_solve(&self, tree: &Tree<T>, x: &mut [Lane<T, W>]) {
+        for (d, dof) in tree.dofs.iter().enumerate() {
+            let mut value = x[d] * self.inverse_root[d];
+            for (at, run) in above(dof) {
+                for (x, l) in x[run].iter().zip(&self.rows[at..]) {
+                    value = value.minus(*l, *x);
+                }
+            }
+            x[d] = value;
+        }
+    }
+
+    /// x ← Lᵀ D^(1/2) x: undoes [`Self::half_solve`].
+    #[inline(always)]
+    pub fn half_multiply(&self, tree: &Tree<T>, x: &mut [Lane<T, W>]) {
+        for (d, dof) in tree.dofs.iter().enumerate() {
+            // D^(1/2) = D · D^(-1/2).
+            let value = x[d] * self.rows[dof.row + dof.chain.len() - 1] * self.inverse_root[d];
+            x[d] = value;
+            for (at, run) in above(dof) {
+                for (x, l) in x[run].iter_mut().zip(&self.rows[at..]) {
+                    *x = x.plus(*l, value);
+                }
+            }
+        }
+    }
+}
+
+/// The dofs above one, as runs of neighbours, each with the place of its first entry in the row.
+#[inline(always)]
+fn above<T>(dof: &super::tree::Dof<T>) -> impl Iterator<Item = (usize, std::ops::Range<usize>)> + '_ {
+    dof.above.iter().map(|run| (dof.row + run.at, run.first..run.first + run.len))
+}

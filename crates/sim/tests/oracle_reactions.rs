@@ -1,0 +1,99 @@
+//! Forces in joints and on bodies: our engine against MuJoCo.
+#![cfg(feature = "mujoco")]
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
+mod world;
+
+use std::sync::Arc;
+
+use lifelike_character::Vec3;
+use lifelike_sim::engine::LaneSimulation;
+use lifelike_sim::{Drive, Simulation};
+use mujoco_rs::mujoco_c::mjtDisableBit;
+use mujoco_rs::prelude::{MjData, MjModel};
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use world::{all, exactly_solved, near_standing};
+
+/// Torque and force about another point.
+fn moved(torque: Vec3, force: Vec3, from: Vec3, to: Vec3) -> [f64; 6] {
+    let torque = torque + (from - to).cross(&force);
+    [torque.x, torque.y, torque.z, force.x, force.y, force.z]
+}
+
+#[test]
+fn forces_on_bodies_are_mujocos() {
+    for name in ["lima", "humanoid"] {
+        let (robot, n) = (Arc::new(exactly_solved(name)), 20);
+        let (positions, velocities) = near_standing(&robot, n, 71);
+        let mut ours = LaneSimulation::<f64, 4>::new(robot.clone(), n, 1).unwrap().with_sweeps(1000);
+        ours.reset(&all(n), &positions, &velocities).unwrap();
+        let bodies = robot.character.bodies.len();
+        let pushed = |id: usize| 1 + id % (bodies - 1);
+        let mut rng = ChaCha8Rng::seed_from_u64(72);
+        let torques: Vec<f32> = (0..n * robot.joints()).map(|_| rng.random_range(-2.0..2.0)).collect();
+        for id in 0..n {
+            ours.push(id, pushed(id), [5.0, -3.0, 8.0], [0.2, 0.1, -0.3]).unwrap();
+        }
+        (0..5).for_each(|_| ours.step(Drive::Torques(&torques)).unwrap());
+        let before = ours.save();
+        let forces = ours.body_forces();
+        assert_eq!(ours.save(), before, "asking changes nothing");
+
+        let mut model = MjModel::from_xml_string(robot.character.mjcf.as_deref().unwrap()).unwrap();
+        model.opt_mut().timestep = robot.timestep();
+        model.opt_mut().disableflags |= mjtDisableBit::mjDSBL_ACTUATION as i32;
+        let mut data = MjData::new(&model);
+        let (nq, nv) = (robot.character.nq, robot.character.nv);
+        let (mut worst, mut largest, mut touching) = ([0.0_f64; 3], [0.0_f64; 3], 0);
+        for (e, row) in before.values.chunks(before.width).enumerate() {
+            data.qpos_mut().copy_from_slice(&row[..nq]);
+            data.qvel_mut().copy_from_slice(&row[nq..nq + nv]);
+            data.qfrc_applied_mut().fill(0.0);
+            for (i, joint) in robot.character.scalar_joints().enumerate() {
+                data.qfrc_applied_mut()[joint.v_index] = f64::from(torques[e * robot.joints() + i]);
+            }
+            data.xfrc_applied_mut().iter_mut().for_each(|push| push.fill(0.0));
+            data.xfrc_applied_mut()[pushed(e)].copy_from_slice(&[5.0, -3.0, 8.0, 0.2, 0.1, -0.3]);
+            data.forward();
+            data.rne_post_constraint();
+            touching += usize::from(!data.contact().is_empty());
+            let middle = Vec3::from(data.subtree_com()[1]);
+            let wrench = |x: &[f64; 6]| (Vec3::new(x[0], x[1], x[2]), Vec3::new(x[3], x[4], x[5]));
+            for b in 1..bodies {
+                let (origin, com) = (Vec3::from(data.xpos()[b]), Vec3::from(data.xipos()[b]));
+                let (torque, force) = wrench(&data.cfrc_int()[b]);
+                let joint = moved(torque, force, middle, origin);
+                // All joints of a body: the one above less those below.
+                let (mut torque, mut force) = (torque, force);
+                for child in (1..bodies).filter(|c| robot.character.bodies[*c].parent == b) {
+                    let (t, f) = wrench(&data.cfrc_int()[child]);
+                    (torque, force) = (torque - t, force - f);
+                }
+                let constraint = moved(torque, force, middle, com);
+                let (torque, force) = wrench(&data.cfrc_ext()[b]);
+                let mut contact = moved(torque, force, middle, com);
+                if b == pushed(e) {
+                    for (x, push) in contact.iter_mut().zip([0.2, 0.1, -0.3, 5.0, -3.0, 8.0]) {
+                        *x -= push;
+                    }
+                }
+                let at = 6 * (e * bodies + b);
+                let own = [&forces.joint, &forces.constraint, &forces.contact].map(|x| &x[at..at + 6]);
+                for (k, (own, their)) in own.into_iter().zip([joint, constraint, contact]).enumerate() {
+                    for (a, b) in own.iter().zip(their) {
+                        worst[k] = worst[k].max((f64::from(*a) - b).abs());
+                        largest[k] = largest[k].max(b.abs());
+                    }
+                }
+            }
+        }
+        println!(
+            "{name}: joints, bodies, contacts: {worst:.5?} N off, of up to {largest:.1?}; {touching} of {n} on the ground"
+        );
+        assert!(touching > n / 2);
+        for k in 0..3 {
+            assert!(worst[k] < 1e-4 * largest[k], "{name} {k}: {worst:?} of {largest:?}");
+        }
+    }
+}
