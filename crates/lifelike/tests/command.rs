@@ -175,6 +175,19 @@ fn a_wrong_plan_is_refused_before_anything_starts() {
     assert!(!to.exists());
 }
 
+#[test]
+fn physics_is_measured() {
+    let bench = ["bench", "engine", "lima", "--ground", "flat,hills", "--environments", "8,16", "--seconds", "0.02"];
+    let report = json(&[&bench[..], &["--engine", "lifelike"]].concat());
+    assert_eq!(report["rates"].as_array().unwrap().len(), 4);
+    assert!(report["rates"][0]["throughput"]["core"].as_f64().unwrap() > 100.0);
+    let stages = report["breakdowns"][0]["stages"].as_array().unwrap();
+    assert!(stages.iter().all(|s| s["operations"].as_f64().unwrap() > 10.0));
+    for wrong in [["--seconds", "0"], ["--environments", "0"], ["--engine", "warp"]] {
+        assert_eq!(lifelike(&[&bench[..3], &wrong].concat()).status.code(), Some(2), "{wrong:?}");
+    }
+}
+
 #[cfg(not(feature = "mujoco"))]
 #[test]
 fn without_mujoco_the_command_says_what_to_do() {

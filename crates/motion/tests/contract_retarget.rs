@@ -180,6 +180,25 @@ fn a_cycle_closes() {
 }
 
 #[test]
+fn tempo_is_how_fast_the_motion_is_performed() {
+    use lifelike_motion::retarget::{Tempo, TempoRule};
+    let source = own("walk");
+    let at = |tempo| convert(&source, "lima", &RetargetOptions { tempo, ..RetargetOptions::default() });
+    let (plain, report) = at(Tempo::Times(1.0));
+    assert_eq!(report.tempo, 1.0);
+    let (twice, report) = at(Tempo::Times(2.0));
+    assert_eq!((report.tempo, twice.fps), (2.0, plain.fps));
+    let halves = plain.len() as f64 / twice.len() as f64;
+    assert!((halves - 2.0).abs() < 0.05, "{} frames become {}", plain.len(), twice.len());
+    // The same way in half the time.
+    let way = |clip: &MotionClip| (clip.root_position[clip.len() - 1] - clip.root_position[0]).norm();
+    assert!((way(&twice) / way(&plain) - 1.0).abs() < 0.05, "{} {}", way(&plain), way(&twice));
+    // Froude: a leg of 0.35 m swings faster than a grown-up's, by the root of how much shorter it is.
+    let (_, report) = at(Tempo::Rule(TempoRule::Froude));
+    assert!((1.3..1.8).contains(&report.tempo), "{}", report.tempo);
+}
+
+#[test]
 fn the_result_depends_on_nothing_but_the_input() {
     let source = own("wave");
     let (a, _) = convert(&source, "lima", &RetargetOptions::default());

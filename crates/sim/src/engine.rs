@@ -14,6 +14,7 @@
 
 mod block;
 mod boxes;
+mod clock;
 mod constraints;
 mod contact;
 mod dynamics;
@@ -21,6 +22,7 @@ mod factors;
 pub mod lane;
 mod outputs;
 mod reactions;
+mod setting;
 mod shapes;
 mod spatial;
 pub mod stages;
@@ -30,6 +32,7 @@ mod touch;
 mod tree;
 mod unsupported;
 mod variation;
+mod weights;
 
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -42,11 +45,12 @@ use crate::checks::{self, Coordinates};
 use crate::error::SimError;
 use crate::rows::{self, Rows, Widths};
 use crate::terrain::Terrain;
-use block::{Block, Desk, Model, inverse_weights};
+use block::{Block, Desk, Model};
+use clock::Clock;
 use lane::{Lane, Scalar};
 use outputs::{write_forces, write_no_forces, write_state};
 use reactions::Reactions;
-use stages::Clock;
+use weights::inverse_weights;
 
 pub use reactions::BodyForces;
 pub use unsupported::unsupported;

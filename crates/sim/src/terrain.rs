@@ -141,3 +141,56 @@ impl Terrain {
         ((point[2] - height) * upright, [-sx * upright, -sy * upright, upright])
     }
 }
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    #[test]
+    fn a_slope_is_flat_everywhere() {
+        let terrain = Terrain::from_fn(4.0, 0.1, |x, y| 0.3 * x - 0.2 * y + 1.0).unwrap();
+        let length = (1.0_f64 + 0.09 + 0.04).sqrt();
+        for (x, y) in [(0.0, 0.0), (0.51, -0.77), (-1.99, 1.99), (2.0, 2.0), (-2.0, -2.0)] {
+            let (above, normal) = terrain.above([x, y, 0.3 * x - 0.2 * y + 1.5]);
+            assert!((above - 0.5 / length).abs() < 1e-12, "{x} {y}: {above}");
+            let expected = [-0.3 / length, 0.2 / length, 1.0 / length];
+            assert!(normal.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-12), "{normal:?}");
+        }
+        assert_eq!(terrain.above([2.01, 0.0, 0.0]).0, f64::INFINITY);
+        assert_eq!(terrain.above([f64::NAN, 0.0, 0.0]).0, f64::INFINITY);
+    }
+
+    #[test]
+    fn surfaces_have_no_gaps_between_triangles() {
+        let terrain = Terrain::hills(6.0, 0.25, 0.4, 2.0, 3).unwrap();
+        let height = |x: f64, y: f64| {
+            let (above, normal) = terrain.above([x, y, 10.0]);
+            10.0 - above / normal[2]
+        };
+        let low = terrain.heights().iter().copied().fold(f64::INFINITY, f64::min);
+        assert!(low.abs() < 1e-12 && (terrain.top() - 0.4).abs() < 1e-12);
+        for i in 0..5000 {
+            let (x, y) =
+                (5.9 * ((f64::from(i) * 0.618_034) % 1.0 - 0.5), 5.9 * ((f64::from(i) * 0.414_214) % 1.0 - 0.5));
+            let here = height(x, y);
+            assert!((-1e-9..0.4 + 1e-9).contains(&here));
+            assert!((height(x + 1e-6, y) - here).abs() < 1e-5 && (height(x, y + 1e-6) - here).abs() < 1e-5, "{x} {y}");
+            assert!(here <= terrain.highest(x, y, 0.1) + 1e-12);
+        }
+    }
+
+    #[test]
+    fn what_cannot_be_ground_is_refused() {
+        for (terrain, words) in [
+            (Terrain::new(1, 5, 0.1, vec![0.0; 5]), "rows and columns"),
+            (Terrain::new(2, 2, 0.1, vec![0.0; 5]), "2 x 2 heights, got 5"),
+            (Terrain::new(2, 2, 0.0, vec![0.0; 4]), "spacing"),
+            (Terrain::new(2, 2, 0.1, vec![0.0, 1.0, f64::NAN, 0.0]), "finite heights, got NaN"),
+            (Terrain::from_fn(1e9, 0.1, |_, _| 0.0), "heights a side"),
+        ] {
+            let error = terrain.unwrap_err().to_string();
+            assert!(error.contains(words), "{error}");
+        }
+    }
+}

@@ -52,7 +52,9 @@ pub fn measure(
             steps += n * robot.substeps;
         }
         let wall = start.elapsed().as_secs_f64();
-        let cores = cpu.zip(cpu_seconds()).map_or(wall * threads as f64, |(before, after)| after - before);
+        // The kernel counts in ticks: less than a few say nothing.
+        let cores = cpu.zip(cpu_seconds()).map(|(before, after)| after - before).filter(|cores| *cores > 0.05);
+        let cores = cores.unwrap_or(wall * threads as f64);
         // The first round warms caches up and lets robots come to stand.
         if round > 0 {
             rates.push(Throughput { wall: steps as f64 / wall, core: steps as f64 / cores });

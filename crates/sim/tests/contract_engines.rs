@@ -3,8 +3,9 @@
 
 use std::sync::Arc;
 
+use lifelike_character::Character;
 use lifelike_robot::Robot;
-use lifelike_sim::{BatchState, Drive, EnvironmentParameters, Simulation};
+use lifelike_sim::{BatchState, Drive, EnvironmentParameters, LifelikeSimulation, Simulation, Terrain};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -270,5 +271,48 @@ fn pushes_come_and_go_by_schedule() {
         // 0.2 s are 10 policy steps, 0.1 s are 5.
         let expected: Vec<bool> = (0..40).map(|t| (t + 6) % 15 < 5 && t > 5).collect();
         assert_eq!(pushed, expected);
+    }
+}
+
+/// Touching itself, and uneven ground, look at an environment's neighbours for what can be left out: never at their numbers.
+#[test]
+fn neighbours_change_no_bit_of_a_robot_that_touches_itself_on_hills() {
+    let mut robot = Robot::load("lima").unwrap();
+    let text = robot
+        .character
+        .mjcf
+        .clone()
+        .unwrap()
+        .replace("contype=\"0\" conaffinity=\"1\"", "contype=\"1\" conaffinity=\"1\"");
+    robot.character = Character::from_mjcf(&text, "lima", None).unwrap().into();
+    assert!(lifelike_sim::engine::self_contacts(&robot) > 10);
+    let (robot, n) = (Arc::new(robot), 37);
+    let terrain = Arc::new(Terrain::hills(10.0, 0.1, 0.2, 2.0, 1).unwrap());
+    let state = |e: usize| {
+        let mut rng = ChaCha8Rng::seed_from_u64(e as u64);
+        let mut q = robot.default_position();
+        (q[0], q[1], q[2]) =
+            (rng.random_range(-3.0..3.0), rng.random_range(-3.0..3.0), q[2] + rng.random_range(0.0..0.3));
+        q[7..].iter_mut().for_each(|x| *x += rng.random_range(-0.6..0.6));
+        q
+    };
+    let run = |environments: &[usize], threads: usize| {
+        let simulation = LifelikeSimulation::new(robot.clone(), environments.len(), threads).unwrap();
+        let mut simulation = simulation.with_terrain(terrain.clone());
+        let positions: Vec<f64> = environments.iter().flat_map(|e| state(*e)).collect();
+        let ids: Vec<usize> = (0..environments.len()).collect();
+        simulation.reset(&ids, &positions, &vec![0.0; environments.len() * robot.character.nv]).unwrap();
+        let targets = vec![0.3; environments.len() * robot.joints()];
+        (0..40).for_each(|_| simulation.step(Drive::Targets(&targets)).unwrap());
+        let joints = robot.joints();
+        let rows = simulation.state().joint_position.chunks(joints).map(<[f32]>::to_vec);
+        environments.iter().copied().zip(rows).collect::<std::collections::BTreeMap<_, _>>()
+    };
+    let forwards: Vec<usize> = (0..n).collect();
+    let backwards: Vec<usize> = (0..n).rev().collect();
+    let all = run(&forwards, 1);
+    assert_eq!(all, run(&backwards, 3));
+    for e in [0, 7, 20] {
+        assert_eq!(all[&e], run(&[e], 1)[&e]);
     }
 }

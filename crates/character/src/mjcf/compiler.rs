@@ -167,6 +167,11 @@ impl PhysicsOption {
                     return Err(a.unsupported(format!("attribute '{medium}': forces of a fluid")));
                 }
             }
+            for (attribute, own) in [("cone", "pyramidal"), ("impratio", "1"), ("noslip_iterations", "0")] {
+                if let Some(value) = a.text(attribute).filter(|value| *value != own) {
+                    notes.push(format!("option {attribute} is {value}: our engine has {own}"));
+                }
+            }
             for child in &section.children {
                 if child.name != "flag" {
                     return Err(child.unsupported("element in <option>"));

@@ -135,6 +135,31 @@ fn with_switching_a_clip_that_ends_is_followed_by_another_where_the_robot_stands
 }
 
 #[test]
+fn the_reference_waits_for_a_robot_that_leaves_it() {
+    let robot = robot();
+    // The clip turns back after a second; the robot, which has no feet to turn with, goes straight on.
+    let mut there_and_back = clip("back", 3.0, 0.1);
+    for (i, p) in there_and_back.root_position.iter_mut().enumerate() {
+        p.x = 0.01 * if i < 50 { i as f64 } else { 100.0 - i as f64 };
+    }
+    let library = Arc::new(ReferenceLibrary::new(&robot, &[there_and_back], None).unwrap());
+    for (leash, expected) in [(true, lifelike_robot::ObservationSpec::ANCHOR_REACH), (false, 1.0)] {
+        let mut p = exact(plan(1));
+        p.termination = Termination::NONE;
+        p.episode.leash = leash;
+        let mut e = Environment::new(&p, robot.clone(), library.clone(), Box::new(Followers::new(1))).unwrap();
+        e.reset(&[0], Some(&[0])).unwrap();
+        (0..100).for_each(|_| e.step(&[0.0; 2], &mut Outcome::default()).unwrap());
+        let episode = &e.episodes()[0];
+        assert_eq!(episode.frame, 100);
+        let reference = episode.alignment.position(library.position_at(100));
+        let root = &e.state().root_position;
+        let apart = (root[0] - reference[0]).hypot(root[1] - reference[1]);
+        assert!((apart - expected).abs() < 0.02, "leash {leash}: {apart} m");
+    }
+}
+
+#[test]
 fn deviation_ends_the_episode_and_is_counted_by_cause() {
     let mut e = environment(&exact(plan(2)));
     e.reset(&[0, 1], Some(&[0, 0])).unwrap();

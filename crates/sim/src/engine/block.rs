@@ -6,12 +6,12 @@ use lifelike_character::JointKind;
 use lifelike_robot::Robot;
 use lifelike_robot::actuator::{ActuatorParameters, Number};
 
-use super::constraints::{Forces, InverseWeights, SWEEPS, Setting, Solver};
+use super::clock::{Clock, Stage};
+use super::constraints::{SWEEPS, Solver};
 use super::dynamics::Workspace;
 use super::lane::{Lane, Scalar};
-use super::reactions::about_origin;
+use super::setting::{Forces, InverseWeights, Setting};
 use super::spatial::{Spatial, accumulate, along, cross, dot6};
-use super::stages::{Clock, Stage};
 use super::tree::Tree;
 use super::variation::Variation;
 use crate::error::SimError;
@@ -131,8 +131,8 @@ impl<T: Scalar, const W: usize> Desk<T, W> {
     pub fn contact_forces(&mut self, tree: &Tree<T>, forces: &Forces<T, W>) -> Vec<Spatial<T, W>> {
         let zero = Lane::zero();
         let mut out = vec![[zero; 6]; tree.bodies.len()];
-        let kept = self.solver.kept.take().unwrap_or_default();
-        for (place, contact) in kept.iter().zip(&self.solver.contacts) {
+        let kept = self.solver.contacts.kept.take().unwrap_or_default();
+        for (place, contact) in kept.iter().zip(&self.solver.contacts.list) {
             let total = contact.total(&forces.contact[contact.slot]);
             let force = (0..3).fold([zero; 3], |sum, k| along(&sum, &place.frame[k], total[k]));
             let torque = cross(&place.point, &force);
@@ -260,7 +260,7 @@ impl<T: Scalar, const W: usize> Block<T, W> {
         }
         for (body, push) in self.pushes.iter().enumerate() {
             if let (Some(push), Some(last)) = (push, tree.bodies[body].last_dof) {
-                let about_root = about_origin(push, work, body);
+                let about_root = work.about_origin(push, body);
                 for d in &tree.dofs[last].chain {
                     u[*d] += dot6(&work.motion[*d], &about_root);
                 }
@@ -303,7 +303,7 @@ impl<T: Scalar, const W: usize> Block<T, W> {
 
     /// Acceleration of every dof in the present state, damping not taken implicitly.
     pub fn accelerate(&mut self, model: &Model<T, W>, desk: &mut Desk<T, W>, targets: bool) -> Vec<Lane<T, W>> {
-        desk.solver.kept = Some(Vec::new());
+        desk.solver.contacts.kept = Some(Vec::new());
         self.forward(model, desk, targets, &mut ());
         desk.work.factors.finish_solve(&model.tree, &mut desk.u);
         desk.u.clone()
@@ -345,66 +345,4 @@ impl<T: Scalar, const W: usize> Block<T, W> {
             self.q[q + k] = x * inverse;
         }
     }
-}
-
-/// Most that a unit force may accelerate a dof (1/kg): beyond it nothing is there to be moved.
-const LIGHTEST: f64 = 1e9;
-
-/// Inverse weights at the reference position.
-///
-/// # Errors
-/// The last dof that moves no mass, or none that the dofs below it do not move alike.
-pub fn inverse_weights(
-    tree: &Tree<f64>,
-    reference: &[f64],
-    variation: &Variation<f64, 1>,
-) -> Result<InverseWeights<f64, 1>, usize> {
-    let q: Vec<Lane<f64, 1>> = reference.iter().map(|x| Lane([*x])).collect();
-    let zero = vec![Lane::zero(); tree.nv];
-    let mut work = Workspace::new(tree);
-    work.kinematics(tree, &q);
-    work.bias(tree, variation, &zero);
-    work.mass_matrix(tree, variation);
-    let Workspace { factors, mass, .. } = &mut work;
-    factors.factorise(tree, mass, |_| Lane::zero());
-    if let Some(dof) = factors.inverse.iter().rposition(|x| !(0.0..LIGHTEST).contains(&x.0[0])) {
-        return Err(dof);
-    }
-    // J M⁻¹ Jᵀ of a row is the square of its half solution.
-    let weight = |work: &Workspace<f64, 1>, row: Vec<Lane<f64, 1>>| {
-        let mut y = row;
-        work.factors.half_solve(tree, &mut y);
-        y.iter().map(|x| x.0[0] * x.0[0]).sum::<f64>()
-    };
-    let mut body = vec![Lane::zero(); tree.bodies.len()];
-    for (b, slot) in body.iter_mut().enumerate() {
-        if let Some(last) = tree.bodies[b].last_dof {
-            let mut sum = 0.0;
-            for axis in 0..3 {
-                let mut row = zero.clone();
-                for d in &tree.dofs[last].chain {
-                    row[*d] = work.point_velocity(*d, &work.com[b])[axis];
-                }
-                sum += weight(&work, row);
-            }
-            *slot = Lane([sum / 3.0]);
-        }
-    }
-    let own: Vec<f64> = (0..tree.nv)
-        .map(|d| {
-            let mut row = zero.clone();
-            row[d] = Lane([1.0]);
-            weight(&work, row)
-        })
-        .collect();
-    let mut dof: Vec<Lane<f64, 1>> = own.iter().map(|x| Lane([*x])).collect();
-    for joint in &tree.joints {
-        // The dofs of a free joint and of a ball share their mean, turns and translations apart.
-        for first in (0..joint.kind.nv()).step_by(3).filter(|_| joint.kind.nv() >= 3) {
-            let at = joint.v + first;
-            let mean = own[at..at + 3].iter().sum::<f64>() / 3.0;
-            dof[at..at + 3].fill(Lane([mean]));
-        }
-    }
-    Ok(InverseWeights { body, dof })
 }

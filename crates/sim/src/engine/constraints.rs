@@ -13,67 +13,17 @@
 
 use lifelike_robot::actuator::Number;
 
-use super::contact::{Contact, Place};
-use super::dynamics::Workspace;
+use super::clock::{Clock, Stage};
+use super::contact::Contacts;
 use super::lane::{Lane, Scalar};
-use super::stages::{Clock, Stage};
+use super::setting::{Forces, Setting};
 use super::support::Support;
 use super::surface::regularization;
-use super::touch::Places;
+use super::touch::Detector;
 use super::tree::Tree;
-use crate::terrain::Terrain;
 
 /// Visits of all rows per physics step, where nobody says otherwise.
 pub const SWEEPS: usize = 12;
-
-/// Inverse weights at the reference position (MuJoCo's `invweight0`), which scale the regularization.
-#[derive(Debug, Clone)]
-pub struct InverseWeights<T: Scalar, const W: usize> {
-    /// Of each body's centre of mass, translation (1/kg).
-    pub body: Vec<Lane<T, W>>,
-    /// Of each dof.
-    pub dof: Vec<Lane<T, W>>,
-}
-
-/// Forces of every possible row, kept from step to step.
-#[derive(Debug, Clone)]
-pub struct Forces<T: Scalar, const W: usize> {
-    /// Dry friction of each dof.
-    pub friction: Vec<Lane<T, W>>,
-    /// Each limit; positive pushes away from the limit.
-    pub limit: Vec<Lane<T, W>>,
-    /// The side of each limit: 1 at the lower, -1 at the upper.
-    pub side: Vec<Lane<T, W>>,
-    /// Edges of each possible contact's pyramid: the ground's points, then pairs of the robot's own parts.
-    pub contact: Vec<[Lane<T, W>; 4]>,
-    /// Whether any lane of a contact may have a force.
-    pub live: Vec<bool>,
-}
-
-impl<T: Scalar, const W: usize> Forces<T, W> {
-    pub fn new(tree: &Tree<T>) -> Self {
-        let zero = Lane::zero();
-        Self {
-            friction: vec![zero; tree.nv],
-            limit: vec![zero; tree.limits.len()],
-            side: vec![zero; tree.limits.len()],
-            contact: vec![[zero; 4]; tree.contacts],
-            live: vec![true; tree.contacts],
-        }
-    }
-
-    /// Every number, in a fixed order: for saving, and for bringing one environment back.
-    pub fn numbers_mut(&mut self) -> impl Iterator<Item = &mut Lane<T, W>> {
-        self.live.fill(true);
-        let ends = self.friction.iter_mut().chain(&mut self.limit).chain(&mut self.side);
-        ends.chain(self.contact.iter_mut().flatten())
-    }
-
-    /// How many there are.
-    pub fn len(&self) -> usize {
-        self.friction.len() + self.limit.len() + self.side.len() + 4 * self.contact.len()
-    }
-}
 
 /// One bounded row on the chain of a dof.
 #[derive(Debug, Clone)]
@@ -94,29 +44,10 @@ struct Row<T: Scalar, const W: usize> {
 pub struct Solver<T: Scalar, const W: usize> {
     frictions: Vec<Row<T, W>>,
     limits: Vec<Row<T, W>>,
-    pub(super) contacts: Vec<Contact<T, W>>,
     /// The y of frictions and limits.
     singles: Vec<[Lane<T, W>; 1]>,
-    /// The y of contacts: normal and two tangents.
-    pub(super) triples: Vec<[Lane<T, W>; 3]>,
-    pub(super) places: Places<T, W>,
-    /// Where the contacts are, if that is asked for.
-    pub(super) kept: Option<Vec<Place<T, W>>>,
-}
-
-/// What a step's constraints depend on.
-pub struct Setting<'a, T: Scalar, const W: usize> {
-    pub tree: &'a Tree<T>,
-    /// Uneven ground in place of the level one.
-    pub terrain: Option<&'a Terrain>,
-    pub work: &'a Workspace<T, W>,
-    pub weights: &'a InverseWeights<T, W>,
-    /// Friction of all contacts; where it is below zero, their own.
-    pub ground_friction: Lane<T, W>,
-    pub q: &'a [Lane<T, W>],
-    pub v: &'a [Lane<T, W>],
-    /// Visits of all rows.
-    pub sweeps: usize,
+    detector: Detector<T, W>,
+    pub contacts: Contacts<T, W>,
 }
 
 impl<T: Scalar, const W: usize> Solver<T, W> {
@@ -124,11 +55,9 @@ impl<T: Scalar, const W: usize> Solver<T, W> {
         Self {
             frictions: Vec::new(),
             limits: Vec::new(),
-            contacts: Vec::new(),
             singles: Vec::new(),
-            triples: Vec::new(),
-            places: Places::new(tree),
-            kept: None,
+            detector: Detector::new(tree),
+            contacts: Contacts::new(),
         }
     }
 
@@ -144,7 +73,7 @@ impl<T: Scalar, const W: usize> Solver<T, W> {
         self.singles.clear();
         self.add_frictions(setting);
         self.add_limits(setting, forces);
-        self.add_contacts(setting, forces);
+        self.detector.find(setting, forces, &mut self.contacts);
         let supports = &setting.tree.supports;
         self.start(supports, forces, u);
         clock.lap(Stage::Rows);
@@ -155,8 +84,8 @@ impl<T: Scalar, const W: usize> Solver<T, W> {
             for row in &self.limits {
                 row.visit(&supports[row.dof], &self.singles, &mut forces.limit[row.slot], u);
             }
-            for contact in &self.contacts {
-                contact.visit(&supports[contact.support], &self.triples, &mut forces.contact[contact.slot], u);
+            for contact in &self.contacts.list {
+                contact.visit(&supports[contact.support], &self.contacts.y, &mut forces.contact[contact.slot], u);
             }
         }
         clock.lap(Stage::Sweeps);
@@ -171,10 +100,10 @@ impl<T: Scalar, const W: usize> Solver<T, W> {
                 support.spread(&self.singles[row.y..row.y + support.len()], &[values[row.slot]], u);
             }
         }
-        for contact in &self.contacts {
+        for contact in &self.contacts.list {
             let support = &supports[contact.support];
             let total = contact.total(&forces.contact[contact.slot]);
-            support.spread(&self.triples[contact.y..contact.y + support.len()], &total, u);
+            support.spread(&self.contacts.y[contact.y..contact.y + support.len()], &total, u);
         }
     }
 

@@ -2,8 +2,8 @@
 
 use lifelike_robot::actuator::Number;
 
-use super::constraints::{Forces, Setting, Solver};
 use super::lane::{Lane, Scalar};
+use super::setting::Setting;
 use super::spatial::{Vec3, dot};
 use super::support::Support;
 use super::surface::{Mixed, regularization};
@@ -64,29 +64,35 @@ pub struct Contact<T: Scalar, const W: usize> {
     friction: Lane<T, W>,
 }
 
-impl<T: Scalar, const W: usize> Forces<T, W> {
-    /// Forces of the step before stay where something still touches. Whether anything does.
-    #[inline(always)]
-    pub fn keep(&mut self, slot: usize, touching: Lane<T, W>) -> bool {
-        let any = touching.any_positive();
-        if any || self.live[slot] {
-            for edge in &mut self.contact[slot] {
-                *edge = touching.above(Lane::zero(), *edge, Lane::zero());
-            }
-        }
-        self.live[slot] = any;
-        any
-    }
+/// The contacts of a step.
+#[derive(Debug, Clone)]
+pub struct Contacts<T: Scalar, const W: usize> {
+    pub list: Vec<Contact<T, W>>,
+    /// The y of all: normal and two tangents.
+    pub y: Vec<[Lane<T, W>; 3]>,
+    /// Where they are, if that is asked for.
+    pub kept: Option<Vec<Place<T, W>>>,
 }
 
-impl<T: Scalar, const W: usize> Solver<T, W> {
+impl<T: Scalar, const W: usize> Contacts<T, W> {
+    pub fn new() -> Self {
+        Self { list: Vec::new(), y: Vec::new(), kept: None }
+    }
+
+    /// Before another step.
+    pub fn clear(&mut self) {
+        self.list.clear();
+        self.y.clear();
+    }
+
+    /// Adds one.
     #[inline(always)]
-    pub(super) fn push_contact(&mut self, s: &Setting<'_, T, W>, m: &Meeting<'_, T, W>) {
+    pub fn push(&mut self, s: &Setting<'_, T, W>, m: &Meeting<'_, T, W>) {
         let (zero, one, two) = (Lane::zero(), Lane::of(1.0), Lane::of(2.0));
         let support = &s.tree.supports[m.support];
-        let at = self.triples.len();
-        self.triples.resize(at + support.len(), [zero; 3]);
-        let y = &mut self.triples[at..];
+        let at = self.y.len();
+        self.y.resize(at + support.len(), [zero; 3]);
+        let y = &mut self.y[at..];
         let mut velocity = [zero; 3];
         // What moves both bodies moves neither against the other.
         for n in support.shared..support.len() {
@@ -140,7 +146,7 @@ impl<T: Scalar, const W: usize> Solver<T, W> {
             kept.push(Place { bodies: m.bodies, point: m.point, frame: m.frame });
         }
         let (slot, support) = (m.slot, m.support);
-        self.contacts.push(Contact { slot, support, y: at, offset, own, cross, inverse, softness, friction });
+        self.list.push(Contact { slot, support, y: at, offset, own, cross, inverse, softness, friction });
     }
 }
 

@@ -211,6 +211,14 @@ impl<T: Scalar, const W: usize> Workspace<T, W> {
         }
     }
 
+    /// A torque and a force at the centre of mass of a body, about the root's position.
+    #[inline(always)]
+    pub fn about_origin(&self, push: &Spatial<T, W>, body: usize) -> Spatial<T, W> {
+        let force = [push[3], push[4], push[5]];
+        let torque = add(&[push[0], push[1], push[2]], &cross(&self.com[body], &force));
+        [torque[0], torque[1], torque[2], force[0], force[1], force[2]]
+    }
+
     /// The column of dof `d` of a point's Jacobian: how fast the point (from the root's position) moves.
     #[inline(always)]
     pub fn point_velocity(&self, d: usize, point: &Vec3<T, W>) -> Vec3<T, W> {

@@ -3,7 +3,7 @@
 use super::block::{Block, Desk, Model};
 use super::dynamics::Workspace;
 use super::lane::{Lane, Scalar};
-use super::spatial::{Spatial, accumulate, add, cross, cross_force, momentum, sub};
+use super::spatial::{Spatial, accumulate, cross, cross_force, momentum, sub};
 use super::tree::Tree;
 use super::variation::Variation;
 
@@ -37,7 +37,7 @@ impl<T: Scalar, const W: usize> Reactions<T, W> {
         let mut external = contact.clone();
         for (body, push) in block.pushes.iter().enumerate() {
             if let Some(push) = push {
-                accumulate(&mut external[body], &about_origin(push, &desk.work, body));
+                accumulate(&mut external[body], &desk.work.about_origin(push, body));
             }
         }
         let constraint = desk.work.constraint_forces(&model.tree, &block.variation, &acceleration, &external);
@@ -67,17 +67,6 @@ impl<T: Scalar, const W: usize> Reactions<T, W> {
             row(&self.contact[b], &work.com[b], &mut out.contact);
         }
     }
-}
-
-/// A push at the centre of mass, about the root's position.
-pub fn about_origin<T: Scalar, const W: usize>(
-    push: &Spatial<T, W>,
-    work: &Workspace<T, W>,
-    body: usize,
-) -> Spatial<T, W> {
-    let force = [push[3], push[4], push[5]];
-    let torque = add(&[push[0], push[1], push[2]], &cross(&work.com[body], &force));
-    [torque[0], torque[1], torque[2], force[0], force[1], force[2]]
 }
 
 impl<T: Scalar, const W: usize> Workspace<T, W> {

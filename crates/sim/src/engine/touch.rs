@@ -3,9 +3,9 @@
 use lifelike_robot::actuator::Number;
 
 use super::boxes::{self, Cuboid, Touch};
-use super::constraints::{Forces, Setting, Solver};
-use super::contact::Meeting;
+use super::contact::{Contacts, Meeting};
 use super::lane::{Lane, Scalar};
+use super::setting::{Forces, Setting};
 use super::shapes::{GroundShape, Pair, Shape};
 use super::spatial::{Vec3, add, along, cross, dot, rotate_constant, sub};
 use super::tree::Tree;
@@ -58,84 +58,40 @@ impl<T: Scalar, const W: usize> Places<T, W> {
     }
 }
 
-impl<T: Scalar, const W: usize> Solver<T, W> {
+/// Finds what touches.
+#[derive(Debug, Clone)]
+pub struct Detector<T: Scalar, const W: usize> {
+    places: Places<T, W>,
+}
+
+impl<T: Scalar, const W: usize> Detector<T, W> {
+    pub fn new(tree: &Tree<T>) -> Self {
+        Self { places: Places::new(tree) }
+    }
+
+    /// The contacts of a state. Forces of the step before end where nothing touches any more.
     #[inline(always)]
-    pub(super) fn add_contacts(&mut self, s: &Setting<'_, T, W>, forces: &mut Forces<T, W>) {
-        self.contacts.clear();
-        self.triples.clear();
+    pub fn find(&mut self, s: &Setting<'_, T, W>, forces: &mut Forces<T, W>, contacts: &mut Contacts<T, W>) {
+        contacts.clear();
         let mut slot = 0;
         for shape in &s.tree.ground_shapes {
-            self.meet_ground(s, shape, slot, forces);
+            meet_ground(s, shape, slot, forces, contacts);
             slot += shape.points.len();
         }
         self.places.update(s);
         for pair in &s.tree.pairs {
-            self.meet_itself(s, pair, forces);
+            self.meet_itself(s, pair, forces, contacts);
         }
     }
 
     #[inline(always)]
-    fn meet_ground(&mut self, s: &Setting<'_, T, W>, shape: &GroundShape<T>, first: usize, forces: &mut Forces<T, W>) {
-        let (zero, one) = (Lane::zero(), Lane::of(1.0));
-        let (rotation, position) = (&s.work.rotation[shape.body], &s.work.position[shape.body]);
-        let Some(support) = s.tree.bodies[shape.body].last_dof else { return };
-        let top = s.terrain.map_or(s.tree.ground_height, |t| T::new(t.top()));
-        let height = s.q[s.tree.root_q + 2] - Lane::all(top);
-        if !(Lane::all(shape.reach) + Lane::of(ROUNDING) - height - position[2]).any_positive() {
-            for slot in first..first + shape.points.len() {
-                forces.keep(slot, zero);
-            }
-            return;
-        }
-        let middle = shape.middle.map(|m| add(position, &rotate_constant(rotation, &m)));
-        let axis = shape.axis.map(|a| rotate_constant(rotation, &a));
-        let (radius, margin) = (Lane::all(shape.radius), Lane::all(shape.mixed.margin));
-        for (k, local) in shape.points.iter().enumerate() {
-            let point = add(position, &rotate_constant(rotation, local));
-            let (above, normal) = match s.terrain {
-                None => (point[2] + height, [zero, zero, one]),
-                Some(terrain) => {
-                    let root = s.tree.root_q;
-                    let mut above = zero;
-                    let mut normal = [zero, zero, one];
-                    for lane in 0..W {
-                        let world = [0, 1, 2].map(|k| s.q[root + k].0[lane].wide() + point[k].0[lane].wide());
-                        let (distance, n) = terrain.above(world);
-                        above.0[lane] = T::new(distance);
-                        for k in 0..3 {
-                            normal[k].0[lane] = T::new(n[k]);
-                        }
-                    }
-                    (above, normal)
-                }
-            };
-            let distance = above - radius;
-            let deep = margin - distance;
-            let touching = match middle {
-                // A corner above the middle of its box does not touch.
-                Some(middle) => {
-                    let lower = dot(&normal, &sub(&middle, &point));
-                    deep.above(zero, lower.above(-Lane::of(1e-12), one, zero), zero)
-                }
-                None => deep.above(zero, one, zero),
-            };
-            if forces.keep(first + k, touching) {
-                // Half way between the two surfaces.
-                let point = along(&point, &normal, -(radius.plus(distance, Lane::of(0.5))));
-                let weight = s.weights.body[shape.body];
-                let bodies = [0, shape.body];
-                let frame = frame(normal, axis);
-                let mixed = &shape.mixed;
-                self.push_contact(
-                    s,
-                    &Meeting { slot: first + k, bodies, support, point, frame, deep, touching, weight, mixed },
-                );
-            }
-        }
-    }
-
-    #[inline(always)]
-    fn meet_itself(&mut self, s: &Setting<'_, T, W>, pair: &Pair<T>, forces: &mut Forces<T, W>) {
+    fn meet_itself(
+        &mut self,
+        s: &Setting<'_, T, W>,
+        pair: &Pair<T>,
+        forces: &mut Forces<T, W>,
+        contacts: &mut Contacts<T, W>,
+    ) {
         let [a, b] = pair.shapes;
         let reach = Lane::all(pair.reach) + Lane::of(ROUNDING);
         let between = sub(&self.places.center[b], &self.places.center[a]);
@@ -145,15 +101,21 @@ impl<T: Scalar, const W: usize> Solver<T, W> {
                 forces.keep(slot, Lane::zero());
             }
         } else if s.tree.shapes[b].cuboid.is_some() {
-            self.meet_box(s, pair, near, forces);
+            self.meet_box(s, pair, near, forces, contacts);
         } else {
-            self.meet_round(s, pair, forces);
+            self.meet_round(s, pair, forces, contacts);
         }
     }
 
     /// Two spheres or capsules: the nearest points of two lines.
     #[inline(always)]
-    fn meet_round(&mut self, s: &Setting<'_, T, W>, pair: &Pair<T>, forces: &mut Forces<T, W>) {
+    fn meet_round(
+        &mut self,
+        s: &Setting<'_, T, W>,
+        pair: &Pair<T>,
+        forces: &mut Forces<T, W>,
+        contacts: &mut Contacts<T, W>,
+    ) {
         let (zero, one, tiny) = (Lane::zero(), Lane::of(1.0), Lane::of(1e-12));
         let [a, b] = pair.shapes;
         let (p, q) = (&self.places.axis[a], &self.places.axis[b]);
@@ -184,12 +146,19 @@ impl<T: Scalar, const W: usize> Solver<T, W> {
         let touching = deep.above(zero, one, zero);
         if forces.keep(pair.first, touching) {
             let point = along(&on_a, &normal, Lane::all(shape_a.radius).plus(distance, Lane::of(0.5)));
-            self.push_contact(s, &pair.meeting(s, 0, point, normal, deep, touching));
+            contacts.push(s, &pair.meeting(s, 0, point, normal, deep, touching));
         }
     }
 
     /// With a box: environment by environment, those that are near.
-    fn meet_box(&mut self, s: &Setting<'_, T, W>, pair: &Pair<T>, mut near: Lane<T, W>, forces: &mut Forces<T, W>) {
+    fn meet_box(
+        &mut self,
+        s: &Setting<'_, T, W>,
+        pair: &Pair<T>,
+        mut near: Lane<T, W>,
+        forces: &mut Forces<T, W>,
+        contacts: &mut Contacts<T, W>,
+    ) {
         let (zero, one) = (Lane::zero(), Lane::of(1.0));
         // What an axis of a box separates is not near, by more than single precision could get wrong.
         let [a, b] = pair.shapes;
@@ -216,7 +185,7 @@ impl<T: Scalar, const W: usize> Solver<T, W> {
         }
         for (k, (deep, touching, point, normal)) in found.into_iter().take(pair.contacts).enumerate() {
             if forces.keep(pair.first + k, touching) {
-                self.push_contact(s, &pair.meeting(s, k, point, normal, deep, touching));
+                contacts.push(s, &pair.meeting(s, k, point, normal, deep, touching));
             }
         }
     }
@@ -239,6 +208,70 @@ impl<T: Scalar, const W: usize> Solver<T, W> {
                 boxes::round_and_box(&center, &axis, s.tree.shapes[a].radius.wide(), &b, margin)
             }
             _ => Vec::new(),
+        }
+    }
+}
+
+#[inline(always)]
+fn meet_ground<T: Scalar, const W: usize>(
+    s: &Setting<'_, T, W>,
+    shape: &GroundShape<T>,
+    first: usize,
+    forces: &mut Forces<T, W>,
+    contacts: &mut Contacts<T, W>,
+) {
+    let (zero, one) = (Lane::zero(), Lane::of(1.0));
+    let (rotation, position) = (&s.work.rotation[shape.body], &s.work.position[shape.body]);
+    let Some(support) = s.tree.bodies[shape.body].last_dof else { return };
+    let top = s.terrain.map_or(s.tree.ground_height, |t| T::new(t.top()));
+    let height = s.q[s.tree.root_q + 2] - Lane::all(top);
+    if !(Lane::all(shape.reach) + Lane::of(ROUNDING) - height - position[2]).any_positive() {
+        for slot in first..first + shape.points.len() {
+            forces.keep(slot, zero);
+        }
+        return;
+    }
+    let middle = shape.middle.map(|m| add(position, &rotate_constant(rotation, &m)));
+    let axis = shape.axis.map(|a| rotate_constant(rotation, &a));
+    let (radius, margin) = (Lane::all(shape.radius), Lane::all(shape.mixed.margin));
+    for (k, local) in shape.points.iter().enumerate() {
+        let point = add(position, &rotate_constant(rotation, local));
+        let (above, normal) = match s.terrain {
+            None => (point[2] + height, [zero, zero, one]),
+            Some(terrain) => {
+                let root = s.tree.root_q;
+                let mut above = zero;
+                let mut normal = [zero, zero, one];
+                for lane in 0..W {
+                    let world = [0, 1, 2].map(|k| s.q[root + k].0[lane].wide() + point[k].0[lane].wide());
+                    let (distance, n) = terrain.above(world);
+                    above.0[lane] = T::new(distance);
+                    for k in 0..3 {
+                        normal[k].0[lane] = T::new(n[k]);
+                    }
+                }
+                (above, normal)
+            }
+        };
+        let distance = above - radius;
+        let deep = margin - distance;
+        let touching = match middle {
+            // A corner above the middle of its box does not touch.
+            Some(middle) => {
+                let lower = dot(&normal, &sub(&middle, &point));
+                deep.above(zero, lower.above(-Lane::of(1e-12), one, zero), zero)
+            }
+            None => deep.above(zero, one, zero),
+        };
+        if forces.keep(first + k, touching) {
+            // Half way between the two surfaces.
+            let point = along(&point, &normal, -(radius.plus(distance, Lane::of(0.5))));
+            let weight = s.weights.body[shape.body];
+            let bodies = [0, shape.body];
+            let frame = frame(normal, axis);
+            let mixed = &shape.mixed;
+            contacts
+                .push(s, &Meeting { slot: first + k, bodies, support, point, frame, deep, touching, weight, mixed });
         }
     }
 }

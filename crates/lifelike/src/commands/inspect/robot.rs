@@ -2,7 +2,7 @@
 
 use lifelike_character::{Character, JointKind};
 use lifelike_robot::{Robot, RobotError};
-use lifelike_sim::engine::unsupported;
+use lifelike_sim::engine::{self_contacts, unsupported};
 use serde_json::{Value, json};
 
 use crate::error::CliError;
@@ -19,6 +19,7 @@ pub fn inspect(name: &str, output: &Output) -> Result<(), CliError> {
             value["key_bodies"] = json!(robot.profile.key_bodies);
             value["feature_size"] = json!(robot.layout.size());
             value["guessed"] = json!(robot.notes);
+            value["self_contacts"] = json!(self_contacts(&robot));
             value["not_simulated"] = json!(unsupported(&robot));
             value["default_pose"] = json!(robot.default_pose);
             let actuators = robot.actuators.joints.iter().zip(&robot.actuators.parameters);
@@ -129,6 +130,10 @@ fn control(robot: &Robot) -> String {
         .collect();
     text += "\n";
     text += &table(&["role", "body"], &roles);
+    match self_contacts(robot) {
+        0 => text += "its own parts pass through each other\n",
+        pairs => text += &format!("{pairs} pairs of its own parts can touch\n"),
+    }
     for line in unsupported(robot) {
         text += &format!("not simulated by our engine: {line}\n");
     }

@@ -1,0 +1,65 @@
+//! The parts of a physics step, and who wants to know when they are over.
+
+/// A part of a physics step.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Stage {
+    /// Places and axes of all bodies.
+    Kinematics,
+    /// Bias forces and composite inertias.
+    Bias,
+    /// The mass matrix.
+    MassMatrix,
+    /// Actuators, damping, springs, pushes.
+    Forces,
+    /// Factors of the mass matrix, twice: constraints see it without damping.
+    Factors,
+    /// Joint limits and dry friction, detection of contacts, and the rows of both.
+    Rows,
+    /// The solver's sweeps.
+    Sweeps,
+    /// Velocities and positions.
+    Integration,
+}
+
+impl Stage {
+    /// All of them, in the order of a step.
+    pub const ALL: [Self; 8] = [
+        Self::Kinematics,
+        Self::Bias,
+        Self::MassMatrix,
+        Self::Forces,
+        Self::Factors,
+        Self::Rows,
+        Self::Sweeps,
+        Self::Integration,
+    ];
+
+    /// For a table.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Kinematics => "kinematics",
+            Self::Bias => "bias forces",
+            Self::MassMatrix => "mass matrix",
+            Self::Forces => "actuators",
+            Self::Factors => "factorisation",
+            Self::Rows => "constraint rows",
+            Self::Sweeps => "solver sweeps",
+            Self::Integration => "integration",
+        }
+    }
+}
+
+/// Is told whenever a stage is over. The engine's own is `()`, which costs nothing.
+pub trait Clock {
+    /// A step begins: what came before is no stage.
+    fn begin(&mut self);
+    /// What was done since the last call was this.
+    fn lap(&mut self, stage: Stage);
+}
+
+impl Clock for () {
+    #[inline(always)]
+    fn begin(&mut self) {}
+    #[inline(always)]
+    fn lap(&mut self, _: Stage) {}
+}

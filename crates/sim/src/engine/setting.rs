@@ -1,0 +1,85 @@
+//! What the constraints of a step depend on, and the forces that they leave for the next.
+
+use super::dynamics::Workspace;
+use super::lane::{Lane, Scalar};
+use super::tree::Tree;
+use crate::terrain::Terrain;
+
+/// Inverse weights at the reference position (MuJoCo's `invweight0`), which scale the regularization.
+#[derive(Debug, Clone)]
+pub struct InverseWeights<T: Scalar, const W: usize> {
+    /// Of each body's centre of mass, translation (1/kg).
+    pub body: Vec<Lane<T, W>>,
+    /// Of each dof.
+    pub dof: Vec<Lane<T, W>>,
+}
+
+/// Forces of every possible row, kept from step to step.
+#[derive(Debug, Clone)]
+pub struct Forces<T: Scalar, const W: usize> {
+    /// Dry friction of each dof.
+    pub friction: Vec<Lane<T, W>>,
+    /// Each limit; positive pushes away from the limit.
+    pub limit: Vec<Lane<T, W>>,
+    /// The side of each limit: 1 at the lower, -1 at the upper.
+    pub side: Vec<Lane<T, W>>,
+    /// Edges of each possible contact's pyramid: the ground's points, then pairs of the robot's own parts.
+    pub contact: Vec<[Lane<T, W>; 4]>,
+    /// Whether any lane of a contact may have a force.
+    pub live: Vec<bool>,
+}
+
+impl<T: Scalar, const W: usize> Forces<T, W> {
+    pub fn new(tree: &Tree<T>) -> Self {
+        let zero = Lane::zero();
+        Self {
+            friction: vec![zero; tree.nv],
+            limit: vec![zero; tree.limits.len()],
+            side: vec![zero; tree.limits.len()],
+            contact: vec![[zero; 4]; tree.contacts],
+            live: vec![true; tree.contacts],
+        }
+    }
+
+    /// Every number, in a fixed order: for saving, and for bringing one environment back.
+    pub fn numbers_mut(&mut self) -> impl Iterator<Item = &mut Lane<T, W>> {
+        self.live.fill(true);
+        let ends = self.friction.iter_mut().chain(&mut self.limit).chain(&mut self.side);
+        ends.chain(self.contact.iter_mut().flatten())
+    }
+
+    /// How many there are.
+    pub fn len(&self) -> usize {
+        self.friction.len() + self.limit.len() + self.side.len() + 4 * self.contact.len()
+    }
+}
+
+impl<T: Scalar, const W: usize> Forces<T, W> {
+    /// Forces of the step before stay where something still touches. Whether anything does.
+    #[inline(always)]
+    pub fn keep(&mut self, slot: usize, touching: Lane<T, W>) -> bool {
+        let any = touching.any_positive();
+        if any || self.live[slot] {
+            for edge in &mut self.contact[slot] {
+                *edge = touching.above(Lane::zero(), *edge, Lane::zero());
+            }
+        }
+        self.live[slot] = any;
+        any
+    }
+}
+
+/// What a step's constraints depend on.
+pub struct Setting<'a, T: Scalar, const W: usize> {
+    pub tree: &'a Tree<T>,
+    /// Uneven ground in place of the level one.
+    pub terrain: Option<&'a Terrain>,
+    pub work: &'a Workspace<T, W>,
+    pub weights: &'a InverseWeights<T, W>,
+    /// Friction of all contacts; where it is below zero, their own.
+    pub ground_friction: Lane<T, W>,
+    pub q: &'a [Lane<T, W>],
+    pub v: &'a [Lane<T, W>],
+    /// Visits of all rows.
+    pub sweeps: usize,
+}

@@ -1,0 +1,69 @@
+//! How easily everything moves at the reference position (MuJoCo's `invweight0`): the scale of soft constraints.
+
+use super::dynamics::Workspace;
+use super::lane::Lane;
+use super::setting::InverseWeights;
+use super::tree::Tree;
+use super::variation::Variation;
+
+/// Most that a unit force may accelerate a dof (1/kg): beyond it nothing is there to be moved.
+const LIGHTEST: f64 = 1e9;
+
+/// Inverse weights at the reference position.
+///
+/// # Errors
+/// The last dof that moves no mass, or none that the dofs below it do not move alike.
+pub fn inverse_weights(
+    tree: &Tree<f64>,
+    reference: &[f64],
+    variation: &Variation<f64, 1>,
+) -> Result<InverseWeights<f64, 1>, usize> {
+    let q: Vec<Lane<f64, 1>> = reference.iter().map(|x| Lane([*x])).collect();
+    let zero = vec![Lane::zero(); tree.nv];
+    let mut work = Workspace::new(tree);
+    work.kinematics(tree, &q);
+    work.bias(tree, variation, &zero);
+    work.mass_matrix(tree, variation);
+    let Workspace { factors, mass, .. } = &mut work;
+    factors.factorise(tree, mass, |_| Lane::zero());
+    if let Some(dof) = factors.inverse.iter().rposition(|x| !(0.0..LIGHTEST).contains(&x.0[0])) {
+        return Err(dof);
+    }
+    // J M⁻¹ Jᵀ of a row is the square of its half solution.
+    let weight = |work: &Workspace<f64, 1>, row: Vec<Lane<f64, 1>>| {
+        let mut y = row;
+        work.factors.half_solve(tree, &mut y);
+        y.iter().map(|x| x.0[0] * x.0[0]).sum::<f64>()
+    };
+    let mut body = vec![Lane::zero(); tree.bodies.len()];
+    for (b, slot) in body.iter_mut().enumerate() {
+        if let Some(last) = tree.bodies[b].last_dof {
+            let mut sum = 0.0;
+            for axis in 0..3 {
+                let mut row = zero.clone();
+                for d in &tree.dofs[last].chain {
+                    row[*d] = work.point_velocity(*d, &work.com[b])[axis];
+                }
+                sum += weight(&work, row);
+            }
+            *slot = Lane([sum / 3.0]);
+        }
+    }
+    let own: Vec<f64> = (0..tree.nv)
+        .map(|d| {
+            let mut row = zero.clone();
+            row[d] = Lane([1.0]);
+            weight(&work, row)
+        })
+        .collect();
+    let mut dof: Vec<Lane<f64, 1>> = own.iter().map(|x| Lane([*x])).collect();
+    for joint in &tree.joints {
+        // The dofs of a free joint and of a ball share their mean, turns and translations apart.
+        for first in (0..joint.kind.nv()).step_by(3).filter(|_| joint.kind.nv() >= 3) {
+            let at = joint.v + first;
+            let mean = own[at..at + 3].iter().sum::<f64>() / 3.0;
+            dof[at..at + 3].fill(Lane([mean]));
+        }
+    }
+    Ok(InverseWeights { body, dof })
+}
