@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use lifelike_character::Character;
 use lifelike_robot::Robot;
+use lifelike_sim::engine::LaneSimulation;
 use lifelike_sim::{BatchState, Drive, EnvironmentParameters, LifelikeSimulation, Simulation, Terrain};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -315,4 +316,20 @@ fn neighbours_change_no_bit_of_a_robot_that_touches_itself_on_hills() {
     for e in [0, 7, 20] {
         assert_eq!(all[&e], run(&[e], 1)[&e]);
     }
+}
+
+/// How many environments share a vector is a matter of speed alone.
+#[test]
+fn the_number_of_lanes_changes_no_bit() {
+    fn run<const W: usize>() -> BatchState {
+        let (robot, n) = (lima(), 21);
+        let mut simulation = LaneSimulation::<f32, W>::new(robot.clone(), n, 1).unwrap();
+        let all: Vec<usize> = (0..n).collect();
+        vary(&mut simulation, &all);
+        (0..50).for_each(|t| simulation.step(Drive::Targets(&targets(&robot, &all, t))).unwrap());
+        simulation.state().clone()
+    }
+    let eight = run::<8>();
+    assert_eq!(eight, run::<16>());
+    assert_eq!(eight, run::<1>());
 }

@@ -8,10 +8,10 @@ use std::time::Instant;
 use lifelike_robot::Robot;
 use lifelike_robot::actuator::Number;
 
-use super::LaneSimulation;
 use super::clock::Clock;
 pub use super::clock::Stage;
 use super::lane::Scalar;
+use super::{LANES, LaneSimulation};
 use crate::batch::{Drive, Simulation};
 use crate::error::SimError;
 use crate::terrain::Terrain;
@@ -149,7 +149,6 @@ pub fn costs(
     position: &[f64],
     steps: usize,
 ) -> Result<Vec<Cost>, SimError> {
-    const LANES: usize = 8;
     let mut watch = Watch { last: Instant::now(), seconds: [0.0; Stage::ALL.len()] };
     run::<f32, LANES, _>(robot, terrain, position, steps, &mut watch)?;
     let mut counter = Counter { last: OPERATIONS.get(), operations: [0; Stage::ALL.len()] };

@@ -6,7 +6,7 @@ use std::time::Instant;
 use lifelike_character::Character;
 use lifelike_robot::Robot;
 use lifelike_sim::engine::stages::{Cost, costs};
-use lifelike_sim::engine::{LifelikeSimulation, self_contacts};
+use lifelike_sim::engine::{LANES, LifelikeSimulation, self_contacts};
 use lifelike_sim::throughput::{Throughput, measure};
 use lifelike_sim::{Terrain, create_on};
 use serde::Serialize;
@@ -180,7 +180,7 @@ fn rates(
         let created_s = start.elapsed().as_secs_f64();
         let throughput = measure(simulation.as_mut(), &standing(robot, terrain), args.threads, args.seconds)?;
         let bytes = (engine == physics::DEFAULT)
-            .then(|| LifelikeSimulation::new(robot.clone(), 8, 1).map(|s| s.bytes_per_environment()))
+            .then(|| LifelikeSimulation::new(robot.clone(), LANES, 1).map(|s| s.bytes_per_environment()))
             .transpose()?;
         rates.push(Rate {
             robot: robot.name.clone(),
