@@ -190,7 +190,7 @@ pub struct Geom {
     pub solimp: [f64; 5],
     /// Contact margin (m).
     pub margin: f64,
-    /// Distance below `margin` at which the force begins (m).
+    /// How much earlier than within the margin a contact is found (m); it has no force before.
     pub gap: f64,
     /// Which geom's parameters win.
     pub priority: i32,

@@ -73,7 +73,7 @@ pub struct EnvironmentParameters {
     pub kp_scale: Vec<f32>,
     /// See [`Self::kp_scale`].
     pub kd_scale: Vec<f32>,
-    /// Sliding friction of the ground; `None`: as the model says.
+    /// Sliding friction of the ground, and of the robot's parts for each other; `None`: as the model says.
     pub ground_friction: Option<f32>,
     /// Offset of each joint's encoder against the truth, `[J]` (rad); empty: none. Added to what is OBSERVED and
     /// subtracted from what is commanded by the caller (`randomization`), never by the engine.
@@ -93,7 +93,7 @@ pub struct IntegrationState {
     pub parameters: Vec<EnvironmentParameters>,
 }
 
-/// N environments of one robot on flat ground.
+/// N environments of one robot on level or uneven ground.
 ///
 /// Every method that takes environments by index gives the same result for any number of threads.
 pub trait Simulation: Send {

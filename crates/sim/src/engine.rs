@@ -52,6 +52,7 @@ use reactions::Reactions;
 use weights::inverse_weights;
 
 pub use reactions::BodyForces;
+pub(crate) use surface::{SOLIMP, SOLREF};
 pub use unsupported::unsupported;
 
 /// The name of this engine.
@@ -84,8 +85,6 @@ pub struct LaneSimulation<T: Scalar, const W: usize> {
     blocks: Vec<Block<T, W>>,
     desks: Vec<Desk<T, W>>,
     pool: rayon::ThreadPool,
-    /// Whether the last command was targets.
-    targets: bool,
     parameters: Vec<EnvironmentParameters>,
     state: BatchState,
 }
@@ -131,7 +130,6 @@ impl<T: Scalar, const W: usize> LaneSimulation<T, W> {
             blocks: vec![block; environments.div_ceil(W)],
             model,
             parameters: vec![EnvironmentParameters::default(); environments],
-            targets: false,
             reference,
             widths,
             pool,
@@ -189,18 +187,27 @@ impl<T: Scalar, const W: usize> LaneSimulation<T, W> {
         Ok(Dynamics { mass, bias: first(&desk.work.bias), acceleration: first(&acceleration) })
     }
 
-    /// Forces in joints and on bodies in the present state, under the command of the last step (zero before the first). As
-    /// MuJoCo's `mj_rnePostConstraint` after `mj_forward`: damping is not yet taken implicitly.
-    pub fn body_forces(&mut self) -> BodyForces {
+    /// Forces in joints and on bodies in the present state under a drive. As MuJoCo's `mj_rnePostConstraint` after `mj_forward`:
+    /// damping is not yet taken implicitly. Nothing changes; diverged environments have none.
+    ///
+    /// # Errors
+    /// [`SimError::Length`] for a drive of another size.
+    pub fn body_forces(&mut self, drive: Drive<'_>) -> Result<BodyForces, SimError> {
+        let joints = self.widths.joints;
+        let numbers = checks::drive(&drive, self.len() * joints)?;
+        let targets = matches!(drive, Drive::Targets(_));
         let mut out = BodyForces::default();
         let desk = &mut self.desks[0];
-        for (b, block) in self.blocks.iter().enumerate() {
-            let reactions = Reactions::of(&self.model, block, desk, self.targets);
-            for lane in 0..W.min(self.parameters.len() - b * W) {
-                reactions.write(&desk.work, lane, &mut out);
+        for (block, numbers) in self.blocks.iter().zip(numbers.chunks(W * joints)) {
+            // The solver starts from the forces of the step before and overwrites them.
+            let mut block = block.clone();
+            command(&mut block, numbers, joints);
+            let reactions = Reactions::of(&self.model, &mut block, desk, targets);
+            for lane in 0..numbers.len() / joints {
+                reactions.write(&desk.work, block.diverged[lane], lane, &mut out);
             }
         }
-        out
+        Ok(out)
     }
 
     /// One policy step of the first vector of environments towards targets, its stages told to a clock; no outputs.
@@ -337,7 +344,6 @@ impl<T: Scalar, const W: usize> Simulation for LaneSimulation<T, W> {
         let joints = self.widths.joints;
         let numbers = checks::drive(&drive, self.len() * joints)?;
         let targets = matches!(drive, Drive::Targets(_));
-        self.targets = targets;
         let (model, widths) = (&self.model, self.widths);
         let mut rest = Rows::whole(&mut self.state);
         let jobs: Vec<_> = self
@@ -380,6 +386,9 @@ impl<T: Scalar, const W: usize> Simulation for LaneSimulation<T, W> {
 
     fn restore(&mut self, state: &IntegrationState) -> Result<(), SimError> {
         checks::saved(state, ENGINE, self.len(), self.width())?;
+        for parameters in &state.parameters {
+            checks::parameters(parameters, self.widths.bodies, self.widths.joints)?;
+        }
         for (id, parameters) in state.parameters.iter().enumerate() {
             if self.parameters[id] != *parameters {
                 self.set_parameters(id, parameters.clone())?;

@@ -9,6 +9,9 @@ const MOST: usize = 10_000;
 
 /// Heights on a regular grid, its middle at the world's origin. Between them the surface is made of triangles: each cell is
 /// cut from its corner at the lower x and y to the opposite one, as MuJoCo's height fields are.
+///
+/// What touches it are the points that touch level ground: centres of spheres, ends of capsules, corners of boxes. A ridge that is
+/// narrower than a sole passes between its corners.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Terrain {
     columns: usize,
@@ -16,7 +19,11 @@ pub struct Terrain {
     spacing: f64,
     heights: Vec<f64>,
     top: f64,
+    slant: f64,
 }
+
+/// How far away (m) the ground is where there is none: far from everything, and still a number to calculate with.
+const NOWHERE: f64 = 1e3;
 
 impl Terrain {
     /// # Shapes
@@ -39,7 +46,14 @@ impl Terrain {
             return Err(fail("finite heights".into(), height.to_string()));
         }
         let top = heights.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        Ok(Self { columns, rows, spacing, heights, top })
+        let mut terrain = Self { columns, rows, spacing, heights, top, slant: 1.0 };
+        for cell in (0..rows - 1).flat_map(|row| (0..columns - 1).map(move |column| (row, column))) {
+            for upper in [true, false] {
+                let [x, y] = terrain.slopes(cell, upper);
+                terrain.slant = terrain.slant.max((1.0 + x * x + y * y).sqrt());
+            }
+        }
+        Ok(terrain)
     }
 
     /// Heights by a function of x and y (m) over a square of `size` metres.
@@ -108,6 +122,19 @@ impl Terrain {
         self.top
     }
 
+    /// The largest ratio of a height above the surface to the distance from it: one over the cosine of the steepest slope.
+    pub fn slant(&self) -> f64 {
+        self.slant
+    }
+
+    /// Slopes along x and y of one of the two triangles of a cell.
+    fn slopes(&self, (row, column): (usize, usize), upper: bool) -> [f64; 2] {
+        let at = |r: usize, c: usize| self.heights[(row + r) * self.columns + column + c];
+        let (low, high) = (at(0, 0), at(1, 1));
+        let (x, y) = if upper { (high - at(1, 0), at(1, 0) - low) } else { (at(0, 1) - low, high - at(0, 1)) };
+        [x / self.spacing, y / self.spacing]
+    }
+
     /// The greatest height within a distance of a place (m): where a robot can be put down.
     pub fn highest(&self, x: f64, y: f64, distance: f64) -> f64 {
         let range = |x: f64, n: usize| {
@@ -121,23 +148,19 @@ impl Terrain {
     }
 
     /// How far a point is above the plane of the triangle below it (m), and that plane's normal. Outside of the grid there
-    /// is nothing: infinitely far.
+    /// is nothing: a kilometre of it.
     pub fn above(&self, point: [f64; 3]) -> (f64, [f64; 3]) {
         let place = |x: f64, n: usize| x / self.spacing + 0.5 * (n - 1) as f64;
         let (x, y) = (place(point[0], self.columns), place(point[1], self.rows));
         let inside = |x: f64, n: usize| x >= 0.0 && x <= (n - 1) as f64;
         if !inside(x, self.columns) || !inside(y, self.rows) {
-            return (f64::INFINITY, [0.0, 0.0, 1.0]);
+            return (NOWHERE, [0.0, 0.0, 1.0]);
         }
         let (column, row) = ((x as usize).min(self.columns - 2), (y as usize).min(self.rows - 2));
         let (x, y) = (x - column as f64, y - row as f64);
-        let at = |r: usize, c: usize| self.heights[(row + r) * self.columns + column + c];
-        let (low, high) = (at(0, 0), at(1, 1));
-        let (along_x, along_y) =
-            if y >= x { (high - at(1, 0), at(1, 0) - low) } else { (at(0, 1) - low, high - at(0, 1)) };
-        let (sx, sy) = (along_x / self.spacing, along_y / self.spacing);
+        let [sx, sy] = self.slopes((row, column), y >= x);
         let upright = 1.0 / (1.0 + sx * sx + sy * sy).sqrt();
-        let height = low + along_x * x + along_y * y;
+        let height = self.heights[row * self.columns + column] + (sx * x + sy * y) * self.spacing;
         ((point[2] - height) * upright, [-sx * upright, -sy * upright, upright])
     }
 }
@@ -157,8 +180,9 @@ mod tests {
             let expected = [-0.3 / length, 0.2 / length, 1.0 / length];
             assert!(normal.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-12), "{normal:?}");
         }
-        assert_eq!(terrain.above([2.01, 0.0, 0.0]).0, f64::INFINITY);
-        assert_eq!(terrain.above([f64::NAN, 0.0, 0.0]).0, f64::INFINITY);
+        assert!((terrain.slant() - length).abs() < 1e-12);
+        assert_eq!(terrain.above([2.01, 0.0, 0.0]).0, NOWHERE);
+        assert_eq!(terrain.above([f64::NAN, 0.0, 0.0]).0, NOWHERE);
     }
 
     #[test]

@@ -29,6 +29,10 @@ pub fn measure(
     seconds: f64,
 ) -> Result<Throughput, SimError> {
     const ROUNDS: usize = 3;
+    let threads = match threads {
+        0 => std::thread::available_parallelism().map_or(1, std::num::NonZero::get),
+        n => n,
+    };
     let robot = simulation.robot().clone();
     let velocity = vec![0.0; robot.character.nv];
     let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(1);

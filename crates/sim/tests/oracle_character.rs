@@ -3,48 +3,16 @@
 #![cfg(feature = "mujoco")]
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use std::path::{Path, PathBuf};
+mod world;
 
 use lifelike_character::{Character, Geom, GeomShape, JointKind, Kinematics, Quat, Vec3, rotation};
 use mujoco_rs::prelude::{MjData, MjModel};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use world::{fetched, root, shared, without_pictures};
 
 /// Both compute in f64; masses reach 75 kg and lengths 2 m.
 const TOLERANCE: f64 = 1e-9;
-
-fn root() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
-}
-
-/// A file among the shared robots, or a line that says that the test skips it.
-fn shared(name: &str) -> Option<PathBuf> {
-    let data = std::env::var_os("LIFELIKE_DATA").map_or_else(|| root().join("../shared/data"), PathBuf::from);
-    let path = data.join("robots").join(name);
-    if path.is_file() {
-        return Some(path);
-    }
-    println!("skipped: {} is absent", path.display());
-    None
-}
-
-/// The text without what needs files that are not there: includes of pictures, and materials from them.
-fn without_pictures(path: &Path) -> String {
-    let text = std::fs::read_to_string(path).unwrap();
-    let lines = text.lines().filter(|l| !l.contains("<include file=\"./common"));
-    let mut out = String::new();
-    for line in lines {
-        let mut rest = line;
-        while let Some(at) = rest.find(" material=\"") {
-            let end = at + 11 + rest[at + 11..].find('"').unwrap() + 1;
-            out.push_str(&rest[..at]);
-            rest = &rest[end..];
-        }
-        out.push_str(rest);
-        out.push('\n');
-    }
-    out
-}
 
 fn close(what: &str, ours: &[f64], theirs: &[f64]) {
     assert_eq!(ours.len(), theirs.len(), "{what}");
@@ -218,11 +186,7 @@ fn robots_whose_meshes_are_absent() {
 
 #[test]
 fn unitree_g1() {
-    let path = root().join("third_party/robots/unitree_g1/g1.xml");
-    if !path.is_file() {
-        println!("skipped: {} is absent (cargo xtask fetch unitree_g1)", path.display());
-        return;
-    }
+    let Some(path) = fetched("third_party/robots/unitree_g1/g1.xml") else { return };
     let ours = Character::load(&path).unwrap();
     compare(&ours, &MjModel::from_xml(&path).unwrap());
     compare(&ours, &MjModel::from_xml_string(ours.mjcf.as_deref().unwrap()).unwrap());

@@ -94,6 +94,23 @@ fn boxes_stick_and_slip_on_slopes_as_they_should() {
     }
 }
 
+/// Margins: a force acts before surfaces meet, from the sum of both margins on; gaps change nothing.
+#[test]
+fn margins_hold_a_box_above_the_ground_as_in_mujoco() {
+    let robot = sliding_box(0.8, 0.0);
+    let text =
+        robot.character.mjcf.clone().unwrap().replace("type=\"box\"", "type=\"box\" margin=\"0.004\" gap=\"0.01\"");
+    let text = text.replace("type=\"plane\"", "type=\"plane\" margin=\"0.003\"");
+    let robot = from_text(&text);
+    let mut ours = LaneSimulation::<f32, 8>::new(robot.clone(), 1, 1).unwrap();
+    let mut oracle = MujocoSimulation::new(robot, 1, 1).unwrap();
+    slide(&mut ours, 2.0);
+    slide(&mut oracle, 2.0);
+    let (a, b) = (ours.state().root_position[2] - 0.05, oracle.state().root_position[2] - 0.05);
+    println!("with margins of 4 and 3 mm a box hovers at {a:.5} m, in MuJoCo at {b:.5} m");
+    assert!(b > 0.005 && (a - b).abs() < 1e-5, "{a} {b}");
+}
+
 /// At rest the spring of the contacts carries the weight: the same depth is the same force.
 #[test]
 fn a_box_at_rest_sinks_as_deep_as_in_mujoco() {
@@ -164,8 +181,8 @@ fn apart_by_touching(robot: &Arc<Robot>, apart: &Arc<Robot>) -> Vec<f64> {
     let joints = robot.joints();
     let mut shares = Vec::new();
     for e in 0..n {
-        // What overlaps deeply is thrown apart faster than either engine follows.
-        if theirs.diverged[e] || ours.diverged[e] {
+        // What overlaps deeply is thrown apart faster than can be followed.
+        if theirs.diverged[e] {
             continue;
         }
         let row = |x: &BatchState| x.joint_velocity[e * joints..(e + 1) * joints].to_vec();
@@ -187,25 +204,21 @@ fn parts_that_touch_push_each_other_as_in_mujoco() {
     let small = |shape: &str| {
         shape.replace("0.2 0.15 0.1", "0.08 0.06 0.05").replace("0.1 0.12", "0.04 0.08").replace("0.14", "0.05")
     };
-    // Boxes may be held at other points than MuJoCo's (`boxes`), so only most states are compared there.
+    // Boxes may be held at other points than MuJoCo's (`boxes`), so only a share of the states is the same there.
     for (trunk, hand, compared) in [
         (ball, ball, 1.0),
         (ball, capsule, 1.0),
         (capsule, capsule, 1.0),
         (cuboid, ball, 1.0),
-        (cuboid, capsule, 0.5),
-        (cuboid, cuboid, 0.5),
+        (cuboid, capsule, 0.6),
+        (cuboid, cuboid, 0.7),
     ] {
         let hand = small(hand);
         let apart = self_touching(&format!("{trunk} contype=\"0\" conaffinity=\"0\""), &hand);
         let shares = apart_by_touching(&self_touching(trunk, &hand), &apart);
-        let off = shares[((shares.len() - 1) as f64 * compared) as usize];
-        println!(
-            "{trunk} and {hand}: {} states, {off:.1e} of the effect off in {:.0}%",
-            shares.len(),
-            100.0 * compared
-        );
-        assert!(shares.len() > 50 && off < 1e-4, "{trunk} {hand}: {off}");
+        let equal = shares.iter().filter(|share| **share < 1e-4).count() as f64 / shares.len() as f64;
+        println!("{trunk} and {hand}: the same in {:.0}% of {} states", 100.0 * equal, shares.len());
+        assert!(shares.len() > 50 && equal >= compared, "{trunk} {hand}: {equal}");
     }
 }
 

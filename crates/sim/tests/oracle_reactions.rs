@@ -37,7 +37,7 @@ fn forces_on_bodies_are_mujocos() {
         }
         (0..5).for_each(|_| ours.step(Drive::Torques(&torques)).unwrap());
         let before = ours.save();
-        let forces = ours.body_forces();
+        let forces = ours.body_forces(Drive::Torques(&torques)).unwrap();
         assert_eq!(ours.save(), before, "asking changes nothing");
 
         let mut model = MjModel::from_xml_string(robot.character.mjcf.as_deref().unwrap()).unwrap();

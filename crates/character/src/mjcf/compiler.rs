@@ -167,7 +167,9 @@ impl PhysicsOption {
                     return Err(a.unsupported(format!("attribute '{medium}': forces of a fluid")));
                 }
             }
-            for (attribute, own) in [("cone", "pyramidal"), ("impratio", "1"), ("noslip_iterations", "0")] {
+            for (attribute, own) in
+                [("cone", "pyramidal"), ("impratio", "1"), ("noslip_iterations", "0"), ("integrator", "Euler")]
+            {
                 if let Some(value) = a.text(attribute).filter(|value| *value != own) {
                     notes.push(format!("option {attribute} is {value}: our engine has {own}"));
                 }

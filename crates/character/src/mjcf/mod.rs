@@ -41,6 +41,30 @@ impl Character {
     }
 }
 
+/// Attributes of constraints that only MuJoCo obeys.
+const SOFTNESS: [(&str, &str); 6] = [
+    ("joint", "solreflimit"),
+    ("joint", "solimplimit"),
+    ("joint", "solreffriction"),
+    ("joint", "solimpfriction"),
+    ("joint", "margin"),
+    ("geom", "solmix"),
+];
+
+/// Says which of them the text sets.
+fn note_softness(root: &Element, notes: &mut Vec<String>) {
+    fn count(element: &Element, name: &str, attribute: &str) -> usize {
+        let own = usize::from(element.name == name && element.attribute(attribute).is_some());
+        own + element.children.iter().map(|child| count(child, name, attribute)).sum::<usize>()
+    }
+    for (name, attribute) in SOFTNESS {
+        match count(root, name, attribute) {
+            0 => {}
+            n => notes.push(format!("{n} <{name}> entries set {attribute}: our engine has MuJoCo's default")),
+        }
+    }
+}
+
 /// Sections that say nothing about the dynamics.
 const PICTURES: [&str; 6] = ["visual", "statistic", "size", "custom", "sensor", "keyframe"];
 
@@ -52,6 +76,7 @@ pub(crate) fn compile(mut root: Element, folder: Option<&Path>) -> Result<Charac
     let compiler = Compiler::read(&root)?;
     let option = PhysicsOption::read(&root, &mut notes)?;
     let defaults = Defaults::read(&root)?;
+    note_softness(&root, &mut notes);
 
     let mut reader = Reader { compiler: &compiler, defaults: &defaults, tree: Tree::default() };
     reader.read_world(&root)?;

@@ -42,15 +42,25 @@ pub fn round_and_box(center: &Vector3<f64>, axis: &Vector3<f64>, radius: f64, b:
         if ball(a).distance <= ball(c).distance { high = c } else { low = a }
     }
     let nearest = ball(0.5 * (low + high));
-    let ends = [ball(-1.0), ball(1.0)];
-    // A capsule that lies flat is held at both ends; else at the nearest point, and at an end that also touches.
-    let mut touches: Vec<Touch> = ends.into_iter().filter(near).collect();
-    let better = |touch: &Touch| touch.distance < nearest.distance + 1e-6;
-    if near(&nearest) && !touches.iter().any(better) {
-        touches.truncate(1);
-        touches.push(nearest);
+    if !near(&nearest) {
+        return Vec::new();
     }
-    touches
+    // Over a face it is held at both ends of the stretch that lies over the face; at an edge or a corner, or where its axis is
+    // inside of the box, there.
+    let outward = b.rotation.transpose() * -nearest.normal;
+    let face = outward.iamax();
+    if outward[face].abs() > 1.0 - 1e-9 && nearest.distance > -radius {
+        let (from, along) = (b.rotation.transpose() * (center - b.center), b.rotation.transpose() * axis);
+        let (mut first, mut last) = (-1.0_f64, 1.0_f64);
+        for k in (0..3).filter(|k| *k != face && along[*k] != 0.0) {
+            let (a, c) = ((-b.half[k] - from[k]) / along[k], (b.half[k] - from[k]) / along[k]);
+            (first, last) = (first.max(a.min(c)), last.min(a.max(c)));
+        }
+        if last - first > 1e-6 {
+            return [ball(first), ball(last)].into_iter().filter(near).collect();
+        }
+    }
+    vec![nearest]
 }
 
 /// The surface of a box nearest to a ball.
@@ -271,12 +281,14 @@ mod tests {
             let mut off: Vec<f64> = touches.iter().map(|(a, b, _)| (a - b).abs()).collect();
             off.sort_by(f64::total_cmp);
             let (typical, worst) = (off[off.len() * 9 / 10], off[off.len() - 1]);
+            // Both touch or neither does; a contact of one alone has no cosine.
+            let alone = touches.iter().filter(|t| t.2.is_nan() && (t.0 - t.1).abs() > 1e-9).count();
             let aside = touches.iter().map(|t| t.2).fold(1.0, f64::min);
             println!(
                 "{what}: {} touch, depth {typical:.1e} m off in nine of ten, {worst:.1e} at worst, {aside}",
                 off.len()
             );
-            assert!(off.len() > 200 && typical < 1e-9 && worst < depth && aside > cosine, "{what}");
+            assert!(alone == 0 && off.len() > 200 && typical < 1e-9 && worst < depth && aside > cosine, "{what}");
         }
     }
 }

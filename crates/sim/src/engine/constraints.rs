@@ -8,7 +8,7 @@
 //! In the coordinates u = D^(1/2) L a (M = Lᵀ D L) the matrix is Y Yᵀ with rows y_r = D^(-1/2) L^(-T) J_rᵀ that have
 //! entries on one chain of the tree only. So a row is visited by one scalar product and one update of u, and A is never
 //! formed. [`SWEEPS`] visits of all rows per step, each contact solved [`INNER`](super::contact::INNER) times within itself, started from the
-//! forces of the step before: fixed, so that every environment does the same. `tests/oracle_engine.rs` says how far
+//! forces of the step before: fixed, so that every environment does the same. `tests/oracle_contact.rs` says how far
 //! that is from MuJoCo's converged forces, and that a hundred sweeps arrive there.
 
 use lifelike_robot::actuator::Number;
@@ -144,7 +144,7 @@ impl<T: Scalar, const W: usize> Solver<T, W> {
             // The force of the step before counts on its own side only.
             let same = (side * forces.side[slot]).above(zero, forces.limit[slot], zero);
             forces.limit[slot] = beyond.above(zero, same, zero);
-            forces.side[slot] = side;
+            forces.side[slot] = beyond.above(zero, side, forces.side[slot]);
             let impedance = softness.impedance(beyond);
             let regular = regularization(impedance, s.weights.dof[limit.dof]);
             let (y, own) = self.push_unit(s, limit.dof, side);

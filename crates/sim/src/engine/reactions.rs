@@ -28,10 +28,8 @@ pub struct Reactions<T: Scalar, const W: usize> {
 }
 
 impl<T: Scalar, const W: usize> Reactions<T, W> {
-    /// Those of a block in its present state, under the command of its last step.
-    pub fn of(model: &Model<T, W>, block: &Block<T, W>, desk: &mut Desk<T, W>, targets: bool) -> Self {
-        // The solver starts from the forces of the step before and overwrites them.
-        let mut block = block.clone();
+    /// Those of a block in its present state, under its command.
+    pub fn of(model: &Model<T, W>, block: &mut Block<T, W>, desk: &mut Desk<T, W>, targets: bool) -> Self {
         let acceleration = block.accelerate(model, desk, targets);
         let contact = desk.contact_forces(&model.tree, &block.forces);
         let mut external = contact.clone();
@@ -50,15 +48,15 @@ impl<T: Scalar, const W: usize> Reactions<T, W> {
         Self { joint, constraint, contact }
     }
 
-    /// Appends the rows of one environment.
-    pub fn write(&self, work: &Workspace<T, W>, lane: usize, out: &mut BodyForces) {
+    /// Appends the rows of one environment: zeros where it has diverged.
+    pub fn write(&self, work: &Workspace<T, W>, diverged: bool, lane: usize, out: &mut BodyForces) {
         let row = |wrench: &Spatial<T, W>, from: &[Lane<T, W>; 3], out: &mut Vec<f32>| {
             let force = [wrench[3], wrench[4], wrench[5]];
             let torque = sub(&[wrench[0], wrench[1], wrench[2]], &cross(from, &force));
             out.extend(torque.iter().chain(&force).map(|x| x.0[lane].wide() as f32));
         };
         for b in 0..self.joint.len() {
-            if b == 0 {
+            if b == 0 || diverged {
                 [&mut out.joint, &mut out.constraint, &mut out.contact].into_iter().for_each(|x| x.extend([0.0; 6]));
                 continue;
             }

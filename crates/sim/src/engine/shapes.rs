@@ -8,9 +8,6 @@ use super::support::Support;
 use super::surface::{Mixed, Surface};
 use super::tree::Tree;
 
-/// Edge lengths below this (m) are none: a sphere is a capsule of no length.
-const POINT: f64 = 1e-12;
-
 /// A convex part of the robot, in its body's frame.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Shape<T> {
@@ -66,7 +63,7 @@ const BOX_BOX: usize = 4;
 const BOX_ROUND: usize = 2;
 
 /// Whether the engine knows how this touches.
-fn known(geom: &Geom) -> bool {
+pub fn known(geom: &Geom) -> bool {
     matches!(geom.shape, GeomShape::Sphere(_) | GeomShape::Capsule(..) | GeomShape::Box(_))
 }
 
@@ -102,7 +99,8 @@ impl<T: Scalar> Tree<T> {
     pub(super) fn add_ground_shapes(&mut self, robot: &Robot, ground: &Surface) {
         let character = &robot.character;
         let timestep = robot.timestep();
-        for geom in solid(character).filter(|g| known(g) && Surface::of(g).meets(ground)) {
+        let excluded = |g: &Geom| character.excludes.iter().any(|pair| [(0, g.body), (g.body, 0)].contains(pair));
+        for geom in solid(character).filter(|g| known(g) && Surface::of(g).meets(ground) && !excluded(g)) {
             let mixed = Surface::of(geom).mix(ground, timestep);
             let shape = ground_shape(geom, mixed, robot.anatomy.foot_of(character, geom.body));
             self.ground_points += shape.points.len();
@@ -173,7 +171,7 @@ fn shape<T: Scalar>(geom: &Geom) -> Shape<T> {
         axis: numbers(geom.orientation * axis),
         radius: T::new(radius),
         cuboid,
-        bound: bound + POINT,
+        bound,
     }
 }
 

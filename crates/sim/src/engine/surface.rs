@@ -104,7 +104,6 @@ pub struct Surface {
     solref: [f64; 2],
     solimp: [f64; 5],
     margin: f64,
-    gap: f64,
     priority: i32,
 }
 
@@ -115,7 +114,7 @@ pub struct Mixed<T> {
     /// Frictionless (`condim` 1).
     pub smooth: bool,
     pub softness: Softness<T>,
-    /// Distance below which a force can act (m).
+    /// Distance below which a force can act (m): both margins, as MuJoCo adds them since 3.12; a gap only finds contacts earlier.
     pub margin: T,
 }
 
@@ -130,7 +129,6 @@ impl Surface {
             solref: geom.solref,
             solimp: geom.solimp,
             margin: geom.margin,
-            gap: geom.gap,
             priority: geom.priority,
         }
     }
@@ -145,7 +143,6 @@ impl Surface {
             solref: SOLREF,
             solimp: SOLIMP,
             margin: 0.0,
-            gap: 0.0,
             priority: 0,
         }
     }
@@ -176,7 +173,7 @@ impl Surface {
             friction: T::new(pick(self.friction, other.friction, self.friction.max(other.friction))),
             smooth: condim < 2.0,
             softness: Softness::new(solref, solimp, timestep),
-            margin: T::new(self.margin.max(other.margin) - self.gap.max(other.gap)),
+            margin: T::new(self.margin + other.margin),
         }
     }
 }

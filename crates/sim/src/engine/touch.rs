@@ -223,9 +223,9 @@ fn meet_ground<T: Scalar, const W: usize>(
     let (zero, one) = (Lane::zero(), Lane::of(1.0));
     let (rotation, position) = (&s.work.rotation[shape.body], &s.work.position[shape.body]);
     let Some(support) = s.tree.bodies[shape.body].last_dof else { return };
-    let top = s.terrain.map_or(s.tree.ground_height, |t| T::new(t.top()));
+    let (top, slant) = s.terrain.map_or((s.tree.ground_height, T::new(1.0)), |t| (T::new(t.top()), T::new(t.slant())));
     let height = s.q[s.tree.root_q + 2] - Lane::all(top);
-    if !(Lane::all(shape.reach) + Lane::of(ROUNDING) - height - position[2]).any_positive() {
+    if !(Lane::all(shape.reach) * Lane::all(slant) + Lane::of(ROUNDING) - height - position[2]).any_positive() {
         for slot in first..first + shape.points.len() {
             forces.keep(slot, zero);
         }

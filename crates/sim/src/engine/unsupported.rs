@@ -3,18 +3,27 @@
 use lifelike_character::{GeomShape, JointKind};
 use lifelike_robot::Robot;
 
-use super::shapes::solid;
+use super::shapes::{known, solid};
 
 /// What of a robot this engine does not simulate, a line each.
 pub fn unsupported(robot: &Robot) -> Vec<String> {
     let mut lines = Vec::new();
     let character = &robot.character;
     for geom in solid(character) {
-        if !matches!(geom.shape, GeomShape::Sphere(_) | GeomShape::Capsule(..) | GeomShape::Box(_)) {
+        if !known(geom) {
             lines.push(format!("geom '{}': its shape touches nothing", geom.name));
         }
         if geom.condim > 3 {
             lines.push(format!("geom '{}': no torsional or rolling friction", geom.name));
+        }
+    }
+    for geom in character.geoms.iter().filter(|g| g.body == 0 && (g.contype != 0 || g.conaffinity != 0)) {
+        match geom.shape {
+            GeomShape::Mesh(_) => lines.push(format!("geom '{}': its shape touches nothing", geom.name)),
+            GeomShape::Plane if geom.condim > 3 => {
+                lines.push(format!("geom '{}': no torsional or rolling friction", geom.name));
+            }
+            _ => {}
         }
     }
     for joint in character.joints.iter().filter(|j| j.kind == JointKind::Ball && j.range.is_some()) {

@@ -7,6 +7,7 @@ use mujoco_rs::prelude::{MjEditError, MjModel, MjSpec, MjtGeomBase, MjtObjBase, 
 
 use super::{ENGINE, log};
 use crate::checks::{self, Coordinates};
+use crate::engine::{SOLIMP, SOLREF};
 use crate::error::SimError;
 use crate::terrain::Terrain;
 
@@ -87,14 +88,17 @@ pub(super) fn compile(robot: &Robot, terrain: Option<&Terrain>) -> Result<(MjMod
         let floor = spec.world_body_mut().add_geom();
         floor.set_type(MjtGeomBase::mjGEOM_PLANE);
         floor.size_mut().copy_from_slice(&[0.0, 0.0, 1.0]);
+        surface(floor, character);
         floor.set_name("lifelike_floor").map_err(|e| fail(e.to_string()))?;
     }
     let mut model = spec.compile().map_err(|e| fail(e.to_string()))?;
     if terrain.is_some() {
-        for plane in character.geoms.iter().filter(|g| g.body == 0 && g.shape == GeomShape::Plane) {
-            let id = model.name_to_id(MjtObjBase::mjOBJ_GEOM, &plane.name).unwrap_or_default();
-            model.geom_contype_mut()[id] = 0;
-            model.geom_conaffinity_mut()[id] = 0;
+        let planes: Vec<usize> = (0..model.ngeom() as usize)
+            .filter(|g| model.geom_bodyid()[*g] == 0 && model.geom_type()[*g] == MjtGeomBase::mjGEOM_PLANE)
+            .collect();
+        for plane in planes {
+            model.geom_contype_mut()[plane] = 0;
+            model.geom_conaffinity_mut()[plane] = 0;
         }
     }
     no_shortcuts(&mut model);
@@ -150,18 +154,24 @@ fn add_terrain(spec: &mut MjSpec, character: &Character, terrain: &Terrain) -> R
     geom.set_name(TERRAIN)?;
     geom.set_hfieldname(TERRAIN);
     geom.pos_mut()[2] = low;
-    if let Some(plane) = character.geoms.iter().find(|g| g.body == 0 && g.shape == GeomShape::Plane) {
-        geom.set_contype(plane.contype as i32);
-        geom.set_conaffinity(plane.conaffinity as i32);
-        geom.set_condim(plane.condim as i32);
-        geom.set_priority(plane.priority);
-        geom.set_margin(plane.margin);
-        geom.set_gap(plane.gap);
-        geom.friction_mut().copy_from_slice(&plane.friction);
-        geom.solref_mut().copy_from_slice(&plane.solref);
-        geom.solimp_mut().copy_from_slice(&plane.solimp);
-    }
+    surface(geom, character);
     Ok(())
+}
+
+/// Gives ground that is added the surface of the character's own plane, or MuJoCo's default where it has none: never what the
+/// character's defaults say of its own parts.
+fn surface(geom: &mut mujoco_rs::wrappers::mj_editing::MjsGeom, character: &Character) {
+    let plane = character.geoms.iter().find(|g| g.body == 0 && g.shape == GeomShape::Plane);
+    let masks = plane.map_or((1, 1, 3), |p| (p.contype, p.conaffinity, p.condim));
+    geom.set_contype(masks.0 as i32);
+    geom.set_conaffinity(masks.1 as i32);
+    geom.set_condim(masks.2 as i32);
+    geom.set_priority(plane.map_or(0, |p| p.priority));
+    geom.set_margin(plane.map_or(0.0, |p| p.margin));
+    geom.set_gap(plane.map_or(0.0, |p| p.gap));
+    geom.friction_mut().copy_from_slice(&plane.map_or([1.0, 0.005, 0.0001], |p| p.friction));
+    geom.solref_mut().copy_from_slice(&plane.map_or(SOLREF, |p| p.solref));
+    geom.solimp_mut().copy_from_slice(&plane.map_or(SOLIMP, |p| p.solimp));
 }
 
 /// Bodies and joints must be the character's, in its order; names that it made up itself are not compared.
