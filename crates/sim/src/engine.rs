@@ -52,6 +52,7 @@ use reactions::Reactions;
 use weights::inverse_weights;
 
 pub use reactions::BodyForces;
+#[cfg(feature = "mujoco")]
 pub(crate) use surface::{SOLIMP, SOLREF};
 pub use unsupported::unsupported;
 

@@ -170,7 +170,7 @@ impl<T: Scalar, const W: usize> Solver<T, W> {
         self.singles.resize(at + support.len() - 1, [Lane::zero()]);
         self.singles.push([entry]);
         let y = &mut self.singles[at..];
-        support.half_solve(&s.tree.dofs, &s.work.factors, y);
+        s.work.factors.half_solve_rows(s.tree, support, y);
         let own = y.iter().fold(Lane::zero(), |sum: Lane<T, W>, [x]| sum.plus(*x, *x));
         (at, own)
     }

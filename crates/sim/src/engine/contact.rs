@@ -105,7 +105,7 @@ impl<T: Scalar, const W: usize> Contacts<T, W> {
                 y[n][k] = if n < support.fork { -along } else { along };
             }
         }
-        support.half_solve(&s.tree.dofs, &s.work.factors, y);
+        s.work.factors.half_solve_rows(s.tree, support, y);
         let mut gram = [zero; 6];
         for [n, a, b] in y.iter().copied() {
             gram[0] = gram[0].plus(n, n);

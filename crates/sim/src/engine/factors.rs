@@ -5,6 +5,7 @@
 //! is therefore summed up from slices, several entries at a time in registers, and each entry is written once.
 
 use super::lane::{Lane, Scalar};
+use super::support::Support;
 use super::tree::Tree;
 
 /// M = Lᵀ D L.
@@ -86,6 +87,26 @@ impl<T: Scalar, const W: usize> Factors<T, W> {
         }
     }
 
+    /// y ← D^(-1/2) L^(-T) y for K rows at once, `y[i]` belonging to `support.dofs[i]`.
+    #[inline(always)]
+    pub fn half_solve_rows<const K: usize>(&self, tree: &Tree<T>, support: &Support, y: &mut [[Lane<T, W>; K]]) {
+        for n in (0..support.dofs.len()).rev() {
+            let d = support.dofs[n];
+            let row = &self.rows[tree.dofs[d].row..];
+            let (above, own) = y.split_at_mut(n);
+            let value = own[0];
+            if n < support.fork {
+                take(above, &row[..n], &value);
+            } else {
+                take(&mut above[..support.shared], &row[..support.shared], &value);
+                take(&mut above[support.fork..], &row[support.shared..support.shared + n - support.fork], &value);
+            }
+            for k in 0..K {
+                own[0][k] = value[k] * self.inverse_root[d];
+            }
+        }
+    }
+
     /// x ← L^(-1) D^(-1/2) x: the other half.
     #[inline(always)]
     pub fn finish_solve(&self, tree: &Tree<T>, x: &mut [Lane<T, W>]) {
@@ -112,6 +133,20 @@ impl<T: Scalar, const W: usize> Factors<T, W> {
                     *x = x.plus(*l, value);
                 }
             }
+        }
+    }
+}
+
+/// above ← above − l value.
+#[inline(always)]
+fn take<T: Scalar, const W: usize, const K: usize>(
+    above: &mut [[Lane<T, W>; K]],
+    l: &[Lane<T, W>],
+    value: &[Lane<T, W>; K],
+) {
+    for (x, l) in above.iter_mut().zip(l) {
+        for k in 0..K {
+            x[k] = x[k].minus(*l, value[k]);
         }
     }
 }

@@ -6,7 +6,6 @@ use lifelike_robot::Robot;
 use super::lane::Scalar;
 use super::support::Support;
 use super::surface::{Mixed, Surface};
-use super::tree::Tree;
 
 /// A convex part of the robot, in its body's frame.
 #[derive(Debug, Clone, PartialEq)]
@@ -94,60 +93,59 @@ pub fn meeting(character: &Character) -> Vec<(&Geom, &Geom)> {
         .collect()
 }
 
-impl<T: Scalar> Tree<T> {
-    /// Adds what can touch the ground.
-    pub(super) fn add_ground_shapes(&mut self, robot: &Robot, ground: &Surface) {
-        let character = &robot.character;
-        let timestep = robot.timestep();
-        let excluded = |g: &Geom| character.excludes.iter().any(|pair| [(0, g.body), (g.body, 0)].contains(pair));
-        for geom in solid(character).filter(|g| known(g) && Surface::of(g).meets(ground) && !excluded(g)) {
-            let mixed = Surface::of(geom).mix(ground, timestep);
-            let shape = ground_shape(geom, mixed, robot.anatomy.foot_of(character, geom.body));
-            self.ground_points += shape.points.len();
-            self.ground_shapes.push(shape);
-        }
-    }
+/// What of a robot can touch the ground.
+pub fn ground_shapes<T: Scalar>(robot: &Robot, ground: &Surface) -> Vec<GroundShape<T>> {
+    let character = &robot.character;
+    let excluded = |g: &Geom| character.excludes.iter().any(|pair| [(0, g.body), (g.body, 0)].contains(pair));
+    solid(character)
+        .filter(|g| known(g) && Surface::of(g).meets(ground) && !excluded(g))
+        .map(|geom| {
+            let mixed = Surface::of(geom).mix(ground, robot.timestep());
+            ground_shape(geom, mixed, robot.anatomy.foot_of(character, geom.body))
+        })
+        .collect()
+}
 
-    /// Adds what can touch another part of the robot.
-    pub(super) fn add_pairs(&mut self, robot: &Robot) {
-        let character = &robot.character;
-        let mut geoms: Vec<&Geom> = Vec::new();
-        let mut first = self.ground_points;
-        let is_box = |g: &Geom| matches!(g.shape, GeomShape::Box(_));
-        for (a, b) in meeting(character).into_iter().filter(|(a, b)| known(a) && known(b)) {
-            let (a, b) = if is_box(a) && !is_box(b) { (b, a) } else { (a, b) };
-            let shapes = [a, b].map(|geom| {
-                geoms.iter().position(|g| std::ptr::eq(*g, geom)).unwrap_or_else(|| {
-                    geoms.push(geom);
-                    self.shapes.push(shape(geom));
-                    geoms.len() - 1
-                })
-            });
-            let bodies = [a.body, b.body];
-            let chain = |body: usize| match self.bodies[body].last_dof {
-                Some(dof) => self.dofs[dof].chain.as_slice(),
-                None => &[],
-            };
-            let support = Support::between(chain(bodies[0]), chain(bodies[1]));
-            if support.len() == 0 {
-                continue;
-            }
-            let index = self.supports.iter().position(|s| *s == support).unwrap_or_else(|| {
-                self.supports.push(support);
-                self.supports.len() - 1
-            });
-            let mixed: Mixed<T> = Surface::of(a).mix(&Surface::of(b), robot.timestep());
-            let contacts = match (is_box(a), is_box(b)) {
-                (true, _) => BOX_BOX,
-                (_, true) => BOX_ROUND,
-                _ => 1,
-            };
-            let reach = self.shapes[shapes[0]].bound + self.shapes[shapes[1]].bound + mixed.margin.wide();
-            self.pairs.push(Pair { shapes, bodies, support: index, reach: T::new(reach), first, contacts, mixed });
-            first += contacts;
+/// What of a robot can touch another part of it, and which parts can. `chain` are the dofs that move a body; supports that are not there are
+/// added; contacts are counted on from `contacts`.
+pub fn pairs<'a, T: Scalar>(
+    robot: &Robot,
+    chain: impl Fn(usize) -> &'a [usize],
+    supports: &mut Vec<Support>,
+    contacts: &mut usize,
+) -> (Vec<Shape<T>>, Vec<Pair<T>>) {
+    let (mut geoms, mut shapes, mut pairs) = (Vec::<&Geom>::new(), Vec::<Shape<T>>::new(), Vec::new());
+    let is_box = |g: &Geom| matches!(g.shape, GeomShape::Box(_));
+    for (a, b) in meeting(&robot.character).into_iter().filter(|(a, b)| known(a) && known(b)) {
+        let (a, b) = if is_box(a) && !is_box(b) { (b, a) } else { (a, b) };
+        let bodies = [a.body, b.body];
+        let support = Support::between(chain(bodies[0]), chain(bodies[1]));
+        if support.len() == 0 {
+            continue;
         }
-        self.contacts = first;
+        let indices = [a, b].map(|geom| {
+            geoms.iter().position(|g| std::ptr::eq(*g, geom)).unwrap_or_else(|| {
+                geoms.push(geom);
+                shapes.push(shape(geom));
+                geoms.len() - 1
+            })
+        });
+        let support = supports.iter().position(|s| *s == support).unwrap_or_else(|| {
+            supports.push(support);
+            supports.len() - 1
+        });
+        let mixed: Mixed<T> = Surface::of(a).mix(&Surface::of(b), robot.timestep());
+        let most = match (is_box(a), is_box(b)) {
+            (true, _) => BOX_BOX,
+            (_, true) => BOX_ROUND,
+            _ => 1,
+        };
+        let reach = shapes[indices[0]].bound + shapes[indices[1]].bound + mixed.margin.wide();
+        let (reach, first) = (T::new(reach), *contacts);
+        pairs.push(Pair { shapes: indices, bodies, support, reach, first, contacts: most, mixed });
+        *contacts += most;
     }
+    (shapes, pairs)
 }
 
 fn numbers<T: Scalar>(v: Vec3) -> [T; 3] {

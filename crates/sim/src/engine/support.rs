@@ -1,8 +1,6 @@
-//! Which degrees of freedom a constraint can move, and the three operations on rows that live on them only.
+//! Which degrees of freedom a constraint can move, and what is done with rows that live on them only.
 
-use super::factors::Factors;
 use super::lane::{Lane, Scalar};
-use super::tree::Dof;
 
 /// The dofs between two bodies, ancestors before descendants: those above both, the first body's own, the second's own.
 /// They are kept as runs of neighbours, because a run is a slice.
@@ -56,31 +54,6 @@ impl Support {
         self.dofs.len()
     }
 
-    /// y ← D^(-1/2) L^(-T) y for K rows at once, `y[i]` belonging to `dofs[i]`.
-    #[inline(always)]
-    pub fn half_solve<T: Scalar, const W: usize, const K: usize>(
-        &self,
-        dofs: &[Dof<T>],
-        factors: &Factors<T, W>,
-        y: &mut [[Lane<T, W>; K]],
-    ) {
-        for n in (0..self.dofs.len()).rev() {
-            let d = self.dofs[n];
-            let row = &factors.rows[dofs[d].row..];
-            let (above, own) = y.split_at_mut(n);
-            let value = own[0];
-            if n < self.fork {
-                take(above, &row[..n], &value);
-            } else {
-                take(&mut above[..self.shared], &row[..self.shared], &value);
-                take(&mut above[self.fork..], &row[self.shared..self.shared + n - self.fork], &value);
-            }
-            for k in 0..K {
-                own[0][k] = value[k] * factors.inverse_root[d];
-            }
-        }
-    }
-
     /// y · u of K rows.
     #[inline(always)]
     pub fn gather<T: Scalar, const W: usize, const K: usize>(
@@ -115,20 +88,6 @@ impl Support {
                 }
                 *u = sum;
             }
-        }
-    }
-}
-
-/// above ← above − l value.
-#[inline(always)]
-fn take<T: Scalar, const W: usize, const K: usize>(
-    above: &mut [[Lane<T, W>; K]],
-    l: &[Lane<T, W>],
-    value: &[Lane<T, W>; K],
-) {
-    for (x, l) in above.iter_mut().zip(l) {
-        for k in 0..K {
-            x[k] = x[k].minus(*l, value[k]);
         }
     }
 }

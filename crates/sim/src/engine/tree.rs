@@ -7,7 +7,7 @@ use lifelike_character::{Body, Character, GeomShape, Joint, JointKind};
 use lifelike_robot::Robot;
 
 use super::lane::Scalar;
-use super::shapes::{GroundShape, Pair, Shape};
+use super::shapes::{self, GroundShape, Pair, Shape};
 use super::support::{Run, Support, runs};
 use super::surface::{SOLIMP, SOLREF, Softness, Surface};
 use crate::error::SimError;
@@ -98,9 +98,8 @@ pub struct Tree<T> {
     /// Of each dof, then of each pair of bodies that may touch.
     pub supports: Vec<Support>,
     pub limits: Vec<Limit<T>>,
-    /// What may touch the ground, and the number of its points.
+    /// What may touch the ground.
     pub ground_shapes: Vec<GroundShape<T>>,
-    pub ground_points: usize,
     /// What may touch another part of the robot, and which parts may.
     pub shapes: Vec<Shape<T>>,
     pub pairs: Vec<Pair<T>>,
@@ -145,7 +144,6 @@ impl<T: Scalar> Tree<T> {
             supports: Vec::new(),
             limits: Vec::new(),
             ground_shapes: Vec::new(),
-            ground_points: 0,
             shapes: Vec::new(),
             pairs: Vec::new(),
             contacts: 0,
@@ -171,8 +169,11 @@ impl<T: Scalar> Tree<T> {
                 Some(Limit { q: j.q_index, dof: j.v_index, low: T::new(low), high: T::new(high), scalar })
             })
             .collect();
-        tree.add_ground_shapes(robot, &surface);
-        tree.add_pairs(robot);
+        tree.ground_shapes = shapes::ground_shapes(robot, &surface);
+        tree.contacts = tree.ground_shapes.iter().map(|shape| shape.points.len()).sum();
+        let chains: Vec<&[usize]> =
+            tree.bodies.iter().map(|b| b.last_dof.map_or(&[][..], |dof| tree.dofs[dof].chain.as_slice())).collect();
+        (tree.shapes, tree.pairs) = shapes::pairs(robot, |body| chains[body], &mut tree.supports, &mut tree.contacts);
         Ok(tree)
     }
 
