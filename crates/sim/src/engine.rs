@@ -60,7 +60,7 @@ pub use unsupported::unsupported;
 pub const ENGINE: &str = "lifelike";
 
 /// Environments that are stepped together: two AVX2 vectors or one of AVX-512. Where a vector waits for its last result the
-/// other goes on: 10 to 18% faster than eight on a machine with AVX2.
+/// other goes on (`docs/results/engine.md`).
 pub const LANES: usize = 16;
 
 /// The engine as it is used: single precision.

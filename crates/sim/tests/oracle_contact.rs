@@ -11,7 +11,9 @@ use lifelike_sim::engine::LaneSimulation;
 use lifelike_sim::{BatchState, Drive, MujocoSimulation, Simulation, Terrain};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use world::{all, from_text, near_standing, random_state, random_targets, rms, robots, sliding_box};
+use world::{
+    all, from_text, near_standing, random_state, random_targets, rms, robots, self_touching, sliding_box, toy,
+};
 
 /// Gate 3: the impulse of one physics step in states that touch the ground.
 #[test]
@@ -50,7 +52,7 @@ fn one_step_of_contact_is_mujocos() {
             100.0 * worst
         );
         // G1 stands on 28 points, the ends of seven capsules under each foot: twelve sweeps do not share the load out.
-        let (most, limit) = if name == "G1" { (0.05, f64::INFINITY) } else { (0.01, 0.05) };
+        let (most, limit) = if name == "G1" { (0.02, f64::INFINITY) } else { (0.01, 0.05) };
         assert!(touching > 100 && mean < most && worst < limit, "{name}: {touching}, {mean}, {worst}");
     }
 }
@@ -125,34 +127,6 @@ fn a_box_at_rest_sinks_as_deep_as_in_mujoco() {
     assert!(deep > 0.0 && (deep / theirs - 1.0).abs() < 0.01, "{deep} {theirs}");
 }
 
-/// A trunk with a shape, and another shape at the end of two light limbs that can reach it. In the air.
-fn self_touching(trunk: &str, hand: &str) -> Arc<Robot> {
-    let text = format!(
-        r#"<mujoco model="crab">
-  <compiler angle="radian"/>
-  <option timestep="0.005" integrator="Euler" gravity="0 0 -9.81" cone="pyramidal" iterations="100" tolerance="1e-12"/>
-  <worldbody>
-    <geom name="floor" type="plane" size="5 5 1"/>
-    <body name="trunk" pos="0 0 50">
-      <freejoint name="root"/>
-      <geom name="trunk" {trunk} mass="3" solref="0.1 1"/>
-      <body name="upper" pos="0.25 0 0">
-        <joint name="shoulder_yaw" axis="0 0 1" range="-1 1" limited="true" armature="0.01"/>
-        <joint name="shoulder_pitch" axis="0 1 0" range="-1 1" limited="true" armature="0.01"/>
-        <geom name="upper" type="sphere" size="0.03" mass="0.5" contype="0" conaffinity="0"/>
-        <body name="hand" pos="0 0.1 0">
-          <joint name="elbow" axis="1 0 0" range="-3 3" limited="true" armature="0.01"/>
-          <joint name="wrist" axis="0 1 0" range="-3 3" limited="true" armature="0.01"/>
-          <geom name="hand" {hand} mass="0.5" solref="0.1 1"/>
-        </body>
-      </body>
-    </body>
-  </worldbody>
-</mujoco>"#
-    );
-    from_text(&text)
-}
-
 /// How far joint velocities are apart after two physics steps from random states, as a share of what touching itself
 /// changes in them: of each state in which it changes anything, sorted.
 fn apart_by_touching(robot: &Arc<Robot>, apart: &Arc<Robot>) -> Vec<f64> {
@@ -224,23 +198,8 @@ fn parts_that_touch_push_each_other_as_in_mujoco() {
 
 /// A ball with a small arm above a plane that is turned by `quaternion`.
 fn ball(quaternion: &str) -> Arc<Robot> {
-    from_text(&format!(
-        r#"<mujoco model="ball">
-  <compiler angle="radian"/>
-  <option timestep="0.005" integrator="Euler" cone="pyramidal" iterations="100" tolerance="1e-12"/>
-  <worldbody>
-    <geom name="floor" type="plane" size="5 5 1" friction="0.7" quat="{quaternion}"/>
-    <body name="ball" pos="0 0 0.5">
-      <freejoint name="root"/>
-      <geom name="ball" type="sphere" size="0.1" mass="2"/>
-      <body name="arm" pos="0 0 0.05">
-        <joint name="arm" axis="0 0 1" range="-1 1" limited="true" armature="0.01"/>
-        <geom name="arm" type="sphere" size="0.01" mass="0.01" contype="0" conaffinity="0"/>
-      </body>
-    </body>
-  </worldbody>
-</mujoco>"#
-    ))
+    let plane = format!(r#"friction="0.7" quat="{quaternion}""#);
+    toy("0 0 -9.81", &plane, "0 0 0.5", r#"type="sphere" size="0.1""#)
 }
 
 /// Balls put on a terrain, some time later: roots, and where they started.
@@ -296,5 +255,5 @@ fn hills_carry_about_as_in_mujoco() {
     };
     let (own, their) = (sunk(&ours), sunk(&theirs));
     println!("deepest: ours {own:.1e} m, MuJoCo's {their:.1e} m");
-    assert!(off < 0.3 * way && own < 2e-3, "{way} {off} {own}");
+    assert!(off < 0.15 * way && own < 2e-3, "{way} {off} {own}");
 }

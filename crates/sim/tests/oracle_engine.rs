@@ -71,9 +71,10 @@ fn masses_bias_and_accelerations_are_mujocos() {
         let (median, [double, single]) = (share(0.5)[1], share(1.0));
         println!("{name}: mass, bias, acceleration: f64 {double:?}, f32 {single:?} at worst, {median:?} typically");
         assert!(double.iter().all(|x| *x < 1e-10), "{name} {double:?}");
-        // Of the four only dm_control's humanoid is beyond 1e-5, in a few of its states.
+        // Of the four only dm_control's humanoid is beyond 1e-5, in fewer than one of twenty of its states.
+        let worst = if name == "dm humanoid" { 2e-5 } else { 1e-5 };
         let [_, few] = share(0.95);
-        assert!(few.iter().all(|x| *x < 1e-5) && single.iter().all(|x| *x < 2e-5), "{name} {few:?} {single:?}");
+        assert!(few.iter().all(|x| *x < 1e-5) && single.iter().all(|x| *x < worst), "{name} {few:?} {single:?}");
     }
 }
 
@@ -100,7 +101,14 @@ fn short_rollouts_on_the_ground_stay_together() {
         let joints = |s: &dyn Simulation| s.state().joint_position.clone();
         let (exact, fast) = (rms(&joints(&oracle), &joints(&double)), rms(&joints(&oracle), &joints(&single)));
         println!("{name}: 0.2 s from {n} states, joints {exact:.1e} rad RMS off MuJoCo in f64, {fast:.1e} in f32");
-        assert!(exact < 4e-3 && fast < 4e-3, "{name}: {exact}, {fast}");
+        // Twice what each was when this was written; the gate is 0.02.
+        let limit = match name {
+            "lima" => 5e-4,
+            "humanoid" => 1e-3,
+            "G1" => 3e-3,
+            _ => 6e-3,
+        };
+        assert!(exact < limit && fast < limit, "{name}: {exact}, {fast}");
     }
 }
 

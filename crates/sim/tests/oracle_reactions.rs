@@ -13,7 +13,7 @@ use mujoco_rs::mujoco_c::mjtDisableBit;
 use mujoco_rs::prelude::{MjData, MjModel};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use world::{all, exactly_solved, near_standing};
+use world::{all, exactly_solved, near_standing, self_touching};
 
 /// Torque and force about another point.
 fn moved(torque: Vec3, force: Vec3, from: Vec3, to: Vec3) -> [f64; 6] {
@@ -23,8 +23,13 @@ fn moved(torque: Vec3, force: Vec3, from: Vec3, to: Vec3) -> [f64; 6] {
 
 #[test]
 fn forces_on_bodies_are_mujocos() {
-    for name in ["lima", "humanoid"] {
-        let (robot, n) = (Arc::new(exactly_solved(name)), 20);
+    let n = 20;
+    let ball = |size: &str| format!(r#"type="sphere" size="{size}""#);
+    for (name, robot) in [
+        ("lima", Arc::new(exactly_solved("lima"))),
+        ("humanoid", Arc::new(exactly_solved("humanoid"))),
+        ("one that touches itself", self_touching(&ball("0.2"), &ball("0.15"))),
+    ] {
         let (positions, velocities) = near_standing(&robot, n, 71);
         let mut ours = LaneSimulation::<f64, 4>::new(robot.clone(), n, 1).unwrap().with_sweeps(1000);
         ours.reset(&all(n), &positions, &velocities).unwrap();
@@ -89,7 +94,7 @@ fn forces_on_bodies_are_mujocos() {
             }
         }
         println!(
-            "{name}: joints, bodies, contacts: {worst:.5?} N off, of up to {largest:.1?}; {touching} of {n} on the ground"
+            "{name}: joints, bodies, contacts: {worst:.5?} N off, of up to {largest:.1?}; {touching} of {n} touching"
         );
         assert!(touching > n / 2);
         for k in 0..3 {

@@ -13,16 +13,16 @@ use super::tree::Tree;
 /// What single precision may add to lengths of a robot's size (m).
 const ROUNDING: f64 = 1e-5;
 
-/// Centres and half axes of the shapes that may touch each other, axes of the world, from the root's position.
+/// Finds what touches: knows the places of the shapes that may touch each other, axes of the world, from the root's position.
 #[derive(Debug, Clone)]
-pub struct Places<T: Scalar, const W: usize> {
+pub struct Detector<T: Scalar, const W: usize> {
     center: Vec<Vec3<T, W>>,
     axis: Vec<Vec3<T, W>>,
     /// Axes of boxes, the columns of their rotation.
     turn: Vec<[Vec3<T, W>; 3]>,
 }
 
-impl<T: Scalar, const W: usize> Places<T, W> {
+impl<T: Scalar, const W: usize> Detector<T, W> {
     pub fn new(tree: &Tree<T>) -> Self {
         let nowhere = vec![[Lane::zero(); 3]; tree.shapes.len()];
         Self { center: nowhere.clone(), axis: nowhere, turn: vec![[[Lane::zero(); 3]; 3]; tree.shapes.len()] }
@@ -58,17 +58,7 @@ impl<T: Scalar, const W: usize> Places<T, W> {
     }
 }
 
-/// Finds what touches.
-#[derive(Debug, Clone)]
-pub struct Detector<T: Scalar, const W: usize> {
-    places: Places<T, W>,
-}
-
 impl<T: Scalar, const W: usize> Detector<T, W> {
-    pub fn new(tree: &Tree<T>) -> Self {
-        Self { places: Places::new(tree) }
-    }
-
     /// The contacts of a state. Forces of the step before end where nothing touches any more.
     #[inline(always)]
     pub fn find(&mut self, s: &Setting<'_, T, W>, forces: &mut Forces<T, W>, contacts: &mut Contacts<T, W>) {
@@ -78,7 +68,7 @@ impl<T: Scalar, const W: usize> Detector<T, W> {
             meet_ground(s, shape, slot, forces, contacts);
             slot += shape.points.len();
         }
-        self.places.update(s);
+        self.update(s);
         for pair in &s.tree.pairs {
             self.meet_itself(s, pair, forces, contacts);
         }
@@ -94,7 +84,7 @@ impl<T: Scalar, const W: usize> Detector<T, W> {
     ) {
         let [a, b] = pair.shapes;
         let reach = Lane::all(pair.reach) + Lane::of(ROUNDING);
-        let between = sub(&self.places.center[b], &self.places.center[a]);
+        let between = sub(&self.center[b], &self.center[a]);
         let near = reach * reach - dot(&between, &between);
         if !near.any_positive() {
             for slot in pair.first..pair.first + pair.contacts {
@@ -118,8 +108,8 @@ impl<T: Scalar, const W: usize> Detector<T, W> {
     ) {
         let (zero, one, tiny) = (Lane::zero(), Lane::of(1.0), Lane::of(1e-12));
         let [a, b] = pair.shapes;
-        let (p, q) = (&self.places.axis[a], &self.places.axis[b]);
-        let apart = sub(&self.places.center[a], &self.places.center[b]);
+        let (p, q) = (&self.axis[a], &self.axis[b]);
+        let apart = sub(&self.center[a], &self.center[b]);
         let (pp, pq, qq) = (dot(p, p), -dot(p, q), dot(q, q));
         let (u, v) = (-dot(p, &apart), dot(q, &apart));
         let inside = |x: Lane<T, W>| x.most(-one).least(one);
@@ -129,8 +119,8 @@ impl<T: Scalar, const W: usize> Detector<T, W> {
         let x = crossing.above(zero, inside((qq * u).minus(pq, v) / determinant.most(tiny * tiny)), zero);
         let y = inside(v.minus(pq, x) / qq.most(tiny));
         let x = inside(u.minus(pq, y) / pp.most(tiny));
-        let on_a = along(&self.places.center[a], p, x);
-        let on_b = along(&self.places.center[b], q, y);
+        let on_a = along(&self.center[a], p, x);
+        let on_b = along(&self.center[b], q, y);
         let gap = sub(&on_b, &on_a);
         let length = dot(&gap, &gap).sqrt();
         let inverse = length.most(Lane::of(1e-9)).recip();
@@ -163,12 +153,12 @@ impl<T: Scalar, const W: usize> Detector<T, W> {
         // What an axis of a box separates is not near, by more than single precision could get wrong.
         let [a, b] = pair.shapes;
         let (shape_a, shape_b) = (&s.tree.shapes[a], &s.tree.shapes[b]);
-        let between = sub(&self.places.center[b], &self.places.center[a]);
+        let between = sub(&self.center[b], &self.center[a]);
         let margin = Lane::all(pair.mixed.margin) + Lane::of(ROUNDING);
         for i in [a, b].into_iter().filter(|i| s.tree.shapes[*i].cuboid.is_some()) {
-            for axis in &self.places.turn[i] {
+            for axis in &self.turn[i] {
                 let apart = dot(&between, axis);
-                let both = self.places.extent(a, shape_a, axis) + self.places.extent(b, shape_b, axis);
+                let both = self.extent(a, shape_a, axis) + self.extent(b, shape_b, axis);
                 near = near.least(both + margin - apart.most(-apart));
             }
         }
@@ -195,16 +185,16 @@ impl<T: Scalar, const W: usize> Detector<T, W> {
         let cuboid = |i: usize| {
             let shape = &s.tree.shapes[i];
             let (half, _) = shape.cuboid?;
-            let turn = &self.places.turn[i];
+            let turn = &self.turn[i];
             let rotation = nalgebra::Matrix3::from_columns(&[vector(&turn[0]), vector(&turn[1]), vector(&turn[2])]);
-            Some(Cuboid { center: vector(&self.places.center[i]), rotation, half: half.map(T::wide).into() })
+            Some(Cuboid { center: vector(&self.center[i]), rotation, half: half.map(T::wide).into() })
         };
         let [a, b] = pair.shapes;
         let margin = pair.mixed.margin.wide();
         match (cuboid(a), cuboid(b)) {
             (Some(a), Some(b)) => boxes::two_boxes(&a, &b, margin),
             (None, Some(b)) => {
-                let (center, axis) = (vector(&self.places.center[a]), vector(&self.places.axis[a]));
+                let (center, axis) = (vector(&self.center[a]), vector(&self.axis[a]));
                 boxes::round_and_box(&center, &axis, s.tree.shapes[a].radius.wide(), &b, margin)
             }
             _ => Vec::new(),
@@ -212,6 +202,7 @@ impl<T: Scalar, const W: usize> Detector<T, W> {
     }
 }
 
+/// One shape and the ground, level or not.
 #[inline(always)]
 fn meet_ground<T: Scalar, const W: usize>(
     s: &Setting<'_, T, W>,

@@ -145,21 +145,55 @@ pub fn rms(a: &[f32], b: &[f32]) -> f64 {
     (a.iter().zip(b).map(|(a, b)| f64::from(a - b).powi(2)).sum::<f64>() / a.len() as f64).sqrt()
 }
 
-/// A box of 2 kg with a small arm, on ground that `gravity` makes a slope.
-pub fn sliding_box(friction: f64, slope: f64) -> Arc<Robot> {
-    let (x, z) = (9.81 * slope.sin(), -9.81 * slope.cos());
-    let text = format!(
-        r#"<mujoco model="box">
+/// Something of 2 kg with a small arm, so that there is a joint, above a plane.
+pub fn toy(gravity: &str, plane: &str, place: &str, geom: &str) -> Arc<Robot> {
+    from_text(&format!(
+        r#"<mujoco model="toy">
   <compiler angle="radian"/>
-  <option timestep="0.005" integrator="Euler" gravity="{x} 0 {z}" cone="pyramidal" iterations="50" tolerance="1e-10"/>
+  <option timestep="0.005" integrator="Euler" gravity="{gravity}" cone="pyramidal" iterations="100" tolerance="1e-12"/>
   <worldbody>
-    <geom name="floor" type="plane" size="5 5 1" friction="{friction}"/>
-    <body name="box" pos="0 0 0.05">
+    <geom name="floor" type="plane" size="5 5 1" {plane}/>
+    <body name="body" pos="{place}">
       <freejoint name="root"/>
-      <geom name="box" type="box" size="0.1 0.08 0.05" mass="2" friction="{friction}"/>
+      <geom name="body" {geom} mass="2"/>
       <body name="arm" pos="0 0 0.05">
         <joint name="arm" axis="0 0 1" range="-1 1" limited="true" armature="0.01"/>
         <geom name="arm" type="sphere" size="0.01" mass="0.01" contype="0" conaffinity="0"/>
+      </body>
+    </body>
+  </worldbody>
+</mujoco>"#
+    ))
+}
+
+/// A box on ground that gravity makes a slope.
+pub fn sliding_box(friction: f64, slope: f64) -> Arc<Robot> {
+    let (x, z) = (9.81 * slope.sin(), -9.81 * slope.cos());
+    let friction = format!(r#"friction="{friction}""#);
+    let geom = format!(r#"type="box" size="0.1 0.08 0.05" {friction}"#);
+    toy(&format!("{x} 0 {z}"), &friction, "0 0 0.05", &geom)
+}
+
+/// A trunk with a shape, and another shape at the end of two light limbs that can reach it. In the air.
+pub fn self_touching(trunk: &str, hand: &str) -> Arc<Robot> {
+    let text = format!(
+        r#"<mujoco model="crab">
+  <compiler angle="radian"/>
+  <option timestep="0.005" integrator="Euler" gravity="0 0 -9.81" cone="pyramidal" iterations="100" tolerance="1e-12"/>
+  <worldbody>
+    <geom name="floor" type="plane" size="5 5 1"/>
+    <body name="trunk" pos="0 0 50">
+      <freejoint name="root"/>
+      <geom name="trunk" {trunk} mass="3" solref="0.1 1"/>
+      <body name="upper" pos="0.25 0 0">
+        <joint name="shoulder_yaw" axis="0 0 1" range="-1 1" limited="true" armature="0.01"/>
+        <joint name="shoulder_pitch" axis="0 1 0" range="-1 1" limited="true" armature="0.01"/>
+        <geom name="upper" type="sphere" size="0.03" mass="0.5" contype="0" conaffinity="0"/>
+        <body name="hand" pos="0 0.1 0">
+          <joint name="elbow" axis="1 0 0" range="-3 3" limited="true" armature="0.01"/>
+          <joint name="wrist" axis="0 1 0" range="-3 3" limited="true" armature="0.01"/>
+          <geom name="hand" {hand} mass="0.5" solref="0.1 1"/>
+        </body>
       </body>
     </body>
   </worldbody>
