@@ -66,6 +66,32 @@ pub fn backward(
     prefix: &str,
     device: &Device,
 ) -> Result<Gradients, BackpropError> {
+    Ok(descend(mlp, pass, slope, prefix, device, false)?.0)
+}
+
+/// As [`backward`], and the loss's derivative by each input, `[B, inputs]`: for a network that follows another one.
+///
+/// # Errors
+/// The device does not hand out its numbers.
+pub fn backward_through(
+    mlp: &Mlp,
+    pass: Pass,
+    slope: Vec<f32>,
+    prefix: &str,
+    device: &Device,
+) -> Result<(Gradients, Vec<f32>), BackpropError> {
+    descend(mlp, pass, slope, prefix, device, true)
+}
+
+/// Gradients, and the slope at the input where it is asked for (a product as large as the first layer's).
+fn descend(
+    mlp: &Mlp,
+    pass: Pass,
+    slope: Vec<f32>,
+    prefix: &str,
+    device: &Device,
+    through: bool,
+) -> Result<(Gradients, Vec<f32>), BackpropError> {
     let mut gradients = Gradients::default();
     let mut slope = slope;
     for ((i, layer), input) in mlp.layers().iter().enumerate().zip(pass.inputs).rev() {
@@ -86,15 +112,18 @@ pub fn backward(
         let after = tensor(slope, [batch, columns], device);
         let by_weight = input.clone().transpose().matmul(after.clone());
         gradients.insert(name("weight"), by_weight.reshape([rows * columns]));
+        if i == 0 && !through {
+            return Ok((gradients, Vec::new()));
+        }
+        slope = read(after.matmul(weight.transpose()))?;
         if i == 0 {
             break;
         }
-        slope = read(after.matmul(weight.transpose()))?;
         // The input is the ELU's value h of the layer below: its derivative is 1 above zero and exp(x) = h + 1 below.
         let below = read(input)?;
         slope.iter_mut().zip(&below).for_each(|(slope, h)| *slope *= h.min(0.0) + 1.0);
     }
-    Ok(gradients)
+    Ok((gradients, slope))
 }
 
 fn tensor(values: Vec<f32>, shape: [usize; 2], device: &Device) -> Tensor<2> {
@@ -155,15 +184,24 @@ mod tests {
         let slope: Vec<f32> = (0..5 * 3).map(|i| ((i * 11) % 7) as f32 - 3.0).collect();
         let plain = device::inference();
 
-        let recorded = mlp.forward(tensor(x.clone(), [5, 7], &device::training()));
+        let recorded_x = tensor(x.clone(), [5, 7], &device::training()).require_grad();
+        let recorded = mlp.forward(recorded_x.clone());
         let loss = (recorded.clone() * tensor(slope.clone(), [5, 3], &device::training())).sum();
-        let expected = Gradients::of(&mlp, loss.backward());
+        let mut tape = loss.backward();
+        let by_input = read(recorded_x.grad_remove(&mut tape).unwrap()).unwrap();
+        let expected = Gradients::of(&mlp, tape);
 
         let (value, pass) = forward(&mlp, x, &plain).unwrap();
         for (a, b) in value.iter().zip(read(recorded.without_autodiff()).unwrap()) {
             assert!((a - b).abs() <= 1e-5 * b.abs().max(1.0), "{a} {b}");
         }
-        let got = backward(&mlp, pass, slope, "", &plain).unwrap();
+        let got = backward(&mlp, pass.clone(), slope.clone(), "", &plain).unwrap();
+        let (again, through) = backward_through(&mlp, pass, slope, "", &plain).unwrap();
+        assert_eq!(again.names().count(), got.names().count());
+        assert_eq!(through.len(), by_input.len());
+        for (a, b) in through.iter().zip(by_input) {
+            assert!((a - b).abs() <= 2e-5 * b.abs().max(1.0), "by input: {a} {b}");
+        }
         assert_eq!(got.names().collect::<Vec<_>>(), expected.names().collect::<Vec<_>>());
         for name in expected.names() {
             let (a, b) = (got.get(name).unwrap().clone(), expected.get(name).unwrap().clone().without_autodiff());

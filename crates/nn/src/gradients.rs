@@ -32,6 +32,11 @@ impl Gradients {
         self.by_name.insert(name, gradient);
     }
 
+    /// Takes in the gradients of other parameters.
+    pub fn extend(&mut self, others: Self) {
+        self.by_name.extend(others.by_name);
+    }
+
     /// The gradient of one parameter, flattened.
     pub fn get(&self, name: &str) -> Option<&Tensor<1>> {
         self.by_name.get(name)

@@ -20,6 +20,10 @@ pub struct ReferenceSpec {
     /// Size of the latent code z_t (input L of Table 4.3); 0: none.
     #[serde(default)]
     pub latent: usize,
+    /// Frames around t+1, as offsets from it in policy steps, before and after: what an encoder that is trained with the
+    /// policy sees (the end-to-end codes of Table 4.2); empty: none.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub window: Vec<i32>,
 }
 
 /// What the policy sees of where it is against where the reference is. All off in the thesis, whose policies let path
@@ -44,6 +48,9 @@ pub struct ObservationSpec {
     pub version: u32,
     /// Whether the root's height is seen (m).
     pub root_height: bool,
+    /// Whether the root's linear velocity is seen: few robots can measure it.
+    #[serde(default = "seen", skip_serializing_if = "is_seen")]
+    pub linear_velocity: bool,
     /// Joint names, in order.
     pub joints: Vec<String>,
     /// Default angle of each joint (rad): positions are seen relative to it.
@@ -56,6 +63,15 @@ pub struct ObservationSpec {
     pub reference: ReferenceSpec,
     /// Inputs that tie it to the reference's path.
     pub anchor: AnchorSpec,
+}
+
+fn seen() -> bool {
+    true
+}
+
+#[allow(clippy::trivially_copy_pass_by_ref)] // serde hands out a reference
+fn is_seen(seen: &bool) -> bool {
+    *seen
 }
 
 /// What one observation is made of, for one environment. World frame, SI units, quaternions `wxyz`.
@@ -85,6 +101,8 @@ pub struct ObservationInputs<'a> {
     pub future: &'a [f32],
     /// Latent code z_t, `[latent]`.
     pub latent: &'a [f32],
+    /// Frames of [`ReferenceSpec::window`], each in its own heading frame, `[offsets, F]`.
+    pub window: &'a [f32],
     /// Root position of the reference at t+1 (m); used by [`AnchorSpec::position`] only.
     pub reference_root_position: [f32; 3],
     /// Root orientation of the reference at t+1; used by [`AnchorSpec::heading`] only.
@@ -106,6 +124,7 @@ impl ObservationSpec {
         Self {
             version: Self::VERSION,
             root_height: robot.profile.observe_root_height,
+            linear_velocity: true,
             joints: robot.layout.joints.clone(),
             default_pose: robot.default_pose.iter().map(|&q| q as f32).collect(),
             end_effectors: robot.layout.end_effectors.clone(),
@@ -113,6 +132,12 @@ impl ObservationSpec {
             reference,
             anchor,
         }
+    }
+
+    /// The same for a robot that cannot measure how fast its root moves.
+    #[must_use]
+    pub fn without_linear_velocity(self) -> Self {
+        Self { linear_velocity: false, ..self }
     }
 
     /// Whether this layout, as saved with a policy, is that of `robot`.
@@ -152,14 +177,23 @@ impl ObservationSpec {
 
     /// Length of the robot's own state, the last two actions included: 217 for the thesis' humanoid (4.3.1).
     pub fn state_size(&self) -> usize {
-        usize::from(self.root_height) + 12 + 4 * self.joints.len() + 3 * self.key_bodies.len()
+        usize::from(self.root_height)
+            + 9
+            + 3 * usize::from(self.linear_velocity)
+            + 4 * self.joints.len()
+            + 3 * self.key_bodies.len()
     }
 
     /// Length of an observation.
     pub fn size(&self) -> usize {
         let frames = usize::from(self.reference.frame) + self.reference.future.len();
         let anchor = 2 * (usize::from(self.anchor.heading) + usize::from(self.anchor.position));
-        self.state_size() + frames * self.frame_size() + self.reference.latent + anchor
+        self.state_size() + frames * self.frame_size() + self.reference.latent + anchor + self.window_size()
+    }
+
+    /// Length of the window: the last numbers of an observation.
+    pub fn window_size(&self) -> usize {
+        self.reference.window.len() * self.frame_size()
     }
 
     /// What lies where, in order and without gaps.
@@ -175,7 +209,7 @@ impl ObservationSpec {
         };
         part("root_height", usize::from(self.root_height));
         part("root_orientation_h", 6);
-        part("root_linear_velocity_h", 3);
+        part("root_linear_velocity_h", 3 * usize::from(self.linear_velocity));
         part("root_angular_velocity_h", 3);
         part("joint_position", joints);
         part("joint_velocity", joints);
@@ -189,6 +223,9 @@ impl ObservationSpec {
         part("latent", self.reference.latent);
         part("anchor_heading", 2 * usize::from(self.anchor.heading));
         part("anchor_position", 2 * usize::from(self.anchor.position));
+        for offset in &self.reference.window {
+            part(&format!("window{offset:+}"), frame);
+        }
         parts
     }
 
@@ -209,7 +246,9 @@ impl ObservationSpec {
             out.put(&[position.z]);
         }
         out.put(&to_6d(&(to_heading * root)));
-        out.put((to_heading * Vector3::from(inputs.linear_velocity_w)).as_slice());
+        if self.linear_velocity {
+            out.put((to_heading * Vector3::from(inputs.linear_velocity_w)).as_slice());
+        }
         out.put((to_heading * Vector3::from(inputs.angular_velocity_w)).as_slice());
         out.put_difference(inputs.joint_position, &self.default_pose);
         out.put(inputs.joint_velocity);
@@ -218,14 +257,8 @@ impl ObservationSpec {
         }
         out.put(inputs.last_action);
         out.put(inputs.action_before);
-        let joints = self.joints.len();
-        for frame in
-            inputs.reference.chunks_exact(self.frame_size()).chain(inputs.future.chunks_exact(self.frame_size()))
-        {
-            out.put(&frame[..13]);
-            out.put_difference(&frame[13..13 + joints], &self.default_pose);
-            out.put(&frame[13 + joints..]);
-        }
+        self.put_frames(inputs.reference, &mut out);
+        self.put_frames(inputs.future, &mut out);
         out.put(inputs.latent);
         if self.anchor.heading {
             let error = heading_angle(&orientation(inputs.reference_root_orientation)) - heading_angle(&root);
@@ -237,8 +270,18 @@ impl ObservationSpec {
             let share = Self::ANCHOR_REACH / error.x.hypot(error.y).max(Self::ANCHOR_REACH);
             out.put(&[share * error.x, share * error.y]);
         }
+        self.put_frames(inputs.window, &mut out);
         debug_assert!(out.rest.is_empty());
         Ok(())
+    }
+
+    fn put_frames(&self, frames: &[f32], out: &mut Writer<'_>) {
+        let joints = self.joints.len();
+        for frame in frames.chunks_exact(self.frame_size()) {
+            out.put(&frame[..13]);
+            out.put_difference(&frame[13..13 + joints], &self.default_pose);
+            out.put(&frame[13 + joints..]);
+        }
     }
 
     fn check_lengths(&self, inputs: &ObservationInputs<'_>, out: &[f32]) -> Result<(), RobotError> {
@@ -254,6 +297,7 @@ impl ObservationSpec {
             ("reference frame", if self.reference.frame { frame } else { 0 }, inputs.reference.len()),
             ("future frames", self.reference.future.len() * frame, inputs.future.len()),
             ("latent", self.reference.latent, inputs.latent.len()),
+            ("window", self.window_size(), inputs.window.len()),
         ];
         match lengths.iter().find(|(_, expected, got)| expected != got) {
             None => Ok(()),

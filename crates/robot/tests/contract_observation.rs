@@ -7,7 +7,7 @@ use lifelike_robot::{AnchorSpec, ObservationInputs, ObservationSpec, ReferenceSp
 
 fn humanoid() -> (Robot, ObservationSpec) {
     let robot = Robot::load("humanoid").unwrap();
-    let reference = ReferenceSpec { frame: true, future: vec![5, 10], latent: 64 };
+    let reference = ReferenceSpec { frame: true, future: vec![5, 10], latent: 64, window: vec![-2, 3] };
     let spec = ObservationSpec::new(&robot, reference, AnchorSpec { heading: true, position: true });
     (robot, spec)
 }
@@ -78,6 +78,7 @@ fn observe(robot: &Robot, spec: &ObservationSpec, state: &State, reference: &Fra
         reference: &features,
         future: &features.repeat(spec.reference.future.len()),
         latent: &latent,
+        window: &features.repeat(spec.reference.window.len()),
         reference_root_position: three(&reference.root_position),
         reference_root_orientation: four(&reference.root_orientation),
     };
@@ -91,11 +92,14 @@ fn the_humanoids_state_has_the_217_numbers_of_the_thesis() {
     let (_, spec) = humanoid();
     assert_eq!(spec.state_size(), 217);
     assert_eq!(spec.frame_size(), 13 + 2 * 36 + 3 * 4);
-    assert_eq!(spec.size(), 217 + 3 * 97 + 64 + 4);
+    assert_eq!(spec.size(), 217 + 3 * 97 + 64 + 4 + 2 * 97);
     let lima = Robot::load("lima").unwrap();
     let spec = ObservationSpec::new(&lima, ReferenceSpec { frame: true, ..Default::default() }, AnchorSpec::default());
     assert_eq!(spec.state_size(), 12 + 4 * 20, "neither root height nor key bodies");
     assert_eq!(spec.size(), 92 + lima.layout.size());
+    let blind = spec.without_linear_velocity();
+    assert_eq!(blind.state_size(), 89);
+    assert!(blind.parts().iter().all(|(name, _)| name != "root_linear_velocity_h"));
 }
 
 #[test]
@@ -211,6 +215,7 @@ fn wrong_lengths_and_layouts_are_refused_by_name() {
         reference: &frame,
         future: &frame.repeat(2),
         latent: &[0.0; 63],
+        window: &frame.repeat(2),
         reference_root_position: [0.0; 3],
         reference_root_orientation: [1.0, 0.0, 0.0, 0.0],
     };

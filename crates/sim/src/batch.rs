@@ -73,8 +73,12 @@ pub struct EnvironmentParameters {
     pub kp_scale: Vec<f32>,
     /// See [`Self::kp_scale`].
     pub kd_scale: Vec<f32>,
+    /// Factor on the motor torque of each joint, its limit included, `[J]`; empty: all one. A tired or weak motor.
+    pub strength_scale: Vec<f32>,
     /// Sliding friction of the ground, and of the robot's parts for each other; `None`: as the model says.
     pub ground_friction: Option<f32>,
+    /// Sliding friction of each foot on the ground, `[F]`: the local ground of thesis 4.2.2; empty: like the rest.
+    pub foot_friction: Vec<f32>,
     /// Offset of each joint's encoder against the truth, `[J]` (rad); empty: none. Added to what is OBSERVED and
     /// subtracted from what is commanded by the caller (`randomization`), never by the engine.
     pub joint_offset: Vec<f32>,

@@ -64,7 +64,7 @@ pub(crate) fn normalised(position: &[f64], root: usize) -> Vec<f64> {
 }
 
 /// Parameters of a robot with so many bodies and joints.
-pub(crate) fn parameters(p: &EnvironmentParameters, bodies: usize, joints: usize) -> Result<(), SimError> {
+pub(crate) fn parameters(p: &EnvironmentParameters, bodies: usize, joints: usize, feet: usize) -> Result<(), SimError> {
     for (what, expected, got) in [
         ("mass_scale", bodies, p.mass_scale.len()),
         ("inertia_scale", bodies, p.inertia_scale.len()),
@@ -74,19 +74,22 @@ pub(crate) fn parameters(p: &EnvironmentParameters, bodies: usize, joints: usize
         ("damping_scale", joints, p.damping_scale.len()),
         ("kp_scale", joints, p.kp_scale.len()),
         ("kd_scale", joints, p.kd_scale.len()),
+        ("strength_scale", joints, p.strength_scale.len()),
+        ("foot_friction", feet, p.foot_friction.len()),
     ] {
         if got != 0 {
             length(what, expected, got)?;
         }
     }
     let refused = |expected: &str, got: f32| SimError::State { expected: expected.into(), got: got.to_string() };
-    let positive = [&p.mass_scale, &p.inertia_scale, &p.armature_scale].into_iter().flatten().chain(&p.ground_friction);
+    let positive = [&p.mass_scale, &p.inertia_scale, &p.armature_scale, &p.foot_friction];
+    let positive = positive.into_iter().flatten().chain(&p.ground_friction);
     if let Some(value) = positive.copied().find(|x| !(x.is_finite() && *x > 0.0)) {
         return Err(refused("factors on masses, inertias and armature, and friction, above 0", value));
     }
-    let others = [&p.damping_scale, &p.kp_scale, &p.kd_scale].into_iter().flatten();
+    let others = [&p.damping_scale, &p.kp_scale, &p.kd_scale, &p.strength_scale].into_iter().flatten();
     if let Some(value) = others.copied().find(|x| !(x.is_finite() && *x >= 0.0)) {
-        return Err(refused("factors on damping and gains of at least 0", value));
+        return Err(refused("factors on damping, gains and strength of at least 0", value));
     }
     let vectors = p.com_offset.iter().chain(&p.gravity).flatten().chain(&p.joint_offset);
     match vectors.copied().find(|x| !x.is_finite()) {

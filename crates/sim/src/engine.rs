@@ -269,7 +269,7 @@ impl<T: Scalar, const W: usize> LaneSimulation<T, W> {
 
     fn tune(&mut self, id: usize) -> Result<(), SimError> {
         let (parameters, model) = (&self.parameters[id], &self.model);
-        checks::parameters(parameters, self.widths.bodies, self.widths.joints)?;
+        checks::parameters(parameters, self.widths.bodies, self.widths.joints, self.widths.feet)?;
         let (block, lane) = (&mut self.blocks[id / W], id % W);
         let mut exact = model.exact_own.clone();
         exact.set(0, &model.exact, &model.exact_own, parameters);
@@ -388,7 +388,7 @@ impl<T: Scalar, const W: usize> Simulation for LaneSimulation<T, W> {
     fn restore(&mut self, state: &IntegrationState) -> Result<(), SimError> {
         checks::saved(state, ENGINE, self.len(), self.width())?;
         for parameters in &state.parameters {
-            checks::parameters(parameters, self.widths.bodies, self.widths.joints)?;
+            checks::parameters(parameters, self.widths.bodies, self.widths.joints, self.widths.feet)?;
         }
         for (id, parameters) in state.parameters.iter().enumerate() {
             if self.parameters[id] != *parameters {

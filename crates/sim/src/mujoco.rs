@@ -121,7 +121,7 @@ impl MujocoSimulation {
 
     fn tune(&mut self, id: usize) -> Result<(), SimError> {
         let parameters = &self.parameters[id];
-        checks::parameters(parameters, self.widths.bodies, self.widths.joints)?;
+        checks::parameters(parameters, self.widths.bodies, self.widths.joints, self.widths.feet)?;
         if let Some(worker) = self.workers.first_mut() {
             self.tunings[id] = worker.tuning(parameters);
         }

@@ -1,4 +1,5 @@
-//! Domain randomisation of thesis 4.2.2: masses, ground friction, joint calibration, pushes.
+//! Domain randomisation of thesis 4.2.2: masses, ground friction, joint calibration, pushes; and what robots of the same
+//! kind differ in beyond that: centres of mass, armature, damping, gains, motor strength.
 
 use lifelike_character::Role;
 use lifelike_robot::Robot;
@@ -16,8 +17,21 @@ use crate::error::SimError;
 pub struct RandomizationSpec {
     /// ε_m of Table 4.1: each body's mass is scaled by a factor within 1 ± this.
     pub mass: f64,
+    /// Each body's centre of mass is off by at most this along each axis (m).
+    pub center_of_mass: f64,
     /// Least and greatest sliding friction of the ground; `None`: as the model says.
     pub ground_friction: Option<[f64; 2]>,
+    /// Least and greatest sliding friction of the ground below each foot, drawn for each foot ("the local ground plane",
+    /// thesis 4.2.2); `None`: that of the ground.
+    pub foot_friction: Option<[f64; 2]>,
+    /// Each joint's armature (rotor inertia) is scaled by a factor within 1 ± this.
+    pub armature: f64,
+    /// Likewise its damping.
+    pub damping: f64,
+    /// Likewise its actuator's gains κ_P and κ_D, each by itself.
+    pub gains: f64,
+    /// Likewise its motor's torque, the limit included.
+    pub strength: f64,
     /// ε_q of Table 4.1: each joint's encoder is off by at most this (rad). 0.2 for robots in the thesis, 0 for the
     /// humanoid.
     pub joint_offset: f64,
@@ -27,7 +41,7 @@ pub struct RandomizationSpec {
 
 impl Default for RandomizationSpec {
     fn default() -> Self {
-        Self { mass: 0.1, ground_friction: Some([0.4, 1.0]), joint_offset: 0.0, pushes: None }
+        Self { mass: 0.1, ground_friction: Some([0.4, 1.0]), ..Self::none() }
     }
 }
 
@@ -63,7 +77,18 @@ impl Default for PushSpec {
 impl RandomizationSpec {
     /// Nothing differs.
     pub fn none() -> Self {
-        Self { mass: 0.0, ground_friction: None, joint_offset: 0.0, pushes: None }
+        Self {
+            mass: 0.0,
+            center_of_mass: 0.0,
+            ground_friction: None,
+            foot_friction: None,
+            armature: 0.0,
+            damping: 0.0,
+            gains: 0.0,
+            strength: 0.0,
+            joint_offset: 0.0,
+            pushes: None,
+        }
     }
 
     /// Whether the numbers can be used.
@@ -74,11 +99,25 @@ impl RandomizationSpec {
         let fail = |expected: &str, got: String| Err(SimError::State { expected: expected.to_string(), got });
         let ordered =
             |[low, high]: [f64; 2], least: f64| low.is_finite() && high.is_finite() && least <= low && low <= high;
-        if !(0.0..1.0).contains(&self.mass) {
-            return fail("randomization.mass from 0 to below 1", self.mass.to_string());
+        for (name, share) in [
+            ("mass", self.mass),
+            ("armature", self.armature),
+            ("damping", self.damping),
+            ("gains", self.gains),
+            ("strength", self.strength),
+        ] {
+            if !(0.0..1.0).contains(&share) {
+                return fail(&format!("randomization.{name} from 0 to below 1"), share.to_string());
+            }
         }
-        if let Some(range) = self.ground_friction.filter(|&range| !ordered(range, 1e-3)) {
-            return fail("randomization.ground_friction as [least, greatest], at least 0.001", format!("{range:?}"));
+        for (name, range) in [("ground_friction", self.ground_friction), ("foot_friction", self.foot_friction)] {
+            if let Some(range) = range.filter(|&range| !ordered(range, 1e-3)) {
+                let expected = format!("randomization.{name} as [least, greatest], at least 0.001");
+                return fail(&expected, format!("{range:?}"));
+            }
+        }
+        if !(0.0..=0.2).contains(&self.center_of_mass) {
+            return fail("randomization.center_of_mass from 0 to 0.2 m", self.center_of_mass.to_string());
         }
         if !(0.0..=1.0).contains(&self.joint_offset) {
             return fail("randomization.joint_offset from 0 to 1 rad", self.joint_offset.to_string());
@@ -97,20 +136,57 @@ impl RandomizationSpec {
         Ok(())
     }
 
+    /// The same with every deviation from the model shrunk to this share of it (0: none, 1: all): frictions towards that
+    /// of the model, which is taken to be the greatest of their range.
+    #[must_use]
+    pub fn scaled(&self, share: f64) -> Self {
+        let towards = |range: Option<[f64; 2]>| range.map(|[low, high]| [high + share * (low - high), high]);
+        let pushes = self.pushes.clone().filter(|_| share > 0.0);
+        Self {
+            mass: share * self.mass,
+            center_of_mass: share * self.center_of_mass,
+            ground_friction: towards(self.ground_friction).filter(|_| share > 0.0),
+            foot_friction: towards(self.foot_friction).filter(|_| share > 0.0),
+            armature: share * self.armature,
+            damping: share * self.damping,
+            gains: share * self.gains,
+            strength: share * self.strength,
+            joint_offset: share * self.joint_offset,
+            pushes: pushes.map(|p| PushSpec { force: share * p.force, torque: share * p.torque, ..p }),
+        }
+    }
+
     /// The parameters of one environment.
     pub fn sample(&self, robot: &Robot, rng: &mut impl Rng) -> EnvironmentParameters {
-        let mut within = |limit: f64| (limit * rng.random_range(-1.0..=1.0)) as f32;
-        let mass_scale = match self.mass {
-            0.0 => Vec::new(),
-            limit => robot.character.bodies.iter().map(|_| 1.0 + within(limit)).collect(),
-        };
-        let joint_offset = match self.joint_offset {
-            0.0 => Vec::new(),
-            limit => (0..robot.joints()).map(|_| within(limit)).collect(),
-        };
-        let ground_friction = self.ground_friction.map(|[low, high]| rng.random_range(low..=high) as f32);
-        EnvironmentParameters { mass_scale, ground_friction, joint_offset, ..EnvironmentParameters::default() }
+        let (bodies, joints, feet) = (robot.character.bodies.len(), robot.joints(), robot.anatomy.soles.len());
+        let mass_scale = around(1.0, self.mass, bodies, rng);
+        let joint_offset = around(0.0, self.joint_offset, joints, rng);
+        let between = |[low, high]: [f64; 2], rng: &mut dyn rand::RngCore| rng.random_range(low..=high) as f32;
+        let ground_friction = self.ground_friction.map(|range| between(range, rng));
+        // What was there before these were added keeps its place in the stream, and so old plans their numbers.
+        let offsets = around(0.0, self.center_of_mass, 3 * bodies, rng);
+        EnvironmentParameters {
+            mass_scale,
+            joint_offset,
+            ground_friction,
+            com_offset: offsets.chunks_exact(3).map(|o| [o[0], o[1], o[2]]).collect(),
+            foot_friction: self
+                .foot_friction
+                .map_or_else(Vec::new, |range| (0..feet).map(|_| between(range, rng)).collect()),
+            armature_scale: around(1.0, self.armature, joints, rng),
+            damping_scale: around(1.0, self.damping, joints, rng),
+            kp_scale: around(1.0, self.gains, joints, rng),
+            kd_scale: around(1.0, self.gains, joints, rng),
+            strength_scale: around(1.0, self.strength, joints, rng),
+            ..EnvironmentParameters::default()
+        }
     }
+}
+
+/// `n` numbers within a distance of a middle; none at all for no distance.
+fn around(middle: f64, limit: f64, n: usize, rng: &mut impl Rng) -> Vec<f32> {
+    let n = if limit > 0.0 { n } else { 0 };
+    (0..n).map(|_| (middle + limit * rng.random_range(-1.0..=1.0)) as f32).collect()
 }
 
 /// One push.
@@ -205,7 +281,14 @@ mod tests {
     #[test]
     fn samples_fill_the_ranges_and_stay_inside() {
         let robot = Robot::load("lima").unwrap();
-        let spec = RandomizationSpec { joint_offset: 0.2, ..RandomizationSpec::default() };
+        let spec = RandomizationSpec {
+            joint_offset: 0.2,
+            center_of_mass: 0.01,
+            foot_friction: Some([0.2, 0.9]),
+            strength: 0.3,
+            gains: 0.1,
+            ..RandomizationSpec::default()
+        };
         let mut rng = ChaCha8Rng::seed_from_u64(3);
         let samples: Vec<_> = (0..200).map(|_| spec.sample(&robot, &mut rng)).collect();
         let range =
@@ -216,7 +299,27 @@ mod tests {
         assert!((-0.2..-0.19).contains(&low) && (0.19..=0.2).contains(&high), "offset {low} {high}");
         let (low, high) = range(samples.iter().filter_map(|s| s.ground_friction).collect());
         assert!((0.4..0.42).contains(&low) && (0.98..=1.0).contains(&high), "friction {low} {high}");
+        let (low, high) = range(samples.iter().flat_map(|s| s.foot_friction.clone()).collect());
+        assert!((0.2..0.21).contains(&low) && (0.89..=0.9).contains(&high), "foot friction {low} {high}");
+        assert!(samples.iter().all(|s| s.foot_friction.len() == 2 && s.armature_scale.is_empty()));
+        let (low, high) = range(samples.iter().flat_map(|s| s.strength_scale.clone()).collect());
+        assert!((0.7..0.705).contains(&low) && (1.295..=1.3).contains(&high), "strength {low} {high}");
+        let (low, high) = range(samples.iter().flat_map(|s| s.com_offset.concat()).collect());
+        assert!((-0.01..-0.0099).contains(&low) && (0.0099..=0.01).contains(&high), "centre of mass {low} {high}");
+        assert!(samples.iter().all(|s| s.kp_scale != s.kd_scale));
         assert_eq!(RandomizationSpec::none().sample(&robot, &mut rng), EnvironmentParameters::default());
+    }
+
+    #[test]
+    fn a_share_of_the_randomisation_is_that_share_of_every_deviation() {
+        let pushes = Some(PushSpec::default());
+        let whole = RandomizationSpec { strength: 0.2, pushes, ..RandomizationSpec::default() };
+        assert_eq!(whole.scaled(1.0), whole);
+        assert_eq!(whole.scaled(0.0), RandomizationSpec::none());
+        let half = whole.scaled(0.5);
+        assert_eq!((half.mass, half.strength, half.ground_friction), (0.05, 0.1, Some([0.7, 1.0])));
+        assert_eq!(half.pushes.map(|p| p.force), whole.pushes.map(|p| 0.5 * p.force));
+        half.check().unwrap();
     }
 
     #[test]

@@ -44,6 +44,8 @@ fn vary(simulation: &mut dyn Simulation, environments: &[usize]) {
                 com_offset: (0..bodies).map(|_| std::array::from_fn(|_| rng.random_range(-0.01..0.01))).collect(),
                 gravity: Some([0.0, rng.random_range(-1.0..1.0), -9.0]),
                 kp_scale: (0..simulation.robot().joints()).map(|_| rng.random_range(0.8..1.2)).collect(),
+                strength_scale: (0..simulation.robot().joints()).map(|_| rng.random_range(0.8..1.2)).collect(),
+                foot_friction: if e % 2 == 1 { vec![rng.random_range(0.3..1.2), 0.7] } else { vec![] },
                 ..EnvironmentParameters::default()
             };
             simulation.set_parameters(id, parameters).unwrap();

@@ -266,7 +266,11 @@ fn parameters_and_pushes_act_as_in_mujoco() {
                 let com_offset = (0..bodies).map(|_| std::array::from_fn(|_| rng.random_range(-0.01..0.01))).collect();
                 let gravity =
                     Some([rng.random_range(-1.0..1.0), rng.random_range(-1.0..1.0), rng.random_range(-11.0..-8.0)]);
+                let strength_scale = (0..robot.joints()).map(|_| rng.random_range(0.7..1.4)).collect();
                 let ground_friction = Some(rng.random_range(0.05..1.0));
+                // Every other environment: one foot on other ground than the other.
+                let feet = [rng.random_range(0.05..1.0), rng.random_range(0.05..1.0)];
+                let foot_friction = if id % 2 == 0 { feet.to_vec() } else { Vec::new() };
                 let force = std::array::from_fn(|_| rng.random_range(-40.0..40.0));
                 let torque = std::array::from_fn(|_| rng.random_range(-2.0..2.0));
                 let joint_offset = Vec::new();
@@ -280,7 +284,9 @@ fn parameters_and_pushes_act_as_in_mujoco() {
                         damping_scale,
                         kp_scale,
                         kd_scale,
+                        strength_scale,
                         ground_friction,
+                        foot_friction,
                         joint_offset,
                     };
                     simulation.set_parameters(id, parameters).unwrap();

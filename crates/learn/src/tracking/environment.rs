@@ -8,8 +8,9 @@ use std::sync::Arc;
 use lifelike_nn::checkpoint::Checkpoint;
 use lifelike_nn::rng::stream;
 use lifelike_robot::{ActionMap, ActionSpec, ObservationSpec, Robot};
-use lifelike_sim::randomization::PushSchedule;
+use lifelike_sim::randomization::{PushSchedule, RandomizationSpec};
 use lifelike_sim::{BatchState, Drive, IntegrationState, Simulation};
+use rand::Rng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
@@ -19,9 +20,10 @@ use super::episode::{self, Episode};
 use super::judge::{Judge, Scratch};
 use super::library::ReferenceLibrary;
 use super::observe::Observer;
-use super::plan::TrackerPlan;
+use super::plan::{Termination, TrackerPlan};
 use super::rewards::Reward;
-use super::starts::StartSampler;
+use super::senses::Senses;
+use super::starts::{Coverage, StartSampler};
 use super::tally::Tally;
 use crate::error::LearnError;
 
@@ -38,6 +40,11 @@ pub struct Environment {
     actions: ActionMap,
     divisor: Vec<f32>,
     sampler: StartSampler,
+    senses: Senses,
+    /// Randomisation, limits and the factor on penalties at this stage of the curriculum.
+    randomization: RandomizationSpec,
+    limits: Termination,
+    smoothness: f32,
     /// One per environment where the plan has pushes, else none.
     pushes: Vec<PushSchedule>,
     episodes: Vec<Episode>,
@@ -84,6 +91,7 @@ impl Environment {
             });
         }
         let spec = ObservationSpec::new(&robot, plan.inputs.clone(), plan.anchor);
+        let spec = if plan.linear_velocity { spec } else { spec.without_linear_velocity() };
         let observer = Observer::new(&robot, spec);
         let bin = (0.5 * robot.control_hz).round() as usize;
         let divisor = match &plan.reward {
@@ -94,6 +102,10 @@ impl Environment {
             actions: ActionMap::new(plan.action, &robot),
             divisor,
             sampler: StartSampler::new(plan.starts, &library.starts, bin, 2 * bin),
+            senses: Senses::new(plan.senses, observer.spec()),
+            randomization: plan.randomization.clone(),
+            limits: plan.termination,
+            smoothness: 1.0,
             pushes: vec![
                 PushSchedule { steps: 0, active: None };
                 if plan.randomization.pushes.is_some() { n } else { 0 }
@@ -110,6 +122,7 @@ impl Environment {
             simulation,
             observer,
         };
+        environment.advance_curriculum();
         environment.reset(&(0..n).collect::<Vec<_>>(), None)?;
         Ok(environment)
     }
@@ -164,9 +177,26 @@ impl Environment {
         &mut self.tally
     }
 
-    /// Once per iteration: puts what was learnt about hard stretches into force.
-    pub fn refresh_starts(&mut self) {
+    /// How much of the motion was ever seen, and the floor below which no stretch of it is neglected.
+    pub fn coverage(&self) -> (Coverage, f64) {
+        (self.sampler.coverage(), self.sampler.floor())
+    }
+
+    /// Once per iteration: puts what was learnt about hard stretches into force, and the curriculum's next stage.
+    pub fn refresh(&mut self) {
         self.sampler.refresh();
+        self.advance_curriculum();
+    }
+
+    fn advance_curriculum(&mut self) {
+        let [share, forgiving, smoothness] = self.plan.curriculum.at(self.steps * self.len() as u64);
+        if self.plan.curriculum.randomization.is_some() {
+            self.randomization = self.plan.randomization.scaled(share);
+        }
+        if self.plan.curriculum.termination.is_some() {
+            self.limits = self.plan.termination.scaled(forgiving);
+        }
+        self.smoothness = smoothness as f32;
     }
 
     /// One step of all environments with the policy's outputs `[N, J]`. Environments whose episode ends begin another.
@@ -222,12 +252,13 @@ impl Environment {
             }
             actions.write(&episode.last, library.joints_at(library.ahead(episode.frame, 1)), target);
             target.iter_mut().zip(&episode.offset).for_each(|(t, o)| *t -= o);
+            Senses::delay(target, episode);
         }
     }
 
     /// Begins and ends random pushes.
     fn push(&mut self) -> Result<(), LearnError> {
-        let Some(spec) = &self.plan.randomization.pushes else { return Ok(()) };
+        let Some(spec) = &self.randomization.pushes else { return Ok(()) };
         for (i, schedule) in self.pushes.iter_mut().enumerate() {
             let mut rng = stream(self.plan.seed, "push", i as u64, self.steps);
             schedule.advance(spec, self.simulation.as_mut(), i, &mut rng)?;
@@ -243,6 +274,9 @@ impl Environment {
             library: &self.library,
             observer: &self.observer,
             sampler: &self.sampler,
+            senses: &self.senses,
+            limits: self.limits,
+            smoothness: self.smoothness,
             divisor: &self.divisor,
             state: self.simulation.state(),
             step: self.steps,
@@ -275,7 +309,7 @@ impl Environment {
         for (k, &i) in ids.iter().enumerate() {
             let mut rng = stream(self.plan.seed, "reset", i as u64, self.episodes[i].number);
             let frame = frames.map_or_else(|| self.sampler.draw(&mut rng), |f| f[k]);
-            let parameters = self.plan.randomization.sample(&self.robot, &mut rng);
+            let parameters = self.randomization.sample(&self.robot, &mut rng);
             let episode = Episode {
                 number: self.episodes[i].number + 1,
                 frame,
@@ -290,9 +324,19 @@ impl Environment {
             };
             self.simulation.set_parameters(i, parameters)?;
             self.simulation.clear_pushes(i);
-            if let Some(spec) = &self.plan.randomization.pushes {
+            if let Some(spec) = &self.randomization.pushes {
                 self.pushes[i] = PushSchedule::new(spec, self.robot.control_hz, &mut rng);
             }
+            let mut late = |greatest: u32| u64::from(rng.random_range(0..=greatest));
+            let senses = self.plan.senses;
+            let (observation_delay, action_delay) = (late(senses.observation_delay), late(senses.action_delay));
+            let episode = Episode {
+                observation_delay,
+                action_delay,
+                measured: vec![0.0; self.senses.memory()],
+                waiting: vec![0.0; senses.action_delay as usize * self.robot.joints()],
+                ..episode
+            };
             let q = &mut positions[k * nq..(k + 1) * nq];
             let v = &mut velocities[k * nv..(k + 1) * nv];
             self.write_start(frame, &mut rng, q, v);
@@ -302,7 +346,7 @@ impl Environment {
         let mut scratch = Scratch::new();
         for &i in ids {
             self.rest(i);
-            let episode = &self.episodes[i];
+            let episode = &mut self.episodes[i];
             let next = self.library.ahead(episode.frame, 1);
             scratch.read(self.simulation.state(), i, &self.robot, &self.library);
             let (a, c) = (self.observer.actor_size(), self.observer.critic_size());
@@ -316,6 +360,9 @@ impl Environment {
                 &mut self.actor[i * a..(i + 1) * a],
                 &mut self.critic[i * c..(i + 1) * c],
             );
+            let number = episode.number;
+            let rng = || stream(self.plan.seed, "first sense", i as u64, number);
+            self.senses.tell(&mut self.actor[i * a..(i + 1) * a], episode, rng);
         }
         Ok(())
     }
@@ -426,8 +473,9 @@ impl Environment {
             expected: "those of the plan".into(),
             got: format!("{} numbers of start statistics", starts.len()),
         })?;
+        self.advance_curriculum();
         self.tally = Tally::restored(&numbers("recent")?, numbers("survival")?);
-        self.episodes = episode::load(checkpoint, &key("episodes"), n, self.robot.joints())?;
+        self.episodes = episode::load(checkpoint, &key("episodes"), &self.episodes, self.robot.joints())?;
         Ok(())
     }
 }

@@ -35,6 +35,14 @@ pub struct Episode {
     pub oldest: Vec<f32>,
     /// Encoder offsets, `[J]` (rad).
     pub offset: Vec<f32>,
+    /// How late what is measured is seen (policy steps).
+    pub observation_delay: u64,
+    /// How late joint targets reach the motors (policy steps).
+    pub action_delay: u64,
+    /// What was measured in the steps before, the newest first; as many as the greatest delay asks for.
+    pub measured: Vec<f32>,
+    /// The joint targets of the steps before, the newest first, likewise.
+    pub waiting: Vec<f32>,
     /// Terms of the last step's reward.
     pub terms: Terms,
     /// The last step ended the episode for this reason.
@@ -60,6 +68,10 @@ impl Episode {
             before: vec![0.0; joints],
             oldest: vec![0.0; joints],
             offset: vec![0.0; joints],
+            observation_delay: 0,
+            action_delay: 0,
+            measured: Vec::new(),
+            waiting: Vec::new(),
             terms: [0.0; TERMS.len()],
             failed: None,
             cut: false,
@@ -78,29 +90,44 @@ impl Episode {
 }
 
 /// Counters of an episode in a checkpoint.
-const COUNTERS: usize = 6;
+const COUNTERS: usize = 8;
 
 /// Writes all episodes between two steps (no outcome is pending then).
 pub fn save(episodes: &[Episode], checkpoint: &mut Checkpoint, prefix: &str) -> Result<(), CheckpointError> {
     let n = episodes.len();
     let joints = episodes.first().map_or(0, |e| e.last.len());
+    let [measured, waiting] = memory(episodes);
     let (mut counters, mut numbers) = (Vec::new(), Vec::new());
     for e in episodes {
         counters.extend([e.number, e.length, e.frame as u64, e.stretch as u64, e.grace, e.deviated]);
+        counters.extend([e.observation_delay, e.action_delay]);
         let a = e.alignment;
         numbers.extend([a.yaw, a.from[0], a.from[1], a.to[0], a.to[1], e.gain]);
         numbers.extend(e.last.iter().chain(&e.before).chain(&e.oldest).chain(&e.offset));
+        numbers.extend(e.measured.iter().chain(&e.waiting));
     }
     checkpoint.put_u64(&format!("{prefix}.counters"), &[n, COUNTERS], counters)?;
-    checkpoint.put_f32(&format!("{prefix}.numbers"), &[n, 6 + 4 * joints], numbers)
+    checkpoint.put_f32(&format!("{prefix}.numbers"), &[n, 6 + 4 * joints + measured + waiting], numbers)
 }
 
-/// Reads `n` episodes back.
+/// How many numbers episodes remember for the sake of delays: of what was measured, of joint targets.
+fn memory(episodes: &[Episode]) -> [usize; 2] {
+    episodes.first().map_or([0, 0], |e| [e.measured.len(), e.waiting.len()])
+}
+
+/// Reads as many episodes back as `now` are, which tell how much each remembers.
 ///
 /// # Errors
-/// The checkpoint is of another number of environments or joints.
-pub fn load(checkpoint: &Checkpoint, prefix: &str, n: usize, joints: usize) -> Result<Vec<Episode>, CheckpointError> {
-    let width = 6 + 4 * joints;
+/// The checkpoint is of another number of environments or joints, or of other delays.
+pub fn load(
+    checkpoint: &Checkpoint,
+    prefix: &str,
+    now: &[Episode],
+    joints: usize,
+) -> Result<Vec<Episode>, CheckpointError> {
+    let (n, [measured, waiting]) = (now.len(), memory(now));
+    let own = 6 + 4 * joints;
+    let width = own + measured + waiting;
     let counters = checkpoint.u64s(&format!("{prefix}.counters"), &[n, COUNTERS])?;
     let numbers = checkpoint.f32s(&format!("{prefix}.numbers"), &[n, width])?;
     let episodes = counters.chunks_exact(COUNTERS).zip(numbers.chunks_exact(width)).map(|(c, x)| Episode {
@@ -115,7 +142,11 @@ pub fn load(checkpoint: &Checkpoint, prefix: &str, n: usize, joints: usize) -> R
         last: x[6..6 + joints].to_vec(),
         before: x[6 + joints..6 + 2 * joints].to_vec(),
         oldest: x[6 + 2 * joints..6 + 3 * joints].to_vec(),
-        offset: x[6 + 3 * joints..].to_vec(),
+        offset: x[6 + 3 * joints..own].to_vec(),
+        observation_delay: c[6],
+        action_delay: c[7],
+        measured: x[own..own + measured].to_vec(),
+        waiting: x[own + measured..].to_vec(),
         ..Episode::new(0)
     });
     Ok(episodes.collect())

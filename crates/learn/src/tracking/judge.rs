@@ -10,8 +10,9 @@ use super::episode::Episode;
 use super::errors::{Cause, Deviation, empty_frame, read_frame, root};
 use super::library::ReferenceLibrary;
 use super::observe::Observer;
-use super::plan::TrackerPlan;
-use super::rewards::{Effort, Errors, TERMS};
+use super::plan::{Termination, TrackerPlan};
+use super::rewards::{Effort, Errors, SMOOTHNESS, TERMS};
+use super::senses::Senses;
 use super::starts::StartSampler;
 
 /// Everything that judging a step reads.
@@ -21,7 +22,12 @@ pub(super) struct Judge<'a> {
     pub(super) library: &'a ReferenceLibrary,
     pub(super) observer: &'a Observer,
     pub(super) sampler: &'a StartSampler,
+    pub(super) senses: &'a Senses,
     pub(super) divisor: &'a [f32],
+    /// When an episode has failed, at this stage of the curriculum.
+    pub(super) limits: Termination,
+    /// Factor on the penalties of actions and torques, likewise.
+    pub(super) smoothness: f32,
     pub(super) state: &'a BatchState,
     pub(super) step: u64,
     pub(super) longest: u64,
@@ -76,7 +82,7 @@ impl Judge<'_> {
         self.reward(i, episode, scratch, path, heading);
         let reference = library.features_at(episode.frame);
         let deviation = Deviation::between(&library.layout, &scratch.features, reference, path, heading);
-        let limits = &self.plan.termination;
+        let limits = &self.limits;
         let far = limits.persistent.is_some_and(|p| deviation.effector > p.distance);
         episode.deviated = if far { episode.deviated + 1 } else { 0 };
         if episode.grace > 0 {
@@ -101,6 +107,7 @@ impl Judge<'_> {
         }
         let next = library.ahead(episode.frame, 1);
         self.observer.write(self.state, i, episode, library, next, &scratch.features, actor, critic);
+        self.senses.tell(actor, episode, || stream(self.plan.seed, "sense", i as u64, self.step));
     }
 
     fn reward(&self, i: usize, episode: &mut Episode, scratch: &mut Scratch, path: f32, heading: f32) {
@@ -126,6 +133,7 @@ impl Judge<'_> {
         let torque_squared = self.state.torque_squared[i * joints..(i + 1) * joints].iter().sum();
         let effort = Effort { action: now, previous, before, torque_squared };
         episode.terms = self.plan.reward.terms(&errors, &effort, self.divisor);
+        episode.terms[SMOOTHNESS].iter_mut().for_each(|term| *term *= self.smoothness);
     }
 
     /// Goes on with another clip where the robot is.

@@ -158,6 +158,12 @@ impl ReferenceLibrary {
         (frame + steps).min(self.starts[self.clip_of(frame) + 1] - 1)
     }
 
+    /// The frame so many steps ahead or back, or the last or first of its clip.
+    pub fn around(&self, frame: usize, steps: i32) -> usize {
+        let range = self.range(self.clip_of(frame));
+        frame.saturating_add_signed(steps as isize).clamp(range.start, range.end - 1)
+    }
+
     /// The frames of a clip.
     pub fn range(&self, clip: usize) -> std::ops::Range<usize> {
         self.starts[clip]..self.starts[clip + 1]

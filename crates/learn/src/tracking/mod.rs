@@ -5,6 +5,7 @@
 //! [`Policy`] (the file that evaluation, the demo and a robot load).
 
 mod alignment;
+pub mod curriculum;
 pub mod environment;
 mod episode;
 pub mod errors;
@@ -19,6 +20,7 @@ pub mod plan;
 pub mod policy;
 pub mod ppo;
 pub mod rewards;
+pub mod senses;
 pub mod starts;
 pub mod tally;
 #[cfg(test)]

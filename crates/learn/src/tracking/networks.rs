@@ -2,32 +2,68 @@
 
 use burn::module::{Module, Param};
 use burn::tensor::{Device, Tensor, TensorData};
-use lifelike_nn::backprop::{BackpropError, forward};
+use lifelike_nn::backprop::{BackpropError, Pass, backward, backward_through, forward};
+use lifelike_nn::gradients::Gradients;
 use lifelike_nn::mlp::{Mlp, MlpConfig};
 use lifelike_nn::{device, init};
 
 use crate::error::LearnError;
 
+/// Sizes of a policy.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ActorSize<'a> {
+    /// Numbers of an observation, the window included.
+    pub inputs: usize,
+    /// Its last numbers, which the encoder reads; 0 without.
+    pub window: usize,
+    /// Hidden layers of the encoder.
+    pub encoder: &'a [usize],
+    /// Size of the code that takes the window's place.
+    pub code: usize,
+    /// Hidden layers of the network of the mean.
+    pub hidden: &'a [usize],
+    /// Numbers out: one per joint.
+    pub outputs: usize,
+}
+
 /// The policy: the mean from a network, the spread a parameter of its own.
+///
+/// With an encoder, the window of the reference reaches that network as a code of length one (as in CALM, Tessler et al.
+/// 2023), and encoder and policy learn together from the reward: the end-to-end codes of Table 4.2.
 #[derive(Module, Debug)]
 pub struct Actor {
+    encoder: Option<Mlp>,
     mean: Mlp,
     log_std: Param<Tensor<1>>,
 }
 
-impl Actor {
-    /// # Shapes
-    /// `inputs` numbers in, `outputs` (one per joint) out. The first policy's mean is near zero.
-    pub fn init(inputs: usize, hidden: &[usize], outputs: usize, std: f64, seed: u64, device: &Device) -> Self {
-        Self {
-            mean: MlpConfig::new(inputs, hidden, outputs).with_output_gain(0.01).init(seed, "actor", device),
-            log_std: init::parameter(vec![std.ln() as f32; outputs], [outputs], device),
-        }
-    }
+/// What the backward pass needs of a forward pass.
+#[derive(Debug, Clone)]
+pub struct ActorPass {
+    mean: Pass,
+    encoder: Option<Encoding>,
+}
 
-    /// The network of the mean.
-    pub fn network(&self) -> &Mlp {
-        &self.mean
+#[derive(Debug, Clone)]
+struct Encoding {
+    pass: Pass,
+    /// Codes of length one, and the lengths they had, `[B, code]` and `[B]`.
+    codes: Vec<f32>,
+    lengths: Vec<f32>,
+}
+
+impl Actor {
+    /// The first policy's mean is near zero.
+    pub fn init(size: ActorSize<'_>, std: f64, seed: u64, device: &Device) -> Self {
+        let encoder = (size.window > 0)
+            .then(|| MlpConfig::new(size.window, size.encoder, size.code).init(seed, "encoder", device));
+        let inputs = size.inputs - size.window + size.code;
+        let mean = MlpConfig::new(inputs, size.hidden, size.outputs).with_output_gain(0.01);
+        Self {
+            encoder,
+            mean: mean.init(seed, "actor", device),
+            log_std: init::parameter(vec![std.ln() as f32; size.outputs], [size.outputs], device),
+        }
     }
 
     /// Mean of the outputs: rows `[B, O]` → `[B, J]`.
@@ -35,7 +71,69 @@ impl Actor {
     /// # Errors
     /// The device does not hand out its numbers.
     pub fn means(&self, observations: Vec<f32>) -> Result<Vec<f32>, LearnError> {
-        Ok(forward(&self.mean, observations, &device::inference()).map_err(unreadable)?.0)
+        Ok(self.forward(observations)?.0)
+    }
+
+    /// The same, with what [`Self::backward`] needs.
+    ///
+    /// # Errors
+    /// The device does not hand out its numbers.
+    pub fn forward(&self, observations: Vec<f32>) -> Result<(Vec<f32>, ActorPass), LearnError> {
+        let device = device::inference();
+        let Some(encoder) = &self.encoder else {
+            let (means, mean) = forward(&self.mean, observations, &device).map_err(unreadable)?;
+            return Ok((means, ActorPass { mean, encoder: None }));
+        };
+        let (window, code) = (width_in(encoder), width_out(encoder));
+        let own = width_in(&self.mean) - code;
+        let batch = observations.len() / (own + window);
+        let windows: Vec<f32> = observations.chunks_exact(own + window).flat_map(|row| &row[own..]).copied().collect();
+        let (mut codes, pass) = forward(encoder, windows, &device).map_err(unreadable)?;
+        let lengths: Vec<f32> = codes.chunks_exact_mut(code).map(normalise).collect();
+        let mut rows = Vec::with_capacity(batch * (own + code));
+        for (row, code) in observations.chunks_exact(own + window).zip(codes.chunks_exact(code)) {
+            rows.extend_from_slice(&row[..own]);
+            rows.extend_from_slice(code);
+        }
+        let (means, mean) = forward(&self.mean, rows, &device).map_err(unreadable)?;
+        Ok((means, ActorPass { mean, encoder: Some(Encoding { pass, codes, lengths }) }))
+    }
+
+    /// Gradients of both networks by name; `slope` is the loss's derivative by each mean, `[B, J]`.
+    ///
+    /// # Errors
+    /// The device does not hand out its numbers.
+    pub fn backward(&self, pass: ActorPass, slope: Vec<f32>) -> Result<Gradients, LearnError> {
+        let device = device::inference();
+        let (Some(encoder), Some(encoding)) = (&self.encoder, pass.encoder) else {
+            return backward(&self.mean, pass.mean, slope, "mean", &device).map_err(unreadable);
+        };
+        let (mut gradients, by_row) =
+            backward_through(&self.mean, pass.mean, slope, "mean", &device).map_err(unreadable)?;
+        let (inputs, code) = (width_in(&self.mean), width_out(encoder));
+        let mut by_code = Vec::with_capacity(encoding.codes.len());
+        let codes = encoding.codes.chunks_exact(code).zip(encoding.lengths);
+        for (row, (z, length)) in by_row.chunks_exact(inputs).zip(codes) {
+            // z = e / |e|: what points along z changes nothing.
+            let slope = &row[inputs - code..];
+            let along: f32 = z.iter().zip(slope).map(|(z, s)| z * s).sum();
+            by_code.extend(z.iter().zip(slope).map(|(z, s)| (s - along * z) / length));
+        }
+        gradients.extend(backward(encoder, encoding.pass, by_code, "encoder", &device).map_err(unreadable)?);
+        Ok(gradients)
+    }
+
+    /// Codes of length one of normalised windows, `[B, window]` → `[B, code]`; none without an encoder.
+    ///
+    /// # Errors
+    /// The device does not hand out its numbers.
+    pub fn codes(&self, windows: Vec<f32>) -> Result<Vec<f32>, LearnError> {
+        let Some(encoder) = &self.encoder else { return Ok(Vec::new()) };
+        let (mut codes, _) = forward(encoder, windows, &device::inference()).map_err(unreadable)?;
+        codes.chunks_exact_mut(width_out(encoder)).for_each(|code| {
+            normalise(code);
+        });
+        Ok(codes)
     }
 
     /// Logarithm of the standard deviations, `[J]`.
@@ -52,6 +150,21 @@ impl Actor {
         self.log_std = self.log_std.map(|tensor| tensor.clamp(low.ln(), high.ln()));
         self
     }
+}
+
+/// Brings a code to length one; the length that it had (never nought).
+fn normalise(code: &mut [f32]) -> f32 {
+    let length = code.iter().map(|z| z * z).sum::<f32>().sqrt().max(1e-6);
+    code.iter_mut().for_each(|z| *z /= length);
+    length
+}
+
+fn width_in(mlp: &Mlp) -> usize {
+    mlp.layers().first().map_or(0, |layer| layer.weight.dims()[0])
+}
+
+fn width_out(mlp: &Mlp) -> usize {
+    mlp.layers().last().map_or(0, |layer| layer.weight.dims()[1])
 }
 
 /// The value function. Its output counts in units of `1 / (1 − γ)`, what a reward of one per step is worth for ever, so
@@ -106,4 +219,52 @@ pub(super) fn numbers<const D: usize>(tensor: Tensor<D>) -> Result<Vec<f32>, Lea
 /// For `map_err` on passes through a network.
 pub(super) fn unreadable(error: BackpropError) -> LearnError {
     LearnError::Mismatch { what: "a network's numbers".into(), expected: "f32".into(), got: error.to_string() }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    const SIZE: ActorSize<'_> = ActorSize { inputs: 9, window: 6, encoder: &[8], code: 4, hidden: &[10], outputs: 2 };
+
+    #[test]
+    fn gradients_through_policy_and_encoder_are_those_of_automatic_differentiation() {
+        let actor = Actor::init(SIZE, 0.4, 3, &device::training());
+        let values: Vec<f32> = (0..3 * 9).map(|i| ((i * 7) % 11) as f32 * 0.3 - 1.5).collect();
+        let slope = vec![1.0, -2.0, 30.0, 0.5, 10.0, -20.0];
+
+        let whole = rows(values.clone(), 9, &device::training());
+        let encoded = actor.encoder.as_ref().unwrap().forward(whole.clone().slice([0..3, 3..9]));
+        let length = encoded.clone().square().sum_dim(1).sqrt();
+        let input = Tensor::cat(vec![whole.slice([0..3, 0..3]), encoded / length], 1);
+        let means = actor.mean.forward(input);
+        let loss = (means.clone() * rows(slope.clone(), 2, &device::training())).sum();
+        let expected = Gradients::of(&actor, loss.backward());
+
+        let (got_means, pass) = actor.forward(values).unwrap();
+        for (a, b) in got_means.iter().zip(numbers(means.without_autodiff()).unwrap()) {
+            assert!((a - b).abs() < 1e-5, "{a} {b}");
+        }
+        let got = actor.backward(pass, slope).unwrap();
+        assert_eq!(got.names().collect::<Vec<_>>(), expected.names().collect::<Vec<_>>());
+        for name in expected.names() {
+            let (a, b) = (got.get(name).unwrap().clone(), expected.get(name).unwrap().clone().without_autodiff());
+            for (a, b) in numbers(a).unwrap().into_iter().zip(numbers(b).unwrap()) {
+                assert!((a - b).abs() <= 2e-5 * b.abs().max(1.0), "{name}: {a} {b}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_code_has_length_one_whatever_the_window() {
+        let actor = Actor::init(SIZE, 0.4, 3, &device::inference());
+        let codes = actor.codes((0..12).map(|i| i as f32 - 5.0).collect()).unwrap();
+        assert_eq!(codes.len(), 8);
+        for code in codes.chunks_exact(4) {
+            assert!((code.iter().map(|z| z * z).sum::<f32>() - 1.0).abs() < 1e-5);
+        }
+        let plain = Actor::init(ActorSize { window: 0, code: 0, ..SIZE }, 0.4, 3, &device::inference());
+        assert!(plain.codes(vec![0.0; 6]).unwrap().is_empty());
+    }
 }

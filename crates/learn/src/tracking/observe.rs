@@ -46,13 +46,13 @@ impl Observer {
         self.spec.size()
     }
 
-    /// Length of the value function's row: the policy's, then root height and its error, errors of root velocities (6),
+    /// Length of the value function's row: the policy's, less the window that it encodes, then root height and its error, errors of root velocities (6),
     /// end effectors (3 each) and joints, path (2, robot's heading frame) and heading error, the steps for which the
     /// deviation has lasted, and each foot's load as a share of the weight.
     ///
     /// Not the time left: an episode that is cut is valued as if it went on, so the value must not depend on it.
     pub fn critic_size(&self) -> usize {
-        self.actor_size() + 2 + 6 + 3 * self.effectors + self.joints + 3 + 1 + self.feet
+        self.actor_size() - self.spec.window_size() + 2 + 6 + 3 * self.effectors + self.joints + 3 + 1 + self.feet
     }
 
     /// Writes both rows. `next` is the frame to reach, `features` those of the simulated state.
@@ -74,8 +74,8 @@ impl Observer {
         let target_orientation = episode.alignment.orientation(library.orientation_at(next));
         self.write_actor(state, i, episode, library, next, (target_position, target_orientation), actor);
 
-        let (seen, extra) = critic.split_at_mut(actor.len());
-        seen.copy_from_slice(actor);
+        let (seen, extra) = critic.split_at_mut(actor.len() - self.spec.window_size());
+        seen.copy_from_slice(&actor[..seen.len()]);
         let mut at = 0;
         let mut put = |x: f32| {
             extra[at] = x;
@@ -120,6 +120,10 @@ impl Observer {
         for offset in &self.spec.reference.future {
             future.extend_from_slice(library.features_at(library.ahead(episode.frame, *offset as usize)));
         }
+        let mut window = Vec::with_capacity(self.spec.window_size());
+        for offset in &self.spec.reference.window {
+            window.extend_from_slice(library.features_at(library.around(next, *offset)));
+        }
         let inputs = ObservationInputs {
             root_position,
             root_orientation,
@@ -133,6 +137,7 @@ impl Observer {
             reference: if self.spec.reference.frame { library.features_at(next) } else { &[] },
             future: &future,
             latent: if self.spec.reference.latent > 0 { library.latent_at(next) } else { &[] },
+            window: &window,
             reference_root_position: target_position,
             reference_root_orientation: target_orientation,
         };

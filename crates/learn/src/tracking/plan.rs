@@ -6,7 +6,9 @@ use lifelike_robot::ActionSpec;
 use lifelike_robot::observation::{AnchorSpec, ReferenceSpec};
 use lifelike_sim::randomization::RandomizationSpec;
 
+use super::curriculum::Curriculum;
 use super::rewards::{ExponentialReward, Kernel, Reward};
+use super::senses::SenseSpec;
 use super::starts::StartSpec;
 use crate::error::LearnError;
 use crate::limits::{range, whole, wrong};
@@ -19,6 +21,9 @@ pub struct TrackerPlan {
     pub robot: String,
     /// Clips: `*.motion.safetensors` files, folders of them, patterns. Empty: the robot stands in its default pose.
     pub clips: Vec<PathBuf>,
+    /// Learn from the mirror image of every clip too, by the robot's own symmetry.
+    #[serde(default)]
+    pub mirror: bool,
     /// A motion prior whose latent codes the policy sees; its size must be `inputs.latent`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub prior: Option<PathBuf>,
@@ -34,6 +39,10 @@ pub struct TrackerPlan {
     /// What the policy sees of the reference.
     #[serde(default = "default_inputs")]
     pub inputs: ReferenceSpec,
+    /// Whether the policy sees the root's linear velocity. Without it a policy suits robots that cannot measure it; those
+    /// cannot measure `anchor.position` either.
+    #[serde(default = "yes")]
+    pub linear_velocity: bool,
     /// What the policy sees of its place on the reference's path.
     #[serde(default = "default_anchor")]
     pub anchor: AnchorSpec,
@@ -55,6 +64,12 @@ pub struct TrackerPlan {
     /// How the environments differ from the model and from each other.
     #[serde(default = "RandomizationSpec::none")]
     pub randomization: RandomizationSpec,
+    /// Noise and delays between robot and policy.
+    #[serde(default)]
+    pub senses: SenseSpec,
+    /// What becomes harder while it learns.
+    #[serde(default)]
+    pub curriculum: Curriculum,
     /// The networks.
     #[serde(default)]
     pub network: NetworkSpec,
@@ -123,6 +138,20 @@ impl Default for Termination {
 }
 
 impl Termination {
+    /// With every limit multiplied (above 1: forgiving more); times stay.
+    #[must_use]
+    pub fn scaled(self, factor: f64) -> Self {
+        let scale = |limit: Option<f32>| limit.map(|l| (f64::from(l) * factor) as f32);
+        Self {
+            persistent: self.persistent.map(|p| Persistent { distance: (f64::from(p.distance) * factor) as f32, ..p }),
+            height: scale(self.height),
+            tilt: scale(self.tilt),
+            effector: scale(self.effector),
+            path: scale(self.path),
+            heading: scale(self.heading),
+        }
+    }
+
     /// No limit at all: for evaluation, which has its own idea of failure.
     pub const NONE: Self =
         Self { persistent: None, height: None, tilt: None, effector: None, path: None, heading: None };
@@ -163,11 +192,26 @@ pub struct NetworkSpec {
     pub actor: Vec<usize>,
     /// Hidden layers of the value function.
     pub critic: Vec<usize>,
+    /// Hidden layers of an encoder of `inputs.window` that is trained with the policy.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub encoder: Vec<usize>,
+    /// Size of its code.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub code: usize,
+}
+
+#[allow(clippy::trivially_copy_pass_by_ref)] // serde hands out a reference
+fn is_zero(n: &usize) -> bool {
+    *n == 0
+}
+
+fn yes() -> bool {
+    true
 }
 
 impl Default for NetworkSpec {
     fn default() -> Self {
-        Self { actor: vec![256, 128], critic: vec![256, 128] }
+        Self { actor: vec![256, 128], critic: vec![256, 128], encoder: Vec::new(), code: 0 }
     }
 }
 
@@ -235,7 +279,7 @@ fn fifty() -> u64 {
 
 fn default_inputs() -> ReferenceSpec {
     // Frames further ahead cost more samples than they save (docs/results/walk.md).
-    ReferenceSpec { frame: true, future: Vec::new(), latent: 0 }
+    ReferenceSpec { frame: true, ..ReferenceSpec::default() }
 }
 
 fn default_anchor() -> AnchorSpec {
@@ -272,11 +316,13 @@ impl TrackerPlan {
         Self {
             robot: robot.into(),
             clips: clips.to_vec(),
+            mirror: false,
             prior: None,
             seed: 0,
             budget: Budget::default(),
             checkpoint_every: fifty(),
             inputs: default_inputs(),
+            linear_velocity: true,
             anchor: default_anchor(),
             action: default_action(),
             reward: default_reward(),
@@ -284,6 +330,8 @@ impl TrackerPlan {
             episode: EpisodeSpec::default(),
             starts: StartSpec::default(),
             randomization: RandomizationSpec::none(),
+            senses: SenseSpec::default(),
+            curriculum: Curriculum::default(),
             network: NetworkSpec::default(),
             ppo: PpoSpec::default(),
         }
@@ -332,7 +380,12 @@ impl TrackerPlan {
         range("ppo.std_bounds[0]", p.std_bounds[0], 1e-6, 100.0)?;
         range("ppo.std_bounds[1]", p.std_bounds[1], p.std_bounds[0], 100.0)?;
         range("ppo.initial_std", p.initial_std, p.std_bounds[0], p.std_bounds[1])?;
-        for (key, layers) in [("network.actor", &self.network.actor), ("network.critic", &self.network.critic)] {
+        let networks = [
+            ("network.actor", &self.network.actor),
+            ("network.critic", &self.network.critic),
+            ("network.encoder", &self.network.encoder),
+        ];
+        for (key, layers) in networks {
             for width in layers {
                 whole(key, *width as u64, 1, 1 << 16)?;
             }
@@ -352,6 +405,8 @@ impl TrackerPlan {
             range(key, noise.into(), 0.0, 10.0)?;
         }
         self.randomization.check()?;
+        self.senses.check()?;
+        self.curriculum.check()?;
         self.check_termination()?;
         self.check_inputs()
     }
@@ -381,6 +436,14 @@ impl TrackerPlan {
         for offset in &self.inputs.future {
             whole("inputs.future", u64::from(*offset), 1, 1000)?;
         }
+        if let Some(offset) = self.inputs.window.iter().find(|o| o.unsigned_abs() > 1000) {
+            return Err(wrong("inputs.window", "offsets from -1000 to 1000 policy steps", offset));
+        }
+        match (self.inputs.window.is_empty(), self.network.code) {
+            (true, 1..) => Err(wrong("network.code", "0 without inputs.window", self.network.code)),
+            (false, 0) => Err(wrong("network.code", "the size of the code of inputs.window", 0)),
+            _ => Ok(()),
+        }?;
         match (&self.prior, self.inputs.latent) {
             (None, 1..) => Err(wrong("inputs.latent", "0 without a prior", self.inputs.latent)),
             (Some(_), 0) => Err(wrong("inputs.latent", "the size of the prior's latent code", 0)),

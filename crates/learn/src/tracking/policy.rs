@@ -10,7 +10,7 @@ use lifelike_nn::device;
 use lifelike_nn::normalizer::RunningNormalizer;
 use lifelike_robot::{ActionMap, ActionSpec, ObservationSpec, Robot};
 
-use super::networks::Actor;
+use super::networks::{Actor, ActorSize};
 use crate::error::LearnError;
 
 /// How the names of policy files end.
@@ -30,6 +30,9 @@ pub struct PolicyHeader {
     pub control_hz: f64,
     /// Hidden layers.
     pub hidden: Vec<usize>,
+    /// Hidden layers of the encoder of the window, where it has one, and the size of its code.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub encoder: Option<(Vec<usize>, usize)>,
     /// SHA-256 of the motion prior whose latent codes it sees, hexadecimal; empty without.
     #[serde(default)]
     pub prior: String,
@@ -145,7 +148,17 @@ impl Policy {
         let checkpoint = Checkpoint::load(path)?;
         let header: PolicyHeader = checkpoint.meta("policy")?;
         let (inputs, joints) = (header.observation.size(), header.observation.joints.len());
-        let fresh = Actor::init(inputs, &header.hidden, joints, 1.0, 0, &device::inference());
+        let (encoder, code) = header.encoder.clone().unwrap_or_default();
+        let window = header.observation.window_size();
+        if (window > 0) != (code > 0) {
+            return Err(LearnError::Mismatch {
+                what: format!("{}: size of the code of a window of {window} numbers", path.display()),
+                expected: if window > 0 { "above 0" } else { "0" }.into(),
+                got: code.to_string(),
+            });
+        }
+        let size = ActorSize { inputs, window, encoder: &encoder, code, hidden: &header.hidden, outputs: joints };
+        let fresh = Actor::init(size, 1.0, 0, &device::inference());
         let actor = checkpoint.load_module("actor", fresh)?;
         let normalizer = RunningNormalizer::load_from(&checkpoint, "normalizer", inputs)?;
         Ok(Self { header, actor, normalizer })

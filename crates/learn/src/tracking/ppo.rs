@@ -19,7 +19,7 @@ use super::environment::{Environment, Outcome};
 use super::gae::{Discounts, advantages};
 use super::gaussian::{divergence, entropy, log_probability_of_noise};
 use super::losses::{squared_error, surrogate};
-use super::networks::{Actor, Critic, column, numbers, rows, unreadable};
+use super::networks::{Actor, ActorSize, Critic, column, numbers, rows, unreadable};
 use super::plan::{PpoSpec, TrackerPlan};
 use crate::error::LearnError;
 
@@ -94,10 +94,18 @@ impl Learner {
     pub fn new(plan: &TrackerPlan, environment: &Environment, joints: usize) -> Self {
         let device = device::inference();
         let (o, p) = (environment.actor_size(), environment.critic_size());
+        let size = ActorSize {
+            inputs: o,
+            window: environment.observation().window_size(),
+            encoder: &plan.network.encoder,
+            code: plan.network.code,
+            hidden: &plan.network.actor,
+            outputs: joints,
+        };
         let mut learner = Self {
             spec: plan.ppo,
             seed: plan.seed,
-            actor: Actor::init(o, &plan.network.actor, joints, plan.ppo.initial_std, plan.seed, &device),
+            actor: Actor::init(size, plan.ppo.initial_std, plan.seed, &device),
             critic: Critic::init(p, &plan.network.critic, plan.seed, &device),
             actor_adam: Adam::new(AdamConfig::adam()),
             critic_adam: Adam::new(AdamConfig::adam()),
@@ -312,8 +320,7 @@ fn improve_policy(
     let mut batches = 0.0;
     for epoch in 0..spec.epochs {
         for batch in order(epoch).chunks(spec.minibatch) {
-            let (means, pass) =
-                forward(actor.network(), gather(&rollout.actor_rows, width, batch), &device).map_err(unreadable)?;
+            let (means, pass) = actor.forward(gather(&rollout.actor_rows, width, batch))?;
             let mut objective = surrogate(
                 &means,
                 &actor.log_std()?,
@@ -324,8 +331,7 @@ fn improve_policy(
             );
             // The entropy of a Gaussian grows by one with each log standard deviation.
             objective.by_log_std.iter_mut().for_each(|slope| *slope -= spec.entropy as f32);
-            let mut gradients =
-                backward(actor.network(), pass, objective.by_mean, "mean", &device).map_err(unreadable)?;
+            let mut gradients = actor.backward(pass, objective.by_mean)?;
             gradients.insert("log_std".into(), column(objective.by_log_std, &device));
             report.surrogate += objective.value;
             batches += 1.0;

@@ -21,6 +21,9 @@ pub const TERMS: [&str; 12] = [
     "torque",
 ];
 
+/// Where the penalties of actions and torques are among [`TERMS`].
+pub const SMOOTHNESS: std::ops::Range<usize> = 9..12;
+
 /// The value of each term of [`TERMS`], weighted; their sum is the reward.
 pub type Terms = [f32; TERMS.len()];
 

@@ -50,6 +50,17 @@ pub struct StartSampler {
     visits: Vec<f64>,
     failures: Vec<f64>,
     cumulative: Vec<f64>,
+    /// Whether an episode ever went through the bin.
+    seen: Vec<bool>,
+}
+
+/// How much of the motion was ever seen.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Coverage {
+    /// Share of each clip's stretches of half a second that some episode went through.
+    pub clips: Vec<f64>,
+    /// The same of all stretches.
+    pub overall: f64,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -84,6 +95,7 @@ impl StartSampler {
             visits: vec![0.0; n],
             failures: vec![0.0; n],
             cumulative: Vec::new(),
+            seen: vec![false; n],
         };
         sampler.refresh();
         sampler
@@ -99,6 +111,7 @@ impl StartSampler {
         let (a, b) = (self.bin_of(from), self.bin_of(to));
         for bin in a..=b.max(a) {
             self.visits[bin] += 1.0;
+            self.seen[bin] = true;
         }
         if failed {
             self.failures[b] += 1.0;
@@ -144,28 +157,43 @@ impl StartSampler {
         start + rng.random_range(0..allowed.max(1))
     }
 
-    /// The statistics, for a checkpoint: `[visits, failures]` of every bin.
+    /// How much of the motion was ever seen.
+    pub fn coverage(&self) -> Coverage {
+        let share = |bins: &[bool]| bins.iter().filter(|s| **s).count() as f64 / bins.len().max(1) as f64;
+        let clips = self.first.windows(2).map(|clip| share(&self.seen[clip[0]..clip[1]])).collect();
+        Coverage { clips, overall: share(&self.seen) }
+    }
+
+    /// The smallest ratio of the probability with which a frame that may be a start is drawn to that of drawing all alike:
+    /// the floor below which no stretch is neglected, `1 − failure_share` at least.
+    pub fn floor(&self) -> f64 {
+        let total: f64 = self.bins.iter().map(|b| b.allowed as f64).sum();
+        let sum = self.cumulative.last().copied().unwrap_or(1.0);
+        let before = [0.0].into_iter().chain(self.cumulative.iter().copied());
+        let shares = self.bins.iter().zip(self.cumulative.iter().zip(before)).filter(|(bin, _)| bin.allowed > 0);
+        shares.map(|(bin, (to, from))| (to - from) / sum * total / bin.allowed as f64).fold(f64::INFINITY, f64::min)
+    }
+
+    /// The statistics, for a checkpoint: visits, failures, draws and whether it was ever seen, of every bin.
     pub fn save(&self) -> Vec<f64> {
-        self.visits
-            .iter()
-            .zip(&self.failures)
-            .flat_map(|(v, f)| [*v, *f])
-            .chain(self.cumulative.iter().copied())
-            .collect()
+        let seen = self.seen.iter().map(|s| f64::from(u8::from(*s)));
+        let pairs = self.visits.iter().zip(&self.failures).flat_map(|(v, f)| [*v, *f]);
+        pairs.chain(self.cumulative.iter().copied()).chain(seen).collect()
     }
 
     /// Back to saved statistics. `None` when they are of another library.
     #[must_use]
     pub fn restored(mut self, saved: &[f64]) -> Option<Self> {
         let n = self.bins.len();
-        if saved.len() != 3 * n {
+        if saved.len() != 4 * n {
             return None;
         }
         for (i, pair) in saved[..2 * n].chunks_exact(2).enumerate() {
             self.visits[i] = pair[0];
             self.failures[i] = pair[1];
         }
-        self.cumulative.copy_from_slice(&saved[2 * n..]);
+        self.cumulative.copy_from_slice(&saved[2 * n..3 * n]);
+        self.seen = saved[3 * n..].iter().map(|s| *s > 0.5).collect();
         Some(self)
     }
 }
@@ -216,6 +244,19 @@ mod tests {
         assert!((share(50..75) - (0.125 + 0.5 * 2.0 / 3.0)).abs() < 0.02, "{}", share(50..75));
         assert!((share(25..50) - (0.125 + 0.5 / 3.0)).abs() < 0.02, "{}", share(25..50));
         assert!((share(0..25) - 0.125).abs() < 0.02);
+    }
+
+    #[test]
+    fn coverage_and_floor_by_hand() {
+        let spec = StartSpec { failure_share: 0.4, floor: 0.0, memory: 1.0, ..StartSpec::default() };
+        let mut sampler = StartSampler::new(spec, &[0, 100, 140], 25, 0);
+        assert_eq!(sampler.coverage().overall, 0.0);
+        assert!((sampler.floor() - 1.0).abs() < 1e-12, "without failures all are alike");
+        sampler.record(30, 60, true);
+        // Bins 1 and 2 of the first clip's four; of the second clip's two none.
+        assert_eq!(sampler.coverage(), Coverage { clips: vec![0.5, 0.0], overall: 2.0 / 6.0 });
+        sampler.refresh();
+        assert!((sampler.floor() - 0.6).abs() < 1e-12, "who never fails keeps the uniform share");
     }
 
     #[test]

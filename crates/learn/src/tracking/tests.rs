@@ -10,9 +10,13 @@ use lifelike_motion::{MotionClip, Provenance};
 use lifelike_robot::{ActionSpec, Robot};
 use lifelike_sim::randomization::{PushSpec, RandomizationSpec};
 
+mod senses;
+
+use super::curriculum::{Curriculum, Ramp};
 use super::errors::Cause;
 use super::plan::{Termination, TrackerPlan};
 use super::policy::Policy;
+use super::senses::SenseSpec;
 use super::testing::{Followers, robot};
 use super::{Environment, Outcome, ReferenceLibrary, Trainer};
 use crate::run::RunFolder;
@@ -243,6 +247,15 @@ fn restless() -> TrackerPlan {
     let pushes =
         PushSpec { roles: vec![lifelike_character::Role::Pelvis], interval: [0.1, 0.3], ..PushSpec::default() };
     p.randomization = RandomizationSpec { joint_offset: 0.02, pushes: Some(pushes), ..RandomizationSpec::default() };
+    p.senses = SenseSpec { joint_velocity_noise: 0.1, observation_delay: 2, action_delay: 1, ..SenseSpec::default() };
+    p.curriculum = Curriculum {
+        randomization: Some(Ramp { from: 0.2, to: 1.0, begin: 50, end: 250 }),
+        termination: Some(Ramp { from: 2.0, to: 1.0, begin: 0, end: 200 }),
+        smoothness: Some(Ramp { from: 0.0, to: 1.0, begin: 0, end: 300 }),
+    };
+    p.inputs.window = vec![-5, 5];
+    p.network.encoder = vec![8];
+    p.network.code = 4;
     p.checkpoint_every = 2;
     p.budget.steps = 6 * 8 * 7;
     p

@@ -124,7 +124,7 @@ impl Trainer {
     pub fn iterate(&mut self) -> Result<Iteration, LearnError> {
         self.environment.tally_mut().start();
         let report = self.learner.iterate(&mut self.environment, self.iteration)?;
-        self.environment.refresh_starts();
+        self.environment.refresh();
         self.iteration += 1;
         self.steps += self.environment.tally_mut().steps;
         Ok(report)
@@ -138,6 +138,7 @@ impl Trainer {
             action: self.plan.action,
             control_hz: self.robot.control_hz,
             hidden: self.plan.network.actor.clone(),
+            encoder: Some((self.plan.network.encoder.clone(), self.plan.network.code)).filter(|(_, code)| *code > 0),
             prior: self.prior_digest.clone(),
             steps: self.steps,
         };
@@ -216,6 +217,7 @@ impl Trainer {
 
     fn log(&mut self, report: &Iteration, now: &Progress, metrics: &mut MetricsWriter) -> Result<(), LearnError> {
         let (iteration, steps) = (self.iteration, self.steps);
+        let coverage = self.environment.coverage();
         let tally = self.environment.tally_mut();
         let [gain, length] = tally.recent();
         let mut values: Vec<(String, f64)> = [
@@ -241,6 +243,11 @@ impl Trainer {
         values.extend(TERMS.iter().zip(tally.terms).map(|(name, sum)| (format!("Reward/{name}"), sum * per_step)));
         let causes = Cause::ALL.iter().zip(tally.causes);
         values.extend(causes.map(|(cause, count)| (format!("Termination/{}", cause.name()), count as f64)));
+        let (coverage, floor) = coverage;
+        values.push(("Coverage/frames".into(), coverage.overall));
+        let whole = coverage.clips.iter().filter(|share| **share > 0.0).count();
+        values.push(("Coverage/clips".into(), whole as f64 / coverage.clips.len().max(1) as f64));
+        values.push(("Coverage/floor".into(), floor));
         let clips = self.library.names.iter().zip(&tally.survival);
         values.extend(clips.map(|(name, rate)| (format!("Survival/{name}"), *rate)));
         let values: Vec<(&str, f64)> = values.iter().map(|(n, v)| (n.as_str(), *v)).collect();

@@ -241,7 +241,7 @@ impl<T: Scalar, const W: usize> Block<T, W> {
                 let actuator = ActuatorParameters { kp, kd, ..*actuator };
                 let friction = actuator.friction_damping(velocity);
                 damping[joint.v] += friction;
-                let motor = actuator.motor_torque(self.command[i], position, velocity);
+                let motor = self.variation.strength[i] * actuator.motor_torque(self.command[i], position, velocity);
                 self.torque[i] = motor.minus(friction, velocity);
                 motor
             } else {
@@ -275,7 +275,8 @@ impl<T: Scalar, const W: usize> Block<T, W> {
             terrain: model.terrain.as_deref(),
             work,
             weights: &self.weights,
-            ground_friction: self.variation.friction,
+            friction: self.variation.friction,
+            foot_friction: &self.variation.feet,
             q: &self.q,
             v: &self.v,
             sweeps: model.sweeps,

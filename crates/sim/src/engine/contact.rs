@@ -36,6 +36,8 @@ pub struct Meeting<'a, T: Scalar, const W: usize> {
     /// Inverse weight of both bodies (1/kg).
     pub weight: Lane<T, W>,
     pub mixed: &'a Mixed<T>,
+    /// Friction that the environment asks for; where it is below zero, the surfaces' own.
+    pub friction: Lane<T, W>,
 }
 
 /// Where a contact's force acts: kept only when somebody asks for forces on bodies.
@@ -116,7 +118,7 @@ impl<T: Scalar, const W: usize> Contacts<T, W> {
             gram[5] = gram[5].plus(a, b);
         }
         let mixed = m.mixed;
-        let rough = s.ground_friction.above(zero, s.ground_friction, Lane::all(mixed.friction));
+        let rough = m.friction.above(zero, m.friction, Lane::all(mixed.friction));
         let friction = if mixed.smooth { zero } else { rough };
         let impedance = mixed.softness.impedance(m.deep);
         let regular = regularization(impedance, m.weight * one.plus(friction, friction));

@@ -77,7 +77,9 @@ pub struct Setting<'a, T: Scalar, const W: usize> {
     pub work: &'a Workspace<T, W>,
     pub weights: &'a InverseWeights<T, W>,
     /// Friction of all contacts; where it is below zero, their own.
-    pub ground_friction: Lane<T, W>,
+    pub friction: Lane<T, W>,
+    /// Friction of each foot on the ground, likewise.
+    pub foot_friction: &'a [Lane<T, W>],
     pub q: &'a [Lane<T, W>],
     pub v: &'a [Lane<T, W>],
     /// Visits of all rows.

@@ -261,8 +261,10 @@ fn meet_ground<T: Scalar, const W: usize>(
             let bodies = [0, shape.body];
             let frame = frame(normal, axis);
             let mixed = &shape.mixed;
-            contacts
-                .push(s, &Meeting { slot: first + k, bodies, support, point, frame, deep, touching, weight, mixed });
+            let friction = shape.foot.map_or(s.friction, |foot| s.foot_friction[foot]);
+            let slot = first + k;
+            let meeting = Meeting { slot, bodies, support, point, frame, deep, touching, weight, mixed, friction };
+            contacts.push(s, &meeting);
         }
     }
 }
@@ -290,6 +292,7 @@ impl<T: Scalar> Pair<T> {
             touching,
             weight,
             mixed: &self.mixed,
+            friction: s.friction,
         }
     }
 }

@@ -23,8 +23,12 @@ pub struct Variation<T: Scalar, const W: usize> {
     pub damping: Vec<Lane<T, W>>,
     /// Gains of each actuator: κ_P, κ_D.
     pub gains: Vec<[Lane<T, W>; 2]>,
+    /// Factor on each actuator's motor torque.
+    pub strength: Vec<Lane<T, W>>,
     /// Friction of every contact; below zero: its own.
     pub friction: Lane<T, W>,
+    /// Friction of each foot on the ground; below zero: that of all contacts.
+    pub feet: Vec<Lane<T, W>>,
 }
 
 impl<T: Scalar, const W: usize> Variation<T, W> {
@@ -39,7 +43,9 @@ impl<T: Scalar, const W: usize> Variation<T, W> {
             armature: tree.dofs.iter().map(|d| Lane::all(d.armature)).collect(),
             damping: tree.dofs.iter().map(|d| Lane::all(d.damping)).collect(),
             gains: actuators.iter().map(|a| [a.kp, a.kd]).collect(),
+            strength: vec![one; actuators.len()],
             friction: Lane::of(-1.0),
+            feet: vec![Lane::of(-1.0); tree.feet],
         }
     }
 
@@ -73,13 +79,20 @@ impl<T: Scalar, const W: usize> Variation<T, W> {
                 gains[1].0[lane] = own[1].0[lane] * kd;
             }
         }
-        self.friction.0[lane] = T::new(parameters.ground_friction.map_or(-1.0, f64::from));
+        for (i, slot) in self.strength.iter_mut().enumerate() {
+            slot.0[lane] = factor(&parameters.strength_scale, i);
+        }
+        let common = parameters.ground_friction.map_or(-1.0, f64::from);
+        self.friction.0[lane] = T::new(common);
+        for (i, slot) in self.feet.iter_mut().enumerate() {
+            slot.0[lane] = T::new(parameters.foot_friction.get(i).map_or(common, |x| f64::from(*x)));
+        }
     }
 
     /// Numbers per environment.
     pub fn len(&self) -> usize {
         let lists = self.mass.len() + self.inertia.len() + self.armature.len() + self.damping.len();
-        lists + 3 * self.com.len() + 2 * self.gains.len() + 4
+        lists + 3 * self.com.len() + 2 * self.gains.len() + self.strength.len() + self.feet.len() + 4
     }
 }
 

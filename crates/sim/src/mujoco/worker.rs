@@ -42,7 +42,11 @@ pub(super) struct Tuning {
     /// Damping of each scalar joint's dof, and its actuator's gains.
     damping: Vec<f64>,
     gains: Vec<[f64; 2]>,
+    strength: Vec<f64>,
 }
+
+/// Friction of the ground where each foot brings its own: MuJoCo takes the larger of two, so the ground's gives way.
+const YIELDING: f64 = 1e-5;
 
 impl Tuning {
     fn of(model: &MjModel, layout: &Layout) -> Self {
@@ -52,6 +56,7 @@ impl Tuning {
             gravity: model.opt().gravity,
             damping: layout.joints.iter().map(|j| j.damping).collect(),
             gains: layout.joints.iter().map(|j| [j.actuator.kp, j.actuator.kd]).collect(),
+            strength: vec![1.0; layout.joints.len()],
             body_mass: model.body_mass().to_vec(),
             body_inertia: model.body_inertia().to_vec(),
             body_subtreemass: model.body_subtreemass().to_vec(),
@@ -89,9 +94,10 @@ pub(super) struct Worker {
     base: Tuning,
     /// Whether the model is tuned to some environment.
     tuned: bool,
-    /// Damping and gains now in force, `[J]`.
+    /// Damping, gains and strength now in force, `[J]`.
     damping: Vec<f64>,
     gains: Vec<[f64; 2]>,
+    strength: Vec<f64>,
     /// Sum of the squared torques over the substeps, and the last torque, `[J]`.
     torque_squared: Vec<f64>,
     torque: Vec<f64>,
@@ -106,6 +112,7 @@ impl Worker {
             base: Tuning::of(&model, &layout),
             damping: layout.joints.iter().map(|j| j.damping).collect(),
             gains: layout.joints.iter().map(|j| [j.actuator.kp, j.actuator.kd]).collect(),
+            strength: vec![1.0; joints],
             data: MjData::try_new(Box::new(model)).map_err(|e| e.to_string())?,
             layout,
             tuned: false,
@@ -156,6 +163,15 @@ impl Worker {
         if let Some(friction) = p.ground_friction {
             model.geom_friction_mut().iter_mut().for_each(|geom| geom[0] = f64::from(friction));
         }
+        if !p.foot_friction.is_empty() {
+            for (geom, friction) in model.geom_friction_mut().iter_mut().enumerate() {
+                match layout.foot_of_geom[geom] {
+                    _ if layout.ground[geom] => friction[0] = YIELDING,
+                    Some(foot) => friction[0] = f64::from(p.foot_friction[foot]),
+                    None => {}
+                }
+            }
+        }
         // Inverse weights at the reference pose follow from the masses; contacts and limits use them.
         for joint in 0..layout.joints.len() {
             self.set_damping(joint, 0.0);
@@ -166,6 +182,7 @@ impl Worker {
             tuning.damping[i] *= factor(&p.damping_scale, i);
             tuning.gains[i][0] *= factor(&p.kp_scale, i);
             tuning.gains[i][1] *= factor(&p.kd_scale, i);
+            tuning.strength[i] = factor(&p.strength_scale, i);
         }
         base.apply(self.model_mut());
         self.tuned = false;
@@ -211,6 +228,7 @@ impl Worker {
         tuning.apply(self.model_mut());
         self.damping.clone_from(&tuning.damping);
         self.gains.clone_from(&tuning.gains);
+        self.strength.clone_from(&tuning.strength);
     }
 
     fn tune(&mut self, tuning: Option<&Tuning>) {
@@ -269,7 +287,8 @@ impl Worker {
                     Command::Targets(_) => {
                         let [kp, kd] = self.gains[i];
                         let actuator = ActuatorParameters { kp, kd, ..joint.actuator };
-                        (actuator.motor_torque(number, position, velocity), actuator.friction_damping(velocity))
+                        let motor = self.strength[i] * actuator.motor_torque(number, position, velocity);
+                        (motor, actuator.friction_damping(velocity))
                     }
                     Command::Torques(_) => (number, 0.0),
                 };

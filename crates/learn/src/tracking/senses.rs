@@ -1,0 +1,147 @@
+//! What stands between the robot and what the policy is told, and between the policy and the motors: noise and delays.
+//!
+//! The value function exists in training only and sees the truth.
+
+use std::ops::Range;
+
+use lifelike_robot::ObservationSpec;
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
+
+use super::episode::Episode;
+use crate::error::LearnError;
+use crate::limits::{range, whole};
+
+/// Standard deviations of the noise on what is measured, and the greatest delays. Nothing by default.
+#[derive(Debug, Clone, Copy, Default, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct SenseSpec {
+    /// On the six numbers of the root's orientation: about the angle (rad).
+    pub orientation_noise: f32,
+    /// On the root's linear velocity (m/s).
+    pub linear_velocity_noise: f32,
+    /// On the root's angular velocity (rad/s).
+    pub angular_velocity_noise: f32,
+    /// On joint positions (rad).
+    pub joint_position_noise: f32,
+    /// On joint velocities (rad/s).
+    pub joint_velocity_noise: f32,
+    /// What is measured is seen late by up to so many policy steps; each episode draws its own delay.
+    pub observation_delay: u32,
+    /// Joint targets reach the motors late by up to so many policy steps; likewise.
+    pub action_delay: u32,
+}
+
+impl SenseSpec {
+    /// Whether every value is in its range.
+    ///
+    /// # Errors
+    /// [`LearnError::Plan`] with the key, the range and the value.
+    pub fn check(&self) -> Result<(), LearnError> {
+        for (key, noise) in [
+            ("senses.orientation_noise", self.orientation_noise),
+            ("senses.linear_velocity_noise", self.linear_velocity_noise),
+            ("senses.angular_velocity_noise", self.angular_velocity_noise),
+            ("senses.joint_position_noise", self.joint_position_noise),
+            ("senses.joint_velocity_noise", self.joint_velocity_noise),
+        ] {
+            range(key, noise.into(), 0.0, 10.0)?;
+        }
+        whole("senses.observation_delay", self.observation_delay.into(), 0, 50)?;
+        whole("senses.action_delay", self.action_delay.into(), 0, 50)
+    }
+}
+
+/// The same for one layout of observations.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Senses {
+    pub(super) spec: SenseSpec,
+    /// Deviation of the noise on each number of a row; empty: no noise.
+    deviation: Vec<f32>,
+    /// What is measured, and so can be late. The policy knows its own actions and its reference.
+    measured: Vec<Range<usize>>,
+}
+
+impl Senses {
+    pub(super) fn new(spec: SenseSpec, layout: &ObservationSpec) -> Self {
+        let noise = |name: &str| match name {
+            "root_orientation_h" => spec.orientation_noise,
+            "root_linear_velocity_h" => spec.linear_velocity_noise,
+            "root_angular_velocity_h" => spec.angular_velocity_noise,
+            "joint_position" => spec.joint_position_noise,
+            "joint_velocity" => spec.joint_velocity_noise,
+            _ => 0.0,
+        };
+        let parts = layout.parts();
+        let mut deviation = vec![0.0; layout.size()];
+        for (name, range) in &parts {
+            deviation[range.clone()].fill(noise(name));
+        }
+        if deviation.iter().all(|d| *d == 0.0) {
+            deviation.clear();
+        }
+        let known = |name: &str| {
+            ["last_action", "action_before", "latent"].contains(&name)
+                || name.starts_with("reference")
+                || name.starts_with("window")
+        };
+        let measured = parts.into_iter().filter(|(name, _)| !known(name)).map(|(_, range)| range).collect();
+        Self { spec, deviation, measured }
+    }
+
+    /// Numbers that an episode keeps of what was measured.
+    pub(super) fn memory(&self) -> usize {
+        self.spec.observation_delay as usize * self.width()
+    }
+
+    fn width(&self) -> usize {
+        self.measured.iter().map(ExactSizeIterator::len).sum()
+    }
+
+    /// Turns the truth into what the policy is told, in place.
+    pub(super) fn tell(&self, row: &mut [f32], episode: &mut Episode, rng: impl FnOnce() -> ChaCha8Rng) {
+        if !self.deviation.is_empty() {
+            let mut rng = rng();
+            for (x, deviation) in row.iter_mut().zip(&self.deviation).filter(|(_, d)| **d > 0.0) {
+                let z: f32 = StandardNormal.sample(&mut rng);
+                *x += deviation * z;
+            }
+        }
+        let width = self.width();
+        if episode.measured.is_empty() || width == 0 {
+            return;
+        }
+        let now: Vec<f32> = self.measured.iter().flat_map(|range| row[range.clone()].iter().copied()).collect();
+        if episode.length == 0 {
+            // Nothing was measured before: it stood as it stands.
+            episode.measured.chunks_exact_mut(width).for_each(|past| past.copy_from_slice(&now));
+            return;
+        }
+        if episode.observation_delay > 0 {
+            let mut past = episode.measured[(episode.observation_delay as usize - 1) * width..].iter();
+            for slot in self.measured.iter().flat_map(Clone::clone) {
+                row[slot] = past.next().copied().unwrap_or(row[slot]);
+            }
+        }
+        episode.measured.rotate_right(width);
+        episode.measured[..width].copy_from_slice(&now);
+    }
+
+    /// Turns the joint targets of now into those that reach the motors now, in place.
+    pub(super) fn delay(target: &mut [f32], episode: &mut Episode) {
+        let width = target.len();
+        if episode.waiting.is_empty() {
+            return;
+        }
+        let now = target.to_vec();
+        if episode.length == 0 {
+            episode.waiting.chunks_exact_mut(width).for_each(|past| past.copy_from_slice(&now));
+        }
+        if episode.action_delay > 0 {
+            let at = (episode.action_delay as usize - 1) * width;
+            target.copy_from_slice(&episode.waiting[at..at + width]);
+        }
+        episode.waiting.rotate_right(width);
+        episode.waiting[..width].copy_from_slice(&now);
+    }
+}
