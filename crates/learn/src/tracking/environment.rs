@@ -173,6 +173,11 @@ impl Environment {
     }
 
     /// What happened since [`Tally::start`].
+    pub fn tally(&self) -> &Tally {
+        &self.tally
+    }
+
+    /// The same, to begin counting anew.
     pub fn tally_mut(&mut self) -> &mut Tally {
         &mut self.tally
     }

@@ -27,6 +27,10 @@ pub struct TrackerPlan {
     /// A motion prior whose latent codes the policy sees; its size must be `inputs.latent`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub prior: Option<PathBuf>,
+    /// What to begin with instead of fresh networks: the folder of a run (policy, value function and what their inputs are
+    /// normalised with, from its last checkpoint) or a policy file. Optimizers and learning rates begin anew.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub init: Option<PathBuf>,
     /// Seed of everything random.
     #[serde(default)]
     pub seed: u64,
@@ -318,6 +322,7 @@ impl TrackerPlan {
             clips: clips.to_vec(),
             mirror: false,
             prior: None,
+            init: None,
             seed: 0,
             budget: Budget::default(),
             checkpoint_every: fifty(),

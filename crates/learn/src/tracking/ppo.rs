@@ -21,6 +21,7 @@ use super::gaussian::{divergence, entropy, log_probability_of_noise};
 use super::losses::{squared_error, surrogate};
 use super::networks::{Actor, ActorSize, Critic, column, numbers, rows, unreadable};
 use super::plan::{PpoSpec, TrackerPlan};
+use super::policy::Policy;
 use crate::error::LearnError;
 
 /// Rows on which the KL divergence is measured after each epoch.
@@ -258,6 +259,26 @@ impl Learner {
         1.0 / (1.0 - self.spec.gamma).max(1e-3)
     }
 
+    /// Takes over the networks of another run, and what their inputs are normalised with.
+    ///
+    /// # Errors
+    /// They are of other sizes.
+    pub fn adopt(&mut self, checkpoint: &Checkpoint, prefix: &str) -> Result<(), LearnError> {
+        self.actor = checkpoint.load_module(&format!("{prefix}.actor"), self.actor.clone())?;
+        self.critic = checkpoint.load_module(&format!("{prefix}.critic"), self.critic.clone())?;
+        let normalizer = |name: &str, size| RunningNormalizer::load_from(checkpoint, &format!("{prefix}.{name}"), size);
+        self.actor_normalizer = normalizer("actor_normalizer", self.actor_normalizer.size())?;
+        self.critic_normalizer = normalizer("critic_normalizer", self.critic_normalizer.size())?;
+        Ok(())
+    }
+
+    /// Takes over a policy; the value function stays fresh.
+    pub fn adopt_policy(&mut self, policy: &Policy) {
+        self.actor = policy.actor().clone();
+        self.actor_normalizer = policy.normalizer().clone();
+        self.actor_normalizer.set_frozen(false);
+    }
+
     /// Writes networks, optimizers, learning rate and normalizers.
     ///
     /// # Errors
@@ -278,14 +299,10 @@ impl Learner {
     /// # Errors
     /// The checkpoint is of networks of other sizes.
     pub fn load(&mut self, checkpoint: &Checkpoint, prefix: &str) -> Result<(), LearnError> {
-        self.actor = checkpoint.load_module(&format!("{prefix}.actor"), self.actor.clone())?;
-        self.critic = checkpoint.load_module(&format!("{prefix}.critic"), self.critic.clone())?;
+        self.adopt(checkpoint, prefix)?;
         let adam = AdamConfig::adam();
         self.actor_adam = Adam::load_from(adam, checkpoint, &format!("{prefix}.actor_adam"), &self.actor)?;
         self.critic_adam = Adam::load_from(adam, checkpoint, &format!("{prefix}.critic_adam"), &self.critic)?;
-        let normalizer = |name: &str, size| RunningNormalizer::load_from(checkpoint, &format!("{prefix}.{name}"), size);
-        self.actor_normalizer = normalizer("actor_normalizer", self.actor_normalizer.size())?;
-        self.critic_normalizer = normalizer("critic_normalizer", self.critic_normalizer.size())?;
         self.rate = checkpoint.f64s(&format!("{prefix}.rate"), &[1])?[0];
         Ok(())
     }

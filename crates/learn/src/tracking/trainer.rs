@@ -95,6 +95,58 @@ impl Trainer {
         })
     }
 
+    /// Begins with the networks of `plan.init`, where it names any.
+    ///
+    /// # Errors
+    /// There is nothing of the kind, or it sees or moves something else than this plan's policy.
+    pub fn initialised(mut self) -> Result<Self, LearnError> {
+        let Some(path) = self.plan.init.clone() else { return Ok(self) };
+        if path.is_dir() {
+            let checkpoints = RunFolder::open(&path)?.checkpoints(KEEP);
+            let Some((info, bytes)) = checkpoints.latest() else {
+                return Err(LearnError::Mismatch {
+                    what: path.display().to_string(),
+                    expected: "a run with a checkpoint".into(),
+                    got: "none".into(),
+                });
+            };
+            let checkpoint = Checkpoint::from_bytes(&bytes, &checkpoints.path(info.iteration))?;
+            self.alike(&path, &checkpoint.meta::<PolicyHeader>("policy")?)?;
+            self.learner.adopt(&checkpoint, "learner")?;
+        } else {
+            let policy = Policy::load(&path, &self.robot)?;
+            self.alike(&path, policy.header())?;
+            self.learner.adopt_policy(&policy);
+        }
+        Ok(self)
+    }
+
+    /// Whether a policy sees what this one sees, in this order, and its outputs mean the same.
+    fn alike(&self, path: &Path, other: &PolicyHeader) -> Result<(), LearnError> {
+        let own = self.header();
+        let parts = |header: &PolicyHeader| {
+            let hidden = (&header.hidden, &header.encoder);
+            format!("{:?}, action {:?}, layers {hidden:?}", header.observation, header.action)
+        };
+        if parts(&own) == parts(other) {
+            return Ok(());
+        }
+        Err(LearnError::Mismatch {
+            what: format!("policy of {}", path.display()),
+            expected: parts(&own),
+            got: parts(other),
+        })
+    }
+
+    /// Every clip's name, share of episodes that do not fail (NaN before the first) and share of its motion that was ever
+    /// seen.
+    pub fn clips(&self) -> Vec<(&str, f64, f64)> {
+        let (coverage, _) = self.environment.coverage();
+        let survival = &self.environment.tally().survival;
+        let names = self.library.names.iter().map(String::as_str);
+        names.zip(survival).zip(coverage.clips).map(|((name, survival), seen)| (name, *survival, seen)).collect()
+    }
+
     /// Remembers which prior (by the SHA-256 of its file, hexadecimal) made the library's latent codes.
     #[must_use]
     pub fn with_prior_digest(mut self, digest: &str) -> Self {
@@ -132,7 +184,11 @@ impl Trainer {
 
     /// The policy as it is now.
     pub fn policy(&self) -> Policy {
-        let header = PolicyHeader {
+        Policy::new(self.header(), self.learner.actor(), self.learner.normalizer())
+    }
+
+    fn header(&self) -> PolicyHeader {
+        PolicyHeader {
             robot: self.robot.name.clone(),
             observation: self.environment.observation().clone(),
             action: self.plan.action,
@@ -141,8 +197,7 @@ impl Trainer {
             encoder: Some((self.plan.network.encoder.clone(), self.plan.network.code)).filter(|(_, code)| *code > 0),
             prior: self.prior_digest.clone(),
             steps: self.steps,
-        };
-        Policy::new(header, self.learner.actor(), self.learner.normalizer())
+        }
     }
 
     /// Runs until the budget is spent or `stop` is set, from where the run in `folder` stands. Writes metrics,
@@ -277,6 +332,7 @@ impl Trainer {
     pub fn checkpoint(&self, metrics_position: u64) -> Result<Checkpoint, LearnError> {
         let mut checkpoint = Checkpoint::new();
         checkpoint.set_meta("plan", &self.resumable_plan())?;
+        checkpoint.set_meta("policy", &self.header())?;
         checkpoint.put_u64("run.counters", &[3], vec![self.iteration, self.steps, metrics_position])?;
         checkpoint.put_f64("run.seconds", &[1], vec![self.earlier])?;
         self.learner.save_into(&mut checkpoint, "learner")?;

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use lifelike_learn::report::{ReportBuilder, curves_from};
+use lifelike_learn::report::{Cell, Column, ReportBuilder, Table, curves_from};
 use lifelike_learn::run::RunFolder;
 use lifelike_learn::tracking::{ReferenceLibrary, Summary, TrackerPlan, Trainer};
 use lifelike_robot::Robot;
@@ -72,6 +72,9 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     };
     let simulation = lifelike_sim::create(&args.engine, Arc::clone(&robot), plan.ppo.environments, args.threads)?;
     let mut trainer = Trainer::new(&plan, robot, Arc::new(library), simulation)?;
+    if !args.resume {
+        trainer = trainer.initialised()?;
+    }
     if let Some(prior) = &prior {
         trainer = trainer.with_prior_digest(prior.digest());
     }
@@ -92,12 +95,25 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     })?;
     progress.finish();
     let facts = ReportBuilder::new(format!("Training of {}", folder.display())).fact("robot", plan.robot.clone());
-    facts.curves(curves_from(&run.metrics()?)).write(&run.report_path())?;
+    facts.curves(curves_from(&run.metrics()?)).table(clip_table(&trainer)).write(&run.report_path())?;
     report(&summary, &folder, output)?;
     if summary.interrupted {
         return Err(CliError::Interrupted(format!("go on with --resume -o {}", folder.display())));
     }
     Ok(())
+}
+
+/// What became of each clip, the hardest first.
+fn clip_table(trainer: &Trainer) -> Table {
+    let columns = vec![Column::text("clip"), Column::number("survival", "%"), Column::number("seen", "%")];
+    let mut table = Table::new("Clips", columns);
+    let mut clips = trainer.clips();
+    clips.sort_by(|a, b| a.1.total_cmp(&b.1));
+    let row = |(name, survival, seen): (&str, f64, f64)| {
+        vec![Cell::text(name), Cell::number(100.0 * survival, 0), Cell::number(100.0 * seen, 0)]
+    };
+    table.rows = clips.into_iter().map(row).collect();
+    table
 }
 
 fn report(summary: &Summary, folder: &std::path::Path, output: &Output) -> Result<(), CliError> {
