@@ -3,6 +3,8 @@
 use lifelike_character::model::{Body, Character, Inertial, Joint, JointKind};
 use lifelike_character::{Quat, Vec3};
 
+use crate::clip::{MotionClip, Provenance};
+
 fn body(name: &str, parent: usize, position: Vec3, joints: std::ops::Range<usize>) -> Body {
     let inertial =
         Inertial { mass: 1.0, com: Vec3::zeros(), orientation: Quat::identity(), diagonal: Vec3::repeat(0.01) };
@@ -54,5 +56,20 @@ pub fn swing() -> Character {
         gravity: Vec3::new(0.0, 0.0, -9.81),
         timestep: 0.005,
         notes: vec![],
+    }
+}
+
+/// A clip of [`swing`] at 50 Hz: root at rest in the origin, both joints (hinge, slide) as functions of time (s).
+pub fn clip(frames: usize, joints: impl Fn(f64) -> [f64; 2]) -> MotionClip {
+    MotionClip {
+        name: "test".into(),
+        fps: 50.0,
+        joint_names: vec!["hinge".into(), "slide".into()],
+        root_position: vec![Vec3::zeros(); frames],
+        root_orientation: vec![Quat::identity(); frames],
+        joints: (0..frames).flat_map(|i| joints(i as f64 / 50.0)).collect(),
+        contacts: None,
+        cyclic: false,
+        provenance: Provenance { character: "swing".into(), ..Provenance::default() },
     }
 }

@@ -49,7 +49,7 @@ use crate::source::SourceClip;
 
 mod balance;
 mod builtin;
-mod curve;
+pub(crate) mod curve;
 mod feet;
 mod figure;
 mod legs;

@@ -8,6 +8,7 @@ pub mod clip;
 pub mod contacts;
 pub mod container;
 pub mod dataset;
+pub mod edit;
 pub mod error;
 pub mod features;
 #[cfg(test)]

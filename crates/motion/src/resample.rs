@@ -60,8 +60,13 @@ pub fn resample(clip: &MotionClip, fps: f64) -> Result<MotionClip, MotionError> 
     if frames > FRAMES_MAX {
         return Err(unfit(clip, format!("{frames} frames at {fps} Hz are more than the {FRAMES_MAX} that we make")));
     }
-    let frames = frames as usize;
-    let width = clip.joint_names.len();
+    Ok(at_frames(clip, fps, (0..frames as usize).map(|i| i as f64 * clip.fps / fps)))
+}
+
+/// The clip at these places (in its own frames, see [`locate`]), which become the frames of a clip of `fps` frames per
+/// second. The clip must be consistent ([`MotionClip::check`]).
+pub(crate) fn at_frames(clip: &MotionClip, fps: f64, places: impl ExactSizeIterator<Item = f64>) -> MotionClip {
+    let (frames, width) = (places.len(), clip.joint_names.len());
     let mut out = MotionClip {
         name: clip.name.clone(),
         fps,
@@ -73,8 +78,8 @@ pub fn resample(clip: &MotionClip, fps: f64) -> Result<MotionClip, MotionError> 
         cyclic: clip.cyclic,
         provenance: clip.provenance.clone(),
     };
-    for i in 0..frames {
-        let (before, share) = locate(i as f64 * clip.fps / fps, clip.len());
+    for place in places {
+        let (before, share) = locate(place, clip.len());
         let after = (before + 1).min(clip.len() - 1);
         out.root_position.push(clip.root_position[before].lerp(&clip.root_position[after], share));
         let turn = slerp(&clip.root_orientation[before], &clip.root_orientation[after], share);
@@ -87,7 +92,7 @@ pub fn resample(clip: &MotionClip, fps: f64) -> Result<MotionClip, MotionError> 
             to.flags.extend_from_slice(&from.flags[nearest * places..(nearest + 1) * places]);
         }
     }
-    Ok(out)
+    out
 }
 
 /// The instant at `index` frames (may lie between two; outside, the ends) written into `out`, whose vectors are reused.

@@ -12,22 +12,26 @@ mod feet;
 mod ground;
 mod human;
 mod options;
+mod own;
 mod passes;
+mod plant;
 mod refuse;
 mod report;
 mod restart;
-mod rig;
-mod shapes;
-mod smooth;
-mod solver;
+pub(crate) mod rig;
+pub(crate) mod shapes;
+pub(crate) mod smooth;
+pub(crate) mod solver;
 
 use std::time::Instant;
 
-use lifelike_character::{Anatomy, Character, Vec3};
+use lifelike_character::{Anatomy, Character, Quat, Vec3};
 
 pub use correspondence::{Correspondence, SourceRoles};
 pub use options::{RetargetOptions, Tempo, TempoRule};
 pub use report::{RetargetReport, Spread};
+
+pub(crate) use plant::replant;
 
 use crate::clip::{Contacts, MotionClip, Provenance};
 use crate::error::MotionError;
@@ -115,14 +119,7 @@ fn solve(rig: &Rig, shapes: &Shapes, human: &Human, stances: &[Stance; 2], optio
     let mut followed = passes::follow(rig, shapes, human, &soft, fps);
     limit_speeds(rig, &mut followed, fps);
     smooth::smooth_poses(rig, &mut followed, sigma);
-    let clearance = options.swing_clearance * rig.leg_length / 0.44;
-    let locked = feet::locked_targets(rig, &followed, &soft, stances, clearance, fps);
-    let mut standing = passes::stand(rig, &followed, &locked, fps, 3);
-    smooth::smooth_change(rig, &followed, &mut standing, sigma);
-    let mut settled = passes::stand(rig, &standing, &locked, fps, 3);
-    smooth::smooth_change(rig, &standing, &mut settled, 0.3 * sigma);
-    smooth::smooth_poses(rig, &mut settled, 0.6 * sigma);
-    settled
+    plant::plant(rig, &followed, &soft, stances, options)
 }
 
 fn limit_speeds(rig: &Rig, poses: &mut [Vec<f64>], fps: f64) {
@@ -154,15 +151,15 @@ fn make_clip(
     (fps, tempo): (f64, f64),
 ) -> MotionClip {
     let character = rig.character;
-    let at = rig.root.q_index;
+    let (root_position, root_orientation, joints) = unpack(rig, poses);
     let names = rig.legs.iter().map(|l| character.bodies[l.foot.body].name.clone()).collect();
     MotionClip {
         name: source.name.clone(),
         fps,
         joint_names: character.scalar_joints().map(|j| j.name.clone()).collect(),
-        root_position: poses.iter().map(|p| Vec3::new(p[at], p[at + 1], p[at + 2])).collect(),
-        root_orientation: poses.iter().map(|p| smooth::signed_orientation(p, at)).collect(),
-        joints: poses.iter().flat_map(|p| rig.axes.iter().map(|a| p[a.q])).collect(),
+        root_position,
+        root_orientation,
+        joints,
         contacts: Some(Contacts {
             names,
             flags: (0..poses.len()).flat_map(|t| [stances[0].any(t), stances[1].any(t)]).collect(),
@@ -179,4 +176,14 @@ fn make_clip(
             captions: source.captions.clone(),
         },
     }
+}
+
+/// Generalised positions as a clip holds them: root positions, root orientations, joints in the character's order.
+pub(crate) fn unpack(rig: &Rig, poses: &[Vec<f64>]) -> (Vec<Vec3>, Vec<Quat>, Vec<f64>) {
+    let at = rig.root.q_index;
+    (
+        poses.iter().map(|p| Vec3::new(p[at], p[at + 1], p[at + 2])).collect(),
+        poses.iter().map(|p| smooth::signed_orientation(p, at)).collect(),
+        poses.iter().flat_map(|p| rig.axes.iter().map(|a| p[a.q])).collect(),
+    )
 }

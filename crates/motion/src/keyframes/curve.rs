@@ -7,7 +7,7 @@
 
 /// A curve through keys.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Curve {
+pub(crate) struct Curve {
     /// Time (s), value, slope; times rise.
     keys: Vec<[f64; 3]>,
     /// Length of the cycle (s), of a curve that repeats.
@@ -17,7 +17,7 @@ pub(super) struct Curve {
 impl Curve {
     /// Through these keys (time, value), whose times rise and which are at least one. With a period the curve repeats after
     /// it, and all times are in `[0, period)`.
-    pub(super) fn new(keys: &[(f64, f64)], period: Option<f64>) -> Self {
+    pub(crate) fn new(keys: &[(f64, f64)], period: Option<f64>) -> Self {
         let n = keys.len();
         let secant = |from: usize| -> Option<f64> {
             let (a, b) = (keys.get(from)?, keys.get(from + 1));
@@ -43,7 +43,7 @@ impl Curve {
     }
 
     /// The value at a time (s). Before the first and after the last key of a curve without period: theirs.
-    pub(super) fn at(&self, time: f64) -> f64 {
+    pub(crate) fn at(&self, time: f64) -> f64 {
         let (first, last) = (self.keys[0], self.keys[self.keys.len() - 1]);
         let mut time = time;
         if let Some(period) = self.period {
@@ -68,7 +68,7 @@ impl Curve {
 }
 
 /// The minimum-jerk way from 0 to 1, for a share of the time in `[0, 1]`.
-pub(super) fn minimum_jerk(s: f64) -> f64 {
+pub(crate) fn minimum_jerk(s: f64) -> f64 {
     let s = s.clamp(0.0, 1.0);
     s * s * s * (10.0 - 15.0 * s + 6.0 * s * s)
 }

@@ -154,10 +154,7 @@ pub(super) fn soft_targets(
             .map(|(t, frame)| {
                 let leg = &frame.legs[side];
                 let hold = [holds[0][t], holds[1][t]];
-                // Flat while both ends stand; while only one does, the human's tilt is kept in part.
-                let both = hold[0].min(hold[1]);
-                let one = hold[0].max(hold[1]);
-                let keep = (1.0 - both) * (1.0 + (options.heel_rise - 1.0) * one);
+                let keep = keep_of_tilt(hold, options.heel_rise);
                 let level = heading(&leg.foot);
                 let orientation = level * (level.inverse() * leg.foot).powf(keep);
                 let under = leg.under * scale + heading(&frame.pelvis) * Vec3::new(0.0, out, 0.0);
@@ -172,8 +169,14 @@ pub(super) fn soft_targets(
     })
 }
 
+/// How much of a foot's tilt is kept: none while both ends stand; while only one does, `heel_rise` of it.
+pub(super) fn keep_of_tilt(hold: [f64; 2], heel_rise: f64) -> f64 {
+    let (both, one) = (hold[0].min(hold[1]), hold[0].max(hold[1]));
+    (1.0 - both) * (1.0 + (heel_rise - 1.0) * one)
+}
+
 /// 1 in contact, falling to 0 within a tenth of a second outside.
-fn hold(down: &[bool], fps: f64) -> Vec<f64> {
+pub(super) fn hold(down: &[bool], fps: f64) -> Vec<f64> {
     let mut hold = vec![0.0; down.len()];
     for (start, end) in runs(down, true) {
         for_ramp(start, end, down.len(), 0.1 * fps, |t, a| hold[t] = f64::max(hold[t], a));

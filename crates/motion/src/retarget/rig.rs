@@ -8,21 +8,21 @@ use crate::error::MotionError;
 
 /// A point fixed to a body.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Spot {
+pub(crate) struct Spot {
     pub body: usize,
     pub point: Vec3,
 }
 
 /// A limb segment between two spots.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Segment {
+pub(crate) struct Segment {
     pub from: Spot,
     pub to: Spot,
     pub length: f64,
 }
 
 #[derive(Debug, Clone)]
-pub(super) struct Leg {
+pub(crate) struct Leg {
     pub thigh: Segment,
     pub shank: Segment,
     pub foot: Foot,
@@ -30,7 +30,7 @@ pub(super) struct Leg {
 
 /// A foot with its sole; points in the body frame (m).
 #[derive(Debug, Clone)]
-pub(super) struct Foot {
+pub(crate) struct Foot {
     pub body: usize,
     /// The sole's middle line under the ankle, at its front end and its rear end.
     pub under: Vec3,
@@ -42,7 +42,7 @@ pub(super) struct Foot {
 }
 
 #[derive(Debug, Clone)]
-pub(super) struct Arm {
+pub(crate) struct Arm {
     pub upper: Segment,
     pub fore: Segment,
     /// The hand, where it can move against the forearm; direction and palm normal in its body frame.
@@ -51,7 +51,7 @@ pub(super) struct Arm {
 
 /// One hinge or slide.
 #[derive(Debug, Clone)]
-pub(super) struct Axis {
+pub(crate) struct Axis {
     pub q: usize,
     pub v: usize,
     /// The joint's own range.
@@ -68,7 +68,7 @@ pub(super) struct Axis {
 }
 
 #[derive(Debug)]
-pub(super) struct Rig<'a> {
+pub(crate) struct Rig<'a> {
     pub character: &'a Character,
     pub root: &'a Joint,
     pub axes: Vec<Axis>,

@@ -14,7 +14,7 @@ struct Capsule {
 
 /// Shapes that collide, as far as they have a simple form (no meshes, no height fields).
 #[derive(Debug)]
-pub(super) struct Shapes {
+pub(crate) struct Shapes {
     /// Geoms that can touch the ground, with the radius of a sphere about their centre that holds them.
     geoms: Vec<(Geom, f64)>,
     capsules: Vec<Capsule>,

@@ -14,7 +14,7 @@ fn gaussian(sigma: f64) -> Vec<f64> {
 }
 
 /// Smooths a signal; beyond its ends it is taken to continue as its point reflection, so slopes survive.
-pub(super) fn smooth(signal: &[f64], sigma: f64) -> Vec<f64> {
+pub(crate) fn smooth(signal: &[f64], sigma: f64) -> Vec<f64> {
     if sigma < 0.05 || signal.len() < 3 {
         return signal.to_vec();
     }
@@ -33,7 +33,7 @@ pub(super) fn smooth(signal: &[f64], sigma: f64) -> Vec<f64> {
 }
 
 /// Limits the speed (per frame) without delay: the mean of limiting forwards and backwards, which keeps the limit.
-pub(super) fn limit_speed(signal: &mut [f64], largest_step: f64) {
+pub(crate) fn limit_speed(signal: &mut [f64], largest_step: f64) {
     let follow = |signal: &mut dyn Iterator<Item = f64>| -> Vec<f64> {
         let mut held: Option<f64> = None;
         signal
@@ -52,7 +52,7 @@ pub(super) fn limit_speed(signal: &mut [f64], largest_step: f64) {
 }
 
 /// Smooths every coordinate of a trajectory of generalised positions.
-pub(super) fn smooth_poses(rig: &Rig, poses: &mut [Vec<f64>], sigma: f64) {
+pub(crate) fn smooth_poses(rig: &Rig, poses: &mut [Vec<f64>], sigma: f64) {
     let at = rig.root.q_index;
     continuous(poses, at + 3);
     let mut coordinates: Vec<usize> = (at..at + 7).collect();
@@ -70,7 +70,7 @@ pub(super) fn smooth_poses(rig: &Rig, poses: &mut [Vec<f64>], sigma: f64) {
 }
 
 /// Smooths how `poses` differ from `base`, leaving `base` itself as sharp as it is.
-pub(super) fn smooth_change(rig: &Rig, base: &[Vec<f64>], poses: &mut [Vec<f64>], sigma: f64) {
+pub(crate) fn smooth_change(rig: &Rig, base: &[Vec<f64>], poses: &mut [Vec<f64>], sigma: f64) {
     let at = rig.root.q_index;
     let mut coordinates: Vec<usize> = (at..at + 3).collect();
     coordinates.extend(rig.axes.iter().map(|a| a.q));
@@ -94,17 +94,17 @@ pub(super) fn smooth_change(rig: &Rig, base: &[Vec<f64>], poses: &mut [Vec<f64>]
 }
 
 /// Orientation of the root in a generalised position.
-pub(super) fn orientation(pose: &[f64], root: usize) -> Quat {
+pub(crate) fn orientation(pose: &[f64], root: usize) -> Quat {
     from_wxyz([pose[root + 3], pose[root + 4], pose[root + 5], pose[root + 6]]).unwrap_or_else(Quat::identity)
 }
 
 /// The same with its sign kept: components as they stand, which [`continuous`] made continuous.
-pub(super) fn signed_orientation(pose: &[f64], root: usize) -> Quat {
+pub(crate) fn signed_orientation(pose: &[f64], root: usize) -> Quat {
     Quat::new_normalize(nalgebra::Quaternion::new(pose[root + 3], pose[root + 4], pose[root + 5], pose[root + 6]))
 }
 
 /// Flips the signs of quaternions so that neighbours are near each other.
-pub(super) fn continuous(poses: &mut [Vec<f64>], at: usize) {
+pub(crate) fn continuous(poses: &mut [Vec<f64>], at: usize) {
     for t in 1..poses.len() {
         let dot: f64 = (0..4).map(|i| poses[t - 1][at + i] * poses[t][at + i]).sum();
         if dot < 0.0 {

@@ -7,7 +7,7 @@ use super::rig::{Rig, Segment, Spot};
 
 /// What a body is asked to do. Residuals are lengths over the leg length, or radians; weights multiply them.
 #[derive(Debug, Clone, Copy)]
-pub(super) enum Task {
+pub(crate) enum Task {
     /// A segment points this way (unit vector).
     Direction { segment: Segment, target: Vec3, weight: f64 },
     /// A spot is here (m, world); a weight per world axis.
@@ -22,7 +22,7 @@ pub(super) enum Task {
 
 /// Bounds and wishes of the scalar joints for one frame, in the order of [`Rig::axes`].
 #[derive(Debug, Clone)]
-pub(super) struct Limits {
+pub(crate) struct Limits {
     pub low: Vec<f64>,
     pub high: Vec<f64>,
     pub wish: Vec<f64>,
@@ -42,7 +42,7 @@ impl Limits {
 }
 
 /// A reusable workspace for a subset of the degrees of freedom.
-pub(super) struct Solver<'a> {
+pub(crate) struct Solver<'a> {
     rig: &'a Rig<'a>,
     pub kinematics: Kinematics,
     /// Generalised position: input and result.

@@ -1,0 +1,46 @@
+//! What all changes of style share: joints within their ranges, and soles back on the ground.
+
+use lifelike_character::{Anatomy, Character};
+
+use super::joints::column;
+use super::parts::joints_of;
+use super::poses::{clamp_to_ranges, positions, set_positions};
+use crate::clip::MotionClip;
+use crate::error::MotionError;
+use crate::retarget::rig::Rig;
+use crate::retarget::{RetargetOptions, replant};
+
+/// Finishes `edited`, made from `before`: joints within their ranges and, where root or legs changed, the soles that
+/// stood in `before` on the ground again, by the retargeter's own passes. `options` says how those are to be done.
+///
+/// # Errors
+/// [`MotionError::Mismatch`] when the clip is not the character's, or legs changed of one without soles.
+pub(super) fn finish(
+    before: &MotionClip,
+    mut edited: MotionClip,
+    character: &Character,
+    anatomy: &Anatomy,
+    options: &RetargetOptions,
+) -> Result<MotionClip, MotionError> {
+    let old = positions(before, character)?;
+    clamp_to_ranges(&mut edited, character);
+    let moved = |at: usize| column(before, at) != column(&edited, at);
+    let root = before.root_position != edited.root_position || before.root_orientation != edited.root_orientation;
+    // What has no legs has nothing to put back.
+    let legs = joints_of(character, anatomy, &["legs".into()]).unwrap_or_default();
+    let mut names = edited.joint_names.iter().enumerate();
+    if !root && !names.any(|(at, name)| moved(at) && legs.contains(name)) {
+        return Ok(edited);
+    }
+    let options = RetargetOptions { fps: before.fps, ..options.clone() };
+    let rig = Rig::new(character, anatomy, &options)?;
+    let standing = [0, 1].map(|side: usize| {
+        let contacts = before.contacts.as_ref()?;
+        let foot = &character.bodies[rig.legs[side].foot.body].name;
+        let place = contacts.names.iter().position(|name| name == foot)?;
+        Some(contacts.flags.iter().skip(place).step_by(contacts.names.len()).copied().collect())
+    });
+    let new = replant(&rig, &old, &positions(&edited, character)?, &standing, &options);
+    set_positions(&mut edited, character, &new);
+    Ok(edited)
+}
