@@ -2,9 +2,10 @@
 //!
 //! The main path: clips' frames → [`dataset::Windows`] (eq. 4.2, normalised by [`statistics::FeatureStatistics`]) →
 //! [`vae::MotionVae`] trained by [`train_prior::PriorTrainer`] on eqs. 4.3-4.4 ([`loss`]) → [`prior::MotionPrior`], one file
-//! that encodes any clip of the same character into one z_t per frame.
+//! that encodes any clip of the same character into one z_t per frame. [`latent`] says what such codes are worth.
 
 pub mod dataset;
+pub mod latent;
 pub mod loss;
 pub mod plan;
 pub mod prior;

@@ -53,6 +53,18 @@ pub fn load(inputs: &[PathBuf], robot: &Robot) -> Result<Vec<MotionClip>, CliErr
     Ok(clips)
 }
 
+/// One clip from a file, as [`load`] takes it.
+///
+/// # Errors
+/// As [`load`], and when it is not exactly one.
+pub fn load_one(input: &Path, robot: &Robot) -> Result<MotionClip, CliError> {
+    let clips = load(&[input.to_path_buf()], robot)?;
+    match <[MotionClip; 1]>::try_from(clips) {
+        Ok([clip]) => Ok(clip),
+        Err(clips) => Err(CliError::Input(format!("{}: expected one clip, got {}", input.display(), clips.len()))),
+    }
+}
+
 /// Replaces `@file` by the lines of the file that are neither empty nor comments (`#`).
 fn listed(inputs: &[PathBuf]) -> Result<Vec<PathBuf>, CliError> {
     let mut all = Vec::with_capacity(inputs.len());

@@ -8,6 +8,7 @@ pub mod inspect;
 pub mod motion;
 mod physics;
 mod prior_file;
+mod reconstruction;
 pub mod robots;
 pub mod train;
 

@@ -3,9 +3,12 @@
 use std::path::Path;
 
 use lifelike_learn::LearnError;
-use lifelike_learn::representation::MotionPrior;
+use lifelike_learn::representation::{MotionPrior, PriorClip};
 use lifelike_learn::tracking::{Encode, Policy};
-use lifelike_motion::{Frame, MotionClip};
+use lifelike_motion::features::frames_of;
+use lifelike_motion::resample::resample;
+use lifelike_motion::{FeatureLayout, Frame, MotionClip};
+use lifelike_robot::Robot;
 use sha2::{Digest, Sha256};
 
 use crate::error::CliError;
@@ -58,6 +61,36 @@ impl Prior {
     pub fn as_encode(&self) -> &dyn Encode {
         self
     }
+}
+
+/// A prior for this robot.
+///
+/// # Errors
+/// No prior in the file, or one of a robot with other joints or end effectors.
+pub fn load_for(path: &Path, robot: &Robot) -> Result<MotionPrior, CliError> {
+    let prior = MotionPrior::load(path)?;
+    if *prior.layout() != robot.layout {
+        let names = |layout: &FeatureLayout| format!("{:?} and {:?}", layout.joints, layout.end_effectors);
+        let text = format!(
+            "{}: expected a prior of '{}' with {}, got one with {}",
+            path.display(),
+            robot.name,
+            names(&robot.layout),
+            names(prior.layout())
+        );
+        return Err(CliError::Input(text));
+    }
+    Ok(prior)
+}
+
+/// Every clip at this rate (Hz), as priors take it.
+pub fn frames(clips: &[MotionClip], robot: &Robot, rate: f64) -> Result<Vec<PriorClip>, CliError> {
+    let frames = clips.iter().map(|clip| {
+        let clip = resample(clip, rate)?;
+        let frames = frames_of(&clip, &robot.character, &robot.effectors)?;
+        Ok(PriorClip { name: clip.name, frames })
+    });
+    frames.collect()
 }
 
 impl Encode for Prior {

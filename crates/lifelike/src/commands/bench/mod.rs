@@ -1,6 +1,7 @@
-//! `lifelike bench`: how fast things are here.
+//! `lifelike bench`: how fast things are here, and what a space of latent codes is worth.
 
 mod engine;
+mod latent;
 mod machine;
 
 use clap::Subcommand;
@@ -8,10 +9,11 @@ use clap::Subcommand;
 use crate::error::CliError;
 use crate::output::Output;
 
-/// Measure speed on this machine.
+/// Measure the engine's speed on this machine, and the quality of latent codes.
 #[derive(Debug, Subcommand)]
 pub enum Bench {
     Engine(engine::Args),
+    Latent(latent::Args),
 }
 
 impl Bench {
@@ -19,6 +21,7 @@ impl Bench {
     pub fn run(self, output: &Output) -> Result<(), CliError> {
         match self {
             Self::Engine(args) => engine::run(&args, output),
+            Self::Latent(args) => latent::run(&args, output),
         }
     }
 }

@@ -1,7 +1,9 @@
 //! `lifelike motion ...`: motion in, motion out.
 
 pub mod convert;
+pub mod interpolate;
 pub mod retarget;
+pub mod search;
 
 use std::path::{Path, PathBuf};
 
@@ -11,11 +13,13 @@ use lifelike_motion::container::EXTENSION;
 use crate::error::CliError;
 use crate::output::Output;
 
-/// Retarget captured motion to robots, and convert the motion of robots.
+/// Retarget captured motion to robots, convert the motion of robots, find alike motion, and blend two motions.
 #[derive(Debug, Subcommand)]
 pub enum Motion {
     Retarget(retarget::Args),
     Convert(convert::Args),
+    Search(search::Args),
+    Interpolate(interpolate::Args),
 }
 
 impl Motion {
@@ -24,6 +28,8 @@ impl Motion {
         match self {
             Self::Retarget(args) => retarget::run(&args, output),
             Self::Convert(args) => convert::run(&args, output),
+            Self::Search(args) => search::run(&args, output),
+            Self::Interpolate(args) => interpolate::run(&args, output),
         }
     }
 }

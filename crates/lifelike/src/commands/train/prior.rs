@@ -7,14 +7,13 @@ use std::sync::atomic::Ordering;
 use lifelike_learn::representation::dataset::split;
 use lifelike_learn::representation::{PriorClip, PriorPlan, PriorTrainer, ReconstructionReport};
 use lifelike_learn::run::{MetricsWriter, RunFolder};
-use lifelike_motion::features::frames_of;
-use lifelike_motion::resample::resample;
 use lifelike_robot::Robot;
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 
 use super::run_folder;
-use crate::commands::clips;
+use crate::commands::reconstruction::{self, HEAD, row};
+use crate::commands::{clips, prior_file};
 use crate::error::CliError;
 use crate::output::{Output, table};
 use crate::progress::Progress;
@@ -74,7 +73,8 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     };
     plan.prior.check()?;
     let robot = Robot::load(&plan.robot)?;
-    let (training, held_out) = split(&plan.prior, frames(&plan, &robot)?);
+    let (training, held_out) =
+        split(&plan.prior, prior_file::frames(&clips::load(&plan.clips, &robot)?, &robot, plan.prior.frame_rate)?);
     let names = |clips: &[PriorClip]| clips.iter().map(|c| c.name.clone()).collect::<Vec<_>>();
     let (trained_on, held_out_names) = (names(&training), names(&held_out));
     let checkpoint = folder.join("checkpoint.safetensors");
@@ -93,7 +93,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let value = json!({
         "run": folder, "prior": path, "interrupted": interrupted, "iterations": trainer.iteration(),
         "parameters": trainer.parameters(), "trained_on": trained_on, "held_out": held_out_names,
-        "reconstruction": errors(&report),
+        "reconstruction": reconstruction::value(&report),
     });
     let text = serde_json::to_string_pretty(&value).map_err(|e| CliError::Failed(e.to_string()))?;
     let file = folder.join("reconstruction.json");
@@ -152,17 +152,6 @@ fn train(
     failed.map_or(Ok(interrupted), |error| Err(error.into()))
 }
 
-/// Every clip at the plan's rate.
-fn frames(plan: &Plan, robot: &Robot) -> Result<Vec<PriorClip>, CliError> {
-    let clips = clips::load(&plan.clips, robot)?;
-    let frames = clips.iter().map(|clip| {
-        let clip = resample(clip, plan.prior.frame_rate)?;
-        let frames = frames_of(&clip, &robot.character, &robot.effectors)?;
-        Ok(PriorClip { name: clip.name, frames })
-    });
-    frames.collect()
-}
-
 /// Bytes of the metrics' lines for iterations before `iteration`: what a checkpoint made then remembers.
 fn lines_until(path: &Path, iteration: u64) -> Result<u64, CliError> {
     if iteration == 0 {
@@ -173,29 +162,10 @@ fn lines_until(path: &Path, iteration: u64) -> Result<u64, CliError> {
     Ok(lines.map(|line| line.len() as u64).sum())
 }
 
-fn errors(report: &ReconstructionReport) -> serde_json::Value {
-    let of = |e: &lifelike_learn::representation::reconstruction::Errors| {
-        json!({ "joints_deg": e.joints_deg, "effectors_mm": e.effectors_mm, "height_mm": e.height_mm,
-                "orientation_deg": e.orientation_deg })
-    };
-    json!({
-        "windows": report.windows, "window": of(&report.window), "centre": of(&report.centre),
-        "clips": report.clips.iter().map(|(name, e)| json!({ "clip": name, "errors": of(e) })).collect::<Vec<_>>(),
-    })
-}
-
 fn reconstruction_table(report: &ReconstructionReport) -> String {
-    let all = [("whole windows".to_string(), &report.window), ("their centres".to_string(), &report.centre)];
-    let clips = report.clips.iter().map(|(name, e)| (name.clone(), e));
-    let rows: Vec<Vec<String>> = all
-        .into_iter()
-        .chain(clips)
-        .map(|(name, e)| {
-            let numbers = [e.joints_deg, e.effectors_mm, e.height_mm, e.orientation_deg];
-            std::iter::once(name).chain(numbers.iter().map(|n| format!("{n:.2}"))).collect()
-        })
-        .collect();
-    table(&["mean error", "joints (deg)", "effectors (mm)", "height (mm)", "root (deg)"], &rows)
+    let all = [row("whole windows", &report.window), row("their centres", &report.centre)];
+    let rows: Vec<Vec<String>> = all.into_iter().chain(report.clips.iter().map(|(name, e)| row(name, e))).collect();
+    table(&HEAD, &rows)
 }
 
 #[cfg(test)]

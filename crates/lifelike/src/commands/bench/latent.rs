@@ -1,0 +1,146 @@
+//! `lifelike bench latent`: what a space of latent codes is worth (thesis 4.3.2, Table 4.2).
+
+use std::path::{Path, PathBuf};
+
+use lifelike_learn::representation::dataset::Windows;
+use lifelike_learn::representation::latent::codes::features_of;
+use lifelike_learn::representation::latent::{Codes, Encoded, LatentScore, comparison};
+use lifelike_learn::representation::{MotionPrior, ReconstructionReport};
+use lifelike_motion::MotionClip;
+use lifelike_robot::Robot;
+use serde_json::{Value, json};
+
+use crate::commands::reconstruction::{self, HEAD};
+use crate::commands::{clips, prior_file};
+use crate::error::CliError;
+use crate::output::{Output, table};
+use crate::progress::Progress;
+
+/// Measure latent codes: how well they tell motions apart, how much they know of the motion, what comes back from them.
+///
+/// Linear discriminant analysis and mutual information as in the thesis' Table 4.2, whose rows stand above; then the errors of
+/// encoding and decoding the motions, and motions that were never trained on.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+Examples:
+  lifelike bench latent --prior assets/lima.prior.safetensors --motions data/lima/cmu_amc data/lima/deepmimic
+  lifelike bench latent --prior a.prior.safetensors --other-prior b.prior.safetensors --motions @clips.txt -o latent
+  lifelike bench latent --prior assets/lima.prior.safetensors --motions @experiments/latent-lima.txt \\
+      --unseen @experiments/track-20-test.txt --json | jq .table
+
+Motions may be *.motion.safetensors, or captured motion and keyframes, which are retargeted on the way.")]
+pub struct Args {
+    /// The motion prior.
+    #[arg(long)]
+    prior: PathBuf,
+    /// Others to compare it with.
+    #[arg(long, num_args = 1..)]
+    other_prior: Vec<PathBuf>,
+    /// Clips to encode: files, folders, patterns, or @list.txt with one of them per line.
+    #[arg(short, long, required = true, num_args = 1..)]
+    motions: Vec<PathBuf>,
+    /// Clips that the priors were not trained on, for their reconstruction only.
+    #[arg(long, num_args = 1..)]
+    unseen: Vec<PathBuf>,
+    /// Folder for latent.json.
+    #[arg(short, long)]
+    output: Option<PathBuf>,
+    /// Key of the shuffled codes.
+    #[arg(long, default_value_t = 0)]
+    seed: u64,
+    /// The robot: a name, or an MJCF or URDF file.
+    #[arg(short, long, default_value = "lima")]
+    robot: String,
+}
+
+/// How well a prior brings some clips back.
+struct Reconstruction {
+    prior: String,
+    motions: &'static str,
+    report: ReconstructionReport,
+}
+
+/// Runs the command.
+pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
+    let robot = Robot::load(&args.robot)?;
+    let paths = std::iter::once(&args.prior).chain(&args.other_prior);
+    let priors = paths.map(|path| Ok((path.display().to_string(), prior_file::load_for(path, &robot)?)));
+    let priors = priors.collect::<Result<Vec<_>, CliError>>()?;
+    let motions = clips::load(&args.motions, &robot)?;
+    let unseen = if args.unseen.is_empty() { Vec::new() } else { clips::load(&args.unseen, &robot)? };
+    let mut progress = Progress::new(output, "encoding", priors.len() as u64);
+    let mut spaces = Vec::with_capacity(priors.len());
+    let mut reconstructions = Vec::new();
+    for (i, (name, prior)) in priors.iter().enumerate() {
+        spaces.push(encoded(name, prior, &motions, &robot)?);
+        for (title, clips) in [("motions", &motions), ("unseen", &unseen)] {
+            if !clips.is_empty() {
+                let report = reconstruct(prior, clips, &robot)?;
+                reconstructions.push(Reconstruction { prior: name.clone(), motions: title, report });
+            }
+        }
+        progress.update(i as u64 + 1, priors.len() as u64, String::new);
+    }
+    progress.finish();
+    spaces.extend(spaces.first().map(state_itself).transpose()?);
+    // Codes of an encoder that was trained together with a policy are another `Encoded` among `spaces`.
+    let scores = comparison::compare(&spaces, args.seed)?;
+    let value = value(&scores, &reconstructions, motions.len());
+    if let Some(folder) = &args.output {
+        save(&value, folder)?;
+    }
+    output.result(&value, || text(&scores, &reconstructions, motions.len()))
+}
+
+/// Codes and features of the same frames.
+fn encoded(name: &str, prior: &MotionPrior, clips: &[MotionClip], robot: &Robot) -> Result<Encoded, CliError> {
+    let frames = prior_file::frames(clips, robot, prior.plan().frame_rate)?;
+    let codes = Codes::of_prior(prior, &frames)?;
+    Ok(Encoded { name: name.into(), codes, features: features_of(&frames, prior.layout())? })
+}
+
+/// The features of the frames as if they were codes: what an encoder of windows has to beat.
+fn state_itself(space: &Encoded) -> Result<Encoded, CliError> {
+    let (codes, features) = (&space.codes, space.features.clone());
+    let starts = codes.clips().map(|rows| rows.start).chain([codes.len()]).collect();
+    let width = features.len() / codes.len().max(1);
+    let codes = Codes::new(codes.names().to_vec(), starts, features.clone(), width, codes.fps())?;
+    Ok(Encoded { name: "features of the frame itself".into(), codes, features })
+}
+
+fn reconstruct(prior: &MotionPrior, clips: &[MotionClip], robot: &Robot) -> Result<ReconstructionReport, CliError> {
+    let frames = prior_file::frames(clips, robot, prior.plan().frame_rate)?;
+    Ok(prior.reconstruct(&Windows::new(prior.plan(), prior.layout(), frames)?)?)
+}
+
+fn value(scores: &[LatentScore], reconstructions: &[Reconstruction], clips: usize) -> Value {
+    let of = |r: &Reconstruction| json!({ "prior": r.prior, "motions": r.motions, "errors": reconstruction::value(&r.report) });
+    let reconstructions: Vec<Value> = reconstructions.iter().map(of).collect();
+    json!({ "clips": clips, "table": scores, "reconstruction": reconstructions })
+}
+
+fn save(value: &Value, folder: &Path) -> Result<(), CliError> {
+    std::fs::create_dir_all(folder).map_err(CliError::write(folder))?;
+    let text = serde_json::to_string_pretty(value).map_err(|e| CliError::Failed(e.to_string()))?;
+    let file = folder.join("latent.json");
+    std::fs::write(&file, text).map_err(CliError::write(&file))
+}
+
+fn text(scores: &[LatentScore], reconstructions: &[Reconstruction], clips: usize) -> String {
+    let compared = comparison::table(scores);
+    let mut text = format!("{}, {clips} clips\n\n{}\n{}\n", compared.title, compared.to_text(), compared.caption);
+    for r in reconstructions {
+        let rows = [
+            reconstruction::row("whole windows", &r.report.window),
+            reconstruction::row("their centres", &r.report.centre),
+        ];
+        text += &format!(
+            "\nreconstruction by {} of {} windows of {}:\n\n{}",
+            r.prior,
+            r.report.windows,
+            if r.motions == "unseen" { "motions never trained on" } else { "the motions" },
+            table(&HEAD, &rows)
+        );
+    }
+    text
+}
