@@ -9,6 +9,7 @@ pub mod contacts;
 pub mod container;
 pub mod dataset;
 pub mod error;
+pub mod feasibility;
 pub mod features;
 #[cfg(test)]
 mod fixtures;
