@@ -13,6 +13,8 @@ use crate::kinematics::Kinematics;
 use crate::model::{Character, GeomShape};
 use crate::rotation::Vec3;
 
+pub use sole::{lowest, outline};
+
 use limbs::{Finder, Kind, Limb};
 use words::Side;
 

@@ -10,6 +10,7 @@ pub mod container;
 pub mod dataset;
 pub mod edit;
 pub mod error;
+pub mod feasibility;
 pub mod features;
 #[cfg(test)]
 mod fixtures;

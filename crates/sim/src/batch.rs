@@ -8,6 +8,7 @@ use std::sync::Arc;
 use lifelike_robot::Robot;
 
 use crate::error::SimError;
+use crate::terrain::Terrain;
 
 /// What drives the joints during one step.
 #[derive(Debug, Clone, Copy)]
@@ -109,6 +110,11 @@ pub trait Simulation: Send {
 
     /// Number of environments N.
     fn len(&self) -> usize;
+
+    /// The uneven ground that all of them stand on; `None`: level ground at height 0.
+    fn terrain(&self) -> Option<&Arc<Terrain>> {
+        None
+    }
 
     /// Whether there are none.
     fn is_empty(&self) -> bool {

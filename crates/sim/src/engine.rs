@@ -301,6 +301,10 @@ impl<T: Scalar, const W: usize> Simulation for LaneSimulation<T, W> {
         self.parameters.len()
     }
 
+    fn terrain(&self) -> Option<&Arc<Terrain>> {
+        self.model.terrain.as_ref()
+    }
+
     fn state(&self) -> &BatchState {
         &self.state
     }

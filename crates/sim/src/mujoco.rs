@@ -33,6 +33,7 @@ const BLOCK: usize = 8;
 /// N environments of one robot in MuJoCo.
 pub struct MujocoSimulation {
     robot: Arc<Robot>,
+    terrain: Option<Arc<Terrain>>,
     layout: Arc<Layout>,
     widths: Widths,
     workers: Vec<Worker>,
@@ -90,6 +91,7 @@ impl MujocoSimulation {
             parameters: vec![EnvironmentParameters::default(); environments],
             tunings: vec![None; environments],
             robot,
+            terrain: terrain.cloned().map(Arc::new),
             layout,
             widths,
             workers,
@@ -140,6 +142,10 @@ impl Simulation for MujocoSimulation {
 
     fn len(&self) -> usize {
         self.parameters.len()
+    }
+
+    fn terrain(&self) -> Option<&Arc<Terrain>> {
+        self.terrain.as_ref()
     }
 
     fn state(&self) -> &BatchState {

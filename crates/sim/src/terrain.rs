@@ -147,6 +147,12 @@ impl Terrain {
             .fold(f64::NEG_INFINITY, f64::max)
     }
 
+    /// The surface's height at a place (m); `None` outside of the grid.
+    pub fn height(&self, x: f64, y: f64) -> Option<f64> {
+        let (below, normal) = self.above([x, y, 0.0]);
+        (below != NOWHERE).then(|| -below / normal[2])
+    }
+
     /// How far a point is above the plane of the triangle below it (m), and that plane's normal. Outside of the grid there
     /// is nothing: a kilometre of it.
     pub fn above(&self, point: [f64; 3]) -> (f64, [f64; 3]) {
@@ -190,8 +196,11 @@ mod tests {
         let terrain = Terrain::hills(6.0, 0.25, 0.4, 2.0, 3).unwrap();
         let height = |x: f64, y: f64| {
             let (above, normal) = terrain.above([x, y, 10.0]);
-            10.0 - above / normal[2]
+            let height = 10.0 - above / normal[2];
+            assert!((terrain.height(x, y).unwrap() - height).abs() < 1e-12);
+            height
         };
+        assert_eq!(terrain.height(3.01, 0.0), None);
         let low = terrain.heights().iter().copied().fold(f64::INFINITY, f64::min);
         assert!(low.abs() < 1e-12 && (terrain.top() - 0.4).abs() < 1e-12);
         for i in 0..5000 {

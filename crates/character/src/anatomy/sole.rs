@@ -41,8 +41,8 @@ fn extent(points: &[Vec3]) -> f64 {
     widest
 }
 
-/// Points of a geom that can be its lowest (world).
-fn lowest(geom: &Geom, kinematics: &Kinematics) -> Vec<Vec3> {
+/// Points of a geom that can be its lowest (m, world): none for planes, meshes and height fields.
+pub fn lowest(geom: &Geom, kinematics: &Kinematics) -> Vec<Vec3> {
     let turn = kinematics.body_orientation[geom.body] * geom.orientation;
     let middle = kinematics.point(geom.body, &geom.position);
     let down = |r: f64| Vec3::new(0.0, 0.0, -r);
@@ -106,8 +106,9 @@ fn box_of_inertia(character: &Character, kinematics: &Kinematics, foot: usize) -
     lower_face(&kinematics.point(foot, &inertial.com), &turn, &half)
 }
 
-/// The convex outline of points, seen from above, counter-clockwise (Andrew's monotone chain).
-fn outline(mut points: Vec<Vec3>) -> Vec<Vec3> {
+/// The convex outline of points, seen from above, counter-clockwise (Andrew's monotone chain). Points above each other count
+/// once.
+pub fn outline(mut points: Vec<Vec3>) -> Vec<Vec3> {
     points.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
     points.dedup_by(|a, b| (a.xy() - b.xy()).norm() < 1e-6);
     if points.len() < 3 {

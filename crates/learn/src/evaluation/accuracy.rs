@@ -56,10 +56,10 @@ pub fn body_errors(rollout: &Rollout) -> Vec<f64> {
 pub const PHC_LIMIT: f64 = 0.5;
 
 /// Distance of each body (the world left out) from the reference (m) when both stand on the same spot and face the same
-/// way: what is wrong with the posture, whatever the drift. Heights are kept.
+/// way: what is wrong with the posture, whatever the drift. Heights are those above each one's ground.
 pub fn posture_errors(reference: &Snapshot, simulated: &Snapshot) -> Vec<f64> {
     let local = |s: &Snapshot| {
-        let spot = Vec3::new(s.root_position.x, s.root_position.y, 0.0);
+        let spot = Vec3::new(s.root_position.x, s.root_position.y, s.ground);
         let turn = heading(&s.root_orientation).inverse();
         s.bodies.iter().skip(1).map(|b| turn * (b.0 - spot)).collect::<Vec<_>>()
     };

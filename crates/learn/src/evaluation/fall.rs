@@ -2,7 +2,7 @@
 //!
 //! Not following well is not falling: the limits are far beyond the deviations at which training gives up (a height off
 //! by 12 cm, a tilt off by 0.7 rad), so that a policy is not called fallen for lagging, crouching or drifting. Both are
-//! relative to the reference, so a clip may itself lie down.
+//! relative to the reference, so a clip may itself lie down; heights are those above each one's own ground.
 
 use lifelike_character::Vec3;
 
@@ -21,7 +21,9 @@ pub fn fallen(reference: &Snapshot, simulated: &Snapshot) -> Option<Cause> {
         Some(Cause::Diverged)
     } else if tilt > TILT {
         Some(Cause::Tilt)
-    } else if simulated.root_position.z < HEIGHT_SHARE * reference.root_position.z {
+    } else if simulated.root_position.z - simulated.ground
+        < HEIGHT_SHARE * (reference.root_position.z - reference.ground)
+    {
         Some(Cause::Height)
     } else {
         None
@@ -49,5 +51,7 @@ mod tests {
         assert_eq!(fallen(&reference, &at(1.0, -1.01, 2.0)), Some(Cause::Tilt));
         assert_eq!(fallen(&at(0.2, 1.5, 0.0), &at(0.15, 1.4, 1.0)), None, "a clip may lie down");
         assert_eq!(fallen(&reference, &at(f64::NAN, 0.0, 0.0)), Some(Cause::Diverged));
+        let hilltop = Snapshot { ground: 0.5, ..at(1.05, 0.0, 0.0) };
+        assert_eq!(fallen(&reference, &hilltop), Some(Cause::Height), "0.55 m above its own ground");
     }
 }

@@ -1,6 +1,7 @@
 //! How well a policy follows: the measures of thesis Table 4.3 and of today's trackers, and why it fails where it fails.
 //!
-//! The main path: [`evaluate`] runs a [`Policy`](crate::tracking::Policy) in physics from states of the reference →
+//! The main path: [`evaluate`] makes a [`Course`] (the episodes) and runs a [`Policy`](crate::tracking::Policy) on it in
+//! physics, from states of the reference, under a [`Hardship`] where one is asked for →
 //! [`Rollout`] (what was asked and what happened, frame by frame) → [`EpisodeScore`] → [`Evaluation`] (per clip and
 //! overall) → [`Evaluation::tables`] and [`Evaluation::playbacks`] for terminal and report, `serde` for `--json`.
 //!
@@ -15,10 +16,13 @@
 //! | `failure` | which body left first, which joints were at their limit, when the ground was lost |
 
 pub mod accuracy;
+mod course;
 pub mod drift;
 mod driver;
 pub mod failure;
 pub mod fall;
+mod hardship;
+mod recorder;
 mod rollout;
 pub mod schedule;
 mod score;
@@ -27,7 +31,9 @@ mod tables;
 #[cfg(test)]
 mod tests;
 
+pub use course::{Course, Task};
 pub use driver::{EvaluationOptions, evaluate};
 pub use failure::Failure;
+pub use hardship::{Hardship, Stretch, TimedPush};
 pub use rollout::{Cause, Names, Outcome, Rollout, Snapshot};
 pub use score::{ClipScore, EpisodeScore, Evaluation};

@@ -24,6 +24,8 @@ pub struct Snapshot {
     pub root_position: Vec3,
     /// Root orientation.
     pub root_orientation: Quat,
+    /// Height of what it stands on, below the root (m, world).
+    pub ground: f64,
     /// Joint positions (rad).
     pub joints: Vec<f64>,
     /// End-effector positions (m, world).
@@ -134,6 +136,7 @@ pub(super) mod example {
         Snapshot {
             root_position: position,
             root_orientation: turn,
+            ground: 0.0,
             joints: vec![joint],
             effectors: vec![hand],
             bodies: vec![(Vec3::zeros(), Quat::identity()), (position, turn), (hand, turn)],

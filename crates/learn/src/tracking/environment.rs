@@ -17,6 +17,8 @@ use rayon::prelude::*;
 
 use super::alignment::Alignment;
 use super::episode::{self, Episode};
+use super::errors::root;
+use super::ground::{Ground, Start};
 use super::judge::{Judge, Scratch};
 use super::library::ReferenceLibrary;
 use super::observe::Observer;
@@ -37,6 +39,7 @@ pub struct Environment {
     library: Arc<ReferenceLibrary>,
     simulation: Box<dyn Simulation>,
     observer: Observer,
+    ground: Ground,
     actions: ActionMap,
     divisor: Vec<f32>,
     sampler: StartSampler,
@@ -117,6 +120,7 @@ impl Environment {
             steps: 0,
             tally: Tally::new(library.clips()),
             plan: plan.clone(),
+            ground: Ground::of(simulation.as_ref(), &robot),
             robot,
             library,
             simulation,
@@ -160,6 +164,16 @@ impl Environment {
     /// What the value function sees now, `[N, P]`: the same and more, not normalised.
     pub fn critic_rows(&self) -> &[f32] {
         &self.critic
+    }
+
+    /// What they stand on.
+    pub fn ground(&self) -> &Ground {
+        &self.ground
+    }
+
+    /// The simulation, to disturb it.
+    pub fn simulation_mut(&mut self) -> &mut dyn Simulation {
+        self.simulation.as_mut()
     }
 
     /// The simulated states.
@@ -278,6 +292,7 @@ impl Environment {
             robot: &self.robot,
             library: &self.library,
             observer: &self.observer,
+            ground: &self.ground,
             sampler: &self.sampler,
             senses: &self.senses,
             limits: self.limits,
@@ -301,11 +316,11 @@ impl Environment {
             });
     }
 
-    /// Begins episodes: at `frames` where given, else where the sampler says.
+    /// Begins episodes: as `given`, else where the sampler says.
     ///
     /// # Errors
     /// The simulation refuses.
-    pub fn reset(&mut self, ids: &[usize], frames: Option<&[usize]>) -> Result<(), LearnError> {
+    pub fn reset(&mut self, ids: &[usize], given: Option<&[Start]>) -> Result<(), LearnError> {
         let character = Arc::clone(&self.robot.character);
         let (nq, nv) = (character.nq, character.nv);
         let mut positions = vec![0.0; ids.len() * nq];
@@ -313,13 +328,15 @@ impl Environment {
         let starts = self.plan.starts;
         for (k, &i) in ids.iter().enumerate() {
             let mut rng = stream(self.plan.seed, "reset", i as u64, self.episodes[i].number);
-            let frame = frames.map_or_else(|| self.sampler.draw(&mut rng), |f| f[k]);
-            let parameters = self.randomization.sample(&self.robot, &mut rng);
+            let start = given.map_or_else(|| Start::at(self.sampler.draw(&mut rng)), |starts| starts[k].clone());
+            let frame = start.frame;
+            let spot = start.spot.unwrap_or_else(|| self.ground.spot(&mut rng));
+            let parameters = start.parameters.unwrap_or_else(|| self.randomization.sample(&self.robot, &mut rng));
             let episode = Episode {
                 number: self.episodes[i].number + 1,
                 frame,
                 stretch: frame,
-                alignment: beside(&self.library, frame, starts.path_noise, starts.heading_noise, &mut rng),
+                alignment: beside(&self.library, frame, spot, starts.path_noise, starts.heading_noise, &mut rng),
                 offset: if parameters.joint_offset.is_empty() {
                     vec![0.0; self.robot.joints()]
                 } else {
@@ -344,36 +361,54 @@ impl Environment {
             };
             let q = &mut positions[k * nq..(k + 1) * nq];
             let v = &mut velocities[k * nv..(k + 1) * nv];
-            self.write_start(frame, &mut rng, q, v);
+            self.write_start(frame, spot, &mut rng, q, v);
             self.episodes[i] = episode;
         }
         self.simulation.reset(ids, &positions, &velocities)?;
         let mut scratch = Scratch::new();
         for &i in ids {
             self.rest(i);
+            self.observe(i, &mut scratch);
             let episode = &mut self.episodes[i];
-            let next = self.library.ahead(episode.frame, 1);
-            scratch.read(self.simulation.state(), i, &self.robot, &self.library);
-            let (a, c) = (self.observer.actor_size(), self.observer.critic_size());
-            self.observer.write(
-                self.simulation.state(),
-                i,
-                episode,
-                &self.library,
-                next,
-                &scratch.features,
-                &mut self.actor[i * a..(i + 1) * a],
-                &mut self.critic[i * c..(i + 1) * c],
-            );
-            let number = episode.number;
+            let (number, a) = (episode.number, self.observer.actor_size());
             let rng = || stream(self.plan.seed, "first sense", i as u64, number);
             self.senses.tell(&mut self.actor[i * a..(i + 1) * a], episode, rng);
         }
         Ok(())
     }
 
-    /// Generalised position and velocity of a frame at the origin of the simulated world, with noise.
-    fn write_start(&self, frame: usize, rng: &mut ChaCha8Rng, q: &mut [f64], v: &mut [f64]) {
+    /// From one moment to the next, environment `i` is asked to go on from another frame of the library, laid where its
+    /// robot is.
+    pub fn jump(&mut self, i: usize, frame: usize) {
+        let (position, orientation) = root(self.simulation.state(), i);
+        let clip = (self.library.position_at(frame), self.library.orientation_at(frame));
+        let episode = &mut self.episodes[i];
+        episode.frame = frame;
+        episode.stretch = frame;
+        episode.alignment = Alignment::between(clip.0, clip.1, position, orientation);
+        self.observe(i, &mut Scratch::new());
+    }
+
+    /// What policy and value function see of environment `i` in its present state.
+    fn observe(&mut self, i: usize, scratch: &mut Scratch) {
+        let episode = &self.episodes[i];
+        let next = self.library.ahead(episode.frame, 1);
+        scratch.read(self.simulation.state(), i, &self.robot, &self.library, &self.ground);
+        let (a, c) = (self.observer.actor_size(), self.observer.critic_size());
+        self.observer.write(
+            self.simulation.state(),
+            i,
+            episode,
+            &self.library,
+            next,
+            &scratch.features,
+            &mut self.actor[i * a..(i + 1) * a],
+            &mut self.critic[i * c..(i + 1) * c],
+        );
+    }
+
+    /// Generalised position and velocity of a frame at a place of the simulated world, with noise.
+    fn write_start(&self, frame: usize, spot: [f64; 2], rng: &mut ChaCha8Rng, q: &mut [f64], v: &mut [f64]) {
         let (library, starts) = (&self.library, self.plan.starts);
         let mut noise = |deviation: f32| {
             let z: f64 = StandardNormal.sample(rng);
@@ -391,7 +426,8 @@ impl Environment {
             let (at, rate) = (joint.q_index, joint.v_index);
             if joint.kind == lifelike_character::JointKind::Free {
                 // Two millimetres of air: a foot that begins in the ground is thrown out of it.
-                q[at..at + 3].copy_from_slice(&[0.0, 0.0, f64::from(library.position_at(frame)[2]) + 0.002]);
+                let height = f64::from(library.position_at(frame)[2]) + self.ground.lift(spot) + 0.002;
+                q[at..at + 3].copy_from_slice(&[spot[0], spot[1], height]);
                 q[at + 3..at + 7].copy_from_slice(&lifelike_character::rotation::to_wxyz(&root));
                 for k in 0..3 {
                     v[rate + k] = linear[k] + noise(starts.velocity_noise);
@@ -485,14 +521,21 @@ impl Environment {
     }
 }
 
-/// The clip's world laid so that the robot, which begins at the origin facing as in the clip, is a little off.
-fn beside(library: &ReferenceLibrary, frame: usize, path: f32, heading: f32, rng: &mut ChaCha8Rng) -> Alignment {
+/// The clip's world laid so that the robot, which begins at `spot` facing as in the clip, is a little off.
+fn beside(
+    library: &ReferenceLibrary,
+    frame: usize,
+    spot: [f64; 2],
+    path: f32,
+    heading: f32,
+    rng: &mut ChaCha8Rng,
+) -> Alignment {
     let mut noise = |deviation: f32| {
         let z: f32 = StandardNormal.sample(rng);
         z * deviation
     };
     let p = library.position_at(frame);
-    Alignment { yaw: noise(heading), from: [p[0], p[1]], to: [noise(path), noise(path)] }
+    Alignment { yaw: noise(heading), from: [p[0], p[1]], to: spot.map(|s| s as f32 + noise(path)) }
 }
 
 fn expect(what: &str, expected: usize, got: usize) -> Result<(), LearnError> {

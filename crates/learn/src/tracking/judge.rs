@@ -1,6 +1,6 @@
 //! What a step gave in one environment: reward, end, next observation.
 
-use lifelike_motion::Frame;
+use lifelike_motion::{FeatureLayout, Frame};
 use lifelike_nn::rng::stream;
 use lifelike_robot::{ActionSpec, ObservationSpec, Robot};
 use lifelike_sim::BatchState;
@@ -8,6 +8,7 @@ use lifelike_sim::BatchState;
 use super::alignment::{Alignment, wrap, yaw};
 use super::episode::Episode;
 use super::errors::{Cause, Deviation, empty_frame, read_frame, root};
+use super::ground::Ground;
 use super::library::ReferenceLibrary;
 use super::observe::Observer;
 use super::plan::{Termination, TrackerPlan};
@@ -21,6 +22,7 @@ pub(super) struct Judge<'a> {
     pub(super) robot: &'a Robot,
     pub(super) library: &'a ReferenceLibrary,
     pub(super) observer: &'a Observer,
+    pub(super) ground: &'a Ground,
     pub(super) sampler: &'a StartSampler,
     pub(super) senses: &'a Senses,
     pub(super) divisor: &'a [f32],
@@ -46,11 +48,19 @@ impl Scratch {
         Self { frame: empty_frame(), row: Vec::new(), features: Vec::new(), efforts: Default::default() }
     }
 
-    /// Features of one simulated environment.
-    pub(super) fn read(&mut self, state: &BatchState, i: usize, robot: &Robot, library: &ReferenceLibrary) {
+    /// Features of one simulated environment; its height is that above the ground below its root.
+    pub(super) fn read(
+        &mut self,
+        state: &BatchState,
+        i: usize,
+        robot: &Robot,
+        library: &ReferenceLibrary,
+        ground: &Ground,
+    ) {
         read_frame(state, i, robot.joints(), robot.effectors.len(), &mut self.frame);
         self.row.resize(library.layout.size(), 0.0);
         self.frame.write_features(&self.frame.root_orientation, &mut self.row);
+        self.row[FeatureLayout::HEIGHT] -= ground.height(self.frame.root_position.x, self.frame.root_position.y);
         self.features.clear();
         self.features.extend(self.row.iter().map(|x| *x as f32));
     }
@@ -77,7 +87,7 @@ impl Judge<'_> {
             episode.failed = Some(Cause::Diverged);
             return;
         }
-        scratch.read(self.state, i, self.robot, library);
+        scratch.read(self.state, i, self.robot, library, self.ground);
         let (path, heading) = anchored(self.state, i, library, episode);
         self.reward(i, episode, scratch, path, heading);
         let reference = library.features_at(episode.frame);

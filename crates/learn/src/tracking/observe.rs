@@ -73,6 +73,10 @@ impl Observer {
         let target_position = episode.alignment.position(library.position_at(next));
         let target_orientation = episode.alignment.orientation(library.orientation_at(next));
         self.write_actor(state, i, episode, library, next, (target_position, target_orientation), actor);
+        if self.spec.root_height {
+            // Above the ground, as in the features; the layout has it first.
+            actor[0] = features[FeatureLayout::HEIGHT];
+        }
 
         let (seen, extra) = critic.split_at_mut(actor.len() - self.spec.window_size());
         seen.copy_from_slice(&actor[..seen.len()]);

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use lifelike_robot::ActionSpec;
 use lifelike_robot::observation::{AnchorSpec, ReferenceSpec};
+use lifelike_sim::Terrain;
 use lifelike_sim::randomization::RandomizationSpec;
 
 use super::curriculum::Curriculum;
@@ -68,6 +69,9 @@ pub struct TrackerPlan {
     /// How the environments differ from the model and from each other.
     #[serde(default = "RandomizationSpec::none")]
     pub randomization: RandomizationSpec,
+    /// Uneven ground; none: level ground.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub terrain: Option<TerrainSpec>,
     /// Noise and delays between robot and policy.
     #[serde(default)]
     pub senses: SenseSpec,
@@ -185,6 +189,43 @@ pub struct EpisodeSpec {
 impl Default for EpisodeSpec {
     fn default() -> Self {
         Self { seconds: 10.0, switch_clips: false, leash: true, grace_seconds: 1.0 }
+    }
+}
+
+/// A field of hills: level at one end, growing in height towards the other. Episodes begin anywhere in its middle half.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct TerrainSpec {
+    /// Length of a side (m).
+    pub size: f64,
+    /// Distance between neighbouring heights (m).
+    pub spacing: f64,
+    /// Height of the hills at the high end (m).
+    pub amplitude: f64,
+    /// Longest wavelength of the hills (m).
+    pub wavelength: f64,
+    /// Which field.
+    pub seed: u64,
+}
+
+impl Default for TerrainSpec {
+    fn default() -> Self {
+        Self { size: 80.0, spacing: 0.1, amplitude: 0.15, wavelength: 3.0, seed: 0 }
+    }
+}
+
+impl TerrainSpec {
+    /// The field.
+    ///
+    /// # Errors
+    /// Sizes that give no field, or one of more than 10 000 heights a side.
+    pub fn build(&self) -> Result<Terrain, LearnError> {
+        let hills = Terrain::hills(self.size, self.spacing, self.amplitude, self.wavelength, self.seed)?;
+        let (rows, columns) = (hills.rows(), hills.columns());
+        // Episodes begin between a quarter and three quarters of the way: from level to full height.
+        let share = |column: usize| (2.0 * (column as f64 / (columns - 1) as f64) - 0.5).clamp(0.0, 1.0);
+        let heights = hills.heights().iter().enumerate().map(|(i, h)| h * share(i % columns)).collect();
+        Ok(Terrain::new(rows, columns, self.spacing, heights)?)
     }
 }
 
@@ -335,6 +376,7 @@ impl TrackerPlan {
             episode: EpisodeSpec::default(),
             starts: StartSpec::default(),
             randomization: RandomizationSpec::none(),
+            terrain: None,
             senses: SenseSpec::default(),
             curriculum: Curriculum::default(),
             network: NetworkSpec::default(),
@@ -410,6 +452,12 @@ impl TrackerPlan {
             range(key, noise.into(), 0.0, 10.0)?;
         }
         self.randomization.check()?;
+        if let Some(terrain) = &self.terrain {
+            range("terrain.size", terrain.size, 1.0, 1000.0)?;
+            range("terrain.spacing", terrain.spacing, 0.01, terrain.size)?;
+            range("terrain.amplitude", terrain.amplitude, 0.0, 10.0)?;
+            range("terrain.wavelength", terrain.wavelength, 4.0 * terrain.spacing, 1000.0)?;
+        }
         self.senses.check()?;
         self.curriculum.check()?;
         self.check_termination()?;
@@ -466,6 +514,22 @@ impl TrackerPlan {
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
+
+    #[test]
+    fn a_field_rises_from_level_ground_to_its_full_height() {
+        let field = TerrainSpec { size: 20.0, ..TerrainSpec::default() }.build().unwrap();
+        let highest = |from: f64, to: f64| {
+            let columns = field.columns() as f64;
+            let inside = |i: usize| {
+                ((i % field.columns()) as f64 / columns) >= from && ((i % field.columns()) as f64 / columns) < to
+            };
+            let heights = field.heights().iter().enumerate().filter(|(i, _)| inside(*i));
+            heights.map(|(_, h)| *h).fold(0.0, f64::max)
+        };
+        assert_eq!(highest(0.0, 0.25), 0.0);
+        assert!((0.05..0.1).contains(&highest(0.45, 0.5)), "{}", highest(0.45, 0.5));
+        assert!(highest(0.8, 1.0) > 0.13);
+    }
 
     #[test]
     fn a_short_plan_has_the_defaults_and_comes_back_from_its_own_text() {

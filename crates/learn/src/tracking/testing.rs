@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use lifelike_character::{Body, Character, Inertial, Joint, JointKind, Quat, Vec3};
 use lifelike_robot::{Profile, Robot};
-use lifelike_sim::{BatchState, Drive, EnvironmentParameters, IntegrationState, SimError, Simulation};
+use lifelike_sim::{BatchState, Drive, EnvironmentParameters, IntegrationState, SimError, Simulation, Terrain};
 
 fn body(name: &str, parent: usize, joints: std::ops::Range<usize>, mass: f64) -> Body {
     Body {
@@ -85,6 +85,8 @@ pub struct Followers {
     parameters: Vec<EnvironmentParameters>,
     /// Environment that diverges when it reaches this many steps.
     pub diverge: Option<(usize, u64)>,
+    /// The ground that heights are measured from; the base flies.
+    pub terrain: Option<Arc<Terrain>>,
     steps: Vec<u64>,
 }
 
@@ -110,7 +112,7 @@ impl Followers {
             diverged: vec![false; n],
         };
         let parameters = vec![EnvironmentParameters::default(); n];
-        Self { robot, state, pushes: vec![[0.0; 3]; n], parameters, diverge: None, steps: vec![0; n] }
+        Self { robot, state, pushes: vec![[0.0; 3]; n], parameters, diverge: None, terrain: None, steps: vec![0; n] }
     }
 
     fn outputs(&mut self) {
@@ -138,6 +140,9 @@ impl Simulation for Followers {
     }
     fn len(&self) -> usize {
         self.steps.len()
+    }
+    fn terrain(&self) -> Option<&Arc<Terrain>> {
+        self.terrain.as_ref()
     }
     fn state(&self) -> &BatchState {
         &self.state

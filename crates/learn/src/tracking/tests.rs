@@ -18,7 +18,7 @@ use super::plan::{Termination, TrackerPlan};
 use super::policy::Policy;
 use super::senses::SenseSpec;
 use super::testing::{Followers, robot};
-use super::{Environment, Outcome, ReferenceLibrary, Trainer};
+use super::{Environment, Outcome, ReferenceLibrary, Start, Trainer};
 use crate::run::RunFolder;
 
 fn clip(name: &str, seconds: f64, amplitude: f64) -> MotionClip {
@@ -78,7 +78,7 @@ fn part<'a>(environment: &Environment, row: &'a [f32], name: &str) -> &'a [f32] 
 #[test]
 fn an_episode_begins_on_its_frame_and_the_policy_sees_the_next_one() {
     let mut e = environment(&exact(plan(3)));
-    e.reset(&[1], Some(&[40])).unwrap();
+    e.reset(&[1], Some(&[Start::at(40)])).unwrap();
     let library = library(&robot());
     let width = e.actor_size();
     let row = e.actor_rows()[width..2 * width].to_vec();
@@ -99,7 +99,7 @@ fn an_episode_begins_on_its_frame_and_the_policy_sees_the_next_one() {
 #[test]
 fn near_the_end_of_a_clip_the_last_frame_is_repeated() {
     let mut e = environment(&exact(plan(1)));
-    e.reset(&[0], Some(&[148])).unwrap();
+    e.reset(&[0], Some(&[Start::at(148)])).unwrap();
     let library = library(&robot());
     let row = e.actor_rows().to_vec();
     assert_eq!(part(&e, &row, "reference+5")[13..15], library.joints_at(149)[..], "and not the next clip's first");
@@ -108,7 +108,7 @@ fn near_the_end_of_a_clip_the_last_frame_is_repeated() {
 #[test]
 fn a_clip_that_ends_cuts_the_episode_and_shows_the_value_function_what_was_reached() {
     let mut e = environment(&exact(plan(2)));
-    e.reset(&[0], Some(&[147])).unwrap();
+    e.reset(&[0], Some(&[Start::at(147)])).unwrap();
     let mut outcome = Outcome::default();
     e.step(&[0.0; 4], &mut outcome).unwrap();
     assert_eq!((outcome.truncated[0], outcome.terminated[0]), (false, false));
@@ -125,7 +125,7 @@ fn with_switching_a_clip_that_ends_is_followed_by_another_where_the_robot_stands
     p.episode.switch_clips = true;
     p.episode.grace_seconds = 0.2;
     let mut e = environment(&p);
-    e.reset(&[0], Some(&[148])).unwrap();
+    e.reset(&[0], Some(&[Start::at(148)])).unwrap();
     let mut outcome = Outcome::default();
     e.step(&[0.0; 2], &mut outcome).unwrap();
     let episode = &e.episodes()[0];
@@ -152,7 +152,7 @@ fn the_reference_waits_for_a_robot_that_leaves_it() {
         p.termination = Termination::NONE;
         p.episode.leash = leash;
         let mut e = Environment::new(&p, robot.clone(), library.clone(), Box::new(Followers::new(1))).unwrap();
-        e.reset(&[0], Some(&[0])).unwrap();
+        e.reset(&[0], Some(&[Start::at(0)])).unwrap();
         (0..100).for_each(|_| e.step(&[0.0; 2], &mut Outcome::default()).unwrap());
         let episode = &e.episodes()[0];
         assert_eq!(episode.frame, 100);
@@ -166,7 +166,7 @@ fn the_reference_waits_for_a_robot_that_leaves_it() {
 #[test]
 fn deviation_ends_the_episode_and_is_counted_by_cause() {
     let mut e = environment(&exact(plan(2)));
-    e.reset(&[0, 1], Some(&[0, 0])).unwrap();
+    e.reset(&[0, 1], Some(&[Start::at(0), Start::at(0)])).unwrap();
     let mut outcome = Outcome::default();
     let mut steps = 0;
     // The first environment is sent two radians off; the second does what the reference does.
@@ -185,7 +185,7 @@ fn deviation_ends_the_episode_and_is_counted_by_cause() {
 #[test]
 fn the_rewarded_follower_is_the_one_that_follows() {
     let mut e = environment(&exact(plan(2)));
-    e.reset(&[0, 1], Some(&[10, 10])).unwrap();
+    e.reset(&[0, 1], Some(&[Start::at(10), Start::at(10)])).unwrap();
     let mut outcome = Outcome::default();
     e.step(&[0.0, 0.0, 1.0, 1.0], &mut outcome).unwrap();
     assert!(outcome.rewards[0] > outcome.rewards[1] + 0.05, "{:?}", outcome.rewards);
@@ -200,7 +200,7 @@ fn a_diverged_environment_ends_without_reward_and_the_others_do_not_notice() {
         let mut simulation = Followers::new(3);
         simulation.diverge = diverge;
         let mut e = Environment::new(&p, robot, library, Box::new(simulation)).unwrap();
-        e.reset(&[0, 1, 2], Some(&[0, 0, 0])).unwrap();
+        e.reset(&[0, 1, 2], Some(&[Start::at(0), Start::at(0), Start::at(0)])).unwrap();
         let mut outcome = Outcome::default();
         for _ in 0..4 {
             e.step(&[0.1; 6], &mut outcome).unwrap();
@@ -221,7 +221,7 @@ fn encoder_offsets_are_seen_and_commanded_around_but_not_rewarded() {
     p.randomization = RandomizationSpec { joint_offset: 0.2, ..RandomizationSpec::none() };
     p.termination = Termination::NONE;
     let mut e = environment(&p);
-    e.reset(&[0], Some(&[40])).unwrap();
+    e.reset(&[0], Some(&[Start::at(40)])).unwrap();
     let offset = e.episodes()[0].offset.clone();
     assert!(offset.iter().all(|o| o.abs() <= 0.2) && offset.iter().any(|o| o.abs() > 0.01), "{offset:?}");
     let row = e.actor_rows().to_vec();
@@ -233,7 +233,7 @@ fn encoder_offsets_are_seen_and_commanded_around_but_not_rewarded() {
     // Held at one target, the joints settle where the ENCODERS show it.
     p.action = ActionSpec::Absolute;
     let mut e = environment(&p);
-    e.reset(&[0], Some(&[0])).unwrap();
+    e.reset(&[0], Some(&[Start::at(0)])).unwrap();
     for _ in 0..100 {
         e.step(&[0.3, -0.3], &mut Outcome::default()).unwrap();
     }

@@ -11,7 +11,7 @@ fn one(senses: SenseSpec) -> Environment {
 
 /// Rows of the policy and of the value function over some steps of one environment that follows a wild clip.
 fn rows(e: &mut Environment, steps: usize) -> Vec<(Vec<f32>, Vec<f32>)> {
-    e.reset(&[0], Some(&[150])).unwrap();
+    e.reset(&[0], Some(&[Start::at(150)])).unwrap();
     let mut rows = vec![(e.actor_rows().to_vec(), e.critic_rows().to_vec())];
     for _ in 0..steps {
         e.step(&[0.3, -0.2], &mut Outcome::default()).unwrap();
@@ -70,10 +70,10 @@ fn targets_reach_the_motors_late() {
         p.action = ActionSpec::Absolute;
         p.senses.action_delay = action_delay;
         let mut e = environment(&p);
-        e.reset(&[0], Some(&[150])).unwrap();
+        e.reset(&[0], Some(&[Start::at(150)])).unwrap();
         // The delay is drawn: again, until it is the greatest.
         while e.episodes()[0].action_delay != u64::from(action_delay) {
-            e.reset(&[0], Some(&[150])).unwrap();
+            e.reset(&[0], Some(&[Start::at(150)])).unwrap();
         }
         actions.map(|a| {
             e.step(&[a, -a], &mut Outcome::default()).unwrap();
@@ -91,6 +91,6 @@ fn a_policy_without_linear_velocity_never_sees_it() {
     assert!(e.observation().parts().iter().all(|(name, _)| name != "root_linear_velocity_h"));
     let (before, all) = (e.actor_size(), environment(&exact(plan(1))).actor_size());
     assert_eq!(before + 3, all);
-    e.reset(&[0], Some(&[40])).unwrap();
+    e.reset(&[0], Some(&[Start::at(40)])).unwrap();
     assert_eq!(part(&e, &e.actor_rows().to_vec(), "joint_position"), library(&robot()).joints_at(40));
 }

@@ -6,6 +6,8 @@ use std::sync::Arc;
 use lifelike_learn::report::{Cell, Column, ReportBuilder, Table, curves_from};
 use lifelike_learn::run::RunFolder;
 use lifelike_learn::tracking::{ReferenceLibrary, Summary, TrackerPlan, Trainer};
+use lifelike_motion::edit::mirror;
+use lifelike_motion::{MotionClip, MotionError};
 use lifelike_robot::Robot;
 use serde_json::json;
 
@@ -67,10 +69,16 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let library = if plan.clips.is_empty() {
         ReferenceLibrary::standing(&robot, STANDING_SECONDS)?
     } else {
-        let clips = clips::load(&plan.clips, &robot)?;
+        let mut clips = clips::load(&plan.clips, &robot)?;
+        if plan.mirror {
+            let images: Result<Vec<_>, _> = clips.iter().map(|clip| mirror_image(clip, &robot)).collect();
+            clips.extend(images?);
+        }
         ReferenceLibrary::new(&robot, &clips, prior.as_ref().map(Prior::as_encode))?
     };
-    let simulation = lifelike_sim::create(&args.engine, Arc::clone(&robot), plan.ppo.environments, args.threads)?;
+    let terrain = plan.terrain.map(|terrain| terrain.build()).transpose()?.map(Arc::new);
+    let environments = plan.ppo.environments;
+    let simulation = lifelike_sim::create_on(terrain, &args.engine, Arc::clone(&robot), environments, args.threads)?;
     let mut trainer = Trainer::new(&plan, robot, Arc::new(library), simulation)?;
     if !args.resume {
         trainer = trainer.initialised()?;
@@ -101,6 +109,12 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
         return Err(CliError::Interrupted(format!("go on with --resume -o {}", folder.display())));
     }
     Ok(())
+}
+
+/// The mirror image of a clip, under a name of its own.
+fn mirror_image(clip: &MotionClip, robot: &Robot) -> Result<MotionClip, MotionError> {
+    let image = mirror(clip, &robot.character)?;
+    Ok(MotionClip { name: format!("{}+mirror", clip.name), ..image })
 }
 
 /// What became of each clip, the hardest first.
