@@ -6,6 +6,9 @@ use std::ops::ControlFlow;
 
 use lifelike_character::{Quat, Vec3};
 use lifelike_learn::LearnError;
+use lifelike_learn::representation::latent::Codes;
+use lifelike_learn::representation::latent::codes::features_of;
+use lifelike_learn::representation::latent::interpolation::middle_frames;
 use lifelike_learn::representation::{MotionPrior, PriorClip, PriorMetrics, PriorPlan, PriorTrainer, dataset};
 use lifelike_motion::{FeatureLayout, Frame};
 use lifelike_nn::adam::Rule;
@@ -185,4 +188,41 @@ fn statistics_are_those_of_hand_arithmetic_with_floors() {
     assert_eq!(prior.statistics().spread()[FeatureLayout::ORIENTATION], [1.0; 6]);
     // The sideways velocity never changes: its spread is the floor.
     assert_eq!(prior.statistics().spread()[8], small().floors.linear_velocity);
+}
+
+#[test]
+fn the_middle_of_every_decoded_window_is_taken_however_many_there_are() {
+    let prior = trainer(small()).prior();
+    // More codes than are decoded at a time.
+    let codes: Vec<f32> = clips().iter().take(3).flat_map(|c| prior.encode_clip(&c.frames).unwrap()).collect();
+    let (size, window) = (layout().size(), prior.plan().window().len());
+    let got = middle_frames(&prior, &codes).unwrap();
+    assert_eq!(got.len(), 3 * 120 * size);
+    for at in [0, 255, 256, 359] {
+        let whole = prior.decode(&codes[8 * at..8 * (at + 1)]).unwrap();
+        let middle = window / 2 * size;
+        let pairs = got[at * size..].iter().zip(&whole[middle..middle + size]);
+        // The same numbers up to the order in which a larger batch is summed up.
+        assert!(pairs.clone().all(|(g, e)| (g - e).abs() < 1e-4), "code {at}");
+        let others = got[at * size..(at + 1) * size].iter().zip(&whole[middle + size..]);
+        assert!(others.clone().any(|(g, e)| (g - e).abs() > 1e-3), "the next frame is another one");
+    }
+}
+
+#[test]
+fn codes_of_clips_stand_beside_their_features() {
+    let (prior, clips) = (trainer(small()).prior(), clips());
+    let codes = Codes::of_prior(&prior, &clips[..2]).unwrap();
+    assert_eq!((codes.len(), codes.dimension(), codes.fps()), (240, 8, 50.0));
+    assert_eq!(codes.names(), ["swing_0", "swing_1"]);
+    assert_eq!(&codes.rows()[120 * 8..], prior.encode_clip(&clips[1].frames).unwrap());
+    let features = features_of(&clips[..2], prior.layout()).unwrap();
+    // The 121st row is the second clip's first frame: 0.8 m high.
+    let row = &features[120 * layout().size()..121 * layout().size()];
+    assert!((row[0] - 0.8).abs() < 1e-6, "{row:?}");
+    let mut broken = clips[..2].to_vec();
+    broken[1].frames[3].joint_positions.pop();
+    let told = |error: LearnError| error.to_string();
+    assert!(told(Codes::of_prior(&prior, &broken).unwrap_err()).contains("swing_1, frame 3"));
+    assert!(told(features_of(&broken, prior.layout()).unwrap_err()).contains("swing_1, frame 3"));
 }
