@@ -275,6 +275,25 @@ impl ObservationSpec {
         Ok(())
     }
 
+    /// Frames of eq. 4.1 as the policy sees them: joint positions relative to the default pose.
+    ///
+    /// # Shapes
+    /// `frames: [N, F]` into `out: [N, F]`.
+    ///
+    /// # Errors
+    /// [`RobotError::Mismatch`] when the lengths differ or are no multiple of F.
+    pub fn write_frames(&self, frames: &[f32], out: &mut [f32]) -> Result<(), RobotError> {
+        if frames.len() != out.len() || !frames.len().is_multiple_of(self.frame_size()) {
+            return Err(RobotError::Mismatch {
+                what: "length of reference frames".into(),
+                expected: format!("{}, a multiple of {}", out.len(), self.frame_size()),
+                got: frames.len().to_string(),
+            });
+        }
+        self.put_frames(frames, &mut Writer { rest: out });
+        Ok(())
+    }
+
     fn put_frames(&self, frames: &[f32], out: &mut Writer<'_>) {
         let joints = self.joints.len();
         for frame in frames.chunks_exact(self.frame_size()) {

@@ -10,8 +10,12 @@ use lifelike_nn::device;
 use lifelike_nn::normalizer::RunningNormalizer;
 use lifelike_robot::{ActionMap, ActionSpec, ObservationSpec, Robot};
 
+use super::library::ReferenceLibrary;
 use super::networks::{Actor, ActorSize};
 use crate::error::LearnError;
+
+/// Frames that are encoded at a time.
+const CHUNK: usize = 256;
 
 /// How the names of policy files end.
 pub const EXTENSION: &str = ".policy.safetensors";
@@ -108,6 +112,31 @@ impl Policy {
         }
         self.normalizer.normalize(&mut observations);
         self.actor.means(observations)
+    }
+
+    /// Codes of its own encoder for every frame of a library, `[T, code]`, each of length one; none where it has no
+    /// encoder.
+    ///
+    /// # Errors
+    /// The library has other joints or end effectors.
+    pub fn codes(&self, library: &ReferenceLibrary) -> Result<Vec<f32>, LearnError> {
+        let spec = &self.header.observation;
+        let (width, window) = (spec.size(), spec.window_size());
+        let mut codes = Vec::new();
+        for first in (0..library.len()).step_by(CHUNK) {
+            let last = (first + CHUNK).min(library.len());
+            let mut rows = vec![0.0; (last - first) * width];
+            for (frame, row) in (first..last).zip(rows.chunks_exact_mut(width)) {
+                let offsets = spec.reference.window.iter();
+                let frames: Vec<f32> =
+                    offsets.flat_map(|o| library.features_at(library.around(frame, *o))).copied().collect();
+                spec.write_frames(&frames, &mut row[width - window..])?;
+            }
+            self.normalizer.normalize(&mut rows);
+            let windows = rows.chunks_exact(width).flat_map(|row| &row[width - window..]).copied().collect();
+            codes.extend(self.actor.codes(windows)?);
+        }
+        Ok(codes)
     }
 
     /// The file's content.

@@ -6,6 +6,7 @@ use lifelike_learn::representation::dataset::Windows;
 use lifelike_learn::representation::latent::codes::features_of;
 use lifelike_learn::representation::latent::{Codes, Encoded, LatentScore, comparison};
 use lifelike_learn::representation::{MotionPrior, ReconstructionReport};
+use lifelike_learn::tracking::{Policy, ReferenceLibrary};
 use lifelike_motion::MotionClip;
 use lifelike_robot::Robot;
 use serde_json::{Value, json};
@@ -36,6 +37,9 @@ pub struct Args {
     /// Others to compare it with.
     #[arg(long, num_args = 1..)]
     other_prior: Vec<PathBuf>,
+    /// Policies with an encoder of their own, trained end to end (network.encoder of their plans).
+    #[arg(long, num_args = 1..)]
+    policy: Vec<PathBuf>,
     /// Clips to encode: files, folders, patterns, or @list.txt with one of them per line.
     #[arg(short, long, required = true, num_args = 1..)]
     motions: Vec<PathBuf>,
@@ -83,7 +87,9 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     }
     progress.finish();
     spaces.extend(spaces.first().map(state_itself).transpose()?);
-    // Codes of an encoder that was trained together with a policy are another `Encoded` among `spaces`.
+    for path in &args.policy {
+        spaces.push(end_to_end(path, &motions, &robot)?);
+    }
     let scores = comparison::compare(&spaces, args.seed)?;
     let value = value(&scores, &reconstructions, motions.len());
     if let Some(folder) = &args.output {
@@ -106,6 +112,19 @@ fn state_itself(space: &Encoded) -> Result<Encoded, CliError> {
     let width = features.len() / codes.len().max(1);
     let codes = Codes::new(codes.names().to_vec(), starts, features.clone(), width, codes.fps())?;
     Ok(Encoded { name: "features of the frame itself".into(), codes, features })
+}
+
+/// Codes of a policy's own encoder, and the features of the same frames.
+fn end_to_end(path: &Path, clips: &[MotionClip], robot: &Robot) -> Result<Encoded, CliError> {
+    let policy = Policy::load(path, robot)?;
+    let Some((_, size)) = policy.header().encoder else {
+        let text = format!("{}: expected a policy with an encoder of its own, got one without", path.display());
+        return Err(CliError::Input(text));
+    };
+    let library = ReferenceLibrary::new(robot, clips, None)?;
+    let rows = policy.codes(&library)?;
+    let codes = Codes::new(library.names.clone(), library.starts.clone(), rows, size, robot.control_hz)?;
+    Ok(Encoded { name: path.display().to_string(), codes, features: library.features })
 }
 
 fn reconstruct(prior: &MotionPrior, clips: &[MotionClip], robot: &Robot) -> Result<ReconstructionReport, CliError> {

@@ -1,19 +1,21 @@
-//! `lifelike bench`: how fast things are here, and what a space of latent codes is worth.
+//! `lifelike bench`: how fast things are here, and the thesis' tables.
 
 mod engine;
 mod latent;
 mod machine;
+mod tracking;
 
 use clap::Subcommand;
 
 use crate::error::CliError;
 use crate::output::Output;
 
-/// Measure the engine's speed on this machine, and the quality of latent codes.
+/// Measure the engine's speed on this machine, and make the thesis' tables anew.
 #[derive(Debug, Subcommand)]
 pub enum Bench {
     Engine(engine::Args),
     Latent(latent::Args),
+    Tracking(tracking::Args),
 }
 
 impl Bench {
@@ -22,6 +24,7 @@ impl Bench {
         match self {
             Self::Engine(args) => engine::run(&args, output),
             Self::Latent(args) => latent::run(&args, output),
+            Self::Tracking(args) => tracking::run(&args, output),
         }
     }
 }

@@ -1,6 +1,6 @@
 //! `lifelike train tracker`: a policy that follows motion in physics.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use lifelike_learn::report::{Cell, Column, ReportBuilder, Table, curves_from};
@@ -62,8 +62,24 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
         (Some(path), false) => overrides::load(path, &args.overrides)?,
         (None, false) => return Err(CliError::Usage("say what to train with --plan FILE".into())),
     };
+    let summary = train(&plan, &folder, args.resume, (&args.engine, args.threads), output)?;
+    report(&summary, &folder, output)?;
+    if summary.interrupted {
+        return Err(CliError::Interrupted(format!("go on with --resume -o {}", folder.display())));
+    }
+    Ok(())
+}
+
+/// Trains by a plan in a run's folder, with physics by an engine on so many threads. The run is begun, or gone on with.
+pub fn train(
+    plan: &TrackerPlan,
+    folder: &Path,
+    resume: bool,
+    (engine, threads): (&str, usize),
+    output: &Output,
+) -> Result<Summary, CliError> {
     plan.check()?;
-    physics::available(&args.engine)?;
+    physics::available(engine)?;
     let robot = Arc::new(Robot::load(&plan.robot)?);
     let prior = plan.prior.as_deref().map(Prior::load).transpose()?;
     let library = if plan.clips.is_empty() {
@@ -78,15 +94,15 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     };
     let terrain = plan.terrain.map(|terrain| terrain.build()).transpose()?.map(Arc::new);
     let environments = plan.ppo.environments;
-    let simulation = lifelike_sim::create_on(terrain, &args.engine, Arc::clone(&robot), environments, args.threads)?;
-    let mut trainer = Trainer::new(&plan, robot, Arc::new(library), simulation)?;
-    if !args.resume {
+    let simulation = lifelike_sim::create_on(terrain, engine, Arc::clone(&robot), environments, threads)?;
+    let mut trainer = Trainer::new(plan, robot, Arc::new(library), simulation)?;
+    if !resume {
         trainer = trainer.initialised()?;
     }
     if let Some(prior) = &prior {
         trainer = trainer.with_prior_digest(prior.digest());
     }
-    let run = if args.resume { RunFolder::open(&folder)? } else { RunFolder::create(&folder, &plan)? };
+    let run = if resume { RunFolder::open(folder)? } else { RunFolder::create(folder, plan)? };
     let stop = interrupt::flag()?;
     let mut progress = Progress::new(output, "training", plan.budget.steps);
     let summary = trainer.run(&run, &stop, |now| {
@@ -104,11 +120,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     progress.finish();
     let facts = ReportBuilder::new(format!("Training of {}", folder.display())).fact("robot", plan.robot.clone());
     facts.curves(curves_from(&run.metrics()?)).table(clip_table(&trainer)).write(&run.report_path())?;
-    report(&summary, &folder, output)?;
-    if summary.interrupted {
-        return Err(CliError::Interrupted(format!("go on with --resume -o {}", folder.display())));
-    }
-    Ok(())
+    Ok(summary)
 }
 
 /// The mirror image of a clip, under a name of its own.

@@ -1,0 +1,278 @@
+//! `lifelike bench tracking`: variants of one plan, trained and evaluated alike (thesis Tables 4.3 and 4.4).
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use lifelike_learn::evaluation::{ClipScore, EvaluationOptions};
+use lifelike_learn::report::{Cell, Column, Table};
+use lifelike_learn::run::{RunFolder, read_metrics};
+use lifelike_learn::tracking::{Policy, TrackerPlan};
+use lifelike_robot::Robot;
+use serde::{Deserialize, Serialize};
+use tracing::info;
+
+use crate::commands::prior_file::Prior;
+use crate::commands::{clips, eval, physics, train};
+use crate::error::CliError;
+use crate::output::Output;
+use crate::overrides;
+
+/// Train variants of one plan with several seeds, evaluate all on the same motion, and print them as one table.
+///
+/// A study is a TOML file: the plan that all have in common, the variants as changes to it, and classes of clips. Each run
+/// has its folder; what is there already is not trained again, and a run that was stopped goes on.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+Examples:
+  lifelike bench tracking --study experiments/study-inputs.toml -o runs/inputs          # thesis Table 4.3
+  lifelike bench tracking --study experiments/study-inputs.toml -o runs/try budget.steps=200000
+  lifelike bench tracking --study experiments/study-inputs.toml -o runs/inputs --only M,LM --json | jq .runs
+
+Joint and end-effector errors are means over the frames before a fall; the survival rate stands beside them.")]
+pub struct Args {
+    /// The study.
+    #[arg(long)]
+    study: PathBuf,
+    /// Folder of the runs and of tracking.json.
+    #[arg(short, long)]
+    output: PathBuf,
+    /// Only these variants.
+    #[arg(long, value_delimiter = ',')]
+    only: Vec<String>,
+    /// Physics engine.
+    #[arg(long, default_value = physics::DEFAULT)]
+    engine: String,
+    /// Threads of the physics; one per processor where not given.
+    #[arg(long, default_value_t = 0)]
+    threads: usize,
+    /// Changes to the plan of all variants, by dotted path.
+    #[arg(value_name = "KEY=VALUE")]
+    overrides: Vec<String>,
+}
+
+/// What is compared.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Study {
+    /// The plan that all variants have in common.
+    plan: PathBuf,
+    variant: Vec<Variant>,
+    class: Vec<Class>,
+    /// Rows from elsewhere to stand above ours.
+    #[serde(default)]
+    published: Vec<Published>,
+    /// Episodes per clip.
+    #[serde(default = "five")]
+    starts: usize,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Variant {
+    name: String,
+    seeds: Vec<u64>,
+    /// Changes to the plan, as on the command line.
+    #[serde(default)]
+    set: Vec<String>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Class {
+    name: String,
+    clips: Vec<PathBuf>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Published {
+    name: String,
+    /// Joint error (deg) and end-effector error (m) by class.
+    errors: BTreeMap<String, [f64; 2]>,
+}
+
+fn five() -> usize {
+    5
+}
+
+/// One trained policy, evaluated.
+#[derive(Debug, Serialize)]
+struct Run {
+    variant: String,
+    seed: u64,
+    steps: u64,
+    minutes: f64,
+    /// By class, in the study's order.
+    scores: Vec<ClipScore>,
+}
+
+/// Runs the command.
+pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
+    physics::available(&args.engine)?;
+    let study = read(&args.study)?;
+    if let Some(unknown) = args.only.iter().find(|name| !study.variant.iter().any(|v| v.name == **name)) {
+        let known: Vec<&str> = study.variant.iter().map(|v| v.name.as_str()).collect();
+        return Err(CliError::Usage(format!("--only: expected some of {}, got '{unknown}'", known.join(", "))));
+    }
+    let mut runs = Vec::new();
+    for variant in study.variant.iter().filter(|v| args.only.is_empty() || args.only.contains(&v.name)) {
+        for &seed in &variant.seeds {
+            let changes: Vec<String> =
+                variant.set.iter().chain(&args.overrides).cloned().chain([format!("seed={seed}")]).collect();
+            let plan: TrackerPlan = overrides::load(&study.plan, &changes)?;
+            let folder = args.output.join(format!("{}-{seed}", variant.name));
+            info!("{} with seed {seed}: {}", variant.name, folder.display());
+            trained(&plan, &folder, args, output)?;
+            runs.push(evaluated(&study, &variant.name, &plan, &folder, args, output)?);
+            save(&runs, &args.output)?;
+        }
+    }
+    output.result(&runs, || table(&study, &runs).to_text())
+}
+
+fn read(path: &Path) -> Result<Study, CliError> {
+    let text = std::fs::read_to_string(path).map_err(|e| CliError::Input(format!("{}: {e}", path.display())))?;
+    toml::from_str(&text).map_err(|e| CliError::Input(format!("{}: {e}", path.display())))
+}
+
+/// Trains what is not trained yet. A folder of another plan is refused.
+fn trained(plan: &TrackerPlan, folder: &Path, args: &Args, output: &Output) -> Result<(), CliError> {
+    let exists = folder.join("plan.toml").exists();
+    if exists {
+        let there: TrackerPlan = RunFolder::open(folder)?.plan()?;
+        if there != *plan {
+            let text = format!("{}: expected a run of this variant's plan, got one of another", folder.display());
+            return Err(CliError::Input(text));
+        }
+        if policy_of(folder).exists() {
+            return Ok(());
+        }
+    }
+    let summary = train::tracker::train(plan, folder, exists, (&args.engine, args.threads), output)?;
+    if summary.interrupted {
+        // The policy of a stopped run would pass for a finished one.
+        std::fs::remove_file(&summary.policy).map_err(CliError::write(&summary.policy))?;
+        return Err(CliError::Interrupted("the same command goes on".into()));
+    }
+    Ok(())
+}
+
+fn policy_of(folder: &Path) -> PathBuf {
+    folder.join("tracker.policy.safetensors")
+}
+
+fn evaluated(
+    study: &Study,
+    variant: &str,
+    plan: &TrackerPlan,
+    folder: &Path,
+    args: &Args,
+    output: &Output,
+) -> Result<Run, CliError> {
+    let robot = Arc::new(Robot::load(&plan.robot)?);
+    let policy = Policy::load(&policy_of(folder), &robot)?;
+    let prior = Prior::for_policy(&policy, plan.prior.as_deref())?;
+    let job = eval::Job {
+        policy: &policy,
+        robot: &robot,
+        prior: prior.as_ref(),
+        engine: &args.engine,
+        threads: args.threads,
+    };
+    let options = EvaluationOptions { starts: study.starts, keep: 0, ..EvaluationOptions::default() };
+    let mut scores = Vec::new();
+    for class in &study.class {
+        let clips = clips::load(&class.clips, &robot)?;
+        let overall = job.run(&clips, &options, output)?.overall;
+        scores.push(ClipScore { clip: class.name.clone(), ..overall });
+    }
+    let timing = read_metrics(&RunFolder::open(folder)?.timing_path())?;
+    let last = timing.last().and_then(|row| row.values.iter().find(|(name, _)| name == "Perf/wall_time"));
+    let (steps, minutes) = (policy.header().steps, last.map_or(f64::NAN, |(_, seconds)| seconds / 60.0));
+    Ok(Run { variant: variant.into(), seed: plan.seed, steps, minutes, scores })
+}
+
+fn save(runs: &[Run], folder: &Path) -> Result<(), CliError> {
+    let file = folder.join("tracking.json");
+    let text = serde_json::to_string_pretty(runs).map_err(|e| CliError::Failed(e.to_string()))?;
+    std::fs::write(&file, text).map_err(CliError::write(&file))
+}
+
+/// Joint error | end-effector error (survival) by class; with several seeds the mean, and ± half the range.
+fn table(study: &Study, runs: &[Run]) -> Table {
+    let mut columns = vec![Column::text("input"), Column::number("runs", "")];
+    columns.extend(study.class.iter().map(|class| Column::number(&class.name, "deg | m | survival %")));
+    let mut table = Table::new("Tracking errors by class of motion", columns);
+    for row in &study.published {
+        let cell = |class: &Class| {
+            row.errors.get(&class.name).map_or_else(|| Cell::text("–"), |[d, m]| Cell::text(format!("{d:.2} | {m:.3}")))
+        };
+        let head = [Cell::text(row.name.clone()), Cell::text("")];
+        table.rows.push(head.into_iter().chain(study.class.iter().map(cell)).collect());
+    }
+    for variant in &study.variant {
+        let own: Vec<&Run> = runs.iter().filter(|r| r.variant == variant.name).collect();
+        if own.is_empty() {
+            continue;
+        }
+        let cell = |class: usize| {
+            let of = |value: fn(&ClipScore) -> f64| spread(own.iter().map(|r| value(&r.scores[class])));
+            let joints = of(|s| s.joint_error_deg);
+            let effectors = of(|s| s.effector_error_m);
+            let survival = of(|s| 100.0 * s.survival);
+            Cell::text(format!("{} | {} | {}", say(joints, 2), say(effectors, 3), say(survival, 0)))
+        };
+        let head = [Cell::text(variant.name.clone()), Cell::text(own.len().to_string())];
+        table.rows.push(head.into_iter().chain((0..study.class.len()).map(cell)).collect());
+    }
+    table
+}
+
+/// Mean and half the range.
+fn spread(values: impl Iterator<Item = f64> + Clone) -> (f64, f64) {
+    let n = values.clone().count() as f64;
+    let (low, high) = values.clone().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
+    (values.sum::<f64>() / n, 0.5 * (high - low))
+}
+
+fn say((mean, half_range): (f64, f64), digits: usize) -> String {
+    if half_range > 0.0 { format!("{mean:.digits$} ± {half_range:.digits$}") } else { format!("{mean:.digits$}") }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    #[test]
+    fn our_own_studies_can_be_read_and_every_variant_is_a_plan() {
+        let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+        let studies = std::fs::read_dir(root.join("experiments")).unwrap().filter_map(|entry| {
+            let path = entry.unwrap().path();
+            path.file_name()?.to_str()?.starts_with("study-").then_some(path)
+        });
+        let mut count = 0;
+        for path in studies {
+            let study = read(&path).unwrap();
+            for variant in &study.variant {
+                let plan: TrackerPlan = overrides::load(&root.join(&study.plan), &variant.set).unwrap();
+                plan.check().unwrap();
+                assert!(!variant.seeds.is_empty(), "{}: {}", path.display(), variant.name);
+            }
+            for row in &study.published {
+                let known = |class: &String| study.class.iter().any(|c| c.name == *class);
+                assert!(row.errors.keys().all(known), "{}: {}", path.display(), row.name);
+            }
+            count += 1;
+        }
+        assert!(count > 0);
+    }
+
+    #[test]
+    fn spread_by_hand() {
+        assert_eq!(spread([1.0, 2.0, 6.0].into_iter()), (3.0, 2.5));
+        assert_eq!(say((3.0, 2.5), 1), "3.0 ± 2.5");
+        assert_eq!(say((3.0, 0.0), 2), "3.00");
+    }
+}
