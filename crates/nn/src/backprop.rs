@@ -130,7 +130,7 @@ fn tensor(values: Vec<f32>, shape: [usize; 2], device: &Device) -> Tensor<2> {
     Tensor::from_data(TensorData::new(values, shape), device)
 }
 
-fn read<const D: usize>(tensor: Tensor<D>) -> Result<Vec<f32>, BackpropError> {
+pub(crate) fn read<const D: usize>(tensor: Tensor<D>) -> Result<Vec<f32>, BackpropError> {
     tensor.try_into_vec_as::<f32>().map_err(|e| BackpropError(e.to_string()))
 }
 

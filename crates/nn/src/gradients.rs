@@ -3,8 +3,9 @@
 use std::collections::BTreeMap;
 
 use burn::module::{Module, ModuleVisitor, Param};
-use burn::tensor::Tensor;
+use burn::tensor::{Tensor, TensorData};
 
+use crate::backprop::{BackpropError, read};
 use crate::names::Path;
 
 /// The gradient of every parameter that has one, flattened, keyed by the parameter's name.
@@ -30,6 +31,21 @@ impl Gradients {
     /// Adds the gradient of one parameter, flattened, however it was computed.
     pub fn insert(&mut self, name: String, gradient: Tensor<1>) {
         self.by_name.insert(name, gradient);
+    }
+
+    /// Lets somebody change the numbers of each gradient, in alphabetical order of their names.
+    ///
+    /// # Errors
+    /// The device does not hand out its numbers.
+    pub fn rewrite(&mut self, mut change: impl FnMut(&mut [f32])) -> Result<(), BackpropError> {
+        for gradient in self.by_name.values_mut() {
+            let device = gradient.device();
+            let mut values = read(gradient.clone())?;
+            change(&mut values);
+            let n = values.len();
+            *gradient = Tensor::from_data(TensorData::new(values, [n]), &device);
+        }
+        Ok(())
     }
 
     /// Takes in the gradients of other parameters.

@@ -103,6 +103,33 @@ impl RunningNormalizer {
         self.count = total.min(self.count_cap);
     }
 
+    /// What this normalizer has seen as sums, which add up over several: samples, then for each number its sum and that of
+    /// its square, `[1 + 2 size]`.
+    pub fn moments(&self) -> Vec<f64> {
+        let sums = self.mean.iter().map(|m| m * self.count);
+        let squares = self.mean.iter().zip(&self.variance).map(|(m, v)| (v + m * m) * self.count);
+        [self.count].into_iter().chain(sums).chain(squares).collect()
+    }
+
+    /// Takes in what others have seen: sums of their [`Self::moments`], of vectors of this size.
+    pub fn merge(&mut self, moments: &[f64]) {
+        let size = self.size();
+        let n = moments.first().copied().unwrap_or(0.0);
+        if self.frozen || moments.len() != 1 + 2 * size || n <= 0.0 {
+            return;
+        }
+        let total = self.count + n;
+        for i in 0..size {
+            let mean = moments[1 + i] / n;
+            let square = (moments[1 + size + i] - n * mean * mean).max(0.0);
+            let delta = mean - self.mean[i];
+            let merged = self.variance[i] * self.count + square + delta * delta * self.count * n / total;
+            self.mean[i] += delta * n / total;
+            self.variance[i] = merged / total;
+        }
+        self.count = total.min(self.count_cap);
+    }
+
     /// (x − mean) / std, clipped, in place, for rows `[N, size]`.
     pub fn normalize(&self, rows: &mut [f32]) {
         let (mean, inverse) = self.affine();

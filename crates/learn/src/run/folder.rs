@@ -115,6 +115,11 @@ impl RunFolder {
         Checkpoints::new(self.path.join("checkpoints"), keep)
     }
 
+    /// Those of another process of the same run: each has environments of its own.
+    pub fn checkpoints_of(&self, process: usize, keep: usize) -> Checkpoints {
+        Checkpoints::new(self.path.join("checkpoints").join(format!("process-{process}")), keep)
+    }
+
     /// The folder itself.
     pub fn path(&self) -> &Path {
         &self.path

@@ -35,6 +35,8 @@ const CHUNK: usize = 16;
 /// The environments, between two steps.
 pub struct Environment {
     plan: TrackerPlan,
+    /// Number of the first environment among those of all processes: what its randomness is addressed by.
+    first: usize,
     robot: Arc<Robot>,
     library: Arc<ReferenceLibrary>,
     simulation: Box<dyn Simulation>,
@@ -83,6 +85,20 @@ impl Environment {
         library: Arc<ReferenceLibrary>,
         simulation: Box<dyn Simulation>,
     ) -> Result<Self, LearnError> {
+        Self::among(plan, robot, library, simulation, 0)
+    }
+
+    /// The same as one of several processes: the environments before them are in others.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn among(
+        plan: &TrackerPlan,
+        robot: Arc<Robot>,
+        library: Arc<ReferenceLibrary>,
+        simulation: Box<dyn Simulation>,
+        first: usize,
+    ) -> Result<Self, LearnError> {
         let n = plan.ppo.environments;
         expect("environments of the simulation", n, simulation.len())?;
         expect("latent size of the library", plan.inputs.latent, library.latent)?;
@@ -120,6 +136,7 @@ impl Environment {
             steps: 0,
             tally: Tally::new(library.clips()),
             plan: plan.clone(),
+            first,
             ground: Ground::of(simulation.as_ref(), &robot),
             robot,
             library,
@@ -139,6 +156,11 @@ impl Environment {
     /// Whether there are none.
     pub fn is_empty(&self) -> bool {
         self.episodes.is_empty()
+    }
+
+    /// What the randomness of environment `i` is addressed by.
+    pub fn address(&self, i: usize) -> u64 {
+        (self.first + i) as u64
     }
 
     /// The layout of what the policy sees.
@@ -279,7 +301,7 @@ impl Environment {
     fn push(&mut self) -> Result<(), LearnError> {
         let Some(spec) = &self.randomization.pushes else { return Ok(()) };
         for (i, schedule) in self.pushes.iter_mut().enumerate() {
-            let mut rng = stream(self.plan.seed, "push", i as u64, self.steps);
+            let mut rng = stream(self.plan.seed, "push", (self.first + i) as u64, self.steps);
             schedule.advance(spec, self.simulation.as_mut(), i, &mut rng)?;
         }
         Ok(())
@@ -300,6 +322,7 @@ impl Environment {
             divisor: &self.divisor,
             state: self.simulation.state(),
             step: self.steps,
+            first: self.first,
             longest: (self.plan.episode.seconds * self.robot.control_hz).round().max(1.0) as u64,
         };
         let (a, c) = (self.observer.actor_size(), self.observer.critic_size());
@@ -327,7 +350,7 @@ impl Environment {
         let mut velocities = vec![0.0; ids.len() * nv];
         let starts = self.plan.starts;
         for (k, &i) in ids.iter().enumerate() {
-            let mut rng = stream(self.plan.seed, "reset", i as u64, self.episodes[i].number);
+            let mut rng = stream(self.plan.seed, "reset", self.address(i), self.episodes[i].number);
             let start = given.map_or_else(|| Start::at(self.sampler.draw(&mut rng)), |starts| starts[k].clone());
             let frame = start.frame;
             let spot = start.spot.unwrap_or_else(|| self.ground.spot(&mut rng));
@@ -371,7 +394,7 @@ impl Environment {
             self.observe(i, &mut scratch);
             let episode = &mut self.episodes[i];
             let (number, a) = (episode.number, self.observer.actor_size());
-            let rng = || stream(self.plan.seed, "first sense", i as u64, number);
+            let rng = || stream(self.plan.seed, "first sense", (self.first + i) as u64, number);
             self.senses.tell(&mut self.actor[i * a..(i + 1) * a], episode, rng);
         }
         Ok(())

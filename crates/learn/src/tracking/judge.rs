@@ -32,6 +32,8 @@ pub(super) struct Judge<'a> {
     pub(super) smoothness: f32,
     pub(super) state: &'a BatchState,
     pub(super) step: u64,
+    /// Number of the first environment among those of all processes.
+    pub(super) first: usize,
     pub(super) longest: u64,
 }
 
@@ -117,7 +119,7 @@ impl Judge<'_> {
         }
         let next = library.ahead(episode.frame, 1);
         self.observer.write(self.state, i, episode, library, next, &scratch.features, actor, critic);
-        self.senses.tell(actor, episode, || stream(self.plan.seed, "sense", i as u64, self.step));
+        self.senses.tell(actor, episode, || stream(self.plan.seed, "sense", (self.first + i) as u64, self.step));
     }
 
     fn reward(&self, i: usize, episode: &mut Episode, scratch: &mut Scratch, path: f32, heading: f32) {
@@ -148,7 +150,7 @@ impl Judge<'_> {
 
     /// Goes on with another clip where the robot is.
     fn switch(&self, i: usize, episode: &mut Episode) {
-        let mut rng = stream(self.plan.seed, "switch", i as u64, self.step);
+        let mut rng = stream(self.plan.seed, "switch", (self.first + i) as u64, self.step);
         episode.finished = Some((episode.stretch, episode.frame));
         episode.frame = self.sampler.draw(&mut rng);
         episode.stretch = episode.frame;

@@ -5,6 +5,7 @@
 //! [`Policy`] (the file that evaluation, the demo and a robot load).
 
 mod alignment;
+pub mod collective;
 pub mod curriculum;
 pub mod environment;
 mod episode;

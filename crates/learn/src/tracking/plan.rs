@@ -286,6 +286,8 @@ pub struct PpoSpec {
     pub learning_rate_bounds: [f64; 2],
     /// Learning rate of the value function; constant.
     pub critic_learning_rate: f64,
+    /// Collect the next rollout while the last one is learned from: what acts is one update behind.
+    pub overlap: bool,
     /// Weight of the entropy.
     pub entropy: f64,
     /// Largest norm of each network's gradient.
@@ -310,6 +312,7 @@ impl Default for PpoSpec {
             learning_rate: 1e-3,
             learning_rate_bounds: [2e-5, 3e-3],
             critic_learning_rate: 1e-3,
+            overlap: false,
             entropy: 0.0,
             gradient_norm: 1.0,
             initial_std: 0.4,

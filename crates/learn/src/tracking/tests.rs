@@ -10,6 +10,7 @@ use lifelike_motion::{MotionClip, Provenance};
 use lifelike_robot::{ActionSpec, Robot};
 use lifelike_sim::randomization::{PushSpec, RandomizationSpec};
 
+mod processes;
 mod senses;
 
 use super::curriculum::{Curriculum, Ramp};

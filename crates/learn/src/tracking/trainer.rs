@@ -9,6 +9,7 @@ use lifelike_nn::checkpoint::Checkpoint;
 use lifelike_robot::Robot;
 use lifelike_sim::Simulation;
 
+use super::collective::{Alone, Collective};
 use super::environment::Environment;
 use super::errors::Cause;
 use super::library::ReferenceLibrary;
@@ -29,6 +30,7 @@ pub struct Trainer {
     library: Arc<ReferenceLibrary>,
     environment: Environment,
     learner: Learner,
+    all: Arc<dyn Collective>,
     prior_digest: String,
     iteration: u64,
     steps: u64,
@@ -79,15 +81,32 @@ impl Trainer {
         library: Arc<ReferenceLibrary>,
         simulation: Box<dyn Simulation>,
     ) -> Result<Self, LearnError> {
+        Self::among(plan, robot, library, simulation, Arc::new(Alone))
+    }
+
+    /// The same as one of several processes, each with `ppo.environments` environments of its own, that take the same
+    /// gradient steps.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn among(
+        plan: &TrackerPlan,
+        robot: Arc<Robot>,
+        library: Arc<ReferenceLibrary>,
+        simulation: Box<dyn Simulation>,
+        all: Arc<dyn Collective>,
+    ) -> Result<Self, LearnError> {
         plan.check()?;
-        let environment = Environment::new(plan, Arc::clone(&robot), Arc::clone(&library), simulation)?;
-        let learner = Learner::new(plan, &environment, robot.joints());
+        let first = all.rank() * plan.ppo.environments;
+        let environment = Environment::among(plan, Arc::clone(&robot), Arc::clone(&library), simulation, first)?;
+        let learner = Learner::new(plan, &environment, robot.joints(), Arc::clone(&all));
         Ok(Self {
             plan: plan.clone(),
             robot,
             library,
             environment,
             learner,
+            all,
             prior_digest: String::new(),
             iteration: 0,
             steps: 0,
@@ -178,7 +197,7 @@ impl Trainer {
         let report = self.learner.iterate(&mut self.environment, self.iteration)?;
         self.environment.refresh();
         self.iteration += 1;
-        self.steps += self.environment.tally_mut().steps;
+        self.steps += self.environment.tally_mut().steps * self.all.size() as u64;
         Ok(report)
     }
 
@@ -211,41 +230,65 @@ impl Trainer {
         stop: &AtomicBool,
         mut progress: impl FnMut(&Progress),
     ) -> Result<Summary, LearnError> {
-        let checkpoints = folder.checkpoints(KEEP);
-        let mut metrics = match checkpoints.latest() {
-            None => folder.start_metrics()?,
-            Some((info, bytes)) => {
-                let position = self.load(&bytes, &checkpoints.path(info.iteration))?;
-                folder.resume_metrics(position, self.iteration)?
-            }
+        let checkpoints = match self.all.rank() {
+            0 => folder.checkpoints(KEEP),
+            rank => folder.checkpoints_of(rank, KEEP),
+        };
+        let position = match checkpoints.latest() {
+            None => None,
+            Some((info, bytes)) => Some(self.load(&bytes, &checkpoints.path(info.iteration))?),
+        };
+        self.agree_on_iteration()?;
+        // One process tells how it went; the others would tell the same.
+        let mut metrics = match (self.all.rank(), position) {
+            (0, None) => Some(folder.start_metrics()?),
+            (0, Some(position)) => Some(folder.resume_metrics(position, self.iteration)?),
+            _ => None,
         };
         let began = Instant::now();
         let earlier = self.earlier;
         let mut latest = None;
         let mut saved = Some(self.iteration).filter(|i| *i > 0);
         let mut interrupted = false;
-        while !self.spent() {
-            if stop.load(Ordering::SeqCst) {
+        while !self.all.any(self.spent()) {
+            if self.all.any(stop.load(Ordering::SeqCst)) {
                 interrupted = true;
                 break;
             }
             let report = self.iterate()?;
             self.earlier = earlier + began.elapsed().as_secs_f64();
             let now = self.progress(&report);
-            self.log(&report, &now, &mut metrics)?;
+            if let Some(metrics) = &mut metrics {
+                self.log(&report, &now, metrics)?;
+            }
             progress(&now);
             latest = Some(now);
             if self.iteration.is_multiple_of(self.plan.checkpoint_every) {
-                self.save(&checkpoints, &mut metrics)?;
+                self.save(&checkpoints, metrics.as_mut())?;
                 saved = Some(self.iteration);
             }
         }
         if saved != Some(self.iteration) {
-            self.save(&checkpoints, &mut metrics)?;
+            self.save(&checkpoints, metrics.as_mut())?;
         }
         let policy = folder.path().join(format!("tracker{EXTENSION}"));
-        self.policy().save(&policy)?;
+        if self.all.rank() == 0 {
+            self.policy().save(&policy)?;
+        }
         Ok(Summary { policy, progress: latest, interrupted })
+    }
+
+    /// Processes that would go on from different iterations would learn from different policies.
+    fn agree_on_iteration(&self) -> Result<(), LearnError> {
+        let mean = self.all.mean(self.iteration as f64);
+        if self.all.any((mean - self.iteration as f64).abs() > 0.25) {
+            return Err(LearnError::Mismatch {
+                what: "iterations of the processes' checkpoints".into(),
+                expected: "the same in all".into(),
+                got: format!("{} in process {}, {mean} on average", self.iteration, self.all.rank()),
+            });
+        }
+        Ok(())
     }
 
     fn spent(&self) -> bool {
@@ -257,13 +300,14 @@ impl Trainer {
         let hz = self.robot.control_hz;
         let seconds = self.earlier;
         let (steps, budget, iteration) = (self.steps, self.plan.budget.steps, self.iteration);
+        let (processes, overlap) = (self.all.size() as f64, self.plan.ppo.overlap);
         let tally = self.environment.tally_mut();
         Progress {
             iteration,
             steps,
             budget,
             seconds,
-            steps_per_second: tally.steps as f64 / (report.collecting + report.learning),
+            steps_per_second: tally.steps as f64 * processes / seconds_of(report, overlap),
             episode_seconds: tally.recent()[1] / hz,
             survival: tally.mean_survival(),
             reward: report.reward,
@@ -318,8 +362,12 @@ impl Trainer {
     }
 
     /// Everything that the rest of the run depends on.
-    fn save(&self, checkpoints: &crate::run::Checkpoints, metrics: &mut MetricsWriter) -> Result<(), LearnError> {
-        let position = metrics.sync()?;
+    fn save(
+        &self,
+        checkpoints: &crate::run::Checkpoints,
+        metrics: Option<&mut MetricsWriter>,
+    ) -> Result<(), LearnError> {
+        let position = metrics.map(MetricsWriter::sync).transpose()?.unwrap_or(0);
         let checkpoint = self.checkpoint(position)?;
         checkpoints.save(self.iteration, None, &checkpoint.to_bytes()?)?;
         Ok(())
@@ -366,4 +414,9 @@ impl Trainer {
         self.earlier = checkpoint.f64s("run.seconds", &[1])?[0];
         Ok(counters[2])
     }
+}
+
+/// Wall time of an iteration, whose two halves may run at once (s).
+fn seconds_of(report: &Iteration, overlap: bool) -> f64 {
+    if overlap { report.collecting.max(report.learning) } else { report.collecting + report.learning }
 }
