@@ -36,11 +36,19 @@ fn retargeted(folder: &Path) -> Value {
 
 #[test]
 fn every_command_teaches_by_example() {
-    let commands: [&[&str]; 8] = [
+    let commands: [&[&str]; 16] = [
         &["robots"],
         &["inspect"],
         &["motion", "retarget"],
         &["motion", "convert"],
+        &["motion", "sequence"],
+        &["motion", "compose"],
+        &["motion", "blend"],
+        &["motion", "warp"],
+        &["motion", "place"],
+        &["motion", "stylize"],
+        &["motion", "mirror"],
+        &["motion", "trim"],
         &["train", "prior"],
         &["train", "tracker"],
         &["eval"],
