@@ -36,7 +36,7 @@ fn retargeted(folder: &Path) -> Value {
 
 #[test]
 fn every_command_teaches_by_example() {
-    let commands: [&[&str]; 11] = [
+    let commands: [&[&str]; 19] = [
         &["robots"],
         &["inspect"],
         &["motion", "retarget"],
@@ -44,6 +44,14 @@ fn every_command_teaches_by_example() {
         &["motion", "search"],
         &["motion", "interpolate"],
         &["bench", "latent"],
+        &["motion", "sequence"],
+        &["motion", "compose"],
+        &["motion", "blend"],
+        &["motion", "warp"],
+        &["motion", "place"],
+        &["motion", "stylize"],
+        &["motion", "mirror"],
+        &["motion", "trim"],
         &["train", "prior"],
         &["train", "tracker"],
         &["eval"],

@@ -2,7 +2,8 @@
 //!
 //! The main path: bytes → [`formats`] → [`SourceClip`] (the human skeleton it came with) → [`retarget`] →
 //! [`MotionClip`] (a character's joints by name, SI units; kept in a [`container`], gathered by [`dataset`]) →
-//! [`features`] (thesis eq. 4.1) → [`window`] (eq. 4.2), at any rate by [`resample`].
+//! [`features`] (thesis eq. 4.1) → [`window`] (eq. 4.2), at any rate by [`resample`]. [`edit`] makes clips from clips
+//! (thesis 4.3.4: direction).
 
 pub mod clip;
 pub mod contacts;

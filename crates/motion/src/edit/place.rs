@@ -2,9 +2,10 @@
 //!
 //! The main path of [`place`]: every [`Key`] is an offset of one point from where the clip has it → offsets over time
 //! (`offset`), smooth and zero outside of the keys' windows → frame by frame, the retargeter's inverse kinematics moves
-//! the body as little as it takes while both feet stay (`solve`) → [`PlaceReport`], measured on the result.
+//! the body as little as it takes while both feet stay (`solve`), at the speeds that joints have (`pace`) → [`PlaceReport`], measured on the result.
 
 mod offset;
+mod pace;
 mod report;
 mod solve;
 
@@ -50,7 +51,8 @@ pub struct Key {
 /// The clip with these points at their places. Root and joints move as little as it takes; both soles stay where they are
 /// unless a key is on that foot, joints within their ranges and no faster than `options` (its speeds) or the clip itself
 /// allows. Frames outside of all windows are untouched. Keys of one point that follow each other within their windows are
-/// joined without going back in between. Contacts are found anew when a foot has keys.
+/// joined without going back in between. Contacts are found anew when a foot has keys. Where the body cannot come along
+/// without its soles giving way, all keys are met by the same share less.
 ///
 /// # Errors
 /// [`MotionError::Unfit`] for no key, a time that is not in the clip, numbers that are not finite, a window that is not
@@ -71,7 +73,7 @@ pub fn place(
     }
     let spots = keys.iter().map(|key| spot(character, anatomy, key)).collect::<Result<Vec<_>, _>>()?;
     let tracks = Track::of_keys(clip, &rig, &old, keys, &spots)?;
-    let new = solve::solve(&rig, &old, &tracks, clip.fps);
+    let new = solve::solve(&rig, clip, &old, &tracks);
     let mut out = clip.clone();
     set_positions(&mut out, character, &new);
     // What no key touches is not even rounded.

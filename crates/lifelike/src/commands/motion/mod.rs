@@ -1,9 +1,18 @@
 //! `lifelike motion ...`: motion in, motion out.
 
+pub mod blend;
+pub mod compose;
 pub mod convert;
+mod direct;
 pub mod interpolate;
+pub mod mirror;
+pub mod place;
 pub mod retarget;
 pub mod search;
+pub mod sequence;
+pub mod stylize;
+pub mod trim;
+pub mod warp;
 
 use std::path::{Path, PathBuf};
 
@@ -13,13 +22,22 @@ use lifelike_motion::container::EXTENSION;
 use crate::error::CliError;
 use crate::output::Output;
 
-/// Retarget captured motion to robots, convert the motion of robots, find alike motion, and blend two motions.
+/// Retarget captured motion to robots, convert the motion of robots, find alike motion, and direct it: new motion from what
+/// there is.
 #[derive(Debug, Subcommand)]
 pub enum Motion {
     Retarget(retarget::Args),
     Convert(convert::Args),
     Search(search::Args),
     Interpolate(interpolate::Args),
+    Sequence(sequence::Args),
+    Compose(compose::Args),
+    Blend(blend::Args),
+    Warp(warp::Args),
+    Place(place::Args),
+    Stylize(stylize::Args),
+    Mirror(mirror::Args),
+    Trim(trim::Args),
 }
 
 impl Motion {
@@ -30,6 +48,14 @@ impl Motion {
             Self::Convert(args) => convert::run(&args, output),
             Self::Search(args) => search::run(&args, output),
             Self::Interpolate(args) => interpolate::run(&args, output),
+            Self::Sequence(args) => sequence::run(&args, output),
+            Self::Compose(args) => compose::run(&args, output),
+            Self::Blend(args) => blend::run(&args, output),
+            Self::Warp(args) => warp::run(&args, output),
+            Self::Place(args) => place::run(&args, output),
+            Self::Stylize(args) => stylize::run(&args, output),
+            Self::Mirror(args) => mirror::run(&args, output),
+            Self::Trim(args) => trim::run(&args, output),
         }
     }
 }

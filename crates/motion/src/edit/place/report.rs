@@ -99,7 +99,7 @@ pub(super) fn measure(
 }
 
 /// Whether the clip says that a foot stands; of feet of which it says nothing, always.
-fn stands(clip: &MotionClip, foot: &str, frame: usize) -> bool {
+pub(super) fn stands(clip: &MotionClip, foot: &str, frame: usize) -> bool {
     let Some(contacts) = &clip.contacts else { return true };
     let place = contacts.names.iter().position(|name| name == foot);
     place.is_none_or(|place| contacts.flags[frame * contacts.names.len() + place])

@@ -1,0 +1,166 @@
+//! What all commands share that make motion from motion: robot and clips in, a clip with a name and a report out.
+
+use std::path::{Path, PathBuf};
+
+use lifelike_motion::edit::{TooFast, joints_of, too_fast};
+use lifelike_motion::retarget::RetargetOptions;
+use lifelike_motion::{MotionClip, container, dataset};
+use lifelike_robot::Robot;
+
+use super::container_in;
+use crate::commands::clips;
+use crate::error::CliError;
+use crate::output::{Output, table};
+
+/// Where the result goes, and whose motion it is.
+#[derive(Debug, clap::Args)]
+pub struct Common {
+    /// Folder of the result.
+    #[arg(short, long)]
+    pub output: PathBuf,
+    /// Name of the result, so of its file; told from the inputs where not given.
+    #[arg(long)]
+    pub name: Option<String>,
+    /// A robot's name, or its MJCF or URDF file; the robot that the clip was made for where not given.
+    #[arg(short, long)]
+    pub robot: Option<String>,
+}
+
+/// A robot, and how its motion is to be solved for.
+pub struct Stage {
+    pub robot: Robot,
+    /// At the robot's rate, with the speeds that its actuators allow.
+    pub options: RetargetOptions,
+}
+
+/// A clip that was written.
+#[derive(Debug, serde::Serialize)]
+pub struct Made {
+    clip: String,
+    fps: f64,
+    frames: usize,
+    seconds: f64,
+    file: PathBuf,
+    /// Joints that are faster than retargeting would let them be.
+    too_fast: Vec<TooFast>,
+}
+
+impl Common {
+    /// The robot that is asked for, else the one of the first clip that names one, else the default of retargeting.
+    pub fn stage<'a>(&self, inputs: impl IntoIterator<Item = &'a Path>) -> Result<Stage, CliError> {
+        let robot = match &self.robot {
+            Some(name) => Robot::load(name)?,
+            None => match character_of(inputs)? {
+                Some(name) => Robot::load(&name)
+                    .map_err(|e| CliError::Input(format!("{e}; say whose motion it is with --robot")))?,
+                None => Robot::load("lima")?,
+            },
+        };
+        let mut options = clips::retarget_options(&robot);
+        clips::limit_speeds(&mut options, &robot);
+        Ok(Stage { robot, options })
+    }
+
+    /// Changes each clip of the inputs and writes it, under the given name or its own with `suffix`.
+    pub fn each(
+        &self,
+        inputs: &[PathBuf],
+        suffix: &str,
+        output: &Output,
+        change: impl Fn(&MotionClip, &Stage) -> Result<MotionClip, CliError>,
+    ) -> Result<(), CliError> {
+        let stage = self.stage(inputs.iter().map(PathBuf::as_path))?;
+        let clips = stage.clips(inputs)?;
+        if let (Some(name), true) = (&self.name, clips.len() > 1) {
+            let message = format!("--name '{name}' is for one clip, but the inputs hold {}", clips.len());
+            return Err(CliError::Usage(message));
+        }
+        let mut made = Vec::with_capacity(clips.len());
+        for clip in clips {
+            let mut changed = change(&clip, &stage)?;
+            changed.name = format!("{}-{suffix}", clip.name);
+            made.push(self.write(changed, &stage)?);
+        }
+        output.result(&made, || made.iter().map(Made::text).collect::<Vec<_>>().join("\n"))
+    }
+
+    /// Writes a clip under the given name, else under its own.
+    pub fn write(&self, mut clip: MotionClip, stage: &Stage) -> Result<Made, CliError> {
+        if let Some(name) = &self.name {
+            clip.name.clone_from(name);
+        }
+        clip.provenance.character.clone_from(&stage.robot.character.name);
+        let file = container_in(&self.output, &clip.name);
+        container::write(&file, &clip)?;
+        let too_fast = too_fast(&clip, &stage.options.velocity_limit);
+        Ok(Made { fps: clip.fps, frames: clip.len(), seconds: clip.seconds(), file, too_fast, clip: clip.name })
+    }
+}
+
+impl Stage {
+    /// The clips of the inputs, made sure to be this robot's.
+    pub fn clips(&self, inputs: &[PathBuf]) -> Result<Vec<MotionClip>, CliError> {
+        let clips = clips::load(inputs, &self.robot)?;
+        for clip in &clips {
+            clip.columns_for(&self.robot.character)?;
+        }
+        Ok(clips)
+    }
+
+    /// The one clip of an input.
+    pub fn clip(&self, input: &Path) -> Result<MotionClip, CliError> {
+        let mut clips = self.clips(&[input.to_path_buf()])?;
+        match (clips.pop(), clips.len()) {
+            (Some(clip), 0) => Ok(clip),
+            (_, others) => Err(CliError::Input(format!("{}: expected one clip, got {}", input.display(), others + 1))),
+        }
+    }
+
+    /// Joints by the names of joints and parts of the body.
+    pub fn joints(&self, names: &[String]) -> Result<Vec<String>, CliError> {
+        Ok(joints_of(&self.robot.character, &self.robot.anatomy, names)?)
+    }
+}
+
+impl Made {
+    /// For people.
+    pub fn text(&self) -> String {
+        let mut text = format!(
+            "{}: {:.2} s, {} frames at {} Hz: {}\n",
+            self.clip,
+            self.seconds,
+            self.frames,
+            self.fps,
+            self.file.display()
+        );
+        if !self.too_fast.is_empty() {
+            let rows = self.too_fast.iter().map(|f| {
+                vec![
+                    f.joint.clone(),
+                    format!("{:.1}", f.speed),
+                    format!("{:.1}", f.limit),
+                    format!("{:.2}", f.time),
+                    f.frames.to_string(),
+                ]
+            });
+            text += "faster than retargeting lets a joint be (80% of what its actuator can):\n";
+            text += &table(&["joint", "rad/s", "limit", "at s", "steps"], &rows.collect::<Vec<_>>());
+        }
+        text
+    }
+}
+
+/// The character that the first motion file among the inputs was made for.
+fn character_of<'a>(inputs: impl IntoIterator<Item = &'a Path>) -> Result<Option<String>, CliError> {
+    for input in inputs {
+        // What is wrong with an input is told when it is loaded.
+        let files = dataset::find_files(&[input.to_path_buf()], dataset::is_motion_file).unwrap_or_default();
+        if let Some(file) = files.iter().find(|file| dataset::is_motion_file(file)) {
+            let character = container::read(file)?.provenance.character;
+            if !character.is_empty() {
+                return Ok(Some(character));
+            }
+        }
+    }
+    Ok(None)
+}
