@@ -1,5 +1,6 @@
 //! `lifelike motion ...`: motion in, motion out.
 
+pub mod check;
 pub mod convert;
 pub mod retarget;
 
@@ -11,11 +12,12 @@ use lifelike_motion::container::EXTENSION;
 use crate::error::CliError;
 use crate::output::Output;
 
-/// Retarget captured motion to robots, and convert the motion of robots.
+/// Retarget captured motion to robots, convert the motion of robots, and check whether they can execute it.
 #[derive(Debug, Subcommand)]
 pub enum Motion {
     Retarget(retarget::Args),
     Convert(convert::Args),
+    Check(check::Args),
 }
 
 impl Motion {
@@ -24,6 +26,7 @@ impl Motion {
         match self {
             Self::Retarget(args) => retarget::run(&args, output),
             Self::Convert(args) => convert::run(&args, output),
+            Self::Check(args) => check::run(&args, output),
         }
     }
 }
@@ -35,7 +38,7 @@ fn target(folder: &Path, name: &str, extension: &str) -> PathBuf {
 }
 
 /// Where the container of a clip goes.
-fn container_in(folder: &Path, name: &str) -> PathBuf {
+pub fn container_in(folder: &Path, name: &str) -> PathBuf {
     target(folder, name, EXTENSION)
 }
 
