@@ -13,6 +13,7 @@
 //! | `drift` | where the root is, and where it faces, against the reference (m, deg) |
 //! | `smoothness` | jerk (rad/s³) |
 //! | `fall` | what counts as a fall |
+//! | `robustness` | all of it against the size of a disturbance |
 //! | `failure` | which body left first, which joints were at their limit, when the ground was lost |
 
 pub mod accuracy;
@@ -23,6 +24,7 @@ pub mod failure;
 pub mod fall;
 mod hardship;
 mod recorder;
+pub mod robustness;
 mod rollout;
 pub mod schedule;
 mod score;
