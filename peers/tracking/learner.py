@@ -215,7 +215,7 @@ class Learner:
         rate = self.rate
         for epoch in range(s.epochs):
             for batch in torch.randperm(len(gains)).split(s.minibatch):
-                z = (actions[batch] - actor.mean(rows[batch])) * torch.exp(-actor.log_std)
+                z = (actions[batch] - actor.mean(rows.index_select(0, batch))) * torch.exp(-actor.log_std)
                 ratio = torch.exp(-0.5 * z.square().sum(1) - actor.log_std.sum() - old[batch])
                 gain = gains[batch]
                 loss = -torch.min(ratio * gain, ratio.clamp(1 - s.clip, 1 + s.clip) * gain).mean()
@@ -240,7 +240,7 @@ class Learner:
         rows = torch.from_numpy(rollout.critic_rows[:-1].reshape(len(targets), -1))
         for _ in range(self.settings.epochs):
             for batch in torch.randperm(len(targets)).split(self.settings.minibatch):
-                loss = 0.5 * (self.critic(rows[batch])[:, 0] - targets[batch]).square().mean()
+                loss = 0.5 * (self.critic(rows.index_select(0, batch))[:, 0] - targets[batch]).square().mean()
                 self.descend(self.critic, self.critic_adam, loss, self.settings.critic_rate)
 
     def descend(self, network: nn.Module, adam: torch.optim.Adam, loss: torch.Tensor, rate: float):

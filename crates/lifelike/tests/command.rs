@@ -36,7 +36,7 @@ fn retargeted(folder: &Path) -> Value {
 
 #[test]
 fn every_command_teaches_by_example() {
-    let commands: [&[&str]; 19] = [
+    let commands: [&[&str]; 22] = [
         &["robots"],
         &["inspect"],
         &["motion", "retarget"],
@@ -44,6 +44,7 @@ fn every_command_teaches_by_example() {
         &["motion", "search"],
         &["motion", "interpolate"],
         &["bench", "latent"],
+        &["bench", "tracking"],
         &["motion", "sequence"],
         &["motion", "compose"],
         &["motion", "blend"],
@@ -52,6 +53,8 @@ fn every_command_teaches_by_example() {
         &["motion", "stylize"],
         &["motion", "mirror"],
         &["motion", "trim"],
+        &["motion", "check"],
+        &["bench", "robustness"],
         &["train", "prior"],
         &["train", "tracker"],
         &["eval"],
@@ -139,6 +142,36 @@ fn motion_becomes_a_table() {
     assert_eq!(columns, 8 + 20);
     // wave.keys.toml lasts 5 s: frames at 0.0, 0.1, ... 5.0 s.
     assert_eq!(text.lines().count(), 1 + 51);
+}
+
+/// Our own clips can be executed; one that is lifted off the ground cannot.
+#[test]
+fn clips_are_checked_before_anybody_trains_on_them() {
+    let folder = tempfile::tempdir().unwrap();
+    retargeted(folder.path());
+    let file = folder.path().join("wave.motion.safetensors");
+    let mut lifted = lifelike_motion::container::read(&file).unwrap();
+    lifted.name = "lifted".into();
+    lifted.root_position.iter_mut().for_each(|p| p.z += 0.3);
+    let bad = folder.path().join("lifted.motion.safetensors");
+    lifelike_motion::container::write(&bad, &lifted).unwrap();
+    let at = folder.path().to_str().unwrap();
+    let checked = json(&["motion", "check", at]);
+    let verdicts: Vec<(&Value, &Value)> = checked
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|c| (&c["feasibility"]["clip"], &c["feasibility"]["trackable"]))
+        .collect();
+    let expected = [("lifted", false), ("nod", true), ("wave", true)].map(|(n, t)| (Value::from(n), Value::from(t)));
+    assert_eq!(verdicts, expected.iter().map(|(n, t)| (n, t)).collect::<Vec<_>>());
+    assert!(out(&lifelike(&["motion", "check", at])).contains("held up by nothing"));
+    let list = out(&lifelike(&["motion", "check", at, "--list-trackable"]));
+    assert_eq!(list.lines().count(), 2, "{list}");
+    let paths = folder.path().join("list.txt");
+    std::fs::write(&paths, list).unwrap();
+    let again = json(&["motion", "check", &format!("@{}", paths.display())]);
+    assert_eq!(again.as_array().unwrap().len(), 2, "the list can be read back");
 }
 
 #[test]
@@ -362,6 +395,28 @@ fn a_policy_is_trained_resumed_inspected_and_evaluated() {
     for network in ["src=\"http", "href=\"http", "@import", "fetch(", "XMLHttpRequest"] {
         assert!(!page.contains(network), "a report needs no network: {network}");
     }
+    let mended = path("mended");
+    let told = json(&[&eval[..], &["--explain", "--apply", &mended]].concat());
+    assert_eq!(told["overall"], evaluation["overall"], "explaining changes no score");
+    let explanations = told["explanations"].as_array().unwrap();
+    let fell = told["clips"].as_array().unwrap().iter().filter(|c| c["survival"].as_f64().unwrap() < 1.0).count();
+    assert_eq!(explanations.len(), fell);
+    let helped = explanations.iter().filter(|e| !e["remedy"].is_null()).count();
+    assert_eq!(std::fs::read_dir(&mended).map_or(0, Iterator::count), helped);
+
+    let bears = path("bears");
+    let bench =
+        ["bench", "robustness", "--policy", &policy, "--motions", "motions/nod.keys.toml", "-o", &bears, "--quick"];
+    let bench = [&bench[..], &["--seconds", "0.5", "--only", "push root", "--only", "hills"]].concat();
+    let found = json(&[&bench[..], &["--threads", "1"]].concat());
+    assert_eq!(found["curves"].as_array().unwrap().len(), 2);
+    assert_eq!(found["curves"][1]["points"][0]["size"], 0.0);
+    assert_eq!(found, json(&[&bench[..], &["--threads", "2"]].concat()), "threads change nothing");
+    let page = std::fs::read_to_string(folder.path().join("bears/report.html")).unwrap();
+    assert!(page.contains("push root") && folder.path().join("bears/robustness.json").is_file());
+    let unknown = lifelike(&[&bench[..], &["--only", "wind"]].concat());
+    assert_eq!(unknown.status.code(), Some(2), "{}", err(&unknown));
+
     let demo = path("demo");
     let shown = json(&["demo", "--policy", &policy, "motions/nod.keys.toml", "-o", &demo]);
     assert!(Path::new(shown["report"].as_str().unwrap()).is_file());

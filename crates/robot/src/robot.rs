@@ -97,6 +97,11 @@ impl Robot {
         self.layout.joints.len()
     }
 
+    /// Largest speeds of the scalar joints (rad/s or m/s); infinite where nothing limits them.
+    pub fn speeds(&self) -> Vec<f64> {
+        self.actuators.parameters.iter().map(|p| p.velocity_max).collect()
+    }
+
     /// Physics time step (s).
     pub fn timestep(&self) -> f64 {
         1.0 / (self.control_hz * self.substeps as f64)

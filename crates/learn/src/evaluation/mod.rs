@@ -13,16 +13,20 @@
 //! | `drift` | where the root is, and where it faces, against the reference (m, deg) |
 //! | `smoothness` | jerk (rad/s³) |
 //! | `fall` | what counts as a fall |
+//! | `explain` | a failure in plain words, and what change of the clip would help |
+//! | `robustness` | all of it against the size of a disturbance |
 //! | `failure` | which body left first, which joints were at their limit, when the ground was lost |
 
 pub mod accuracy;
 mod course;
 pub mod drift;
 mod driver;
+pub mod explain;
 pub mod failure;
 pub mod fall;
 mod hardship;
 mod recorder;
+pub mod robustness;
 mod rollout;
 pub mod schedule;
 mod score;

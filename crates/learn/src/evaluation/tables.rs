@@ -109,7 +109,8 @@ fn row(score: &ClipScore, joints: &[String]) -> Vec<Cell> {
     ]
 }
 
-fn playback(rollout: &Rollout) -> Playback {
+/// A rollout to look at.
+pub(super) fn playback(rollout: &Rollout) -> Playback {
     let bodies = |frames: &[Snapshot]| frames.iter().map(|f| f.bodies.clone()).collect();
     let score = EpisodeScore::of(rollout);
     let fall = match rollout.outcome {

@@ -12,7 +12,7 @@ use super::{Cause, Evaluation, EvaluationOptions, Outcome, evaluate};
 use crate::tracking::testing::{Followers, robot};
 use crate::tracking::{Policy, ReferenceLibrary, TrackerPlan, Trainer};
 
-fn clip(name: &str, seconds: f64, cyclic: bool) -> MotionClip {
+pub(super) fn clip(name: &str, seconds: f64, cyclic: bool) -> MotionClip {
     let frames = (seconds * 50.0) as usize + 1;
     let angle = |i: usize| 0.3 * (i as f64 / (frames - 1) as f64 * std::f64::consts::TAU).sin();
     MotionClip {
@@ -29,7 +29,7 @@ fn clip(name: &str, seconds: f64, cyclic: bool) -> MotionClip {
 }
 
 /// A policy that was never trained; with a tiny `scale` it asks for the reference itself.
-fn policy(scale: f64) -> Policy {
+pub(super) fn policy(scale: f64) -> Policy {
     let mut plan = TrackerPlan::new("post", &[]);
     plan.ppo.environments = 2;
     plan.ppo.minibatch = 4;

@@ -28,6 +28,8 @@ const SCRIPTS: [&str; 8] = [
 ];
 const MAIN: &str = include_str!("page/main.js");
 
+/// How much training curves are smoothed at first.
+const SMOOTHED: &str = "value=\"0.6\"";
 const CURVES: &str = "<section>\n<div class=\"curves-head\"><h2>Curves</h2><label>smoothing <input data-is=\"smoothing\" \
                       type=\"range\" min=\"0\" max=\"0.98\" step=\"0.01\" value=\"0.6\"></label></div>\n<div \
                       data-is=\"curves\"></div>\n</section>\n";
@@ -40,6 +42,7 @@ pub struct ReportBuilder {
     facts: Vec<(String, String)>,
     tables: Vec<Table>,
     curves: Vec<Curve>,
+    measured: bool,
     characters: Vec<(String, Value)>,
     playbacks: Vec<Value>,
 }
@@ -65,6 +68,12 @@ impl ReportBuilder {
     /// Adds curves; [`super::curves_from`] makes them from a run's metrics.
     pub fn curves(mut self, curves: impl IntoIterator<Item = Curve>) -> Self {
         self.curves.extend(curves.into_iter().filter(|c| c.y.iter().any(|v| v.is_finite())));
+        self
+    }
+
+    /// The curves are shown as they are, until the reader smooths them: each point is a measurement, not a noisy iteration.
+    pub fn measured(mut self) -> Self {
+        self.measured = true;
         self
     }
 
@@ -110,7 +119,8 @@ impl ReportBuilder {
         }
         self.tables.iter().for_each(|t| sections.push_str(&t.to_html()));
         if !self.curves.is_empty() {
-            sections.push_str(CURVES);
+            let smoothing = if self.measured { "value=\"0\"" } else { SMOOTHED };
+            sections.push_str(&CURVES.replace(SMOOTHED, smoothing));
         }
         if sections.is_empty() {
             sections.push_str("<p class=\"quiet\">Nothing was recorded.</p>\n");
@@ -161,6 +171,14 @@ mod tests {
     #[test]
     fn templates_are_filled_once() {
         assert_eq!(fill("<{{a}}|{{b}}|{{none}}>", &[("a", "{{b}}"), ("b", "2")]), "<{{b}}|2|>");
+    }
+
+    #[test]
+    fn measured_curves_are_not_smoothed_at_first() {
+        let page = || ReportBuilder::new("").curves([Curve { name: "a".into(), x: vec![0.0], y: vec![1.0] }]);
+        assert!(page().to_html().contains(SMOOTHED));
+        let measured = page().measured().to_html();
+        assert!(measured.contains("data-is=\"curves\"") && !measured.contains(SMOOTHED));
     }
 
     #[test]

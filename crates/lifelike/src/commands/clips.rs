@@ -34,18 +34,7 @@ pub fn limit_speeds(options: &mut RetargetOptions, robot: &Robot) {
 /// # Errors
 /// Whatever is wrong with the first file that is no use; two clips of one name.
 pub fn load(inputs: &[PathBuf], robot: &Robot) -> Result<Vec<MotionClip>, CliError> {
-    let files = dataset::find_files(&listed(inputs)?, |path| dataset::is_motion_file(path) || is_captured(path))?;
-    let mut options = retarget_options(robot);
-    limit_speeds(&mut options, robot);
-    let read = |file: &PathBuf| {
-        if dataset::is_motion_file(file) {
-            return container::read(file);
-        }
-        let source = read_captured(file, &ReadOptions::default())?;
-        Ok(retarget(&source, &robot.character, &robot.anatomy, &options)?.0)
-    };
-    let clips: Vec<Result<MotionClip, MotionError>> = files.par_iter().map(read).collect();
-    let mut clips = clips.into_iter().collect::<Result<Vec<_>, _>>()?;
+    let mut clips: Vec<MotionClip> = load_files(inputs, robot)?.into_iter().map(|(_, clip)| clip).collect();
     clips.sort_by(|a, b| a.name.cmp(&b.name));
     if let Some(pair) = clips.windows(2).find(|pair| pair[0].name == pair[1].name) {
         return Err(CliError::Input(format!("two files have a clip named '{}'", pair[0].name)));
@@ -63,6 +52,27 @@ pub fn load_one(input: &Path, robot: &Robot) -> Result<MotionClip, CliError> {
         Ok([clip]) => Ok(clip),
         Err(clips) => Err(CliError::Input(format!("{}: expected one clip, got {}", input.display(), clips.len()))),
     }
+}
+
+/// The same, each with its file, sorted by file; names may repeat.
+///
+/// # Errors
+/// Whatever is wrong with the first file that is no use.
+pub fn load_files(inputs: &[PathBuf], robot: &Robot) -> Result<Vec<(PathBuf, MotionClip)>, CliError> {
+    let files = dataset::find_files(&listed(inputs)?, |path| dataset::is_motion_file(path) || is_captured(path))?;
+    let mut options = retarget_options(robot);
+    limit_speeds(&mut options, robot);
+    let read = |file: PathBuf| {
+        if dataset::is_motion_file(&file) {
+            let clip = container::read(&file)?;
+            return Ok((file, clip));
+        }
+        let source = read_captured(&file, &ReadOptions::default())?;
+        let clip = retarget(&source, &robot.character, &robot.anatomy, &options)?.0;
+        Ok((file, clip))
+    };
+    let clips: Vec<Result<(PathBuf, MotionClip), MotionError>> = files.into_par_iter().map(read).collect();
+    Ok(clips.into_iter().collect::<Result<Vec<_>, _>>()?)
 }
 
 /// Replaces `@file` by the lines of the file that are neither empty nor comments (`#`).

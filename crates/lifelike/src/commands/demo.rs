@@ -68,7 +68,8 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let options = EvaluationOptions { seconds: args.seconds, starts: 1, keep: 1, ..EvaluationOptions::default() };
     let job = Job { policy: &policy, robot: &robot, prior: prior.as_ref(), engine: &args.engine, threads: 0 };
     let evaluation = job.run(&clips, &options, output)?;
-    let report = save(&evaluation, &robot, &format!("{} follows {} motions", robot.name, clips.len()), &args.output)?;
+    let report =
+        save(&evaluation, None, &robot, &format!("{} follows {} motions", robot.name, clips.len()), &args.output)?;
     let seconds = began.elapsed().as_secs_f64();
     let report = std::path::absolute(&report).unwrap_or(report);
     let value = json!({ "evaluation": evaluation, "report": report, "policy": file, "seconds": seconds });

@@ -3,12 +3,14 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use lifelike_learn::evaluation::explain::{self, Explanation};
 use lifelike_learn::evaluation::{Evaluation, EvaluationOptions, evaluate};
-use lifelike_learn::report::ReportBuilder;
+use lifelike_learn::report::{ReportBuilder, Table};
 use lifelike_learn::tracking::Policy;
-use lifelike_motion::MotionClip;
+use lifelike_motion::{MotionClip, container};
 use lifelike_robot::Robot;
 
+use crate::commands::motion::container_in;
 use crate::commands::prior_file::Prior;
 use crate::commands::{clips, physics};
 use crate::error::CliError;
@@ -29,6 +31,7 @@ Examples:
   lifelike eval --policy p.policy.safetensors --prior m.prior.safetensors --motions a.bvh b.bvh -o report
   lifelike eval --policy p.policy.safetensors --motions @experiments/track-20-test.txt -o report
   lifelike eval --policy p.policy.safetensors --motions data/lima -o report --json | jq .overall.survival
+  lifelike eval --policy p.policy.safetensors --motions data/lima -o report --explain --apply data/mended
 
 Motions may be *.motion.safetensors, or captured motion and keyframes, which are retargeted on the way.")]
 pub struct Args {
@@ -53,6 +56,12 @@ pub struct Args {
     /// Episodes per clip, from frames spread over it.
     #[arg(long, default_value_t = 5)]
     pub starts: usize,
+    /// Say of every clip that it falls on why, and try which change of the clip would help.
+    #[arg(long)]
+    pub explain: bool,
+    /// Write the clips that a change helps to this folder, changed.
+    #[arg(long, value_name = "FOLDER", requires = "explain")]
+    pub apply: Option<PathBuf>,
     /// Physics engine.
     #[arg(long, default_value = physics::DEFAULT)]
     pub engine: String,
@@ -77,8 +86,25 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
         Job { policy: &policy, robot: &robot, prior: prior.as_ref(), engine: &args.engine, threads: args.threads };
     let evaluation = job.run(&clips, &options, output)?;
     let title = format!("{} on {} clips", args.policy.display(), clips.len());
-    let report = save(&evaluation, &robot, &title, &args.output)?;
-    output.result(&evaluation, || format!("{}\nreport: {}\n", text(&evaluation), report.display()))
+    let explanations = args.explain.then(|| job.explain(&evaluation, &clips, &options, output)).transpose()?;
+    let table = explanations.as_ref().and_then(|all| explain::table(all));
+    let report = save(&evaluation, table, &robot, &title, &args.output)?;
+    for mended in explanations.iter().flatten().filter_map(|e| e.mended.as_ref()) {
+        let Some(folder) = &args.apply else { break };
+        container::write(&container_in(folder, &mended.name), mended)?;
+    }
+    let sentences: String = explanations.iter().flatten().map(|e| e.words() + "\n").collect();
+    let result = Explained { evaluation: &evaluation, explanations };
+    output.result(&result, || format!("{}\n{sentences}report: {}\n", text(&evaluation), report.display()))
+}
+
+/// An evaluation, and with `--explain` its explanations.
+#[derive(serde::Serialize)]
+struct Explained<'a> {
+    #[serde(flatten)]
+    evaluation: &'a Evaluation,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    explanations: Option<Vec<Explanation>>,
 }
 
 /// A policy, ready to be evaluated.
@@ -113,10 +139,41 @@ impl Job<'_> {
         progress.finish();
         Ok(evaluation)
     }
+
+    /// Explains the falls of an evaluation on these clips.
+    fn explain(
+        &self,
+        evaluation: &Evaluation,
+        clips: &[MotionClip],
+        options: &EvaluationOptions,
+        output: &Output,
+    ) -> Result<Vec<Explanation>, CliError> {
+        let simulate = |n| Ok(lifelike_sim::create(self.engine, Arc::clone(self.robot), n, self.threads)?);
+        let mut progress = Progress::new(output, "explaining", 1);
+        let prior = self.prior.map(Prior::as_encode);
+        let told = explain::explain(
+            evaluation,
+            self.policy,
+            self.robot,
+            clips,
+            prior,
+            &simulate,
+            options,
+            |clip, done, of| progress.update(done as u64, of as u64, || clip.to_string()),
+        )?;
+        progress.finish();
+        Ok(told)
+    }
 }
 
-/// Writes `evaluation.json` and `report.html`; returns the report's path.
-pub fn save(evaluation: &Evaluation, robot: &Robot, title: &str, folder: &Path) -> Result<PathBuf, CliError> {
+/// Writes `evaluation.json` and `report.html`, with another table where there is one; returns the report's path.
+pub fn save(
+    evaluation: &Evaluation,
+    more: Option<Table>,
+    robot: &Robot,
+    title: &str,
+    folder: &Path,
+) -> Result<PathBuf, CliError> {
     std::fs::create_dir_all(folder).map_err(CliError::write(folder))?;
     let json = serde_json::to_string_pretty(evaluation).map_err(|e| CliError::Failed(e.to_string()))?;
     let file = folder.join("evaluation.json");
@@ -129,7 +186,7 @@ pub fn save(evaluation: &Evaluation, robot: &Robot, title: &str, folder: &Path) 
         .fact("episodes", overall.episodes.to_string())
         .fact("survival", format!("{:.0}%", 100.0 * overall.survival))
         .fact("joint error", format!("{:.2} deg", overall.joint_error_deg));
-    let page = evaluation.tables().into_iter().fold(page, ReportBuilder::table);
+    let page = evaluation.tables().into_iter().chain(more).fold(page, ReportBuilder::table);
     let path = folder.join("report.html");
     page.playback(&robot.character, &evaluation.playbacks()).write(&path)?;
     Ok(path)

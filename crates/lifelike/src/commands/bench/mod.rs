@@ -1,8 +1,9 @@
-//! `lifelike bench`: how fast things are here, and the thesis' tables.
+//! `lifelike bench`: how fast things are here, how much a policy bears, and the thesis' tables.
 
 mod engine;
 mod latent;
 mod machine;
+mod robustness;
 mod tracking;
 
 use clap::Subcommand;
@@ -10,11 +11,12 @@ use clap::Subcommand;
 use crate::error::CliError;
 use crate::output::Output;
 
-/// Measure the engine's speed on this machine, and make the thesis' tables anew.
+/// Measure the engine's speed on this machine and how much a policy bears, and make the thesis' tables anew.
 #[derive(Debug, Subcommand)]
 pub enum Bench {
     Engine(engine::Args),
     Latent(latent::Args),
+    Robustness(robustness::Args),
     Tracking(tracking::Args),
 }
 
@@ -25,6 +27,7 @@ impl Bench {
             Self::Engine(args) => engine::run(&args, output),
             Self::Latent(args) => latent::run(&args, output),
             Self::Tracking(args) => tracking::run(&args, output),
+            Self::Robustness(args) => robustness::run(&args, output),
         }
     }
 }

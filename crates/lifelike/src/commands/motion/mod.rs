@@ -1,6 +1,7 @@
 //! `lifelike motion ...`: motion in, motion out.
 
 pub mod blend;
+pub mod check;
 pub mod compose;
 pub mod convert;
 mod direct;
@@ -22,12 +23,13 @@ use lifelike_motion::container::EXTENSION;
 use crate::error::CliError;
 use crate::output::Output;
 
-/// Retarget captured motion to robots, convert the motion of robots, find alike motion, and direct it: new motion from what
-/// there is.
+/// Retarget captured motion to robots, check whether they can execute it, find alike motion, and direct it: new motion from
+/// what there is.
 #[derive(Debug, Subcommand)]
 pub enum Motion {
     Retarget(retarget::Args),
     Convert(convert::Args),
+    Check(check::Args),
     Search(search::Args),
     Interpolate(interpolate::Args),
     Sequence(sequence::Args),
@@ -46,6 +48,7 @@ impl Motion {
         match self {
             Self::Retarget(args) => retarget::run(&args, output),
             Self::Convert(args) => convert::run(&args, output),
+            Self::Check(args) => check::run(&args, output),
             Self::Search(args) => search::run(&args, output),
             Self::Interpolate(args) => interpolate::run(&args, output),
             Self::Sequence(args) => sequence::run(&args, output),
@@ -67,7 +70,7 @@ fn target(folder: &Path, name: &str, extension: &str) -> PathBuf {
 }
 
 /// Where the container of a clip goes.
-fn container_in(folder: &Path, name: &str) -> PathBuf {
+pub fn container_in(folder: &Path, name: &str) -> PathBuf {
     target(folder, name, EXTENSION)
 }
 

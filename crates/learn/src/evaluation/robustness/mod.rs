@@ -1,0 +1,22 @@
+//! How much a policy bears (thesis 4.3.3, "Robustness" and "Reactivity"): survival and error against the size of what is done
+//! to it.
+//!
+//! The main path: [`Disturbance`] (what is done, and the sizes) → [`sweep`] (an evaluation per size, under
+//! [`Hardship`](super::Hardship)s with addressed randomness) → [`Robustness`] (curves) → its tables, curves and playbacks.
+//! Every size of one disturbance meets the same directions, moments and places, so that curves differ by size alone.
+
+mod curve;
+mod disturbance;
+mod push;
+mod stairs;
+mod sweep;
+mod switches;
+mod tables;
+#[cfg(test)]
+mod tests;
+mod trial;
+
+pub use curve::{Point, Robustness, RobustnessCurve};
+pub use disturbance::{Disturbance, Part};
+pub use stairs::climb;
+pub use sweep::{Ground, RobustnessOptions, sweep};

@@ -1,0 +1,30 @@
+//! A reference that jumps from clip to clip (thesis 4.3.3, "Reactivity").
+
+use lifelike_nn::rng::stream;
+use rand::Rng;
+
+use crate::evaluation::{Stretch, Task};
+use crate::tracking::ReferenceLibrary;
+
+/// Where an episode of `frames` frames goes on every `every` frames: a random frame of a random clip that then lasts for so
+/// long. Of clips too short for that, the longest part is used, and the next switch comes sooner.
+pub(super) fn stretches(
+    library: &ReferenceLibrary,
+    task: &Task,
+    frames: usize,
+    every: usize,
+    seed: u64,
+) -> Vec<Stretch> {
+    let mut rng = stream(seed, "robustness switch", task.number as u64, 0);
+    let mut all = Vec::new();
+    let (mut step, every) = (1, every.max(1));
+    while step < frames {
+        let range = library.range(rng.random_range(0..library.clips()));
+        // The last frame of a clip is never asked for: the environment ends an episode there.
+        let room = range.len().saturating_sub(every + 2);
+        let frame = range.start + rng.random_range(0..=room);
+        all.push(Stretch { step, frame });
+        step += every.min(range.len().saturating_sub(2)).max(1);
+    }
+    all
+}

@@ -1,0 +1,134 @@
+//! `lifelike bench robustness`: how much a policy bears.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use lifelike_learn::evaluation::EvaluationOptions;
+use lifelike_learn::evaluation::robustness::{Disturbance, Robustness, RobustnessOptions, sweep};
+use lifelike_learn::report::ReportBuilder;
+use lifelike_learn::tracking::Policy;
+use lifelike_robot::Robot;
+use lifelike_sim::create_on;
+
+use crate::commands::prior_file::Prior;
+use crate::commands::{clips, physics};
+use crate::error::CliError;
+use crate::output::Output;
+use crate::progress::Progress;
+
+/// Most episodes that run at once.
+const ENVIRONMENTS: usize = 128;
+
+/// Measure survival and tracking error of a policy against the size of disturbances.
+///
+/// Pushes on root, head, hands and feet; friction; masses; encoders that are off; hills; stairs climbed in the air; abrupt
+/// switches between clips. The folder gets robustness.json and report.html, with the curves and an episode that survived and
+/// one that fell of each. The result is the same for the same seed, whatever the threads.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+Examples:
+  lifelike bench robustness --policy assets/lima.policy.safetensors --motions motions -o runs/robustness
+  lifelike bench robustness --policy p.policy.safetensors --motions @experiments/track-20-test.txt -o out --quick
+  lifelike bench robustness --policy p.policy.safetensors --motions walk.bvh -o out --only 'push root' --only hills")]
+pub struct Args {
+    /// The policy.
+    #[arg(short, long)]
+    policy: PathBuf,
+    /// The motion prior that the policy was trained with, where it was.
+    #[arg(long)]
+    prior: Option<PathBuf>,
+    /// The robot: a name, or an MJCF or URDF file; what the policy was trained for where not given.
+    #[arg(short, long)]
+    robot: Option<String>,
+    /// Clips to follow: files, folders, patterns, or @list.txt with one of them per line.
+    #[arg(short, long, required = true, num_args = 1..)]
+    motions: Vec<PathBuf>,
+    /// Folder of the results.
+    #[arg(short, long)]
+    output: PathBuf,
+    /// Few sizes, short episodes.
+    #[arg(long)]
+    quick: bool,
+    /// Only disturbances of these names.
+    #[arg(long)]
+    only: Vec<String>,
+    /// Longest episode (s); 10, or 4 with --quick.
+    #[arg(long)]
+    seconds: Option<f64>,
+    /// Episodes per clip; 5, or 2 with --quick.
+    #[arg(long)]
+    starts: Option<usize>,
+    /// Seed of directions, moments, places, offsets and hills.
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Physics engine.
+    #[arg(long, default_value = physics::DEFAULT)]
+    engine: String,
+    /// Threads; one per processor where not given. Results do not depend on it.
+    #[arg(long, default_value_t = 0)]
+    threads: usize,
+}
+
+/// Runs the command.
+pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
+    physics::available(&args.engine)?;
+    let options = options(args)?;
+    let policy = Policy::read(&args.policy)?;
+    let robot = Arc::new(Robot::load(args.robot.as_deref().unwrap_or(&policy.header().robot))?);
+    policy.check(&robot)?;
+    let prior = Prior::for_policy(&policy, args.prior.as_deref())?;
+    let clips = clips::load(&args.motions, &robot)?;
+    let ground =
+        |terrain, environments| Ok(create_on(terrain, &args.engine, Arc::clone(&robot), environments, args.threads)?);
+    let mut progress = Progress::new(output, "disturbing", 1);
+    let prior = prior.as_ref().map(Prior::as_encode);
+    let found = sweep(&policy, &robot, &clips, prior, &ground, ENVIRONMENTS, &options, |what, done, of| {
+        progress.update(done as u64, of as u64, || what.to_string());
+    })?;
+    progress.finish();
+    let report = save(&found, &robot, &args.policy, &args.output)?;
+    output.result(&found, || {
+        let tables: String = found.tables().iter().map(|t| t.to_text() + "\n").collect();
+        format!("{tables}report: {}\n", report.display())
+    })
+}
+
+fn options(args: &Args) -> Result<RobustnessOptions, CliError> {
+    let seconds = args.seconds.unwrap_or(if args.quick { 4.0 } else { 10.0 });
+    let starts = args.starts.unwrap_or(if args.quick { 2 } else { 5 });
+    if !(seconds > 0.0 && seconds <= 3600.0 && starts > 0) {
+        return Err(CliError::Usage("--seconds must be above 0 and at most 3600, --starts at least 1".into()));
+    }
+    let names = || Disturbance::ALL.iter().map(|d| d.name());
+    if let Some(unknown) = args.only.iter().find(|only| !names().any(|name| name == only.as_str())) {
+        let all = names().collect::<Vec<_>>().join("', '");
+        return Err(CliError::Usage(format!("--only: no disturbance '{unknown}'; there are '{all}'")));
+    }
+    let wanted = |d: &Disturbance| args.only.is_empty() || args.only.iter().any(|only| only == d.name());
+    Ok(RobustnessOptions {
+        seed: args.seed,
+        few: args.quick,
+        disturbances: Disturbance::ALL.into_iter().filter(wanted).collect(),
+        evaluation: EvaluationOptions { seconds, starts, ..EvaluationOptions::default() },
+    })
+}
+
+/// Writes `robustness.json` and `report.html`; returns the report's path.
+fn save(found: &Robustness, robot: &Robot, policy: &Path, folder: &Path) -> Result<PathBuf, CliError> {
+    std::fs::create_dir_all(folder).map_err(CliError::write(folder))?;
+    let json = serde_json::to_string_pretty(found).map_err(|e| CliError::Failed(e.to_string()))?;
+    let file = folder.join("robustness.json");
+    std::fs::write(&file, json).map_err(CliError::write(&file))?;
+    let page = ReportBuilder::new(format!("What {} bears", policy.display()))
+        .subtitle("Survival and tracking error against the size of disturbances; the page draws all ground level.")
+        .fact("robot", found.robot.clone())
+        .fact("engine", found.engine.clone())
+        .fact("clips", found.clips.len().to_string())
+        .fact("seed", found.seed.to_string())
+        .playback(&robot.character, &found.playbacks())
+        .curves(found.curves())
+        .measured();
+    let path = folder.join("report.html");
+    found.tables().into_iter().fold(page, ReportBuilder::table).write(&path)?;
+    Ok(path)
+}

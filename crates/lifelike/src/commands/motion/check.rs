@@ -1,0 +1,85 @@
+//! `lifelike motion check`: which clips a robot cannot execute, and why.
+
+use std::path::PathBuf;
+
+use lifelike_learn::report::{Cell, Column, Table, Tone};
+use lifelike_motion::feasibility::{Feasibility, Kind, check};
+use lifelike_robot::Robot;
+use rayon::prelude::*;
+use serde_json::json;
+
+use crate::commands::clips;
+use crate::error::CliError;
+use crate::output::Output;
+
+/// Tell which clips a robot cannot execute, and why: from kinematics and masses, without physics.
+///
+/// A clip is untrackable where nothing holds it up, where the ground's force would have to act beside the feet or to be rougher,
+/// where joints are too fast, or where something else than the soles is on the ground or in it. A clip that passes may still
+/// be too hard for motors or policy.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+Examples:
+  lifelike motion check data/lima --robot lima
+  lifelike motion check data/lima --list-trackable > trackable.txt    # for --motions @trackable.txt
+  lifelike --json motion check walk.motion.safetensors | jq '.[0].findings'")]
+pub struct Args {
+    /// Clips: files, folders, patterns, or @list.txt with one of them per line.
+    #[arg(required = true)]
+    pub motions: Vec<PathBuf>,
+    /// The robot: a name, or an MJCF or URDF file.
+    #[arg(short, long, default_value = "lima")]
+    pub robot: String,
+    /// Print only the paths of the clips that can be tracked, a line each.
+    #[arg(long)]
+    pub list_trackable: bool,
+}
+
+/// Runs the command.
+pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
+    let robot = Robot::load(&args.robot)?;
+    let checked = clips::load_files(&args.motions, &robot)?
+        .into_par_iter()
+        .map(|(file, clip)| Ok((file, check(&clip, &robot.character, &robot.anatomy, &robot.speeds())?)))
+        .collect::<Result<Vec<(PathBuf, Feasibility)>, CliError>>()?;
+    if args.list_trackable {
+        let trackable: Vec<&PathBuf> = checked.iter().filter(|(_, f)| f.trackable).map(|(file, _)| file).collect();
+        return output.result(&trackable, || trackable.iter().map(|f| f.display().to_string() + "\n").collect());
+    }
+    let value: Vec<_> = checked.iter().map(|(file, f)| json!({ "file": file, "feasibility": f })).collect();
+    output.result(&value, || text(&checked))
+}
+
+fn text(checked: &[(PathBuf, Feasibility)]) -> String {
+    let columns = ["verdict", "why"].map(Column::text);
+    let mut table =
+        Table::new("Clips", [vec![Column::text("clip"), Column::number("length", "s")], columns.into()].concat());
+    table.rows = checked.iter().map(|(_, f)| row(f)).collect();
+    let mut text = table.to_text();
+    let untrackable = checked.iter().filter(|(_, f)| !f.trackable).count();
+    text += &format!(
+        "\n{} of {} clips can be tracked, as far as can be told without physics.\n",
+        checked.len() - untrackable,
+        checked.len()
+    );
+    for kind in Kind::ALL {
+        let clips = checked.iter().filter(|(_, f)| f.reasons().any(|r| r.kind == kind)).count();
+        if clips > 0 {
+            text += &format!("{}: {clips}\n", kind.words());
+        }
+    }
+    text
+}
+
+/// The longest stretch of the first reason, and how many seconds there are of each.
+fn row(f: &Feasibility) -> Vec<Cell> {
+    let kinds = Kind::ALL.into_iter().filter_map(|kind| {
+        let all = || f.findings.iter().filter(move |x| x.kind == kind);
+        let ruling = f.reasons().find(|x| x.kind == kind)?;
+        let seconds: f64 = all().map(|x| x.seconds).sum();
+        Some(format!("{} ({seconds:.2} s in all)", ruling.words()))
+    });
+    let why = kinds.collect::<Vec<_>>().join("; ");
+    let (verdict, tone) = if f.trackable { ("trackable", Tone::Good) } else { ("untrackable", Tone::Bad) };
+    vec![Cell::text(&f.clip), Cell::number(f.seconds, 1), Cell::text(verdict).tone(Some(tone)), Cell::text(why)]
+}
