@@ -226,7 +226,6 @@ class Environment:
         share = REACH / np.maximum(np.hypot(way[:, 0], way[:, 1]), REACH)
         turn = wrap(heading - s.heading[ids])
         shown = np.clip(turn, -TURN, TURN)
-        column = lambda x: x[:, None]
         actor = [
             f[:, 1:13],
             f[:, at.positions] - self.robot.default_pose,
@@ -254,6 +253,10 @@ class Environment:
         rows = np.concatenate(actor + extra, 1, dtype=np.float32)
         width = sum(part.shape[1] for part in actor)
         return np.ascontiguousarray(rows[:, :width]), rows
+
+
+def column(x: np.ndarray) -> np.ndarray:
+    return x[:, None]
 
 
 def square(x: np.ndarray) -> np.ndarray:

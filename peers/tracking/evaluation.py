@@ -43,12 +43,11 @@ def evaluate(learner: Learner, physics, starts: int, seconds: float) -> dict:
         frames += running
         if not running.any():
             break
-    error = errors[frames > 0] / frames[frames > 0]
     return {
         "episodes": starts,
         "survival": float(1 - fell.mean()),
         "seconds": float(frames.mean() / trained.robot.control_hz),
-        "joint_error_deg": float(np.degrees(error.mean())) if len(error) else None,
+        "joint_error_deg": float(np.degrees(errors.sum() / max(frames.sum(), 1))),
     }
 
 

@@ -118,22 +118,26 @@ class Learner:
 
     def iterate(self):
         """Collect, value, estimate advantages, learn."""
+        # A policy step is too little work to share: threads would cost more than they bring.
+        torch.set_num_threads(1)
         rollout = self.collect()
         began = time.perf_counter()
+        torch.set_num_threads(self.settings.threads)
         values, next_values = self.value(rollout)
         gains = self.advantages(rollout, values, next_values)
         targets = torch.from_numpy(((gains + values) / self.value_scale).reshape(-1))
         gains = torch.from_numpy(gains.reshape(-1))
         gains = (gains - gains.mean()) / (gains.std(correction=0) + 1e-8)
+        # Drawn before the threads part, so that a seed gives one run.
+        orders = [torch.randperm(len(gains)).split(self.settings.minibatch) for _ in range(self.settings.epochs)]
         if self.pool is None:
-            self.improve_policy(rollout, gains)
-            self.fit_value(rollout, targets)
+            self.improve_policy(rollout, gains, orders)
+            self.fit_value(rollout, targets, orders)
         else:
             half = self.settings.threads // 2
-            value = self.pool.submit(with_threads, half, self.fit_value, rollout, targets)
-            with_threads(self.settings.threads - half, self.improve_policy, rollout, gains)
+            value = self.pool.submit(with_threads, half, self.fit_value, rollout, targets, orders)
+            with_threads(self.settings.threads - half, self.improve_policy, rollout, gains, orders)
             value.result()
-            torch.set_num_threads(self.settings.threads)
         self.environment.starts.refresh()
         self.seconds["learning"] += time.perf_counter() - began
 
@@ -201,7 +205,7 @@ class Learner:
             later = out[k] = (errors[k] + going[k] * later).astype(np.float32)
         return out
 
-    def improve_policy(self, rollout: Rollout, gains: torch.Tensor):
+    def improve_policy(self, rollout: Rollout, gains: torch.Tensor, orders: list):
         """The epochs of the policy, and the steering of its learning rate by the divergence from the old one."""
         s, actor = self.settings, self.actor
         rows, actions, means, old = (
@@ -213,8 +217,8 @@ class Learner:
         probe = slice(None, None, -(-len(gains) // DIVERGENCE_ROWS))
         low, high = (math.log(x) for x in s.std_bounds)
         rate = self.rate
-        for epoch in range(s.epochs):
-            for batch in torch.randperm(len(gains)).split(s.minibatch):
+        for epoch, order in enumerate(orders):
+            for batch in order:
                 z = (actions[batch] - actor.mean(rows.index_select(0, batch))) * torch.exp(-actor.log_std)
                 ratio = torch.exp(-0.5 * z.square().sum(1) - actor.log_std.sum() - old[batch])
                 gain = gains[batch]
@@ -235,11 +239,11 @@ class Learner:
                 break
         self.rate = rate
 
-    def fit_value(self, rollout: Rollout, targets: torch.Tensor):
+    def fit_value(self, rollout: Rollout, targets: torch.Tensor, orders: list):
         """The epochs of the value function."""
         rows = torch.from_numpy(rollout.critic_rows[:-1].reshape(len(targets), -1))
-        for _ in range(self.settings.epochs):
-            for batch in torch.randperm(len(targets)).split(self.settings.minibatch):
+        for order in orders:
+            for batch in order:
                 loss = 0.5 * (self.critic(rows.index_select(0, batch))[:, 0] - targets[batch]).square().mean()
                 self.descend(self.critic, self.critic_adam, loss, self.settings.critic_rate)
 

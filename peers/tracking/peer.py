@@ -66,7 +66,6 @@ def main():
     from learner import Learner, Settings, warm_up
     from robot import Robot
 
-    torch.set_num_threads(args.threads)
     torch.manual_seed(args.seed)
     rng = np.random.default_rng(args.seed)
     robot = Robot(args.robots, args.robot)

@@ -36,7 +36,7 @@ fn retargeted(folder: &Path) -> Value {
 
 #[test]
 fn every_command_teaches_by_example() {
-    let commands: [&[&str]; 22] = [
+    let commands: [&[&str]; 23] = [
         &["robots"],
         &["inspect"],
         &["motion", "retarget"],
@@ -45,6 +45,7 @@ fn every_command_teaches_by_example() {
         &["motion", "interpolate"],
         &["bench", "latent"],
         &["bench", "tracking"],
+        &["bench", "learning"],
         &["motion", "sequence"],
         &["motion", "compose"],
         &["motion", "blend"],

@@ -1,7 +1,11 @@
 //! Learning in several processes at once: each has environments of its own, and all take the same gradient steps.
 //!
 //! What must be the same everywhere is summed over the processes: gradients, the moments of observations and advantages, the
-//! divergence that steers the learning rate, and the wish to stop. Everything else stays where it is.
+//! divergence that steers the learning rate, and the wish to stop. Everything else stays where it is. The engine is MPI, which
+//! clusters already run (cargo feature `mpi`).
+
+#[cfg(feature = "mpi")]
+pub mod mpi;
 
 /// Sums over processes. Every process must call the same methods in the same order.
 pub trait Collective: Send + Sync {

@@ -2,6 +2,7 @@
 
 mod engine;
 mod latent;
+mod learning;
 mod machine;
 mod robustness;
 mod tracking;
@@ -16,6 +17,7 @@ use crate::output::Output;
 pub enum Bench {
     Engine(engine::Args),
     Latent(latent::Args),
+    Learning(learning::Args),
     Robustness(robustness::Args),
     Tracking(tracking::Args),
 }
@@ -26,6 +28,7 @@ impl Bench {
         match self {
             Self::Engine(args) => engine::run(&args, output),
             Self::Latent(args) => latent::run(&args, output),
+            Self::Learning(args) => learning::run(&args, output),
             Self::Tracking(args) => tracking::run(&args, output),
             Self::Robustness(args) => robustness::run(&args, output),
         }

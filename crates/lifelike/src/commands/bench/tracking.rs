@@ -149,7 +149,10 @@ fn trained(plan: &TrackerPlan, folder: &Path, args: &Args, output: &Output) -> R
             return Ok(());
         }
     }
-    let summary = train::tracker::train(plan, folder, exists, (&args.engine, args.threads), output)?;
+    let engine = (args.engine.as_str(), args.threads);
+    let Some(summary) = train::tracker::train(plan, folder, exists, engine, output)? else {
+        return Err(CliError::Usage("start a study as one process".into()));
+    };
     if summary.interrupted {
         // The policy of a stopped run would pass for a finished one.
         std::fs::remove_file(&summary.policy).map_err(CliError::write(&summary.policy))?;

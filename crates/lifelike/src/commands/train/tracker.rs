@@ -5,13 +5,14 @@ use std::sync::Arc;
 
 use lifelike_learn::report::{Cell, Column, ReportBuilder, Table, curves_from};
 use lifelike_learn::run::RunFolder;
+use lifelike_learn::tracking::collective::Collective;
 use lifelike_learn::tracking::{ReferenceLibrary, Summary, TrackerPlan, Trainer};
 use lifelike_motion::edit::mirror;
 use lifelike_motion::{MotionClip, MotionError};
 use lifelike_robot::Robot;
 use serde_json::json;
 
-use super::run_folder;
+use super::{processes, run_folder};
 use crate::commands::prior_file::Prior;
 use crate::commands::{clips, physics};
 use crate::error::CliError;
@@ -62,7 +63,8 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
         (Some(path), false) => overrides::load(path, &args.overrides)?,
         (None, false) => return Err(CliError::Usage("say what to train with --plan FILE".into())),
     };
-    let summary = train(&plan, &folder, args.resume, (&args.engine, args.threads), output)?;
+    let engine = (args.engine.as_str(), args.threads);
+    let Some(summary) = train(&plan, &folder, args.resume, engine, output)? else { return Ok(()) };
     report(&summary, &folder, output)?;
     if summary.interrupted {
         return Err(CliError::Interrupted(format!("go on with --resume -o {}", folder.display())));
@@ -71,13 +73,56 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
 }
 
 /// Trains by a plan in a run's folder, with physics by an engine on so many threads. The run is begun, or gone on with.
+/// Of several processes only the first has something to tell.
 pub fn train(
     plan: &TrackerPlan,
     folder: &Path,
     resume: bool,
     (engine, threads): (&str, usize),
     output: &Output,
-) -> Result<Summary, CliError> {
+) -> Result<Option<Summary>, CliError> {
+    let all = processes::all()?;
+    let mut trainer = prepare(plan, (engine, threads), Arc::clone(&all))?;
+    if !resume {
+        trainer = trainer.initialised()?;
+    }
+    // The first process makes the folder; the others wait for it.
+    let first = all.rank() == 0;
+    let created = if first && !resume { Some(RunFolder::create(folder, plan)) } else { None };
+    if all.any(matches!(created, Some(Err(_)))) && !first {
+        return Err(CliError::Failed("the first process could not make the run's folder".into()));
+    }
+    let run = created.unwrap_or_else(|| RunFolder::open(folder))?;
+    let stop = interrupt::flag()?;
+    let quiet = Output { json: output.json, quiet: true };
+    let mut progress = Progress::new(if first { output } else { &quiet }, "training", plan.budget.steps);
+    let summary = trainer.run(&run, &stop, |now| {
+        progress.update(now.steps, now.budget, || {
+            format!(
+                "{:.0} steps/s  iteration {}  survival {:.0}%  episode {:.1} s  reward {:.2}",
+                now.steps_per_second,
+                now.iteration,
+                100.0 * now.survival,
+                now.episode_seconds,
+                now.reward
+            )
+        });
+    })?;
+    progress.finish();
+    if !first {
+        return Ok(None);
+    }
+    let facts = ReportBuilder::new(format!("Training of {}", folder.display())).fact("robot", plan.robot.clone());
+    facts.curves(curves_from(&run.metrics()?)).table(clip_table(&trainer)).write(&run.report_path())?;
+    Ok(Some(summary))
+}
+
+/// Everything that a plan names, ready to learn.
+pub fn prepare(
+    plan: &TrackerPlan,
+    (engine, threads): (&str, usize),
+    all: Arc<dyn Collective>,
+) -> Result<Trainer, CliError> {
     plan.check()?;
     physics::available(engine)?;
     let robot = Arc::new(Robot::load(&plan.robot)?);
@@ -95,32 +140,11 @@ pub fn train(
     let terrain = plan.terrain.map(|terrain| terrain.build()).transpose()?.map(Arc::new);
     let environments = plan.ppo.environments;
     let simulation = lifelike_sim::create_on(terrain, engine, Arc::clone(&robot), environments, threads)?;
-    let mut trainer = Trainer::new(plan, robot, Arc::new(library), simulation)?;
-    if !resume {
-        trainer = trainer.initialised()?;
-    }
-    if let Some(prior) = &prior {
-        trainer = trainer.with_prior_digest(prior.digest());
-    }
-    let run = if resume { RunFolder::open(folder)? } else { RunFolder::create(folder, plan)? };
-    let stop = interrupt::flag()?;
-    let mut progress = Progress::new(output, "training", plan.budget.steps);
-    let summary = trainer.run(&run, &stop, |now| {
-        progress.update(now.steps, now.budget, || {
-            format!(
-                "{:.0} steps/s  iteration {}  survival {:.0}%  episode {:.1} s  reward {:.2}",
-                now.steps_per_second,
-                now.iteration,
-                100.0 * now.survival,
-                now.episode_seconds,
-                now.reward
-            )
-        });
-    })?;
-    progress.finish();
-    let facts = ReportBuilder::new(format!("Training of {}", folder.display())).fact("robot", plan.robot.clone());
-    facts.curves(curves_from(&run.metrics()?)).table(clip_table(&trainer)).write(&run.report_path())?;
-    Ok(summary)
+    let trainer = Trainer::among(plan, robot, Arc::new(library), simulation, all)?;
+    Ok(match &prior {
+        Some(prior) => trainer.with_prior_digest(prior.digest()),
+        None => trainer,
+    })
 }
 
 /// The mirror image of a clip, under a name of its own.

@@ -1,0 +1,132 @@
+//! `lifelike bench learning`: environment steps per second of a plan, and where the time goes.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::time::Instant;
+
+use lifelike_learn::tracking::TrackerPlan;
+use lifelike_learn::tracking::collective::Alone;
+use serde::Serialize;
+
+use super::machine;
+use crate::commands::{physics, train};
+use crate::error::CliError;
+use crate::output::{Output, table};
+use crate::overrides;
+
+/// Train by a plan for some seconds, and say how fast: environment steps per second, physics and networks apart, and what share
+/// of the processor's peak the networks reach.
+///
+/// Nothing is saved. The networks' operations are counted from their sizes (a multiplication and an addition are two).
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+Examples:
+  lifelike bench learning --plan experiments/track-walk.toml
+  lifelike bench learning --plan experiments/track-all.toml --seconds 60 ppo.epochs=4 ppo.minibatch=1536 --json | jq .rate")]
+pub struct Args {
+    /// The plan.
+    #[arg(long)]
+    plan: PathBuf,
+    /// Seconds, after a tenth of them that does not count.
+    #[arg(long, default_value_t = 20.0)]
+    seconds: f64,
+    /// Physics engine.
+    #[arg(long, default_value = physics::DEFAULT)]
+    engine: String,
+    /// Threads of the physics; one per processor where not given. The networks take one per processor.
+    #[arg(long, default_value_t = 0)]
+    threads: usize,
+    /// Changes to the plan, by dotted path.
+    #[arg(value_name = "KEY=VALUE")]
+    overrides: Vec<String>,
+}
+
+#[derive(Debug, Default, Serialize)]
+struct Report {
+    /// Environment steps per second.
+    rate: f64,
+    iterations: u64,
+    seconds: f64,
+    /// Shares of the wall time: environments, the policy's and other work while collecting, gradient steps.
+    environments: f64,
+    collecting: f64,
+    learning: f64,
+    /// Operations of the networks per environment step, while collecting and while learning.
+    operations_collecting: f64,
+    operations_learning: f64,
+    /// Operations per second while learning, of one core's peak (all cores together).
+    learning_rate: f64,
+    peak: f64,
+    share_of_one_core: f64,
+    cores: usize,
+}
+
+/// Runs the command.
+pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
+    if !(args.seconds.is_finite() && args.seconds > 0.0) {
+        return Err(CliError::Usage(format!("--seconds: expected a number above 0, got {}", args.seconds)));
+    }
+    let plan: TrackerPlan = overrides::load(&args.plan, &args.overrides)?;
+    let mut trainer = train::tracker::prepare(&plan, (&args.engine, args.threads), Arc::new(Alone))?;
+    let warm = Instant::now();
+    while warm.elapsed().as_secs_f64() < 0.1 * args.seconds {
+        trainer.iterate()?;
+    }
+    let (mut report, began, first) = (Report::default(), Instant::now(), trainer.steps());
+    while began.elapsed().as_secs_f64() < args.seconds {
+        let iteration = trainer.iterate()?;
+        report.iterations += 1;
+        report.environments += iteration.stepping;
+        report.collecting += iteration.collecting - iteration.stepping;
+        report.learning += iteration.learning;
+    }
+    let seconds = began.elapsed().as_secs_f64();
+    let steps = (trainer.steps() - first) as f64;
+    let environment = trainer.environment();
+    let layers = |inputs: usize, hidden: &[usize], outputs: usize| -> f64 {
+        let sizes: Vec<usize> = [inputs].into_iter().chain(hidden.iter().copied()).chain([outputs]).collect();
+        sizes.windows(2).map(|pair| (pair[0] * pair[1]) as f64).sum()
+    };
+    let spec = environment.observation();
+    let (window, code) = (spec.window_size(), plan.network.code);
+    let encoder = if window > 0 { layers(window, &plan.network.encoder, code) } else { 0.0 };
+    let actor = layers(environment.actor_size() - window + code, &plan.network.actor, spec.joints.len()) + encoder;
+    let critic = layers(environment.critic_size(), &plan.network.critic, 1);
+    // Forward: one multiplication and one addition for each weight. Backward: the same by weights, and by inputs, but that the
+    // first layer's inputs need no gradient; counted as three times forward, which is a little too much.
+    report.operations_collecting = 2.0 * (actor + critic);
+    report.operations_learning = 6.0 * (actor + critic) * plan.ppo.epochs as f64;
+    report.rate = steps / seconds;
+    report.learning_rate = report.operations_learning * steps / report.learning;
+    report.peak = machine::peak_operations();
+    report.share_of_one_core = report.learning_rate / report.peak;
+    report.cores = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
+    report.seconds = seconds;
+    for part in [&mut report.environments, &mut report.collecting, &mut report.learning] {
+        *part /= seconds;
+    }
+    output.result(&report, || text(&report))
+}
+
+fn text(r: &Report) -> String {
+    let percent = |share: f64| format!("{:.0}%", 100.0 * share);
+    let rows = [
+        vec!["environments (physics, reward, observation)".into(), percent(r.environments)],
+        vec!["policy, noise, storing".into(), percent(r.collecting)],
+        vec!["values, advantages, gradient steps".into(), percent(r.learning)],
+    ];
+    format!(
+        "{:.0} environment steps per second over {:.0} s ({} iterations)\n\n{}\nnetworks: {:.2} million operations a step while collecting, {:.2} while learning\n\
+         while learning {:.1} thousand million operations per second on {} processors; one core's peak is {:.1}: {:.2} of one core\n",
+        r.rate,
+        r.seconds,
+        r.iterations,
+        table(&["where the time goes", "share"], &rows),
+        r.operations_collecting * 1e-6,
+        r.operations_learning * 1e-6,
+        r.learning_rate * 1e-9,
+        r.cores,
+        r.peak * 1e-9,
+        r.share_of_one_core
+    )
+}

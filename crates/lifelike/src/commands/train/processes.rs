@@ -1,0 +1,34 @@
+//! The processes that a training was started in.
+
+use std::sync::Arc;
+
+use lifelike_learn::tracking::collective::{Alone, Collective};
+
+use crate::error::CliError;
+
+/// What Open MPI, MPICH and Slurm tell a process of how many it is one.
+const SIZES: [&str; 3] = ["OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "SLURM_NTASKS"];
+
+/// All processes of this run: this one alone, or those that `mpirun` started.
+///
+/// # Errors
+/// There are several, and this build cannot bring them together; or MPI does not start.
+pub fn all() -> Result<Arc<dyn Collective>, CliError> {
+    let number = |name: &str| std::env::var(name).ok()?.parse::<usize>().ok();
+    match SIZES.iter().find_map(|name| number(name)) {
+        None | Some(0 | 1) => Ok(Arc::new(Alone)),
+        Some(size) => together(size),
+    }
+}
+
+#[cfg(feature = "mpi")]
+fn together(_: usize) -> Result<Arc<dyn Collective>, CliError> {
+    Ok(Arc::new(lifelike_learn::tracking::collective::mpi::Mpi::start()?))
+}
+
+#[cfg(not(feature = "mpi"))]
+fn together(size: usize) -> Result<Arc<dyn Collective>, CliError> {
+    Err(CliError::Unavailable(format!(
+        "this is one of {size} processes, and this build cannot bring them together; build with --features mpi"
+    )))
+}
