@@ -1,7 +1,7 @@
 """Many episodes in which a policy follows a clip: observations, rewards, ends.
 
-Time: the policy sees the state at t and frame t+1, acts, the simulation goes one step, and the reward compares the state at
-t+1 with frame t+1. All copies at once, in float32; only MuJoCo calculates in float64.
+Time: the policy sees the state at t and frame t+1, acts, the simulation goes one step, and the reward compares the
+state at t+1 with frame t+1. All copies at once, in float32; only MuJoCo calculates in float64.
 """
 
 import time
@@ -52,7 +52,8 @@ class Tally:
 
     def end(self, survived: bool, length: int):
         self.lengths.append(length)
-        self.survival = float(survived) if np.isnan(self.survival) else self.survival + 0.05 * (survived - self.survival)
+        before = float(survived) if np.isnan(self.survival) else self.survival
+        self.survival = before + 0.05 * (survived - before)
 
 
 class Environment:

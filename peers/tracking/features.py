@@ -1,7 +1,8 @@
 """The kinematic state of thesis eq. 4.1, for many states at once; one builder for clips and for simulated states.
 
-Features, F numbers: root height, root orientation (first two columns of its matrix), root velocity (linear, angular), joint
-positions, joint velocities, end effectors relative to the root. All but the height in the state's own heading frame.
+Features, F numbers: root height, root orientation (first two columns of its matrix), root velocity (linear, angular),
+joint positions, joint velocities, end effectors relative to the root. All but the height in the state's own heading
+frame.
 """
 
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""Proximal policy optimisation (Schulman et al. 2017) in PyTorch: a Gaussian policy and a value function, ELU perceptrons."""
+"""Proximal policy optimisation (Schulman et al. 2017) in PyTorch: Gaussian policy, value function, ELU perceptrons."""
 
 import math
 import time
@@ -147,7 +147,7 @@ class Learner:
         return self.actor.mean(torch.from_numpy(rows)).numpy()
 
     def collect(self) -> Rollout:
-        """The policy acts. Normalizers stay as they are until the rollout is over, and then take in all that was seen."""
+        """The policy acts. Normalizers stay as they are until the rollout is over, then take in all that was seen."""
         s, e = self.settings, self.environment
         shape, joints = (s.steps, e.copies), len(self.actor.log_std)
         actor_rows = np.empty((*shape, e.actor_rows.shape[1]), np.float32)

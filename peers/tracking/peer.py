@@ -1,4 +1,4 @@
-"""The training of `lifelike train tracker`, written with PyTorch, numpy and MuJoCo's Python bindings, to compare speeds.
+"""The training of `lifelike train tracker` with PyTorch, numpy and MuJoCo's Python bindings, to compare speeds.
 
     python peer.py --threads 2
 

@@ -1,8 +1,8 @@
 """Many copies of the robot in MuJoCo, one policy step at a time, in two ways.
 
-`Batched` is the default: MuJoCo's own thread pool (`mujoco.batch`) steps all copies, and numpy evaluates the motors' law
-for all of them before each physics step. `RolledOut` hands all physics steps of a policy step to `mujoco.rollout` at once,
-which leaves no place for that law: it has the nearest that MuJoCo offers inside its model.
+`Batched` is the default: MuJoCo's own thread pool (`mujoco.batch`) steps all copies, and numpy evaluates the motors'
+law for all of them before each physics step. `RolledOut` hands all physics steps of a policy step to `mujoco.rollout`
+at once, which leaves no place for that law: it has the nearest that MuJoCo offers inside its model.
 """
 
 import mujoco

@@ -38,7 +38,7 @@ class Robot:
         self.chains = Chains(model, [model.site(e).id for e in self.effectors])
 
     def edited(self) -> mujoco.MjSpec:
-        """The model without motors, and with the load of each foot as a sensor: a site a little larger than its sole."""
+        """The model without motors, with the load of each foot as a sensor: a site a little larger than its sole."""
         spec = self.spec.copy()
         for actuator in list(spec.actuators):
             spec.delete(actuator)

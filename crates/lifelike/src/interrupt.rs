@@ -1,15 +1,21 @@
 //! Ctrl-C: the first one asks to save and stop, the second one stops at once.
 
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, OnceLock};
 
 use crate::error::CliError;
 
-/// Installs the handler and returns the flag that it sets. Call once per process.
+/// The one flag of this process: a study trains many times.
+static FLAG: OnceLock<Arc<AtomicBool>> = OnceLock::new();
+
+/// Installs the handler, if it is not there yet, and returns the flag that it sets.
 ///
 /// # Errors
 /// When the system has no place for a handler.
 pub fn flag() -> Result<Arc<AtomicBool>, CliError> {
+    if let Some(flag) = FLAG.get() {
+        return Ok(Arc::clone(flag));
+    }
     let flag = Arc::new(AtomicBool::new(false));
     let seen = Arc::clone(&flag);
     let handler = move || {
@@ -19,5 +25,18 @@ pub fn flag() -> Result<Arc<AtomicBool>, CliError> {
         eprintln!("\nsaving; press Ctrl-C again to stop at once");
     };
     ctrlc::set_handler(handler).map_err(|e| CliError::Failed(format!("cannot listen for Ctrl-C: {e}")))?;
-    Ok(flag)
+    Ok(Arc::clone(FLAG.get_or_init(|| flag)))
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    #[test]
+    fn whoever_asks_gets_the_same_flag() {
+        let (first, second) = (flag().unwrap(), flag().unwrap());
+        first.store(true, Ordering::SeqCst);
+        assert!(second.load(Ordering::SeqCst));
+    }
 }
