@@ -37,6 +37,7 @@ pub struct Environment {
     plan: TrackerPlan,
     /// Number of the first environment among those of all processes: what its randomness is addressed by.
     first: usize,
+    processes: usize,
     robot: Arc<Robot>,
     library: Arc<ReferenceLibrary>,
     simulation: Box<dyn Simulation>,
@@ -85,10 +86,10 @@ impl Environment {
         library: Arc<ReferenceLibrary>,
         simulation: Box<dyn Simulation>,
     ) -> Result<Self, LearnError> {
-        Self::among(plan, robot, library, simulation, 0)
+        Self::among(plan, robot, library, simulation, (0, 1))
     }
 
-    /// The same as one of several processes: the environments before them are in others.
+    /// The same as that process of so many (counted from 0), which all have as many environments.
     ///
     /// # Errors
     /// As [`Self::new`].
@@ -97,7 +98,7 @@ impl Environment {
         robot: Arc<Robot>,
         library: Arc<ReferenceLibrary>,
         simulation: Box<dyn Simulation>,
-        first: usize,
+        (process, processes): (usize, usize),
     ) -> Result<Self, LearnError> {
         let n = plan.ppo.environments;
         expect("environments of the simulation", n, simulation.len())?;
@@ -136,7 +137,8 @@ impl Environment {
             steps: 0,
             tally: Tally::new(library.clips()),
             plan: plan.clone(),
-            first,
+            first: process * n,
+            processes,
             ground: Ground::of(simulation.as_ref(), &robot),
             robot,
             library,
@@ -230,7 +232,7 @@ impl Environment {
     }
 
     fn advance_curriculum(&mut self) {
-        let [share, forgiving, smoothness] = self.plan.curriculum.at(self.steps * self.len() as u64);
+        let [share, forgiving, smoothness] = self.plan.curriculum.at(self.steps * (self.len() * self.processes) as u64);
         if self.plan.curriculum.randomization.is_some() {
             self.randomization = self.plan.randomization.scaled(share);
         }

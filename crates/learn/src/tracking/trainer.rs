@@ -97,8 +97,8 @@ impl Trainer {
         all: Arc<dyn Collective>,
     ) -> Result<Self, LearnError> {
         plan.check()?;
-        let first = all.rank() * plan.ppo.environments;
-        let environment = Environment::among(plan, Arc::clone(&robot), Arc::clone(&library), simulation, first)?;
+        let environment =
+            Environment::among(plan, Arc::clone(&robot), Arc::clone(&library), simulation, (all.rank(), all.size()))?;
         let learner = Learner::new(plan, &environment, robot.joints(), Arc::clone(&all));
         Ok(Self {
             plan: plan.clone(),

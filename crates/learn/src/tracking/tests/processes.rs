@@ -57,10 +57,11 @@ fn two_processes_learn_what_one_learns_with_twice_the_environments() {
 fn processes_have_environments_of_their_own() {
     let p = whole_batches(6);
     let (robot, all) = (robot(), whole_batches(12));
-    let of =
-        |first| Environment::among(&p, robot.clone(), library(&robot), Box::new(Followers::new(6)), first).unwrap();
+    let of = |process| {
+        Environment::among(&p, robot.clone(), library(&robot), Box::new(Followers::new(6)), (process, 2)).unwrap()
+    };
     let whole = environment(&all);
-    let (first, second) = (of(0), of(6));
+    let (first, second) = (of(0), of(1));
     assert_eq!([first.actor_rows(), second.actor_rows()].concat(), whole.actor_rows());
 }
 
