@@ -8,11 +8,7 @@ use burn::tensor::{Device, Tensor, TensorData};
 
 use crate::gradients::Gradients;
 use crate::mlp::Mlp;
-
-/// The tensor library did not hand out its numbers.
-#[derive(Debug, thiserror::Error)]
-#[error("cannot read a tensor: {0}")]
-pub struct BackpropError(String);
+use crate::numbers::{Unreadable, read};
 
 /// The inputs of each layer of one forward pass: what the backward pass needs.
 #[derive(Debug, Clone)]
@@ -27,7 +23,7 @@ pub struct Pass {
 ///
 /// # Errors
 /// The device does not hand out its numbers.
-pub fn forward(mlp: &Mlp, x: Vec<f32>, device: &Device) -> Result<(Vec<f32>, Pass), BackpropError> {
+pub fn forward(mlp: &Mlp, x: Vec<f32>, device: &Device) -> Result<(Vec<f32>, Pass), Unreadable> {
     let mut inputs = Vec::with_capacity(mlp.layers().len());
     let mut x = x;
     for (i, layer) in mlp.layers().iter().enumerate() {
@@ -65,7 +61,7 @@ pub fn backward(
     slope: Vec<f32>,
     prefix: &str,
     device: &Device,
-) -> Result<Gradients, BackpropError> {
+) -> Result<Gradients, Unreadable> {
     Ok(descend(mlp, pass, slope, prefix, device, false)?.0)
 }
 
@@ -79,7 +75,7 @@ pub fn backward_through(
     slope: Vec<f32>,
     prefix: &str,
     device: &Device,
-) -> Result<(Gradients, Vec<f32>), BackpropError> {
+) -> Result<(Gradients, Vec<f32>), Unreadable> {
     descend(mlp, pass, slope, prefix, device, true)
 }
 
@@ -91,7 +87,7 @@ fn descend(
     prefix: &str,
     device: &Device,
     through: bool,
-) -> Result<(Gradients, Vec<f32>), BackpropError> {
+) -> Result<(Gradients, Vec<f32>), Unreadable> {
     let mut gradients = Gradients::default();
     let mut slope = slope;
     for ((i, layer), input) in mlp.layers().iter().enumerate().zip(pass.inputs).rev() {
@@ -128,10 +124,6 @@ fn descend(
 
 fn tensor(values: Vec<f32>, shape: [usize; 2], device: &Device) -> Tensor<2> {
     Tensor::from_data(TensorData::new(values, shape), device)
-}
-
-pub(crate) fn read<const D: usize>(tensor: Tensor<D>) -> Result<Vec<f32>, BackpropError> {
-    tensor.try_into_vec_as::<f32>().map_err(|e| BackpropError(e.to_string()))
 }
 
 /// x above zero, exp(x) − 1 below.

@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 use burn::module::{Module, ModuleVisitor, Param};
 use burn::tensor::{Tensor, TensorData};
 
-use crate::backprop::{BackpropError, read};
 use crate::names::Path;
+use crate::numbers::{Unreadable, read};
 
 /// The gradient of every parameter that has one, flattened, keyed by the parameter's name.
 #[derive(Debug, Clone, Default)]
@@ -37,7 +37,7 @@ impl Gradients {
     ///
     /// # Errors
     /// The device does not hand out its numbers.
-    pub fn rewrite(&mut self, mut change: impl FnMut(&mut [f32])) -> Result<(), BackpropError> {
+    pub fn rewrite(&mut self, mut change: impl FnMut(&mut [f32])) -> Result<(), Unreadable> {
         for gradient in self.by_name.values_mut() {
             let device = gradient.device();
             let mut values = read(gradient.clone())?;

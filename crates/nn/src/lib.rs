@@ -19,6 +19,7 @@ pub mod memory;
 pub mod mlp;
 mod names;
 pub mod normalizer;
+pub mod numbers;
 pub mod rng;
 pub mod schedules;
 

@@ -9,9 +9,9 @@ use lifelike_robot::Robot;
 use lifelike_sim::Simulation;
 use lifelike_sim::randomization::RandomizationSpec;
 
-use super::driver::EvaluationOptions;
 use super::fall::fallen;
 use super::hardship::Hardship;
+use super::options::EvaluationOptions;
 use super::recorder::Recorder;
 use super::rollout::{Cause, Outcome, Rollout};
 use super::schedule::{repeated, start_frames};

@@ -8,29 +8,10 @@ use lifelike_sim::Simulation;
 
 use super::course::Course;
 use super::hardship::Hardship;
+use super::options::EvaluationOptions;
 use super::score::Evaluation;
 use crate::error::LearnError;
 use crate::tracking::{Encode, Policy};
-
-/// What to evaluate on.
-#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct EvaluationOptions {
-    /// Longest episode (s). Cyclic clips are repeated to last that long; episodes of others end with their clip.
-    pub seconds: f64,
-    /// Episodes per clip, from start frames spread evenly.
-    pub starts: usize,
-    /// Rollouts of each clip that are kept to be looked at; the first that fell is always kept.
-    pub keep: usize,
-    /// How long a fall is recorded (s).
-    pub after_fall: f64,
-}
-
-impl Default for EvaluationOptions {
-    fn default() -> Self {
-        Self { seconds: 10.0, starts: 5, keep: 1, after_fall: 1.0 }
-    }
-}
 
 /// Evaluates a policy on clips, deterministically: no noise, no randomisation, the mean of the policy. As many episodes
 /// run at once as the simulation has environments; the scores do not depend on how many.

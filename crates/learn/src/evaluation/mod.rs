@@ -25,6 +25,7 @@ pub mod explain;
 pub mod failure;
 pub mod fall;
 mod hardship;
+mod options;
 mod recorder;
 pub mod robustness;
 mod rollout;
@@ -36,8 +37,9 @@ mod tables;
 mod tests;
 
 pub use course::{Course, Task};
-pub use driver::{EvaluationOptions, evaluate};
+pub use driver::evaluate;
 pub use failure::Failure;
 pub use hardship::{Hardship, Stretch, TimedPush};
+pub use options::EvaluationOptions;
 pub use rollout::{Cause, Names, Outcome, Rollout, Snapshot};
 pub use score::{ClipScore, EpisodeScore, Evaluation};

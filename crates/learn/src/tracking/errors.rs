@@ -5,7 +5,7 @@ use lifelike_character::{Quat, Vec3};
 use lifelike_motion::{FeatureLayout, Frame};
 use lifelike_sim::BatchState;
 
-use super::plan::Termination;
+use super::plan::termination::Termination;
 
 /// Why an episode ended before its time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]

@@ -6,7 +6,6 @@
 
 mod alignment;
 pub mod collective;
-pub mod curriculum;
 pub mod environment;
 mod episode;
 pub mod errors;
@@ -22,7 +21,7 @@ pub mod plan;
 pub mod policy;
 pub mod ppo;
 pub mod rewards;
-pub mod senses;
+mod senses;
 pub mod starts;
 pub mod tally;
 #[cfg(test)]

@@ -2,9 +2,10 @@
 
 use burn::module::{Module, Param};
 use burn::tensor::{Device, Tensor, TensorData};
-use lifelike_nn::backprop::{BackpropError, Pass, backward, backward_through, forward};
+use lifelike_nn::backprop::{Pass, backward, backward_through, forward};
 use lifelike_nn::gradients::Gradients;
 use lifelike_nn::mlp::{Mlp, MlpConfig};
+use lifelike_nn::numbers::Unreadable;
 use lifelike_nn::{device, init};
 
 use crate::error::LearnError;
@@ -217,7 +218,7 @@ pub(super) fn numbers<const D: usize>(tensor: Tensor<D>) -> Result<Vec<f32>, Lea
 }
 
 /// For `map_err` on passes through a network.
-pub(super) fn unreadable(error: BackpropError) -> LearnError {
+pub(super) fn unreadable(error: Unreadable) -> LearnError {
     LearnError::Mismatch { what: "a network's numbers".into(), expected: "f32".into(), got: error.to_string() }
 }
 

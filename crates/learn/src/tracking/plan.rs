@@ -1,15 +1,23 @@
 //! What to train: typed, checked, saved with the run.
 
+pub mod curriculum;
+pub mod ppo;
+pub mod senses;
+pub mod termination;
+pub mod terrain;
+
 use std::path::{Path, PathBuf};
 
 use lifelike_robot::ActionSpec;
 use lifelike_robot::observation::{AnchorSpec, ReferenceSpec};
-use lifelike_sim::Terrain;
 use lifelike_sim::randomization::RandomizationSpec;
 
-use super::curriculum::Curriculum;
+pub use self::curriculum::{Curriculum, Ramp};
+pub use self::ppo::PpoSpec;
+pub use self::senses::SenseSpec;
+pub use self::termination::{Persistent, Termination};
+pub use self::terrain::TerrainSpec;
 use super::rewards::{ExponentialReward, Kernel, Reward};
-use super::senses::SenseSpec;
 use super::starts::StartSpec;
 use crate::error::LearnError;
 use crate::limits::{range, whole, wrong};
@@ -104,71 +112,6 @@ impl Default for Budget {
     }
 }
 
-/// When an episode has failed. A limit that the table does not name is not applied; without the table the recipe's limits
-/// are. A diverged simulation always ends the episode.
-#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
-#[serde(deny_unknown_fields, default = "Termination::none")]
-pub struct Termination {
-    /// The thesis' rule: the largest end-effector deviation (heading frame, relative to the root) ...
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub persistent: Option<Persistent>,
-    /// Root height off by more than this (m).
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub height: Option<f32>,
-    /// The direction of gravity in the root's frame off by more than this angle (rad).
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub tilt: Option<f32>,
-    /// An end effector (heading frame, relative to the root) off by more than this (m).
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub effector: Option<f32>,
-    /// On the ground, off the reference by more than this (m).
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub path: Option<f32>,
-    /// Heading off by more than this (rad).
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub heading: Option<f32>,
-}
-
-/// t^p and f of Table 4.1.
-#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Persistent {
-    /// ... is above this distance (m) ...
-    pub distance: f32,
-    /// ... for longer than this (s).
-    pub seconds: f64,
-}
-
-impl Default for Termination {
-    fn default() -> Self {
-        Self { persistent: None, height: Some(0.12), tilt: Some(0.7), effector: Some(0.25), path: None, heading: None }
-    }
-}
-
-impl Termination {
-    /// With every limit multiplied (above 1: forgiving more); times stay.
-    #[must_use]
-    pub fn scaled(self, factor: f64) -> Self {
-        let scale = |limit: Option<f32>| limit.map(|l| (f64::from(l) * factor) as f32);
-        Self {
-            persistent: self.persistent.map(|p| Persistent { distance: (f64::from(p.distance) * factor) as f32, ..p }),
-            height: scale(self.height),
-            tilt: scale(self.tilt),
-            effector: scale(self.effector),
-            path: scale(self.path),
-            heading: scale(self.heading),
-        }
-    }
-
-    /// No limit at all: for evaluation, which has its own idea of failure.
-    pub const NONE: Self =
-        Self { persistent: None, height: None, tilt: None, effector: None, path: None, heading: None };
-
-    fn none() -> Self {
-        Self::NONE
-    }
-}
-
 /// How long an episode is.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -189,43 +132,6 @@ pub struct EpisodeSpec {
 impl Default for EpisodeSpec {
     fn default() -> Self {
         Self { seconds: 10.0, switch_clips: false, leash: true, grace_seconds: 1.0 }
-    }
-}
-
-/// A field of hills: level at one end, growing in height towards the other. Episodes begin anywhere in its middle half.
-#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct TerrainSpec {
-    /// Length of a side (m).
-    pub size: f64,
-    /// Distance between neighbouring heights (m).
-    pub spacing: f64,
-    /// Height of the hills at the high end (m).
-    pub amplitude: f64,
-    /// Longest wavelength of the hills (m).
-    pub wavelength: f64,
-    /// Which field.
-    pub seed: u64,
-}
-
-impl Default for TerrainSpec {
-    fn default() -> Self {
-        Self { size: 80.0, spacing: 0.1, amplitude: 0.15, wavelength: 3.0, seed: 0 }
-    }
-}
-
-impl TerrainSpec {
-    /// The field.
-    ///
-    /// # Errors
-    /// Sizes that give no field, or one of more than 10 000 heights a side.
-    pub fn build(&self) -> Result<Terrain, LearnError> {
-        let hills = Terrain::hills(self.size, self.spacing, self.amplitude, self.wavelength, self.seed)?;
-        let (rows, columns) = (hills.rows(), hills.columns());
-        // Episodes begin between a quarter and three quarters of the way: from level to full height.
-        let share = |column: usize| (2.0 * (column as f64 / (columns - 1) as f64) - 0.5).clamp(0.0, 1.0);
-        let heights = hills.heights().iter().enumerate().map(|(i, h)| h * share(i % columns)).collect();
-        Ok(Terrain::new(rows, columns, self.spacing, heights)?)
     }
 }
 
@@ -257,67 +163,6 @@ fn yes() -> bool {
 impl Default for NetworkSpec {
     fn default() -> Self {
         Self { actor: vec![256, 128], critic: vec![256, 128], encoder: Vec::new(), code: 0 }
-    }
-}
-
-/// Proximal policy optimization (Schulman et al. 2017).
-#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct PpoSpec {
-    /// Environments.
-    pub environments: usize,
-    /// Steps of each environment per iteration.
-    pub steps: usize,
-    /// Passes over the rollout.
-    pub epochs: usize,
-    /// Samples per gradient step.
-    pub minibatch: usize,
-    /// Clip range ε.
-    pub clip: f64,
-    /// Discount γ.
-    pub gamma: f32,
-    /// GAE's λ.
-    pub lambda: f32,
-    /// KL divergence per iteration that the learning rate is steered to.
-    pub target_divergence: f64,
-    /// First learning rate of the policy.
-    pub learning_rate: f64,
-    /// Its bounds.
-    pub learning_rate_bounds: [f64; 2],
-    /// Learning rate of the value function; constant.
-    pub critic_learning_rate: f64,
-    /// Collect the next rollout while the last one is learned from: what acts is one update behind.
-    pub overlap: bool,
-    /// Weight of the entropy.
-    pub entropy: f64,
-    /// Largest norm of each network's gradient.
-    pub gradient_norm: f64,
-    /// Standard deviation of the first policy, in units of its output.
-    pub initial_std: f64,
-    /// Bounds of the standard deviation.
-    pub std_bounds: [f64; 2],
-}
-
-impl Default for PpoSpec {
-    fn default() -> Self {
-        Self {
-            environments: 256,
-            steps: 12,
-            epochs: 4,
-            minibatch: 1536,
-            clip: 0.2,
-            gamma: 0.97,
-            lambda: 0.95,
-            target_divergence: 0.05,
-            learning_rate: 1e-3,
-            learning_rate_bounds: [2e-5, 3e-3],
-            critic_learning_rate: 1e-3,
-            overlap: false,
-            entropy: 0.0,
-            gradient_norm: 1.0,
-            initial_std: 0.4,
-            std_bounds: [0.05, 1.6],
-        }
     }
 }
 
@@ -407,29 +252,12 @@ impl TrackerPlan {
     /// # Errors
     /// [`LearnError::Plan`] with the key, the range and the value.
     pub fn check(&self) -> Result<(), LearnError> {
-        let p = &self.ppo;
         whole("budget.steps", self.budget.steps, 1, u64::MAX)?;
         if let Some(minutes) = self.budget.minutes {
             range("budget.minutes", minutes, 0.0, 1e6)?;
         }
         whole("checkpoint_every", self.checkpoint_every, 1, u64::MAX)?;
-        whole("ppo.environments", p.environments as u64, 1, 1 << 20)?;
-        whole("ppo.steps", p.steps as u64, 1, 4096)?;
-        whole("ppo.epochs", p.epochs as u64, 1, 100)?;
-        whole("ppo.minibatch", p.minibatch as u64, 2, (p.environments * p.steps) as u64)?;
-        range("ppo.clip", p.clip, 1e-3, 1.0)?;
-        range("ppo.gamma", p.gamma.into(), 0.0, 1.0)?;
-        range("ppo.lambda", p.lambda.into(), 0.0, 1.0)?;
-        range("ppo.target_divergence", p.target_divergence, 1e-6, 10.0)?;
-        range("ppo.learning_rate_bounds[0]", p.learning_rate_bounds[0], 1e-9, 1.0)?;
-        range("ppo.learning_rate_bounds[1]", p.learning_rate_bounds[1], p.learning_rate_bounds[0], 1.0)?;
-        range("ppo.learning_rate", p.learning_rate, p.learning_rate_bounds[0], p.learning_rate_bounds[1])?;
-        range("ppo.critic_learning_rate", p.critic_learning_rate, 1e-9, 1.0)?;
-        range("ppo.entropy", p.entropy, 0.0, 1.0)?;
-        range("ppo.gradient_norm", p.gradient_norm, 1e-6, 1e6)?;
-        range("ppo.std_bounds[0]", p.std_bounds[0], 1e-6, 100.0)?;
-        range("ppo.std_bounds[1]", p.std_bounds[1], p.std_bounds[0], 100.0)?;
-        range("ppo.initial_std", p.initial_std, p.std_bounds[0], p.std_bounds[1])?;
+        self.ppo.check()?;
         let networks = [
             ("network.actor", &self.network.actor),
             ("network.critic", &self.network.critic),
@@ -455,37 +283,11 @@ impl TrackerPlan {
             range(key, noise.into(), 0.0, 10.0)?;
         }
         self.randomization.check()?;
-        if let Some(terrain) = &self.terrain {
-            range("terrain.size", terrain.size, 1.0, 1000.0)?;
-            range("terrain.spacing", terrain.spacing, 0.01, terrain.size)?;
-            range("terrain.amplitude", terrain.amplitude, 0.0, 10.0)?;
-            range("terrain.wavelength", terrain.wavelength, 4.0 * terrain.spacing, 1000.0)?;
-        }
+        self.terrain.map_or(Ok(()), |terrain| terrain.check())?;
         self.senses.check()?;
         self.curriculum.check()?;
-        self.check_termination()?;
+        self.termination.check()?;
         self.check_inputs()
-    }
-
-    fn check_termination(&self) -> Result<(), LearnError> {
-        let t = &self.termination;
-        let limits = [
-            ("termination.height", t.height),
-            ("termination.tilt", t.tilt),
-            ("termination.effector", t.effector),
-            ("termination.path", t.path),
-            ("termination.heading", t.heading),
-            ("termination.persistent.distance", t.persistent.map(|p| p.distance)),
-        ];
-        for (key, limit) in limits {
-            if let Some(limit) = limit {
-                range(key, limit.into(), 1e-6, 1e3)?;
-            }
-        }
-        if let Some(p) = t.persistent {
-            range("termination.persistent.seconds", p.seconds, 0.0, 1e3)?;
-        }
-        Ok(())
     }
 
     fn check_inputs(&self) -> Result<(), LearnError> {
@@ -517,22 +319,6 @@ impl TrackerPlan {
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
-
-    #[test]
-    fn a_field_rises_from_level_ground_to_its_full_height() {
-        let field = TerrainSpec { size: 20.0, ..TerrainSpec::default() }.build().unwrap();
-        let highest = |from: f64, to: f64| {
-            let columns = field.columns() as f64;
-            let inside = |i: usize| {
-                ((i % field.columns()) as f64 / columns) >= from && ((i % field.columns()) as f64 / columns) < to
-            };
-            let heights = field.heights().iter().enumerate().filter(|(i, _)| inside(*i));
-            heights.map(|(_, h)| *h).fold(0.0, f64::max)
-        };
-        assert_eq!(highest(0.0, 0.25), 0.0);
-        assert!((0.05..0.1).contains(&highest(0.45, 0.5)), "{}", highest(0.45, 0.5));
-        assert!(highest(0.8, 1.0) > 0.13);
-    }
 
     #[test]
     fn a_short_plan_has_the_defaults_and_comes_back_from_its_own_text() {

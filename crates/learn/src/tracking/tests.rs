@@ -13,11 +13,9 @@ use lifelike_sim::randomization::{PushSpec, RandomizationSpec};
 mod processes;
 mod senses;
 
-use super::curriculum::{Curriculum, Ramp};
 use super::errors::Cause;
-use super::plan::{Termination, TrackerPlan};
+use super::plan::{Curriculum, Ramp, SenseSpec, Termination, TrackerPlan};
 use super::policy::Policy;
-use super::senses::SenseSpec;
 use super::testing::{Followers, robot};
 use super::{Environment, Outcome, ReferenceLibrary, Start, Trainer};
 use crate::run::RunFolder;

@@ -7,6 +7,7 @@
 
 mod curve;
 mod disturbance;
+mod options;
 mod push;
 mod stairs;
 mod sweep;
@@ -18,5 +19,6 @@ mod trial;
 
 pub use curve::{Point, Robustness, RobustnessCurve};
 pub use disturbance::{Disturbance, Part};
+pub use options::{Ground, RobustnessOptions};
 pub use stairs::climb;
-pub use sweep::{Ground, RobustnessOptions, sweep};
+pub use sweep::sweep;

@@ -4,32 +4,16 @@ use std::sync::Arc;
 
 use lifelike_motion::MotionClip;
 use lifelike_robot::Robot;
-use lifelike_sim::{Simulation, Terrain};
 
 use super::curve::{Point, Robustness, RobustnessCurve};
-use super::disturbance::Disturbance;
+use super::options::{Ground, RobustnessOptions};
 use super::trial::Trial;
 use crate::error::LearnError;
-use crate::evaluation::{ClipScore, Course, EvaluationOptions, Outcome, Rollout};
+use crate::evaluation::{ClipScore, Course, Outcome, Rollout};
 use crate::tracking::{Encode, Policy};
 
 /// A curve that grows stops after the first size at which no more survive than this share.
 const GONE: f64 = 0.02;
-/// How much is tried.
-#[derive(Debug, Clone, PartialEq)]
-pub struct RobustnessOptions {
-    /// Seed of directions, moments, places, offsets and hills.
-    pub seed: u64,
-    /// Few sizes instead of all.
-    pub few: bool,
-    /// What is done to the robot.
-    pub disturbances: Vec<Disturbance>,
-    /// The episodes.
-    pub evaluation: EvaluationOptions,
-}
-
-/// Makes simulations: on a terrain or on level ground, of so many environments.
-pub type Ground<'a> = &'a dyn Fn(Option<Arc<Terrain>>, usize) -> Result<Box<dyn Simulation>, LearnError>;
 
 /// Survival and error of a policy on clips against every disturbance of the options, deterministically for their seed.
 ///

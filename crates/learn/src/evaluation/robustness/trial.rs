@@ -9,9 +9,9 @@ use lifelike_sim::{EnvironmentParameters, Terrain};
 use rand::Rng;
 
 use super::disturbance::Disturbance;
+use super::options::{Ground, RobustnessOptions};
 use super::push::pushes;
 use super::stairs::{climb, footfalls};
-use super::sweep::{Ground, RobustnessOptions};
 use super::switches::stretches;
 use crate::error::LearnError;
 use crate::evaluation::{Course, Evaluation, Hardship, Task};

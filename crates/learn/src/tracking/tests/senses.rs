@@ -92,5 +92,5 @@ fn a_policy_without_linear_velocity_never_sees_it() {
     let (before, all) = (e.actor_size(), environment(&exact(plan(1))).actor_size());
     assert_eq!(before + 3, all);
     e.reset(&[0], Some(&[Start::at(40)])).unwrap();
-    assert_eq!(part(&e, &e.actor_rows().to_vec(), "joint_position"), library(&robot()).joints_at(40));
+    assert_eq!(part(&e, e.actor_rows(), "joint_position"), library(&robot()).joints_at(40));
 }

@@ -1,0 +1,21 @@
+//! What to evaluate on, and for how long.
+
+/// What to evaluate on.
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct EvaluationOptions {
+    /// Longest episode (s). Cyclic clips are repeated to last that long; episodes of others end with their clip.
+    pub seconds: f64,
+    /// Episodes per clip, from start frames spread evenly.
+    pub starts: usize,
+    /// Rollouts of each clip that are kept to be looked at; the first that fell is always kept.
+    pub keep: usize,
+    /// How long a fall is recorded (s).
+    pub after_fall: f64,
+}
+
+impl Default for EvaluationOptions {
+    fn default() -> Self {
+        Self { seconds: 10.0, starts: 5, keep: 1, after_fall: 1.0 }
+    }
+}
