@@ -151,7 +151,7 @@ fn a_place_out_of_reach_is_told_and_the_feet_hold() {
     let clip = lima.own("nod");
     let keys = [key("right_hand", 1.0, Target::At(Vec3::new(2.0, 0.0, 0.5)))];
     let (out, report) = place(&clip, &lima.character, &lima.anatomy, &keys, &lima.options).unwrap();
-    assert!(report.keys[0].residual > 1.0, "{report:?}");
+    assert!(report.keys[0].residual > 1.0 && report.feet_moved < 1e-3, "{report:?}");
     assert!(lima.is_within_ranges(&out));
     let message =
         |keys: &[Key]| place(&clip, &lima.character, &lima.anatomy, keys, &lima.options).unwrap_err().to_string();
@@ -323,11 +323,11 @@ fn larger_arms_leave_the_legs_and_larger_legs_stay_on_the_ground() {
         let low = lima.poses(c).iter().flat_map(|pose| lima.soles(pose)).map(|p| p.z).collect::<Vec<_>>();
         low.into_iter().fold(f64::INFINITY, f64::min)
     };
-    assert!(lowest(&legs) > -0.01, "a sole at {} m", lowest(&legs));
+    assert!(lowest(&legs).abs() < 0.01, "a sole at {} m", lowest(&legs));
     assert!(skate(&lima, &legs) < 0.03, "{} m/s", skate(&lima, &legs));
     let calm = change("all", 0.5);
     assert!(spread(&calm, "left_shoulder_pitch") < 0.6 * spread(&clip, "left_shoulder_pitch"));
-    assert!(lowest(&calm) > -0.01 && skate(&lima, &calm) < 0.03, "{} {}", lowest(&calm), skate(&lima, &calm));
+    assert!(lowest(&calm).abs() < 0.01 && skate(&lima, &calm) < 0.03, "{} {}", lowest(&calm), skate(&lima, &calm));
 }
 
 /// Mean speed of sole corners on the ground while their foot stands (m/s).
@@ -344,7 +344,8 @@ fn skate(lima: &Lima, clip: &MotionClip) -> f64 {
             }
         }
     }
-    speeds.iter().sum::<f64>() / speeds.len().max(1) as f64
+    assert!(speeds.len() > clip.len() / 4, "some corners stand: {} of {} frames", speeds.len(), clip.len());
+    speeds.iter().sum::<f64>() / speeds.len() as f64
 }
 
 #[test]

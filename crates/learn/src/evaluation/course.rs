@@ -123,6 +123,14 @@ impl<'a> Course<'a> {
         let (robot, engine, width) = (self.robot, simulation.engine(), simulation.len());
         let plan = plan(self.policy, width);
         let mut environment = Environment::new(&plan, Arc::clone(robot), Arc::clone(&self.library), simulation)?;
+        let (expected, got) = (&self.policy.header().observation, environment.observation());
+        if expected != got {
+            return Err(LearnError::Mismatch {
+                what: "what the policy sees".into(),
+                expected: format!("{expected:?}"),
+                got: format!("{got:?}"),
+            });
+        }
         let mut scores = Vec::with_capacity(self.tasks.len());
         let mut kept: Vec<Rollout> = Vec::new();
         progress(0, self.tasks.len());
@@ -229,6 +237,7 @@ fn plan(policy: &Policy, environments: usize) -> TrackerPlan {
     let mut plan = TrackerPlan::new(&header.robot, &[]);
     plan.inputs = header.observation.reference.clone();
     plan.anchor = header.observation.anchor;
+    plan.linear_velocity = header.observation.linear_velocity;
     plan.action = header.action;
     plan.termination = Termination::NONE;
     plan.episode = EpisodeSpec { seconds: 1e9, switch_clips: false, leash: false, grace_seconds: 0.0 };

@@ -21,6 +21,17 @@ pub trait Collective: Send + Sync {
     /// The same in double precision.
     fn sum_wide(&self, values: &mut [f64]);
 
+    /// Ends all processes: one that cannot go on would leave the others waiting for it for ever.
+    fn abort(&self) {}
+
+    /// What each process says, in their order.
+    fn gather(&self, here: f64) -> Vec<f64> {
+        let mut all = vec![0.0; self.size()];
+        all[self.rank()] = here;
+        self.sum_wide(&mut all);
+        all
+    }
+
     /// Whether any process says so.
     fn any(&self, here: bool) -> bool {
         let mut votes = [f64::from(u8::from(here))];

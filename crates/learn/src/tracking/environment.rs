@@ -298,7 +298,15 @@ impl Environment {
 
     /// Begins and ends random pushes.
     fn push(&mut self) -> Result<(), LearnError> {
-        let Some(spec) = &self.randomization.pushes else { return Ok(()) };
+        let Some(spec) = &self.randomization.pushes else {
+            // Nobody pushes at this stage: a push that lasts from the one before ends.
+            for (i, schedule) in self.pushes.iter_mut().enumerate() {
+                if schedule.active.take().is_some() {
+                    self.simulation.clear_pushes(i);
+                }
+            }
+            return Ok(());
+        };
         for (i, schedule) in self.pushes.iter_mut().enumerate() {
             let mut rng = stream(self.plan.seed, "push", (self.first + i) as u64, self.steps);
             schedule.advance(spec, self.simulation.as_mut(), i, &mut rng)?;

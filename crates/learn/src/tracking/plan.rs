@@ -297,6 +297,7 @@ impl TrackerPlan {
         if let Some(offset) = self.inputs.window.iter().find(|o| o.unsigned_abs() > 1000) {
             return Err(wrong("inputs.window", "offsets from -1000 to 1000 policy steps", offset));
         }
+        whole("network.code", self.network.code as u64, 0, 1 << 16)?;
         match (self.inputs.window.is_empty(), self.network.code) {
             (true, 1..) => Err(wrong("network.code", "0 without inputs.window", self.network.code)),
             (false, 0) => Err(wrong("network.code", "the size of the code of inputs.window", 0)),

@@ -186,10 +186,37 @@ impl Policy {
                 got: code.to_string(),
             });
         }
+        fits(&checkpoint, "actor.mean", inputs - window + code, &header.hidden, joints)?;
+        if code > 0 {
+            fits(&checkpoint, "actor.encoder", window, &encoder, code)?;
+        }
         let size = ActorSize { inputs, window, encoder: &encoder, code, hidden: &header.hidden, outputs: joints };
         let fresh = Actor::init(size, 1.0, 0, &device::inference());
         let actor = checkpoint.load_module("actor", fresh)?;
         let normalizer = RunningNormalizer::load_from(&checkpoint, "normalizer", inputs)?;
         Ok(Self { header, actor, normalizer })
     }
+}
+
+/// Whether the file holds the layers that its header speaks of: before anything is made of sizes from a header.
+fn fits(
+    checkpoint: &Checkpoint,
+    prefix: &str,
+    inputs: usize,
+    hidden: &[usize],
+    outputs: usize,
+) -> Result<(), LearnError> {
+    let widths: Vec<usize> = [inputs].into_iter().chain(hidden.iter().copied()).chain([outputs]).collect();
+    for (layer, pair) in widths.windows(2).enumerate() {
+        let name = format!("{prefix}.layers.{layer}.weight");
+        let shape = checkpoint.entry(&name)?.shape();
+        if shape != pair {
+            return Err(LearnError::Mismatch {
+                what: format!("shape of {name}"),
+                expected: format!("{pair:?}"),
+                got: format!("{shape:?}"),
+            });
+        }
+    }
+    Ok(())
 }

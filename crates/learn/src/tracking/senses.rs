@@ -71,8 +71,8 @@ impl Senses {
             return;
         }
         let now: Vec<f32> = self.measured.iter().flat_map(|range| row[range.clone()].iter().copied()).collect();
-        if episode.length == 0 {
-            // Nothing was measured before: it stood as it stands.
+        if episode.frame == episode.stretch {
+            // Nothing was measured before, or it was measured against another clip: it stood as it stands.
             episode.measured.chunks_exact_mut(width).for_each(|past| past.copy_from_slice(&now));
             return;
         }

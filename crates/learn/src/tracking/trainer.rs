@@ -18,7 +18,7 @@ use super::policy::{EXTENSION, Policy, PolicyHeader};
 use super::ppo::{Iteration, Learner};
 use super::rewards::TERMS;
 use crate::error::LearnError;
-use crate::run::{MetricsWriter, RunFolder};
+use crate::run::{CheckpointInfo, Checkpoints, MetricsWriter, RunFolder};
 
 /// Checkpoints that are kept, besides the best.
 const KEEP: usize = 2;
@@ -145,7 +145,8 @@ impl Trainer {
         let own = self.header();
         let parts = |header: &PolicyHeader| {
             let hidden = (&header.hidden, &header.encoder);
-            format!("{:?}, action {:?}, layers {hidden:?}", header.observation, header.action)
+            let prior = if header.observation.reference.latent > 0 { header.prior.as_str() } else { "none" };
+            format!("{:?}, action {:?}, layers {hidden:?}, prior {prior}", header.observation, header.action)
         };
         if parts(&own) == parts(other) {
             return Ok(());
@@ -234,12 +235,11 @@ impl Trainer {
             0 => folder.checkpoints(KEEP),
             rank => folder.checkpoints_of(rank, KEEP),
         };
-        let position = match checkpoints.latest() {
+        let position = match self.common(&checkpoints)? {
             None => None,
             Some((info, bytes)) => Some(self.load(&bytes, &checkpoints.path(info.iteration))?),
         };
-        self.agree_on_iteration()?;
-        // One process tells how it went; the others would tell the same.
+        // The first process tells how it went in its own environments.
         let mut metrics = match (self.all.rank(), position) {
             (0, None) => Some(folder.start_metrics()?),
             (0, Some(position)) => Some(folder.resume_metrics(position, self.iteration)?),
@@ -278,17 +278,26 @@ impl Trainer {
         Ok(Summary { policy, progress: latest, interrupted })
     }
 
-    /// Processes that would go on from different iterations would learn from different policies.
-    fn agree_on_iteration(&self) -> Result<(), LearnError> {
-        let mean = self.all.mean(self.iteration as f64);
-        if self.all.any((mean - self.iteration as f64).abs() > 0.25) {
-            return Err(LearnError::Mismatch {
-                what: "iterations of the processes' checkpoints".into(),
-                expected: "the same in all".into(),
-                got: format!("{} in process {}, {mean} on average", self.iteration, self.all.rank()),
-            });
+    /// The checkpoint to go on from: the latest that every process has. A kill may have come when only some had saved.
+    fn common(&self, checkpoints: &Checkpoints) -> Result<Option<(CheckpointInfo, Vec<u8>)>, LearnError> {
+        if self.all.size() == 1 {
+            return Ok(checkpoints.latest());
         }
-        Ok(())
+        let own = checkpoints.latest().map_or(0, |(info, _)| info.iteration);
+        let least = self.all.gather(own as f64).into_iter().fold(f64::INFINITY, f64::min) as u64;
+        if least == 0 {
+            return Ok(None);
+        }
+        let found = checkpoints.list().into_iter().find(|info| info.iteration == least);
+        let Some(info) = found else {
+            return Err(LearnError::Mismatch {
+                what: format!("checkpoints of process {}", self.all.rank()),
+                expected: format!("one of iteration {least}, the latest that another process has"),
+                got: format!("up to {own}, but not that one"),
+            });
+        };
+        let bytes = checkpoints.read(&info)?;
+        Ok(Some((info, bytes)))
     }
 
     fn spent(&self) -> bool {
@@ -362,11 +371,7 @@ impl Trainer {
     }
 
     /// Everything that the rest of the run depends on.
-    fn save(
-        &self,
-        checkpoints: &crate::run::Checkpoints,
-        metrics: Option<&mut MetricsWriter>,
-    ) -> Result<(), LearnError> {
+    fn save(&self, checkpoints: &Checkpoints, metrics: Option<&mut MetricsWriter>) -> Result<(), LearnError> {
         let position = metrics.map(MetricsWriter::sync).transpose()?.unwrap_or(0);
         let checkpoint = self.checkpoint(position)?;
         checkpoints.save(self.iteration, None, &checkpoint.to_bytes()?)?;
@@ -383,6 +388,7 @@ impl Trainer {
         checkpoint.set_meta("policy", &self.header())?;
         checkpoint.put_u64("run.counters", &[3], vec![self.iteration, self.steps, metrics_position])?;
         checkpoint.put_f64("run.seconds", &[1], vec![self.earlier])?;
+        checkpoint.put_u64("run.processes", &[1], vec![self.all.size() as u64])?;
         self.learner.save_into(&mut checkpoint, "learner")?;
         self.environment.save_into(&mut checkpoint, "environment")?;
         Ok(checkpoint)
@@ -405,6 +411,16 @@ impl Trainer {
                 what: format!("{}: plan", path.display()),
                 expected: "the plan of this run".into(),
                 got: "another (only budget and checkpoint_every may change)".into(),
+            });
+        }
+        // A checkpoint from before there were processes is of one.
+        let key = "run.processes";
+        let processes = if checkpoint.contains(key) { checkpoint.u64s(key, &[1])?[0] } else { 1 };
+        if processes != self.all.size() as u64 {
+            return Err(LearnError::Mismatch {
+                what: format!("{}: processes of the run", path.display()),
+                expected: processes.to_string(),
+                got: self.all.size().to_string(),
             });
         }
         let counters = checkpoint.u64s("run.counters", &[3])?;

@@ -17,6 +17,8 @@ use crate::error::CliError;
 use crate::output::Output;
 use crate::progress::Progress;
 
+/// Most episodes of one clip: more is a mistake.
+pub const STARTS: usize = 10_000;
 /// Most episodes that run at once.
 const ENVIRONMENTS: usize = 128;
 
@@ -73,8 +75,9 @@ pub struct Args {
 /// Runs the command.
 pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     physics::available(&args.engine)?;
-    if !(args.seconds > 0.0 && args.seconds <= 3600.0 && args.starts > 0) {
-        return Err(CliError::Usage("--seconds must be above 0 and at most 3600, --starts at least 1".into()));
+    if !(args.seconds > 0.0 && args.seconds <= 3600.0 && (1..=STARTS).contains(&args.starts)) {
+        let text = format!("--seconds must be above 0 and at most 3600, --starts from 1 to {STARTS}");
+        return Err(CliError::Usage(text));
     }
     let policy = Policy::read(&args.policy)?;
     let robot = Arc::new(Robot::load(args.robot.as_deref().unwrap_or(&policy.header().robot))?);

@@ -80,7 +80,11 @@ pub fn compose(base: &MotionClip, other: &MotionClip, options: &Compose) -> Resu
         }
     }
     out.name = format!("{}+{}", base.name, other.name);
-    out.cyclic = base.cyclic && out.len() == base.len() && length == Length::Loop && fade == 0.0;
+    // The end of the base must meet its beginning in the other clip too: after whole cycles of it.
+    let cycles = base.seconds() / lasting.max(1e-9);
+    let whole = (cycles - cycles.round()).abs() * lasting * base.fps < 0.5 && cycles > 0.5;
+    let steady = length == Length::Loop && fade == 0.0 && offset <= 0.0 && whole;
+    out.cyclic = base.cyclic && out.len() == base.len() && steady;
     let mut told = captions(base, out.seconds(), |t| t);
     told.extend(captions(other, out.seconds(), |t| t + offset));
     let done = format!("'{}' with {} of '{}' from {offset} s on", base.name, options.joints.join(", "), other.name);

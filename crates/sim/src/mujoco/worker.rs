@@ -164,11 +164,14 @@ impl Worker {
             model.geom_friction_mut().iter_mut().for_each(|geom| geom[0] = f64::from(friction));
         }
         if !p.foot_friction.is_empty() {
+            // What else touches the ground still does so with the larger of the two.
+            let ground = model.geom_friction().iter().zip(&layout.ground).filter(|(_, ground)| **ground);
+            let ground = ground.map(|(friction, _)| friction[0]).fold(0.0, f64::max);
             for (geom, friction) in model.geom_friction_mut().iter_mut().enumerate() {
                 match layout.foot_of_geom[geom] {
                     _ if layout.ground[geom] => friction[0] = YIELDING,
                     Some(foot) => friction[0] = f64::from(p.foot_friction[foot]),
-                    None => {}
+                    None => friction[0] = friction[0].max(ground),
                 }
             }
         }

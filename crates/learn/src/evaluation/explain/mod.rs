@@ -134,7 +134,9 @@ pub fn explain(
         let (mut tried, mut mended, mut helps) = (Vec::new(), None, None);
         for remedy in Remedy::ALL {
             let changed = remedy.apply(clip, robot)?;
-            let course = Course::new(policy, robot, std::slice::from_ref(&changed), prior, options)?;
+            // Episodes grow with the clip, so that they begin and end at the same moments of it.
+            let options = EvaluationOptions { seconds: options.seconds * remedy.stretch(), ..options.clone() };
+            let course = Course::new(policy, robot, std::slice::from_ref(&changed), prior, &options)?;
             let simulation = simulate(course.tasks().len().max(1))?;
             let survival = course.run(simulation, |_| Hardship::default(), |_, _| {})?.overall.survival;
             tried.push(Tried { remedy, survival });

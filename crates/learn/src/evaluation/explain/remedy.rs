@@ -32,6 +32,11 @@ impl Remedy {
         Self::Slower(2.0),
     ];
 
+    /// How many times as long a clip then lasts.
+    pub fn stretch(self) -> f64 {
+        if let Self::Slower(factor) = self { factor } else { 1.0 }
+    }
+
     /// In words.
     pub fn words(self) -> String {
         match self {

@@ -7,7 +7,7 @@ use crate::evaluation::{Stretch, Task};
 use crate::tracking::ReferenceLibrary;
 
 /// Where an episode of `frames` frames goes on every `every` frames: a random frame of a random clip that then lasts for so
-/// long. Of clips too short for that, the longest part is used, and the next switch comes sooner.
+/// long. Clips too short for that are left out; where all are, the longest is used, and switches come sooner.
 pub(super) fn stretches(
     library: &ReferenceLibrary,
     task: &Task,
@@ -16,11 +16,14 @@ pub(super) fn stretches(
     seed: u64,
 ) -> Vec<Stretch> {
     let mut rng = stream(seed, "robustness switch", task.number as u64, 0);
+    // The last frame of a clip is never asked for: the environment ends an episode there.
+    let enough: Vec<usize> = (0..library.clips()).filter(|clip| library.range(*clip).len() >= every + 2).collect();
+    let longest = (0..library.clips()).max_by_key(|clip| library.range(*clip).len());
+    let clips = if enough.is_empty() { longest.into_iter().collect() } else { enough };
     let mut all = Vec::new();
     let (mut step, every) = (1, every.max(1));
-    while step < frames {
-        let range = library.range(rng.random_range(0..library.clips()));
-        // The last frame of a clip is never asked for: the environment ends an episode there.
+    while step < frames && !clips.is_empty() {
+        let range = library.range(clips[rng.random_range(0..clips.len())]);
         let room = range.len().saturating_sub(every + 2);
         let frame = range.start + rng.random_range(0..=room);
         all.push(Stretch { step, frame });

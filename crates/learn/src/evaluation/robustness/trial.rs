@@ -11,19 +11,16 @@ use rand::Rng;
 use super::disturbance::Disturbance;
 use super::options::{Ground, RobustnessOptions};
 use super::push::pushes;
-use super::stairs::{climb, footfalls};
+use super::stairs::{climb, climbers};
 use super::switches::stretches;
 use crate::error::LearnError;
-use crate::evaluation::{Course, Evaluation, Hardship, Task};
+use crate::evaluation::{Course, Evaluation, EvaluationOptions, Hardship, Task};
 use crate::tracking::{Encode, Policy};
 
 /// Hills: side of the ground, distance of its heights, longest wave (m), and how many different ones.
 const HILLS: (f64, f64, f64) = (60.0, 0.1, 3.0);
 /// See [`HILLS`].
 const LANDSCAPES: u64 = 3;
-/// A clip with fewer footfalls than this climbs no stairs.
-const FOOTFALLS: usize = 2;
-
 /// One disturbance of a policy.
 pub(super) struct Trial<'a> {
     pub(super) policy: &'a Policy,
@@ -103,16 +100,12 @@ impl Trial<'_> {
 
     /// The clips that walk, climbing by so much at every footfall.
     fn stairs(&self, step: f64) -> Result<Option<Course<'_>>, LearnError> {
-        let mut walking = Vec::new();
-        for clip in self.clips {
-            if footfalls(clip, self.robot)?.len() >= FOOTFALLS {
-                walking.push(clip.clone());
-            }
-        }
+        let walking = climbers(self.clips, self.robot, &self.options.evaluation)?;
         if walking.is_empty() {
             return Ok(None);
         }
         let change = |clip: &mut MotionClip| Ok(climb(clip, self.robot, step)?);
-        Course::changed(self.policy, self.robot, &walking, self.prior, &self.options.evaluation, change).map(Some)
+        let options = EvaluationOptions { starts: 1, ..self.options.evaluation.clone() };
+        Course::changed(self.policy, self.robot, &walking, self.prior, &options, change).map(Some)
     }
 }

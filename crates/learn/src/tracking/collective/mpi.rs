@@ -14,6 +14,7 @@ use super::Collective;
 use crate::error::LearnError;
 
 enum Request {
+    Abort,
     Narrow(Vec<f32>),
     Wide(Vec<f64>),
 }
@@ -39,7 +40,8 @@ impl Mpi {
         let thread = std::thread::Builder::new()
             .name("mpi".into())
             .spawn(move || {
-                let Some(universe) = mpi::initialize() else { return };
+                // Learning has many threads, of which only this one talks to MPI.
+                let Some((universe, _)) = mpi::initialize_with_threading(mpi::Threading::Funneled) else { return };
                 let world = universe.world();
                 if tell.send((world.size() as usize, world.rank() as usize)).is_ok() {
                     serve(&world, &asked, &answer);
@@ -90,6 +92,7 @@ fn serve(world: &SimpleCommunicator, asked: &Receiver<Request>, answer: &Sender<
     while let Ok(request) = asked.recv() {
         let sum = SystemOperation::sum();
         let done = match request {
+            Request::Abort => world.abort(1),
             Request::Narrow(values) => {
                 let mut out = vec![0.0; values.len()];
                 world.all_reduce_into(&values[..], &mut out[..], sum);
@@ -113,6 +116,9 @@ impl Collective for Mpi {
     }
     fn rank(&self) -> usize {
         self.rank
+    }
+    fn abort(&self) {
+        self.asked(Request::Abort);
     }
     fn sum(&self, values: &mut [f32]) {
         if let Request::Narrow(sums) = self.asked(Request::Narrow(values.to_vec())) {

@@ -49,10 +49,10 @@ impl Environment {
             };
             self.simulation.set_parameters(i, parameters)?;
             self.simulation.clear_pushes(i);
-            if let Some(spec) = &self.randomization.pushes {
+            if let Some(spec) = &self.plan.randomization.pushes {
                 self.pushes[i] = PushSchedule::new(spec, self.robot.control_hz, &mut rng);
             }
-            let mut late = |greatest: u32| u64::from(rng.random_range(0..=greatest));
+            let mut late = |greatest: u32| if greatest > 0 { u64::from(rng.random_range(0..=greatest)) } else { 0 };
             let senses = self.plan.senses;
             let (observation_delay, action_delay) = (late(senses.observation_delay), late(senses.action_delay));
             let episode = Episode {

@@ -11,7 +11,7 @@ use lifelike_robot::Robot;
 use lifelike_sim::create_on;
 
 use crate::commands::prior_file::Prior;
-use crate::commands::{clips, physics};
+use crate::commands::{clips, eval, physics};
 use crate::error::CliError;
 use crate::output::Output;
 use crate::progress::Progress;
@@ -96,8 +96,9 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
 fn options(args: &Args) -> Result<RobustnessOptions, CliError> {
     let seconds = args.seconds.unwrap_or(if args.quick { 4.0 } else { 10.0 });
     let starts = args.starts.unwrap_or(if args.quick { 2 } else { 5 });
-    if !(seconds > 0.0 && seconds <= 3600.0 && starts > 0) {
-        return Err(CliError::Usage("--seconds must be above 0 and at most 3600, --starts at least 1".into()));
+    if !(seconds > 0.0 && seconds <= 3600.0 && (1..=eval::STARTS).contains(&starts)) {
+        let text = format!("--seconds must be above 0 and at most 3600, --starts from 1 to {}", eval::STARTS);
+        return Err(CliError::Usage(text));
     }
     let names = || Disturbance::ALL.iter().map(|d| d.name());
     if let Some(unknown) = args.only.iter().find(|only| !names().any(|name| name == only.as_str())) {

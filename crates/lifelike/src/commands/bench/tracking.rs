@@ -37,7 +37,7 @@ pub struct Args {
     /// Folder of the runs and of tracking.json.
     #[arg(short, long)]
     output: PathBuf,
-    /// Only these variants.
+    /// Train only these variants; others stand in the table where they are trained already.
     #[arg(long, value_delimiter = ',')]
     only: Vec<String>,
     /// Physics engine.
@@ -110,18 +110,26 @@ struct Run {
 /// Runs the command.
 pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     physics::available(&args.engine)?;
+    if train::processes::count() > 1 {
+        return Err(CliError::Usage("start a study as one process".into()));
+    }
     let study = read(&args.study)?;
     if let Some(unknown) = args.only.iter().find(|name| !study.variant.iter().any(|v| v.name == **name)) {
         let known: Vec<&str> = study.variant.iter().map(|v| v.name.as_str()).collect();
         return Err(CliError::Usage(format!("--only: expected some of {}, got '{unknown}'", known.join(", "))));
     }
     let mut runs = Vec::new();
-    for variant in study.variant.iter().filter(|v| args.only.is_empty() || args.only.contains(&v.name)) {
+    for variant in &study.variant {
+        let wanted = args.only.is_empty() || args.only.contains(&variant.name);
         for &seed in &variant.seeds {
             let changes: Vec<String> =
                 variant.set.iter().chain(&args.overrides).cloned().chain([format!("seed={seed}")]).collect();
             let plan: TrackerPlan = overrides::load(&study.plan, &changes)?;
             let folder = args.output.join(format!("{}-{seed}", variant.name));
+            // What others have trained before belongs into the table all the same.
+            if !wanted && !policy_of(&folder).exists() {
+                continue;
+            }
             info!("{} with seed {seed}: {}", variant.name, folder.display());
             trained(&plan, &folder, args, output)?;
             runs.push(evaluated(&study, &variant.name, &plan, &folder, args, output)?);
@@ -133,7 +141,12 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
 
 fn read(path: &Path) -> Result<Study, CliError> {
     let text = std::fs::read_to_string(path).map_err(|e| CliError::Input(format!("{}: {e}", path.display())))?;
-    toml::from_str(&text).map_err(|e| CliError::Input(format!("{}: {e}", path.display())))
+    let study: Study = toml::from_str(&text).map_err(|e| CliError::Input(format!("{}: {e}", path.display())))?;
+    if !(1..=eval::STARTS).contains(&study.starts) {
+        let text = format!("{}: expected starts from 1 to {}, got {}", path.display(), eval::STARTS, study.starts);
+        return Err(CliError::Input(text));
+    }
+    Ok(study)
 }
 
 /// Trains what is not trained yet. A folder of another plan is refused.

@@ -1,7 +1,7 @@
 //! `lifelike train ...`: a motion prior, then a policy.
 
 pub mod prior;
-mod processes;
+pub mod processes;
 pub mod tracker;
 
 use std::path::{Path, PathBuf};

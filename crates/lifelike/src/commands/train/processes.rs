@@ -7,17 +7,22 @@ use lifelike_learn::tracking::collective::{Alone, Collective};
 use crate::error::CliError;
 
 /// What Open MPI, MPICH and Slurm tell a process of how many it is one.
-const SIZES: [&str; 3] = ["OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "SLURM_NTASKS"];
+const SIZES: [&str; 3] = ["OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "SLURM_STEP_NUM_TASKS"];
+
+/// How many processes this is one of, before any of them has met another.
+pub fn count() -> usize {
+    let number = |name: &str| std::env::var(name).ok()?.parse::<usize>().ok();
+    SIZES.iter().find_map(|name| number(name)).unwrap_or(1).max(1)
+}
 
 /// All processes of this run: this one alone, or those that `mpirun` started.
 ///
 /// # Errors
 /// There are several, and this build cannot bring them together; or MPI does not start.
 pub fn all() -> Result<Arc<dyn Collective>, CliError> {
-    let number = |name: &str| std::env::var(name).ok()?.parse::<usize>().ok();
-    match SIZES.iter().find_map(|name| number(name)) {
-        None | Some(0 | 1) => Ok(Arc::new(Alone)),
-        Some(size) => together(size),
+    match count() {
+        1 => Ok(Arc::new(Alone)),
+        size => together(size),
     }
 }
 

@@ -82,7 +82,23 @@ pub fn train(
     output: &Output,
 ) -> Result<Option<Summary>, CliError> {
     let all = processes::all()?;
-    let mut trainer = prepare(plan, (engine, threads), Arc::clone(&all))?;
+    let done = train_among(plan, folder, resume, (engine, threads), output, &all);
+    if let (Err(error), true) = (&done, all.size() > 1) {
+        tracing::error!("process {} of {}: {error}", all.rank() + 1, all.size());
+        all.abort();
+    }
+    done
+}
+
+fn train_among(
+    plan: &TrackerPlan,
+    folder: &Path,
+    resume: bool,
+    (engine, threads): (&str, usize),
+    output: &Output,
+    all: &Arc<dyn Collective>,
+) -> Result<Option<Summary>, CliError> {
+    let mut trainer = prepare(plan, (engine, threads), Arc::clone(all))?;
     if !resume {
         trainer = trainer.initialised()?;
     }
