@@ -267,7 +267,9 @@ fn parameters_and_pushes_act_as_in_mujoco() {
                 let gravity =
                     Some([rng.random_range(-1.0..1.0), rng.random_range(-1.0..1.0), rng.random_range(-11.0..-8.0)]);
                 let strength_scale = (0..robot.joints()).map(|_| rng.random_range(0.7..1.4)).collect();
-                let ground_friction = Some(rng.random_range(0.05..1.0));
+                // Every third: no other friction of the ground than the model's.
+                let rough = rng.random_range(0.05..1.0);
+                let ground_friction = (id % 3 != 0).then_some(rough);
                 // Every other environment: one foot on other ground than the other.
                 let feet = [rng.random_range(0.05..1.0), rng.random_range(0.05..1.0)];
                 let foot_friction = if id % 2 == 0 { feet.to_vec() } else { Vec::new() };
