@@ -93,8 +93,13 @@ impl RunningNormalizer {
                 *s += (f64::from(*x) - m).powi(2);
             }
         }
+        self.absorb(n, &mean, &square);
+    }
+
+    /// Takes in `n` samples with these means and sums of squares about them (Chan et al. 1979).
+    fn absorb(&mut self, n: f64, mean: &[f64], square: &[f64]) {
         let total = self.count + n;
-        for i in 0..size {
+        for i in 0..self.size() {
             let delta = mean[i] - self.mean[i];
             let merged = self.variance[i] * self.count + square[i] + delta * delta * self.count * n / total;
             self.mean[i] += delta * n / total;
@@ -118,16 +123,10 @@ impl RunningNormalizer {
         if self.frozen || moments.len() != 1 + 2 * size || n <= 0.0 {
             return;
         }
-        let total = self.count + n;
-        for i in 0..size {
-            let mean = moments[1 + i] / n;
-            let square = (moments[1 + size + i] - n * mean * mean).max(0.0);
-            let delta = mean - self.mean[i];
-            let merged = self.variance[i] * self.count + square + delta * delta * self.count * n / total;
-            self.mean[i] += delta * n / total;
-            self.variance[i] = merged / total;
-        }
-        self.count = total.min(self.count_cap);
+        let (sums, squares) = moments[1..].split_at(size);
+        let mean: Vec<f64> = sums.iter().map(|sum| sum / n).collect();
+        let about: Vec<f64> = squares.iter().zip(&mean).map(|(s, m)| (s - n * m * m).max(0.0)).collect();
+        self.absorb(n, &mean, &about);
     }
 
     /// (x − mean) / std, clipped, in place, for rows `[N, size]`.
@@ -203,6 +202,24 @@ mod tests {
             assert!((n.variance()[d] - variance).abs() < 1e-9 * variance, "variance {d}");
         }
         assert_eq!(n.count(), 1000.0);
+    }
+
+    #[test]
+    fn what_two_have_seen_adds_up_to_what_one_sees() {
+        let rows: Vec<f32> = (0..60).map(|i| ((i * 37) % 23) as f32 * 0.3 + 100.0).collect();
+        let seen = |rows: &[f32]| {
+            let mut normalizer = RunningNormalizer::new(3);
+            normalizer.update(rows);
+            normalizer
+        };
+        let (first, second) = (seen(&rows[..21]), seen(&rows[21..]));
+        let sum: Vec<f64> = first.moments().iter().zip(second.moments()).map(|(a, b)| a + b).collect();
+        let (mut merged, whole) = (seen(&[]), seen(&rows));
+        merged.merge(&sum);
+        assert_eq!(merged.count(), 20.0);
+        let pairs = merged.mean().iter().zip(whole.mean()).chain(merged.variance().iter().zip(whole.variance()));
+        // A mean of 100 squared leaves eleven digits of the variance.
+        pairs.for_each(|(a, b)| assert!((a - b).abs() < 1e-9, "{a} {b}"));
     }
 
     #[test]

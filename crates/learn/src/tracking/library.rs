@@ -164,6 +164,11 @@ impl ReferenceLibrary {
         frame.saturating_add_signed(steps as isize).clamp(range.start, range.end - 1)
     }
 
+    /// Features of the frames at offsets from one, each in its own heading frame, `[offsets, F]`.
+    pub fn window_at(&self, frame: usize, offsets: &[i32]) -> Vec<f32> {
+        offsets.iter().flat_map(|offset| self.features_at(self.around(frame, *offset))).copied().collect()
+    }
+
     /// The frames of a clip.
     pub fn range(&self, clip: usize) -> std::ops::Range<usize> {
         self.starts[clip]..self.starts[clip + 1]

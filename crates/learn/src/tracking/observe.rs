@@ -124,10 +124,7 @@ impl Observer {
         for offset in &self.spec.reference.future {
             future.extend_from_slice(library.features_at(library.ahead(episode.frame, *offset as usize)));
         }
-        let mut window = Vec::with_capacity(self.spec.window_size());
-        for offset in &self.spec.reference.window {
-            window.extend_from_slice(library.features_at(library.around(next, *offset)));
-        }
+        let window = library.window_at(next, &self.spec.reference.window);
         let inputs = ObservationInputs {
             root_position,
             root_orientation,

@@ -127,9 +127,7 @@ impl Policy {
             let last = (first + CHUNK).min(library.len());
             let mut rows = vec![0.0; (last - first) * width];
             for (frame, row) in (first..last).zip(rows.chunks_exact_mut(width)) {
-                let offsets = spec.reference.window.iter();
-                let frames: Vec<f32> =
-                    offsets.flat_map(|o| library.features_at(library.around(frame, *o))).copied().collect();
+                let frames = library.window_at(frame, &spec.reference.window);
                 spec.write_frames(&frames, &mut row[width - window..])?;
             }
             self.normalizer.normalize(&mut rows);

@@ -322,6 +322,11 @@ mod tests {
     }
 
     #[test]
+    fn a_curriculum_of_smoothness_scales_the_penalties_and_nothing_else() {
+        assert_eq!(TERMS[SMOOTHNESS], ["action_rate", "action_acceleration", "torque"]);
+    }
+
+    #[test]
     fn the_thesis_terms_by_hand() {
         let layout = layout();
         let reference = rest();

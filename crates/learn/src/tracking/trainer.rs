@@ -142,20 +142,23 @@ impl Trainer {
 
     /// Whether a policy sees what this one sees, in this order, and its outputs mean the same.
     fn alike(&self, path: &Path, other: &PolicyHeader) -> Result<(), LearnError> {
-        let own = self.header();
         let parts = |header: &PolicyHeader| {
-            let hidden = (&header.hidden, &header.encoder);
             let prior = if header.observation.reference.latent > 0 { header.prior.as_str() } else { "none" };
-            format!("{:?}, action {:?}, layers {hidden:?}, prior {prior}", header.observation, header.action)
+            [
+                ("inputs", format!("{:?}", header.observation)),
+                ("action", format!("{:?}", header.action)),
+                ("hidden layers", format!("{:?}", header.hidden)),
+                ("encoder", format!("{:?}", header.encoder)),
+                ("prior", prior.to_string()),
+            ]
         };
-        if parts(&own) == parts(other) {
-            return Ok(());
+        let different = parts(&self.header()).into_iter().zip(parts(other)).find(|(own, other)| own != other);
+        match different {
+            None => Ok(()),
+            Some(((what, expected), (_, got))) => {
+                Err(LearnError::Mismatch { what: format!("{what} of the policy of {}", path.display()), expected, got })
+            }
         }
-        Err(LearnError::Mismatch {
-            what: format!("policy of {}", path.display()),
-            expected: parts(&own),
-            got: parts(other),
-        })
     }
 
     /// Every clip's name, share of episodes that do not fail (NaN before the first) and share of its motion that was ever

@@ -9,9 +9,10 @@ use lifelike_learn::tracking::Policy;
 use lifelike_robot::Robot;
 use serde_json::json;
 
+use crate::commands::clips;
 use crate::commands::eval::{Job, save, text};
+use crate::commands::physics::{self, Physics};
 use crate::commands::prior_file::Prior;
-use crate::commands::{clips, physics};
 use crate::error::CliError;
 use crate::output::Output;
 
@@ -42,14 +43,13 @@ pub struct Args {
     /// Longest episode (s).
     #[arg(long, default_value_t = 10.0)]
     pub seconds: f64,
-    /// Physics engine.
-    #[arg(long, default_value = physics::DEFAULT)]
-    pub engine: String,
+    #[command(flatten)]
+    pub physics: Physics,
 }
 
 /// Runs the command.
 pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
-    physics::available(&args.engine)?;
+    physics::available(&args.physics.engine)?;
     let began = Instant::now();
     let robot = Arc::new(Robot::load(&args.robot)?);
     let pretrained = |kind: &str| asset(&format!("{}.{kind}.safetensors", robot.name));
@@ -66,7 +66,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     }
     tracing::info!("{} clips retargeted to {} in {:.1} s", clips.len(), robot.name, began.elapsed().as_secs_f64());
     let options = EvaluationOptions { seconds: args.seconds, starts: 1, keep: 1, ..EvaluationOptions::default() };
-    let job = Job { policy: &policy, robot: &robot, prior: prior.as_ref(), engine: &args.engine, threads: 0 };
+    let job = Job { policy: &policy, robot: &robot, prior: prior.as_ref(), physics: &args.physics };
     let evaluation = job.run(&clips, &options, output)?;
     let report =
         save(&evaluation, None, &robot, &format!("{} follows {} motions", robot.name, clips.len()), &args.output)?;

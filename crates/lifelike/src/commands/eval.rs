@@ -10,9 +10,10 @@ use lifelike_learn::tracking::Policy;
 use lifelike_motion::{MotionClip, container};
 use lifelike_robot::Robot;
 
+use crate::commands::clips;
 use crate::commands::motion::container_in;
+use crate::commands::physics::{self, Physics};
 use crate::commands::prior_file::Prior;
-use crate::commands::{clips, physics};
 use crate::error::CliError;
 use crate::output::Output;
 use crate::progress::Progress;
@@ -64,17 +65,13 @@ pub struct Args {
     /// Write the clips that a change helps to this folder, changed.
     #[arg(long, value_name = "FOLDER", requires = "explain")]
     pub apply: Option<PathBuf>,
-    /// Physics engine.
-    #[arg(long, default_value = physics::DEFAULT)]
-    pub engine: String,
-    /// Threads; one per processor where not given. Results do not depend on it.
-    #[arg(long, default_value_t = 0)]
-    pub threads: usize,
+    #[command(flatten)]
+    pub physics: Physics,
 }
 
 /// Runs the command.
 pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
-    physics::available(&args.engine)?;
+    physics::available(&args.physics.engine)?;
     if !(args.seconds > 0.0 && args.seconds <= 3600.0 && (1..=STARTS).contains(&args.starts)) {
         let text = format!("--seconds must be above 0 and at most 3600, --starts from 1 to {STARTS}");
         return Err(CliError::Usage(text));
@@ -85,8 +82,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let prior = Prior::for_policy(&policy, args.prior.as_deref())?;
     let clips = clips::load(&args.motions, &robot)?;
     let options = EvaluationOptions { seconds: args.seconds, starts: args.starts, ..EvaluationOptions::default() };
-    let job =
-        Job { policy: &policy, robot: &robot, prior: prior.as_ref(), engine: &args.engine, threads: args.threads };
+    let job = Job { policy: &policy, robot: &robot, prior: prior.as_ref(), physics: &args.physics };
     let evaluation = job.run(&clips, &options, output)?;
     let title = format!("{} on {} clips", args.policy.display(), clips.len());
     let explanations = args.explain.then(|| job.explain(&evaluation, &clips, &options, output)).transpose()?;
@@ -118,10 +114,8 @@ pub struct Job<'a> {
     pub robot: &'a Arc<Robot>,
     /// Its prior, where it wants one.
     pub prior: Option<&'a Prior>,
-    /// The engine.
-    pub engine: &'a str,
-    /// Threads; 0: one per processor.
-    pub threads: usize,
+    /// The physics.
+    pub physics: &'a Physics,
 }
 
 impl Job<'_> {
@@ -133,7 +127,7 @@ impl Job<'_> {
         output: &Output,
     ) -> Result<Evaluation, CliError> {
         let environments = (clips.len() * options.starts).clamp(1, ENVIRONMENTS);
-        let simulation = lifelike_sim::create(self.engine, Arc::clone(self.robot), environments, self.threads)?;
+        let simulation = self.physics.simulate(None, self.robot, environments)?;
         let mut progress = Progress::new(output, "evaluating", clips.len() as u64);
         let prior = self.prior.map(Prior::as_encode);
         let evaluation = evaluate(self.policy, self.robot, clips, prior, simulation, options, |done, of| {
@@ -151,7 +145,7 @@ impl Job<'_> {
         options: &EvaluationOptions,
         output: &Output,
     ) -> Result<Vec<Explanation>, CliError> {
-        let simulate = |n| Ok(lifelike_sim::create(self.engine, Arc::clone(self.robot), n, self.threads)?);
+        let simulate = |n| Ok(self.physics.simulate(None, self.robot, n)?);
         let mut progress = Progress::new(output, "explaining", 1);
         let prior = self.prior.map(Prior::as_encode);
         let told = explain::explain(

@@ -1,9 +1,40 @@
 //! Which physics this build has.
 
+use std::sync::Arc;
+
+use lifelike_robot::Robot;
+use lifelike_sim::{SimError, Simulation, Terrain};
+
 use crate::error::CliError;
 
 /// The engine where none is named.
 pub const DEFAULT: &str = "lifelike";
+
+/// Which physics a command runs, and on how many threads.
+#[derive(Debug, Clone, clap::Args)]
+pub struct Physics {
+    /// Physics engine.
+    #[arg(long, default_value = DEFAULT)]
+    pub engine: String,
+    /// Threads of the physics; one per processor where not given. Results do not depend on it.
+    #[arg(long, default_value_t = 0)]
+    pub threads: usize,
+}
+
+impl Physics {
+    /// So many environments of a robot, on a terrain or on level ground.
+    ///
+    /// # Errors
+    /// What the engine cannot simulate.
+    pub fn simulate(
+        &self,
+        terrain: Option<Arc<Terrain>>,
+        robot: &Arc<Robot>,
+        environments: usize,
+    ) -> Result<Box<dyn Simulation>, SimError> {
+        lifelike_sim::create_on(terrain, &self.engine, Arc::clone(robot), environments, self.threads)
+    }
+}
 
 /// Whether the engine is in this build; if not, how to get it.
 pub fn available(engine: &str) -> Result<(), CliError> {

@@ -9,7 +9,8 @@ use lifelike_learn::tracking::collective::Alone;
 use serde::Serialize;
 
 use super::machine;
-use crate::commands::{physics, train};
+use crate::commands::physics::Physics;
+use crate::commands::train;
 use crate::error::CliError;
 use crate::output::{Output, table};
 use crate::overrides;
@@ -30,12 +31,8 @@ pub struct Args {
     /// Seconds, after a tenth of them that does not count.
     #[arg(long, default_value_t = 20.0)]
     seconds: f64,
-    /// Physics engine.
-    #[arg(long, default_value = physics::DEFAULT)]
-    engine: String,
-    /// Threads of the physics; one per processor where not given. The networks take one per processor.
-    #[arg(long, default_value_t = 0)]
-    threads: usize,
+    #[command(flatten)]
+    physics: Physics,
     /// Changes to the plan, by dotted path.
     #[arg(value_name = "KEY=VALUE")]
     overrides: Vec<String>,
@@ -67,7 +64,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
         return Err(CliError::Usage(format!("--seconds: expected a number above 0, got {}", args.seconds)));
     }
     let plan: TrackerPlan = overrides::load(&args.plan, &args.overrides)?;
-    let mut trainer = train::tracker::prepare(&plan, (&args.engine, args.threads), Arc::new(Alone))?;
+    let mut trainer = train::tracker::prepare(&plan, &args.physics, Arc::new(Alone))?;
     let warm = Instant::now();
     while warm.elapsed().as_secs_f64() < 0.1 * args.seconds {
         trainer.iterate()?;

@@ -8,10 +8,10 @@ use lifelike_learn::evaluation::robustness::{Disturbance, Robustness, Robustness
 use lifelike_learn::report::ReportBuilder;
 use lifelike_learn::tracking::Policy;
 use lifelike_robot::Robot;
-use lifelike_sim::create_on;
 
+use crate::commands::physics::{self, Physics};
 use crate::commands::prior_file::Prior;
-use crate::commands::{clips, eval, physics};
+use crate::commands::{clips, eval};
 use crate::error::CliError;
 use crate::output::Output;
 use crate::progress::Progress;
@@ -61,25 +61,20 @@ pub struct Args {
     /// Seed of directions, moments, places, offsets and hills.
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// Physics engine.
-    #[arg(long, default_value = physics::DEFAULT)]
-    engine: String,
-    /// Threads; one per processor where not given. Results do not depend on it.
-    #[arg(long, default_value_t = 0)]
-    threads: usize,
+    #[command(flatten)]
+    physics: Physics,
 }
 
 /// Runs the command.
 pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
-    physics::available(&args.engine)?;
+    physics::available(&args.physics.engine)?;
     let options = options(args)?;
     let policy = Policy::read(&args.policy)?;
     let robot = Arc::new(Robot::load(args.robot.as_deref().unwrap_or(&policy.header().robot))?);
     policy.check(&robot)?;
     let prior = Prior::for_policy(&policy, args.prior.as_deref())?;
     let clips = clips::load(&args.motions, &robot)?;
-    let ground =
-        |terrain, environments| Ok(create_on(terrain, &args.engine, Arc::clone(&robot), environments, args.threads)?);
+    let ground = |terrain, environments| Ok(args.physics.simulate(terrain, &robot, environments)?);
     let mut progress = Progress::new(output, "disturbing", 1);
     let prior = prior.as_ref().map(Prior::as_encode);
     let found = sweep(&policy, &robot, &clips, prior, &ground, ENVIRONMENTS, &options, |what, done, of| {

@@ -12,8 +12,9 @@ use lifelike_robot::Robot;
 use serde::{Deserialize, Serialize};
 use tracing::info;
 
+use crate::commands::physics::{self, Physics};
 use crate::commands::prior_file::Prior;
-use crate::commands::{clips, eval, physics, train};
+use crate::commands::{clips, eval, train};
 use crate::error::CliError;
 use crate::output::Output;
 use crate::overrides;
@@ -40,12 +41,8 @@ pub struct Args {
     /// Train only these variants; others stand in the table where they are trained already.
     #[arg(long, value_delimiter = ',')]
     only: Vec<String>,
-    /// Physics engine.
-    #[arg(long, default_value = physics::DEFAULT)]
-    engine: String,
-    /// Threads of the physics; one per processor where not given.
-    #[arg(long, default_value_t = 0)]
-    threads: usize,
+    #[command(flatten)]
+    physics: Physics,
     /// Changes to the plan of all variants, by dotted path.
     #[arg(value_name = "KEY=VALUE")]
     overrides: Vec<String>,
@@ -109,7 +106,7 @@ struct Run {
 
 /// Runs the command.
 pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
-    physics::available(&args.engine)?;
+    physics::available(&args.physics.engine)?;
     if train::processes::count() > 1 {
         return Err(CliError::Usage("start a study as one process".into()));
     }
@@ -162,8 +159,7 @@ fn trained(plan: &TrackerPlan, folder: &Path, args: &Args, output: &Output) -> R
             return Ok(());
         }
     }
-    let engine = (args.engine.as_str(), args.threads);
-    let Some(summary) = train::tracker::train(plan, folder, exists, engine, output)? else {
+    let Some(summary) = train::tracker::train(plan, folder, exists, &args.physics, output)? else {
         return Err(CliError::Usage("start a study as one process".into()));
     };
     if summary.interrupted {
@@ -189,13 +185,7 @@ fn evaluated(
     let robot = Arc::new(Robot::load(&plan.robot)?);
     let policy = Policy::load(&policy_of(folder), &robot)?;
     let prior = Prior::for_policy(&policy, plan.prior.as_deref())?;
-    let job = eval::Job {
-        policy: &policy,
-        robot: &robot,
-        prior: prior.as_ref(),
-        engine: &args.engine,
-        threads: args.threads,
-    };
+    let job = eval::Job { policy: &policy, robot: &robot, prior: prior.as_ref(), physics: &args.physics };
     let options = EvaluationOptions { starts: study.starts, keep: 0, ..EvaluationOptions::default() };
     let mut scores = Vec::new();
     for class in &study.class {

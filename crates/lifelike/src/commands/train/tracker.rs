@@ -13,8 +13,9 @@ use lifelike_robot::Robot;
 use serde_json::json;
 
 use super::{processes, run_folder};
+use crate::commands::clips;
+use crate::commands::physics::{self, Physics};
 use crate::commands::prior_file::Prior;
-use crate::commands::{clips, physics};
 use crate::error::CliError;
 use crate::output::Output;
 use crate::progress::Progress;
@@ -44,12 +45,8 @@ pub struct Args {
     /// Go on with the run in the folder.
     #[arg(long)]
     pub resume: bool,
-    /// Physics engine.
-    #[arg(long, default_value = physics::DEFAULT)]
-    pub engine: String,
-    /// Threads of the physics; one per processor where not given. Results do not depend on it.
-    #[arg(long, default_value_t = 0)]
-    pub threads: usize,
+    #[command(flatten)]
+    pub physics: Physics,
     /// Changes to the plan, by dotted path.
     #[arg(value_name = "KEY=VALUE")]
     pub overrides: Vec<String>,
@@ -63,8 +60,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
         (Some(path), false) => overrides::load(path, &args.overrides)?,
         (None, false) => return Err(CliError::Usage("say what to train with --plan FILE".into())),
     };
-    let engine = (args.engine.as_str(), args.threads);
-    let Some(summary) = train(&plan, &folder, args.resume, engine, output)? else { return Ok(()) };
+    let Some(summary) = train(&plan, &folder, args.resume, &args.physics, output)? else { return Ok(()) };
     report(&summary, &folder, output)?;
     if summary.interrupted {
         return Err(CliError::Interrupted(format!("go on with --resume -o {}", folder.display())));
@@ -72,17 +68,17 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     Ok(())
 }
 
-/// Trains by a plan in a run's folder, with physics by an engine on so many threads. The run is begun, or gone on with.
+/// Trains by a plan in a run's folder. The run is begun, or gone on with.
 /// Of several processes only the first has something to tell.
 pub fn train(
     plan: &TrackerPlan,
     folder: &Path,
     resume: bool,
-    (engine, threads): (&str, usize),
+    physics: &Physics,
     output: &Output,
 ) -> Result<Option<Summary>, CliError> {
     let all = processes::all()?;
-    let done = train_among(plan, folder, resume, (engine, threads), output, &all);
+    let done = train_among(plan, folder, resume, physics, output, &all);
     if let (Err(error), true) = (&done, all.size() > 1) {
         tracing::error!("process {} of {}: {error}", all.rank() + 1, all.size());
         all.abort();
@@ -94,11 +90,11 @@ fn train_among(
     plan: &TrackerPlan,
     folder: &Path,
     resume: bool,
-    (engine, threads): (&str, usize),
+    physics: &Physics,
     output: &Output,
     all: &Arc<dyn Collective>,
 ) -> Result<Option<Summary>, CliError> {
-    let mut trainer = prepare(plan, (engine, threads), Arc::clone(all))?;
+    let mut trainer = prepare(plan, physics, Arc::clone(all))?;
     if !resume {
         trainer = trainer.initialised()?;
     }
@@ -134,13 +130,9 @@ fn train_among(
 }
 
 /// Everything that a plan names, ready to learn.
-pub fn prepare(
-    plan: &TrackerPlan,
-    (engine, threads): (&str, usize),
-    all: Arc<dyn Collective>,
-) -> Result<Trainer, CliError> {
+pub fn prepare(plan: &TrackerPlan, physics: &Physics, all: Arc<dyn Collective>) -> Result<Trainer, CliError> {
     plan.check()?;
-    physics::available(engine)?;
+    physics::available(&physics.engine)?;
     let robot = Arc::new(Robot::load(&plan.robot)?);
     let prior = plan.prior.as_deref().map(Prior::load).transpose()?;
     let library = if plan.clips.is_empty() {
@@ -154,8 +146,7 @@ pub fn prepare(
         ReferenceLibrary::new(&robot, &clips, prior.as_ref().map(Prior::as_encode))?
     };
     let terrain = plan.terrain.map(|terrain| terrain.build()).transpose()?.map(Arc::new);
-    let environments = plan.ppo.environments;
-    let simulation = lifelike_sim::create_on(terrain, engine, Arc::clone(&robot), environments, threads)?;
+    let simulation = physics.simulate(terrain, &robot, plan.ppo.environments)?;
     let trainer = Trainer::among(plan, robot, Arc::new(library), simulation, all)?;
     Ok(match &prior {
         Some(prior) => trainer.with_prior_digest(prior.digest()),
