@@ -50,6 +50,9 @@ pub enum LearnError {
     /// A clip is the problem.
     #[error(transparent)]
     Motion(#[from] lifelike_motion::MotionError),
+    /// A device does not hand out its numbers.
+    #[error(transparent)]
+    Numbers(#[from] lifelike_nn::numbers::Unreadable),
     /// The robot is the problem.
     #[error(transparent)]
     Robot(#[from] lifelike_robot::RobotError),

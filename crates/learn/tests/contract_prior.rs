@@ -12,6 +12,7 @@ use lifelike_learn::representation::latent::interpolation::middle_frames;
 use lifelike_learn::representation::{MotionPrior, PriorClip, PriorMetrics, PriorPlan, PriorTrainer, dataset};
 use lifelike_motion::{FeatureLayout, Frame};
 use lifelike_nn::adam::Rule;
+use lifelike_nn::device::Processor;
 
 const JOINTS: usize = 4;
 
@@ -96,6 +97,26 @@ fn a_stopped_run_continues_bit_for_bit() {
 
     assert_eq!(expected, got);
     assert_eq!(std::fs::read(&whole).unwrap(), std::fs::read(&part).unwrap());
+}
+
+#[test]
+fn a_card_learns_what_the_cpu_learns() {
+    let expected = run(&mut trainer(small()), 6);
+    for processor in [Processor::Cuda(0), Processor::Wgpu] {
+        let card = match processor.open() {
+            Ok(card) => card,
+            Err(why) => {
+                println!("skipped: {why}");
+                continue;
+            }
+        };
+        let mut there = trainer(small()).to_device(&card);
+        for (cpu, card) in expected.iter().zip(run(&mut there, 6)) {
+            let near = |a: f64, b: f64| (a - b).abs() <= 1e-3 * a.abs();
+            assert!(near(cpu.loss, card.loss) && near(cpu.kl, card.kl), "{cpu:?} {card:?}");
+        }
+        assert_eq!(there.prior().encode_clip(&clips()[0].frames).unwrap().len(), clips()[0].frames.len() * 8);
+    }
 }
 
 #[test]

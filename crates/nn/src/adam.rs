@@ -5,7 +5,7 @@
 use std::collections::BTreeMap;
 
 use burn::module::{Module, ModuleMapper, Param};
-use burn::tensor::Tensor;
+use burn::tensor::{Device, Tensor};
 
 use crate::checkpoint::{Checkpoint, CheckpointError};
 use crate::gradients::Gradients;
@@ -71,6 +71,16 @@ impl Adam {
     /// The constants.
     pub fn config(&self) -> AdamConfig {
         self.config
+    }
+
+    /// With its state on another device.
+    #[must_use]
+    pub fn to_device(mut self, device: &Device) -> Self {
+        for moments in self.moments.values_mut() {
+            moments.first = moments.first.clone().to_device(device);
+            moments.second = moments.second.clone().to_device(device);
+        }
+        self
     }
 
     /// One step with learning rate `rate`. Parameters without a gradient stay as they are.

@@ -3,12 +3,16 @@
 //! Reinforcement learning on a CPU spends its time on small perceptrons. Automatic differentiation computes an ELU and its
 //! derivative in a dozen passes over memory that take as long as the matrix products; written out it is two. The products
 //! are the tensor library's; a test holds the result against automatic differentiation.
+//!
+//! Rows come from our own memory and go back to it, and everything between is where the network is: a minibatch crosses to a
+//! card and back once.
 
 use burn::tensor::{Device, Tensor, TensorData};
 
 use crate::gradients::Gradients;
 use crate::mlp::Mlp;
 use crate::numbers::{Unreadable, read};
+use crate::{device, elu};
 
 /// The inputs of each layer of one forward pass: what the backward pass needs.
 #[derive(Debug, Clone)]
@@ -23,29 +27,18 @@ pub struct Pass {
 ///
 /// # Errors
 /// The device does not hand out its numbers.
-pub fn forward(mlp: &Mlp, x: Vec<f32>, device: &Device) -> Result<(Vec<f32>, Pass), Unreadable> {
+pub fn forward(mlp: &Mlp, x: Vec<f32>) -> Result<(Vec<f32>, Pass), Unreadable> {
     let mut inputs = Vec::with_capacity(mlp.layers().len());
-    let mut x = x;
+    let batch = x.len() / mlp.inputs().max(1);
+    let mut x = tensor(x, [batch, mlp.inputs()], &mlp.device());
     for (i, layer) in mlp.layers().iter().enumerate() {
         let weight = layer.weight.val().without_autodiff();
-        let [rows, columns] = weight.dims();
-        let bias = layer.bias.as_ref().map(|b| read(b.val().without_autodiff())).transpose()?;
-        let batch = x.len() / rows.max(1);
-        let input = tensor(x, [batch, rows], device);
-        let mut y = read(input.clone().matmul(weight))?;
+        let bias = layer.bias.as_ref().map(|b| b.val().without_autodiff());
         let hidden = i + 1 < mlp.layers().len();
-        for row in y.chunks_exact_mut(columns.max(1)) {
-            if let Some(bias) = &bias {
-                row.iter_mut().zip(bias).for_each(|(y, b)| *y += b);
-            }
-            if hidden {
-                row.iter_mut().for_each(|y| *y = elu(*y));
-            }
-        }
-        inputs.push(input);
-        x = y;
+        inputs.push(x.clone());
+        x = finish(x.matmul(weight), bias, hidden)?;
     }
-    Ok((x, Pass { inputs }))
+    Ok((read(x)?, Pass { inputs }))
 }
 
 /// Gradients of all parameters, named as in a module that holds this one under `prefix` (`"mean"`; empty: none).
@@ -55,14 +48,8 @@ pub fn forward(mlp: &Mlp, x: Vec<f32>, device: &Device) -> Result<(Vec<f32>, Pas
 ///
 /// # Errors
 /// The device does not hand out its numbers.
-pub fn backward(
-    mlp: &Mlp,
-    pass: Pass,
-    slope: Vec<f32>,
-    prefix: &str,
-    device: &Device,
-) -> Result<Gradients, Unreadable> {
-    Ok(descend(mlp, pass, slope, prefix, device, false)?.0)
+pub fn backward(mlp: &Mlp, pass: Pass, slope: Vec<f32>, prefix: &str) -> Result<Gradients, Unreadable> {
+    Ok(descend(mlp, pass, slope, prefix, false)?.0)
 }
 
 /// As [`backward`], and the loss's derivative by each input, `[B, inputs]`: for a network that follows another one.
@@ -74,9 +61,8 @@ pub fn backward_through(
     pass: Pass,
     slope: Vec<f32>,
     prefix: &str,
-    device: &Device,
 ) -> Result<(Gradients, Vec<f32>), Unreadable> {
-    descend(mlp, pass, slope, prefix, device, true)
+    descend(mlp, pass, slope, prefix, true)
 }
 
 /// Gradients, and the slope at the input where it is asked for (a product as large as the first layer's).
@@ -85,11 +71,11 @@ fn descend(
     pass: Pass,
     slope: Vec<f32>,
     prefix: &str,
-    device: &Device,
     through: bool,
 ) -> Result<(Gradients, Vec<f32>), Unreadable> {
     let mut gradients = Gradients::default();
-    let mut slope = slope;
+    let batch = slope.len() / mlp.outputs().max(1);
+    let mut slope = tensor(slope, [batch, mlp.outputs()], &mlp.device());
     for ((i, layer), input) in mlp.layers().iter().enumerate().zip(pass.inputs).rev() {
         let name = |part: &str| match prefix {
             "" => format!("layers.{i}.{part}"),
@@ -98,28 +84,72 @@ fn descend(
         let weight = layer.weight.val().without_autodiff();
         let [rows, columns] = weight.dims();
         if layer.bias.is_some() {
-            let mut sums = vec![0.0_f32; columns];
-            for row in slope.chunks_exact(columns.max(1)) {
-                sums.iter_mut().zip(row).for_each(|(sum, x)| *sum += x);
-            }
-            gradients.insert(name("bias"), Tensor::from_data(TensorData::new(sums, [columns]), device));
+            let (sums, same) = column_sums(slope)?;
+            gradients.insert(name("bias"), sums);
+            slope = same;
         }
-        let batch = slope.len() / columns.max(1);
-        let after = tensor(slope, [batch, columns], device);
-        let by_weight = input.clone().transpose().matmul(after.clone());
+        let by_weight = input.clone().transpose().matmul(slope.clone());
         gradients.insert(name("weight"), by_weight.reshape([rows * columns]));
         if i == 0 && !through {
             return Ok((gradients, Vec::new()));
         }
-        slope = read(after.matmul(weight.transpose()))?;
-        if i == 0 {
-            break;
+        slope = slope.matmul(weight.transpose());
+        if i > 0 {
+            slope = through_elu(slope, input)?;
         }
-        // The input is the ELU's value h of the layer below: its derivative is 1 above zero and exp(x) = h + 1 below.
-        let below = read(input)?;
-        slope.iter_mut().zip(&below).for_each(|(slope, h)| *slope *= h.min(0.0) + 1.0);
     }
-    Ok((gradients, slope))
+    Ok((gradients, read(slope)?))
+}
+
+/// Whether a tensor's numbers are in our own memory: there the loops below are faster than the tensor library, which passes over
+/// memory once for each operation. On a card it is the other way round.
+fn here(device: &Device) -> bool {
+    *device == device::inference()
+}
+
+/// Adds the bias, and in a hidden layer applies the ELU.
+fn finish(y: Tensor<2>, bias: Option<Tensor<1>>, hidden: bool) -> Result<Tensor<2>, Unreadable> {
+    let (shape, device) = (y.dims(), y.device());
+    if !here(&device) {
+        let y = bias.map_or(y.clone(), |bias| y + bias.unsqueeze());
+        return Ok(if hidden { elu::elu(y) } else { y });
+    }
+    let bias = bias.map(read).transpose()?;
+    let mut y = read(y)?;
+    for row in y.chunks_exact_mut(shape[1].max(1)) {
+        if let Some(bias) = &bias {
+            row.iter_mut().zip(bias).for_each(|(y, b)| *y += b);
+        }
+        if hidden {
+            row.iter_mut().for_each(|y| *y = elu_of(*y));
+        }
+    }
+    Ok(tensor(y, shape, &device))
+}
+
+/// The sum of each column, and the rows themselves.
+fn column_sums(rows: Tensor<2>) -> Result<(Tensor<1>, Tensor<2>), Unreadable> {
+    let (shape, device) = (rows.dims(), rows.device());
+    if !here(&device) {
+        return Ok((rows.clone().sum_dim(0).reshape([shape[1]]), rows));
+    }
+    let rows = read(rows)?;
+    let mut sums = vec![0.0_f32; shape[1]];
+    for row in rows.chunks_exact(shape[1].max(1)) {
+        sums.iter_mut().zip(row).for_each(|(sum, x)| *sum += x);
+    }
+    Ok((Tensor::from_data(TensorData::new(sums, [shape[1]]), &device), tensor(rows, shape, &device)))
+}
+
+/// The slope below an ELU whose values were h: its derivative is 1 above zero and exp(x) = h + 1 below.
+fn through_elu(slope: Tensor<2>, values: Tensor<2>) -> Result<Tensor<2>, Unreadable> {
+    let (shape, device) = (slope.dims(), slope.device());
+    if !here(&device) {
+        return Ok(slope * (values.clamp_max(0.0) + 1.0));
+    }
+    let (mut slope, values) = (read(slope)?, read(values)?);
+    slope.iter_mut().zip(&values).for_each(|(slope, h)| *slope *= h.min(0.0) + 1.0);
+    Ok(tensor(slope, shape, &device))
 }
 
 fn tensor(values: Vec<f32>, shape: [usize; 2], device: &Device) -> Tensor<2> {
@@ -127,7 +157,7 @@ fn tensor(values: Vec<f32>, shape: [usize; 2], device: &Device) -> Tensor<2> {
 }
 
 /// x above zero, exp(x) − 1 below.
-fn elu(x: f32) -> f32 {
+fn elu_of(x: f32) -> f32 {
     let below = exp_of_nonpositive(x.min(0.0)) - 1.0;
     if x > 0.0 { x } else { below }
 }
@@ -155,8 +185,9 @@ fn exp_of_nonpositive(x: f32) -> f32 {
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
-    use crate::device;
+    use crate::device::Processor;
     use crate::mlp::MlpConfig;
+    use burn::module::Module;
 
     #[test]
     fn the_exponential_is_right_to_the_last_digits() {
@@ -165,40 +196,56 @@ mod tests {
             let (got, exact) = (f64::from(exp_of_nonpositive(x)), f64::from(x).exp());
             assert!((got - exact).abs() <= 1.5e-7 * exact, "exp({x}) = {got}, not {exact}");
         }
-        assert_eq!((elu(0.0), elu(2.5), elu(f32::NEG_INFINITY)), (0.0, 2.5, -1.0));
-        assert!(elu(-1e-3) < 0.0 && elu(f32::MAX) == f32::MAX);
+        assert_eq!((elu_of(0.0), elu_of(2.5), elu_of(f32::NEG_INFINITY)), (0.0, 2.5, -1.0));
+        assert!(elu_of(-1e-3) < 0.0 && elu_of(f32::MAX) == f32::MAX);
     }
 
     #[test]
     fn values_and_gradients_are_those_of_automatic_differentiation() {
-        let mlp = MlpConfig::new(7, &[33, 20], 3).init(1, "test", &device::training());
+        let recorded = MlpConfig::new(7, &[33, 20], 3).init(1, "test", &device::training());
+        agrees(&recorded, &recorded);
+    }
+
+    #[test]
+    fn a_card_computes_the_same() {
+        let recorded = MlpConfig::new(7, &[33, 20], 3).init(1, "test", &device::training());
+        for processor in [Processor::Cuda(0), Processor::Wgpu] {
+            match processor.open() {
+                Ok(card) => agrees(&recorded, &recorded.clone().fork(&card)),
+                Err(why) => println!("skipped: {why}"),
+            }
+        }
+    }
+
+    /// The passes of `mlp` against automatic differentiation of `recorded`, the same network on the CPU.
+    fn agrees(recorded: &Mlp, mlp: &Mlp) {
+        let close = |a: f32, b: f32, what: &str| assert!((a - b).abs() <= 2e-5 * b.abs().max(1.0), "{what}: {a} {b}");
         let x: Vec<f32> = (0..5 * 7).map(|i| ((i * 37) % 23) as f32 * 0.2 - 2.0).collect();
         let slope: Vec<f32> = (0..5 * 3).map(|i| ((i * 11) % 7) as f32 - 3.0).collect();
-        let plain = device::inference();
 
         let recorded_x = tensor(x.clone(), [5, 7], &device::training()).require_grad();
-        let recorded = mlp.forward(recorded_x.clone());
-        let loss = (recorded.clone() * tensor(slope.clone(), [5, 3], &device::training())).sum();
+        let values = recorded.forward(recorded_x.clone());
+        let loss = (values.clone() * tensor(slope.clone(), [5, 3], &device::training())).sum();
         let mut tape = loss.backward();
         let by_input = read(recorded_x.grad_remove(&mut tape).unwrap()).unwrap();
-        let expected = Gradients::of(&mlp, tape);
+        let expected = Gradients::of(recorded, tape);
 
-        let (value, pass) = forward(&mlp, x, &plain).unwrap();
-        for (a, b) in value.iter().zip(read(recorded.without_autodiff()).unwrap()) {
-            assert!((a - b).abs() <= 1e-5 * b.abs().max(1.0), "{a} {b}");
+        let (value, pass) = forward(mlp, x).unwrap();
+        for (a, b) in value.iter().zip(read(values.without_autodiff()).unwrap()) {
+            close(*a, b, "value");
         }
-        let got = backward(&mlp, pass.clone(), slope.clone(), "", &plain).unwrap();
-        let (again, through) = backward_through(&mlp, pass, slope, "", &plain).unwrap();
+        let got = backward(mlp, pass.clone(), slope.clone(), "").unwrap();
+        let (again, through) = backward_through(mlp, pass, slope, "").unwrap();
         assert_eq!(again.names().count(), got.names().count());
         assert_eq!(through.len(), by_input.len());
         for (a, b) in through.iter().zip(by_input) {
-            assert!((a - b).abs() <= 2e-5 * b.abs().max(1.0), "by input: {a} {b}");
+            close(*a, b, "by input");
         }
         assert_eq!(got.names().collect::<Vec<_>>(), expected.names().collect::<Vec<_>>());
         for name in expected.names() {
             let (a, b) = (got.get(name).unwrap().clone(), expected.get(name).unwrap().clone().without_autodiff());
             for (a, b) in read(a).unwrap().into_iter().zip(read(b).unwrap()) {
-                assert!((a - b).abs() <= 2e-5 * b.abs().max(1.0), "{name}: {a} {b}");
+                close(a, b, name);
             }
         }
     }

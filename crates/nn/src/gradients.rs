@@ -69,23 +69,34 @@ impl Gradients {
     }
 
     /// Euclidean norm over all parameters together. NaN or infinite when any entry is.
-    pub fn norm(&self) -> f64 {
-        self.by_name.values().map(|g| f64::from(g.clone().square().sum().into_scalar::<f32>())).sum::<f64>().sqrt()
+    ///
+    /// # Errors
+    /// The device does not hand out its numbers.
+    pub fn norm(&self) -> Result<f64, Unreadable> {
+        let squares: Vec<Tensor<1>> = self.by_name.values().map(|g| g.clone().square().sum()).collect();
+        if squares.is_empty() {
+            return Ok(0.0);
+        }
+        // Read at once: each reading from a card waits for it.
+        Ok(read(Tensor::cat(squares, 0))?.into_iter().map(f64::from).sum::<f64>().sqrt())
     }
 
     /// Scales all gradients together so that their norm does not exceed `max_norm`; returns the norm before. The factor
     /// is max_norm / (norm + 1e-6), as in PyTorch's `clip_grad_norm_`.
     ///
     /// A non-finite norm leaves the gradients as they are: whoever reads the returned norm must not step with them.
-    pub fn clip_norm(&mut self, max_norm: f64) -> f64 {
-        let norm = self.norm();
+    ///
+    /// # Errors
+    /// The device does not hand out its numbers.
+    pub fn clip_norm(&mut self, max_norm: f64) -> Result<f64, Unreadable> {
+        let norm = self.norm()?;
         let factor = max_norm / (norm + 1e-6);
         if norm.is_finite() && factor < 1.0 {
             for g in self.by_name.values_mut() {
                 *g = g.clone().mul_scalar(factor);
             }
         }
-        norm
+        Ok(norm)
     }
 }
 

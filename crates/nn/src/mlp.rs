@@ -5,7 +5,7 @@ use burn::nn::Linear;
 use burn::tensor::{Device, Tensor};
 
 use crate::elu::elu;
-use crate::{init, rng};
+use crate::{device, init, rng};
 
 /// What an [`Mlp`] looks like.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -76,6 +76,21 @@ impl Mlp {
             }
         }
         x
+    }
+
+    /// Numbers in.
+    pub fn inputs(&self) -> usize {
+        self.layers.first().map_or(0, |layer| layer.weight.dims()[0])
+    }
+
+    /// Numbers out.
+    pub fn outputs(&self) -> usize {
+        self.layers.last().map_or(0, |layer| layer.weight.dims()[1])
+    }
+
+    /// Where it is, without automatic differentiation.
+    pub fn device(&self) -> Device {
+        self.layers.first().map_or_else(device::inference, |layer| layer.weight.val().device().inner())
     }
 
     /// The layers, first to last (for exporters).

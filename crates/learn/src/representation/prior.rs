@@ -7,6 +7,7 @@ use burn::tensor::{Tensor, TensorData};
 use lifelike_motion::{FeatureLayout, Frame};
 use lifelike_nn::checkpoint::Checkpoint;
 use lifelike_nn::device;
+use lifelike_nn::numbers::read;
 
 use super::dataset::{PriorClip, Windows, normalized_window};
 use super::plan::PriorPlan;
@@ -31,7 +32,7 @@ pub struct MotionPrior {
 
 impl MotionPrior {
     pub(super) fn new(plan: PriorPlan, layout: FeatureLayout, statistics: FeatureStatistics, vae: &MotionVae) -> Self {
-        Self { plan, layout, statistics, vae: vae.valid() }
+        Self { plan, layout, statistics, vae: vae.valid().fork(&device::inference()) }
     }
 
     /// The plan it was trained by.
@@ -96,7 +97,7 @@ impl MotionPrior {
         let mut out = Vec::new();
         for rows in latents.chunks(d * CHUNK) {
             let z = Tensor::<2>::from_data(TensorData::new(rows.to_vec(), [rows.len() / d, d]), &device::inference());
-            out.extend(read(&self.vae.decode(z))?.into_iter().map(f64::from));
+            out.extend(read(self.vae.decode(z))?.into_iter().map(f64::from));
         }
         self.statistics.denormalize(&mut out);
         Ok(out)
@@ -138,7 +139,7 @@ impl MotionPrior {
         let (samples, size) = (self.plan.window().len(), self.layout.size());
         let n = rows.len() / (samples * size);
         let x = Tensor::<3>::from_data(TensorData::new(rows, [n, samples, size]), &device::inference());
-        read(&self.vae.encode(x).0)
+        Ok(read(self.vae.encode(x).0)?)
     }
 
     /// Writes the prior, all at once or not at all.
@@ -177,12 +178,4 @@ impl MotionPrior {
         let vae = checkpoint.load_module("vae", vae)?;
         Ok(Self { plan, layout, statistics, vae })
     }
-}
-
-fn read<const D: usize>(tensor: &Tensor<D>) -> Result<Vec<f32>, LearnError> {
-    tensor.try_to_vec_as::<f32>().map_err(|e| LearnError::Mismatch {
-        what: "network output".into(),
-        expected: "readable numbers".into(),
-        got: e.to_string(),
-    })
 }

@@ -8,7 +8,7 @@ use burn::tensor::{Tensor, TensorData};
 use lifelike_motion::FeatureLayout;
 use lifelike_nn::adam::{Adam, AdamConfig};
 use lifelike_nn::checkpoint::Checkpoint;
-use lifelike_nn::device;
+use lifelike_nn::device::{self, Device};
 use lifelike_nn::gradients::Gradients;
 use lifelike_nn::losses::kl_from_standard_normal;
 use lifelike_nn::rng::stream;
@@ -54,6 +54,7 @@ pub struct PriorTrainer {
     held_out: Windows,
     vae: MotionVae,
     optimizer: Adam,
+    device: Device,
     iteration: u64,
     skipped: u64,
 }
@@ -81,9 +82,19 @@ impl PriorTrainer {
         }
         let frames = training.clips().iter().flat_map(|c| &c.frames);
         let statistics = FeatureStatistics::of(&layout, &plan.floors, frames);
-        let vae = MotionVae::new(&plan, layout.size(), &device::training());
+        let device = device::training();
+        let vae = MotionVae::new(&plan, layout.size(), &device);
         let optimizer = Adam::new(AdamConfig { rule: plan.optimizer, ..AdamConfig::adam() });
-        Ok(Self { plan, layout, statistics, training, held_out, vae, optimizer, iteration: 0, skipped: 0 })
+        Ok(Self { plan, layout, statistics, training, held_out, vae, optimizer, device, iteration: 0, skipped: 0 })
+    }
+
+    /// With its networks on another device.
+    #[must_use]
+    pub fn to_device(mut self, device: &Device) -> Self {
+        self.device = device.clone().autodiff();
+        self.vae = self.vae.fork(&self.device);
+        self.optimizer = self.optimizer.to_device(device);
+        self
     }
 
     /// The plan.
@@ -104,7 +115,7 @@ impl PriorTrainer {
     /// One iteration: draw windows, encode, sample, decode, step.
     pub fn step(&mut self) -> Result<PriorMetrics, LearnError> {
         let (plan, i) = (&self.plan, self.iteration);
-        let device = device::training();
+        let device = self.device.clone();
         let (kl_weight, learning_rate) = (plan.kl_weight_at(i), plan.learning_rate_at(i));
 
         let rows = self.training.sample(&self.statistics, plan.batch, &mut stream(plan.seed, "prior.batch", 0, i))?;
@@ -122,7 +133,7 @@ impl PriorTrainer {
         let loss = rec.clone() + kl.clone().mul_scalar(kl_weight);
 
         let mut gradients = Gradients::of(&self.vae, loss.backward());
-        let gradient_norm = gradients.clip_norm(plan.max_gradient_norm);
+        let gradient_norm = gradients.clip_norm(plan.max_gradient_norm)?;
         if gradient_norm.is_finite() {
             self.vae = self.optimizer.step(self.vae.clone(), gradients, learning_rate);
         } else {

@@ -60,8 +60,8 @@ mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
     use crate::tracking::gaussian::log_probability;
-    use crate::tracking::networks::{column, numbers, rows};
-    use lifelike_nn::device;
+    use crate::tracking::networks::{column, rows};
+    use lifelike_nn::{device, numbers::read};
 
     #[test]
     fn the_surrogates_derivatives_are_those_of_automatic_differentiation() {
@@ -76,7 +76,7 @@ mod tests {
         let l = column(log_std.clone(), &d).require_grad();
         let p = log_probability(m.clone(), l.clone(), rows(actions.clone(), joints, &d));
         // Ratios on both sides of both bounds.
-        let old: Vec<f32> = numbers(p.clone().without_autodiff())
+        let old: Vec<f32> = read(p.clone().without_autodiff())
             .unwrap()
             .iter()
             .enumerate()
@@ -86,10 +86,10 @@ mod tests {
         let gain = column(gains.clone(), &d);
         let clipped = ratio.clone().clamp(0.8, 1.2) * gain.clone();
         let value = (ratio * gain).min_pair(clipped).mean();
-        let expected = numbers(value.clone().without_autodiff()).unwrap()[0];
+        let expected = read(value.clone().without_autodiff()).unwrap()[0];
         let mut recorded = value.neg().backward();
-        let by_mean = numbers(m.grad_remove(&mut recorded).unwrap()).unwrap();
-        let by_log_std = numbers(l.grad_remove(&mut recorded).unwrap()).unwrap();
+        let by_mean = read(m.grad_remove(&mut recorded).unwrap()).unwrap();
+        let by_log_std = read(l.grad_remove(&mut recorded).unwrap()).unwrap();
 
         let got = surrogate(&means, &log_std, &actions, &old, &gains, 0.2);
         assert!((got.value - f64::from(expected)).abs() < 1e-6);

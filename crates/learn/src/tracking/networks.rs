@@ -4,9 +4,9 @@ use burn::module::{Module, Param};
 use burn::tensor::{Device, Tensor, TensorData};
 use lifelike_nn::backprop::{Pass, backward, backward_through, forward};
 use lifelike_nn::gradients::Gradients;
+use lifelike_nn::init;
 use lifelike_nn::mlp::{Mlp, MlpConfig};
-use lifelike_nn::numbers::Unreadable;
-use lifelike_nn::{device, init};
+use lifelike_nn::numbers::read;
 
 use crate::error::LearnError;
 
@@ -80,23 +80,22 @@ impl Actor {
     /// # Errors
     /// The device does not hand out its numbers.
     pub fn forward(&self, observations: Vec<f32>) -> Result<(Vec<f32>, ActorPass), LearnError> {
-        let device = device::inference();
         let Some(encoder) = &self.encoder else {
-            let (means, mean) = forward(&self.mean, observations, &device).map_err(unreadable)?;
+            let (means, mean) = forward(&self.mean, observations)?;
             return Ok((means, ActorPass { mean, encoder: None }));
         };
-        let (window, code) = (width_in(encoder), width_out(encoder));
-        let own = width_in(&self.mean) - code;
+        let (window, code) = (encoder.inputs(), encoder.outputs());
+        let own = self.mean.inputs() - code;
         let batch = observations.len() / (own + window);
         let windows: Vec<f32> = observations.chunks_exact(own + window).flat_map(|row| &row[own..]).copied().collect();
-        let (mut codes, pass) = forward(encoder, windows, &device).map_err(unreadable)?;
+        let (mut codes, pass) = forward(encoder, windows)?;
         let lengths: Vec<f32> = codes.chunks_exact_mut(code).map(normalise).collect();
         let mut rows = Vec::with_capacity(batch * (own + code));
         for (row, code) in observations.chunks_exact(own + window).zip(codes.chunks_exact(code)) {
             rows.extend_from_slice(&row[..own]);
             rows.extend_from_slice(code);
         }
-        let (means, mean) = forward(&self.mean, rows, &device).map_err(unreadable)?;
+        let (means, mean) = forward(&self.mean, rows)?;
         Ok((means, ActorPass { mean, encoder: Some(Encoding { pass, codes, lengths }) }))
     }
 
@@ -105,13 +104,11 @@ impl Actor {
     /// # Errors
     /// The device does not hand out its numbers.
     pub fn backward(&self, pass: ActorPass, slope: Vec<f32>) -> Result<Gradients, LearnError> {
-        let device = device::inference();
         let (Some(encoder), Some(encoding)) = (&self.encoder, pass.encoder) else {
-            return backward(&self.mean, pass.mean, slope, "mean", &device).map_err(unreadable);
+            return Ok(backward(&self.mean, pass.mean, slope, "mean")?);
         };
-        let (mut gradients, by_row) =
-            backward_through(&self.mean, pass.mean, slope, "mean", &device).map_err(unreadable)?;
-        let (inputs, code) = (width_in(&self.mean), width_out(encoder));
+        let (mut gradients, by_row) = backward_through(&self.mean, pass.mean, slope, "mean")?;
+        let (inputs, code) = (self.mean.inputs(), encoder.outputs());
         let mut by_code = Vec::with_capacity(encoding.codes.len());
         let codes = encoding.codes.chunks_exact(code).zip(encoding.lengths);
         for (row, (z, length)) in by_row.chunks_exact(inputs).zip(codes) {
@@ -120,7 +117,7 @@ impl Actor {
             let along: f32 = z.iter().zip(slope).map(|(z, s)| z * s).sum();
             by_code.extend(z.iter().zip(slope).map(|(z, s)| (s - along * z) / length));
         }
-        gradients.extend(backward(encoder, encoding.pass, by_code, "encoder", &device).map_err(unreadable)?);
+        gradients.extend(backward(encoder, encoding.pass, by_code, "encoder")?);
         Ok(gradients)
     }
 
@@ -130,11 +127,16 @@ impl Actor {
     /// The device does not hand out its numbers.
     pub fn codes(&self, windows: Vec<f32>) -> Result<Vec<f32>, LearnError> {
         let Some(encoder) = &self.encoder else { return Ok(Vec::new()) };
-        let (mut codes, _) = forward(encoder, windows, &device::inference()).map_err(unreadable)?;
-        codes.chunks_exact_mut(width_out(encoder)).for_each(|code| {
+        let (mut codes, _) = forward(encoder, windows)?;
+        codes.chunks_exact_mut(encoder.outputs()).for_each(|code| {
             normalise(code);
         });
         Ok(codes)
+    }
+
+    /// Where it is.
+    pub fn device(&self) -> Device {
+        self.mean.device()
     }
 
     /// Logarithm of the standard deviations, `[J]`.
@@ -142,7 +144,7 @@ impl Actor {
     /// # Errors
     /// The device does not hand out its numbers.
     pub fn log_std(&self) -> Result<Vec<f32>, LearnError> {
-        numbers(self.log_std.val())
+        Ok(read(self.log_std.val())?)
     }
 
     /// With the standard deviations inside these bounds.
@@ -158,14 +160,6 @@ fn normalise(code: &mut [f32]) -> f32 {
     let length = code.iter().map(|z| z * z).sum::<f32>().sqrt().max(1e-6);
     code.iter_mut().for_each(|z| *z /= length);
     length
-}
-
-fn width_in(mlp: &Mlp) -> usize {
-    mlp.layers().first().map_or(0, |layer| layer.weight.dims()[0])
-}
-
-fn width_out(mlp: &Mlp) -> usize {
-    mlp.layers().last().map_or(0, |layer| layer.weight.dims()[1])
 }
 
 /// The value function. Its output counts in units of `1 / (1 − γ)`, what a reward of one per step is worth for ever, so
@@ -192,7 +186,7 @@ impl Critic {
     /// # Errors
     /// The device does not hand out its numbers.
     pub fn values(&self, observations: Vec<f32>) -> Result<Vec<f32>, LearnError> {
-        Ok(forward(&self.value, observations, &device::inference()).map_err(unreadable)?.0)
+        Ok(forward(&self.value, observations)?.0)
     }
 }
 
@@ -208,24 +202,11 @@ pub(super) fn column(values: Vec<f32>, device: &Device) -> Tensor<1> {
     Tensor::from_data(TensorData::new(values, [n]), device)
 }
 
-/// A tensor's numbers.
-pub(super) fn numbers<const D: usize>(tensor: Tensor<D>) -> Result<Vec<f32>, LearnError> {
-    tensor.try_into_vec_as::<f32>().map_err(|e| LearnError::Mismatch {
-        what: "a tensor's numbers".into(),
-        expected: "f32".into(),
-        got: e.to_string(),
-    })
-}
-
-/// For `map_err` on passes through a network.
-pub(super) fn unreadable(error: Unreadable) -> LearnError {
-    LearnError::Mismatch { what: "a network's numbers".into(), expected: "f32".into(), got: error.to_string() }
-}
-
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
+    use lifelike_nn::device;
 
     const SIZE: ActorSize<'_> = ActorSize { inputs: 9, window: 6, encoder: &[8], code: 4, hidden: &[10], outputs: 2 };
 
@@ -244,14 +225,14 @@ mod tests {
         let expected = Gradients::of(&actor, loss.backward());
 
         let (got_means, pass) = actor.forward(values).unwrap();
-        for (a, b) in got_means.iter().zip(numbers(means.without_autodiff()).unwrap()) {
+        for (a, b) in got_means.iter().zip(read(means.without_autodiff()).unwrap()) {
             assert!((a - b).abs() < 1e-5, "{a} {b}");
         }
         let got = actor.backward(pass, slope).unwrap();
         assert_eq!(got.names().collect::<Vec<_>>(), expected.names().collect::<Vec<_>>());
         for name in expected.names() {
             let (a, b) = (got.get(name).unwrap().clone(), expected.get(name).unwrap().clone().without_autodiff());
-            for (a, b) in numbers(a).unwrap().into_iter().zip(numbers(b).unwrap()) {
+            for (a, b) in read(a).unwrap().into_iter().zip(read(b).unwrap()) {
                 assert!((a - b).abs() <= 2e-5 * b.abs().max(1.0), "{name}: {a} {b}");
             }
         }

@@ -5,6 +5,7 @@
 
 use std::path::Path;
 
+use burn::module::Module;
 use lifelike_nn::checkpoint::Checkpoint;
 use lifelike_nn::device;
 use lifelike_nn::normalizer::RunningNormalizer;
@@ -57,7 +58,7 @@ impl Policy {
     pub fn new(header: PolicyHeader, actor: &Actor, normalizer: &RunningNormalizer) -> Self {
         let mut normalizer = normalizer.clone();
         normalizer.set_frozen(true);
-        Self { header, actor: actor.clone(), normalizer }
+        Self { header, actor: actor.clone().fork(&device::inference()), normalizer }
     }
 
     /// What the file says about itself.

@@ -13,10 +13,13 @@ mod statistics;
 use std::sync::Arc;
 use std::time::Instant;
 
+use burn::module::Module;
+use burn::tensor::Device;
 use lifelike_nn::adam::{Adam, AdamConfig};
 use lifelike_nn::checkpoint::Checkpoint;
 use lifelike_nn::device;
 use lifelike_nn::normalizer::RunningNormalizer;
+use lifelike_nn::numbers::read;
 
 use self::improve::Job;
 use self::rollout::{Acting, Rollout, Seen};
@@ -25,7 +28,7 @@ use super::collective::Collective;
 use super::environment::Environment;
 use super::gae::{Discounts, advantages};
 use super::gaussian::entropy;
-use super::networks::{Actor, ActorSize, Critic, column, numbers};
+use super::networks::{Actor, ActorSize, Critic, column};
 use super::plan::{PpoSpec, TrackerPlan};
 use super::policy::Policy;
 use crate::error::LearnError;
@@ -112,6 +115,15 @@ impl Learner {
         learner
     }
 
+    /// With networks and optimizers on another device. Physics, rollouts and losses stay where they are.
+    #[must_use]
+    pub fn to_device(mut self, device: &Device) -> Self {
+        (self.actor, self.critic) = (self.actor.fork(device), self.critic.fork(device));
+        self.actor_adam = self.actor_adam.to_device(device);
+        self.critic_adam = self.critic_adam.to_device(device);
+        self
+    }
+
     /// The policy's network.
     pub fn actor(&self) -> &Actor {
         &self.actor
@@ -162,8 +174,7 @@ impl Learner {
         let log_std = self.actor.log_std()?;
         report.rate = self.rate;
         report.std = log_std.iter().map(|l| f64::from(l.exp())).sum::<f64>() / log_std.len() as f64;
-        report.entropy =
-            numbers(entropy(column(log_std, &device::inference())))?.first().map_or(0.0, |e| f64::from(*e));
+        report.entropy = read(entropy(column(log_std, &device::inference())))?.first().map_or(0.0, |e| f64::from(*e));
         Ok(report)
     }
 
@@ -254,7 +265,7 @@ impl Learner {
 
     /// Takes over a policy; the value function stays fresh.
     pub fn adopt_policy(&mut self, policy: &Policy) {
-        self.actor = policy.actor().clone();
+        self.actor = policy.actor().clone().fork(&self.actor.device());
         self.actor_normalizer = policy.normalizer().clone();
         self.actor_normalizer.set_frozen(false);
     }

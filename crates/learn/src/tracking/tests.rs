@@ -10,12 +10,14 @@ use lifelike_motion::{MotionClip, Provenance};
 use lifelike_robot::{ActionSpec, Robot};
 use lifelike_sim::randomization::{PushSpec, RandomizationSpec};
 
+mod devices;
 mod processes;
 mod senses;
 
 use super::errors::Cause;
 use super::plan::{Curriculum, Ramp, SenseSpec, Termination, TrackerPlan};
 use super::policy::Policy;
+use super::ppo::Iteration;
 use super::testing::{Followers, robot};
 use super::{Environment, Outcome, ReferenceLibrary, Start, Trainer};
 use crate::run::RunFolder;
@@ -264,6 +266,12 @@ fn trainer(plan: &TrackerPlan) -> Trainer {
     let robot = robot();
     let library = library(&robot);
     Trainer::new(plan, robot, library, Box::new(Followers::new(plan.ppo.environments))).unwrap()
+}
+
+/// What some iterations gave, and the policy's file after them.
+fn iterations(mut trainer: Trainer, n: usize) -> (Vec<Iteration>, Vec<u8>) {
+    let reports = (0..n).map(|_| trainer.iterate().unwrap()).collect();
+    (reports, trainer.policy().to_checkpoint().unwrap().to_bytes().unwrap())
 }
 
 /// `metrics.jsonl` and the policy of a run that is stopped after each number of iterations given, and resumed.

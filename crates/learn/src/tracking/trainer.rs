@@ -6,6 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 use lifelike_nn::checkpoint::Checkpoint;
+use lifelike_nn::device::Device;
 use lifelike_robot::Robot;
 use lifelike_sim::Simulation;
 
@@ -112,6 +113,13 @@ impl Trainer {
             steps: 0,
             earlier: 0.0,
         })
+    }
+
+    /// With its networks on another device; everything else stays on the CPU.
+    #[must_use]
+    pub fn to_device(mut self, device: &Device) -> Self {
+        self.learner = self.learner.to_device(device);
+        self
     }
 
     /// Begins with the networks of `plan.init`, where it names any.

@@ -4,6 +4,7 @@ use burn::module::Module;
 use lifelike_nn::adam::Adam;
 use lifelike_nn::backprop::{backward, forward};
 use lifelike_nn::gradients::Gradients;
+use lifelike_nn::numbers::read;
 use lifelike_nn::{device, rng::stream};
 use rand::seq::SliceRandom;
 
@@ -13,7 +14,7 @@ use crate::error::LearnError;
 use crate::tracking::collective::Collective;
 use crate::tracking::gaussian::divergence;
 use crate::tracking::losses::{squared_error, surrogate};
-use crate::tracking::networks::{Actor, Critic, column, numbers, rows, unreadable};
+use crate::tracking::networks::{Actor, Critic, column, rows};
 use crate::tracking::plan::PpoSpec;
 
 /// Rows on which the KL divergence is measured after each epoch.
@@ -49,7 +50,7 @@ impl Job<'_> {
         mut rate: f64,
         gains: &[f32],
     ) -> Result<PolicyReport, LearnError> {
-        let (spec, rollout, device) = (self.spec, self.rollout, device::inference());
+        let (spec, rollout, device) = (self.spec, self.rollout, actor.device());
         let samples = gains.len();
         let (width, joints) = (rollout.actor_rows.len() / samples, rollout.log_std.len());
         let probe: Vec<usize> = (0..samples).step_by(samples.div_ceil(DIVERGENCE_ROWS)).collect();
@@ -103,20 +104,20 @@ impl Job<'_> {
         let old_means = rows(gather(&rollout.means, joints, probe), joints, &device);
         let old_log_std = column(rollout.log_std.clone(), &device);
         let divergence = divergence(old_means, old_log_std, means, column(actor.log_std()?, &device));
-        Ok(mean(&numbers(divergence)?))
+        Ok(mean(&read(divergence)?))
     }
 
     /// The epochs of the value function: its mean loss, and the steps that were left out.
     pub fn fit_value(&self, critic: &mut Critic, adam: &mut Adam, targets: &[f32]) -> Result<(f64, u64), LearnError> {
-        let (spec, device) = (self.spec, device::inference());
+        let spec = self.spec;
         let width = self.rollout.critic_width();
         let (mut sum, mut batches, mut skipped) = (0.0, 0.0, 0);
         for epoch in 0..spec.epochs {
             for batch in self.order(epoch).chunks(spec.minibatch) {
                 let rows = gather(&self.rollout.critic_rows, width, batch);
-                let (values, pass) = forward(critic.network(), rows, &device).map_err(unreadable)?;
+                let (values, pass) = forward(critic.network(), rows)?;
                 let (loss, slope) = squared_error(&values, &gather(targets, 1, batch));
-                let gradients = backward(critic.network(), pass, slope, "value", &device).map_err(unreadable)?;
+                let gradients = backward(critic.network(), pass, slope, "value")?;
                 sum += loss;
                 batches += 1.0;
                 if self.descend(critic, adam, gradients, spec.critic_learning_rate)?.is_none() {
@@ -138,14 +139,12 @@ impl Job<'_> {
         let processes = self.all.size();
         if processes > 1 {
             let share = 1.0 / processes as f32;
-            gradients
-                .rewrite(|values| {
-                    self.all.sum(values);
-                    values.iter_mut().for_each(|x| *x *= share);
-                })
-                .map_err(unreadable)?;
+            gradients.rewrite(|values| {
+                self.all.sum(values);
+                values.iter_mut().for_each(|x| *x *= share);
+            })?;
         }
-        let norm = gradients.clip_norm(self.spec.gradient_norm);
+        let norm = gradients.clip_norm(self.spec.gradient_norm)?;
         if !norm.is_finite() {
             return Ok(None);
         }

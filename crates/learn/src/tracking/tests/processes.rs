@@ -4,7 +4,6 @@ use std::thread;
 
 use super::*;
 use crate::tracking::collective::threads;
-use crate::tracking::ppo::Iteration;
 
 /// A plan whose minibatch is everything, so that halves of it have the mean of their gradients.
 fn whole_batches(environments: usize) -> TrackerPlan {
@@ -13,11 +12,6 @@ fn whole_batches(environments: usize) -> TrackerPlan {
     p.starts.failure_share = 0.0;
     p.ppo.minibatch = environments * p.ppo.steps;
     p
-}
-
-fn iterations(mut trainer: Trainer, n: usize) -> (Vec<Iteration>, Vec<u8>) {
-    let reports = (0..n).map(|_| trainer.iterate().unwrap()).collect();
-    (reports, trainer.policy().to_checkpoint().unwrap().to_bytes().unwrap())
 }
 
 #[test]

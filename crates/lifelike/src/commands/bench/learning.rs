@@ -6,11 +6,12 @@ use std::time::Instant;
 
 use lifelike_learn::tracking::TrackerPlan;
 use lifelike_learn::tracking::collective::Alone;
+use lifelike_nn::device::Processor;
 use serde::Serialize;
 
 use super::machine;
-use crate::commands::physics::Physics;
 use crate::commands::train;
+use crate::commands::train::hardware::Hardware;
 use crate::error::CliError;
 use crate::output::{Output, table};
 use crate::overrides;
@@ -32,7 +33,7 @@ pub struct Args {
     #[arg(long, default_value_t = 20.0)]
     seconds: f64,
     #[command(flatten)]
-    physics: Physics,
+    hardware: Hardware,
     /// Changes to the plan, by dotted path.
     #[arg(value_name = "KEY=VALUE")]
     overrides: Vec<String>,
@@ -51,9 +52,19 @@ struct Report {
     /// Operations of the networks per environment step, while collecting and while learning.
     operations_collecting: f64,
     operations_learning: f64,
-    /// Operations per second while learning, of one core's peak (all cores together).
+    /// Operations per second while learning.
     learning_rate: f64,
-    peak: f64,
+    /// Where the networks are.
+    device: String,
+    /// What the networks on the CPU are held against; not for a card.
+    peak: Option<Peak>,
+}
+
+#[derive(Debug, Serialize)]
+struct Peak {
+    /// Operations per second that one core can do.
+    one_core: f64,
+    /// Operations per second while learning, all cores together, of what one core can do.
     share_of_one_core: f64,
     cores: usize,
 }
@@ -64,7 +75,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
         return Err(CliError::Usage(format!("--seconds: expected a number above 0, got {}", args.seconds)));
     }
     let plan: TrackerPlan = overrides::load(&args.plan, &args.overrides)?;
-    let mut trainer = train::tracker::prepare(&plan, &args.physics, Arc::new(Alone))?;
+    let mut trainer = train::tracker::prepare(&plan, &args.hardware, Arc::new(Alone))?;
     let warm = Instant::now();
     while warm.elapsed().as_secs_f64() < 0.1 * args.seconds {
         trainer.iterate()?;
@@ -95,9 +106,13 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     report.operations_learning = 6.0 * (actor + critic) * plan.ppo.epochs as f64;
     report.rate = steps / seconds;
     report.learning_rate = report.operations_learning * steps / report.learning;
-    report.peak = machine::peak_operations();
-    report.share_of_one_core = report.learning_rate / report.peak;
-    report.cores = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
+    let processor = args.hardware.networks.device;
+    report.device = processor.to_string();
+    report.peak = (processor == Processor::Cpu).then(|| {
+        let one_core = machine::peak_operations();
+        let cores = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
+        Peak { one_core, share_of_one_core: report.learning_rate / one_core, cores }
+    });
     report.seconds = seconds;
     for part in [&mut report.environments, &mut report.collecting, &mut report.learning] {
         *part /= seconds;
@@ -112,9 +127,13 @@ fn text(r: &Report) -> String {
         vec!["policy, noise, storing".into(), percent(r.collecting)],
         vec!["values, advantages, gradient steps".into(), percent(r.learning)],
     ];
+    let peak = r.peak.as_ref().map_or(String::new(), |p| {
+        let (cores, one) = (p.cores, p.one_core * 1e-9);
+        format!(", on {cores} processors; one core's peak is {one:.1}: {:.2} of one core", p.share_of_one_core)
+    });
     format!(
         "{:.0} environment steps per second over {:.0} s ({} iterations)\n\n{}\nnetworks: {:.2} million operations a step while collecting, {:.2} while learning\n\
-         while learning {:.1} thousand million operations per second on {} processors; one core's peak is {:.1}: {:.2} of one core\n",
+         while learning {:.1} thousand million operations per second on {}{}\n",
         r.rate,
         r.seconds,
         r.iterations,
@@ -122,8 +141,7 @@ fn text(r: &Report) -> String {
         r.operations_collecting * 1e-6,
         r.operations_learning * 1e-6,
         r.learning_rate * 1e-9,
-        r.cores,
-        r.peak * 1e-9,
-        r.share_of_one_core
+        r.device,
+        peak
     )
 }

@@ -12,8 +12,9 @@ use lifelike_robot::Robot;
 use serde::{Deserialize, Serialize};
 use tracing::info;
 
-use crate::commands::physics::{self, Physics};
+use crate::commands::physics;
 use crate::commands::prior_file::Prior;
+use crate::commands::train::hardware::Hardware;
 use crate::commands::{clips, eval, train};
 use crate::error::CliError;
 use crate::output::Output;
@@ -42,7 +43,7 @@ pub struct Args {
     #[arg(long, value_delimiter = ',')]
     only: Vec<String>,
     #[command(flatten)]
-    physics: Physics,
+    hardware: Hardware,
     /// Changes to the plan of all variants, by dotted path.
     #[arg(value_name = "KEY=VALUE")]
     overrides: Vec<String>,
@@ -106,7 +107,7 @@ struct Run {
 
 /// Runs the command.
 pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
-    physics::available(&args.physics.engine)?;
+    physics::available(&args.hardware.physics.engine)?;
     if train::processes::count() > 1 {
         return Err(CliError::Usage("start a study as one process".into()));
     }
@@ -159,7 +160,7 @@ fn trained(plan: &TrackerPlan, folder: &Path, args: &Args, output: &Output) -> R
             return Ok(());
         }
     }
-    let Some(summary) = train::tracker::train(plan, folder, exists, &args.physics, output)? else {
+    let Some(summary) = train::tracker::train(plan, folder, exists, &args.hardware, output)? else {
         return Err(CliError::Usage("start a study as one process".into()));
     };
     if summary.interrupted {
@@ -185,7 +186,7 @@ fn evaluated(
     let robot = Arc::new(Robot::load(&plan.robot)?);
     let policy = Policy::load(&policy_of(folder), &robot)?;
     let prior = Prior::for_policy(&policy, plan.prior.as_deref())?;
-    let job = eval::Job { policy: &policy, robot: &robot, prior: prior.as_ref(), physics: &args.physics };
+    let job = eval::Job { policy: &policy, robot: &robot, prior: prior.as_ref(), physics: &args.hardware.physics };
     let options = EvaluationOptions { starts: study.starts, keep: 0, ..EvaluationOptions::default() };
     let mut scores = Vec::new();
     for class in &study.class {

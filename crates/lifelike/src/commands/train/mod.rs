@@ -1,5 +1,6 @@
 //! `lifelike train ...`: a motion prior, then a policy.
 
+pub mod hardware;
 pub mod prior;
 pub mod processes;
 pub mod tracker;

@@ -11,6 +11,7 @@ use lifelike_robot::Robot;
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 
+use super::hardware::Networks;
 use super::run_folder;
 use crate::commands::reconstruction::{self, HEAD, row};
 use crate::commands::{clips, prior_file};
@@ -44,6 +45,8 @@ pub struct Args {
     /// Go on with the run in the folder.
     #[arg(long)]
     pub resume: bool,
+    #[command(flatten)]
+    pub networks: Networks,
     /// Changes to the plan, by dotted path.
     #[arg(value_name = "KEY=VALUE")]
     pub overrides: Vec<String>,
@@ -79,11 +82,13 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let (trained_on, held_out_names) = (names(&training), names(&held_out));
     let checkpoint = folder.join("checkpoint.safetensors");
     let run = if args.resume { RunFolder::open(&folder)? } else { RunFolder::create(&folder, &plan)? };
-    let mut trainer = if args.resume && checkpoint.is_file() {
+    let device = args.networks.open()?;
+    let trainer = if args.resume && checkpoint.is_file() {
         PriorTrainer::resume(&checkpoint, training, held_out)?
     } else {
         PriorTrainer::new(plan.prior.clone(), robot.layout.clone(), training, held_out)?
     };
+    let mut trainer = trainer.to_device(&device);
     let mut metrics =
         run.resume_metrics(lines_until(&run.metrics_path(), trainer.iteration())?, trainer.iteration())?;
     let interrupted = train(&mut trainer, &mut metrics, &checkpoint, output)?;

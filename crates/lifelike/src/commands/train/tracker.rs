@@ -12,9 +12,10 @@ use lifelike_motion::{MotionClip, MotionError};
 use lifelike_robot::Robot;
 use serde_json::json;
 
+use super::hardware::Hardware;
 use super::{processes, run_folder};
 use crate::commands::clips;
-use crate::commands::physics::{self, Physics};
+use crate::commands::physics;
 use crate::commands::prior_file::Prior;
 use crate::error::CliError;
 use crate::output::Output;
@@ -34,6 +35,7 @@ Examples:
   lifelike train tracker --plan experiments/walk.toml
   lifelike train tracker --plan experiments/walk.toml -o runs/walk-2 seed=2 ppo.environments=512
   lifelike train tracker --plan experiments/walk.toml --resume budget.steps=4000000
+  lifelike train tracker --plan experiments/walk.toml --device wgpu ppo.overlap=true
   tensorboard --logdir runs                     # curves, while it runs")]
 pub struct Args {
     /// The plan, a TOML file; with --resume the run's own plan is used.
@@ -46,7 +48,7 @@ pub struct Args {
     #[arg(long)]
     pub resume: bool,
     #[command(flatten)]
-    pub physics: Physics,
+    pub hardware: Hardware,
     /// Changes to the plan, by dotted path.
     #[arg(value_name = "KEY=VALUE")]
     pub overrides: Vec<String>,
@@ -60,7 +62,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
         (Some(path), false) => overrides::load(path, &args.overrides)?,
         (None, false) => return Err(CliError::Usage("say what to train with --plan FILE".into())),
     };
-    let Some(summary) = train(&plan, &folder, args.resume, &args.physics, output)? else { return Ok(()) };
+    let Some(summary) = train(&plan, &folder, args.resume, &args.hardware, output)? else { return Ok(()) };
     report(&summary, &folder, output)?;
     if summary.interrupted {
         return Err(CliError::Interrupted(format!("go on with --resume -o {}", folder.display())));
@@ -74,11 +76,11 @@ pub fn train(
     plan: &TrackerPlan,
     folder: &Path,
     resume: bool,
-    physics: &Physics,
+    hardware: &Hardware,
     output: &Output,
 ) -> Result<Option<Summary>, CliError> {
     let all = processes::all()?;
-    let done = train_among(plan, folder, resume, physics, output, &all);
+    let done = train_among(plan, folder, resume, hardware, output, &all);
     if let (Err(error), true) = (&done, all.size() > 1) {
         tracing::error!("process {} of {}: {error}", all.rank() + 1, all.size());
         all.abort();
@@ -90,11 +92,11 @@ fn train_among(
     plan: &TrackerPlan,
     folder: &Path,
     resume: bool,
-    physics: &Physics,
+    hardware: &Hardware,
     output: &Output,
     all: &Arc<dyn Collective>,
 ) -> Result<Option<Summary>, CliError> {
-    let mut trainer = prepare(plan, physics, Arc::clone(all))?;
+    let mut trainer = prepare(plan, hardware, Arc::clone(all))?;
     if !resume {
         trainer = trainer.initialised()?;
     }
@@ -130,9 +132,10 @@ fn train_among(
 }
 
 /// Everything that a plan names, ready to learn.
-pub fn prepare(plan: &TrackerPlan, physics: &Physics, all: Arc<dyn Collective>) -> Result<Trainer, CliError> {
+pub fn prepare(plan: &TrackerPlan, hardware: &Hardware, all: Arc<dyn Collective>) -> Result<Trainer, CliError> {
     plan.check()?;
-    physics::available(&physics.engine)?;
+    physics::available(&hardware.physics.engine)?;
+    let device = hardware.networks.open()?;
     let robot = Arc::new(Robot::load(&plan.robot)?);
     let prior = plan.prior.as_deref().map(Prior::load).transpose()?;
     let library = if plan.clips.is_empty() {
@@ -146,8 +149,8 @@ pub fn prepare(plan: &TrackerPlan, physics: &Physics, all: Arc<dyn Collective>) 
         ReferenceLibrary::new(&robot, &clips, prior.as_ref().map(Prior::as_encode))?
     };
     let terrain = plan.terrain.map(|terrain| terrain.build()).transpose()?.map(Arc::new);
-    let simulation = physics.simulate(terrain, &robot, plan.ppo.environments)?;
-    let trainer = Trainer::among(plan, robot, Arc::new(library), simulation, all)?;
+    let simulation = hardware.physics.simulate(terrain, &robot, plan.ppo.environments)?;
+    let trainer = Trainer::among(plan, robot, Arc::new(library), simulation, all)?.to_device(&device);
     Ok(match &prior {
         Some(prior) => trainer.with_prior_digest(prior.digest()),
         None => trainer,

@@ -1,0 +1,48 @@
+//! What learning on a card promises. In a build with `--features wgpu` or `cuda`, and where there is a card; Mesa's lavapipe is one
+//! for wgpu on any machine.
+
+use lifelike_nn::device::{Device, Processor};
+
+use super::*;
+
+/// Every card that this build and this machine have.
+fn cards() -> Vec<Device> {
+    let open = |processor: Processor| processor.open().map_err(|why| println!("skipped: {why}")).ok();
+    [Processor::Cuda(0), Processor::Wgpu].into_iter().filter_map(open).collect()
+}
+
+#[test]
+fn a_card_learns_what_the_cpu_learns() {
+    let (expected, _) = iterations(trainer(&restless()), 3);
+    for card in cards() {
+        let (got, _) = iterations(trainer(&restless()).to_device(&card), 3);
+        for (k, (cpu, card)) in expected.iter().zip(&got).enumerate() {
+            for (what, a, b) in [
+                ("surrogate", cpu.surrogate, card.surrogate),
+                ("value loss", cpu.value_loss, card.value_loss),
+                ("divergence", cpu.divergence, card.divergence),
+                ("gradient", cpu.gradient_norm, card.gradient_norm),
+                ("std", cpu.std, card.std),
+                ("reward", cpu.reward, card.reward),
+            ] {
+                assert!(
+                    (a - b).abs() <= 1e-4 * a.abs() + 1e-5,
+                    "iteration {k}, {what}: {a} on the CPU, {b} on the card"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn a_run_goes_on_on_another_device() {
+    let mut cpu = trainer(&restless());
+    cpu.iterate().unwrap();
+    let bytes = cpu.checkpoint(0).unwrap().to_bytes().unwrap();
+    for card in cards() {
+        let mut there = trainer(&restless()).to_device(&card);
+        there.load(&bytes, std::path::Path::new("checkpoint")).unwrap();
+        assert!(there.checkpoint(0).unwrap().to_bytes().unwrap() == bytes, "every bit arrives, and comes back");
+        there.iterate().unwrap();
+    }
+}

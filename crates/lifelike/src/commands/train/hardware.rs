@@ -1,0 +1,47 @@
+//! What a training runs on: cores for the physics, a processor for the networks.
+
+use lifelike_nn::device::{Device, DeviceError, Processor};
+
+use crate::commands::physics::Physics;
+use crate::error::CliError;
+
+/// Where networks learn.
+#[derive(Debug, Clone, Default, clap::Args)]
+pub struct Networks {
+    /// Where networks learn: cpu, cuda:N or wgpu (any card with Vulkan, Metal or DirectX 12). A card needs a build with
+    /// --features cuda or wgpu, and pays off for large networks and minibatches.
+    #[arg(long, default_value_t, value_name = "DEVICE")]
+    pub device: Processor,
+}
+
+impl Networks {
+    /// The device, tried.
+    ///
+    /// # Errors
+    /// This build or this machine has none.
+    pub fn open(&self) -> Result<Device, CliError> {
+        let device = self.device.open()?;
+        if self.device != Processor::Cpu {
+            tracing::info!("networks learn on {}: {device:?}", self.device);
+        }
+        Ok(device)
+    }
+}
+
+/// What a tracker's training runs on.
+#[derive(Debug, Clone, clap::Args)]
+pub struct Hardware {
+    #[command(flatten)]
+    pub physics: Physics,
+    #[command(flatten)]
+    pub networks: Networks,
+}
+
+impl From<DeviceError> for CliError {
+    fn from(error: DeviceError) -> Self {
+        match error {
+            DeviceError::Unknown(_) => Self::Usage(error.to_string()),
+            DeviceError::NotBuilt(_) | DeviceError::Absent { .. } => Self::Unavailable(error.to_string()),
+        }
+    }
+}
