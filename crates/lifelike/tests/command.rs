@@ -290,7 +290,7 @@ fn latent_spaces_are_compared() {
     let folder = tempfile::tempdir().unwrap();
     let (prior, motions) = small_prior(folder.path());
     let to = folder.path().join("latent");
-    let arguments = ["bench", "latent", "--prior", &prior, "--other-prior", &prior, "--motions", &motions];
+    let arguments = ["bench", "latent", "--prior", &prior, &prior, "--motions", &motions];
     let unseen = ["--unseen", "motions/bow.keys.toml", "-o", to.to_str().unwrap()];
     let value = json(&[&arguments[..], &unseen].concat());
     // Two clips of 5 s have one class each: 0 to 2 s, and 4 to 6 s is not there.

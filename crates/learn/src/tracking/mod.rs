@@ -37,4 +37,4 @@ pub use ground::{Ground, Start};
 pub use library::{Encode, ReferenceLibrary, standing_clip};
 pub use plan::TrackerPlan;
 pub use policy::{Policy, PolicyHeader};
-pub use trainer::{Progress, Summary, Trainer};
+pub use trainer::{ClipProgress, Progress, Summary, Trainer};

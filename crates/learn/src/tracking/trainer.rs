@@ -60,6 +60,17 @@ pub struct Progress {
     pub reward: f64,
 }
 
+/// One clip in training.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ClipProgress<'a> {
+    /// Its name.
+    pub name: &'a str,
+    /// Share of episodes that do not fail; NaN before the first.
+    pub survival: f64,
+    /// Share of its motion that was ever seen.
+    pub seen: f64,
+}
+
 /// How a run ended.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Summary {
@@ -169,13 +180,12 @@ impl Trainer {
         }
     }
 
-    /// Every clip's name, share of episodes that do not fail (NaN before the first) and share of its motion that was ever
-    /// seen.
-    pub fn clips(&self) -> Vec<(&str, f64, f64)> {
+    /// What became of each clip.
+    pub fn clips(&self) -> Vec<ClipProgress<'_>> {
         let (coverage, _) = self.environment.coverage();
         let survival = &self.environment.tally().survival;
-        let names = self.library.names.iter().map(String::as_str);
-        names.zip(survival).zip(coverage.clips).map(|((name, survival), seen)| (name, *survival, seen)).collect()
+        let clips = self.library.names.iter().zip(survival).zip(coverage.clips);
+        clips.map(|((name, survival), seen)| ClipProgress { name, survival: *survival, seen }).collect()
     }
 
     /// Remembers which prior (by the SHA-256 of its file, hexadecimal) made the library's latent codes.

@@ -25,18 +25,15 @@ use crate::progress::Progress;
 #[command(after_help = "\
 Examples:
   lifelike bench latent --prior assets/lima.prior.safetensors --motions data/lima/cmu_amc data/lima/deepmimic
-  lifelike bench latent --prior a.prior.safetensors --other-prior b.prior.safetensors --motions @clips.txt -o latent
+  lifelike bench latent --prior a.prior.safetensors b.prior.safetensors --motions @clips.txt -o latent
   lifelike bench latent --prior assets/lima.prior.safetensors --motions @experiments/latent-lima.txt \\
       --unseen @experiments/track-20-test.txt --json | jq .table
 
 Motions may be *.motion.safetensors, or captured motion and keyframes, which are retargeted on the way.")]
 pub struct Args {
-    /// The motion prior.
-    #[arg(long)]
-    prior: PathBuf,
-    /// Others to compare it with.
-    #[arg(long, num_args = 1..)]
-    other_prior: Vec<PathBuf>,
+    /// Motion priors to compare.
+    #[arg(long, required = true, num_args = 1..)]
+    prior: Vec<PathBuf>,
     /// Policies with an encoder of their own, trained end to end (network.encoder of their plans).
     #[arg(long, num_args = 1..)]
     policy: Vec<PathBuf>,
@@ -67,8 +64,7 @@ struct Reconstruction {
 /// Runs the command.
 pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let robot = Robot::load(&args.robot)?;
-    let paths = std::iter::once(&args.prior).chain(&args.other_prior);
-    let priors = paths.map(|path| Ok((path.display().to_string(), prior_file::load_for(path, &robot)?)));
+    let priors = args.prior.iter().map(|path| Ok((path.display().to_string(), prior_file::load_for(path, &robot)?)));
     let priors = priors.collect::<Result<Vec<_>, CliError>>()?;
     let motions = clips::load(&args.motions, &robot)?;
     let unseen = if args.unseen.is_empty() { Vec::new() } else { clips::load(&args.unseen, &robot)? };

@@ -213,7 +213,10 @@ fn table(study: &Study, runs: &[Run]) -> Table {
     let mut table = Table::new("Tracking errors by class of motion", columns);
     for row in &study.published {
         let cell = |class: &Class| {
-            row.errors.get(&class.name).map_or_else(|| Cell::text("–"), |[d, m]| Cell::text(format!("{d:.2} | {m:.3}")))
+            row.errors.get(&class.name).map_or_else(
+                || Cell::text("–"),
+                |[d, m]| Cell::text(format!("{} | {}", say((*d, 0.0), 2), say((*m, 0.0), 3))),
+            )
         };
         let head = [Cell::text(row.name.clone()), Cell::text("")];
         table.rows.push(head.into_iter().chain(study.class.iter().map(cell)).collect());
@@ -244,7 +247,14 @@ fn spread(values: impl Iterator<Item = f64> + Clone) -> (f64, f64) {
 }
 
 fn say((mean, half_range): (f64, f64), digits: usize) -> String {
-    if half_range > 0.0 { format!("{mean:.digits$} ± {half_range:.digits$}") } else { format!("{mean:.digits$}") }
+    if mean.is_nan() {
+        // What a paper does not tell, or nothing was measured of.
+        "–".into()
+    } else if half_range > 0.0 {
+        format!("{mean:.digits$} ± {half_range:.digits$}")
+    } else {
+        format!("{mean:.digits$}")
+    }
 }
 
 #[cfg(test)]
@@ -281,5 +291,6 @@ mod tests {
         assert_eq!(spread([1.0, 2.0, 6.0].into_iter()), (3.0, 2.5));
         assert_eq!(say((3.0, 2.5), 1), "3.0 ± 2.5");
         assert_eq!(say((3.0, 0.0), 2), "3.00");
+        assert_eq!(say((f64::NAN, f64::NAN), 2), "–");
     }
 }

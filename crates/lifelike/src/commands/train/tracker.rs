@@ -6,7 +6,7 @@ use std::sync::Arc;
 use lifelike_learn::report::{Cell, Column, ReportBuilder, Table, curves_from};
 use lifelike_learn::run::RunFolder;
 use lifelike_learn::tracking::collective::Collective;
-use lifelike_learn::tracking::{ReferenceLibrary, Summary, TrackerPlan, Trainer};
+use lifelike_learn::tracking::{ClipProgress, ReferenceLibrary, Summary, TrackerPlan, Trainer};
 use lifelike_motion::edit::mirror;
 use lifelike_motion::{MotionClip, MotionError};
 use lifelike_robot::Robot;
@@ -168,11 +168,11 @@ fn clip_table(trainer: &Trainer) -> Table {
     let columns = vec![Column::text("clip"), Column::number("survival", "%"), Column::number("seen", "%")];
     let mut table = Table::new("Clips", columns);
     let mut clips = trainer.clips();
-    clips.sort_by(|a, b| a.1.total_cmp(&b.1));
-    let row = |(name, survival, seen): (&str, f64, f64)| {
-        vec![Cell::text(name), Cell::number(100.0 * survival, 0), Cell::number(100.0 * seen, 0)]
+    clips.sort_by(|a, b| a.survival.total_cmp(&b.survival));
+    let row = |clip: &ClipProgress<'_>| {
+        vec![Cell::text(clip.name), Cell::number(100.0 * clip.survival, 0), Cell::number(100.0 * clip.seen, 0)]
     };
-    table.rows = clips.into_iter().map(row).collect();
+    table.rows = clips.iter().map(row).collect();
     table
 }
 
