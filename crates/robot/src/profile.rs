@@ -43,6 +43,10 @@ pub struct Profile {
 pub struct ActuatorGroup {
     /// Joint names; `*` stands for anything.
     pub joints: Vec<String>,
+    /// What the rotors weigh through their gears (kg m²), in place of the model's own armature, which URDF cannot say and many
+    /// a MJCF leaves out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub armature: Option<f64>,
     /// Parameters of Table 4.1.
     pub parameters: ActuatorParameters,
 }
@@ -57,6 +61,10 @@ impl Profile {
         let profile: Self = toml::from_str(text).map_err(|e| fail(e.to_string()))?;
         for (name, group) in &profile.actuator {
             group.parameters.check().map_err(|message| fail(format!("[actuator.{name}.parameters]: {message}")))?;
+            if let Some(armature) = group.armature.filter(|a| !(a.is_finite() && *a >= 0.0)) {
+                let got = format!("[actuator.{name}]: armature: expected a number of at least 0, got {armature}");
+                return Err(fail(got));
+            }
         }
         Ok(profile)
     }

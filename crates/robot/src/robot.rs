@@ -5,10 +5,10 @@ use std::sync::Arc;
 use lifelike_character::{Anatomy, Character, JointKind, Role, Vec3};
 use lifelike_motion::FeatureLayout;
 
-use crate::actuator::{ActuatorParameters, ActuatorSet};
+use crate::actuator::ActuatorSet;
 use crate::error::RobotError;
 use crate::guess;
-use crate::profile::{Profile, glob};
+use crate::profile::{ActuatorGroup, Profile, glob};
 
 /// A robot, ready to be simulated, trained and run.
 #[derive(Debug, Clone)]
@@ -49,7 +49,7 @@ impl Robot {
     /// [`RobotError::Unfit`] for characters without a free root or with ball joints, for joints that no actuator
     /// group names, or two, and for rates that do not divide; [`RobotError::Character`] for names that it does not have.
     pub fn from_character(character: impl Into<Arc<Character>>, profile: Profile) -> Result<Self, RobotError> {
-        let character: Arc<Character> = character.into();
+        let mut character: Arc<Character> = character.into();
         controllable(&character)?;
         let mut notes = Vec::new();
         let anatomy = Anatomy::guess(&character, &profile.anatomy)?;
@@ -58,7 +58,11 @@ impl Robot {
         let parameters = if profile.actuator.is_empty() {
             guess::actuators(&character, &anatomy, control_hz * substeps as f64, &mut notes)
         } else {
-            grouped(&character, &profile)?
+            let groups = grouped(&character, &profile)?;
+            if groups.iter().any(|group| group.armature.is_some()) {
+                character = Arc::new(with_rotors(&character, &groups));
+            }
+            groups.into_iter().map(|group| group.parameters).collect()
         };
         let (end_effectors, effectors) = if profile.end_effectors.is_empty() {
             let present: Vec<(Role, &lifelike_character::anatomy::Place)> = HANDS_AND_FEET
@@ -182,22 +186,34 @@ fn rates(character: &Character, profile: &Profile, notes: &mut Vec<String>) -> R
     Ok((control, substeps as usize))
 }
 
-/// The parameters of each scalar joint, from the one group that names it.
-fn grouped(character: &Character, profile: &Profile) -> Result<Vec<ActuatorParameters>, RobotError> {
+/// The character with the rotors of its actuators, one group per scalar joint.
+fn with_rotors(character: &Character, groups: &[&ActuatorGroup]) -> Character {
+    let mut heavier = character.clone();
+    let joints: Vec<usize> = character.scalar_joints().map(|j| j.v_index).collect();
+    for (v_index, group) in joints.into_iter().zip(groups) {
+        let joint = heavier.joints.iter_mut().find(|j| j.v_index == v_index);
+        if let (Some(joint), Some(armature)) = (joint, group.armature) {
+            joint.armature = armature;
+        }
+    }
+    heavier
+}
+
+/// The one group that names each scalar joint.
+fn grouped<'a>(character: &Character, profile: &'a Profile) -> Result<Vec<&'a ActuatorGroup>, RobotError> {
     for (group, pattern) in profile.actuator.iter().flat_map(|(n, g)| g.joints.iter().map(move |p| (n, p))) {
         if !character.scalar_joints().any(|j| glob(pattern, &j.name)) {
             return Err(unfit(character, format!("[actuator.{group}]: no joint is named '{pattern}'")));
         }
     }
     let of_joint = |joint: &str| {
-        let groups: Vec<(&String, ActuatorParameters)> = profile
+        let groups: Vec<(&String, &ActuatorGroup)> = profile
             .actuator
             .iter()
             .filter(|(_, group)| group.joints.iter().any(|pattern| glob(pattern, joint)))
-            .map(|(name, group)| (name, group.parameters))
             .collect();
         match groups.as_slice() {
-            [(_, parameters)] => Ok(*parameters),
+            [(_, group)] => Ok(*group),
             [] => Err(unfit(character, format!("joint '{joint}' is in no [actuator.*] group"))),
             [(a, _), (b, _), ..] => {
                 Err(unfit(character, format!("joint '{joint}' is in both [actuator.{a}] and [actuator.{b}]")))

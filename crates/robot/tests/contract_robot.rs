@@ -70,6 +70,20 @@ fn every_joint_has_exactly_one_actuator() {
 }
 
 #[test]
+fn a_profile_knows_rotors_that_the_model_does_not() {
+    let with = |armature: &str| {
+        let text = format!("[actuator.a]\njoints = [\"hip\"]\n{armature}\n@[actuator.b]\njoints = [\"knee\"]\n@");
+        let text = text.replace('@', PARAMETERS);
+        Robot::from_character(leg(), Profile::from_toml(&text, std::path::Path::new("leg.toml"))?)
+    };
+    let armatures = |robot: &Robot| robot.character.scalar_joints().map(|j| j.armature).collect::<Vec<_>>();
+    let plain = armatures(&with("").unwrap());
+    assert_eq!(armatures(&with("armature = 0.025").unwrap()), [0.025, plain[1]]);
+    let bad = message(with("armature = -1.0"));
+    assert!(bad.contains("leg.toml") && bad.contains("[actuator.a]") && bad.contains("-1"), "{bad}");
+}
+
+#[test]
 fn what_the_profile_does_not_say_is_guessed_and_noted() {
     let robot = Robot::from_character(leg(), Profile::default()).unwrap();
     let [hip, knee] = robot.actuators.parameters.as_slice() else { panic!("two joints") };

@@ -237,6 +237,21 @@ fn friction_stops_a_light_joint_and_does_not_shake_it() {
 }
 
 #[test]
+fn rotors_of_the_profile_are_those_of_the_text() {
+    let speeds = |joint: &str, rotor: &str| {
+        let profile = actuators(0.0, 0.0).replace("joints =", &format!("{rotor}\njoints ="));
+        let robot = block(joint, "auto", &profile);
+        let mut simulation = MujocoSimulation::new(robot.clone(), 1, 1).unwrap();
+        simulation.reset(&[0], &robot.default_position(), &vec![0.0; robot.character.nv]).unwrap();
+        simulation.step(Drive::Torques(&[0.3, -0.2])).unwrap();
+        simulation.state().joint_velocity.clone()
+    };
+    let text = speeds(r#"armature="0.02""#, "");
+    assert_eq!(speeds("", "armature = 0.02"), text);
+    assert!(speeds("", "")[0] > 2.0 * text[0], "it weighs something");
+}
+
+#[test]
 fn torques_are_applied_as_they_are() {
     let robot = block("", "auto", &actuators(0.0, 0.45));
     let mut simulation = MujocoSimulation::new(robot, 1, 1).unwrap();

@@ -82,6 +82,12 @@ pub(super) fn compile(robot: &Robot, terrain: Option<&Terrain>) -> Result<(MjMod
         return Err(fail("its text contains a zero byte".into()));
     }
     let mut spec = MjSpec::from_xml_string(text).map_err(|e| fail(e.to_string()))?;
+    // A profile may know rotors that the text does not (`ActuatorGroup::armature`).
+    for joint in character.scalar_joints() {
+        if let Some(own) = spec.joint_mut(&joint.name) {
+            own.set_armature(joint.armature);
+        }
+    }
     if let Some(terrain) = terrain {
         add_terrain(&mut spec, character, terrain).map_err(|e| fail(e.to_string()))?;
     } else if !has_ground(character) {
