@@ -1,9 +1,38 @@
 //! Actuators of robots whose profile names none: from the model's own actuators, else from masses and lengths.
 
-use lifelike_character::{Anatomy, Character, Joint, Kinematics, Mat3, Role};
+use lifelike_character::{Actuator, Anatomy, Character, Joint, JointKind, Kinematics, Mat3, Role};
 use nalgebra::DMatrix;
 
 use crate::actuator::ActuatorParameters;
+
+/// How fast a joint's rotor would swing on its gain alone (rad/s): 10 Hz, near what the drives of common robots have.
+const ROTOR_FREQUENCY: f64 = 2.0 * std::f64::consts::PI * 10.0;
+
+/// The inertia that counts as none (kg m²).
+const NOTHING: f64 = 1e-6;
+
+/// What the rotors of hinges weigh where the model says nothing of them (kg m²), in the character's order. Strong geared motors
+/// are heavy, through their gears more so than the link that they move: without its rotor a foot would weigh next to nothing
+/// to the ankle, and no gain that can hold the robot would be stable.
+pub(crate) fn rotors(character: &Character, anatomy: &Anatomy, notes: &mut Vec<String>) -> Vec<Option<f64>> {
+    let kinematics = Kinematics::new(character);
+    let inertias = effective_inertias(character, &kinematics);
+    let rotor = |joint: &Joint| {
+        let own = servo(character, joint).is_some_and(|a| a.kp.is_some());
+        let unknown = joint.kind == JointKind::Hinge && joint.armature == 0.0 && !own;
+        // A link that weighs nothing is a mistake in the model, to be told and not to be mended.
+        let unknown = unknown && inertias[joint.v_index] > NOTHING;
+        let torque = || limit(character, joint).unwrap_or_else(|| load(character, anatomy, &kinematics, joint));
+        unknown.then(|| torque() / (ROTOR_FREQUENCY * ROTOR_FREQUENCY))
+    };
+    let rotors: Vec<Option<f64>> = character.scalar_joints().map(rotor).collect();
+    for (joint, armature) in character.scalar_joints().zip(&rotors) {
+        if let Some(armature) = armature {
+            notes.push(format!("rotor of '{}': {armature:.4} kg m2 through its gear (from the torque)", joint.name));
+        }
+    }
+    rotors
+}
 
 /// A guess for every scalar joint, in the character's order; one note per joint says where it came from.
 pub(crate) fn actuators(
@@ -36,17 +65,9 @@ fn actuator(
     inertia: f64,
     physics_hz: f64,
 ) -> (ActuatorParameters, &'static str) {
-    let index = character.joints.iter().position(|j| j.name == joint.name);
-    let own = character.actuators.iter().find(|a| Some(a.joint) == index);
+    let own = servo(character, joint);
     let gear = own.map_or(1.0, |a| a.gear.abs());
-    let largest = |range: (f64, f64)| range.0.abs().max(range.1.abs());
-    let limits = [
-        own.and_then(|a| a.force_range).map(|r| largest(r) * gear),
-        // The control of a motor is its force; that of a position servo is an angle.
-        own.filter(|a| a.kp.is_none()).and_then(|a| a.ctrl_range).map(|r| largest(r) * gear),
-        joint.actuator_force_range.map(largest),
-    ];
-    let limit = limits.into_iter().flatten().filter(|l| l.is_finite() && *l > 0.0).reduce(f64::min);
+    let limit = limit(character, joint);
     let load = load(character, anatomy, kinematics, joint);
     let torque_max = limit.unwrap_or(load);
     let kp = own.and_then(|a| a.kp).map(|kp| kp * gear * gear).filter(|kp| kp.is_finite() && *kp > 0.0);
@@ -72,6 +93,26 @@ fn actuator(
         velocity_max: 30.0,
     };
     (parameters, source)
+}
+
+/// The model's own actuator of a joint.
+fn servo<'a>(character: &'a Character, joint: &Joint) -> Option<&'a Actuator> {
+    let index = character.joints.iter().position(|j| j.name == joint.name);
+    character.actuators.iter().find(|a| Some(a.joint) == index)
+}
+
+/// The largest torque that the model allows (N m).
+fn limit(character: &Character, joint: &Joint) -> Option<f64> {
+    let own = servo(character, joint);
+    let gear = own.map_or(1.0, |a| a.gear.abs());
+    let largest = |range: (f64, f64)| range.0.abs().max(range.1.abs());
+    let limits = [
+        own.and_then(|a| a.force_range).map(|r| largest(r) * gear),
+        // The control of a motor is its force; that of a position servo is an angle.
+        own.filter(|a| a.kp.is_none()).and_then(|a| a.ctrl_range).map(|r| largest(r) * gear),
+        joint.actuator_force_range.map(largest),
+    ];
+    limits.into_iter().flatten().filter(|l| l.is_finite() && *l > 0.0).reduce(f64::min)
 }
 
 /// The torque that a joint may have to hold (N m): in a leg 0.6 of the whole weight at the leg's length, elsewhere twice
@@ -117,7 +158,7 @@ fn effective_inertias(character: &Character, kinematics: &Kinematics) -> Vec<f64
     match mass.cholesky() {
         Some(factor) => factor.inverse().diagonal().iter().map(|inverse| 1.0 / inverse).collect(),
         // Something weighs nothing: no gain is safe there.
-        None => vec![1e-6; character.nv],
+        None => vec![NOTHING; character.nv],
     }
 }
 

@@ -56,12 +56,12 @@ impl Robot {
         let (control_hz, substeps) = rates(&character, &profile, &mut notes)?;
         let joints: Vec<String> = character.scalar_joints().map(|j| j.name.clone()).collect();
         let parameters = if profile.actuator.is_empty() {
+            let rotors = guess::rotors(&character, &anatomy, &mut notes);
+            character = with_rotors(character, rotors);
             guess::actuators(&character, &anatomy, control_hz * substeps as f64, &mut notes)
         } else {
             let groups = grouped(&character, &profile)?;
-            if groups.iter().any(|group| group.armature.is_some()) {
-                character = Arc::new(with_rotors(&character, &groups));
-            }
+            character = with_rotors(character, groups.iter().map(|group| group.armature).collect());
             groups.into_iter().map(|group| group.parameters).collect()
         };
         let (end_effectors, effectors) = if profile.end_effectors.is_empty() {
@@ -186,17 +186,20 @@ fn rates(character: &Character, profile: &Profile, notes: &mut Vec<String>) -> R
     Ok((control, substeps as usize))
 }
 
-/// The character with the rotors of its actuators, one group per scalar joint.
-fn with_rotors(character: &Character, groups: &[&ActuatorGroup]) -> Character {
-    let mut heavier = character.clone();
+/// The character with these armatures of its scalar joints; `None` leaves a joint's as it is.
+fn with_rotors(character: Arc<Character>, armatures: Vec<Option<f64>>) -> Arc<Character> {
+    if armatures.iter().all(Option::is_none) {
+        return character;
+    }
     let joints: Vec<usize> = character.scalar_joints().map(|j| j.v_index).collect();
-    for (v_index, group) in joints.into_iter().zip(groups) {
+    let mut heavier = Arc::unwrap_or_clone(character);
+    for (v_index, armature) in joints.into_iter().zip(armatures) {
         let joint = heavier.joints.iter_mut().find(|j| j.v_index == v_index);
-        if let (Some(joint), Some(armature)) = (joint, group.armature) {
+        if let (Some(joint), Some(armature)) = (joint, armature) {
             joint.armature = armature;
         }
     }
-    heavier
+    Arc::new(heavier)
 }
 
 /// The one group that names each scalar joint.

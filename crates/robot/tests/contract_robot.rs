@@ -91,6 +91,12 @@ fn what_the_profile_does_not_say_is_guessed_and_noted() {
     assert_eq!(knee.torque_max, 25.0, "the motor's control range times its gear");
     assert!(knee.kp > 1.0 && knee.kp <= 25.0 && knee.kd > 0.0, "{knee:?}");
     assert!(robot.notes.iter().any(|n| n.contains("'knee'")), "{:?}", robot.notes);
+    // A servo with gains of its own is taken as it is; the motor's rotor swings at 10 Hz on a gain of 25 N m/rad.
+    let rotors: Vec<f64> = robot.character.scalar_joints().map(|j| j.armature).collect();
+    assert_eq!(rotors[0], 0.0);
+    assert!(
+        ((25.0 / rotors[1]).sqrt() - 62.83).abs() < 0.01 && robot.notes.iter().any(|n| n.contains("rotor of 'knee'"))
+    );
     assert_eq!(robot.default_pose, [0.0, 0.5], "zero, or the nearest limit");
     assert_eq!(robot.default_position()[2], 1.0);
     assert_eq!((robot.control_hz, robot.substeps), (50.0, 4));
