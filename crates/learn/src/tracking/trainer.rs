@@ -1,6 +1,6 @@
 //! A training run: iterations, metrics, checkpoints, and going on after a stop.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
@@ -17,6 +17,7 @@ use super::library::ReferenceLibrary;
 use super::plan::TrackerPlan;
 use super::policy::{EXTENSION, Policy, PolicyHeader};
 use super::ppo::{Iteration, Learner};
+use super::progress::{ClipProgress, Progress, Summary};
 use super::rewards::TERMS;
 use crate::error::LearnError;
 use crate::run::{CheckpointInfo, Checkpoints, MetricsWriter, RunFolder};
@@ -37,49 +38,6 @@ pub struct Trainer {
     steps: u64,
     /// Wall time of earlier parts of the run (s).
     earlier: f64,
-}
-
-/// How far a run is: for progress bars.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Progress {
-    /// Iterations done.
-    pub iteration: u64,
-    /// Environment steps done.
-    pub steps: u64,
-    /// Environment steps of the budget.
-    pub budget: u64,
-    /// Wall time so far, earlier parts included (s).
-    pub seconds: f64,
-    /// Environment steps per second in the last iteration.
-    pub steps_per_second: f64,
-    /// Mean length of the last episodes (s).
-    pub episode_seconds: f64,
-    /// Share of episodes that do not fail, mean over the clips.
-    pub survival: f64,
-    /// Mean reward per step.
-    pub reward: f64,
-}
-
-/// One clip in training.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ClipProgress<'a> {
-    /// Its name.
-    pub name: &'a str,
-    /// Share of episodes that do not fail; NaN before the first.
-    pub survival: f64,
-    /// Share of its motion that was ever seen.
-    pub seen: f64,
-}
-
-/// How a run ended.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Summary {
-    /// The policy's file.
-    pub policy: PathBuf,
-    /// How far it got.
-    pub progress: Option<Progress>,
-    /// It was asked to stop before the budget was spent; it can be resumed.
-    pub interrupted: bool,
 }
 
 impl Trainer {
