@@ -1,8 +1,9 @@
 //! Where tensors live. burn 0.22 chooses the backend by a value, not by a type, so this is the one place that names it.
 
 use std::fmt;
-use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::panic::{self, AssertUnwindSafe, catch_unwind};
 use std::str::FromStr;
+use std::sync::{Arc, Mutex, PoisonError};
 
 pub use burn::tensor::Device;
 use burn::tensor::Tensor;
@@ -65,8 +66,7 @@ impl Processor {
             Self::Wgpu => wgpu()?,
         };
         let absent = |why: String| DeviceError::Absent { processor: self, why };
-        let sum = catch_unwind(AssertUnwindSafe(|| read(Tensor::<1>::ones([4], &device).sum())));
-        match sum.map_err(|panic| absent(said(panic.as_ref())))? {
+        match attempt(|| read(Tensor::<1>::ones([4], &device).sum())).map_err(absent)? {
             Ok(sum) if sum == [4.0] => Ok(device),
             Ok(sum) => Err(absent(format!("1 + 1 + 1 + 1 = {sum:?}"))),
             Err(error) => Err(absent(error.to_string())),
@@ -94,10 +94,20 @@ fn wgpu() -> Result<Device, DeviceError> {
     Err(DeviceError::NotBuilt("wgpu"))
 }
 
-/// The message of a panic: the tensor library has no other way to say that there is no card.
-fn said(panic: &(dyn std::any::Any + Send)) -> String {
-    let text = panic.downcast_ref::<String>().map(String::as_str).or_else(|| panic.downcast_ref::<&str>().copied());
-    text.unwrap_or("nothing").lines().next().unwrap_or_default().to_owned()
+/// What `work` gives, or the first thing that is said where it panics, here or on a thread of its own: the tensor library has no other
+/// way to say that there is no card.
+fn attempt<T>(work: impl FnOnce() -> T) -> Result<T, String> {
+    let said = Arc::new(Mutex::new(None));
+    let ear = Arc::clone(&said);
+    let usual = panic::take_hook();
+    panic::set_hook(Box::new(move |panic| {
+        let mut said = ear.lock().unwrap_or_else(PoisonError::into_inner);
+        let text = panic.payload_as_str().unwrap_or("nothing");
+        said.get_or_insert_with(|| text.lines().next().unwrap_or_default().to_owned());
+    }));
+    let result = catch_unwind(AssertUnwindSafe(work));
+    panic::set_hook(usual);
+    result.map_err(|_| said.lock().unwrap_or_else(PoisonError::into_inner).take().unwrap_or_default())
 }
 
 impl FromStr for Processor {
@@ -140,6 +150,16 @@ mod tests {
             let error = wrong.parse::<Processor>().unwrap_err().to_string();
             assert!(error.contains("cuda:N") && error.contains(&format!("'{wrong}'")), "{error}");
         }
+    }
+
+    #[test]
+    fn the_first_panic_of_an_attempt_is_what_is_told() {
+        assert_eq!(attempt(|| 4), Ok(4));
+        let failed = attempt(|| {
+            let deep = std::thread::spawn(|| panic!("no adapter\nat all"));
+            deep.join().unwrap()
+        });
+        assert_eq!(failed, Err::<(), _>("no adapter".into()));
     }
 
     #[test]
