@@ -22,5 +22,7 @@ pub mod normalizer;
 pub mod numbers;
 pub mod rng;
 pub mod schedules;
+pub mod spline;
+pub mod transformer;
 
 pub use names::parameters;
