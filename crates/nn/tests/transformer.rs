@@ -5,13 +5,15 @@
 
 mod fixture;
 
-use burn::tensor::{Device, Tensor};
+use burn::tensor::{Device, Tensor, TensorData};
 use fixture::Fixture;
-use lifelike_nn::device;
+use lifelike_nn::gradients::Gradients;
 use lifelike_nn::spline::{BSpline, CubicBezier, Joints, Spline};
 use lifelike_nn::transformer::{
     Attention, AutoencoderConfig, Block, FeedForward, LatentTokens, RmsNorm, Sampling, SplineAutoencoder, alibi,
+    backprop,
 };
+use lifelike_nn::{device, parameters};
 
 fn transformer() -> Fixture {
     Fixture::read(include_str!("fixtures/transformer.json"))
@@ -118,4 +120,78 @@ fn more_samples_than_were_encoded_stand_at_fractions() {
     let module = f.load("network.dense", small(LatentTokens::Alibi, &device::training()));
     let points = module.encode(f.tensor("network.dense.x"));
     f.tensor_close("network.dense.y", &module.decode(points, &Sampling::even(5, 10)).unwrap());
+}
+
+#[test]
+fn whole_networks_by_hand() {
+    let f = transformer();
+    for (kind, tokens) in each_kind() {
+        let name = |part: &str| format!("network.{kind}.{part}");
+        let module = f.load(&format!("network.{kind}"), small(tokens, &device::training()));
+        let (output, pass) = backprop::forward(&module, f.f32s(&name("x")), 5).unwrap();
+        f.close(&name("y"), &output.sequence);
+        let gradients = backprop::backward(&module, pass, f.f32s(&name("dy")), None).unwrap();
+        for (parameter, _) in parameters(&module) {
+            f.tensor_close(&name(&format!("d.{parameter}")), gradients.get(&parameter).unwrap());
+        }
+    }
+}
+
+/// Sizes that fill no panel, no tile and no thread evenly, and slopes by the control points too.
+#[test]
+fn gradients_by_hand_are_those_of_automatic_differentiation() {
+    for (heads, width, tokens, batch, factor) in [(4, 64, 37, 21, 1), (3, 24, 70, 2, 2), (1, 20, 1, 3, 1)] {
+        for (kind, latent_tokens) in each_kind() {
+            let config = AutoencoderConfig {
+                factor,
+                ..AutoencoderConfig::new(5, 6, 2, heads, width).with_tokens(latent_tokens.clone())
+            };
+            let network = config.init(1, "test", &device::training()).unwrap();
+            let shape = [batch, tokens, 5];
+            let x = wave::<3>(shape, 0.37);
+            let points = network.encode(x.clone());
+            let y = network.decode(points.clone(), &Sampling::each(tokens)).unwrap();
+            // Not around 0: sequences are alike before training, and their gradients would cancel to rounding errors.
+            let (dy, dp) = (wave::<3>(shape, 0.11) + 1.0, wave::<3>(points.dims(), 0.23));
+            let tape = ((y.clone() * dy.clone()).sum() + (points.clone() * dp.clone()).sum()).backward();
+            let expected = Gradients::of(&network, tape);
+
+            let numbers = |x: Tensor<3>| x.try_into_vec_as::<f32>().unwrap();
+            let (output, pass) = backprop::forward(&network, numbers(x), tokens).unwrap();
+            close(&output.sequence, &numbers(y), "sequence");
+            close(&output.control_points, &numbers(points), "control points");
+            let got = backprop::backward(&network, pass, numbers(dy), Some(numbers(dp))).unwrap();
+            assert_eq!(got.names().collect::<Vec<_>>(), expected.names().collect::<Vec<_>>());
+            for name in expected.names() {
+                let [a, b] = [&got, &expected].map(|g| g.get(name).unwrap().try_to_vec_as::<f32>().unwrap());
+                close(&a, &b, &format!("{kind}, {heads} heads, {tokens} tokens: {name}"));
+            }
+        }
+    }
+}
+
+#[test]
+fn passes_refuse_what_does_not_fit() {
+    let network = small(LatentTokens::Alibi, &device::training());
+    for (x, tokens) in [(vec![0.0; 16], 5), (vec![], 5), (vec![0.0; 15], 0)] {
+        assert!(backprop::forward(&network, x, tokens).unwrap_err().to_string().contains("sequences"));
+    }
+    let pass = || backprop::forward(&network, vec![0.0; 30], 5).unwrap().1;
+    let wrong = backprop::backward(&network, pass(), vec![0.0; 15], None).unwrap_err().to_string();
+    assert!(wrong.contains("30 numbers, got 15"), "{wrong}");
+    assert!(backprop::backward(&network, pass(), vec![0.0; 30], Some(vec![0.0; 5])).is_err());
+}
+
+fn wave<const D: usize>(shape: [usize; D], pace: f32) -> Tensor<D> {
+    let values: Vec<f32> = (0..shape.iter().product()).map(|i| (i as f32 * pace).sin()).collect();
+    Tensor::from_data(TensorData::new(values, shape), &device::training())
+}
+
+/// As vectors they differ by no more than 1e-5: both are float32, and the largest difference measured was 1.1e-6.
+fn close(got: &[f32], expected: &[f32], name: &str) {
+    assert_eq!(got.len(), expected.len(), "{name}");
+    let norm = |x: &mut dyn Iterator<Item = f32>| x.map(|x| f64::from(x).powi(2)).sum::<f64>().sqrt();
+    let size = norm(&mut expected.iter().copied());
+    let error = norm(&mut got.iter().zip(expected).map(|(a, b)| a - b));
+    assert!(error <= 1e-5 * size, "{name}: off by {error:e} at {size:e}");
 }

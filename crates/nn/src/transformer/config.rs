@@ -71,7 +71,7 @@ impl AutoencoderConfig {
         if let Some((_, name)) = sizes.into_iter().find(|(size, _)| *size == 0) {
             return Err(NetworkError::Zero(name));
         }
-        if self.width % self.heads != 0 {
+        if !self.width.is_multiple_of(self.heads) {
             return Err(NetworkError::Heads { heads: self.heads, width: self.width });
         }
         Ok(SplineAutoencoder::new(self, seed, purpose, device))

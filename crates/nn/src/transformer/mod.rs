@@ -7,6 +7,7 @@
 pub mod alibi;
 mod attention;
 mod autoencoder;
+pub mod backprop;
 mod block;
 mod config;
 mod feed_forward;

@@ -48,7 +48,7 @@ pub fn join(patches: Tensor<3>, patch: usize, [height, width]: [usize; 2]) -> Re
 }
 
 fn tiles(patch: usize, height: usize, width: usize) -> Result<[usize; 2], Untiled> {
-    if patch == 0 || height % patch != 0 || width % patch != 0 {
+    if patch == 0 || !height.is_multiple_of(patch) || !width.is_multiple_of(patch) {
         return Err(Untiled { patch, height, width });
     }
     Ok([height / patch, width / patch])
