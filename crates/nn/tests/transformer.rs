@@ -83,7 +83,9 @@ fn slopes_are_those_of_the_published_code() {
 
 #[test]
 fn normalization() {
-    transformer().check("rms", RmsNorm::new(8, &device::training()), |m, x: Tensor<3>| m.forward(x));
+    for name in ["rms", "rms_small"] {
+        transformer().check(name, RmsNorm::new(8, &device::training()), |m, x: Tensor<3>| m.forward(x));
+    }
 }
 
 #[test]

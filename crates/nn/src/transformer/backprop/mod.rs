@@ -1,8 +1,10 @@
-//! The gradient of a [`SplineAutoencoder`] by hand, for training on a CPU: several times faster than automatic
-//! differentiation, which writes every intermediate result of every operation to memory, in one thread. A test holds it
-//! against automatic differentiation, which stays the way on a card.
+//! The gradient of a [`SplineAutoencoder`] by hand, for training on a CPU. Automatic differentiation writes every
+//! intermediate result of every operation to memory, in one thread; it stays the way on a card, and tests hold this against
+//! it and against PyTorch.
 //!
 //! Products with weights are the tensor library's. Attention, normalization and GELU are loops over our own memory.
+//! `cargo run --release -p lifelike-nn --example transformer` on two busy cores, best of 7: 2.3 s instead of 6.1 s a step for
+//! 64 curves of 256 tokens of width 64, 0.89 s instead of 1.48 s for 64 motions of 64 tokens of width 128.
 
 mod attention;
 mod elementary;
