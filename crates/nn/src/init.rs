@@ -49,6 +49,16 @@ pub fn uniform_by_fan_in(rng: &mut ChaCha8Rng, count: usize, fan_in: usize, gain
     }
 }
 
+/// `count` numbers from the normal distribution of mean 0 and this standard deviation.
+pub fn normal(rng: &mut ChaCha8Rng, count: usize, deviation: f64) -> Vec<f32> {
+    (0..count)
+        .map(|_| {
+            let x: f64 = StandardNormal.sample(rng);
+            (x * deviation) as f32
+        })
+        .collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -2,7 +2,8 @@
 //!
 //! Imports none of our other crates.
 //!
-//! The main path: [`mlp::MlpConfig::init`] or [`conv_resnet`] → a loss ([`losses`]) → [`gradients::Gradients::of`] →
+//! The main path: [`mlp::MlpConfig::init`], [`conv_resnet`] or [`transformer::AutoencoderConfig::init`] → a loss
+//! ([`losses`]) → [`gradients::Gradients::of`] (or a hand-written one: [`backprop`], [`transformer::backprop`]) →
 //! [`adam::Adam::step`] with a rate from [`schedules`] → [`checkpoint::Checkpoint::save`]. Names, not positions, tie
 //! parameters, gradients, moments and files together.
 
@@ -22,5 +23,7 @@ pub mod normalizer;
 pub mod numbers;
 pub mod rng;
 pub mod schedules;
+pub mod spline;
+pub mod transformer;
 
 pub use names::parameters;

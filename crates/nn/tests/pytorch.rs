@@ -2,106 +2,39 @@
 
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use std::collections::BTreeMap;
-
 use burn::module::{Module, Param};
-use burn::tensor::{Tensor, TensorData};
+use burn::tensor::Tensor;
 use lifelike_nn::adam::{Adam, AdamConfig};
 use lifelike_nn::checkpoint::Checkpoint;
 use lifelike_nn::conv_resnet::{ChannelNorm, Conv3, Down, ResBlock, Up};
 use lifelike_nn::gradients::Gradients;
 use lifelike_nn::mlp::MlpConfig;
 use lifelike_nn::schedules::{Cyclical, WarmRestarts, cosine};
-use lifelike_nn::{device, init, losses, parameters};
+use lifelike_nn::{device, init, losses};
 
-#[derive(serde::Deserialize)]
-struct Array {
-    shape: Vec<usize>,
-    data: Vec<f64>,
-}
+mod fixture;
 
-struct Fixture(BTreeMap<String, Array>);
+use fixture::Fixture;
 
-impl Fixture {
-    fn read() -> Self {
-        Self(serde_json::from_str(include_str!("fixtures/blocks.json")).unwrap())
-    }
-
-    fn data(&self, name: &str) -> &[f64] {
-        &self.0.get(name).unwrap_or_else(|| panic!("no {name} in the fixture")).data
-    }
-
-    fn f32s(&self, name: &str) -> Vec<f32> {
-        self.data(name).iter().map(|x| *x as f32).collect()
-    }
-
-    fn tensor<const D: usize>(&self, name: &str) -> Tensor<D> {
-        let shape: [usize; D] = self.0[name].shape.clone().try_into().unwrap();
-        Tensor::from_data(TensorData::new(self.f32s(name), shape), &device::training())
-    }
-
-    /// Gives the module the fixture's weights, by name, through a checkpoint.
-    fn load<M: Module>(&self, prefix: &str, module: M) -> M {
-        let mut c = Checkpoint::new();
-        for (name, shape) in parameters(&module) {
-            let name = format!("{prefix}.{name}");
-            c.put_f32(&name, &shape, self.f32s(&name)).unwrap();
-        }
-        c.load_module(prefix, module).unwrap()
-    }
-
-    /// Largest difference must be within `1e-5` of the largest expected magnitude.
-    fn close(&self, name: &str, got: &[f32]) {
-        let expected = self.data(name);
-        assert_eq!(expected.len(), got.len(), "{name}: size");
-        let scale = expected.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
-        let worst = expected.iter().zip(got).fold(0.0_f64, |m, (e, g)| {
-            assert!(g.is_finite(), "{name}: {g}");
-            m.max((e - f64::from(*g)).abs())
-        });
-        assert!(worst <= 1e-5 * scale, "{name}: off by {worst:e} at scale {scale:e}");
-    }
-
-    fn tensor_close<const D: usize>(&self, name: &str, got: &Tensor<D>) {
-        self.close(name, &got.try_to_vec_as::<f32>().unwrap());
-    }
-
-    /// Forward and backward of one module with one input.
-    fn check<M: Module, const I: usize, const O: usize>(
-        &self,
-        prefix: &str,
-        module: M,
-        forward: impl Fn(&M, Tensor<I>) -> Tensor<O>,
-    ) {
-        let module = self.load(prefix, module);
-        let x = self.tensor::<I>(&format!("{prefix}.x")).require_grad();
-        let y = forward(&module, x.clone());
-        self.tensor_close(&format!("{prefix}.y"), &y);
-        let mut recorded = (y * self.tensor::<O>(&format!("{prefix}.dy"))).sum().backward();
-        self.tensor_close(&format!("{prefix}.d.x"), &x.grad_remove(&mut recorded).unwrap());
-        let gradients = Gradients::of(&module, recorded);
-        for (name, _) in parameters(&module) {
-            let got = gradients.get(&name).unwrap_or_else(|| panic!("no gradient for {name}"));
-            self.tensor_close(&format!("{prefix}.d.{name}"), got);
-        }
-    }
+fn blocks() -> Fixture {
+    Fixture::read(include_str!("fixtures/blocks.json"))
 }
 
 #[test]
 fn mlp_with_elu() {
     let config = MlpConfig::new(5, &[8, 7], 3);
-    Fixture::read().check("mlp", config.init(0, "test", &device::training()), |m, x: Tensor<2>| m.forward(x));
+    blocks().check("mlp", config.init(0, "test", &device::training()), |m, x: Tensor<2>| m.forward(x));
 }
 
 #[test]
 fn layer_norm_over_channels() {
     let module = ChannelNorm::new(6, &device::training());
-    Fixture::read().check("norm", module, |m, x: Tensor<3>| m.forward(x));
+    blocks().check("norm", module, |m, x: Tensor<3>| m.forward(x));
 }
 
 #[test]
 fn convolutions() {
-    let (f, d) = (Fixture::read(), device::training());
+    let (f, d) = (blocks(), device::training());
     f.check("conv3", Conv3::new(4, 5, 0, "test", &d), |m, x: Tensor<3>| m.forward(x));
     f.check("down", Down::new(4, 5, 0, "test", &d), |m, x: Tensor<3>| m.forward(x));
     f.check("up", Up::new(4, 5, 0, "test", &d), |m, x: Tensor<3>| m.forward(x));
@@ -110,11 +43,11 @@ fn convolutions() {
 #[test]
 fn residual_block() {
     let module = ResBlock::new(6, 0, "test", &device::training());
-    Fixture::read().check("block", module, |m, x: Tensor<3>| m.forward(x));
+    blocks().check("block", module, |m, x: Tensor<3>| m.forward(x));
 }
 
 fn check_two_inputs(prefix: &str, names: [&str; 2], loss: impl Fn(Tensor<2>, Tensor<2>) -> Tensor<1>) {
-    let f = Fixture::read();
+    let f = blocks();
     let [a, b] = names.map(|n| f.tensor::<2>(&format!("{prefix}.{n}")).require_grad());
     let y = loss(a.clone(), b.clone());
     f.tensor_close(&format!("{prefix}.y"), &y);
@@ -151,7 +84,7 @@ impl One {
 }
 
 fn check_optimizer(config: AdamConfig, name: &str) {
-    let f = Fixture::read();
+    let f = blocks();
     let mut model = One::at_start(&f);
     let mut adam = Adam::new(config);
     let mut path = Vec::new();
@@ -188,7 +121,7 @@ fn radam_ten_steps_through_the_rectification_threshold() {
 
 #[test]
 fn clipping_by_the_norm_of_all_gradients() {
-    let f = Fixture::read();
+    let f = blocks();
     let model = One::at_start(&f);
     let mut gradients = model.gradients(&f, 0);
     let norm = gradients.clip_norm(1.0).unwrap();
@@ -198,7 +131,7 @@ fn clipping_by_the_norm_of_all_gradients() {
 }
 
 fn check_schedule(name: &str, at: impl Fn(u64) -> f64, tolerance: f64) {
-    let f = Fixture::read();
+    let f = blocks();
     for (i, expected) in f.data(name).iter().enumerate() {
         let got = at(i as u64);
         assert!((expected - got).abs() <= tolerance, "{name} at {i}: expected {expected}, got {got}");

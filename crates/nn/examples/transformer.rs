@@ -1,0 +1,77 @@
+//! Times of transformer blocks and of whole networks, forward and backward:
+//! `cargo run --release -p lifelike-nn --example transformer -- [plain]` (`plain`: without the allocator setting).
+//!
+//! Prints the median and the best of several runs.
+
+use std::time::Instant;
+
+use burn::tensor::{Tensor, TensorData};
+use lifelike_nn::gradients::Gradients;
+use lifelike_nn::transformer::{Attention, AutoencoderConfig, Block, alibi, backprop};
+use lifelike_nn::{device, init, memory, rng};
+
+fn main() {
+    if !std::env::args().any(|a| a == "plain") {
+        println!("allocator tuned: {}", memory::tune_allocator());
+    }
+    for (batch, tokens, width, heads) in [(64, 64, 64, 4), (64, 100, 128, 8), (64, 256, 64, 4)] {
+        let name = format!("B {batch}, T {tokens}, c {width}, h {heads}, forward + backward");
+        let positions: Vec<f64> = (0..tokens).map(|i| i as f64).collect();
+        let bias = alibi::bias_tensor(heads, &positions, &device::training());
+        let x = random([batch, tokens, width]).require_grad();
+        let module = Attention::new(width, heads, 0, "bench", &device::training());
+        time(&format!("attention {name}"), 15, || {
+            Gradients::of(&module, module.forward(x.clone(), bias.clone()).square().mean().backward());
+        });
+        let module = Block::new(width, heads, 1, 0, "bench", &device::training());
+        time(&format!("block {name}"), 15, || {
+            Gradients::of(&module, module.forward(x.clone(), bias.clone()).square().mean().backward());
+        });
+    }
+    for (batch, tokens, inputs, latent, layers, heads, width) in
+        [(64, 256, 2, 3, 4, 4, 64), (64, 64, 66, 64, 4, 8, 128)]
+    {
+        let config = AutoencoderConfig::new(inputs, latent, layers, heads, width);
+        let network = match config.init(0, "bench", &device::training()) {
+            Ok(network) => network,
+            Err(error) => return println!("{error}"),
+        };
+        let x = random([batch, tokens, inputs]);
+        let name =
+            format!("autoencoder B {batch}, T {tokens}, D {inputs}, d {latent}, n {layers}, h {heads}, c {width}");
+        time(&format!("{name}, recorded, forward + backward"), 7, || match network.forward(x.clone()) {
+            Ok(y) => drop(Gradients::of(&network, y.square().mean().backward())),
+            Err(error) => println!("{error}"),
+        });
+        let values: Vec<f32> = x.try_into_vec_as().unwrap_or_default();
+        time(&format!("{name}, by hand, forward + backward"), 7, || {
+            let job = || {
+                let (y, pass) = backprop::forward(&network, values.clone(), tokens)?;
+                let scale = 2.0 / y.sequence.len() as f32;
+                backprop::backward(&network, pass, y.sequence.into_iter().map(|y| y * scale).collect(), None)
+            };
+            if let Err(error) = job() {
+                println!("{error}");
+            }
+        });
+    }
+}
+
+fn random<const D: usize>(shape: [usize; D]) -> Tensor<D> {
+    let count = shape.iter().product();
+    let values = init::normal(&mut rng::stream(1, "bench", 0, 0), count, 1.0);
+    Tensor::from_data(TensorData::new(values, shape), &device::training())
+}
+
+fn time(name: &str, runs: usize, mut job: impl FnMut()) {
+    job();
+    let mut times: Vec<f64> = (0..runs)
+        .map(|_| {
+            let start = Instant::now();
+            job();
+            start.elapsed().as_secs_f64() * 1e3
+        })
+        .collect();
+    times.sort_by(f64::total_cmp);
+    println!("{name}: median {:.2} ms, best {:.2} ms", times[times.len() / 2], times[0]);
+}

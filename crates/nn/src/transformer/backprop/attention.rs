@@ -1,0 +1,169 @@
+//! Attention of all heads, and its gradient, without ever holding the scores of more than one head of one sequence.
+//!
+//! Scores of a whole batch are tens of megabytes that a tensor library passes over a dozen times. Here one head's stay in the
+//! cache, and the backward pass computes them again from the rows' log-sums (Dao et al. 2022's idea, without tiles).
+
+use super::elementary::exp;
+use super::norm::dot;
+use super::threads::each_part;
+use super::tile::{LANES, Left, pack, padded, product};
+
+/// Sizes of a batch.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Shape {
+    /// T.
+    pub(super) tokens: usize,
+    /// c.
+    pub(super) width: usize,
+    /// h.
+    pub(super) heads: usize,
+}
+
+/// Memory of one thread.
+#[derive(Default)]
+struct Scratch {
+    right: Vec<[f32; LANES]>,
+    scores: Vec<f32>,
+    slopes: Vec<f32>,
+    out: Vec<f32>,
+}
+
+/// Where one head's numbers stand in a row of `projected`: queries, keys, values.
+fn columns(shape: Shape, head: usize) -> [usize; 3] {
+    let size = shape.width / shape.heads;
+    [0, 1, 2].map(|part| part * shape.width + head * size)
+}
+
+/// The bias, its rows filled up to whole panels with what leaves no weight.
+pub(super) fn padded_bias(bias: &[f32], tokens: usize) -> Vec<f32> {
+    let mut out = Vec::with_capacity(bias.len() / tokens.max(1) * padded(tokens));
+    for row in bias.chunks_exact(tokens.max(1)) {
+        out.extend_from_slice(row);
+        out.resize(out.len() + padded(tokens) - tokens, -1e30);
+    }
+    out
+}
+
+/// `projected: [B, T, 3c]` and `bias` of [`padded_bias`] to the heads' outputs `[B, T, c]`.
+pub(super) fn forward(projected: &[f32], bias: &[f32], shape: Shape) -> Vec<f32> {
+    let Shape { tokens: t, width: c, heads } = shape;
+    let (size, wide) = (c / heads, padded(t));
+    let mut out = vec![0.0; projected.len() / 3];
+    each_part(&mut out, t * c, |first, part| {
+        let mut scratch = Scratch::default();
+        for (out, rows) in part.chunks_exact_mut(t * c).zip(projected[first * t * 3 * c..].chunks_exact(t * 3 * c)) {
+            for head in 0..heads {
+                let bias = &bias[head * t * wide..][..t * wide];
+                let values = columns(shape, head)[2];
+                weigh(&mut scratch, rows, bias, shape, head);
+                pack(&mut scratch.right, t, size, |row, column| rows[row * 3 * c + values + column]);
+                scratch.out.resize(t * padded(size), 0.0);
+                let left = Left { numbers: &scratch.scores, stride: wide, transposed: false };
+                product(&mut scratch.out, t, left, &scratch.right, t);
+                for (out, mixed) in out.chunks_exact_mut(c).zip(scratch.out.chunks_exact(padded(size))) {
+                    out[head * size..][..size].copy_from_slice(&mixed[..size]);
+                }
+            }
+        }
+    });
+    out
+}
+
+/// Softmax of the scores of one head of one sequence, into `scratch.scores`.
+fn weigh(scratch: &mut Scratch, rows: &[f32], bias: &[f32], shape: Shape, head: usize) {
+    let Shape { tokens: t, width: c, heads } = shape;
+    let (size, wide) = (c / heads, padded(t));
+    let [queries, keys, _] = columns(shape, head);
+    let scale = (size as f32).powf(-0.5);
+    pack(&mut scratch.right, size, t, |row, column| scale * rows[column * 3 * c + keys + row]);
+    scratch.scores.resize(t * wide, 0.0);
+    let left = Left { numbers: &rows[queries..], stride: 3 * c, transposed: false };
+    product(&mut scratch.scores, t, left, &scratch.right, size);
+    for (scores, bias) in scratch.scores.chunks_exact_mut(wide).zip(bias.chunks_exact(wide)) {
+        softmax(scores, bias);
+    }
+}
+
+/// Softmax of scores + bias; both are whole panels.
+fn softmax(scores: &mut [f32], bias: &[f32]) {
+    let (scores, _) = scores.as_chunks_mut::<LANES>();
+    let (bias, _) = bias.as_chunks::<LANES>();
+    let mut most = [f32::MIN; LANES];
+    for (scores, bias) in scores.iter_mut().zip(bias) {
+        for ((score, bias), most) in scores.iter_mut().zip(bias).zip(&mut most) {
+            *score += bias;
+            *most = if *score > *most { *score } else { *most };
+        }
+    }
+    let most = most.into_iter().fold(f32::MIN, f32::max);
+    let mut sums = [0.0_f32; LANES];
+    for scores in scores.iter_mut() {
+        for (score, sum) in scores.iter_mut().zip(&mut sums) {
+            *score = exp(*score - most);
+            *sum += *score;
+        }
+    }
+    let share = 1.0 / sums.iter().sum::<f32>();
+    scores.iter_mut().flatten().for_each(|score| *score *= share);
+}
+
+/// The gradient by `projected`, from the one by what [`forward`] returned as `mixed`.
+pub(super) fn backward(projected: &[f32], mixed: &[f32], by_mixed: &[f32], bias: &[f32], shape: Shape) -> Vec<f32> {
+    let Shape { tokens: t, width: c, heads } = shape;
+    let wide = padded(t);
+    let mut out = vec![0.0; projected.len()];
+    each_part(&mut out, t * 3 * c, |first, part| {
+        let mut scratch = Scratch::default();
+        for (i, out) in part.chunks_exact_mut(t * 3 * c).enumerate() {
+            let sequence = first + i;
+            let rows = &projected[sequence * t * 3 * c..][..t * 3 * c];
+            let [mixed, by_mixed] = [mixed, by_mixed].map(|all| &all[sequence * t * c..][..t * c]);
+            for head in 0..heads {
+                let bias = &bias[head * t * wide..][..t * wide];
+                one_head(&mut scratch, out, [rows, mixed, by_mixed, bias], shape, head);
+            }
+        }
+    });
+    out
+}
+
+fn one_head(
+    scratch: &mut Scratch,
+    out: &mut [f32],
+    [rows, mixed, by_mixed, bias]: [&[f32]; 4],
+    shape: Shape,
+    head: usize,
+) {
+    let Shape { tokens: t, width: c, heads } = shape;
+    let (size, wide) = (c / heads, padded(t));
+    let [queries, keys, values] = columns(shape, head);
+    let own = head * size;
+    let scale = (size as f32).powf(-0.5);
+    weigh(scratch, rows, bias, shape, head);
+    let Scratch { right, scores, slopes, out: part } = scratch;
+    part.resize(t * padded(size), 0.0);
+
+    // By the weights: slope · valuesᵀ; then through the softmax, w (g − Σ w g), where Σ w g = output · its slope.
+    pack(right, size, t, |row, column| rows[column * 3 * c + values + row]);
+    slopes.resize(t * wide, 0.0);
+    product(slopes, t, Left { numbers: &by_mixed[own..], stride: c, transposed: false }, right, size);
+    let token_rows = mixed.chunks_exact(c).zip(by_mixed.chunks_exact(c));
+    let weights = scores.chunks_exact(wide);
+    for ((slopes, weights), (mixed, by_mixed)) in slopes.chunks_exact_mut(wide).zip(weights).zip(token_rows) {
+        let along = dot(&mixed[own..][..size], &by_mixed[own..][..size]);
+        slopes.iter_mut().zip(weights).for_each(|(slope, weight)| *slope = weight * (*slope - along));
+    }
+
+    let mut put = |numbers: &[f32], transposed: bool, right: &[[f32; LANES]], column: usize| {
+        product(part, t, Left { numbers, stride: wide, transposed }, right, t);
+        for (out, part) in out.chunks_exact_mut(3 * c).zip(part.chunks_exact(padded(size))) {
+            out[column..][..size].copy_from_slice(&part[..size]);
+        }
+    };
+    pack(right, t, size, |row, column| by_mixed[row * c + own + column]);
+    put(scores, true, right, values);
+    pack(right, t, size, |row, column| scale * rows[row * 3 * c + keys + column]);
+    put(slopes, false, right, queries);
+    pack(right, t, size, |row, column| scale * rows[row * 3 * c + queries + column]);
+    put(slopes, true, right, keys);
+}

@@ -1,0 +1,84 @@
+//! Images as sequences of patches (thesis 3.3.2; Dosovitskiy et al. 2021).
+
+use burn::tensor::Tensor;
+
+/// An image whose sides its patches do not tile.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("patches of {patch} x {patch} pixels do not tile {height} x {width}")]
+pub struct Untiled {
+    /// Side of a patch.
+    pub patch: usize,
+    /// Rows, pixels.
+    pub height: usize,
+    /// Columns, pixels.
+    pub width: usize,
+}
+
+/// Patches row by row, each with its pixels row by row and the channels innermost. A linear map of these is a convolution
+/// with kernel and stride `patch`.
+///
+/// # Shapes
+/// `[B, channels, height, width]` to `[B, patches, patch² channels]`.
+///
+/// # Errors
+/// The patches do not tile the image.
+pub fn split(images: Tensor<4>, patch: usize) -> Result<Tensor<3>, Untiled> {
+    let [b, channels, height, width] = images.dims();
+    let [rows, columns] = tiles(patch, height, width)?;
+    let tiled = images.reshape([b, channels, rows, patch, columns, patch]).permute([0, 2, 4, 3, 5, 1]);
+    Ok(tiled.reshape([b, rows * columns, patch * patch * channels]))
+}
+
+/// The image again.
+///
+/// # Shapes
+/// `[B, patches, patch² channels]` to `[B, channels, height, width]`.
+///
+/// # Errors
+/// The patches do not tile the image, or are not as many as it needs.
+pub fn join(patches: Tensor<3>, patch: usize, [height, width]: [usize; 2]) -> Result<Tensor<4>, Untiled> {
+    let [b, count, numbers] = patches.dims();
+    let [rows, columns] = tiles(patch, height, width)?;
+    let channels = numbers / (patch * patch);
+    if count != rows * columns || numbers != channels * patch * patch {
+        return Err(Untiled { patch, height, width });
+    }
+    let tiled = patches.reshape([b, rows, columns, patch, patch, channels]).permute([0, 5, 1, 3, 2, 4]);
+    Ok(tiled.reshape([b, channels, height, width]))
+}
+
+fn tiles(patch: usize, height: usize, width: usize) -> Result<[usize; 2], Untiled> {
+    if patch == 0 || !height.is_multiple_of(patch) || !width.is_multiple_of(patch) {
+        return Err(Untiled { patch, height, width });
+    }
+    Ok([height / patch, width / patch])
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+    use crate::device;
+    use burn::tensor::TensorData;
+
+    #[test]
+    fn patches_are_the_images_pixels_and_join_again() {
+        let values: Vec<f32> = (0..2 * 3 * 4 * 8).map(|i| i as f32).collect();
+        let images = Tensor::<4>::from_data(TensorData::new(values.clone(), [2, 3, 4, 8]), &device::inference());
+        let split = split(images, 2).unwrap();
+        assert_eq!(split.dims(), [2, 8, 12]);
+        let numbers = split.clone().try_into_vec_as::<f32>().unwrap();
+        // Second image, patch in row 1 and column 2 (number 6), its pixel (1, 0), channel 2: pixel (3, 4) of the image.
+        assert_eq!(numbers[8 * 12 + 6 * 12 + (2 * 3) + 2], values[3 * 32 + 2 * 32 + 3 * 8 + 4]);
+        assert_eq!(join(split, 2, [4, 8]).unwrap().try_into_vec_as::<f32>().unwrap(), values);
+    }
+
+    #[test]
+    fn what_does_not_tile_is_refused() {
+        let images = Tensor::<4>::zeros([1, 3, 4, 6], &device::inference());
+        let error = split(images.clone(), 4).unwrap_err().to_string();
+        assert!(error.contains("4 x 6"), "{error}");
+        assert!(split(images.clone(), 0).is_err());
+        assert!(join(split(images, 2).unwrap(), 2, [4, 4]).is_err());
+    }
+}
