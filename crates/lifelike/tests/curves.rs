@@ -67,7 +67,7 @@ fn what_makes_no_sense_is_refused_before_anything_is_trained() {
     refused(&["--methods", "sine"], 2, "alibi-cat");
     refused(&["--minutes", "0"], 2, "--minutes");
     refused(&["--rates", "-1"], 2, "");
-    refused(&["--iterations", "0"], 3, "plan: iterations: expected 1 or");
+    refused(&["--iterations", "0"], 3, "plan: iterations: expected 1 to");
     refused(&["--seed", "3310"], 3, "the test curves'");
     refused(&["training.widht=3"], 3, "widht");
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
