@@ -59,6 +59,12 @@ pub enum LearnError {
     /// The simulation is the problem.
     #[error(transparent)]
     Simulation(#[from] lifelike_sim::SimError),
+    /// Sizes that make no network.
+    #[error(transparent)]
+    Network(#[from] lifelike_nn::transformer::NetworkError),
+    /// A pass through a network cannot be made.
+    #[error(transparent)]
+    Pass(#[from] lifelike_nn::transformer::backprop::PassError),
     /// A checkpoint or policy file is the problem.
     #[error(transparent)]
     Checkpoint(#[from] lifelike_nn::checkpoint::CheckpointError),

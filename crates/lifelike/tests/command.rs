@@ -36,13 +36,14 @@ fn retargeted(folder: &Path) -> Value {
 
 #[test]
 fn every_command_teaches_by_example() {
-    let commands: [&[&str]; 23] = [
+    let commands: [&[&str]; 24] = [
         &["robots"],
         &["inspect"],
         &["motion", "retarget"],
         &["motion", "convert"],
         &["motion", "search"],
         &["motion", "interpolate"],
+        &["bench", "curves"],
         &["bench", "latent"],
         &["bench", "tracking"],
         &["bench", "learning"],

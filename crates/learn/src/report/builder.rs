@@ -6,6 +6,7 @@ use lifelike_character::Character;
 use serde_json::{Value, json};
 
 use super::curve::Curve;
+use super::drawing::Drawing;
 use super::playback::Playback;
 use super::scene::describe;
 use super::table::{Table, escape};
@@ -41,6 +42,7 @@ pub struct ReportBuilder {
     subtitle: String,
     facts: Vec<(String, String)>,
     tables: Vec<Table>,
+    drawings: Vec<Drawing>,
     curves: Vec<Curve>,
     measured: bool,
     characters: Vec<(String, Value)>,
@@ -83,6 +85,12 @@ impl ReportBuilder {
         self
     }
 
+    /// Adds a row of small drawings, below the tables.
+    pub fn drawing(mut self, drawing: Drawing) -> Self {
+        self.drawings.push(drawing);
+        self
+    }
+
     /// Adds playbacks of a character. May be called for several characters.
     pub fn playback(mut self, character: &Character, playbacks: &[Playback]) -> Self {
         let at = self.characters.iter().position(|(name, _)| *name == character.name).unwrap_or_else(|| {
@@ -118,6 +126,7 @@ impl ReportBuilder {
             sections.push_str(PLAYER);
         }
         self.tables.iter().for_each(|t| sections.push_str(&t.to_html()));
+        self.drawings.iter().for_each(|d| sections.push_str(&d.to_html()));
         if !self.curves.is_empty() {
             let smoothing = if self.measured { "value=\"0\"" } else { SMOOTHED };
             sections.push_str(&CURVES.replace(SMOOTHED, smoothing));

@@ -13,11 +13,13 @@
 mod base64;
 mod builder;
 mod curve;
+mod drawing;
 mod playback;
 mod scene;
 mod table;
 
 pub use builder::ReportBuilder;
 pub use curve::{Curve, curves_from};
+pub use drawing::{Drawing, Panel};
 pub use playback::{BodyPose, Playback};
 pub use table::{Align, Cell, Column, Table, Tone};

@@ -3,6 +3,8 @@
 //! The main path: clips' frames → [`dataset::Windows`] (eq. 4.2, normalised by [`statistics::FeatureStatistics`]) →
 //! [`vae::MotionVae`] trained by [`train_prior::PriorTrainer`] on eqs. 4.3-4.4 ([`loss`]) → [`prior::MotionPrior`], one file
 //! that encodes any clip of the same character into one z_t per frame. [`latent`] says what such codes are worth.
+//!
+//! Beside it [`spline_transformer`]: whole sequences as a few control points of a latent curve (thesis chapter 3).
 
 pub mod dataset;
 pub mod latent;
@@ -10,6 +12,7 @@ pub mod loss;
 pub mod plan;
 pub mod prior;
 pub mod reconstruction;
+pub mod spline_transformer;
 pub mod statistics;
 pub mod train_prior;
 pub mod vae;

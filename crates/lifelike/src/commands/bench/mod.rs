@@ -1,5 +1,6 @@
 //! `lifelike bench`: how fast things are here, how much a policy bears, and the thesis' tables.
 
+mod curves;
 mod engine;
 mod latent;
 mod learning;
@@ -15,6 +16,7 @@ use crate::output::Output;
 /// Measure the engine's speed on this machine and how much a policy bears, and make the thesis' tables anew.
 #[derive(Debug, Subcommand)]
 pub enum Bench {
+    Curves(curves::Args),
     Engine(engine::Args),
     Latent(latent::Args),
     Learning(learning::Args),
@@ -26,6 +28,7 @@ impl Bench {
     /// Does it.
     pub fn run(self, output: &Output) -> Result<(), CliError> {
         match self {
+            Self::Curves(args) => curves::run(&args, output),
             Self::Engine(args) => engine::run(&args, output),
             Self::Latent(args) => latent::run(&args, output),
             Self::Learning(args) => learning::run(&args, output),

@@ -1,0 +1,20 @@
+//! Training of the Spline-based Transformer and its baselines (thesis chapter 3).
+//!
+//! The main path: something that has [`Sequences`] (here [`CurveSequences`], the families of 3.3.1) and a [`SequencePlan`]
+//! (Table A.1's rows are [`Experiment`]s) → [`SequenceTrainer`] → [`run::train`], which keeps a run's folder. The three
+//! [`Method`]s differ in how the decoder's tokens are made and in nothing else: same seed, same batches.
+
+mod curves;
+mod experiments;
+mod families;
+mod plan;
+pub mod run;
+mod sequences;
+mod train;
+
+pub use curves::{CurveSequences, CurvesPlan, HELD_OUT_SEED};
+pub use experiments::Experiment;
+pub use families::Family;
+pub use plan::{Method, SequencePlan};
+pub use sequences::{HeldOut, Sequences};
+pub use train::{Errors, SequenceMetrics, SequenceTrainer};

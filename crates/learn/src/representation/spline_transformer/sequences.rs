@@ -1,0 +1,40 @@
+//! What a [`super::SequenceTrainer`] learns from.
+
+use std::ops::Range;
+
+/// Sequences that are never trained on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum HeldOut {
+    /// Looked at during training, for the curve of the loss.
+    Validation,
+    /// Looked at when training is done, for the tables.
+    Test,
+}
+
+/// A source of sequences of one length. All of its numbers are determined by itself and the arguments, so methods that are
+/// given the same source meet the same batches, and a resumed run those that it would have met.
+pub trait Sequences {
+    /// What these sequences are: a run goes on only with a source that says the same.
+    fn describe(&self) -> String;
+
+    /// Numbers of one element of a sequence.
+    fn width(&self) -> usize;
+
+    /// Elements of a sequence.
+    fn tokens(&self) -> usize;
+
+    /// Training sequences of one iteration (counted from 0).
+    ///
+    /// # Shapes
+    /// `[count, tokens, width]`, row-major.
+    fn batch(&self, iteration: u64, count: usize) -> Vec<f32>;
+
+    /// How many there are of a set.
+    fn held_out_len(&self, set: HeldOut) -> usize;
+
+    /// Some of a set.
+    ///
+    /// # Shapes
+    /// `[range, tokens, width]`, row-major.
+    fn held_out(&self, set: HeldOut, range: Range<usize>) -> Vec<f32>;
+}

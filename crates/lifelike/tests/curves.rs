@@ -1,0 +1,74 @@
+//! `lifelike bench curves` with the smallest budget: tables, files, going on, and what is refused.
+
+#![allow(clippy::unwrap_used)]
+
+use std::path::Path;
+use std::process::{Command, Output};
+
+use serde_json::Value;
+
+fn bench(folder: &Path, arguments: &[&str]) -> Output {
+    let fixed = ["--quiet", "bench", "curves", "--budget", "smoke", "-o", folder.to_str().unwrap()];
+    Command::new(env!("CARGO_BIN_EXE_lifelike")).args(fixed).args(arguments).output().unwrap()
+}
+
+fn json(folder: &Path, arguments: &[&str]) -> Value {
+    let output = bench(folder, &[arguments, &["--json"]].concat());
+    assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
+    serde_json::from_slice(&output.stdout).unwrap()
+}
+
+#[test]
+fn a_comparison_is_made_once_and_printed_beside_the_thesis() {
+    let folder = tempfile::tempdir().unwrap();
+    let families = ["--families", "bezier-2,lissajous"];
+    let first = json(folder.path(), &families);
+    let runs = first["runs"].as_array().unwrap();
+    assert_eq!(runs.len(), 6);
+    for run in runs {
+        assert_eq!((&run["iterations"], &run["of"], &run["test_curves"]), (&40.into(), &40.into(), &64.into()));
+        assert!(run["mse"].as_f64().unwrap() > 0.0);
+        assert_eq!(run["looks"].as_array().unwrap().len(), 4);
+    }
+    assert_eq!(first["thesis"]["spline"]["bezier-2"], 2e-6);
+    let page = std::fs::read_to_string(folder.path().join("report.html")).unwrap();
+    assert!(page.contains("Table 3.1") && page.contains("<svg viewBox") && page.contains("log10"));
+    let saved: Value = serde_json::from_slice(&std::fs::read(folder.path().join("curves.json")).unwrap()).unwrap();
+    assert_eq!(saved, first);
+    // What is done is not trained again: even the clock stands where it stood.
+    assert_eq!(json(folder.path(), &families), first);
+    let text = String::from_utf8(bench(folder.path(), &families).stdout).unwrap();
+    assert!(text.contains("thesis: ALiBi-Cat") && text.contains("Bézier (2D)") && text.contains("2.00e-6"), "{text}");
+    assert!(!text.contains("Hypotrochoids"), "{text}");
+}
+
+#[test]
+fn rates_are_swept_with_and_without_warm_up() {
+    let folder = tempfile::tempdir().unwrap();
+    let one = ["--families", "lissajous", "--methods", "spline", "--iterations", "6"];
+    let sweep = json(folder.path(), &[&one[..], &["--rates", "1e-4,1e-2", "--warmup", "3"]].concat());
+    let runs = sweep["runs"].as_array().unwrap();
+    let setting = |run: &Value| (run["learning_rate"].as_f64().unwrap(), run["warmup"].as_u64().unwrap());
+    assert_eq!(runs.iter().map(setting).collect::<Vec<_>>(), [(1e-4, 0), (1e-4, 3), (1e-2, 0), (1e-2, 3)]);
+    let text = String::from_utf8(bench(folder.path(), &[&one[..], &["--rates", "1e-4"]].concat()).stdout).unwrap();
+    assert!(text.contains("spread") && text.contains("1e-4"), "{text}");
+}
+
+#[test]
+fn what_makes_no_sense_is_refused_before_anything_is_trained() {
+    let folder = tempfile::tempdir().unwrap();
+    let refused = |arguments: &[&str], code: i32, says: &str| {
+        let output = bench(folder.path(), arguments);
+        let text = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(code), "{arguments:?}: {text}");
+        assert!(text.contains(says), "{arguments:?}: {text}");
+    };
+    refused(&["--families", "spirals"], 2, "hypotrochoids");
+    refused(&["--methods", "sine"], 2, "alibi-cat");
+    refused(&["--minutes", "0"], 2, "--minutes");
+    refused(&["--rates", "-1"], 2, "");
+    refused(&["--iterations", "0"], 3, "plan: iterations: expected 1 to");
+    refused(&["--seed", "3310"], 3, "the test curves'");
+    refused(&["training.widht=3"], 3, "widht");
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
+}
