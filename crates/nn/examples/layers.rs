@@ -3,16 +3,16 @@
 //!
 //! Prints the median and the best of several steps, and for the convolutions also burn's own `conv1d` on the same job.
 
-use std::time::Instant;
+mod stopwatch;
 
 use burn::module::Module;
 use burn::tensor::ops::ConvOptions;
-use burn::tensor::{Tensor, TensorData};
 use lifelike_nn::adam::{Adam, AdamConfig};
 use lifelike_nn::conv_resnet::{Conv3, ResBlock};
 use lifelike_nn::gradients::Gradients;
 use lifelike_nn::mlp::MlpConfig;
-use lifelike_nn::{device, init, memory, rng};
+use lifelike_nn::{device, memory};
+use stopwatch::{random, time};
 
 fn main() {
     if std::env::args().any(|a| a == "tune") {
@@ -24,51 +24,32 @@ fn main() {
         let mut mlp = MlpConfig::new(inputs, &hidden, 20).init(0, "bench", &device::training());
         let mut adam = Adam::new(AdamConfig::adam());
         let x = random([batch, inputs]);
-        time(&format!("MLP {name}, batch {batch}, forward + backward + Adam"), || {
+        time(&format!("MLP {name}, batch {batch}, forward + backward + Adam"), 15, || {
             let gradients = Gradients::of(&mlp, mlp.forward(x.clone()).square().mean().backward());
             mlp = adam.step(mlp.clone(), gradients, 1e-4);
         });
         let fixed = mlp.valid();
         let x = random([256, inputs]).inner();
-        time(&format!("MLP {name}, inference of 256"), || {
+        time(&format!("MLP {name}, inference of 256"), 15, || {
             std::hint::black_box(fixed.forward(x.clone()).into_data());
         });
     }
     for (batch, channels) in [(128, 48), (512, 104)] {
         let block = ResBlock::new(channels, 0, "bench", &device::training());
         let x = random([16, batch, channels]);
-        time(&format!("ResBlock {channels} channels, {batch} x 16 steps, forward + backward"), || {
+        time(&format!("ResBlock {channels} channels, {batch} x 16 steps, forward + backward"), 15, || {
             Gradients::of(&block, block.forward(x.clone()).square().mean().backward());
         });
         let conv = Conv3::new(channels, channels, 0, "bench", &device::training());
-        time("  of it Conv3", || {
+        time("  of it Conv3", 15, || {
             Gradients::of(&conv, conv.forward(x.clone()).square().mean().backward());
         });
         let weight = random([channels, channels, 3]).require_grad();
         let x = random([batch, channels, 16]).require_grad();
-        time("  burn's conv1d for the same", || {
+        time("  burn's conv1d for the same", 15, || {
             let options = ConvOptions::new([1], [1], [1], 1);
             let y = burn::tensor::module::conv1d(x.clone(), weight.clone(), None, options);
             std::hint::black_box(y.square().mean().backward());
         });
     }
-}
-
-fn random<const D: usize>(shape: [usize; D]) -> Tensor<D> {
-    let count = shape.iter().product();
-    let values = init::uniform_by_fan_in(&mut rng::stream(1, "bench", 0, 0), count, 3, 1.0);
-    Tensor::from_data(TensorData::new(values, shape), &device::training())
-}
-
-fn time(name: &str, mut job: impl FnMut()) {
-    job();
-    let mut times: Vec<f64> = (0..15)
-        .map(|_| {
-            let start = Instant::now();
-            job();
-            start.elapsed().as_secs_f64() * 1e3
-        })
-        .collect();
-    times.sort_by(f64::total_cmp);
-    println!("{name}: median {:.2} ms, best {:.2} ms", times[times.len() / 2], times[0]);
 }

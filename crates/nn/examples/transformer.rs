@@ -3,12 +3,12 @@
 //!
 //! Prints the median and the best of several runs.
 
-use std::time::Instant;
+mod stopwatch;
 
-use burn::tensor::{Tensor, TensorData};
 use lifelike_nn::gradients::Gradients;
 use lifelike_nn::transformer::{Attention, AutoencoderConfig, Block, alibi, backprop};
-use lifelike_nn::{device, init, memory, rng};
+use lifelike_nn::{device, memory};
+use stopwatch::{random, time};
 
 fn main() {
     if !std::env::args().any(|a| a == "plain") {
@@ -55,23 +55,4 @@ fn main() {
             }
         });
     }
-}
-
-fn random<const D: usize>(shape: [usize; D]) -> Tensor<D> {
-    let count = shape.iter().product();
-    let values = init::normal(&mut rng::stream(1, "bench", 0, 0), count, 1.0);
-    Tensor::from_data(TensorData::new(values, shape), &device::training())
-}
-
-fn time(name: &str, runs: usize, mut job: impl FnMut()) {
-    job();
-    let mut times: Vec<f64> = (0..runs)
-        .map(|_| {
-            let start = Instant::now();
-            job();
-            start.elapsed().as_secs_f64() * 1e3
-        })
-        .collect();
-    times.sort_by(f64::total_cmp);
-    println!("{name}: median {:.2} ms, best {:.2} ms", times[times.len() / 2], times[0]);
 }

@@ -55,6 +55,18 @@ pub enum DeviceError {
 }
 
 impl Processor {
+    /// Those that this build knows how to open.
+    pub fn built() -> Vec<Self> {
+        let mut all = vec![Self::Cpu];
+        if cfg!(feature = "cuda") {
+            all.push(Self::Cuda(0));
+        }
+        if cfg!(feature = "wgpu") {
+            all.push(Self::Wgpu);
+        }
+        all
+    }
+
     /// Opens it, and computes something on it: a card without a driver is noticed here and not in the middle of a run.
     ///
     /// # Errors

@@ -9,7 +9,7 @@ use crate::error::CliError;
 #[derive(Debug, Clone, Default, clap::Args)]
 pub struct Networks {
     /// Where networks learn: cpu, cuda:N or wgpu (any card with Vulkan, Metal or DirectX 12). A card needs a build with
-    /// --features cuda or wgpu, and pays off for large networks and minibatches.
+    /// --features cuda or wgpu, and is meant for large networks and minibatches.
     #[arg(long, default_value_t, value_name = "DEVICE")]
     pub device: Processor,
 }

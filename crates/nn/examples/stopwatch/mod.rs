@@ -1,0 +1,27 @@
+//! What the examples measure with.
+
+use std::time::Instant;
+
+use burn::tensor::{Tensor, TensorData};
+use lifelike_nn::{device, init, rng};
+
+/// Random numbers on the training device.
+pub fn random<const D: usize>(shape: [usize; D]) -> Tensor<D> {
+    let count = shape.iter().product();
+    let values = init::normal(&mut rng::stream(1, "bench", 0, 0), count, 1.0);
+    Tensor::from_data(TensorData::new(values, shape), &device::training())
+}
+
+/// Does the job once and then so many times more; prints median and best of those.
+pub fn time(name: &str, runs: usize, mut job: impl FnMut()) {
+    job();
+    let mut times: Vec<f64> = (0..runs)
+        .map(|_| {
+            let start = Instant::now();
+            job();
+            start.elapsed().as_secs_f64() * 1e3
+        })
+        .collect();
+    times.sort_by(f64::total_cmp);
+    println!("{name}: median {:.2} ms, best {:.2} ms", times[times.len() / 2], times[0]);
+}
