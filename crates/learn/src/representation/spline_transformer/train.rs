@@ -9,6 +9,7 @@ use lifelike_nn::gradients::Gradients;
 use lifelike_nn::numbers::read;
 use lifelike_nn::transformer::backprop::{self, PassError};
 use lifelike_nn::transformer::{Sampling, SplineAutoencoder};
+use rayon::prelude::*;
 
 use super::plan::SequencePlan;
 use super::sequences::{HeldOut, Sequences};
@@ -113,8 +114,9 @@ impl<S: Sequences> SequenceTrainer<S> {
         let (plan, i) = (&self.plan, self.iteration);
         let x = self.data.batch(i, plan.batch);
         let (mut gradients, mut loss) = (Gradients::default(), 0.0);
-        for part in x.chunks(plan.part * self.data.tokens() * self.data.width()) {
-            let (squares, slopes) = self.gradient(part, x.len())?;
+        // Summed in the parts' order, whichever core had which, so the number of cores changes no bit.
+        for part in self.gradients(&x)? {
+            let (squares, slopes) = part;
             loss += squares / x.len() as f64;
             gradients = sum(gradients, slopes);
         }
@@ -133,15 +135,20 @@ impl<S: Sequences> SequenceTrainer<S> {
         Ok(SequenceMetrics { iteration, loss, learning_rate, gradient_norm, skipped })
     }
 
-    /// Sum of squared errors of some sequences, and the gradient of that sum by `numbers`.
-    fn gradient(&self, x: &[f32], numbers: usize) -> Result<(f64, Gradients), LearnError> {
-        if self.by_hand() {
-            let (y, pass) = backprop::forward(&self.network, x.to_vec(), self.data.tokens())?;
-            let squares = squared(&y.sequence, x);
-            let scale = 2.0 / numbers as f32;
-            let slopes = y.sequence.iter().zip(x).map(|(y, x)| (y - x) * scale).collect();
-            return Ok((squares, backprop::backward(&self.network, pass, slopes, None)?));
+    /// Of every part of a batch, the sum of squared errors and its gradient by the batch's numbers.
+    fn gradients(&self, x: &[f32]) -> Result<Vec<(f64, Gradients)>, LearnError> {
+        let tokens = self.data.tokens();
+        let parts = x.chunks(self.plan.part * tokens * self.data.width());
+        if !self.by_hand() {
+            return parts.map(|part| self.recorded(part, x.len())).collect();
         }
+        // A core for each part: whole passes side by side wait for each other less than every product's rows would.
+        let parts: Vec<_> = parts.map(|part| (self.network.clone(), part)).collect();
+        parts.into_par_iter().map(|(network, part)| by_hand(&network, part, tokens, x.len())).collect()
+    }
+
+    /// One part, by automatic differentiation.
+    fn recorded(&self, x: &[f32], numbers: usize) -> Result<(f64, Gradients), LearnError> {
         let x = self.tensor(x);
         let y = self.network.forward(x.clone()).map_err(PassError::from)?;
         let loss = (y - x).square().sum();
@@ -227,6 +234,20 @@ impl<S: Sequences> SequenceTrainer<S> {
         (run.iteration, run.skipped) = (progress[0], progress[1]);
         Ok(run)
     }
+}
+
+/// One part, by the gradient that is written out.
+fn by_hand(
+    network: &SplineAutoencoder,
+    x: &[f32],
+    tokens: usize,
+    numbers: usize,
+) -> Result<(f64, Gradients), LearnError> {
+    let (y, pass) = backprop::forward(network, x.to_vec(), tokens)?;
+    let squares = squared(&y.sequence, x);
+    let scale = 2.0 / numbers as f32;
+    let slopes = y.sequence.iter().zip(x).map(|(y, x)| (y - x) * scale).collect();
+    Ok((squares, backprop::backward(network, pass, slopes, None)?))
 }
 
 /// Sum of squared differences.
