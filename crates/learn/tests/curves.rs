@@ -6,7 +6,7 @@ use std::ops::ControlFlow;
 use std::path::Path;
 
 use lifelike_learn::representation::spline_transformer::{
-    CurveSequences, CurvesPlan, Family, HeldOut, Method, SequencePlan, SequenceTrainer, Sequences, run,
+    CurveSequences, CurvesPlan, Family, HeldOut, Method, SequencePlan, SequenceTrainer, Sequences, Spread, run,
 };
 use lifelike_nn::adam::Rule;
 use lifelike_nn::device;
@@ -73,14 +73,32 @@ fn methods_meet_the_same_batches_and_only_the_latent_tokens_differ() {
 #[test]
 fn parts_of_a_batch_give_the_gradient_of_the_whole() {
     let plan = tiny(Family::Lissajous, Method::Spline, 4);
-    let step = |part| {
-        let plan = CurvesPlan { training: SequencePlan { part, ..plan.training.clone() }, ..plan.clone() };
-        trainer(&plan).step().unwrap()
+    let step = |part, spread| {
+        let training = SequencePlan { part, spread, ..plan.training.clone() };
+        trainer(&CurvesPlan { training, ..plan.clone() }).step().unwrap()
     };
-    let (whole, parts) = (step(32), step(5));
-    for (a, b) in [(whole.loss, parts.loss), (whole.gradient_norm, parts.gradient_norm)] {
-        assert!((a - b).abs() < 1e-5 * a, "{a} {b}");
+    // Points of a fresh network are about 1 apart.
+    let drive = Some(Spread { weight: 1e3, floor: 10.0 });
+    for spread in [None, drive] {
+        let (whole, parts) = (step(32, spread), step(5, spread));
+        for (a, b) in [(whole.loss, parts.loss), (whole.gradient_norm, parts.gradient_norm)] {
+            assert!((a - b).abs() < 1e-5 * a, "{a} {b}");
+        }
     }
+    assert!(step(32, drive).gradient_norm > 2.0 * step(32, None).gradient_norm, "the penalty is felt");
+}
+
+#[test]
+fn the_number_of_threads_changes_no_bit() {
+    let bytes = |threads| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| {
+            let mut run = trainer(&tiny(Family::Lissajous, Method::Spline, 4));
+            run.step().unwrap();
+            run.checkpoint().unwrap().to_bytes().unwrap()
+        })
+    };
+    assert!(bytes(1) == bytes(3));
 }
 
 #[test]

@@ -11,6 +11,7 @@ mod plan;
 mod recordings;
 pub mod run;
 mod sequences;
+mod spread;
 mod train;
 
 pub use curves::{CurveSequences, CurvesPlan, HELD_OUT_SEED};
@@ -19,4 +20,5 @@ pub use families::Family;
 pub use plan::{Method, SequencePlan};
 pub use recordings::{Recording, Split, Windows};
 pub use sequences::{HeldOut, Sequences};
+pub use spread::Spread;
 pub use train::{Errors, SequenceMetrics, SequenceTrainer};

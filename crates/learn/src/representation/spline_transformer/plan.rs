@@ -8,6 +8,7 @@ use lifelike_nn::schedules::cosine;
 use lifelike_nn::spline::Spline;
 use lifelike_nn::transformer::{AutoencoderConfig, LatentTokens};
 
+use super::spread::Spread;
 use crate::LearnError;
 use crate::limits::{range, whole, wrong};
 
@@ -105,6 +106,10 @@ pub struct SequencePlan {
     /// Gradients are scaled down to this norm; without it they are not clipped, as in the thesis.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub max_gradient_norm: Option<f64>,
+    /// Our other remedy: a penalty on control points that come close to each other; none in the thesis. Without effect on the
+    /// baselines, which have one control point.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub spread: Option<Spread>,
     /// Iterations between two looks at the validation set.
     pub validate_every: u64,
 }
@@ -126,6 +131,7 @@ impl Default for SequencePlan {
             learning_rate: 1e-3,
             warmup: 0,
             max_gradient_norm: None,
+            spread: None,
             validate_every: 500,
         }
     }
@@ -152,6 +158,10 @@ impl SequencePlan {
         whole("warmup", self.warmup, 0, self.iterations)?;
         if let Some(norm) = self.max_gradient_norm {
             range("max_gradient_norm", norm, 1e-9, 1e9)?;
+        }
+        if let Some(spread) = self.spread {
+            range("spread.weight", spread.weight, 0.0, 1e6)?;
+            range("spread.floor", spread.floor, 1e-6, 1e6)?;
         }
         whole("validate_every", self.validate_every, 1, 1 << 40)
     }
@@ -182,7 +192,12 @@ mod tests {
 
     #[test]
     fn a_plan_survives_toml() {
-        let plan = SequencePlan { max_gradient_norm: Some(1.5), method: Method::AlibiCat, ..SequencePlan::default() };
+        let plan = SequencePlan {
+            max_gradient_norm: Some(1.5),
+            spread: Some(Spread { weight: 0.1, floor: 0.5 }),
+            method: Method::AlibiCat,
+            ..SequencePlan::default()
+        };
         for plan in [plan, SequencePlan::default()] {
             assert_eq!(toml::from_str::<SequencePlan>(&toml::to_string(&plan).unwrap()).unwrap(), plan);
         }

@@ -13,6 +13,7 @@ use rayon::prelude::*;
 
 use super::plan::SequencePlan;
 use super::sequences::{HeldOut, Sequences};
+use super::spread;
 use crate::LearnError;
 
 /// What one iteration did. All of it is determined by plan and data.
@@ -144,16 +145,25 @@ impl<S: Sequences> SequenceTrainer<S> {
         }
         // A core for each part: whole passes side by side wait for each other less than every product's rows would.
         let parts: Vec<_> = parts.map(|part| (self.network.clone(), part)).collect();
-        parts.into_par_iter().map(|(network, part)| by_hand(&network, part, tokens, x.len())).collect()
+        let plan = &self.plan;
+        parts.into_par_iter().map(|(network, part)| by_hand(plan, &network, part, tokens, x.len())).collect()
     }
 
     /// One part, by automatic differentiation.
     fn recorded(&self, x: &[f32], numbers: usize) -> Result<(f64, Gradients), LearnError> {
         let x = self.tensor(x);
-        let y = self.network.forward(x.clone()).map_err(PassError::from)?;
-        let loss = (y - x).square().sum();
-        let squares = read(loss.clone().inner())?.into_iter().map(f64::from).sum();
-        Ok((squares, Gradients::of(&self.network, loss.div_scalar(numbers as f64).backward())))
+        let points = self.network.encode(x.clone());
+        let sampling = Sampling::each(self.data.tokens());
+        let y = self.network.decode(points.clone(), &sampling).map_err(PassError::from)?;
+        let squares = (y - x).square().sum();
+        let mut loss = squares.clone().div_scalar(numbers as f64);
+        if let Some(slopes) = penalty(&self.plan, &read(points.clone().inner())?) {
+            // A product whose derivative by the points is the slope that is written out.
+            let slopes = Tensor::from_data(TensorData::new(slopes, points.dims()), &points.device());
+            loss = loss + (points * slopes).sum();
+        }
+        let squares = read(squares.inner())?.into_iter().map(f64::from).sum();
+        Ok((squares, Gradients::of(&self.network, loss.backward())))
     }
 
     /// The gradient that is written out is for the CPU.
@@ -236,8 +246,16 @@ impl<S: Sequences> SequenceTrainer<S> {
     }
 }
 
+/// The slope of [`spread::penalty`] by the control points, where the plan wants one.
+fn penalty(plan: &SequencePlan, control_points: &[f32]) -> Option<Vec<f32>> {
+    let points = plan.method.tokens().control_points();
+    let spread = plan.spread.filter(|_| points > 1)?;
+    Some(spread::penalty(spread, control_points, points, plan.latent, plan.batch).1)
+}
+
 /// One part, by the gradient that is written out.
 fn by_hand(
+    plan: &SequencePlan,
     network: &SplineAutoencoder,
     x: &[f32],
     tokens: usize,
@@ -247,7 +265,8 @@ fn by_hand(
     let squares = squared(&y.sequence, x);
     let scale = 2.0 / numbers as f32;
     let slopes = y.sequence.iter().zip(x).map(|(y, x)| (y - x) * scale).collect();
-    Ok((squares, backprop::backward(network, pass, slopes, None)?))
+    let apart = penalty(plan, &y.control_points);
+    Ok((squares, backprop::backward(network, pass, slopes, apart)?))
 }
 
 /// Sum of squared differences.
