@@ -4,11 +4,13 @@
 //! [`vae::MotionVae`] trained by [`train_prior::PriorTrainer`] on eqs. 4.3-4.4 ([`loss`]) → [`prior::MotionPrior`], one file
 //! that encodes any clip of the same character into one z_t per frame. [`latent`] says what such codes are worth.
 //!
-//! Beside it [`spline_transformer`]: whole sequences as a few control points of a latent curve (thesis chapter 3).
+//! Beside it [`spline_transformer`]: whole sequences as a few control points of a latent curve (thesis chapter 3), and
+//! [`motion_spline`]: a robot's motion as such curves, to be edited by them.
 
 pub mod dataset;
 pub mod latent;
 pub mod loss;
+pub mod motion_spline;
 pub mod plan;
 pub mod prior;
 pub mod reconstruction;

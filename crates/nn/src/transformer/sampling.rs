@@ -25,6 +25,11 @@ impl Sampling {
         Self { positions: (0..samples).map(scaled).collect(), last }
     }
 
+    /// Tokens at these positions, from 0 to `tokens` − 1.
+    pub fn at(positions: Vec<f64>, tokens: usize) -> Self {
+        Self { positions, last: tokens.saturating_sub(1) as f64 }
+    }
+
     /// `factor − 1` new tokens between any two of `tokens`; every `factor`-th is an original one, exactly.
     pub fn refined(tokens: usize, factor: usize) -> Self {
         Self::even(tokens, refined(tokens, factor))
@@ -69,6 +74,8 @@ mod tests {
                 assert_eq!(fine.parameters()[i * factor], coarse.parameters()[i]);
             }
         }
+        let some = Sampling::at(vec![0.0, 2.5, 9.0], 10);
+        assert_eq!(some.parameters(), [0.0, 2.5 / 9.0, 1.0]);
         let twice = Sampling::even(10, 20);
         assert_eq!((twice.len(), twice.positions()[0], twice.positions()[19]), (20, 0.0, 9.0));
         assert!(Sampling::even(10, 0).is_empty());

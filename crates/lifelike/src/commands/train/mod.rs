@@ -1,8 +1,9 @@
-//! `lifelike train ...`: a motion prior, then a policy.
+//! `lifelike train ...`: a motion prior, then a policy; a motion spline for editing.
 
 pub mod hardware;
 pub mod prior;
 pub mod processes;
+pub mod spline;
 pub mod tracker;
 
 use std::path::{Path, PathBuf};
@@ -12,11 +13,12 @@ use clap::Subcommand;
 use crate::error::CliError;
 use crate::output::Output;
 
-/// Train a motion prior or a tracking policy.
+/// Train a motion prior, a tracking policy, or a motion spline.
 #[derive(Debug, Subcommand)]
 pub enum Train {
     Prior(prior::Args),
     Tracker(tracker::Args),
+    Spline(spline::Args),
 }
 
 impl Train {
@@ -25,6 +27,7 @@ impl Train {
         match self {
             Self::Prior(args) => prior::run(&args, output),
             Self::Tracker(args) => tracker::run(&args, output),
+            Self::Spline(args) => spline::run(&args, output),
         }
     }
 }

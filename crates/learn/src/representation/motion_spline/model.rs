@@ -1,0 +1,204 @@
+//! A trained network with everything that it needs to be used: names, rate, scales, as one file (`*.spline.safetensors`).
+
+use std::path::Path;
+
+use burn::module::Module;
+use burn::tensor::{Tensor, TensorData};
+use lifelike_motion::MotionClip;
+use lifelike_motion::resample::resample;
+use lifelike_nn::checkpoint::Checkpoint;
+use lifelike_nn::device;
+use lifelike_nn::numbers::read;
+use lifelike_nn::transformer::backprop::PassError;
+use lifelike_nn::transformer::{Sampling, SplineAutoencoder};
+
+use super::plan::MotionSplinePlan;
+use super::poses::Poses;
+use super::scales::Scales;
+use super::splined::SplinedClip;
+use crate::LearnError;
+use crate::representation::spline_transformer::{Recording, Split, Windows};
+
+const KIND: &str = "motion spline";
+
+/// How well a clip comes back from control points alone, without the detail that editing carries along.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct ClipErrors {
+    /// The clip.
+    pub clip: String,
+    /// Frames.
+    pub frames: usize,
+    /// Root mean square error of joints (deg).
+    pub joints_deg: f64,
+    /// Of the root's height (mm).
+    pub height_mm: f64,
+    /// Of the velocity over the ground (m/s).
+    pub velocity: f64,
+}
+
+/// A network that makes control points of a robot's motion, and motion of control points.
+#[derive(Debug, Clone)]
+pub struct MotionSpline {
+    plan: MotionSplinePlan,
+    joints: Vec<String>,
+    scales: Scales,
+    network: SplineAutoencoder,
+}
+
+/// Clips by what they are for, as in [`Split`].
+#[derive(Debug, Clone, Default)]
+pub struct SplitClips {
+    /// To train on.
+    pub training: Vec<MotionClip>,
+    /// For the curve of the loss.
+    pub validation: Vec<MotionClip>,
+    /// For the errors at the end.
+    pub test: Vec<MotionClip>,
+}
+
+impl MotionSpline {
+    /// What to train on: rows of all clips at the plan's rate, scaled by the training clips' statistics.
+    ///
+    /// # Errors
+    /// Clips with other joints than the first; none as long as a segment; a plan out of range.
+    pub fn data(plan: &MotionSplinePlan, clips: &SplitClips) -> Result<(Windows, Scales, Vec<String>), LearnError> {
+        plan.check()?;
+        let joints = clips.training.first().map(|clip| clip.joint_names.clone()).unwrap_or_default();
+        let poses = |clips: &[MotionClip]| -> Result<Vec<(String, Poses)>, LearnError> {
+            clips.iter().map(|clip| Ok((clip.name.clone(), poses_of(clip, &joints, plan.frame_rate)?))).collect()
+        };
+        let training = poses(&clips.training)?;
+        let scales = Scales::of(training.iter().map(|(_, poses)| poses), joints.len());
+        let recordings = |all: Vec<(String, Poses)>| -> Vec<Recording> {
+            let recording = |(name, poses): (String, Poses)| Recording { name, rows: scales.normalized(&poses.rows) };
+            all.into_iter().map(recording).collect()
+        };
+        let split = Split {
+            training: recordings(training),
+            validation: recordings(poses(&clips.validation)?),
+            test: recordings(poses(&clips.test)?),
+        };
+        let what = format!("{} at {} Hz", plan.robot, plan.frame_rate);
+        let windows = Windows::new(&what, Poses::ROOT + joints.len(), plan.frames, plan.training.seed, split)?;
+        Ok((windows, scales, joints))
+    }
+
+    /// What a training on [`Self::data`] has learned.
+    pub fn new(plan: MotionSplinePlan, joints: Vec<String>, scales: Scales, network: &SplineAutoencoder) -> Self {
+        Self { plan, joints, scales, network: network.valid().fork(&device::inference()) }
+    }
+
+    /// The plan it was trained by.
+    pub fn plan(&self) -> &MotionSplinePlan {
+        &self.plan
+    }
+
+    /// Joints by name, in its order.
+    pub fn joints(&self) -> &[String] {
+        &self.joints
+    }
+
+    /// Numbers of a control point.
+    pub fn latent(&self) -> usize {
+        self.plan.training.latent
+    }
+
+    /// Control points of a segment.
+    pub fn control_points(&self) -> usize {
+        self.network.tokens().control_points()
+    }
+
+    /// A clip as control points.
+    ///
+    /// # Errors
+    /// A clip of other joints, or one that is broken.
+    pub fn encode(&self, clip: &MotionClip) -> Result<SplinedClip, LearnError> {
+        SplinedClip::of(self, clip)
+    }
+
+    /// The clip's poses, joints in this model's order, at a rate (Hz).
+    pub(super) fn poses(&self, clip: &MotionClip, fps: f64) -> Result<Poses, LearnError> {
+        poses_of(clip, &self.joints, fps)
+    }
+
+    /// Control points of segments.
+    ///
+    /// # Shapes
+    /// Poses `[segments, frames, width]` (SI) to `[segments, control points, latent]`.
+    pub(super) fn control(&self, rows: &[f64]) -> Result<Vec<f32>, LearnError> {
+        let (tokens, width) = (self.plan.frames, Poses::ROOT + self.joints.len());
+        let x = self.scales.normalized(rows);
+        let shape = [x.len() / (tokens * width), tokens, width];
+        let x = Tensor::from_data(TensorData::new(x, shape), &device::inference());
+        Ok(read(self.network.encode(x))?)
+    }
+
+    /// Poses of one segment.
+    ///
+    /// # Shapes
+    /// `[control points, latent]` to `[sampling, width]` (SI).
+    pub(super) fn poses_at(&self, control_points: &[f32], sampling: &Sampling) -> Result<Vec<f64>, LearnError> {
+        let shape = [1, self.control_points(), self.latent()];
+        let points = Tensor::from_data(TensorData::new(control_points.to_vec(), shape), &device::inference());
+        let y = self.network.decode(points, sampling).map_err(PassError::from)?;
+        Ok(self.scales.denormalized(&read(y)?))
+    }
+
+    /// How well clips come back from control points alone, each at its own rate.
+    ///
+    /// # Errors
+    /// As [`Self::encode`].
+    pub fn errors(&self, clips: &[MotionClip]) -> Result<Vec<ClipErrors>, LearnError> {
+        clips.iter().map(|clip| self.encode(clip)?.errors(self)).collect()
+    }
+
+    /// Writes it, all at once or not at all.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub fn save(&self, path: &Path) -> Result<(), LearnError> {
+        let mut checkpoint = Checkpoint::new();
+        checkpoint.set_meta("kind", &KIND)?;
+        checkpoint.set_meta("plan", &self.plan)?;
+        checkpoint.set_meta("joints", &self.joints)?;
+        self.scales.save_into(&mut checkpoint)?;
+        checkpoint.put_module("network", &self.network)?;
+        Ok(checkpoint.save(path)?)
+    }
+
+    /// Reads it.
+    ///
+    /// # Errors
+    /// A damaged file, one that is none, or a plan out of range.
+    pub fn load(path: &Path) -> Result<Self, LearnError> {
+        let checkpoint = Checkpoint::load(path)?;
+        let kind: String = checkpoint.meta("kind")?;
+        if kind != KIND {
+            let what = path.display().to_string();
+            return Err(LearnError::Mismatch { what, expected: format!("a {KIND}"), got: kind });
+        }
+        let plan: MotionSplinePlan = checkpoint.meta("plan")?;
+        plan.check()?;
+        let joints: Vec<String> = checkpoint.meta("joints")?;
+        let width = Poses::ROOT + joints.len();
+        let scales = Scales::load_from(&checkpoint, width)?;
+        let network = plan.training.network(width).init(0, "loaded", &device::inference())?;
+        let network = checkpoint.load_module("network", network)?;
+        Ok(Self { plan, joints, scales, network })
+    }
+}
+
+/// Poses at a rate, the joints by name in this order.
+fn poses_of(clip: &MotionClip, joints: &[String], fps: f64) -> Result<Poses, LearnError> {
+    let clip = resample(clip, fps)?;
+    let column = |name: &String| clip.joint_names.iter().position(|own| own == name);
+    let columns: Option<Vec<usize>> = joints.iter().map(column).collect();
+    let Some(columns) = columns.filter(|all| all.len() == clip.joint_names.len()) else {
+        let (expected, got) = (format!("joints {joints:?}"), format!("{:?}", clip.joint_names));
+        return Err(LearnError::Mismatch { what: format!("clip '{}'", clip.name), expected, got });
+    };
+    let mut ordered = clip.clone();
+    ordered.joints =
+        (0..clip.len()).flat_map(|f| columns.iter().map(move |c| (f, *c))).map(|(f, c)| clip.joints_at(f)[c]).collect();
+    Ok(Poses::of(&ordered))
+}

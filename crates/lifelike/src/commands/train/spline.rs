@@ -1,0 +1,154 @@
+//! `lifelike train spline`: a robot's motion as a few control points, for `lifelike motion edit`.
+
+use std::ops::ControlFlow;
+use std::path::PathBuf;
+use std::sync::atomic::Ordering;
+
+use lifelike_learn::representation::motion_spline::{ClipErrors, MotionSpline, MotionSplinePlan, SplitClips};
+use lifelike_learn::representation::spline_transformer::run as folders;
+use lifelike_learn::run::RunFolder;
+use lifelike_robot::Robot;
+use serde_json::json;
+
+use super::hardware::Networks;
+use super::run_folder;
+use crate::commands::clips;
+use crate::error::CliError;
+use crate::output::{Output, table};
+use crate::progress::Progress;
+use crate::{interrupt, overrides};
+
+/// Train a Spline-based Transformer on a robot's motion (thesis chapter 3): what `lifelike motion edit` edits with.
+///
+/// Windows of some seconds become four control points of a latent curve, and again motion. The run is a folder: plan.toml,
+/// metrics.jsonl, checkpoints, and at the end motion.spline.safetensors with a table of how well clips come back. Ctrl-C saves
+/// and stops; the same command goes on.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+Examples:
+  lifelike train spline --plan experiments/spline-lima.toml
+  lifelike train spline --plan experiments/spline-lima.toml -o runs/small training.width=64 training.iterations=1000
+  lifelike train spline -o runs/small --resume
+
+A plan names robot, clips, clips for validation and for testing, and under [training] whatever differs from the defaults.
+Clips of other robots are refused; captured motion and keyframes are retargeted on the way.")]
+pub struct Args {
+    /// The plan, a TOML file; with --resume the run's own plan is used.
+    #[arg(long)]
+    pub plan: Option<PathBuf>,
+    /// The run's folder; runs/ and the plan's name where not given.
+    #[arg(short, long)]
+    pub output: Option<PathBuf>,
+    /// Go on with the run in the folder.
+    #[arg(long)]
+    pub resume: bool,
+    #[command(flatten)]
+    pub networks: Networks,
+    /// Changes to the plan, by dotted path.
+    #[arg(value_name = "KEY=VALUE")]
+    pub overrides: Vec<String>,
+}
+
+/// Runs the command.
+pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
+    let folder = run_folder(args.output.as_deref(), args.plan.as_deref())?;
+    let plan: MotionSplinePlan = match (&args.plan, args.resume) {
+        (None, true) if args.overrides.is_empty() => RunFolder::open(&folder)?.plan()?,
+        (_, true) => return Err(CliError::Usage("a run goes on with the plan it was started with".into())),
+        (Some(path), false) => overrides::load(path, &args.overrides)?,
+        (None, false) => return Err(CliError::Usage("say what to train with --plan FILE".into())),
+    };
+    plan.check()?;
+    let robot = Robot::load(&plan.robot)?;
+    let clips = SplitClips {
+        training: clips::load(&plan.clips, &robot)?,
+        validation: clips::load(&plan.validation, &robot)?,
+        test: clips::load(&plan.test, &robot)?,
+    };
+    apart(&clips)?;
+    let (data, scales, joints) = MotionSpline::data(&plan, &clips)?;
+    let windows = data.training_len();
+    let stop = interrupt::flag()?;
+    let total = plan.training.iterations;
+    let mut progress = Progress::new(output, "training", total);
+    let trainer = folders::train(&folder, &plan, &plan.training, data, &args.networks.open()?, |now| {
+        progress.update(now.iteration, total, || format!("error {:.3}", now.loss));
+        if stop.load(Ordering::SeqCst) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    })?;
+    progress.finish();
+    let model = MotionSpline::new(plan, joints, scales, trainer.network());
+    let path = folder.join("motion.spline.safetensors");
+    model.save(&path)?;
+    let (of, judged) = if clips.test.is_empty() {
+        ("training clips", &clips.training)
+    } else {
+        ("test clips, never trained on", &clips.test)
+    };
+    let mut errors = model.errors(judged)?;
+    errors.sort_by(|a, b| b.joints_deg.total_cmp(&a.joints_deg));
+    let value = json!({
+        "run": folder, "model": path, "iterations": trainer.iteration(), "parameters": trainer.parameters(),
+        "training_clips": clips.training.len(), "training_windows": windows, "judged_on": of, "clips": errors,
+        "mean": mean(&errors),
+    });
+    let text = serde_json::to_string_pretty(&value).map_err(|e| CliError::Failed(e.to_string()))?;
+    let file = folder.join("reconstruction.json");
+    std::fs::write(&file, text).map_err(CliError::write(&file))?;
+    output.result(&value, || {
+        format!(
+            "{} of {total} iterations, {} parameters, {} clips with {windows} windows; from control points alone, {} {of}:\n\n{}\nmodel: {}\n",
+            trainer.iteration(),
+            trainer.parameters(),
+            clips.training.len(),
+            errors.len(),
+            text_of(&errors),
+            path.display()
+        )
+    })?;
+    if !trainer.is_done() {
+        return Err(CliError::Interrupted(format!("go on with --resume -o {}", folder.display())));
+    }
+    Ok(())
+}
+
+/// No clip may be both trained on and tested on.
+fn apart(clips: &SplitClips) -> Result<(), CliError> {
+    for (what, aside) in [("validation", &clips.validation), ("test", &clips.test)] {
+        if let Some(both) = aside.iter().find(|clip| clips.training.iter().any(|own| own.name == clip.name)) {
+            return Err(CliError::Input(format!("{what}: clip '{}' is also among the clips to train on", both.name)));
+        }
+    }
+    Ok(())
+}
+
+/// Root mean square over all frames.
+fn mean(errors: &[ClipErrors]) -> ClipErrors {
+    let frames: usize = errors.iter().map(|e| e.frames).sum();
+    let rms = |of: fn(&ClipErrors) -> f64| {
+        (errors.iter().map(|e| e.frames as f64 * of(e).powi(2)).sum::<f64>() / frames.max(1) as f64).sqrt()
+    };
+    ClipErrors {
+        clip: "all".into(),
+        frames,
+        joints_deg: rms(|e| e.joints_deg),
+        height_mm: rms(|e| e.height_mm),
+        velocity: rms(|e| e.velocity),
+    }
+}
+
+fn text_of(errors: &[ClipErrors]) -> String {
+    // The worst are what one has to know.
+    const SHOWN: usize = 8;
+    let cells = |e: &ClipErrors| {
+        vec![
+            e.clip.clone(),
+            e.frames.to_string(),
+            format!("{:.2}", e.joints_deg),
+            format!("{:.1}", e.height_mm),
+            format!("{:.3}", e.velocity),
+        ]
+    };
+    let mut rows = vec![cells(&mean(errors))];
+    rows.extend(errors.iter().take(SHOWN).map(cells));
+    table(&["clip", "frames", "joints (deg)", "height (mm)", "velocity (m/s)"], &rows)
+}
