@@ -4,7 +4,7 @@
 //! [`sequence`] and [`blend`](mod@blend) put clips together in time, [`compose`](mod@compose) in space (the arms of
 //! another clip); [`warp`](mod@warp) moves events in time, [`place`](mod@place) puts a body exactly where it is to be;
 //! [`amplify`](mod@amplify), [`smooth`](mod@smooth), [`mirror`](mod@mirror) and [`trim`](mod@trim) change how the whole
-//! looks. [`speed`] says what an actuator could not follow.
+//! looks, and [`settle`] finishes what others have changed. [`speed`] says what an actuator could not follow.
 
 pub mod amplify;
 pub mod blend;
@@ -30,6 +30,7 @@ pub use compose::{Compose, Length, compose};
 pub use mirror::mirror;
 pub use parts::joints_of;
 pub use place::{Key, PlaceReport, Target, place};
+pub use restyle::settle;
 pub use sequence::{Part, sequence};
 pub use smooth::smooth;
 pub use speed::{TooFast, too_fast};

@@ -3,7 +3,7 @@
 use lifelike_character::{Anatomy, Character};
 
 use super::joints::{column, columns, set_column};
-use super::restyle::finish;
+use super::restyle::settle;
 use super::smooth::low_pass;
 use super::story::{provenance, unfit};
 use crate::clip::MotionClip;
@@ -64,7 +64,7 @@ pub fn amplify(
     };
     let done = format!("'{}' with {} times {} around {around}", clip.name, how.gain, how.joints.join(", "));
     out.provenance = provenance(&[clip], done, clip.provenance.captions.clone());
-    finish(clip, out, character, anatomy, options)
+    settle(clip, out, character, anatomy, options)
 }
 
 #[cfg(test)]

@@ -10,12 +10,12 @@ use crate::error::MotionError;
 use crate::retarget::rig::Rig;
 use crate::retarget::{RetargetOptions, replant};
 
-/// Finishes `edited`, made from `before`: joints within their ranges and, where root or legs changed, the soles that
+/// Finishes `edited`, made frame by frame from `before`: joints within their ranges and, where root or legs changed, the soles that
 /// stood in `before` on the ground again, by the retargeter's own passes. `options` says how those are to be done.
 ///
 /// # Errors
 /// [`MotionError::Mismatch`] when the clip is not the character's, or legs changed of one without soles.
-pub(super) fn finish(
+pub fn settle(
     before: &MotionClip,
     mut edited: MotionClip,
     character: &Character,

@@ -4,7 +4,7 @@ use lifelike_character::{Anatomy, Character, Quat, Vec3};
 
 use super::joints::{column, columns, set_column};
 use super::path::continuous;
-use super::restyle::finish;
+use super::restyle::settle;
 use super::story::{provenance, unfit};
 use crate::clip::MotionClip;
 use crate::error::MotionError;
@@ -40,7 +40,7 @@ pub fn smooth(
     }
     let done = format!("'{}' with {} smoothed at {cutoff} Hz", clip.name, joints.join(", "));
     out.provenance = provenance(&[clip], done, clip.provenance.captions.clone());
-    finish(clip, out, character, anatomy, options)
+    settle(clip, out, character, anatomy, options)
 }
 
 fn smooth_root(out: &mut MotionClip, clip: &MotionClip, cutoff: f64) -> Result<(), MotionError> {

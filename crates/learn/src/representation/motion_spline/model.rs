@@ -15,7 +15,7 @@ use lifelike_nn::transformer::{Sampling, SplineAutoencoder};
 use super::plan::MotionSplinePlan;
 use super::poses::Poses;
 use super::scales::Scales;
-use super::splined::SplinedClip;
+use super::splined::{Segment, SplinedClip};
 use crate::LearnError;
 use crate::representation::spline_transformer::{Recording, Split, Windows};
 
@@ -142,6 +142,33 @@ impl MotionSpline {
         let points = Tensor::from_data(TensorData::new(control_points.to_vec(), shape), &device::inference());
         let y = self.network.decode(points, sampling).map_err(PassError::from)?;
         Ok(self.scales.denormalized(&read(y)?))
+    }
+
+    /// A segment's curve in the latent space at `samples` places, evenly from its begin to its end.
+    ///
+    /// # Shapes
+    /// `[samples][latent]`.
+    ///
+    /// # Errors
+    /// A segment of another model.
+    pub fn curve(&self, segment: &Segment, samples: usize) -> Result<Vec<Vec<f32>>, LearnError> {
+        let numbers: Vec<f32> = segment.control_points.iter().flatten().copied().collect();
+        if numbers.len() != self.control_points() * self.latent() {
+            let expected = format!("{} control points of {} numbers", self.control_points(), self.latent());
+            return Err(LearnError::Mismatch {
+                what: "segment".into(),
+                expected,
+                got: format!("{} numbers", numbers.len()),
+            });
+        }
+        let shape = [1, self.control_points(), self.latent()];
+        let points = Tensor::from_data(TensorData::new(numbers, shape), &device::inference());
+        let curve = self
+            .network
+            .tokens()
+            .tokens(points, &Sampling::even(self.plan.frames, samples))
+            .map_err(PassError::from)?;
+        Ok(read(curve)?.chunks_exact(self.latent()).map(<[f32]>::to_vec).collect())
     }
 
     /// How well clips come back from control points alone, each at its own rate.

@@ -5,6 +5,7 @@ pub mod check;
 pub mod compose;
 pub mod convert;
 mod direct;
+pub mod edit;
 pub mod interpolate;
 pub mod mirror;
 pub mod place;
@@ -40,6 +41,7 @@ pub enum Motion {
     Stylize(stylize::Args),
     Mirror(mirror::Args),
     Trim(trim::Args),
+    Edit(edit::Args),
 }
 
 impl Motion {
@@ -59,6 +61,7 @@ impl Motion {
             Self::Stylize(args) => stylize::run(&args, output),
             Self::Mirror(args) => mirror::run(&args, output),
             Self::Trim(args) => trim::run(&args, output),
+            Self::Edit(args) => edit::run(&args, output),
         }
     }
 }

@@ -1,0 +1,237 @@
+//! `lifelike motion edit`: motion changed by the control points of its latent curves (thesis 3.3.3).
+
+mod page;
+mod points;
+
+use std::path::{Path, PathBuf};
+use std::str::FromStr;
+
+use lifelike_learn::representation::latent::footing::{Footing, footing};
+use lifelike_learn::representation::motion_spline::{Edit, MotionSpline, Playing, SplinedClip};
+use lifelike_motion::MotionClip;
+use lifelike_motion::edit::settle;
+use serde::Serialize;
+use serde_json::json;
+
+use super::direct::{Common, Stage};
+use crate::error::CliError;
+use crate::output::{Output, table};
+
+/// Edit a clip by the control points of its latent curves: exaggerate, tone down, move, retime, super-sample, blend.
+///
+/// A trained motion spline (`lifelike train spline`) makes four control points of every two seconds of motion. They are changed, and
+/// motion is made of them again. What control points leave out of the clip is carried along (--bare leaves it out), so the clip
+/// without changes stays as it is. Joints stay within their ranges, and feet that stood are put back on the ground; the result is a
+/// clip like any other.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+Examples:
+  S=assets/lima.spline.safetensors
+  lifelike motion edit motions/walk.keys.toml --spline $S --gain 1.4 -o data/edited --name big_walk --look
+  lifelike motion edit motions/sway_dance.keys.toml --spline $S --reach 0.3 -o data/edited --name calm_dance
+  lifelike motion edit motions/wave.keys.toml --spline $S --move 1:5=0.8 --segments 0,1 -o data/edited
+  lifelike motion edit motions/march.keys.toml --spline $S --speed 0.7 -o data/edited --name slow_march
+  lifelike motion edit motions/walk.keys.toml --spline $S --sample 4 -o data/edited --name walk_200hz
+  lifelike motion edit motions/walk.keys.toml --blend motions/march.keys.toml --weight 0.5 --spline $S -o data/edited
+  lifelike motion edit motions/bow.keys.toml --spline $S --save-points bow.json -o data/edited   # change bow.json, then:
+  lifelike motion edit motions/bow.keys.toml --spline $S --points bow.json -o data/edited --name my_bow
+
+Changes are made in this order: --points, --blend, --reach, --gain, --move; then the curves are played with --speed and --sample.
+Results are called NAME-edited where no --name is given.")]
+pub struct Args {
+    /// The clip; anything but *.motion.safetensors is retargeted first.
+    pub clip: PathBuf,
+    /// The motion spline of the clip's robot.
+    #[arg(long)]
+    pub spline: PathBuf,
+    /// Move all control points away from (above 1) or towards (below 1) their segment's mean.
+    #[arg(long, value_name = "FACTOR")]
+    pub gain: Option<f64>,
+    /// Move inner control points away from (above 1) or towards (below 1) the nearer end of their segment.
+    #[arg(long, value_name = "FACTOR")]
+    pub reach: Option<f64>,
+    /// Change one number of one control point, both counted from 0; may be repeated.
+    #[arg(long = "move", value_name = "POINT:NUMBER=BY")]
+    pub moves: Vec<Shift>,
+    /// Segments, from 0, that --gain, --reach and --move are for; all where not given.
+    #[arg(long, value_delimiter = ',')]
+    pub segments: Vec<usize>,
+    /// Mix in another clip's control points; it is stretched to this one's time.
+    #[arg(long, value_name = "CLIP")]
+    pub blend: Option<PathBuf>,
+    /// Share of the other clip, from 0 to 1.
+    #[arg(long, default_value_t = 0.5, requires = "blend")]
+    pub weight: f64,
+    /// Play the curves so many times as fast.
+    #[arg(long, default_value_t = 1.0)]
+    pub speed: f64,
+    /// So many times as many frames per second, by sampling the curves more densely.
+    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=16))]
+    pub sample: u32,
+    /// Control points alone, without what they leave out of the clip.
+    #[arg(long)]
+    pub bare: bool,
+    /// Take the control points from a file that --save-points wrote.
+    #[arg(long, value_name = "FILE")]
+    pub points: Option<PathBuf>,
+    /// Write the control points, after all changes, as JSON.
+    #[arg(long, value_name = "FILE")]
+    pub save_points: Option<PathBuf>,
+    /// Write report.html: before and after to play, latent curves with control points, joints over time.
+    #[arg(long)]
+    pub look: bool,
+    #[command(flatten)]
+    pub common: Common,
+}
+
+/// POINT:NUMBER=BY.
+#[derive(Debug, Clone, Copy)]
+pub struct Shift {
+    point: usize,
+    number: usize,
+    by: f64,
+}
+
+impl FromStr for Shift {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let parse = || {
+            let (place, by) = text.split_once('=')?;
+            let (point, number) = place.split_once(':')?;
+            Some(Self { point: point.parse().ok()?, number: number.parse().ok()?, by: by.parse().ok()? })
+        };
+        parse().ok_or_else(|| format!("expected POINT:NUMBER=BY, such as 1:5=0.8, got '{text}'"))
+    }
+}
+
+/// A motion in numbers.
+#[derive(Debug, Serialize)]
+struct Row {
+    motion: String,
+    seconds: f64,
+    frames: usize,
+    path_m: f64,
+    /// Root mean square of the change of joints against the first row (deg).
+    change_deg: f64,
+    footing: Footing,
+}
+
+/// Runs the command.
+pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
+    let stage = args.common.stage([args.clip.as_path()])?;
+    let model = model_for(&args.spline, &stage)?;
+    let clip = stage.clip(&args.clip)?;
+    let before = model.encode(&clip)?;
+    let after = changed(before.clone(), &model, &stage, args)?;
+    if let Some(file) = &args.save_points {
+        points::write(file, &after)?;
+    }
+    let fps = clip.fps * f64::from(args.sample);
+    let playing = Playing { fps, speed: args.speed, detail: !args.bare };
+    let played = before.original(&model, &playing)?;
+    let (character, anatomy) = (&stage.robot.character, &stage.robot.anatomy);
+    let mut made = settle(&played, after.play(&model, &playing)?, character, anatomy, &stage.options)?;
+    made.name = format!("{}-edited", clip.name);
+    made.provenance.source = format!("{}, edited by control points", clip.provenance.source);
+    let rows = [
+        row(&stage, "as it was".into(), &played, &played)?,
+        row(
+            &stage,
+            "control points alone".into(),
+            &before.play(&model, &Playing { detail: false, ..playing })?,
+            &played,
+        )?,
+        row(&stage, "edited".into(), &made, &played)?,
+    ];
+    let latent = after.segments().len();
+    let made = args.common.write(made.clone(), &stage).map(|file| (made, file))?;
+    if args.look {
+        page::report(&stage, &model, [&before, &after], [&played, &made.0], &rows)?
+            .write(&args.common.output.join("report.html"))?;
+    }
+    let value = json!({ "made": made.1, "segments": latent, "motions": rows });
+    output.result(&value, || format!("{}\n{}", text(&rows), made.1.text()))
+}
+
+/// A motion spline for this robot.
+fn model_for(path: &Path, stage: &Stage) -> Result<MotionSpline, CliError> {
+    let model = MotionSpline::load(path)?;
+    let wanted: Vec<&str> = stage.robot.character.scalar_joints().map(|j| j.name.as_str()).collect();
+    let mut own: Vec<&str> = model.joints().iter().map(String::as_str).collect();
+    let mut sorted = wanted.clone();
+    own.sort_unstable();
+    sorted.sort_unstable();
+    if own != sorted {
+        let (file, robot) = (path.display(), &stage.robot.name);
+        let text = format!(
+            "{file}: expected a motion spline of '{robot}' with joints {wanted:?}, got one with {:?}",
+            model.joints()
+        );
+        return Err(CliError::Input(text));
+    }
+    Ok(model)
+}
+
+fn changed(mut clip: SplinedClip, model: &MotionSpline, stage: &Stage, args: &Args) -> Result<SplinedClip, CliError> {
+    if let Some(file) = &args.points {
+        points::read(file, &mut clip)?;
+    }
+    if let Some(other) = &args.blend {
+        clip.blend(model, &stage.clip(other)?, args.weight)?;
+    }
+    let factors = [args.reach.map(Edit::Reach), args.gain.map(Edit::Gain)];
+    let moves = args.moves.iter().map(|m| Edit::Move { point: m.point, number: m.number, by: m.by });
+    for edit in factors.into_iter().flatten().chain(moves) {
+        clip.edit(edit, &args.segments)?;
+    }
+    Ok(clip)
+}
+
+fn row(stage: &Stage, motion: String, clip: &MotionClip, played: &MotionClip) -> Result<Row, CliError> {
+    let columns = played.columns_for(&stage.robot.character)?;
+    let own = clip.columns_for(&stage.robot.character)?;
+    let squares: f64 = (0..clip.len())
+        .flat_map(|f| own.iter().zip(&columns).map(move |(a, b)| clip.joints_at(f)[*a] - played.joints_at(f)[*b]))
+        .map(|change| change * change)
+        .sum();
+    Ok(Row {
+        motion,
+        seconds: clip.seconds(),
+        frames: clip.len(),
+        path_m: clip.root_position.windows(2).map(|w| (w[1] - w[0]).xy().norm()).sum(),
+        change_deg: (squares / clip.joints.len().max(1) as f64).sqrt().to_degrees(),
+        footing: footing(clip, &stage.robot.character, &stage.robot.anatomy)?,
+    })
+}
+
+fn text(rows: &[Row]) -> String {
+    let cells = |row: &Row| {
+        vec![
+            row.motion.clone(),
+            format!("{:.2}", row.seconds),
+            row.frames.to_string(),
+            format!("{:.2}", row.path_m),
+            format!("{:.2}", row.change_deg),
+            format!("{:.1}", 100.0 * row.footing.skate),
+            format!("{:.0}", 100.0 * row.footing.bearing),
+        ]
+    };
+    let head = ["motion", "length (s)", "frames", "path (m)", "joints change (deg)", "skate (cm/s)", "bears (%)"];
+    table(&head, &rows.iter().map(cells).collect::<Vec<_>>())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn shifts_are_read() {
+        let shift: Result<Shift, String> = "1:5=-0.8".parse();
+        assert!(matches!(shift, Ok(Shift { point: 1, number: 5, by }) if (by + 0.8).abs() < 1e-12), "{shift:?}");
+        for wrong in ["", "1", "1:5", "a:5=1", "1:5=x", "1=5:2"] {
+            let error = wrong.parse::<Shift>().err();
+            assert!(error.is_some_and(|e| e.contains("POINT:NUMBER=BY")), "{wrong}");
+        }
+    }
+}
