@@ -82,18 +82,14 @@ impl SplinedClip {
     /// # Errors
     /// Another number of segments, points or numbers; a number that is not finite.
     pub fn set_segments(&mut self, segments: Vec<Segment>) -> Result<(), LearnError> {
-        let shape = |all: &[Segment]| -> Vec<Vec<usize>> {
-            all.iter().map(|s| s.control_points.iter().map(Vec::len).collect()).collect()
-        };
-        let (expected, got) = (shape(&self.segments), shape(&segments));
-        if expected != got {
-            let describe = |shape: &[Vec<usize>]| {
-                let first = shape.first();
-                let (points, numbers) =
-                    (first.map_or(0, Vec::len), first.and_then(|s| s.first()).copied().unwrap_or(0));
-                format!("{} segments of {points} control points of {numbers} numbers", shape.len())
-            };
-            return Err(wrong("segments", &describe(&expected), describe(&got)));
+        if segments.len() != self.segments.len() {
+            return Err(wrong("segments", &self.segments.len().to_string(), segments.len()));
+        }
+        let shape = |s: &Segment| s.control_points.iter().map(Vec::len).collect::<Vec<_>>();
+        let mut pairs = self.segments.iter().zip(&segments).map(|(own, new)| (shape(own), shape(new))).enumerate();
+        if let Some((k, (own, new))) = pairs.find(|(_, (own, new))| own != new) {
+            let key = format!("numbers of the control points of segment {k}");
+            return Err(wrong(&key, &format!("{own:?}"), format!("{new:?}")));
         }
         let numbers = |s: &Segment| s.control_points.iter().flatten().all(|x| x.is_finite());
         if let Some(broken) = segments.iter().position(|s| !numbers(s)) {
@@ -361,6 +357,6 @@ mod tests {
         let mut short = own;
         short[0].control_points.pop();
         let error = splined.set_segments(short).unwrap_err().to_string();
-        assert!(error.contains("4 control points") && error.contains("3 control points"), "{error}");
+        assert!(error.contains("segment 0: expected [5, 5, 5, 5], got [5, 5, 5]"), "{error}");
     }
 }

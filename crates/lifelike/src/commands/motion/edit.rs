@@ -131,7 +131,13 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let playing = Playing { fps, speed: args.speed, detail: !args.bare };
     let played = before.original(&model, &playing)?;
     let (character, anatomy) = (&stage.robot.character, &stage.robot.anatomy);
-    let mut made = settle(&played, after.play(&model, &playing)?, character, anatomy, &stage.options)?;
+    // Unchanged control points make the clip up to rounding, and there is nothing to put back on the ground.
+    let unchanged = playing.detail && after.segments() == before.segments();
+    let mut made = if unchanged {
+        played.clone()
+    } else {
+        settle(&played, after.play(&model, &playing)?, character, anatomy, &stage.options)?
+    };
     made.name = format!("{}-edited", clip.name);
     made.provenance.source = format!("{}, edited by control points", clip.provenance.source);
     let rows = [
@@ -144,14 +150,14 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
         )?,
         row(&stage, "edited".into(), &made, &played)?,
     ];
-    let latent = after.segments().len();
-    let made = args.common.write(made.clone(), &stage).map(|file| (made, file))?;
-    if args.look {
-        page::report(&stage, &model, [&before, &after], [&played, &made.0], &rows)?
-            .write(&args.common.output.join("report.html"))?;
+    let page =
+        args.look.then(|| page::report(&stage, &model, [&before, &after], [&played, &made], &rows)).transpose()?;
+    let written = args.common.write(made, &stage)?;
+    if let Some(page) = page {
+        page.write(&args.common.output.join("report.html"))?;
     }
-    let value = json!({ "made": made.1, "segments": latent, "motions": rows });
-    output.result(&value, || format!("{}\n{}", text(&rows), made.1.text()))
+    let value = json!({ "made": written, "segments": after.segments().len(), "motions": rows });
+    output.result(&value, || format!("{}\n{}", text(&rows), written.text()))
 }
 
 /// A motion spline for this robot.
