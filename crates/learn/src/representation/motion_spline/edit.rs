@@ -1,5 +1,6 @@
 //! What animators do with control points (thesis 3.3.3: "closer or further away from the end-points", "toned down or amplified").
 
+use super::model::MotionSpline;
 use super::splined::{Segment, SplinedClip};
 use crate::LearnError;
 use crate::limits::{range, wrong};
@@ -10,7 +11,9 @@ pub enum Edit {
     /// Inner points further from (above 1) or closer to (below 1) the end point that is nearer along the curve. With 0 each
     /// segment only goes from its first latent code to its last one.
     Reach(f64),
-    /// All points further from (above 1) or closer to (below 1) the segment's mean: exaggerates, or tones down.
+    /// Every point further from (above 1) or closer to (below 1) where that point lies on average over the training motion:
+    /// exaggerates what makes this motion differ from others, or tones it down. Not the segment's own mean: some numbers of a
+    /// trained space only say how far along the segment one is, and those must stay.
     Gain(f64),
     /// One number of one control point changed by so much.
     Move {
@@ -28,7 +31,7 @@ impl SplinedClip {
     ///
     /// # Errors
     /// A segment, point or number that is not there; a factor below 0 or above 10.
-    pub fn edit(&mut self, edit: Edit, segments: &[usize]) -> Result<(), LearnError> {
+    pub fn edit(&mut self, model: &MotionSpline, edit: Edit, segments: &[usize]) -> Result<(), LearnError> {
         let count = self.segments().len();
         if let Some(beyond) = segments.iter().find(|k| **k >= count) {
             return Err(wrong("segment", &format!("0 to {}", count - 1), beyond));
@@ -47,13 +50,17 @@ impl SplinedClip {
             }
         }
         let chosen = |k: &usize| segments.is_empty() || segments.contains(k);
-        self.segments_mut().iter_mut().enumerate().filter(|(k, _)| chosen(k)).for_each(|(_, s)| edit.apply(s));
+        self.segments_mut()
+            .iter_mut()
+            .enumerate()
+            .filter(|(k, _)| chosen(k))
+            .for_each(|(_, s)| edit.apply(s, model.mean()));
         Ok(())
     }
 }
 
 impl Edit {
-    fn apply(self, segment: &mut Segment) {
+    fn apply(self, segment: &mut Segment, mean: &[Vec<f32>]) {
         let points = &mut segment.control_points;
         let count = points.len();
         match self {
@@ -63,11 +70,7 @@ impl Edit {
                     away(point, if 2 * i < count { &first } else { &last }, factor);
                 }
             }
-            Self::Gain(factor) => {
-                let mean: Vec<f32> =
-                    (0..points[0].len()).map(|k| points.iter().map(|p| p[k]).sum::<f32>() / count as f32).collect();
-                points.iter_mut().for_each(|point| away(point, &mean, factor));
-            }
+            Self::Gain(factor) => points.iter_mut().zip(mean).for_each(|(point, mean)| away(point, mean, factor)),
             Self::Move { point, number, by } => points[point][number] += by as f32,
         }
     }
@@ -90,7 +93,7 @@ mod tests {
 
     fn edited(edit: Edit) -> Vec<Vec<f32>> {
         let mut segment = segment();
-        edit.apply(&mut segment);
+        edit.apply(&mut segment, &[vec![1.0, 1.0], vec![1.0, 1.0], vec![2.0, 2.0], vec![2.0, 2.0]]);
         segment.control_points
     }
 
@@ -99,9 +102,8 @@ mod tests {
         let reach = edited(Edit::Reach(0.5));
         assert_eq!(reach, [[0.0, 1.0], [0.5, 1.0], [3.0, 3.0], [4.0, 3.0]]);
         assert_eq!(edited(Edit::Reach(0.0)), [[0.0, 1.0], [0.0, 1.0], [4.0, 3.0], [4.0, 3.0]]);
-        // The mean is (1.75, 2).
-        assert_eq!(edited(Edit::Gain(2.0))[0], [-1.75, 0.0]);
-        assert_eq!(edited(Edit::Gain(0.0)), [[1.75, 2.0]; 4]);
+        assert_eq!(edited(Edit::Gain(2.0)), [[-1.0, 1.0], [1.0, 1.0], [2.0, 4.0], [6.0, 4.0]]);
+        assert_eq!(edited(Edit::Gain(0.0)), [[1.0, 1.0], [1.0, 1.0], [2.0, 2.0], [2.0, 2.0]]);
         assert_eq!(edited(Edit::Gain(1.0)), segment().control_points);
         let moved = edited(Edit::Move { point: 2, number: 1, by: -0.5 });
         assert_eq!(moved, [[0.0, 1.0], [1.0, 1.0], [2.0, 2.5], [4.0, 3.0]]);
@@ -109,15 +111,17 @@ mod tests {
 
     #[test]
     fn only_chosen_segments_change_and_what_is_not_there_is_refused() {
-        let mut clip = model().encode(&walk("walk", 300, 50.0)).unwrap();
+        let model = model();
+        let mut clip = model.encode(&walk("walk", 300, 50.0)).unwrap();
         let before = clip.segments().to_vec();
         assert!(before.len() >= 3);
-        clip.edit(Edit::Gain(1.5), &[1]).unwrap();
+        clip.edit(&model, Edit::Gain(1.5), &[1]).unwrap();
         for (k, (a, b)) in before.iter().zip(clip.segments()).enumerate() {
             assert_eq!(a != b, k == 1);
         }
-        let error =
-            |clip: &mut SplinedClip, edit, segments: &[usize]| clip.edit(edit, segments).unwrap_err().to_string();
+        let error = |clip: &mut SplinedClip, edit, segments: &[usize]| {
+            clip.edit(&model, edit, segments).unwrap_err().to_string()
+        };
         let last = before.len() - 1;
         assert_eq!(error(&mut clip, Edit::Gain(1.0), &[9]), format!("plan: segment: expected 0 to {last}, got 9"));
         assert!(error(&mut clip, Edit::Reach(f64::NAN), &[]).contains("reach"));

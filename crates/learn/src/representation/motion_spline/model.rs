@@ -17,7 +17,7 @@ use super::poses::Poses;
 use super::scales::Scales;
 use super::splined::{Segment, SplinedClip};
 use crate::LearnError;
-use crate::representation::spline_transformer::{Recording, Split, Windows};
+use crate::representation::spline_transformer::{Recording, SequenceTrainer, Sequences, Split, Windows};
 
 const KIND: &str = "motion spline";
 
@@ -42,8 +42,13 @@ pub struct MotionSpline {
     plan: MotionSplinePlan,
     joints: Vec<String>,
     scales: Scales,
+    /// Where each control point lies on average over training windows.
+    mean: Vec<Vec<f32>>,
     network: SplineAutoencoder,
 }
+
+/// Training windows that the mean control points are taken of.
+const MEAN_OF: usize = 1024;
 
 /// Clips by what they are for, as in [`Split`].
 #[derive(Debug, Clone, Default)]
@@ -84,8 +89,25 @@ impl MotionSpline {
     }
 
     /// What a training on [`Self::data`] has learned.
-    pub fn new(plan: MotionSplinePlan, joints: Vec<String>, scales: Scales, network: &SplineAutoencoder) -> Self {
-        Self { plan, joints, scales, network: network.valid().fork(&device::inference()) }
+    ///
+    /// # Errors
+    /// The device does not hand out its numbers.
+    pub fn new(
+        plan: MotionSplinePlan,
+        joints: Vec<String>,
+        scales: Scales,
+        trainer: &SequenceTrainer<Windows>,
+    ) -> Result<Self, LearnError> {
+        // The first batch there is: windows drawn evenly from all training clips.
+        let (control, _) = trainer.reconstruct(&trainer.data().batch(0, MEAN_OF))?;
+        let latent = plan.training.latent;
+        let unit = control.len() / MEAN_OF;
+        let mean: Vec<f32> = (0..unit)
+            .map(|k| control.iter().skip(k).step_by(unit).map(|x| f64::from(*x)).sum::<f64>() / MEAN_OF as f64)
+            .map(|mean| mean as f32)
+            .collect();
+        let mean = mean.chunks_exact(latent).map(<[f32]>::to_vec).collect();
+        Ok(Self { plan, joints, scales, mean, network: trainer.network().valid().fork(&device::inference()) })
     }
 
     /// The plan it was trained by.
@@ -106,6 +128,14 @@ impl MotionSpline {
     /// Control points of a segment.
     pub fn control_points(&self) -> usize {
         self.network.tokens().control_points()
+    }
+
+    /// Where each control point lies on average over training windows.
+    ///
+    /// # Shapes
+    /// `[control points][latent]`.
+    pub fn mean(&self) -> &[Vec<f32>] {
+        &self.mean
     }
 
     /// A clip as control points.
@@ -189,6 +219,8 @@ impl MotionSpline {
         checkpoint.set_meta("plan", &self.plan)?;
         checkpoint.set_meta("joints", &self.joints)?;
         self.scales.save_into(&mut checkpoint)?;
+        let mean = self.mean.iter().flatten().copied().collect();
+        checkpoint.put_f32("mean", &[self.control_points(), self.latent()], mean)?;
         checkpoint.put_module("network", &self.network)?;
         Ok(checkpoint.save(path)?)
     }
@@ -211,7 +243,9 @@ impl MotionSpline {
         let scales = Scales::load_from(&checkpoint, width)?;
         let network = plan.training.network(width).init(0, "loaded", &device::inference())?;
         let network = checkpoint.load_module("network", network)?;
-        Ok(Self { plan, joints, scales, network })
+        let (points, latent) = (network.tokens().control_points(), plan.training.latent);
+        let mean = checkpoint.f32s("mean", &[points, latent])?.chunks_exact(latent).map(<[f32]>::to_vec).collect();
+        Ok(Self { plan, joints, scales, mean, network })
     }
 }
 
@@ -228,4 +262,52 @@ fn poses_of(clip: &MotionClip, joints: &[String], fps: f64) -> Result<Poses, Lea
     ordered.joints =
         (0..clip.len()).flat_map(|f| columns.iter().map(move |c| (f, *c))).map(|(f, c)| clip.joints_at(f)[c]).collect();
     Ok(Poses::of(&ordered))
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::super::testing::{model, walk};
+    use super::*;
+
+    #[test]
+    fn a_file_is_the_model() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("m.spline.safetensors");
+        let model = model();
+        model.save(&path).unwrap();
+        let loaded = MotionSpline::load(&path).unwrap();
+        let clip = walk("walk", 120, 50.0);
+        assert_eq!(loaded.encode(&clip).unwrap().segments(), model.encode(&clip).unwrap().segments());
+        assert_eq!((loaded.mean(), loaded.joints(), loaded.plan()), (model.mean(), model.joints(), model.plan()));
+        assert_eq!(loaded.errors(&[clip.clone()]).unwrap(), model.errors(&[clip]).unwrap());
+    }
+
+    #[test]
+    fn joints_go_by_name_and_others_are_refused() {
+        let model = model();
+        let clip = walk("walk", 80, 50.0);
+        let mut turned = clip.clone();
+        turned.joint_names.reverse();
+        turned.joints = clip.joints.chunks_exact(2).flat_map(|pair| [pair[1], pair[0]]).collect();
+        assert_eq!(model.encode(&turned).unwrap().segments(), model.encode(&clip).unwrap().segments());
+        turned.joint_names[0] = "nose".into();
+        let error = model.encode(&turned).unwrap_err().to_string();
+        assert!(error.contains("clip 'walk'") && error.contains("nose"), "{error}");
+    }
+
+    #[test]
+    fn curves_begin_and_end_at_control_points() {
+        let model = model();
+        let splined = model.encode(&walk("walk", 120, 50.0)).unwrap();
+        let segment = &splined.segments()[0];
+        let curve = model.curve(segment, 7).unwrap();
+        assert_eq!(curve.len(), 7);
+        for (at, point) in [(0, 0), (6, 3)] {
+            let near = curve[at].iter().zip(&segment.control_points[point]).all(|(a, b)| (a - b).abs() < 1e-5);
+            assert!(near, "a cubic Bezier curve passes through its ends");
+        }
+        let other = Segment { start: 0.0, control_points: vec![vec![1.0]; 4] };
+        assert!(model.curve(&other, 3).unwrap_err().to_string().contains("4 numbers"));
+    }
 }

@@ -48,5 +48,5 @@ pub(super) fn model() -> MotionSpline {
     let clips = SplitClips { training: vec![walk("walk", 300, 50.0)], ..SplitClips::default() };
     let (data, scales, joints) = MotionSpline::data(&plan, &clips).unwrap();
     let trainer = SequenceTrainer::new(plan.training.clone(), data).unwrap();
-    MotionSpline::new(plan, joints, scales, trainer.network())
+    MotionSpline::new(plan, joints, scales, &trainer).unwrap()
 }

@@ -44,7 +44,7 @@ pub struct Args {
     /// The motion spline of the clip's robot.
     #[arg(long)]
     pub spline: PathBuf,
-    /// Move all control points away from (above 1) or towards (below 1) their segment's mean.
+    /// Move all control points away from (above 1) or towards (below 1) their average over the training motion.
     #[arg(long, value_name = "FACTOR")]
     pub gain: Option<f64>,
     /// Move inner control points away from (above 1) or towards (below 1) the nearer end of their segment.
@@ -189,7 +189,7 @@ fn changed(mut clip: SplinedClip, model: &MotionSpline, stage: &Stage, args: &Ar
     let factors = [args.reach.map(Edit::Reach), args.gain.map(Edit::Gain)];
     let moves = args.moves.iter().map(|m| Edit::Move { point: m.point, number: m.number, by: m.by });
     for edit in factors.into_iter().flatten().chain(moves) {
-        clip.edit(edit, &args.segments)?;
+        clip.edit(model, edit, &args.segments)?;
     }
     Ok(clip)
 }

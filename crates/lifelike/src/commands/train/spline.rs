@@ -76,7 +76,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
         if stop.load(Ordering::SeqCst) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     })?;
     progress.finish();
-    let model = MotionSpline::new(plan, joints, scales, trainer.network());
+    let model = MotionSpline::new(plan, joints, scales, &trainer)?;
     let path = folder.join("motion.spline.safetensors");
     model.save(&path)?;
     let (of, judged) = if clips.test.is_empty() {
