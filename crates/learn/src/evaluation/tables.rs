@@ -128,6 +128,7 @@ pub(super) fn playback(rollout: &Rollout) -> Playback {
     };
     let start = if rollout.start > 0.0 { format!(" from {:.1} s", rollout.start) } else { String::new() };
     Playback {
+        labels: Playback::PHYSICS,
         name: format!("{}{start}", rollout.clip),
         note: format!("{errors} · {end}"),
         fps: rollout.fps,

@@ -32,9 +32,14 @@ pub struct Playback {
     pub reference: Vec<Vec<BodyPose>>,
     /// When it fell (s).
     pub fall: Option<f64>,
+    /// What the page calls `simulated` and `reference`: [`Self::PHYSICS`] but for comparisons of something else.
+    pub labels: [&'static str; 2],
 }
 
 impl Playback {
+    /// What physics did with a reference.
+    pub const PHYSICS: [&'static str; 2] = ["physics", "reference"];
+
     /// A clip as it is, without physics.
     ///
     /// # Errors
@@ -51,7 +56,21 @@ impl Playback {
             })
             .collect();
         let name = clip.name.clone();
-        Ok(Self { name, note: String::new(), fps: clip.fps, simulated: Vec::new(), reference, fall: None })
+        let labels = Self::PHYSICS;
+        Ok(Self { name, note: String::new(), fps: clip.fps, simulated: Vec::new(), reference, fall: None, labels })
+    }
+
+    /// A clip and what became of it, to be looked at together.
+    ///
+    /// # Errors
+    /// [`MotionError::Mismatch`] when a clip is of another character.
+    pub fn before_and_after(
+        character: &Character,
+        before: &MotionClip,
+        after: &MotionClip,
+    ) -> Result<Self, MotionError> {
+        let (before, after) = (Self::from_clip(character, before)?, Self::from_clip(character, after)?);
+        Ok(Self { simulated: after.reference, reference: before.reference, labels: ["after", "before"], ..after })
     }
 
     /// The playback as the page reads it. `bodies` counts the world.
@@ -72,6 +91,7 @@ impl Playback {
             "fps": self.fps / stride as f64,
             "frames": kept.len(),
             "fall": self.fall,
+            "labels": self.labels,
             "simulated": track(&self.simulated),
             "reference": track(&self.reference),
         })
@@ -131,6 +151,7 @@ mod tests {
     #[test]
     fn high_rates_are_thinned_and_the_duration_stays() {
         let playback = Playback {
+            labels: Playback::PHYSICS,
             name: "a".into(),
             note: String::new(),
             fps: 50.0,

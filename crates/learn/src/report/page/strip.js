@@ -19,7 +19,8 @@ function strip() {
   };
   make("h1", clip.name);
   if (clip.note) make("p", clip.note);
-  const rows = [["physics", clip.simulated, false], ["reference", clip.reference, "solid"]].filter(([, track]) => track);
+  const [upper, lower] = clip.labels;
+  const rows = [[upper, clip.simulated, false], [lower, clip.reference, "solid"]].filter(([, track]) => track);
   const frame = make("div", "");
   const canvas = make("canvas", "", frame);
   canvas.style.aspectRatio = `${n} / ${1.5 * rows.length}`;

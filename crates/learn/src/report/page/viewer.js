@@ -77,6 +77,10 @@ class Viewer {
     }
     for (const button of this.find("reference").children) button.disabled = !(this.clip.simulated && this.clip.reference);
     this.find("note").textContent = this.clip.note;
+    const [simulated, reference] = this.clip.labels;
+    this.find("legend-physics").textContent = simulated;
+    this.find("legend-reference").textContent = reference;
+    this.find("reference").lastElementChild.textContent = `${simulated[0].toUpperCase()}${simulated.slice(1)} only`;
     this.find("legend-physics").hidden = !this.clip.simulated;
     this.find("legend-reference").hidden = !this.clip.reference;
     this.drawScrub();

@@ -22,16 +22,13 @@ pub fn report(
     rows: &[Row],
 ) -> Result<ReportBuilder, CliError> {
     let character = &stage.robot.character;
-    let mut playbacks = clips.iter().map(|clip| Playback::from_clip(character, clip)).collect::<Result<Vec<_>, _>>()?;
-    for (playback, name) in playbacks.iter_mut().zip(["before", "after"]) {
-        playback.name = name.into();
-    }
+    let playback = Playback::before_and_after(character, clips[0], clips[1])?;
     let page = ReportBuilder::new(clips[1].name.as_str())
         .subtitle("Motion changed by the control points of its latent curves.")
         .fact("segments", curves[0].segments().len().to_string())
         .fact("control points of a segment", model.control_points().to_string())
         .fact("numbers of a control point", model.latent().to_string())
-        .playback(character, &playbacks)
+        .playback(character, &[playback])
         .table(summary(rows))
         .drawing(latent(model, curves)?)
         .curves(joints(clips));
