@@ -133,7 +133,7 @@ impl SplinedClip {
         Ok(())
     }
 
-    /// The motion that the control points make. It begins where the clip begins.
+    /// The motion that the control points make. It begins where the clip begins; whether its end meets its begin is not known.
     ///
     /// # Errors
     /// A rate or speed out of range.
@@ -149,7 +149,7 @@ impl SplinedClip {
                 row.iter_mut().zip(&detail).for_each(|(x, detail)| *x += detail);
             }
         }
-        Ok(self.finished(model, poses, playing))
+        Ok(MotionClip { cyclic: false, ..self.finished(model, poses, playing) })
     }
 
     /// The clip itself, played like that: what an edit is to be compared with.
