@@ -138,7 +138,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     } else {
         settle(&played, after.play(&model, &playing)?, character, anatomy, &stage.options)?
     };
-    made.name = format!("{}-edited", clip.name);
+    made.name = args.common.name.clone().unwrap_or_else(|| format!("{}-edited", clip.name));
     made.provenance.source = format!("{}, edited by control points", clip.provenance.source);
     let rows = [
         row(&stage, "as it was".into(), &played, &played)?,
