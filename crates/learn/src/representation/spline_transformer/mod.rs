@@ -7,16 +7,20 @@
 mod curves;
 mod experiments;
 mod families;
+mod hairstyles;
 mod plan;
 mod recordings;
 pub mod run;
 mod sequences;
+mod strands;
 mod train;
 
 pub use curves::{CurveSequences, CurvesPlan, HELD_OUT_SEED};
 pub use experiments::Experiment;
 pub use families::Family;
+pub use hairstyles::{Hairstyle, Strand};
 pub use plan::{Method, SequencePlan};
 pub use recordings::{Recording, Split, Windows};
 pub use sequences::{HeldOut, Sequences};
+pub use strands::{StrandSequences, StrandsPlan};
 pub use train::{Errors, SequenceMetrics, SequenceTrainer};

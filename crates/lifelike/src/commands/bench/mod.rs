@@ -1,6 +1,6 @@
 //! `lifelike bench`: how fast things are here, how much a policy bears, and the thesis' tables.
 
-mod curves;
+mod autoencoders;
 mod engine;
 mod latent;
 mod learning;
@@ -8,6 +8,7 @@ mod machine;
 mod robustness;
 mod tracking;
 
+use autoencoders::{curves, strands};
 use clap::Subcommand;
 
 use crate::error::CliError;
@@ -21,6 +22,7 @@ pub enum Bench {
     Latent(latent::Args),
     Learning(learning::Args),
     Robustness(robustness::Args),
+    Strands(strands::Args),
     Tracking(tracking::Args),
 }
 
@@ -32,8 +34,9 @@ impl Bench {
             Self::Engine(args) => engine::run(&args, output),
             Self::Latent(args) => latent::run(&args, output),
             Self::Learning(args) => learning::run(&args, output),
-            Self::Tracking(args) => tracking::run(&args, output),
             Self::Robustness(args) => robustness::run(&args, output),
+            Self::Strands(args) => strands::run(&args, output),
+            Self::Tracking(args) => tracking::run(&args, output),
         }
     }
 }
