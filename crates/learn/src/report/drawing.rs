@@ -19,6 +19,8 @@ pub struct Drawing {
     pub caption: String,
     /// The panels.
     pub panels: Vec<Panel>,
+    /// Panels side by side; 0 for as many as fit.
+    pub across: usize,
 }
 
 /// Some lines in one frame, x to the right and y up, both to the same scale.
@@ -65,7 +67,11 @@ impl Picture {
 impl Drawing {
     /// As a section of the page.
     pub(super) fn to_html(&self) -> String {
-        let mut out = format!("<section>\n<h2>{}</h2>\n<div class=\"panels drawing\">\n", escape(&self.title));
+        let grid = match self.across {
+            0 => String::new(),
+            n => format!(" style=\"grid-template-columns: repeat({n}, minmax(0, 300px))\""),
+        };
+        let mut out = format!("<section>\n<h2>{}</h2>\n<div class=\"panels drawing\"{grid}>\n", escape(&self.title));
         self.panels.iter().for_each(|panel| out.push_str(&panel.to_html()));
         out.push_str("</div>\n");
         if !self.caption.is_empty() {
@@ -124,11 +130,12 @@ mod tests {
             lines: vec![vec![[0.0, 0.0], [f32::NAN, 0.0], [0.0, 0.5]]],
             picture: None,
         };
-        let html = Drawing { title: "T".into(), caption: String::new(), panels: vec![panel] }.to_html();
+        let html = Drawing { title: "T".into(), panels: vec![panel], across: 3, ..Drawing::default() }.to_html();
         // 2 wide with a margin of 8%: 200 / 2.16 units for 1; the middle of y is 0.25.
         assert!(html.contains("d=\"M7.4 123.1L192.6 123.1\" class=\"behind\""), "{html}");
         assert!(html.contains("d=\"M100.0 123.1M100.0 76.9\" class=\"bold\""), "{html}");
         assert!(html.contains("<b>&lt;a&gt;</b><span>1e-3</span>") && !html.contains("caption\">"), "{html}");
+        assert!(html.contains("repeat(3, "), "{html}");
     }
 
     #[test]

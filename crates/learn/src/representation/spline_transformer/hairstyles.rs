@@ -1,4 +1,4 @@
-//! Strands of hair drawn from a few numbers: what stands in for the hair models of thesis 3.3.4, which are not public.
+//! Strands of hair drawn from a few numbers: what stands in for the 343 hair models of thesis 3.3.4 (Hu et al. 2015).
 //!
 //! First a HAIRSTYLE is drawn, then its strands around it (metres, z up, roots anywhere on the scalp):
 //!

@@ -146,7 +146,7 @@ mod tests {
             ["07_01", "07_02", "08_01", "02_01", "humanoid3d_walk", "dataset-1_walk_sad_001", "dataset-2_walk_sad_009"];
         let plan = HumansPlan::new(16);
         plan.check().unwrap();
-        let split = plan.split(names.map(|name| recording(name, 70)).to_vec());
+        let split = plan.split(names.map(|name| recording(name, 70)).into());
         let of = |set: &[Recording]| set.iter().map(|r| r.name.clone()).collect::<Vec<_>>();
         assert_eq!(of(&split.test), ["07_01", "07_02", "dataset-1_walk_sad_001", "dataset-2_walk_sad_009"]);
         assert_eq!(of(&split.validation), ["08_01"]);

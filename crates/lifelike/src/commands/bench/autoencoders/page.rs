@@ -7,6 +7,9 @@ use super::budget::Budget;
 use super::results::Run;
 use super::{Column, Words, tables};
 
+/// The most panels side by side: a sequence and what came back by all methods.
+const MOST: usize = 4;
+
 /// The report.
 pub fn report<P>(columns: &[Column<P>], runs: &[Run], words: &Words, budget: Budget, sweep: bool) -> ReportBuilder {
     let title = if sweep { "Learning rates of sequence autoencoders" } else { words.title };
@@ -52,9 +55,12 @@ fn drawing<P>(runs: &[Run], column: &Column<P>, words: &Words) -> Option<Drawing
         panels.extend(shown.peek().and_then(|first| first.truth.clone()));
         panels.extend(shown.map(|s| s.back.clone()));
     }
+    let across = panels.len() / most.max(1);
     Some(Drawing {
         title: format!("{}: {}", column.title, words.items),
         caption: format!("{} Beside the method, the mean squared error.", words.drawing),
         panels,
+        // More would be too small to see.
+        across: if across <= MOST { across } else { 0 },
     })
 }

@@ -105,8 +105,9 @@ impl Experiment for People<'_> {
         unit: "deg²",
         tokens: "frames",
         items: "test windows",
-        drawing: "Against time, from the top: left thigh, left shank, right upper arm and right forearm, about the axis across the body \
-                  (legs) or along it (arms); behind, as captured; in front, what came back.",
+        drawing: "Against time, from the top: left thigh and left shank about the axis across the body (hip and knee bend), right upper \
+                  arm about the axis ahead (the arm comes down), right forearm about the T-pose's vertical (the elbow bends); behind, as \
+                  captured; in front, what came back.",
     };
     const SCALE: f64 = DEGREES * DEGREES;
 
@@ -160,10 +161,10 @@ impl Experiment for People<'_> {
 const DRAWN: [(Role, usize); 4] =
     [(Role::LeftThigh, 1), (Role::LeftShank, 1), (Role::RightUpperArm, 0), (Role::RightForearm, 2)];
 
-/// One number of a segment over time, as the `place`-th line from the top: a second is as wide as two radians are high.
+/// One number of a segment over time, as the `place`-th line from the top: a second is as wide as three radians are high.
 fn line(rows: &[f32], (segment, number): (Role, usize), place: usize) -> Vec<[f32; 2]> {
     let column = SEGMENTS.iter().position(|(role, _)| *role == segment).map_or(0, |i| 2 + 3 * i) + number;
-    let point = |(t, row): (usize, &[f32])| [2.0 * t as f32 / FPS as f32, row[column] - 1.2 * place as f32];
+    let point = |(t, row): (usize, &[f32])| [3.0 * t as f32 / FPS as f32, row[column] - 1.6 * place as f32];
     rows.chunks_exact(WIDTH).enumerate().map(point).collect()
 }
 

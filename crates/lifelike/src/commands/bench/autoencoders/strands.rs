@@ -12,7 +12,7 @@ use crate::output::Output;
 
 /// Train the Spline-based Transformer and its baselines on strands of hair, and print thesis Table 3.5 with ours below it.
 ///
-/// The thesis' hair models are not public, so strands are drawn: 343 hairstyles of 10,000 strands, each 100 points from its root at the
+/// The thesis' hair models are not at hand, so strands are drawn: 343 hairstyles of 10,000 strands, each 100 points from its root at the
 /// origin, with lengths, curls and bending around their hairstyle's. The errors are those of 10 hairstyles that no run is trained on, in
 /// m² of a coordinate. Each run has its folder; the same command goes on with what was stopped and leaves alone what is done. The folder
 /// gets strands.json and report.html.
@@ -69,7 +69,7 @@ impl Experiment for Strands<'_> {
         subtitle: "The Spline-based Transformer and its baselines on strands of drawn hairstyles: same strands, same settings, other latent tokens.",
         table: "Reconstruction of strands (Table 3.5)",
         caption: "Mean squared error of a coordinate over strands of ten hairstyles that were never trained on. Our hairstyles are drawn; \
-                  the thesis' are models by artists, whose unit it does not state: its rows are of the same kind, not of the same data.",
+                  the thesis' are 343 models, whose unit it does not state: its rows are of the same kind, not of the same data.",
         column: "latent",
         unit: "m²",
         tokens: "points",
