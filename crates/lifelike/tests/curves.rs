@@ -26,7 +26,7 @@ fn a_comparison_is_made_once_and_printed_beside_the_thesis() {
     let runs = first["runs"].as_array().unwrap();
     assert_eq!(runs.len(), 6);
     for run in runs {
-        assert_eq!((&run["iterations"], &run["of"], &run["test_curves"]), (&40.into(), &40.into(), &64.into()));
+        assert_eq!((&run["iterations"], &run["of"], &run["test"]), (&40.into(), &40.into(), &64.into()));
         assert!(run["mse"].as_f64().unwrap() > 0.0);
         assert_eq!(run["looks"].as_array().unwrap().len(), 4);
     }

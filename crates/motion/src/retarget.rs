@@ -56,7 +56,7 @@ pub fn retarget(
     let started = Instant::now();
     let fps = options.fps;
     check_options(source, options)?;
-    refuse::check_source(source)?;
+    source.check()?;
     let roles = SourceRoles::guess(source, &options.correspondence)?;
     let rig = Rig::new(character, anatomy, options)?;
     let leg = Human::leg_length_of(source, &roles);

@@ -3,6 +3,7 @@
 use lifelike_character::{Quat, Vec3};
 
 use crate::clip::Caption;
+use crate::error::MotionError;
 
 /// The skeleton that a capture came with. All of it in the rest pose, in metres, z up, x forward, y left.
 #[derive(Debug, Clone, PartialEq)]
@@ -54,6 +55,43 @@ impl SourceClip {
     /// Duration from the first to the last frame (s).
     pub fn seconds(&self) -> f64 {
         self.len().saturating_sub(1) as f64 / self.fps
+    }
+
+    /// Checks that the clip is one that can be computed with: at least two frames and 0.2 s of finite numbers, one rotation for each
+    /// frame and joint, and a skeleton with parents before children.
+    ///
+    /// # Errors
+    /// [`MotionError::Unfit`] with the first thing that is wrong.
+    pub fn check(&self) -> Result<(), MotionError> {
+        let unfit = |message: String| Err(MotionError::Unfit { clip: self.name.clone(), message });
+        let n = self.skeleton.names.len();
+        if !(self.fps.is_finite() && self.fps > 0.0) {
+            return unfit(format!("its rate is {} frames per second", self.fps));
+        }
+        if self.len() < 2 || self.seconds() < 0.2 {
+            return unfit(format!(
+                "it is too short: {} frames, {:.3} s; at least 0.2 s are needed",
+                self.len(),
+                self.seconds()
+            ));
+        }
+        if self.rotations.len() != self.len() || self.rotations.iter().any(|r| r.len() != n) {
+            return unfit(format!("its rotations are not one per frame and joint ({} frames, {n} joints)", self.len()));
+        }
+        let skeleton = &self.skeleton;
+        if skeleton.parents.len() != n
+            || skeleton.offsets.len() != n
+            || skeleton.parents.iter().enumerate().any(|(j, p)| p.is_some_and(|p| p >= j))
+        {
+            return unfit("its skeleton is not a tree with parents before children".into());
+        }
+        for t in 0..self.len() {
+            let rotations = self.rotations[t].iter().all(|r| r.coords.iter().all(|c| c.is_finite()));
+            if !rotations || !self.root_position[t].iter().all(|c| c.is_finite()) {
+                return unfit(format!("frame {t} holds a number that is not finite"));
+            }
+        }
+        Ok(())
     }
 
     /// World position and rotation of every joint at one frame.

@@ -1,7 +1,13 @@
-//! Small drawings of plane curves, side by side.
+//! Small drawings of plane curves and small pictures, side by side.
 
 use std::fmt::Write;
 
+use zune_core::bit_depth::BitDepth;
+use zune_core::colorspace::ColorSpace;
+use zune_core::options::EncoderOptions;
+use zune_png::PngEncoder;
+
+use super::base64::encode;
 use super::table::escape;
 
 /// A row of panels under one heading.
@@ -13,6 +19,8 @@ pub struct Drawing {
     pub caption: String,
     /// The panels.
     pub panels: Vec<Panel>,
+    /// Panels side by side; 0 for as many as fit.
+    pub across: usize,
 }
 
 /// Some lines in one frame, x to the right and y up, both to the same scale.
@@ -26,12 +34,44 @@ pub struct Panel {
     pub reference: Vec<Vec<[f32; 2]>>,
     /// The boldly drawn lines.
     pub lines: Vec<Vec<[f32; 2]>>,
+    /// A picture instead of lines.
+    pub picture: Option<Picture>,
+}
+
+/// A picture in pixels.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Picture {
+    /// Columns.
+    pub width: usize,
+    /// Rows.
+    pub height: usize,
+    /// Red, green and blue of each pixel, row by row from the top.
+    pub rgb: Vec<u8>,
+}
+
+impl Picture {
+    /// As large as the frame, each pixel a square of one colour. Nothing where the numbers are not as many as the pixels need.
+    fn to_svg(&self) -> String {
+        let options = EncoderOptions::new(self.width, self.height, ColorSpace::RGB, BitDepth::Eight);
+        let mut file = Vec::new();
+        if self.width == 0 || self.height == 0 || PngEncoder::new(&self.rgb, options).encode(&mut file).is_err() {
+            return String::new();
+        }
+        format!(
+            "<image width=\"200\" height=\"200\" class=\"pixels\" href=\"data:image/png;base64,{}\"/>",
+            encode(&file)
+        )
+    }
 }
 
 impl Drawing {
     /// As a section of the page.
     pub(super) fn to_html(&self) -> String {
-        let mut out = format!("<section>\n<h2>{}</h2>\n<div class=\"panels drawing\">\n", escape(&self.title));
+        let grid = match self.across {
+            0 => String::new(),
+            n => format!(" style=\"grid-template-columns: repeat({n}, minmax(0, 300px))\""),
+        };
+        let mut out = format!("<section>\n<h2>{}</h2>\n<div class=\"panels drawing\"{grid}>\n", escape(&self.title));
         self.panels.iter().for_each(|panel| out.push_str(&panel.to_html()));
         out.push_str("</div>\n");
         if !self.caption.is_empty() {
@@ -66,7 +106,8 @@ impl Panel {
             }
             format!("<path d=\"{d}\" class=\"{class}\"/>")
         };
-        let mut paths: String = self.reference.iter().map(|line| path(line, "behind")).collect();
+        let mut paths = self.picture.as_ref().map(Picture::to_svg).unwrap_or_default();
+        paths.extend(self.reference.iter().map(|line| path(line, "behind")));
         self.lines.iter().for_each(|line| paths.push_str(&path(line, "bold")));
         let (name, note) = (escape(&self.name), escape(&self.note));
         format!(
@@ -87,12 +128,29 @@ mod tests {
             note: "1e-3".into(),
             reference: vec![vec![[-1.0, 0.0], [1.0, 0.0]]],
             lines: vec![vec![[0.0, 0.0], [f32::NAN, 0.0], [0.0, 0.5]]],
+            picture: None,
         };
-        let html = Drawing { title: "T".into(), caption: String::new(), panels: vec![panel] }.to_html();
+        let html = Drawing { title: "T".into(), panels: vec![panel], across: 3, ..Drawing::default() }.to_html();
         // 2 wide with a margin of 8%: 200 / 2.16 units for 1; the middle of y is 0.25.
         assert!(html.contains("d=\"M7.4 123.1L192.6 123.1\" class=\"behind\""), "{html}");
         assert!(html.contains("d=\"M100.0 123.1M100.0 76.9\" class=\"bold\""), "{html}");
         assert!(html.contains("<b>&lt;a&gt;</b><span>1e-3</span>") && !html.contains("caption\">"), "{html}");
+        assert!(html.contains("repeat(3, "), "{html}");
+    }
+
+    #[test]
+    fn a_picture_is_a_png_of_its_pixels() {
+        let rgb: Vec<u8> = (0..2 * 3 * 3).map(|i| 10 * i).collect();
+        let picture = Picture { width: 3, height: 2, rgb: rgb.clone() };
+        let svg = Panel { picture: Some(picture.clone()), ..Panel::default() }.to_html();
+        // A PNG's first eight bytes, as base64.
+        assert!(svg.contains("href=\"data:image/png;base64,iVBORw0KGg"), "{svg}");
+        let mut file = Vec::new();
+        let options = EncoderOptions::new(3, 2, ColorSpace::RGB, BitDepth::Eight);
+        assert!(PngEncoder::new(&rgb, options).encode(&mut file).is_ok());
+        let read = zune_png::PngDecoder::new(zune_core::bytestream::ZCursor::new(file)).decode_raw();
+        assert_eq!(read.ok(), Some(rgb));
+        assert_eq!(Picture { height: 3, ..picture }.to_svg(), "");
     }
 
     #[test]

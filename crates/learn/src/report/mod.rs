@@ -20,6 +20,6 @@ mod table;
 
 pub use builder::ReportBuilder;
 pub use curve::{Curve, curves_from};
-pub use drawing::{Drawing, Panel};
+pub use drawing::{Drawing, Panel, Picture};
 pub use playback::{BodyPose, Playback};
 pub use table::{Align, Cell, Column, Table, Tone};

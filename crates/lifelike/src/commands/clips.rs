@@ -75,6 +75,14 @@ pub fn load_files(inputs: &[PathBuf], robot: &Robot) -> Result<Vec<(PathBuf, Mot
     Ok(clips.into_iter().collect::<Result<Vec<_>, _>>()?)
 }
 
+/// Files of captured motion and keyframes from files, folders and patterns, sorted. `@list.txt` stands for the lines of a file.
+///
+/// # Errors
+/// An input that is not there, or in which nothing is of use.
+pub fn captured_files(inputs: &[PathBuf]) -> Result<Vec<PathBuf>, CliError> {
+    Ok(dataset::find_files(&listed(inputs)?, is_captured)?)
+}
+
 /// Replaces `@file` by the lines of the file that are neither empty nor comments (`#`).
 fn listed(inputs: &[PathBuf]) -> Result<Vec<PathBuf>, CliError> {
     let mut all = Vec::with_capacity(inputs.len());

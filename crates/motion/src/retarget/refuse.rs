@@ -11,39 +11,6 @@ use crate::source::SourceClip;
 /// The longest time (s) in which a leap may keep a person off the ground although no free fall shows at the hips.
 const LONGEST_LEAP: f64 = 0.6;
 
-/// Checks the numbers of a clip before anything is computed from them.
-pub(super) fn check_source(clip: &SourceClip) -> Result<(), MotionError> {
-    let unfit = |message: String| Err(MotionError::Unfit { clip: clip.name.clone(), message });
-    let n = clip.skeleton.names.len();
-    if !(clip.fps.is_finite() && clip.fps > 0.0) {
-        return unfit(format!("its rate is {} frames per second", clip.fps));
-    }
-    if clip.len() < 2 || clip.seconds() < 0.2 {
-        return unfit(format!(
-            "it is too short: {} frames, {:.3} s; at least 0.2 s are needed",
-            clip.len(),
-            clip.seconds()
-        ));
-    }
-    if clip.rotations.len() != clip.len() || clip.rotations.iter().any(|r| r.len() != n) {
-        return unfit(format!("its rotations are not one per frame and joint ({} frames, {n} joints)", clip.len()));
-    }
-    let skeleton = &clip.skeleton;
-    if skeleton.parents.len() != n
-        || skeleton.offsets.len() != n
-        || skeleton.parents.iter().enumerate().any(|(j, p)| p.is_some_and(|p| p >= j))
-    {
-        return unfit("its skeleton is not a tree with parents before children".into());
-    }
-    for t in 0..clip.len() {
-        let rotations = clip.rotations[t].iter().all(|r| r.coords.iter().all(|c| c.is_finite()));
-        if !rotations || !clip.root_position[t].iter().all(|c| c.is_finite()) {
-            return unfit(format!("frame {t} holds a number that is not finite"));
-        }
-    }
-    Ok(())
-}
-
 /// Refuses clips of upright people whose feet never rest: their heights cannot be right.
 pub(super) fn check_stance(clip: &SourceClip, human: &Human, feet: &[Stance; 2]) -> Result<(), MotionError> {
     let upright = human.frames.iter().filter(|f| (f.pelvis * Vec3::z()).z > 0.7).count();

@@ -47,6 +47,27 @@ pub fn join(patches: Tensor<3>, patch: usize, [height, width]: [usize; 2]) -> Re
     Ok(tiled.reshape([b, channels, height, width]))
 }
 
+/// Where each number of an image's patches stands in the image, for images row by row with the channels innermost, as files
+/// have them: the order of [`split`] without a tensor.
+///
+/// # Shapes
+/// `height width channels` numbers, each once.
+///
+/// # Errors
+/// The patches do not tile the image.
+pub fn order(patch: usize, [height, width]: [usize; 2], channels: usize) -> Result<Vec<usize>, Untiled> {
+    let [rows, columns] = tiles(patch, height, width)?;
+    let mut order = Vec::with_capacity(height * width * channels);
+    for tile in 0..rows * columns {
+        let (top, left) = (tile / columns * patch, tile % columns * patch);
+        for pixel in 0..patch * patch {
+            let first = ((top + pixel / patch) * width + left + pixel % patch) * channels;
+            order.extend(first..first + channels);
+        }
+    }
+    Ok(order)
+}
+
 fn tiles(patch: usize, height: usize, width: usize) -> Result<[usize; 2], Untiled> {
     if patch == 0 || !height.is_multiple_of(patch) || !width.is_multiple_of(patch) {
         return Err(Untiled { patch, height, width });
@@ -71,6 +92,18 @@ mod tests {
         // Second image, patch in row 1 and column 2 (number 6), its pixel (1, 0), channel 2: pixel (3, 4) of the image.
         assert_eq!(numbers[8 * 12 + 6 * 12 + (2 * 3) + 2], values[3 * 32 + 2 * 32 + 3 * 8 + 4]);
         assert_eq!(join(split, 2, [4, 8]).unwrap().try_into_vec_as::<f32>().unwrap(), values);
+    }
+
+    #[test]
+    fn the_order_without_tensors_is_the_same() {
+        let (channels, height, width) = (3, 4, 8);
+        let pixels: Vec<f32> = (0..channels * height * width).map(|i| i as f32).collect();
+        let image = Tensor::<1>::from_data(TensorData::new(pixels.clone(), [96]), &device::inference());
+        let image = image.reshape([1, height, width, channels]).permute([0, 3, 1, 2]);
+        let numbers = split(image, 2).unwrap().try_into_vec_as::<f32>().unwrap();
+        let ordered: Vec<f32> = order(2, [height, width], channels).unwrap().iter().map(|&i| pixels[i]).collect();
+        assert_eq!(ordered, numbers);
+        assert!(order(3, [height, width], channels).is_err());
     }
 
     #[test]

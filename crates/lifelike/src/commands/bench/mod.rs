@@ -1,6 +1,6 @@
 //! `lifelike bench`: how fast things are here, how much a policy bears, and the thesis' tables.
 
-mod curves;
+mod autoencoders;
 mod engine;
 mod latent;
 mod learning;
@@ -8,6 +8,7 @@ mod machine;
 mod robustness;
 mod tracking;
 
+use autoencoders::{curves, images, reconstruction, strands};
 use clap::Subcommand;
 
 use crate::error::CliError;
@@ -18,9 +19,12 @@ use crate::output::Output;
 pub enum Bench {
     Curves(curves::Args),
     Engine(engine::Args),
+    Images(images::Args),
     Latent(latent::Args),
     Learning(learning::Args),
+    Reconstruction(reconstruction::Args),
     Robustness(robustness::Args),
+    Strands(strands::Args),
     Tracking(tracking::Args),
 }
 
@@ -30,10 +34,13 @@ impl Bench {
         match self {
             Self::Curves(args) => curves::run(&args, output),
             Self::Engine(args) => engine::run(&args, output),
+            Self::Images(args) => images::run(&args, output),
             Self::Latent(args) => latent::run(&args, output),
             Self::Learning(args) => learning::run(&args, output),
-            Self::Tracking(args) => tracking::run(&args, output),
+            Self::Reconstruction(args) => reconstruction::run(&args, output),
             Self::Robustness(args) => robustness::run(&args, output),
+            Self::Strands(args) => strands::run(&args, output),
+            Self::Tracking(args) => tracking::run(&args, output),
         }
     }
 }

@@ -87,7 +87,8 @@ fn latent(model: &MotionSpline, curves: [&SplinedClip; 2]) -> Result<Drawing, Cl
                 })
                 .collect()
         };
-        Panel { name: format!("number {k}"), note: format!("{height:.2} high"), reference: lines(0), lines: lines(1) }
+        let (name, note) = (format!("number {k}"), format!("{height:.2} high"));
+        Panel { name, note, reference: lines(0), lines: lines(1), ..Panel::default() }
     });
     Ok(Drawing {
         title: "Latent curves".into(),
@@ -96,6 +97,7 @@ fn latent(model: &MotionSpline, curves: [&SplinedClip; 2]) -> Result<Drawing, Cl
              Crosses are control points, a third of a segment apart; a curve passes through the first and the last."
         ),
         panels: panels.collect(),
+        ..Drawing::default()
     })
 }
 

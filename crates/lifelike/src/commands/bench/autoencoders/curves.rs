@@ -1,0 +1,148 @@
+//! `lifelike bench curves`: plane curves (thesis 3.3.1, Table 3.1; 3.3.5).
+
+use lifelike_learn::LearnError;
+use lifelike_learn::report::Panel;
+use lifelike_learn::representation::spline_transformer::{CurveSequences, CurvesPlan, Family, SequencePlan};
+
+use super::args::Shared;
+use super::budget::Budget;
+use super::{Column, Experiment, Shown, Words, driver};
+use crate::error::CliError;
+use crate::output::Output;
+
+/// Train the Spline-based Transformer and its baselines on families of plane curves, and print thesis Table 3.1 with ours below it.
+///
+/// Methods of one family meet the same curves in the same order, with the same settings. Errors are mean squared errors of (x, y) over
+/// test curves (10,000 but for the smoke budget) that no run is ever trained on. Each run has its folder; the same command goes on
+/// with what was stopped and leaves alone what is done. The folder gets curves.json and report.html: the loss of validation against
+/// iterations and time, and test curves with their reconstructions.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+Examples:
+  lifelike bench curves --budget smoke -o runs/smoke                                   # a minute: does it work at all?
+  lifelike bench curves -o runs/curves                                                 # 64 points, batches of 32: two hours
+  lifelike bench curves --families bezier-2 --methods spline,alibi --iterations 500 -o runs/bezier
+  lifelike bench curves --budget thesis --families lissajous --minutes 60 -o runs/long # an hour each; again for another hour
+  lifelike bench curves --families lissajous --methods spline --rates 1e-4,1e-3,1e-2 --warmup 200 -o runs/rates
+  lifelike bench curves -o runs/other training.batch=64 training.max_gradient_norm=1.0
+
+Families: lissajous, hypotrochoids, bezier-2, bezier-64. Methods: spline, alibi, alibi-cat.
+With --rates the learning rate is swept (thesis 3.3.5, Fig. 3.7b); --warmup N then adds the same rates with a linear rise over N
+iterations to compare with, and without --rates it applies to all runs.")]
+pub struct Args {
+    /// Families of curves; all where not given.
+    #[arg(long, value_delimiter = ',')]
+    families: Vec<Family>,
+    #[command(flatten)]
+    shared: Shared,
+    /// Changes to the plan of all runs, by dotted path.
+    #[arg(value_name = "KEY=VALUE")]
+    overrides: Vec<String>,
+}
+
+/// Runs the command.
+pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
+    driver::run(&Curves { families: &args.families }, &args.shared, &args.overrides, output)
+}
+
+struct Curves<'a> {
+    families: &'a [Family],
+}
+
+/// Thesis Table 3.1: ALiBi, ALiBi-Cat, Spline.
+fn thesis(family: Family) -> [f64; 3] {
+    match family {
+        Family::Lissajous => [1e-4, 8e-4, 3e-5],
+        Family::Hypotrochoids => [2e-3, 5.3e-3, 1.4e-3],
+        Family::Bezier2 => [1.76e-2, 1.78e-2, 2e-6],
+        Family::Bezier64 => [3.88e-3, 3.89e-3, 3.87e-3],
+    }
+}
+
+fn plan(budget: Budget, family: Family) -> CurvesPlan {
+    let plan = CurvesPlan::new(family);
+    let iterations = if family == Family::Bezier64 { 2000 } else { 6000 };
+    let plan = CurvesPlan { training: budget.training(plan.training, iterations), ..plan };
+    match budget {
+        Budget::Smoke => CurvesPlan { samples: 16, validation: 32, test: 64, ..plan },
+        Budget::Cpu => CurvesPlan { samples: 64, ..plan },
+        Budget::Thesis => plan,
+    }
+}
+
+impl Experiment for Curves<'_> {
+    type Plan = CurvesPlan;
+    type Source = ();
+    type Data = CurveSequences;
+
+    const WORDS: Words = Words {
+        name: "curves",
+        title: "Curves by sequence autoencoders",
+        subtitle: "The Spline-based Transformer and its baselines on plane curves: same curves, same settings, other latent tokens.",
+        table: "Reconstruction of curves (Table 3.1)",
+        caption: "Mean squared error of (x, y) over test curves that were never trained on. The thesis does not state the domains of \
+                  its curves or the length of its training, so its rows are of the same kind, not of the same data.",
+        column: "family",
+        unit: "",
+        tokens: "points",
+        items: "test curves",
+        drawing: "Behind, the curve; in front, what came back.",
+    };
+
+    fn columns(&self, budget: Budget) -> Vec<Column<CurvesPlan>> {
+        let chosen = Family::ALL.into_iter().filter(|f| self.families.is_empty() || self.families.contains(f));
+        let column = |family: Family| Column {
+            key: family.name().into(),
+            title: family.title().into(),
+            thesis: Some(thesis(family)),
+            plan: plan(budget, family),
+        };
+        chosen.map(column).collect()
+    }
+
+    fn training(plan: &mut CurvesPlan) -> &mut SequencePlan {
+        &mut plan.training
+    }
+
+    fn check(plan: &CurvesPlan) -> Result<(), LearnError> {
+        plan.check()
+    }
+
+    fn read(&self, _: &Output) -> Result<(), CliError> {
+        Ok(())
+    }
+
+    fn data((): &(), plan: &CurvesPlan) -> Result<CurveSequences, LearnError> {
+        CurveSequences::new(plan)
+    }
+
+    fn shown(_: &CurveSequences, x: &[f32], y: &[f32]) -> Shown {
+        let line = |row: &[f32]| vec![row.as_chunks::<2>().0.to_vec()];
+        Shown { truth: None, back: Panel { reference: line(x), lines: line(y), ..Panel::default() } }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    #[test]
+    fn every_budget_is_a_plan_that_can_be_run() {
+        for family in Family::ALL {
+            for budget in [Budget::Smoke, Budget::Cpu, Budget::Thesis] {
+                plan(budget, family).check().unwrap();
+            }
+            assert_eq!(plan(Budget::Thesis, family), CurvesPlan::new(family));
+        }
+    }
+
+    /// Runs that were begun with this plan must go on.
+    #[test]
+    fn a_plan_stays_what_it_was_in_a_file() {
+        let text = "family = \"bezier-64\"\nsamples = 64\nvalidation = 256\ntest = 10000\n\n[training]\nseed = 0\n\
+                    method = \"spline\"\nlatent = 64\nlayers = 4\nheads = 4\nwidth = 128\nfactor = 1\nbatch = 32\npart = 4\n\
+                    iterations = 2000\noptimizer = \"radam\"\nlearning_rate = 0.001\nwarmup = 0\nvalidate_every = 250\n";
+        assert_eq!(toml::to_string(&plan(Budget::Cpu, Family::Bezier64)).unwrap(), text);
+    }
+}

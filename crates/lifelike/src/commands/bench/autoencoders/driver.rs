@@ -1,0 +1,138 @@
+//! From arguments to runs: which plans there are, training each in its folder, and what is written.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::ops::ControlFlow;
+use std::path::Path;
+use std::sync::atomic::Ordering;
+use std::time::Instant;
+
+use lifelike_learn::representation::spline_transformer::{Method, SequenceTrainer, run as folders};
+use lifelike_nn::device::Device;
+use serde_json::json;
+use tracing::info;
+
+use super::args::Shared;
+use super::results::{Place, Run};
+use super::{Column, Experiment, page, tables};
+use crate::error::CliError;
+use crate::output::Output;
+use crate::progress::Progress;
+use crate::{interrupt, overrides};
+
+/// Runs an experiment.
+pub fn run<E: Experiment>(
+    experiment: &E,
+    shared: &Shared,
+    changes: &[String],
+    output: &Output,
+) -> Result<(), CliError> {
+    shared.check()?;
+    let columns = experiment.columns(shared.budget);
+    let places = places::<E>(&columns, shared, changes)?;
+    let device = shared.networks.open()?;
+    let source = experiment.read(output)?;
+    let mut runs = Vec::new();
+    for place in &places {
+        let folder = shared.output.join(&place.name);
+        info!("{}: {}", place.name, folder.display());
+        let trainer = trained::<E>(&source, place, &folder, &device, shared, output)?;
+        runs.push(Run::of::<E>(place, &trainer, &folder)?);
+        save(&columns, shared, &runs, E::WORDS)?;
+    }
+    let report = shared.output.join("report.html");
+    output.result(&value(&columns, shared, &runs), || {
+        let all = tables::all(&columns, &runs, &E::WORDS, shared.sweeps());
+        let tables: String = all.iter().map(|t| t.to_text() + &t.caption + "\n\n").collect();
+        format!("{tables}report: {}\n", report.display())
+    })
+}
+
+/// Every run's folder name and plan, checked before the first begins.
+fn places<E: Experiment>(
+    columns: &[Column<E::Plan>],
+    shared: &Shared,
+    changes: &[String],
+) -> Result<Vec<Place<E::Plan>>, CliError> {
+    let rates: Vec<Option<f64>> =
+        if shared.sweeps() { shared.rates.iter().map(|rate| Some(*rate)).collect() } else { vec![None] };
+    // A sweep compares with and without; a plain run has what it is told.
+    let warmups: BTreeSet<u64> = match shared.warmup {
+        Some(warmup) if shared.sweeps() => [0, warmup].into(),
+        other => [other.unwrap_or(0)].into(),
+    };
+    let methods = Method::ALL.into_iter().filter(|m| shared.methods.is_empty() || shared.methods.contains(m));
+    let mut places = Vec::new();
+    for column in columns {
+        for method in methods.clone() {
+            for rate in &rates {
+                for warmup in &warmups {
+                    let mut plan = column.plan.clone();
+                    let training = E::training(&mut plan);
+                    (training.method, training.seed, training.warmup) = (method, shared.seed, *warmup);
+                    training.iterations = shared.iterations.unwrap_or(training.iterations);
+                    training.learning_rate = rate.unwrap_or(training.learning_rate);
+                    let mut plan: E::Plan = overrides::apply(plan, changes)?;
+                    E::check(&plan)?;
+                    let rate = rate.map_or(String::new(), |rate| format!("-rate-{rate:e}"));
+                    let rise = if *warmup > 0 { format!("-warmup-{warmup}") } else { String::new() };
+                    let name = format!("{}-{method}{rate}{rise}-{}", column.key, shared.seed);
+                    let training = E::training(&mut plan).clone();
+                    places.push(Place {
+                        name,
+                        column: column.key.clone(),
+                        title: column.title.clone(),
+                        training,
+                        plan,
+                    });
+                }
+            }
+        }
+    }
+    Ok(places)
+}
+
+/// Trains until the plan is done or the minutes are over. Ctrl-C ends the command.
+fn trained<E: Experiment>(
+    source: &E::Source,
+    place: &Place<E::Plan>,
+    folder: &Path,
+    device: &Device,
+    shared: &Shared,
+    output: &Output,
+) -> Result<SequenceTrainer<E::Data>, CliError> {
+    let stop = interrupt::flag()?;
+    let training = &place.training;
+    let total = training.iterations;
+    let mut progress = Progress::new(output, "training", total);
+    let data = E::data(source, &place.plan)?;
+    let (began, mut interrupted) = (Instant::now(), false);
+    let trainer = folders::train(folder, &place.plan, training, data, device, |now| {
+        progress.update(now.iteration, total, || format!("{} {} {:.2e}", place.column, training.method, now.loss));
+        interrupted = stop.load(Ordering::SeqCst);
+        let late = shared.minutes.is_some_and(|minutes| began.elapsed().as_secs_f64() > 60.0 * minutes);
+        if interrupted || late { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    })?;
+    progress.finish();
+    if interrupted {
+        return Err(CliError::Interrupted("the same command goes on".into()));
+    }
+    Ok(trainer)
+}
+
+fn value<P>(columns: &[Column<P>], shared: &Shared, runs: &[Run]) -> serde_json::Value {
+    let of = |i: usize| -> BTreeMap<&str, Option<f64>> {
+        columns.iter().map(|column| (column.key.as_str(), column.thesis.map(|errors| errors[i]))).collect()
+    };
+    let thesis: BTreeMap<&str, _> = Method::ALL.iter().enumerate().map(|(i, m)| (m.name(), of(i))).collect();
+    json!({ "budget": shared.budget.name(), "thesis": thesis, "runs": runs })
+}
+
+/// Writes the results as JSON, and report.html.
+fn save<P>(columns: &[Column<P>], shared: &Shared, runs: &[Run], words: super::Words) -> Result<(), CliError> {
+    let text = serde_json::to_string_pretty(&value(columns, shared, runs));
+    let text = text.map_err(|e| CliError::Failed(e.to_string()))?;
+    let file = shared.output.join(format!("{}.json", words.name));
+    std::fs::write(&file, text).map_err(CliError::write(&file))?;
+    let page = page::report(columns, runs, &words, shared.budget, shared.sweeps());
+    Ok(page.write(&shared.output.join("report.html"))?)
+}

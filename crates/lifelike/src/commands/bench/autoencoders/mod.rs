@@ -1,0 +1,139 @@
+//! `lifelike bench curves`, `images`, `strands` and `reconstruction`: the Spline-based Transformer and its baselines on four kinds of
+//! sequences (thesis 3.3). One frame for all: an [`Experiment`] (a file each) says what its columns, plans, data and pictures are;
+//! [`driver`] trains, [`results`] measures, [`tables`] and [`page`] show.
+
+mod args;
+mod budget;
+pub mod curves;
+mod driver;
+pub mod images;
+mod page;
+pub mod reconstruction;
+mod results;
+pub mod strands;
+mod tables;
+
+use std::collections::BTreeMap;
+
+use lifelike_learn::LearnError;
+use lifelike_learn::report::Panel;
+use lifelike_learn::representation::spline_transformer::{HeldOut, SequencePlan, SequenceTrainer, Sequences};
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
+use crate::error::CliError;
+use crate::output::Output;
+use budget::Budget;
+
+/// What the methods are compared on.
+pub trait Experiment {
+    /// A run's plan: what plan.toml holds.
+    type Plan: Clone + PartialEq + Serialize + DeserializeOwned;
+    /// What all runs have in common and is read once.
+    type Source;
+    /// What a run learns from.
+    type Data: Sequences;
+
+    /// How it speaks.
+    const WORDS: Words;
+    /// Mean squared errors of the network times this are the tables'.
+    const SCALE: f64 = 1.0;
+
+    /// The columns asked for.
+    fn columns(&self, budget: Budget) -> Vec<Column<Self::Plan>>;
+
+    /// The training in a plan.
+    fn training(plan: &mut Self::Plan) -> &mut SequencePlan;
+
+    /// Checks every range of a plan.
+    ///
+    /// # Errors
+    /// The first key out of range.
+    fn check(plan: &Self::Plan) -> Result<(), LearnError>;
+
+    /// Reads what is to be read, after all plans have been checked.
+    ///
+    /// # Errors
+    /// Files that are not what they should be.
+    fn read(&self, output: &Output) -> Result<Self::Source, CliError>;
+
+    /// The sequences of a plan.
+    ///
+    /// # Errors
+    /// A plan that does not fit the source.
+    fn data(source: &Self::Source, plan: &Self::Plan) -> Result<Self::Data, LearnError>;
+
+    /// A test sequence and what came back of it, both `[tokens, width]`.
+    fn shown(data: &Self::Data, x: &[f32], y: &[f32]) -> Shown;
+
+    /// What else the table tells of the test set, by name with unit.
+    ///
+    /// # Errors
+    /// The device does not hand out its numbers.
+    fn also(_trainer: &SequenceTrainer<Self::Data>) -> Result<BTreeMap<String, f64>, LearnError> {
+        Ok(BTreeMap::new())
+    }
+}
+
+/// How an experiment speaks.
+#[derive(Debug, Clone, Copy)]
+pub struct Words {
+    /// Of the command and of the results' file.
+    pub name: &'static str,
+    /// Of the page.
+    pub title: &'static str,
+    /// Below it.
+    pub subtitle: &'static str,
+    /// Of the table.
+    pub table: &'static str,
+    /// Below it: what is measured, and what cannot be compared with the thesis.
+    pub caption: &'static str,
+    /// What the columns differ by.
+    pub column: &'static str,
+    /// Unit of the errors; may be empty.
+    pub unit: &'static str,
+    /// What elements of a sequence are called.
+    pub tokens: &'static str,
+    /// What test sequences are called.
+    pub items: &'static str,
+    /// What the drawings show.
+    pub drawing: &'static str,
+}
+
+/// A column of the table.
+#[derive(Debug, Clone)]
+pub struct Column<P> {
+    /// In names of folders and in files.
+    pub key: String,
+    /// On the page.
+    pub title: String,
+    /// The thesis' errors of ALiBi, ALiBi-Cat and Spline; none where it has no such column.
+    pub thesis: Option<[f64; 3]>,
+    /// The plan, but for method, seed, rate and warm-up.
+    pub plan: P,
+}
+
+/// A test sequence in pictures.
+#[derive(Debug, Clone)]
+pub struct Shown {
+    /// The sequence itself, where it stands beside what came back, not behind it.
+    pub truth: Option<Panel>,
+    /// What came back.
+    pub back: Panel,
+}
+
+/// Errors of the tables.
+const TABLE: HeldOut = HeldOut::Test;
+
+/// Columns that differ by the latent dimension: those chosen, or all of the thesis' table.
+fn latent_columns<P>(chosen: &[usize], thesis: &[(usize, [f64; 3])], plan: impl Fn(usize) -> P) -> Vec<Column<P>> {
+    let all: Vec<usize> = thesis.iter().map(|(latent, _)| *latent).collect();
+    let chosen = if chosen.is_empty() { &all } else { chosen };
+    let column = |latent: &usize| Column {
+        key: format!("{latent}d"),
+        title: format!("{latent}D"),
+        thesis: thesis.iter().find(|(l, _)| l == latent).map(|(_, errors)| *errors),
+        plan: plan(*latent),
+    };
+    chosen.iter().map(column).collect()
+}

@@ -1,0 +1,200 @@
+//! What became of a run.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use lifelike_learn::LearnError;
+use lifelike_learn::report::Panel;
+use lifelike_learn::representation::spline_transformer::run::{Look, looks};
+use lifelike_learn::representation::spline_transformer::{Method, SequencePlan, SequenceTrainer, Sequences};
+use lifelike_learn::run::write_atomically;
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
+
+use super::{Experiment, Shown, TABLE};
+use crate::error::CliError;
+
+/// Test sequences that are drawn of each run.
+const DRAWN: usize = 4;
+/// Where a run's folder keeps what was measured.
+const FILE: &str = "test.toml";
+
+/// A run before it begins.
+#[derive(Debug)]
+pub struct Place<P> {
+    /// Of its folder.
+    pub name: String,
+    /// Key and title of its column.
+    pub column: String,
+    pub title: String,
+    /// The plan, and the training in it.
+    pub plan: P,
+    pub training: SequencePlan,
+}
+
+/// One run, measured.
+#[derive(Debug, Serialize)]
+pub struct Run {
+    pub column: String,
+    #[serde(skip)]
+    pub title: String,
+    pub method: Method,
+    pub seed: u64,
+    pub learning_rate: f64,
+    pub warmup: u64,
+    /// Done, and what the plan wants.
+    pub iterations: u64,
+    pub of: u64,
+    /// Time spent training (validation not counted).
+    pub minutes: f64,
+    pub parameters: usize,
+    pub tokens: usize,
+    pub batch: usize,
+    /// The test set, in the table's unit.
+    #[serde(flatten)]
+    pub test: Measured,
+    /// Validation on the way, in the table's unit.
+    pub looks: Vec<Look>,
+    #[serde(skip)]
+    pub shown: Vec<Shown>,
+}
+
+/// Errors of the test set.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Measured {
+    /// Sequences.
+    pub test: usize,
+    /// Mean squared error over all of them.
+    pub mse: f64,
+    /// Median of theirs.
+    pub median: f64,
+    /// Root mean square distance of control points from their sequence's mean.
+    pub spread: f64,
+    /// What else the experiment measures, by name with unit.
+    pub also: BTreeMap<String, f64>,
+}
+
+/// What the folder keeps: the measured numbers, in the network's unit, and of what they are.
+#[derive(Debug, Serialize, Deserialize)]
+struct Kept<P> {
+    iteration: u64,
+    data: String,
+    measured: Measured,
+    plan: P,
+}
+
+impl Run {
+    /// Measures a run on the test set, or reads what was measured of it.
+    pub fn of<E: Experiment>(
+        place: &Place<E::Plan>,
+        trainer: &SequenceTrainer<E::Data>,
+        folder: &Path,
+    ) -> Result<Self, CliError> {
+        let kept = measured(folder, &place.plan, trainer, || measure::<E>(trainer))?;
+        let test = Measured { mse: E::SCALE * kept.mse, median: E::SCALE * kept.median, ..kept };
+        let scaled = |look: Look| Look { mse: E::SCALE * look.mse, ..look };
+        let looks: Vec<Look> = looks(folder)?.into_iter().map(scaled).collect();
+        let training = &place.training;
+        Ok(Self {
+            column: place.column.clone(),
+            title: place.title.clone(),
+            method: training.method,
+            seed: training.seed,
+            learning_rate: training.learning_rate,
+            warmup: training.warmup,
+            iterations: trainer.iteration(),
+            of: training.iterations,
+            minutes: looks.last().map_or(f64::NAN, |look| look.seconds / 60.0),
+            parameters: trainer.parameters(),
+            tokens: trainer.data().tokens(),
+            batch: training.batch,
+            shown: drawn::<E>(trainer)?,
+            test,
+            looks,
+        })
+    }
+
+    /// Whether the plan's iterations are done.
+    pub fn is_done(&self) -> bool {
+        self.iterations >= self.of
+    }
+}
+
+/// What the folder keeps of this plan, these sequences and this iteration; else what `measure` says, which is kept then.
+fn measured<P: Serialize + DeserializeOwned + PartialEq + Clone, S: Sequences>(
+    folder: &Path,
+    plan: &P,
+    trainer: &SequenceTrainer<S>,
+    measure: impl FnOnce() -> Result<Measured, LearnError>,
+) -> Result<Measured, CliError> {
+    let file = folder.join(FILE);
+    let (iteration, data) = (trainer.iteration(), trainer.data().describe());
+    let text = std::fs::read_to_string(&file).ok();
+    // A file that is no such thing is written anew, like one of another iteration.
+    let kept = text.and_then(|text| toml::from_str::<Kept<P>>(&text).ok());
+    if let Some(kept) = kept.filter(|k| k.iteration == iteration && k.data == data && k.plan == *plan) {
+        return Ok(kept.measured);
+    }
+    let kept = Kept { iteration, data, measured: measure()?, plan: plan.clone() };
+    let text = toml::to_string(&kept).map_err(|e| CliError::Failed(format!("{}: {e}", file.display())))?;
+    write_atomically(&file, text.as_bytes())?;
+    Ok(kept.measured)
+}
+
+fn measure<E: Experiment>(trainer: &SequenceTrainer<E::Data>) -> Result<Measured, LearnError> {
+    let errors = trainer.errors(TABLE)?;
+    let mut sorted = errors.each;
+    sorted.sort_by(f64::total_cmp);
+    let median = sorted.get(sorted.len() / 2).copied().unwrap_or(f64::NAN);
+    let also = E::also(trainer)?;
+    Ok(Measured { test: sorted.len(), mse: errors.mse, median, spread: errors.spread, also })
+}
+
+/// Test sequences from all over the set and what comes back of them.
+fn drawn<E: Experiment>(trainer: &SequenceTrainer<E::Data>) -> Result<Vec<Shown>, CliError> {
+    let data = trainer.data();
+    let count = data.held_out_len(TABLE);
+    let draw = |i: usize| {
+        let at = i * count / DRAWN.min(count);
+        let x = data.held_out(TABLE, at..at + 1);
+        let (_, y) = trainer.reconstruct(&x)?;
+        let squares: f64 = x.iter().zip(&y).map(|(x, y)| f64::from(x - y).powi(2)).sum();
+        let error = E::SCALE * squares / x.len() as f64;
+        let shown = E::shown(data, &x, &y);
+        let name = trainer.plan().method.title().into();
+        let back = Panel { name, note: format!("{error:.1e} {}", E::WORDS.unit), ..shown.back };
+        let truth = shown.truth.map(|panel| Panel { name: "original".into(), ..panel });
+        Ok(Shown { truth, back })
+    };
+    (0..DRAWN.min(count)).map(draw).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use lifelike_learn::representation::spline_transformer::{CurveSequences, CurvesPlan, Family};
+
+    use super::*;
+    use crate::commands::bench::autoencoders::budget::Budget;
+
+    #[test]
+    fn what_was_measured_counts_for_its_plan_and_iteration_only() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut plan = CurvesPlan::new(Family::Bezier2);
+        plan.training = Budget::Smoke.training(plan.training, 1);
+        (plan.samples, plan.training.learning_rate) = (4, 0.1 + 0.2);
+        let mut trainer = SequenceTrainer::new(plan.training.clone(), CurveSequences::new(&plan).unwrap()).unwrap();
+        let answer = |mse: f64| Measured { test: 1, mse, median: f64::NAN, spread: 0.0, also: BTreeMap::new() };
+        let ask = |plan: &CurvesPlan, trainer: &SequenceTrainer<CurveSequences>, mse: f64| {
+            measured(folder.path(), plan, trainer, || Ok(answer(mse))).unwrap().mse
+        };
+        assert_eq!(ask(&plan, &trainer, 1.0 / 3.0), 1.0 / 3.0);
+        assert_eq!(ask(&plan, &trainer, 2.0), 1.0 / 3.0, "kept to the last bit");
+        assert_eq!(ask(&CurvesPlan { test: 7, ..plan.clone() }, &trainer, 3.0), 3.0, "another test set");
+        assert_eq!(ask(&plan, &trainer, 4.0), 4.0);
+        trainer.step().unwrap();
+        assert_eq!(ask(&plan, &trainer, 5.0), 5.0, "an iteration later");
+        std::fs::write(folder.path().join(FILE), "iteration = 1").unwrap();
+        assert_eq!(ask(&plan, &trainer, 6.0), 6.0, "a broken file");
+    }
+}

@@ -1,0 +1,97 @@
+//! The thesis' table with ours below it, what the runs were, and the sweep of learning rates.
+
+use lifelike_learn::report::{Cell, Column as Head, Table};
+use lifelike_learn::representation::spline_transformer::Method;
+
+use super::results::Run;
+use super::{Column, Words};
+
+/// The tables of a comparison, or of a sweep.
+pub fn all<P>(columns: &[Column<P>], runs: &[Run], words: &Words, sweep: bool) -> Vec<Table> {
+    let first = if sweep { rates(runs, words) } else { comparison(columns, runs, words) };
+    vec![first, details(runs, words)]
+}
+
+fn small(value: f64) -> Cell {
+    Cell { text: format!("{value:.2e}"), ..Cell::number(value, 9) }
+}
+
+fn comparison<P>(columns: &[Column<P>], runs: &[Run], words: &Words) -> Table {
+    let heads = columns.iter().map(|column| Head::number(&column.title, words.unit));
+    let mut table = Table::new(words.table, [Head::text("method")].into_iter().chain(heads).collect());
+    for (i, method) in Method::ALL.into_iter().enumerate() {
+        let cells = columns.iter().map(|column| column.thesis.map_or(Cell::text("–"), |errors| small(errors[i])));
+        table.rows.push([Cell::text(format!("thesis: {}", method.title()))].into_iter().chain(cells).collect());
+    }
+    for method in Method::ALL {
+        let of = |key: &str| runs.iter().find(|run| run.method == method && run.column == key);
+        if runs.iter().any(|run| run.method == method) {
+            let cells =
+                columns.iter().map(|column| of(&column.key).map_or(Cell::text("–"), |run| small(run.test.mse)));
+            table.rows.push([Cell::text(method.title())].into_iter().chain(cells).collect());
+        }
+    }
+    table.caption = words.caption.into();
+    table
+}
+
+fn rates(runs: &[Run], words: &Words) -> Table {
+    let head = [words.column, "method"].map(Head::text).into_iter();
+    let numbers = ["learning rate", "warm-up"].map(|n| Head::number(n, ""));
+    let errors = ["validation, best", "validation, last", "test"].map(|n| Head::number(n, words.unit));
+    let head = head.chain(numbers).chain(errors).chain([Head::number("spread", "")]);
+    let mut table = Table::new("Sensitivity to the learning rate (3.3.5)", head.collect());
+    for run in runs {
+        let best = run.looks.iter().map(|look| look.mse).fold(f64::INFINITY, f64::min);
+        let last = run.looks.last().map_or(f64::NAN, |look| look.mse);
+        table.rows.push(vec![
+            Cell::text(run.title.clone()),
+            Cell::text(run.method.title()),
+            Cell { text: format!("{:e}", run.learning_rate), ..Cell::number(run.learning_rate, 9) },
+            Cell::number(run.warmup as f64, 0),
+            small(best),
+            small(last),
+            small(run.test.mse),
+            Cell::number(run.test.spread, 3),
+        ]);
+    }
+    table.caption = "Spread: root mean square distance of control points from the mean of their sequence's. Where it nears 0 they are \
+                     one point, the thesis' collapse; one control point, as the baselines have, has none."
+        .into();
+    table
+}
+
+fn details(runs: &[Run], words: &Words) -> Table {
+    let head = [words.column, "method"].map(Head::text).into_iter();
+    let numbers = ["parameters", words.tokens, "batch", "iterations", "of"].map(|n| Head::number(n, ""));
+    let test = [Head::number(words.items, ""), Head::number("median", words.unit)];
+    let also: Vec<&String> = runs.first().map(|run| run.test.also.keys().collect()).unwrap_or_default();
+    let head = head.chain(numbers).chain(test).chain(also.iter().map(|name| Head::number(name, "")));
+    let mut table = Table::new("The runs", head.chain([Head::number("time", "min")]).collect());
+    for run in runs {
+        let whole = |n: usize| Cell::number(n as f64, 0);
+        let mut row = vec![
+            Cell::text(run.title.clone()),
+            Cell::text(run.method.title()),
+            whole(run.parameters),
+            whole(run.tokens),
+            whole(run.batch),
+            Cell::number(run.iterations as f64, 0),
+            Cell::number(run.of as f64, 0),
+            whole(run.test.test),
+            small(run.test.median),
+        ];
+        row.extend(also.iter().map(|name| Cell::number(run.test.also.get(*name).copied().unwrap_or(f64::NAN), 2)));
+        row.push(Cell::number(run.minutes, 1));
+        table.rows.push(row);
+    }
+    let unfinished = runs.iter().filter(|run| !run.is_done()).count();
+    table.caption =
+        format!("Median: that of the {}' errors. Time is that of training, without validation.", words.items);
+    if unfinished > 0 {
+        table.caption += &format!(
+            " {unfinished} of the runs were stopped before their learning rate had fallen; the same command goes on."
+        );
+    }
+    table
+}
