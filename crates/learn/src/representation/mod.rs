@@ -4,7 +4,8 @@
 //! [`vae::MotionVae`] trained by [`train_prior::PriorTrainer`] on eqs. 4.3-4.4 ([`loss`]) → [`prior::MotionPrior`], one file
 //! that encodes any clip of the same character into one z_t per frame. [`latent`] says what such codes are worth.
 //!
-//! Beside it [`spline_transformer`]: whole sequences as a few control points of a latent curve (thesis chapter 3).
+//! Beside it [`spline_transformer`]: whole sequences as a few control points of a latent curve (thesis chapter 3), and
+//! [`spline_prior`], which makes them the codes of the same windows: another [`prior::MotionPrior`].
 
 pub mod dataset;
 pub mod latent;
@@ -12,14 +13,19 @@ pub mod loss;
 pub mod plan;
 pub mod prior;
 pub mod reconstruction;
+pub mod spline_prior;
 pub mod spline_transformer;
+mod standard;
 pub mod statistics;
 pub mod train_prior;
 pub mod vae;
+pub mod window_plan;
 
 pub use dataset::PriorClip;
 pub use plan::PriorPlan;
-pub use prior::MotionPrior;
+pub use prior::{MotionPrior, Recipe};
 pub use reconstruction::ReconstructionReport;
+pub use spline_prior::SplinePriorPlan;
 pub use statistics::FeatureStatistics;
 pub use train_prior::{PriorMetrics, PriorTrainer};
+pub use window_plan::WindowPlan;
