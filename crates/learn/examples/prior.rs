@@ -36,7 +36,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let minutes = frames as f64 / plan.frame_rate / 60.0;
     println!("{} clips, {minutes:.1} min, retargeted in {:.1} s", clips.len(), start.elapsed().as_secs_f64());
 
-    let (training, held_out) = dataset::split(&plan, clips);
+    let (training, held_out) = dataset::split(&plan.windows(), clips);
     println!("held out: {}", held_out.iter().map(|c| c.name.as_str()).collect::<Vec<_>>().join(" "));
     time_windows(&plan, &robot, &training)?;
     let mut trainer = PriorTrainer::new(plan, robot.layout.clone(), training, held_out)?;
@@ -82,7 +82,7 @@ fn convert(file: &Path, robot: &Robot, fps: f64) -> Result<PriorClip, MotionErro
 }
 
 fn time_windows(plan: &PriorPlan, robot: &Robot, clips: &[PriorClip]) -> Result<(), lifelike_learn::LearnError> {
-    let windows = dataset::Windows::new(plan, &robot.layout, clips.to_vec())?;
+    let windows = dataset::Windows::new(&plan.windows(), &robot.layout, clips.to_vec())?;
     let frames = clips.iter().flat_map(|c| &c.frames);
     let statistics = lifelike_learn::representation::FeatureStatistics::of(&robot.layout, &plan.floors, frames);
     let start = Instant::now();

@@ -2,6 +2,8 @@
 
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
+mod swings;
+
 use std::ops::ControlFlow;
 
 use lifelike_character::{Quat, Vec3};
@@ -9,45 +11,11 @@ use lifelike_learn::LearnError;
 use lifelike_learn::representation::latent::Codes;
 use lifelike_learn::representation::latent::codes::features_of;
 use lifelike_learn::representation::latent::interpolation::middle_frames;
-use lifelike_learn::representation::{MotionPrior, PriorClip, PriorMetrics, PriorPlan, PriorTrainer, dataset};
+use lifelike_learn::representation::{MotionPrior, PriorMetrics, PriorPlan, PriorTrainer, dataset};
 use lifelike_motion::{FeatureLayout, Frame};
 use lifelike_nn::adam::Rule;
 use lifelike_nn::device::Processor;
-
-const JOINTS: usize = 4;
-
-fn layout() -> FeatureLayout {
-    FeatureLayout {
-        joints: (0..JOINTS).map(|i| format!("joint_{i}")).collect(),
-        end_effectors: vec!["left_foot".into(), "right_foot".into()],
-    }
-}
-
-/// A clip of a swinging figure; consistent velocities.
-fn clip(index: usize, frames: usize) -> PriorClip {
-    let rate = 2.0 + 0.37 * index as f64;
-    let frame = |i: usize| {
-        let t = i as f64 / 50.0;
-        let turn = Quat::from_euler_angles(0.05 * (rate * t).sin(), 0.1, 0.3 * t + index as f64);
-        let root = Vec3::new(t, 0.0, 0.8 + 0.03 * (2.0 * rate * t).sin());
-        let phase = |j: usize| rate * t + j as f64;
-        let foot = |side: f64| root + turn * Vec3::new(0.3 * (rate * t).sin() * side, 0.1 * side, -0.75);
-        Frame {
-            root_position: root,
-            root_orientation: turn,
-            linear_velocity_w: turn * Vec3::new(1.0, 0.0, 0.06 * rate * (2.0 * rate * t).cos()),
-            angular_velocity_w: Vec3::new(0.05 * rate * (rate * t).cos(), 0.0, 0.3),
-            joint_positions: (0..JOINTS).map(|j| 0.5 * phase(j).sin()).collect(),
-            joint_velocities: (0..JOINTS).map(|j| 0.5 * rate * phase(j).cos()).collect(),
-            effectors_w: vec![foot(1.0), foot(-1.0)],
-        }
-    };
-    PriorClip { name: format!("swing_{index}"), frames: (0..frames).map(frame).collect() }
-}
-
-fn clips() -> Vec<PriorClip> {
-    (0..8).map(|i| clip(i, 120)).collect()
-}
+use swings::{clip, clips, layout};
 
 fn small() -> PriorPlan {
     PriorPlan {
@@ -62,7 +30,7 @@ fn small() -> PriorPlan {
 }
 
 fn trainer(plan: PriorPlan) -> PriorTrainer {
-    let (train, aside) = dataset::split(&plan, clips());
+    let (train, aside) = dataset::split(&plan.windows(), clips());
     PriorTrainer::new(plan, layout(), train, aside).unwrap()
 }
 
@@ -90,7 +58,7 @@ fn a_stopped_run_continues_bit_for_bit() {
     let mut got = run(&mut stopped, 11);
     stopped.save(&part).unwrap();
     drop(stopped);
-    let (train, aside) = dataset::split(&small(), clips());
+    let (train, aside) = dataset::split(&small().windows(), clips());
     let mut resumed = PriorTrainer::resume(&part, train, aside).unwrap();
     got.extend(run(&mut resumed, 13));
     resumed.save(&part).unwrap();
@@ -117,7 +85,7 @@ fn resuming_on_other_clips_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("run");
     trainer(small()).save(&path).unwrap();
-    let (mut train, aside) = dataset::split(&small(), clips());
+    let (mut train, aside) = dataset::split(&small().windows(), clips());
     train[0].frames[5].joint_positions[0] += 1e-9;
     assert!(matches!(PriorTrainer::resume(&path, train, aside), Err(LearnError::Mismatch { .. })));
 }

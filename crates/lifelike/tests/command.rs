@@ -206,13 +206,22 @@ fn a_prior_is_trained_and_a_resumed_run_is_the_run_it_would_have_been() {
 
 /// A prior that has hardly learnt anything, of two clips in the folder's `lima`.
 fn small_prior(folder: &Path) -> (String, String) {
+    prior_by(folder, "[prior]\nchannels = 4\nblocks = 1\nlatent = 3\nbatch = 4\niterations = 6\n")
+}
+
+/// As [`small_prior`], its code of 12 numbers by a Spline-based Transformer.
+fn small_spline_prior(folder: &Path) -> (String, String) {
+    prior_by(
+        folder,
+        "[spline.training]\nlatent = 3\nlayers = 1\nheads = 2\nwidth = 8\nbatch = 4\npart = 2\niterations = 6\n",
+    )
+}
+
+fn prior_by(folder: &Path, encoder: &str) -> (String, String) {
     let motions = folder.join("lima");
     retargeted(&motions);
     let plan = folder.join("small.toml");
-    let text = format!(
-        "robot = \"lima\"\nclips = [{motions:?}]\n[prior]\nchannels = 4\nblocks = 1\nlatent = 3\nbatch = 4\niterations = 6\n"
-    );
-    std::fs::write(&plan, text).unwrap();
+    std::fs::write(&plan, format!("robot = \"lima\"\nclips = [{motions:?}]\n{encoder}")).unwrap();
     let run = folder.join("prior");
     json(&["train", "prior", "--plan", plan.to_str().unwrap(), "-o", run.to_str().unwrap()]);
     let prior = run.join("motion.prior.safetensors").to_string_lossy().into_owned();
@@ -311,6 +320,71 @@ fn latent_spaces_are_compared() {
 
     let text = out(&lifelike(&arguments));
     assert!(text.contains("CALM") && text.contains("0.687") && text.contains("joints (deg)"), "{text}");
+}
+
+#[test]
+fn a_spline_prior_serves_wherever_a_prior_does() {
+    let folder = tempfile::tempdir().unwrap();
+    let (prior, motions) = small_spline_prior(folder.path());
+    let path = |name: &str| folder.path().join(name).to_string_lossy().into_owned();
+    let resumed = json(&["train", "prior", "-o", &path("prior"), "--resume"]);
+    assert_eq!(resumed["iterations"], 6, "there was nothing left to do");
+    assert!(resumed["reconstruction"]["window"]["joints_deg"].as_f64().unwrap() > 0.0);
+    let seen = json(&["inspect", &prior]);
+    assert_eq!((&seen["kind"], &seen["plan"]["training"]["latent"]), (&"spline motion prior".into(), &3.into()));
+    let text = out(&lifelike(&["inspect", &prior]));
+    assert!(text.contains("12 numbers (4 control points of 3") && text.contains("for 1 s of motion"), "{text}");
+
+    let (wave, nod) = (format!("{motions}/wave.motion.safetensors"), format!("{motions}/nod.motion.safetensors"));
+    let found = json(&["motion", "search", &wave, "--at", "2.5", "--prior", &prior, "--motions", &motions, "-k", "2"]);
+    assert_eq!(found["hits"].as_array().unwrap().len(), 2);
+    let between = ["motion", "interpolate", &wave, &nod, "--prior", &prior, "-o", &path("between")];
+    assert!(Path::new(json(&between)["file"].as_str().unwrap()).is_file());
+    let spaces = json(&["bench", "latent", "--prior", &prior, "--motions", &motions]);
+    assert_eq!(spaces["table"][0]["dimension"], 12);
+    let other = lifelike(&[&between[..], &["--robot", "humanoid"]].concat());
+    assert_eq!(other.status.code(), Some(3), "another robot's prior is refused: {}", err(&other));
+}
+
+/// z_t alone, and z_t with the reference's frame beside it.
+#[test]
+fn a_policy_sees_the_codes_of_a_spline_prior() {
+    let folder = tempfile::tempdir().unwrap();
+    let (prior, _) = small_spline_prior(folder.path());
+    let path = |name: &str| folder.path().join(name).to_string_lossy().into_owned();
+    std::fs::write(folder.path().join("plan.toml"), TINY).unwrap();
+    let with = format!("prior={prior}");
+    let train = |to: &str, more: &[&str]| {
+        let (plan, to) = (path("plan.toml"), path(to));
+        lifelike(&[&["--json", "train", "tracker", "--plan", &plan, "-o", &to, &with][..], more].concat())
+    };
+    for (name, frame) in [("S", "false"), ("SM", "true")] {
+        let done = train(name, &["inputs.latent=12", &format!("inputs.frame={frame}")]);
+        assert!(done.status.success(), "{}", err(&done));
+    }
+    let policy = path("SM/tracker.policy.safetensors");
+    let eval =
+        ["eval", "--policy", &policy, "--motions", "motions/nod.keys.toml", "-o", &path("report"), "--starts", "2"];
+    let evaluation = json(&[&eval[..], &["--prior", &prior]].concat());
+    assert_eq!(evaluation["overall"]["episodes"], 2);
+    assert!(evaluation["overall"]["joint_error_deg"].as_f64().unwrap() > 0.0);
+
+    let without = lifelike(&eval);
+    let digest = json(&["inspect", &policy])["header"]["prior"].as_str().unwrap().to_owned();
+    assert_eq!(without.status.code(), Some(2));
+    assert!(digest.len() == 64 && err(&without).contains(&digest), "{}", err(&without));
+    let another = lifelike(&[&eval[..], &["--prior", "assets/lima.prior.safetensors"]].concat());
+    assert_eq!(another.status.code(), Some(3), "{}", err(&another));
+
+    let short = train("short", &["inputs.latent=64"]);
+    assert!(
+        short.status.code() == Some(3) && err(&short).contains("64") && err(&short).contains("12"),
+        "{}",
+        err(&short)
+    );
+    let robot = train("robot", &["inputs.latent=12", "robot=humanoid"]);
+    assert_eq!(robot.status.code(), Some(3));
+    assert!(err(&robot).contains("expected a prior of 'humanoid'"), "{}", err(&robot));
 }
 
 #[test]

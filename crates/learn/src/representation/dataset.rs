@@ -7,8 +7,8 @@ use rand::Rng;
 use rand::seq::SliceRandom;
 use sha2::{Digest, Sha256};
 
-use super::plan::PriorPlan;
-use super::statistics::FeatureStatistics;
+use super::statistics::{FeatureStatistics, SpreadFloors};
+use super::window_plan::WindowPlan;
 use crate::LearnError;
 
 /// A clip of the data set: its name and its frames at the plan's frame rate.
@@ -16,7 +16,7 @@ use crate::LearnError;
 pub struct PriorClip {
     /// Name, for reports and to find a changed data set.
     pub name: String,
-    /// Frames at `PriorPlan::frame_rate`, one after another.
+    /// Frames at [`WindowPlan::frame_rate`], one after another.
     pub frames: Vec<Frame>,
 }
 
@@ -50,7 +50,7 @@ impl PriorClip {
 
 /// Sets part of the clips aside: `(training, held out)`. Which ones depends on the plan's seed and the number of clips.
 /// With two clips or more and `held_out > 0` there is at least one on each side.
-pub fn split(plan: &PriorPlan, clips: Vec<PriorClip>) -> (Vec<PriorClip>, Vec<PriorClip>) {
+pub fn split(plan: &WindowPlan, clips: Vec<PriorClip>) -> (Vec<PriorClip>, Vec<PriorClip>) {
     let n = clips.len();
     if n < 2 || plan.held_out <= 0.0 {
         return (clips, Vec::new());
@@ -81,7 +81,7 @@ pub struct Windows {
 impl Windows {
     /// # Errors
     /// A clip that does not fit the layout.
-    pub fn new(plan: &PriorPlan, layout: &FeatureLayout, clips: Vec<PriorClip>) -> Result<Self, LearnError> {
+    pub fn new(plan: &WindowPlan, layout: &FeatureLayout, clips: Vec<PriorClip>) -> Result<Self, LearnError> {
         let mut starts = Vec::with_capacity(clips.len());
         let mut frames = 0;
         for clip in &clips {
@@ -91,6 +91,31 @@ impl Windows {
         }
         let (frame_rate, spec, size) = (plan.frame_rate, plan.window(), layout.size());
         Ok(Self { clips, starts, frames, frame_rate, spec, size })
+    }
+
+    /// As [`Self::new`], of clips that there must be.
+    ///
+    /// # Errors
+    /// No frames, or a clip that does not fit the layout.
+    pub(super) fn to_train_on(
+        plan: &WindowPlan,
+        layout: &FeatureLayout,
+        clips: Vec<PriorClip>,
+    ) -> Result<Self, LearnError> {
+        let windows = Self::new(plan, layout, clips)?;
+        if windows.is_empty() {
+            return Err(LearnError::Mismatch {
+                what: "training clips".into(),
+                expected: "at least one frame".into(),
+                got: "none".into(),
+            });
+        }
+        Ok(windows)
+    }
+
+    /// Mean and spread of the features of all frames.
+    pub(super) fn statistics(&self, layout: &FeatureLayout, floors: &SpreadFloors) -> FeatureStatistics {
+        FeatureStatistics::of(layout, floors, self.clips.iter().flat_map(|c| &c.frames))
     }
 
     /// The clips.
@@ -134,8 +159,12 @@ impl Windows {
         count: usize,
         rng: &mut impl Rng,
     ) -> Result<Vec<f32>, LearnError> {
-        let centres: Vec<usize> = (0..count).map(|_| rng.random_range(0..self.frames.max(1))).collect();
-        self.gather(statistics, &centres)
+        self.gather(statistics, &self.draw(count, rng))
+    }
+
+    /// Frames drawn uniformly, numbered through all clips.
+    pub(super) fn draw(&self, count: usize, rng: &mut impl Rng) -> Vec<usize> {
+        (0..count).map(|_| rng.random_range(0..self.frames.max(1))).collect()
     }
 
     /// The windows around these frames (numbered through all clips), normalised, row after row.

@@ -1,10 +1,10 @@
-//! What a motion prior is and how it is trained, as a TOML file.
+//! What a convolutional motion prior is and how it is trained, as a TOML file.
 
-use lifelike_motion::window::WindowSpec;
 use lifelike_nn::adam::Rule;
 use lifelike_nn::schedules::{Cyclical, WarmRestarts};
 
 use super::statistics::SpreadFloors;
+use super::window_plan::WindowPlan;
 use crate::LearnError;
 use crate::limits::{range, whole};
 
@@ -14,12 +14,11 @@ use crate::limits::{range, whole};
 pub struct PriorPlan {
     /// Key of all randomness.
     pub seed: u64,
-    /// Frames per second of the clips' frames (the control rate).
+    /// As [`WindowPlan::frame_rate`] (Hz).
     pub frame_rate: f64,
-    /// W of eq. 4.2: a window has 2W + 1 samples.
+    /// As [`WindowPlan::half_width`].
     pub half_width: usize,
-    /// Time that a window covers (s). The thesis' 61 frames cover 1 s, so samples stand 1/60 s apart; frames at another
-    /// rate (50 Hz here) are interpolated at t + k/60 s for k = -30..30, rotations by slerp.
+    /// As [`WindowPlan::window_seconds`].
     pub window_seconds: f64,
     /// d_z.
     pub latent: usize,
@@ -48,19 +47,20 @@ pub struct PriorPlan {
     pub kl_ratio: f64,
     /// Gradients are scaled down to this norm; the thesis does not clip here, so the default only catches outliers.
     pub max_gradient_norm: f64,
-    /// Part of the clips set aside for the report by [`super::dataset::split`].
+    /// As [`WindowPlan::held_out`].
     pub held_out: f64,
-    /// Smallest spreads that features are divided by.
+    /// As [`WindowPlan::floors`].
     pub floors: SpreadFloors,
 }
 
 impl Default for PriorPlan {
     fn default() -> Self {
+        let WindowPlan { seed, frame_rate, half_width, window_seconds, held_out, floors } = WindowPlan::default();
         Self {
-            seed: 0,
-            frame_rate: 50.0,
-            half_width: 30,
-            window_seconds: 1.0,
+            seed,
+            frame_rate,
+            half_width,
+            window_seconds,
             latent: 64,
             channels: 104,
             blocks: 4,
@@ -74,8 +74,8 @@ impl Default for PriorPlan {
             kl_cycles: 7,
             kl_ratio: 0.5,
             max_gradient_norm: 100.0,
-            held_out: 0.1,
-            floors: SpreadFloors::default(),
+            held_out,
+            floors,
         }
     }
 }
@@ -108,9 +108,7 @@ impl PriorPlan {
     /// # Errors
     /// The first key out of range.
     pub fn check(&self) -> Result<(), LearnError> {
-        range("frame_rate", self.frame_rate, 1.0, 1000.0)?;
-        whole("half_width", self.half_width as u64, 1, 500)?;
-        range("window_seconds", self.window_seconds, 0.02, 20.0)?;
+        self.windows().check()?;
         whole("latent", self.latent as u64, 1, 4096)?;
         whole("channels", self.channels as u64, 1, 4096)?;
         whole("blocks", self.blocks as u64, 0, 64)?;
@@ -122,9 +120,7 @@ impl PriorPlan {
         range("kl_weight", self.kl_weight, 0.0, 1000.0)?;
         whole("kl_cycles", self.kl_cycles, 1, 1_000_000)?;
         range("kl_ratio", self.kl_ratio, 1e-6, 1.0)?;
-        range("max_gradient_norm", self.max_gradient_norm, 1e-6, 1e9)?;
-        range("held_out", self.held_out, 0.0, 0.9)?;
-        self.floors.check()
+        range("max_gradient_norm", self.max_gradient_norm, 1e-6, 1e9)
     }
 
     /// The learning rate at an iteration (counted from 0). A restart in the last tenth of the plan is left out: the rate
@@ -143,9 +139,10 @@ impl PriorPlan {
         self.kl_weight * cycles.at(iteration)
     }
 
-    /// The window in time.
-    pub fn window(&self) -> WindowSpec {
-        WindowSpec { half_width: self.half_width, dt: self.window_seconds / (2 * self.half_width) as f64 }
+    /// What of it priors of every kind have.
+    pub fn windows(&self) -> WindowPlan {
+        let Self { seed, frame_rate, half_width, window_seconds, held_out, floors, .. } = *self;
+        WindowPlan { seed, frame_rate, half_width, window_seconds, held_out, floors }
     }
 }
 
@@ -174,12 +171,5 @@ mod tests {
         let thesis = PriorPlan::default();
         assert_eq!([rate(&thesis, 1000), rate(&thesis, 6000), rate(&thesis, 31_000)], [1.0; 3]);
         assert!(rate(&thesis, 49_999) > 0.9, "the thesis' budget ends in the middle of a period");
-    }
-
-    #[test]
-    fn sixty_one_samples_cover_one_second() {
-        let window = PriorPlan::default().window();
-        assert_eq!(window.len(), 61);
-        assert!((window.dt - 1.0 / 60.0).abs() < 1e-15);
     }
 }

@@ -12,8 +12,10 @@ use lifelike_nn::numbers::read;
 use super::dataset::{PriorClip, Windows, normalized_window};
 use super::plan::PriorPlan;
 use super::reconstruction::{ErrorSums, ReconstructionReport};
+use super::spline_prior::{SplineCoder, SplinePriorPlan};
 use super::statistics::FeatureStatistics;
 use super::vae::MotionVae;
+use super::window_plan::WindowPlan;
 use crate::LearnError;
 
 /// Windows per pass through the network.
@@ -21,23 +23,73 @@ const CHUNK: usize = 256;
 /// Largest number of windows that [`MotionPrior::reconstruct`] looks at.
 const REPORT_WINDOWS: usize = 4000;
 
+/// Kinds of priors, as their files say.
+const VAE: &str = "motion prior";
+const SPLINE: &str = "spline motion prior";
+
+/// How a prior was made.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+#[serde(untagged)]
+pub enum Recipe<'a> {
+    /// By the β-VAE of thesis 4.2.1.
+    Vae(&'a PriorPlan),
+    /// By the Spline-based Transformer of chapter 3.
+    Spline(&'a SplinePriorPlan),
+}
+
+impl Recipe<'_> {
+    /// Its file's `kind`.
+    pub fn kind(&self) -> &'static str {
+        match self {
+            Self::Vae(_) => VAE,
+            Self::Spline(_) => SPLINE,
+        }
+    }
+}
+
+/// What makes codes of windows and windows of codes.
+#[derive(Debug, Clone)]
+enum Coder {
+    Vae(Box<(PriorPlan, MotionVae)>),
+    Spline(Box<SplineCoder>),
+}
+
 /// Encoder, decoder, names and statistics. The file (`*.prior.safetensors`) carries all of them and the plan.
 #[derive(Debug, Clone)]
 pub struct MotionPrior {
-    plan: PriorPlan,
+    windows: WindowPlan,
     layout: FeatureLayout,
     statistics: FeatureStatistics,
-    vae: MotionVae,
+    coder: Coder,
 }
 
 impl MotionPrior {
     pub(super) fn new(plan: PriorPlan, layout: FeatureLayout, statistics: FeatureStatistics, vae: &MotionVae) -> Self {
-        Self { plan, layout, statistics, vae: vae.valid().fork(&device::inference()) }
+        let windows = plan.windows();
+        let coder = Coder::Vae(Box::new((plan, vae.valid().fork(&device::inference()))));
+        Self { windows, layout, statistics, coder }
     }
 
-    /// The plan it was trained by.
-    pub fn plan(&self) -> &PriorPlan {
-        &self.plan
+    pub(super) fn of_spline(
+        windows: WindowPlan,
+        layout: FeatureLayout,
+        statistics: FeatureStatistics,
+        coder: SplineCoder,
+    ) -> Self {
+        Self { windows, layout, statistics, coder: Coder::Spline(Box::new(coder)) }
+    }
+
+    /// The windows that it was trained on and encodes.
+    pub fn plan(&self) -> &WindowPlan {
+        &self.windows
+    }
+
+    /// The whole plan that it was trained by.
+    pub fn recipe(&self) -> Recipe<'_> {
+        match &self.coder {
+            Coder::Vae(vae) => Recipe::Vae(&vae.0),
+            Coder::Spline(coder) => Recipe::Spline(coder.plan()),
+        }
     }
 
     /// Joints and end effectors it knows, by name and in order.
@@ -52,11 +104,14 @@ impl MotionPrior {
 
     /// d_z.
     pub fn latent_size(&self) -> usize {
-        self.plan.latent
+        match self.recipe() {
+            Recipe::Vae(plan) => plan.latent,
+            Recipe::Spline(plan) => plan.latent_size(),
+        }
     }
 
-    /// One latent (the mean μ) per frame of a clip at the plan's frame rate; windows beyond the clip's ends repeat its
-    /// first and last frame.
+    /// One latent per frame of a clip at the plan's frame rate (the mean μ, or the control points by their scale); windows
+    /// beyond the clip's ends repeat its first and last frame.
     ///
     /// # Shapes
     /// `T` frames to `[T, d_z]`, row after row.
@@ -66,14 +121,14 @@ impl MotionPrior {
     pub fn encode_clip(&self, frames: &[Frame]) -> Result<Vec<f32>, LearnError> {
         let clip = PriorClip { name: "to encode".into(), frames: frames.to_vec() };
         clip.check(&self.layout)?;
-        let spec = self.plan.window();
+        let spec = self.windows.window();
         let mut window = vec![0.0; spec.len() * self.layout.size()];
-        let mut out = Vec::with_capacity(frames.len() * self.plan.latent);
+        let mut out = Vec::with_capacity(frames.len() * self.latent_size());
         for first in (0..frames.len()).step_by(CHUNK) {
             let last = (first + CHUNK).min(frames.len());
             let mut rows = Vec::with_capacity((last - first) * window.len());
             for centre in first..last {
-                normalized_window(frames, self.plan.frame_rate, centre, spec, &self.statistics, &mut window)?;
+                normalized_window(frames, self.windows.frame_rate, centre, spec, &self.statistics, &mut window)?;
                 rows.extend(window.iter().map(|x| *x as f32));
             }
             out.extend(self.encode_windows(rows)?);
@@ -86,7 +141,7 @@ impl MotionPrior {
     /// # Shapes
     /// `[N, d_z]` to `[N, 2W + 1, F]`, row after row.
     pub fn decode(&self, latents: &[f32]) -> Result<Vec<f64>, LearnError> {
-        let d = self.plan.latent;
+        let d = self.latent_size();
         if !latents.len().is_multiple_of(d) {
             return Err(LearnError::Mismatch {
                 what: "latents".into(),
@@ -96,8 +151,14 @@ impl MotionPrior {
         }
         let mut out = Vec::new();
         for rows in latents.chunks(d * CHUNK) {
-            let z = Tensor::<2>::from_data(TensorData::new(rows.to_vec(), [rows.len() / d, d]), &device::inference());
-            out.extend(read(self.vae.decode(z))?.into_iter().map(f64::from));
+            let windows = match &self.coder {
+                Coder::Vae(vae) => {
+                    let z = TensorData::new(rows.to_vec(), [rows.len() / d, d]);
+                    read(vae.1.decode(Tensor::<2>::from_data(z, &device::inference())))?
+                }
+                Coder::Spline(coder) => coder.decode(rows, self.windows.window().len())?,
+            };
+            out.extend(windows.into_iter().map(f64::from));
         }
         self.statistics.denormalize(&mut out);
         Ok(out)
@@ -106,7 +167,7 @@ impl MotionPrior {
     /// Encodes and decodes the windows of these clips (at most some thousands, evenly spread) and reports the errors.
     pub fn reconstruct(&self, windows: &Windows) -> Result<ReconstructionReport, LearnError> {
         let stride = windows.len().div_ceil(REPORT_WINDOWS).max(1);
-        let (size, samples) = (self.layout.size(), self.plan.window().len());
+        let (size, samples) = (self.layout.size(), self.windows.window().len());
         let (mut all, mut centre, mut clips, mut count) = (ErrorSums::default(), ErrorSums::default(), Vec::new(), 0);
         let mut start = 0;
         for clip in windows.clips() {
@@ -121,7 +182,7 @@ impl MotionPrior {
                 let pairs = expected.chunks_exact(size).zip(decoded.chunks_exact(size));
                 for (i, (e, g)) in pairs.enumerate() {
                     sums.add(&self.layout, e, g);
-                    if i % samples == self.plan.half_width {
+                    if i % samples == self.windows.half_width {
                         centre.add(&self.layout, e, g);
                     }
                 }
@@ -136,10 +197,15 @@ impl MotionPrior {
     }
 
     fn encode_windows(&self, rows: Vec<f32>) -> Result<Vec<f32>, LearnError> {
-        let (samples, size) = (self.plan.window().len(), self.layout.size());
-        let n = rows.len() / (samples * size);
-        let x = Tensor::<3>::from_data(TensorData::new(rows, [n, samples, size]), &device::inference());
-        Ok(read(self.vae.encode(x).0)?)
+        let (samples, size) = (self.windows.window().len(), self.layout.size());
+        match &self.coder {
+            Coder::Vae(vae) => {
+                let n = rows.len() / (samples * size);
+                let x = Tensor::<3>::from_data(TensorData::new(rows, [n, samples, size]), &device::inference());
+                Ok(read(vae.1.encode(x).0)?)
+            }
+            Coder::Spline(coder) => coder.encode(&rows, [samples, size]),
+        }
     }
 
     /// Writes the prior, all at once or not at all.
@@ -157,25 +223,39 @@ impl MotionPrior {
         Self::load_from(&Checkpoint::load(path)?)
     }
 
+    /// Whether a file holds a prior of any kind.
+    pub fn is_in(checkpoint: &Checkpoint) -> bool {
+        checkpoint.meta::<String>("kind").is_ok_and(|kind| [VAE, SPLINE].contains(&kind.as_str()))
+    }
+
     pub(super) fn save_into(&self, checkpoint: &mut Checkpoint) -> Result<(), LearnError> {
-        checkpoint.set_meta("kind", &"motion prior")?;
-        checkpoint.set_meta("plan", &self.plan)?;
+        checkpoint.set_meta("kind", &self.recipe().kind())?;
         checkpoint.set_meta("layout", &self.layout)?;
         self.statistics.save_into(checkpoint)?;
-        Ok(checkpoint.put_module("vae", &self.vae)?)
+        match &self.coder {
+            Coder::Vae(vae) => {
+                checkpoint.set_meta("plan", &vae.0)?;
+                Ok(checkpoint.put_module("vae", &vae.1)?)
+            }
+            Coder::Spline(coder) => coder.save_into(checkpoint),
+        }
     }
 
     pub(super) fn load_from(checkpoint: &Checkpoint) -> Result<Self, LearnError> {
         let kind: String = checkpoint.meta("kind")?;
-        if kind != "motion prior" {
+        if !Self::is_in(checkpoint) {
             return Err(LearnError::Mismatch { what: "file".into(), expected: "a motion prior".into(), got: kind });
+        }
+        let layout: FeatureLayout = checkpoint.meta("layout")?;
+        let statistics = FeatureStatistics::load_from(checkpoint, layout.size())?;
+        if kind == SPLINE {
+            let coder = SplineCoder::load_from(checkpoint, layout.size())?;
+            return Ok(Self::of_spline(coder.plan().windows, layout, statistics, coder));
         }
         let plan: PriorPlan = checkpoint.meta("plan")?;
         plan.check()?;
-        let layout: FeatureLayout = checkpoint.meta("layout")?;
-        let statistics = FeatureStatistics::load_from(checkpoint, layout.size())?;
         let vae = MotionVae::new(&plan, layout.size(), &device::inference());
         let vae = checkpoint.load_module("vae", vae)?;
-        Ok(Self { plan, layout, statistics, vae })
+        Ok(Self { windows: plan.windows(), layout, statistics, coder: Coder::Vae(Box::new((plan, vae))) })
     }
 }

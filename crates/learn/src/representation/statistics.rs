@@ -3,6 +3,7 @@
 use lifelike_motion::{FeatureLayout, Frame};
 use lifelike_nn::checkpoint::{Checkpoint, CheckpointError};
 
+use super::standard::{Moments, Standard};
 use crate::LearnError;
 use crate::limits::range;
 
@@ -64,69 +65,52 @@ impl SpreadFloors {
 /// Mean and spread of every feature over all frames of a data set, each frame in its own heading frame. Orientation has
 /// mean 0 and spread 1 here, because it is not normalised.
 #[derive(Debug, Clone, PartialEq)]
-pub struct FeatureStatistics {
-    mean: Vec<f64>,
-    spread: Vec<f64>,
-}
+pub struct FeatureStatistics(Standard);
 
 impl FeatureStatistics {
     /// Over these frames.
     pub fn of<'a>(layout: &FeatureLayout, floors: &SpreadFloors, frames: impl Iterator<Item = &'a Frame>) -> Self {
-        let size = layout.size();
-        let (mut mean, mut square, mut count) = (vec![0.0; size], vec![0.0; size], 0.0);
-        let mut row = vec![0.0; size];
+        let mut row = vec![0.0; layout.size()];
+        let mut moments = Moments::new(row.len());
         for frame in frames {
             frame.write_features(&frame.root_orientation, &mut row);
-            count += 1.0;
-            for ((m, s), x) in mean.iter_mut().zip(&mut square).zip(&row) {
-                let delta = x - *m;
-                *m += delta / count;
-                *s += delta * (x - *m);
-            }
+            moments.add(row.iter().copied());
         }
-        let floors = floors.of(layout);
-        let mut spread: Vec<f64> =
-            square.iter().zip(&floors).map(|(s, floor)| (s / f64::max(count, 1.0)).sqrt().max(*floor)).collect();
+        let (mut mean, mut spread) = moments.finish();
+        spread.iter_mut().zip(floors.of(layout)).for_each(|(spread, floor)| *spread = spread.max(floor));
         mean[FeatureLayout::ORIENTATION].fill(0.0);
         spread[FeatureLayout::ORIENTATION].fill(1.0);
-        Self { mean, spread }
+        Self(Standard::new(mean, spread))
     }
 
     /// Mean of every feature (SI).
     pub fn mean(&self) -> &[f64] {
-        &self.mean
+        self.0.mean()
     }
 
     /// Standard deviation, floored, of every feature (SI).
     pub fn spread(&self) -> &[f64] {
-        &self.spread
+        self.0.spread()
     }
 
     /// Normalises rows of features in place.
     pub fn normalize(&self, rows: &mut [f64]) {
-        for row in rows.chunks_exact_mut(self.mean.len()) {
-            for ((x, m), s) in row.iter_mut().zip(&self.mean).zip(&self.spread) {
-                *x = (*x - m) / s;
-            }
-        }
+        self.0.normalize(rows);
     }
 
     /// Back to SI units.
     pub fn denormalize(&self, rows: &mut [f64]) {
-        for row in rows.chunks_exact_mut(self.mean.len()) {
-            for ((x, m), s) in row.iter_mut().zip(&self.mean).zip(&self.spread) {
-                *x = *x * s + m;
-            }
-        }
+        self.0.denormalize(rows);
     }
 
     pub(super) fn save_into(&self, checkpoint: &mut Checkpoint) -> Result<(), CheckpointError> {
-        checkpoint.put_f64("statistics.mean", &[self.mean.len()], self.mean.clone())?;
-        checkpoint.put_f64("statistics.spread", &[self.spread.len()], self.spread.clone())
+        self.0.save_into(checkpoint, NAME)
     }
 
     pub(super) fn load_from(checkpoint: &Checkpoint, size: usize) -> Result<Self, CheckpointError> {
-        let mean = checkpoint.f64s("statistics.mean", &[size])?;
-        Ok(Self { mean, spread: checkpoint.f64s("statistics.spread", &[size])? })
+        Ok(Self(Standard::load_from(checkpoint, NAME, size)?))
     }
 }
+
+/// In files.
+const NAME: &str = "statistics";

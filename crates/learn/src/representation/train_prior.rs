@@ -17,7 +17,7 @@ use rand_distr::{Distribution, StandardNormal};
 use super::dataset::{PriorClip, Windows};
 use super::loss::reconstruction;
 use super::plan::PriorPlan;
-use super::prior::MotionPrior;
+use super::prior::{MotionPrior, Recipe};
 use super::reconstruction::ReconstructionReport;
 use super::statistics::FeatureStatistics;
 use super::vae::MotionVae;
@@ -71,17 +71,10 @@ impl PriorTrainer {
         held_out: Vec<PriorClip>,
     ) -> Result<Self, LearnError> {
         plan.check()?;
-        let training = Windows::new(&plan, &layout, training)?;
-        let held_out = Windows::new(&plan, &layout, held_out)?;
-        if training.is_empty() {
-            return Err(LearnError::Mismatch {
-                what: "training clips".into(),
-                expected: "at least one frame".into(),
-                got: "none".into(),
-            });
-        }
-        let frames = training.clips().iter().flat_map(|c| &c.frames);
-        let statistics = FeatureStatistics::of(&layout, &plan.floors, frames);
+        let windows = plan.windows();
+        let training = Windows::to_train_on(&windows, &layout, training)?;
+        let held_out = Windows::new(&windows, &layout, held_out)?;
+        let statistics = training.statistics(&layout, &plan.floors);
         let device = device::training();
         let vae = MotionVae::new(&plan, layout.size(), &device);
         let optimizer = Adam::new(AdamConfig { rule: plan.optimizer, ..AdamConfig::adam() });
@@ -119,7 +112,7 @@ impl PriorTrainer {
         let (kl_weight, learning_rate) = (plan.kl_weight_at(i), plan.learning_rate_at(i));
 
         let rows = self.training.sample(&self.statistics, plan.batch, &mut stream(plan.seed, "prior.batch", 0, i))?;
-        let shape = [plan.batch, plan.window().len(), self.layout.size()];
+        let shape = [plan.batch, plan.windows().window().len(), self.layout.size()];
         let x = Tensor::<3>::from_data(TensorData::new(rows, shape), &device);
         let mut rng = stream(plan.seed, "prior.noise", 0, i);
         let noise: Vec<f32> = (0..plan.batch * plan.latent).map(|_| StandardNormal.sample(&mut rng)).collect();
@@ -192,7 +185,15 @@ impl PriorTrainer {
     pub fn resume(path: &Path, training: Vec<PriorClip>, held_out: Vec<PriorClip>) -> Result<Self, LearnError> {
         let checkpoint = Checkpoint::load(path)?;
         let saved = MotionPrior::load_from(&checkpoint)?;
-        let mut run = Self::new(saved.plan().clone(), saved.layout().clone(), training, held_out)?;
+        let Recipe::Vae(plan) = saved.recipe() else {
+            let what = path.display().to_string();
+            return Err(LearnError::Mismatch {
+                what,
+                expected: "a beta-VAE's run".into(),
+                got: "a spline prior".into(),
+            });
+        };
+        let mut run = Self::new(plan.clone(), saved.layout().clone(), training, held_out)?;
         let (expected, got): (String, _) = (checkpoint.meta("data")?, run.training.digest());
         if expected != got {
             let what = format!("{}: training clips", path.display());

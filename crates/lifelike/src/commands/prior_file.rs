@@ -1,4 +1,4 @@
-//! A trained motion prior from its file, as the tracker and the evaluation use it.
+//! A trained motion prior of any kind from its file, as the tracker and the evaluation use it.
 
 use std::path::Path;
 
@@ -25,6 +25,16 @@ impl Prior {
         let bytes = std::fs::read(path).map_err(|e| CliError::Input(format!("{}: {e}", path.display())))?;
         let digest = Sha256::digest(&bytes).iter().map(|b| format!("{b:02x}")).collect();
         Ok(Self { prior: MotionPrior::load(path)?, digest })
+    }
+
+    /// As [`Self::load`], for this robot.
+    ///
+    /// # Errors
+    /// As [`load_for`].
+    pub fn load_for(path: &Path, robot: &Robot) -> Result<Self, CliError> {
+        let prior = Self::load(path)?;
+        check(&prior.prior, path, robot)?;
+        Ok(prior)
     }
 
     /// SHA-256 of its file, hexadecimal.
@@ -69,6 +79,12 @@ impl Prior {
 /// No prior in the file, or one of a robot with other joints or end effectors.
 pub fn load_for(path: &Path, robot: &Robot) -> Result<MotionPrior, CliError> {
     let prior = MotionPrior::load(path)?;
+    check(&prior, path, robot)?;
+    Ok(prior)
+}
+
+/// Whether a prior is of this robot's joints and end effectors.
+fn check(prior: &MotionPrior, path: &Path, robot: &Robot) -> Result<(), CliError> {
     if *prior.layout() != robot.layout {
         let names = |layout: &FeatureLayout| format!("{:?} and {:?}", layout.joints, layout.end_effectors);
         let text = format!(
@@ -80,7 +96,7 @@ pub fn load_for(path: &Path, robot: &Robot) -> Result<MotionPrior, CliError> {
         );
         return Err(CliError::Input(text));
     }
-    Ok(prior)
+    Ok(())
 }
 
 /// Every clip at this rate (Hz), as priors take it.

@@ -2,7 +2,8 @@
 
 use std::path::Path;
 
-use lifelike_learn::representation::MotionPrior;
+use lifelike_learn::representation::spline_transformer::SequencePlan;
+use lifelike_learn::representation::{MotionPrior, Recipe};
 use lifelike_learn::tracking::PolicyHeader;
 use lifelike_nn::checkpoint::Checkpoint;
 use serde_json::{Value, json};
@@ -17,7 +18,7 @@ pub fn inspect(path: &Path, output: &Output) -> Result<(), CliError> {
     if let Ok(header) = checkpoint.meta::<PolicyHeader>("policy") {
         return policy(path, &header, numbers, output);
     }
-    if checkpoint.meta::<String>("kind").is_ok_and(|kind| kind == "motion prior") {
+    if MotionPrior::is_in(&checkpoint) {
         return prior(path, &MotionPrior::load(path)?, numbers, output);
     }
     let arrays: Vec<Value> = checkpoint
@@ -77,14 +78,22 @@ fn policy(path: &Path, header: &PolicyHeader, numbers: usize, output: &Output) -
 
 /// A motion prior: what it encodes.
 fn prior(path: &Path, prior: &MotionPrior, numbers: usize, output: &Output) -> Result<(), CliError> {
-    let (plan, layout) = (prior.plan(), prior.layout());
-    let value = json!({ "kind": "motion prior", "numbers": numbers, "plan": plan, "layout": layout });
+    let (plan, layout, recipe) = (prior.plan(), prior.layout(), prior.recipe());
+    let value = json!({ "kind": recipe.kind(), "numbers": numbers, "plan": recipe, "layout": layout });
+    let code = match recipe {
+        Recipe::Vae(_) => "the mean of a beta-VAE's code".to_owned(),
+        Recipe::Spline(plan) => {
+            let SequencePlan { method, latent, .. } = plan.training;
+            format!("{} control points of {latent}, by their mean and spread ({method})", prior.latent_size() / latent)
+        }
+    };
     output.result(&value, || {
         format!(
-            "{}: a motion prior, {numbers} numbers\n\
-             {} numbers for {} s of motion, {} samples of {} features; clips at {} Hz\n\n\
+            "{}: a {}, {numbers} numbers\n\
+             {} numbers ({code}) for {} s of motion, {} samples of {} features; clips at {} Hz\n\n\
              joints, in order: {}\nend effectors, in order: {}\n",
             path.display(),
+            recipe.kind(),
             prior.latent_size(),
             plan.window_seconds,
             plan.window().len(),

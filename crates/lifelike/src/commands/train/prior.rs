@@ -1,12 +1,16 @@
 //! `lifelike train prior`: a latent code for the second of motion around every frame.
 
-use std::ops::ControlFlow;
+mod spline;
+mod vae;
+
 use std::path::{Path, PathBuf};
-use std::sync::atomic::Ordering;
 
 use lifelike_learn::representation::dataset::split;
-use lifelike_learn::representation::{PriorClip, PriorPlan, PriorTrainer, ReconstructionReport};
-use lifelike_learn::run::{MetricsWriter, RunFolder};
+use lifelike_learn::representation::{
+    MotionPrior, PriorClip, PriorPlan, ReconstructionReport, SplinePriorPlan, WindowPlan,
+};
+use lifelike_learn::run::RunFolder;
+use lifelike_nn::device::Device;
 use lifelike_robot::Robot;
 use serde::{Deserialize, Serialize};
 use serde_json::json;
@@ -17,24 +21,29 @@ use crate::commands::reconstruction::{self, HEAD, row};
 use crate::commands::{clips, prior_file};
 use crate::error::CliError;
 use crate::output::{Output, table};
-use crate::progress::Progress;
-use crate::{interrupt, overrides};
+use crate::overrides;
 
-/// Iterations between checkpoints.
-const SAVE_EVERY: u64 = 200;
-
-/// Train a motion prior: a convolutional beta-VAE over one second of motion (thesis 4.2.1).
+/// Train a motion prior: a code z_t for the second of motion around every frame.
 ///
-/// The run is a folder: plan.toml, metrics.jsonl, TensorBoard events, checkpoint.safetensors, and at the end
-/// motion.prior.safetensors. Ctrl-C saves and stops; --resume goes on as if nothing had happened.
+/// A plan with a table [prior] trains the convolutional beta-VAE of thesis 4.2.1; with [spline], the Spline-based Transformer of
+/// chapter 3 on the same windows, whose latent control points are the code. Either becomes motion.prior.safetensors, and
+/// whatever takes one takes the other: train tracker (prior = and inputs.latent = of its plan), eval, motion search, bench latent.
+///
+/// The run is a folder: plan.toml, metrics.jsonl, TensorBoard events, checkpoints, and at the end motion.prior.safetensors and
+/// reconstruction.json. Ctrl-C saves and stops; --resume goes on as if nothing had happened.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
   lifelike train prior --plan experiments/prior.toml
   lifelike train prior --plan experiments/prior.toml -o runs/small prior.channels=32 prior.iterations=1000
+  lifelike train prior --plan experiments/prior-spline.toml
+  lifelike train prior --plan experiments/prior-spline.toml -o runs/wide spline.training.width=128 spline.training.heads=8
   lifelike train prior -o runs/small --resume
 
-A plan names robot and clips, and under [prior] whatever differs from the thesis' settings.")]
+A plan names robot and clips, and under [prior] whatever differs from the thesis' settings. Under [spline] instead:
+[spline.windows] says which windows (seed, frame_rate, half_width, window_seconds, held_out, floors, as under [prior]), and
+[spline.training] the network and its training (latent: numbers of each of the 4 control points; layers, heads, width, batch,
+iterations, optimizer, learning_rate, ...). `lifelike inspect motion.prior.safetensors --json` shows all keys of a trained one.")]
 pub struct Args {
     /// The plan, a TOML file; with --resume the run's own plan is used.
     #[arg(long)]
@@ -54,15 +63,92 @@ pub struct Args {
 
 /// What to train on what.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(try_from = "Written", into = "Written")]
 struct Plan {
+    robot: String,
+    clips: Vec<PathBuf>,
+    encoder: Encoder,
+}
+
+/// What is to make the codes.
+#[derive(Debug, Clone, PartialEq)]
+enum Encoder {
+    Vae(PriorPlan),
+    Spline(SplinePriorPlan),
+}
+
+/// A plan as its file has it.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Written {
     /// A built-in robot's name, or its MJCF or URDF file.
     robot: String,
     /// Clips: files, folders, patterns. Captured motion and keyframes are retargeted to the robot.
     clips: Vec<PathBuf>,
-    /// The prior.
-    #[serde(default)]
-    prior: PriorPlan,
+    /// A beta-VAE; so is a plan with neither this nor `spline`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    prior: Option<PriorPlan>,
+    /// A Spline-based Transformer.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    spline: Option<SplinePriorPlan>,
+}
+
+impl TryFrom<Written> for Plan {
+    type Error = &'static str;
+
+    fn try_from(Written { robot, clips, prior, spline }: Written) -> Result<Self, Self::Error> {
+        let encoder = match (prior, spline) {
+            (Some(_), Some(_)) => return Err("expected [prior] (a beta-VAE) or [spline], got both"),
+            (None, Some(spline)) => Encoder::Spline(spline),
+            (prior, None) => Encoder::Vae(prior.unwrap_or_default()),
+        };
+        Ok(Self { robot, clips, encoder })
+    }
+}
+
+impl From<Plan> for Written {
+    fn from(Plan { robot, clips, encoder }: Plan) -> Self {
+        let (prior, spline) = match encoder {
+            Encoder::Vae(plan) => (Some(plan), None),
+            Encoder::Spline(plan) => (None, Some(plan)),
+        };
+        Self { robot, clips, prior, spline }
+    }
+}
+
+impl Encoder {
+    fn check(&self) -> Result<(), CliError> {
+        Ok(match self {
+            Self::Vae(plan) => plan.check(),
+            Self::Spline(plan) => plan.check(),
+        }?)
+    }
+
+    fn windows(&self) -> WindowPlan {
+        match self {
+            Self::Vae(plan) => plan.windows(),
+            Self::Spline(plan) => plan.windows,
+        }
+    }
+}
+
+/// A training to do in a folder that has its plan.
+struct Job<'a> {
+    folder: &'a Path,
+    resume: bool,
+    plan: &'a Plan,
+    training: Vec<PriorClip>,
+    held_out: Vec<PriorClip>,
+    device: Device,
+}
+
+/// What became of it.
+struct Trained {
+    prior: MotionPrior,
+    report: ReconstructionReport,
+    iterations: u64,
+    parameters: usize,
+    interrupted: bool,
 }
 
 /// Runs the command.
@@ -74,31 +160,28 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
         (Some(path), false) => overrides::load(path, &args.overrides)?,
         (None, false) => return Err(CliError::Usage("say what to train with --plan FILE".into())),
     };
-    plan.prior.check()?;
+    plan.encoder.check()?;
     let robot = Robot::load(&plan.robot)?;
+    let windows = plan.encoder.windows();
     let (training, held_out) =
-        split(&plan.prior, prior_file::frames(&clips::load(&plan.clips, &robot)?, &robot, plan.prior.frame_rate)?);
+        split(&windows, prior_file::frames(&clips::load(&plan.clips, &robot)?, &robot, windows.frame_rate)?);
     let names = |clips: &[PriorClip]| clips.iter().map(|c| c.name.clone()).collect::<Vec<_>>();
     let (trained_on, held_out_names) = (names(&training), names(&held_out));
-    let checkpoint = folder.join("checkpoint.safetensors");
-    let run = if args.resume { RunFolder::open(&folder)? } else { RunFolder::create(&folder, &plan)? };
-    let device = args.networks.open()?;
-    let trainer = if args.resume && checkpoint.is_file() {
-        PriorTrainer::resume(&checkpoint, training, held_out)?
-    } else {
-        PriorTrainer::new(plan.prior.clone(), robot.layout.clone(), training, held_out)?
+    if !args.resume {
+        RunFolder::create(&folder, &plan)?;
+    }
+    let job =
+        Job { folder: &folder, resume: args.resume, plan: &plan, training, held_out, device: args.networks.open()? };
+    let done = match &plan.encoder {
+        Encoder::Vae(plan) => vae::train(plan, &robot.layout, job, output)?,
+        Encoder::Spline(plan) => spline::train(plan, &robot.layout, job, output)?,
     };
-    let mut trainer = trainer.to_device(&device);
-    let mut metrics =
-        run.resume_metrics(lines_until(&run.metrics_path(), trainer.iteration())?, trainer.iteration())?;
-    let interrupted = train(&mut trainer, &mut metrics, &checkpoint, output)?;
     let path = folder.join("motion.prior.safetensors");
-    trainer.prior().save(&path)?;
-    let report = trainer.report()?;
+    done.prior.save(&path)?;
     let value = json!({
-        "run": folder, "prior": path, "interrupted": interrupted, "iterations": trainer.iteration(),
-        "parameters": trainer.parameters(), "trained_on": trained_on, "held_out": held_out_names,
-        "reconstruction": reconstruction::value(&report),
+        "run": folder, "prior": path, "interrupted": done.interrupted, "iterations": done.iterations,
+        "parameters": done.parameters, "trained_on": trained_on, "held_out": held_out_names,
+        "reconstruction": reconstruction::value(&done.report),
     });
     let text = serde_json::to_string_pretty(&value).map_err(|e| CliError::Failed(e.to_string()))?;
     let file = folder.join("reconstruction.json");
@@ -106,65 +189,19 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     output.result(&value, || {
         format!(
             "{} iterations, {} parameters, {} clips; reconstruction of {} windows of {}:\n\n{}\nprior: {}\n",
-            trainer.iteration(),
-            trainer.parameters(),
+            done.iterations,
+            done.parameters,
             trained_on.len(),
-            report.windows,
+            done.report.windows,
             if held_out_names.is_empty() { "the training clips" } else { "clips never trained on" },
-            reconstruction_table(&report),
+            reconstruction_table(&done.report),
             path.display()
         )
     })?;
-    if interrupted {
+    if done.interrupted {
         return Err(CliError::Interrupted(format!("go on with --resume -o {}", folder.display())));
     }
     Ok(())
-}
-
-/// Iterates until the plan is done or Ctrl-C; returns whether it was Ctrl-C.
-fn train(
-    trainer: &mut PriorTrainer,
-    metrics: &mut MetricsWriter,
-    checkpoint: &Path,
-    output: &Output,
-) -> Result<bool, CliError> {
-    let stop = interrupt::flag()?;
-    let total = trainer.plan().iterations;
-    let mut progress = Progress::new(output, "training", total);
-    let mut failed = None;
-    let mut interrupted = false;
-    trainer.train(|trainer, now| {
-        progress.update(now.iteration, total, || format!("reconstruction {:.3}  KL {:.1}", now.reconstruction, now.kl));
-        let values = [
-            ("Loss/total", now.loss),
-            ("Loss/reconstruction", now.reconstruction),
-            ("Loss/kl", now.kl),
-            ("Schedule/kl_weight", now.kl_weight),
-            ("Schedule/learning_rate", now.learning_rate),
-            ("Gradient/norm", now.gradient_norm),
-            ("Gradient/skipped", now.skipped as f64),
-        ];
-        let mut done = metrics.log(now.iteration - 1, &values);
-        interrupted = stop.load(Ordering::SeqCst);
-        if done.is_ok() && (interrupted || now.iteration == total || now.iteration % SAVE_EVERY == 0) {
-            done = metrics.sync().and_then(|_| trainer.save(checkpoint));
-        }
-        let ends = interrupted || done.is_err();
-        failed = done.err();
-        if ends { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-    })?;
-    progress.finish();
-    failed.map_or(Ok(interrupted), |error| Err(error.into()))
-}
-
-/// Bytes of the metrics' lines for iterations before `iteration`: what a checkpoint made then remembers.
-fn lines_until(path: &Path, iteration: u64) -> Result<u64, CliError> {
-    if iteration == 0 {
-        return Ok(0);
-    }
-    let text = std::fs::read(path).map_err(|e| CliError::Input(format!("{}: {e}", path.display())))?;
-    let lines = text.split_inclusive(|b| *b == b'\n').take(usize::try_from(iteration).unwrap_or(usize::MAX));
-    Ok(lines.map(|line| line.len() as u64).sum())
 }
 
 fn reconstruction_table(report: &ReconstructionReport) -> String {
@@ -178,13 +215,32 @@ mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
 
+    const HEAD: &str = "robot = \"lima\"\nclips = []\n";
+
     #[test]
-    fn metrics_are_cut_where_the_checkpoint_was_made() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("metrics.jsonl");
-        std::fs::write(&path, "{\"a\":1}\n{\"a\":22}\n{\"a\":333}\n{\"torn").unwrap();
-        assert_eq!(lines_until(&path, 0).unwrap(), 0);
-        assert_eq!(lines_until(&path, 2).unwrap(), 8 + 9);
-        assert_eq!(lines_until(&path, 3).unwrap(), 8 + 9 + 10);
+    fn a_plan_has_one_encoder_and_comes_back_from_its_own_text() {
+        let plan = |text: &str| toml::from_str::<Plan>(&format!("{HEAD}{text}"));
+        for text in ["", "[prior]\nchannels = 8", "[spline]", "[spline.training]\nlatent = 8"] {
+            let plan = plan(text).unwrap();
+            assert_eq!(toml::from_str::<Plan>(&toml::to_string_pretty(&plan).unwrap()).unwrap(), plan);
+            assert_eq!(matches!(plan.encoder, Encoder::Spline(_)), text.contains("spline"), "{text}");
+        }
+        let both = plan("[prior]\n[spline]").unwrap_err().to_string();
+        assert!(both.contains("[prior] (a beta-VAE) or [spline], got both"), "{both}");
+        assert!(plan("[splien]").unwrap_err().to_string().contains("`spline`"));
+        let wrong = plan("[spline.training]\nwidth = 63").unwrap().encoder.check().unwrap_err().to_string();
+        assert!(wrong.contains("heads: expected a divisor of the width 63"), "{wrong}");
+    }
+
+    #[test]
+    fn values_are_changed_where_the_plan_has_them() {
+        let plan: Plan = toml::from_str(HEAD).unwrap();
+        let change = |text: &str| overrides::apply(plan.clone(), &[text.to_string()]);
+        assert_eq!(
+            change("prior.channels=8").unwrap().encoder,
+            Encoder::Vae(PriorPlan { channels: 8, ..PriorPlan::default() })
+        );
+        let other = change("spline.training.width=8").unwrap_err().to_string();
+        assert!(other.contains("no table 'spline'; there are: clips, prior, robot"), "{other}");
     }
 }
