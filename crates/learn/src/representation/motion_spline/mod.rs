@@ -8,7 +8,7 @@ mod edit;
 mod model;
 mod plan;
 mod poses;
-mod scales;
+mod space;
 mod splined;
 #[cfg(test)]
 mod testing;
@@ -17,5 +17,5 @@ pub use edit::Edit;
 pub use model::{ClipErrors, MotionSpline, SplitClips};
 pub use plan::MotionSplinePlan;
 pub use poses::Poses;
-pub use scales::Scales;
+pub use space::PoseSpace;
 pub use splined::{Playing, Segment, SplinedClip};

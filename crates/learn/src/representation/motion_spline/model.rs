@@ -5,7 +5,6 @@ use std::path::Path;
 use burn::module::Module;
 use burn::tensor::{Tensor, TensorData};
 use lifelike_motion::MotionClip;
-use lifelike_motion::resample::resample;
 use lifelike_nn::checkpoint::Checkpoint;
 use lifelike_nn::device;
 use lifelike_nn::numbers::read;
@@ -14,11 +13,12 @@ use lifelike_nn::transformer::{Sampling, SplineAutoencoder};
 
 use super::plan::MotionSplinePlan;
 use super::poses::Poses;
-use super::scales::Scales;
+use super::space::{PoseSpace, poses_of};
 use super::splined::{Segment, SplinedClip};
 use crate::LearnError;
 use crate::representation::spline_transformer::{Recording, SequenceTrainer, Sequences, Split, Windows};
 
+/// In files.
 const KIND: &str = "motion spline";
 
 /// How well a clip comes back from control points alone, without the detail that editing carries along.
@@ -40,8 +40,7 @@ pub struct ClipErrors {
 #[derive(Debug, Clone)]
 pub struct MotionSpline {
     plan: MotionSplinePlan,
-    joints: Vec<String>,
-    scales: Scales,
+    space: PoseSpace,
     /// Where each control point lies on average over training windows.
     mean: Vec<Vec<f32>>,
     network: SplineAutoencoder,
@@ -62,30 +61,24 @@ pub struct SplitClips {
 }
 
 impl MotionSpline {
-    /// What to train on: rows of all clips at the plan's rate, scaled by the training clips' statistics.
+    /// What to train on: rows of all clips at the plan's rate, and what their numbers are, by the training clips' statistics.
     ///
     /// # Errors
     /// Clips with other joints than the first; none as long as a segment; a plan out of range.
-    pub fn data(plan: &MotionSplinePlan, clips: &SplitClips) -> Result<(Windows, Scales, Vec<String>), LearnError> {
+    pub fn data(plan: &MotionSplinePlan, clips: &SplitClips) -> Result<(Windows, PoseSpace), LearnError> {
         plan.check()?;
         let joints = clips.training.first().map(|clip| clip.joint_names.clone()).unwrap_or_default();
         let poses = |clips: &[MotionClip]| -> Result<Vec<(String, Poses)>, LearnError> {
             clips.iter().map(|clip| Ok((clip.name.clone(), poses_of(clip, &joints, plan.frame_rate)?))).collect()
         };
-        let training = poses(&clips.training)?;
-        let scales = Scales::of(training.iter().map(|(_, poses)| poses), joints.len());
-        let recordings = |all: Vec<(String, Poses)>| -> Vec<Recording> {
-            let recording = |(name, poses): (String, Poses)| Recording { name, rows: scales.normalized(&poses.rows) };
-            all.into_iter().map(recording).collect()
-        };
-        let split = Split {
-            training: recordings(training),
-            validation: recordings(poses(&clips.validation)?),
-            test: recordings(poses(&clips.test)?),
-        };
+        let all = [poses(&clips.training)?, poses(&clips.validation)?, poses(&clips.test)?];
+        let space = PoseSpace::of(joints.clone(), all[0].iter().map(|(_, poses)| poses));
+        let [training, validation, test] = all.map(|all| {
+            all.into_iter().map(|(name, poses)| Recording { name, rows: space.normalized(&poses.rows) }).collect()
+        });
         let what = format!("{} at {} Hz", plan.robot, plan.frame_rate);
-        let windows = Windows::new(&what, Poses::ROOT + joints.len(), plan.frames, plan.training.seed, split)?;
-        Ok((windows, scales, joints))
+        let split = Split { training, validation, test };
+        Ok((Windows::new(&what, space.width(), plan.frames, plan.training.seed, split)?, space))
     }
 
     /// What a training on [`Self::data`] has learned.
@@ -94,8 +87,7 @@ impl MotionSpline {
     /// The device does not hand out its numbers.
     pub fn new(
         plan: MotionSplinePlan,
-        joints: Vec<String>,
-        scales: Scales,
+        space: PoseSpace,
         trainer: &SequenceTrainer<Windows>,
     ) -> Result<Self, LearnError> {
         // The first batch there is: windows drawn evenly from all training clips.
@@ -107,7 +99,7 @@ impl MotionSpline {
             .map(|mean| mean as f32)
             .collect();
         let mean = mean.chunks_exact(latent).map(<[f32]>::to_vec).collect();
-        Ok(Self { plan, joints, scales, mean, network: trainer.network().valid().fork(&device::inference()) })
+        Ok(Self { plan, space, mean, network: trainer.network().valid().fork(&device::inference()) })
     }
 
     /// The plan it was trained by.
@@ -117,7 +109,7 @@ impl MotionSpline {
 
     /// Joints by name, in its order.
     pub fn joints(&self) -> &[String] {
-        &self.joints
+        self.space.joints()
     }
 
     /// Numbers of a control point.
@@ -148,7 +140,7 @@ impl MotionSpline {
 
     /// The clip's poses, joints in this model's order, at a rate (Hz).
     pub(super) fn poses(&self, clip: &MotionClip, fps: f64) -> Result<Poses, LearnError> {
-        poses_of(clip, &self.joints, fps)
+        poses_of(clip, self.space.joints(), fps)
     }
 
     /// Control points of segments.
@@ -156,8 +148,8 @@ impl MotionSpline {
     /// # Shapes
     /// Poses `[segments, frames, width]` (SI) to `[segments, control points, latent]`.
     pub(super) fn control(&self, rows: &[f64]) -> Result<Vec<f32>, LearnError> {
-        let (tokens, width) = (self.plan.frames, Poses::ROOT + self.joints.len());
-        let x = self.scales.normalized(rows);
+        let (tokens, width) = (self.plan.frames, self.space.width());
+        let x = self.space.normalized(rows);
         let shape = [x.len() / (tokens * width), tokens, width];
         let x = Tensor::from_data(TensorData::new(x, shape), &device::inference());
         Ok(read(self.network.encode(x))?)
@@ -171,7 +163,7 @@ impl MotionSpline {
         let shape = [1, self.control_points(), self.latent()];
         let points = Tensor::from_data(TensorData::new(control_points.to_vec(), shape), &device::inference());
         let y = self.network.decode(points, sampling).map_err(PassError::from)?;
-        Ok(self.scales.denormalized(&read(y)?))
+        Ok(self.space.denormalized(&read(y)?))
     }
 
     /// A segment's curve in the latent space at `samples` places, evenly from its begin to its end.
@@ -217,8 +209,7 @@ impl MotionSpline {
         let mut checkpoint = Checkpoint::new();
         checkpoint.set_meta("kind", &KIND)?;
         checkpoint.set_meta("plan", &self.plan)?;
-        checkpoint.set_meta("joints", &self.joints)?;
-        self.scales.save_into(&mut checkpoint)?;
+        self.space.save_into(&mut checkpoint)?;
         let mean = self.mean.iter().flatten().copied().collect();
         checkpoint.put_f32("mean", &[self.control_points(), self.latent()], mean)?;
         checkpoint.put_module("network", &self.network)?;
@@ -238,30 +229,13 @@ impl MotionSpline {
         }
         let plan: MotionSplinePlan = checkpoint.meta("plan")?;
         plan.check()?;
-        let joints: Vec<String> = checkpoint.meta("joints")?;
-        let width = Poses::ROOT + joints.len();
-        let scales = Scales::load_from(&checkpoint, width)?;
-        let network = plan.training.network(width).init(0, "loaded", &device::inference())?;
+        let space = PoseSpace::load_from(&checkpoint)?;
+        let network = plan.training.network(space.width()).init(0, "loaded", &device::inference())?;
         let network = checkpoint.load_module("network", network)?;
         let (points, latent) = (network.tokens().control_points(), plan.training.latent);
         let mean = checkpoint.f32s("mean", &[points, latent])?.chunks_exact(latent).map(<[f32]>::to_vec).collect();
-        Ok(Self { plan, joints, scales, mean, network })
+        Ok(Self { plan, space, mean, network })
     }
-}
-
-/// Poses at a rate, the joints by name in this order.
-fn poses_of(clip: &MotionClip, joints: &[String], fps: f64) -> Result<Poses, LearnError> {
-    let clip = resample(clip, fps)?;
-    let column = |name: &String| clip.joint_names.iter().position(|own| own == name);
-    let columns: Option<Vec<usize>> = joints.iter().map(column).collect();
-    let Some(columns) = columns.filter(|all| all.len() == clip.joint_names.len()) else {
-        let (expected, got) = (format!("joints {joints:?}"), format!("{:?}", clip.joint_names));
-        return Err(LearnError::Mismatch { what: format!("clip '{}'", clip.name), expected, got });
-    };
-    let mut ordered = clip.clone();
-    ordered.joints =
-        (0..clip.len()).flat_map(|f| columns.iter().map(move |c| (f, *c))).map(|(f, c)| clip.joints_at(f)[c]).collect();
-    Ok(Poses::of(&ordered))
 }
 
 #[cfg(test)]

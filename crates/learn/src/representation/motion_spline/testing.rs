@@ -46,7 +46,7 @@ pub(super) fn model() -> MotionSpline {
         training,
     };
     let clips = SplitClips { training: vec![walk("walk", 300, 50.0)], ..SplitClips::default() };
-    let (data, scales, joints) = MotionSpline::data(&plan, &clips).unwrap();
+    let (data, space) = MotionSpline::data(&plan, &clips).unwrap();
     let trainer = SequenceTrainer::new(plan.training.clone(), data).unwrap();
-    MotionSpline::new(plan, joints, scales, &trainer).unwrap()
+    MotionSpline::new(plan, space, &trainer).unwrap()
 }

@@ -66,7 +66,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
         test: clips::load(&plan.test, &robot)?,
     };
     apart(&clips)?;
-    let (data, scales, joints) = MotionSpline::data(&plan, &clips)?;
+    let (data, space) = MotionSpline::data(&plan, &clips)?;
     let windows = data.training_len();
     let stop = interrupt::flag()?;
     let total = plan.training.iterations;
@@ -76,7 +76,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
         if stop.load(Ordering::SeqCst) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     })?;
     progress.finish();
-    let model = MotionSpline::new(plan, joints, scales, &trainer)?;
+    let model = MotionSpline::new(plan, space, &trainer)?;
     let path = folder.join("motion.spline.safetensors");
     model.save(&path)?;
     let (of, judged) = if clips.test.is_empty() {
