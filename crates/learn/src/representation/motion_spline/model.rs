@@ -254,7 +254,8 @@ mod tests {
         let clip = walk("walk", 120, 50.0);
         assert_eq!(loaded.encode(&clip).unwrap().segments(), model.encode(&clip).unwrap().segments());
         assert_eq!((loaded.mean(), loaded.joints(), loaded.plan()), (model.mean(), model.joints(), model.plan()));
-        assert_eq!(loaded.errors(&[clip.clone()]).unwrap(), model.errors(&[clip]).unwrap());
+        let clips = [clip];
+        assert_eq!(loaded.errors(&clips).unwrap(), model.errors(&clips).unwrap());
     }
 
     #[test]

@@ -30,7 +30,7 @@ impl PoseSpace {
         let mut moments = Moments::new(width);
         poses.flat_map(|p| p.rows.chunks_exact(width)).for_each(|row| moments.add(row.iter().copied()));
         let (mean, mut spread) = moments.finish();
-        let kinds = Poses::KINDS.into_iter().chain([Poses::ROOT..width]);
+        let kinds = Poses::KINDS.into_iter().chain(std::iter::once(Poses::ROOT..width));
         for (range, floor) in kinds.zip(FLOORS) {
             let mean_square = spread[range.clone()].iter().map(|s| s * s).sum::<f64>() / range.len().max(1) as f64;
             spread[range].fill(mean_square.sqrt().max(floor));
