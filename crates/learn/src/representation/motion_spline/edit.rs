@@ -112,7 +112,7 @@ mod tests {
     #[test]
     fn only_chosen_segments_change_and_what_is_not_there_is_refused() {
         let model = model();
-        let mut clip = model.encode(&walk("walk", 300, 50.0)).unwrap();
+        let mut clip = SplinedClip::encode(&model, &walk("walk", 300, 50.0)).unwrap();
         let before = clip.segments().to_vec();
         assert!(before.len() >= 3);
         clip.edit(&model, Edit::Gain(1.5), &[1]).unwrap();

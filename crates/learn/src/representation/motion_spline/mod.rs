@@ -14,8 +14,8 @@ mod splined;
 mod testing;
 
 pub use edit::Edit;
-pub use model::{ClipErrors, MotionSpline, SplitClips};
+pub use model::{MotionSpline, SplitClips};
 pub use plan::MotionSplinePlan;
 pub use poses::Poses;
 pub use space::PoseSpace;
-pub use splined::{Playing, Segment, SplinedClip};
+pub use splined::{ClipErrors, Playing, Segment, SplinedClip};

@@ -14,27 +14,11 @@ use lifelike_nn::transformer::{Sampling, SplineAutoencoder};
 use super::plan::MotionSplinePlan;
 use super::poses::Poses;
 use super::space::{PoseSpace, poses_of};
-use super::splined::{Segment, SplinedClip};
 use crate::LearnError;
 use crate::representation::spline_transformer::{Recording, SequenceTrainer, Sequences, Split, Windows};
 
 /// In files.
 const KIND: &str = "motion spline";
-
-/// How well a clip comes back from control points alone, without the detail that editing carries along.
-#[derive(Debug, Clone, PartialEq, serde::Serialize)]
-pub struct ClipErrors {
-    /// The clip.
-    pub clip: String,
-    /// Frames.
-    pub frames: usize,
-    /// Root mean square error of joints (deg).
-    pub joints_deg: f64,
-    /// Of the root's height (mm).
-    pub height_mm: f64,
-    /// Of the velocity over the ground (m/s).
-    pub velocity: f64,
-}
 
 /// A network that makes control points of a robot's motion, and motion of control points.
 #[derive(Debug, Clone)]
@@ -130,14 +114,6 @@ impl MotionSpline {
         &self.mean
     }
 
-    /// A clip as control points.
-    ///
-    /// # Errors
-    /// A clip of other joints, or one that is broken.
-    pub fn encode(&self, clip: &MotionClip) -> Result<SplinedClip, LearnError> {
-        SplinedClip::of(self, clip)
-    }
-
     /// The clip's poses, joints in this model's order, at a rate (Hz).
     pub(super) fn poses(&self, clip: &MotionClip, fps: f64) -> Result<Poses, LearnError> {
         poses_of(clip, self.space.joints(), fps)
@@ -166,39 +142,15 @@ impl MotionSpline {
         Ok(self.space.denormalized(&read(y)?))
     }
 
-    /// A segment's curve in the latent space at `samples` places, evenly from its begin to its end.
+    /// The latent curve of control points.
     ///
     /// # Shapes
-    /// `[samples][latent]`.
-    ///
-    /// # Errors
-    /// A segment of another model.
-    pub fn curve(&self, segment: &Segment, samples: usize) -> Result<Vec<Vec<f32>>, LearnError> {
-        let numbers: Vec<f32> = segment.control_points.iter().flatten().copied().collect();
-        if numbers.len() != self.control_points() * self.latent() {
-            let expected = format!("{} control points of {} numbers", self.control_points(), self.latent());
-            return Err(LearnError::Mismatch {
-                what: "segment".into(),
-                expected,
-                got: format!("{} numbers", numbers.len()),
-            });
-        }
+    /// `[control points, latent]` to `[samples, latent]`.
+    pub(super) fn curve(&self, control_points: &[f32], samples: usize) -> Result<Vec<f32>, LearnError> {
         let shape = [1, self.control_points(), self.latent()];
-        let points = Tensor::from_data(TensorData::new(numbers, shape), &device::inference());
-        let curve = self
-            .network
-            .tokens()
-            .tokens(points, &Sampling::even(self.plan.frames, samples))
-            .map_err(PassError::from)?;
-        Ok(read(curve)?.chunks_exact(self.latent()).map(<[f32]>::to_vec).collect())
-    }
-
-    /// How well clips come back from control points alone, each at its own rate.
-    ///
-    /// # Errors
-    /// As [`Self::encode`].
-    pub fn errors(&self, clips: &[MotionClip]) -> Result<Vec<ClipErrors>, LearnError> {
-        clips.iter().map(|clip| self.encode(clip)?.errors(self)).collect()
+        let points = Tensor::from_data(TensorData::new(control_points.to_vec(), shape), &device::inference());
+        let sampling = Sampling::even(self.plan.frames, samples);
+        Ok(read(self.network.tokens().tokens(points, &sampling).map_err(PassError::from)?)?)
     }
 
     /// Writes it, all at once or not at all.
@@ -241,8 +193,13 @@ impl MotionSpline {
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
+    use super::super::splined::{Segment, SplinedClip};
     use super::super::testing::{model, walk};
     use super::*;
+
+    fn encoded(model: &MotionSpline, clip: &MotionClip) -> SplinedClip {
+        SplinedClip::encode(model, clip).unwrap()
+    }
 
     #[test]
     fn a_file_is_the_model() {
@@ -252,10 +209,9 @@ mod tests {
         model.save(&path).unwrap();
         let loaded = MotionSpline::load(&path).unwrap();
         let clip = walk("walk", 120, 50.0);
-        assert_eq!(loaded.encode(&clip).unwrap().segments(), model.encode(&clip).unwrap().segments());
+        assert_eq!(encoded(&loaded, &clip).segments(), encoded(&model, &clip).segments());
         assert_eq!((loaded.mean(), loaded.joints(), loaded.plan()), (model.mean(), model.joints(), model.plan()));
-        let clips = [clip];
-        assert_eq!(loaded.errors(&clips).unwrap(), model.errors(&clips).unwrap());
+        assert_eq!(encoded(&loaded, &clip).errors(&loaded).unwrap(), encoded(&model, &clip).errors(&model).unwrap());
     }
 
     #[test]
@@ -265,24 +221,24 @@ mod tests {
         let mut turned = clip.clone();
         turned.joint_names.reverse();
         turned.joints = clip.joints.chunks_exact(2).flat_map(|pair| [pair[1], pair[0]]).collect();
-        assert_eq!(model.encode(&turned).unwrap().segments(), model.encode(&clip).unwrap().segments());
+        assert_eq!(encoded(&model, &turned).segments(), encoded(&model, &clip).segments());
         turned.joint_names[0] = "nose".into();
-        let error = model.encode(&turned).unwrap_err().to_string();
+        let error = SplinedClip::encode(&model, &turned).unwrap_err().to_string();
         assert!(error.contains("clip 'walk'") && error.contains("nose"), "{error}");
     }
 
     #[test]
     fn curves_begin_and_end_at_control_points() {
         let model = model();
-        let splined = model.encode(&walk("walk", 120, 50.0)).unwrap();
+        let splined = encoded(&model, &walk("walk", 120, 50.0));
         let segment = &splined.segments()[0];
-        let curve = model.curve(segment, 7).unwrap();
+        let curve = segment.curve(&model, 7).unwrap();
         assert_eq!(curve.len(), 7);
         for (at, point) in [(0, 0), (6, 3)] {
             let near = curve[at].iter().zip(&segment.control_points[point]).all(|(a, b)| (a - b).abs() < 1e-5);
             assert!(near, "a cubic Bezier curve passes through its ends");
         }
         let other = Segment { start: 0.0, control_points: vec![vec![1.0]; 4] };
-        assert!(model.curve(&other, 3).unwrap_err().to_string().contains("4 numbers"));
+        assert!(other.curve(&model, 3).unwrap_err().to_string().contains("4 numbers"));
     }
 }

@@ -4,7 +4,7 @@ use lifelike_motion::resample::locate;
 use lifelike_motion::{Contacts, MotionClip};
 use lifelike_nn::transformer::Sampling;
 
-use super::model::{ClipErrors, MotionSpline};
+use super::model::MotionSpline;
 use super::poses::Poses;
 use crate::LearnError;
 use crate::limits::{range, wrong};
@@ -20,6 +20,21 @@ pub struct Segment {
     pub start: f64,
     /// `[control points][latent]`.
     pub control_points: Vec<Vec<f32>>,
+}
+
+/// How well a clip comes back from control points alone, without the detail that editing carries along.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct ClipErrors {
+    /// The clip.
+    pub clip: String,
+    /// Frames.
+    pub frames: usize,
+    /// Root mean square error of joints (deg).
+    pub joints_deg: f64,
+    /// Of the root's height (mm).
+    pub height_mm: f64,
+    /// Of the velocity over the ground (m/s).
+    pub velocity: f64,
 }
 
 /// How control points are played.
@@ -44,9 +59,30 @@ pub struct SplinedClip {
     detail: Poses,
 }
 
+impl Segment {
+    /// The curve in the latent space at `samples` places, evenly from its begin to its end.
+    ///
+    /// # Shapes
+    /// `[samples][latent]`.
+    ///
+    /// # Errors
+    /// A segment of another model.
+    pub fn curve(&self, model: &MotionSpline, samples: usize) -> Result<Vec<Vec<f32>>, LearnError> {
+        let numbers: Vec<f32> = self.control_points.iter().flatten().copied().collect();
+        if numbers.len() != model.control_points() * model.latent() {
+            let expected = format!("{} control points of {} numbers", model.control_points(), model.latent());
+            return Err(wrong("segment", &expected, format!("{} numbers", numbers.len())));
+        }
+        Ok(model.curve(&numbers, samples)?.chunks_exact(model.latent()).map(<[f32]>::to_vec).collect())
+    }
+}
+
 impl SplinedClip {
     /// Segments overlap and lie evenly over the clip; a clip shorter than one is held at its last pose.
-    pub(super) fn of(model: &MotionSpline, clip: &MotionClip) -> Result<Self, LearnError> {
+    ///
+    /// # Errors
+    /// A clip of other joints than the model's, or one that is broken.
+    pub fn encode(model: &MotionSpline, clip: &MotionClip) -> Result<Self, LearnError> {
         let plan = model.plan();
         let (poses, coarse) = (model.poses(clip, clip.fps)?, model.poses(clip, plan.frame_rate)?);
         let starts = starts(coarse.len(), plan.frames);
@@ -118,7 +154,7 @@ impl SplinedClip {
         }
         // As many frames, played in the same time.
         let stretched = MotionClip { fps: other.fps * others / own, ..other.clone() };
-        let other = Self::of(model, &stretched)?;
+        let other = Self::encode(model, &stretched)?;
         let mix = |a: f64, b: f64| a + weight * (b - a);
         let pairs = self.segments.iter_mut().zip(&other.segments);
         for (a, b) in pairs.flat_map(|(a, b)| a.control_points.iter_mut().zip(&b.control_points)) {
@@ -227,8 +263,11 @@ impl SplinedClip {
         Ok(Poses { fps: playing.fps, joints: self.poses.joints, rows: sums })
     }
 
-    /// How well the clip comes back from its control points alone.
-    pub(super) fn errors(&self, model: &MotionSpline) -> Result<ClipErrors, LearnError> {
+    /// How well the clip comes back from its control points alone, at its own rate.
+    ///
+    /// # Errors
+    /// The device does not hand out its numbers.
+    pub fn errors(&self, model: &MotionSpline) -> Result<ClipErrors, LearnError> {
         let made = self.made(model, &Playing { fps: self.clip.fps, speed: 1.0, detail: false })?;
         let width = made.width();
         let rms = |columns: std::ops::Range<usize>| {
@@ -284,7 +323,7 @@ mod tests {
         let model = model();
         for frames in [20, 50, 51, 130, 400] {
             let clip = walk("walk", frames, 50.0);
-            let splined = model.encode(&clip).unwrap();
+            let splined = SplinedClip::encode(&model, &clip).unwrap();
             let playing = Playing { fps: 50.0, speed: 1.0, detail: true };
             same(&splined.play(&model, &playing).unwrap(), &clip, 1e-9);
             assert_eq!(splined.original(&model, &playing).unwrap().contacts, clip.contacts);
@@ -298,7 +337,7 @@ mod tests {
     fn twice_the_speed_is_the_same_way_in_half_the_time() {
         let model = model();
         let clip = walk("walk", 201, 50.0);
-        let splined = model.encode(&clip).unwrap();
+        let splined = SplinedClip::encode(&model, &clip).unwrap();
         for detail in [true, false] {
             let at = |speed| splined.play(&model, &Playing { fps: 50.0, speed, detail }).unwrap();
             let (slow, fast) = (at(1.0), at(2.0));
@@ -321,7 +360,7 @@ mod tests {
         let (a, b) = (walk("a", 150, 50.0), walk("b", 90, 50.0));
         let playing = Playing { fps: 50.0, speed: 1.0, detail: true };
         let blended = |weight| {
-            let mut splined = model.encode(&a).unwrap();
+            let mut splined = SplinedClip::encode(&model, &a).unwrap();
             splined.blend(&model, &b, weight).unwrap();
             splined.play(&model, &playing).unwrap()
         };
@@ -330,7 +369,7 @@ mod tests {
         let whole = blended(1.0);
         let (got, expected) = (whole.joints_at(149), b.joints_at(89));
         assert!(got.iter().zip(expected).all(|(a, b)| (a - b).abs() < 0.02), "{got:?} {expected:?}");
-        assert!(model.encode(&a).unwrap().blend(&model, &b, 1.5).is_err());
+        assert!(SplinedClip::encode(&model, &a).unwrap().blend(&model, &b, 1.5).is_err());
     }
 
     #[test]
@@ -348,7 +387,7 @@ mod tests {
     #[test]
     fn control_points_of_another_shape_are_refused() {
         let model = model();
-        let mut splined = model.encode(&walk("walk", 60, 50.0)).unwrap();
+        let mut splined = SplinedClip::encode(&model, &walk("walk", 60, 50.0)).unwrap();
         let own = splined.segments().to_vec();
         assert!(splined.set_segments(own.clone()).is_ok());
         let mut broken = own.clone();

@@ -122,7 +122,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let stage = args.common.stage([args.clip.as_path()])?;
     let model = model_for(&args.spline, &stage)?;
     let clip = stage.clip(&args.clip)?;
-    let before = model.encode(&clip)?;
+    let before = SplinedClip::encode(&model, &clip)?;
     let after = changed(before.clone(), &model, &stage, args)?;
     if let Some(file) = &args.save_points {
         points::write(file, &after)?;

@@ -4,7 +4,9 @@ use std::ops::ControlFlow;
 use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 
-use lifelike_learn::representation::motion_spline::{ClipErrors, MotionSpline, MotionSplinePlan, SplitClips};
+use lifelike_learn::representation::motion_spline::{
+    ClipErrors, MotionSpline, MotionSplinePlan, SplinedClip, SplitClips,
+};
 use lifelike_learn::representation::spline_transformer::run as folders;
 use lifelike_learn::run::RunFolder;
 use lifelike_robot::Robot;
@@ -84,7 +86,8 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     } else {
         ("test clips, never trained on", &clips.test)
     };
-    let mut errors = model.errors(judged)?;
+    let errors = judged.iter().map(|clip| SplinedClip::encode(&model, clip)?.errors(&model));
+    let mut errors = errors.collect::<Result<Vec<_>, _>>()?;
     errors.sort_by(|a, b| b.joints_deg.total_cmp(&a.joints_deg));
     let value = json!({
         "run": folder, "model": path, "iterations": trainer.iteration(), "parameters": trainer.parameters(),

@@ -59,7 +59,7 @@ fn summary(rows: &[Row]) -> Table {
 fn latent(model: &MotionSpline, curves: [&SplinedClip; 2]) -> Result<Drawing, CliError> {
     let length = (model.plan().frames - 1) as f64 / model.plan().frame_rate;
     let sampled = |clip: &SplinedClip| -> Result<Vec<Vec<Vec<f32>>>, CliError> {
-        Ok(clip.segments().iter().map(|segment| model.curve(segment, SAMPLES)).collect::<Result<_, _>>()?)
+        Ok(clip.segments().iter().map(|segment| segment.curve(model, SAMPLES)).collect::<Result<_, _>>()?)
     };
     let all = [sampled(curves[0])?, sampled(curves[1])?];
     let values = |k: usize| all.iter().flatten().flatten().map(move |row| row[k]);
