@@ -15,7 +15,9 @@ use super::plan::MotionSplinePlan;
 use super::poses::Poses;
 use super::space::{PoseSpace, poses_of};
 use crate::LearnError;
+use crate::representation::spline_transformer::passes::{control_points, sequences};
 use crate::representation::spline_transformer::{Recording, SequenceTrainer, Sequences, Split, Windows};
+use crate::representation::standard::Moments;
 
 /// In files.
 const KIND: &str = "motion spline";
@@ -75,15 +77,16 @@ impl MotionSpline {
         trainer: &SequenceTrainer<Windows>,
     ) -> Result<Self, LearnError> {
         // The first batch there is: windows drawn evenly from all training clips.
-        let (control, _) = trainer.reconstruct(&trainer.data().batch(0, MEAN_OF))?;
+        let windows = trainer.data().batch(0, MEAN_OF);
+        let network = trainer.network().valid().fork(&device::inference());
+        let control = control_points(&network, &windows, [plan.frames, space.width()])?;
         let latent = plan.training.latent;
-        let unit = control.len() / MEAN_OF;
-        let mean: Vec<f32> = (0..unit)
-            .map(|k| control.iter().skip(k).step_by(unit).map(|x| f64::from(*x)).sum::<f64>() / MEAN_OF as f64)
-            .map(|mean| mean as f32)
-            .collect();
+        let size = network.tokens().control_points() * latent;
+        let mut moments = Moments::new(size);
+        control.chunks_exact(size).for_each(|points| moments.add(points.iter().copied().map(f64::from)));
+        let mean: Vec<f32> = moments.finish().0.into_iter().map(|x| x as f32).collect();
         let mean = mean.chunks_exact(latent).map(<[f32]>::to_vec).collect();
-        Ok(Self { plan, space, mean, network: trainer.network().valid().fork(&device::inference()) })
+        Ok(Self { plan, space, mean, network })
     }
 
     /// The plan it was trained by.
@@ -124,11 +127,7 @@ impl MotionSpline {
     /// # Shapes
     /// Poses `[segments, frames, width]` (SI) to `[segments, control points, latent]`.
     pub(super) fn control(&self, rows: &[f64]) -> Result<Vec<f32>, LearnError> {
-        let (tokens, width) = (self.plan.frames, self.space.width());
-        let x = self.space.normalized(rows);
-        let shape = [x.len() / (tokens * width), tokens, width];
-        let x = Tensor::from_data(TensorData::new(x, shape), &device::inference());
-        Ok(read(self.network.encode(x))?)
+        control_points(&self.network, &self.space.normalized(rows), [self.plan.frames, self.space.width()])
     }
 
     /// Poses of one segment.
@@ -136,10 +135,8 @@ impl MotionSpline {
     /// # Shapes
     /// `[control points, latent]` to `[sampling, width]` (SI).
     pub(super) fn poses_at(&self, control_points: &[f32], sampling: &Sampling) -> Result<Vec<f64>, LearnError> {
-        let shape = [1, self.control_points(), self.latent()];
-        let points = Tensor::from_data(TensorData::new(control_points.to_vec(), shape), &device::inference());
-        let y = self.network.decode(points, sampling).map_err(PassError::from)?;
-        Ok(self.space.denormalized(&read(y)?))
+        let y = sequences(&self.network, control_points, self.latent(), sampling)?;
+        Ok(self.space.denormalized(&y))
     }
 
     /// The latent curve of control points.

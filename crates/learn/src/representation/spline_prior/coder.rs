@@ -1,22 +1,17 @@
 //! Windows to normalised control points and back.
 
 use burn::module::Module;
-use burn::tensor::{Tensor, TensorData};
 use lifelike_nn::checkpoint::Checkpoint;
 use lifelike_nn::device;
-use lifelike_nn::numbers::read;
-use lifelike_nn::transformer::backprop::PassError;
 use lifelike_nn::transformer::{Sampling, SplineAutoencoder};
-use rayon::prelude::*;
 
 use super::plan::SplinePriorPlan;
 use super::sequences::WindowSequences;
 use crate::LearnError;
 use crate::representation::spline_transformer::Sequences;
+use crate::representation::spline_transformer::passes::{control_points, sequences};
 use crate::representation::standard::{Moments, Standard};
 
-/// Windows per pass: attention holds all pairs of tokens of all of them.
-const CHUNK: usize = 32;
 /// Training windows that are held at a time.
 const READ: usize = 1024;
 /// Smallest spread to divide by, as a part of the largest: what the network does not use would otherwise be as large as what it
@@ -73,18 +68,10 @@ impl SplineCoder {
     /// # Shapes
     /// Codes `[N, d_z]` to normalised windows `[N, samples, F]`.
     pub(in crate::representation) fn decode(&self, codes: &[f32], samples: usize) -> Result<Vec<f32>, LearnError> {
-        let (size, latent) = (self.plan.latent_size(), self.plan.training.latent);
-        let mut out = Vec::new();
-        for part in codes.chunks(CHUNK * size) {
-            let mut points: Vec<f64> = part.iter().copied().map(f64::from).collect();
-            self.scale.denormalize(&mut points);
-            let points: Vec<f32> = points.into_iter().map(|x| x as f32).collect();
-            let shape = [part.len() / size, size / latent, latent];
-            let points = Tensor::<3>::from_data(TensorData::new(points, shape), &device::inference());
-            let windows = self.network.decode(points, &Sampling::each(samples)).map_err(PassError::from)?;
-            out.extend(read(windows)?);
-        }
-        Ok(out)
+        let mut points: Vec<f64> = codes.iter().copied().map(f64::from).collect();
+        self.scale.denormalize(&mut points);
+        let points: Vec<f32> = points.into_iter().map(|x| x as f32).collect();
+        sequences(&self.network, &points, self.plan.training.latent, &Sampling::each(samples))
     }
 
     pub(in crate::representation) fn save_into(&self, checkpoint: &mut Checkpoint) -> Result<(), LearnError> {
@@ -107,21 +94,3 @@ impl SplineCoder {
 /// In files.
 const NETWORK: &str = "spline";
 const SCALE: &str = "codes";
-
-/// A core for each part of the windows: the products within a part are too small to share.
-///
-/// # Shapes
-/// Normalised windows `[N, samples, F]` to `[N, control points, d]`.
-fn control_points(
-    network: &SplineAutoencoder,
-    rows: &[f32],
-    [samples, size]: [usize; 2],
-) -> Result<Vec<f32>, LearnError> {
-    let parts: Vec<_> = rows.chunks(CHUNK * samples * size).map(|part| (network.clone(), part)).collect();
-    let points = parts.into_par_iter().map(|(network, part)| {
-        let shape = [part.len() / (samples * size), samples, size];
-        let x = Tensor::<3>::from_data(TensorData::new(part.to_vec(), shape), &device::inference());
-        read(network.encode(x))
-    });
-    Ok(points.collect::<Result<Vec<_>, _>>()?.concat())
-}

@@ -12,6 +12,7 @@ mod hairstyles;
 pub mod humans;
 mod image_folder;
 mod images;
+pub(super) mod passes;
 mod pixels;
 mod plan;
 mod recordings;

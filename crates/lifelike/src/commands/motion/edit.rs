@@ -114,6 +114,9 @@ struct Row {
     path_m: f64,
     /// Root mean square of the change of joints against the first row (deg).
     change_deg: f64,
+    /// Root mean squares over joints and frames of finite differences (rad/s and rad/s²; m where a joint slides).
+    velocity: f64,
+    acceleration: f64,
     footing: Footing,
 }
 
@@ -207,8 +210,18 @@ fn row(stage: &Stage, motion: String, clip: &MotionClip, played: &MotionClip) ->
         frames: clip.len(),
         path_m: clip.root_position.windows(2).map(|w| (w[1] - w[0]).xy().norm()).sum(),
         change_deg: (squares / clip.joints.len().max(1) as f64).sqrt().to_degrees(),
+        velocity: difference(clip, &[-1.0, 1.0]) * clip.fps,
+        acceleration: difference(clip, &[1.0, -2.0, 1.0]) * clip.fps.powi(2),
         footing: footing(clip, &stage.robot.character, &stage.robot.anatomy)?,
     })
+}
+
+/// Root mean square over joints and frames of a sum of neighbouring frames.
+fn difference(clip: &MotionClip, weights: &[f64]) -> f64 {
+    let joints = clip.joint_names.len();
+    let count = (clip.len() + 1).saturating_sub(weights.len()) * joints;
+    let at = |i: usize| weights.iter().enumerate().map(|(k, weight)| weight * clip.joints[i + k * joints]).sum::<f64>();
+    ((0..count).map(|i| at(i).powi(2)).sum::<f64>() / count.max(1) as f64).sqrt()
 }
 
 fn text(rows: &[Row]) -> String {
@@ -219,11 +232,23 @@ fn text(rows: &[Row]) -> String {
             row.frames.to_string(),
             format!("{:.2}", row.path_m),
             format!("{:.2}", row.change_deg),
+            format!("{:.3}", row.velocity),
+            format!("{:.1}", row.acceleration),
             format!("{:.1}", 100.0 * row.footing.skate),
             format!("{:.0}", 100.0 * row.footing.bearing),
         ]
     };
-    let head = ["motion", "length (s)", "frames", "path (m)", "joints change (deg)", "skate (cm/s)", "bears (%)"];
+    let head = [
+        "motion",
+        "length (s)",
+        "frames",
+        "path (m)",
+        "joints change (deg)",
+        "velocity (rad/s)",
+        "acceleration (rad/s²)",
+        "skate (cm/s)",
+        "bears (%)",
+    ];
     table(&head, &rows.iter().map(cells).collect::<Vec<_>>())
 }
 
