@@ -3,10 +3,10 @@
 pub mod hardware;
 pub mod prior;
 pub mod processes;
+pub mod sequences;
+mod source;
 pub mod spline;
 pub mod tracker;
-
-use std::path::{Path, PathBuf};
 
 use clap::Subcommand;
 
@@ -29,14 +29,5 @@ impl Train {
             Self::Tracker(args) => tracker::run(&args, output),
             Self::Spline(args) => spline::run(&args, output),
         }
-    }
-}
-
-/// The folder of a run: as given, or `runs/` and the plan's name.
-fn run_folder(given: Option<&Path>, plan: Option<&Path>) -> Result<PathBuf, CliError> {
-    match (given, plan.and_then(Path::file_stem)) {
-        (Some(folder), _) => Ok(folder.to_path_buf()),
-        (None, Some(name)) => Ok(Path::new("runs").join(name)),
-        (None, None) => Err(CliError::Usage("say which run with -o FOLDER, or which plan with --plan FILE".into())),
     }
 }

@@ -16,12 +16,11 @@ use serde::{Deserialize, Serialize};
 use serde_json::json;
 
 use super::hardware::Networks;
-use super::run_folder;
+use super::source::Source;
 use crate::commands::reconstruction::{self, HEAD, row};
 use crate::commands::{clips, prior_file};
 use crate::error::CliError;
 use crate::output::{Output, table};
-use crate::overrides;
 
 /// Train a motion prior: a code z_t for the second of motion around every frame.
 ///
@@ -45,20 +44,10 @@ A plan names robot and clips, and under [prior] whatever differs from the thesis
 [spline.training] the network and its training (latent: numbers of each of the 4 control points; layers, heads, width, batch,
 iterations, optimizer, learning_rate, ...). `lifelike inspect motion.prior.safetensors --json` shows all keys of a trained one.")]
 pub struct Args {
-    /// The plan, a TOML file; with --resume the run's own plan is used.
-    #[arg(long)]
-    pub plan: Option<PathBuf>,
-    /// The run's folder; runs/ and the plan's name where not given.
-    #[arg(short, long)]
-    pub output: Option<PathBuf>,
-    /// Go on with the run in the folder.
-    #[arg(long)]
-    pub resume: bool,
+    #[command(flatten)]
+    pub source: Source,
     #[command(flatten)]
     pub networks: Networks,
-    /// Changes to the plan, by dotted path.
-    #[arg(value_name = "KEY=VALUE")]
-    pub overrides: Vec<String>,
 }
 
 /// What to train on what.
@@ -153,13 +142,8 @@ struct Trained {
 
 /// Runs the command.
 pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
-    let folder = run_folder(args.output.as_deref(), args.plan.as_deref())?;
-    let plan: Plan = match (&args.plan, args.resume) {
-        (_, true) if args.overrides.is_empty() => RunFolder::open(&folder)?.plan()?,
-        (_, true) => return Err(CliError::Usage("a prior's run goes on with the plan it was started with".into())),
-        (Some(path), false) => overrides::load(path, &args.overrides)?,
-        (None, false) => return Err(CliError::Usage("say what to train with --plan FILE".into())),
-    };
+    let folder = args.source.folder()?;
+    let plan: Plan = args.source.fixed(&folder)?;
     plan.encoder.check()?;
     let robot = Robot::load(&plan.robot)?;
     let windows = plan.encoder.windows();
@@ -167,11 +151,17 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
         split(&windows, prior_file::frames(&clips::load(&plan.clips, &robot)?, &robot, windows.frame_rate)?);
     let names = |clips: &[PriorClip]| clips.iter().map(|c| c.name.clone()).collect::<Vec<_>>();
     let (trained_on, held_out_names) = (names(&training), names(&held_out));
-    if !args.resume {
+    if !args.source.resume {
         RunFolder::create(&folder, &plan)?;
     }
-    let job =
-        Job { folder: &folder, resume: args.resume, plan: &plan, training, held_out, device: args.networks.open()? };
+    let job = Job {
+        folder: &folder,
+        resume: args.source.resume,
+        plan: &plan,
+        training,
+        held_out,
+        device: args.networks.open()?,
+    };
     let done = match &plan.encoder {
         Encoder::Vae(plan) => vae::train(plan, &robot.layout, job, output)?,
         Encoder::Spline(plan) => spline::train(plan, &robot.layout, job, output)?,
@@ -214,6 +204,7 @@ fn reconstruction_table(report: &ReconstructionReport) -> String {
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
+    use crate::overrides;
 
     const HEAD: &str = "robot = \"lima\"\nclips = []\n";
 

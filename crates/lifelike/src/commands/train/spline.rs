@@ -1,24 +1,17 @@
 //! `lifelike train spline`: a robot's motion as a few control points, for `lifelike motion edit`.
 
-use std::ops::ControlFlow;
-use std::path::PathBuf;
-use std::sync::atomic::Ordering;
-
 use lifelike_learn::representation::motion_spline::{
     ClipErrors, MotionSpline, MotionSplinePlan, SplinedClip, SplitClips,
 };
-use lifelike_learn::representation::spline_transformer::run as folders;
-use lifelike_learn::run::RunFolder;
 use lifelike_robot::Robot;
 use serde_json::json;
 
 use super::hardware::Networks;
-use super::run_folder;
+use super::sequences::Training;
+use super::source::Source;
 use crate::commands::clips;
 use crate::error::CliError;
 use crate::output::{Output, table};
-use crate::progress::Progress;
-use crate::{interrupt, overrides};
 
 /// Train a Spline-based Transformer on a robot's motion (thesis chapter 3): what `lifelike motion edit` edits with.
 ///
@@ -35,31 +28,16 @@ Examples:
 A plan names robot, clips, clips for validation and for testing, and under [training] whatever differs from the defaults.
 Clips of other robots are refused; captured motion and keyframes are retargeted on the way.")]
 pub struct Args {
-    /// The plan, a TOML file; with --resume the run's own plan is used.
-    #[arg(long)]
-    pub plan: Option<PathBuf>,
-    /// The run's folder; runs/ and the plan's name where not given.
-    #[arg(short, long)]
-    pub output: Option<PathBuf>,
-    /// Go on with the run in the folder.
-    #[arg(long)]
-    pub resume: bool,
+    #[command(flatten)]
+    pub source: Source,
     #[command(flatten)]
     pub networks: Networks,
-    /// Changes to the plan, by dotted path.
-    #[arg(value_name = "KEY=VALUE")]
-    pub overrides: Vec<String>,
 }
 
 /// Runs the command.
 pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
-    let folder = run_folder(args.output.as_deref(), args.plan.as_deref())?;
-    let plan: MotionSplinePlan = match (&args.plan, args.resume) {
-        (None, true) if args.overrides.is_empty() => RunFolder::open(&folder)?.plan()?,
-        (_, true) => return Err(CliError::Usage("a run goes on with the plan it was started with".into())),
-        (Some(path), false) => overrides::load(path, &args.overrides)?,
-        (None, false) => return Err(CliError::Usage("say what to train with --plan FILE".into())),
-    };
+    let folder = args.source.folder()?;
+    let plan: MotionSplinePlan = args.source.fixed(&folder)?;
     plan.check()?;
     let robot = Robot::load(&plan.robot)?;
     let clips = SplitClips {
@@ -70,14 +48,10 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     apart(&clips)?;
     let (data, space) = MotionSpline::data(&plan, &clips)?;
     let windows = data.training_len();
-    let stop = interrupt::flag()?;
+    let device = args.networks.open()?;
     let total = plan.training.iterations;
-    let mut progress = Progress::new(output, "training", total);
-    let trainer = folders::train(&folder, &plan, &plan.training, data, &args.networks.open()?, |now| {
-        progress.update(now.iteration, total, || format!("error {:.3}", now.loss));
-        if stop.load(Ordering::SeqCst) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-    })?;
-    progress.finish();
+    let training = Training { folder: &folder, plan: &plan, training: &plan.training, device: &device, minutes: None };
+    let (trainer, interrupted) = training.run(data, output, |now| format!("error {:.3}", now.loss))?;
     let model = MotionSpline::new(plan, space, &trainer)?;
     let path = folder.join("motion.spline.safetensors");
     model.save(&path)?;
@@ -108,7 +82,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
             path.display()
         )
     })?;
-    if !trainer.is_done() {
+    if interrupted {
         return Err(CliError::Interrupted(format!("go on with --resume -o {}", folder.display())));
     }
     Ok(())

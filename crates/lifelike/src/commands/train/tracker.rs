@@ -1,6 +1,6 @@
 //! `lifelike train tracker`: a policy that follows motion in physics.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 
 use lifelike_learn::report::{Cell, Column, ReportBuilder, Table, curves_from};
@@ -13,14 +13,15 @@ use lifelike_robot::Robot;
 use serde_json::json;
 
 use super::hardware::Hardware;
-use super::{processes, run_folder};
+use super::processes;
+use super::source::Source;
 use crate::commands::clips;
 use crate::commands::physics;
 use crate::commands::prior_file::Prior;
 use crate::error::CliError;
+use crate::interrupt;
 use crate::output::Output;
 use crate::progress::Progress;
-use crate::{interrupt, overrides};
 
 /// Seconds of standing in the default pose, where a plan names no clips.
 const STANDING_SECONDS: f64 = 4.0;
@@ -38,31 +39,17 @@ Examples:
   lifelike train tracker --plan experiments/walk.toml --device wgpu ppo.overlap=true
   tensorboard --logdir runs                     # curves, while it runs")]
 pub struct Args {
-    /// The plan, a TOML file; with --resume the run's own plan is used.
-    #[arg(long)]
-    pub plan: Option<PathBuf>,
-    /// The run's folder; runs/ and the plan's name where not given.
-    #[arg(short, long)]
-    pub output: Option<PathBuf>,
-    /// Go on with the run in the folder.
-    #[arg(long)]
-    pub resume: bool,
+    #[command(flatten)]
+    pub source: Source,
     #[command(flatten)]
     pub hardware: Hardware,
-    /// Changes to the plan, by dotted path.
-    #[arg(value_name = "KEY=VALUE")]
-    pub overrides: Vec<String>,
 }
 
 /// Runs the command.
 pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
-    let folder = run_folder(args.output.as_deref(), args.plan.as_deref())?;
-    let plan: TrackerPlan = match (&args.plan, args.resume) {
-        (_, true) => overrides::apply(RunFolder::open(&folder)?.plan()?, &args.overrides)?,
-        (Some(path), false) => overrides::load(path, &args.overrides)?,
-        (None, false) => return Err(CliError::Usage("say what to train with --plan FILE".into())),
-    };
-    let Some(summary) = train(&plan, &folder, args.resume, &args.hardware, output)? else { return Ok(()) };
+    let folder = args.source.folder()?;
+    let plan: TrackerPlan = args.source.changeable(&folder)?;
+    let Some(summary) = train(&plan, &folder, args.source.resume, &args.hardware, output)? else { return Ok(()) };
     report(&summary, &folder, output)?;
     if summary.interrupted {
         return Err(CliError::Interrupted(format!("go on with --resume -o {}", folder.display())));

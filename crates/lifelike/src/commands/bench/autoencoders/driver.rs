@@ -1,12 +1,9 @@
 //! From arguments to runs: which plans there are, training each in its folder, and what is written.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::ops::ControlFlow;
 use std::path::Path;
-use std::sync::atomic::Ordering;
-use std::time::Instant;
 
-use lifelike_learn::representation::spline_transformer::{Method, SequenceTrainer, run as folders};
+use lifelike_learn::representation::spline_transformer::{Method, SequenceMetrics, SequenceTrainer};
 use lifelike_nn::device::Device;
 use serde_json::json;
 use tracing::info;
@@ -14,10 +11,10 @@ use tracing::info;
 use super::args::Shared;
 use super::results::{Place, Run};
 use super::{Column, Experiment, page, tables};
+use crate::commands::train::sequences::Training;
 use crate::error::CliError;
 use crate::output::Output;
-use crate::progress::Progress;
-use crate::{interrupt, overrides};
+use crate::overrides;
 
 /// Runs an experiment.
 pub fn run<E: Experiment>(
@@ -100,19 +97,11 @@ fn trained<E: Experiment>(
     shared: &Shared,
     output: &Output,
 ) -> Result<SequenceTrainer<E::Data>, CliError> {
-    let stop = interrupt::flag()?;
-    let training = &place.training;
-    let total = training.iterations;
-    let mut progress = Progress::new(output, "training", total);
     let data = E::data(source, &place.plan)?;
-    let (began, mut interrupted) = (Instant::now(), false);
-    let trainer = folders::train(folder, &place.plan, training, data, device, |now| {
-        progress.update(now.iteration, total, || format!("{} {} {:.2e}", place.column, training.method, now.loss));
-        interrupted = stop.load(Ordering::SeqCst);
-        let late = shared.minutes.is_some_and(|minutes| began.elapsed().as_secs_f64() > 60.0 * minutes);
-        if interrupted || late { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-    })?;
-    progress.finish();
+    let training = &place.training;
+    let run = Training { folder, plan: &place.plan, training, device, minutes: shared.minutes };
+    let words = |now: &SequenceMetrics| format!("{} {} {:.2e}", place.column, training.method, now.loss);
+    let (trainer, interrupted) = run.run(data, output, words)?;
     if interrupted {
         return Err(CliError::Interrupted("the same command goes on".into()));
     }

@@ -1,0 +1,55 @@
+//! What all trainings are told alike: by which plan, in which folder, begun or gone on with.
+
+use std::path::{Path, PathBuf};
+
+use lifelike_learn::run::RunFolder;
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
+use crate::error::CliError;
+use crate::overrides;
+
+/// A plan and a run's folder.
+#[derive(Debug, clap::Args)]
+pub struct Source {
+    /// The plan, a TOML file; with --resume the run's own plan is used.
+    #[arg(long)]
+    pub plan: Option<PathBuf>,
+    /// The run's folder; runs/ and the plan's name where not given.
+    #[arg(short, long)]
+    pub output: Option<PathBuf>,
+    /// Go on with the run in the folder.
+    #[arg(long)]
+    pub resume: bool,
+    /// Changes to the plan, by dotted path.
+    #[arg(value_name = "KEY=VALUE")]
+    pub overrides: Vec<String>,
+}
+
+impl Source {
+    /// The folder of the run: as given, or `runs/` and the plan's name.
+    pub fn folder(&self) -> Result<PathBuf, CliError> {
+        match (&self.output, self.plan.as_deref().and_then(Path::file_stem)) {
+            (Some(folder), _) => Ok(folder.clone()),
+            (None, Some(name)) => Ok(Path::new("runs").join(name)),
+            (None, None) => Err(CliError::Usage("say which run with -o FOLDER, or which plan with --plan FILE".into())),
+        }
+    }
+
+    /// The plan, with its changes. One that is gone on with may be changed too.
+    pub fn changeable<P: Serialize + DeserializeOwned>(&self, folder: &Path) -> Result<P, CliError> {
+        match (&self.plan, self.resume) {
+            (_, true) => overrides::apply(RunFolder::open(folder)?.plan()?, &self.overrides),
+            (Some(path), false) => overrides::load(path, &self.overrides),
+            (None, false) => Err(CliError::Usage("say what to train with --plan FILE".into())),
+        }
+    }
+
+    /// As [`Self::changeable`], for trainings whose schedules span the whole run: a run goes on with the plan it was started with.
+    pub fn fixed<P: Serialize + DeserializeOwned>(&self, folder: &Path) -> Result<P, CliError> {
+        if self.resume && !self.overrides.is_empty() {
+            return Err(CliError::Usage("such a run goes on with the plan it was started with".into()));
+        }
+        self.changeable(folder)
+    }
+}
