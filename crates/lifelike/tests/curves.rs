@@ -50,8 +50,21 @@ fn rates_are_swept_with_and_without_warm_up() {
     let runs = sweep["runs"].as_array().unwrap();
     let setting = |run: &Value| (run["learning_rate"].as_f64().unwrap(), run["warmup"].as_u64().unwrap());
     assert_eq!(runs.iter().map(setting).collect::<Vec<_>>(), [(1e-4, 0), (1e-4, 3), (1e-2, 0), (1e-2, 3)]);
+    // Rates are chosen by it, so it must not have seen the test set.
+    assert!(runs.iter().all(|run| run.get("mse").is_none() && run["looks"][0]["mse"].as_f64().unwrap() > 0.0));
+    assert!(!folder.path().join("lissajous-spline-rate-1e-4-0/test.toml").exists());
     let text = String::from_utf8(bench(folder.path(), &[&one[..], &["--rates", "1e-4"]].concat()).stdout).unwrap();
-    assert!(text.contains("spread") && text.contains("1e-4"), "{text}");
+    assert!(text.contains("spread") && text.contains("1e-4") && !text.contains("test curves"), "{text}");
+}
+
+#[test]
+fn each_method_may_have_its_own_rate() {
+    let folder = tempfile::tempdir().unwrap();
+    let arguments = ["--families", "lissajous", "--iterations", "2", "--rate", "spline=0.02,alibi=0.003"];
+    let found = json(folder.path(), &arguments);
+    let rates = found["runs"].as_array().unwrap().iter().map(|run| run["learning_rate"].as_f64().unwrap());
+    assert_eq!(rates.collect::<Vec<_>>(), [0.003, 1e-3, 0.02], "ALiBi-Cat has the thesis'");
+    assert!(found["runs"][2]["mse"].as_f64().unwrap() > 0.0);
 }
 
 #[test]
@@ -67,6 +80,10 @@ fn what_makes_no_sense_is_refused_before_anything_is_trained() {
     refused(&["--methods", "sine"], 2, "alibi-cat");
     refused(&["--minutes", "0"], 2, "--minutes");
     refused(&["--rates", "-1"], 2, "");
+    refused(&["--rate", "0.1"], 2, "METHOD=RATE");
+    refused(&["--rate", "sine=0.1"], 2, "alibi-cat");
+    refused(&["--rate", "spline=fast"], 2, "'fast'");
+    refused(&["--rate", "spline=0.1", "--rates", "0.1"], 2, "cannot be used with");
     refused(&["--iterations", "0"], 3, "plan: iterations: expected 1 to");
     refused(&["--seed", "3310"], 3, "the test curves'");
     refused(&["training.widht=3"], 3, "widht");

@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use lifelike_nn::rng::stream;
 
+use super::data_plan::DataPlan;
 use super::experiments::Experiment;
 use super::families::Family;
 use super::plan::SequencePlan;
@@ -58,12 +59,18 @@ impl CurvesPlan {
         let training = experiment.plan();
         Self { family, samples: samples(), validation: validation(), test: test(), training }
     }
+}
 
-    /// Checks every range.
-    ///
-    /// # Errors
-    /// The first key out of range.
-    pub fn check(&self) -> Result<(), LearnError> {
+impl DataPlan for CurvesPlan {
+    fn training(&self) -> &SequencePlan {
+        &self.training
+    }
+
+    fn training_mut(&mut self) -> &mut SequencePlan {
+        &mut self.training
+    }
+
+    fn check(&self) -> Result<(), LearnError> {
         whole("samples", self.samples as u64, 2, 1 << 14)?;
         whole("validation", self.validation as u64, 1, 1 << 20)?;
         whole("test", self.test as u64, 1, 1 << 20)?;

@@ -7,6 +7,7 @@ use lifelike_nn::rng::stream;
 use lifelike_nn::transformer::patches;
 use rand::Rng;
 
+use super::data_plan::DataPlan;
 use super::experiments::Experiment;
 use super::image_folder::ImageFolder;
 use super::plan::SequencePlan;
@@ -49,12 +50,18 @@ impl ImagesPlan {
         let training = SequencePlan { latent, ..Experiment::Cifar10.plan() };
         Self { patch: patch(), validation: validation(), test: test(), training }
     }
+}
 
-    /// Checks every range.
-    ///
-    /// # Errors
-    /// The first key out of range.
-    pub fn check(&self) -> Result<(), LearnError> {
+impl DataPlan for ImagesPlan {
+    fn training(&self) -> &SequencePlan {
+        &self.training
+    }
+
+    fn training_mut(&mut self) -> &mut SequencePlan {
+        &mut self.training
+    }
+
+    fn check(&self) -> Result<(), LearnError> {
         whole("patch", self.patch as u64, 1, 1024)?;
         whole("validation", self.validation as u64, 1, 1 << 20)?;
         whole("test", self.test as u64, 1, 1 << 20)?;

@@ -6,6 +6,7 @@
 //! [`Method`]s differ in how the decoder's tokens are made and in nothing else: same seed, same batches.
 
 mod curves;
+mod data_plan;
 mod experiments;
 mod families;
 mod hairstyles;
@@ -24,6 +25,7 @@ mod subjects;
 mod train;
 
 pub use curves::{CurveSequences, CurvesPlan, HELD_OUT_SEED};
+pub use data_plan::DataPlan;
 pub use experiments::Experiment;
 pub use families::Family;
 pub use hairstyles::{Hairstyle, Strand};

@@ -5,6 +5,7 @@ use std::ops::Range;
 use lifelike_nn::rng::stream;
 use rand::Rng;
 
+use super::data_plan::DataPlan;
 use super::experiments::Experiment;
 use super::hairstyles::{Hairstyle, Strand};
 use super::plan::SequencePlan;
@@ -63,12 +64,18 @@ impl StrandsPlan {
         let (hairstyles, strands, points, validation) = (hairstyles(), strands(), points(), validation());
         Self { hairstyles, strands, points, validation, test: strands, training }
     }
+}
 
-    /// Checks every range.
-    ///
-    /// # Errors
-    /// The first key out of range.
-    pub fn check(&self) -> Result<(), LearnError> {
+impl DataPlan for StrandsPlan {
+    fn training(&self) -> &SequencePlan {
+        &self.training
+    }
+
+    fn training_mut(&mut self) -> &mut SequencePlan {
+        &mut self.training
+    }
+
+    fn check(&self) -> Result<(), LearnError> {
         whole("hairstyles", self.hairstyles as u64, 2 * HELD_OUT_STYLES as u64 + 1, 1 << 20)?;
         whole("strands", self.strands as u64, 1, 1 << 30)?;
         whole("points", self.points as u64, 2, 1 << 14)?;

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 
+use super::data_plan::DataPlan;
 use super::experiments::Experiment;
 use super::humans::{FPS, WIDTH};
 use super::plan::SequencePlan;
@@ -65,18 +66,6 @@ impl HumansPlan {
         Self { window: window(), validation: validation(), test: test(), training }
     }
 
-    /// Checks every range.
-    ///
-    /// # Errors
-    /// The first key out of range; a group that is tested and validated on.
-    pub fn check(&self) -> Result<(), LearnError> {
-        whole("window", self.window as u64, 2, 1 << 14)?;
-        if let Some(both) = self.test.iter().find(|group| self.validation.contains(group)) {
-            return Err(wrong("test", "groups that are not in validation", format!("'{both}'")));
-        }
-        self.training.check()
-    }
-
     /// Sorts recordings by what they are for.
     pub fn split(&self, recordings: Vec<Recording>) -> Split {
         let mut split = Split { training: vec![], validation: vec![], test: vec![] };
@@ -110,6 +99,24 @@ impl HumansPlan {
             }
         }
         Ok(windows)
+    }
+}
+
+impl DataPlan for HumansPlan {
+    fn training(&self) -> &SequencePlan {
+        &self.training
+    }
+
+    fn training_mut(&mut self) -> &mut SequencePlan {
+        &mut self.training
+    }
+
+    fn check(&self) -> Result<(), LearnError> {
+        whole("window", self.window as u64, 2, 1 << 14)?;
+        if let Some(both) = self.test.iter().find(|group| self.validation.contains(group)) {
+            return Err(wrong("test", "groups that are not in validation", format!("'{both}'")));
+        }
+        self.training.check()
     }
 }
 

@@ -1,7 +1,9 @@
 //! Arguments that all of these commands have.
 
 use std::path::PathBuf;
+use std::str::FromStr;
 
+use lifelike_learn::LearnError;
 use lifelike_learn::representation::spline_transformer::Method;
 
 use super::budget::Budget;
@@ -23,9 +25,12 @@ pub struct Shared {
     /// Stop each run after so many minutes, done or not; the same command goes on with it.
     #[arg(long)]
     pub minutes: Option<f64>,
-    /// Learning rates to sweep, instead of the thesis' one.
+    /// Learning rates to sweep, instead of the thesis' one. Shows errors of validation, never of the test set.
     #[arg(long, value_delimiter = ',')]
     pub rates: Vec<f64>,
+    /// Learning rate of a method, instead of the thesis' one; may be given for each of them.
+    #[arg(long, value_name = "METHOD=RATE", value_delimiter = ',', conflicts_with = "rates")]
+    pub rate: Vec<MethodRate>,
     /// Iterations over which the learning rate rises.
     #[arg(long)]
     pub warmup: Option<u64>,
@@ -45,6 +50,15 @@ impl Shared {
         !self.rates.is_empty()
     }
 
+    /// The rates of a method's runs; none stands for the plan's.
+    pub fn rates_of(&self, method: Method) -> Vec<Option<f64>> {
+        match self.rate.iter().rfind(|own| own.method == method) {
+            Some(own) => vec![Some(own.rate)],
+            None if self.sweeps() => self.rates.iter().copied().map(Some).collect(),
+            None => vec![None],
+        }
+    }
+
     /// # Errors
     /// A time that is none.
     pub fn check(&self) -> Result<(), CliError> {
@@ -52,6 +66,23 @@ impl Shared {
             Some(minutes) => Err(CliError::Usage(format!("--minutes: expected a number above 0, got {minutes}"))),
             None => Ok(()),
         }
+    }
+}
+
+/// `METHOD=RATE`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MethodRate {
+    method: Method,
+    rate: f64,
+}
+
+impl FromStr for MethodRate {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let (method, rate) = text.split_once('=').ok_or("expected METHOD=RATE, such as spline=0.01")?;
+        let rate = rate.parse().map_err(|_| format!("expected a learning rate, got '{rate}'"))?;
+        Ok(Self { method: method.parse().map_err(|e: LearnError| e.to_string())?, rate })
     }
 }
 

@@ -2,7 +2,7 @@
 
 use lifelike_learn::LearnError;
 use lifelike_learn::report::Panel;
-use lifelike_learn::representation::spline_transformer::{CurveSequences, CurvesPlan, Family, SequencePlan};
+use lifelike_learn::representation::spline_transformer::{CurveSequences, CurvesPlan, Family};
 
 use super::args::Shared;
 use super::budget::Budget;
@@ -23,12 +23,14 @@ Examples:
   lifelike bench curves -o runs/curves                                                 # 64 points, batches of 32: two hours
   lifelike bench curves --families bezier-2 --methods spline,alibi --iterations 500 -o runs/bezier
   lifelike bench curves --budget thesis --families lissajous --minutes 60 -o runs/long # an hour each; again for another hour
-  lifelike bench curves --families lissajous --methods spline --rates 1e-4,1e-3,1e-2 --warmup 200 -o runs/rates
+  lifelike bench curves --families lissajous --rates 1e-3,1e-2 --warmup 200 --iterations 500 -o runs/rates    # which suits which?
+  lifelike bench curves --families lissajous --rate spline=1e-2,alibi=3e-3 --warmup 200 -o runs/chosen
   lifelike bench curves -o runs/other training.batch=64 training.max_gradient_norm=1.0
 
 Families: lissajous, hypotrochoids, bezier-2, bezier-64. Methods: spline, alibi, alibi-cat.
-With --rates the learning rate is swept (thesis 3.3.5, Fig. 3.7b); --warmup N then adds the same rates with a linear rise over N
-iterations to compare with, and without --rates it applies to all runs.")]
+With --rates the learning rate is swept (thesis 3.3.5, Fig. 3.7b) and errors are those of validation, so that a rate can be chosen
+without the test set; --warmup N then adds the same rates with a linear rise over N iterations to compare with, and without --rates it
+applies to all runs.")]
 pub struct Args {
     /// Families of curves; all where not given.
     #[arg(long, value_delimiter = ',')]
@@ -100,14 +102,6 @@ impl Experiment for Curves<'_> {
         chosen.map(column).collect()
     }
 
-    fn training(plan: &mut CurvesPlan) -> &mut SequencePlan {
-        &mut plan.training
-    }
-
-    fn check(plan: &CurvesPlan) -> Result<(), LearnError> {
-        plan.check()
-    }
-
     fn read(&self, _: &Output) -> Result<(), CliError> {
         Ok(())
     }
@@ -125,16 +119,12 @@ impl Experiment for Curves<'_> {
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
+    use super::super::check_budgets;
     use super::*;
 
     #[test]
-    fn every_budget_is_a_plan_that_can_be_run() {
-        for family in Family::ALL {
-            for budget in [Budget::Smoke, Budget::Cpu, Budget::Thesis] {
-                plan(budget, family).check().unwrap();
-            }
-            assert_eq!(plan(Budget::Thesis, family), CurvesPlan::new(family));
-        }
+    fn every_budget_can_be_run_and_the_largest_is_the_thesis() {
+        check_budgets(&Curves { families: &[] }, &Family::ALL.map(CurvesPlan::new));
     }
 
     /// Runs that were begun with this plan must go on.

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
-use lifelike_learn::representation::spline_transformer::{Method, SequenceMetrics, SequenceTrainer};
+use lifelike_learn::representation::spline_transformer::{DataPlan, Method, SequenceMetrics, SequenceTrainer};
 use lifelike_nn::device::Device;
 use serde_json::json;
 use tracing::info;
@@ -33,7 +33,7 @@ pub fn run<E: Experiment>(
         let folder = shared.output.join(&place.name);
         info!("{}: {}", place.name, folder.display());
         let trainer = trained::<E>(&source, place, &folder, &device, shared, output)?;
-        runs.push(Run::of::<E>(place, &trainer, &folder)?);
+        runs.push(Run::of::<E>(place, &trainer, &folder, !shared.sweeps())?);
         save(&columns, shared, &runs, E::WORDS)?;
     }
     let report = shared.output.join("report.html");
@@ -50,9 +50,7 @@ fn places<E: Experiment>(
     shared: &Shared,
     changes: &[String],
 ) -> Result<Vec<Place<E::Plan>>, CliError> {
-    let rates: Vec<Option<f64>> =
-        if shared.sweeps() { shared.rates.iter().map(|rate| Some(*rate)).collect() } else { vec![None] };
-    // A sweep compares with and without; a plain run has what it is told.
+    // A sweep compares with and without warm-up; a plain run has what it is told.
     let warmups: BTreeSet<u64> = match shared.warmup {
         Some(warmup) if shared.sweeps() => [0, warmup].into(),
         other => [other.unwrap_or(0)].into(),
@@ -61,26 +59,19 @@ fn places<E: Experiment>(
     let mut places = Vec::new();
     for column in columns {
         for method in methods.clone() {
-            for rate in &rates {
+            for rate in shared.rates_of(method) {
                 for warmup in &warmups {
                     let mut plan = column.plan.clone();
-                    let training = E::training(&mut plan);
+                    let training = plan.training_mut();
                     (training.method, training.seed, training.warmup) = (method, shared.seed, *warmup);
                     training.iterations = shared.iterations.unwrap_or(training.iterations);
                     training.learning_rate = rate.unwrap_or(training.learning_rate);
-                    let mut plan: E::Plan = overrides::apply(plan, changes)?;
-                    E::check(&plan)?;
+                    let plan: E::Plan = overrides::apply(plan, changes)?;
+                    plan.check()?;
                     let rate = rate.map_or(String::new(), |rate| format!("-rate-{rate:e}"));
                     let rise = if *warmup > 0 { format!("-warmup-{warmup}") } else { String::new() };
                     let name = format!("{}-{method}{rate}{rise}-{}", column.key, shared.seed);
-                    let training = E::training(&mut plan).clone();
-                    places.push(Place {
-                        name,
-                        column: column.key.clone(),
-                        title: column.title.clone(),
-                        training,
-                        plan,
-                    });
+                    places.push(Place { name, column: column.key.clone(), title: column.title.clone(), plan });
                 }
             }
         }
@@ -98,7 +89,7 @@ fn trained<E: Experiment>(
     output: &Output,
 ) -> Result<SequenceTrainer<E::Data>, CliError> {
     let data = E::data(source, &place.plan)?;
-    let training = &place.training;
+    let training = place.plan.training();
     let run = Training { folder, plan: &place.plan, training, device, minutes: shared.minutes };
     let words = |now: &SequenceMetrics| format!("{} {} {:.2e}", place.column, training.method, now.loss);
     let (trainer, interrupted) = run.run(data, output, words)?;

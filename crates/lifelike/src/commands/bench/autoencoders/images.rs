@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use lifelike_learn::LearnError;
 use lifelike_learn::report::{Panel, Picture};
-use lifelike_learn::representation::spline_transformer::{ImageFolder, ImageSequences, ImagesPlan, SequencePlan};
+use lifelike_learn::representation::spline_transformer::{ImageFolder, ImageSequences, ImagesPlan};
 use tracing::info;
 
 use super::args::{Latents, Shared};
@@ -93,14 +93,6 @@ impl Experiment for Images<'_> {
         latent_columns(self.latents, &THESIS, |latent| plan(budget, latent))
     }
 
-    fn training(plan: &mut ImagesPlan) -> &mut SequencePlan {
-        &mut plan.training
-    }
-
-    fn check(plan: &ImagesPlan) -> Result<(), LearnError> {
-        plan.check()
-    }
-
     fn read(&self, _: &Output) -> Result<Arc<ImageFolder>, CliError> {
         let images = ImageFolder::read(self.folder)?;
         let [rows, columns] = images.size;
@@ -125,15 +117,11 @@ impl Experiment for Images<'_> {
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
+    use super::super::check_budgets;
     use super::*;
 
     #[test]
-    fn every_budget_is_a_plan_that_can_be_run() {
-        for (latent, _) in THESIS {
-            for budget in [Budget::Smoke, Budget::Cpu, Budget::Thesis] {
-                plan(budget, latent).check().unwrap();
-            }
-            assert_eq!(plan(Budget::Thesis, latent), ImagesPlan::new(latent));
-        }
+    fn every_budget_can_be_run_and_the_largest_is_the_thesis() {
+        check_budgets(&Images { folder: Path::new(""), latents: &[] }, &THESIS.map(|(latent, _)| ImagesPlan::new(latent)));
     }
 }

@@ -17,9 +17,7 @@ use std::collections::BTreeMap;
 
 use lifelike_learn::LearnError;
 use lifelike_learn::report::Panel;
-use lifelike_learn::representation::spline_transformer::{HeldOut, SequencePlan, SequenceTrainer, Sequences};
-use serde::Serialize;
-use serde::de::DeserializeOwned;
+use lifelike_learn::representation::spline_transformer::{DataPlan, HeldOut, SequenceTrainer, Sequences};
 
 use crate::error::CliError;
 use crate::output::Output;
@@ -28,7 +26,7 @@ use budget::Budget;
 /// What the methods are compared on.
 pub trait Experiment {
     /// A run's plan: what plan.toml holds.
-    type Plan: Clone + PartialEq + Serialize + DeserializeOwned;
+    type Plan: DataPlan;
     /// What all runs have in common and is read once.
     type Source;
     /// What a run learns from.
@@ -41,15 +39,6 @@ pub trait Experiment {
 
     /// The columns asked for.
     fn columns(&self, budget: Budget) -> Vec<Column<Self::Plan>>;
-
-    /// The training in a plan.
-    fn training(plan: &mut Self::Plan) -> &mut SequencePlan;
-
-    /// Checks every range of a plan.
-    ///
-    /// # Errors
-    /// The first key out of range.
-    fn check(plan: &Self::Plan) -> Result<(), LearnError>;
 
     /// Reads what is to be read, after all plans have been checked.
     ///
@@ -136,4 +125,15 @@ fn latent_columns<P>(chosen: &[usize], thesis: &[(usize, [f64; 3])], plan: impl 
         plan: plan(*latent),
     };
     chosen.iter().map(column).collect()
+}
+
+/// Every budget's plans are in range, and the thesis' budget is the thesis' plans.
+#[cfg(test)]
+#[track_caller]
+fn check_budgets<E: Experiment>(experiment: &E, thesis: &[E::Plan]) {
+    let plans = |budget| experiment.columns(budget).into_iter().map(|column| column.plan).collect::<Vec<_>>();
+    for plan in [Budget::Smoke, Budget::Cpu, Budget::Thesis].into_iter().flat_map(plans) {
+        assert!(plan.check().is_ok(), "{}", toml::to_string(&plan).unwrap_or_default());
+    }
+    assert!(plans(Budget::Thesis) == thesis);
 }

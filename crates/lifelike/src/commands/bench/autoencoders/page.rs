@@ -47,7 +47,7 @@ fn rate(run: &Run) -> String {
 
 fn drawing<P>(runs: &[Run], column: &Column<P>, words: &Words) -> Option<Drawing> {
     let here: Vec<&Run> = runs.iter().filter(|run| run.column == column.key).collect();
-    let most = here.iter().map(|run| run.shown.len()).max()?;
+    let most = here.iter().map(|run| run.shown.len()).max().filter(|most| *most > 0)?;
     let mut panels = Vec::new();
     for i in 0..most {
         // The same sequence by all methods, side by side.
@@ -55,7 +55,7 @@ fn drawing<P>(runs: &[Run], column: &Column<P>, words: &Words) -> Option<Drawing
         panels.extend(shown.peek().and_then(|first| first.truth.clone()));
         panels.extend(shown.map(|s| s.back.clone()));
     }
-    let across = panels.len() / most.max(1);
+    let across = panels.len() / most;
     Some(Drawing {
         title: format!("{}: {}", column.title, words.items),
         caption: format!("{} Beside the method, the mean squared error.", words.drawing),

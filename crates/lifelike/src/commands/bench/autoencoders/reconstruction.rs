@@ -8,7 +8,7 @@ use lifelike_learn::LearnError;
 use lifelike_learn::report::Panel;
 use lifelike_learn::representation::spline_transformer::humans::{self, FPS, SEGMENTS, WIDTH};
 use lifelike_learn::representation::spline_transformer::{
-    HumansPlan, Recording, SequencePlan, SequenceTrainer, Sequences, Windows,
+    HumansPlan, Recording, SequenceTrainer, Sequences, Windows,
 };
 use lifelike_motion::formats::ReadOptions;
 use rayon::prelude::*;
@@ -115,14 +115,6 @@ impl Experiment for People<'_> {
         latent_columns(self.latents, &THESIS, |latent| plan(budget, latent))
     }
 
-    fn training(plan: &mut HumansPlan) -> &mut SequencePlan {
-        &mut plan.training
-    }
-
-    fn check(plan: &HumansPlan) -> Result<(), LearnError> {
-        plan.check()
-    }
-
     fn read(&self, _: &Output) -> Result<Vec<Recording>, CliError> {
         let files = clips::captured_files(self.clips)?;
         let read = |file: &PathBuf| -> Result<Recording, CliError> {
@@ -171,16 +163,12 @@ fn line(rows: &[f32], (segment, number): (Role, usize), place: usize) -> Vec<[f3
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
+    use super::super::check_budgets;
     use super::*;
 
     #[test]
-    fn every_budget_is_a_plan_that_can_be_run() {
-        for (latent, _) in THESIS {
-            for budget in [Budget::Smoke, Budget::Cpu, Budget::Thesis] {
-                plan(budget, latent).check().unwrap();
-            }
-            assert_eq!(plan(Budget::Thesis, latent), HumansPlan::new(latent));
-        }
+    fn every_budget_can_be_run_and_the_largest_is_the_thesis() {
+        check_budgets(&People { clips: &[], latents: &[] }, &THESIS.map(|(latent, _)| HumansPlan::new(latent)));
     }
 
     #[test]

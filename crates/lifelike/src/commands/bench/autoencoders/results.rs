@@ -6,7 +6,7 @@ use std::path::Path;
 use lifelike_learn::LearnError;
 use lifelike_learn::report::Panel;
 use lifelike_learn::representation::spline_transformer::run::{Look, looks};
-use lifelike_learn::representation::spline_transformer::{Method, SequencePlan, SequenceTrainer, Sequences};
+use lifelike_learn::representation::spline_transformer::{DataPlan, Method, SequenceTrainer, Sequences};
 use lifelike_learn::run::write_atomically;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
@@ -27,9 +27,7 @@ pub struct Place<P> {
     /// Key and title of its column.
     pub column: String,
     pub title: String,
-    /// The plan, and the training in it.
     pub plan: P,
-    pub training: SequencePlan,
 }
 
 /// One run, measured.
@@ -50,9 +48,9 @@ pub struct Run {
     pub parameters: usize,
     pub tokens: usize,
     pub batch: usize,
-    /// The test set, in the table's unit.
+    /// The test set, in the table's unit. Not of sweeps: what is chosen by them must not have seen it.
     #[serde(flatten)]
-    pub test: Measured,
+    pub test: Option<Measured>,
     /// Validation on the way, in the table's unit.
     pub looks: Vec<Look>,
     #[serde(skip)]
@@ -84,17 +82,21 @@ struct Kept<P> {
 }
 
 impl Run {
-    /// Measures a run on the test set, or reads what was measured of it.
+    /// Of a run and, where it is to be `tested`, what is measured on the test set or was before.
     pub fn of<E: Experiment>(
         place: &Place<E::Plan>,
         trainer: &SequenceTrainer<E::Data>,
         folder: &Path,
+        tested: bool,
     ) -> Result<Self, CliError> {
-        let kept = measured(folder, &place.plan, trainer, || measure::<E>(trainer))?;
-        let test = Measured { mse: E::SCALE * kept.mse, median: E::SCALE * kept.median, ..kept };
+        let mut test = None;
+        if tested {
+            let kept = measured(folder, &place.plan, trainer, || measure::<E>(trainer))?;
+            test = Some(Measured { mse: E::SCALE * kept.mse, median: E::SCALE * kept.median, ..kept });
+        }
         let scaled = |look: Look| Look { mse: E::SCALE * look.mse, ..look };
         let looks: Vec<Look> = looks(folder)?.into_iter().map(scaled).collect();
-        let training = &place.training;
+        let training = place.plan.training();
         Ok(Self {
             column: place.column.clone(),
             title: place.title.clone(),
@@ -108,7 +110,7 @@ impl Run {
             parameters: trainer.parameters(),
             tokens: trainer.data().tokens(),
             batch: training.batch,
-            shown: drawn::<E>(trainer)?,
+            shown: if tested { drawn::<E>(trainer)? } else { Vec::new() },
             test,
             looks,
         })

@@ -2,7 +2,7 @@
 
 use lifelike_learn::LearnError;
 use lifelike_learn::report::Panel;
-use lifelike_learn::representation::spline_transformer::{SequencePlan, StrandSequences, StrandsPlan};
+use lifelike_learn::representation::spline_transformer::{StrandSequences, StrandsPlan};
 
 use super::args::{Latents, Shared};
 use super::budget::Budget;
@@ -82,14 +82,6 @@ impl Experiment for Strands<'_> {
         latent_columns(self.latents, &THESIS, |latent| plan(budget, latent))
     }
 
-    fn training(plan: &mut StrandsPlan) -> &mut SequencePlan {
-        &mut plan.training
-    }
-
-    fn check(plan: &StrandsPlan) -> Result<(), LearnError> {
-        plan.check()
-    }
-
     fn read(&self, _: &Output) -> Result<(), CliError> {
         Ok(())
     }
@@ -108,15 +100,11 @@ impl Experiment for Strands<'_> {
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
+    use super::super::check_budgets;
     use super::*;
 
     #[test]
-    fn every_budget_is_a_plan_that_can_be_run() {
-        for (latent, _) in THESIS {
-            for budget in [Budget::Smoke, Budget::Cpu, Budget::Thesis] {
-                plan(budget, latent).check().unwrap();
-            }
-            assert_eq!(plan(Budget::Thesis, latent), StrandsPlan::new(latent));
-        }
+    fn every_budget_can_be_run_and_the_largest_is_the_thesis() {
+        check_budgets(&Strands { latents: &[] }, &THESIS.map(|(latent, _)| StrandsPlan::new(latent)));
     }
 }

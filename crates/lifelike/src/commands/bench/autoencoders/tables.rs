@@ -16,6 +16,10 @@ fn small(value: f64) -> Cell {
     Cell { text: format!("{value:.2e}"), ..Cell::number(value, 9) }
 }
 
+fn rate(run: &Run) -> Cell {
+    Cell { text: format!("{:e}", run.learning_rate), ..Cell::number(run.learning_rate, 9) }
+}
+
 fn comparison<P>(columns: &[Column<P>], runs: &[Run], words: &Words) -> Table {
     let heads = columns.iter().map(|column| Head::number(&column.title, words.unit));
     let mut table = Table::new(words.table, [Head::text("method")].into_iter().chain(heads).collect());
@@ -26,8 +30,8 @@ fn comparison<P>(columns: &[Column<P>], runs: &[Run], words: &Words) -> Table {
     for method in Method::ALL {
         let of = |key: &str| runs.iter().find(|run| run.method == method && run.column == key);
         if runs.iter().any(|run| run.method == method) {
-            let cells =
-                columns.iter().map(|column| of(&column.key).map_or(Cell::text("–"), |run| small(run.test.mse)));
+            let error = |run: &Run| run.test.as_ref().map(|test| small(test.mse));
+            let cells = columns.iter().map(|column| of(&column.key).and_then(error).unwrap_or(Cell::text("–")));
             table.rows.push([Cell::text(method.title())].into_iter().chain(cells).collect());
         }
     }
@@ -38,24 +42,23 @@ fn comparison<P>(columns: &[Column<P>], runs: &[Run], words: &Words) -> Table {
 fn rates(runs: &[Run], words: &Words) -> Table {
     let head = [words.column, "method"].map(Head::text).into_iter();
     let numbers = ["learning rate", "warm-up"].map(|n| Head::number(n, ""));
-    let errors = ["validation, best", "validation, last", "test"].map(|n| Head::number(n, words.unit));
+    let errors = ["best", "last"].map(|n| Head::number(n, words.unit));
     let head = head.chain(numbers).chain(errors).chain([Head::number("spread", "")]);
     let mut table = Table::new("Sensitivity to the learning rate (3.3.5)", head.collect());
     for run in runs {
         let best = run.looks.iter().map(|look| look.mse).fold(f64::INFINITY, f64::min);
-        let last = run.looks.last().map_or(f64::NAN, |look| look.mse);
+        let (last, spread) = run.looks.last().map_or((f64::NAN, f64::NAN), |look| (look.mse, look.spread));
         table.rows.push(vec![
             Cell::text(run.title.clone()),
             Cell::text(run.method.title()),
-            Cell { text: format!("{:e}", run.learning_rate), ..Cell::number(run.learning_rate, 9) },
+            rate(run),
             Cell::number(run.warmup as f64, 0),
             small(best),
             small(last),
-            small(run.test.mse),
-            Cell::number(run.test.spread, 3),
+            Cell::number(spread, 3),
         ]);
     }
-    table.caption = "Spread: root mean square distance of control points from the mean of their sequence's. Where it nears 0 they are \
+    table.caption = "Errors of validation, for choosing a rate: a sweep never looks at the test set. Spread: root mean square distance of control points from the mean of their sequence's. Where it nears 0 they are \
                      one point, the thesis' collapse; one control point, as the baselines have, has none."
         .into();
     table
@@ -63,9 +66,14 @@ fn rates(runs: &[Run], words: &Words) -> Table {
 
 fn details(runs: &[Run], words: &Words) -> Table {
     let head = [words.column, "method"].map(Head::text).into_iter();
-    let numbers = ["parameters", words.tokens, "batch", "iterations", "of"].map(|n| Head::number(n, ""));
-    let test = [Head::number(words.items, ""), Head::number("median", words.unit)];
-    let also: Vec<&String> = runs.first().map(|run| run.test.also.keys().collect()).unwrap_or_default();
+    let numbers = ["parameters", words.tokens, "batch", "rate", "iterations", "of"].map(|n| Head::number(n, ""));
+    let tests = || runs.iter().filter_map(|run| run.test.as_ref());
+    let test = if tests().next().is_some() {
+        vec![Head::number(words.items, ""), Head::number("median", words.unit)]
+    } else {
+        vec![]
+    };
+    let also: Vec<&String> = tests().next().map(|test| test.also.keys().collect()).unwrap_or_default();
     let head = head.chain(numbers).chain(test).chain(also.iter().map(|name| Head::number(name, "")));
     let mut table = Table::new("The runs", head.chain([Head::number("time", "min")]).collect());
     for run in runs {
@@ -76,18 +84,22 @@ fn details(runs: &[Run], words: &Words) -> Table {
             whole(run.parameters),
             whole(run.tokens),
             whole(run.batch),
+            rate(run),
             Cell::number(run.iterations as f64, 0),
             Cell::number(run.of as f64, 0),
-            whole(run.test.test),
-            small(run.test.median),
         ];
-        row.extend(also.iter().map(|name| Cell::number(run.test.also.get(*name).copied().unwrap_or(f64::NAN), 2)));
+        if let Some(test) = &run.test {
+            row.extend([whole(test.test), small(test.median)]);
+            row.extend(also.iter().map(|name| Cell::number(test.also.get(*name).copied().unwrap_or(f64::NAN), 2)));
+        }
         row.push(Cell::number(run.minutes, 1));
         table.rows.push(row);
     }
     let unfinished = runs.iter().filter(|run| !run.is_done()).count();
-    table.caption =
-        format!("Median: that of the {}' errors. Time is that of training, without validation.", words.items);
+    table.caption = "Time is that of training, without validation.".into();
+    if tests().next().is_some() {
+        table.caption += &format!(" Median: that of the {}' errors.", words.items);
+    }
     if unfinished > 0 {
         table.caption += &format!(
             " {unfinished} of the runs were stopped before their learning rate had fallen; the same command goes on."
