@@ -191,7 +191,7 @@ impl MotionSpline {
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::super::splined::{Segment, SplinedClip};
-    use super::super::testing::{model, walk};
+    use super::super::testing::{model, model_of, walk};
     use super::*;
 
     fn encoded(model: &MotionSpline, clip: &MotionClip) -> SplinedClip {
@@ -209,6 +209,17 @@ mod tests {
         assert_eq!(encoded(&loaded, &clip).segments(), encoded(&model, &clip).segments());
         assert_eq!((loaded.mean(), loaded.joints(), loaded.plan()), (model.mean(), model.joints(), model.plan()));
         assert_eq!(encoded(&loaded, &clip).errors(&loaded).unwrap(), encoded(&model, &clip).errors(&model).unwrap());
+    }
+
+    #[test]
+    fn the_mean_is_that_of_training_windows() {
+        // As long as a segment, so there is one window only.
+        let clip = walk("walk", 50, 25.0);
+        let model = model_of(clip.clone());
+        let splined = encoded(&model, &clip);
+        let own = &splined.segments()[0].control_points;
+        let near = model.mean().iter().flatten().zip(own.iter().flatten()).all(|(a, b)| (a - b).abs() < 1e-4);
+        assert!(near, "{:?} {own:?}", model.mean());
     }
 
     #[test]

@@ -35,6 +35,11 @@ pub(super) fn walk(name: &str, frames: usize, fps: f64) -> MotionClip {
 
 /// A network that was never trained: what must hold for any network holds for it.
 pub(super) fn model() -> MotionSpline {
+    model_of(walk("walk", 300, 50.0))
+}
+
+/// The same with one training clip.
+pub(super) fn model_of(clip: MotionClip) -> MotionSpline {
     let training = SequencePlan { latent: 5, layers: 1, heads: 2, width: 8, ..SequencePlan::default() };
     let plan = MotionSplinePlan {
         robot: "nobody".into(),
@@ -45,7 +50,7 @@ pub(super) fn model() -> MotionSpline {
         frames: 50,
         training,
     };
-    let clips = SplitClips { training: vec![walk("walk", 300, 50.0)], ..SplitClips::default() };
+    let clips = SplitClips { training: vec![clip], ..SplitClips::default() };
     let (data, space) = MotionSpline::data(&plan, &clips).unwrap();
     let trainer = SequenceTrainer::new(plan.training.clone(), data).unwrap();
     MotionSpline::new(plan, space, &trainer).unwrap()
