@@ -41,6 +41,13 @@ fn a_spline_is_trained_and_edits_motion() {
     let again = json(&["train", "spline", "--resume", "-o", &run]);
     assert_eq!(again["mean"], trained["mean"], "what is done is left alone");
 
+    let (plan, twice) = (at("plan.toml"), at("twice"));
+    let mirrored = json(&["train", "spline", "--plan", &plan, "-o", &twice, "mirror=true", "training.iterations=1"]);
+    let count = |value: &Value, key: &str| value[key].as_u64().unwrap();
+    for key in ["training_clips", "training_windows"] {
+        assert_eq!(count(&mirrored, key), 2 * count(&trained, key), "{key}");
+    }
+
     let (spline, out) = (trained["model"].as_str().unwrap(), at("out"));
     let edit = |arguments: &[&str]| {
         json(&[&["motion", "edit", "motions/wave.keys.toml", "--spline", spline, "-o", &out], arguments].concat())

@@ -3,6 +3,7 @@
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
+use lifelike_motion::edit::mirror;
 use lifelike_motion::formats::{self, ReadOptions};
 use lifelike_motion::retarget::{RetargetOptions, retarget};
 use lifelike_motion::{MotionClip, MotionError, SourceClip, container, dataset, keyframes};
@@ -39,6 +40,20 @@ pub fn load(inputs: &[PathBuf], robot: &Robot) -> Result<Vec<MotionClip>, CliErr
     if let Some(pair) = clips.windows(2).find(|pair| pair[0].name == pair[1].name) {
         return Err(CliError::Input(format!("two files have a clip named '{}'", pair[0].name)));
     }
+    Ok(clips)
+}
+
+/// These clips, and after them the mirror image of each by the robot's own symmetry, called `NAME+mirror`.
+///
+/// # Errors
+/// A robot that is not symmetric; a clip of another robot.
+pub fn with_mirror_images(mut clips: Vec<MotionClip>, robot: &Robot) -> Result<Vec<MotionClip>, MotionError> {
+    let image = |clip: &MotionClip| {
+        let name = format!("{}+mirror", clip.name);
+        Ok(MotionClip { name, ..mirror(clip, &robot.character)? })
+    };
+    let images: Result<Vec<_>, MotionError> = clips.iter().map(image).collect();
+    clips.extend(images?);
     Ok(clips)
 }
 

@@ -14,6 +14,9 @@ pub struct MotionSplinePlan {
     pub robot: String,
     /// Clips to train on: files, folders, patterns. Captured motion and keyframes are retargeted to the robot.
     pub clips: Vec<PathBuf>,
+    /// Learn from the mirror image of every clip too, by the robot's own symmetry.
+    #[serde(default)]
+    pub mirror: bool,
     /// Clips that the loss is watched on.
     #[serde(default)]
     pub validation: Vec<PathBuf>,

@@ -44,6 +44,7 @@ pub(super) fn model_of(clip: MotionClip) -> MotionSpline {
     let plan = MotionSplinePlan {
         robot: "nobody".into(),
         clips: Vec::new(),
+        mirror: false,
         validation: Vec::new(),
         test: Vec::new(),
         frame_rate: 25.0,

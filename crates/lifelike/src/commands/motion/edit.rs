@@ -210,17 +210,16 @@ fn row(stage: &Stage, motion: String, clip: &MotionClip, played: &MotionClip) ->
         frames: clip.len(),
         path_m: clip.root_position.windows(2).map(|w| (w[1] - w[0]).xy().norm()).sum(),
         change_deg: (squares / clip.joints.len().max(1) as f64).sqrt().to_degrees(),
-        velocity: difference(clip, &[-1.0, 1.0]) * clip.fps,
-        acceleration: difference(clip, &[1.0, -2.0, 1.0]) * clip.fps.powi(2),
+        velocity: difference(&clip.joints, clip.joint_names.len(), &[-1.0, 1.0]) * clip.fps,
+        acceleration: difference(&clip.joints, clip.joint_names.len(), &[1.0, -2.0, 1.0]) * clip.fps.powi(2),
         footing: footing(clip, &stage.robot.character, &stage.robot.anatomy)?,
     })
 }
 
-/// Root mean square over joints and frames of a sum of neighbouring frames.
-fn difference(clip: &MotionClip, weights: &[f64]) -> f64 {
-    let joints = clip.joint_names.len();
-    let count = (clip.len() + 1).saturating_sub(weights.len()) * joints;
-    let at = |i: usize| weights.iter().enumerate().map(|(k, weight)| weight * clip.joints[i + k * joints]).sum::<f64>();
+/// Root mean square over `joints` and frames of a sum of neighbouring frames.
+fn difference(values: &[f64], joints: usize, weights: &[f64]) -> f64 {
+    let count = (values.len() + joints).saturating_sub(weights.len() * joints);
+    let at = |i: usize| weights.iter().enumerate().map(|(k, weight)| weight * values[i + k * joints]).sum::<f64>();
     ((0..count).map(|i| at(i).powi(2)).sum::<f64>() / count.max(1) as f64).sqrt()
 }
 
@@ -255,6 +254,15 @@ fn text(rows: &[Row]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn differences_by_hand() {
+        // Two joints over three frames: 0, 1, 4 and 0, 0, 2.
+        let values = [0.0, 0.0, 1.0, 0.0, 4.0, 2.0];
+        assert!((difference(&values, 2, &[-1.0, 1.0]) - (14.0_f64 / 4.0).sqrt()).abs() < 1e-12);
+        assert!((difference(&values, 2, &[1.0, -2.0, 1.0]) - 2.0).abs() < 1e-12);
+        assert!(difference(&values[..4], 2, &[1.0, -2.0, 1.0]).abs() < 1e-12, "too short to say");
+    }
 
     #[test]
     fn shifts_are_read() {

@@ -40,8 +40,9 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let plan: MotionSplinePlan = args.source.fixed(&folder)?;
     plan.check()?;
     let robot = Robot::load(&plan.robot)?;
+    let training = clips::load(&plan.clips, &robot)?;
     let clips = SplitClips {
-        training: clips::load(&plan.clips, &robot)?,
+        training: if plan.mirror { clips::with_mirror_images(training, &robot)? } else { training },
         validation: clips::load(&plan.validation, &robot)?,
         test: clips::load(&plan.test, &robot)?,
     };

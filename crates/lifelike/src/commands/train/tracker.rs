@@ -7,8 +7,6 @@ use lifelike_learn::report::{Cell, Column, ReportBuilder, Table, curves_from};
 use lifelike_learn::run::RunFolder;
 use lifelike_learn::tracking::collective::Collective;
 use lifelike_learn::tracking::{ClipProgress, ReferenceLibrary, Summary, TrackerPlan, Trainer};
-use lifelike_motion::edit::mirror;
-use lifelike_motion::{MotionClip, MotionError};
 use lifelike_robot::Robot;
 use serde_json::json;
 
@@ -130,8 +128,7 @@ pub fn prepare(plan: &TrackerPlan, hardware: &Hardware, all: Arc<dyn Collective>
     } else {
         let mut clips = clips::load(&plan.clips, &robot)?;
         if plan.mirror {
-            let images: Result<Vec<_>, _> = clips.iter().map(|clip| mirror_image(clip, &robot)).collect();
-            clips.extend(images?);
+            clips = clips::with_mirror_images(clips, &robot)?;
         }
         ReferenceLibrary::new(&robot, &clips, prior.as_ref().map(Prior::as_encode))?
     };
@@ -142,12 +139,6 @@ pub fn prepare(plan: &TrackerPlan, hardware: &Hardware, all: Arc<dyn Collective>
         Some(prior) => trainer.with_prior_digest(prior.digest()),
         None => trainer,
     })
-}
-
-/// The mirror image of a clip, under a name of its own.
-fn mirror_image(clip: &MotionClip, robot: &Robot) -> Result<MotionClip, MotionError> {
-    let image = mirror(clip, &robot.character)?;
-    Ok(MotionClip { name: format!("{}+mirror", clip.name), ..image })
 }
 
 /// What became of each clip, the hardest first.

@@ -122,6 +122,9 @@ mod tests {
 
     #[test]
     fn every_budget_can_be_run_and_the_largest_is_the_thesis() {
-        check_budgets(&Images { folder: Path::new(""), latents: &[] }, &THESIS.map(|(latent, _)| ImagesPlan::new(latent)));
+        check_budgets(
+            &Images { folder: Path::new(""), latents: &[] },
+            &THESIS.map(|(latent, _)| ImagesPlan::new(latent)),
+        );
     }
 }

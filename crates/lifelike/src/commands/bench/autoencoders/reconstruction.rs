@@ -7,9 +7,7 @@ use lifelike_character::Role;
 use lifelike_learn::LearnError;
 use lifelike_learn::report::Panel;
 use lifelike_learn::representation::spline_transformer::humans::{self, FPS, SEGMENTS, WIDTH};
-use lifelike_learn::representation::spline_transformer::{
-    HumansPlan, Recording, SequenceTrainer, Sequences, Windows,
-};
+use lifelike_learn::representation::spline_transformer::{HumansPlan, Recording, SequenceTrainer, Sequences, Windows};
 use lifelike_motion::formats::ReadOptions;
 use rayon::prelude::*;
 use tracing::info;

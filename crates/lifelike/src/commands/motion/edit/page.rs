@@ -36,7 +36,15 @@ pub fn report(
 }
 
 fn summary(rows: &[Row]) -> Table {
-    let columns = [("length", "s"), ("path", "m"), ("change of joints", "deg"), ("skate", "cm/s"), ("bears", "%")];
+    let columns = [
+        ("length", "s"),
+        ("path", "m"),
+        ("change of joints", "deg"),
+        ("velocity", "rad/s"),
+        ("acceleration", "rad/s²"),
+        ("skate", "cm/s"),
+        ("bears", "%"),
+    ];
     let head = [Column::text("motion")].into_iter().chain(columns.map(|(name, unit)| Column::number(name, unit)));
     let mut table = Table::new("Before and after", head.collect());
     for row in rows {
@@ -45,11 +53,13 @@ fn summary(rows: &[Row]) -> Table {
             Cell::number(row.seconds, 2),
             Cell::number(row.path_m, 2),
             Cell::number(row.change_deg, 2),
+            Cell::number(row.velocity, 3),
+            Cell::number(row.acceleration, 1),
             Cell::number(100.0 * row.footing.skate, 1),
             Cell::number(100.0 * row.footing.bearing, 0),
         ]);
     }
-    table.caption = "Change: root mean square against the first row. Skate: how fast feet move that stand. Bears: share of time in \
+    table.caption = "Change: root mean square against the first row; velocity and acceleration: root mean square over joints. Skate: how fast feet move that stand. Bears: share of time in \
                      which a foot stands."
         .into();
     table
