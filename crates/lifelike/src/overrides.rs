@@ -50,16 +50,14 @@ fn parse(value: &str) -> Value {
 
 fn put(tree: &mut Table, path: &str, value: Value) -> Result<(), String> {
     let (head, rest) = path.split_once('.').map_or((path, None), |(head, rest)| (head, Some(rest)));
-    let known = tree.keys().cloned().collect::<Vec<_>>().join(", ");
-    match (tree.get_mut(head), rest) {
-        (Some(Value::Table(inner)), Some(rest)) => put(inner, rest, value),
-        (Some(_), Some(_)) => Err(format!("'{head}' is a value, not a table")),
-        // A key that is not there may still be an optional one: the plan's type decides.
-        (_, None) => {
-            tree.insert(head.to_string(), value);
-            Ok(())
-        }
-        (None, Some(_)) => Err(format!("no table '{head}'; there are: {known}")),
+    let Some(rest) = rest else {
+        tree.insert(head.to_string(), value);
+        return Ok(());
+    };
+    // A key or table that is not there may still be an optional one: the plan's type decides.
+    match tree.entry(head).or_insert_with(|| Value::Table(Table::new())) {
+        Value::Table(inner) => put(inner, rest, value),
+        _ => Err(format!("'{head}' is a value, not a table")),
     }
 }
 
@@ -83,10 +81,12 @@ mod tests {
         #[serde(default)]
         prior: Option<String>,
         ppo: Ppo,
+        #[serde(default)]
+        other: Option<Ppo>,
     }
 
     fn plan() -> Plan {
-        Plan { seed: 1, prior: None, ppo: Ppo { gamma: 0.99, epochs: 4 } }
+        Plan { seed: 1, prior: None, ppo: Ppo { gamma: 0.99, epochs: 4 }, other: None }
     }
 
     fn with(overrides: &[&str]) -> Result<Plan, CliError> {
@@ -96,10 +96,12 @@ mod tests {
     #[test]
     fn values_are_put_where_they_belong() {
         let changed = with(&["ppo.gamma=0.9", "prior=runs/prior 1", "seed = 7", "ppo.epochs=2"]).unwrap();
-        let expected = Plan { seed: 7, prior: Some("runs/prior 1".into()), ppo: Ppo { gamma: 0.9, epochs: 2 } };
+        let ppo = Ppo { gamma: 0.9, epochs: 2 };
+        let expected = Plan { seed: 7, prior: Some("runs/prior 1".into()), ppo, other: None };
         assert_eq!(changed, expected);
         assert_eq!(with(&["ppo.gamma=1"]).unwrap().ppo.gamma, 1.0, "an integer where a number is expected");
         assert_eq!(with(&["ppo={gamma=0.5,epochs=3}"]).unwrap().ppo.epochs, 3);
+        assert_eq!(with(&["other.gamma=0.5", "other.epochs=3"]).unwrap().other, Some(Ppo { gamma: 0.5, epochs: 3 }));
         assert_eq!(with(&[]).unwrap(), plan());
     }
 
@@ -109,6 +111,7 @@ mod tests {
         let told = message("ppo.gama=0.9");
         assert!(told.contains("gama") && told.contains("gamma") && told.contains("epochs"), "{told}");
         assert!(message("pro.gamma=0.9").contains("ppo"));
+        assert!(message("other.epochs=3").contains("gamma"), "an optional table is whole or not there");
         assert!(message("seed.x=1").contains("seed"));
         assert!(message("seed=-1").contains("seed"), "{}", message("seed=-1"));
         assert!(matches!(with(&["seed"]), Err(CliError::Usage(_))));
