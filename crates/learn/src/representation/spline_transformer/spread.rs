@@ -18,15 +18,14 @@ pub struct Spread {
 /// Keeps the slope finite where all points are the same.
 const EPSILON: f64 = 1e-12;
 
-/// The penalty of some sequences of a batch of `batch`, and its derivative by each number. Summed over all parts of the batch it is
-/// the mean penalty times the weight.
+/// The derivative, by each number of some sequences' control points, of the weight times the mean penalty of their batch.
 ///
 /// # Shapes
-/// `control_points: [sequences, points, latent]`, row-major; the slopes as well.
-pub fn penalty(spread: Spread, control_points: &[f32], points: usize, latent: usize, batch: usize) -> (f64, Vec<f32>) {
+/// `control_points: [sequences, points, latent]` of a batch of `batch` sequences, row-major; so is what is returned.
+pub fn slopes(spread: Spread, control_points: &[f32], points: usize, latent: usize, batch: usize) -> Vec<f32> {
     let Spread { weight, floor } = spread;
     let (count, share) = ((points * latent) as f64, weight / batch.max(1) as f64);
-    let (mut sum, mut slopes) = (0.0, Vec::with_capacity(control_points.len()));
+    let mut slopes = Vec::with_capacity(control_points.len());
     for sequence in control_points.chunks_exact((points * latent).max(1)) {
         let mean: Vec<f64> = (0..latent)
             .map(|k| sequence.iter().skip(k).step_by(latent).map(|p| f64::from(*p)).sum::<f64>() / points as f64)
@@ -34,51 +33,58 @@ pub fn penalty(spread: Spread, control_points: &[f32], points: usize, latent: us
         let apart = |(i, p): (usize, &f32)| f64::from(*p) - mean[i % latent];
         let s = (sequence.iter().enumerate().map(|p| apart(p).powi(2)).sum::<f64>() / count + EPSILON).sqrt();
         let short = (1.0 - s / floor).max(0.0);
-        sum += share * short * short;
         let scale = -2.0 * share * short / (floor * count * s);
         slopes.extend(sequence.iter().enumerate().map(|p| (scale * apart(p)) as f32));
     }
-    (sum, slopes)
+    slopes
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn of(weight: f64, control_points: &[f32], points: usize, latent: usize, batch: usize) -> (f64, Vec<f32>) {
-        penalty(Spread { weight, floor: 0.5 }, control_points, points, latent, batch)
+    const FLOOR: f64 = 0.5;
+
+    fn of(weight: f64, control_points: &[f32], points: usize, latent: usize, batch: usize) -> Vec<f32> {
+        slopes(Spread { weight, floor: FLOOR }, control_points, points, latent, batch)
+    }
+
+    /// The penalty of one sequence as the head of this file has it, point by point.
+    fn penalty(control_points: &[f32], latent: usize) -> f64 {
+        let points: Vec<&[f32]> = control_points.chunks_exact(latent).collect();
+        let mean = |k: usize| points.iter().map(|p| f64::from(p[k])).sum::<f64>() / points.len() as f64;
+        let squares: f64 =
+            (0..latent).map(|k| points.iter().map(|p| (f64::from(p[k]) - mean(k)).powi(2)).sum::<f64>()).sum();
+        (1.0 - (squares / control_points.len() as f64).sqrt() / FLOOR).max(0.0).powi(2)
     }
 
     #[test]
     fn points_that_are_apart_are_left_alone() {
-        let (sum, slopes) = of(3.0, &[-0.6, 0.6, 0.6, -0.6], 2, 2, 1);
-        assert_eq!((sum, slopes), (0.0, vec![0.0; 4]));
+        assert_eq!(of(3.0, &[-0.6, 0.6, 0.6, -0.6], 2, 2, 1), vec![0.0; 4]);
     }
 
     #[test]
     fn by_hand() {
-        // s = 0.25 is half of the floor: (1 − 0.5)² = 0.25, times 2, over a batch of 4.
-        let (sum, slopes) = of(2.0, &[1.25, 0.75], 2, 1, 4);
-        assert!((sum - 0.125).abs() < 1e-9, "{sum}");
-        // −2 (2 / 4) (0.5) (± 0.25) / (0.5 · 2 · 0.25)
+        // s = 0.25 is half of the floor. Weight 2 over a batch of 4: −2 (2 / 4) (0.5) (± 0.25) / (0.5 · 2 · 0.25)
+        let slopes = of(2.0, &[1.25, 0.75], 2, 1, 4);
         assert!((slopes[0] + 0.5).abs() < 1e-6 && (slopes[1] - 0.5).abs() < 1e-6, "{slopes:?}");
     }
 
     #[test]
     fn slopes_are_the_derivative() {
         let points: Vec<f32> = (0..24).map(|i| ((i * 37 % 11) as f32 - 5.0) * 0.03).collect();
-        let of_points = |points: &[f32]| of(1.7, points, 4, 3, 2);
-        let (_, slopes) = of_points(&points);
+        let of_points = |points: &[f32]| 1.7 / 2.0 * points.chunks_exact(12).map(|own| penalty(own, 3)).sum::<f64>();
+        let slopes = of(1.7, &points, 4, 3, 2);
         assert!(slopes.iter().any(|s| s.abs() > 0.01));
         for i in 0..points.len() {
             let mut moved = [points.clone(), points.clone()];
             moved[0][i] -= 1e-3;
             moved[1][i] += 1e-3;
-            let difference = (of_points(&moved[1]).0 - of_points(&moved[0]).0) / f64::from(moved[1][i] - moved[0][i]);
+            let difference = (of_points(&moved[1]) - of_points(&moved[0])) / f64::from(moved[1][i] - moved[0][i]);
             assert!((difference - f64::from(slopes[i])).abs() < 1e-5, "{i}: {difference} {}", slopes[i]);
         }
         // One point, or all the same: nothing to tell them apart by, and no division by zero.
-        assert_eq!(of(1.0, &[0.3, 0.4], 1, 2, 1).1, [0.0, 0.0]);
-        assert!(of(1.0, &[0.3; 8], 4, 2, 1).1.iter().all(|s| *s == 0.0));
+        assert_eq!(of(1.0, &[0.3, 0.4], 1, 2, 1), [0.0, 0.0]);
+        assert!(of(1.0, &[0.3; 8], 4, 2, 1).iter().all(|s| *s == 0.0));
     }
 }

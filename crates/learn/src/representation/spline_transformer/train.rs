@@ -246,11 +246,11 @@ impl<S: Sequences> SequenceTrainer<S> {
     }
 }
 
-/// The slope of [`spread::penalty`] by the control points, where the plan wants one.
+/// [`spread::slopes`], where the plan wants them.
 fn penalty(plan: &SequencePlan, control_points: &[f32]) -> Option<Vec<f32>> {
     let points = plan.method.tokens().control_points();
     let spread = plan.spread.filter(|_| points > 1)?;
-    Some(spread::penalty(spread, control_points, points, plan.latent, plan.batch).1)
+    Some(spread::slopes(spread, control_points, points, plan.latent, plan.batch))
 }
 
 /// One part, by the gradient that is written out.
