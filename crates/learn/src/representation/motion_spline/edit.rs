@@ -1,6 +1,6 @@
 //! What animators do with control points (thesis 3.3.3: "closer or further away from the end-points", "toned down or amplified").
 
-use super::model::MotionSpline;
+use super::model::{MotionSpline, Usual};
 use super::splined::{Segment, SplinedClip};
 use crate::LearnError;
 use crate::limits::{range, wrong};
@@ -15,13 +15,13 @@ pub enum Edit {
     /// exaggerates what makes this motion differ from others, or tones it down. Not the segment's own mean: some numbers of a
     /// trained space only say how far along the segment one is, and those must stay.
     Gain(f64),
-    /// One number of one control point changed by so much.
+    /// One number of one control point changed.
     Move {
         /// Which control point, from 0.
         point: usize,
         /// Which of its numbers, from 0.
         number: usize,
-        /// By how much; numbers of trained models are about 1 in size.
+        /// By how many of the standard deviations that it has over the training motion: numbers of latent spaces have no size of their own.
         by: f64,
     },
 }
@@ -54,13 +54,13 @@ impl SplinedClip {
             .iter_mut()
             .enumerate()
             .filter(|(k, _)| chosen(k))
-            .for_each(|(_, s)| edit.apply(s, model.mean()));
+            .for_each(|(_, s)| edit.apply(s, model.usual()));
         Ok(())
     }
 }
 
 impl Edit {
-    fn apply(self, segment: &mut Segment, mean: &[Vec<f32>]) {
+    fn apply(self, segment: &mut Segment, usual: &Usual) {
         let points = &mut segment.control_points;
         let count = points.len();
         match self {
@@ -70,8 +70,10 @@ impl Edit {
                     away(point, if 2 * i < count { &first } else { &last }, factor);
                 }
             }
-            Self::Gain(factor) => points.iter_mut().zip(mean).for_each(|(point, mean)| away(point, mean, factor)),
-            Self::Move { point, number, by } => points[point][number] += by as f32,
+            Self::Gain(factor) => {
+                points.iter_mut().zip(&usual.mean).for_each(|(point, mean)| away(point, mean, factor))
+            }
+            Self::Move { point, number, by } => points[point][number] += by as f32 * usual.deviation[point][number],
         }
     }
 }
@@ -93,7 +95,9 @@ mod tests {
 
     fn edited(edit: Edit) -> Vec<Vec<f32>> {
         let mut segment = segment();
-        edit.apply(&mut segment, &[vec![1.0, 1.0], vec![1.0, 1.0], vec![2.0, 2.0], vec![2.0, 2.0]]);
+        let mean = vec![vec![1.0, 1.0], vec![1.0, 1.0], vec![2.0, 2.0], vec![2.0, 2.0]];
+        let deviation = vec![vec![1.0, 1.0], vec![1.0, 1.0], vec![1.0, 3.0], vec![1.0, 1.0]];
+        edit.apply(&mut segment, &Usual { mean, deviation });
         segment.control_points
     }
 
@@ -106,7 +110,7 @@ mod tests {
         assert_eq!(edited(Edit::Gain(0.0)), [[1.0, 1.0], [1.0, 1.0], [2.0, 2.0], [2.0, 2.0]]);
         assert_eq!(edited(Edit::Gain(1.0)), segment().control_points);
         let moved = edited(Edit::Move { point: 2, number: 1, by: -0.5 });
-        assert_eq!(moved, [[0.0, 1.0], [1.0, 1.0], [2.0, 2.5], [4.0, 3.0]]);
+        assert_eq!(moved, [[0.0, 1.0], [1.0, 1.0], [2.0, 1.5], [4.0, 3.0]]);
     }
 
     #[test]

@@ -14,7 +14,7 @@ mod splined;
 mod testing;
 
 pub use edit::Edit;
-pub use model::{MotionSpline, SplitClips};
+pub use model::{MotionSpline, SplitClips, Usual};
 pub use plan::MotionSplinePlan;
 pub use poses::Poses;
 pub use space::PoseSpace;

@@ -27,13 +27,24 @@ const KIND: &str = "motion spline";
 pub struct MotionSpline {
     plan: MotionSplinePlan,
     space: PoseSpace,
-    /// Where each control point lies on average over training windows.
-    mean: Vec<Vec<f32>>,
+    usual: Usual,
     network: SplineAutoencoder,
 }
 
-/// Training windows that the mean control points are taken of.
-const MEAN_OF: usize = 1024;
+/// Where control points of training windows lie: what edits are measured by.
+///
+/// # Shapes
+/// Both `[control points][latent]`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Usual {
+    /// Mean of each number.
+    pub mean: Vec<Vec<f32>>,
+    /// Standard deviation of each number.
+    pub deviation: Vec<Vec<f32>>,
+}
+
+/// Training windows that this is taken of.
+const USUAL_OF: usize = 1024;
 
 /// Clips by what they are for, as in [`Split`].
 #[derive(Debug, Clone, Default)]
@@ -77,16 +88,18 @@ impl MotionSpline {
         trainer: &SequenceTrainer<Windows>,
     ) -> Result<Self, LearnError> {
         // The first batch there is: windows drawn evenly from all training clips.
-        let windows = trainer.data().batch(0, MEAN_OF);
+        let windows = trainer.data().batch(0, USUAL_OF);
         let network = trainer.network().valid().fork(&device::inference());
         let control = control_points(&network, &windows, [plan.frames, space.width()])?;
         let latent = plan.training.latent;
         let size = network.tokens().control_points() * latent;
         let mut moments = Moments::new(size);
         control.chunks_exact(size).for_each(|points| moments.add(points.iter().copied().map(f64::from)));
-        let mean: Vec<f32> = moments.finish().0.into_iter().map(|x| x as f32).collect();
-        let mean = mean.chunks_exact(latent).map(<[f32]>::to_vec).collect();
-        Ok(Self { plan, space, mean, network })
+        let rows = |numbers: Vec<f64>| {
+            numbers.chunks_exact(latent).map(|row| row.iter().map(|x| *x as f32).collect()).collect()
+        };
+        let (mean, deviation) = moments.finish();
+        Ok(Self { plan, space, usual: Usual { mean: rows(mean), deviation: rows(deviation) }, network })
     }
 
     /// The plan it was trained by.
@@ -109,12 +122,9 @@ impl MotionSpline {
         self.network.tokens().control_points()
     }
 
-    /// Where each control point lies on average over training windows.
-    ///
-    /// # Shapes
-    /// `[control points][latent]`.
-    pub fn mean(&self) -> &[Vec<f32>] {
-        &self.mean
+    /// Where control points of training windows lie.
+    pub fn usual(&self) -> &Usual {
+        &self.usual
     }
 
     /// The clip's poses, joints in this model's order, at a rate (Hz).
@@ -159,8 +169,10 @@ impl MotionSpline {
         checkpoint.set_meta("kind", &KIND)?;
         checkpoint.set_meta("plan", &self.plan)?;
         self.space.save_into(&mut checkpoint)?;
-        let mean = self.mean.iter().flatten().copied().collect();
-        checkpoint.put_f32("mean", &[self.control_points(), self.latent()], mean)?;
+        for (name, rows) in [("mean", &self.usual.mean), ("deviation", &self.usual.deviation)] {
+            let numbers = rows.iter().flatten().copied().collect();
+            checkpoint.put_f32(name, &[self.control_points(), self.latent()], numbers)?;
+        }
         checkpoint.put_module("network", &self.network)?;
         Ok(checkpoint.save(path)?)
     }
@@ -182,8 +194,11 @@ impl MotionSpline {
         let network = plan.training.network(space.width()).init(0, "loaded", &device::inference())?;
         let network = checkpoint.load_module("network", network)?;
         let (points, latent) = (network.tokens().control_points(), plan.training.latent);
-        let mean = checkpoint.f32s("mean", &[points, latent])?.chunks_exact(latent).map(<[f32]>::to_vec).collect();
-        Ok(Self { plan, space, mean, network })
+        let rows = |name: &str| -> Result<Vec<Vec<f32>>, LearnError> {
+            Ok(checkpoint.f32s(name, &[points, latent])?.chunks_exact(latent).map(<[f32]>::to_vec).collect())
+        };
+        let usual = Usual { mean: rows("mean")?, deviation: rows("deviation")? };
+        Ok(Self { plan, space, usual, network })
     }
 }
 
@@ -207,19 +222,32 @@ mod tests {
         let loaded = MotionSpline::load(&path).unwrap();
         let clip = walk("walk", 120, 50.0);
         assert_eq!(encoded(&loaded, &clip).segments(), encoded(&model, &clip).segments());
-        assert_eq!((loaded.mean(), loaded.joints(), loaded.plan()), (model.mean(), model.joints(), model.plan()));
+        assert_eq!((loaded.usual(), loaded.joints(), loaded.plan()), (model.usual(), model.joints(), model.plan()));
         assert_eq!(encoded(&loaded, &clip).errors(&loaded).unwrap(), encoded(&model, &clip).errors(&model).unwrap());
     }
 
     #[test]
-    fn the_mean_is_that_of_training_windows() {
+    fn what_is_usual_is_that_of_training_windows() {
         // As long as a segment, so there is one window only.
         let clip = walk("walk", 50, 25.0);
         let model = model_of(clip.clone());
         let splined = encoded(&model, &clip);
         let own = &splined.segments()[0].control_points;
-        let near = model.mean().iter().flatten().zip(own.iter().flatten()).all(|(a, b)| (a - b).abs() < 1e-4);
-        assert!(near, "{:?} {own:?}", model.mean());
+        let near = |a: &[Vec<f32>], b: &[Vec<f32>]| {
+            a.iter().flatten().zip(b.iter().flatten()).all(|(a, b)| (a - b).abs() < 1e-4)
+        };
+        assert!(near(&model.usual().mean, own), "{:?} {own:?}", model.usual());
+        assert!(model.usual().deviation.iter().flatten().all(|d| *d < 1e-4), "{:?}", model.usual());
+        // With more windows they differ, and lie about the mean within a few deviations.
+        let model = super::super::testing::model();
+        let Usual { mean, deviation } = model.usual();
+        let spread: Vec<f32> = deviation.iter().flatten().copied().collect();
+        assert!(spread.iter().any(|d| *d > 1e-3), "{spread:?}");
+        let splined = encoded(&model, &walk("walk", 300, 50.0));
+        for segment in splined.segments() {
+            let away = segment.control_points.iter().flatten().zip(mean.iter().flatten()).zip(&spread);
+            assert!(away.clone().all(|((p, m), d)| (p - m).abs() < 6.0 * d + 1e-3), "{:?}", away.collect::<Vec<_>>());
+        }
     }
 
     #[test]

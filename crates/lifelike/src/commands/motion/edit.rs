@@ -29,7 +29,7 @@ Examples:
   S=assets/lima.spline.safetensors
   lifelike motion edit motions/walk.keys.toml --spline $S --gain 1.4 -o data/edited --name big_walk --look
   lifelike motion edit motions/sway_dance.keys.toml --spline $S --reach 0.3 -o data/edited --name calm_dance
-  lifelike motion edit motions/wave.keys.toml --spline $S --move 1:5=0.8 --segments 0,1 -o data/edited
+  lifelike motion edit motions/wave.keys.toml --spline $S --move 1:1=1.5 --segments 0,1 -o data/edited
   lifelike motion edit motions/march.keys.toml --spline $S --speed 0.7 -o data/edited --name slow_march
   lifelike motion edit motions/walk.keys.toml --spline $S --sample 4 -o data/edited --name walk_200hz
   lifelike motion edit motions/walk.keys.toml --blend motions/march.keys.toml --weight 0.5 --spline $S -o data/edited
@@ -50,7 +50,8 @@ pub struct Args {
     /// Move inner control points away from (above 1) or towards (below 1) the nearer end of their segment.
     #[arg(long, value_name = "FACTOR")]
     pub reach: Option<f64>,
-    /// Change one number of one control point, both counted from 0; may be repeated.
+    /// Change one number of one control point, both counted from 0, by so many of its standard deviations over the training motion; may be
+    /// repeated.
     #[arg(long = "move", value_name = "POINT:NUMBER=BY")]
     pub moves: Vec<Shift>,
     /// Segments, from 0, that --gain, --reach and --move are for; all where not given.
