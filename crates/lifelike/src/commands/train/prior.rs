@@ -232,6 +232,6 @@ mod tests {
             Encoder::Vae(PriorPlan { channels: 8, ..PriorPlan::default() })
         );
         let other = change("spline.training.width=8").unwrap_err().to_string();
-        assert!(other.contains("no table 'spline'; there are: clips, prior, robot"), "{other}");
+        assert!(other.contains("[prior] (a beta-VAE) or [spline], got both"), "{other}");
     }
 }
