@@ -25,13 +25,13 @@ pub struct Shared {
     /// Stop each run after so many minutes, done or not; the same command goes on with it.
     #[arg(long)]
     pub minutes: Option<f64>,
-    /// Learning rates to sweep, instead of the thesis' one. Shows errors of validation, never of the test set.
+    /// Learning rates to sweep, instead of the budget's one. Shows errors of validation, never of the test set.
     #[arg(long, value_delimiter = ',')]
     pub rates: Vec<f64>,
-    /// Learning rate of a method, instead of the thesis' one; may be given for each of them.
+    /// Learning rate of a method, instead of the budget's; may be given for each of them.
     #[arg(long, value_name = "METHOD=RATE", value_delimiter = ',', conflicts_with = "rates")]
     pub rate: Vec<MethodRate>,
-    /// Iterations over which the learning rate rises.
+    /// Iterations over which the learning rate rises; the budget's share of them where not given, none in a sweep.
     #[arg(long)]
     pub warmup: Option<u64>,
     /// Key of weights and training batches.

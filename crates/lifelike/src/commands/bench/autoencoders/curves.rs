@@ -29,8 +29,7 @@ Examples:
 
 Families: lissajous, hypotrochoids, bezier-2, bezier-64. Methods: spline, alibi, alibi-cat.
 With --rates the learning rate is swept (thesis 3.3.5, Fig. 3.7b) and errors are those of validation, so that a rate can be chosen
-without the test set; --warmup N then adds the same rates with a linear rise over N iterations to compare with, and without --rates it
-applies to all runs.")]
+without the test set; --warmup N then adds the same rates with a linear rise over N iterations to compare with.")]
 pub struct Args {
     /// Families of curves; all where not given.
     #[arg(long, value_delimiter = ',')]
@@ -119,6 +118,8 @@ impl Experiment for Curves<'_> {
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
+    use clap::Parser as _;
+
     use super::super::check_budgets;
     use super::*;
 
@@ -127,12 +128,39 @@ mod tests {
         check_budgets(&Curves { families: &[] }, &Family::ALL.map(CurvesPlan::new));
     }
 
+    #[derive(clap::Parser)]
+    struct Command {
+        #[command(flatten)]
+        args: Args,
+    }
+
+    /// Names of folders, learning rates and warm-ups.
+    fn runs(arguments: &str) -> Vec<(String, f64, u64)> {
+        let Args { families, shared, overrides } = Command::parse_from(arguments.split(' ')).args;
+        let columns = Curves { families: &families }.columns(shared.budget);
+        let places = driver::places::<Curves<'_>>(&columns, &shared, &overrides).unwrap();
+        places.into_iter().map(|p| (p.name, p.plan.training.learning_rate, p.plan.training.warmup)).collect()
+    }
+
+    #[test]
+    fn rates_and_warm_ups_are_the_budgets_unless_told() {
+        let one = "curves --families bezier-2 --methods spline -o runs";
+        let run = |name: &str, rate, warmup| (format!("bezier-2-spline{name}-0"), rate, warmup);
+        assert_eq!(runs(one), [run("-warmup-300", 0.01, 300)]);
+        assert_eq!(runs(&format!("{one} --budget thesis")), [run("", 0.001, 0)]);
+        assert_eq!(runs(&format!("{one} --iterations 100")), [run("-warmup-5", 0.01, 5)], "its share");
+        assert_eq!(runs(&format!("{one} --warmup 7 --rate spline=0.1")), [run("-rate-1e-1-warmup-7", 0.1, 7)]);
+        assert_eq!(runs(&format!("{one} --rates 0.1")), [run("-rate-1e-1", 0.1, 0)]);
+        let both = [run("-rate-1e-1", 0.1, 0), run("-rate-1e-1-warmup-7", 0.1, 7)];
+        assert_eq!(runs(&format!("{one} --rates 0.1 --warmup 7")), both);
+    }
+
     /// Runs that were begun with this plan must go on.
     #[test]
     fn a_plan_stays_what_it_was_in_a_file() {
         let text = "family = \"bezier-64\"\nsamples = 64\nvalidation = 256\ntest = 10000\n\n[training]\nseed = 0\n\
                     method = \"spline\"\nlatent = 64\nlayers = 4\nheads = 4\nwidth = 128\nfactor = 1\nbatch = 32\npart = 4\n\
-                    iterations = 2000\noptimizer = \"radam\"\nlearning_rate = 0.001\nwarmup = 0\nvalidate_every = 250\n";
+                    iterations = 2000\noptimizer = \"radam\"\nlearning_rate = 0.01\nwarmup = 100\nvalidate_every = 250\n";
         assert_eq!(toml::to_string(&plan(Budget::Cpu, Family::Bezier64)).unwrap(), text);
     }
 }

@@ -45,15 +45,16 @@ pub fn run<E: Experiment>(
 }
 
 /// Every run's folder name and plan, checked before the first begins.
-fn places<E: Experiment>(
+pub(super) fn places<E: Experiment>(
     columns: &[Column<E::Plan>],
     shared: &Shared,
     changes: &[String],
 ) -> Result<Vec<Place<E::Plan>>, CliError> {
-    // A sweep compares with and without warm-up; a plain run has what it is told.
-    let warmups: BTreeSet<u64> = match shared.warmup {
-        Some(warmup) if shared.sweeps() => [0, warmup].into(),
-        other => [other.unwrap_or(0)].into(),
+    // A sweep compares with and without warm-up; a plain run has what it is told, or the budget's.
+    let warmups: BTreeSet<Option<u64>> = match shared.warmup {
+        Some(warmup) if shared.sweeps() => [Some(0), Some(warmup)].into(),
+        None if shared.sweeps() => [Some(0)].into(),
+        told => [told].into(),
     };
     let methods = Method::ALL.into_iter().filter(|m| shared.methods.is_empty() || shared.methods.contains(m));
     let mut places = Vec::new();
@@ -63,13 +64,17 @@ fn places<E: Experiment>(
                 for warmup in &warmups {
                     let mut plan = column.plan.clone();
                     let training = plan.training_mut();
-                    (training.method, training.seed, training.warmup) = (method, shared.seed, *warmup);
-                    training.iterations = shared.iterations.unwrap_or(training.iterations);
+                    (training.method, training.seed) = (method, shared.seed);
+                    let iterations = shared.iterations.unwrap_or(training.iterations);
+                    // The budget's keeps its share of the iterations.
+                    let share = training.warmup * iterations / training.iterations;
+                    (training.iterations, training.warmup) = (iterations, warmup.unwrap_or(share));
                     training.learning_rate = rate.unwrap_or(training.learning_rate);
                     let plan: E::Plan = overrides::apply(plan, changes)?;
                     plan.check()?;
+                    let warmup = plan.training().warmup;
                     let rate = rate.map_or(String::new(), |rate| format!("-rate-{rate:e}"));
-                    let rise = if *warmup > 0 { format!("-warmup-{warmup}") } else { String::new() };
+                    let rise = if warmup > 0 { format!("-warmup-{warmup}") } else { String::new() };
                     let name = format!("{}-{method}{rate}{rise}-{}", column.key, shared.seed);
                     places.push(Place { name, column: column.key.clone(), title: column.title.clone(), plan });
                 }
