@@ -9,7 +9,7 @@ use std::path::Path;
 
 use lifelike_learn::LearnError;
 use lifelike_learn::representation::latent::Codes;
-use lifelike_learn::representation::spline_prior::{WindowSequences, prior_of};
+use lifelike_learn::representation::spline_prior::WindowSequences;
 use lifelike_learn::representation::spline_transformer::{HeldOut, SequencePlan, SequenceTrainer, Sequences, run};
 use lifelike_learn::representation::{
     MotionPrior, PriorClip, PriorTrainer, Recipe, SplinePriorPlan, WindowPlan, dataset,
@@ -72,7 +72,7 @@ fn codes_of_training(trainer: &SequenceTrainer<WindowSequences>, prior: &MotionP
 #[test]
 fn codes_are_the_networks_control_points_by_their_mean_and_spread() {
     let trainer = trained(&small());
-    let prior = prior_of(&trainer).unwrap();
+    let prior = MotionPrior::of_spline(&trainer).unwrap();
     assert_eq!(prior.latent_size(), SIZE);
     let codes = codes_of_training(&trainer, &prior);
     let (points, _) = by_hand(&trainer);
@@ -90,7 +90,7 @@ fn codes_are_the_networks_control_points_by_their_mean_and_spread() {
 #[test]
 fn codes_of_the_training_windows_have_mean_0_and_spread_1() {
     let trainer = trained(&small());
-    let codes = codes_of_training(&trainer, &prior_of(&trainer).unwrap());
+    let codes = codes_of_training(&trainer, &MotionPrior::of_spline(&trainer).unwrap());
     for i in 0..SIZE {
         let (mean, spread) = column(&codes, i);
         assert!(mean.abs() < 1e-5 && (spread - 1.0).abs() < 1e-5, "number {i}: mean {mean}, spread {spread}");
@@ -116,7 +116,7 @@ fn a_network_that_says_nothing_gives_codes_of_nothing() {
     }
     checkpoint = silent;
     let trainer = SequenceTrainer::resume(&checkpoint, sequences(&plan, clips())).unwrap();
-    let prior = prior_of(&trainer).unwrap();
+    let prior = MotionPrior::of_spline(&trainer).unwrap();
     assert!(prior.encode_clip(&clip(0, 10).frames).unwrap().iter().all(|z| *z == 0.0));
 }
 
@@ -125,9 +125,9 @@ fn decoding_is_the_networks_and_it_learns() {
     let training = SequencePlan { iterations: 250, batch: 16, width: 32, latent: 8, ..small().training };
     let plan = SplinePriorPlan { training, ..small() };
     let before = SequenceTrainer::new(plan.training.clone(), sequences(&plan, clips())).unwrap();
-    let before = prior_of(&before).unwrap().reconstruct(before.data().watched()).unwrap();
+    let before = MotionPrior::of_spline(&before).unwrap().reconstruct(before.data().watched()).unwrap();
     let trainer = trained(&plan);
-    let prior = prior_of(&trainer).unwrap();
+    let prior = MotionPrior::of_spline(&trainer).unwrap();
     let after = prior.reconstruct(trainer.data().watched()).unwrap();
     assert_eq!(after.windows, 120, "the clip that was held out");
     assert!(after.centre.joints_deg < 0.6 * before.centre.joints_deg, "{before:?}\n{after:?}");
@@ -148,7 +148,7 @@ fn decoding_is_the_networks_and_it_learns() {
 fn a_file_is_the_prior_bit_for_bit() {
     let folder = tempfile::tempdir().unwrap();
     let (one, two) = (folder.path().join("one"), folder.path().join("two"));
-    let prior = prior_of(&trained(&small())).unwrap();
+    let prior = MotionPrior::of_spline(&trained(&small())).unwrap();
     prior.save(&one).unwrap();
     let loaded = MotionPrior::load(&one).unwrap();
     loaded.save(&two).unwrap();
@@ -168,7 +168,7 @@ fn a_file_is_the_prior_bit_for_bit() {
 
 #[test]
 fn what_does_not_fit_is_told() {
-    let prior = prior_of(&trained(&small())).unwrap();
+    let prior = MotionPrior::of_spline(&trained(&small())).unwrap();
     let mut frames = clip(0, 10).frames;
     frames[7].joint_positions.pop();
     let error = prior.encode_clip(&frames).unwrap_err().to_string();
@@ -193,7 +193,7 @@ fn a_run_that_was_stopped_is_the_run_it_would_have_been() {
             if now.iteration < stop { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
         });
         let file = folder.path().join(format!("{name}.prior"));
-        prior_of(&trainer.unwrap()).unwrap().save(&file).unwrap();
+        MotionPrior::of_spline(&trainer.unwrap()).unwrap().save(&file).unwrap();
         (std::fs::read(file).unwrap(), std::fs::read(Path::new(&to).join("metrics.jsonl")).unwrap())
     };
     let whole = go("whole", u64::MAX);

@@ -12,7 +12,8 @@ use lifelike_nn::numbers::read;
 use super::dataset::{PriorClip, Windows, normalized_window};
 use super::plan::PriorPlan;
 use super::reconstruction::{ErrorSums, ReconstructionReport};
-use super::spline_prior::{SplineCoder, SplinePriorPlan};
+use super::spline_prior::{SplineCoder, SplinePriorPlan, WindowSequences};
+use super::spline_transformer::SequenceTrainer;
 use super::statistics::FeatureStatistics;
 use super::vae::MotionVae;
 use super::window_plan::WindowPlan;
@@ -70,13 +71,19 @@ impl MotionPrior {
         Self { windows, layout, statistics, coder }
     }
 
-    pub(super) fn of_spline(
-        windows: WindowPlan,
-        layout: FeatureLayout,
-        statistics: FeatureStatistics,
-        coder: SplineCoder,
-    ) -> Self {
-        Self { windows, layout, statistics, coder: Coder::Spline(Box::new(coder)) }
+    /// The prior as the training of a Spline-based Transformer stands. Goes through all training windows, for the scale of the codes.
+    ///
+    /// # Errors
+    /// The device does not hand out its numbers.
+    pub fn of_spline(trainer: &SequenceTrainer<WindowSequences>) -> Result<Self, LearnError> {
+        let data = trainer.data();
+        let plan = SplinePriorPlan { windows: *data.plan(), training: trainer.plan().clone() };
+        let coder = SplineCoder::of(plan, trainer.network(), data)?;
+        Ok(Self::with_spline(data.layout().clone(), data.statistics().clone(), coder))
+    }
+
+    fn with_spline(layout: FeatureLayout, statistics: FeatureStatistics, coder: SplineCoder) -> Self {
+        Self { windows: coder.plan().windows, layout, statistics, coder: Coder::Spline(Box::new(coder)) }
     }
 
     /// The windows that it was trained on and encodes.
@@ -250,7 +257,7 @@ impl MotionPrior {
         let statistics = FeatureStatistics::load_from(checkpoint, layout.size())?;
         if kind == SPLINE {
             let coder = SplineCoder::load_from(checkpoint, layout.size())?;
-            return Ok(Self::of_spline(coder.plan().windows, layout, statistics, coder));
+            return Ok(Self::with_spline(layout, statistics, coder));
         }
         let plan: PriorPlan = checkpoint.meta("plan")?;
         plan.check()?;

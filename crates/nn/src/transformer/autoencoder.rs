@@ -5,7 +5,7 @@ use burn::tensor::{Device, Tensor};
 
 use super::alibi;
 use super::block::Stack;
-use super::config::AutoencoderConfig;
+use super::config::{AutoencoderConfig, NetworkError};
 use super::heads::{Affine, InputHead};
 use super::latent::LatentTokens;
 use super::sampling::Sampling;
@@ -42,9 +42,19 @@ pub struct SplineAutoencoder {
     pub(crate) heads: usize,
 }
 
+impl AutoencoderConfig {
+    /// The network, its weights from streams addressed by `seed` and `purpose`.
+    ///
+    /// # Errors
+    /// Sizes that do not make a network.
+    pub fn init(&self, seed: u64, purpose: &str, device: &Device) -> Result<SplineAutoencoder, NetworkError> {
+        self.check()?;
+        Ok(SplineAutoencoder::new(self, seed, purpose, device))
+    }
+}
+
 impl SplineAutoencoder {
-    /// Called by [`AutoencoderConfig::init`], which has checked the sizes.
-    pub(crate) fn new(config: &AutoencoderConfig, seed: u64, purpose: &str, device: &Device) -> Self {
+    fn new(config: &AutoencoderConfig, seed: u64, purpose: &str, device: &Device) -> Self {
         let (c, d) = (config.width, config.latent);
         let name = |part: &str| format!("{purpose}.{part}");
         let stack = |part: &str| Stack::new(config.layers, [c, config.heads, config.factor], seed, &name(part), device);

@@ -1,9 +1,7 @@
-//! What a [`SplineAutoencoder`] looks like.
+//! What a [`super::SplineAutoencoder`] looks like.
 
-use burn::tensor::Device;
 use serde::{Deserialize, Serialize};
 
-use super::autoencoder::SplineAutoencoder;
 use super::latent::LatentTokens;
 use crate::spline::Spline;
 
@@ -55,11 +53,11 @@ impl AutoencoderConfig {
         self
     }
 
-    /// The network, its weights from streams addressed by `seed` and `purpose`.
+    /// Checks the sizes.
     ///
     /// # Errors
     /// A size is zero, or the heads do not divide the width.
-    pub fn init(&self, seed: u64, purpose: &str, device: &Device) -> Result<SplineAutoencoder, NetworkError> {
+    pub fn check(&self) -> Result<(), NetworkError> {
         let sizes = [
             (self.inputs, "inputs"),
             (self.latent, "latent"),
@@ -74,6 +72,6 @@ impl AutoencoderConfig {
         if !self.width.is_multiple_of(self.heads) {
             return Err(NetworkError::Heads { heads: self.heads, width: self.width });
         }
-        Ok(SplineAutoencoder::new(self, seed, purpose, device))
+        Ok(())
     }
 }

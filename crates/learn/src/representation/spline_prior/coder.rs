@@ -28,7 +28,7 @@ pub(in crate::representation) struct SplineCoder {
 
 impl SplineCoder {
     /// With the scale of the codes of all training windows.
-    pub(super) fn of(
+    pub(in crate::representation) fn of(
         plan: SplinePriorPlan,
         network: &SplineAutoencoder,
         data: &WindowSequences,

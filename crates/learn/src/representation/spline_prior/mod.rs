@@ -2,7 +2,7 @@
 //! points of their latent curve. The thesis names both and does not try this.
 //!
 //! The main path: a [`SplinePriorPlan`] and clips → [`WindowSequences`] → [`super::spline_transformer::SequenceTrainer`] →
-//! [`prior_of`], a [`super::MotionPrior`] like any other.
+//! [`super::MotionPrior::of_spline`], a prior like any other.
 //!
 //! A VAE's codes are about standard normal, because its loss asks for it. Nothing asks control points for a scale, and what a
 //! policy sees should have one, so every number of z_t is a control point's less its mean and by its spread over the training
@@ -16,18 +16,3 @@ pub use plan::SplinePriorPlan;
 pub use sequences::WindowSequences;
 
 pub(super) use coder::SplineCoder;
-
-use super::prior::MotionPrior;
-use super::spline_transformer::SequenceTrainer;
-use crate::LearnError;
-
-/// The prior as a training stands. Goes through all training windows, for the scale of the codes.
-///
-/// # Errors
-/// The device does not hand out its numbers.
-pub fn prior_of(trainer: &SequenceTrainer<WindowSequences>) -> Result<MotionPrior, LearnError> {
-    let data = trainer.data();
-    let plan = SplinePriorPlan { windows: *data.plan(), training: trainer.plan().clone() };
-    let coder = SplineCoder::of(plan, trainer.network(), data)?;
-    Ok(MotionPrior::of_spline(*data.plan(), data.layout().clone(), data.statistics().clone(), coder))
-}

@@ -1,6 +1,7 @@
 //! The Spline-based Transformer as the prior: its run is that of any sequence autoencoder.
 
-use lifelike_learn::representation::spline_prior::{SplinePriorPlan, WindowSequences, prior_of};
+use lifelike_learn::representation::MotionPrior;
+use lifelike_learn::representation::spline_prior::{SplinePriorPlan, WindowSequences};
 use lifelike_motion::FeatureLayout;
 
 use super::{Job, Trained};
@@ -19,7 +20,7 @@ pub fn train(
     let data = WindowSequences::new(plan.windows, training.seed, layout.clone(), job.training, job.held_out)?;
     let run = Training { folder: job.folder, plan: job.plan, training, device: &job.device, minutes: None };
     let (trainer, interrupted) = run.run(data, output, |now| format!("mean squared error {:.4}", now.loss))?;
-    let prior = prior_of(&trainer)?;
+    let prior = MotionPrior::of_spline(&trainer)?;
     let report = prior.reconstruct(trainer.data().watched())?;
     let (iterations, parameters) = (trainer.iteration(), trainer.parameters());
     Ok(Trained { prior, report, iterations, parameters, interrupted })
