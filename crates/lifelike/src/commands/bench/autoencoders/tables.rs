@@ -58,8 +58,9 @@ fn rates(runs: &[Run], words: &Words) -> Table {
             Cell::number(spread, 3),
         ]);
     }
-    table.caption = "Errors of validation, for choosing a rate: a sweep never looks at the test set. Spread: root mean square distance of control points from the mean of their sequence's. Where it nears 0 they are \
-                     one point, the thesis' collapse; one control point, as the baselines have, has none."
+    table.caption = "Errors of validation, for choosing a rate: a sweep never looks at the test set. Spread: root mean square distance of \
+                     control points from the mean of their sequence's. Where it nears 0 they are one point, the thesis' collapse; one \
+                     control point, as the baselines have, has none."
         .into();
     table
 }
