@@ -54,7 +54,7 @@ fn any_folder_of_images_will_do_and_a_bad_one_is_named() {
     let folder = tempfile::tempdir().unwrap();
     let (at, images) = (folder.path().join("runs"), folder.path().join("images"));
     let dir = images.to_str().unwrap();
-    let jpeg = include_bytes!("../../learn/tests/fixtures/two-colours.jpg");
+    let jpeg = include_bytes!("../../sequences/tests/fixtures/two-colours.jpg");
     for (part, count) in [("train/a", 6), ("test", 3)] {
         std::fs::create_dir_all(images.join(part)).unwrap();
         (0..count).for_each(|i| std::fs::write(images.join(part).join(format!("{i}.jpg")), jpeg).unwrap());

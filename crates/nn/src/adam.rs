@@ -7,9 +7,10 @@ use std::collections::BTreeMap;
 use burn::module::{Module, ModuleMapper, Param};
 use burn::tensor::{Device, Tensor};
 
-use crate::checkpoint::{Checkpoint, CheckpointError};
+use crate::checkpoint::ModuleCheckpoint;
 use crate::gradients::Gradients;
 use crate::names::{Path, parameters};
+use lifelike_checkpoint::{Checkpoint, CheckpointError};
 
 /// Which of the two rules.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]

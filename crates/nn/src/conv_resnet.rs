@@ -8,7 +8,8 @@ use burn::tensor::activation::relu;
 use burn::tensor::module::layer_norm;
 use burn::tensor::{Device, Tensor};
 
-use crate::{init, rng};
+use crate::init;
+use lifelike_checkpoint::rng;
 
 /// PyTorch's default.
 const EPSILON: f64 = 1e-5;

@@ -62,7 +62,7 @@ pub fn normal(rng: &mut ChaCha8Rng, count: usize, deviation: f64) -> Vec<f32> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::rng::stream;
+    use lifelike_checkpoint::rng::stream;
 
     #[test]
     fn the_shorter_side_is_orthonormal_times_gain() {

@@ -1,15 +1,15 @@
 //! Floor 3, beside the simulation: network blocks, losses, schedules, checkpoints and addressed randomness.
 //!
-//! Imports none of our other crates.
+//! Imports none of our other crates but `checkpoint`.
 //!
 //! The main path: [`mlp::MlpConfig::init`], [`conv_resnet`] or [`transformer::AutoencoderConfig::init`] → a loss
 //! ([`losses`]) → [`gradients::Gradients::of`] (or a hand-written one: [`backprop`], [`transformer::backprop`]) →
-//! [`adam::Adam::step`] with a rate from [`schedules`] → [`checkpoint::Checkpoint::save`]. Names, not positions, tie
+//! [`adam::Adam::step`] with a rate from [`schedules`] → [`lifelike_checkpoint::Checkpoint::save`]. Names, not positions, tie
 //! parameters, gradients, moments and files together.
 
 pub mod adam;
 pub mod backprop;
-pub mod checkpoint;
+mod checkpoint;
 pub mod conv_resnet;
 pub mod device;
 pub mod elu;
@@ -21,9 +21,9 @@ pub mod mlp;
 mod names;
 pub mod normalizer;
 pub mod numbers;
-pub mod rng;
 pub mod schedules;
 pub mod spline;
 pub mod transformer;
 
+pub use checkpoint::ModuleCheckpoint;
 pub use names::parameters;

@@ -5,7 +5,8 @@ use burn::nn::Linear;
 use burn::tensor::{Device, Tensor};
 
 use crate::elu::elu;
-use crate::{device, init, rng};
+use crate::{device, init};
+use lifelike_checkpoint::rng;
 
 /// What an [`Mlp`] looks like.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]

@@ -1,6 +1,6 @@
 //! Running normalization of observations (thesis 4.3.1: "observations are normalized using a running mean").
 
-use crate::checkpoint::{Checkpoint, CheckpointError};
+use lifelike_checkpoint::{Checkpoint, CheckpointError};
 
 /// Variance below which a dimension is treated as constant and only centred.
 const MIN_VARIANCE: f64 = 1e-8;

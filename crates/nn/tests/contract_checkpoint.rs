@@ -4,7 +4,8 @@
 
 use burn::module::Module;
 use burn::tensor::Tensor;
-use lifelike_nn::checkpoint::{Checkpoint, CheckpointError};
+use lifelike_checkpoint::{Checkpoint, CheckpointError};
+use lifelike_nn::ModuleCheckpoint;
 use lifelike_nn::device;
 use lifelike_nn::mlp::{Mlp, MlpConfig};
 
@@ -15,7 +16,7 @@ fn network(seed: u64) -> Mlp {
 fn bits(module: &Mlp) -> Vec<u32> {
     let mut c = Checkpoint::new();
     c.put_module("m", module).unwrap();
-    let read = |(name, e): (&String, &lifelike_nn::checkpoint::Entry)| c.f32s(name, e.shape()).unwrap();
+    let read = |(name, e): (&String, &lifelike_checkpoint::Entry)| c.f32s(name, e.shape()).unwrap();
     c.entries().iter().flat_map(read).map(f32::to_bits).collect()
 }
 

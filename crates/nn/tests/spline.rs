@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used)]
 
-use lifelike_nn::rng;
+use lifelike_checkpoint::rng;
 use lifelike_nn::spline::{BSpline, CubicBezier, Joints, Spline, SplineError, refined, uniform};
 use rand::Rng;
 

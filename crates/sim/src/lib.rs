@@ -13,6 +13,8 @@ pub mod mujoco;
 pub mod randomization;
 mod rows;
 pub mod terrain;
+#[cfg(feature = "testing")]
+pub mod testing;
 pub mod throughput;
 
 use std::sync::Arc;

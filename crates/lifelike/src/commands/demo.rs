@@ -4,9 +4,9 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
 
-use lifelike_learn::evaluation::EvaluationOptions;
-use lifelike_learn::tracking::Policy;
+use lifelike_evaluation::EvaluationOptions;
 use lifelike_robot::Robot;
+use lifelike_tracking::Policy;
 use serde_json::json;
 
 use crate::commands::clips;

@@ -3,12 +3,12 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use lifelike_learn::evaluation::explain::{self, Explanation};
-use lifelike_learn::evaluation::{Evaluation, EvaluationOptions, evaluate};
-use lifelike_learn::report::{ReportBuilder, Table};
-use lifelike_learn::tracking::Policy;
+use lifelike_evaluation::explain::{self, Explanation};
+use lifelike_evaluation::{Evaluation, EvaluationOptions, evaluate};
 use lifelike_motion::{MotionClip, container};
+use lifelike_report::{ReportBuilder, Table};
 use lifelike_robot::Robot;
+use lifelike_tracking::Policy;
 
 use crate::commands::clips;
 use crate::commands::motion::container_in;

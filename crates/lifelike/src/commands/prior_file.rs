@@ -2,13 +2,12 @@
 
 use std::path::Path;
 
-use lifelike_learn::LearnError;
-use lifelike_learn::representation::{MotionPrior, PriorClip};
-use lifelike_learn::tracking::{Encode, Policy};
 use lifelike_motion::features::frames_of;
 use lifelike_motion::resample::resample;
 use lifelike_motion::{FeatureLayout, Frame, MotionClip};
+use lifelike_representation::{MotionPrior, PriorClip};
 use lifelike_robot::Robot;
+use lifelike_tracking::{Encode, Policy, TrackerError};
 use sha2::{Digest, Sha256};
 
 use crate::error::CliError;
@@ -114,15 +113,19 @@ impl Encode for Prior {
         self.prior.latent_size()
     }
 
-    fn encode(&self, clip: &MotionClip, frames: &[Frame], fps: f64) -> Result<Vec<f32>, LearnError> {
+    fn encode(&self, clip: &MotionClip, frames: &[Frame], fps: f64) -> Result<Vec<f32>, TrackerError> {
         let rate = self.prior.plan().frame_rate;
         if (rate - fps).abs() > 1e-9 {
-            return Err(LearnError::Mismatch {
+            return Err(TrackerError::Mismatch {
                 what: format!("clip '{}' for the prior (frames per second)", clip.name),
                 expected: rate.to_string(),
                 got: fps.to_string(),
             });
         }
-        self.prior.encode_clip(frames)
+        self.prior.encode_clip(frames).map_err(|error| TrackerError::Mismatch {
+            what: format!("clip '{}'", clip.name),
+            expected: "frames that the prior encodes".into(),
+            got: error.to_string(),
+        })
     }
 }

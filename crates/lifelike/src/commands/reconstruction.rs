@@ -1,7 +1,7 @@
 //! Reconstruction errors of a prior, as people and scripts read them.
 
-use lifelike_learn::representation::ReconstructionReport;
-use lifelike_learn::representation::reconstruction::Errors;
+use lifelike_representation::ReconstructionReport;
+use lifelike_representation::reconstruction::Errors;
 use serde_json::{Value, json};
 
 /// Heads of the columns of [`row`].

@@ -3,7 +3,8 @@
 use std::time::Instant;
 
 use burn::tensor::{Tensor, TensorData};
-use lifelike_nn::{device, init, rng};
+use lifelike_checkpoint::rng;
+use lifelike_nn::{device, init};
 
 /// Random numbers on the training device.
 pub fn random<const D: usize>(shape: [usize; D]) -> Tensor<D> {

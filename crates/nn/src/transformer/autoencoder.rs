@@ -9,8 +9,9 @@ use super::config::{AutoencoderConfig, NetworkError};
 use super::heads::{Affine, InputHead};
 use super::latent::LatentTokens;
 use super::sampling::Sampling;
+use crate::init;
 use crate::spline::SplineError;
-use crate::{init, rng};
+use lifelike_checkpoint::rng;
 
 /// A sequence to a few latent control points and back.
 ///

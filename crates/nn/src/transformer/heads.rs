@@ -4,7 +4,8 @@ use burn::module::{Module, Param};
 use burn::tensor::activation::gelu;
 use burn::tensor::{Device, Tensor};
 
-use crate::{init, rng};
+use crate::init;
+use lifelike_checkpoint::rng;
 
 /// A linear map and a bias, the same for every token. `weight` is `[inputs, outputs]`.
 #[derive(Module, Debug)]

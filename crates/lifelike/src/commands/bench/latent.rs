@@ -2,13 +2,13 @@
 
 use std::path::{Path, PathBuf};
 
-use lifelike_learn::representation::dataset::Windows;
-use lifelike_learn::representation::latent::codes::features_of;
-use lifelike_learn::representation::latent::{Codes, Encoded, LatentScore, comparison};
-use lifelike_learn::representation::{MotionPrior, ReconstructionReport};
-use lifelike_learn::tracking::{Policy, ReferenceLibrary};
 use lifelike_motion::MotionClip;
+use lifelike_representation::dataset::Windows;
+use lifelike_representation::latent::codes::features_of;
+use lifelike_representation::latent::{Codes, Encoded, LatentScore, comparison};
+use lifelike_representation::{MotionPrior, ReconstructionReport};
 use lifelike_robot::Robot;
+use lifelike_tracking::{Policy, ReferenceLibrary};
 use serde_json::{Value, json};
 
 use crate::commands::reconstruction::{self, HEAD};

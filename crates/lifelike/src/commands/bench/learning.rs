@@ -4,9 +4,9 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Instant;
 
-use lifelike_learn::tracking::TrackerPlan;
-use lifelike_learn::tracking::collective::Alone;
 use lifelike_nn::device::Processor;
+use lifelike_tracking::TrackerPlan;
+use lifelike_train::collective::Alone;
 use serde::Serialize;
 
 use super::machine;

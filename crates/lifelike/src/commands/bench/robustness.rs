@@ -3,11 +3,11 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use lifelike_learn::evaluation::EvaluationOptions;
-use lifelike_learn::evaluation::robustness::{Disturbance, Robustness, RobustnessOptions, sweep};
-use lifelike_learn::report::ReportBuilder;
-use lifelike_learn::tracking::Policy;
+use lifelike_evaluation::EvaluationOptions;
+use lifelike_evaluation::robustness::{Disturbance, Robustness, RobustnessOptions, sweep};
+use lifelike_report::ReportBuilder;
 use lifelike_robot::Robot;
+use lifelike_tracking::Policy;
 
 use crate::commands::physics::{self, Physics};
 use crate::commands::prior_file::Prior;

@@ -4,11 +4,11 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use lifelike_learn::evaluation::{ClipScore, EvaluationOptions};
-use lifelike_learn::report::{Cell, Column, Table};
-use lifelike_learn::run::{RunFolder, read_metrics};
-use lifelike_learn::tracking::{Policy, TrackerPlan};
+use lifelike_evaluation::{ClipScore, EvaluationOptions};
+use lifelike_report::run::{RunFolder, read_metrics};
+use lifelike_report::{Cell, Column, Table};
 use lifelike_robot::Robot;
+use lifelike_tracking::{Policy, TrackerPlan};
 use serde::{Deserialize, Serialize};
 use tracing::info;
 

@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
-use lifelike_learn::representation::spline_transformer::SequencePlan;
-use lifelike_learn::representation::{MotionPrior, Recipe};
-use lifelike_learn::tracking::PolicyHeader;
-use lifelike_nn::checkpoint::Checkpoint;
+use lifelike_checkpoint::Checkpoint;
+use lifelike_representation::spline_transformer::SequencePlan;
+use lifelike_representation::{MotionPrior, Recipe};
+use lifelike_tracking::PolicyHeader;
 use serde_json::{Value, json};
 
 use crate::error::CliError;

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use lifelike_learn::run::RunFolder;
+use lifelike_report::run::RunFolder;
 use serde_json::json;
 
 use crate::error::CliError;

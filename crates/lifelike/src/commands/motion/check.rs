@@ -2,8 +2,8 @@
 
 use std::path::PathBuf;
 
-use lifelike_learn::report::{Cell, Column, Table, Tone};
 use lifelike_motion::feasibility::{Feasibility, Kind, check};
+use lifelike_report::{Cell, Column, Table, Tone};
 use lifelike_robot::Robot;
 use rayon::prelude::*;
 use serde_json::json;

@@ -6,10 +6,10 @@ mod points;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
-use lifelike_learn::representation::latent::footing::{Footing, footing};
-use lifelike_learn::representation::motion_spline::{Edit, MotionSpline, Playing, SplinedClip};
 use lifelike_motion::MotionClip;
 use lifelike_motion::edit::settle;
+use lifelike_representation::latent::footing::{Footing, footing};
+use lifelike_representation::motion_spline::{Edit, MotionSpline, Playing, SplinedClip};
 use serde::Serialize;
 use serde_json::json;
 

@@ -2,13 +2,13 @@
 
 use std::path::{Path, PathBuf};
 
-use lifelike_learn::report::{Playback, ReportBuilder};
-use lifelike_learn::representation::MotionPrior;
-use lifelike_learn::representation::latent::Codes;
-use lifelike_learn::representation::latent::footing::{Footing, footing};
-use lifelike_learn::representation::latent::interpolation::{Blend, interpolate};
-use lifelike_learn::representation::latent::unroll::Unrolled;
 use lifelike_motion::{MotionClip, Provenance, container};
+use lifelike_report::{Playback, ReportBuilder};
+use lifelike_representation::MotionPrior;
+use lifelike_representation::latent::Codes;
+use lifelike_representation::latent::footing::{Footing, footing};
+use lifelike_representation::latent::interpolation::{Blend, interpolate};
+use lifelike_representation::latent::unroll::Unrolled;
 use lifelike_robot::Robot;
 use serde::Serialize;
 use serde_json::json;

@@ -7,10 +7,10 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 use std::time::Instant;
 
-use lifelike_learn::report::{Playback, ReportBuilder};
 use lifelike_motion::formats::{CaptionTable, ReadOptions};
 use lifelike_motion::retarget::{RetargetOptions, RetargetReport, retarget};
 use lifelike_motion::{MotionError, container, dataset};
+use lifelike_report::{Playback, ReportBuilder};
 use lifelike_robot::Robot;
 use rayon::prelude::*;
 

@@ -2,9 +2,9 @@
 
 use std::path::PathBuf;
 
-use lifelike_learn::representation::latent::Codes;
-use lifelike_learn::representation::latent::search::{Hit, Origin, SearchSpec, search};
 use lifelike_motion::MotionClip;
+use lifelike_representation::latent::Codes;
+use lifelike_representation::latent::search::{Hit, Origin, SearchSpec, search};
 use lifelike_robot::Robot;
 use serde_json::{Value, json};
 

@@ -5,12 +5,10 @@ mod vae;
 
 use std::path::{Path, PathBuf};
 
-use lifelike_learn::representation::dataset::split;
-use lifelike_learn::representation::{
-    MotionPrior, PriorClip, PriorPlan, ReconstructionReport, SplinePriorPlan, WindowPlan,
-};
-use lifelike_learn::run::RunFolder;
 use lifelike_nn::device::Device;
+use lifelike_report::run::RunFolder;
+use lifelike_representation::dataset::split;
+use lifelike_representation::{MotionPrior, PriorClip, PriorPlan, ReconstructionReport, SplinePriorPlan, WindowPlan};
 use lifelike_robot::Robot;
 use serde::{Deserialize, Serialize};
 use serde_json::json;

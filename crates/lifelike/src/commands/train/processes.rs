@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use lifelike_learn::tracking::collective::{Alone, Collective};
+use lifelike_train::collective::{Alone, Collective};
 
 use crate::error::CliError;
 
@@ -28,7 +28,7 @@ pub fn all() -> Result<Arc<dyn Collective>, CliError> {
 
 #[cfg(feature = "mpi")]
 fn together(_: usize) -> Result<Arc<dyn Collective>, CliError> {
-    Ok(Arc::new(lifelike_learn::tracking::collective::mpi::Mpi::start()?))
+    Ok(Arc::new(lifelike_train::collective::mpi::Mpi::start()?))
 }
 
 #[cfg(not(feature = "mpi"))]

@@ -5,10 +5,8 @@ use std::path::Path;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
 
-use lifelike_learn::representation::spline_transformer::{
-    SequenceMetrics, SequencePlan, SequenceTrainer, Sequences, run,
-};
 use lifelike_nn::device::Device;
+use lifelike_representation::spline_transformer::{SequenceMetrics, SequencePlan, SequenceTrainer, Sequences, run};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use lifelike_learn::run::RunFolder;
+use lifelike_report::run::RunFolder;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 

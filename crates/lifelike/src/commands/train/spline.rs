@@ -1,8 +1,6 @@
 //! `lifelike train spline`: a robot's motion as a few control points, for `lifelike motion edit`.
 
-use lifelike_learn::representation::motion_spline::{
-    ClipErrors, MotionSpline, MotionSplinePlan, SplinedClip, SplitClips,
-};
+use lifelike_representation::motion_spline::{ClipErrors, MotionSpline, MotionSplinePlan, SplinedClip, SplitClips};
 use lifelike_robot::Robot;
 use serde_json::json;
 

@@ -3,11 +3,11 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use lifelike_learn::report::{Cell, Column, ReportBuilder, Table, curves_from};
-use lifelike_learn::run::RunFolder;
-use lifelike_learn::tracking::collective::Collective;
-use lifelike_learn::tracking::{ClipProgress, ReferenceLibrary, Summary, TrackerPlan, Trainer};
+use lifelike_report::run::RunFolder;
+use lifelike_report::{Cell, Column, ReportBuilder, Table, curves_from};
 use lifelike_robot::Robot;
+use lifelike_tracking::{ClipProgress, ReferenceLibrary, Summary, TrackerPlan, Trainer};
+use lifelike_train::collective::Collective;
 use serde_json::json;
 
 use super::hardware::Hardware;

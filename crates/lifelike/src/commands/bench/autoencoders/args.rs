@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 use std::str::FromStr;
 
-use lifelike_learn::LearnError;
-use lifelike_learn::representation::spline_transformer::Method;
+use lifelike_representation::RepresentationError;
+use lifelike_representation::spline_transformer::Method;
 
 use super::budget::Budget;
 use crate::commands::train::hardware::Networks;
@@ -82,7 +82,7 @@ impl FromStr for MethodRate {
     fn from_str(text: &str) -> Result<Self, String> {
         let (method, rate) = text.split_once('=').ok_or("expected METHOD=RATE, such as spline=0.01")?;
         let rate = rate.parse().map_err(|_| format!("expected a learning rate, got '{rate}'"))?;
-        Ok(Self { method: method.parse().map_err(|e: LearnError| e.to_string())?, rate })
+        Ok(Self { method: method.parse().map_err(|e: RepresentationError| e.to_string())?, rate })
     }
 }
 

@@ -1,7 +1,7 @@
 //! How much is spent on each run.
 
-use lifelike_learn::representation::spline_transformer::SequencePlan;
 use lifelike_nn::adam::Rule;
+use lifelike_representation::spline_transformer::SequencePlan;
 
 /// A plan for each experiment; methods never differ by it.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, clap::ValueEnum)]

@@ -1,8 +1,8 @@
 //! `lifelike bench curves`: plane curves (thesis 3.3.1, Table 3.1; 3.3.5).
 
-use lifelike_learn::LearnError;
-use lifelike_learn::report::Panel;
-use lifelike_learn::representation::spline_transformer::{CurveSequences, CurvesPlan, Family};
+use lifelike_report::Panel;
+use lifelike_sequences::SequencesError;
+use lifelike_sequences::{CurveSequences, CurvesPlan, Family};
 
 use super::args::Shared;
 use super::budget::Budget;
@@ -105,7 +105,7 @@ impl Experiment for Curves<'_> {
         Ok(())
     }
 
-    fn data((): &(), plan: &CurvesPlan) -> Result<CurveSequences, LearnError> {
+    fn data((): &(), plan: &CurvesPlan) -> Result<CurveSequences, SequencesError> {
         CurveSequences::new(plan)
     }
 

@@ -3,8 +3,9 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
-use lifelike_learn::representation::spline_transformer::{DataPlan, Method, SequenceMetrics, SequenceTrainer};
 use lifelike_nn::device::Device;
+use lifelike_representation::spline_transformer::{Method, SequenceMetrics, SequenceTrainer};
+use lifelike_sequences::DataPlan;
 use serde_json::json;
 use tracing::info;
 

@@ -3,9 +3,9 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use lifelike_learn::LearnError;
-use lifelike_learn::report::{Panel, Picture};
-use lifelike_learn::representation::spline_transformer::{ImageFolder, ImageSequences, ImagesPlan};
+use lifelike_report::{Panel, Picture};
+use lifelike_sequences::SequencesError;
+use lifelike_sequences::{ImageFolder, ImageSequences, ImagesPlan};
 use tracing::info;
 
 use super::args::{Latents, Shared};
@@ -100,7 +100,7 @@ impl Experiment for Images<'_> {
         Ok(Arc::new(images))
     }
 
-    fn data(source: &Arc<ImageFolder>, plan: &ImagesPlan) -> Result<ImageSequences, LearnError> {
+    fn data(source: &Arc<ImageFolder>, plan: &ImagesPlan) -> Result<ImageSequences, SequencesError> {
         ImageSequences::new(plan, source.clone())
     }
 

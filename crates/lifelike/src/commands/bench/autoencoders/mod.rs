@@ -15,9 +15,10 @@ mod tables;
 
 use std::collections::BTreeMap;
 
-use lifelike_learn::LearnError;
-use lifelike_learn::report::Panel;
-use lifelike_learn::representation::spline_transformer::{DataPlan, HeldOut, SequenceTrainer, Sequences};
+use lifelike_report::Panel;
+use lifelike_representation::spline_transformer::{HeldOut, SequenceTrainer, Sequences};
+use lifelike_sequences::DataPlan;
+use lifelike_sequences::SequencesError;
 
 use crate::error::CliError;
 use crate::output::Output;
@@ -50,7 +51,7 @@ pub trait Experiment {
     ///
     /// # Errors
     /// A plan that does not fit the source.
-    fn data(source: &Self::Source, plan: &Self::Plan) -> Result<Self::Data, LearnError>;
+    fn data(source: &Self::Source, plan: &Self::Plan) -> Result<Self::Data, SequencesError>;
 
     /// A test sequence and what came back of it, both `[tokens, width]`.
     fn shown(data: &Self::Data, x: &[f32], y: &[f32]) -> Shown;
@@ -59,7 +60,7 @@ pub trait Experiment {
     ///
     /// # Errors
     /// The device does not hand out its numbers.
-    fn also(_trainer: &SequenceTrainer<Self::Data>) -> Result<BTreeMap<String, f64>, LearnError> {
+    fn also(_trainer: &SequenceTrainer<Self::Data>) -> Result<BTreeMap<String, f64>, SequencesError> {
         Ok(BTreeMap::new())
     }
 }

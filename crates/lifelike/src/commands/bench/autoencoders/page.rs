@@ -1,7 +1,7 @@
 //! The page: tables, test sequences with what came back of them, and how the loss fell.
 
-use lifelike_learn::report::{Curve, Drawing, ReportBuilder};
-use lifelike_learn::representation::spline_transformer::run::Look;
+use lifelike_report::{Curve, Drawing, ReportBuilder};
+use lifelike_representation::spline_transformer::run::Look;
 
 use super::budget::Budget;
 use super::results::Run;

@@ -4,11 +4,12 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use lifelike_character::Role;
-use lifelike_learn::LearnError;
-use lifelike_learn::report::Panel;
-use lifelike_learn::representation::spline_transformer::humans::{self, FPS, SEGMENTS, WIDTH};
-use lifelike_learn::representation::spline_transformer::{HumansPlan, Recording, SequenceTrainer, Sequences, Windows};
 use lifelike_motion::formats::ReadOptions;
+use lifelike_report::Panel;
+use lifelike_representation::spline_transformer::{Recording, SequenceTrainer, Sequences, Windows};
+use lifelike_sequences::HumansPlan;
+use lifelike_sequences::SequencesError;
+use lifelike_sequences::humans::{self, FPS, SEGMENTS, WIDTH};
 use rayon::prelude::*;
 use tracing::info;
 
@@ -125,7 +126,7 @@ impl Experiment for People<'_> {
         Ok(recordings)
     }
 
-    fn data(source: &Vec<Recording>, plan: &HumansPlan) -> Result<Windows, LearnError> {
+    fn data(source: &Vec<Recording>, plan: &HumansPlan) -> Result<Windows, SequencesError> {
         plan.windows(source.clone())
     }
 
@@ -134,7 +135,7 @@ impl Experiment for People<'_> {
         Shown { truth: None, back: Panel { reference: lines(x), lines: lines(y), ..Panel::default() } }
     }
 
-    fn also(trainer: &SequenceTrainer<Windows>) -> Result<BTreeMap<String, f64>, LearnError> {
+    fn also(trainer: &SequenceTrainer<Windows>) -> Result<BTreeMap<String, f64>, SequencesError> {
         let data = trainer.data();
         let count = data.held_out_len(TABLE);
         let mut sum = 0.0;

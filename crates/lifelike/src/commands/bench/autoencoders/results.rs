@@ -3,11 +3,12 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use lifelike_learn::LearnError;
-use lifelike_learn::report::Panel;
-use lifelike_learn::representation::spline_transformer::run::{Look, looks};
-use lifelike_learn::representation::spline_transformer::{DataPlan, Method, SequenceTrainer, Sequences};
-use lifelike_learn::run::write_atomically;
+use lifelike_report::Panel;
+use lifelike_report::write_atomically;
+use lifelike_representation::spline_transformer::run::{Look, looks};
+use lifelike_representation::spline_transformer::{Method, SequenceTrainer, Sequences};
+use lifelike_sequences::DataPlan;
+use lifelike_sequences::SequencesError;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
@@ -127,7 +128,7 @@ fn measured<P: Serialize + DeserializeOwned + PartialEq + Clone, S: Sequences>(
     folder: &Path,
     plan: &P,
     trainer: &SequenceTrainer<S>,
-    measure: impl FnOnce() -> Result<Measured, LearnError>,
+    measure: impl FnOnce() -> Result<Measured, SequencesError>,
 ) -> Result<Measured, CliError> {
     let file = folder.join(FILE);
     let (iteration, data) = (trainer.iteration(), trainer.data().describe());
@@ -143,7 +144,7 @@ fn measured<P: Serialize + DeserializeOwned + PartialEq + Clone, S: Sequences>(
     Ok(kept.measured)
 }
 
-fn measure<E: Experiment>(trainer: &SequenceTrainer<E::Data>) -> Result<Measured, LearnError> {
+fn measure<E: Experiment>(trainer: &SequenceTrainer<E::Data>) -> Result<Measured, SequencesError> {
     let errors = trainer.errors(TABLE)?;
     let mut sorted = errors.each;
     sorted.sort_by(f64::total_cmp);
@@ -174,7 +175,7 @@ fn drawn<E: Experiment>(trainer: &SequenceTrainer<E::Data>) -> Result<Vec<Shown>
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
-    use lifelike_learn::representation::spline_transformer::{CurveSequences, CurvesPlan, Family};
+    use lifelike_sequences::{CurveSequences, CurvesPlan, Family};
 
     use super::*;
     use crate::commands::bench::autoencoders::budget::Budget;

@@ -1,8 +1,8 @@
 //! `lifelike bench strands`: strands of hair (thesis 3.3.4, Table 3.5).
 
-use lifelike_learn::LearnError;
-use lifelike_learn::report::Panel;
-use lifelike_learn::representation::spline_transformer::{StrandSequences, StrandsPlan};
+use lifelike_report::Panel;
+use lifelike_sequences::SequencesError;
+use lifelike_sequences::{StrandSequences, StrandsPlan};
 
 use super::args::{Latents, Shared};
 use super::budget::Budget;
@@ -86,7 +86,7 @@ impl Experiment for Strands<'_> {
         Ok(())
     }
 
-    fn data((): &(), plan: &StrandsPlan) -> Result<StrandSequences, LearnError> {
+    fn data((): &(), plan: &StrandsPlan) -> Result<StrandSequences, SequencesError> {
         StrandSequences::new(plan)
     }
 

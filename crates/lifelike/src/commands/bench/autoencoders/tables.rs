@@ -1,7 +1,7 @@
 //! The thesis' table with ours below it, what the runs were, and the sweep of learning rates.
 
-use lifelike_learn::report::{Cell, Column as Head, Table};
-use lifelike_learn::representation::spline_transformer::Method;
+use lifelike_report::{Cell, Column as Head, Table};
+use lifelike_representation::spline_transformer::Method;
 
 use super::results::Run;
 use super::{Column, Words};

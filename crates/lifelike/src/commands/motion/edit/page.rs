@@ -1,8 +1,8 @@
 //! The page of an edit: before and after to play, the latent curves (thesis Figs. 3.8, A.1, A.2), joints over time.
 
-use lifelike_learn::report::{Cell, Column, Curve, Drawing, Panel, Playback, ReportBuilder, Table};
-use lifelike_learn::representation::motion_spline::{MotionSpline, SplinedClip};
 use lifelike_motion::MotionClip;
+use lifelike_report::{Cell, Column, Curve, Drawing, Panel, Playback, ReportBuilder, Table};
+use lifelike_representation::motion_spline::{MotionSpline, SplinedClip};
 
 use super::Row;
 use crate::commands::motion::direct::Stage;

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use lifelike_learn::representation::motion_spline::{Segment, SplinedClip};
+use lifelike_representation::motion_spline::{Segment, SplinedClip};
 use serde::{Deserialize, Serialize};
 
 use crate::error::CliError;

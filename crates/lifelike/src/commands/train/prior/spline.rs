@@ -1,8 +1,8 @@
 //! The Spline-based Transformer as the prior: its run is that of any sequence autoencoder.
 
-use lifelike_learn::representation::MotionPrior;
-use lifelike_learn::representation::spline_prior::{SplinePriorPlan, WindowSequences};
 use lifelike_motion::FeatureLayout;
+use lifelike_representation::MotionPrior;
+use lifelike_representation::spline_prior::{SplinePriorPlan, WindowSequences};
 
 use super::{Job, Trained};
 use crate::commands::train::sequences::Training;

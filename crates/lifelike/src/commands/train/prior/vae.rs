@@ -4,9 +4,10 @@ use std::ops::ControlFlow;
 use std::path::Path;
 use std::sync::atomic::Ordering;
 
-use lifelike_learn::representation::{PriorPlan, PriorTrainer};
-use lifelike_learn::run::{MetricsWriter, RunFolder};
 use lifelike_motion::FeatureLayout;
+use lifelike_report::run::{MetricsWriter, RunFolder};
+use lifelike_representation::RepresentationError;
+use lifelike_representation::{PriorPlan, PriorTrainer};
 
 use super::{Job, Trained};
 use crate::error::CliError;
@@ -58,10 +59,10 @@ fn iterate(
             ("Gradient/norm", now.gradient_norm),
             ("Gradient/skipped", now.skipped as f64),
         ];
-        let mut done = metrics.log(now.iteration - 1, &values);
+        let mut done = metrics.log(now.iteration - 1, &values).map_err(RepresentationError::from);
         interrupted = stop.load(Ordering::SeqCst);
         if done.is_ok() && (interrupted || now.iteration == total || now.iteration % SAVE_EVERY == 0) {
-            done = metrics.sync().and_then(|_| trainer.save(checkpoint));
+            done = metrics.sync().map_err(RepresentationError::from).and_then(|_| trainer.save(checkpoint));
         }
         let ends = interrupted || done.is_err();
         failed = done.err();

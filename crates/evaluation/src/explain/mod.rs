@@ -1,0 +1,162 @@
+//! Why a policy fails on a clip, in plain words, and what smallest change of the clip would help.
+//!
+//! The main path: an [`Evaluation`](super::Evaluation) with falls → [`explain`] → an [`Explanation`] per clip: where and how it
+//! fell ([`Failure`]), what is wrong with the clip itself around that moment
+//! ([`feasibility`](lifelike_motion::feasibility)), and the mildest [`Remedy`] with which it survives from all starts, tried in
+//! physics.
+
+mod remedy;
+mod table;
+#[cfg(test)]
+mod tests;
+
+use std::sync::Arc;
+
+use lifelike_motion::MotionClip;
+use lifelike_motion::feasibility::{Finding, check};
+use lifelike_robot::Robot;
+use lifelike_sim::Simulation;
+
+use super::failure::Failure;
+use super::{Course, Evaluation, EvaluationOptions, Hardship};
+use crate::EvaluationError;
+use lifelike_tracking::{Encode, Policy};
+
+pub use remedy::Remedy;
+pub use table::table;
+
+/// What of a clip is looked at around a fall (s): a fall is often begun a step or two before it is one.
+const MARGIN: f64 = 1.0;
+/// Findings that are told, the longest first.
+const TOLD: usize = 3;
+
+/// What a remedy gave.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct Tried {
+    /// The change.
+    pub remedy: Remedy,
+    /// Share of episodes without a fall.
+    pub survival: f64,
+}
+
+/// A clip that a policy fails on.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct Explanation {
+    /// The clip.
+    pub clip: String,
+    /// Episodes that fell.
+    pub falls: usize,
+    /// Of so many.
+    pub episodes: usize,
+    /// The fall that is explained: the first.
+    pub failure: Failure,
+    /// What is wrong with the clip itself within a second of that fall.
+    pub findings: Vec<Finding>,
+    /// Nothing in the whole clip rules it out.
+    pub trackable: bool,
+    /// What was tried, the mildest first; the last one helped where [`Self::remedy`] says so.
+    pub tried: Vec<Tried>,
+    /// The mildest change with which no episode falls.
+    pub remedy: Option<Remedy>,
+    /// The changed clip.
+    #[serde(skip)]
+    pub mended: Option<MotionClip>,
+}
+
+impl Explanation {
+    /// What is wrong with the clip itself, in words.
+    pub fn clip_words(&self) -> String {
+        if self.findings.is_empty() {
+            let verdict = if self.trackable { "nothing speaks against it" } else { "nothing near the fall" };
+            return verdict.into();
+        }
+        self.findings.iter().map(Finding::words).collect::<Vec<_>>().join("; ")
+    }
+
+    /// The proposal, in words.
+    pub fn proposal(&self) -> String {
+        match (&self.remedy, self.tried.iter().max_by(|a, b| a.survival.total_cmp(&b.survival))) {
+            (Some(remedy), _) => format!("{}: survives from all starts", remedy.words()),
+            (None, Some(best)) if best.survival > 0.0 => {
+                format!(
+                    "nothing tried helps enough; best {}: {:.0}% survive",
+                    best.remedy.words(),
+                    100.0 * best.survival
+                )
+            }
+            _ => "nothing tried helps".into(),
+        }
+    }
+
+    /// All of it, in a few sentences.
+    pub fn words(&self) -> String {
+        let f = &self.failure;
+        let (clip, falls, episodes, cause) = (&self.clip, self.falls, self.episodes, f.cause.words());
+        let why = f.why();
+        let before = if why.is_empty() { String::new() } else { format!(" Before that: {why}.") };
+        format!(
+            "{clip} falls in {falls} of {episodes} episodes; {cause} at {:.2} s of the clip, {:.2} s into the episode.{before} \
+             The clip itself: {}. Proposal: {}.",
+            f.clip_second,
+            f.second,
+            self.clip_words(),
+            self.proposal()
+        )
+    }
+}
+
+/// Explains every clip with a fall, in the order of the evaluation, and tries [`Remedy::ALL`] until one helps. `clips` are those
+/// of the evaluation. `simulate` makes a simulation of so many environments; `progress` is told which clip it is at.
+///
+/// # Errors
+/// As [`Course::new`], and what the simulations fail with.
+#[allow(clippy::too_many_arguments)]
+pub fn explain(
+    evaluation: &Evaluation,
+    policy: &Policy,
+    robot: &Arc<Robot>,
+    clips: &[MotionClip],
+    prior: Option<&dyn Encode>,
+    simulate: &dyn Fn(usize) -> Result<Box<dyn Simulation>, EvaluationError>,
+    options: &EvaluationOptions,
+    mut progress: impl FnMut(&str, usize, usize),
+) -> Result<Vec<Explanation>, EvaluationError> {
+    let fell: Vec<&MotionClip> =
+        clips.iter().filter(|clip| evaluation.failures().any(|failure| failure.clip == clip.name)).collect();
+    let mut all = Vec::new();
+    for (done, clip) in fell.iter().enumerate() {
+        progress(&clip.name, done, fell.len());
+        let falls: Vec<&Failure> = evaluation.failures().filter(|failure| failure.clip == clip.name).collect();
+        let Some(&failure) = falls.first() else { continue };
+        let feasibility = check(clip, &robot.character, &robot.anatomy, &robot.speeds())?;
+        // A cycle goes on beyond its end; its frames repeat.
+        let second = if clip.cyclic { failure.clip_second % clip.seconds().max(1e-9) } else { failure.clip_second };
+        let (mut tried, mut mended, mut helps) = (Vec::new(), None, None);
+        for remedy in Remedy::ALL {
+            let changed = remedy.apply(clip, robot)?;
+            // Episodes grow with the clip, so that they begin and end at the same moments of it.
+            let options = EvaluationOptions { seconds: options.seconds * remedy.stretch(), ..options.clone() };
+            let course = Course::new(policy, robot, std::slice::from_ref(&changed), prior, &options)?;
+            let simulation = simulate(course.tasks().len().max(1))?;
+            let survival = course.run(simulation, |_| Hardship::default(), |_, _| {})?.overall.survival;
+            tried.push(Tried { remedy, survival });
+            if survival >= 1.0 {
+                (mended, helps) = (Some(changed), Some(remedy));
+                break;
+            }
+        }
+        all.push(Explanation {
+            clip: clip.name.clone(),
+            falls: falls.len(),
+            episodes: evaluation.episodes.iter().filter(|e| e.clip == clip.name).count(),
+            failure: failure.clone(),
+            findings: feasibility.around(second, MARGIN).take(TOLD).cloned().collect(),
+            trackable: feasibility.trackable,
+            tried,
+            remedy: helps,
+            mended,
+        });
+    }
+    progress("", fell.len(), fell.len());
+    Ok(all)
+}

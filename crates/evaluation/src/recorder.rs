@@ -1,0 +1,140 @@
+//! Reads snapshots out of simulation and library.
+
+use std::sync::Arc;
+
+use lifelike_character::rotation::from_wxyz;
+use lifelike_character::{JointKind, Kinematics, Quat, Vec3};
+use lifelike_robot::Robot;
+use lifelike_robot::robot::role_name;
+use lifelike_sim::BatchState;
+
+use super::rollout::{Names, Outcome, Rollout, Snapshot};
+use lifelike_tracking::{Alignment, Environment, Ground, ReferenceLibrary};
+
+/// A sole of the reference lower than this is on the ground (m): retargeted feet stand within a millimetre of it, and swing
+/// at least two centimetres above.
+const SOLE_DOWN: f64 = 0.005;
+
+/// Writes rollouts, frame by frame.
+pub(super) struct Recorder<'a> {
+    robot: &'a Robot,
+    library: &'a ReferenceLibrary,
+    lift: &'a [f64],
+    names: Arc<Names>,
+    torque_max: Vec<f32>,
+    weight: f32,
+}
+
+impl<'a> Recorder<'a> {
+    /// `lift` is how high above level ground each frame of the library thinks that it stands (m); empty: on it.
+    pub(super) fn new(robot: &'a Robot, library: &'a ReferenceLibrary, lift: &'a [f64]) -> Self {
+        let character = &robot.character;
+        let names = Names {
+            joints: robot.layout.joints.clone(),
+            effectors: robot.layout.end_effectors.clone(),
+            bodies: character.bodies.iter().map(|b| b.name.clone()).collect(),
+            feet: robot.anatomy.soles.keys().map(|role| role_name(*role)).collect(),
+        };
+        Self {
+            robot,
+            library,
+            lift,
+            names: Arc::new(names),
+            torque_max: robot.actuators.parameters.iter().map(|p| p.torque_max as f32).collect(),
+            weight: ((character.mass() * character.gravity.norm()) as f32).max(1e-3),
+        }
+    }
+
+    /// A rollout of so many frames from a frame of the library, still empty.
+    pub(super) fn begin(&self, frame: usize, planned: usize) -> Rollout {
+        let clip = self.library.clip_of(frame);
+        Rollout {
+            clip: self.library.names[clip].clone(),
+            start: (frame - self.library.range(clip).start) as f64 / self.robot.control_hz,
+            fps: self.robot.control_hz,
+            names: Arc::clone(&self.names),
+            reference: Vec::with_capacity(planned),
+            simulated: Vec::with_capacity(planned),
+            torque_share: Vec::new(),
+            foot_force: Vec::new(),
+            planned_contact: Vec::new(),
+            planned,
+            outcome: Outcome::Survived,
+        }
+    }
+
+    /// Adds what environment `i` looks like, and what it was asked to look like at that moment.
+    pub(super) fn record(
+        &self,
+        rollout: &mut Rollout,
+        environment: &Environment,
+        i: usize,
+        kinematics: &mut Kinematics,
+    ) {
+        let (state, episode, ground) = (environment.state(), &environment.episodes()[i], environment.ground());
+        let reference = self.reference(episode.frame, episode.alignment, ground, kinematics);
+        rollout.planned_contact.extend(self.robot.anatomy.soles.values().map(|sole| {
+            let lowest = sole.corners.iter().map(|c| kinematics.point(sole.body, c).z).fold(f64::INFINITY, f64::min);
+            lowest - reference.ground < SOLE_DOWN
+        }));
+        rollout.reference.push(reference);
+        rollout.simulated.push(self.simulated(state, i, ground));
+        let (joints, feet) = (self.names.joints.len(), self.names.feet.len());
+        let torques = &state.torque[i * joints..(i + 1) * joints];
+        rollout.torque_share.extend(torques.iter().zip(&self.torque_max).map(|(t, max)| t.abs() / max.max(1e-9)));
+        rollout.foot_force.extend(state.foot_force[i * feet..(i + 1) * feet].iter().map(|f| f / self.weight));
+    }
+
+    fn reference(&self, frame: usize, alignment: Alignment, ground: &Ground, kinematics: &mut Kinematics) -> Snapshot {
+        let (robot, library) = (self.robot, self.library);
+        let mut root_position = Vec3::from(alignment.position(library.position_at(frame)).map(f64::from));
+        let below = ground.height(root_position.x, root_position.y);
+        root_position.z += below;
+        let root_orientation = quaternion(&alignment.orientation(library.orientation_at(frame)));
+        let joints: Vec<f64> = library.joints_at(frame).iter().map(|q| f64::from(*q)).collect();
+        let mut q = robot.default_position();
+        let mut scalar = joints.iter();
+        for joint in &robot.character.joints {
+            let at = joint.q_index;
+            if joint.kind == JointKind::Free {
+                q[at..at + 3].copy_from_slice(root_position.as_slice());
+                q[at + 3..at + 7].copy_from_slice(&lifelike_character::rotation::to_wxyz(&root_orientation));
+            } else if joint.kind.nq() == 1 {
+                q[at] = scalar.next().copied().unwrap_or(q[at]);
+            }
+        }
+        kinematics.update(&robot.character, &q);
+        Snapshot {
+            root_position,
+            root_orientation,
+            ground: below + self.lift.get(frame).copied().unwrap_or(0.0),
+            joints,
+            effectors: robot.effectors.iter().map(|(body, point)| kinematics.point(*body, point)).collect(),
+            bodies: kinematics.body_position.iter().copied().zip(kinematics.body_orientation.iter().copied()).collect(),
+        }
+    }
+
+    fn simulated(&self, state: &BatchState, i: usize, ground: &Ground) -> Snapshot {
+        let vector = |values: &[f32]| Vec3::new(values[0].into(), values[1].into(), values[2].into());
+        let (joints, bodies) = (self.names.joints.len(), self.names.bodies.len());
+        let places = self.robot.effectors.len() + self.robot.key_bodies.len();
+        let root_position = vector(&state.root_position[3 * i..]);
+        Snapshot {
+            root_position,
+            ground: ground.height(root_position.x, root_position.y),
+            root_orientation: quaternion(&state.root_orientation[4 * i..]),
+            joints: state.joint_position[i * joints..(i + 1) * joints].iter().map(|q| f64::from(*q)).collect(),
+            effectors: (0..self.robot.effectors.len())
+                .map(|p| vector(&state.place_position[3 * (i * places + p)..]))
+                .collect(),
+            bodies: (i * bodies..(i + 1) * bodies)
+                .map(|b| (vector(&state.body_position[3 * b..]), quaternion(&state.body_orientation[4 * b..])))
+                .collect(),
+        }
+    }
+}
+
+/// What is no rotation (a diverged environment) is taken as upright; its position tells that it diverged.
+fn quaternion(wxyz: &[f32]) -> Quat {
+    from_wxyz([wxyz[0].into(), wxyz[1].into(), wxyz[2].into(), wxyz[3].into()]).unwrap_or_else(Quat::identity)
+}

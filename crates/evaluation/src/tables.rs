@@ -1,0 +1,170 @@
+//! An evaluation as tables and playbacks.
+
+use super::rollout::{Outcome, Rollout, Snapshot};
+use super::score::{ClipScore, EpisodeScore, Evaluation};
+use lifelike_report::{Cell, Column, Playback, Table, Tone};
+
+impl Evaluation {
+    /// The table of clips.
+    pub fn table(&self) -> Table {
+        let mut table = Table::new(
+            "Tracking",
+            vec![
+                Column::text("clip"),
+                Column::number("episodes", ""),
+                Column::number("length", "s"),
+                Column::number("survival", "%"),
+                Column::number("success", "%"),
+                Column::number("joints", "deg"),
+                Column::text("worst joint"),
+                Column::number("contacts", "%"),
+                Column::number("effectors", "m"),
+                Column::number("drift", "m"),
+                Column::number("at end", "m"),
+                Column::number("heading", "deg"),
+                Column::number("jerk", "rad/s³"),
+                Column::number("reference", "rad/s³"),
+            ],
+        );
+        table.caption = format!(
+            "Episodes of at most {} s from states of the reference, no noise. survival: no fall (root below 60% of the \
+             reference's height, or tilted more than 1 rad off). success: no fall, and the mean body error never above \
+             0.5 m. joints: mean absolute error; worst joint: the one with the largest. contacts: frames and feet that bear \
+             on the ground as in the reference. effectors: mean distance of hands and feet, relative to root and \
+             heading. drift and heading: mean distance on the ground and mean heading error. jerk: mean over joints, of \
+             physics and of the reference. Errors are means over the frames before a fall.",
+            self.episode_seconds
+        );
+        table.rows = self.clips.iter().map(|clip| row(clip, &self.joints)).collect();
+        table.foot = vec![row(&self.overall, &self.joints)];
+        table
+    }
+
+    /// The table of falls; `None` when there are none.
+    pub fn failure_table(&self) -> Option<Table> {
+        let mut table = Table::new(
+            "Falls",
+            vec![
+                Column::text("clip"),
+                Column::number("after", "s"),
+                Column::number("clip at", "s"),
+                Column::text("how"),
+                Column::text("what came before"),
+            ],
+        );
+        table.caption =
+            "The first body more than 15 cm off the reference's posture until the fall; joints above 95% of \
+                         their largest torque in the last half second."
+                .into();
+        table.rows = self
+            .failures()
+            .map(|f| {
+                vec![
+                    Cell::text(&f.clip),
+                    Cell::number(f.second, 2),
+                    Cell::number(f.clip_second, 2),
+                    Cell::text(f.cause.words()),
+                    Cell::text(f.why()),
+                ]
+            })
+            .collect();
+        if table.rows.is_empty() { None } else { Some(table) }
+    }
+
+    /// Both tables, for a report.
+    pub fn tables(&self) -> Vec<Table> {
+        std::iter::once(self.table()).chain(self.failure_table()).collect()
+    }
+
+    /// The recorded rollouts, to look at.
+    pub fn playbacks(&self) -> Vec<Playback> {
+        self.rollouts.iter().map(playback).collect()
+    }
+}
+
+fn row(score: &ClipScore, joints: &[String]) -> Vec<Cell> {
+    let worst = score
+        .worst_joint
+        .and_then(|j| joints.get(j))
+        .map_or_else(String::new, |name| format!("{name} {:.1}", score.worst_joint_error_deg));
+    let rate = |share: f64| {
+        let tone = (share < 1.0).then_some(Tone::Bad);
+        Cell::number(100.0 * share, if share > 0.0 && share < 1.0 { 1 } else { 0 }).tone(tone)
+    };
+    vec![
+        Cell::text(&score.clip),
+        Cell::number(score.episodes as f64, 0),
+        Cell::number(score.seconds, 1),
+        rate(score.survival),
+        rate(score.success),
+        Cell::number(score.joint_error_deg, 2),
+        Cell::text(worst),
+        Cell::number(100.0 * score.contact_agreement, 0),
+        Cell::number(score.effector_error_m, 3),
+        Cell::number(score.position_drift_mean_m, 2),
+        Cell::number(score.position_drift_end_m, 2),
+        Cell::number(score.heading_drift_mean_deg, 1),
+        Cell::number(score.jerk, 0),
+        Cell::number(score.reference_jerk, 0),
+    ]
+}
+
+/// A rollout to look at.
+pub(super) fn playback(rollout: &Rollout) -> Playback {
+    let bodies = |frames: &[Snapshot]| frames.iter().map(|f| f.bodies.clone()).collect();
+    let score = EpisodeScore::of(rollout);
+    let fall = match rollout.outcome {
+        Outcome::Survived => None,
+        Outcome::Fell { frame, .. } => Some(frame as f64 / rollout.fps),
+    };
+    let errors = if score.joint_error_deg.is_finite() {
+        format!("{:.1}° · {:.1} cm", score.joint_error_deg, 100.0 * score.effector_error_m)
+    } else {
+        "no frame survived".into()
+    };
+    let end = match &score.failure {
+        Some(failure) => format!("fell at {:.2} s: {}", failure.second, failure.cause.words()),
+        None => format!("survived {:.1} s", score.planned_seconds),
+    };
+    let start = if rollout.start > 0.0 { format!(" from {:.1} s", rollout.start) } else { String::new() };
+    Playback {
+        labels: Playback::PHYSICS,
+        name: format!("{}{start}", rollout.clip),
+        note: format!("{errors} · {end}"),
+        fps: rollout.fps,
+        simulated: bodies(&rollout.simulated),
+        reference: bodies(&rollout.reference),
+        fall,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use lifelike_character::Vec3;
+
+    use super::super::rollout::Cause;
+    use super::super::rollout::example::{rollout, snapshot};
+    use super::*;
+
+    #[test]
+    fn an_evaluation_can_be_read_and_looked_at() {
+        let still = |_| snapshot(Vec3::z(), 0.0, 0.0);
+        let good = rollout(11, still, |_| snapshot(Vec3::z(), 0.0, std::f64::consts::PI / 90.0));
+        let mut bad = good.clone();
+        bad.clip = "run".into();
+        bad.outcome = Outcome::Fell { frame: 5, cause: Cause::Height };
+        let scores = [&good, &bad].map(EpisodeScore::of).to_vec();
+        let evaluation = Evaluation::new(("post", &["knee".to_string()]), "none", 10.0, scores, vec![good, bad]);
+        let table = evaluation.table();
+        let texts = |row: &[Cell]| row.iter().map(|c| c.text.clone()).collect::<Vec<_>>();
+        assert_eq!(texts(&table.rows[0])[..6], ["walk", "1", "1.0", "100", "100", "2.00"]);
+        assert_eq!(texts(&table.foot[0])[..5], ["all", "2", "1.0", "50.0", "50.0"]);
+        assert!(table.rows.iter().chain(&table.foot).all(|r| r.len() == table.columns.len()));
+        let falls = evaluation.failure_table().unwrap();
+        assert_eq!(texts(&falls.rows[0])[..4], ["run", "0.50", "2.50", "root sank"]);
+        let playbacks = evaluation.playbacks();
+        assert_eq!(playbacks[0].note, "2.0° · 0.0 cm · survived 1.0 s");
+        assert_eq!((playbacks[1].fall, playbacks[1].simulated.len()), (Some(0.5), 11));
+    }
+}

@@ -1,0 +1,214 @@
+//! Puts the page together.
+
+use std::path::Path;
+
+use lifelike_character::Character;
+use serde_json::{Value, json};
+
+use super::curve::Curve;
+use super::drawing::Drawing;
+use super::playback::Playback;
+use super::scene::describe;
+use super::table::{Table, escape};
+use crate::ReportError;
+use crate::write_atomically;
+
+const PAGE: &str = include_str!("page/page.html");
+const PLAYER: &str = include_str!("page/player.html");
+const STYLE: &str = include_str!("page/style.css");
+/// In the order in which they use each other.
+const SCRIPTS: [&str; 8] = [
+    include_str!("page/camera.js"),
+    include_str!("page/poses.js"),
+    include_str!("page/shapes.js"),
+    include_str!("page/stage.js"),
+    include_str!("page/flat.js"),
+    include_str!("page/viewer.js"),
+    include_str!("page/strip.js"),
+    include_str!("page/curves.js"),
+];
+const MAIN: &str = include_str!("page/main.js");
+
+/// How much training curves are smoothed at first.
+const SMOOTHED: &str = "value=\"0.6\"";
+const CURVES: &str = "<section>\n<div class=\"curves-head\"><h2>Curves</h2><label>smoothing <input data-is=\"smoothing\" \
+                      type=\"range\" min=\"0\" max=\"0.98\" step=\"0.01\" value=\"0.6\"></label></div>\n<div \
+                      data-is=\"curves\"></div>\n</section>\n";
+
+/// A report in the making.
+#[derive(Debug, Clone, Default)]
+pub struct ReportBuilder {
+    title: String,
+    subtitle: String,
+    facts: Vec<(String, String)>,
+    tables: Vec<Table>,
+    drawings: Vec<Drawing>,
+    curves: Vec<Curve>,
+    measured: bool,
+    characters: Vec<(String, Value)>,
+    playbacks: Vec<Value>,
+}
+
+impl ReportBuilder {
+    /// A report with this title.
+    pub fn new(title: impl Into<String>) -> Self {
+        Self { title: title.into(), ..Self::default() }
+    }
+
+    /// A sentence below the title.
+    pub fn subtitle(mut self, text: impl Into<String>) -> Self {
+        self.subtitle = text.into();
+        self
+    }
+
+    /// A fact below the title, such as `samples: 1.9 M`.
+    pub fn fact(mut self, name: &str, value: impl Into<String>) -> Self {
+        self.facts.push((name.to_string(), value.into()));
+        self
+    }
+
+    /// Adds curves; [`super::curves_from`] makes them from a run's metrics.
+    pub fn curves(mut self, curves: impl IntoIterator<Item = Curve>) -> Self {
+        self.curves.extend(curves.into_iter().filter(|c| c.y.iter().any(|v| v.is_finite())));
+        self
+    }
+
+    /// The curves are shown as they are, until the reader smooths them: each point is a measurement, not a noisy iteration.
+    pub fn measured(mut self) -> Self {
+        self.measured = true;
+        self
+    }
+
+    /// Adds a table.
+    pub fn table(mut self, table: Table) -> Self {
+        self.tables.push(table);
+        self
+    }
+
+    /// Adds a row of small drawings, below the tables.
+    pub fn drawing(mut self, drawing: Drawing) -> Self {
+        self.drawings.push(drawing);
+        self
+    }
+
+    /// Adds playbacks of a character. May be called for several characters.
+    pub fn playback(mut self, character: &Character, playbacks: &[Playback]) -> Self {
+        let at = self.characters.iter().position(|(name, _)| *name == character.name).unwrap_or_else(|| {
+            self.characters.push((character.name.clone(), describe(character)));
+            self.characters.len() - 1
+        });
+        let whole = playbacks.iter().filter(|p| !(p.simulated.is_empty() && p.reference.is_empty()));
+        self.playbacks.extend(whole.map(|p| p.to_json(at, character.bodies.len())));
+        self
+    }
+
+    /// The page.
+    pub fn to_html(&self) -> String {
+        let data = json!({
+            "characters": self.characters.iter().map(|(_, c)| c).collect::<Vec<_>>(),
+            "playbacks": self.playbacks,
+            "curves": self.curves,
+        });
+        // Nothing inside the data may end the element that holds it.
+        let data = data.to_string().replace('<', "\\u003c");
+        let subtitle =
+            if self.subtitle.is_empty() { String::new() } else { format!("<p>{}</p>\n", escape(&self.subtitle)) };
+        let mut facts: String = self
+            .facts
+            .iter()
+            .map(|(name, value)| format!("<div><dt>{}</dt><dd>{}</dd></div>\n", escape(name), escape(value)))
+            .collect();
+        if !facts.is_empty() {
+            facts = format!("<dl>\n{facts}</dl>\n");
+        }
+        let mut sections = String::new();
+        if !self.playbacks.is_empty() {
+            sections.push_str(PLAYER);
+        }
+        self.tables.iter().for_each(|t| sections.push_str(&t.to_html()));
+        self.drawings.iter().for_each(|d| sections.push_str(&d.to_html()));
+        if !self.curves.is_empty() {
+            let smoothing = if self.measured { "value=\"0\"" } else { SMOOTHED };
+            sections.push_str(&CURVES.replace(SMOOTHED, smoothing));
+        }
+        if sections.is_empty() {
+            sections.push_str("<p class=\"quiet\">Nothing was recorded.</p>\n");
+        }
+        let script = format!("{}\n{MAIN}", SCRIPTS.join("\n"));
+        fill(
+            PAGE,
+            &[
+                ("title", &escape(&self.title)),
+                ("style", STYLE),
+                ("subtitle", &subtitle),
+                ("facts", &facts),
+                ("sections", &sections),
+                ("data", &data),
+                ("script", &script),
+            ],
+        )
+    }
+
+    /// Writes the page.
+    ///
+    /// # Errors
+    /// [`ReportError::Io`].
+    pub fn write(&self, path: &Path) -> Result<(), ReportError> {
+        write_atomically(path, self.to_html().as_bytes())
+    }
+}
+
+/// Replaces each `{{name}}` of the template, once and from left to right: what is filled in is never searched again.
+fn fill(template: &str, values: &[(&str, &str)]) -> String {
+    let mut out = String::with_capacity(template.len() + values.iter().map(|(_, v)| v.len()).sum::<usize>());
+    let mut rest = template;
+    while let Some(start) = rest.find("{{") {
+        out.push_str(&rest[..start]);
+        let Some(length) = rest[start..].find("}}") else { break };
+        let name = &rest[start + 2..start + length];
+        out.push_str(values.iter().find(|(n, _)| *n == name).map_or("", |(_, v)| v));
+        rest = &rest[start + length + 2..];
+    }
+    out.push_str(rest);
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn templates_are_filled_once() {
+        assert_eq!(fill("<{{a}}|{{b}}|{{none}}>", &[("a", "{{b}}"), ("b", "2")]), "<{{b}}|2|>");
+    }
+
+    #[test]
+    fn measured_curves_are_not_smoothed_at_first() {
+        let page = || ReportBuilder::new("").curves([Curve { name: "a".into(), x: vec![0.0], y: vec![1.0] }]);
+        assert!(page().to_html().contains(SMOOTHED));
+        let measured = page().measured().to_html();
+        assert!(measured.contains("data-is=\"curves\"") && !measured.contains(SMOOTHED));
+    }
+
+    #[test]
+    fn the_page_is_whole_and_asks_nobody_for_anything() {
+        let hostile = "</script><script>alert(1)</script>";
+        let html = ReportBuilder::new(hostile)
+            .fact("samples", hostile)
+            .curves([Curve { name: hostile.into(), x: vec![0.0, 1.0], y: vec![1.0, f64::NAN] }])
+            .table(Table::new(hostile, vec![]))
+            .to_html();
+        assert!(!html.contains("alert(1)</script>"), "nothing from outside becomes markup");
+        assert_eq!(html.matches("<script").count(), 2, "the data and the program");
+        for outside in ["src=\"", "@import", "fetch(", "XMLHttpRequest", "import("] {
+            assert!(!html.contains(outside), "{outside}");
+        }
+        // The only address is the name of the SVG language.
+        assert_eq!(html.matches("http").count(), html.matches("http://www.w3.org/2000/svg").count());
+        let start = html.find("id=\"data\">").map_or(0, |at| at + "id=\"data\">".len());
+        let end = start + html[start..].find("</script>").unwrap_or(0);
+        let data: Value = serde_json::from_str(&html[start..end]).unwrap_or_default();
+        assert_eq!(data["curves"][0]["name"], hostile);
+        assert!(data["curves"][0]["y"][1].is_null(), "a gap");
+    }
+}

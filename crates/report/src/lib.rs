@@ -1,0 +1,32 @@
+//! Floor 2: what a run leaves behind, and one page that shows it: playback of physics and reference in 3D, the tables, the curves.
+//!
+//! [`run`] is the folder of a run: plan, metrics, checkpoints.
+//!
+//! `report.html` needs nothing but a browser: no network, no other file. Its parts lie in `page/` as plain HTML, CSS and
+//! JavaScript and are put together here; numbers travel inside it as JSON and base64.
+//!
+//! The main path: [`ReportBuilder::new`] → [`ReportBuilder::playback`], [`ReportBuilder::table`],
+//! [`ReportBuilder::curves`] → [`ReportBuilder::write`].
+//!
+//! The query `?strip` turns the page into a picture for documents: physics above reference at evenly spaced instants
+//! (`clip`, `n`, `from`, `to`, `azimuth`, `elevation`, `theme` choose what is seen). `?clip=NAME&t=SECONDS` opens a clip
+//! at an instant, paused.
+
+mod atomic;
+mod base64;
+mod builder;
+mod curve;
+mod drawing;
+mod error;
+mod playback;
+pub mod run;
+mod scene;
+mod table;
+
+pub use atomic::write_atomically;
+pub use builder::ReportBuilder;
+pub use curve::{Curve, curves_from};
+pub use drawing::{Drawing, Panel, Picture};
+pub use error::ReportError;
+pub use playback::{BodyPose, Playback};
+pub use table::{Align, Cell, Column, Table, Tone};

@@ -1,0 +1,209 @@
+//! The folder of a run.
+
+use std::fs::{self, OpenOptions};
+use std::path::{Path, PathBuf};
+
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
+use super::checkpoints::Checkpoints;
+use super::metrics::{MetricsRow, MetricsWriter, read_metrics};
+use crate::ReportError;
+use crate::atomic::write_atomically;
+
+/// The folder of a run, with its files by name.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct RunFolder {
+    path: PathBuf,
+}
+
+impl RunFolder {
+    /// Makes the folder and writes the resolved plan into it.
+    ///
+    /// # Errors
+    /// [`ReportError::Mismatch`] when there is a run already: nothing is ever overwritten.
+    pub fn create<P: Serialize>(path: impl Into<PathBuf>, plan: &P) -> Result<Self, ReportError> {
+        let folder = Self { path: path.into() };
+        if folder.plan_path().exists() {
+            return Err(ReportError::Mismatch {
+                what: folder.path.display().to_string(),
+                expected: "a folder without a run".into(),
+                got: "a run (resume it, or name another folder)".into(),
+            });
+        }
+        let text = toml::to_string_pretty(plan).map_err(|e| ReportError::Format {
+            path: folder.plan_path().display().to_string(),
+            expected: "a plan that can be written as TOML".into(),
+            got: e.to_string(),
+        })?;
+        fs::create_dir_all(&folder.path).map_err(ReportError::io(&folder.path))?;
+        write_atomically(&folder.plan_path(), text.as_bytes())?;
+        Ok(folder)
+    }
+
+    /// Opens the folder of a run.
+    ///
+    /// # Errors
+    /// [`ReportError::Mismatch`] when there is no plan in it.
+    pub fn open(path: impl Into<PathBuf>) -> Result<Self, ReportError> {
+        let folder = Self { path: path.into() };
+        if folder.plan_path().is_file() {
+            return Ok(folder);
+        }
+        Err(ReportError::Mismatch {
+            what: folder.path.display().to_string(),
+            expected: "the folder of a run".into(),
+            got: if folder.path.is_dir() { "a folder without plan.toml".into() } else { "no folder".into() },
+        })
+    }
+
+    /// The plan that the run was started with.
+    ///
+    /// # Errors
+    /// [`ReportError::Format`] with line and column.
+    pub fn plan<P: DeserializeOwned>(&self) -> Result<P, ReportError> {
+        let path = self.plan_path();
+        let text = fs::read_to_string(&path).map_err(ReportError::io(&path))?;
+        toml::from_str(&text).map_err(|e| ReportError::Format {
+            path: path.display().to_string(),
+            expected: "a plan".into(),
+            got: e.to_string(),
+        })
+    }
+
+    /// Starts the metrics of a new run.
+    ///
+    /// # Errors
+    /// [`ReportError::Io`].
+    pub fn start_metrics(&self) -> Result<MetricsWriter, ReportError> {
+        self.resume_metrics(0, 0)
+    }
+
+    /// Continues the metrics of a run from a checkpoint: what was logged after its byte `position`
+    /// ([`MetricsWriter::sync`]) never happened and is cut off, so the file ends up as in a run that was never killed.
+    ///
+    /// # Errors
+    /// [`ReportError::Format`] when the file is shorter than the checkpoint says: it is not the file of that run.
+    pub fn resume_metrics(&self, position: u64, next_iteration: u64) -> Result<MetricsWriter, ReportError> {
+        let path = self.metrics_path();
+        let file =
+            OpenOptions::new().create(true).truncate(false).write(true).open(&path).map_err(ReportError::io(&path))?;
+        let length = file.metadata().map_err(ReportError::io(&path))?.len();
+        if length < position {
+            return Err(ReportError::Format {
+                path: path.display().to_string(),
+                expected: format!("at least the {position} bytes that the checkpoint remembers"),
+                got: format!("{length} bytes"),
+            });
+        }
+        file.set_len(position).and_then(|()| file.sync_all()).map_err(ReportError::io(&path))?;
+        drop(file);
+        MetricsWriter::append(&path, &self.timing_path(), &self.path, next_iteration)
+    }
+
+    /// All metrics so far; none when nothing was logged yet.
+    ///
+    /// # Errors
+    /// [`ReportError::Format`] with the line.
+    pub fn metrics(&self) -> Result<Vec<MetricsRow>, ReportError> {
+        let path = self.metrics_path();
+        if path.exists() { read_metrics(&path) } else { Ok(Vec::new()) }
+    }
+
+    /// The checkpoints, of which the last `keep` and the best stay.
+    pub fn checkpoints(&self, keep: usize) -> Checkpoints {
+        Checkpoints::new(self.path.join("checkpoints"), keep)
+    }
+
+    /// Those of another process of the same run: each has environments of its own.
+    pub fn checkpoints_of(&self, process: usize, keep: usize) -> Checkpoints {
+        Checkpoints::new(self.path.join("checkpoints").join(format!("process-{process}")), keep)
+    }
+
+    /// The folder itself.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// `plan.toml`.
+    pub fn plan_path(&self) -> PathBuf {
+        self.path.join("plan.toml")
+    }
+
+    /// `metrics.jsonl`.
+    pub fn metrics_path(&self) -> PathBuf {
+        self.path.join("metrics.jsonl")
+    }
+
+    /// `timing.jsonl`.
+    pub fn timing_path(&self) -> PathBuf {
+        self.path.join("timing.jsonl")
+    }
+
+    /// `report.html`.
+    pub fn report_path(&self) -> PathBuf {
+        self.path.join("report.html")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    #[derive(Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+    #[serde(deny_unknown_fields)]
+    struct Plan {
+        seed: u64,
+        rate: f64,
+    }
+
+    #[test]
+    fn a_plan_comes_back_and_a_run_is_never_overwritten() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("run");
+        assert!(RunFolder::open(&path).is_err());
+        let plan = Plan { seed: 7, rate: 0.3 };
+        RunFolder::create(&path, &plan).unwrap();
+        assert_eq!(RunFolder::open(&path).unwrap().plan::<Plan>().unwrap(), plan);
+        let error = RunFolder::create(&path, &plan).unwrap_err().to_string();
+        assert!(error.contains("resume"), "{error}");
+    }
+
+    #[test]
+    fn a_wrong_plan_is_refused_with_its_line() {
+        let folder = tempfile::tempdir().unwrap();
+        let run = RunFolder::create(folder.path().join("run"), &Plan { seed: 1, rate: 0.1 }).unwrap();
+        fs::write(run.plan_path(), "seed = 1\nrate = 0.1\nspeed = 3\n").unwrap();
+        let error = run.plan::<Plan>().unwrap_err().to_string();
+        assert!(error.contains("line 3") && error.contains("speed"), "{error}");
+    }
+
+    #[test]
+    fn a_killed_and_resumed_run_leaves_the_bytes_of_an_uninterrupted_one() {
+        let folder = tempfile::tempdir().unwrap();
+        let log = |writer: &mut MetricsWriter, iterations: std::ops::Range<u64>| {
+            for i in iterations {
+                writer.log(i, &[("loss", 1.0 / (i as f64 + 3.0)), ("reward/joints", i as f64)]).unwrap();
+            }
+        };
+        let whole = RunFolder::create(folder.path().join("whole"), &Plan { seed: 1, rate: 0.1 }).unwrap();
+        log(&mut whole.start_metrics().unwrap(), 0..10);
+
+        let killed = RunFolder::create(folder.path().join("killed"), &Plan { seed: 1, rate: 0.1 }).unwrap();
+        let mut writer = killed.start_metrics().unwrap();
+        log(&mut writer, 0..4);
+        let position = writer.sync().unwrap();
+        log(&mut writer, 4..7);
+        drop(writer);
+        // The kill tore the line that was being written.
+        let mut torn = fs::read(killed.metrics_path()).unwrap();
+        torn.truncate(torn.len() - 5);
+        fs::write(killed.metrics_path(), torn).unwrap();
+        log(&mut killed.resume_metrics(position, 4).unwrap(), 4..10);
+
+        assert_eq!(fs::read(whole.metrics_path()).unwrap(), fs::read(killed.metrics_path()).unwrap());
+        assert_eq!(killed.metrics().unwrap().len(), 10);
+        assert!(killed.resume_metrics(1 << 20, 0).is_err(), "a position beyond the end is another run's");
+    }
+}

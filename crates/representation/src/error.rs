@@ -1,0 +1,46 @@
+//! Errors of learned representations of motion.
+
+use lifelike_train::PlanError;
+
+/// Errors of learned representations of motion.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum RepresentationError {
+    /// Two things that must fit each other do not.
+    #[error("{what}: expected {expected}, got {got}")]
+    Mismatch {
+        /// The things compared.
+        what: String,
+        /// The expected value.
+        expected: String,
+        /// The value found.
+        got: String,
+    },
+    /// A plan asks for something impossible.
+    #[error(transparent)]
+    Plan(#[from] PlanError),
+    /// The character is the problem.
+    #[error(transparent)]
+    Character(#[from] lifelike_character::CharacterError),
+    /// A clip is the problem.
+    #[error(transparent)]
+    Motion(#[from] lifelike_motion::MotionError),
+    /// Tensor data could not be read from the device.
+    #[error(transparent)]
+    Numbers(#[from] lifelike_nn::numbers::Unreadable),
+    /// Sizes that make no network.
+    #[error(transparent)]
+    Network(#[from] lifelike_nn::transformer::NetworkError),
+    /// A pass through a network that cannot be made.
+    #[error(transparent)]
+    Pass(#[from] lifelike_nn::transformer::backprop::PassError),
+    /// A checkpoint or policy file is the problem.
+    #[error(transparent)]
+    Checkpoint(#[from] lifelike_checkpoint::CheckpointError),
+    /// A file of a run or a report is the problem.
+    #[error(transparent)]
+    Report(#[from] lifelike_report::ReportError),
+    /// The training itself is the problem.
+    #[error(transparent)]
+    Train(#[from] lifelike_train::TrainError),
+}

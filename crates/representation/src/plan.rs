@@ -1,0 +1,175 @@
+//! What a convolutional motion prior is and how it is trained, as a TOML file.
+
+use lifelike_nn::adam::Rule;
+use lifelike_nn::schedules::{Cyclical, WarmRestarts};
+
+use super::statistics::SpreadFloors;
+use super::window_plan::WindowPlan;
+use crate::RepresentationError;
+use lifelike_train::limits::{PlanError, range, whole};
+
+/// Settings of a motion prior. Defaults are the thesis' (4.3.1 and Table 4.1) where it states them.
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct PriorPlan {
+    /// Key of all randomness.
+    pub seed: u64,
+    /// As [`WindowPlan::frame_rate`] (Hz).
+    pub frame_rate: f64,
+    /// As [`WindowPlan::half_width`].
+    pub half_width: usize,
+    /// As [`WindowPlan::window_seconds`].
+    pub window_seconds: f64,
+    /// d_z.
+    pub latent: usize,
+    /// Width of the convolutions. 104 gives about 0.8 M parameters.
+    pub channels: usize,
+    /// Residual blocks in the encoder, and in the decoder.
+    pub blocks: usize,
+    /// Windows per iteration.
+    pub batch: usize,
+    /// Training iterations. The thesis calls one batch an epoch.
+    pub iterations: u64,
+    /// The thesis' RAdam, or Adam. RAdam holds its step back for about the first 2000 steps (its rectification is 0.2 at
+    /// step 100 and 0.4 at step 333 for β₂ = 0.999), which costs nothing in 50 000 iterations and most of a short budget.
+    pub optimizer: Rule,
+    /// Learning rate at the beginning of each cosine period.
+    pub learning_rate: f64,
+    /// T_0: iterations until the first warm restart.
+    pub restart_first: u64,
+    /// T_mult: each period is this many times longer than the one before.
+    pub restart_factor: u64,
+    /// β of the β-VAE.
+    pub kl_weight: f64,
+    /// Cycles of the KL schedule (Fu et al. 2019).
+    pub kl_cycles: u64,
+    /// Rising part of each KL cycle.
+    pub kl_ratio: f64,
+    /// Gradients are scaled down to this norm; the thesis does not clip here, so the default only catches outliers.
+    pub max_gradient_norm: f64,
+    /// As [`WindowPlan::held_out`].
+    pub held_out: f64,
+    /// As [`WindowPlan::floors`].
+    pub floors: SpreadFloors,
+}
+
+impl Default for PriorPlan {
+    fn default() -> Self {
+        let WindowPlan { seed, frame_rate, half_width, window_seconds, held_out, floors } = WindowPlan::default();
+        Self {
+            seed,
+            frame_rate,
+            half_width,
+            window_seconds,
+            latent: 64,
+            channels: 104,
+            blocks: 4,
+            batch: 512,
+            iterations: 50_000,
+            optimizer: Rule::Radam,
+            learning_rate: 0.003,
+            restart_first: 1000,
+            restart_factor: 5,
+            kl_weight: 0.002,
+            kl_cycles: 7,
+            kl_ratio: 0.5,
+            max_gradient_norm: 100.0,
+            held_out,
+            floors,
+        }
+    }
+}
+
+impl PriorPlan {
+    /// The thesis' architecture at a width and a number of iterations that two CPU cores finish in minutes: 48 channels
+    /// (about 0.26 M parameters for 20 joints), batches of 128, 4000 iterations of Adam in two cosine periods (800 and 3200).
+    pub fn cpu() -> Self {
+        let (optimizer, restart_first, restart_factor) = (Rule::Adam, 800, 4);
+        let sizes = Self { channels: 48, batch: 128, iterations: 4000, ..Self::default() };
+        Self { optimizer, restart_first, restart_factor, ..sizes }
+    }
+
+    /// From TOML text; keys left out have their defaults.
+    ///
+    /// # Errors
+    /// Unknown keys, wrong types, values out of range.
+    pub fn from_toml(text: &str) -> Result<Self, RepresentationError> {
+        let plan: Self = toml::from_str(text).map_err(|e| PlanError {
+            key: "prior plan".into(),
+            expected: "the keys of a prior plan".into(),
+            got: e.to_string(),
+        })?;
+        plan.check()?;
+        Ok(plan)
+    }
+
+    /// Checks every range.
+    ///
+    /// # Errors
+    /// The first key out of range.
+    pub fn check(&self) -> Result<(), RepresentationError> {
+        self.windows().check()?;
+        whole("latent", self.latent as u64, 1, 4096)?;
+        whole("channels", self.channels as u64, 1, 4096)?;
+        whole("blocks", self.blocks as u64, 0, 64)?;
+        whole("batch", self.batch as u64, 1, 1 << 16)?;
+        whole("iterations", self.iterations, 1, 1 << 40)?;
+        range("learning_rate", self.learning_rate, 1e-9, 1.0)?;
+        whole("restart_first", self.restart_first, 1, 1 << 40)?;
+        whole("restart_factor", self.restart_factor, 1, 1000)?;
+        range("kl_weight", self.kl_weight, 0.0, 1000.0)?;
+        whole("kl_cycles", self.kl_cycles, 1, 1_000_000)?;
+        range("kl_ratio", self.kl_ratio, 1e-6, 1.0)?;
+        Ok(range("max_gradient_norm", self.max_gradient_norm, 1e-6, 1e9)?)
+    }
+
+    /// The learning rate at an iteration (counted from 0). A restart in the last tenth of the plan is left out: the rate
+    /// would end high, and the few iterations left cannot learn again what a high rate undoes (4 iterations after a
+    /// restart took the reconstruction of held-out joints from 8 to 13 degrees).
+    pub fn learning_rate_at(&self, iteration: u64) -> f64 {
+        let restarts = WarmRestarts { first: self.restart_first, factor: self.restart_factor, floor: 0.0 };
+        let last = restarts.begin_of_period(self.iterations);
+        let late = last > self.iterations - self.iterations / 10;
+        if late && iteration >= last { 0.0 } else { self.learning_rate * restarts.at(iteration) }
+    }
+
+    /// The weight of the KL divergence at an iteration (counted from 0).
+    pub fn kl_weight_at(&self, iteration: u64) -> f64 {
+        let cycles = Cyclical { total: self.iterations, cycles: self.kl_cycles, ratio: self.kl_ratio };
+        self.kl_weight * cycles.at(iteration)
+    }
+
+    /// What of it priors of every kind have.
+    pub fn windows(&self) -> WindowPlan {
+        let Self { seed, frame_rate, half_width, window_seconds, held_out, floors, .. } = *self;
+        WindowPlan { seed, frame_rate, half_width, window_seconds, held_out, floors }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    #[test]
+    fn a_plan_survives_toml_and_unknown_or_absurd_keys_are_refused() {
+        let plan = PriorPlan::cpu();
+        assert_eq!(PriorPlan::from_toml(&toml::to_string(&plan).unwrap()).unwrap(), plan);
+        assert_eq!(PriorPlan::from_toml("").unwrap(), PriorPlan::default());
+        for bad in ["chanels = 3", "batch = 0", "kl_ratio = 0.0", "learning_rate = nan", "floors = { height = -1.0 }"] {
+            assert!(PriorPlan::from_toml(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn a_restart_at_the_very_end_is_left_out_and_others_are_not() {
+        let rate = |plan: &PriorPlan, i| plan.learning_rate_at(i) / plan.learning_rate;
+        let late = PriorPlan { iterations: 4000, restart_first: 666, restart_factor: 5, ..PriorPlan::default() };
+        assert_eq!([rate(&late, 0), rate(&late, 666), rate(&late, 3996), rate(&late, 3999)], [1.0, 1.0, 0.0, 0.0]);
+        let whole = PriorPlan::cpu();
+        assert!(rate(&whole, 799) < 1e-4 && rate(&whole, 800) == 1.0 && rate(&whole, 3999) < 1e-4);
+        let thesis = PriorPlan::default();
+        assert_eq!([rate(&thesis, 1000), rate(&thesis, 6000), rate(&thesis, 31_000)], [1.0; 3]);
+        assert!(rate(&thesis, 49_999) > 0.9, "the thesis' budget ends in the middle of a period");
+    }
+}

@@ -1,0 +1,273 @@
+//! The trained motion prior as one file, and what the tracker asks of it.
+
+use std::path::Path;
+
+use burn::module::Module;
+use burn::tensor::{Tensor, TensorData};
+use lifelike_checkpoint::Checkpoint;
+use lifelike_motion::{FeatureLayout, Frame};
+use lifelike_nn::ModuleCheckpoint;
+use lifelike_nn::device;
+use lifelike_nn::numbers::read;
+
+use super::dataset::{PriorClip, Windows, normalized_window};
+use super::plan::PriorPlan;
+use super::reconstruction::{ErrorSums, ReconstructionReport};
+use super::spline_prior::{SplineCoder, SplinePriorPlan, WindowSequences};
+use super::spline_transformer::SequenceTrainer;
+use super::statistics::FeatureStatistics;
+use super::vae::MotionVae;
+use super::window_plan::WindowPlan;
+use crate::RepresentationError;
+
+/// Windows per pass through the network.
+const CHUNK: usize = 256;
+/// Largest number of windows that [`MotionPrior::reconstruct`] looks at.
+const REPORT_WINDOWS: usize = 4000;
+
+/// Kinds of priors, as their files say.
+const VAE: &str = "motion prior";
+const SPLINE: &str = "spline motion prior";
+
+/// How a prior was made.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+#[serde(untagged)]
+pub enum Recipe<'a> {
+    /// By the β-VAE of thesis 4.2.1.
+    Vae(&'a PriorPlan),
+    /// By the Spline-based Transformer of chapter 3.
+    Spline(&'a SplinePriorPlan),
+}
+
+impl Recipe<'_> {
+    /// Its file's `kind`.
+    pub fn kind(&self) -> &'static str {
+        match self {
+            Self::Vae(_) => VAE,
+            Self::Spline(_) => SPLINE,
+        }
+    }
+}
+
+/// What makes codes of windows and windows of codes.
+#[derive(Debug, Clone)]
+enum Coder {
+    Vae(Box<(PriorPlan, MotionVae)>),
+    Spline(Box<SplineCoder>),
+}
+
+/// Encoder, decoder, names and statistics. The file (`*.prior.safetensors`) carries all of them and the plan.
+#[derive(Debug, Clone)]
+pub struct MotionPrior {
+    windows: WindowPlan,
+    layout: FeatureLayout,
+    statistics: FeatureStatistics,
+    coder: Coder,
+}
+
+impl MotionPrior {
+    pub(super) fn new(plan: PriorPlan, layout: FeatureLayout, statistics: FeatureStatistics, vae: &MotionVae) -> Self {
+        let windows = plan.windows();
+        let coder = Coder::Vae(Box::new((plan, vae.valid().fork(&device::inference()))));
+        Self { windows, layout, statistics, coder }
+    }
+
+    /// The prior as the training of a Spline-based Transformer stands. Goes through all training windows, for the scale of the codes.
+    ///
+    /// # Errors
+    /// The device does not hand out its numbers.
+    pub fn of_spline(trainer: &SequenceTrainer<WindowSequences>) -> Result<Self, RepresentationError> {
+        let data = trainer.data();
+        let plan = SplinePriorPlan { windows: *data.plan(), training: trainer.plan().clone() };
+        let coder = SplineCoder::of(plan, trainer.network(), data)?;
+        Ok(Self::with_spline(data.layout().clone(), data.statistics().clone(), coder))
+    }
+
+    fn with_spline(layout: FeatureLayout, statistics: FeatureStatistics, coder: SplineCoder) -> Self {
+        Self { windows: coder.plan().windows, layout, statistics, coder: Coder::Spline(Box::new(coder)) }
+    }
+
+    /// The windows that it was trained on and encodes.
+    pub fn plan(&self) -> &WindowPlan {
+        &self.windows
+    }
+
+    /// The whole plan that it was trained by.
+    pub fn recipe(&self) -> Recipe<'_> {
+        match &self.coder {
+            Coder::Vae(vae) => Recipe::Vae(&vae.0),
+            Coder::Spline(coder) => Recipe::Spline(coder.plan()),
+        }
+    }
+
+    /// Joints and end effectors it knows, by name and in order.
+    pub fn layout(&self) -> &FeatureLayout {
+        &self.layout
+    }
+
+    /// Mean and spread of the training data: the tracker normalises m_t by the same (thesis 4.2.2).
+    pub fn statistics(&self) -> &FeatureStatistics {
+        &self.statistics
+    }
+
+    /// d_z.
+    pub fn latent_size(&self) -> usize {
+        match self.recipe() {
+            Recipe::Vae(plan) => plan.latent,
+            Recipe::Spline(plan) => plan.latent_size(),
+        }
+    }
+
+    /// One latent per frame of a clip at the plan's frame rate (the mean μ, or the control points by their scale); windows
+    /// beyond the clip's ends repeat its first and last frame.
+    ///
+    /// # Shapes
+    /// `T` frames to `[T, d_z]`, row after row.
+    ///
+    /// # Errors
+    /// Frames with another number of joints or end effectors than the prior was trained for, or non-finite ones.
+    pub fn encode_clip(&self, frames: &[Frame]) -> Result<Vec<f32>, RepresentationError> {
+        let clip = PriorClip { name: "to encode".into(), frames: frames.to_vec() };
+        clip.check(&self.layout)?;
+        let spec = self.windows.window();
+        let mut window = vec![0.0; spec.len() * self.layout.size()];
+        let mut out = Vec::with_capacity(frames.len() * self.latent_size());
+        for first in (0..frames.len()).step_by(CHUNK) {
+            let last = (first + CHUNK).min(frames.len());
+            let mut rows = Vec::with_capacity((last - first) * window.len());
+            for centre in first..last {
+                normalized_window(frames, self.windows.frame_rate, centre, spec, &self.statistics, &mut window)?;
+                rows.extend(window.iter().map(|x| *x as f32));
+            }
+            out.extend(self.encode_windows(rows)?);
+        }
+        Ok(out)
+    }
+
+    /// The window a latent stands for: features in SI units in the heading frame of the centre sample.
+    ///
+    /// # Shapes
+    /// `[N, d_z]` to `[N, 2W + 1, F]`, row after row.
+    pub fn decode(&self, latents: &[f32]) -> Result<Vec<f64>, RepresentationError> {
+        let d = self.latent_size();
+        if !latents.len().is_multiple_of(d) {
+            return Err(RepresentationError::Mismatch {
+                what: "latents".into(),
+                expected: format!("rows of {d} numbers"),
+                got: format!("{} numbers", latents.len()),
+            });
+        }
+        let mut out = Vec::new();
+        for rows in latents.chunks(d * CHUNK) {
+            let windows = match &self.coder {
+                Coder::Vae(vae) => {
+                    let z = TensorData::new(rows.to_vec(), [rows.len() / d, d]);
+                    read(vae.1.decode(Tensor::<2>::from_data(z, &device::inference())))?
+                }
+                Coder::Spline(coder) => coder.decode(rows, self.windows.window().len())?,
+            };
+            out.extend(windows.into_iter().map(f64::from));
+        }
+        self.statistics.denormalize(&mut out);
+        Ok(out)
+    }
+
+    /// Encodes and decodes the windows of these clips (at most some thousands, evenly spread) and reports the errors.
+    pub fn reconstruct(&self, windows: &Windows) -> Result<ReconstructionReport, RepresentationError> {
+        let stride = windows.len().div_ceil(REPORT_WINDOWS).max(1);
+        let (size, samples) = (self.layout.size(), self.windows.window().len());
+        let (mut all, mut centre, mut clips, mut count) = (ErrorSums::default(), ErrorSums::default(), Vec::new(), 0);
+        let mut start = 0;
+        for clip in windows.clips() {
+            let end = start + clip.frames.len();
+            let centres: Vec<usize> = (start..end).step_by(stride).collect();
+            let mut sums = ErrorSums::default();
+            for part in centres.chunks(CHUNK) {
+                let rows = windows.gather(&self.statistics, part)?;
+                let decoded = self.decode(&self.encode_windows(rows.clone())?)?;
+                let mut expected: Vec<f64> = rows.into_iter().map(f64::from).collect();
+                self.statistics.denormalize(&mut expected);
+                let pairs = expected.chunks_exact(size).zip(decoded.chunks_exact(size));
+                for (i, (e, g)) in pairs.enumerate() {
+                    sums.add(&self.layout, e, g);
+                    if i % samples == self.windows.half_width {
+                        centre.add(&self.layout, e, g);
+                    }
+                }
+            }
+            count += centres.len();
+            all.merge(&sums);
+            clips.push((clip.name.clone(), sums.mean()));
+            start = end;
+        }
+        clips.sort_by(|a, b| b.1.joints_deg.total_cmp(&a.1.joints_deg));
+        Ok(ReconstructionReport { windows: count, window: all.mean(), centre: centre.mean(), clips })
+    }
+
+    fn encode_windows(&self, rows: Vec<f32>) -> Result<Vec<f32>, RepresentationError> {
+        let (samples, size) = (self.windows.window().len(), self.layout.size());
+        match &self.coder {
+            Coder::Vae(vae) => {
+                let n = rows.len() / (samples * size);
+                let x = Tensor::<3>::from_data(TensorData::new(rows, [n, samples, size]), &device::inference());
+                Ok(read(vae.1.encode(x).0)?)
+            }
+            Coder::Spline(coder) => coder.encode(&rows, [samples, size]),
+        }
+    }
+
+    /// Writes the prior, all at once or not at all.
+    pub fn save(&self, path: &Path) -> Result<(), RepresentationError> {
+        let mut checkpoint = Checkpoint::new();
+        self.save_into(&mut checkpoint)?;
+        Ok(checkpoint.save(path)?)
+    }
+
+    /// Reads a prior.
+    ///
+    /// # Errors
+    /// A damaged file, one that is no prior, or a plan out of range.
+    pub fn load(path: &Path) -> Result<Self, RepresentationError> {
+        Self::load_from(&Checkpoint::load(path)?)
+    }
+
+    /// Whether a file holds a prior of any kind.
+    pub fn is_in(checkpoint: &Checkpoint) -> bool {
+        checkpoint.meta::<String>("kind").is_ok_and(|kind| [VAE, SPLINE].contains(&kind.as_str()))
+    }
+
+    pub(super) fn save_into(&self, checkpoint: &mut Checkpoint) -> Result<(), RepresentationError> {
+        checkpoint.set_meta("kind", &self.recipe().kind())?;
+        checkpoint.set_meta("layout", &self.layout)?;
+        self.statistics.save_into(checkpoint)?;
+        match &self.coder {
+            Coder::Vae(vae) => {
+                checkpoint.set_meta("plan", &vae.0)?;
+                Ok(checkpoint.put_module("vae", &vae.1)?)
+            }
+            Coder::Spline(coder) => coder.save_into(checkpoint),
+        }
+    }
+
+    pub(super) fn load_from(checkpoint: &Checkpoint) -> Result<Self, RepresentationError> {
+        let kind: String = checkpoint.meta("kind")?;
+        if !Self::is_in(checkpoint) {
+            return Err(RepresentationError::Mismatch {
+                what: "file".into(),
+                expected: "a motion prior".into(),
+                got: kind,
+            });
+        }
+        let layout: FeatureLayout = checkpoint.meta("layout")?;
+        let statistics = FeatureStatistics::load_from(checkpoint, layout.size())?;
+        if kind == SPLINE {
+            let coder = SplineCoder::load_from(checkpoint, layout.size())?;
+            return Ok(Self::with_spline(layout, statistics, coder));
+        }
+        let plan: PriorPlan = checkpoint.meta("plan")?;
+        plan.check()?;
+        let vae = MotionVae::new(&plan, layout.size(), &device::inference());
+        let vae = checkpoint.load_module("vae", vae)?;
+        Ok(Self { windows: plan.windows(), layout, statistics, coder: Coder::Vae(Box::new((plan, vae))) })
+    }
+}

@@ -1,0 +1,235 @@
+//! What a sequence autoencoder is and how it is trained, as a TOML file.
+
+use std::fmt;
+use std::str::FromStr;
+
+use lifelike_nn::adam::{AdamConfig, Rule};
+use lifelike_nn::schedules::cosine;
+use lifelike_nn::spline::Spline;
+use lifelike_nn::transformer::{AutoencoderConfig, LatentTokens};
+
+use super::spread::Spread;
+use crate::RepresentationError;
+use lifelike_train::limits::{range, whole, wrong};
+
+/// The thesis' method and what it is compared with.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Method {
+    /// Four control points of one cubic Bézier curve.
+    Spline,
+    /// One latent vector, sinusoids of the position added.
+    Alibi,
+    /// One latent vector, sinusoids of the position beside it.
+    AlibiCat,
+}
+
+impl Method {
+    /// In Table 3.1's order.
+    pub const ALL: [Self; 3] = [Self::Alibi, Self::AlibiCat, Self::Spline];
+
+    /// As it is called on the command line and in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Spline => "spline",
+            Self::Alibi => "alibi",
+            Self::AlibiCat => "alibi-cat",
+        }
+    }
+
+    /// As the thesis' tables call it.
+    pub fn title(self) -> &'static str {
+        match self {
+            Self::Spline => "Spline",
+            Self::Alibi => "ALiBi",
+            Self::AlibiCat => "ALiBi-Cat",
+        }
+    }
+
+    /// How the decoder's tokens are made.
+    pub fn tokens(self) -> LatentTokens {
+        match self {
+            Self::Spline => LatentTokens::Spline(Spline::default()),
+            Self::Alibi => LatentTokens::Alibi,
+            Self::AlibiCat => LatentTokens::AlibiCat,
+        }
+    }
+}
+
+impl fmt::Display for Method {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+impl FromStr for Method {
+    type Err = RepresentationError;
+
+    fn from_str(text: &str) -> Result<Self, RepresentationError> {
+        let names = Self::ALL.map(Self::name).join(", ");
+        let found = Self::ALL.into_iter().find(|method| method.name() == text);
+        Ok(found.ok_or_else(|| wrong("method", &format!("one of {names}"), format!("'{text}'")))?)
+    }
+}
+
+/// Settings of a sequence autoencoder. [`super::Experiment::plan`] has the thesis' for each experiment.
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct SequencePlan {
+    /// Key of all randomness of weights and batches.
+    pub seed: u64,
+    /// How the decoder's tokens are made.
+    pub method: Method,
+    /// d: numbers of a latent control point.
+    pub latent: usize,
+    /// n: blocks of encoder and of decoder.
+    pub layers: usize,
+    /// h: heads of a block.
+    pub heads: usize,
+    /// c: numbers of a token.
+    pub width: usize,
+    /// FFN: inner width of the feed-forward part by `width`.
+    pub factor: usize,
+    /// Sequences of one iteration.
+    pub batch: usize,
+    /// Sequences that pass through the network at once. A batch of 1024 curves at once would need gigabytes; in parts it gives
+    /// the same gradient up to rounding, which is why this belongs to the plan.
+    pub part: usize,
+    /// Iterations, over which the rate falls to 0 along a cosine. The thesis does not say how many.
+    pub iterations: u64,
+    /// The thesis' RAdam, or Adam for runs of a few hundred iterations, most of which RAdam's own warm-up would take.
+    pub optimizer: Rule,
+    /// The largest learning rate.
+    pub learning_rate: f64,
+    /// Iterations over which the rate rises linearly from 0 (none in the thesis). Our remedy for 3.3.5's collapse.
+    pub warmup: u64,
+    /// Gradients are scaled down to this norm; without it they are not clipped, as in the thesis.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub max_gradient_norm: Option<f64>,
+    /// Our other remedy: a penalty on control points that come close to each other; none in the thesis. Without effect on the
+    /// baselines, which have one control point.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub spread: Option<Spread>,
+    /// Iterations between two looks at the validation set.
+    pub validate_every: u64,
+}
+
+impl Default for SequencePlan {
+    fn default() -> Self {
+        Self {
+            seed: 0,
+            method: Method::Spline,
+            latent: 16,
+            layers: 4,
+            heads: 4,
+            width: 64,
+            factor: 1,
+            batch: 256,
+            part: 32,
+            iterations: 50_000,
+            optimizer: Rule::Radam,
+            learning_rate: 1e-3,
+            warmup: 0,
+            max_gradient_norm: None,
+            spread: None,
+            validate_every: 500,
+        }
+    }
+}
+
+impl SequencePlan {
+    /// Checks every range.
+    ///
+    /// # Errors
+    /// The first key out of range.
+    pub fn check(&self) -> Result<(), RepresentationError> {
+        whole("latent", self.latent as u64, 1, 4096)?;
+        whole("layers", self.layers as u64, 1, 64)?;
+        whole("heads", self.heads as u64, 1, 256)?;
+        whole("width", self.width as u64, 1, 4096)?;
+        if !self.width.is_multiple_of(self.heads) {
+            return Err(wrong("heads", &format!("a divisor of the width {}", self.width), self.heads).into());
+        }
+        whole("factor", self.factor as u64, 1, 16)?;
+        whole("batch", self.batch as u64, 1, 1 << 16)?;
+        whole("part", self.part as u64, 1, 1 << 16)?;
+        whole("iterations", self.iterations, 1, 1 << 40)?;
+        range("learning_rate", self.learning_rate, 1e-9, 10.0)?;
+        whole("warmup", self.warmup, 0, self.iterations)?;
+        if let Some(norm) = self.max_gradient_norm {
+            range("max_gradient_norm", norm, 1e-9, 1e9)?;
+        }
+        if let Some(spread) = self.spread {
+            range("spread.weight", spread.weight, 0.0, 1e6)?;
+            range("spread.floor", spread.floor, 1e-6, 1e6)?;
+        }
+        Ok(whole("validate_every", self.validate_every, 1, 1 << 40)?)
+    }
+
+    /// The rate at an iteration (counted from 0): a cosine from the first iteration to the last (Loshchilov & Hutter 2017),
+    /// times the warm-up.
+    pub fn learning_rate_at(&self, iteration: u64) -> f64 {
+        let risen = if iteration < self.warmup { (iteration + 1) as f64 / self.warmup as f64 } else { 1.0 };
+        self.learning_rate * risen * cosine(iteration, self.iterations, 0.0)
+    }
+
+    /// The network for elements of `inputs` numbers.
+    pub fn network(&self, inputs: usize) -> AutoencoderConfig {
+        let sizes = AutoencoderConfig::new(inputs, self.latent, self.layers, self.heads, self.width);
+        AutoencoderConfig { factor: self.factor, ..sizes }.with_tokens(self.method.tokens())
+    }
+
+    /// The optimizer's constants.
+    pub fn adam(&self) -> AdamConfig {
+        AdamConfig { rule: self.optimizer, ..AdamConfig::adam() }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    #[test]
+    fn a_plan_survives_toml() {
+        let plan = SequencePlan {
+            max_gradient_norm: Some(1.5),
+            spread: Some(Spread { weight: 0.1, floor: 0.5 }),
+            method: Method::AlibiCat,
+            ..SequencePlan::default()
+        };
+        for plan in [plan, SequencePlan::default()] {
+            assert_eq!(toml::from_str::<SequencePlan>(&toml::to_string(&plan).unwrap()).unwrap(), plan);
+        }
+        assert_eq!(toml::from_str::<SequencePlan>("").unwrap(), SequencePlan::default());
+    }
+
+    #[test]
+    fn what_is_wrong_is_named_with_what_is_right() {
+        let error = |text: &str| toml::from_str::<SequencePlan>(text).unwrap_err().to_string();
+        assert!(error("lattent = 3").contains("unknown field `lattent`"));
+        assert!(error("method = 'sine'").contains("`alibi-cat`"));
+        let error = |text: &str| toml::from_str::<SequencePlan>(text).unwrap().check().unwrap_err().to_string();
+        assert_eq!(error("batch = 0"), "plan: batch: expected 1 to 65536, got 0");
+        assert_eq!(error("heads = 3"), "plan: heads: expected a divisor of the width 64, got 3");
+        assert_eq!(
+            error("learning_rate = nan"),
+            "plan: learning_rate: expected a number from 0.000000001 to 10, got NaN"
+        );
+        assert_eq!(error("iterations = 10\nwarmup = 11"), "plan: warmup: expected 0 to 10, got 11");
+        assert!(error("max_gradient_norm = 0.0").starts_with("plan: max_gradient_norm: expected a number from"));
+        let error = "sine".parse::<Method>().unwrap_err().to_string();
+        assert!(error.contains("alibi, alibi-cat, spline") && error.contains("'sine'"), "{error}");
+    }
+
+    #[test]
+    fn the_rate_rises_over_the_warm_up_and_falls_along_a_cosine() {
+        let plan = SequencePlan { learning_rate: 2.0, iterations: 100, ..SequencePlan::default() };
+        assert_eq!(plan.learning_rate_at(0), 2.0);
+        assert!((plan.learning_rate_at(50) - 1.0).abs() < 1e-12 && plan.learning_rate_at(100) < 1e-12);
+        let warm = SequencePlan { warmup: 10, ..plan.clone() };
+        assert_eq!(warm.learning_rate_at(0), 0.2);
+        assert!(warm.learning_rate_at(8) < plan.learning_rate_at(8));
+        assert_eq!(warm.learning_rate_at(10), plan.learning_rate_at(10));
+    }
+}

@@ -1,0 +1,300 @@
+//! Training of a sequence autoencoder: the whole algorithm in [`SequenceTrainer::step`].
+
+use burn::module::Module;
+use burn::tensor::{Tensor, TensorData};
+use lifelike_checkpoint::Checkpoint;
+use lifelike_nn::ModuleCheckpoint;
+use lifelike_nn::adam::Adam;
+use lifelike_nn::device::{self, Device};
+use lifelike_nn::gradients::Gradients;
+use lifelike_nn::numbers::read;
+use lifelike_nn::transformer::backprop::{self, PassError};
+use lifelike_nn::transformer::{Sampling, SplineAutoencoder};
+use rayon::prelude::*;
+
+use super::plan::SequencePlan;
+use super::sequences::{HeldOut, Sequences};
+use super::spread;
+use crate::RepresentationError;
+
+/// What one iteration did. All of it is determined by plan and data.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+pub struct SequenceMetrics {
+    /// Iterations done, this one included.
+    pub iteration: u64,
+    /// Mean squared error over all numbers of the batch, before the step.
+    pub loss: f64,
+    /// Learning rate of this iteration.
+    pub learning_rate: f64,
+    /// Norm of the gradient before clipping.
+    pub gradient_norm: f64,
+    /// Iterations so far whose gradient was not finite and was thrown away.
+    pub skipped: u64,
+}
+
+/// How well held-out sequences come back.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct Errors {
+    /// Mean squared error over all numbers of all sequences.
+    pub mse: f64,
+    /// That of each sequence.
+    pub each: Vec<f64>,
+    /// Root mean square distance of control points from the mean of their own sequence's. Where it nears 0 all control
+    /// points of a sequence are the same point: the collapse of thesis 3.3.5. Always 0 for one control point.
+    pub spread: f64,
+}
+
+/// A training run of a sequence autoencoder.
+#[derive(Debug)]
+pub struct SequenceTrainer<S> {
+    plan: SequencePlan,
+    data: S,
+    network: SplineAutoencoder,
+    optimizer: Adam,
+    device: Device,
+    iteration: u64,
+    skipped: u64,
+}
+
+impl<S: Sequences> SequenceTrainer<S> {
+    /// A run that has not begun. Methods of one seed begin with the same weights wherever these have the same shape.
+    ///
+    /// # Errors
+    /// A plan out of range.
+    pub fn new(plan: SequencePlan, data: S) -> Result<Self, RepresentationError> {
+        plan.check()?;
+        let device = device::training();
+        let network = plan.network(data.width()).init(plan.seed, "spline_transformer", &device)?;
+        let optimizer = Adam::new(plan.adam());
+        Ok(Self { plan, data, network, optimizer, device, iteration: 0, skipped: 0 })
+    }
+
+    /// With its network on another device.
+    #[must_use]
+    pub fn to_device(mut self, device: &Device) -> Self {
+        self.device = device.clone().autodiff();
+        self.network = self.network.fork(&self.device);
+        self.optimizer = self.optimizer.to_device(device);
+        self
+    }
+
+    /// The plan.
+    pub fn plan(&self) -> &SequencePlan {
+        &self.plan
+    }
+
+    /// What it learns from.
+    pub fn data(&self) -> &S {
+        &self.data
+    }
+
+    /// The network as it stands.
+    pub fn network(&self) -> &SplineAutoencoder {
+        &self.network
+    }
+
+    /// Iterations done.
+    pub fn iteration(&self) -> u64 {
+        self.iteration
+    }
+
+    /// Whether the plan's iterations are done.
+    pub fn is_done(&self) -> bool {
+        self.iteration >= self.plan.iterations
+    }
+
+    /// Parameters of the network.
+    pub fn parameters(&self) -> usize {
+        self.network.num_params()
+    }
+
+    /// One iteration: a batch through the network in parts, and one step against the mean of their gradients.
+    ///
+    /// # Errors
+    /// The device does not hand out its numbers.
+    pub fn step(&mut self) -> Result<SequenceMetrics, RepresentationError> {
+        let (plan, i) = (&self.plan, self.iteration);
+        let x = self.data.batch(i, plan.batch);
+        let (mut gradients, mut loss) = (Gradients::default(), 0.0);
+        // Summed in the parts' order, whichever core had which, so the number of cores changes no bit.
+        for part in self.gradients(&x)? {
+            let (squares, slopes) = part;
+            loss += squares / x.len() as f64;
+            gradients = sum(gradients, slopes);
+        }
+        let gradient_norm = match plan.max_gradient_norm {
+            Some(norm) => gradients.clip_norm(norm)?,
+            None => gradients.norm()?,
+        };
+        let learning_rate = plan.learning_rate_at(i);
+        if gradient_norm.is_finite() {
+            self.network = self.optimizer.step(self.network.clone(), gradients, learning_rate);
+        } else {
+            self.skipped += 1;
+        }
+        self.iteration += 1;
+        let (iteration, skipped) = (self.iteration, self.skipped);
+        Ok(SequenceMetrics { iteration, loss, learning_rate, gradient_norm, skipped })
+    }
+
+    /// Of every part of a batch, the sum of squared errors and its gradient by the batch's numbers.
+    fn gradients(&self, x: &[f32]) -> Result<Vec<(f64, Gradients)>, RepresentationError> {
+        let tokens = self.data.tokens();
+        let parts = x.chunks(self.plan.part * tokens * self.data.width());
+        if !self.by_hand() {
+            return parts.map(|part| self.recorded(part, x.len())).collect();
+        }
+        // A core for each part: whole passes side by side wait for each other less than every product's rows would.
+        let parts: Vec<_> = parts.map(|part| (self.network.clone(), part)).collect();
+        let plan = &self.plan;
+        parts.into_par_iter().map(|(network, part)| by_hand(plan, &network, part, tokens, x.len())).collect()
+    }
+
+    /// One part, by automatic differentiation.
+    fn recorded(&self, x: &[f32], numbers: usize) -> Result<(f64, Gradients), RepresentationError> {
+        let x = self.tensor(x);
+        let points = self.network.encode(x.clone());
+        let sampling = Sampling::each(self.data.tokens());
+        let y = self.network.decode(points.clone(), &sampling).map_err(PassError::from)?;
+        let squares = (y - x).square().sum();
+        let mut loss = squares.clone().div_scalar(numbers as f64);
+        if let Some(slopes) = penalty(&self.plan, &read(points.clone().inner())?) {
+            // A product whose derivative by the points is the slope that is written out.
+            let slopes = Tensor::from_data(TensorData::new(slopes, points.dims()), &points.device());
+            loss = loss + (points * slopes).sum();
+        }
+        let squares = read(squares.inner())?.into_iter().map(f64::from).sum();
+        Ok((squares, Gradients::of(&self.network, loss.backward())))
+    }
+
+    /// The gradient that is written out is for the CPU.
+    fn by_hand(&self) -> bool {
+        self.device.clone().inner() == device::inference()
+    }
+
+    fn tensor(&self, x: &[f32]) -> Tensor<3> {
+        let (tokens, width) = (self.data.tokens(), self.data.width());
+        let shape = [x.len() / (tokens * width), tokens, width];
+        Tensor::from_data(TensorData::new(x.to_vec(), shape), &self.device)
+    }
+
+    /// Control points and reconstruction of whole sequences.
+    ///
+    /// # Shapes
+    /// `[B, tokens, width]` to `[B, control points, d]` and `[B, tokens, width]`.
+    ///
+    /// # Errors
+    /// `x` does not hold whole sequences.
+    pub fn reconstruct(&self, x: &[f32]) -> Result<(Vec<f32>, Vec<f32>), RepresentationError> {
+        if self.by_hand() {
+            let (y, _) = backprop::forward(&self.network, x.to_vec(), self.data.tokens())?;
+            return Ok((y.control_points, y.sequence));
+        }
+        let points = self.network.encode(self.tensor(x));
+        let y = self.network.decode(points.clone(), &Sampling::each(self.data.tokens())).map_err(PassError::from)?;
+        Ok((read(points.inner())?, read(y.inner())?))
+    }
+
+    /// Errors of a held-out set.
+    ///
+    /// # Errors
+    /// The device does not hand out its numbers.
+    pub fn errors(&self, set: HeldOut) -> Result<Errors, RepresentationError> {
+        let unit = self.data.tokens() * self.data.width();
+        let (count, latent) = (self.data.held_out_len(set), self.plan.latent);
+        let (mut each, mut apart, mut points) = (Vec::with_capacity(count), 0.0, 0);
+        for first in (0..count).step_by(self.plan.part) {
+            let x = self.data.held_out(set, first..(first + self.plan.part).min(count));
+            let (control_points, y) = self.reconstruct(&x)?;
+            each.extend(x.chunks(unit).zip(y.chunks(unit)).map(|(x, y)| squared(x, y) / unit as f64));
+            let per_sequence = self.plan.method.tokens().control_points();
+            points += control_points.len() / latent;
+            apart += control_points.chunks(per_sequence * latent).map(|p| deviation(p, latent)).sum::<f64>();
+        }
+        let mse = each.iter().sum::<f64>() / count.max(1) as f64;
+        Ok(Errors { mse, each, spread: (apart / points.max(1) as f64).sqrt() })
+    }
+
+    /// Everything needed to continue bit for bit.
+    ///
+    /// # Errors
+    /// The device does not hand out its numbers.
+    pub fn checkpoint(&self) -> Result<Checkpoint, RepresentationError> {
+        let mut checkpoint = Checkpoint::new();
+        checkpoint.set_meta("plan", &self.plan)?;
+        checkpoint.set_meta("data", &self.data.describe())?;
+        checkpoint.put_u64("progress", &[2], vec![self.iteration, self.skipped])?;
+        checkpoint.put_module("network", &self.network)?;
+        self.optimizer.save_into(&mut checkpoint, "optimizer")?;
+        Ok(checkpoint)
+    }
+
+    /// Continues from a checkpoint, with the plan in it.
+    ///
+    /// # Errors
+    /// A checkpoint of something else, or other data than the run began with.
+    pub fn resume(checkpoint: &Checkpoint, data: S) -> Result<Self, RepresentationError> {
+        let (expected, got): (String, _) = (checkpoint.meta("data")?, data.describe());
+        if expected != got {
+            return Err(RepresentationError::Mismatch { what: "training sequences".into(), expected, got });
+        }
+        let mut run = Self::new(checkpoint.meta("plan")?, data)?;
+        run.network = checkpoint.load_module("network", run.network)?;
+        run.optimizer = Adam::load_from(run.optimizer.config(), checkpoint, "optimizer", &run.network)?;
+        let progress = checkpoint.u64s("progress", &[2])?;
+        (run.iteration, run.skipped) = (progress[0], progress[1]);
+        Ok(run)
+    }
+}
+
+/// [`spread::slopes`], where the plan wants them.
+fn penalty(plan: &SequencePlan, control_points: &[f32]) -> Option<Vec<f32>> {
+    let points = plan.method.tokens().control_points();
+    let spread = plan.spread.filter(|_| points > 1)?;
+    Some(spread::slopes(spread, control_points, points, plan.latent, plan.batch))
+}
+
+/// One part, by the gradient that is written out.
+fn by_hand(
+    plan: &SequencePlan,
+    network: &SplineAutoencoder,
+    x: &[f32],
+    tokens: usize,
+    numbers: usize,
+) -> Result<(f64, Gradients), RepresentationError> {
+    let (y, pass) = backprop::forward(network, x.to_vec(), tokens)?;
+    let squares = squared(&y.sequence, x);
+    let scale = 2.0 / numbers as f32;
+    let slopes = y.sequence.iter().zip(x).map(|(y, x)| (y - x) * scale).collect();
+    let apart = penalty(plan, &y.control_points);
+    Ok((squares, backprop::backward(network, pass, slopes, apart)?))
+}
+
+/// Sum of squared differences.
+fn squared(a: &[f32], b: &[f32]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| f64::from(a - b).powi(2)).sum()
+}
+
+/// Sum of squared distances of points of `latent` numbers from their mean.
+fn deviation(points: &[f32], latent: usize) -> f64 {
+    let count = (points.len() / latent).max(1) as f64;
+    let mean = |k: usize| points.iter().skip(k).step_by(latent).map(|p| f64::from(*p)).sum::<f64>() / count;
+    let of = |k: usize, mean: f64| -> f64 {
+        points.iter().skip(k).step_by(latent).map(|p| (f64::from(*p) - mean).powi(2)).sum()
+    };
+    (0..latent).map(|k| of(k, mean(k))).sum()
+}
+
+/// Gradients of two parts together.
+fn sum(mut total: Gradients, part: Gradients) -> Gradients {
+    let names: Vec<String> = part.names().map(str::to_owned).collect();
+    for name in names {
+        let both = match (total.get(&name), part.get(&name)) {
+            (Some(a), Some(b)) => a.clone().add(b.clone()),
+            (Some(one), None) | (None, Some(one)) => one.clone(),
+            (None, None) => continue,
+        };
+        total.insert(name, both);
+    }
+    total
+}

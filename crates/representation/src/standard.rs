@@ -1,0 +1,114 @@
+//! Numbers of different units and sizes made comparable: each less its mean and by its spread.
+
+use lifelike_checkpoint::{Checkpoint, CheckpointError};
+
+/// Mean and spread of each number of a row.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Standard {
+    mean: Vec<f64>,
+    spread: Vec<f64>,
+}
+
+impl Standard {
+    /// # Shapes
+    /// Both `[width]`; spreads above 0.
+    pub(super) fn new(mean: Vec<f64>, spread: Vec<f64>) -> Self {
+        Self { mean, spread }
+    }
+
+    /// Mean of each number.
+    pub fn mean(&self) -> &[f64] {
+        &self.mean
+    }
+
+    /// What each number is divided by.
+    pub fn spread(&self) -> &[f64] {
+        &self.spread
+    }
+
+    /// Normalises rows in place.
+    ///
+    /// # Shapes
+    /// `[N, width]`, row after row.
+    pub fn normalize(&self, rows: &mut [f64]) {
+        for row in rows.chunks_exact_mut(self.mean.len()) {
+            for ((x, m), s) in row.iter_mut().zip(&self.mean).zip(&self.spread) {
+                *x = (*x - m) / s;
+            }
+        }
+    }
+
+    /// Back to what they were.
+    ///
+    /// # Shapes
+    /// `[N, width]`, row after row.
+    pub fn denormalize(&self, rows: &mut [f64]) {
+        for row in rows.chunks_exact_mut(self.mean.len()) {
+            for ((x, m), s) in row.iter_mut().zip(&self.mean).zip(&self.spread) {
+                *x = *x * s + m;
+            }
+        }
+    }
+
+    /// As `{name}.mean` and `{name}.spread`.
+    pub(super) fn save_into(&self, checkpoint: &mut Checkpoint, name: &str) -> Result<(), CheckpointError> {
+        checkpoint.put_f64(&format!("{name}.mean"), &[self.mean.len()], self.mean.clone())?;
+        checkpoint.put_f64(&format!("{name}.spread"), &[self.spread.len()], self.spread.clone())
+    }
+
+    pub(super) fn load_from(checkpoint: &Checkpoint, name: &str, width: usize) -> Result<Self, CheckpointError> {
+        let numbers = |what: &str| checkpoint.f64s(&format!("{name}.{what}"), &[width]);
+        Ok(Self { mean: numbers("mean")?, spread: numbers("spread")? })
+    }
+}
+
+/// Sums over rows on the way to their mean and spread, one pass, without cancellation (Welford 1962).
+#[derive(Debug, Clone)]
+pub(super) struct Moments {
+    mean: Vec<f64>,
+    square: Vec<f64>,
+    count: f64,
+}
+
+impl Moments {
+    pub(super) fn new(width: usize) -> Self {
+        Self { mean: vec![0.0; width], square: vec![0.0; width], count: 0.0 }
+    }
+
+    pub(super) fn add(&mut self, row: impl IntoIterator<Item = f64>) {
+        self.count += 1.0;
+        for ((m, s), x) in self.mean.iter_mut().zip(&mut self.square).zip(row) {
+            let delta = x - *m;
+            *m += delta / self.count;
+            *s += delta * (x - *m);
+        }
+    }
+
+    /// Mean and standard deviation of each number.
+    pub(super) fn finish(self) -> (Vec<f64>, Vec<f64>) {
+        let count = f64::max(self.count, 1.0);
+        (self.mean, self.square.into_iter().map(|s| (s / count).sqrt()).collect())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn by_hand_and_back() {
+        let mut moments = Moments::new(2);
+        for row in [[1.0, 1e9], [2.0, 1e9 + 3.0], [6.0, 1e9 + 6.0]] {
+            moments.add(row);
+        }
+        let (mean, spread) = moments.finish();
+        assert_eq!(mean, [3.0, 1e9 + 3.0]);
+        assert!((spread[0] - (14.0_f64 / 3.0).sqrt()).abs() < 1e-12 && (spread[1] - 6.0_f64.sqrt()).abs() < 1e-9);
+        let standard = Standard::new(vec![3.0, -1.0], vec![2.0, 0.5]);
+        let mut rows = [5.0, -1.0, 3.0, 0.0];
+        standard.normalize(&mut rows);
+        assert_eq!(rows, [1.0, 0.0, 0.0, 2.0]);
+        standard.denormalize(&mut rows);
+        assert_eq!(rows, [5.0, -1.0, 3.0, 0.0]);
+    }
+}

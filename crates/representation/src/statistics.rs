@@ -1,0 +1,116 @@
+//! Mean and spread of the features of a data set, by which windows and single frames are normalised (thesis 4.2.1).
+
+use lifelike_checkpoint::{Checkpoint, CheckpointError};
+use lifelike_motion::{FeatureLayout, Frame};
+
+use super::standard::{Moments, Standard};
+use crate::RepresentationError;
+use lifelike_train::limits::range;
+
+/// Smallest standard deviations to divide by. A joint that hardly moves in the data would otherwise turn tiny errors
+/// into the largest term of the loss. They are about a fiftieth to a tenth of what walking shows.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct SpreadFloors {
+    /// Root height (m).
+    pub height: f64,
+    /// Root linear velocity (m/s).
+    pub linear_velocity: f64,
+    /// Root angular velocity (rad/s).
+    pub angular_velocity: f64,
+    /// Joint position (rad).
+    pub joint_position: f64,
+    /// Joint velocity (rad/s).
+    pub joint_velocity: f64,
+    /// End-effector position (m).
+    pub effector: f64,
+}
+
+impl Default for SpreadFloors {
+    fn default() -> Self {
+        Self {
+            height: 0.02,
+            linear_velocity: 0.1,
+            angular_velocity: 0.2,
+            joint_position: 0.05,
+            joint_velocity: 0.3,
+            effector: 0.03,
+        }
+    }
+}
+
+impl SpreadFloors {
+    pub(super) fn check(&self) -> Result<(), RepresentationError> {
+        range("floors.height", self.height, 1e-6, 1e3)?;
+        range("floors.linear_velocity", self.linear_velocity, 1e-6, 1e3)?;
+        range("floors.angular_velocity", self.angular_velocity, 1e-6, 1e3)?;
+        range("floors.joint_position", self.joint_position, 1e-6, 1e3)?;
+        range("floors.joint_velocity", self.joint_velocity, 1e-6, 1e3)?;
+        Ok(range("floors.effector", self.effector, 1e-6, 1e3)?)
+    }
+
+    /// The floor of every feature; orientation's is 0, it is never normalised.
+    fn of(&self, layout: &FeatureLayout) -> Vec<f64> {
+        let mut floors = vec![0.0; layout.size()];
+        floors[FeatureLayout::HEIGHT] = self.height;
+        floors[7..10].fill(self.linear_velocity);
+        floors[10..13].fill(self.angular_velocity);
+        floors[layout.joint_positions()].fill(self.joint_position);
+        floors[layout.joint_velocities()].fill(self.joint_velocity);
+        floors[layout.effectors()].fill(self.effector);
+        floors
+    }
+}
+
+/// Mean and spread of every feature over all frames of a data set, each frame in its own heading frame. Orientation has
+/// mean 0 and spread 1 here, because it is not normalised.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FeatureStatistics(Standard);
+
+impl FeatureStatistics {
+    /// Over these frames.
+    pub fn of<'a>(layout: &FeatureLayout, floors: &SpreadFloors, frames: impl Iterator<Item = &'a Frame>) -> Self {
+        let mut row = vec![0.0; layout.size()];
+        let mut moments = Moments::new(row.len());
+        for frame in frames {
+            frame.write_features(&frame.root_orientation, &mut row);
+            moments.add(row.iter().copied());
+        }
+        let (mut mean, mut spread) = moments.finish();
+        spread.iter_mut().zip(floors.of(layout)).for_each(|(spread, floor)| *spread = spread.max(floor));
+        mean[FeatureLayout::ORIENTATION].fill(0.0);
+        spread[FeatureLayout::ORIENTATION].fill(1.0);
+        Self(Standard::new(mean, spread))
+    }
+
+    /// Mean of every feature (SI).
+    pub fn mean(&self) -> &[f64] {
+        self.0.mean()
+    }
+
+    /// Standard deviation, floored, of every feature (SI).
+    pub fn spread(&self) -> &[f64] {
+        self.0.spread()
+    }
+
+    /// Normalises rows of features in place.
+    pub fn normalize(&self, rows: &mut [f64]) {
+        self.0.normalize(rows);
+    }
+
+    /// Back to SI units.
+    pub fn denormalize(&self, rows: &mut [f64]) {
+        self.0.denormalize(rows);
+    }
+
+    pub(super) fn save_into(&self, checkpoint: &mut Checkpoint) -> Result<(), CheckpointError> {
+        self.0.save_into(checkpoint, NAME)
+    }
+
+    pub(super) fn load_from(checkpoint: &Checkpoint, size: usize) -> Result<Self, CheckpointError> {
+        Ok(Self(Standard::load_from(checkpoint, NAME, size)?))
+    }
+}
+
+/// In files.
+const NAME: &str = "statistics";

@@ -1,0 +1,217 @@
+//! Training of the motion prior: the whole algorithm in [`PriorTrainer::step`].
+
+use std::ops::ControlFlow;
+use std::path::Path;
+
+use burn::module::Module;
+use burn::tensor::{Tensor, TensorData};
+use lifelike_checkpoint::Checkpoint;
+use lifelike_checkpoint::rng::stream;
+use lifelike_motion::FeatureLayout;
+use lifelike_nn::ModuleCheckpoint;
+use lifelike_nn::adam::{Adam, AdamConfig};
+use lifelike_nn::device::{self, Device};
+use lifelike_nn::gradients::Gradients;
+use lifelike_nn::losses::kl_from_standard_normal;
+use rand_distr::{Distribution, StandardNormal};
+
+use super::dataset::{PriorClip, Windows};
+use super::loss::reconstruction;
+use super::plan::PriorPlan;
+use super::prior::{MotionPrior, Recipe};
+use super::reconstruction::ReconstructionReport;
+use super::statistics::FeatureStatistics;
+use super::vae::MotionVae;
+use crate::RepresentationError;
+
+/// What one iteration did. All of it is determined by plan and data.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+pub struct PriorMetrics {
+    /// Iterations done, this one included.
+    pub iteration: u64,
+    /// What was minimised.
+    pub loss: f64,
+    /// Eq. 4.3, before the step.
+    pub reconstruction: f64,
+    /// KL divergence from the standard normal (nats per window), before the step.
+    pub kl: f64,
+    /// Weight of the KL divergence in this iteration.
+    pub kl_weight: f64,
+    /// Learning rate of this iteration.
+    pub learning_rate: f64,
+    /// Norm of the gradient before clipping.
+    pub gradient_norm: f64,
+    /// Iterations so far whose gradient was not finite and was thrown away.
+    pub skipped: u64,
+}
+
+/// A training run of a motion prior.
+#[derive(Debug)]
+pub struct PriorTrainer {
+    plan: PriorPlan,
+    layout: FeatureLayout,
+    statistics: FeatureStatistics,
+    training: Windows,
+    held_out: Windows,
+    vae: MotionVae,
+    optimizer: Adam,
+    device: Device,
+    iteration: u64,
+    skipped: u64,
+}
+
+impl PriorTrainer {
+    /// A run that has not begun. `held_out` clips are only looked at by [`Self::report`].
+    ///
+    /// # Errors
+    /// A plan out of range, no training frames, or a clip that does not fit the layout.
+    pub fn new(
+        plan: PriorPlan,
+        layout: FeatureLayout,
+        training: Vec<PriorClip>,
+        held_out: Vec<PriorClip>,
+    ) -> Result<Self, RepresentationError> {
+        plan.check()?;
+        let windows = plan.windows();
+        let training = Windows::to_train_on(&windows, &layout, training)?;
+        let held_out = Windows::new(&windows, &layout, held_out)?;
+        let statistics = training.statistics(&layout, &plan.floors);
+        let device = device::training();
+        let vae = MotionVae::new(&plan, layout.size(), &device);
+        let optimizer = Adam::new(AdamConfig { rule: plan.optimizer, ..AdamConfig::adam() });
+        Ok(Self { plan, layout, statistics, training, held_out, vae, optimizer, device, iteration: 0, skipped: 0 })
+    }
+
+    /// With its networks on another device.
+    #[must_use]
+    pub fn to_device(mut self, device: &Device) -> Self {
+        self.device = device.clone().autodiff();
+        self.vae = self.vae.fork(&self.device);
+        self.optimizer = self.optimizer.to_device(device);
+        self
+    }
+
+    /// The plan.
+    pub fn plan(&self) -> &PriorPlan {
+        &self.plan
+    }
+
+    /// Iterations done.
+    pub fn iteration(&self) -> u64 {
+        self.iteration
+    }
+
+    /// Parameters of encoder and decoder together.
+    pub fn parameters(&self) -> usize {
+        self.vae.num_params()
+    }
+
+    /// One iteration: draw windows, encode, sample, decode, step.
+    pub fn step(&mut self) -> Result<PriorMetrics, RepresentationError> {
+        let (plan, i) = (&self.plan, self.iteration);
+        let device = self.device.clone();
+        let (kl_weight, learning_rate) = (plan.kl_weight_at(i), plan.learning_rate_at(i));
+
+        let rows = self.training.sample(&self.statistics, plan.batch, &mut stream(plan.seed, "prior.batch", 0, i))?;
+        let shape = [plan.batch, plan.windows().window().len(), self.layout.size()];
+        let x = Tensor::<3>::from_data(TensorData::new(rows, shape), &device);
+        let mut rng = stream(plan.seed, "prior.noise", 0, i);
+        let noise: Vec<f32> = (0..plan.batch * plan.latent).map(|_| StandardNormal.sample(&mut rng)).collect();
+        let noise = TensorData::new(noise, [plan.batch, plan.latent]);
+
+        let (mean, log_variance) = self.vae.encode(x.clone());
+        let deviation = log_variance.clone().mul_scalar(0.5).exp();
+        let z = mean.clone() + deviation * Tensor::<2>::from_data(noise, &device);
+        let rec = reconstruction(x, self.vae.decode(z));
+        let kl = kl_from_standard_normal(mean, log_variance).mean();
+        let loss = rec.clone() + kl.clone().mul_scalar(kl_weight);
+
+        let mut gradients = Gradients::of(&self.vae, loss.backward());
+        let gradient_norm = gradients.clip_norm(plan.max_gradient_norm)?;
+        if gradient_norm.is_finite() {
+            self.vae = self.optimizer.step(self.vae.clone(), gradients, learning_rate);
+        } else {
+            self.skipped += 1;
+        }
+        self.iteration += 1;
+        let number = |t: Tensor<1>| f64::from(t.into_scalar::<f32>());
+        Ok(PriorMetrics {
+            iteration: self.iteration,
+            loss: number(loss),
+            reconstruction: number(rec),
+            kl: number(kl),
+            kl_weight,
+            learning_rate,
+            gradient_norm,
+            skipped: self.skipped,
+        })
+    }
+
+    /// Iterates until the plan is done or `each` (called after every iteration) breaks.
+    pub fn train(
+        &mut self,
+        mut each: impl FnMut(&Self, &PriorMetrics) -> ControlFlow<()>,
+    ) -> Result<(), RepresentationError> {
+        while self.iteration < self.plan.iterations {
+            let metrics = self.step()?;
+            if each(self, &metrics).is_break() {
+                break;
+            }
+        }
+        Ok(())
+    }
+
+    /// The prior as it stands.
+    pub fn prior(&self) -> MotionPrior {
+        MotionPrior::new(self.plan.clone(), self.layout.clone(), self.statistics.clone(), &self.vae)
+    }
+
+    /// Reconstruction of the held-out clips, or of the training clips when none were held out.
+    pub fn report(&self) -> Result<ReconstructionReport, RepresentationError> {
+        let windows = if self.held_out.is_empty() { &self.training } else { &self.held_out };
+        self.prior().reconstruct(windows)
+    }
+
+    /// Writes everything needed to continue bit for bit. [`MotionPrior::load`] reads the same file.
+    pub fn save(&self, path: &Path) -> Result<(), RepresentationError> {
+        let mut checkpoint = Checkpoint::new();
+        self.prior().save_into(&mut checkpoint)?;
+        checkpoint.set_meta("data", &self.training.digest())?;
+        checkpoint.put_u64("progress", &[2], vec![self.iteration, self.skipped])?;
+        self.optimizer.save_into(&mut checkpoint, "optimizer")?;
+        Ok(checkpoint.save(path)?)
+    }
+
+    /// Continues a saved run with the plan in the file.
+    ///
+    /// # Errors
+    /// A damaged file, or training clips that are not those the run began with.
+    pub fn resume(
+        path: &Path,
+        training: Vec<PriorClip>,
+        held_out: Vec<PriorClip>,
+    ) -> Result<Self, RepresentationError> {
+        let checkpoint = Checkpoint::load(path)?;
+        let saved = MotionPrior::load_from(&checkpoint)?;
+        let Recipe::Vae(plan) = saved.recipe() else {
+            let what = path.display().to_string();
+            return Err(RepresentationError::Mismatch {
+                what,
+                expected: "a beta-VAE's run".into(),
+                got: "a spline prior".into(),
+            });
+        };
+        let mut run = Self::new(plan.clone(), saved.layout().clone(), training, held_out)?;
+        let (expected, got): (String, _) = (checkpoint.meta("data")?, run.training.digest());
+        if expected != got {
+            let what = format!("{}: training clips", path.display());
+            return Err(RepresentationError::Mismatch { what, expected: format!("digest {expected}"), got });
+        }
+        run.statistics = saved.statistics().clone();
+        run.vae = checkpoint.load_module("vae", run.vae)?;
+        run.optimizer = Adam::load_from(run.optimizer.config(), &checkpoint, "optimizer", &run.vae)?;
+        let progress = checkpoint.u64s("progress", &[2])?;
+        (run.iteration, run.skipped) = (progress[0], progress[1]);
+        Ok(run)
+    }
+}

@@ -1,0 +1,64 @@
+//! Which windows of which clips a motion prior is about, whatever encodes them.
+
+use lifelike_motion::window::WindowSpec;
+
+use super::statistics::SpreadFloors;
+use crate::RepresentationError;
+use lifelike_train::limits::{range, whole};
+
+/// What priors of every kind have in common.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct WindowPlan {
+    /// Decides which clips are set aside.
+    pub seed: u64,
+    /// Frames per second of the clips' frames (the control rate).
+    pub frame_rate: f64,
+    /// W of eq. 4.2: a window has 2W + 1 samples.
+    pub half_width: usize,
+    /// Time that a window covers (s). The thesis' 61 frames cover 1 s, so samples stand 1/60 s apart; frames at another
+    /// rate (50 Hz here) are interpolated at t + k/60 s for k = -30..30, rotations by slerp.
+    pub window_seconds: f64,
+    /// Part of the clips set aside for the report by [`super::dataset::split`].
+    pub held_out: f64,
+    /// Smallest spreads that features are divided by.
+    pub floors: SpreadFloors,
+}
+
+impl Default for WindowPlan {
+    fn default() -> Self {
+        let floors = SpreadFloors::default();
+        Self { seed: 0, frame_rate: 50.0, half_width: 30, window_seconds: 1.0, held_out: 0.1, floors }
+    }
+}
+
+impl WindowPlan {
+    /// Checks every range.
+    ///
+    /// # Errors
+    /// The first key out of range.
+    pub fn check(&self) -> Result<(), RepresentationError> {
+        range("frame_rate", self.frame_rate, 1.0, 1000.0)?;
+        whole("half_width", self.half_width as u64, 1, 500)?;
+        range("window_seconds", self.window_seconds, 0.02, 20.0)?;
+        range("held_out", self.held_out, 0.0, 0.9)?;
+        self.floors.check()
+    }
+
+    /// The window in time.
+    pub fn window(&self) -> WindowSpec {
+        WindowSpec { half_width: self.half_width, dt: self.window_seconds / (2 * self.half_width) as f64 }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sixty_one_samples_cover_one_second() {
+        let window = WindowPlan::default().window();
+        assert_eq!(window.len(), 61);
+        assert!((window.dt - 1.0 / 60.0).abs() < 1e-15);
+    }
+}

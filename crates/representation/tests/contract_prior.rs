@@ -1,0 +1,210 @@
+//! Promises of the motion prior, on synthetic motion.
+
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
+mod swings;
+
+use std::ops::ControlFlow;
+
+use lifelike_character::{Quat, Vec3};
+use lifelike_motion::{FeatureLayout, Frame};
+use lifelike_nn::adam::Rule;
+use lifelike_nn::device::Processor;
+use lifelike_representation::RepresentationError;
+use lifelike_representation::latent::Codes;
+use lifelike_representation::latent::codes::features_of;
+use lifelike_representation::latent::interpolation::middle_frames;
+use lifelike_representation::{MotionPrior, PriorMetrics, PriorPlan, PriorTrainer, dataset};
+use swings::{clip, clips, layout};
+
+fn small() -> PriorPlan {
+    PriorPlan {
+        channels: 16,
+        blocks: 1,
+        latent: 8,
+        batch: 16,
+        iterations: 60,
+        restart_first: 60,
+        ..PriorPlan::default()
+    }
+}
+
+fn trainer(plan: PriorPlan) -> PriorTrainer {
+    let (train, aside) = dataset::split(&plan.windows(), clips());
+    PriorTrainer::new(plan, layout(), train, aside).unwrap()
+}
+
+fn run(trainer: &mut PriorTrainer, iterations: u64) -> Vec<PriorMetrics> {
+    let mut all = Vec::new();
+    let stop = trainer.iteration() + iterations;
+    trainer
+        .train(|t, m| {
+            all.push(*m);
+            if t.iteration() < stop { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
+        })
+        .unwrap();
+    all
+}
+
+#[test]
+fn a_stopped_run_continues_bit_for_bit() {
+    let folder = tempfile::tempdir().unwrap();
+    let (part, whole) = (folder.path().join("part"), folder.path().join("whole"));
+    let mut straight = trainer(small());
+    let expected = run(&mut straight, 24);
+    straight.save(&whole).unwrap();
+
+    let mut stopped = trainer(small());
+    let mut got = run(&mut stopped, 11);
+    stopped.save(&part).unwrap();
+    drop(stopped);
+    let (train, aside) = dataset::split(&small().windows(), clips());
+    let mut resumed = PriorTrainer::resume(&part, train, aside).unwrap();
+    got.extend(run(&mut resumed, 13));
+    resumed.save(&part).unwrap();
+
+    assert_eq!(expected, got);
+    assert_eq!(std::fs::read(&whole).unwrap(), std::fs::read(&part).unwrap());
+}
+
+#[test]
+fn every_device_learns_what_the_cpu_learns() {
+    let expected = run(&mut trainer(small()), 6);
+    for processor in Processor::built() {
+        let mut there = trainer(small()).to_device(&processor.open().unwrap());
+        for (cpu, card) in expected.iter().zip(run(&mut there, 6)) {
+            let near = |a: f64, b: f64| (a - b).abs() <= 1e-3 * a.abs();
+            assert!(near(cpu.loss, card.loss) && near(cpu.kl, card.kl), "{cpu:?} {card:?}");
+        }
+        assert_eq!(there.prior().encode_clip(&clips()[0].frames).unwrap().len(), clips()[0].frames.len() * 8);
+    }
+}
+
+#[test]
+fn resuming_on_other_clips_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run");
+    trainer(small()).save(&path).unwrap();
+    let (mut train, aside) = dataset::split(&small().windows(), clips());
+    train[0].frames[5].joint_positions[0] += 1e-9;
+    assert!(matches!(PriorTrainer::resume(&path, train, aside), Err(RepresentationError::Mismatch { .. })));
+}
+
+#[test]
+fn it_learns_and_a_saved_prior_answers_like_the_live_one() {
+    // No clip is held out, so the report is about the clips it learns from.
+    let optimizer = Rule::Adam;
+    let plan = PriorPlan { iterations: 300, restart_first: 300, channels: 24, held_out: 0.0, optimizer, ..small() };
+    let mut run_ = trainer(plan);
+    let before = run_.report().unwrap();
+    let metrics = run(&mut run_, 300);
+    let after = run_.report().unwrap();
+    assert!(metrics.iter().all(|m| m.loss.is_finite() && m.skipped == 0));
+    assert!(after.centre.joints_deg < 0.5 * before.centre.joints_deg, "{before:?}\n{after:?}");
+    assert!(after.window.effectors_mm < 0.5 * before.window.effectors_mm, "{before:?}\n{after:?}");
+
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("swing.prior.safetensors");
+    let prior = run_.prior();
+    prior.save(&path).unwrap();
+    let loaded = MotionPrior::load(&path).unwrap();
+    let frames = clip(3, 40).frames;
+    let z = loaded.encode_clip(&frames).unwrap();
+    assert_eq!(z.len(), 40 * 8);
+    assert_eq!(z, prior.encode_clip(&frames).unwrap());
+    assert_eq!(loaded.layout(), &layout());
+    let windows = loaded.decode(&z).unwrap();
+    assert_eq!(windows.len(), 40 * 61 * layout().size());
+    assert!(loaded.decode(&z[1..]).is_err());
+}
+
+#[test]
+fn a_latent_knows_neither_place_nor_heading() {
+    let prior = trainer(small()).prior();
+    let here = clip(1, 70).frames;
+    let turn = Quat::from_euler_angles(0.0, 0.0, 2.5);
+    let shift = Vec3::new(3.0, -4.0, 0.0);
+    let there: Vec<Frame> = here
+        .iter()
+        .map(|f| Frame {
+            root_position: turn * f.root_position + shift,
+            root_orientation: turn * f.root_orientation,
+            linear_velocity_w: turn * f.linear_velocity_w,
+            angular_velocity_w: turn * f.angular_velocity_w,
+            effectors_w: f.effectors_w.iter().map(|p| turn * p + shift).collect(),
+            ..f.clone()
+        })
+        .collect();
+    let (a, b) = (prior.encode_clip(&here).unwrap(), prior.encode_clip(&there).unwrap());
+    let scale = a.iter().fold(0.0_f32, |m, x| m.max(x.abs()));
+    assert!(scale > 0.01);
+    for (a, b) in a.iter().zip(&b) {
+        assert!((a - b).abs() < 1e-5 * scale.max(1.0), "{a} {b}");
+    }
+}
+
+#[test]
+fn frames_that_do_not_fit_are_named() {
+    let prior = trainer(small()).prior();
+    let mut frames = clip(0, 10).frames;
+    frames[7].joint_positions[2] = f64::NAN;
+    let message = prior.encode_clip(&frames).unwrap_err().to_string();
+    assert!(message.contains("frame 7"), "{message}");
+    frames[7].joint_positions.pop();
+    let message = prior.encode_clip(&frames).unwrap_err().to_string();
+    assert!(message.contains("4 joint positions") && message.contains("3 joint positions"), "{message}");
+    assert!(prior.encode_clip(&[]).is_err());
+}
+
+#[test]
+fn statistics_are_those_of_hand_arithmetic_with_floors() {
+    let run_ = trainer(PriorPlan { held_out: 0.0, ..small() });
+    let prior = run_.prior();
+    let all: Vec<Frame> = clips().into_iter().flat_map(|c| c.frames).collect();
+    let column: Vec<f64> = all.iter().map(|f| f.joint_positions[1]).collect();
+    let mean = column.iter().sum::<f64>() / column.len() as f64;
+    let spread = (column.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / column.len() as f64).sqrt();
+    let at = layout().joint_positions().start + 1;
+    assert!((prior.statistics().mean()[at] - mean).abs() < 1e-12);
+    assert!((prior.statistics().spread()[at] - spread).abs() < 1e-12);
+    assert_eq!(prior.statistics().spread()[FeatureLayout::ORIENTATION], [1.0; 6]);
+    // The sideways velocity never changes: its spread is the floor.
+    assert_eq!(prior.statistics().spread()[8], small().floors.linear_velocity);
+}
+
+#[test]
+fn the_middle_of_every_decoded_window_is_taken_however_many_there_are() {
+    let prior = trainer(small()).prior();
+    // More codes than are decoded at a time.
+    let codes: Vec<f32> = clips().iter().take(3).flat_map(|c| prior.encode_clip(&c.frames).unwrap()).collect();
+    let (size, window) = (layout().size(), prior.plan().window().len());
+    let got = middle_frames(&prior, &codes).unwrap();
+    assert_eq!(got.len(), 3 * 120 * size);
+    for at in [0, 255, 256, 359] {
+        let whole = prior.decode(&codes[8 * at..8 * (at + 1)]).unwrap();
+        let middle = window / 2 * size;
+        let pairs = got[at * size..].iter().zip(&whole[middle..middle + size]);
+        // The same numbers up to the order in which a larger batch is summed up.
+        assert!(pairs.clone().all(|(g, e)| (g - e).abs() < 1e-4), "code {at}");
+        let others = got[at * size..(at + 1) * size].iter().zip(&whole[middle + size..]);
+        assert!(others.clone().any(|(g, e)| (g - e).abs() > 1e-3), "the next frame is another one");
+    }
+}
+
+#[test]
+fn codes_of_clips_stand_beside_their_features() {
+    let (prior, clips) = (trainer(small()).prior(), clips());
+    let codes = Codes::of_prior(&prior, &clips[..2]).unwrap();
+    assert_eq!((codes.len(), codes.dimension(), codes.fps()), (240, 8, 50.0));
+    assert_eq!(codes.names(), ["swing_0", "swing_1"]);
+    assert_eq!(&codes.rows()[120 * 8..], prior.encode_clip(&clips[1].frames).unwrap());
+    let features = features_of(&clips[..2], prior.layout()).unwrap();
+    // The 121st row is the second clip's first frame: 0.8 m high.
+    let row = &features[120 * layout().size()..121 * layout().size()];
+    assert!((row[0] - 0.8).abs() < 1e-6, "{row:?}");
+    let mut broken = clips[..2].to_vec();
+    broken[1].frames[3].joint_positions.pop();
+    let told = |error: RepresentationError| error.to_string();
+    assert!(told(Codes::of_prior(&prior, &broken).unwrap_err()).contains("swing_1, frame 3"));
+    assert!(told(features_of(&broken, prior.layout()).unwrap_err()).contains("swing_1, frame 3"));
+}

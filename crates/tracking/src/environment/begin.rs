@@ -1,0 +1,181 @@
+//! How episodes begin: where, in which state, in which world.
+
+use std::sync::Arc;
+
+use lifelike_checkpoint::rng::stream;
+use lifelike_robot::ActionSpec;
+use lifelike_sim::randomization::PushSchedule;
+use rand::Rng;
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
+
+use super::Environment;
+use crate::TrackerError;
+use crate::alignment::Alignment;
+use crate::episode::Episode;
+use crate::errors::root;
+use crate::ground::Start;
+use crate::judge::Scratch;
+use crate::library::ReferenceLibrary;
+
+impl Environment {
+    /// Begins episodes: as `given`, else where the sampler says.
+    ///
+    /// # Errors
+    /// The simulation refuses.
+    pub fn reset(&mut self, ids: &[usize], given: Option<&[Start]>) -> Result<(), TrackerError> {
+        let character = Arc::clone(&self.robot.character);
+        let (nq, nv) = (character.nq, character.nv);
+        let mut positions = vec![0.0; ids.len() * nq];
+        let mut velocities = vec![0.0; ids.len() * nv];
+        let starts = self.plan.starts;
+        for (k, &i) in ids.iter().enumerate() {
+            let mut rng = stream(self.plan.seed, "reset", self.address(i), self.episodes[i].number);
+            let start = given.map_or_else(|| Start::at(self.sampler.draw(&mut rng)), |starts| starts[k].clone());
+            let frame = start.frame;
+            let spot = start.spot.unwrap_or_else(|| self.ground.spot(&mut rng));
+            let parameters = start.parameters.unwrap_or_else(|| self.randomization.sample(&self.robot, &mut rng));
+            let episode = Episode {
+                number: self.episodes[i].number + 1,
+                frame,
+                stretch: frame,
+                alignment: beside(&self.library, frame, spot, starts.path_noise, starts.heading_noise, &mut rng),
+                offset: if parameters.joint_offset.is_empty() {
+                    vec![0.0; self.robot.joints()]
+                } else {
+                    parameters.joint_offset.clone()
+                },
+                ..Episode::new(self.robot.joints())
+            };
+            self.simulation.set_parameters(i, parameters)?;
+            self.simulation.clear_pushes(i);
+            if let Some(spec) = &self.plan.randomization.pushes {
+                self.pushes[i] = PushSchedule::new(spec, self.robot.control_hz, &mut rng);
+            }
+            let mut late = |greatest: u32| if greatest > 0 { u64::from(rng.random_range(0..=greatest)) } else { 0 };
+            let senses = self.plan.senses;
+            let (observation_delay, action_delay) = (late(senses.observation_delay), late(senses.action_delay));
+            let episode = Episode {
+                observation_delay,
+                action_delay,
+                measured: vec![0.0; self.senses.memory()],
+                waiting: vec![0.0; senses.action_delay as usize * self.robot.joints()],
+                ..episode
+            };
+            let q = &mut positions[k * nq..(k + 1) * nq];
+            let v = &mut velocities[k * nv..(k + 1) * nv];
+            self.write_start(frame, spot, &mut rng, q, v);
+            self.episodes[i] = episode;
+        }
+        self.simulation.reset(ids, &positions, &velocities)?;
+        let mut scratch = Scratch::new();
+        for &i in ids {
+            self.rest(i);
+            self.observe(i, &mut scratch);
+            let episode = &mut self.episodes[i];
+            let (number, a) = (episode.number, self.observer.actor_size());
+            let rng = || stream(self.plan.seed, "first sense", (self.first + i) as u64, number);
+            self.senses.tell(&mut self.actor[i * a..(i + 1) * a], episode, rng);
+        }
+        Ok(())
+    }
+
+    /// From one moment to the next, environment `i` is asked to go on from another frame of the library, laid where its
+    /// robot is.
+    pub fn jump(&mut self, i: usize, frame: usize) {
+        let (position, orientation) = root(self.simulation.state(), i);
+        let clip = (self.library.position_at(frame), self.library.orientation_at(frame));
+        let episode = &mut self.episodes[i];
+        episode.frame = frame;
+        episode.stretch = frame;
+        episode.alignment = Alignment::between(clip.0, clip.1, position, orientation);
+        self.observe(i, &mut Scratch::new());
+    }
+
+    /// What policy and value function see of environment `i` in its present state.
+    fn observe(&mut self, i: usize, scratch: &mut Scratch) {
+        let episode = &self.episodes[i];
+        let next = self.library.ahead(episode.frame, 1);
+        scratch.read(self.simulation.state(), i, &self.robot, &self.library, &self.ground);
+        let (a, c) = (self.observer.actor_size(), self.observer.critic_size());
+        self.observer.write(
+            self.simulation.state(),
+            i,
+            episode,
+            &self.library,
+            next,
+            &scratch.features,
+            &mut self.actor[i * a..(i + 1) * a],
+            &mut self.critic[i * c..(i + 1) * c],
+        );
+    }
+
+    /// Generalised position and velocity of a frame at a place of the simulated world, with noise.
+    fn write_start(&self, frame: usize, spot: [f64; 2], rng: &mut ChaCha8Rng, q: &mut [f64], v: &mut [f64]) {
+        let (library, starts) = (&self.library, self.plan.starts);
+        let mut noise = |deviation: f32| {
+            let z: f64 = StandardNormal.sample(rng);
+            z * f64::from(deviation)
+        };
+        let w = library.orientation_at(frame);
+        let root = lifelike_character::rotation::from_wxyz(w.map(f64::from)).unwrap_or_default();
+        let linear = library.linear_velocity_at(frame).map(f64::from);
+        let angular = library.angular_velocity_at(frame).map(f64::from);
+        let angular_b = root.inverse() * lifelike_character::Vec3::from(angular);
+        q.copy_from_slice(&self.robot.default_position());
+        let (joints, rates) = (library.joints_at(frame), library.joint_velocities_at(frame));
+        let mut scalar = 0;
+        for joint in &self.robot.character.joints {
+            let (at, rate) = (joint.q_index, joint.v_index);
+            if joint.kind == lifelike_character::JointKind::Free {
+                // Two millimetres of air: a foot that begins in the ground is thrown out of it.
+                let height = f64::from(library.position_at(frame)[2]) + self.ground.lift(spot) + 0.002;
+                q[at..at + 3].copy_from_slice(&[spot[0], spot[1], height]);
+                q[at + 3..at + 7].copy_from_slice(&lifelike_character::rotation::to_wxyz(&root));
+                for k in 0..3 {
+                    v[rate + k] = linear[k] + noise(starts.velocity_noise);
+                    v[rate + 3 + k] = angular_b[k] + noise(starts.velocity_noise);
+                }
+            } else if joint.kind.nq() == 1 {
+                q[at] = f64::from(joints[scalar]) + noise(starts.joint_noise);
+                v[rate] = f64::from(rates[scalar]);
+                scalar += 1;
+            }
+        }
+    }
+
+    /// Last actions that fit the pose in which an episode begins.
+    fn rest(&mut self, i: usize) {
+        let joints = self.robot.joints();
+        let episode = &mut self.episodes[i];
+        let reference = self.library.joints_at(self.library.ahead(episode.frame, 1));
+        let q = &self.simulation.state().joint_position[i * joints..(i + 1) * joints];
+        for j in 0..joints {
+            let y = match self.plan.action {
+                ActionSpec::Absolute => q[j],
+                ActionSpec::DefaultPose { scale } => (q[j] - self.actions.default_pose[j]) / scale as f32,
+                ActionSpec::Reference { scale } => (q[j] - reference[j]) / scale as f32,
+            };
+            episode.last[j] = ActionSpec::clamp_output(y);
+            episode.before[j] = episode.last[j];
+            episode.oldest[j] = episode.last[j];
+        }
+    }
+}
+
+/// The clip's world laid so that the robot, which begins at `spot` facing as in the clip, is a little off.
+fn beside(
+    library: &ReferenceLibrary,
+    frame: usize,
+    spot: [f64; 2],
+    path: f32,
+    heading: f32,
+    rng: &mut ChaCha8Rng,
+) -> Alignment {
+    let mut noise = |deviation: f32| {
+        let z: f32 = StandardNormal.sample(rng);
+        z * deviation
+    };
+    let p = library.position_at(frame);
+    Alignment { yaw: noise(heading), from: [p[0], p[1]], to: spot.map(|s| s as f32 + noise(path)) }
+}

@@ -1,0 +1,72 @@
+//! Everything that a run goes on from, bit for bit.
+
+use lifelike_checkpoint::Checkpoint;
+use lifelike_sim::IntegrationState;
+
+use super::Environment;
+use crate::TrackerError;
+use crate::episode;
+use crate::tally::Tally;
+
+impl Environment {
+    /// Writes everything needed to go on bit for bit.
+    ///
+    /// # Errors
+    /// Two entries of one name.
+    pub fn save_into(&self, checkpoint: &mut Checkpoint, prefix: &str) -> Result<(), TrackerError> {
+        let n = self.len();
+        let key = |name: &str| format!("{prefix}.{name}");
+        let integration = self.simulation.save();
+        checkpoint.set_meta(&key("engine"), &integration.engine)?;
+        checkpoint.set_meta(&key("parameters"), &integration.parameters)?;
+        checkpoint.set_meta(&key("pushes"), &self.pushes)?;
+        checkpoint.put_u64(&key("counters"), &[2], vec![self.steps, integration.width as u64])?;
+        checkpoint.put_f64(&key("simulation"), &[n, integration.width], integration.values)?;
+        // The outputs of the last step (forces) are not part of the integration state, but of what was observed.
+        checkpoint.put_f32(&key("actor_rows"), &[n, self.actor_size()], self.actor.clone())?;
+        checkpoint.put_f32(&key("critic_rows"), &[n, self.critic_size()], self.critic.clone())?;
+        let starts = self.sampler.save();
+        checkpoint.put_f64(&key("starts"), &[starts.len()], starts)?;
+        let (recent, survival) = self.tally.save();
+        checkpoint.put_f64(&key("recent"), &[recent.len()], recent)?;
+        checkpoint.put_f64(&key("survival"), &[survival.len()], survival)?;
+        episode::save(&self.episodes, checkpoint, &key("episodes"))?;
+        Ok(())
+    }
+
+    /// Goes on from a checkpoint.
+    ///
+    /// # Errors
+    /// The checkpoint is of another plan, library or engine.
+    pub fn load(&mut self, checkpoint: &Checkpoint, prefix: &str) -> Result<(), TrackerError> {
+        let n = self.len();
+        let key = |name: &str| format!("{prefix}.{name}");
+        let counters = checkpoint.u64s(&key("counters"), &[2])?;
+        let width = counters[1] as usize;
+        let integration = IntegrationState {
+            engine: checkpoint.meta(&key("engine"))?,
+            width,
+            values: checkpoint.f64s(&key("simulation"), &[n, width])?,
+            parameters: checkpoint.meta(&key("parameters"))?,
+        };
+        self.simulation.restore(&integration)?;
+        self.steps = counters[0];
+        self.pushes = checkpoint.meta(&key("pushes"))?;
+        self.actor = checkpoint.f32s(&key("actor_rows"), &[n, self.actor_size()])?;
+        self.critic = checkpoint.f32s(&key("critic_rows"), &[n, self.critic_size()])?;
+        let numbers = |name: &str| {
+            let shape = checkpoint.entry(&key(name))?.shape().to_vec();
+            checkpoint.f64s(&key(name), &shape)
+        };
+        let starts = numbers("starts")?;
+        self.sampler = self.sampler.clone().restored(&starts).ok_or_else(|| TrackerError::Mismatch {
+            what: "clips of the checkpoint".into(),
+            expected: "those of the plan".into(),
+            got: format!("{} numbers of start statistics", starts.len()),
+        })?;
+        self.advance_curriculum();
+        self.tally = Tally::restored(&numbers("recent")?, numbers("survival")?);
+        self.episodes = episode::load(checkpoint, &key("episodes"), &self.episodes, self.robot.joints())?;
+        Ok(())
+    }
+}

@@ -1,0 +1,153 @@
+//! What one environment remembers of its episode.
+
+use lifelike_checkpoint::{Checkpoint, CheckpointError};
+
+use super::alignment::Alignment;
+use super::errors::Cause;
+use super::rewards::{TERMS, Terms};
+
+/// One environment's episode, and what its last step gave.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Episode {
+    /// Episodes begun in this environment so far: the address of this one's randomness.
+    pub number: u64,
+    /// Steps since it began.
+    pub length: u64,
+    /// The frame of the library that the state was last compared with.
+    pub frame: usize,
+    /// First frame of this stretch of a clip: where the episode began, or switched to.
+    pub stretch: usize,
+    /// The stretch, first to last frame, that the last step brought to its end by switching to another clip.
+    pub finished: Option<(usize, usize)>,
+    /// Steps left in which deviations do not end the episode.
+    pub grace: u64,
+    /// Steps for which the effector deviation of the persistent rule has lasted.
+    pub deviated: u64,
+    /// Where the clip's world lies in the simulated one.
+    pub alignment: Alignment,
+    /// Sum of rewards.
+    pub gain: f32,
+    /// The policy's last output, clamped, `[J]`.
+    pub last: Vec<f32>,
+    /// The one before, `[J]`.
+    pub before: Vec<f32>,
+    /// And the one before that, `[J]`: eq. 4.8's second difference needs it, the policy does not see it.
+    pub oldest: Vec<f32>,
+    /// Encoder offsets, `[J]` (rad).
+    pub offset: Vec<f32>,
+    /// How late what is measured is seen (policy steps).
+    pub observation_delay: u64,
+    /// How late joint targets reach the motors (policy steps).
+    pub action_delay: u64,
+    /// What was measured in the steps before, the newest first; as many as the greatest delay asks for.
+    pub measured: Vec<f32>,
+    /// The joint targets of the steps before, the newest first, likewise.
+    pub waiting: Vec<f32>,
+    /// Terms of the last step's reward.
+    pub terms: Terms,
+    /// The last step ended the episode for this reason.
+    pub failed: Option<Cause>,
+    /// The last step was the episode's last for lack of time or of clip.
+    pub cut: bool,
+}
+
+impl Episode {
+    /// Before the first reset.
+    pub fn new(joints: usize) -> Self {
+        Self {
+            number: 0,
+            length: 0,
+            frame: 0,
+            stretch: 0,
+            finished: None,
+            grace: 0,
+            deviated: 0,
+            alignment: Alignment::default(),
+            gain: 0.0,
+            last: vec![0.0; joints],
+            before: vec![0.0; joints],
+            oldest: vec![0.0; joints],
+            offset: vec![0.0; joints],
+            observation_delay: 0,
+            action_delay: 0,
+            measured: Vec::new(),
+            waiting: Vec::new(),
+            terms: [0.0; TERMS.len()],
+            failed: None,
+            cut: false,
+        }
+    }
+
+    /// The last step's reward.
+    pub fn reward(&self) -> f32 {
+        self.terms.iter().sum()
+    }
+
+    /// Whether the last step ended the episode.
+    pub fn ended(&self) -> bool {
+        self.cut || self.failed.is_some()
+    }
+}
+
+/// Counters of an episode in a checkpoint.
+const COUNTERS: usize = 8;
+
+/// Writes all episodes between two steps (no outcome is pending then).
+pub fn save(episodes: &[Episode], checkpoint: &mut Checkpoint, prefix: &str) -> Result<(), CheckpointError> {
+    let n = episodes.len();
+    let joints = episodes.first().map_or(0, |e| e.last.len());
+    let [measured, waiting] = memory(episodes);
+    let (mut counters, mut numbers) = (Vec::new(), Vec::new());
+    for e in episodes {
+        counters.extend([e.number, e.length, e.frame as u64, e.stretch as u64, e.grace, e.deviated]);
+        counters.extend([e.observation_delay, e.action_delay]);
+        let a = e.alignment;
+        numbers.extend([a.yaw, a.from[0], a.from[1], a.to[0], a.to[1], e.gain]);
+        numbers.extend(e.last.iter().chain(&e.before).chain(&e.oldest).chain(&e.offset));
+        numbers.extend(e.measured.iter().chain(&e.waiting));
+    }
+    checkpoint.put_u64(&format!("{prefix}.counters"), &[n, COUNTERS], counters)?;
+    checkpoint.put_f32(&format!("{prefix}.numbers"), &[n, 6 + 4 * joints + measured + waiting], numbers)
+}
+
+/// How many numbers episodes remember for the sake of delays: of what was measured, of joint targets.
+fn memory(episodes: &[Episode]) -> [usize; 2] {
+    episodes.first().map_or([0, 0], |e| [e.measured.len(), e.waiting.len()])
+}
+
+/// Reads as many episodes back as `now` are, which tell how much each remembers.
+///
+/// # Errors
+/// The checkpoint is of another number of environments or joints, or of other delays.
+pub fn load(
+    checkpoint: &Checkpoint,
+    prefix: &str,
+    now: &[Episode],
+    joints: usize,
+) -> Result<Vec<Episode>, CheckpointError> {
+    let (n, [measured, waiting]) = (now.len(), memory(now));
+    let own = 6 + 4 * joints;
+    let width = own + measured + waiting;
+    let counters = checkpoint.u64s(&format!("{prefix}.counters"), &[n, COUNTERS])?;
+    let numbers = checkpoint.f32s(&format!("{prefix}.numbers"), &[n, width])?;
+    let episodes = counters.chunks_exact(COUNTERS).zip(numbers.chunks_exact(width)).map(|(c, x)| Episode {
+        number: c[0],
+        length: c[1],
+        frame: c[2] as usize,
+        stretch: c[3] as usize,
+        grace: c[4],
+        deviated: c[5],
+        alignment: Alignment { yaw: x[0], from: [x[1], x[2]], to: [x[3], x[4]] },
+        gain: x[5],
+        last: x[6..6 + joints].to_vec(),
+        before: x[6 + joints..6 + 2 * joints].to_vec(),
+        oldest: x[6 + 2 * joints..6 + 3 * joints].to_vec(),
+        offset: x[6 + 3 * joints..own].to_vec(),
+        observation_delay: c[6],
+        action_delay: c[7],
+        measured: x[own..own + measured].to_vec(),
+        waiting: x[own + measured..].to_vec(),
+        ..Episode::new(0)
+    });
+    Ok(episodes.collect())
+}

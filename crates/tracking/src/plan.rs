@@ -1,0 +1,365 @@
+//! What to train: typed, checked, saved with the run.
+
+pub mod curriculum;
+pub mod ppo;
+pub mod senses;
+pub mod termination;
+pub mod terrain;
+
+use std::path::{Path, PathBuf};
+
+use lifelike_robot::ActionSpec;
+use lifelike_robot::observation::{AnchorSpec, ReferenceSpec};
+use lifelike_sim::randomization::RandomizationSpec;
+
+pub use self::curriculum::{Curriculum, Ramp};
+pub use self::ppo::PpoSpec;
+pub use self::senses::SenseSpec;
+pub use self::termination::{Persistent, Termination};
+pub use self::terrain::TerrainSpec;
+use super::rewards::{ExponentialReward, Kernel, Reward};
+use super::starts::StartSpec;
+use crate::TrackerError;
+use lifelike_train::limits::{range, whole, wrong};
+
+/// A tracker's training, as text. Everything but `robot` and `clips` has a default: the recipe that learns fastest.
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TrackerPlan {
+    /// A built-in robot's name, or the path of an MJCF or URDF file.
+    pub robot: String,
+    /// Clips: `*.motion.safetensors` files, folders of them, patterns. Empty: the robot stands in its default pose.
+    pub clips: Vec<PathBuf>,
+    /// Learn from the mirror image of every clip too, by the robot's own symmetry.
+    #[serde(default)]
+    pub mirror: bool,
+    /// A motion prior whose latent codes the policy sees; its size must be `inputs.latent`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub prior: Option<PathBuf>,
+    /// What to begin with instead of fresh networks: the folder of a run (policy, value function and what their inputs are
+    /// normalised with, from its last checkpoint) or a policy file. Optimizers and learning rates begin anew.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub init: Option<PathBuf>,
+    /// Seed of everything random.
+    #[serde(default)]
+    pub seed: u64,
+    /// When to stop.
+    #[serde(default)]
+    pub budget: Budget,
+    /// Iterations between checkpoints.
+    #[serde(default = "fifty")]
+    pub checkpoint_every: u64,
+    /// What the policy sees of the reference.
+    #[serde(default = "default_inputs")]
+    pub inputs: ReferenceSpec,
+    /// Whether the policy sees the root's linear velocity. Without it a policy suits robots that cannot measure it; those
+    /// cannot measure `anchor.position` either.
+    #[serde(default = "yes")]
+    pub linear_velocity: bool,
+    /// What the policy sees of its place on the reference's path.
+    #[serde(default = "default_anchor")]
+    pub anchor: AnchorSpec,
+    /// What the policy's output means.
+    #[serde(default = "default_action")]
+    pub action: ActionSpec,
+    /// What it is rewarded for.
+    #[serde(default = "default_reward")]
+    pub reward: Reward,
+    /// When an episode has failed.
+    #[serde(default)]
+    pub termination: Termination,
+    /// How long an episode is.
+    #[serde(default)]
+    pub episode: EpisodeSpec,
+    /// Where it begins.
+    #[serde(default)]
+    pub starts: StartSpec,
+    /// How the environments differ from the model and from each other.
+    #[serde(default = "RandomizationSpec::none")]
+    pub randomization: RandomizationSpec,
+    /// Uneven ground; none: level ground.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub terrain: Option<TerrainSpec>,
+    /// Noise and delays between robot and policy.
+    #[serde(default)]
+    pub senses: SenseSpec,
+    /// What becomes harder while it learns.
+    #[serde(default)]
+    pub curriculum: Curriculum,
+    /// The networks.
+    #[serde(default)]
+    pub network: NetworkSpec,
+    /// The algorithm.
+    #[serde(default)]
+    pub ppo: PpoSpec,
+}
+
+/// When to stop: at whichever comes first.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Budget {
+    /// Environment steps over all environments.
+    pub steps: u64,
+    /// Wall time of the whole run, earlier parts of a resumed run included (minutes). A run that stops by the clock ends
+    /// at another step each time.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub minutes: Option<f64>,
+}
+
+impl Default for Budget {
+    fn default() -> Self {
+        Self { steps: 2_000_000, minutes: None }
+    }
+}
+
+/// How long an episode is.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct EpisodeSpec {
+    /// Longest episode T (s).
+    pub seconds: f64,
+    /// At the end of a clip, go on with another from a random frame without a reset (thesis 4.2.2); else the episode is
+    /// cut there.
+    pub switch_clips: bool,
+    /// A robot that leaves its path, or turns off it, further than it is shown (`ANCHOR_REACH` and `ANCHOR_TURN` of
+    /// [`lifelike_robot::ObservationSpec`]) draws the reference's world after it. So errors stay where they can be seen and
+    /// paid for, without a reason to end the episode.
+    pub leash: bool,
+    /// After a switch, deviations do not end the episode for this long (s).
+    pub grace_seconds: f64,
+}
+
+impl Default for EpisodeSpec {
+    fn default() -> Self {
+        Self { seconds: 10.0, switch_clips: false, leash: true, grace_seconds: 1.0 }
+    }
+}
+
+/// Sizes of the ELU networks.
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct NetworkSpec {
+    /// Hidden layers of the policy.
+    pub actor: Vec<usize>,
+    /// Hidden layers of the value function.
+    pub critic: Vec<usize>,
+    /// Hidden layers of an encoder of `inputs.window` that is trained with the policy.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub encoder: Vec<usize>,
+    /// Size of its code.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub code: usize,
+}
+
+#[allow(clippy::trivially_copy_pass_by_ref)] // serde hands out a reference
+fn is_zero(n: &usize) -> bool {
+    *n == 0
+}
+
+fn yes() -> bool {
+    true
+}
+
+impl Default for NetworkSpec {
+    fn default() -> Self {
+        Self { actor: vec![256, 128], critic: vec![256, 128], encoder: Vec::new(), code: 0 }
+    }
+}
+
+fn fifty() -> u64 {
+    50
+}
+
+fn default_inputs() -> ReferenceSpec {
+    // Frames further ahead cost more samples than they save (docs/results/walk.md).
+    ReferenceSpec { frame: true, ..ReferenceSpec::default() }
+}
+
+fn default_anchor() -> AnchorSpec {
+    AnchorSpec { heading: true, position: true }
+}
+
+fn default_action() -> ActionSpec {
+    ActionSpec::Reference { scale: 0.5 }
+}
+
+/// The exponential recipe of the prototype (its sums over 20 joints and 4 end effectors as means), and the path.
+fn default_reward() -> Reward {
+    let kernel = |weight, sharpness| Kernel { weight, sharpness };
+    Reward::Exponential(ExponentialReward {
+        height: kernel(0.1, 150.0),
+        orientation: kernel(0.15, 4.0),
+        velocity: kernel(0.2, 4.0),
+        angular_share: 0.0375,
+        joint_position: kernel(0.35, 40.0),
+        joint_velocity: kernel(0.1, 0.8),
+        effectors: kernel(0.2, 240.0),
+        heading: kernel(0.15, 10.0),
+        path: kernel(0.15, 20.0),
+        alive: 0.0,
+        action_rate: 0.05,
+        action_acceleration: 0.015,
+        torque: 1e-5,
+    })
+}
+
+impl TrackerPlan {
+    /// A plan with every default.
+    pub fn new(robot: &str, clips: &[PathBuf]) -> Self {
+        Self {
+            robot: robot.into(),
+            clips: clips.to_vec(),
+            mirror: false,
+            prior: None,
+            init: None,
+            seed: 0,
+            budget: Budget::default(),
+            checkpoint_every: fifty(),
+            inputs: default_inputs(),
+            linear_velocity: true,
+            anchor: default_anchor(),
+            action: default_action(),
+            reward: default_reward(),
+            termination: Termination::default(),
+            episode: EpisodeSpec::default(),
+            starts: StartSpec::default(),
+            randomization: RandomizationSpec::none(),
+            terrain: None,
+            senses: SenseSpec::default(),
+            curriculum: Curriculum::default(),
+            network: NetworkSpec::default(),
+            ppo: PpoSpec::default(),
+        }
+    }
+
+    /// Reads and checks a plan.
+    ///
+    /// # Errors
+    /// [`TrackerError::Io`], [`TrackerError::Format`] with line and column, [`TrackerError::Plan`] for a value out of range.
+    pub fn read(path: &Path) -> Result<Self, TrackerError> {
+        let text = std::fs::read_to_string(path).map_err(TrackerError::io(path))?;
+        let plan: Self = toml::from_str(&text).map_err(|e| TrackerError::Format {
+            path: path.display().to_string(),
+            expected: "a tracker plan".into(),
+            got: e.to_string(),
+        })?;
+        plan.check()?;
+        Ok(plan)
+    }
+
+    /// Whether every value is in its range.
+    ///
+    /// # Errors
+    /// [`TrackerError::Plan`] with the key, the range and the value.
+    pub fn check(&self) -> Result<(), TrackerError> {
+        whole("budget.steps", self.budget.steps, 1, u64::MAX)?;
+        if let Some(minutes) = self.budget.minutes {
+            range("budget.minutes", minutes, 0.0, 1e6)?;
+        }
+        whole("checkpoint_every", self.checkpoint_every, 1, u64::MAX)?;
+        self.ppo.check()?;
+        let networks = [
+            ("network.actor", &self.network.actor),
+            ("network.critic", &self.network.critic),
+            ("network.encoder", &self.network.encoder),
+        ];
+        for (key, layers) in networks {
+            for width in layers {
+                whole(key, *width as u64, 1, 1 << 16)?;
+            }
+        }
+        range("episode.seconds", self.episode.seconds, 0.02, 1e5)?;
+        range("episode.grace_seconds", self.episode.grace_seconds, 0.0, 1e3)?;
+        range("starts.failure_share", self.starts.failure_share, 0.0, 1.0)?;
+        range("starts.floor", self.starts.floor, 0.0, 1.0)?;
+        range("starts.memory", self.starts.memory, 0.0, 1.0)?;
+        let noises = [
+            ("starts.joint_noise", self.starts.joint_noise),
+            ("starts.velocity_noise", self.starts.velocity_noise),
+            ("starts.path_noise", self.starts.path_noise),
+            ("starts.heading_noise", self.starts.heading_noise),
+        ];
+        for (key, noise) in noises {
+            range(key, noise.into(), 0.0, 10.0)?;
+        }
+        self.randomization.check()?;
+        self.terrain.map_or(Ok(()), |terrain| terrain.check())?;
+        self.senses.check()?;
+        self.curriculum.check()?;
+        self.termination.check()?;
+        self.check_inputs()
+    }
+
+    fn check_inputs(&self) -> Result<(), TrackerError> {
+        for offset in &self.inputs.future {
+            whole("inputs.future", u64::from(*offset), 1, 1000)?;
+        }
+        if let Some(offset) = self.inputs.window.iter().find(|o| o.unsigned_abs() > 1000) {
+            return Err(wrong("inputs.window", "offsets from -1000 to 1000 policy steps", offset).into());
+        }
+        whole("network.code", self.network.code as u64, 0, 1 << 16)?;
+        match (self.inputs.window.is_empty(), self.network.code) {
+            (true, 1..) => Err(wrong("network.code", "0 without inputs.window", self.network.code)),
+            (false, 0) => Err(wrong("network.code", "the size of the code of inputs.window", 0)),
+            _ => Ok(()),
+        }?;
+        match (&self.prior, self.inputs.latent) {
+            (None, 1..) => Err(wrong("inputs.latent", "0 without a prior", self.inputs.latent)),
+            (Some(_), 0) => Err(wrong("inputs.latent", "the size of the prior's latent code", 0)),
+            _ => Ok(()),
+        }?;
+        let scale = match self.action {
+            ActionSpec::Absolute => 1.0,
+            ActionSpec::DefaultPose { scale } | ActionSpec::Reference { scale } => scale,
+        };
+        Ok(range("action.scale", scale, 1e-6, 100.0)?)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    #[test]
+    fn a_short_plan_has_the_defaults_and_comes_back_from_its_own_text() {
+        let plan: TrackerPlan = toml::from_str("robot = \"lima\"\nclips = [\"a.motion.safetensors\"]").unwrap();
+        assert_eq!(plan, TrackerPlan::new("lima", &["a.motion.safetensors".into()]));
+        plan.check().unwrap();
+        assert_eq!(toml::from_str::<TrackerPlan>(&toml::to_string_pretty(&plan).unwrap()).unwrap(), plan);
+        // What is switched off stays off: the run's own plan is what it is resumed with.
+        let off = TrackerPlan { termination: Termination { height: Some(0.5), ..Termination::NONE }, ..plan };
+        assert_eq!(toml::from_str::<TrackerPlan>(&toml::to_string_pretty(&off).unwrap()).unwrap(), off);
+    }
+
+    #[test]
+    fn the_plans_that_come_with_the_project_are_good() {
+        for name in ["track", "track-20", "track-56", "track-walk", "track-thesis"] {
+            let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("../../experiments/{name}.toml"));
+            TrackerPlan::read(&path).unwrap();
+        }
+    }
+
+    #[test]
+    fn unknown_keys_are_refused_at_every_level() {
+        for text in ["robto = 1", "[ppo]\ngama = 0.9", "[reward]\nkind = \"thesis\"\nheigth = 1", "[starts]\nx = 1"] {
+            let whole = format!("robot = \"lima\"\nclips = []\n{text}");
+            assert!(toml::from_str::<TrackerPlan>(&whole).is_err(), "{text}");
+        }
+    }
+
+    #[test]
+    fn a_value_out_of_range_is_named_with_its_range() {
+        let check = |change: &dyn Fn(&mut TrackerPlan)| {
+            let mut plan = TrackerPlan::new("lima", &[]);
+            change(&mut plan);
+            plan.check().unwrap_err().to_string()
+        };
+        let gamma = check(&|p| p.ppo.gamma = 1.5);
+        assert!(gamma.contains("ppo.gamma") && gamma.contains("0 to 1") && gamma.contains("1.5"), "{gamma}");
+        assert!(check(&|p| p.ppo.minibatch = 1_000_000).contains("2 to 3072"));
+        assert!(check(&|p| p.inputs.latent = 64).contains("0 without a prior"));
+        assert!(check(&|p| p.ppo.learning_rate = f64::NAN).contains("NaN"));
+        assert!(check(&|p| p.termination.tilt = Some(-1.0)).contains("termination.tilt"));
+    }
+}

@@ -1,0 +1,76 @@
+//! The ground to learn on.
+
+use lifelike_sim::Terrain;
+
+use crate::TrackerError;
+use lifelike_train::limits::range;
+
+/// A field of hills: level at one end, growing in height towards the other. Episodes begin anywhere in its middle half.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct TerrainSpec {
+    /// Length of a side (m).
+    pub size: f64,
+    /// Distance between neighbouring heights (m).
+    pub spacing: f64,
+    /// Height of the hills at the high end (m).
+    pub amplitude: f64,
+    /// Longest wavelength of the hills (m).
+    pub wavelength: f64,
+    /// Which field.
+    pub seed: u64,
+}
+
+impl Default for TerrainSpec {
+    fn default() -> Self {
+        Self { size: 80.0, spacing: 0.1, amplitude: 0.15, wavelength: 3.0, seed: 0 }
+    }
+}
+
+impl TerrainSpec {
+    /// The field.
+    ///
+    /// # Errors
+    /// Sizes that give no field, or one of more than 10 000 heights a side.
+    pub fn build(&self) -> Result<Terrain, TrackerError> {
+        let hills = Terrain::hills(self.size, self.spacing, self.amplitude, self.wavelength, self.seed)?;
+        let (rows, columns) = (hills.rows(), hills.columns());
+        // Episodes begin between a quarter and three quarters of the way: from level to full height.
+        let share = |column: usize| (2.0 * (column as f64 / (columns - 1) as f64) - 0.5).clamp(0.0, 1.0);
+        let heights = hills.heights().iter().enumerate().map(|(i, h)| h * share(i % columns)).collect();
+        Ok(Terrain::new(rows, columns, self.spacing, heights)?)
+    }
+
+    /// Whether every size is in its range.
+    ///
+    /// # Errors
+    /// [`TrackerError::Plan`] with the key, the range and the value.
+    pub fn check(&self) -> Result<(), TrackerError> {
+        range("terrain.size", self.size, 1.0, 1000.0)?;
+        range("terrain.spacing", self.spacing, 0.01, self.size)?;
+        range("terrain.amplitude", self.amplitude, 0.0, 10.0)?;
+        Ok(range("terrain.wavelength", self.wavelength, 4.0 * self.spacing, 1000.0)?)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    #[test]
+    fn a_field_rises_from_level_ground_to_its_full_height() {
+        let field = TerrainSpec { size: 20.0, ..TerrainSpec::default() }.build().unwrap();
+        let highest = |from: f64, to: f64| {
+            let columns = field.columns() as f64;
+            let inside = |i: usize| {
+                ((i % field.columns()) as f64 / columns) >= from && ((i % field.columns()) as f64 / columns) < to
+            };
+            let heights = field.heights().iter().enumerate().filter(|(i, _)| inside(*i));
+            heights.map(|(_, h)| *h).fold(0.0, f64::max)
+        };
+        assert_eq!(highest(0.0, 0.25), 0.0);
+        assert!((0.05..0.1).contains(&highest(0.45, 0.5)), "{}", highest(0.45, 0.5));
+        assert!(highest(0.8, 1.0) > 0.13);
+    }
+}

@@ -1,0 +1,222 @@
+//! A trained policy as a file (`*.policy.safetensors`): what evaluation, the demo and a robot load.
+//!
+//! It carries the network, what its inputs are normalised with, and the layout of inputs and outputs with all names, so it
+//! cannot be run on a robot whose joints are others or in another order.
+
+use std::path::Path;
+
+use burn::module::Module;
+use lifelike_checkpoint::Checkpoint;
+use lifelike_nn::ModuleCheckpoint;
+use lifelike_nn::device;
+use lifelike_nn::normalizer::RunningNormalizer;
+use lifelike_robot::{ActionMap, ActionSpec, ObservationSpec, Robot};
+
+use super::library::ReferenceLibrary;
+use crate::TrackerError;
+use lifelike_train::networks::{Actor, ActorSize};
+
+/// Frames that are encoded at a time.
+const CHUNK: usize = 256;
+
+/// How the names of policy files end.
+pub const EXTENSION: &str = ".policy.safetensors";
+
+/// What a policy file says about itself.
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PolicyHeader {
+    /// Name of the robot that it was trained for.
+    pub robot: String,
+    /// What it sees.
+    pub observation: ObservationSpec,
+    /// What its output means.
+    pub action: ActionSpec,
+    /// Policy rate (Hz).
+    pub control_hz: f64,
+    /// Hidden layers.
+    pub hidden: Vec<usize>,
+    /// Hidden layers of the encoder of the window, where it has one, and the size of its code.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub encoder: Option<(Vec<usize>, usize)>,
+    /// SHA-256 of the motion prior whose latent codes it sees, hexadecimal; empty without.
+    #[serde(default)]
+    pub prior: String,
+    /// Environment steps of training.
+    pub steps: u64,
+}
+
+/// A policy, ready to act.
+#[derive(Debug, Clone)]
+pub struct Policy {
+    header: PolicyHeader,
+    actor: Actor,
+    normalizer: RunningNormalizer,
+}
+
+impl Policy {
+    /// From a network in training.
+    pub fn new(header: PolicyHeader, actor: &Actor, normalizer: &RunningNormalizer) -> Self {
+        let mut normalizer = normalizer.clone();
+        normalizer.set_frozen(true);
+        Self { header, actor: actor.clone().fork(&device::inference()), normalizer }
+    }
+
+    /// What the file says about itself.
+    pub fn header(&self) -> &PolicyHeader {
+        &self.header
+    }
+
+    /// The network (for exporters); its inputs are to be normalised with [`Self::normalizer`].
+    pub fn actor(&self) -> &Actor {
+        &self.actor
+    }
+
+    /// What observations are normalised with.
+    pub fn normalizer(&self) -> &RunningNormalizer {
+        &self.normalizer
+    }
+
+    /// Whether it may drive this robot.
+    ///
+    /// # Errors
+    /// Names, order, default pose or rate are others.
+    pub fn check(&self, robot: &Robot) -> Result<(), TrackerError> {
+        self.header.observation.check(robot)?;
+        if self.header.control_hz != robot.control_hz {
+            return Err(TrackerError::Mismatch {
+                what: format!("policy rate for robot '{}' (Hz)", robot.name),
+                expected: self.header.control_hz.to_string(),
+                got: robot.control_hz.to_string(),
+            });
+        }
+        Ok(())
+    }
+
+    /// How its outputs become joint targets.
+    pub fn action_map(&self, robot: &Robot) -> ActionMap {
+        ActionMap::new(self.header.action, robot)
+    }
+
+    /// The deterministic policy: `[N, O]` observations as [`ObservationSpec::write`] wrote them → `[N, J]` outputs (not
+    /// clamped).
+    ///
+    /// # Errors
+    /// The length is no multiple of the observation's.
+    pub fn outputs(&self, mut observations: Vec<f32>) -> Result<Vec<f32>, TrackerError> {
+        let width = self.header.observation.size();
+        if !observations.len().is_multiple_of(width) {
+            return Err(TrackerError::Mismatch {
+                what: "observations".into(),
+                expected: format!("rows of {width} numbers"),
+                got: format!("{} numbers", observations.len()),
+            });
+        }
+        self.normalizer.normalize(&mut observations);
+        Ok(self.actor.means(observations)?)
+    }
+
+    /// Codes of its own encoder for every frame of a library, `[T, code]`, each of length one; none where it has no
+    /// encoder.
+    ///
+    /// # Errors
+    /// The library has other joints or end effectors.
+    pub fn codes(&self, library: &ReferenceLibrary) -> Result<Vec<f32>, TrackerError> {
+        let spec = &self.header.observation;
+        let (width, window) = (spec.size(), spec.window_size());
+        let mut codes = Vec::new();
+        for first in (0..library.len()).step_by(CHUNK) {
+            let last = (first + CHUNK).min(library.len());
+            let mut rows = vec![0.0; (last - first) * width];
+            for (frame, row) in (first..last).zip(rows.chunks_exact_mut(width)) {
+                let frames = library.window_at(frame, &spec.reference.window);
+                spec.write_frames(&frames, &mut row[width - window..])?;
+            }
+            self.normalizer.normalize(&mut rows);
+            let windows = rows.chunks_exact(width).flat_map(|row| &row[width - window..]).copied().collect();
+            codes.extend(self.actor.codes(windows)?);
+        }
+        Ok(codes)
+    }
+
+    /// The file's content.
+    ///
+    /// # Errors
+    /// The device does not hand out its numbers.
+    pub fn to_checkpoint(&self) -> Result<Checkpoint, TrackerError> {
+        let mut checkpoint = Checkpoint::new();
+        checkpoint.set_meta("policy", &self.header)?;
+        checkpoint.put_module("actor", &self.actor)?;
+        self.normalizer.save_into(&mut checkpoint, "normalizer")?;
+        Ok(checkpoint)
+    }
+
+    /// Writes the file; it appears under its name only when it is complete.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub fn save(&self, path: &Path) -> Result<(), TrackerError> {
+        Ok(self.to_checkpoint()?.save(path)?)
+    }
+
+    /// Reads a policy for a robot.
+    ///
+    /// # Errors
+    /// The file is damaged or no policy, or was made for another robot.
+    pub fn load(path: &Path, robot: &Robot) -> Result<Self, TrackerError> {
+        let policy = Self::read(path)?;
+        policy.check(robot)?;
+        Ok(policy)
+    }
+
+    /// Reads a policy for whatever robot it is: to look at it.
+    ///
+    /// # Errors
+    /// The file is damaged or no policy.
+    pub fn read(path: &Path) -> Result<Self, TrackerError> {
+        let checkpoint = Checkpoint::load(path)?;
+        let header: PolicyHeader = checkpoint.meta("policy")?;
+        let (inputs, joints) = (header.observation.size(), header.observation.joints.len());
+        let (encoder, code) = header.encoder.clone().unwrap_or_default();
+        let window = header.observation.window_size();
+        if (window > 0) != (code > 0) {
+            return Err(TrackerError::Mismatch {
+                what: format!("{}: size of the code of a window of {window} numbers", path.display()),
+                expected: if window > 0 { "above 0" } else { "0" }.into(),
+                got: code.to_string(),
+            });
+        }
+        fits(&checkpoint, "actor.mean", inputs - window + code, &header.hidden, joints)?;
+        if code > 0 {
+            fits(&checkpoint, "actor.encoder", window, &encoder, code)?;
+        }
+        let size = ActorSize { inputs, window, encoder: &encoder, code, hidden: &header.hidden, outputs: joints };
+        let fresh = Actor::init(size, 1.0, 0, &device::inference());
+        let actor = checkpoint.load_module("actor", fresh)?;
+        let normalizer = RunningNormalizer::load_from(&checkpoint, "normalizer", inputs)?;
+        Ok(Self { header, actor, normalizer })
+    }
+}
+
+/// Whether the file holds the layers that its header speaks of: before anything is made of sizes from a header.
+fn fits(
+    checkpoint: &Checkpoint,
+    prefix: &str,
+    inputs: usize,
+    hidden: &[usize],
+    outputs: usize,
+) -> Result<(), TrackerError> {
+    let widths: Vec<usize> = [inputs].into_iter().chain(hidden.iter().copied()).chain([outputs]).collect();
+    for (layer, pair) in widths.windows(2).enumerate() {
+        let name = format!("{prefix}.layers.{layer}.weight");
+        let shape = checkpoint.entry(&name)?.shape();
+        if shape != pair {
+            return Err(TrackerError::Mismatch {
+                what: format!("shape of {name}"),
+                expected: format!("{pair:?}"),
+                got: format!("{shape:?}"),
+            });
+        }
+    }
+    Ok(())
+}

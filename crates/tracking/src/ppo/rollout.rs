@@ -1,0 +1,182 @@
+//! Experience: what the policy did in all environments over some steps.
+
+use std::time::Instant;
+
+use lifelike_checkpoint::Checkpoint;
+use lifelike_checkpoint::rng::stream;
+use lifelike_nn::normalizer::RunningNormalizer;
+use rand_distr::{Distribution, StandardNormal};
+
+use crate::TrackerError;
+use crate::environment::{Environment, Outcome};
+use lifelike_train::gaussian::log_probability_of_noise;
+use lifelike_train::networks::Actor;
+
+/// One rollout, `[steps · environments]` rows, observations normalised.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Rollout {
+    pub environments: usize,
+    pub actor_rows: Vec<f32>,
+    /// One step more than the others: what the last step led to.
+    pub critic_rows: Vec<f32>,
+    /// Rows of the value function for states that were reached but left by a cut, with the step they belong to.
+    pub final_rows: Vec<f32>,
+    pub final_steps: Vec<usize>,
+    pub actions: Vec<f32>,
+    pub means: Vec<f32>,
+    pub log_probabilities: Vec<f32>,
+    /// Of the policy that acted, `[J]`.
+    pub log_std: Vec<f32>,
+    pub rewards: Vec<f32>,
+    pub terminated: Vec<bool>,
+    pub truncated: Vec<bool>,
+}
+
+/// What was seen while a rollout was collected, and how long the environments took (s).
+pub struct Seen {
+    pub actor: RunningNormalizer,
+    pub critic: RunningNormalizer,
+    pub stepping: f64,
+}
+
+/// What acts while a rollout is collected; nothing of it changes meanwhile.
+#[derive(Debug, Clone)]
+pub struct Acting {
+    pub actor: Actor,
+    pub actor_normalizer: RunningNormalizer,
+    pub critic_normalizer: RunningNormalizer,
+    pub seed: u64,
+    pub steps: usize,
+}
+
+impl Acting {
+    /// The policy acts. Normalizers stay as they are; what was seen is for later ones.
+    pub fn collect(&self, environment: &mut Environment, iteration: u64) -> Result<(Rollout, Seen), TrackerError> {
+        let n = environment.len();
+        let log_std = self.actor.log_std()?;
+        let std: Vec<f32> = log_std.iter().map(|l| l.exp()).collect();
+        let address = |i| environment.address(i);
+        let mut streams: Vec<_> = (0..n).map(|i| stream(self.seed, "action", address(i), iteration)).collect();
+        let mut seen = Seen {
+            actor: RunningNormalizer::new(environment.actor_size()),
+            critic: RunningNormalizer::new(environment.critic_size()),
+            stepping: 0.0,
+        };
+        let mut rollout = Rollout { environments: n, log_std: log_std.clone(), ..Rollout::default() };
+        let mut outcome = Outcome::default();
+        let mut noise = vec![0.0_f32; n * std.len()];
+        for _ in 0..self.steps {
+            seen.actor.update(environment.actor_rows());
+            seen.critic.update(environment.critic_rows());
+            let mut observations = environment.actor_rows().to_vec();
+            self.actor_normalizer.normalize(&mut observations);
+            self.put_critic_rows(environment, &mut rollout);
+            rollout.actor_rows.extend_from_slice(&observations);
+            let means = self.actor.means(observations)?;
+            for (stream, noise) in streams.iter_mut().zip(noise.chunks_exact_mut(std.len())) {
+                noise.iter_mut().for_each(|z| *z = StandardNormal.sample(stream));
+                rollout.log_probabilities.push(log_probability_of_noise(noise, &log_std));
+            }
+            let spread = std.iter().cycle();
+            let actions: Vec<f32> = means.iter().zip(&noise).zip(spread).map(|((m, z), s)| m + z * s).collect();
+            let stepping = Instant::now();
+            environment.step(&actions, &mut outcome)?;
+            seen.stepping += stepping.elapsed().as_secs_f64();
+            let first = rollout.rewards.len();
+            rollout
+                .final_steps
+                .extend(outcome.truncated.iter().enumerate().filter(|(_, t)| **t).map(|(i, _)| first + i));
+            let start = rollout.final_rows.len();
+            rollout.final_rows.extend_from_slice(&outcome.final_critic_rows);
+            self.critic_normalizer.normalize(&mut rollout.final_rows[start..]);
+            rollout.means.extend(means);
+            rollout.actions.extend(actions);
+            rollout.rewards.extend_from_slice(&outcome.rewards);
+            rollout.terminated.extend_from_slice(&outcome.terminated);
+            rollout.truncated.extend_from_slice(&outcome.truncated);
+        }
+        self.put_critic_rows(environment, &mut rollout);
+        Ok((rollout, seen))
+    }
+
+    fn put_critic_rows(&self, environment: &Environment, rollout: &mut Rollout) {
+        let start = rollout.critic_rows.len();
+        rollout.critic_rows.extend_from_slice(environment.critic_rows());
+        self.critic_normalizer.normalize(&mut rollout.critic_rows[start..]);
+    }
+}
+
+impl Rollout {
+    /// Number of samples.
+    pub fn len(&self) -> usize {
+        self.rewards.len()
+    }
+
+    /// Numbers of a row of the value function.
+    pub fn critic_width(&self) -> usize {
+        self.critic_rows.len() / (self.len() + self.environments).max(1)
+    }
+
+    /// Writes it: a run that overlaps collecting and learning stands between the two.
+    ///
+    /// # Errors
+    /// Two entries of one name.
+    pub fn save_into(&self, checkpoint: &mut Checkpoint, prefix: &str) -> Result<(), TrackerError> {
+        let flags = |values: &[bool]| values.iter().map(|b| u64::from(*b)).collect::<Vec<_>>();
+        let whole = [
+            ("environments", vec![self.environments as u64]),
+            ("final_steps", self.final_steps.iter().map(|s| *s as u64).collect()),
+            ("terminated", flags(&self.terminated)),
+            ("truncated", flags(&self.truncated)),
+        ];
+        for (name, values) in whole {
+            checkpoint.put_u64(&format!("{prefix}.{name}"), &[values.len()], values)?;
+        }
+        for (name, values) in [
+            ("actor_rows", &self.actor_rows),
+            ("critic_rows", &self.critic_rows),
+            ("final_rows", &self.final_rows),
+            ("actions", &self.actions),
+            ("means", &self.means),
+            ("log_probabilities", &self.log_probabilities),
+            ("log_std", &self.log_std),
+            ("rewards", &self.rewards),
+        ] {
+            checkpoint.put_f32(&format!("{prefix}.{name}"), &[values.len()], values.clone())?;
+        }
+        Ok(())
+    }
+
+    /// Reads it back; `None` where the checkpoint has none.
+    ///
+    /// # Errors
+    /// Only parts of it are there.
+    pub fn load(checkpoint: &Checkpoint, prefix: &str) -> Result<Option<Self>, TrackerError> {
+        let key = |name: &str| format!("{prefix}.{name}");
+        if !checkpoint.contains(&key("environments")) {
+            return Ok(None);
+        }
+        let numbers = |name: &str| -> Result<Vec<f32>, TrackerError> {
+            let shape = checkpoint.entry(&key(name))?.shape().to_vec();
+            Ok(checkpoint.f32s(&key(name), &shape)?)
+        };
+        let whole = |name: &str| -> Result<Vec<u64>, TrackerError> {
+            let shape = checkpoint.entry(&key(name))?.shape().to_vec();
+            Ok(checkpoint.u64s(&key(name), &shape)?)
+        };
+        Ok(Some(Self {
+            environments: whole("environments")?.first().map_or(0, |n| *n as usize),
+            actor_rows: numbers("actor_rows")?,
+            critic_rows: numbers("critic_rows")?,
+            final_rows: numbers("final_rows")?,
+            final_steps: whole("final_steps")?.into_iter().map(|s| s as usize).collect(),
+            actions: numbers("actions")?,
+            means: numbers("means")?,
+            log_probabilities: numbers("log_probabilities")?,
+            log_std: numbers("log_std")?,
+            rewards: numbers("rewards")?,
+            terminated: whole("terminated")?.into_iter().map(|b| b != 0).collect(),
+            truncated: whole("truncated")?.into_iter().map(|b| b != 0).collect(),
+        }))
+    }
+}

@@ -1,0 +1,273 @@
+//! Where episodes begin: uniformly over all frames, or more often before the places where the policy fails.
+
+use rand::Rng;
+use rand_chacha::ChaCha8Rng;
+
+/// How starts are chosen.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct StartSpec {
+    /// Share of starts drawn by failure rate; the rest is uniform. 0.7 helped a hard clip and hurt an easy one.
+    pub failure_share: f64,
+    /// Failure rates below this count as this, so that no stretch is forgotten.
+    pub floor: f64,
+    /// Weight of past iterations in the failure statistics.
+    pub memory: f64,
+    /// Noise on joint positions at the start, one standard deviation (rad).
+    pub joint_noise: f32,
+    /// Noise on the root's velocities at the start (m/s and rad/s).
+    pub velocity_noise: f32,
+    /// How far beside the reference an episode may begin (m, standard deviation on both axes).
+    pub path_noise: f32,
+    /// How far turned from the reference (rad, standard deviation).
+    pub heading_noise: f32,
+}
+
+impl Default for StartSpec {
+    fn default() -> Self {
+        Self {
+            failure_share: 0.3,
+            floor: 0.02,
+            memory: 0.98,
+            joint_noise: 0.03,
+            velocity_noise: 0.09,
+            path_noise: 0.03,
+            heading_noise: 0.05,
+        }
+    }
+}
+
+/// Failure statistics over stretches of half a second, and the draw.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StartSampler {
+    spec: StartSpec,
+    bin_frames: usize,
+    /// First frame and number of allowed start frames of each bin, clip after clip.
+    bins: Vec<Bin>,
+    /// First bin of each clip, and the number of bins at the end.
+    first: Vec<usize>,
+    clip_starts: Vec<usize>,
+    visits: Vec<f64>,
+    failures: Vec<f64>,
+    cumulative: Vec<f64>,
+    /// Whether an episode ever went through the bin.
+    seen: Vec<bool>,
+}
+
+/// How much of the motion was ever seen.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Coverage {
+    /// Share of each clip's stretches of half a second that some episode went through.
+    pub clips: Vec<f64>,
+    /// The same of all stretches.
+    pub overall: f64,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Bin {
+    start: usize,
+    allowed: usize,
+}
+
+impl StartSampler {
+    /// For clips that begin at `clip_starts` (and end where the next begins). No episode starts in the last
+    /// `tail_frames` of a clip, as far as the clip is longer.
+    pub fn new(spec: StartSpec, clip_starts: &[usize], bin_frames: usize, tail_frames: usize) -> Self {
+        let bin_frames = bin_frames.max(1);
+        let (mut bins, mut first) = (Vec::new(), vec![0]);
+        for pair in clip_starts.windows(2) {
+            let (start, end) = (pair[0], pair[1]);
+            let last_allowed = end.saturating_sub(tail_frames).max(start + 1);
+            for bin in (start..end).step_by(bin_frames) {
+                let allowed = last_allowed.min(bin + bin_frames).saturating_sub(bin);
+                bins.push(Bin { start: bin, allowed });
+            }
+            first.push(bins.len());
+        }
+        let n = bins.len();
+        let clip_starts = clip_starts.to_vec();
+        let mut sampler = Self {
+            spec,
+            bin_frames,
+            bins,
+            first,
+            clip_starts,
+            visits: vec![0.0; n],
+            failures: vec![0.0; n],
+            cumulative: Vec::new(),
+            seen: vec![false; n],
+        };
+        sampler.refresh();
+        sampler
+    }
+
+    fn bin_of(&self, frame: usize) -> usize {
+        let clip = self.clip_starts.partition_point(|s| *s <= frame).saturating_sub(1).min(self.first.len() - 2);
+        (self.first[clip] + (frame - self.clip_starts[clip]) / self.bin_frames).min(self.first[clip + 1] - 1)
+    }
+
+    /// An episode ran over the frames `from..=to` of one clip, and failed at `to` or did not.
+    pub fn record(&mut self, from: usize, to: usize, failed: bool) {
+        let (a, b) = (self.bin_of(from), self.bin_of(to));
+        for bin in a..=b.max(a) {
+            self.visits[bin] += 1.0;
+            self.seen[bin] = true;
+        }
+        if failed {
+            self.failures[b] += 1.0;
+        }
+    }
+
+    /// Once per iteration: forgets a little, and puts the new weights into force.
+    pub fn refresh(&mut self) {
+        self.visits.iter_mut().chain(&mut self.failures).for_each(|x| *x *= self.spec.memory);
+        let rate = |bin: usize| {
+            let rate = if self.visits[bin] > 0.5 { self.failures[bin] / self.visits[bin] } else { 0.0 };
+            rate.max(self.spec.floor)
+        };
+        // What goes wrong in a bin was often begun in the one before it: half of the next bin's rate counts here.
+        let mut hard = vec![0.0; self.bins.len()];
+        for clip in self.first.windows(2) {
+            for bin in clip[0]..clip[1] {
+                let next = if bin + 1 < clip[1] { rate(bin + 1) } else { 0.0 };
+                hard[bin] = self.bins[bin].allowed as f64 * (rate(bin) + 0.5 * next);
+            }
+        }
+        let total_hard: f64 = hard.iter().sum();
+        let total: f64 = self.bins.iter().map(|b| b.allowed as f64).sum();
+        let share = if total_hard > 0.0 { self.spec.failure_share } else { 0.0 };
+        let mut sum = 0.0;
+        self.cumulative = self
+            .bins
+            .iter()
+            .zip(&hard)
+            .map(|(bin, hard)| {
+                sum += (1.0 - share) * bin.allowed as f64 / total + share * hard / total_hard.max(1e-300);
+                sum
+            })
+            .collect();
+    }
+
+    /// A frame to begin at.
+    pub fn draw(&self, rng: &mut ChaCha8Rng) -> usize {
+        let total = self.cumulative.last().copied().unwrap_or(0.0);
+        let at = rng.random::<f64>() * total;
+        let bin = self.cumulative.partition_point(|c| *c <= at).min(self.bins.len() - 1);
+        let Bin { start, allowed } = self.bins[bin];
+        start + rng.random_range(0..allowed.max(1))
+    }
+
+    /// How much of the motion was ever seen.
+    pub fn coverage(&self) -> Coverage {
+        let share = |bins: &[bool]| bins.iter().filter(|s| **s).count() as f64 / bins.len().max(1) as f64;
+        let clips = self.first.windows(2).map(|clip| share(&self.seen[clip[0]..clip[1]])).collect();
+        Coverage { clips, overall: share(&self.seen) }
+    }
+
+    /// The smallest ratio of the probability with which a frame that may be a start is drawn to that of drawing all alike:
+    /// the floor below which no stretch is neglected, `1 − failure_share` at least.
+    pub fn floor(&self) -> f64 {
+        let total: f64 = self.bins.iter().map(|b| b.allowed as f64).sum();
+        let sum = self.cumulative.last().copied().unwrap_or(1.0);
+        let before = [0.0].into_iter().chain(self.cumulative.iter().copied());
+        let shares = self.bins.iter().zip(self.cumulative.iter().zip(before)).filter(|(bin, _)| bin.allowed > 0);
+        shares.map(|(bin, (to, from))| (to - from) / sum * total / bin.allowed as f64).fold(f64::INFINITY, f64::min)
+    }
+
+    /// The statistics, for a checkpoint: visits, failures, draws and whether it was ever seen, of every bin.
+    pub fn save(&self) -> Vec<f64> {
+        let seen = self.seen.iter().map(|s| f64::from(u8::from(*s)));
+        let pairs = self.visits.iter().zip(&self.failures).flat_map(|(v, f)| [*v, *f]);
+        pairs.chain(self.cumulative.iter().copied()).chain(seen).collect()
+    }
+
+    /// Back to saved statistics. `None` when they are of another library.
+    #[must_use]
+    pub fn restored(mut self, saved: &[f64]) -> Option<Self> {
+        let n = self.bins.len();
+        if saved.len() != 4 * n {
+            return None;
+        }
+        for (i, pair) in saved[..2 * n].chunks_exact(2).enumerate() {
+            self.visits[i] = pair[0];
+            self.failures[i] = pair[1];
+        }
+        self.cumulative.copy_from_slice(&saved[2 * n..3 * n]);
+        self.seen = saved[3 * n..].iter().map(|s| *s > 0.5).collect();
+        Some(self)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+    use lifelike_checkpoint::rng::stream;
+
+    fn histogram(sampler: &StartSampler, frames: usize) -> Vec<usize> {
+        let mut rng = stream(1, "test", 0, 0);
+        let mut counts = vec![0; frames];
+        for _ in 0..40_000 {
+            counts[sampler.draw(&mut rng)] += 1;
+        }
+        counts
+    }
+
+    #[test]
+    fn without_failures_all_allowed_frames_are_alike_and_tails_are_left_out() {
+        let counts = histogram(&StartSampler::new(StartSpec::default(), &[0, 100, 140], 25, 20), 140);
+        assert!(counts[80..100].iter().all(|c| *c == 0) && counts[120..].iter().all(|c| *c == 0));
+        // 100 allowed frames, 400 expected in each; five standard deviations.
+        let allowed = counts[..80].iter().chain(&counts[100..120]);
+        assert!(allowed.clone().count() == 100 && allowed.clone().all(|c| c.abs_diff(400) < 100), "{counts:?}");
+    }
+
+    #[test]
+    fn a_clip_shorter_than_the_tail_is_begun_at_its_start() {
+        let counts = histogram(&StartSampler::new(StartSpec::default(), &[0, 10], 25, 50), 10);
+        assert_eq!(counts[0], 40_000);
+    }
+
+    #[test]
+    fn failures_draw_starts_near_them_and_the_rest_keeps_its_share() {
+        let spec = StartSpec { failure_share: 0.5, floor: 0.0, memory: 1.0, ..StartSpec::default() };
+        let mut sampler = StartSampler::new(spec, &[0, 100], 25, 0);
+        for _ in 0..10 {
+            sampler.record(0, 60, true);
+            sampler.record(60, 99, false);
+        }
+        sampler.refresh();
+        let counts = histogram(&sampler, 100);
+        let share = |r: std::ops::Range<usize>| counts[r].iter().sum::<usize>() as f64 / 40_000.0;
+        // Bin 2 (50..75) failed in 10 of its 20 visits: rate ½; bin 1 leads to it with half of that. Of the failure half
+        // of the draws they get 2/3 and 1/3, besides a quarter each of the uniform half.
+        assert!((share(50..75) - (0.125 + 0.5 * 2.0 / 3.0)).abs() < 0.02, "{}", share(50..75));
+        assert!((share(25..50) - (0.125 + 0.5 / 3.0)).abs() < 0.02, "{}", share(25..50));
+        assert!((share(0..25) - 0.125).abs() < 0.02);
+    }
+
+    #[test]
+    fn coverage_and_floor_by_hand() {
+        let spec = StartSpec { failure_share: 0.4, floor: 0.0, memory: 1.0, ..StartSpec::default() };
+        let mut sampler = StartSampler::new(spec, &[0, 100, 140], 25, 0);
+        assert_eq!(sampler.coverage().overall, 0.0);
+        assert!((sampler.floor() - 1.0).abs() < 1e-12, "without failures all are alike");
+        sampler.record(30, 60, true);
+        // Bins 1 and 2 of the first clip's four; of the second clip's two none.
+        assert_eq!(sampler.coverage(), Coverage { clips: vec![0.5, 0.0], overall: 2.0 / 6.0 });
+        sampler.refresh();
+        assert!((sampler.floor() - 0.6).abs() < 1e-12, "who never fails keeps the uniform share");
+    }
+
+    #[test]
+    fn saved_statistics_come_back_and_foreign_ones_are_refused() {
+        let fresh = || StartSampler::new(StartSpec::default(), &[0, 100, 140], 25, 20);
+        let mut sampler = fresh();
+        sampler.record(3, 40, true);
+        sampler.refresh();
+        sampler.record(100, 130, true);
+        let back = fresh().restored(&sampler.save()).unwrap();
+        assert_eq!(back, sampler);
+        assert!(StartSampler::new(StartSpec::default(), &[0, 100], 25, 20).restored(&sampler.save()).is_none());
+    }
+}
