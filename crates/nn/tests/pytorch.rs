@@ -5,7 +5,6 @@
 use burn::module::{Module, Param};
 use burn::tensor::Tensor;
 use lifelike_checkpoint::Checkpoint;
-use lifelike_nn::ModuleCheckpoint;
 use lifelike_nn::adam::{Adam, AdamConfig};
 use lifelike_nn::conv_resnet::{ChannelNorm, Conv3, Down, ResBlock, Up};
 use lifelike_nn::gradients::Gradients;
