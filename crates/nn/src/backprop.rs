@@ -121,7 +121,7 @@ fn finish(y: Tensor<2>, bias: Option<Tensor<1>>, hidden: bool) -> Result<Tensor<
             row.iter_mut().zip(bias).for_each(|(y, b)| *y += b);
         }
         if hidden {
-            row.iter_mut().for_each(|y| *y = elu_of(*y));
+            row.iter_mut().for_each(|y| *y = lifelike_dense::elu(*y));
         }
     }
     Ok(tensor(y, shape, &device))
@@ -156,31 +156,6 @@ fn tensor(values: Vec<f32>, shape: [usize; 2], device: &Device) -> Tensor<2> {
     Tensor::from_data(TensorData::new(values, shape), device)
 }
 
-/// x above zero, exp(x) − 1 below.
-fn elu_of(x: f32) -> f32 {
-    let below = exp_of_nonpositive(x.min(0.0)) - 1.0;
-    if x > 0.0 { x } else { below }
-}
-
-/// exp(x) for x ≤ 0 to about one unit in the last place, in operations that a compiler turns into vector instructions
-/// (the library's function is a call per number): x = n ln 2 + r with |r| ≤ ½ ln 2, a polynomial for exp(r) (Cephes), and
-/// the exponent n put together from bits.
-fn exp_of_nonpositive(x: f32) -> f32 {
-    // Below this the result is no normal number; as an ELU it is −1 long before.
-    let x = x.max(-87.0);
-    // Adding and taking away 1.5 · 2²³ rounds to the nearest whole number.
-    let magic = 12_582_912.0_f32;
-    let n = (x * std::f32::consts::LOG2_E + magic) - magic;
-    let r = n.mul_add(-0.693_359_4, x);
-    let r = n.mul_add(2.121_944_4e-4, r);
-    let mut p = 1.987_569_1e-4_f32;
-    for c in [1.398_199_9e-3, 8.333_452e-3, 4.166_579_6e-2, 1.666_666_5e-1, 5e-1] {
-        p = p.mul_add(r, c);
-    }
-    let p = p.mul_add(r * r, r) + 1.0;
-    p * f32::from_bits(((n as i32 + 127) as u32) << 23)
-}
-
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
@@ -188,17 +163,6 @@ mod tests {
     use crate::device::Processor;
     use crate::mlp::MlpConfig;
     use burn::module::Module;
-
-    #[test]
-    fn the_exponential_is_right_to_the_last_digits() {
-        for i in 0..200_000 {
-            let x = -i as f32 * 4.3e-4;
-            let (got, exact) = (f64::from(exp_of_nonpositive(x)), f64::from(x).exp());
-            assert!((got - exact).abs() <= 1.5e-7 * exact, "exp({x}) = {got}, not {exact}");
-        }
-        assert_eq!((elu_of(0.0), elu_of(2.5), elu_of(f32::NEG_INFINITY)), (0.0, 2.5, -1.0));
-        assert!(elu_of(-1e-3) < 0.0 && elu_of(f32::MAX) == f32::MAX);
-    }
 
     #[test]
     fn values_and_gradients_are_those_of_automatic_differentiation() {

@@ -1,4 +1,4 @@
-//! What can be wrong with a robot's description, or with what is handed to it.
+//! Errors of a robot's description, of a controller, and of data that is handed to them.
 
 use std::path::PathBuf;
 
@@ -48,6 +48,47 @@ pub enum RobotError {
         /// What is wrong, with names.
         message: String,
     },
+    /// An observation asks for something that was not measured.
+    #[error("observation part '{part}': expected {needed}, got none: measure or estimate it, or use another policy")]
+    Unmeasured {
+        /// The part.
+        part: String,
+        /// The missing measurement.
+        needed: &'static str,
+    },
+    /// A controller's file replays its golden vectors with other numbers.
+    #[error(
+        "{path}: {what} of golden vector {row}: expected {expected}, got {got} (tolerance {tolerance}): the networks or \
+         this machine's arithmetic are not those that the file was made with; export it again"
+    )]
+    Golden {
+        /// The file.
+        path: String,
+        /// Output or code.
+        what: &'static str,
+        /// Number of the row.
+        row: usize,
+        /// Number in the file.
+        expected: f32,
+        /// Number of the replay.
+        got: f32,
+        /// Greatest difference that is tolerated.
+        tolerance: f32,
+    },
+    /// An encoder of latent codes fails.
+    #[error("latent codes of clip '{clip}': {source}")]
+    Encoder {
+        /// The clip.
+        clip: String,
+        /// Why.
+        source: Box<dyn std::error::Error + Send + Sync>,
+    },
+    /// A clip is the problem.
+    #[error(transparent)]
+    Motion(#[from] lifelike_motion::MotionError),
+    /// A file of weights is the problem.
+    #[error(transparent)]
+    Checkpoint(#[from] lifelike_checkpoint::CheckpointError),
     /// The character itself is the problem.
     #[error(transparent)]
     Character(#[from] lifelike_character::CharacterError),

@@ -1,23 +1,30 @@
 //! Floor 2: the robot — what training, evaluation, the studio and the hardware share.
 //!
 //! It lies BELOW the simulation, so that one observation builder, one actuator model and one action definition serve all
-//! of them: a policy fed with another layout than it was trained on cannot be written down.
+//! of them: a policy fed with another layout than it was trained on cannot be written down. No training framework stands
+//! below this line.
 //!
-//! The main path: [`Robot::load`] → [`action`] (policy output → joint targets) → [`actuator`] (targets → torques) →
-//! [`observation`] (state and reference → policy input).
+//! The main path: [`Robot::load`] → [`Controller`] (measured state and a [`ReferenceStream`] in, joint targets out), which
+//! owns [`observation`] (state and reference → policy input), the frozen [`network`]s and [`action`] (policy output →
+//! joint targets) → [`actuator`] (targets → torques).
 
 pub mod action;
 pub mod actuator;
+pub mod controller;
 pub mod error;
 mod guess;
 pub mod load;
+pub mod network;
 pub mod observation;
 pub mod profile;
+pub mod reference;
 pub mod robot;
 
 pub use action::{ActionMap, ActionSpec};
 pub use actuator::{ActuatorParameters, ActuatorSet};
+pub use controller::{Controller, ControllerFile, ControllerState};
 pub use error::RobotError;
-pub use observation::{AnchorSpec, ObservationInputs, ObservationSpec, ReferenceSpec};
+pub use observation::{AnchorSpec, MeasuredState, ObservationInputs, ObservationSpec, ReferenceSpec};
 pub use profile::{ActuatorGroup, Profile};
+pub use reference::{Alignment, ClipPlayer, LatentEncoder, ReferenceLibrary, ReferenceStream};
 pub use robot::Robot;

@@ -1,0 +1,12 @@
+//! What a policy sees: the one observation builder of the whole project.
+//!
+//! [`ObservationSpec`] is the layout, [`ObservationInputs`] what one observation is made of; each part of it is declared
+//! once, in `part`.
+
+mod inputs;
+mod part;
+mod spec;
+
+pub use inputs::{MeasuredState, ObservationInputs};
+pub use part::{Part, Sensor, Source};
+pub use spec::{AnchorSpec, ObservationSpec, ReferenceSpec};

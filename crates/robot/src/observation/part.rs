@@ -1,0 +1,324 @@
+//! The parts of an observation, each declared once: name, size, sensor, and how its numbers are written.
+
+use std::ops::Range;
+
+use lifelike_character::rotation::{from_wxyz, heading, heading_angle, to_6d};
+use nalgebra::{UnitQuaternion, Vector3};
+
+use super::inputs::ObservationInputs;
+use super::spec::ObservationSpec;
+use crate::error::RobotError;
+
+/// A sensor, or an estimator in its place, that a part comes from: what a sensor model gives noise and delays to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Sensor {
+    /// Height of the root above the ground.
+    RootHeight,
+    /// Orientation of the root (IMU).
+    RootOrientation,
+    /// Linear velocity of the root.
+    RootLinearVelocity,
+    /// Angular velocity of the root (gyroscope).
+    RootAngularVelocity,
+    /// Joint encoders.
+    JointPosition,
+    /// Joint encoders, differentiated.
+    JointVelocity,
+    /// Forward kinematics of encoders and IMU.
+    KeyBodies,
+    /// Heading against the reference's: an IMU whose drift somebody corrects.
+    Heading,
+    /// Place against the reference's: motion capture or odometry.
+    Place,
+}
+
+impl Sensor {
+    /// Returns true for what a robot with encoders and an IMU measures by itself; the rest wants an estimator.
+    pub fn is_on_board(self) -> bool {
+        use Sensor::{JointPosition, JointVelocity, KeyBodies, RootAngularVelocity, RootOrientation};
+        matches!(self, RootOrientation | RootAngularVelocity | JointPosition | JointVelocity | KeyBodies)
+    }
+}
+
+/// Origin of a part.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Source {
+    /// Measured, and so noisy and late.
+    Measured(Sensor),
+    /// The policy's own outputs.
+    Action,
+    /// The motion to follow.
+    Reference,
+}
+
+impl Source {
+    /// Returns true for the robot's own state and actions, whatever it is asked to do.
+    pub fn is_own_state(self) -> bool {
+        match self {
+            Self::Measured(sensor) => !matches!(sensor, Sensor::Heading | Sensor::Place),
+            Self::Action => true,
+            Self::Reference => false,
+        }
+    }
+}
+
+/// A part of one layout.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Part {
+    /// Its name.
+    pub name: String,
+    /// Its numbers in an observation.
+    pub range: Range<usize>,
+    /// Its origin.
+    pub source: Source,
+}
+
+/// The times that a part occurs in a layout.
+pub(super) enum Occurs<'a> {
+    Once(bool),
+    Ahead(&'a [u32]),
+    Around(&'a [i32]),
+}
+
+impl Occurs<'_> {
+    pub(super) fn count(&self) -> usize {
+        match self {
+            Self::Once(there) => usize::from(*there),
+            Self::Ahead(offsets) => offsets.len(),
+            Self::Around(offsets) => offsets.len(),
+        }
+    }
+
+    pub(super) fn name(&self, name: &str, i: usize) -> String {
+        match self {
+            Self::Once(_) => name.into(),
+            Self::Ahead(offsets) => format!("{name}{:+}", offsets[i]),
+            Self::Around(offsets) => format!("{name}{:+}", offsets[i]),
+        }
+    }
+}
+
+/// Numbers of one part that cannot be written.
+pub(super) enum Wrong {
+    Length { expected: usize, got: usize },
+    Unmeasured(&'static str),
+    Frames(RobotError),
+}
+
+impl Wrong {
+    pub(super) fn of(self, part: &str) -> RobotError {
+        match self {
+            Self::Length { expected, got } => RobotError::Mismatch {
+                what: format!("length of {part}"),
+                expected: expected.to_string(),
+                got: got.to_string(),
+            },
+            Self::Unmeasured(needed) => RobotError::Unmeasured { part: part.into(), needed },
+            Self::Frames(error) => error,
+        }
+    }
+}
+
+/// Everything that the parts of one observation share.
+pub(super) struct Scene<'a> {
+    inputs: &'a ObservationInputs<'a>,
+    root: UnitQuaternion<f32>,
+    to_heading: UnitQuaternion<f32>,
+    /// Where nothing measures it, everything is relative to the root.
+    position: Vector3<f32>,
+}
+
+impl<'a> Scene<'a> {
+    pub(super) fn new(inputs: &'a ObservationInputs<'a>) -> Self {
+        let root = orientation(inputs.measured.root_orientation);
+        let position = Vector3::from(inputs.measured.root_position.unwrap_or_default());
+        Self { inputs, root, to_heading: heading(&root).inverse(), position }
+    }
+}
+
+/// One declaration.
+pub(super) struct Declaration {
+    pub(super) name: &'static str,
+    pub(super) source: Source,
+    pub(super) occurs: fn(&ObservationSpec) -> Occurs<'_>,
+    pub(super) size: fn(&ObservationSpec) -> usize,
+    pub(super) write: fn(&ObservationSpec, &Scene<'_>, usize, &mut [f32]) -> Result<(), Wrong>,
+}
+
+fn always(_: &ObservationSpec) -> Occurs<'_> {
+    Occurs::Once(true)
+}
+
+fn joints(spec: &ObservationSpec) -> usize {
+    spec.joints.len()
+}
+
+/// All parts, in the order of their numbers. A new part is one entry here (and a switch in [`ObservationSpec`]).
+pub(super) const PARTS: [Declaration; 15] = [
+    Declaration {
+        name: "root_height",
+        source: Source::Measured(Sensor::RootHeight),
+        occurs: |spec| Occurs::Once(spec.root_height),
+        size: |_| 1,
+        write: |_, scene, _, out| {
+            let measured = scene.inputs.measured;
+            let height = measured.root_height.or(measured.root_position.map(|p| p[2]));
+            copy(&[height.ok_or(Wrong::Unmeasured("the root's height or position"))?], out)
+        },
+    },
+    Declaration {
+        name: "root_orientation_h",
+        source: Source::Measured(Sensor::RootOrientation),
+        occurs: always,
+        size: |_| 6,
+        write: |_, scene, _, out| copy(&to_6d(&(scene.to_heading * scene.root)), out),
+    },
+    Declaration {
+        name: "root_linear_velocity_h",
+        source: Source::Measured(Sensor::RootLinearVelocity),
+        occurs: |spec| Occurs::Once(spec.linear_velocity),
+        size: |_| 3,
+        write: |_, scene, _, out| {
+            let velocity = scene.inputs.measured.linear_velocity_w;
+            let velocity = velocity.ok_or(Wrong::Unmeasured("the root's linear velocity"))?;
+            copy((scene.to_heading * Vector3::from(velocity)).as_slice(), out)
+        },
+    },
+    Declaration {
+        name: "root_angular_velocity_h",
+        source: Source::Measured(Sensor::RootAngularVelocity),
+        occurs: always,
+        size: |_| 3,
+        write: |_, scene, _, out| {
+            copy((scene.to_heading * Vector3::from(scene.inputs.measured.angular_velocity_w)).as_slice(), out)
+        },
+    },
+    Declaration {
+        name: "joint_position",
+        source: Source::Measured(Sensor::JointPosition),
+        occurs: always,
+        size: joints,
+        write: |spec, scene, _, out| {
+            let (measured, offset) = (scene.inputs.measured.joint_position, scene.inputs.joint_offset);
+            copy(measured, out)?;
+            if !offset.is_empty() && offset.len() != out.len() {
+                return Err(Wrong::Length { expected: out.len(), got: offset.len() });
+            }
+            out.iter_mut().zip(offset).for_each(|(q, offset)| *q += offset);
+            out.iter_mut().zip(&spec.default_pose).for_each(|(q, origin)| *q -= origin);
+            Ok(())
+        },
+    },
+    Declaration {
+        name: "joint_velocity",
+        source: Source::Measured(Sensor::JointVelocity),
+        occurs: always,
+        size: joints,
+        write: |_, scene, _, out| copy(scene.inputs.measured.joint_velocity, out),
+    },
+    Declaration {
+        name: "key_bodies_h",
+        source: Source::Measured(Sensor::KeyBodies),
+        occurs: always,
+        size: |spec| 3 * spec.key_bodies.len(),
+        write: |_, scene, _, out| {
+            if out.is_empty() {
+                return Ok(());
+            }
+            let places = scene.inputs.measured.key_bodies_w.ok_or(Wrong::Unmeasured("the key bodies"))?;
+            copy(places, out)?;
+            for p in out.as_chunks_mut::<3>().0 {
+                *p = (scene.to_heading * (Vector3::from(*p) - scene.position)).into();
+            }
+            Ok(())
+        },
+    },
+    Declaration {
+        name: "last_action",
+        source: Source::Action,
+        occurs: always,
+        size: joints,
+        write: |_, scene, _, out| copy(scene.inputs.last_action, out),
+    },
+    Declaration {
+        name: "action_before",
+        source: Source::Action,
+        occurs: always,
+        size: joints,
+        write: |_, scene, _, out| copy(scene.inputs.action_before, out),
+    },
+    Declaration {
+        name: "reference",
+        source: Source::Reference,
+        occurs: |spec| Occurs::Once(spec.reference.frame),
+        size: ObservationSpec::frame_size,
+        write: |spec, scene, _, out| frame(spec, scene.inputs.reference.around(0), out),
+    },
+    Declaration {
+        name: "reference",
+        source: Source::Reference,
+        occurs: |spec| Occurs::Ahead(&spec.reference.future),
+        size: ObservationSpec::frame_size,
+        write: |spec, scene, i, out| frame(spec, scene.inputs.reference.ahead(spec.reference.future[i]), out),
+    },
+    Declaration {
+        name: "latent",
+        source: Source::Reference,
+        occurs: always,
+        size: |spec| spec.reference.latent,
+        write: |_, scene, _, out| copy(scene.inputs.latent, out),
+    },
+    Declaration {
+        name: "anchor_heading",
+        source: Source::Measured(Sensor::Heading),
+        occurs: |spec| Occurs::Once(spec.anchor.heading),
+        size: |_| 2,
+        write: |_, scene, _, out| {
+            let target = scene.inputs.alignment.orientation(scene.inputs.reference.root().orientation);
+            let error = heading_angle(&orientation(target)) - heading_angle(&scene.root);
+            let turn = ObservationSpec::ANCHOR_TURN;
+            let error = error.sin().atan2(error.cos()).clamp(-turn, turn);
+            copy(&[error.sin(), error.cos()], out)
+        },
+    },
+    Declaration {
+        name: "anchor_position",
+        source: Source::Measured(Sensor::Place),
+        occurs: |spec| Occurs::Once(spec.anchor.position),
+        size: |_| 2,
+        write: |_, scene, _, out| {
+            let position = scene.inputs.measured.root_position.ok_or(Wrong::Unmeasured("the root's position"))?;
+            let target = scene.inputs.alignment.position(scene.inputs.reference.root().position);
+            let error = scene.to_heading * (Vector3::from(target) - Vector3::from(position));
+            let reach = ObservationSpec::ANCHOR_REACH;
+            let share = reach / error.x.hypot(error.y).max(reach);
+            copy(&[share * error.x, share * error.y], out)
+        },
+    },
+    Declaration {
+        name: "window",
+        source: Source::Reference,
+        occurs: |spec| Occurs::Around(&spec.reference.window),
+        size: ObservationSpec::frame_size,
+        write: |spec, scene, i, out| frame(spec, scene.inputs.reference.around(spec.reference.window[i]), out),
+    },
+];
+
+fn copy(values: &[f32], out: &mut [f32]) -> Result<(), Wrong> {
+    if values.len() != out.len() {
+        return Err(Wrong::Length { expected: out.len(), got: values.len() });
+    }
+    out.copy_from_slice(values);
+    Ok(())
+}
+
+fn frame(spec: &ObservationSpec, features: &[f32], out: &mut [f32]) -> Result<(), Wrong> {
+    spec.write_frames(features, out).map_err(Wrong::Frames)
+}
+
+/// The rotation, or NaN where the numbers have no direction.
+fn orientation(wxyz: [f32; 4]) -> UnitQuaternion<f32> {
+    from_wxyz(wxyz).unwrap_or_else(|| {
+        UnitQuaternion::new_unchecked(nalgebra::Quaternion::new(f32::NAN, f32::NAN, f32::NAN, f32::NAN))
+    })
+}

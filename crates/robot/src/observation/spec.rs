@@ -1,0 +1,241 @@
+//! The layout of an observation, with all names.
+
+use super::inputs::ObservationInputs;
+use super::part::{PARTS, Part, Scene};
+use crate::error::RobotError;
+use crate::robot::Robot;
+
+/// Parts of the reference that the policy sees (c_t of thesis 4.2.2).
+#[derive(Debug, Clone, Default, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ReferenceSpec {
+    /// The frame to reach, m_{t+1} (input M of Table 4.3).
+    pub frame: bool,
+    /// Frames further ahead, as offsets from t in policy steps (inputs M5, M10 of Table 4.3); none in the thesis' own.
+    #[serde(default)]
+    pub future: Vec<u32>,
+    /// Size of the latent code z_t (input L of Table 4.3); 0: none.
+    #[serde(default)]
+    pub latent: usize,
+    /// Frames around t+1, as offsets from it in policy steps, before and after: what an encoder that is trained with the
+    /// policy sees (the end-to-end codes of Table 4.2); empty: none.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub window: Vec<i32>,
+}
+
+/// Inputs that tell where the robot is against where the reference is. All off in the thesis, whose policies let path
+/// and heading drift.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct AnchorSpec {
+    /// Sine and cosine of the reference's heading against the robot's, within ±[`ObservationSpec::ANCHOR_TURN`].
+    #[serde(default)]
+    pub heading: bool,
+    /// Where the reference's root is, on the ground, in the robot's heading frame (2 numbers, m; brought nearer where it
+    /// is further than [`ObservationSpec::ANCHOR_REACH`]).
+    #[serde(default)]
+    pub position: bool,
+}
+
+/// The layout of an observation, with all names: what a checkpoint and a deployed policy carry.
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ObservationSpec {
+    /// [`Self::VERSION`] of the builder that this is the layout of.
+    pub version: u32,
+    /// The root's height above the ground is seen (m).
+    pub root_height: bool,
+    /// The root's linear velocity is seen: few robots can measure it.
+    #[serde(default = "seen", skip_serializing_if = "is_seen")]
+    pub linear_velocity: bool,
+    /// Joint names, in order.
+    pub joints: Vec<String>,
+    /// Default angle of each joint (rad): positions are seen relative to it.
+    pub default_pose: Vec<f32>,
+    /// End effectors of the reference frames, in order.
+    pub end_effectors: Vec<String>,
+    /// Key bodies, in order.
+    pub key_bodies: Vec<String>,
+    /// Inputs from the reference.
+    pub reference: ReferenceSpec,
+    /// Inputs that tie it to the reference's path.
+    pub anchor: AnchorSpec,
+}
+
+/// The largest latent code that is believed.
+const LATENT_MAX: usize = 1 << 16;
+
+fn seen() -> bool {
+    true
+}
+
+#[allow(clippy::trivially_copy_pass_by_ref)] // serde hands out a reference
+fn is_seen(seen: &bool) -> bool {
+    *seen
+}
+
+impl ObservationSpec {
+    /// Version of the layout that [`Self::write`] writes.
+    pub const VERSION: u32 = 2;
+
+    /// Greatest distance at which the reference's root is ever shown (m).
+    pub const ANCHOR_REACH: f32 = 0.3;
+
+    /// Greatest turn from the reference at which the robot is ever shown (rad).
+    pub const ANCHOR_TURN: f32 = 0.5;
+
+    /// Returns the layout for a robot.
+    pub fn new(robot: &Robot, reference: ReferenceSpec, anchor: AnchorSpec) -> Self {
+        Self {
+            version: Self::VERSION,
+            root_height: robot.profile.observe_root_height,
+            linear_velocity: true,
+            joints: robot.layout.joints.clone(),
+            default_pose: robot.default_pose.iter().map(|&q| q as f32).collect(),
+            end_effectors: robot.layout.end_effectors.clone(),
+            key_bodies: robot.profile.key_bodies.clone(),
+            reference,
+            anchor,
+        }
+    }
+
+    /// Returns the same for a robot that cannot measure how fast its root moves.
+    #[must_use]
+    pub fn without_linear_velocity(self) -> Self {
+        Self { linear_velocity: false, ..self }
+    }
+
+    /// Checks that this layout, as saved with a policy, is that of `robot`.
+    ///
+    /// # Errors
+    /// [`RobotError::Mismatch`] for another version or other names, also in another order.
+    pub fn check(&self, robot: &Robot) -> Result<(), RobotError> {
+        let mismatch = |what: &str, expected: String, got: String| {
+            Err(RobotError::Mismatch { what: format!("observation of robot '{}': {what}", robot.name), expected, got })
+        };
+        if self.version != Self::VERSION {
+            return mismatch("version", Self::VERSION.to_string(), self.version.to_string());
+        }
+        let own = Self::new(robot, self.reference.clone(), self.anchor);
+        for (what, expected, got) in [
+            ("joints", &own.joints, &self.joints),
+            ("end effectors", &own.end_effectors, &self.end_effectors),
+            ("key bodies", &own.key_bodies, &self.key_bodies),
+        ] {
+            if expected != got {
+                return mismatch(what, expected.join(", "), got.join(", "));
+            }
+        }
+        if own.root_height != self.root_height {
+            return mismatch("root height", own.root_height.to_string(), self.root_height.to_string());
+        }
+        if own.default_pose != self.default_pose {
+            return mismatch("default pose", format!("{:?}", own.default_pose), format!("{:?}", self.default_pose));
+        }
+        Ok(())
+    }
+
+    /// Length F of a reference frame: the feature vector of eq. 4.1.
+    pub fn frame_size(&self) -> usize {
+        13 + 2 * self.joints.len() + 3 * self.end_effectors.len()
+    }
+
+    /// Length of the robot's own state, the last two actions included: 217 for the thesis' humanoid (4.3.1).
+    pub fn state_size(&self) -> usize {
+        self.parts().iter().filter(|part| part.source.is_own_state()).map(|part| part.range.len()).sum()
+    }
+
+    /// Length of an observation.
+    pub fn size(&self) -> usize {
+        PARTS.iter().map(|part| (part.occurs)(self).count() * (part.size)(self)).sum()
+    }
+
+    /// Length of the window: the last numbers of an observation.
+    pub fn window_size(&self) -> usize {
+        self.reference.window.len() * self.frame_size()
+    }
+
+    /// The parts of an observation, in order and without gaps.
+    pub fn parts(&self) -> Vec<Part> {
+        let mut parts = Vec::new();
+        let mut start = 0;
+        for part in &PARTS {
+            let (occurs, size) = ((part.occurs)(self), (part.size)(self));
+            for i in (0..occurs.count()).filter(|_| size > 0) {
+                parts.push(Part { name: occurs.name(part.name, i), range: start..start + size, source: part.source });
+                start += size;
+            }
+        }
+        parts
+    }
+
+    /// Checks sizes that come from a file, before anything is made of them.
+    ///
+    /// # Errors
+    /// [`RobotError::Mismatch`] for a default pose of another length than the joints, or absurd sizes.
+    pub fn check_sizes(&self) -> Result<(), RobotError> {
+        let mismatch = |what: &str, expected: String, got: usize| {
+            Err(RobotError::Mismatch { what: format!("observation: {what}"), expected, got: got.to_string() })
+        };
+        if self.default_pose.len() != self.joints.len() {
+            return mismatch("angles of the default pose", self.joints.len().to_string(), self.default_pose.len());
+        }
+        if self.reference.latent > LATENT_MAX {
+            return mismatch("size of a latent code", format!("at most {LATENT_MAX}"), self.reference.latent);
+        }
+        Ok(())
+    }
+
+    /// Writes one observation. Nothing is normalised: that is the network's part.
+    ///
+    /// Allocates nothing. A root orientation without a direction (zero or NaN) gives NaN, for the caller to quarantine.
+    ///
+    /// # Errors
+    /// [`RobotError::Mismatch`] when an array has the wrong length, [`RobotError::Unmeasured`] when a part needs what was
+    /// not measured.
+    pub fn write(&self, inputs: &ObservationInputs<'_>, out: &mut [f32]) -> Result<(), RobotError> {
+        self.check_sizes()?;
+        if out.len() != self.size() {
+            return Err(RobotError::Mismatch {
+                what: "length of observation".into(),
+                expected: self.size().to_string(),
+                got: out.len().to_string(),
+            });
+        }
+        let scene = Scene::new(inputs);
+        let mut rest = out;
+        for part in &PARTS {
+            let size = (part.size)(self);
+            for i in 0..(part.occurs)(self).count() {
+                let (slot, after) = std::mem::take(&mut rest).split_at_mut(size);
+                (part.write)(self, &scene, i, slot).map_err(|wrong| wrong.of(part.name))?;
+                rest = after;
+            }
+        }
+        Ok(())
+    }
+
+    /// Frames of eq. 4.1 as the policy sees them: joint positions relative to the default pose.
+    ///
+    /// # Shapes
+    /// `frames: [N, F]` into `out: [N, F]`.
+    ///
+    /// # Errors
+    /// [`RobotError::Mismatch`] when the lengths differ or are no multiple of F.
+    pub fn write_frames(&self, frames: &[f32], out: &mut [f32]) -> Result<(), RobotError> {
+        let size = self.frame_size();
+        if frames.len() != out.len() || !frames.len().is_multiple_of(size) {
+            return Err(RobotError::Mismatch {
+                what: "length of reference frames".into(),
+                expected: format!("{}, a multiple of {size}", out.len()),
+                got: frames.len().to_string(),
+            });
+        }
+        let joints = 13..13 + self.joints.len();
+        for (frame, out) in frames.chunks_exact(size).zip(out.chunks_exact_mut(size)) {
+            out.copy_from_slice(frame);
+            out[joints.clone()].iter_mut().zip(&self.default_pose).for_each(|(q, origin)| *q -= origin);
+        }
+        Ok(())
+    }
+}

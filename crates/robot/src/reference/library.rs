@@ -1,0 +1,240 @@
+//! Motion to follow, at the policy's rate, in flat arrays.
+
+use std::collections::BTreeSet;
+
+use lifelike_character::rotation::to_wxyz;
+use lifelike_motion::features::frames_of;
+use lifelike_motion::resample::resample;
+use lifelike_motion::{FeatureLayout, Frame, MotionClip};
+
+use super::encoder::LatentEncoder;
+use crate::error::RobotError;
+use crate::robot::Robot;
+
+/// Every frame of every clip, clip after clip. `T` frames in all, `J` joints, `E` end effectors, `F` features.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ReferenceLibrary {
+    /// Names of joints and end effectors.
+    pub layout: FeatureLayout,
+    /// Clip names.
+    pub names: Vec<String>,
+    /// First frame of each clip, and T at the end.
+    pub starts: Vec<usize>,
+    /// Root position, `[T, 3]` (m, the clip's world).
+    pub root_position: Vec<f32>,
+    /// Root orientation, `[T, 4]` (`wxyz`).
+    pub root_orientation: Vec<f32>,
+    /// Root linear velocity, `[T, 3]` (m/s, the clip's world).
+    pub linear_velocity_w: Vec<f32>,
+    /// Root angular velocity, `[T, 3]` (rad/s, the clip's world).
+    pub angular_velocity_w: Vec<f32>,
+    /// Features of eq. 4.1, each frame in its own heading frame (thesis 4.2.2, W = 0), `[T, F]`.
+    pub features: Vec<f32>,
+    /// Standard deviation of each feature over all frames, `[F]`.
+    pub deviation: Vec<f32>,
+    /// Latent codes z_t, `[T, latent]`.
+    pub latents: Vec<f32>,
+    /// Size of a latent code; 0 without an encoder.
+    pub latent: usize,
+}
+
+impl ReferenceLibrary {
+    /// Resamples the clips to the robot's policy rate and takes them apart.
+    ///
+    /// # Errors
+    /// No clips; two of one name; a clip that does not fit the robot, is shorter than three frames at the policy's rate,
+    /// or holds a number that is not finite.
+    pub fn new(robot: &Robot, clips: &[MotionClip], encoder: Option<&dyn LatentEncoder>) -> Result<Self, RobotError> {
+        let layout = robot.layout.clone();
+        let mut library = Self {
+            deviation: vec![0.0; layout.size()],
+            layout,
+            names: Vec::new(),
+            starts: vec![0],
+            root_position: Vec::new(),
+            root_orientation: Vec::new(),
+            linear_velocity_w: Vec::new(),
+            angular_velocity_w: Vec::new(),
+            features: Vec::new(),
+            latents: Vec::new(),
+            latent: encoder.map_or(0, LatentEncoder::latent_size),
+        };
+        let mut seen = BTreeSet::new();
+        for clip in clips {
+            if !seen.insert(clip.name.as_str()) {
+                return Err(mismatch(format!("clip '{}'", clip.name), "one clip of this name", "two".into()));
+            }
+            library.add(robot, clip, encoder)?;
+        }
+        if library.names.is_empty() {
+            return Err(mismatch("clips".into(), "at least one", "none".into()));
+        }
+        library.measure();
+        Ok(library)
+    }
+
+    /// A library of one clip in which the robot stands in its default pose: for tests and first checks of a new robot.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn standing(robot: &Robot, seconds: f64) -> Result<Self, RobotError> {
+        Self::new(robot, &[standing_clip(robot, seconds)], None)
+    }
+
+    fn add(&mut self, robot: &Robot, clip: &MotionClip, encoder: Option<&dyn LatentEncoder>) -> Result<(), RobotError> {
+        let clip = resample(clip, robot.control_hz)?;
+        let frames = frames_of(&clip, &robot.character, &robot.effectors)?;
+        let what = || format!("clip '{}'", clip.name);
+        if frames.len() < 3 {
+            return Err(mismatch(what(), "at least 3 frames at the policy's rate", frames.len().to_string()));
+        }
+        let mut row = vec![0.0; self.layout.size()];
+        for (i, frame) in frames.iter().enumerate() {
+            frame.write_features(&frame.root_orientation, &mut row);
+            if let Some(bad) = row.iter().find(|x| !x.is_finite()) {
+                return Err(mismatch(what(), "finite numbers", format!("{bad} in frame {i}")));
+            }
+            self.features.extend(row.iter().map(|x| *x as f32));
+            self.root_position.extend(frame.root_position.iter().map(|x| *x as f32));
+            self.root_orientation.extend(to_wxyz(&frame.root_orientation).map(|x| x as f32));
+            self.linear_velocity_w.extend(frame.linear_velocity_w.iter().map(|x| *x as f32));
+            self.angular_velocity_w.extend(frame.angular_velocity_w.iter().map(|x| *x as f32));
+        }
+        if let Some(encoder) = encoder {
+            let codes = encoder.encode(&clip, &frames, robot.control_hz)?;
+            if codes.len() != frames.len() * self.latent {
+                let expected = format!("{} latent numbers", frames.len() * self.latent);
+                return Err(mismatch(what(), &expected, codes.len().to_string()));
+            }
+            self.latents.extend(codes);
+        }
+        self.names.push(clip.name.clone());
+        self.starts.push(self.len() + frames.len());
+        Ok(())
+    }
+
+    fn measure(&mut self) {
+        let (size, frames) = (self.layout.size(), self.len() as f64);
+        for i in 0..size {
+            let column = || self.features.iter().skip(i).step_by(size).map(|x| f64::from(*x));
+            let mean = column().sum::<f64>() / frames;
+            self.deviation[i] = (column().map(|x| (x - mean).powi(2)).sum::<f64>() / frames).sqrt() as f32;
+        }
+    }
+
+    /// Number of frames T.
+    pub fn len(&self) -> usize {
+        self.starts.last().copied().unwrap_or(0)
+    }
+
+    /// Returns false: a library has at least one clip.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Number of clips.
+    pub fn clips(&self) -> usize {
+        self.names.len()
+    }
+
+    /// Returns the clip that a frame belongs to.
+    pub fn clip_of(&self, frame: usize) -> usize {
+        self.starts.partition_point(|start| *start <= frame).saturating_sub(1).min(self.clips() - 1)
+    }
+
+    /// Returns the frame so many steps ahead, or its clip's last.
+    pub fn ahead(&self, frame: usize, steps: usize) -> usize {
+        (frame + steps).min(self.starts[self.clip_of(frame) + 1] - 1)
+    }
+
+    /// Returns the frame so many steps ahead or back, or the last or first of its clip.
+    pub fn around(&self, frame: usize, steps: i32) -> usize {
+        let range = self.range(self.clip_of(frame));
+        frame.saturating_add_signed(steps as isize).clamp(range.start, range.end - 1)
+    }
+
+    /// Features of the frames at offsets from one, each in its own heading frame, `[offsets, F]`.
+    pub fn window_at(&self, frame: usize, offsets: &[i32]) -> Vec<f32> {
+        offsets.iter().flat_map(|offset| self.features_at(self.around(frame, *offset))).copied().collect()
+    }
+
+    /// The frames of a clip.
+    pub fn range(&self, clip: usize) -> std::ops::Range<usize> {
+        self.starts[clip]..self.starts[clip + 1]
+    }
+
+    /// Features of one frame, `[F]`.
+    pub fn features_at(&self, frame: usize) -> &[f32] {
+        let size = self.layout.size();
+        &self.features[frame * size..(frame + 1) * size]
+    }
+
+    /// Joint positions of one frame, `[J]` (rad).
+    pub fn joints_at(&self, frame: usize) -> &[f32] {
+        &self.features_at(frame)[self.layout.joint_positions()]
+    }
+
+    /// Joint velocities of one frame, `[J]` (rad/s).
+    pub fn joint_velocities_at(&self, frame: usize) -> &[f32] {
+        &self.features_at(frame)[self.layout.joint_velocities()]
+    }
+
+    /// Latent code of one frame, `[latent]`.
+    pub fn latent_at(&self, frame: usize) -> &[f32] {
+        &self.latents[frame * self.latent..(frame + 1) * self.latent]
+    }
+
+    /// Root position of one frame (m, the clip's world).
+    pub fn position_at(&self, frame: usize) -> [f32; 3] {
+        three(&self.root_position, frame)
+    }
+
+    /// Root orientation of one frame (`wxyz`, the clip's world).
+    pub fn orientation_at(&self, frame: usize) -> [f32; 4] {
+        let q = &self.root_orientation[4 * frame..4 * frame + 4];
+        [q[0], q[1], q[2], q[3]]
+    }
+
+    /// Root linear velocity of one frame (m/s, the clip's world).
+    pub fn linear_velocity_at(&self, frame: usize) -> [f32; 3] {
+        three(&self.linear_velocity_w, frame)
+    }
+
+    /// Root angular velocity of one frame (rad/s, the clip's world).
+    pub fn angular_velocity_at(&self, frame: usize) -> [f32; 3] {
+        three(&self.angular_velocity_w, frame)
+    }
+}
+
+/// A clip in which the robot stands still in its default pose, where the model puts it.
+pub fn standing_clip(robot: &Robot, seconds: f64) -> MotionClip {
+    let frames = (seconds * robot.control_hz).round().max(3.0) as usize;
+    let root = lifelike_character::Kinematics::new(&robot.character);
+    let body = robot.character.root_joint().map_or(0, |j| j.body);
+    MotionClip {
+        name: "stand".into(),
+        fps: robot.control_hz,
+        joint_names: robot.layout.joints.clone(),
+        root_position: vec![root.body_position[body]; frames],
+        root_orientation: vec![root.body_orientation[body]; frames],
+        joints: robot.default_pose.repeat(frames),
+        contacts: None,
+        cyclic: true,
+        provenance: lifelike_motion::Provenance { character: robot.name.clone(), ..Default::default() },
+    }
+}
+
+fn three(values: &[f32], frame: usize) -> [f32; 3] {
+    let v = &values[3 * frame..3 * frame + 3];
+    [v[0], v[1], v[2]]
+}
+
+fn mismatch(what: String, expected: &str, got: String) -> RobotError {
+    RobotError::Mismatch { what, expected: expected.into(), got }
+}
+
+impl AsRef<ReferenceLibrary> for ReferenceLibrary {
+    fn as_ref(&self) -> &Self {
+        self
+    }
+}
