@@ -95,6 +95,21 @@ impl ActionMap {
         Self { spec, default_pose: robot.default_pose.iter().map(|&q| q as f32).collect(), limits }
     }
 
+    /// Writes the outputs that hold joints where they are: the inverse of [`Self::write`], clamped as outputs are.
+    ///
+    /// # Shapes
+    /// `positions`, `reference`, `outputs`: `[J]`.
+    pub fn holding(&self, positions: &[f32], reference: &[f32], outputs: &mut [f32]) {
+        for (j, (output, &q)) in outputs.iter_mut().zip(positions).enumerate() {
+            let y = match self.spec {
+                ActionSpec::Absolute => q,
+                ActionSpec::DefaultPose { scale } => (q - self.default_pose[j]) / scale as f32,
+                ActionSpec::Reference { scale } => (q - reference.get(j).copied().unwrap_or(q)) / scale as f32,
+            };
+            *output = ActionSpec::clamp_output(y);
+        }
+    }
+
     /// Writes the targets of one environment.
     ///
     /// # Shapes

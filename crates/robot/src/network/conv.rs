@@ -118,17 +118,6 @@ impl ConvEncoder {
         put("encoder_out.bias", &[2 * self.latent], &self.out_bias)
     }
 
-    /// Sizes that [`Self::load`] needs.
-    pub(crate) fn sizes(&self) -> ConvSizes {
-        ConvSizes {
-            samples: self.samples,
-            features: self.features,
-            channels: self.channels,
-            blocks: self.blocks.len(),
-            latent: self.latent,
-        }
-    }
-
     /// Numbers of a window.
     pub fn inputs(&self) -> usize {
         self.samples * self.features

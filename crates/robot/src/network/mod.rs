@@ -10,6 +10,7 @@ mod weights;
 mod workspace;
 
 pub use conv::ConvEncoder;
+pub(crate) use conv::ConvSizes;
 pub use mlp::Mlp;
 pub use normalizer::Normalizer;
 pub use workspace::Workspace;

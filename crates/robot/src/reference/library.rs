@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use lifelike_character::rotation::to_wxyz;
 use lifelike_motion::features::frames_of;
 use lifelike_motion::resample::resample;
-use lifelike_motion::{FeatureLayout, Frame, MotionClip};
+use lifelike_motion::{FeatureLayout, MotionClip};
 
 use super::encoder::LatentEncoder;
 use crate::error::RobotError;

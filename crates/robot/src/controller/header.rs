@@ -1,0 +1,76 @@
+//! Names, layouts and provenance of a controller, as its file carries them.
+
+use super::prior::PriorHeader;
+use crate::action::ActionSpec;
+use crate::error::RobotError;
+use crate::observation::ObservationSpec;
+
+/// Everything about a controller that is not an array.
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ControllerHeader {
+    /// [`Self::VERSION`].
+    pub version: u32,
+    /// Name of the robot that it was trained for.
+    pub robot: String,
+    /// Layout of its observations.
+    pub observation: ObservationSpec,
+    /// Parts of that layout with their sizes, in order: another builder would give others, and is noticed.
+    pub parts: Vec<(String, usize)>,
+    /// Meaning of its outputs.
+    pub action: ActionSpec,
+    /// Rate of its steps (Hz).
+    pub control_hz: f64,
+    /// Widths of the hidden layers.
+    pub hidden: Vec<usize>,
+    /// Hidden layers of the encoder of its window, and the size of its code, where it has one.
+    pub encoder: Option<(Vec<usize>, usize)>,
+    /// The motion prior whose encoder it carries.
+    pub prior: Option<PriorHeader>,
+    /// Training that it comes from.
+    pub provenance: Provenance,
+}
+
+/// Origin of a controller.
+#[derive(Debug, Clone, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Provenance {
+    /// SHA-256 of the policy's file, hexadecimal.
+    pub policy: String,
+    /// SHA-256 of the motion prior's file that it was trained with, hexadecimal; empty without.
+    pub prior: String,
+    /// Environment steps of its training.
+    pub steps: u64,
+}
+
+impl ControllerHeader {
+    /// Version of the file.
+    pub const VERSION: u32 = 1;
+
+    /// Parts of a layout as a header names them.
+    pub(super) fn parts_of(observation: &ObservationSpec) -> Vec<(String, usize)> {
+        observation.parts().into_iter().map(|part| (part.name, part.range.len())).collect()
+    }
+
+    /// Checks what does not depend on a robot.
+    pub(super) fn check(&self) -> Result<(), RobotError> {
+        let mismatch = |what: &str, expected: String, got: String| {
+            Err(RobotError::Mismatch { what: format!("controller: {what}"), expected, got })
+        };
+        if self.version != Self::VERSION {
+            return mismatch("version", Self::VERSION.to_string(), self.version.to_string());
+        }
+        self.observation.check_sizes()?;
+        if !(self.control_hz.is_finite() && self.control_hz > 0.0) {
+            return mismatch("rate (Hz)", "a number above 0".into(), self.control_hz.to_string());
+        }
+        let own = Self::parts_of(&self.observation);
+        if let Some(i) = (0..own.len().max(self.parts.len())).find(|&i| own.get(i) != self.parts.get(i)) {
+            let say = |part: Option<&(String, usize)>| {
+                part.map_or("none".to_string(), |(name, size)| format!("'{name}' of {size} numbers"))
+            };
+            return mismatch(&format!("part {i} of the observation"), say(own.get(i)), say(self.parts.get(i)));
+        }
+        Ok(())
+    }
+}

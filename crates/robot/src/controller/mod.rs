@@ -1,0 +1,269 @@
+//! The controller: measured state and a reference in, joint targets out.
+//!
+//! [`Controller`] is constant and [`ControllerState`] is what one robot's run of it remembers, as in `mj_step(model, data)`.
+//! It owns the observation, the history of actions, the normalisation, the frozen policy, the frozen encoder of the motion
+//! prior where the policy asks for z_t, and the action map with its clamps. Training makes it; evaluation, simulation and
+//! the robot run it.
+//!
+//! The main path: [`Controller::load`] → [`Controller::step`], which is [`Controller::observe`] →
+//! [`Controller::outputs`] → [`Controller::act`]; many robots at once call the three themselves, with the rows of all of
+//! them in the middle. A [`ControllerFile`] is a controller apart from any robot.
+
+mod description;
+mod file;
+mod golden;
+mod header;
+mod policy;
+mod policy_file;
+mod prior;
+mod state;
+
+use std::path::Path;
+use std::sync::Arc;
+
+use lifelike_checkpoint::Checkpoint;
+
+use crate::action::ActionMap;
+use crate::error::RobotError;
+use crate::observation::{MeasuredState, ObservationInputs, ObservationSpec};
+use crate::reference::{Alignment, ReferenceStream, RootPose};
+use crate::robot::Robot;
+
+pub use description::RobotDescription;
+pub use file::{ControllerFile, EXTENSION, KIND};
+pub use header::{ControllerHeader, Provenance};
+pub use policy::{FrozenPolicy, PolicyWorkspace};
+pub use policy_file::{POLICY_EXTENSION, PolicyHeader};
+pub use prior::{PriorEncoder, PriorHeader};
+pub use state::{ControllerState, History, ObservationScratch};
+
+/// A controller for one robot.
+#[derive(Debug, Clone)]
+pub struct Controller {
+    robot: Arc<Robot>,
+    file: ControllerFile,
+    actions: ActionMap,
+}
+
+impl Controller {
+    /// Makes a controller for a robot.
+    ///
+    /// # Errors
+    /// Names, order, default pose, rates, gains or limits of the robot are not those that it was trained with.
+    pub fn new(file: ControllerFile, robot: Arc<Robot>) -> Result<Self, RobotError> {
+        file.check(&robot)?;
+        let actions = ActionMap::new(file.header().action, &robot);
+        Ok(Self { robot, file, actions })
+    }
+
+    /// Reads a controller, or a policy of before there were controllers with the prior that it wants.
+    ///
+    /// # Errors
+    /// The file is damaged or neither, its golden vectors are not reproduced, a prior is missing or another one; or as
+    /// [`Self::new`].
+    pub fn load(path: &Path, prior: Option<&Path>, robot: Arc<Robot>) -> Result<Self, RobotError> {
+        Self::new(ControllerFile::load(path, prior)?, robot)
+    }
+
+    /// Makes a controller of a policy's file in memory, as training writes it, and of its prior's. Without the prior it
+    /// follows references that bring their latent codes.
+    ///
+    /// # Errors
+    /// As [`Self::load`].
+    pub fn from_policy(policy: &Checkpoint, prior: Option<&Checkpoint>, robot: Arc<Robot>) -> Result<Self, RobotError> {
+        Self::new(ControllerFile::from_policy(policy, prior)?, robot)
+    }
+
+    /// The robot.
+    pub fn robot(&self) -> &Arc<Robot> {
+        &self.robot
+    }
+
+    /// Networks and names.
+    pub fn file(&self) -> &ControllerFile {
+        &self.file
+    }
+
+    /// Names, layout and provenance.
+    pub fn header(&self) -> &ControllerHeader {
+        self.file.header()
+    }
+
+    /// The layout of its observations.
+    pub fn observation(&self) -> &ObservationSpec {
+        &self.file.header().observation
+    }
+
+    /// The map from outputs to joint targets.
+    pub fn actions(&self) -> &ActionMap {
+        &self.actions
+    }
+
+    /// The frozen encoder of latent codes, where it has one.
+    pub fn prior(&self) -> Option<&PriorEncoder> {
+        self.file.prior()
+    }
+
+    /// Writes the controller as one file.
+    ///
+    /// # Errors
+    /// The policy wants latent codes and there is no encoder of them; the file cannot be written.
+    pub fn save(&self, path: &Path) -> Result<(), RobotError> {
+        Ok(self.file.to_checkpoint(&self.robot)?.save(path)?)
+    }
+
+    /// Begins an episode: lays the reference's world under the robot, and takes as its last actions those that fit the
+    /// pose in which it is.
+    ///
+    /// # Errors
+    /// The reference has other names, or arrays have the wrong length.
+    pub fn begin(
+        &self,
+        state: &mut ControllerState,
+        measured: &MeasuredState<'_>,
+        reference: &dyn ReferenceStream,
+    ) -> Result<(), RobotError> {
+        let RootPose { position, orientation } = reference.present_root();
+        let here = measured.root_position.unwrap_or(position);
+        state.history.alignment = Alignment::between(position, orientation, here, measured.root_orientation);
+        self.rest(&mut state.history, measured, reference)
+    }
+
+    /// Takes as last actions those that hold the pose in which the robot is.
+    ///
+    /// # Errors
+    /// As [`Self::begin`].
+    pub fn rest(
+        &self,
+        history: &mut History,
+        measured: &MeasuredState<'_>,
+        reference: &dyn ReferenceStream,
+    ) -> Result<(), RobotError> {
+        let (got, expected) = (reference.layout(), &self.robot.layout);
+        if got != expected {
+            return Err(RobotError::Mismatch {
+                what: format!("joints and end effectors of the reference for robot '{}'", self.robot.name),
+                expected: format!("{} and {}", expected.joints.join(", "), expected.end_effectors.join(", ")),
+                got: format!("{} and {}", got.joints.join(", "), got.end_effectors.join(", ")),
+            });
+        }
+        let joints = self.robot.joints();
+        if measured.joint_position.len() != joints {
+            return Err(RobotError::Mismatch {
+                what: "length of joint positions".into(),
+                expected: joints.to_string(),
+                got: measured.joint_position.len().to_string(),
+            });
+        }
+        self.actions.holding(measured.joint_position, self.target_joints(reference), &mut history.last);
+        history.before.copy_from_slice(&history.last);
+        history.begun = true;
+        Ok(())
+    }
+
+    /// One step: joint targets (rad, `[J]`) for the present state and reference, which goes on by one step. The first
+    /// begins an episode ([`Self::begin`]). Allocates nothing from the second step on.
+    ///
+    /// # Errors
+    /// An array has the wrong length, or the policy sees something that was not measured.
+    pub fn step(
+        &self,
+        state: &mut ControllerState,
+        measured: &MeasuredState<'_>,
+        reference: &mut dyn ReferenceStream,
+        targets: &mut [f32],
+    ) -> Result<(), RobotError> {
+        if !state.history.begun {
+            self.begin(state, measured, reference)?;
+        }
+        let ControllerState { history, scratch, policy, observation, outputs } = state;
+        self.observe(history, scratch, measured, reference, observation)?;
+        self.outputs(observation, policy, outputs);
+        self.act(history, reference, outputs, targets)?;
+        reference.advance();
+        Ok(())
+    }
+
+    /// Writes the observation of the present state, not normalised, `[O]`.
+    ///
+    /// # Errors
+    /// As [`Self::step`].
+    pub fn observe(
+        &self,
+        history: &History,
+        scratch: &mut ObservationScratch,
+        measured: &MeasuredState<'_>,
+        reference: &dyn ReferenceStream,
+        row: &mut [f32],
+    ) -> Result<(), RobotError> {
+        let spec = self.observation();
+        let ObservationScratch { prior, key_bodies } = scratch;
+        let mut measured = *measured;
+        if !spec.key_bodies.is_empty() && measured.key_bodies_w.is_none() {
+            measured.key_bodies_w = Some(key_bodies.places(&self.robot, &measured, &history.joint_offset));
+        }
+        let latent = match (spec.reference.latent, reference.latent(), self.prior()) {
+            (0, ..) => &[][..],
+            (_, Some(latent), _) => latent,
+            (_, None, Some(encoder)) => encoder.encode_around(reference, prior),
+            (wanted, None, None) => {
+                return Err(RobotError::Mismatch {
+                    what: "latent code of the reference".into(),
+                    expected: format!("{wanted} numbers, or a controller with the encoder of its motion prior"),
+                    got: "none".into(),
+                });
+            }
+        };
+        spec.write(
+            &ObservationInputs {
+                measured: &measured,
+                joint_offset: &history.joint_offset,
+                last_action: &history.last,
+                action_before: &history.before,
+                reference,
+                alignment: history.alignment,
+                latent,
+            },
+            row,
+        )
+    }
+
+    /// Writes the policy's outputs `[N, J]` for observations `[N, O]`, which are normalised in place.
+    ///
+    /// # Panics
+    /// `rows` is no multiple of the observation's length, or `out` has the wrong length.
+    pub fn outputs(&self, rows: &mut [f32], work: &mut PolicyWorkspace, out: &mut [f32]) {
+        self.file.policy().outputs(rows, work, out);
+    }
+
+    /// Writes joint targets (rad, `[J]`) for the policy's output, and remembers it.
+    ///
+    /// # Errors
+    /// An array has the wrong length.
+    pub fn act(
+        &self,
+        history: &mut History,
+        reference: &dyn ReferenceStream,
+        output: &[f32],
+        targets: &mut [f32],
+    ) -> Result<(), RobotError> {
+        let joints = self.robot.joints();
+        if output.len() != joints || targets.len() != joints {
+            return Err(RobotError::Mismatch {
+                what: "lengths of outputs and joint targets".into(),
+                expected: format!("{joints} and {joints}"),
+                got: format!("{} and {}", output.len(), targets.len()),
+            });
+        }
+        history.remember(output);
+        self.actions.write(&history.last, self.target_joints(reference), targets);
+        targets.iter_mut().zip(&history.joint_offset).for_each(|(target, offset)| *target -= offset);
+        Ok(())
+    }
+
+    /// Joint positions of the frame to reach.
+    fn target_joints<'a>(&self, reference: &'a dyn ReferenceStream) -> &'a [f32] {
+        let frame = reference.around(0);
+        frame.get(self.robot.layout.joint_positions()).unwrap_or_default()
+    }
+}

@@ -1,0 +1,108 @@
+//! The frozen policy: normalisation, the encoder of its own where it has one, and the network of the mean.
+
+use lifelike_checkpoint::{Checkpoint, CheckpointError};
+
+use super::header::ControllerHeader;
+use crate::error::RobotError;
+use crate::network::{Mlp, Normalizer, Workspace};
+
+/// Prefixes of its arrays in a file.
+const MEAN: &str = "actor.mean";
+const ENCODER: &str = "actor.encoder";
+const NORMALIZER: &str = "normalizer";
+
+/// Observations to outputs, deterministic: the mean of the trained Gaussian.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FrozenPolicy {
+    normalizer: Normalizer,
+    encoder: Option<Mlp>,
+    mean: Mlp,
+}
+
+/// Memory for passes through a [`FrozenPolicy`].
+#[derive(Debug, Clone, Default)]
+pub struct PolicyWorkspace {
+    network: Workspace,
+    windows: Vec<f32>,
+    codes: Vec<f32>,
+    rows: Vec<f32>,
+}
+
+impl PolicyWorkspace {
+    /// For one robot: no pass allocates after the first.
+    pub fn live() -> Self {
+        Self { network: Workspace::live(), ..Self::default() }
+    }
+
+    /// For many observations at a time.
+    pub fn batched() -> Self {
+        Self::default()
+    }
+}
+
+impl FrozenPolicy {
+    /// Reads the networks of a header, whose sizes the arrays must confirm.
+    pub(super) fn load(file: &Checkpoint, header: &ControllerHeader) -> Result<Self, RobotError> {
+        let spec = &header.observation;
+        let (size, window, joints) = (spec.size(), spec.window_size(), spec.joints.len());
+        let normalizer = Normalizer::load(file, NORMALIZER, size)?;
+        let (hidden, code) = header.encoder.clone().unwrap_or_default();
+        if (window > 0) != (code > 0) {
+            return Err(RobotError::Mismatch {
+                what: format!("size of the code of a window of {window} numbers"),
+                expected: if window > 0 { "above 0" } else { "0" }.into(),
+                got: code.to_string(),
+            });
+        }
+        let encoder = (code > 0).then(|| Mlp::load(file, ENCODER, window, &hidden, code)).transpose()?;
+        let mean = Mlp::load(file, MEAN, (size - window).saturating_add(code), &header.hidden, joints)?;
+        Ok(Self { normalizer, encoder, mean })
+    }
+
+    pub(super) fn save_into(&self, file: &mut Checkpoint) -> Result<(), CheckpointError> {
+        self.normalizer.save_into(file, NORMALIZER)?;
+        if let Some(encoder) = &self.encoder {
+            encoder.save_into(file, ENCODER)?;
+        }
+        self.mean.save_into(file, MEAN)
+    }
+
+    /// Numbers out, one per joint.
+    pub(super) fn joints(&self) -> usize {
+        self.mean.outputs()
+    }
+
+    /// The normalisation of observations.
+    pub fn normalizer(&self) -> &Normalizer {
+        &self.normalizer
+    }
+
+    /// Writes the outputs `[N, J]` (not clamped) for observations `[N, O]`, which are normalised in place.
+    ///
+    /// # Panics
+    /// `rows` is no multiple of the observation's length, or `out` has the wrong length.
+    pub fn outputs(&self, rows: &mut [f32], work: &mut PolicyWorkspace, out: &mut [f32]) {
+        self.normalizer.normalize(rows);
+        let Some(encoder) = &self.encoder else { return self.mean.forward(rows, &mut work.network, out) };
+        let (window, code, size) = (encoder.inputs(), encoder.outputs(), self.normalizer.size());
+        let own = size - window;
+        work.windows.clear();
+        work.windows.extend(rows.chunks_exact(size).flat_map(|row| &row[own..]));
+        let n = work.windows.len() / window;
+        work.codes.resize(n * code, 0.0);
+        encoder.forward(&work.windows, &mut work.network, &mut work.codes);
+        work.rows.clear();
+        for (row, code) in rows.chunks_exact(size).zip(work.codes.chunks_exact_mut(code)) {
+            to_unit_length(code);
+            work.rows.extend_from_slice(&row[..own]);
+            work.rows.extend_from_slice(code);
+        }
+        self.mean.forward(&work.rows, &mut work.network, out);
+    }
+}
+
+/// Brings a code to length one (as in CALM, Tessler et al. 2023).
+fn to_unit_length(code: &mut [f32]) {
+    let length = code.iter().map(|z| z * z).sum::<f32>().sqrt().max(1e-6);
+    code.iter_mut().for_each(|z| *z /= length);
+}

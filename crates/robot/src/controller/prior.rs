@@ -1,0 +1,266 @@
+//! The frozen encoder of a convolutional motion prior: the motion around a frame → z_t.
+
+use lifelike_checkpoint::Checkpoint;
+use lifelike_motion::resample::frame_at;
+use lifelike_motion::window::{WindowSpec, write_window};
+use lifelike_motion::{FeatureLayout, Frame, MotionClip};
+
+use crate::error::RobotError;
+use crate::network::{ConvEncoder, ConvSizes, Weights, Workspace};
+use crate::reference::{LatentEncoder, ReferenceStream};
+
+/// Kinds of priors, as their files say.
+const CONVOLUTIONAL: &str = "motion prior";
+const SPLINE: &str = "spline motion prior";
+/// Prefixes in files.
+const NETWORK: &str = "vae";
+const STATISTICS: &str = "statistics";
+/// Windows per pass: as many as when the prior was trained, so that codes come out of the same products.
+const CHUNK: usize = 256;
+
+/// Windows, names and sizes of a motion prior.
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PriorHeader {
+    /// Joints and end effectors, in order.
+    pub layout: FeatureLayout,
+    /// Rate of the frames (Hz).
+    pub frame_rate: f64,
+    /// W of eq. 4.2: a window has 2W + 1 samples.
+    pub half_width: usize,
+    /// Time that a window covers (s).
+    pub window_seconds: f64,
+    /// Size of a code, d_z.
+    pub latent: usize,
+    /// Width of the convolutions.
+    pub channels: usize,
+    /// Residual blocks of the encoder.
+    pub blocks: usize,
+}
+
+/// The keys of a prior's plan that its encoder needs.
+#[derive(serde::Deserialize)]
+struct Plan {
+    frame_rate: f64,
+    half_width: usize,
+    window_seconds: f64,
+    latent: usize,
+    channels: usize,
+    blocks: usize,
+}
+
+impl PriorHeader {
+    fn check(&self) -> Result<(), RobotError> {
+        let within = |what: &str, value: f64, low: f64, high: f64| {
+            if (low..=high).contains(&value) {
+                return Ok(());
+            }
+            let expected = format!("{low} to {high}");
+            Err(RobotError::Mismatch { what: format!("motion prior: {what}"), expected, got: value.to_string() })
+        };
+        within("frame_rate", self.frame_rate, 1.0, 1000.0)?;
+        within("half_width", self.half_width as f64, 1.0, 500.0)?;
+        within("window_seconds", self.window_seconds, 0.02, 20.0)?;
+        within("latent", self.latent as f64, 1.0, 4096.0)?;
+        within("channels", self.channels as f64, 1.0, 4096.0)?;
+        within("blocks", self.blocks as f64, 0.0, 64.0)
+    }
+
+    fn sizes(&self) -> ConvSizes {
+        ConvSizes {
+            samples: self.window().len(),
+            features: self.layout.size(),
+            channels: self.channels,
+            blocks: self.blocks,
+            latent: self.latent,
+        }
+    }
+
+    /// The window in time.
+    pub fn window(&self) -> WindowSpec {
+        WindowSpec { half_width: self.half_width, dt: self.window_seconds / (2 * self.half_width) as f64 }
+    }
+}
+
+/// Statistics and network of a motion prior's encoder.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PriorEncoder {
+    header: PriorHeader,
+    mean: Vec<f64>,
+    deviation: Vec<f64>,
+    network: ConvEncoder,
+}
+
+impl PriorEncoder {
+    /// Reads the encoder of a prior's own file.
+    ///
+    /// # Errors
+    /// The file is no convolutional motion prior, or is damaged.
+    pub fn from_prior(file: &Checkpoint) -> Result<Self, RobotError> {
+        let kind: String = file.meta("kind")?;
+        if kind != CONVOLUTIONAL {
+            let got = match kind.as_str() {
+                SPLINE => "a Spline-based Transformer, whose encoder needs the training framework: codes can be \
+                           computed beforehand, not in a controller"
+                    .to_string(),
+                other => format!("a '{other}'"),
+            };
+            let what = "motion prior of a controller".to_string();
+            return Err(RobotError::Mismatch { what, expected: "a convolutional one".into(), got });
+        }
+        let Plan { frame_rate, half_width, window_seconds, latent, channels, blocks } = file.meta("plan")?;
+        let layout = file.meta("layout")?;
+        Self::load(file, PriorHeader { layout, frame_rate, half_width, window_seconds, latent, channels, blocks })
+    }
+
+    /// Reads the arrays of a header, which must confirm its sizes.
+    pub(super) fn load(file: &Checkpoint, header: PriorHeader) -> Result<Self, RobotError> {
+        header.check()?;
+        let (size, statistics) = (header.layout.size(), Weights::under(file, STATISTICS));
+        Ok(Self {
+            mean: statistics.f64s("mean", &[size])?,
+            deviation: statistics.f64s("spread", &[size])?,
+            network: ConvEncoder::load(file, NETWORK, header.sizes())?,
+            header,
+        })
+    }
+
+    pub(super) fn save_into(&self, file: &mut Checkpoint) -> Result<(), RobotError> {
+        let size = self.mean.len();
+        file.put_f64(&format!("{STATISTICS}.mean"), &[size], self.mean.clone())?;
+        file.put_f64(&format!("{STATISTICS}.spread"), &[size], self.deviation.clone())?;
+        Ok(self.network.save_into(file, NETWORK)?)
+    }
+
+    /// Names, window and sizes.
+    pub fn header(&self) -> &PriorHeader {
+        &self.header
+    }
+
+    /// Mean and standard deviation of the features that it was trained on (SI), `[F]` each.
+    pub fn statistics(&self) -> (&[f64], &[f64]) {
+        (&self.mean, &self.deviation)
+    }
+
+    /// Normalises windows in SI units into the network's numbers.
+    fn normalize(&self, windows: &[f64], out: &mut [f32]) {
+        let rows = windows.chunks_exact(self.mean.len()).zip(out.chunks_exact_mut(self.mean.len()));
+        for (row, out) in rows {
+            for (((out, x), mean), deviation) in out.iter_mut().zip(row).zip(&self.mean).zip(&self.deviation) {
+                *out = ((x - mean) / deviation) as f32;
+            }
+        }
+    }
+
+    /// Writes codes `[B, d_z]` of windows in SI units, `[B, 2W + 1, F]`.
+    pub(super) fn encode_windows(&self, windows: &[f64], work: &mut Workspace, codes: &mut [f32]) {
+        let mut rows = vec![0.0; windows.len()];
+        self.normalize(windows, &mut rows);
+        self.network.encode(&rows, work, codes);
+    }
+
+    /// The code of the motion around a reference's target.
+    pub(super) fn encode_around<'a>(&self, reference: &dyn ReferenceStream, scratch: &'a mut PriorScratch) -> &'a [f32] {
+        let PriorScratch { work, pair, frame, window, rows, code } = scratch;
+        let (spec, size) = (self.header.window(), self.mean.len());
+        reference.write_frame(0, frame);
+        let centre = frame.root_orientation;
+        for (i, row) in window.chunks_exact_mut(size).enumerate() {
+            let steps = (i as f64 - spec.half_width as f64) * spec.dt * self.header.frame_rate;
+            let before = steps.floor();
+            let [a, b] = pair;
+            reference.write_frame(before as i32, a);
+            reference.write_frame(before as i32 + 1, b);
+            frame_at(pair, steps - before, frame);
+            frame.write_features(&centre, row);
+        }
+        self.normalize(window, rows);
+        self.network.encode(rows, work, code);
+        code
+    }
+
+    fn check_frames(&self, clip: &str, frames: &[Frame]) -> Result<(), RobotError> {
+        let mismatch = |what: String, expected: String, got: String| RobotError::Mismatch { what, expected, got };
+        let layout = &self.header.layout;
+        let expected = (layout.joints.len(), layout.joints.len(), layout.end_effectors.len());
+        let mut row = vec![0.0; layout.size()];
+        for (i, f) in frames.iter().enumerate() {
+            let what = || format!("clip '{clip}' for the motion prior, frame {i}");
+            let got = (f.joint_positions.len(), f.joint_velocities.len(), f.effectors_w.len());
+            if got != expected {
+                let say = |(q, v, p)| format!("{q} joint positions, {v} joint velocities, {p} end effectors");
+                return Err(mismatch(what(), say(expected), say(got)));
+            }
+            f.write_features(&f.root_orientation, &mut row);
+            if !row.iter().all(|x| x.is_finite()) {
+                return Err(mismatch(what(), "finite numbers".into(), "NaN or infinity".into()));
+            }
+        }
+        Ok(())
+    }
+}
+
+impl LatentEncoder for PriorEncoder {
+    fn latent_size(&self) -> usize {
+        self.header.latent
+    }
+
+    fn encode(&self, clip: &MotionClip, frames: &[Frame], fps: f64) -> Result<Vec<f32>, RobotError> {
+        let rate = self.header.frame_rate;
+        if (rate - fps).abs() > 1e-9 {
+            return Err(RobotError::Mismatch {
+                what: format!("clip '{}' for the motion prior (frames per second)", clip.name),
+                expected: rate.to_string(),
+                got: fps.to_string(),
+            });
+        }
+        self.check_frames(&clip.name, frames)?;
+        let (spec, latent) = (self.header.window(), self.header.latent);
+        let width = spec.len() * self.mean.len();
+        let mut work = Workspace::batched();
+        let mut codes = vec![0.0; frames.len() * latent];
+        let mut windows = vec![0.0; width * frames.len().min(CHUNK)];
+        for (chunk, codes) in codes.chunks_mut(CHUNK * latent).enumerate() {
+            let windows = &mut windows[..codes.len() / latent * width];
+            for (i, window) in windows.chunks_exact_mut(width).enumerate() {
+                write_window(frames, rate, (chunk * CHUNK + i) as f64 / rate, spec, window)?;
+            }
+            self.encode_windows(windows, &mut work, codes);
+        }
+        Ok(codes)
+    }
+}
+
+/// Buffers for one window and its code.
+#[derive(Debug, Clone)]
+pub(super) struct PriorScratch {
+    work: Workspace,
+    pair: [Frame; 2],
+    frame: Frame,
+    window: Vec<f64>,
+    rows: Vec<f32>,
+    code: Vec<f32>,
+}
+
+impl PriorScratch {
+    pub(super) fn new(encoder: Option<&PriorEncoder>) -> Self {
+        let empty = || Frame {
+            root_position: Default::default(),
+            root_orientation: Default::default(),
+            linear_velocity_w: Default::default(),
+            angular_velocity_w: Default::default(),
+            joint_positions: Vec::new(),
+            joint_velocities: Vec::new(),
+            effectors_w: Vec::new(),
+        };
+        let (numbers, latent) = encoder.map_or((0, 0), |e| (e.network.inputs(), e.network.latent()));
+        Self {
+            work: Workspace::live(),
+            pair: [empty(), empty()],
+            frame: empty(),
+            window: vec![0.0; numbers],
+            rows: vec![0.0; numbers],
+            code: vec![0.0; latent],
+        }
+    }
+}
