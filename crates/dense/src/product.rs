@@ -27,9 +27,7 @@ pub fn product(rows: &[f32], weight: &[f32], sizes: [usize; 3], out: &mut [f32])
     unsafe {
         if m > 1 {
             // Columns first: the kernel likes its result column-major, and a row-major product is a transposed one.
-            kernel(
-                m, n, k, y, steps_m, 1, false, w, steps_m, 1, x, steps_k, 1, 0.0, 1.0, false, false, false, threads,
-            );
+            kernel(m, n, k, y, steps_m, 1, false, w, steps_m, 1, x, steps_k, 1, 0.0, 1.0, false, false, false, threads);
         } else {
             kernel(n, m, k, y, 1, steps_m, false, x, 1, steps_k, w, 1, steps_m, 0.0, 1.0, false, false, false, threads);
         }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use lifelike_character::Kinematics;
 use lifelike_motion::MotionClip;
 use lifelike_motion::resample::resample;
-use lifelike_robot::Robot;
+use lifelike_robot::{LatentEncoder, ReferenceLibrary, Robot};
 use lifelike_sim::Simulation;
 use lifelike_sim::randomization::RandomizationSpec;
 
@@ -19,7 +19,7 @@ use super::score::{EpisodeScore, Evaluation};
 use crate::EvaluationError;
 use lifelike_tracking::plan::{EpisodeSpec, Termination};
 use lifelike_tracking::starts::StartSpec;
-use lifelike_tracking::{Encode, Environment, Policy, ReferenceLibrary, Start, TrackerPlan};
+use lifelike_tracking::{Environment, Policy, Start, TrackerPlan};
 
 /// One episode to run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -52,7 +52,7 @@ impl<'a> Course<'a> {
         policy: &'a Policy,
         robot: &'a Arc<Robot>,
         clips: &[MotionClip],
-        prior: Option<&dyn Encode>,
+        prior: Option<&dyn LatentEncoder>,
         options: &EvaluationOptions,
     ) -> Result<Self, EvaluationError> {
         Self::changed(policy, robot, clips, prior, options, |_| Ok(Vec::new()))
@@ -67,7 +67,7 @@ impl<'a> Course<'a> {
         policy: &'a Policy,
         robot: &'a Arc<Robot>,
         clips: &[MotionClip],
-        prior: Option<&dyn Encode>,
+        prior: Option<&dyn LatentEncoder>,
         options: &EvaluationOptions,
         mut change: impl FnMut(&mut MotionClip) -> Result<Vec<f64>, EvaluationError>,
     ) -> Result<Self, EvaluationError> {

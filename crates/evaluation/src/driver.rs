@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use lifelike_motion::MotionClip;
-use lifelike_robot::Robot;
+use lifelike_robot::{LatentEncoder, Robot};
 use lifelike_sim::Simulation;
 
 use super::course::Course;
@@ -11,7 +11,7 @@ use super::hardship::Hardship;
 use super::options::EvaluationOptions;
 use super::score::Evaluation;
 use crate::EvaluationError;
-use lifelike_tracking::{Encode, Policy};
+use lifelike_tracking::Policy;
 
 /// Evaluates a policy on clips, deterministically: no noise, no randomisation, the mean of the policy. As many episodes
 /// run at once as the simulation has environments; the scores do not depend on how many.
@@ -24,7 +24,7 @@ pub fn evaluate(
     policy: &Policy,
     robot: &Arc<Robot>,
     clips: &[MotionClip],
-    prior: Option<&dyn Encode>,
+    prior: Option<&dyn LatentEncoder>,
     simulation: Box<dyn Simulation>,
     options: &EvaluationOptions,
     progress: impl FnMut(usize, usize),

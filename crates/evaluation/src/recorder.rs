@@ -4,12 +4,12 @@ use std::sync::Arc;
 
 use lifelike_character::rotation::from_wxyz;
 use lifelike_character::{JointKind, Kinematics, Quat, Vec3};
-use lifelike_robot::Robot;
 use lifelike_robot::robot::role_name;
+use lifelike_robot::{Alignment, ReferenceLibrary, Robot};
 use lifelike_sim::BatchState;
 
 use super::rollout::{Names, Outcome, Rollout, Snapshot};
-use lifelike_tracking::{Alignment, Environment, Ground, ReferenceLibrary};
+use lifelike_tracking::{Environment, Ground};
 
 /// A sole of the reference lower than this is on the ground (m): retargeted feet stand within a millimetre of it, and swing
 /// at least two centimetres above.

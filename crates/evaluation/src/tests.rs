@@ -9,8 +9,9 @@ use lifelike_motion::{MotionClip, Provenance};
 use lifelike_robot::ActionSpec;
 
 use super::{Cause, Evaluation, EvaluationOptions, Outcome, evaluate};
+use lifelike_robot::ReferenceLibrary;
 use lifelike_sim::testing::{Followers, robot};
-use lifelike_tracking::{Policy, ReferenceLibrary, TrackerPlan, Trainer};
+use lifelike_tracking::{Policy, TrackerPlan, Trainer};
 
 pub(super) fn clip(name: &str, seconds: f64, cyclic: bool) -> MotionClip {
     let frames = (seconds * 50.0) as usize + 1;

@@ -2,8 +2,40 @@
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 use lifelike_character::{Kinematics, Quat, Vec3};
-use lifelike_motion::Frame;
-use lifelike_robot::{AnchorSpec, ObservationInputs, ObservationSpec, ReferenceSpec, Robot, RobotError};
+use lifelike_motion::{FeatureLayout, Frame};
+use lifelike_robot::observation::Part;
+use lifelike_robot::reference::RootPose;
+use lifelike_robot::{
+    Alignment, AnchorSpec, MeasuredState, ObservationInputs, ObservationSpec, ReferenceSpec, ReferenceStream, Robot,
+    RobotError,
+};
+
+/// A reference that stands still in one frame.
+struct Still {
+    layout: FeatureLayout,
+    features: Vec<f32>,
+    root: RootPose,
+}
+
+impl ReferenceStream for Still {
+    fn layout(&self) -> &FeatureLayout {
+        &self.layout
+    }
+    fn ahead(&self, _: u32) -> &[f32] {
+        &self.features
+    }
+    fn around(&self, _: i32) -> &[f32] {
+        &self.features
+    }
+    fn root(&self) -> RootPose {
+        self.root
+    }
+    fn present_root(&self) -> RootPose {
+        self.root
+    }
+    fn write_frame(&self, _: i32, _: &mut Frame) {}
+    fn advance(&mut self) {}
+}
 
 fn humanoid() -> (Robot, ObservationSpec) {
     let robot = Robot::load("humanoid").unwrap();
@@ -65,25 +97,32 @@ fn observe(robot: &Robot, spec: &ObservationSpec, state: &State, reference: &Fra
     let keys: Vec<f32> = state.key_bodies.iter().flat_map(three).collect();
     let actions: Vec<f32> = (0..2 * robot.joints()).map(|i| i as f32).collect();
     let latent = vec![0.5; spec.reference.latent];
-    let inputs = ObservationInputs {
-        root_position: three(&state.frame.root_position),
+    let reference = Still {
+        layout: robot.layout.clone(),
+        features,
+        root: RootPose { position: three(&reference.root_position), orientation: four(&reference.root_orientation) },
+    };
+    let measured = MeasuredState {
+        root_position: Some(three(&state.frame.root_position)),
         root_orientation: four(&state.frame.root_orientation),
-        linear_velocity_w: three(&state.frame.linear_velocity_w),
+        linear_velocity_w: Some(three(&state.frame.linear_velocity_w)),
         angular_velocity_w: three(&state.frame.angular_velocity_w),
         joint_position: &position,
         joint_velocity: &velocity,
-        key_bodies_w: &keys,
+        key_bodies_w: Some(&keys),
+        root_height: None,
+    };
+    let inputs = ObservationInputs {
+        measured: &measured,
+        joint_offset: &[],
         last_action: &actions[..robot.joints()],
         action_before: &actions[robot.joints()..],
-        reference: &features,
-        future: &features.repeat(spec.reference.future.len()),
+        reference: &reference,
+        alignment: Alignment::default(),
         latent: &latent,
-        window: &features.repeat(spec.reference.window.len()),
-        reference_root_position: three(&reference.root_position),
-        reference_root_orientation: four(&reference.root_orientation),
     };
     let mut out = vec![f32::NAN; spec.size()];
-    spec.write(inputs, &mut out).unwrap();
+    spec.write(&inputs, &mut out).unwrap();
     out
 }
 
@@ -99,7 +138,7 @@ fn the_humanoids_state_has_the_217_numbers_of_the_thesis() {
     assert_eq!(spec.size(), 92 + lima.layout.size());
     let blind = spec.without_linear_velocity();
     assert_eq!(blind.state_size(), 89);
-    assert!(blind.parts().iter().all(|(name, _)| name != "root_linear_velocity_h"));
+    assert!(blind.parts().iter().all(|part| part.name != "root_linear_velocity_h"));
 }
 
 #[test]
@@ -107,13 +146,13 @@ fn parts_tile_the_observation() {
     let (_, spec) = humanoid();
     let parts = spec.parts();
     let mut end = 0;
-    for (name, range) in &parts {
+    for Part { name, range, .. } in &parts {
         assert_eq!(range.start, end, "{name}");
         assert!(range.end > range.start, "{name}");
         end = range.end;
     }
     assert_eq!(end, spec.size());
-    let names: Vec<&str> = parts.iter().map(|(n, _)| n.as_str()).collect();
+    let names: Vec<&str> = parts.iter().map(|part| part.name.as_str()).collect();
     assert!(names.contains(&"reference+10") && names.contains(&"latent"), "{names:?}");
 }
 
@@ -122,7 +161,7 @@ fn a_robot_on_its_reference_sees_itself_in_it() {
     let (robot, spec) = humanoid();
     let state = state(&robot, 0.7, Vec3::zeros());
     let out = observe(&robot, &spec, &state, &state.frame);
-    let part = |name: &str| out[spec.parts().into_iter().find(|(n, _)| n == name).unwrap().1].to_vec();
+    let part = |name: &str| out[spec.parts().into_iter().find(|part| part.name == name).unwrap().range].to_vec();
     let reference = part("reference");
     let close = |a: &[f32], b: &[f32], what: &str| {
         assert_eq!(a.len(), b.len(), "{what}");
@@ -152,7 +191,7 @@ fn default_pose_is_seen_as_zero() {
     state.frame.joint_positions.clone_from(&robot.default_pose);
     let out = observe(&robot, &spec, &state, &state.frame);
     for name in ["joint_position", "reference"] {
-        let range = spec.parts().into_iter().find(|(n, _)| n == name).unwrap().1;
+        let range = spec.parts().into_iter().find(|part| part.name == name).unwrap().range;
         let joints = if name == "reference" { &out[range][13..49] } else { &out[range] };
         assert!(joints.iter().all(|&q| q == 0.0), "{name}: {joints:?}");
     }
@@ -174,7 +213,7 @@ fn heading_and_place_in_the_world_cannot_be_seen() {
 #[test]
 fn the_anchor_points_to_the_reference() {
     let (robot, spec) = humanoid();
-    let start = spec.parts().into_iter().find(|(name, _)| name == "anchor_heading").unwrap().1.start;
+    let start = spec.parts().into_iter().find(|part| part.name == "anchor_heading").unwrap().range.start;
     let place = start..start + 4;
     let state_now = state(&robot, 1.0, Vec3::zeros());
     let mut reference = state_now.frame.clone();
@@ -202,27 +241,40 @@ fn the_anchor_points_to_the_reference() {
 fn wrong_lengths_and_layouts_are_refused_by_name() {
     let (robot, spec) = humanoid();
     let state = state(&robot, 0.0, Vec3::zeros());
-    let frame = narrow(&vec![0.0; spec.frame_size()]);
     let joints = vec![0.0; 36];
-    let inputs = ObservationInputs {
-        root_position: three(&state.frame.root_position),
+    let reference = Still {
+        layout: robot.layout.clone(),
+        features: vec![0.0; spec.frame_size()],
+        root: RootPose { position: [0.0; 3], orientation: [1.0, 0.0, 0.0, 0.0] },
+    };
+    let measured = MeasuredState {
+        root_position: Some(three(&state.frame.root_position)),
         root_orientation: [1.0, 0.0, 0.0, 0.0],
-        linear_velocity_w: [0.0; 3],
-        angular_velocity_w: [0.0; 3],
+        linear_velocity_w: Some([0.0; 3]),
         joint_position: &joints,
         joint_velocity: &joints,
-        key_bodies_w: &[0.0; 60],
+        key_bodies_w: Some(&[0.0; 60]),
+        ..MeasuredState::default()
+    };
+    let inputs = ObservationInputs {
+        measured: &measured,
+        joint_offset: &[],
         last_action: &joints,
         action_before: &joints,
-        reference: &frame,
-        future: &frame.repeat(2),
+        reference: &reference,
+        alignment: Alignment::default(),
         latent: &[0.0; 63],
-        window: &frame.repeat(2),
-        reference_root_position: [0.0; 3],
-        reference_root_orientation: [1.0, 0.0, 0.0, 0.0],
     };
-    let error = spec.write(inputs, &mut vec![0.0; spec.size()]).unwrap_err();
+    let error = spec.write(&inputs, &mut vec![0.0; spec.size()]).unwrap_err();
     assert!(matches!(&error, RobotError::Mismatch { expected, got, .. } if expected == "64" && got == "63"), "{error}");
+
+    let blind = MeasuredState { linear_velocity_w: None, ..measured };
+    let inputs = ObservationInputs { measured: &blind, latent: &[0.0; 64], ..inputs };
+    let error = spec.write(&inputs, &mut vec![0.0; spec.size()]).unwrap_err().to_string();
+    assert!(
+        error.contains("root_linear_velocity_h") && error.contains("expected the root's linear velocity"),
+        "{error}"
+    );
 
     spec.check(&robot).unwrap();
     let mut other = spec.clone();

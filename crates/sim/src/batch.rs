@@ -5,7 +5,7 @@
 
 use std::sync::Arc;
 
-use lifelike_robot::Robot;
+use lifelike_robot::{MeasuredState, Robot};
 
 use crate::error::SimError;
 use crate::terrain::Terrain;
@@ -52,6 +52,31 @@ pub struct BatchState {
     /// Environments that diverged (non-finite or absurd state) in the last step, `[N]`. Such an environment is frozen at
     /// its last good state until it is reset; its neighbours are untouched.
     pub diverged: Vec<bool>,
+}
+
+impl BatchState {
+    /// Returns one environment as an ideal set of sensors would measure it: what a controller is told. `effectors` is the
+    /// number of the robot's end effectors, which come before its key bodies.
+    ///
+    /// The root's height is not set: over level ground it is the vertical coordinate, over a terrain the caller's to measure.
+    pub fn measured(&self, environment: usize, effectors: usize) -> MeasuredState<'_> {
+        let i = environment;
+        let three = |values: &[f32]| [values[3 * i], values[3 * i + 1], values[3 * i + 2]];
+        let environments = (self.root_position.len() / 3).max(1);
+        let joints = self.joint_position.len() / environments;
+        let places = self.place_position.len() / self.root_position.len().max(1);
+        let q = &self.root_orientation[4 * i..4 * i + 4];
+        MeasuredState {
+            joint_position: &self.joint_position[i * joints..(i + 1) * joints],
+            joint_velocity: &self.joint_velocity[i * joints..(i + 1) * joints],
+            root_orientation: [q[0], q[1], q[2], q[3]],
+            angular_velocity_w: three(&self.angular_velocity_w),
+            root_position: Some(three(&self.root_position)),
+            root_height: None,
+            linear_velocity_w: Some(three(&self.linear_velocity_w)),
+            key_bodies_w: Some(&self.place_position[3 * (i * places + effectors)..3 * (i + 1) * places]),
+        }
+    }
 }
 
 /// What may differ between environments (domain randomisation, thesis 4.2.2). The default changes nothing.

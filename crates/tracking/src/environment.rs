@@ -9,7 +9,7 @@ mod saving;
 use std::sync::Arc;
 
 use lifelike_checkpoint::rng::stream;
-use lifelike_robot::{ActionMap, ActionSpec, ObservationSpec, Robot};
+use lifelike_robot::{ActionMap, ActionSpec, ObservationSpec, ReferenceLibrary, Robot};
 use lifelike_sim::randomization::{PushSchedule, RandomizationSpec};
 use lifelike_sim::{BatchState, Drive, Simulation};
 use rayon::prelude::*;
@@ -17,7 +17,6 @@ use rayon::prelude::*;
 use super::episode::Episode;
 use super::ground::Ground;
 use super::judge::{Judge, Scratch};
-use super::library::ReferenceLibrary;
 use super::observe::Observer;
 use super::plan::{Termination, TrackerPlan};
 use super::rewards::Reward;

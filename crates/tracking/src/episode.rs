@@ -1,8 +1,8 @@
 //! What one environment remembers of its episode.
 
 use lifelike_checkpoint::{Checkpoint, CheckpointError};
+use lifelike_robot::Alignment;
 
-use super::alignment::Alignment;
 use super::errors::Cause;
 use super::rewards::{TERMS, Terms};
 

@@ -2,15 +2,14 @@
 
 use lifelike_checkpoint::rng::stream;
 use lifelike_motion::{FeatureLayout, Frame};
-use lifelike_robot::{ActionSpec, ObservationSpec, Robot};
+use lifelike_robot::reference::{wrap, yaw};
+use lifelike_robot::{ActionSpec, Alignment, ObservationSpec, ReferenceLibrary, Robot};
 use lifelike_sim::BatchState;
 
-use super::alignment::{Alignment, wrap, yaw};
 use super::episode::Episode;
 use super::errors::{Cause, Deviation, empty_frame, read_frame, root};
 use super::ground::Ground;
-use super::library::ReferenceLibrary;
-use super::observe::Observer;
+use super::observe::{Observed, Observer};
 use super::plan::{Termination, TrackerPlan};
 use super::rewards::{Effort, Errors, SMOOTHNESS, TERMS};
 use super::senses::Senses;
@@ -115,10 +114,10 @@ impl Judge<'_> {
         } else if self.plan.episode.leash {
             let (reach, turn) = (ObservationSpec::ANCHOR_REACH, ObservationSpec::ANCHOR_TURN);
             let clip = (library.position_at(episode.frame), library.orientation_at(episode.frame));
-            episode.alignment = episode.alignment.drawn_after(clip, root(self.state, i), reach, turn);
+            episode.alignment = episode.alignment.re_anchored(clip, root(self.state, i), reach, turn);
         }
-        let next = library.ahead(episode.frame, 1);
-        self.observer.write(self.state, i, episode, library, next, &scratch.features, actor, critic);
+        let observed = Observed { state: self.state, i, episode, library, features: &scratch.features };
+        self.observer.write(&observed, actor, critic);
         self.senses.tell(actor, episode, || stream(self.plan.seed, "sense", (self.first + i) as u64, self.step));
     }
 

@@ -2,18 +2,16 @@
 //!
 //! A policy that tracks any motion (thesis chapter 4, second stage), trained by PPO in physics.
 //!
-//! The main path: [`TrackerPlan`] → [`ReferenceLibrary`] (all motion at the policy's rate) → [`Environment`] (many
+//! The main path: [`TrackerPlan`] → [`lifelike_robot::ReferenceLibrary`] (all motion at the policy's rate) → [`Environment`] (many
 //! simulated robots, each following a reference) → [`ppo`] (the algorithm) → [`Trainer`] (metrics, checkpoints, resume) →
 //! [`Policy`] (the file that evaluation, the demo and a robot load).
 
-mod alignment;
 pub mod environment;
 mod episode;
 mod error;
 pub mod errors;
 mod ground;
 mod judge;
-pub mod library;
 mod observe;
 pub mod plan;
 pub mod policy;
@@ -27,13 +25,11 @@ pub mod tally;
 mod tests;
 pub mod trainer;
 
-pub use alignment::{Alignment, wrap, yaw};
 pub use environment::{Environment, Outcome};
 pub use episode::Episode;
 pub use error::TrackerError;
 pub use ground::{Ground, Start};
-pub use library::{Encode, ReferenceLibrary, standing_clip};
 pub use plan::TrackerPlan;
-pub use policy::{Policy, PolicyHeader};
+pub use policy::Policy;
 pub use progress::{ClipProgress, Progress, Summary};
 pub use trainer::Trainer;

@@ -3,13 +3,29 @@
 use std::sync::Arc;
 
 use lifelike_motion::FeatureLayout;
-use lifelike_robot::{ObservationInputs, ObservationSpec, Robot};
+use lifelike_robot::reference::{wrap, yaw};
+use lifelike_robot::{
+    ClipPlayer, MeasuredState, ObservationInputs, ObservationSpec, ReferenceLibrary, ReferenceStream, Robot,
+};
 use lifelike_sim::BatchState;
 
-use super::alignment::{wrap, yaw};
 use super::episode::Episode;
 use super::errors::root;
-use super::library::ReferenceLibrary;
+
+/// One environment at one moment.
+#[derive(Clone, Copy)]
+pub struct Observed<'a> {
+    /// States of all environments.
+    pub state: &'a BatchState,
+    /// Number of this one.
+    pub i: usize,
+    /// Its episode.
+    pub episode: &'a Episode,
+    /// The motion to follow.
+    pub library: &'a ReferenceLibrary,
+    /// Features of its simulated state, the height above the ground below it.
+    pub features: &'a [f32],
+}
 
 /// Writes observations: the robot's own layout for the policy; for the value function, which only exists in training,
 /// also what a robot cannot measure.
@@ -55,29 +71,17 @@ impl Observer {
         self.actor_size() - self.spec.window_size() + 2 + 6 + 3 * self.effectors + self.joints + 3 + 1 + self.feet
     }
 
-    /// Writes both rows. `next` is the frame to reach, `features` those of the simulated state.
-    #[allow(clippy::too_many_arguments)]
-    pub fn write(
-        &self,
-        state: &BatchState,
-        i: usize,
-        episode: &Episode,
-        library: &ReferenceLibrary,
-        next: usize,
-        features: &[f32],
-        actor: &mut [f32],
-        critic: &mut [f32],
-    ) {
-        let reference = library.features_at(next);
-        let (position, orientation) = root(state, i);
-        let target_position = episode.alignment.position(library.position_at(next));
-        let target_orientation = episode.alignment.orientation(library.orientation_at(next));
-        self.write_actor(state, i, episode, library, next, (target_position, target_orientation), actor);
-        if self.spec.root_height {
-            // Above the ground, as in the features; the layout has it first.
-            actor[0] = features[FeatureLayout::HEIGHT];
-        }
+    /// Writes both rows.
+    pub fn write(&self, of: &Observed<'_>, actor: &mut [f32], critic: &mut [f32]) {
+        let &Observed { state, i, episode, library, features } = of;
+        let player = ClipPlayer::new(library, episode.frame);
+        self.write_actor(of, &player, actor);
 
+        let target = player.root();
+        let reference = player.around(0);
+        let (position, orientation) = root(state, i);
+        let target_position = episode.alignment.position(target.position);
+        let target_orientation = episode.alignment.orientation(target.orientation);
         let (seen, extra) = critic.split_at_mut(actor.len() - self.spec.window_size());
         seen.copy_from_slice(&actor[..seen.len()]);
         let mut at = 0;
@@ -102,47 +106,20 @@ impl Observer {
         }
     }
 
-    #[allow(clippy::too_many_arguments)]
-    fn write_actor(
-        &self,
-        state: &BatchState,
-        i: usize,
-        episode: &Episode,
-        library: &ReferenceLibrary,
-        next: usize,
-        (target_position, target_orientation): ([f32; 3], [f32; 4]),
-        out: &mut [f32],
-    ) {
-        let three = |values: &[f32]| [values[3 * i], values[3 * i + 1], values[3 * i + 2]];
-        let (root_position, root_orientation) = root(state, i);
-        let row = i * self.joints..(i + 1) * self.joints;
-        let measured: Vec<f32> =
-            state.joint_position[row.clone()].iter().zip(&episode.offset).map(|(q, o)| q + o).collect();
-        let places = state.place_position.len() / state.root_position.len().max(1);
-        let keys = 3 * (i * places + self.effectors)..3 * (i + 1) * places;
-        let mut future = Vec::with_capacity(self.spec.reference.future.len() * self.layout.size());
-        for offset in &self.spec.reference.future {
-            future.extend_from_slice(library.features_at(library.ahead(episode.frame, *offset as usize)));
-        }
-        let window = library.window_at(next, &self.spec.reference.window);
+    fn write_actor(&self, of: &Observed<'_>, player: &ClipPlayer<&ReferenceLibrary>, out: &mut [f32]) {
+        let &Observed { state, i, episode, features, .. } = of;
+        let measured =
+            MeasuredState { root_height: Some(features[FeatureLayout::HEIGHT]), ..state.measured(i, self.effectors) };
         let inputs = ObservationInputs {
-            root_position,
-            root_orientation,
-            linear_velocity_w: three(&state.linear_velocity_w),
-            angular_velocity_w: three(&state.angular_velocity_w),
-            joint_position: &measured,
-            joint_velocity: &state.joint_velocity[row],
-            key_bodies_w: &state.place_position[keys],
+            measured: &measured,
+            joint_offset: &episode.offset,
             last_action: &episode.last,
             action_before: &episode.before,
-            reference: if self.spec.reference.frame { library.features_at(next) } else { &[] },
-            future: &future,
-            latent: if self.spec.reference.latent > 0 { library.latent_at(next) } else { &[] },
-            window: &window,
-            reference_root_position: target_position,
-            reference_root_orientation: target_orientation,
+            reference: player,
+            alignment: episode.alignment,
+            latent: if self.spec.reference.latent > 0 { player.latent().unwrap_or_default() } else { &[] },
         };
-        if self.spec.write(inputs, out).is_err() {
+        if self.spec.write(&inputs, out).is_err() {
             // Lengths were checked when the environment was made; were one wrong all the same, NaN makes it visible.
             out.fill(f32::NAN);
         }

@@ -10,41 +10,17 @@ use lifelike_checkpoint::Checkpoint;
 use lifelike_nn::ModuleCheckpoint;
 use lifelike_nn::device;
 use lifelike_nn::normalizer::RunningNormalizer;
-use lifelike_robot::{ActionMap, ActionSpec, ObservationSpec, Robot};
+use lifelike_robot::controller::PolicyHeader;
+use lifelike_robot::{ActionMap, ReferenceLibrary, Robot};
 
-use super::library::ReferenceLibrary;
 use crate::TrackerError;
 use lifelike_train::networks::{Actor, ActorSize};
 
 /// Frames that are encoded at a time.
 const CHUNK: usize = 256;
 
-/// How the names of policy files end.
-pub const EXTENSION: &str = ".policy.safetensors";
-
-/// What a policy file says about itself.
-#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct PolicyHeader {
-    /// Name of the robot that it was trained for.
-    pub robot: String,
-    /// What it sees.
-    pub observation: ObservationSpec,
-    /// What its output means.
-    pub action: ActionSpec,
-    /// Policy rate (Hz).
-    pub control_hz: f64,
-    /// Hidden layers.
-    pub hidden: Vec<usize>,
-    /// Hidden layers of the encoder of the window, where it has one, and the size of its code.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub encoder: Option<(Vec<usize>, usize)>,
-    /// SHA-256 of the motion prior whose latent codes it sees, hexadecimal; empty without.
-    #[serde(default)]
-    pub prior: String,
-    /// Environment steps of training.
-    pub steps: u64,
-}
+/// Ending of the names of policy files.
+pub const EXTENSION: &str = lifelike_robot::controller::POLICY_EXTENSION;
 
 /// A policy, ready to act.
 #[derive(Debug, Clone)]

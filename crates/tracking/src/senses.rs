@@ -5,6 +5,7 @@
 use std::ops::Range;
 
 use lifelike_robot::ObservationSpec;
+use lifelike_robot::observation::{Sensor, Source};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
@@ -23,28 +24,26 @@ pub(super) struct Senses {
 
 impl Senses {
     pub(super) fn new(spec: SenseSpec, layout: &ObservationSpec) -> Self {
-        let noise = |name: &str| match name {
-            "root_orientation_h" => spec.orientation_noise,
-            "root_linear_velocity_h" => spec.linear_velocity_noise,
-            "root_angular_velocity_h" => spec.angular_velocity_noise,
-            "joint_position" => spec.joint_position_noise,
-            "joint_velocity" => spec.joint_velocity_noise,
-            _ => 0.0,
+        let noise = |source: Source| match source {
+            Source::Measured(Sensor::RootOrientation) => spec.orientation_noise,
+            Source::Measured(Sensor::RootLinearVelocity) => spec.linear_velocity_noise,
+            Source::Measured(Sensor::RootAngularVelocity) => spec.angular_velocity_noise,
+            Source::Measured(Sensor::JointPosition) => spec.joint_position_noise,
+            Source::Measured(Sensor::JointVelocity) => spec.joint_velocity_noise,
+            Source::Measured(Sensor::RootHeight | Sensor::KeyBodies | Sensor::Heading | Sensor::Place)
+            | Source::Action
+            | Source::Reference => 0.0,
         };
         let parts = layout.parts();
         let mut deviation = vec![0.0; layout.size()];
-        for (name, range) in &parts {
-            deviation[range.clone()].fill(noise(name));
+        for part in &parts {
+            deviation[part.range.clone()].fill(noise(part.source));
         }
         if deviation.iter().all(|d| *d == 0.0) {
             deviation.clear();
         }
-        let known = |name: &str| {
-            ["last_action", "action_before", "latent"].contains(&name)
-                || name.starts_with("reference")
-                || name.starts_with("window")
-        };
-        let measured = parts.into_iter().filter(|(name, _)| !known(name)).map(|(_, range)| range).collect();
+        let measured = parts.into_iter().filter(|part| matches!(part.source, Source::Measured(_)));
+        let measured = measured.map(|part| part.range).collect();
         Self { spec, deviation, measured }
     }
 

@@ -7,10 +7,13 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use lifelike_motion::{MotionClip, Provenance};
-use lifelike_robot::{ActionSpec, Robot};
+use lifelike_robot::observation::Part;
+use lifelike_robot::reference::{standing_clip, wrap, yaw};
+use lifelike_robot::{ActionSpec, Alignment, ReferenceLibrary, Robot};
 use lifelike_sim::randomization::{PushSpec, RandomizationSpec};
 
 mod devices;
+mod frozen;
 mod processes;
 mod senses;
 
@@ -72,7 +75,7 @@ fn environment(plan: &TrackerPlan) -> Environment {
 
 fn part<'a>(environment: &Environment, row: &'a [f32], name: &str) -> &'a [f32] {
     let parts = environment.observation().parts();
-    let range = parts.iter().find(|(n, _)| n == name).unwrap().1.clone();
+    let range = parts.iter().find(|part| part.name == name).unwrap().range.clone();
     &row[range]
 }
 

@@ -7,14 +7,14 @@ use std::time::Instant;
 
 use lifelike_checkpoint::Checkpoint;
 use lifelike_nn::device::Device;
-use lifelike_robot::Robot;
+use lifelike_robot::controller::PolicyHeader;
+use lifelike_robot::{ReferenceLibrary, Robot};
 use lifelike_sim::Simulation;
 
 use super::environment::Environment;
 use super::errors::Cause;
-use super::library::ReferenceLibrary;
 use super::plan::TrackerPlan;
-use super::policy::{EXTENSION, Policy, PolicyHeader};
+use super::policy::{EXTENSION, Policy};
 use super::ppo::{Iteration, Learner};
 use super::progress::{ClipProgress, Progress, Summary};
 use super::rewards::TERMS;

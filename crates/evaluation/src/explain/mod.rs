@@ -14,13 +14,13 @@ use std::sync::Arc;
 
 use lifelike_motion::MotionClip;
 use lifelike_motion::feasibility::{Finding, check};
-use lifelike_robot::Robot;
+use lifelike_robot::{LatentEncoder, Robot};
 use lifelike_sim::Simulation;
 
 use super::failure::Failure;
 use super::{Course, Evaluation, EvaluationOptions, Hardship};
 use crate::EvaluationError;
-use lifelike_tracking::{Encode, Policy};
+use lifelike_tracking::Policy;
 
 pub use remedy::Remedy;
 pub use table::table;
@@ -116,7 +116,7 @@ pub fn explain(
     policy: &Policy,
     robot: &Arc<Robot>,
     clips: &[MotionClip],
-    prior: Option<&dyn Encode>,
+    prior: Option<&dyn LatentEncoder>,
     simulate: &dyn Fn(usize) -> Result<Box<dyn Simulation>, EvaluationError>,
     options: &EvaluationOptions,
     mut progress: impl FnMut(&str, usize, usize),

@@ -3,11 +3,11 @@
 #![allow(clippy::unwrap_used)]
 
 use lifelike_robot::Robot;
+use lifelike_robot::reference::standing_clip;
 
 use super::*;
 use crate::tests::{clip, policy};
 use lifelike_sim::testing::{Followers, robot};
-use lifelike_tracking::standing_clip;
 
 fn options() -> EvaluationOptions {
     EvaluationOptions { seconds: 1.0, starts: 2, keep: 0, after_fall: 0.2 }

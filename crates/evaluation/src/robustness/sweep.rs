@@ -3,14 +3,14 @@
 use std::sync::Arc;
 
 use lifelike_motion::MotionClip;
-use lifelike_robot::Robot;
+use lifelike_robot::{LatentEncoder, Robot};
 
 use super::curve::{Point, Robustness, RobustnessCurve};
 use super::options::{Ground, RobustnessOptions};
 use super::trial::Trial;
 use crate::EvaluationError;
 use crate::{ClipScore, Course, Outcome, Rollout};
-use lifelike_tracking::{Encode, Policy};
+use lifelike_tracking::Policy;
 
 /// A curve that grows stops after the first size at which no more survive than this share.
 const GONE: f64 = 0.02;
@@ -27,7 +27,7 @@ pub fn sweep(
     policy: &Policy,
     robot: &Arc<Robot>,
     clips: &[MotionClip],
-    prior: Option<&dyn Encode>,
+    prior: Option<&dyn LatentEncoder>,
     ground: Ground<'_>,
     most: usize,
     options: &RobustnessOptions,

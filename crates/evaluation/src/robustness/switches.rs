@@ -4,7 +4,7 @@ use lifelike_checkpoint::rng::stream;
 use rand::Rng;
 
 use crate::{Stretch, Task};
-use lifelike_tracking::ReferenceLibrary;
+use lifelike_robot::ReferenceLibrary;
 
 /// Where an episode of `frames` frames goes on every `every` frames: a random frame of a random clip that then lasts for so
 /// long. Clips too short for that are left out; where all are, the longest is used, and switches come sooner.

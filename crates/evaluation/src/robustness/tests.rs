@@ -4,7 +4,8 @@
 
 use std::sync::Arc;
 
-use lifelike_robot::Robot;
+use lifelike_robot::reference::standing_clip;
+use lifelike_robot::{ReferenceLibrary, Robot};
 
 use super::push::pushes;
 use super::stairs::{climb, footfalls};
@@ -13,7 +14,6 @@ use super::*;
 use crate::tests::{clip, policy};
 use crate::{EvaluationOptions, Task};
 use lifelike_sim::testing::{Followers, robot};
-use lifelike_tracking::{ReferenceLibrary, standing_clip};
 
 fn run(width: usize) -> Robustness {
     let options = RobustnessOptions {

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use lifelike_checkpoint::rng::stream;
 use lifelike_motion::MotionClip;
-use lifelike_robot::Robot;
+use lifelike_robot::{LatentEncoder, Robot};
 use lifelike_sim::{EnvironmentParameters, Terrain};
 use rand::Rng;
 
@@ -15,7 +15,7 @@ use super::stairs::{climb, climbers};
 use super::switches::stretches;
 use crate::EvaluationError;
 use crate::{Course, Evaluation, EvaluationOptions, Hardship, Task};
-use lifelike_tracking::{Encode, Policy};
+use lifelike_tracking::Policy;
 
 /// Hills: side of the ground, distance of its heights, longest wave (m), and how many different ones.
 const HILLS: (f64, f64, f64) = (60.0, 0.1, 3.0);
@@ -26,7 +26,7 @@ pub(super) struct Trial<'a> {
     pub(super) policy: &'a Policy,
     pub(super) robot: &'a Arc<Robot>,
     pub(super) clips: &'a [MotionClip],
-    pub(super) prior: Option<&'a dyn Encode>,
+    pub(super) prior: Option<&'a dyn LatentEncoder>,
     pub(super) ground: Ground<'a>,
     pub(super) most: usize,
     pub(super) options: &'a RobustnessOptions,

@@ -6,8 +6,8 @@ use lifelike_motion::features::frames_of;
 use lifelike_motion::resample::resample;
 use lifelike_motion::{FeatureLayout, Frame, MotionClip};
 use lifelike_representation::{MotionPrior, PriorClip};
-use lifelike_robot::Robot;
-use lifelike_tracking::{Encode, Policy, TrackerError};
+use lifelike_robot::{LatentEncoder, Robot, RobotError};
+use lifelike_tracking::Policy;
 use sha2::{Digest, Sha256};
 
 use crate::error::CliError;
@@ -67,7 +67,7 @@ impl Prior {
     }
 
     /// For the tracker's library.
-    pub fn as_encode(&self) -> &dyn Encode {
+    pub fn as_encode(&self) -> &dyn LatentEncoder {
         self
     }
 }
@@ -108,24 +108,21 @@ pub fn frames(clips: &[MotionClip], robot: &Robot, rate: f64) -> Result<Vec<Prio
     frames.collect()
 }
 
-impl Encode for Prior {
-    fn latent(&self) -> usize {
+impl LatentEncoder for Prior {
+    fn latent_size(&self) -> usize {
         self.prior.latent_size()
     }
 
-    fn encode(&self, clip: &MotionClip, frames: &[Frame], fps: f64) -> Result<Vec<f32>, TrackerError> {
+    fn encode(&self, clip: &MotionClip, frames: &[Frame], fps: f64) -> Result<Vec<f32>, RobotError> {
         let rate = self.prior.plan().frame_rate;
         if (rate - fps).abs() > 1e-9 {
-            return Err(TrackerError::Mismatch {
+            return Err(RobotError::Mismatch {
                 what: format!("clip '{}' for the prior (frames per second)", clip.name),
                 expected: rate.to_string(),
                 got: fps.to_string(),
             });
         }
-        self.prior.encode_clip(frames).map_err(|error| TrackerError::Mismatch {
-            what: format!("clip '{}'", clip.name),
-            expected: "frames that the prior encodes".into(),
-            got: error.to_string(),
-        })
+        let codes = self.prior.encode_clip(frames);
+        codes.map_err(|source| RobotError::Encoder { clip: clip.name.clone(), source: Box::new(source) })
     }
 }

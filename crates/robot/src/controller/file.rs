@@ -48,7 +48,11 @@ impl ControllerFile {
                     format!("{} and {}", joints.join(", "), effectors.join(", "))
                 };
                 let expected = names(&spec.joints, &spec.end_effectors);
-                return mismatch("joints and end effectors", expected, names(&of.layout.joints, &of.layout.end_effectors));
+                return mismatch(
+                    "joints and end effectors",
+                    expected,
+                    names(&of.layout.joints, &of.layout.end_effectors),
+                );
             }
             if (of.frame_rate - header.control_hz).abs() > 1e-9 {
                 return mismatch("frame rate (Hz)", header.control_hz.to_string(), of.frame_rate.to_string());
@@ -77,7 +81,8 @@ impl ControllerFile {
         let controller = Self::join(&file, prior.as_ref().map(|(file, _)| file), digest)?;
         let wanted = &controller.header.provenance.prior;
         if controller.header.observation.reference.latent > 0 {
-            let got = prior.map_or_else(|| "none: name its file".to_string(), |(_, digest)| format!("SHA-256 {digest}"));
+            let got =
+                prior.map_or_else(|| "none: name its file".to_string(), |(_, digest)| format!("SHA-256 {digest}"));
             if !(got.ends_with(wanted.as_str()) && controller.prior.is_some()) {
                 return Err(RobotError::Mismatch {
                     what: format!("{}: motion prior that the policy was trained with", path.display()),
@@ -119,7 +124,9 @@ impl ControllerFile {
         if wanted > 0 && self.prior.is_none() {
             return Err(RobotError::Mismatch {
                 what: "controller to write".into(),
-                expected: format!("an encoder of the {wanted} latent numbers that the policy wants: name its motion prior"),
+                expected: format!(
+                    "an encoder of the {wanted} latent numbers that the policy wants: name its motion prior"
+                ),
                 got: "none".into(),
             });
         }

@@ -1,7 +1,7 @@
 //! The frozen encoder of a convolutional motion prior: the motion around a frame → z_t.
 
 use lifelike_checkpoint::Checkpoint;
-use lifelike_motion::resample::frame_at;
+use lifelike_motion::resample::{frame_at, locate};
 use lifelike_motion::window::{WindowSpec, write_window};
 use lifelike_motion::{FeatureLayout, Frame, MotionClip};
 
@@ -160,7 +160,11 @@ impl PriorEncoder {
     }
 
     /// The code of the motion around a reference's target.
-    pub(super) fn encode_around<'a>(&self, reference: &dyn ReferenceStream, scratch: &'a mut PriorScratch) -> &'a [f32] {
+    pub(super) fn encode_around<'a>(
+        &self,
+        reference: &dyn ReferenceStream,
+        scratch: &'a mut PriorScratch,
+    ) -> &'a [f32] {
         let PriorScratch { work, pair, frame, window, rows, code } = scratch;
         let (spec, size) = (self.header.window(), self.mean.len());
         reference.write_frame(0, frame);
@@ -171,8 +175,14 @@ impl PriorEncoder {
             let [a, b] = pair;
             reference.write_frame(before as i32, a);
             reference.write_frame(before as i32 + 1, b);
-            frame_at(pair, steps - before, frame);
-            frame.write_features(&centre, row);
+            // A sample on a frame is that frame; only between two is there anything to blend (and to reuse).
+            match locate(steps - before, 2) {
+                (at, 0.0) => pair[at].write_features(&centre, row),
+                _ => {
+                    frame_at(pair, steps - before, frame);
+                    frame.write_features(&centre, row);
+                }
+            }
         }
         self.normalize(window, rows);
         self.network.encode(rows, work, code);

@@ -189,14 +189,7 @@ impl ConvEncoder {
 }
 
 /// Half as many time steps: kernel 4, stride 2, padding 1, `x: [B, T, K]` to `out: [B, T/2, C]`.
-fn halve(
-    x: &[f32],
-    weight: &[f32],
-    [b, t, k, c]: [usize; 4],
-    by_row: bool,
-    taps: &mut [f32],
-    out: &mut [f32],
-) {
+fn halve(x: &[f32], weight: &[f32], [b, t, k, c]: [usize; 4], by_row: bool, taps: &mut [f32], out: &mut [f32]) {
     let half = t / 2;
     for (window, taps) in x.chunks_exact(t * k).zip(taps.chunks_exact_mut(half * 4 * k)).take(b) {
         for (step, taps) in taps.chunks_exact_mut(4 * k).enumerate() {

@@ -54,13 +54,7 @@ impl Alignment {
     /// Re-anchors the clip's world at a robot that has left it: turned about the clip's root and shifted, no further than
     /// that the root's `clip` pose is within `reach` (m) and `turn` (rad) of the `robot`'s.
     #[must_use]
-    pub fn re_anchored(
-        self,
-        clip: ([f32; 3], [f32; 4]),
-        robot: ([f32; 3], [f32; 4]),
-        reach: f32,
-        turn: f32,
-    ) -> Self {
+    pub fn re_anchored(self, clip: ([f32; 3], [f32; 4]), robot: ([f32; 3], [f32; 4]), reach: f32, turn: f32) -> Self {
         let place = self.position(clip.0);
         let ahead = wrap(yaw(robot.1) - yaw(self.orientation(clip.1)));
         let (x, y) = (robot.0[0] - place[0], robot.0[1] - place[1]);

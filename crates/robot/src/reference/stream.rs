@@ -121,8 +121,7 @@ impl<L: AsRef<ReferenceLibrary>> ReferenceStream for ClipPlayer<L> {
         let frame = library.around(self.target(), steps);
         let wide = |v: [f32; 3]| Vec3::from(v.map(f64::from));
         out.root_position = wide(library.position_at(frame));
-        out.root_orientation =
-            from_wxyz(library.orientation_at(frame).map(f64::from)).unwrap_or_else(Quat::identity);
+        out.root_orientation = from_wxyz(library.orientation_at(frame).map(f64::from)).unwrap_or_else(Quat::identity);
         out.linear_velocity_w = wide(library.linear_velocity_at(frame));
         out.angular_velocity_w = wide(library.angular_velocity_at(frame));
         out.joint_positions.clear();

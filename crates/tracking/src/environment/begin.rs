@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use lifelike_checkpoint::rng::stream;
-use lifelike_robot::ActionSpec;
+use lifelike_robot::{Alignment, ReferenceLibrary};
 use lifelike_sim::randomization::PushSchedule;
 use rand::Rng;
 use rand_chacha::ChaCha8Rng;
@@ -11,12 +11,11 @@ use rand_distr::{Distribution, StandardNormal};
 
 use super::Environment;
 use crate::TrackerError;
-use crate::alignment::Alignment;
 use crate::episode::Episode;
 use crate::errors::root;
 use crate::ground::Start;
 use crate::judge::Scratch;
-use crate::library::ReferenceLibrary;
+use crate::observe::Observed;
 
 impl Environment {
     /// Begins episodes: as `given`, else where the sampler says.
@@ -94,17 +93,11 @@ impl Environment {
 
     /// What policy and value function see of environment `i` in its present state.
     fn observe(&mut self, i: usize, scratch: &mut Scratch) {
-        let episode = &self.episodes[i];
-        let next = self.library.ahead(episode.frame, 1);
-        scratch.read(self.simulation.state(), i, &self.robot, &self.library, &self.ground);
+        let (state, library) = (self.simulation.state(), &*self.library);
+        scratch.read(state, i, &self.robot, library, &self.ground);
         let (a, c) = (self.observer.actor_size(), self.observer.critic_size());
         self.observer.write(
-            self.simulation.state(),
-            i,
-            episode,
-            &self.library,
-            next,
-            &scratch.features,
+            &Observed { state, i, episode: &self.episodes[i], library, features: &scratch.features },
             &mut self.actor[i * a..(i + 1) * a],
             &mut self.critic[i * c..(i + 1) * c],
         );
@@ -150,16 +143,9 @@ impl Environment {
         let episode = &mut self.episodes[i];
         let reference = self.library.joints_at(self.library.ahead(episode.frame, 1));
         let q = &self.simulation.state().joint_position[i * joints..(i + 1) * joints];
-        for j in 0..joints {
-            let y = match self.plan.action {
-                ActionSpec::Absolute => q[j],
-                ActionSpec::DefaultPose { scale } => (q[j] - self.actions.default_pose[j]) / scale as f32,
-                ActionSpec::Reference { scale } => (q[j] - reference[j]) / scale as f32,
-            };
-            episode.last[j] = ActionSpec::clamp_output(y);
-            episode.before[j] = episode.last[j];
-            episode.oldest[j] = episode.last[j];
-        }
+        self.actions.holding(q, reference, &mut episode.last);
+        episode.before.copy_from_slice(&episode.last);
+        episode.oldest.copy_from_slice(&episode.last);
     }
 }
 

@@ -28,7 +28,7 @@ fn noise_is_on_what_is_measured_and_never_on_what_the_value_function_sees() {
     let mut errors = Vec::new();
     for ((actor, critic), (told, truth)) in clean_rows.iter().zip(&noised_rows) {
         assert_eq!(critic, truth);
-        for (name, range) in clean.observation().parts() {
+        for Part { name, range, .. } in clean.observation().parts() {
             if name == "joint_position" {
                 errors.extend(range.map(|i| f64::from(told[i] - actor[i])));
             } else {
@@ -52,7 +52,7 @@ fn what_is_measured_is_seen_late_and_the_reference_on_time() {
         seen.insert(delay);
         for t in 0..told.len() {
             let truth = &told[t.saturating_sub(delay)].1;
-            for (name, range) in late.observation().parts() {
+            for Part { name, range, .. } in late.observation().parts() {
                 let measured = !(name.starts_with("reference") || name.contains("action"));
                 let expected = if measured { &truth[range.clone()] } else { &told[t].1[range.clone()] };
                 assert_eq!(&told[t].0[range], expected, "{name} at {t}, {delay} late");
@@ -88,7 +88,7 @@ fn a_policy_without_linear_velocity_never_sees_it() {
     let mut p = exact(plan(1));
     p.linear_velocity = false;
     let mut e = environment(&p);
-    assert!(e.observation().parts().iter().all(|(name, _)| name != "root_linear_velocity_h"));
+    assert!(e.observation().parts().iter().all(|part| part.name != "root_linear_velocity_h"));
     let (before, all) = (e.actor_size(), environment(&exact(plan(1))).actor_size());
     assert_eq!(before + 3, all);
     e.reset(&[0], Some(&[Start::at(40)])).unwrap();

@@ -7,8 +7,9 @@ use lifelike_representation::dataset::Windows;
 use lifelike_representation::latent::codes::features_of;
 use lifelike_representation::latent::{Codes, Encoded, LatentScore, comparison};
 use lifelike_representation::{MotionPrior, ReconstructionReport};
+use lifelike_robot::ReferenceLibrary;
 use lifelike_robot::Robot;
-use lifelike_tracking::{Policy, ReferenceLibrary};
+use lifelike_tracking::Policy;
 use serde_json::{Value, json};
 
 use crate::commands::reconstruction::{self, HEAD};

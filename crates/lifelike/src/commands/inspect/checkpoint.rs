@@ -5,7 +5,8 @@ use std::path::Path;
 use lifelike_checkpoint::Checkpoint;
 use lifelike_representation::spline_transformer::SequencePlan;
 use lifelike_representation::{MotionPrior, Recipe};
-use lifelike_tracking::PolicyHeader;
+use lifelike_robot::controller::PolicyHeader;
+use lifelike_robot::observation::Part;
 use serde_json::{Value, json};
 
 use crate::error::CliError;
@@ -46,7 +47,7 @@ pub fn inspect(path: &Path, output: &Output) -> Result<(), CliError> {
 fn policy(path: &Path, header: &PolicyHeader, numbers: usize, output: &Output) -> Result<(), CliError> {
     let parts = header.observation.parts();
     let layout: Vec<Value> =
-        parts.iter().map(|(name, range)| json!({ "name": name, "start": range.start, "end": range.end })).collect();
+        parts.iter().map(|p| json!({ "name": p.name, "start": p.range.start, "end": p.range.end })).collect();
     let value = json!({ "kind": "policy", "numbers": numbers, "header": header, "observation": layout });
     output.result(&value, || {
         let mut text = format!(
@@ -65,7 +66,9 @@ fn policy(path: &Path, header: &PolicyHeader, numbers: usize, output: &Output) -
         }
         let rows: Vec<Vec<String>> = parts
             .iter()
-            .map(|(name, r)| vec![name.clone(), r.start.to_string(), r.end.to_string(), r.len().to_string()])
+            .map(|Part { name, range: r, .. }| {
+                vec![name.clone(), r.start.to_string(), r.end.to_string(), r.len().to_string()]
+            })
             .collect();
         text += &format!("\n{}", table(&["observation", "from", "to", "numbers"], &rows));
         text += &format!("\njoints, in order: {}\n", header.observation.joints.join(", "));

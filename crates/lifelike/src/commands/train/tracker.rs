@@ -5,8 +5,9 @@ use std::sync::Arc;
 
 use lifelike_report::run::RunFolder;
 use lifelike_report::{Cell, Column, ReportBuilder, Table, curves_from};
+use lifelike_robot::ReferenceLibrary;
 use lifelike_robot::Robot;
-use lifelike_tracking::{ClipProgress, ReferenceLibrary, Summary, TrackerPlan, Trainer};
+use lifelike_tracking::{ClipProgress, Summary, TrackerPlan, Trainer};
 use lifelike_train::collective::Collective;
 use serde_json::json;
 

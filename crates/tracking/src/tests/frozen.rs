@@ -1,0 +1,73 @@
+//! A frozen policy gives the numbers of the trained one.
+
+use lifelike_robot::controller::{PolicyHeader, PolicyWorkspace};
+use lifelike_robot::{AnchorSpec, Controller, ObservationSpec, ReferenceSpec};
+use lifelike_train::networks::{Actor, ActorSize};
+
+use super::*;
+use crate::Policy;
+use lifelike_nn::device;
+use lifelike_nn::normalizer::RunningNormalizer;
+
+/// A policy as training would leave it, with networks of these sizes.
+fn trained(robot: &Robot, hidden: &[usize], encoder: Option<(&[usize], usize)>) -> Policy {
+    let window = if encoder.is_some() { vec![-3, 0, 3] } else { Vec::new() };
+    let reference = ReferenceSpec { frame: true, window, ..ReferenceSpec::default() };
+    let spec = ObservationSpec::new(robot, reference, AnchorSpec { heading: true, position: true });
+    let (layers, code) = encoder.unwrap_or_default();
+    let size = ActorSize {
+        inputs: spec.size(),
+        window: spec.window_size(),
+        encoder: layers,
+        code,
+        hidden,
+        outputs: robot.joints(),
+    };
+    let actor = Actor::init(size, 0.4, 5, &device::training());
+    let mut normalizer = RunningNormalizer::new(spec.size());
+    normalizer.update(&rows(&spec, 50));
+    let header = PolicyHeader {
+        robot: robot.name.clone(),
+        observation: spec,
+        action: ActionSpec::Absolute,
+        control_hz: robot.control_hz,
+        hidden: hidden.to_vec(),
+        encoder: encoder.map(|(layers, code)| (layers.to_vec(), code)),
+        prior: String::new(),
+        steps: 0,
+    };
+    Policy::new(header, &actor, &normalizer)
+}
+
+fn rows(spec: &ObservationSpec, n: usize) -> Vec<f32> {
+    (0..n * spec.size()).map(|i| ((i * 7919) % 4001) as f32 * 1e-3 - 2.0).collect()
+}
+
+#[test]
+fn a_frozen_policys_outputs_are_the_trained_ones_bit_for_bit() {
+    let lima = Arc::new(Robot::load("lima").unwrap());
+    let cases: [(&[usize], Option<(&[usize], usize)>); 4] =
+        [(&[256, 256, 128], None), (&[512, 256, 128], None), (&[], None), (&[64, 32], Some((&[48], 8)))];
+    for (hidden, encoder) in cases {
+        let policy = trained(&lima, hidden, encoder);
+        let controller = Controller::from_policy(&policy.to_checkpoint().unwrap(), None, lima.clone()).unwrap();
+        // One row, some, a vector of environments, and so many that several threads share the product.
+        for n in [1, 2, 3, 16, 64, 200, 512] {
+            let mut observations = rows(controller.observation(), n);
+            let expected = policy.outputs(observations.clone()).unwrap();
+            let mut got = vec![f32::NAN; expected.len()];
+            controller.outputs(&mut observations, &mut PolicyWorkspace::batched(), &mut got);
+            let bits = |values: &[f32]| values.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
+            assert!(bits(&expected) == bits(&got), "{hidden:?} {encoder:?}, {n} rows");
+
+            let mut one = rows(controller.observation(), n);
+            let (mut live, size) = (PolicyWorkspace::live(), controller.observation().size());
+            for (row, expected) in one.chunks_exact_mut(size).zip(expected.chunks_exact(lima.joints())) {
+                let mut got = vec![f32::NAN; lima.joints()];
+                controller.outputs(row, &mut live, &mut got);
+                let scale = expected.iter().fold(0.0_f32, |most, y| most.max(y.abs()));
+                got.iter().zip(expected).for_each(|(g, e)| assert!((g - e).abs() <= 2e-6 * scale, "{g} {e}"));
+            }
+        }
+    }
+}
