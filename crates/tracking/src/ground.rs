@@ -67,7 +67,8 @@ impl Ground {
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
-    use crate::{Environment, ReferenceLibrary, TrackerPlan};
+    use crate::{Environment, TrackerPlan};
+    use lifelike_robot::ReferenceLibrary;
     use lifelike_sim::testing::{Followers, robot};
 
     fn on_a_slope(n: usize) -> Environment {

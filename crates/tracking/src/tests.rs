@@ -8,8 +8,7 @@ use std::sync::atomic::AtomicBool;
 
 use lifelike_motion::{MotionClip, Provenance};
 use lifelike_robot::observation::Part;
-use lifelike_robot::reference::{standing_clip, wrap, yaw};
-use lifelike_robot::{ActionSpec, Alignment, ReferenceLibrary, Robot};
+use lifelike_robot::{ActionSpec, ReferenceLibrary, Robot};
 use lifelike_sim::randomization::{PushSpec, RandomizationSpec};
 
 mod devices;
@@ -21,7 +20,7 @@ use super::errors::Cause;
 use super::plan::{Curriculum, Ramp, SenseSpec, Termination, TrackerPlan};
 use super::policy::Policy;
 use super::ppo::Iteration;
-use super::{Environment, Outcome, ReferenceLibrary, Start, Trainer};
+use super::{Environment, Outcome, Start, Trainer};
 use lifelike_report::run::RunFolder;
 use lifelike_sim::testing::{Followers, robot};
 
