@@ -23,7 +23,4 @@ pub enum EvaluationError {
     /// The simulation is the problem.
     #[error(transparent)]
     Simulation(#[from] lifelike_sim::SimError),
-    /// The policy or its environment is the problem.
-    #[error(transparent)]
-    Tracker(#[from] lifelike_tracking::TrackerError),
 }

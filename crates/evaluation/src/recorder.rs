@@ -6,10 +6,10 @@ use lifelike_character::rotation::from_wxyz;
 use lifelike_character::{JointKind, Kinematics, Quat, Vec3};
 use lifelike_robot::robot::role_name;
 use lifelike_robot::{Alignment, ReferenceLibrary, Robot};
-use lifelike_sim::BatchState;
+use lifelike_sim::{BatchState, Ground};
 
 use super::rollout::{Names, Outcome, Rollout, Snapshot};
-use lifelike_tracking::{Environment, Ground};
+use super::runner::Moment;
 
 /// A sole of the reference lower than this is on the ground (m): retargeted feet stand within a millimetre of it, and swing
 /// at least two centimetres above.
@@ -63,16 +63,15 @@ impl<'a> Recorder<'a> {
         }
     }
 
-    /// Adds what environment `i` looks like, and what it was asked to look like at that moment.
+    /// Adds one robot's state, and the one that was asked of it at that moment.
     pub(super) fn record(
         &self,
         rollout: &mut Rollout,
-        environment: &Environment,
-        i: usize,
+        moment: &Moment<'_>,
         kinematics: &mut Kinematics,
     ) {
-        let (state, episode, ground) = (environment.state(), &environment.episodes()[i], environment.ground());
-        let reference = self.reference(episode.frame, episode.alignment, ground, kinematics);
+        let &Moment { state, i, ground, frame, alignment } = moment;
+        let reference = self.reference(frame, alignment, ground, kinematics);
         rollout.planned_contact.extend(self.robot.anatomy.soles.values().map(|sole| {
             let lowest = sole.corners.iter().map(|c| kinematics.point(sole.body, c).z).fold(f64::INFINITY, f64::min);
             lowest - reference.ground < SOLE_DOWN

@@ -8,6 +8,7 @@ pub mod batch;
 mod checks;
 pub mod engine;
 pub mod error;
+mod ground;
 #[cfg(feature = "mujoco")]
 pub mod mujoco;
 pub mod randomization;
@@ -24,6 +25,7 @@ use lifelike_robot::Robot;
 pub use batch::{BatchState, Drive, EnvironmentParameters, IntegrationState, Simulation};
 pub use engine::LifelikeSimulation;
 pub use error::SimError;
+pub use ground::Ground;
 #[cfg(feature = "mujoco")]
 pub use mujoco::MujocoSimulation;
 pub use terrain::Terrain;

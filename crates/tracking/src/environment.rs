@@ -11,11 +11,10 @@ use std::sync::Arc;
 use lifelike_checkpoint::rng::stream;
 use lifelike_robot::{ActionMap, ActionSpec, ObservationSpec, ReferenceLibrary, Robot};
 use lifelike_sim::randomization::{PushSchedule, RandomizationSpec};
-use lifelike_sim::{BatchState, Drive, Simulation};
+use lifelike_sim::{BatchState, Drive, Ground, Simulation};
 use rayon::prelude::*;
 
 use super::episode::Episode;
-use super::ground::Ground;
 use super::judge::{Judge, Scratch};
 use super::observe::Observer;
 use super::plan::{Termination, TrackerPlan};

@@ -4,11 +4,10 @@ use lifelike_checkpoint::rng::stream;
 use lifelike_motion::{FeatureLayout, Frame};
 use lifelike_robot::reference::{wrap, yaw};
 use lifelike_robot::{ActionSpec, Alignment, ObservationSpec, ReferenceLibrary, Robot};
-use lifelike_sim::BatchState;
+use lifelike_sim::{BatchState, Ground};
 
 use super::episode::Episode;
 use super::errors::{Cause, Deviation, empty_frame, read_frame, root};
-use super::ground::Ground;
 use super::observe::{Observed, Observer};
 use super::plan::{Termination, TrackerPlan};
 use super::rewards::{Effort, Errors, SMOOTHNESS, TERMS};

@@ -28,7 +28,7 @@ pub mod trainer;
 pub use environment::{Environment, Outcome};
 pub use episode::Episode;
 pub use error::TrackerError;
-pub use ground::{Ground, Start};
+pub use ground::Start;
 pub use plan::TrackerPlan;
 pub use policy::Policy;
 pub use progress::{ClipProgress, Progress, Summary};

@@ -2,27 +2,22 @@
 //!
 //! The main path: an [`Evaluation`](super::Evaluation) with falls → [`explain`] → an [`Explanation`] per clip: where and how it
 //! fell ([`Failure`]), what is wrong with the clip itself around that moment
-//! ([`feasibility`](lifelike_motion::feasibility)), and the mildest [`Remedy`] with which it survives from all starts, tried in
+//! ([`feasibility`](lifelike_motion::feasibility)), and the mildest [`ClipModification`] with which it survives from all starts, tried in
 //! physics.
 
-mod remedy;
+mod modification;
 mod table;
 #[cfg(test)]
 mod tests;
 
-use std::sync::Arc;
-
 use lifelike_motion::MotionClip;
 use lifelike_motion::feasibility::{Finding, check};
-use lifelike_robot::{LatentEncoder, Robot};
-use lifelike_sim::Simulation;
 
 use super::failure::Failure;
-use super::{Course, Evaluation, EvaluationOptions, Hardship};
+use super::{EpisodeConditions, Evaluation, EvaluationOptions, EvaluationSetup, EvaluationSuite};
 use crate::EvaluationError;
-use lifelike_tracking::Policy;
 
-pub use remedy::Remedy;
+pub use modification::ClipModification;
 pub use table::table;
 
 /// What of a clip is looked at around a fall (s): a fall is often begun a step or two before it is one.
@@ -30,11 +25,11 @@ const MARGIN: f64 = 1.0;
 /// Findings that are told, the longest first.
 const TOLD: usize = 3;
 
-/// What a remedy gave.
+/// Outcome of a modification.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Tried {
     /// The change.
-    pub remedy: Remedy,
+    pub modification: ClipModification,
     /// Share of episodes without a fall.
     pub survival: f64,
 }
@@ -54,13 +49,13 @@ pub struct Explanation {
     pub findings: Vec<Finding>,
     /// Nothing in the whole clip rules it out.
     pub trackable: bool,
-    /// What was tried, the mildest first; the last one helped where [`Self::remedy`] says so.
+    /// What was tried, the mildest first; the last one helped where [`Self::modification`] says so.
     pub tried: Vec<Tried>,
     /// The mildest change with which no episode falls.
-    pub remedy: Option<Remedy>,
+    pub modification: Option<ClipModification>,
     /// The changed clip.
     #[serde(skip)]
-    pub mended: Option<MotionClip>,
+    pub repaired: Option<MotionClip>,
 }
 
 impl Explanation {
@@ -75,12 +70,12 @@ impl Explanation {
 
     /// The proposal, in words.
     pub fn proposal(&self) -> String {
-        match (&self.remedy, self.tried.iter().max_by(|a, b| a.survival.total_cmp(&b.survival))) {
-            (Some(remedy), _) => format!("{}: survives from all starts", remedy.words()),
+        match (&self.modification, self.tried.iter().max_by(|a, b| a.survival.total_cmp(&b.survival))) {
+            (Some(modification), _) => format!("{}: survives from all starts", modification.words()),
             (None, Some(best)) if best.survival > 0.0 => {
                 format!(
                     "nothing tried helps enough; best {}: {:.0}% survive",
-                    best.remedy.words(),
+                    best.modification.words(),
                     100.0 * best.survival
                 )
             }
@@ -105,22 +100,19 @@ impl Explanation {
     }
 }
 
-/// Explains every clip with a fall, in the order of the evaluation, and tries [`Remedy::ALL`] until one helps. `clips` are those
-/// of the evaluation. `simulate` makes a simulation of so many environments; `progress` is told which clip it is at.
+/// Explains every clip with a fall, in the order of the evaluation, and tries
+/// [`ClipModification::ALL`] until one helps. `clips` are those of the evaluation; `progress` is told which clip it is at.
 ///
 /// # Errors
-/// As [`Course::new`], and what the simulations fail with.
-#[allow(clippy::too_many_arguments)]
+/// As [`EvaluationSuite::new`], and what the simulations fail with.
 pub fn explain(
+    setup: &EvaluationSetup<'_>,
     evaluation: &Evaluation,
-    policy: &Policy,
-    robot: &Arc<Robot>,
     clips: &[MotionClip],
-    prior: Option<&dyn LatentEncoder>,
-    simulate: &dyn Fn(usize) -> Result<Box<dyn Simulation>, EvaluationError>,
     options: &EvaluationOptions,
     mut progress: impl FnMut(&str, usize, usize),
 ) -> Result<Vec<Explanation>, EvaluationError> {
+    let robot = setup.robot();
     let fell: Vec<&MotionClip> =
         clips.iter().filter(|clip| evaluation.failures().any(|failure| failure.clip == clip.name)).collect();
     let mut all = Vec::new();
@@ -131,17 +123,17 @@ pub fn explain(
         let feasibility = check(clip, &robot.character, &robot.anatomy, &robot.speeds())?;
         // A cycle goes on beyond its end; its frames repeat.
         let second = if clip.cyclic { failure.clip_second % clip.seconds().max(1e-9) } else { failure.clip_second };
-        let (mut tried, mut mended, mut helps) = (Vec::new(), None, None);
-        for remedy in Remedy::ALL {
-            let changed = remedy.apply(clip, robot)?;
+        let (mut tried, mut repaired, mut helps) = (Vec::new(), None, None);
+        for modification in ClipModification::ALL {
+            let changed = modification.apply(clip, robot)?;
             // Episodes grow with the clip, so that they begin and end at the same moments of it.
-            let options = EvaluationOptions { seconds: options.seconds * remedy.stretch(), ..options.clone() };
-            let course = Course::new(policy, robot, std::slice::from_ref(&changed), prior, &options)?;
-            let simulation = simulate(course.tasks().len().max(1))?;
-            let survival = course.run(simulation, |_| Hardship::default(), |_, _| {})?.overall.survival;
-            tried.push(Tried { remedy, survival });
+            let options = EvaluationOptions { seconds: options.seconds * modification.stretch(), ..options.clone() };
+            let suite = EvaluationSuite::new(setup, std::slice::from_ref(&changed), &options)?;
+            let simulation = (setup.simulate)(None, suite.episodes().len().max(1))?;
+            let survival = suite.run(simulation, |_| EpisodeConditions::default(), |_, _| {})?.overall.survival;
+            tried.push(Tried { modification, survival });
             if survival >= 1.0 {
-                (mended, helps) = (Some(changed), Some(remedy));
+                (repaired, helps) = (Some(changed), Some(modification));
                 break;
             }
         }
@@ -153,8 +145,8 @@ pub fn explain(
             findings: feasibility.around(second, MARGIN).take(TOLD).cloned().collect(),
             trackable: feasibility.trackable,
             tried,
-            remedy: helps,
-            mended,
+            modification: helps,
+            repaired,
         });
     }
     progress("", fell.len(), fell.len());

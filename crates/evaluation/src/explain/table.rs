@@ -20,7 +20,7 @@ pub fn table(explanations: &[Explanation]) -> Option<Table> {
                      mildest of slowing down and attenuation with which it survives from all starts, tried in physics."
             .into();
     let row = |e: &Explanation| {
-        let tone = if e.remedy.is_some() { Tone::Good } else { Tone::Bad };
+        let tone = if e.modification.is_some() { Tone::Good } else { Tone::Bad };
         vec![
             Cell::text(&e.clip),
             Cell::text(format!("{} of {}", e.falls, e.episodes)),

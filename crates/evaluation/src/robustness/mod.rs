@@ -2,7 +2,7 @@
 //! to it.
 //!
 //! The main path: [`Disturbance`] (what is done, and the sizes) → [`sweep`] (an evaluation per size, under
-//! [`Hardship`](super::Hardship)s with addressed randomness) → [`Robustness`] (curves) → its tables, curves and playbacks.
+//! [`EpisodeConditions`](super::EpisodeConditions)s with addressed randomness) → [`Robustness`] (curves) → its tables, curves and playbacks.
 //! Every size of one disturbance meets the same directions, moments and places, so that curves differ by size alone.
 
 mod curve;
@@ -19,6 +19,6 @@ mod trial;
 
 pub use curve::{Point, Robustness, RobustnessCurve};
 pub use disturbance::{Disturbance, Part};
-pub use options::{Ground, RobustnessOptions};
+pub use options::RobustnessOptions;
 pub use stairs::climb;
 pub use sweep::sweep;

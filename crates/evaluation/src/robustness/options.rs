@@ -1,11 +1,6 @@
-//! How much is tried, and on what ground.
-
-use std::sync::Arc;
-
-use lifelike_sim::{Simulation, Terrain};
+//! Extent of a sweep.
 
 use super::disturbance::Disturbance;
-use crate::EvaluationError;
 use crate::EvaluationOptions;
 
 /// How much is tried.
@@ -21,5 +16,4 @@ pub struct RobustnessOptions {
     pub evaluation: EvaluationOptions,
 }
 
-/// Makes simulations: on a terrain or on level ground, of so many environments.
-pub type Ground<'a> = &'a dyn Fn(Option<Arc<Terrain>>, usize) -> Result<Box<dyn Simulation>, EvaluationError>;
+

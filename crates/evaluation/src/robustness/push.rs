@@ -6,7 +6,7 @@ use lifelike_sim::randomization::Push;
 use rand::Rng;
 
 use super::disturbance::Part;
-use crate::{Task, TimedPush};
+use crate::{Episode, TimedPush};
 
 /// Time in which there is one push (s).
 const EVERY: f64 = 2.0;
@@ -16,13 +16,13 @@ const LASTS: [f64; 2] = [0.1, 0.2];
 /// The pushes of an episode: one in every [`EVERY`] seconds, and one in the first half of an episode that is shorter than twice
 /// that, so that none ends before it was pushed; from a random horizontal direction on one of the part's bodies.
 /// `force` is in units of the robot's weight; moments, bodies and directions do not depend on it.
-pub(super) fn pushes(robot: &Robot, part: Part, force: f64, task: &Task, seed: u64) -> Vec<TimedPush> {
+pub(super) fn pushes(robot: &Robot, part: Part, force: f64, episode: &Episode, seed: u64) -> Vec<TimedPush> {
     let bodies = part.bodies(robot);
     let weight = robot.character.mass() * robot.character.gravity.norm();
-    let slot = ((EVERY * robot.control_hz).round() as usize).min(task.planned / 2).max(1);
-    let mut rng = stream(seed, "robustness push", task.number as u64, 0);
+    let slot = ((EVERY * robot.control_hz).round() as usize).min(episode.planned / 2).max(1);
+    let mut rng = stream(seed, "robustness push", episode.number as u64, 0);
     let mut all = Vec::new();
-    for begin in (1..task.planned).step_by(slot) {
+    for begin in (1..episode.planned).step_by(slot) {
         let steps = (rng.random_range(LASTS[0]..=LASTS[1]) * robot.control_hz).round().max(1.0) as usize;
         let from = begin + rng.random_range(0..slot.saturating_sub(steps).max(1));
         let direction: f64 = rng.random_range(0.0..std::f64::consts::TAU);

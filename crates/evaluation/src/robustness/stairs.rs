@@ -22,7 +22,7 @@ const FOOTFALLS: usize = 2;
 ///
 /// # Errors
 /// A clip is of another robot.
-pub fn climbers(
+pub fn stair_clips(
     clips: &[MotionClip],
     robot: &Robot,
     options: &EvaluationOptions,
@@ -102,7 +102,7 @@ mod tests {
             .collect();
         assert_eq!(clips.len(), 2);
         let options = EvaluationOptions { seconds: 3.0, starts: 3, ..EvaluationOptions::default() };
-        let climbing = climbers(&clips, &robot, &options).unwrap();
+        let climbing = stair_clips(&clips, &robot, &options).unwrap();
         assert!(!climbing.is_empty() && climbing.iter().all(|c| c.name.starts_with("walk")), "nobody climbs by bowing");
         for clip in climbing {
             let (mut lifted, falls) = (clip.clone(), footfalls(&clip, &robot).unwrap().len());

@@ -1,43 +1,33 @@
 //! Runs every size of every disturbance.
 
-use std::sync::Arc;
-
 use lifelike_motion::MotionClip;
-use lifelike_robot::{LatentEncoder, Robot};
 
 use super::curve::{Point, Robustness, RobustnessCurve};
-use super::options::{Ground, RobustnessOptions};
+use super::options::RobustnessOptions;
 use super::trial::Trial;
 use crate::EvaluationError;
-use crate::{ClipScore, Course, Outcome, Rollout};
-use lifelike_tracking::Policy;
+use crate::{ClipScore, EvaluationSetup, EvaluationSuite, Outcome, Rollout};
 
 /// A curve that grows stops after the first size at which no more survive than this share.
 const GONE: f64 = 0.02;
 
 /// Survival and error of a policy on clips against every disturbance of the options, deterministically for their seed.
 ///
-/// `prior` gives the latent codes where the policy wants them; `most` is how many episodes run at once; `progress` is told
-/// which disturbance and size is done, and how many of how many.
+/// `progress` is told which disturbance and size is done, and how many of how many.
 ///
 /// # Errors
-/// As [`Course::new`], and what the simulations fail with.
-#[allow(clippy::too_many_arguments)]
+/// As [`EvaluationSuite::new`], and what the simulations fail with.
 pub fn sweep(
-    policy: &Policy,
-    robot: &Arc<Robot>,
+    setup: &EvaluationSetup<'_>,
     clips: &[MotionClip],
-    prior: Option<&dyn LatentEncoder>,
-    ground: Ground<'_>,
-    most: usize,
     options: &RobustnessOptions,
     mut progress: impl FnMut(&str, usize, usize),
 ) -> Result<Robustness, EvaluationError> {
-    let plain = Course::new(policy, robot, clips, prior, &options.evaluation)?;
+    let plain = EvaluationSuite::new(setup, clips, &options.evaluation)?;
     let total: usize = options.disturbances.iter().map(|d| d.sizes(options.few).len()).sum();
     let (mut before, mut engine, mut curves, mut rollouts) = (0, String::new(), Vec::new(), Vec::new());
     for &disturbance in &options.disturbances {
-        let trial = Trial { policy, robot, clips, prior, ground, most, options, plain: &plain, disturbance };
+        let trial = Trial { setup, clips, options, plain: &plain, disturbance };
         let sizes = disturbance.sizes(options.few);
         let (mut points, mut seen) = (Vec::new(), Seen::default());
         for (k, &size) in sizes.iter().enumerate() {
@@ -68,7 +58,7 @@ pub fn sweep(
     }
     progress("", total, total);
     let clips = clips.iter().map(|c| c.name.clone()).collect();
-    let (robot, seed, episode_seconds) = (robot.name.clone(), options.seed, options.evaluation.seconds);
+    let (robot, seed, episode_seconds) = (setup.robot().name.clone(), options.seed, options.evaluation.seconds);
     Ok(Robustness { robot, engine, seed, clips, episode_seconds, curves, rollouts })
 }
 

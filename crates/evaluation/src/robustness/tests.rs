@@ -9,10 +9,10 @@ use lifelike_robot::{ReferenceLibrary, Robot};
 
 use super::push::pushes;
 use super::stairs::{climb, footfalls};
-use super::switches::stretches;
+use super::switches::segments;
 use super::*;
 use crate::tests::{clip, policy};
-use crate::{EvaluationOptions, Task};
+use crate::{EvaluationOptions, Episode};
 use lifelike_sim::testing::{Followers, robot};
 
 fn run(width: usize) -> Robustness {
@@ -63,8 +63,8 @@ fn the_curves_do_not_depend_on_how_many_run_at_once_and_each_says_what_it_is() {
 #[test]
 fn pushes_differ_by_force_alone() {
     let lima = Robot::load("lima").unwrap();
-    let task = Task { number: 3, frame: 0, planned: 501 };
-    let of = |force| pushes(&lima, Part::Hands, force, &task, 1);
+    let episode = Episode { number: 3, frame: 0, planned: 501 };
+    let of = |force| pushes(&lima, Part::Hands, force, &episode, 1);
     let (one, two) = (of(1.0), of(2.0));
     assert_eq!(one.len(), 5, "one in each two seconds");
     let weight = (lima.character.mass() * lima.character.gravity.norm()) as f32;
@@ -75,7 +75,7 @@ fn pushes_differ_by_force_alone() {
         assert!((b.push.force_w[0] - 2.0 * a.push.force_w[0]).abs() < 1e-3);
     }
     assert!(one.windows(2).all(|w| w[0].until <= w[1].from), "one after the other");
-    assert_ne!(of(1.0), pushes(&lima, Part::Hands, 1.0, &Task { number: 4, ..task }, 1));
+    assert_ne!(of(1.0), pushes(&lima, Part::Hands, 1.0, &Episode { number: 4, ..episode }, 1));
 }
 
 #[test]
@@ -99,8 +99,8 @@ fn stairs_rise_where_feet_come_down() {
 fn switches_come_when_asked_for_and_stay_inside_of_clips() {
     let clips = [clip("once", 2.0, false), clip("short", 0.3, false)];
     let library = ReferenceLibrary::new(&robot(), &clips, None).unwrap();
-    let task = Task { number: 0, frame: 0, planned: 101 };
-    let all = stretches(&library, &task, 500, 25, 1);
+    let episode = Episode { number: 0, frame: 0, planned: 101 };
+    let all = segments(&library, &episode, 500, 25, 1);
     assert_eq!(all[0].step, 1);
     for pair in all.windows(2) {
         let (from, frames) = (pair[0].frame, pair[1].step - pair[0].step);

@@ -2,7 +2,8 @@
 
 use std::collections::BTreeSet;
 
-use lifelike_character::rotation::to_wxyz;
+use lifelike_character::rotation::{from_wxyz, to_wxyz};
+use lifelike_character::{JointKind, Vec3};
 use lifelike_motion::features::frames_of;
 use lifelike_motion::resample::resample;
 use lifelike_motion::{FeatureLayout, MotionClip};
@@ -119,6 +120,33 @@ impl ReferenceLibrary {
             let column = || self.features.iter().skip(i).step_by(size).map(|x| f64::from(*x));
             let mean = column().sum::<f64>() / frames;
             self.deviation[i] = (column().map(|x| (x - mean).powi(2)).sum::<f64>() / frames).sqrt() as f32;
+        }
+    }
+
+    /// Writes the generalised position and velocity of a robot (MuJoCo's layout) in the state of a frame, its root above
+    /// `place` on the ground (m) and `lift` metres higher than in the clip.
+    ///
+    /// # Panics
+    /// `q` or `v` is not as long as the robot's.
+    pub fn write_state(&self, frame: usize, robot: &Robot, place: [f64; 2], lift: f64, q: &mut [f64], v: &mut [f64]) {
+        let root = from_wxyz(self.orientation_at(frame).map(f64::from)).unwrap_or_default();
+        let linear = self.linear_velocity_at(frame).map(f64::from);
+        let angular_b = root.inverse() * Vec3::from(self.angular_velocity_at(frame).map(f64::from));
+        q.copy_from_slice(&robot.default_position());
+        let mut scalars = self.joints_at(frame).iter().zip(self.joint_velocities_at(frame));
+        for joint in &robot.character.joints {
+            let (at, rate) = (joint.q_index, joint.v_index);
+            if joint.kind == JointKind::Free {
+                // Two millimetres of air: a foot that begins in the ground is thrown out of it.
+                let height = f64::from(self.position_at(frame)[2]) + lift + 0.002;
+                q[at..at + 3].copy_from_slice(&[place[0], place[1], height]);
+                q[at + 3..at + 7].copy_from_slice(&to_wxyz(&root));
+                v[rate..rate + 3].copy_from_slice(&linear);
+                v[rate + 3..rate + 6].copy_from_slice(angular_b.as_slice());
+            } else if let (1, Some((position, velocity))) = (joint.kind.nq(), scalars.next()) {
+                q[at] = f64::from(*position);
+                v[rate] = f64::from(*velocity);
+            }
         }
     }
 

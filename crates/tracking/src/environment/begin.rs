@@ -106,33 +106,19 @@ impl Environment {
     /// Generalised position and velocity of a frame at a place of the simulated world, with noise.
     fn write_start(&self, frame: usize, spot: [f64; 2], rng: &mut ChaCha8Rng, q: &mut [f64], v: &mut [f64]) {
         let (library, starts) = (&self.library, self.plan.starts);
+        library.write_state(frame, &self.robot, spot, self.ground.lift(spot), q, v);
         let mut noise = |deviation: f32| {
             let z: f64 = StandardNormal.sample(rng);
             z * f64::from(deviation)
         };
-        let w = library.orientation_at(frame);
-        let root = lifelike_character::rotation::from_wxyz(w.map(f64::from)).unwrap_or_default();
-        let linear = library.linear_velocity_at(frame).map(f64::from);
-        let angular = library.angular_velocity_at(frame).map(f64::from);
-        let angular_b = root.inverse() * lifelike_character::Vec3::from(angular);
-        q.copy_from_slice(&self.robot.default_position());
-        let (joints, rates) = (library.joints_at(frame), library.joint_velocities_at(frame));
-        let mut scalar = 0;
         for joint in &self.robot.character.joints {
-            let (at, rate) = (joint.q_index, joint.v_index);
             if joint.kind == lifelike_character::JointKind::Free {
-                // Two millimetres of air: a foot that begins in the ground is thrown out of it.
-                let height = f64::from(library.position_at(frame)[2]) + self.ground.lift(spot) + 0.002;
-                q[at..at + 3].copy_from_slice(&[spot[0], spot[1], height]);
-                q[at + 3..at + 7].copy_from_slice(&lifelike_character::rotation::to_wxyz(&root));
                 for k in 0..3 {
-                    v[rate + k] = linear[k] + noise(starts.velocity_noise);
-                    v[rate + 3 + k] = angular_b[k] + noise(starts.velocity_noise);
+                    v[joint.v_index + k] += noise(starts.velocity_noise);
+                    v[joint.v_index + 3 + k] += noise(starts.velocity_noise);
                 }
             } else if joint.kind.nq() == 1 {
-                q[at] = f64::from(joints[scalar]) + noise(starts.joint_noise);
-                v[rate] = f64::from(rates[scalar]);
-                scalar += 1;
+                q[joint.q_index] += noise(starts.joint_noise);
             }
         }
     }

@@ -8,7 +8,7 @@ use lifelike_robot::Robot;
 /// One change of a whole clip.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Remedy {
+pub enum ClipModification {
     /// This many times as long.
     Slower(f64),
     /// Joints deviate from their mean by this share of what they did, and the root goes this share of its way; soles are as
@@ -16,7 +16,7 @@ pub enum Remedy {
     Smaller(f64),
 }
 
-impl Remedy {
+impl ClipModification {
     /// What is tried: the mildest first, as a factor.
     pub const ALL: [Self; 11] = [
         Self::Slower(1.1),
@@ -60,7 +60,7 @@ impl Remedy {
         };
         let source = &mut changed.provenance.source;
         source.push_str(if source.is_empty() { "" } else { "; " });
-        source.push_str(&format!("mended for {}: {}", robot.name, self.words()));
+        source.push_str(&format!("modified for {}: {}", robot.name, self.words()));
         Ok(changed)
     }
 }

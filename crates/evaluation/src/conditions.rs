@@ -1,19 +1,19 @@
-//! What an episode must bear besides following its clip.
+//! Conditions of an episode besides following its clip.
 
 use lifelike_sim::EnvironmentParameters;
 use lifelike_sim::randomization::Push;
 
-/// The conditions of one episode. The default changes nothing.
+/// Conditions of one episode. The default changes nothing.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Hardship {
-    /// Where it begins (m, world).
-    pub spot: [f64; 2],
-    /// How robot and ground differ from the model.
+pub struct EpisodeConditions {
+    /// Place on the ground where it begins (m, world).
+    pub position: [f64; 2],
+    /// Differences of robot and ground from the model.
     pub parameters: EnvironmentParameters,
     /// Pushes, one after the other.
     pub pushes: Vec<TimedPush>,
-    /// In place of its own clip: stretches of any clips, one after the other, without a transition.
-    pub stretches: Vec<Stretch>,
+    /// In place of its own clip: segments of any clips, one after the other, without a transition.
+    pub segments: Vec<ReferenceSegment>,
 }
 
 /// A push that lasts for some steps.
@@ -23,13 +23,13 @@ pub struct TimedPush {
     pub from: usize,
     /// The first step that it no longer acts in.
     pub until: usize,
-    /// Where and how hard.
+    /// Body and force.
     pub push: Push,
 }
 
-/// Where an episode goes on, and when.
+/// A frame at which the reference goes on, and when.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Stretch {
+pub struct ReferenceSegment {
     /// The step before which it is jumped to.
     pub step: usize,
     /// The frame of the library.

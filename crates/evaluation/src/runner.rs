@@ -1,0 +1,178 @@
+//! A controller on many simulated robots in lockstep, each with a reference of its own.
+
+use lifelike_robot::controller::{History, ObservationScratch, PolicyWorkspace};
+use lifelike_robot::{Alignment, ClipPlayer, Controller, MeasuredState, ReferenceLibrary, ReferenceStream};
+use lifelike_sim::{BatchState, Drive, Ground, Simulation};
+
+use super::conditions::EpisodeConditions;
+use super::error::EvaluationError;
+
+/// End of an episode that is no fall.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Ended {
+    /// The simulated state became non-finite or absurd.
+    Diverged,
+    /// The reference is at the last frame of its clip.
+    ClipOver,
+}
+
+/// One robot at one moment, and the reference that it should be at.
+pub(super) struct Moment<'a> {
+    pub(super) state: &'a BatchState,
+    pub(super) i: usize,
+    pub(super) ground: &'a Ground,
+    /// The present frame of the library.
+    pub(super) frame: usize,
+    pub(super) alignment: Alignment,
+}
+
+/// One robot's run.
+struct Run<'a> {
+    history: History,
+    player: ClipPlayer<&'a ReferenceLibrary>,
+}
+
+/// The robots between two steps.
+pub(super) struct Runner<'a> {
+    controller: &'a Controller,
+    library: &'a ReferenceLibrary,
+    simulation: Box<dyn Simulation>,
+    ground: Ground,
+    runs: Vec<Run<'a>>,
+    scratch: ObservationScratch,
+    work: PolicyWorkspace,
+    /// Observations, outputs and joint targets of all environments, in use or not: the same product each step.
+    rows: Vec<f32>,
+    outputs: Vec<f32>,
+    targets: Vec<f32>,
+}
+
+impl<'a> Runner<'a> {
+    pub(super) fn new(
+        controller: &'a Controller,
+        library: &'a ReferenceLibrary,
+        simulation: Box<dyn Simulation>,
+    ) -> Result<Self, EvaluationError> {
+        let (robot, n) = (controller.robot(), simulation.len());
+        if simulation.robot().layout != robot.layout {
+            return Err(EvaluationError::Mismatch {
+                what: "joints and end effectors of the simulation".into(),
+                expected: format!("those of robot '{}'", robot.name),
+                got: format!("those of '{}'", simulation.robot().name),
+            });
+        }
+        Ok(Self {
+            ground: Ground::of(simulation.as_ref(), robot),
+            runs: Vec::new(),
+            scratch: ObservationScratch::new(controller),
+            work: PolicyWorkspace::batched(),
+            rows: vec![0.0; n * controller.observation().size()],
+            outputs: vec![0.0; n * robot.joints()],
+            targets: controller.actions().default_pose.repeat(n),
+            controller,
+            library,
+            simulation,
+        })
+    }
+
+    /// Begins an episode in each of the first environments: at a frame of the library, in its state, under its conditions.
+    pub(super) fn begin(&mut self, frames: &[usize], conditions: &[EpisodeConditions]) -> Result<(), EvaluationError> {
+        let robot = self.controller.robot();
+        let (nq, nv) = (robot.character.nq, robot.character.nv);
+        let (mut positions, mut velocities) = (vec![0.0; frames.len() * nq], vec![0.0; frames.len() * nv]);
+        self.runs.clear();
+        for (i, (&frame, conditions)) in frames.iter().zip(conditions).enumerate() {
+            let place = conditions.position;
+            let mut history = History::new(robot.joints());
+            let [x, y, _] = self.library.position_at(frame);
+            history.alignment = Alignment { yaw: 0.0, from: [x, y], to: place.map(|p| p as f32) };
+            if !conditions.parameters.joint_offset.is_empty() {
+                history.joint_offset.clone_from(&conditions.parameters.joint_offset);
+            }
+            self.runs.push(Run { history, player: ClipPlayer::new(self.library, frame) });
+            self.simulation.set_parameters(i, conditions.parameters.clone())?;
+            self.simulation.clear_pushes(i);
+            let (q, v) = (&mut positions[i * nq..(i + 1) * nq], &mut velocities[i * nv..(i + 1) * nv]);
+            self.library.write_state(frame, robot, place, self.ground.lift(place), q, v);
+        }
+        let ids: Vec<usize> = (0..frames.len()).collect();
+        self.simulation.reset(&ids, &positions, &velocities)?;
+        for (i, run) in self.runs.iter_mut().enumerate() {
+            let measured = measured(self.simulation.as_ref(), &self.ground, self.controller, i);
+            self.controller.rest(&mut run.history, &measured, &run.player)?;
+        }
+        Ok(())
+    }
+
+    /// From one moment to the next, robot `i` is asked to go on from another frame of the library, laid where it is.
+    pub(super) fn jump(&mut self, i: usize, frame: usize) {
+        let run = &mut self.runs[i];
+        run.player.seek(frame);
+        let there = run.player.present_root();
+        let here = measured(self.simulation.as_ref(), &self.ground, self.controller, i);
+        let place = here.root_position.unwrap_or(there.position);
+        run.history.alignment =
+            Alignment::between(there.position, there.orientation, place, here.root_orientation);
+    }
+
+    /// One step of all robots; only those `in_use` are told what to do, the others keep their targets.
+    pub(super) fn step(&mut self, in_use: impl Fn(usize) -> bool) -> Result<(), EvaluationError> {
+        let (size, joints) = (self.controller.observation().size(), self.controller.robot().joints());
+        for (i, run) in self.runs.iter().enumerate().filter(|(i, _)| in_use(*i)) {
+            let measured = measured(self.simulation.as_ref(), &self.ground, self.controller, i);
+            let row = &mut self.rows[i * size..(i + 1) * size];
+            self.controller.observe(&run.history, &mut self.scratch, &measured, &run.player, row)?;
+        }
+        self.controller.outputs(&mut self.rows, &mut self.work, &mut self.outputs);
+        for (i, run) in self.runs.iter_mut().enumerate().filter(|(i, _)| in_use(*i)) {
+            let columns = i * joints..(i + 1) * joints;
+            let (output, targets) = (&self.outputs[columns.clone()], &mut self.targets[columns]);
+            self.controller.act(&mut run.history, &run.player, output, targets)?;
+            run.player.advance();
+        }
+        self.simulation.step(Drive::Targets(&self.targets))?;
+        Ok(())
+    }
+
+    /// The end of robot `i`'s episode, where the last step brought it.
+    pub(super) fn ended(&self, i: usize) -> Option<Ended> {
+        if self.simulation.state().diverged[i] {
+            Some(Ended::Diverged)
+        } else if self.runs[i].player.is_over() {
+            Some(Ended::ClipOver)
+        } else {
+            None
+        }
+    }
+
+    /// Robot `i` now.
+    pub(super) fn moment(&self, i: usize) -> Moment<'_> {
+        Moment {
+            state: self.simulation.state(),
+            i,
+            ground: &self.ground,
+            frame: self.runs[i].player.frame(),
+            alignment: self.runs[i].history.alignment,
+        }
+    }
+
+    /// The simulation, to disturb it.
+    pub(super) fn simulation_mut(&mut self) -> &mut dyn Simulation {
+        self.simulation.as_mut()
+    }
+}
+
+/// One robot as it is measured: its true state.
+fn measured<'s>(
+    simulation: &'s dyn Simulation,
+    ground: &Ground,
+    controller: &Controller,
+    i: usize,
+) -> MeasuredState<'s> {
+    let measured = simulation.state().measured(i, controller.robot().effectors.len());
+    let height = measured.root_position.map(|[x, y, z]| {
+        let below = ground.height(f64::from(x), f64::from(y));
+        (f64::from(z) - below) as f32
+    });
+    MeasuredState { root_height: height, ..measured }
+}
