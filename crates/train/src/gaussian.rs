@@ -18,8 +18,8 @@ pub fn log_probability(mean: Tensor<2>, log_std: Tensor<1>, action: Tensor<2>) -
 /// The same for numbers that were drawn as `mean + std · noise`.
 pub fn log_probability_of_noise(noise: &[f32], log_std: &[f32]) -> f32 {
     let square: f64 = noise.iter().map(|z| f64::from(*z).powi(2)).sum();
-    let spread: f64 = log_std.iter().map(|l| f64::from(*l)).sum();
-    (-0.5 * square - spread - log_std.len() as f64 * HALF_LOG_2_PI) as f32
+    let scale: f64 = log_std.iter().map(|l| f64::from(*l)).sum();
+    (-0.5 * square - scale - log_std.len() as f64 * HALF_LOG_2_PI) as f32
 }
 
 /// KL(old ‖ new) between diagonal Gaussians, summed over the dimensions.
@@ -33,9 +33,9 @@ pub fn divergence(
     new_log_std: Tensor<1>,
 ) -> Tensor<1> {
     let half_inverse = new_log_std.clone().mul_scalar(-2.0).exp().mul_scalar(0.5);
-    let spread = old_log_std.clone().mul_scalar(2.0).exp() * half_inverse.clone() + new_log_std - old_log_std - 0.5;
+    let scale = old_log_std.clone().mul_scalar(2.0).exp() * half_inverse.clone() + new_log_std - old_log_std - 0.5;
     let shift = (old_mean - new_mean).square() * half_inverse.unsqueeze::<2>();
-    shift.sum_dim(1).squeeze_dim::<1>(1) + spread.sum()
+    shift.sum_dim(1).squeeze_dim::<1>(1) + scale.sum()
 }
 
 /// Differential entropy, summed over the dimensions: a scalar tensor.

@@ -17,31 +17,32 @@ pub struct Surrogate {
 /// Where the clipped branch is the smaller one, the ratio has no say: no derivative.
 ///
 /// # Shapes
-/// `means`, `actions`: `[B, J]`; `log_std`: `[J]`; `old` (log-probabilities when the actions were drawn), `gains`: `[B]`.
-pub fn surrogate(means: &[f32], log_std: &[f32], actions: &[f32], old: &[f32], gains: &[f32], clip: f32) -> Surrogate {
+/// `means`, `actions`: `[B, J]`; `log_std`: `[J]`; `old` (log-probabilities when the actions were drawn), `advantages`:
+/// `[B]`.
+pub fn surrogate(means: &[f32], log_std: &[f32], actions: &[f32], old: &[f32], advantages: &[f32], clip: f32) -> Surrogate {
     let joints = log_std.len();
-    let batch = gains.len() as f32;
+    let batch = advantages.len() as f32;
     let inverse: Vec<f32> = log_std.iter().map(|l| (-l).exp()).collect();
     let mut out = Surrogate { value: 0.0, by_mean: vec![0.0; means.len()], by_log_std: vec![0.0; joints] };
     let mut z = vec![0.0; joints];
-    for i in 0..gains.len() {
+    for i in 0..advantages.len() {
         let row = i * joints..(i + 1) * joints;
         for (((z, a), m), s) in z.iter_mut().zip(&actions[row.clone()]).zip(&means[row.clone()]).zip(&inverse) {
             *z = (a - m) * s;
         }
         let ratio = (super::gaussian::log_probability_of_noise(&z, log_std) - old[i]).exp();
-        let (free, clipped) = (ratio * gains[i], ratio.clamp(1.0 - clip, 1.0 + clip) * gains[i]);
+        let (free, clipped) = (ratio * advantages[i], ratio.clamp(1.0 - clip, 1.0 + clip) * advantages[i]);
         out.value += f64::from(free.min(clipped) / batch);
         if clipped < free {
             continue;
         }
         // d(−r A)/d log p = −r A; d log p/dμ = z/σ, d log p/d log σ = z² − 1.
-        let slope = -free / batch;
+        let gradient = -free / batch;
         for (((by_mean, z), s), by_log_std) in
             out.by_mean[row].iter_mut().zip(&z).zip(&inverse).zip(&mut out.by_log_std)
         {
-            *by_mean = slope * z * s;
-            *by_log_std += slope * (z * z - 1.0);
+            *by_mean = gradient * z * s;
+            *by_log_std += gradient * (z * z - 1.0);
         }
     }
     out
@@ -69,7 +70,7 @@ mod tests {
         let wave = |i: usize, k: f32| (i as f32 * k).sin();
         let means: Vec<f32> = (0..batch * joints).map(|i| wave(i, 1.3)).collect();
         let actions: Vec<f32> = (0..batch * joints).map(|i| wave(i, 1.3) + 0.5 * wave(i, 2.1)).collect();
-        let gains: Vec<f32> = (0..batch).map(|i| wave(i, 0.7)).collect();
+        let advantages: Vec<f32> = (0..batch).map(|i| wave(i, 0.7)).collect();
         let log_std = vec![-0.5, 0.1, -1.0];
         let d = device::training();
         let m = rows(means.clone(), joints, &d).require_grad();
@@ -83,15 +84,15 @@ mod tests {
             .map(|(i, p)| p + 0.4 * wave(i, 1.9))
             .collect();
         let ratio = (p - column(old.clone(), &d)).exp();
-        let gain = column(gains.clone(), &d);
-        let clipped = ratio.clone().clamp(0.8, 1.2) * gain.clone();
-        let value = (ratio * gain).min_pair(clipped).mean();
+        let advantage = column(advantages.clone(), &d);
+        let clipped = ratio.clone().clamp(0.8, 1.2) * advantage.clone();
+        let value = (ratio * advantage).min_pair(clipped).mean();
         let expected = read(value.clone().without_autodiff()).unwrap()[0];
         let mut recorded = value.neg().backward();
         let by_mean = read(m.grad_remove(&mut recorded).unwrap()).unwrap();
         let by_log_std = read(l.grad_remove(&mut recorded).unwrap()).unwrap();
 
-        let got = surrogate(&means, &log_std, &actions, &old, &gains, 0.2);
+        let got = surrogate(&means, &log_std, &actions, &old, &advantages, 0.2);
         assert!((got.value - f64::from(expected)).abs() < 1e-6);
         assert!(by_mean.contains(&0.0) && by_mean.iter().any(|x| *x != 0.0), "both branches are met");
         for (a, b) in got.by_mean.iter().zip(&by_mean).chain(got.by_log_std.iter().zip(&by_log_std)) {
@@ -101,7 +102,7 @@ mod tests {
 
     #[test]
     fn squared_error_by_hand() {
-        let (loss, slope) = squared_error(&[1.0, 3.0], &[0.0, 5.0]);
-        assert_eq!((loss, slope), (1.25, vec![0.5, -1.0]));
+        let (loss, gradient) = squared_error(&[1.0, 3.0], &[0.0, 5.0]);
+        assert_eq!((loss, gradient), (1.25, vec![0.5, -1.0]));
     }
 }

@@ -27,7 +27,7 @@ pub struct ActorSize<'a> {
     pub outputs: usize,
 }
 
-/// The policy: the mean from a network, the spread a parameter of its own.
+/// The policy: the mean from a network, the standard deviation a parameter of its own.
 ///
 /// With an encoder, the window of the reference reaches that network as a code of length one (as in CALM, Tessler et al.
 /// 2023), and encoder and policy learn together from the reward: the end-to-end codes of Table 4.2.
@@ -70,7 +70,7 @@ impl Actor {
     /// Mean of the outputs: rows `[B, O]` → `[B, J]`.
     ///
     /// # Errors
-    /// The device does not hand out its numbers.
+    /// Tensor data could not be read from the device.
     pub fn means(&self, observations: Vec<f32>) -> Result<Vec<f32>, TrainError> {
         Ok(self.forward(observations)?.0)
     }
@@ -78,7 +78,7 @@ impl Actor {
     /// The same, with what [`Self::backward`] needs.
     ///
     /// # Errors
-    /// The device does not hand out its numbers.
+    /// Tensor data could not be read from the device.
     pub fn forward(&self, observations: Vec<f32>) -> Result<(Vec<f32>, ActorPass), TrainError> {
         let Some(encoder) = &self.encoder else {
             let (means, mean) = forward(&self.mean, observations)?;
@@ -99,23 +99,23 @@ impl Actor {
         Ok((means, ActorPass { mean, encoder: Some(Encoding { pass, codes, lengths }) }))
     }
 
-    /// Gradients of both networks by name; `slope` is the loss's derivative by each mean, `[B, J]`.
+    /// Gradients of both networks by name; `by_mean` is the loss's derivative by each mean, `[B, J]`.
     ///
     /// # Errors
-    /// The device does not hand out its numbers.
-    pub fn backward(&self, pass: ActorPass, slope: Vec<f32>) -> Result<Gradients, TrainError> {
+    /// Tensor data could not be read from the device.
+    pub fn backward(&self, pass: ActorPass, by_mean: Vec<f32>) -> Result<Gradients, TrainError> {
         let (Some(encoder), Some(encoding)) = (&self.encoder, pass.encoder) else {
-            return Ok(backward(&self.mean, pass.mean, slope, "mean")?);
+            return Ok(backward(&self.mean, pass.mean, by_mean, "mean")?);
         };
-        let (mut gradients, by_row) = backward_through(&self.mean, pass.mean, slope, "mean")?;
+        let (mut gradients, by_row) = backward_through(&self.mean, pass.mean, by_mean, "mean")?;
         let (inputs, code) = (self.mean.inputs(), encoder.outputs());
         let mut by_code = Vec::with_capacity(encoding.codes.len());
         let codes = encoding.codes.chunks_exact(code).zip(encoding.lengths);
         for (row, (z, length)) in by_row.chunks_exact(inputs).zip(codes) {
             // z = e / |e|: what points along z changes nothing.
-            let slope = &row[inputs - code..];
-            let along: f32 = z.iter().zip(slope).map(|(z, s)| z * s).sum();
-            by_code.extend(z.iter().zip(slope).map(|(z, s)| (s - along * z) / length));
+            let gradient = &row[inputs - code..];
+            let along: f32 = z.iter().zip(gradient).map(|(z, s)| z * s).sum();
+            by_code.extend(z.iter().zip(gradient).map(|(z, s)| (s - along * z) / length));
         }
         gradients.extend(backward(encoder, encoding.pass, by_code, "encoder")?);
         Ok(gradients)
@@ -124,7 +124,7 @@ impl Actor {
     /// Codes of length one of normalised windows, `[B, window]` → `[B, code]`; none without an encoder.
     ///
     /// # Errors
-    /// The device does not hand out its numbers.
+    /// Tensor data could not be read from the device.
     pub fn codes(&self, windows: Vec<f32>) -> Result<Vec<f32>, TrainError> {
         let Some(encoder) = &self.encoder else { return Ok(Vec::new()) };
         let (mut codes, _) = forward(encoder, windows)?;
@@ -142,7 +142,7 @@ impl Actor {
     /// Logarithm of the standard deviations, `[J]`.
     ///
     /// # Errors
-    /// The device does not hand out its numbers.
+    /// Tensor data could not be read from the device.
     pub fn log_std(&self) -> Result<Vec<f32>, TrainError> {
         Ok(read(self.log_std.val())?)
     }
@@ -155,7 +155,7 @@ impl Actor {
     }
 }
 
-/// Brings a code to length one; the length that it had (never nought).
+/// Brings a code to length one; the length that it had (never zero).
 fn normalise(code: &mut [f32]) -> f32 {
     let length = code.iter().map(|z| z * z).sum::<f32>().sqrt().max(1e-6);
     code.iter_mut().for_each(|z| *z /= length);
@@ -184,7 +184,7 @@ impl Critic {
     /// Rows `[B, P]` → `[B]`.
     ///
     /// # Errors
-    /// The device does not hand out its numbers.
+    /// Tensor data could not be read from the device.
     pub fn values(&self, observations: Vec<f32>) -> Result<Vec<f32>, TrainError> {
         Ok(forward(&self.value, observations)?.0)
     }
@@ -214,21 +214,21 @@ mod tests {
     fn gradients_through_policy_and_encoder_are_those_of_automatic_differentiation() {
         let actor = Actor::init(SIZE, 0.4, 3, &device::training());
         let values: Vec<f32> = (0..3 * 9).map(|i| ((i * 7) % 11) as f32 * 0.3 - 1.5).collect();
-        let slope = vec![1.0, -2.0, 30.0, 0.5, 10.0, -20.0];
+        let gradient = vec![1.0, -2.0, 30.0, 0.5, 10.0, -20.0];
 
         let whole = rows(values.clone(), 9, &device::training());
         let encoded = actor.encoder.as_ref().unwrap().forward(whole.clone().slice([0..3, 3..9]));
         let length = encoded.clone().square().sum_dim(1).sqrt();
         let input = Tensor::cat(vec![whole.slice([0..3, 0..3]), encoded / length], 1);
         let means = actor.mean.forward(input);
-        let loss = (means.clone() * rows(slope.clone(), 2, &device::training())).sum();
+        let loss = (means.clone() * rows(gradient.clone(), 2, &device::training())).sum();
         let expected = Gradients::of(&actor, loss.backward());
 
         let (got_means, pass) = actor.forward(values).unwrap();
         for (a, b) in got_means.iter().zip(read(means.without_autodiff()).unwrap()) {
             assert!((a - b).abs() < 1e-5, "{a} {b}");
         }
-        let got = actor.backward(pass, slope).unwrap();
+        let got = actor.backward(pass, gradient).unwrap();
         assert_eq!(got.names().collect::<Vec<_>>(), expected.names().collect::<Vec<_>>());
         for name in expected.names() {
             let (a, b) = (got.get(name).unwrap().clone(), expected.get(name).unwrap().clone().without_autodiff());

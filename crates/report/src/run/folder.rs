@@ -8,6 +8,7 @@ use serde::de::DeserializeOwned;
 
 use super::checkpoints::Checkpoints;
 use super::metrics::{MetricsRow, MetricsWriter, read_metrics};
+use super::snapshots::SnapshotWriter;
 use crate::ReportError;
 use crate::atomic::write_atomically;
 
@@ -101,6 +102,14 @@ impl RunFolder {
         MetricsWriter::append(&path, &self.timing_path(), &self.path, next_iteration)
     }
 
+    /// Continues the snapshots of a run from a checkpoint, as [`Self::resume_metrics`] does; from 0 for a new run.
+    ///
+    /// # Errors
+    /// [`ReportError::Format`] when the file is shorter than the checkpoint says: it is not the file of that run.
+    pub fn resume_snapshots(&self, position: u64) -> Result<SnapshotWriter, ReportError> {
+        SnapshotWriter::resume(&self.snapshots_path(), position)
+    }
+
     /// All metrics so far; none when nothing was logged yet.
     ///
     /// # Errors
@@ -133,6 +142,11 @@ impl RunFolder {
     /// `metrics.jsonl`.
     pub fn metrics_path(&self) -> PathBuf {
         self.path.join("metrics.jsonl")
+    }
+
+    /// `snapshots.jsonl`.
+    pub fn snapshots_path(&self) -> PathBuf {
+        self.path.join("snapshots.jsonl")
     }
 
     /// `timing.jsonl`.

@@ -3,7 +3,8 @@
 //! | file | what |
 //! | --- | --- |
 //! | `plan.toml` | the resolved plan: every default and override spelled out |
-//! | `metrics.jsonl` | one JSON object per iteration, deterministic: equal runs give equal bytes |
+//! | `metrics.jsonl` | one JSON object per logged iteration, deterministic: equal runs give equal bytes |
+//! | `snapshots.jsonl` | values of many items (clips) at a few iterations, deterministic too |
 //! | `timing.jsonl` | what the clock says; differs from run to run, hence apart |
 //! | `events.out.tfevents.*` | the same numbers for TensorBoard |
 //! | `checkpoints/` | the last few and the best |
@@ -18,8 +19,10 @@ mod checkpoints;
 mod events;
 mod folder;
 mod metrics;
+mod snapshots;
 
 pub use checkpoints::{CheckpointInfo, Checkpoints};
 pub use events::EventWriter;
 pub use folder::RunFolder;
 pub use metrics::{MetricsRow, MetricsWriter, read_metrics};
+pub use snapshots::{Snapshot, SnapshotWriter};

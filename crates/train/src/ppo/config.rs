@@ -1,7 +1,6 @@
-//! Settings of the algorithm.
+//! Settings of the algorithm and sizes of its networks, as plans have them.
 
-use crate::TrackerError;
-use lifelike_train::limits::{range, whole};
+use crate::limits::{PlanError, range, whole};
 
 /// Proximal policy optimization (Schulman et al. 2017).
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -65,11 +64,11 @@ impl Default for PpoSpec {
 }
 
 impl PpoSpec {
-    /// Whether every value is in its range.
+    /// Checks that every value is in its range.
     ///
     /// # Errors
-    /// [`TrackerError::Plan`] with the key, the range and the value.
-    pub fn check(&self) -> Result<(), TrackerError> {
+    /// The key, the range and the value.
+    pub fn check(&self) -> Result<(), PlanError> {
         let p = self;
         whole("ppo.environments", p.environments as u64, 1, 1 << 20)?;
         whole("ppo.steps", p.steps as u64, 1, 4096)?;
@@ -87,6 +86,51 @@ impl PpoSpec {
         range("ppo.gradient_norm", p.gradient_norm, 1e-6, 1e6)?;
         range("ppo.std_bounds[0]", p.std_bounds[0], 1e-6, 100.0)?;
         range("ppo.std_bounds[1]", p.std_bounds[1], p.std_bounds[0], 100.0)?;
-        Ok(range("ppo.initial_std", p.initial_std, p.std_bounds[0], p.std_bounds[1])?)
+        range("ppo.initial_std", p.initial_std, p.std_bounds[0], p.std_bounds[1])
+    }
+}
+
+/// Sizes of the ELU networks.
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct NetworkSpec {
+    /// Hidden layers of the policy.
+    pub actor: Vec<usize>,
+    /// Hidden layers of the value function.
+    pub critic: Vec<usize>,
+    /// Hidden layers of an encoder of the observation's window ([`crate::VectorEnvironment::window_size`]), trained with the
+    /// policy.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub encoder: Vec<usize>,
+    /// Size of its code.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub code: usize,
+}
+
+#[allow(clippy::trivially_copy_pass_by_ref)] // serde hands out a reference
+fn is_zero(n: &usize) -> bool {
+    *n == 0
+}
+
+impl Default for NetworkSpec {
+    fn default() -> Self {
+        Self { actor: vec![256, 128], critic: vec![256, 128], encoder: Vec::new(), code: 0 }
+    }
+}
+
+impl NetworkSpec {
+    /// Checks that every size is in its range.
+    ///
+    /// # Errors
+    /// The key, the range and the value.
+    pub fn check(&self) -> Result<(), PlanError> {
+        let networks =
+            [("network.actor", &self.actor), ("network.critic", &self.critic), ("network.encoder", &self.encoder)];
+        for (key, layers) in networks {
+            for width in layers {
+                whole(key, *width as u64, 1, 1 << 16)?;
+            }
+        }
+        whole("network.code", self.code as u64, 0, 1 << 16)
     }
 }

@@ -7,10 +7,10 @@ use lifelike_checkpoint::rng::stream;
 use lifelike_nn::normalizer::RunningNormalizer;
 use rand_distr::{Distribution, StandardNormal};
 
-use crate::TrackerError;
-use crate::environment::{Environment, Outcome};
-use lifelike_train::gaussian::log_probability_of_noise;
-use lifelike_train::networks::Actor;
+use crate::TrainError;
+use crate::environment::{StepOutcome, VectorEnvironment};
+use crate::gaussian::log_probability_of_noise;
+use crate::networks::Actor;
 
 /// One rollout, `[steps · environments]` rows, observations normalised.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -32,16 +32,16 @@ pub struct Rollout {
     pub truncated: Vec<bool>,
 }
 
-/// What was seen while a rollout was collected, and how long the environments took (s).
-pub struct Seen {
+/// Moments of the observations met while a rollout was collected, and the time that the environments took (s).
+pub struct ObservationStatistics {
     pub actor: RunningNormalizer,
     pub critic: RunningNormalizer,
     pub stepping: f64,
 }
 
-/// What acts while a rollout is collected; nothing of it changes meanwhile.
+/// The policy that acts while a rollout is collected; nothing of it changes meanwhile.
 #[derive(Debug, Clone)]
-pub struct Acting {
+pub struct RolloutCollector {
     pub actor: Actor,
     pub actor_normalizer: RunningNormalizer,
     pub critic_normalizer: RunningNormalizer,
@@ -49,26 +49,30 @@ pub struct Acting {
     pub steps: usize,
 }
 
-impl Acting {
-    /// The policy acts. Normalizers stay as they are; what was seen is for later ones.
-    pub fn collect(&self, environment: &mut Environment, iteration: u64) -> Result<(Rollout, Seen), TrackerError> {
-        let n = environment.len();
+impl RolloutCollector {
+    /// Lets the policy act. Normalizers stay as they are; the statistics are for later ones.
+    pub fn collect<E: VectorEnvironment>(
+        &self,
+        environment: &mut E,
+        iteration: u64,
+    ) -> Result<(Rollout, ObservationStatistics), E::Error> {
+        let n = environment.environments();
         let log_std = self.actor.log_std()?;
         let std: Vec<f32> = log_std.iter().map(|l| l.exp()).collect();
         let address = |i| environment.address(i);
         let mut streams: Vec<_> = (0..n).map(|i| stream(self.seed, "action", address(i), iteration)).collect();
-        let mut seen = Seen {
-            actor: RunningNormalizer::new(environment.actor_size()),
-            critic: RunningNormalizer::new(environment.critic_size()),
+        let mut seen = ObservationStatistics {
+            actor: RunningNormalizer::new(environment.observation_size()),
+            critic: RunningNormalizer::new(environment.critic_observation_size()),
             stepping: 0.0,
         };
         let mut rollout = Rollout { environments: n, log_std: log_std.clone(), ..Rollout::default() };
-        let mut outcome = Outcome::default();
+        let mut outcome = StepOutcome::default();
         let mut noise = vec![0.0_f32; n * std.len()];
         for _ in 0..self.steps {
-            seen.actor.update(environment.actor_rows());
-            seen.critic.update(environment.critic_rows());
-            let mut observations = environment.actor_rows().to_vec();
+            seen.actor.update(environment.observations());
+            seen.critic.update(environment.critic_observations());
+            let mut observations = environment.observations().to_vec();
             self.actor_normalizer.normalize(&mut observations);
             self.put_critic_rows(environment, &mut rollout);
             rollout.actor_rows.extend_from_slice(&observations);
@@ -77,8 +81,8 @@ impl Acting {
                 noise.iter_mut().for_each(|z| *z = StandardNormal.sample(stream));
                 rollout.log_probabilities.push(log_probability_of_noise(noise, &log_std));
             }
-            let spread = std.iter().cycle();
-            let actions: Vec<f32> = means.iter().zip(&noise).zip(spread).map(|((m, z), s)| m + z * s).collect();
+            let std = std.iter().cycle();
+            let actions: Vec<f32> = means.iter().zip(&noise).zip(std).map(|((m, z), s)| m + z * s).collect();
             let stepping = Instant::now();
             environment.step(&actions, &mut outcome)?;
             seen.stepping += stepping.elapsed().as_secs_f64();
@@ -87,7 +91,7 @@ impl Acting {
                 .final_steps
                 .extend(outcome.truncated.iter().enumerate().filter(|(_, t)| **t).map(|(i, _)| first + i));
             let start = rollout.final_rows.len();
-            rollout.final_rows.extend_from_slice(&outcome.final_critic_rows);
+            rollout.final_rows.extend_from_slice(&outcome.final_critic_observations);
             self.critic_normalizer.normalize(&mut rollout.final_rows[start..]);
             rollout.means.extend(means);
             rollout.actions.extend(actions);
@@ -99,9 +103,9 @@ impl Acting {
         Ok((rollout, seen))
     }
 
-    fn put_critic_rows(&self, environment: &Environment, rollout: &mut Rollout) {
+    fn put_critic_rows<E: VectorEnvironment>(&self, environment: &E, rollout: &mut Rollout) {
         let start = rollout.critic_rows.len();
-        rollout.critic_rows.extend_from_slice(environment.critic_rows());
+        rollout.critic_rows.extend_from_slice(environment.critic_observations());
         self.critic_normalizer.normalize(&mut rollout.critic_rows[start..]);
     }
 }
@@ -121,7 +125,7 @@ impl Rollout {
     ///
     /// # Errors
     /// Two entries of one name.
-    pub fn save_into(&self, checkpoint: &mut Checkpoint, prefix: &str) -> Result<(), TrackerError> {
+    pub fn save_into(&self, checkpoint: &mut Checkpoint, prefix: &str) -> Result<(), TrainError> {
         let flags = |values: &[bool]| values.iter().map(|b| u64::from(*b)).collect::<Vec<_>>();
         let whole = [
             ("environments", vec![self.environments as u64]),
@@ -151,16 +155,16 @@ impl Rollout {
     ///
     /// # Errors
     /// Only parts of it are there.
-    pub fn load(checkpoint: &Checkpoint, prefix: &str) -> Result<Option<Self>, TrackerError> {
+    pub fn load(checkpoint: &Checkpoint, prefix: &str) -> Result<Option<Self>, TrainError> {
         let key = |name: &str| format!("{prefix}.{name}");
         if !checkpoint.contains(&key("environments")) {
             return Ok(None);
         }
-        let numbers = |name: &str| -> Result<Vec<f32>, TrackerError> {
+        let numbers = |name: &str| -> Result<Vec<f32>, TrainError> {
             let shape = checkpoint.entry(&key(name))?.shape().to_vec();
             Ok(checkpoint.f32s(&key(name), &shape)?)
         };
-        let whole = |name: &str| -> Result<Vec<u64>, TrackerError> {
+        let whole = |name: &str| -> Result<Vec<u64>, TrainError> {
             let shape = checkpoint.entry(&key(name))?.shape().to_vec();
             Ok(checkpoint.u64s(&key(name), &shape)?)
         };

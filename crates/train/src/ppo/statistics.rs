@@ -1,6 +1,6 @@
 //! Moments over all samples, in whichever process they are.
 
-use lifelike_train::collective::Collective;
+use crate::collective::Collective;
 
 /// Mean of numbers.
 pub fn mean(values: &[f32]) -> f64 {
@@ -35,7 +35,7 @@ pub fn explained_variance(returns: &[f32], values: &[f32]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use lifelike_train::collective::Alone;
+    use crate::collective::Alone;
 
     #[test]
     fn explained_variance_is_one_for_the_truth_and_zero_for_a_constant() {

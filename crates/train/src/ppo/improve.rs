@@ -9,36 +9,36 @@ use lifelike_nn::gradients::Gradients;
 use lifelike_nn::numbers::read;
 use rand::seq::SliceRandom;
 
+use super::config::PpoSpec;
 use super::rollout::Rollout;
 use super::statistics::mean;
-use crate::TrackerError;
-use crate::plan::PpoSpec;
-use lifelike_train::collective::Collective;
-use lifelike_train::gaussian::divergence;
-use lifelike_train::losses::{squared_error, surrogate};
-use lifelike_train::networks::{Actor, Critic, column, rows};
+use crate::TrainError;
+use crate::collective::Collective;
+use crate::gaussian::divergence;
+use crate::losses::{squared_error, surrogate};
+use crate::networks::{Actor, Critic, column, rows};
 
 /// Rows on which the KL divergence is measured after each epoch.
 const DIVERGENCE_ROWS: usize = 2048;
 /// An iteration's epochs end early when the divergence exceeds the target this many times.
 const STOP: f64 = 4.0;
 
-/// What both need to know.
+/// The common part of both: settings, experience, and the addresses of the order of samples.
 #[derive(Clone, Copy)]
 pub struct Job<'a> {
     pub spec: &'a PpoSpec,
     pub rollout: &'a Rollout,
-    pub all: &'a dyn Collective,
+    pub collective: &'a dyn Collective,
     pub seed: u64,
     pub iteration: u64,
 }
 
-/// What improving the policy gave.
+/// Result of the epochs of the policy.
 pub struct PolicyReport {
     pub surrogate: f64,
     pub divergence: f64,
     pub gradient_norm: f64,
-    pub rate: f64,
+    pub learning_rate: f64,
     pub skipped: u64,
 }
 
@@ -48,14 +48,14 @@ impl Job<'_> {
         &self,
         actor: &mut Actor,
         adam: &mut Adam,
-        mut rate: f64,
-        gains: &[f32],
-    ) -> Result<PolicyReport, TrackerError> {
+        mut learning_rate: f64,
+        advantages: &[f32],
+    ) -> Result<PolicyReport, TrainError> {
         let (spec, rollout, device) = (self.spec, self.rollout, actor.device());
-        let samples = gains.len();
+        let samples = advantages.len();
         let (width, joints) = (rollout.actor_rows.len() / samples, rollout.log_std.len());
         let probe: Vec<usize> = (0..samples).step_by(samples.div_ceil(DIVERGENCE_ROWS)).collect();
-        let mut report = PolicyReport { surrogate: 0.0, divergence: 0.0, gradient_norm: 0.0, rate, skipped: 0 };
+        let mut report = PolicyReport { surrogate: 0.0, divergence: 0.0, gradient_norm: 0.0, learning_rate, skipped: 0 };
         let mut batches = 0.0;
         for epoch in 0..spec.epochs {
             for batch in self.order(epoch).chunks(spec.minibatch) {
@@ -65,40 +65,40 @@ impl Job<'_> {
                     &actor.log_std()?,
                     &gather(&rollout.actions, joints, batch),
                     &gather(&rollout.log_probabilities, 1, batch),
-                    &gather(gains, 1, batch),
+                    &gather(advantages, 1, batch),
                     spec.clip as f32,
                 );
                 // The entropy of a Gaussian grows by one with each log standard deviation.
-                objective.by_log_std.iter_mut().for_each(|slope| *slope -= spec.entropy as f32);
+                objective.by_log_std.iter_mut().for_each(|gradient| *gradient -= spec.entropy as f32);
                 let mut gradients = actor.backward(pass, objective.by_mean)?;
                 gradients.insert("log_std".into(), column(objective.by_log_std, &device));
                 report.surrogate += objective.value;
                 batches += 1.0;
-                match self.descend(actor, adam, gradients, rate)? {
+                match self.descend(actor, adam, gradients, learning_rate)? {
                     Some(norm) => report.gradient_norm += norm,
                     None => report.skipped += 1,
                 }
                 *actor = actor.clone().bounded(spec.std_bounds);
             }
-            report.divergence = self.all.mean(self.measure(actor, &probe, width)?);
+            report.divergence = self.collective.mean(self.measure(actor, &probe, width)?);
             let last = epoch + 1 == spec.epochs;
             if report.divergence > 2.0 * spec.target_divergence {
-                rate = (rate / 1.5).max(spec.learning_rate_bounds[0]);
+                learning_rate = (learning_rate / 1.5).max(spec.learning_rate_bounds[0]);
             } else if last && report.divergence < 0.5 * spec.target_divergence {
-                rate = (rate * 1.5).min(spec.learning_rate_bounds[1]);
+                learning_rate = (learning_rate * 1.5).min(spec.learning_rate_bounds[1]);
             }
             if report.divergence > STOP * spec.target_divergence {
                 break;
             }
         }
-        report.surrogate = self.all.mean(report.surrogate / batches);
+        report.surrogate = self.collective.mean(report.surrogate / batches);
         report.gradient_norm /= batches;
-        report.rate = rate;
+        report.learning_rate = learning_rate;
         Ok(report)
     }
 
     /// KL(old ‖ new) on some rows of the rollout.
-    fn measure(&self, actor: &Actor, probe: &[usize], width: usize) -> Result<f64, TrackerError> {
+    fn measure(&self, actor: &Actor, probe: &[usize], width: usize) -> Result<f64, TrainError> {
         let (rollout, device) = (self.rollout, device::inference());
         let joints = rollout.log_std.len();
         let means = rows(actor.means(gather(&rollout.actor_rows, width, probe))?, joints, &device);
@@ -109,7 +109,7 @@ impl Job<'_> {
     }
 
     /// The epochs of the value function: its mean loss, and the steps that were left out.
-    pub fn fit_value(&self, critic: &mut Critic, adam: &mut Adam, targets: &[f32]) -> Result<(f64, u64), TrackerError> {
+    pub fn fit_value(&self, critic: &mut Critic, adam: &mut Adam, targets: &[f32]) -> Result<(f64, u64), TrainError> {
         let spec = self.spec;
         let width = self.rollout.critic_width();
         let (mut sum, mut batches, mut skipped) = (0.0, 0.0, 0);
@@ -117,8 +117,8 @@ impl Job<'_> {
             for batch in self.order(epoch).chunks(spec.minibatch) {
                 let rows = gather(&self.rollout.critic_rows, width, batch);
                 let (values, pass) = forward(critic.network(), rows)?;
-                let (loss, slope) = squared_error(&values, &gather(targets, 1, batch));
-                let gradients = backward(critic.network(), pass, slope, "value")?;
+                let (loss, gradient) = squared_error(&values, &gather(targets, 1, batch));
+                let gradients = backward(critic.network(), pass, gradient, "value")?;
                 sum += loss;
                 batches += 1.0;
                 if self.descend(critic, adam, gradients, spec.critic_learning_rate)?.is_none() {
@@ -126,7 +126,7 @@ impl Job<'_> {
                 }
             }
         }
-        Ok((self.all.mean(sum / batches), skipped))
+        Ok((self.collective.mean(sum / batches), skipped))
     }
 
     /// One gradient step; the norm of the gradient, or `None` when it was not finite and nothing was changed.
@@ -135,13 +135,13 @@ impl Job<'_> {
         module: &mut M,
         adam: &mut Adam,
         mut gradients: Gradients,
-        rate: f64,
-    ) -> Result<Option<f64>, TrackerError> {
-        let processes = self.all.size();
+        learning_rate: f64,
+    ) -> Result<Option<f64>, TrainError> {
+        let processes = self.collective.size();
         if processes > 1 {
             let share = 1.0 / processes as f32;
             gradients.rewrite(|values| {
-                self.all.sum(values);
+                self.collective.sum(values);
                 values.iter_mut().for_each(|x| *x *= share);
             })?;
         }
@@ -149,7 +149,7 @@ impl Job<'_> {
         if !norm.is_finite() {
             return Ok(None);
         }
-        *module = adam.step(module.clone(), gradients, rate);
+        *module = adam.step(module.clone(), gradients, learning_rate);
         Ok(Some(norm))
     }
 

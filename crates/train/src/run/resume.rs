@@ -1,0 +1,137 @@
+//! Going on with a run: which checkpoint, by which right, and from where in its files.
+
+use std::collections::BTreeMap;
+
+use lifelike_checkpoint::Checkpoint;
+use lifelike_report::run::{Checkpoints, RunFolder, read_metrics};
+
+use super::log::WALL_TIME;
+use crate::TrainError;
+use crate::collective::Collective;
+use crate::task::TrainingTask;
+
+const POSITION: &str = "run.position";
+const PROCESSES: &str = "run.processes";
+const IDENTITY: &str = "run.identity";
+
+/// The checkpoint of motion priors in earlier versions, which kept one file and no position in the metrics.
+const OLD_FILE: &str = "checkpoint.safetensors";
+
+/// Lengths of the files that grow with a run, when a checkpoint was made (bytes).
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Position {
+    pub metrics: u64,
+    pub snapshots: u64,
+}
+
+impl Position {
+    /// Reads the position from a checkpoint of this or an earlier version.
+    fn read(checkpoint: &Checkpoint) -> Result<Self, TrainError> {
+        if checkpoint.contains(POSITION) {
+            let [metrics, snapshots] = checkpoint.u64s(POSITION, &[2])?[..] else { return Ok(Self::default()) };
+            return Ok(Self { metrics, snapshots });
+        }
+        // Earlier versions: trackers had it as the third of their counters, sequence autoencoders by itself.
+        let metrics = if checkpoint.contains("run.counters") {
+            checkpoint.u64s("run.counters", &[3])?[2]
+        } else {
+            checkpoint.u64s("metrics", &[1])?[0]
+        };
+        Ok(Self { metrics, snapshots: 0 })
+    }
+
+    /// Writes it, with what a resumed run is checked against.
+    pub fn write(
+        self,
+        checkpoint: &mut Checkpoint,
+        identity: &[(&'static str, String)],
+        processes: usize,
+    ) -> Result<(), TrainError> {
+        checkpoint.put_u64(POSITION, &[2], vec![self.metrics, self.snapshots])?;
+        checkpoint.put_u64(PROCESSES, &[1], vec![processes as u64])?;
+        let identity: BTreeMap<&str, &String> = identity.iter().map(|(name, text)| (*name, text)).collect();
+        Ok(checkpoint.set_meta(IDENTITY, &identity)?)
+    }
+}
+
+/// Finds the checkpoint to go on from: the latest that every process has. A kill may have come when only some had saved.
+pub fn latest_of_all(
+    folder: &RunFolder,
+    checkpoints: &Checkpoints,
+    collective: &dyn Collective,
+) -> Result<Option<Checkpoint>, TrainError> {
+    let own = checkpoints.latest();
+    let found = if collective.size() == 1 {
+        own
+    } else {
+        let own = own.map_or(0, |(info, _)| info.iteration);
+        let least = collective.gather(own as f64).into_iter().fold(f64::INFINITY, f64::min) as u64;
+        match checkpoints.list().into_iter().find(|info| info.iteration == least) {
+            _ if least == 0 => None,
+            Some(info) => Some((info.clone(), checkpoints.read(&info)?)),
+            None => {
+                return Err(TrainError::Mismatch {
+                    what: format!("checkpoints of process {}", collective.rank()),
+                    expected: format!("one of iteration {least}, the latest that another process has"),
+                    got: format!("up to {own}, but not that one"),
+                });
+            }
+        }
+    };
+    match found {
+        Some((info, bytes)) => Ok(Some(Checkpoint::from_bytes(&bytes, &checkpoints.path(info.iteration))?)),
+        None if folder.path().join(OLD_FILE).is_file() => Err(TrainError::Mismatch {
+            what: folder.path().display().to_string(),
+            expected: "a run with its checkpoints in the folder checkpoints/".into(),
+            got: format!("{OLD_FILE}, as an earlier version kept it (begin the run anew in another folder)"),
+        }),
+        None => Ok(None),
+    }
+}
+
+/// Restores a task, and returns where its files stood.
+pub fn restore<T: TrainingTask>(task: &mut T, checkpoint: &Checkpoint, size: usize) -> Result<Position, T::Error> {
+    task.restore(checkpoint)?;
+    check(checkpoint, &task.identity(), size)?;
+    Ok(Position::read(checkpoint)?)
+}
+
+/// Checks that a checkpoint is of the same plan, data and number of processes.
+fn check(checkpoint: &Checkpoint, identity: &[(&'static str, String)], size: usize) -> Result<(), TrainError> {
+    let origin = checkpoint.origin();
+    // A checkpoint from before there were processes is of one.
+    let processes = if checkpoint.contains(PROCESSES) { checkpoint.u64s(PROCESSES, &[1])?[0] } else { 1 };
+    if processes != size as u64 {
+        return Err(TrainError::Mismatch {
+            what: format!("{origin}: processes of the run"),
+            expected: processes.to_string(),
+            got: size.to_string(),
+        });
+    }
+    if !checkpoint.metadata().contains_key(IDENTITY) {
+        return Ok(());
+    }
+    let began: BTreeMap<String, String> = checkpoint.meta(IDENTITY)?;
+    match identity.iter().find(|(name, text)| began.get(*name) != Some(text)) {
+        None => Ok(()),
+        Some((name, _)) => Err(TrainError::Mismatch {
+            what: format!("{origin}: {name}"),
+            expected: format!("the {name} that the run began with"),
+            got: "another".into(),
+        }),
+    }
+}
+
+/// Returns the time spent training until an iteration, by the clock's file (s). After many iterations not each of them is in
+/// the file: the latest before it counts.
+pub fn seconds_until(folder: &RunFolder, iteration: u64) -> Result<f64, TrainError> {
+    let path = folder.timing_path();
+    if iteration == 0 || !path.is_file() {
+        return Ok(0.0);
+    }
+    // Iterations after the checkpoint were lost with the kill and are passed again: the last line counts.
+    let rows = read_metrics(&path)?;
+    let row = rows.iter().rfind(|row| row.iteration <= iteration);
+    let seconds = row.and_then(|row| row.values.iter().find(|(name, _)| name == WALL_TIME));
+    Ok(seconds.map_or(0.0, |(_, seconds)| *seconds))
+}
