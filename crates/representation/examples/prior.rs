@@ -1,5 +1,5 @@
 //! Trains a motion prior straight from captures and tells how well windows come back:
-//! `prior PLAN OUT.prior.safetensors ROBOT FILES...`, `PLAN` the TOML of a `PriorPlan` (`-` for `PriorPlan::cpu()`).
+//! `prior PLAN OUT.prior.safetensors ROBOT FILES...`, `PLAN` the TOML of a `VaePlan` (`-` for `VaePlan::cpu()`).
 //!
 //! Files are BVH, AMC, DeepMimic or keyframes; those that cannot be retargeted are named and left out.
 
@@ -11,7 +11,8 @@ use lifelike_checkpoint::rng::stream;
 use lifelike_motion::features::frames_of;
 use lifelike_motion::retarget::{RetargetOptions, retarget};
 use lifelike_motion::{MotionError, formats, keyframes};
-use lifelike_representation::{PriorClip, PriorPlan, PriorTrainer, ReconstructionReport, dataset};
+use lifelike_representation::prior::vae::{VaePlan, VaeTrainer};
+use lifelike_representation::prior::{FeatureStatistics, PriorClip, ReconstructionReport, Windows, split};
 use lifelike_robot::Robot;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -20,26 +21,26 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     }
     let mut args = std::env::args().skip(1);
     let plan = args.next().ok_or("PLAN")?;
-    let plan = if plan == "-" { PriorPlan::cpu() } else { PriorPlan::from_toml(&std::fs::read_to_string(plan)?)? };
+    let plan = if plan == "-" { VaePlan::cpu() } else { VaePlan::from_toml(&std::fs::read_to_string(plan)?)? };
     let out = PathBuf::from(args.next().ok_or("OUT")?);
     let robot = Robot::load(&args.next().ok_or("ROBOT")?)?;
 
     let mut clips = Vec::new();
     let start = Instant::now();
     for file in args {
-        match convert(Path::new(&file), &robot, plan.frame_rate) {
+        match convert(Path::new(&file), &robot, plan.windows.frame_rate) {
             Ok(clip) => clips.push(clip),
             Err(e) => println!("left out: {e}"),
         }
     }
     let frames: usize = clips.iter().map(|c| c.frames.len()).sum();
-    let minutes = frames as f64 / plan.frame_rate / 60.0;
+    let minutes = frames as f64 / plan.windows.frame_rate / 60.0;
     println!("{} clips, {minutes:.1} min, retargeted in {:.1} s", clips.len(), start.elapsed().as_secs_f64());
 
-    let (training, held_out) = dataset::split(&plan.windows(), clips);
+    let (training, held_out) = split(&plan.windows, clips);
     println!("held out: {}", held_out.iter().map(|c| c.name.as_str()).collect::<Vec<_>>().join(" "));
     time_windows(&plan, &robot, &training)?;
-    let mut trainer = PriorTrainer::new(plan, robot.layout.clone(), training, held_out)?;
+    let mut trainer = VaeTrainer::new(plan, robot.layout.clone(), training, held_out)?;
     println!("{} parameters", trainer.parameters());
     let start = Instant::now();
     let every = (trainer.plan().iterations / 20).max(1);
@@ -82,13 +83,13 @@ fn convert(file: &Path, robot: &Robot, fps: f64) -> Result<PriorClip, MotionErro
 }
 
 fn time_windows(
-    plan: &PriorPlan,
+    plan: &VaePlan,
     robot: &Robot,
     clips: &[PriorClip],
 ) -> Result<(), lifelike_representation::RepresentationError> {
-    let windows = dataset::Windows::new(&plan.windows(), &robot.layout, clips.to_vec())?;
+    let windows = Windows::new(&plan.windows, &robot.layout, clips.to_vec())?;
     let frames = clips.iter().flat_map(|c| &c.frames);
-    let statistics = lifelike_representation::FeatureStatistics::of(&robot.layout, &plan.floors, frames);
+    let statistics = FeatureStatistics::of(&robot.layout, &plan.windows.floors, frames);
     let start = Instant::now();
     for i in 0..20 {
         std::hint::black_box(windows.sample(&statistics, plan.batch, &mut stream(0, "bench", 0, i))?);

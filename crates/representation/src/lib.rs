@@ -1,37 +1,17 @@
-//! Floor 5: learned representations of motion.
+//! Learned representations of motion: chapter 3 of the thesis, and chapter 4's motion prior (floor 5).
 //!
-//! The motion prior (thesis 4.2.1): a latent code for the second of motion around every frame.
-//!
-//! The main path: clips' frames → [`dataset::Windows`] (eq. 4.2, normalised by [`statistics::FeatureStatistics`]) →
-//! [`vae::MotionVae`] trained by [`train_prior::PriorTrainer`] on eqs. 4.3-4.4 ([`loss`]) → [`prior::MotionPrior`], one file
-//! that encodes any clip of the same character into one z_t per frame. [`latent`] says what such codes are worth.
-//!
-//! Beside it [`spline_transformer`]: whole sequences as a few control points of a latent curve (thesis chapter 3), and
-//! [`motion_spline`]: a robot's motion as such curves, to be edited by them; [`spline_prior`] makes control points the codes of the
-//! same windows as the VAE's: another [`prior::MotionPrior`].
+//! - [`prior`] (4.2.1): a latent code z_t for the second of motion around every frame. Clips → windows → a trained
+//!   [`MotionPrior`], one file that encodes any clip of the same character.
+//! - [`spline_transformer`] (3.2): whole sequences as a few control points of a latent curve, and the baselines.
+//! - [`motion_spline`]: a robot's clips as such curves, to be edited by their control points.
+//! - [`latent`]: measures of codes from outside, whoever made them: search, interpolation, class separation.
 
-pub mod dataset;
 mod error;
 pub mod latent;
-pub mod loss;
 pub mod motion_spline;
-pub mod plan;
 pub mod prior;
-pub mod reconstruction;
-pub mod spline_prior;
 pub mod spline_transformer;
-mod standard;
-pub mod statistics;
-pub mod train_prior;
-pub mod vae;
-pub mod window_plan;
+mod standardizer;
 
-pub use dataset::PriorClip;
 pub use error::RepresentationError;
-pub use plan::PriorPlan;
-pub use prior::{MotionPrior, Recipe};
-pub use reconstruction::ReconstructionReport;
-pub use spline_prior::SplinePriorPlan;
-pub use statistics::FeatureStatistics;
-pub use train_prior::{PriorMetrics, PriorTrainer};
-pub use window_plan::WindowPlan;
+pub use prior::{MotionPrior, PriorClip, PriorPlan, WindowPlan};

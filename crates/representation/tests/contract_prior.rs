@@ -14,27 +14,21 @@ use lifelike_representation::RepresentationError;
 use lifelike_representation::latent::Codes;
 use lifelike_representation::latent::codes::features_of;
 use lifelike_representation::latent::interpolation::middle_frames;
-use lifelike_representation::{MotionPrior, PriorMetrics, PriorPlan, PriorTrainer, dataset};
+use lifelike_representation::prior::split;
+use lifelike_representation::prior::vae::{VaeMetrics, VaePlan, VaeTrainer};
+use lifelike_representation::{MotionPrior, WindowPlan};
 use swings::{clip, clips, layout};
 
-fn small() -> PriorPlan {
-    PriorPlan {
-        channels: 16,
-        blocks: 1,
-        latent: 8,
-        batch: 16,
-        iterations: 60,
-        restart_first: 60,
-        ..PriorPlan::default()
-    }
+fn small() -> VaePlan {
+    VaePlan { channels: 16, blocks: 1, latent: 8, batch: 16, iterations: 60, restart_first: 60, ..VaePlan::default() }
 }
 
-fn trainer(plan: PriorPlan) -> PriorTrainer {
-    let (train, aside) = dataset::split(&plan.windows(), clips());
-    PriorTrainer::new(plan, layout(), train, aside).unwrap()
+fn trainer(plan: VaePlan) -> VaeTrainer {
+    let (train, aside) = split(&plan.windows, clips());
+    VaeTrainer::new(plan, layout(), train, aside).unwrap()
 }
 
-fn run(trainer: &mut PriorTrainer, iterations: u64) -> Vec<PriorMetrics> {
+fn run(trainer: &mut VaeTrainer, iterations: u64) -> Vec<VaeMetrics> {
     let mut all = Vec::new();
     let stop = trainer.iteration() + iterations;
     trainer
@@ -58,8 +52,8 @@ fn a_stopped_run_continues_bit_for_bit() {
     let mut got = run(&mut stopped, 11);
     stopped.save(&part).unwrap();
     drop(stopped);
-    let (train, aside) = dataset::split(&small().windows(), clips());
-    let mut resumed = PriorTrainer::resume(&part, train, aside).unwrap();
+    let (train, aside) = split(&small().windows, clips());
+    let mut resumed = VaeTrainer::resume(&part, train, aside).unwrap();
     got.extend(run(&mut resumed, 13));
     resumed.save(&part).unwrap();
 
@@ -85,16 +79,17 @@ fn resuming_on_other_clips_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("run");
     trainer(small()).save(&path).unwrap();
-    let (mut train, aside) = dataset::split(&small().windows(), clips());
+    let (mut train, aside) = split(&small().windows, clips());
     train[0].frames[5].joint_positions[0] += 1e-9;
-    assert!(matches!(PriorTrainer::resume(&path, train, aside), Err(RepresentationError::Mismatch { .. })));
+    assert!(matches!(VaeTrainer::resume(&path, train, aside), Err(RepresentationError::Mismatch { .. })));
 }
 
 #[test]
 fn it_learns_and_a_saved_prior_answers_like_the_live_one() {
     // No clip is held out, so the report is about the clips it learns from.
     let optimizer = Rule::Adam;
-    let plan = PriorPlan { iterations: 300, restart_first: 300, channels: 24, held_out: 0.0, optimizer, ..small() };
+    let windows = WindowPlan { held_out: 0.0, ..WindowPlan::default() };
+    let plan = VaePlan { iterations: 300, restart_first: 300, channels: 24, windows, optimizer, ..small() };
     let mut run_ = trainer(plan);
     let before = run_.report().unwrap();
     let metrics = run(&mut run_, 300);
@@ -158,18 +153,19 @@ fn frames_that_do_not_fit_are_named() {
 
 #[test]
 fn statistics_are_those_of_hand_arithmetic_with_floors() {
-    let run_ = trainer(PriorPlan { held_out: 0.0, ..small() });
+    let windows = WindowPlan { held_out: 0.0, ..WindowPlan::default() };
+    let run_ = trainer(VaePlan { windows, ..small() });
     let prior = run_.prior();
     let all: Vec<Frame> = clips().into_iter().flat_map(|c| c.frames).collect();
     let column: Vec<f64> = all.iter().map(|f| f.joint_positions[1]).collect();
     let mean = column.iter().sum::<f64>() / column.len() as f64;
-    let spread = (column.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / column.len() as f64).sqrt();
+    let std = (column.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / column.len() as f64).sqrt();
     let at = layout().joint_positions().start + 1;
     assert!((prior.statistics().mean()[at] - mean).abs() < 1e-12);
-    assert!((prior.statistics().spread()[at] - spread).abs() < 1e-12);
-    assert_eq!(prior.statistics().spread()[FeatureLayout::ORIENTATION], [1.0; 6]);
-    // The sideways velocity never changes: its spread is the floor.
-    assert_eq!(prior.statistics().spread()[8], small().floors.linear_velocity);
+    assert!((prior.statistics().std()[at] - std).abs() < 1e-12);
+    assert_eq!(prior.statistics().std()[FeatureLayout::ORIENTATION], [1.0; 6]);
+    // The sideways velocity never changes: its standard deviation is the floor.
+    assert_eq!(prior.statistics().std()[8], small().windows.floors.linear_velocity);
 }
 
 #[test]
@@ -177,7 +173,7 @@ fn the_middle_of_every_decoded_window_is_taken_however_many_there_are() {
     let prior = trainer(small()).prior();
     // More codes than are decoded at a time.
     let codes: Vec<f32> = clips().iter().take(3).flat_map(|c| prior.encode_clip(&c.frames).unwrap()).collect();
-    let (size, window) = (layout().size(), prior.plan().window().len());
+    let (size, window) = (layout().size(), prior.windows().window().len());
     let got = middle_frames(&prior, &codes).unwrap();
     assert_eq!(got.len(), 3 * 120 * size);
     for at in [0, 255, 256, 359] {

@@ -12,9 +12,11 @@ use lifelike_nn::adam::Rule;
 use lifelike_nn::device;
 use lifelike_representation::RepresentationError;
 use lifelike_representation::latent::Codes;
-use lifelike_representation::spline_prior::WindowSequences;
+use lifelike_representation::prior::spline::{SplinePriorPlan, WindowSequences};
+use lifelike_representation::prior::split;
+use lifelike_representation::prior::vae::VaeTrainer;
 use lifelike_representation::spline_transformer::{HeldOut, SequencePlan, SequenceTrainer, Sequences, run};
-use lifelike_representation::{MotionPrior, PriorClip, PriorTrainer, Recipe, SplinePriorPlan, WindowPlan, dataset};
+use lifelike_representation::{MotionPrior, PriorClip, PriorPlan, WindowPlan};
 use swings::{clip, clips, layout};
 
 /// Four control points of three numbers.
@@ -38,7 +40,7 @@ fn small() -> SplinePriorPlan {
 }
 
 fn sequences(plan: &SplinePriorPlan, clips: Vec<PriorClip>) -> WindowSequences {
-    let (training, held_out) = dataset::split(&plan.windows, clips);
+    let (training, held_out) = split(&plan.windows, clips);
     WindowSequences::new(plan.windows, plan.training.seed, layout(), training, held_out).unwrap()
 }
 
@@ -51,7 +53,7 @@ fn trained(plan: &SplinePriorPlan) -> SequenceTrainer<WindowSequences> {
 }
 
 /// All training windows through the network by the other way, the one that it is trained by: `[windows, SIZE]`, and back.
-fn by_hand(trainer: &SequenceTrainer<WindowSequences>) -> (Vec<f32>, Vec<f32>) {
+fn reconstructed(trainer: &SequenceTrainer<WindowSequences>) -> (Vec<f32>, Vec<f32>) {
     let (data, windows) = (trainer.data(), trainer.data().training());
     let all: Vec<usize> = (0..windows.len()).collect();
     trainer.reconstruct(&windows.gather(data.statistics(), &all).unwrap()).unwrap()
@@ -68,30 +70,30 @@ fn codes_of_training(trainer: &SequenceTrainer<WindowSequences>, prior: &MotionP
 }
 
 #[test]
-fn codes_are_the_networks_control_points_by_their_mean_and_spread() {
+fn codes_are_the_networks_control_points_by_their_mean_and_standard_deviation() {
     let trainer = trained(&small());
     let prior = MotionPrior::of_spline(&trainer).unwrap();
     assert_eq!(prior.latent_size(), SIZE);
     let codes = codes_of_training(&trainer, &prior);
-    let (points, _) = by_hand(&trainer);
+    let (points, _) = reconstructed(&trainer);
     assert_eq!((codes.len(), points.len()), (7 * 120 * SIZE, 7 * 120 * SIZE));
     for i in 0..SIZE {
-        let (mean, spread) = column(&points, i);
-        assert!(spread > 1e-3, "number {i} says something");
+        let (mean, std) = column(&points, i);
+        assert!(std > 1e-3, "number {i} says something");
         for (z, x) in codes.iter().zip(&points).skip(i).step_by(SIZE) {
-            let expected = (f64::from(*x) - mean) / spread;
+            let expected = (f64::from(*x) - mean) / std;
             assert!((f64::from(*z) - expected).abs() < 2e-3, "number {i}: {z} {expected}");
         }
     }
 }
 
 #[test]
-fn codes_of_the_training_windows_have_mean_0_and_spread_1() {
+fn codes_of_the_training_windows_have_mean_0_and_standard_deviation_1() {
     let trainer = trained(&small());
     let codes = codes_of_training(&trainer, &MotionPrior::of_spline(&trainer).unwrap());
     for i in 0..SIZE {
-        let (mean, spread) = column(&codes, i);
-        assert!(mean.abs() < 1e-5 && (spread - 1.0).abs() < 1e-5, "number {i}: mean {mean}, spread {spread}");
+        let (mean, std) = column(&codes, i);
+        assert!(mean.abs() < 1e-5 && (std - 1.0).abs() < 1e-5, "number {i}: mean {mean}, standard deviation {std}");
     }
 }
 
@@ -130,7 +132,7 @@ fn decoding_is_the_networks_and_it_learns() {
     assert_eq!(after.windows, 120, "the clip that was held out");
     assert!(after.centre.joints_deg < 0.6 * before.centre.joints_deg, "{before:?}\n{after:?}");
 
-    let (_, windows) = by_hand(&trainer);
+    let (_, windows) = reconstructed(&trainer);
     let mut expected: Vec<f64> = windows.into_iter().map(f64::from).collect();
     prior.statistics().denormalize(&mut expected);
     let got = prior.decode(&codes_of_training(&trainer, &prior)).unwrap();
@@ -151,7 +153,7 @@ fn a_file_is_the_prior_bit_for_bit() {
     let loaded = MotionPrior::load(&one).unwrap();
     loaded.save(&two).unwrap();
     assert_eq!(std::fs::read(&one).unwrap(), std::fs::read(&two).unwrap());
-    assert_eq!(loaded.recipe(), Recipe::Spline(&small()));
+    assert_eq!(loaded.plan(), &PriorPlan::Spline(small()));
     assert_eq!((loaded.layout(), loaded.statistics()), (&layout(), prior.statistics()));
     let frames = clip(3, 40).frames;
     assert_eq!(loaded.encode_clip(&frames).unwrap(), prior.encode_clip(&frames).unwrap());
@@ -160,8 +162,8 @@ fn a_file_is_the_prior_bit_for_bit() {
     let codes = Codes::of_prior(&loaded, &clips()[..2]).unwrap();
     assert_eq!((codes.len(), codes.dimension(), codes.fps()), (240, SIZE, 50.0));
     assert!(MotionPrior::is_in(&Checkpoint::load(&one).unwrap()));
-    let error = PriorTrainer::resume(&one, clips(), Vec::new()).unwrap_err().to_string();
-    assert!(error.contains("expected a beta-VAE's run, got a spline prior"), "{error}");
+    let error = VaeTrainer::resume(&one, clips(), Vec::new()).unwrap_err().to_string();
+    assert!(error.contains("expected a beta-VAE's run, got a spline motion prior"), "{error}");
 }
 
 #[test]

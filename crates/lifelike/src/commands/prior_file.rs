@@ -114,7 +114,7 @@ impl LatentEncoder for Prior {
     }
 
     fn encode(&self, clip: &MotionClip, frames: &[Frame], fps: f64) -> Result<Vec<f32>, RobotError> {
-        let rate = self.prior.plan().frame_rate;
+        let rate = self.prior.windows().frame_rate;
         if (rate - fps).abs() > 1e-9 {
             return Err(RobotError::Mismatch {
                 what: format!("clip '{}' for the prior (frames per second)", clip.name),

@@ -69,7 +69,7 @@ impl Codes {
             starts.push(rows.len() / prior.latent_size());
         }
         let names = clips.iter().map(|c| c.name.clone()).collect();
-        Self::new(names, starts, rows, prior.latent_size(), prior.plan().frame_rate)
+        Self::new(names, starts, rows, prior.latent_size(), prior.windows().frame_rate)
     }
 
     /// Number of codes T.

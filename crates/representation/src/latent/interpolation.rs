@@ -94,7 +94,7 @@ pub fn interpolate(
 ) -> Result<Unrolled, RepresentationError> {
     let between = blend(a, b, prior.latent_size(), how)?;
     let features = middle_frames(prior, &between.rows)?;
-    unroll(&features, &between.pace, prior.layout(), prior.plan().frame_rate, character)
+    unroll(&features, &between.pace, prior.layout(), prior.windows().frame_rate, character)
 }
 
 /// Features (SI) of the middle frame of each code's window, in its own heading frame.
@@ -104,8 +104,8 @@ pub fn interpolate(
 pub fn middle_frames(prior: &MotionPrior, codes: &[f32]) -> Result<Vec<f64>, RepresentationError> {
     /// Codes at a time: a decoded window is some hundred times as large as its code.
     const CHUNK: usize = 256;
-    let (size, window) = (prior.layout().size(), prior.plan().window().len() * prior.layout().size());
-    let middle = prior.plan().half_width * size;
+    let (size, window) = (prior.layout().size(), prior.windows().window().len() * prior.layout().size());
+    let middle = prior.windows().half_width * size;
     let mut out = Vec::with_capacity(codes.len() / prior.latent_size() * size);
     for part in codes.chunks(CHUNK * prior.latent_size()) {
         let decoded = prior.decode(part)?;

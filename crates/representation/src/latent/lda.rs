@@ -21,10 +21,10 @@ use crate::RepresentationError;
 pub const CLASS_SECONDS: f64 = 2.0;
 /// Length of the blocks that are fitted and held out by turns (s).
 pub const BLOCK_SECONDS: f64 = 0.25;
-/// Directions whose spread within classes is less than this, with every dimension scaled to unit spread, are left out.
+/// Directions whose standard deviation within classes is less than this, with every dimension scaled to 1, are left out.
 /// scikit-learn's default.
 const TOLERANCE: f64 = 1e-4;
-/// A dimension's spread within classes below this share of its size is rounding, not motion.
+/// A dimension's standard deviation within classes below this share of its size is rounding, not motion.
 const ROUNDING: f64 = 1e-10;
 /// Sweeps that the eigenvalues may take; they need about two per dimension.
 const SWEEPS: usize = 10_000;
@@ -132,8 +132,8 @@ impl Discriminant {
             means.set_column(k, &mean);
         }
         let scale = DVector::from_fn(d, |i, _| {
-            let spread = (within[(i, i)] / frames as f64).sqrt();
-            if spread > ROUNDING * (size[i] / frames as f64).sqrt() { 1.0 / spread } else { 0.0 }
+            let std = (within[(i, i)] / frames as f64).sqrt();
+            if std > ROUNDING * (size[i] / frames as f64).sqrt() { 1.0 / std } else { 0.0 }
         });
         let scaled = DMatrix::from_fn(d, d, |i, j| within[(i, j)] * scale[i] * scale[j] / frames as f64);
         let eigen =

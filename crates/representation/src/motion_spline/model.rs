@@ -18,7 +18,7 @@ use super::space::{PoseSpace, poses_of};
 use crate::RepresentationError;
 use crate::spline_transformer::passes::{control_points, sequences};
 use crate::spline_transformer::{Recording, SequenceTrainer, Sequences, Split, Windows};
-use crate::standard::Moments;
+use crate::standardizer::Moments;
 
 /// In files.
 const KIND: &str = "motion spline";
@@ -246,11 +246,11 @@ mod tests {
         // With more windows they differ, and lie about the mean within a few deviations.
         let model = super::super::testing::model();
         let Usual { mean, deviation } = model.usual();
-        let spread: Vec<f32> = deviation.iter().flatten().copied().collect();
-        assert!(spread.iter().any(|d| *d > 1e-3), "{spread:?}");
+        let std: Vec<f32> = deviation.iter().flatten().copied().collect();
+        assert!(std.iter().any(|d| *d > 1e-3), "{std:?}");
         let splined = encoded(&model, &walk("walk", 300, 50.0));
         for segment in splined.segments() {
-            let away = segment.control_points.iter().flatten().zip(mean.iter().flatten()).zip(&spread);
+            let away = segment.control_points.iter().flatten().zip(mean.iter().flatten()).zip(&std);
             assert!(away.clone().all(|((p, m), d)| (p - m).abs() < 6.0 * d + 1e-3), "{:?}", away.collect::<Vec<_>>());
         }
     }

@@ -6,21 +6,21 @@ use lifelike_motion::resample::resample;
 
 use super::poses::Poses;
 use crate::RepresentationError;
-use crate::standard::{Moments, Standard};
+use crate::standardizer::{Moments, Standardizer};
 
-/// Smallest spreads to divide by, by [`Poses::KINDS`] and for joints: a robot that stands still all the time is no reason to
+/// Smallest standard deviations to divide by, by [`Poses::KINDS`] and for joints: a robot that stands still all the time is no reason to
 /// divide by nothing (m, rad, m/s, rad/s, rad).
 const FLOORS: [f64; 5] = [0.01, 0.02, 0.1, 0.1, 0.05];
 
 /// In files.
 const SCALES: &str = "scales";
 
-/// Joints in the network's order, mean of each number of a row, and the spread of its kind. Joints have one spread together, so an
+/// Joints in the network's order, mean of each number of a row, and the standard deviation of its kind. Joints have one together, so an
 /// error of a degree weighs the same in all of them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PoseSpace {
     joints: Vec<String>,
-    scales: Standard,
+    scales: Standardizer,
 }
 
 impl PoseSpace {
@@ -29,13 +29,13 @@ impl PoseSpace {
         let width = Poses::ROOT + joints.len();
         let mut moments = Moments::new(width);
         poses.flat_map(|p| p.rows.chunks_exact(width)).for_each(|row| moments.add(row.iter().copied()));
-        let (mean, mut spread) = moments.finish();
+        let (mean, mut std) = moments.finish();
         let kinds = Poses::KINDS.into_iter().chain(std::iter::once(Poses::ROOT..width));
         for (range, floor) in kinds.zip(FLOORS) {
-            let mean_square = spread[range.clone()].iter().map(|s| s * s).sum::<f64>() / range.len().max(1) as f64;
-            spread[range].fill(mean_square.sqrt().max(floor));
+            let mean_square = std[range.clone()].iter().map(|s| s * s).sum::<f64>() / range.len().max(1) as f64;
+            std[range].fill(mean_square.sqrt().max(floor));
         }
-        Self { joints, scales: Standard::new(mean, spread) }
+        Self { joints, scales: Standardizer::new(mean, std) }
     }
 
     /// Joints by name.
@@ -69,7 +69,7 @@ impl PoseSpace {
 
     pub(super) fn load_from(checkpoint: &Checkpoint) -> Result<Self, RepresentationError> {
         let joints: Vec<String> = checkpoint.meta("joints")?;
-        let scales = Standard::load_from(checkpoint, SCALES, Poses::ROOT + joints.len())?;
+        let scales = Standardizer::load_from(checkpoint, SCALES, Poses::ROOT + joints.len())?;
         Ok(Self { joints, scales })
     }
 }
@@ -96,7 +96,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn training_rows_have_mean_0_and_each_kind_spread_1() {
+    fn training_rows_have_mean_0_and_each_kind_standard_deviation_1() {
         // Two joints, one of which moves three times as far as the other.
         let rows: Vec<f64> = (0..100)
             .flat_map(|i| {

@@ -3,10 +3,10 @@
 use std::path::{Path, PathBuf};
 
 use lifelike_motion::MotionClip;
-use lifelike_representation::dataset::Windows;
+use lifelike_representation::MotionPrior;
 use lifelike_representation::latent::codes::features_of;
 use lifelike_representation::latent::{Codes, Encoded, LatentScore, comparison};
-use lifelike_representation::{MotionPrior, ReconstructionReport};
+use lifelike_representation::prior::{ReconstructionReport, Windows};
 use lifelike_robot::ReferenceLibrary;
 use lifelike_robot::Robot;
 use lifelike_tracking::Policy;
@@ -97,7 +97,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
 
 /// Codes and features of the same frames.
 fn encoded(name: &str, prior: &MotionPrior, clips: &[MotionClip], robot: &Robot) -> Result<Encoded, CliError> {
-    let frames = prior_file::frames(clips, robot, prior.plan().frame_rate)?;
+    let frames = prior_file::frames(clips, robot, prior.windows().frame_rate)?;
     let codes = Codes::of_prior(prior, &frames)?;
     Ok(Encoded { name: name.into(), codes, features: features_of(&frames, prior.layout())? })
 }
@@ -125,8 +125,8 @@ fn end_to_end(path: &Path, clips: &[MotionClip], robot: &Robot) -> Result<Encode
 }
 
 fn reconstruct(prior: &MotionPrior, clips: &[MotionClip], robot: &Robot) -> Result<ReconstructionReport, CliError> {
-    let frames = prior_file::frames(clips, robot, prior.plan().frame_rate)?;
-    Ok(prior.reconstruct(&Windows::new(prior.plan(), prior.layout(), frames)?)?)
+    let frames = prior_file::frames(clips, robot, prior.windows().frame_rate)?;
+    Ok(prior.reconstruct(&Windows::new(prior.windows(), prior.layout(), frames)?)?)
 }
 
 fn value(scores: &[LatentScore], reconstructions: &[Reconstruction], clips: usize) -> Value {

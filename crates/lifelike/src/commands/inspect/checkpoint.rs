@@ -3,8 +3,7 @@
 use std::path::Path;
 
 use lifelike_checkpoint::Checkpoint;
-use lifelike_representation::spline_transformer::SequencePlan;
-use lifelike_representation::{MotionPrior, Recipe};
+use lifelike_representation::MotionPrior;
 use lifelike_robot::controller::PolicyHeader;
 use lifelike_robot::observation::Part;
 use serde_json::{Value, json};
@@ -81,27 +80,21 @@ fn policy(path: &Path, header: &PolicyHeader, numbers: usize, output: &Output) -
 
 /// A motion prior: what it encodes.
 fn prior(path: &Path, prior: &MotionPrior, numbers: usize, output: &Output) -> Result<(), CliError> {
-    let (plan, layout, recipe) = (prior.plan(), prior.layout(), prior.recipe());
-    let value = json!({ "kind": recipe.kind(), "numbers": numbers, "plan": recipe, "layout": layout });
-    let code = match recipe {
-        Recipe::Vae(_) => "the mean of a beta-VAE's code".to_owned(),
-        Recipe::Spline(plan) => {
-            let SequencePlan { method, latent, .. } = plan.training;
-            format!("{} control points of {latent}, by their mean and spread ({method})", prior.latent_size() / latent)
-        }
-    };
+    let (plan, windows, layout) = (prior.plan(), prior.windows(), prior.layout());
+    let value = json!({ "kind": plan.kind(), "numbers": numbers, "plan": plan, "layout": layout });
+    let code = plan.describe_code();
     output.result(&value, || {
         format!(
             "{}: a {}, {numbers} numbers\n\
              {} numbers ({code}) for {} s of motion, {} samples of {} features; clips at {} Hz\n\n\
              joints, in order: {}\nend effectors, in order: {}\n",
             path.display(),
-            recipe.kind(),
+            plan.kind(),
             prior.latent_size(),
-            plan.window_seconds,
-            plan.window().len(),
+            windows.window_seconds,
+            windows.window().len(),
             layout.size(),
-            plan.frame_rate,
+            windows.frame_rate,
             layout.joints.join(", "),
             layout.end_effectors.join(", ")
         )

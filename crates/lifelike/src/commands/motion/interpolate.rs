@@ -96,7 +96,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
 }
 
 fn codes(prior: &MotionPrior, robot: &Robot, clip: &MotionClip) -> Result<Codes, CliError> {
-    let frames = prior_file::frames(std::slice::from_ref(clip), robot, prior.plan().frame_rate)?;
+    let frames = prior_file::frames(std::slice::from_ref(clip), robot, prior.windows().frame_rate)?;
     Ok(Codes::of_prior(prior, &frames)?)
 }
 

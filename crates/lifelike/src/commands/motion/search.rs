@@ -54,7 +54,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     }
     let robot = Robot::load(&args.robot)?;
     let prior = prior_file::load_for(&args.prior, &robot)?;
-    let rate = prior.plan().frame_rate;
+    let rate = prior.windows().frame_rate;
     let query = clips::load_one(&args.query, &robot)?;
     if !(args.at >= 0.0 && args.at <= query.seconds()) {
         let text =
@@ -67,7 +67,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let frame = ((args.at * rate).round() as usize).min(sought.len().saturating_sub(1));
     let time = frame as f64 / rate;
     let clip = motions.iter().position(|clip| *clip == query);
-    let origin = clip.map(|clip| Origin { clip, time, window: prior.plan().window_seconds });
+    let origin = clip.map(|clip| Origin { clip, time, window: prior.windows().window_seconds });
     let spec = SearchSpec { count: args.count, apart: args.apart };
     let hits = search(&codes, sought.row(frame), origin, &spec)?;
     let caption = |hit: &Hit| motions.iter().find(|c| c.name == hit.clip).map_or("", |clip| caption_at(clip, hit.time));

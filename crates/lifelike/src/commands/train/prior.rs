@@ -3,14 +3,13 @@
 mod spline;
 mod vae;
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use lifelike_nn::device::Device;
 use lifelike_report::run::RunFolder;
-use lifelike_representation::dataset::split;
-use lifelike_representation::{MotionPrior, PriorClip, PriorPlan, ReconstructionReport, SplinePriorPlan, WindowPlan};
+use lifelike_representation::prior::{PriorTrainingPlan, ReconstructionReport, split};
+use lifelike_representation::{MotionPrior, PriorClip, PriorPlan};
 use lifelike_robot::Robot;
-use serde::{Deserialize, Serialize};
 use serde_json::json;
 
 use super::hardware::Networks;
@@ -48,82 +47,11 @@ pub struct Args {
     pub networks: Networks,
 }
 
-/// What to train on what.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(try_from = "Written", into = "Written")]
-struct Plan {
-    robot: String,
-    clips: Vec<PathBuf>,
-    encoder: Encoder,
-}
-
-/// What is to make the codes.
-#[derive(Debug, Clone, PartialEq)]
-enum Encoder {
-    Vae(PriorPlan),
-    Spline(SplinePriorPlan),
-}
-
-/// A plan as its file has it.
-#[derive(Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Written {
-    /// A built-in robot's name, or its MJCF or URDF file.
-    robot: String,
-    /// Clips: files, folders, patterns. Captured motion and keyframes are retargeted to the robot.
-    clips: Vec<PathBuf>,
-    /// A beta-VAE; so is a plan with neither this nor `spline`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    prior: Option<PriorPlan>,
-    /// A Spline-based Transformer.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    spline: Option<SplinePriorPlan>,
-}
-
-impl TryFrom<Written> for Plan {
-    type Error = &'static str;
-
-    fn try_from(Written { robot, clips, prior, spline }: Written) -> Result<Self, Self::Error> {
-        let encoder = match (prior, spline) {
-            (Some(_), Some(_)) => return Err("expected [prior] (a beta-VAE) or [spline], got both"),
-            (None, Some(spline)) => Encoder::Spline(spline),
-            (prior, None) => Encoder::Vae(prior.unwrap_or_default()),
-        };
-        Ok(Self { robot, clips, encoder })
-    }
-}
-
-impl From<Plan> for Written {
-    fn from(Plan { robot, clips, encoder }: Plan) -> Self {
-        let (prior, spline) = match encoder {
-            Encoder::Vae(plan) => (Some(plan), None),
-            Encoder::Spline(plan) => (None, Some(plan)),
-        };
-        Self { robot, clips, prior, spline }
-    }
-}
-
-impl Encoder {
-    fn check(&self) -> Result<(), CliError> {
-        Ok(match self {
-            Self::Vae(plan) => plan.check(),
-            Self::Spline(plan) => plan.check(),
-        }?)
-    }
-
-    fn windows(&self) -> WindowPlan {
-        match self {
-            Self::Vae(plan) => plan.windows(),
-            Self::Spline(plan) => plan.windows,
-        }
-    }
-}
-
 /// A training to do in a folder that has its plan.
 struct Job<'a> {
     folder: &'a Path,
     resume: bool,
-    plan: &'a Plan,
+    plan: &'a PriorTrainingPlan,
     training: Vec<PriorClip>,
     held_out: Vec<PriorClip>,
     device: Device,
@@ -141,12 +69,12 @@ struct Trained {
 /// Runs the command.
 pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let folder = args.source.folder()?;
-    let plan: Plan = args.source.fixed(&folder)?;
-    plan.encoder.check()?;
+    let plan: PriorTrainingPlan = args.source.fixed(&folder)?;
+    plan.prior.check()?;
     let robot = Robot::load(&plan.robot)?;
-    let windows = plan.encoder.windows();
+    let windows = plan.prior.windows();
     let (training, held_out) =
-        split(&windows, prior_file::frames(&clips::load(&plan.clips, &robot)?, &robot, windows.frame_rate)?);
+        split(windows, prior_file::frames(&clips::load(&plan.clips, &robot)?, &robot, windows.frame_rate)?);
     let names = |clips: &[PriorClip]| clips.iter().map(|c| c.name.clone()).collect::<Vec<_>>();
     let (trained_on, held_out_names) = (names(&training), names(&held_out));
     if !args.source.resume {
@@ -160,9 +88,9 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
         held_out,
         device: args.networks.open()?,
     };
-    let done = match &plan.encoder {
-        Encoder::Vae(plan) => vae::train(plan, &robot.layout, job, output)?,
-        Encoder::Spline(plan) => spline::train(plan, &robot.layout, job, output)?,
+    let done = match &plan.prior {
+        PriorPlan::Vae(plan) => vae::train(plan, &robot.layout, job, output)?,
+        PriorPlan::Spline(plan) => spline::train(plan, &robot.layout, job, output)?,
     };
     let path = folder.join("motion.prior.safetensors");
     done.prior.save(&path)?;
@@ -201,35 +129,21 @@ fn reconstruction_table(report: &ReconstructionReport) -> String {
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
+    use lifelike_representation::prior::vae::VaePlan;
+
     use super::*;
     use crate::overrides;
 
-    const HEAD: &str = "robot = \"lima\"\nclips = []\n";
-
-    #[test]
-    fn a_plan_has_one_encoder_and_comes_back_from_its_own_text() {
-        let plan = |text: &str| toml::from_str::<Plan>(&format!("{HEAD}{text}"));
-        for text in ["", "[prior]\nchannels = 8", "[spline]", "[spline.training]\nlatent = 8"] {
-            let plan = plan(text).unwrap();
-            assert_eq!(toml::from_str::<Plan>(&toml::to_string_pretty(&plan).unwrap()).unwrap(), plan);
-            assert_eq!(matches!(plan.encoder, Encoder::Spline(_)), text.contains("spline"), "{text}");
-        }
-        let both = plan("[prior]\n[spline]").unwrap_err().to_string();
-        assert!(both.contains("[prior] (a beta-VAE) or [spline], got both"), "{both}");
-        assert!(plan("[splien]").unwrap_err().to_string().contains("`spline`"));
-        let wrong = plan("[spline.training]\nwidth = 63").unwrap().encoder.check().unwrap_err().to_string();
-        assert!(wrong.contains("heads: expected a divisor of the width 63"), "{wrong}");
-    }
-
     #[test]
     fn values_are_changed_where_the_plan_has_them() {
-        let plan: Plan = toml::from_str(HEAD).unwrap();
+        let plan: PriorTrainingPlan = toml::from_str("robot = \"lima\"\nclips = []").unwrap();
         let change = |text: &str| overrides::apply(plan.clone(), &[text.to_string()]);
-        assert_eq!(
-            change("prior.channels=8").unwrap().encoder,
-            Encoder::Vae(PriorPlan { channels: 8, ..PriorPlan::default() })
-        );
+        let expected = VaePlan { channels: 8, ..VaePlan::default() };
+        assert_eq!(change("prior.channels=8").unwrap().prior, PriorPlan::Vae(expected));
         let other = change("spline.training.width=8").unwrap_err().to_string();
-        assert!(other.contains("[prior] (a beta-VAE) or [spline], got both"), "{other}");
+        assert!(
+            other.contains("expected one table of [prior] (a beta-VAE), [spline] (a Spline-based Transformer)"),
+            "{other}"
+        );
     }
 }

@@ -2,7 +2,7 @@
 
 use lifelike_motion::FeatureLayout;
 use lifelike_representation::MotionPrior;
-use lifelike_representation::spline_prior::{SplinePriorPlan, WindowSequences};
+use lifelike_representation::prior::spline::{SplinePriorPlan, WindowSequences};
 
 use super::{Job, Trained};
 use crate::commands::train::sequences::Training;

@@ -7,7 +7,7 @@ use std::sync::atomic::Ordering;
 use lifelike_motion::FeatureLayout;
 use lifelike_report::run::{MetricsWriter, RunFolder};
 use lifelike_representation::RepresentationError;
-use lifelike_representation::{PriorPlan, PriorTrainer};
+use lifelike_representation::prior::vae::{VaePlan, VaeTrainer};
 
 use super::{Job, Trained};
 use crate::error::CliError;
@@ -19,12 +19,12 @@ use crate::progress::Progress;
 const SAVE_EVERY: u64 = 200;
 
 /// Trains until the plan is done or Ctrl-C.
-pub fn train(plan: &PriorPlan, layout: &FeatureLayout, job: Job<'_>, output: &Output) -> Result<Trained, CliError> {
+pub fn train(plan: &VaePlan, layout: &FeatureLayout, job: Job<'_>, output: &Output) -> Result<Trained, CliError> {
     let checkpoint = job.folder.join("checkpoint.safetensors");
     let trainer = if job.resume && checkpoint.is_file() {
-        PriorTrainer::resume(&checkpoint, job.training, job.held_out)?
+        VaeTrainer::resume(&checkpoint, job.training, job.held_out)?
     } else {
-        PriorTrainer::new(plan.clone(), layout.clone(), job.training, job.held_out)?
+        VaeTrainer::new(plan.clone(), layout.clone(), job.training, job.held_out)?
     };
     let mut trainer = trainer.to_device(&job.device);
     let run = RunFolder::open(job.folder)?;
@@ -38,7 +38,7 @@ pub fn train(plan: &PriorPlan, layout: &FeatureLayout, job: Job<'_>, output: &Ou
 
 /// Iterates until the plan is done or Ctrl-C; returns whether it was Ctrl-C.
 fn iterate(
-    trainer: &mut PriorTrainer,
+    trainer: &mut VaeTrainer,
     metrics: &mut MetricsWriter,
     checkpoint: &Path,
     output: &Output,

@@ -16,7 +16,7 @@ use lifelike_checkpoint::rng;
 use lifelike_nn::conv_resnet::{ChannelNorm, Down, ResBlock, Up, pad_time};
 use lifelike_nn::init;
 
-use super::plan::PriorPlan;
+use super::plan::VaePlan;
 
 /// Time steps are halved this often.
 const HALVINGS: usize = 2;
@@ -43,10 +43,10 @@ pub struct MotionVae {
 }
 
 impl MotionVae {
-    /// For windows of `features` numbers per sample, with weights from the plan's seed.
-    pub fn new(plan: &PriorPlan, features: usize, device: &Device) -> Self {
-        let (c, seed) = (plan.channels, plan.seed);
-        let samples = 2 * plan.half_width + 1;
+    /// Returns a network for windows of `features` numbers per sample, with weights from the plan's seed.
+    pub fn new(plan: &VaePlan, features: usize, device: &Device) -> Self {
+        let (c, seed) = (plan.channels, plan.windows.seed);
+        let samples = 2 * plan.windows.half_width + 1;
         let flat = c * steps(samples);
         let blocks = |side: &str| {
             (0..plan.blocks).map(|i| ResBlock::new(c, seed, &format!("prior.{side}.block{i}"), device)).collect()
@@ -68,7 +68,12 @@ impl MotionVae {
         }
     }
 
-    /// Mean and log variance of the latent.
+    /// d_z.
+    pub fn latent_size(&self) -> usize {
+        self.latent
+    }
+
+    /// Returns mean and log variance of the latent.
     ///
     /// # Shapes
     /// `[B, 2W + 1, F]` to two `[B, d_z]`.
@@ -82,7 +87,7 @@ impl MotionVae {
         (out.clone().narrow(1, 0, self.latent), out.narrow(1, self.latent, self.latent))
     }
 
-    /// The window of a latent.
+    /// Returns the window of a latent.
     ///
     /// # Shapes
     /// `[B, d_z]` to `[B, 2W + 1, F]`.

@@ -6,7 +6,7 @@ use lifelike_motion::FeatureLayout;
 
 /// Mean absolute errors of decode(encode(window)).
 #[derive(Debug, Clone, Default, PartialEq, serde::Serialize, serde::Deserialize)]
-pub struct Errors {
+pub struct ReconstructionErrors {
     /// Joint positions (deg).
     pub joints_deg: f64,
     /// End-effector positions relative to the root: mean distance (mm).
@@ -23,17 +23,17 @@ pub struct ReconstructionReport {
     /// Windows looked at.
     pub windows: usize,
     /// Over all samples of all windows.
-    pub window: Errors,
+    pub window: ReconstructionErrors,
     /// Over the centre samples only: what the tracker is at when it reads the latent.
-    pub centre: Errors,
+    pub centre: ReconstructionErrors,
     /// Over all samples, per clip, worst joints first.
-    pub clips: Vec<(String, Errors)>,
+    pub clips: Vec<(String, ReconstructionErrors)>,
 }
 
 /// Sums of errors on the way to their means.
 #[derive(Debug, Clone, Default)]
 pub(super) struct ErrorSums {
-    sums: Errors,
+    sums: ReconstructionErrors,
     count: usize,
 }
 
@@ -64,10 +64,10 @@ impl ErrorSums {
         self.count += other.count;
     }
 
-    pub(super) fn mean(&self) -> Errors {
+    pub(super) fn mean(&self) -> ReconstructionErrors {
         let n = self.count.max(1) as f64;
-        let Errors { joints_deg, effectors_mm, height_mm, orientation_deg } = self.sums;
-        Errors {
+        let ReconstructionErrors { joints_deg, effectors_mm, height_mm, orientation_deg } = self.sums;
+        ReconstructionErrors {
             joints_deg: joints_deg / n,
             effectors_mm: effectors_mm / n,
             height_mm: height_mm / n,

@@ -1,7 +1,7 @@
 //! The Spline-based Transformer (thesis chapter 3) in the place of the β-VAE (4.2.1): the same windows, and z_t are the control
 //! points of their latent curve. The thesis names both and does not try this.
 //!
-//! The main path: a [`SplinePriorPlan`] and clips → [`WindowSequences`] → [`super::spline_transformer::SequenceTrainer`] →
+//! The main path: a [`SplinePriorPlan`] and clips → [`WindowSequences`] → [`crate::spline_transformer::SequenceTrainer`] →
 //! [`super::MotionPrior::of_spline`], a prior like any other.
 //!
 //! A VAE's codes are about standard normal, because its loss asks for it. Nothing asks control points for a scale, and what a
@@ -15,4 +15,4 @@ mod sequences;
 pub use plan::SplinePriorPlan;
 pub use sequences::WindowSequences;
 
-pub(super) use coder::SplineCoder;
+pub use coder::SplineCoder;

@@ -1,17 +1,17 @@
-//! Mean and spread of the features of a data set, by which windows and single frames are normalised (thesis 4.2.1).
+//! Mean and standard deviation of the features of a data set, by which windows and single frames are normalised (thesis 4.2.1).
 
 use lifelike_checkpoint::{Checkpoint, CheckpointError};
 use lifelike_motion::{FeatureLayout, Frame};
 
-use super::standard::{Moments, Standard};
 use crate::RepresentationError;
+use crate::standardizer::{Moments, Standardizer};
 use lifelike_train::limits::range;
 
 /// Smallest standard deviations to divide by. A joint that hardly moves in the data would otherwise turn tiny errors
 /// into the largest term of the loss. They are about a fiftieth to a tenth of what walking shows.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(deny_unknown_fields, default)]
-pub struct SpreadFloors {
+pub struct StdFloors {
     /// Root height (m).
     pub height: f64,
     /// Root linear velocity (m/s).
@@ -26,7 +26,7 @@ pub struct SpreadFloors {
     pub effector: f64,
 }
 
-impl Default for SpreadFloors {
+impl Default for StdFloors {
     fn default() -> Self {
         Self {
             height: 0.02,
@@ -39,7 +39,7 @@ impl Default for SpreadFloors {
     }
 }
 
-impl SpreadFloors {
+impl StdFloors {
     pub(super) fn check(&self) -> Result<(), RepresentationError> {
         range("floors.height", self.height, 1e-6, 1e3)?;
         range("floors.linear_velocity", self.linear_velocity, 1e-6, 1e3)?;
@@ -62,25 +62,25 @@ impl SpreadFloors {
     }
 }
 
-/// Mean and spread of every feature over all frames of a data set, each frame in its own heading frame. Orientation has
-/// mean 0 and spread 1 here, because it is not normalised.
+/// Mean and standard deviation of every feature over all frames of a data set, each frame in its own heading frame. Orientation has
+/// mean 0 and standard deviation 1 here, because it is not normalised.
 #[derive(Debug, Clone, PartialEq)]
-pub struct FeatureStatistics(Standard);
+pub struct FeatureStatistics(Standardizer);
 
 impl FeatureStatistics {
-    /// Over these frames.
-    pub fn of<'a>(layout: &FeatureLayout, floors: &SpreadFloors, frames: impl Iterator<Item = &'a Frame>) -> Self {
+    /// Returns the statistics of these frames.
+    pub fn of<'a>(layout: &FeatureLayout, floors: &StdFloors, frames: impl Iterator<Item = &'a Frame>) -> Self {
         let mut row = vec![0.0; layout.size()];
         let mut moments = Moments::new(row.len());
         for frame in frames {
             frame.write_features(&frame.root_orientation, &mut row);
             moments.add(row.iter().copied());
         }
-        let (mut mean, mut spread) = moments.finish();
-        spread.iter_mut().zip(floors.of(layout)).for_each(|(spread, floor)| *spread = spread.max(floor));
+        let (mut mean, mut std) = moments.finish();
+        std.iter_mut().zip(floors.of(layout)).for_each(|(std, floor)| *std = std.max(floor));
         mean[FeatureLayout::ORIENTATION].fill(0.0);
-        spread[FeatureLayout::ORIENTATION].fill(1.0);
-        Self(Standard::new(mean, spread))
+        std[FeatureLayout::ORIENTATION].fill(1.0);
+        Self(Standardizer::new(mean, std))
     }
 
     /// Mean of every feature (SI).
@@ -89,8 +89,8 @@ impl FeatureStatistics {
     }
 
     /// Standard deviation, floored, of every feature (SI).
-    pub fn spread(&self) -> &[f64] {
-        self.0.spread()
+    pub fn std(&self) -> &[f64] {
+        self.0.std()
     }
 
     /// Normalises rows of features in place.
@@ -98,7 +98,7 @@ impl FeatureStatistics {
         self.0.normalize(rows);
     }
 
-    /// Back to SI units.
+    /// Returns rows to SI units, in place.
     pub fn denormalize(&self, rows: &mut [f64]) {
         self.0.denormalize(rows);
     }
@@ -108,9 +108,9 @@ impl FeatureStatistics {
     }
 
     pub(super) fn load_from(checkpoint: &Checkpoint, size: usize) -> Result<Self, CheckpointError> {
-        Ok(Self(Standard::load_from(checkpoint, NAME, size)?))
+        Ok(Self(Standardizer::load_from(checkpoint, NAME, size)?))
     }
 }
 
-/// In files.
+/// Name in files.
 const NAME: &str = "statistics";

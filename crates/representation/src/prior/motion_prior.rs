@@ -2,21 +2,13 @@
 
 use std::path::Path;
 
-use burn::module::Module;
-use burn::tensor::{Tensor, TensorData};
 use lifelike_checkpoint::Checkpoint;
 use lifelike_motion::{FeatureLayout, Frame};
-use lifelike_nn::ModuleCheckpoint;
-use lifelike_nn::device;
-use lifelike_nn::numbers::read;
 
 use super::dataset::{PriorClip, Windows, normalized_window};
-use super::plan::PriorPlan;
+use super::kinds::{Coder, PriorPlan};
 use super::reconstruction::{ErrorSums, ReconstructionReport};
-use super::spline_prior::{SplineCoder, SplinePriorPlan, WindowSequences};
-use super::spline_transformer::SequenceTrainer;
 use super::statistics::FeatureStatistics;
-use super::vae::MotionVae;
 use super::window_plan::WindowPlan;
 use crate::RepresentationError;
 
@@ -25,79 +17,33 @@ const CHUNK: usize = 256;
 /// Largest number of windows that [`MotionPrior::reconstruct`] looks at.
 const REPORT_WINDOWS: usize = 4000;
 
-/// Kinds of priors, as their files say.
-const VAE: &str = "motion prior";
-const SPLINE: &str = "spline motion prior";
-
-/// How a prior was made.
-#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
-#[serde(untagged)]
-pub enum Recipe<'a> {
-    /// By the β-VAE of thesis 4.2.1.
-    Vae(&'a PriorPlan),
-    /// By the Spline-based Transformer of chapter 3.
-    Spline(&'a SplinePriorPlan),
-}
-
-impl Recipe<'_> {
-    /// Its file's `kind`.
-    pub fn kind(&self) -> &'static str {
-        match self {
-            Self::Vae(_) => VAE,
-            Self::Spline(_) => SPLINE,
-        }
-    }
-}
-
-/// What makes codes of windows and windows of codes.
-#[derive(Debug, Clone)]
-enum Coder {
-    Vae(Box<(PriorPlan, MotionVae)>),
-    Spline(Box<SplineCoder>),
-}
-
 /// Encoder, decoder, names and statistics. The file (`*.prior.safetensors`) carries all of them and the plan.
 #[derive(Debug, Clone)]
 pub struct MotionPrior {
-    windows: WindowPlan,
+    plan: PriorPlan,
     layout: FeatureLayout,
     statistics: FeatureStatistics,
     coder: Coder,
 }
 
 impl MotionPrior {
-    pub(super) fn new(plan: PriorPlan, layout: FeatureLayout, statistics: FeatureStatistics, vae: &MotionVae) -> Self {
-        let windows = plan.windows();
-        let coder = Coder::Vae(Box::new((plan, vae.valid().fork(&device::inference()))));
-        Self { windows, layout, statistics, coder }
+    pub(super) fn new(
+        plan: impl Into<PriorPlan>,
+        layout: FeatureLayout,
+        statistics: FeatureStatistics,
+        coder: impl Into<Coder>,
+    ) -> Self {
+        Self { plan: plan.into(), layout, statistics, coder: coder.into() }
     }
 
-    /// The prior as the training of a Spline-based Transformer stands. Goes through all training windows, for the scale of the codes.
-    ///
-    /// # Errors
-    /// The device does not hand out its numbers.
-    pub fn of_spline(trainer: &SequenceTrainer<WindowSequences>) -> Result<Self, RepresentationError> {
-        let data = trainer.data();
-        let plan = SplinePriorPlan { windows: *data.plan(), training: trainer.plan().clone() };
-        let coder = SplineCoder::of(plan, trainer.network(), data)?;
-        Ok(Self::with_spline(data.layout().clone(), data.statistics().clone(), coder))
+    /// Plan that it was trained by.
+    pub fn plan(&self) -> &PriorPlan {
+        &self.plan
     }
 
-    fn with_spline(layout: FeatureLayout, statistics: FeatureStatistics, coder: SplineCoder) -> Self {
-        Self { windows: coder.plan().windows, layout, statistics, coder: Coder::Spline(Box::new(coder)) }
-    }
-
-    /// The windows that it was trained on and encodes.
-    pub fn plan(&self) -> &WindowPlan {
-        &self.windows
-    }
-
-    /// The whole plan that it was trained by.
-    pub fn recipe(&self) -> Recipe<'_> {
-        match &self.coder {
-            Coder::Vae(vae) => Recipe::Vae(&vae.0),
-            Coder::Spline(coder) => Recipe::Spline(coder.plan()),
-        }
+    /// Windows that it was trained on and encodes.
+    pub fn windows(&self) -> &WindowPlan {
+        self.plan.windows()
     }
 
     /// Joints and end effectors it knows, by name and in order.
@@ -112,13 +58,10 @@ impl MotionPrior {
 
     /// d_z.
     pub fn latent_size(&self) -> usize {
-        match self.recipe() {
-            Recipe::Vae(plan) => plan.latent,
-            Recipe::Spline(plan) => plan.latent_size(),
-        }
+        self.plan.latent_size()
     }
 
-    /// One latent per frame of a clip at the plan's frame rate (the mean μ, or the control points by their scale); windows
+    /// Returns one latent per frame of a clip at the plan's frame rate (the mean μ, or the control points by their scale); windows
     /// beyond the clip's ends repeat its first and last frame.
     ///
     /// # Shapes
@@ -129,14 +72,14 @@ impl MotionPrior {
     pub fn encode_clip(&self, frames: &[Frame]) -> Result<Vec<f32>, RepresentationError> {
         let clip = PriorClip { name: "to encode".into(), frames: frames.to_vec() };
         clip.check(&self.layout)?;
-        let spec = self.windows.window();
+        let spec = self.windows().window();
         let mut window = vec![0.0; spec.len() * self.layout.size()];
         let mut out = Vec::with_capacity(frames.len() * self.latent_size());
         for first in (0..frames.len()).step_by(CHUNK) {
             let last = (first + CHUNK).min(frames.len());
             let mut rows = Vec::with_capacity((last - first) * window.len());
             for centre in first..last {
-                normalized_window(frames, self.windows.frame_rate, centre, spec, &self.statistics, &mut window)?;
+                normalized_window(frames, self.windows().frame_rate, centre, spec, &self.statistics, &mut window)?;
                 rows.extend(window.iter().map(|x| *x as f32));
             }
             out.extend(self.encode_windows(rows)?);
@@ -144,7 +87,7 @@ impl MotionPrior {
         Ok(out)
     }
 
-    /// The window a latent stands for: features in SI units in the heading frame of the centre sample.
+    /// Returns the window that a latent stands for: features in SI units in the heading frame of the centre sample.
     ///
     /// # Shapes
     /// `[N, d_z]` to `[N, 2W + 1, F]`, row after row.
@@ -159,13 +102,7 @@ impl MotionPrior {
         }
         let mut out = Vec::new();
         for rows in latents.chunks(d * CHUNK) {
-            let windows = match &self.coder {
-                Coder::Vae(vae) => {
-                    let z = TensorData::new(rows.to_vec(), [rows.len() / d, d]);
-                    read(vae.1.decode(Tensor::<2>::from_data(z, &device::inference())))?
-                }
-                Coder::Spline(coder) => coder.decode(rows, self.windows.window().len())?,
-            };
+            let windows = self.coder.decode(rows, self.windows().window().len())?;
             out.extend(windows.into_iter().map(f64::from));
         }
         self.statistics.denormalize(&mut out);
@@ -175,7 +112,7 @@ impl MotionPrior {
     /// Encodes and decodes the windows of these clips (at most some thousands, evenly spread) and reports the errors.
     pub fn reconstruct(&self, windows: &Windows) -> Result<ReconstructionReport, RepresentationError> {
         let stride = windows.len().div_ceil(REPORT_WINDOWS).max(1);
-        let (size, samples) = (self.layout.size(), self.windows.window().len());
+        let (size, samples) = (self.layout.size(), self.windows().window().len());
         let (mut all, mut centre, mut clips, mut count) = (ErrorSums::default(), ErrorSums::default(), Vec::new(), 0);
         let mut start = 0;
         for clip in windows.clips() {
@@ -190,7 +127,7 @@ impl MotionPrior {
                 let pairs = expected.chunks_exact(size).zip(decoded.chunks_exact(size));
                 for (i, (e, g)) in pairs.enumerate() {
                     sums.add(&self.layout, e, g);
-                    if i % samples == self.windows.half_width {
+                    if i % samples == self.windows().half_width {
                         centre.add(&self.layout, e, g);
                     }
                 }
@@ -205,15 +142,7 @@ impl MotionPrior {
     }
 
     fn encode_windows(&self, rows: Vec<f32>) -> Result<Vec<f32>, RepresentationError> {
-        let (samples, size) = (self.windows.window().len(), self.layout.size());
-        match &self.coder {
-            Coder::Vae(vae) => {
-                let n = rows.len() / (samples * size);
-                let x = Tensor::<3>::from_data(TensorData::new(rows, [n, samples, size]), &device::inference());
-                Ok(read(vae.1.encode(x).0)?)
-            }
-            Coder::Spline(coder) => coder.encode(&rows, [samples, size]),
-        }
+        self.coder.encode(rows, [self.windows().window().len(), self.layout.size()])
     }
 
     /// Writes the prior, all at once or not at all.
@@ -231,43 +160,31 @@ impl MotionPrior {
         Self::load_from(&Checkpoint::load(path)?)
     }
 
-    /// Whether a file holds a prior of any kind.
+    /// Returns whether a file holds a prior of any kind.
     pub fn is_in(checkpoint: &Checkpoint) -> bool {
-        checkpoint.meta::<String>("kind").is_ok_and(|kind| [VAE, SPLINE].contains(&kind.as_str()))
+        checkpoint.meta::<String>("kind").is_ok_and(|kind| PriorPlan::is_kind(&kind))
     }
 
     pub(super) fn save_into(&self, checkpoint: &mut Checkpoint) -> Result<(), RepresentationError> {
-        checkpoint.set_meta("kind", &self.recipe().kind())?;
+        checkpoint.set_meta("kind", &self.plan.kind())?;
         checkpoint.set_meta("layout", &self.layout)?;
+        checkpoint.set_meta("plan", &self.plan)?;
         self.statistics.save_into(checkpoint)?;
-        match &self.coder {
-            Coder::Vae(vae) => {
-                checkpoint.set_meta("plan", &vae.0)?;
-                Ok(checkpoint.put_module("vae", &vae.1)?)
-            }
-            Coder::Spline(coder) => coder.save_into(checkpoint),
-        }
+        self.coder.save_into(checkpoint)
     }
 
     pub(super) fn load_from(checkpoint: &Checkpoint) -> Result<Self, RepresentationError> {
         let kind: String = checkpoint.meta("kind")?;
-        if !Self::is_in(checkpoint) {
+        let Some(plan) = PriorPlan::load_from(checkpoint, &kind)? else {
             return Err(RepresentationError::Mismatch {
                 what: "file".into(),
                 expected: "a motion prior".into(),
                 got: kind,
             });
-        }
+        };
         let layout: FeatureLayout = checkpoint.meta("layout")?;
         let statistics = FeatureStatistics::load_from(checkpoint, layout.size())?;
-        if kind == SPLINE {
-            let coder = SplineCoder::load_from(checkpoint, layout.size())?;
-            return Ok(Self::with_spline(layout, statistics, coder));
-        }
-        let plan: PriorPlan = checkpoint.meta("plan")?;
-        plan.check()?;
-        let vae = MotionVae::new(&plan, layout.size(), &device::inference());
-        let vae = checkpoint.load_module("vae", vae)?;
-        Ok(Self { windows: plan.windows(), layout, statistics, coder: Coder::Vae(Box::new((plan, vae))) })
+        let coder = Coder::load_from(&plan, checkpoint, layout.size())?;
+        Ok(Self { plan, layout, statistics, coder })
     }
 }

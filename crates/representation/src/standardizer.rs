@@ -1,19 +1,19 @@
-//! Numbers of different units and sizes made comparable: each less its mean and by its spread.
+//! Numbers of different units and sizes made comparable: each less its mean and by its standard deviation.
 
 use lifelike_checkpoint::{Checkpoint, CheckpointError};
 
-/// Mean and spread of each number of a row.
+/// Mean and standard deviation of each number of a row.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Standard {
+pub struct Standardizer {
     mean: Vec<f64>,
-    spread: Vec<f64>,
+    std: Vec<f64>,
 }
 
-impl Standard {
+impl Standardizer {
     /// # Shapes
-    /// Both `[width]`; spreads above 0.
-    pub(super) fn new(mean: Vec<f64>, spread: Vec<f64>) -> Self {
-        Self { mean, spread }
+    /// Both `[width]`; standard deviations above 0.
+    pub(super) fn new(mean: Vec<f64>, std: Vec<f64>) -> Self {
+        Self { mean, std }
     }
 
     /// Mean of each number.
@@ -21,9 +21,9 @@ impl Standard {
         &self.mean
     }
 
-    /// What each number is divided by.
-    pub fn spread(&self) -> &[f64] {
-        &self.spread
+    /// Standard deviation of each number, or its floor.
+    pub fn std(&self) -> &[f64] {
+        &self.std
     }
 
     /// Normalises rows in place.
@@ -32,37 +32,37 @@ impl Standard {
     /// `[N, width]`, row after row.
     pub fn normalize(&self, rows: &mut [f64]) {
         for row in rows.chunks_exact_mut(self.mean.len()) {
-            for ((x, m), s) in row.iter_mut().zip(&self.mean).zip(&self.spread) {
+            for ((x, m), s) in row.iter_mut().zip(&self.mean).zip(&self.std) {
                 *x = (*x - m) / s;
             }
         }
     }
 
-    /// Back to what they were.
+    /// Returns normalised rows to their own units, in place.
     ///
     /// # Shapes
     /// `[N, width]`, row after row.
     pub fn denormalize(&self, rows: &mut [f64]) {
         for row in rows.chunks_exact_mut(self.mean.len()) {
-            for ((x, m), s) in row.iter_mut().zip(&self.mean).zip(&self.spread) {
+            for ((x, m), s) in row.iter_mut().zip(&self.mean).zip(&self.std) {
                 *x = *x * s + m;
             }
         }
     }
 
-    /// As `{name}.mean` and `{name}.spread`.
+    /// Saves `{name}.mean` and `{name}.spread`.
     pub(super) fn save_into(&self, checkpoint: &mut Checkpoint, name: &str) -> Result<(), CheckpointError> {
         checkpoint.put_f64(&format!("{name}.mean"), &[self.mean.len()], self.mean.clone())?;
-        checkpoint.put_f64(&format!("{name}.spread"), &[self.spread.len()], self.spread.clone())
+        checkpoint.put_f64(&format!("{name}.spread"), &[self.std.len()], self.std.clone())
     }
 
     pub(super) fn load_from(checkpoint: &Checkpoint, name: &str, width: usize) -> Result<Self, CheckpointError> {
         let numbers = |what: &str| checkpoint.f64s(&format!("{name}.{what}"), &[width]);
-        Ok(Self { mean: numbers("mean")?, spread: numbers("spread")? })
+        Ok(Self { mean: numbers("mean")?, std: numbers("spread")? })
     }
 }
 
-/// Sums over rows on the way to their mean and spread, one pass, without cancellation (Welford 1962).
+/// Sums over rows on the way to their mean and standard deviation, one pass, without cancellation (Welford 1962).
 #[derive(Debug, Clone)]
 pub(super) struct Moments {
     mean: Vec<f64>,
@@ -96,19 +96,19 @@ mod tests {
     use super::*;
 
     #[test]
-    fn by_hand_and_back() {
+    fn rows_are_standardized_as_by_hand_and_come_back() {
         let mut moments = Moments::new(2);
         for row in [[1.0, 1e9], [2.0, 1e9 + 3.0], [6.0, 1e9 + 6.0]] {
             moments.add(row);
         }
-        let (mean, spread) = moments.finish();
+        let (mean, std) = moments.finish();
         assert_eq!(mean, [3.0, 1e9 + 3.0]);
-        assert!((spread[0] - (14.0_f64 / 3.0).sqrt()).abs() < 1e-12 && (spread[1] - 6.0_f64.sqrt()).abs() < 1e-9);
-        let standard = Standard::new(vec![3.0, -1.0], vec![2.0, 0.5]);
+        assert!((std[0] - (14.0_f64 / 3.0).sqrt()).abs() < 1e-12 && (std[1] - 6.0_f64.sqrt()).abs() < 1e-9);
+        let standardizer = Standardizer::new(vec![3.0, -1.0], vec![2.0, 0.5]);
         let mut rows = [5.0, -1.0, 3.0, 0.0];
-        standard.normalize(&mut rows);
+        standardizer.normalize(&mut rows);
         assert_eq!(rows, [1.0, 0.0, 0.0, 2.0]);
-        standard.denormalize(&mut rows);
+        standardizer.denormalize(&mut rows);
         assert_eq!(rows, [5.0, -1.0, 3.0, 0.0]);
     }
 }

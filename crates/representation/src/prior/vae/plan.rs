@@ -1,25 +1,20 @@
-//! What a convolutional motion prior is and how it is trained, as a TOML file.
+//! Settings of a convolutional motion prior and of its training, a table of a TOML file.
 
 use lifelike_nn::adam::Rule;
 use lifelike_nn::schedules::{Cyclical, WarmRestarts};
 
-use super::statistics::SpreadFloors;
-use super::window_plan::WindowPlan;
+use super::file::Flat;
 use crate::RepresentationError;
+use crate::prior::kind::KindPlan;
+use crate::prior::window_plan::WindowPlan;
 use lifelike_train::limits::{PlanError, range, whole};
 
-/// Settings of a motion prior. Defaults are the thesis' (4.3.1 and Table 4.1) where it states them.
+/// Settings of a β-VAE. Defaults are the thesis' (4.3.1 and Table 4.1) where it states them.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct PriorPlan {
-    /// Key of all randomness.
-    pub seed: u64,
-    /// As [`WindowPlan::frame_rate`] (Hz).
-    pub frame_rate: f64,
-    /// As [`WindowPlan::half_width`].
-    pub half_width: usize,
-    /// As [`WindowPlan::window_seconds`].
-    pub window_seconds: f64,
+#[serde(from = "Flat", into = "Flat")]
+pub struct VaePlan {
+    /// Windows to train on. In files their keys stand beside the others, and `seed` is the key of all randomness.
+    pub windows: WindowPlan,
     /// d_z.
     pub latent: usize,
     /// Width of the convolutions. 104 gives about 0.8 M parameters.
@@ -47,20 +42,12 @@ pub struct PriorPlan {
     pub kl_ratio: f64,
     /// Gradients are scaled down to this norm; the thesis does not clip here, so the default only catches outliers.
     pub max_gradient_norm: f64,
-    /// As [`WindowPlan::held_out`].
-    pub held_out: f64,
-    /// As [`WindowPlan::floors`].
-    pub floors: SpreadFloors,
 }
 
-impl Default for PriorPlan {
+impl Default for VaePlan {
     fn default() -> Self {
-        let WindowPlan { seed, frame_rate, half_width, window_seconds, held_out, floors } = WindowPlan::default();
         Self {
-            seed,
-            frame_rate,
-            half_width,
-            window_seconds,
+            windows: WindowPlan::default(),
             latent: 64,
             channels: 104,
             blocks: 4,
@@ -74,13 +61,11 @@ impl Default for PriorPlan {
             kl_cycles: 7,
             kl_ratio: 0.5,
             max_gradient_norm: 100.0,
-            held_out,
-            floors,
         }
     }
 }
 
-impl PriorPlan {
+impl VaePlan {
     /// The thesis' architecture at a width and a number of iterations that two CPU cores finish in minutes: 48 channels
     /// (about 0.26 M parameters for 20 joints), batches of 128, 4000 iterations of Adam in two cosine periods (800 and 3200).
     pub fn cpu() -> Self {
@@ -89,7 +74,7 @@ impl PriorPlan {
         Self { optimizer, restart_first, restart_factor, ..sizes }
     }
 
-    /// From TOML text; keys left out have their defaults.
+    /// Reads TOML text; keys left out have their defaults.
     ///
     /// # Errors
     /// Unknown keys, wrong types, values out of range.
@@ -103,12 +88,38 @@ impl PriorPlan {
         Ok(plan)
     }
 
-    /// Checks every range.
-    ///
-    /// # Errors
-    /// The first key out of range.
-    pub fn check(&self) -> Result<(), RepresentationError> {
-        self.windows().check()?;
+    /// Returns the learning rate at an iteration (counted from 0). A restart in the last tenth of the plan is left out: the rate
+    /// would end high, and the few iterations left cannot learn again what a high rate undoes (4 iterations after a
+    /// restart took the reconstruction of held-out joints from 8 to 13 degrees).
+    pub fn learning_rate_at(&self, iteration: u64) -> f64 {
+        let restarts = WarmRestarts { first: self.restart_first, factor: self.restart_factor, floor: 0.0 };
+        let last = restarts.begin_of_period(self.iterations);
+        let late = last > self.iterations - self.iterations / 10;
+        if late && iteration >= last { 0.0 } else { self.learning_rate * restarts.at(iteration) }
+    }
+
+    /// Returns the weight of the KL divergence at an iteration (counted from 0).
+    pub fn kl_weight_at(&self, iteration: u64) -> f64 {
+        let cycles = Cyclical { total: self.iterations, cycles: self.kl_cycles, ratio: self.kl_ratio };
+        self.kl_weight * cycles.at(iteration)
+    }
+}
+
+impl KindPlan for VaePlan {
+    fn windows(&self) -> &WindowPlan {
+        &self.windows
+    }
+
+    fn latent_size(&self) -> usize {
+        self.latent
+    }
+
+    fn describe_code(&self) -> String {
+        "the mean of a beta-VAE's code".to_owned()
+    }
+
+    fn check(&self) -> Result<(), RepresentationError> {
+        self.windows.check()?;
         whole("latent", self.latent as u64, 1, 4096)?;
         whole("channels", self.channels as u64, 1, 4096)?;
         whole("blocks", self.blocks as u64, 0, 64)?;
@@ -122,28 +133,6 @@ impl PriorPlan {
         range("kl_ratio", self.kl_ratio, 1e-6, 1.0)?;
         Ok(range("max_gradient_norm", self.max_gradient_norm, 1e-6, 1e9)?)
     }
-
-    /// The learning rate at an iteration (counted from 0). A restart in the last tenth of the plan is left out: the rate
-    /// would end high, and the few iterations left cannot learn again what a high rate undoes (4 iterations after a
-    /// restart took the reconstruction of held-out joints from 8 to 13 degrees).
-    pub fn learning_rate_at(&self, iteration: u64) -> f64 {
-        let restarts = WarmRestarts { first: self.restart_first, factor: self.restart_factor, floor: 0.0 };
-        let last = restarts.begin_of_period(self.iterations);
-        let late = last > self.iterations - self.iterations / 10;
-        if late && iteration >= last { 0.0 } else { self.learning_rate * restarts.at(iteration) }
-    }
-
-    /// The weight of the KL divergence at an iteration (counted from 0).
-    pub fn kl_weight_at(&self, iteration: u64) -> f64 {
-        let cycles = Cyclical { total: self.iterations, cycles: self.kl_cycles, ratio: self.kl_ratio };
-        self.kl_weight * cycles.at(iteration)
-    }
-
-    /// What of it priors of every kind have.
-    pub fn windows(&self) -> WindowPlan {
-        let Self { seed, frame_rate, half_width, window_seconds, held_out, floors, .. } = *self;
-        WindowPlan { seed, frame_rate, half_width, window_seconds, held_out, floors }
-    }
 }
 
 #[cfg(test)]
@@ -153,22 +142,22 @@ mod tests {
 
     #[test]
     fn a_plan_survives_toml_and_unknown_or_absurd_keys_are_refused() {
-        let plan = PriorPlan::cpu();
-        assert_eq!(PriorPlan::from_toml(&toml::to_string(&plan).unwrap()).unwrap(), plan);
-        assert_eq!(PriorPlan::from_toml("").unwrap(), PriorPlan::default());
+        let plan = VaePlan::cpu();
+        assert_eq!(VaePlan::from_toml(&toml::to_string(&plan).unwrap()).unwrap(), plan);
+        assert_eq!(VaePlan::from_toml("").unwrap(), VaePlan::default());
         for bad in ["chanels = 3", "batch = 0", "kl_ratio = 0.0", "learning_rate = nan", "floors = { height = -1.0 }"] {
-            assert!(PriorPlan::from_toml(bad).is_err(), "{bad}");
+            assert!(VaePlan::from_toml(bad).is_err(), "{bad}");
         }
     }
 
     #[test]
     fn a_restart_at_the_very_end_is_left_out_and_others_are_not() {
-        let rate = |plan: &PriorPlan, i| plan.learning_rate_at(i) / plan.learning_rate;
-        let late = PriorPlan { iterations: 4000, restart_first: 666, restart_factor: 5, ..PriorPlan::default() };
+        let rate = |plan: &VaePlan, i| plan.learning_rate_at(i) / plan.learning_rate;
+        let late = VaePlan { iterations: 4000, restart_first: 666, restart_factor: 5, ..VaePlan::default() };
         assert_eq!([rate(&late, 0), rate(&late, 666), rate(&late, 3996), rate(&late, 3999)], [1.0, 1.0, 0.0, 0.0]);
-        let whole = PriorPlan::cpu();
+        let whole = VaePlan::cpu();
         assert!(rate(&whole, 799) < 1e-4 && rate(&whole, 800) == 1.0 && rate(&whole, 3999) < 1e-4);
-        let thesis = PriorPlan::default();
+        let thesis = VaePlan::default();
         assert_eq!([rate(&thesis, 1000), rate(&thesis, 6000), rate(&thesis, 31_000)], [1.0; 3]);
         assert!(rate(&thesis, 49_999) > 0.9, "the thesis' budget ends in the middle of a period");
     }

@@ -1,4 +1,4 @@
-//! Training of the motion prior: the whole algorithm in [`PriorTrainer::step`].
+//! Training of the motion prior: the whole algorithm in [`VaeTrainer::step`].
 
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -15,18 +15,17 @@ use lifelike_nn::gradients::Gradients;
 use lifelike_nn::losses::kl_from_standard_normal;
 use rand_distr::{Distribution, StandardNormal};
 
-use super::dataset::{PriorClip, Windows};
+use super::coder::NETWORK;
 use super::loss::reconstruction;
-use super::plan::PriorPlan;
-use super::prior::{MotionPrior, Recipe};
-use super::reconstruction::ReconstructionReport;
-use super::statistics::FeatureStatistics;
-use super::vae::MotionVae;
+use super::network::MotionVae;
+use super::plan::VaePlan;
 use crate::RepresentationError;
+use crate::prior::kind::KindPlan;
+use crate::prior::{FeatureStatistics, MotionPrior, PriorClip, PriorPlan, ReconstructionReport, Windows};
 
 /// What one iteration did. All of it is determined by plan and data.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
-pub struct PriorMetrics {
+pub struct VaeMetrics {
     /// Iterations done, this one included.
     pub iteration: u64,
     /// What was minimised.
@@ -47,8 +46,8 @@ pub struct PriorMetrics {
 
 /// A training run of a motion prior.
 #[derive(Debug)]
-pub struct PriorTrainer {
-    plan: PriorPlan,
+pub struct VaeTrainer {
+    plan: VaePlan,
     layout: FeatureLayout,
     statistics: FeatureStatistics,
     training: Windows,
@@ -60,22 +59,22 @@ pub struct PriorTrainer {
     skipped: u64,
 }
 
-impl PriorTrainer {
+impl VaeTrainer {
     /// A run that has not begun. `held_out` clips are only looked at by [`Self::report`].
     ///
     /// # Errors
     /// A plan out of range, no training frames, or a clip that does not fit the layout.
     pub fn new(
-        plan: PriorPlan,
+        plan: VaePlan,
         layout: FeatureLayout,
         training: Vec<PriorClip>,
         held_out: Vec<PriorClip>,
     ) -> Result<Self, RepresentationError> {
         plan.check()?;
-        let windows = plan.windows();
+        let windows = plan.windows;
         let training = Windows::to_train_on(&windows, &layout, training)?;
         let held_out = Windows::new(&windows, &layout, held_out)?;
-        let statistics = training.statistics(&layout, &plan.floors);
+        let statistics = training.statistics(&layout, &windows.floors);
         let device = device::training();
         let vae = MotionVae::new(&plan, layout.size(), &device);
         let optimizer = Adam::new(AdamConfig { rule: plan.optimizer, ..AdamConfig::adam() });
@@ -92,7 +91,7 @@ impl PriorTrainer {
     }
 
     /// The plan.
-    pub fn plan(&self) -> &PriorPlan {
+    pub fn plan(&self) -> &VaePlan {
         &self.plan
     }
 
@@ -107,15 +106,16 @@ impl PriorTrainer {
     }
 
     /// One iteration: draw windows, encode, sample, decode, step.
-    pub fn step(&mut self) -> Result<PriorMetrics, RepresentationError> {
+    pub fn step(&mut self) -> Result<VaeMetrics, RepresentationError> {
         let (plan, i) = (&self.plan, self.iteration);
         let device = self.device.clone();
         let (kl_weight, learning_rate) = (plan.kl_weight_at(i), plan.learning_rate_at(i));
 
-        let rows = self.training.sample(&self.statistics, plan.batch, &mut stream(plan.seed, "prior.batch", 0, i))?;
-        let shape = [plan.batch, plan.windows().window().len(), self.layout.size()];
+        let rows =
+            self.training.sample(&self.statistics, plan.batch, &mut stream(plan.windows.seed, "prior.batch", 0, i))?;
+        let shape = [plan.batch, plan.windows.window().len(), self.layout.size()];
         let x = Tensor::<3>::from_data(TensorData::new(rows, shape), &device);
-        let mut rng = stream(plan.seed, "prior.noise", 0, i);
+        let mut rng = stream(plan.windows.seed, "prior.noise", 0, i);
         let noise: Vec<f32> = (0..plan.batch * plan.latent).map(|_| StandardNormal.sample(&mut rng)).collect();
         let noise = TensorData::new(noise, [plan.batch, plan.latent]);
 
@@ -135,7 +135,7 @@ impl PriorTrainer {
         }
         self.iteration += 1;
         let number = |t: Tensor<1>| f64::from(t.into_scalar::<f32>());
-        Ok(PriorMetrics {
+        Ok(VaeMetrics {
             iteration: self.iteration,
             loss: number(loss),
             reconstruction: number(rec),
@@ -150,7 +150,7 @@ impl PriorTrainer {
     /// Iterates until the plan is done or `each` (called after every iteration) breaks.
     pub fn train(
         &mut self,
-        mut each: impl FnMut(&Self, &PriorMetrics) -> ControlFlow<()>,
+        mut each: impl FnMut(&Self, &VaeMetrics) -> ControlFlow<()>,
     ) -> Result<(), RepresentationError> {
         while self.iteration < self.plan.iterations {
             let metrics = self.step()?;
@@ -163,7 +163,8 @@ impl PriorTrainer {
 
     /// The prior as it stands.
     pub fn prior(&self) -> MotionPrior {
-        MotionPrior::new(self.plan.clone(), self.layout.clone(), self.statistics.clone(), &self.vae)
+        let (layout, statistics) = (self.layout.clone(), self.statistics.clone());
+        MotionPrior::new(self.plan.clone(), layout, statistics, self.vae.valid().fork(&device::inference()))
     }
 
     /// Reconstruction of the held-out clips, or of the training clips when none were held out.
@@ -193,12 +194,11 @@ impl PriorTrainer {
     ) -> Result<Self, RepresentationError> {
         let checkpoint = Checkpoint::load(path)?;
         let saved = MotionPrior::load_from(&checkpoint)?;
-        let Recipe::Vae(plan) = saved.recipe() else {
-            let what = path.display().to_string();
+        let PriorPlan::Vae(plan) = saved.plan() else {
             return Err(RepresentationError::Mismatch {
-                what,
+                what: path.display().to_string(),
                 expected: "a beta-VAE's run".into(),
-                got: "a spline prior".into(),
+                got: format!("a {}", saved.plan().kind()),
             });
         };
         let mut run = Self::new(plan.clone(), saved.layout().clone(), training, held_out)?;
@@ -208,7 +208,7 @@ impl PriorTrainer {
             return Err(RepresentationError::Mismatch { what, expected: format!("digest {expected}"), got });
         }
         run.statistics = saved.statistics().clone();
-        run.vae = checkpoint.load_module("vae", run.vae)?;
+        run.vae = checkpoint.load_module(NETWORK, run.vae)?;
         run.optimizer = Adam::load_from(run.optimizer.config(), &checkpoint, "optimizer", &run.vae)?;
         let progress = checkpoint.u64s("progress", &[2])?;
         (run.iteration, run.skipped) = (progress[0], progress[1]);

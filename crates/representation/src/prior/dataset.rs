@@ -7,7 +7,7 @@ use rand::Rng;
 use rand::seq::SliceRandom;
 use sha2::{Digest, Sha256};
 
-use super::statistics::{FeatureStatistics, SpreadFloors};
+use super::statistics::{FeatureStatistics, StdFloors};
 use super::window_plan::WindowPlan;
 use crate::RepresentationError;
 
@@ -115,7 +115,7 @@ impl Windows {
     }
 
     /// Mean and spread of the features of all frames.
-    pub(super) fn statistics(&self, layout: &FeatureLayout, floors: &SpreadFloors) -> FeatureStatistics {
+    pub(super) fn statistics(&self, layout: &FeatureLayout, floors: &StdFloors) -> FeatureStatistics {
         FeatureStatistics::of(layout, floors, self.clips.iter().flat_map(|c| &c.frames))
     }
 

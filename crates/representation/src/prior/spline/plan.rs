@@ -1,14 +1,15 @@
-//! What a spline prior is and how it is trained, as a TOML file.
+//! Settings of a spline prior and of its training, a table of a TOML file.
 
 use crate::RepresentationError;
+use crate::prior::kind::KindPlan;
+use crate::prior::window_plan::WindowPlan;
 use crate::spline_transformer::SequencePlan;
-use crate::window_plan::WindowPlan;
 
 /// Settings of a spline prior: which windows, and what encodes them.
 #[derive(Debug, Clone, PartialEq, Default, serde::Serialize, serde::Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct SplinePriorPlan {
-    /// The windows: those of [`super::super::PriorPlan`], by the same names.
+    /// The windows: those of [`crate::prior::vae::VaePlan`], by the same names.
     pub windows: WindowPlan,
     /// Network and training. z_t has `latent` numbers for each control point: 4 of 16 by default, as many as the β-VAE's 64.
     /// The row of thesis Table A.1 for motion (of other data) is `heads = 8`, `width = 128`, `batch = 1024`,
@@ -16,19 +17,27 @@ pub struct SplinePriorPlan {
     pub training: SequencePlan,
 }
 
-impl SplinePriorPlan {
-    /// Checks every range.
-    ///
-    /// # Errors
-    /// The first key out of range.
-    pub fn check(&self) -> Result<(), RepresentationError> {
-        self.windows.check()?;
-        self.training.check()
+impl KindPlan for SplinePriorPlan {
+    fn windows(&self) -> &WindowPlan {
+        &self.windows
     }
 
-    /// d_z: the numbers of all control points together.
-    pub fn latent_size(&self) -> usize {
+    /// The numbers of all control points together.
+    fn latent_size(&self) -> usize {
         self.training.method.tokens().control_points() * self.training.latent
+    }
+
+    fn describe_code(&self) -> String {
+        let SequencePlan { method, latent, .. } = self.training;
+        format!(
+            "{} control points of {latent}, by their mean and standard deviation ({method})",
+            self.latent_size() / latent
+        )
+    }
+
+    fn check(&self) -> Result<(), RepresentationError> {
+        self.windows.check()?;
+        self.training.check()
     }
 }
 
@@ -36,13 +45,13 @@ impl SplinePriorPlan {
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
-    use crate::PriorPlan;
+    use crate::prior::vae::VaePlan;
     use crate::spline_transformer::Method;
 
     #[test]
     fn a_code_is_as_large_as_the_vaes_and_of_the_same_windows() {
-        let (plan, vae) = (SplinePriorPlan::default(), PriorPlan::default());
-        assert_eq!((plan.latent_size(), plan.windows), (vae.latent, vae.windows()));
+        let (plan, vae) = (SplinePriorPlan::default(), VaePlan::default());
+        assert_eq!((plan.latent_size(), plan.windows), (vae.latent, vae.windows));
         let training = SequencePlan { method: Method::AlibiCat, latent: 64, ..SequencePlan::default() };
         assert_eq!(SplinePriorPlan { training, ..plan }.latent_size(), 64);
     }

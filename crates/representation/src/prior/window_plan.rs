@@ -1,16 +1,16 @@
-//! Which windows of which clips a motion prior is about, whatever encodes them.
+//! Windows that a motion prior is trained on and encodes, whatever its kind.
 
 use lifelike_motion::window::WindowSpec;
 
-use super::statistics::SpreadFloors;
+use super::statistics::StdFloors;
 use crate::RepresentationError;
 use lifelike_train::limits::{range, whole};
 
-/// What priors of every kind have in common.
+/// Settings that priors of every kind have in common.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct WindowPlan {
-    /// Decides which clips are set aside.
+    /// Key of the choice of clips that are set aside.
     pub seed: u64,
     /// Frames per second of the clips' frames (the control rate).
     pub frame_rate: f64,
@@ -19,15 +19,15 @@ pub struct WindowPlan {
     /// Time that a window covers (s). The thesis' 61 frames cover 1 s, so samples stand 1/60 s apart; frames at another
     /// rate (50 Hz here) are interpolated at t + k/60 s for k = -30..30, rotations by slerp.
     pub window_seconds: f64,
-    /// Part of the clips set aside for the report by [`super::dataset::split`].
+    /// Part of the clips set aside for the report by [`super::split`].
     pub held_out: f64,
-    /// Smallest spreads that features are divided by.
-    pub floors: SpreadFloors,
+    /// Smallest standard deviations that features are divided by.
+    pub floors: StdFloors,
 }
 
 impl Default for WindowPlan {
     fn default() -> Self {
-        let floors = SpreadFloors::default();
+        let floors = StdFloors::default();
         Self { seed: 0, frame_rate: 50.0, half_width: 30, window_seconds: 1.0, held_out: 0.1, floors }
     }
 }

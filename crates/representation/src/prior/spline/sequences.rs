@@ -6,10 +6,8 @@ use lifelike_checkpoint::rng::stream;
 use lifelike_motion::FeatureLayout;
 
 use crate::RepresentationError;
-use crate::dataset::{PriorClip, Windows};
+use crate::prior::{FeatureStatistics, PriorClip, WindowPlan, Windows};
 use crate::spline_transformer::{HeldOut, Sequences};
-use crate::statistics::FeatureStatistics;
-use crate::window_plan::WindowPlan;
 
 /// Largest number of windows that the loss is watched on.
 const WATCHED: usize = 512;

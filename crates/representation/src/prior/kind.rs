@@ -1,0 +1,71 @@
+//! The contract of a kind of motion prior.
+
+use std::fmt::Debug;
+
+use lifelike_checkpoint::Checkpoint;
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
+use super::window_plan::WindowPlan;
+use crate::RepresentationError;
+
+/// A trained encoder and decoder of windows. Windows, statistics, names, file and reconstruction errors are the same for every
+/// kind and belong to [`super::MotionPrior`]; a kind is listed in `kinds.rs` and nowhere else.
+pub trait PriorKind: Clone + Debug + Sized {
+    /// `kind` of its files.
+    const NAME: &'static str;
+    /// Table of a training plan that chooses it.
+    const TABLE: &'static str;
+    /// Name in messages, with its article.
+    const TITLE: &'static str;
+    /// Settings of the network and of its training.
+    type Plan: KindPlan;
+
+    /// Encodes normalised windows.
+    ///
+    /// # Shapes
+    /// `[N, samples, features]` to `[N, d_z]`, row-major.
+    ///
+    /// # Errors
+    /// Tensor data that cannot be read from the device.
+    fn encode(&self, windows: Vec<f32>, shape: [usize; 2]) -> Result<Vec<f32>, RepresentationError>;
+
+    /// Decodes codes to normalised windows.
+    ///
+    /// # Shapes
+    /// `[N, d_z]` to `[N, samples, features]`, row-major.
+    ///
+    /// # Errors
+    /// Tensor data that cannot be read from the device.
+    fn decode(&self, codes: &[f32], samples: usize) -> Result<Vec<f32>, RepresentationError>;
+
+    /// Puts its arrays into a prior's file.
+    ///
+    /// # Errors
+    /// Two arrays of one name.
+    fn save_into(&self, checkpoint: &mut Checkpoint) -> Result<(), RepresentationError>;
+
+    /// Reads its arrays from a prior's file, for windows of `features` numbers per sample.
+    ///
+    /// # Errors
+    /// Arrays that are missing or of another shape than the plan's.
+    fn load_from(plan: &Self::Plan, checkpoint: &Checkpoint, features: usize) -> Result<Self, RepresentationError>;
+}
+
+/// Settings of one kind of prior, a table of a TOML plan.
+pub trait KindPlan: Clone + Debug + PartialEq + Default + Serialize + DeserializeOwned {
+    /// Windows to train on and to encode.
+    fn windows(&self) -> &WindowPlan;
+
+    /// d_z.
+    fn latent_size(&self) -> usize;
+
+    /// Names the numbers of a code, for people.
+    fn describe_code(&self) -> String;
+
+    /// Checks every range.
+    ///
+    /// # Errors
+    /// The first key out of range.
+    fn check(&self) -> Result<(), RepresentationError>;
+}

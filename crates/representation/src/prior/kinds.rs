@@ -1,0 +1,158 @@
+//! The list of kinds of motion priors, at the end of this file: a kind is a folder that implements [`PriorKind`] and one line there.
+
+use lifelike_checkpoint::Checkpoint;
+use serde::Serialize;
+use serde::de::MapAccess;
+use serde::ser::SerializeStruct;
+
+use super::kind::{KindPlan, PriorKind};
+use super::spline::SplineCoder;
+use super::vae::MotionVae;
+use super::window_plan::WindowPlan;
+use crate::RepresentationError;
+
+/// Writes [`PriorPlan`] and [`Coder`], one variant for each kind, and passes their calls on.
+macro_rules! kinds {
+    ($($(#[$doc:meta])* $variant:ident: $kind:ty,)+) => {
+        /// Plan of a motion prior: which kind it is, and its settings.
+        #[derive(Debug, Clone, PartialEq, Serialize)]
+        #[serde(untagged)]
+        pub enum PriorPlan {
+            $($(#[$doc])* $variant(<$kind as PriorKind>::Plan),)+
+        }
+
+        impl PriorPlan {
+            /// Tables of training plans and the kinds that they choose.
+            pub const TABLES: &[(&str, &str)] = &[$((<$kind>::TABLE, <$kind>::TITLE)),+];
+
+            /// `kind` of the file of such a prior.
+            pub fn kind(&self) -> &'static str {
+                match self {
+                    $(Self::$variant(_) => <$kind>::NAME,)+
+                }
+            }
+
+            /// Windows to train on and to encode.
+            pub fn windows(&self) -> &WindowPlan {
+                match self {
+                    $(Self::$variant(plan) => plan.windows(),)+
+                }
+            }
+
+            /// d_z.
+            pub fn latent_size(&self) -> usize {
+                match self {
+                    $(Self::$variant(plan) => plan.latent_size(),)+
+                }
+            }
+
+            /// Names the numbers of a code, for people.
+            pub fn describe_code(&self) -> String {
+                match self {
+                    $(Self::$variant(plan) => plan.describe_code(),)+
+                }
+            }
+
+            /// Checks every range.
+            ///
+            /// # Errors
+            /// The first key out of range.
+            pub fn check(&self) -> Result<(), RepresentationError> {
+                match self {
+                    $(Self::$variant(plan) => plan.check(),)+
+                }
+            }
+
+            /// Returns whether a file's `kind` is that of a prior.
+            pub(super) fn is_kind(kind: &str) -> bool {
+                [$(<$kind>::NAME),+].contains(&kind)
+            }
+
+            /// Reads the plan of a prior's file; none where the file's `kind` is no prior's.
+            pub(super) fn load_from(checkpoint: &Checkpoint, kind: &str) -> Result<Option<Self>, RepresentationError> {
+                $(if kind == <$kind>::NAME {
+                    let plan: <$kind as PriorKind>::Plan = checkpoint.meta("plan")?;
+                    plan.check()?;
+                    return Ok(Some(Self::$variant(plan)));
+                })+
+                Ok(None)
+            }
+
+            /// Reads the value of a training plan's key, where that is the table of a kind.
+            pub(super) fn next_value<'de, A: MapAccess<'de>>(key: &str, map: &mut A) -> Result<Option<Self>, A::Error> {
+                $(if key == <$kind>::TABLE {
+                    return map.next_value().map(|plan| Some(Self::$variant(plan)));
+                })+
+                Ok(None)
+            }
+
+            /// Writes the table of a training plan.
+            pub(super) fn serialize_into<S: SerializeStruct>(&self, plan: &mut S) -> Result<(), S::Error> {
+                match self {
+                    $(Self::$variant(own) => plan.serialize_field(<$kind>::TABLE, own),)+
+                }
+            }
+        }
+
+        /// Encoder and decoder of any kind.
+        #[derive(Debug, Clone)]
+        pub(super) enum Coder {
+            $($variant(Box<$kind>),)+
+        }
+
+        impl Coder {
+            /// As [`PriorKind::encode`].
+            pub(super) fn encode(&self, windows: Vec<f32>, shape: [usize; 2]) -> Result<Vec<f32>, RepresentationError> {
+                match self {
+                    $(Self::$variant(coder) => <$kind as PriorKind>::encode(coder, windows, shape),)+
+                }
+            }
+
+            /// As [`PriorKind::decode`].
+            pub(super) fn decode(&self, codes: &[f32], samples: usize) -> Result<Vec<f32>, RepresentationError> {
+                match self {
+                    $(Self::$variant(coder) => <$kind as PriorKind>::decode(coder, codes, samples),)+
+                }
+            }
+
+            /// As [`PriorKind::save_into`].
+            pub(super) fn save_into(&self, checkpoint: &mut Checkpoint) -> Result<(), RepresentationError> {
+                match self {
+                    $(Self::$variant(coder) => <$kind as PriorKind>::save_into(coder, checkpoint),)+
+                }
+            }
+
+            /// As [`PriorKind::load_from`].
+            pub(super) fn load_from(
+                plan: &PriorPlan,
+                checkpoint: &Checkpoint,
+                features: usize,
+            ) -> Result<Self, RepresentationError> {
+                match plan {
+                    $(PriorPlan::$variant(plan) => {
+                        Ok(Self::$variant(Box::new(<$kind as PriorKind>::load_from(plan, checkpoint, features)?)))
+                    })+
+                }
+            }
+        }
+
+        $(impl From<<$kind as PriorKind>::Plan> for PriorPlan {
+            fn from(plan: <$kind as PriorKind>::Plan) -> Self {
+                Self::$variant(plan)
+            }
+        }
+
+        impl From<$kind> for Coder {
+            fn from(coder: $kind) -> Self {
+                Self::$variant(Box::new(coder))
+            }
+        })+
+    };
+}
+
+kinds! {
+    /// The convolutional β-VAE of thesis 4.2.1.
+    Vae: MotionVae,
+    /// The Spline-based Transformer of chapter 3.
+    Spline: SplineCoder,
+}

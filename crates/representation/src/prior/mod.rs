@@ -1,0 +1,28 @@
+//! The motion prior (thesis 4.2.1): a latent code for the second of motion around every frame.
+//!
+//! The main path: clips' frames ([`PriorClip`]) → [`Windows`] (eq. 4.2, normalised by [`FeatureStatistics`]) → a trainer of some kind
+//! ([`vae::VaeTrainer`], or [`spline::WindowSequences`] for a [`crate::spline_transformer::SequenceTrainer`]) → [`MotionPrior`], one file
+//! that encodes any clip of the same character into one z_t per frame.
+//!
+//! A kind of prior is a folder ([`vae`], [`spline`]) with an implementation of [`PriorKind`] and a line in `kinds.rs`. Whoever takes a
+//! [`MotionPrior`] takes all of them.
+
+mod dataset;
+mod kind;
+mod kinds;
+mod motion_prior;
+mod reconstruction;
+pub mod spline;
+mod statistics;
+mod training_plan;
+pub mod vae;
+mod window_plan;
+
+pub use dataset::{PriorClip, Windows, split};
+pub use kind::{KindPlan, PriorKind};
+pub use kinds::PriorPlan;
+pub use motion_prior::MotionPrior;
+pub use reconstruction::{ReconstructionErrors, ReconstructionReport};
+pub use statistics::{FeatureStatistics, StdFloors};
+pub use training_plan::PriorTrainingPlan;
+pub use window_plan::WindowPlan;
