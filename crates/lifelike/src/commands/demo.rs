@@ -43,6 +43,7 @@ pub struct Args {
     /// Longest episode (s).
     #[arg(long, default_value_t = 10.0)]
     pub seconds: f64,
+    /// Engine and threads.
     #[command(flatten)]
     pub physics: Physics,
 }

@@ -2,6 +2,8 @@
 
 mod checkpoint;
 mod clip;
+#[cfg(feature = "learning")]
+mod networks;
 mod robot;
 mod run;
 
