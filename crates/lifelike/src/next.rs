@@ -47,6 +47,17 @@ impl NextCommand {
     }
 }
 
+/// Returns the commands as lines for people, under a heading; nothing where there are none.
+pub fn lines(commands: &[NextCommand]) -> String {
+    let lines: String = commands.iter().map(|command| format!("  {command}\n")).collect();
+    if lines.is_empty() { lines } else { format!("next:\n{lines}") }
+}
+
+/// Returns the commands for scripts.
+pub fn texts(commands: &[NextCommand]) -> Vec<String> {
+    commands.iter().map(NextCommand::to_string).collect()
+}
+
 impl Display for NextCommand {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.write_str(&self.0)

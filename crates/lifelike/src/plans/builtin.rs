@@ -10,12 +10,8 @@ pub struct BuiltinPlan {
 }
 
 /// The name tells the command: `track-...` is for `train tracker`.
-const KINDS: [(&str, &str); 4] = [
-    ("track", "train tracker"),
-    ("prior", "train prior"),
-    ("spline", "train spline"),
-    ("study", "bench tracking"),
-];
+const KINDS: [(&str, &str); 4] =
+    [("track", "train tracker"), ("prior", "train prior"), ("spline", "train spline"), ("study", "bench tracking")];
 
 macro_rules! plans {
     ($($name:literal),* $(,)?) => {

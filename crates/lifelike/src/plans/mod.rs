@@ -40,8 +40,7 @@ pub struct PlanText {
 pub fn find(name_or_path: &Path) -> Result<PlanText, CliError> {
     let shown = name_or_path.display().to_string();
     if name_or_path.is_file() {
-        let text =
-            std::fs::read_to_string(name_or_path).map_err(|e| CliError::Input(format!("{shown}: {e}")))?;
+        let text = std::fs::read_to_string(name_or_path).map_err(|e| CliError::Input(format!("{shown}: {e}")))?;
         let folder = Some(name_or_path.parent().unwrap_or(Path::new("")).to_path_buf());
         return Ok(PlanText { source: shown, text, folder });
     }

@@ -125,9 +125,16 @@ mod tests {
 
     #[test]
     fn missing_motion_is_told_with_what_to_do() {
-        let tree: Table = "robot = \"my.xml\"\nclips = [\"none/a*.bvh\", \"builtin\"]\ntest = [\"@none.txt\"]".parse().unwrap();
+        let tree: Table =
+            "robot = \"my.xml\"\nclips = [\"none/a*.bvh\", \"builtin\"]\ntest = [\"@none.txt\"]".parse().unwrap();
         let error = check(&tree, "plan 'x'").unwrap_err().to_string();
-        for part in ["plan 'x': clips", "'none/a*.bvh'", "1 others", "--robot my.xml -o none\n", "'clips=[\"builtin\"]' 'test=[]'"] {
+        for part in [
+            "plan 'x': clips",
+            "'none/a*.bvh'",
+            "1 others",
+            "--robot my.xml -o none\n",
+            "'clips=[\"builtin\"]' 'test=[]'",
+        ] {
             assert!(error.contains(part), "{part}: {error}");
         }
         assert!(check(&"clips = [\"builtin:walk\"]".parse().unwrap(), "").is_ok());

@@ -14,13 +14,13 @@ pub mod learning;
 pub mod robustness;
 #[cfg(feature = "learning")]
 pub mod tracking;
-#[cfg(feature = "learning")]
-pub use autoencoders::{curves, images, reconstruction, strands};
 #[cfg(not(feature = "learning"))]
 use crate::commands::missing::{
     self as curves, self as images, self as latent, self as learning, self as reconstruction, self as robustness,
     self as strands, self as tracking,
 };
+#[cfg(feature = "learning")]
+pub use autoencoders::{curves, images, reconstruction, strands};
 
 use clap::Subcommand;
 

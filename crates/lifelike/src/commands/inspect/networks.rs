@@ -8,7 +8,9 @@ use lifelike_representation::{MotionPrior, Recipe};
 use lifelike_tracking::PolicyHeader;
 use serde_json::{Value, json};
 
+use super::next_steps;
 use crate::error::CliError;
+use crate::next::{self, NextCommand};
 use crate::output::{Output, table};
 
 /// Prints what a checkpoint holds where it is a policy or a prior; nothing where it is neither.
@@ -28,7 +30,10 @@ fn policy(path: &Path, header: &PolicyHeader, numbers: usize, output: &Output) -
     let parts = header.observation.parts();
     let layout: Vec<Value> =
         parts.iter().map(|(name, range)| json!({ "name": name, "start": range.start, "end": range.end })).collect();
-    let value = json!({ "kind": "policy", "numbers": numbers, "header": header, "observation": layout });
+    let steps = next_steps::of_policy(path, &header.robot, !header.prior.is_empty());
+    let value = json!({
+        "kind": "policy", "numbers": numbers, "header": header, "observation": layout, "next": next::texts(&steps),
+    });
     output.result(&value, || {
         let mut text = format!(
             "{}: a policy for '{}' at {} Hz, {} inputs, hidden layers {:?}, {} outputs, trained for {} steps\n",
@@ -53,14 +58,17 @@ fn policy(path: &Path, header: &PolicyHeader, numbers: usize, output: &Output) -
         if !header.observation.end_effectors.is_empty() {
             text += &format!("end effectors, in order: {}\n", header.observation.end_effectors.join(", "));
         }
-        text
+        text + &next::lines(&steps)
     })
 }
 
 /// A motion prior: what it encodes.
 fn prior(path: &Path, prior: &MotionPrior, numbers: usize, output: &Output) -> Result<(), CliError> {
     let (plan, layout, recipe) = (prior.plan(), prior.layout(), prior.recipe());
-    let value = json!({ "kind": recipe.kind(), "numbers": numbers, "plan": recipe, "layout": layout });
+    let steps = [NextCommand::new("bench latent").path("--prior", path).word("--motions").word("builtin")];
+    let value = json!({
+        "kind": recipe.kind(), "numbers": numbers, "plan": recipe, "layout": layout, "next": next::texts(&steps),
+    });
     let code = match recipe {
         Recipe::Vae(_) => "the mean of a beta-VAE's code".to_owned(),
         Recipe::Spline(plan) => {
@@ -72,7 +80,7 @@ fn prior(path: &Path, prior: &MotionPrior, numbers: usize, output: &Output) -> R
         format!(
             "{}: a {}, {numbers} numbers\n\
              {} numbers ({code}) for {} s of motion, {} samples of {} features; clips at {} Hz\n\n\
-             joints, in order: {}\nend effectors, in order: {}\n",
+             joints, in order: {}\nend effectors, in order: {}\n{}",
             path.display(),
             recipe.kind(),
             prior.latent_size(),
@@ -81,7 +89,8 @@ fn prior(path: &Path, prior: &MotionPrior, numbers: usize, output: &Output) -> R
             layout.size(),
             plan.frame_rate,
             layout.joints.join(", "),
-            layout.end_effectors.join(", ")
+            layout.end_effectors.join(", "),
+            next::lines(&steps)
         )
     })
 }

@@ -32,7 +32,10 @@ impl Source {
         match (&self.output, self.plan.as_deref().and_then(Path::file_stem)) {
             (Some(folder), _) => Ok(folder.clone()),
             (None, Some(name)) => Ok(Path::new("runs").join(name)),
-            (None, None) => Err(CliError::Usage("say which run with -o FOLDER, or which plan with --plan FILE or --plan NAME of `lifelike plans`".into())),
+            (None, None) => Err(CliError::Usage(
+                "say which run with -o FOLDER, or which plan with --plan FILE or --plan NAME of `lifelike plans`"
+                    .into(),
+            )),
         }
     }
 
@@ -41,7 +44,9 @@ impl Source {
         match (&self.plan, self.resume) {
             (_, true) => overrides::apply(RunFolder::open(folder)?.plan()?, &self.overrides),
             (Some(path), false) => plans::load(path, &self.overrides),
-            (None, false) => Err(CliError::Usage("say what to train with --plan FILE, or --plan NAME of `lifelike plans`".into())),
+            (None, false) => {
+                Err(CliError::Usage("say what to train with --plan FILE, or --plan NAME of `lifelike plans`".into()))
+            }
         }
     }
 
