@@ -27,9 +27,9 @@ pub mod failure;
 pub mod fall;
 mod options;
 mod recorder;
-mod runner;
 pub mod robustness;
 mod rollout;
+mod runner;
 pub mod schedule;
 mod score;
 mod setup;
@@ -39,9 +39,9 @@ mod tables;
 #[cfg(test)]
 mod tests;
 
+pub use conditions::{EpisodeConditions, ReferenceSegment, TimedPush};
 pub use error::EvaluationError;
 pub use failure::Failure;
-pub use conditions::{EpisodeConditions, ReferenceSegment, TimedPush};
 pub use options::EvaluationOptions;
 pub use rollout::{Cause, Names, Outcome, Rollout, Snapshot};
 pub use score::{ClipScore, EpisodeScore, Evaluation};

@@ -64,12 +64,7 @@ impl<'a> Recorder<'a> {
     }
 
     /// Adds one robot's state, and the one that was asked of it at that moment.
-    pub(super) fn record(
-        &self,
-        rollout: &mut Rollout,
-        moment: &Moment<'_>,
-        kinematics: &mut Kinematics,
-    ) {
+    pub(super) fn record(&self, rollout: &mut Rollout, moment: &Moment<'_>, kinematics: &mut Kinematics) {
         let &Moment { state, i, ground, frame, alignment } = moment;
         let reference = self.reference(frame, alignment, ground, kinematics);
         rollout.planned_contact.extend(self.robot.anatomy.soles.values().map(|sole| {

@@ -111,8 +111,7 @@ impl<'a> Runner<'a> {
         let there = run.player.present_root();
         let here = measured(self.simulation.as_ref(), &self.ground, self.controller, i);
         let place = here.root_position.unwrap_or(there.position);
-        run.history.alignment =
-            Alignment::between(there.position, there.orientation, place, here.root_orientation);
+        run.history.alignment = Alignment::between(there.position, there.orientation, place, here.root_orientation);
     }
 
     /// One step of all robots; only those `in_use` are told what to do, the others keep their targets.

@@ -1,16 +1,14 @@
-//! What the command line can fail with, and the exit codes that scripts see.
+//! Errors of the command line, and the exit codes that scripts see.
+
+#[cfg(feature = "learning")]
+mod learning;
 
 use lifelike_character::CharacterError;
 use lifelike_checkpoint::CheckpointError;
-use lifelike_evaluation::EvaluationError;
 use lifelike_motion::MotionError;
 use lifelike_report::ReportError;
-use lifelike_representation::RepresentationError;
 use lifelike_robot::RobotError;
-use lifelike_sequences::SequencesError;
 use lifelike_sim::SimError;
-use lifelike_tracking::TrackerError;
-use lifelike_train::{PlanError, TrainError};
 
 /// A failed command.
 #[derive(Debug, thiserror::Error)]
@@ -88,63 +86,6 @@ impl From<ReportError> for CliError {
     fn from(error: ReportError) -> Self {
         match error {
             ReportError::Io { .. } => Self::Failed(error.to_string()),
-            _ => Self::Input(error.to_string()),
-        }
-    }
-}
-
-impl From<PlanError> for CliError {
-    fn from(error: PlanError) -> Self {
-        Self::Input(error.to_string())
-    }
-}
-
-impl From<TrainError> for CliError {
-    fn from(error: TrainError) -> Self {
-        match error {
-            TrainError::Report(error) => error.into(),
-            _ => Self::Input(error.to_string()),
-        }
-    }
-}
-
-impl From<RepresentationError> for CliError {
-    fn from(error: RepresentationError) -> Self {
-        match error {
-            RepresentationError::Report(error) => error.into(),
-            RepresentationError::Train(error) => error.into(),
-            _ => Self::Input(error.to_string()),
-        }
-    }
-}
-
-impl From<SequencesError> for CliError {
-    fn from(error: SequencesError) -> Self {
-        match error {
-            SequencesError::Io { .. } => Self::Failed(error.to_string()),
-            SequencesError::Representation(error) => error.into(),
-            _ => Self::Input(error.to_string()),
-        }
-    }
-}
-
-impl From<TrackerError> for CliError {
-    fn from(error: TrackerError) -> Self {
-        match error {
-            TrackerError::Io { .. } => Self::Failed(error.to_string()),
-            TrackerError::Simulation(error) => error.into(),
-            TrackerError::Report(error) => error.into(),
-            TrackerError::Train(error) => error.into(),
-            _ => Self::Input(error.to_string()),
-        }
-    }
-}
-
-impl From<EvaluationError> for CliError {
-    fn from(error: EvaluationError) -> Self {
-        match error {
-            EvaluationError::Simulation(error) => error.into(),
-            EvaluationError::Tracker(error) => error.into(),
             _ => Self::Input(error.to_string()),
         }
     }

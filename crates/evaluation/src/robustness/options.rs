@@ -15,5 +15,3 @@ pub struct RobustnessOptions {
     /// The episodes.
     pub evaluation: EvaluationOptions,
 }
-
-

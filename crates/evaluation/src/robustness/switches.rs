@@ -3,7 +3,7 @@
 use lifelike_checkpoint::rng::stream;
 use rand::Rng;
 
-use crate::{ReferenceSegment, Episode};
+use crate::{Episode, ReferenceSegment};
 use lifelike_robot::ReferenceLibrary;
 
 /// Where an episode of `frames` frames goes on every `every` frames: a random frame of a random clip that then lasts for so

@@ -12,7 +12,7 @@ use super::stairs::{climb, footfalls};
 use super::switches::segments;
 use super::*;
 use crate::tests::{clip, policy};
-use crate::{EvaluationOptions, Episode};
+use crate::{Episode, EvaluationOptions};
 use lifelike_sim::testing::{Followers, robot};
 
 fn run(width: usize) -> Robustness {

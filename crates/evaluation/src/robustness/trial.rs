@@ -32,12 +32,14 @@ impl Trial<'_> {
     /// The evaluations of one size: several on hills, none where the robot or the clips have not what is disturbed.
     pub(super) fn run(&self, size: f64) -> Result<Vec<Evaluation>, EvaluationError> {
         let (robot, seed) = (self.setup.robot(), self.options.seed);
-        let level =
-            |suite: &EvaluationSuite<'_>, conditions: &dyn Fn(&Episode) -> EpisodeConditions| -> Result<Vec<Evaluation>, EvaluationError> {
-                let simulation = (self.setup.simulate)(None, self.width(suite))?;
-                Ok(vec![suite.run(simulation, conditions, |_, _| {})?])
-            };
-        let differing = |parameters: EnvironmentParameters| EpisodeConditions { parameters, ..EpisodeConditions::default() };
+        let level = |suite: &EvaluationSuite<'_>,
+                     conditions: &dyn Fn(&Episode) -> EpisodeConditions|
+         -> Result<Vec<Evaluation>, EvaluationError> {
+            let simulation = (self.setup.simulate)(None, self.width(suite))?;
+            Ok(vec![suite.run(simulation, conditions, |_, _| {})?])
+        };
+        let differing =
+            |parameters: EnvironmentParameters| EpisodeConditions { parameters, ..EpisodeConditions::default() };
         match self.disturbance {
             Disturbance::Push(part) if part.bodies(robot).is_empty() => Ok(Vec::new()),
             Disturbance::Push(part) => level(self.plain, &|episode| EpisodeConditions {

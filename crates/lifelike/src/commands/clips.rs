@@ -15,6 +15,9 @@ use crate::error::CliError;
 /// Share of an actuator's largest speed that a retargeted joint may have, so that the policy has room to correct.
 const SPEED_SHARE: f64 = 0.8;
 
+/// The input that stands for our own clips.
+const BUILTIN: &str = "builtin";
+
 /// Retargeting to a robot where nothing else is said: at its policy's rate.
 pub fn retarget_options(robot: &Robot) -> RetargetOptions {
     RetargetOptions { fps: robot.control_hz, ..RetargetOptions::default() }
@@ -74,6 +77,41 @@ pub fn load_one(input: &Path, robot: &Robot) -> Result<MotionClip, CliError> {
 /// # Errors
 /// Whatever is wrong with the first file that is no use.
 pub fn load_files(inputs: &[PathBuf], robot: &Robot) -> Result<Vec<(PathBuf, MotionClip)>, CliError> {
+    let (own, inputs): (Vec<PathBuf>, Vec<PathBuf>) = inputs.iter().cloned().partition(|input| is_builtin(input));
+    let mut clips = own_clips(&own, robot)?;
+    if !inputs.is_empty() {
+        clips.extend(load_outside(&inputs, robot)?);
+    }
+    Ok(clips)
+}
+
+/// Returns whether an input is our own clips (`builtin`), or one of them (`builtin:walk`), rather than a path.
+pub fn is_builtin(input: &Path) -> bool {
+    input.to_str().is_some_and(|text| text == BUILTIN || text.starts_with("builtin:"))
+}
+
+/// Our own clips by [`is_builtin`]'s words, each with the word that names it.
+fn own_clips(words: &[PathBuf], robot: &Robot) -> Result<Vec<(PathBuf, MotionClip)>, CliError> {
+    if words.is_empty() {
+        return Ok(Vec::new());
+    }
+    let (clips, refused) = builtin(robot);
+    for reason in &refused {
+        tracing::warn!("left out: {reason}");
+    }
+    let word = |clip: &MotionClip| PathBuf::from(format!("{BUILTIN}:{}", clip.name));
+    let known = |name: &PathBuf| name.as_path() == Path::new(BUILTIN) || clips.iter().any(|clip| word(clip) == *name);
+    if let Some(unknown) = words.iter().find(|name| !known(name)) {
+        let names: Vec<&str> = clips.iter().map(|clip| clip.name.as_str()).collect();
+        let text = format!("expected {BUILTIN}:NAME with one of {}, got '{}'", names.join(", "), unknown.display());
+        return Err(CliError::Input(text));
+    }
+    let all = words.iter().any(|name| name.as_path() == Path::new(BUILTIN));
+    let clips = clips.into_iter().map(|clip| (word(&clip), clip));
+    Ok(clips.filter(|(word, _)| all || words.contains(word)).collect())
+}
+
+fn load_outside(inputs: &[PathBuf], robot: &Robot) -> Result<Vec<(PathBuf, MotionClip)>, CliError> {
     let files = dataset::find_files(&listed(inputs)?, |path| dataset::is_motion_file(path) || is_captured(path))?;
     let mut options = retarget_options(robot);
     limit_speeds(&mut options, robot);

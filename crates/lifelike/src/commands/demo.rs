@@ -14,6 +14,7 @@ use crate::commands::eval::{Job, save, text};
 use crate::commands::physics::{self, Physics};
 use crate::commands::prior_file::Prior;
 use crate::error::CliError;
+use crate::next::NextCommand;
 use crate::output::Output;
 
 /// See a robot follow motion in physics: a pretrained policy, our own clips, one page to look at.
@@ -43,6 +44,7 @@ pub struct Args {
     /// Longest episode (s).
     #[arg(long, default_value_t = 10.0)]
     pub seconds: f64,
+    /// Engine and threads.
     #[command(flatten)]
     pub physics: Physics,
 }
@@ -53,7 +55,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let began = Instant::now();
     let robot = Arc::new(Robot::load(&args.robot)?);
     let pretrained = |kind: &str| asset(&format!("{}.{kind}.safetensors", robot.name));
-    let file = args.policy.clone().or_else(|| pretrained("policy")).ok_or_else(|| no_policy(&robot.name))?;
+    let file = args.policy.clone().or_else(|| pretrained("policy")).ok_or_else(|| no_policy(&robot, &args.robot))?;
     let policy = Policy::load(&file, &robot)?;
     let prior = Prior::for_policy(&policy, args.prior.clone().or_else(|| pretrained("prior")).as_deref())?;
     let (clips, refused) = if args.motions.is_empty() {
@@ -94,10 +96,15 @@ fn asset(name: &str) -> Option<PathBuf> {
         .find(|file| file.is_file())
 }
 
-fn no_policy(robot: &str) -> CliError {
+fn no_policy(robot: &Robot, file: &str) -> CliError {
+    let train = NextCommand::new("train tracker").word("--plan").word("track").word(format!("robot={file}"));
     CliError::Input(format!(
-        "no pretrained policy for '{robot}' (assets/{robot}.policy.safetensors). Train one:\n\
-         \x20 lifelike train tracker --plan experiments/track.toml\n\
-         and name it with --policy"
+        "no pretrained policy for '{}' (assets/{}.policy.safetensors). Train one and name it:\n\
+         \x20 {}\n\
+         \x20 {}",
+        robot.name,
+        robot.name,
+        train.word("-o").word("runs/mine").word("budget.minutes=5"),
+        NextCommand::new("demo").robot(file).word("--policy").word("runs/mine/tracker.policy.safetensors")
     ))
 }

@@ -65,6 +65,7 @@ pub struct Args {
     /// Write the clips that a change helps to this folder, changed.
     #[arg(long, value_name = "FOLDER", requires = "explain")]
     pub apply: Option<PathBuf>,
+    /// Engine and threads.
     #[command(flatten)]
     pub physics: Physics,
 }

@@ -2,6 +2,10 @@
 
 mod checkpoint;
 mod clip;
+mod controller;
+#[cfg(feature = "learning")]
+mod networks;
+pub(crate) mod next_steps;
 mod robot;
 mod run;
 
@@ -14,7 +18,7 @@ use crate::commands::clips::read_captured;
 use crate::error::CliError;
 use crate::output::Output;
 
-/// Say what is in a robot, a motion, a network or the folder of a run.
+/// Say what is in a robot, a motion, a network or the folder of a run, and what can be done with it next.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -23,7 +27,7 @@ Examples:
   lifelike inspect walk.bvh                         # captured motion: BVH, AMC, DeepMimic, keyframes
   lifelike inspect walk.motion.safetensors          # motion of a robot
   lifelike inspect runs/tracker                     # a run: plan, progress, checkpoints
-  lifelike inspect --json assets/lima-tracker.safetensors")]
+  lifelike inspect --json assets/lima.policy.safetensors    # what a policy sees, and in which order")]
 pub struct Args {
     /// A file, the folder of a run, or the name of a robot that comes with the program.
     pub what: PathBuf,
@@ -56,8 +60,8 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     match kind(path) {
         Kind::Robot => robot::inspect(&path.to_string_lossy(), output),
         Kind::Run => run::inspect(path, output),
-        Kind::Motion => clip::inspect_motion(&lifelike_motion::container::read(path)?, output),
+        Kind::Motion => clip::inspect_motion(path, &lifelike_motion::container::read(path)?, output),
         Kind::Checkpoint => checkpoint::inspect(path, output),
-        Kind::Source => clip::inspect_source(&read_captured(path, &ReadOptions::default())?, output),
+        Kind::Source => clip::inspect_source(path, &read_captured(path, &ReadOptions::default())?, output),
     }
 }

@@ -1,47 +1,67 @@
-//! The commands, one file each.
+//! The commands, one file each: arguments as a type, and a function `run` that takes them.
 
 pub mod bench;
-mod clips;
-pub mod demo;
-pub mod eval;
+pub(crate) mod clips;
+pub mod export;
 pub mod inspect;
+#[cfg(not(feature = "learning"))]
+mod missing;
 pub mod motion;
-mod physics;
-mod prior_file;
-mod reconstruction;
+pub mod physics;
+pub mod plans;
 pub mod robots;
+
+// What trains or runs networks by the training framework; without it these are commands in name only.
+#[cfg(feature = "learning")]
+pub mod demo;
+#[cfg(feature = "learning")]
+pub mod eval;
+#[cfg(feature = "learning")]
+mod prior_file;
+#[cfg(feature = "learning")]
+mod reconstruction;
+#[cfg(feature = "learning")]
 pub mod train;
+#[cfg(not(feature = "learning"))]
+use missing::{self as demo, self as eval, self as train};
 
 use clap::Subcommand;
 
 use crate::error::CliError;
 use crate::output::Output;
 
-/// What can be done.
+/// The command's arguments, by its name. Each is documented where it is defined.
 #[derive(Debug, Subcommand)]
+#[allow(missing_docs)] // a comment here would take the place of the command's help text
 pub enum Command {
     Robots(robots::Args),
+    Plans(plans::Args),
     Inspect(inspect::Args),
     #[command(subcommand)]
     Motion(motion::Motion),
-    #[command(subcommand)]
-    Train(train::Train),
+    Train(train::Args),
     Eval(eval::Args),
     Demo(demo::Args),
+    Export(export::Args),
     #[command(subcommand)]
     Bench(bench::Bench),
 }
 
 impl Command {
-    /// Does it.
+    /// Runs it.
+    ///
+    /// # Errors
+    /// As the command; the error's code is the program's exit code.
     pub fn run(self, output: &Output) -> Result<(), CliError> {
         match self {
             Self::Robots(args) => robots::run(&args, output),
+            Self::Plans(args) => plans::run(&args, output),
             Self::Inspect(args) => inspect::run(&args, output),
             Self::Motion(motion) => motion.run(output),
-            Self::Train(train) => train.run(output),
+            Self::Train(args) => train::run(&args, output),
             Self::Eval(args) => eval::run(&args, output),
             Self::Demo(args) => demo::run(&args, output),
+            Self::Export(args) => export::run(&args, output),
             Self::Bench(bench) => bench.run(output),
         }
     }

@@ -14,7 +14,7 @@ use crate::commands::train;
 use crate::commands::train::hardware::Hardware;
 use crate::error::CliError;
 use crate::output::{Output, table};
-use crate::overrides;
+use crate::plans;
 
 /// Train by a plan for some seconds, and say how fast: environment steps per second, physics and networks apart, and what share
 /// of the processor's peak the networks reach.
@@ -26,7 +26,7 @@ Examples:
   lifelike bench learning --plan experiments/track-walk.toml
   lifelike bench learning --plan experiments/track-all.toml --seconds 60 ppo.epochs=4 ppo.minibatch=1536 --json | jq .rate")]
 pub struct Args {
-    /// The plan.
+    /// The plan: a file, or a built-in one by its name.
     #[arg(long)]
     plan: PathBuf,
     /// Seconds, after a tenth of them that does not count.
@@ -74,7 +74,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     if !(args.seconds.is_finite() && args.seconds > 0.0) {
         return Err(CliError::Usage(format!("--seconds: expected a number above 0, got {}", args.seconds)));
     }
-    let plan: TrackerPlan = overrides::load(&args.plan, &args.overrides)?;
+    let plan: TrackerPlan = plans::load(&args.plan, &args.overrides)?;
     let mut trainer = train::tracker::prepare(&plan, &args.hardware, Arc::new(Alone))?;
     let warm = Instant::now();
     while warm.elapsed().as_secs_f64() < 0.1 * args.seconds {

@@ -1,14 +1,27 @@
 //! `lifelike bench`: how fast things are here, how much a policy bears, and the thesis' tables.
 
-mod autoencoders;
-mod engine;
-mod latent;
-mod learning;
+pub mod engine;
 mod machine;
-mod robustness;
-mod tracking;
 
-use autoencoders::{curves, images, reconstruction, strands};
+// By networks of the training framework.
+#[cfg(feature = "learning")]
+mod autoencoders;
+#[cfg(feature = "learning")]
+pub mod latent;
+#[cfg(feature = "learning")]
+pub mod learning;
+#[cfg(feature = "learning")]
+pub mod robustness;
+#[cfg(feature = "learning")]
+pub mod tracking;
+#[cfg(not(feature = "learning"))]
+use crate::commands::missing::{
+    self as curves, self as images, self as latent, self as learning, self as reconstruction, self as robustness,
+    self as strands, self as tracking,
+};
+#[cfg(feature = "learning")]
+pub use autoencoders::{curves, images, reconstruction, strands};
+
 use clap::Subcommand;
 
 use crate::error::CliError;
@@ -16,6 +29,7 @@ use crate::output::Output;
 
 /// Measure the engine's speed on this machine and how much a policy bears, and make the thesis' tables anew.
 #[derive(Debug, Subcommand)]
+#[allow(missing_docs)] // a comment on a variant would take the place of the command's help text
 pub enum Bench {
     Curves(curves::Args),
     Engine(engine::Args),
@@ -29,7 +43,10 @@ pub enum Bench {
 }
 
 impl Bench {
-    /// Does it.
+    /// Runs it.
+    ///
+    /// # Errors
+    /// As the command.
     pub fn run(self, output: &Output) -> Result<(), CliError> {
         match self {
             Self::Curves(args) => curves::run(&args, output),

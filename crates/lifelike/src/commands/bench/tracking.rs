@@ -18,7 +18,7 @@ use crate::commands::train::hardware::Hardware;
 use crate::commands::{clips, eval, train};
 use crate::error::CliError;
 use crate::output::Output;
-use crate::overrides;
+use crate::plans;
 
 /// Train variants of one plan with several seeds, evaluate all on the same motion, and print them as one table.
 ///
@@ -33,7 +33,7 @@ Examples:
 
 Joint and end-effector errors are means over the frames before a fall; the survival rate stands beside them.")]
 pub struct Args {
-    /// The study.
+    /// The study: a file, or a built-in one by its name.
     #[arg(long)]
     study: PathBuf,
     /// Folder of the runs and of tracking.json.
@@ -122,7 +122,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
         for &seed in &variant.seeds {
             let changes: Vec<String> =
                 variant.set.iter().chain(&args.overrides).cloned().chain([format!("seed={seed}")]).collect();
-            let plan: TrackerPlan = overrides::load(&study.plan, &changes)?;
+            let plan: TrackerPlan = plans::load(&study.plan, &changes)?;
             let folder = args.output.join(format!("{}-{seed}", variant.name));
             // What others have trained before belongs into the table all the same.
             if !wanted && !policy_of(&folder).exists() {
@@ -138,8 +138,11 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
 }
 
 fn read(path: &Path) -> Result<Study, CliError> {
-    let text = std::fs::read_to_string(path).map_err(|e| CliError::Input(format!("{}: {e}", path.display())))?;
-    let study: Study = toml::from_str(&text).map_err(|e| CliError::Input(format!("{}: {e}", path.display())))?;
+    let plans::PlanText { source, text, folder } = plans::find(path)?;
+    let mut study: Study = toml::from_str(&text).map_err(|e| CliError::Input(format!("{source}: {e}")))?;
+    if let Some(folder) = folder {
+        study.plan = plans::located(&study.plan, &folder);
+    }
     if !(1..=eval::STARTS).contains(&study.starts) {
         let text = format!("{}: expected starts from 1 to {}, got {}", path.display(), eval::STARTS, study.starts);
         return Err(CliError::Input(text));
@@ -261,19 +264,17 @@ fn say((mean, half_range): (f64, f64), digits: usize) -> String {
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
+    use crate::overrides;
 
     #[test]
     fn our_own_studies_can_be_read_and_every_variant_is_a_plan() {
-        let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
-        let studies = std::fs::read_dir(root.join("experiments")).unwrap().filter_map(|entry| {
-            let path = entry.unwrap().path();
-            path.file_name()?.to_str()?.starts_with("study-").then_some(path)
-        });
         let mut count = 0;
-        for path in studies {
-            let study = read(&path).unwrap();
+        for builtin in plans::builtin().filter(|plan| plan.name.starts_with("study-")) {
+            let path = Path::new(builtin.name);
+            let study = read(path).unwrap();
+            let common: TrackerPlan = toml::from_str(&plans::find(&study.plan).unwrap().text).unwrap();
             for variant in &study.variant {
-                let plan: TrackerPlan = overrides::load(&root.join(&study.plan), &variant.set).unwrap();
+                let plan = overrides::apply(common.clone(), &variant.set).unwrap();
                 plan.check().unwrap();
                 assert!(!variant.seeds.is_empty(), "{}: {}", path.display(), variant.name);
             }

@@ -1,17 +1,23 @@
 //! Motion: as it was captured, and of a robot.
 
+use std::path::Path;
+
 use lifelike_motion::{MotionClip, SourceClip};
 use serde_json::json;
 
+use super::next_steps;
 use crate::error::CliError;
+use crate::next;
 use crate::output::{Output, table};
 
 /// Prints captured motion.
-pub fn inspect_source(clip: &SourceClip, output: &Output) -> Result<(), CliError> {
+pub fn inspect_source(path: &Path, clip: &SourceClip, output: &Output) -> Result<(), CliError> {
     let skeleton = &clip.skeleton;
+    let steps = next_steps::of_captured(path);
     let value = json!({
         "kind": "captured motion", "name": clip.name, "fps": clip.fps, "frames": clip.len(), "seconds": clip.seconds(),
         "cyclic": clip.cyclic, "joints": skeleton.names, "captions": clip.captions, "provenance": clip.provenance,
+        "next": next::texts(&steps),
     });
     output.result(&value, || {
         let mut text = format!(
@@ -33,12 +39,13 @@ pub fn inspect_source(clip: &SourceClip, output: &Output) -> Result<(), CliError
         for caption in &clip.captions {
             text += &format!("{:.1} to {:.1} s: {}\n", caption.start, caption.end, caption.text);
         }
-        text + &format!("from: {}\n", clip.provenance)
+        text + &format!("from: {}\n{}", clip.provenance, next::lines(&steps))
     })
 }
 
 /// Prints the motion of a robot.
-pub fn inspect_motion(clip: &MotionClip, output: &Output) -> Result<(), CliError> {
+pub fn inspect_motion(path: &Path, clip: &MotionClip, output: &Output) -> Result<(), CliError> {
+    let steps = next_steps::of_motion(path, clip);
     let n = clip.joint_names.len();
     let column = |j: usize| (0..clip.len()).map(move |i| clip.joints_at(i)[j]);
     let extent = |j: usize| column(j).fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
@@ -61,7 +68,7 @@ pub fn inspect_motion(clip: &MotionClip, output: &Output) -> Result<(), CliError
     let value = json!({
         "kind": "motion", "name": clip.name, "fps": clip.fps, "frames": clip.len(), "seconds": clip.seconds(),
         "cyclic": clip.cyclic, "path_m": path, "joints": joints.collect::<Vec<_>>(), "contact_share": contacts,
-        "provenance": clip.provenance,
+        "provenance": clip.provenance, "next": next::texts(&steps),
     });
     output.result(&value, || {
         let mut text = format!(
@@ -90,6 +97,7 @@ pub fn inspect_motion(clip: &MotionClip, output: &Output) -> Result<(), CliError
         for caption in &clip.provenance.captions {
             text += &format!("{:.1} to {:.1} s: {}\n", caption.start, caption.end, caption.text);
         }
-        text + &format!("from: {}\nterms: {}\n", clip.provenance.source, clip.provenance.licence)
+        let (source, licence) = (&clip.provenance.source, &clip.provenance.licence);
+        text + &format!("from: {source}\nterms: {licence}\n{}", next::lines(&steps))
     })
 }

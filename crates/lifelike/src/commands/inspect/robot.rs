@@ -5,7 +5,9 @@ use lifelike_robot::{Robot, RobotError};
 use lifelike_sim::engine::{self_contacts, unsupported};
 use serde_json::{Value, json};
 
+use super::next_steps;
 use crate::error::CliError;
+use crate::next;
 use crate::output::{Output, table};
 
 /// Prints a robot by name or path.
@@ -28,7 +30,9 @@ pub fn inspect(name: &str, output: &Output) -> Result<(), CliError> {
             value["anatomy"] = roles
                 .map(|(role, place)| json!({ "role": role, "body": robot.character.bodies[place.body].name }))
                 .collect();
-            output.result(&value, || text(&robot.character) + &control(&robot))
+            let steps = next_steps::of_robot(name);
+            value["next"] = json!(next::texts(&steps));
+            output.result(&value, || text(&robot.character) + &control(&robot) + &next::lines(&steps))
         }
         // A character that cannot be controlled (a fixed base, ball joints) can still be looked at.
         Err(error @ RobotError::Unknown { .. }) => Err(error.into()),

@@ -5,7 +5,9 @@ use std::path::Path;
 use lifelike_report::run::RunFolder;
 use serde_json::json;
 
+use super::next_steps;
 use crate::error::CliError;
+use crate::next;
 use crate::output::{Output, table};
 
 /// Prints how a run is.
@@ -15,10 +17,12 @@ pub fn inspect(path: &Path, output: &Output) -> Result<(), CliError> {
     let metrics = run.metrics()?;
     let checkpoints = run.checkpoints(0).list();
     let last = metrics.last();
+    let steps = next_steps::of_run(path, &plan);
     let value = json!({
         "kind": "run", "plan": plan, "iterations": metrics.len(),
         "last": last.map(|row| row.values.iter().cloned().collect::<std::collections::BTreeMap<String, f64>>()),
         "checkpoints": checkpoints.iter().map(|c| c.iteration).collect::<Vec<_>>(),
+        "next": next::texts(&steps),
         "report": run.report_path().is_file().then(|| run.report_path()),
     });
     output.result(&value, || {
@@ -32,6 +36,6 @@ pub fn inspect(path: &Path, output: &Output) -> Result<(), CliError> {
         if run.report_path().is_file() {
             text += &format!("report: {}\n", run.report_path().display());
         }
-        text + &format!("\n{}", toml::to_string_pretty(&plan).unwrap_or_default())
+        text + &format!("\n{}\n{}", toml::to_string_pretty(&plan).unwrap_or_default(), next::lines(&steps))
     })
 }

@@ -24,6 +24,7 @@ pub struct Args {
     /// How much of the second: 0 is the first, 1 the second.
     #[arg(short, long, default_value_t = 0.5)]
     pub weight: f64,
+    /// Folder, name and robot of the result.
     #[command(flatten)]
     pub common: Common,
 }

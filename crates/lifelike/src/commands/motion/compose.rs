@@ -38,6 +38,7 @@ pub struct Args {
     /// How long the joints take from one clip to the other (s); 0 is abrupt.
     #[arg(long, default_value_t = 0.3)]
     pub fade: f64,
+    /// Folder, name and robot of the result.
     #[command(flatten)]
     pub common: Common,
 }

@@ -81,6 +81,7 @@ pub struct Args {
     /// Write report.html: before and after to play, latent curves with control points, joints over time.
     #[arg(long)]
     pub look: bool,
+    /// Folder, name and robot of the result.
     #[command(flatten)]
     pub common: Common,
 }

@@ -21,6 +21,7 @@ pub struct Args {
     /// Clips: files, folders of them, or patterns; anything but *.motion.safetensors is retargeted first.
     #[arg(required = true)]
     pub inputs: Vec<PathBuf>,
+    /// Folder, name and robot of the result.
     #[command(flatten)]
     pub common: Common,
 }

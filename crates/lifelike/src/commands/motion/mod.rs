@@ -5,16 +5,23 @@ pub mod check;
 pub mod compose;
 pub mod convert;
 mod direct;
-pub mod edit;
-pub mod interpolate;
 pub mod mirror;
 pub mod place;
 pub mod retarget;
-pub mod search;
 pub mod sequence;
 pub mod stylize;
 pub mod trim;
 pub mod warp;
+
+// By networks of the training framework.
+#[cfg(feature = "learning")]
+pub mod edit;
+#[cfg(feature = "learning")]
+pub mod interpolate;
+#[cfg(feature = "learning")]
+pub mod search;
+#[cfg(not(feature = "learning"))]
+use crate::commands::missing::{self as edit, self as interpolate, self as search};
 
 use std::path::{Path, PathBuf};
 
@@ -27,6 +34,7 @@ use crate::output::Output;
 /// Retarget captured motion to robots, check whether they can execute it, find alike motion, and direct it: new motion from
 /// what there is.
 #[derive(Debug, Subcommand)]
+#[allow(missing_docs)] // a comment on a variant would take the place of the command's help text
 pub enum Motion {
     Retarget(retarget::Args),
     Convert(convert::Args),
@@ -45,7 +53,10 @@ pub enum Motion {
 }
 
 impl Motion {
-    /// Does it.
+    /// Runs it.
+    ///
+    /// # Errors
+    /// As the command.
     pub fn run(self, output: &Output) -> Result<(), CliError> {
         match self {
             Self::Retarget(args) => retarget::run(&args, output),

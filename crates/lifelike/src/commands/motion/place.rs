@@ -35,6 +35,7 @@ pub struct Args {
     /// How long after each key the motion is its own again (s).
     #[arg(long, default_value_t = 0.5)]
     pub after: f64,
+    /// Folder, name and robot of the result.
     #[command(flatten)]
     pub common: Common,
 }

@@ -134,7 +134,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     if args.look {
         look(&args.output, &robot, &done)?;
     }
-    output.result(&json, || summary::text(&summary, &done, &report))?;
+    output.result(&json, || summary::text(&summary, &done, &report, &args.robot))?;
     if stop.load(Ordering::SeqCst) {
         return Err(CliError::Interrupted(format!("{} of {} files done", done.len(), files.len())));
     }

@@ -26,6 +26,7 @@ pub struct Args {
     /// How long neighbours overlap (s).
     #[arg(long, default_value_t = 0.3)]
     pub fade: f64,
+    /// Folder, name and robot of the result.
     #[command(flatten)]
     pub common: Common,
 }

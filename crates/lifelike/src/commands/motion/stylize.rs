@@ -36,6 +36,7 @@ pub struct Args {
     /// Take away what is faster than this (Hz), without delay.
     #[arg(long, value_name = "HZ")]
     pub smooth: Option<f64>,
+    /// Folder, name and robot of the result.
     #[command(flatten)]
     pub common: Common,
 }

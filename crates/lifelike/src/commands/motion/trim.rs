@@ -26,6 +26,7 @@ pub struct Args {
     /// Last instant (s); the clip's end where not given.
     #[arg(long)]
     pub end: Option<f64>,
+    /// Folder, name and robot of the result.
     #[command(flatten)]
     pub common: Common,
 }

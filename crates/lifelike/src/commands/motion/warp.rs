@@ -29,6 +29,7 @@ pub struct Args {
     /// An event's time and its new time (s); may be given several times.
     #[arg(long = "key", value_name = "IN=OUT", value_parser = key)]
     pub keys: Vec<(f64, f64)>,
+    /// Folder, name and robot of the result.
     #[command(flatten)]
     pub common: Common,
 }

@@ -1,6 +1,6 @@
 //! What a training runs on: cores for the physics, a processor for the networks.
 
-use lifelike_nn::device::{Device, DeviceError, Processor};
+use lifelike_nn::device::{Device, Processor};
 
 use crate::commands::physics::Physics;
 use crate::error::CliError;
@@ -31,17 +31,10 @@ impl Networks {
 /// What a tracker's training runs on.
 #[derive(Debug, Clone, clap::Args)]
 pub struct Hardware {
+    /// Engine and threads.
     #[command(flatten)]
     pub physics: Physics,
+    /// Where networks learn.
     #[command(flatten)]
     pub networks: Networks,
-}
-
-impl From<DeviceError> for CliError {
-    fn from(error: DeviceError) -> Self {
-        match error {
-            DeviceError::Unknown(_) => Self::Usage(error.to_string()),
-            DeviceError::NotBuilt(_) | DeviceError::Absent { .. } => Self::Unavailable(error.to_string()),
-        }
-    }
 }

@@ -14,20 +14,30 @@ use crate::error::CliError;
 use crate::output::Output;
 
 /// Train a motion prior, a tracking policy, or a motion spline.
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// The kind of training.
+    #[command(subcommand)]
+    pub train: Train,
+}
+
+/// The kinds of training.
 #[derive(Debug, Subcommand)]
+#[allow(missing_docs)] // a comment on a variant would take the place of the command's help text
 pub enum Train {
     Prior(prior::Args),
     Tracker(tracker::Args),
     Spline(spline::Args),
 }
 
-impl Train {
-    /// Does it.
-    pub fn run(self, output: &Output) -> Result<(), CliError> {
-        match self {
-            Self::Prior(args) => prior::run(&args, output),
-            Self::Tracker(args) => tracker::run(&args, output),
-            Self::Spline(args) => spline::run(&args, output),
-        }
+/// Runs the command.
+///
+/// # Errors
+/// As the kind of training.
+pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
+    match &args.train {
+        Train::Prior(args) => prior::run(args, output),
+        Train::Tracker(args) => tracker::run(args, output),
+        Train::Spline(args) => spline::run(args, output),
     }
 }

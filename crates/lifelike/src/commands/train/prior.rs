@@ -17,6 +17,7 @@ use super::source::Source;
 use crate::commands::reconstruction::{self, HEAD, row};
 use crate::commands::{clips, prior_file};
 use crate::error::CliError;
+use crate::next::NextCommand;
 use crate::output::{Output, table};
 
 /// Train a motion prior: a code z_t for the second of motion around every frame.
@@ -30,10 +31,11 @@ use crate::output::{Output, table};
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
-  lifelike train prior --plan experiments/prior.toml
-  lifelike train prior --plan experiments/prior.toml -o runs/small prior.channels=32 prior.iterations=1000
-  lifelike train prior --plan experiments/prior-spline.toml
-  lifelike train prior --plan experiments/prior-spline.toml -o runs/wide spline.training.width=128 spline.training.heads=8
+  lifelike train prior --plan prior                             # our own clips: needs no data
+  lifelike train prior --plan prior -o runs/small prior.channels=32 prior.iterations=1000
+  lifelike train prior --plan prior -o runs/mine robot=MY_ROBOT.xml 'clips=[\"data/mine\"]'
+  lifelike train prior --plan prior-spline 'clips=[\"data/lima\"]'
+  lifelike train prior --plan my-spline.toml -o runs/wide spline.training.width=128 spline.training.heads=8
   lifelike train prior -o runs/small --resume
 
 A plan names robot and clips, and under [prior] whatever differs from the thesis' settings. Under [spline] instead:
@@ -41,8 +43,10 @@ A plan names robot and clips, and under [prior] whatever differs from the thesis
 [spline.training] the network and its training (latent: numbers of each of the 4 control points; layers, heads, width, batch,
 iterations, optimizer, learning_rate, ...). `lifelike inspect motion.prior.safetensors --json` shows all keys of a trained one.")]
 pub struct Args {
+    /// Plan and folder.
     #[command(flatten)]
     pub source: Source,
+    /// Where networks learn.
     #[command(flatten)]
     pub networks: Networks,
 }
@@ -104,20 +108,34 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     std::fs::write(&file, text).map_err(CliError::write(&file))?;
     output.result(&value, || {
         format!(
-            "{} iterations, {} parameters, {} clips; reconstruction of {} windows of {}:\n\n{}\nprior: {}\n",
+            "{} iterations, {} parameters, {} clips; reconstruction of {} windows of {}:\n\n{}\nprior: {}\nnext:  {}\n",
             done.iterations,
             done.parameters,
             trained_on.len(),
             done.report.windows,
             if held_out_names.is_empty() { "the training clips" } else { "clips never trained on" },
             reconstruction_table(&done.report),
-            path.display()
+            path.display(),
+            tracker_with(&plan, &path, done.prior.latent_size())
         )
     })?;
     if done.interrupted {
-        return Err(CliError::Interrupted(format!("go on with --resume -o {}", folder.display())));
+        let next = NextCommand::new("train prior").word("--resume").path("-o", &folder);
+        return Err(CliError::Interrupted(format!("go on with {next}")));
     }
     Ok(())
+}
+
+/// The command that trains a policy which sees the codes of a prior, on the prior's own clips.
+fn tracker_with(plan: &Plan, prior: &Path, latent: usize) -> NextCommand {
+    let clips = toml::Value::from(plan.clips.iter().map(|clip| clip.display().to_string()).collect::<Vec<_>>());
+    let words = [
+        format!("robot={}", plan.robot),
+        format!("clips={clips}"),
+        format!("prior={}", prior.display()),
+        format!("inputs.latent={latent}"),
+    ];
+    words.into_iter().fold(NextCommand::new("train tracker").word("--plan").word("track"), NextCommand::word)
 }
 
 fn reconstruction_table(report: &ReconstructionReport) -> String {

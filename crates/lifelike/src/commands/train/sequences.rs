@@ -23,6 +23,7 @@ pub struct Training<'a, P> {
     pub plan: &'a P,
     /// The training in it.
     pub training: &'a SequencePlan,
+    /// Where the network learns.
     pub device: &'a Device,
     /// After which it is stopped, done or not.
     pub minutes: Option<f64>,

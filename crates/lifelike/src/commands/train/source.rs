@@ -7,12 +7,12 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use crate::error::CliError;
-use crate::overrides;
+use crate::{overrides, plans};
 
 /// A plan and a run's folder.
 #[derive(Debug, clap::Args)]
 pub struct Source {
-    /// The plan, a TOML file; with --resume the run's own plan is used.
+    /// The plan: a TOML file, or the name of a built-in one (`lifelike plans` lists them); with --resume the run's own is used.
     #[arg(long)]
     pub plan: Option<PathBuf>,
     /// The run's folder; runs/ and the plan's name where not given.
@@ -32,7 +32,10 @@ impl Source {
         match (&self.output, self.plan.as_deref().and_then(Path::file_stem)) {
             (Some(folder), _) => Ok(folder.clone()),
             (None, Some(name)) => Ok(Path::new("runs").join(name)),
-            (None, None) => Err(CliError::Usage("say which run with -o FOLDER, or which plan with --plan FILE".into())),
+            (None, None) => Err(CliError::Usage(
+                "say which run with -o FOLDER, or which plan with --plan FILE or --plan NAME of `lifelike plans`"
+                    .into(),
+            )),
         }
     }
 
@@ -40,8 +43,10 @@ impl Source {
     pub fn changeable<P: Serialize + DeserializeOwned>(&self, folder: &Path) -> Result<P, CliError> {
         match (&self.plan, self.resume) {
             (_, true) => overrides::apply(RunFolder::open(folder)?.plan()?, &self.overrides),
-            (Some(path), false) => overrides::load(path, &self.overrides),
-            (None, false) => Err(CliError::Usage("say what to train with --plan FILE".into())),
+            (Some(path), false) => plans::load(path, &self.overrides),
+            (None, false) => {
+                Err(CliError::Usage("say what to train with --plan FILE, or --plan NAME of `lifelike plans`".into()))
+            }
         }
     }
 

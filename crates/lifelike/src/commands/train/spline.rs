@@ -9,6 +9,7 @@ use super::sequences::Training;
 use super::source::Source;
 use crate::commands::clips;
 use crate::error::CliError;
+use crate::next::NextCommand;
 use crate::output::{Output, table};
 
 /// Train a Spline-based Transformer on a robot's motion (thesis chapter 3): what `lifelike motion edit` edits with.
@@ -19,15 +20,18 @@ use crate::output::{Output, table};
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
-  lifelike train spline --plan experiments/spline-lima.toml
-  lifelike train spline --plan experiments/spline-lima.toml -o runs/small training.width=64 training.iterations=1000
+  lifelike train spline --plan spline                           # our own clips: needs no data
+  lifelike train spline --plan spline -o runs/mine robot=MY_ROBOT.xml 'clips=[\"data/mine\"]'
+  lifelike train spline --plan spline -o runs/small training.width=32 training.iterations=1000
   lifelike train spline -o runs/small --resume
 
 A plan names robot, clips, clips for validation and for testing, and under [training] whatever differs from the defaults.
 Clips of other robots are refused; captured motion and keyframes are retargeted on the way.")]
 pub struct Args {
+    /// Plan and folder.
     #[command(flatten)]
     pub source: Source,
+    /// Where networks learn.
     #[command(flatten)]
     pub networks: Networks,
 }
@@ -51,6 +55,9 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let total = plan.training.iterations;
     let training = Training { folder: &folder, plan: &plan, training: &plan.training, device: &device, minutes: None };
     let (trainer, interrupted) = training.run(data, output, |now| format!("error {:.3}", now.loss))?;
+    let (robot_name, clip) = (plan.robot.clone(), plan.clips.first().cloned().unwrap_or_default());
+    // A folder or pattern has many clips; `motion edit` takes one.
+    let clip = if clip.is_file() { clip } else { "builtin:march".into() };
     let model = MotionSpline::new(plan, space, &trainer)?;
     let path = folder.join("motion.spline.safetensors");
     model.save(&path)?;
@@ -72,17 +79,26 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     std::fs::write(&file, text).map_err(CliError::write(&file))?;
     output.result(&value, || {
         format!(
-            "{} of {total} iterations, {} parameters, {} clips with {windows} windows; from control points alone, {} {of}:\n\n{}\nmodel: {}\n",
+            "{} of {total} iterations, {} parameters, {} clips with {windows} windows; from control points alone, {} {of}:\n\n{}\nmodel: {}\nnext:  {}\n",
             trainer.iteration(),
             trainer.parameters(),
             clips.training.len(),
             errors.len(),
             text_of(&errors),
-            path.display()
+            path.display(),
+            NextCommand::new("motion edit")
+                .word(clip.display())
+                .path("--spline", &path)
+                .robot(&robot_name)
+                .word("--gain")
+                .word("1.5")
+                .path("-o", &folder.join("edited"))
+                .word("--look")
         )
     })?;
     if interrupted {
-        return Err(CliError::Interrupted(format!("go on with --resume -o {}", folder.display())));
+        let next = NextCommand::new("train spline").word("--resume").path("-o", &folder);
+        return Err(CliError::Interrupted(format!("go on with {next}")));
     }
     Ok(())
 }

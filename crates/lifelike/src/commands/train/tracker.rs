@@ -19,6 +19,7 @@ use crate::commands::physics;
 use crate::commands::prior_file::Prior;
 use crate::error::CliError;
 use crate::interrupt;
+use crate::next::NextCommand;
 use crate::output::Output;
 use crate::progress::Progress;
 
@@ -32,14 +33,21 @@ const STANDING_SECONDS: f64 = 4.0;
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
-  lifelike train tracker --plan experiments/walk.toml
-  lifelike train tracker --plan experiments/walk.toml -o runs/walk-2 seed=2 ppo.environments=512
-  lifelike train tracker --plan experiments/walk.toml --resume budget.steps=4000000
-  lifelike train tracker --plan experiments/walk.toml --device wgpu ppo.overlap=true
-  tensorboard --logdir runs                     # curves, while it runs")]
+  lifelike train tracker --plan track -o runs/first budget.minutes=5        # our own clips: needs no data
+  lifelike train tracker --plan track -o runs/mine robot=MY_ROBOT.xml 'clips=[\"data/mine\"]'
+  lifelike train tracker --plan my.toml -o runs/other seed=2 ppo.environments=512
+  lifelike train tracker --resume -o runs/first budget.minutes=20
+  lifelike train tracker --plan track -o runs/card --device wgpu ppo.overlap=true
+  lifelike train tracker --keys                 # every key of a plan: meaning, unit, default
+  tensorboard --logdir runs                     # curves, while it runs
+
+`lifelike plans` lists built-in plans. A plan's relative paths are looked for in its folder, in the one above, and where you
+are. Clips are files, folders, patterns, @list.txt, or builtin: the program's own keyframed clips.")]
 pub struct Args {
+    /// Plan and folder.
     #[command(flatten)]
     pub source: Source,
+    /// Engine, threads, and where networks learn.
     #[command(flatten)]
     pub hardware: Hardware,
 }
@@ -49,9 +57,10 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let folder = args.source.folder()?;
     let plan: TrackerPlan = args.source.changeable(&folder)?;
     let Some(summary) = train(&plan, &folder, args.source.resume, &args.hardware, output)? else { return Ok(()) };
-    report(&summary, &folder, output)?;
+    report(&summary, &plan, &folder, output)?;
     if summary.interrupted {
-        return Err(CliError::Interrupted(format!("go on with --resume -o {}", folder.display())));
+        let next = NextCommand::new("train tracker").word("--resume").path("-o", &folder);
+        return Err(CliError::Interrupted(format!("go on with {next}")));
     }
     Ok(())
 }
@@ -155,10 +164,18 @@ fn clip_table(trainer: &Trainer) -> Table {
     table
 }
 
-fn report(summary: &Summary, folder: &std::path::Path, output: &Output) -> Result<(), CliError> {
+/// The command that evaluates a plan's policy on its own clips.
+fn evaluation_of(plan: &TrackerPlan, policy: &Path, folder: &Path) -> NextCommand {
+    let eval = NextCommand::new("eval").path("--policy", policy).robot(&plan.robot);
+    let eval = plan.prior.iter().fold(eval, |line, prior| line.path("--prior", prior));
+    eval.motions(&plan.clips).path("-o", &folder.join("evaluation"))
+}
+
+fn report(summary: &Summary, plan: &TrackerPlan, folder: &Path, output: &Output) -> Result<(), CliError> {
     let last = summary.progress;
     let value = json!({
         "run": folder, "policy": summary.policy, "interrupted": summary.interrupted,
+        "next": evaluation_of(plan, &summary.policy, folder).to_string(),
         "iterations": last.map(|p| p.iteration), "steps": last.map(|p| p.steps), "seconds": last.map(|p| p.seconds),
         "survival": last.map(|p| p.survival), "reward": last.map(|p| p.reward),
         "steps_per_second": last.map(|p| p.steps_per_second),
@@ -176,9 +193,10 @@ fn report(summary: &Summary, folder: &std::path::Path, output: &Output) -> Resul
             );
         }
         text + &format!(
-            "policy: {policy}\ncurves: {run}/report.html\nnext:   lifelike eval --policy {policy} --motions CLIPS -o {run}/evaluation\n",
-            policy = summary.policy.display(),
-            run = folder.display()
+            "policy: {}\ncurves: {}\nnext:   {}\n",
+            summary.policy.display(),
+            folder.join("report.html").display(),
+            evaluation_of(plan, &summary.policy, folder)
         )
     })
 }

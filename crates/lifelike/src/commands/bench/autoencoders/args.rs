@@ -40,6 +40,7 @@ pub struct Shared {
     /// Folder of the runs, of the results as JSON and of report.html.
     #[arg(short, long)]
     pub output: PathBuf,
+    /// Where networks learn.
     #[command(flatten)]
     pub networks: Networks,
 }

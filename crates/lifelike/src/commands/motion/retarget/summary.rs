@@ -6,6 +6,7 @@ use lifelike_motion::retarget::{RetargetReport, Spread};
 use serde::Serialize;
 
 use super::Done;
+use crate::next::{self, NextCommand};
 use crate::output::table;
 
 /// All clips together. Medians are over the converted clips.
@@ -67,7 +68,7 @@ impl Summary {
 }
 
 /// The whole for people.
-pub(super) fn text(summary: &Summary, done: &[Done], report: &Path) -> String {
+pub(super) fn text(summary: &Summary, done: &[Done], report: &Path, robot: &str) -> String {
     let rows: Vec<Vec<String>> = done.iter().filter_map(|d| d.report.as_ref()).map(row).collect();
     let head = [
         "clip",
@@ -81,6 +82,7 @@ pub(super) fn text(summary: &Summary, done: &[Done], report: &Path) -> String {
         "self (cm)",
         "frames/s",
     ];
+    let folder = report.parent().unwrap_or(Path::new("."));
     let mut text = if rows.is_empty() { String::new() } else { table(&head, &rows) + "\n" };
     for (file, why) in done.iter().filter_map(|d| d.refused.as_ref().map(|why| (&d.file, why))) {
         text += &format!("refused {}: {why}\n", file.display());
@@ -103,7 +105,14 @@ pub(super) fn text(summary: &Summary, done: &[Done], report: &Path) -> String {
             s.frames_per_second_per_core
         );
     }
-    text + &format!("details: {}\n", report.display())
+    text += &format!("details: {}\n", report.display());
+    if s.converted > 0 {
+        let check = NextCommand::new("motion check").word(folder.display()).word("--robot").word(robot);
+        let train = NextCommand::new("train tracker").word("--plan").word("track").word(format!("robot={robot}"));
+        let clips = toml::Value::from(vec![folder.display().to_string()]);
+        text += &next::lines(&[check, train.word(format!("clips={clips}"))]);
+    }
+    text
 }
 
 fn row(r: &RetargetReport) -> Vec<String> {

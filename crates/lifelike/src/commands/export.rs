@@ -1,0 +1,113 @@
+//! `lifelike export`: a trained policy as one file that needs no training framework.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use lifelike_report::run::RunFolder;
+use lifelike_robot::Robot;
+use lifelike_robot::controller::{Controller, ControllerFile, EXTENSION, POLICY_EXTENSION};
+use serde_json::json;
+
+use crate::commands::inspect::next_steps;
+use crate::error::CliError;
+use crate::next;
+use crate::output::Output;
+
+/// Write a trained policy as one controller file, for deployment.
+///
+/// The file holds the network, the encoder of the motion prior where the policy asks for latent codes, what inputs are
+/// normalised with, the layout of inputs and outputs by name, the robot's gains, limits and rates with a digest, and golden
+/// vectors that are replayed whenever it is read. It is run without the training framework.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+Examples:
+  lifelike export runs/walk                                  # writes runs/walk/tracker.controller.safetensors
+  lifelike export old.policy.safetensors --prior m.prior.safetensors -o old.controller.safetensors
+  lifelike export runs/mine --robot my_robot.xml
+
+Whatever takes --policy takes a controller, a policy, or the folder of a run.")]
+pub struct Args {
+    /// The folder of a run of `train tracker`, or its policy file.
+    pub input: PathBuf,
+    /// The motion prior that the policy was trained with, where it was; a run names its own.
+    #[arg(long)]
+    pub prior: Option<PathBuf>,
+    /// The robot: a name, or an MJCF or URDF file; what the policy was trained for where not given.
+    #[arg(short, long)]
+    pub robot: Option<String>,
+    /// The controller's file; beside the policy where not given.
+    #[arg(short, long)]
+    pub output: Option<PathBuf>,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// There is no policy; its prior is missing; robot and policy do not fit each other; the file cannot be written.
+pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
+    let Source { policy, prior, robot } = Source::of(&args.input)?;
+    let prior = args.prior.clone().or(prior);
+    let file = ControllerFile::load(&policy, prior.as_deref())?;
+    let name = args.robot.clone().or(robot).unwrap_or_else(|| file.header().robot.clone());
+    let controller = Controller::new(file, Arc::new(Robot::load(&name)?))?;
+    let path = args.output.clone().unwrap_or_else(|| beside(&policy));
+    controller.save(&path)?;
+    // What was written is what a robot will read: names, digest and golden vectors are tried once.
+    let written = ControllerFile::load(&path, None)?;
+    let steps = next_steps::of_policy(&path, &name, false);
+    let digest = written.robot().map(|robot| robot.digest.clone());
+    let value = json!({
+        "controller": path, "policy": policy, "robot": name, "robot_sha256": digest, "header": written.header(),
+        "next": next::texts(&steps),
+    });
+    output.result(&value, || format!("controller: {}\n{}", path.display(), next::lines(&steps)))
+}
+
+/// A policy, and what its run says about it.
+pub(crate) struct Source {
+    /// The policy's or controller's file.
+    pub policy: PathBuf,
+    /// The motion prior that the run's plan names.
+    pub prior: Option<PathBuf>,
+    /// The robot that the run's plan names.
+    pub robot: Option<String>,
+}
+
+impl Source {
+    /// Finds the policy of a run, or takes a file as it is.
+    ///
+    /// # Errors
+    /// The folder is no run of `train tracker`, or has no policy yet.
+    pub fn of(input: &Path) -> Result<Self, CliError> {
+        if !input.is_dir() {
+            return Ok(Self { policy: input.to_path_buf(), prior: None, robot: None });
+        }
+        let plan: toml::Table = RunFolder::open(input)?.plan()?;
+        let text = |key: &str| plan.get(key).and_then(toml::Value::as_str);
+        let policy = input.join(format!("tracker{POLICY_EXTENSION}"));
+        if !policy.is_file() {
+            let expected = "it is written when a run of `train tracker` ends or is interrupted";
+            return Err(CliError::Input(format!("{}: expected a policy, got no file; {expected}", policy.display())));
+        }
+        Ok(Self { policy, prior: text("prior").map(PathBuf::from), robot: text("robot").map(str::to_owned) })
+    }
+}
+
+/// The controller's file beside its policy's.
+fn beside(policy: &Path) -> PathBuf {
+    let name = policy.file_name().unwrap_or_default().to_string_lossy();
+    let stem = name.strip_suffix(POLICY_EXTENSION).or_else(|| name.strip_suffix(EXTENSION)).unwrap_or(&name);
+    policy.with_file_name(format!("{stem}{EXTENSION}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_controller_stands_beside_its_policy() {
+        let name = |policy: &str| beside(Path::new(policy)).display().to_string();
+        assert_eq!(name("runs/a/tracker.policy.safetensors"), "runs/a/tracker.controller.safetensors");
+        assert_eq!(name("x.safetensors"), "x.safetensors.controller.safetensors");
+    }
+}

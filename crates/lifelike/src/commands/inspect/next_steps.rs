@@ -1,0 +1,73 @@
+//! Next steps with what was inspected, as commands.
+
+use std::path::Path;
+
+use lifelike_motion::MotionClip;
+use lifelike_robot::load::NAMES;
+
+use crate::next::NextCommand;
+
+/// Returns the steps with a robot: how our own clips suit it, and its first policy.
+pub fn of_robot(robot: &str) -> Vec<NextCommand> {
+    let name = stem(Path::new(robot));
+    let train = NextCommand::new("train tracker").word("--plan").word("track").word(format!("robot={robot}"));
+    vec![
+        NextCommand::new("motion check").word("builtin").robot(robot),
+        train.word("-o").word(format!("runs/{name}")).word("budget.minutes=5"),
+    ]
+}
+
+/// Returns the step with captured motion: a robot's motion.
+pub fn of_captured(file: &Path) -> Vec<NextCommand> {
+    vec![
+        NextCommand::new("motion retarget")
+            .word(file.display())
+            .word("--robot")
+            .word("lima")
+            .word("-o")
+            .word("data/lima"),
+    ]
+}
+
+/// Returns the steps with a robot's motion. Only a built-in robot is found by the name in the file.
+pub fn of_motion(file: &Path, clip: &MotionClip) -> Vec<NextCommand> {
+    let table =
+        NextCommand::new("motion convert").word(file.display()).word("--to").word("csv").word("-o").word("tables");
+    let robot = clip.provenance.character.as_str();
+    if !NAMES.contains(&robot) {
+        return vec![table];
+    }
+    let check = NextCommand::new("motion check").word(file.display()).word("--robot").word(robot);
+    // The policy that comes with the program is Lima's.
+    let demo = (robot == "lima").then(|| NextCommand::new("demo").word(file.display()));
+    [Some(check), demo, Some(table)].into_iter().flatten().collect()
+}
+
+/// Returns the step with a policy: an evaluation on our own clips.
+#[cfg(feature = "learning")]
+pub fn of_policy(file: &Path, robot: &str, prior: bool) -> Vec<NextCommand> {
+    let eval = NextCommand::new("eval").path("--policy", file);
+    let eval = if NAMES.contains(&robot) { eval } else { eval.word("--robot").word(format!("{robot}.xml")) };
+    let eval = if prior { eval.word("--prior").word("motion.prior.safetensors") } else { eval };
+    vec![eval.word("--motions").word("builtin").word("-o").word("report")]
+}
+
+/// Returns the step with the folder of a run.
+pub fn of_run(folder: &Path, plan: &toml::Table) -> Vec<NextCommand> {
+    let text = |key: &str| plan.get(key).and_then(toml::Value::as_str);
+    let policy = folder.join("tracker.policy.safetensors");
+    if !policy.is_file() {
+        return Vec::new();
+    }
+    let clips = plan.get("clips").and_then(toml::Value::as_array).into_iter().flatten().filter_map(toml::Value::as_str);
+    let eval = NextCommand::new("eval").path("--policy", &policy).robot(text("robot").unwrap_or("lima"));
+    let eval = text("prior").into_iter().fold(eval, |line, prior| line.word("--prior").word(prior));
+    vec![
+        eval.motions(&clips.collect::<Vec<_>>()).path("-o", &folder.join("evaluation")),
+        NextCommand::new("train tracker").word("--resume").path("-o", folder),
+    ]
+}
+
+fn stem(path: &Path) -> String {
+    path.file_stem().unwrap_or_default().to_string_lossy().into_owned()
+}

@@ -1,0 +1,53 @@
+//! `lifelike plans`: the training plans that come with the program.
+
+use serde_json::json;
+
+use crate::error::CliError;
+use crate::output::{Output, table};
+use crate::plans::{self, builtin};
+
+/// List the training plans that come with the program, or print one.
+///
+/// A plan is a TOML file: robot, clips, and whatever differs from the defaults. `--plan` takes a name of this list or a file.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+Examples:
+  lifelike plans
+  lifelike plans track-walk > my.toml            # a copy to change, for --plan my.toml
+  lifelike train tracker --plan track            # by name: needs no data but the program's own clips
+  lifelike train tracker --keys                  # every key of a tracker's plan")]
+pub struct Args {
+    /// A plan's name; its text is printed.
+    pub name: Option<std::path::PathBuf>,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// [`CliError::Input`] for a name that is none.
+pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
+    if let Some(name) = &args.name {
+        let plan = plans::find(name)?;
+        return output.result(&json!({ "plan": plan.source, "text": plan.text }), || plan.text.clone());
+    }
+    let value: Vec<_> = builtin()
+        .map(|plan| {
+            json!({
+                "name": plan.name, "command": plan.command(), "about": plan.about(),
+                "stands_alone": plan.stands_alone(),
+            })
+        })
+        .collect();
+    output.result(&value, || {
+        let row = |plan: plans::BuiltinPlan| {
+            let data = if plan.stands_alone() { "none" } else { "yours" };
+            [plan.name, data, plan.command(), &plan.about()].map(str::to_string).to_vec()
+        };
+        let rows: Vec<Vec<String>> = builtin().map(row).collect();
+        format!(
+            "{}\nOf plans with data of yours, `lifelike plans NAME` says of which captures; all take other clips and \
+             robots:\n  lifelike train tracker --plan track robot=MY_ROBOT.xml 'clips=[\"CAPTURES\"]'\n",
+            table(&["plan", "needs data", "for lifelike", "about"], &rows)
+        )
+    })
+}

@@ -1,0 +1,76 @@
+//! Errors of the crates that learn.
+
+use lifelike_evaluation::EvaluationError;
+use lifelike_nn::device::DeviceError;
+use lifelike_representation::RepresentationError;
+use lifelike_sequences::SequencesError;
+use lifelike_tracking::TrackerError;
+use lifelike_train::{PlanError, TrainError};
+
+use super::CliError;
+
+impl From<PlanError> for CliError {
+    fn from(error: PlanError) -> Self {
+        Self::Input(error.to_string())
+    }
+}
+
+impl From<TrainError> for CliError {
+    fn from(error: TrainError) -> Self {
+        match error {
+            TrainError::Report(error) => error.into(),
+            _ => Self::Input(error.to_string()),
+        }
+    }
+}
+
+impl From<RepresentationError> for CliError {
+    fn from(error: RepresentationError) -> Self {
+        match error {
+            RepresentationError::Report(error) => error.into(),
+            RepresentationError::Train(error) => error.into(),
+            _ => Self::Input(error.to_string()),
+        }
+    }
+}
+
+impl From<SequencesError> for CliError {
+    fn from(error: SequencesError) -> Self {
+        match error {
+            SequencesError::Io { .. } => Self::Failed(error.to_string()),
+            SequencesError::Representation(error) => error.into(),
+            _ => Self::Input(error.to_string()),
+        }
+    }
+}
+
+impl From<TrackerError> for CliError {
+    fn from(error: TrackerError) -> Self {
+        match error {
+            TrackerError::Io { .. } => Self::Failed(error.to_string()),
+            TrackerError::Simulation(error) => error.into(),
+            TrackerError::Report(error) => error.into(),
+            TrackerError::Train(error) => error.into(),
+            _ => Self::Input(error.to_string()),
+        }
+    }
+}
+
+impl From<EvaluationError> for CliError {
+    fn from(error: EvaluationError) -> Self {
+        match error {
+            EvaluationError::Simulation(error) => error.into(),
+            EvaluationError::Tracker(error) => error.into(),
+            _ => Self::Input(error.to_string()),
+        }
+    }
+}
+
+impl From<DeviceError> for CliError {
+    fn from(error: DeviceError) -> Self {
+        match error {
+            DeviceError::Unknown(_) => Self::Usage(error.to_string()),
+            DeviceError::NotBuilt(_) | DeviceError::Absent { .. } => Self::Unavailable(error.to_string()),
+        }
+    }
+}

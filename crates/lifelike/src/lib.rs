@@ -1,0 +1,43 @@
+//! Floor 8: the command `lifelike` as a library. The program is [`Cli`], parsed and executed.
+//!
+//! The main path of every command: typed arguments ([`commands`], one file each, with a `run` function) → a plan
+//! ([`plans`]: a built-in one or a file, with `key=value` changes) → the libraries below do the work, with progress and
+//! Ctrl-C → an [`Output`]: text for people, JSON for scripts, files. What fails is a [`CliError`] with an exit code.
+//! What a person reads goes to standard output; progress and logs go to standard error.
+//!
+//! ```
+//! use clap::Parser;
+//! use lifelike::commands::{Command, motion::Motion};
+//! use lifelike::{Cli, Output};
+//!
+//! // The arguments of a command are a value: from a command line ...
+//! let folder = std::env::temp_dir().join("lifelike-doc");
+//! let line = ["lifelike", "motion", "trim", "builtin:wave", "--end", "3", "-o"];
+//! let cli = Cli::parse_from(line.into_iter().chain(folder.to_str()));
+//! let Command::Motion(Motion::Trim(mut arguments)) = cli.command else { unreachable!() };
+//! // ... changed, and run.
+//! arguments.end = Some(2.0);
+//! lifelike::commands::motion::trim::run(&arguments, &Output { json: true, quiet: true })?;
+//! # Ok::<(), lifelike::CliError>(())
+//! ```
+//!
+//! # Features
+//! `learning` (on by default): everything that trains or runs a network by the training framework. Without it the crate
+//! has robots, motion and physics, and its other commands answer with exit code 4. `mujoco`, `mpi`, `wgpu` and `cuda`
+//! add an engine, several processes, and graphics cards.
+
+#![cfg_attr(not(feature = "learning"), allow(dead_code, reason = "helpers of the commands that such a build lacks"))]
+
+mod cli;
+pub mod commands;
+mod error;
+mod interrupt;
+mod next;
+mod output;
+pub mod overrides;
+pub mod plans;
+mod progress;
+
+pub use cli::{Cli, run};
+pub use error::CliError;
+pub use output::{Output, table};

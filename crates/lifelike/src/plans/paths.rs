@@ -1,0 +1,144 @@
+//! Paths in plans: located from the plan's file, and asked for before anything starts.
+
+use std::path::{Path, PathBuf};
+
+use lifelike_robot::load::NAMES;
+use toml::{Table, Value};
+
+use crate::commands::clips::is_builtin;
+use crate::error::CliError;
+
+/// Keys whose values are motion: files, folders, patterns, `@list.txt`, built-in clips.
+const MOTION: [&str; 3] = ["clips", "validation", "test"];
+/// Keys whose values are trained networks.
+const NETWORKS: [&str; 2] = ["prior", "init"];
+
+/// Returns a plan's path as the working directory has it: in the plan's folder, in the one above, or as it is written; the
+/// first at which there is something.
+pub fn located(path: &Path, folder: &Path) -> PathBuf {
+    let near = [Some(folder), folder.parent()].into_iter().flatten().map(|folder| folder.join(path));
+    near.into_iter().find(|candidate| exists(candidate)).unwrap_or_else(|| path.to_path_buf())
+}
+
+/// Locates all paths of a plan whose file is in this folder.
+pub(super) fn locate_all(tree: &mut Table, folder: &Path) {
+    for key in MOTION {
+        let texts = tree.get_mut(key).and_then(Value::as_array_mut).into_iter().flatten();
+        for text in texts.filter_map(text_mut).filter(|text| !is_builtin(Path::new(text.as_str()))) {
+            *text = match text.strip_prefix('@') {
+                Some(list) => format!("@{}", located(Path::new(list), folder).display()),
+                None => located(Path::new(text.as_str()), folder).display().to_string(),
+            };
+        }
+    }
+    for key in ["robot"].into_iter().chain(NETWORKS) {
+        let text = tree.get_mut(key).and_then(text_mut).filter(|text| !NAMES.contains(&text.as_str()));
+        if let Some(text) = text {
+            *text = located(Path::new(text.as_str()), folder).display().to_string();
+        }
+    }
+}
+
+/// Checks that what a plan names is there.
+///
+/// # Errors
+/// [`CliError::Input`] with the first that is not, and how to get it or do without.
+pub(super) fn check(tree: &Table, source: &str) -> Result<(), CliError> {
+    let robot = tree.get("robot").and_then(Value::as_str).unwrap_or("lima");
+    let mut missing = Vec::new();
+    for key in MOTION {
+        let texts = tree.get(key).and_then(Value::as_array).into_iter().flatten().filter_map(Value::as_str);
+        missing.extend(texts.filter(|text| !has_motion(text)).map(|text| (key, text)));
+    }
+    if let Some((key, first)) = missing.first() {
+        let others = if missing.len() > 1 { format!(" (and at {} others)", missing.len() - 1) } else { String::new() };
+        let without: Vec<String> = MOTION
+            .iter()
+            .filter(|key| missing.iter().any(|(k, _)| k == *key))
+            .map(|key| if *key == "clips" { "'clips=[\"builtin\"]'".into() } else { format!("'{key}=[]'") })
+            .collect();
+        let folder = fixed(Path::new(first.trim_start_matches('@')));
+        return Err(CliError::Input(format!(
+            "{source}: {key}: expected motion at '{first}', got nothing there{others}. Captured motion is not in the \
+             box. Make clips of yours (BVH, ASF/AMC, DeepMimic; the plan's first lines say of which) by\n\
+             \x20 lifelike motion retarget CAPTURES --robot {robot} -o {}\n\
+             or use the program's own clips:\n\
+             \x20 {}",
+            if folder.as_os_str().is_empty() { Path::new("data") } else { folder.as_path() }.display(),
+            without.join(" ")
+        )));
+    }
+    for key in NETWORKS {
+        if let Some(file) = tree.get(key).and_then(Value::as_str).filter(|file| !Path::new(file).exists()) {
+            return Err(CliError::Input(format!(
+                "{source}: {key}: expected a file or folder of a training, got nothing at '{file}'; train it first, as \
+                 the plan's comments say, or name another with {key}=FILE"
+            )));
+        }
+    }
+    Ok(())
+}
+
+fn text_mut(value: &mut Value) -> Option<&mut String> {
+    match value {
+        Value::String(text) => Some(text),
+        _ => None,
+    }
+}
+
+fn has_motion(text: &str) -> bool {
+    is_builtin(Path::new(text)) || exists(Path::new(text.strip_prefix('@').unwrap_or(text)))
+}
+
+/// Whether there is a file or folder, or of a pattern the folder that it begins in.
+fn exists(path: &Path) -> bool {
+    let fixed = fixed(path);
+    if fixed == path { path.exists() } else { fixed.as_os_str().is_empty() || fixed.is_dir() }
+}
+
+/// Returns the path up to the first component with a wildcard.
+fn fixed(path: &Path) -> PathBuf {
+    path.components().take_while(|part| !part.as_os_str().to_string_lossy().contains(['*', '?', '['])).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    #[test]
+    fn a_plan_means_the_same_from_any_folder() {
+        let home = tempfile::tempdir().unwrap();
+        let make = |path: &str| std::fs::create_dir_all(home.path().join(path)).unwrap();
+        make("plans/near");
+        make("data/lima/keys");
+        let folder = home.path().join("plans");
+        let text = "robot = \"humanoid\"\nclips = [\"builtin\", \"near\", \"data/lima/k*\", \"none/here\"]\n[prior]\nbatch = 2\n";
+        let mut tree: Table = text.parse().unwrap();
+        locate_all(&mut tree, &folder);
+        let clips: Vec<String> =
+            tree["clips"].as_array().unwrap().iter().map(|v| v.as_str().unwrap().to_string()).collect();
+        let at = |path: &str| home.path().join(path).display().to_string();
+        assert_eq!(clips, ["builtin".into(), at("plans/near"), at("data/lima/k*"), "none/here".to_string()]);
+        assert_eq!(tree["robot"].as_str(), Some("humanoid"));
+    }
+
+    #[test]
+    fn missing_motion_is_told_with_what_to_do() {
+        let tree: Table =
+            "robot = \"my.xml\"\nclips = [\"none/a*.bvh\", \"builtin\"]\ntest = [\"@none.txt\"]".parse().unwrap();
+        let error = check(&tree, "plan 'x'").unwrap_err().to_string();
+        for part in [
+            "plan 'x': clips",
+            "'none/a*.bvh'",
+            "1 others",
+            "--robot my.xml -o none\n",
+            "'clips=[\"builtin\"]' 'test=[]'",
+        ] {
+            assert!(error.contains(part), "{part}: {error}");
+        }
+        assert!(check(&"clips = [\"builtin:walk\"]".parse().unwrap(), "").is_ok());
+        let error = check(&"prior = \"none/p\"".parse().unwrap(), "x").unwrap_err().to_string();
+        assert!(error.contains("prior=FILE"), "{error}");
+    }
+}
