@@ -170,7 +170,7 @@ impl<'a> Course<'a> {
         for (i, rollout) in rollouts.iter_mut().enumerate() {
             recorder.record(rollout, environment, i, &mut kinematics);
         }
-        let mut outcome = lifelike_tracking::Outcome::default();
+        let mut outcome = lifelike_tracking::StepOutcome::default();
         // When each episode stops being recorded: at its planned end, or a while after its fall.
         let mut ends: Vec<usize> = rollouts.iter().map(|r| r.planned).collect();
         let mut frame = 1;

@@ -3,8 +3,7 @@
 //! A policy that tracks any motion (thesis chapter 4, second stage), trained by PPO in physics.
 //!
 //! The main path: [`TrackerPlan`] → [`ReferenceLibrary`] (all motion at the policy's rate) → [`Environment`] (many
-//! simulated robots, each following a reference) → [`ppo`] (the algorithm) → [`Trainer`] (metrics, checkpoints, resume) →
-//! [`Policy`] (the file that evaluation, the demo and a robot load).
+//! simulated robots, each following a reference) → [`Trainer`] (PPO in them, a [`lifelike_train::TrainingTask`]) → [`Policy`] (the file that evaluation, the demo and a robot load).
 
 mod alignment;
 pub mod environment;
@@ -17,7 +16,6 @@ pub mod library;
 mod observe;
 pub mod plan;
 pub mod policy;
-pub mod ppo;
 pub mod progress;
 pub mod rewards;
 mod senses;
@@ -28,12 +26,13 @@ mod tests;
 pub mod trainer;
 
 pub use alignment::{Alignment, wrap, yaw};
-pub use environment::{Environment, Outcome};
+pub use environment::Environment;
 pub use episode::Episode;
 pub use error::TrackerError;
 pub use ground::{Ground, Start};
 pub use library::{Encode, ReferenceLibrary, standing_clip};
+pub use lifelike_train::StepOutcome;
 pub use plan::TrackerPlan;
 pub use policy::{Policy, PolicyHeader};
-pub use progress::{ClipProgress, Progress, Summary};
+pub use progress::{ClipProgress, TrackerMetrics};
 pub use trainer::Trainer;
