@@ -83,6 +83,12 @@ pub enum RobotError {
         /// Why.
         source: Box<dyn std::error::Error + Send + Sync>,
     },
+    /// None of the clips is of use, or one of those that are all needed.
+    #[error("expected clips of the robot, got none of:\n  {reasons}")]
+    Clips {
+        /// The files with what is wrong with each.
+        reasons: String,
+    },
     /// A clip is the problem.
     #[error(transparent)]
     Motion(#[from] lifelike_motion::MotionError),

@@ -6,7 +6,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use super::{name_of, text};
+use super::{clip_name, text};
 use crate::clip::Caption;
 use crate::error::MotionError;
 
@@ -55,7 +55,7 @@ impl CaptionTable {
                 }
                 (_, (Some(path), Some(content), Some(style))) => {
                     let said = format!("{}, {}", cell(content)?.replace('-', " "), cell(style)?.replace('-', " "));
-                    (name_of(Path::new(cell(path)?)), vec![(None, said)])
+                    (clip_name(Path::new(cell(path)?)), vec![(None, said)])
                 }
                 _ => return Err(lines.error("columns 'trial, trial_description' or 'file, content, style'", line)),
             };
@@ -66,7 +66,7 @@ impl CaptionTable {
 
     /// The captions of a clip of this length (s), by its file's name.
     pub fn find(&self, path: &Path, seconds: f64) -> Vec<Caption> {
-        let entries = self.by_name.get(&name_of(path)).map(Vec::as_slice).unwrap_or_default();
+        let entries = self.by_name.get(&clip_name(path)).map(Vec::as_slice).unwrap_or_default();
         let whole = [0.0, seconds];
         entries
             .iter()

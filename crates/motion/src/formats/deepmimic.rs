@@ -10,9 +10,20 @@ use std::path::{Path, PathBuf};
 use lifelike_character::{Quat, Vec3, rotation};
 
 use super::raw::{self, RawClip};
-use super::{ReadOptions, name_of, rest, text};
+use super::{Format, ReadOptions, Reader, clip_name, rest, text};
 use crate::error::MotionError;
 use crate::source::SourceClip;
+
+/// The format, for the table of all.
+pub const FORMAT: Format = Format {
+    name: "DeepMimic",
+    suffixes: &[],
+    shared_suffixes: &[".txt", ".json"],
+    companion: "character, humanoid3d.txt",
+    // Notes end in .txt too, and a character file is such JSON without frames.
+    sniff: |start| start.starts_with(b"{") && start.windows(8).any(|w| w == b"\"Frames\""),
+    reader: Reader::Source(read),
+};
 
 /// More joints than a DeepMimic character has (`humanoid3d`: 15).
 const MOST_JOINTS: usize = 128;
@@ -73,6 +84,16 @@ struct JointEntry {
 struct MotionFile {
     r#loop: String,
     frames: Vec<Vec<f64>>,
+}
+
+/// Reads a motion with its character, which the options name or which lies beside it.
+fn read(bytes: &[u8], file: &Path, options: &ReadOptions) -> Result<SourceClip, MotionError> {
+    let character = match &options.skeleton {
+        Some(character) => character.clone(),
+        None => character_beside(file)?,
+    };
+    let character = parse_character(&text::read_bytes(&character)?, &character)?;
+    parse(bytes, file, &character, options)
 }
 
 /// The character file beside a motion: `humanoid3d.txt`.
@@ -182,7 +203,7 @@ pub fn parse(
         (root_position, rotations) = resampled(&times, step, &root_position, &rotations);
     }
     let raw = RawClip {
-        name: name_of(file),
+        name: clip_name(file),
         provenance: "DeepMimic humanoid3d motion (Peng et al. 2018), MIT".to_owned(),
         fps: raw::rate(step),
         cyclic: motion.r#loop == "wrap",

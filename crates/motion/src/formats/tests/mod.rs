@@ -11,6 +11,7 @@ use crate::source::SourceClip;
 mod broken;
 mod fuzz;
 mod numbers;
+mod table;
 
 /// 14 joints with common names, orders of axes all different, random angles.
 const BVH: &str = include_str!("small.bvh");
