@@ -59,6 +59,16 @@ pub enum CharacterError {
         /// What stands there.
         got: String,
     },
+    /// A text that does not stand on its own, and from which an included file is missing.
+    #[error("{cause} (file '{file}', which {at} includes, is missing: put it there)")]
+    MissingInclude {
+        /// The include.
+        at: Location,
+        /// The missing file as the include names it.
+        file: String,
+        /// What is wrong without it.
+        cause: Box<CharacterError>,
+    },
     /// A name that the character does not have.
     #[error("{character}: no {kind} named '{name}'; there are: {available}")]
     UnknownName {

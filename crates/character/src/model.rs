@@ -41,6 +41,8 @@ pub struct Character {
     pub timestep: f64,
     /// What the text says that is read but not simulated (meshes, cameras, sensors, ...): a line each, for `inspect`.
     pub notes: Vec<String>,
+    /// Parts of the text that were meant to matter and could not be had (missing files): a line each, with what to do.
+    pub warnings: Vec<String>,
 }
 
 /// A rigid body.

@@ -24,7 +24,7 @@ const MAX_DEPTH: usize = 150;
 impl Character {
     /// Compiles URDF text. `file` is what errors call the text; meshes are looked for from `folder`.
     pub fn from_urdf(text: &str, file: &str, folder: Option<&Path>) -> Result<Self, CharacterError> {
-        let root = document::parse(text, Path::new(file), folder)?;
+        let root = document::parse(text, Path::new(file), folder)?.root;
         if root.name != "robot" {
             return Err(root.invalid("root element 'robot'", format!("'{}'", root.name)));
         }

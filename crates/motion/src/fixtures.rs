@@ -56,6 +56,7 @@ pub fn swing() -> Character {
         gravity: Vec3::new(0.0, 0.0, -9.81),
         timestep: 0.005,
         notes: vec![],
+        warnings: vec![],
     }
 }
 

@@ -13,13 +13,14 @@ use crate::mjcf::compiler::Compiler;
 use crate::mjcf::defaults::Defaults;
 use crate::mjcf::document::Element;
 
-/// Rewrites the tree in place; adds to `notes` what was left out.
+/// Rewrites the tree in place; adds to `notes` what was left out, and to `warnings` what would have mattered.
 pub(crate) fn prepare(
     root: &mut Element,
     compiler: &Compiler,
     defaults: &Defaults,
     folder: Option<&Path>,
     notes: &mut Vec<String>,
+    warnings: &mut Vec<String>,
 ) -> Result<(), CharacterError> {
     let present = present_meshes(root, compiler, folder);
     let mut count = Count::default();
@@ -30,7 +31,9 @@ pub(crate) fn prepare(
         notes.push(format!("{} mesh geoms are pictures only", count.pictures));
     }
     if count.absent > 0 {
-        notes.push(format!("{} mesh geoms would collide, but their files are absent: left out", count.absent));
+        let text = "mesh geoms would collide, but their files are missing: they touch nothing; put the files there, or give the \
+                    bodies boxes, spheres or capsules";
+        warnings.push(format!("{} {text}", count.absent));
     }
     cut_assets(root, &present, &count.used);
     let mut names = BTreeSet::new();
