@@ -115,19 +115,30 @@ fn limit(character: &Character, joint: &Joint) -> Option<f64> {
     limits.into_iter().flatten().filter(|l| l.is_finite() && *l > 0.0).reduce(f64::min)
 }
 
+/// Returns per scalar joint the torque that it holds while the robot stands on bent legs (N m); `None` beside the legs.
+pub(crate) fn standing_loads(character: &Character, anatomy: &Anatomy) -> Vec<Option<f64>> {
+    let kinematics = Kinematics::new(character);
+    character.scalar_joints().map(|joint| standing_load(character, anatomy, &kinematics, joint)).collect()
+}
+
+/// 0.6 of the whole weight at the leg's length (N m), for a joint of a leg.
+fn standing_load(character: &Character, anatomy: &Anatomy, kinematics: &Kinematics, joint: &Joint) -> Option<f64> {
+    let gravity = character.gravity.norm().max(1.0);
+    let legs = [(Role::LeftThigh, Role::LeftFoot), (Role::RightThigh, Role::RightFoot)];
+    legs.into_iter().find_map(|(thigh, foot)| {
+        let (thigh, foot) = (anatomy.places.get(&thigh)?, anatomy.places.get(&foot)?);
+        let length = (kinematics.point(thigh.body, &thigh.point) - kinematics.point(foot.body, &foot.point)).norm();
+        is_below(character, foot.body, joint.body).then_some(0.6 * character.mass() * gravity * length)
+    })
+}
+
 /// The torque that a joint may have to hold (N m): in a leg 0.6 of the whole weight at the leg's length, elsewhere twice
 /// the weight beyond the joint, held out straight.
 fn load(character: &Character, anatomy: &Anatomy, kinematics: &Kinematics, joint: &Joint) -> f64 {
-    let gravity = character.gravity.norm().max(1.0);
-    let legs = [(Role::LeftThigh, Role::LeftFoot), (Role::RightThigh, Role::RightFoot)];
-    for (thigh, foot) in legs {
-        let (Some(thigh), Some(foot)) = (anatomy.places.get(&thigh), anatomy.places.get(&foot)) else { continue };
-        if is_below(character, foot.body, joint.body) {
-            let hip = kinematics.point(thigh.body, &thigh.point);
-            let length = (hip - kinematics.point(foot.body, &foot.point)).norm();
-            return (0.6 * character.mass() * gravity * length).max(0.1);
-        }
+    if let Some(load) = standing_load(character, anatomy, kinematics, joint) {
+        return load.max(0.1);
     }
+    let gravity = character.gravity.norm().max(1.0);
     let (mut mass, mut reach) = (0.0, 0.0_f64);
     let anchor = kinematics.body_position[joint.body];
     for (i, body) in character.bodies.iter().enumerate().filter(|&(i, _)| is_below(character, i, joint.body)) {
@@ -163,7 +174,7 @@ fn effective_inertias(character: &Character, kinematics: &Kinematics) -> Vec<f64
 }
 
 /// Whether `body` is `ancestor` or hangs on it.
-fn is_below(character: &Character, mut body: usize, ancestor: usize) -> bool {
+pub(crate) fn is_below(character: &Character, mut body: usize, ancestor: usize) -> bool {
     while body != 0 {
         if body == ancestor {
             return true;

@@ -18,6 +18,7 @@ pub mod load;
 pub mod network;
 pub mod observation;
 pub mod profile;
+pub mod readiness;
 pub mod reference;
 pub mod robot;
 
@@ -28,5 +29,6 @@ pub use controller::{Controller, ControllerFile, ControllerState};
 pub use error::RobotError;
 pub use observation::{AnchorSpec, MeasuredState, ObservationInputs, ObservationSpec, ReferenceSpec};
 pub use profile::{ActuatorGroup, Profile};
+pub use readiness::{Problem, Readiness, Severity, Shapes};
 pub use reference::{Alignment, ClipPlayer, LatentEncoder, ReferenceLibrary, ReferenceStream};
 pub use robot::Robot;

@@ -37,6 +37,9 @@ impl Robot {
             return Err(RobotError::Unknown { name: name_or_path.to_string(), available: NAMES.join(", ") });
         }
         let character = Character::load(path)?;
+        for warning in &character.warnings {
+            tracing::warn!("{warning}");
+        }
         let beside = path.with_extension("toml");
         if beside.is_file() {
             return Self::from_character(character, Profile::from_file(&beside)?);

@@ -13,7 +13,8 @@ use crate::mjcf::compiler::Compiler;
 use crate::mjcf::defaults::Defaults;
 use crate::mjcf::document::Element;
 
-/// Rewrites the tree in place; adds to `notes` what was left out, and to `warnings` what would have mattered.
+/// Rewrites the tree in place; adds to `notes` what was left out, and to `warnings` what would have mattered. Returns
+/// the meshes and height fields that would collide and whose files are absent.
 pub(crate) fn prepare(
     root: &mut Element,
     compiler: &Compiler,
@@ -21,7 +22,7 @@ pub(crate) fn prepare(
     folder: Option<&Path>,
     notes: &mut Vec<String>,
     warnings: &mut Vec<String>,
-) -> Result<(), CharacterError> {
+) -> Result<BTreeSet<String>, CharacterError> {
     let present = present_meshes(root, compiler, folder);
     let mut count = Count::default();
     for world in root.children.iter_mut().filter(|c| c.name == "worldbody") {
@@ -52,13 +53,14 @@ pub(crate) fn prepare(
     for section in root.children.iter_mut().filter(|c| c.name == "compiler") {
         section.attributes.retain(|(n, _)| !matches!(n.as_str(), "meshdir" | "texturedir" | "assetdir" | "strippath"));
     }
-    Ok(())
+    Ok(count.absent_names)
 }
 
 #[derive(Default)]
 struct Count {
     pictures: usize,
     absent: usize,
+    absent_names: BTreeSet<String>,
     used: BTreeSet<String>,
 }
 
@@ -124,6 +126,7 @@ fn keep(a: &Attributes, present: &[(String, Option<PathBuf>)], count: &mut Count
     }
     if !present.iter().any(|(name, _)| name == mesh) {
         count.absent += 1;
+        count.absent_names.insert(mesh.to_string());
         return Ok(false);
     }
     count.used.insert(mesh.to_string());

@@ -21,7 +21,7 @@ mod pose;
 use std::path::Path;
 
 use crate::error::CharacterError;
-use crate::model::{Body, Character, JointKind};
+use crate::model::{Body, Character, GeomShape, JointKind};
 
 use attributes::Attributes;
 use bodies::{Reader, Tree};
@@ -119,7 +119,14 @@ pub(crate) fn compile(mut root: Element, folder: Option<&Path>) -> Result<Charac
     let actuators = actuators::read(&root, &defaults, &compiler, &tree.joints, &mut notes)?;
     let excludes = read_excludes(&root, &tree.bodies, &mut notes)?;
     let name = root.attribute("model").unwrap_or("MuJoCo Model").to_string();
-    engine_text::prepare(&mut root, &compiler, &defaults, folder, &mut notes, &mut warnings)?;
+    let absent = engine_text::prepare(&mut root, &compiler, &defaults, folder, &mut notes, &mut warnings)?;
+    for geom in &mut tree.geoms {
+        if let GeomShape::Mesh(name) | GeomShape::HeightField(name) = &geom.shape
+            && absent.contains(name)
+        {
+            (geom.contype, geom.conaffinity) = (0, 0);
+        }
+    }
     Ok(Character {
         name,
         mjcf: Some(root.to_xml()),
