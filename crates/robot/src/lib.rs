@@ -32,3 +32,8 @@ pub use profile::{ActuatorGroup, Profile};
 pub use readiness::{Problem, Readiness, Severity, Shapes};
 pub use reference::{Alignment, ClipPlayer, LatentEncoder, ReferenceLibrary, ReferenceStream};
 pub use robot::Robot;
+
+/// The README's example, which runs as a test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+pub struct Readme;

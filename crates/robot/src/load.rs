@@ -14,10 +14,8 @@ pub const NAMES: [&str; 2] = ["lima", "humanoid"];
 /// MJCF and profile of a built-in robot.
 fn texts(name: &str) -> Option<(&'static str, &'static str)> {
     match name {
-        "lima" => Some((include_str!("../../../robots/lima.xml"), include_str!("../../../robots/lima.toml"))),
-        "humanoid" => {
-            Some((include_str!("../../../robots/humanoid.xml"), include_str!("../../../robots/humanoid.toml")))
-        }
+        "lima" => Some((include_str!("../robots/lima.xml"), include_str!("../robots/lima.toml"))),
+        "humanoid" => Some((include_str!("../robots/humanoid.xml"), include_str!("../robots/humanoid.toml"))),
         _ => None,
     }
 }

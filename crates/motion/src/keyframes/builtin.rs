@@ -2,7 +2,7 @@
 
 macro_rules! clips {
     ($($name:literal),* $(,)?) => {
-        [$(($name, include_str!(concat!("../../../../motions/", $name, ".keys.toml")))),*]
+        [$(($name, include_str!(concat!("../../motions/", $name, ".keys.toml")))),*]
     };
 }
 

@@ -52,7 +52,7 @@ fn centre(clip: &SourceClip, frame: usize) -> Vec3 {
 
 #[test]
 fn every_text_in_the_folder_is_built_in() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../motions");
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("motions");
     let mut there: Vec<String> = std::fs::read_dir(folder)
         .unwrap()
         .filter_map(|e| e.unwrap().file_name().to_str()?.strip_suffix(".keys.toml").map(str::to_owned))
