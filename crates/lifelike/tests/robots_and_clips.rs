@@ -101,7 +101,7 @@ fn a_robot_that_nothing_holds_up_is_refused_before_it_trains() {
 
     let out = root.path().join("run");
     let plan = root.path().join("plan.toml");
-    std::fs::write(&plan, format!("robot = \"{duck}\"\n[ppo]\niterations = 1\nenvironments = 16\n")).unwrap();
+    std::fs::write(&plan, format!("robot = \"{duck}\"\n[budget]\nsteps = 128\n[ppo]\nenvironments = 4\n")).unwrap();
     let train = ["train", "tracker", "--plan", plan.to_str().unwrap(), "-o", out.to_str().unwrap()];
     let check = ["motion", "check", "motions/nod.keys.toml", "--robot", &duck];
     for command in [&train[..], &check] {
