@@ -70,7 +70,7 @@ struct Version {
     version: u32,
 }
 
-/// The clip as bytes of the container.
+/// Returns the clip as bytes of the container.
 ///
 /// # Errors
 /// [`MotionError::Unfit`] when the clip is not consistent (see [`MotionClip::check`]).

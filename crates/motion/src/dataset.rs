@@ -10,8 +10,8 @@ use crate::container;
 use crate::error::MotionError;
 use crate::formats::{self, Format};
 
-/// Finds files by name, folder, glob pattern (`motions/**/*.bvh`) or `@list.txt` (a file with one of those per line; empty
-/// lines and comments after `#` do not count), sorted and without repetition.
+/// Finds files by name, folder, glob pattern (`motions/**/*.bvh`) or `@list.txt` (a file with one of those per line;
+/// empty lines and comments after `#` do not count), sorted and without repetition.
 ///
 /// A file that is named is taken as it is; of folders (searched to the bottom) and patterns only what `accepts` is.
 ///

@@ -31,7 +31,7 @@ fn joint(name: &str, body: usize, kind: JointKind, axis: Vec3, q_index: usize, v
     }
 }
 
-/// World, root (free), arm at (0, 0, 0.1) with a hinge about y and a slide along z.
+/// Returns the world, root (free), arm at (0, 0, 0.1) with a hinge about y and a slide along z.
 pub fn swing() -> Character {
     Character {
         name: "swing".into(),
@@ -60,7 +60,8 @@ pub fn swing() -> Character {
     }
 }
 
-/// A clip of [`swing`] at 50 Hz: root at rest in the origin, both joints (hinge, slide) as functions of time (s).
+/// Returns a clip of [`swing`] at 50 Hz: root at rest in the origin, both joints (hinge, slide) as functions of time
+/// (s).
 pub fn clip(frames: usize, joints: impl Fn(f64) -> [f64; 2]) -> MotionClip {
     MotionClip {
         name: "test".into(),

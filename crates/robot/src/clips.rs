@@ -88,8 +88,8 @@ pub fn load(inputs: &[PathBuf], robot: &Robot) -> Result<LoadedClips, RobotError
 /// Loads clips as [`load`] does, but sorted by file, and names may repeat.
 ///
 /// # Errors
-/// [`RobotError::Motion`] for an input that is not there or holds no motion; [`RobotError::Clips`] with the reasons when
-/// no file is of use, as when a single file was named and is none.
+/// [`RobotError::Motion`] for an input that is not there or holds no motion; [`RobotError::Clips`] with the reasons
+/// when no file is of use, as when a single file was named and is none.
 pub fn load_files(inputs: &[PathBuf], robot: &Robot) -> Result<LoadedClips, RobotError> {
     let files = dataset::find_motion(inputs, |_| true)?;
     let options = speed_limited(robot);

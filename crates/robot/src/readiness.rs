@@ -13,7 +13,8 @@ use crate::robot::Robot;
 const MIN_MASS: f64 = 0.02;
 /// Weight above which it is (kg).
 const MAX_MASS: f64 = 2000.0;
-/// Share of the torque that standing on bent legs takes, of which the strongest joint of the legs has at least this much.
+/// Share of the torque that standing on bent legs takes, of which the strongest joint of the legs has at least this
+/// much.
 const MIN_TORQUE: f64 = 0.05;
 /// The same, below which motion is doubtful.
 const LOW_TORQUE: f64 = 0.25;
@@ -105,7 +106,7 @@ impl Robot {
     }
 }
 
-/// Ground contact: of anything, and of the feet.
+/// Checks ground contact: of anything, and of the feet.
 fn contact(robot: &Robot, shapes: Shapes, readiness: &mut Readiness) {
     let character = &robot.character;
     let touching: Vec<bool> = touching(character, shapes);
@@ -154,7 +155,7 @@ fn mass(character: &Character, readiness: &mut Readiness) {
     }
 }
 
-/// Strength of the legs against the weight, and joints without any.
+/// Checks the strength of the legs against the weight, and joints without any.
 fn torque(robot: &Robot, readiness: &mut Readiness) {
     let character = &robot.character;
     let torques =
@@ -175,7 +176,7 @@ fn torque(robot: &Robot, readiness: &mut Readiness) {
     }
 }
 
-/// Which bodies have a geom that touches the ground.
+/// Flags the bodies that have a geom that touches the ground.
 fn touching(character: &Character, shapes: Shapes) -> Vec<bool> {
     let mut touching = vec![false; character.bodies.len()];
     for geom in character.geoms.iter().filter(|g| meets_ground(character, g)) {
@@ -185,7 +186,8 @@ fn touching(character: &Character, shapes: Shapes) -> Vec<bool> {
     touching
 }
 
-/// Whether masks and exclusions let a geom of the robot collide with the ground: the model's own, or MuJoCo's default.
+/// Returns whether a geom of the robot can collide with the ground (the model's own, or MuJoCo's default), by masks and
+/// exclusions.
 fn meets_ground(character: &Character, geom: &Geom) -> bool {
     let excluded = character.excludes.iter().any(|pair| [(0, geom.body), (geom.body, 0)].contains(pair));
     let meets = |contype: u32, conaffinity: u32| geom.contype & conaffinity != 0 || contype & geom.conaffinity != 0;

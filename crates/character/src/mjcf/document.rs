@@ -20,27 +20,27 @@ pub(crate) struct Element {
 }
 
 impl Element {
-    /// The value of an attribute as written.
+    /// Returns the value of an attribute as written.
     pub fn attribute(&self, name: &str) -> Option<&str> {
         self.attributes.iter().find(|(n, _)| n == name).map(|(_, v)| v.as_str())
     }
 
-    /// The children with this tag.
+    /// Returns the children with this tag.
     pub fn children_named<'a>(&'a self, name: &'a str) -> impl Iterator<Item = &'a Element> {
         self.children.iter().filter(move |c| c.name == name)
     }
 
-    /// "Expected this, got that", here.
+    /// Returns the error "expected this, got that" at this element.
     pub fn invalid(&self, expected: impl Into<String>, got: impl Into<String>) -> CharacterError {
         CharacterError::Invalid { at: self.at.clone(), expected: expected.into(), got: got.into() }
     }
 
-    /// "We do not understand this", here.
+    /// Returns the error "unsupported" at this element.
     pub fn unsupported(&self, what: impl Into<String>) -> CharacterError {
         CharacterError::Unsupported { at: self.at.clone(), what: what.into() }
     }
 
-    /// The tree as XML text.
+    /// Returns the tree as XML text.
     pub fn to_xml(&self) -> String {
         let mut out = String::new();
         self.write_xml(&mut out, 0);
@@ -101,7 +101,8 @@ struct Includes {
     missing: Vec<Element>,
 }
 
-/// The root element, in a vector of one. Its children will stand in an element called `place`, if it is included.
+/// Returns the root element, in a vector of one. Its children will stand in an element called `place`, if it is
+/// included.
 fn parse_file(
     text: &str,
     file: &Path,
@@ -161,8 +162,8 @@ impl Builder<'_, '_> {
         Ok(())
     }
 
-    /// Puts the children of the included file's root where the `<include>` stands, as MuJoCo does; remembers a file that
-    /// is missing and may be no more than looks.
+    /// Puts the children of the included file's root where the `<include>` stands, as MuJoCo does; remembers a file
+    /// that is missing and may be no more than looks.
     fn include(
         &mut self,
         element: Element,

@@ -64,7 +64,7 @@ struct Count {
     used: BTreeSet<String>,
 }
 
-/// Name and full path of the meshes and height fields whose files are there, or that need no file.
+/// Returns the name and full path of the meshes and height fields whose files are there, or that need no file.
 fn present_meshes(root: &Element, compiler: &Compiler, folder: Option<&Path>) -> Vec<(String, Option<PathBuf>)> {
     let mut present = Vec::new();
     for asset in root.children_named("asset").flat_map(|s| &s.children) {

@@ -31,7 +31,7 @@ fn read(bytes: &[u8], file: &Path, options: &ReadOptions) -> Result<SourceClip, 
     parse(bytes, file, &skeleton, options)
 }
 
-/// The ASF that belongs to an AMC: `SS.asf` for `SS_TT.amc`, or else the only ASF in the folder.
+/// Returns the ASF that belongs to an AMC: `SS.asf` for `SS_TT.amc`, or else the only ASF in the folder.
 ///
 /// # Errors
 /// [`MotionError::Io`] for a folder that cannot be listed, [`MotionError::Container`] when it holds none or several.
@@ -122,7 +122,7 @@ pub fn parse(
     Ok(raw.finish(options.t_pose))
 }
 
-/// The tilt of the left elbow's hinge (see [`rest::Hints`]), if that is a joint with one rotation.
+/// Returns the tilt of the left elbow's hinge (see [`rest::Hints`]), if that is a joint with one rotation.
 fn elbow_tilt(skeleton: &AsfSkeleton, names: &[String]) -> f64 {
     let Some([[.., fore, _], _]) = rest::limbs(names) else { return 0.0 };
     let bone = &skeleton.bones[fore];

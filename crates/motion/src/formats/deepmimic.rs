@@ -30,7 +30,7 @@ const MOST_JOINTS: usize = 128;
 /// No frame of a motion lasts longer (s); so a few rows cannot stand for hours.
 const LONGEST_FRAME: f64 = 1.0;
 
-/// How a joint moves.
+/// Kind of motion of a joint.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum JointType {
     /// The root, which is free.
@@ -52,7 +52,7 @@ pub struct CharacterJoint {
     pub parent: Option<usize>,
     /// From the parent (m, the file's axes).
     pub offset: Vec3,
-    /// How it moves.
+    /// Kind of motion.
     pub kind: JointType,
 }
 
@@ -96,7 +96,7 @@ fn read(bytes: &[u8], file: &Path, options: &ReadOptions) -> Result<SourceClip, 
     parse(bytes, file, &character, options)
 }
 
-/// The character file beside a motion: `humanoid3d.txt`.
+/// Returns the character file beside a motion: `humanoid3d.txt`.
 ///
 /// # Errors
 /// [`MotionError::Container`] when there is none.
@@ -229,7 +229,7 @@ fn numbers_of(kind: JointType) -> usize {
     }
 }
 
-/// The joints' rotations of a row whose length is right; `None` for a quaternion without direction.
+/// Returns the joints' rotations of a row whose length is right; `None` for a quaternion without direction.
 fn joint_rotations(character: &[CharacterJoint], row: &[f64]) -> Option<Vec<Quat>> {
     let mut at = 1;
     let mut rotations = Vec::with_capacity(character.len());
@@ -247,7 +247,7 @@ fn joint_rotations(character: &[CharacterJoint], row: &[f64]) -> Option<Vec<Quat
     Some(rotations)
 }
 
-/// Frames at even steps. Times rise, and there are at least two.
+/// Returns the frames at even steps. Times rise, and there are at least two.
 fn resampled(times: &[f64], step: f64, places: &[Vec3], rotations: &[Vec<Quat>]) -> (Vec<Vec3>, Vec<Vec<Quat>>) {
     let end = times[times.len() - 1];
     let count = (end / step).round().max(1.0) as usize + 1;

@@ -11,8 +11,8 @@ use crate::error::MotionError;
 use crate::source::SourceClip;
 use crate::{container, keyframes};
 
-/// Every format that is read, in the order in which contents are tried. A new format is one file with its reader and its
-/// `FORMAT`, and one line here; dispatch, search in folders, messages and help texts follow.
+/// Every format that is read, in the order in which contents are tried. A new format is one file with its reader and
+/// its `FORMAT`, and one line here; dispatch, search in folders, messages and help texts follow.
 pub const FORMATS: [&Format; 5] =
     [&bvh::FORMAT, &amc::FORMAT, &deepmimic::FORMAT, &keyframes::FORMAT, &container::FORMAT];
 
@@ -62,8 +62,8 @@ pub fn of_file(path: &Path) -> Option<&'static Format> {
     by_name(path).or_else(|| by_content(&start_of(path)))
 }
 
-/// Returns the format of a file that was found in a folder. Only files whose ending some format has are looked at: notes
-/// end in `.txt` as DeepMimic's motions do.
+/// Returns the format of a file that was found in a folder. Only files whose ending some format has are looked at:
+/// notes end in `.txt` as DeepMimic's motions do.
 pub fn of_found(path: &Path) -> Option<&'static Format> {
     let shares = |format: &&Format| ending_of(path, format.shared_suffixes).is_some();
     by_name(path)
@@ -106,13 +106,13 @@ pub(super) fn by_name(path: &Path) -> Option<&'static Format> {
     FORMATS.into_iter().find(|format| format.is_named(path))
 }
 
-/// The one of these endings that a file's name has, in capitals or not.
+/// Returns the one of these endings that a file's name has, in capitals or not.
 fn ending_of(path: &Path, endings: &[&'static str]) -> Option<&'static str> {
     let name = path.file_name()?.to_string_lossy().to_ascii_lowercase();
     endings.iter().find(|ending| name.ends_with(*ending)).copied()
 }
 
-/// The first bytes of a file; none of one that cannot be read, which whoever reads it reports.
+/// Returns the first bytes of a file; none of one that cannot be read, which whoever reads it reports.
 fn start_of(path: &Path) -> Vec<u8> {
     let mut start = Vec::new();
     match File::open(path).and_then(|file| file.take(SNIFFED as u64).read_to_end(&mut start)) {

@@ -10,7 +10,7 @@
 //! | [`asf`], [`amc`] | CMU originals | y up, z forward, inches / 0.45 | T-pose, legs spread by 20 degrees |
 //! | [`deepmimic`] | humanoid3d | y up, x forward, z right, m | standing, arms hanging |
 //!
-//! What comes out is always z up, x forward, y left, in metres, and (unless [`ReadOptions::t_pose`] is off, or the limbs'
+//! The result is always z up, x forward, y left, in metres, and (unless [`ReadOptions::t_pose`] is off, or the limbs'
 //! names are unknown) with the SAME rest pose: a T-pose, legs straight down, feet forward and flat, arms straight to the
 //! sides with palms down. Only the world position and heading at which a clip starts stay as they were captured.
 
@@ -35,14 +35,14 @@ pub(crate) use text::decode;
 pub use captions::CaptionTable;
 pub use format::{FORMATS, Format, Reader, clip_name, of_file, of_found, supported};
 
-/// How to read a file. The default guesses all of it.
+/// Options of reading a file. The default guesses all of it.
 #[derive(Debug, Clone)]
 pub struct ReadOptions {
     /// Metres per unit of length of a BVH file. `None`: guessed from the skeleton's size among m, cm and mm (a body of
     /// 1 to 2.5 m); inches must be stated. The other formats say or fix their unit.
     pub scale: Option<f64>,
-    /// Frames to leave out at the start of a BVH file. `None`: seven for the Daz-friendly skeleton (frame 0 is a rest pose,
-    /// and the conversion's filter smeared it over the six that follow), none for the others.
+    /// Frames to leave out at the start of a BVH file. `None`: seven for the Daz-friendly skeleton (frame 0 is a rest
+    /// pose, and the conversion's filter smeared it over the six that follow), none for the others.
     pub skip_frames: Option<usize>,
     /// Frames per second of an AMC file, which does not say (CMU: 120 but for a few at 60).
     pub amc_fps: f64,
@@ -51,7 +51,7 @@ pub struct ReadOptions {
     pub skeleton: Option<PathBuf>,
     /// Bring the rest pose to the T-pose (see the module's documentation).
     pub t_pose: bool,
-    /// What people said about the clips, found by the file's name.
+    /// Captions of the clips, found by the file's name.
     pub captions: Option<CaptionTable>,
 }
 

@@ -6,7 +6,7 @@ macro_rules! clips {
     };
 }
 
-/// Name and text of every clip in `motions/`. Make a clip of one with [`super::parse`].
+/// Returns the name and text of every clip in `motions/`. Make a clip of one with [`super::parse`].
 pub fn builtin() -> impl Iterator<Item = (&'static str, &'static str)> {
     clips![
         "bow",

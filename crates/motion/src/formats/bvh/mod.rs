@@ -172,7 +172,8 @@ fn assemble(
     Ok(raw.finish(options.t_pose))
 }
 
-/// Metres per unit, from the longest side of the box around the rest pose: a body of 1 to 2.5 m in m, cm or mm.
+/// Returns the metres per unit, from the longest side of the box around the rest pose: a body of 1 to 2.5 m in m, cm or
+/// mm.
 fn guess_scale(
     file: &Path,
     rest: &[Quat],

@@ -4,7 +4,7 @@ use proptest::prelude::*;
 
 use super::*;
 
-/// What any reader may answer.
+/// Checks an answer that any reader may give.
 fn check(result: Result<SourceClip, MotionError>, bytes: &[u8]) -> Result<(), TestCaseError> {
     match result {
         Ok(clip) => {
@@ -40,7 +40,7 @@ fn all_readers(bytes: &[u8]) -> Result<(), TestCaseError> {
     check(deepmimic(CHARACTER.as_bytes(), bytes), bytes)
 }
 
-/// What a reader may trip over.
+/// Returns text that readers may trip over.
 fn nasty() -> impl Strategy<Value = String> {
     prop_oneof![
         Just("nan".to_owned()),

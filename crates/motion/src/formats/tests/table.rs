@@ -6,7 +6,7 @@ use super::*;
 use crate::container;
 use crate::fixtures;
 
-/// A file of this name and content in a folder of its own.
+/// Returns a file of this name and content in a folder of its own.
 fn file(name: &str, content: &[u8]) -> (tempfile::TempDir, PathBuf) {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join(name);
