@@ -1,4 +1,4 @@
-//! Which body plays which part: guessed from names and geometry, overridable by text.
+//! Roles of bodies (pelvis, left foot, ...): guessed from names and geometry, overridable by text.
 //!
 //! `words` reads names, `limbs` finds legs and arms and the centres of their joints, `sole` finds what touches the ground.
 
@@ -59,8 +59,8 @@ pub enum Role {
 pub struct Place {
     /// The body.
     pub body: usize,
-    /// The point in its frame (m): the joint centre of a limb segment (hip, knee, ankle, shoulder, elbow), the middle of
-    /// a hand or head, the middle between the hips for the pelvis, between the shoulders for the chest.
+    /// The point in its frame (m): the joint centre of a limb segment (hip, knee, ankle, shoulder, elbow), the middle
+    /// of a hand or head, the middle between the hips for the pelvis, between the shoulders for the chest.
     pub point: Vec3,
 }
 
@@ -76,7 +76,7 @@ pub struct Sole {
 /// The parts of a character. Robots without arms or head simply lack those roles.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Anatomy {
-    /// Where each role is.
+    /// Body and point of each role.
     pub places: BTreeMap<Role, Place>,
     /// Left and right sole, as far as there are feet.
     pub soles: BTreeMap<Role, Sole>,
@@ -95,7 +95,7 @@ const ARMS: [(Side, [Role; 3]); 2] = [
 ];
 
 impl Anatomy {
-    /// The foot, as an index into [`Self::soles`], that a body is or hangs from.
+    /// Returns the foot, as an index into [`Self::soles`], that a body is or hangs from.
     pub fn foot_of(&self, character: &Character, mut body: usize) -> Option<usize> {
         while body != 0 {
             if let Some(foot) = self.soles.values().position(|sole| sole.body == body) {
@@ -153,7 +153,7 @@ impl Anatomy {
         self.places.insert(role, Place { body, point: finder.local(body, &point_w) });
     }
 
-    /// The pelvis carries both hips, the chest both shoulders.
+    /// Finds the trunk: the pelvis carries both hips, the chest both shoulders.
     fn trunk(&mut self, finder: &Finder<'_>, hips: &[(usize, Vec3)], shoulders: &[(usize, Vec3)]) {
         let character = finder.character;
         let root = character.root_joint().map(|j| j.body).or((character.bodies.len() > 1).then_some(1));
@@ -197,7 +197,7 @@ impl Anatomy {
     }
 }
 
-/// A site named for the hand, else a body named for it, else the far end of the arm's last shape.
+/// Returns a site named for the hand, else a body named for it, else the far end of the arm's last shape.
 fn hand(finder: &Finder<'_>, arm: &Limb, side: Side) -> (usize, Vec3) {
     let character = finder.character;
     let beyond = |body: usize| {
@@ -230,7 +230,7 @@ fn hand(finder: &Finder<'_>, arm: &Limb, side: Side) -> (usize, Vec3) {
     (last, tip.unwrap_or_else(|| finder.kinematics.point(last, &character.bodies[last].inertial.com)))
 }
 
-/// A site or body named for the head.
+/// Returns a site or body named for the head.
 fn head(finder: &Finder<'_>) -> Option<(usize, Vec3)> {
     let character = finder.character;
     let exact = |name: &str| name.eq_ignore_ascii_case("head");
@@ -245,7 +245,7 @@ fn head(finder: &Finder<'_>) -> Option<(usize, Vec3)> {
     body.map(|b| (b, middle_of(finder, b)))
 }
 
-/// The centre of mass of a body, or its origin where it has no mass.
+/// Returns the centre of mass of a body, or its origin where it has no mass.
 fn middle_of(finder: &Finder<'_>, body: usize) -> Vec3 {
     let inertial = &finder.character.bodies[body].inertial;
     let local = if inertial.mass > 0.0 { inertial.com } else { Vec3::zeros() };

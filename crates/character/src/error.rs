@@ -1,8 +1,8 @@
-//! What can be wrong with a description of a character.
+//! Errors of reading and using a description of a character.
 
 use std::path::PathBuf;
 
-/// Where in a text something stands.
+/// Location in a text: file, line and element.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Location {
     /// The file, or a name such as `<text>` for a string.
@@ -28,7 +28,7 @@ pub enum CharacterError {
     Io {
         /// The file.
         path: PathBuf,
-        /// Why.
+        /// Cause.
         source: std::io::Error,
     },
     /// Not well-formed XML.
@@ -38,26 +38,36 @@ pub enum CharacterError {
         file: PathBuf,
         /// Line, counted from 1.
         line: u32,
-        /// What the XML reader said.
+        /// Message of the XML reader.
         message: String,
     },
     /// An element or attribute that we do not understand and therefore refuse.
     #[error("{at}: unsupported {what}")]
     Unsupported {
-        /// Where.
+        /// Location.
         at: Location,
-        /// What, such as `attribute 'fluidcoef'`.
+        /// The element or attribute, such as `attribute 'fluidcoef'`.
         what: String,
     },
     /// A value that is not what it should be.
     #[error("{at}: expected {expected}, got {got}")]
     Invalid {
-        /// Where.
+        /// Location.
         at: Location,
-        /// What should stand there.
+        /// Expected content.
         expected: String,
-        /// What stands there.
+        /// Actual content.
         got: String,
+    },
+    /// A text that does not stand on its own, and from which an included file is missing.
+    #[error("{cause} (file '{file}', which {at} includes, is missing: put it there)")]
+    MissingInclude {
+        /// The include.
+        at: Location,
+        /// The missing file as the include names it.
+        file: String,
+        /// Error of compiling without it.
+        cause: Box<CharacterError>,
     },
     /// A name that the character does not have.
     #[error("{character}: no {kind} named '{name}'; there are: {available}")]
@@ -76,7 +86,7 @@ pub enum CharacterError {
     Unfit {
         /// The character.
         character: String,
-        /// Why.
+        /// Cause.
         message: String,
     },
 }

@@ -8,7 +8,7 @@ use crate::rotation::{Mat3, Quat, Vec3};
 /// Less mass than this (kg) is none, as in MuJoCo.
 pub const MIN_MASS: f64 = 1e-15;
 
-/// Volume of a solid (m³). Planes, meshes and height fields have none here.
+/// Returns the volume of a solid (m³). Planes, meshes and height fields have none here.
 pub fn volume(shape: &GeomShape) -> f64 {
     use std::f64::consts::PI;
     match shape {
@@ -21,7 +21,7 @@ pub fn volume(shape: &GeomShape) -> f64 {
     }
 }
 
-/// Principal moments (kg m²) about the middle of a solid of this mass (kg), along the axes of its frame.
+/// Returns the principal moments (kg m²) about the middle of a solid of this mass (kg), along the axes of its frame.
 pub fn moments(shape: &GeomShape, mass: f64) -> Vec3 {
     match shape {
         GeomShape::Sphere(r) => Vec3::repeat(0.4 * mass * r * r),
@@ -49,18 +49,18 @@ fn sides(h: &Vec3) -> Vec3 {
     Vec3::new(s.y + s.z, s.x + s.z, s.x + s.y)
 }
 
-/// The tensor with these principal moments in a frame turned by `orientation`.
+/// Returns the tensor with these principal moments in a frame turned by `orientation`.
 pub fn tensor(orientation: &Quat, diagonal: &Vec3) -> Mat3 {
     let r = orientation.to_rotation_matrix().into_inner();
     r * Mat3::from_diagonal(diagonal) * r.transpose()
 }
 
-/// What a point mass at `offset` adds to the tensor (the parallel axis theorem).
+/// Returns the inertia of a point mass at `offset` (the parallel axis theorem).
 pub fn parallel_axis(mass: f64, offset: &Vec3) -> Mat3 {
     (Mat3::identity() * offset.norm_squared() - offset * offset.transpose()) * mass
 }
 
-/// Principal axes and moments of a symmetric tensor, moments in descending order as in MuJoCo.
+/// Returns the principal axes and moments of a symmetric tensor, moments in descending order as in MuJoCo.
 pub fn principal(tensor: &Mat3) -> (Quat, Vec3) {
     let eigen = SymmetricEigen::new(*tensor);
     let mut order = [0, 1, 2];
@@ -72,7 +72,7 @@ pub fn principal(tensor: &Mat3) -> (Quat, Vec3) {
     (orientation, Vec3::from_fn(|i, _| eigen.eigenvalues[order[i]]))
 }
 
-/// The sum of several rigid parts, each in the same frame. No mass at all gives zeros.
+/// Returns the sum of several rigid parts, each in the same frame. No mass at all gives zeros.
 pub fn sum(parts: &[Inertial]) -> Inertial {
     if let [one] = parts {
         return one.clone();
@@ -89,7 +89,7 @@ pub fn sum(parts: &[Inertial]) -> Inertial {
 }
 
 impl Inertial {
-    /// The inertia tensor about the centre of mass, along the axes of the body frame (kg m²).
+    /// Returns the inertia tensor about the centre of mass, along the axes of the body frame (kg m²).
     pub fn tensor(&self) -> Mat3 {
         tensor(&self.orientation, &self.diagonal)
     }

@@ -5,7 +5,7 @@ use nalgebra::DMatrix;
 use crate::model::{Character, JointKind};
 use crate::rotation::{Quat, Vec3, from_wxyz};
 
-/// Where every body is for one generalised position. A reusable workspace: make it once, update it often.
+/// Poses of all bodies at one generalised position. A reusable workspace: make it once, update it often.
 #[derive(Debug, Clone)]
 pub struct Kinematics {
     /// Position of each body frame (m, world).
@@ -19,7 +19,7 @@ pub struct Kinematics {
 }
 
 impl Kinematics {
-    /// A workspace for this character, at its reference position.
+    /// Returns a workspace for this character, at its reference position.
     pub fn new(character: &Character) -> Self {
         let mut kinematics = Self {
             body_position: vec![Vec3::zeros(); character.bodies.len()],
@@ -74,13 +74,13 @@ impl Kinematics {
         }
     }
 
-    /// World position of a point given in a body's frame (m).
+    /// Returns the world position of a point given in a body's frame (m).
     pub fn point(&self, body: usize, local: &Vec3) -> Vec3 {
         self.body_position[body] + self.body_orientation[body] * local
     }
 
-    /// The 6 x nv Jacobian of a world point rigidly attached to `body`: rows 0-2 linear, rows 3-5 angular, both in the
-    /// world frame. Columns follow MuJoCo's velocities (free joint: linear world, angular body frame).
+    /// Returns the 6 x nv Jacobian of a world point rigidly attached to `body`: rows 0-2 linear, rows 3-5 angular, both
+    /// in the world frame. Columns follow MuJoCo's velocities (free joint: linear world, angular body frame).
     pub fn jacobian(&self, character: &Character, body: usize, point_w: &Vec3) -> DMatrix<f64> {
         let mut jacobian = DMatrix::zeros(6, character.nv);
         self.for_each_column(character, body, point_w, |column, linear, angular| {
@@ -90,7 +90,7 @@ impl Kinematics {
         jacobian
     }
 
-    /// The non-zero columns of [`Self::jacobian`], without allocating: `visit(column, linear, angular)`.
+    /// Visits the non-zero columns of [`Self::jacobian`], without allocating: `visit(column, linear, angular)`.
     pub fn for_each_column(
         &self,
         character: &Character,

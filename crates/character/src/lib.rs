@@ -7,6 +7,19 @@
 //! [`Anatomy`] (which body is the left foot) → [`Symmetry`] (what is left of what).
 //!
 //! Conventions of the whole project: SI units, radians, z up, x forward, right-handed; quaternions `wxyz`.
+//!
+//! ```
+//! use lifelike_character::Character;
+//!
+//! let ball = "<mujoco><worldbody><body name='ball'><freejoint/><geom size='.1' mass='2'/></body></worldbody></mujoco>";
+//! let character = Character::from_mjcf(ball, "ball.xml", None)?;
+//! assert_eq!((character.mass(), character.nq, character.nv), (2.0, 7, 6));
+//!
+//! // What is not understood is refused with file, line and element.
+//! let wheel = Character::from_mjcf("<mujoco><wheels/></mujoco>", "car.xml", None).unwrap_err();
+//! assert_eq!(wheel.to_string(), "car.xml:1: <wheels>: unsupported section of a model");
+//! # Ok::<(), lifelike_character::CharacterError>(())
+//! ```
 
 pub mod anatomy;
 pub mod error;
@@ -25,3 +38,8 @@ pub use kinematics::Kinematics;
 pub use model::{Actuator, Body, Character, Geom, GeomShape, Inertial, Joint, JointKind, Site};
 pub use rotation::{Mat3, Quat, Vec3};
 pub use symmetry::Symmetry;
+
+/// The README's example, which runs as a test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+pub struct Readme;

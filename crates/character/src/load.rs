@@ -17,10 +17,11 @@ impl Character {
         let text =
             std::fs::read_to_string(path).map_err(|source| CharacterError::Io { path: path.to_path_buf(), source })?;
         let folder = path.parent().map(|p| if p.as_os_str().is_empty() { Path::new(".") } else { p });
-        let root = document::parse(&text, path, folder)?;
+        let document = document::parse(&text, path, folder)?;
+        let root = &document.root;
         match root.name.as_str() {
-            "mujoco" => mjcf::compile(root, folder),
-            "robot" => urdf::compile(&root, folder),
+            "mujoco" => mjcf::compile_document(document, folder),
+            "robot" => urdf::compile(root, folder),
             _ => Err(root.invalid("root element 'mujoco' (MJCF) or 'robot' (URDF)", format!("'{}'", root.name))),
         }
     }

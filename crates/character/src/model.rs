@@ -39,8 +39,10 @@ pub struct Character {
     pub gravity: Vec3,
     /// Physics time step (s).
     pub timestep: f64,
-    /// What the text says that is read but not simulated (meshes, cameras, sensors, ...): a line each, for `inspect`.
+    /// Parts of the text that are read but not simulated (meshes, cameras, sensors, ...): a line each, for `inspect`.
     pub notes: Vec<String>,
+    /// Parts of the text that were meant to matter and could not be had (missing files): a line each, with what to do.
+    pub warnings: Vec<String>,
 }
 
 /// A rigid body.
@@ -75,7 +77,7 @@ pub struct Inertial {
     pub diagonal: Vec3,
 }
 
-/// How a joint moves.
+/// Kind of motion of a joint.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum JointKind {
     /// Six degrees of freedom: a floating base.
@@ -89,7 +91,7 @@ pub enum JointKind {
 }
 
 impl JointKind {
-    /// Number of generalised positions.
+    /// Returns the number of generalised positions.
     pub fn nq(self) -> usize {
         match self {
             Self::Free => 7,
@@ -97,7 +99,7 @@ impl JointKind {
             Self::Slide | Self::Hinge => 1,
         }
     }
-    /// Number of generalised velocities.
+    /// Returns the number of generalised velocities.
     pub fn nv(self) -> usize {
         match self {
             Self::Free => 6,
@@ -114,7 +116,7 @@ pub struct Joint {
     pub name: String,
     /// The body that it moves.
     pub body: usize,
-    /// How it moves.
+    /// Kind of motion.
     pub kind: JointKind,
     /// Anchor in the body frame (m).
     pub position: Vec3,
@@ -136,7 +138,7 @@ pub struct Joint {
     pub frictionloss: f64,
     /// Spring (N m/rad or N/m).
     pub stiffness: f64,
-    /// Where the spring rests.
+    /// Rest position of the spring (rad or m).
     pub spring_reference: f64,
     /// Largest actuator force through this joint (`actuatorfrcrange`).
     pub actuator_force_range: Option<(f64, f64)>,
@@ -190,9 +192,9 @@ pub struct Geom {
     pub solimp: [f64; 5],
     /// Contact margin (m).
     pub margin: f64,
-    /// How much earlier than within the margin a contact is found (m); it has no force before.
+    /// Distance beyond the margin at which a contact is already found (m); it has no force there.
     pub gap: f64,
-    /// Which geom's parameters win.
+    /// Priority: the parameters of the geom with the higher one win.
     pub priority: i32,
     /// Red, green, blue, opacity.
     pub rgba: [f32; 4],
@@ -231,42 +233,44 @@ pub struct Actuator {
 }
 
 impl Character {
-    /// Index of the body with this name.
+    /// Returns the index of the body with this name.
     pub fn body(&self, name: &str) -> Result<usize, CharacterError> {
         index_of(&self.name, "body", name, self.bodies.iter().map(|b| b.name.as_str()))
     }
 
-    /// Index of the joint with this name.
+    /// Returns the index of the joint with this name.
     pub fn joint(&self, name: &str) -> Result<usize, CharacterError> {
         index_of(&self.name, "joint", name, self.joints.iter().map(|j| j.name.as_str()))
     }
 
-    /// Index of the site with this name.
+    /// Returns the index of the site with this name.
     pub fn site(&self, name: &str) -> Result<usize, CharacterError> {
         index_of(&self.name, "site", name, self.sites.iter().map(|s| s.name.as_str()))
     }
 
-    /// Index of the geom with this name.
+    /// Returns the index of the geom with this name.
     pub fn geom(&self, name: &str) -> Result<usize, CharacterError> {
         index_of(&self.name, "geom", name, self.geoms.iter().map(|g| g.name.as_str()))
     }
 
-    /// Total mass (kg).
+    /// Returns the total mass (kg).
     pub fn mass(&self) -> f64 {
         self.bodies.iter().map(|b| b.inertial.mass).sum()
     }
 
-    /// The floating base: the first free joint.
+    /// Returns the floating base: the first free joint.
     pub fn root_joint(&self) -> Option<&Joint> {
         self.joints.iter().find(|j| j.kind == JointKind::Free)
     }
 
-    /// The hinges and slides, in the order of the coordinates: what a motion clip's joint columns are matched with.
+    /// Returns the hinges and slides, in the order of the coordinates: what a motion clip's joint columns are matched
+    /// with.
     pub fn scalar_joints(&self) -> impl Iterator<Item = &Joint> {
         self.joints.iter().filter(|j| matches!(j.kind, JointKind::Hinge | JointKind::Slide))
     }
 
-    /// The generalised position of the text as written: every joint at its reference, bodies where the text put them.
+    /// Returns the generalised position of the text as written: every joint at its reference, bodies where the text put
+    /// them.
     pub fn reference_position(&self) -> Vec<f64> {
         let mut q = vec![0.0; self.nq];
         for joint in &self.joints {

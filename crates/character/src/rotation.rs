@@ -12,25 +12,26 @@ pub type Mat3 = Matrix3<f64>;
 /// A rotation.
 pub type Quat = UnitQuaternion<f64>;
 
-/// The rotation with these components, normalised. `None` when they have no direction (zero or non-finite norm).
+/// Returns the rotation with these components, normalised. `None` when they have no direction (zero or non-finite
+/// norm).
 pub fn from_wxyz<T: RealField + Copy>([w, x, y, z]: [T; 4]) -> Option<UnitQuaternion<T>> {
     UnitQuaternion::try_new(nalgebra::Quaternion::new(w, x, y, z), T::default_epsilon())
         .filter(|q| q.coords.iter().all(|c| c.is_finite()))
 }
 
-/// The components of a rotation in the order `w, x, y, z`.
+/// Returns the components of a rotation in the order `w, x, y, z`.
 pub fn to_wxyz<T: RealField + Copy>(q: &UnitQuaternion<T>) -> [T; 4] {
     [q.w, q.i, q.j, q.k]
 }
 
-/// The continuous 6D representation of Zhou et al. 2019 (thesis 2.4.1): the first two columns of the rotation matrix,
-/// column after column.
+/// Returns the continuous 6D representation of Zhou et al. 2019 (thesis 2.4.1): the first two columns of the rotation
+/// matrix, column after column.
 pub fn to_6d<T: RealField + Copy>(q: &UnitQuaternion<T>) -> [T; 6] {
     let m = q.to_rotation_matrix().into_inner();
     [m[(0, 0)], m[(1, 0)], m[(2, 0)], m[(0, 1)], m[(1, 1)], m[(2, 1)]]
 }
 
-/// Back from 6D by Gram-Schmidt. Degenerate input (zero or parallel columns) gives `None`.
+/// Converts back from 6D by Gram-Schmidt. Degenerate input (zero or parallel columns) gives `None`.
 pub fn from_6d<T: RealField + Copy>(d: [T; 6]) -> Option<UnitQuaternion<T>> {
     let a = Vector3::new(d[0], d[1], d[2]);
     let b = Vector3::new(d[3], d[4], d[5]);
@@ -40,9 +41,9 @@ pub fn from_6d<T: RealField + Copy>(d: [T; 6]) -> Option<UnitQuaternion<T>> {
     Some(UnitQuaternion::from_rotation_matrix(&nalgebra::Rotation3::from_matrix_unchecked(m)))
 }
 
-/// Heading (yaw, rad) of a rotation: the direction in which its forward (x) axis points on the ground. Looking straight
-/// up or down, where x has no ground direction, the z axis (the back of the head, or the face) takes its place, so the
-/// heading stays continuous through a forward roll.
+/// Returns the heading (yaw, rad) of a rotation: the direction in which its forward (x) axis points on the ground.
+/// Looking straight up or down, where x has no ground direction, the z axis (the back of the head, or the face) takes
+/// its place, so the heading stays continuous through a forward roll.
 pub fn heading_angle<T: RealField + Copy>(q: &UnitQuaternion<T>) -> T {
     let x = q * Vector3::x();
     let flat = x.x * x.x + x.y * x.y;
@@ -54,7 +55,7 @@ pub fn heading_angle<T: RealField + Copy>(q: &UnitQuaternion<T>) -> T {
     (sign * z.y).atan2(sign * z.x)
 }
 
-/// The rotation about the vertical by [`heading_angle`]: the heading frame of a root orientation.
+/// Returns the rotation about the vertical by [`heading_angle`]: the heading frame of a root orientation.
 pub fn heading<T: RealField + Copy>(q: &UnitQuaternion<T>) -> UnitQuaternion<T> {
     UnitQuaternion::from_axis_angle(&Vector3::z_axis(), heading_angle(q))
 }

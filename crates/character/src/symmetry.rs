@@ -6,15 +6,15 @@ use crate::kinematics::Kinematics;
 use crate::model::{Body, Character, JointKind};
 use crate::rotation::{Mat3, Quat, Vec3, from_wxyz, to_wxyz};
 
-/// How far a body may be from the mirror image of its partner in any pose, as a share of the character's size. Built
+/// Distance of a body from the mirror image of its partner in any pose, as a share of the character's size. Built
 /// robots are a little lopsided: a few millimetres per metre.
 pub const TOLERANCE: f64 = 0.02;
-/// How far an axis may be from the mirror image of its partner (sine of the angle).
+/// Largest deviation of an axis from the mirror image of its partner (sine of the angle).
 const AXIS_TOLERANCE: f64 = 0.05;
 /// Poses that are checked.
 const POSES: usize = 32;
 
-/// Which joint mirrors which, and with which sign.
+/// Pairs of joints that mirror each other, with signs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Symmetry {
     /// For each scalar joint (in the order of `Character::scalar_joints`), the index of its mirror image.
@@ -29,8 +29,9 @@ pub struct Symmetry {
 }
 
 impl Symmetry {
-    /// Pairs bodies by the tree and by where they are, takes the signs from the axes, and checks the result: in random
-    /// poses the centre of mass of each body must be where the mirrored pose puts that of its partner, to within [`TOLERANCE`] of the size.
+    /// Returns the pairs bodies by the tree and by where they are, takes the signs from the axes, and checks the
+    /// result: in random poses the centre of mass of each body must be where the mirrored pose puts that of its
+    /// partner, to within [`TOLERANCE`] of the size.
     ///
     /// # Errors
     /// [`CharacterError::Unfit`] that names what is not symmetric.
@@ -46,7 +47,7 @@ impl Symmetry {
         Ok(symmetry)
     }
 
-    /// The mirror image of a generalised position across the world's xz plane.
+    /// Returns the mirror image of a generalised position across the world's xz plane.
     pub fn mirror_position(&self, character: &Character, q: &[f64]) -> Vec<f64> {
         let mut mirrored = q.to_vec();
         if let Some(root) = character.root_joint() {
@@ -63,7 +64,7 @@ impl Symmetry {
         mirrored
     }
 
-    /// The mirror image of a root orientation across the world's xz plane.
+    /// Returns the mirror image of a root orientation across the world's xz plane.
     pub fn mirror_orientation(&self, orientation: &Quat) -> Quat {
         let turn = orientation.to_rotation_matrix().into_inner();
         let mirrored = reflection(&Vec3::y()) * turn * reflection(&self.root_normal);
@@ -101,7 +102,7 @@ fn unfit(character: &Character, message: String) -> CharacterError {
     CharacterError::Unfit { character: character.name.clone(), message }
 }
 
-/// Where a body is: its centre of mass, as frames are drawn anywhere along a joint's axis.
+/// Returns the position of a body: its centre of mass, as frames are drawn anywhere along a joint's axis.
 fn place(character: &Character, kinematics: &Kinematics, body: usize) -> Vec3 {
     let inertial = &character.bodies[body].inertial;
     if inertial.mass > 0.0 { kinematics.point(body, &inertial.com) } else { kinematics.body_position[body] }
@@ -111,7 +112,7 @@ fn reflection(normal: &Vec3) -> Mat3 {
     Mat3::identity() - normal * normal.transpose() * 2.0
 }
 
-/// A pose with every joint somewhere in its range: a fixed sequence that covers the ranges evenly.
+/// Returns a pose with every joint somewhere in its range: a fixed sequence that covers the ranges evenly.
 fn scattered_pose(character: &Character, number: usize) -> Vec<f64> {
     let mut q = character.reference_position();
     let mut place = 0;
@@ -149,7 +150,7 @@ struct Pairing<'a> {
     normal: Vec3,
     /// Extent of the character (m).
     size: f64,
-    /// Whether a body or one that hangs on it has joints.
+    /// Flags of bodies that have joints, or carry one that has.
     moves: Vec<bool>,
 }
 
@@ -174,7 +175,7 @@ impl<'a> Pairing<'a> {
         Ok(pairing)
     }
 
-    /// From the right to the left of the bodies or joints whose names tell; y where no name does.
+    /// Returns the direction from the right to the left of the bodies or joints whose names tell; y where no name does.
     fn find_normal(&self) -> Vec3 {
         let named: Vec<(&str, usize)> = self
             .character
@@ -199,7 +200,7 @@ impl<'a> Pairing<'a> {
         turn * axis.unwrap_or(local)
     }
 
-    /// For each body its partner.
+    /// Returns for each body its partner.
     fn pair(&self) -> Result<Vec<usize>, CharacterError> {
         let mut partner: Vec<usize> = (0..self.character.bodies.len()).collect();
         let mut children = vec![Vec::new(); self.character.bodies.len()];
@@ -236,7 +237,7 @@ impl<'a> Pairing<'a> {
         }
     }
 
-    /// Bodies that were left without a partner although they are not in the middle.
+    /// Returns the bodies that were left without a partner although they are not in the middle.
     fn lonely(&self, partner: &[usize]) -> Vec<bool> {
         let off = |b: usize| partner[b] == b && !self.moves[b] && self.cost(b, b) > TOLERANCE;
         let mut lonely: Vec<bool> = (0..partner.len()).map(off).collect();
@@ -250,13 +251,14 @@ impl<'a> Pairing<'a> {
         &self.character.bodies[body].name
     }
 
-    /// Whether two bodies have joints of the same kinds, and as much hanging on them.
+    /// Returns whether two bodies have joints of the same kinds, and as much hanging on them.
     fn alike(&self, a: usize, b: usize) -> bool {
         let kinds = |body: &Body| self.character.joints[body.joints.clone()].iter().map(|j| j.kind).collect::<Vec<_>>();
         kinds(&self.character.bodies[a]) == kinds(&self.character.bodies[b]) && self.moves[a] == self.moves[b]
     }
 
-    /// How badly `b` mirrors `a`: distance as a share of the size, and a little where names do not agree.
+    /// Returns the cost of pairing `a` with `b`: distance as a share of the size, and a little where names do not
+    /// agree.
     fn cost(&self, a: usize, b: usize) -> f64 {
         let origin = self.kinematics.body_position[self.root];
         let from_plane = |body: usize| place(self.character, self.kinematics, body) - origin;
@@ -267,7 +269,7 @@ impl<'a> Pairing<'a> {
         distance + if names_agree { 0.0 } else { 1e-3 }
     }
 
-    /// Partner and sign of each scalar joint.
+    /// Returns the partner and sign of each scalar joint.
     fn joints(&self, partner: &[usize]) -> Result<(Vec<usize>, Vec<f64>), CharacterError> {
         let character = self.character;
         let mut place = vec![0; character.joints.len()];

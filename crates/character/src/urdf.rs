@@ -24,7 +24,7 @@ const MAX_DEPTH: usize = 150;
 impl Character {
     /// Compiles URDF text. `file` is what errors call the text; meshes are looked for from `folder`.
     pub fn from_urdf(text: &str, file: &str, folder: Option<&Path>) -> Result<Self, CharacterError> {
-        let root = document::parse(text, Path::new(file), folder)?;
+        let root = document::parse(text, Path::new(file), folder)?.root;
         if root.name != "robot" {
             return Err(root.invalid("root element 'robot'", format!("'{}'", root.name)));
         }
@@ -281,7 +281,7 @@ fn child<'a>(element: &'a Element, name: &str) -> Option<&'a Element> {
     element.children.iter().find(|c| c.name == name)
 }
 
-/// A new element that stands where `source` stands.
+/// Returns a new element that stands where `source` stands.
 fn element(source: &Element, name: &str, attributes: &[(&str, String)]) -> Element {
     Element {
         name: name.to_string(),
@@ -295,7 +295,7 @@ fn numbers(values: &[f64]) -> String {
     values.iter().map(|v| format!("{v:e}")).collect::<Vec<_>>().join(" ")
 }
 
-/// Position (m) and roll, pitch, yaw (rad, about fixed axes) of an element's `<origin>`.
+/// Returns the position (m) and roll, pitch, yaw (rad, about fixed axes) of an element's `<origin>`.
 fn pose(element: &Element) -> Result<(Vec3, Vec3), CharacterError> {
     let Some(origin) = child(element, "origin") else { return Ok((Vec3::zeros(), Vec3::zeros())) };
     let a = Attributes::own(origin);

@@ -5,8 +5,27 @@ use lifelike_character::anatomy::Overrides;
 use lifelike_character::{Anatomy, Character, Kinematics, Symmetry};
 use proptest::prelude::*;
 
-const LIMA: &str = include_str!("../../../robots/lima.xml");
-const HUMANOID: &str = include_str!("../../../robots/humanoid.xml");
+/// Two legs in classes, with sites, actuators and exclusions; angles in radians.
+const BIPED: &str = r#"<mujoco model="biped"><compiler angle="radian" autolimits="true"/><option timestep="0.005"/>
+<default><geom friction="1 .01 .001" condim="3"/><joint damping=".1" armature=".01"/>
+<default class="leg"><joint axis="0 1 0" range="-1 2"/><geom type="capsule" size=".04" contype="1" conaffinity="0"/></default></default>
+<asset><mesh name="shell" file="shell.stl"/><material name="grey" rgba=".5 .5 .5 1"/></asset>
+<worldbody><light pos="0 0 3"/><geom name="floor" type="plane" size="5 5 1"/>
+<body name="pelvis" pos="0 0 .8"><freejoint name="root"/><geom type="box" size=".1 .1 .05" mass="5"/>
+<geom type="mesh" mesh="shell" contype="0" conaffinity="0" mass="0"/>
+<body name="left_thigh" pos="0 .1 0" childclass="leg"><joint name="left_hip"/><geom fromto="0 0 0 0 0 -.3"/>
+<body name="left_foot" pos="0 0 -.3"><joint name="left_ankle"/><geom type="box" size=".08 .04 .02"/><site name="left_sole" pos="0 0 -.02"/></body></body>
+<body name="right_thigh" pos="0 -.1 0" childclass="leg"><joint name="right_hip"/><geom fromto="0 0 0 0 0 -.3"/>
+<body name="right_foot" pos="0 0 -.3"><joint name="right_ankle"/><geom type="box" size=".08 .04 .02"/><site name="right_sole" pos="0 0 -.02"/></body></body>
+</body></worldbody><contact><exclude body1="left_foot" body2="right_foot"/></contact>
+<actuator><position name="l" joint="left_hip" kp="40" kv="2" forcerange="-30 30"/><motor name="r" joint="right_hip" gear="25" ctrlrange="-1 1"/></actuator>
+<keyframe><key name="home" qpos="0 0 .8 1 0 0 0 0 0 0 0"/></keyframe></mujoco>"#;
+/// An arm of slides and balls with frames and Euler angles; angles in degrees.
+const ARM: &str = r#"<mujoco><compiler eulerseq="zyx"/><worldbody><frame pos="0 0 1" euler="0 0 90"><body name="base">
+<inertial pos="0 0 0" mass="2" fullinertia=".1 .1 .1 0 0 0"/><joint name="rail" type="slide" axis="1 0 0" limited="true" range="-1 1"/>
+<geom type="cylinder" size=".1 .2" euler="10 20 30"/><body name="left_arm" pos="0 .2 0" quat=".7 .7 0 0"><joint name="shoulder" type="ball"/>
+<geom type="ellipsoid" size=".1 .2 .3" density="500"/><body name="hand" pos="0 0 .3" axisangle="0 0 1 45"><joint name="wrist" range="-90 90" ref="10"/>
+<geom size=".05" zaxis="1 0 0"/><site name="tip" xyaxes="1 0 0 0 1 0"/></body></body></body></frame></worldbody></mujoco>"#;
 const URDF: &str = r#"<robot name="r"><link name="a"><inertial><origin xyz="0 0 0" rpy="0 0 0"/><mass value="1"/>
 <inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial><collision><geometry><box size="1 1 1"/></geometry></collision></link>
 <link name="b"><collision><geometry><sphere radius="0.1"/></geometry></collision></link>
@@ -87,13 +106,21 @@ proptest! {
 
     #[test]
     fn cut_and_pasted_models(which in 0..3usize, edits in proptest::collection::vec((any::<usize>(), 0..60usize, any::<usize>()), 1..4)) {
-        use_it(&mutate([LIMA, HUMANOID, URDF][which], &edits));
+        use_it(&mutate([BIPED, ARM, URDF][which], &edits));
     }
 
     #[test]
     fn models_with_other_values(which in 0..3usize, edits in proptest::collection::vec((any::<usize>(), any::<usize>()), 1..4)) {
-        use_it(&replace_values([LIMA, HUMANOID, URDF][which], &edits));
+        use_it(&replace_values([BIPED, ARM, URDF][which], &edits));
     }
+}
+
+#[test]
+fn what_is_spoilt_was_sound() {
+    for text in [BIPED, ARM] {
+        Character::from_mjcf(text, "t", None).unwrap();
+    }
+    Character::from_urdf(URDF, "t", None).unwrap();
 }
 
 #[test]

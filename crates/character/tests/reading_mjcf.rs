@@ -168,6 +168,41 @@ fn included_files_stand_where_the_include_stood() {
 }
 
 #[test]
+fn a_missing_include_is_a_warning_where_the_model_stands_without_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let load = |text: &str| Character::from_mjcf(text, "main.xml", Some(folder.path()));
+    let sky = "<include file=\"common/sky.xml\"/>";
+    let ball = "<body><geom size=\"0.1\" material=\"self\"/><joint/></body>";
+    let model = |head: &str, body: &str| format!("<mujoco>\n{head}\n<worldbody>{body}</worldbody></mujoco>");
+
+    let c = load(&model(&format!("{sky}<asset><include file=\"colours.xml\"/></asset>"), ball)).unwrap();
+    assert_eq!((c.bodies.len(), c.warnings.len()), (2, 2), "{:?}", c.warnings);
+    assert!(c.warnings[0].starts_with("main.xml:2: <include>: file 'common/sky.xml' is missing"), "{:?}", c.warnings);
+    let again = read(c.mjcf.as_deref().unwrap()).unwrap();
+    assert_eq!((again.bodies, again.warnings.len()), (c.bodies, 0), "engines get a text without the include");
+
+    let error = |text: &str| load(text).unwrap_err().to_string();
+    let undefined = error(&model(sky, "<body><geom class=\"soft\" size=\"0.1\"/></body>"));
+    let expected =
+        ["main.xml:3: <geom>", "'soft'", "file 'common/sky.xml', which main.xml:2: <include> includes, is missing"];
+    assert!(expected.iter().all(|part| undefined.contains(part)), "{undefined}");
+    let empty = error(&model(sky, "<geom type=\"plane\"/>"));
+    assert!(empty.contains("main.xml:2: <include>: expected a file with the bodies"), "{empty}");
+    for needed in [
+        model("", &format!("{ball}{sky}")),
+        model(&format!("<default>{sky}</default>"), ball),
+        model(&format!("<actuator>{sky}</actuator>"), ball),
+    ] {
+        assert!(error(&needed).contains("expected a file that can be read"), "{needed}");
+    }
+    // The same from within a file that is there.
+    std::fs::write(folder.path().join("arm.xml"), format!("<x>{sky}{ball}</x>")).unwrap();
+    assert!(error(&model("", "<include file=\"arm.xml\"/>")).contains("expected a file that can be read"));
+    std::fs::write(folder.path().join("head.xml"), format!("<x>{sky}</x>")).unwrap();
+    assert_eq!(load(&model("<include file=\"head.xml\"/>", ball)).unwrap().warnings.len(), 1);
+}
+
+#[test]
 fn meshes_are_pictures_where_their_files_are_absent() {
     let text = r#"<mujoco><asset><mesh name="m" file="m.stl"/><texture name="t" file="t.png"/><material name="x" texture="t"/></asset>
       <worldbody><body><inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/><joint/>
@@ -175,7 +210,7 @@ fn meshes_are_pictures_where_their_files_are_absent() {
     let c = read(text).unwrap();
     assert_eq!(c.geoms[0].shape, GeomShape::Mesh("m".into()));
     assert!(c.notes.iter().any(|n| n == "1 mesh geoms are pictures only"), "{:?}", c.notes);
-    assert!(c.notes.iter().any(|n| n.starts_with("1 mesh geoms would collide")), "{:?}", c.notes);
+    assert!(c.warnings.iter().any(|n| n.starts_with("1 mesh geoms would collide")), "{:?}", c.warnings);
     let engine = c.mjcf.unwrap();
     assert!(!engine.contains("m.stl") && !engine.contains("material") && !engine.contains("t.png"), "{engine}");
 }

@@ -16,7 +16,7 @@ pub struct Caption {
     pub text: String,
 }
 
-/// Where a clip is from.
+/// Provenance of a clip.
 #[derive(Debug, Clone, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Provenance {
@@ -26,11 +26,11 @@ pub struct Provenance {
     pub source: String,
     /// Terms of use, as far as known.
     pub licence: String,
-    /// What people said about it.
+    /// Captions.
     pub captions: Vec<Caption>,
 }
 
-/// Which places touch the ground when.
+/// Contacts with the ground: sites and times.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Contacts {
     /// Names of the bodies (feet).
@@ -56,24 +56,24 @@ pub struct MotionClip {
     pub joints: Vec<f64>,
     /// Foot contacts, where they are known.
     pub contacts: Option<Contacts>,
-    /// Whether it may be repeated end to start.
+    /// Flag of a clip that may be repeated end to start.
     pub cyclic: bool,
-    /// Where it is from.
+    /// Provenance.
     pub provenance: Provenance,
 }
 
 impl MotionClip {
-    /// Number of frames.
+    /// Returns the number of frames.
     pub fn len(&self) -> usize {
         self.root_position.len()
     }
 
-    /// Whether there is no frame.
+    /// Returns whether there is no frame.
     pub fn is_empty(&self) -> bool {
         self.root_position.is_empty()
     }
 
-    /// Duration from the first to the last frame (s).
+    /// Returns the duration from the first to the last frame (s).
     pub fn seconds(&self) -> f64 {
         self.len().saturating_sub(1) as f64 / self.fps
     }
@@ -120,7 +120,7 @@ impl MotionClip {
         Ok(())
     }
 
-    /// The joints' values at one frame.
+    /// Returns the joints' values at one frame.
     pub fn joints_at(&self, frame: usize) -> &[f64] {
         let n = self.joint_names.len();
         &self.joints[frame * n..(frame + 1) * n]
@@ -145,7 +145,7 @@ impl MotionClip {
         Ok(wanted.iter().filter_map(|n| self.joint_names.iter().position(|m| m == n)).collect())
     }
 
-    /// The generalised position at one frame, in MuJoCo's layout. `columns` is from [`Self::columns_for`].
+    /// Writes the generalised position at one frame, in MuJoCo's layout. `columns` is from [`Self::columns_for`].
     pub fn write_position(&self, character: &Character, columns: &[usize], frame: usize, q: &mut [f64]) {
         let row = self.joints_at(frame);
         let mut scalar = 0;

@@ -40,7 +40,7 @@ impl Default for ContactOptions {
 }
 
 impl ContactOptions {
-    /// The same rule for legs of this length (m).
+    /// Returns the same rule for legs of this length (m).
     pub fn scaled(&self, leg_length: f64) -> Self {
         let scale = leg_length / 0.9;
         Self {
@@ -53,7 +53,7 @@ impl ContactOptions {
     }
 }
 
-/// Speed of a point at each frame (m/s), by central differences.
+/// Returns the speed of a point at each frame (m/s), by central differences.
 pub fn speeds(path: &[Vec3], fps: f64) -> Vec<f64> {
     let last = path.len().saturating_sub(1);
     (0..path.len())
@@ -64,8 +64,9 @@ pub fn speeds(path: &[Vec3], fps: f64) -> Vec<f64> {
         .collect()
 }
 
-/// The height (m) at which this point rests while it stands: the lower end of the heights it has when it is slow. Where
-/// it never is slow, nearly its lowest height. Only frames that `counts` picks are looked at; `None` when it picks none.
+/// Returns the height (m) at which this point rests while it stands: the lower end of the heights it has when it is
+/// slow. Where it never is slow, nearly its lowest height. Only frames that `counts` picks are looked at; `None` when
+/// it picks none.
 pub fn ground_level(path: &[Vec3], fps: f64, slow: f64, counts: impl Fn(usize) -> bool) -> Option<f64> {
     let speed = speeds(path, fps);
     let pick = |slow: f64| -> Vec<f64> {
@@ -79,7 +80,7 @@ pub fn ground_level(path: &[Vec3], fps: f64, slow: f64, counts: impl Fn(usize) -
     heights.get((heights.len() as f64 * share) as usize).copied()
 }
 
-/// Contact of one point at each frame, given the height at which it rests (m).
+/// Returns the contact of one point at each frame, given the height at which it rests (m).
 pub fn point_contacts(path: &[Vec3], level: f64, fps: f64, options: &ContactOptions) -> Vec<bool> {
     let speed = speeds(path, fps);
     let mut flags = Vec::with_capacity(path.len());
@@ -134,8 +135,8 @@ pub fn runs(flags: &[bool], value: bool) -> Vec<(usize, usize)> {
     found
 }
 
-/// Foot contacts of a character's clip: a foot touches while the lowest corner of its sole is low and slow. Names are
-/// those of the foot bodies, left before right.
+/// Returns the foot contacts of a character's clip: a foot touches while the lowest corner of its sole is low and slow.
+/// Names are those of the foot bodies, left before right.
 ///
 /// # Errors
 /// When the clip's joints are not the character's.

@@ -25,12 +25,24 @@ use safetensors::{Dtype, SafeTensors};
 
 use crate::clip::{Contacts, MotionClip, Provenance};
 use crate::error::MotionError;
+use crate::formats::{Format, Reader};
 
-/// How the names of our motion files end.
+/// Ending of our motion files' names.
 pub const EXTENSION: &str = ".motion.safetensors";
 
+/// The format, for the table of all.
+pub const FORMAT: Format = Format {
+    name: "lifelike's motion of a robot",
+    suffixes: &[EXTENSION],
+    shared_suffixes: &[],
+    companion: "",
+    // No text has the zeros of a safetensors file's first number; the header that follows says what it is.
+    sniff: |start| start.contains(&0) && start.windows(ID.len()).any(|w| w == ID.as_bytes()),
+    reader: Reader::Robot(from_bytes),
+};
+
 const KEY: &str = "motion";
-const FORMAT: &str = "lifelike-motion";
+const ID: &str = "lifelike-motion";
 const VERSION: u32 = 1;
 const UNITS: &str = "SI: m, rad, s";
 const CONVENTION: &str = "right-handed, z up, x forward, y left; quaternions wxyz; root pose in the world";
@@ -58,7 +70,7 @@ struct Version {
     version: u32,
 }
 
-/// The clip as bytes of the container.
+/// Returns the clip as bytes of the container.
 ///
 /// # Errors
 /// [`MotionError::Unfit`] when the clip is not consistent (see [`MotionClip::check`]).
@@ -70,7 +82,7 @@ pub fn to_bytes(clip: &MotionClip) -> Result<Vec<u8>, MotionError> {
     let values = bytes_of(clip.joints.iter().copied());
     let flags: Option<Vec<u8>> = clip.contacts.as_ref().map(|c| c.flags.iter().map(|f| u8::from(*f)).collect());
     let header = Header {
-        format: FORMAT.into(),
+        format: ID.into(),
         version: VERSION,
         name: clip.name.clone(),
         fps: clip.fps,
@@ -145,9 +157,9 @@ pub fn from_bytes(bytes: &[u8], file: &Path) -> Result<MotionClip, MotionError> 
         .ok_or_else(|| error(format!("a motion file, with the entry '{KEY}' in its metadata"), "none".into()))?;
     let bad_json = |e: serde_json::Error| error("a header of our format".into(), e.to_string());
     let version: Version = serde_json::from_str(header).map_err(bad_json)?;
-    if version.format != FORMAT || version.version != VERSION {
+    if version.format != ID || version.version != VERSION {
         let got = format!("'{}' version {}", version.format, version.version);
-        return Err(error(format!("'{FORMAT}' version {VERSION}"), got));
+        return Err(error(format!("'{ID}' version {VERSION}"), got));
     }
     let header: Header = serde_json::from_str(header).map_err(bad_json)?;
     for (what, expected, got) in [("units", UNITS, &header.units), ("convention", CONVENTION, &header.convention)] {

@@ -8,8 +8,10 @@ use rayon::prelude::*;
 use crate::clip::MotionClip;
 use crate::container;
 use crate::error::MotionError;
+use crate::formats::{self, Format};
 
-/// Files by name, folder or glob pattern (`motions/**/*.bvh`), sorted and without repetition.
+/// Finds files by name, folder, glob pattern (`motions/**/*.bvh`) or `@list.txt` (a file with one of those per line;
+/// empty lines and comments after `#` do not count), sorted and without repetition.
 ///
 /// A file that is named is taken as it is; of folders (searched to the bottom) and patterns only what `accepts` is.
 ///
@@ -17,13 +19,26 @@ use crate::error::MotionError;
 /// [`MotionError::Io`] for an input that is not there, a folder that cannot be read, a bad pattern, or a folder or
 /// pattern in which nothing is accepted.
 pub fn find_files(inputs: &[PathBuf], accepts: impl Fn(&Path) -> bool) -> Result<Vec<PathBuf>, MotionError> {
+    find(inputs, "a file of use", &accepts)
+}
+
+/// Finds files of motion as [`find_files`] does: of folders and patterns those whose format is known and accepted.
+///
+/// # Errors
+/// As [`find_files`].
+pub fn find_motion(inputs: &[PathBuf], accepts: impl Fn(&Format) -> bool) -> Result<Vec<PathBuf>, MotionError> {
+    let sought = format!("motion as {}", formats::supported(&accepts));
+    find(inputs, &sought, &|path| formats::of_found(path).is_some_and(&accepts))
+}
+
+fn find(inputs: &[PathBuf], sought: &str, accepts: &impl Fn(&Path) -> bool) -> Result<Vec<PathBuf>, MotionError> {
     let mut found = Vec::new();
-    for input in inputs {
+    for input in &with_lists(inputs)? {
         let before = found.len();
         if input.is_file() {
             found.push(input.clone());
         } else if input.is_dir() {
-            walk(input, &accepts, &mut found)?;
+            walk(input, accepts, &mut found)?;
         } else if is_pattern(input) {
             let text = input.to_string_lossy();
             let matches = glob::glob(&text).map_err(|e| fail(input, format!("bad pattern: {e}")))?;
@@ -37,7 +52,7 @@ pub fn find_files(inputs: &[PathBuf], accepts: impl Fn(&Path) -> bool) -> Result
             return Err(fail(input, "no such file, folder or pattern".into()));
         }
         if found.len() == before {
-            return Err(fail(input, "nothing of use in here".into()));
+            return Err(fail(input, format!("expected {sought}, got nothing of the kind")));
         }
     }
     found.sort();
@@ -45,9 +60,18 @@ pub fn find_files(inputs: &[PathBuf], accepts: impl Fn(&Path) -> bool) -> Result
     Ok(found)
 }
 
-/// Whether a file's name says that it is a motion container of ours.
-pub fn is_motion_file(path: &Path) -> bool {
-    path.file_name().is_some_and(|name| name.to_string_lossy().ends_with(container::EXTENSION))
+/// Replaces `@file` by the lines of the file that are neither empty nor comments.
+fn with_lists(inputs: &[PathBuf]) -> Result<Vec<PathBuf>, MotionError> {
+    let mut all = Vec::with_capacity(inputs.len());
+    for input in inputs {
+        let Some(file) = input.to_str().and_then(|text| text.strip_prefix('@')).filter(|_| !input.exists()) else {
+            all.push(input.clone());
+            continue;
+        };
+        let text = std::fs::read_to_string(file).map_err(|source| MotionError::Io { path: file.into(), source })?;
+        all.extend(text.lines().map(str::trim).filter(|l| !l.is_empty() && !l.starts_with('#')).map(PathBuf::from));
+    }
+    Ok(all)
 }
 
 /// Loads `*.motion.safetensors` files, folders of them and glob patterns, sorted by clip name.
@@ -56,7 +80,7 @@ pub fn is_motion_file(path: &Path) -> bool {
 /// As [`find_files`] and [`container::read`] (the first in the order of paths), and [`MotionError::Unfit`] naming both
 /// files when two clips have the same name.
 pub fn load_clips(inputs: &[PathBuf]) -> Result<Vec<MotionClip>, MotionError> {
-    let files = find_files(inputs, is_motion_file)?;
+    let files = find_files(inputs, |path| container::FORMAT.is_named(path))?;
     let read: Vec<Result<MotionClip, MotionError>> = files.par_iter().map(|file| container::read(file)).collect();
     let mut clips = BTreeMap::new();
     for (file, clip) in files.iter().zip(read) {
@@ -138,6 +162,16 @@ mod tests {
         }
         let message = load_clips(&[root.path().into()]).unwrap_err().to_string();
         assert!(message.contains("a.motion") && message.contains("b.motion"), "{message}");
+    }
+
+    #[test]
+    fn a_list_stands_for_its_lines() {
+        let folder = tempfile::tempdir().unwrap();
+        let list = folder.path().join("list.txt");
+        std::fs::write(&list, "# two\na.bvh\n\n  b/*.bvh\n").unwrap();
+        let inputs = ["x".into(), PathBuf::from(format!("@{}", list.display()))];
+        assert_eq!(with_lists(&inputs).unwrap(), ["x", "a.bvh", "b/*.bvh"].map(PathBuf::from));
+        assert!(with_lists(&["@none".into()]).unwrap_err().to_string().contains("none"));
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! What can be wrong with motion data.
+//! Errors of motion data.
 
 use std::path::PathBuf;
 
@@ -11,7 +11,7 @@ pub enum MotionError {
     Io {
         /// The file.
         path: PathBuf,
-        /// Why.
+        /// Cause.
         source: std::io::Error,
     },
     /// The content is not what it should be.
@@ -21,9 +21,9 @@ pub enum MotionError {
         file: PathBuf,
         /// Line, counted from 1.
         line: usize,
-        /// What should stand there.
+        /// Expected content.
         expected: String,
-        /// What stands there.
+        /// Actual content.
         got: String,
     },
     /// The file as a whole is not what it should be (a container's header, a size).
@@ -31,9 +31,9 @@ pub enum MotionError {
     Container {
         /// The file.
         file: PathBuf,
-        /// What should be there.
+        /// Expected content.
         expected: String,
-        /// What is there.
+        /// Actual content.
         got: String,
     },
     /// A clip and a character do not fit together.
@@ -43,7 +43,7 @@ pub enum MotionError {
         clip: String,
         /// The character.
         character: String,
-        /// Which names are missing or unknown.
+        /// Names that are missing or unknown.
         message: String,
     },
     /// The clip cannot be used for this.
@@ -51,7 +51,7 @@ pub enum MotionError {
     Unfit {
         /// The clip.
         clip: String,
-        /// Why.
+        /// Cause.
         message: String,
     },
     /// The character itself is the problem.

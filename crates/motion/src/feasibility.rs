@@ -18,8 +18,8 @@ pub use finding::{Feasibility, Finding, Kind};
 pub use momentum::{Momentum, SMOOTH_SECONDS, momentum};
 pub use touch::{Touch, touches};
 
-/// Checks a clip. `speeds` are the largest speeds of the character's scalar joints, in its order (rad/s or m/s; infinite where
-/// there is none to exceed).
+/// Checks a clip. `speeds` are the largest speeds of the character's scalar joints, in its order (rad/s or m/s;
+/// infinite where there is none to exceed).
 ///
 /// The first and last [`SMOOTH_SECONDS`] of a clip are not judged by their momentum, which cannot be told there.
 ///
@@ -80,7 +80,7 @@ pub fn check(
     Ok(Feasibility { clip: clip.name.clone(), seconds: clip.seconds(), trackable, findings })
 }
 
-/// Frames in a row in which the measure is above the limit of its kind.
+/// Returns the frames in a row in which the measure is above the limit of its kind.
 fn stretches(
     kind: Kind,
     clip: &MotionClip,

@@ -10,7 +10,7 @@ use lifelike_character::{Character, Kinematics, Quat, Vec3};
 use crate::clip::MotionClip;
 use crate::error::MotionError;
 
-/// Where each part of a feature vector lies, by name.
+/// Layout of a feature vector: its parts by name.
 ///
 /// # Shapes
 /// `size = 1 + 6 + 6 + J + J + 3 E` for `J` joints and `E` end effectors.
@@ -31,24 +31,24 @@ impl FeatureLayout {
     /// Root velocity v: linear (m/s), then angular (rad/s), both in the heading frame.
     pub const VELOCITY: Range<usize> = 7..13;
 
-    /// Joint positions q.
+    /// Returns the range of the joint positions q.
     pub fn joint_positions(&self) -> Range<usize> {
         13..13 + self.joints.len()
     }
 
-    /// Joint velocities q̇.
+    /// Returns the range of the joint velocities q̇.
     pub fn joint_velocities(&self) -> Range<usize> {
         let start = 13 + self.joints.len();
         start..start + self.joints.len()
     }
 
-    /// End-effector positions p relative to the root, in the heading frame (m).
+    /// Returns the range of the end-effector positions p relative to the root, in the heading frame (m).
     pub fn effectors(&self) -> Range<usize> {
         let start = 13 + 2 * self.joints.len();
         start..start + 3 * self.end_effectors.len()
     }
 
-    /// Length of a feature vector.
+    /// Returns the length of a feature vector.
     pub fn size(&self) -> usize {
         13 + 2 * self.joints.len() + 3 * self.end_effectors.len()
     }
@@ -74,13 +74,13 @@ pub struct Frame {
 }
 
 impl Frame {
-    /// Length of this frame's feature vector: `FeatureLayout::size` of its layout.
+    /// Returns the length of this frame's feature vector: `FeatureLayout::size` of its layout.
     pub fn feature_size(&self) -> usize {
         13 + 2 * self.joint_positions.len() + 3 * self.effectors_w.len()
     }
 
-    /// Writes eq. 4.1's features in the heading frame `frame_of` (thesis 4.2.1: the centre frame of a window; 4.2.2: the
-    /// frame itself, W = 0).
+    /// Writes eq. 4.1's features in the heading frame `frame_of` (thesis 4.2.1: the centre frame of a window; 4.2.2:
+    /// the frame itself, W = 0).
     pub fn write_features(&self, frame_of: &Quat, out: &mut [f64]) {
         let to_heading = heading(frame_of).inverse();
         let n = self.joint_positions.len();
@@ -97,13 +97,13 @@ impl Frame {
     }
 }
 
-/// Every frame of a clip, with velocities: what windows, references and rewards are made from.
+/// Returns every frame of a clip, with velocities: what windows, references and rewards are made from.
 ///
-/// `effectors` are body indices and points in their frames (m). Joint columns come out in the CHARACTER's order, whatever
-/// the clip's. Velocities are finite differences of the clip's own positions: the mean of the two neighbouring
-/// differences inside (central difference), the one-sided difference at the ends; a cyclic clip has ends like any other.
-/// Angular velocity is the quaternion logarithm of the turn from frame to frame, in the world frame, so integrating
-/// velocities brings the positions back. A clip of one frame stands still.
+/// `effectors` are body indices and points in their frames (m). Joint columns come out in the CHARACTER's order,
+/// whatever the clip's. Velocities are finite differences of the clip's own positions: the mean of the two neighbouring
+/// differences inside (central difference), the one-sided difference at the ends; a cyclic clip has ends like any
+/// other. Angular velocity is the quaternion logarithm of the turn from frame to frame, in the world frame, so
+/// integrating velocities brings the positions back. A clip of one frame stands still.
 ///
 /// # Errors
 /// [`MotionError::Unfit`] for an inconsistent clip (see [`MotionClip::check`]) or a body that the character has not,

@@ -31,7 +31,7 @@ fn joint(name: &str, body: usize, kind: JointKind, axis: Vec3, q_index: usize, v
     }
 }
 
-/// World, root (free), arm at (0, 0, 0.1) with a hinge about y and a slide along z.
+/// Returns the world, root (free), arm at (0, 0, 0.1) with a hinge about y and a slide along z.
 pub fn swing() -> Character {
     Character {
         name: "swing".into(),
@@ -56,10 +56,12 @@ pub fn swing() -> Character {
         gravity: Vec3::new(0.0, 0.0, -9.81),
         timestep: 0.005,
         notes: vec![],
+        warnings: vec![],
     }
 }
 
-/// A clip of [`swing`] at 50 Hz: root at rest in the origin, both joints (hinge, slide) as functions of time (s).
+/// Returns a clip of [`swing`] at 50 Hz: root at rest in the origin, both joints (hinge, slide) as functions of time
+/// (s).
 pub fn clip(frames: usize, joints: impl Fn(f64) -> [f64; 2]) -> MotionClip {
     MotionClip {
         name: "test".into(),

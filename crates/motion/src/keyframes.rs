@@ -44,7 +44,7 @@ use std::path::Path;
 
 use crate::clip::Caption;
 use crate::error::MotionError;
-use crate::formats;
+use crate::formats::{self, Format, Reader, clip_name};
 use crate::source::SourceClip;
 
 mod balance;
@@ -58,7 +58,18 @@ mod text;
 
 pub use builtin::builtin;
 
-/// Reads a keyframed clip from a file; its name is the file's up to the first dot.
+/// The format, for the table of all.
+pub const FORMAT: Format = Format {
+    name: "keyframes as text",
+    suffixes: &[".keys.toml"],
+    shared_suffixes: &[],
+    companion: "",
+    // Only by its name: plans are TOML too.
+    sniff: |_| false,
+    reader: Reader::Source(|bytes, file, _| parse(bytes, file)),
+};
+
+/// Reads a keyframed clip from a file; its name is the file's without `.keys.toml`.
 ///
 /// # Errors
 /// [`MotionError::Io`], or as [`parse`].
@@ -75,9 +86,7 @@ pub fn load(path: &Path) -> Result<SourceClip, MotionError> {
 pub fn parse(bytes: &[u8], file: &Path) -> Result<SourceClip, MotionError> {
     let content = formats::decode(bytes, file)?;
     let script = text::Script::parse(content, file)?;
-    let name = file.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
-    let name = name.split('.').next().unwrap_or_default();
-    let mut clip = motion::animate(&script, if name.is_empty() { "clip" } else { name })?;
+    let mut clip = motion::animate(&script, &clip_name(file))?;
     if !script.about.is_empty() {
         clip.captions.push(Caption { start: 0.0, end: script.seconds, text: script.about });
     }

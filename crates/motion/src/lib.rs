@@ -4,6 +4,21 @@
 //! [`MotionClip`] (a character's joints by name, SI units; kept in a [`container`], gathered by [`dataset`]) →
 //! [`features`] (thesis eq. 4.1) → [`window`] (eq. 4.2), at any rate by [`resample`]. [`edit`] makes clips from clips
 //! (thesis 4.3.4: direction).
+//!
+//! ```
+//! use std::path::Path;
+//! use lifelike_motion::formats::{self, ReadOptions, bvh};
+//!
+//! let text = b"HIERARCHY\nROOT Hips\n{\nOFFSET 0 0 0\nCHANNELS 3 Xposition Yposition Zposition\nEnd Site\n{\nOFFSET 0 1.7 0\n}\n}\n\
+//!     MOTION\nFrames: 2\nFrame Time: 0.01\n0 0 0\n0 0 0.1\n";
+//! let clip = bvh::parse(text, Path::new("slide.bvh"), &ReadOptions { scale: Some(1.0), ..ReadOptions::default() })?;
+//! assert_eq!((clip.name.as_str(), clip.len(), clip.fps), ("slide", 2, 100.0));
+//! assert!((clip.root_position[1].x - 0.1).abs() < 1e-12, "y up and z forward became z up and x forward");
+//!
+//! // Which formats are read, as messages and help texts list them.
+//! assert!(formats::supported(|_| true).contains(".bvh"));
+//! # Ok::<(), lifelike_motion::MotionError>(())
+//! ```
 
 pub mod clip;
 pub mod contacts;
@@ -27,3 +42,8 @@ pub use error::MotionError;
 pub use features::{FeatureLayout, Frame};
 pub use source::{Skeleton, SourceClip};
 pub use window::WindowSpec;
+
+/// The README's example, which runs as a test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+pub struct Readme;

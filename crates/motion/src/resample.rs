@@ -14,7 +14,7 @@ const FPS_MAX: f64 = 10_000.0;
 /// The longest result that is made (frames).
 const FRAMES_MAX: f64 = 1e7;
 
-/// Spherical linear interpolation along the shorter way; exact at `t = 0` and `t = 1`.
+/// Interpolates spherically along the shorter way; exact at `t = 0` and `t = 1`.
 pub fn slerp(a: &Quat, b: &Quat, t: f64) -> Quat {
     if t <= 0.0 {
         return *a;
@@ -25,7 +25,7 @@ pub fn slerp(a: &Quat, b: &Quat, t: f64) -> Quat {
     a * Quat::from_scaled_axis((a.inverse() * b).scaled_axis() * t)
 }
 
-/// A time as the frame before it and the share of the way to the next one. Times outside the clip are its ends.
+/// Returns a time as the frame before it and the share of the way to the next one. Times outside the clip are its ends.
 ///
 /// `index` is in frames and may lie between two of them; `len` is at least 1.
 pub fn locate(index: f64, len: usize) -> (usize, f64) {
@@ -43,8 +43,8 @@ pub fn locate(index: f64, len: usize) -> (usize, f64) {
     }
 }
 
-/// The clip at another rate: frame `i` of the result is the clip at `i / fps` seconds. What is left after the last full
-/// period (less than `1 / fps`) is dropped.
+/// Returns the clip at another rate: frame `i` of the result is the clip at `i / fps` seconds. What is left after the
+/// last full period (less than `1 / fps`) is dropped.
 ///
 /// # Errors
 /// [`MotionError::Unfit`] for a rate that is not positive and below 10 kHz, or an empty or inconsistent clip.
@@ -63,8 +63,8 @@ pub fn resample(clip: &MotionClip, fps: f64) -> Result<MotionClip, MotionError> 
     Ok(at_frames(clip, fps, (0..frames as usize).map(|i| i as f64 * clip.fps / fps)))
 }
 
-/// The clip at these places (in its own frames, see [`locate`]), which become the frames of a clip of `fps` frames per
-/// second. The clip must be consistent ([`MotionClip::check`]).
+/// Returns the clip at these places (in its own frames, see [`locate`]), which become the frames of a clip of `fps`
+/// frames per second. The clip must be consistent ([`MotionClip::check`]).
 pub(crate) fn at_frames(clip: &MotionClip, fps: f64, places: impl ExactSizeIterator<Item = f64>) -> MotionClip {
     let (frames, width) = (places.len(), clip.joint_names.len());
     let mut out = MotionClip {
@@ -95,7 +95,8 @@ pub(crate) fn at_frames(clip: &MotionClip, fps: f64, places: impl ExactSizeItera
     out
 }
 
-/// The instant at `index` frames (may lie between two; outside, the ends) written into `out`, whose vectors are reused.
+/// Writes the instant at `index` frames (may lie between two; outside, the ends) written into `out`, whose vectors are
+/// reused.
 ///
 /// An empty slice leaves `out` as it is.
 pub fn frame_at(frames: &[Frame], index: f64, out: &mut Frame) {

@@ -111,7 +111,7 @@ fn check_options(source: &SourceClip, options: &RetargetOptions) -> Result<(), M
     options.velocity_limit.iter().try_for_each(|(name, v)| positive(&format!("velocity_limit.{name}"), *v))
 }
 
-/// Generalised positions for every frame, feet locked, before the last shift in height.
+/// Returns the generalised positions for every frame, feet locked, before the last shift in height.
 fn solve(rig: &Rig, shapes: &Shapes, human: &Human, stances: &[Stance; 2], options: &RetargetOptions) -> Vec<Vec<f64>> {
     let fps = options.fps;
     let sigma = options.smoothing * fps;
@@ -132,7 +132,7 @@ fn limit_speeds(rig: &Rig, poses: &mut [Vec<f64>], fps: f64) {
     }
 }
 
-/// Exactly within speeds and ranges, without sign flips.
+/// Brings the poses exactly within speeds and ranges, without sign flips.
 fn finish(rig: &Rig, poses: &mut [Vec<f64>], fps: f64) {
     limit_speeds(rig, poses, fps);
     for pose in poses.iter_mut() {
@@ -178,7 +178,8 @@ fn make_clip(
     }
 }
 
-/// Generalised positions as a clip holds them: root positions, root orientations, joints in the character's order.
+/// Returns the generalised positions as a clip holds them: root positions, root orientations, joints in the character's
+/// order.
 pub(crate) fn unpack(rig: &Rig, poses: &[Vec<f64>]) -> (Vec<Vec3>, Vec<Quat>, Vec<f64>) {
     let at = rig.root.q_index;
     (

@@ -18,7 +18,8 @@ pub struct Skeleton {
     pub ends: Vec<(usize, Vec3)>,
 }
 
-/// A captured clip: rotations of each joint's frame, which in the rest pose is aligned with the world (z up, x forward).
+/// A captured clip: rotations of each joint's frame, which in the rest pose is aligned with the world (z up, x
+/// forward).
 ///
 /// So a joint's WORLD rotation is the rotation that its segment made since the rest pose, whatever axes the file used.
 #[derive(Debug, Clone, PartialEq)]
@@ -33,32 +34,32 @@ pub struct SourceClip {
     pub root_position: Vec<Vec3>,
     /// Rotation of each joint relative to its parent, `[frame][joint]`; the root's is relative to the world.
     pub rotations: Vec<Vec<Quat>>,
-    /// Whether the clip is one cycle that may be repeated.
+    /// Flag of a clip that is one cycle and may be repeated.
     pub cyclic: bool,
-    /// What people said about it.
+    /// Captions.
     pub captions: Vec<Caption>,
-    /// Where it is from and under which terms, as far as known.
+    /// Source and terms of use, as far as known.
     pub provenance: String,
 }
 
 impl SourceClip {
-    /// Number of frames.
+    /// Returns the number of frames.
     pub fn len(&self) -> usize {
         self.root_position.len()
     }
 
-    /// Whether there is no frame.
+    /// Returns whether there is no frame.
     pub fn is_empty(&self) -> bool {
         self.root_position.is_empty()
     }
 
-    /// Duration from the first to the last frame (s).
+    /// Returns the duration from the first to the last frame (s).
     pub fn seconds(&self) -> f64 {
         self.len().saturating_sub(1) as f64 / self.fps
     }
 
-    /// Checks that the clip is one that can be computed with: at least two frames and 0.2 s of finite numbers, one rotation for each
-    /// frame and joint, and a skeleton with parents before children.
+    /// Checks that the clip is one that can be computed with: at least two frames and 0.2 s of finite numbers, one
+    /// rotation for each frame and joint, and a skeleton with parents before children.
     ///
     /// # Errors
     /// [`MotionError::Unfit`] with the first thing that is wrong.
@@ -94,7 +95,7 @@ impl SourceClip {
         Ok(())
     }
 
-    /// World position and rotation of every joint at one frame.
+    /// Returns the world position and rotation of every joint at one frame.
     pub fn pose(&self, frame: usize) -> (Vec<Vec3>, Vec<Quat>) {
         let n = self.skeleton.names.len();
         let (mut positions, mut rotations) = (Vec::with_capacity(n), Vec::with_capacity(n));

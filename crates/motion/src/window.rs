@@ -4,7 +4,7 @@ use crate::error::MotionError;
 use crate::features::Frame;
 use crate::resample::frame_at;
 
-/// Where a window lies in time.
+/// Position of a window in time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct WindowSpec {
     /// W: frames before and after the centre.
@@ -17,12 +17,12 @@ impl WindowSpec {
     /// The thesis' window: W = 30, 61 frames that cover 1 s, whatever the rate of the clips and of the controller.
     pub const THESIS: Self = Self { half_width: 30, dt: 1.0 / 60.0 };
 
-    /// Number of frames, 2W + 1.
+    /// Returns the number of frames, 2W + 1.
     pub fn len(&self) -> usize {
         2 * self.half_width + 1
     }
 
-    /// Never: a window has at least its centre.
+    /// Returns `false`: a window has at least its centre.
     pub fn is_empty(&self) -> bool {
         false
     }

@@ -51,7 +51,7 @@ fn joint(clip: &SourceClip, name: &str) -> usize {
     clip.skeleton.names.iter().position(|n| n == name).unwrap_or_else(|| panic!("no {name} in {}", clip.name))
 }
 
-/// What is compared of a frame: positions and rotations of named joints.
+/// Parts of a frame that are compared: positions and rotations of named joints.
 struct Pose {
     places: Vec<Vec3>,
     turns: Vec<Quat>,

@@ -1,4 +1,4 @@
-//! What direction (thesis 4.3.4) promises, on Lima with the project's own keyframed clips.
+//! Promises of direction (thesis 4.3.4), on Lima with the project's own keyframed clips.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 use std::path::Path;

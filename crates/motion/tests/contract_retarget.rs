@@ -1,4 +1,4 @@
-//! What retargeting promises, on the project's own keyframed clips and, where the shared data is, on real captures.
+//! Promises of retargeting, on the project's own keyframed clips and, where the shared data is, on real captures.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 use std::io::Read;

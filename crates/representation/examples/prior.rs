@@ -10,7 +10,7 @@ use std::time::Instant;
 use lifelike_checkpoint::rng::stream;
 use lifelike_motion::features::frames_of;
 use lifelike_motion::retarget::{RetargetOptions, retarget};
-use lifelike_motion::{MotionError, formats, keyframes};
+use lifelike_motion::{MotionError, formats};
 use lifelike_representation::prior::vae::{VaePlan, VaeTrainer};
 use lifelike_representation::prior::{FeatureStatistics, PriorClip, ReconstructionReport, Windows, split};
 use lifelike_robot::Robot;
@@ -68,11 +68,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 }
 
 fn convert(file: &Path, robot: &Robot, fps: f64) -> Result<PriorClip, MotionError> {
-    let source = if file.to_string_lossy().ends_with(".keys.toml") {
-        keyframes::load(file)?
-    } else {
-        formats::read(file, &formats::ReadOptions::default())?
-    };
+    let source = formats::read_source(file, &formats::ReadOptions::default())?;
     let mut options = RetargetOptions { fps, ..RetargetOptions::default() };
     for (name, p) in robot.actuators.joints.iter().zip(&robot.actuators.parameters) {
         options.velocity_limit.insert(name.clone(), 0.8 * p.velocity_max);

@@ -2,22 +2,22 @@
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-/// What the law is calculated with: `f32`, `f64`, or the same number of several environments at once.
+/// Number type of the law: `f32`, `f64`, or the same number of several environments at once.
 pub trait Number:
     Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self> + Neg<Output = Self>
 {
-    /// The nearest number.
+    /// Returns the nearest number.
     fn from_f64(value: f64) -> Self;
-    /// The smaller of the two.
+    /// Returns the smaller of the two.
     #[must_use]
     fn least(self, other: Self) -> Self;
-    /// The larger of the two.
+    /// Returns the larger of the two.
     #[must_use]
     fn most(self, other: Self) -> Self;
-    /// Hyperbolic tangent.
+    /// Returns the hyperbolic tangent.
     #[must_use]
     fn tanh(self) -> Self;
-    /// tanh(x) / x, which is one at zero.
+    /// Returns tanh(x) / x, which is one at zero.
     #[must_use]
     fn tanh_ratio(self) -> Self;
 }
@@ -57,8 +57,8 @@ impl Number for f32 {
     fn tanh(self) -> Self {
         self * self.tanh_ratio()
     }
-    /// The quotient of polynomials that Eigen uses (`generic_fast_tanh_float`) up to 7.9, 1 / |x| beyond: no branch, so
-    /// that many become one vector instruction. Within 1e-6.
+    /// Returns the quotient of polynomials that Eigen uses (`generic_fast_tanh_float`) up to 7.9, 1 / |x| beyond: no
+    /// branch, so that many become one vector instruction. Within 1e-6.
     #[inline(always)]
     fn tanh_ratio(self) -> Self {
         const LIMIT: f32 = 7.905_311;
@@ -106,13 +106,13 @@ pub struct ActuatorParameters<T = f64> {
 }
 
 impl<T: Number> ActuatorParameters<T> {
-    /// The motor's torque: eq. 4.9 (PD), clamped as in eq. 4.11. Braking has the full torque at any velocity; driving
-    /// ramps down linearly from `full_torque_velocity` to zero at `velocity_max`.
+    /// Returns the motor's torque: eq. 4.9 (PD), clamped as in eq. 4.11. Braking has the full torque at any velocity;
+    /// driving ramps down linearly from `full_torque_velocity` to zero at `velocity_max`.
     pub fn motor_torque(&self, target: T, position: T, velocity: T) -> T {
         self.clamp(self.kp * (target - position) - self.kd * velocity, velocity)
     }
 
-    /// The velocity-dependent clamp of eq. 4.11.
+    /// Returns the velocity-dependent clamp of eq. 4.11.
     pub fn clamp(&self, torque: T, velocity: T) -> T {
         let (zero, one) = (T::from_f64(0.0), T::from_f64(1.0));
         let ramp =
@@ -120,20 +120,20 @@ impl<T: Number> ActuatorParameters<T> {
         torque.least(self.torque_max * ramp(velocity)).most(-self.torque_max * ramp(-velocity))
     }
 
-    /// The frictional torque of eq. 4.10.
+    /// Returns the frictional torque of eq. 4.10.
     pub fn friction_torque(&self, velocity: T) -> T {
         self.static_friction * (velocity / self.friction_velocity).tanh() + self.viscous_friction * velocity
     }
 
-    /// Friction as a damping coefficient: `friction_torque(v) / v`, finite at v = 0. Integrated implicitly at the current
-    /// velocity it equals eq. 4.10 to first order in the time step and is stable for any step, where the explicit form
-    /// is not: `μ_s / q̇_s · dt` exceeds twice the inertia of a light ankle at dt = 5 ms.
+    /// Returns the friction as a damping coefficient: `friction_torque(v) / v`, finite at v = 0. Integrated implicitly
+    /// at the current velocity it equals eq. 4.10 to first order in the time step and is stable for any step, where the
+    /// explicit form is not: `μ_s / q̇_s · dt` exceeds twice the inertia of a light ankle at dt = 5 ms.
     pub fn friction_damping(&self, velocity: T) -> T {
         let slope = (velocity / self.friction_velocity).tanh_ratio();
         self.static_friction / self.friction_velocity * slope + self.viscous_friction
     }
 
-    /// Joint torque: eq. 4.11 whole, motor less friction.
+    /// Returns the joint torque: eq. 4.11 whole, motor less friction.
     pub fn torque(&self, target: T, position: T, velocity: T) -> T {
         self.motor_torque(target, position, velocity) - self.friction_torque(velocity)
     }

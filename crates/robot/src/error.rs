@@ -11,7 +11,7 @@ pub enum RobotError {
     Io {
         /// The file.
         path: PathBuf,
-        /// Why.
+        /// Cause.
         source: std::io::Error,
     },
     /// The profile is not what it should be.
@@ -19,7 +19,7 @@ pub enum RobotError {
     Profile {
         /// The file.
         path: PathBuf,
-        /// What is wrong, with line and key.
+        /// Message, with line and key.
         message: String,
     },
     /// No robot of this name.
@@ -33,11 +33,11 @@ pub enum RobotError {
     /// Two things that must carry the same names do not.
     #[error("{what}: expected {expected}, got {got}")]
     Mismatch {
-        /// What was compared.
+        /// Subject of the comparison.
         what: String,
-        /// What should be there.
+        /// Expected content.
         expected: String,
-        /// What is there.
+        /// Actual content.
         got: String,
     },
     /// The robot cannot be controlled, or its description contradicts itself.
@@ -45,7 +45,7 @@ pub enum RobotError {
     Unfit {
         /// The robot.
         robot: String,
-        /// What is wrong, with names.
+        /// Message, with names.
         message: String,
     },
     /// An observation asks for something that was not measured.
@@ -82,6 +82,12 @@ pub enum RobotError {
         clip: String,
         /// Why.
         source: Box<dyn std::error::Error + Send + Sync>,
+    },
+    /// None of the clips is of use, or one of those that are all needed.
+    #[error("expected clips of the robot, got none of:\n  {reasons}")]
+    Clips {
+        /// The files with what is wrong with each.
+        reasons: String,
     },
     /// A clip is the problem.
     #[error(transparent)]

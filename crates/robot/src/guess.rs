@@ -5,22 +5,22 @@ use nalgebra::DMatrix;
 
 use crate::actuator::ActuatorParameters;
 
-/// How fast a joint's rotor would swing on its gain alone (rad/s): 10 Hz, near what the drives of common robots have.
+/// Natural frequency of a joint's rotor on its gain alone (rad/s): 10 Hz, near what the drives of common robots have.
 const ROTOR_FREQUENCY: f64 = 2.0 * std::f64::consts::PI * 10.0;
 
 /// The inertia that counts as none (kg m²).
 const NOTHING: f64 = 1e-6;
 
-/// What the rotors of hinges weigh where the model says nothing of them (kg m²), in the character's order. Strong geared motors
-/// are heavy, through their gears more so than the link that they move: without its rotor a foot would weigh next to nothing
-/// to the ankle, and no gain that can hold the robot would be stable.
+/// Guesses the rotor inertia of hinges where the model says nothing of it (kg m²), in the character's order. Strong
+/// geared motors are heavy, through their gears more so than the link that they move: without its rotor a foot would
+/// weigh next to nothing to the ankle, and no gain that can hold the robot would be stable.
 pub(crate) fn rotors(character: &Character, anatomy: &Anatomy, notes: &mut Vec<String>) -> Vec<Option<f64>> {
     let kinematics = Kinematics::new(character);
     let inertias = effective_inertias(character, &kinematics);
     let rotor = |joint: &Joint| {
         let own = servo(character, joint).is_some_and(|a| a.kp.is_some());
         let unknown = joint.kind == JointKind::Hinge && joint.armature == 0.0 && !own;
-        // A link that weighs nothing is a mistake in the model, to be told and not to be mended.
+        // A link that weighs nothing is a mistake in the model, to be told and not to be fixed.
         let unknown = unknown && inertias[joint.v_index] > NOTHING;
         let torque = || limit(character, joint).unwrap_or_else(|| load(character, anatomy, &kinematics, joint));
         unknown.then(|| torque() / (ROTOR_FREQUENCY * ROTOR_FREQUENCY))
@@ -34,7 +34,7 @@ pub(crate) fn rotors(character: &Character, anatomy: &Anatomy, notes: &mut Vec<S
     rotors
 }
 
-/// A guess for every scalar joint, in the character's order; one note per joint says where it came from.
+/// Returns a guess for every scalar joint, in the character's order; one note per joint says where it came from.
 pub(crate) fn actuators(
     character: &Character,
     anatomy: &Anatomy,
@@ -95,13 +95,13 @@ fn actuator(
     (parameters, source)
 }
 
-/// The model's own actuator of a joint.
+/// Returns the model's own actuator of a joint.
 fn servo<'a>(character: &'a Character, joint: &Joint) -> Option<&'a Actuator> {
     let index = character.joints.iter().position(|j| j.name == joint.name);
     character.actuators.iter().find(|a| Some(a.joint) == index)
 }
 
-/// The largest torque that the model allows (N m).
+/// Returns the largest torque that the model allows (N m).
 fn limit(character: &Character, joint: &Joint) -> Option<f64> {
     let own = servo(character, joint);
     let gear = own.map_or(1.0, |a| a.gear.abs());
@@ -115,19 +115,30 @@ fn limit(character: &Character, joint: &Joint) -> Option<f64> {
     limits.into_iter().flatten().filter(|l| l.is_finite() && *l > 0.0).reduce(f64::min)
 }
 
-/// The torque that a joint may have to hold (N m): in a leg 0.6 of the whole weight at the leg's length, elsewhere twice
-/// the weight beyond the joint, held out straight.
-fn load(character: &Character, anatomy: &Anatomy, kinematics: &Kinematics, joint: &Joint) -> f64 {
+/// Returns per scalar joint the torque that it holds while the robot stands on bent legs (N m); `None` beside the legs.
+pub(crate) fn standing_loads(character: &Character, anatomy: &Anatomy) -> Vec<Option<f64>> {
+    let kinematics = Kinematics::new(character);
+    character.scalar_joints().map(|joint| standing_load(character, anatomy, &kinematics, joint)).collect()
+}
+
+/// Returns 0.6 of the whole weight at the leg's length (N m), for a joint of a leg.
+fn standing_load(character: &Character, anatomy: &Anatomy, kinematics: &Kinematics, joint: &Joint) -> Option<f64> {
     let gravity = character.gravity.norm().max(1.0);
     let legs = [(Role::LeftThigh, Role::LeftFoot), (Role::RightThigh, Role::RightFoot)];
-    for (thigh, foot) in legs {
-        let (Some(thigh), Some(foot)) = (anatomy.places.get(&thigh), anatomy.places.get(&foot)) else { continue };
-        if is_below(character, foot.body, joint.body) {
-            let hip = kinematics.point(thigh.body, &thigh.point);
-            let length = (hip - kinematics.point(foot.body, &foot.point)).norm();
-            return (0.6 * character.mass() * gravity * length).max(0.1);
-        }
+    legs.into_iter().find_map(|(thigh, foot)| {
+        let (thigh, foot) = (anatomy.places.get(&thigh)?, anatomy.places.get(&foot)?);
+        let length = (kinematics.point(thigh.body, &thigh.point) - kinematics.point(foot.body, &foot.point)).norm();
+        is_below(character, foot.body, joint.body).then_some(0.6 * character.mass() * gravity * length)
+    })
+}
+
+/// Returns the torque that a joint may have to hold (N m): in a leg 0.6 of the whole weight at the leg's length,
+/// elsewhere twice the weight beyond the joint, held out straight.
+fn load(character: &Character, anatomy: &Anatomy, kinematics: &Kinematics, joint: &Joint) -> f64 {
+    if let Some(load) = standing_load(character, anatomy, kinematics, joint) {
+        return load.max(0.1);
     }
+    let gravity = character.gravity.norm().max(1.0);
     let (mut mass, mut reach) = (0.0, 0.0_f64);
     let anchor = kinematics.body_position[joint.body];
     for (i, body) in character.bodies.iter().enumerate().filter(|&(i, _)| is_below(character, i, joint.body)) {
@@ -137,8 +148,9 @@ fn load(character: &Character, anatomy: &Anatomy, kinematics: &Kinematics, joint
     (2.0 * mass * gravity * reach).max(0.1)
 }
 
-/// The inertia that each joint's motor feels in the reference pose (kg m², or kg for a slide), by velocity index: the
-/// inverse of the diagonal of the inverse mass matrix, so that it counts what gives way on both sides of the joint.
+/// Returns the inertia that each joint's motor feels in the reference pose (kg m², or kg for a slide), by velocity
+/// index: the inverse of the diagonal of the inverse mass matrix, so that it counts what gives way on both sides of the
+/// joint.
 fn effective_inertias(character: &Character, kinematics: &Kinematics) -> Vec<f64> {
     let mut mass = DMatrix::<f64>::zeros(character.nv, character.nv);
     for (i, body) in character.bodies.iter().enumerate().skip(1) {
@@ -162,8 +174,8 @@ fn effective_inertias(character: &Character, kinematics: &Kinematics) -> Vec<f64
     }
 }
 
-/// Whether `body` is `ancestor` or hangs on it.
-fn is_below(character: &Character, mut body: usize, ancestor: usize) -> bool {
+/// Returns whether `body` is `ancestor` or hangs on it.
+pub(crate) fn is_below(character: &Character, mut body: usize, ancestor: usize) -> bool {
     while body != 0 {
         if body == ancestor {
             return true;

@@ -6,10 +6,11 @@
 //!
 //! The main path: [`Robot::load`] → [`Controller`] (measured state and a [`ReferenceStream`] in, joint targets out), which
 //! owns [`observation`] (state and reference → policy input), the frozen [`network`]s and [`action`] (policy output →
-//! joint targets) → [`actuator`] (targets → torques).
+//! joint targets) → [`actuator`] (targets → torques). Motion for it comes from [`clips`].
 
 pub mod action;
 pub mod actuator;
+pub mod clips;
 pub mod controller;
 pub mod error;
 mod guess;
@@ -17,14 +18,22 @@ pub mod load;
 pub mod network;
 pub mod observation;
 pub mod profile;
+pub mod readiness;
 pub mod reference;
 pub mod robot;
 
 pub use action::{ActionMap, ActionSpec};
 pub use actuator::{ActuatorParameters, ActuatorSet};
+pub use clips::{LeftOut, LoadedClips};
 pub use controller::{Controller, ControllerFile, ControllerState};
 pub use error::RobotError;
 pub use observation::{AnchorSpec, MeasuredState, ObservationInputs, ObservationSpec, ReferenceSpec};
 pub use profile::{ActuatorGroup, Profile};
+pub use readiness::{Problem, Readiness, Severity, Shapes};
 pub use reference::{Alignment, ClipPlayer, LatentEncoder, ReferenceLibrary, ReferenceStream};
 pub use robot::Robot;
+
+/// The README's example, which runs as a test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+pub struct Readme;

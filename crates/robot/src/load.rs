@@ -11,19 +11,17 @@ use crate::robot::Robot;
 /// Their names.
 pub const NAMES: [&str; 2] = ["lima", "humanoid"];
 
-/// MJCF and profile of a built-in robot.
+/// Returns the MJCF and profile of a built-in robot.
 fn texts(name: &str) -> Option<(&'static str, &'static str)> {
     match name {
-        "lima" => Some((include_str!("../../../robots/lima.xml"), include_str!("../../../robots/lima.toml"))),
-        "humanoid" => {
-            Some((include_str!("../../../robots/humanoid.xml"), include_str!("../../../robots/humanoid.toml")))
-        }
+        "lima" => Some((include_str!("../robots/lima.xml"), include_str!("../robots/lima.toml"))),
+        "humanoid" => Some((include_str!("../robots/humanoid.xml"), include_str!("../robots/humanoid.toml"))),
         _ => None,
     }
 }
 
 impl Robot {
-    /// A robot by the name of a built-in one, or by the path of an MJCF or URDF file. A profile beside the file
+    /// Returns a robot by the name of a built-in one, or by the path of an MJCF or URDF file. A profile beside the file
     /// (`x.toml` beside `x.xml`) is read; without one everything is guessed, and [`Self::notes`] says what.
     ///
     /// # Errors
@@ -37,6 +35,9 @@ impl Robot {
             return Err(RobotError::Unknown { name: name_or_path.to_string(), available: NAMES.join(", ") });
         }
         let character = Character::load(path)?;
+        for warning in &character.warnings {
+            tracing::warn!("{warning}");
+        }
         let beside = path.with_extension("toml");
         if beside.is_file() {
             return Self::from_character(character, Profile::from_file(&beside)?);
@@ -47,8 +48,8 @@ impl Robot {
     }
 }
 
-/// The built-in robot of this name, if there is one. The texts are part of the program, so a test makes sure that they
-/// are read without error.
+/// Returns the built-in robot of this name, if there is one. The texts are part of the program, so a test makes sure
+/// that they are read without error.
 fn builtin(name: &str) -> Option<Result<Robot, RobotError>> {
     let (mjcf, profile) = texts(name)?;
     let read = || {

@@ -17,13 +17,13 @@ pub struct Profile {
     /// Kinds of actuators, by a name of their own.
     #[serde(default)]
     pub actuator: BTreeMap<String, ActuatorGroup>,
-    /// Places whose positions are tracked (p of eq. 4.1): names of sites, bodies or roles (`left_hand`).
+    /// Sites whose positions are tracked (p of eq. 4.1): names of sites, bodies or roles (`left_hand`).
     #[serde(default)]
     pub end_effectors: Vec<String>,
-    /// Further places in the policy's observation; empty for robots that cannot measure them (thesis 4.3.1).
+    /// Further sites in the policy's observation; empty for robots that cannot measure them (thesis 4.3.1).
     #[serde(default)]
     pub key_bodies: Vec<String>,
-    /// Whether the policy may observe the root's height (thesis 4.3.1: the humanoid may, the robot may not).
+    /// Permission to observe the root's height (thesis 4.3.1: the humanoid may, the robot may not).
     #[serde(default)]
     pub observe_root_height: bool,
     /// Policy rate (Hz); 50 where not said.
@@ -43,8 +43,8 @@ pub struct Profile {
 pub struct ActuatorGroup {
     /// Joint names; `*` stands for anything.
     pub joints: Vec<String>,
-    /// What the rotors weigh through their gears (kg m²), in place of the model's own armature, which URDF cannot say and many
-    /// a MJCF leaves out.
+    /// Inertia of the rotors through their gears (kg m²), in place of the model's own armature, which URDF cannot say
+    /// and many a MJCF leaves out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub armature: Option<f64>,
     /// Parameters of Table 4.1.
@@ -80,7 +80,7 @@ impl Profile {
 }
 
 impl ActuatorParameters {
-    /// Whether the numbers can be an actuator's; says what is wrong.
+    /// Checks whether the numbers can be an actuator's; says what is wrong.
     pub(crate) fn check(&self) -> Result<(), String> {
         let at_least_zero = [
             ("kp", self.kp),
@@ -109,7 +109,7 @@ impl ActuatorParameters {
     }
 }
 
-/// Whether `name` is what `pattern` describes; `*` stands for any number of any characters.
+/// Returns whether `name` is what `pattern` describes; `*` stands for any number of any characters.
 pub(crate) fn glob(pattern: &str, name: &str) -> bool {
     let mut parts = pattern.split('*');
     let Some(mut rest) = parts.next().and_then(|first| name.strip_prefix(first)) else { return false };

@@ -17,15 +17,15 @@ pub struct Robot {
     pub name: String,
     /// Its body.
     pub character: Arc<Character>,
-    /// Which body is what.
+    /// Roles of the bodies.
     pub anatomy: Anatomy,
     /// Its actuators, one per scalar joint, in the character's order.
     pub actuators: ActuatorSet,
     /// Names of its joints and end effectors: the layout of eq. 4.1 for this robot.
     pub layout: FeatureLayout,
-    /// Where the end effectors are, in the order of `layout.end_effectors`: body index and point in its frame (m).
+    /// Sites of the end effectors, in the order of `layout.end_effectors`: body index and point in its frame (m).
     pub effectors: Vec<(usize, Vec3)>,
-    /// Where the key bodies of the observation are, likewise.
+    /// Sites of the key bodies of the observation, likewise.
     pub key_bodies: Vec<(usize, Vec3)>,
     /// Default pose, one angle per scalar joint (rad).
     pub default_pose: Vec<f64>,
@@ -35,19 +35,19 @@ pub struct Robot {
     pub substeps: usize,
     /// The profile it was made with, `key_bodies` included where they were given.
     pub profile: Profile,
-    /// What was guessed because the profile does not say: a line each, for `inspect`.
+    /// Guesses where the profile does not say: a line each, for `inspect`.
     pub notes: Vec<String>,
 }
 
-/// The places that are tracked where the profile names none.
+/// Roles whose sites are tracked where the profile names none.
 const HANDS_AND_FEET: [Role; 4] = [Role::LeftHand, Role::RightHand, Role::LeftFoot, Role::RightFoot];
 
 impl Robot {
-    /// A robot from a character and a profile, whose gaps are guessed ([`Self::notes`] says what).
+    /// Returns a robot from a character and a profile, whose gaps are guessed ([`Self::notes`] says what).
     ///
     /// # Errors
-    /// [`RobotError::Unfit`] for characters without a free root or with ball joints, for joints that no actuator
-    /// group names, or two, and for rates that do not divide; [`RobotError::Character`] for names that it does not have.
+    /// [`RobotError::Unfit`] for characters without a free root or with ball joints, for joints that no actuator group
+    /// names, or two, and for rates that do not divide; [`RobotError::Character`] for names that it does not have.
     pub fn from_character(character: impl Into<Arc<Character>>, profile: Profile) -> Result<Self, RobotError> {
         let mut character: Arc<Character> = character.into();
         controllable(&character)?;
@@ -76,9 +76,9 @@ impl Robot {
             ));
             (names, present.iter().map(|(_, place)| (place.body, place.point)).collect())
         } else {
-            (profile.end_effectors.clone(), places(&character, &anatomy, &profile.end_effectors)?)
+            (profile.end_effectors.clone(), sites(&character, &anatomy, &profile.end_effectors)?)
         };
-        let key_bodies = places(&character, &anatomy, &profile.key_bodies)?;
+        let key_bodies = sites(&character, &anatomy, &profile.key_bodies)?;
         let default_pose = default_pose(&character, &profile)?;
         Ok(Self {
             name: character.name.clone(),
@@ -96,12 +96,12 @@ impl Robot {
         })
     }
 
-    /// Number of scalar joints J.
+    /// Returns the number of scalar joints J.
     pub fn joints(&self) -> usize {
         self.layout.joints.len()
     }
 
-    /// Largest speeds of the scalar joints (rad/s or m/s); infinite where nothing limits them.
+    /// Returns the largest speeds of the scalar joints (rad/s or m/s); infinite where nothing limits them.
     pub fn speeds(&self) -> Vec<f64> {
         self.actuators.parameters.iter().map(|p| p.velocity_max).collect()
     }
@@ -111,7 +111,7 @@ impl Robot {
         1.0 / (self.control_hz * self.substeps as f64)
     }
 
-    /// The default pose as a generalised position (MuJoCo's layout), the root where the model puts it.
+    /// Returns the default pose as a generalised position (MuJoCo's layout), the root where the model puts it.
     pub fn default_position(&self) -> Vec<f64> {
         let mut q = self.character.reference_position();
         for (joint, &angle) in self.character.scalar_joints().zip(&self.default_pose) {
@@ -121,7 +121,7 @@ impl Robot {
     }
 }
 
-/// The name of a role as text writes it, such as `left_hand`.
+/// Returns the name of a role as text writes it, such as `left_hand`.
 pub fn role_name(role: Role) -> String {
     let mut name = String::new();
     for c in format!("{role:?}").chars() {
@@ -137,7 +137,7 @@ fn unfit(character: &Character, message: String) -> RobotError {
     RobotError::Unfit { robot: character.name.clone(), message }
 }
 
-/// Control needs one floating base, before all other joints, and scalar joints otherwise.
+/// Checks that control can work: it needs one floating base, before all other joints, and scalar joints otherwise.
 fn controllable(character: &Character) -> Result<(), RobotError> {
     let names = |kind: JointKind| {
         let names: Vec<&str> = character.joints.iter().filter(|j| j.kind == kind).map(|j| j.name.as_str()).collect();
@@ -186,7 +186,7 @@ fn rates(character: &Character, profile: &Profile, notes: &mut Vec<String>) -> R
     Ok((control, substeps as usize))
 }
 
-/// The character with these armatures of its scalar joints; `None` leaves a joint's as it is.
+/// Returns the character with these armatures of its scalar joints; `None` leaves a joint's as it is.
 fn with_rotors(character: Arc<Character>, armatures: Vec<Option<f64>>) -> Arc<Character> {
     if armatures.iter().all(Option::is_none) {
         return character;
@@ -202,7 +202,7 @@ fn with_rotors(character: Arc<Character>, armatures: Vec<Option<f64>>) -> Arc<Ch
     Arc::new(heavier)
 }
 
-/// The one group that names each scalar joint.
+/// Returns the one group that names each scalar joint.
 fn grouped<'a>(character: &Character, profile: &'a Profile) -> Result<Vec<&'a ActuatorGroup>, RobotError> {
     for (group, pattern) in profile.actuator.iter().flat_map(|(n, g)| g.joints.iter().map(move |p| (n, p))) {
         if !character.scalar_joints().any(|j| glob(pattern, &j.name)) {
@@ -226,8 +226,8 @@ fn grouped<'a>(character: &Character, profile: &'a Profile) -> Result<Vec<&'a Ac
     character.scalar_joints().map(|joint| of_joint(&joint.name)).collect()
 }
 
-/// Places by the name of a site, a body or a role.
-fn places(character: &Character, anatomy: &Anatomy, names: &[String]) -> Result<Vec<(usize, Vec3)>, RobotError> {
+/// Returns the sites by the name of a site, a body or a role.
+fn sites(character: &Character, anatomy: &Anatomy, names: &[String]) -> Result<Vec<(usize, Vec3)>, RobotError> {
     let place = |name: &String| {
         if let Ok(site) = character.site(name) {
             return Ok((character.sites[site].body, character.sites[site].position));

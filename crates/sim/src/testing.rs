@@ -72,6 +72,7 @@ pub fn robot() -> Arc<Robot> {
         gravity: Vec3::new(0.0, 0.0, -9.81),
         timestep: 0.005,
         notes: vec![],
+        warnings: vec![],
     };
     let profile = Profile { end_effectors: vec!["left_shank".into()], ..Profile::default() };
     Arc::new(Robot::from_character(character, profile).unwrap())

@@ -58,12 +58,12 @@ impl<'a> Finder<'a> {
         self.sides.iter().any(Option::is_some)
     }
 
-    /// The side of a body.
+    /// Returns the side of a body.
     pub fn side(&self, body: usize) -> Option<Side> {
         self.sides[body]
     }
 
-    /// The leg or arm on one side.
+    /// Returns the leg or arm on one side.
     pub fn limb(&self, kind: Kind, side: Side) -> Option<Limb> {
         let mut has_child = vec![false; self.character.bodies.len()];
         for body in self.character.bodies.iter().skip(1) {
@@ -78,7 +78,7 @@ impl<'a> Finder<'a> {
         self.split(kind, &best)
     }
 
-    /// Bodies of this side on the way from the root to the tip.
+    /// Returns the bodies of this side on the way from the root to the tip.
     fn chain(&self, tip: usize, side: Side) -> Vec<usize> {
         let mut chain = Vec::new();
         let mut at = tip;
@@ -95,7 +95,8 @@ impl<'a> Finder<'a> {
         joints.filter(|j| matches!(self.character.joints[*j].kind, JointKind::Hinge | JointKind::Ball)).collect()
     }
 
-    /// By the words in its names; where they say nothing, a limb that ends near the lowest body is a leg.
+    /// Finds the kind by the words in its names; where they say nothing, a limb that ends near the lowest body is a
+    /// leg.
     fn kind(&self, chain: &[usize]) -> Option<Kind> {
         let (mut leg, mut arm) = (0, 0);
         for body in chain {
@@ -152,7 +153,7 @@ impl<'a> Finder<'a> {
         Some(Limb { upper: (upper_body, upper_centre), lower: (lower.body, lower_centre), end })
     }
 
-    /// Which of the joints is the knee or elbow: by name, else the hinge nearest to half of the way.
+    /// Finds the knee or elbow among the joints: by name, else the hinge nearest to half of the way.
     fn middle(&self, kind: Kind, joints: &[usize]) -> Option<usize> {
         let wanted = if kind == Kind::Leg { &words::SHANK[..] } else { &words::FOREARM[..] };
         let name = |i: usize| &self.character.joints[joints[i]].name;
@@ -182,7 +183,8 @@ impl<'a> Finder<'a> {
         self.kinematics.body_orientation[joint.body] * joint.axis
     }
 
-    /// The point closest to all axes, in the least-squares sense; along what they leave open, the mean of the anchors.
+    /// Returns the point closest to all axes, in the least-squares sense; along what they leave open, the mean of the
+    /// anchors.
     pub fn centre(&self, joints: &[&Joint]) -> Vec3 {
         const TIE: f64 = 1e-3;
         let mut a = Matrix3::zeros();
@@ -200,7 +202,7 @@ impl<'a> Finder<'a> {
         a.try_inverse().map_or_else(Vec3::zeros, |inverse| inverse * b)
     }
 
-    /// Where on a single hinge's axis the joint is: its anchor, or, where that was put far out on the axis, the place
+    /// Returns the centre of a single hinge: its anchor, or, where that was put far out on the axis, the point
     /// nearest to the joint above it.
     fn hinge_centre(&self, joint: &Joint, upper: &Vec3) -> Vec3 {
         let (anchor, axis) = (self.anchor(joint), self.axis(joint));
@@ -210,12 +212,12 @@ impl<'a> Finder<'a> {
         if joint.kind == JointKind::Hinge && along.abs() > across / 5.0 { anchor + axis * along } else { anchor }
     }
 
-    /// The point of a body's frame that is this world point.
+    /// Returns the point of a body's frame that is this world point.
     pub fn local(&self, body: usize, point_w: &Vec3) -> Vec3 {
         self.kinematics.body_orientation[body].inverse() * (point_w - self.kinematics.body_position[body])
     }
 
-    /// The deepest body that carries both.
+    /// Returns the deepest body that carries both.
     pub fn common(&self, a: usize, b: usize) -> usize {
         let mut above_a = vec![a];
         while let Some(last) = above_a.last().filter(|l| **l != 0) {

@@ -1,12 +1,12 @@
-//! What of a foot touches the ground.
+//! Contact patches of feet: the outline that touches the ground.
 
 use crate::kinematics::Kinematics;
 use crate::model::{Character, Geom, GeomShape};
 use crate::rotation::{Quat, Vec3};
 
-/// Corners of the contact patch of a foot in its body's frame: the convex outline of the lowest points of what is
-/// fixed to it, at the reference position. Colliding geoms count; where there are none, any; where there are none at all,
-/// the box that has the foot's inertia.
+/// Returns the corners of the contact patch of a foot in its body's frame: the convex outline of the lowest points of
+/// what is fixed to it, at the reference position. Colliding geoms count; where there are none, any; where there are
+/// none at all, the box that has the foot's inertia.
 pub(crate) fn corners(character: &Character, kinematics: &Kinematics, foot: usize) -> Vec<Vec3> {
     let mut fixed = vec![false; character.bodies.len()];
     fixed[foot] = true;
@@ -41,7 +41,7 @@ fn extent(points: &[Vec3]) -> f64 {
     widest
 }
 
-/// Points of a geom that can be its lowest (m, world): none for planes, meshes and height fields.
+/// Returns the points of a geom that can be its lowest (m, world): none for planes, meshes and height fields.
 pub fn lowest(geom: &Geom, kinematics: &Kinematics) -> Vec<Vec3> {
     let turn = kinematics.body_orientation[geom.body] * geom.orientation;
     let middle = kinematics.point(geom.body, &geom.position);
@@ -73,7 +73,7 @@ pub fn lowest(geom: &Geom, kinematics: &Kinematics) -> Vec<Vec3> {
     }
 }
 
-/// The four corners of the side that faces down most.
+/// Returns the four corners of the side that faces down most.
 fn lower_face(middle: &Vec3, turn: &Quat, half: &Vec3) -> Vec<Vec3> {
     let (mut axis, mut steepest) = (2, 0.0);
     for i in 0..3 {
@@ -106,8 +106,8 @@ fn box_of_inertia(character: &Character, kinematics: &Kinematics, foot: usize) -
     lower_face(&kinematics.point(foot, &inertial.com), &turn, &half)
 }
 
-/// The convex outline of points, seen from above, counter-clockwise (Andrew's monotone chain). Points above each other count
-/// once.
+/// Returns the convex outline of points, seen from above, counter-clockwise (Andrew's monotone chain). Points above
+/// each other count once.
 pub fn outline(mut points: Vec<Vec3>) -> Vec<Vec3> {
     points.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
     points.dedup_by(|a, b| (a.xy() - b.xy()).norm() < 1e-6);

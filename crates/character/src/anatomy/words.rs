@@ -1,4 +1,4 @@
-//! What a name says: a side, and a part of the body.
+//! Words in names: a side, and a part of the body.
 
 /// Left or right.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -39,19 +39,19 @@ fn split(name: &str, belongs: fn(char) -> bool) -> Vec<String> {
     words
 }
 
-/// The words of a name, numbers left out.
+/// Returns the words of a name, numbers left out.
 fn words(name: &str) -> Vec<String> {
     split(name, char::is_alphabetic)
 }
 
-/// Whether the name holds one of the words.
+/// Returns whether the name holds one of the words.
 pub(crate) fn has(name: &str, wanted: &[&str]) -> bool {
     // An underscore at the end of a wanted word asks for the end of a word.
     let spelled = words(name).join("_") + "_";
     wanted.iter().any(|w| spelled.contains(w))
 }
 
-/// The side a name tells: `left_knee`, `l_knee`, `knee_L`, `LeftKnee`, `lfemur`.
+/// Returns the side a name tells: `left_knee`, `l_knee`, `knee_L`, `LeftKnee`, `lfemur`.
 pub(crate) fn side(name: &str) -> Option<Side> {
     let words = words(name);
     for word in &words {
@@ -71,7 +71,7 @@ pub(crate) fn side(name: &str) -> Option<Side> {
     None
 }
 
-/// The name with its side taken out, so that both sides' names become one.
+/// Returns the name with its side taken out, so that both sides' names become one.
 pub(crate) fn without_side(name: &str) -> String {
     let mut words = split(name, char::is_alphanumeric);
     let before = words.len();

@@ -24,12 +24,12 @@ pub(crate) const ORIENTATIONS: [&str; 5] = ["quat", "axisangle", "xyaxes", "zaxi
 const PARTIAL: [&str; 6] = ["friction", "solref", "solimp", "size", "gear", "solreffriction"];
 
 impl Attributes {
-    /// The element's own attributes, nothing inherited.
+    /// Returns the element's own attributes, nothing inherited.
     pub fn own(element: &Element) -> Self {
         Self { at: element.at.clone(), values: element.attributes.clone() }
     }
 
-    /// The element's own attributes over inherited ones.
+    /// Returns the element's own attributes over inherited ones.
     pub fn over(inherited: &[(String, String)], element: &Element) -> Self {
         Self { at: element.at.clone(), values: overlay(inherited, &element.attributes) }
     }
@@ -44,27 +44,27 @@ impl Attributes {
         }
     }
 
-    /// "Expected this, got that", here.
+    /// Returns the error "expected this, got that" at this element.
     pub fn invalid(&self, expected: impl Into<String>, got: impl Into<String>) -> CharacterError {
         CharacterError::Invalid { at: self.at.clone(), expected: expected.into(), got: got.into() }
     }
 
-    /// "We do not understand this", here.
+    /// Returns the error "unsupported" at this element.
     pub fn unsupported(&self, what: impl Into<String>) -> CharacterError {
         CharacterError::Unsupported { at: self.at.clone(), what: what.into() }
     }
 
-    /// The value as written.
+    /// Returns the value as written.
     pub fn text(&self, name: &str) -> Option<&str> {
         self.values.iter().find(|(n, _)| n == name).map(|(_, v)| v.as_str())
     }
 
-    /// The value, or an error that asks for it.
+    /// Returns the value, or an error that asks for it.
     pub fn required(&self, name: &str) -> Result<&str, CharacterError> {
         self.text(name).ok_or_else(|| self.invalid(format!("attribute '{name}'"), "none"))
     }
 
-    /// All numbers of a value, between `least` and `most` of them, every one finite.
+    /// Reads all numbers of a value, between `least` and `most` of them, every one finite.
     fn list(&self, name: &str, least: usize, most: usize) -> Result<Option<Vec<f64>>, CharacterError> {
         let Some(text) = self.text(name) else { return Ok(None) };
         let wanted = || {
@@ -84,12 +84,12 @@ impl Attributes {
         Ok(Some(numbers))
     }
 
-    /// Exactly `N` numbers.
+    /// Reads exactly `N` numbers.
     pub fn numbers<const N: usize>(&self, name: &str) -> Result<Option<[f64; N]>, CharacterError> {
         Ok(self.list(name, N, N)?.and_then(|list| list.try_into().ok()))
     }
 
-    /// Up to `N` numbers over the given ones.
+    /// Reads up to `N` numbers over the given ones.
     pub fn prefix<const N: usize>(&self, name: &str, mut otherwise: [f64; N]) -> Result<[f64; N], CharacterError> {
         if let Some(list) = self.list(name, 1, N)? {
             otherwise[..list.len()].copy_from_slice(&list);
@@ -97,12 +97,12 @@ impl Attributes {
         Ok(otherwise)
     }
 
-    /// One number.
+    /// Reads one number.
     pub fn number(&self, name: &str) -> Result<Option<f64>, CharacterError> {
         Ok(self.numbers::<1>(name)?.map(|[x]| x))
     }
 
-    /// A whole number in a range.
+    /// Returns a whole number in a range.
     pub fn integer(&self, name: &str, otherwise: i64, range: std::ops::Range<i64>) -> Result<i64, CharacterError> {
         let Some(text) = self.text(name) else { return Ok(otherwise) };
         match text.trim().parse::<i64>() {
@@ -114,7 +114,7 @@ impl Attributes {
         }
     }
 
-    /// `true` or `false`.
+    /// Reads `true` or `false`.
     pub fn boolean(&self, name: &str, otherwise: bool) -> Result<bool, CharacterError> {
         match self.text(name) {
             None => Ok(otherwise),
@@ -124,7 +124,7 @@ impl Attributes {
         }
     }
 
-    /// `true`, `false` or `auto`.
+    /// Reads `true`, `false` or `auto`.
     pub fn tristate(&self, name: &str) -> Result<Tristate, CharacterError> {
         match self.text(name) {
             None | Some("auto") => Ok(Tristate::Auto),
@@ -134,7 +134,7 @@ impl Attributes {
         }
     }
 
-    /// A range and whether it is in force, by MuJoCo's `autolimits` rule.
+    /// Returns a range and whether it is in force, by MuJoCo's `autolimits` rule.
     pub fn limits(&self, range: &str, limited: &str, autolimits: bool) -> Result<Option<(f64, f64)>, CharacterError> {
         let given = self.numbers::<2>(range)?;
         let [low, high] = given.unwrap_or([0.0, 0.0]);

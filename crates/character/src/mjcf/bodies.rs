@@ -25,7 +25,7 @@ pub(crate) struct Tree {
     pub unread_meshes: usize,
 }
 
-/// What a body collects before its children are read.
+/// Content of a body before its children are read.
 struct Parts<'a> {
     joints: Vec<Joint>,
     geoms: Vec<ReadGeom>,
@@ -172,7 +172,7 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    /// Mass and inertia of a body: as said, or from its geoms.
+    /// Returns the mass and inertia of a body: as said, or from its geoms.
     fn mass(&mut self, a: &Attributes, parts: &mut Parts<'a>) -> Result<Inertial, CharacterError> {
         let from_geoms = match self.compiler.inertiafromgeom {
             Tristate::True => true,
@@ -208,7 +208,7 @@ impl<'a> Reader<'a> {
         Ok(inertial)
     }
 
-    /// A body with joints needs mass in itself or in what is welded to it.
+    /// Checks that a body with joints has mass in itself or in what is welded to it.
     fn moving_has_mass(&self, index: usize, a: &Attributes) -> Result<(), CharacterError> {
         let body = &self.tree.bodies[index];
         if body.joints.is_empty() {
@@ -233,14 +233,14 @@ impl Parts<'_> {
     }
 }
 
-/// No mass distribution has a moment larger than the two others together.
-fn balance(a: &Attributes, inertial: &mut Inertial, mend: bool) -> Result<(), CharacterError> {
+/// Checks the moments: no mass distribution has a moment larger than the two others together.
+fn balance(a: &Attributes, inertial: &mut Inertial, fix: bool) -> Result<(), CharacterError> {
     let d = inertial.diagonal;
     let slack = 1e-9 * d.sum();
     if d.max() * 2.0 <= d.sum() + slack {
         return Ok(());
     }
-    if !mend {
+    if !fix {
         let name = a.text("name").unwrap_or("");
         return Err(a.invalid(
             format!("moments of inertia of body '{name}' of which none exceeds the others together (or compiler balanceinertia)"),

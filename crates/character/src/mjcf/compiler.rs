@@ -7,7 +7,7 @@ use crate::mjcf::attributes::{Attributes, Tristate};
 use crate::mjcf::document::Element;
 use crate::rotation::Vec3;
 
-/// What `<compiler>` says, with MuJoCo's defaults.
+/// Settings of `<compiler>`, with MuJoCo's defaults.
 #[derive(Debug, Clone)]
 pub(crate) struct Compiler {
     /// Radians per unit of angle in the text.
@@ -111,7 +111,7 @@ impl Compiler {
     }
 }
 
-/// What `<option>` says that a character needs.
+/// Settings of `<option>` that a character needs.
 #[derive(Debug, Clone)]
 pub(crate) struct PhysicsOption {
     pub timestep: f64,

@@ -84,8 +84,8 @@ impl Defaults {
         Ok(())
     }
 
-    /// The attributes in force for `element`: its own over those of its class (its `class`, else `childclass` of the
-    /// bodies around it, else `main`).
+    /// Returns the attributes in force for `element`: its own over those of its class (its `class`, else `childclass`
+    /// of the bodies around it, else `main`).
     pub fn resolve(&self, element: &Element, childclass: Option<&str>) -> Result<Attributes, CharacterError> {
         let name = element.attribute("class").or(childclass).unwrap_or("main");
         let class = self.classes.get(name).ok_or_else(|| {
@@ -96,7 +96,7 @@ impl Defaults {
         Ok(Attributes::over(inherited, element))
     }
 
-    /// Whether there is a class of this name.
+    /// Returns whether there is a class of this name.
     pub fn contains(&self, name: &str) -> bool {
         self.classes.contains_key(name)
     }

@@ -1,5 +1,6 @@
 //! The XML as a tree of our own that remembers where each element stood, with `<include>` already expanded.
 
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use crate::error::{CharacterError, Location};
@@ -19,27 +20,27 @@ pub(crate) struct Element {
 }
 
 impl Element {
-    /// The value of an attribute as written.
+    /// Returns the value of an attribute as written.
     pub fn attribute(&self, name: &str) -> Option<&str> {
         self.attributes.iter().find(|(n, _)| n == name).map(|(_, v)| v.as_str())
     }
 
-    /// The children with this tag.
+    /// Returns the children with this tag.
     pub fn children_named<'a>(&'a self, name: &'a str) -> impl Iterator<Item = &'a Element> {
         self.children.iter().filter(move |c| c.name == name)
     }
 
-    /// "Expected this, got that", here.
+    /// Returns the error "expected this, got that" at this element.
     pub fn invalid(&self, expected: impl Into<String>, got: impl Into<String>) -> CharacterError {
         CharacterError::Invalid { at: self.at.clone(), expected: expected.into(), got: got.into() }
     }
 
-    /// "We do not understand this", here.
+    /// Returns the error "unsupported" at this element.
     pub fn unsupported(&self, what: impl Into<String>) -> CharacterError {
         CharacterError::Unsupported { at: self.at.clone(), what: what.into() }
     }
 
-    /// The tree as XML text.
+    /// Returns the tree as XML text.
     pub fn to_xml(&self) -> String {
         let mut out = String::new();
         self.write_xml(&mut out, 0);
@@ -70,23 +71,44 @@ fn escape(value: &str) -> String {
     value.replace('&', "&amp;").replace('<', "&lt;").replace('"', "&quot;").replace('\n', "&#10;")
 }
 
+/// A text with all that it includes.
+#[derive(Debug)]
+pub(crate) struct Document {
+    pub root: Element,
+    /// Includes whose files are missing and may be no more than looks ([`LOOKS`]).
+    pub missing: Vec<Element>,
+}
+
+/// Elements in which a missing include may be no more than looks: models share files of sky, colours and lights, and
+/// travel without them. Anywhere else it would be bodies, joints or defaults.
+const LOOKS: [&str; 3] = ["mujoco", "asset", "visual"];
+
 /// Parses `text`; `file` is what errors call it, `folder` is where `<include file>` starts from (`None`: includes are
 /// refused).
-pub(crate) fn parse(text: &str, file: &Path, folder: Option<&Path>) -> Result<Element, CharacterError> {
-    let mut seen = Vec::new();
-    let mut roots = parse_file(text, file, folder, &mut seen, 0)?;
+pub(crate) fn parse(text: &str, file: &Path, folder: Option<&Path>) -> Result<Document, CharacterError> {
+    let mut includes = Includes::default();
+    let mut roots = parse_file(text, file, folder, &mut includes, None, 0)?;
     match roots.pop() {
-        Some(root) if roots.is_empty() => Ok(root),
+        Some(root) if roots.is_empty() => Ok(Document { root, missing: includes.missing }),
         _ => Err(CharacterError::Xml { file: file.to_path_buf(), line: 1, message: "no root element".into() }),
     }
 }
 
-/// The root element, in a vector of one.
+/// Included files so far.
+#[derive(Default)]
+struct Includes {
+    seen: Vec<PathBuf>,
+    missing: Vec<Element>,
+}
+
+/// Returns the root element, in a vector of one. Its children will stand in an element called `place`, if it is
+/// included.
 fn parse_file(
     text: &str,
     file: &Path,
     folder: Option<&Path>,
-    seen: &mut Vec<PathBuf>,
+    includes: &mut Includes,
+    place: Option<&str>,
     depth: usize,
 ) -> Result<Vec<Element>, CharacterError> {
     let document = roxmltree::Document::parse(text).map_err(|e| CharacterError::Xml {
@@ -94,8 +116,10 @@ fn parse_file(
         line: e.pos().row,
         message: e.to_string(),
     })?;
+    let root = document.root_element();
+    let place = place.unwrap_or(root.tag_name().name());
     let mut roots = Vec::new();
-    Builder { document: &document, file, folder, seen }.add(document.root_element(), depth, &mut roots)?;
+    Builder { document: &document, file, folder, includes, place }.add(root, "", depth, &mut roots)?;
     Ok(roots)
 }
 
@@ -103,13 +127,16 @@ struct Builder<'a, 'input> {
     document: &'a roxmltree::Document<'input>,
     file: &'a Path,
     folder: Option<&'a Path>,
-    seen: &'a mut Vec<PathBuf>,
+    includes: &'a mut Includes,
+    /// Name of the element in which the root's children will stand.
+    place: &'a str,
 }
 
 impl Builder<'_, '_> {
     fn add(
         &mut self,
         node: roxmltree::Node<'_, '_>,
+        parent: &str,
         depth: usize,
         into: &mut Vec<Element>,
     ) -> Result<(), CharacterError> {
@@ -125,28 +152,44 @@ impl Builder<'_, '_> {
             return Err(element.invalid(format!("at most {MAX_DEPTH} levels of elements"), "more"));
         }
         if element.name == "include" {
-            return self.include(&element, depth, into);
+            return self.include(element, parent, depth, into);
         }
+        let own = if node == self.document.root_element() { self.place } else { &element.name };
         for child in node.children().filter(roxmltree::Node::is_element) {
-            self.add(child, depth + 1, &mut element.children)?;
+            self.add(child, own, depth + 1, &mut element.children)?;
         }
         into.push(element);
         Ok(())
     }
 
-    /// Puts the children of the included file's root where the `<include>` stands, as MuJoCo does.
-    fn include(&mut self, element: &Element, depth: usize, into: &mut Vec<Element>) -> Result<(), CharacterError> {
+    /// Puts the children of the included file's root where the `<include>` stands, as MuJoCo does; remembers a file
+    /// that is missing and may be no more than looks.
+    fn include(
+        &mut self,
+        element: Element,
+        parent: &str,
+        depth: usize,
+        into: &mut Vec<Element>,
+    ) -> Result<(), CharacterError> {
         let name = element.attribute("file").ok_or_else(|| element.invalid("attribute 'file'", "none"))?;
         let folder = self.folder.ok_or_else(|| element.unsupported("include in a text without a folder"))?;
         let path = folder.join(name);
-        if self.seen.contains(&path) || self.seen.len() >= MAX_FILES {
+        if self.includes.seen.contains(&path) || self.includes.seen.len() >= MAX_FILES {
             return Err(element.invalid("a file that was not included before", name));
         }
-        let text = std::fs::read_to_string(&path)
-            .map_err(|e| element.invalid("a file that can be read", format!("'{}': {e}", path.display())))?;
-        self.seen.push(path.clone());
+        self.includes.seen.push(path.clone());
+        let text = match std::fs::read_to_string(&path) {
+            Ok(text) => text,
+            Err(error) if error.kind() == ErrorKind::NotFound && LOOKS.contains(&parent) => {
+                self.includes.missing.push(element);
+                return Ok(());
+            }
+            Err(error) => {
+                return Err(element.invalid("a file that can be read", format!("'{}': {error}", path.display())));
+            }
+        };
         // MuJoCo resolves nested includes from the folder of the MAIN file, so the folder stays the same.
-        for root in parse_file(&text, &path, self.folder, self.seen, depth + 1)? {
+        for root in parse_file(&text, &path, self.folder, self.includes, Some(parent), depth + 1)? {
             into.extend(root.children);
         }
         Ok(())

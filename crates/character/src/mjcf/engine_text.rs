@@ -13,14 +13,16 @@ use crate::mjcf::compiler::Compiler;
 use crate::mjcf::defaults::Defaults;
 use crate::mjcf::document::Element;
 
-/// Rewrites the tree in place; adds to `notes` what was left out.
+/// Rewrites the tree in place; adds to `notes` what was left out, and to `warnings` what would have mattered. Returns
+/// the meshes and height fields that would collide and whose files are absent.
 pub(crate) fn prepare(
     root: &mut Element,
     compiler: &Compiler,
     defaults: &Defaults,
     folder: Option<&Path>,
     notes: &mut Vec<String>,
-) -> Result<(), CharacterError> {
+    warnings: &mut Vec<String>,
+) -> Result<BTreeSet<String>, CharacterError> {
     let present = present_meshes(root, compiler, folder);
     let mut count = Count::default();
     for world in root.children.iter_mut().filter(|c| c.name == "worldbody") {
@@ -30,7 +32,9 @@ pub(crate) fn prepare(
         notes.push(format!("{} mesh geoms are pictures only", count.pictures));
     }
     if count.absent > 0 {
-        notes.push(format!("{} mesh geoms would collide, but their files are absent: left out", count.absent));
+        let text = "mesh geoms would collide, but their files are missing: they touch nothing; put the files there, or give the \
+                    bodies boxes, spheres or capsules";
+        warnings.push(format!("{} {text}", count.absent));
     }
     cut_assets(root, &present, &count.used);
     let mut names = BTreeSet::new();
@@ -49,17 +53,18 @@ pub(crate) fn prepare(
     for section in root.children.iter_mut().filter(|c| c.name == "compiler") {
         section.attributes.retain(|(n, _)| !matches!(n.as_str(), "meshdir" | "texturedir" | "assetdir" | "strippath"));
     }
-    Ok(())
+    Ok(count.absent_names)
 }
 
 #[derive(Default)]
 struct Count {
     pictures: usize,
     absent: usize,
+    absent_names: BTreeSet<String>,
     used: BTreeSet<String>,
 }
 
-/// Name and full path of the meshes and height fields whose files are there, or that need no file.
+/// Returns the name and full path of the meshes and height fields whose files are there, or that need no file.
 fn present_meshes(root: &Element, compiler: &Compiler, folder: Option<&Path>) -> Vec<(String, Option<PathBuf>)> {
     let mut present = Vec::new();
     for asset in root.children_named("asset").flat_map(|s| &s.children) {
@@ -121,6 +126,7 @@ fn keep(a: &Attributes, present: &[(String, Option<PathBuf>)], count: &mut Count
     }
     if !present.iter().any(|(name, _)| name == mesh) {
         count.absent += 1;
+        count.absent_names.insert(mesh.to_string());
         return Ok(false);
     }
     count.used.insert(mesh.to_string());

@@ -95,7 +95,7 @@ pub(crate) fn read(
     Ok(joint)
 }
 
-/// A coefficient that may be followed by those of higher powers, which must be zero.
+/// Returns a coefficient that may be followed by those of higher powers, which must be zero.
 fn linear(a: &Attributes, name: &str) -> Result<f64, CharacterError> {
     match a.prefix(name, [0.0; 3])? {
         [first, 0.0, 0.0] => Ok(first),

@@ -21,23 +21,23 @@ mod pose;
 use std::path::Path;
 
 use crate::error::CharacterError;
-use crate::model::{Body, Character, JointKind};
+use crate::model::{Body, Character, GeomShape, JointKind};
 
 use attributes::Attributes;
 use bodies::{Reader, Tree};
 use compiler::{Compiler, PhysicsOption};
 use defaults::Defaults;
-use document::Element;
+use document::{Document, Element};
 
 impl Character {
     /// Compiles MJCF text. `file` is what errors call the text; included files and meshes are looked for from `folder`
     /// (`None`: includes are refused and no mesh file is found).
     pub fn from_mjcf(text: &str, file: &str, folder: Option<&Path>) -> Result<Self, CharacterError> {
-        let root = document::parse(text, Path::new(file), folder)?;
-        if root.name != "mujoco" {
-            return Err(root.invalid("root element 'mujoco'", format!("'{}'", root.name)));
+        let document = document::parse(text, Path::new(file), folder)?;
+        if document.root.name != "mujoco" {
+            return Err(document.root.invalid("root element 'mujoco'", format!("'{}'", document.root.name)));
         }
-        compile(root, folder)
+        compile_document(document, folder)
     }
 }
 
@@ -68,8 +68,35 @@ fn note_softness(root: &Element, notes: &mut Vec<String>) {
 /// Sections that say nothing about the dynamics.
 const PICTURES: [&str; 6] = ["visual", "statistic", "size", "custom", "sensor", "keyframe"];
 
+/// Compiles a text from which includes may be missing: without them where the model stands on its own, which becomes a
+/// line of [`Character::warnings`].
+pub(crate) fn compile_document(document: Document, folder: Option<&Path>) -> Result<Character, CharacterError> {
+    let Document { root, missing } = document;
+    let file = |include: &Element| include.attribute("file").unwrap_or_default().to_string();
+    let compiled = compile(root, folder);
+    let Some(first) = missing.first() else { return compiled };
+    let mut character = compiled.map_err(|cause| CharacterError::MissingInclude {
+        at: first.at.clone(),
+        file: file(first),
+        cause: Box::new(cause),
+    })?;
+    if character.bodies.len() == 1 {
+        return Err(
+            first.invalid("a file with the bodies, which are nowhere else", format!("no file '{}'", file(first)))
+        );
+    }
+    let warning = |include: &Element| {
+        let (at, file) = (&include.at, file(include));
+        format!(
+            "{at}: file '{file}' is missing: loaded without it, which is right if it holds only looks (sky, colours, lights)"
+        )
+    };
+    character.warnings.splice(0..0, missing.iter().map(warning));
+    Ok(character)
+}
+
 pub(crate) fn compile(mut root: Element, folder: Option<&Path>) -> Result<Character, CharacterError> {
-    let mut notes = Vec::new();
+    let (mut notes, mut warnings) = (Vec::new(), Vec::new());
     Attributes::own(&root).only(&["model", "noNamespaceSchemaLocation"])?;
     check_sections(&root, &mut notes)?;
     names::all_different(&root)?;
@@ -92,7 +119,14 @@ pub(crate) fn compile(mut root: Element, folder: Option<&Path>) -> Result<Charac
     let actuators = actuators::read(&root, &defaults, &compiler, &tree.joints, &mut notes)?;
     let excludes = read_excludes(&root, &tree.bodies, &mut notes)?;
     let name = root.attribute("model").unwrap_or("MuJoCo Model").to_string();
-    engine_text::prepare(&mut root, &compiler, &defaults, folder, &mut notes)?;
+    let absent = engine_text::prepare(&mut root, &compiler, &defaults, folder, &mut notes, &mut warnings)?;
+    for geom in &mut tree.geoms {
+        if let GeomShape::Mesh(name) | GeomShape::HeightField(name) = &geom.shape
+            && absent.contains(name)
+        {
+            (geom.contype, geom.conaffinity) = (0, 0);
+        }
+    }
     Ok(Character {
         name,
         mjcf: Some(root.to_xml()),
@@ -108,6 +142,7 @@ pub(crate) fn compile(mut root: Element, folder: Option<&Path>) -> Result<Charac
         gravity: option.gravity,
         timestep: option.timestep,
         notes,
+        warnings,
     })
 }
 

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use crate::error::CharacterError;
 use crate::mjcf::document::Element;
 
-/// `wanted`, with underscores appended until it is not among `taken`.
+/// Returns `wanted`, with underscores appended until it is not among `taken`.
 pub(crate) fn made_up<'a>(mut wanted: String, taken: impl Iterator<Item = &'a str>) -> String {
     let taken: BTreeSet<&str> = taken.collect();
     while taken.contains(wanted.as_str()) {

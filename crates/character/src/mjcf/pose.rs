@@ -1,4 +1,4 @@
-//! Where something is: position and the five ways to write an orientation.
+//! Poses: position and the five ways to write an orientation.
 
 use crate::error::CharacterError;
 use crate::mjcf::attributes::{Attributes, ORIENTATIONS};
@@ -13,12 +13,12 @@ pub(crate) struct Pose {
 }
 
 impl Pose {
-    /// No displacement.
+    /// Returns no displacement.
     pub fn identity() -> Self {
         Self { position: Vec3::zeros(), orientation: Quat::identity() }
     }
 
-    /// `self`, then `inner` inside it.
+    /// Returns `self`, then `inner` inside it.
     pub fn then(&self, inner: &Self) -> Self {
         Self {
             position: self.position + self.orientation * inner.position,
@@ -82,13 +82,13 @@ fn unit(v: Vec3) -> Option<Vec3> {
     v.try_normalize(1e-14).filter(|u| u.iter().all(|c| c.is_finite()))
 }
 
-/// The rotation whose first two columns are these orthonormal axes.
+/// Returns the rotation whose first two columns are these orthonormal axes.
 fn from_axes(x: &Vec3, y: &Vec3) -> Quat {
     let m = Mat3::from_columns(&[*x, *y, x.cross(y)]);
     Quat::from_rotation_matrix(&nalgebra::Rotation3::from_matrix_unchecked(m))
 }
 
-/// The smallest rotation that brings the z axis to this unit vector; half a turn about x where it points down.
+/// Returns the smallest rotation that brings the z axis to this unit vector; half a turn about x where it points down.
 pub(crate) fn turn_z_to(direction: &Vec3) -> Quat {
     let axis = Vec3::z().cross(direction);
     let sine = axis.norm();
@@ -96,7 +96,7 @@ pub(crate) fn turn_z_to(direction: &Vec3) -> Quat {
     Quat::from_scaled_axis(axis * sine.atan2(direction.z))
 }
 
-/// `fromto`: the middle, the frame whose z axis runs along it, and half the length.
+/// Reads `fromto`: the middle, the frame whose z axis runs along it, and half the length.
 pub(crate) fn from_to(a: &Attributes) -> Result<Option<(Pose, f64)>, CharacterError> {
     let Some([ax, ay, az, bx, by, bz]) = a.numbers::<6>("fromto")? else { return Ok(None) };
     let (from, to) = (Vec3::new(ax, ay, az), Vec3::new(bx, by, bz));

@@ -58,14 +58,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let file = args.policy.clone().or_else(|| pretrained("policy")).ok_or_else(|| no_policy(&robot, &args.robot))?;
     let policy = Policy::load(&file, &robot)?;
     let prior = Prior::for_policy(&policy, args.prior.clone().or_else(|| pretrained("prior")).as_deref())?;
-    let (clips, refused) = if args.motions.is_empty() {
-        clips::builtin(&robot)
-    } else {
-        (clips::load(&args.motions, &robot)?, Vec::new())
-    };
-    for reason in &refused {
-        tracing::warn!("left out: {reason}");
-    }
+    let clips = if args.motions.is_empty() { clips::builtin(&robot) } else { clips::load(&args.motions, &robot)? };
     tracing::info!("{} clips retargeted to {} in {:.1} s", clips.len(), robot.name, began.elapsed().as_secs_f64());
     let options = EvaluationOptions { seconds: args.seconds, starts: 1, keep: 1, ..EvaluationOptions::default() };
     let job = Job { policy: &policy, robot: &robot, prior: prior.as_ref(), physics: &args.physics };

@@ -80,6 +80,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let policy = Policy::read(&args.policy)?;
     let robot = Arc::new(Robot::load(args.robot.as_deref().unwrap_or(&policy.header().robot))?);
     policy.check(&robot)?;
+    args.physics.require_ready(&robot)?;
     let prior = Prior::for_policy(&policy, args.prior.as_deref())?;
     let clips = clips::load(&args.motions, &robot)?;
     let options = EvaluationOptions { seconds: args.seconds, starts: args.starts, ..EvaluationOptions::default() };

@@ -11,10 +11,8 @@ mod run;
 
 use std::path::{Path, PathBuf};
 
-use lifelike_motion::dataset;
-use lifelike_motion::formats::ReadOptions;
+use lifelike_motion::formats::{self, FileMotion, ReadOptions};
 
-use crate::commands::clips::read_captured;
 use crate::error::CliError;
 use crate::output::Output;
 
@@ -24,7 +22,7 @@ use crate::output::Output;
 Examples:
   lifelike inspect lima                             # a robot that comes with the program
   lifelike inspect third_party/robots/unitree_g1/g1.xml
-  lifelike inspect walk.bvh                         # captured motion: BVH, AMC, DeepMimic, keyframes
+  lifelike inspect walk.bvh                         # captured motion, in any format that is read
   lifelike inspect walk.motion.safetensors          # motion of a robot
   lifelike inspect runs/tracker                     # a run: plan, progress, checkpoints
   lifelike inspect --json assets/lima.policy.safetensors    # what a policy sees, and in which order")]
@@ -39,7 +37,6 @@ enum Kind {
     Run,
     Motion,
     Checkpoint,
-    Source,
 }
 
 fn kind(path: &Path) -> Kind {
@@ -48,9 +45,8 @@ fn kind(path: &Path) -> Kind {
         _ if path.is_dir() => Kind::Run,
         _ if !path.exists() => Kind::Robot,
         Some("xml" | "mjcf" | "urdf") => Kind::Robot,
-        _ if dataset::is_motion_file(path) => Kind::Motion,
-        Some("safetensors") => Kind::Checkpoint,
-        _ => Kind::Source,
+        Some("safetensors") if formats::of_file(path).is_none() => Kind::Checkpoint,
+        _ => Kind::Motion,
     }
 }
 
@@ -60,8 +56,10 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     match kind(path) {
         Kind::Robot => robot::inspect(&path.to_string_lossy(), output),
         Kind::Run => run::inspect(path, output),
-        Kind::Motion => clip::inspect_motion(path, &lifelike_motion::container::read(path)?, output),
         Kind::Checkpoint => checkpoint::inspect(path, output),
-        Kind::Source => clip::inspect_source(path, &read_captured(path, &ReadOptions::default())?, output),
+        Kind::Motion => match formats::read(path, &ReadOptions::default())? {
+            FileMotion::Robot(clip) => clip::inspect_motion(path, &clip, output),
+            FileMotion::Source(clip) => clip::inspect_source(path, &clip, output),
+        },
     }
 }

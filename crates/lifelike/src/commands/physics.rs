@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use lifelike_robot::Robot;
+use lifelike_robot::{Robot, Severity, Shapes};
 use lifelike_sim::{SimError, Simulation, Terrain};
 
 use crate::error::CliError;
@@ -22,6 +22,21 @@ pub struct Physics {
 }
 
 impl Physics {
+    /// Refuses a robot that cannot be trained in this engine, and tells what is doubtful about it.
+    ///
+    /// # Errors
+    /// The verdict on the robot.
+    pub fn require_ready(&self, robot: &Robot) -> Result<(), CliError> {
+        let shapes = if self.engine == "mujoco" { Shapes::All } else { Shapes::Primitives };
+        robot.require_ready(shapes)?;
+        let warnings = robot.readiness(shapes).problems.into_iter().filter(|p| p.severity == Severity::Warning);
+        // Loading has told its own.
+        for doubt in warnings.filter(|p| !robot.character.warnings.contains(&p.problem)) {
+            tracing::warn!("robot '{}': {}; {}", robot.name, doubt.problem, doubt.remedy);
+        }
+        Ok(())
+    }
+
     /// So many environments of a robot, on a terrain or on level ground.
     ///
     /// # Errors

@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use lifelike_robot::load::NAMES;
 use toml::{Table, Value};
 
-use crate::commands::clips::is_builtin;
 use crate::error::CliError;
+use lifelike_robot::clips::is_builtin;
 
 /// Keys whose values are motion: files, folders, patterns, `@list.txt`, built-in clips.
 const MOTION: [&str; 3] = ["clips", "validation", "test"];

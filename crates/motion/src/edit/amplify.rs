@@ -10,29 +10,29 @@ use crate::clip::MotionClip;
 use crate::error::MotionError;
 use crate::retarget::RetargetOptions;
 
-/// What a motion plays around.
+/// Pose around which a motion is amplified.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Around {
     /// The mean pose of the clip.
     Mean,
-    /// The clip itself without what is faster than this (Hz): only quick gestures are amplified, slow changes of posture
-    /// stay as they are.
+    /// The clip itself without what is faster than this (Hz): only quick gestures are amplified, slow changes of
+    /// posture stay as they are.
     LowPass(f64),
 }
 
-/// How to amplify.
+/// Options of amplifying.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Amplify {
-    /// Which joints, by name; see [`joints_of`](super::joints_of).
+    /// Joints by name; see [`joints_of`](super::joints_of).
     pub joints: Vec<String>,
     /// By how much deviations are multiplied: above 1 is more, below 1 less, 0 none.
     pub gain: f64,
-    /// What they deviate from.
+    /// Pose from which they deviate.
     pub around: Around,
 }
 
-/// The clip with larger or smaller movements of some joints, within their ranges. Where legs change, the soles that stood
-/// are put back on the ground, and the legs kept within the speeds of `options`.
+/// Returns the clip with larger or smaller movements of some joints, within their ranges. Where legs change, the soles
+/// that stood are put back on the ground, and the legs kept within the speeds of `options`.
 ///
 /// # Errors
 /// [`MotionError::Unfit`] for a gain that is negative or not finite, a cutoff that is not positive, or joints that are

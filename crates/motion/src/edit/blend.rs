@@ -10,8 +10,8 @@ use super::story::{captions, provenance, unfit};
 use crate::clip::{Contacts, MotionClip};
 use crate::error::MotionError;
 
-/// A pose between frame `i` of `a` and frame `j` of `b`, at a place on the ground, written into frame `to` of `out`.
-/// All three have the same joints in the same order.
+/// Writes a pose between frame `i` of `a` and frame `j` of `b`, at a place on the ground, written into frame `to` of
+/// `out`. All three have the same joints in the same order.
 pub(super) fn mix(
     out: &mut MotionClip,
     to: usize,
@@ -30,18 +30,18 @@ pub(super) fn mix(
     }
 }
 
-/// The step over the ground into frame `i` of `a` and frame `j` of `b`, mixed.
+/// Returns the step over the ground into frame `i` of `a` and frame `j` of `b`, mixed.
 pub(super) fn mixed_step((a, i): (&MotionClip, usize), (b, j): (&MotionClip, usize), weight: f64) -> Stand {
     let step = |clip: &MotionClip, t: usize| Stand::of(clip, t - 1).step_to(&Stand::of(clip, t));
     step(a, i).between(&step(b, j), weight)
 }
 
-/// What stands in both.
+/// Returns the names in both.
 pub(super) fn common_contacts(a: &[bool], b: &[bool]) -> Vec<bool> {
     a.iter().zip(b).map(|(a, b)| *a && *b).collect()
 }
 
-/// The contacts of both, where both know them of the same places.
+/// Returns the contacts of both, where both know them of the same places.
 pub(super) fn comparable<'a>(a: &'a MotionClip, b: &'a MotionClip) -> Option<(&'a Contacts, &'a Contacts)> {
     match (&a.contacts, &b.contacts) {
         (Some(a), Some(b)) if a.names == b.names => Some((a, b)),
@@ -49,8 +49,9 @@ pub(super) fn comparable<'a>(a: &'a MotionClip, b: &'a MotionClip) -> Option<(&'
     }
 }
 
-/// `weight` of the second clip in the first (0: the first alone, 1: the second alone, on the first one's place), frame by
-/// frame from both starts, at the first one's rate, as long as the shorter. A foot stands where it stands in both.
+/// Blends `weight` of the second clip in the first (0: the first alone, 1: the second alone, on the first one's place),
+/// frame by frame from both starts, at the first one's rate, as long as the shorter. A foot stands where it stands in
+/// both.
 ///
 /// # Errors
 /// [`MotionError::Unfit`] for a weight outside of 0 to 1, or clips of different joints.

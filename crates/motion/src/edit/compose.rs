@@ -7,7 +7,7 @@ use crate::error::MotionError;
 use crate::keyframes::curve::minimum_jerk;
 use crate::resample::locate;
 
-/// What happens where the other clip is over before the base.
+/// Behaviour where the other clip is over before the base.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Length {
     /// The result ends there.
@@ -20,21 +20,23 @@ pub enum Length {
     Return,
 }
 
-/// How to compose.
+/// Options of composing.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Compose {
     /// The joints that are taken from the other clip, by name; see [`joints_of`](super::joints_of).
     pub joints: Vec<String>,
     /// When the other clip begins in the base's time (s). Before 0: it has begun already.
     pub offset: f64,
-    /// Where the other clip is shorter.
+    /// Behaviour where the other clip is shorter.
     pub length: Length,
-    /// How long the joints take from the base's to the other's (s) and, with [`Length::Return`], back. 0: abruptly.
+    /// Duration of the joints' transition from the base's to the other's (s) and, with [`Length::Return`], back. 0:
+    /// abruptly.
     pub fade: f64,
 }
 
-/// `base` with some joints from `other`: at the base's rate, with its root, its feet's contacts and all joints that are
-/// not named. Outside of the other clip's time the joints are the base's own, unless [`Compose::length`] says otherwise.
+/// Returns `base` with some joints from `other`: at the base's rate, with its root, its feet's contacts and all joints
+/// that are not named. Outside of the other clip's time the joints are the base's own, unless [`Compose::length`] says
+/// otherwise.
 ///
 /// # Errors
 /// [`MotionError::Unfit`] for joints that are not there, an offset with which the clips do not meet, a fade longer than
@@ -92,7 +94,7 @@ pub fn compose(base: &MotionClip, other: &MotionClip, options: &Compose) -> Resu
     Ok(out)
 }
 
-/// How much of the other clip counts at this time since its start (s).
+/// Returns the weight of the other clip at this time since its start (s).
 fn weight(time: f64, lasting: f64, length: Length, fade: f64) -> f64 {
     // Frames stand at rounded times.
     const ROUNDING: f64 = 1e-9;

@@ -5,11 +5,11 @@ use crate::clip::MotionClip;
 use crate::error::MotionError;
 use crate::resample::resample;
 
-/// `other` at the rate of `base`, with its joints in the order of `base`.
+/// Returns `other` at the rate of `base`, with its joints in the order of `base`.
 ///
 /// # Errors
-/// [`MotionError::Unfit`] when one of them is not consistent, or names joints that the other has not: clips of different
-/// robots are put together by retargeting, not by editing.
+/// [`MotionError::Unfit`] when one of them is not consistent, or names joints that the other has not: clips of
+/// different robots are put together by retargeting, not by editing.
 pub(super) fn like(base: &MotionClip, other: &MotionClip) -> Result<MotionClip, MotionError> {
     base.check()?;
     let mut out = resample(other, base.fps)?;
@@ -36,7 +36,7 @@ pub(super) fn like(base: &MotionClip, other: &MotionClip) -> Result<MotionClip, 
     Ok(out)
 }
 
-/// The columns of these joints.
+/// Returns the columns of these joints.
 ///
 /// # Errors
 /// [`MotionError::Unfit`] for a name that the clip has not, and for no name at all.
@@ -51,7 +51,7 @@ pub(super) fn columns(clip: &MotionClip, names: &[String]) -> Result<Vec<usize>,
     names.iter().map(find).collect()
 }
 
-/// One joint over time.
+/// Returns one joint over time.
 pub(super) fn column(clip: &MotionClip, at: usize) -> Vec<f64> {
     clip.joints.iter().skip(at).step_by(clip.joint_names.len().max(1)).copied().collect()
 }

@@ -7,9 +7,9 @@ use super::story::provenance;
 use crate::clip::{Caption, MotionClip};
 use crate::error::MotionError;
 
-/// The clip as a mirror on the world's xz plane shows it, by the character's own symmetry: it starts on the other side of
-/// the x axis and turns the other way. Contacts change feet; `left` and `right` change places in captions. Joints stay
-/// within their ranges, where those are not symmetric themselves.
+/// Returns the clip as a mirror on the world's xz plane shows it, by the character's own symmetry: it starts on the
+/// other side of the x axis and turns the other way. Contacts change feet; `left` and `right` change places in
+/// captions. Joints stay within their ranges, where those are not symmetric themselves.
 ///
 /// # Errors
 /// [`MotionError::Character`] for a character that is not symmetric, [`MotionError::Mismatch`] for a clip of another.

@@ -1,8 +1,8 @@
 //! A smooth curve that only rises: times in, times out.
 
-/// Through these points (x, y), both strictly rising, at least two: piecewise cubic with the slopes of Fritsch and Butland
-/// (*A method for constructing local monotone piecewise cubic interpolants*, 1984), monotone, with a continuous first
-/// derivative. Beyond its ends it goes on straight.
+/// Through these points (x, y), both strictly rising, at least two: piecewise cubic with the slopes of Fritsch and
+/// Butland (*A method for constructing local monotone piecewise cubic interpolants*, 1984), monotone, with a continuous
+/// first derivative. Beyond its ends it goes on straight.
 #[derive(Debug, Clone)]
 pub(super) struct Monotone {
     /// x, y, slope.
@@ -10,7 +10,7 @@ pub(super) struct Monotone {
 }
 
 impl Monotone {
-    /// Through these points.
+    /// Returns the curve through these points.
     pub fn new(points: &[(f64, f64)]) -> Self {
         let n = points.len();
         let width = |i: usize| points[i + 1].0 - points[i].0;
@@ -27,7 +27,7 @@ impl Monotone {
         Self { knots: (0..n).map(|i| [points[i].0, points[i].1, slope(i)]).collect() }
     }
 
-    /// The value at `x`.
+    /// Returns the value at `x`.
     pub fn at(&self, x: f64) -> f64 {
         let next = self.knots.partition_point(|k| k[0] <= x);
         let (a, b) = match next {
@@ -44,7 +44,7 @@ impl Monotone {
         a[1] + (b[1] - a[1]) * (3.0 * s2 - 2.0 * s3) + h * (a[2] * (s - 2.0 * s2 + s3) + b[2] * (s3 - s2))
     }
 
-    /// The `x` at which the value is `y`.
+    /// Returns the `x` at which the value is `y`.
     pub fn inverse(&self, y: f64) -> f64 {
         let (first, last) = (self.knots[0], self.knots[self.knots.len() - 1]);
         if y <= first[1] {

@@ -1,4 +1,4 @@
-//! Which joints are "the arms": sets of joints by the parts of the body they move.
+//! Sets of joints ("the arms") by the parts of the body they move.
 
 use std::collections::BTreeSet;
 
@@ -27,9 +27,10 @@ const LIMBS: [(&str, [Role; 3]); 4] = [
     ("right_leg", [Role::RightFoot, Role::RightShank, Role::RightThigh]),
 ];
 
-/// The joints (in the character's order) that these names stand for: a joint's own name, or a part of the body (`all`,
-/// `upper_body`, `arms`, `left_arm`, `right_arm`, `legs`, `left_leg`, `right_leg`, `head`, `torso`). A limb is everything
-/// that hangs on the trunk by it, from clavicle or hip to fingers or toes; the torso is what no limb and no head moves.
+/// Returns the joints (in the character's order) that these names stand for: a joint's own name, or a part of the body
+/// (`all`, `upper_body`, `arms`, `left_arm`, `right_arm`, `legs`, `left_leg`, `right_leg`, `head`, `torso`). A limb is
+/// everything that hangs on the trunk by it, from clavicle or hip to fingers or toes; the torso is what no limb and no
+/// head moves.
 ///
 /// # Errors
 /// [`MotionError::Mismatch`] for a name that is neither, for a part without joints, and for no name at all.
@@ -65,7 +66,7 @@ fn mismatch(character: &Character, message: String) -> MotionError {
     MotionError::Mismatch { clip: "(any)".into(), character: character.name.clone(), message }
 }
 
-/// The single part to which each body belongs.
+/// Returns the single part to which each body belongs.
 fn part_of_bodies(character: &Character, anatomy: &Anatomy) -> Vec<&'static str> {
     let mut trunk = vec![false; character.bodies.len()];
     let root = character.root_joint().map(|joint| joint.body);

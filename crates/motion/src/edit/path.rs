@@ -19,7 +19,7 @@ pub(super) struct Stand {
 }
 
 impl Stand {
-    /// Where the clip is at a frame.
+    /// Returns the position in the clip at a frame.
     pub fn of(clip: &MotionClip, frame: usize) -> Self {
         let p = clip.root_position[frame];
         Self { place: Vec3::new(p.x, p.y, 0.0), heading: heading_angle(&clip.root_orientation[frame]) }
@@ -29,18 +29,18 @@ impl Stand {
         Quat::from_axis_angle(&Vec3::z_axis(), self.heading)
     }
 
-    /// From here to there, as seen from here.
+    /// Returns the step from here to there, as seen from here.
     pub fn step_to(&self, there: &Self) -> Self {
         let turn = (there.heading - self.heading + std::f64::consts::PI).rem_euclid(std::f64::consts::TAU);
         Self { place: self.turn().inverse() * (there.place - self.place), heading: turn - std::f64::consts::PI }
     }
 
-    /// After a step that is seen from here.
+    /// Returns the pose after a step that is seen from here.
     pub fn after(&self, step: &Self) -> Self {
         Self { place: self.place + self.turn() * step.place, heading: self.heading + step.heading }
     }
 
-    /// A step between two steps: half of both at `weight` 0.5.
+    /// Returns a step between two steps: half of both at `weight` 0.5.
     pub fn between(&self, other: &Self, weight: f64) -> Self {
         Self {
             place: self.place.lerp(&other.place, weight),
@@ -57,19 +57,19 @@ pub(super) struct Posture {
 }
 
 impl Posture {
-    /// The clip's at a frame.
+    /// Returns the clip's at a frame.
     pub fn of(clip: &MotionClip, frame: usize) -> Self {
         let turn = clip.root_orientation[frame];
         Self { height: clip.root_position[frame].z, tilt: heading(&turn).inverse() * turn }
     }
 
-    /// Between two, the tilt along the shorter way.
+    /// Returns the pose between two, the tilt along the shorter way.
     pub fn between(&self, other: &Self, weight: f64) -> Self {
         let height = (1.0 - weight) * self.height + weight * other.height;
         Self { height, tilt: slerp(&self.tilt, &other.tilt, weight) }
     }
 
-    /// The root's pose at this place.
+    /// Returns the root's pose at this place.
     pub fn at(&self, stand: &Stand) -> (Vec3, Quat) {
         (Vec3::new(stand.place.x, stand.place.y, self.height), stand.turn() * self.tilt)
     }

@@ -22,7 +22,7 @@ use crate::retarget::RetargetOptions;
 use crate::retarget::rig::{Rig, Spot};
 use offset::Track;
 
-/// Where a point is to be.
+/// Target of a point.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Target {
     /// Here (m, world).
@@ -40,24 +40,24 @@ pub struct Key {
     pub point: Option<Vec3>,
     /// When (s); the nearest frame is taken.
     pub time: f64,
-    /// Where.
+    /// Location.
     pub target: Target,
-    /// How long before it the motion begins to deviate (s).
+    /// Duration before it in which the motion begins to deviate (s).
     pub before: f64,
-    /// How long after it the motion is its own again (s).
+    /// Duration after it until the motion is its own again (s).
     pub after: f64,
 }
 
-/// The clip with these points at their places. Root and joints move as little as it takes; both soles stay where they are
-/// unless a key is on that foot, joints within their ranges and no faster than `options` (its speeds) or the clip itself
-/// allows. Frames outside of all windows are untouched. Keys of one point that follow each other within their windows are
-/// joined without going back in between. Contacts are found anew when a foot has keys. Where the body cannot come along
-/// without its soles giving way, all keys are met by the same share less.
+/// Returns the clip with these points at their places. Root and joints move as little as it takes; both soles stay
+/// where they are unless a key is on that foot, joints within their ranges and no faster than `options` (its speeds) or
+/// the clip itself allows. Frames outside of all windows are untouched. Keys of one point that follow each other within
+/// their windows are joined without going back in between. Contacts are found anew when a foot has keys. Where the body
+/// cannot come along without its soles giving way, all keys are met by the same share less.
 ///
 /// # Errors
 /// [`MotionError::Unfit`] for no key, a time that is not in the clip, numbers that are not finite, a window that is not
-/// positive, or two keys of one point in one frame; [`MotionError::Mismatch`] for a body that is not there or a character
-/// without legs. A place out of reach is no error: the report says how far off the point stays.
+/// positive, or two keys of one point in one frame; [`MotionError::Mismatch`] for a body that is not there or a
+/// character without legs. A place out of reach is no error: the report says how far off the point stays.
 pub fn place(
     clip: &MotionClip,
     character: &Character,
@@ -95,7 +95,7 @@ pub fn place(
     Ok((out, report))
 }
 
-/// The point that a key names.
+/// Returns the point that a key names.
 fn spot(character: &Character, anatomy: &Anatomy, key: &Key) -> Result<Spot, MotionError> {
     let name = key.body.as_str();
     let role = serde_json::from_value::<Role>(name.into()).ok().and_then(|role| anatomy.places.get(&role));

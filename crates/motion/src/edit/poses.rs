@@ -8,7 +8,7 @@ use super::path::continuous;
 use crate::clip::MotionClip;
 use crate::error::MotionError;
 
-/// The generalised position of every frame.
+/// Returns the generalised position of every frame.
 ///
 /// # Errors
 /// [`MotionError::Mismatch`] when the clip's joints are not the character's, [`MotionError::Unfit`] for a clip that is

@@ -1,4 +1,4 @@
-//! What all changes of style share: joints within their ranges, and soles back on the ground.
+//! The last step of all changes of style: joints within their ranges, and soles back on the ground.
 
 use lifelike_character::{Anatomy, Character};
 
@@ -10,8 +10,9 @@ use crate::error::MotionError;
 use crate::retarget::rig::Rig;
 use crate::retarget::{RetargetOptions, replant};
 
-/// Finishes `edited`, made frame by frame from `before`: joints within their ranges and, where root or legs changed, the soles that
-/// stood in `before` on the ground again, by the retargeter's own passes. `options` says how those are to be done.
+/// Finishes `edited`, made frame by frame from `before`: joints within their ranges and, where root or legs changed,
+/// the soles that stood in `before` on the ground again, by the retargeter's own passes. `options` says how those are
+/// to be done.
 ///
 /// # Errors
 /// [`MotionError::Mismatch`] when the clip is not the character's, or legs changed of one without soles.

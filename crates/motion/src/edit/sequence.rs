@@ -26,12 +26,12 @@ impl<'a> From<&'a MotionClip> for Part<'a> {
     }
 }
 
-/// The parts in this order, at the rate of the first.
+/// Returns the parts in this order, at the rate of the first.
 ///
 /// A part begins on the ground where the one before it ended and looks where that looked; heights stay. Two neighbours
 /// share `fade` seconds, in which joints, height and tilt go over smoothly and the way over the ground is walked at the
-/// mixed velocity ([`blend`](mod@super::blend)). With `fade` 0 they share one instant, whose pose is the later one's: an
-/// abrupt switch. In a transition a foot stands where it stands in both.
+/// mixed velocity ([`blend`](mod@super::blend)). With `fade` 0 they share one instant, whose pose is the later one's:
+/// an abrupt switch. In a transition a foot stands where it stands in both.
 ///
 /// # Errors
 /// [`MotionError::Unfit`] for no part, a stretch that is not in its clip, other joints than the first one's, or a fade

@@ -13,13 +13,13 @@ use crate::retarget::{RetargetOptions, smooth as zero_phase};
 /// The widest window (s, standard deviation): wider than any gesture.
 const WIDEST: f64 = 60.0;
 
-/// The clip with some joints smoothed by a zero-phase Gaussian low pass that lets half of the power through at `cutoff`
-/// (Hz). When `joints` are all of the clip's, the root is smoothed with them. Where root or legs change, the soles that
-/// stood are put back on the ground.
+/// Returns the clip with some joints smoothed by a zero-phase Gaussian low pass that lets half of the power through at
+/// `cutoff` (Hz). When `joints` are all of the clip's, the root is smoothed with them. Where root or legs change, the
+/// soles that stood are put back on the ground.
 ///
 /// # Errors
-/// [`MotionError::Unfit`] for a cutoff that is not positive, or joints that are not there; [`MotionError::Mismatch`] for
-/// a clip of another character.
+/// [`MotionError::Unfit`] for a cutoff that is not positive, or joints that are not there; [`MotionError::Mismatch`]
+/// for a clip of another character.
 pub fn smooth(
     clip: &MotionClip,
     character: &Character,
@@ -56,7 +56,7 @@ fn smooth_root(out: &mut MotionClip, clip: &MotionClip, cutoff: f64) -> Result<(
     Ok(())
 }
 
-/// A signal at the clip's rate without what is faster than `cutoff` (Hz).
+/// Returns a signal at the clip's rate without what is faster than `cutoff` (Hz).
 pub(super) fn low_pass(clip: &MotionClip, signal: &[f64], cutoff: f64) -> Result<Vec<f64>, MotionError> {
     // A Gaussian of standard deviation s has the gain exp(-(2 pi f s)^2 / 2), which is 1/sqrt(2) at f = sqrt(ln 2) / (2 pi s).
     let sigma = std::f64::consts::LN_2.sqrt() / (std::f64::consts::TAU * cutoff);

@@ -1,4 +1,4 @@
-//! What an actuator could not follow.
+//! Joint speeds that an actuator cannot follow.
 
 use std::collections::BTreeMap;
 
@@ -11,7 +11,7 @@ pub struct TooFast {
     pub joint: String,
     /// Its largest speed (rad/s or m/s).
     pub speed: f64,
-    /// What it can (rad/s or m/s).
+    /// Largest speed of its actuator (rad/s or m/s).
     pub limit: f64,
     /// When it is fastest (s).
     pub time: f64,
@@ -19,8 +19,8 @@ pub struct TooFast {
     pub frames: usize,
 }
 
-/// The joints that exceed their limit between two frames, the worst first. `limits` are speeds by joint name (rad/s or
-/// m/s); a joint of which it says nothing has none.
+/// Returns the joints that exceed their limit between two frames, the worst first. `limits` are speeds by joint name
+/// (rad/s or m/s); a joint of which it says nothing has none.
 pub fn too_fast(clip: &MotionClip, limits: &BTreeMap<String, f64>) -> Vec<TooFast> {
     let find = |(at, joint): (usize, &String)| {
         let limit = *limits.get(joint)?;

@@ -1,14 +1,14 @@
-//! What is told about an edited clip: where it is from, and which sentences are still true of it.
+//! Provenance and captions of an edited clip: its sources, and the sentences that are still true of it.
 
 use crate::clip::{Caption, MotionClip, Provenance};
 use crate::error::MotionError;
 
-/// The error of an edit: this clip cannot be used for it.
+/// Returns the error of an edit: this clip cannot be used for it.
 pub(super) fn unfit(clip: &MotionClip, message: String) -> MotionError {
     MotionError::Unfit { clip: clip.name.clone(), message }
 }
 
-/// Where a clip made from these is from: `done` says what was done; the terms of all sources hold together.
+/// Returns the provenance of a clip made from these: `done` says what was done; the terms of all sources hold together.
 pub(super) fn provenance(sources: &[&MotionClip], done: String, captions: Vec<Caption>) -> Provenance {
     let mut terms: Vec<&str> = Vec::new();
     for licence in sources.iter().map(|clip| clip.provenance.licence.as_str()) {
@@ -20,7 +20,7 @@ pub(super) fn provenance(sources: &[&MotionClip], done: String, captions: Vec<Ca
     Provenance { character, source: done, licence: terms.join("; "), captions }
 }
 
-/// The captions after their times went through `map` (s); what is left of `[0, seconds]` is kept.
+/// Returns the captions after their times went through `map` (s); what is left of `[0, seconds]` is kept.
 pub(super) fn captions(clip: &MotionClip, seconds: f64, map: impl Fn(f64) -> f64) -> Vec<Caption> {
     let moved = clip.provenance.captions.iter().map(|caption| Caption {
         start: map(caption.start).max(0.0),

@@ -4,8 +4,8 @@ use super::story::{captions, provenance, unfit};
 use crate::clip::{Contacts, MotionClip};
 use crate::error::MotionError;
 
-/// The frames from `start` to `end` (s; the ends of the clip where not given), both included, at the place where they
-/// are. Times that lie between two frames go inwards. The whole of a cyclic clip stays cyclic.
+/// Returns the frames from `start` to `end` (s; the ends of the clip where not given), both included, at the place
+/// where they are. Times that lie between two frames go inwards. The whole of a cyclic clip stays cyclic.
 ///
 /// # Errors
 /// [`MotionError::Unfit`] for times that are not in the clip, or no frame between them.

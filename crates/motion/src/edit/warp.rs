@@ -11,7 +11,7 @@ use crate::resample::at_frames;
 pub enum Warp {
     /// So many times as fast.
     Speed(f64),
-    /// What happens at the first time of each pair (s) is to happen at the second. Between them time runs smoothly and
+    /// Pairs of times (s): the motion at the first is moved to the second. Between them time runs smoothly and
     /// never backwards. The start stays where it is and the rest goes on at its own pace, unless a pair names them.
     Keys(Vec<(f64, f64)>),
 }
@@ -19,12 +19,12 @@ pub enum Warp {
 /// The longest result (s): a day of frames would be a mistake.
 const SECONDS_MAX: f64 = 3600.0;
 
-/// The clip at other times, at its own rate: poses are what they were, only their times change. A cyclic clip stays so
-/// at a constant speed.
+/// Returns the clip at other times, at its own rate: poses are what they were, only their times change. A cyclic clip
+/// stays so at a constant speed.
 ///
 /// # Errors
-/// [`MotionError::Unfit`] for a speed that is not positive, keys that are not in the clip or do not rise, or a result that
-/// is longer than an hour.
+/// [`MotionError::Unfit`] for a speed that is not positive, keys that are not in the clip or do not rise, or a result
+/// that is longer than an hour.
 pub fn warp(clip: &MotionClip, how: &Warp) -> Result<MotionClip, MotionError> {
     clip.check()?;
     let seconds = clip.seconds();
@@ -55,7 +55,7 @@ pub fn warp(clip: &MotionClip, how: &Warp) -> Result<MotionClip, MotionError> {
     Ok(out)
 }
 
-/// The keys with the clip's start and end.
+/// Returns the keys with the clip's start and end.
 fn complete(clip: &MotionClip, keys: &[(f64, f64)]) -> Result<Vec<(f64, f64)>, MotionError> {
     let seconds = clip.seconds();
     let mut all = keys.to_vec();

@@ -1,6 +1,6 @@
-//! What is found, and what of it rules a clip out.
+//! Findings in a clip, and those that rule it out.
 
-/// What can be wrong with a clip.
+/// Kind of finding in a clip.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, serde::Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Kind {
@@ -25,7 +25,7 @@ impl Kind {
     pub const ALL: [Self; 6] =
         [Self::Unsupported, Self::Unbalanced, Self::Slipping, Self::TooFast, Self::OtherParts, Self::Underground];
 
-    /// Beyond this a frame counts.
+    /// Returns the limit beyond which a frame counts.
     pub fn limit(self) -> f64 {
         match self {
             // A third of gravity. A jump shrunk onto a robot half as tall falls half as fast, which no body does and this
@@ -43,7 +43,7 @@ impl Kind {
         }
     }
 
-    /// A stretch of at least this length (s) rules a clip out; shorter ones are told.
+    /// Returns a stretch of at least this length (s) rules a clip out; shorter ones are told.
     pub fn patience(self) -> f64 {
         match self {
             // Free fall for so long goes 11 cm down: more than a leg can make up for.
@@ -59,7 +59,7 @@ impl Kind {
         }
     }
 
-    /// In words, before the numbers.
+    /// Returns the words before the numbers.
     pub fn words(self) -> &'static str {
         match self {
             Self::Unsupported => "held up by nothing",
@@ -71,7 +71,7 @@ impl Kind {
         }
     }
 
-    /// Unit of the measure; empty where it has none.
+    /// Returns the unit of the measure; empty where it has none.
     pub fn unit(self) -> &'static str {
         match self {
             Self::Unsupported => "m/s²",
@@ -84,7 +84,7 @@ impl Kind {
 /// A stretch of a clip in which one thing is wrong.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Finding {
-    /// What is wrong.
+    /// Kind of finding.
     pub kind: Kind,
     /// The joint or body, where it is one.
     #[serde(skip_serializing_if = "String::is_empty")]
@@ -98,13 +98,13 @@ pub struct Finding {
 }
 
 impl Finding {
-    /// Whether it rules the clip out by itself.
+    /// Returns whether it rules the clip out by itself.
     pub fn rules_out(&self) -> bool {
         // Lengths are multiples of a frame; a patience of the same length is one.
         self.seconds >= self.kind.patience() - 1e-9
     }
 
-    /// A sentence.
+    /// Returns a sentence.
     pub fn words(&self) -> String {
         let part = if self.part.is_empty() { String::new() } else { format!(" ({})", self.part) };
         let worst = match self.kind {
@@ -118,7 +118,7 @@ impl Finding {
     }
 }
 
-/// What was found in a clip.
+/// Findings in a clip.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Feasibility {
     /// The clip.
@@ -132,12 +132,12 @@ pub struct Feasibility {
 }
 
 impl Feasibility {
-    /// The findings that rule the clip out.
+    /// Returns the findings that rule the clip out.
     pub fn reasons(&self) -> impl Iterator<Item = &Finding> {
         self.findings.iter().filter(|f| f.rules_out())
     }
 
-    /// The findings within `margin` seconds of an instant (s).
+    /// Returns the findings within `margin` seconds of an instant (s).
     pub fn around(&self, second: f64, margin: f64) -> impl Iterator<Item = &Finding> {
         self.findings.iter().filter(move |f| f.from <= second + margin && f.from + f.seconds >= second - margin)
     }

@@ -1,35 +1,36 @@
-//! What the ground must do for a body to move as it does.
+//! Forces that the ground must exert for a body to move as it does.
 
 use lifelike_character::{Character, Kinematics, Quat, Vec3};
 
-/// Half the time over which motion is fitted by a parabola (s). Captured joints shake by a millimetre from frame to frame,
-/// which at 50 Hz looks like half of gravity; over a fifth of a second it is a tenth of that, and what remains visible is
-/// what a leg can follow.
+/// Half the time over which motion is fitted by a parabola (s). Captured joints shake by a millimetre from frame to
+/// frame, which at 50 Hz looks like half of gravity; over a fifth of a second it is a tenth of that, and what remains
+/// visible is what a leg can follow.
 pub const SMOOTH_SECONDS: f64 = 0.1;
 
 /// Less than this share of the weight on the ground is too little to say where or how flat it acts.
 const LITTLE: f64 = 0.2;
 
-/// What a frame needs.
+/// Ground force that a frame needs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Momentum {
     /// Centre of mass (m, world).
     pub centre: Vec3,
     /// Force per mass that all contacts together must give: c̈ − g (m/s², world).
     pub specific_force: Vec3,
-    /// Where on the ground (z = 0) it must act so that the rest is a torque about the vertical (m, world); `None` where
-    /// there is hardly any force.
+    /// Point of the ground (z = 0) at which it must act so that the rest is a torque about the vertical (m, world);
+    /// `None` where there is hardly any force.
     pub zero_moment_point: Option<Vec3>,
 }
 
 impl Momentum {
-    /// Friction coefficient that the force needs; `None` where there is hardly any force.
+    /// Returns the friction coefficient that the force needs; `None` where there is hardly any force.
     pub fn friction(&self) -> Option<f64> {
         self.zero_moment_point.map(|_| self.specific_force.xy().norm() / self.specific_force.z)
     }
 }
 
-/// What each frame needs, `None` within [`SMOOTH_SECONDS`] of the ends. A character without mass needs nothing.
+/// Returns the ground force of each frame, `None` within [`SMOOTH_SECONDS`] of the ends. A character without mass needs
+/// nothing.
 pub fn momentum(character: &Character, poses: &[Kinematics], fps: f64) -> Vec<Option<Momentum>> {
     let mass = character.mass();
     let half = ((SMOOTH_SECONDS * fps).round() as usize).max(1);
@@ -55,13 +56,13 @@ pub fn momentum(character: &Character, poses: &[Kinematics], fps: f64) -> Vec<Op
         .collect()
 }
 
-/// Sum of the bodies' centres of mass times their mass (kg m).
+/// Returns the sum of the bodies' centres of mass times their mass (kg m).
 fn centre(character: &Character, pose: &Kinematics) -> Vec3 {
     let bodies = character.bodies.iter().enumerate();
     bodies.map(|(i, body)| body.inertial.mass * pose.point(i, &body.inertial.com)).sum()
 }
 
-/// Angular momentum about the common centre of mass (kg m²/s, world), by central differences.
+/// Returns the angular momentum about the common centre of mass (kg m²/s, world), by central differences.
 fn angular_momentum(character: &Character, poses: &[Kinematics], frame: usize, fps: f64) -> Vec3 {
     let (a, b) = (frame.saturating_sub(1), (frame + 1).min(poses.len() - 1));
     if a == b {
@@ -103,12 +104,12 @@ impl Fit {
         (-self.half..=self.half).zip(values).map(|(j, v)| v * weight(j as f64)).sum()
     }
 
-    /// First derivative in the middle.
+    /// Returns the first derivative in the middle.
     fn slope(&self, values: &[Vec3]) -> Vec3 {
         self.weighted(values, |j| j) * (self.fps / self.squares)
     }
 
-    /// Second derivative.
+    /// Returns the second derivative.
     fn curvature(&self, values: &[Vec3]) -> Vec3 {
         let n = values.len() as f64;
         let top = self.weighted(values, |j| n * j * j - self.squares);

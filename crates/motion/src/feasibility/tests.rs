@@ -11,7 +11,8 @@ use crate::fixtures::swing;
 
 const FPS: f64 = 50.0;
 
-/// World and arm of the fixture lose their mass: what is left is a cube of 0.2 m and 1 kg that may stand on the ground.
+/// Returns the world and arm of the fixture lose their mass: what is left is a cube of 0.2 m and 1 kg that may stand on
+/// the ground.
 fn cube() -> (Character, Anatomy) {
     let mut character = swing();
     for body in [0, 2] {
@@ -38,7 +39,7 @@ fn cube() -> (Character, Anatomy) {
     (character, Anatomy { places: Default::default(), soles: Default::default() })
 }
 
-/// A second in which the root moves and turns as the closures say.
+/// Returns a second in which the root moves and turns as the closures say.
 fn clip(position: impl Fn(f64) -> Vec3, pitch: impl Fn(f64) -> f64, hinge: impl Fn(f64) -> f64) -> MotionClip {
     let times = || (0..=50).map(|i| f64::from(i) / FPS);
     MotionClip {
@@ -59,7 +60,7 @@ fn found(clip: &MotionClip) -> Feasibility {
     check(clip, &character, &anatomy, &[10.0, 10.0]).unwrap()
 }
 
-/// What is found besides that a cube has no soles.
+/// Returns the findings besides that a cube has no soles.
 fn kinds(clip: &MotionClip) -> Vec<Kind> {
     found(clip).findings.iter().map(|f| f.kind).filter(|k| *k != Kind::OtherParts).collect()
 }

@@ -1,24 +1,24 @@
-//! What of a body could take a force from level ground.
+//! Points of a body that could take a force from level ground.
 
 use lifelike_character::anatomy::{lowest, outline};
 use lifelike_character::{Anatomy, Character, Kinematics, Vec3};
 
-/// Lower than this is on the ground (m): a policy stretches a leg by so much without anybody seeing it, and retargeted feet
-/// swing higher.
+/// Lower than this is on the ground (m): a policy stretches a leg by so much without anybody seeing it, and retargeted
+/// feet swing higher.
 pub const TOUCH: f64 = 0.015;
 
-/// What is near the ground in one pose.
+/// Points near the ground in one pose.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Touch {
     /// Points on the ground (m, world).
     pub points: Vec<Vec3>,
-    /// How far below [`TOUCH`] the lowest point that belongs to no foot is (m), and its body.
+    /// Depth below [`TOUCH`] of the lowest point that belongs to no foot (m), and its body.
     pub other: Option<(f64, usize)>,
-    /// How deep the deepest point is in the ground (m), and its body.
+    /// Depth of the deepest point in the ground (m), and its body.
     pub deepest: Option<(f64, usize)>,
 }
 
-/// What touches. Shapes that collide count, or all shapes of a character without such; soles always.
+/// Finds what touches. Shapes that collide count, or all shapes of a character without such; soles always.
 pub fn touches(character: &Character, anatomy: &Anatomy, pose: &Kinematics) -> Touch {
     let solid = |g: &&lifelike_character::Geom| g.body != 0 && (g.contype | g.conaffinity) != 0;
     let any = character.geoms.iter().any(|g| solid(&g));
@@ -43,8 +43,8 @@ pub fn touches(character: &Character, anatomy: &Anatomy, pose: &Kinematics) -> T
     touch
 }
 
-/// How far a place on the ground is outside of the convex outline of the points, seen from above (m); 0 inside, `None` without
-/// points.
+/// Returns the distance of a position outside of the points' convex outline, seen from above (m); 0 inside, `None`
+/// without points.
 pub fn outside(points: &[Vec3], place: &Vec3) -> Option<f64> {
     let hull = outline(points.to_vec());
     let edges = || hull.iter().zip(hull.iter().cycle().skip(1));

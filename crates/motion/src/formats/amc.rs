@@ -7,17 +7,37 @@ use lifelike_character::{Quat, Vec3};
 use super::asf::{AsfSkeleton, Dof};
 use super::raw::{self, RawClip};
 use super::text::{self, Lines};
-use super::{ReadOptions, name_of, rest};
+use super::{Format, ReadOptions, Reader, asf, clip_name, rest};
 use crate::error::MotionError;
 use crate::source::SourceClip;
 
-/// The ASF that belongs to an AMC: `SS.asf` for `SS_TT.amc`, or else the only ASF in the folder.
+/// The format, for the table of all.
+pub const FORMAT: Format = Format {
+    name: "ASF/AMC",
+    suffixes: &[".amc"],
+    shared_suffixes: &[],
+    companion: "skeleton, an .asf",
+    sniff: |start| start.starts_with(b"#!OML:ASF"),
+    reader: Reader::Source(read),
+};
+
+/// Reads a motion with its skeleton, which the options name or which lies beside it.
+fn read(bytes: &[u8], file: &Path, options: &ReadOptions) -> Result<SourceClip, MotionError> {
+    let asf = match &options.skeleton {
+        Some(asf) => asf.clone(),
+        None => skeleton_beside(file)?,
+    };
+    let skeleton = asf::parse(&text::read_bytes(&asf)?, &asf)?;
+    parse(bytes, file, &skeleton, options)
+}
+
+/// Returns the ASF that belongs to an AMC: `SS.asf` for `SS_TT.amc`, or else the only ASF in the folder.
 ///
 /// # Errors
 /// [`MotionError::Io`] for a folder that cannot be listed, [`MotionError::Container`] when it holds none or several.
 pub fn skeleton_beside(amc: &Path) -> Result<PathBuf, MotionError> {
     let folder = amc.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let stem = name_of(amc);
+    let stem = clip_name(amc);
     let subject = folder.join(stem.split('_').next().unwrap_or_default()).with_extension("asf");
     if subject.is_file() {
         return Ok(subject);
@@ -56,7 +76,7 @@ pub fn parse(
         let expected = "a rate between 1 and 10000 frames per second in the options".to_owned();
         return Err(MotionError::Container { file: file.to_path_buf(), expected, got: options.amc_fps.to_string() });
     }
-    let mut reader = Reader::new(skeleton);
+    let mut reader = FrameReader::new(skeleton);
     while let Some(line) = lines.next_line() {
         match line.as_bytes()[0] {
             b'#' => {}
@@ -83,7 +103,7 @@ pub fn parse(
     let leaves = (0..bones.len()).filter(|b| !bones.iter().any(|c| c.parent == Some(*b)));
     let names: Vec<String> = bones.iter().map(|b| b.name.clone()).collect();
     let raw = RawClip {
-        name: name_of(file),
+        name: clip_name(file),
         provenance: "ASF/AMC: CMU Graphics Lab Motion Capture Database (mocap.cs.cmu.edu, NSF EIA-0196217), free for \
                      research, not for resale"
             .to_owned(),
@@ -102,7 +122,7 @@ pub fn parse(
     Ok(raw.finish(options.t_pose))
 }
 
-/// The tilt of the left elbow's hinge (see [`rest::Hints`]), if that is a joint with one rotation.
+/// Returns the tilt of the left elbow's hinge (see [`rest::Hints`]), if that is a joint with one rotation.
 fn elbow_tilt(skeleton: &AsfSkeleton, names: &[String]) -> f64 {
     let Some([[.., fore, _], _]) = rest::limbs(names) else { return 0.0 };
     let bone = &skeleton.bones[fore];
@@ -114,7 +134,7 @@ fn elbow_tilt(skeleton: &AsfSkeleton, names: &[String]) -> f64 {
 }
 
 /// The frames so far, and the one under way.
-struct Reader<'a> {
+struct FrameReader<'a> {
     skeleton: &'a AsfSkeleton,
     /// Radians per unit.
     angle: f64,
@@ -127,7 +147,7 @@ struct Reader<'a> {
     rotations: Vec<Vec<Quat>>,
 }
 
-impl<'a> Reader<'a> {
+impl<'a> FrameReader<'a> {
     fn new(skeleton: &'a AsfSkeleton) -> Self {
         let n = skeleton.bones.len();
         Self {

@@ -134,7 +134,7 @@ pub fn parse(bytes: &[u8], file: &Path) -> Result<AsfSkeleton, MotionError> {
     sorted(&lines, skeleton)
 }
 
-/// One `begin` ... `end` of `:bonedata`.
+/// Reads one `begin` ... `end` of `:bonedata`.
 fn bone(lines: &mut Lines<'_>, skeleton: &mut AsfSkeleton) -> Result<(), MotionError> {
     let (mut name, mut direction, mut length, mut axis) = (None, None, None, Quat::identity());
     let mut freedom = Vec::new();
@@ -178,7 +178,7 @@ fn bone(lines: &mut Lines<'_>, skeleton: &mut AsfSkeleton) -> Result<(), MotionE
     Ok(())
 }
 
-/// `parent child child ...` of `:hierarchy`.
+/// Reads `parent child child ...` of `:hierarchy`.
 fn link(
     lines: &Lines<'_>,
     skeleton: &mut AsfSkeleton,
@@ -242,7 +242,7 @@ fn angle_unit(lines: &Lines<'_>, token: Option<&str>) -> Result<f64, MotionError
     }
 }
 
-/// `XYZ` and the like.
+/// Reads `XYZ` and the like.
 fn axis_order(lines: &Lines<'_>, token: Option<&str>) -> Result<[usize; 3], MotionError> {
     let token = token.unwrap_or_default();
     let axes: Vec<usize> =
@@ -253,7 +253,7 @@ fn axis_order(lines: &Lines<'_>, token: Option<&str>) -> Result<[usize; 3], Moti
     }
 }
 
-/// Rotations about fixed axes in this order; the angles are named in the order's sequence too.
+/// Returns the rotation about fixed axes in this order; the angles are named in the order's sequence too.
 fn turn(order: [usize; 3], angles: [f64; 3]) -> Quat {
     order.iter().zip(angles).fold(Quat::identity(), |so_far, (axis, angle)| raw::about(*axis, angle) * so_far)
 }

@@ -1,4 +1,4 @@
-//! What people said about captured clips: tables of tab-separated values, one row per clip.
+//! Captions of captured clips: tables of tab-separated values, one row per clip.
 //!
 //! Two layouts are known by their header: `trial, ..., trial_description, ..., kitml_captions` (captions as a JSON list of
 //! `[start s, end s, text]`), and `file, content, style, ..., seconds`.
@@ -6,7 +6,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use super::{name_of, text};
+use super::{clip_name, text};
 use crate::clip::Caption;
 use crate::error::MotionError;
 
@@ -55,7 +55,7 @@ impl CaptionTable {
                 }
                 (_, (Some(path), Some(content), Some(style))) => {
                     let said = format!("{}, {}", cell(content)?.replace('-', " "), cell(style)?.replace('-', " "));
-                    (name_of(Path::new(cell(path)?)), vec![(None, said)])
+                    (clip_name(Path::new(cell(path)?)), vec![(None, said)])
                 }
                 _ => return Err(lines.error("columns 'trial, trial_description' or 'file, content, style'", line)),
             };
@@ -64,9 +64,9 @@ impl CaptionTable {
         Ok(table)
     }
 
-    /// The captions of a clip of this length (s), by its file's name.
+    /// Returns the captions of a clip of this length (s), by its file's name.
     pub fn find(&self, path: &Path, seconds: f64) -> Vec<Caption> {
-        let entries = self.by_name.get(&name_of(path)).map(Vec::as_slice).unwrap_or_default();
+        let entries = self.by_name.get(&clip_name(path)).map(Vec::as_slice).unwrap_or_default();
         let whole = [0.0, seconds];
         entries
             .iter()
@@ -79,7 +79,7 @@ impl CaptionTable {
     }
 }
 
-/// Cells between tabs; a cell in quotation marks may hold tabs, and doubled marks stand for one.
+/// Returns the cells between tabs; a cell in quotation marks may hold tabs, and doubled marks stand for one.
 fn cells(line: &str) -> Vec<String> {
     let mut cells = vec![String::new()];
     let (mut quoted, mut chars) = (false, line.chars().peekable());

@@ -10,16 +10,27 @@ use std::path::{Path, PathBuf};
 use lifelike_character::{Quat, Vec3, rotation};
 
 use super::raw::{self, RawClip};
-use super::{ReadOptions, name_of, rest, text};
+use super::{Format, ReadOptions, Reader, clip_name, rest, text};
 use crate::error::MotionError;
 use crate::source::SourceClip;
+
+/// The format, for the table of all.
+pub const FORMAT: Format = Format {
+    name: "DeepMimic",
+    suffixes: &[],
+    shared_suffixes: &[".txt", ".json"],
+    companion: "character, humanoid3d.txt",
+    // Notes end in .txt too, and a character file is such JSON without frames.
+    sniff: |start| start.starts_with(b"{") && start.windows(8).any(|w| w == b"\"Frames\""),
+    reader: Reader::Source(read),
+};
 
 /// More joints than a DeepMimic character has (`humanoid3d`: 15).
 const MOST_JOINTS: usize = 128;
 /// No frame of a motion lasts longer (s); so a few rows cannot stand for hours.
 const LONGEST_FRAME: f64 = 1.0;
 
-/// How a joint moves.
+/// Kind of motion of a joint.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum JointType {
     /// The root, which is free.
@@ -41,7 +52,7 @@ pub struct CharacterJoint {
     pub parent: Option<usize>,
     /// From the parent (m, the file's axes).
     pub offset: Vec3,
-    /// How it moves.
+    /// Kind of motion.
     pub kind: JointType,
 }
 
@@ -75,7 +86,17 @@ struct MotionFile {
     frames: Vec<Vec<f64>>,
 }
 
-/// The character file beside a motion: `humanoid3d.txt`.
+/// Reads a motion with its character, which the options name or which lies beside it.
+fn read(bytes: &[u8], file: &Path, options: &ReadOptions) -> Result<SourceClip, MotionError> {
+    let character = match &options.skeleton {
+        Some(character) => character.clone(),
+        None => character_beside(file)?,
+    };
+    let character = parse_character(&text::read_bytes(&character)?, &character)?;
+    parse(bytes, file, &character, options)
+}
+
+/// Returns the character file beside a motion: `humanoid3d.txt`.
 ///
 /// # Errors
 /// [`MotionError::Container`] when there is none.
@@ -182,7 +203,7 @@ pub fn parse(
         (root_position, rotations) = resampled(&times, step, &root_position, &rotations);
     }
     let raw = RawClip {
-        name: name_of(file),
+        name: clip_name(file),
         provenance: "DeepMimic humanoid3d motion (Peng et al. 2018), MIT".to_owned(),
         fps: raw::rate(step),
         cyclic: motion.r#loop == "wrap",
@@ -208,7 +229,7 @@ fn numbers_of(kind: JointType) -> usize {
     }
 }
 
-/// The joints' rotations of a row whose length is right; `None` for a quaternion without direction.
+/// Returns the joints' rotations of a row whose length is right; `None` for a quaternion without direction.
 fn joint_rotations(character: &[CharacterJoint], row: &[f64]) -> Option<Vec<Quat>> {
     let mut at = 1;
     let mut rotations = Vec::with_capacity(character.len());
@@ -226,7 +247,7 @@ fn joint_rotations(character: &[CharacterJoint], row: &[f64]) -> Option<Vec<Quat
     Some(rotations)
 }
 
-/// Frames at even steps. Times rise, and there are at least two.
+/// Returns the frames at even steps. Times rise, and there are at least two.
 fn resampled(times: &[f64], step: f64, places: &[Vec3], rotations: &[Vec<Quat>]) -> (Vec<Vec3>, Vec<Vec<Quat>>) {
     let end = times[times.len() - 1];
     let count = (end / step).round().max(1.0) as usize + 1;

@@ -19,7 +19,7 @@ pub(crate) struct RawClip {
     /// World rotation of each joint's frame when the body stands in its rest pose. Identity where the file's zero pose
     /// is the rest pose.
     pub rest: Vec<Quat>,
-    /// What cannot be seen of that rest pose.
+    /// Facts about that rest pose that geometry does not show.
     pub hints: rest::Hints,
     /// Turns the file's world into ours (z up, x forward, y left).
     pub basis: Quat,
@@ -81,7 +81,7 @@ fn without_flips(rotations: &mut [Vec<Quat>]) {
     }
 }
 
-/// A rotation about one of the file's axes (0 = x, 1 = y, 2 = z) by an angle (rad).
+/// Returns a rotation about one of the file's axes (0 = x, 1 = y, 2 = z) by an angle (rad).
 pub(crate) fn about(axis: usize, angle: f64) -> Quat {
     let (sin, cos) = (0.5 * angle).sin_cos();
     let mut imaginary = Vec3::zeros();
@@ -89,13 +89,14 @@ pub(crate) fn about(axis: usize, angle: f64) -> Quat {
     Quat::new_unchecked(nalgebra::Quaternion::from_parts(cos, imaginary))
 }
 
-/// The turn from y up, z forward, x left (Vicon, Daz, Bandai) to z up, x forward, y left.
+/// Returns the turn from y up, z forward, x left (Vicon, Daz, Bandai) to z up, x forward, y left.
 pub(crate) fn from_y_up_z_forward() -> Quat {
     let columns = [Vec3::y(), Vec3::z(), Vec3::x()];
     Quat::from_matrix(&nalgebra::Matrix3::from_columns(&columns))
 }
 
-/// The rate of a frame time (s). Files round the time (0.0083333 s), so a rate within 0.1% of a whole number is that.
+/// Returns the rate of a frame time (s). Files round the time (0.0083333 s), so a rate within 0.1% of a whole number is
+/// that.
 pub(crate) fn rate(frame_time: f64) -> f64 {
     let fps = 1.0 / frame_time;
     if (fps - fps.round()).abs() < 1e-3 * fps { fps.round().max(1.0) } else { fps }

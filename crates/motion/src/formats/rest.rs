@@ -24,7 +24,7 @@ const FAMILIES: [[&str; 6]; 6] = [
 /// The joints of one side: thigh, shin, foot, upper arm, forearm, hand.
 pub(crate) type Limbs = [usize; 6];
 
-/// The left and the right limbs of a skeleton whose names are known.
+/// Returns the left and the right limbs of a skeleton whose names are known.
 pub(crate) fn limbs(names: &[String]) -> Option<[Limbs; 2]> {
     let plain: Vec<String> = names.iter().map(|n| plain(n)).collect();
     FAMILIES.iter().find_map(|family| {
@@ -38,13 +38,13 @@ pub(crate) fn limbs(names: &[String]) -> Option<[Limbs; 2]> {
     })
 }
 
-/// Lower case letters and digits only, without a prefix up to a colon (`mixamorig:LeftLeg`).
+/// Returns the lower case letters and digits only, without a prefix up to a colon (`mixamorig:LeftLeg`).
 fn plain(name: &str) -> String {
     let name = name.rsplit(':').next().unwrap_or(name);
     name.chars().filter(char::is_ascii_alphanumeric).map(|c| c.to_ascii_lowercase()).collect()
 }
 
-/// The right-hand name of a left-hand name of [`FAMILIES`].
+/// Returns the right-hand name of a left-hand name of [`FAMILIES`].
 fn mirrored(left: &str) -> String {
     if let Some(rest) = left.strip_prefix("left") {
         format!("right{rest}")
@@ -55,7 +55,7 @@ fn mirrored(left: &str) -> String {
     }
 }
 
-/// What a format's rest pose hides from geometry.
+/// Facts about a format's rest pose that geometry does not show.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(crate) struct Hints {
     /// Angle (rad) by which the elbows' hinges are turned about the arms (about y, from x towards -z) in the T-pose.
@@ -126,7 +126,7 @@ fn unbend(skeleton: &mut Skeleton, upper: usize, fore: usize, hand: usize) {
     }
 }
 
-/// Positions of the joints in the rest pose, the root at the origin (m).
+/// Returns the positions of the joints in the rest pose, the root at the origin (m).
 pub(crate) fn positions(skeleton: &Skeleton) -> Vec<Vec3> {
     let mut positions: Vec<Vec3> = Vec::with_capacity(skeleton.names.len());
     for (offset, parent) in skeleton.offsets.iter().zip(&skeleton.parents) {

@@ -30,12 +30,12 @@ pub(crate) fn decode<'a>(bytes: &'a [u8], file: &Path) -> Result<&'a str, Motion
     }
 }
 
-/// The number of the line on which the byte after `before` stands.
+/// Returns the number of the line on which the byte after `before` stands.
 fn line_after(before: &[u8]) -> usize {
     before.iter().filter(|b| **b == b'\n').count() + 1
 }
 
-/// An error at a line. What was found is shortened, so that no message carries a whole file.
+/// Returns an error at a line. What was found is shortened, so that no message carries a whole file.
 pub(crate) fn parse_error(file: &Path, line: usize, expected: impl Into<String>, got: &str) -> MotionError {
     let mut got: String = got.trim_end().chars().take(60).collect();
     if got.is_empty() {
@@ -56,12 +56,12 @@ impl<'a> Lines<'a> {
         Self { file: file.to_path_buf(), lines: text.lines(), number: 0 }
     }
 
-    /// The number of the line that came last (from 1).
+    /// Returns the number of the line that came last (from 1).
     pub(crate) fn number(&self) -> usize {
         self.number
     }
 
-    /// The next line that is not blank, without white space around it.
+    /// Returns the next line that is not blank, without white space around it.
     pub(crate) fn next_line(&mut self) -> Option<&'a str> {
         loop {
             let line = self.lines.next()?;
@@ -73,7 +73,7 @@ impl<'a> Lines<'a> {
         }
     }
 
-    /// The next line, or an error that says what should have been there.
+    /// Returns the next line, or an error that says what should have been there.
     pub(crate) fn expect(&mut self, expected: &str) -> Result<&'a str, MotionError> {
         match self.next_line() {
             Some(line) => Ok(line),
@@ -81,12 +81,12 @@ impl<'a> Lines<'a> {
         }
     }
 
-    /// An error at the line that came last.
+    /// Returns an error at the line that came last.
     pub(crate) fn error(&self, expected: impl Into<String>, got: &str) -> MotionError {
         parse_error(&self.file, self.number, expected, got)
     }
 
-    /// A finite number of a size that makes sense.
+    /// Returns a finite number of a size that makes sense.
     pub(crate) fn number_in(&self, token: Option<&str>, expected: &str) -> Result<f64, MotionError> {
         let token = token.unwrap_or_default();
         match token.parse::<f64>() {
@@ -95,7 +95,7 @@ impl<'a> Lines<'a> {
         }
     }
 
-    /// Exactly `N` numbers, and nothing after them.
+    /// Reads exactly `N` numbers, and nothing after them.
     pub(crate) fn numbers<const N: usize>(
         &self,
         mut tokens: std::str::SplitAsciiWhitespace<'_>,

@@ -1,4 +1,4 @@
-//! Where the weight must be: over the standing foot in time, by the linear inverted pendulum.
+//! Path of the centre of mass: over the standing foot in time, by the linear inverted pendulum.
 //!
 //! The steps say which foot carries the body when, hence where the pressure under the feet (the zero-moment point, ZMP)
 //! should be: under the standing foot while the other is in the air, moving from one to the other in between, in the
@@ -21,7 +21,7 @@ struct Rest {
     point: [f64; 2],
 }
 
-/// The pressure point wished for at each frame.
+/// Returns the pressure point wished for at each frame.
 pub(super) fn pressure(steps: &[Step], fps: f64, frames: usize) -> Vec<[f64; 2]> {
     let seconds = (frames - 1) as f64 / fps;
     let middle = |time: f64| {
@@ -60,7 +60,7 @@ fn point_at(rests: &[Rest], time: f64) -> [f64; 2] {
     }
 }
 
-/// The path of the centre of mass that has this pressure point, at rest over it at both ends.
+/// Returns the path of the centre of mass that has this pressure point, at rest over it at both ends.
 pub(super) fn centre_path(pressure: &[[f64; 2]], fps: f64) -> Vec<[f64; 2]> {
     let n = pressure.len();
     let k = HEIGHT / GRAVITY * fps * fps;
@@ -78,7 +78,8 @@ pub(super) fn centre_path(pressure: &[[f64; 2]], fps: f64) -> Vec<[f64; 2]> {
     path
 }
 
-/// The pressure point of a path of the centre of mass: `p = c - (h / g) c''`, by central differences; at the ends `c`.
+/// Returns the pressure point of a path of the centre of mass: `p = c - (h / g) c''`, by central differences; at the
+/// ends `c`.
 #[cfg(test)]
 pub(super) fn pressure_of(path: &[[f64; 2]], height: f64, fps: f64) -> Vec<[f64; 2]> {
     let k = height / GRAVITY * fps * fps;

@@ -2,11 +2,11 @@
 
 macro_rules! clips {
     ($($name:literal),* $(,)?) => {
-        [$(($name, include_str!(concat!("../../../../motions/", $name, ".keys.toml")))),*]
+        [$(($name, include_str!(concat!("../../motions/", $name, ".keys.toml")))),*]
     };
 }
 
-/// Name and text of every clip in `motions/`. Make a clip of one with [`super::parse`].
+/// Returns the name and text of every clip in `motions/`. Make a clip of one with [`super::parse`].
 pub fn builtin() -> impl Iterator<Item = (&'static str, &'static str)> {
     clips![
         "bow",

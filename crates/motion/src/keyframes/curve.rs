@@ -15,8 +15,8 @@ pub(crate) struct Curve {
 }
 
 impl Curve {
-    /// Through these keys (time, value), whose times rise and which are at least one. With a period the curve repeats after
-    /// it, and all times are in `[0, period)`.
+    /// Returns the curve through these keys (time, value), whose times rise and which are at least one. With a period
+    /// the curve repeats after it, and all times are in `[0, period)`.
     pub(crate) fn new(keys: &[(f64, f64)], period: Option<f64>) -> Self {
         let n = keys.len();
         let secant = |from: usize| -> Option<f64> {
@@ -42,7 +42,7 @@ impl Curve {
         Self { keys: (0..n).map(|at| [keys[at].0, keys[at].1, slope(at)]).collect(), period }
     }
 
-    /// The value at a time (s). Before the first and after the last key of a curve without period: theirs.
+    /// Returns the value at a time (s). Before the first and after the last key of a curve without period: theirs.
     pub(crate) fn at(&self, time: f64) -> f64 {
         let (first, last) = (self.keys[0], self.keys[self.keys.len() - 1]);
         let mut time = time;
@@ -67,13 +67,13 @@ impl Curve {
     }
 }
 
-/// The minimum-jerk way from 0 to 1, for a share of the time in `[0, 1]`.
+/// Returns the minimum-jerk way from 0 to 1, for a share of the time in `[0, 1]`.
 pub(crate) fn minimum_jerk(s: f64) -> f64 {
     let s = s.clamp(0.0, 1.0);
     s * s * s * (10.0 - 15.0 * s + 6.0 * s * s)
 }
 
-/// A bump from 0 over 1 (in the middle) to 0, with velocity and acceleration zero at both ends.
+/// Returns a bump from 0 over 1 (in the middle) to 0, with velocity and acceleration zero at both ends.
 pub(super) fn bump(s: f64) -> f64 {
     let s = s.clamp(0.0, 1.0);
     64.0 * (s * (1.0 - s)).powi(3)

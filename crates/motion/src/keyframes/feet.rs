@@ -1,4 +1,4 @@
-//! Where both feet are at any time: planted, or on an arc to the next place.
+//! Paths of both feet: planted, or on an arc to the next position.
 
 use lifelike_character::{Quat, Vec3};
 
@@ -17,12 +17,12 @@ pub(super) struct Place {
 }
 
 impl Place {
-    /// Where a foot stands when a clip begins.
+    /// Returns the position of a foot when a clip begins.
     pub(super) fn standing(foot: usize) -> Self {
         Self { x: 0.0, y: if foot == LEFT { figure::HALF_HIPS } else { -figure::HALF_HIPS }, yaw: 0.0 }
     }
 
-    /// The point of the sole over which the body stands well: a little before the ankle.
+    /// Returns the point of the sole over which the body stands well: a little before the ankle.
     pub(super) fn centre(&self) -> [f64; 2] {
         const AHEAD: f64 = 0.03;
         [self.x + AHEAD * self.yaw.cos(), self.y + AHEAD * self.yaw.sin()]
@@ -53,13 +53,13 @@ impl Foot {
     }
 }
 
-/// The last place of a foot before a time, by steps that are in order and over.
+/// Returns the last place of a foot before a time, by steps that are in order and over.
 pub(super) fn standing_place(steps: &[Step], foot: usize, time: f64) -> Place {
     let over = steps.iter().rev().find(|step| step.foot == foot && step.end <= time);
     over.map_or_else(|| Place::standing(foot), |step| step.to)
 }
 
-/// The pose of a foot at a time (s). Steps are in order of time.
+/// Returns the pose of a foot at a time (s). Steps are in order of time.
 pub(super) fn foot_at(steps: &[Step], foot: usize, time: f64) -> Foot {
     let from = standing_place(steps, foot, time);
     let swing = steps.iter().find(|step| step.foot == foot && step.start < time && time < step.end);

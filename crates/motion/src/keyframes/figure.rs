@@ -67,7 +67,7 @@ const MASSES: [(f64, [f64; 3]); JOINTS] = [
     (0.006, [0.0, -0.08, 0.0]),
 ];
 
-/// The skeleton that every keyframed clip has.
+/// Returns the skeleton that every keyframed clip has.
 pub(super) fn skeleton() -> Skeleton {
     let mut ends = vec![(HEAD, Vec3::new(0.0, 0.0, 0.26))];
     for (side, sign) in [1.0, -1.0].into_iter().enumerate() {
@@ -83,7 +83,7 @@ pub(super) fn skeleton() -> Skeleton {
     }
 }
 
-/// World positions and rotations of the joints.
+/// Returns the world positions and rotations of the joints.
 pub(super) fn place(root: &Vec3, rotations: &[Quat]) -> (Vec<Vec3>, Vec<Quat>) {
     let (mut places, mut turns): (Vec<Vec3>, Vec<Quat>) = (Vec::with_capacity(JOINTS), Vec::with_capacity(JOINTS));
     for (joint, (_, parent, offset)) in TREE.iter().enumerate() {
@@ -101,7 +101,7 @@ pub(super) fn place(root: &Vec3, rotations: &[Quat]) -> (Vec<Vec3>, Vec<Quat>) {
     (places, turns)
 }
 
-/// Centre of mass (m, world) of a posture from [`place`].
+/// Returns the centre of mass (m, world) of a posture from [`place`].
 pub(super) fn centre_of_mass(places: &[Vec3], turns: &[Quat]) -> Vec3 {
     let mut sum = Vec3::zeros();
     let mut mass = 0.0;

@@ -7,8 +7,8 @@ use super::figure::{SHANK, THIGH};
 /// Rotations of hip, knee and ankle, each relative to its parent.
 pub(super) type Leg = [Quat; 3];
 
-/// The leg from a hip to an ankle (m, world), the knee towards `forward` (a direction of the world). `pelvis` and `foot`
-/// are world rotations. `None` when the ankle is farther away than the leg is long, or at the hip.
+/// Returns the leg from a hip to an ankle (m, world), the knee towards `forward` (a direction of the world). `pelvis`
+/// and `foot` are world rotations. `None` when the ankle is farther away than the leg is long, or at the hip.
 pub(super) fn reach(pelvis: &Quat, hip: &Vec3, ankle: &Vec3, foot: &Quat, forward: &Vec3) -> Option<Leg> {
     let way = ankle - hip;
     let distance = way.norm();

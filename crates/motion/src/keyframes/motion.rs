@@ -11,8 +11,8 @@ use super::text::{Channel, Script};
 use crate::error::MotionError;
 use crate::source::SourceClip;
 
-/// Rounds of moving the pelvis until the centre of mass is where balance wants it. The legs make up a third of the mass, so
-/// each round leaves less than a third of the error: after eight, well below a millimetre.
+/// Rounds of moving the pelvis until the centre of mass is where balance wants it. The legs make up a third of the
+/// mass, so each round leaves less than a third of the error: after eight, well below a millimetre.
 const ROUNDS: usize = 8;
 
 /// Every curve of the script, by channel.
@@ -24,19 +24,19 @@ impl Curves {
         Self(std::array::from_fn(|at| Curve::new(&script.keys[at], period)))
     }
 
-    /// In rad or m.
+    /// Returns a channel's value (rad or m).
     fn at(&self, channel: Channel, time: f64) -> f64 {
         let value = self.0[channel as usize].at(time);
         if channel.is_length() { value } else { value.to_radians() }
     }
 
-    /// Pitch forward, then roll, then yaw, about fixed axes.
+    /// Returns the rotation by pitch forward, then roll, then yaw, about fixed axes.
     fn turn(&self, [pitch, roll, yaw]: [Channel; 3], time: f64) -> Quat {
         Quat::from_euler_angles(self.at(roll, time), self.at(pitch, time), self.at(yaw, time))
     }
 }
 
-/// The clip of a script.
+/// Returns the clip of a script.
 pub(super) fn animate(script: &Script, name: &str) -> Result<SourceClip, MotionError> {
     let curves = Curves::new(script);
     let frames = (script.seconds * script.fps).round().max(1.0) as usize + 1;
@@ -68,8 +68,8 @@ pub(super) fn animate(script: &Script, name: &str) -> Result<SourceClip, MotionE
     Ok(clip)
 }
 
-/// Root and rotations at a time, with the centre of mass above `centre` (and what the script adds to that). The error is
-/// the foot that cannot be reached.
+/// Returns the root and rotations at a time, with the centre of mass above `centre` (and what the script adds to that).
+/// The error is the foot that cannot be reached.
 fn posture(script: &Script, curves: &Curves, time: f64, centre: [f64; 2]) -> Result<(Vec3, Vec<Quat>), usize> {
     let both = [0, 1].map(|foot| feet::foot_at(&script.steps, foot, time));
     let heading = Quat::from_axis_angle(&Vec3::z_axis(), 0.5 * (both[0].yaw + both[1].yaw));

@@ -13,7 +13,7 @@ fn clips() -> Vec<SourceClip> {
     builtin().map(|(name, text)| parse(text.as_bytes(), format!("{name}.keys.toml").as_ref()).unwrap()).collect()
 }
 
-/// Whether a foot (0 left, 1 right) stands: its ankle is at standing height now and in the frames beside.
+/// Returns whether a foot (0 left, 1 right) stands: its ankle is at standing height now and in the frames beside.
 fn stands(clip: &SourceClip, frame: usize, foot: usize) -> bool {
     let ankle = |f: usize| clip.pose(f.min(clip.len() - 1)).0[LEGS[foot][2]];
     [frame.saturating_sub(1), frame, frame + 1].into_iter().all(|f| ankle(f).z < ANKLE + 1e-9)
@@ -26,8 +26,8 @@ fn sole(clip: &SourceClip, frame: usize, foot: usize) -> Vec<Vec3> {
     corners.map(|(x, side)| places[joint] + turns[joint] * Vec3::new(x, side * SOLE_HALF_WIDTH, -ANKLE)).to_vec()
 }
 
-/// How far a point is inside the convex hull of some points on the ground (m); negative outside. The hull's edges are the
-/// pairs that have all points on their left.
+/// Returns the depth of a point inside the convex hull of some points on the ground (m); negative outside. Its edges
+/// are the pairs that have all points on their left.
 fn depth_inside(points: &[Vec3], p: [f64; 2]) -> f64 {
     let mut depth = f64::INFINITY;
     for a in points {
@@ -52,7 +52,7 @@ fn centre(clip: &SourceClip, frame: usize) -> Vec3 {
 
 #[test]
 fn every_text_in_the_folder_is_built_in() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../motions");
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("motions");
     let mut there: Vec<String> = std::fs::read_dir(folder)
         .unwrap()
         .filter_map(|e| e.unwrap().file_name().to_str()?.strip_suffix(".keys.toml").map(str::to_owned))

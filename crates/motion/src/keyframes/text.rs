@@ -53,7 +53,7 @@ impl Channel {
         matches!(self, Self::PelvisX | Self::PelvisY | Self::PelvisZ)
     }
 
-    /// The value in standing (degrees or m).
+    /// Returns the value in standing (degrees or m).
     fn standing(at: usize) -> f64 {
         let is = |channels: [Self; 2]| channels.iter().any(|c| *c as usize == at);
         if is([Self::LeftAside, Self::RightAside]) {
@@ -279,7 +279,7 @@ impl Script {
     }
 }
 
-/// The keys of all channels, with standing where the first or last pose says nothing.
+/// Returns the keys of all channels, with standing where the first or last pose says nothing.
 fn keys(
     check: &Checker<'_>,
     poses: &[PoseText],
@@ -344,7 +344,7 @@ fn single(check: &Checker<'_>, step: &StepText, seconds: f64) -> Result<(Step, R
     Ok((Step { foot, start, end, to, height }, step.start.span()))
 }
 
-/// The steps of a gait, and the one that closes up.
+/// Returns the steps of a gait, and the one that closes up.
 fn row(
     check: &Checker<'_>,
     gait: &GaitText,
@@ -375,7 +375,7 @@ fn row(
     Ok(())
 }
 
-/// In order of time. One foot is always on the ground.
+/// Sorts by time, and checks that one foot is always on the ground.
 fn in_order(check: &Checker<'_>, mut steps: Vec<(Step, Range<usize>)>) -> Result<Vec<Step>, MotionError> {
     steps.sort_by(|a, b| a.0.start.total_cmp(&b.0.start));
     for pair in steps.windows(2) {

@@ -1,4 +1,4 @@
-//! Which joint of a captured skeleton plays which role: guessed from names and topology, overridable by text.
+//! Roles of a captured skeleton's joints: guessed from names and topology, overridable by text.
 
 use std::collections::BTreeMap;
 
@@ -102,7 +102,7 @@ fn find(parts: &[(Side, String)], side: Side, words: &[&str]) -> Option<usize> {
     None
 }
 
-/// `joint`, its parent, and so on up to the root.
+/// Returns `joint`, its parent, and so on up to the root.
 pub(super) fn ancestors(skeleton: &Skeleton, joint: usize) -> impl Iterator<Item = usize> + '_ {
     std::iter::successors(Some(joint), |&j| skeleton.parents[j])
 }
@@ -112,7 +112,7 @@ fn common_ancestor(skeleton: &Skeleton, a: usize, b: usize) -> Option<usize> {
     ancestors(skeleton, b).skip(1).find(|j| of_a.contains(j))
 }
 
-/// Whether the chain `joints` goes outwards: each below the one before.
+/// Returns whether the chain `joints` goes outwards: each below the one before.
 fn goes_outwards(skeleton: &Skeleton, joints: &[usize]) -> bool {
     joints.windows(2).all(|w| ancestors(skeleton, w[1]).skip(1).any(|j| j == w[0]))
 }
@@ -199,7 +199,7 @@ impl SourceRoles {
         Ok(Self { joints, toes })
     }
 
-    /// Joint of a role.
+    /// Returns the joint of a role.
     pub fn get(&self, role: Role) -> Option<usize> {
         self.joints.get(&role).copied()
     }

@@ -1,4 +1,4 @@
-//! Where the feet are to be: contacts of the human, targets in the character's size, locks while a foot stands.
+//! Targets of the feet: contacts of the human, targets in the character's size, locks while a foot stands.
 
 use lifelike_character::rotation::heading;
 use lifelike_character::{Kinematics, Quat, Vec3};
@@ -20,24 +20,24 @@ pub(super) struct Stance {
 pub(super) struct FootTarget {
     /// Toe and heel of the sole (m, world).
     pub ends: [Vec3; 2],
-    /// How firmly each is held (0: in the air, 1: locked).
+    /// Weight of each (0: in the air, 1: locked).
     pub hold: [f64; 2],
     /// Orientation of the foot.
     pub orientation: Quat,
-    /// Where the foot's left side points, level, and how firmly that is held while only one end stands.
+    /// Direction of the foot's left side, level, and its weight while only one end stands.
     pub left: Vec3,
     pub turn_hold: f64,
 }
 
 impl FootTarget {
-    /// Whether it stands, wholly or with one end.
+    /// Returns whether it stands, wholly or with one end.
     pub fn stands(&self) -> bool {
         self.hold[0].max(self.hold[1]) > 0.99
     }
 }
 
 impl Stance {
-    /// Whether the foot touches at all.
+    /// Returns whether the foot touches at all.
     pub fn any(&self, t: usize) -> bool {
         self.down[0][t] || self.down[1][t]
     }
@@ -86,7 +86,7 @@ pub(super) fn detect(human: &Human, fps: f64, options: &ContactOptions) -> [Stan
     feet
 }
 
-/// Frames in which nothing holds the body: it falls with about g.
+/// Returns the frames in which nothing holds the body: it falls with about g.
 pub(super) fn in_flight(human: &Human, fps: f64) -> Vec<bool> {
     let n = human.frames.len();
     let span = ((0.06 * fps).round() as usize).max(1);
@@ -131,8 +131,8 @@ fn step_when_drifting(foot: &mut Stance, end: usize, path: &[Vec3], far: f64, fp
     }
 }
 
-/// Targets in the character's size, before anything is locked: the human's soles, scaled about the world's origin, moved
-/// sideways by the difference of the hips' widths.
+/// Targets in the character's size, before anything is locked: the human's soles, scaled about the world's origin,
+/// moved sideways by the difference of the hips' widths.
 pub(super) fn soft_targets(
     rig: &Rig,
     human: &Human,
@@ -169,13 +169,13 @@ pub(super) fn soft_targets(
     })
 }
 
-/// How much of a foot's tilt is kept: none while both ends stand; while only one does, `heel_rise` of it.
+/// Returns the share of a foot's tilt that is kept: none while both ends stand; while only one does, `heel_rise` of it.
 pub(super) fn keep_of_tilt(hold: [f64; 2], heel_rise: f64) -> f64 {
     let (both, one) = (hold[0].min(hold[1]), hold[0].max(hold[1]));
     (1.0 - both) * (1.0 + (heel_rise - 1.0) * one)
 }
 
-/// 1 in contact, falling to 0 within a tenth of a second outside.
+/// Returns 1 in contact, falling to 0 within a tenth of a second outside.
 pub(super) fn hold(down: &[bool], fps: f64) -> Vec<f64> {
     let mut hold = vec![0.0; down.len()];
     for (start, end) in runs(down, true) {

@@ -53,7 +53,7 @@ pub(super) fn settle(rig: &Rig, shapes: &Shapes, poses: &mut [Vec<f64>], stances
     }
 }
 
-/// Height of the lowest point of all shapes and soles (m).
+/// Returns the height of the lowest point of all shapes and soles (m).
 pub(super) fn lowest_point(rig: &Rig, shapes: &Shapes, kinematics: &Kinematics) -> f64 {
     let soles = rig.legs.iter().flat_map(|l| l.foot.corners.iter().map(|c| kinematics.point(l.foot.body, c).z));
     soles.fold(shapes.lowest(kinematics), f64::min)

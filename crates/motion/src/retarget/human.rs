@@ -31,7 +31,7 @@ pub(super) struct LegPose {
 }
 
 impl LegPose {
-    /// Whether the sole looks down, if only at a slant: what touches the ground otherwise is not the sole.
+    /// Returns whether the sole looks down, if only at a slant: what touches the ground otherwise is not the sole.
     pub fn is_upright(&self) -> bool {
         (self.foot * Vec3::z()).z > 0.5
     }
@@ -70,7 +70,7 @@ pub(super) const ARM_ROLES: [[Role; 3]; 2] = [
     [Role::RightUpperArm, Role::RightForearm, Role::RightHand],
 ];
 
-/// What the rest pose says about one foot.
+/// Geometry of one foot in the rest pose.
 struct FootShape {
     /// From the ankle down to the sole (m).
     height: f64,
@@ -93,7 +93,7 @@ struct Reader<'a> {
 }
 
 impl Human {
-    /// Length of the legs (m).
+    /// Returns the length of the legs (m).
     pub fn leg_length_of(clip: &SourceClip, roles: &SourceRoles) -> f64 {
         Reader::new(clip, roles).leg_length()
     }
@@ -160,7 +160,7 @@ impl Human {
     }
 }
 
-/// Whether an ankle can do this. Captures of fast feet flip: the foot upside down, or back to front.
+/// Returns whether an ankle can do this. Captures of fast feet flip: the foot upside down, or back to front.
 fn is_possible(foot: &Quat, shank: &Vec3, pelvis: &Quat) -> bool {
     let upside_down = (foot * Vec3::z()).dot(shank) > 0.2;
     let hanging = shank.dot(&(pelvis * Vec3::z())) < -0.7;
@@ -168,7 +168,7 @@ fn is_possible(foot: &Quat, shank: &Vec3, pelvis: &Quat) -> bool {
     !(upside_down || (hanging && backwards))
 }
 
-/// A foot at a right angle to its shank, forward like the pelvis.
+/// Returns a foot at a right angle to its shank, forward like the pelvis.
 fn at_rest(shank: &Vec3, pelvis: &Quat) -> Quat {
     let up = -shank;
     let left = up.cross(&(pelvis * Vec3::x())).try_normalize(1e-3).unwrap_or_else(|| pelvis * Vec3::y());
@@ -214,7 +214,7 @@ impl<'a> Reader<'a> {
         self.rest[self.joint(role)]
     }
 
-    /// Rest positions of all joints and end sites that hang on this joint.
+    /// Returns the rest positions of all joints and end sites that hang on this joint.
     fn hanging_on(&self, joint: usize) -> Vec<Vec3> {
         let skeleton = &self.clip.skeleton;
         let below = |j: usize| ancestors(skeleton, j).any(|a| a == joint);
@@ -265,7 +265,7 @@ impl<'a> Reader<'a> {
         Some((direction, palm))
     }
 
-    /// World pose of the needed joints at a time (s), beyond the ends for cycles.
+    /// Updates the world pose of the needed joints at a time (s), beyond the ends for cycles.
     fn pose(&mut self, time: f64) {
         let clip = self.clip;
         let (seconds, last) = (clip.seconds(), clip.len() - 1);

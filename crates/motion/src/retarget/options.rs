@@ -1,17 +1,17 @@
-//! What a retargeting may be told.
+//! Options of retargeting.
 
 use std::collections::BTreeMap;
 
 use super::correspondence::Correspondence;
 use crate::contacts::ContactOptions;
 
-/// How to retarget. The defaults suit a walking robot; every number has a unit.
+/// Options of retargeting. The defaults suit a walking robot; every number has a unit.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct RetargetOptions {
     /// Frames per second of the result.
     pub fps: f64,
-    /// How fast the motion is performed against how it was captured.
+    /// Speed of the motion against the captured one.
     pub tempo: Tempo,
     /// Largest speed of a joint (rad/s or m/s), by joint name: usually 80% of what its actuator can.
     pub velocity_limit: BTreeMap<String, f64>,
@@ -19,9 +19,9 @@ pub struct RetargetOptions {
     pub default_velocity_limit: f64,
     /// Smallest bend of the knees (rad): legs stretched out are singular, and a robot cannot balance on them.
     pub min_knee_bend: f64,
-    /// How high a swinging foot is lifted at least (m), for a leg of 0.44 m; longer legs lift higher in proportion.
+    /// Smallest lift of a swinging foot (m), for a leg of 0.44 m; longer legs lift higher in proportion.
     pub swing_clearance: f64,
-    /// How much of the human's heel rise is kept while the toes are still on the ground (0: the sole stays flat).
+    /// Share of the human's heel rise that is kept while the toes are still on the ground (0: the sole stays flat).
     pub heel_rise: f64,
     /// Standard deviation of the zero-phase smoothing (s).
     pub smoothing: f64,
@@ -51,10 +51,10 @@ impl Default for RetargetOptions {
     }
 }
 
-/// How fast the motion is performed against how it was captured.
+/// Speed of the motion against the captured one.
 ///
-/// A body of another size that keeps the human's tempo cannot keep the human's balance: what decides whether a sway or a
-/// step can be done is how long it takes against √(leg length / gravity), the time in which such a body falls.
+/// A body of another size that keeps the human's tempo cannot keep the human's balance: what decides whether a sway or
+/// a step can be done is how long it takes against √(leg length / gravity), the time in which such a body falls.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(untagged)]
 pub enum Tempo {
@@ -73,7 +73,7 @@ pub enum TempoRule {
 }
 
 impl Tempo {
-    /// Times as fast for a human leg of `human` and a robot's of `robot` (m).
+    /// Returns the times as fast for a human leg of `human` and a robot's of `robot` (m).
     pub(super) fn factor(self, human: f64, robot: f64) -> f64 {
         match self {
             Self::Times(factor) => factor,

@@ -8,7 +8,7 @@ use super::options::RetargetOptions;
 use super::rig::Rig;
 use crate::contacts::point_contacts;
 
-/// Which ends of the soles stand: those that are low and slow, and while the clip says that the foot stands
+/// Finds the ends of the soles that stand: those that are low and slow, and while the clip says that the foot stands
 /// (`standing[side]`) at least the lower one.
 pub(super) fn stances(
     rig: &Rig,
@@ -34,7 +34,7 @@ pub(super) fn stances(
     })
 }
 
-/// Where the soles are in the edited motion, level while both ends stand. What a foot tilts while one end stands is its
+/// Returns the soles in the edited motion, level while both ends stand. What a foot tilts while one end stands is its
 /// own doing and stays.
 pub(super) fn soft_targets(rig: &Rig, poses: &[Vec<f64>], stances: &[Stance; 2], fps: f64) -> [Vec<FootTarget>; 2] {
     let paths = ends(rig, poses);

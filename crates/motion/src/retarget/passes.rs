@@ -149,7 +149,7 @@ fn whole_body_tasks(rig: &Rig, frame: &HumanFrame, scale: f64, tasks: &mut Vec<T
     }
 }
 
-/// How firmly a sole is held while it stands.
+/// Weight with which a sole is held while it stands.
 struct Grip {
     /// The place of what stands: both ends' middle, or the one end.
     place: f64,
@@ -159,7 +159,7 @@ struct Grip {
     height: f64,
 }
 
-/// Both ends of a sole, its direction, and level sideways while it stands.
+/// Adds tasks for both ends of a sole, its direction, and level sideways while it stands.
 fn sole_tasks(rig: &Rig, side: usize, target: &FootTarget, grip: &Grip, tasks: &mut Vec<Task>) {
     let foot = &rig.legs[side].foot;
     let body = foot.body;
@@ -188,8 +188,8 @@ fn sole_tasks(rig: &Rig, side: usize, target: &FootTarget, grip: &Grip, tasks: &
     tasks.push(Task::Axis { body, axis: back * Vec3::y(), target: target.left, weight });
 }
 
-/// Pass B: only the root and the legs move, to put the soles exactly where they are locked; otherwise everything stays as
-/// it is in `base`.
+/// Pass B: only the root and the legs move, to put the soles exactly where they are locked; otherwise everything stays
+/// as it is in `base`.
 pub(super) fn stand(
     rig: &Rig,
     base: &[Vec<f64>],

@@ -1,4 +1,4 @@
-//! What cannot be retargeted is refused with a reason.
+//! Refusals: clips that cannot be retargeted, with the reason.
 
 use lifelike_character::Vec3;
 

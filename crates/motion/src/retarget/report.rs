@@ -1,4 +1,4 @@
-//! How good a retargeted clip is, measured on the clip itself.
+//! Quality of a retargeted clip, measured on the clip itself.
 
 use std::collections::BTreeMap;
 
@@ -38,7 +38,7 @@ impl Gather {
     }
 }
 
-/// What became of one clip.
+/// Quality of one retargeted clip.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RetargetReport {
@@ -52,24 +52,24 @@ pub struct RetargetReport {
     pub seconds: f64,
     /// Character size over human size, by the legs: what positions were multiplied with.
     pub scale: f64,
-    /// How many times as fast as captured the motion is performed.
+    /// Speed of the motion as a multiple of the captured one.
     pub tempo: f64,
     /// Distance (m) of key bodies from where the human has them, in the character's size. The pelvis in the world (its
-    /// path was scaled); knees and feet from the hip joint, elbows and hands from the shoulder, with the character's own
-    /// segment lengths along the human's directions.
+    /// path was scaled); knees and feet from the hip joint, elbows and hands from the shoulder, with the character's
+    /// own segment lengths along the human's directions.
     pub position_error: BTreeMap<Role, Spread>,
     /// Angle (deg) between orientations: pelvis, chest and feet whole, the head's gaze.
     pub orientation_error: BTreeMap<Role, Spread>,
-    /// Mean and largest horizontal speed (m/s) of sole corners within 5 mm of the ground, over frames in which their foot
-    /// is labelled as standing.
+    /// Mean and largest horizontal speed (m/s) of sole corners within 5 mm of the ground, over frames in which their
+    /// foot is labelled as standing.
     pub foot_skate: Spread,
     /// The same for all corners within 3 mm of the ground, whatever the labels say.
     pub touching_skate: Spread,
     /// Share of frames in which at least one foot stands.
     pub contact_share: f64,
-    /// How deep (m) the lowest point of the whole body is below the ground; mean over all frames.
+    /// Depth (m) of the lowest point of the whole body below the ground; mean over all frames.
     pub ground_penetration: Spread,
-    /// How high (m) the lowest sole corner of a foot labelled as standing is above the ground.
+    /// Height (m) of the lowest sole corner of a foot labelled as standing above the ground.
     pub ground_float: Spread,
     /// Largest excess over a joint's range (rad); 0 by construction.
     pub range_excess: f64,

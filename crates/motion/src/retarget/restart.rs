@@ -4,7 +4,7 @@
 use super::rig::{Rig, Segment};
 use super::solver::{Limits, Solver, Task};
 
-/// How many other starts are tried.
+/// Number of other starts that are tried.
 const STARTS: usize = 8;
 /// A limb whose segments' directions are off by more than this (sum of chords) is taken to be stuck. On the first frame
 /// a jump costs nothing, so less will do.
@@ -80,7 +80,7 @@ pub(super) fn free_stuck_limbs(rig: &Rig, solver: &mut Solver, tasks: &[Task], l
 }
 
 impl Limb {
-    /// By how much the limb's segments point elsewhere than asked (sum of the chords).
+    /// Returns by how much the limb's segments point elsewhere than asked (sum of the chords).
     fn error(&self, solver: &Solver, tasks: &[Task]) -> f64 {
         let off = |task: &Task| match task {
             Task::Direction { segment, target, .. } => {
@@ -94,7 +94,7 @@ impl Limb {
     }
 }
 
-/// The `k`-th point of the low-discrepancy sequence in dimension `n`.
+/// Returns the `k`-th point of the low-discrepancy sequence in dimension `n`.
 fn halton(k: usize, n: usize) -> f64 {
     let base = [2, 3, 5, 7, 11, 13, 17, 19][n % 8];
     let (mut k, mut share, mut value) = (k, 1.0, 0.0);

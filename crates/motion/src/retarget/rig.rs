@@ -61,9 +61,9 @@ pub(crate) struct Axis {
     pub high: f64,
     /// Largest speed (rad/s).
     pub speed: f64,
-    /// Where it likes to be when nothing is asked of it.
+    /// Rest position when nothing is asked of it.
     pub neutral: f64,
-    /// Whether it moves a foot.
+    /// Flag of a coordinate that moves a foot.
     pub leg: bool,
 }
 
@@ -189,7 +189,7 @@ impl<'a> Rig<'a> {
         }
     }
 
-    /// From hip to sole with the knee bent by `bend`.
+    /// Returns the distance from hip to sole with the knee bent by `bend`.
     fn leg_reach(&self, side: usize, bend: f64, rest: &Rest) -> f64 {
         let leg = &self.legs[side];
         let (a, b) = (leg.thigh.length, leg.shank.length);
@@ -199,13 +199,13 @@ impl<'a> Rig<'a> {
 }
 
 impl Spot {
-    /// This spot in another body's frame, in the rest pose.
+    /// Returns this point in another body's frame, in the rest pose.
     fn point_in(&self, body: usize, rest: &Rest) -> Vec3 {
         rest.local(body, rest.at(*self))
     }
 }
 
-/// Bodies from `from` up to but without `to`.
+/// Returns the bodies from `from` up to but without `to`.
 fn chain(character: &Character, from: usize, to: usize) -> Vec<usize> {
     let mut bodies = Vec::new();
     let mut body = from;
@@ -333,7 +333,7 @@ impl<'a> Rest<'a> {
     }
 }
 
-/// Unit normal of the plane through the points, if they span one.
+/// Returns the unit normal of the plane through the points, if they span one.
 fn plane_normal(points: &[Vec3], centre: &Vec3) -> Option<Vec3> {
     let mut best = Vec3::zeros();
     for a in points {

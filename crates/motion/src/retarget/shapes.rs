@@ -21,7 +21,7 @@ pub(crate) struct Shapes {
     pairs: Vec<(usize, usize)>,
 }
 
-/// Half lengths of the box that holds a shape in its frame.
+/// Returns the half lengths of the box that holds a shape in its frame.
 fn half_size(shape: &GeomShape) -> Option<Vec3> {
     match *shape {
         GeomShape::Sphere(r) => Some(Vec3::repeat(r)),
@@ -33,8 +33,8 @@ fn half_size(shape: &GeomShape) -> Option<Vec3> {
 }
 
 impl Capsule {
-    /// Exact for spheres and capsules; for the others a capsule along the longest side, as thick as the mean of the other
-    /// two.
+    /// Exact for spheres and capsules; for the others a capsule along the longest side, as thick as the mean of the
+    /// other two.
     fn around(geom: &Geom) -> Option<Self> {
         let half = half_size(&geom.shape)?;
         let long = half.imax();
@@ -73,13 +73,13 @@ impl Shapes {
         shapes
     }
 
-    /// Deepest overlap of two parts that are not neighbours (m; 0 when none).
+    /// Returns the deepest overlap of two parts that are not neighbours (m; 0 when none).
     pub fn self_penetration(&self, kinematics: &Kinematics) -> f64 {
         self.pairs.iter().map(|&(a, b)| self.depth(kinematics, a, b)).fold(0.0, f64::max)
     }
 
-    /// Calls `visit(a, b, normal, distance)` for parts nearer to each other than `margin` (m): the nearest spots of their
-    /// capsules' axes, the direction from `b` to `a`, and how far these spots must be apart for the margin.
+    /// Calls `visit(a, b, normal, distance)` for parts nearer to each other than `margin` (m): the nearest spots of
+    /// their capsules' axes, the direction from `b` to `a`, and how far these spots must be apart for the margin.
     pub fn for_each_touching(
         &self,
         kinematics: &Kinematics,
@@ -112,8 +112,8 @@ impl Shapes {
         nearest_points(p, q, r, s)
     }
 
-    /// Calls `visit(body, point in the body frame, height)` for the lowest point of each geom that reaches below `height`
-    /// (m, world).
+    /// Calls `visit(body, point in the body frame, height)` for the lowest point of each geom that reaches below
+    /// `height` (m, world).
     pub fn for_each_below(&self, kinematics: &Kinematics, height: f64, mut visit: impl FnMut(usize, Vec3, f64)) {
         for (geom, reach) in &self.geoms {
             let turn = kinematics.body_orientation[geom.body];
@@ -130,7 +130,7 @@ impl Shapes {
         }
     }
 
-    /// Height of the lowest point of all (m).
+    /// Returns the height of the lowest point of all (m).
     pub fn lowest(&self, kinematics: &Kinematics) -> f64 {
         let mut lowest = f64::INFINITY;
         self.for_each_below(kinematics, f64::INFINITY, |_, _, z| lowest = lowest.min(z));
@@ -138,7 +138,7 @@ impl Shapes {
     }
 }
 
-/// The point of a shape furthest in a direction (unit, shape frame).
+/// Returns the point of a shape furthest in a direction (unit, shape frame).
 fn support(shape: &GeomShape, d: &Vec3) -> Vec3 {
     match *shape {
         GeomShape::Sphere(r) => d * r,
@@ -156,7 +156,7 @@ fn support(shape: &GeomShape, d: &Vec3) -> Vec3 {
     }
 }
 
-/// The nearest points of two line segments (Ericson, *Real-Time Collision Detection*, 5.1.9).
+/// Returns the nearest points of two line segments (Ericson, *Real-Time Collision Detection*, 5.1.9).
 fn nearest_points(p1: Vec3, q1: Vec3, p2: Vec3, q2: Vec3) -> (Vec3, Vec3) {
     let (d1, d2, r) = (q1 - p1, q2 - p2, p1 - p2);
     let (a, e, f) = (d1.norm_squared(), d2.norm_squared(), d2.dot(&r));

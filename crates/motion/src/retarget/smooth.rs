@@ -5,7 +5,7 @@ use lifelike_character::{Quat, Vec3};
 
 use super::rig::Rig;
 
-/// A Gaussian window of this standard deviation (frames), normalised; centre in the middle.
+/// Returns a Gaussian window of this standard deviation (frames), normalised; centre in the middle.
 fn gaussian(sigma: f64) -> Vec<f64> {
     let radius = (3.0 * sigma).ceil() as i64;
     let raw: Vec<f64> = (-radius..=radius).map(|i| (-0.5 * (i as f64 / sigma).powi(2)).exp()).collect();
@@ -93,12 +93,12 @@ pub(crate) fn smooth_change(rig: &Rig, base: &[Vec<f64>], poses: &mut [Vec<f64>]
     }
 }
 
-/// Orientation of the root in a generalised position.
+/// Returns the orientation of the root in a generalised position.
 pub(crate) fn orientation(pose: &[f64], root: usize) -> Quat {
     from_wxyz([pose[root + 3], pose[root + 4], pose[root + 5], pose[root + 6]]).unwrap_or_else(Quat::identity)
 }
 
-/// The same with its sign kept: components as they stand, which [`continuous`] made continuous.
+/// Returns the same with its sign kept: components as they stand, which [`continuous`] made continuous.
 pub(crate) fn signed_orientation(pose: &[f64], root: usize) -> Quat {
     Quat::new_normalize(nalgebra::Quaternion::new(pose[root + 3], pose[root + 4], pose[root + 5], pose[root + 6]))
 }

@@ -5,7 +5,7 @@ use lifelike_character::{Kinematics, Quat, Vec3};
 
 use super::rig::{Rig, Segment, Spot};
 
-/// What a body is asked to do. Residuals are lengths over the leg length, or radians; weights multiply them.
+/// Task of a body. Residuals are lengths over the leg length, or radians; weights multiply them.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Task {
     /// A segment points this way (unit vector).
@@ -30,7 +30,7 @@ pub(crate) struct Limits {
 }
 
 impl Limits {
-    /// The joints' own bounds, and no wish.
+    /// Returns the joints' own bounds, and no wish.
     pub fn new(rig: &Rig) -> Self {
         Self {
             low: rig.axes.iter().map(|a| a.low).collect(),
@@ -64,7 +64,7 @@ pub(crate) struct Solver<'a> {
 }
 
 impl<'a> Solver<'a> {
-    /// A solver for the root and those joints that `moves` picks.
+    /// Returns a solver for the root and those joints that `moves` picks.
     pub fn new(rig: &'a Rig<'a>, moves: impl Fn(usize) -> bool) -> Self {
         let mut slot = vec![None; rig.character.nv];
         let mut axis = Vec::new();
@@ -96,8 +96,8 @@ impl<'a> Solver<'a> {
         }
     }
 
-    /// Improves `self.q` in at most `iterations` steps. A step that made things worse is taken back and tried again with
-    /// more damping (Levenberg-Marquardt), so targets that cannot be met together do not make the pose jump about.
+    /// Improves `self.q` in at most `iterations` steps. A step that made things worse is taken back and tried again
+    /// with more damping (Levenberg-Marquardt), so targets that cannot be met together do not make the pose jump about.
     /// Returns the cost reached.
     pub fn solve(&mut self, tasks: &[Task], limits: &Limits, iterations: usize) -> f64 {
         let mut damping = 1e-4;
@@ -122,7 +122,7 @@ impl<'a> Solver<'a> {
         cost
     }
 
-    /// Hessian and gradient at `self.q`; returns the cost there.
+    /// Assembles Hessian and gradient at `self.q`; returns the cost there.
     fn assemble(&mut self, tasks: &[Task], limits: &Limits, damping: f64) -> f64 {
         self.kinematics.update(self.rig.character, &self.q);
         let mut cost = 0.0;
@@ -221,7 +221,7 @@ impl<'a> Solver<'a> {
         weighted.norm_squared()
     }
 
-    /// How far a reduced coordinate may still go down and up in one step.
+    /// Returns how far a reduced coordinate may still go down and up in one step.
     fn room(&self, i: usize, limits: &Limits) -> (f64, f64) {
         match self.axis[i] {
             None => (-0.5, 0.5),
@@ -232,7 +232,7 @@ impl<'a> Solver<'a> {
         }
     }
 
-    /// Projected Newton: what would leave its bounds is put on them, and the rest solved again.
+    /// Finds a projected Newton step: what would leave its bounds is put on them, and the rest solved again.
     fn find_step(&mut self, limits: &Limits) {
         let n = self.axis.len();
         self.frozen.fill(false);
@@ -325,7 +325,7 @@ fn cholesky_solve(a: &mut [f64], b: &mut [f64], n: usize) {
     }
 }
 
-/// Inner product in four lanes.
+/// Returns the inner product in four lanes.
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     let mut lanes = [0.0; 4];
     let (a4, b4) = (a.chunks_exact(4), b.chunks_exact(4));

@@ -1,7 +1,7 @@
 //! A robot: its bodies, joints, actuators, and what its policies will see.
 
 use lifelike_character::{Character, JointKind};
-use lifelike_robot::{Robot, RobotError};
+use lifelike_robot::{Readiness, Robot, RobotError, Shapes};
 use lifelike_sim::engine::{self_contacts, unsupported};
 use serde_json::{Value, json};
 
@@ -14,7 +14,10 @@ use crate::output::{Output, table};
 pub fn inspect(name: &str, output: &Output) -> Result<(), CliError> {
     match Robot::load(name) {
         Ok(robot) => {
+            let readiness = robot.readiness(Shapes::Primitives);
             let mut value = character(&robot.character);
+            value["verdict"] = json!(readiness.verdict());
+            value["problems"] = json!(readiness.problems);
             value["control_hz"] = json!(robot.control_hz);
             value["physics_hz"] = json!(robot.control_hz * robot.substeps as f64);
             value["end_effectors"] = json!(robot.layout.end_effectors);
@@ -32,19 +35,33 @@ pub fn inspect(name: &str, output: &Output) -> Result<(), CliError> {
                 .collect();
             let steps = next_steps::of_robot(name);
             value["next"] = json!(next::texts(&steps));
-            output.result(&value, || text(&robot.character) + &control(&robot) + &next::lines(&steps))
+            output.result(&value, || {
+                judged(&robot.name, &readiness) + &text(&robot.character) + &control(&robot) + &next::lines(&steps)
+            })
         }
         // A character that cannot be controlled (a fixed base, ball joints) can still be looked at.
         Err(error @ RobotError::Unknown { .. }) => Err(error.into()),
         Err(error) => match Character::load(name) {
             Ok(seen) => {
+                let verdict = format!("cannot be trained: {error}");
                 let mut value = character(&seen);
+                value["verdict"] = json!(verdict);
                 value["not_a_robot"] = json!(error.to_string());
-                output.result(&value, || text(&seen) + &format!("\nNot a robot that we can control: {error}\n"))
+                output.result(&value, || format!("{}: {verdict}\n\n", seen.name) + &text(&seen))
             }
             Err(_) => Err(error.into()),
         },
     }
+}
+
+/// The verdict in one line, then the problems, a line each.
+fn judged(name: &str, readiness: &Readiness) -> String {
+    let mut text = format!("{name}: {}\n", readiness.verdict());
+    for p in readiness.problems.iter().skip(usize::from(!readiness.can_train())) {
+        let remedy = if p.remedy.is_empty() { String::new() } else { format!("; {}", p.remedy) };
+        text += &format!("  {}{remedy}\n", p.problem);
+    }
+    text + "\n"
 }
 
 fn kind(kind: JointKind) -> &'static str {
@@ -69,7 +86,7 @@ fn character(c: &Character) -> Value {
     json!({
         "kind": "robot", "name": c.name, "mass_kg": c.mass(), "nq": c.nq, "nv": c.nv, "timestep_s": c.timestep,
         "bodies": bodies.collect::<Vec<_>>(), "joints": joints.collect::<Vec<_>>(),
-        "geoms": c.geoms.len(), "sites": c.sites.iter().map(|s| &s.name).collect::<Vec<_>>(), "notes": c.notes,
+        "geoms": c.geoms.len(), "sites": c.sites.iter().map(|s| &s.name).collect::<Vec<_>>(), "notes": c.notes, "warnings": c.warnings,
     })
 }
 

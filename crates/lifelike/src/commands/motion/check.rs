@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use lifelike_motion::feasibility::{Feasibility, Kind, check};
 use lifelike_report::{Cell, Column, Table, Tone};
-use lifelike_robot::Robot;
+use lifelike_robot::{Robot, Shapes};
 use rayon::prelude::*;
 use serde_json::json;
 
@@ -38,6 +38,7 @@ pub struct Args {
 /// Runs the command.
 pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let robot = Robot::load(&args.robot)?;
+    robot.require_ready(Shapes::All)?;
     let checked = clips::load_files(&args.motions, &robot)?
         .into_par_iter()
         .map(|(file, clip)| Ok((file, check(&clip, &robot.character, &robot.anatomy, &robot.speeds())?)))

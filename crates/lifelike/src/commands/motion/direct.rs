@@ -98,22 +98,14 @@ impl Common {
 }
 
 impl Stage {
-    /// The clips of the inputs, made sure to be this robot's.
+    /// The clips of the inputs: all of them, since the result would be another motion without one.
     pub fn clips(&self, inputs: &[PathBuf]) -> Result<Vec<MotionClip>, CliError> {
-        let clips = clips::load(inputs, &self.robot)?;
-        for clip in &clips {
-            clip.columns_for(&self.robot.character)?;
-        }
-        Ok(clips)
+        Ok(lifelike_robot::clips::load(inputs, &self.robot)?.all()?)
     }
 
     /// The one clip of an input.
     pub fn clip(&self, input: &Path) -> Result<MotionClip, CliError> {
-        let mut clips = self.clips(&[input.to_path_buf()])?;
-        match (clips.pop(), clips.len()) {
-            (Some(clip), 0) => Ok(clip),
-            (_, others) => Err(CliError::Input(format!("{}: expected one clip, got {}", input.display(), others + 1))),
-        }
+        Ok(clips::load_one(input, &self.robot)?)
     }
 
     /// Joints by the names of joints and parts of the body.
@@ -154,8 +146,8 @@ impl Made {
 fn character_of<'a>(inputs: impl IntoIterator<Item = &'a Path>) -> Result<Option<String>, CliError> {
     for input in inputs {
         // What is wrong with an input is told when it is loaded.
-        let files = dataset::find_files(&[input.to_path_buf()], dataset::is_motion_file).unwrap_or_default();
-        if let Some(file) = files.iter().find(|file| dataset::is_motion_file(file)) {
+        let files = dataset::find_motion(&[input.to_path_buf()], |format| !format.is_source()).unwrap_or_default();
+        if let Some(file) = files.iter().find(|file| container::FORMAT.is_named(file)) {
             let character = container::read(file)?.provenance.character;
             if !character.is_empty() {
                 return Ok(Some(character));

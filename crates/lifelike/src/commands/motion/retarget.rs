@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 use std::time::Instant;
 
-use lifelike_motion::formats::{CaptionTable, ReadOptions};
+use lifelike_motion::formats::{self, CaptionTable, Format, ReadOptions};
 use lifelike_motion::retarget::{RetargetOptions, RetargetReport, retarget};
 use lifelike_motion::{MotionError, container, dataset};
 use lifelike_report::{Playback, ReportBuilder};
@@ -15,7 +15,7 @@ use lifelike_robot::Robot;
 use rayon::prelude::*;
 
 use super::container_in;
-use crate::commands::clips::{self, is_captured, is_keyframes, read_captured};
+use crate::commands::clips;
 use crate::error::CliError;
 use crate::output::Output;
 use crate::progress::Progress;
@@ -29,16 +29,7 @@ const LOOK_CLIPS: usize = 24;
 /// Every clip is either converted or refused with the reason. Clips come out as *.motion.safetensors together with
 /// retarget.json, the report of all of them.
 #[derive(Debug, clap::Args)]
-#[command(after_help = "\
-Examples:
-  lifelike motion retarget walk.bvh --robot lima -o motions/lima
-  lifelike motion retarget mocap/cmu 'mocap/bandai/*walk*.bvh' --robot humanoid -o motions/humanoid
-  lifelike motion retarget motions --robot lima -o data/own --look      # our own keyframed clips
-  lifelike motion retarget dance.amc --skeleton 05.asf --robot my_robot.xml -o out swing_clearance=0.03
-
-Formats: BVH, ASF/AMC (the .asf beside the .amc, or --skeleton), DeepMimic .txt (its character file likewise),
-and keyframes as text (.keys.toml).
-Options such as fps=30, smoothing=0.03, allow_off_ground=true stand at the end; an unknown one lists them all.")]
+#[command(after_help = after_help())]
 pub struct Args {
     /// Files, folders of them, or patterns; then options as key=value.
     #[arg(required = true, value_name = "INPUT|KEY=VALUE")]
@@ -75,6 +66,23 @@ pub struct Args {
     pub strict: bool,
 }
 
+/// Examples, and the formats as the readers' table has them.
+fn after_help() -> String {
+    format!(
+        "\
+Examples:
+  lifelike motion retarget walk.bvh --robot lima -o motions/lima
+  lifelike motion retarget mocap/cmu 'mocap/bandai/*walk*.bvh' --robot humanoid -o motions/humanoid
+  lifelike motion retarget motions --robot lima -o data/own --look      # our own keyframed clips
+  lifelike motion retarget dance.amc --skeleton 05.asf --robot my_robot.xml -o out swing_clearance=0.03
+
+Formats: {}.
+--skeleton names the file that would lie beside.
+Options such as fps=30, smoothing=0.03, allow_off_ground=true stand at the end; an unknown one lists them all.",
+        formats::supported(Format::is_source)
+    )
+}
+
 /// What became of one input file.
 #[derive(Debug, serde::Serialize)]
 struct Done {
@@ -101,7 +109,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
         captions: args.captions.as_deref().map(CaptionTable::load).transpose()?,
         ..ReadOptions::default()
     };
-    let files = dataset::find_files(&inputs, is_captured)?;
+    let files = dataset::find_motion(&inputs, Format::is_source)?;
     std::fs::create_dir_all(&args.output).map_err(CliError::write(&args.output))?;
     let pool = rayon::ThreadPoolBuilder::new().num_threads(args.threads.unwrap_or(0)).build();
     let pool = pool.map_err(|e| CliError::Failed(e.to_string()))?;
@@ -163,7 +171,7 @@ fn convert(
     options: &RetargetOptions,
     folder: &Path,
 ) -> Result<(PathBuf, RetargetReport), MotionError> {
-    let mut source = read_captured(file, read)?;
+    let mut source = formats::read_source(file, read)?;
     source.name = name.to_string();
     let (clip, report) = retarget(&source, &robot.character, &robot.anatomy, options)?;
     let path = container_in(folder, &clip.name);
@@ -193,11 +201,8 @@ fn split(arguments: &[String]) -> (Vec<PathBuf>, Vec<String>) {
 fn clip_names(files: &[PathBuf]) -> Vec<Result<String, String>> {
     let mut taken: BTreeMap<String, &PathBuf> = BTreeMap::new();
     let name = |file: &PathBuf| {
-        let whole = file.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
-        let stem =
-            if is_keyframes(file) { whole.split('.').next() } else { whole.rsplit_once('.').map(|(stem, _)| stem) };
+        let stem = formats::clip_name(file);
         let extension = file.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
-        let stem = stem.unwrap_or(&whole).to_string();
         (format!("{stem}-{extension}"), stem)
     };
     let mut names = Vec::with_capacity(files.len());

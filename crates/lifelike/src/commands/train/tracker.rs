@@ -132,6 +132,7 @@ pub fn prepare(plan: &TrackerPlan, hardware: &Hardware, all: Arc<dyn Collective>
     physics::available(&hardware.physics.engine)?;
     let device = hardware.networks.open()?;
     let robot = Arc::new(Robot::load(&plan.robot)?);
+    hardware.physics.require_ready(&robot)?;
     let prior = plan.prior.as_deref().map(|path| Prior::load_for(path, &robot)).transpose()?;
     let library = if plan.clips.is_empty() {
         ReferenceLibrary::standing(&robot, STANDING_SECONDS)?

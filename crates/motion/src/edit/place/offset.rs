@@ -1,4 +1,4 @@
-//! How far a point is to be from where the clip has it, over time.
+//! Offsets of a point from the clip's own path, over time.
 
 use lifelike_character::{Kinematics, Vec3};
 
@@ -92,7 +92,7 @@ impl Track {
         Ok(Self { spot, hits, curves, windows })
     }
 
-    /// The offset at a time (m, world); `None` outside of all windows.
+    /// Returns the offset at a time (m, world); `None` outside of all windows.
     pub fn at(&self, time: f64) -> Option<Vec3> {
         let within = self.windows.iter().any(|(start, end)| *start < time && time < *end);
         within.then(|| Vec3::from_fn(|axis, _| self.curves[axis].at(time)))

@@ -1,4 +1,4 @@
-//! How well a placement went, measured on the result.
+//! Report of a placement, measured on the result.
 
 use lifelike_character::{Kinematics, Vec3};
 
@@ -8,24 +8,24 @@ use crate::clip::MotionClip;
 use crate::retarget::rig::Rig;
 use crate::retarget::shapes::Shapes;
 
-/// What became of one key.
+/// Result of one key.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Placed {
-    /// What was placed, as the key names it.
+    /// Point that was placed, as the key names it.
     pub body: String,
     /// The frame's time (s).
     pub time: f64,
-    /// Where the clip had it (m, world).
+    /// Position in the clip before (m, world).
     pub was: [f64; 3],
-    /// Where it was to be (m, world).
+    /// Target position (m, world).
     pub asked: [f64; 3],
-    /// Where it is (m, world).
+    /// Position after (m, world).
     pub reached: [f64; 3],
-    /// How far from there (m).
+    /// Distance from the target (m).
     pub residual: f64,
 }
 
-/// What a placement did.
+/// Report of a placement.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct PlaceReport {
     /// One per key, in their order.
@@ -40,7 +40,7 @@ pub struct PlaceReport {
     pub lowest: [f64; 2],
 }
 
-/// Measures; `poses` are those before and after.
+/// Measures the result; `poses` are those before and after.
 pub(super) fn measure(
     rig: &Rig,
     clip: &MotionClip,
@@ -98,7 +98,7 @@ pub(super) fn measure(
     report
 }
 
-/// Whether the clip says that a foot stands; of feet of which it says nothing, always.
+/// Returns whether the clip says that a foot stands; of feet of which it says nothing, always.
 pub(super) fn stands(clip: &MotionClip, foot: &str, frame: usize) -> bool {
     let Some(contacts) = &clip.contacts else { return true };
     let place = contacts.names.iter().position(|name| name == foot);

@@ -24,18 +24,18 @@ mod weight {
 
 /// More than enough from the frame before; the solver stops when it stands still.
 const ITERATIONS: usize = 100;
-/// How far a sole may move while it stands (m).
+/// Largest slip of a sole while it stands (m).
 const SLIP: f64 = 0.8e-3;
-/// How far it may move while it swings (m).
+/// Largest deviation of a sole while it swings (m).
 const SWING: f64 = 0.02;
-/// How finely the share of the offsets is sought: to one part in 64.
+/// Steps in which the share of the offsets is sought: to one part in 64.
 const HALVINGS: usize = 6;
 
-/// Generalised positions in which the tracks' points are where they are to be, as nearly as the body can.
+/// Returns the generalised positions in which the tracks' points are where they are to be, as nearly as the body can.
 ///
-/// Every frame is solved for itself; then a joint whose way to a key would be too fast sets out earlier. At the end of its
-/// reach a body jumps between contorted poses, and its feet give way: then all offsets are scaled down until the soles
-/// keep their places.
+/// Every frame is solved for itself; then a joint whose way to a key would be too fast sets out earlier. At the end of
+/// its reach a body jumps between contorted poses, and its feet give way: then all offsets are scaled down until the
+/// soles keep their places.
 pub(super) fn solve(rig: &Rig, clip: &MotionClip, old: &[Vec<f64>], tracks: &[Track]) -> Vec<Vec<f64>> {
     let fps = clip.fps;
     let home: Vec<bool> =
@@ -68,7 +68,7 @@ pub(super) fn solve(rig: &Rig, clip: &MotionClip, old: &[Vec<f64>], tracks: &[Tr
     best.unwrap_or_else(|| old.to_vec())
 }
 
-/// Whether the soles without keys keep their places.
+/// Returns whether the soles without keys stay in place.
 fn soles_keep(rig: &Rig, clip: &MotionClip, (old, new): (&[Vec<f64>], &[Vec<f64>]), tracks: &[Track]) -> bool {
     let (mut before, mut after) = (Kinematics::new(rig.character), Kinematics::new(rig.character));
     (0..old.len()).filter(|&t| old[t] != new[t]).all(|t| {
@@ -86,7 +86,7 @@ fn is_keyed(tracks: &[Track], body: usize) -> bool {
     tracks.iter().any(|track| track.spot.body == body)
 }
 
-/// Frame by frame, with this share of the offsets, as fast as it takes.
+/// Follows the tracks frame by frame, with this share of the offsets, as fast as it takes.
 fn follow(rig: &Rig, old: &[Vec<f64>], tracks: &[Track], fps: f64, share: f64) -> Vec<Vec<f64>> {
     let mut solver = Solver::new(rig, |_| true);
     let mut limits = Limits::new(rig);
@@ -131,7 +131,7 @@ fn follow(rig: &Rig, old: &[Vec<f64>], tracks: &[Track], fps: f64, share: f64) -
     new
 }
 
-/// Both feet, unless keys move them, and the trunk where it is.
+/// Keeps both feet, unless keys move them, and the trunk where it is.
 fn keep(rig: &Rig, kinematics: &Kinematics, tracks: &[Track], tasks: &mut Vec<Task>) {
     for leg in &rig.legs {
         let body = leg.foot.body;
@@ -150,7 +150,7 @@ fn keep(rig: &Rig, kinematics: &Kinematics, tracks: &[Track], tasks: &mut Vec<Ta
     tasks.push(Task::Orientation { body, target, weight: weight::PELVIS });
 }
 
-/// Which joints are between the root and a keyed point.
+/// Returns the joints between the root and a keyed point.
 fn near_joints(rig: &Rig, tracks: &[Track]) -> Vec<bool> {
     let character = rig.character;
     let mut on_way = vec![false; character.bodies.len()];

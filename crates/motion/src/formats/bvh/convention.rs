@@ -16,12 +16,12 @@ pub(super) enum Convention {
     Other,
 }
 
-/// Angles (rad) by which the line from ankle to toe joint, and the toes' x axis, dip below the horizontal when the feet of
-/// the Bandai skeleton stand flat: medians over standing feet in its walks (ankle 11.7 cm, toe joint 4.2 cm high).
+/// Angles (rad) by which the line from ankle to toe joint, and the toes' x axis, dip below the horizontal when the feet
+/// of the Bandai skeleton stand flat: medians over standing feet in its walks (ankle 11.7 cm, toe joint 4.2 cm high).
 const BANDAI_FOOT_DIP: f64 = 0.693;
 const BANDAI_TOE_DIP: f64 = 0.37;
-/// The rest pose and the frames into which a filter of the conversion smeared it: against the CMU originals the arms are
-/// off by 76, 48, 22, 7, 10, 10 degrees in frames 1 to 6 (medians over 20 trials) and by a constant 7 from then on.
+/// The rest pose and the frames into which a filter of the conversion smeared it: against the CMU originals the arms
+/// are off by 76, 48, 22, 7, 10, 10 degrees in frames 1 to 6 (medians over 20 trials) and by a constant 7 from then on.
 const DAZ_REST_FRAMES: usize = 7;
 /// Tilt of the elbows' hinges of the Daz skeleton (rad): median over the CMU walks.
 const DAZ_ELBOW_TILT: f64 = 0.47;
@@ -40,7 +40,7 @@ impl Convention {
         }
     }
 
-    /// Frames at the start that are no motion.
+    /// Returns the frames at the start that are no motion.
     pub(super) fn rest_frames(self) -> usize {
         if self == Self::Daz { DAZ_REST_FRAMES } else { 0 }
     }
@@ -56,12 +56,13 @@ impl Convention {
         }
     }
 
-    /// World rotation of the joints' frames (the file's axes) in the rest pose.
+    /// Returns the world rotation of the joints' frames (the file's axes) in the rest pose.
     pub(super) fn rest(self, joints: &[Joint]) -> Vec<Quat> {
         joints.iter().map(|j| if self == Self::Bandai { bandai_rest(&j.name) } else { Quat::identity() }).collect()
     }
 
-    /// What the zero pose hides: found by comparing the Daz files with the CMU originals of the same trials.
+    /// Facts that the zero pose does not show: found by comparing the Daz files with the CMU originals of the same
+    /// trials.
     pub(super) fn hints(self, joints: &[Joint]) -> rest::Hints {
         if self != Self::Daz {
             return rest::Hints::default();
@@ -74,9 +75,9 @@ impl Convention {
         }
     }
 
-    /// The turn from the file's axes to ours. Daz and Bandai figures stand along y and face z. Another skeleton's up is
-    /// the axis along which its hips lie farthest above its feet, its left the one along which its left joints lie
-    /// farthest from its right ones; where the names do not tell, y is up and z forward.
+    /// Returns the turn from the file's axes to ours. Daz and Bandai figures stand along y and face z. Another
+    /// skeleton's up is the axis along which its hips lie farthest above its feet, its left the one along which its
+    /// left joints lie farthest from its right ones; where the names do not tell, y is up and z forward.
     pub(super) fn basis(self, joints: &[Joint], parents: &[Option<usize>], offsets: &[Vec3]) -> Quat {
         let guessed = if self == Self::Other { guess(joints, parents, offsets) } else { None };
         guessed.unwrap_or_else(raw::from_y_up_z_forward)
@@ -99,7 +100,7 @@ fn guess(joints: &[Joint], parents: &[Option<usize>], offsets: &[Vec3]) -> Optio
     Some(Quat::from_matrix(&nalgebra::Matrix3::from_rows(&rows)))
 }
 
-/// The signed coordinate axis next to a direction.
+/// Returns the signed coordinate axis next to a direction.
 fn nearest_axis(direction: Vec3) -> Option<Vec3> {
     let axis = direction.iamax();
     let sign = direction[axis];
@@ -110,8 +111,8 @@ fn nearest_axis(direction: Vec3) -> Option<Vec3> {
     })
 }
 
-/// The frames of the Bandai skeleton in a T-pose, found from what its joints do: bones lie along x (left) or -x (right),
-/// elbows and knees bend about y. Columns are the frame's x, y, z in the world (y up, z forward, x left).
+/// Returns the frames of the Bandai skeleton in a T-pose, found from what its joints do: bones lie along x (left) or -x
+/// (right), elbows and knees bend about y. Columns are the frame's x, y, z in the world (y up, z forward, x left).
 fn bandai_rest(name: &str) -> Quat {
     let (left, up, forward) = (Vec3::x(), Vec3::y(), Vec3::z());
     let dipping = |angle: f64| forward * angle.cos() - up * angle.sin();

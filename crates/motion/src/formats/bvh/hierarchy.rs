@@ -8,7 +8,7 @@ use crate::formats::text::Lines;
 /// More joints than any skeleton of a body with fingers and a face has.
 const MOST_JOINTS: usize = 1000;
 
-/// What one number of a frame does.
+/// Meaning of one number of a frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Channel {
     /// Position along an axis (0 = x, 1 = y, 2 = z).
@@ -45,7 +45,7 @@ pub(super) struct Hierarchy {
     pub ends: Vec<(usize, Vec3)>,
 }
 
-/// What an open brace belongs to.
+/// Owner of an open brace.
 #[derive(Clone, Copy)]
 enum Open {
     Joint(usize),
@@ -119,7 +119,7 @@ impl Hierarchy {
         Ok(Open::Joint(self.joints.len() - 1))
     }
 
-    /// Every joint has a number per frame, so that a small file cannot stand for a huge motion.
+    /// Checks that every joint has a number per frame, so that a small file cannot stand for a huge motion.
     fn check_complete(&self, lines: &Lines<'_>, node: Open) -> Result<(), MotionError> {
         match node {
             Open::Joint(joint) if self.joints[joint].channels.is_empty() => {
@@ -129,8 +129,8 @@ impl Hierarchy {
         }
     }
 
-    /// The joint that moves as the root: the first of the chain on top that has a branch below it, or whose child has
-    /// no position channels.
+    /// Returns the joint that moves as the root: the first of the chain on top that has a branch below it, or whose
+    /// child has no position channels.
     pub(super) fn root(&self) -> usize {
         let mut root = 0;
         loop {
@@ -148,7 +148,7 @@ impl Hierarchy {
     }
 }
 
-/// `CHANNELS <count> <name>...`
+/// Reads `CHANNELS <count> <name>...`
 fn channels(lines: &Lines<'_>, mut tokens: std::str::SplitAsciiWhitespace<'_>) -> Result<Vec<Channel>, MotionError> {
     let stated = tokens.next().unwrap_or_default();
     let mut channels = Vec::with_capacity(6);

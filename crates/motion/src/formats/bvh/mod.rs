@@ -9,7 +9,7 @@ use std::path::Path;
 use lifelike_character::{Quat, Vec3};
 
 use super::raw::{self, RawClip};
-use super::{ReadOptions, name_of, text};
+use super::{Format, ReadOptions, Reader, clip_name, text};
 use crate::error::MotionError;
 use crate::source::SourceClip;
 
@@ -18,6 +18,16 @@ mod hierarchy;
 
 use convention::Convention;
 use hierarchy::{Channel, Hierarchy};
+
+/// The format, for the table of all.
+pub const FORMAT: Format = Format {
+    name: "BVH",
+    suffixes: &[".bvh"],
+    shared_suffixes: &[],
+    companion: "",
+    sniff: |start| start.starts_with(b"HIERARCHY"),
+    reader: Reader::Source(parse),
+};
 
 /// Reads a BVH file. `file` is for names and messages only.
 ///
@@ -145,7 +155,7 @@ fn assemble(
     let scaled = offsets.iter_mut().chain(ends.iter_mut().map(|(_, o)| o)).chain(motion.root_position.iter_mut());
     scaled.for_each(|v| *v *= scale);
     let raw = RawClip {
-        name: name_of(file),
+        name: clip_name(file),
         provenance: convention.provenance().to_owned(),
         fps,
         cyclic: false,
@@ -162,7 +172,8 @@ fn assemble(
     Ok(raw.finish(options.t_pose))
 }
 
-/// Metres per unit, from the longest side of the box around the rest pose: a body of 1 to 2.5 m in m, cm or mm.
+/// Returns the metres per unit, from the longest side of the box around the rest pose: a body of 1 to 2.5 m in m, cm or
+/// mm.
 fn guess_scale(
     file: &Path,
     rest: &[Quat],

@@ -2,7 +2,7 @@
 
 use super::*;
 
-/// The line that an error names, and its text.
+/// Returns the line that an error names, and its text.
 fn line_of<T: std::fmt::Debug>(result: Result<T, MotionError>) -> (usize, String) {
     let error = result.unwrap_err();
     match &error {

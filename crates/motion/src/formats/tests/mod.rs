@@ -11,6 +11,7 @@ use crate::source::SourceClip;
 mod broken;
 mod fuzz;
 mod numbers;
+mod table;
 
 /// 14 joints with common names, orders of axes all different, random angles.
 const BVH: &str = include_str!("small.bvh");
@@ -96,12 +97,12 @@ fn deepmimic(character: &[u8], motion: &[u8]) -> Result<SourceClip, MotionError>
     deepmimic::parse(motion, Path::new("y.txt"), &character, &ReadOptions::default())
 }
 
-/// World position of a joint by name.
+/// Returns the world position of a joint by name.
 fn place(clip: &SourceClip, frame: usize, name: &str) -> Vec3 {
     clip.pose(frame).0[joint(clip, name)]
 }
 
-/// World rotation of a joint by name.
+/// Returns the world rotation of a joint by name.
 fn turn(clip: &SourceClip, frame: usize, name: &str) -> Quat {
     clip.pose(frame).1[joint(clip, name)]
 }

@@ -4,7 +4,8 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use lifelike_character::Role;
-use lifelike_motion::formats::ReadOptions;
+use lifelike_motion::dataset;
+use lifelike_motion::formats::{self, Format, ReadOptions};
 use lifelike_report::Panel;
 use lifelike_representation::spline_transformer::{Recording, SequenceTrainer, Sequences, Windows};
 use lifelike_sequences::HumansPlan;
@@ -16,7 +17,6 @@ use tracing::info;
 use super::args::{Latents, Shared};
 use super::budget::Budget;
 use super::{Column, Experiment, Shown, TABLE, Words, driver, latent_columns};
-use crate::commands::clips;
 use crate::error::CliError;
 use crate::output::Output;
 
@@ -115,9 +115,9 @@ impl Experiment for People<'_> {
     }
 
     fn read(&self, _: &Output) -> Result<Vec<Recording>, CliError> {
-        let files = clips::captured_files(self.clips)?;
+        let files = dataset::find_motion(self.clips, Format::is_source)?;
         let read = |file: &PathBuf| -> Result<Recording, CliError> {
-            let clip = clips::read_captured(file, &ReadOptions::default())?;
+            let clip = formats::read_source(file, &ReadOptions::default())?;
             humans::recording(&clip).map_err(|e| CliError::Input(format!("{}: {e}", file.display())))
         };
         let recordings: Vec<Recording> = files.par_iter().map(read).collect::<Result<_, _>>()?;

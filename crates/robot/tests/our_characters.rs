@@ -7,7 +7,7 @@ use lifelike_character::anatomy::Overrides;
 use lifelike_character::{Anatomy, Character, Kinematics, Role, Symmetry, Vec3};
 
 fn load(name: &str) -> Character {
-    Character::load(Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("../../robots/{name}.xml"))).unwrap()
+    Character::load(Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("robots/{name}.xml"))).unwrap()
 }
 
 /// A robot that is not ours, or a line that says that the test skips it.
@@ -19,15 +19,7 @@ fn other(file: &str) -> Option<Character> {
         println!("skipped: {} is absent", path.display());
         return None;
     }
-    let text = std::fs::read_to_string(&path).unwrap();
-    // The included files hold pictures only, and are not part of the data.
-    let text: String =
-        text.lines().filter(|l| !l.contains("<include file=\"./common")).map(|l| format!("{l}\n")).collect();
-    Some(if file.ends_with("urdf") {
-        Character::from_urdf(&text, file, path.parent()).unwrap()
-    } else {
-        Character::from_mjcf(&text, file, path.parent()).unwrap()
-    })
+    Some(Character::load(&path).unwrap())
 }
 
 fn world(character: &Character, anatomy: &Anatomy, role: Role) -> Vec3 {
@@ -197,7 +189,7 @@ fn other_peoples_robots_are_symmetric_or_it_is_said_why_not() {
 
 #[test]
 fn one_short_leg_is_not_symmetric() {
-    let text = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("../../robots/lima.xml")).unwrap();
+    let text = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("robots/lima.xml")).unwrap();
     let short =
         text.replace("<body name=\"left_shank\" pos=\"0 0 -0.2\">", "<body name=\"left_shank\" pos=\"0 0 -0.15\">");
     assert_ne!(text, short);

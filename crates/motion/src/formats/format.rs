@@ -1,0 +1,122 @@
+//! File formats as values: what is known of each, declared beside its reader, and the one table of all.
+
+use std::fmt::Write as _;
+use std::fs::File;
+use std::io::Read;
+use std::path::Path;
+
+use super::{ReadOptions, amc, bvh, deepmimic};
+use crate::clip::MotionClip;
+use crate::error::MotionError;
+use crate::source::SourceClip;
+use crate::{container, keyframes};
+
+/// Every format that is read, in the order in which contents are tried. A new format is one file with its reader and
+/// its `FORMAT`, and one line here; dispatch, search in folders, messages and help texts follow.
+pub const FORMATS: [&Format; 5] =
+    [&bvh::FORMAT, &amc::FORMAT, &deepmimic::FORMAT, &keyframes::FORMAT, &container::FORMAT];
+
+/// Bytes at the start of a file that tell its format.
+const SNIFFED: usize = 4096;
+
+/// A file format: its names and its reader.
+#[derive(Debug)]
+pub struct Format {
+    /// Name, as messages write it.
+    pub name: &'static str,
+    /// Endings of file names that are this format's alone, lower case with the dot; they decide without a look inside.
+    pub suffixes: &'static [&'static str],
+    /// Endings that other files have too; there the content decides.
+    pub shared_suffixes: &'static [&'static str],
+    /// File that must lie beside one of these, for messages; empty where none must.
+    pub companion: &'static str,
+    /// Test of a file's first bytes (white space and byte-order mark removed).
+    pub sniff: fn(&[u8]) -> bool,
+    /// Reader of the whole file.
+    pub reader: Reader,
+}
+
+/// The reader of a format: from the file's bytes, its path (for names, messages and companions) and options.
+#[derive(Debug, Clone, Copy)]
+pub enum Reader {
+    /// Reader of captured or written human motion, which is to be retargeted.
+    Source(fn(&[u8], &Path, &ReadOptions) -> Result<SourceClip, MotionError>),
+    /// Reader of motion that is already a robot's.
+    Robot(fn(&[u8], &Path) -> Result<MotionClip, MotionError>),
+}
+
+impl Format {
+    /// Returns whether a file's name alone says that it has this format.
+    pub fn is_named(&self, path: &Path) -> bool {
+        ending_of(path, self.suffixes).is_some()
+    }
+
+    /// Returns whether it holds human motion, which is to be retargeted.
+    pub fn is_source(&self) -> bool {
+        matches!(self.reader, Reader::Source(_))
+    }
+}
+
+/// Returns the format of a file that somebody named: its ending decides, and the content where the ending says nothing.
+pub fn of_file(path: &Path) -> Option<&'static Format> {
+    by_name(path).or_else(|| by_content(&start_of(path)))
+}
+
+/// Returns the format of a file that was found in a folder. Only files whose ending some format has are looked at:
+/// notes end in `.txt` as DeepMimic's motions do.
+pub fn of_found(path: &Path) -> Option<&'static Format> {
+    let shares = |format: &&Format| ending_of(path, format.shared_suffixes).is_some();
+    by_name(path)
+        .or_else(|| FORMATS.into_iter().any(|f| shares(&f)).then(|| by_content(&start_of(path)))?.filter(shares))
+}
+
+/// Returns a clip's name by its file: the file's without the format's ending, or else without extension.
+pub fn clip_name(path: &Path) -> String {
+    let name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+    let ending = FORMATS.iter().find_map(|format| ending_of(path, format.suffixes));
+    let stem = match ending {
+        Some(ending) => name.get(..name.len() - ending.len()).map(str::to_owned),
+        None => path.file_stem().map(|stem| stem.to_string_lossy().into_owned()),
+    };
+    stem.filter(|stem| !stem.is_empty()).unwrap_or_else(|| "clip".to_owned())
+}
+
+/// Returns the formats as messages and help texts list them: names, endings and what must lie beside a file.
+pub fn supported(accepts: impl Fn(&Format) -> bool) -> String {
+    let mut text = String::new();
+    for format in FORMATS.into_iter().filter(|format| accepts(format)) {
+        let endings = [format.suffixes, format.shared_suffixes].concat().join(", ");
+        let comma = if text.is_empty() { "" } else { ", " };
+        let beside =
+            if format.companion.is_empty() { String::new() } else { format!(" beside its {}", format.companion) };
+        // Writing to a string cannot fail.
+        let _ = write!(text, "{comma}{} ({endings}{beside})", format.name);
+    }
+    text
+}
+
+/// Returns the format that content itself tells.
+pub(super) fn by_content(bytes: &[u8]) -> Option<&'static Format> {
+    let bytes = &bytes[..bytes.len().min(SNIFFED)];
+    let start = bytes.strip_prefix(&[0xef, 0xbb, 0xbf]).unwrap_or(bytes).trim_ascii_start();
+    FORMATS.into_iter().find(|format| (format.sniff)(start))
+}
+
+pub(super) fn by_name(path: &Path) -> Option<&'static Format> {
+    FORMATS.into_iter().find(|format| format.is_named(path))
+}
+
+/// Returns the one of these endings that a file's name has, in capitals or not.
+fn ending_of(path: &Path, endings: &[&'static str]) -> Option<&'static str> {
+    let name = path.file_name()?.to_string_lossy().to_ascii_lowercase();
+    endings.iter().find(|ending| name.ends_with(*ending)).copied()
+}
+
+/// Returns the first bytes of a file; none of one that cannot be read, which whoever reads it reports.
+fn start_of(path: &Path) -> Vec<u8> {
+    let mut start = Vec::new();
+    match File::open(path).and_then(|file| file.take(SNIFFED as u64).read_to_end(&mut start)) {
+        Ok(_) => start,
+        Err(_) => Vec::new(),
+    }
+}

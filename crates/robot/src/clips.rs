@@ -1,0 +1,250 @@
+//! Clips of a robot from whatever names them: motion of its own, captured motion, or our keyframed clips.
+//!
+//! Files of a data set differ in quality, so a clip that is no use is left out with the reason and the others are loaded;
+//! whoever calls tells what was left out ([`LoadedClips::left_out`]), or takes all or nothing ([`LoadedClips::all`]).
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use lifelike_motion::edit::mirror;
+use lifelike_motion::formats::{self, FileMotion, ReadOptions};
+use lifelike_motion::retarget::{RetargetOptions, retarget};
+use lifelike_motion::{MotionClip, MotionError, SourceClip, dataset, keyframes};
+use rayon::prelude::*;
+
+use crate::error::RobotError;
+use crate::robot::Robot;
+
+/// Share of an actuator's largest speed that a retargeted joint may have, so that the policy has room to correct.
+pub const SPEED_SHARE: f64 = 0.8;
+
+/// Frames at the policy's rate below which a clip has no velocities to follow.
+const MIN_FRAMES: f64 = 3.0;
+
+/// Reasons that one message lists; a folder of another robot's clips has thousands.
+const MAX_LISTED: usize = 10;
+
+/// Clips of a robot, and the files that gave none.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct LoadedClips {
+    /// The clips.
+    pub clips: Vec<MotionClip>,
+    /// File of each clip.
+    pub files: Vec<PathBuf>,
+    /// Files that were left out, sorted.
+    pub left_out: Vec<LeftOut>,
+}
+
+/// A file that was left out.
+#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
+pub struct LeftOut {
+    /// The file.
+    pub file: PathBuf,
+    /// The reason, which names the file.
+    pub reason: String,
+}
+
+impl LoadedClips {
+    /// Returns the clips when nothing was left out.
+    ///
+    /// # Errors
+    /// [`RobotError::Clips`] with the reasons when something was.
+    pub fn all(self) -> Result<Vec<MotionClip>, RobotError> {
+        if self.left_out.is_empty() {
+            Ok(self.clips)
+        } else {
+            Err(RobotError::Clips { reasons: reasons(&self.left_out) })
+        }
+    }
+
+    /// Sorts by name, and leaves out all clips of one name but the first by file.
+    fn with_names_of_their_own(mut self) -> Self {
+        let mut by_name: BTreeMap<String, (MotionClip, PathBuf)> = BTreeMap::new();
+        for (clip, file) in self.clips.drain(..).zip(self.files.drain(..)) {
+            if let Some((_, first)) = by_name.get(&clip.name) {
+                let (file_text, first) = (file.display(), first.display());
+                let reason = format!("{file_text}: a clip named '{}' is already loaded from {first}", clip.name);
+                self.left_out.push(LeftOut { file, reason });
+            } else {
+                by_name.insert(clip.name.clone(), (clip, file));
+            }
+        }
+        (self.clips, self.files) = by_name.into_values().unzip();
+        self.left_out.sort_by(|a, b| a.file.cmp(&b.file));
+        self
+    }
+}
+
+/// The input that stands for our own clips; `builtin:NAME` stands for one of them.
+const BUILTIN: &str = "builtin";
+
+/// Loads clips from files, folders, patterns, `@list.txt` and our own ones (`builtin`, `builtin:NAME`) ([`dataset::find_files`]), sorted by name, each name once:
+/// of two files with one name the first by path is kept. Motion of robots is taken as it is; human motion is retargeted
+/// on the way, at the policy's rate and within the actuators' speeds.
+///
+/// # Errors
+/// As [`load_files`].
+pub fn load(inputs: &[PathBuf], robot: &Robot) -> Result<LoadedClips, RobotError> {
+    Ok(load_files(inputs, robot)?.with_names_of_their_own())
+}
+
+/// Loads clips as [`load`] does, but sorted by file, and names may repeat.
+///
+/// # Errors
+/// [`RobotError::Motion`] for an input that is not there or holds no motion; [`RobotError::Clips`] with the reasons
+/// when no file is of use, as when a single file was named and is none.
+pub fn load_files(inputs: &[PathBuf], robot: &Robot) -> Result<LoadedClips, RobotError> {
+    let (words, paths): (Vec<PathBuf>, Vec<PathBuf>) = inputs.iter().cloned().partition(|input| is_builtin(input));
+    let own = builtin_by(&words, robot)?;
+    let files = if paths.is_empty() { Vec::new() } else { dataset::find_motion(&paths, |_| true)? };
+    let options = speed_limited(robot);
+    let read = |file: &PathBuf| {
+        let clip = match formats::read(file, &ReadOptions::default())? {
+            FileMotion::Robot(clip) => clip,
+            FileMotion::Source(source) => retargeted(&source, robot, &options)?,
+        };
+        usable(&clip, robot)?;
+        Ok(clip)
+    };
+    let read: Vec<Result<MotionClip, MotionError>> = files.par_iter().map(read).collect();
+    let mut loaded = gathered(files, read);
+    loaded.clips.splice(0..0, own.clips);
+    loaded.files.splice(0..0, own.files);
+    loaded.left_out.splice(0..0, own.left_out);
+    if loaded.clips.is_empty() {
+        return Err(RobotError::Clips { reasons: reasons(&loaded.left_out) });
+    }
+    Ok(loaded)
+}
+
+/// Loads the one clip of an input.
+///
+/// # Errors
+/// As [`load_files`] and [`LoadedClips::all`], and when it is not exactly one.
+pub fn load_one(input: &Path, robot: &Robot) -> Result<MotionClip, RobotError> {
+    let clips = load(&[input.to_path_buf()], robot)?.all()?;
+    <[MotionClip; 1]>::try_from(clips).map(|[clip]| clip).map_err(|clips| RobotError::Mismatch {
+        what: input.display().to_string(),
+        expected: "one clip".into(),
+        got: clips.len().to_string(),
+    })
+}
+
+/// Returns our own keyframed clips on a robot. What does not suit it is left out.
+pub fn builtin(robot: &Robot) -> LoadedClips {
+    let options = speed_limited(robot);
+    let texts: Vec<(&str, &str)> = keyframes::builtin().collect();
+    let make = |(name, text): &(&str, &str)| {
+        let source = keyframes::parse(text.as_bytes(), Path::new(name))?;
+        retargeted(&source, robot, &options)
+    };
+    let made: Vec<Result<MotionClip, MotionError>> = texts.par_iter().map(make).collect();
+    gathered(texts.iter().map(|(name, _)| PathBuf::from(format!("{BUILTIN}:{name}"))).collect(), made)
+}
+
+/// Returns true for an input that is our own clips (`builtin`) or one of them (`builtin:walk`) rather than a path.
+pub fn is_builtin(input: &Path) -> bool {
+    input
+        .to_str()
+        .is_some_and(|text| text.strip_prefix(BUILTIN).is_some_and(|rest| rest.is_empty() || rest.starts_with(':')))
+}
+
+/// Our own clips that these words name.
+fn builtin_by(words: &[PathBuf], robot: &Robot) -> Result<LoadedClips, RobotError> {
+    if words.is_empty() {
+        return Ok(LoadedClips::default());
+    }
+    let names: Vec<PathBuf> =
+        keyframes::builtin().map(|(name, _)| PathBuf::from(format!("{BUILTIN}:{name}"))).collect();
+    if let Some(unknown) = words.iter().find(|word| word.as_os_str() != BUILTIN && !names.contains(word)) {
+        return Err(RobotError::Mismatch {
+            what: "our own clips".into(),
+            expected: names.iter().map(|name| name.display().to_string()).collect::<Vec<_>>().join(", "),
+            got: unknown.display().to_string(),
+        });
+    }
+    let all = words.iter().any(|word| word.as_os_str() == BUILTIN);
+    let mut loaded = builtin(robot);
+    let wanted = |file: &Path| all || words.iter().any(|word| word == file);
+    let pairs = loaded.clips.into_iter().zip(loaded.files).filter(|(_, file)| wanted(file));
+    (loaded.clips, loaded.files) = pairs.unzip();
+    loaded.left_out.retain(|left| wanted(&left.file));
+    Ok(loaded)
+}
+
+/// Returns these clips, and after them the mirror image of each by the robot's own symmetry, called `NAME+mirror`.
+///
+/// # Errors
+/// A robot that is not symmetric; a clip of another robot.
+pub fn with_mirror_images(mut clips: Vec<MotionClip>, robot: &Robot) -> Result<Vec<MotionClip>, MotionError> {
+    let image = |clip: &MotionClip| {
+        let name = format!("{}+mirror", clip.name);
+        Ok(MotionClip { name, ..mirror(clip, &robot.character)? })
+    };
+    let images: Result<Vec<_>, MotionError> = clips.iter().map(image).collect();
+    clips.extend(images?);
+    Ok(clips)
+}
+
+/// Returns the options of retargeting where nothing else is said: at the policy's rate.
+pub fn retarget_options(robot: &Robot) -> RetargetOptions {
+    RetargetOptions { fps: robot.control_hz, ..RetargetOptions::default() }
+}
+
+/// Fills in the speeds that the robot's actuators allow, for joints of which nothing is said.
+pub fn limit_speeds(options: &mut RetargetOptions, robot: &Robot) {
+    for (joint, p) in robot.actuators.joints.iter().zip(&robot.actuators.parameters) {
+        if p.velocity_max.is_finite() {
+            options.velocity_limit.entry(joint.clone()).or_insert(SPEED_SHARE * p.velocity_max);
+        }
+    }
+}
+
+/// Lists what was left out, a line each, up to a number that a person reads.
+pub fn reasons(left_out: &[LeftOut]) -> String {
+    let mut lines: Vec<String> = left_out.iter().take(MAX_LISTED).map(|left| left.reason.clone()).collect();
+    if left_out.len() > MAX_LISTED {
+        lines.push(format!("and {} more", left_out.len() - MAX_LISTED));
+    }
+    lines.join("\n  ")
+}
+
+fn speed_limited(robot: &Robot) -> RetargetOptions {
+    let mut options = retarget_options(robot);
+    limit_speeds(&mut options, robot);
+    options
+}
+
+fn retargeted(source: &SourceClip, robot: &Robot, options: &RetargetOptions) -> Result<MotionClip, MotionError> {
+    Ok(retarget(source, &robot.character, &robot.anatomy, options)?.0)
+}
+
+/// Checks that a clip is of this robot, and long enough to be followed.
+fn usable(clip: &MotionClip, robot: &Robot) -> Result<(), MotionError> {
+    clip.columns_for(&robot.character)?;
+    let frames = (clip.seconds() * robot.control_hz + 1e-6).floor() + 1.0;
+    if frames < MIN_FRAMES {
+        let message = format!("expected at least {MIN_FRAMES} frames at the policy's rate, got {frames}");
+        return Err(MotionError::Unfit { clip: clip.name.clone(), message });
+    }
+    Ok(())
+}
+
+fn gathered(files: Vec<PathBuf>, read: Vec<Result<MotionClip, MotionError>>) -> LoadedClips {
+    let mut loaded = LoadedClips::default();
+    for (file, read) in files.into_iter().zip(read) {
+        match read {
+            Ok(clip) => {
+                loaded.clips.push(clip);
+                loaded.files.push(file);
+            }
+            Err(error) => {
+                let (path, reason) = (file.display().to_string(), error.to_string());
+                // What is wrong inside of a file names it already.
+                let reason = if reason.contains(&path) { reason } else { format!("{path}: {reason}") };
+                loaded.left_out.push(LeftOut { file, reason });
+            }
+        }
+    }
+    loaded
+}

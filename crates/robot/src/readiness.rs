@@ -1,0 +1,202 @@
+//! Readiness of a robot for training: what makes it impossible or doubtful, found before any time is spent on it.
+//!
+//! A robot that nothing can hold up falls through the ground, and a policy that cannot do anything about it still collects
+//! reward; so commands that simulate ask [`Robot::require_ready`] first.
+
+use lifelike_character::{Character, Geom, GeomShape};
+
+use crate::error::RobotError;
+use crate::guess;
+use crate::robot::Robot;
+
+/// Weight below which a robot is taken for a mistake of units (kg).
+const MIN_MASS: f64 = 0.02;
+/// Weight above which it is (kg).
+const MAX_MASS: f64 = 2000.0;
+/// Share of the torque that standing on bent legs takes, of which the strongest joint of the legs has at least this
+/// much.
+const MIN_TORQUE: f64 = 0.05;
+/// The same, below which motion is doubtful.
+const LOW_TORQUE: f64 = 0.25;
+
+/// Shapes that a physics engine lets touch.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Shapes {
+    /// Spheres, capsules and boxes: those of our engine.
+    Primitives,
+    /// All, meshes whose files are there included: those of MuJoCo.
+    All,
+}
+
+/// Weight of a problem.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Severity {
+    /// Training would be in vain.
+    CannotTrain,
+    /// Training may work, and the result may disappoint.
+    Warning,
+}
+
+/// A problem of a robot.
+#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
+pub struct Problem {
+    /// Weight.
+    pub severity: Severity,
+    /// Description, with names and numbers.
+    pub problem: String,
+    /// Remedy.
+    pub remedy: String,
+}
+
+/// The problems of a robot, the gravest first.
+#[derive(Debug, Clone, Default, PartialEq, Eq, serde::Serialize)]
+pub struct Readiness {
+    /// The problems.
+    pub problems: Vec<Problem>,
+}
+
+impl Readiness {
+    /// Returns whether nothing forbids training.
+    pub fn can_train(&self) -> bool {
+        self.problems.iter().all(|p| p.severity != Severity::CannotTrain)
+    }
+
+    /// Returns all of it in one line, with the gravest problem and what to do.
+    pub fn verdict(&self) -> String {
+        let warnings = self.problems.iter().filter(|p| p.severity == Severity::Warning).count();
+        match self.problems.first() {
+            None => "ready to train".into(),
+            Some(p) if p.severity == Severity::CannotTrain => {
+                format!("cannot be trained: {}; {}", p.problem, p.remedy)
+            }
+            Some(_) => format!("ready to train, with {warnings} warning{}", if warnings == 1 { "" } else { "s" }),
+        }
+    }
+
+    fn add(&mut self, severity: Severity, problem: String, remedy: &str) {
+        self.problems.push(Problem { severity, problem, remedy: remedy.into() });
+    }
+}
+
+impl Robot {
+    /// Looks for what makes training impossible or doubtful in an engine with these shapes.
+    pub fn readiness(&self, shapes: Shapes) -> Readiness {
+        let mut readiness = Readiness::default();
+        contact(self, shapes, &mut readiness);
+        mass(&self.character, &mut readiness);
+        torque(self, &mut readiness);
+        for warning in &self.character.warnings {
+            readiness.add(Severity::Warning, warning.clone(), "");
+        }
+        readiness.problems.sort_by_key(|p| p.severity != Severity::CannotTrain);
+        readiness
+    }
+
+    /// Refuses a robot that cannot be trained in an engine with these shapes.
+    ///
+    /// # Errors
+    /// [`RobotError::Unfit`] with the verdict.
+    pub fn require_ready(&self, shapes: Shapes) -> Result<(), RobotError> {
+        let readiness = self.readiness(shapes);
+        if readiness.can_train() {
+            return Ok(());
+        }
+        Err(RobotError::Unfit { robot: self.name.clone(), message: readiness.verdict() })
+    }
+}
+
+/// Checks ground contact: of anything, and of the feet.
+fn contact(robot: &Robot, shapes: Shapes, readiness: &mut Readiness) {
+    let character = &robot.character;
+    let touching: Vec<bool> = touching(character, shapes);
+    let geoms = character.geoms.iter().filter(|g| g.body != 0).count();
+    if !touching.contains(&true) {
+        let other = character.geoms.iter().filter(|g| meets_ground(character, g)).count();
+        let why = match (geoms, other) {
+            (0, _) => "it has no geoms".to_string(),
+            (_, 0) => format!(
+                "none of its {geoms} geoms collides (contype and conaffinity do not match the ground's, or mesh files are missing)"
+            ),
+            (_, n) => format!("{n} geoms would collide, but their shapes are not spheres, capsules or boxes"),
+        };
+        let remedy = "give its feet geoms of type box, sphere or capsule with contype and conaffinity 1";
+        readiness.add(Severity::CannotTrain, format!("nothing of it can touch the ground: {why}"), remedy);
+        return;
+    }
+    if robot.anatomy.soles.is_empty() {
+        let remedy = "name them in its profile: [anatomy] left_foot = \"...\", right_foot = \"...\"";
+        readiness.add(Severity::Warning, "no feet were found".into(), remedy);
+        return;
+    }
+    let touches = |body: usize| (0..touching.len()).any(|b| touching[b] && guess::is_below(character, b, body));
+    let bare: Vec<&str> =
+        robot.anatomy.soles.values().map(|s| s.body).filter(|&b| !touches(b)).map(|b| name(character, b)).collect();
+    let shank = |sole: usize| touches(character.bodies[sole].parent);
+    if bare.is_empty() {
+        return;
+    }
+    let without_legs = bare.len() == robot.anatomy.soles.len() && !robot.anatomy.soles.values().any(|s| shank(s.body));
+    let severity = if without_legs { Severity::CannotTrain } else { Severity::Warning };
+    let problem = format!("no geom of its feet ({}) can touch the ground", bare.join(", "));
+    readiness.add(severity, problem, "give them geoms of type box, sphere or capsule with contype and conaffinity 1");
+}
+
+fn mass(character: &Character, readiness: &mut Readiness) {
+    let mass = character.mass();
+    if mass.is_nan() || mass < MIN_MASS {
+        let problem = format!("it weighs {mass} kg");
+        readiness.add(Severity::CannotTrain, problem, "give its bodies <inertial> (kg), or its geoms mass or density");
+    } else if mass > MAX_MASS {
+        readiness.add(Severity::Warning, format!("it weighs {mass:.0} kg"), "masses are kg, and lengths m");
+    }
+    if character.gravity.norm() == 0.0 {
+        readiness.add(Severity::Warning, "its model has no gravity".into(), "set <option gravity=\"0 0 -9.81\"/>");
+    }
+}
+
+/// Checks the strength of the legs against the weight, and joints without any.
+fn torque(robot: &Robot, readiness: &mut Readiness) {
+    let character = &robot.character;
+    let torques =
+        || robot.actuators.joints.iter().zip(&robot.actuators.parameters).map(|(name, p)| (name, p.torque_max));
+    let weak: Vec<&str> = torques().filter(|(_, torque)| *torque <= 0.0).map(|(name, _)| name.as_str()).collect();
+    let needed = guess::standing_loads(character, &robot.anatomy);
+    let share = torques().zip(needed).filter_map(|((name, torque), load)| Some((name, torque, torque / load?, load?)));
+    let strongest = share.max_by(|a, b| a.2.total_cmp(&b.2));
+    let remedy = "check torque_max in its profile, or forcerange and gear of its actuators (N m)";
+    if let Some((name, torque, share, load)) = strongest.filter(|s| s.2 < LOW_TORQUE) {
+        let severity = if share < MIN_TORQUE { Severity::CannotTrain } else { Severity::Warning };
+        let problem = format!(
+            "its legs are too weak: the strongest joint, '{name}', has {torque:.3} N m where standing takes {load:.3}"
+        );
+        readiness.add(severity, problem, remedy);
+    } else if !weak.is_empty() {
+        readiness.add(Severity::Warning, format!("joints without torque: {}", weak.join(", ")), remedy);
+    }
+}
+
+/// Flags the bodies that have a geom that touches the ground.
+fn touching(character: &Character, shapes: Shapes) -> Vec<bool> {
+    let mut touching = vec![false; character.bodies.len()];
+    for geom in character.geoms.iter().filter(|g| meets_ground(character, g)) {
+        let primitive = matches!(geom.shape, GeomShape::Sphere(_) | GeomShape::Capsule(..) | GeomShape::Box(_));
+        touching[geom.body] |= primitive || shapes == Shapes::All;
+    }
+    touching
+}
+
+/// Returns whether a geom of the robot can collide with the ground (the model's own, or MuJoCo's default), by masks and
+/// exclusions.
+fn meets_ground(character: &Character, geom: &Geom) -> bool {
+    let excluded = character.excludes.iter().any(|pair| [(0, geom.body), (geom.body, 0)].contains(pair));
+    let meets = |contype: u32, conaffinity: u32| geom.contype & conaffinity != 0 || contype & geom.conaffinity != 0;
+    let mut ground =
+        character.geoms.iter().filter(|g| g.body == 0 && (g.contype != 0 || g.conaffinity != 0)).peekable();
+    let met = if ground.peek().is_none() { meets(1, 1) } else { ground.any(|g| meets(g.contype, g.conaffinity)) };
+    geom.body != 0 && !excluded && met
+}
+
+fn name(character: &Character, body: usize) -> &str {
+    &character.bodies[body].name
+}
