@@ -12,26 +12,26 @@
 //! each other, with pyramids of friction. [`unsupported`] lists what of a robot is left out.
 
 mod block;
-mod boxes;
-mod clock;
+mod box_collision;
+mod collision;
+mod constraint_wrenches;
 mod constraints;
 mod contact;
-mod dynamics;
+mod dof_chain;
 mod factors;
+mod invweight;
 pub mod lane;
+mod model_parameters;
 mod outputs;
-mod reactions;
-mod setting;
+pub mod profile;
+mod profiler;
+mod rigid_body;
 mod shapes;
+mod solver_context;
 mod spatial;
-pub mod stages;
-mod support;
 mod surface;
-mod touch;
 mod tree;
 mod unsupported;
-mod variation;
-mod weights;
 
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -44,14 +44,14 @@ use crate::checks::{self, Coordinates};
 use crate::error::SimError;
 use crate::rows::{self, Rows, Widths};
 use crate::terrain::Terrain;
-use block::{Block, Desk, Model};
-use clock::Clock;
+use block::{Block, Model, Workspace};
+use constraint_wrenches::BodyWrenches;
+use invweight::invweight;
 use lane::{Lane, Scalar};
 use outputs::{write_forces, write_no_forces, write_state};
-use reactions::Reactions;
-use weights::inverse_weights;
+use profiler::Profiler;
 
-pub use reactions::BodyForces;
+pub use constraint_wrenches::BodyForces;
 #[cfg(feature = "mujoco")]
 pub(crate) use surface::{SOLIMP, SOLREF};
 pub use unsupported::unsupported;
@@ -74,7 +74,7 @@ fn massless(robot: &Robot, dof: usize) -> String {
 
 /// Pairs of a robot's own geoms that may touch.
 pub fn self_contacts(robot: &Robot) -> usize {
-    shapes::meeting(&robot.character).len()
+    shapes::collision_pairs(&robot.character).len()
 }
 
 /// N environments of one robot, `W` to a vector.
@@ -84,7 +84,7 @@ pub struct LaneSimulation<T: Scalar, const W: usize> {
     reference: Vec<f64>,
     widths: Widths,
     blocks: Vec<Block<T, W>>,
-    desks: Vec<Desk<T, W>>,
+    workspaces: Vec<Workspace<T, W>>,
     pool: rayon::ThreadPool,
     parameters: Vec<EnvironmentParameters>,
     state: BatchState,
@@ -122,12 +122,12 @@ impl<T: Scalar, const W: usize> LaneSimulation<T, W> {
         let widths =
             Widths { joints: tree.driven.len(), places: tree.places.len(), bodies: tree.bodies.len(), feet: tree.feet };
         let reference = robot.character.reference_position();
-        let weights = inverse_weights(&model.exact, &reference, &model.exact_own)
+        let weights = invweight(&model.exact, &reference, &model.exact_nominal)
             .map_err(|dof| fail(format!("{}: give the body mass, or the joint armature", massless(&robot, dof))))?;
         let block = Block::new(&model, &weights);
         let mut simulation = Self {
             state: rows::allocate(environments, &widths),
-            desks: vec![Desk::new(tree); pool.current_num_threads()],
+            workspaces: vec![Workspace::new(tree); pool.current_num_threads()],
             blocks: vec![block; environments.div_ceil(W)],
             model,
             parameters: vec![EnvironmentParameters::default(); environments],
@@ -155,8 +155,8 @@ impl<T: Scalar, const W: usize> LaneSimulation<T, W> {
 
     /// Another number of visits of all constraint rows per physics step: more are nearer to MuJoCo's converged forces.
     #[must_use]
-    pub fn with_sweeps(mut self, sweeps: usize) -> Self {
-        self.model.sweeps = sweeps;
+    pub fn with_iterations(mut self, iterations: usize) -> Self {
+        self.model.iterations = iterations;
         self
     }
 
@@ -173,19 +173,19 @@ impl<T: Scalar, const W: usize> LaneSimulation<T, W> {
     /// As [`Simulation::reset`].
     pub fn dynamics(&mut self, position: &[f64], velocity: &[f64], applied: &[f64]) -> Result<Dynamics, SimError> {
         self.reset(&[0], position, velocity)?;
-        let applied: Vec<Lane<T, W>> = applied.iter().map(|x| Lane::of(*x)).collect();
-        let (model, block, desk) = (&self.model, &self.blocks[0], &mut self.desks[0]);
-        let acceleration = desk.unconstrained(model, block, &applied);
+        let applied: Vec<Lane<T, W>> = applied.iter().map(|x| Lane::splat_f64(*x)).collect();
+        let (model, block, workspace) = (&self.model, &self.blocks[0], &mut self.workspaces[0]);
+        let acceleration = workspace.unconstrained(model, block, &applied);
         let nv = model.tree.nv;
         let mut mass = vec![0.0; nv * nv];
         for (d, dof) in model.tree.dofs.iter().enumerate() {
             for (k, j) in dof.chain.iter().enumerate() {
-                let value = desk.work.mass[dof.row + k].0[0].wide();
+                let value = workspace.dynamics.mass[dof.row + k].0[0].to_f64();
                 (mass[d * nv + j], mass[j * nv + d]) = (value, value);
             }
         }
-        let first = |lanes: &[Lane<T, W>]| lanes.iter().map(|x| x.0[0].wide()).collect();
-        Ok(Dynamics { mass, bias: first(&desk.work.bias), acceleration: first(&acceleration) })
+        let first = |lanes: &[Lane<T, W>]| lanes.iter().map(|x| x.0[0].to_f64()).collect();
+        Ok(Dynamics { mass, bias: first(&workspace.dynamics.bias), acceleration: first(&acceleration) })
     }
 
     /// Forces in joints and on bodies in the present state under a drive. As MuJoCo's `mj_rnePostConstraint` after `mj_forward`:
@@ -198,25 +198,25 @@ impl<T: Scalar, const W: usize> LaneSimulation<T, W> {
         let numbers = checks::drive(&drive, self.len() * joints)?;
         let targets = matches!(drive, Drive::Targets(_));
         let mut out = BodyForces::default();
-        let desk = &mut self.desks[0];
+        let workspace = &mut self.workspaces[0];
         for (block, numbers) in self.blocks.iter().zip(numbers.chunks(W * joints)) {
             // The solver starts from the forces of the step before and overwrites them.
             let mut block = block.clone();
             command(&mut block, numbers, joints);
-            let reactions = Reactions::of(&self.model, &mut block, desk, targets);
+            let wrenches = BodyWrenches::of(&self.model, &mut block, workspace, targets);
             for lane in 0..numbers.len() / joints {
-                reactions.write(&desk.work, block.diverged[lane], lane, &mut out);
+                wrenches.write(&workspace.dynamics, block.diverged[lane], lane, &mut out);
             }
         }
         Ok(out)
     }
 
-    /// One policy step of the first vector of environments towards targets, its stages told to a clock; no outputs.
-    fn clocked(&mut self, targets: &[f32], clock: &mut impl Clock) {
-        let (block, desk) = (&mut self.blocks[0], &mut self.desks[0]);
+    /// One policy step of the first vector of environments towards targets, its stages told to a profiler; no outputs.
+    fn clocked(&mut self, targets: &[f32], profiler: &mut impl Profiler) {
+        let (block, workspace) = (&mut self.blocks[0], &mut self.workspaces[0]);
         command(block, targets, self.widths.joints);
-        clock.begin();
-        block.step(&self.model, desk, true, clock);
+        profiler.begin();
+        block.step(&self.model, workspace, true, profiler);
     }
 
     fn put(&mut self, id: usize, position: &[f64], velocity: &[f64]) {
@@ -244,15 +244,15 @@ impl<T: Scalar, const W: usize> LaneSimulation<T, W> {
 
     /// Outputs of environments that did not step: poses and velocities; torques and forces are zero.
     fn refresh(&mut self, ids: &[usize]) {
-        let (tree, desk) = (&self.model.tree, &mut self.desks[0]);
+        let (tree, workspace) = (&self.model.tree, &mut self.workspaces[0]);
         let mut blocks: Vec<usize> = ids.iter().map(|id| id / W).collect();
         blocks.dedup();
         let mut at = 0;
         for b in blocks {
-            desk.work.kinematics(tree, &self.blocks[b].q);
+            workspace.dynamics.kinematics(tree, &self.blocks[b].q);
             while at < ids.len() && ids[at] / W == b {
                 let rows = &mut rows::single(&mut self.state, ids[at], &self.widths);
-                write_state(&self.model, &self.blocks[b], desk, ids[at] % W, rows);
+                write_state(&self.model, &self.blocks[b], workspace, ids[at] % W, rows);
                 write_no_forces(rows);
                 rows.diverged.fill(self.blocks[b].diverged[ids[at] % W]);
                 at += 1;
@@ -271,17 +271,17 @@ impl<T: Scalar, const W: usize> LaneSimulation<T, W> {
         let (parameters, model) = (&self.parameters[id], &self.model);
         checks::parameters(parameters, self.widths.bodies, self.widths.joints, self.widths.feet)?;
         let (block, lane) = (&mut self.blocks[id / W], id % W);
-        let mut exact = model.exact_own.clone();
-        exact.set(0, &model.exact, &model.exact_own, parameters);
-        let weights = inverse_weights(&model.exact, &self.reference, &exact).map_err(|dof| SimError::State {
+        let mut exact = model.exact_nominal.clone();
+        exact.set(0, &model.exact, &model.exact_nominal, parameters);
+        let weights = invweight(&model.exact, &self.reference, &exact).map_err(|dof| SimError::State {
             expected: "factors that leave every joint something to move".into(),
             got: massless(&self.robot, dof),
         })?;
-        block.variation.set(lane, &model.tree, &model.own, parameters);
-        for (slot, x) in block.weights.body.iter_mut().zip(&weights.body) {
+        block.parameters.set(lane, &model.tree, &model.nominal, parameters);
+        for (slot, x) in block.invweight.body.iter_mut().zip(&weights.body) {
             slot.0[lane] = T::new(x.0[0]);
         }
-        for (slot, x) in block.weights.dof.iter_mut().zip(&weights.dof) {
+        for (slot, x) in block.invweight.dof.iter_mut().zip(&weights.dof) {
             slot.0[lane] = T::new(x.0[0]);
         }
         Ok(())
@@ -362,11 +362,11 @@ impl<T: Scalar, const W: usize> Simulation for LaneSimulation<T, W> {
             .collect();
         let queue = Mutex::new(jobs.into_iter());
         let next = || queue.lock().unwrap_or_else(PoisonError::into_inner).next();
-        let desks = &mut self.desks;
+        let workspaces = &mut self.workspaces;
         self.pool.install(|| {
-            desks.par_iter_mut().with_max_len(1).for_each(|desk| {
+            workspaces.par_iter_mut().with_max_len(1).for_each(|workspace| {
                 while let Some((block, numbers, mut outputs)) = next() {
-                    advance(model, block, desk, numbers, targets, &mut outputs, &widths);
+                    advance(model, block, workspace, numbers, targets, &mut outputs, &widths);
                 }
             });
         });
@@ -379,9 +379,9 @@ impl<T: Scalar, const W: usize> Simulation for LaneSimulation<T, W> {
             let (block, lane) = (&self.blocks[id / W], id % W);
             let mut forces = block.forces.clone();
             let numbers = block.q.iter().chain(&block.v).copied().chain(forces.numbers_mut().map(|x| *x));
-            values.extend(numbers.map(|x| x.0[lane].wide()));
+            values.extend(numbers.map(|x| x.0[lane].to_f64()));
             for push in &block.pushes {
-                values.extend(push.unwrap_or([Lane::zero(); 6]).map(|x| x.0[lane].wide()));
+                values.extend(push.unwrap_or([Lane::zero(); 6]).map(|x| x.0[lane].to_f64()));
             }
             values.push(f64::from(u8::from(block.diverged[lane])));
         }
@@ -434,7 +434,7 @@ fn command<T: Scalar, const W: usize>(block: &mut Block<T, W>, numbers: &[f32], 
 fn advance<T: Scalar, const W: usize>(
     model: &Model<T, W>,
     block: &mut Block<T, W>,
-    desk: &mut Desk<T, W>,
+    workspace: &mut Workspace<T, W>,
     numbers: &[f32],
     targets: bool,
     outputs: &mut Rows<'_>,
@@ -442,10 +442,10 @@ fn advance<T: Scalar, const W: usize>(
 ) {
     let joints = widths.joints;
     command(block, numbers, joints);
-    block.step(model, desk, targets, &mut ());
+    block.step(model, workspace, targets, &mut ());
     for lane in 0..numbers.len() / joints {
         let rows = &mut outputs.take(1, widths);
-        write_state(model, block, desk, lane, rows);
+        write_state(model, block, workspace, lane, rows);
         if block.diverged[lane] {
             write_no_forces(rows);
         } else {

@@ -149,13 +149,13 @@ impl Terrain {
 
     /// The surface's height at a place (m); `None` outside of the grid.
     pub fn height(&self, x: f64, y: f64) -> Option<f64> {
-        let (below, normal) = self.above([x, y, 0.0]);
+        let (below, normal) = self.clearance([x, y, 0.0]);
         (below != NOWHERE).then(|| -below / normal[2])
     }
 
     /// How far a point is above the plane of the triangle below it (m), and that plane's normal. Outside of the grid there
     /// is nothing: a kilometre of it.
-    pub fn above(&self, point: [f64; 3]) -> (f64, [f64; 3]) {
+    pub fn clearance(&self, point: [f64; 3]) -> (f64, [f64; 3]) {
         let place = |x: f64, n: usize| x / self.spacing + 0.5 * (n - 1) as f64;
         let (x, y) = (place(point[0], self.columns), place(point[1], self.rows));
         let inside = |x: f64, n: usize| x >= 0.0 && x <= (n - 1) as f64;
@@ -181,21 +181,21 @@ mod tests {
         let terrain = Terrain::from_fn(4.0, 0.1, |x, y| 0.3 * x - 0.2 * y + 1.0).unwrap();
         let length = (1.0_f64 + 0.09 + 0.04).sqrt();
         for (x, y) in [(0.0, 0.0), (0.51, -0.77), (-1.99, 1.99), (2.0, 2.0), (-2.0, -2.0)] {
-            let (above, normal) = terrain.above([x, y, 0.3 * x - 0.2 * y + 1.5]);
+            let (above, normal) = terrain.clearance([x, y, 0.3 * x - 0.2 * y + 1.5]);
             assert!((above - 0.5 / length).abs() < 1e-12, "{x} {y}: {above}");
             let expected = [-0.3 / length, 0.2 / length, 1.0 / length];
             assert!(normal.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-12), "{normal:?}");
         }
         assert!((terrain.slant() - length).abs() < 1e-12);
-        assert_eq!(terrain.above([2.01, 0.0, 0.0]).0, NOWHERE);
-        assert_eq!(terrain.above([f64::NAN, 0.0, 0.0]).0, NOWHERE);
+        assert_eq!(terrain.clearance([2.01, 0.0, 0.0]).0, NOWHERE);
+        assert_eq!(terrain.clearance([f64::NAN, 0.0, 0.0]).0, NOWHERE);
     }
 
     #[test]
     fn surfaces_have_no_gaps_between_triangles() {
         let terrain = Terrain::hills(6.0, 0.25, 0.4, 2.0, 3).unwrap();
         let height = |x: f64, y: f64| {
-            let (above, normal) = terrain.above([x, y, 10.0]);
+            let (above, normal) = terrain.clearance([x, y, 10.0]);
             let height = 10.0 - above / normal[2];
             assert!((terrain.height(x, y).unwrap() - height).abs() < 1e-12);
             height

@@ -31,7 +31,7 @@ fn forces_on_bodies_are_mujocos() {
         ("one that touches itself", self_touching(&ball("0.2"), &ball("0.15"))),
     ] {
         let (positions, velocities) = near_standing(&robot, n, 71);
-        let mut ours = LaneSimulation::<f64, 4>::new(robot.clone(), n, 1).unwrap().with_sweeps(1000);
+        let mut ours = LaneSimulation::<f64, 4>::new(robot.clone(), n, 1).unwrap().with_iterations(1000);
         ours.reset(&all(n), &positions, &velocities).unwrap();
         let bodies = robot.character.bodies.len();
         let pushed = |id: usize| 1 + id % (bodies - 1);

@@ -3,8 +3,8 @@
 use lifelike_character::{Character, Geom, GeomShape, Vec3};
 use lifelike_robot::Robot;
 
+use super::dof_chain::DofChain;
 use super::lane::Scalar;
-use super::support::Support;
 use super::surface::{Mixed, Surface};
 
 /// A convex part of the robot, in its body's frame.
@@ -47,8 +47,8 @@ pub struct Pair<T> {
     /// Indices of shapes; a box is never before what is none.
     pub shapes: [usize; 2],
     pub bodies: [usize; 2],
-    /// Index of their [`Support`].
-    pub support: usize,
+    /// Index of their [`DofChain`].
+    pub dof_chain: usize,
     /// Centres further apart than this cannot touch (m).
     pub reach: T,
     /// Where its contacts are in `Forces::contact`, and how many there can be.
@@ -73,7 +73,7 @@ pub fn solid(character: &Character) -> impl Iterator<Item = &Geom> {
 
 /// The pairs of a robot's own geoms that MuJoCo lets touch: masks, exclusions, and never a body and the one it hangs
 /// from. Bodies without joints count as part of what they are fixed to.
-pub fn meeting(character: &Character) -> Vec<(&Geom, &Geom)> {
+pub fn collision_pairs(character: &Character) -> Vec<(&Geom, &Geom)> {
     let whole = |mut body: usize| {
         while body != 0 && character.bodies[body].joints.is_empty() {
             body = character.bodies[body].parent;
@@ -89,7 +89,9 @@ pub fn meeting(character: &Character) -> Vec<(&Geom, &Geom)> {
     let own: Vec<_> = solid(character).collect();
     let pairs = own.iter().enumerate().flat_map(|(i, a)| own[i + 1..].iter().map(move |b| (*a, *b)));
     pairs
-        .filter(|(a, b)| Surface::of(a).meets(&Surface::of(b)) && !related(a.body, b.body) && !excluded(a.body, b.body))
+        .filter(|(a, b)| {
+            Surface::of(a).can_collide(&Surface::of(b)) && !related(a.body, b.body) && !excluded(a.body, b.body)
+        })
         .collect()
 }
 
@@ -98,7 +100,7 @@ pub fn ground_shapes<T: Scalar>(robot: &Robot, ground: &Surface) -> Vec<GroundSh
     let character = &robot.character;
     let excluded = |g: &Geom| character.excludes.iter().any(|pair| [(0, g.body), (g.body, 0)].contains(pair));
     solid(character)
-        .filter(|g| known(g) && Surface::of(g).meets(ground) && !excluded(g))
+        .filter(|g| known(g) && Surface::of(g).can_collide(ground) && !excluded(g))
         .map(|geom| {
             let mixed = Surface::of(geom).mix(ground, robot.timestep());
             ground_shape(geom, mixed, robot.anatomy.foot_of(character, geom.body))
@@ -106,21 +108,21 @@ pub fn ground_shapes<T: Scalar>(robot: &Robot, ground: &Surface) -> Vec<GroundSh
         .collect()
 }
 
-/// What of a robot can touch another part of it, and which parts can. `chain` are the dofs that move a body; supports that are not there are
+/// What of a robot can touch another part of it, and which parts can. `chain` are the dofs that move a body; dof_chains that are not there are
 /// added; contacts are counted on from `contacts`.
 pub fn pairs<'a, T: Scalar>(
     robot: &Robot,
     chain: impl Fn(usize) -> &'a [usize],
-    supports: &mut Vec<Support>,
+    dof_chains: &mut Vec<DofChain>,
     contacts: &mut usize,
 ) -> (Vec<Shape<T>>, Vec<Pair<T>>) {
     let (mut geoms, mut shapes, mut pairs) = (Vec::<&Geom>::new(), Vec::<Shape<T>>::new(), Vec::new());
     let is_box = |g: &Geom| matches!(g.shape, GeomShape::Box(_));
-    for (a, b) in meeting(&robot.character).into_iter().filter(|(a, b)| known(a) && known(b)) {
+    for (a, b) in collision_pairs(&robot.character).into_iter().filter(|(a, b)| known(a) && known(b)) {
         let (a, b) = if is_box(a) && !is_box(b) { (b, a) } else { (a, b) };
         let bodies = [a.body, b.body];
-        let support = Support::between(chain(bodies[0]), chain(bodies[1]));
-        if support.len() == 0 {
+        let dof_chain = DofChain::between(chain(bodies[0]), chain(bodies[1]));
+        if dof_chain.len() == 0 {
             continue;
         }
         let indices = [a, b].map(|geom| {
@@ -130,9 +132,9 @@ pub fn pairs<'a, T: Scalar>(
                 geoms.len() - 1
             })
         });
-        let support = supports.iter().position(|s| *s == support).unwrap_or_else(|| {
-            supports.push(support);
-            supports.len() - 1
+        let dof_chain = dof_chains.iter().position(|s| *s == dof_chain).unwrap_or_else(|| {
+            dof_chains.push(dof_chain);
+            dof_chains.len() - 1
         });
         let mixed: Mixed<T> = Surface::of(a).mix(&Surface::of(b), robot.timestep());
         let most = match (is_box(a), is_box(b)) {
@@ -140,9 +142,9 @@ pub fn pairs<'a, T: Scalar>(
             (_, true) => BOX_ROUND,
             _ => 1,
         };
-        let reach = shapes[indices[0]].bound + shapes[indices[1]].bound + mixed.margin.wide();
+        let reach = shapes[indices[0]].bound + shapes[indices[1]].bound + mixed.margin.to_f64();
         let (reach, first) = (T::new(reach), *contacts);
-        pairs.push(Pair { shapes: indices, bodies, support, reach, first, contacts: most, mixed });
+        pairs.push(Pair { shapes: indices, bodies, dof_chain, reach, first, contacts: most, mixed });
         *contacts += most;
     }
     (shapes, pairs)
@@ -185,7 +187,7 @@ fn ground_shape<T: Scalar>(geom: &Geom, mixed: Mixed<T>, foot: Option<usize>) ->
         _ => (Vec::new(), 0.0),
     };
     let points: Vec<Vec3> = local.into_iter().map(|p| geom.position + geom.orientation * p).collect();
-    let reach = points.iter().map(|p| p.norm()).fold(0.0, f64::max) + radius + mixed.margin.wide();
+    let reach = points.iter().map(|p| p.norm()).fold(0.0, f64::max) + radius + mixed.margin.to_f64();
     let z = || numbers(geom.orientation * Vec3::z());
     GroundShape {
         body: geom.body,

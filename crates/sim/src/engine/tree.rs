@@ -6,9 +6,9 @@ use lifelike_character::rotation::to_wxyz;
 use lifelike_character::{Body, Character, GeomShape, Joint, JointKind};
 use lifelike_robot::Robot;
 
+use super::dof_chain::{DofChain, Run, runs};
 use super::lane::Scalar;
 use super::shapes::{self, GroundShape, Pair, Shape};
-use super::support::{Run, Support, runs};
 use super::surface::{SOLIMP, SOLREF, Softness, Surface};
 use crate::error::SimError;
 
@@ -23,7 +23,7 @@ pub struct Dof<T> {
     /// Where the rows of the dofs that this one moves begin, nearest first.
     pub descendants: Vec<usize>,
     /// The dofs that move this one, without itself, as runs of neighbours.
-    pub above: Vec<Run>,
+    pub ancestors: Vec<Run>,
     pub armature: T,
     pub damping: T,
     pub frictionloss: T,
@@ -96,7 +96,7 @@ pub struct Tree<T> {
     pub springs: Vec<Spring<T>>,
     pub dofs: Vec<Dof<T>>,
     /// Of each dof, then of each pair of bodies that may touch.
-    pub supports: Vec<Support>,
+    pub dof_chains: Vec<DofChain>,
     pub limits: Vec<Limit<T>>,
     /// What may touch the ground.
     pub ground_shapes: Vec<GroundShape<T>>,
@@ -141,7 +141,7 @@ impl<T: Scalar> Tree<T> {
             joints: character.joints.iter().map(joint).collect(),
             springs: character.joints.iter().filter(|j| j.stiffness != 0.0).map(spring).collect(),
             dofs: Vec::new(),
-            supports: Vec::new(),
+            dof_chains: Vec::new(),
             limits: Vec::new(),
             ground_shapes: Vec::new(),
             shapes: Vec::new(),
@@ -160,7 +160,7 @@ impl<T: Scalar> Tree<T> {
             ground_height: T::new(height),
         };
         tree.add_dofs(character);
-        tree.supports = tree.dofs.iter().map(|dof| Support::of(&dof.chain)).collect();
+        tree.dof_chains = tree.dofs.iter().map(|dof| DofChain::of(&dof.chain)).collect();
         tree.limits = character
             .scalar_joints()
             .enumerate()
@@ -173,7 +173,7 @@ impl<T: Scalar> Tree<T> {
         tree.contacts = tree.ground_shapes.iter().map(|shape| shape.points.len()).sum();
         let chains: Vec<&[usize]> =
             tree.bodies.iter().map(|b| b.last_dof.map_or(&[][..], |dof| tree.dofs[dof].chain.as_slice())).collect();
-        (tree.shapes, tree.pairs) = shapes::pairs(robot, |body| chains[body], &mut tree.supports, &mut tree.contacts);
+        (tree.shapes, tree.pairs) = shapes::pairs(robot, |body| chains[body], &mut tree.dof_chains, &mut tree.contacts);
         Ok(tree)
     }
 
@@ -193,7 +193,7 @@ impl<T: Scalar> Tree<T> {
                     }
                     self.dofs.push(Dof {
                         body: b,
-                        above: runs(&chain[..chain.len() - 1]),
+                        ancestors: runs(&chain[..chain.len() - 1]),
                         chain,
                         row,
                         descendants: Vec::new(),

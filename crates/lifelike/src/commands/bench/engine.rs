@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use lifelike_character::Character;
 use lifelike_robot::Robot;
-use lifelike_sim::engine::stages::{Cost, costs};
+use lifelike_sim::engine::profile::{Cost, costs};
 use lifelike_sim::engine::{LANES, LifelikeSimulation, self_contacts};
 use lifelike_sim::throughput::{Throughput, measure};
 use lifelike_sim::{Terrain, create_on};

@@ -15,8 +15,8 @@ pub enum Stage {
     Factors,
     /// Joint limits and dry friction, detection of contacts, and the rows of both.
     Rows,
-    /// The solver's sweeps.
-    Sweeps,
+    /// The solver's iterations.
+    Iterations,
     /// Velocities and positions.
     Integration,
 }
@@ -30,7 +30,7 @@ impl Stage {
         Self::Forces,
         Self::Factors,
         Self::Rows,
-        Self::Sweeps,
+        Self::Iterations,
         Self::Integration,
     ];
 
@@ -43,23 +43,23 @@ impl Stage {
             Self::Forces => "actuators",
             Self::Factors => "factorisation",
             Self::Rows => "constraint rows",
-            Self::Sweeps => "solver sweeps",
+            Self::Iterations => "solver iterations",
             Self::Integration => "integration",
         }
     }
 }
 
 /// Is told whenever a stage is over. The engine's own is `()`, which costs nothing.
-pub trait Clock {
+pub trait Profiler {
     /// A step begins: what came before is no stage.
     fn begin(&mut self);
     /// What was done since the last call was this.
-    fn lap(&mut self, stage: Stage);
+    fn end_stage(&mut self, stage: Stage);
 }
 
-impl Clock for () {
+impl Profiler for () {
     #[inline(always)]
     fn begin(&mut self) {}
     #[inline(always)]
-    fn lap(&mut self, _: Stage) {}
+    fn end_stage(&mut self, _: Stage) {}
 }

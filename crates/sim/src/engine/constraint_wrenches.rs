@@ -1,11 +1,11 @@
 //! What holds bodies together: forces in joints and on bodies, as chapter 2 of the thesis needs them.
 
-use super::block::{Block, Desk, Model};
-use super::dynamics::Workspace;
+use super::block::{Block, Model, Workspace};
 use super::lane::{Lane, Scalar};
+use super::model_parameters::ModelParameters;
+use super::rigid_body::RigidBodyDynamics;
 use super::spatial::{Spatial, accumulate, cross, cross_force, momentum, sub};
 use super::tree::Tree;
-use super::variation::Variation;
 
 /// Forces on every body of every environment, `[N, B, 6]`: torque (N m), then force (N), axes of the world. Row 0 of each
 /// environment, the world, is zero.
@@ -21,24 +21,24 @@ pub struct BodyForces {
 }
 
 /// The three fields of [`BodyForces`], about the root's position, one entry per body.
-pub struct Reactions<T: Scalar, const W: usize> {
+pub struct BodyWrenches<T: Scalar, const W: usize> {
     joint: Vec<Spatial<T, W>>,
     constraint: Vec<Spatial<T, W>>,
     contact: Vec<Spatial<T, W>>,
 }
 
-impl<T: Scalar, const W: usize> Reactions<T, W> {
+impl<T: Scalar, const W: usize> BodyWrenches<T, W> {
     /// Those of a block in its present state, under its command.
-    pub fn of(model: &Model<T, W>, block: &mut Block<T, W>, desk: &mut Desk<T, W>, targets: bool) -> Self {
-        let acceleration = block.accelerate(model, desk, targets);
-        let contact = desk.contact_forces(&model.tree, &block.forces);
+    pub fn of(model: &Model<T, W>, block: &mut Block<T, W>, workspace: &mut Workspace<T, W>, targets: bool) -> Self {
+        let acceleration = block.accelerate(model, workspace, targets);
+        let contact = workspace.contact_forces(&model.tree, &block.forces);
         let mut external = contact.clone();
         for (body, push) in block.pushes.iter().enumerate() {
             if let Some(push) = push {
-                accumulate(&mut external[body], &desk.work.about_origin(push, body));
+                accumulate(&mut external[body], &workspace.dynamics.about_origin(push, body));
             }
         }
-        let constraint = desk.work.constraint_forces(&model.tree, &block.variation, &acceleration, &external);
+        let constraint = workspace.dynamics.constraint_forces(&model.tree, &block.parameters, &acceleration, &external);
         let mut joint = constraint.clone();
         for (b, body) in model.tree.bodies.iter().enumerate().skip(1).rev() {
             let own = joint[b];
@@ -49,31 +49,31 @@ impl<T: Scalar, const W: usize> Reactions<T, W> {
     }
 
     /// Appends the rows of one environment: zeros where it has diverged.
-    pub fn write(&self, work: &Workspace<T, W>, diverged: bool, lane: usize, out: &mut BodyForces) {
+    pub fn write(&self, dynamics: &RigidBodyDynamics<T, W>, diverged: bool, lane: usize, out: &mut BodyForces) {
         let row = |wrench: &Spatial<T, W>, from: &[Lane<T, W>; 3], out: &mut Vec<f32>| {
             let force = [wrench[3], wrench[4], wrench[5]];
             let torque = sub(&[wrench[0], wrench[1], wrench[2]], &cross(from, &force));
-            out.extend(torque.iter().chain(&force).map(|x| x.0[lane].wide() as f32));
+            out.extend(torque.iter().chain(&force).map(|x| x.0[lane].to_f64() as f32));
         };
         for b in 0..self.joint.len() {
             if b == 0 || diverged {
                 [&mut out.joint, &mut out.constraint, &mut out.contact].into_iter().for_each(|x| x.extend([0.0; 6]));
                 continue;
             }
-            row(&self.joint[b], &work.position[b], &mut out.joint);
-            row(&self.constraint[b], &work.com[b], &mut out.constraint);
-            row(&self.contact[b], &work.com[b], &mut out.contact);
+            row(&self.joint[b], &dynamics.position[b], &mut out.joint);
+            row(&self.constraint[b], &dynamics.com[b], &mut out.constraint);
+            row(&self.contact[b], &dynamics.com[b], &mut out.contact);
         }
     }
 }
 
-impl<T: Scalar, const W: usize> Workspace<T, W> {
+impl<T: Scalar, const W: usize> RigidBodyDynamics<T, W> {
     /// What must act on each body besides gravity and `external` for it to accelerate so (Newton and Euler), about the
     /// root's position. Needs [`Self::bias`] of the same state.
     fn constraint_forces(
         &self,
         tree: &Tree<T>,
-        variation: &Variation<T, W>,
+        parameters: &ModelParameters<T, W>,
         acceleration: &[Lane<T, W>],
         external: &[Spatial<T, W>],
     ) -> Vec<Spatial<T, W>> {
@@ -85,13 +85,13 @@ impl<T: Scalar, const W: usize> Workspace<T, W> {
             for joint in &tree.joints[body.joints.clone()] {
                 for d in joint.v..joint.v + joint.kind.nv() {
                     for k in 0..6 {
-                        added[b][k] = added[b][k].plus(self.motion[d][k], acceleration[d]);
+                        added[b][k] = added[b][k].add_mul(self.motion[d][k], acceleration[d]);
                     }
                 }
             }
             let mut whole = self.acceleration[b];
             accumulate(&mut whole, &added[b]);
-            let inertia = self.spatial_inertia(b, body, variation);
+            let inertia = self.spatial_inertia(b, body, parameters);
             let velocity = &self.velocity[b];
             forces[b] = momentum(&inertia, &whole);
             accumulate(&mut forces[b], &cross_force(velocity, &momentum(&inertia, velocity)));
