@@ -1,23 +1,7 @@
-//! What every engine offers: N environments of one robot, stepped together.
+//! Values of N environments: outputs, parameters, saved states.
 //!
 //! Arrays are row-major `[environment, column]`, so one environment's numbers lie together. All rows refer to the robot's
 //! scalar joints and places in the order of `Robot` (which carries the names).
-
-use std::sync::Arc;
-
-use lifelike_robot::Robot;
-
-use crate::error::SimError;
-use crate::terrain::Terrain;
-
-/// What drives the joints during one step.
-#[derive(Debug, Clone, Copy)]
-pub enum Drive<'a> {
-    /// Joint targets (rad), `[N, J]`; the engine evaluates the actuator model (eqs. 4.9-4.11) at every physics substep.
-    Targets(&'a [f32]),
-    /// Joint torques (N m), `[N, J]`, applied as they are.
-    Torques(&'a [f32]),
-}
 
 /// What the environments look like after the last step or reset. `N` environments, `J` scalar joints, `P` places
 /// (end effectors, then key bodies), `B` bodies (world included), `F` feet (soles of the anatomy).
@@ -96,55 +80,4 @@ pub struct IntegrationState {
     pub values: Vec<f64>,
     /// Parameters of each environment.
     pub parameters: Vec<EnvironmentParameters>,
-}
-
-/// N environments of one robot on level or uneven ground.
-///
-/// Every method that takes environments by index gives the same result for any number of threads.
-pub trait Simulation: Send {
-    /// The engine's name, such as `mujoco`.
-    fn engine(&self) -> &'static str;
-
-    /// The robot.
-    fn robot(&self) -> &Arc<Robot>;
-
-    /// Number of environments N.
-    fn len(&self) -> usize;
-
-    /// The uneven ground that all of them stand on; `None`: level ground at height 0.
-    fn terrain(&self) -> Option<&Arc<Terrain>> {
-        None
-    }
-
-    /// Whether there are none.
-    fn is_empty(&self) -> bool {
-        self.len() == 0
-    }
-
-    /// What the environments look like now.
-    fn state(&self) -> &BatchState;
-
-    /// Puts some environments into given states and clears forces, warm starts and divergence.
-    ///
-    /// # Shapes
-    /// `positions: [ids, nq]`, `velocities: [ids, nv]` in MuJoCo's layout (see `character::model`).
-    fn reset(&mut self, ids: &[usize], positions: &[f64], velocities: &[f64]) -> Result<(), SimError>;
-
-    /// Changes the parameters of one environment, from the next step on.
-    fn set_parameters(&mut self, id: usize, parameters: EnvironmentParameters) -> Result<(), SimError>;
-
-    /// Applies a force (N, world) and torque (N m, world) to the centre of mass of a body until changed again: a push.
-    fn push(&mut self, id: usize, body: usize, force_w: [f32; 3], torque_w: [f32; 3]) -> Result<(), SimError>;
-
-    /// Ends all pushes on one environment.
-    fn clear_pushes(&mut self, id: usize);
-
-    /// One policy step: `robot.substeps` physics steps of every environment that is not frozen, then [`Self::state`].
-    fn step(&mut self, drive: Drive<'_>) -> Result<(), SimError>;
-
-    /// Everything needed to continue bit for bit.
-    fn save(&self) -> IntegrationState;
-
-    /// Back to a saved state; [`Self::state`] is as it was then, except the outputs of the last step (torques, forces).
-    fn restore(&mut self, state: &IntegrationState) -> Result<(), SimError>;
 }

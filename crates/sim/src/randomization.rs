@@ -5,8 +5,9 @@ use lifelike_character::Role;
 use lifelike_robot::Robot;
 use rand::Rng;
 
-use crate::batch::{EnvironmentParameters, Simulation};
+use crate::batch::EnvironmentParameters;
 use crate::error::SimError;
+use crate::simulation::Simulation;
 
 /// How much differs between environments. The default is the thesis' for the humanoid, without pushes.
 ///

@@ -4,8 +4,8 @@ use std::time::Instant;
 
 use rand::{Rng, SeedableRng};
 
-use crate::batch::{Drive, Simulation};
 use crate::error::SimError;
+use crate::simulation::{Drive, Simulation};
 
 /// Physics steps per second, over all environments.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]

@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use lifelike_character::{Body, Character, Inertial, Joint, JointKind, Quat, Vec3};
 use lifelike_robot::{Profile, Robot};
-use lifelike_sim::{BatchState, Drive, EnvironmentParameters, IntegrationState, SimError, Simulation, Terrain};
+use lifelike_sim::{BatchState, ConstraintWrenches, Drive, EnvironmentParameters, IntegrationState, SimError, Simulation, Terrain};
 
 fn body(name: &str, parent: usize, joints: std::ops::Range<usize>, mass: f64) -> Body {
     Body {
@@ -198,6 +198,9 @@ impl Simulation for Followers {
         }
         self.outputs();
         Ok(())
+    }
+    fn constraint_wrenches(&mut self, _: Drive<'_>) -> Result<ConstraintWrenches, SimError> {
+        Ok(ConstraintWrenches::zeros(self.len(), self.robot.character.bodies.len(), self.robot.joints()))
     }
     fn save(&self) -> IntegrationState {
         let s = &self.state;

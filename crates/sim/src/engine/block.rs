@@ -6,6 +6,7 @@ use lifelike_character::JointKind;
 use lifelike_robot::Robot;
 use lifelike_robot::actuator::ActuatorParameters;
 
+use super::command::Command;
 use super::constraints::{ITERATIONS, Solver};
 use super::lane::{Lane, Scalar};
 use super::model_parameters::ModelParameters;
@@ -69,8 +70,8 @@ pub struct Block<T: Scalar, const W: usize> {
     /// Torque and force at the centre of mass of each body, world axes; none where nobody pushes.
     pub pushes: Vec<Option<Spatial<T, W>>>,
     pub diverged: [bool; W],
-    /// Targets (rad) or torques (N m) of this step, one per scalar joint.
-    pub command: Vec<Lane<T, W>>,
+    /// Joint commands of this step.
+    pub command: Command<T, W>,
     /// Torque of each actuator at the last substep, and the mean of its square over the substeps.
     pub torque: Vec<Lane<T, W>>,
     pub torque_squared: Vec<Lane<T, W>>,
@@ -159,7 +160,7 @@ impl<T: Scalar, const W: usize> Block<T, W> {
             invweight: InvWeight { body: broadcast(&invweight.body), dof: broadcast(&invweight.dof) },
             pushes: vec![None; tree.bodies.len()],
             diverged: [false; W],
-            command: vec![zero; tree.driven.len()],
+            command: Command::none(tree.driven.len()),
             torque: vec![zero; tree.driven.len()],
             torque_squared: vec![zero; tree.driven.len()],
         }
@@ -173,7 +174,7 @@ impl<T: Scalar, const W: usize> Block<T, W> {
             + self.parameters.len()
             + self.invweight.body.len()
             + self.invweight.dof.len()
-            + self.command.len()
+            + self.command.values.len()
             + self.torque.len()
             + self.torque_squared.len();
         lanes * size_of::<Lane<T, W>>()
@@ -183,20 +184,14 @@ impl<T: Scalar, const W: usize> Block<T, W> {
     }
 
     /// One policy step. What diverges, or did before, stays as it was; its neighbours do not notice.
-    pub fn step(
-        &mut self,
-        model: &Model<T, W>,
-        workspace: &mut Workspace<T, W>,
-        targets: bool,
-        profiler: &mut impl Profiler,
-    ) {
+    pub fn step(&mut self, model: &Model<T, W>, workspace: &mut Workspace<T, W>, profiler: &mut impl Profiler) {
         workspace.before.q.clone_from(&self.q);
         workspace.before.v.clone_from(&self.v);
         workspace.before.forces.clone_from(&self.forces);
         let zero = Lane::zero();
         self.torque_squared.iter_mut().for_each(|x| *x = zero);
         for _ in 0..model.tree.substeps {
-            self.substep(model, workspace, targets, profiler);
+            self.substep(model, workspace, profiler);
         }
         let share = Lane::splat_f64(1.0 / model.tree.substeps as f64);
         self.torque_squared.iter_mut().for_each(|x| *x = *x * share);
@@ -208,7 +203,7 @@ impl<T: Scalar, const W: usize> Block<T, W> {
         let limit = T::new(VELOCITY_LIMIT);
         for lane in 0..W {
             // A limit on the torque would turn a target that is not a number into a torque that is one.
-            let sound = self.q.iter().chain(&self.command).all(|x| x.0[lane].to_f64().is_finite())
+            let sound = self.q.iter().chain(&self.command.values).all(|x| x.0[lane].to_f64().is_finite())
                 && self.v.iter().all(|x| x.0[lane] <= limit && -x.0[lane] <= limit);
             if sound && !self.diverged[lane] {
                 continue;
@@ -227,14 +222,8 @@ impl<T: Scalar, const W: usize> Block<T, W> {
     /// Actuators, dynamics and constraints: leaves the acceleration in the solver's coordinates (`workspace.u`), and every dof's
     /// damping.
     #[inline(always)]
-    fn forward(
-        &mut self,
-        model: &Model<T, W>,
-        workspace: &mut Workspace<T, W>,
-        targets: bool,
-        profiler: &mut impl Profiler,
-    ) {
-        let tree = &model.tree;
+    fn forward(&mut self, model: &Model<T, W>, workspace: &mut Workspace<T, W>, profiler: &mut impl Profiler) {
+        let (tree, command) = (&model.tree, &self.command);
         let Workspace { dynamics, solver, u, damping, .. } = workspace;
         dynamics.kinematics(tree, &self.q);
         profiler.end_stage(Stage::Kinematics);
@@ -248,17 +237,17 @@ impl<T: Scalar, const W: usize> Block<T, W> {
         }
         for (i, (joint, actuator)) in tree.driven.iter().zip(&model.actuators).enumerate() {
             let (position, velocity) = (self.q[joint.q], self.v[joint.v]);
-            let applied = if targets {
+            let applied = if command.targets {
                 let [kp, kd] = self.parameters.gains[i];
                 let actuator = ActuatorParameters { kp, kd, ..*actuator };
                 let friction = actuator.friction_damping(velocity);
                 damping[joint.v] += friction;
-                let motor = self.parameters.strength[i] * actuator.motor_torque(self.command[i], position, velocity);
+                let motor = self.parameters.strength[i] * actuator.motor_torque(command.values[i], position, velocity);
                 self.torque[i] = motor.sub_mul(friction, velocity);
                 motor
             } else {
-                self.torque[i] = self.command[i];
-                self.command[i]
+                self.torque[i] = command.values[i];
+                command.values[i]
             };
             u[joint.v] += applied;
             self.torque_squared[i] = self.torque_squared[i].add_mul(self.torque[i], self.torque[i]);
@@ -298,14 +287,8 @@ impl<T: Scalar, const W: usize> Block<T, W> {
 
     /// One physics step: semi-implicit Euler with damping taken implicitly (MuJoCo's `Euler`: constraint forces see M, the
     /// velocities M + h D).
-    fn substep(
-        &mut self,
-        model: &Model<T, W>,
-        workspace: &mut Workspace<T, W>,
-        targets: bool,
-        profiler: &mut impl Profiler,
-    ) {
-        self.forward(model, workspace, targets, profiler);
+    fn substep(&mut self, model: &Model<T, W>, workspace: &mut Workspace<T, W>, profiler: &mut impl Profiler) {
+        self.forward(model, workspace, profiler);
         let (tree, h) = (&model.tree, Lane::splat_f64(model.tree.timestep));
         let Workspace { dynamics, u, damping, .. } = workspace;
         dynamics.factors.half_multiply(tree, u);
@@ -321,14 +304,9 @@ impl<T: Scalar, const W: usize> Block<T, W> {
     }
 
     /// Acceleration of every dof in the present state, damping not taken implicitly.
-    pub fn accelerate(
-        &mut self,
-        model: &Model<T, W>,
-        workspace: &mut Workspace<T, W>,
-        targets: bool,
-    ) -> Vec<Lane<T, W>> {
+    pub fn accelerate(&mut self, model: &Model<T, W>, workspace: &mut Workspace<T, W>) -> Vec<Lane<T, W>> {
         workspace.solver.contacts.kept = Some(Vec::new());
-        self.forward(model, workspace, targets, &mut ());
+        self.forward(model, workspace, &mut ());
         workspace.dynamics.factors.finish_solve(&model.tree, &mut workspace.u);
         workspace.u.clone()
     }

@@ -1,26 +1,14 @@
-//! What holds bodies together: forces in joints and on bodies, as chapter 2 of the thesis needs them.
+//! Constraint wrenches of a block: forces in joints and on bodies, as chapter 2 of the thesis needs them.
 
 use super::block::{Block, Model, Workspace};
 use super::lane::{Lane, Scalar};
 use super::model_parameters::ModelParameters;
 use super::rigid_body::RigidBodyDynamics;
-use super::spatial::{Spatial, accumulate, cross, cross_force, momentum, sub};
+use super::spatial::{Spatial, accumulate, cross, cross_force, dot6, momentum, sub};
 use super::tree::Tree;
+use crate::constraint_wrenches::WrenchRows;
 
-/// Forces on every body of every environment, `[N, B, 6]`: torque (N m), then force (N), axes of the world. Row 0 of each
-/// environment, the world, is zero.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct BodyForces {
-    /// What each parent exerts on its child through the joints between them: constraint, motor, friction and limit
-    /// together. About the origin of the child's frame.
-    pub joint: Vec<f32>,
-    /// What all joints of a body exert on it together: f_C of thesis eq. 2.1. About its centre of mass.
-    pub constraint: Vec<f32>,
-    /// What the ground and other parts of the robot exert where they touch. About its centre of mass.
-    pub contact: Vec<f32>,
-}
-
-/// The three fields of [`BodyForces`], about the root's position, one entry per body.
+/// The wrenches of [`crate::ConstraintWrenches`], about the root's position, one entry per body.
 pub struct BodyWrenches<T: Scalar, const W: usize> {
     joint: Vec<Spatial<T, W>>,
     constraint: Vec<Spatial<T, W>>,
@@ -29,8 +17,8 @@ pub struct BodyWrenches<T: Scalar, const W: usize> {
 
 impl<T: Scalar, const W: usize> BodyWrenches<T, W> {
     /// Those of a block in its present state, under its command.
-    pub fn of(model: &Model<T, W>, block: &mut Block<T, W>, workspace: &mut Workspace<T, W>, targets: bool) -> Self {
-        let acceleration = block.accelerate(model, workspace, targets);
+    pub fn of(model: &Model<T, W>, block: &mut Block<T, W>, workspace: &mut Workspace<T, W>) -> Self {
+        let acceleration = block.accelerate(model, workspace);
         let contact = workspace.contact_forces(&model.tree, &block.forces);
         let mut external = contact.clone();
         for (body, push) in block.pushes.iter().enumerate() {
@@ -48,21 +36,36 @@ impl<T: Scalar, const W: usize> BodyWrenches<T, W> {
         Self { joint, constraint, contact }
     }
 
-    /// Appends the rows of one environment: zeros where it has diverged.
-    pub fn write(&self, dynamics: &RigidBodyDynamics<T, W>, diverged: bool, lane: usize, out: &mut BodyForces) {
-        let row = |wrench: &Spatial<T, W>, from: &[Lane<T, W>; 3], out: &mut Vec<f32>| {
+    /// Writes the rows of one environment, unless its state or its drive is not finite.
+    pub fn write(
+        &self,
+        model: &Model<T, W>,
+        dynamics: &RigidBodyDynamics<T, W>,
+        lane: usize,
+        out: &mut WrenchRows<'_>,
+    ) {
+        if !self.joint.iter().flatten().all(|x| x.0[lane].to_f64().is_finite()) {
+            return;
+        }
+        let bodies = self.joint.len();
+        let row = |wrench: &Spatial<T, W>, about: &[Lane<T, W>; 3], out: &mut [f32]| {
             let force = [wrench[3], wrench[4], wrench[5]];
-            let torque = sub(&[wrench[0], wrench[1], wrench[2]], &cross(from, &force));
-            out.extend(torque.iter().chain(&force).map(|x| x.0[lane].to_f64() as f32));
-        };
-        for b in 0..self.joint.len() {
-            if b == 0 || diverged {
-                [&mut out.joint, &mut out.constraint, &mut out.contact].into_iter().for_each(|x| x.extend([0.0; 6]));
-                continue;
+            let torque = sub(&[wrench[0], wrench[1], wrench[2]], &cross(about, &force));
+            for (slot, x) in out.iter_mut().zip(torque.iter().chain(&force)) {
+                *slot = x.0[lane].to_f64() as f32;
             }
-            row(&self.joint[b], &dynamics.position[b], &mut out.joint);
-            row(&self.constraint[b], &dynamics.com[b], &mut out.constraint);
-            row(&self.contact[b], &dynamics.com[b], &mut out.contact);
+        };
+        for b in 1..bodies {
+            let at = 6 * (lane * bodies + b);
+            row(&self.joint[b], &dynamics.position[b], &mut out.joint[at..at + 6]);
+            row(&self.constraint[b], &dynamics.com[b], &mut out.constraint[at..at + 6]);
+            row(&self.contact[b], &dynamics.com[b], &mut out.contact[at..at + 6]);
+        }
+        let tree = &model.tree;
+        let loads = &mut out.joint_load[lane * tree.driven.len()..];
+        for (slot, joint) in loads.iter_mut().zip(&tree.driven) {
+            let load = dot6(&dynamics.motion[joint.v], &self.joint[tree.dofs[joint.v].body]);
+            *slot = load.0[lane].to_f64() as f32;
         }
     }
 }

@@ -87,10 +87,3 @@ pub fn write_forces<T: Scalar, const W: usize>(
         out.constraint_force[limit.scalar] += of(force) * of(side);
     }
 }
-
-/// No torques and forces: of what did not step, or diverged.
-pub fn write_no_forces(out: &mut Rows<'_>) {
-    for forces in [&mut *out.torque_squared, out.torque, out.foot_force, out.constraint_force] {
-        forces.fill(0.0);
-    }
-}

@@ -12,8 +12,8 @@ use super::lane::Scalar;
 use super::profiler::Profiler;
 pub use super::profiler::Stage;
 use super::{LANES, LaneSimulation};
-use crate::batch::{Drive, Simulation};
 use crate::error::SimError;
+use crate::simulation::{Drive, Simulation};
 use crate::terrain::Terrain;
 
 /// Wall time of each stage.
@@ -188,7 +188,7 @@ fn run<T: Scalar, const W: usize, C: Profiler>(
             }
             simulation.step(Drive::Targets(&targets(step)))?;
         }
-        simulation.clocked(&targets(step), profiler);
+        simulation.step_profiled(&targets(step), profiler);
     }
     Ok(())
 }
