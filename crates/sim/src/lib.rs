@@ -6,6 +6,7 @@
 //! Engines are declared in one place, [`EngineKind`]: our own ([`engine`]), and MuJoCo behind a cargo feature as its oracle
 //! and for a second opinion. Each is an [`Engine`] with the shared bookkeeping of [`Batched`] around it.
 
+pub mod augmented;
 pub mod batch;
 pub mod batched;
 mod checks;
@@ -22,6 +23,7 @@ pub mod terrain;
 pub mod throughput;
 mod workers;
 
+pub use augmented::{Augmented, StateCorrection};
 pub use batch::{BatchState, EnvironmentParameters, IntegrationState};
 pub use batched::{Batched, Engine};
 pub use constraint_wrenches::ConstraintWrenches;
