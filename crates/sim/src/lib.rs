@@ -34,3 +34,8 @@ pub use mujoco::MujocoSimulation;
 pub use registry::{EngineKind, SimulationSpec};
 pub use simulation::{Drive, Simulation};
 pub use terrain::Terrain;
+
+/// The example of the README, compiled and run.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

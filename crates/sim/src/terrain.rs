@@ -12,6 +12,18 @@ const MOST: usize = 10_000;
 ///
 /// What touches it are the points that touch level ground: centres of spheres, ends of capsules, corners of boxes. A ridge that is
 /// narrower than a sole passes between its corners.
+///
+/// ```
+/// use lifelike_sim::Terrain;
+///
+/// let slope = Terrain::from_fn(4.0, 0.1, |x, _| 0.5 * x)?;
+/// assert!((slope.height(1.0, -0.5).unwrap_or(f64::NAN) - 0.5).abs() < 1e-9);
+/// assert_eq!(slope.height(9.0, 0.0), None);
+/// // A metre above the slope is less than a metre away from it.
+/// let (distance, normal) = slope.clearance([1.0, 0.0, 1.5]);
+/// assert!(distance < 1.0 && normal[0] < 0.0);
+/// # Ok::<(), lifelike_sim::SimError>(())
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct Terrain {
     columns: usize,
