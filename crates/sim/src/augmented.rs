@@ -211,7 +211,7 @@ impl<S: Simulation> Augmented<S> {
     }
 }
 
-/// One environment's numbers of a column; none of an empty one.
+/// Returns one environment's numbers of a column; none of an empty one.
 fn row(values: &[f32], id: usize, width: usize) -> &[f32] {
     values.get(id * width..(id + 1) * width).unwrap_or_default()
 }

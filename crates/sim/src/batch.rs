@@ -1,9 +1,9 @@
 //! Values of N environments: outputs, parameters, saved states.
 //!
 //! Arrays are row-major `[environment, column]`, so one environment's numbers lie together. All rows refer to the robot's
-//! scalar joints and places in the order of `Robot` (which carries the names).
+//! scalar joints and sites in the order of `Robot` (which carries the names).
 
-/// What the environments look like after the last step or reset. `N` environments, `J` scalar joints, `P` places
+/// Outputs of all environments after the last step or reset. `N` environments, `J` scalar joints, `P` sites
 /// (end effectors, then key bodies), `B` bodies (world included), `F` feet (soles of the anatomy).
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct BatchState {
@@ -38,7 +38,7 @@ pub struct BatchState {
     pub diverged: Vec<bool>,
 }
 
-/// What may differ between environments (domain randomisation, thesis 4.2.2). The default changes nothing.
+/// Parameters that may differ between environments (domain randomisation, thesis 4.2.2). The default changes nothing.
 #[derive(Debug, Clone, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct EnvironmentParameters {
@@ -46,17 +46,17 @@ pub struct EnvironmentParameters {
     pub mass_scale: Vec<f32>,
     /// Further factor on each body's inertia, `[B]`; empty: all one.
     pub inertia_scale: Vec<f32>,
-    /// How far each body's centre of mass is from where the model puts it, `[B]` (m, frame of the body); empty: nowhere.
+    /// Offset of each body's centre of mass from the model's, `[B]` (m, frame of the body); empty: none.
     pub com_offset: Vec<[f32; 3]>,
     /// Gravity (m/s², world); `None`: as the model says.
     pub gravity: Option<[f32; 3]>,
-    /// Factors on the armature and on the damping of each joint, `[J]`; empty: all one.
+    /// Factor on the armature of each joint, `[J]`; empty: all one.
     pub armature_scale: Vec<f32>,
-    /// See [`Self::armature_scale`].
+    /// Factor on the damping of each joint, `[J]`; empty: all one.
     pub damping_scale: Vec<f32>,
-    /// Factors on the actuators' gains κ_P and κ_D, `[J]`; empty: all one.
+    /// Factor on each actuator's gain κ_P, `[J]`; empty: all one.
     pub kp_scale: Vec<f32>,
-    /// See [`Self::kp_scale`].
+    /// Factor on each actuator's gain κ_D, `[J]`; empty: all one.
     pub kd_scale: Vec<f32>,
     /// Factor on the motor torque of each joint, its limit included, `[J]`; empty: all one. A tired or weak motor.
     pub strength_scale: Vec<f32>,

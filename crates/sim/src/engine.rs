@@ -5,9 +5,9 @@
 //! [`lane`]s, one environment each; [`spatial`] is their algebra.
 //!
 //! A block's result is a function of its own numbers, lane by lane. So results are bit for bit the same for any number of
-//! threads and any place in the batch, and what one environment does never reaches another.
+//! threads and any place in the batch, and one environment never affects another.
 //!
-//! What is modelled: trees of free, ball, hinge and slide joints with armature, damping, springs, dry friction and limits;
+//! The model: trees of free, ball, hinge and slide joints with armature, damping, springs, dry friction and limits;
 //! the actuator law of `robot::actuator` at every substep; spheres, capsules and boxes that touch level or uneven ground and
 //! each other, with pyramids of friction. [`unsupported`] lists what of a robot is left out.
 
@@ -69,13 +69,13 @@ pub const LANES: usize = 16;
 /// The engine as it is used: single precision.
 pub type LifelikeSimulation = LaneSimulation<f32, LANES>;
 
-/// Says that a dof has nothing of its own to move.
+/// Names the joint of a dof that has nothing of its own to move.
 fn massless(robot: &Robot, dof: usize) -> String {
     let joint = robot.character.joints.iter().find(|j| (j.v_index..j.v_index + j.kind.nv()).contains(&dof));
     format!("joint '{}' moves no mass that other joints do not move alike", joint.map_or("", |j| j.name.as_str()))
 }
 
-/// Pairs of a robot's own geoms that may touch.
+/// Returns the number of pairs of a robot's own geoms that may collide.
 pub fn self_contacts(robot: &Robot) -> usize {
     shapes::collision_pairs(&robot.character).len()
 }

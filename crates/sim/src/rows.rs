@@ -24,7 +24,7 @@ pub(crate) struct Sizes {
 }
 
 impl Sizes {
-    /// Those of a robot.
+    /// Sizes of a robot.
     pub fn of(robot: &Robot) -> Self {
         let character = &robot.character;
         Self {

@@ -5,12 +5,12 @@ use rand::{Rng, SeedableRng};
 use crate::error::SimError;
 
 /// Largest number of heights along one side.
-const MOST: usize = 10_000;
+const MAX_SIDE: usize = 10_000;
 
 /// Heights on a regular grid, its middle at the world's origin. Between them the surface is made of triangles: each cell is
 /// cut from its corner at the lower x and y to the opposite one, as MuJoCo's height fields are.
 ///
-/// What touches it are the points that touch level ground: centres of spheres, ends of capsules, corners of boxes. A ridge that is
+/// The points that touch it are those that touch level ground: centres of spheres, ends of capsules, corners of boxes. A ridge that is
 /// narrower than a sole passes between its corners.
 ///
 /// ```
@@ -34,8 +34,8 @@ pub struct Terrain {
     slant: f64,
 }
 
-/// How far away (m) the ground is where there is none: far from everything, and still a number to calculate with.
-const NOWHERE: f64 = 1e3;
+/// Distance (m) to the ground outside of the grid: far from everything, and still a number to calculate with.
+const NO_GROUND: f64 = 1e3;
 
 impl Terrain {
     /// # Shapes
@@ -45,8 +45,8 @@ impl Terrain {
     /// [`SimError::Terrain`] for fewer than two rows or columns, another number of heights, or numbers that are not finite.
     pub fn new(rows: usize, columns: usize, spacing: f64, heights: Vec<f64>) -> Result<Self, SimError> {
         let fail = |expected: String, got: String| SimError::Terrain { expected, got };
-        if !(2..=MOST).contains(&rows) || !(2..=MOST).contains(&columns) {
-            return Err(fail(format!("from 2 to {MOST} rows and columns"), format!("{rows} x {columns}")));
+        if !(2..=MAX_SIDE).contains(&rows) || !(2..=MAX_SIDE).contains(&columns) {
+            return Err(fail(format!("from 2 to {MAX_SIDE} rows and columns"), format!("{rows} x {columns}")));
         }
         if !(spacing.is_finite() && spacing > 0.0) {
             return Err(fail("a spacing above 0 m".into(), spacing.to_string()));
@@ -74,8 +74,11 @@ impl Terrain {
     /// As [`Self::new`].
     pub fn from_fn(size: f64, spacing: f64, height: impl Fn(f64, f64) -> f64) -> Result<Self, SimError> {
         let n = ((size / spacing).round() as usize).saturating_add(1);
-        if !(2..=MOST).contains(&n) {
-            return Err(SimError::Terrain { expected: format!("from 2 to {MOST} heights a side"), got: n.to_string() });
+        if !(2..=MAX_SIDE).contains(&n) {
+            return Err(SimError::Terrain {
+                expected: format!("from 2 to {MAX_SIDE} heights a side"),
+                got: n.to_string(),
+            });
         }
         let at = |i: usize| (i as f64 - 0.5 * (n - 1) as f64) * spacing;
         let heights = (0..n * n).map(|i| height(at(i % n), at(i / n))).collect();
@@ -147,7 +150,7 @@ impl Terrain {
         [x / self.spacing, y / self.spacing]
     }
 
-    /// The greatest height within a distance of a place (m): where a robot can be put down.
+    /// Returns the greatest height within a distance of a point (m): where a robot can be put down.
     pub fn highest(&self, x: f64, y: f64, distance: f64) -> f64 {
         let range = |x: f64, n: usize| {
             let place = |x: f64| (x / self.spacing + 0.5 * (n - 1) as f64).clamp(0.0, (n - 1) as f64);
@@ -159,20 +162,20 @@ impl Terrain {
             .fold(f64::NEG_INFINITY, f64::max)
     }
 
-    /// The surface's height at a place (m); `None` outside of the grid.
+    /// Returns the surface's height at a point (m); `None` outside of the grid.
     pub fn height(&self, x: f64, y: f64) -> Option<f64> {
         let (below, normal) = self.clearance([x, y, 0.0]);
-        (below != NOWHERE).then(|| -below / normal[2])
+        (below != NO_GROUND).then(|| -below / normal[2])
     }
 
-    /// How far a point is above the plane of the triangle below it (m), and that plane's normal. Outside of the grid there
+    /// Returns the distance of a point above the plane of the triangle below it (m), and that plane's normal. Outside of the grid there
     /// is nothing: a kilometre of it.
     pub fn clearance(&self, point: [f64; 3]) -> (f64, [f64; 3]) {
         let place = |x: f64, n: usize| x / self.spacing + 0.5 * (n - 1) as f64;
         let (x, y) = (place(point[0], self.columns), place(point[1], self.rows));
         let inside = |x: f64, n: usize| x >= 0.0 && x <= (n - 1) as f64;
         if !inside(x, self.columns) || !inside(y, self.rows) {
-            return (NOWHERE, [0.0, 0.0, 1.0]);
+            return (NO_GROUND, [0.0, 0.0, 1.0]);
         }
         let (column, row) = ((x as usize).min(self.columns - 2), (y as usize).min(self.rows - 2));
         let (x, y) = (x - column as f64, y - row as f64);
@@ -199,8 +202,8 @@ mod tests {
             assert!(normal.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-12), "{normal:?}");
         }
         assert!((terrain.slant() - length).abs() < 1e-12);
-        assert_eq!(terrain.clearance([2.01, 0.0, 0.0]).0, NOWHERE);
-        assert_eq!(terrain.clearance([f64::NAN, 0.0, 0.0]).0, NOWHERE);
+        assert_eq!(terrain.clearance([2.01, 0.0, 0.0]).0, NO_GROUND);
+        assert_eq!(terrain.clearance([f64::NAN, 0.0, 0.0]).0, NO_GROUND);
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! How many physics steps an engine makes in a second.
+//! Physics steps per second of an engine.
 
 use std::time::Instant;
 
@@ -21,7 +21,7 @@ pub struct Throughput {
 /// environment put back to `position` once a second of its own time, all outputs written.
 ///
 /// # Errors
-/// What the simulation says.
+/// As [`Simulation::reset`] and [`Simulation::step`].
 pub fn measure(
     simulation: &mut dyn Simulation,
     position: &[f64],

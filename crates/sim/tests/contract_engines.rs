@@ -1,4 +1,4 @@
-//! What every engine promises.
+//! Promises of every engine.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 use std::sync::Arc;

@@ -1,4 +1,4 @@
-//! What touches: our engine against MuJoCo.
+//! Contacts: our engine against MuJoCo.
 #![cfg(feature = "mujoco")]
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 

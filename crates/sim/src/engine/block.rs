@@ -18,10 +18,10 @@ use super::tree::Tree;
 use crate::error::SimError;
 use crate::terrain::Terrain;
 
-/// An environment with a velocity beyond this (m/s, rad/s) is lost.
+/// Velocity (m/s, rad/s) beyond which an environment has diverged.
 const VELOCITY_LIMIT: f64 = 1e3;
 
-/// What is the same for all blocks.
+/// Constants of the robot that all blocks share.
 #[derive(Debug)]
 pub struct Model<T: Scalar, const W: usize> {
     pub tree: Tree<T>,
@@ -77,7 +77,7 @@ pub struct Block<T: Scalar, const W: usize> {
     pub torque_squared: Vec<Lane<T, W>>,
 }
 
-/// What a thread calculates with.
+/// Scratch memory of one thread.
 #[derive(Debug, Clone)]
 pub struct Workspace<T: Scalar, const W: usize> {
     pub dynamics: RigidBodyDynamics<T, W>,
@@ -87,7 +87,7 @@ pub struct Workspace<T: Scalar, const W: usize> {
     before: Before<T, W>,
 }
 
-/// A state to go back to.
+/// State at the beginning of a step, for environments that diverge in it.
 #[derive(Debug, Clone)]
 struct Before<T: Scalar, const W: usize> {
     q: Vec<Lane<T, W>>,
@@ -128,17 +128,17 @@ impl<T: Scalar, const W: usize> Workspace<T, W> {
 }
 
 impl<T: Scalar, const W: usize> Workspace<T, W> {
-    /// What the contacts that [`Block::accelerate`] kept exert on each body, about the root's position.
+    /// Returns the wrenches on each body of the contacts that [`Block::accelerate`] recorded, about the root's position.
     pub fn contact_forces(&mut self, tree: &Tree<T>, forces: &Forces<T, W>) -> Vec<Spatial<T, W>> {
         let zero = Lane::zero();
         let mut out = vec![[zero; 6]; tree.bodies.len()];
-        let kept = self.solver.contacts.kept.take().unwrap_or_default();
-        for (place, contact) in kept.iter().zip(&self.solver.contacts.list) {
+        let recorded = self.solver.contacts.recorded.take().unwrap_or_default();
+        for (frame, contact) in recorded.iter().zip(&self.solver.contacts.list) {
             let total = contact.total(&forces.contact[contact.slot]);
-            let force = (0..3).fold([zero; 3], |sum, k| along(&sum, &place.frame[k], total[k]));
-            let torque = cross(&place.point, &force);
+            let force = (0..3).fold([zero; 3], |sum, k| along(&sum, &frame.axes[k], total[k]));
+            let torque = cross(&frame.point, &force);
             let wrench = [torque[0], torque[1], torque[2], force[0], force[1], force[2]];
-            let [a, b] = place.bodies;
+            let [a, b] = frame.bodies;
             accumulate(&mut out[b], &wrench);
             accumulate(&mut out[a], &wrench.map(|x| -x));
         }
@@ -166,7 +166,7 @@ impl<T: Scalar, const W: usize> Block<T, W> {
         }
     }
 
-    /// Memory that it takes (bytes).
+    /// Returns its memory (bytes).
     pub fn bytes(&self) -> usize {
         let lanes = self.q.len()
             + self.v.len()
@@ -183,7 +183,7 @@ impl<T: Scalar, const W: usize> Block<T, W> {
             + size_of::<Self>()
     }
 
-    /// One policy step. What diverges, or did before, stays as it was; its neighbours do not notice.
+    /// Makes one policy step. An environment that diverges, or did before, stays as it was and leaves its neighbours alone.
     pub fn step(&mut self, model: &Model<T, W>, workspace: &mut Workspace<T, W>, profiler: &mut impl Profiler) {
         workspace.before.q.clone_from(&self.q);
         workspace.before.v.clone_from(&self.v);
@@ -305,7 +305,7 @@ impl<T: Scalar, const W: usize> Block<T, W> {
 
     /// Acceleration of every dof in the present state, damping not taken implicitly.
     pub fn accelerate(&mut self, model: &Model<T, W>, workspace: &mut Workspace<T, W>) -> Vec<Lane<T, W>> {
-        workspace.solver.contacts.kept = Some(Vec::new());
+        workspace.solver.contacts.recorded = Some(Vec::new());
         self.forward(model, workspace, &mut ());
         workspace.dynamics.factors.finish_solve(&model.tree, &mut workspace.u);
         workspace.u.clone()

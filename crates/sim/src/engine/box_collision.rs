@@ -1,4 +1,4 @@
-//! Boxes that touch what is not the ground, one environment at a time: rare, and full of cases.
+//! Collision of boxes with other parts of the robot, one environment at a time: rare, and full of cases.
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -136,7 +136,7 @@ pub fn two_boxes(a: &Cuboid, b: &Cuboid, margin: f64) -> Vec<ContactPoint> {
     }
 }
 
-/// What separates two boxes best.
+/// Axis that separates two boxes best.
 #[derive(Debug, Clone, Copy)]
 enum Kind {
     /// A face, of the first box or of the second.
@@ -227,7 +227,7 @@ mod tests {
 
     use super::*;
 
-    /// Our touches and MuJoCo's of two geoms in random places near each other: (deepest ours, deepest MuJoCo's, cosine
+    /// Our contacts and MuJoCo's of two geoms in random poses near each other: (deepest ours, deepest MuJoCo's, cosine
     /// between the normals).
     fn both(first: &str, second: &str, ours: impl Fn(&[Cuboid; 2]) -> Vec<ContactPoint>) -> Vec<(f64, f64, f64)> {
         let body = |geom: &str| format!("<body><freejoint/><geom {geom} mass=\"1\"/></body>");

@@ -1,4 +1,4 @@
-//! Where the robot touches the ground and itself.
+//! Collision detection: the robot with the ground and with itself.
 
 use super::box_collision::{self, ContactPoint, Cuboid};
 use super::contact::{ContactCandidate, Contacts};
@@ -8,10 +8,10 @@ use super::solver_context::{Forces, SolverContext};
 use super::spatial::{Vec3, add, along, cross, dot, rotate_constant, sub};
 use super::tree::Tree;
 
-/// What single precision may add to lengths of a robot's size (m).
+/// Rounding error of single precision in lengths of a robot's size (m).
 const ROUNDING: f64 = 1e-5;
 
-/// Finds what touches: knows the places of the shapes that may touch each other, axes of the world, from the root's position.
+/// Poses of the shapes that may touch each other, axes of the world, from the root's position.
 #[derive(Debug, Clone)]
 pub struct Detector<T: Scalar, const W: usize> {
     center: Vec<Vec3<T, W>>,
@@ -40,7 +40,7 @@ impl<T: Scalar, const W: usize> Detector<T, W> {
         }
     }
 
-    /// How far a shape reaches from its centre along a direction of unit length, and back.
+    /// Returns the reach of a shape from its centre along a direction of unit length, and back.
     #[inline(always)]
     fn extent(&self, i: usize, shape: &Shape<T>, direction: &Vec3<T, W>) -> Lane<T, W> {
         let size = |x: Lane<T, W>| x.max(-x);

@@ -16,7 +16,7 @@ pub struct BodyWrenches<T: Scalar, const W: usize> {
 }
 
 impl<T: Scalar, const W: usize> BodyWrenches<T, W> {
-    /// Those of a block in its present state, under its command.
+    /// The wrenches of a block in its present state, under its command.
     pub fn of(model: &Model<T, W>, block: &mut Block<T, W>, workspace: &mut Workspace<T, W>) -> Self {
         let acceleration = block.accelerate(model, workspace);
         let contact = workspace.contact_forces(&model.tree, &block.forces);
@@ -71,7 +71,7 @@ impl<T: Scalar, const W: usize> BodyWrenches<T, W> {
 }
 
 impl<T: Scalar, const W: usize> RigidBodyDynamics<T, W> {
-    /// What must act on each body besides gravity and `external` for it to accelerate so (Newton and Euler), about the
+    /// Returns the wrench that must act on each body besides gravity and `external` for it to accelerate so (Newton and Euler), about the
     /// root's position. Needs [`Self::bias`] of the same state.
     fn constraint_forces(
         &self,

@@ -1,4 +1,4 @@
-//! What limits motion: joint limits, dry friction, the ground. MuJoCo's convex model, solved by projected Gauss-Seidel.
+//! Constraints: joint limits, dry friction, contacts. MuJoCo's convex model, solved by projected Gauss-Seidel.
 //!
 //! Each constraint row r has a Jacobian J_r, a reference acceleration a*_r = -b v_r - k i d_r (violation d_r, impedance i)
 //! and a regularization R_r = (1 - i) / i · Â_r. Forces minimise ½ fᵀ(A + R)f + fᵀ(J a₀ - a*), A = J M⁻¹ Jᵀ, within their
@@ -178,8 +178,8 @@ impl<T: Scalar, const W: usize> Row<T, W> {
     #[inline(always)]
     fn visit(&self, dof_chain: &DofChain, y: &[[Lane<T, W>; 1]], force: &mut Lane<T, W>, u: &mut [Lane<T, W>]) {
         let y = &y[self.y..self.y + dof_chain.len()];
-        let [slope] = dof_chain.gather(y, u);
-        let residual = (slope + self.offset).add_mul(self.softness, *force);
+        let [acceleration] = dof_chain.gather(y, u);
+        let residual = (acceleration + self.offset).add_mul(self.softness, *force);
         let new = force.sub_mul(residual, self.inverse).max(self.low).min(self.high);
         dof_chain.spread(y, &[new - *force], u);
         *force = new;

@@ -1,4 +1,4 @@
-//! One point where two things touch: a pyramid of four edges, solved in the forces along them.
+//! A contact: a pyramid of four edges, solved in the forces along them.
 
 use super::dof_chain::DofChain;
 use super::lane::{Lane, Scalar};
@@ -8,14 +8,14 @@ use super::surface::{Mixed, regularization};
 
 /// Visits of a contact's four edges per visit of the contact.
 pub const INNER: usize = 2;
-/// How much further than to its own optimum an edge's force goes (successive over-relaxation): the four corners of a
+/// Factor on the step of an edge's force towards its own optimum (successive over-relaxation): the four corners of a
 /// sole share their load, and plain Gauss-Seidel shifts it between them slowly. Without it, and with 8 iterations, a box at 98%
 /// of its friction angle slid at 5.9 cm/s that creeps at 0.6 in MuJoCo.
 const RELAXATION: f64 = 1.3;
 /// Pairs of different edges, in the order of `Contact::cross`.
 const CROSS: [[usize; 4]; 4] = [[9, 0, 1, 2], [0, 9, 3, 4], [1, 3, 9, 5], [2, 4, 5, 9]];
 
-/// What touches where, in all environments of a vector at once.
+/// A possible contact, in all environments of a vector at once.
 pub struct ContactCandidate<'a, T: Scalar, const W: usize> {
     /// Index into `Forces::contact`.
     pub slot: usize,
@@ -38,12 +38,13 @@ pub struct ContactCandidate<'a, T: Scalar, const W: usize> {
     pub friction: Lane<T, W>,
 }
 
-/// Where a contact's force acts: kept only when somebody asks for forces on bodies.
+/// Frame in which a contact's force acts: recorded only when constraint wrenches are asked for.
 #[derive(Debug, Clone)]
-pub struct Place<T: Scalar, const W: usize> {
+pub struct ContactFrame<T: Scalar, const W: usize> {
     pub bodies: [usize; 2],
     pub point: Vec3<T, W>,
-    pub frame: [Vec3<T, W>; 3],
+    /// Normal and two tangents.
+    pub axes: [Vec3<T, W>; 3],
 }
 
 /// One contact, ready to be solved. Its edges are n + μ t₁, n - μ t₁, n + μ t₂, n - μ t₂.
@@ -51,14 +52,14 @@ pub struct Place<T: Scalar, const W: usize> {
 pub struct Contact<T: Scalar, const W: usize> {
     pub slot: usize,
     pub dof_chain: usize,
-    /// Where its y begins: rows of normal and tangents.
+    /// Start of its y: rows of normal and tangents.
     pub y: usize,
     offset: Vec3<T, W>,
     /// y·y of each edge, regularization included.
     own: [Lane<T, W>; 4],
     /// y·y of different edges.
     cross: [Lane<T, W>; 6],
-    /// What a residual moves an edge's force by; nought where nothing touches.
+    /// Change of an edge's force per residual; zero where nothing touches.
     inverse: [Lane<T, W>; 4],
     softness: Lane<T, W>,
     friction: Lane<T, W>,
@@ -70,13 +71,13 @@ pub struct Contacts<T: Scalar, const W: usize> {
     pub list: Vec<Contact<T, W>>,
     /// The y of all: normal and two tangents.
     pub y: Vec<[Lane<T, W>; 3]>,
-    /// Where they are, if that is asked for.
-    pub kept: Option<Vec<Place<T, W>>>,
+    /// Their frames, if those are asked for.
+    pub recorded: Option<Vec<ContactFrame<T, W>>>,
 }
 
 impl<T: Scalar, const W: usize> Contacts<T, W> {
     pub fn new() -> Self {
-        Self { list: Vec::new(), y: Vec::new(), kept: None }
+        Self { list: Vec::new(), y: Vec::new(), recorded: None }
     }
 
     /// Before another step.
@@ -142,8 +143,8 @@ impl<T: Scalar, const W: usize> Contacts<T, W> {
         let damping = Lane::splat(mixed.softness.damping);
         let pull = Lane::splat(mixed.softness.stiffness) * impedance * m.penetration;
         let offset = [damping * velocity[0] - pull, damping * velocity[1], damping * velocity[2]];
-        if let Some(kept) = &mut self.kept {
-            kept.push(Place { bodies: m.bodies, point: m.point, frame: m.frame });
+        if let Some(recorded) = &mut self.recorded {
+            recorded.push(ContactFrame { bodies: m.bodies, point: m.point, axes: m.frame });
         }
         let (slot, dof_chain) = (m.slot, m.dof_chain);
         self.list.push(Contact { slot, dof_chain, y: at, offset, own, cross, inverse, softness, friction });
@@ -170,10 +171,10 @@ impl<T: Scalar, const W: usize> Contact<T, W> {
         u: &mut [Lane<T, W>],
     ) {
         let y = &y[self.y..self.y + dof_chain.len()];
-        let slope = dof_chain.gather(y, u);
-        let normal = slope[0] + self.offset[0];
-        let a = self.friction * (slope[1] + self.offset[1]);
-        let b = self.friction * (slope[2] + self.offset[2]);
+        let acceleration = dof_chain.gather(y, u);
+        let normal = acceleration[0] + self.offset[0];
+        let a = self.friction * (acceleration[1] + self.offset[1]);
+        let b = self.friction * (acceleration[2] + self.offset[2]);
         let mut force = *edges;
         let mut residual = [normal + a, normal - a, normal + b, normal - b];
         for k in 0..4 {

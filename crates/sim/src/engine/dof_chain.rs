@@ -1,4 +1,4 @@
-//! Which degrees of freedom a constraint can move, and what is done with rows that live on them only.
+//! Sparsity of a constraint: the degrees of freedom between two bodies, and products of rows that have entries on them only.
 
 use super::lane::{Lane, Scalar};
 
@@ -8,9 +8,9 @@ use super::lane::{Lane, Scalar};
 pub struct DofChain {
     pub dofs: Vec<usize>,
     runs: Vec<Run>,
-    /// How many dofs move both bodies.
+    /// Number of dofs that move both bodies.
     pub shared: usize,
-    /// Where the second body's own dofs begin.
+    /// Start of the second body's own dofs.
     pub fork: usize,
 }
 
@@ -18,7 +18,7 @@ pub struct DofChain {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Run {
     pub first: usize,
-    /// The place of its first in the list it is a part of.
+    /// Index of its first in the list it is a part of.
     pub at: usize,
     pub len: usize,
 }
@@ -36,12 +36,12 @@ pub fn runs(dofs: &[usize]) -> Vec<Run> {
 }
 
 impl DofChain {
-    /// Of one body, whose dofs are `chain`, against the world.
+    /// The chain of one body, whose dofs are `chain`, against the world.
     pub fn of(chain: &[usize]) -> Self {
         Self::between(&[], chain)
     }
 
-    /// Of two bodies, moved by the dofs `a` and `b`, root first.
+    /// The chain between two bodies, moved by the dofs `a` and `b`, root first.
     pub fn between(a: &[usize], b: &[usize]) -> Self {
         let shared = a.iter().zip(b).take_while(|(x, y)| x == y).count();
         let dofs: Vec<usize> = a.iter().chain(&b[shared..]).copied().collect();

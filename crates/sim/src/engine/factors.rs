@@ -1,6 +1,6 @@
 //! The factorization M = Lᵀ D L on the tree's own sparsity (Featherstone 2008, 6.5), which is also MuJoCo's.
 //!
-//! A dof's row has an entry for every dof above it, root first, and so begins with the rows of all its ancestors' places:
+//! A dof's row has an entry for every dof above it, root first, and so begins with the indices of all its ancestors' rows:
 //! entry j of the row of any descendant stands for the same dof as entry j of one's own. What descendants take from a row
 //! is therefore summed up from slices, several entries at a time in registers, and each entry is written once.
 
@@ -155,7 +155,7 @@ fn take<T: Scalar, const W: usize, const K: usize>(
     }
 }
 
-/// The dofs above one, as runs of neighbours, each with the place of its first entry in the row.
+/// The dofs above one, as runs of neighbours, each with the index of its first entry in the row.
 #[inline(always)]
 fn ancestors<T>(dof: &super::tree::Dof<T>) -> impl Iterator<Item = (usize, std::ops::Range<usize>)> + '_ {
     dof.ancestors.iter().map(|run| (dof.row + run.at, run.first..run.first + run.len))

@@ -1,4 +1,4 @@
-//! How easily everything moves at the reference position (MuJoCo's `invweight0`): the scale of soft constraints.
+//! Inverse weights at the reference position (MuJoCo's `invweight0`): the scale of soft constraints.
 
 use super::lane::Lane;
 use super::model_parameters::ModelParameters;
@@ -6,8 +6,8 @@ use super::rigid_body::RigidBodyDynamics;
 use super::solver_context::InvWeight;
 use super::tree::Tree;
 
-/// Most that a unit force may accelerate a dof (1/kg): beyond it nothing is there to be moved.
-const LIGHTEST: f64 = 1e9;
+/// Greatest acceleration of a dof per unit force (1/kg): beyond it nothing is there to be moved.
+const MAX_INVWEIGHT: f64 = 1e9;
 
 /// Inverse weights at the reference position.
 ///
@@ -26,7 +26,7 @@ pub fn invweight(
     dynamics.mass_matrix(tree, parameters);
     let RigidBodyDynamics { factors, mass, .. } = &mut dynamics;
     factors.factorise(tree, mass, |_| Lane::zero());
-    if let Some(dof) = factors.inverse.iter().rposition(|x| !(0.0..LIGHTEST).contains(&x.0[0])) {
+    if let Some(dof) = factors.inverse.iter().rposition(|x| !(0.0..MAX_INVWEIGHT).contains(&x.0[0])) {
         return Err(dof);
     }
     // J M⁻¹ Jᵀ of a row is the square of its half solution.

@@ -9,7 +9,7 @@ use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
 use lifelike_robot::actuator::Number;
 
-/// What a lane's numbers may be: `f32` to be fast, `f64` to be compared.
+/// A number type of lanes: `f32` to be fast, `f64` to be compared.
 pub trait Scalar: Number + PartialOrd + Default + Debug + Send + Sync + 'static {
     /// Rounded from double precision.
     fn new(value: f64) -> Self;
@@ -142,7 +142,7 @@ impl<T: Scalar, const W: usize> Lane<T, W> {
         Self(out)
     }
 
-    /// `self > limit ? yes : no`, lane by lane. What is not a number is not greater.
+    /// `self > limit ? yes : no`, lane by lane. NaN is not greater.
     #[inline(always)]
     pub fn select_gt(self, limit: Self, yes: Self, no: Self) -> Self {
         let mut out = no.0;
@@ -186,7 +186,7 @@ impl<T: Scalar, const W: usize> Lane<T, W> {
         (Self(sin), Self(cos))
     }
 
-    /// Whether any lane is above zero.
+    /// Returns true when any lane is above zero.
     #[inline(always)]
     pub fn any_positive(self) -> bool {
         let mut any = false;

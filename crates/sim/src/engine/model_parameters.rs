@@ -7,7 +7,7 @@ use super::spatial::Vec3;
 use super::tree::Tree;
 use crate::batch::EnvironmentParameters;
 
-/// They cost a load each, where the model's own would be broadcast.
+/// Constants of each environment. They cost a load each, where the model's own would be broadcast.
 #[derive(Debug, Clone)]
 pub struct ModelParameters<T: Scalar, const W: usize> {
     /// Factor on mass and inertia of each body.
@@ -18,8 +18,9 @@ pub struct ModelParameters<T: Scalar, const W: usize> {
     pub com: Vec<Vec3<T, W>>,
     /// Gravity (m/s²).
     pub gravity: Vec3<T, W>,
-    /// Of each dof.
+    /// Armature of each dof.
     pub armature: Vec<Lane<T, W>>,
+    /// Damping of each dof.
     pub damping: Vec<Lane<T, W>>,
     /// Gains of each actuator: κ_P, κ_D.
     pub gains: Vec<[Lane<T, W>; 2]>,
@@ -32,7 +33,7 @@ pub struct ModelParameters<T: Scalar, const W: usize> {
 }
 
 impl<T: Scalar, const W: usize> ModelParameters<T, W> {
-    /// None: the model's own constants everywhere.
+    /// The model's own constants everywhere.
     pub fn nominal(tree: &Tree<T>, actuators: &[ActuatorParameters<Lane<T, W>>]) -> Self {
         let one = Lane::splat_f64(1.0);
         Self {

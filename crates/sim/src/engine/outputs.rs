@@ -1,4 +1,4 @@
-//! What the environments look like, out of the lanes.
+//! Outputs of the environments, read from the lanes.
 
 use super::block::{Block, Model, Workspace};
 use super::lane::{Lane, Scalar};
@@ -8,7 +8,7 @@ fn narrow<T: Scalar>(value: T) -> f32 {
     value.to_f64() as f32
 }
 
-/// Poses and velocities; the workspace's kinematics are those of the block.
+/// Writes poses and velocities; the workspace's kinematics are those of the block.
 pub fn write_state<T: Scalar, const W: usize>(
     model: &Model<T, W>,
     block: &Block<T, W>,
@@ -39,7 +39,7 @@ pub fn write_state<T: Scalar, const W: usize>(
         out.joint_position[i] = of(&block.q[joint.q]);
         out.joint_velocity[i] = of(&block.v[joint.v]);
     }
-    for (slot, (body, point)) in out.place_position.chunks_exact_mut(3).zip(&tree.places) {
+    for (slot, (body, point)) in out.place_position.chunks_exact_mut(3).zip(&tree.sites) {
         let (r, p) = (&dynamics.rotation[*body], &dynamics.position[*body]);
         for k in 0..3 {
             let turned = (0..3).map(|i| r[3 * k + i].0[lane].to_f64() * point[i].to_f64()).sum::<f64>();
@@ -61,7 +61,7 @@ pub fn write_state<T: Scalar, const W: usize>(
     out.body_orientation[..4].copy_from_slice(&[1.0, 0.0, 0.0, 0.0]);
 }
 
-/// Torques and forces of the last substep; squared torques as the mean over all.
+/// Writes torques and forces of the last substep; squared torques as the mean over all.
 pub fn write_forces<T: Scalar, const W: usize>(
     model: &Model<T, W>,
     block: &Block<T, W>,

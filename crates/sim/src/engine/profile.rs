@@ -1,4 +1,4 @@
-//! Where a physics step spends its time and its arithmetic.
+//! Profile of a physics step: time and arithmetic of each stage.
 
 use std::cell::Cell;
 use std::ops::{Add, Div, Mul, Neg, Sub};
@@ -128,7 +128,7 @@ impl Scalar for Counted {
 /// One stage, per physics step of one environment.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Cost {
-    /// Which.
+    /// The stage.
     pub stage: Stage,
     /// Time of one core (s).
     pub seconds: f64,
@@ -136,7 +136,7 @@ pub struct Cost {
     pub operations: f64,
 }
 
-/// Costs of all stages while a robot wriggles: noisy targets around its default pose for `steps` policy steps, put back to
+/// Measures all stages while a robot moves: noisy targets around its default pose for `steps` policy steps, put back to
 /// `position` now and then.
 ///
 /// Operations are counted, not estimated: the same code runs on a number that counts.

@@ -1,4 +1,4 @@
-//! The parts of a physics step, and who wants to know when they are over.
+//! Stages of a physics step, and the observer that is told when they end.
 
 /// A part of a physics step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -34,7 +34,7 @@ impl Stage {
         Self::Integration,
     ];
 
-    /// For a table.
+    /// Returns its name in tables.
     pub fn name(self) -> &'static str {
         match self {
             Self::Kinematics => "kinematics",
@@ -49,11 +49,11 @@ impl Stage {
     }
 }
 
-/// Is told whenever a stage is over. The engine's own is `()`, which costs nothing.
+/// An observer of the stages of a step. The engine's own is `()`, which costs nothing.
 pub trait Profiler {
-    /// A step begins: what came before is no stage.
+    /// Begins a step: the work before it belongs to no stage.
     fn begin(&mut self);
-    /// What was done since the last call was this.
+    /// Ends a stage: the work since the last call was this.
     fn end_stage(&mut self, stage: Stage);
 }
 

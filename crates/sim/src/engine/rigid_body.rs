@@ -14,7 +14,7 @@ use super::spatial::{
 };
 use super::tree::{Tree, TreeBody};
 
-/// What one thread calculates with, for one vector of environments.
+/// Scratch memory of kinematics and dynamics, for one vector of environments.
 #[derive(Debug, Clone)]
 pub struct RigidBodyDynamics<T: Scalar, const W: usize> {
     /// Rotation of each body.
@@ -62,7 +62,7 @@ impl<T: Scalar, const W: usize> RigidBodyDynamics<T, W> {
         }
     }
 
-    /// Places and axes of everything.
+    /// Computes poses of bodies and axes of dofs.
     #[inline(always)]
     pub fn kinematics(&mut self, tree: &Tree<T>, q: &[Lane<T, W>]) {
         let zero = Lane::zero();

@@ -1,4 +1,4 @@
-//! What the constraints of a step depend on, and the forces that they leave for the next.
+//! Inputs of the constraint solver, and the forces that it leaves for the next step.
 
 use super::lane::{Lane, Scalar};
 use super::rigid_body::RigidBodyDynamics;
@@ -8,9 +8,9 @@ use crate::terrain::Terrain;
 /// Inverse weights at the reference position (MuJoCo's `invweight0`), which scale the regularization.
 #[derive(Debug, Clone)]
 pub struct InvWeight<T: Scalar, const W: usize> {
-    /// Of each body's centre of mass, translation (1/kg).
+    /// Inverse weight of each body's centre of mass, translation (1/kg).
     pub body: Vec<Lane<T, W>>,
-    /// Of each dof.
+    /// Inverse weight of each dof.
     pub dof: Vec<Lane<T, W>>,
 }
 
@@ -25,7 +25,7 @@ pub struct Forces<T: Scalar, const W: usize> {
     pub side: Vec<Lane<T, W>>,
     /// Edges of each possible contact's pyramid: the ground's points, then pairs of the robot's own parts.
     pub contact: Vec<[Lane<T, W>; 4]>,
-    /// Whether any lane of a contact may have a force.
+    /// True where any lane of a contact may have a force.
     pub live: Vec<bool>,
 }
 
@@ -48,7 +48,7 @@ impl<T: Scalar, const W: usize> Forces<T, W> {
         ends.chain(self.contact.iter_mut().flatten())
     }
 
-    /// How many there are.
+    /// Returns their number.
     pub fn len(&self) -> usize {
         self.friction.len() + self.limit.len() + self.side.len() + 4 * self.contact.len()
     }
@@ -69,7 +69,7 @@ impl<T: Scalar, const W: usize> Forces<T, W> {
     }
 }
 
-/// What a step's constraints depend on.
+/// Inputs of the constraint solver in one step.
 pub struct SolverContext<'a, T: Scalar, const W: usize> {
     pub tree: &'a Tree<T>,
     /// Uneven ground in place of the level one.

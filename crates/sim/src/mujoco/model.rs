@@ -26,7 +26,7 @@ pub(super) struct DrivenJoint {
     pub damping: f64,
 }
 
-/// Where everything is: in MuJoCo's arrays, and in an environment's row of numbers
+/// Indices of the robot's parts in MuJoCo's arrays, and in an environment's row of numbers
 /// `[time, positions, velocities, warm start, pushes (6 per body), diverged]`.
 #[derive(Debug, Clone)]
 pub(super) struct Layout {
@@ -41,7 +41,7 @@ pub(super) struct Layout {
     /// Scalar joint of each MuJoCo joint, and of each velocity.
     pub scalar_of_joint: Vec<Option<usize>>,
     pub scalar_of_dof: Vec<Option<usize>>,
-    /// Whether each geom is part of the ground: fixed to the world.
+    /// True for each geom that is part of the ground: fixed to the world.
     pub ground: Vec<bool>,
     /// The foot that each geom belongs to.
     pub foot_of_geom: Vec<Option<usize>>,
@@ -115,7 +115,7 @@ pub(super) fn compile(robot: &Robot, terrain: Option<&Terrain>) -> Result<(MjMod
     Ok((model, layout))
 }
 
-/// Whether something fixed to the world can be stood on.
+/// Returns true when something fixed to the world can be stood on.
 fn has_ground(character: &Character) -> bool {
     character.geoms.iter().any(|g| g.body == 0 && matches!(g.shape, GeomShape::Plane | GeomShape::HeightField(_)))
 }
@@ -181,7 +181,7 @@ fn check_names(character: &Character, model: &MjModel) -> Result<(), String> {
     }
     let differs = |kind, id, own: &str| {
         model.id_to_name(kind, id).filter(|name| !name.is_empty() && *name != own).map(|name| {
-            format!("expected '{own}' at {} {id}, MuJoCo has '{name}'", if id == 0 { "place" } else { "index" })
+            format!("expected '{own}' at {} {id}, MuJoCo has '{name}'", if id == 0 { "position" } else { "index" })
         })
     };
     let bodies = character.bodies.iter().enumerate().skip(1);

@@ -71,7 +71,7 @@ impl Tuning {
 }
 
 impl Worker {
-    /// What `parameters` change in the model; `None` for nothing.
+    /// Returns the fields of the model that `parameters` change; `None` for none.
     ///
     /// MuJoCo takes the larger friction of two geoms that touch, so a friction of the ground is set on all of them: the
     /// ground then has exactly this friction for every part of the robot, and so have the robot's parts for each other.

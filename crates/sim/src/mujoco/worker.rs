@@ -12,7 +12,7 @@ use super::tuning::Tuning;
 use crate::rows::Rows;
 use crate::simulation::Drive;
 
-/// An environment with a velocity beyond this (m/s, rad/s) is lost.
+/// Velocity (m/s, rad/s) beyond which an environment has diverged.
 const VELOCITY_LIMIT: f64 = 1e3;
 
 /// A model and a data of its own.
@@ -20,7 +20,7 @@ pub(super) struct Worker {
     pub data: MjData<Box<MjModel>>,
     pub layout: Arc<Layout>,
     pub base: Tuning,
-    /// Whether the model is tuned to some environment.
+    /// True while the model is tuned to some environment.
     pub tuned: bool,
     /// Damping, gains and strength now in force, `[J]`.
     damping: Vec<f64>,
@@ -55,7 +55,7 @@ impl Worker {
         unsafe { self.data.model_mut() }
     }
 
-    /// One policy step of one environment: `row` and `out` are its own. An environment that diverges, or did before,
+    /// Makes one policy step of one environment: `row` and `out` are its own. An environment that diverges, or did before,
     /// keeps its row.
     pub fn step(&mut self, row: &mut [f64], tuning: Option<&Tuning>, drive: Drive<'_>, out: &mut Rows<'_>) {
         let layout = self.layout.clone();
@@ -133,7 +133,7 @@ impl Worker {
         self.model_mut().dof_damping_mut()[dof] = own + friction;
     }
 
-    /// All substeps; false as soon as something is not finite or absurdly fast.
+    /// Makes all substeps; false as soon as something is not finite or absurdly fast.
     fn advance(&mut self, drive: Drive<'_>) -> bool {
         let numbers = drive.values();
         if !numbers.iter().all(|x| x.is_finite()) {

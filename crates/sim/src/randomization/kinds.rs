@@ -10,10 +10,10 @@ use crate::error::SimError;
 /// Number of values that a robot needs.
 type Count = fn(&Robot) -> usize;
 
-/// Where drawn values go.
+/// Destination of drawn values.
 type Assign = fn(&mut EnvironmentParameters, Vec<f32>);
 
-/// What the value `V` of a key in a plan means.
+/// Meaning of the value `V` of a key in a plan.
 pub(super) trait Kind<V> {
     /// Refuses a value out of range, naming its key.
     fn check(&self, name: &str, value: &V) -> Result<(), SimError>;

@@ -1,4 +1,4 @@
-//! Random pushes: their sizes, and when each environment is pushed next.
+//! Random pushes: their sizes and their schedule.
 
 use lifelike_character::Role;
 use lifelike_robot::Robot;
@@ -48,7 +48,7 @@ pub struct Push {
     pub torque_w: [f32; 3],
 }
 
-/// When one environment is pushed next, and how. It is part of what a checkpoint holds.
+/// Schedule of one environment's pushes, a part of checkpoints.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PushSchedule {
@@ -64,11 +64,11 @@ impl PushSchedule {
         Self { steps: steps(spec.interval, control_hz, rng), active: None }
     }
 
-    /// One policy step, to be called before the simulation's. Sets or ends the push of environment `id`. `rng` is drawn
+    /// Counts one policy step, to be called before the simulation's. Sets or ends the push of environment `id`. `rng` is drawn
     /// from only when a push begins or ends, so it must be keyed by the step.
     ///
     /// # Errors
-    /// What [`Simulation::push`] fails with.
+    /// As [`Simulation::push`].
     pub fn advance(
         &mut self,
         spec: &PushSpec,
