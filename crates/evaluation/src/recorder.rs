@@ -119,7 +119,7 @@ impl<'a> Recorder<'a> {
             root_orientation: quaternion(&state.root_orientation[4 * i..]),
             joints: state.joint_position[i * joints..(i + 1) * joints].iter().map(|q| f64::from(*q)).collect(),
             effectors: (0..self.robot.effectors.len())
-                .map(|p| vector(&state.place_position[3 * (i * places + p)..]))
+                .map(|p| vector(&state.site_position[3 * (i * places + p)..]))
                 .collect(),
             bodies: (i * bodies..(i + 1) * bodies)
                 .map(|b| (vector(&state.body_position[3 * b..]), quaternion(&state.body_orientation[4 * b..])))

@@ -76,7 +76,8 @@ impl From<CheckpointError> for CliError {
 impl From<SimError> for CliError {
     fn from(error: SimError) -> Self {
         match error {
-            SimError::Engine { .. } => Self::Unavailable(error.to_string()),
+            SimError::EngineUnavailable { .. } => Self::Unavailable(error.to_string()),
+            SimError::UnknownEngine { .. } => Self::Usage(error.to_string()),
             _ => Self::Failed(error.to_string()),
         }
     }

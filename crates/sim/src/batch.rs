@@ -1,25 +1,11 @@
-//! What every engine offers: N environments of one robot, stepped together.
+//! Values of N environments: outputs, parameters, saved states.
 //!
 //! Arrays are row-major `[environment, column]`, so one environment's numbers lie together. All rows refer to the robot's
-//! scalar joints and places in the order of `Robot` (which carries the names).
+//! scalar joints and sites in the order of `Robot` (which carries the names).
 
-use std::sync::Arc;
+use lifelike_robot::MeasuredState;
 
-use lifelike_robot::{MeasuredState, Robot};
-
-use crate::error::SimError;
-use crate::terrain::Terrain;
-
-/// What drives the joints during one step.
-#[derive(Debug, Clone, Copy)]
-pub enum Drive<'a> {
-    /// Joint targets (rad), `[N, J]`; the engine evaluates the actuator model (eqs. 4.9-4.11) at every physics substep.
-    Targets(&'a [f32]),
-    /// Joint torques (N m), `[N, J]`, applied as they are.
-    Torques(&'a [f32]),
-}
-
-/// What the environments look like after the last step or reset. `N` environments, `J` scalar joints, `P` places
+/// Outputs of all environments after the last step or reset. `N` environments, `J` scalar joints, `P` sites
 /// (end effectors, then key bodies), `B` bodies (world included), `F` feet (soles of the anatomy).
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct BatchState {
@@ -36,7 +22,7 @@ pub struct BatchState {
     /// Joint velocities, `[N, J]` (rad/s).
     pub joint_velocity: Vec<f32>,
     /// End effectors, then key bodies, `[N, P, 3]` (m, world).
-    pub place_position: Vec<f32>,
+    pub site_position: Vec<f32>,
     /// Position of every body frame, `[N, B, 3]` (m, world).
     pub body_position: Vec<f32>,
     /// Orientation of every body frame, `[N, B, 4]` (wxyz).
@@ -64,7 +50,7 @@ impl BatchState {
         let three = |values: &[f32]| [values[3 * i], values[3 * i + 1], values[3 * i + 2]];
         let environments = (self.root_position.len() / 3).max(1);
         let joints = self.joint_position.len() / environments;
-        let places = self.place_position.len() / self.root_position.len().max(1);
+        let sites = self.site_position.len() / self.root_position.len().max(1);
         let q = &self.root_orientation[4 * i..4 * i + 4];
         MeasuredState {
             joint_position: &self.joint_position[i * joints..(i + 1) * joints],
@@ -74,12 +60,12 @@ impl BatchState {
             root_position: Some(three(&self.root_position)),
             root_height: None,
             linear_velocity_w: Some(three(&self.linear_velocity_w)),
-            key_bodies_w: Some(&self.place_position[3 * (i * places + effectors)..3 * (i + 1) * places]),
+            key_bodies_w: Some(&self.site_position[3 * (i * sites + effectors)..3 * (i + 1) * sites]),
         }
     }
 }
 
-/// What may differ between environments (domain randomisation, thesis 4.2.2). The default changes nothing.
+/// Parameters that may differ between environments (domain randomisation, thesis 4.2.2). The default changes nothing.
 #[derive(Debug, Clone, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct EnvironmentParameters {
@@ -87,17 +73,17 @@ pub struct EnvironmentParameters {
     pub mass_scale: Vec<f32>,
     /// Further factor on each body's inertia, `[B]`; empty: all one.
     pub inertia_scale: Vec<f32>,
-    /// How far each body's centre of mass is from where the model puts it, `[B]` (m, frame of the body); empty: nowhere.
+    /// Offset of each body's centre of mass from the model's, `[B]` (m, frame of the body); empty: none.
     pub com_offset: Vec<[f32; 3]>,
     /// Gravity (m/s², world); `None`: as the model says.
     pub gravity: Option<[f32; 3]>,
-    /// Factors on the armature and on the damping of each joint, `[J]`; empty: all one.
+    /// Factor on the armature of each joint, `[J]`; empty: all one.
     pub armature_scale: Vec<f32>,
-    /// See [`Self::armature_scale`].
+    /// Factor on the damping of each joint, `[J]`; empty: all one.
     pub damping_scale: Vec<f32>,
-    /// Factors on the actuators' gains κ_P and κ_D, `[J]`; empty: all one.
+    /// Factor on each actuator's gain κ_P, `[J]`; empty: all one.
     pub kp_scale: Vec<f32>,
-    /// See [`Self::kp_scale`].
+    /// Factor on each actuator's gain κ_D, `[J]`; empty: all one.
     pub kd_scale: Vec<f32>,
     /// Factor on the motor torque of each joint, its limit included, `[J]`; empty: all one. A tired or weak motor.
     pub strength_scale: Vec<f32>,
@@ -121,55 +107,4 @@ pub struct IntegrationState {
     pub values: Vec<f64>,
     /// Parameters of each environment.
     pub parameters: Vec<EnvironmentParameters>,
-}
-
-/// N environments of one robot on level or uneven ground.
-///
-/// Every method that takes environments by index gives the same result for any number of threads.
-pub trait Simulation: Send {
-    /// The engine's name, such as `mujoco`.
-    fn engine(&self) -> &'static str;
-
-    /// The robot.
-    fn robot(&self) -> &Arc<Robot>;
-
-    /// Number of environments N.
-    fn len(&self) -> usize;
-
-    /// The uneven ground that all of them stand on; `None`: level ground at height 0.
-    fn terrain(&self) -> Option<&Arc<Terrain>> {
-        None
-    }
-
-    /// Whether there are none.
-    fn is_empty(&self) -> bool {
-        self.len() == 0
-    }
-
-    /// What the environments look like now.
-    fn state(&self) -> &BatchState;
-
-    /// Puts some environments into given states and clears forces, warm starts and divergence.
-    ///
-    /// # Shapes
-    /// `positions: [ids, nq]`, `velocities: [ids, nv]` in MuJoCo's layout (see `character::model`).
-    fn reset(&mut self, ids: &[usize], positions: &[f64], velocities: &[f64]) -> Result<(), SimError>;
-
-    /// Changes the parameters of one environment, from the next step on.
-    fn set_parameters(&mut self, id: usize, parameters: EnvironmentParameters) -> Result<(), SimError>;
-
-    /// Applies a force (N, world) and torque (N m, world) to the centre of mass of a body until changed again: a push.
-    fn push(&mut self, id: usize, body: usize, force_w: [f32; 3], torque_w: [f32; 3]) -> Result<(), SimError>;
-
-    /// Ends all pushes on one environment.
-    fn clear_pushes(&mut self, id: usize);
-
-    /// One policy step: `robot.substeps` physics steps of every environment that is not frozen, then [`Self::state`].
-    fn step(&mut self, drive: Drive<'_>) -> Result<(), SimError>;
-
-    /// Everything needed to continue bit for bit.
-    fn save(&self) -> IntegrationState;
-
-    /// Back to a saved state; [`Self::state`] is as it was then, except the outputs of the last step (torques, forces).
-    fn restore(&mut self, state: &IntegrationState) -> Result<(), SimError>;
 }

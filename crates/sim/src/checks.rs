@@ -1,9 +1,11 @@
-//! What every engine refuses, in the same words, and the threads that every engine steps with.
+//! Checks of everything that comes from outside, in the same words for every engine.
 
-use crate::batch::{Drive, EnvironmentParameters, IntegrationState};
+use crate::batch::{EnvironmentParameters, IntegrationState};
 use crate::error::SimError;
+use crate::rows::Sizes;
+use crate::simulation::Drive;
 
-/// An environment that there is.
+/// An environment that exists.
 pub(crate) fn environment(id: usize, environments: usize) -> Result<(), SimError> {
     if id < environments {
         return Ok(());
@@ -11,19 +13,9 @@ pub(crate) fn environment(id: usize, environments: usize) -> Result<(), SimError
     Err(SimError::State { expected: format!("an environment below {environments}"), got: id.to_string() })
 }
 
+/// Another length of an array.
 fn length(what: &'static str, expected: usize, got: usize) -> Result<(), SimError> {
     if expected == got { Ok(()) } else { Err(SimError::Length { what, expected, got }) }
-}
-
-/// Sizes of a robot's coordinates, and where its root's quaternion is.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Coordinates {
-    /// Generalised positions.
-    pub nq: usize,
-    /// Generalised velocities.
-    pub nv: usize,
-    /// First position of the free root.
-    pub root: usize,
 }
 
 /// States to reset environments to: as many as there are ids, finite, with a root orientation.
@@ -32,13 +24,13 @@ pub(crate) fn reset(
     environments: usize,
     positions: &[f64],
     velocities: &[f64],
-    c: Coordinates,
+    sizes: &Sizes,
 ) -> Result<(), SimError> {
-    length("positions", ids.len() * c.nq, positions.len())?;
-    length("velocities", ids.len() * c.nv, velocities.len())?;
-    for ((&id, q), v) in ids.iter().zip(positions.chunks_exact(c.nq)).zip(velocities.chunks_exact(c.nv)) {
+    length("positions", ids.len() * sizes.nq, positions.len())?;
+    length("velocities", ids.len() * sizes.nv, velocities.len())?;
+    for ((&id, q), v) in ids.iter().zip(positions.chunks_exact(sizes.nq)).zip(velocities.chunks_exact(sizes.nv)) {
         environment(id, environments)?;
-        let norm = quaternion_norm(q, c.root);
+        let norm = quaternion_norm(q, sizes.root_q);
         let wrong = q.iter().chain(v).find(|x| !x.is_finite()).map(f64::to_string);
         if let Some(got) = wrong.or_else(|| (norm < 1e-6).then(|| format!("a quaternion of length {norm}"))) {
             let expected = format!("finite numbers and a root orientation for environment {id}");
@@ -64,7 +56,8 @@ pub(crate) fn normalised(position: &[f64], root: usize) -> Vec<f64> {
 }
 
 /// Parameters of a robot with so many bodies and joints.
-pub(crate) fn parameters(p: &EnvironmentParameters, bodies: usize, joints: usize, feet: usize) -> Result<(), SimError> {
+pub(crate) fn parameters(p: &EnvironmentParameters, sizes: &Sizes) -> Result<(), SimError> {
+    let Sizes { bodies, joints, feet, .. } = *sizes;
     for (what, expected, got) in [
         ("mass_scale", bodies, p.mass_scale.len()),
         ("inertia_scale", bodies, p.inertia_scale.len()),
@@ -109,14 +102,13 @@ pub(crate) fn push(body: usize, bodies: usize, force_w: &[f32; 3], torque_w: &[f
     }
 }
 
-/// The numbers that drive the joints, `expected` of them.
-pub(crate) fn drive<'a>(drive: &Drive<'a>, expected: usize) -> Result<&'a [f32], SimError> {
-    let (what, numbers) = match drive {
-        Drive::Targets(numbers) => ("targets", *numbers),
-        Drive::Torques(numbers) => ("torques", *numbers),
+/// A drive of `expected` numbers.
+pub(crate) fn drive(drive: &Drive<'_>, expected: usize) -> Result<(), SimError> {
+    let what = match drive {
+        Drive::Targets(_) => "targets",
+        Drive::Torques(_) => "torques",
     };
-    length(what, expected, numbers.len())?;
-    Ok(numbers)
+    length(what, expected, drive.values().len())
 }
 
 /// A state saved by this engine with as many environments of this width.
@@ -129,13 +121,4 @@ pub(crate) fn saved(state: &IntegrationState, engine: &str, environments: usize,
         return Err(SimError::State { expected, got });
     }
     length("saved state", environments * width, state.values.len())
-}
-
-/// So many threads (0: one per processor).
-pub(crate) fn pool(threads: usize) -> Result<rayon::ThreadPool, rayon::ThreadPoolBuildError> {
-    let threads = match threads {
-        0 => std::thread::available_parallelism().map_or(1, std::num::NonZero::get),
-        n => n,
-    };
-    rayon::ThreadPoolBuilder::new().num_threads(threads).thread_name(|i| format!("physics-{i}")).build()
 }

@@ -1,6 +1,6 @@
-//! What can go wrong in a simulation.
+//! Errors of simulations.
 
-/// Everything that making or stepping a simulation can fail with.
+/// An error of making or stepping a simulation.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum SimError {
@@ -11,41 +11,49 @@ pub enum SimError {
         engine: &'static str,
         /// The character.
         character: String,
-        /// What it said.
+        /// Its reason.
         message: String,
     },
     /// An array has the wrong length.
     #[error("{what}: expected {expected} numbers, got {got}")]
     Length {
-        /// Which array.
+        /// The array.
         what: &'static str,
         /// The right length.
         expected: usize,
         /// The length it has.
         got: usize,
     },
-    /// A saved state does not belong to this simulation.
-    #[error("saved state: expected {expected}, got {got}")]
+    /// A value that a simulation does not take: a saved state of another one, a body that does not exist.
+    #[error("expected {expected}, got {got}")]
     State {
-        /// What should be there.
+        /// The expected value or property.
         expected: String,
-        /// What is there.
+        /// The value found.
         got: String,
     },
-    /// Ground that cannot be.
+    /// Terrain that cannot be made.
     #[error("terrain: expected {expected}, got {got}")]
     Terrain {
-        /// What should be there.
+        /// The expected value or property.
         expected: String,
-        /// What is there.
+        /// The value found.
         got: String,
     },
-    /// No engine of this name in this build.
-    #[error("no engine '{name}' in this build: {hint}")]
-    Engine {
+    /// No engine of this name.
+    #[error("no engine '{name}'; there are: {known}")]
+    UnknownEngine {
         /// The name.
         name: String,
-        /// What to do.
+        /// Names of all engines.
+        known: String,
+    },
+    /// An engine that this build lacks.
+    #[error("this build has no '{name}': {hint}")]
+    EngineUnavailable {
+        /// The name.
+        name: &'static str,
+        /// How to get it.
         hint: &'static str,
     },
 }

@@ -1,63 +1,109 @@
 //! The outputs of some environments, cut out of [`BatchState`] so that threads can write side by side.
 
+use lifelike_robot::Robot;
+
 use crate::batch::BatchState;
 
-/// Columns of the outputs.
+/// Sizes of a robot: of its coordinates, and of the columns of the outputs.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Widths {
+pub(crate) struct Sizes {
+    /// Generalised positions.
+    pub nq: usize,
+    /// Generalised velocities.
+    pub nv: usize,
+    /// First position of the free root.
+    pub root_q: usize,
     /// Scalar joints J.
     pub joints: usize,
-    /// Places P.
-    pub places: usize,
+    /// Sites P: end effectors and key bodies.
+    pub sites: usize,
     /// Bodies B.
     pub bodies: usize,
     /// Feet F.
     pub feet: usize,
 }
 
-/// The outputs of environments that lie side by side. See [`BatchState`] for the fields.
-pub(crate) struct Rows<'a> {
-    pub root_position: &'a mut [f32],
-    pub root_orientation: &'a mut [f32],
-    pub linear_velocity_w: &'a mut [f32],
-    pub angular_velocity_w: &'a mut [f32],
-    pub joint_position: &'a mut [f32],
-    pub joint_velocity: &'a mut [f32],
-    pub place_position: &'a mut [f32],
-    pub body_position: &'a mut [f32],
-    pub body_orientation: &'a mut [f32],
-    pub torque_squared: &'a mut [f32],
-    pub torque: &'a mut [f32],
-    pub foot_force: &'a mut [f32],
-    pub constraint_force: &'a mut [f32],
-    pub diverged: &'a mut [bool],
-}
-
-/// Outputs of `n` environments, all zero.
-pub(crate) fn allocate(n: usize, widths: &Widths) -> BatchState {
-    BatchState {
-        root_position: vec![0.0; n * 3],
-        root_orientation: vec![0.0; n * 4],
-        linear_velocity_w: vec![0.0; n * 3],
-        angular_velocity_w: vec![0.0; n * 3],
-        joint_position: vec![0.0; n * widths.joints],
-        joint_velocity: vec![0.0; n * widths.joints],
-        place_position: vec![0.0; n * widths.places * 3],
-        body_position: vec![0.0; n * widths.bodies * 3],
-        body_orientation: vec![0.0; n * widths.bodies * 4],
-        torque_squared: vec![0.0; n * widths.joints],
-        torque: vec![0.0; n * widths.joints],
-        foot_force: vec![0.0; n * widths.feet],
-        constraint_force: vec![0.0; n * widths.joints],
-        diverged: vec![false; n],
+impl Sizes {
+    /// Sizes of a robot.
+    pub fn of(robot: &Robot) -> Self {
+        let character = &robot.character;
+        Self {
+            nq: character.nq,
+            nv: character.nv,
+            root_q: character.root_joint().map_or(0, |j| j.q_index),
+            joints: robot.joints(),
+            sites: robot.effectors.len() + robot.key_bodies.len(),
+            bodies: character.bodies.len(),
+            feet: robot.anatomy.soles.len(),
+        }
     }
 }
 
+/// Declares the columns of [`BatchState`] and their widths, once for all that goes over them.
+macro_rules! columns {
+    ($($field:ident: |$sizes:pat_param| $width:expr,)+) => {
+        /// The outputs of environments that lie side by side. See [`BatchState`] for the fields.
+        pub(crate) struct Rows<'a> {
+            $(pub $field: &'a mut [f32],)+
+            pub diverged: &'a mut [bool],
+        }
+
+        /// Outputs of `n` environments, all zero.
+        pub(crate) fn allocate(n: usize, sizes: &Sizes) -> BatchState {
+            BatchState {
+                $($field: { let $sizes = sizes; vec![0.0; n * $width] },)+
+                diverged: vec![false; n],
+            }
+        }
+
+        /// Copies the outputs of one environment.
+        pub(crate) fn copy(from: &BatchState, to: &mut BatchState, id: usize, sizes: &Sizes) {
+            $({
+                let $sizes = sizes;
+                let row = id * $width..(id + 1) * $width;
+                to.$field[row.clone()].copy_from_slice(&from.$field[row]);
+            })+
+            to.diverged[id] = from.diverged[id];
+        }
+
+        impl<'a> Rows<'a> {
+            /// All environments.
+            pub fn whole(state: &'a mut BatchState) -> Self {
+                Self { $($field: &mut state.$field,)+ diverged: &mut state.diverged }
+            }
+
+            /// The first `n` environments; the others stay in `self`.
+            pub fn take(&mut self, n: usize, sizes: &Sizes) -> Rows<'a> {
+                Rows {
+                    $($field: { let $sizes = sizes; cut(&mut self.$field, n * $width) },)+
+                    diverged: cut(&mut self.diverged, n),
+                }
+            }
+        }
+    };
+}
+
+columns! {
+    root_position: |_| 3,
+    root_orientation: |_| 4,
+    linear_velocity_w: |_| 3,
+    angular_velocity_w: |_| 3,
+    joint_position: |s| s.joints,
+    joint_velocity: |s| s.joints,
+    site_position: |s| s.sites * 3,
+    body_position: |s| s.bodies * 3,
+    body_orientation: |s| s.bodies * 4,
+    torque_squared: |s| s.joints,
+    torque: |s| s.joints,
+    foot_force: |s| s.feet,
+    constraint_force: |s| s.joints,
+}
+
 /// The outputs of one environment.
-pub(crate) fn single<'a>(state: &'a mut BatchState, id: usize, widths: &Widths) -> Rows<'a> {
+pub(crate) fn single<'a>(state: &'a mut BatchState, id: usize, sizes: &Sizes) -> Rows<'a> {
     let mut rows = Rows::whole(state);
-    rows.take(id, widths);
-    rows.take(1, widths)
+    rows.take(id, sizes);
+    rows.take(1, sizes)
 }
 
 fn cut<'a, T>(rest: &mut &'a mut [T], n: usize) -> &'a mut [T] {
@@ -66,44 +112,26 @@ fn cut<'a, T>(rest: &mut &'a mut [T], n: usize) -> &'a mut [T] {
     head
 }
 
-impl<'a> Rows<'a> {
-    /// All environments.
-    pub fn whole(state: &'a mut BatchState) -> Self {
-        Self {
-            root_position: &mut state.root_position,
-            root_orientation: &mut state.root_orientation,
-            linear_velocity_w: &mut state.linear_velocity_w,
-            angular_velocity_w: &mut state.angular_velocity_w,
-            joint_position: &mut state.joint_position,
-            joint_velocity: &mut state.joint_velocity,
-            place_position: &mut state.place_position,
-            body_position: &mut state.body_position,
-            body_orientation: &mut state.body_orientation,
-            torque_squared: &mut state.torque_squared,
-            torque: &mut state.torque,
-            foot_force: &mut state.foot_force,
-            constraint_force: &mut state.constraint_force,
-            diverged: &mut state.diverged,
-        }
+impl Rows<'_> {
+    /// The columns that say where everything is and how it moves: all but torques, forces and divergence.
+    pub fn kinematic_columns(&mut self) -> [&mut [f32]; 9] {
+        [
+            self.root_position,
+            self.root_orientation,
+            self.linear_velocity_w,
+            self.angular_velocity_w,
+            self.joint_position,
+            self.joint_velocity,
+            self.site_position,
+            self.body_position,
+            self.body_orientation,
+        ]
     }
 
-    /// The first `n` environments; the others stay in `self`.
-    pub fn take(&mut self, n: usize, widths: &Widths) -> Rows<'a> {
-        Rows {
-            root_position: cut(&mut self.root_position, n * 3),
-            root_orientation: cut(&mut self.root_orientation, n * 4),
-            linear_velocity_w: cut(&mut self.linear_velocity_w, n * 3),
-            angular_velocity_w: cut(&mut self.angular_velocity_w, n * 3),
-            joint_position: cut(&mut self.joint_position, n * widths.joints),
-            joint_velocity: cut(&mut self.joint_velocity, n * widths.joints),
-            place_position: cut(&mut self.place_position, n * widths.places * 3),
-            body_position: cut(&mut self.body_position, n * widths.bodies * 3),
-            body_orientation: cut(&mut self.body_orientation, n * widths.bodies * 4),
-            torque_squared: cut(&mut self.torque_squared, n * widths.joints),
-            torque: cut(&mut self.torque, n * widths.joints),
-            foot_force: cut(&mut self.foot_force, n * widths.feet),
-            constraint_force: cut(&mut self.constraint_force, n * widths.joints),
-            diverged: cut(&mut self.diverged, n),
+    /// Sets torques and forces to zero: those of an environment that did not step, or has diverged.
+    pub fn clear_forces(&mut self) {
+        for forces in [&mut *self.torque_squared, self.torque, self.foot_force, self.constraint_force] {
+            forces.fill(0.0);
         }
     }
 }

@@ -5,13 +5,25 @@ use rand::{Rng, SeedableRng};
 use crate::error::SimError;
 
 /// Largest number of heights along one side.
-const MOST: usize = 10_000;
+const MAX_SIDE: usize = 10_000;
 
 /// Heights on a regular grid, its middle at the world's origin. Between them the surface is made of triangles: each cell is
 /// cut from its corner at the lower x and y to the opposite one, as MuJoCo's height fields are.
 ///
-/// What touches it are the points that touch level ground: centres of spheres, ends of capsules, corners of boxes. A ridge that is
+/// The points that touch it are those that touch level ground: centres of spheres, ends of capsules, corners of boxes. A ridge that is
 /// narrower than a sole passes between its corners.
+///
+/// ```
+/// use lifelike_sim::Terrain;
+///
+/// let slope = Terrain::from_fn(4.0, 0.1, |x, _| 0.5 * x)?;
+/// assert!((slope.height(1.0, -0.5).unwrap_or(f64::NAN) - 0.5).abs() < 1e-9);
+/// assert_eq!(slope.height(9.0, 0.0), None);
+/// // A metre above the slope is less than a metre away from it.
+/// let (distance, normal) = slope.clearance([1.0, 0.0, 1.5]);
+/// assert!(distance < 1.0 && normal[0] < 0.0);
+/// # Ok::<(), lifelike_sim::SimError>(())
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct Terrain {
     columns: usize,
@@ -22,8 +34,8 @@ pub struct Terrain {
     slant: f64,
 }
 
-/// How far away (m) the ground is where there is none: far from everything, and still a number to calculate with.
-const NOWHERE: f64 = 1e3;
+/// Distance (m) to the ground outside of the grid: far from everything, and still a number to calculate with.
+const NO_GROUND: f64 = 1e3;
 
 impl Terrain {
     /// # Shapes
@@ -33,8 +45,8 @@ impl Terrain {
     /// [`SimError::Terrain`] for fewer than two rows or columns, another number of heights, or numbers that are not finite.
     pub fn new(rows: usize, columns: usize, spacing: f64, heights: Vec<f64>) -> Result<Self, SimError> {
         let fail = |expected: String, got: String| SimError::Terrain { expected, got };
-        if !(2..=MOST).contains(&rows) || !(2..=MOST).contains(&columns) {
-            return Err(fail(format!("from 2 to {MOST} rows and columns"), format!("{rows} x {columns}")));
+        if !(2..=MAX_SIDE).contains(&rows) || !(2..=MAX_SIDE).contains(&columns) {
+            return Err(fail(format!("from 2 to {MAX_SIDE} rows and columns"), format!("{rows} x {columns}")));
         }
         if !(spacing.is_finite() && spacing > 0.0) {
             return Err(fail("a spacing above 0 m".into(), spacing.to_string()));
@@ -62,8 +74,11 @@ impl Terrain {
     /// As [`Self::new`].
     pub fn from_fn(size: f64, spacing: f64, height: impl Fn(f64, f64) -> f64) -> Result<Self, SimError> {
         let n = ((size / spacing).round() as usize).saturating_add(1);
-        if !(2..=MOST).contains(&n) {
-            return Err(SimError::Terrain { expected: format!("from 2 to {MOST} heights a side"), got: n.to_string() });
+        if !(2..=MAX_SIDE).contains(&n) {
+            return Err(SimError::Terrain {
+                expected: format!("from 2 to {MAX_SIDE} heights a side"),
+                got: n.to_string(),
+            });
         }
         let at = |i: usize| (i as f64 - 0.5 * (n - 1) as f64) * spacing;
         let heights = (0..n * n).map(|i| height(at(i % n), at(i / n))).collect();
@@ -135,7 +150,7 @@ impl Terrain {
         [x / self.spacing, y / self.spacing]
     }
 
-    /// The greatest height within a distance of a place (m): where a robot can be put down.
+    /// Returns the greatest height within a distance of a point (m): where a robot can be put down.
     pub fn highest(&self, x: f64, y: f64, distance: f64) -> f64 {
         let range = |x: f64, n: usize| {
             let place = |x: f64| (x / self.spacing + 0.5 * (n - 1) as f64).clamp(0.0, (n - 1) as f64);
@@ -147,20 +162,20 @@ impl Terrain {
             .fold(f64::NEG_INFINITY, f64::max)
     }
 
-    /// The surface's height at a place (m); `None` outside of the grid.
+    /// Returns the surface's height at a point (m); `None` outside of the grid.
     pub fn height(&self, x: f64, y: f64) -> Option<f64> {
-        let (below, normal) = self.above([x, y, 0.0]);
-        (below != NOWHERE).then(|| -below / normal[2])
+        let (below, normal) = self.clearance([x, y, 0.0]);
+        (below != NO_GROUND).then(|| -below / normal[2])
     }
 
-    /// How far a point is above the plane of the triangle below it (m), and that plane's normal. Outside of the grid there
+    /// Returns the distance of a point above the plane of the triangle below it (m), and that plane's normal. Outside of the grid there
     /// is nothing: a kilometre of it.
-    pub fn above(&self, point: [f64; 3]) -> (f64, [f64; 3]) {
+    pub fn clearance(&self, point: [f64; 3]) -> (f64, [f64; 3]) {
         let place = |x: f64, n: usize| x / self.spacing + 0.5 * (n - 1) as f64;
         let (x, y) = (place(point[0], self.columns), place(point[1], self.rows));
         let inside = |x: f64, n: usize| x >= 0.0 && x <= (n - 1) as f64;
         if !inside(x, self.columns) || !inside(y, self.rows) {
-            return (NOWHERE, [0.0, 0.0, 1.0]);
+            return (NO_GROUND, [0.0, 0.0, 1.0]);
         }
         let (column, row) = ((x as usize).min(self.columns - 2), (y as usize).min(self.rows - 2));
         let (x, y) = (x - column as f64, y - row as f64);
@@ -181,21 +196,21 @@ mod tests {
         let terrain = Terrain::from_fn(4.0, 0.1, |x, y| 0.3 * x - 0.2 * y + 1.0).unwrap();
         let length = (1.0_f64 + 0.09 + 0.04).sqrt();
         for (x, y) in [(0.0, 0.0), (0.51, -0.77), (-1.99, 1.99), (2.0, 2.0), (-2.0, -2.0)] {
-            let (above, normal) = terrain.above([x, y, 0.3 * x - 0.2 * y + 1.5]);
+            let (above, normal) = terrain.clearance([x, y, 0.3 * x - 0.2 * y + 1.5]);
             assert!((above - 0.5 / length).abs() < 1e-12, "{x} {y}: {above}");
             let expected = [-0.3 / length, 0.2 / length, 1.0 / length];
             assert!(normal.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-12), "{normal:?}");
         }
         assert!((terrain.slant() - length).abs() < 1e-12);
-        assert_eq!(terrain.above([2.01, 0.0, 0.0]).0, NOWHERE);
-        assert_eq!(terrain.above([f64::NAN, 0.0, 0.0]).0, NOWHERE);
+        assert_eq!(terrain.clearance([2.01, 0.0, 0.0]).0, NO_GROUND);
+        assert_eq!(terrain.clearance([f64::NAN, 0.0, 0.0]).0, NO_GROUND);
     }
 
     #[test]
     fn surfaces_have_no_gaps_between_triangles() {
         let terrain = Terrain::hills(6.0, 0.25, 0.4, 2.0, 3).unwrap();
         let height = |x: f64, y: f64| {
-            let (above, normal) = terrain.above([x, y, 10.0]);
+            let (above, normal) = terrain.clearance([x, y, 10.0]);
             let height = 10.0 - above / normal[2];
             assert!((terrain.height(x, y).unwrap() - height).abs() < 1e-12);
             height

@@ -5,7 +5,9 @@
 
 use std::sync::Arc;
 
-use crate::{BatchState, Drive, EnvironmentParameters, IntegrationState, SimError, Simulation, Terrain};
+use crate::{
+    BatchState, ConstraintWrenches, Drive, EnvironmentParameters, IntegrationState, SimError, Simulation, Terrain,
+};
 use lifelike_character::{Body, Character, Inertial, Joint, JointKind, Quat, Vec3};
 use lifelike_robot::{Profile, Robot};
 
@@ -104,7 +106,7 @@ impl Followers {
             angular_velocity_w: vec![0.0; 3 * n],
             joint_position: vec![0.0; joints * n],
             joint_velocity: vec![0.0; joints * n],
-            place_position: vec![0.0; 3 * places * n],
+            site_position: vec![0.0; 3 * places * n],
             body_position: vec![0.0; 3 * bodies * n],
             body_orientation: [1.0, 0.0, 0.0, 0.0].repeat(bodies * n),
             torque_squared: vec![0.0; joints * n],
@@ -124,7 +126,7 @@ impl Followers {
             let (sin, cos) = s.joint_position[i * joints].sin_cos();
             let root: Vec<f32> = s.root_position[3 * i..3 * i + 3].to_vec();
             // One place: the end of a 0.2 m link that the first joint turns about y.
-            s.place_position[3 * i..3 * i + 3].copy_from_slice(&[
+            s.site_position[3 * i..3 * i + 3].copy_from_slice(&[
                 root[0] + 0.2 * sin,
                 root[1],
                 root[2] + 0.2 + 0.2 * cos,
@@ -200,6 +202,9 @@ impl Simulation for Followers {
         }
         self.outputs();
         Ok(())
+    }
+    fn constraint_wrenches(&mut self, _: Drive<'_>) -> Result<ConstraintWrenches, SimError> {
+        Ok(ConstraintWrenches::zeros(self.len(), self.robot.character.bodies.len(), self.robot.joints()))
     }
     fn save(&self) -> IntegrationState {
         let s = &self.state;

@@ -1,11 +1,11 @@
-//! How many physics steps an engine makes in a second.
+//! Physics steps per second of an engine.
 
 use std::time::Instant;
 
 use rand::{Rng, SeedableRng};
 
-use crate::batch::{Drive, Simulation};
 use crate::error::SimError;
+use crate::simulation::{Drive, Simulation};
 
 /// Physics steps per second, over all environments.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
@@ -21,7 +21,7 @@ pub struct Throughput {
 /// environment put back to `position` once a second of its own time, all outputs written.
 ///
 /// # Errors
-/// What the simulation says.
+/// As [`Simulation::reset`] and [`Simulation::step`].
 pub fn measure(
     simulation: &mut dyn Simulation,
     position: &[f64],

@@ -1,4 +1,4 @@
-//! What every engine promises.
+//! Promises of every engine.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 use std::sync::Arc;
@@ -6,15 +6,20 @@ use std::sync::Arc;
 use lifelike_character::Character;
 use lifelike_robot::Robot;
 use lifelike_sim::engine::LaneSimulation;
-use lifelike_sim::{BatchState, Drive, EnvironmentParameters, LifelikeSimulation, Simulation, Terrain};
+use lifelike_sim::{
+    BatchState, ConstraintWrenches, Drive, EngineKind, EnvironmentParameters, LifelikeSimulation, Simulation,
+    SimulationSpec, Terrain,
+};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 /// The engines of this build.
-const ENGINES: &[&str] = if cfg!(feature = "mujoco") { &["lifelike", "mujoco"] } else { &["lifelike"] };
+fn engines() -> impl Iterator<Item = EngineKind> {
+    EngineKind::ALL.iter().copied().filter(|engine| engine.available().is_ok())
+}
 
-fn make(engine: &str, environments: usize, threads: usize) -> Box<dyn Simulation> {
-    lifelike_sim::create(engine, lima(), environments, threads).unwrap()
+fn make(engine: EngineKind, environments: usize, threads: usize) -> Box<dyn Simulation> {
+    SimulationSpec { engine, threads, ..SimulationSpec::new(environments) }.build(lima()).unwrap()
 }
 
 fn lima() -> Arc<Robot> {
@@ -56,7 +61,12 @@ fn vary(simulation: &mut dyn Simulation, environments: &[usize]) {
     }
 }
 
-fn run(engine: &str, environments: &[usize], threads: usize, steps: usize) -> (Vec<BatchState>, Box<dyn Simulation>) {
+fn run(
+    engine: EngineKind,
+    environments: &[usize],
+    threads: usize,
+    steps: usize,
+) -> (Vec<BatchState>, Box<dyn Simulation>) {
     let robot = lima();
     let mut simulation = make(engine, environments.len(), threads);
     vary(simulation.as_mut(), environments);
@@ -71,7 +81,7 @@ fn run(engine: &str, environments: &[usize], threads: usize, steps: usize) -> (V
 #[test]
 fn the_number_of_threads_changes_no_bit() {
     let environments: Vec<usize> = (0..37).collect();
-    for engine in ENGINES {
+    for engine in engines() {
         let (one, saved) = run(engine, &environments, 1, 40);
         for threads in [2, 3] {
             let (other, simulation) = run(engine, &environments, threads, 40);
@@ -86,7 +96,7 @@ fn the_place_in_the_batch_changes_no_bit() {
     let straight: Vec<usize> = (0..19).collect();
     let permuted: Vec<usize> = (0..19).map(|i| (i * 7 + 3) % 19).collect();
     let joints = lima().joints();
-    for engine in ENGINES {
+    for engine in engines() {
         let (a, _) = run(engine, &straight, 1, 30);
         let (b, _) = run(engine, &permuted, 2, 30);
         for (a, b) in a.iter().zip(&b) {
@@ -103,7 +113,7 @@ fn the_place_in_the_batch_changes_no_bit() {
 
 #[test]
 fn a_saved_state_continues_bit_for_bit() {
-    for engine in ENGINES {
+    for engine in engines() {
         let environments: Vec<usize> = (0..11).collect();
         let (whole, end) = run(engine, &environments, 2, 50);
         let (_, half) = run(engine, &environments, 1, 20);
@@ -116,7 +126,7 @@ fn a_saved_state_continues_bit_for_bit() {
         }
         resumed.restore(&saved).unwrap();
         assert_eq!(resumed.state().root_position, whole[19].root_position);
-        assert_eq!(resumed.state().place_position, whole[19].place_position);
+        assert_eq!(resumed.state().site_position, whole[19].site_position);
         for (t, expected) in whole.iter().enumerate().skip(20) {
             resumed.step(Drive::Targets(&targets(&robot, &environments, t))).unwrap();
             assert!(resumed.state() == expected, "step {t}");
@@ -126,7 +136,7 @@ fn a_saved_state_continues_bit_for_bit() {
 }
 
 /// Environments 0..6 with `bad` torques in environment 2 at step 10, and the same without.
-fn with_and_without(engine: &str, bad: f32) -> (Box<dyn Simulation>, Box<dyn Simulation>) {
+fn with_and_without(engine: EngineKind, bad: f32) -> (Box<dyn Simulation>, Box<dyn Simulation>) {
     let robot = lima();
     let joints = robot.joints();
     let run = |disturbed: bool| {
@@ -148,7 +158,7 @@ fn with_and_without(engine: &str, bad: f32) -> (Box<dyn Simulation>, Box<dyn Sim
 
 #[test]
 fn divergence_stays_where_it_is() {
-    for engine in ENGINES {
+    for engine in engines() {
         for bad in [f32::NAN, f32::INFINITY, 1e12] {
             let (mut disturbed, calm) = with_and_without(engine, bad);
             let joints = disturbed.robot().joints();
@@ -188,7 +198,7 @@ fn divergence_stays_where_it_is() {
 fn a_target_that_is_no_number_is_not_taken_for_one() {
     let robot = lima();
     let joints = robot.joints();
-    for engine in ENGINES {
+    for engine in engines() {
         let mut simulation = make(engine, 3, 1);
         let mut numbers = vec![0.1; 3 * joints];
         numbers[joints + 4] = f32::NAN;
@@ -205,7 +215,7 @@ fn a_target_that_is_no_number_is_not_taken_for_one() {
 fn a_reset_ends_pushes() {
     let robot = lima();
     let (position, velocity) = (robot.default_position(), vec![0.0; robot.character.nv]);
-    for engine in ENGINES {
+    for engine in engines() {
         let mut simulation = make(engine, 2, 1);
         let fresh = simulation.save();
         simulation.push(1, 1, [30.0, 0.0, 0.0], [0.0; 3]).unwrap();
@@ -217,7 +227,7 @@ fn a_reset_ends_pushes() {
 
 #[test]
 fn a_refused_call_says_why_and_changes_nothing() {
-    for engine in ENGINES {
+    for engine in engines() {
         let robot = lima();
         let (nq, nv, joints) = (robot.character.nq, robot.character.nv, robot.joints());
         let mut simulation = make(engine, 2, 1);
@@ -250,17 +260,103 @@ fn a_refused_call_says_why_and_changes_nothing() {
 }
 
 #[test]
-fn engines_are_made_by_name() {
-    for engine in ENGINES {
-        assert_eq!(make(engine, 2, 1).engine(), *engine);
+fn engines_are_known_by_name() {
+    for engine in engines() {
+        assert_eq!(make(engine, 2, 1).engine(), engine.name());
     }
-    let error = lifelike_sim::create("bullet", lima(), 2, 1).err().unwrap().to_string();
-    assert!(error.contains("bullet") && error.contains("lifelike"), "{error}");
+    for &engine in EngineKind::ALL {
+        assert_eq!(engine.to_string().parse::<EngineKind>().unwrap(), engine);
+    }
+    let error = "bullet".parse::<EngineKind>().unwrap_err().to_string();
+    assert_eq!(error, "no engine 'bullet'; there are: lifelike, mujoco");
+    assert_eq!(EngineKind::default(), EngineKind::Lifelike);
+}
+
+#[cfg(not(feature = "mujoco"))]
+#[test]
+fn an_engine_that_this_build_lacks_says_how_to_get_it() {
+    let spec = SimulationSpec { engine: EngineKind::Mujoco, ..SimulationSpec::new(1) };
+    let error = spec.build(lima()).err().unwrap().to_string();
+    assert!(error.contains("'mujoco'") && error.contains("cargo xtask mujoco"), "{error}");
+}
+
+/// Lima after some steps of its own, and what it is driven by next.
+fn moving(engine: EngineKind, environments: &[usize], threads: usize) -> (Box<dyn Simulation>, Vec<f32>) {
+    let (_, simulation) = run(engine, environments, threads, 12);
+    let next = targets(simulation.robot(), environments, 12);
+    (simulation, next)
+}
+
+#[test]
+fn asking_for_constraint_wrenches_changes_no_bit() {
+    let environments: Vec<usize> = (0..19).collect();
+    for engine in engines() {
+        let (mut asked, next) = moving(engine, &environments, 2);
+        let (mut silent, _) = moving(engine, &environments, 1);
+        let wrenches = asked.constraint_wrenches(Drive::Targets(&next)).unwrap();
+        assert_eq!(asked.save(), silent.save(), "{engine}");
+        assert_eq!(asked.state(), silent.state(), "{engine}");
+        assert_eq!(silent.constraint_wrenches(Drive::Targets(&next)).unwrap(), wrenches, "{engine}, threads");
+        for simulation in [&mut asked, &mut silent] {
+            simulation.step(Drive::Targets(&next)).unwrap();
+        }
+        assert_eq!(asked.state(), silent.state(), "{engine}");
+        assert!(asked.constraint_wrenches(Drive::Targets(&next[1..])).is_err());
+    }
+}
+
+/// Newton: all joints of a body, contacts and pushes together carry the robot's weight while it does not accelerate; and
+/// of all bodies together the joints' forces cancel.
+#[test]
+fn constraint_wrenches_obey_newton() {
+    let robot = lima();
+    let bodies = robot.character.bodies.len();
+    for engine in engines() {
+        let mut simulation = make(engine, 2, 1);
+        let stand: Vec<f32> = robot.default_pose.iter().map(|&q| q as f32).collect();
+        (0..15).for_each(|_| simulation.step(Drive::Targets(&stand.repeat(2))).unwrap());
+        let ConstraintWrenches { joint, constraint, contact, joint_load } =
+            simulation.constraint_wrenches(Drive::Targets(&stand.repeat(2))).unwrap();
+        assert_eq!(joint_load.len(), 2 * robot.joints());
+        assert!(
+            joint[..6].iter().chain(&constraint[..6]).chain(&contact[..6]).all(|x| *x == 0.0),
+            "the world has none"
+        );
+        let sum = |wrenches: &[f32], k: usize| (0..bodies).map(|b| f64::from(wrenches[6 * b + k])).sum::<f64>();
+        let weight = robot.character.mass() * 9.81;
+        for k in 3..6 {
+            assert!(sum(&constraint, k).abs() < 1e-3 * weight, "{engine}: {}", sum(&constraint, k));
+        }
+        // The trunk's joint is free: it carries nothing.
+        let root = robot.character.root_joint().unwrap().body;
+        assert!(joint[6 * root..6 * root + 6].iter().all(|x| x.abs() < 1e-2), "{engine}: {:?}", &joint[..12]);
+        let up = sum(&contact, 5);
+        assert!((0.2 * weight..3.0 * weight).contains(&up), "{engine}: {up} of {weight} N");
+        assert!(joint_load.iter().any(|x| x.abs() > 0.1), "{engine}: {joint_load:?}");
+    }
+}
+
+#[test]
+fn a_diverged_environment_has_no_constraint_wrenches() {
+    let joints = lima().joints();
+    for engine in engines() {
+        let mut simulation = make(engine, 3, 1);
+        let mut torques = vec![0.1; 3 * joints];
+        torques[joints] = f32::NAN;
+        simulation.step(Drive::Torques(&torques)).unwrap();
+        torques[joints] = 0.1;
+        torques[2 * joints] = f32::INFINITY;
+        let wrenches = simulation.constraint_wrenches(Drive::Torques(&torques)).unwrap();
+        let rows = wrenches.joint.len() / 3;
+        assert!(wrenches.joint[..rows].iter().any(|x| *x != 0.0), "{engine}");
+        assert!(wrenches.joint[rows..].iter().chain(&wrenches.joint_load[joints..]).all(|x| *x == 0.0), "{engine}");
+        assert!(!simulation.state().diverged[2], "{engine}: asking is not stepping");
+    }
 }
 
 #[test]
 fn pushes_come_and_go_by_schedule() {
-    for engine in ENGINES {
+    for engine in engines() {
         use lifelike_sim::randomization::{PushSchedule, PushSpec};
         let spec = PushSpec { duration: [0.1, 0.1], interval: [0.2, 0.2], ..PushSpec::default() };
         let mut simulation = make(engine, 2, 1);

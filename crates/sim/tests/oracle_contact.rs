@@ -1,4 +1,4 @@
-//! What touches: our engine against MuJoCo.
+//! Contacts: our engine against MuJoCo.
 #![cfg(feature = "mujoco")]
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
@@ -51,7 +51,7 @@ fn one_step_of_contact_is_mujocos() {
             100.0 * mean,
             100.0 * worst
         );
-        // G1 stands on 28 points, the ends of seven capsules under each foot: twelve sweeps do not share the load out.
+        // G1 stands on 28 points, the ends of seven capsules under each foot: twelve iterations do not share the load out.
         let (most, limit) = if name == "G1" { (0.02, f64::INFINITY) } else { (0.01, 0.05) };
         assert!(touching > 100 && mean < most && worst < limit, "{name}: {touching}, {mean}, {worst}");
     }
@@ -75,15 +75,15 @@ fn boxes_stick_and_slip_on_slopes_as_they_should() {
         let settled = (slide(&mut ours, 1.5), slide(&mut oracle, 1.5));
         (slide(&mut ours, 1.0) - settled.0, slide(&mut oracle, 1.0) - settled.1)
     };
-    // With a hundred sweeps only single precision is left between the two.
-    let creep = |sweeps: usize| {
+    // With a hundred iterations only single precision is left between the two.
+    let creep = |iterations: usize| {
         let robot = sliding_box(friction, (0.98 * friction).atan());
-        slide(&mut LaneSimulation::<f32, 8>::new(robot, 1, 1).unwrap().with_sweeps(sweeps), 1.0)
+        slide(&mut LaneSimulation::<f32, 8>::new(robot, 1, 1).unwrap().with_iterations(iterations), 1.0)
     };
     let converged =
         slide(&mut MujocoSimulation::new(sliding_box(friction, (0.98 * friction).atan()), 1, 1).unwrap(), 1.0);
     println!(
-        "0.98, first second: {:.6} m with 12 sweeps, {:.6} with 100, MuJoCo {converged:.6}",
+        "0.98, first second: {:.6} m with 12 iterations, {:.6} with 100, MuJoCo {converged:.6}",
         creep(12),
         creep(100)
     );
@@ -122,9 +122,9 @@ fn a_box_at_rest_sinks_as_deep_as_in_mujoco() {
     slide(&mut ours, 2.0);
     slide(&mut oracle, 2.0);
     let (a, b) = (ours.state().root_position[2], oracle.state().root_position[2]);
-    let (deep, theirs) = (0.05 - f64::from(a), 0.05 - f64::from(b));
-    println!("a box of 2 kg sinks {deep:.2e} m, in MuJoCo {theirs:.2e} m");
-    assert!(deep > 0.0 && (deep / theirs - 1.0).abs() < 0.01, "{deep} {theirs}");
+    let (penetration, theirs) = (0.05 - f64::from(a), 0.05 - f64::from(b));
+    println!("a box of 2 kg sinks {penetration:.2e} m, in MuJoCo {theirs:.2e} m");
+    assert!(penetration > 0.0 && (penetration / theirs - 1.0).abs() < 0.01, "{penetration} {theirs}");
 }
 
 /// How far joint velocities are apart after two physics steps from random states, as a share of what touching itself
@@ -151,7 +151,7 @@ fn apart_by_touching(robot: &Arc<Robot>, apart: &Arc<Robot>) -> Vec<f64> {
     };
     let free = end(&mut MujocoSimulation::new(one_step(apart), n, 2).unwrap());
     let theirs = end(&mut MujocoSimulation::new(one_step(robot), n, 2).unwrap());
-    let ours = end(&mut LaneSimulation::<f64, 4>::new(one_step(robot), n, 2).unwrap().with_sweeps(100));
+    let ours = end(&mut LaneSimulation::<f64, 4>::new(one_step(robot), n, 2).unwrap().with_iterations(100));
     let joints = robot.joints();
     let mut shares = Vec::new();
     for e in 0..n {
@@ -210,7 +210,7 @@ fn roll(simulation: &mut dyn Simulation, terrain: &Terrain) -> (Vec<f32>, Vec<f3
     for _ in 0..n {
         let mut q = robot.default_position();
         (q[0], q[1]) = (rng.random_range(-2.0..2.0), rng.random_range(-2.0..2.0));
-        let (above, normal) = terrain.above([q[0], q[1], 0.0]);
+        let (above, normal) = terrain.clearance([q[0], q[1], 0.0]);
         q[2] = (0.1 - above) / normal[2];
         positions.extend(q);
     }
@@ -250,7 +250,7 @@ fn hills_carry_about_as_in_mujoco() {
     let (way, off) = (rms(&theirs, &start), rms(&theirs, &ours));
     println!("balls roll {way:.3} m on hills; ours end {off:.1e} m beside MuJoCo's");
     let sunk = |roots: &[f32]| {
-        let depth = |p: &[f32]| 0.1 - terrain.above([p[0], p[1], p[2]].map(f64::from)).0;
+        let depth = |p: &[f32]| 0.1 - terrain.clearance([p[0], p[1], p[2]].map(f64::from)).0;
         roots.chunks(3).map(depth).fold(0.0, f64::max)
     };
     let (own, their) = (sunk(&ours), sunk(&theirs));

@@ -250,7 +250,7 @@ fn parameters_and_pushes_act_as_in_mujoco() {
     let robot = Arc::new(exactly_solved("lima"));
     let (mut oracle, _, ours) = together(&robot, n);
     // What is asked is whether the same numbers arrive in the same places: with converged forces, so that nothing else differs.
-    let mut ours = ours.with_sweeps(1000);
+    let mut ours = ours.with_iterations(1000);
     let bodies = robot.character.bodies.len();
     let (positions, velocities) = near_standing(&robot, n, 41);
     let targets = random_targets(&robot, n, 42);

@@ -134,9 +134,9 @@ pub fn read_frame(state: &BatchState, environment: usize, joints: usize, effecto
     out.joint_positions.extend(state.joint_position[row.clone()].iter().map(|x| f64::from(*x)));
     out.joint_velocities.clear();
     out.joint_velocities.extend(state.joint_velocity[row].iter().map(|x| f64::from(*x)));
-    let places = state.place_position.len() / state.root_position.len().max(1);
+    let places = state.site_position.len() / state.root_position.len().max(1);
     out.effectors_w.clear();
-    out.effectors_w.extend((0..effectors).map(|p| vector(&state.place_position, 3 * (i * places + p))));
+    out.effectors_w.extend((0..effectors).map(|p| vector(&state.site_position, 3 * (i * places + p))));
 }
 
 /// A frame to read into.

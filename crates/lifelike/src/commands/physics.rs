@@ -3,19 +3,16 @@
 use std::sync::Arc;
 
 use lifelike_robot::{Robot, Severity, Shapes};
-use lifelike_sim::{SimError, Simulation, Terrain};
+use lifelike_sim::{EngineKind, SimError, Simulation, SimulationSpec, Terrain};
 
 use crate::error::CliError;
-
-/// The engine where none is named.
-pub const DEFAULT: &str = "lifelike";
 
 /// Which physics a command runs, and on how many threads.
 #[derive(Debug, Clone, clap::Args)]
 pub struct Physics {
     /// Physics engine.
-    #[arg(long, default_value = DEFAULT)]
-    pub engine: String,
+    #[arg(long, default_value_t)]
+    pub engine: EngineKind,
     /// Threads of the physics; one per processor where not given. Results do not depend on it.
     #[arg(long, default_value_t = 0)]
     pub threads: usize,
@@ -47,21 +44,14 @@ impl Physics {
         robot: &Arc<Robot>,
         environments: usize,
     ) -> Result<Box<dyn Simulation>, SimError> {
-        lifelike_sim::create_on(terrain, &self.engine, Arc::clone(robot), environments, self.threads)
+        SimulationSpec { engine: self.engine, environments, threads: self.threads, terrain }.build(Arc::clone(robot))
     }
 }
 
-/// Whether the engine is in this build; if not, how to get it.
-pub fn available(engine: &str) -> Result<(), CliError> {
-    match engine {
-        "lifelike" => Ok(()),
-        "mujoco" if cfg!(feature = "mujoco") => Ok(()),
-        "mujoco" => Err(CliError::Unavailable(
-            "this build has no MuJoCo. Leave --engine away for our own physics, or fetch MuJoCo once and build with it:\n\
-             \x20 cargo xtask mujoco\n\
-             \x20 cargo run --release --features mujoco --bin lifelike -- ..."
-                .into(),
-        )),
-        other => Err(CliError::Usage(format!("no engine '{other}'; there are: lifelike, mujoco"))),
-    }
+/// Refuses an engine that this build lacks, and says how to get it.
+///
+/// # Errors
+/// [`CliError::Unavailable`].
+pub fn available(engine: &EngineKind) -> Result<(), CliError> {
+    Ok(engine.available()?)
 }

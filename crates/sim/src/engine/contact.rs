@@ -1,36 +1,34 @@
-//! One point where two things touch: a pyramid of four edges, solved in the forces along them.
+//! A contact: a pyramid of four edges, solved in the forces along them.
 
-use lifelike_robot::actuator::Number;
-
+use super::dof_chain::DofChain;
 use super::lane::{Lane, Scalar};
-use super::setting::Setting;
+use super::solver_context::SolverContext;
 use super::spatial::{Vec3, dot};
-use super::support::Support;
 use super::surface::{Mixed, regularization};
 
 /// Visits of a contact's four edges per visit of the contact.
 pub const INNER: usize = 2;
-/// How much further than to its own optimum an edge's force goes (successive over-relaxation): the four corners of a
-/// sole share their load, and plain Gauss-Seidel shifts it between them slowly. Without it, and with 8 sweeps, a box at 98%
+/// Factor on the step of an edge's force towards its own optimum (successive over-relaxation): the four corners of a
+/// sole share their load, and plain Gauss-Seidel shifts it between them slowly. Without it, and with 8 iterations, a box at 98%
 /// of its friction angle slid at 5.9 cm/s that creeps at 0.6 in MuJoCo.
 const RELAXATION: f64 = 1.3;
 /// Pairs of different edges, in the order of `Contact::cross`.
 const CROSS: [[usize; 4]; 4] = [[9, 0, 1, 2], [0, 9, 3, 4], [1, 3, 9, 5], [2, 4, 5, 9]];
 
-/// What touches where, in all environments of a vector at once.
-pub struct Meeting<'a, T: Scalar, const W: usize> {
+/// A possible contact, in all environments of a vector at once.
+pub struct ContactCandidate<'a, T: Scalar, const W: usize> {
     /// Index into `Forces::contact`.
     pub slot: usize,
     /// The bodies; 0 is the ground.
     pub bodies: [usize; 2],
     /// The dofs that move one body against the other.
-    pub support: usize,
+    pub dof_chain: usize,
     /// Between the surfaces, from the root's position (m).
     pub point: Vec3<T, W>,
     /// From the first body (or the ground) to the second, and two directions across.
     pub frame: [Vec3<T, W>; 3],
     /// Overlap (m).
-    pub deep: Lane<T, W>,
+    pub penetration: Lane<T, W>,
     /// Above zero where they touch.
     pub touching: Lane<T, W>,
     /// Inverse weight of both bodies (1/kg).
@@ -40,27 +38,28 @@ pub struct Meeting<'a, T: Scalar, const W: usize> {
     pub friction: Lane<T, W>,
 }
 
-/// Where a contact's force acts: kept only when somebody asks for forces on bodies.
+/// Frame in which a contact's force acts: recorded only when constraint wrenches are asked for.
 #[derive(Debug, Clone)]
-pub struct Place<T: Scalar, const W: usize> {
+pub struct ContactFrame<T: Scalar, const W: usize> {
     pub bodies: [usize; 2],
     pub point: Vec3<T, W>,
-    pub frame: [Vec3<T, W>; 3],
+    /// Normal and two tangents.
+    pub axes: [Vec3<T, W>; 3],
 }
 
 /// One contact, ready to be solved. Its edges are n + μ t₁, n - μ t₁, n + μ t₂, n - μ t₂.
 #[derive(Debug, Clone)]
 pub struct Contact<T: Scalar, const W: usize> {
     pub slot: usize,
-    pub support: usize,
-    /// Where its y begins: rows of normal and tangents.
+    pub dof_chain: usize,
+    /// Start of its y: rows of normal and tangents.
     pub y: usize,
     offset: Vec3<T, W>,
     /// y·y of each edge, regularization included.
     own: [Lane<T, W>; 4],
     /// y·y of different edges.
     cross: [Lane<T, W>; 6],
-    /// What a residual moves an edge's force by; nought where nothing touches.
+    /// Change of an edge's force per residual; zero where nothing touches.
     inverse: [Lane<T, W>; 4],
     softness: Lane<T, W>,
     friction: Lane<T, W>,
@@ -72,13 +71,13 @@ pub struct Contacts<T: Scalar, const W: usize> {
     pub list: Vec<Contact<T, W>>,
     /// The y of all: normal and two tangents.
     pub y: Vec<[Lane<T, W>; 3]>,
-    /// Where they are, if that is asked for.
-    pub kept: Option<Vec<Place<T, W>>>,
+    /// Their frames, if those are asked for.
+    pub recorded: Option<Vec<ContactFrame<T, W>>>,
 }
 
 impl<T: Scalar, const W: usize> Contacts<T, W> {
     pub fn new() -> Self {
-        Self { list: Vec::new(), y: Vec::new(), kept: None }
+        Self { list: Vec::new(), y: Vec::new(), recorded: None }
     }
 
     /// Before another step.
@@ -89,39 +88,39 @@ impl<T: Scalar, const W: usize> Contacts<T, W> {
 
     /// Adds one.
     #[inline(always)]
-    pub fn push(&mut self, s: &Setting<'_, T, W>, m: &Meeting<'_, T, W>) {
-        let (zero, one, two) = (Lane::zero(), Lane::of(1.0), Lane::of(2.0));
-        let support = &s.tree.supports[m.support];
+    pub fn push(&mut self, s: &SolverContext<'_, T, W>, m: &ContactCandidate<'_, T, W>) {
+        let (zero, one, two) = (Lane::zero(), Lane::splat_f64(1.0), Lane::splat_f64(2.0));
+        let dof_chain = &s.tree.dof_chains[m.dof_chain];
         let at = self.y.len();
-        self.y.resize(at + support.len(), [zero; 3]);
+        self.y.resize(at + dof_chain.len(), [zero; 3]);
         let y = &mut self.y[at..];
         let mut velocity = [zero; 3];
         // What moves both bodies moves neither against the other.
-        for n in support.shared..support.len() {
-            let d = support.dofs[n];
-            let column = s.work.point_velocity(d, &m.point);
-            let v = if n < support.fork { -s.v[d] } else { s.v[d] };
+        for n in dof_chain.shared..dof_chain.len() {
+            let d = dof_chain.dofs[n];
+            let column = s.dynamics.point_velocity(d, &m.point);
+            let v = if n < dof_chain.fork { -s.v[d] } else { s.v[d] };
             for k in 0..3 {
                 let along = dot(&m.frame[k], &column);
-                velocity[k] = velocity[k].plus(along, v);
-                y[n][k] = if n < support.fork { -along } else { along };
+                velocity[k] = velocity[k].add_mul(along, v);
+                y[n][k] = if n < dof_chain.fork { -along } else { along };
             }
         }
-        s.work.factors.half_solve_rows(s.tree, support, y);
+        s.dynamics.factors.half_solve_rows(s.tree, dof_chain, y);
         let mut gram = [zero; 6];
         for [n, a, b] in y.iter().copied() {
-            gram[0] = gram[0].plus(n, n);
-            gram[1] = gram[1].plus(a, a);
-            gram[2] = gram[2].plus(b, b);
-            gram[3] = gram[3].plus(n, a);
-            gram[4] = gram[4].plus(n, b);
-            gram[5] = gram[5].plus(a, b);
+            gram[0] = gram[0].add_mul(n, n);
+            gram[1] = gram[1].add_mul(a, a);
+            gram[2] = gram[2].add_mul(b, b);
+            gram[3] = gram[3].add_mul(n, a);
+            gram[4] = gram[4].add_mul(n, b);
+            gram[5] = gram[5].add_mul(a, b);
         }
         let mixed = m.mixed;
-        let rough = m.friction.above(zero, m.friction, Lane::all(mixed.friction));
+        let rough = m.friction.select_gt(zero, m.friction, Lane::splat(mixed.friction));
         let friction = if mixed.smooth { zero } else { rough };
-        let impedance = mixed.softness.impedance(m.deep);
-        let regular = regularization(impedance, m.weight * one.plus(friction, friction));
+        let impedance = mixed.softness.impedance(m.penetration);
+        let regular = regularization(impedance, m.weight * one.add_mul(friction, friction));
         let softness = if mixed.smooth { regular } else { two * friction * friction * regular };
         let [nn, aa, bb, na, nb, ab] = gram;
         let (a, b) = (friction * na, friction * nb);
@@ -136,19 +135,19 @@ impl<T: Scalar, const W: usize> Contacts<T, W> {
         ];
         let cross = [nn - aa, plus_a + b + ab, plus_a - b - ab, minus_a + b - ab, minus_a - b + ab, nn - bb];
         // Without friction the edges are one, and the first stands for it.
-        let relaxation = Lane::of(if mixed.smooth { 1.0 } else { RELAXATION });
+        let relaxation = Lane::splat_f64(if mixed.smooth { 1.0 } else { RELAXATION });
         let mut inverse = [zero; 4];
         for k in 0..if mixed.smooth { 1 } else { 4 } {
-            inverse[k] = m.touching.above(zero, relaxation / own[k], zero);
+            inverse[k] = m.touching.select_gt(zero, relaxation / own[k], zero);
         }
-        let damping = Lane::all(mixed.softness.damping);
-        let pull = Lane::all(mixed.softness.stiffness) * impedance * m.deep;
+        let damping = Lane::splat(mixed.softness.damping);
+        let pull = Lane::splat(mixed.softness.stiffness) * impedance * m.penetration;
         let offset = [damping * velocity[0] - pull, damping * velocity[1], damping * velocity[2]];
-        if let Some(kept) = &mut self.kept {
-            kept.push(Place { bodies: m.bodies, point: m.point, frame: m.frame });
+        if let Some(recorded) = &mut self.recorded {
+            recorded.push(ContactFrame { bodies: m.bodies, point: m.point, axes: m.frame });
         }
-        let (slot, support) = (m.slot, m.support);
-        self.list.push(Contact { slot, support, y: at, offset, own, cross, inverse, softness, friction });
+        let (slot, dof_chain) = (m.slot, m.dof_chain);
+        self.list.push(Contact { slot, dof_chain, y: at, offset, own, cross, inverse, softness, friction });
     }
 }
 
@@ -164,30 +163,36 @@ impl<T: Scalar, const W: usize> Contact<T, W> {
     }
 
     #[inline(always)]
-    pub fn visit(&self, support: &Support, y: &[[Lane<T, W>; 3]], edges: &mut [Lane<T, W>; 4], u: &mut [Lane<T, W>]) {
-        let y = &y[self.y..self.y + support.len()];
-        let slope = support.gather(y, u);
-        let normal = slope[0] + self.offset[0];
-        let a = self.friction * (slope[1] + self.offset[1]);
-        let b = self.friction * (slope[2] + self.offset[2]);
+    pub fn visit(
+        &self,
+        dof_chain: &DofChain,
+        y: &[[Lane<T, W>; 3]],
+        edges: &mut [Lane<T, W>; 4],
+        u: &mut [Lane<T, W>],
+    ) {
+        let y = &y[self.y..self.y + dof_chain.len()];
+        let acceleration = dof_chain.gather(y, u);
+        let normal = acceleration[0] + self.offset[0];
+        let a = self.friction * (acceleration[1] + self.offset[1]);
+        let b = self.friction * (acceleration[2] + self.offset[2]);
         let mut force = *edges;
         let mut residual = [normal + a, normal - a, normal + b, normal - b];
         for k in 0..4 {
-            residual[k] = residual[k].plus(self.softness, force[k]);
+            residual[k] = residual[k].add_mul(self.softness, force[k]);
         }
         for _ in 0..INNER {
             for k in 0..4 {
-                let new = force[k].minus(residual[k], self.inverse[k]).most(Lane::zero());
+                let new = force[k].sub_mul(residual[k], self.inverse[k]).max(Lane::zero());
                 let change = new - force[k];
                 force[k] = new;
                 for i in 0..4 {
                     let product = if i == k { self.own[k] } else { self.cross[CROSS[k][i]] };
-                    residual[i] = residual[i].plus(product, change);
+                    residual[i] = residual[i].add_mul(product, change);
                 }
             }
         }
         let (before, after) = (self.total(edges), self.total(&force));
         *edges = force;
-        support.spread(y, &[after[0] - before[0], after[1] - before[1], after[2] - before[2]], u);
+        dof_chain.spread(y, &[after[0] - before[0], after[1] - before[1], after[2] - before[2]], u);
     }
 }

@@ -1,11 +1,11 @@
 //! The factorization M = Lᵀ D L on the tree's own sparsity (Featherstone 2008, 6.5), which is also MuJoCo's.
 //!
-//! A dof's row has an entry for every dof above it, root first, and so begins with the rows of all its ancestors' places:
+//! A dof's row has an entry for every dof above it, root first, and so begins with the indices of all its ancestors' rows:
 //! entry j of the row of any descendant stands for the same dof as entry j of one's own. What descendants take from a row
 //! is therefore summed up from slices, several entries at a time in registers, and each entry is written once.
 
+use super::dof_chain::DofChain;
 use super::lane::{Lane, Scalar};
-use super::support::Support;
 use super::tree::Tree;
 
 /// M = Lᵀ D L.
@@ -67,7 +67,7 @@ impl<T: Scalar, const W: usize> Factors<T, W> {
         for &below in &dof.descendants {
             let share = self.rows[below + dof.chain.len() - 1];
             for (sum, x) in sum.iter_mut().zip(&self.scaled[below + j..below + j + K]) {
-                *sum = sum.minus(share, *x);
+                *sum = sum.sub_mul(share, *x);
             }
         }
         self.scaled[dof.row + j..dof.row + j + K].copy_from_slice(&sum);
@@ -78,28 +78,32 @@ impl<T: Scalar, const W: usize> Factors<T, W> {
     pub fn half_solve(&self, tree: &Tree<T>, x: &mut [Lane<T, W>]) {
         for (d, dof) in tree.dofs.iter().enumerate().rev() {
             let value = x[d];
-            for (at, run) in above(dof) {
+            for (at, run) in ancestors(dof) {
                 for (x, l) in x[run].iter_mut().zip(&self.rows[at..]) {
-                    *x = x.minus(*l, value);
+                    *x = x.sub_mul(*l, value);
                 }
             }
             x[d] = value * self.inverse_root[d];
         }
     }
 
-    /// y ← D^(-1/2) L^(-T) y for K rows at once, `y[i]` belonging to `support.dofs[i]`.
+    /// y ← D^(-1/2) L^(-T) y for K rows at once, `y[i]` belonging to `dof_chain.dofs[i]`.
     #[inline(always)]
-    pub fn half_solve_rows<const K: usize>(&self, tree: &Tree<T>, support: &Support, y: &mut [[Lane<T, W>; K]]) {
-        for n in (0..support.dofs.len()).rev() {
-            let d = support.dofs[n];
+    pub fn half_solve_rows<const K: usize>(&self, tree: &Tree<T>, dof_chain: &DofChain, y: &mut [[Lane<T, W>; K]]) {
+        for n in (0..dof_chain.dofs.len()).rev() {
+            let d = dof_chain.dofs[n];
             let row = &self.rows[tree.dofs[d].row..];
             let (above, own) = y.split_at_mut(n);
             let value = own[0];
-            if n < support.fork {
+            if n < dof_chain.fork {
                 take(above, &row[..n], &value);
             } else {
-                take(&mut above[..support.shared], &row[..support.shared], &value);
-                take(&mut above[support.fork..], &row[support.shared..support.shared + n - support.fork], &value);
+                take(&mut above[..dof_chain.shared], &row[..dof_chain.shared], &value);
+                take(
+                    &mut above[dof_chain.fork..],
+                    &row[dof_chain.shared..dof_chain.shared + n - dof_chain.fork],
+                    &value,
+                );
             }
             for k in 0..K {
                 own[0][k] = value[k] * self.inverse_root[d];
@@ -112,9 +116,9 @@ impl<T: Scalar, const W: usize> Factors<T, W> {
     pub fn finish_solve(&self, tree: &Tree<T>, x: &mut [Lane<T, W>]) {
         for (d, dof) in tree.dofs.iter().enumerate() {
             let mut value = x[d] * self.inverse_root[d];
-            for (at, run) in above(dof) {
+            for (at, run) in ancestors(dof) {
                 for (x, l) in x[run].iter().zip(&self.rows[at..]) {
-                    value = value.minus(*l, *x);
+                    value = value.sub_mul(*l, *x);
                 }
             }
             x[d] = value;
@@ -128,9 +132,9 @@ impl<T: Scalar, const W: usize> Factors<T, W> {
             // D^(1/2) = D · D^(-1/2).
             let value = x[d] * self.rows[dof.row + dof.chain.len() - 1] * self.inverse_root[d];
             x[d] = value;
-            for (at, run) in above(dof) {
+            for (at, run) in ancestors(dof) {
                 for (x, l) in x[run].iter_mut().zip(&self.rows[at..]) {
-                    *x = x.plus(*l, value);
+                    *x = x.add_mul(*l, value);
                 }
             }
         }
@@ -146,13 +150,13 @@ fn take<T: Scalar, const W: usize, const K: usize>(
 ) {
     for (x, l) in above.iter_mut().zip(l) {
         for k in 0..K {
-            x[k] = x[k].minus(*l, value[k]);
+            x[k] = x[k].sub_mul(*l, value[k]);
         }
     }
 }
 
-/// The dofs above one, as runs of neighbours, each with the place of its first entry in the row.
+/// The dofs above one, as runs of neighbours, each with the index of its first entry in the row.
 #[inline(always)]
-fn above<T>(dof: &super::tree::Dof<T>) -> impl Iterator<Item = (usize, std::ops::Range<usize>)> + '_ {
-    dof.above.iter().map(|run| (dof.row + run.at, run.first..run.first + run.len))
+fn ancestors<T>(dof: &super::tree::Dof<T>) -> impl Iterator<Item = (usize, std::ops::Range<usize>)> + '_ {
+    dof.ancestors.iter().map(|run| (dof.row + run.at, run.first..run.first + run.len))
 }

@@ -9,12 +9,12 @@ use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
 use lifelike_robot::actuator::Number;
 
-/// What a lane's numbers may be: `f32` to be fast, `f64` to be compared.
+/// A number type of lanes: `f32` to be fast, `f64` to be compared.
 pub trait Scalar: Number + PartialOrd + Default + Debug + Send + Sync + 'static {
     /// Rounded from double precision.
     fn new(value: f64) -> Self;
     /// In double precision.
-    fn wide(self) -> f64;
+    fn to_f64(self) -> f64;
     /// `self * a + b`, rounded once.
     fn mul_add(self, a: Self, b: Self) -> Self;
     /// Square root.
@@ -27,7 +27,7 @@ impl Scalar for f64 {
     fn new(value: f64) -> Self {
         value
     }
-    fn wide(self) -> f64 {
+    fn to_f64(self) -> f64 {
         self
     }
     #[inline(always)]
@@ -47,7 +47,7 @@ impl Scalar for f32 {
     fn new(value: f64) -> Self {
         value as f32
     }
-    fn wide(self) -> f64 {
+    fn to_f64(self) -> f64 {
         self.into()
     }
     #[inline(always)]
@@ -86,20 +86,20 @@ pub struct Lane<T, const W: usize>(pub [T; W]);
 impl<T: Scalar, const W: usize> Lane<T, W> {
     /// The same in every lane.
     #[inline(always)]
-    pub fn all(value: T) -> Self {
+    pub fn splat(value: T) -> Self {
         Self([value; W])
     }
 
-    /// The same in every lane.
+    /// The same in every lane, rounded from double precision.
     #[inline(always)]
-    pub fn of(value: f64) -> Self {
+    pub fn splat_f64(value: f64) -> Self {
         Self([T::new(value); W])
     }
 
-    /// Nought in every lane.
+    /// Zero in every lane.
     #[inline(always)]
     pub fn zero() -> Self {
-        Self::all(T::default())
+        Self::splat(T::default())
     }
 
     /// `f` of each lane.
@@ -122,9 +122,9 @@ impl<T: Scalar, const W: usize> Lane<T, W> {
         Self(out)
     }
 
-    /// `self + a * b`, rounded once.
+    /// `self + a * b`, rounded once. Not named `mul_add`, which elsewhere means `self * a + b`.
     #[inline(always)]
-    pub fn plus(self, a: Self, b: Self) -> Self {
+    pub fn add_mul(self, a: Self, b: Self) -> Self {
         let mut out = self.0;
         for i in 0..W {
             out[i] = a.0[i].mul_add(b.0[i], out[i]);
@@ -134,7 +134,7 @@ impl<T: Scalar, const W: usize> Lane<T, W> {
 
     /// `self - a * b`, rounded once.
     #[inline(always)]
-    pub fn minus(self, a: Self, b: Self) -> Self {
+    pub fn sub_mul(self, a: Self, b: Self) -> Self {
         let mut out = self.0;
         for i in 0..W {
             out[i] = (-a.0[i]).mul_add(b.0[i], out[i]);
@@ -142,14 +142,26 @@ impl<T: Scalar, const W: usize> Lane<T, W> {
         Self(out)
     }
 
-    /// `self > limit ? yes : no`, lane by lane. What is not a number is not greater.
+    /// `self > limit ? yes : no`, lane by lane. NaN is not greater.
     #[inline(always)]
-    pub fn above(self, limit: Self, yes: Self, no: Self) -> Self {
+    pub fn select_gt(self, limit: Self, yes: Self, no: Self) -> Self {
         let mut out = no.0;
         for i in 0..W {
             out[i] = if self.0[i] > limit.0[i] { yes.0[i] } else { no.0[i] };
         }
         Self(out)
+    }
+
+    /// The smaller of each pair of lanes.
+    #[inline(always)]
+    pub fn min(self, other: Self) -> Self {
+        self.zip(other, T::least)
+    }
+
+    /// The larger of each pair of lanes.
+    #[inline(always)]
+    pub fn max(self, other: Self) -> Self {
+        self.zip(other, T::most)
     }
 
     /// Square root.
@@ -174,7 +186,7 @@ impl<T: Scalar, const W: usize> Lane<T, W> {
         (Self(sin), Self(cos))
     }
 
-    /// Whether any lane is above zero.
+    /// Returns true when any lane is above zero.
     #[inline(always)]
     pub fn any_positive(self) -> bool {
         let mut any = false;
@@ -226,15 +238,15 @@ impl<T: Scalar, const W: usize> SubAssign for Lane<T, W> {
 impl<T: Scalar, const W: usize> Number for Lane<T, W> {
     #[inline(always)]
     fn from_f64(value: f64) -> Self {
-        Self::of(value)
+        Self::splat_f64(value)
     }
     #[inline(always)]
     fn least(self, other: Self) -> Self {
-        self.zip(other, T::least)
+        self.min(other)
     }
     #[inline(always)]
     fn most(self, other: Self) -> Self {
-        self.zip(other, T::most)
+        self.max(other)
     }
     #[inline(always)]
     fn tanh(self) -> Self {
@@ -270,8 +282,8 @@ mod tests {
     fn lanes_do_not_see_each_other() {
         let a = Lane([f32::NAN, 1.0, f32::INFINITY, -2.0]);
         let b = Lane([1.0, 2.0, 0.0, 4.0]);
-        let c = (a * b + b).plus(a, b);
+        let c = (a * b + b).add_mul(a, b);
         assert_eq!((c.0[1], c.0[3]), (6.0, -12.0));
-        assert_eq!(a.above(Lane::zero(), Lane::of(1.0), Lane::of(-1.0)).0, [-1.0, 1.0, 1.0, -1.0]);
+        assert_eq!(a.select_gt(Lane::zero(), Lane::splat_f64(1.0), Lane::splat_f64(-1.0)).0, [-1.0, 1.0, 1.0, -1.0]);
     }
 }

@@ -1,18 +1,18 @@
-//! What the environments look like, out of the lanes.
+//! Outputs of the environments, read from the lanes.
 
-use super::block::{Block, Desk, Model};
+use super::block::{Block, Model, Workspace};
 use super::lane::{Lane, Scalar};
 use crate::rows::Rows;
 
 fn narrow<T: Scalar>(value: T) -> f32 {
-    value.wide() as f32
+    value.to_f64() as f32
 }
 
-/// Poses and velocities; the desk's kinematics are those of the block.
+/// Writes poses and velocities; the workspace's kinematics are those of the block.
 pub fn write_state<T: Scalar, const W: usize>(
     model: &Model<T, W>,
     block: &Block<T, W>,
-    desk: &Desk<T, W>,
+    workspace: &Workspace<T, W>,
     lane: usize,
     out: &mut Rows<'_>,
 ) {
@@ -27,31 +27,31 @@ pub fn write_state<T: Scalar, const W: usize>(
     put(out.root_position, &block.q[root..root + 3]);
     put(out.root_orientation, &block.q[root + 3..root + 7]);
     put(out.linear_velocity_w, &block.v[velocity..velocity + 3]);
-    let work = &desk.work;
+    let dynamics = &workspace.dynamics;
     let at = |k: usize| block.q[root + k].0[lane];
     let body = model.tree.root_body;
     let spin: [T; 3] = std::array::from_fn(|k| block.v[velocity + 3 + k].0[lane]);
     for (k, slot) in out.angular_velocity_w.iter_mut().enumerate() {
-        let r = &work.rotation[body];
+        let r = &dynamics.rotation[body];
         *slot = narrow(r[3 * k].0[lane] * spin[0] + r[3 * k + 1].0[lane] * spin[1] + r[3 * k + 2].0[lane] * spin[2]);
     }
     for (i, joint) in tree.driven.iter().enumerate() {
         out.joint_position[i] = of(&block.q[joint.q]);
         out.joint_velocity[i] = of(&block.v[joint.v]);
     }
-    for (slot, (body, point)) in out.place_position.chunks_exact_mut(3).zip(&tree.places) {
-        let (r, p) = (&work.rotation[*body], &work.position[*body]);
+    for (slot, (body, point)) in out.site_position.chunks_exact_mut(3).zip(&tree.sites) {
+        let (r, p) = (&dynamics.rotation[*body], &dynamics.position[*body]);
         for k in 0..3 {
-            let turned = (0..3).map(|i| r[3 * k + i].0[lane].wide() * point[i].wide()).sum::<f64>();
-            slot[k] = (at(k).wide() + p[k].0[lane].wide() + turned) as f32;
+            let turned = (0..3).map(|i| r[3 * k + i].0[lane].to_f64() * point[i].to_f64()).sum::<f64>();
+            slot[k] = (at(k).to_f64() + p[k].0[lane].to_f64() + turned) as f32;
         }
     }
     for body in 1..tree.bodies.len() {
-        let p = &work.position[body];
+        let p = &dynamics.position[body];
         for k in 0..3 {
             out.body_position[3 * body + k] = narrow(at(k) + p[k].0[lane]);
         }
-        let r = work.rotation[body].map(|x| x.0[lane].wide());
+        let r = dynamics.rotation[body].map(|x| x.0[lane].to_f64());
         let rotation = nalgebra::Matrix3::from_row_slice(&r);
         let q = nalgebra::UnitQuaternion::from_rotation_matrix(&nalgebra::Rotation3::from_matrix_unchecked(rotation));
         let q = [q.w, q.i, q.j, q.k].map(|x| x as f32);
@@ -61,7 +61,7 @@ pub fn write_state<T: Scalar, const W: usize>(
     out.body_orientation[..4].copy_from_slice(&[1.0, 0.0, 0.0, 0.0]);
 }
 
-/// Torques and forces of the last substep; squared torques as the mean over all.
+/// Writes torques and forces of the last substep; squared torques as the mean over all.
 pub fn write_forces<T: Scalar, const W: usize>(
     model: &Model<T, W>,
     block: &Block<T, W>,
@@ -85,12 +85,5 @@ pub fn write_forces<T: Scalar, const W: usize>(
     }
     for (limit, (force, side)) in model.tree.limits.iter().zip(block.forces.limit.iter().zip(&block.forces.side)) {
         out.constraint_force[limit.scalar] += of(force) * of(side);
-    }
-}
-
-/// No torques and forces: of what did not step, or diverged.
-pub fn write_no_forces(out: &mut Rows<'_>) {
-    for forces in [&mut *out.torque_squared, out.torque, out.foot_force, out.constraint_force] {
-        forces.fill(0.0);
     }
 }

@@ -1,10 +1,10 @@
-//! What of a robot can touch: the ground, or another part of it.
+//! Collision shapes of a robot: against the ground, and against its other parts.
 
 use lifelike_character::{Character, Geom, GeomShape, Vec3};
 use lifelike_robot::Robot;
 
+use super::dof_chain::DofChain;
 use super::lane::Scalar;
-use super::support::Support;
 use super::surface::{Mixed, Surface};
 
 /// A convex part of the robot, in its body's frame.
@@ -12,9 +12,9 @@ use super::surface::{Mixed, Surface};
 pub struct Shape<T> {
     pub body: usize,
     pub center: [T; 3],
-    /// From the centre to the end of a capsule's axis; nought for spheres and boxes.
+    /// From the centre to the end of a capsule's axis; zero for spheres and boxes.
     pub axis: [T; 3],
-    /// Of a sphere or capsule (m); nought for a box.
+    /// Of a sphere or capsule (m); zero for a box.
     pub radius: T,
     /// Half edges of a box, and its axes as the columns of a row-major rotation.
     pub cuboid: Option<([T; 3], [T; 9])>,
@@ -30,7 +30,7 @@ pub struct GroundShape<T> {
     pub points: Vec<[T; 3]>,
     /// Every point is the centre of a ball of this radius (m).
     pub radius: T,
-    /// Where the shape's middle is in the body frame (m): of a box only corners below it touch (MuJoCo's rule).
+    /// Middle of the shape in the body frame (m): of a box only corners below it touch (MuJoCo's rule).
     pub middle: Option<[T; 3]>,
     /// Direction in the body frame that the first tangent follows.
     pub axis: Option<[T; 3]>,
@@ -47,11 +47,11 @@ pub struct Pair<T> {
     /// Indices of shapes; a box is never before what is none.
     pub shapes: [usize; 2],
     pub bodies: [usize; 2],
-    /// Index of their [`Support`].
-    pub support: usize,
+    /// Index of their [`DofChain`].
+    pub dof_chain: usize,
     /// Centres further apart than this cannot touch (m).
     pub reach: T,
-    /// Where its contacts are in `Forces::contact`, and how many there can be.
+    /// Index of its first contact in `Forces::contact`, and their greatest number.
     pub first: usize,
     pub contacts: usize,
     pub mixed: Mixed<T>,
@@ -61,19 +61,19 @@ pub struct Pair<T> {
 const BOX_BOX: usize = 4;
 const BOX_ROUND: usize = 2;
 
-/// Whether the engine knows how this touches.
+/// Returns true for shapes that the engine collides.
 pub fn known(geom: &Geom) -> bool {
     matches!(geom.shape, GeomShape::Sphere(_) | GeomShape::Capsule(..) | GeomShape::Box(_))
 }
 
-/// Geoms of the robot that anything can touch.
+/// Returns the geoms of the robot that can collide.
 pub fn solid(character: &Character) -> impl Iterator<Item = &Geom> {
     character.geoms.iter().filter(|g| g.body != 0 && (g.contype != 0 || g.conaffinity != 0))
 }
 
-/// The pairs of a robot's own geoms that MuJoCo lets touch: masks, exclusions, and never a body and the one it hangs
+/// Returns the pairs of a robot's own geoms that MuJoCo lets collide: masks, exclusions, and never a body and the one it hangs
 /// from. Bodies without joints count as part of what they are fixed to.
-pub fn meeting(character: &Character) -> Vec<(&Geom, &Geom)> {
+pub fn collision_pairs(character: &Character) -> Vec<(&Geom, &Geom)> {
     let whole = |mut body: usize| {
         while body != 0 && character.bodies[body].joints.is_empty() {
             body = character.bodies[body].parent;
@@ -89,16 +89,18 @@ pub fn meeting(character: &Character) -> Vec<(&Geom, &Geom)> {
     let own: Vec<_> = solid(character).collect();
     let pairs = own.iter().enumerate().flat_map(|(i, a)| own[i + 1..].iter().map(move |b| (*a, *b)));
     pairs
-        .filter(|(a, b)| Surface::of(a).meets(&Surface::of(b)) && !related(a.body, b.body) && !excluded(a.body, b.body))
+        .filter(|(a, b)| {
+            Surface::of(a).can_collide(&Surface::of(b)) && !related(a.body, b.body) && !excluded(a.body, b.body)
+        })
         .collect()
 }
 
-/// What of a robot can touch the ground.
+/// Returns the shapes of a robot that can collide with the ground.
 pub fn ground_shapes<T: Scalar>(robot: &Robot, ground: &Surface) -> Vec<GroundShape<T>> {
     let character = &robot.character;
     let excluded = |g: &Geom| character.excludes.iter().any(|pair| [(0, g.body), (g.body, 0)].contains(pair));
     solid(character)
-        .filter(|g| known(g) && Surface::of(g).meets(ground) && !excluded(g))
+        .filter(|g| known(g) && Surface::of(g).can_collide(ground) && !excluded(g))
         .map(|geom| {
             let mixed = Surface::of(geom).mix(ground, robot.timestep());
             ground_shape(geom, mixed, robot.anatomy.foot_of(character, geom.body))
@@ -106,21 +108,21 @@ pub fn ground_shapes<T: Scalar>(robot: &Robot, ground: &Surface) -> Vec<GroundSh
         .collect()
 }
 
-/// What of a robot can touch another part of it, and which parts can. `chain` are the dofs that move a body; supports that are not there are
-/// added; contacts are counted on from `contacts`.
+/// Returns the shapes of a robot that can collide with another part of it, and their pairs. `chain` are the dofs that move
+/// a body; dof chains that are not there are added; contacts are counted on from `contacts`.
 pub fn pairs<'a, T: Scalar>(
     robot: &Robot,
     chain: impl Fn(usize) -> &'a [usize],
-    supports: &mut Vec<Support>,
+    dof_chains: &mut Vec<DofChain>,
     contacts: &mut usize,
 ) -> (Vec<Shape<T>>, Vec<Pair<T>>) {
     let (mut geoms, mut shapes, mut pairs) = (Vec::<&Geom>::new(), Vec::<Shape<T>>::new(), Vec::new());
     let is_box = |g: &Geom| matches!(g.shape, GeomShape::Box(_));
-    for (a, b) in meeting(&robot.character).into_iter().filter(|(a, b)| known(a) && known(b)) {
+    for (a, b) in collision_pairs(&robot.character).into_iter().filter(|(a, b)| known(a) && known(b)) {
         let (a, b) = if is_box(a) && !is_box(b) { (b, a) } else { (a, b) };
         let bodies = [a.body, b.body];
-        let support = Support::between(chain(bodies[0]), chain(bodies[1]));
-        if support.len() == 0 {
+        let dof_chain = DofChain::between(chain(bodies[0]), chain(bodies[1]));
+        if dof_chain.len() == 0 {
             continue;
         }
         let indices = [a, b].map(|geom| {
@@ -130,20 +132,20 @@ pub fn pairs<'a, T: Scalar>(
                 geoms.len() - 1
             })
         });
-        let support = supports.iter().position(|s| *s == support).unwrap_or_else(|| {
-            supports.push(support);
-            supports.len() - 1
+        let dof_chain = dof_chains.iter().position(|s| *s == dof_chain).unwrap_or_else(|| {
+            dof_chains.push(dof_chain);
+            dof_chains.len() - 1
         });
         let mixed: Mixed<T> = Surface::of(a).mix(&Surface::of(b), robot.timestep());
-        let most = match (is_box(a), is_box(b)) {
+        let max = match (is_box(a), is_box(b)) {
             (true, _) => BOX_BOX,
             (_, true) => BOX_ROUND,
             _ => 1,
         };
-        let reach = shapes[indices[0]].bound + shapes[indices[1]].bound + mixed.margin.wide();
+        let reach = shapes[indices[0]].bound + shapes[indices[1]].bound + mixed.margin.to_f64();
         let (reach, first) = (T::new(reach), *contacts);
-        pairs.push(Pair { shapes: indices, bodies, support, reach, first, contacts: most, mixed });
-        *contacts += most;
+        pairs.push(Pair { shapes: indices, bodies, dof_chain, reach, first, contacts: max, mixed });
+        *contacts += max;
     }
     (shapes, pairs)
 }
@@ -185,7 +187,7 @@ fn ground_shape<T: Scalar>(geom: &Geom, mixed: Mixed<T>, foot: Option<usize>) ->
         _ => (Vec::new(), 0.0),
     };
     let points: Vec<Vec3> = local.into_iter().map(|p| geom.position + geom.orientation * p).collect();
-    let reach = points.iter().map(|p| p.norm()).fold(0.0, f64::max) + radius + mixed.margin.wide();
+    let reach = points.iter().map(|p| p.norm()).fold(0.0, f64::max) + radius + mixed.margin.to_f64();
     let z = || numbers(geom.orientation * Vec3::z());
     GroundShape {
         body: geom.body,

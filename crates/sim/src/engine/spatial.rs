@@ -13,7 +13,7 @@ pub type Inertia<T, const W: usize> = [Lane<T, W>; 10];
 
 #[inline(always)]
 pub fn vector<T: Scalar, const W: usize>(v: &[T; 3]) -> Vec3<T, W> {
-    [Lane::all(v[0]), Lane::all(v[1]), Lane::all(v[2])]
+    [Lane::splat(v[0]), Lane::splat(v[1]), Lane::splat(v[2])]
 }
 
 /// Row i of a matrix.
@@ -34,7 +34,7 @@ pub fn sub<T: Scalar, const W: usize>(a: &Vec3<T, W>, b: &Vec3<T, W>) -> Vec3<T,
 
 #[inline(always)]
 pub fn cross<T: Scalar, const W: usize>(a: &Vec3<T, W>, b: &Vec3<T, W>) -> Vec3<T, W> {
-    [(a[1] * b[2]).minus(a[2], b[1]), (a[2] * b[0]).minus(a[0], b[2]), (a[0] * b[1]).minus(a[1], b[0])]
+    [(a[1] * b[2]).sub_mul(a[2], b[1]), (a[2] * b[0]).sub_mul(a[0], b[2]), (a[0] * b[1]).sub_mul(a[1], b[0])]
 }
 
 /// r v of a constant vector.
@@ -45,21 +45,21 @@ pub fn rotate_constant<T: Scalar, const W: usize>(r: &Mat3<T, W>, v: &[T; 3]) ->
 
 #[inline(always)]
 pub fn dot<T: Scalar, const W: usize>(a: &Vec3<T, W>, b: &Vec3<T, W>) -> Lane<T, W> {
-    (a[0] * b[0]).plus(a[1], b[1]).plus(a[2], b[2])
+    (a[0] * b[0]).add_mul(a[1], b[1]).add_mul(a[2], b[2])
 }
 
 /// a + b s.
 #[inline(always)]
 pub fn along<T: Scalar, const W: usize>(a: &Vec3<T, W>, b: &Vec3<T, W>, s: Lane<T, W>) -> Vec3<T, W> {
-    [a[0].plus(b[0], s), a[1].plus(b[1], s), a[2].plus(b[2], s)]
+    [a[0].add_mul(b[0], s), a[1].add_mul(b[1], s), a[2].add_mul(b[2], s)]
 }
 
 #[inline(always)]
 pub fn rotate<T: Scalar, const W: usize>(r: &Mat3<T, W>, v: &Vec3<T, W>) -> Vec3<T, W> {
     [
-        (r[0] * v[0]).plus(r[1], v[1]).plus(r[2], v[2]),
-        (r[3] * v[0]).plus(r[4], v[1]).plus(r[5], v[2]),
-        (r[6] * v[0]).plus(r[7], v[1]).plus(r[8], v[2]),
+        (r[0] * v[0]).add_mul(r[1], v[1]).add_mul(r[2], v[2]),
+        (r[3] * v[0]).add_mul(r[4], v[1]).add_mul(r[5], v[2]),
+        (r[6] * v[0]).add_mul(r[7], v[1]).add_mul(r[8], v[2]),
     ]
 }
 
@@ -68,7 +68,7 @@ pub fn product<T: Scalar, const W: usize>(a: &Mat3<T, W>, b: &Mat3<T, W>) -> Mat
     let mut out = [Lane::zero(); 9];
     for i in 0..3 {
         for j in 0..3 {
-            out[3 * i + j] = (a[3 * i] * b[j]).plus(a[3 * i + 1], b[3 + j]).plus(a[3 * i + 2], b[6 + j]);
+            out[3 * i + j] = (a[3 * i] * b[j]).add_mul(a[3 * i + 1], b[3 + j]).add_mul(a[3 * i + 2], b[6 + j]);
         }
     }
     out
@@ -80,8 +80,8 @@ pub fn product_constant<T: Scalar, const W: usize>(a: &Mat3<T, W>, b: &[T; 9]) -
     let mut out = [Lane::zero(); 9];
     for i in 0..3 {
         for j in 0..3 {
-            let (x, y, z) = (Lane::all(b[j]), Lane::all(b[3 + j]), Lane::all(b[6 + j]));
-            out[3 * i + j] = (a[3 * i] * x).plus(a[3 * i + 1], y).plus(a[3 * i + 2], z);
+            let (x, y, z) = (Lane::splat(b[j]), Lane::splat(b[3 + j]), Lane::splat(b[6 + j]));
+            out[3 * i + j] = (a[3 * i] * x).add_mul(a[3 * i + 1], y).add_mul(a[3 * i + 2], z);
         }
     }
     out
@@ -89,19 +89,19 @@ pub fn product_constant<T: Scalar, const W: usize>(a: &Mat3<T, W>, b: &[T; 9]) -
 
 /// The rotation of a unit quaternion `wxyz`.
 #[inline(always)]
-pub fn of_quaternion<T: Scalar, const W: usize>(q: &[Lane<T, W>]) -> Mat3<T, W> {
+pub fn quaternion_matrix<T: Scalar, const W: usize>(q: &[Lane<T, W>]) -> Mat3<T, W> {
     let (w, x, y, z) = (q[0], q[1], q[2], q[3]);
-    let (one, two) = (Lane::of(1.0), Lane::of(2.0));
+    let (one, two) = (Lane::splat_f64(1.0), Lane::splat_f64(2.0));
     [
-        one.minus(two, (y * y).plus(z, z)),
-        two * (x * y).minus(w, z),
-        two * (x * z).plus(w, y),
-        two * (x * y).plus(w, z),
-        one.minus(two, (x * x).plus(z, z)),
-        two * (y * z).minus(w, x),
-        two * (x * z).minus(w, y),
-        two * (y * z).plus(w, x),
-        one.minus(two, (x * x).plus(y, y)),
+        one.sub_mul(two, (y * y).add_mul(z, z)),
+        two * (x * y).sub_mul(w, z),
+        two * (x * z).add_mul(w, y),
+        two * (x * y).add_mul(w, z),
+        one.sub_mul(two, (x * x).add_mul(z, z)),
+        two * (y * z).sub_mul(w, x),
+        two * (x * z).sub_mul(w, y),
+        two * (y * z).add_mul(w, x),
+        one.sub_mul(two, (x * x).add_mul(y, y)),
     ]
 }
 
@@ -110,7 +110,7 @@ pub fn of_quaternion<T: Scalar, const W: usize>(q: &[Lane<T, W>]) -> Mat3<T, W> 
 pub fn turn<T: Scalar, const W: usize>(axis: &[T; 3], angle: Lane<T, W>) -> Mat3<T, W> {
     let (s, c) = angle.sin_cos();
     let a = vector(axis);
-    let versed = Lane::of(1.0) - c;
+    let versed = Lane::splat_f64(1.0) - c;
     let mut r = [Lane::zero(); 9];
     for i in 0..3 {
         for j in 0..3 {
@@ -137,8 +137,8 @@ pub fn accumulate<T: Scalar, const W: usize, const N: usize>(a: &mut [Lane<T, W>
 
 #[inline(always)]
 pub fn dot6<T: Scalar, const W: usize>(a: &Spatial<T, W>, b: &Spatial<T, W>) -> Lane<T, W> {
-    let first = (a[0] * b[0]).plus(a[1], b[1]).plus(a[2], b[2]);
-    let second = (a[3] * b[3]).plus(a[4], b[4]).plus(a[5], b[5]);
+    let first = (a[0] * b[0]).add_mul(a[1], b[1]).add_mul(a[2], b[2]);
+    let second = (a[3] * b[3]).add_mul(a[4], b[4]).add_mul(a[5], b[5]);
     first + second
 }
 
@@ -147,9 +147,9 @@ pub fn dot6<T: Scalar, const W: usize>(a: &Spatial<T, W>, b: &Spatial<T, W>) -> 
 pub fn momentum<T: Scalar, const W: usize>(i: &Inertia<T, W>, v: &Spatial<T, W>) -> Spatial<T, W> {
     let (w, l, h) = ([v[0], v[1], v[2]], [v[3], v[4], v[5]], [i[1], i[2], i[3]]);
     let turning = [
-        (i[4] * w[0]).plus(i[7], w[1]).plus(i[8], w[2]),
-        (i[7] * w[0]).plus(i[5], w[1]).plus(i[9], w[2]),
-        (i[8] * w[0]).plus(i[9], w[1]).plus(i[6], w[2]),
+        (i[4] * w[0]).add_mul(i[7], w[1]).add_mul(i[8], w[2]),
+        (i[7] * w[0]).add_mul(i[5], w[1]).add_mul(i[9], w[2]),
+        (i[8] * w[0]).add_mul(i[9], w[1]).add_mul(i[6], w[2]),
     ];
     let angular = add(&turning, &cross(&h, &l));
     let linear = cross(&w, &h);
@@ -157,9 +157,9 @@ pub fn momentum<T: Scalar, const W: usize>(i: &Inertia<T, W>, v: &Spatial<T, W>)
         angular[0],
         angular[1],
         angular[2],
-        linear[0].plus(i[0], l[0]),
-        linear[1].plus(i[0], l[1]),
-        linear[2].plus(i[0], l[2]),
+        linear[0].add_mul(i[0], l[0]),
+        linear[1].add_mul(i[0], l[1]),
+        linear[2].add_mul(i[0], l[2]),
     ]
 }
 

@@ -1,7 +1,6 @@
-//! How hard and how rough two touching surfaces are: MuJoCo's contact parameters and how they mix.
+//! Stiffness and friction of contacts: MuJoCo's contact parameters and their mixing rules.
 
 use lifelike_character::Geom;
-use lifelike_robot::actuator::Number;
 
 use super::lane::{Lane, Scalar};
 
@@ -9,7 +8,7 @@ use super::lane::{Lane, Scalar};
 pub const SOLREF: [f64; 2] = [0.02, 1.0];
 pub const SOLIMP: [f64; 5] = [0.9, 0.95, 0.001, 0.5, 2.0];
 
-/// How hard a constraint is: MuJoCo's `solref` and `solimp` in the numbers that a step needs.
+/// Softness of a constraint: MuJoCo's `solref` and `solimp` in the numbers that a step needs.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Softness<T> {
     /// Stiffness of the reference acceleration (1/s²).
@@ -27,7 +26,7 @@ pub struct Softness<T> {
     ramp: Ramp,
 }
 
-/// How the impedance grows with the violation.
+/// Growth of the impedance with the violation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Ramp {
     Flat,
@@ -68,33 +67,33 @@ impl<T: Scalar> Softness<T> {
         }
     }
 
-    /// The impedance of a violation (m or rad).
+    /// Returns the impedance of a violation (m or rad).
     #[inline(always)]
     pub fn impedance<const W: usize>(&self, violation: Lane<T, W>) -> Lane<T, W> {
-        let (low, one) = (Lane::all(self.low), Lane::of(1.0));
-        let x = (violation.most(-violation) * Lane::all(self.inverse_width)).least(one);
+        let (low, one) = (Lane::splat(self.low), Lane::splat_f64(1.0));
+        let x = (violation.max(-violation) * Lane::splat(self.inverse_width)).min(one);
         let rest = one - x;
         let (rising, falling) = match self.ramp {
             Ramp::Flat => return low,
-            Ramp::Linear => return low.plus(x, Lane::all(self.span)),
+            Ramp::Linear => return low.add_mul(x, Lane::splat(self.span)),
             Ramp::Square => (x * x, rest * rest),
             Ramp::Power => {
-                let power = self.power.wide();
-                (x.map(|x| T::new(x.wide().powf(power))), rest.map(|x| T::new(x.wide().powf(power))))
+                let power = self.power.to_f64();
+                (x.map(|x| T::new(x.to_f64().powf(power))), rest.map(|x| T::new(x.to_f64().powf(power))))
             }
         };
-        let (rising, falling) = (rising * Lane::all(self.rising), one.minus(falling, Lane::all(self.falling)));
-        low.plus(x.above(Lane::all(self.middle), falling, rising), Lane::all(self.span))
+        let (rising, falling) = (rising * Lane::splat(self.rising), one.sub_mul(falling, Lane::splat(self.falling)));
+        low.add_mul(x.select_gt(Lane::splat(self.middle), falling, rising), Lane::splat(self.span))
     }
 }
 
-/// R = (1 - i) / i · Â: how much a constraint of this impedance gives way.
+/// Returns the regularization R = (1 - i) / i · Â of a constraint of this impedance.
 #[inline(always)]
 pub fn regularization<T: Scalar, const W: usize>(impedance: Lane<T, W>, weight: Lane<T, W>) -> Lane<T, W> {
-    ((Lane::of(1.0) - impedance) / impedance * weight).most(Lane::of(1e-15))
+    ((Lane::splat_f64(1.0) - impedance) / impedance * weight).max(Lane::splat_f64(1e-15))
 }
 
-/// What a geom brings to a contact.
+/// Contact properties of a geom.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Surface {
     contype: u32,
@@ -119,7 +118,7 @@ pub struct Mixed<T> {
 }
 
 impl Surface {
-    /// Of a geom.
+    /// Those of a geom.
     pub fn of(geom: &Geom) -> Self {
         Self {
             contype: geom.contype,
@@ -133,7 +132,7 @@ impl Surface {
         }
     }
 
-    /// Of MuJoCo's default geom: the ground that a robot without one stands on.
+    /// Those of MuJoCo's default geom: the ground that a robot without one stands on.
     pub fn default_ground() -> Self {
         Self {
             contype: 1,
@@ -148,7 +147,7 @@ impl Surface {
     }
 
     /// MuJoCo's filter.
-    pub fn meets(&self, other: &Self) -> bool {
+    pub fn can_collide(&self, other: &Self) -> bool {
         self.contype & other.conaffinity != 0 || other.contype & self.conaffinity != 0
     }
 

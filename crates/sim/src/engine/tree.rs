@@ -1,4 +1,4 @@
-//! What of a robot is the same in all environments: the tree, its joints, its contact points.
+//! Constants of a robot that all environments share: the tree, its joints, its contact points.
 
 use std::ops::Range;
 
@@ -6,9 +6,9 @@ use lifelike_character::rotation::to_wxyz;
 use lifelike_character::{Body, Character, GeomShape, Joint, JointKind};
 use lifelike_robot::Robot;
 
+use super::dof_chain::{DofChain, Run, runs};
 use super::lane::Scalar;
 use super::shapes::{self, GroundShape, Pair, Shape};
-use super::support::{Run, Support, runs};
 use super::surface::{SOLIMP, SOLREF, Softness, Surface};
 use crate::error::SimError;
 
@@ -18,12 +18,12 @@ pub struct Dof<T> {
     pub body: usize,
     /// The dofs that move this one, root first, and itself at the end.
     pub chain: Vec<usize>,
-    /// Where its row of the mass matrix begins: one entry per element of `chain`.
+    /// Start of its row of the mass matrix: one entry per element of `chain`.
     pub row: usize,
-    /// Where the rows of the dofs that this one moves begin, nearest first.
+    /// Starts of the rows of the dofs that this one moves, nearest first.
     pub descendants: Vec<usize>,
     /// The dofs that move this one, without itself, as runs of neighbours.
-    pub above: Vec<Run>,
+    pub ancestors: Vec<Run>,
     pub armature: T,
     pub damping: T,
     pub frictionloss: T,
@@ -95,12 +95,12 @@ pub struct Tree<T> {
     pub joints: Vec<TreeJoint<T>>,
     pub springs: Vec<Spring<T>>,
     pub dofs: Vec<Dof<T>>,
-    /// Of each dof, then of each pair of bodies that may touch.
-    pub supports: Vec<Support>,
+    /// Chain of each dof, then of each pair of bodies that may touch.
+    pub dof_chains: Vec<DofChain>,
     pub limits: Vec<Limit<T>>,
-    /// What may touch the ground.
+    /// Shapes that may touch the ground.
     pub ground_shapes: Vec<GroundShape<T>>,
-    /// What may touch another part of the robot, and which parts may.
+    /// Shapes that may touch another part of the robot, and their pairs.
     pub shapes: Vec<Shape<T>>,
     pub pairs: Vec<Pair<T>>,
     /// Possible contacts: the ground's points, then those of the pairs.
@@ -114,7 +114,7 @@ pub struct Tree<T> {
     pub root_v: usize,
     pub root_body: usize,
     /// End effectors, then key bodies: body and point in its frame.
-    pub places: Vec<(usize, [T; 3])>,
+    pub sites: Vec<(usize, [T; 3])>,
     /// Softness of joint limits and dry friction: MuJoCo's default.
     pub joint_softness: Softness<T>,
     /// Height of level ground (m).
@@ -122,7 +122,7 @@ pub struct Tree<T> {
 }
 
 impl<T: Scalar> Tree<T> {
-    /// Takes a robot apart.
+    /// Compiles a robot.
     ///
     /// # Errors
     /// [`SimError::Model`] for ground that is not level, and for other things that are fixed to the world.
@@ -141,7 +141,7 @@ impl<T: Scalar> Tree<T> {
             joints: character.joints.iter().map(joint).collect(),
             springs: character.joints.iter().filter(|j| j.stiffness != 0.0).map(spring).collect(),
             dofs: Vec::new(),
-            supports: Vec::new(),
+            dof_chains: Vec::new(),
             limits: Vec::new(),
             ground_shapes: Vec::new(),
             shapes: Vec::new(),
@@ -155,12 +155,12 @@ impl<T: Scalar> Tree<T> {
             root_q: root.map_or(0, |j| j.q_index),
             root_body: root.map_or(0, |j| j.body),
             root_v: root.map_or(0, |j| j.v_index),
-            places: robot.effectors.iter().chain(&robot.key_bodies).map(|(b, p)| (*b, numbers((*p).into()))).collect(),
+            sites: robot.effectors.iter().chain(&robot.key_bodies).map(|(b, p)| (*b, numbers((*p).into()))).collect(),
             joint_softness: Softness::new(SOLREF, SOLIMP, timestep),
             ground_height: T::new(height),
         };
         tree.add_dofs(character);
-        tree.supports = tree.dofs.iter().map(|dof| Support::of(&dof.chain)).collect();
+        tree.dof_chains = tree.dofs.iter().map(|dof| DofChain::of(&dof.chain)).collect();
         tree.limits = character
             .scalar_joints()
             .enumerate()
@@ -173,7 +173,7 @@ impl<T: Scalar> Tree<T> {
         tree.contacts = tree.ground_shapes.iter().map(|shape| shape.points.len()).sum();
         let chains: Vec<&[usize]> =
             tree.bodies.iter().map(|b| b.last_dof.map_or(&[][..], |dof| tree.dofs[dof].chain.as_slice())).collect();
-        (tree.shapes, tree.pairs) = shapes::pairs(robot, |body| chains[body], &mut tree.supports, &mut tree.contacts);
+        (tree.shapes, tree.pairs) = shapes::pairs(robot, |body| chains[body], &mut tree.dof_chains, &mut tree.contacts);
         Ok(tree)
     }
 
@@ -193,7 +193,7 @@ impl<T: Scalar> Tree<T> {
                     }
                     self.dofs.push(Dof {
                         body: b,
-                        above: runs(&chain[..chain.len() - 1]),
+                        ancestors: runs(&chain[..chain.len() - 1]),
                         chain,
                         row,
                         descendants: Vec::new(),
@@ -220,7 +220,7 @@ fn row_major(m: &nalgebra::Matrix3<f64>) -> [f64; 9] {
 fn body<T: Scalar>(body: &Body) -> TreeBody<T> {
     let axes = body.inertial.orientation.to_rotation_matrix();
     let inertia = axes.matrix() * nalgebra::Matrix3::from_diagonal(&body.inertial.diagonal) * axes.matrix().transpose();
-    let places = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)];
+    let entries = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)];
     TreeBody {
         parent: body.parent,
         position: numbers(body.position.into()),
@@ -229,7 +229,7 @@ fn body<T: Scalar>(body: &Body) -> TreeBody<T> {
         last_dof: None,
         mass: T::new(body.inertial.mass),
         com: numbers(body.inertial.com.into()),
-        inertia: numbers(places.map(|place| inertia[place])),
+        inertia: numbers(entries.map(|entry| inertia[entry])),
     }
 }
 

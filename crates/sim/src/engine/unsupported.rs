@@ -1,11 +1,11 @@
-//! What of a robot the engine leaves out.
+//! Properties of a robot that the engine does not simulate.
 
 use lifelike_character::{GeomShape, JointKind};
 use lifelike_robot::Robot;
 
 use super::shapes::{known, solid};
 
-/// What of a robot this engine does not simulate, a line each.
+/// Returns the properties of a robot that this engine does not simulate, a line each.
 pub fn unsupported(robot: &Robot) -> Vec<String> {
     let mut lines = Vec::new();
     let character = &robot.character;

@@ -1,4 +1,4 @@
-//! Where MuJoCo's messages go: to standard error, not into a log file in the current folder.
+//! MuJoCo's messages: to standard error, not into a log file in the current folder.
 
 use std::sync::Once;
 

@@ -6,7 +6,6 @@ use mujoco_rs::mujoco_c::{mjtDisableBit, mjtIntegrator};
 use mujoco_rs::prelude::{MjEditError, MjModel, MjSpec, MjtGeomBase, MjtObjBase, SpecItem};
 
 use super::{ENGINE, log};
-use crate::checks::{self, Coordinates};
 use crate::engine::{SOLIMP, SOLREF};
 use crate::error::SimError;
 use crate::terrain::Terrain;
@@ -27,11 +26,10 @@ pub(super) struct DrivenJoint {
     pub damping: f64,
 }
 
-/// Where everything is: in MuJoCo's arrays, and in an environment's row of numbers
+/// Indices of the robot's parts in MuJoCo's arrays, and in an environment's row of numbers
 /// `[time, positions, velocities, warm start, pushes (6 per body), diverged]`.
 #[derive(Debug, Clone)]
 pub(super) struct Layout {
-    pub nq: usize,
     pub nv: usize,
     pub bodies: usize,
     /// First position and velocity of the free root.
@@ -39,15 +37,14 @@ pub(super) struct Layout {
     pub root_v: usize,
     pub joints: Vec<DrivenJoint>,
     /// End effectors, then key bodies: body and point in its frame.
-    pub places: Vec<(usize, Vec3)>,
+    pub sites: Vec<(usize, Vec3)>,
     /// Scalar joint of each MuJoCo joint, and of each velocity.
     pub scalar_of_joint: Vec<Option<usize>>,
     pub scalar_of_dof: Vec<Option<usize>>,
-    /// Whether each geom is part of the ground: fixed to the world.
+    /// True for each geom that is part of the ground: fixed to the world.
     pub ground: Vec<bool>,
     /// The foot that each geom belongs to.
     pub foot_of_geom: Vec<Option<usize>>,
-    pub feet: usize,
     pub substeps: usize,
     pub positions: usize,
     pub velocities: usize,
@@ -58,15 +55,10 @@ pub(super) struct Layout {
 }
 
 impl Layout {
-    /// Coordinates, for checks.
-    pub fn coordinates(&self) -> Coordinates {
-        Coordinates { nq: self.nq, nv: self.nv, root: self.root_q }
-    }
-
-    /// A row at rest of forces, in the given state, which has been checked.
+    /// A row at rest of forces, in the given state, the root's quaternion normalised.
     pub fn fresh_row(&self, position: &[f64], velocity: &[f64]) -> Vec<f64> {
         let mut row = vec![0.0; self.width];
-        row[self.positions..self.velocities].copy_from_slice(&checks::normalised(position, self.root_q));
+        row[self.positions..self.velocities].copy_from_slice(position);
         row[self.velocities..self.warm_start].copy_from_slice(velocity);
         row
     }
@@ -123,7 +115,7 @@ pub(super) fn compile(robot: &Robot, terrain: Option<&Terrain>) -> Result<(MjMod
     Ok((model, layout))
 }
 
-/// Whether something fixed to the world can be stood on.
+/// Returns true when something fixed to the world can be stood on.
 fn has_ground(character: &Character) -> bool {
     character.geoms.iter().any(|g| g.body == 0 && matches!(g.shape, GeomShape::Plane | GeomShape::HeightField(_)))
 }
@@ -189,7 +181,7 @@ fn check_names(character: &Character, model: &MjModel) -> Result<(), String> {
     }
     let differs = |kind, id, own: &str| {
         model.id_to_name(kind, id).filter(|name| !name.is_empty() && *name != own).map(|name| {
-            format!("expected '{own}' at {} {id}, MuJoCo has '{name}'", if id == 0 { "place" } else { "index" })
+            format!("expected '{own}' at {} {id}, MuJoCo has '{name}'", if id == 0 { "position" } else { "index" })
         })
     };
     let bodies = character.bodies.iter().enumerate().skip(1);
@@ -228,18 +220,16 @@ fn layout(robot: &Robot, model: &MjModel) -> Layout {
     let pushes = warm_start + nv;
     let diverged = pushes + 6 * bodies;
     Layout {
-        nq,
         nv,
         bodies,
         root_q: root.map_or(0, |j| j.q_index),
         root_v: root.map_or(0, |j| j.v_index),
         joints,
-        places: robot.effectors.iter().chain(&robot.key_bodies).copied().collect(),
+        sites: robot.effectors.iter().chain(&robot.key_bodies).copied().collect(),
         scalar_of_joint,
         scalar_of_dof,
         ground: geom_bodies.iter().map(|&b| model.body_weldid()[b] == 0).collect(),
         foot_of_geom: geom_bodies.iter().map(|&b| robot.anatomy.foot_of(character, b)).collect(),
-        feet: robot.anatomy.soles.len(),
         substeps: robot.substeps,
         positions,
         velocities,

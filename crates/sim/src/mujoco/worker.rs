@@ -1,4 +1,4 @@
-//! One thread's model and data. It steps any environment: all that an environment is, is in its row.
+//! One thread's model and data. It steps any environment: all that makes an environment is in its row.
 
 use std::sync::Arc;
 
@@ -8,92 +8,20 @@ use mujoco_rs::prelude::{MjData, MjModel};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
 use super::model::Layout;
-use crate::batch::EnvironmentParameters;
+use super::tuning::Tuning;
 use crate::rows::Rows;
+use crate::simulation::Drive;
 
-/// An environment with a velocity beyond this (m/s, rad/s) is lost.
+/// Velocity (m/s, rad/s) beyond which an environment has diverged.
 const VELOCITY_LIMIT: f64 = 1e3;
-
-/// What drives the joints of one environment.
-#[derive(Debug, Clone, Copy)]
-pub(super) enum Command<'a> {
-    /// Targets of the actuator model (rad), `[J]`.
-    Targets(&'a [f32]),
-    /// Torques (N m), `[J]`.
-    Torques(&'a [f32]),
-}
-
-/// The fields of a model that the parameters of an environment change, dependent ones included.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct Tuning {
-    body_mass: Vec<f64>,
-    body_inertia: Vec<[f64; 3]>,
-    body_subtreemass: Vec<f64>,
-    body_invweight0: Vec<[f64; 2]>,
-    dof_invweight0: Vec<f64>,
-    dof_m0: Vec<f64>,
-    tendon_invweight0: Vec<f64>,
-    geom_friction: Vec<[f64; 3]>,
-    mean_inertia: f64,
-    mean_mass: f64,
-    body_ipos: Vec<[f64; 3]>,
-    dof_armature: Vec<f64>,
-    gravity: [f64; 3],
-    /// Damping of each scalar joint's dof, and its actuator's gains.
-    damping: Vec<f64>,
-    gains: Vec<[f64; 2]>,
-    strength: Vec<f64>,
-}
-
-/// Friction of the ground where each foot brings its own: MuJoCo takes the larger of two, so the ground's gives way.
-const YIELDING: f64 = 1e-5;
-
-impl Tuning {
-    fn of(model: &MjModel, layout: &Layout) -> Self {
-        Self {
-            body_ipos: model.body_ipos().to_vec(),
-            dof_armature: model.dof_armature().to_vec(),
-            gravity: model.opt().gravity,
-            damping: layout.joints.iter().map(|j| j.damping).collect(),
-            gains: layout.joints.iter().map(|j| [j.actuator.kp, j.actuator.kd]).collect(),
-            strength: vec![1.0; layout.joints.len()],
-            body_mass: model.body_mass().to_vec(),
-            body_inertia: model.body_inertia().to_vec(),
-            body_subtreemass: model.body_subtreemass().to_vec(),
-            body_invweight0: model.body_invweight0().to_vec(),
-            dof_invweight0: model.dof_invweight0().to_vec(),
-            dof_m0: model.dof_m0().to_vec(),
-            tendon_invweight0: model.tendon_invweight0().to_vec(),
-            geom_friction: model.geom_friction().to_vec(),
-            mean_inertia: model.stat().meaninertia,
-            mean_mass: model.stat().meanmass,
-        }
-    }
-
-    fn apply(&self, model: &mut MjModel) {
-        model.body_mass_mut().copy_from_slice(&self.body_mass);
-        model.body_inertia_mut().copy_from_slice(&self.body_inertia);
-        model.body_subtreemass_mut().copy_from_slice(&self.body_subtreemass);
-        model.body_invweight0_mut().copy_from_slice(&self.body_invweight0);
-        model.dof_invweight0_mut().copy_from_slice(&self.dof_invweight0);
-        model.dof_m0_mut().copy_from_slice(&self.dof_m0);
-        model.tendon_invweight0_mut().copy_from_slice(&self.tendon_invweight0);
-        model.geom_friction_mut().copy_from_slice(&self.geom_friction);
-        model.stat_mut().meaninertia = self.mean_inertia;
-        model.stat_mut().meanmass = self.mean_mass;
-        model.body_ipos_mut().copy_from_slice(&self.body_ipos);
-        model.dof_armature_mut().copy_from_slice(&self.dof_armature);
-        model.opt_mut().gravity = self.gravity;
-    }
-}
 
 /// A model and a data of its own.
 pub(super) struct Worker {
-    data: MjData<Box<MjModel>>,
-    layout: Arc<Layout>,
-    base: Tuning,
-    /// Whether the model is tuned to some environment.
-    tuned: bool,
+    pub data: MjData<Box<MjModel>>,
+    pub layout: Arc<Layout>,
+    pub base: Tuning,
+    /// True while the model is tuned to some environment.
+    pub tuned: bool,
     /// Damping, gains and strength now in force, `[J]`.
     damping: Vec<f64>,
     gains: Vec<[f64; 2]>,
@@ -121,87 +49,22 @@ impl Worker {
         })
     }
 
-    fn model_mut(&mut self) -> &mut MjModel {
+    pub fn model_mut(&mut self) -> &mut MjModel {
         // SAFETY: the model is never replaced, and only numbers that MuJoCo lets change at run time are written: no
         // sizes, indices or addresses.
         unsafe { self.data.model_mut() }
     }
 
-    /// What `parameters` change in the model; `None` for nothing.
-    ///
-    /// MuJoCo takes the larger friction of two geoms that touch, so a friction of the ground is set on all of them: the
-    /// ground then has exactly this friction for every part of the robot, and so have the robot's parts for each other.
-    pub fn tuning(&mut self, parameters: &EnvironmentParameters) -> Option<Tuning> {
-        if *parameters
-            == (EnvironmentParameters { joint_offset: parameters.joint_offset.clone(), ..Default::default() })
-        {
-            return None;
-        }
-        let base = self.base.clone();
-        let layout = self.layout.clone();
-        let factor = |scale: &[f32], i: usize| scale.get(i).map_or(1.0, |x| f64::from(*x));
-        let p = parameters;
-        let model = self.model_mut();
-        base.apply(model);
-        for body in 0..layout.bodies {
-            let mass = factor(&p.mass_scale, body);
-            model.body_mass_mut()[body] *= mass;
-            let turning = mass * factor(&p.inertia_scale, body);
-            model.body_inertia_mut()[body].iter_mut().for_each(|moment| *moment *= turning);
-            for (slot, offset) in
-                model.body_ipos_mut()[body].iter_mut().zip(p.com_offset.get(body).into_iter().flatten())
-            {
-                *slot += f64::from(*offset);
-            }
-        }
-        for (i, joint) in layout.joints.iter().enumerate() {
-            model.dof_armature_mut()[joint.v] *= factor(&p.armature_scale, i);
-        }
-        if let Some(gravity) = p.gravity {
-            model.opt_mut().gravity = gravity.map(f64::from);
-        }
-        if let Some(friction) = p.ground_friction {
-            model.geom_friction_mut().iter_mut().for_each(|geom| geom[0] = f64::from(friction));
-        }
-        if !p.foot_friction.is_empty() {
-            // What else touches the ground still does so with the larger of the two.
-            let ground = model.geom_friction().iter().zip(&layout.ground).filter(|(_, ground)| **ground);
-            let ground = ground.map(|(friction, _)| friction[0]).fold(0.0, f64::max);
-            for (geom, friction) in model.geom_friction_mut().iter_mut().enumerate() {
-                match layout.foot_of_geom[geom] {
-                    _ if layout.ground[geom] => friction[0] = YIELDING,
-                    Some(foot) => friction[0] = f64::from(p.foot_friction[foot]),
-                    None => friction[0] = friction[0].max(ground),
-                }
-            }
-        }
-        // Inverse weights at the reference pose follow from the masses; contacts and limits use them.
-        for joint in 0..layout.joints.len() {
-            self.set_damping(joint, 0.0);
-        }
-        self.data.set_const();
-        let mut tuning = Tuning::of(self.data.model(), &layout);
-        for i in 0..layout.joints.len() {
-            tuning.damping[i] *= factor(&p.damping_scale, i);
-            tuning.gains[i][0] *= factor(&p.kp_scale, i);
-            tuning.gains[i][1] *= factor(&p.kd_scale, i);
-            tuning.strength[i] = factor(&p.strength_scale, i);
-        }
-        base.apply(self.model_mut());
-        self.tuned = false;
-        Some(tuning)
-    }
-
-    /// One policy step of one environment: `row` and `out` are its own. An environment that diverges, or did before,
+    /// Makes one policy step of one environment: `row` and `out` are its own. An environment that diverges, or did before,
     /// keeps its row.
-    pub fn step(&mut self, row: &mut [f64], tuning: Option<&Tuning>, command: Command<'_>, out: &mut Rows<'_>) {
+    pub fn step(&mut self, row: &mut [f64], tuning: Option<&Tuning>, drive: Drive<'_>, out: &mut Rows<'_>) {
         let layout = self.layout.clone();
         if row[layout.diverged] != 0.0 {
             return;
         }
         self.tune(tuning);
         self.load(row);
-        if self.advance(command) {
+        if self.advance(drive) {
             self.store(row);
             out.diverged.fill(false);
             self.write_forces(out);
@@ -221,9 +84,7 @@ impl Worker {
         self.load(row);
         self.data.kinematics();
         self.write_state(row, out);
-        for forces in [&mut *out.torque_squared, out.torque, out.foot_force, out.constraint_force] {
-            forces.fill(0.0);
-        }
+        out.clear_forces();
         out.diverged.fill(row[self.layout.diverged] != 0.0);
     }
 
@@ -234,7 +95,7 @@ impl Worker {
         self.strength.clone_from(&tuning.strength);
     }
 
-    fn tune(&mut self, tuning: Option<&Tuning>) {
+    pub fn tune(&mut self, tuning: Option<&Tuning>) {
         match tuning {
             Some(tuning) => self.apply(tuning),
             None if self.tuned => {
@@ -246,7 +107,7 @@ impl Worker {
         self.tuned = tuning.is_some();
     }
 
-    fn load(&mut self, row: &[f64]) {
+    pub fn load(&mut self, row: &[f64]) {
         let layout = &self.layout;
         let data = &mut self.data;
         data.set_time(row[0]);
@@ -267,39 +128,23 @@ impl Worker {
         row[layout.warm_start..layout.pushes].copy_from_slice(self.data.qacc_warmstart());
     }
 
-    fn set_damping(&mut self, joint: usize, friction: f64) {
+    pub fn set_damping(&mut self, joint: usize, friction: f64) {
         let (dof, own) = (self.layout.joints[joint].v, self.damping[joint]);
         self.model_mut().dof_damping_mut()[dof] = own + friction;
     }
 
-    /// All substeps; false as soon as something is not finite or absurdly fast.
-    fn advance(&mut self, command: Command<'_>) -> bool {
-        let numbers = match command {
-            Command::Targets(numbers) | Command::Torques(numbers) => numbers,
-        };
+    /// Makes all substeps; false as soon as something is not finite or absurdly fast.
+    fn advance(&mut self, drive: Drive<'_>) -> bool {
+        let numbers = drive.values();
         if !numbers.iter().all(|x| x.is_finite()) {
             return false;
         }
         let layout = self.layout.clone();
         self.torque_squared.fill(0.0);
         for _ in 0..layout.substeps {
-            for (i, joint) in layout.joints.iter().enumerate() {
-                let number = f64::from(numbers[i]);
-                let (position, velocity) = (self.data.qpos()[joint.q], self.data.qvel()[joint.v]);
-                let (applied, friction) = match command {
-                    Command::Targets(_) => {
-                        let [kp, kd] = self.gains[i];
-                        let actuator = ActuatorParameters { kp, kd, ..joint.actuator };
-                        let motor = self.strength[i] * actuator.motor_torque(number, position, velocity);
-                        (motor, actuator.friction_damping(velocity))
-                    }
-                    Command::Torques(_) => (number, 0.0),
-                };
-                self.data.qfrc_applied_mut()[joint.v] = applied;
-                self.set_damping(i, friction);
-                let torque = applied - friction * velocity;
-                self.torque[i] = torque;
-                self.torque_squared[i] += torque * torque;
+            self.apply_drive(drive);
+            for (sum, torque) in self.torque_squared.iter_mut().zip(&self.torque) {
+                *sum += torque * torque;
             }
             self.data.step();
             let sound = self.data.qpos().iter().all(|x| x.is_finite())
@@ -310,6 +155,27 @@ impl Worker {
             }
         }
         true
+    }
+
+    /// Joint forces and damping of a drive in the present state of the data.
+    pub fn apply_drive(&mut self, drive: Drive<'_>) {
+        let layout = self.layout.clone();
+        for (i, joint) in layout.joints.iter().enumerate() {
+            let number = f64::from(drive.values()[i]);
+            let (position, velocity) = (self.data.qpos()[joint.q], self.data.qvel()[joint.v]);
+            let (applied, friction) = match drive {
+                Drive::Targets(_) => {
+                    let [kp, kd] = self.gains[i];
+                    let actuator = ActuatorParameters { kp, kd, ..joint.actuator };
+                    let motor = self.strength[i] * actuator.motor_torque(number, position, velocity);
+                    (motor, actuator.friction_damping(velocity))
+                }
+                Drive::Torques(_) => (number, 0.0),
+            };
+            self.data.qfrc_applied_mut()[joint.v] = applied;
+            self.set_damping(i, friction);
+            self.torque[i] = applied - friction * velocity;
+        }
     }
 
     fn write_state(&self, row: &[f64], out: &mut Rows<'_>) {
@@ -329,7 +195,7 @@ impl Worker {
             out.joint_velocity[i] = v[joint.v] as f32;
         }
         let (xpos, xquat) = (self.data.xpos(), self.data.xquat());
-        for (slot, &(body, point)) in out.place_position.chunks_exact_mut(3).zip(&layout.places) {
+        for (slot, &(body, point)) in out.site_position.chunks_exact_mut(3).zip(&layout.sites) {
             let [w, x, y, z] = xquat[body];
             let rotation = UnitQuaternion::new_unchecked(Quaternion::new(w, x, y, z));
             narrow(slot, (Vector3::from(xpos[body]) + rotation * point).as_slice());

@@ -1,4 +1,4 @@
-//! What the tests of engines share: robots, states, targets.
+//! Robots, states and targets that the tests of engines share.
 #![allow(dead_code, clippy::unwrap_used, clippy::expect_used)]
 
 use std::path::{Path, PathBuf};

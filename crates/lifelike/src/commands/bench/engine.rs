@@ -5,10 +5,10 @@ use std::time::Instant;
 
 use lifelike_character::Character;
 use lifelike_robot::Robot;
-use lifelike_sim::engine::stages::{Cost, costs};
+use lifelike_sim::engine::profile::{Cost, costs};
 use lifelike_sim::engine::{LANES, LifelikeSimulation, self_contacts};
 use lifelike_sim::throughput::{Throughput, measure};
-use lifelike_sim::{Terrain, create_on};
+use lifelike_sim::{EngineKind, SimulationSpec, Terrain};
 use serde::Serialize;
 use tracing::info;
 
@@ -40,7 +40,7 @@ pub struct Args {
     ground: Vec<Ground>,
     /// Engines; all that this build has where not given.
     #[arg(long, value_delimiter = ',')]
-    engine: Vec<String>,
+    engine: Vec<EngineKind>,
     /// Let parts of a robot that can touch the ground touch each other too.
     #[arg(long)]
     self_collision: bool,
@@ -122,7 +122,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
             for &environments in &args.environments {
                 rates(args, &engines, &robot, (ground, terrain), environments, &mut report.rates)?;
             }
-            if engines.contains(&physics::DEFAULT) {
+            if engines.contains(&EngineKind::Lifelike) {
                 let costs = costs(&robot, terrain, &standing(&robot, terrain), 2000)?;
                 report.breakdowns.push(breakdown(&robot, ground, &costs, report.peak_operations_per_second));
             }
@@ -132,12 +132,12 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
 }
 
 /// MuJoCo first, so that ours is compared with it.
-fn engines(asked: &[String]) -> Result<Vec<&'static str>, CliError> {
+fn engines(asked: &[EngineKind]) -> Result<Vec<EngineKind>, CliError> {
     for engine in asked {
-        physics::available(engine)?;
+        engine.available()?;
     }
-    let all = ["mujoco", physics::DEFAULT].into_iter().filter(|engine| physics::available(engine).is_ok());
-    Ok(all.filter(|engine| asked.is_empty() || asked.iter().any(|a| a == engine)).collect())
+    let all = [EngineKind::Mujoco, EngineKind::Lifelike].into_iter().filter(|engine| engine.available().is_ok());
+    Ok(all.filter(|engine| asked.is_empty() || asked.contains(engine)).collect())
 }
 
 fn load(name: &str, self_collision: bool) -> Result<Robot, CliError> {
@@ -166,7 +166,7 @@ fn standing(robot: &Robot, terrain: Option<&Arc<Terrain>>) -> Vec<f64> {
 
 fn rates(
     args: &Args,
-    engines: &[&'static str],
+    engines: &[EngineKind],
     robot: &Arc<Robot>,
     (ground, terrain): (Ground, Option<&Arc<Terrain>>),
     environments: usize,
@@ -176,10 +176,11 @@ fn rates(
     for &engine in engines {
         info!("{} x {environments} on {ground:?} ground in {engine}", robot.name);
         let start = Instant::now();
-        let mut simulation = create_on(terrain.cloned(), engine, robot.clone(), environments, args.threads)?;
+        let spec = SimulationSpec { engine, environments, threads: args.threads, terrain: terrain.cloned() };
+        let mut simulation = spec.build(robot.clone())?;
         let created_s = start.elapsed().as_secs_f64();
         let throughput = measure(simulation.as_mut(), &standing(robot, terrain), args.threads, args.seconds)?;
-        let bytes = (engine == physics::DEFAULT)
+        let bytes = (engine == EngineKind::Lifelike)
             .then(|| LifelikeSimulation::new(robot.clone(), LANES, 1).map(|s| s.bytes_per_environment()))
             .transpose()?;
         rates.push(Rate {

@@ -29,7 +29,7 @@ pub fn peak_operations() -> f64 {
         let (factor, mut sums) = (black_box(Vector::of(0.999)), black_box([Vector::of(1.0); SUMS]));
         for _ in 0..ROUNDS {
             for sum in &mut sums {
-                *sum = factor.plus(*sum, factor);
+                *sum = factor.add_mul(*sum, factor);
             }
         }
         black_box(sums);

@@ -7,9 +7,9 @@ use super::spatial::Vec3;
 use super::tree::Tree;
 use crate::batch::EnvironmentParameters;
 
-/// They cost a load each, where the model's own would be broadcast.
+/// Constants of each environment. They cost a load each, where the model's own would be broadcast.
 #[derive(Debug, Clone)]
-pub struct Variation<T: Scalar, const W: usize> {
+pub struct ModelParameters<T: Scalar, const W: usize> {
     /// Factor on mass and inertia of each body.
     pub mass: Vec<Lane<T, W>>,
     /// Further factor on the inertia of each body.
@@ -18,8 +18,9 @@ pub struct Variation<T: Scalar, const W: usize> {
     pub com: Vec<Vec3<T, W>>,
     /// Gravity (m/s²).
     pub gravity: Vec3<T, W>,
-    /// Of each dof.
+    /// Armature of each dof.
     pub armature: Vec<Lane<T, W>>,
+    /// Damping of each dof.
     pub damping: Vec<Lane<T, W>>,
     /// Gains of each actuator: κ_P, κ_D.
     pub gains: Vec<[Lane<T, W>; 2]>,
@@ -31,21 +32,21 @@ pub struct Variation<T: Scalar, const W: usize> {
     pub feet: Vec<Lane<T, W>>,
 }
 
-impl<T: Scalar, const W: usize> Variation<T, W> {
-    /// None: the model's own constants everywhere.
-    pub fn none(tree: &Tree<T>, actuators: &[ActuatorParameters<Lane<T, W>>]) -> Self {
-        let one = Lane::of(1.0);
+impl<T: Scalar, const W: usize> ModelParameters<T, W> {
+    /// The model's own constants everywhere.
+    pub fn nominal(tree: &Tree<T>, actuators: &[ActuatorParameters<Lane<T, W>>]) -> Self {
+        let one = Lane::splat_f64(1.0);
         Self {
             mass: vec![one; tree.bodies.len()],
             inertia: vec![one; tree.bodies.len()],
-            com: tree.bodies.iter().map(|b| b.com.map(Lane::all)).collect(),
-            gravity: tree.gravity.map(Lane::all),
-            armature: tree.dofs.iter().map(|d| Lane::all(d.armature)).collect(),
-            damping: tree.dofs.iter().map(|d| Lane::all(d.damping)).collect(),
+            com: tree.bodies.iter().map(|b| b.com.map(Lane::splat)).collect(),
+            gravity: tree.gravity.map(Lane::splat),
+            armature: tree.dofs.iter().map(|d| Lane::splat(d.armature)).collect(),
+            damping: tree.dofs.iter().map(|d| Lane::splat(d.damping)).collect(),
             gains: actuators.iter().map(|a| [a.kp, a.kd]).collect(),
             strength: vec![one; actuators.len()],
-            friction: Lane::of(-1.0),
-            feet: vec![Lane::of(-1.0); tree.feet],
+            friction: Lane::splat_f64(-1.0),
+            feet: vec![Lane::splat_f64(-1.0); tree.feet],
         }
     }
 

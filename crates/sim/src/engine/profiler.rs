@@ -1,4 +1,4 @@
-//! The parts of a physics step, and who wants to know when they are over.
+//! Stages of a physics step, and the observer that is told when they end.
 
 /// A part of a physics step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -15,8 +15,8 @@ pub enum Stage {
     Factors,
     /// Joint limits and dry friction, detection of contacts, and the rows of both.
     Rows,
-    /// The solver's sweeps.
-    Sweeps,
+    /// The solver's iterations.
+    Iterations,
     /// Velocities and positions.
     Integration,
 }
@@ -30,11 +30,11 @@ impl Stage {
         Self::Forces,
         Self::Factors,
         Self::Rows,
-        Self::Sweeps,
+        Self::Iterations,
         Self::Integration,
     ];
 
-    /// For a table.
+    /// Returns its name in tables.
     pub fn name(self) -> &'static str {
         match self {
             Self::Kinematics => "kinematics",
@@ -43,23 +43,23 @@ impl Stage {
             Self::Forces => "actuators",
             Self::Factors => "factorisation",
             Self::Rows => "constraint rows",
-            Self::Sweeps => "solver sweeps",
+            Self::Iterations => "solver iterations",
             Self::Integration => "integration",
         }
     }
 }
 
-/// Is told whenever a stage is over. The engine's own is `()`, which costs nothing.
-pub trait Clock {
-    /// A step begins: what came before is no stage.
+/// An observer of the stages of a step. The engine's own is `()`, which costs nothing.
+pub trait Profiler {
+    /// Begins a step: the work before it belongs to no stage.
     fn begin(&mut self);
-    /// What was done since the last call was this.
-    fn lap(&mut self, stage: Stage);
+    /// Ends a stage: the work since the last call was this.
+    fn end_stage(&mut self, stage: Stage);
 }
 
-impl Clock for () {
+impl Profiler for () {
     #[inline(always)]
     fn begin(&mut self) {}
     #[inline(always)]
-    fn lap(&mut self, _: Stage) {}
+    fn end_stage(&mut self, _: Stage) {}
 }

@@ -1,4 +1,4 @@
-//! Forces in joints and on bodies: our engine against MuJoCo.
+//! Constraint wrenches: both engines against MuJoCo called by hand.
 #![cfg(feature = "mujoco")]
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use lifelike_character::Vec3;
 use lifelike_sim::engine::LaneSimulation;
-use lifelike_sim::{Drive, Simulation};
+use lifelike_sim::{ConstraintWrenches, Drive, MujocoSimulation, Simulation};
 use mujoco_rs::mujoco_c::mjtDisableBit;
 use mujoco_rs::prelude::{MjData, MjModel};
 use rand::{Rng, SeedableRng};
@@ -31,7 +31,7 @@ fn forces_on_bodies_are_mujocos() {
         ("one that touches itself", self_touching(&ball("0.2"), &ball("0.15"))),
     ] {
         let (positions, velocities) = near_standing(&robot, n, 71);
-        let mut ours = LaneSimulation::<f64, 4>::new(robot.clone(), n, 1).unwrap().with_sweeps(1000);
+        let mut ours = LaneSimulation::<f64, 4>::new(robot.clone(), n, 1).unwrap().with_iterations(1000);
         ours.reset(&all(n), &positions, &velocities).unwrap();
         let bodies = robot.character.bodies.len();
         let pushed = |id: usize| 1 + id % (bodies - 1);
@@ -42,15 +42,23 @@ fn forces_on_bodies_are_mujocos() {
         }
         (0..5).for_each(|_| ours.step(Drive::Torques(&torques)).unwrap());
         let before = ours.save();
-        let forces = ours.body_forces(Drive::Torques(&torques)).unwrap();
+        let forces = ours.constraint_wrenches(Drive::Torques(&torques)).unwrap();
         assert_eq!(ours.save(), before, "asking changes nothing");
+        // MuJoCo behind the same trait, in the same states.
+        let mut theirs = MujocoSimulation::new(robot.clone(), n, 1).unwrap();
+        for (id, row) in before.values.chunks(before.width).enumerate() {
+            let (nq, nv) = (robot.character.nq, robot.character.nv);
+            theirs.reset(&[id], &row[..nq], &row[nq..nq + nv]).unwrap();
+            theirs.push(id, pushed(id), [5.0, -3.0, 8.0], [0.2, 0.1, -0.3]).unwrap();
+        }
+        let of_trait = theirs.constraint_wrenches(Drive::Torques(&torques)).unwrap();
 
         let mut model = MjModel::from_xml_string(robot.character.mjcf.as_deref().unwrap()).unwrap();
         model.opt_mut().timestep = robot.timestep();
         model.opt_mut().disableflags |= mjtDisableBit::mjDSBL_ACTUATION as i32;
         let mut data = MjData::new(&model);
         let (nq, nv) = (robot.character.nq, robot.character.nv);
-        let (mut worst, mut largest, mut touching) = ([0.0_f64; 3], [0.0_f64; 3], 0);
+        let (mut worst, mut largest, mut touching, mut loads) = ([0.0_f64; 3], [0.0_f64; 3], 0, 0.0_f64);
         for (e, row) in before.values.chunks(before.width).enumerate() {
             data.qpos_mut().copy_from_slice(&row[..nq]);
             data.qvel_mut().copy_from_slice(&row[nq..nq + nv]);
@@ -63,6 +71,18 @@ fn forces_on_bodies_are_mujocos() {
             data.forward();
             data.rne_post_constraint();
             touching += usize::from(!data.contact().is_empty());
+            let side = |f: &ConstraintWrenches, i: usize| f64::from(f.joint_load[e * robot.joints() + i]);
+            for (i, joint) in robot.character.scalar_joints().enumerate() {
+                // In the air the actuator's side of a joint is all that acts on it, less what its rotor takes.
+                let v = joint.v_index;
+                let load = if data.contact().is_empty() {
+                    data.qfrc_applied()[v] + data.qfrc_passive()[v] + data.qfrc_constraint()[v]
+                        - data.model().dof_armature()[v] * data.qacc()[v]
+                } else {
+                    data.cdof()[v].iter().zip(&data.cfrc_int()[joint.body]).map(|(s, f)| s * f).sum()
+                };
+                loads = loads.max((side(&forces, i) - load).abs()).max((side(&of_trait, i) - load).abs());
+            }
             let middle = Vec3::from(data.subtree_com()[1]);
             let wrench = |x: &[f64; 6]| (Vec3::new(x[0], x[1], x[2]), Vec3::new(x[3], x[4], x[5]));
             for b in 1..bodies {
@@ -84,19 +104,22 @@ fn forces_on_bodies_are_mujocos() {
                     }
                 }
                 let at = 6 * (e * bodies + b);
-                let own = [&forces.joint, &forces.constraint, &forces.contact].map(|x| &x[at..at + 6]);
-                for (k, (own, their)) in own.into_iter().zip([joint, constraint, contact]).enumerate() {
-                    for (a, b) in own.iter().zip(their) {
-                        worst[k] = worst[k].max((f64::from(*a) - b).abs());
-                        largest[k] = largest[k].max(b.abs());
+                for engine in [&forces, &of_trait] {
+                    let own = [&engine.joint, &engine.constraint, &engine.contact].map(|x| &x[at..at + 6]);
+                    for (k, (own, their)) in own.into_iter().zip([joint, constraint, contact]).enumerate() {
+                        for (a, b) in own.iter().zip(their) {
+                            worst[k] = worst[k].max((f64::from(*a) - b).abs());
+                            largest[k] = largest[k].max(b.abs());
+                        }
                     }
                 }
             }
         }
         println!(
-            "{name}: joints, bodies, contacts: {worst:.5?} N off, of up to {largest:.1?}; {touching} of {n} touching"
+            "{name}: joints, bodies, contacts: {worst:.5?} N off, of up to {largest:.1?}; {touching} of {n} touching; \
+             loads {loads:.5} N m off"
         );
-        assert!(touching > n / 2);
+        assert!(touching > n / 2 && loads < 1e-4 * largest[0], "{name}: {loads}");
         for k in 0..3 {
             assert!(worst[k] < 1e-4 * largest[k], "{name} {k}: {worst:?} of {largest:?}");
         }

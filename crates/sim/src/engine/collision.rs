@@ -1,19 +1,17 @@
-//! Where the robot touches the ground and itself.
+//! Collision detection: the robot with the ground and with itself.
 
-use lifelike_robot::actuator::Number;
-
-use super::boxes::{self, Cuboid, Touch};
-use super::contact::{Contacts, Meeting};
+use super::box_collision::{self, ContactPoint, Cuboid};
+use super::contact::{ContactCandidate, Contacts};
 use super::lane::{Lane, Scalar};
-use super::setting::{Forces, Setting};
 use super::shapes::{GroundShape, Pair, Shape};
+use super::solver_context::{Forces, SolverContext};
 use super::spatial::{Vec3, add, along, cross, dot, rotate_constant, sub};
 use super::tree::Tree;
 
-/// What single precision may add to lengths of a robot's size (m).
+/// Rounding error of single precision in lengths of a robot's size (m).
 const ROUNDING: f64 = 1e-5;
 
-/// Finds what touches: knows the places of the shapes that may touch each other, axes of the world, from the root's position.
+/// Poses of the shapes that may touch each other, axes of the world, from the root's position.
 #[derive(Debug, Clone)]
 pub struct Detector<T: Scalar, const W: usize> {
     center: Vec<Vec3<T, W>>,
@@ -29,9 +27,9 @@ impl<T: Scalar, const W: usize> Detector<T, W> {
     }
 
     #[inline(always)]
-    fn update(&mut self, s: &Setting<'_, T, W>) {
+    fn update(&mut self, s: &SolverContext<'_, T, W>) {
         for (i, shape) in s.tree.shapes.iter().enumerate() {
-            let (rotation, position) = (&s.work.rotation[shape.body], &s.work.position[shape.body]);
+            let (rotation, position) = (&s.dynamics.rotation[shape.body], &s.dynamics.position[shape.body]);
             self.center[i] = add(position, &rotate_constant(rotation, &shape.center));
             self.axis[i] = rotate_constant(rotation, &shape.axis);
             if let Some((_, local)) = &shape.cuboid {
@@ -42,17 +40,17 @@ impl<T: Scalar, const W: usize> Detector<T, W> {
         }
     }
 
-    /// How far a shape reaches from its centre along a direction of unit length, and back.
+    /// Returns the reach of a shape from its centre along a direction of unit length, and back.
     #[inline(always)]
     fn extent(&self, i: usize, shape: &Shape<T>, direction: &Vec3<T, W>) -> Lane<T, W> {
-        let size = |x: Lane<T, W>| x.most(-x);
+        let size = |x: Lane<T, W>| x.max(-x);
         match &shape.cuboid {
-            None => size(dot(&self.axis[i], direction)) + Lane::all(shape.radius),
+            None => size(dot(&self.axis[i], direction)) + Lane::splat(shape.radius),
             Some((half, _)) => {
                 let turn = &self.turn[i];
-                (size(dot(&turn[0], direction)) * Lane::all(half[0]))
-                    .plus(size(dot(&turn[1], direction)), Lane::all(half[1]))
-                    .plus(size(dot(&turn[2], direction)), Lane::all(half[2]))
+                (size(dot(&turn[0], direction)) * Lane::splat(half[0]))
+                    .add_mul(size(dot(&turn[1], direction)), Lane::splat(half[1]))
+                    .add_mul(size(dot(&turn[2], direction)), Lane::splat(half[2]))
             }
         }
     }
@@ -61,29 +59,29 @@ impl<T: Scalar, const W: usize> Detector<T, W> {
 impl<T: Scalar, const W: usize> Detector<T, W> {
     /// The contacts of a state. Forces of the step before end where nothing touches any more.
     #[inline(always)]
-    pub fn find(&mut self, s: &Setting<'_, T, W>, forces: &mut Forces<T, W>, contacts: &mut Contacts<T, W>) {
+    pub fn find(&mut self, s: &SolverContext<'_, T, W>, forces: &mut Forces<T, W>, contacts: &mut Contacts<T, W>) {
         contacts.clear();
         let mut slot = 0;
         for shape in &s.tree.ground_shapes {
-            meet_ground(s, shape, slot, forces, contacts);
+            collide_ground(s, shape, slot, forces, contacts);
             slot += shape.points.len();
         }
         self.update(s);
         for pair in &s.tree.pairs {
-            self.meet_itself(s, pair, forces, contacts);
+            self.collide_pair(s, pair, forces, contacts);
         }
     }
 
     #[inline(always)]
-    fn meet_itself(
+    fn collide_pair(
         &mut self,
-        s: &Setting<'_, T, W>,
+        s: &SolverContext<'_, T, W>,
         pair: &Pair<T>,
         forces: &mut Forces<T, W>,
         contacts: &mut Contacts<T, W>,
     ) {
         let [a, b] = pair.shapes;
-        let reach = Lane::all(pair.reach) + Lane::of(ROUNDING);
+        let reach = Lane::splat(pair.reach) + Lane::splat_f64(ROUNDING);
         let between = sub(&self.center[b], &self.center[a]);
         let near = reach * reach - dot(&between, &between);
         if !near.any_positive() {
@@ -91,81 +89,81 @@ impl<T: Scalar, const W: usize> Detector<T, W> {
                 forces.keep(slot, Lane::zero());
             }
         } else if s.tree.shapes[b].cuboid.is_some() {
-            self.meet_box(s, pair, near, forces, contacts);
+            self.collide_box(s, pair, near, forces, contacts);
         } else {
-            self.meet_round(s, pair, forces, contacts);
+            self.collide_round(s, pair, forces, contacts);
         }
     }
 
     /// Two spheres or capsules: the nearest points of two lines.
     #[inline(always)]
-    fn meet_round(
+    fn collide_round(
         &mut self,
-        s: &Setting<'_, T, W>,
+        s: &SolverContext<'_, T, W>,
         pair: &Pair<T>,
         forces: &mut Forces<T, W>,
         contacts: &mut Contacts<T, W>,
     ) {
-        let (zero, one, tiny) = (Lane::zero(), Lane::of(1.0), Lane::of(1e-12));
+        let (zero, one, tiny) = (Lane::zero(), Lane::splat_f64(1.0), Lane::splat_f64(1e-12));
         let [a, b] = pair.shapes;
         let (p, q) = (&self.axis[a], &self.axis[b]);
         let apart = sub(&self.center[a], &self.center[b]);
         let (pp, pq, qq) = (dot(p, p), -dot(p, q), dot(q, q));
         let (u, v) = (-dot(p, &apart), dot(q, &apart));
-        let inside = |x: Lane<T, W>| x.most(-one).least(one);
-        let determinant = (pp * qq).minus(pq, pq);
+        let inside = |x: Lane<T, W>| x.max(-one).min(one);
+        let determinant = (pp * qq).sub_mul(pq, pq);
         // Of parallel lines, the points nearest to the first one's centre.
-        let crossing = determinant - Lane::of(1e-5) * pp * qq;
-        let x = crossing.above(zero, inside((qq * u).minus(pq, v) / determinant.most(tiny * tiny)), zero);
-        let y = inside(v.minus(pq, x) / qq.most(tiny));
-        let x = inside(u.minus(pq, y) / pp.most(tiny));
+        let crossing = determinant - Lane::splat_f64(1e-5) * pp * qq;
+        let x = crossing.select_gt(zero, inside((qq * u).sub_mul(pq, v) / determinant.max(tiny * tiny)), zero);
+        let y = inside(v.sub_mul(pq, x) / qq.max(tiny));
+        let x = inside(u.sub_mul(pq, y) / pp.max(tiny));
         let on_a = along(&self.center[a], p, x);
         let on_b = along(&self.center[b], q, y);
         let gap = sub(&on_b, &on_a);
         let length = dot(&gap, &gap).sqrt();
-        let inverse = length.most(Lane::of(1e-9)).recip();
-        let known = length - Lane::of(1e-9);
+        let inverse = length.max(Lane::splat_f64(1e-9)).recip();
+        let known = length - Lane::splat_f64(1e-9);
         let normal = [
-            known.above(zero, gap[0] * inverse, one),
-            known.above(zero, gap[1] * inverse, zero),
-            known.above(zero, gap[2] * inverse, zero),
+            known.select_gt(zero, gap[0] * inverse, one),
+            known.select_gt(zero, gap[1] * inverse, zero),
+            known.select_gt(zero, gap[2] * inverse, zero),
         ];
         let (shape_a, shape_b) = (&s.tree.shapes[a], &s.tree.shapes[b]);
-        let distance = length - Lane::all(shape_a.radius) - Lane::all(shape_b.radius);
-        let deep = Lane::all(pair.mixed.margin) - distance;
-        let touching = deep.above(zero, one, zero);
+        let distance = length - Lane::splat(shape_a.radius) - Lane::splat(shape_b.radius);
+        let penetration = Lane::splat(pair.mixed.margin) - distance;
+        let touching = penetration.select_gt(zero, one, zero);
         if forces.keep(pair.first, touching) {
-            let point = along(&on_a, &normal, Lane::all(shape_a.radius).plus(distance, Lane::of(0.5)));
-            contacts.push(s, &pair.meeting(s, 0, point, normal, deep, touching));
+            let point = along(&on_a, &normal, Lane::splat(shape_a.radius).add_mul(distance, Lane::splat_f64(0.5)));
+            contacts.push(s, &pair.candidate(s, 0, point, normal, penetration, touching));
         }
     }
 
     /// With a box: environment by environment, those that are near.
-    fn meet_box(
+    fn collide_box(
         &mut self,
-        s: &Setting<'_, T, W>,
+        s: &SolverContext<'_, T, W>,
         pair: &Pair<T>,
         mut near: Lane<T, W>,
         forces: &mut Forces<T, W>,
         contacts: &mut Contacts<T, W>,
     ) {
-        let (zero, one) = (Lane::zero(), Lane::of(1.0));
+        let (zero, one) = (Lane::zero(), Lane::splat_f64(1.0));
         // What an axis of a box separates is not near, by more than single precision could get wrong.
         let [a, b] = pair.shapes;
         let (shape_a, shape_b) = (&s.tree.shapes[a], &s.tree.shapes[b]);
         let between = sub(&self.center[b], &self.center[a]);
-        let margin = Lane::all(pair.mixed.margin) + Lane::of(ROUNDING);
+        let margin = Lane::splat(pair.mixed.margin) + Lane::splat_f64(ROUNDING);
         for i in [a, b].into_iter().filter(|i| s.tree.shapes[*i].cuboid.is_some()) {
             for axis in &self.turn[i] {
                 let apart = dot(&between, axis);
                 let both = self.extent(a, shape_a, axis) + self.extent(b, shape_b, axis);
-                near = near.least(both + margin - apart.most(-apart));
+                near = near.min(both + margin - apart.max(-apart));
             }
         }
-        let mut found = [(zero, zero, [zero; 3], [one, zero, zero]); boxes::MOST];
+        let mut found = [(zero, zero, [zero; 3], [one, zero, zero]); box_collision::MAX_POINTS];
         for lane in (0..W).filter(|lane| near.0[*lane] > T::default()) {
-            for (slot, touch) in found.iter_mut().zip(self.touches(s, pair, lane).iter()) {
-                slot.0.0[lane] = T::new(pair.mixed.margin.wide() - touch.distance);
+            for (slot, touch) in found.iter_mut().zip(self.contact_points(s, pair, lane).iter()) {
+                slot.0.0[lane] = T::new(pair.mixed.margin.to_f64() - touch.distance);
                 slot.1.0[lane] = T::new(1.0);
                 for k in 0..3 {
                     slot.2[k].0[lane] = T::new(touch.point[k]);
@@ -173,29 +171,29 @@ impl<T: Scalar, const W: usize> Detector<T, W> {
                 }
             }
         }
-        for (k, (deep, touching, point, normal)) in found.into_iter().take(pair.contacts).enumerate() {
+        for (k, (penetration, touching, point, normal)) in found.into_iter().take(pair.contacts).enumerate() {
             if forces.keep(pair.first + k, touching) {
-                contacts.push(s, &pair.meeting(s, k, point, normal, deep, touching));
+                contacts.push(s, &pair.candidate(s, k, point, normal, penetration, touching));
             }
         }
     }
 
-    fn touches(&self, s: &Setting<'_, T, W>, pair: &Pair<T>, lane: usize) -> Vec<Touch> {
-        let vector = |v: &Vec3<T, W>| nalgebra::Vector3::new(v[0].0[lane], v[1].0[lane], v[2].0[lane]).map(T::wide);
+    fn contact_points(&self, s: &SolverContext<'_, T, W>, pair: &Pair<T>, lane: usize) -> Vec<ContactPoint> {
+        let vector = |v: &Vec3<T, W>| nalgebra::Vector3::new(v[0].0[lane], v[1].0[lane], v[2].0[lane]).map(T::to_f64);
         let cuboid = |i: usize| {
             let shape = &s.tree.shapes[i];
             let (half, _) = shape.cuboid?;
             let turn = &self.turn[i];
             let rotation = nalgebra::Matrix3::from_columns(&[vector(&turn[0]), vector(&turn[1]), vector(&turn[2])]);
-            Some(Cuboid { center: vector(&self.center[i]), rotation, half: half.map(T::wide).into() })
+            Some(Cuboid { center: vector(&self.center[i]), rotation, half: half.map(T::to_f64).into() })
         };
         let [a, b] = pair.shapes;
-        let margin = pair.mixed.margin.wide();
+        let margin = pair.mixed.margin.to_f64();
         match (cuboid(a), cuboid(b)) {
-            (Some(a), Some(b)) => boxes::two_boxes(&a, &b, margin),
+            (Some(a), Some(b)) => box_collision::two_boxes(&a, &b, margin),
             (None, Some(b)) => {
                 let (center, axis) = (vector(&self.center[a]), vector(&self.axis[a]));
-                boxes::round_and_box(&center, &axis, s.tree.shapes[a].radius.wide(), &b, margin)
+                box_collision::round_and_box(&center, &axis, s.tree.shapes[a].radius.to_f64(), &b, margin)
             }
             _ => Vec::new(),
         }
@@ -204,19 +202,21 @@ impl<T: Scalar, const W: usize> Detector<T, W> {
 
 /// One shape and the ground, level or not.
 #[inline(always)]
-fn meet_ground<T: Scalar, const W: usize>(
-    s: &Setting<'_, T, W>,
+fn collide_ground<T: Scalar, const W: usize>(
+    s: &SolverContext<'_, T, W>,
     shape: &GroundShape<T>,
     first: usize,
     forces: &mut Forces<T, W>,
     contacts: &mut Contacts<T, W>,
 ) {
-    let (zero, one) = (Lane::zero(), Lane::of(1.0));
-    let (rotation, position) = (&s.work.rotation[shape.body], &s.work.position[shape.body]);
-    let Some(support) = s.tree.bodies[shape.body].last_dof else { return };
+    let (zero, one) = (Lane::zero(), Lane::splat_f64(1.0));
+    let (rotation, position) = (&s.dynamics.rotation[shape.body], &s.dynamics.position[shape.body]);
+    let Some(dof_chain) = s.tree.bodies[shape.body].last_dof else { return };
     let (top, slant) = s.terrain.map_or((s.tree.ground_height, T::new(1.0)), |t| (T::new(t.top()), T::new(t.slant())));
-    let height = s.q[s.tree.root_q + 2] - Lane::all(top);
-    if !(Lane::all(shape.reach) * Lane::all(slant) + Lane::of(ROUNDING) - height - position[2]).any_positive() {
+    let height = s.q[s.tree.root_q + 2] - Lane::splat(top);
+    if !(Lane::splat(shape.reach) * Lane::splat(slant) + Lane::splat_f64(ROUNDING) - height - position[2])
+        .any_positive()
+    {
         for slot in first..first + shape.points.len() {
             forces.keep(slot, zero);
         }
@@ -224,7 +224,7 @@ fn meet_ground<T: Scalar, const W: usize>(
     }
     let middle = shape.middle.map(|m| add(position, &rotate_constant(rotation, &m)));
     let axis = shape.axis.map(|a| rotate_constant(rotation, &a));
-    let (radius, margin) = (Lane::all(shape.radius), Lane::all(shape.mixed.margin));
+    let (radius, margin) = (Lane::splat(shape.radius), Lane::splat(shape.mixed.margin));
     for (k, local) in shape.points.iter().enumerate() {
         let point = add(position, &rotate_constant(rotation, local));
         let (above, normal) = match s.terrain {
@@ -234,8 +234,8 @@ fn meet_ground<T: Scalar, const W: usize>(
                 let mut above = zero;
                 let mut normal = [zero, zero, one];
                 for lane in 0..W {
-                    let world = [0, 1, 2].map(|k| s.q[root + k].0[lane].wide() + point[k].0[lane].wide());
-                    let (distance, n) = terrain.above(world);
+                    let world = [0, 1, 2].map(|k| s.q[root + k].0[lane].to_f64() + point[k].0[lane].to_f64());
+                    let (distance, n) = terrain.clearance(world);
                     above.0[lane] = T::new(distance);
                     for k in 0..3 {
                         normal[k].0[lane] = T::new(n[k]);
@@ -245,50 +245,61 @@ fn meet_ground<T: Scalar, const W: usize>(
             }
         };
         let distance = above - radius;
-        let deep = margin - distance;
+        let penetration = margin - distance;
         let touching = match middle {
             // A corner above the middle of its box does not touch.
             Some(middle) => {
                 let lower = dot(&normal, &sub(&middle, &point));
-                deep.above(zero, lower.above(-Lane::of(1e-12), one, zero), zero)
+                penetration.select_gt(zero, lower.select_gt(-Lane::splat_f64(1e-12), one, zero), zero)
             }
-            None => deep.above(zero, one, zero),
+            None => penetration.select_gt(zero, one, zero),
         };
         if forces.keep(first + k, touching) {
             // Half way between the two surfaces.
-            let point = along(&point, &normal, -(radius.plus(distance, Lane::of(0.5))));
-            let weight = s.weights.body[shape.body];
+            let point = along(&point, &normal, -(radius.add_mul(distance, Lane::splat_f64(0.5))));
+            let weight = s.invweight.body[shape.body];
             let bodies = [0, shape.body];
             let frame = frame(normal, axis);
             let mixed = &shape.mixed;
             let friction = shape.foot.map_or(s.friction, |foot| s.foot_friction[foot]);
             let slot = first + k;
-            let meeting = Meeting { slot, bodies, support, point, frame, deep, touching, weight, mixed, friction };
-            contacts.push(s, &meeting);
+            let candidate = ContactCandidate {
+                slot,
+                bodies,
+                dof_chain,
+                point,
+                frame,
+                penetration,
+                touching,
+                weight,
+                mixed,
+                friction,
+            };
+            contacts.push(s, &candidate);
         }
     }
 }
 
 impl<T: Scalar> Pair<T> {
     #[inline(always)]
-    fn meeting<const W: usize>(
+    fn candidate<const W: usize>(
         &self,
-        s: &Setting<'_, T, W>,
+        s: &SolverContext<'_, T, W>,
         k: usize,
         point: Vec3<T, W>,
         normal: Vec3<T, W>,
-        deep: Lane<T, W>,
+        penetration: Lane<T, W>,
         touching: Lane<T, W>,
-    ) -> Meeting<'_, T, W> {
-        let weight = s.weights.body[self.bodies[0]] + s.weights.body[self.bodies[1]];
+    ) -> ContactCandidate<'_, T, W> {
+        let weight = s.invweight.body[self.bodies[0]] + s.invweight.body[self.bodies[1]];
         let (slot, frame) = (self.first + k, frame(normal, None));
-        Meeting {
+        ContactCandidate {
             slot,
             bodies: self.bodies,
-            support: self.support,
+            dof_chain: self.dof_chain,
             point,
             frame,
-            deep,
+            penetration,
             touching,
             weight,
             mixed: &self.mixed,
@@ -300,18 +311,18 @@ impl<T: Scalar> Pair<T> {
 /// MuJoCo's contact frame: the first tangent lies along `hint` where that is not too near the normal, else along y or z.
 #[inline(always)]
 fn frame<T: Scalar, const W: usize>(normal: Vec3<T, W>, hint: Option<Vec3<T, W>>) -> [Vec3<T, W>; 3] {
-    let (zero, one, half) = (Lane::zero(), Lane::of(1.0), Lane::of(0.5));
+    let (zero, one, half) = (Lane::zero(), Lane::splat_f64(1.0), Lane::splat_f64(0.5));
     let across = |v: Vec3<T, W>| along(&v, &normal, -dot(&v, &normal));
-    let steep = normal[1].most(-normal[1]) - half;
-    let mut tangent = across([zero, steep.above(zero, zero, one), steep.above(zero, one, zero)]);
+    let steep = normal[1].max(-normal[1]) - half;
+    let mut tangent = across([zero, steep.select_gt(zero, zero, one), steep.select_gt(zero, one, zero)]);
     if let Some(hint) = hint {
         let hint = across(hint);
         let long = dot(&hint, &hint).sqrt() - half;
         for k in 0..3 {
-            tangent[k] = long.above(zero, hint[k], tangent[k]);
+            tangent[k] = long.select_gt(zero, hint[k], tangent[k]);
         }
     }
-    let inverse = dot(&tangent, &tangent).sqrt().most(Lane::of(1e-6)).recip();
+    let inverse = dot(&tangent, &tangent).sqrt().max(Lane::splat_f64(1e-6)).recip();
     let tangent = [tangent[0] * inverse, tangent[1] * inverse, tangent[2] * inverse];
     [normal, tangent, cross(&normal, &tangent)]
 }

@@ -1,38 +1,38 @@
-//! How easily everything moves at the reference position (MuJoCo's `invweight0`): the scale of soft constraints.
+//! Inverse weights at the reference position (MuJoCo's `invweight0`): the scale of soft constraints.
 
-use super::dynamics::Workspace;
 use super::lane::Lane;
-use super::setting::InverseWeights;
+use super::model_parameters::ModelParameters;
+use super::rigid_body::RigidBodyDynamics;
+use super::solver_context::InvWeight;
 use super::tree::Tree;
-use super::variation::Variation;
 
-/// Most that a unit force may accelerate a dof (1/kg): beyond it nothing is there to be moved.
-const LIGHTEST: f64 = 1e9;
+/// Greatest acceleration of a dof per unit force (1/kg): beyond it nothing is there to be moved.
+const MAX_INVWEIGHT: f64 = 1e9;
 
 /// Inverse weights at the reference position.
 ///
 /// # Errors
 /// The last dof that moves no mass, or none that the dofs below it do not move alike.
-pub fn inverse_weights(
+pub fn invweight(
     tree: &Tree<f64>,
     reference: &[f64],
-    variation: &Variation<f64, 1>,
-) -> Result<InverseWeights<f64, 1>, usize> {
+    parameters: &ModelParameters<f64, 1>,
+) -> Result<InvWeight<f64, 1>, usize> {
     let q: Vec<Lane<f64, 1>> = reference.iter().map(|x| Lane([*x])).collect();
     let zero = vec![Lane::zero(); tree.nv];
-    let mut work = Workspace::new(tree);
-    work.kinematics(tree, &q);
-    work.bias(tree, variation, &zero);
-    work.mass_matrix(tree, variation);
-    let Workspace { factors, mass, .. } = &mut work;
+    let mut dynamics = RigidBodyDynamics::new(tree);
+    dynamics.kinematics(tree, &q);
+    dynamics.bias(tree, parameters, &zero);
+    dynamics.mass_matrix(tree, parameters);
+    let RigidBodyDynamics { factors, mass, .. } = &mut dynamics;
     factors.factorise(tree, mass, |_| Lane::zero());
-    if let Some(dof) = factors.inverse.iter().rposition(|x| !(0.0..LIGHTEST).contains(&x.0[0])) {
+    if let Some(dof) = factors.inverse.iter().rposition(|x| !(0.0..MAX_INVWEIGHT).contains(&x.0[0])) {
         return Err(dof);
     }
     // J M⁻¹ Jᵀ of a row is the square of its half solution.
-    let weight = |work: &Workspace<f64, 1>, row: Vec<Lane<f64, 1>>| {
+    let weight = |dynamics: &RigidBodyDynamics<f64, 1>, row: Vec<Lane<f64, 1>>| {
         let mut y = row;
-        work.factors.half_solve(tree, &mut y);
+        dynamics.factors.half_solve(tree, &mut y);
         y.iter().map(|x| x.0[0] * x.0[0]).sum::<f64>()
     };
     let mut body = vec![Lane::zero(); tree.bodies.len()];
@@ -42,9 +42,9 @@ pub fn inverse_weights(
             for axis in 0..3 {
                 let mut row = zero.clone();
                 for d in &tree.dofs[last].chain {
-                    row[*d] = work.point_velocity(*d, &work.com[b])[axis];
+                    row[*d] = dynamics.point_velocity(*d, &dynamics.com[b])[axis];
                 }
-                sum += weight(&work, row);
+                sum += weight(&dynamics, row);
             }
             *slot = Lane([sum / 3.0]);
         }
@@ -53,7 +53,7 @@ pub fn inverse_weights(
         .map(|d| {
             let mut row = zero.clone();
             row[d] = Lane([1.0]);
-            weight(&work, row)
+            weight(&dynamics, row)
         })
         .collect();
     let mut dof: Vec<Lane<f64, 1>> = own.iter().map(|x| Lane([*x])).collect();
@@ -65,5 +65,5 @@ pub fn inverse_weights(
             dof[at..at + 3].fill(Lane([mean]));
         }
     }
-    Ok(InverseWeights { body, dof })
+    Ok(InvWeight { body, dof })
 }

@@ -1,16 +1,16 @@
-//! What the constraints of a step depend on, and the forces that they leave for the next.
+//! Inputs of the constraint solver, and the forces that it leaves for the next step.
 
-use super::dynamics::Workspace;
 use super::lane::{Lane, Scalar};
+use super::rigid_body::RigidBodyDynamics;
 use super::tree::Tree;
 use crate::terrain::Terrain;
 
 /// Inverse weights at the reference position (MuJoCo's `invweight0`), which scale the regularization.
 #[derive(Debug, Clone)]
-pub struct InverseWeights<T: Scalar, const W: usize> {
-    /// Of each body's centre of mass, translation (1/kg).
+pub struct InvWeight<T: Scalar, const W: usize> {
+    /// Inverse weight of each body's centre of mass, translation (1/kg).
     pub body: Vec<Lane<T, W>>,
-    /// Of each dof.
+    /// Inverse weight of each dof.
     pub dof: Vec<Lane<T, W>>,
 }
 
@@ -25,7 +25,7 @@ pub struct Forces<T: Scalar, const W: usize> {
     pub side: Vec<Lane<T, W>>,
     /// Edges of each possible contact's pyramid: the ground's points, then pairs of the robot's own parts.
     pub contact: Vec<[Lane<T, W>; 4]>,
-    /// Whether any lane of a contact may have a force.
+    /// True where any lane of a contact may have a force.
     pub live: Vec<bool>,
 }
 
@@ -48,7 +48,7 @@ impl<T: Scalar, const W: usize> Forces<T, W> {
         ends.chain(self.contact.iter_mut().flatten())
     }
 
-    /// How many there are.
+    /// Returns their number.
     pub fn len(&self) -> usize {
         self.friction.len() + self.limit.len() + self.side.len() + 4 * self.contact.len()
     }
@@ -61,7 +61,7 @@ impl<T: Scalar, const W: usize> Forces<T, W> {
         let any = touching.any_positive();
         if any || self.live[slot] {
             for edge in &mut self.contact[slot] {
-                *edge = touching.above(Lane::zero(), *edge, Lane::zero());
+                *edge = touching.select_gt(Lane::zero(), *edge, Lane::zero());
             }
         }
         self.live[slot] = any;
@@ -69,13 +69,13 @@ impl<T: Scalar, const W: usize> Forces<T, W> {
     }
 }
 
-/// What a step's constraints depend on.
-pub struct Setting<'a, T: Scalar, const W: usize> {
+/// Inputs of the constraint solver in one step.
+pub struct SolverContext<'a, T: Scalar, const W: usize> {
     pub tree: &'a Tree<T>,
     /// Uneven ground in place of the level one.
     pub terrain: Option<&'a Terrain>,
-    pub work: &'a Workspace<T, W>,
-    pub weights: &'a InverseWeights<T, W>,
+    pub dynamics: &'a RigidBodyDynamics<T, W>,
+    pub invweight: &'a InvWeight<T, W>,
     /// Friction of all contacts; where it is below zero, their own.
     pub friction: Lane<T, W>,
     /// Friction of each foot on the ground, likewise.
@@ -83,5 +83,5 @@ pub struct Setting<'a, T: Scalar, const W: usize> {
     pub q: &'a [Lane<T, W>],
     pub v: &'a [Lane<T, W>],
     /// Visits of all rows.
-    pub sweeps: usize,
+    pub iterations: usize,
 }

@@ -1,4 +1,4 @@
-//! Where a physics step spends its time and its arithmetic.
+//! Profile of a physics step: time and arithmetic of each stage.
 
 use std::cell::Cell;
 use std::ops::{Add, Div, Mul, Neg, Sub};
@@ -8,25 +8,25 @@ use std::time::Instant;
 use lifelike_robot::Robot;
 use lifelike_robot::actuator::Number;
 
-use super::clock::Clock;
-pub use super::clock::Stage;
 use super::lane::Scalar;
+use super::profiler::Profiler;
+pub use super::profiler::Stage;
 use super::{LANES, LaneSimulation};
-use crate::batch::{Drive, Simulation};
 use crate::error::SimError;
+use crate::simulation::{Drive, Simulation};
 use crate::terrain::Terrain;
 
 /// Wall time of each stage.
-struct Watch {
+struct WallTime {
     last: Instant,
     seconds: [f64; Stage::ALL.len()],
 }
 
-impl Clock for Watch {
+impl Profiler for WallTime {
     fn begin(&mut self) {
         self.last = Instant::now();
     }
-    fn lap(&mut self, stage: Stage) {
+    fn end_stage(&mut self, stage: Stage) {
         let now = Instant::now();
         self.seconds[stage as usize] += (now - self.last).as_secs_f64();
         self.last = now;
@@ -43,11 +43,11 @@ struct Counter {
     operations: [u64; Stage::ALL.len()],
 }
 
-impl Clock for Counter {
+impl Profiler for Counter {
     fn begin(&mut self) {
         self.last = OPERATIONS.get();
     }
-    fn lap(&mut self, stage: Stage) {
+    fn end_stage(&mut self, stage: Stage) {
         let now = OPERATIONS.get();
         self.operations[stage as usize] += now - self.last;
         self.last = now;
@@ -110,7 +110,7 @@ impl Scalar for Counted {
     fn new(value: f64) -> Self {
         Self(value as f32)
     }
-    fn wide(self) -> f64 {
+    fn to_f64(self) -> f64 {
         self.0.into()
     }
     fn mul_add(self, a: Self, b: Self) -> Self {
@@ -128,7 +128,7 @@ impl Scalar for Counted {
 /// One stage, per physics step of one environment.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Cost {
-    /// Which.
+    /// The stage.
     pub stage: Stage,
     /// Time of one core (s).
     pub seconds: f64,
@@ -136,7 +136,7 @@ pub struct Cost {
     pub operations: f64,
 }
 
-/// Costs of all stages while a robot wriggles: noisy targets around its default pose for `steps` policy steps, put back to
+/// Measures all stages while a robot moves: noisy targets around its default pose for `steps` policy steps, put back to
 /// `position` now and then.
 ///
 /// Operations are counted, not estimated: the same code runs on a number that counts.
@@ -149,7 +149,7 @@ pub fn costs(
     position: &[f64],
     steps: usize,
 ) -> Result<Vec<Cost>, SimError> {
-    let mut watch = Watch { last: Instant::now(), seconds: [0.0; Stage::ALL.len()] };
+    let mut watch = WallTime { last: Instant::now(), seconds: [0.0; Stage::ALL.len()] };
     run::<f32, LANES, _>(robot, terrain, position, steps, &mut watch)?;
     let mut counter = Counter { last: OPERATIONS.get(), operations: [0; Stage::ALL.len()] };
     let counting = steps.div_ceil(20);
@@ -163,12 +163,12 @@ pub fn costs(
     Ok(Stage::ALL.map(cost).into())
 }
 
-fn run<T: Scalar, const W: usize, C: Clock>(
+fn run<T: Scalar, const W: usize, C: Profiler>(
     robot: &Arc<Robot>,
     terrain: Option<&Arc<Terrain>>,
     position: &[f64],
     steps: usize,
-    clock: &mut C,
+    profiler: &mut C,
 ) -> Result<(), SimError> {
     let mut simulation = LaneSimulation::<T, W>::new(robot.clone(), W, 1)?;
     if let Some(terrain) = terrain {
@@ -188,7 +188,7 @@ fn run<T: Scalar, const W: usize, C: Clock>(
             }
             simulation.step(Drive::Targets(&targets(step)))?;
         }
-        simulation.clocked(&targets(step), clock);
+        simulation.step_profiled(&targets(step), profiler);
     }
     Ok(())
 }

@@ -1,16 +1,16 @@
-//! Which degrees of freedom a constraint can move, and what is done with rows that live on them only.
+//! Sparsity of a constraint: the degrees of freedom between two bodies, and products of rows that have entries on them only.
 
 use super::lane::{Lane, Scalar};
 
 /// The dofs between two bodies, ancestors before descendants: those above both, the first body's own, the second's own.
 /// They are kept as runs of neighbours, because a run is a slice.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Support {
+pub struct DofChain {
     pub dofs: Vec<usize>,
     runs: Vec<Run>,
-    /// How many dofs move both bodies.
+    /// Number of dofs that move both bodies.
     pub shared: usize,
-    /// Where the second body's own dofs begin.
+    /// Start of the second body's own dofs.
     pub fork: usize,
 }
 
@@ -18,7 +18,7 @@ pub struct Support {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Run {
     pub first: usize,
-    /// The place of its first in the list it is a part of.
+    /// Index of its first in the list it is a part of.
     pub at: usize,
     pub len: usize,
 }
@@ -35,13 +35,13 @@ pub fn runs(dofs: &[usize]) -> Vec<Run> {
     runs
 }
 
-impl Support {
-    /// Of one body, whose dofs are `chain`, against the world.
+impl DofChain {
+    /// The chain of one body, whose dofs are `chain`, against the world.
     pub fn of(chain: &[usize]) -> Self {
         Self::between(&[], chain)
     }
 
-    /// Of two bodies, moved by the dofs `a` and `b`, root first.
+    /// The chain between two bodies, moved by the dofs `a` and `b`, root first.
     pub fn between(a: &[usize], b: &[usize]) -> Self {
         let shared = a.iter().zip(b).take_while(|(x, y)| x == y).count();
         let dofs: Vec<usize> = a.iter().chain(&b[shared..]).copied().collect();
@@ -65,7 +65,7 @@ impl Support {
         for run in &self.runs {
             for (y, u) in y[run.at..run.at + run.len].iter().zip(&u[run.first..run.first + run.len]) {
                 for k in 0..K {
-                    sum[k] = sum[k].plus(y[k], *u);
+                    sum[k] = sum[k].add_mul(y[k], *u);
                 }
             }
         }
@@ -84,7 +84,7 @@ impl Support {
             for (y, u) in y[run.at..run.at + run.len].iter().zip(&mut u[run.first..run.first + run.len]) {
                 let mut sum = *u;
                 for k in 0..K {
-                    sum = sum.plus(y[k], force[k]);
+                    sum = sum.add_mul(y[k], force[k]);
                 }
                 *u = sum;
             }
@@ -99,16 +99,16 @@ mod tests {
     #[test]
     fn runs_and_forks_by_hand() {
         // Two legs below a root of three dofs: 0 1 2 | 3 4 | 5 6 7.
-        let support = Support::between(&[0, 1, 2, 3, 4], &[0, 1, 2, 5, 6, 7]);
-        assert_eq!(support.dofs, [0, 1, 2, 3, 4, 5, 6, 7]);
-        assert_eq!((support.shared, support.fork, support.runs.len()), (3, 5, 1));
-        let one = Support::of(&[0, 1, 2, 5, 6]);
+        let dof_chain = DofChain::between(&[0, 1, 2, 3, 4], &[0, 1, 2, 5, 6, 7]);
+        assert_eq!(dof_chain.dofs, [0, 1, 2, 3, 4, 5, 6, 7]);
+        assert_eq!((dof_chain.shared, dof_chain.fork, dof_chain.runs.len()), (3, 5, 1));
+        let one = DofChain::of(&[0, 1, 2, 5, 6]);
         assert_eq!((one.shared, one.fork, one.runs.len()), (0, 0, 2));
-        let u: Vec<Lane<f32, 4>> = (0..8).map(|d| Lane::all(d as f32)).collect();
-        let y: Vec<[Lane<f32, 4>; 1]> = (0..5).map(|_| [Lane::all(1.0)]).collect();
-        assert_eq!(one.gather(&y, &u)[0], Lane::all(14.0));
+        let u: Vec<Lane<f32, 4>> = (0..8).map(|d| Lane::splat(d as f32)).collect();
+        let y: Vec<[Lane<f32, 4>; 1]> = (0..5).map(|_| [Lane::splat(1.0)]).collect();
+        assert_eq!(one.gather(&y, &u)[0], Lane::splat(14.0));
         let mut u = u;
-        one.spread(&y, &[Lane::all(2.0)], &mut u);
+        one.spread(&y, &[Lane::splat(2.0)], &mut u);
         assert_eq!(u.iter().map(|x| x.0[0]).collect::<Vec<_>>(), [2.0, 3.0, 4.0, 3.0, 4.0, 7.0, 8.0, 7.0]);
     }
 }

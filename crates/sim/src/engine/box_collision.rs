@@ -1,9 +1,9 @@
-//! Boxes that touch what is not the ground, one environment at a time: rare, and full of cases.
+//! Collision of boxes with other parts of the robot, one environment at a time: rare, and full of cases.
 
 use nalgebra::{Matrix3, Vector3};
 
-/// Most points at which two shapes are held apart.
-pub const MOST: usize = 4;
+/// Greatest number of points at which two shapes are held apart.
+pub const MAX_POINTS: usize = 4;
 /// An edge must separate so much better (m) than a face to be preferred: faces give more points.
 const EDGE_BIAS: f64 = 1e-6;
 
@@ -19,7 +19,7 @@ pub struct Cuboid {
 
 /// One point where two shapes touch.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Touch {
+pub struct ContactPoint {
     /// Between the surfaces.
     pub point: Vector3<f64>,
     /// From the first shape to the second.
@@ -29,8 +29,14 @@ pub struct Touch {
 }
 
 /// A sphere, or a capsule with the half axis `axis`, against a box.
-pub fn round_and_box(center: &Vector3<f64>, axis: &Vector3<f64>, radius: f64, b: &Cuboid, margin: f64) -> Vec<Touch> {
-    let near = |touch: &Touch| touch.distance < margin;
+pub fn round_and_box(
+    center: &Vector3<f64>,
+    axis: &Vector3<f64>,
+    radius: f64,
+    b: &Cuboid,
+    margin: f64,
+) -> Vec<ContactPoint> {
+    let near = |touch: &ContactPoint| touch.distance < margin;
     let ball = |t: f64| ball_and_box(&(center + axis * t), radius, b);
     if *axis == Vector3::zeros() {
         return Some(ball(0.0)).into_iter().filter(near).collect();
@@ -64,7 +70,7 @@ pub fn round_and_box(center: &Vector3<f64>, axis: &Vector3<f64>, radius: f64, b:
 }
 
 /// The surface of a box nearest to a ball.
-fn ball_and_box(center: &Vector3<f64>, radius: f64, b: &Cuboid) -> Touch {
+fn ball_and_box(center: &Vector3<f64>, radius: f64, b: &Cuboid) -> ContactPoint {
     let local = b.rotation.transpose() * (center - b.center);
     let nearest = Vector3::from_fn(|k, _| local[k].clamp(-b.half[k], b.half[k]));
     let gap = nearest - local;
@@ -80,12 +86,12 @@ fn ball_and_box(center: &Vector3<f64>, radius: f64, b: &Cuboid) -> Touch {
     };
     let outward = b.rotation * outward;
     let point = center - outward * (distance + 0.5 * (radius - distance));
-    Touch { point, normal: -outward, distance: distance - radius }
+    ContactPoint { point, normal: -outward, distance: distance - radius }
 }
 
 /// Two boxes: the axis that separates them best (Gottschalk et al. 1996), then the incident face clipped by the sides of
 /// the reference face, or the nearest points of two edges.
-pub fn two_boxes(a: &Cuboid, b: &Cuboid, margin: f64) -> Vec<Touch> {
+pub fn two_boxes(a: &Cuboid, b: &Cuboid, margin: f64) -> Vec<ContactPoint> {
     let apart = b.center - a.center;
     let extent = |cuboid: &Cuboid, axis: &Vector3<f64>| {
         (0..3).map(|k| cuboid.half[k] * cuboid.rotation.column(k).dot(axis).abs()).sum::<f64>()
@@ -125,12 +131,12 @@ pub fn two_boxes(a: &Cuboid, b: &Cuboid, margin: f64) -> Vec<Touch> {
         Kind::Face(true) => faces(a, b, &normal, margin),
         Kind::Face(false) => {
             let turned = faces(b, a, &-normal, margin).into_iter();
-            turned.map(|touch| Touch { normal: -touch.normal, ..touch }).collect()
+            turned.map(|touch| ContactPoint { normal: -touch.normal, ..touch }).collect()
         }
     }
 }
 
-/// What separates two boxes best.
+/// Axis that separates two boxes best.
 #[derive(Debug, Clone, Copy)]
 enum Kind {
     /// A face, of the first box or of the second.
@@ -139,7 +145,7 @@ enum Kind {
 }
 
 /// Both edges that reach furthest towards each other, at their nearest points.
-fn edges(a: &Cuboid, b: &Cuboid, (i, j): (usize, usize), normal: &Vector3<f64>, distance: f64) -> Touch {
+fn edges(a: &Cuboid, b: &Cuboid, (i, j): (usize, usize), normal: &Vector3<f64>, distance: f64) -> ContactPoint {
     let middle = |cuboid: &Cuboid, along: usize, towards: &Vector3<f64>| {
         (0..3).filter(|k| *k != along).fold(cuboid.center, |p, k| {
             let axis = cuboid.rotation.column(k);
@@ -152,11 +158,11 @@ fn edges(a: &Cuboid, b: &Cuboid, (i, j): (usize, usize), normal: &Vector3<f64>, 
     // The edges are not parallel: their cross product was an axis.
     let t = (u.dot(&gap) - uv * v.dot(&gap)) / (1.0 - uv * uv).max(1e-12);
     let on_a = p + u * t.clamp(-a.half[i], a.half[i]);
-    Touch { point: on_a + normal * (0.5 * distance), normal: *normal, distance }
+    ContactPoint { point: on_a + normal * (0.5 * distance), normal: *normal, distance }
 }
 
 /// The face of `b` that looks most against `normal`, clipped by the sides of the face of `a` that `normal` leaves.
-fn faces(a: &Cuboid, b: &Cuboid, normal: &Vector3<f64>, margin: f64) -> Vec<Touch> {
+fn faces(a: &Cuboid, b: &Cuboid, normal: &Vector3<f64>, margin: f64) -> Vec<ContactPoint> {
     let against = b.rotation.transpose() * normal;
     let k = against.iamax();
     let (side, up) = ((k + 1) % 3, (k + 2) % 3);
@@ -173,7 +179,7 @@ fn faces(a: &Cuboid, b: &Cuboid, normal: &Vector3<f64>, margin: f64) -> Vec<Touc
     let level = normal.dot(&a.center) + a.half[leaves];
     let touches = polygon.into_iter().map(|p| {
         let distance = normal.dot(&p) - level;
-        Touch { point: p - normal * (0.5 * distance), normal: *normal, distance }
+        ContactPoint { point: p - normal * (0.5 * distance), normal: *normal, distance }
     });
     spread_out(touches.filter(|touch| touch.distance < margin).collect())
 }
@@ -194,15 +200,15 @@ fn clip(polygon: &[Vector3<f64>], axis: &Vector3<f64>, limit: f64) -> Vec<Vector
     out
 }
 
-/// At most [`MOST`] of the points: the deepest, then whatever is furthest from those chosen.
-fn spread_out(mut points: Vec<Touch>) -> Vec<Touch> {
-    if points.len() <= MOST {
+/// At most [`MAX_POINTS`] of the points: the deepest, then whatever is furthest from those chosen.
+fn spread_out(mut points: Vec<ContactPoint>) -> Vec<ContactPoint> {
+    if points.len() <= MAX_POINTS {
         return points;
     }
     points.sort_by(|a, b| a.distance.total_cmp(&b.distance));
     let mut chosen = vec![points.remove(0)];
-    while chosen.len() < MOST {
-        let apart = |p: &Touch| chosen.iter().map(|c| (c.point - p.point).norm()).fold(f64::INFINITY, f64::min);
+    while chosen.len() < MAX_POINTS {
+        let apart = |p: &ContactPoint| chosen.iter().map(|c| (c.point - p.point).norm()).fold(f64::INFINITY, f64::min);
         let furthest = (0..points.len()).max_by(|i, j| apart(&points[*i]).total_cmp(&apart(&points[*j])));
         match furthest {
             Some(i) => chosen.push(points.remove(i)),
@@ -221,9 +227,9 @@ mod tests {
 
     use super::*;
 
-    /// Our touches and MuJoCo's of two geoms in random places near each other: (deepest ours, deepest MuJoCo's, cosine
+    /// Our contacts and MuJoCo's of two geoms in random poses near each other: (deepest ours, deepest MuJoCo's, cosine
     /// between the normals).
-    fn both(first: &str, second: &str, ours: impl Fn(&[Cuboid; 2]) -> Vec<Touch>) -> Vec<(f64, f64, f64)> {
+    fn both(first: &str, second: &str, ours: impl Fn(&[Cuboid; 2]) -> Vec<ContactPoint>) -> Vec<(f64, f64, f64)> {
         let body = |geom: &str| format!("<body><freejoint/><geom {geom} mass=\"1\"/></body>");
         let text = format!("<mujoco><worldbody>{}{}</worldbody></mujoco>", body(first), body(second));
         let model = MjModel::from_xml_string(&text).unwrap();

@@ -7,16 +7,16 @@ use lifelike_character::JointKind;
 
 use super::factors::Factors;
 use super::lane::{Lane, Scalar};
+use super::model_parameters::ModelParameters;
 use super::spatial::{
     Inertia, Mat3, Spatial, Vec3, accumulate, add, along, cross, cross_force, cross_motion, dot, dot6, momentum,
-    of_quaternion, product, product_constant, rotate, rotate_constant, sub, turn, vec3,
+    product, product_constant, quaternion_matrix, rotate, rotate_constant, sub, turn, vec3,
 };
 use super::tree::{Tree, TreeBody};
-use super::variation::Variation;
 
-/// What one thread calculates with, for one vector of environments.
+/// Scratch memory of kinematics and dynamics, for one vector of environments.
 #[derive(Debug, Clone)]
-pub struct Workspace<T: Scalar, const W: usize> {
+pub struct RigidBodyDynamics<T: Scalar, const W: usize> {
     /// Rotation of each body.
     pub rotation: Vec<Mat3<T, W>>,
     /// Position of each body frame, from the root's position.
@@ -39,13 +39,13 @@ pub struct Workspace<T: Scalar, const W: usize> {
     pub factors: Factors<T, W>,
 }
 
-impl<T: Scalar, const W: usize> Workspace<T, W> {
+impl<T: Scalar, const W: usize> RigidBodyDynamics<T, W> {
     pub fn new(tree: &Tree<T>) -> Self {
         let zero = Lane::zero();
         let bodies = tree.bodies.len();
         let mut rotation = vec![[zero; 9]; bodies];
         for i in 0..3 {
-            rotation[0][4 * i] = Lane::of(1.0);
+            rotation[0][4 * i] = Lane::splat_f64(1.0);
         }
         Self {
             rotation,
@@ -62,7 +62,7 @@ impl<T: Scalar, const W: usize> Workspace<T, W> {
         }
     }
 
-    /// Places and axes of everything.
+    /// Computes poses of bodies and axes of dofs.
     #[inline(always)]
     pub fn kinematics(&mut self, tree: &Tree<T>, q: &[Lane<T, W>]) {
         let zero = Lane::zero();
@@ -77,10 +77,10 @@ impl<T: Scalar, const W: usize> Workspace<T, W> {
                 match joint.kind {
                     JointKind::Free => {
                         position = [zero; 3];
-                        rotation = of_quaternion(&q[joint.q + 3..joint.q + 7]);
+                        rotation = quaternion_matrix(&q[joint.q + 3..joint.q + 7]);
                         for k in 0..3 {
                             let mut along = [zero; 6];
-                            along[3 + k] = Lane::of(1.0);
+                            along[3 + k] = Lane::splat_f64(1.0);
                             self.motion[joint.v + k] = along;
                             self.motion[joint.v + 3 + k] =
                                 [rotation[k], rotation[3 + k], rotation[6 + k], zero, zero, zero];
@@ -88,7 +88,7 @@ impl<T: Scalar, const W: usize> Workspace<T, W> {
                     }
                     JointKind::Ball => {
                         let anchor = add(&position, &rotate_constant(&rotation, &joint.anchor));
-                        rotation = product(&rotation, &of_quaternion(&q[joint.q..joint.q + 4]));
+                        rotation = product(&rotation, &quaternion_matrix(&q[joint.q..joint.q + 4]));
                         position = sub(&anchor, &rotate_constant(&rotation, &joint.anchor));
                         for k in 0..3 {
                             let axis = [rotation[k], rotation[3 + k], rotation[6 + k]];
@@ -99,7 +99,7 @@ impl<T: Scalar, const W: usize> Workspace<T, W> {
                     JointKind::Hinge => {
                         let anchor = add(&position, &rotate_constant(&rotation, &joint.anchor));
                         let axis = rotate_constant(&rotation, &joint.axis);
-                        let angle = q[joint.q] - Lane::all(joint.reference);
+                        let angle = q[joint.q] - Lane::splat(joint.reference);
                         rotation = product(&rotation, &turn(&joint.axis, angle));
                         position = sub(&anchor, &rotate_constant(&rotation, &joint.anchor));
                         let moment = cross(&anchor, &axis);
@@ -107,7 +107,7 @@ impl<T: Scalar, const W: usize> Workspace<T, W> {
                     }
                     JointKind::Slide => {
                         let axis = rotate_constant(&rotation, &joint.axis);
-                        position = along(&position, &axis, q[joint.q] - Lane::all(joint.reference));
+                        position = along(&position, &axis, q[joint.q] - Lane::splat(joint.reference));
                         self.motion[joint.v] = [zero, zero, zero, axis[0], axis[1], axis[2]];
                     }
                 }
@@ -119,11 +119,11 @@ impl<T: Scalar, const W: usize> Workspace<T, W> {
 
     /// Inertias, velocities and bias forces.
     #[inline(always)]
-    pub fn bias(&mut self, tree: &Tree<T>, variation: &Variation<T, W>, v: &[Lane<T, W>]) {
+    pub fn bias(&mut self, tree: &Tree<T>, parameters: &ModelParameters<T, W>, v: &[Lane<T, W>]) {
         let zero = Lane::zero();
         self.velocity[0] = [zero; 6];
         // Gravity as the ground accelerating upwards.
-        let up = &variation.gravity;
+        let up = &parameters.gravity;
         self.acceleration[0] = [zero, zero, zero, -up[0], -up[1], -up[2]];
         for (b, body) in tree.bodies.iter().enumerate().skip(1) {
             let mut velocity = self.velocity[body.parent];
@@ -133,7 +133,7 @@ impl<T: Scalar, const W: usize> Workspace<T, W> {
                 for k in joint.v..joint.v + joint.kind.nv() {
                     let s = &self.motion[k];
                     for i in 0..6 {
-                        own[i] = own[i].plus(s[i], v[k]);
+                        own[i] = own[i].add_mul(s[i], v[k]);
                     }
                 }
                 let change = if joint.kind == JointKind::Free {
@@ -149,8 +149,8 @@ impl<T: Scalar, const W: usize> Workspace<T, W> {
             }
             self.velocity[b] = velocity;
             self.acceleration[b] = acceleration;
-            self.com[b] = add(&self.position[b], &rotate(&self.rotation[b], &variation.com[b]));
-            let inertia = self.spatial_inertia(b, body, variation);
+            self.com[b] = add(&self.position[b], &rotate(&self.rotation[b], &parameters.com[b]));
+            let inertia = self.spatial_inertia(b, body, parameters);
             let mut force = momentum(&inertia, &acceleration);
             accumulate(&mut force, &cross_force(&velocity, &momentum(&inertia, &velocity)));
             self.inertia[b] = inertia;
@@ -176,38 +176,38 @@ impl<T: Scalar, const W: usize> Workspace<T, W> {
 
     /// Inertia of a body, about the root's position.
     #[inline(always)]
-    pub fn spatial_inertia(&self, b: usize, body: &TreeBody<T>, variation: &Variation<T, W>) -> Inertia<T, W> {
+    pub fn spatial_inertia(&self, b: usize, body: &TreeBody<T>, parameters: &ModelParameters<T, W>) -> Inertia<T, W> {
         let r = &self.rotation[b];
         let [xx, yy, zz, xy, xz, yz] = body.inertia;
         let t = product_constant(r, &[xx, xy, xz, xy, yy, yz, xz, yz, zz]);
         let (t, r) = ([vec3(&t, 0), vec3(&t, 1), vec3(&t, 2)], [vec3(r, 0), vec3(r, 1), vec3(r, 2)]);
-        let (c, m) = (self.com[b], variation.mass[b] * Lane::all(body.mass));
-        let scale = variation.mass[b] * variation.inertia[b];
+        let (c, m) = (self.com[b], parameters.mass[b] * Lane::splat(body.mass));
+        let scale = parameters.mass[b] * parameters.inertia[b];
         let h = [m * c[0], m * c[1], m * c[2]];
         [
             m,
             h[0],
             h[1],
             h[2],
-            (scale * dot(&t[0], &r[0])).plus(h[1], c[1]).plus(h[2], c[2]),
-            (scale * dot(&t[1], &r[1])).plus(h[0], c[0]).plus(h[2], c[2]),
-            (scale * dot(&t[2], &r[2])).plus(h[0], c[0]).plus(h[1], c[1]),
-            (scale * dot(&t[0], &r[1])).minus(h[0], c[1]),
-            (scale * dot(&t[0], &r[2])).minus(h[0], c[2]),
-            (scale * dot(&t[1], &r[2])).minus(h[1], c[2]),
+            (scale * dot(&t[0], &r[0])).add_mul(h[1], c[1]).add_mul(h[2], c[2]),
+            (scale * dot(&t[1], &r[1])).add_mul(h[0], c[0]).add_mul(h[2], c[2]),
+            (scale * dot(&t[2], &r[2])).add_mul(h[0], c[0]).add_mul(h[1], c[1]),
+            (scale * dot(&t[0], &r[1])).sub_mul(h[0], c[1]),
+            (scale * dot(&t[0], &r[2])).sub_mul(h[0], c[2]),
+            (scale * dot(&t[1], &r[2])).sub_mul(h[1], c[2]),
         ]
     }
 
     /// The mass matrix, from the composite inertias that [`Self::bias`] left.
     #[inline(always)]
-    pub fn mass_matrix(&mut self, tree: &Tree<T>, variation: &Variation<T, W>) {
+    pub fn mass_matrix(&mut self, tree: &Tree<T>, parameters: &ModelParameters<T, W>) {
         for (d, dof) in tree.dofs.iter().enumerate() {
             let force = momentum(&self.inertia[dof.body], &self.motion[d]);
             let n = dof.chain.len();
             for (slot, j) in self.mass[dof.row..dof.row + n].iter_mut().zip(&dof.chain) {
                 *slot = dot6(&self.motion[*j], &force);
             }
-            self.mass[dof.row + n - 1] += variation.armature[d];
+            self.mass[dof.row + n - 1] += parameters.armature[d];
         }
     }
 

@@ -1,0 +1,79 @@
+//! Threads that share a queue of jobs, each with a workspace of its own.
+
+use std::sync::{Mutex, PoisonError};
+
+use rayon::prelude::*;
+
+/// A thread pool and one workspace per thread.
+pub(crate) struct Workers<W> {
+    pool: rayon::ThreadPool,
+    workspaces: Vec<W>,
+}
+
+impl<W: Send> Workers<W> {
+    /// Starts so many threads (0: one per processor), each with a workspace that `make` returns.
+    pub fn new(threads: usize, mut make: impl FnMut() -> Result<W, String>) -> Result<Self, String> {
+        let threads = match threads {
+            0 => std::thread::available_parallelism().map_or(1, std::num::NonZero::get),
+            n => n,
+        };
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .thread_name(|i| format!("physics-{i}"))
+            .build()
+            .map_err(|e| e.to_string())?;
+        let workspaces = (0..pool.current_num_threads()).map(|_| make()).collect::<Result<_, _>>()?;
+        Ok(Self { pool, workspaces })
+    }
+
+    /// Number of threads.
+    #[cfg(feature = "mujoco")]
+    pub fn len(&self) -> usize {
+        self.workspaces.len()
+    }
+
+    /// One workspace, for what is not worth a thread.
+    pub fn first(&mut self) -> &mut W {
+        &mut self.workspaces[0]
+    }
+
+    /// Does every job in some workspace. A thread takes the next job when it is done with one, so a job's result must not
+    /// depend on what its workspace did before.
+    pub fn run<J: Send>(&mut self, jobs: Vec<J>, work: impl Fn(&mut W, J) + Sync) {
+        let queue = Mutex::new(jobs.into_iter());
+        let next = || queue.lock().unwrap_or_else(PoisonError::into_inner).next();
+        let workspaces = &mut self.workspaces;
+        self.pool.install(|| {
+            workspaces.par_iter_mut().with_max_len(1).for_each(|workspace| {
+                while let Some(job) = next() {
+                    work(workspace, job);
+                }
+            });
+        });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    #[test]
+    fn every_job_is_done_once_whatever_the_number_of_threads() {
+        for threads in [1, 3] {
+            let mut workers = Workers::new(threads, || Ok(0_u32)).unwrap();
+            let mut done = vec![0; 100];
+            workers.run(done.iter_mut().collect(), |count, slot: &mut i32| {
+                *slot += 1;
+                *count += 1;
+            });
+            assert_eq!(done, [1; 100]);
+            assert_eq!(workers.workspaces.iter().sum::<u32>(), 100);
+        }
+    }
+
+    #[test]
+    fn a_workspace_that_cannot_be_made_stops_the_whole() {
+        assert_eq!(Workers::<()>::new(2, || Err("no memory".into())).err().unwrap(), "no memory");
+    }
+}
