@@ -5,6 +5,7 @@
 
 mod begin;
 mod saving;
+mod vector;
 
 use std::sync::Arc;
 
@@ -12,6 +13,7 @@ use lifelike_checkpoint::rng::stream;
 use lifelike_robot::{ActionMap, ActionSpec, ObservationSpec, ReferenceLibrary, Robot};
 use lifelike_sim::randomization::{PushSchedule, RandomizationSpec};
 use lifelike_sim::{BatchState, Drive, Ground, Simulation};
+use lifelike_train::StepOutcome;
 use rayon::prelude::*;
 
 use super::episode::Episode;
@@ -54,20 +56,6 @@ pub struct Environment {
     critic: Vec<f32>,
     steps: u64,
     tally: Tally,
-}
-
-/// What a step gave, `N` environments.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct Outcome {
-    /// Reward, `[N]`.
-    pub rewards: Vec<f32>,
-    /// The episode failed, `[N]`: nothing follows.
-    pub terminated: Vec<bool>,
-    /// The episode was cut, `[N]`: something would follow.
-    pub truncated: Vec<bool>,
-    /// What the value function would see in the cut environments, in their order, `[cut, P]`: their rows of
-    /// [`Environment::critic_rows`] already belong to the next episode.
-    pub final_critic_rows: Vec<f32>,
 }
 
 impl Environment {
@@ -242,7 +230,7 @@ impl Environment {
     /// # Errors
     /// `outputs` has the wrong length; the simulation fails as a whole. A single environment that diverges is no error:
     /// its episode ends with no reward, is counted and begun anew.
-    pub fn step(&mut self, outputs: &[f32], outcome: &mut Outcome) -> Result<(), TrackerError> {
+    pub fn step(&mut self, outputs: &[f32], outcome: &mut StepOutcome) -> Result<(), TrackerError> {
         let joints = self.robot.joints();
         expect("outputs of the policy", self.len() * joints, outputs.len())?;
         self.aim(outputs);
@@ -251,10 +239,7 @@ impl Environment {
         self.steps += 1;
         self.judge();
         let width = self.critic_size();
-        outcome.rewards.clear();
-        outcome.terminated.clear();
-        outcome.truncated.clear();
-        outcome.final_critic_rows.clear();
+        outcome.clear();
         let mut ended = Vec::new();
         for (i, episode) in self.episodes.iter().enumerate() {
             outcome.rewards.push(episode.reward());
@@ -262,7 +247,7 @@ impl Environment {
             outcome.truncated.push(episode.cut);
             self.tally.step(episode, self.library.clip_of(episode.frame));
             if episode.cut {
-                outcome.final_critic_rows.extend_from_slice(&self.critic[i * width..(i + 1) * width]);
+                outcome.final_critic_observations.extend_from_slice(&self.critic[i * width..(i + 1) * width]);
             }
             if let Some((from, to)) = episode.finished {
                 self.sampler.record(from, to, false);

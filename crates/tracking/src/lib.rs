@@ -3,8 +3,8 @@
 //! A policy that tracks any motion (thesis chapter 4, second stage), trained by PPO in physics.
 //!
 //! The main path: [`TrackerPlan`] → [`lifelike_robot::ReferenceLibrary`] (all motion at the policy's rate) → [`Environment`] (many
-//! simulated robots, each following a reference) → [`ppo`] (the algorithm) → [`Trainer`] (metrics, checkpoints, resume) →
-//! [`Policy`] (the file that evaluation, the demo and a robot load).
+//! simulated robots, each following a reference) → [`Trainer`] (PPO in them, a [`lifelike_train::TrainingTask`]) → [`Policy`] (the
+//! file that evaluation, the demo and a robot load).
 
 pub mod environment;
 mod episode;
@@ -15,7 +15,6 @@ mod judge;
 mod observe;
 pub mod plan;
 pub mod policy;
-pub mod ppo;
 pub mod progress;
 pub mod rewards;
 mod senses;
@@ -25,11 +24,12 @@ pub mod tally;
 mod tests;
 pub mod trainer;
 
-pub use environment::{Environment, Outcome};
+pub use environment::Environment;
 pub use episode::Episode;
 pub use error::TrackerError;
 pub use ground::Start;
+pub use lifelike_train::StepOutcome;
 pub use plan::TrackerPlan;
 pub use policy::Policy;
-pub use progress::{ClipProgress, Progress, Summary};
+pub use progress::{ClipProgress, TrackerMetrics};
 pub use trainer::Trainer;

@@ -1,7 +1,6 @@
 //! What to train: typed, checked, saved with the run.
 
 pub mod curriculum;
-pub mod ppo;
 pub mod senses;
 pub mod termination;
 pub mod terrain;
@@ -13,7 +12,6 @@ use lifelike_robot::observation::{AnchorSpec, ReferenceSpec};
 use lifelike_sim::randomization::RandomizationSpec;
 
 pub use self::curriculum::{Curriculum, Ramp};
-pub use self::ppo::PpoSpec;
 pub use self::senses::SenseSpec;
 pub use self::termination::{Persistent, Termination};
 pub use self::terrain::TerrainSpec;
@@ -21,6 +19,7 @@ use super::rewards::{ExponentialReward, Kernel, Reward};
 use super::starts::StartSpec;
 use crate::TrackerError;
 use lifelike_train::limits::{range, whole, wrong};
+pub use lifelike_train::ppo::{NetworkSpec, PpoSpec};
 
 /// A tracker's training, as text. Everything but `robot` and `clips` has a default: the recipe that learns fastest.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -135,35 +134,8 @@ impl Default for EpisodeSpec {
     }
 }
 
-/// Sizes of the ELU networks.
-#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct NetworkSpec {
-    /// Hidden layers of the policy.
-    pub actor: Vec<usize>,
-    /// Hidden layers of the value function.
-    pub critic: Vec<usize>,
-    /// Hidden layers of an encoder of `inputs.window` that is trained with the policy.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub encoder: Vec<usize>,
-    /// Size of its code.
-    #[serde(skip_serializing_if = "is_zero")]
-    pub code: usize,
-}
-
-#[allow(clippy::trivially_copy_pass_by_ref)] // serde hands out a reference
-fn is_zero(n: &usize) -> bool {
-    *n == 0
-}
-
 fn yes() -> bool {
     true
-}
-
-impl Default for NetworkSpec {
-    fn default() -> Self {
-        Self { actor: vec![256, 128], critic: vec![256, 128], encoder: Vec::new(), code: 0 }
-    }
 }
 
 fn fifty() -> u64 {
@@ -258,16 +230,7 @@ impl TrackerPlan {
         }
         whole("checkpoint_every", self.checkpoint_every, 1, u64::MAX)?;
         self.ppo.check()?;
-        let networks = [
-            ("network.actor", &self.network.actor),
-            ("network.critic", &self.network.critic),
-            ("network.encoder", &self.network.encoder),
-        ];
-        for (key, layers) in networks {
-            for width in layers {
-                whole(key, *width as u64, 1, 1 << 16)?;
-            }
-        }
+        self.network.check()?;
         range("episode.seconds", self.episode.seconds, 0.02, 1e5)?;
         range("episode.grace_seconds", self.episode.grace_seconds, 0.0, 1e3)?;
         range("starts.failure_share", self.starts.failure_share, 0.0, 1.0)?;
@@ -297,7 +260,6 @@ impl TrackerPlan {
         if let Some(offset) = self.inputs.window.iter().find(|o| o.unsigned_abs() > 1000) {
             return Err(wrong("inputs.window", "offsets from -1000 to 1000 policy steps", offset).into());
         }
-        whole("network.code", self.network.code as u64, 0, 1 << 16)?;
         match (self.inputs.window.is_empty(), self.network.code) {
             (true, 1..) => Err(wrong("network.code", "0 without inputs.window", self.network.code)),
             (false, 0) => Err(wrong("network.code", "the size of the code of inputs.window", 0)),

@@ -1,26 +1,18 @@
-//! What a training run tells of itself, on the way and at its end.
+//! Numbers that a training tells of itself on the way.
 
-use std::path::PathBuf;
+use lifelike_train::ppo::Iteration;
 
-/// How far a run is: for progress bars.
+/// Results of one iteration.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Progress {
-    /// Iterations done.
-    pub iteration: u64,
-    /// Environment steps done.
-    pub steps: u64,
-    /// Environment steps of the budget.
-    pub budget: u64,
-    /// Wall time so far, earlier parts included (s).
-    pub seconds: f64,
-    /// Environment steps per second in the last iteration.
+pub struct TrackerMetrics {
+    /// Those of the algorithm.
+    pub ppo: Iteration,
+    /// Environment steps per second.
     pub steps_per_second: f64,
     /// Mean length of the last episodes (s).
     pub episode_seconds: f64,
     /// Share of episodes that do not fail, mean over the clips.
     pub survival: f64,
-    /// Mean reward per step.
-    pub reward: f64,
 }
 
 /// One clip in training.
@@ -32,15 +24,4 @@ pub struct ClipProgress<'a> {
     pub survival: f64,
     /// Share of its motion that was ever seen.
     pub seen: f64,
-}
-
-/// How a run ended.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Summary {
-    /// The policy's file.
-    pub policy: PathBuf,
-    /// How far it got.
-    pub progress: Option<Progress>,
-    /// It was asked to stop before the budget was spent; it can be resumed.
-    pub interrupted: bool,
 }

@@ -2,10 +2,10 @@
 
 #![allow(clippy::unwrap_used)]
 
-use std::path::PathBuf;
 use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, Ordering};
 
+use lifelike_checkpoint::Checkpoint;
 use lifelike_motion::{MotionClip, Provenance};
 use lifelike_robot::observation::Part;
 use lifelike_robot::{ActionSpec, ReferenceLibrary, Robot};
@@ -19,10 +19,13 @@ mod senses;
 use super::errors::Cause;
 use super::plan::{Curriculum, Ramp, SenseSpec, Termination, TrackerPlan};
 use super::policy::Policy;
-use super::ppo::Iteration;
-use super::{Environment, Outcome, Start, Trainer};
-use lifelike_report::run::RunFolder;
+use super::progress::TrackerMetrics;
+use super::{Environment, Start, StepOutcome, Trainer};
+use lifelike_report::run::{MetricsRow, RunFolder};
 use lifelike_sim::testing::{Followers, robot};
+use lifelike_train::collective::Alone;
+use lifelike_train::ppo::Iteration;
+use lifelike_train::{Summary, TrainingRun};
 
 fn clip(name: &str, seconds: f64, amplitude: f64) -> MotionClip {
     let frames = (seconds * 50.0) as usize;
@@ -93,7 +96,7 @@ fn an_episode_begins_on_its_frame_and_the_policy_sees_the_next_one() {
     assert!((part(&e, &row, "anchor_position")[0] - 0.01).abs() < 1e-6);
     assert_eq!(part(&e, &row, "anchor_heading"), [0.0, 1.0]);
     // One step on, the state is compared with frame 41, and frame 42 is the next.
-    e.step(&[0.0; 6], &mut Outcome::default()).unwrap();
+    e.step(&[0.0; 6], &mut StepOutcome::default()).unwrap();
     assert_eq!(e.episodes()[1].frame, 41);
     let row = e.actor_rows()[width..2 * width].to_vec();
     assert_eq!(&part(&e, &row, "reference")[..13], &library.features_at(42)[..13]);
@@ -112,13 +115,17 @@ fn near_the_end_of_a_clip_the_last_frame_is_repeated() {
 fn a_clip_that_ends_cuts_the_episode_and_shows_the_value_function_what_was_reached() {
     let mut e = environment(&exact(plan(2)));
     e.reset(&[0], Some(&[Start::at(147)])).unwrap();
-    let mut outcome = Outcome::default();
+    let mut outcome = StepOutcome::default();
     e.step(&[0.0; 4], &mut outcome).unwrap();
     assert_eq!((outcome.truncated[0], outcome.terminated[0]), (false, false));
     e.step(&[0.0; 4], &mut outcome).unwrap();
     assert_eq!((outcome.truncated[0], outcome.terminated[0]), (true, false));
-    assert_eq!(outcome.final_critic_rows.len(), e.critic_size());
-    assert_ne!(outcome.final_critic_rows[..], e.critic_rows()[..e.critic_size()], "its row is of the next episode");
+    assert_eq!(outcome.final_critic_observations.len(), e.critic_size());
+    assert_ne!(
+        outcome.final_critic_observations[..],
+        e.critic_rows()[..e.critic_size()],
+        "its row is of the next episode"
+    );
     assert_eq!((e.episodes()[0].length, e.episodes()[0].number), (0, 3));
 }
 
@@ -129,7 +136,7 @@ fn with_switching_a_clip_that_ends_is_followed_by_another_where_the_robot_stands
     p.episode.grace_seconds = 0.2;
     let mut e = environment(&p);
     e.reset(&[0], Some(&[Start::at(148)])).unwrap();
-    let mut outcome = Outcome::default();
+    let mut outcome = StepOutcome::default();
     e.step(&[0.0; 2], &mut outcome).unwrap();
     let episode = &e.episodes()[0];
     assert!(!outcome.truncated[0] && !outcome.terminated[0]);
@@ -156,7 +163,7 @@ fn the_reference_waits_for_a_robot_that_leaves_it() {
         p.episode.leash = leash;
         let mut e = Environment::new(&p, robot.clone(), library.clone(), Box::new(Followers::new(1))).unwrap();
         e.reset(&[0], Some(&[Start::at(0)])).unwrap();
-        (0..100).for_each(|_| e.step(&[0.0; 2], &mut Outcome::default()).unwrap());
+        (0..100).for_each(|_| e.step(&[0.0; 2], &mut StepOutcome::default()).unwrap());
         let episode = &e.episodes()[0];
         assert_eq!(episode.frame, 100);
         let reference = episode.alignment.position(library.position_at(100));
@@ -170,7 +177,7 @@ fn the_reference_waits_for_a_robot_that_leaves_it() {
 fn deviation_ends_the_episode_and_is_counted_by_cause() {
     let mut e = environment(&exact(plan(2)));
     e.reset(&[0, 1], Some(&[Start::at(0), Start::at(0)])).unwrap();
-    let mut outcome = Outcome::default();
+    let mut outcome = StepOutcome::default();
     let mut steps = 0;
     // The first environment is sent two radians off; the second does what the reference does.
     while !outcome.terminated.first().copied().unwrap_or(false) {
@@ -189,7 +196,7 @@ fn deviation_ends_the_episode_and_is_counted_by_cause() {
 fn the_rewarded_follower_is_the_one_that_follows() {
     let mut e = environment(&exact(plan(2)));
     e.reset(&[0, 1], Some(&[Start::at(10), Start::at(10)])).unwrap();
-    let mut outcome = Outcome::default();
+    let mut outcome = StepOutcome::default();
     e.step(&[0.0, 0.0, 1.0, 1.0], &mut outcome).unwrap();
     assert!(outcome.rewards[0] > outcome.rewards[1] + 0.05, "{:?}", outcome.rewards);
 }
@@ -204,7 +211,7 @@ fn a_diverged_environment_ends_without_reward_and_the_others_do_not_notice() {
         simulation.diverge = diverge;
         let mut e = Environment::new(&p, robot, library, Box::new(simulation)).unwrap();
         e.reset(&[0, 1, 2], Some(&[Start::at(0), Start::at(0), Start::at(0)])).unwrap();
-        let mut outcome = Outcome::default();
+        let mut outcome = StepOutcome::default();
         for _ in 0..4 {
             e.step(&[0.1; 6], &mut outcome).unwrap();
         }
@@ -238,7 +245,7 @@ fn encoder_offsets_are_seen_and_commanded_around_but_not_rewarded() {
     let mut e = environment(&p);
     e.reset(&[0], Some(&[Start::at(0)])).unwrap();
     for _ in 0..100 {
-        e.step(&[0.3, -0.3], &mut Outcome::default()).unwrap();
+        e.step(&[0.3, -0.3], &mut StepOutcome::default()).unwrap();
     }
     let row = e.actor_rows().to_vec();
     let seen = part(&e, &row, "joint_position");
@@ -276,54 +283,115 @@ fn iterations(mut trainer: Trainer, n: usize) -> (Vec<Iteration>, Vec<u8>) {
     (reports, trainer.policy().to_checkpoint().unwrap().to_bytes().unwrap())
 }
 
-/// `metrics.jsonl` and the policy of a run that is stopped after each number of iterations given, and resumed.
-fn run(stops: &[u64]) -> (String, Vec<u8>) {
+/// Goes on with a run until its budget is spent, or until it is stopped after an iteration.
+fn go_on(plan: &TrackerPlan, folder: &RunFolder, stop: Option<u64>) -> Summary<TrackerMetrics> {
+    let flag = AtomicBool::new(false);
+    let run = TrainingRun { folder, stop: &flag, collective: &Alone };
+    run.run(&mut trainer(plan), |now| flag.store(stop == Some(now.iteration), Ordering::SeqCst)).unwrap()
+}
+
+/// The files of a run that equal runs have in common.
+fn files(folder: &RunFolder) -> (String, String, Vec<u8>) {
+    let text = |path| std::fs::read_to_string(path).unwrap();
+    let policy = std::fs::read(Trainer::policy_path(folder.path())).unwrap();
+    (text(folder.metrics_path()), text(folder.snapshots_path()), policy)
+}
+
+/// Metrics, snapshots and the policy of a run that is stopped after each number of iterations given, and resumed.
+fn run(stops: &[u64]) -> (String, String, Vec<u8>) {
     let place = tempfile::tempdir().unwrap();
     let plan = restless();
     let folder = RunFolder::create(place.path().join("run"), &plan).unwrap();
     for stop in stops {
-        let flag = AtomicBool::new(false);
-        let summary = trainer(&plan)
-            .run(&folder, &flag, |p| {
-                if p.iteration == *stop {
-                    flag.store(true, std::sync::atomic::Ordering::SeqCst);
-                }
-            })
-            .unwrap();
-        assert!(summary.interrupted);
+        assert!(go_on(&plan, &folder, Some(*stop)).interrupted);
     }
-    let summary = trainer(&plan).run(&folder, &AtomicBool::new(false), |_| {}).unwrap();
-    assert!(!summary.interrupted);
-    (std::fs::read_to_string(folder.metrics_path()).unwrap(), std::fs::read(summary.policy).unwrap())
+    assert!(!go_on(&plan, &folder, None).interrupted);
+    files(&folder)
 }
 
 #[test]
 fn a_stopped_and_resumed_run_gives_the_same_bytes_as_one_that_ran_through() {
-    let (metrics, policy) = run(&[]);
-    assert_eq!(metrics.lines().count(), 7);
+    let whole = run(&[]);
+    assert_eq!((whole.0.lines().count(), whole.1.lines().count()), (7, 8));
     for stops in [&[1][..], &[4], &[3, 5]] {
-        let (again, same) = run(stops);
-        assert_eq!(again, metrics, "{stops:?}");
-        assert!(same == policy, "{stops:?}");
+        assert!(run(stops) == whole, "{stops:?}");
     }
 }
 
 #[test]
 fn a_killed_run_goes_on_from_its_last_checkpoint_and_gives_the_same_bytes() {
-    let (metrics, policy) = run(&[]);
+    let whole = run(&[]);
     let place = tempfile::tempdir().unwrap();
     let plan = restless();
     let folder = RunFolder::create(place.path().join("run"), &plan).unwrap();
-    let flag = AtomicBool::new(false);
-    trainer(&plan).run(&folder, &flag, |p| flag.store(p.iteration == 4, std::sync::atomic::Ordering::SeqCst)).unwrap();
+    go_on(&plan, &folder, Some(4));
     // A kill loses what came after the checkpoint of iteration 4, but its metrics had been written.
     let mut longer = std::fs::read_to_string(folder.metrics_path()).unwrap();
-    longer.push_str(metrics.lines().nth(4).unwrap());
+    longer.push_str(whole.0.lines().nth(4).unwrap());
     longer.push_str("\n{\"iteration\":6,\"Train/mea");
     std::fs::write(folder.metrics_path(), longer).unwrap();
-    let summary = trainer(&plan).run(&folder, &AtomicBool::new(false), |_| {}).unwrap();
-    assert_eq!(std::fs::read_to_string(folder.metrics_path()).unwrap(), metrics);
-    assert!(std::fs::read(summary.policy).unwrap() == policy);
+    go_on(&plan, &folder, None);
+    assert!(files(&folder) == whole);
+}
+
+#[test]
+fn what_a_run_writes_per_iteration_does_not_grow_with_the_clips() {
+    let place = tempfile::tempdir().unwrap();
+    let plan = restless();
+    let folder = RunFolder::create(place.path().join("run"), &plan).unwrap();
+    go_on(&plan, &folder, None);
+    let rows: Vec<MetricsRow> = folder.metrics().unwrap();
+    let names = trainer(&plan).clips().iter().map(|clip| clip.name.to_string()).collect::<Vec<_>>();
+    assert!(rows.iter().all(|row| !row.values.iter().any(|(key, _)| names.iter().any(|name| key.ends_with(name)))));
+    let snapshots = std::fs::read_to_string(folder.snapshots_path()).unwrap();
+    assert!(names.iter().all(|name| snapshots.lines().next().unwrap().contains(name)), "{snapshots}");
+}
+
+#[test]
+fn a_run_on_other_motion_is_refused_by_name() {
+    let place = tempfile::tempdir().unwrap();
+    let plan = restless();
+    let folder = RunFolder::create(place.path().join("run"), &plan).unwrap();
+    go_on(&plan, &folder, Some(2));
+    let robot = robot();
+    let mut other = ReferenceLibrary::clone(&library(&robot));
+    other.features[3] += 1e-6;
+    let mut trainer =
+        Trainer::new(&plan, robot, Arc::new(other), Box::new(Followers::new(plan.ppo.environments))).unwrap();
+    let run = TrainingRun { folder: &folder, stop: &AtomicBool::new(false), collective: &Alone };
+    let error = run.run(&mut trainer, |_| {}).unwrap_err().to_string();
+    assert!(error.contains("reference motion") && error.contains("00000002"), "{error}");
+}
+
+#[test]
+fn a_checkpoint_of_an_earlier_version_is_gone_on_with() {
+    let plan = restless();
+    let place = tempfile::tempdir().unwrap();
+    let folder = RunFolder::create(place.path().join("run"), &plan).unwrap();
+    go_on(&plan, &folder, Some(4));
+    let checkpoints = folder.checkpoints(1);
+    let (info, bytes) = checkpoints.latest().unwrap();
+    let new = Checkpoint::from_bytes(&bytes, &checkpoints.path(info.iteration)).unwrap();
+    // Its layout: counters and position together, and neither identity nor snapshots.
+    let mut old = Checkpoint::new();
+    for key in ["plan", "policy"]
+        .into_iter()
+        .chain(new.metadata().keys().map(String::as_str).filter(|k| k.starts_with("environment")))
+    {
+        old.set_meta(key, &new.metadata()[key]).unwrap();
+    }
+    for (name, entry) in
+        new.entries().iter().filter(|(name, _)| !name.starts_with("run.position") && *name != "progress")
+    {
+        old.put(name, entry.clone()).unwrap();
+    }
+    let (progress, position) = (new.u64s("progress", &[2]).unwrap(), new.u64s("run.position", &[2]).unwrap());
+    old.put_u64("run.counters", &[3], vec![progress[0], progress[1], position[0]]).unwrap();
+    checkpoints.save(info.iteration, None, &old.to_bytes().unwrap()).unwrap();
+    go_on(&plan, &folder, None);
+    let whole = run(&[]);
+    let (metrics, _, policy) = files(&folder);
+    assert!(metrics == whole.0 && policy == whole.2);
 }
 
 #[test]
@@ -348,14 +416,14 @@ fn the_number_of_threads_changes_nothing() {
 #[test]
 fn a_checkpoint_of_another_plan_is_refused() {
     let plan = restless();
-    let bytes = trainer(&plan).checkpoint(0).unwrap().to_bytes().unwrap();
+    let checkpoint = trainer(&plan).checkpoint().unwrap();
     let mut other = plan.clone();
     other.ppo.gamma = 0.5;
-    let error = trainer(&other).load(&bytes, &PathBuf::from("x")).unwrap_err().to_string();
+    let error = trainer(&other).restore(&checkpoint).unwrap_err().to_string();
     assert!(error.contains("plan"), "{error}");
     let mut longer = plan;
     longer.budget.steps *= 2;
-    trainer(&longer).load(&bytes, &PathBuf::from("x")).unwrap();
+    trainer(&longer).restore(&checkpoint).unwrap();
 }
 
 #[test]

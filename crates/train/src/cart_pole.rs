@@ -146,7 +146,8 @@ mod tests {
         let before = cut.clone();
         cut.step(&[1.0, 0.0], &mut outcome).unwrap();
         assert_eq!((&outcome.terminated, &outcome.truncated), (&vec![false; 2], &vec![true; 2]));
-        let last: Vec<f32> = [(0, FORCE), (1, 0.0)].iter().flat_map(|(i, f)| advance(before.states[*i], *f)).map(|s| s as f32).collect();
+        let last: Vec<f32> =
+            [(0, FORCE), (1, 0.0)].iter().flat_map(|(i, f)| advance(before.states[*i], *f)).map(|s| s as f32).collect();
         assert_eq!(outcome.final_critic_observations, last);
         assert!(cut.step(&[0.0], &mut outcome).unwrap_err().to_string().contains("expected 2, got 1"));
     }

@@ -19,7 +19,14 @@ pub struct Surrogate {
 /// # Shapes
 /// `means`, `actions`: `[B, J]`; `log_std`: `[J]`; `old` (log-probabilities when the actions were drawn), `advantages`:
 /// `[B]`.
-pub fn surrogate(means: &[f32], log_std: &[f32], actions: &[f32], old: &[f32], advantages: &[f32], clip: f32) -> Surrogate {
+pub fn surrogate(
+    means: &[f32],
+    log_std: &[f32],
+    actions: &[f32],
+    old: &[f32],
+    advantages: &[f32],
+    clip: f32,
+) -> Surrogate {
     let joints = log_std.len();
     let batch = advantages.len() as f32;
     let inverse: Vec<f32> = log_std.iter().map(|l| (-l).exp()).collect();

@@ -185,7 +185,10 @@ impl Learner {
         let log_std = self.actor.log_std()?;
         report.learning_rate = self.learning_rate;
         report.std = log_std.iter().map(|l| f64::from(l.exp())).sum::<f64>() / log_std.len() as f64;
-        report.entropy = read(entropy(column(log_std, &device::inference()))).map_err(TrainError::from)?.first().map_or(0.0, |e| f64::from(*e));
+        report.entropy = read(entropy(column(log_std, &device::inference())))
+            .map_err(TrainError::from)?
+            .first()
+            .map_or(0.0, |e| f64::from(*e));
         Ok(report)
     }
 

@@ -7,6 +7,7 @@ use lifelike_character::{JointKind, Vec3};
 use lifelike_motion::features::frames_of;
 use lifelike_motion::resample::resample;
 use lifelike_motion::{FeatureLayout, MotionClip};
+use sha2::{Digest, Sha256};
 
 use super::encoder::LatentEncoder;
 use crate::error::RobotError;
@@ -148,6 +149,22 @@ impl ReferenceLibrary {
                 v[rate] = f64::from(*velocity);
             }
         }
+    }
+
+    /// Returns the SHA-256 of all of it, hexadecimal: two libraries of one digest hold the same motion under the same names.
+    pub fn digest(&self) -> String {
+        let mut hash = Sha256::new();
+        for (name, start) in self.names.iter().zip(&self.starts) {
+            hash.update((name.len() as u64).to_le_bytes());
+            hash.update(name);
+            hash.update((*start as u64).to_le_bytes());
+        }
+        // The other arrays follow from these.
+        for values in [&self.root_position, &self.root_orientation, &self.features, &self.latents] {
+            hash.update((values.len() as u64).to_le_bytes());
+            values.iter().for_each(|x| hash.update(x.to_le_bytes()));
+        }
+        hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
     }
 
     /// Number of frames T.

@@ -35,11 +35,12 @@ fn every_device_learns_what_the_cpu_learns() {
 fn a_run_goes_on_on_another_device() {
     let mut cpu = trainer(&restless());
     cpu.iterate().unwrap();
-    let bytes = cpu.checkpoint(0).unwrap().to_bytes().unwrap();
+    let checkpoint = cpu.checkpoint().unwrap();
+    let bytes = |checkpoint: &Checkpoint| checkpoint.to_bytes().unwrap();
     for card in devices() {
         let mut there = trainer(&restless()).to_device(&card);
-        there.load(&bytes, std::path::Path::new("checkpoint")).unwrap();
-        assert!(there.checkpoint(0).unwrap().to_bytes().unwrap() == bytes, "every bit arrives, and comes back");
+        there.restore(&checkpoint).unwrap();
+        assert!(bytes(&there.checkpoint().unwrap()) == bytes(&checkpoint), "every bit arrives, and comes back");
         there.iterate().unwrap();
     }
 }

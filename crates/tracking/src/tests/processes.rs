@@ -25,7 +25,7 @@ fn two_processes_learn_what_one_learns_with_twice_the_environments() {
                 let robot = robot();
                 let library = library(&robot);
                 let simulation = Box::new(Followers::new(6));
-                iterations(Trainer::among(&p, robot, library, simulation, Arc::new(member)).unwrap(), 4)
+                iterations(Trainer::distributed(&p, robot, library, simulation, Arc::new(member)).unwrap(), 4)
             })
         })
         .collect();
@@ -39,7 +39,7 @@ fn two_processes_learn_what_one_learns_with_twice_the_environments() {
             ("value loss", one.value_loss, two.value_loss),
             ("divergence", one.divergence, two.divergence),
             ("std", one.std, two.std),
-            ("rate", one.rate, two.rate),
+            ("learning rate", one.learning_rate, two.learning_rate),
         ] {
             assert!((a - b).abs() <= 1e-4 * a.abs() + 1e-7, "iteration {k}, {what}: {a} alone, {b} in two processes");
         }
@@ -81,14 +81,13 @@ fn a_run_that_overlaps_is_one_update_behind_and_the_same_each_time() {
 
 #[test]
 fn an_overlapping_run_resumes_bit_for_bit() {
-    let path = std::path::Path::new("checkpoint");
     let mut whole = trainer(&overlapped());
     for _ in 0..3 {
         whole.iterate().unwrap();
     }
-    let bytes = whole.checkpoint(0).unwrap().to_bytes().unwrap();
+    let checkpoint = whole.checkpoint().unwrap();
     let mut resumed = trainer(&overlapped());
-    resumed.load(&bytes, path).unwrap();
+    resumed.restore(&checkpoint).unwrap();
     for t in [&mut whole, &mut resumed] {
         t.iterate().unwrap();
         t.iterate().unwrap();

@@ -14,7 +14,7 @@ fn rows(e: &mut Environment, steps: usize) -> Vec<(Vec<f32>, Vec<f32>)> {
     e.reset(&[0], Some(&[Start::at(150)])).unwrap();
     let mut rows = vec![(e.actor_rows().to_vec(), e.critic_rows().to_vec())];
     for _ in 0..steps {
-        e.step(&[0.3, -0.2], &mut Outcome::default()).unwrap();
+        e.step(&[0.3, -0.2], &mut StepOutcome::default()).unwrap();
         rows.push((e.actor_rows().to_vec(), e.critic_rows().to_vec()));
     }
     rows
@@ -76,7 +76,7 @@ fn targets_reach_the_motors_late() {
             e.reset(&[0], Some(&[Start::at(150)])).unwrap();
         }
         actions.map(|a| {
-            e.step(&[a, -a], &mut Outcome::default()).unwrap();
+            e.step(&[a, -a], &mut StepOutcome::default()).unwrap();
             e.state().joint_position.clone()
         })
     };

@@ -55,7 +55,8 @@ impl Job<'_> {
         let samples = advantages.len();
         let (width, joints) = (rollout.actor_rows.len() / samples, rollout.log_std.len());
         let probe: Vec<usize> = (0..samples).step_by(samples.div_ceil(DIVERGENCE_ROWS)).collect();
-        let mut report = PolicyReport { surrogate: 0.0, divergence: 0.0, gradient_norm: 0.0, learning_rate, skipped: 0 };
+        let mut report =
+            PolicyReport { surrogate: 0.0, divergence: 0.0, gradient_norm: 0.0, learning_rate, skipped: 0 };
         let mut batches = 0.0;
         for epoch in 0..spec.epochs {
             for batch in self.order(epoch).chunks(spec.minibatch) {

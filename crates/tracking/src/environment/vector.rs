@@ -1,0 +1,46 @@
+//! The environments as PPO sees them.
+
+use lifelike_train::{StepOutcome, VectorEnvironment};
+
+use super::Environment;
+use crate::TrackerError;
+
+impl VectorEnvironment for Environment {
+    type Error = TrackerError;
+
+    fn environments(&self) -> usize {
+        self.len()
+    }
+
+    fn address(&self, i: usize) -> u64 {
+        Self::address(self, i)
+    }
+
+    fn observation_size(&self) -> usize {
+        self.actor_size()
+    }
+
+    fn window_size(&self) -> usize {
+        self.observation().window_size()
+    }
+
+    fn critic_observation_size(&self) -> usize {
+        self.critic_size()
+    }
+
+    fn action_size(&self) -> usize {
+        self.robot.joints()
+    }
+
+    fn observations(&self) -> &[f32] {
+        self.actor_rows()
+    }
+
+    fn critic_observations(&self) -> &[f32] {
+        self.critic_rows()
+    }
+
+    fn step(&mut self, actions: &[f32], outcome: &mut StepOutcome) -> Result<(), TrackerError> {
+        Self::step(self, actions, outcome)
+    }
+}
