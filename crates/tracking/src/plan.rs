@@ -1,6 +1,7 @@
 //! The plan of a training: typed, checked, saved with the run.
 
 pub mod curriculum;
+pub mod keys;
 pub mod sensors;
 pub mod terrain;
 

@@ -64,10 +64,7 @@ mod tests {
     fn level_ground_draws_nothing() {
         let ground = Ground::of(&Followers::new(1), &robot());
         let mut rng = lifelike_checkpoint::rng::stream(1, "test", 0, 0);
-        assert_eq!(
-            (ground.spot(&mut rng), ground.lift([1.0, 2.0]), ground.height(1.0, 2.0)),
-            ([0.0; 2], 0.0, 0.0)
-        );
+        assert_eq!((ground.spot(&mut rng), ground.lift([1.0, 2.0]), ground.height(1.0, 2.0)), ([0.0; 2], 0.0, 0.0));
         assert_eq!(rng, lifelike_checkpoint::rng::stream(1, "test", 0, 0));
     }
 }
