@@ -7,27 +7,20 @@
 //! file that evaluation, the demo and a robot load).
 
 pub mod environment;
-mod episode;
 mod error;
-pub mod errors;
-mod ground;
-mod judge;
 mod observe;
 pub mod plan;
 pub mod policy;
 pub mod progress;
+pub mod reference;
 pub mod rewards;
-mod senses;
-pub mod starts;
-pub mod tally;
+pub mod terminations;
 #[cfg(test)]
 mod tests;
 pub mod trainer;
 
-pub use environment::Environment;
-pub use episode::Episode;
+pub use environment::{Environment, Episode, Start};
 pub use error::TrackerError;
-pub use ground::Start;
 pub use lifelike_train::StepOutcome;
 pub use plan::TrackerPlan;
 pub use policy::Policy;

@@ -9,8 +9,7 @@ use lifelike_robot::{
 };
 use lifelike_sim::BatchState;
 
-use super::episode::Episode;
-use super::errors::root;
+use super::environment::{Episode, root};
 
 /// One environment at one moment.
 #[derive(Clone, Copy)]

@@ -1,8 +1,8 @@
-//! What to train: typed, checked, saved with the run.
+//! The plan of a training: typed, checked, saved with the run.
 
 pub mod curriculum;
-pub mod senses;
-pub mod termination;
+pub mod keys;
+pub mod sensors;
 pub mod terrain;
 
 use std::path::{Path, PathBuf};
@@ -12,12 +12,12 @@ use lifelike_robot::observation::{AnchorSpec, ReferenceSpec};
 use lifelike_sim::randomization::RandomizationSpec;
 
 pub use self::curriculum::{Curriculum, Ramp};
-pub use self::senses::SenseSpec;
-pub use self::termination::{Persistent, Termination};
+pub use self::sensors::SensorSpec;
 pub use self::terrain::TerrainSpec;
-use super::rewards::{ExponentialReward, Kernel, Reward};
-use super::starts::StartSpec;
 use crate::TrackerError;
+pub use crate::reference::RsiSpec;
+use crate::rewards::Reward;
+pub use crate::terminations::{Persistent, Termination};
 use lifelike_train::limits::{range, whole, wrong};
 pub use lifelike_train::ppo::{NetworkSpec, PpoSpec};
 
@@ -35,54 +35,54 @@ pub struct TrackerPlan {
     /// A motion prior whose latent codes the policy sees; its size must be `inputs.latent`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub prior: Option<PathBuf>,
-    /// What to begin with instead of fresh networks: the folder of a run (policy, value function and what their inputs are
+    /// Networks to begin with instead of fresh ones: the folder of a run (policy, value function and what their inputs are
     /// normalised with, from its last checkpoint) or a policy file. Optimizers and learning rates begin anew.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub init: Option<PathBuf>,
     /// Seed of everything random.
     #[serde(default)]
     pub seed: u64,
-    /// When to stop.
+    /// Limits of steps and time.
     #[serde(default)]
     pub budget: Budget,
     /// Iterations between checkpoints.
     #[serde(default = "fifty")]
     pub checkpoint_every: u64,
-    /// What the policy sees of the reference.
+    /// The policy's inputs from the reference.
     #[serde(default = "default_inputs")]
     pub inputs: ReferenceSpec,
     /// Whether the policy sees the root's linear velocity. Without it a policy suits robots that cannot measure it; those
     /// cannot measure `anchor.position` either.
     #[serde(default = "yes")]
     pub linear_velocity: bool,
-    /// What the policy sees of its place on the reference's path.
+    /// The policy's inputs about its place on the reference's path.
     #[serde(default = "default_anchor")]
     pub anchor: AnchorSpec,
-    /// What the policy's output means.
+    /// Meaning of the policy's outputs.
     #[serde(default = "default_action")]
     pub action: ActionSpec,
-    /// What it is rewarded for.
-    #[serde(default = "default_reward")]
+    /// The reward.
+    #[serde(default)]
     pub reward: Reward,
-    /// When an episode has failed.
+    /// The rules by which an episode fails.
     #[serde(default)]
     pub termination: Termination,
-    /// How long an episode is.
+    /// Length of an episode.
     #[serde(default)]
     pub episode: EpisodeSpec,
-    /// Where it begins.
-    #[serde(default)]
-    pub starts: StartSpec,
-    /// How the environments differ from the model and from each other.
+    /// Reference-state initialization: the states in which episodes begin. Was `starts`, which is read too.
+    #[serde(default, alias = "starts")]
+    pub rsi: RsiSpec,
+    /// Differences of the environments from the model and from each other.
     #[serde(default = "RandomizationSpec::none")]
     pub randomization: RandomizationSpec,
     /// Uneven ground; none: level ground.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub terrain: Option<TerrainSpec>,
-    /// Noise and delays between robot and policy.
-    #[serde(default)]
-    pub senses: SenseSpec,
-    /// What becomes harder while it learns.
+    /// Noise and delays between robot and policy. Was `senses`, which is read too.
+    #[serde(default, alias = "senses")]
+    pub sensors: SensorSpec,
+    /// Difficulties that grow while the policy learns.
     #[serde(default)]
     pub curriculum: Curriculum,
     /// The networks.
@@ -93,7 +93,7 @@ pub struct TrackerPlan {
     pub ppo: PpoSpec,
 }
 
-/// When to stop: at whichever comes first.
+/// Limits of a training, which stops at whichever comes first.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Budget {
@@ -111,7 +111,7 @@ impl Default for Budget {
     }
 }
 
-/// How long an episode is.
+/// Length of an episode, and its course at the end of a clip.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct EpisodeSpec {
@@ -120,17 +120,18 @@ pub struct EpisodeSpec {
     /// At the end of a clip, go on with another from a random frame without a reset (thesis 4.2.2); else the episode is
     /// cut there.
     pub switch_clips: bool,
-    /// A robot that leaves its path, or turns off it, further than it is shown (`ANCHOR_REACH` and `ANCHOR_TURN` of
-    /// [`lifelike_robot::ObservationSpec`]) draws the reference's world after it. So errors stay where they can be seen and
-    /// paid for, without a reason to end the episode.
-    pub leash: bool,
+    /// Reference re-anchoring: a robot that leaves its path, or turns off it, further than it is shown (`ANCHOR_REACH` and
+    /// `ANCHOR_TURN` of [`lifelike_robot::ObservationSpec`]) draws the reference's world after it. So errors stay where
+    /// they can be seen and paid for, without a reason to end the episode. Was `leash`, which is read too.
+    #[serde(alias = "leash")]
+    pub reanchor: bool,
     /// After a switch, deviations do not end the episode for this long (s).
     pub grace_seconds: f64,
 }
 
 impl Default for EpisodeSpec {
     fn default() -> Self {
-        Self { seconds: 10.0, switch_clips: false, leash: true, grace_seconds: 1.0 }
+        Self { seconds: 10.0, switch_clips: false, reanchor: true, grace_seconds: 1.0 }
     }
 }
 
@@ -155,28 +156,8 @@ fn default_action() -> ActionSpec {
     ActionSpec::Reference { scale: 0.5 }
 }
 
-/// The exponential recipe of the prototype (its sums over 20 joints and 4 end effectors as means), and the path.
-fn default_reward() -> Reward {
-    let kernel = |weight, sharpness| Kernel { weight, sharpness };
-    Reward::Exponential(ExponentialReward {
-        height: kernel(0.1, 150.0),
-        orientation: kernel(0.15, 4.0),
-        velocity: kernel(0.2, 4.0),
-        angular_share: 0.0375,
-        joint_position: kernel(0.35, 40.0),
-        joint_velocity: kernel(0.1, 0.8),
-        effectors: kernel(0.2, 240.0),
-        heading: kernel(0.15, 10.0),
-        path: kernel(0.15, 20.0),
-        alive: 0.0,
-        action_rate: 0.05,
-        action_acceleration: 0.015,
-        torque: 1e-5,
-    })
-}
-
 impl TrackerPlan {
-    /// A plan with every default.
+    /// Returns a plan with every default.
     pub fn new(robot: &str, clips: &[PathBuf]) -> Self {
         Self {
             robot: robot.into(),
@@ -191,13 +172,13 @@ impl TrackerPlan {
             linear_velocity: true,
             anchor: default_anchor(),
             action: default_action(),
-            reward: default_reward(),
+            reward: Reward::default(),
             termination: Termination::default(),
             episode: EpisodeSpec::default(),
-            starts: StartSpec::default(),
+            rsi: RsiSpec::default(),
             randomization: RandomizationSpec::none(),
             terrain: None,
-            senses: SenseSpec::default(),
+            sensors: SensorSpec::default(),
             curriculum: Curriculum::default(),
             network: NetworkSpec::default(),
             ppo: PpoSpec::default(),
@@ -219,7 +200,7 @@ impl TrackerPlan {
         Ok(plan)
     }
 
-    /// Whether every value is in its range.
+    /// Checks that every value is in its range.
     ///
     /// # Errors
     /// [`TrackerError::Plan`] with the key, the range and the value.
@@ -233,21 +214,21 @@ impl TrackerPlan {
         self.network.check()?;
         range("episode.seconds", self.episode.seconds, 0.02, 1e5)?;
         range("episode.grace_seconds", self.episode.grace_seconds, 0.0, 1e3)?;
-        range("starts.failure_share", self.starts.failure_share, 0.0, 1.0)?;
-        range("starts.floor", self.starts.floor, 0.0, 1.0)?;
-        range("starts.memory", self.starts.memory, 0.0, 1.0)?;
+        range("rsi.failure_share", self.rsi.failure_share, 0.0, 1.0)?;
+        range("rsi.floor", self.rsi.floor, 0.0, 1.0)?;
+        range("rsi.memory", self.rsi.memory, 0.0, 1.0)?;
         let noises = [
-            ("starts.joint_noise", self.starts.joint_noise),
-            ("starts.velocity_noise", self.starts.velocity_noise),
-            ("starts.path_noise", self.starts.path_noise),
-            ("starts.heading_noise", self.starts.heading_noise),
+            ("rsi.joint_noise", self.rsi.joint_noise),
+            ("rsi.velocity_noise", self.rsi.velocity_noise),
+            ("rsi.path_noise", self.rsi.path_noise),
+            ("rsi.heading_noise", self.rsi.heading_noise),
         ];
         for (key, noise) in noises {
             range(key, noise.into(), 0.0, 10.0)?;
         }
         self.randomization.check()?;
         self.terrain.map_or(Ok(()), |terrain| terrain.check())?;
-        self.senses.check()?;
+        self.sensors.check()?;
         self.curriculum.check()?;
         self.termination.check()?;
         self.check_inputs()
@@ -296,15 +277,29 @@ mod tests {
 
     #[test]
     fn the_plans_that_come_with_the_project_are_good() {
-        for name in ["track", "track-20", "track-56", "track-walk", "track-thesis"] {
+        for name in ["track", "track-20", "track-56", "track-all", "track-g1", "track-walk", "track-thesis"] {
             let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("../../experiments/{name}.toml"));
             TrackerPlan::read(&path).unwrap();
         }
     }
 
     #[test]
+    fn keys_by_their_former_names_are_read_and_written_by_their_present_ones() {
+        let old = "robot = \"lima\"\nclips = []\nepisode = { leash = false }\nstarts = { floor = 0.5 }\n\
+            senses = { action_delay = 2 }";
+        let plan: TrackerPlan = toml::from_str(old).unwrap();
+        assert_eq!((plan.episode.reanchor, plan.rsi.floor, plan.sensors.action_delay), (false, 0.5, 2));
+        let new = toml::to_string(&plan).unwrap();
+        assert!(["leash", "starts", "senses"].iter().all(|key| !new.contains(key)), "{new}");
+        assert_eq!(toml::from_str::<TrackerPlan>(&new).unwrap(), plan);
+        let both =
+            toml::from_str::<TrackerPlan>(&format!("{new}\n[senses]\naction_delay = 2")).unwrap_err().to_string();
+        assert!(both.contains("sensors"), "the present name is told: {both}");
+    }
+
+    #[test]
     fn unknown_keys_are_refused_at_every_level() {
-        for text in ["robto = 1", "[ppo]\ngama = 0.9", "[reward]\nkind = \"thesis\"\nheigth = 1", "[starts]\nx = 1"] {
+        for text in ["robto = 1", "[ppo]\ngama = 0.9", "[reward]\nkind = \"thesis\"\nheigth = 1", "[rsi]\nx = 1"] {
             let whole = format!("robot = \"lima\"\nclips = []\n{text}");
             assert!(toml::from_str::<TrackerPlan>(&whole).is_err(), "{text}");
         }

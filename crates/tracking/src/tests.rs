@@ -14,12 +14,12 @@ use lifelike_sim::randomization::{PushSpec, RandomizationSpec};
 mod devices;
 mod frozen;
 mod processes;
-mod senses;
+mod sensors;
 
-use super::errors::Cause;
-use super::plan::{Curriculum, Ramp, SenseSpec, Termination, TrackerPlan};
+use super::plan::{Curriculum, Ramp, SensorSpec, Termination, TrackerPlan};
 use super::policy::Policy;
 use super::progress::TrackerMetrics;
+use super::terminations::Cause;
 use super::{Environment, Start, StepOutcome, Trainer};
 use lifelike_report::run::{MetricsRow, RunFolder};
 use lifelike_sim::testing::{Followers, robot};
@@ -57,10 +57,10 @@ fn plan(environments: usize) -> TrackerPlan {
 }
 
 fn exact(mut plan: TrackerPlan) -> TrackerPlan {
-    plan.starts.joint_noise = 0.0;
-    plan.starts.velocity_noise = 0.0;
-    plan.starts.path_noise = 0.0;
-    plan.starts.heading_noise = 0.0;
+    plan.rsi.joint_noise = 0.0;
+    plan.rsi.velocity_noise = 0.0;
+    plan.rsi.path_noise = 0.0;
+    plan.rsi.heading_noise = 0.0;
     plan
 }
 
@@ -141,8 +141,8 @@ fn with_switching_a_clip_that_ends_is_followed_by_another_where_the_robot_stands
     let episode = &e.episodes()[0];
     assert!(!outcome.truncated[0] && !outcome.terminated[0]);
     assert_eq!((episode.length, episode.number, episode.grace), (1, 2, 10));
-    assert_eq!(episode.frame, episode.stretch);
-    assert_eq!(episode.finished, Some((148, 149)));
+    assert_eq!(episode.frame, episode.segment_start);
+    assert_eq!(episode.finished_segment, Some((148, 149)));
     let row = e.actor_rows().to_vec();
     // The new reference begins where the robot is: its next frame is one step (0.01 m) ahead.
     assert!((part(&e, &row, "anchor_position")[0] - 0.01).abs() < 1e-6);
@@ -157,10 +157,10 @@ fn the_reference_waits_for_a_robot_that_leaves_it() {
         p.x = 0.01 * if i < 50 { i as f64 } else { 100.0 - i as f64 };
     }
     let library = Arc::new(ReferenceLibrary::new(&robot, &[there_and_back], None).unwrap());
-    for (leash, expected) in [(true, lifelike_robot::ObservationSpec::ANCHOR_REACH), (false, 1.0)] {
+    for (reanchor, expected) in [(true, lifelike_robot::ObservationSpec::ANCHOR_REACH), (false, 1.0)] {
         let mut p = exact(plan(1));
         p.termination = Termination::NONE;
-        p.episode.leash = leash;
+        p.episode.reanchor = reanchor;
         let mut e = Environment::new(&p, robot.clone(), library.clone(), Box::new(Followers::new(1))).unwrap();
         e.reset(&[0], Some(&[Start::at(0)])).unwrap();
         (0..100).for_each(|_| e.step(&[0.0; 2], &mut StepOutcome::default()).unwrap());
@@ -169,7 +169,7 @@ fn the_reference_waits_for_a_robot_that_leaves_it() {
         let reference = episode.alignment.position(library.position_at(100));
         let root = &e.state().root_position;
         let apart = (root[0] - reference[0]).hypot(root[1] - reference[1]);
-        assert!((apart - expected).abs() < 0.02, "leash {leash}: {apart} m");
+        assert!((apart - expected).abs() < 0.02, "re-anchoring {reanchor}: {apart} m");
     }
 }
 
@@ -187,8 +187,7 @@ fn deviation_ends_the_episode_and_is_counted_by_cause() {
         assert!(steps < 100);
     }
     assert!(steps > 2, "not at once: the joint needs time");
-    let at = Cause::ALL.iter().position(|c| *c == Cause::Effector).unwrap();
-    assert_eq!(e.tally_mut().causes[at], 1);
+    assert_eq!(e.statistics().causes[Cause::Effector.index()], 1);
     assert_eq!(e.episodes()[1].length, steps);
 }
 
@@ -216,7 +215,7 @@ fn a_diverged_environment_ends_without_reward_and_the_others_do_not_notice() {
             e.step(&[0.1; 6], &mut outcome).unwrap();
         }
         let neighbours = [&e.actor_rows()[..e.actor_size()], &e.actor_rows()[2 * e.actor_size()..]].concat();
-        (outcome, neighbours, e.episodes()[1].length, e.tally_mut().causes[0])
+        (outcome, neighbours, e.episodes()[1].length, e.statistics().causes[Cause::Diverged.index()])
     };
     let (outcome, neighbours, length, diverged) = run(Some((1, 4)));
     assert_eq!((outcome.rewards[1], outcome.terminated[1], length, diverged), (0.0, true, 0, 1));
@@ -257,7 +256,8 @@ fn restless() -> TrackerPlan {
     let pushes =
         PushSpec { roles: vec![lifelike_character::Role::Pelvis], interval: [0.1, 0.3], ..PushSpec::default() };
     p.randomization = RandomizationSpec { joint_offset: 0.02, pushes: Some(pushes), ..RandomizationSpec::default() };
-    p.senses = SenseSpec { joint_velocity_noise: 0.1, observation_delay: 2, action_delay: 1, ..SenseSpec::default() };
+    p.sensors =
+        SensorSpec { joint_velocity_noise: 0.1, observation_delay: 2, action_delay: 1, ..SensorSpec::default() };
     p.curriculum = Curriculum {
         randomization: Some(Ramp { from: 0.2, to: 1.0, begin: 50, end: 250 }),
         termination: Some(Ramp { from: 2.0, to: 1.0, begin: 0, end: 200 }),

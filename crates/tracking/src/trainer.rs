@@ -63,7 +63,8 @@ impl Trainer {
     ) -> Result<Self, TrackerError> {
         plan.check()?;
         let process = (collective.rank(), collective.size());
-        let environment = Environment::among(plan, Arc::clone(&robot), Arc::clone(&library), simulation, process)?;
+        let environment =
+            Environment::distributed(plan, Arc::clone(&robot), Arc::clone(&library), simulation, process)?;
         let learner = Learner::new(&plan.ppo, &plan.network, plan.seed, &environment, Arc::clone(&collective));
         Ok(Self {
             plan: plan.clone(),
@@ -137,7 +138,7 @@ impl Trainer {
     /// Returns what became of each clip.
     pub fn clips(&self) -> Vec<ClipProgress<'_>> {
         let (coverage, _) = self.environment.coverage();
-        let survival = &self.environment.tally().survival;
+        let survival = &self.environment.statistics().survival;
         let clips = self.library.names.iter().zip(survival).zip(coverage.clips);
         clips.map(|((name, survival), seen)| ClipProgress { name, survival: *survival, seen }).collect()
     }
@@ -169,11 +170,11 @@ impl Trainer {
     /// # Errors
     /// The simulation fails as a whole.
     pub fn iterate(&mut self) -> Result<Iteration, TrackerError> {
-        self.environment.tally_mut().start();
+        self.environment.statistics_mut().start();
         let report = self.learner.iterate(&mut self.environment, self.iteration)?;
         self.environment.refresh();
         self.iteration += 1;
-        self.steps += self.environment.tally_mut().steps * self.collective.size() as u64;
+        self.steps += self.environment.statistics().steps * self.collective.size() as u64;
         Ok(report)
     }
 
@@ -196,15 +197,15 @@ impl Trainer {
     }
 
     fn metrics(&self, ppo: Iteration) -> TrackerMetrics {
-        let tally = self.environment.tally();
+        let statistics = self.environment.statistics();
         // The two halves of an iteration may run at once.
         let seconds =
             if self.plan.ppo.overlap { ppo.collecting.max(ppo.learning) } else { ppo.collecting + ppo.learning };
         TrackerMetrics {
             ppo,
-            steps_per_second: tally.steps as f64 * self.collective.size() as f64 / seconds,
-            episode_seconds: tally.recent()[1] / self.robot.control_hz,
-            survival: tally.mean_survival(),
+            steps_per_second: statistics.steps as f64 * self.collective.size() as f64 / seconds,
+            episode_seconds: statistics.recent()[1] / self.robot.control_hz,
+            survival: statistics.mean_survival(),
         }
     }
 

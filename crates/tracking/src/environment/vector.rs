@@ -1,4 +1,4 @@
-//! The environments as PPO sees them.
+//! The environments as a [`VectorEnvironment`], in which PPO learns.
 
 use lifelike_train::{StepOutcome, VectorEnvironment};
 
@@ -29,7 +29,7 @@ impl VectorEnvironment for Environment {
     }
 
     fn action_size(&self) -> usize {
-        self.robot.joints()
+        self.setup.robot.joints()
     }
 
     fn observations(&self) -> &[f32] {

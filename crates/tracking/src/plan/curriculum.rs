@@ -1,9 +1,9 @@
-//! What becomes harder while a policy learns.
+//! The curriculum: difficulties that grow while a policy learns.
 
 use crate::TrackerError;
 use lifelike_train::limits::{range, wrong};
 
-/// Ramps over environment steps; what is not named is at its full value from the start.
+/// Ramps over environment steps; a difficulty that is not named has its full value from the start.
 #[derive(Debug, Clone, Copy, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Curriculum {
@@ -39,7 +39,7 @@ fn one() -> f64 {
 }
 
 impl Ramp {
-    /// The value after so many environment steps.
+    /// Returns the value after so many environment steps.
     pub fn at(&self, steps: u64) -> f64 {
         let share = (steps.saturating_sub(self.begin)) as f64 / (self.end - self.begin).max(1) as f64;
         self.from + (self.to - self.from) * share.min(1.0)
@@ -47,15 +47,15 @@ impl Ramp {
 }
 
 impl Curriculum {
-    /// Values after so many environment steps: randomisation, termination, smoothness.
+    /// Returns the values after so many environment steps: randomisation, termination, smoothness.
     pub fn at(&self, steps: u64) -> [f64; 3] {
         [self.randomization, self.termination, self.smoothness].map(|ramp| ramp.map_or(1.0, |r| r.at(steps)))
     }
 
-    /// Whether every ramp is one.
+    /// Checks that every ramp rises in time and stays in its range.
     ///
     /// # Errors
-    /// [`TrackerError::Plan`] with the key, what it should be and what it is.
+    /// [`TrackerError::Plan`] with the key, the expected and the given value.
     pub fn check(&self) -> Result<(), TrackerError> {
         for (name, ramp, low, high) in [
             ("randomization", self.randomization, 0.0, 1.0),

@@ -1,4 +1,4 @@
-//! The ground to learn on.
+//! Uneven ground to learn on.
 
 use lifelike_sim::Terrain;
 
@@ -17,7 +17,7 @@ pub struct TerrainSpec {
     pub amplitude: f64,
     /// Longest wavelength of the hills (m).
     pub wavelength: f64,
-    /// Which field.
+    /// Seed of the field.
     pub seed: u64,
 }
 
@@ -28,7 +28,7 @@ impl Default for TerrainSpec {
 }
 
 impl TerrainSpec {
-    /// The field.
+    /// Returns the field.
     ///
     /// # Errors
     /// Sizes that give no field, or one of more than 10 000 heights a side.
@@ -41,7 +41,7 @@ impl TerrainSpec {
         Ok(Terrain::new(rows, columns, self.spacing, heights)?)
     }
 
-    /// Whether every size is in its range.
+    /// Checks that every size is in its range.
     ///
     /// # Errors
     /// [`TrackerError::Plan`] with the key, the range and the value.

@@ -9,7 +9,7 @@ use lifelike_train::collective::threads;
 fn whole_batches(environments: usize) -> TrackerPlan {
     let mut p = plan(environments);
     p.randomization = RandomizationSpec { joint_offset: 0.02, ..RandomizationSpec::default() };
-    p.starts.failure_share = 0.0;
+    p.rsi.failure_share = 0.0;
     p.ppo.minibatch = environments * p.ppo.steps;
     p
 }
@@ -52,7 +52,7 @@ fn processes_have_environments_of_their_own() {
     let p = whole_batches(6);
     let (robot, all) = (robot(), whole_batches(12));
     let of = |process| {
-        Environment::among(&p, robot.clone(), library(&robot), Box::new(Followers::new(6)), (process, 2)).unwrap()
+        Environment::distributed(&p, robot.clone(), library(&robot), Box::new(Followers::new(6)), (process, 2)).unwrap()
     };
     let whole = environment(&all);
     let (first, second) = (of(0), of(1));

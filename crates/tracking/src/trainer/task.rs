@@ -9,10 +9,8 @@ use lifelike_train::{Budget, Scalar, Schedule, TrainingTask};
 
 use super::Trainer;
 use crate::TrackerError;
-use crate::errors::Cause;
 use crate::policy::EXTENSION;
 use crate::progress::{ClipProgress, TrackerMetrics};
-use crate::rewards::TERMS;
 
 /// Checkpoints that are kept, besides the best.
 pub(super) const KEEP: usize = 2;
@@ -65,15 +63,15 @@ impl TrainingTask for Trainer {
     }
 
     fn scalars(&self, metrics: &TrackerMetrics) -> Vec<Scalar> {
-        let (ppo, tally) = (&metrics.ppo, self.environment.tally());
-        let [episode_return, length] = tally.recent();
+        let (ppo, statistics) = (&metrics.ppo, self.environment.statistics());
+        let [episode_return, length] = statistics.recent();
         let mut scalars: Vec<Scalar> = [
             ("Train/mean_reward", episode_return),
             ("Train/mean_episode_length", length),
             ("Train/mean_step_reward", ppo.reward),
             ("Train/survival", metrics.survival),
             ("Train/steps", self.steps as f64),
-            ("Train/episodes", tally.episodes as f64),
+            ("Train/episodes", statistics.episodes as f64),
             ("Loss/value_function", ppo.value_loss),
             ("Loss/surrogate", ppo.surrogate),
             ("Loss/entropy", ppo.entropy),
@@ -86,10 +84,7 @@ impl TrainingTask for Trainer {
         ]
         .map(|(name, value)| (name.to_string(), value))
         .to_vec();
-        let per_step = 1.0 / tally.steps.max(1) as f64;
-        scalars.extend(TERMS.iter().zip(tally.terms).map(|(name, sum)| (format!("Reward/{name}"), sum * per_step)));
-        let causes = Cause::ALL.iter().zip(tally.causes);
-        scalars.extend(causes.map(|(cause, count)| (format!("Termination/{}", cause.name()), count as f64)));
+        scalars.extend(statistics.metrics());
         let (coverage, floor) = self.environment.coverage();
         scalars.push(("Coverage/frames".into(), coverage.overall));
         let seen = coverage.clips.iter().filter(|share| **share > 0.0).count();

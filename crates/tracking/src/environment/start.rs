@@ -1,20 +1,20 @@
-//! Starts of episodes, on whatever ground.
+//! The beginning of an episode, on whatever ground.
 
 use lifelike_sim::EnvironmentParameters;
 
-/// How an episode begins. What is `None` is drawn as the plan says.
+/// The beginning of an episode. Values that are `None` are drawn as the plan says.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Start {
     /// Frame of the library.
     pub frame: usize,
-    /// Where the root stands (m, world).
-    pub spot: Option<[f64; 2]>,
-    /// What differs from the model.
+    /// Place of the root on the ground (m, world).
+    pub position: Option<[f64; 2]>,
+    /// Differences from the model.
     pub parameters: Option<EnvironmentParameters>,
 }
 
 impl Start {
-    /// At a frame; the rest is drawn.
+    /// Returns the beginning at a frame; the rest is drawn.
     pub fn at(frame: usize) -> Self {
         Self { frame, ..Self::default() }
     }
@@ -43,7 +43,7 @@ mod tests {
     #[test]
     fn a_given_start_stands_above_the_ground_and_its_height_is_measured_from_there() {
         let mut e = on_a_slope(1);
-        e.reset(&[0], Some(&[Start { spot: Some([2.0, -1.0]), ..Start::default() }])).unwrap();
+        e.reset(&[0], Some(&[Start { position: Some([2.0, -1.0]), ..Start::default() }])).unwrap();
         let root = &e.state().root_position;
         // The root stands at 0.5 m; the highest ground within 0.375 m of x = 2 is that of x = 2.4, on the grid.
         assert!((f64::from(root[2]) - (3.24 + 0.5 + 0.002)).abs() < 1e-4, "{root:?}");

@@ -2,10 +2,10 @@
 
 use super::*;
 
-fn one(senses: SenseSpec) -> Environment {
+fn one(sensors: SensorSpec) -> Environment {
     let mut p = exact(plan(1));
     p.termination = Termination::NONE;
-    p.senses = senses;
+    p.sensors = sensors;
     environment(&p)
 }
 
@@ -22,8 +22,8 @@ fn rows(e: &mut Environment, steps: usize) -> Vec<(Vec<f32>, Vec<f32>)> {
 
 #[test]
 fn noise_is_on_what_is_measured_and_never_on_what_the_value_function_sees() {
-    let noisy = SenseSpec { joint_position_noise: 0.1, ..SenseSpec::default() };
-    let (mut clean, mut noised) = (one(SenseSpec::default()), one(noisy));
+    let noisy = SensorSpec { joint_position_noise: 0.1, ..SensorSpec::default() };
+    let (mut clean, mut noised) = (one(SensorSpec::default()), one(noisy));
     let (clean_rows, noised_rows) = (rows(&mut clean, 200), rows(&mut noised, 200));
     let mut errors = Vec::new();
     for ((actor, critic), (told, truth)) in clean_rows.iter().zip(&noised_rows) {
@@ -44,7 +44,7 @@ fn noise_is_on_what_is_measured_and_never_on_what_the_value_function_sees() {
 
 #[test]
 fn what_is_measured_is_seen_late_and_the_reference_on_time() {
-    let mut late = one(SenseSpec { observation_delay: 3, ..SenseSpec::default() });
+    let mut late = one(SensorSpec { observation_delay: 3, ..SensorSpec::default() });
     let mut seen = std::collections::BTreeSet::new();
     for _ in 0..20 {
         let told = rows(&mut late, 12);
@@ -68,7 +68,7 @@ fn targets_reach_the_motors_late() {
         let mut p = exact(plan(1));
         p.termination = Termination::NONE;
         p.action = ActionSpec::Absolute;
-        p.senses.action_delay = action_delay;
+        p.sensors.action_delay = action_delay;
         let mut e = environment(&p);
         e.reset(&[0], Some(&[Start::at(150)])).unwrap();
         // The delay is drawn: again, until it is the greatest.

@@ -1,10 +1,10 @@
-//! What one environment remembers of its episode.
+//! The episode of one environment.
 
 use lifelike_checkpoint::{Checkpoint, CheckpointError};
 use lifelike_robot::Alignment;
 
-use super::errors::Cause;
-use super::rewards::{TERMS, Terms};
+use crate::rewards::{TERMS, TermValues};
+use crate::terminations::Cause;
 
 /// One environment's episode, and what its last step gave.
 #[derive(Debug, Clone, PartialEq)]
@@ -15,18 +15,18 @@ pub struct Episode {
     pub length: u64,
     /// The frame of the library that the state was last compared with.
     pub frame: usize,
-    /// First frame of this stretch of a clip: where the episode began, or switched to.
-    pub stretch: usize,
-    /// The stretch, first to last frame, that the last step brought to its end by switching to another clip.
-    pub finished: Option<(usize, usize)>,
+    /// First frame of the segment that is being followed: where the episode began, or switched to.
+    pub segment_start: usize,
+    /// The segment, first to last frame, that the last step brought to its end by switching to another clip.
+    pub finished_segment: Option<(usize, usize)>,
     /// Steps left in which deviations do not end the episode.
     pub grace: u64,
     /// Steps for which the effector deviation of the persistent rule has lasted.
     pub deviated: u64,
-    /// Where the clip's world lies in the simulated one.
+    /// Place of the clip's world in the simulated one.
     pub alignment: Alignment,
-    /// Sum of rewards.
-    pub gain: f32,
+    /// Sum of rewards so far.
+    pub episode_return: f32,
     /// The policy's last output, clamped, `[J]`.
     pub last: Vec<f32>,
     /// The one before, `[J]`.
@@ -35,57 +35,57 @@ pub struct Episode {
     pub oldest: Vec<f32>,
     /// Encoder offsets, `[J]` (rad).
     pub offset: Vec<f32>,
-    /// How late what is measured is seen (policy steps).
+    /// Delay of what is measured (policy steps).
     pub observation_delay: u64,
-    /// How late joint targets reach the motors (policy steps).
+    /// Delay of joint targets on their way to the motors (policy steps).
     pub action_delay: u64,
-    /// What was measured in the steps before, the newest first; as many as the greatest delay asks for.
-    pub measured: Vec<f32>,
-    /// The joint targets of the steps before, the newest first, likewise.
-    pub waiting: Vec<f32>,
+    /// Measurements of the steps before, the newest first; as many as the greatest delay asks for.
+    pub past_measurements: Vec<f32>,
+    /// Joint targets of the steps before, the newest first, likewise.
+    pub past_targets: Vec<f32>,
     /// Terms of the last step's reward.
-    pub terms: Terms,
-    /// The last step ended the episode for this reason.
+    pub terms: TermValues,
+    /// Rule by which the last step ended the episode.
     pub failed: Option<Cause>,
-    /// The last step was the episode's last for lack of time or of clip.
-    pub cut: bool,
+    /// Whether the last step was the episode's last because time or clip was over.
+    pub truncated: bool,
 }
 
 impl Episode {
-    /// Before the first reset.
+    /// Returns the episode before the first reset.
     pub fn new(joints: usize) -> Self {
         Self {
             number: 0,
             length: 0,
             frame: 0,
-            stretch: 0,
-            finished: None,
+            segment_start: 0,
+            finished_segment: None,
             grace: 0,
             deviated: 0,
             alignment: Alignment::default(),
-            gain: 0.0,
+            episode_return: 0.0,
             last: vec![0.0; joints],
             before: vec![0.0; joints],
             oldest: vec![0.0; joints],
             offset: vec![0.0; joints],
             observation_delay: 0,
             action_delay: 0,
-            measured: Vec::new(),
-            waiting: Vec::new(),
+            past_measurements: Vec::new(),
+            past_targets: Vec::new(),
             terms: [0.0; TERMS.len()],
             failed: None,
-            cut: false,
+            truncated: false,
         }
     }
 
-    /// The last step's reward.
+    /// Returns the last step's reward.
     pub fn reward(&self) -> f32 {
         self.terms.iter().sum()
     }
 
-    /// Whether the last step ended the episode.
+    /// Returns true when the last step ended the episode.
     pub fn ended(&self) -> bool {
-        self.cut || self.failed.is_some()
+        self.truncated || self.failed.is_some()
     }
 }
 
@@ -99,23 +99,23 @@ pub fn save(episodes: &[Episode], checkpoint: &mut Checkpoint, prefix: &str) -> 
     let [measured, waiting] = memory(episodes);
     let (mut counters, mut numbers) = (Vec::new(), Vec::new());
     for e in episodes {
-        counters.extend([e.number, e.length, e.frame as u64, e.stretch as u64, e.grace, e.deviated]);
+        counters.extend([e.number, e.length, e.frame as u64, e.segment_start as u64, e.grace, e.deviated]);
         counters.extend([e.observation_delay, e.action_delay]);
         let a = e.alignment;
-        numbers.extend([a.yaw, a.from[0], a.from[1], a.to[0], a.to[1], e.gain]);
+        numbers.extend([a.yaw, a.from[0], a.from[1], a.to[0], a.to[1], e.episode_return]);
         numbers.extend(e.last.iter().chain(&e.before).chain(&e.oldest).chain(&e.offset));
-        numbers.extend(e.measured.iter().chain(&e.waiting));
+        numbers.extend(e.past_measurements.iter().chain(&e.past_targets));
     }
     checkpoint.put_u64(&format!("{prefix}.counters"), &[n, COUNTERS], counters)?;
     checkpoint.put_f32(&format!("{prefix}.numbers"), &[n, 6 + 4 * joints + measured + waiting], numbers)
 }
 
-/// How many numbers episodes remember for the sake of delays: of what was measured, of joint targets.
+/// Returns how many numbers episodes keep for the sake of delays: of measurements, of joint targets.
 fn memory(episodes: &[Episode]) -> [usize; 2] {
-    episodes.first().map_or([0, 0], |e| [e.measured.len(), e.waiting.len()])
+    episodes.first().map_or([0, 0], |e| [e.past_measurements.len(), e.past_targets.len()])
 }
 
-/// Reads as many episodes back as `now` are, which tell how much each remembers.
+/// Reads as many episodes back as `now` are, which tell how much each keeps.
 ///
 /// # Errors
 /// The checkpoint is of another number of environments or joints, or of other delays.
@@ -134,19 +134,19 @@ pub fn load(
         number: c[0],
         length: c[1],
         frame: c[2] as usize,
-        stretch: c[3] as usize,
+        segment_start: c[3] as usize,
         grace: c[4],
         deviated: c[5],
         alignment: Alignment { yaw: x[0], from: [x[1], x[2]], to: [x[3], x[4]] },
-        gain: x[5],
+        episode_return: x[5],
         last: x[6..6 + joints].to_vec(),
         before: x[6 + joints..6 + 2 * joints].to_vec(),
         oldest: x[6 + 2 * joints..6 + 3 * joints].to_vec(),
         offset: x[6 + 3 * joints..own].to_vec(),
         observation_delay: c[6],
         action_delay: c[7],
-        measured: x[own..own + measured].to_vec(),
-        waiting: x[own + measured..].to_vec(),
+        past_measurements: x[own..own + measured].to_vec(),
+        past_targets: x[own + measured..].to_vec(),
         ..Episode::new(0)
     });
     Ok(episodes.collect())

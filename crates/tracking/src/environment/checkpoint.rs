@@ -1,12 +1,11 @@
-//! Everything that a run goes on from, bit for bit.
+//! Checkpoints of the environments: everything that a run goes on from, bit for bit.
 
 use lifelike_checkpoint::Checkpoint;
 use lifelike_sim::IntegrationState;
 
-use super::Environment;
+use super::statistics::EpisodeStatistics;
+use super::{Environment, episode};
 use crate::TrackerError;
-use crate::episode;
-use crate::tally::Tally;
 
 impl Environment {
     /// Writes everything needed to go on bit for bit.
@@ -23,11 +22,11 @@ impl Environment {
         checkpoint.put_u64(&key("counters"), &[2], vec![self.steps, integration.width as u64])?;
         checkpoint.put_f64(&key("simulation"), &[n, integration.width], integration.values)?;
         // The outputs of the last step (forces) are not part of the integration state, but of what was observed.
-        checkpoint.put_f32(&key("actor_rows"), &[n, self.actor_size()], self.actor.clone())?;
-        checkpoint.put_f32(&key("critic_rows"), &[n, self.critic_size()], self.critic.clone())?;
-        let starts = self.sampler.save();
+        checkpoint.put_f32(&key("actor_rows"), &[n, self.actor_size()], self.rows.actor.clone())?;
+        checkpoint.put_f32(&key("critic_rows"), &[n, self.critic_size()], self.rows.critic.clone())?;
+        let starts = self.rsi.save();
         checkpoint.put_f64(&key("starts"), &[starts.len()], starts)?;
-        let (recent, survival) = self.tally.save();
+        let (recent, survival) = self.statistics.save();
         checkpoint.put_f64(&key("recent"), &[recent.len()], recent)?;
         checkpoint.put_f64(&key("survival"), &[survival.len()], survival)?;
         episode::save(&self.episodes, checkpoint, &key("episodes"))?;
@@ -52,21 +51,21 @@ impl Environment {
         self.simulation.restore(&integration)?;
         self.steps = counters[0];
         self.pushes = checkpoint.meta(&key("pushes"))?;
-        self.actor = checkpoint.f32s(&key("actor_rows"), &[n, self.actor_size()])?;
-        self.critic = checkpoint.f32s(&key("critic_rows"), &[n, self.critic_size()])?;
+        self.rows.actor = checkpoint.f32s(&key("actor_rows"), &[n, self.actor_size()])?;
+        self.rows.critic = checkpoint.f32s(&key("critic_rows"), &[n, self.critic_size()])?;
         let numbers = |name: &str| {
             let shape = checkpoint.entry(&key(name))?.shape().to_vec();
             checkpoint.f64s(&key(name), &shape)
         };
         let starts = numbers("starts")?;
-        self.sampler = self.sampler.clone().restored(&starts).ok_or_else(|| TrackerError::Mismatch {
+        self.rsi = self.rsi.clone().restored(&starts).ok_or_else(|| TrackerError::Mismatch {
             what: "clips of the checkpoint".into(),
             expected: "those of the plan".into(),
-            got: format!("{} numbers of start statistics", starts.len()),
+            got: format!("{} numbers of failure statistics", starts.len()),
         })?;
         self.advance_curriculum();
-        self.tally = Tally::restored(&numbers("recent")?, numbers("survival")?);
-        self.episodes = episode::load(checkpoint, &key("episodes"), &self.episodes, self.robot.joints())?;
+        self.statistics = EpisodeStatistics::restored(&numbers("recent")?, numbers("survival")?);
+        self.episodes = episode::load(checkpoint, &key("episodes"), &self.episodes, self.setup.robot.joints())?;
         Ok(())
     }
 }

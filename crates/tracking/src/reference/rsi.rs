@@ -1,29 +1,30 @@
-//! Where episodes begin: uniformly over all frames, or more often before the places where the policy fails.
+//! Reference-state initialization (Peng et al. 2018): episodes begin in states of the reference, drawn uniformly over all
+//! frames or more often before the frames at which the policy fails.
 
 use rand::Rng;
 use rand_chacha::ChaCha8Rng;
 
-/// How starts are chosen.
+/// Settings of reference-state initialization.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(deny_unknown_fields, default)]
-pub struct StartSpec {
-    /// Share of starts drawn by failure rate; the rest is uniform. 0.7 helped a hard clip and hurt an easy one.
+pub struct RsiSpec {
+    /// Share of beginnings drawn by failure rate; the rest is uniform. 0.7 helped a hard clip and hurt an easy one.
     pub failure_share: f64,
-    /// Failure rates below this count as this, so that no stretch is forgotten.
+    /// Smallest failure rate that counts, so that no segment is forgotten.
     pub floor: f64,
     /// Weight of past iterations in the failure statistics.
     pub memory: f64,
-    /// Noise on joint positions at the start, one standard deviation (rad).
+    /// Noise on joint positions, standard deviation (rad).
     pub joint_noise: f32,
-    /// Noise on the root's velocities at the start (m/s and rad/s).
+    /// Noise on the root's velocities, standard deviation (m/s and rad/s).
     pub velocity_noise: f32,
-    /// How far beside the reference an episode may begin (m, standard deviation on both axes).
+    /// Offset from the reference on the ground, standard deviation on both axes (m).
     pub path_noise: f32,
-    /// How far turned from the reference (rad, standard deviation).
+    /// Heading offset from the reference, standard deviation (rad).
     pub heading_noise: f32,
 }
 
-impl Default for StartSpec {
+impl Default for RsiSpec {
     fn default() -> Self {
         Self {
             failure_share: 0.3,
@@ -37,10 +38,10 @@ impl Default for StartSpec {
     }
 }
 
-/// Failure statistics over stretches of half a second, and the draw.
+/// Failure statistics over segments of half a second, and the draw.
 #[derive(Debug, Clone, PartialEq)]
-pub struct StartSampler {
-    spec: StartSpec,
+pub struct RsiSampler {
+    spec: RsiSpec,
     bin_frames: usize,
     /// First frame and number of allowed start frames of each bin, clip after clip.
     bins: Vec<Bin>,
@@ -54,12 +55,12 @@ pub struct StartSampler {
     seen: Vec<bool>,
 }
 
-/// How much of the motion was ever seen.
+/// Share of the motion that was ever seen.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Coverage {
-    /// Share of each clip's stretches of half a second that some episode went through.
+    /// Share of each clip's segments of half a second that some episode went through.
     pub clips: Vec<f64>,
-    /// The same of all stretches.
+    /// The same of all segments.
     pub overall: f64,
 }
 
@@ -69,10 +70,10 @@ struct Bin {
     allowed: usize,
 }
 
-impl StartSampler {
-    /// For clips that begin at `clip_starts` (and end where the next begins). No episode starts in the last
+impl RsiSampler {
+    /// Returns a sampler for clips that begin at `clip_starts` (and end where the next begins). No episode starts in the last
     /// `tail_frames` of a clip, as far as the clip is longer.
-    pub fn new(spec: StartSpec, clip_starts: &[usize], bin_frames: usize, tail_frames: usize) -> Self {
+    pub fn new(spec: RsiSpec, clip_starts: &[usize], bin_frames: usize, tail_frames: usize) -> Self {
         let bin_frames = bin_frames.max(1);
         let (mut bins, mut first) = (Vec::new(), vec![0]);
         for pair in clip_starts.windows(2) {
@@ -106,7 +107,7 @@ impl StartSampler {
         (self.first[clip] + (frame - self.clip_starts[clip]) / self.bin_frames).min(self.first[clip + 1] - 1)
     }
 
-    /// An episode ran over the frames `from..=to` of one clip, and failed at `to` or did not.
+    /// Counts an episode that ran over the frames `from..=to` of one clip, and failed at `to` or did not.
     pub fn record(&mut self, from: usize, to: usize, failed: bool) {
         let (a, b) = (self.bin_of(from), self.bin_of(to));
         for bin in a..=b.max(a) {
@@ -118,14 +119,14 @@ impl StartSampler {
         }
     }
 
-    /// Once per iteration: forgets a little, and puts the new weights into force.
+    /// Puts the new statistics into force and lets the old ones fade; to be called once per iteration.
     pub fn refresh(&mut self) {
         self.visits.iter_mut().chain(&mut self.failures).for_each(|x| *x *= self.spec.memory);
         let rate = |bin: usize| {
             let rate = if self.visits[bin] > 0.5 { self.failures[bin] / self.visits[bin] } else { 0.0 };
             rate.max(self.spec.floor)
         };
-        // What goes wrong in a bin was often begun in the one before it: half of the next bin's rate counts here.
+        // A failure in a bin often begins in the one before it: half of the next bin's rate counts here.
         let mut hard = vec![0.0; self.bins.len()];
         for clip in self.first.windows(2) {
             for bin in clip[0]..clip[1] {
@@ -148,7 +149,7 @@ impl StartSampler {
             .collect();
     }
 
-    /// A frame to begin at.
+    /// Draws a frame to begin at.
     pub fn draw(&self, rng: &mut ChaCha8Rng) -> usize {
         let total = self.cumulative.last().copied().unwrap_or(0.0);
         let at = rng.random::<f64>() * total;
@@ -157,15 +158,15 @@ impl StartSampler {
         start + rng.random_range(0..allowed.max(1))
     }
 
-    /// How much of the motion was ever seen.
+    /// Returns the share of the motion that was ever seen.
     pub fn coverage(&self) -> Coverage {
         let share = |bins: &[bool]| bins.iter().filter(|s| **s).count() as f64 / bins.len().max(1) as f64;
         let clips = self.first.windows(2).map(|clip| share(&self.seen[clip[0]..clip[1]])).collect();
         Coverage { clips, overall: share(&self.seen) }
     }
 
-    /// The smallest ratio of the probability with which a frame that may be a start is drawn to that of drawing all alike:
-    /// the floor below which no stretch is neglected, `1 − failure_share` at least.
+    /// Returns the smallest ratio of the probability with which a frame is drawn to that of drawing all alike: the floor
+    /// below which no segment is neglected, `1 − failure_share` at least.
     pub fn floor(&self) -> f64 {
         let total: f64 = self.bins.iter().map(|b| b.allowed as f64).sum();
         let sum = self.cumulative.last().copied().unwrap_or(1.0);
@@ -174,14 +175,14 @@ impl StartSampler {
         shares.map(|(bin, (to, from))| (to - from) / sum * total / bin.allowed as f64).fold(f64::INFINITY, f64::min)
     }
 
-    /// The statistics, for a checkpoint: visits, failures, draws and whether it was ever seen, of every bin.
+    /// Returns the statistics for a checkpoint: visits, failures, draws and whether it was ever seen, of every bin.
     pub fn save(&self) -> Vec<f64> {
         let seen = self.seen.iter().map(|s| f64::from(u8::from(*s)));
         let pairs = self.visits.iter().zip(&self.failures).flat_map(|(v, f)| [*v, *f]);
         pairs.chain(self.cumulative.iter().copied()).chain(seen).collect()
     }
 
-    /// Back to saved statistics. `None` when they are of another library.
+    /// Returns the sampler with saved statistics; `None` when they are of another library.
     #[must_use]
     pub fn restored(mut self, saved: &[f64]) -> Option<Self> {
         let n = self.bins.len();
@@ -204,7 +205,7 @@ mod tests {
     use super::*;
     use lifelike_checkpoint::rng::stream;
 
-    fn histogram(sampler: &StartSampler, frames: usize) -> Vec<usize> {
+    fn histogram(sampler: &RsiSampler, frames: usize) -> Vec<usize> {
         let mut rng = stream(1, "test", 0, 0);
         let mut counts = vec![0; frames];
         for _ in 0..40_000 {
@@ -215,7 +216,7 @@ mod tests {
 
     #[test]
     fn without_failures_all_allowed_frames_are_alike_and_tails_are_left_out() {
-        let counts = histogram(&StartSampler::new(StartSpec::default(), &[0, 100, 140], 25, 20), 140);
+        let counts = histogram(&RsiSampler::new(RsiSpec::default(), &[0, 100, 140], 25, 20), 140);
         assert!(counts[80..100].iter().all(|c| *c == 0) && counts[120..].iter().all(|c| *c == 0));
         // 100 allowed frames, 400 expected in each; five standard deviations.
         let allowed = counts[..80].iter().chain(&counts[100..120]);
@@ -224,14 +225,14 @@ mod tests {
 
     #[test]
     fn a_clip_shorter_than_the_tail_is_begun_at_its_start() {
-        let counts = histogram(&StartSampler::new(StartSpec::default(), &[0, 10], 25, 50), 10);
+        let counts = histogram(&RsiSampler::new(RsiSpec::default(), &[0, 10], 25, 50), 10);
         assert_eq!(counts[0], 40_000);
     }
 
     #[test]
-    fn failures_draw_starts_near_them_and_the_rest_keeps_its_share() {
-        let spec = StartSpec { failure_share: 0.5, floor: 0.0, memory: 1.0, ..StartSpec::default() };
-        let mut sampler = StartSampler::new(spec, &[0, 100], 25, 0);
+    fn failures_draw_beginnings_near_them_and_the_rest_keeps_its_share() {
+        let spec = RsiSpec { failure_share: 0.5, floor: 0.0, memory: 1.0, ..RsiSpec::default() };
+        let mut sampler = RsiSampler::new(spec, &[0, 100], 25, 0);
         for _ in 0..10 {
             sampler.record(0, 60, true);
             sampler.record(60, 99, false);
@@ -248,8 +249,8 @@ mod tests {
 
     #[test]
     fn coverage_and_floor_by_hand() {
-        let spec = StartSpec { failure_share: 0.4, floor: 0.0, memory: 1.0, ..StartSpec::default() };
-        let mut sampler = StartSampler::new(spec, &[0, 100, 140], 25, 0);
+        let spec = RsiSpec { failure_share: 0.4, floor: 0.0, memory: 1.0, ..RsiSpec::default() };
+        let mut sampler = RsiSampler::new(spec, &[0, 100, 140], 25, 0);
         assert_eq!(sampler.coverage().overall, 0.0);
         assert!((sampler.floor() - 1.0).abs() < 1e-12, "without failures all are alike");
         sampler.record(30, 60, true);
@@ -261,13 +262,13 @@ mod tests {
 
     #[test]
     fn saved_statistics_come_back_and_foreign_ones_are_refused() {
-        let fresh = || StartSampler::new(StartSpec::default(), &[0, 100, 140], 25, 20);
+        let fresh = || RsiSampler::new(RsiSpec::default(), &[0, 100, 140], 25, 20);
         let mut sampler = fresh();
         sampler.record(3, 40, true);
         sampler.refresh();
         sampler.record(100, 130, true);
         let back = fresh().restored(&sampler.save()).unwrap();
         assert_eq!(back, sampler);
-        assert!(StartSampler::new(StartSpec::default(), &[0, 100], 25, 20).restored(&sampler.save()).is_none());
+        assert!(RsiSampler::new(RsiSpec::default(), &[0, 100], 25, 20).restored(&sampler.save()).is_none());
     }
 }

@@ -1,0 +1,156 @@
+//! The beginning of episodes: frame, place, parameters and simulated state.
+
+use std::sync::Arc;
+
+use lifelike_robot::{Alignment, ReferenceLibrary};
+use lifelike_sim::randomization::PushSchedule;
+use rand::Rng;
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
+
+use super::Environment;
+use super::episode::Episode;
+use super::evaluator::Workspace;
+use super::setup::Setup;
+use super::start::Start;
+use super::state::root;
+use crate::TrackerError;
+use crate::observe::Observed;
+
+impl Environment {
+    /// Begins episodes: as `given`, else where the sampler says.
+    ///
+    /// # Errors
+    /// The simulation refuses.
+    pub fn reset(&mut self, ids: &[usize], given: Option<&[Start]>) -> Result<(), TrackerError> {
+        let (robot, library) = (Arc::clone(&self.setup.robot), Arc::clone(&self.setup.library));
+        let character = &robot.character;
+        let (nq, nv) = (character.nq, character.nv);
+        let mut positions = vec![0.0; ids.len() * nq];
+        let mut velocities = vec![0.0; ids.len() * nv];
+        let (rsi, sensors) = (self.setup.plan.rsi, self.setup.plan.sensors);
+        for (k, &i) in ids.iter().enumerate() {
+            let mut rng = self.setup.stream("reset", i, self.episodes[i].number);
+            let start = given.map_or_else(|| Start::at(self.rsi.draw(&mut rng)), |starts| starts[k].clone());
+            let frame = start.frame;
+            let position = start.position.unwrap_or_else(|| self.setup.ground.spot(&mut rng));
+            let parameters = start.parameters.unwrap_or_else(|| self.stage.randomization.sample(&robot, &mut rng));
+            let episode = Episode {
+                number: self.episodes[i].number + 1,
+                frame,
+                segment_start: frame,
+                alignment: beside(&library, frame, position, rsi.path_noise, rsi.heading_noise, &mut rng),
+                offset: if parameters.joint_offset.is_empty() {
+                    vec![0.0; robot.joints()]
+                } else {
+                    parameters.joint_offset.clone()
+                },
+                ..Episode::new(robot.joints())
+            };
+            self.simulation.set_parameters(i, parameters)?;
+            self.simulation.clear_pushes(i);
+            if let Some(spec) = &self.setup.plan.randomization.pushes {
+                self.pushes[i] = PushSchedule::new(spec, robot.control_hz, &mut rng);
+            }
+            let mut late = |greatest: u32| if greatest > 0 { u64::from(rng.random_range(0..=greatest)) } else { 0 };
+            let (observation_delay, action_delay) = (late(sensors.observation_delay), late(sensors.action_delay));
+            let episode = Episode {
+                observation_delay,
+                action_delay,
+                past_measurements: vec![0.0; self.setup.sensors.history()],
+                past_targets: vec![0.0; sensors.action_delay as usize * robot.joints()],
+                ..episode
+            };
+            let q = &mut positions[k * nq..(k + 1) * nq];
+            let v = &mut velocities[k * nv..(k + 1) * nv];
+            self.write_start(frame, position, &mut rng, q, v);
+            self.episodes[i] = episode;
+        }
+        self.simulation.reset(ids, &positions, &velocities)?;
+        let mut workspace = Workspace::new();
+        for &i in ids {
+            self.set_last_actions(i);
+            self.observe(i, &mut workspace);
+            let episode = &mut self.episodes[i];
+            let (number, a) = (episode.number, self.setup.observer.actor_size());
+            let rng = || self.setup.stream("first sense", i, number);
+            self.setup.sensors.measure(&mut self.rows.actor[i * a..(i + 1) * a], episode, rng);
+        }
+        Ok(())
+    }
+
+    /// Makes environment `i` go on from another frame of the library, laid where its robot is.
+    pub fn jump(&mut self, i: usize, frame: usize) {
+        let (position, orientation) = root(self.simulation.state(), i);
+        let library = &self.setup.library;
+        let clip = (library.position_at(frame), library.orientation_at(frame));
+        let episode = &mut self.episodes[i];
+        episode.frame = frame;
+        episode.segment_start = frame;
+        episode.alignment = Alignment::between(clip.0, clip.1, position, orientation);
+        self.observe(i, &mut Workspace::new());
+    }
+
+    /// Writes the observations of environment `i` in its present state.
+    fn observe(&mut self, i: usize, workspace: &mut Workspace) {
+        let (setup, state) = (&self.setup, self.simulation.state());
+        workspace.read(state, i, setup);
+        let (a, c) = (setup.observer.actor_size(), setup.observer.critic_size());
+        let (episode, library) = (&self.episodes[i], &*setup.library);
+        setup.observer.write(
+            &Observed { state, i, episode, library, features: &workspace.features },
+            &mut self.rows.actor[i * a..(i + 1) * a],
+            &mut self.rows.critic[i * c..(i + 1) * c],
+        );
+    }
+
+    /// Writes generalised position and velocity of a frame at a place of the simulated world, with noise.
+    fn write_start(&self, frame: usize, position: [f64; 2], rng: &mut ChaCha8Rng, q: &mut [f64], v: &mut [f64]) {
+        let Setup { plan, robot, library, ground, .. } = &self.setup;
+        let rsi = plan.rsi;
+        library.write_state(frame, robot, position, ground.lift(position), q, v);
+        let mut noise = |deviation: f32| {
+            let z: f64 = StandardNormal.sample(rng);
+            z * f64::from(deviation)
+        };
+        for joint in &robot.character.joints {
+            if joint.kind == lifelike_character::JointKind::Free {
+                for k in 0..3 {
+                    v[joint.v_index + k] += noise(rsi.velocity_noise);
+                    v[joint.v_index + 3 + k] += noise(rsi.velocity_noise);
+                }
+            } else if joint.kind.nq() == 1 {
+                q[joint.q_index] += noise(rsi.joint_noise);
+            }
+        }
+    }
+
+    /// Sets last actions that fit the pose in which an episode begins.
+    fn set_last_actions(&mut self, i: usize) {
+        let Setup { robot, library, actions, .. } = &self.setup;
+        let joints = robot.joints();
+        let episode = &mut self.episodes[i];
+        let reference = library.joints_at(library.ahead(episode.frame, 1));
+        let q = &self.simulation.state().joint_position[i * joints..(i + 1) * joints];
+        actions.holding(q, reference, &mut episode.last);
+        episode.before.copy_from_slice(&episode.last);
+        episode.oldest.copy_from_slice(&episode.last);
+    }
+}
+
+/// Draws an alignment by which the robot, which begins at `position` facing as in the clip, is a little off.
+fn beside(
+    library: &ReferenceLibrary,
+    frame: usize,
+    position: [f64; 2],
+    path: f32,
+    heading: f32,
+    rng: &mut ChaCha8Rng,
+) -> Alignment {
+    let mut noise = |deviation: f32| {
+        let z: f32 = StandardNormal.sample(rng);
+        z * deviation
+    };
+    let p = library.position_at(frame);
+    Alignment { yaw: noise(heading), from: [p[0], p[1]], to: position.map(|s| s as f32 + noise(path)) }
+}

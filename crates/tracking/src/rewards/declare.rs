@@ -1,0 +1,159 @@
+//! The macro by which [`terms`](super::terms) declares reward terms, and the kinds of terms.
+
+/// `weight · exp(−sharpness · error)`.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Kernel {
+    /// Reward at no error.
+    pub weight: f32,
+    /// Decay with the squared error.
+    pub sharpness: f32,
+}
+
+impl Kernel {
+    /// Returns the kernel of a weight and a sharpness.
+    pub const fn new(weight: f32, sharpness: f32) -> Self {
+        Self { weight, sharpness }
+    }
+}
+
+/// A kind of terms: the settings it has and how they weigh a value in either form.
+pub trait TermKind {
+    /// Setting in the exponential form.
+    type Setting: Copy;
+    /// See [`super::Term::penalty`].
+    const PENALTY: bool = false;
+    /// See [`super::Term::kernel`].
+    const KERNEL: bool = false;
+
+    /// Returns the weighted term of the thesis' form.
+    fn thesis(weight: f32, value: f32, limit: f32) -> f32;
+
+    /// Returns the weighted term of the exponential form.
+    fn exponential(setting: Self::Setting, value: f32) -> f32;
+}
+
+/// A squared error, the smaller the better.
+pub struct Tracking;
+
+impl TermKind for Tracking {
+    type Setting = Kernel;
+    const KERNEL: bool = true;
+
+    fn thesis(weight: f32, value: f32, limit: f32) -> f32 {
+        -(weight * value).min(limit)
+    }
+
+    fn exponential(kernel: Kernel, value: f32) -> f32 {
+        kernel.weight * (-kernel.sharpness * value).exp()
+    }
+}
+
+/// A value, the larger the better.
+pub struct Bonus;
+
+impl TermKind for Bonus {
+    type Setting = f32;
+
+    fn thesis(weight: f32, value: f32, _limit: f32) -> f32 {
+        weight * value
+    }
+
+    fn exponential(weight: f32, value: f32) -> f32 {
+        weight * value
+    }
+}
+
+/// A cost of actions or torques, which the curriculum of smoothness scales.
+pub struct Penalty;
+
+impl TermKind for Penalty {
+    type Setting = f32;
+    const PENALTY: bool = true;
+
+    fn thesis(weight: f32, value: f32, _limit: f32) -> f32 {
+        -weight * value
+    }
+
+    fn exponential(weight: f32, value: f32) -> f32 {
+        -weight * value
+    }
+}
+
+/// Declares all terms: the settings of both forms, their values and [`TERMS`](super::TERMS).
+///
+/// A declaration is `/// meaning`, `name: Kind, "unit" = default in the exponential form { thesis: f, exponential: g }`,
+/// with pure functions of [`RewardInputs`](super::RewardInputs). A `#[serde(default)]` before the name makes the
+/// term's weight in the thesis' form optional, as that of a new term must be for plans of before.
+macro_rules! reward_terms {
+    ($(
+        $(#[doc = $doc:literal])+
+        $(#[serde($serde:ident)])?
+        $name:ident: $kind:ident, $unit:literal = $default:expr, { thesis: $thesis:expr, exponential: $exponential:expr }
+    )+) => {
+        /// The thesis' form: weights of eqs. 4.6-4.8 (Table 4.1), and what makes them learnable with little data.
+        #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+        #[serde(deny_unknown_fields)]
+        pub struct ThesisReward {
+            $(
+                $(#[doc = $doc])+
+                $(#[serde($serde)])?
+                pub $name: f32,
+            )+
+            /// Factor on the whole reward: brings it near one, which the value function learns sooner.
+            pub scale: f32,
+            /// Largest loss by one tracking term (before `scale`); `inf` is the thesis.
+            pub term_limit: f32,
+            /// Smallest standard deviations that errors are divided by.
+            pub floors: Floors,
+        }
+
+        /// The exponential form. Errors over several joints or sites are MEANS of squares, so the same numbers serve
+        /// robots with more or fewer of them.
+        #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+        #[serde(deny_unknown_fields)]
+        pub struct ExponentialReward {
+            $(
+                $(#[doc = $doc])+
+                pub $name: <$kind as TermKind>::Setting,
+            )+
+            /// Weight of a squared angular velocity error against a linear one (m²).
+            pub angular_share: f32,
+        }
+
+        /// All terms, in the order in which they are summed.
+        pub const TERMS: &[Term] = &[$(Term {
+            name: stringify!($name),
+            meaning: concat!($($doc),+),
+            unit: $unit,
+            penalty: <$kind as TermKind>::PENALTY,
+            kernel: <$kind as TermKind>::KERNEL,
+        }),+];
+
+        impl Default for ExponentialReward {
+            fn default() -> Self {
+                Self { $($name: $default,)+ angular_share: ANGULAR_SHARE }
+            }
+        }
+
+        impl ThesisReward {
+            pub(super) fn terms(&self, inputs: &RewardInputs<'_>) -> TermValues {
+                [$({
+                    let value: fn(&RewardInputs<'_>, &Self) -> f32 = $thesis;
+                    <$kind as TermKind>::thesis(self.$name, value(inputs, self), self.term_limit) * self.scale
+                }),+]
+            }
+        }
+
+        impl ExponentialReward {
+            pub(super) fn terms(&self, inputs: &RewardInputs<'_>) -> TermValues {
+                [$({
+                    let value: fn(&RewardInputs<'_>, &Self) -> f32 = $exponential;
+                    <$kind as TermKind>::exponential(self.$name, value(inputs, self))
+                }),+]
+            }
+        }
+    };
+}
+
+pub(super) use reward_terms;

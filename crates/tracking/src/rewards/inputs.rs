@@ -1,0 +1,88 @@
+//! What reward terms are functions of.
+
+use std::ops::Range;
+
+use lifelike_motion::FeatureLayout;
+
+/// One step of one environment, as the reward sees it: simulated state, reference and action.
+#[derive(Debug, Clone, Copy)]
+pub struct RewardInputs<'a> {
+    /// Layout of the features.
+    pub layout: &'a FeatureLayout,
+    /// Features of the simulated state (eq. 4.1) in its own heading frame, `[F]`.
+    pub simulated: &'a [f32],
+    /// Features of the reference in ITS own heading frame, `[F]`.
+    pub reference: &'a [f32],
+    /// Divisors of the features' differences, `[F]`; empty where nothing is normalised.
+    pub divisor: &'a [f32],
+    /// Heading against the anchored reference (rad, in −π..π).
+    pub heading: f32,
+    /// Distance on the ground from the anchored reference (m).
+    pub path: f32,
+    /// Actions and torques.
+    pub cost: ActionCost<'a>,
+}
+
+/// Actions and torques of a step: offsets of the joint targets from their base (rad), `[J]` each.
+#[derive(Debug, Clone, Copy)]
+pub struct ActionCost<'a> {
+    /// The action, a_t.
+    pub action: &'a [f32],
+    /// The action one step ago, a_{t−1}.
+    pub previous: &'a [f32],
+    /// The action two steps ago, a_{t−2}.
+    pub oldest: &'a [f32],
+    /// Σ τ² over the joints (N² m²).
+    pub torque_squared: f32,
+}
+
+impl RewardInputs<'_> {
+    /// Returns the squared difference of some features.
+    pub fn square(&self, features: Range<usize>) -> f32 {
+        squared_distance(&self.simulated[features.clone()], &self.reference[features])
+    }
+
+    /// Returns the squared difference of some features, each divided by its divisor (the mean of the data cancels).
+    pub fn normalised_square(&self, features: Range<usize>) -> f32 {
+        let (a, b) = (&self.simulated[features.clone()], &self.reference[features.clone()]);
+        a.iter().zip(b).zip(&self.divisor[features]).map(|((x, y), s)| ((x - y) / s).powi(2)).sum()
+    }
+
+    /// Returns ‖R(θ) − R(θ')‖²_F: the 6D representation holds two columns, the third is their cross product.
+    pub fn orientation_square(&self) -> f32 {
+        let (a, b) = (&self.simulated[FeatureLayout::ORIENTATION], &self.reference[FeatureLayout::ORIENTATION]);
+        squared_distance(a, b) + squared_distance(&third_column(a), &third_column(b))
+    }
+
+    /// Returns the number of joints, at least 1.
+    pub fn joints(&self) -> f32 {
+        self.layout.joints.len().max(1) as f32
+    }
+
+    /// Returns the number of end effectors, at least 1.
+    pub fn effectors(&self) -> f32 {
+        self.layout.end_effectors.len().max(1) as f32
+    }
+}
+
+impl ActionCost<'_> {
+    /// Returns ‖a_t − a_{t−1}‖² (eq. 4.8).
+    pub fn rate_square(&self) -> f32 {
+        squared_distance(self.action, self.previous)
+    }
+
+    /// Returns ‖a_t − 2 a_{t−1} + a_{t−2}‖² (eq. 4.8).
+    pub fn acceleration_square(&self) -> f32 {
+        let triples = self.action.iter().zip(self.previous).zip(self.oldest);
+        triples.map(|((a, b), c)| (a - 2.0 * b + c).powi(2)).sum()
+    }
+}
+
+/// Returns ‖x − y‖².
+pub fn squared_distance(x: &[f32], y: &[f32]) -> f32 {
+    x.iter().zip(y).map(|(x, y)| (x - y) * (x - y)).sum()
+}
+
+fn third_column(d: &[f32]) -> [f32; 3] {
+    [d[1] * d[5] - d[2] * d[4], d[2] * d[3] - d[0] * d[5], d[0] * d[4] - d[1] * d[3]]
+}

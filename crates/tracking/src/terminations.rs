@@ -1,0 +1,224 @@
+//! Terminations: the rules by which an episode fails.
+//!
+//! A rule is declared once, in the list at the end of this file: cause, plan key, type and unit of its limit, default and
+//! measured error. Its key in `[termination]`, range check, share in the curriculum, cause, metric (`Termination/<key>`)
+//! and row in the table of plan keys follow from there. Rules are tried in the order of the list.
+
+use lifelike_train::PlanError;
+use lifelike_train::limits::range;
+
+use crate::TrackerError;
+use crate::environment::tracking_error::TrackingError;
+
+/// A limit of a rule, as a plan gives it.
+trait Limit: Copy {
+    /// Keys below the rule's own, with unit and meaning; empty where the limit is a number.
+    const PARTS: &'static [(&'static str, &'static str, &'static str)] = &[];
+
+    /// Returns true when the error, or the time for which it has lasted (s), is beyond the limit.
+    fn exceeded(self, error: f32, lasted: f64) -> bool;
+
+    /// Returns the limit with its distance or angle multiplied.
+    fn scaled(self, factor: f64) -> Self;
+
+    /// Checks the range.
+    fn check(self, key: &str) -> Result<(), PlanError>;
+}
+
+impl Limit for f32 {
+    fn exceeded(self, error: f32, _lasted: f64) -> bool {
+        error > self
+    }
+
+    fn scaled(self, factor: f64) -> Self {
+        (f64::from(self) * factor) as f32
+    }
+
+    fn check(self, key: &str) -> Result<(), PlanError> {
+        range(key, self.into(), 1e-6, 1e3)
+    }
+}
+
+/// A limit that ends the episode only when it is exceeded for some time: t^p and f of Table 4.1.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Persistent {
+    /// Largest error without consequence (m).
+    pub distance: f32,
+    /// Longest time above it (s).
+    pub seconds: f64,
+}
+
+impl Limit for Persistent {
+    const PARTS: &'static [(&'static str, &'static str, &'static str)] =
+        &[("distance", "m", "t^p: largest error without consequence"), ("seconds", "s", "f: longest time above it")];
+
+    fn exceeded(self, _error: f32, lasted: f64) -> bool {
+        lasted > self.seconds
+    }
+
+    fn scaled(self, factor: f64) -> Self {
+        Self { distance: self.distance.scaled(factor), ..self }
+    }
+
+    fn check(self, key: &str) -> Result<(), PlanError> {
+        self.distance.check(&format!("{key}.distance"))?;
+        range(&format!("{key}.seconds"), self.seconds, 0.0, 1e3)
+    }
+}
+
+/// Key, unit and meaning of every number in `[termination]`.
+pub(crate) fn keys() -> Vec<(String, &'static str, String)> {
+    let mut keys = Vec::new();
+    for (key, unit, parts, meaning) in RULES {
+        if parts.is_empty() {
+            keys.push((format!("termination.{key}"), *unit, meaning.trim().to_string()));
+        }
+        for (part, unit, detail) in *parts {
+            keys.push((format!("termination.{key}.{part}"), *unit, format!("{}: {detail}", meaning.trim())));
+        }
+    }
+    keys
+}
+
+type Rule = (&'static str, &'static str, &'static [(&'static str, &'static str, &'static str)], &'static str);
+
+macro_rules! terminations {
+    ($($(#[doc = $doc:literal])+ $cause:ident, $key:ident: $limit:ty = $default:expr, $unit:literal, $error:expr;)+) => {
+        /// The rules by which an episode fails. A limit that the table does not name is not applied; without the table the
+        /// defaults are. A diverged simulation always ends the episode.
+        #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+        #[serde(deny_unknown_fields, default = "Termination::none")]
+        pub struct Termination {
+            $(
+                $(#[doc = $doc])+
+                #[serde(skip_serializing_if = "Option::is_none")]
+                pub $key: Option<$limit>,
+            )+
+        }
+
+        impl Default for Termination {
+            fn default() -> Self {
+                Self { $($key: $default,)+ }
+            }
+        }
+
+        impl Termination {
+            /// No limit at all: for evaluation, which has its own definition of a fall.
+            pub const NONE: Self = Self { $($key: None,)+ };
+
+            /// Returns the rules with every limit multiplied (above 1: forgiving more); times stay.
+            #[must_use]
+            pub fn scaled(self, factor: f64) -> Self {
+                Self { $($key: self.$key.map(|limit| limit.scaled(factor)),)+ }
+            }
+
+            /// Checks that every limit is in its range.
+            ///
+            /// # Errors
+            /// [`TrackerError::Plan`] with the key, the range and the value.
+            pub fn check(&self) -> Result<(), TrackerError> {
+                $(
+                    if let Some(limit) = self.$key {
+                        limit.check(concat!("termination.", stringify!($key)))?;
+                    }
+                )+
+                Ok(())
+            }
+
+            /// Returns the first rule that is broken. `lasted` is the time for which the error of the persistent rule has
+            /// been above its distance (s).
+            pub fn exceeded(&self, error: &TrackingError, lasted: f64) -> Option<Cause> {
+                $(
+                    let measured: fn(&TrackingError) -> f32 = $error;
+                    if self.$key.is_some_and(|limit| limit.exceeded(measured(error), lasted)) {
+                        return Some(Cause::$cause);
+                    }
+                )+
+                None
+            }
+        }
+
+        /// Reason for which an episode ended before its time.
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+        pub enum Cause {
+            /// The state became non-finite.
+            Diverged,
+            $($(#[doc = $doc])+ $cause,)+
+        }
+
+        impl Cause {
+            /// All causes.
+            pub const ALL: &[Self] = &[Self::Diverged, $(Self::$cause),+];
+
+            /// Returns its name in the metrics.
+            pub fn name(self) -> &'static str {
+                match self {
+                    Self::Diverged => "diverged",
+                    $(Self::$cause => stringify!($key),)+
+                }
+            }
+        }
+
+        /// Key, unit, parts and meaning of each rule.
+        const RULES: &[Rule] = &[$((stringify!($key), $unit, <$limit as Limit>::PARTS, concat!($($doc),+))),+];
+    };
+}
+
+terminations! {
+    /// Largest error of the root's height.
+    Height, height: f32 = Some(0.12), "m", |error| error.height;
+    /// Largest angle between the directions of gravity in the root's frame.
+    Tilt, tilt: f32 = Some(0.7), "rad", |error| error.tilt;
+    /// Largest error of any end effector (heading frame, relative to the root).
+    Effector, effector: f32 = Some(0.25), "m", |error| error.effector;
+    /// Largest error of any end effector that may last: the thesis' rule.
+    Persistent, persistent: Persistent = None, "", |error| error.effector;
+    /// Largest distance from the reference on the ground.
+    Path, path: f32 = None, "m", |error| error.path;
+    /// Largest heading error.
+    Heading, heading: f32 = None, "rad", |error| error.heading;
+}
+
+impl Termination {
+    fn none() -> Self {
+        Self::NONE
+    }
+}
+
+impl Cause {
+    /// Returns its place in [`Self::ALL`].
+    pub fn index(self) -> usize {
+        self as usize
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_given_limits_apply_and_the_persistent_one_waits() {
+        let error = TrackingError { height: 9.0, tilt: 0.1, effector: 0.4, path: 0.0, heading: 0.0 };
+        assert_eq!(Termination::NONE.exceeded(&error, 0.0), None);
+        let tight = Termination { effector: Some(0.3), ..Termination::NONE };
+        assert_eq!(tight.exceeded(&error, 0.0), Some(Cause::Effector));
+        let thesis = Termination { persistent: Some(Persistent { distance: 0.3, seconds: 3.0 }), ..Termination::NONE };
+        assert_eq!((thesis.exceeded(&error, 3.0), thesis.exceeded(&error, 3.02)), (None, Some(Cause::Persistent)));
+    }
+
+    #[test]
+    fn every_cause_has_its_metric_and_its_place() {
+        let names: Vec<_> = Cause::ALL.iter().map(|cause| cause.name()).collect();
+        assert_eq!(names, ["diverged", "height", "tilt", "effector", "persistent", "path", "heading"]);
+        assert!(Cause::ALL.iter().enumerate().all(|(i, cause)| cause.index() == i));
+    }
+
+    #[test]
+    fn a_forgiving_curriculum_scales_distances_and_angles_but_not_times() {
+        let persistent = Some(Persistent { distance: 0.3, seconds: 3.0 });
+        let scaled = Termination { persistent, ..Termination::default() }.scaled(2.0);
+        assert_eq!((scaled.height, scaled.tilt, scaled.path), (Some(0.24), Some(1.4), None));
+        assert_eq!(scaled.persistent, Some(Persistent { distance: 0.6, seconds: 3.0 }));
+    }
+}
