@@ -3,8 +3,8 @@
 //! A policy that tracks any motion (thesis chapter 4, second stage), trained by PPO in physics.
 //!
 //! The main path: [`TrackerPlan`] → [`lifelike_robot::ReferenceLibrary`] (all motion at the policy's rate) → [`Environment`] (many
-//! simulated robots, each following a reference) → [`Trainer`] (PPO in them, a [`lifelike_train::TrainingTask`]) →
-//! [`Policy`] (the file that evaluation, the demo and a robot load).
+//! simulated robots, each following a reference) → [`Trainer`] (PPO in them, a [`lifelike_train::TrainingTask`]) → [`Policy`] (the
+//! file that evaluation, the demo and a robot load).
 
 pub mod environment;
 mod episode;
