@@ -3,7 +3,6 @@
 //!
 //! Files are BVH, AMC, DeepMimic or keyframes; those that cannot be retargeted are named and left out.
 
-use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -44,7 +43,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     println!("{} parameters", trainer.parameters());
     let start = Instant::now();
     let every = (trainer.plan().iterations / 20).max(1);
-    trainer.train(|t, m| {
+    while trainer.iteration() < trainer.plan().iterations {
+        let m = trainer.step()?;
         if m.iteration % every == 0 || m.iteration == 1 {
             let ms = start.elapsed().as_secs_f64() * 1e3 / m.iteration as f64;
             println!(
@@ -52,13 +52,12 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                 m.iteration, m.reconstruction, m.kl, m.learning_rate, m.gradient_norm
             );
             if m.iteration % (5 * every) == 0
-                && let Ok(report) = t.report()
+                && let Ok(report) = trainer.report()
             {
                 print(&report);
             }
         }
-        ControlFlow::Continue(())
-    })?;
+    }
     println!("trained in {:.0} s", start.elapsed().as_secs_f64());
     let report = trainer.report()?;
     print(&report);

@@ -4,12 +4,13 @@
 
 mod swings;
 
-use std::ops::ControlFlow;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use lifelike_character::{Quat, Vec3};
 use lifelike_motion::{FeatureLayout, Frame};
 use lifelike_nn::adam::Rule;
 use lifelike_nn::device::Processor;
+use lifelike_report::run::RunFolder;
 use lifelike_representation::RepresentationError;
 use lifelike_representation::latent::Codes;
 use lifelike_representation::latent::codes::features_of;
@@ -17,6 +18,8 @@ use lifelike_representation::latent::interpolation::middle_frames;
 use lifelike_representation::prior::split;
 use lifelike_representation::prior::vae::{VaeMetrics, VaePlan, VaeTrainer};
 use lifelike_representation::{MotionPrior, WindowPlan};
+use lifelike_train::TrainingRun;
+use lifelike_train::collective::Alone;
 use swings::{clip, clips, layout};
 
 fn small() -> VaePlan {
@@ -29,36 +32,42 @@ fn trainer(plan: VaePlan) -> VaeTrainer {
 }
 
 fn run(trainer: &mut VaeTrainer, iterations: u64) -> Vec<VaeMetrics> {
-    let mut all = Vec::new();
-    let stop = trainer.iteration() + iterations;
-    trainer
-        .train(|t, m| {
-            all.push(*m);
-            if t.iteration() < stop { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
-        })
-        .unwrap();
-    all
+    (0..iterations).map(|_| trainer.step().unwrap()).collect()
 }
 
 #[test]
 fn a_stopped_run_continues_bit_for_bit() {
-    let folder = tempfile::tempdir().unwrap();
-    let (part, whole) = (folder.path().join("part"), folder.path().join("whole"));
     let mut straight = trainer(small());
     let expected = run(&mut straight, 24);
-    straight.save(&whole).unwrap();
 
     let mut stopped = trainer(small());
     let mut got = run(&mut stopped, 11);
-    stopped.save(&part).unwrap();
+    let checkpoint = stopped.checkpoint().unwrap();
     drop(stopped);
-    let (train, aside) = split(&small().windows, clips());
-    let mut resumed = VaeTrainer::resume(&part, train, aside).unwrap();
+    let mut resumed = trainer(small());
+    resumed.restore(&checkpoint).unwrap();
     got.extend(run(&mut resumed, 13));
-    resumed.save(&part).unwrap();
 
     assert_eq!(expected, got);
-    assert_eq!(std::fs::read(&whole).unwrap(), std::fs::read(&part).unwrap());
+    let bytes = |trainer: &VaeTrainer| trainer.checkpoint().unwrap().to_bytes().unwrap();
+    assert!(bytes(&straight) == bytes(&resumed));
+}
+
+#[test]
+fn a_run_in_a_folder_that_was_stopped_is_the_run_it_would_have_been() {
+    let place = tempfile::tempdir().unwrap();
+    let go = |name: &str, stop: u64| {
+        let folder = RunFolder::open_or_create(place.path().join(name), &small()).unwrap();
+        let flag = AtomicBool::new(false);
+        let run = TrainingRun { folder: &folder, stop: &flag, collective: &Alone };
+        let mut trainer = trainer(small());
+        run.run(&mut trainer, |now| flag.store(now.iteration == stop, Ordering::SeqCst)).unwrap();
+        trainer.prior().save(&place.path().join("prior")).unwrap();
+        (std::fs::read(place.path().join("prior")).unwrap(), std::fs::read(folder.metrics_path()).unwrap())
+    };
+    let whole = go("whole", 0);
+    assert_ne!(go("parts", 7).0, whole.0);
+    assert!(go("parts", 0) == whole);
 }
 
 #[test]
@@ -76,12 +85,11 @@ fn every_device_learns_what_the_cpu_learns() {
 
 #[test]
 fn resuming_on_other_clips_is_refused() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("run");
-    trainer(small()).save(&path).unwrap();
+    let checkpoint = trainer(small()).checkpoint().unwrap();
     let (mut train, aside) = split(&small().windows, clips());
     train[0].frames[5].joint_positions[0] += 1e-9;
-    assert!(matches!(VaeTrainer::resume(&path, train, aside), Err(RepresentationError::Mismatch { .. })));
+    let mut other = VaeTrainer::new(small(), layout(), train, aside).unwrap();
+    assert!(matches!(other.restore(&checkpoint), Err(RepresentationError::Mismatch { .. })));
 }
 
 #[test]

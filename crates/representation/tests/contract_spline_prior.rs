@@ -4,19 +4,20 @@
 
 mod swings;
 
-use std::ops::ControlFlow;
-use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use lifelike_checkpoint::Checkpoint;
 use lifelike_nn::adam::Rule;
-use lifelike_nn::device;
+use lifelike_report::run::RunFolder;
 use lifelike_representation::RepresentationError;
 use lifelike_representation::latent::Codes;
 use lifelike_representation::prior::spline::{SplinePriorPlan, WindowSequences};
 use lifelike_representation::prior::split;
-use lifelike_representation::prior::vae::VaeTrainer;
-use lifelike_representation::spline_transformer::{HeldOut, SequencePlan, SequenceTrainer, Sequences, run};
+use lifelike_representation::prior::vae::{VaePlan, VaeTrainer};
+use lifelike_representation::spline_transformer::{HeldOut, SequencePlan, SequenceTrainer, Sequences};
 use lifelike_representation::{MotionPrior, PriorClip, PriorPlan, WindowPlan};
+use lifelike_train::TrainingRun;
+use lifelike_train::collective::Alone;
 use swings::{clip, clips, layout};
 
 /// Four control points of three numbers.
@@ -115,7 +116,8 @@ fn a_network_that_says_nothing_gives_codes_of_nothing() {
         silent.set_meta(key, value).unwrap();
     }
     checkpoint = silent;
-    let trainer = SequenceTrainer::resume(&checkpoint, sequences(&plan, clips())).unwrap();
+    let mut trainer = SequenceTrainer::new(plan.training.clone(), sequences(&plan, clips())).unwrap();
+    trainer.restore(&checkpoint).unwrap();
     let prior = MotionPrior::of_spline(&trainer).unwrap();
     assert!(prior.encode_clip(&clip(0, 10).frames).unwrap().iter().all(|z| *z == 0.0));
 }
@@ -162,7 +164,8 @@ fn a_file_is_the_prior_bit_for_bit() {
     let codes = Codes::of_prior(&loaded, &clips()[..2]).unwrap();
     assert_eq!((codes.len(), codes.dimension(), codes.fps()), (240, SIZE, 50.0));
     assert!(MotionPrior::is_in(&Checkpoint::load(&one).unwrap()));
-    let error = VaeTrainer::resume(&one, clips(), Vec::new()).unwrap_err().to_string();
+    let mut other = VaeTrainer::new(VaePlan::default(), layout(), clips(), Vec::new()).unwrap();
+    let error = other.restore(&Checkpoint::load(&one).unwrap()).unwrap_err().to_string();
     assert!(error.contains("expected a beta-VAE's run, got a spline motion prior"), "{error}");
 }
 
@@ -178,7 +181,8 @@ fn what_does_not_fit_is_told() {
     let mut other = clips();
     other.iter_mut().for_each(|clip| clip.frames[5].joint_positions[0] += 1e-9);
     let checkpoint = trained(&small()).checkpoint().unwrap();
-    let refused = SequenceTrainer::resume(&checkpoint, sequences(&small(), other)).unwrap_err();
+    let mut other = SequenceTrainer::new(small().training, sequences(&small(), other)).unwrap();
+    let refused = other.restore(&checkpoint).unwrap_err();
     assert!(matches!(refused, RepresentationError::Mismatch { .. }), "{refused}");
 }
 
@@ -187,14 +191,14 @@ fn a_run_that_was_stopped_is_the_run_it_would_have_been() {
     let folder = tempfile::tempdir().unwrap();
     let plan = small();
     let go = |name: &str, stop: u64| {
-        let to = folder.path().join(name);
-        let data = sequences(&plan, clips());
-        let trainer = run::train(&to, &plan, &plan.training, data, &device::inference(), |now| {
-            if now.iteration < stop { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
-        });
+        let run = RunFolder::open_or_create(folder.path().join(name), &plan).unwrap();
+        let flag = AtomicBool::new(false);
+        let mut trainer = SequenceTrainer::new(plan.training.clone(), sequences(&plan, clips())).unwrap();
+        let training = TrainingRun { folder: &run, stop: &flag, collective: &Alone };
+        training.run(&mut trainer, |now| flag.store(now.iteration >= stop, Ordering::SeqCst)).unwrap();
         let file = folder.path().join(format!("{name}.prior"));
-        MotionPrior::of_spline(&trainer.unwrap()).unwrap().save(&file).unwrap();
-        (std::fs::read(file).unwrap(), std::fs::read(Path::new(&to).join("metrics.jsonl")).unwrap())
+        MotionPrior::of_spline(&trainer).unwrap().save(&file).unwrap();
+        (std::fs::read(file).unwrap(), std::fs::read(run.metrics_path()).unwrap())
     };
     let whole = go("whole", u64::MAX);
     assert_ne!(go("parts", 7).0, whole.0);

@@ -2,15 +2,17 @@
 
 #![allow(clippy::unwrap_used)]
 
-use std::ops::ControlFlow;
 use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use lifelike_nn::adam::Rule;
-use lifelike_nn::device;
+use lifelike_report::run::RunFolder;
 use lifelike_representation::spline_transformer::{
     HeldOut, Method, SequencePlan, SequenceTrainer, Sequences, Spread, run,
 };
 use lifelike_sequences::{CurveSequences, CurvesPlan, Family};
+use lifelike_train::TrainingRun;
+use lifelike_train::collective::Alone;
 
 /// Small enough for seconds: 16 points, two layers of width 16, Adam.
 fn tiny(family: Family, method: Method, iterations: u64) -> CurvesPlan {
@@ -33,14 +35,14 @@ fn trainer(plan: &CurvesPlan) -> SequenceTrainer<CurveSequences> {
     SequenceTrainer::new(plan.training.clone(), CurveSequences::new(plan).unwrap()).unwrap()
 }
 
-/// Stops after so many iterations in all.
+/// Trains in a folder, and stops after so many iterations in all.
 fn train(folder: &Path, plan: &CurvesPlan, until: u64) -> SequenceTrainer<CurveSequences> {
-    let each = |now: &_| stop_at(now, until);
-    run::train(folder, plan, &plan.training, CurveSequences::new(plan).unwrap(), &device::inference(), each).unwrap()
-}
-
-fn stop_at(now: &lifelike_representation::spline_transformer::SequenceMetrics, until: u64) -> ControlFlow<()> {
-    if now.iteration >= until { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    let folder = RunFolder::open_or_create(folder, plan).unwrap();
+    let stop = AtomicBool::new(false);
+    let mut trainer = trainer(plan);
+    let run = TrainingRun { folder: &folder, stop: &stop, collective: &Alone };
+    run.run(&mut trainer, |now| stop.store(now.iteration >= until, Ordering::SeqCst)).unwrap();
+    trainer
 }
 
 #[test]
@@ -129,11 +131,10 @@ fn runs_of_another_plan_or_other_curves_are_refused() {
     let plan = tiny(Family::Lissajous, Method::Spline, 2);
     let run = train(folder.path(), &plan, 1);
     let other = tiny(Family::Lissajous, Method::Alibi, 2);
-    let data = || CurveSequences::new(&other).unwrap();
-    let each = |now: &_| stop_at(now, 1);
-    let error = run::train(folder.path(), &other, &other.training, data(), &device::inference(), each).unwrap_err();
+    let error = RunFolder::open_or_create(folder.path(), &other).unwrap_err();
     assert!(error.to_string().contains("plan.toml: expected the plan that is asked for"), "{error}");
     let longer = CurveSequences::new(&CurvesPlan { samples: 17, ..plan }).unwrap();
-    let error = SequenceTrainer::resume(&run.checkpoint().unwrap(), longer).unwrap_err().to_string();
+    let mut longer = SequenceTrainer::new(run.plan().clone(), longer).unwrap();
+    let error = longer.restore(&run.checkpoint().unwrap()).unwrap_err().to_string();
     assert!(error.contains("expected lissajous, 16 points") && error.contains("got lissajous, 17 points"), "{error}");
 }

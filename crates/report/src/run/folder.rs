@@ -58,6 +58,28 @@ impl RunFolder {
         })
     }
 
+    /// Opens the folder of a run of this plan, made if it is not there yet.
+    ///
+    /// # Errors
+    /// [`ReportError::Mismatch`] when there is a run of another plan.
+    pub fn open_or_create<P: Serialize + DeserializeOwned + PartialEq>(
+        path: impl Into<PathBuf>,
+        plan: &P,
+    ) -> Result<Self, ReportError> {
+        let folder = Self { path: path.into() };
+        if !folder.plan_path().exists() {
+            return Self::create(folder.path, plan);
+        }
+        if folder.plan::<P>()? == *plan {
+            return Ok(folder);
+        }
+        Err(ReportError::Mismatch {
+            what: folder.plan_path().display().to_string(),
+            expected: "the plan that is asked for".into(),
+            got: "another one (name another folder)".into(),
+        })
+    }
+
     /// The plan that the run was started with.
     ///
     /// # Errors
@@ -182,6 +204,9 @@ mod tests {
         assert_eq!(RunFolder::open(&path).unwrap().plan::<Plan>().unwrap(), plan);
         let error = RunFolder::create(&path, &plan).unwrap_err().to_string();
         assert!(error.contains("resume"), "{error}");
+        assert_eq!(RunFolder::open_or_create(&path, &plan).unwrap(), RunFolder::open(&path).unwrap());
+        let error = RunFolder::open_or_create(&path, &Plan { seed: 8, rate: 0.3 }).unwrap_err().to_string();
+        assert!(error.contains("another one"), "{error}");
     }
 
     #[test]

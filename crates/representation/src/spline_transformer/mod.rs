@@ -1,7 +1,7 @@
 //! Training of the Spline-based Transformer and its baselines (thesis chapter 3).
 //!
 //! The main path: something that has [`Sequences`] (windows of [`Recording`]s here; curves, images, strands and captured people in
-//! `lifelike-sequences`) and a [`SequencePlan`] → [`SequenceTrainer`] → [`run::train`], which keeps a run's folder. The three
+//! `lifelike-sequences`) and a [`SequencePlan`] → [`SequenceTrainer`], a [`lifelike_train::TrainingTask`]. The three
 //! [`Method`]s differ in how the decoder's tokens are made and in nothing else: same seed, same batches.
 
 pub(super) mod passes;
@@ -10,6 +10,7 @@ mod recordings;
 pub mod run;
 mod sequences;
 mod spread;
+mod task;
 mod train;
 
 pub use plan::{Method, SequencePlan};

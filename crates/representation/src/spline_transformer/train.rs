@@ -229,21 +229,27 @@ impl<S: Sequences> SequenceTrainer<S> {
         Ok(checkpoint)
     }
 
-    /// Continues from a checkpoint, with the plan in it.
+    /// Continues from a checkpoint of a training by the same plan.
     ///
     /// # Errors
     /// A checkpoint of something else, or other data than the run began with.
-    pub fn resume(checkpoint: &Checkpoint, data: S) -> Result<Self, RepresentationError> {
-        let (expected, got): (String, _) = (checkpoint.meta("data")?, data.describe());
+    pub fn restore(&mut self, checkpoint: &Checkpoint) -> Result<(), RepresentationError> {
+        let (expected, got): (String, _) = (checkpoint.meta("data")?, self.data.describe());
         if expected != got {
             return Err(RepresentationError::Mismatch { what: "training sequences".into(), expected, got });
         }
-        let mut run = Self::new(checkpoint.meta("plan")?, data)?;
-        run.network = checkpoint.load_module("network", run.network)?;
-        run.optimizer = Adam::load_from(run.optimizer.config(), checkpoint, "optimizer", &run.network)?;
+        if checkpoint.meta::<SequencePlan>("plan")? != self.plan {
+            return Err(RepresentationError::Mismatch {
+                what: format!("{}: plan", checkpoint.origin()),
+                expected: "the plan of this run".into(),
+                got: "another".into(),
+            });
+        }
+        self.network = checkpoint.load_module("network", self.network.clone())?;
+        self.optimizer = Adam::load_from(self.optimizer.config(), checkpoint, "optimizer", &self.network)?;
         let progress = checkpoint.u64s("progress", &[2])?;
-        (run.iteration, run.skipped) = (progress[0], progress[1]);
-        Ok(run)
+        (self.iteration, self.skipped) = (progress[0], progress[1]);
+        Ok(())
     }
 }
 

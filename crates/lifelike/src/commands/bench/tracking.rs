@@ -8,7 +8,7 @@ use lifelike_evaluation::{ClipScore, EvaluationOptions};
 use lifelike_report::run::{RunFolder, read_metrics};
 use lifelike_report::{Cell, Column, Table};
 use lifelike_robot::Robot;
-use lifelike_tracking::{Policy, TrackerPlan};
+use lifelike_tracking::{Policy, TrackerPlan, Trainer};
 use serde::{Deserialize, Serialize};
 use tracing::info;
 
@@ -168,14 +168,15 @@ fn trained(plan: &TrackerPlan, folder: &Path, args: &Args, output: &Output) -> R
     };
     if summary.interrupted {
         // The policy of a stopped run would pass for a finished one.
-        std::fs::remove_file(&summary.policy).map_err(CliError::write(&summary.policy))?;
+        let policy = policy_of(folder);
+        std::fs::remove_file(&policy).map_err(CliError::write(&policy))?;
         return Err(CliError::Interrupted("the same command goes on".into()));
     }
     Ok(())
 }
 
 fn policy_of(folder: &Path) -> PathBuf {
-    folder.join("tracker.policy.safetensors")
+    Trainer::policy_path(folder)
 }
 
 fn evaluated(

@@ -18,15 +18,17 @@ pub fn inspect(path: &Path, output: &Output) -> Result<(), CliError> {
     let checkpoints = run.checkpoints(0).list();
     let last = metrics.last();
     let steps = next_steps::of_run(path, &plan);
+    // Not every iteration of a long run has a line.
+    let iterations = checkpoints.last().map_or(0, |c| c.iteration).max(last.map_or(0, |row| row.iteration));
     let value = json!({
-        "kind": "run", "plan": plan, "iterations": metrics.len(),
+        "kind": "run", "plan": plan, "iterations": iterations,
         "last": last.map(|row| row.values.iter().cloned().collect::<std::collections::BTreeMap<String, f64>>()),
         "checkpoints": checkpoints.iter().map(|c| c.iteration).collect::<Vec<_>>(),
         "next": next::texts(&steps),
         "report": run.report_path().is_file().then(|| run.report_path()),
     });
     output.result(&value, || {
-        let mut text = format!("{}: a run of {} iterations so far\n\n", path.display(), metrics.len());
+        let mut text = format!("{}: a run of {} iterations so far\n\n", path.display(), iterations);
         if let Some(row) = last {
             let rows: Vec<Vec<String>> = row.values.iter().map(|(n, v)| vec![n.clone(), format!("{v:.5}")]).collect();
             text += &table(&[&format!("iteration {}", row.iteration), "value"], &rows);

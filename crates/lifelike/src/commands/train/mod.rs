@@ -1,9 +1,9 @@
 //! `lifelike train ...`: a motion prior, then a policy; a motion spline for editing.
 
+pub mod driver;
 pub mod hardware;
 pub mod prior;
 pub mod processes;
-pub mod sequences;
 mod source;
 pub mod spline;
 pub mod tracker;

@@ -3,8 +3,6 @@
 mod spline;
 mod vae;
 
-use std::path::Path;
-
 use lifelike_nn::device::Device;
 use lifelike_report::run::RunFolder;
 use lifelike_representation::prior::{PriorTrainingPlan, ReconstructionReport, split};
@@ -12,6 +10,7 @@ use lifelike_representation::{MotionPrior, PriorClip, PriorPlan};
 use lifelike_robot::Robot;
 use serde_json::json;
 
+use super::driver::Driver;
 use super::hardware::Networks;
 use super::source::Source;
 use crate::commands::reconstruction::{self, HEAD, row};
@@ -53,9 +52,7 @@ pub struct Args {
 
 /// A training to do in a folder that has its plan.
 struct Job<'a> {
-    folder: &'a Path,
-    resume: bool,
-    plan: &'a PriorTrainingPlan,
+    driver: Driver<'a>,
     training: Vec<PriorClip>,
     held_out: Vec<PriorClip>,
     device: Device,
@@ -81,20 +78,11 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
         split(windows, prior_file::frames(&clips::load(&plan.clips, &robot)?, &robot, windows.frame_rate)?);
     let names = |clips: &[PriorClip]| clips.iter().map(|c| c.name.clone()).collect::<Vec<_>>();
     let (trained_on, held_out_names) = (names(&training), names(&held_out));
-    if !args.source.resume {
-        RunFolder::create(&folder, &plan)?;
-    }
-    let job = Job {
-        folder: &folder,
-        resume: args.source.resume,
-        plan: &plan,
-        training,
-        held_out,
-        device: args.networks.open()?,
-    };
+    let run = if args.source.resume { RunFolder::open(&folder)? } else { RunFolder::create(&folder, &plan)? };
+    let job = Job { driver: Driver::new(&run, output), training, held_out, device: args.networks.open()? };
     let done = match &plan.prior {
-        PriorPlan::Vae(plan) => vae::train(plan, &robot.layout, job, output)?,
-        PriorPlan::Spline(plan) => spline::train(plan, &robot.layout, job, output)?,
+        PriorPlan::Vae(plan) => vae::train(plan, &robot.layout, job)?,
+        PriorPlan::Spline(plan) => spline::train(plan, &robot.layout, job)?,
     };
     let path = folder.join("motion.prior.safetensors");
     done.prior.save(&path)?;

@@ -1,11 +1,13 @@
 //! `lifelike train spline`: a robot's motion as a few control points, for `lifelike motion edit`.
 
+use lifelike_report::run::RunFolder;
 use lifelike_representation::motion_spline::{ClipErrors, MotionSpline, MotionSplinePlan, SplinedClip, SplitClips};
+use lifelike_representation::spline_transformer::SequenceTrainer;
 use lifelike_robot::Robot;
 use serde_json::json;
 
+use super::driver::Driver;
 use super::hardware::Networks;
-use super::sequences::Training;
 use super::source::Source;
 use crate::commands::clips;
 use crate::error::CliError;
@@ -53,8 +55,9 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let windows = data.training_len();
     let device = args.networks.open()?;
     let total = plan.training.iterations;
-    let training = Training { folder: &folder, plan: &plan, training: &plan.training, device: &device, minutes: None };
-    let (trainer, interrupted) = training.run(data, output, |now| format!("error {:.3}", now.loss))?;
+    let run = RunFolder::open_or_create(&folder, &plan)?;
+    let mut trainer = SequenceTrainer::new(plan.training.clone(), data)?.to_device(&device);
+    let summary = Driver::new(&run, output).train(&mut trainer, |now| format!("error {:.3}", now.metrics.loss))?;
     let (robot_name, clip) = (plan.robot.clone(), plan.clips.first().cloned().unwrap_or_default());
     // A folder or pattern has many clips; `motion edit` takes one.
     let clip = if clip.is_file() { clip } else { "builtin:march".into() };
@@ -96,7 +99,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
                 .word("--look")
         )
     })?;
-    if interrupted {
+    if summary.interrupted {
         let next = NextCommand::new("train spline").word("--resume").path("-o", &folder);
         return Err(CliError::Interrupted(format!("go on with {next}")));
     }

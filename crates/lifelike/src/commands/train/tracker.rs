@@ -4,13 +4,14 @@ use std::path::Path;
 use std::sync::Arc;
 
 use lifelike_report::run::RunFolder;
-use lifelike_report::{Cell, Column, ReportBuilder, Table, curves_from};
 use lifelike_robot::ReferenceLibrary;
 use lifelike_robot::Robot;
-use lifelike_tracking::{ClipProgress, Summary, TrackerPlan, Trainer};
+use lifelike_tracking::{TrackerMetrics, TrackerPlan, Trainer};
+use lifelike_train::Summary;
 use lifelike_train::collective::Collective;
 use serde_json::json;
 
+use super::driver::Driver;
 use super::hardware::Hardware;
 use super::processes;
 use super::source::Source;
@@ -18,10 +19,8 @@ use crate::commands::clips;
 use crate::commands::physics;
 use crate::commands::prior_file::Prior;
 use crate::error::CliError;
-use crate::interrupt;
 use crate::next::NextCommand;
 use crate::output::Output;
-use crate::progress::Progress;
 
 /// Seconds of standing in the default pose, where a plan names no clips.
 const STANDING_SECONDS: f64 = 4.0;
@@ -73,9 +72,9 @@ pub fn train(
     resume: bool,
     hardware: &Hardware,
     output: &Output,
-) -> Result<Option<Summary>, CliError> {
+) -> Result<Option<Summary<TrackerMetrics>>, CliError> {
     let all = processes::all()?;
-    let done = train_among(plan, folder, resume, hardware, output, &all);
+    let done = train_distributed(plan, folder, resume, hardware, output, &all);
     if let (Err(error), true) = (&done, all.size() > 1) {
         tracing::error!("process {} of {}: {error}", all.rank() + 1, all.size());
         all.abort();
@@ -83,14 +82,14 @@ pub fn train(
     done
 }
 
-fn train_among(
+fn train_distributed(
     plan: &TrackerPlan,
     folder: &Path,
     resume: bool,
     hardware: &Hardware,
     output: &Output,
     all: &Arc<dyn Collective>,
-) -> Result<Option<Summary>, CliError> {
+) -> Result<Option<Summary<TrackerMetrics>>, CliError> {
     let mut trainer = prepare(plan, hardware, Arc::clone(all))?;
     if !resume {
         trainer = trainer.initialised()?;
@@ -102,28 +101,19 @@ fn train_among(
         return Err(CliError::Failed("the first process could not make the run's folder".into()));
     }
     let run = created.unwrap_or_else(|| RunFolder::open(folder))?;
-    let stop = interrupt::flag()?;
-    let quiet = Output { json: output.json, quiet: true };
-    let mut progress = Progress::new(if first { output } else { &quiet }, "training", plan.budget.steps);
-    let summary = trainer.run(&run, &stop, |now| {
-        progress.update(now.steps, now.budget, || {
-            format!(
-                "{:.0} steps/s  iteration {}  survival {:.0}%  episode {:.1} s  reward {:.2}",
-                now.steps_per_second,
-                now.iteration,
-                100.0 * now.survival,
-                now.episode_seconds,
-                now.reward
-            )
-        });
+    let driver = Driver { collective: all.as_ref(), ..Driver::new(&run, output) };
+    let summary = driver.train(&mut trainer, |now| {
+        let metrics = now.metrics;
+        format!(
+            "{:.0} steps/s  iteration {}  survival {:.0}%  episode {:.1} s  reward {:.2}",
+            metrics.steps_per_second,
+            now.iteration,
+            100.0 * metrics.survival,
+            metrics.episode_seconds,
+            metrics.ppo.reward
+        )
     })?;
-    progress.finish();
-    if !first {
-        return Ok(None);
-    }
-    let facts = ReportBuilder::new(format!("Training of {}", folder.display())).fact("robot", plan.robot.clone());
-    facts.curves(curves_from(&run.metrics()?)).table(clip_table(&trainer)).write(&run.report_path())?;
-    Ok(Some(summary))
+    Ok(Some(summary).filter(|_| first))
 }
 
 /// Everything that a plan names, ready to learn.
@@ -145,24 +135,11 @@ pub fn prepare(plan: &TrackerPlan, hardware: &Hardware, all: Arc<dyn Collective>
     };
     let terrain = plan.terrain.map(|terrain| terrain.build()).transpose()?.map(Arc::new);
     let simulation = hardware.physics.simulate(terrain, &robot, plan.ppo.environments)?;
-    let trainer = Trainer::among(plan, robot, Arc::new(library), simulation, all)?.to_device(&device);
+    let trainer = Trainer::distributed(plan, robot, Arc::new(library), simulation, all)?.to_device(&device);
     Ok(match &prior {
         Some(prior) => trainer.with_prior_digest(prior.digest()),
         None => trainer,
     })
-}
-
-/// What became of each clip, the hardest first.
-fn clip_table(trainer: &Trainer) -> Table {
-    let columns = vec![Column::text("clip"), Column::number("survival", "%"), Column::number("seen", "%")];
-    let mut table = Table::new("Clips", columns);
-    let mut clips = trainer.clips();
-    clips.sort_by(|a, b| a.survival.total_cmp(&b.survival));
-    let row = |clip: &ClipProgress<'_>| {
-        vec![Cell::text(clip.name), Cell::number(100.0 * clip.survival, 0), Cell::number(100.0 * clip.seen, 0)]
-    };
-    table.rows = clips.iter().map(row).collect();
-    table
 }
 
 /// The command that evaluates a plan's policy on its own clips.
@@ -172,32 +149,33 @@ fn evaluation_of(plan: &TrackerPlan, policy: &Path, folder: &Path) -> NextComman
     eval.motions(&plan.clips).path("-o", &folder.join("evaluation"))
 }
 
-fn report(summary: &Summary, plan: &TrackerPlan, folder: &Path, output: &Output) -> Result<(), CliError> {
-    let last = summary.progress;
+fn report(summary: &Summary<TrackerMetrics>, plan: &TrackerPlan, folder: &Path, output: &Output) -> Result<(), CliError> {
+    let policy = Trainer::policy_path(folder);
+    let last = summary.metrics;
     let value = json!({
-        "run": folder, "policy": summary.policy, "interrupted": summary.interrupted,
-        "next": evaluation_of(plan, &summary.policy, folder).to_string(),
-        "iterations": last.map(|p| p.iteration), "steps": last.map(|p| p.steps), "seconds": last.map(|p| p.seconds),
-        "survival": last.map(|p| p.survival), "reward": last.map(|p| p.reward),
-        "steps_per_second": last.map(|p| p.steps_per_second),
+        "run": folder, "policy": policy, "interrupted": summary.interrupted,
+        "next": evaluation_of(plan, &policy, folder).to_string(),
+        "iterations": last.map(|_| summary.iteration), "steps": last.map(|_| summary.done),
+        "seconds": last.map(|_| summary.seconds), "survival": last.map(|m| m.survival),
+        "reward": last.map(|m| m.ppo.reward), "steps_per_second": last.map(|m| m.steps_per_second),
     });
     output.result(&value, || {
         let mut text = String::new();
-        if let Some(p) = last {
+        if let Some(metrics) = last {
             text += &format!(
                 "{} iterations, {} steps in {:.1} min; survival in training {:.0}%, reward {:.3} per step\n",
-                p.iteration,
-                p.steps,
-                p.seconds / 60.0,
-                100.0 * p.survival,
-                p.reward
+                summary.iteration,
+                summary.done,
+                summary.seconds / 60.0,
+                100.0 * metrics.survival,
+                metrics.ppo.reward
             );
         }
         text + &format!(
             "policy: {}\ncurves: {}\nnext:   {}\n",
-            summary.policy.display(),
+            policy.display(),
             folder.join("report.html").display(),
-            evaluation_of(plan, &summary.policy, folder)
+            evaluation_of(plan, &policy, folder)
         )
     })
 }

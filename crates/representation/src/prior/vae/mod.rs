@@ -8,6 +8,7 @@ mod file;
 pub mod loss;
 mod network;
 mod plan;
+mod task;
 mod train;
 
 pub use network::MotionVae;

@@ -1,8 +1,5 @@
 //! Training of the motion prior: the whole algorithm in [`VaeTrainer::step`].
 
-use std::ops::ControlFlow;
-use std::path::Path;
-
 use burn::module::Module;
 use burn::tensor::{Tensor, TensorData};
 use lifelike_checkpoint::Checkpoint;
@@ -147,20 +144,6 @@ impl VaeTrainer {
         })
     }
 
-    /// Iterates until the plan is done or `each` (called after every iteration) breaks.
-    pub fn train(
-        &mut self,
-        mut each: impl FnMut(&Self, &VaeMetrics) -> ControlFlow<()>,
-    ) -> Result<(), RepresentationError> {
-        while self.iteration < self.plan.iterations {
-            let metrics = self.step()?;
-            if each(self, &metrics).is_break() {
-                break;
-            }
-        }
-        Ok(())
-    }
-
     /// The prior as it stands.
     pub fn prior(&self) -> MotionPrior {
         let (layout, statistics) = (self.layout.clone(), self.statistics.clone());
@@ -173,45 +156,47 @@ impl VaeTrainer {
         self.prior().reconstruct(windows)
     }
 
-    /// Writes everything needed to continue bit for bit. [`MotionPrior::load`] reads the same file.
-    pub fn save(&self, path: &Path) -> Result<(), RepresentationError> {
+    /// Returns everything needed to continue bit for bit. [`MotionPrior::load`] reads a file of it.
+    ///
+    /// # Errors
+    /// Tensor data could not be read from the device.
+    pub fn checkpoint(&self) -> Result<Checkpoint, RepresentationError> {
         let mut checkpoint = Checkpoint::new();
         self.prior().save_into(&mut checkpoint)?;
         checkpoint.set_meta("data", &self.training.digest())?;
         checkpoint.put_u64("progress", &[2], vec![self.iteration, self.skipped])?;
         self.optimizer.save_into(&mut checkpoint, "optimizer")?;
-        Ok(checkpoint.save(path)?)
+        Ok(checkpoint)
     }
 
-    /// Continues a saved run with the plan in the file.
+    /// Continues from a checkpoint of a training by the same plan.
     ///
     /// # Errors
-    /// A damaged file, or training clips that are not those the run began with.
-    pub fn resume(
-        path: &Path,
-        training: Vec<PriorClip>,
-        held_out: Vec<PriorClip>,
-    ) -> Result<Self, RepresentationError> {
-        let checkpoint = Checkpoint::load(path)?;
-        let saved = MotionPrior::load_from(&checkpoint)?;
-        let PriorPlan::Vae(plan) = saved.plan() else {
-            return Err(RepresentationError::Mismatch {
-                what: path.display().to_string(),
-                expected: "a beta-VAE's run".into(),
-                got: format!("a {}", saved.plan().kind()),
-            });
+    /// A checkpoint of another plan or kind of prior, or training clips that are not those the run began with.
+    pub fn restore(&mut self, checkpoint: &Checkpoint) -> Result<(), RepresentationError> {
+        let mismatch = |what: &str, expected: String, got: String| {
+            Err(RepresentationError::Mismatch { what: format!("{}{what}", checkpoint.origin()), expected, got })
         };
-        let mut run = Self::new(plan.clone(), saved.layout().clone(), training, held_out)?;
-        let (expected, got): (String, _) = (checkpoint.meta("data")?, run.training.digest());
-        if expected != got {
-            let what = format!("{}: training clips", path.display());
-            return Err(RepresentationError::Mismatch { what, expected: format!("digest {expected}"), got });
+        let saved = MotionPrior::load_from(checkpoint)?;
+        match saved.plan() {
+            PriorPlan::Vae(plan) if *plan == self.plan => {}
+            PriorPlan::Vae(_) => return mismatch(": plan", "the plan of this run".into(), "another".into()),
+            other => return mismatch("", "a beta-VAE's run".into(), format!("a {}", other.kind())),
         }
-        run.statistics = saved.statistics().clone();
-        run.vae = checkpoint.load_module(NETWORK, run.vae)?;
-        run.optimizer = Adam::load_from(run.optimizer.config(), &checkpoint, "optimizer", &run.vae)?;
+        let (expected, got): (String, _) = (checkpoint.meta("data")?, self.training.digest());
+        if expected != got {
+            return mismatch(": training clips", format!("digest {expected}"), got);
+        }
+        self.statistics = saved.statistics().clone();
+        self.vae = checkpoint.load_module(NETWORK, self.vae.clone())?;
+        self.optimizer = Adam::load_from(self.optimizer.config(), checkpoint, "optimizer", &self.vae)?;
         let progress = checkpoint.u64s("progress", &[2])?;
-        (run.iteration, run.skipped) = (progress[0], progress[1]);
-        Ok(run)
+        (self.iteration, self.skipped) = (progress[0], progress[1]);
+        Ok(())
+    }
+
+    /// Returns what identifies the clips it learns from.
+    pub(super) fn data(&self) -> String {
+        self.training.digest()
     }
 }

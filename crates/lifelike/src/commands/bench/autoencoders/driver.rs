@@ -4,7 +4,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 use lifelike_nn::device::Device;
-use lifelike_representation::spline_transformer::{Method, SequenceMetrics, SequenceTrainer};
+use lifelike_report::run::RunFolder;
+use lifelike_representation::spline_transformer::{Method, SequenceTrainer};
 use lifelike_sequences::DataPlan;
 use serde_json::json;
 use tracing::info;
@@ -12,7 +13,7 @@ use tracing::info;
 use super::args::Shared;
 use super::results::{Place, Run};
 use super::{Column, Experiment, page, tables};
-use crate::commands::train::sequences::Training;
+use crate::commands::train::driver::Driver;
 use crate::error::CliError;
 use crate::output::Output;
 use crate::overrides;
@@ -96,10 +97,12 @@ fn trained<E: Experiment>(
 ) -> Result<SequenceTrainer<E::Data>, CliError> {
     let data = E::data(source, &place.plan)?;
     let training = place.plan.training();
-    let run = Training { folder, plan: &place.plan, training, device, minutes: shared.minutes };
-    let words = |now: &SequenceMetrics| format!("{} {} {:.2e}", place.column, training.method, now.loss);
-    let (trainer, interrupted) = run.run(data, output, words)?;
-    if interrupted {
+    let run = RunFolder::open_or_create(folder, &place.plan)?;
+    let mut trainer = SequenceTrainer::new(training.clone(), data)?.to_device(device);
+    let driver = Driver { minutes: shared.minutes, ..Driver::new(&run, output) };
+    let summary =
+        driver.train(&mut trainer, |now| format!("{} {} {:.2e}", place.column, training.method, now.metrics.loss))?;
+    if summary.interrupted {
         return Err(CliError::Interrupted("the same command goes on".into()));
     }
     Ok(trainer)

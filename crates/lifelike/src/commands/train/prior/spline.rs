@@ -3,25 +3,19 @@
 use lifelike_motion::FeatureLayout;
 use lifelike_representation::MotionPrior;
 use lifelike_representation::prior::spline::{SplinePriorPlan, WindowSequences};
+use lifelike_representation::spline_transformer::SequenceTrainer;
 
 use super::{Job, Trained};
-use crate::commands::train::sequences::Training;
 use crate::error::CliError;
-use crate::output::Output;
 
 /// Trains until the plan is done or Ctrl-C.
-pub fn train(
-    plan: &SplinePriorPlan,
-    layout: &FeatureLayout,
-    job: Job<'_>,
-    output: &Output,
-) -> Result<Trained, CliError> {
+pub fn train(plan: &SplinePriorPlan, layout: &FeatureLayout, job: Job<'_>) -> Result<Trained, CliError> {
     let training = &plan.training;
     let data = WindowSequences::new(plan.windows, training.seed, layout.clone(), job.training, job.held_out)?;
-    let run = Training { folder: job.folder, plan: job.plan, training, device: &job.device, minutes: None };
-    let (trainer, interrupted) = run.run(data, output, |now| format!("mean squared error {:.4}", now.loss))?;
+    let mut trainer = SequenceTrainer::new(training.clone(), data)?.to_device(&job.device);
+    let summary = job.driver.train(&mut trainer, |now| format!("mean squared error {:.4}", now.metrics.loss))?;
     let prior = MotionPrior::of_spline(&trainer)?;
     let report = prior.reconstruct(trainer.data().watched())?;
-    let (iterations, parameters) = (trainer.iteration(), trainer.parameters());
-    Ok(Trained { prior, report, iterations, parameters, interrupted })
+    let parameters = trainer.parameters();
+    Ok(Trained { prior, report, iterations: summary.iteration, parameters, interrupted: summary.interrupted })
 }

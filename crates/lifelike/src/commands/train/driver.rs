@@ -1,0 +1,57 @@
+//! Any training in a run's folder, with a progress bar and Ctrl-C.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
+
+use lifelike_report::run::RunFolder;
+use lifelike_train::collective::{Alone, Collective};
+use lifelike_train::{Summary, TrainingRun, TrainingTask};
+
+use crate::error::CliError;
+use crate::interrupt;
+use crate::output::Output;
+use crate::progress::Progress;
+
+/// Surroundings of a training.
+pub struct Driver<'a> {
+    /// The run's folder; the run in it is gone on with.
+    pub folder: &'a RunFolder,
+    /// The processes that train together; only the first shows progress.
+    pub collective: &'a dyn Collective,
+    /// After which this sitting is stopped, done or not.
+    pub minutes: Option<f64>,
+    pub output: &'a Output,
+}
+
+impl<'a> Driver<'a> {
+    /// Surroundings of one process, without a limit of time.
+    pub fn new(folder: &'a RunFolder, output: &'a Output) -> Self {
+        Self { folder, collective: &Alone, minutes: None, output }
+    }
+
+    /// Trains until the budget is spent, the minutes are over, or Ctrl-C, which alone counts as an interruption.
+    pub fn train<T: TrainingTask>(
+        &self,
+        task: &mut T,
+        words: impl Fn(&lifelike_train::Progress<'_, T::Metrics>) -> String,
+    ) -> Result<Summary<T::Metrics>, CliError>
+    where
+        CliError: From<T::Error>,
+    {
+        let interrupted = interrupt::flag()?;
+        let stop = AtomicBool::new(interrupted.load(Ordering::SeqCst));
+        let quiet = Output { json: self.output.json, quiet: true };
+        let output = if self.collective.rank() == 0 { self.output } else { &quiet };
+        let mut progress = Progress::new(output, "training", task.budget().total);
+        let began = Instant::now();
+        let run = TrainingRun { folder: self.folder, stop: &stop, collective: self.collective };
+        let mut summary = run.run(task, |now| {
+            progress.update(now.done, now.total, || words(now));
+            let late = self.minutes.is_some_and(|minutes| began.elapsed().as_secs_f64() > 60.0 * minutes);
+            stop.store(late || interrupted.load(Ordering::SeqCst), Ordering::SeqCst);
+        })?;
+        progress.finish();
+        summary.interrupted &= self.collective.size() > 1 || interrupted.load(Ordering::SeqCst);
+        Ok(summary)
+    }
+}
