@@ -1,6 +1,7 @@
 //! `lifelike train ...`: a motion prior, then a policy; a motion spline for editing.
 
 pub mod hardware;
+mod keys;
 pub mod prior;
 pub mod processes;
 pub mod sequences;

@@ -12,6 +12,7 @@ use lifelike_train::collective::Collective;
 use serde_json::json;
 
 use super::hardware::Hardware;
+use super::keys;
 use super::processes;
 use super::source::Source;
 use crate::commands::clips;
@@ -44,6 +45,9 @@ Examples:
 `lifelike plans` lists built-in plans. A plan's relative paths are looked for in its folder, in the one above, and where you
 are. Clips are files, folders, patterns, @list.txt, or builtin: the program's own keyframed clips.")]
 pub struct Args {
+    /// Print every key of a plan with its default, unit and meaning, and stop.
+    #[arg(long)]
+    pub keys: bool,
     /// Plan and folder.
     #[command(flatten)]
     pub source: Source,
@@ -54,6 +58,9 @@ pub struct Args {
 
 /// Runs the command.
 pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
+    if args.keys {
+        return keys::tracker(output);
+    }
     let folder = args.source.folder()?;
     let plan: TrackerPlan = args.source.changeable(&folder)?;
     let Some(summary) = train(&plan, &folder, args.source.resume, &args.hardware, output)? else { return Ok(()) };
