@@ -3,7 +3,7 @@
 //! The main path of every command: typed arguments ([`commands`], one file each, with a `run` function) → a plan
 //! ([`plans`]: a built-in one or a file, with `key=value` changes) → the libraries below do the work, with progress and
 //! Ctrl-C → an [`Output`]: text for people, JSON for scripts, files. What fails is a [`CliError`] with an exit code.
-//! What a person reads goes to standard output; progress and logs go to standard error.
+//! Results go to standard output; progress and logs go to standard error.
 //!
 //! ```
 //! use clap::Parser;

@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use crate::error::CliError;
 
-/// Where results go.
+/// Destination and form of results.
 #[derive(Debug, Clone, Copy)]
 pub struct Output {
     /// JSON instead of text.
@@ -35,7 +35,7 @@ impl Output {
         }
     }
 
-    /// Whether progress may be drawn.
+    /// Returns whether progress may be drawn.
     pub fn shows_progress(&self) -> bool {
         !self.json && !self.quiet
     }

@@ -1,4 +1,4 @@
-//! How far long work is, and when it will be done: a bar for people at a terminal, a line now and then for log files.
+//! Progress of long work with its remaining time: a bar for people at a terminal, a line now and then for log files.
 
 use std::time::{Duration, Instant};
 

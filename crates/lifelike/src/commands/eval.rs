@@ -34,7 +34,7 @@ Examples:
   lifelike eval --policy p.policy.safetensors --prior m.prior.safetensors --motions a.bvh b.bvh -o report
   lifelike eval --policy p.policy.safetensors --motions @experiments/track-20-test.txt -o report
   lifelike eval --policy p.policy.safetensors --motions data/lima -o report --json | jq .overall.survival
-  lifelike eval --policy p.policy.safetensors --motions data/lima -o report --explain --apply data/mended
+  lifelike eval --policy p.policy.safetensors --motions data/lima -o report --explain --apply data/repaired
 
 Motions may be *.motion.safetensors, or captured motion and keyframes, which are retargeted on the way.")]
 pub struct Args {

@@ -31,7 +31,7 @@ pub struct Args {
     pub what: PathBuf,
 }
 
-/// What a path seems to be.
+/// Kind of a path, by its name.
 enum Kind {
     Robot,
     Run,

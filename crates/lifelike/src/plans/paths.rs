@@ -90,7 +90,7 @@ fn has_motion(text: &str) -> bool {
     is_builtin(Path::new(text)) || exists(Path::new(text.strip_prefix('@').unwrap_or(text)))
 }
 
-/// Whether there is a file or folder, or of a pattern the folder that it begins in.
+/// Returns whether there is a file or folder, or of a pattern the folder that it begins in.
 fn exists(path: &Path) -> bool {
     let fixed = fixed(path);
     if fixed == path { path.exists() } else { fixed.as_os_str().is_empty() || fixed.is_dir() }

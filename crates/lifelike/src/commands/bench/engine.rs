@@ -73,7 +73,7 @@ struct Rate {
     bytes_per_environment: Option<usize>,
 }
 
-/// Where a step of our engine goes.
+/// Time of a step of our engine, by stage.
 #[derive(Debug, Serialize)]
 struct Breakdown {
     robot: String,

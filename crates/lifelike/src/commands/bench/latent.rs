@@ -55,7 +55,7 @@ pub struct Args {
     robot: String,
 }
 
-/// How well a prior brings some clips back.
+/// Reconstruction errors of a prior on some clips.
 struct Reconstruction {
     prior: String,
     motions: &'static str,

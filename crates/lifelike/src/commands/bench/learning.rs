@@ -54,9 +54,9 @@ struct Report {
     operations_learning: f64,
     /// Operations per second while learning.
     learning_rate: f64,
-    /// Where the networks are.
+    /// Device of the networks.
     device: String,
-    /// What the networks on the CPU are held against; not for a card.
+    /// Reference for networks on the CPU; none for a card.
     peak: Option<Peak>,
 }
 

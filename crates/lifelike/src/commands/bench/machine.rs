@@ -1,4 +1,4 @@
-//! What one core of this machine could do at most.
+//! Peak rates of one core of this machine.
 
 use std::hint::black_box;
 use std::time::Instant;

@@ -1,4 +1,4 @@
-//! `lifelike bench`: how fast things are here, how much a policy bears, and the thesis' tables.
+//! `lifelike bench`: rates on this machine, disturbances that a policy withstands, and the thesis' tables.
 
 pub mod engine;
 mod machine;
@@ -27,7 +27,7 @@ use clap::Subcommand;
 use crate::error::CliError;
 use crate::output::Output;
 
-/// Measure the engine's speed on this machine and how much a policy bears, and make the thesis' tables anew.
+/// Measure the engine's speed on this machine and which disturbances a policy withstands, and make the thesis' tables anew.
 #[derive(Debug, Subcommand)]
 #[allow(missing_docs)] // a comment on a variant would take the place of the command's help text
 pub enum Bench {

@@ -1,4 +1,4 @@
-//! `lifelike bench robustness`: how much a policy bears.
+//! `lifelike bench robustness`: the disturbances that a policy withstands.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -115,7 +115,7 @@ fn save(found: &Robustness, robot: &Robot, policy: &Path, folder: &Path) -> Resu
     let json = serde_json::to_string_pretty(found).map_err(|e| CliError::Failed(e.to_string()))?;
     let file = folder.join("robustness.json");
     std::fs::write(&file, json).map_err(CliError::write(&file))?;
-    let page = ReportBuilder::new(format!("What {} bears", policy.display()))
+    let page = ReportBuilder::new(format!("Disturbances that {} withstands", policy.display()))
         .subtitle("Survival and tracking error against the size of disturbances; the page draws all ground level.")
         .fact("robot", found.robot.clone())
         .fact("engine", found.engine.clone())

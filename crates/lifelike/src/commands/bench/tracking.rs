@@ -49,7 +49,7 @@ pub struct Args {
     overrides: Vec<String>,
 }
 
-/// What is compared.
+/// A comparison: the common plan, its variants, and classes of clips.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Study {

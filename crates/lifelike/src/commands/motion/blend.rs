@@ -21,7 +21,7 @@ pub struct Args {
     pub a: PathBuf,
     /// The clip that is blended in.
     pub b: PathBuf,
-    /// How much of the second: 0 is the first, 1 the second.
+    /// Share of the second clip: 0 is the first, 1 the second.
     #[arg(short, long, default_value_t = 0.5)]
     pub weight: f64,
     /// Folder, name and robot of the result.

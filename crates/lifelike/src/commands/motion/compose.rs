@@ -26,16 +26,16 @@ pub struct Args {
     pub base: PathBuf,
     /// The clip whose joints are taken.
     pub other: PathBuf,
-    /// Which joints are taken.
+    /// Joints and parts of the body that are taken from the second clip.
     #[arg(short, long, value_delimiter = ',', required = true)]
     pub joints: Vec<String>,
     /// When the other clip begins in the base's time (s); below 0 it has begun already.
     #[arg(long, default_value_t = 0.0, allow_negative_numbers = true)]
     pub offset: f64,
-    /// Where the other clip is over first.
+    /// Continuation where the other clip is over first.
     #[arg(long, value_enum, default_value = "return")]
     pub length: Policy,
-    /// How long the joints take from one clip to the other (s); 0 is abrupt.
+    /// Time that the joints take from one clip to the other (s); 0 is abrupt.
     #[arg(long, default_value_t = 0.3)]
     pub fade: f64,
     /// Folder, name and robot of the result.
@@ -43,7 +43,7 @@ pub struct Args {
     pub common: Common,
 }
 
-/// What happens where the other clip is over first.
+/// Continuation where the other clip is over first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum Policy {
     /// The result ends there.

@@ -29,12 +29,12 @@ pub struct Args {
     /// Frames per second; as they are where not given.
     #[arg(long)]
     pub fps: Option<f64>,
-    /// What to write.
+    /// Format of the results.
     #[arg(long, value_enum, default_value = "motion")]
     pub to: Format,
 }
 
-/// What can be written.
+/// Formats of results.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum Format {
     /// *.motion.safetensors

@@ -1,4 +1,4 @@
-//! What all commands share that make motion from motion: robot and clips in, a clip with a name and a report out.
+//! Shared parts of the commands that make motion from motion: robot and clips in, a clip with a name and a report out.
 
 use std::path::{Path, PathBuf};
 
@@ -12,7 +12,7 @@ use crate::commands::clips;
 use crate::error::CliError;
 use crate::output::{Output, table};
 
-/// Where the result goes, and whose motion it is.
+/// Folder, name and robot of the result.
 #[derive(Debug, clap::Args)]
 pub struct Common {
     /// Folder of the result.

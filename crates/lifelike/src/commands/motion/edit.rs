@@ -248,7 +248,7 @@ fn text(rows: &[Row]) -> String {
         "velocity (rad/s)",
         "acceleration (rad/s²)",
         "skate (cm/s)",
-        "bears (%)",
+        "in contact (%)",
     ];
     table(&head, &rows.iter().map(cells).collect::<Vec<_>>())
 }

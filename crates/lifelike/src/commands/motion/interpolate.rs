@@ -122,7 +122,7 @@ fn row(robot: &Robot, motion: String, clip: &MotionClip, made: Option<&Unrolled>
     })
 }
 
-/// What the prior alone makes of a clip: an interpolation can be no better.
+/// Reconstruction of a clip by the prior alone: an interpolation can be no better.
 fn decoded(robot: &Robot, name: &str, made: &Unrolled) -> Result<Row, CliError> {
     row(robot, format!("{name}, decoded"), &made.clip, Some(made))
 }
@@ -155,7 +155,7 @@ fn text(rows: &[Row], path: &Path) -> String {
         "length (s)",
         "path (m)",
         "skate (cm/s)",
-        "bears (%)",
+        "in contact (%)",
         "deepest (cm)",
         "clamped (%)",
         "beyond (deg)",

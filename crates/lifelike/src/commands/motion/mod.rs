@@ -77,13 +77,13 @@ impl Motion {
     }
 }
 
-/// Where a clip of this name goes. Names become file names without anything that could lead to another folder.
+/// Returns the file of a clip of this name. Names become file names without anything that could lead to another folder.
 fn target(folder: &Path, name: &str, extension: &str) -> PathBuf {
     let safe: String = name.chars().map(|c| if c.is_alphanumeric() || "-_.+".contains(c) { c } else { '_' }).collect();
     folder.join(format!("{}{extension}", safe.trim_start_matches('.')))
 }
 
-/// Where the container of a clip goes.
+/// Returns the file of a clip's container.
 pub fn container_in(folder: &Path, name: &str) -> PathBuf {
     target(folder, name, EXTENSION)
 }

@@ -26,13 +26,13 @@ The result is called NAME-placed where no --name is given.")]
 pub struct Args {
     /// The clip.
     pub input: PathBuf,
-    /// What is to be where and when; may be given several times.
+    /// A body, its time and its target; may be given several times.
     #[arg(short, long = "key", value_name = "BODY@SECONDS[+]=X,Y,Z", value_parser = key, required = true)]
     pub keys: Vec<Key>,
-    /// How long before each key the motion begins to deviate (s).
+    /// Time before each key at which the motion begins to deviate (s).
     #[arg(long, default_value_t = 0.5)]
     pub before: f64,
-    /// How long after each key the motion is its own again (s).
+    /// Time after each key at which the motion is its own again (s).
     #[arg(long, default_value_t = 0.5)]
     pub after: f64,
     /// Folder, name and robot of the result.

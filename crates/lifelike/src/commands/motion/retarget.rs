@@ -83,7 +83,7 @@ Options such as fps=30, smoothing=0.03, allow_off_ground=true stand at the end; 
     )
 }
 
-/// What became of one input file.
+/// Outcome of one input file.
 #[derive(Debug, serde::Serialize)]
 struct Done {
     file: PathBuf,

@@ -33,7 +33,7 @@ pub struct Args {
     /// The motion prior whose codes are compared.
     #[arg(long)]
     pub prior: PathBuf,
-    /// Where to search: files, folders, patterns, or @list.txt with one of them per line.
+    /// Clips to search: files, folders, patterns, or @list.txt with one of them per line.
     #[arg(short, long, required = true, num_args = 1..)]
     pub motions: Vec<PathBuf>,
     /// Most hits.
@@ -96,7 +96,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     })
 }
 
-/// What people said about this instant of a clip; nothing where they did not.
+/// Captions of this instant of a clip; empty where there are none.
 fn caption_at(clip: &MotionClip, time: f64) -> &str {
     let captions = clip.provenance.captions.iter();
     captions.filter(|c| c.start <= time && time <= c.end).map(|c| c.text.as_str()).next().unwrap_or("")

@@ -23,7 +23,7 @@ pub struct Args {
     /// Clips in their order.
     #[arg(required = true, value_name = "FILE[@START..END]")]
     pub parts: Vec<String>,
-    /// How long neighbours overlap (s).
+    /// Overlap of neighbours (s).
     #[arg(long, default_value_t = 0.3)]
     pub fade: f64,
     /// Folder, name and robot of the result.

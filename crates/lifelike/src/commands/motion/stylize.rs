@@ -24,7 +24,7 @@ pub struct Args {
     /// Clips: files, folders of them, or patterns; anything but *.motion.safetensors is retargeted first.
     #[arg(required = true)]
     pub inputs: Vec<PathBuf>,
-    /// Which joints.
+    /// Joints and parts of the body to change.
     #[arg(long, value_delimiter = ',', default_value = "all")]
     pub joints: Vec<String>,
     /// Multiply how far joints are from their mean: above 1 is more, below 1 less.

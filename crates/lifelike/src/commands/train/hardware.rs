@@ -1,14 +1,14 @@
-//! What a training runs on: cores for the physics, a processor for the networks.
+//! Hardware of a training: cores for the physics, a processor for the networks.
 
 use lifelike_nn::device::{Device, Processor};
 
 use crate::commands::physics::Physics;
 use crate::error::CliError;
 
-/// Where networks learn.
+/// Processor of the networks.
 #[derive(Debug, Clone, Default, clap::Args)]
 pub struct Networks {
-    /// Where networks learn: cpu, cuda:N or wgpu (any card with Vulkan, Metal or DirectX 12). A card needs a build with
+    /// Processor on which networks learn: cpu, cuda:N or wgpu (any card with Vulkan, Metal or DirectX 12). A card needs a build with
     /// --features cuda or wgpu, and is meant for large networks and minibatches.
     #[arg(long, default_value_t, value_name = "DEVICE")]
     pub device: Processor,
@@ -28,13 +28,13 @@ impl Networks {
     }
 }
 
-/// What a tracker's training runs on.
+/// Hardware of a tracker's training.
 #[derive(Debug, Clone, clap::Args)]
 pub struct Hardware {
     /// Engine and threads.
     #[command(flatten)]
     pub physics: Physics,
-    /// Where networks learn.
+    /// Processor of the networks.
     #[command(flatten)]
     pub networks: Networks,
 }

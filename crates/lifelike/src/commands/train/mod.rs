@@ -2,6 +2,7 @@
 
 pub mod driver;
 pub mod hardware;
+mod keys;
 pub mod prior;
 pub mod processes;
 mod source;

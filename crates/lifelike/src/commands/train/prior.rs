@@ -45,7 +45,7 @@ pub struct Args {
     /// Plan and folder.
     #[command(flatten)]
     pub source: Source,
-    /// Where networks learn.
+    /// Processor of the networks.
     #[command(flatten)]
     pub networks: Networks,
 }

@@ -13,6 +13,7 @@ use serde_json::json;
 
 use super::driver::Driver;
 use super::hardware::Hardware;
+use super::keys;
 use super::processes;
 use super::source::Source;
 use crate::commands::clips;
@@ -43,6 +44,9 @@ Examples:
 `lifelike plans` lists built-in plans. A plan's relative paths are looked for in its folder, in the one above, and where you
 are. Clips are files, folders, patterns, @list.txt, or builtin: the program's own keyframed clips.")]
 pub struct Args {
+    /// Print every key of a plan with its default, unit and meaning, and stop.
+    #[arg(long)]
+    pub keys: bool,
     /// Plan and folder.
     #[command(flatten)]
     pub source: Source,
@@ -53,6 +57,9 @@ pub struct Args {
 
 /// Runs the command.
 pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
+    if args.keys {
+        return keys::tracker(output);
+    }
     let folder = args.source.folder()?;
     let plan: TrackerPlan = args.source.changeable(&folder)?;
     let Some(summary) = train(&plan, &folder, args.source.resume, &args.hardware, output)? else { return Ok(()) };

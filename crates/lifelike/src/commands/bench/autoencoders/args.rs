@@ -10,13 +10,13 @@ use super::budget::Budget;
 use crate::commands::train::hardware::Networks;
 use crate::error::CliError;
 
-/// What is compared, and how much is spent on it.
+/// Methods that are compared, and their budget.
 #[derive(Debug, clap::Args)]
 pub struct Shared {
     /// Methods; all where not given.
     #[arg(long, value_delimiter = ',')]
     pub methods: Vec<Method>,
-    /// How long, and how large a batch.
+    /// Iterations and batch size.
     #[arg(long, value_enum, default_value_t)]
     pub budget: Budget,
     /// Iterations of each run, instead of the budget's; the learning rate falls to 0 over them.
@@ -40,13 +40,13 @@ pub struct Shared {
     /// Folder of the runs, of the results as JSON and of report.html.
     #[arg(short, long)]
     pub output: PathBuf,
-    /// Where networks learn.
+    /// Processor of the networks.
     #[command(flatten)]
     pub networks: Networks,
 }
 
 impl Shared {
-    /// Whether learning rates are swept.
+    /// Returns whether learning rates are swept.
     pub fn sweeps(&self) -> bool {
         !self.rates.is_empty()
     }
@@ -87,7 +87,7 @@ impl FromStr for MethodRate {
     }
 }
 
-/// Which columns, where these are latent dimensions.
+/// Columns of a table, where these are latent dimensions.
 #[derive(Debug, clap::Args)]
 pub struct Latents {
     /// Latent dimensions; the thesis' where not given.

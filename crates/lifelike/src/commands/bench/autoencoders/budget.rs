@@ -1,4 +1,4 @@
-//! How much is spent on each run.
+//! Budget of each run.
 
 use lifelike_nn::adam::Rule;
 use lifelike_representation::spline_transformer::SequencePlan;

@@ -24,16 +24,16 @@ use crate::error::CliError;
 use crate::output::Output;
 use budget::Budget;
 
-/// What the methods are compared on.
+/// A comparison of methods: columns, plans, data and drawings.
 pub trait Experiment {
     /// A run's plan: what plan.toml holds.
     type Plan: DataPlan;
-    /// What all runs have in common and is read once.
+    /// Data that all runs have in common, read once.
     type Source;
-    /// What a run learns from.
+    /// Data of one run.
     type Data: Sequences;
 
-    /// How it speaks.
+    /// Words of its tables and messages.
     const WORDS: Words;
     /// Mean squared errors of the network times this are the tables'.
     const SCALE: f64 = 1.0;
@@ -56,7 +56,7 @@ pub trait Experiment {
     /// A test sequence and what came back of it, both `[tokens, width]`.
     fn shown(data: &Self::Data, x: &[f32], y: &[f32]) -> Shown;
 
-    /// What else the table tells of the test set, by name with unit.
+    /// Further measures of the test set, by name with unit.
     ///
     /// # Errors
     /// The device does not hand out its numbers.
@@ -65,7 +65,7 @@ pub trait Experiment {
     }
 }
 
-/// How an experiment speaks.
+/// Words of an experiment.
 #[derive(Debug, Clone, Copy)]
 pub struct Words {
     /// Of the command and of the results' file.
@@ -78,15 +78,15 @@ pub struct Words {
     pub table: &'static str,
     /// Below it: what is measured, and what cannot be compared with the thesis.
     pub caption: &'static str,
-    /// What the columns differ by.
+    /// Name of what the columns differ by.
     pub column: &'static str,
     /// Unit of the errors; may be empty.
     pub unit: &'static str,
-    /// What elements of a sequence are called.
+    /// Name of a sequence's elements.
     pub tokens: &'static str,
-    /// What test sequences are called.
+    /// Name of test sequences.
     pub items: &'static str,
-    /// What the drawings show.
+    /// Title of the drawings.
     pub drawing: &'static str,
 }
 
@@ -108,7 +108,7 @@ pub struct Column<P> {
 pub struct Shown {
     /// The sequence itself, where it stands beside what came back, not behind it.
     pub truth: Option<Panel>,
-    /// What came back.
+    /// Reconstruction.
     pub back: Panel,
 }
 

@@ -1,4 +1,4 @@
-//! What became of a run.
+//! Result of a run.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -17,7 +17,7 @@ use crate::error::CliError;
 
 /// Test sequences that are drawn of each run.
 const DRAWN: usize = 4;
-/// Where a run's folder keeps what was measured.
+/// File of a run's folder that keeps what was measured.
 const FILE: &str = "test.toml";
 
 /// A run before it begins.
@@ -69,11 +69,11 @@ pub struct Measured {
     pub median: f64,
     /// Root mean square distance of control points from their sequence's mean.
     pub spread: f64,
-    /// What else the experiment measures, by name with unit.
+    /// Further measures of the experiment, by name with unit.
     pub also: BTreeMap<String, f64>,
 }
 
-/// What the folder keeps: the measured numbers, in the network's unit, and of what they are.
+/// Measured numbers as the folder keeps them, in the network's unit, and of what they are.
 #[derive(Debug, Serialize, Deserialize)]
 struct Kept<P> {
     iteration: u64,
@@ -117,13 +117,13 @@ impl Run {
         })
     }
 
-    /// Whether the plan's iterations are done.
+    /// True when the plan's iterations are done.
     pub fn is_done(&self) -> bool {
         self.iterations >= self.of
     }
 }
 
-/// What the folder keeps of this plan, these sequences and this iteration; else what `measure` says, which is kept then.
+/// Returns what the folder keeps of this plan, these sequences and this iteration; else what `measure` says, which is kept then.
 fn measured<P: Serialize + DeserializeOwned + PartialEq + Clone, S: Sequences>(
     folder: &Path,
     plan: &P,

@@ -43,7 +43,7 @@ fn summary(rows: &[Row]) -> Table {
         ("velocity", "rad/s"),
         ("acceleration", "rad/s²"),
         ("skate", "cm/s"),
-        ("bears", "%"),
+        ("in contact", "%"),
     ];
     let head = [Column::text("motion")].into_iter().chain(columns.map(|(name, unit)| Column::number(name, unit)));
     let mut table = Table::new("Before and after", head.collect());
@@ -59,7 +59,7 @@ fn summary(rows: &[Row]) -> Table {
             Cell::number(100.0 * row.footing.bearing, 0),
         ]);
     }
-    table.caption = "Change: root mean square against the first row; velocity and acceleration: root mean square over joints. Skate: how fast feet move that stand. Bears: share of time in \
+    table.caption = "Change: root mean square against the first row; velocity and acceleration: root mean square over joints. Skate: how fast feet move that stand. In contact: share of time in \
                      which a foot stands."
         .into();
     table
