@@ -125,7 +125,7 @@ impl<'a> EvaluationSuite<'a> {
         conditions: impl Fn(&Episode) -> EpisodeConditions,
         mut progress: impl FnMut(usize, usize),
     ) -> Result<Evaluation, EvaluationError> {
-        let (robot, engine, width) = (self.controller.robot(), simulation.engine(), simulation.len());
+        let (robot, engine, width) = (self.controller.robot(), simulation.engine().to_string(), simulation.len());
         let mut runner = Runner::new(self.controller, &self.library, simulation)?;
         let mut scores = Vec::with_capacity(self.episodes.len());
         let mut kept: Vec<Rollout> = Vec::new();
@@ -144,7 +144,7 @@ impl<'a> EvaluationSuite<'a> {
             progress(scores.len(), self.episodes.len());
         }
         let names = (robot.name.as_str(), robot.layout.joints.as_slice());
-        Ok(Evaluation::new(names, engine, self.options.seconds, scores, kept))
+        Ok(Evaluation::new(names, &engine, self.options.seconds, scores, kept))
     }
 
     /// Runs as many episodes as there are in a wave, each in its own environment, in lockstep.

@@ -1,7 +1,8 @@
-//! `lifelike bench`: how fast things are here, how much a policy bears, and the thesis' tables.
+//! `lifelike bench`: how fast things are here, how much a policy withstands, and the thesis' tables.
 
 pub mod engine;
 mod machine;
+pub mod robustness;
 
 // By networks of the training framework.
 #[cfg(feature = "learning")]
@@ -11,13 +12,11 @@ pub mod latent;
 #[cfg(feature = "learning")]
 pub mod learning;
 #[cfg(feature = "learning")]
-pub mod robustness;
-#[cfg(feature = "learning")]
 pub mod tracking;
 #[cfg(not(feature = "learning"))]
 use crate::commands::missing::{
-    self as curves, self as images, self as latent, self as learning, self as reconstruction, self as robustness,
-    self as strands, self as tracking,
+    self as curves, self as images, self as latent, self as learning, self as reconstruction, self as strands,
+    self as tracking,
 };
 #[cfg(feature = "learning")]
 pub use autoencoders::{curves, images, reconstruction, strands};
@@ -27,7 +26,7 @@ use clap::Subcommand;
 use crate::error::CliError;
 use crate::output::Output;
 
-/// Measure the engine's speed on this machine and how much a policy bears, and make the thesis' tables anew.
+/// Measure the engine's speed on this machine and how much a policy withstands, and make the thesis' tables anew.
 #[derive(Debug, Subcommand)]
 #[allow(missing_docs)] // a comment on a variant would take the place of the command's help text
 pub enum Bench {
