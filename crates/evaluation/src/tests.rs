@@ -5,13 +5,14 @@
 use std::sync::Arc;
 
 use lifelike_character::{Quat, Vec3};
+use lifelike_checkpoint::Checkpoint;
 use lifelike_motion::{MotionClip, Provenance};
-use lifelike_robot::ActionSpec;
-
-use super::{Cause, Evaluation, EvaluationOptions, Outcome, evaluate};
-use lifelike_robot::ReferenceLibrary;
+use lifelike_robot::controller::PolicyHeader;
+use lifelike_robot::{ActionSpec, AnchorSpec, Controller, ObservationSpec, ReferenceSpec, Robot};
 use lifelike_sim::testing::{Followers, robot};
-use lifelike_tracking::{Policy, TrackerPlan, Trainer};
+use lifelike_sim::{Simulation, SimulationSpec};
+
+use super::{Cause, Evaluation, EvaluationOptions, EvaluationSetup, Outcome};
 
 pub(super) fn clip(name: &str, seconds: f64, cyclic: bool) -> MotionClip {
     let frames = (seconds * 50.0) as usize + 1;
@@ -29,27 +30,49 @@ pub(super) fn clip(name: &str, seconds: f64, cyclic: bool) -> MotionClip {
     }
 }
 
-/// A policy that was never trained; with a tiny `scale` it asks for the reference itself.
-pub(super) fn policy(scale: f64) -> Policy {
-    let mut plan = TrackerPlan::new("post", &[]);
-    plan.ppo.environments = 2;
-    plan.ppo.minibatch = 4;
-    plan.network.actor = vec![8];
-    plan.network.critic = vec![8];
-    plan.action = ActionSpec::Reference { scale };
-    let library = Arc::new(ReferenceLibrary::standing(&robot(), 1.0).unwrap());
-    Trainer::new(&plan, robot(), library, Box::new(Followers::new(2))).unwrap().policy()
+/// A controller that was never trained; with a tiny `scale` it asks for the reference itself.
+pub(super) fn controller(scale: f64) -> Controller {
+    let robot = robot();
+    let reference = ReferenceSpec { frame: true, ..ReferenceSpec::default() };
+    let observation = ObservationSpec::new(&robot, reference, AnchorSpec { heading: true, position: true });
+    let (size, joints) = (observation.size(), robot.joints());
+    let header = PolicyHeader {
+        robot: robot.name.clone(),
+        observation,
+        action: ActionSpec::Reference { scale },
+        control_hz: robot.control_hz,
+        hidden: vec![8],
+        encoder: None,
+        prior: String::new(),
+        steps: 0,
+    };
+    let numbers =
+        |count: usize, size: f32| (0..count).map(|i| (((i * 7919) % 97) as f32 / 48.0 - 1.0) * size).collect();
+    let mut file = Checkpoint::new();
+    file.set_meta("policy", &header).unwrap();
+    for (i, [inputs, outputs]) in [[size, 8], [8, joints]].into_iter().enumerate() {
+        let weight = numbers(inputs * outputs, 0.1);
+        file.put_f32(&format!("actor.mean.layers.{i}.weight"), &[inputs, outputs], weight).unwrap();
+        file.put_f32(&format!("actor.mean.layers.{i}.bias"), &[outputs], vec![0.0; outputs]).unwrap();
+    }
+    file.put_f64("normalizer.mean", &[size], vec![0.0; size]).unwrap();
+    file.put_f64("normalizer.variance", &[size], vec![1.0; size]).unwrap();
+    file.put_f64("normalizer.settings", &[4], vec![1.0, 1.0, 5.0, 1.0]).unwrap();
+    Controller::from_policy(&file, None, robot).unwrap()
 }
 
-fn run(policy: &Policy, clips: &[MotionClip], simulation: Followers, options: &EvaluationOptions) -> Evaluation {
-    evaluate(policy, &robot(), clips, None, Box::new(simulation), options, |_, _| {}).unwrap()
+/// Evaluates in a simulation of so many environments.
+fn run(controller: &Controller, clips: &[MotionClip], environments: usize, options: &EvaluationOptions) -> Evaluation {
+    let simulate = |_, _| Ok(Box::new(Followers::new(environments)) as Box<dyn Simulation>);
+    let setup = EvaluationSetup { controller, encoder: None, simulate: &simulate, environments };
+    setup.evaluate(clips, options, |_, _| {}).unwrap()
 }
 
 #[test]
 fn the_joints_of_a_follower_lag_and_nothing_else_is_wrong() {
     let options = EvaluationOptions { seconds: 3.0, starts: 2, keep: 1, after_fall: 0.5 };
     let clips = [clip("once", 2.0, false), clip("cycle", 1.0, true)];
-    let e = run(&policy(1e-6), &clips, Followers::new(3), &options);
+    let e = run(&controller(1e-6), &clips, 3, &options);
     let lengths: Vec<(f64, f64)> = e.episodes.iter().map(|s| (s.start, s.planned_seconds)).collect();
     // An episode that ends with its clip lacks the clip's last frame. A cycle goes on.
     assert_eq!(lengths, [(0.0, 1.98), (1.0, 0.98), (0.0, 3.0), (0.5, 3.0)]);
@@ -70,7 +93,7 @@ fn the_joints_of_a_follower_lag_and_nothing_else_is_wrong() {
 fn scores_do_not_depend_on_how_many_run_at_once() {
     let options = EvaluationOptions { seconds: 1.0, starts: 3, keep: 0, after_fall: 0.5 };
     let clips = [clip("once", 2.0, false), clip("cycle", 1.0, true)];
-    let of = |n: usize| serde_json::to_string(&run(&policy(0.5), &clips, Followers::new(n), &options)).unwrap();
+    let of = |n: usize| serde_json::to_string(&run(&controller(0.5), &clips, n, &options)).unwrap();
     let alone = of(1);
     assert_eq!(alone, of(4));
     assert_eq!(alone, of(64));
@@ -79,9 +102,14 @@ fn scores_do_not_depend_on_how_many_run_at_once() {
 #[test]
 fn a_diverged_episode_has_fallen_and_its_neighbours_have_not() {
     let options = EvaluationOptions { seconds: 1.0, starts: 2, keep: 1, after_fall: 0.5 };
-    let mut simulation = Followers::new(2);
-    simulation.diverge = Some((1, 7));
-    let e = run(&policy(1e-6), &[clip("once", 4.0, false)], simulation, &options);
+    let simulate = |_, environments| {
+        let mut simulation = Followers::new(environments);
+        simulation.diverge = Some((1, 7));
+        Ok(Box::new(simulation) as Box<dyn Simulation>)
+    };
+    let controller = controller(1e-6);
+    let setup = EvaluationSetup { controller: &controller, encoder: None, simulate: &simulate, environments: 2 };
+    let e = setup.evaluate(&[clip("once", 4.0, false)], &options, |_, _| {}).unwrap();
     assert_eq!(e.episodes.iter().map(|s| s.survived).collect::<Vec<_>>(), [true, false]);
     let failure = e.failures().next().unwrap();
     assert_eq!((failure.cause, failure.second), (Cause::Diverged, 7.0 / 50.0));
@@ -91,12 +119,12 @@ fn a_diverged_episode_has_fallen_and_its_neighbours_have_not() {
 }
 
 #[test]
-fn a_policy_of_another_rate_is_refused() {
-    let mut other = (*robot()).clone();
-    other.control_hz = 30.0;
-    let options = EvaluationOptions::default();
-    let simulation = Box::new(Followers::new(1));
+fn a_simulation_of_another_robot_is_refused() {
+    let lima = Arc::new(Robot::load("lima").unwrap());
+    let simulate = |_, n| SimulationSpec::new(n).build(Arc::clone(&lima));
+    let controller = controller(1e-6);
+    let setup = EvaluationSetup { controller: &controller, encoder: None, simulate: &simulate, environments: 1 };
     let clips = [clip("once", 2.0, false)];
-    let error = evaluate(&policy(1e-6), &Arc::new(other), &clips, None, simulation, &options, |_, _| {}).unwrap_err();
-    assert!(error.to_string().contains("policy rate"), "{error}");
+    let error = setup.evaluate(&clips, &EvaluationOptions::default(), |_, _| {}).unwrap_err().to_string();
+    assert!(error.contains("expected those of robot 'post', got those of 'lima'"), "{error}");
 }

@@ -5,6 +5,7 @@ mod learning;
 
 use lifelike_character::CharacterError;
 use lifelike_checkpoint::CheckpointError;
+use lifelike_evaluation::EvaluationError;
 use lifelike_motion::MotionError;
 use lifelike_report::ReportError;
 use lifelike_robot::RobotError;
@@ -79,6 +80,15 @@ impl From<SimError> for CliError {
             SimError::EngineUnavailable { .. } => Self::Unavailable(error.to_string()),
             SimError::UnknownEngine { .. } => Self::Usage(error.to_string()),
             _ => Self::Failed(error.to_string()),
+        }
+    }
+}
+
+impl From<EvaluationError> for CliError {
+    fn from(error: EvaluationError) -> Self {
+        match error {
+            EvaluationError::Simulation(error) => error.into(),
+            _ => Self::Input(error.to_string()),
         }
     }
 }

@@ -11,8 +11,8 @@ use super::push::pushes;
 use super::stairs::{climb, footfalls};
 use super::switches::segments;
 use super::*;
-use crate::tests::{clip, policy};
-use crate::{Episode, EvaluationOptions};
+use crate::tests::{clip, controller};
+use crate::{Episode, EvaluationOptions, EvaluationSetup};
 use lifelike_sim::testing::{Followers, robot};
 
 fn run(width: usize) -> Robustness {
@@ -23,12 +23,14 @@ fn run(width: usize) -> Robustness {
         evaluation: EvaluationOptions { seconds: 1.5, starts: 2, keep: 1, after_fall: 0.2 },
     };
     let clips = [clip("once", 2.0, false), clip("cycle", 1.0, true)];
-    let ground = |terrain, n| {
+    let simulate = |terrain, n| {
         let mut simulation = Followers::new(n);
         simulation.terrain = terrain;
         Ok(Box::new(simulation) as Box<dyn lifelike_sim::Simulation>)
     };
-    sweep(&policy(1e-6), &robot(), &clips, None, &ground, width, &options, |_, _, _| {}).unwrap()
+    let controller = controller(1e-6);
+    let setup = EvaluationSetup { controller: &controller, encoder: None, simulate: &simulate, environments: width };
+    sweep(&setup, &clips, &options, |_, _, _| {}).unwrap()
 }
 
 #[test]

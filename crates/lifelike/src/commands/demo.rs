@@ -6,13 +6,12 @@ use std::time::Instant;
 
 use lifelike_evaluation::EvaluationOptions;
 use lifelike_robot::Robot;
-use lifelike_tracking::Policy;
 use serde_json::json;
 
 use crate::commands::clips;
+use crate::commands::controller_file::Loaded;
 use crate::commands::eval::{Job, save, text};
 use crate::commands::physics::{self, Physics};
-use crate::commands::prior_file::Prior;
 use crate::error::CliError;
 use crate::next::NextCommand;
 use crate::output::Output;
@@ -55,13 +54,18 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let began = Instant::now();
     let robot = Arc::new(Robot::load(&args.robot)?);
     let pretrained = |kind: &str| asset(&format!("{}.{kind}.safetensors", robot.name));
-    let file = args.policy.clone().or_else(|| pretrained("policy")).ok_or_else(|| no_policy(&robot, &args.robot))?;
-    let policy = Policy::load(&file, &robot)?;
-    let prior = Prior::for_policy(&policy, args.prior.clone().or_else(|| pretrained("prior")).as_deref())?;
+    let file = args
+        .policy
+        .clone()
+        .or_else(|| pretrained("controller"))
+        .or_else(|| pretrained("policy"))
+        .ok_or_else(|| no_policy(&robot, &args.robot))?;
+    let prior = args.prior.clone().or_else(|| pretrained("prior"));
+    let loaded = Loaded::new(&file, Arc::clone(&robot), prior.as_deref())?;
     let clips = if args.motions.is_empty() { clips::builtin(&robot) } else { clips::load(&args.motions, &robot)? };
     tracing::info!("{} clips retargeted to {} in {:.1} s", clips.len(), robot.name, began.elapsed().as_secs_f64());
     let options = EvaluationOptions { seconds: args.seconds, starts: 1, keep: 1, ..EvaluationOptions::default() };
-    let job = Job { policy: &policy, robot: &robot, prior: prior.as_ref(), physics: &args.physics };
+    let job = Job { loaded: &loaded, physics: &args.physics };
     let evaluation = job.run(&clips, &options, output)?;
     let report =
         save(&evaluation, None, &robot, &format!("{} follows {} motions", robot.name, clips.len()), &args.output)?;

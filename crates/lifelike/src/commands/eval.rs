@@ -1,27 +1,23 @@
 //! `lifelike eval`: how well a policy follows.
 
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
 use lifelike_evaluation::explain::{self, Explanation};
-use lifelike_evaluation::{Evaluation, EvaluationOptions, evaluate};
+use lifelike_evaluation::{Evaluation, EvaluationOptions};
 use lifelike_motion::{MotionClip, container};
 use lifelike_report::{ReportBuilder, Table};
 use lifelike_robot::Robot;
-use lifelike_tracking::Policy;
 
 use crate::commands::clips;
+use crate::commands::controller_file::Loaded;
 use crate::commands::motion::container_in;
 use crate::commands::physics::{self, Physics};
-use crate::commands::prior_file::Prior;
 use crate::error::CliError;
 use crate::output::Output;
 use crate::progress::Progress;
 
 /// Most episodes of one clip: more is a mistake.
 pub const STARTS: usize = 10_000;
-/// Most episodes that run at once.
-const ENVIRONMENTS: usize = 128;
 
 /// Evaluate a policy in physics: errors, survival, where and why it fell.
 ///
@@ -38,7 +34,7 @@ Examples:
 
 Motions may be *.motion.safetensors, or captured motion and keyframes, which are retargeted on the way.")]
 pub struct Args {
-    /// The policy.
+    /// The controller, or the policy.
     #[arg(short, long)]
     pub policy: PathBuf,
     /// The motion prior that the policy was trained with, where it was.
@@ -77,22 +73,20 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
         let text = format!("--seconds must be above 0 and at most 3600, --starts from 1 to {STARTS}");
         return Err(CliError::Usage(text));
     }
-    let policy = Policy::read(&args.policy)?;
-    let robot = Arc::new(Robot::load(args.robot.as_deref().unwrap_or(&policy.header().robot))?);
-    policy.check(&robot)?;
-    args.physics.require_ready(&robot)?;
-    let prior = Prior::for_policy(&policy, args.prior.as_deref())?;
-    let clips = clips::load(&args.motions, &robot)?;
+    let loaded = Loaded::load(&args.policy, args.robot.as_deref(), args.prior.as_deref())?;
+    let robot = loaded.controller.robot();
+    args.physics.require_ready(robot)?;
+    let clips = clips::load(&args.motions, robot)?;
     let options = EvaluationOptions { seconds: args.seconds, starts: args.starts, ..EvaluationOptions::default() };
-    let job = Job { policy: &policy, robot: &robot, prior: prior.as_ref(), physics: &args.physics };
+    let job = Job { loaded: &loaded, physics: &args.physics };
     let evaluation = job.run(&clips, &options, output)?;
     let title = format!("{} on {} clips", args.policy.display(), clips.len());
     let explanations = args.explain.then(|| job.explain(&evaluation, &clips, &options, output)).transpose()?;
     let table = explanations.as_ref().and_then(|all| explain::table(all));
-    let report = save(&evaluation, table, &robot, &title, &args.output)?;
-    for mended in explanations.iter().flatten().filter_map(|e| e.mended.as_ref()) {
+    let report = save(&evaluation, table, robot, &title, &args.output)?;
+    for repaired in explanations.iter().flatten().filter_map(|e| e.repaired.as_ref()) {
         let Some(folder) = &args.apply else { break };
-        container::write(&container_in(folder, &mended.name), mended)?;
+        container::write(&container_in(folder, &repaired.name), repaired)?;
     }
     let sentences: String = explanations.iter().flatten().map(|e| e.words() + "\n").collect();
     let result = Explained { evaluation: &evaluation, explanations };
@@ -108,14 +102,10 @@ struct Explained<'a> {
     explanations: Option<Vec<Explanation>>,
 }
 
-/// A policy, ready to be evaluated.
+/// A controller, ready to be evaluated.
 pub struct Job<'a> {
-    /// The policy.
-    pub policy: &'a Policy,
-    /// The robot.
-    pub robot: &'a Arc<Robot>,
-    /// Its prior, where it wants one.
-    pub prior: Option<&'a Prior>,
+    /// The controller.
+    pub loaded: &'a Loaded,
     /// The physics.
     pub physics: &'a Physics,
 }
@@ -128,11 +118,9 @@ impl Job<'_> {
         options: &EvaluationOptions,
         output: &Output,
     ) -> Result<Evaluation, CliError> {
-        let environments = (clips.len() * options.starts).clamp(1, ENVIRONMENTS);
-        let simulation = self.physics.simulate(None, self.robot, environments)?;
+        let simulate = |terrain, n| self.physics.simulate(terrain, self.loaded.controller.robot(), n);
         let mut progress = Progress::new(output, "evaluating", clips.len() as u64);
-        let prior = self.prior.map(Prior::as_encode);
-        let evaluation = evaluate(self.policy, self.robot, clips, prior, simulation, options, |done, of| {
+        let evaluation = self.loaded.setup(&simulate).evaluate(clips, options, |done, of| {
             progress.update(done as u64, of as u64, String::new);
         })?;
         progress.finish();
@@ -147,19 +135,11 @@ impl Job<'_> {
         options: &EvaluationOptions,
         output: &Output,
     ) -> Result<Vec<Explanation>, CliError> {
-        let simulate = |n| Ok(self.physics.simulate(None, self.robot, n)?);
+        let simulate = |terrain, n| self.physics.simulate(terrain, self.loaded.controller.robot(), n);
         let mut progress = Progress::new(output, "explaining", 1);
-        let prior = self.prior.map(Prior::as_encode);
-        let told = explain::explain(
-            evaluation,
-            self.policy,
-            self.robot,
-            clips,
-            prior,
-            &simulate,
-            options,
-            |clip, done, of| progress.update(done as u64, of as u64, || clip.to_string()),
-        )?;
+        let told = explain::explain(&self.loaded.setup(&simulate), evaluation, clips, options, |clip, done, of| {
+            progress.update(done as u64, of as u64, || clip.to_string());
+        })?;
         progress.finish();
         Ok(told)
     }

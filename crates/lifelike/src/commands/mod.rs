@@ -2,6 +2,9 @@
 
 pub mod bench;
 pub(crate) mod clips;
+mod controller_file;
+pub mod demo;
+pub mod eval;
 pub mod export;
 pub mod inspect;
 #[cfg(not(feature = "learning"))]
@@ -11,11 +14,7 @@ pub mod physics;
 pub mod plans;
 pub mod robots;
 
-// What trains or runs networks by the training framework; without it these are commands in name only.
-#[cfg(feature = "learning")]
-pub mod demo;
-#[cfg(feature = "learning")]
-pub mod eval;
+// What needs the training framework; without it these are commands in name only.
 #[cfg(feature = "learning")]
 mod prior_file;
 #[cfg(feature = "learning")]
@@ -23,7 +22,7 @@ mod reconstruction;
 #[cfg(feature = "learning")]
 pub mod train;
 #[cfg(not(feature = "learning"))]
-use missing::{self as demo, self as eval, self as train};
+use missing as train;
 
 use clap::Subcommand;
 

@@ -6,8 +6,7 @@ use lifelike_motion::features::frames_of;
 use lifelike_motion::resample::resample;
 use lifelike_motion::{FeatureLayout, Frame, MotionClip};
 use lifelike_representation::{MotionPrior, PriorClip};
-use lifelike_robot::{LatentEncoder, Robot, RobotError};
-use lifelike_tracking::Policy;
+use lifelike_robot::{Controller, LatentEncoder, Robot, RobotError};
 use sha2::{Digest, Sha256};
 
 use crate::error::CliError;
@@ -41,12 +40,14 @@ impl Prior {
         &self.digest
     }
 
-    /// The prior of a policy that wants one, checked to be the very one that it was trained with.
-    pub fn for_policy(policy: &Policy, path: Option<&Path>) -> Result<Option<Self>, CliError> {
-        let header = policy.header();
-        if header.observation.reference.latent == 0 {
+    /// Reads the prior of a controller that wants latent codes and has no encoder of its own, checked to be the very one
+    /// that it was trained with.
+    pub fn for_controller(controller: &Controller, path: Option<&Path>) -> Result<Option<Self>, CliError> {
+        let header = controller.header();
+        if header.observation.reference.latent == 0 || controller.prior().is_some() {
             return Ok(None);
         }
+        let header = &header.provenance;
         let path = path.ok_or_else(|| {
             CliError::Usage(format!(
                 "this policy wants latent codes; name its prior (SHA-256 {}) with --prior",

@@ -1,6 +1,5 @@
 //! Errors of the crates that learn.
 
-use lifelike_evaluation::EvaluationError;
 use lifelike_nn::device::DeviceError;
 use lifelike_representation::RepresentationError;
 use lifelike_sequences::SequencesError;
@@ -51,16 +50,6 @@ impl From<TrackerError> for CliError {
             TrackerError::Simulation(error) => error.into(),
             TrackerError::Report(error) => error.into(),
             TrackerError::Train(error) => error.into(),
-            _ => Self::Input(error.to_string()),
-        }
-    }
-}
-
-impl From<EvaluationError> for CliError {
-    fn from(error: EvaluationError) -> Self {
-        match error {
-            EvaluationError::Simulation(error) => error.into(),
-            EvaluationError::Tracker(error) => error.into(),
             _ => Self::Input(error.to_string()),
         }
     }

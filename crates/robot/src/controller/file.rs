@@ -61,26 +61,23 @@ impl ControllerFile {
         Ok(Self { header, policy, prior, robot })
     }
 
+    /// Reads a controller, or a policy without its prior, which then follows references that bring their latent codes.
+    ///
+    /// # Errors
+    /// The file is damaged or neither, or its golden vectors are not reproduced.
+    pub fn read(path: &Path) -> Result<Self, RobotError> {
+        Self::joined(path, None)
+    }
+
     /// Reads a controller, or a policy with the prior that it wants.
     ///
     /// # Errors
-    /// The file is damaged or neither, its golden vectors are not reproduced, a prior is missing or another one.
+    /// As [`Self::read`]; a prior is missing or another one.
     pub fn load(path: &Path, prior: Option<&Path>) -> Result<Self, RobotError> {
-        let (file, digest) = read(path)?;
-        if file.metadata().contains_key(KIND) {
-            return Self::from_checkpoint(&file, &path.display().to_string());
-        }
-        if !file.metadata().contains_key(POLICY) {
-            return Err(RobotError::Mismatch {
-                what: path.display().to_string(),
-                expected: "a controller or a policy".into(),
-                got: "neither: no such header".into(),
-            });
-        }
         let prior = prior.map(read).transpose()?;
-        let controller = Self::join(&file, prior.as_ref().map(|(file, _)| file), digest)?;
+        let controller = Self::joined(path, prior.as_ref().map(|(file, _)| file))?;
         let wanted = &controller.header.provenance.prior;
-        if controller.header.observation.reference.latent > 0 {
+        if controller.header.observation.reference.latent > 0 && controller.robot.is_none() {
             let got =
                 prior.map_or_else(|| "none: name its file".to_string(), |(_, digest)| format!("SHA-256 {digest}"));
             if !(got.ends_with(wanted.as_str()) && controller.prior.is_some()) {
@@ -92,6 +89,21 @@ impl ControllerFile {
             }
         }
         Ok(controller)
+    }
+
+    fn joined(path: &Path, prior: Option<&Checkpoint>) -> Result<Self, RobotError> {
+        let (file, digest) = read(path)?;
+        if file.metadata().contains_key(KIND) {
+            return Self::from_checkpoint(&file, &path.display().to_string());
+        }
+        if !file.metadata().contains_key(POLICY) {
+            return Err(RobotError::Mismatch {
+                what: path.display().to_string(),
+                expected: "a controller or a policy".into(),
+                got: "neither: no such header".into(),
+            });
+        }
+        Self::join(&file, prior, digest)
     }
 
     /// Reads a controller from a file's content; `path` is for messages.

@@ -2,6 +2,7 @@
 
 pub mod engine;
 mod machine;
+pub mod robustness;
 
 // By networks of the training framework.
 #[cfg(feature = "learning")]
@@ -11,13 +12,11 @@ pub mod latent;
 #[cfg(feature = "learning")]
 pub mod learning;
 #[cfg(feature = "learning")]
-pub mod robustness;
-#[cfg(feature = "learning")]
 pub mod tracking;
 #[cfg(not(feature = "learning"))]
 use crate::commands::missing::{
-    self as curves, self as images, self as latent, self as learning, self as reconstruction, self as robustness,
-    self as strands, self as tracking,
+    self as curves, self as images, self as latent, self as learning, self as reconstruction, self as strands,
+    self as tracking,
 };
 #[cfg(feature = "learning")]
 pub use autoencoders::{curves, images, reconstruction, strands};

@@ -1,23 +1,18 @@
 //! `lifelike bench robustness`: the disturbances that a policy withstands.
 
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
 use lifelike_evaluation::EvaluationOptions;
 use lifelike_evaluation::robustness::{Disturbance, Robustness, RobustnessOptions, sweep};
 use lifelike_report::ReportBuilder;
 use lifelike_robot::Robot;
-use lifelike_tracking::Policy;
 
+use crate::commands::controller_file::Loaded;
 use crate::commands::physics::{self, Physics};
-use crate::commands::prior_file::Prior;
 use crate::commands::{clips, eval};
 use crate::error::CliError;
 use crate::output::Output;
 use crate::progress::Progress;
-
-/// Most episodes that run at once.
-const ENVIRONMENTS: usize = 128;
 
 /// Measure survival and tracking error of a policy against the size of disturbances.
 ///
@@ -69,19 +64,16 @@ pub struct Args {
 pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     physics::available(&args.physics.engine)?;
     let options = options(args)?;
-    let policy = Policy::read(&args.policy)?;
-    let robot = Arc::new(Robot::load(args.robot.as_deref().unwrap_or(&policy.header().robot))?);
-    policy.check(&robot)?;
-    let prior = Prior::for_policy(&policy, args.prior.as_deref())?;
-    let clips = clips::load(&args.motions, &robot)?;
-    let ground = |terrain, environments| Ok(args.physics.simulate(terrain, &robot, environments)?);
+    let loaded = Loaded::load(&args.policy, args.robot.as_deref(), args.prior.as_deref())?;
+    let robot = loaded.controller.robot();
+    let clips = clips::load(&args.motions, robot)?;
+    let simulate = |terrain, environments| args.physics.simulate(terrain, robot, environments);
     let mut progress = Progress::new(output, "disturbing", 1);
-    let prior = prior.as_ref().map(Prior::as_encode);
-    let found = sweep(&policy, &robot, &clips, prior, &ground, ENVIRONMENTS, &options, |what, done, of| {
+    let found = sweep(&loaded.setup(&simulate), &clips, &options, |what, done, of| {
         progress.update(done as u64, of as u64, || what.to_string());
     })?;
     progress.finish();
-    let report = save(&found, &robot, &args.policy, &args.output)?;
+    let report = save(&found, robot, &args.policy, &args.output)?;
     output.result(&found, || {
         let tables: String = found.tables().iter().map(|t| t.to_text() + "\n").collect();
         format!("{tables}report: {}\n", report.display())

@@ -8,12 +8,12 @@ use lifelike_evaluation::{ClipScore, EvaluationOptions};
 use lifelike_report::run::{RunFolder, read_metrics};
 use lifelike_report::{Cell, Column, Table};
 use lifelike_robot::Robot;
-use lifelike_tracking::{Policy, TrackerPlan, Trainer};
+use lifelike_tracking::{TrackerPlan, Trainer};
 use serde::{Deserialize, Serialize};
 use tracing::info;
 
+use crate::commands::controller_file::Loaded;
 use crate::commands::physics;
-use crate::commands::prior_file::Prior;
 use crate::commands::train::hardware::Hardware;
 use crate::commands::{clips, eval, train};
 use crate::error::CliError;
@@ -188,9 +188,8 @@ fn evaluated(
     output: &Output,
 ) -> Result<Run, CliError> {
     let robot = Arc::new(Robot::load(&plan.robot)?);
-    let policy = Policy::load(&policy_of(folder), &robot)?;
-    let prior = Prior::for_policy(&policy, plan.prior.as_deref())?;
-    let job = eval::Job { policy: &policy, robot: &robot, prior: prior.as_ref(), physics: &args.hardware.physics };
+    let loaded = Loaded::new(&policy_of(folder), Arc::clone(&robot), plan.prior.as_deref())?;
+    let job = eval::Job { loaded: &loaded, physics: &args.hardware.physics };
     let options = EvaluationOptions { starts: study.starts, keep: 0, ..EvaluationOptions::default() };
     let mut scores = Vec::new();
     for class in &study.class {
@@ -200,7 +199,8 @@ fn evaluated(
     }
     let timing = read_metrics(&RunFolder::open(folder)?.timing_path())?;
     let last = timing.last().and_then(|row| row.values.iter().find(|(name, _)| name == "Perf/wall_time"));
-    let (steps, minutes) = (policy.header().steps, last.map_or(f64::NAN, |(_, seconds)| seconds / 60.0));
+    let (steps, minutes) =
+        (loaded.controller.header().provenance.steps, last.map_or(f64::NAN, |(_, seconds)| seconds / 60.0));
     Ok(Run { variant: variant.into(), seed: plan.seed, steps, minutes, scores })
 }
 

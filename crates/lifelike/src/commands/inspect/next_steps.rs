@@ -44,7 +44,6 @@ pub fn of_motion(file: &Path, clip: &MotionClip) -> Vec<NextCommand> {
 }
 
 /// Returns the step with a policy: an evaluation on our own clips.
-#[cfg(feature = "learning")]
 pub fn of_policy(file: &Path, robot: &str, prior: bool) -> Vec<NextCommand> {
     let eval = NextCommand::new("eval").path("--policy", file);
     let eval = if NAMES.contains(&robot) { eval } else { eval.word("--robot").word(format!("{robot}.xml")) };

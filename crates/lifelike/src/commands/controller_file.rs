@@ -1,0 +1,54 @@
+//! A controller from its file, as commands take it: or a policy of before there were controllers, with its motion prior.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use lifelike_evaluation::{EvaluationSetup, SimulationFactory};
+use lifelike_robot::{Controller, ControllerFile, LatentEncoder, Robot};
+
+use crate::commands::export::Source;
+use crate::error::CliError;
+
+/// Most episodes that run at once.
+const ENVIRONMENTS: usize = 128;
+
+/// A controller for a robot, and the encoder of latent codes where it wants them and has none of its own.
+pub struct Loaded {
+    /// The controller.
+    pub controller: Controller,
+    encoder: Option<Box<dyn LatentEncoder>>,
+}
+
+impl Loaded {
+    /// Reads a controller, a policy, or the policy of a run, for the robot of this name or file; where none is given, for
+    /// the one that it was trained for.
+    pub fn load(path: &Path, robot: Option<&str>, prior: Option<&Path>) -> Result<Self, CliError> {
+        let source = Source::of(path)?;
+        let name = match robot.map(str::to_owned).or(source.robot) {
+            Some(name) => name,
+            None => ControllerFile::read(&source.policy)?.header().robot.clone(),
+        };
+        Self::new(&source.policy, Arc::new(Robot::load(&name)?), prior.or(source.prior.as_deref()))
+    }
+
+    /// Reads a controller or a policy for a robot that was loaded before.
+    #[cfg(feature = "learning")]
+    pub fn new(path: &Path, robot: Arc<Robot>, prior: Option<&Path>) -> Result<Self, CliError> {
+        let controller = Controller::new(ControllerFile::read(path)?, robot)?;
+        let prior = crate::commands::prior_file::Prior::for_controller(&controller, prior)?;
+        Ok(Self { controller, encoder: prior.map(|prior| Box::new(prior) as Box<dyn LatentEncoder>) })
+    }
+
+    /// Reads a controller or a policy for a robot that was loaded before. Without the training framework the prior of a
+    /// policy must be a convolutional one, which a controller runs by itself.
+    #[cfg(not(feature = "learning"))]
+    pub fn new(path: &Path, robot: Arc<Robot>, prior: Option<&Path>) -> Result<Self, CliError> {
+        Ok(Self { controller: Controller::load(path, prior, robot)?, encoder: None })
+    }
+
+    /// Sets up evaluations in this physics.
+    pub fn setup<'a>(&'a self, simulate: &'a SimulationFactory<'a>) -> EvaluationSetup<'a> {
+        let encoder = self.encoder.as_deref();
+        EvaluationSetup { controller: &self.controller, encoder, simulate, environments: ENVIRONMENTS }
+    }
+}
