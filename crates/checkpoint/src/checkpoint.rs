@@ -16,6 +16,23 @@ pub use entry::{Entry, Kind};
 pub use error::CheckpointError;
 
 /// Named tensors and metadata in memory.
+///
+/// ```
+/// use lifelike_checkpoint::Checkpoint;
+///
+/// let mut checkpoint = Checkpoint::new();
+/// checkpoint.put_f32("weight", &[2, 1], vec![0.5, -1.0])?;
+/// checkpoint.set_meta("steps", &12)?;
+/// let path = std::env::temp_dir().join(format!("doctest-{}.safetensors", std::process::id()));
+/// checkpoint.save(&path)?;
+///
+/// let loaded = Checkpoint::load(&path)?;
+/// assert_eq!(loaded.f32s("weight", &[2, 1])?, [0.5, -1.0]);
+/// assert_eq!(loaded.meta::<u64>("steps")?, 12);
+/// assert!(loaded.f32s("weight", &[1, 2]).is_err(), "another shape is refused");
+/// # std::fs::remove_file(&path).ok();
+/// # Ok::<(), lifelike_checkpoint::CheckpointError>(())
+/// ```
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Checkpoint {
     entries: BTreeMap<String, Entry>,
@@ -24,7 +41,7 @@ pub struct Checkpoint {
 }
 
 impl Checkpoint {
-    /// An empty checkpoint.
+    /// Returns an empty checkpoint.
     pub fn new() -> Self {
         Self { origin: "checkpoint in memory".to_owned(), ..Self::default() }
     }
@@ -65,17 +82,17 @@ impl Checkpoint {
         self.put(name, Entry::U8(shape.to_vec(), values))
     }
 
-    /// Whether there is an entry of this name.
+    /// Returns whether there is an entry of this name.
     pub fn contains(&self, name: &str) -> bool {
         self.entries.contains_key(name)
     }
 
-    /// All entries, by name.
+    /// Returns all entries, by name.
     pub fn entries(&self) -> &BTreeMap<String, Entry> {
         &self.entries
     }
 
-    /// An entry.
+    /// Returns an entry.
     ///
     /// # Errors
     /// There is none of this name.
@@ -85,7 +102,7 @@ impl Checkpoint {
             .ok_or_else(|| CheckpointError::Missing { path: self.origin.clone(), names: vec![name.to_owned()] })
     }
 
-    /// The f32 numbers of an entry of exactly this shape.
+    /// Returns the f32 numbers of an entry of exactly this shape.
     pub fn f32s(&self, name: &str, shape: &[usize]) -> Result<Vec<f32>, CheckpointError> {
         match self.shaped(name, shape)? {
             Entry::F32(_, v) => Ok(v.clone()),
@@ -93,7 +110,7 @@ impl Checkpoint {
         }
     }
 
-    /// The f64 numbers of an entry of exactly this shape.
+    /// Returns the f64 numbers of an entry of exactly this shape.
     pub fn f64s(&self, name: &str, shape: &[usize]) -> Result<Vec<f64>, CheckpointError> {
         match self.shaped(name, shape)? {
             Entry::F64(_, v) => Ok(v.clone()),
@@ -101,7 +118,7 @@ impl Checkpoint {
         }
     }
 
-    /// The u64 numbers of an entry of exactly this shape.
+    /// Returns the u64 numbers of an entry of exactly this shape.
     pub fn u64s(&self, name: &str, shape: &[usize]) -> Result<Vec<u64>, CheckpointError> {
         match self.shaped(name, shape)? {
             Entry::U64(_, v) => Ok(v.clone()),
@@ -109,7 +126,7 @@ impl Checkpoint {
         }
     }
 
-    /// The bytes of an entry of exactly this shape.
+    /// Returns the bytes of an entry of exactly this shape.
     pub fn u8s(&self, name: &str, shape: &[usize]) -> Result<Vec<u8>, CheckpointError> {
         match self.shaped(name, shape)? {
             Entry::U8(_, v) => Ok(v.clone()),
@@ -131,7 +148,7 @@ impl Checkpoint {
         Ok(())
     }
 
-    /// All metadata, by key.
+    /// Returns all metadata, by key.
     pub fn metadata(&self) -> &BTreeMap<String, serde_json::Value> {
         &self.metadata
     }

@@ -1,4 +1,4 @@
-//! Floor 0: state that continues bit for bit.
+//! Named arrays and metadata in one verified file, and addressed random streams: state that continues bit for bit (floor 0).
 //!
 //! [`Checkpoint`] is named arrays and JSON metadata in one safetensors file with a digest inside; [`rng::stream`] is
 //! randomness by address, so that a resumed run draws what an uninterrupted one would have drawn.
@@ -9,3 +9,8 @@ mod checkpoint;
 pub mod rng;
 
 pub use checkpoint::{Checkpoint, CheckpointError, Entry, Kind};
+
+/// The README's examples, run as tests.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

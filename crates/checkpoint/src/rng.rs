@@ -5,7 +5,16 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use sha2::{Digest, Sha256};
 
-/// The stream for one purpose, environment and iteration of a run.
+/// Returns the random stream of one purpose, environment and iteration of a run.
+///
+/// ```
+/// use lifelike_checkpoint::rng::stream;
+/// use rand::Rng;
+///
+/// let draw = |purpose, environment| stream(7, purpose, environment, 0).random::<u64>();
+/// assert_eq!(draw("push", 3), draw("push", 3));
+/// assert_ne!(draw("push", 3), draw("push", 4));
+/// ```
 pub fn stream(seed: u64, purpose: &str, environment: u64, iteration: u64) -> ChaCha8Rng {
     let mut hash = Sha256::new();
     hash.update(seed.to_le_bytes());

@@ -12,7 +12,7 @@ use crate::gradients::Gradients;
 use crate::names::{Path, parameters};
 use lifelike_checkpoint::{Checkpoint, CheckpointError};
 
-/// Which of the two rules.
+/// Update rule.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Rule {
@@ -37,12 +37,12 @@ pub struct AdamConfig {
 }
 
 impl AdamConfig {
-    /// PyTorch's defaults for Adam: β = (0.9, 0.999), ε = 1e-8.
+    /// Returns PyTorch's defaults for Adam: β = (0.9, 0.999), ε = 1e-8.
     pub fn adam() -> Self {
         Self { rule: Rule::Adam, beta_1: 0.9, beta_2: 0.999, epsilon: 1e-8 }
     }
 
-    /// PyTorch's defaults for RAdam, the same numbers.
+    /// Returns PyTorch's defaults for RAdam, the same numbers.
     pub fn radam() -> Self {
         Self { rule: Rule::Radam, ..Self::adam() }
     }
@@ -64,17 +64,17 @@ pub struct Adam {
 }
 
 impl Adam {
-    /// An optimizer that has not stepped yet.
+    /// Returns an optimizer that has not stepped yet.
     pub fn new(config: AdamConfig) -> Self {
         Self { config, moments: BTreeMap::new() }
     }
 
-    /// The constants.
+    /// Returns the constants.
     pub fn config(&self) -> AdamConfig {
         self.config
     }
 
-    /// With its state on another device.
+    /// Moves its state to another device.
     #[must_use]
     pub fn to_device(mut self, device: &Device) -> Self {
         for moments in self.moments.values_mut() {
@@ -84,7 +84,7 @@ impl Adam {
         self
     }
 
-    /// One step with learning rate `rate`. Parameters without a gradient stay as they are.
+    /// Returns one step with learning rate `rate`. Parameters without a gradient stay as they are.
     pub fn step<M: Module>(&mut self, module: M, gradients: Gradients, rate: f64) -> M {
         module.map(&mut Update { path: Path::default(), adam: self, gradients, rate })
     }
@@ -159,7 +159,7 @@ impl Adam {
     }
 }
 
-/// The rectification term r_t, or `None` while the variance of the adaptive learning rate is intractable (ρ_t ≤ 5, the
+/// Returns the rectification term r_t, or `None` while the variance of the adaptive learning rate is intractable (ρ_t ≤ 5, the
 /// bound PyTorch uses; the paper's is 4).
 fn rectification(beta_2: f64, t: f64) -> Option<f64> {
     let rho_inf = 2.0 / (1.0 - beta_2) - 1.0;

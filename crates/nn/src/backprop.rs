@@ -26,7 +26,7 @@ pub struct Pass {
 /// `x: [B, inputs]`, row-major, to `[B, outputs]`.
 ///
 /// # Errors
-/// The device does not hand out its numbers.
+/// Tensor data that cannot be read from the device.
 pub fn forward(mlp: &Mlp, x: Vec<f32>) -> Result<(Vec<f32>, Pass), Unreadable> {
     let mut inputs = Vec::with_capacity(mlp.layers().len());
     let batch = x.len() / mlp.inputs().max(1);
@@ -44,38 +44,38 @@ pub fn forward(mlp: &Mlp, x: Vec<f32>) -> Result<(Vec<f32>, Pass), Unreadable> {
 /// Gradients of all parameters, named as in a module that holds this one under `prefix` (`"mean"`; empty: none).
 ///
 /// # Shapes
-/// `slope: [B, outputs]`, row-major: the loss's derivative by each output.
+/// `gradient: [B, outputs]`, row-major: the loss's derivative by each output.
 ///
 /// # Errors
-/// The device does not hand out its numbers.
-pub fn backward(mlp: &Mlp, pass: Pass, slope: Vec<f32>, prefix: &str) -> Result<Gradients, Unreadable> {
-    Ok(descend(mlp, pass, slope, prefix, false)?.0)
+/// Tensor data that cannot be read from the device.
+pub fn backward(mlp: &Mlp, pass: Pass, gradient: Vec<f32>, prefix: &str) -> Result<Gradients, Unreadable> {
+    Ok(descend(mlp, pass, gradient, prefix, false)?.0)
 }
 
 /// As [`backward`], and the loss's derivative by each input, `[B, inputs]`: for a network that follows another one.
 ///
 /// # Errors
-/// The device does not hand out its numbers.
+/// Tensor data that cannot be read from the device.
 pub fn backward_through(
     mlp: &Mlp,
     pass: Pass,
-    slope: Vec<f32>,
+    gradient: Vec<f32>,
     prefix: &str,
 ) -> Result<(Gradients, Vec<f32>), Unreadable> {
-    descend(mlp, pass, slope, prefix, true)
+    descend(mlp, pass, gradient, prefix, true)
 }
 
-/// Gradients, and the slope at the input where it is asked for (a product as large as the first layer's).
+/// Gradients, and the gradient at the input where it is asked for (a product as large as the first layer's).
 fn descend(
     mlp: &Mlp,
     pass: Pass,
-    slope: Vec<f32>,
+    gradient: Vec<f32>,
     prefix: &str,
     through: bool,
 ) -> Result<(Gradients, Vec<f32>), Unreadable> {
     let mut gradients = Gradients::default();
-    let batch = slope.len() / mlp.outputs().max(1);
-    let mut slope = tensor(slope, [batch, mlp.outputs()], &mlp.device());
+    let batch = gradient.len() / mlp.outputs().max(1);
+    let mut gradient = tensor(gradient, [batch, mlp.outputs()], &mlp.device());
     for ((i, layer), input) in mlp.layers().iter().enumerate().zip(pass.inputs).rev() {
         let name = |part: &str| match prefix {
             "" => format!("layers.{i}.{part}"),
@@ -84,24 +84,24 @@ fn descend(
         let weight = layer.weight.val().without_autodiff();
         let [rows, columns] = weight.dims();
         if layer.bias.is_some() {
-            let (sums, same) = column_sums(slope)?;
+            let (sums, same) = column_sums(gradient)?;
             gradients.insert(name("bias"), sums);
-            slope = same;
+            gradient = same;
         }
-        let by_weight = input.clone().transpose().matmul(slope.clone());
+        let by_weight = input.clone().transpose().matmul(gradient.clone());
         gradients.insert(name("weight"), by_weight.reshape([rows * columns]));
         if i == 0 && !through {
             return Ok((gradients, Vec::new()));
         }
-        slope = slope.matmul(weight.transpose());
+        gradient = gradient.matmul(weight.transpose());
         if i > 0 {
-            slope = through_elu(slope, input)?;
+            gradient = through_elu(gradient, input)?;
         }
     }
-    Ok((gradients, read(slope)?))
+    Ok((gradients, read(gradient)?))
 }
 
-/// Whether a tensor's numbers are in our own memory: there the loops below are faster than the tensor library, which passes over
+/// Returns whether a tensor's numbers are in our own memory: there the loops below are faster than the tensor library, which passes over
 /// memory once for each operation. On a card it is the other way round.
 fn here(device: &Device) -> bool {
     *device == device::inference()
@@ -127,7 +127,7 @@ fn finish(y: Tensor<2>, bias: Option<Tensor<1>>, hidden: bool) -> Result<Tensor<
     Ok(tensor(y, shape, &device))
 }
 
-/// The sum of each column, and the rows themselves.
+/// Returns the sum of each column, and the rows themselves.
 fn column_sums(rows: Tensor<2>) -> Result<(Tensor<1>, Tensor<2>), Unreadable> {
     let (shape, device) = (rows.dims(), rows.device());
     if !here(&device) {
@@ -141,15 +141,15 @@ fn column_sums(rows: Tensor<2>) -> Result<(Tensor<1>, Tensor<2>), Unreadable> {
     Ok((Tensor::from_data(TensorData::new(sums, [shape[1]]), &device), tensor(rows, shape, &device)))
 }
 
-/// The slope below an ELU whose values were h: its derivative is 1 above zero and exp(x) = h + 1 below.
-fn through_elu(slope: Tensor<2>, values: Tensor<2>) -> Result<Tensor<2>, Unreadable> {
-    let (shape, device) = (slope.dims(), slope.device());
+/// Returns the gradient below an ELU whose values were h: its derivative is 1 above zero and exp(x) = h + 1 below.
+fn through_elu(gradient: Tensor<2>, values: Tensor<2>) -> Result<Tensor<2>, Unreadable> {
+    let (shape, device) = (gradient.dims(), gradient.device());
     if !here(&device) {
-        return Ok(slope * (values.clamp_max(0.0) + 1.0));
+        return Ok(gradient * (values.clamp_max(0.0) + 1.0));
     }
-    let (mut slope, values) = (read(slope)?, read(values)?);
-    slope.iter_mut().zip(&values).for_each(|(slope, h)| *slope *= h.min(0.0) + 1.0);
-    Ok(tensor(slope, shape, &device))
+    let (mut gradient, values) = (read(gradient)?, read(values)?);
+    gradient.iter_mut().zip(&values).for_each(|(gradient, h)| *gradient *= h.min(0.0) + 1.0);
+    Ok(tensor(gradient, shape, &device))
 }
 
 fn tensor(values: Vec<f32>, shape: [usize; 2], device: &Device) -> Tensor<2> {
@@ -182,11 +182,11 @@ mod tests {
     fn agrees(recorded: &Mlp, mlp: &Mlp) {
         let close = |a: f32, b: f32, what: &str| assert!((a - b).abs() <= 2e-5 * b.abs().max(1.0), "{what}: {a} {b}");
         let x: Vec<f32> = (0..5 * 7).map(|i| ((i * 37) % 23) as f32 * 0.2 - 2.0).collect();
-        let slope: Vec<f32> = (0..5 * 3).map(|i| ((i * 11) % 7) as f32 - 3.0).collect();
+        let gradient: Vec<f32> = (0..5 * 3).map(|i| ((i * 11) % 7) as f32 - 3.0).collect();
 
         let recorded_x = tensor(x.clone(), [5, 7], &device::training()).require_grad();
         let values = recorded.forward(recorded_x.clone());
-        let loss = (values.clone() * tensor(slope.clone(), [5, 3], &device::training())).sum();
+        let loss = (values.clone() * tensor(gradient.clone(), [5, 3], &device::training())).sum();
         let mut tape = loss.backward();
         let by_input = read(recorded_x.grad_remove(&mut tape).unwrap()).unwrap();
         let expected = Gradients::of(recorded, tape);
@@ -195,8 +195,8 @@ mod tests {
         for (a, b) in value.iter().zip(read(values.without_autodiff()).unwrap()) {
             close(*a, b, "value");
         }
-        let got = backward(mlp, pass.clone(), slope.clone(), "").unwrap();
-        let (again, through) = backward_through(mlp, pass, slope, "").unwrap();
+        let got = backward(mlp, pass.clone(), gradient.clone(), "").unwrap();
+        let (again, through) = backward_through(mlp, pass, gradient, "").unwrap();
         assert_eq!(again.names().count(), got.names().count());
         assert_eq!(through.len(), by_input.len());
         for (a, b) in through.iter().zip(by_input) {

@@ -151,7 +151,7 @@ pub struct ResBlock {
 }
 
 impl ResBlock {
-    /// A block of `channels`; the streams are addressed by `purpose`.
+    /// Returns a block of `channels`; the streams are addressed by `purpose`.
     pub fn new(channels: usize, seed: u64, purpose: &str, device: &Device) -> Self {
         Self {
             norm_1: ChannelNorm::new(channels, device),

@@ -1,4 +1,4 @@
-//! Where tensors live. burn 0.22 chooses the backend by a value, not by a type, so this is the one place that names it.
+//! Devices that tensors live on. burn 0.22 chooses the backend by a value, not by a type, so this is the one place that names it.
 
 use std::fmt;
 use std::panic::{self, AssertUnwindSafe, catch_unwind};
@@ -10,17 +10,17 @@ use burn::tensor::Tensor;
 
 use crate::numbers::read;
 
-/// The device for inference: burn's `flex` backend on the CPU (SIMD, all cores).
+/// Returns the device for inference: burn's `flex` backend on the CPU (SIMD, all cores).
 pub fn inference() -> Device {
     Device::flex()
 }
 
-/// The device for training: as [`inference`], and tensors created on it record what gradients need.
+/// Returns the device for training: as [`inference`], and tensors created on it record what gradients need.
 pub fn training() -> Device {
     inference().autodiff()
 }
 
-/// What networks learn on: `cpu`, `cuda:N` or `wgpu`.
+/// Device that networks learn on: `cpu`, `cuda:N` or `wgpu`.
 ///
 /// The same numbers come out up to rounding; on the CPU they are the same to the last bit each time.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -47,15 +47,15 @@ pub enum DeviceError {
     /// There is no such card, or its driver does not work.
     #[error("device {processor}: expected a card that can be used, got: {why}")]
     Absent {
-        /// What was asked for.
+        /// The device asked for.
         processor: Processor,
-        /// What its driver said.
+        /// The driver's message.
         why: String,
     },
 }
 
 impl Processor {
-    /// Those that this build knows how to open.
+    /// Returns those that this build knows how to open.
     pub fn built() -> Vec<Self> {
         let mut all = vec![Self::Cpu];
         if cfg!(feature = "cuda") {
@@ -106,7 +106,7 @@ fn wgpu() -> Result<Device, DeviceError> {
     Err(DeviceError::NotBuilt("wgpu"))
 }
 
-/// What `work` gives, or the first thing that is said where it panics, here or on a thread of its own: the tensor library has no other
+/// Returns what `work` gives, or the first message of its panic, here or on a thread of its own: the tensor library has no other
 /// way to say that there is no card.
 fn attempt<T>(work: impl FnOnce() -> T) -> Result<T, String> {
     let said = Arc::new(Mutex::new(None));

@@ -2,7 +2,7 @@
 
 use burn::tensor::Tensor;
 
-/// ELU with α = 1: x for x > 0, exp(x) − 1 otherwise, with a finite gradient everywhere.
+/// Returns ELU with α = 1: x for x > 0, exp(x) − 1 otherwise, with a finite gradient everywhere.
 ///
 /// burn 0.22's own `activation::elu` computes exp(x) before it masks, so its gradient is NaN from x ≥ 89 on. Here the
 /// exponential only ever sees non-positive numbers.
@@ -23,12 +23,12 @@ mod tests {
         let x = Tensor::<1>::from_floats(xs, &device::training()).require_grad();
         let y = elu(x.clone());
         let mut grads = y.clone().sum().backward();
-        let slope = x.grad_remove(&mut grads).unwrap().try_to_vec_as::<f32>().unwrap();
+        let gradient = x.grad_remove(&mut grads).unwrap().try_to_vec_as::<f32>().unwrap();
         let value = y.try_to_vec_as::<f32>().unwrap();
         for (i, x) in xs.into_iter().enumerate() {
             let (f, d) = if x > 0.0 { (x, 1.0) } else { (x.exp_m1(), x.exp()) };
             assert!((value[i] - f).abs() <= 1e-7 * f.abs().max(1.0), "elu({x}) = {}", value[i]);
-            assert!((slope[i] - d).abs() <= 1e-7, "elu'({x}) = {}", slope[i]);
+            assert!((gradient[i] - d).abs() <= 1e-7, "elu'({x}) = {}", gradient[i]);
         }
     }
 }

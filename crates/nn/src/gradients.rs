@@ -36,7 +36,7 @@ impl Gradients {
     /// Lets somebody change the numbers of each gradient, in alphabetical order of their names.
     ///
     /// # Errors
-    /// The device does not hand out its numbers.
+    /// Tensor data that cannot be read from the device.
     pub fn rewrite(&mut self, mut change: impl FnMut(&mut [f32])) -> Result<(), Unreadable> {
         for gradient in self.by_name.values_mut() {
             let device = gradient.device();
@@ -53,7 +53,7 @@ impl Gradients {
         self.by_name.extend(others.by_name);
     }
 
-    /// The gradient of one parameter, flattened.
+    /// Returns the gradient of one parameter, flattened.
     pub fn get(&self, name: &str) -> Option<&Tensor<1>> {
         self.by_name.get(name)
     }
@@ -68,10 +68,10 @@ impl Gradients {
         self.by_name.keys().map(String::as_str)
     }
 
-    /// Euclidean norm over all parameters together. NaN or infinite when any entry is.
+    /// Returns the Euclidean norm over all parameters together. NaN or infinite when any entry is.
     ///
     /// # Errors
-    /// The device does not hand out its numbers.
+    /// Tensor data that cannot be read from the device.
     pub fn norm(&self) -> Result<f64, Unreadable> {
         let squares: Vec<Tensor<1>> = self.by_name.values().map(|g| g.clone().square().sum()).collect();
         if squares.is_empty() {
@@ -87,7 +87,7 @@ impl Gradients {
     /// A non-finite norm leaves the gradients as they are: whoever reads the returned norm must not step with them.
     ///
     /// # Errors
-    /// The device does not hand out its numbers.
+    /// Tensor data that cannot be read from the device.
     pub fn clip_norm(&mut self, max_norm: f64) -> Result<f64, Unreadable> {
         let norm = self.norm()?;
         let factor = max_norm / (norm + 1e-6);

@@ -5,12 +5,12 @@ use burn::tensor::{Device, Tensor, TensorData};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal, Uniform};
 
-/// A parameter with these values (row-major).
+/// Returns a parameter with these values (row-major).
 pub fn parameter<const D: usize>(values: Vec<f32>, shape: [usize; D], device: &Device) -> Param<Tensor<D>> {
     Param::from_data(TensorData::new(values, shape), device)
 }
 
-/// A `[rows, columns]` matrix with orthonormal rows or columns (whichever are fewer), times `gain` (Saxe et al. 2014).
+/// Returns a `[rows, columns]` matrix with orthonormal rows or columns (whichever are fewer), times `gain` (Saxe et al. 2014).
 pub fn orthogonal(rng: &mut ChaCha8Rng, rows: usize, columns: usize, gain: f64) -> Vec<f32> {
     let (count, length) = (rows.min(columns), rows.max(columns));
     let mut basis: Vec<Vec<f64>> = Vec::with_capacity(count);
@@ -39,7 +39,7 @@ pub fn orthogonal(rng: &mut ChaCha8Rng, rows: usize, columns: usize, gain: f64) 
     out
 }
 
-/// `count` numbers from U(−b, b) with b = gain √(3 / fan_in): He initialization for gain √2 (He et al. 2015), PyTorch's
+/// Draws `count` numbers from U(−b, b) with b = gain √(3 / fan_in): He initialization for gain √2 (He et al. 2015), PyTorch's
 /// default for linear and convolution layers for gain 1/√3.
 pub fn uniform_by_fan_in(rng: &mut ChaCha8Rng, count: usize, fan_in: usize, gain: f64) -> Vec<f32> {
     let bound = gain * (3.0 / fan_in.max(1) as f64).sqrt();
@@ -49,7 +49,7 @@ pub fn uniform_by_fan_in(rng: &mut ChaCha8Rng, count: usize, fan_in: usize, gain
     }
 }
 
-/// `count` numbers from the normal distribution of mean 0 and this standard deviation.
+/// Draws `count` numbers from the normal distribution of mean 0 and this standard deviation.
 pub fn normal(rng: &mut ChaCha8Rng, count: usize, deviation: f64) -> Vec<f32> {
     (0..count)
         .map(|_| {

@@ -1,10 +1,9 @@
-//! Floor 3, beside the simulation: network blocks, losses, schedules, checkpoints and addressed randomness.
-//!
-//! Imports none of our other crates but `checkpoint`.
+//! Network blocks, losses, schedules and optimizers for learned motion, on the `burn` framework (floor 3; of our crates it imports
+//! only `checkpoint`).
 //!
 //! The main path: [`mlp::MlpConfig::init`], [`conv_resnet`] or [`transformer::AutoencoderConfig::init`] → a loss
 //! ([`losses`]) → [`gradients::Gradients::of`] (or a hand-written one: [`backprop`], [`transformer::backprop`]) →
-//! [`adam::Adam::step`] with a rate from [`schedules`] → [`lifelike_checkpoint::Checkpoint::save`]. Names, not positions, tie
+//! [`adam::Adam::step`] with a learning rate from [`schedules`] → [`lifelike_checkpoint::Checkpoint::save`]. Names, not positions, tie
 //! parameters, gradients, moments and files together.
 
 pub mod adam;

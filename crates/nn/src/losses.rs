@@ -2,7 +2,7 @@
 
 use burn::tensor::Tensor;
 
-/// KL divergence of N(μ, e^{log σ²}) from the standard normal, summed over the latent (Kingma & Welling 2013, App. B):
+/// Returns the KL divergence of N(μ, e^{log σ²}) from the standard normal, summed over the latent (Kingma & Welling 2013, App. B):
 /// ½ Σ (μ² + σ² − 1 − log σ²).
 ///
 /// # Shapes
@@ -12,7 +12,7 @@ pub fn kl_from_standard_normal(mean: Tensor<2>, log_variance: Tensor<2>) -> Tens
     per_dimension.sum_dim(1).squeeze_dim::<1>(1).mul_scalar(0.5)
 }
 
-/// Rotation matrices' first two columns from 6D numbers by Gram-Schmidt (Zhou et al. 2019, eq. 15).
+/// Returns rotation matrices' first two columns from 6D numbers by Gram-Schmidt (Zhou et al. 2019, eq. 15).
 ///
 /// # Shapes
 /// `[N, 6]` (first column, then second) to two `[N, 3]`.
@@ -25,13 +25,13 @@ pub fn gram_schmidt(six: Tensor<2>) -> (Tensor<2>, Tensor<2>) {
     (x, y)
 }
 
-/// A direction; the small number keeps the gradient finite for a zero vector (which training never aims at).
+/// Returns a direction; the small number keeps the gradient finite for a zero vector (which training never aims at).
 fn unit(v: Tensor<2>) -> Tensor<2> {
     let norm = v.clone().square().sum_dim(1).add_scalar(1e-12).sqrt();
     v / norm
 }
 
-/// ‖R(a) − R(b)‖_F² for 6D rotations (thesis eq. 4.4).
+/// Returns ‖R(a) − R(b)‖_F² for 6D rotations (thesis eq. 4.4).
 ///
 /// # Shapes
 /// Two `[N, 6]` to `[N]`.

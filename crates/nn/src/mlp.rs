@@ -8,7 +8,16 @@ use crate::elu::elu;
 use crate::{device, init};
 use lifelike_checkpoint::rng;
 
-/// What an [`Mlp`] looks like.
+/// Sizes of an [`Mlp`].
+///
+/// ```
+/// use burn::tensor::Tensor;
+/// use lifelike_nn::{device, mlp::MlpConfig};
+///
+/// let mlp = MlpConfig::new(12, &[64, 32], 3).init(0, "policy", &device::inference());
+/// let x = Tensor::<2>::zeros([5, 12], &device::inference());
+/// assert_eq!(mlp.forward(x).dims(), [5, 3]);
+/// ```
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MlpConfig {
@@ -30,13 +39,13 @@ impl MlpConfig {
         Self { inputs, hidden: hidden.to_vec(), outputs, hidden_gain: std::f64::consts::SQRT_2, output_gain: 1.0 }
     }
 
-    /// Another gain at the output: 0.01 makes a policy begin near the zero action.
+    /// Sets another gain at the output: 0.01 makes a policy begin near the zero action.
     pub fn with_output_gain(mut self, gain: f64) -> Self {
         self.output_gain = gain;
         self
     }
 
-    /// The network, with orthogonal weights from the streams `(seed, purpose, layer, 0)` and zero biases.
+    /// Returns the network, with orthogonal weights from the streams `(seed, purpose, layer, 0)` and zero biases.
     pub fn init(&self, seed: u64, purpose: &str, device: &Device) -> Mlp {
         let sizes: Vec<usize> =
             [self.inputs].into_iter().chain(self.hidden.iter().copied()).chain([self.outputs]).collect();
@@ -79,22 +88,22 @@ impl Mlp {
         x
     }
 
-    /// Numbers in.
+    /// Returns the numbers in.
     pub fn inputs(&self) -> usize {
         self.layers.first().map_or(0, |layer| layer.weight.dims()[0])
     }
 
-    /// Numbers out.
+    /// Returns the numbers out.
     pub fn outputs(&self) -> usize {
         self.layers.last().map_or(0, |layer| layer.weight.dims()[1])
     }
 
-    /// Where it is, without automatic differentiation.
+    /// Returns the device that it is on, without automatic differentiation.
     pub fn device(&self) -> Device {
         self.layers.first().map_or_else(device::inference, |layer| layer.weight.val().device().inner())
     }
 
-    /// The layers, first to last (for exporters).
+    /// Returns the layers, first to last (for exporters).
     pub fn layers(&self) -> &[Linear] {
         &self.layers
     }

@@ -21,7 +21,7 @@ impl Path {
     }
 }
 
-/// Name and shape of every float parameter, in the module's own order.
+/// Returns the name and shape of every float parameter, in the module's own order.
 pub fn parameters<M: Module>(module: &M) -> Vec<(String, Vec<usize>)> {
     struct Collect {
         path: Path,

@@ -41,17 +41,17 @@ impl RunningNormalizer {
         self
     }
 
-    /// Length of the vectors.
+    /// Returns the length of the vectors.
     pub fn size(&self) -> usize {
         self.mean.len()
     }
 
-    /// Mean of each dimension.
+    /// Returns the mean of each dimension.
     pub fn mean(&self) -> &[f64] {
         &self.mean
     }
 
-    /// Variance (population) of each dimension.
+    /// Returns the variance (population) of each dimension.
     pub fn variance(&self) -> &[f64] {
         &self.variance
     }
@@ -61,12 +61,12 @@ impl RunningNormalizer {
         self.count
     }
 
-    /// While frozen, [`Self::update`] does nothing: for evaluation and deployment.
+    /// Freezes or thaws: while frozen, [`Self::update`] does nothing: for evaluation and deployment.
     pub fn set_frozen(&mut self, frozen: bool) {
         self.frozen = frozen;
     }
 
-    /// Whether updates are ignored.
+    /// Returns whether updates are ignored.
     pub fn is_frozen(&self) -> bool {
         self.frozen
     }
@@ -108,7 +108,7 @@ impl RunningNormalizer {
         self.count = total.min(self.count_cap);
     }
 
-    /// What this normalizer has seen as sums, which add up over several: samples, then for each number its sum and that of
+    /// Sums over what this normalizer has seen, which add up over several: samples, then for each number its sum and that of
     /// its square, `[1 + 2 size]`.
     pub fn moments(&self) -> Vec<f64> {
         let sums = self.mean.iter().map(|m| m * self.count);
@@ -129,7 +129,7 @@ impl RunningNormalizer {
         self.absorb(n, &mean, &about);
     }
 
-    /// (x − mean) / std, clipped, in place, for rows `[N, size]`.
+    /// Normalizes to (x − mean) / std, clipped, in place, for rows `[N, size]`.
     pub fn normalize(&self, rows: &mut [f32]) {
         let (mean, inverse) = self.affine();
         for row in rows.chunks_exact_mut(self.size().max(1)) {
@@ -139,7 +139,7 @@ impl RunningNormalizer {
         }
     }
 
-    /// Back from normalized numbers (exact only where nothing was clipped).
+    /// Returns normalized numbers to their units, in place (exact only where nothing was clipped).
     pub fn denormalize(&self, rows: &mut [f32]) {
         let (mean, inverse) = self.affine();
         for row in rows.chunks_exact_mut(self.size().max(1)) {

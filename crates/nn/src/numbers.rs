@@ -1,16 +1,16 @@
-//! A tensor's numbers.
+//! Tensor data as plain numbers.
 
 use burn::tensor::Tensor;
 
-/// The tensor library did not hand out its numbers.
+/// Tensor data that could not be read from its device.
 #[derive(Debug, thiserror::Error)]
-#[error("cannot read a tensor: {0}")]
+#[error("tensor data could not be read from the device: {0}")]
 pub struct Unreadable(String);
 
-/// All of them, row-major.
+/// Reads a tensor's data, row-major.
 ///
 /// # Errors
-/// The device does not hand them out.
+/// Tensor data that cannot be read from the device.
 pub fn read<const D: usize>(tensor: Tensor<D>) -> Result<Vec<f32>, Unreadable> {
     tensor.try_into_vec_as::<f32>().map_err(|e| Unreadable(e.to_string()))
 }

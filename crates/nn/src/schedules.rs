@@ -17,7 +17,7 @@ pub struct Cyclical {
 }
 
 impl Cyclical {
-    /// The weight at an iteration (counted from 0), in [0, 1].
+    /// Returns the weight at an iteration (counted from 0), in [0, 1].
     pub fn at(&self, iteration: u64) -> f64 {
         if iteration >= self.total || self.cycles == 0 {
             return 1.0;
@@ -28,7 +28,7 @@ impl Cyclical {
     }
 }
 
-/// Cosine annealing (Loshchilov & Hutter 2017, eq. 5 without restarts): from 1 at iteration 0 to `floor` at `total`.
+/// Returns the factor of cosine annealing (Loshchilov & Hutter 2017, eq. 5 without restarts): from 1 at iteration 0 to `floor` at `total`.
 pub fn cosine(iteration: u64, total: u64, floor: f64) -> f64 {
     let t = (iteration.min(total) as f64) / (total.max(1) as f64);
     floor + (1.0 - floor) * 0.5 * (1.0 + (PI * t).cos())
@@ -47,13 +47,13 @@ pub struct WarmRestarts {
 }
 
 impl WarmRestarts {
-    /// The factor on the learning rate at an iteration (counted from 0), in [floor, 1].
+    /// Returns the factor on the learning rate at an iteration (counted from 0), in [floor, 1].
     pub fn at(&self, iteration: u64) -> f64 {
         let (begin, period) = self.period(iteration);
         cosine(iteration - begin, period, self.floor)
     }
 
-    /// The iteration at which the period that `iteration` lies in began.
+    /// Returns the iteration at which the period that `iteration` lies in began.
     pub fn begin_of_period(&self, iteration: u64) -> u64 {
         self.period(iteration).0
     }

@@ -1,4 +1,4 @@
-//! What makes a B-spline one (thesis 3.2.1), on many knot vectors, and what is refused.
+//! Properties of B-splines (thesis 3.2.1) on many knot vectors, and what is refused.
 
 #![allow(clippy::unwrap_used)]
 

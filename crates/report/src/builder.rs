@@ -29,7 +29,7 @@ const SCRIPTS: [&str; 8] = [
 ];
 const MAIN: &str = include_str!("page/main.js");
 
-/// How much training curves are smoothed at first.
+/// Initial smoothing of training curves.
 const SMOOTHED: &str = "value=\"0.6\"";
 const CURVES: &str = "<section>\n<div class=\"curves-head\"><h2>Curves</h2><label>smoothing <input data-is=\"smoothing\" \
                       type=\"range\" min=\"0\" max=\"0.98\" step=\"0.01\" value=\"0.6\"></label></div>\n<div \
@@ -50,18 +50,18 @@ pub struct ReportBuilder {
 }
 
 impl ReportBuilder {
-    /// A report with this title.
+    /// Returns a report with this title.
     pub fn new(title: impl Into<String>) -> Self {
         Self { title: title.into(), ..Self::default() }
     }
 
-    /// A sentence below the title.
+    /// Returns a sentence below the title.
     pub fn subtitle(mut self, text: impl Into<String>) -> Self {
         self.subtitle = text.into();
         self
     }
 
-    /// A fact below the title, such as `samples: 1.9 M`.
+    /// Returns a fact below the title, such as `samples: 1.9 M`.
     pub fn fact(mut self, name: &str, value: impl Into<String>) -> Self {
         self.facts.push((name.to_string(), value.into()));
         self
@@ -73,7 +73,7 @@ impl ReportBuilder {
         self
     }
 
-    /// The curves are shown as they are, until the reader smooths them: each point is a measurement, not a noisy iteration.
+    /// Returns the curves are shown as they are, until the reader smooths them: each point is a measurement, not a noisy iteration.
     pub fn measured(mut self) -> Self {
         self.measured = true;
         self
@@ -102,7 +102,7 @@ impl ReportBuilder {
         self
     }
 
-    /// The page.
+    /// Returns the page.
     pub fn to_html(&self) -> String {
         let data = json!({
             "characters": self.characters.iter().map(|(_, c)| c).collect::<Vec<_>>(),

@@ -17,7 +17,7 @@ pub struct Curve {
 }
 
 impl Curve {
-    /// The curve with at most `most` points: means of neighbouring values, those that are not finite left out.
+    /// Returns the curve with at most `most` points: means of neighbouring values, those that are not finite left out.
     pub(super) fn thinned(&self, most: usize) -> Self {
         let group = self.x.len().div_ceil(most.max(1)).max(1);
         let mean = |values: &[f64]| {
@@ -32,7 +32,7 @@ impl Curve {
     }
 }
 
-/// The curves in a run's metrics, one per name. Names without a group come first, then group after group, in the order
+/// Returns the curves in a run's metrics, one per name. Names without a group come first, then group after group, in the order
 /// in which they first appear.
 pub fn curves_from(rows: &[MetricsRow]) -> Vec<Curve> {
     let mut curves: Vec<Curve> = Vec::new();

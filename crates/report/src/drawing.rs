@@ -15,7 +15,7 @@ use super::table::escape;
 pub struct Drawing {
     /// Heading.
     pub title: String,
-    /// What is seen, in a sentence.
+    /// Caption, a sentence.
     pub caption: String,
     /// The panels.
     pub panels: Vec<Panel>,
@@ -30,7 +30,7 @@ pub struct Panel {
     pub name: String,
     /// Something short beside the name.
     pub note: String,
-    /// What the boldly drawn lines are compared with.
+    /// Lines that the boldly drawn ones are compared with.
     pub reference: Vec<Vec<[f32; 2]>>,
     /// The boldly drawn lines.
     pub lines: Vec<Vec<[f32; 2]>>,
@@ -43,7 +43,7 @@ pub struct Panel {
 pub struct Picture {
     /// Columns.
     pub width: usize,
-    /// Rows.
+    /// Returns the number of rows.
     pub height: usize,
     /// Red, green and blue of each pixel, row by row from the top.
     pub rgb: Vec<u8>,
@@ -65,7 +65,7 @@ impl Picture {
 }
 
 impl Drawing {
-    /// As a section of the page.
+    /// Returns a section of the page.
     pub(super) fn to_html(&self) -> String {
         let grid = match self.across {
             0 => String::new(),

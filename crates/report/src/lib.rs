@@ -1,4 +1,5 @@
-//! Floor 2: what a run leaves behind, and one page that shows it: playback of physics and reference in 3D, the tables, the curves.
+//! Run folders with plan, metrics and checkpoints, and one self-contained page that shows a run: 3D playback of simulation and
+//! reference, tables, curves (floor 2).
 //!
 //! [`run`] is the folder of a run: plan, metrics, checkpoints.
 //!
@@ -30,3 +31,8 @@ pub use drawing::{Drawing, Panel, Picture};
 pub use error::ReportError;
 pub use playback::{BodyPose, Playback};
 pub use table::{Align, Cell, Column, Table, Tone};
+
+/// The README's examples, run as tests.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 
 use super::base64::encode;
 
-/// Where one body's frame is: position (m, world) and orientation.
+/// Pose of one body's frame: position (m, world) and orientation.
 pub type BodyPose = (Vec3, Quat);
 
 /// Frames per second that the page keeps at most; it interpolates between them.
@@ -26,21 +26,21 @@ pub struct Playback {
     pub note: String,
     /// Frames per second.
     pub fps: f64,
-    /// What physics did.
+    /// Simulated poses.
     pub simulated: Vec<Vec<BodyPose>>,
-    /// What was asked for.
+    /// Reference poses.
     pub reference: Vec<Vec<BodyPose>>,
-    /// When it fell (s).
+    /// Time of the fall (s).
     pub fall: Option<f64>,
-    /// What the page calls `simulated` and `reference`: [`Self::PHYSICS`] but for comparisons of something else.
+    /// Names of `simulated` and `reference` on the page: [`Self::PHYSICS`] but for comparisons of something else.
     pub labels: [&'static str; 2],
 }
 
 impl Playback {
-    /// What physics did with a reference.
+    /// Returns a playback of a simulated motion beside its reference.
     pub const PHYSICS: [&'static str; 2] = ["physics", "reference"];
 
-    /// A clip as it is, without physics.
+    /// Returns a clip as it is, without physics.
     ///
     /// # Errors
     /// [`MotionError::Mismatch`] when the clip is of another character.
@@ -60,7 +60,7 @@ impl Playback {
         Ok(Self { name, note: String::new(), fps: clip.fps, simulated: Vec::new(), reference, fall: None, labels })
     }
 
-    /// A clip and what became of it, to be looked at together.
+    /// Returns a clip and what became of it, to be looked at together.
     ///
     /// # Errors
     /// [`MotionError::Mismatch`] when a clip is of another character.
@@ -73,7 +73,7 @@ impl Playback {
         Ok(Self { simulated: after.reference, reference: before.reference, labels: ["after", "before"], ..after })
     }
 
-    /// The playback as the page reads it. `bodies` counts the world.
+    /// Returns the playback as the page reads it. `bodies` counts the world.
     pub(super) fn to_json(&self, character: usize, bodies: usize) -> Value {
         let frames = match (self.simulated.len(), self.reference.len()) {
             (0, n) | (n, 0) => n,

@@ -1,4 +1,4 @@
-//! What a character looks like, for the page.
+//! A character's shapes, for the page.
 
 use lifelike_character::rotation::to_wxyz;
 use lifelike_character::{Character, GeomShape, Kinematics, Quat, Vec3};

@@ -6,7 +6,7 @@ use std::fmt::Write;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Align {
-    /// Words.
+    /// Returns a cell of words.
     Left,
     /// Numbers.
     Right,
@@ -15,7 +15,7 @@ pub enum Align {
 /// The head of a column.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Column {
-    /// What it holds.
+    /// Head of the column.
     pub name: String,
     /// Unit; may be empty.
     pub unit: String,
@@ -24,18 +24,18 @@ pub struct Column {
 }
 
 impl Column {
-    /// A column of numbers.
+    /// Returns a column of numbers.
     pub fn number(name: &str, unit: &str) -> Self {
         Self { name: name.into(), unit: unit.into(), align: Align::Right }
     }
 
-    /// A column of words.
+    /// Returns a column of words.
     pub fn text(name: &str) -> Self {
         Self { name: name.into(), unit: String::new(), align: Align::Left }
     }
 }
 
-/// Whether a value is worth a second look.
+/// Emphasis of a value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Tone {
@@ -48,7 +48,7 @@ pub enum Tone {
 /// One cell.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Cell {
-    /// What is shown.
+    /// Text of the cell.
     pub text: String,
     /// The number behind it, for sorting.
     pub value: Option<f64>,
@@ -57,12 +57,12 @@ pub struct Cell {
 }
 
 impl Cell {
-    /// Words.
+    /// Returns a cell of words.
     pub fn text(text: impl Into<String>) -> Self {
         Self { text: text.into(), value: None, tone: None }
     }
 
-    /// A number with so many digits after the point; a dash where there is none.
+    /// Returns a number with so many digits after the point; a dash where there is none.
     pub fn number(value: f64, digits: usize) -> Self {
         if value.is_finite() {
             Self { text: format!("{value:.digits$}"), value: Some(value), tone: None }
@@ -71,7 +71,7 @@ impl Cell {
         }
     }
 
-    /// The same, emphasised.
+    /// Returns the same, emphasised.
     pub fn tone(mut self, tone: Option<Tone>) -> Self {
         self.tone = tone;
         self
@@ -79,11 +79,22 @@ impl Cell {
 }
 
 /// A table with a title, rows and, at its foot, sums or means.
+///
+/// ```
+/// use lifelike_report::{Cell, Column, Table};
+///
+/// let mut table = Table::new("Errors", vec![Column::text("clip"), Column::number("joints", "deg")]);
+/// table.rows.push(vec![Cell::text("walk"), Cell::number(1.25, 2)]);
+/// table.rows.push(vec![Cell::text("run"), Cell::number(f64::NAN, 2)]);
+/// let text = table.to_text();
+/// assert!(text.starts_with("clip  joints [deg]\n"));
+/// assert!(text.contains("walk          1.25\n") && text.contains("run              –\n"));
+/// ```
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Table {
     /// Title.
     pub title: String,
-    /// What the columns mean, in a sentence or two.
+    /// Caption: the meaning of the columns, in a sentence or two.
     pub caption: String,
     /// Heads.
     pub columns: Vec<Column>,
@@ -94,12 +105,12 @@ pub struct Table {
 }
 
 impl Table {
-    /// An empty table.
+    /// Returns an empty table.
     pub fn new(title: &str, columns: Vec<Column>) -> Self {
         Self { title: title.into(), caption: String::new(), columns, rows: Vec::new(), foot: Vec::new() }
     }
 
-    /// Aligned plain text, a line each; widths counted in characters.
+    /// Returns aligned plain text, a line each; widths counted in characters.
     pub fn to_text(&self) -> String {
         let heads: Vec<String> = self
             .columns
@@ -141,7 +152,7 @@ impl Table {
         out
     }
 
-    /// The table as a section of the page.
+    /// Returns the table as a section of the page.
     pub(super) fn to_html(&self) -> String {
         let mut out =
             format!("<section>\n<h2>{}</h2>\n<div class=\"card scroll\">\n<table>\n<thead><tr>", escape(&self.title));

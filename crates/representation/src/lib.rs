@@ -15,3 +15,8 @@ mod standardizer;
 
 pub use error::RepresentationError;
 pub use prior::{MotionPrior, PriorClip, PriorPlan, WindowPlan};
+
+/// The README's examples, run as tests.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

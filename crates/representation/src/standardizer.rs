@@ -16,12 +16,12 @@ impl Standardizer {
         Self { mean, std }
     }
 
-    /// Mean of each number.
+    /// Returns the mean of each number.
     pub fn mean(&self) -> &[f64] {
         &self.mean
     }
 
-    /// Standard deviation of each number, or its floor.
+    /// Returns the standard deviation of each number, or its floor.
     pub fn std(&self) -> &[f64] {
         &self.std
     }
@@ -84,7 +84,7 @@ impl Moments {
         }
     }
 
-    /// Mean and standard deviation of each number.
+    /// Returns the mean and standard deviation of each number.
     pub(super) fn finish(self) -> (Vec<f64>, Vec<f64>) {
         let count = f64::max(self.count, 1.0);
         (self.mean, self.square.into_iter().map(|s| (s / count).sqrt()).collect())

@@ -20,7 +20,7 @@ pub const HELD_OUT_SEED: u64 = 3310;
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CurvesPlan {
-    /// Which curves.
+    /// Family of the curves.
     pub family: Family,
     /// Points of each curve.
     #[serde(default = "samples")]
@@ -48,7 +48,7 @@ fn test() -> usize {
 }
 
 impl CurvesPlan {
-    /// The thesis' settings.
+    /// Returns the thesis' settings.
     pub fn new(family: Family) -> Self {
         let experiment = match family {
             Family::Lissajous => Experiment::Lissajous,

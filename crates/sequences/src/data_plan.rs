@@ -1,4 +1,4 @@
-//! What the plans of all experiments have in common.
+//! Parts that the plans of all experiments have in common.
 
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -6,12 +6,12 @@ use serde::de::DeserializeOwned;
 use crate::SequencesError;
 use lifelike_representation::spline_transformer::SequencePlan;
 
-/// Which sequences there are, and how an autoencoder is trained on them: what a run's plan.toml holds.
+/// A data set and the training of an autoencoder on it: the content of a run's plan.toml.
 pub trait DataPlan: Clone + PartialEq + Serialize + DeserializeOwned {
-    /// Network and training.
+    /// Returns the settings of network and training.
     fn training(&self) -> &SequencePlan;
 
-    /// The same, to be changed.
+    /// Returns the same, to be changed.
     fn training_mut(&mut self) -> &mut SequencePlan;
 
     /// Checks every range.

@@ -26,7 +26,7 @@ pub enum Experiment {
 }
 
 impl Experiment {
-    /// Latent dimensions that the table lists.
+    /// Returns latent dimensions that the table lists.
     pub fn latents(self) -> &'static [usize] {
         match self {
             Self::Lissajous => &[3],
@@ -40,7 +40,7 @@ impl Experiment {
         }
     }
 
-    /// The row as a plan, with the smallest of its latent dimensions. The table has neither the length of training nor
+    /// Returns the row as a plan, with the smallest of its latent dimensions. The table has neither the length of training nor
     /// clipping: both are [`SequencePlan::default`]'s.
     pub fn plan(self) -> SequencePlan {
         let (heads, width, batch, learning_rate) = match self {

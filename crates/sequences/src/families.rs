@@ -37,7 +37,7 @@ impl Family {
     /// In Table 3.1's order.
     pub const ALL: [Self; 4] = [Self::Lissajous, Self::Hypotrochoids, Self::Bezier2, Self::Bezier64];
 
-    /// As it is called on the command line and in files.
+    /// Returns its name on the command line and in files.
     pub fn name(self) -> &'static str {
         match self {
             Self::Lissajous => "lissajous",
@@ -47,7 +47,7 @@ impl Family {
         }
     }
 
-    /// As Table 3.1 calls it.
+    /// Returns its name in Table 3.1.
     pub fn title(self) -> &'static str {
         match self {
             Self::Lissajous => "Lissajous (3D)",
@@ -57,7 +57,7 @@ impl Family {
         }
     }
 
-    /// The domain: name of each parameter, and the interval that it is drawn of, uniformly.
+    /// Returns the domain: name of each parameter, and the interval that it is drawn of, uniformly.
     pub fn domain(self) -> Vec<(&'static str, [f64; 2])> {
         match self {
             Self::Lissajous => vec![("a", [1.0, 4.0]), ("b", [1.0, 4.0]), ("delta", [0.0, PI])],
@@ -69,7 +69,7 @@ impl Family {
         }
     }
 
-    /// d: how many parameters a curve has.
+    /// Returns d: how many parameters a curve has.
     pub fn dimensions(self) -> usize {
         self.domain().len()
     }
@@ -79,7 +79,7 @@ impl Family {
         self.domain().into_iter().map(|(_, [low, high])| rng.random_range(low..=high)).collect()
     }
 
-    /// The point at `t`, from 0 at the beginning to 1 at the end.
+    /// Returns the point at `t`, from 0 at the beginning to 1 at the end.
     ///
     /// # Errors
     /// Another number of parameters.
@@ -102,7 +102,7 @@ impl Family {
         }
     }
 
-    /// `samples` points, evenly in the parameter from the first to the last: (x, y) one after another.
+    /// Returns `samples` points, evenly in the parameter from the first to the last: (x, y) one after another.
     ///
     /// # Errors
     /// Another number of parameters.
@@ -116,7 +116,7 @@ impl Family {
     }
 }
 
-/// The Bézier curve of control points (x, y), by Bernstein's polynomials: C(n, i) tⁱ (1 − t)ⁿ⁻ⁱ.
+/// Returns the Bézier curve of control points (x, y), by Bernstein's polynomials: C(n, i) tⁱ (1 − t)ⁿ⁻ⁱ.
 fn bezier(control: &[f64], t: f64) -> [f64; 2] {
     let n = control.len() / 2 - 1;
     let (mut binomial, mut point) = (1.0, [0.0; 2]);

@@ -35,7 +35,7 @@ const CURLS_GROW: f64 = 0.03;
 /// Steps of the integration between two points.
 const STEPS: usize = 4;
 
-/// What the strands of one hairstyle have in common: their means.
+/// Means of the strands of one hairstyle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Hairstyle {
     /// Length of the centre line (m).
@@ -46,7 +46,7 @@ pub struct Hairstyle {
     pub curl_frequency: f64,
     /// Length along which gravity bends (m).
     pub bending: f64,
-    /// What is added to the scalp's normal: horizontal, at most 1 long.
+    /// Vector added to the scalp's normal: horizontal, at most 1 long.
     pub comb: [f64; 2],
 }
 
@@ -59,7 +59,7 @@ pub struct Strand {
     pub curl_radius: f64,
     /// Turns of the curls (1/m).
     pub curl_frequency: f64,
-    /// Where on its turn the curl begins (rad).
+    /// Phase at which the curl begins (rad).
     pub phase: f64,
     /// Length along which gravity bends (m).
     pub bending: f64,
@@ -68,7 +68,7 @@ pub struct Strand {
 }
 
 impl Hairstyle {
-    /// One hairstyle.
+    /// Returns one hairstyle.
     pub fn draw(rng: &mut impl Rng) -> Self {
         let length = uniform(LENGTH, rng);
         let curl_radius = uniform(CURL_RADIUS.map(f64::ln), rng).exp();
@@ -84,7 +84,7 @@ impl Hairstyle {
         }
     }
 
-    /// One of its strands.
+    /// Returns one of its strands.
     pub fn strand(&self, rng: &mut impl Rng) -> Strand {
         let length = around(self.length, 0.1, rng);
         let curl_radius = around(self.curl_radius, 0.2, rng);
@@ -122,7 +122,7 @@ impl Strand {
         points
     }
 
-    /// Direction of the centre line at an arc length.
+    /// Returns the direction of the centre line at an arc length.
     fn heading(&self, s: f64) -> Vec3 {
         let kept = (-s / self.bending).exp();
         (self.direction * kept - Vec3::z() * (1.0 - kept)).try_normalize(1e-9).unwrap_or_else(|| -Vec3::z())
@@ -144,7 +144,7 @@ mod tests {
 
     use super::*;
 
-    /// Mean and standard deviation.
+    /// Returns the mean and standard deviation.
     fn moments(values: &[f64]) -> [f64; 2] {
         let mean = values.iter().sum::<f64>() / values.len() as f64;
         [mean, (values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / values.len() as f64).sqrt()]

@@ -46,7 +46,7 @@ pub const SEGMENTS: [(Role, Role); 14] = [
     (Role::RightHand, Role::RightForearm),
 ];
 
-/// A captured clip as rows of [`WIDTH`] angles (rad) at [`FPS`].
+/// Returns a captured clip as rows of [`WIDTH`] angles (rad) at [`FPS`].
 ///
 /// # Errors
 /// A clip that is not one, or without one of the segments.
@@ -90,7 +90,7 @@ pub fn recording(clip: &SourceClip) -> Result<Recording, SequencesError> {
     Ok(Recording { name: clip.name.clone(), rows })
 }
 
-/// Mean angle (deg) of the rotations between the segments of two rows or more, both `[frames, WIDTH]`.
+/// Returns the mean angle (deg) of the rotations between the segments of two rows or more, both `[frames, WIDTH]`.
 pub fn geodesic_error(a: &[f32], b: &[f32]) -> f64 {
     let (mut sum, mut count) = (0.0, 0);
     for (a, b) in a.chunks_exact(WIDTH).zip(b.chunks_exact(WIDTH)) {
@@ -110,13 +110,13 @@ fn rotations(row: &[f32]) -> impl Iterator<Item = Quat> + '_ {
     std::iter::once(pelvis).chain(segments).map(Quat::from_scaled_axis)
 }
 
-/// The turn about the vertical in a rotation: without it, what is left is about a level axis. Of someone exactly upside down every turn
+/// Returns the turn about the vertical in a rotation: without it, what is left is about a level axis. Of someone exactly upside down every turn
 /// would do.
 fn turn(q: &Quat) -> Option<Quat> {
     Quat::try_new(nalgebra::Quaternion::new(q.w, 0.0, 0.0, q.k), 1e-6)
 }
 
-/// The rotation vector of `v`'s rotation that is nearest to `last`.
+/// Returns the rotation vector of `v`'s rotation that is nearest to `last`.
 fn nearest(v: Vec3, last: Vec3) -> Vec3 {
     // Of no rotation any axis will do: that of whole turns so far.
     let Some(axis) = v.try_normalize(1e-9).or_else(|| last.try_normalize(1e-9)) else { return v };
@@ -152,7 +152,7 @@ mod tests {
         ("rightHand", Some(14)),
     ];
 
-    /// A clip whose rotations are `turn(time, joint)`.
+    /// Returns a clip whose rotations are `turn(time, joint)`.
     fn clip(fps: f64, frames: usize, turn: impl Fn(f64, &str) -> Quat) -> SourceClip {
         let at = |t: usize| NAMES.iter().map(|(name, _)| turn(t as f64 / fps, name)).collect();
         SourceClip {
@@ -181,7 +181,7 @@ mod tests {
         assert!(got.iter().zip(expected).all(|(g, e)| (f64::from(*g) - e).abs() < 1e-5), "{got:?}, not {expected:?}");
     }
 
-    /// Where a segment's numbers stand.
+    /// Returns the columns of a segment's numbers.
     fn at(row: &[f32], segment: Role) -> &[f32] {
         let i = SEGMENTS.iter().position(|(s, _)| *s == segment).unwrap();
         &row[2 + 3 * i..][..3]

@@ -45,7 +45,7 @@ fn test() -> usize {
 }
 
 impl ImagesPlan {
-    /// The thesis' settings for CIFAR-10, with a latent dimension.
+    /// Returns the thesis' settings for CIFAR-10, with a latent dimension.
     pub fn new(latent: usize) -> Self {
         let training = SequencePlan { latent, ..Experiment::Cifar10.plan() };
         Self { patch: patch(), validation: validation(), test: test(), training }
@@ -74,7 +74,7 @@ impl DataPlan for ImagesPlan {
 pub struct ImageSequences {
     plan: ImagesPlan,
     images: Arc<ImageFolder>,
-    /// Where each number of a sequence stands in an image.
+    /// Index in an image of each number of a sequence.
     order: Vec<usize>,
     training: Vec<usize>,
     validation: Vec<usize>,
@@ -99,7 +99,7 @@ impl ImageSequences {
         Ok(Self { plan: plan.clone(), images, order, training, validation, test })
     }
 
-    /// The image of a sequence, as bytes; what lies outside of 0 to 1 becomes 0 or 1.
+    /// Returns the image of a sequence, as bytes; what lies outside of 0 to 1 becomes 0 or 1.
     ///
     /// # Shapes
     /// `[tokens, width]` to `[rows, columns, 3]`.

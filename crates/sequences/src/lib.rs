@@ -1,4 +1,4 @@
-//! Floor 6: data of chapter 3's comparisons, as [`Sequences`](lifelike_representation::spline_transformer::Sequences).
+//! Data sets of thesis chapter 3 (curves, images, hair strands, captured people), as [`Sequences`](lifelike_representation::spline_transformer::Sequences).
 //!
 //! [`CurveSequences`] are the families of 3.3.1, [`ImageSequences`] the patches of 3.3.2, [`HumansPlan`] makes windows of people's joint
 //! rotations ([`humans`], 3.3.3), [`StrandSequences`] are the strands of 3.3.4. Table A.1's rows are [`Experiment`]s. Nothing that trains

@@ -20,7 +20,7 @@ pub(super) struct Pixels {
     pub rgb: Vec<u8>,
 }
 
-/// Whether a file's name says that it is an image that can be read.
+/// Returns whether a file's name says that it is an image that can be read.
 pub(super) fn is_image(path: &Path) -> bool {
     let extension = path.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase);
     matches!(extension.as_deref(), Some("png" | "jpg" | "jpeg"))

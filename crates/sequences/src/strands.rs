@@ -58,7 +58,7 @@ fn validation() -> usize {
 }
 
 impl StrandsPlan {
-    /// The thesis' settings, with a latent dimension.
+    /// Returns the thesis' settings, with a latent dimension.
     pub fn new(latent: usize) -> Self {
         let training = SequencePlan { latent, ..Experiment::Strands.plan() };
         let (hairstyles, strands, points, validation) = (hairstyles(), strands(), points(), validation());
@@ -104,19 +104,19 @@ impl StrandSequences {
         Ok(Self { plan: plan.clone(), styles: (0..plan.hairstyles as u64).map(draw).collect() })
     }
 
-    /// One strand of the data set.
+    /// Returns one strand of the data set.
     fn strand(&self, style: usize, strand: usize) -> Strand {
         self.styles[style].strand(&mut stream(DATA_SEED, "strands.strand", style as u64, strand as u64))
     }
 
-    /// Hairstyle and strand of one training sequence.
+    /// Returns the hairstyle and strand of one training sequence.
     fn training(&self, iteration: u64, i: u64) -> (usize, usize) {
         let mut rng = stream(self.plan.training.seed, "strands.training", i, iteration);
         let style = rng.random_range(2 * HELD_OUT_STYLES..self.plan.hairstyles);
         (style, rng.random_range(0..self.plan.strands))
     }
 
-    /// Hairstyle and strand of one held-out sequence: the hairstyles take turns.
+    /// Returns the hairstyle and strand of one held-out sequence: the hairstyles take turns.
     fn held_out_at(set: HeldOut, i: usize) -> (usize, usize) {
         let first = match set {
             HeldOut::Test => 0,

@@ -1,4 +1,4 @@
-//! Which recordings are trained on: whole groups of them, so that nobody is tested on who was trained on.
+//! Split of recordings for training and testing: whole groups of them, so that nobody is tested on who was trained on.
 
 use std::collections::BTreeSet;
 
@@ -8,7 +8,7 @@ use super::humans::{FPS, WIDTH};
 use crate::SequencesError;
 use lifelike_representation::spline_transformer::SequencePlan;
 use lifelike_representation::spline_transformer::{HeldOut, Sequences};
-use lifelike_representation::spline_transformer::{Recording, Split, Windows};
+use lifelike_representation::spline_transformer::{Recording, RecordingWindows, Split};
 use lifelike_train::limits::{whole, wrong};
 
 /// A training on captured people (thesis 3.3.3).
@@ -60,7 +60,7 @@ fn test() -> Vec<String> {
 }
 
 impl HumansPlan {
-    /// The thesis' settings, with a latent dimension.
+    /// Returns the thesis' settings, with a latent dimension.
     pub fn new(latent: usize) -> Self {
         let training = SequencePlan { latent, ..Experiment::Motion.plan() };
         Self { window: window(), validation: validation(), test: test(), training }
@@ -86,11 +86,11 @@ impl HumansPlan {
     ///
     /// # Errors
     /// A plan out of range; no window in one of the sets.
-    pub fn windows(&self, recordings: Vec<Recording>) -> Result<Windows, SequencesError> {
+    pub fn windows(&self, recordings: Vec<Recording>) -> Result<RecordingWindows, SequencesError> {
         self.check()?;
         let groups: BTreeSet<String> = recordings.iter().map(|r| group_of(&r.name).to_owned()).collect();
         let what = format!("joint rotations of people, {FPS} Hz");
-        let windows = Windows::new(&what, WIDTH, self.window, self.training.seed, self.split(recordings))?;
+        let windows = RecordingWindows::new(&what, WIDTH, self.window, self.training.seed, self.split(recordings))?;
         for (key, set) in [("test", HeldOut::Test), ("validation", HeldOut::Validation)] {
             if windows.held_out_len(set) == 0 {
                 let there = groups.into_iter().collect::<Vec<_>>().join(", ");
@@ -120,7 +120,7 @@ impl DataPlan for HumansPlan {
     }
 }
 
-/// The group of a recording.
+/// Returns the group of a recording.
 pub fn group_of(name: &str) -> &str {
     if let Some(rest) = name.strip_prefix("dataset-") {
         let kind = rest.split_once('_').and_then(|(_, rest)| rest.rsplit_once('_')).map(|(kind, _)| kind);

@@ -27,7 +27,7 @@ pub enum Entry {
 }
 
 impl Entry {
-    /// Type of the numbers.
+    /// Returns the type of the numbers.
     pub fn kind(&self) -> Kind {
         match self {
             Self::F32(..) => Kind::F32,
@@ -37,14 +37,14 @@ impl Entry {
         }
     }
 
-    /// Extent of each dimension.
+    /// Returns the extent of each dimension.
     pub fn shape(&self) -> &[usize] {
         match self {
             Self::F32(s, _) | Self::F64(s, _) | Self::U64(s, _) | Self::U8(s, _) => s,
         }
     }
 
-    /// How many numbers there are.
+    /// Returns the number of its numbers.
     pub fn count(&self) -> usize {
         match self {
             Self::F32(_, v) => v.len(),
@@ -54,7 +54,7 @@ impl Entry {
         }
     }
 
-    /// Little-endian bytes.
+    /// Returns little-endian bytes.
     pub(super) fn to_bytes(&self) -> Vec<u8> {
         match self {
             Self::F32(_, v) => v.iter().flat_map(|x| x.to_le_bytes()).collect(),
@@ -64,7 +64,7 @@ impl Entry {
         }
     }
 
-    /// From little-endian bytes; the length was checked against the shape by the safetensors reader.
+    /// Reads little-endian bytes; the length was checked against the shape by the safetensors reader.
     pub(super) fn from_bytes(kind: Kind, shape: Vec<usize>, bytes: &[u8]) -> Self {
         fn numbers<const N: usize, T>(bytes: &[u8], read: fn([u8; N]) -> T) -> Vec<T> {
             bytes.as_chunks::<N>().0.iter().map(|c| read(*c)).collect()

@@ -1,4 +1,4 @@
-//! What can be wrong with a checkpoint.
+//! Errors of checkpoints.
 
 use std::path::PathBuf;
 
@@ -29,7 +29,7 @@ pub enum CheckpointError {
     Format {
         /// The file.
         path: PathBuf,
-        /// What is wrong.
+        /// The reason.
         why: String,
     },
     /// The contents are not what was written.
@@ -45,7 +45,7 @@ pub enum CheckpointError {
     /// Entries that should be there are not.
     #[error("{path}: missing {names:?}")]
     Missing {
-        /// Where it was looked for.
+        /// The checkpoint it was looked for in.
         path: String,
         /// The names.
         names: Vec<String>,
@@ -53,7 +53,7 @@ pub enum CheckpointError {
     /// Entries that nobody asked for.
     #[error("{path}: unexpected {names:?}")]
     Unexpected {
-        /// Where they are.
+        /// The checkpoint they are in.
         path: String,
         /// The names.
         names: Vec<String>,
@@ -67,31 +67,31 @@ pub enum CheckpointError {
     /// An entry has another shape or type than asked for.
     #[error("{path}: {name}: expected {expected}, got {got}")]
     Mismatch {
-        /// Where.
+        /// The checkpoint.
         path: String,
         /// The entry.
         name: String,
-        /// What was asked for.
+        /// The expected shape or type.
         expected: String,
-        /// What is there.
+        /// The shape or type found.
         got: String,
     },
     /// A metadata value is missing or has another form.
     #[error("{path}: metadata {key:?}: {why}")]
     Metadata {
-        /// Where.
+        /// The checkpoint.
         path: String,
         /// The key.
         key: String,
-        /// What is wrong.
+        /// The reason.
         why: String,
     },
-    /// The device did not hand out a tensor's numbers.
-    #[error("{name}: cannot read the tensor: {why}")]
+    /// Tensor data could not be read from the device.
+    #[error("{name}: tensor data could not be read from the device: {why}")]
     Device {
         /// The tensor.
         name: String,
-        /// What the backend says.
+        /// The backend's message.
         why: String,
     },
 }

@@ -50,7 +50,7 @@ impl View for &Raw<'_> {
 }
 
 impl Checkpoint {
-    /// The file's bytes: the same for equal contents, always.
+    /// Returns the file's bytes: the same for equal contents, always.
     ///
     /// # Errors
     /// The contents cannot be serialised.

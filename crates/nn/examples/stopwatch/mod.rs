@@ -1,4 +1,4 @@
-//! What the examples measure with.
+//! Timing of the examples.
 
 use std::time::Instant;
 

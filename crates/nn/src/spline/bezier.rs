@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::error::SplineError;
 
-/// Whether neighbouring segments share the control point where they meet.
+/// Relation of neighbouring segments to the control point where they meet.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Joints {
@@ -24,7 +24,7 @@ pub struct CubicBezier {
 }
 
 impl Default for CubicBezier {
-    /// One segment.
+    /// Returns one segment.
     fn default() -> Self {
         Self { segments: 1, joints: Joints::Separate }
     }
@@ -40,17 +40,17 @@ impl CubicBezier {
         Ok(Self { segments, joints })
     }
 
-    /// How many segments.
+    /// Returns the number of segments.
     pub fn segments(&self) -> usize {
         self.segments
     }
 
-    /// How they meet.
+    /// Returns how segments meet.
     pub fn joints(&self) -> Joints {
         self.joints
     }
 
-    /// How many control points the curve has.
+    /// Returns the number of control points.
     pub fn control_points(&self) -> usize {
         match self.joints {
             Joints::Separate => 4 * self.segments,
@@ -58,7 +58,7 @@ impl CubicBezier {
         }
     }
 
-    /// Which control points form a segment, from 0.
+    /// Returns the control points of a segment, from 0.
     pub fn control_points_of(&self, segment: usize) -> std::ops::Range<usize> {
         let first = match self.joints {
             Joints::Separate => 4 * segment,
@@ -67,7 +67,7 @@ impl CubicBezier {
         first..first + 4
     }
 
-    /// Weight of every control point at `u`, or the `derivative`-th derivative of the weights by u. Where segments meet
+    /// Returns the weight of every control point at `u`, or the `derivative`-th derivative of the weights by u. Where segments meet
     /// it is the later one's.
     ///
     /// # Errors
@@ -96,7 +96,7 @@ impl CubicBezier {
     }
 }
 
-/// How a [`CubicBezier`] stands in a file.
+/// A [`CubicBezier`] as files have it.
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Written {

@@ -19,7 +19,7 @@ impl BSpline {
     /// Beyond this the weights of a curve lose all digits, and nobody needs it.
     pub const MAX_DEGREE: usize = 64;
 
-    /// A curve of this degree on `knots`, which do not decrease. It has as many control points as there are knots less
+    /// Returns a curve of this degree on `knots`, which do not decrease. It has as many control points as there are knots less
     /// degree + 1; [`Self::with_control_points`] checks that number too.
     ///
     /// # Errors
@@ -95,27 +95,27 @@ impl BSpline {
         Ok(control_points - degree)
     }
 
-    /// Degree of the polynomials.
+    /// Returns the degree of the polynomials.
     pub fn degree(&self) -> usize {
         self.degree
     }
 
-    /// The knots, first to last.
+    /// Returns the knots, first to last.
     pub fn knots(&self) -> &[f64] {
         &self.knots
     }
 
-    /// How many control points the curve has.
+    /// Returns the number of control points.
     pub fn control_points(&self) -> usize {
         self.knots.len() - self.degree - 1
     }
 
-    /// Where the curve begins and ends: t_{k-1} and t_{n+1} of eq. 3.1.
+    /// Parameters at which the curve begins and ends: t_{k-1} and t_{n+1} of eq. 3.1.
     pub fn domain(&self) -> (f64, f64) {
         (self.knots[self.degree], self.knots[self.control_points()])
     }
 
-    /// Weight of every control point at `t`, or the `derivative`-th derivative of the weights by t. At a knot where the
+    /// Returns the weight of every control point at `t`, or the `derivative`-th derivative of the weights by t. At a knot where the
     /// curve or its derivative jumps it is the value after it; at the end of the domain the one before.
     ///
     /// # Errors
@@ -134,7 +134,7 @@ impl BSpline {
         Ok(out)
     }
 
-    /// The span of length above zero that holds `t`: the last such that begins at or before it.
+    /// Returns the span of length above zero that holds `t`: the last such that begins at or before it.
     fn span(&self, t: f64) -> Result<usize, SplineError> {
         let (from, to) = self.domain();
         if !(from..=to).contains(&t) {
@@ -147,7 +147,7 @@ impl BSpline {
         Ok((after - 1).clamp(self.degree, last - 1))
     }
 
-    /// The degree + 1 functions N that are not zero on `span`, by the triangular scheme in which no term is 0/0.
+    /// Returns the degree + 1 functions N that are not zero on `span`, by the triangular scheme in which no term is 0/0.
     fn nonzero(&self, span: usize, t: f64, degree: usize) -> Vec<f64> {
         let mut n = vec![1.0];
         for p in 1..=degree {
@@ -163,7 +163,7 @@ impl BSpline {
         n
     }
 
-    /// One derivative: from functions of one degree less, N' = p (N_i / (t_{i+p} − t_i) − N_{i+1} / (t_{i+p+1} − t_{i+1})).
+    /// Returns one derivative: from functions of one degree less, N' = p (N_i / (t_{i+p} − t_i) − N_{i+1} / (t_{i+p+1} − t_{i+1})).
     fn raised(&self, span: usize, lower: &[f64], degree: usize) -> Vec<f64> {
         let mut out = vec![0.0; degree + 1];
         for (r, value) in lower.iter().enumerate() {
@@ -176,7 +176,7 @@ impl BSpline {
     }
 }
 
-/// How a [`BSpline`] stands in a file.
+/// A [`BSpline`] as files have it.
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Written {

@@ -18,14 +18,14 @@ pub enum Spline {
 }
 
 impl Default for Spline {
-    /// The thesis': one cubic Bézier segment of four control points.
+    /// Returns the thesis': one cubic Bézier segment of four control points.
     fn default() -> Self {
         Self::Bezier(CubicBezier::default())
     }
 }
 
 impl Spline {
-    /// How many control points the curve has.
+    /// Returns the number of control points.
     pub fn control_points(&self) -> usize {
         match self {
             Self::Bezier(curve) => curve.control_points(),
@@ -33,7 +33,7 @@ impl Spline {
         }
     }
 
-    /// The weights of all control points at each of `positions`, row-major `[positions, control points]`, or their
+    /// Returns the weights of all control points at each of `positions`, row-major `[positions, control points]`, or their
     /// `derivative`-th derivative by u (1: velocities, per length of the whole curve).
     ///
     /// # Errors
@@ -67,7 +67,7 @@ impl Spline {
         Ok(Tensor::from_data(TensorData::new(values, [positions.len(), self.control_points()]), device))
     }
 
-    /// The curve at `samples` positions, evenly from its beginning to its end (thesis Algorithm 3).
+    /// Returns the curve at `samples` positions, evenly from its beginning to its end (thesis Algorithm 3).
     ///
     /// # Shapes
     /// `[B, control points, d]` to `[B, samples, d]`.
@@ -78,7 +78,7 @@ impl Spline {
         self.evaluate_at(control_points, &uniform(samples), 0)
     }
 
-    /// The curve, or its `derivative`-th derivative by u, anywhere: one batched matrix product.
+    /// Returns the curve, or its `derivative`-th derivative by u, anywhere: one batched matrix product.
     ///
     /// # Shapes
     /// `[B, control points, d]` to `[B, positions, d]`.
@@ -100,13 +100,13 @@ impl Spline {
     }
 }
 
-/// `samples` positions, evenly from 0 to 1; one alone stands at 0 (as `linspace` has it).
+/// Returns `samples` positions, evenly from 0 to 1; one alone stands at 0 (as `linspace` has it).
 pub fn uniform(samples: usize) -> Vec<f64> {
     let last = samples.saturating_sub(1).max(1) as f64;
     (0..samples).map(|i| i as f64 / last).collect()
 }
 
-/// How many samples put `factor − 1` new ones between any two of `samples`. [`uniform`] positions of so many contain the
+/// Returns how many samples put `factor − 1` new ones between any two of `samples`. [`uniform`] positions of so many contain the
 /// original ones, bit for bit: every `factor`-th. (`factor · samples` of them, as one may want too, meet only at the ends.)
 pub fn refined(samples: usize, factor: usize) -> usize {
     samples.saturating_sub(1) * factor.max(1) + samples.min(1)

@@ -1,4 +1,4 @@
-//! What can be wrong with a spline.
+//! Errors of splines.
 
 /// A spline that cannot be, or a place where it is not.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -8,13 +8,13 @@ pub enum SplineError {
     TooFewControlPoints {
         /// Degree of the polynomials.
         degree: usize,
-        /// What there is.
+        /// The number found.
         control_points: usize,
     },
     /// Degrees above [`super::BSpline::MAX_DEGREE`] are refused: they are of no use, and their weights lose all digits.
     #[error("spline: expected a degree of at most {most}, got {degree}")]
     DegreeTooHigh {
-        /// What was asked for.
+        /// The value asked for.
         degree: usize,
         /// The highest that is taken.
         most: usize,
@@ -28,23 +28,23 @@ pub enum SplineError {
         degree: usize,
         /// control points + degree + 1.
         expected: usize,
-        /// What there is.
+        /// The number found.
         got: usize,
     },
     /// A knot is NaN or infinite.
     #[error("spline: knot {index} is {value}, expected a finite number")]
     KnotNotFinite {
-        /// Which knot, from 0.
+        /// The knot, from 0.
         index: usize,
-        /// What it is.
+        /// Its value.
         value: f64,
     },
     /// A knot is smaller than the one before it.
     #[error("spline: knots must not decrease, but knot {index} is {value} after {before}")]
     KnotsDecrease {
-        /// Which knot, from 0.
+        /// The knot, from 0.
         index: usize,
-        /// What it is.
+        /// Its value.
         value: f64,
         /// The knot before it.
         before: f64,
@@ -54,7 +54,7 @@ pub enum SplineError {
     KnotRepeated {
         /// The knot.
         value: f64,
-        /// How often it stands.
+        /// Its multiplicity.
         count: usize,
         /// Degree of the polynomials.
         degree: usize,
@@ -81,9 +81,9 @@ pub enum SplineError {
     /// A tensor with another number of control points than the spline has.
     #[error("spline: expected {expected} control points, got {got}")]
     WrongControlPoints {
-        /// What the spline has.
+        /// Control points of the spline.
         expected: usize,
-        /// What the tensor has.
+        /// Control points of the tensor.
         got: usize,
     },
 }

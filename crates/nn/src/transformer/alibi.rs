@@ -2,7 +2,7 @@
 
 use burn::tensor::{Device, Tensor, TensorData};
 
-/// The slope of each head, as the paper's authors publish it (`get_slopes` of their code): for a power of two the
+/// Returns the slope of each head, as the paper's authors publish it (`get_slopes` of their code): for a power of two the
 /// geometric series 2^(−8/h), 2^(−16/h), .., 2^(−8). For other counts the series of the power of two below, then every
 /// second slope of the series of twice that power.
 pub fn slopes(heads: usize) -> Vec<f64> {
@@ -14,7 +14,7 @@ pub fn slopes(heads: usize) -> Vec<f64> {
     series(below).chain(series(2 * below).step_by(2)).take(heads).collect()
 }
 
-/// What is added to the scores before the softmax: −slope · |distance|, row-major `[heads, T, T]`. Both directions alike,
+/// Returns the bias that is added to the scores before the softmax: −slope · |distance|, row-major `[heads, T, T]`. Both directions alike,
 /// because every token sees the whole sequence; positions are in tokens and may be fractions.
 pub fn bias(heads: usize, positions: &[f64]) -> Vec<f32> {
     let mut out = Vec::with_capacity(heads * positions.len() * positions.len());

@@ -22,7 +22,7 @@ pub struct Attention {
 }
 
 impl Attention {
-    /// Normal weights of standard deviation 1/√c from the streams `(seed, purpose.NAME, 0, 0)`. `heads` must divide
+    /// Returns normal weights of standard deviation 1/√c from the streams `(seed, purpose.NAME, 0, 0)`. `heads` must divide
     /// `width`, which [`super::AutoencoderConfig`] checks.
     pub fn new(width: usize, heads: usize, seed: u64, purpose: &str, device: &Device) -> Self {
         Self {

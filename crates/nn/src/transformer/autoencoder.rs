@@ -44,7 +44,7 @@ pub struct SplineAutoencoder {
 }
 
 impl AutoencoderConfig {
-    /// The network, its weights from streams addressed by `seed` and `purpose`.
+    /// Returns the network, its weights from streams addressed by `seed` and `purpose`.
     ///
     /// # Errors
     /// Sizes that do not make a network.
@@ -96,7 +96,7 @@ impl SplineAutoencoder {
         Ok(self.output.forward(self.decoder.forward(tokens, bias)))
     }
 
-    /// There and back.
+    /// Encodes and decodes a sequence.
     ///
     /// # Shapes
     /// `[B, T, inputs]` to the same.
@@ -108,13 +108,13 @@ impl SplineAutoencoder {
         self.decode(self.encode(x), &sampling)
     }
 
-    /// How the decoder's tokens are made.
+    /// Returns the kind of the decoder's tokens.
     pub fn tokens(&self) -> &LatentTokens {
         &self.tokens
     }
 }
 
-/// Where control tokens and sequence stand for the ALiBi bias.
+/// Returns the positions of control tokens and sequence for the ALiBi bias.
 pub(crate) fn positions(points: usize, tokens: usize) -> Vec<f64> {
     (0..points + tokens).map(|i| i as f64 - points as f64).collect()
 }

@@ -1,4 +1,4 @@
-//! What a [`super::SplineAutoencoder`] looks like.
+//! Sizes of a [`super::SplineAutoencoder`].
 
 use serde::{Deserialize, Serialize};
 
@@ -21,7 +21,7 @@ pub struct AutoencoderConfig {
     pub width: usize,
     /// FFN: inner width of the feed-forward part by `width`.
     pub factor: usize,
-    /// How the decoder's tokens are made.
+    /// Kind of the decoder's tokens.
     pub tokens: LatentTokens,
 }
 
@@ -47,7 +47,7 @@ impl AutoencoderConfig {
         Self { inputs, latent, layers, heads, width, factor: 1, tokens: LatentTokens::Spline(Spline::default()) }
     }
 
-    /// Other latent tokens, and nothing else.
+    /// Sets other latent tokens, and nothing else.
     pub fn with_tokens(mut self, tokens: LatentTokens) -> Self {
         self.tokens = tokens;
         self

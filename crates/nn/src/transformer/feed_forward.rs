@@ -15,7 +15,7 @@ pub struct FeedForward {
 }
 
 impl FeedForward {
-    /// Normal weights of standard deviation 1/√(numbers in) from the streams `(seed, purpose.NAME, 0, 0)`.
+    /// Returns normal weights of standard deviation 1/√(numbers in) from the streams `(seed, purpose.NAME, 0, 0)`.
     pub fn new(width: usize, factor: usize, seed: u64, purpose: &str, device: &Device) -> Self {
         Self {
             inner: weight(width, factor * width, seed, &format!("{purpose}.inner"), device),

@@ -1,4 +1,4 @@
-//! What stands before, between and after the transformer blocks: per-token maps with biases.
+//! Per-token maps with biases before, between and after the transformer blocks.
 
 use burn::module::{Module, Param};
 use burn::tensor::activation::gelu;
@@ -15,7 +15,7 @@ pub struct Affine {
 }
 
 impl Affine {
-    /// Normal weights of standard deviation 1/√inputs from the stream `(seed, purpose, 0, 0)`, bias 0.
+    /// Returns normal weights of standard deviation 1/√inputs from the stream `(seed, purpose, 0, 0)`, bias 0.
     pub fn new(inputs: usize, outputs: usize, seed: u64, purpose: &str, device: &Device) -> Self {
         Self {
             weight: weight(inputs, outputs, seed, purpose, device),
@@ -59,7 +59,7 @@ impl InputHead {
     }
 }
 
-/// Normal weights `[inputs, outputs]` of standard deviation 1/√inputs (T5's) from the stream `(seed, purpose, 0, 0)`.
+/// Returns normal weights `[inputs, outputs]` of standard deviation 1/√inputs (T5's) from the stream `(seed, purpose, 0, 0)`.
 pub(crate) fn weight(inputs: usize, outputs: usize, seed: u64, purpose: &str, device: &Device) -> Param<Tensor<2>> {
     let deviation = (inputs.max(1) as f64).powf(-0.5);
     let values = init::normal(&mut rng::stream(seed, purpose, 0, 0), inputs * outputs, deviation);

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use super::sampling::Sampling;
 use crate::spline::{Spline, SplineError};
 
-/// How the decoder's tokens are made of what the encoder left in its control tokens.
+/// Way to make the decoder's tokens of what the encoder left in its control tokens.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum LatentTokens {
@@ -19,7 +19,7 @@ pub enum LatentTokens {
 }
 
 impl LatentTokens {
-    /// How many control tokens the encoder reads out.
+    /// Returns the number of control tokens that the encoder reads out.
     pub fn control_points(&self) -> usize {
         match self {
             Self::Spline(spline) => spline.control_points(),
@@ -27,7 +27,7 @@ impl LatentTokens {
         }
     }
 
-    /// Width of the decoder's tokens for control points of `latent` numbers.
+    /// Returns the width of the decoder's tokens for control points of `latent` numbers.
     pub fn width(&self, latent: usize) -> usize {
         match self {
             Self::Spline(_) | Self::Alibi => latent,

@@ -29,7 +29,7 @@ pub fn split(images: Tensor<4>, patch: usize) -> Result<Tensor<3>, Untiled> {
     Ok(tiled.reshape([b, rows * columns, patch * patch * channels]))
 }
 
-/// The image again.
+/// Returns the image again.
 ///
 /// # Shapes
 /// `[B, patches, patch² channels]` to `[B, channels, height, width]`.
@@ -47,7 +47,7 @@ pub fn join(patches: Tensor<3>, patch: usize, [height, width]: [usize; 2]) -> Re
     Ok(tiled.reshape([b, channels, height, width]))
 }
 
-/// Where each number of an image's patches stands in the image, for images row by row with the channels innermost, as files
+/// Returns the index in the image of each number of its patches, for images row by row with the channels innermost, as files
 /// have them: the order of [`split`] without a tensor.
 ///
 /// # Shapes

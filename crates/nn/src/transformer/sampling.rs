@@ -1,4 +1,4 @@
-//! Where along a sequence tokens stand.
+//! Positions of tokens along a sequence.
 
 use crate::spline::{refined, uniform};
 
@@ -13,7 +13,7 @@ pub struct Sampling {
 }
 
 impl Sampling {
-    /// One token for each of `tokens`.
+    /// Returns one token for each of `tokens`.
     pub fn each(tokens: usize) -> Self {
         Self::even(tokens, tokens)
     }
@@ -35,22 +35,22 @@ impl Sampling {
         Self::even(tokens, refined(tokens, factor))
     }
 
-    /// In tokens.
+    /// Returns positions in tokens.
     pub fn positions(&self) -> &[f64] {
         &self.positions
     }
 
-    /// How many.
+    /// Returns their number.
     pub fn len(&self) -> usize {
         self.positions.len()
     }
 
-    /// Whether there are none.
+    /// Returns whether there are none.
     pub fn is_empty(&self) -> bool {
         self.positions.is_empty()
     }
 
-    /// The spline parameters, in `[0, 1]`.
+    /// Returns the spline parameters, in `[0, 1]`.
     pub fn parameters(&self) -> Vec<f64> {
         if self.last == 0.0 {
             return uniform(self.len());

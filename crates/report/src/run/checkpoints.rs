@@ -14,7 +14,7 @@ use crate::atomic::{PARTIAL, write_atomically};
 pub struct CheckpointInfo {
     /// Iterations done when it was made.
     pub iteration: u64,
-    /// How good it is, higher is better; `None` where nothing was measured.
+    /// Score, higher is better; `None` where nothing was measured.
     pub score: Option<f64>,
     /// Size (bytes).
     pub bytes: u64,
@@ -30,13 +30,13 @@ pub struct Checkpoints {
 }
 
 impl Checkpoints {
-    /// The checkpoints in a folder (made when the first is saved), of which the last `keep` (at least one) and the best
+    /// Returns the checkpoints in a folder (made when the first is saved), of which the last `keep` (at least one) and the best
     /// are kept.
     pub fn new(folder: impl Into<PathBuf>, keep: usize) -> Self {
         Self { folder: folder.into(), keep: keep.max(1) }
     }
 
-    /// The file of one checkpoint.
+    /// Returns the file of one checkpoint.
     pub fn path(&self, iteration: u64) -> PathBuf {
         self.folder.join(format!("{iteration:08}.safetensors"))
     }
@@ -71,7 +71,7 @@ impl Checkpoints {
         Ok(path)
     }
 
-    /// What is there, oldest first. Files without a readable description are no checkpoints.
+    /// Returns the checkpoints there are, oldest first. Files without a readable description are no checkpoints.
     pub fn list(&self) -> Vec<CheckpointInfo> {
         let Ok(entries) = fs::read_dir(&self.folder) else { return Vec::new() };
         let mut all: Vec<CheckpointInfo> = entries
@@ -102,7 +102,7 @@ impl Checkpoints {
         })
     }
 
-    /// The newest checkpoint that is whole. Damaged ones are passed over with a warning.
+    /// Returns the newest checkpoint that is whole. Damaged ones are passed over with a warning.
     pub fn latest(&self) -> Option<(CheckpointInfo, Vec<u8>)> {
         self.list().into_iter().rev().find_map(|info| match self.read(&info) {
             Ok(bytes) => Some((info, bytes)),
@@ -113,7 +113,7 @@ impl Checkpoints {
         })
     }
 
-    /// The checkpoint with the highest score (the earliest of equals), or the newest where none was measured.
+    /// Returns the checkpoint with the highest score (the earliest of equals), or the newest where none was measured.
     pub fn best(&self) -> Option<CheckpointInfo> {
         best_of(&self.list()).or_else(|| self.list().pop())
     }

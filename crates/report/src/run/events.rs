@@ -95,7 +95,7 @@ fn field_bytes(out: &mut Vec<u8>, field: u8, bytes: &[u8]) {
     out.extend(bytes);
 }
 
-/// Length, its masked CRC, payload, its masked CRC; all little endian.
+/// Returns the length, its masked CRC, payload, its masked CRC; all little endian.
 fn record(payload: &[u8]) -> Vec<u8> {
     let length = (payload.len() as u64).to_le_bytes();
     let mut out = Vec::with_capacity(payload.len() + 16);

@@ -13,6 +13,25 @@ use crate::ReportError;
 use crate::atomic::write_atomically;
 
 /// The folder of a run, with its files by name.
+///
+/// ```
+/// use lifelike_report::run::RunFolder;
+///
+/// #[derive(serde::Serialize)]
+/// struct Plan {
+///     steps: u64,
+/// }
+///
+/// # let path = std::env::temp_dir().join(format!("doctest-run-{}", std::process::id()));
+/// let run = RunFolder::create(&path, &Plan { steps: 2 })?;
+/// let mut metrics = run.start_metrics()?;
+/// metrics.log(0, &[("Loss/total", 0.5)])?;
+/// metrics.sync()?;
+/// assert_eq!(run.metrics()?[0].values, [("Loss/total".to_owned(), 0.5)]);
+/// assert!(RunFolder::create(&path, &Plan { steps: 3 }).is_err(), "nothing is overwritten");
+/// # std::fs::remove_dir_all(&path).ok();
+/// # Ok::<(), lifelike_report::ReportError>(())
+/// ```
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct RunFolder {
     path: PathBuf,
@@ -80,7 +99,7 @@ impl RunFolder {
         })
     }
 
-    /// The plan that the run was started with.
+    /// Returns the plan that the run was started with.
     ///
     /// # Errors
     /// [`ReportError::Format`] with line and column.
@@ -132,7 +151,7 @@ impl RunFolder {
         SnapshotWriter::resume(&self.snapshots_path(), position)
     }
 
-    /// All metrics so far; none when nothing was logged yet.
+    /// Returns all metrics so far; none when nothing was logged yet.
     ///
     /// # Errors
     /// [`ReportError::Format`] with the line.
@@ -141,42 +160,42 @@ impl RunFolder {
         if path.exists() { read_metrics(&path) } else { Ok(Vec::new()) }
     }
 
-    /// The checkpoints, of which the last `keep` and the best stay.
+    /// Returns the checkpoints, of which the last `keep` and the best stay.
     pub fn checkpoints(&self, keep: usize) -> Checkpoints {
         Checkpoints::new(self.path.join("checkpoints"), keep)
     }
 
-    /// Those of another process of the same run: each has environments of its own.
+    /// Returns those of another process of the same run: each has environments of its own.
     pub fn checkpoints_of(&self, process: usize, keep: usize) -> Checkpoints {
         Checkpoints::new(self.path.join("checkpoints").join(format!("process-{process}")), keep)
     }
 
-    /// The folder itself.
+    /// Returns the folder itself.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// `plan.toml`.
+    /// Returns the path of `plan.toml`.
     pub fn plan_path(&self) -> PathBuf {
         self.path.join("plan.toml")
     }
 
-    /// `metrics.jsonl`.
+    /// Returns the path of `metrics.jsonl`.
     pub fn metrics_path(&self) -> PathBuf {
         self.path.join("metrics.jsonl")
     }
 
-    /// `snapshots.jsonl`.
+    /// Returns the path of `snapshots.jsonl`.
     pub fn snapshots_path(&self) -> PathBuf {
         self.path.join("snapshots.jsonl")
     }
 
-    /// `timing.jsonl`.
+    /// Returns the path of `timing.jsonl`.
     pub fn timing_path(&self) -> PathBuf {
         self.path.join("timing.jsonl")
     }
 
-    /// `report.html`.
+    /// Returns the path of `report.html`.
     pub fn report_path(&self) -> PathBuf {
         self.path.join("report.html")
     }

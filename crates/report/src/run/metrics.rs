@@ -1,4 +1,4 @@
-//! What happened, line by line.
+//! Metrics of a run, line by line.
 
 use std::fs::{self, File, OpenOptions};
 use std::io::Write;
@@ -81,7 +81,7 @@ impl MetricsWriter {
     }
 }
 
-/// One line. Written by hand, so that the columns keep the caller's order.
+/// Returns one line. Written by hand, so that the columns keep the caller's order.
 fn line(iteration: u64, values: &[(&str, f64)]) -> String {
     let mut text = format!("{{\"iteration\":{iteration}");
     for (name, value) in values {

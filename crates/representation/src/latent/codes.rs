@@ -57,7 +57,7 @@ impl Codes {
         Ok(Self { names, starts, rows, dimension, fps })
     }
 
-    /// What a prior makes of clips at its plan's frame rate.
+    /// Encodes clips at the prior's frame rate.
     ///
     /// # Errors
     /// A clip that does not fit the prior.
@@ -72,17 +72,17 @@ impl Codes {
         Self::new(names, starts, rows, prior.latent_size(), prior.windows().frame_rate)
     }
 
-    /// Number of codes T.
+    /// Returns the number of codes T.
     pub fn len(&self) -> usize {
         self.rows.len() / self.dimension
     }
 
-    /// Whether there are none.
+    /// Returns whether there are none.
     pub fn is_empty(&self) -> bool {
         self.rows.is_empty()
     }
 
-    /// d_z.
+    /// Returns d_z.
     pub fn dimension(&self) -> usize {
         self.dimension
     }
@@ -97,17 +97,17 @@ impl Codes {
         &self.names
     }
 
-    /// The rows of each clip.
+    /// Returns the rows of each clip.
     pub fn clips(&self) -> impl Iterator<Item = Range<usize>> {
         self.starts.windows(2).map(|w| w[0]..w[1])
     }
 
-    /// All codes, `[T, d]`.
+    /// Returns all codes, `[T, d]`.
     pub fn rows(&self) -> &[f32] {
         &self.rows
     }
 
-    /// One code, `[d]`.
+    /// Returns one code, `[d]`.
     pub fn row(&self, frame: usize) -> &[f32] {
         &self.rows[frame * self.dimension..(frame + 1) * self.dimension]
     }

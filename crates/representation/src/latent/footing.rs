@@ -1,4 +1,4 @@
-//! How a motion stands: what people see first when a motion was made by a network.
+//! Foot contact errors of a motion, which people see first when a network made it.
 
 use lifelike_character::{Anatomy, Character, Kinematics, Role, Vec3};
 use lifelike_motion::MotionClip;
@@ -8,7 +8,7 @@ use crate::RepresentationError;
 /// A foot higher than this does not bear (m): decoded heights are some centimetres off, and swings reach higher.
 const BEARING: f64 = 0.03;
 
-/// How a motion stands on level ground at height 0.
+/// Foot contact errors of a motion on level ground at height 0.
 #[derive(Debug, Clone, Copy, Default, PartialEq, serde::Serialize)]
 pub struct Footing {
     /// Horizontal speed (m/s) of the lowest corner of the soles, mean over the frames in which one bears.

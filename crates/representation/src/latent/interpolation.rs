@@ -8,7 +8,7 @@ use super::unroll::{Unrolled, unroll};
 use crate::MotionPrior;
 use crate::RepresentationError;
 
-/// How much of the second clip there is.
+/// Share of the second clip.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Blend {
     /// The same share throughout: 0 is the first clip, 1 the second.
@@ -18,7 +18,7 @@ pub enum Blend {
 }
 
 impl Blend {
-    /// The second clip's share at a share of the way through.
+    /// Returns the second clip's share at a share of the way through.
     fn at(self, way: f64) -> f64 {
         match self {
             Self::Constant(weight) => weight,
@@ -73,7 +73,7 @@ pub fn blend(a: &[f32], b: &[f32], d: usize, blend: Blend) -> Result<Blended, Re
     Ok(Blended { rows, pace })
 }
 
-/// The code between two rows.
+/// Returns the code between two rows.
 fn code_at(codes: &[f32], d: usize, index: f64) -> impl Iterator<Item = f64> {
     let (before, share) = locate(index, codes.len() / d);
     let after = (before + 1).min(codes.len() / d - 1);
@@ -81,7 +81,7 @@ fn code_at(codes: &[f32], d: usize, index: f64) -> impl Iterator<Item = f64> {
     row(before).zip(row(after)).map(move |(a, b)| a + (b - a) * share)
 }
 
-/// The motion between two clips, given by their codes at the prior's frame rate.
+/// Returns the motion between two clips, given by their codes at the prior's frame rate.
 ///
 /// # Errors
 /// As [`blend`] and [`unroll`].

@@ -1,4 +1,4 @@
-//! How well codes tell motions apart: Linear Discriminant Analysis (Bishop 1995) as thesis 4.3.2 uses it.
+//! Separation of motions by their codes: Linear Discriminant Analysis (Bishop 1995) as thesis 4.3.2 uses it.
 //!
 //! A class is [`CLASS_SECONDS`] of one clip; as much after it is left out, so that neighbouring classes are distinct. What is
 //! left at a clip's end and is shorter than a class belongs to none, so all classes are of one size and equally likely.
@@ -29,7 +29,7 @@ const ROUNDING: f64 = 1e-10;
 /// Sweeps that the eigenvalues may take; they need about two per dimension.
 const SWEEPS: usize = 10_000;
 
-/// How well classes of motion are told apart.
+/// Scores of a classification of motion.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct LdaScore {
     /// Classes.
@@ -40,11 +40,11 @@ pub struct LdaScore {
     pub accuracy: f64,
     /// The same on held-out blocks of the classes.
     pub held_out_accuracy: f64,
-    /// What guessing gives: one over the number of classes.
+    /// Accuracy of guessing: one over the number of classes.
     pub chance: f64,
 }
 
-/// Accuracy of LDA on these codes.
+/// Returns the accuracy of LDA on these codes.
 ///
 /// # Errors
 /// Fewer than two classes, or fewer than two codes per block.
@@ -74,7 +74,7 @@ pub fn lda(codes: &Codes) -> Result<LdaScore, RepresentationError> {
     })
 }
 
-/// The rows of each class.
+/// Returns the rows of each class.
 pub fn classes(codes: &Codes) -> Vec<Range<usize>> {
     let length = (CLASS_SECONDS * codes.fps()).round().max(1.0) as usize;
     let of = |clip: Range<usize>| {
@@ -84,7 +84,7 @@ pub fn classes(codes: &Codes) -> Vec<Range<usize>> {
     codes.clips().flat_map(of).collect()
 }
 
-/// The block that a class' so-manieth code is in.
+/// Returns the block that a class' so-manieth code is in.
 fn block(offset: usize, fps: f64) -> usize {
     // Without the small share, rounding would put a code at a block's exact begin into the block before.
     (offset as f64 / (BLOCK_SECONDS * fps) + 1e-9) as usize
@@ -150,20 +150,20 @@ impl Discriminant {
         Ok(Self { whitening, means })
     }
 
-    /// Logarithm of each class' likelihood for a code, up to a sum that is the same for all classes.
+    /// Returns the logarithm of each class' likelihood for a code, up to a sum that is the same for all classes.
     pub fn scores(&self, code: &[f32]) -> Vec<f64> {
         let here = &self.whitening * DVector::from_iterator(code.len(), code.iter().map(|x| f64::from(*x)));
         self.means.column_iter().map(|mean| -0.5 * (&here - mean).norm_squared()).collect()
     }
 
-    /// The most likely class of a code.
+    /// Returns the most likely class of a code.
     pub fn classify(&self, code: &[f32]) -> usize {
         let scores = self.scores(code);
         // The first of equals, so that a space that knows nothing is right about one class only.
         (0..scores.len()).fold(0, |best, k| if scores[k] > scores[best] { k } else { best })
     }
 
-    /// Share of these rows that are given to their class.
+    /// Returns the share of these rows that are given to their class.
     fn accuracy(&self, codes: &Codes, classes: &[Vec<usize>]) -> f64 {
         let right =
             |(k, rows): (usize, &Vec<usize>)| rows.iter().filter(|row| self.classify(codes.row(**row)) == k).count();

@@ -1,4 +1,4 @@
-//! What a space of latent codes is worth (thesis 4.3.2): which motion it calls similar, how well it tells motions apart,
+//! Measures of a space of latent codes (thesis 4.3.2): which motion it calls similar, how well it tells motions apart,
 //! how much it knows of the motion, and whether the way from one code to another is motion too.
 //!
 //! The main path: any encoder's output as [`Codes`] → [`lda`] and [`mutual_information`] → [`comparison`] (Table 4.2);

@@ -1,4 +1,4 @@
-//! How much codes know of the motion: mutual information of thesis 4.3.2.
+//! Mutual information between codes and motion (thesis 4.3.2).
 //!
 //! Every dimension of the codes is discretised into 100 bins of equal width between its smallest and its largest
 //! value. The thesis leaves open what the other side of a pair is ("state", "input motion", "each pair of features"), how it
@@ -31,7 +31,7 @@ pub struct Information {
     pub best: f64,
 }
 
-/// Information that codes have of features.
+/// Returns information that codes have of features.
 ///
 /// # Shapes
 /// `features: [T, F]` for the `T` codes.
@@ -49,7 +49,7 @@ pub fn information(features: &[f32], codes: &Codes, seed: u64) -> Result<Informa
     Ok(Information { mean: mean(&pairs), shuffled: mean(&self::pairs(features, &dealt)?), best: mean(&best) })
 }
 
-/// Mutual information of each feature with each code dimension (nats); 0 where either is constant.
+/// Returns mutual information of each feature with each code dimension (nats); 0 where either is constant.
 ///
 /// # Shapes
 /// `features: [T, F]` to `[F, d]`.
@@ -85,7 +85,7 @@ struct Binned {
 }
 
 impl Binned {
-    /// Column `at` of rows of `width`; `None` when it is constant.
+    /// Returns the column `at` of rows of `width`; `None` when it is constant.
     fn of(rows: &[f32], width: usize, at: usize) -> Option<Self> {
         let column = || rows.iter().skip(at).step_by(width).map(|x| f64::from(*x));
         let (low, high) = column().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)));
@@ -98,7 +98,7 @@ impl Binned {
         Some(Self { bins, counts })
     }
 
-    /// Mutual information (nats): Σ p(a, b) ln(p(a, b) / p(a) p(b)).
+    /// Returns mutual information (nats): Σ p(a, b) ln(p(a, b) / p(a) p(b)).
     fn shared_with(&self, other: &Self) -> f64 {
         let mut joint = vec![0_u32; BINS * BINS];
         for (a, b) in self.bins.iter().zip(&other.bins) {

@@ -3,7 +3,7 @@
 use super::codes::Codes;
 use crate::RepresentationError;
 
-/// What counts as another hit.
+/// Criteria of a search: what counts as another hit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SearchSpec {
     /// Most hits.
@@ -40,7 +40,7 @@ pub struct Hit {
     pub similarity: f64,
 }
 
-/// The frames whose codes are most similar to the query's, best first.
+/// Returns the frames whose codes are most similar to the query's, best first.
 ///
 /// # Shapes
 /// `query: [d]`.
@@ -82,12 +82,12 @@ pub fn search(
     Ok(found.into_iter().map(hit).collect())
 }
 
-/// Whether two times are less than `apart` from each other; rounding does not make them so.
+/// Returns whether two times are less than `apart` from each other; rounding does not make them so.
 fn near(a: f64, b: f64, apart: f64) -> bool {
     (a - b).abs() < apart - 1e-9
 }
 
-/// Cosine of the angle between two codes; 0 where one of them has no direction.
+/// Returns the cosine of the angle between two codes; 0 where one of them has no direction.
 pub fn cosine(a: &[f32], b: &[f32]) -> f64 {
     let dot = |a: &[f32], b: &[f32]| a.iter().zip(b).map(|(a, b)| f64::from(*a) * f64::from(*b)).sum::<f64>();
     let lengths = (dot(a, a) * dot(b, b)).sqrt();

@@ -17,7 +17,7 @@ pub struct Unrolled {
     pub excess: f64,
 }
 
-/// The motion whose frames have these features, each in its own heading frame.
+/// Returns the motion whose frames have these features, each in its own heading frame.
 ///
 /// Joints, height and tilt are as the features say, joints within their ranges. The path on the ground and the heading are
 /// integrated from the features' velocities (trapezoids). `pace` is how fast each frame is played against what its
@@ -131,7 +131,7 @@ mod tests {
     use lifelike_motion::features::frames_of;
     use lifelike_robot::Robot;
 
-    /// A walk in a curve, pitching and rolling, knees bent by `bend`.
+    /// Returns a walk in a curve, pitching and rolling, knees bent by `bend`.
     fn curve(robot: &Robot, bend: f64) -> MotionClip {
         let frames = 200;
         let pose = |i: usize| {

@@ -1,4 +1,4 @@
-//! What animators do with control points (thesis 3.3.3: "closer or further away from the end-points", "toned down or amplified").
+//! Edits of control points (thesis 3.3.3: "closer or further away from the end-points", "toned down or amplified").
 
 use super::model::{MotionSpline, Usual};
 use super::splined::{Segment, SplinedClip};
@@ -17,9 +17,9 @@ pub enum Edit {
     Gain(f64),
     /// One number of one control point changed.
     Move {
-        /// Which control point, from 0.
+        /// The control point, from 0.
         point: usize,
-        /// Which of its numbers, from 0.
+        /// Its number, from 0.
         number: usize,
         /// By how many of the standard deviations that it has over the training motion: numbers of latent spaces have no size of their own.
         by: f64,

@@ -17,7 +17,7 @@ use super::poses::Poses;
 use super::space::{PoseSpace, poses_of};
 use crate::RepresentationError;
 use crate::spline_transformer::passes::{control_points, sequences};
-use crate::spline_transformer::{Recording, SequenceTrainer, Sequences, Split, Windows};
+use crate::spline_transformer::{Recording, RecordingWindows, SequenceTrainer, Sequences, Split};
 use crate::standardizer::Moments;
 
 /// In files.
@@ -32,7 +32,7 @@ pub struct MotionSpline {
     network: SplineAutoencoder,
 }
 
-/// Where control points of training windows lie: what edits are measured by.
+/// Mean and standard deviation of the training windows' control points: the unit of edits.
 ///
 /// # Shapes
 /// Both `[control points][latent]`.
@@ -59,11 +59,14 @@ pub struct SplitClips {
 }
 
 impl MotionSpline {
-    /// What to train on: rows of all clips at the plan's rate, and what their numbers are, by the training clips' statistics.
+    /// Returns the training data: rows of all clips at the plan's rate, and what their numbers are, by the training clips' statistics.
     ///
     /// # Errors
     /// Clips with other joints than the first; none as long as a segment; a plan out of range.
-    pub fn data(plan: &MotionSplinePlan, clips: &SplitClips) -> Result<(Windows, PoseSpace), RepresentationError> {
+    pub fn data(
+        plan: &MotionSplinePlan,
+        clips: &SplitClips,
+    ) -> Result<(RecordingWindows, PoseSpace), RepresentationError> {
         plan.check()?;
         let joints = clips.training.first().map(|clip| clip.joint_names.clone()).unwrap_or_default();
         let poses = |clips: &[MotionClip]| -> Result<Vec<(String, Poses)>, RepresentationError> {
@@ -76,17 +79,17 @@ impl MotionSpline {
         });
         let what = format!("{} at {} Hz", plan.robot, plan.frame_rate);
         let split = Split { training, validation, test };
-        Ok((Windows::new(&what, space.width(), plan.frames, plan.training.seed, split)?, space))
+        Ok((RecordingWindows::new(&what, space.width(), plan.frames, plan.training.seed, split)?, space))
     }
 
-    /// What a training on [`Self::data`] has learned.
+    /// Returns the model of a training on [`Self::data`].
     ///
     /// # Errors
-    /// The device does not hand out its numbers.
+    /// Tensor data that cannot be read from the device.
     pub fn new(
         plan: MotionSplinePlan,
         space: PoseSpace,
-        trainer: &SequenceTrainer<Windows>,
+        trainer: &SequenceTrainer<RecordingWindows>,
     ) -> Result<Self, RepresentationError> {
         // The first batch there is: windows drawn evenly from all training clips.
         let windows = trainer.data().batch(0, USUAL_OF);
@@ -103,7 +106,7 @@ impl MotionSpline {
         Ok(Self { plan, space, usual: Usual { mean: rows(mean), deviation: rows(deviation) }, network })
     }
 
-    /// The plan it was trained by.
+    /// Returns the plan it was trained by.
     pub fn plan(&self) -> &MotionSplinePlan {
         &self.plan
     }
@@ -113,27 +116,27 @@ impl MotionSpline {
         self.space.joints()
     }
 
-    /// Numbers of a control point.
+    /// Returns the numbers of a control point.
     pub fn latent(&self) -> usize {
         self.plan.training.latent
     }
 
-    /// Control points of a segment.
+    /// Returns control points of a segment.
     pub fn control_points(&self) -> usize {
         self.network.tokens().control_points()
     }
 
-    /// Where control points of training windows lie.
+    /// Returns the mean and standard deviation of the training windows' control points.
     pub fn usual(&self) -> &Usual {
         &self.usual
     }
 
-    /// The clip's poses, joints in this model's order, at a rate (Hz).
+    /// Returns the clip's poses, joints in this model's order, at a rate (Hz).
     pub(super) fn poses(&self, clip: &MotionClip, fps: f64) -> Result<Poses, RepresentationError> {
         poses_of(clip, self.space.joints(), fps)
     }
 
-    /// Control points of segments.
+    /// Returns control points of segments.
     ///
     /// # Shapes
     /// Poses `[segments, frames, width]` (SI) to `[segments, control points, latent]`.
@@ -154,7 +157,7 @@ impl MotionSpline {
         Ok(self.space.denormalized(&y))
     }
 
-    /// The latent curve of control points.
+    /// Returns the latent curve of control points.
     ///
     /// # Shapes
     /// `[control points, latent]` to `[samples, latent]`.

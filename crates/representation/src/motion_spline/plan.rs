@@ -1,4 +1,4 @@
-//! What a motion spline is trained on and how, as a TOML file.
+//! Plan of a motion spline's training, a TOML file.
 
 use std::path::PathBuf;
 

@@ -30,7 +30,7 @@ impl Poses {
     /// Numbers that are rates, so grow with the speed of playing.
     pub(super) const RATES: Range<usize> = 4..7;
 
-    /// Of a clip.
+    /// Returns the poses of a clip.
     pub fn of(clip: &MotionClip) -> Self {
         let (joints, frames) = (clip.joint_names.len(), clip.len());
         let angle = |frame: usize| heading_angle(&clip.root_orientation[frame]);
@@ -52,22 +52,22 @@ impl Poses {
         Self { fps: clip.fps, joints, rows }
     }
 
-    /// Numbers of a row.
+    /// Returns the numbers of a row.
     pub fn width(&self) -> usize {
         Self::ROOT + self.joints
     }
 
-    /// Rows.
+    /// Returns the number of rows.
     pub fn len(&self) -> usize {
         self.rows.len() / self.width()
     }
 
-    /// Whether there are none.
+    /// Returns whether there are none.
     pub fn is_empty(&self) -> bool {
         self.rows.is_empty()
     }
 
-    /// The row at a time in frames, between two of them linearly; beyond the ends the nearest.
+    /// Writes the row at a time in frames, between two of them linearly; beyond the ends the nearest.
     pub fn write_at(&self, frame: f64, out: &mut [f64]) {
         let (width, (before, share)) = (self.width(), locate(frame, self.len()));
         let row = |at: usize| &self.rows[at.min(self.len() - 1) * width..][..width];
@@ -76,7 +76,7 @@ impl Poses {
         }
     }
 
-    /// A clip that begins where `like` does, with its names. Contacts are not known any more.
+    /// Returns a clip that begins where `like` does, with its names. Contacts are not known any more.
     pub fn to_clip(&self, like: &MotionClip) -> MotionClip {
         let width = self.width();
         let mut place = like.root_position.first().copied().unwrap_or_else(Vec3::zeros);
@@ -101,7 +101,7 @@ impl Poses {
     }
 }
 
-/// An angle's equal in −π to π.
+/// Returns an angle's equal in −π to π.
 fn wrapped(angle: f64) -> f64 {
     (angle + std::f64::consts::PI).rem_euclid(std::f64::consts::TAU) - std::f64::consts::PI
 }

@@ -1,4 +1,4 @@
-//! What the network's numbers are: a robot's joints by name, and SI units.
+//! Meaning of the network's numbers: a robot's joints by name, and SI units.
 
 use lifelike_checkpoint::Checkpoint;
 use lifelike_motion::MotionClip;
@@ -43,19 +43,19 @@ impl PoseSpace {
         &self.joints
     }
 
-    /// Numbers of a row.
+    /// Returns the numbers of a row.
     pub(super) fn width(&self) -> usize {
         Poses::ROOT + self.joints.len()
     }
 
-    /// SI to the network's numbers.
+    /// Turns SI units into the network's numbers.
     pub(super) fn normalized(&self, rows: &[f64]) -> Vec<f32> {
         let mut rows = rows.to_vec();
         self.scales.normalize(&mut rows);
         rows.into_iter().map(|x| x as f32).collect()
     }
 
-    /// The network's numbers to SI.
+    /// Returns the network's numbers to SI.
     pub(super) fn denormalized(&self, rows: &[f32]) -> Vec<f64> {
         let mut rows: Vec<f64> = rows.iter().copied().map(f64::from).collect();
         self.scales.denormalize(&mut rows);

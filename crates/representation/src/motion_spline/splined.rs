@@ -16,13 +16,13 @@ const OVERLAP: f64 = 0.125;
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Segment {
-    /// When it begins (s since the clip's begin).
+    /// Start time (s since the clip's begin).
     pub start: f64,
     /// `[control points][latent]`.
     pub control_points: Vec<Vec<f32>>,
 }
 
-/// How well a clip comes back from control points alone, without the detail that editing carries along.
+/// Reconstruction errors of a clip from control points alone, without the detail that editing carries along.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct ClipErrors {
     /// The clip.
@@ -37,14 +37,14 @@ pub struct ClipErrors {
     pub velocity: f64,
 }
 
-/// How control points are played.
+/// Options for playing control points.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Playing {
     /// Frames per second of the result; the curves are sampled as densely as that asks for (super-sampling).
     pub fps: f64,
     /// 2 plays in half of the time.
     pub speed: f64,
-    /// Whether what control points leave out of the clip is added to what they make. With it, unchanged control points give
+    /// Adds the detail that control points leave out of the clip. With it, unchanged control points give
     /// the very clip; without, what the network makes of them.
     pub detail: bool,
 }
@@ -55,12 +55,12 @@ pub struct SplinedClip {
     clip: MotionClip,
     poses: Poses,
     segments: Vec<Segment>,
-    /// What the poses have beyond the segments as they were encoded, at the clip's rate.
+    /// Detail: the poses less the segments as they were encoded, at the clip's rate.
     detail: Poses,
 }
 
 impl Segment {
-    /// The curve in the latent space at `samples` places, evenly from its begin to its end.
+    /// Returns the curve in the latent space at `samples` places, evenly from its begin to its end.
     ///
     /// # Shapes
     /// `[samples][latent]`.
@@ -103,12 +103,12 @@ impl SplinedClip {
         Ok(this)
     }
 
-    /// The clip that was encoded.
+    /// Returns the clip that was encoded.
     pub fn clip(&self) -> &MotionClip {
         &self.clip
     }
 
-    /// The curves, in the order of their time.
+    /// Returns the curves, in the order of their time.
     pub fn segments(&self) -> &[Segment] {
         &self.segments
     }
@@ -173,7 +173,7 @@ impl SplinedClip {
         Ok(())
     }
 
-    /// The motion that the control points make. It begins where the clip begins; whether its end meets its begin is not known.
+    /// Returns the motion that the control points make. It begins where the clip begins; whether its end meets its begin is not known.
     ///
     /// # Errors
     /// A rate or speed out of range.
@@ -192,7 +192,7 @@ impl SplinedClip {
         Ok(MotionClip { cyclic: false, ..self.finished(model, poses, playing) })
     }
 
-    /// The clip itself, played like that: what an edit is to be compared with.
+    /// Returns the clip itself, played like that: what an edit is to be compared with.
     ///
     /// # Errors
     /// A rate or speed out of range.
@@ -267,10 +267,10 @@ impl SplinedClip {
         Ok(Poses { fps: playing.fps, joints: self.poses.joints, rows: sums })
     }
 
-    /// How well the clip comes back from its control points alone, at its own rate.
+    /// Returns the reconstruction errors of the clip from its control points alone, at its own rate.
     ///
     /// # Errors
-    /// The device does not hand out its numbers.
+    /// Tensor data that cannot be read from the device.
     pub fn errors(&self, model: &MotionSpline) -> Result<ClipErrors, RepresentationError> {
         let made = self.made(model, &Playing { fps: self.clip.fps, speed: 1.0, detail: false })?;
         let width = made.width();
@@ -291,7 +291,7 @@ impl SplinedClip {
     }
 }
 
-/// First frames of segments that lie evenly over `len` frames and overlap by [`OVERLAP`] or more.
+/// Returns the first frames of segments that lie evenly over `len` frames and overlap by [`OVERLAP`] or more.
 fn starts(len: usize, frames: usize) -> Vec<usize> {
     let beyond = len.saturating_sub(frames);
     let stride = ((1.0 - OVERLAP) * frames as f64).floor().max(1.0);
@@ -299,7 +299,7 @@ fn starts(len: usize, frames: usize) -> Vec<usize> {
     (0..=steps as usize).map(|i| (i as f64 * beyond as f64 / steps.max(1.0)).round() as usize).collect()
 }
 
-/// 0 to 1 with level ends.
+/// Rises from 0 to 1 with level ends.
 fn smooth(x: f64) -> f64 {
     let x = x.clamp(0.0, 1.0);
     x * x * (3.0 - 2.0 * x)

@@ -1,4 +1,4 @@
-//! What the tests of this folder play with.
+//! Clips and models for the tests of this folder.
 #![allow(clippy::unwrap_used)]
 
 use lifelike_character::{Quat, Vec3};
@@ -33,12 +33,12 @@ pub(super) fn walk(name: &str, frames: usize, fps: f64) -> MotionClip {
     }
 }
 
-/// A network that was never trained: what must hold for any network holds for it.
+/// Returns a network that was never trained: what must hold for any network holds for it.
 pub(super) fn model() -> MotionSpline {
     model_of(walk("walk", 300, 50.0))
 }
 
-/// The same with one training clip.
+/// Returns the same with one training clip.
 pub(super) fn model_of(clip: MotionClip) -> MotionSpline {
     let training = SequencePlan { latent: 5, layers: 1, heads: 2, width: 8, ..SequencePlan::default() };
     let plan = MotionSplinePlan {

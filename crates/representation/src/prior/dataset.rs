@@ -114,12 +114,12 @@ impl Windows {
         Ok(windows)
     }
 
-    /// Mean and spread of the features of all frames.
+    /// Returns mean and standard deviation of the features of all frames.
     pub(super) fn statistics(&self, layout: &FeatureLayout, floors: &StdFloors) -> FeatureStatistics {
         FeatureStatistics::of(layout, floors, self.clips.iter().flat_map(|c| &c.frames))
     }
 
-    /// The clips.
+    /// Returns the clips.
     pub fn clips(&self) -> &[PriorClip] {
         &self.clips
     }
@@ -129,12 +129,12 @@ impl Windows {
         self.frames
     }
 
-    /// Whether there is nothing to draw from.
+    /// Returns whether there is nothing to draw from.
     pub fn is_empty(&self) -> bool {
         self.frames == 0
     }
 
-    /// SHA-256 of everything the clips say, to notice a changed data set when resuming.
+    /// Returns SHA-256 of everything the clips say, to notice a changed data set when resuming.
     pub fn digest(&self) -> String {
         let mut hash = Sha256::new();
         let mut row = vec![0.0; self.size];
@@ -150,7 +150,7 @@ impl Windows {
         hash.finalize().iter().map(|b| format!("{b:02x}")).collect()
     }
 
-    /// `count` windows around frames drawn uniformly from all frames of all clips, normalised, row after row.
+    /// Draws `count` windows around frames drawn uniformly from all frames of all clips, normalised, row after row.
     ///
     /// # Shapes
     /// `[count, 2W + 1, F]`.
@@ -168,7 +168,7 @@ impl Windows {
         (0..count).map(|_| rng.random_range(0..self.frames.max(1))).collect()
     }
 
-    /// The windows around these frames (numbered through all clips), normalised, row after row.
+    /// Returns the windows around these frames (numbered through all clips), normalised, row after row.
     pub fn gather(&self, statistics: &FeatureStatistics, centres: &[usize]) -> Result<Vec<f32>, RepresentationError> {
         let mut window = vec![0.0; self.spec.len() * self.size];
         let mut out = Vec::with_capacity(centres.len() * window.len());
@@ -182,7 +182,7 @@ impl Windows {
     }
 }
 
-/// One normalised window around a frame.
+/// Writes one normalised window around a frame.
 pub(super) fn normalized_window(
     frames: &[Frame],
     frame_rate: f64,

@@ -57,7 +57,7 @@ pub trait KindPlan: Clone + Debug + PartialEq + Default + Serialize + Deserializ
     /// Windows to train on and to encode.
     fn windows(&self) -> &WindowPlan;
 
-    /// d_z.
+    /// Returns d_z.
     fn latent_size(&self) -> usize;
 
     /// Names the numbers of a code, for people.

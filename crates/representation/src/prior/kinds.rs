@@ -25,7 +25,7 @@ macro_rules! kinds {
             /// Tables of training plans and the kinds that they choose.
             pub const TABLES: &[(&str, &str)] = &[$((<$kind>::TABLE, <$kind>::TITLE)),+];
 
-            /// `kind` of the file of such a prior.
+            /// Returns the `kind` of the file of such a prior.
             pub fn kind(&self) -> &'static str {
                 match self {
                     $(Self::$variant(_) => <$kind>::NAME,)+
@@ -39,7 +39,7 @@ macro_rules! kinds {
                 }
             }
 
-            /// d_z.
+            /// Returns d_z.
             pub fn latent_size(&self) -> usize {
                 match self {
                     $(Self::$variant(plan) => plan.latent_size(),)+

@@ -36,7 +36,7 @@ impl MotionPrior {
         Self { plan: plan.into(), layout, statistics, coder: coder.into() }
     }
 
-    /// Plan that it was trained by.
+    /// Returns the plan that it was trained by.
     pub fn plan(&self) -> &PriorPlan {
         &self.plan
     }
@@ -51,12 +51,12 @@ impl MotionPrior {
         &self.layout
     }
 
-    /// Mean and spread of the training data: the tracker normalises m_t by the same (thesis 4.2.2).
+    /// Returns the mean and standard deviation of the training data: the tracker normalises m_t by the same (thesis 4.2.2).
     pub fn statistics(&self) -> &FeatureStatistics {
         &self.statistics
     }
 
-    /// d_z.
+    /// Returns d_z.
     pub fn latent_size(&self) -> usize {
         self.plan.latent_size()
     }

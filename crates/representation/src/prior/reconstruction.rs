@@ -1,4 +1,4 @@
-//! How well windows come back from their latent codes, in units people can judge.
+//! Reconstruction errors of windows from their latent codes, in units people can judge.
 
 use lifelike_character::Vec3;
 use lifelike_character::rotation::from_6d;
@@ -76,7 +76,7 @@ impl ErrorSums {
     }
 }
 
-/// Angle between two 6D orientations (rad); half a turn where the decoded one is degenerate.
+/// Returns the angle between two 6D orientations (rad); half a turn where the decoded one is degenerate.
 fn angle(a: &[f64], b: &[f64]) -> f64 {
     let rotation = |row: &[f64]| row.get(FeatureLayout::ORIENTATION).and_then(|d| from_6d(d.try_into().ok()?));
     match (rotation(a), rotation(b)) {

@@ -49,7 +49,7 @@ impl StdFloors {
         Ok(range("floors.effector", self.effector, 1e-6, 1e3)?)
     }
 
-    /// The floor of every feature; orientation's is 0, it is never normalised.
+    /// Returns the floor of every feature; orientation's is 0, it is never normalised.
     fn of(&self, layout: &FeatureLayout) -> Vec<f64> {
         let mut floors = vec![0.0; layout.size()];
         floors[FeatureLayout::HEIGHT] = self.height;
@@ -83,12 +83,12 @@ impl FeatureStatistics {
         Self(Standardizer::new(mean, std))
     }
 
-    /// Mean of every feature (SI).
+    /// Returns the mean of every feature (SI).
     pub fn mean(&self) -> &[f64] {
         self.0.mean()
     }
 
-    /// Standard deviation, floored, of every feature (SI).
+    /// Returns the standard deviation, floored, of every feature (SI).
     pub fn std(&self) -> &[f64] {
         self.0.std()
     }

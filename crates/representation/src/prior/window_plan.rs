@@ -7,6 +7,16 @@ use crate::RepresentationError;
 use lifelike_train::limits::{range, whole};
 
 /// Settings that priors of every kind have in common.
+///
+/// ```
+/// use lifelike_representation::prior::WindowPlan;
+///
+/// // The thesis' 61 samples over one second, and a window of two seconds.
+/// assert_eq!(WindowPlan::default().window().len(), 61);
+/// let longer = WindowPlan { window_seconds: 2.0, ..WindowPlan::default() };
+/// assert_eq!(longer.window().dt, 2.0 / 60.0);
+/// assert!(WindowPlan { half_width: 0, ..WindowPlan::default() }.check().is_err());
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct WindowPlan {
@@ -45,7 +55,7 @@ impl WindowPlan {
         self.floors.check()
     }
 
-    /// The window in time.
+    /// Returns the window in time.
     pub fn window(&self) -> WindowSpec {
         WindowSpec { half_width: self.half_width, dt: self.window_seconds / (2 * self.half_width) as f64 }
     }

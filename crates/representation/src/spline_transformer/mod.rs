@@ -14,7 +14,7 @@ mod task;
 mod train;
 
 pub use plan::{Method, SequencePlan};
-pub use recordings::{Recording, Split, Windows};
+pub use recordings::{Recording, RecordingWindows, Split};
 pub use sequences::{HeldOut, Sequences};
 pub use spread::Spread;
-pub use train::{Errors, SequenceMetrics, SequenceTrainer};
+pub use train::{SequenceErrors, SequenceMetrics, SequenceTrainer};

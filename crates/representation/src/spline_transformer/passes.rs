@@ -12,7 +12,7 @@ use crate::RepresentationError;
 /// Sequences per pass: attention holds all pairs of tokens of all of them.
 const CHUNK: usize = 32;
 
-/// Control points of sequences. A core for each part of them: the products within a part are too small to share.
+/// Returns control points of sequences. A core for each part of them: the products within a part are too small to share.
 ///
 /// # Shapes
 /// `[N, tokens, width]`, in the network's numbers, to `[N, control points, d]`.

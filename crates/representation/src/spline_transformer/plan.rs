@@ -1,4 +1,4 @@
-//! What a sequence autoencoder is and how it is trained, as a TOML file.
+//! Settings of a sequence autoencoder and of its training, as a TOML file.
 
 use std::fmt;
 use std::str::FromStr;
@@ -28,7 +28,7 @@ impl Method {
     /// In Table 3.1's order.
     pub const ALL: [Self; 3] = [Self::Alibi, Self::AlibiCat, Self::Spline];
 
-    /// As it is called on the command line and in files.
+    /// Returns its name on the command line and in files.
     pub fn name(self) -> &'static str {
         match self {
             Self::Spline => "spline",
@@ -37,7 +37,7 @@ impl Method {
         }
     }
 
-    /// As the thesis' tables call it.
+    /// Returns its name in the thesis' tables.
     pub fn title(self) -> &'static str {
         match self {
             Self::Spline => "Spline",
@@ -46,7 +46,7 @@ impl Method {
         }
     }
 
-    /// How the decoder's tokens are made.
+    /// Returns the kind of the decoder's tokens.
     pub fn tokens(self) -> LatentTokens {
         match self {
             Self::Spline => LatentTokens::Spline(Spline::default()),
@@ -72,13 +72,13 @@ impl FromStr for Method {
     }
 }
 
-/// Settings of a sequence autoencoder. [`super::Experiment::plan`] has the thesis' for each experiment.
+/// Settings of a sequence autoencoder. The crate `lifelike-sequences` has the thesis' for each of its experiments.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct SequencePlan {
     /// Key of all randomness of weights and batches.
     pub seed: u64,
-    /// How the decoder's tokens are made.
+    /// Kind of the decoder's tokens.
     pub method: Method,
     /// d: numbers of a latent control point.
     pub latent: usize,
@@ -95,22 +95,22 @@ pub struct SequencePlan {
     /// Sequences that pass through the network at once. A batch of 1024 curves at once would need gigabytes; in parts it gives
     /// the same gradient up to rounding, which is why this belongs to the plan.
     pub part: usize,
-    /// Iterations, over which the rate falls to 0 along a cosine. The thesis does not say how many.
+    /// Iterations, over which the learning rate falls to 0 along a cosine. The thesis does not say how many.
     pub iterations: u64,
     /// The thesis' RAdam, or Adam for runs of a few hundred iterations, most of which RAdam's own warm-up would take.
     pub optimizer: Rule,
     /// The largest learning rate.
     pub learning_rate: f64,
-    /// Iterations over which the rate rises linearly from 0 (none in the thesis). Our remedy for 3.3.5's collapse.
+    /// Iterations over which the learning rate rises linearly from 0 (none in the thesis). Our fix for 3.3.5's collapse.
     pub warmup: u64,
     /// Gradients are scaled down to this norm; without it they are not clipped, as in the thesis.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub max_gradient_norm: Option<f64>,
-    /// Our other remedy: a penalty on control points that come close to each other; none in the thesis. Without effect on the
+    /// Our other fix: a penalty on control points that come close to each other; none in the thesis. Without effect on the
     /// baselines, which have one control point.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub spread: Option<Spread>,
-    /// Iterations between two looks at the validation set.
+    /// Iterations between two evaluations of the validation set.
     pub validate_every: u64,
 }
 
@@ -166,20 +166,20 @@ impl SequencePlan {
         Ok(whole("validate_every", self.validate_every, 1, 1 << 40)?)
     }
 
-    /// The rate at an iteration (counted from 0): a cosine from the first iteration to the last (Loshchilov & Hutter 2017),
+    /// Returns the learning rate at an iteration (counted from 0): a cosine from the first iteration to the last (Loshchilov & Hutter 2017),
     /// times the warm-up.
     pub fn learning_rate_at(&self, iteration: u64) -> f64 {
         let risen = if iteration < self.warmup { (iteration + 1) as f64 / self.warmup as f64 } else { 1.0 };
         self.learning_rate * risen * cosine(iteration, self.iterations, 0.0)
     }
 
-    /// The network for elements of `inputs` numbers.
+    /// Returns the network for elements of `inputs` numbers.
     pub fn network(&self, inputs: usize) -> AutoencoderConfig {
         let sizes = AutoencoderConfig::new(inputs, self.latent, self.layers, self.heads, self.width);
         AutoencoderConfig { factor: self.factor, ..sizes }.with_tokens(self.method.tokens())
     }
 
-    /// The optimizer's constants.
+    /// Returns the optimizer's constants.
     pub fn adam(&self) -> AdamConfig {
         AdamConfig { rule: self.optimizer, ..AdamConfig::adam() }
     }

@@ -1,6 +1,6 @@
 //! Stretches of recorded motion: rows of numbers, one for every frame, cut into windows of one length.
 //!
-//! Which recordings are trained on is decided for whole recordings, by whoever makes them (by subject, for the tables): windows
+//! Training, validation and test are told apart by whole recordings, by whoever makes them (by subject, for the tables): windows
 //! of one recording overlap, so a split among windows would test on what was trained on.
 
 use std::ops::Range;
@@ -38,7 +38,7 @@ pub struct Split {
 /// Training windows begin at any frame, all equally likely. Held-out ones stand end to end, so every frame counts once (a rest
 /// shorter than a window is left out).
 #[derive(Debug)]
-pub struct Windows {
+pub struct RecordingWindows {
     what: String,
     width: usize,
     tokens: usize,
@@ -51,7 +51,7 @@ pub struct Windows {
     test: Vec<f32>,
 }
 
-impl Windows {
+impl RecordingWindows {
     /// Windows of `tokens` frames of `width` numbers. Recordings shorter than a window have none.
     ///
     /// `what` says what the numbers are, for [`Sequences::describe`].
@@ -91,7 +91,7 @@ impl Windows {
         Ok(Self { what, width, tokens, seed, training: split.training, before, windows, validation, test })
     }
 
-    /// Training windows, overlapping.
+    /// Returns the number of training windows, overlapping.
     pub fn training_len(&self) -> usize {
         self.windows
     }
@@ -110,7 +110,7 @@ impl Windows {
     }
 }
 
-impl Sequences for Windows {
+impl Sequences for RecordingWindows {
     fn describe(&self) -> String {
         self.what.clone()
     }
@@ -145,19 +145,19 @@ mod tests {
 
     use super::*;
 
-    /// A recording whose numbers say where they are: 1000 × recording + frame, and the negative of it.
+    /// Returns a recording whose numbers say where they are: 1000 × recording + frame, and the negative of it.
     fn recording(number: usize, frames: usize) -> Recording {
         let rows = (0..frames).flat_map(|f| [(1000 * number + f) as f32, -((1000 * number + f) as f32)]).collect();
         Recording { name: format!("clip {number}"), rows }
     }
 
-    fn windows() -> Windows {
+    fn windows() -> RecordingWindows {
         let split = Split {
             training: vec![recording(1, 5), recording(2, 2), recording(3, 4)],
             validation: vec![recording(4, 3)],
             test: vec![recording(5, 7), recording(6, 2), recording(7, 3)],
         };
-        Windows::new("numbers", 2, 3, 0, split).unwrap()
+        RecordingWindows::new("numbers", 2, 3, 0, split).unwrap()
     }
 
     #[test]
@@ -187,7 +187,7 @@ mod tests {
     #[test]
     fn other_numbers_are_described_otherwise_and_bad_ones_are_refused() {
         let split = |training| Split { training, validation: vec![], test: vec![] };
-        let of = |training| Windows::new("numbers", 2, 3, 0, split(training));
+        let of = |training| RecordingWindows::new("numbers", 2, 3, 0, split(training));
         let (one, two) = (of(vec![recording(1, 5)]).unwrap(), of(vec![recording(2, 5)]).unwrap());
         assert_ne!(one.describe(), two.describe());
         let error = of(vec![recording(1, 2)]).unwrap_err().to_string();

@@ -17,7 +17,7 @@ pub struct Look {
     pub seconds: f64,
     /// Mean squared error.
     pub mse: f64,
-    /// As [`super::Errors::spread`].
+    /// As [`super::SequenceErrors::spread`].
     pub spread: f64,
 }
 

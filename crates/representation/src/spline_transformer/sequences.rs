@@ -1,4 +1,4 @@
-//! What a [`super::SequenceTrainer`] learns from.
+//! Data of a [`super::SequenceTrainer`].
 
 use std::ops::Range;
 
@@ -14,25 +14,25 @@ pub enum HeldOut {
 /// A source of sequences of one length. All of its numbers are determined by itself and the arguments, so methods that are
 /// given the same source meet the same batches, and a resumed run those that it would have met.
 pub trait Sequences {
-    /// What these sequences are: a run goes on only with a source that says the same.
+    /// Describes these sequences in a line: a run goes on only with a source that says the same.
     fn describe(&self) -> String;
 
-    /// Numbers of one element of a sequence.
+    /// Returns the numbers of one element of a sequence.
     fn width(&self) -> usize;
 
     /// Elements of a sequence.
     fn tokens(&self) -> usize;
 
-    /// Training sequences of one iteration (counted from 0).
+    /// Returns training sequences of one iteration (counted from 0).
     ///
     /// # Shapes
     /// `[count, tokens, width]`, row-major.
     fn batch(&self, iteration: u64, count: usize) -> Vec<f32>;
 
-    /// How many there are of a set.
+    /// Returns the number of sequences of a set.
     fn held_out_len(&self, set: HeldOut) -> usize;
 
-    /// Some of a set.
+    /// Returns some of a set.
     ///
     /// # Shapes
     /// `[range, tokens, width]`, row-major.

@@ -1,11 +1,11 @@
-//! A remedy of ours for the collapse of thesis 3.3.5 ("additional regularization may help", 3.4): control points of a sequence
+//! Our fix for the collapse of thesis 3.3.5 ("additional regularization may help", 3.4): control points of a sequence
 //! that come close to each other are driven apart.
 //!
 //! For a sequence's P control points of d numbers, s² = Σ ‖pᵢ − p̄‖² / (P d), and the penalty is max(0, 1 − s / floor)²,
-//! averaged over the batch. A network whose points are apart does not notice it. Its slope does not fade as s goes to 0, so
+//! averaged over the batch. A network whose points are apart does not notice it. Its gradient does not fade as s goes to 0, so
 //! points that have nearly met are driven apart as hard as those that begin to.
 
-/// How hard points are driven apart, and until where.
+/// Weight and floor of the penalty on close control points.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Spread {
@@ -15,17 +15,23 @@ pub struct Spread {
     pub floor: f64,
 }
 
-/// Keeps the slope finite where all points are the same.
+/// Keeps the gradient finite where all points are the same.
 const EPSILON: f64 = 1e-12;
 
-/// The derivative, by each number of some sequences' control points, of the weight times the mean penalty of their batch.
+/// Returns the derivative, by each number of some sequences' control points, of the weight times the mean penalty of their batch.
 ///
 /// # Shapes
 /// `control_points: [sequences, points, latent]` of a batch of `batch` sequences, row-major; so is what is returned.
-pub fn slopes(spread: Spread, control_points: &[f32], points: usize, latent: usize, batch: usize) -> Vec<f32> {
+pub fn penalty_gradient(
+    spread: Spread,
+    control_points: &[f32],
+    points: usize,
+    latent: usize,
+    batch: usize,
+) -> Vec<f32> {
     let Spread { weight, floor } = spread;
     let (count, share) = ((points * latent) as f64, weight / batch.max(1) as f64);
-    let mut slopes = Vec::with_capacity(control_points.len());
+    let mut gradient = Vec::with_capacity(control_points.len());
     for sequence in control_points.chunks_exact((points * latent).max(1)) {
         let mean: Vec<f64> = (0..latent)
             .map(|k| sequence.iter().skip(k).step_by(latent).map(|p| f64::from(*p)).sum::<f64>() / points as f64)
@@ -34,9 +40,9 @@ pub fn slopes(spread: Spread, control_points: &[f32], points: usize, latent: usi
         let s = (sequence.iter().enumerate().map(|p| apart(p).powi(2)).sum::<f64>() / count + EPSILON).sqrt();
         let short = (1.0 - s / floor).max(0.0);
         let scale = -2.0 * share * short / (floor * count * s);
-        slopes.extend(sequence.iter().enumerate().map(|p| (scale * apart(p)) as f32));
+        gradient.extend(sequence.iter().enumerate().map(|p| (scale * apart(p)) as f32));
     }
-    slopes
+    gradient
 }
 
 #[cfg(test)]
@@ -46,10 +52,10 @@ mod tests {
     const FLOOR: f64 = 0.5;
 
     fn of(weight: f64, control_points: &[f32], points: usize, latent: usize, batch: usize) -> Vec<f32> {
-        slopes(Spread { weight, floor: FLOOR }, control_points, points, latent, batch)
+        penalty_gradient(Spread { weight, floor: FLOOR }, control_points, points, latent, batch)
     }
 
-    /// The penalty of one sequence as the head of this file has it, point by point.
+    /// Returns the penalty of one sequence as the head of this file has it, point by point.
     fn penalty(control_points: &[f32], latent: usize) -> f64 {
         let points: Vec<&[f32]> = control_points.chunks_exact(latent).collect();
         let mean = |k: usize| points.iter().map(|p| f64::from(p[k])).sum::<f64>() / points.len() as f64;
@@ -64,24 +70,24 @@ mod tests {
     }
 
     #[test]
-    fn by_hand() {
+    fn the_gradient_is_that_of_hand_arithmetic() {
         // s = 0.25 is half of the floor. Weight 2 over a batch of 4: −2 (2 / 4) (0.5) (± 0.25) / (0.5 · 2 · 0.25)
-        let slopes = of(2.0, &[1.25, 0.75], 2, 1, 4);
-        assert!((slopes[0] + 0.5).abs() < 1e-6 && (slopes[1] - 0.5).abs() < 1e-6, "{slopes:?}");
+        let gradient = of(2.0, &[1.25, 0.75], 2, 1, 4);
+        assert!((gradient[0] + 0.5).abs() < 1e-6 && (gradient[1] - 0.5).abs() < 1e-6, "{gradient:?}");
     }
 
     #[test]
-    fn slopes_are_the_derivative() {
+    fn the_gradient_is_the_derivative() {
         let points: Vec<f32> = (0..24).map(|i| ((i * 37 % 11) as f32 - 5.0) * 0.03).collect();
         let of_points = |points: &[f32]| 1.7 / 2.0 * points.chunks_exact(12).map(|own| penalty(own, 3)).sum::<f64>();
-        let slopes = of(1.7, &points, 4, 3, 2);
-        assert!(slopes.iter().any(|s| s.abs() > 0.01));
+        let gradient = of(1.7, &points, 4, 3, 2);
+        assert!(gradient.iter().any(|s| s.abs() > 0.01));
         for i in 0..points.len() {
             let mut moved = [points.clone(), points.clone()];
             moved[0][i] -= 1e-3;
             moved[1][i] += 1e-3;
             let difference = (of_points(&moved[1]) - of_points(&moved[0])) / f64::from(moved[1][i] - moved[0][i]);
-            assert!((difference - f64::from(slopes[i])).abs() < 1e-5, "{i}: {difference} {}", slopes[i]);
+            assert!((difference - f64::from(gradient[i])).abs() < 1e-5, "{i}: {difference} {}", gradient[i]);
         }
         // One point, or all the same: nothing to tell them apart by, and no division by zero.
         assert_eq!(of(1.0, &[0.3, 0.4], 1, 2, 1), [0.0, 0.0]);

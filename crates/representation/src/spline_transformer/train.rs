@@ -17,7 +17,7 @@ use super::sequences::{HeldOut, Sequences};
 use super::spread;
 use crate::RepresentationError;
 
-/// What one iteration did. All of it is determined by plan and data.
+/// Metrics of one iteration. All of it is determined by plan and data.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct SequenceMetrics {
     /// Iterations done, this one included.
@@ -32,9 +32,9 @@ pub struct SequenceMetrics {
     pub skipped: u64,
 }
 
-/// How well held-out sequences come back.
+/// Reconstruction errors of held-out sequences.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
-pub struct Errors {
+pub struct SequenceErrors {
     /// Mean squared error over all numbers of all sequences.
     pub mse: f64,
     /// That of each sequence.
@@ -83,7 +83,7 @@ impl<S: Sequences> SequenceTrainer<S> {
         &self.plan
     }
 
-    /// What it learns from.
+    /// Sequences that it learns from.
     pub fn data(&self) -> &S {
         &self.data
     }
@@ -98,7 +98,7 @@ impl<S: Sequences> SequenceTrainer<S> {
         self.iteration
     }
 
-    /// Whether the plan's iterations are done.
+    /// Returns whether the plan's iterations are done.
     pub fn is_done(&self) -> bool {
         self.iteration >= self.plan.iterations
     }
@@ -111,16 +111,16 @@ impl<S: Sequences> SequenceTrainer<S> {
     /// One iteration: a batch through the network in parts, and one step against the mean of their gradients.
     ///
     /// # Errors
-    /// The device does not hand out its numbers.
+    /// Tensor data that cannot be read from the device.
     pub fn step(&mut self) -> Result<SequenceMetrics, RepresentationError> {
         let (plan, i) = (&self.plan, self.iteration);
         let x = self.data.batch(i, plan.batch);
         let (mut gradients, mut loss) = (Gradients::default(), 0.0);
         // Summed in the parts' order, whichever core had which, so the number of cores changes no bit.
         for part in self.gradients(&x)? {
-            let (squares, slopes) = part;
+            let (squares, own) = part;
             loss += squares / x.len() as f64;
-            gradients = sum(gradients, slopes);
+            gradients = sum(gradients, own);
         }
         let gradient_norm = match plan.max_gradient_norm {
             Some(norm) => gradients.clip_norm(norm)?,
@@ -141,13 +141,13 @@ impl<S: Sequences> SequenceTrainer<S> {
     fn gradients(&self, x: &[f32]) -> Result<Vec<(f64, Gradients)>, RepresentationError> {
         let tokens = self.data.tokens();
         let parts = x.chunks(self.plan.part * tokens * self.data.width());
-        if !self.by_hand() {
+        if !self.is_analytic() {
             return parts.map(|part| self.recorded(part, x.len())).collect();
         }
         // A core for each part: whole passes side by side wait for each other less than every product's rows would.
         let parts: Vec<_> = parts.map(|part| (self.network.clone(), part)).collect();
         let plan = &self.plan;
-        parts.into_par_iter().map(|(network, part)| by_hand(plan, &network, part, tokens, x.len())).collect()
+        parts.into_par_iter().map(|(network, part)| analytic(plan, &network, part, tokens, x.len())).collect()
     }
 
     /// One part, by automatic differentiation.
@@ -158,17 +158,17 @@ impl<S: Sequences> SequenceTrainer<S> {
         let y = self.network.decode(points.clone(), &sampling).map_err(PassError::from)?;
         let squares = (y - x).square().sum();
         let mut loss = squares.clone().div_scalar(numbers as f64);
-        if let Some(slopes) = penalty(&self.plan, &read(points.clone().inner())?) {
-            // A product whose derivative by the points is the slope that is written out.
-            let slopes = Tensor::from_data(TensorData::new(slopes, points.dims()), &points.device());
-            loss = loss + (points * slopes).sum();
+        if let Some(apart) = penalty(&self.plan, &read(points.clone().inner())?) {
+            // A product whose derivative by the points is the analytic gradient.
+            let apart = Tensor::from_data(TensorData::new(apart, points.dims()), &points.device());
+            loss = loss + (points * apart).sum();
         }
         let squares = read(squares.inner())?.into_iter().map(f64::from).sum();
         Ok((squares, Gradients::of(&self.network, loss.backward())))
     }
 
-    /// The gradient that is written out is for the CPU.
-    fn by_hand(&self) -> bool {
+    /// Returns whether the analytic gradient is used: it is for the CPU.
+    fn is_analytic(&self) -> bool {
         self.device.clone().inner() == device::inference()
     }
 
@@ -186,7 +186,7 @@ impl<S: Sequences> SequenceTrainer<S> {
     /// # Errors
     /// `x` does not hold whole sequences.
     pub fn reconstruct(&self, x: &[f32]) -> Result<(Vec<f32>, Vec<f32>), RepresentationError> {
-        if self.by_hand() {
+        if self.is_analytic() {
             let (y, _) = backprop::forward(&self.network, x.to_vec(), self.data.tokens())?;
             return Ok((y.control_points, y.sequence));
         }
@@ -198,8 +198,8 @@ impl<S: Sequences> SequenceTrainer<S> {
     /// Errors of a held-out set.
     ///
     /// # Errors
-    /// The device does not hand out its numbers.
-    pub fn errors(&self, set: HeldOut) -> Result<Errors, RepresentationError> {
+    /// Tensor data that cannot be read from the device.
+    pub fn errors(&self, set: HeldOut) -> Result<SequenceErrors, RepresentationError> {
         let unit = self.data.tokens() * self.data.width();
         let (count, latent) = (self.data.held_out_len(set), self.plan.latent);
         let (mut each, mut apart, mut points) = (Vec::with_capacity(count), 0.0, 0);
@@ -212,13 +212,13 @@ impl<S: Sequences> SequenceTrainer<S> {
             apart += control_points.chunks(per_sequence * latent).map(|p| deviation(p, latent)).sum::<f64>();
         }
         let mse = each.iter().sum::<f64>() / count.max(1) as f64;
-        Ok(Errors { mse, each, spread: (apart / points.max(1) as f64).sqrt() })
+        Ok(SequenceErrors { mse, each, spread: (apart / points.max(1) as f64).sqrt() })
     }
 
     /// Everything needed to continue bit for bit.
     ///
     /// # Errors
-    /// The device does not hand out its numbers.
+    /// Tensor data that cannot be read from the device.
     pub fn checkpoint(&self) -> Result<Checkpoint, RepresentationError> {
         let mut checkpoint = Checkpoint::new();
         checkpoint.set_meta("plan", &self.plan)?;
@@ -253,15 +253,15 @@ impl<S: Sequences> SequenceTrainer<S> {
     }
 }
 
-/// [`spread::slopes`], where the plan wants them.
+/// [`spread::penalty_gradient`], where the plan wants them.
 fn penalty(plan: &SequencePlan, control_points: &[f32]) -> Option<Vec<f32>> {
     let points = plan.method.tokens().control_points();
     let spread = plan.spread.filter(|_| points > 1)?;
-    Some(spread::slopes(spread, control_points, points, plan.latent, plan.batch))
+    Some(spread::penalty_gradient(spread, control_points, points, plan.latent, plan.batch))
 }
 
-/// One part, by the gradient that is written out.
-fn by_hand(
+/// One part, by the analytic gradient.
+fn analytic(
     plan: &SequencePlan,
     network: &SplineAutoencoder,
     x: &[f32],
@@ -271,9 +271,9 @@ fn by_hand(
     let (y, pass) = backprop::forward(network, x.to_vec(), tokens)?;
     let squares = squared(&y.sequence, x);
     let scale = 2.0 / numbers as f32;
-    let slopes = y.sequence.iter().zip(x).map(|(y, x)| (y - x) * scale).collect();
+    let by_sequence = y.sequence.iter().zip(x).map(|(y, x)| (y - x) * scale).collect();
     let apart = penalty(plan, &y.control_points);
-    Ok((squares, backprop::backward(network, pass, slopes, apart)?))
+    Ok((squares, backprop::backward(network, pass, by_sequence, apart)?))
 }
 
 /// Sum of squared differences.

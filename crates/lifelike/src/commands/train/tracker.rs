@@ -156,7 +156,12 @@ fn evaluation_of(plan: &TrackerPlan, policy: &Path, folder: &Path) -> NextComman
     eval.motions(&plan.clips).path("-o", &folder.join("evaluation"))
 }
 
-fn report(summary: &Summary<TrackerMetrics>, plan: &TrackerPlan, folder: &Path, output: &Output) -> Result<(), CliError> {
+fn report(
+    summary: &Summary<TrackerMetrics>,
+    plan: &TrackerPlan,
+    folder: &Path,
+    output: &Output,
+) -> Result<(), CliError> {
     let policy = Trainer::policy_path(folder);
     let last = summary.metrics;
     let value = json!({

@@ -24,17 +24,17 @@ pub(super) struct Shape {
 struct Scratch {
     right: Vec<[f32; LANES]>,
     scores: Vec<f32>,
-    slopes: Vec<f32>,
+    gradients: Vec<f32>,
     out: Vec<f32>,
 }
 
-/// Where one head's numbers stand in a row of `projected`: queries, keys, values.
+/// Offsets of one head's numbers in a row of `projected`: queries, keys, values.
 fn columns(shape: Shape, head: usize) -> [usize; 3] {
     let size = shape.width / shape.heads;
     [0, 1, 2].map(|part| part * shape.width + head * size)
 }
 
-/// The bias, its rows filled up to whole panels with what leaves no weight.
+/// Returns the bias, its rows filled up to whole panels with what leaves no weight.
 pub(super) fn padded_bias(bias: &[f32], tokens: usize) -> Vec<f32> {
     let mut out = Vec::with_capacity(bias.len() / tokens.max(1) * padded(tokens));
     for row in bias.chunks_exact(tokens.max(1)) {
@@ -107,7 +107,7 @@ fn softmax(scores: &mut [f32], bias: &[f32]) {
     scores.iter_mut().flatten().for_each(|score| *score *= share);
 }
 
-/// The gradient by `projected`, from the one by what [`forward`] returned as `mixed`.
+/// Returns the gradient by `projected`, from the one by what [`forward`] returned as `mixed`.
 pub(super) fn backward(projected: &[f32], mixed: &[f32], by_mixed: &[f32], bias: &[f32], shape: Shape) -> Vec<f32> {
     let Shape { tokens: t, width: c, heads } = shape;
     let wide = padded(t);
@@ -140,18 +140,18 @@ fn one_head(
     let own = head * size;
     let scale = (size as f32).powf(-0.5);
     weigh(scratch, rows, bias, shape, head);
-    let Scratch { right, scores, slopes, out: part } = scratch;
+    let Scratch { right, scores, gradients, out: part } = scratch;
     part.resize(t * padded(size), 0.0);
 
-    // By the weights: slope · valuesᵀ; then through the softmax, w (g − Σ w g), where Σ w g = output · its slope.
+    // By the weights: gradient · valuesᵀ; then through the softmax, w (g − Σ w g), where Σ w g = output · its gradient.
     pack(right, size, t, |row, column| rows[column * 3 * c + values + row]);
-    slopes.resize(t * wide, 0.0);
-    product(slopes, t, Left { numbers: &by_mixed[own..], stride: c, transposed: false }, right, size);
+    gradients.resize(t * wide, 0.0);
+    product(gradients, t, Left { numbers: &by_mixed[own..], stride: c, transposed: false }, right, size);
     let token_rows = mixed.chunks_exact(c).zip(by_mixed.chunks_exact(c));
     let weights = scores.chunks_exact(wide);
-    for ((slopes, weights), (mixed, by_mixed)) in slopes.chunks_exact_mut(wide).zip(weights).zip(token_rows) {
+    for ((gradients, weights), (mixed, by_mixed)) in gradients.chunks_exact_mut(wide).zip(weights).zip(token_rows) {
         let along = dot(&mixed[own..][..size], &by_mixed[own..][..size]);
-        slopes.iter_mut().zip(weights).for_each(|(slope, weight)| *slope = weight * (*slope - along));
+        gradients.iter_mut().zip(weights).for_each(|(gradient, weight)| *gradient = weight * (*gradient - along));
     }
 
     let mut put = |numbers: &[f32], transposed: bool, right: &[[f32; LANES]], column: usize| {
@@ -163,7 +163,7 @@ fn one_head(
     pack(right, t, size, |row, column| by_mixed[row * c + own + column]);
     put(scores, true, right, values);
     pack(right, t, size, |row, column| scale * rows[row * 3 * c + keys + column]);
-    put(slopes, false, right, queries);
+    put(gradients, false, right, queries);
     pack(right, t, size, |row, column| scale * rows[row * 3 * c + queries + column]);
-    put(slopes, true, right, keys);
+    put(gradients, true, right, keys);
 }

@@ -28,7 +28,7 @@ pub(super) fn exp(x: f32) -> f32 {
     p * f32::from_bits((shifted.to_bits() << 23).wrapping_add(0x3f80_0000))
 }
 
-/// The error function within 3e-7: the rational approximation of Eigen's and XLA's `erf` for single precision.
+/// Returns the error function within 3e-7: the rational approximation of Eigen's and XLA's `erf` for single precision.
 #[inline(always)]
 fn erf(x: f32) -> f32 {
     // Beyond 4 it is 1 to the last digit.
@@ -60,7 +60,7 @@ pub(super) fn gelu(x: f32) -> f32 {
 
 /// Its derivative Φ(x) + x φ(x).
 #[inline(always)]
-pub(super) fn gelu_slope(x: f32) -> f32 {
+pub(super) fn gelu_gradient(x: f32) -> f32 {
     const DENSITY_AT_0: f32 = 0.398_942_3;
     0.5 * (1.0 + erf(x * std::f32::consts::FRAC_1_SQRT_2)) + x * DENSITY_AT_0 * exp(-0.5 * x * x)
 }
@@ -99,13 +99,13 @@ mod tests {
     }
 
     #[test]
-    fn gelu_slope_is_the_derivative() {
+    fn gelu_gradient_is_the_derivative() {
         for i in -60..60 {
             let (x, step) = (i as f32 * 0.1, 0.01);
             let difference = (gelu(x + step) - gelu(x - step)) / (2.0 * step);
-            assert!((difference - gelu_slope(x)).abs() < 1e-4, "at {x}: {difference} {}", gelu_slope(x));
+            assert!((difference - gelu_gradient(x)).abs() < 1e-4, "at {x}: {difference} {}", gelu_gradient(x));
         }
-        assert_eq!((gelu(1e4), gelu_slope(1e4), gelu(-1e4)), (1e4, 1.0, 0.0));
-        assert!(gelu_slope(-1e4).abs() < 1e-30);
+        assert_eq!((gelu(1e4), gelu_gradient(1e4), gelu(-1e4)), (1e4, 1.0, 0.0));
+        assert!(gelu_gradient(-1e4).abs() < 1e-30);
     }
 }

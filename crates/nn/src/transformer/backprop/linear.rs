@@ -14,20 +14,20 @@ pub(super) fn multiply(x: Vec<f32>, weight: &Param<Tensor<2>>) -> Result<(Vec<f3
     Ok((read(x.clone().matmul(weight))?, read(x)?))
 }
 
-/// Puts the gradient of a weight that [`multiply`] met `x` with; returns the slope by x, and `slope` itself.
+/// Puts the gradient of a weight that [`multiply`] met `x` with; returns the gradient by x, and `gradient` itself.
 pub(super) fn through(
     x: Vec<f32>,
     weight: &Param<Tensor<2>>,
-    slope: Vec<f32>,
+    gradient: Vec<f32>,
     name: String,
     grads: &mut Grads,
 ) -> Result<(Vec<f32>, Vec<f32>), Unreadable> {
     let weight = weight.val().without_autodiff();
     let [rows, columns] = weight.dims();
-    let (x, slope) = (tensor(x, &weight, rows), tensor(slope, &weight, columns));
-    grads.insert(name, x.transpose().matmul(slope.clone()).reshape([rows * columns]));
-    let by_x = slope.clone().matmul(weight.transpose());
-    Ok((read(by_x)?, read(slope)?))
+    let (x, gradient) = (tensor(x, &weight, rows), tensor(gradient, &weight, columns));
+    grads.insert(name, x.transpose().matmul(gradient.clone()).reshape([rows * columns]));
+    let by_x = gradient.clone().matmul(weight.transpose());
+    Ok((read(by_x)?, read(gradient)?))
 }
 
 /// As [`Affine::forward`], and x itself.
@@ -40,24 +40,24 @@ pub(super) fn affine(x: Vec<f32>, layer: &Affine) -> Result<(Vec<f32>, Vec<f32>)
     Ok((y, x))
 }
 
-/// As [`through`], for an [`Affine`]; returns the slope by x.
+/// As [`through`], for an [`Affine`]; returns the gradient by x.
 pub(super) fn through_affine(
     x: Vec<f32>,
     layer: &Affine,
-    slope: Vec<f32>,
+    gradient: Vec<f32>,
     name: &str,
     grads: &mut Grads,
 ) -> Result<Vec<f32>, Unreadable> {
     let columns = layer.bias.dims()[0];
     let mut sums = vec![0.0_f32; columns];
-    for row in slope.chunks_exact(columns.max(1)) {
+    for row in gradient.chunks_exact(columns.max(1)) {
         sums.iter_mut().zip(row).for_each(|(sum, x)| *sum += x);
     }
     put(&layer.bias, sums, format!("{name}.bias"), grads);
-    Ok(through(x, &layer.weight, slope, format!("{name}.weight"), grads)?.0)
+    Ok(through(x, &layer.weight, gradient, format!("{name}.weight"), grads)?.0)
 }
 
-/// A parameter's numbers.
+/// Returns a parameter's numbers.
 pub(super) fn numbers<const D: usize>(parameter: &Param<Tensor<D>>) -> Result<Vec<f32>, Unreadable> {
     read(parameter.val().without_autodiff())
 }

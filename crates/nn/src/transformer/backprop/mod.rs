@@ -28,7 +28,7 @@ use stack::StackPass;
 /// A pass that cannot be made.
 #[derive(Debug, thiserror::Error)]
 pub enum PassError {
-    /// A device does not hand out its numbers.
+    /// Tensor data that cannot be read from the device.
     #[error(transparent)]
     Unreadable(#[from] Unreadable),
     /// The latent tokens cannot be made.
@@ -37,16 +37,16 @@ pub enum PassError {
     /// An array that does not fit the network or the pass.
     #[error("{what}: expected a multiple of {unit} numbers, got {got}")]
     Size {
-        /// Which array.
+        /// The array.
         what: &'static str,
         /// Numbers of one sequence.
         unit: usize,
-        /// What there is.
+        /// The size found.
         got: usize,
     },
 }
 
-/// What a network makes of a batch.
+/// Output of a network for a batch.
 #[derive(Debug, Clone)]
 pub struct Output {
     /// `[B, P, d]`, row-major.
@@ -55,9 +55,9 @@ pub struct Output {
     pub sequence: Vec<f32>,
 }
 
-/// What the backward pass needs of the forward one: about 7 numbers for each token, width and block.
+/// Numbers of the forward pass that the backward one needs: about 7 numbers for each token, width and block.
 #[derive(Debug, Clone)]
-pub struct Pass {
+pub struct AutoencoderPass {
     sampling: Sampling,
     batch: usize,
     x: Vec<f32>,
@@ -76,8 +76,12 @@ pub struct Pass {
 /// `x: [B, T, inputs]`, row-major, with T = `tokens`.
 ///
 /// # Errors
-/// `x` does not hold whole sequences, or a device does not hand out its numbers.
-pub fn forward(network: &SplineAutoencoder, x: Vec<f32>, tokens: usize) -> Result<(Output, Pass), PassError> {
+/// `x` does not hold whole sequences, or tensor data that cannot be read from the device.
+pub fn forward(
+    network: &SplineAutoencoder,
+    x: Vec<f32>,
+    tokens: usize,
+) -> Result<(Output, AutoencoderPass), PassError> {
     let inputs = network.input.hidden.weight.dims()[0];
     let ([points, c], d) = (network.control.dims(), network.to_latent.bias.dims()[0]);
     let unit = tokens * inputs;
@@ -108,7 +112,8 @@ pub fn forward(network: &SplineAutoencoder, x: Vec<f32>, tokens: usize) -> Resul
     let (decoded, decoder) = stack::forward(&network.decoder, decoder_in, sampling.positions(), network.heads)?;
     let (sequence, decoded) = affine(decoded, &network.output)?;
     let tokens = latent_tokens;
-    let pass = Pass { sampling, batch, x, hidden, encoder, control_tokens, latent, tokens, decoder, decoded };
+    let pass =
+        AutoencoderPass { sampling, batch, x, hidden, encoder, control_tokens, latent, tokens, decoder, decoded };
     Ok((Output { control_points, sequence }, pass))
 }
 
@@ -119,19 +124,20 @@ pub fn forward(network: &SplineAutoencoder, x: Vec<f32>, tokens: usize) -> Resul
 /// has a term of them.
 ///
 /// # Errors
-/// Slopes of another size than the outputs, or a device does not hand out its numbers.
+/// Gradients of another size than the outputs, or tensor data that cannot be read from the device.
 pub fn backward(
     network: &SplineAutoencoder,
-    pass: Pass,
+    pass: AutoencoderPass,
     by_sequence: Vec<f32>,
     by_control_points: Option<Vec<f32>>,
 ) -> Result<Grads, PassError> {
-    let Pass { sampling, batch, x, hidden, encoder, control_tokens, latent, tokens, decoder, decoded } = pass;
+    let AutoencoderPass { sampling, batch, x, hidden, encoder, control_tokens, latent, tokens, decoder, decoded } =
+        pass;
     let ([points, c], steps) = (network.control.dims(), sampling.len());
     let sizes = [
-        ("slopes by the sequence", by_sequence.len(), x.len()),
+        ("gradients by the sequence", by_sequence.len(), x.len()),
         (
-            "slopes by the control points",
+            "gradients by the control points",
             by_control_points.as_ref().map_or(latent.shape().num_elements(), Vec::len),
             latent.shape().num_elements(),
         ),
@@ -141,37 +147,38 @@ pub fn backward(
     }
     let mut grads = Grads::default();
 
-    let slope = through_affine(decoded, &network.output, by_sequence, "output", &mut grads)?;
-    let slope = stack::backward(&network.decoder, decoder, slope, "decoder", &mut grads)?;
+    let gradient = through_affine(decoded, &network.output, by_sequence, "output", &mut grads)?;
+    let gradient = stack::backward(&network.decoder, decoder, gradient, "decoder", &mut grads)?;
     let latent_tokens = read(tokens.clone().inner())?;
-    let slope = through_affine(latent_tokens, &network.from_latent, slope, "from_latent", &mut grads)?;
-    let slope = Tensor::<3>::from_data(TensorData::new(slope, tokens.dims()), &tokens.device());
-    let mut tape = (tokens * slope).sum().backward();
-    let mut slope = match latent.grad_remove(&mut tape) {
-        Some(slope) => read(slope)?,
+    let gradient = through_affine(latent_tokens, &network.from_latent, gradient, "from_latent", &mut grads)?;
+    let gradient = Tensor::<3>::from_data(TensorData::new(gradient, tokens.dims()), &tokens.device());
+    let mut tape = (tokens * gradient).sum().backward();
+    let mut gradient = match latent.grad_remove(&mut tape) {
+        Some(gradient) => read(gradient)?,
         None => vec![0.0; latent.shape().num_elements()],
     };
     if let Some(more) = by_control_points {
-        slope.iter_mut().zip(&more).for_each(|(slope, more)| *slope += more);
+        gradient.iter_mut().zip(&more).for_each(|(gradient, more)| *gradient += more);
     }
-    let slope = through_affine(control_tokens, &network.to_latent, slope, "to_latent", &mut grads)?;
+    let gradient = through_affine(control_tokens, &network.to_latent, gradient, "to_latent", &mut grads)?;
 
     // Only the control tokens' outputs were read.
     let mut by_encoded = vec![0.0; batch * (points + steps) * c];
     let rows = by_encoded.chunks_exact_mut((points + steps) * c);
-    rows.zip(slope.chunks_exact(points * c)).for_each(|(rows, slope)| rows[..points * c].copy_from_slice(slope));
-    let slope = stack::backward(&network.encoder, encoder, by_encoded, "encoder", &mut grads)?;
+    rows.zip(gradient.chunks_exact(points * c))
+        .for_each(|(rows, gradient)| rows[..points * c].copy_from_slice(gradient));
+    let gradient = stack::backward(&network.encoder, encoder, by_encoded, "encoder", &mut grads)?;
     let mut by_control = vec![0.0; points * c];
     let mut by_embedded = Vec::with_capacity(batch * steps * c);
-    for rows in slope.chunks_exact((points + steps) * c) {
-        by_control.iter_mut().zip(rows).for_each(|(sum, slope)| *sum += slope);
+    for rows in gradient.chunks_exact((points + steps) * c) {
+        by_control.iter_mut().zip(rows).for_each(|(sum, gradient)| *sum += gradient);
         by_embedded.extend_from_slice(&rows[points * c..]);
     }
     put(&network.control, by_control, "control".to_owned(), &mut grads);
     let input = &network.input;
     let activated = stack::activated(&hidden);
-    let mut slope = through_affine(activated, &input.output, by_embedded, "input.output", &mut grads)?;
-    stack::through_gelu(&mut slope, &hidden);
-    through_affine(x, &input.hidden, slope, "input.hidden", &mut grads)?;
+    let mut gradient = through_affine(activated, &input.output, by_embedded, "input.output", &mut grads)?;
+    stack::through_gelu(&mut gradient, &hidden);
+    through_affine(x, &input.hidden, gradient, "input.hidden", &mut grads)?;
     Ok(grads)
 }

@@ -37,18 +37,18 @@ pub(super) fn forward(x: &[f32], gain: &[f32]) -> Vec<f32> {
     out
 }
 
-/// Adds to `slope` (by the sum that x stands in) what comes through the normalization; returns the gain's gradient.
-pub(super) fn backward(x: &[f32], gain: &[f32], by_output: &[f32], slope: &mut [f32]) -> Vec<f32> {
+/// Adds to `gradient` (by the sum that x stands in) what comes through the normalization; returns the gain's gradient.
+pub(super) fn backward(x: &[f32], gain: &[f32], by_output: &[f32], gradient: &mut [f32]) -> Vec<f32> {
     let c = gain.len();
-    each_part(slope, c, |first, part| {
+    each_part(gradient, c, |first, part| {
         let mut scaled = vec![0.0; c];
         let rows = x[first * c..].chunks_exact(c).zip(by_output[first * c..].chunks_exact(c));
-        for (slope, (x, dy)) in part.chunks_exact_mut(c).zip(rows) {
+        for (gradient, (x, dy)) in part.chunks_exact_mut(c).zip(rows) {
             let r = inverse_root(x);
             scaled.iter_mut().zip(dy).zip(gain).for_each(|((scaled, dy), gain)| *scaled = dy * gain);
             let along = r * r * dot(&scaled, x) / c as f32;
-            for ((slope, x), scaled) in slope.iter_mut().zip(x).zip(&scaled) {
-                *slope += r * (scaled - x * along);
+            for ((gradient, x), scaled) in gradient.iter_mut().zip(x).zip(&scaled) {
+                *gradient += r * (scaled - x * along);
             }
         }
     });

@@ -1,7 +1,7 @@
 //! A [`Stack`] of blocks, forward and backward. What is cheap to compute again (normalized tokens, GELU) is not kept.
 
 use super::attention::{self, Shape, padded_bias};
-use super::elementary::{gelu, gelu_slope};
+use super::elementary::{gelu, gelu_gradient};
 use super::linear::{multiply, numbers, put, through};
 use super::threads::each_part;
 use super::{Grads, norm};
@@ -9,7 +9,7 @@ use crate::numbers::Unreadable;
 use crate::transformer::alibi;
 use crate::transformer::block::{Block, Stack};
 
-/// What the backward pass of one block needs.
+/// Numbers that the backward pass of one block needs.
 #[derive(Debug, Clone)]
 struct BlockPass {
     x: Vec<f32>,
@@ -19,7 +19,7 @@ struct BlockPass {
     inner: Vec<f32>,
 }
 
-/// What the backward pass of a stack needs.
+/// Numbers that the backward pass of a stack needs.
 #[derive(Debug, Clone)]
 pub(super) struct StackPass {
     blocks: Vec<BlockPass>,
@@ -60,17 +60,17 @@ fn block_forward(block: &Block, x: Vec<f32>, bias: &[f32], shape: Shape) -> Resu
     Ok((out, BlockPass { x, projected, mixed, between, inner }))
 }
 
-/// Puts the gradients of the stack's parameters, named under `prefix`; returns the slope by `x`.
+/// Puts the gradients of the stack's parameters, named under `prefix`; returns the gradient by `x`.
 pub(super) fn backward(
     stack: &Stack,
     pass: StackPass,
-    slope: Vec<f32>,
+    gradient: Vec<f32>,
     prefix: &str,
     grads: &mut Grads,
 ) -> Result<Vec<f32>, Unreadable> {
     let StackPass { blocks, last, bias, shape } = pass;
-    let mut by_x = vec![0.0; slope.len()];
-    let by_gain = norm::backward(&last, &numbers(&stack.norm.gain)?, &slope, &mut by_x);
+    let mut by_x = vec![0.0; gradient.len()];
+    let by_gain = norm::backward(&last, &numbers(&stack.norm.gain)?, &gradient, &mut by_x);
     put(&stack.norm.gain, by_gain, format!("{prefix}.norm.gain"), grads);
     for ((i, block), pass) in stack.blocks.iter().enumerate().zip(blocks).rev() {
         by_x = block_backward(block, pass, &bias, shape, by_x, &format!("{prefix}.blocks.{i}"), grads)?;
@@ -83,7 +83,7 @@ fn block_backward(
     pass: BlockPass,
     bias: &[f32],
     shape: Shape,
-    slope: Vec<f32>,
+    gradient: Vec<f32>,
     prefix: &str,
     grads: &mut Grads,
 ) -> Result<Vec<f32>, Unreadable> {
@@ -92,24 +92,24 @@ fn block_backward(
 
     let gain = numbers(&block.norm_2.gain)?;
     let weight = &block.feed_forward.outer;
-    let (mut by_inner, mut slope) = through(activated(&inner), weight, slope, name("feed_forward.outer"), grads)?;
+    let (mut by_inner, mut gradient) = through(activated(&inner), weight, gradient, name("feed_forward.outer"), grads)?;
     through_gelu(&mut by_inner, &inner);
     let normed = norm::forward(&between, &gain);
     let (by_normed, _) = through(normed, &block.feed_forward.inner, by_inner, name("feed_forward.inner"), grads)?;
-    let by_gain = norm::backward(&between, &gain, &by_normed, &mut slope);
+    let by_gain = norm::backward(&between, &gain, &by_normed, &mut gradient);
     put(&block.norm_2.gain, by_gain, name("norm_2.gain"), grads);
 
     let gain = numbers(&block.norm_1.gain)?;
     let weight = &block.attention.output;
-    // The product's left factor is needed again, by its own slope.
-    let (by_mixed, mut slope) = through(mixed.clone(), weight, slope, name("attention.output"), grads)?;
+    // The product's left factor is needed again, by its own gradient.
+    let (by_mixed, mut gradient) = through(mixed.clone(), weight, gradient, name("attention.output"), grads)?;
     let by_projected = attention::backward(&projected, &mixed, &by_mixed, bias, shape);
     let normed = norm::forward(&x, &gain);
     let weight = &block.attention.projection;
     let (by_normed, _) = through(normed, weight, by_projected, name("attention.projection"), grads)?;
-    let by_gain = norm::backward(&x, &gain, &by_normed, &mut slope);
+    let by_gain = norm::backward(&x, &gain, &by_normed, &mut gradient);
     put(&block.norm_1.gain, by_gain, name("norm_1.gain"), grads);
-    Ok(slope)
+    Ok(gradient)
 }
 
 fn add(to: &mut [f32], what: &[f32]) {
@@ -125,9 +125,9 @@ pub(super) fn activated(x: &[f32]) -> Vec<f32> {
     out
 }
 
-/// The slope below a GELU of `x`.
-pub(super) fn through_gelu(slope: &mut [f32], x: &[f32]) {
-    each_part(slope, 1, |first, part| {
-        part.iter_mut().zip(&x[first..]).for_each(|(slope, x)| *slope *= gelu_slope(*x));
+/// Turns `gradient` into that below a GELU of `x`.
+pub(super) fn through_gelu(gradient: &mut [f32], x: &[f32]) {
+    each_part(gradient, 1, |first, part| {
+        part.iter_mut().zip(&x[first..]).for_each(|(gradient, x)| *gradient *= gelu_gradient(*x));
     });
 }

@@ -5,7 +5,7 @@ use super::elementary::fma;
 /// Columns of a panel.
 pub(super) const LANES: usize = 16;
 
-/// The next multiple of a panel's width.
+/// Returns the next multiple of a panel's width.
 pub(super) fn padded(n: usize) -> usize {
     n.next_multiple_of(LANES)
 }

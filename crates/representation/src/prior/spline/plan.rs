@@ -22,7 +22,7 @@ impl KindPlan for SplinePriorPlan {
         &self.windows
     }
 
-    /// The numbers of all control points together.
+    /// Returns the numbers of all control points together.
     fn latent_size(&self) -> usize {
         self.training.method.tokens().control_points() * self.training.latent
     }

@@ -44,7 +44,7 @@ impl WindowSequences {
         Ok(Self { plan, seed, layout, statistics, training, held_out, digest })
     }
 
-    /// Which windows they are.
+    /// Settings of the windows.
     pub fn plan(&self) -> &WindowPlan {
         &self.plan
     }
@@ -54,17 +54,17 @@ impl WindowSequences {
         &self.layout
     }
 
-    /// What they are normalised by: mean and spread over the training frames.
+    /// Returns the mean and standard deviation over the training frames, which windows are normalised by.
     pub fn statistics(&self) -> &FeatureStatistics {
         &self.statistics
     }
 
-    /// The windows that are trained on.
+    /// Returns the windows that are trained on.
     pub fn training(&self) -> &Windows {
         &self.training
     }
 
-    /// What the loss is watched and errors are reported on: the held-out clips, or the training clips where none were held out.
+    /// Windows that the loss is watched and errors are reported on: those of the held-out clips, or the training clips where none were held out.
     pub fn watched(&self) -> &Windows {
         if self.held_out.is_empty() { &self.training } else { &self.held_out }
     }
@@ -73,7 +73,7 @@ impl WindowSequences {
         self.watched().len().div_ceil(WATCHED).max(1)
     }
 
-    /// Normalised windows around frames. All clips were checked, so each frame has its window.
+    /// Returns normalised windows around frames. All clips were checked, so each frame has its window.
     fn gather(&self, windows: &Windows, centres: &[usize]) -> Vec<f32> {
         windows.gather(&self.statistics, centres).unwrap_or_default()
     }
@@ -99,7 +99,7 @@ impl Sequences for WindowSequences {
         self.gather(&self.training, &self.training.draw(count, &mut rng))
     }
 
-    /// There is one set: what is watched during training is what is reported on.
+    /// Counts the only set: what is watched during training is what is reported on.
     fn held_out_len(&self, _: HeldOut) -> usize {
         self.watched().len().div_ceil(self.stride())
     }

@@ -4,7 +4,7 @@ use burn::tensor::Tensor;
 use lifelike_motion::FeatureLayout;
 use lifelike_nn::losses::rotation_distance_squared;
 
-/// Eq. 4.3 averaged over the batch: per sample of a window, the squared differences of all normalised features, and
+/// Returns eq. 4.3 averaged over the batch: per sample of a window, the squared differences of all normalised features, and
 /// ‖R(θ) − R(θ')‖_F² for the orientation, summed; then averaged over samples and windows.
 ///
 /// # Shapes

@@ -68,7 +68,7 @@ impl MotionVae {
         }
     }
 
-    /// d_z.
+    /// Returns d_z.
     pub fn latent_size(&self) -> usize {
         self.latent
     }
@@ -101,7 +101,7 @@ impl MotionVae {
     }
 }
 
-/// Residual blocks work on `[T, B, C]`.
+/// Returns the residual blocks work on `[T, B, C]`.
 fn through(blocks: &[ResBlock], x: Tensor<3>) -> Tensor<3> {
     blocks.iter().fold(x.swap_dims(0, 1), |x, block| block.forward(x)).swap_dims(0, 1)
 }

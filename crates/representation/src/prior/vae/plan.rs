@@ -15,7 +15,7 @@ use lifelike_train::limits::{PlanError, range, whole};
 pub struct VaePlan {
     /// Windows to train on. In files their keys stand beside the others, and `seed` is the key of all randomness.
     pub windows: WindowPlan,
-    /// d_z.
+    /// Returns d_z.
     pub latent: usize,
     /// Width of the convolutions. 104 gives about 0.8 M parameters.
     pub channels: usize,
@@ -66,7 +66,7 @@ impl Default for VaePlan {
 }
 
 impl VaePlan {
-    /// The thesis' architecture at a width and a number of iterations that two CPU cores finish in minutes: 48 channels
+    /// Returns the thesis' architecture at a width and a number of iterations that two CPU cores finish in minutes: 48 channels
     /// (about 0.26 M parameters for 20 joints), batches of 128, 4000 iterations of Adam in two cosine periods (800 and 3200).
     pub fn cpu() -> Self {
         let (optimizer, restart_first, restart_factor) = (Rule::Adam, 800, 4);

@@ -20,12 +20,12 @@ use crate::RepresentationError;
 use crate::prior::kind::KindPlan;
 use crate::prior::{FeatureStatistics, MotionPrior, PriorClip, PriorPlan, ReconstructionReport, Windows};
 
-/// What one iteration did. All of it is determined by plan and data.
+/// Metrics of one iteration. All of it is determined by plan and data.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct VaeMetrics {
     /// Iterations done, this one included.
     pub iteration: u64,
-    /// What was minimised.
+    /// The loss that was minimised.
     pub loss: f64,
     /// Eq. 4.3, before the step.
     pub reconstruction: f64,

@@ -7,7 +7,7 @@ use lifelike_character::Role;
 use lifelike_motion::dataset;
 use lifelike_motion::formats::{self, Format, ReadOptions};
 use lifelike_report::Panel;
-use lifelike_representation::spline_transformer::{Recording, SequenceTrainer, Sequences, Windows};
+use lifelike_representation::spline_transformer::{Recording, RecordingWindows, SequenceTrainer, Sequences};
 use lifelike_sequences::HumansPlan;
 use lifelike_sequences::SequencesError;
 use lifelike_sequences::humans::{self, FPS, SEGMENTS, WIDTH};
@@ -90,7 +90,7 @@ fn plan(budget: Budget, latent: usize) -> HumansPlan {
 impl Experiment for People<'_> {
     type Plan = HumansPlan;
     type Source = Vec<Recording>;
-    type Data = Windows;
+    type Data = RecordingWindows;
 
     const WORDS: Words = Words {
         name: "reconstruction",
@@ -126,16 +126,16 @@ impl Experiment for People<'_> {
         Ok(recordings)
     }
 
-    fn data(source: &Vec<Recording>, plan: &HumansPlan) -> Result<Windows, SequencesError> {
+    fn data(source: &Vec<Recording>, plan: &HumansPlan) -> Result<RecordingWindows, SequencesError> {
         plan.windows(source.clone())
     }
 
-    fn shown(_: &Windows, x: &[f32], y: &[f32]) -> Shown {
+    fn shown(_: &RecordingWindows, x: &[f32], y: &[f32]) -> Shown {
         let lines = |rows: &[f32]| DRAWN.iter().enumerate().map(|(i, number)| line(rows, *number, i)).collect();
         Shown { truth: None, back: Panel { reference: lines(x), lines: lines(y), ..Panel::default() } }
     }
 
-    fn also(trainer: &SequenceTrainer<Windows>) -> Result<BTreeMap<String, f64>, SequencesError> {
+    fn also(trainer: &SequenceTrainer<RecordingWindows>) -> Result<BTreeMap<String, f64>, SequencesError> {
         let data = trainer.data();
         let count = data.held_out_len(TABLE);
         let mut sum = 0.0;
