@@ -24,7 +24,7 @@ impl Physics {
     /// # Errors
     /// The verdict on the robot.
     pub fn require_ready(&self, robot: &Robot) -> Result<(), CliError> {
-        let shapes = if self.engine == "mujoco" { Shapes::All } else { Shapes::Primitives };
+        let shapes = if self.engine == EngineKind::Mujoco { Shapes::All } else { Shapes::Primitives };
         robot.require_ready(shapes)?;
         let warnings = robot.readiness(shapes).problems.into_iter().filter(|p| p.severity == Severity::Warning);
         // Loading has told its own.

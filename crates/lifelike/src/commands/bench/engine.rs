@@ -13,7 +13,6 @@ use serde::Serialize;
 use tracing::info;
 
 use super::machine;
-use crate::commands::physics;
 use crate::error::CliError;
 use crate::output::{Output, table};
 

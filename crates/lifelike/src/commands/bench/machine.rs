@@ -26,7 +26,7 @@ fn best(things: f64, mut work: impl FnMut()) -> f64 {
 pub fn peak_operations() -> f64 {
     const ROUNDS: usize = 200_000;
     best((ROUNDS * SUMS * 8 * 2) as f64, || {
-        let (factor, mut sums) = (black_box(Vector::of(0.999)), black_box([Vector::of(1.0); SUMS]));
+        let (factor, mut sums) = (black_box(Vector::splat(0.999)), black_box([Vector::splat(1.0); SUMS]));
         for _ in 0..ROUNDS {
             for sum in &mut sums {
                 *sum = factor.add_mul(*sum, factor);
@@ -39,7 +39,7 @@ pub fn peak_operations() -> f64 {
 /// Bytes per second that one core reads from its second-level cache.
 pub fn cache_bytes() -> f64 {
     const ROUNDS: usize = 50;
-    let array = black_box(vec![Vector::of(1.0); ARRAY]);
+    let array = black_box(vec![Vector::splat(1.0); ARRAY]);
     best((ROUNDS * ARRAY * size_of::<Vector>()) as f64, || {
         let mut sums = [Vector::zero(); 8];
         for _ in 0..ROUNDS {

@@ -20,6 +20,7 @@ pub struct Driver<'a> {
     pub collective: &'a dyn Collective,
     /// After which this sitting is stopped, done or not.
     pub minutes: Option<f64>,
+    /// Destination of progress and results.
     pub output: &'a Output,
 }
 

@@ -3,6 +3,8 @@
 mod spline;
 mod vae;
 
+use std::path::Path;
+
 use lifelike_nn::device::Device;
 use lifelike_report::run::RunFolder;
 use lifelike_representation::prior::{PriorTrainingPlan, ReconstructionReport, split};
@@ -115,7 +117,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
 }
 
 /// The command that trains a policy which sees the codes of a prior, on the prior's own clips.
-fn tracker_with(plan: &Plan, prior: &Path, latent: usize) -> NextCommand {
+fn tracker_with(plan: &PriorTrainingPlan, prior: &Path, latent: usize) -> NextCommand {
     let clips = toml::Value::from(plan.clips.iter().map(|clip| clip.display().to_string()).collect::<Vec<_>>());
     let words = [
         format!("robot={}", plan.robot),
