@@ -17,18 +17,19 @@ const FLOORS: [(&str, u32); 14] = [
     ("sim", 3),
     ("nn", 3),
     ("train", 4),
+    ("evaluation", 4),
     ("representation", 5),
     ("sequences", 6),
     ("tracking", 6),
-    ("evaluation", 7),
-    ("lifelike", 8),
+    ("lifelike", 7),
 ];
 
 /// Crates that stand on a floor for their use, but must know little of what is below them.
-const ONLY: [(&str, &[&str]); 3] = [
+const ONLY: [(&str, &[&str]); 4] = [
     ("nn", &["checkpoint", "dense"]),
     ("train", &["checkpoint", "nn", "report"]),
     ("report", &["character", "checkpoint", "motion"]),
+    ("evaluation", &["character", "checkpoint", "motion", "report", "robot", "sim"]),
 ];
 
 /// Dependencies that no line of code names, and why they are there all the same.
@@ -184,6 +185,38 @@ fn what_only_runs_policies_is_built_without_the_training_framework() {
         let framework: Vec<&str> = names.lines().filter(|line| line.starts_with("burn")).collect();
         assert!(names.starts_with(package) && framework.is_empty(), "{package} needs {framework:?}");
     }
+}
+
+/// Crates that run what was trained: a robot's computer compiles them, and none of them may pull in what trains.
+const WITHOUT_TRAINING: [&str; 5] =
+    ["lifelike-dense", "lifelike-robot", "lifelike-sim", "lifelike-report", "lifelike-evaluation"];
+
+/// The training framework, and our crates that need it.
+const TRAINING: [&str; 6] =
+    ["burn", "lifelike-nn", "lifelike-train", "lifelike-representation", "lifelike-sequences", "lifelike-tracking"];
+
+#[test]
+fn what_a_robot_runs_holds_no_training_framework() {
+    let tree = |arguments: &[&str]| {
+        let cargo = std::env::var("CARGO").unwrap_or_else(|_| "cargo".into());
+        let common = ["tree", "--offline", "--edges", "normal", "--prefix", "none", "--format", "{p}", "--package"];
+        let output =
+            std::process::Command::new(cargo).args(common).args(arguments).current_dir(root()).output().unwrap();
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        String::from_utf8(output.stdout).unwrap()
+    };
+    let trains = |text: &str| {
+        let names = text.lines().filter_map(|line| line.split(' ').next());
+        names
+            .filter(|name| TRAINING.contains(name) || name.starts_with("burn-"))
+            .map(str::to_string)
+            .collect::<Vec<_>>()
+    };
+    for name in WITHOUT_TRAINING {
+        assert_eq!(trains(&tree(&[name])), [""; 0], "{name}");
+    }
+    assert_eq!(trains(&tree(&["lifelike", "--no-default-features"])), [""; 0], "lifelike without `learning`");
+    assert!(trains(&tree(&["lifelike-tracking"])).contains(&"burn".to_string()), "the check sees a framework");
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! Floor 7: how well a policy follows: the measures of thesis Table 4.3 and of today's trackers, and why it fails where it fails.
+//! Floor 4: how well a policy follows: the measures of thesis Table 4.3 and of today's trackers, and why it fails where it fails.
 //!
 //! The main path: [`EvaluationSetup::evaluate`] makes an [`EvaluationSuite`] (the episodes) and runs a
 //! [`Controller`](lifelike_robot::Controller) on it in physics, from states of the reference, under [`EpisodeConditions`]

@@ -1,7 +1,7 @@
 //! Our own engine: MuJoCo's model of the dynamics, many environments at once on SIMD vectors, nothing but Rust.
 //!
 //! The main path: [`tree`] (what of a robot is the same everywhere) → [`block`] (W environments and their physics step:
-//! actuators, [`dynamics`], [`constraints`], integration) → [`LifelikeSimulation`] (all blocks, on all cores). Numbers are
+//! actuators, [`rigid_body`], [`constraints`], integration) → [`LifelikeSimulation`] (all blocks, on all cores). Numbers are
 //! [`lane`]s, one environment each; [`spatial`] is their algebra.
 //!
 //! A block's result is a function of its own numbers, lane by lane. So results are bit for bit the same for any number of
