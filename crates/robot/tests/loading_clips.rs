@@ -24,7 +24,8 @@ fn folder(robot: &Robot) -> (tempfile::TempDir, Vec<MotionClip>) {
     let n = own[3].joint_names.len();
     let mut short = own[3].clone();
     short.joints.truncate(2 * n);
-    (short.root_position.truncate(2), short.root_orientation.truncate(2));
+    short.root_position.truncate(2);
+    short.root_orientation.truncate(2);
     short.contacts = None;
     write("short.motion.safetensors", &short);
     (root, own)
@@ -80,6 +81,17 @@ fn one_clip_is_one_clip() {
     assert!(clips::load_one(&root.path().join("b"), &robot).is_err(), "nothing is left out behind one's back");
     let pattern: PathBuf = root.path().join("b/*.motion.safetensors");
     assert!(clips::load_one(&pattern, &robot).unwrap_err().to_string().contains("got 2"));
+}
+
+#[test]
+fn our_own_clips_are_loaded_by_name() {
+    let robot = Robot::load("lima").unwrap();
+    let load = |words: &[&str]| clips::load(&words.iter().map(PathBuf::from).collect::<Vec<_>>(), &robot);
+    assert_eq!(load(&["builtin"]).unwrap().clips, clips::builtin(&robot).clips);
+    let two = load(&["builtin:wave", "builtin:nod"]).unwrap();
+    assert_eq!(two.files, ["builtin:nod", "builtin:wave"].map(PathBuf::from));
+    let unknown = load(&["builtin:dance"]).unwrap_err().to_string();
+    assert!(unknown.contains("got builtin:dance") && unknown.contains("builtin:walk"), "{unknown}");
 }
 
 #[test]

@@ -84,8 +84,9 @@ fn codes(prior: &PriorEncoder, windows: &[f64]) -> Vec<f32> {
 fn compare(what: &'static str, expected: &[f32], got: &[f32], rows: usize, path: &str) -> Result<(), RobotError> {
     let width = (expected.len() / rows).max(1);
     let off = expected.iter().zip(got).position(|(e, g)| {
-        // Not `> TOLERANCE`: NaN is no reproduction either.
-        !((e - g).abs() <= TOLERANCE * e.abs().max(1.0))
+        let difference = (e - g).abs();
+        // NaN is no reproduction either.
+        difference.is_nan() || difference > TOLERANCE * e.abs().max(1.0)
     });
     match off {
         None => Ok(()),

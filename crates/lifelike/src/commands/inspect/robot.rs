@@ -33,7 +33,7 @@ pub fn inspect(name: &str, output: &Output) -> Result<(), CliError> {
             value["anatomy"] = roles
                 .map(|(role, place)| json!({ "role": role, "body": robot.character.bodies[place.body].name }))
                 .collect();
-            let steps = next_steps::of_robot(name);
+            let steps = if readiness.can_train() { next_steps::of_robot(name) } else { Vec::new() };
             value["next"] = json!(next::texts(&steps));
             output.result(&value, || {
                 judged(&robot.name, &readiness) + &text(&robot.character) + &control(&robot) + &next::lines(&steps)
