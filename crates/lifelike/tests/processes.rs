@@ -10,7 +10,7 @@ use std::process::Command;
 fn plan(environments: usize) -> String {
     format!(
         "robot = \"lima\"\nclips = []\n[budget]\nsteps = 1536\n[network]\nactor = [32]\ncritic = [32]\n\
-         [starts]\nfailure_share = 0.0\n[ppo]\nenvironments = {environments}\nsteps = 8\nepochs = 2\nminibatch = {}\n",
+         [rsi]\nfailure_share = 0.0\n[ppo]\nenvironments = {environments}\nsteps = 8\nepochs = 2\nminibatch = {}\n",
         8 * environments
     )
 }

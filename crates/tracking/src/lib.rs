@@ -2,9 +2,13 @@
 //!
 //! A policy that tracks any motion (thesis chapter 4, second stage), trained by PPO in physics.
 //!
-//! The main path: [`TrackerPlan`] → [`lifelike_robot::ReferenceLibrary`] (all motion at the policy's rate) → [`Environment`] (many
-//! simulated robots, each following a reference) → [`Trainer`] (PPO in them, a [`lifelike_train::TrainingTask`]) → [`Policy`] (the
-//! file that evaluation, the demo and a robot load).
+//! The main path: [`TrackerPlan`] → [`lifelike_robot::ReferenceLibrary`] (all motion at the policy's rate) → [`Environment`]
+//! (many simulated robots, each following a reference) → [`Trainer`] (PPO in them, a [`lifelike_train::TrainingTask`]) →
+//! [`Policy`] (the file of which a [`lifelike_robot::Controller`] is made).
+//!
+//! Declared once, each in the list of one file: reward terms in [`rewards::terms`], rules by which an episode fails in
+//! [`terminations`]. [`plan::keys`] lists every key of a plan with unit, default and meaning. Episodes begin where
+//! [`reference::rsi`] draws them.
 
 pub mod environment;
 mod error;
@@ -26,3 +30,8 @@ pub use plan::TrackerPlan;
 pub use policy::Policy;
 pub use progress::{ClipProgress, TrackerMetrics};
 pub use trainer::Trainer;
+
+/// The example of the README, compiled and run.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

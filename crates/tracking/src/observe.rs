@@ -1,4 +1,4 @@
-//! What policy and value function see of one environment.
+//! Observations of the policy and of the value function.
 
 use std::sync::Arc;
 
@@ -39,7 +39,7 @@ pub struct Observer {
 }
 
 impl Observer {
-    /// For a robot.
+    /// Returns the observer of a robot.
     pub fn new(robot: &Robot, spec: ObservationSpec) -> Self {
         Self {
             spec,
@@ -51,21 +51,21 @@ impl Observer {
         }
     }
 
-    /// The policy's layout.
+    /// Returns the policy's layout.
     pub fn spec(&self) -> &ObservationSpec {
         &self.spec
     }
 
-    /// Length of the policy's row.
+    /// Returns the length of the policy's row.
     pub fn actor_size(&self) -> usize {
         self.spec.size()
     }
 
-    /// Length of the value function's row: the policy's, less the window that it encodes, then root height and its error, errors of root velocities (6),
-    /// end effectors (3 each) and joints, path (2, robot's heading frame) and heading error, the steps for which the
-    /// deviation has lasted, and each foot's load as a share of the weight.
+    /// Returns the length of the value function's row: the policy's, less the window that it encodes, then root height and
+    /// its error, errors of root velocities (6), end effectors (3 each) and joints, path (2, robot's heading frame) and
+    /// heading error, the steps for which the deviation has lasted, and each foot's load as a share of the weight.
     ///
-    /// Not the time left: an episode that is cut is valued as if it went on, so the value must not depend on it.
+    /// The time left is not in it: a truncated episode is valued as if it went on, so the value must not depend on it.
     pub fn critic_size(&self) -> usize {
         self.actor_size() - self.spec.window_size() + 2 + 6 + 3 * self.effectors + self.joints + 3 + 1 + self.feet
     }

@@ -51,7 +51,7 @@ pub struct TrackerPlan {
     /// The policy's inputs from the reference.
     #[serde(default = "default_inputs")]
     pub inputs: ReferenceSpec,
-    /// Whether the policy sees the root's linear velocity. Without it a policy suits robots that cannot measure it; those
+    /// The policy sees the root's linear velocity. Without it a policy suits robots that cannot measure it; those
     /// cannot measure `anchor.position` either.
     #[serde(default = "yes")]
     pub linear_velocity: bool,

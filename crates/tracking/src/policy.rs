@@ -1,7 +1,7 @@
-//! A trained policy as a file (`*.policy.safetensors`): what evaluation, the demo and a robot load.
+//! A trained policy as a file (`*.policy.safetensors`), of which controllers are made.
 //!
-//! It carries the network, what its inputs are normalised with, and the layout of inputs and outputs with all names, so it
-//! cannot be run on a robot whose joints are others or in another order.
+//! It carries the network, the normaliser of its inputs, and the layout of inputs and outputs with all names, so it cannot
+//! be run on a robot whose joints are others or in another order.
 
 use std::path::Path;
 
@@ -31,29 +31,29 @@ pub struct Policy {
 }
 
 impl Policy {
-    /// From a network in training.
+    /// Returns the policy of a network in training.
     pub fn new(header: PolicyHeader, actor: &Actor, normalizer: &RunningNormalizer) -> Self {
         let mut normalizer = normalizer.clone();
         normalizer.set_frozen(true);
         Self { header, actor: actor.clone().fork(&device::inference()), normalizer }
     }
 
-    /// What the file says about itself.
+    /// Returns the header of the file.
     pub fn header(&self) -> &PolicyHeader {
         &self.header
     }
 
-    /// The network (for exporters); its inputs are to be normalised with [`Self::normalizer`].
+    /// Returns the network (for exporters); its inputs are to be normalised with [`Self::normalizer`].
     pub fn actor(&self) -> &Actor {
         &self.actor
     }
 
-    /// What observations are normalised with.
+    /// Returns the normaliser of observations.
     pub fn normalizer(&self) -> &RunningNormalizer {
         &self.normalizer
     }
 
-    /// Whether it may drive this robot.
+    /// Checks that the policy may drive this robot.
     ///
     /// # Errors
     /// Names, order, default pose or rate are others.
@@ -69,12 +69,12 @@ impl Policy {
         Ok(())
     }
 
-    /// How its outputs become joint targets.
+    /// Returns the map from its outputs to joint targets.
     pub fn action_map(&self, robot: &Robot) -> ActionMap {
         ActionMap::new(self.header.action, robot)
     }
 
-    /// The deterministic policy: `[N, O]` observations as [`ObservationSpec::write`] wrote them → `[N, J]` outputs (not
+    /// Returns the outputs of the deterministic policy: `[N, O]` observations as [`ObservationSpec::write`] wrote them → `[N, J]` outputs (not
     /// clamped).
     ///
     /// # Errors
@@ -92,7 +92,7 @@ impl Policy {
         Ok(self.actor.means(observations)?)
     }
 
-    /// Codes of its own encoder for every frame of a library, `[T, code]`, each of length one; none where it has no
+    /// Returns the codes of its own encoder for every frame of a library, `[T, code]`, each of length one; none where it has no
     /// encoder.
     ///
     /// # Errors
@@ -115,10 +115,10 @@ impl Policy {
         Ok(codes)
     }
 
-    /// The file's content.
+    /// Returns the file's content.
     ///
     /// # Errors
-    /// The device does not hand out its numbers.
+    /// Tensor data could not be read from the device.
     pub fn to_checkpoint(&self) -> Result<Checkpoint, TrackerError> {
         let mut checkpoint = Checkpoint::new();
         checkpoint.set_meta("policy", &self.header)?;
@@ -145,7 +145,7 @@ impl Policy {
         Ok(policy)
     }
 
-    /// Reads a policy for whatever robot it is: to look at it.
+    /// Reads a policy for any robot, to inspect it.
     ///
     /// # Errors
     /// The file is damaged or no policy.
@@ -174,7 +174,7 @@ impl Policy {
     }
 }
 
-/// Whether the file holds the layers that its header speaks of: before anything is made of sizes from a header.
+/// Checks that the file holds the layers that its header describes, before memory is allocated by sizes from a header.
 fn fits(
     checkpoint: &Checkpoint,
     prefix: &str,

@@ -2,7 +2,7 @@
 //!
 //! Two forms, as data: the thesis' weighted squares of normalised errors (eqs. 4.5-4.8), and the exponentials of
 //! Peng et al. 2018 (DeepMimic), which learn to walk in minutes on two cores. Both are made of the same terms: [`terms`] is
-//! their list and the only file to change when a term is added. [`inputs`] has what a term may read.
+//! their list and the only file to change when a term is added. [`RewardInputs`] are what a term may read.
 
 mod declare;
 pub mod floors;
@@ -28,9 +28,9 @@ pub struct Term {
     pub meaning: &'static str,
     /// Unit of the error or cost; empty: none.
     pub unit: &'static str,
-    /// Whether the term is a penalty, which the curriculum of smoothness scales.
+    /// True for penalties, which the curriculum of smoothness scales.
     pub penalty: bool,
-    /// Whether the exponential form has a kernel (weight and sharpness), or a weight alone.
+    /// True where the exponential form has a kernel (weight and sharpness), false where it has a weight alone.
     pub kernel: bool,
 }
 

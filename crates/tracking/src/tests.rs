@@ -1,4 +1,4 @@
-//! What environments, trainer and policy promise, on a robot of two joints.
+//! Contracts of environments, trainer and policy, on a robot of two joints.
 
 #![allow(clippy::unwrap_used)]
 
@@ -112,7 +112,7 @@ fn near_the_end_of_a_clip_the_last_frame_is_repeated() {
 }
 
 #[test]
-fn a_clip_that_ends_cuts_the_episode_and_shows_the_value_function_what_was_reached() {
+fn a_clip_that_ends_truncates_the_episode_and_shows_the_value_function_its_last_state() {
     let mut e = environment(&exact(plan(2)));
     e.reset(&[0], Some(&[Start::at(147)])).unwrap();
     let mut outcome = StepOutcome::default();
@@ -149,7 +149,7 @@ fn with_switching_a_clip_that_ends_is_followed_by_another_where_the_robot_stands
 }
 
 #[test]
-fn the_reference_waits_for_a_robot_that_leaves_it() {
+fn the_reference_is_re_anchored_to_a_robot_that_leaves_it() {
     let robot = robot();
     // The clip turns back after a second; the robot, which has no feet to turn with, goes straight on.
     let mut there_and_back = clip("back", 3.0, 0.1);
@@ -201,7 +201,7 @@ fn the_rewarded_follower_is_the_one_that_follows() {
 }
 
 #[test]
-fn a_diverged_environment_ends_without_reward_and_the_others_do_not_notice() {
+fn a_diverged_environment_ends_without_reward_and_the_others_are_unchanged() {
     let run = |diverge| {
         let p = exact(plan(3));
         let robot = robot();
@@ -277,7 +277,7 @@ fn trainer(plan: &TrackerPlan) -> Trainer {
     Trainer::new(plan, robot, library, Box::new(Followers::new(plan.ppo.environments))).unwrap()
 }
 
-/// What some iterations gave, and the policy's file after them.
+/// Returns the reports of some iterations, and the policy's file after them.
 fn iterations(mut trainer: Trainer, n: usize) -> (Vec<Iteration>, Vec<u8>) {
     let reports = (0..n).map(|_| trainer.iterate().unwrap()).collect();
     (reports, trainer.policy().to_checkpoint().unwrap().to_bytes().unwrap())

@@ -47,7 +47,7 @@ pub struct Episode {
     pub terms: TermValues,
     /// Rule by which the last step ended the episode.
     pub failed: Option<Cause>,
-    /// Whether the last step was the episode's last because time or clip was over.
+    /// True when the last step was the episode's last because time or clip was over.
     pub truncated: bool,
 }
 

@@ -279,7 +279,7 @@ mod tests {
         let rows = keys().unwrap();
         let default = |key: &str| rows.iter().find(|row| row.key == key).unwrap().default.clone();
         assert_eq!(default("ppo.gamma"), "0.97");
-        assert_eq!(default("ppo.learning_rate_bounds"), "[2e-5, 0.003]");
+        assert_eq!(default("ppo.learning_rate_bounds"), "[0.00002, 0.003]");
         assert_eq!(default("reward.kind"), "\"exponential\"");
         assert_eq!((default("reward.path.sharpness"), default("reward.path")), ("20.0".into(), "-".into()));
         assert_eq!((default("termination.height"), default("termination.path")), ("0.12".into(), "-".into()));

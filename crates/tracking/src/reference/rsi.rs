@@ -51,7 +51,7 @@ pub struct RsiSampler {
     visits: Vec<f64>,
     failures: Vec<f64>,
     cumulative: Vec<f64>,
-    /// Whether an episode ever went through the bin.
+    /// True for bins that an episode ever went through.
     seen: Vec<bool>,
 }
 

@@ -1,7 +1,7 @@
 //! The macro by which [`terms`](super::terms) declares reward terms, and the kinds of terms.
 
 /// `weight · exp(−sharpness · error)`.
-#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Kernel {
     /// Reward at no error.
@@ -83,8 +83,8 @@ impl TermKind for Penalty {
 /// Declares all terms: the settings of both forms, their values and [`TERMS`](super::TERMS).
 ///
 /// A declaration is `/// meaning`, `name: Kind, "unit" = default in the exponential form { thesis: f, exponential: g }`,
-/// with pure functions of [`RewardInputs`](super::RewardInputs). A `#[serde(default)]` before the name makes the
-/// term's weight in the thesis' form optional, as that of a new term must be for plans of before.
+/// with pure functions of [`RewardInputs`](super::RewardInputs). A `#[serde(default)]` before the name makes the term
+/// optional, with weight 0 where a plan does not name it: as a new term must be, for plans from before it.
 macro_rules! reward_terms {
     ($(
         $(#[doc = $doc:literal])+
@@ -115,6 +115,7 @@ macro_rules! reward_terms {
         pub struct ExponentialReward {
             $(
                 $(#[doc = $doc])+
+                $(#[serde($serde)])?
                 pub $name: <$kind as TermKind>::Setting,
             )+
             /// Weight of a squared angular velocity error against a linear one (m²).

@@ -1,4 +1,4 @@
-//! What reward terms are functions of.
+//! Inputs of reward terms: one step of one environment.
 
 use std::ops::Range;
 

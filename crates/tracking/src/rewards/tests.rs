@@ -1,4 +1,4 @@
-//! What the terms promise, by hand arithmetic.
+//! The terms by hand arithmetic.
 
 use lifelike_motion::FeatureLayout;
 

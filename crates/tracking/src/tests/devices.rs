@@ -1,4 +1,4 @@
-//! What learning on a card promises. A build with `--features wgpu` or `cuda` needs one; Mesa's lavapipe is one for wgpu on any machine.
+//! Contracts of learning on a card. A build with `--features wgpu` or `cuda` needs one; Mesa's lavapipe is one for wgpu on any machine.
 
 use lifelike_nn::device::{Device, Processor};
 

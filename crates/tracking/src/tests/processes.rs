@@ -1,4 +1,4 @@
-//! What learning in several processes, and while collecting, promises.
+//! Contracts of learning in several processes, and while collecting.
 
 use std::thread;
 

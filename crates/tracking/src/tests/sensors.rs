@@ -1,4 +1,4 @@
-//! What noise and delays promise.
+//! Contracts of the sensor model: noise and delays.
 
 use super::*;
 

@@ -10,7 +10,7 @@ use crate::error::CliError;
 use crate::{overrides, plans};
 
 /// A plan and a run's folder.
-#[derive(Debug, clap::Args)]
+#[derive(Debug, Clone, clap::Args)]
 pub struct Source {
     /// The plan: a TOML file, or the name of a built-in one (`lifelike plans` lists them); with --resume the run's own is used.
     #[arg(long)]
@@ -37,6 +37,15 @@ impl Source {
                     .into(),
             )),
         }
+    }
+
+    /// Returns the same with the keys of its changes by their present names.
+    pub fn renamed(&self, present: impl Fn(&str) -> String) -> Self {
+        let rename = |text: &String| match text.split_once('=') {
+            Some((key, value)) => format!("{}={value}", present(key.trim())),
+            None => text.clone(),
+        };
+        Self { overrides: self.overrides.iter().map(rename).collect(), ..self.clone() }
     }
 
     /// The plan, with its changes. One that is gone on with may be changed too.

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use lifelike_report::run::RunFolder;
 use lifelike_robot::ReferenceLibrary;
 use lifelike_robot::Robot;
+use lifelike_tracking::plan::keys::present_name;
 use lifelike_tracking::{TrackerMetrics, TrackerPlan, Trainer};
 use lifelike_train::Summary;
 use lifelike_train::collective::Collective;
@@ -61,7 +62,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
         return keys::tracker(output);
     }
     let folder = args.source.folder()?;
-    let plan: TrackerPlan = args.source.changeable(&folder)?;
+    let plan: TrackerPlan = args.source.renamed(present_name).changeable(&folder)?;
     let Some(summary) = train(&plan, &folder, args.source.resume, &args.hardware, output)? else { return Ok(()) };
     report(&summary, &plan, &folder, output)?;
     if summary.interrupted {
