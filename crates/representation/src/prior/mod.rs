@@ -19,7 +19,7 @@ pub mod vae;
 mod window_plan;
 
 pub use dataset::{PriorClip, Windows, split};
-pub use kind::{KindPlan, PriorKind};
+pub use kind::{KindPlan, PriorData, PriorKind, PriorTraining, WithTrainer};
 pub use kinds::PriorPlan;
 pub use motion_prior::MotionPrior;
 pub use reconstruction::{ReconstructionErrors, ReconstructionReport};

@@ -3,16 +3,17 @@
 use burn::module::Module;
 use lifelike_checkpoint::Checkpoint;
 use lifelike_nn::ModuleCheckpoint;
-use lifelike_nn::device;
+use lifelike_nn::device::{self, Device};
 use lifelike_nn::transformer::{Sampling, SplineAutoencoder};
 
 use super::plan::SplinePriorPlan;
 use super::sequences::WindowSequences;
 use crate::RepresentationError;
-use crate::prior::kind::{KindPlan, PriorKind};
+use crate::prior::Windows;
+use crate::prior::kind::{KindPlan, PriorData, PriorKind, PriorTraining};
 use crate::prior::motion_prior::MotionPrior;
 use crate::spline_transformer::passes::{control_points, sequences};
-use crate::spline_transformer::{SequenceTrainer, Sequences};
+use crate::spline_transformer::{SequenceMetrics, SequenceTrainer, Sequences};
 use crate::standardizer::{Moments, Standardizer};
 
 /// Training windows that are held at a time.
@@ -58,6 +59,17 @@ impl PriorKind for SplineCoder {
     const TABLE: &'static str = "spline";
     const TITLE: &'static str = "a Spline-based Transformer";
     type Plan = SplinePriorPlan;
+    type Trainer = SequenceTrainer<WindowSequences>;
+
+    fn trainer(
+        plan: &SplinePriorPlan,
+        data: PriorData,
+        device: &Device,
+    ) -> Result<SequenceTrainer<WindowSequences>, RepresentationError> {
+        let PriorData { layout, training, held_out } = data;
+        let data = WindowSequences::new(plan.windows, plan.training.seed, layout, training, held_out)?;
+        Ok(SequenceTrainer::new(plan.training.clone(), data)?.to_device(device))
+    }
 
     /// # Shapes
     /// A code holds control point after control point.
@@ -89,6 +101,24 @@ impl PriorKind for SplineCoder {
         let network = checkpoint.load_module(NETWORK, network)?;
         let scale = Standardizer::load_from(checkpoint, SCALE, plan.latent_size())?;
         Ok(Self { latent: plan.training.latent, network, scale })
+    }
+}
+
+impl PriorTraining for SequenceTrainer<WindowSequences> {
+    fn describe(now: &SequenceMetrics) -> String {
+        format!("mean squared error {:.4}", now.loss)
+    }
+
+    fn parameters(&self) -> usize {
+        Self::parameters(self)
+    }
+
+    fn prior(&self) -> Result<MotionPrior, RepresentationError> {
+        MotionPrior::of_spline(self)
+    }
+
+    fn watched(&self) -> &Windows {
+        self.data().watched()
     }
 }
 
