@@ -59,12 +59,15 @@ struct Trained {
     interrupted: bool,
 }
 
-impl WithTrainer for Driver<'_> {
+/// The driver of the training, whichever kind of prior it is of.
+struct Run<'a>(Driver<'a>);
+
+impl WithTrainer for Run<'_> {
     type Output = Result<Trained, CliError>;
 
     /// Trains until the plan is done or Ctrl-C.
     fn run<T: PriorTraining>(self, mut trainer: T) -> Result<Trained, CliError> {
-        let summary = self.train(&mut trainer, |now| T::describe(now.metrics))?;
+        let summary = self.0.train(&mut trainer, |now| T::describe(now.metrics))?;
         let (prior, parameters) = (trainer.prior()?, trainer.parameters());
         let report = prior.reconstruct(trainer.watched())?;
         Ok(Trained { prior, report, iterations: summary.iteration, parameters, interrupted: summary.interrupted })
@@ -84,7 +87,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let (trained_on, held_out_names) = (names(&training), names(&held_out));
     let run = if args.source.resume { RunFolder::open(&folder)? } else { RunFolder::create(&folder, &plan)? };
     let data = PriorData { layout: robot.layout.clone(), training, held_out };
-    let done = plan.prior.train(data, &args.networks.open()?, Driver::new(&run, output))??;
+    let done = plan.prior.train(data, &args.networks.open()?, Run(Driver::new(&run, output)))??;
     let path = folder.join("motion.prior.safetensors");
     done.prior.save(&path)?;
     let value = json!({
