@@ -1,4 +1,5 @@
-//! The list of kinds of motion priors, at the end of this file: a kind is a folder that implements [`PriorKind`] and one line there.
+//! The list of kinds of motion priors, at the end of this file: a kind is a folder that implements [`PriorKind`] and
+//! one line there.
 
 use lifelike_checkpoint::Checkpoint;
 use lifelike_nn::device::Device;

@@ -18,8 +18,8 @@ use crate::standardizer::{Moments, Standardizer};
 
 /// Training windows that are held at a time.
 const READ: usize = 1024;
-/// Smallest standard deviation to divide by, as a part of the largest: what the network does not use would otherwise be as large as what it
-/// does, and be its rounding.
+/// Smallest standard deviation to divide by, as a part of the largest: what the network does not use would otherwise
+/// be as large as what it does, and be its rounding.
 const FLOOR: f64 = 1e-3;
 
 /// A trained network and the scale of its codes.
@@ -123,8 +123,8 @@ impl PriorTraining for SequenceTrainer<WindowSequences> {
 }
 
 impl MotionPrior {
-    /// Returns the prior as the training of a Spline-based Transformer stands. Goes through all training windows, for the scale of the
-    /// codes.
+    /// Returns the prior as the training of a Spline-based Transformer stands. Goes through all training windows, for
+    /// the scale of the codes.
     ///
     /// # Errors
     /// Tensor data that cannot be read from the device.
