@@ -1,4 +1,5 @@
-//! Trains a small Spline-based Transformer on Lissajous curves and prints how one that it never saw comes back: `curve [ITERATIONS]`.
+//! Trains a small Spline-based Transformer on Lissajous curves and prints how one that it never saw comes back: `curve
+//! [ITERATIONS]`.
 
 use lifelike_nn::adam::Rule;
 use lifelike_representation::spline_transformer::{HeldOut, SequencePlan, SequenceTrainer, Sequences};

@@ -11,9 +11,10 @@
 //! | comb: a horizontal push at the root | 0 to 1, uniform, any direction | the same |
 //! | normal of the scalp at the root | – | uniform on the sphere down to 110 degrees from the top |
 //!
-//! Deviations are those of a uniform distribution: mean × (1 ± √3 × deviation). The centre line leaves along normal plus comb and turns
-//! down: its direction at arc length s is that of e^(−s/b) × first direction + (1 − e^(−s/b)) × down, with b the bending length. Around it
-//! the strand winds with a radius that grows from 0 at the root: 1 − e^(−s/c) of the full one, c = 3 cm. So the root is the origin.
+//! Deviations are those of a uniform distribution: mean × (1 ± √3 × deviation). The centre line leaves along normal
+//! plus comb and turns down: its direction at arc length s is that of e^(−s/b) × first direction + (1 − e^(−s/b)) ×
+//! down, with b the bending length. Around it the strand winds with a radius that grows from 0 at the root: 1 −
+//! e^(−s/c) of the full one, c = 3 cm. So the root is the origin.
 
 use std::f64::consts::TAU;
 

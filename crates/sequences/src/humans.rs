@@ -1,19 +1,24 @@
 //! Captured people as rows of joint rotations, whatever skeleton they came with (thesis 3.3.3).
 //!
-//! The thesis reports "per-frame joint positions measured in degrees" and a "mean squared error between joint angles \[deg\]" and says
-//! nothing of how angles of ball joints are made numbers; HumanML3D and SMPL are not ours to use. So the definition is ours:
+//! The thesis reports "per-frame joint positions measured in degrees" and a "mean squared error between joint angles
+//! \[deg\]" and says nothing of how angles of ball joints are made numbers; HumanML3D and SMPL are not ours to use. So
+//! the definition is ours:
 //!
 //! - Fifteen segments by their roles ([`SEGMENTS`]), at [`FPS`].
-//! - Each segment's rotation relative to its parent's, since the T-pose that all readers bring a skeleton to, as a ROTATION VECTOR
+//! - Each segment's rotation relative to its parent's, since the T-pose that all readers bring a skeleton to, as a
+//! ROTATION VECTOR
 //!   (axis × angle, rad) in the parent's frame: three numbers.
-//! - The pelvis relative to the world without its heading (the turn about the vertical): the shortest rotation that tilts the vertical to
+//! - The pelvis relative to the world without its heading (the turn about the vertical): the shortest rotation that
+//! tilts the vertical to
 //!   where the pelvis' points, which has a level axis: two numbers. (Who passes upside down sideways turns fast there.)
-//! - Unwrapped along the clip: of the vectors of one rotation (whole turns apart) the one that is nearest to the frame before. A segment
-//!   that turns past half a turn goes on instead of jumping to the other side. What still jumps are captures that flip (some of CMU's feet
+//! - Unwrapped along the clip: of the vectors of one rotation (whole turns apart) the one that is nearest to the frame
+//! before. A segment
+//!   that turns past half a turn goes on instead of jumping to the other side. What still jumps are captures that flip
+//! (some of CMU's feet
 //!   and forearms) and segments that come near a whole turn and leave it about another axis.
 //!
-//! The mean squared error is that of all numbers of a row, as they are. The geodesic error is the angle of the rotation between two
-//! poses of a segment, mean over segments and frames.
+//! The mean squared error is that of all numbers of a row, as they are. The geodesic error is the angle of the
+//! rotation between two poses of a segment, mean over segments and frames.
 
 use lifelike_character::{Quat, Role, Vec3};
 use lifelike_motion::resample::{locate, slerp};
@@ -110,8 +115,8 @@ fn rotations(row: &[f32]) -> impl Iterator<Item = Quat> + '_ {
     std::iter::once(pelvis).chain(segments).map(Quat::from_scaled_axis)
 }
 
-/// Returns the turn about the vertical in a rotation: without it, what is left is about a level axis. Of someone exactly upside down every turn
-/// would do.
+/// Returns the turn about the vertical in a rotation: without it, what is left is about a level axis. Of someone
+/// exactly upside down every turn would do.
 fn turn(q: &Quat) -> Option<Quat> {
     Quat::try_new(nalgebra::Quaternion::new(q.w, 0.0, 0.0, q.k), 1e-6)
 }

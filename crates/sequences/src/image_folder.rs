@@ -26,7 +26,8 @@ impl ImageFolder {
     /// Red, green and blue.
     pub const CHANNELS: usize = 3;
 
-    /// Reads every `.png`, `.jpg` and `.jpeg` under `train/` and `test/`, sorted by path. Grey images become red, green and blue alike.
+    /// Reads every `.png`, `.jpg` and `.jpeg` under `train/` and `test/`, sorted by path. Grey images become red,
+    /// green and blue alike.
     ///
     /// # Shapes
     /// Images are `[rows, columns, 3]`.

@@ -26,8 +26,8 @@ pub(super) fn is_image(path: &Path) -> bool {
     matches!(extension.as_deref(), Some("png" | "jpg" | "jpeg"))
 }
 
-/// Reads a PNG or JPEG, whichever its content is. Grey becomes red, green and blue alike; opacity is left out; of 16 bits the upper 8
-/// are taken.
+/// Reads a PNG or JPEG, whichever its content is. Grey becomes red, green and blue alike; opacity is left out; of 16
+/// bits the upper 8 are taken.
 pub(super) fn read(path: &Path) -> Result<Pixels, SequencesError> {
     let bytes = std::fs::read(path).map_err(SequencesError::io(path))?;
     let decoded = match bytes.as_slice() {

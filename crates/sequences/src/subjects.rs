@@ -13,9 +13,10 @@ use lifelike_train::limits::{whole, wrong};
 
 /// A training on captured people (thesis 3.3.3).
 ///
-/// A recording's group is its SUBJECT where its name begins with one (CMU: `07_01` is of group `07`): what stands before the first
-/// underscore. Bandai-Namco's names do not tell the actor but content and style (`dataset-1_bow_angry_001`): these are the group
-/// (`bow_angry`), whichever of its two sets. DeepMimic's clips (`humanoid3d_walk`) are one group, which is trained on.
+/// A recording's group is its SUBJECT where its name begins with one (CMU: `07_01` is of group `07`): what stands
+/// before the first underscore. Bandai-Namco's names do not tell the actor but content and style
+/// (`dataset-1_bow_angry_001`): these are the group (`bow_angry`), whichever of its two sets. DeepMimic's clips
+/// (`humanoid3d_walk`) are one group, which is trained on.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct HumansPlan {

@@ -119,7 +119,7 @@ fn a_stopped_run_leaves_the_bytes_of_one_that_was_not() {
         let bytes = |folder: &Path| std::fs::read(folder.join(file)).unwrap();
         assert!(bytes(&whole) == bytes(&stopped), "{file}");
     }
-    let looks = run::looks(&stopped).unwrap();
+    let looks = run::validation_points(&stopped).unwrap();
     assert_eq!(looks.iter().map(|l| l.iteration).collect::<Vec<_>>(), [4, 8, 10]);
     assert!(looks.windows(2).all(|pair| pair[0].seconds < pair[1].seconds), "{looks:?}");
     assert_eq!(looks[2].mse, done.errors(HeldOut::Validation).unwrap().mse);

@@ -21,7 +21,8 @@ pub enum Edit {
         point: usize,
         /// Its number, from 0.
         number: usize,
-        /// By how many of the standard deviations that it has over the training motion: numbers of latent spaces have no size of their own.
+        /// By how many of the standard deviations that it has over the training motion: numbers of latent spaces have
+        /// no size of their own.
         by: f64,
     },
 }

@@ -1,8 +1,9 @@
 //! Motion as a few control points of a latent curve, and editing by them (thesis 3.3.3, Fig. 3.6).
 //!
-//! The main path: clips → [`Poses`] (numbers that do not depend on where on the ground a clip happens) → [`MotionSplinePlan`] and
-//! [`super::spline_transformer::SequenceTrainer`] → [`MotionSpline`], one file → [`SplinedClip`], a clip as segments of control
-//! points with what they leave out → [`Edit`]s of the control points → a clip again.
+//! The main path: clips → [`Poses`] (numbers that do not depend on where on the ground a clip happens) →
+//! [`MotionSplinePlan`] and [`super::spline_transformer::SequenceTrainer`] → [`MotionSpline`], one file →
+//! [`SplinedClip`], a clip as segments of control points with what they leave out → [`Edit`]s of the control points →
+//! a clip again.
 
 mod edit;
 mod model;

@@ -59,7 +59,8 @@ pub struct SplitClips {
 }
 
 impl MotionSpline {
-    /// Returns the training data: rows of all clips at the plan's rate, and what their numbers are, by the training clips' statistics.
+    /// Returns the training data: rows of all clips at the plan's rate, and what their numbers are, by the training
+    /// clips' statistics.
     ///
     /// # Errors
     /// Clips with other joints than the first; none as long as a segment; a plan out of range.

@@ -8,15 +8,15 @@ use super::poses::Poses;
 use crate::RepresentationError;
 use crate::standardizer::{Moments, Standardizer};
 
-/// Smallest standard deviations to divide by, by [`Poses::KINDS`] and for joints: a robot that stands still all the time is no reason to
-/// divide by nothing (m, rad, m/s, rad/s, rad).
+/// Smallest standard deviations to divide by, by [`Poses::KINDS`] and for joints: a robot that stands still all the
+/// time is no reason to divide by nothing (m, rad, m/s, rad/s, rad).
 const FLOORS: [f64; 5] = [0.01, 0.02, 0.1, 0.1, 0.05];
 
 /// In files.
 const SCALES: &str = "scales";
 
-/// Joints in the network's order, mean of each number of a row, and the standard deviation of its kind. Joints have one together, so an
-/// error of a degree weighs the same in all of them.
+/// Joints in the network's order, mean of each number of a row, and the standard deviation of its kind. Joints have
+/// one together, so an error of a degree weighs the same in all of them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PoseSpace {
     joints: Vec<String>,

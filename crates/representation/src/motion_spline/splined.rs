@@ -141,8 +141,8 @@ impl SplinedClip {
         &mut self.segments
     }
 
-    /// Mixes in another clip's control points and detail: `weight` 0 is this one, 1 the other. The other's motion is stretched to
-    /// this one's time.
+    /// Mixes in another clip's control points and detail: `weight` 0 is this one, 1 the other. The other's motion is
+    /// stretched to this one's time.
     ///
     /// # Errors
     /// A weight outside of 0 to 1, or a clip that the model cannot encode.
@@ -173,7 +173,8 @@ impl SplinedClip {
         Ok(())
     }
 
-    /// Returns the motion that the control points make. It begins where the clip begins; whether its end meets its begin is not known.
+    /// Returns the motion that the control points make. It begins where the clip begins; whether its end meets its
+    /// begin is not known.
     ///
     /// # Errors
     /// A rate or speed out of range.

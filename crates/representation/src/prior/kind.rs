@@ -3,9 +3,14 @@
 use std::fmt::Debug;
 
 use lifelike_checkpoint::Checkpoint;
+use lifelike_motion::FeatureLayout;
+use lifelike_nn::device::Device;
+use lifelike_train::TrainingTask;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
+use super::dataset::{PriorClip, Windows};
+use super::motion_prior::MotionPrior;
 use super::window_plan::WindowPlan;
 use crate::RepresentationError;
 
@@ -20,6 +25,14 @@ pub trait PriorKind: Clone + Debug + Sized {
     const TITLE: &'static str;
     /// Settings of the network and of its training.
     type Plan: KindPlan;
+    /// Its training.
+    type Trainer: PriorTraining;
+
+    /// Begins a training with its networks on a device.
+    ///
+    /// # Errors
+    /// A plan out of range, no training frames, or a clip that does not fit the layout.
+    fn trainer(plan: &Self::Plan, data: PriorData, device: &Device) -> Result<Self::Trainer, RepresentationError>;
 
     /// Encodes normalised windows.
     ///
@@ -50,6 +63,44 @@ pub trait PriorKind: Clone + Debug + Sized {
     /// # Errors
     /// Arrays that are missing or of another shape than the plan's.
     fn load_from(plan: &Self::Plan, checkpoint: &Checkpoint, features: usize) -> Result<Self, RepresentationError>;
+}
+
+/// Clips of a prior's training.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PriorData {
+    /// Joints and end effectors of all clips.
+    pub layout: FeatureLayout,
+    /// Clips to train on.
+    pub training: Vec<PriorClip>,
+    /// Clips to report on, never trained on.
+    pub held_out: Vec<PriorClip>,
+}
+
+/// A training of one kind of prior: a task of the one training loop that becomes a [`MotionPrior`] at any time.
+pub trait PriorTraining: TrainingTask<Error = RepresentationError> {
+    /// Describes a step in a few words.
+    fn describe(metrics: &Self::Metrics) -> String;
+
+    /// Returns the number of the network's parameters.
+    fn parameters(&self) -> usize;
+
+    /// Returns the prior as it stands.
+    ///
+    /// # Errors
+    /// Tensor data that cannot be read from the device.
+    fn prior(&self) -> Result<MotionPrior, RepresentationError>;
+
+    /// Returns the windows to report errors on: those of the held-out clips, or of the training clips where none were held out.
+    fn watched(&self) -> &Windows;
+}
+
+/// Work with a training, whichever its kind: [`super::PriorPlan::train`].
+pub trait WithTrainer {
+    /// Result of the work.
+    type Output;
+
+    /// Does the work.
+    fn run<T: PriorTraining>(self, trainer: T) -> Self::Output;
 }
 
 /// Settings of one kind of prior, a table of a TOML plan.

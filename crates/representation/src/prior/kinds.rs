@@ -1,11 +1,13 @@
-//! The list of kinds of motion priors, at the end of this file: a kind is a folder that implements [`PriorKind`] and one line there.
+//! The list of kinds of motion priors, at the end of this file: a kind is a folder that implements [`PriorKind`] and
+//! one line there.
 
 use lifelike_checkpoint::Checkpoint;
+use lifelike_nn::device::Device;
 use serde::Serialize;
 use serde::de::MapAccess;
 use serde::ser::SerializeStruct;
 
-use super::kind::{KindPlan, PriorKind};
+use super::kind::{KindPlan, PriorData, PriorKind, WithTrainer};
 use super::spline::SplineCoder;
 use super::vae::MotionVae;
 use super::window_plan::WindowPlan;
@@ -60,6 +62,21 @@ macro_rules! kinds {
             pub fn check(&self) -> Result<(), RepresentationError> {
                 match self {
                     $(Self::$variant(plan) => plan.check(),)+
+                }
+            }
+
+            /// Begins a training with its networks on a device, and hands it to `with`.
+            ///
+            /// # Errors
+            /// A plan out of range, no training frames, or a clip that does not fit the layout.
+            pub fn train<W: WithTrainer>(
+                &self,
+                data: PriorData,
+                device: &Device,
+                with: W,
+            ) -> Result<W::Output, RepresentationError> {
+                match self {
+                    $(Self::$variant(plan) => Ok(with.run(<$kind as PriorKind>::trainer(plan, data, device)?)),)+
                 }
             }
 

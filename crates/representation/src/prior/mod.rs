@@ -1,11 +1,12 @@
 //! The motion prior (thesis 4.2.1): a latent code for the second of motion around every frame.
 //!
-//! The main path: clips' frames ([`PriorClip`]) → [`Windows`] (eq. 4.2, normalised by [`FeatureStatistics`]) → a trainer of some kind
-//! ([`vae::VaeTrainer`], or [`spline::WindowSequences`] for a [`crate::spline_transformer::SequenceTrainer`]) → [`MotionPrior`], one file
-//! that encodes any clip of the same character into one z_t per frame.
+//! The main path: clips' frames ([`PriorClip`]) → [`Windows`] (eq. 4.2, normalised by [`FeatureStatistics`]) → a
+//! trainer of some kind ([`vae::VaeTrainer`], or [`spline::WindowSequences`] for a
+//! [`crate::spline_transformer::SequenceTrainer`]) → [`MotionPrior`], one file that encodes any clip of the same
+//! character into one z_t per frame.
 //!
-//! A kind of prior is a folder ([`vae`], [`spline`]) with an implementation of [`PriorKind`] and a line in `kinds.rs`. Whoever takes a
-//! [`MotionPrior`] takes all of them.
+//! A kind of prior is a folder ([`vae`], [`spline`]) with an implementation of [`PriorKind`] and a line in `kinds.rs`.
+//! Whoever takes a [`MotionPrior`] takes all of them.
 
 mod dataset;
 mod kind;
@@ -19,7 +20,7 @@ pub mod vae;
 mod window_plan;
 
 pub use dataset::{PriorClip, Windows, split};
-pub use kind::{KindPlan, PriorKind};
+pub use kind::{KindPlan, PriorData, PriorKind, PriorTraining, WithTrainer};
 pub use kinds::PriorPlan;
 pub use motion_prior::MotionPrior;
 pub use reconstruction::{ReconstructionErrors, ReconstructionReport};

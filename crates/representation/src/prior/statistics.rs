@@ -62,8 +62,8 @@ impl StdFloors {
     }
 }
 
-/// Mean and standard deviation of every feature over all frames of a data set, each frame in its own heading frame. Orientation has
-/// mean 0 and standard deviation 1 here, because it is not normalised.
+/// Mean and standard deviation of every feature over all frames of a data set, each frame in its own heading frame.
+/// Orientation has mean 0 and standard deviation 1 here, because it is not normalised.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FeatureStatistics(Standardizer);
 

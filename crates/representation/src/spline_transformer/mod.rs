@@ -1,6 +1,7 @@
 //! Training of the Spline-based Transformer and its baselines (thesis chapter 3).
 //!
-//! The main path: something that has [`Sequences`] (windows of [`Recording`]s here; curves, images, strands and captured people in
+//! The main path: something that has [`Sequences`] (windows of [`Recording`]s here; curves, images, strands and
+//! captured people in
 //! `lifelike-sequences`) and a [`SequencePlan`] → [`SequenceTrainer`], a [`lifelike_train::TrainingTask`]. The three
 //! [`Method`]s differ in how the decoder's tokens are made and in nothing else: same seed, same batches.
 

@@ -166,8 +166,8 @@ impl SequencePlan {
         Ok(whole("validate_every", self.validate_every, 1, 1 << 40)?)
     }
 
-    /// Returns the learning rate at an iteration (counted from 0): a cosine from the first iteration to the last (Loshchilov & Hutter 2017),
-    /// times the warm-up.
+    /// Returns the learning rate at an iteration (counted from 0): a cosine from the first iteration to the last
+    /// (Loshchilov & Hutter 2017), times the warm-up.
     pub fn learning_rate_at(&self, iteration: u64) -> f64 {
         let risen = if iteration < self.warmup { (iteration + 1) as f64 / self.warmup as f64 } else { 1.0 };
         self.learning_rate * risen * cosine(iteration, self.iterations, 0.0)

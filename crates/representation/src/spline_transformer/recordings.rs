@@ -1,7 +1,7 @@
 //! Stretches of recorded motion: rows of numbers, one for every frame, cut into windows of one length.
 //!
-//! Training, validation and test are told apart by whole recordings, by whoever makes them (by subject, for the tables): windows
-//! of one recording overlap, so a split among windows would test on what was trained on.
+//! Training, validation and test are told apart by whole recordings, by whoever makes them (by subject, for the
+//! tables): windows of one recording overlap, so a split among windows would test on what was trained on.
 
 use std::ops::Range;
 

@@ -8,9 +8,9 @@ use serde::Serialize;
 
 use crate::RepresentationError;
 
-/// One look at the validation set.
+/// Errors of the validation set at one moment of a training.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Look {
+pub struct ValidationPoint {
     /// Iterations done.
     pub iteration: u64,
     /// Time spent training until then, all sittings together (s). NaN where the clock's file does not know.
@@ -21,23 +21,23 @@ pub struct Look {
     pub spread: f64,
 }
 
-/// The looks at the validation set so far.
+/// Reads the validations of a run so far.
 ///
 /// # Errors
 /// Not a run's folder, or files that are not what they should be.
-pub fn looks(folder: &Path) -> Result<Vec<Look>, RepresentationError> {
+pub fn validation_points(folder: &Path) -> Result<Vec<ValidationPoint>, RepresentationError> {
     let run = RunFolder::open(folder)?;
     let times = seconds(&run)?;
     let of = |values: &[(String, f64)], name: &str| values.iter().find(|(n, _)| n == name).map(|(_, v)| *v);
-    let mut looks = Vec::new();
+    let mut points = Vec::new();
     for row in run.metrics()? {
         let Some(mse) = of(&row.values, "Validation/mse") else { continue };
         // A stopped run may have passed an iteration twice; the later time is the one that counts.
         let seconds = times.iter().rfind(|(i, _)| *i == row.iteration).map_or(f64::NAN, |(_, s)| *s);
         let spread = of(&row.values, "Validation/spread").unwrap_or(f64::NAN);
-        looks.push(Look { iteration: row.iteration, seconds, mse, spread });
+        points.push(ValidationPoint { iteration: row.iteration, seconds, mse, spread });
     }
-    Ok(looks)
+    Ok(points)
 }
 
 /// Iterations and the time spent until then (s).

@@ -18,7 +18,8 @@ pub struct Spread {
 /// Keeps the gradient finite where all points are the same.
 const EPSILON: f64 = 1e-12;
 
-/// Returns the derivative, by each number of some sequences' control points, of the weight times the mean penalty of their batch.
+/// Returns the derivative, by each number of some sequences' control points, of the weight times the mean penalty of
+/// their batch.
 ///
 /// # Shapes
 /// `control_points: [sequences, points, latent]` of a batch of `batch` sequences, row-major; so is what is returned.

@@ -1,14 +1,12 @@
 //! `lifelike train prior`: a latent code for the second of motion around every frame.
 
-mod spline;
-mod vae;
-
 use std::path::Path;
 
-use lifelike_nn::device::Device;
 use lifelike_report::run::RunFolder;
-use lifelike_representation::prior::{PriorTrainingPlan, ReconstructionReport, split};
-use lifelike_representation::{MotionPrior, PriorClip, PriorPlan};
+use lifelike_representation::prior::{
+    PriorData, PriorTraining, PriorTrainingPlan, ReconstructionReport, WithTrainer, split,
+};
+use lifelike_representation::{MotionPrior, PriorClip};
 use lifelike_robot::Robot;
 use serde_json::json;
 
@@ -52,21 +50,28 @@ pub struct Args {
     pub networks: Networks,
 }
 
-/// A training to do in a folder that has its plan.
-struct Job<'a> {
-    driver: Driver<'a>,
-    training: Vec<PriorClip>,
-    held_out: Vec<PriorClip>,
-    device: Device,
-}
-
-/// What became of it.
+/// Result of a training.
 struct Trained {
     prior: MotionPrior,
     report: ReconstructionReport,
     iterations: u64,
     parameters: usize,
     interrupted: bool,
+}
+
+/// The driver of the training, whichever kind of prior it is of.
+struct Run<'a>(Driver<'a>);
+
+impl WithTrainer for Run<'_> {
+    type Output = Result<Trained, CliError>;
+
+    /// Trains until the plan is done or Ctrl-C.
+    fn run<T: PriorTraining>(self, mut trainer: T) -> Result<Trained, CliError> {
+        let summary = self.0.train(&mut trainer, |now| T::describe(now.metrics))?;
+        let (prior, parameters) = (trainer.prior()?, trainer.parameters());
+        let report = prior.reconstruct(trainer.watched())?;
+        Ok(Trained { prior, report, iterations: summary.iteration, parameters, interrupted: summary.interrupted })
+    }
 }
 
 /// Runs the command.
@@ -81,11 +86,8 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let names = |clips: &[PriorClip]| clips.iter().map(|c| c.name.clone()).collect::<Vec<_>>();
     let (trained_on, held_out_names) = (names(&training), names(&held_out));
     let run = if args.source.resume { RunFolder::open(&folder)? } else { RunFolder::create(&folder, &plan)? };
-    let job = Job { driver: Driver::new(&run, output), training, held_out, device: args.networks.open()? };
-    let done = match &plan.prior {
-        PriorPlan::Vae(plan) => vae::train(plan, &robot.layout, job)?,
-        PriorPlan::Spline(plan) => spline::train(plan, &robot.layout, job)?,
-    };
+    let data = PriorData { layout: robot.layout.clone(), training, held_out };
+    let done = plan.prior.train(data, &args.networks.open()?, Run(Driver::new(&run, output)))??;
     let path = folder.join("motion.prior.safetensors");
     done.prior.save(&path)?;
     let value = json!({
@@ -137,6 +139,7 @@ fn reconstruction_table(report: &ReconstructionReport) -> String {
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
+    use lifelike_representation::PriorPlan;
     use lifelike_representation::prior::vae::VaePlan;
 
     use super::*;

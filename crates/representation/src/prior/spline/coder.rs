@@ -3,22 +3,23 @@
 use burn::module::Module;
 use lifelike_checkpoint::Checkpoint;
 use lifelike_nn::ModuleCheckpoint;
-use lifelike_nn::device;
+use lifelike_nn::device::{self, Device};
 use lifelike_nn::transformer::{Sampling, SplineAutoencoder};
 
 use super::plan::SplinePriorPlan;
 use super::sequences::WindowSequences;
 use crate::RepresentationError;
-use crate::prior::kind::{KindPlan, PriorKind};
+use crate::prior::Windows;
+use crate::prior::kind::{KindPlan, PriorData, PriorKind, PriorTraining};
 use crate::prior::motion_prior::MotionPrior;
 use crate::spline_transformer::passes::{control_points, sequences};
-use crate::spline_transformer::{SequenceTrainer, Sequences};
+use crate::spline_transformer::{SequenceMetrics, SequenceTrainer, Sequences};
 use crate::standardizer::{Moments, Standardizer};
 
 /// Training windows that are held at a time.
 const READ: usize = 1024;
-/// Smallest standard deviation to divide by, as a part of the largest: what the network does not use would otherwise be as large as what it
-/// does, and be its rounding.
+/// Smallest standard deviation to divide by, as a part of the largest: what the network does not use would otherwise
+/// be as large as what it does, and be its rounding.
 const FLOOR: f64 = 1e-3;
 
 /// A trained network and the scale of its codes.
@@ -58,6 +59,17 @@ impl PriorKind for SplineCoder {
     const TABLE: &'static str = "spline";
     const TITLE: &'static str = "a Spline-based Transformer";
     type Plan = SplinePriorPlan;
+    type Trainer = SequenceTrainer<WindowSequences>;
+
+    fn trainer(
+        plan: &SplinePriorPlan,
+        data: PriorData,
+        device: &Device,
+    ) -> Result<SequenceTrainer<WindowSequences>, RepresentationError> {
+        let PriorData { layout, training, held_out } = data;
+        let data = WindowSequences::new(plan.windows, plan.training.seed, layout, training, held_out)?;
+        Ok(SequenceTrainer::new(plan.training.clone(), data)?.to_device(device))
+    }
 
     /// # Shapes
     /// A code holds control point after control point.
@@ -92,9 +104,27 @@ impl PriorKind for SplineCoder {
     }
 }
 
+impl PriorTraining for SequenceTrainer<WindowSequences> {
+    fn describe(now: &SequenceMetrics) -> String {
+        format!("mean squared error {:.4}", now.loss)
+    }
+
+    fn parameters(&self) -> usize {
+        Self::parameters(self)
+    }
+
+    fn prior(&self) -> Result<MotionPrior, RepresentationError> {
+        MotionPrior::of_spline(self)
+    }
+
+    fn watched(&self) -> &Windows {
+        self.data().watched()
+    }
+}
+
 impl MotionPrior {
-    /// Returns the prior as the training of a Spline-based Transformer stands. Goes through all training windows, for the scale of the
-    /// codes.
+    /// Returns the prior as the training of a Spline-based Transformer stands. Goes through all training windows, for
+    /// the scale of the codes.
     ///
     /// # Errors
     /// Tensor data that cannot be read from the device.

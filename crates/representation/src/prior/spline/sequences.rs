@@ -64,7 +64,8 @@ impl WindowSequences {
         &self.training
     }
 
-    /// Windows that the loss is watched and errors are reported on: those of the held-out clips, or the training clips where none were held out.
+    /// Windows that the loss is watched and errors are reported on: those of the held-out clips, or the training clips
+    /// where none were held out.
     pub fn watched(&self) -> &Windows {
         if self.held_out.is_empty() { &self.training } else { &self.held_out }
     }

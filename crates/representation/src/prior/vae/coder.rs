@@ -3,13 +3,14 @@
 use burn::tensor::{Tensor, TensorData};
 use lifelike_checkpoint::Checkpoint;
 use lifelike_nn::ModuleCheckpoint;
-use lifelike_nn::device;
+use lifelike_nn::device::{self, Device};
 use lifelike_nn::numbers::read;
 
 use super::network::MotionVae;
 use super::plan::VaePlan;
+use super::train::VaeTrainer;
 use crate::RepresentationError;
-use crate::prior::kind::PriorKind;
+use crate::prior::kind::{PriorData, PriorKind};
 
 /// Name of the network in files.
 pub(super) const NETWORK: &str = "vae";
@@ -19,6 +20,11 @@ impl PriorKind for MotionVae {
     const TABLE: &'static str = "prior";
     const TITLE: &'static str = "a beta-VAE";
     type Plan = VaePlan;
+    type Trainer = VaeTrainer;
+
+    fn trainer(plan: &VaePlan, data: PriorData, device: &Device) -> Result<VaeTrainer, RepresentationError> {
+        Ok(VaeTrainer::new(plan.clone(), data.layout, data.training, data.held_out)?.to_device(device))
+    }
 
     fn encode(&self, windows: Vec<f32>, [samples, features]: [usize; 2]) -> Result<Vec<f32>, RepresentationError> {
         let shape = [windows.len() / (samples * features), samples, features];

@@ -88,9 +88,9 @@ impl VaePlan {
         Ok(plan)
     }
 
-    /// Returns the learning rate at an iteration (counted from 0). A restart in the last tenth of the plan is left out: the rate
-    /// would end high, and the few iterations left cannot learn again what a high rate undoes (4 iterations after a
-    /// restart took the reconstruction of held-out joints from 8 to 13 degrees).
+    /// Returns the learning rate at an iteration (counted from 0). A restart in the last tenth of the plan is left
+    /// out: the rate would end high, and the few iterations left cannot learn again what a high rate undoes (4
+    /// iterations after a restart took the reconstruction of held-out joints from 8 to 13 degrees).
     pub fn learning_rate_at(&self, iteration: u64) -> f64 {
         let restarts = WarmRestarts { first: self.restart_first, factor: self.restart_factor, floor: 0.0 };
         let last = restarts.begin_of_period(self.iterations);

@@ -5,6 +5,8 @@ use lifelike_train::{Budget, Scalar, Schedule, TrainingTask};
 
 use super::train::{VaeMetrics, VaeTrainer};
 use crate::RepresentationError;
+use crate::prior::kind::PriorTraining;
+use crate::prior::{MotionPrior, Windows};
 
 /// Iterations between checkpoints.
 const SAVE_EVERY: u64 = 200;
@@ -53,5 +55,23 @@ impl TrainingTask for VaeTrainer {
 
     fn restore(&mut self, checkpoint: &Checkpoint) -> Result<(), RepresentationError> {
         Self::restore(self, checkpoint)
+    }
+}
+
+impl PriorTraining for VaeTrainer {
+    fn describe(now: &VaeMetrics) -> String {
+        format!("reconstruction {:.3}  KL {:.1}", now.reconstruction, now.kl)
+    }
+
+    fn parameters(&self) -> usize {
+        Self::parameters(self)
+    }
+
+    fn prior(&self) -> Result<MotionPrior, RepresentationError> {
+        Ok(Self::prior(self))
+    }
+
+    fn watched(&self) -> &Windows {
+        Self::watched(self)
     }
 }

@@ -150,10 +150,17 @@ impl VaeTrainer {
         MotionPrior::new(self.plan.clone(), layout, statistics, self.vae.valid().fork(&device::inference()))
     }
 
-    /// Reconstruction of the held-out clips, or of the training clips when none were held out.
+    /// Returns the windows of the held-out clips, or of the training clips when none were held out.
+    pub fn watched(&self) -> &Windows {
+        if self.held_out.is_empty() { &self.training } else { &self.held_out }
+    }
+
+    /// Reconstructs [`Self::watched`].
+    ///
+    /// # Errors
+    /// Tensor data that cannot be read from the device.
     pub fn report(&self) -> Result<ReconstructionReport, RepresentationError> {
-        let windows = if self.held_out.is_empty() { &self.training } else { &self.held_out };
-        self.prior().reconstruct(windows)
+        self.prior().reconstruct(self.watched())
     }
 
     /// Returns everything needed to continue bit for bit. [`MotionPrior::load`] reads a file of it.

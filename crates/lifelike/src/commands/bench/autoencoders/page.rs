@@ -1,7 +1,7 @@
 //! The page: tables, test sequences with what came back of them, and how the loss fell.
 
 use lifelike_report::{Curve, Drawing, ReportBuilder};
-use lifelike_representation::spline_transformer::run::Look;
+use lifelike_representation::spline_transformer::run::ValidationPoint;
 
 use super::budget::Budget;
 use super::results::Run;
@@ -25,7 +25,7 @@ pub fn report<P>(columns: &[Column<P>], runs: &[Run], words: &Words, budget: Bud
 }
 
 /// Logarithms, because the errors of good and bad runs are orders of magnitude apart.
-fn losses(runs: &[Run], against: &str, x: impl Fn(&Look) -> f64 + Copy) -> Vec<Curve> {
+fn losses(runs: &[Run], against: &str, x: impl Fn(&ValidationPoint) -> f64 + Copy) -> Vec<Curve> {
     let curve = |run: &Run| Curve {
         name: format!(
             "log10 of the validation error against {against}/{}, {}{}",

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use lifelike_report::Panel;
 use lifelike_report::write_atomically;
-use lifelike_representation::spline_transformer::run::{Look, looks};
+use lifelike_representation::spline_transformer::run::{ValidationPoint, validation_points};
 use lifelike_representation::spline_transformer::{Method, SequenceTrainer, Sequences};
 use lifelike_sequences::DataPlan;
 use lifelike_sequences::SequencesError;
@@ -53,7 +53,7 @@ pub struct Run {
     #[serde(flatten)]
     pub test: Option<Measured>,
     /// Validation on the way, in the table's unit.
-    pub looks: Vec<Look>,
+    pub looks: Vec<ValidationPoint>,
     #[serde(skip)]
     pub shown: Vec<Shown>,
 }
@@ -95,8 +95,8 @@ impl Run {
             let kept = measured(folder, &place.plan, trainer, || measure::<E>(trainer))?;
             test = Some(Measured { mse: E::SCALE * kept.mse, median: E::SCALE * kept.median, ..kept });
         }
-        let scaled = |look: Look| Look { mse: E::SCALE * look.mse, ..look };
-        let looks: Vec<Look> = looks(folder)?.into_iter().map(scaled).collect();
+        let scaled = |look: ValidationPoint| ValidationPoint { mse: E::SCALE * look.mse, ..look };
+        let looks: Vec<ValidationPoint> = validation_points(folder)?.into_iter().map(scaled).collect();
         let training = place.plan.training();
         Ok(Self {
             column: place.column.clone(),
