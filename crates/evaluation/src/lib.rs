@@ -1,4 +1,5 @@
-//! Floor 4: how well a policy follows: the measures of thesis Table 4.3 and of today's trackers, and why it fails where it fails.
+//! Floor 4: evaluation of controllers: the measures of thesis Table 4.3 and of today's trackers, and explanations of falls.
+//! It runs the frozen controller, as a robot does, and knows nothing of training.
 //!
 //! The main path: [`EvaluationSetup::evaluate`] makes an [`EvaluationSuite`] (the episodes) and runs a
 //! [`Controller`](lifelike_robot::Controller) on it in physics, from states of the reference, under [`EpisodeConditions`]
@@ -11,12 +12,12 @@
 //! | file | measure |
 //! | --- | --- |
 //! | `accuracy` | joint error (deg), end-effector error (m), body error (m) |
-//! | `drift` | where the root is, and where it faces, against the reference (m, deg) |
+//! | `drift` | place and heading of the root against the reference (m, deg) |
 //! | `smoothness` | jerk (rad/s³) |
-//! | `fall` | what counts as a fall |
-//! | `explain` | a failure in plain words, and what change of the clip would help |
+//! | `fall` | definition of a fall |
+//! | `explain` | a failure in plain words, and the change of the clip that would help |
 //! | `robustness` | all of it against the size of a disturbance |
-//! | `failure` | which body left first, which joints were at their limit, when the ground was lost |
+//! | `failure` | the body that left first, the joints at their limit, the moment the ground was lost |
 
 pub mod accuracy;
 mod conditions;

@@ -1,6 +1,6 @@
-//! What to evaluate on, and for how long.
+//! Extent of an evaluation.
 
-/// What to evaluate on.
+/// Extent of an evaluation.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct EvaluationOptions {
@@ -10,7 +10,7 @@ pub struct EvaluationOptions {
     pub starts: usize,
     /// Rollouts of each clip that are kept to be looked at; the first that fell is always kept.
     pub keep: usize,
-    /// How long a fall is recorded (s).
+    /// Time for which a fall is recorded (s).
     pub after_fall: f64,
 }
 

@@ -33,7 +33,7 @@ pub struct EvaluationSuite<'a> {
     controller: &'a Controller,
     options: EvaluationOptions,
     library: ReferenceLibrary,
-    /// How high above level ground each frame of the library thinks that it stands (m); empty: on it.
+    /// Height above level ground at which each frame of the library believes to stand (m); empty: on it.
     lift: Vec<f64>,
     episodes: Vec<Episode>,
 }
@@ -51,8 +51,8 @@ impl<'a> EvaluationSuite<'a> {
         Self::changed(setup, clips, options, |_| Ok(Vec::new()))
     }
 
-    /// Makes the episodes on clips that `change` was at, after they were resampled and repeated. It returns how high above
-    /// level ground each frame thinks that it stands (m), or nothing for level ground.
+    /// Makes the episodes on clips that `change` was at, after they were resampled and repeated. It returns the
+    /// height above level ground at which each frame believes to stand (m), or nothing for level ground.
     ///
     /// # Errors
     /// As [`Self::new`], and those of `change`.

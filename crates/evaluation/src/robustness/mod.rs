@@ -1,7 +1,7 @@
-//! How much a policy bears (thesis 4.3.3, "Robustness" and "Reactivity"): survival and error against the size of what is done
-//! to it.
+//! Disturbances that a policy withstands (thesis 4.3.3, "Robustness" and "Reactivity"): survival and error against their
+//! size.
 //!
-//! The main path: [`Disturbance`] (what is done, and the sizes) → [`sweep`] (an evaluation per size, under
+//! The main path: [`Disturbance`] (with its sizes) → [`sweep`] (an evaluation per size, under
 //! [`EpisodeConditions`](super::EpisodeConditions)s with addressed randomness) → [`Robustness`] (curves) → its tables, curves and playbacks.
 //! Every size of one disturbance meets the same directions, moments and places, so that curves differ by size alone.
 
