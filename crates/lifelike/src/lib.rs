@@ -26,8 +26,6 @@
 //! has robots, motion and physics, and its other commands answer with exit code 4. `mujoco`, `mpi`, `wgpu` and `cuda`
 //! add an engine, several processes, and graphics cards.
 
-#![cfg_attr(not(feature = "learning"), allow(dead_code, reason = "helpers of the commands that such a build lacks"))]
-
 mod cli;
 pub mod commands;
 mod error;
