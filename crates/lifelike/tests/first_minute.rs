@@ -168,5 +168,5 @@ fn every_key_of_a_plan_is_told_with_meaning_and_default() {
     let keys = desk.json(&["train", "tracker", "--keys"]);
     let keys = keys.as_array().unwrap();
     assert!(keys.len() > 60, "{}", keys.len());
-    assert!(keys.iter().all(|key| !key["about"].as_str().unwrap().is_empty()), "{keys:?}");
+    assert!(keys.iter().all(|key| !key["meaning"].as_str().unwrap().is_empty()), "{keys:?}");
 }
