@@ -6,13 +6,13 @@ use std::process::Command;
 
 use crate::{mujoco, root};
 
-/// `cargo xtask demo [ARGUMENTS]`: needs nothing but cargo.
+/// `cargo xtask demo [ARGUMENTS]`: needs nothing but cargo, and builds nothing of the training framework.
 ///
 /// # Errors
 /// When the build fails or the demo does.
 pub fn demo(arguments: &[String]) -> Result<(), String> {
-    let command = ["run", "--release", "--package", "lifelike", "--bin", "lifelike", "--", "demo"];
-    cargo(None, &command, arguments)
+    let package = ["run", "--release", "--package", "lifelike", "--no-default-features"];
+    cargo(None, &[&package[..], &["--bin", "lifelike", "--", "demo"]].concat(), arguments)
 }
 
 /// `cargo xtask test [--mujoco] [ARGUMENTS]`: every test; with `--mujoco` also those that compare our physics with

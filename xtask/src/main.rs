@@ -8,7 +8,7 @@ use xtask::{build, fetch, mujoco};
 const HELP: &str = "\
 cargo xtask COMMAND
 
-  demo [ARGUMENTS]    build everything, run `lifelike demo` with these arguments
+  demo [ARGUMENTS]    build what the demo needs (no training), run `lifelike demo` with these arguments
   test [--mujoco] [ARGUMENTS]
                       run every test, with --mujoco also those that ask MuJoCo (fetched for it); arguments go to
                       `cargo test`

@@ -22,11 +22,10 @@
 //! ```
 //!
 //! # Features
-//! `learning` (on by default): everything that trains or runs a network by the training framework. Without it the crate
-//! has robots, motion and physics, and its other commands answer with exit code 4. `mujoco`, `mpi`, `wgpu` and `cuda`
+//! `learning` (on by default): everything that trains, or edits and searches motion by a network. Without it the crate has
+//! robots, motion, physics, and policies that are followed, measured and exported; builds in a fraction of the time; and its
+//! other commands answer with exit code 4. `mujoco`, `mpi`, `wgpu` and `cuda`
 //! add an engine, several processes, and graphics cards.
-
-#![cfg_attr(not(feature = "learning"), allow(dead_code, reason = "helpers of the commands that such a build lacks"))]
 
 mod cli;
 pub mod commands;

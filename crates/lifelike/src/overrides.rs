@@ -36,10 +36,22 @@ pub fn apply<T: Serialize + DeserializeOwned>(plan: T, overrides: &[String]) -> 
             .split_once('=')
             .filter(|(key, _)| !key.trim().is_empty())
             .ok_or_else(|| CliError::Usage(format!("expected key=value, got '{text}'")))?;
-        put(&mut tree, key.trim(), parse(value.trim())).map_err(|e| CliError::Input(format!("'{text}': {e}")))?;
+        put(&mut tree, &present_name(key.trim()), parse(value.trim()))
+            .map_err(|e| CliError::Input(format!("'{text}': {e}")))?;
     }
     let said = overrides.join(" ");
     T::deserialize(Value::Table(tree)).map_err(|e| CliError::Input(format!("{said}: {}", e.to_string().trim_end())))
+}
+
+/// Returns the name that a key of a tracker's plan has today; no other plan has keys of those former names.
+#[cfg(feature = "learning")]
+fn present_name(key: &str) -> String {
+    lifelike_tracking::plan::keys::present_name(key)
+}
+
+#[cfg(not(feature = "learning"))]
+fn present_name(key: &str) -> String {
+    key.into()
 }
 
 /// A TOML value; what is none is a text, so that paths need no quotes.

@@ -151,7 +151,7 @@ fn an_inspection_ends_with_steps_that_work() {
     assert_eq!(desk.follow("my robots/bot 1.xml"), 2);
     std::fs::copy(root().join("motions/wave.keys.toml"), desk.path("it's a wave.keys.toml")).unwrap();
     assert_eq!(desk.follow("it's a wave.keys.toml"), 1);
-    assert_eq!(desk.follow("data/lima/it's a wave.motion.safetensors"), 3);
+    assert_eq!(desk.follow("data/lima/it's a wave.keys.motion.safetensors"), 3);
     for asset in ["lima.policy", "lima.prior"] {
         let file = root().join(format!("assets/{asset}.safetensors"));
         assert_eq!(desk.follow(file.to_str().unwrap()), 1, "{asset}");
@@ -168,5 +168,5 @@ fn every_key_of_a_plan_is_told_with_meaning_and_default() {
     let keys = desk.json(&["train", "tracker", "--keys"]);
     let keys = keys.as_array().unwrap();
     assert!(keys.len() > 60, "{}", keys.len());
-    assert!(keys.iter().all(|key| !key["about"].as_str().unwrap().is_empty()), "{keys:?}");
+    assert!(keys.iter().all(|key| !key["meaning"].as_str().unwrap().is_empty()), "{keys:?}");
 }

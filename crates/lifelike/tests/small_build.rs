@@ -3,6 +3,7 @@
 #![cfg(not(feature = "learning"))]
 #![allow(clippy::unwrap_used)]
 
+use std::path::Path;
 use std::process::{Command, Output};
 
 fn lifelike(arguments: &[&str]) -> Output {
@@ -27,9 +28,10 @@ fn what_learns_is_refused_with_how_to_get_it() {
 }
 
 #[test]
-fn robots_motion_and_physics_are_there() {
+fn robots_motion_physics_and_policies_are_there() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().to_str().unwrap();
+    let policy = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../assets/lima.policy.safetensors");
     for arguments in [
         &["robots"][..],
         &["plans"],
@@ -37,6 +39,9 @@ fn robots_motion_and_physics_are_there() {
         &["motion", "check", "builtin:walk"],
         &["motion", "trim", "builtin:wave", "--end", "2", "-o", out],
         &["bench", "engine", "--environments", "16", "--seconds", "0.01"],
+        &["demo", "-o", out],
+        &["eval", "--policy", policy.to_str().unwrap(), "--motions", "builtin:wave", "--starts", "1", "-o", out],
+        &["inspect", policy.to_str().unwrap()],
     ] {
         let output = lifelike(arguments);
         assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));

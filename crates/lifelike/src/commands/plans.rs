@@ -1,9 +1,10 @@
 //! `lifelike plans`: the training plans that come with the program.
 
+use lifelike_report::{Cell, Column, Table};
 use serde_json::json;
 
 use crate::error::CliError;
-use crate::output::{Output, table};
+use crate::output::Output;
 use crate::plans::{self, builtin};
 
 /// List the training plans that come with the program, or print one.
@@ -41,13 +42,15 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     output.result(&value, || {
         let row = |plan: plans::BuiltinPlan| {
             let data = if plan.stands_alone() { "none" } else { "yours" };
-            [plan.name, data, plan.command(), &plan.about()].map(str::to_string).to_vec()
+            [plan.name, data, plan.command(), &plan.about()].map(Cell::text).into()
         };
-        let rows: Vec<Vec<String>> = builtin().map(row).collect();
+        let columns = ["plan", "data", "for lifelike", "about"].map(Column::text);
+        let mut table = Table::new("Plans", columns.into());
+        table.rows = builtin().map(row).collect();
         format!(
-            "{}\nOf plans with data of yours, `lifelike plans NAME` says of which captures; all take other clips and \
-             robots:\n  lifelike train tracker --plan track robot=MY_ROBOT.xml 'clips=[\"CAPTURES\"]'\n",
-            table(&["plan", "needs data", "for lifelike", "about"], &rows)
+            "{}\n`lifelike plans NAME` prints a plan; where data of yours is needed, its first lines say which. Every plan \
+             takes other clips and robots:\n  lifelike train tracker --plan track robot=MY_ROBOT.xml 'clips=[\"data/mine\"]'\n",
+            table.to_text()
         )
     })
 }

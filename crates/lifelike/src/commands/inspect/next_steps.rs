@@ -43,11 +43,12 @@ pub fn of_motion(file: &Path, clip: &MotionClip) -> Vec<NextCommand> {
     [Some(check), demo, Some(table)].into_iter().flatten().collect()
 }
 
-/// Returns the step with a policy: an evaluation on our own clips.
+/// Returns the step with a policy: an evaluation on our own clips. The file of a robot that is no built-in one, and that
+/// of a prior, are known only to whoever asks.
 pub fn of_policy(file: &Path, robot: &str, prior: bool) -> Vec<NextCommand> {
-    let eval = NextCommand::new("eval").path("--policy", file);
-    let eval = if NAMES.contains(&robot) { eval } else { eval.word("--robot").word(format!("{robot}.xml")) };
-    let eval = if prior { eval.word("--prior").word("motion.prior.safetensors") } else { eval };
+    let known = NAMES.contains(&robot) || Path::new(robot).is_file();
+    let eval = NextCommand::new("eval").path("--policy", file).robot(if known { robot } else { "MY_ROBOT.xml" });
+    let eval = if prior { eval.word("--prior").word("PRIOR.prior.safetensors") } else { eval };
     vec![eval.word("--motions").word("builtin").word("-o").word("report")]
 }
 
