@@ -9,6 +9,9 @@ use crate::Policy;
 use lifelike_nn::device;
 use lifelike_nn::normalizer::RunningNormalizer;
 
+/// Hidden layers of a policy; and those of its encoder with the size of the code, where it has one.
+type Case<'a> = (&'a [usize], Option<(&'a [usize], usize)>);
+
 /// A policy as training would leave it, with networks of these sizes.
 fn trained(robot: &Robot, hidden: &[usize], encoder: Option<(&[usize], usize)>) -> Policy {
     let window = if encoder.is_some() { vec![-3, 0, 3] } else { Vec::new() };
@@ -46,7 +49,7 @@ fn rows(spec: &ObservationSpec, n: usize) -> Vec<f32> {
 #[test]
 fn a_frozen_policys_outputs_are_the_trained_ones_bit_for_bit() {
     let lima = Arc::new(Robot::load("lima").unwrap());
-    let cases: [(&[usize], Option<(&[usize], usize)>); 4] =
+    let cases: [Case<'_>; 4] =
         [(&[256, 256, 128], None), (&[512, 256, 128], None), (&[], None), (&[64, 32], Some((&[48], 8)))];
     for (hidden, encoder) in cases {
         let policy = trained(&lima, hidden, encoder);
