@@ -96,7 +96,7 @@ fn asset(name: &str) -> Option<PathBuf> {
 fn no_policy(robot: &Robot, file: &str) -> CliError {
     let train = NextCommand::new("train tracker").word("--plan").word("track").word(format!("robot={file}"));
     CliError::Input(format!(
-        "no pretrained policy for '{}' (assets/{}.policy.safetensors). Train one and name it:\n\
+        "no pretrained controller for '{}' (assets/{}.controller.safetensors). Train one and name it:\n\
          \x20 {}\n\
          \x20 {}",
         robot.name,

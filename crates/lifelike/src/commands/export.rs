@@ -8,9 +8,8 @@ use lifelike_robot::Robot;
 use lifelike_robot::controller::{Controller, ControllerFile, EXTENSION, POLICY_EXTENSION};
 use serde_json::json;
 
-use crate::commands::inspect::next_steps;
 use crate::error::CliError;
-use crate::next;
+use crate::next::{self, NextCommand};
 use crate::output::Output;
 
 /// Write a trained policy as one controller file, for deployment.
@@ -54,7 +53,8 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     controller.save(&path)?;
     // What was written is what a robot will read: names, digest and golden vectors are tried once.
     let written = ControllerFile::load(&path, None)?;
-    let steps = next_steps::of_policy(&path, &name, false);
+    let eval = NextCommand::new("eval").path("--policy", &path).robot(&name);
+    let steps = [eval.word("--motions").word("builtin").word("-o").word("report")];
     let digest = written.robot().map(|robot| robot.digest.clone());
     let value = json!({
         "controller": path, "policy": policy, "robot": name, "robot_sha256": digest, "header": written.header(),

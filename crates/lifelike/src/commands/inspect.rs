@@ -5,7 +5,7 @@ mod clip;
 mod controller;
 #[cfg(feature = "learning")]
 mod networks;
-pub(crate) mod next_steps;
+mod next_steps;
 mod robot;
 mod run;
 
@@ -25,7 +25,7 @@ Examples:
   lifelike inspect walk.bvh                         # captured motion, in any format that is read
   lifelike inspect walk.motion.safetensors          # motion of a robot
   lifelike inspect runs/tracker                     # a run: plan, progress, checkpoints
-  lifelike inspect --json assets/lima.policy.safetensors    # what a policy sees, and in which order")]
+  lifelike inspect --json assets/lima.controller.safetensors    # what a policy sees, and in which order")]
 pub struct Args {
     /// A file, the folder of a run, or the name of a robot that comes with the program.
     pub what: PathBuf,
