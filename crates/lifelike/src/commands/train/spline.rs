@@ -1,5 +1,7 @@
 //! `lifelike train spline`: a robot's motion as a few control points, for `lifelike motion edit`.
 
+use std::path::PathBuf;
+
 use lifelike_report::run::RunFolder;
 use lifelike_representation::motion_spline::{ClipErrors, MotionSpline, MotionSplinePlan, SplinedClip, SplitClips};
 use lifelike_representation::spline_transformer::SequenceTrainer;
@@ -45,10 +47,12 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     plan.check()?;
     let robot = Robot::load(&plan.robot)?;
     let training = clips::load(&plan.clips, &robot)?;
+    // Nothing has to be held out.
+    let held_out = |inputs: &[PathBuf]| if inputs.is_empty() { Ok(Vec::new()) } else { clips::load(inputs, &robot) };
     let clips = SplitClips {
         training: if plan.mirror { clips::with_mirror_images(training, &robot)? } else { training },
-        validation: clips::load(&plan.validation, &robot)?,
-        test: clips::load(&plan.test, &robot)?,
+        validation: held_out(&plan.validation)?,
+        test: held_out(&plan.test)?,
     };
     apart(&clips)?;
     let (data, space) = MotionSpline::data(&plan, &clips)?;
