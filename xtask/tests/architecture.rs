@@ -168,25 +168,6 @@ fn every_dependency_is_used() {
     }
 }
 
-/// Package, and whether its default features count, of which the training framework is no part.
-const WITHOUT_FRAMEWORK: [(&str, bool); 2] = [("lifelike-robot", true), ("lifelike", false)];
-
-#[test]
-fn what_only_runs_policies_is_built_without_the_training_framework() {
-    for (package, defaults) in WITHOUT_FRAMEWORK {
-        let mut cargo = std::process::Command::new(env!("CARGO"));
-        cargo.args(["tree", "--locked", "--edges", "normal", "--prefix", "none", "--package", package]);
-        if !defaults {
-            cargo.arg("--no-default-features");
-        }
-        let tree = cargo.current_dir(root()).output().unwrap();
-        assert!(tree.status.success(), "{}", String::from_utf8_lossy(&tree.stderr));
-        let names = String::from_utf8(tree.stdout).unwrap();
-        let framework: Vec<&str> = names.lines().filter(|line| line.starts_with("burn")).collect();
-        assert!(names.starts_with(package) && framework.is_empty(), "{package} needs {framework:?}");
-    }
-}
-
 /// Crates that run what was trained: a robot's computer compiles them, and none of them may pull in what trains.
 const WITHOUT_TRAINING: [&str; 5] =
     ["lifelike-dense", "lifelike-robot", "lifelike-sim", "lifelike-report", "lifelike-evaluation"];
