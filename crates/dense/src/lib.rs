@@ -10,3 +10,8 @@ mod product;
 pub use elu::elu;
 pub use layer_norm::layer_norm;
 pub use product::{product, product_by_row};
+
+/// The README's example is a test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -6,16 +6,14 @@
 //!
 //! - Fifteen segments by their roles ([`SEGMENTS`]), at [`FPS`].
 //! - Each segment's rotation relative to its parent's, since the T-pose that all readers bring a skeleton to, as a
-//! ROTATION VECTOR
-//!   (axis × angle, rad) in the parent's frame: three numbers.
+//!   ROTATION VECTOR (axis × angle, rad) in the parent's frame: three numbers.
 //! - The pelvis relative to the world without its heading (the turn about the vertical): the shortest rotation that
-//! tilts the vertical to
-//!   where the pelvis' points, which has a level axis: two numbers. (Who passes upside down sideways turns fast there.)
+//!   tilts the vertical to where the pelvis' points, which has a level axis: two numbers. (Who passes upside down
+//!   sideways turns fast there.)
 //! - Unwrapped along the clip: of the vectors of one rotation (whole turns apart) the one that is nearest to the frame
-//! before. A segment
-//!   that turns past half a turn goes on instead of jumping to the other side. What still jumps are captures that flip
-//! (some of CMU's feet
-//!   and forearms) and segments that come near a whole turn and leave it about another axis.
+//!   before. A segment that turns past half a turn goes on instead of jumping to the other side. What still jumps are
+//!   captures that flip (some of CMU's feet and forearms) and segments that come near a whole turn and leave it about
+//!   another axis.
 //!
 //! The mean squared error is that of all numbers of a row, as they are. The geodesic error is the angle of the
 //! rotation between two poses of a segment, mean over segments and frames.

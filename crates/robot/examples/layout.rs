@@ -1,0 +1,17 @@
+//! What a controller sees, in which order and from which sensor:
+//! `cargo run --release -p lifelike-robot --example layout -- assets/lima.controller.safetensors`.
+
+use std::path::Path;
+
+use lifelike_robot::ControllerFile;
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let path = std::env::args().nth(1).ok_or("usage: CONTROLLER")?;
+    let file = ControllerFile::load(Path::new(&path), None)?;
+    let header = file.header();
+    println!("'{}' at {} Hz, {} joints", header.robot, header.control_hz, header.observation.joints.len());
+    for part in header.observation.parts() {
+        println!("{:>4}..{:<4} {:24} {:?}", part.range.start, part.range.end, part.name, part.source);
+    }
+    Ok(())
+}
