@@ -104,7 +104,11 @@ fn a_robot_that_nothing_holds_up_is_refused_before_it_trains() {
 
     let out = root.path().join("run");
     let plan = root.path().join("plan.toml");
-    std::fs::write(&plan, format!("robot = \"{duck}\"\n[budget]\nsteps = 128\n[ppo]\nenvironments = 4\n")).unwrap();
+    std::fs::write(
+        &plan,
+        format!("robot = \"{duck}\"\nclips = [\"builtin\"]\n[budget]\nsteps = 128\n[ppo]\nenvironments = 4\n"),
+    )
+    .unwrap();
     let train = ["train", "tracker", "--plan", plan.to_str().unwrap(), "-o", out.to_str().unwrap()];
     let check = ["motion", "check", "motions/nod.keys.toml", "--robot", &duck];
     let commands: &[&[&str]] = if cfg!(feature = "learning") { &[&train, &check] } else { &[&check] };

@@ -112,7 +112,7 @@ mod tests {
         put(at, "train/1.png", 2, 1);
         assert!(error().contains("no folder") && error().ends_with("test"), "{}", error());
         std::fs::create_dir(at.join("test")).unwrap();
-        assert!(error().contains("nothing of use"), "{}", error());
+        assert!(error().contains("nothing of the kind"), "{}", error());
         put(at, "test/7.png", 3, 1);
         assert!(error().contains("7.png: expected 2 x 2 pixels, the size of") && error().ends_with("got 3 x 3 pixels"));
         std::fs::write(at.join("test/7.png"), "hello").unwrap();
