@@ -61,7 +61,10 @@ fn find(inputs: &[PathBuf], sought: &str, accepts: &impl Fn(&Path) -> bool) -> R
 }
 
 /// Replaces `@file` by the lines of the file that are neither empty nor comments.
-fn with_lists(inputs: &[PathBuf]) -> Result<Vec<PathBuf>, MotionError> {
+///
+/// # Errors
+/// [`MotionError::Io`] for a list that cannot be read.
+pub fn with_lists(inputs: &[PathBuf]) -> Result<Vec<PathBuf>, MotionError> {
     let mut all = Vec::with_capacity(inputs.len());
     for input in inputs {
         let Some(file) = input.to_str().and_then(|text| text.strip_prefix('@')).filter(|_| !input.exists()) else {

@@ -123,7 +123,13 @@ impl ObservationSpec {
             ("key bodies", &own.key_bodies, &self.key_bodies),
         ] {
             if expected != got {
-                return mismatch(what, expected.join(", "), got.join(", "));
+                // The first difference, not two walls of names.
+                let at = (0..expected.len()).find(|&i| expected.get(i) != got.get(i)).unwrap_or(expected.len());
+                let say = |names: &[String]| match names.get(at) {
+                    Some(name) => format!("'{name}' as number {} of {}", at + 1, names.len()),
+                    None => format!("no more than {}", names.len()),
+                };
+                return mismatch(what, say(expected), say(got));
             }
         }
         if own.root_height != self.root_height {
