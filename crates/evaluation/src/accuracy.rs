@@ -1,4 +1,4 @@
-//! How far joints, end effectors and bodies are from the reference.
+//! Distances of joints, end effectors and bodies from the reference.
 
 use lifelike_character::Vec3;
 use lifelike_character::rotation::heading;
@@ -17,8 +17,8 @@ pub fn joint_errors(rollout: &Rollout) -> Vec<f64> {
     (0..rollout.names.joints.len()).map(|joint| of(joint).to_degrees()).collect()
 }
 
-/// Share of frames and feet in which a foot bears on the ground when it should and does not when it should not: whether
-/// the steps of the reference are taken. NaN where no frame counts or there are no feet.
+/// Returns the share of frames and feet in which a foot stands where the reference's does and does not where it does
+/// not: the steps of the reference are taken. NaN where no frame counts or there are no feet.
 pub fn contact_agreement(rollout: &Rollout) -> f64 {
     let feet = rollout.names.feet.len();
     mean(rollout.counted().flat_map(|frame| frame * feet..(frame + 1) * feet).map(|i| {
@@ -27,7 +27,7 @@ pub fn contact_agreement(rollout: &Rollout) -> f64 {
     }))
 }
 
-/// A foot bears when it carries more than this share of the weight.
+/// A foot stands when it carries more than this share of the weight.
 const BEARS: f32 = 0.02;
 
 /// Mean distance of the end effectors over frames and effectors (m), each relative to its own root in its own heading

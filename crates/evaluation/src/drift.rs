@@ -1,4 +1,4 @@
-//! Where the root is and where it faces, against the reference.
+//! Position and heading of the root against the reference.
 
 use lifelike_character::rotation::heading_angle;
 

@@ -1,4 +1,4 @@
-//! Where and why an episode failed.
+//! Place and cause of an episode's failure.
 
 use super::accuracy::posture_errors;
 use super::rollout::{Cause, Outcome, Rollout};
@@ -9,11 +9,11 @@ pub const LEFT: f64 = 0.15;
 pub const SATURATED: f64 = 0.95;
 /// A joint is named when it was at its limit for at least this share of the look back.
 pub const NAMED: f64 = 0.3;
-/// How far before the fall torques and ground contact are looked at (s).
+/// Time before the fall in which torques and ground contact are looked at (s).
 pub const LOOK_BACK: f64 = 0.5;
 /// Shorter stretches without ground are part of walking quickly (s).
 pub const WORTH_TELLING: f64 = 0.1;
-/// A foot bears nothing below this share of the weight.
+/// A foot that carries less than this share of the weight is unloaded.
 pub const BEARING: f32 = 0.02;
 
 /// The first body to leave the reference's posture.
@@ -23,7 +23,7 @@ pub struct FirstBody {
     pub body: String,
     /// When, in the episode (s).
     pub second: f64,
-    /// How far it was off then (m).
+    /// Its distance from the reference then (m).
     pub metres: f64,
 }
 
@@ -45,7 +45,7 @@ pub struct Failure {
     pub second: f64,
     /// When in the clip (s).
     pub clip_second: f64,
-    /// How the fall is known.
+    /// Sign by which the fall is known.
     pub cause: Cause,
     /// The first body that left the posture for good, if one left before the fall.
     pub first_body: Option<FirstBody>,
@@ -71,7 +71,7 @@ impl Failure {
         })
     }
 
-    /// What came before the fall, in words.
+    /// Returns the events before the fall, in words.
     pub fn why(&self) -> String {
         let mut parts = Vec::new();
         if let Some(first) = &self.first_body {

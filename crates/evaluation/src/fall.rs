@@ -1,4 +1,4 @@
-//! What counts as a fall.
+//! Definition of a fall.
 //!
 //! Not following well is not falling: the limits are far beyond the deviations at which training gives up (a height off
 //! by 12 cm, a tilt off by 0.7 rad), so that a policy is not called fallen for lagging, crouching or drifting. Both are
@@ -13,7 +13,7 @@ pub const HEIGHT_SHARE: f64 = 0.6;
 /// A root whose up direction is off by more than this has fallen (rad; 57.3 deg).
 pub const TILT: f64 = 1.0;
 
-/// Whether a frame shows a fall.
+/// Returns the cause where a frame shows a fall.
 pub fn fallen(reference: &Snapshot, simulated: &Snapshot) -> Option<Cause> {
     let up = |s: &Snapshot| s.root_orientation.inverse() * Vec3::z();
     let tilt = up(reference).angle(&up(simulated));

@@ -12,7 +12,7 @@
 //! | file | measure |
 //! | --- | --- |
 //! | `accuracy` | joint error (deg), end-effector error (m), body error (m) |
-//! | `drift` | place and heading of the root against the reference (m, deg) |
+//! | `drift` | position and heading of the root against the reference (m, deg) |
 //! | `smoothness` | jerk (rad/s³) |
 //! | `fall` | definition of a fall |
 //! | `explain` | a failure in plain words, and the change of the clip that would help |

@@ -128,7 +128,7 @@ impl<'a> Recorder<'a> {
     }
 }
 
-/// What is no rotation (a diverged environment) is taken as upright; its position tells that it diverged.
+/// A quaternion that is no rotation (a diverged environment) is taken as upright; its position tells that it diverged.
 fn quaternion(wxyz: &[f32]) -> Quat {
     from_wxyz([wxyz[0].into(), wxyz[1].into(), wxyz[2].into(), wxyz[3].into()]).unwrap_or_else(Quat::identity)
 }

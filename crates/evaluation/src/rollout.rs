@@ -1,4 +1,4 @@
-//! What was asked and what happened.
+//! The motion asked for and the motion that came of it.
 
 use std::sync::Arc;
 
@@ -34,7 +34,7 @@ pub struct Snapshot {
     pub bodies: Vec<(Vec3, Quat)>,
 }
 
-/// How a fall is known.
+/// Sign by which a fall is known.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Cause {
@@ -42,7 +42,7 @@ pub enum Cause {
     Height,
     /// The root's up direction, seen from the root, is off by more than [`TILT`](super::fall::TILT).
     Tilt,
-    /// The simulation left the realm of numbers.
+    /// The simulation's state became non-finite.
     Diverged,
 }
 
@@ -57,7 +57,7 @@ impl Cause {
     }
 }
 
-/// How an episode ended.
+/// End of an episode.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Outcome {
     /// On its feet, at the end of its time or of its clip.
@@ -66,7 +66,7 @@ pub enum Outcome {
     Fell {
         /// First frame in which it has fallen.
         frame: usize,
-        /// How that is known.
+        /// Sign by which that is known.
         cause: Cause,
     },
 }
@@ -82,25 +82,25 @@ pub enum Outcome {
 pub struct Rollout {
     /// The clip.
     pub clip: String,
-    /// Where in the clip it started (s).
+    /// Start within the clip (s).
     pub start: f64,
     /// Frames per second.
     pub fps: f64,
     /// Names of the columns.
     pub names: Arc<Names>,
-    /// What was asked, laid where the episode began.
+    /// Motion asked for, laid to where the episode began.
     pub reference: Vec<Snapshot>,
-    /// What happened.
+    /// Motion that came of it.
     pub simulated: Vec<Snapshot>,
     /// Actuator torque as a share of the largest, unsigned.
     pub torque_share: Vec<f32>,
     /// Normal ground force of each foot as a share of the weight.
     pub foot_force: Vec<f32>,
-    /// Whether the reference's sole is on the ground, `[frame, foot]`.
+    /// True where the reference's sole is on the ground, `[frame, foot]`.
     pub planned_contact: Vec<bool>,
     /// Frames that the episode would have had without a fall.
     pub planned: usize,
-    /// How it ended.
+    /// Its end.
     pub outcome: Outcome,
 }
 

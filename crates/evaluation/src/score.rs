@@ -11,7 +11,7 @@ use super::smoothness::jerk;
 pub struct EpisodeScore {
     /// The clip.
     pub clip: String,
-    /// Where in the clip it started (s).
+    /// Start within the clip (s).
     pub start: f64,
     /// Seconds that it would have lasted without a fall.
     pub planned_seconds: f64,
@@ -27,7 +27,7 @@ pub struct EpisodeScore {
     pub joint_error_deg: f64,
     /// Mean absolute error of each joint (deg), in the order of [`Evaluation::joints`].
     pub joint_errors_deg: Vec<f64>,
-    /// Share of frames and feet that bear on the ground as the reference does.
+    /// Share of frames and feet whose ground contact is the reference's.
     pub contact_agreement: f64,
     /// Mean end-effector error (m).
     pub effector_error_m: f64,
@@ -102,7 +102,7 @@ pub struct ClipScore {
     pub worst_joint: Option<usize>,
     /// Its error (deg).
     pub worst_joint_error_deg: f64,
-    /// Share of frames and feet that bear on the ground as the reference does.
+    /// Share of frames and feet whose ground contact is the reference's.
     pub contact_agreement: f64,
     /// Mean end-effector error (m).
     pub effector_error_m: f64,

@@ -1,4 +1,4 @@
-//! How smooth a motion is.
+//! Smoothness of a motion.
 
 use super::rollout::Snapshot;
 

@@ -1,4 +1,4 @@
-//! What an evaluation promises, on the two-jointed robot whose joints follow their targets.
+//! Promises of an evaluation, on the two-jointed robot whose joints follow their targets.
 
 #![allow(clippy::unwrap_used)]
 

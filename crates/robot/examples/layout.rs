@@ -1,4 +1,4 @@
-//! What a controller sees, in which order and from which sensor:
+//! Inputs of a controller, in their order and with the sensor of each:
 //! `cargo run --release -p lifelike-robot --example layout -- assets/lima.controller.safetensors`.
 
 use std::path::Path;

@@ -1,10 +1,10 @@
-//! What a policy's output means: joint targets.
+//! Outputs of a policy as joint targets.
 
 use nalgebra::RealField;
 
 use crate::robot::Robot;
 
-/// How the network's output `y` (one number per joint) becomes a joint target (rad).
+/// Map from the network's output `y` (one number per joint) to joint targets (rad).
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(deny_unknown_fields, tag = "base", rename_all = "snake_case")]
 pub enum ActionSpec {
@@ -26,8 +26,8 @@ impl ActionSpec {
     /// Outputs are clamped to ± this before anything else is done with them.
     pub const OUTPUT_LIMIT: f64 = 4.0;
 
-    /// How far beyond a joint's range a hinge's target may lie (rad). A PD controller holds a load only with its target
-    /// off the angle that it holds, at a joint's limit too.
+    /// Largest distance of a hinge's target beyond the joint's range (rad). A PD controller holds a load only with its
+    /// target off the angle that it holds, at a joint's limit too.
     pub const TARGET_MARGIN: f64 = 0.5;
 
     /// The output that counts: `y`, clamped to ±[`Self::OUTPUT_LIMIT`]. NaN stays NaN, for the caller to quarantine.
@@ -47,7 +47,7 @@ impl ActionSpec {
         clamp(target, low, high)
     }
 
-    /// Whether [`Self::target`] looks at the reference.
+    /// Returns true where [`Self::target`] reads the reference.
     pub fn needs_reference(&self) -> bool {
         matches!(self, Self::Reference { .. })
     }
@@ -67,7 +67,7 @@ fn clamp<T: RealField + Copy>(x: T, low: T, high: T) -> T {
 /// An [`ActionSpec`] for all joints of one robot.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ActionMap {
-    /// What the outputs mean.
+    /// Meaning of the outputs.
     pub spec: ActionSpec,
     /// Default angle of each joint (rad).
     pub default_pose: Vec<f32>,

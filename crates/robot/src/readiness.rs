@@ -45,7 +45,7 @@ pub struct Problem {
     pub severity: Severity,
     /// Description, with names and numbers.
     pub problem: String,
-    /// Remedy.
+    /// Proposed fix.
     pub remedy: String,
 }
 

@@ -53,7 +53,7 @@ pub enum SimError {
     EngineUnavailable {
         /// The name.
         name: &'static str,
-        /// How to get it.
+        /// Way to get it.
         hint: &'static str,
     },
 }

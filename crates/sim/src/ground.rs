@@ -32,7 +32,8 @@ impl Ground {
         self.terrain.as_ref().and_then(|terrain| terrain.height(x, y)).unwrap_or(0.0)
     }
 
-    /// How much higher than on level ground a robot must begin for its soles to be above the ground (m).
+    /// Returns the height, beyond that on level ground, at which a robot must begin for its soles to be above the
+    /// ground (m).
     pub fn lift(&self, [x, y]: [f64; 2]) -> f64 {
         self.terrain.as_ref().map_or(0.0, |terrain| terrain.highest(x, y, self.reach))
     }

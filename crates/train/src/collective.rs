@@ -24,7 +24,7 @@ pub trait Collective: Send + Sync {
     /// Ends all processes: one that cannot go on would leave the others waiting for it for ever.
     fn abort(&self) {}
 
-    /// What each process says, in their order.
+    /// Returns each process's number, in their order.
     fn gather(&self, here: f64) -> Vec<f64> {
         let mut all = vec![0.0; self.size()];
         all[self.rank()] = here;
@@ -32,7 +32,7 @@ pub trait Collective: Send + Sync {
         all
     }
 
-    /// Whether any process says so.
+    /// Returns true where any process says so.
     fn any(&self, here: bool) -> bool {
         let mut votes = [f64::from(u8::from(here))];
         self.sum_wide(&mut votes);

@@ -1,7 +1,7 @@
 //! The derivatives of PPO's two losses by what the networks say, written out (a test holds them against automatic
 //! differentiation). What lies behind the networks' outputs is [`lifelike_nn::backprop`]'s.
 
-/// What the clipped surrogate of a minibatch is, and where it leads.
+/// Clipped surrogate of a minibatch, with its gradient.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Surrogate {
     /// mean of min(r A, clip(r, 1 ± ε) A): what is to be maximised.

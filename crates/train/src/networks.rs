@@ -38,7 +38,7 @@ pub struct Actor {
     log_std: Param<Tensor<1>>,
 }
 
-/// What the backward pass needs of a forward pass.
+/// Values of a forward pass that the backward pass needs.
 #[derive(Debug, Clone)]
 pub struct ActorPass {
     mean: Pass,
@@ -134,7 +134,7 @@ impl Actor {
         Ok(codes)
     }
 
-    /// Where it is.
+    /// Returns the device that it is on.
     pub fn device(&self) -> Device {
         self.mean.device()
     }

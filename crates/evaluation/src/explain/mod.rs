@@ -20,7 +20,7 @@ use crate::EvaluationError;
 pub use modification::ClipModification;
 pub use table::table;
 
-/// What of a clip is looked at around a fall (s): a fall is often begun a step or two before it is one.
+/// Stretch of a clip that is looked at around a fall (s): a fall is often begun a step or two before it is one.
 const MARGIN: f64 = 1.0;
 /// Findings that are told, the longest first.
 const TOLD: usize = 3;
@@ -45,11 +45,11 @@ pub struct Explanation {
     pub episodes: usize,
     /// The fall that is explained: the first.
     pub failure: Failure,
-    /// What is wrong with the clip itself within a second of that fall.
+    /// Findings in the clip itself within a second of that fall.
     pub findings: Vec<Finding>,
     /// Nothing in the whole clip rules it out.
     pub trackable: bool,
-    /// What was tried, the mildest first; the last one helped where [`Self::modification`] says so.
+    /// Modifications tried, the mildest first; the last one helped where [`Self::modification`] says so.
     pub tried: Vec<Tried>,
     /// The mildest change with which no episode falls.
     pub modification: Option<ClipModification>,

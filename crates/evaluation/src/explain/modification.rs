@@ -17,7 +17,7 @@ pub enum ClipModification {
 }
 
 impl ClipModification {
-    /// What is tried: the mildest first, as a factor.
+    /// Modifications that are tried, as factors, the mildest first.
     pub const ALL: [Self; 11] = [
         Self::Slower(1.1),
         Self::Smaller(0.9),
@@ -32,7 +32,7 @@ impl ClipModification {
         Self::Slower(2.0),
     ];
 
-    /// How many times as long a clip then lasts.
+    /// Returns the factor on the clip's length.
     pub fn stretch(self) -> f64 {
         if let Self::Slower(factor) = self { factor } else { 1.0 }
     }

@@ -1,4 +1,4 @@
-//! What explanations promise, on the robot whose joints follow their targets.
+//! Promises of explanations, on the robot whose joints follow their targets.
 
 #![allow(clippy::unwrap_used)]
 

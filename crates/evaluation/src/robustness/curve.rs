@@ -1,4 +1,4 @@
-//! What a sweep found.
+//! Results of a sweep.
 
 use super::disturbance::Disturbance;
 use crate::tables::playback;
@@ -17,13 +17,13 @@ pub struct Point {
 /// Survival and error against one disturbance.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct RobustnessCurve {
-    /// What was done.
+    /// The disturbance.
     pub disturbance: Disturbance,
     /// Its name.
     pub name: &'static str,
     /// Unit of its sizes.
     pub unit: &'static str,
-    /// What is done, in a sentence.
+    /// Description of the disturbance, a sentence.
     pub what: &'static str,
     /// From the mildest to the hardest.
     pub points: Vec<Point>,

@@ -1,4 +1,4 @@
-//! What is done to a robot, and how much of it.
+//! Kinds of disturbances and their sizes.
 
 use lifelike_character::Role;
 use lifelike_robot::Robot;
@@ -84,7 +84,7 @@ impl Disturbance {
         }
     }
 
-    /// What its size is.
+    /// Returns the unit of its size.
     pub fn unit(self) -> &'static str {
         match self {
             Self::Push(_) => "body weights",
@@ -97,7 +97,7 @@ impl Disturbance {
         }
     }
 
-    /// What is done, in a sentence.
+    /// Returns a description of the disturbance, a sentence.
     pub fn words(self) -> &'static str {
         match self {
             Self::Push(_) => {
@@ -127,7 +127,7 @@ impl Disturbance {
         if few { some.to_vec() } else { all.to_vec() }
     }
 
-    /// Whether every size is harder than the one before it: the curve may stop where nothing survives.
+    /// Returns true where every size is harder than the one before it: the curve may stop where nothing survives.
     pub fn grows(self) -> bool {
         self != Self::Mass
     }

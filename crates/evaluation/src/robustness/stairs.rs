@@ -9,7 +9,7 @@ use lifelike_robot::Robot;
 use crate::EvaluationOptions;
 use crate::schedule::start_frames;
 
-/// How long the body takes to rise by a step (s): about the time of one swing.
+/// Time that the body takes to rise by a step (s): about the time of one swing.
 const RISE: f64 = 0.3;
 /// Footfalls closer to each other than this are one (s).
 const APART: f64 = 0.2;

@@ -1,4 +1,4 @@
-//! What disturbances promise.
+//! Promises of disturbances.
 
 #![allow(clippy::unwrap_used)]
 

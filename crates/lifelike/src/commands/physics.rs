@@ -34,10 +34,10 @@ impl Physics {
         Ok(())
     }
 
-    /// So many environments of a robot, on a terrain or on level ground.
+    /// Makes so many environments of a robot, on a terrain or on level ground.
     ///
     /// # Errors
-    /// What the engine cannot simulate.
+    /// [`CliError`] where the engine cannot simulate the robot.
     pub fn simulate(
         &self,
         terrain: Option<Arc<Terrain>>,

@@ -83,7 +83,7 @@ pub fn load_for(path: &Path, robot: &Robot) -> Result<MotionPrior, CliError> {
     Ok(prior)
 }
 
-/// Whether a prior is of this robot's joints and end effectors.
+/// Refuses a prior of other joints or end effectors than the robot's.
 fn check(prior: &MotionPrior, path: &Path, robot: &Robot) -> Result<(), CliError> {
     if *prior.layout() != robot.layout {
         let names = |layout: &FeatureLayout| format!("{:?} and {:?}", layout.joints, layout.end_effectors);

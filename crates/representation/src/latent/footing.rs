@@ -5,13 +5,13 @@ use lifelike_motion::MotionClip;
 
 use crate::RepresentationError;
 
-/// A foot higher than this does not bear (m): decoded heights are some centimetres off, and swings reach higher.
+/// A foot higher than this does not stand (m): decoded heights are some centimetres off, and swings reach higher.
 const BEARING: f64 = 0.03;
 
 /// Foot contact errors of a motion on level ground at height 0.
 #[derive(Debug, Clone, Copy, Default, PartialEq, serde::Serialize)]
 pub struct Footing {
-    /// Horizontal speed (m/s) of the lowest corner of the soles, mean over the frames in which one bears.
+    /// Horizontal speed (m/s) of the lowest corner of the soles, mean over the frames in which one stands.
     pub skate: f64,
     /// Share of frames in which one is below 3 cm.
     pub bearing: f64,
@@ -19,7 +19,7 @@ pub struct Footing {
     pub deepest: f64,
 }
 
-/// Measures it. No labels are needed, so made motion and captured motion are measured alike: whatever is lowest bears.
+/// Measures it. No labels are needed, so made motion and captured motion are measured alike: whatever is lowest stands.
 ///
 /// # Errors
 /// A clip whose joints are not the character's.

@@ -48,7 +48,7 @@ pub struct ObservationInputs<'a> {
     pub action_before: &'a [f32],
     /// The motion to follow.
     pub reference: &'a dyn ReferenceStream,
-    /// Where the reference's world lies in the robot's.
+    /// Pose of the reference's world in the robot's.
     pub alignment: Alignment,
     /// Latent code z_t, `[latent]`; empty without.
     pub latent: &'a [f32],

@@ -1,4 +1,4 @@
-//! What a policy sees: the one observation builder of the whole project.
+//! Inputs of a policy: the one observation builder of the whole project.
 //!
 //! [`ObservationSpec`] is the layout, [`ObservationInputs`] what one observation is made of; each part of it is declared
 //! once, in `part`.

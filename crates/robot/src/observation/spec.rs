@@ -31,8 +31,8 @@ pub struct AnchorSpec {
     /// Sine and cosine of the reference's heading against the robot's, within ±[`ObservationSpec::ANCHOR_TURN`].
     #[serde(default)]
     pub heading: bool,
-    /// Where the reference's root is, on the ground, in the robot's heading frame (2 numbers, m; brought nearer where it
-    /// is further than [`ObservationSpec::ANCHOR_REACH`]).
+    /// Position of the reference's root on the ground, in the robot's heading frame (2 numbers, m; brought nearer where
+    /// it is further than [`ObservationSpec::ANCHOR_REACH`]).
     #[serde(default)]
     pub position: bool,
 }

@@ -6,10 +6,10 @@ use lifelike_train::collective::{Alone, Collective};
 
 use crate::error::CliError;
 
-/// What Open MPI, MPICH and Slurm tell a process of how many it is one.
+/// Environment variables in which Open MPI, MPICH and Slurm tell a process their number.
 const SIZES: [&str; 3] = ["OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "SLURM_STEP_NUM_TASKS"];
 
-/// How many processes this is one of, before any of them has met another.
+/// Returns the number of processes that learn together, before any of them has met another.
 pub fn count() -> usize {
     let number = |name: &str| std::env::var(name).ok()?.parse::<usize>().ok();
     SIZES.iter().find_map(|name| number(name)).unwrap_or(1).max(1)

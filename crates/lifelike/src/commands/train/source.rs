@@ -1,4 +1,4 @@
-//! What all trainings are told alike: by which plan, in which folder, begun or gone on with.
+//! Arguments that all trainings share: the plan, the folder, begun or gone on with.
 
 use std::path::{Path, PathBuf};
 
