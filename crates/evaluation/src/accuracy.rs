@@ -22,13 +22,13 @@ pub fn joint_errors(rollout: &Rollout) -> Vec<f64> {
 pub fn contact_agreement(rollout: &Rollout) -> f64 {
     let feet = rollout.names.feet.len();
     mean(rollout.counted().flat_map(|frame| frame * feet..(frame + 1) * feet).map(|i| {
-        let bears = rollout.foot_force[i] > BEARS;
-        if bears == rollout.planned_contact[i] { 1.0 } else { 0.0 }
+        let in_contact = rollout.foot_force[i] > CONTACT_SHARE;
+        if in_contact == rollout.planned_contact[i] { 1.0 } else { 0.0 }
     }))
 }
 
 /// A foot stands when it carries more than this share of the weight.
-const BEARS: f32 = 0.02;
+const CONTACT_SHARE: f32 = 0.02;
 
 /// Mean distance of the end effectors over frames and effectors (m), each relative to its own root in its own heading
 /// frame: the second number of thesis Table 4.3. (The thesis does not say whether it averages distances or coordinates;

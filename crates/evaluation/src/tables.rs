@@ -29,8 +29,8 @@ impl Evaluation {
         table.caption = format!(
             "Episodes of at most {} s from states of the reference, no noise. survival: no fall (root below 60% of the \
              reference's height, or tilted more than 1 rad off). success: no fall, and the mean body error never above \
-             0.5 m. joints: mean absolute error; worst joint: the one with the largest. contacts: frames and feet that bear \
-             on the ground as in the reference. effectors: mean distance of hands and feet, relative to root and \
+             0.5 m. joints: mean absolute error; worst joint: the one with the largest. contacts: frames in which the feet are \
+             in contact as in the reference. effectors: mean distance of hands and feet, relative to root and \
              heading. drift and heading: mean distance on the ground and mean heading error. jerk: mean over joints, of \
              physics and of the reference. Errors are means over the frames before a fall.",
             self.episode_seconds

@@ -94,7 +94,8 @@ pub fn load(inputs: &[PathBuf], robot: &Robot) -> Result<LoadedClips, RobotError
 /// [`RobotError::Motion`] for an input that is not there or holds no motion; [`RobotError::Clips`] with the reasons
 /// when no file is of use, as when a single file was named and is none.
 pub fn load_files(inputs: &[PathBuf], robot: &Robot) -> Result<LoadedClips, RobotError> {
-    let (words, paths): (Vec<PathBuf>, Vec<PathBuf>) = dataset::with_lists(inputs)?.into_iter().partition(|input| is_builtin(input));
+    let (words, paths): (Vec<PathBuf>, Vec<PathBuf>) =
+        dataset::with_lists(inputs)?.into_iter().partition(|input| is_builtin(input));
     let own = builtin_by(&words, robot)?;
     let files = if paths.is_empty() { Vec::new() } else { dataset::find_motion(&paths, |_| true)? };
     let options = speed_limited(robot);

@@ -70,8 +70,8 @@ const MUJOCO: Declared = Ok(|spec, robot| {
 });
 
 #[cfg(not(feature = "mujoco"))]
-const MUJOCO: Declared =
-    Err("fetch MuJoCo once with `cargo xtask mujoco` and build with `--features mujoco`, or use 'lifelike'");
+const MUJOCO: Declared = Err("leave the engine away for our own physics, or fetch MuJoCo once and build with it: \
+         cargo xtask mujoco; cargo run --release --features mujoco --bin lifelike -- ...");
 
 impl EngineKind {
     /// Returns an error that says how to get this engine if this build lacks it.

@@ -4,6 +4,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use lifelike_evaluation::{EvaluationSetup, SimulationFactory};
+use lifelike_robot::load::NAMES;
 use lifelike_robot::{Controller, ControllerFile, LatentEncoder, Robot};
 
 use crate::commands::export::Source;
@@ -26,7 +27,16 @@ impl Loaded {
         let source = Source::of(path)?;
         let name = match robot.map(str::to_owned).or(source.robot) {
             Some(name) => name,
-            None => ControllerFile::read(&source.policy)?.header().robot.clone(),
+            None => {
+                let name = ControllerFile::read(&source.policy)?.header().robot.clone();
+                if !NAMES.contains(&name.as_str()) {
+                    return Err(CliError::Usage(format!(
+                        "{}: made for '{name}', which does not come with the program; name its MJCF or URDF file with --robot",
+                        source.policy.display()
+                    )));
+                }
+                name
+            }
         };
         Self::new(&source.policy, Arc::new(Robot::load(&name)?), prior.or(source.prior.as_deref()))
     }

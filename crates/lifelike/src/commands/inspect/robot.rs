@@ -1,6 +1,7 @@
 //! A robot: its bodies, joints, actuators, and what its policies will see.
 
 use lifelike_character::{Character, JointKind};
+use lifelike_robot::robot::role_name;
 use lifelike_robot::{Readiness, Robot, RobotError, Shapes};
 use lifelike_sim::engine::{self_contacts, unsupported};
 use serde_json::{Value, json};
@@ -147,7 +148,7 @@ fn control(robot: &Robot) -> String {
         .anatomy
         .places
         .iter()
-        .map(|(role, place)| vec![format!("{role:?}"), robot.character.bodies[place.body].name.clone()])
+        .map(|(role, place)| vec![role_name(*role), robot.character.bodies[place.body].name.clone()])
         .collect();
     text += "\n";
     text += &table(&["role", "body"], &roles);
