@@ -1,4 +1,5 @@
 //! The terms by hand arithmetic.
+#![allow(clippy::unwrap_used)]
 
 use lifelike_motion::FeatureLayout;
 
@@ -19,24 +20,13 @@ fn rest() -> Vec<f32> {
 const STILL: ActionCost<'_> =
     ActionCost { action: &[0.0; 2], previous: &[0.0; 2], oldest: &[0.0; 2], torque_squared: 0.0 };
 
+/// Without the terms that are not in the thesis, as in a plan that does not name them.
 fn table_4_1() -> ThesisReward {
-    ThesisReward {
-        height: 0.5,
-        orientation: 1.0,
-        velocity: 2.0,
-        joint_position: 7.0,
-        joint_velocity: 0.1,
-        effectors: 1.0,
-        alive: 30.0,
-        action_rate: 1.5,
-        action_acceleration: 0.45,
-        torque: 1e-4,
-        heading: 0.0,
-        path: 0.0,
-        scale: 1.0,
-        term_limit: f32::INFINITY,
-        floors: Floors { height: 0.0, velocity: 0.0, joint_position: 0.0, joint_velocity: 0.0, effectors: 0.0 },
-    }
+    let text = "height = 0.5\norientation = 1.0\nvelocity = 2.0\njoint_position = 7.0\njoint_velocity = 0.1\n\
+        effectors = 1.0\nalive = 30.0\naction_rate = 1.5\naction_acceleration = 0.45\ntorque = 1e-4\n\
+        scale = 1.0\nterm_limit = inf\n\
+        floors = { height = 0.0, velocity = 0.0, joint_position = 0.0, joint_velocity = 0.0, effectors = 0.0 }";
+    toml::from_str(text).unwrap()
 }
 
 fn inputs<'a>(
@@ -141,9 +131,7 @@ fn the_exponential_terms_by_hand() {
         heading: k(0.3, 2.0),
         path: k(0.4, 3.0),
         alive: 0.05,
-        action_rate: 0.05,
-        action_acceleration: 0.015,
-        torque: 1e-5,
+        ..ExponentialReward::default()
     });
     let layout = layout();
     let reference = rest();
