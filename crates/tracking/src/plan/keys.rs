@@ -213,7 +213,7 @@ mod tests {
     use std::collections::BTreeSet;
 
     use super::*;
-    use crate::plan::{Curriculum, NetworkSpec, Persistent, Ramp, Termination, TerrainSpec};
+    use crate::plan::{Curriculum, NetworkSpec, Ramp, Termination, TerrainSpec};
     use crate::rewards::{Floors, Reward, ThesisReward};
     use lifelike_sim::randomization::{PushSpec, RandomizationSpec};
 
@@ -233,13 +233,15 @@ mod tests {
             pushes: Some(PushSpec::default()),
             ..RandomizationSpec::default()
         };
-        plan.termination = Termination {
-            persistent: Some(Persistent { distance: 0.3, seconds: 3.0 }),
-            path: Some(1.0),
-            heading: Some(1.0),
-            ..Termination::default()
-        };
+        plan.termination = termination();
         plan
+    }
+
+    /// Every rule with a limit: a plan that names them all by their declared keys.
+    fn termination() -> Termination {
+        let key = |key: &str| key.strip_prefix("termination.").unwrap().to_string();
+        let text: String = crate::terminations::keys().iter().map(|(k, ..)| format!("{} = 1.0\n", key(k))).collect();
+        toml::from_str(&text).unwrap()
     }
 
     fn thesis() -> Reward {
