@@ -47,7 +47,8 @@ fn numbers(count: usize, step: usize, size: f32) -> Vec<f32> {
 fn curious(robot: &Robot) -> Checkpoint {
     use lifelike_robot::controller::PolicyHeader;
     use lifelike_robot::{ActionSpec, AnchorSpec, ObservationSpec, ReferenceSpec};
-    let reference = ReferenceSpec { frame: true, future: vec![5], latent: 64, window: vec![-2, 0, 2] };
+    let reference =
+        ReferenceSpec { frame: true, future: vec![5], latent: 64, window: vec![-2, 0, 2], ..Default::default() };
     let observation = ObservationSpec::new(robot, reference, AnchorSpec { heading: true, position: true });
     let (size, window, joints) = (observation.size(), observation.window_size(), robot.joints());
     let header = PolicyHeader {

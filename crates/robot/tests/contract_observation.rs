@@ -39,7 +39,8 @@ impl ReferenceStream for Still {
 
 fn humanoid() -> (Robot, ObservationSpec) {
     let robot = Robot::load("humanoid").unwrap();
-    let reference = ReferenceSpec { frame: true, future: vec![5, 10], latent: 64, window: vec![-2, 3] };
+    let reference =
+        ReferenceSpec { frame: true, future: vec![5, 10], latent: 64, window: vec![-2, 3], ..Default::default() };
     let spec = ObservationSpec::new(&robot, reference, AnchorSpec { heading: true, position: true });
     (robot, spec)
 }
@@ -285,4 +286,12 @@ fn wrong_lengths_and_layouts_are_refused_by_name() {
     let text = toml::to_string(&spec).unwrap();
     assert_eq!(toml::from_str::<ObservationSpec>(&text).unwrap(), spec, "text carries all of it");
     assert!(toml::from_str::<ObservationSpec>(&format!("extra = 1\n{text}")).is_err());
+}
+
+#[test]
+fn a_further_part_that_no_version_has_is_refused_by_its_name() {
+    let robot = Robot::load("lima").unwrap();
+    let reference = ReferenceSpec { parts: vec!["smell".into()], ..Default::default() };
+    let spec = ObservationSpec::new(&robot, reference, AnchorSpec::default());
+    assert!(spec.check_sizes().unwrap_err().to_string().contains("smell"));
 }

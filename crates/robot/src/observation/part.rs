@@ -153,8 +153,10 @@ fn joints(spec: &ObservationSpec) -> usize {
     spec.joints.len()
 }
 
-/// All parts, in the order of their numbers. A new part is one entry here (and a switch in [`ObservationSpec`]).
-pub(super) const PARTS: [Declaration; 15] = [
+/// All parts, in the order of their numbers. A new part is one entry here that occurs where `spec.has` its name, so that
+/// policies of before keep their layout; plans ask for it in `inputs.parts`. The window stays last: an encoder takes it from
+/// the end.
+pub(super) const PARTS: &[Declaration] = &[
     Declaration {
         name: "root_height",
         source: Source::Measured(Sensor::RootHeight),

@@ -21,6 +21,9 @@ pub struct ReferenceSpec {
     /// policy sees (the end-to-end codes of Table 4.2); empty: none.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub window: Vec<i32>,
+    /// Further parts by name, of those that a policy sees only where it asks for them.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub parts: Vec<String>,
 }
 
 /// Inputs that tell where the robot is against where the reference is. All off in the thesis, whose policies let path
@@ -156,6 +159,11 @@ impl ObservationSpec {
         PARTS.iter().map(|part| (part.occurs)(self).count() * (part.size)(self)).sum()
     }
 
+    /// Returns true where a further part is asked for.
+    pub(super) fn has(&self, part: &str) -> bool {
+        self.reference.parts.iter().any(|name| name == part)
+    }
+
     /// Length of the window: the last numbers of an observation.
     pub fn window_size(&self) -> usize {
         self.reference.window.len() * self.frame_size()
@@ -165,7 +173,7 @@ impl ObservationSpec {
     pub fn parts(&self) -> Vec<Part> {
         let mut parts = Vec::new();
         let mut start = 0;
-        for part in &PARTS {
+        for part in PARTS {
             let (occurs, size) = ((part.occurs)(self), (part.size)(self));
             for i in (0..occurs.count()).filter(|_| size > 0) {
                 parts.push(Part { name: occurs.name(part.name, i), range: start..start + size, source: part.source });
@@ -189,6 +197,14 @@ impl ObservationSpec {
         if self.reference.latent > LATENT_MAX {
             return mismatch("size of a latent code", format!("at most {LATENT_MAX}"), self.reference.latent);
         }
+        let known = |name: &String| PARTS.iter().any(|part| part.name == name && (part.occurs)(self).count() > 0);
+        if let Some(unknown) = self.reference.parts.iter().find(|name| !known(name)) {
+            return Err(RobotError::Mismatch {
+                what: "observation: a further part".into(),
+                expected: "the name of one that this version has".into(),
+                got: unknown.clone(),
+            });
+        }
         Ok(())
     }
 
@@ -210,7 +226,7 @@ impl ObservationSpec {
         }
         let scene = Scene::new(inputs);
         let mut rest = out;
-        for part in &PARTS {
+        for part in PARTS {
             let size = (part.size)(self);
             for i in 0..(part.occurs)(self).count() {
                 let (slot, after) = std::mem::take(&mut rest).split_at_mut(size);

@@ -109,6 +109,7 @@ const TRAINING: &[(&str, &str, &str)] = &[
         "policy steps",
         "frames around t+1 that an encoder trained with the policy sees, as offsets from it",
     ),
+    ("inputs.parts", "", "further parts of the observation that it sees, by name"),
     ("linear_velocity", "", "the policy sees the root's linear velocity, which few robots can measure"),
     ("anchor.heading", "", "the policy sees the reference's heading against its own"),
     ("anchor.position", "", "the policy sees the reference's place on the ground against its own"),
@@ -222,7 +223,7 @@ mod tests {
         let ramp = Some(Ramp { from: 0.0, to: 1.0, begin: 0, end: 1 });
         let mut plan = TrackerPlan::new("lima", &["a".into()]);
         (plan.prior, plan.init, plan.budget.minutes) = (Some("p".into()), Some("i".into()), Some(1.0));
-        plan.inputs.window = vec![1];
+        (plan.inputs.window, plan.inputs.parts) = (vec![1], vec!["a".into()]);
         plan.network = NetworkSpec { encoder: vec![8], code: 4, ..plan.network };
         plan.terrain = Some(TerrainSpec::default());
         plan.curriculum = Curriculum { randomization: ramp, termination: ramp, smoothness: ramp };
