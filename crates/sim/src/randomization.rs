@@ -18,7 +18,7 @@ pub use pushes::{Push, PushSchedule, PushSpec};
 /// Declares the kinds of randomisation in the order in which they are drawn. An entry at the end leaves the draws of all
 /// before it as they were, and so old plans their numbers.
 macro_rules! randomizations {
-    ($($(#[$doc:meta])* $name:ident: $value:ty = $kind:expr;)+) => {
+    ($($(#[doc = $doc:literal])+ $name:ident: $value:ty = $kind:expr;)+) => {
         /// Differences between environments. The default is the thesis' for the humanoid, without pushes.
         ///
         /// As text, what is not said does not differ: TOML has no word for `None`, so only this default comes back from its
@@ -40,13 +40,20 @@ macro_rules! randomizations {
         #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
         #[serde(deny_unknown_fields, default = "RandomizationSpec::none")]
         pub struct RandomizationSpec {
-            $($(#[$doc])* pub $name: $value,)+
+            $($(#[doc = $doc])+ pub $name: $value,)+
         }
 
         impl RandomizationSpec {
             /// Nothing differs.
             pub fn none() -> Self {
                 Self { $($name: <$value>::default(),)+ }
+            }
+
+            /// Returns key, unit and meaning of every value, as a plan names them below its table.
+            pub fn keys() -> Vec<(String, &'static str, String)> {
+                let mut keys = Vec::new();
+                $($kind.keys(stringify!($name), concat!($($doc),+), &mut keys);)+
+                keys
             }
 
             /// Refuses numbers that cannot be used.
@@ -98,16 +105,16 @@ randomizations! {
     /// Each joint's armature (rotor inertia) is scaled by a factor within 1 ± this.
     armature: f64 = Deviation::factor(joints, |p, x| p.armature_scale = x);
 
-    /// Likewise its damping.
+    /// Each joint's damping is scaled by a factor within 1 ± this.
     damping: f64 = Deviation::factor(joints, |p, x| p.damping_scale = x);
 
-    /// Likewise its actuator's gains κ_P and κ_D, each by itself.
+    /// Each actuator's gains κ_P and κ_D are scaled by factors within 1 ± this, each by itself.
     gains: f64 = Deviation::factor(|r| 2 * joints(r), |p, mut x| {
         p.kd_scale = x.split_off(x.len() / 2);
         p.kp_scale = x;
     });
 
-    /// Likewise its motor's torque, the limit included.
+    /// Each motor's torque, its limit included, is scaled by a factor within 1 ± this.
     strength: f64 = Deviation::factor(joints, |p, x| p.strength_scale = x);
 
     /// Random pushes; `None`: none.
@@ -173,6 +180,7 @@ mod tests {
 
     /// Plans of before give the numbers of before: drawn by the code that this one took the place of.
     #[test]
+    #[allow(clippy::needless_update)] // kinds that come later are off here
     fn the_draws_of_a_seed_never_change() {
         let robot = Robot::load("lima").unwrap();
         let full = RandomizationSpec {
@@ -186,6 +194,7 @@ mod tests {
             gains: 0.3,
             strength: 0.4,
             pushes: Some(PushSpec::default()),
+            ..RandomizationSpec::none()
         };
         let mut rng = ChaCha8Rng::seed_from_u64(1);
         let p = full.sample(&robot, &mut rng);

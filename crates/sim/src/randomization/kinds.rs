@@ -15,6 +15,16 @@ type Assign = fn(&mut EnvironmentParameters, Vec<f32>);
 
 /// Meaning of the value `V` of a key in a plan.
 pub(super) trait Kind<V> {
+    /// Unit of the value.
+    fn unit(&self) -> &'static str {
+        "1"
+    }
+
+    /// Adds key, unit and meaning; of each part where the value is a table.
+    fn keys(&self, name: &str, meaning: &str, keys: &mut Vec<(String, &'static str, String)>) {
+        keys.push((name.into(), self.unit(), meaning.trim().into()));
+    }
+
     /// Refuses a value out of range, naming its key.
     fn check(&self, name: &str, value: &V) -> Result<(), SimError>;
 
@@ -67,6 +77,10 @@ impl Deviation {
 }
 
 impl Kind<f64> for Deviation {
+    fn unit(&self) -> &'static str {
+        self.limit.map_or("1", |(_, unit)| unit)
+    }
+
     fn check(&self, name: &str, value: &f64) -> Result<(), SimError> {
         match self.limit {
             None if !(0.0..1.0).contains(value) => refused(name, "from 0 to below 1", value),
@@ -122,6 +136,12 @@ impl Kind<Option<[f64; 2]>> for FrictionRange {
 pub(super) struct Pushes;
 
 impl Kind<Option<PushSpec>> for Pushes {
+    fn keys(&self, name: &str, _: &str, keys: &mut Vec<(String, &'static str, String)>) {
+        for (part, unit, meaning) in PushSpec::KEYS {
+            keys.push((format!("{name}.{part}"), *unit, (*meaning).into()));
+        }
+    }
+
     fn check(&self, name: &str, value: &Option<PushSpec>) -> Result<(), SimError> {
         let Some(pushes) = value else { return Ok(()) };
         for (key, range) in [("duration", pushes.duration), ("interval", pushes.interval)] {

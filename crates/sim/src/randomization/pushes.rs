@@ -23,6 +23,17 @@ pub struct PushSpec {
     pub interval: [f64; 2],
 }
 
+impl PushSpec {
+    /// Key, unit and meaning of every value.
+    pub(super) const KEYS: &'static [(&'static str, &'static str, &'static str)] = &[
+        ("roles", "", "the parts of the body that are pushed"),
+        ("force", "weight", "largest force of a push"),
+        ("torque", "weight · m", "largest torque of a push"),
+        ("duration", "s", "[least, greatest] duration of a push"),
+        ("interval", "s", "[least, greatest] pause between pushes"),
+    ];
+}
+
 impl Default for PushSpec {
     fn default() -> Self {
         use Role::{Head, LeftFoot, LeftHand, Pelvis, RightFoot, RightHand};

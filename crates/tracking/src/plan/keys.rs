@@ -1,8 +1,9 @@
 //! The table of plan keys: key, unit, default and meaning of every value of a [`TrackerPlan`].
 //!
-//! Defaults are those of the serialized default plan. Keys of the reward and of terminations come from their declarations;
+//! Defaults are those of the serialized default plan. Keys of the reward, of terminations and of randomisation come from their declarations;
 //! the others stand in the list below, and a test compares it with the keys that a plan has.
 
+use lifelike_sim::randomization::RandomizationSpec;
 use toml::{Table, Value};
 
 use super::TrackerPlan;
@@ -56,6 +57,9 @@ pub fn keys() -> Result<Vec<PlanKey>, toml::ser::Error> {
     let terminations = crate::terminations::keys();
     rows.extend(terminations.into_iter().map(|(key, unit, meaning)| row(key, unit.into(), meaning)));
     rows.extend(listed(ENVIRONMENT));
+    let differences = RandomizationSpec::keys().into_iter();
+    rows.extend(differences.map(|(key, unit, meaning)| row(format!("randomization.{key}"), unit.into(), meaning)));
+    rows.extend(listed(SURROUNDINGS));
     rows.extend(listed(LEARNING));
     Ok(rows)
 }
@@ -133,20 +137,9 @@ const ENVIRONMENT: &[(&str, &str, &str)] = &[
     ("rsi.velocity_noise", "m/s, rad/s", "standard deviation of the noise on the root's velocities at the beginning"),
     ("rsi.path_noise", "m", "standard deviation of the offset from the reference on the ground at the beginning"),
     ("rsi.heading_noise", "rad", "standard deviation of the heading offset from the reference at the beginning"),
-    ("randomization.mass", "1", "ε_m of Table 4.1: each body's mass is scaled by a factor within 1 ± this"),
-    ("randomization.center_of_mass", "m", "largest offset of each body's centre of mass along each axis"),
-    ("randomization.ground_friction", "1", "[least, greatest] sliding friction of the ground"),
-    ("randomization.foot_friction", "1", "[least, greatest] sliding friction of the ground below each foot"),
-    ("randomization.armature", "1", "each joint's armature is scaled by a factor within 1 ± this"),
-    ("randomization.damping", "1", "each joint's damping is scaled by a factor within 1 ± this"),
-    ("randomization.gains", "1", "each actuator's gains are scaled by factors within 1 ± this"),
-    ("randomization.strength", "1", "each motor's torque, its limit included, is scaled by a factor within 1 ± this"),
-    ("randomization.joint_offset", "rad", "ε_q of Table 4.1: largest error of each joint's encoder"),
-    ("randomization.pushes.roles", "", "the parts of the body that are pushed"),
-    ("randomization.pushes.force", "weight", "largest force of a push"),
-    ("randomization.pushes.torque", "weight · m", "largest torque of a push"),
-    ("randomization.pushes.duration", "s", "[least, greatest] duration of a push"),
-    ("randomization.pushes.interval", "s", "[least, greatest] pause between pushes"),
+];
+
+const SURROUNDINGS: &[(&str, &str, &str)] = &[
     ("terrain.size", "m", "length of a side of a field of hills; without [terrain] the ground is level"),
     ("terrain.spacing", "m", "distance between neighbouring heights"),
     ("terrain.amplitude", "m", "height of the hills at the high end"),
@@ -216,7 +209,7 @@ mod tests {
     use super::*;
     use crate::plan::{Curriculum, NetworkSpec, Ramp, Termination, TerrainSpec};
     use crate::rewards::{Floors, Reward, ThesisReward};
-    use lifelike_sim::randomization::{PushSpec, RandomizationSpec};
+    use lifelike_sim::randomization::PushSpec;
 
     /// A plan with every optional value.
     fn whole() -> TrackerPlan {
