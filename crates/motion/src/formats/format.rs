@@ -5,16 +5,10 @@ use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
-use super::{ReadOptions, amc, bvh, deepmimic};
+use super::{FORMATS, ReadOptions};
 use crate::clip::MotionClip;
 use crate::error::MotionError;
 use crate::source::SourceClip;
-use crate::{container, keyframes};
-
-/// Every format that is read, in the order in which contents are tried. A new format is one file with its reader and
-/// its `FORMAT`, and one line here; dispatch, search in folders, messages and help texts follow.
-pub const FORMATS: [&Format; 5] =
-    [&bvh::FORMAT, &amc::FORMAT, &deepmimic::FORMAT, &keyframes::FORMAT, &container::FORMAT];
 
 /// Bytes at the start of a file that tell its format.
 const SNIFFED: usize = 4096;
@@ -67,7 +61,7 @@ pub fn of_file(path: &Path) -> Option<&'static Format> {
 pub fn of_found(path: &Path) -> Option<&'static Format> {
     let shares = |format: &&Format| ending_of(path, format.shared_suffixes).is_some();
     by_name(path)
-        .or_else(|| FORMATS.into_iter().any(|f| shares(&f)).then(|| by_content(&start_of(path)))?.filter(shares))
+        .or_else(|| FORMATS.iter().copied().any(|f| shares(&f)).then(|| by_content(&start_of(path)))?.filter(shares))
 }
 
 /// Returns a clip's name by its file: the file's without the format's ending, or else without extension.
@@ -84,7 +78,7 @@ pub fn clip_name(path: &Path) -> String {
 /// Returns the formats as messages and help texts list them: names, endings and what must lie beside a file.
 pub fn supported(accepts: impl Fn(&Format) -> bool) -> String {
     let mut text = String::new();
-    for format in FORMATS.into_iter().filter(|format| accepts(format)) {
+    for format in FORMATS.iter().copied().filter(|format| accepts(format)) {
         let endings = [format.suffixes, format.shared_suffixes].concat().join(", ");
         let comma = if text.is_empty() { "" } else { ", " };
         let beside =
@@ -99,11 +93,11 @@ pub fn supported(accepts: impl Fn(&Format) -> bool) -> String {
 pub(super) fn by_content(bytes: &[u8]) -> Option<&'static Format> {
     let bytes = &bytes[..bytes.len().min(SNIFFED)];
     let start = bytes.strip_prefix(&[0xef, 0xbb, 0xbf]).unwrap_or(bytes).trim_ascii_start();
-    FORMATS.into_iter().find(|format| (format.sniff)(start))
+    FORMATS.iter().copied().find(|format| (format.sniff)(start))
 }
 
 pub(super) fn by_name(path: &Path) -> Option<&'static Format> {
-    FORMATS.into_iter().find(|format| format.is_named(path))
+    FORMATS.iter().copied().find(|format| format.is_named(path))
 }
 
 /// Returns the one of these endings that a file's name has, in capitals or not.

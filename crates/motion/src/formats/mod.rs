@@ -19,6 +19,7 @@ use std::path::{Path, PathBuf};
 use crate::clip::MotionClip;
 use crate::error::MotionError;
 use crate::source::SourceClip;
+use crate::{container, keyframes};
 
 pub mod amc;
 pub mod asf;
@@ -33,7 +34,12 @@ mod text;
 pub(crate) use text::decode;
 
 pub use captions::CaptionTable;
-pub use format::{FORMATS, Format, Reader, clip_name, of_file, of_found, supported};
+pub use format::{Format, Reader, clip_name, of_file, of_found, supported};
+
+/// Every format that is read, in the order in which contents are tried. A new format is one file with its reader and
+/// its `FORMAT`, its `mod` above and its name here; dispatch, search in folders, messages and help texts follow.
+pub const FORMATS: &[&Format] =
+    &[&bvh::FORMAT, &amc::FORMAT, &deepmimic::FORMAT, &keyframes::FORMAT, &container::FORMAT];
 
 /// Options of reading a file. The default guesses all of it.
 #[derive(Debug, Clone)]
