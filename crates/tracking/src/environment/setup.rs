@@ -52,6 +52,7 @@ impl Setup {
         }
         let spec = ObservationSpec::new(&robot, plan.inputs.clone(), plan.anchor);
         let spec = if plan.linear_velocity { spec } else { spec.without_linear_velocity() };
+        spec.check_sizes()?;
         Ok(Self {
             sensors: SensorModel::new(plan.sensors, spec.size(), spec.parts()),
             observer: Observer::new(&robot, spec),
