@@ -289,9 +289,20 @@ fn wrong_lengths_and_layouts_are_refused_by_name() {
 }
 
 #[test]
-fn a_further_part_that_no_version_has_is_refused_by_its_name() {
+fn a_further_part_is_seen_where_its_name_is_asked_for_and_an_unknown_one_is_refused() {
     let robot = Robot::load("lima").unwrap();
-    let reference = ReferenceSpec { parts: vec!["smell".into()], ..Default::default() };
-    let spec = ObservationSpec::new(&robot, reference, AnchorSpec::default());
-    assert!(spec.check_sizes().unwrap_err().to_string().contains("smell"));
+    let of = |parts: &[&str]| {
+        let parts = parts.iter().map(|part| (*part).to_string()).collect();
+        ObservationSpec::new(&robot, ReferenceSpec { parts, ..Default::default() }, AnchorSpec::default())
+    };
+    let (plain, spec) = (of(&[]), of(&["projected_gravity_b"]));
+    assert!(spec.check_sizes().is_ok());
+    assert_eq!(spec.size(), plain.size() + 3);
+    let part = spec.parts().into_iter().find(|part| part.name == "projected_gravity_b").unwrap();
+    let mut state = state(&robot, 0.0, Vec3::zeros());
+    state.frame.root_orientation = Quat::from_euler_angles(0.0, std::f64::consts::FRAC_PI_2, 0.3);
+    let seen = observe(&robot, &spec, &state, &state.frame.clone());
+    // Face down: gravity points where the robot looks.
+    assert!(seen[part.range].iter().zip([1.0, 0.0, 0.0]).all(|(a, b)| (a - b).abs() < 1e-6));
+    assert!(of(&["smell"]).check_sizes().unwrap_err().to_string().contains("smell"));
 }

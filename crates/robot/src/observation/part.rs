@@ -298,6 +298,13 @@ pub(super) const PARTS: &[Declaration] = &[
         },
     },
     Declaration {
+        name: "projected_gravity_b",
+        source: Source::Measured(Sensor::RootOrientation),
+        occurs: |spec| Occurs::Once(spec.has("projected_gravity_b")),
+        size: |_| 3,
+        write: |_, scene, _, out| copy((scene.root.inverse() * -Vector3::z()).as_slice(), out),
+    },
+    Declaration {
         name: "window",
         source: Source::Reference,
         occurs: |spec| Occurs::Around(&spec.reference.window),
