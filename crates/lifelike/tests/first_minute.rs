@@ -151,7 +151,7 @@ fn an_inspection_ends_with_steps_that_work() {
     assert_eq!(desk.follow("my robots/bot 1.xml"), 2);
     std::fs::copy(root().join("motions/wave.keys.toml"), desk.path("it's a wave.keys.toml")).unwrap();
     assert_eq!(desk.follow("it's a wave.keys.toml"), 1);
-    assert_eq!(desk.follow("data/lima/it's a wave.motion.safetensors"), 3);
+    assert_eq!(desk.follow("data/lima/it_s_a_wave.motion.safetensors"), 3);
     for asset in ["lima.policy", "lima.prior"] {
         let file = root().join(format!("assets/{asset}.safetensors"));
         assert_eq!(desk.follow(file.to_str().unwrap()), 1, "{asset}");

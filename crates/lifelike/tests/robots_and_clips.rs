@@ -106,7 +106,7 @@ fn a_robot_that_nothing_holds_up_is_refused_before_it_trains() {
     let plan = root.path().join("plan.toml");
     std::fs::write(
         &plan,
-        format!("robot = \"{duck}\"\nclips = [\"builtin\"]\n[budget]\nsteps = 128\n[ppo]\nenvironments = 4\n"),
+        format!("robot = \"{duck}\"\nclips = [\"builtin\"]\n[budget]\nsteps = 128\n[ppo]\nenvironments = 4\nminibatch = 16\n"),
     )
     .unwrap();
     let train = ["train", "tracker", "--plan", plan.to_str().unwrap(), "-o", out.to_str().unwrap()];
