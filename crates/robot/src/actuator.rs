@@ -1,87 +1,6 @@
-//! The actuator model of thesis eqs. 4.9-4.11, generic over the number type: scalar f32/f64 now, SIMD lanes later.
+//! The actuator model of thesis eqs. 4.9-4.11, generic over the number type: one robot's, or a vector of many.
 
-use std::ops::{Add, Div, Mul, Neg, Sub};
-
-/// Number type of the law: `f32`, `f64`, or the same number of several environments at once.
-pub trait Number:
-    Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self> + Neg<Output = Self>
-{
-    /// Returns the nearest number.
-    fn from_f64(value: f64) -> Self;
-    /// Returns the smaller of the two.
-    #[must_use]
-    fn least(self, other: Self) -> Self;
-    /// Returns the larger of the two.
-    #[must_use]
-    fn most(self, other: Self) -> Self;
-    /// Returns the hyperbolic tangent.
-    #[must_use]
-    fn tanh(self) -> Self;
-    /// Returns tanh(x) / x, which is one at zero.
-    #[must_use]
-    fn tanh_ratio(self) -> Self;
-}
-
-impl Number for f64 {
-    fn from_f64(value: f64) -> Self {
-        value
-    }
-    fn least(self, other: Self) -> Self {
-        self.min(other)
-    }
-    fn most(self, other: Self) -> Self {
-        self.max(other)
-    }
-    fn tanh(self) -> Self {
-        self.tanh()
-    }
-    fn tanh_ratio(self) -> Self {
-        if self.abs() < 1e-4 { 1.0 } else { self.tanh() / self }
-    }
-}
-
-impl Number for f32 {
-    #[inline(always)]
-    fn from_f64(value: f64) -> Self {
-        value as f32
-    }
-    #[inline(always)]
-    fn least(self, other: Self) -> Self {
-        if self < other { self } else { other }
-    }
-    #[inline(always)]
-    fn most(self, other: Self) -> Self {
-        if self > other { self } else { other }
-    }
-    #[inline(always)]
-    fn tanh(self) -> Self {
-        self * self.tanh_ratio()
-    }
-    /// Returns the quotient of polynomials that Eigen uses (`generic_fast_tanh_float`) up to 7.9, 1 / |x| beyond: no
-    /// branch, so that many become one vector instruction. Within 1e-6.
-    #[inline(always)]
-    fn tanh_ratio(self) -> Self {
-        const LIMIT: f32 = 7.905_311;
-        let size = if self < 0.0 { -self } else { self }.most(1e-20);
-        let x = size.least(LIMIT);
-        let y = x * x;
-        let above = [
-            -2.760_768_5e-16,
-            2.000_188e-13,
-            -8.604_672e-11,
-            5.122_297e-8,
-            1.485_722_4e-5,
-            6.372_619_5e-4,
-            4.893_524_6e-3,
-        ]
-        .into_iter()
-        .fold(0.0, |sum: f32, c| sum * y + c);
-        let below = [1.198_258_4e-6, 1.185_347_1e-4, 2.268_434_6e-3, 4.893_525_3e-3]
-            .into_iter()
-            .fold(0.0, |sum: f32, c| sum * y + c);
-        above / below * (x / size)
-    }
-}
+use lifelike_simd::Number;
 
 /// Parameters of one actuator (Table 4.1).
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -108,11 +27,13 @@ pub struct ActuatorParameters<T = f64> {
 impl<T: Number> ActuatorParameters<T> {
     /// Returns the motor's torque: eq. 4.9 (PD), clamped as in eq. 4.11. Braking has the full torque at any velocity;
     /// driving ramps down linearly from `full_torque_velocity` to zero at `velocity_max`.
+    #[inline(always)]
     pub fn motor_torque(&self, target: T, position: T, velocity: T) -> T {
         self.clamp(self.kp * (target - position) - self.kd * velocity, velocity)
     }
 
     /// Returns the velocity-dependent clamp of eq. 4.11.
+    #[inline(always)]
     pub fn clamp(&self, torque: T, velocity: T) -> T {
         let (zero, one) = (T::from_f64(0.0), T::from_f64(1.0));
         let ramp =
@@ -121,6 +42,7 @@ impl<T: Number> ActuatorParameters<T> {
     }
 
     /// Returns the frictional torque of eq. 4.10.
+    #[inline(always)]
     pub fn friction_torque(&self, velocity: T) -> T {
         self.static_friction * (velocity / self.friction_velocity).tanh() + self.viscous_friction * velocity
     }
@@ -128,12 +50,14 @@ impl<T: Number> ActuatorParameters<T> {
     /// Returns the friction as a damping coefficient: `friction_torque(v) / v`, finite at v = 0. Integrated implicitly
     /// at the current velocity it equals eq. 4.10 to first order in the time step and is stable for any step, where the
     /// explicit form is not: `μ_s / q̇_s · dt` exceeds twice the inertia of a light ankle at dt = 5 ms.
+    #[inline(always)]
     pub fn friction_damping(&self, velocity: T) -> T {
         let slope = (velocity / self.friction_velocity).tanh_ratio();
         self.static_friction / self.friction_velocity * slope + self.viscous_friction
     }
 
     /// Returns the joint torque: eq. 4.11 whole, motor less friction.
+    #[inline(always)]
     pub fn torque(&self, target: T, position: T, velocity: T) -> T {
         self.motor_torque(target, position, velocity) - self.friction_torque(velocity)
     }
@@ -213,18 +137,6 @@ mod tests {
             }
         }
         assert_eq!(A1.friction_damping(0.0), 0.45 / 0.1 + 0.023);
-    }
-
-    #[test]
-    fn single_precision_tanh_over_x() {
-        for exponent in -300..60 {
-            let x = 10.0_f32.powf(exponent as f32 * 0.1);
-            let expected = if x < 1e-4 { 1.0 } else { f64::from(x).tanh() / f64::from(x) };
-            for x in [x, -x] {
-                assert!((f64::from(x.tanh_ratio()) / expected - 1.0).abs() < 1e-6, "{x}");
-            }
-        }
-        assert_eq!((0.0_f32.tanh_ratio() * 1e6).round(), 1e6);
     }
 
     #[test]

@@ -7,7 +7,7 @@
 use std::fmt::Debug;
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
-use lifelike_robot::actuator::Number;
+use lifelike_simd::Number;
 
 /// A number type of lanes: `f32` to be fast, `f64` to be compared.
 pub trait Scalar: Number + PartialOrd + Default + Debug + Send + Sync + 'static {

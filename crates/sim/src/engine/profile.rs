@@ -6,7 +6,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use lifelike_robot::Robot;
-use lifelike_robot::actuator::Number;
+use lifelike_simd::Number;
 
 use super::lane::Scalar;
 use super::profiler::Profiler;
