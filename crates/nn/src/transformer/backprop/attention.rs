@@ -49,27 +49,34 @@ pub(super) fn forward(projected: &[f32], bias: &[f32], shape: Shape) -> Vec<f32>
     let Shape { tokens: t, width: c, heads } = shape;
     let (size, wide) = (c / heads, padded(t));
     let mut out = vec![0.0; projected.len() / 3];
-    each_part(&mut out, t * c, |first, part| {
-        let mut scratch = Scratch::default();
-        for (out, rows) in part.chunks_exact_mut(t * c).zip(projected[first * t * 3 * c..].chunks_exact(t * 3 * c)) {
-            for head in 0..heads {
-                let bias = &bias[head * t * wide..][..t * wide];
-                let values = columns(shape, head)[2];
-                weigh(&mut scratch, rows, bias, shape, head);
-                pack(&mut scratch.right, t, size, |row, column| rows[row * 3 * c + values + column]);
-                scratch.out.resize(t * padded(size), 0.0);
-                let left = Left { numbers: &scratch.scores, stride: wide, transposed: false };
-                product(&mut scratch.out, t, left, &scratch.right, t);
-                for (out, mixed) in out.chunks_exact_mut(c).zip(scratch.out.chunks_exact(padded(size))) {
-                    out[head * size..][..size].copy_from_slice(&mixed[..size]);
+    each_part(
+        &mut out,
+        t * c,
+        #[inline(always)]
+        |first, part| {
+            let mut scratch = Scratch::default();
+            for (out, rows) in part.chunks_exact_mut(t * c).zip(projected[first * t * 3 * c..].chunks_exact(t * 3 * c))
+            {
+                for head in 0..heads {
+                    let bias = &bias[head * t * wide..][..t * wide];
+                    let values = columns(shape, head)[2];
+                    weigh(&mut scratch, rows, bias, shape, head);
+                    pack(&mut scratch.right, t, size, |row, column| rows[row * 3 * c + values + column]);
+                    scratch.out.resize(t * padded(size), 0.0);
+                    let left = Left { numbers: &scratch.scores, stride: wide, transposed: false };
+                    product(&mut scratch.out, t, left, &scratch.right, t);
+                    for (out, mixed) in out.chunks_exact_mut(c).zip(scratch.out.chunks_exact(padded(size))) {
+                        out[head * size..][..size].copy_from_slice(&mixed[..size]);
+                    }
                 }
             }
-        }
-    });
+        },
+    );
     out
 }
 
 /// Softmax of the scores of one head of one sequence, into `scratch.scores`.
+#[inline(always)]
 fn weigh(scratch: &mut Scratch, rows: &[f32], bias: &[f32], shape: Shape, head: usize) {
     let Shape { tokens: t, width: c, heads } = shape;
     let (size, wide) = (c / heads, padded(t));
@@ -85,6 +92,7 @@ fn weigh(scratch: &mut Scratch, rows: &[f32], bias: &[f32], shape: Shape, head: 
 }
 
 /// Softmax of scores + bias; both are whole panels.
+#[inline(always)]
 fn softmax(scores: &mut [f32], bias: &[f32]) {
     let (scores, _) = scores.as_chunks_mut::<LANES>();
     let (bias, _) = bias.as_chunks::<LANES>();
@@ -112,21 +120,27 @@ pub(super) fn backward(projected: &[f32], mixed: &[f32], by_mixed: &[f32], bias:
     let Shape { tokens: t, width: c, heads } = shape;
     let wide = padded(t);
     let mut out = vec![0.0; projected.len()];
-    each_part(&mut out, t * 3 * c, |first, part| {
-        let mut scratch = Scratch::default();
-        for (i, out) in part.chunks_exact_mut(t * 3 * c).enumerate() {
-            let sequence = first + i;
-            let rows = &projected[sequence * t * 3 * c..][..t * 3 * c];
-            let [mixed, by_mixed] = [mixed, by_mixed].map(|all| &all[sequence * t * c..][..t * c]);
-            for head in 0..heads {
-                let bias = &bias[head * t * wide..][..t * wide];
-                one_head(&mut scratch, out, [rows, mixed, by_mixed, bias], shape, head);
+    each_part(
+        &mut out,
+        t * 3 * c,
+        #[inline(always)]
+        |first, part| {
+            let mut scratch = Scratch::default();
+            for (i, out) in part.chunks_exact_mut(t * 3 * c).enumerate() {
+                let sequence = first + i;
+                let rows = &projected[sequence * t * 3 * c..][..t * 3 * c];
+                let [mixed, by_mixed] = [mixed, by_mixed].map(|all| &all[sequence * t * c..][..t * c]);
+                for head in 0..heads {
+                    let bias = &bias[head * t * wide..][..t * wide];
+                    one_head(&mut scratch, out, [rows, mixed, by_mixed, bias], shape, head);
+                }
             }
-        }
-    });
+        },
+    );
     out
 }
 
+#[inline(always)]
 fn one_head(
     scratch: &mut Scratch,
     out: &mut [f32],
@@ -154,7 +168,8 @@ fn one_head(
         gradients.iter_mut().zip(weights).for_each(|(gradient, weight)| *gradient = weight * (*gradient - along));
     }
 
-    let mut put = |numbers: &[f32], transposed: bool, right: &[[f32; LANES]], column: usize| {
+    let mut put = #[inline(always)]
+    |numbers: &[f32], transposed: bool, right: &[[f32; LANES]], column: usize| {
         product(part, t, Left { numbers, stride: wide, transposed }, right, t);
         for (out, part) in out.chunks_exact_mut(3 * c).zip(part.chunks_exact(padded(size))) {
             out[column..][..size].copy_from_slice(&part[..size]);

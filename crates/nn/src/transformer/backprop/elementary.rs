@@ -1,10 +1,10 @@
 //! exp, the error function and GELU written so that the compiler makes vector instructions of loops over them: the C library's
 //! take one number at a time and were a third of a training step.
 
-/// x y + z, in one rounding where the machine has it.
+/// x y + z, rounded once.
 #[inline(always)]
 pub(super) fn fma(x: f32, y: f32, z: f32) -> f32 {
-    if cfg!(target_feature = "fma") { x.mul_add(y, z) } else { x * y + z }
+    x.mul_add(y, z)
 }
 
 /// exp(x) to 2 units in the last place, for x up to 88; below −87 it stays at exp(−87), about 1e-38.

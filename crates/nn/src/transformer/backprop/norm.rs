@@ -5,6 +5,7 @@ use super::tile::LANES;
 use crate::transformer::norm::EPSILON;
 
 /// Σ x y, in lanes.
+#[inline(always)]
 pub(super) fn dot(x: &[f32], y: &[f32]) -> f32 {
     let mut sums = [0.0_f32; LANES];
     let (x_lanes, x_rest) = x.as_chunks::<LANES>();
@@ -18,6 +19,7 @@ pub(super) fn dot(x: &[f32], y: &[f32]) -> f32 {
 }
 
 /// 1 / root of the mean square.
+#[inline(always)]
 fn inverse_root(x: &[f32]) -> f32 {
     1.0 / (dot(x, x) / x.len() as f32 + EPSILON as f32).sqrt()
 }
@@ -26,32 +28,42 @@ fn inverse_root(x: &[f32]) -> f32 {
 pub(super) fn forward(x: &[f32], gain: &[f32]) -> Vec<f32> {
     let c = gain.len();
     let mut out = vec![0.0; x.len()];
-    each_part(&mut out, c, |first, part| {
-        for (out, x) in part.chunks_exact_mut(c).zip(x[first * c..].chunks_exact(c)) {
-            let r = inverse_root(x);
-            for ((out, x), gain) in out.iter_mut().zip(x).zip(gain) {
-                *out = x * r * gain;
+    each_part(
+        &mut out,
+        c,
+        #[inline(always)]
+        |first, part| {
+            for (out, x) in part.chunks_exact_mut(c).zip(x[first * c..].chunks_exact(c)) {
+                let r = inverse_root(x);
+                for ((out, x), gain) in out.iter_mut().zip(x).zip(gain) {
+                    *out = x * r * gain;
+                }
             }
-        }
-    });
+        },
+    );
     out
 }
 
 /// Adds to `gradient` (by the sum that x stands in) what comes through the normalization; returns the gain's gradient.
 pub(super) fn backward(x: &[f32], gain: &[f32], by_output: &[f32], gradient: &mut [f32]) -> Vec<f32> {
     let c = gain.len();
-    each_part(gradient, c, |first, part| {
-        let mut scaled = vec![0.0; c];
-        let rows = x[first * c..].chunks_exact(c).zip(by_output[first * c..].chunks_exact(c));
-        for (gradient, (x, dy)) in part.chunks_exact_mut(c).zip(rows) {
-            let r = inverse_root(x);
-            scaled.iter_mut().zip(dy).zip(gain).for_each(|((scaled, dy), gain)| *scaled = dy * gain);
-            let along = r * r * dot(&scaled, x) / c as f32;
-            for ((gradient, x), scaled) in gradient.iter_mut().zip(x).zip(&scaled) {
-                *gradient += r * (scaled - x * along);
+    each_part(
+        gradient,
+        c,
+        #[inline(always)]
+        |first, part| {
+            let mut scaled = vec![0.0; c];
+            let rows = x[first * c..].chunks_exact(c).zip(by_output[first * c..].chunks_exact(c));
+            for (gradient, (x, dy)) in part.chunks_exact_mut(c).zip(rows) {
+                let r = inverse_root(x);
+                scaled.iter_mut().zip(dy).zip(gain).for_each(|((scaled, dy), gain)| *scaled = dy * gain);
+                let along = r * r * dot(&scaled, x) / c as f32;
+                for ((gradient, x), scaled) in gradient.iter_mut().zip(x).zip(&scaled) {
+                    *gradient += r * (scaled - x * along);
+                }
             }
-        }
-    });
+        },
+    );
     let mut by_gain = vec![0.0_f32; c];
     for (x, dy) in x.chunks_exact(c).zip(by_output.chunks_exact(c)) {
         let r = inverse_root(x);

@@ -119,15 +119,25 @@ fn add(to: &mut [f32], what: &[f32]) {
 /// GELU of each number.
 pub(super) fn activated(x: &[f32]) -> Vec<f32> {
     let mut out = vec![0.0; x.len()];
-    each_part(&mut out, 1, |first, part| {
-        part.iter_mut().zip(&x[first..]).for_each(|(out, x)| *out = gelu(*x));
-    });
+    each_part(
+        &mut out,
+        1,
+        #[inline(always)]
+        |first, part| {
+            part.iter_mut().zip(&x[first..]).for_each(|(out, x)| *out = gelu(*x));
+        },
+    );
     out
 }
 
 /// Turns `gradient` into that below a GELU of `x`.
 pub(super) fn through_gelu(gradient: &mut [f32], x: &[f32]) {
-    each_part(gradient, 1, |first, part| {
-        part.iter_mut().zip(&x[first..]).for_each(|(gradient, x)| *gradient *= gelu_gradient(*x));
-    });
+    each_part(
+        gradient,
+        1,
+        #[inline(always)]
+        |first, part| {
+            part.iter_mut().zip(&x[first..]).for_each(|(gradient, x)| *gradient *= gelu_gradient(*x));
+        },
+    );
 }

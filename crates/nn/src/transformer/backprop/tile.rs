@@ -12,6 +12,7 @@ pub(super) fn padded(n: usize) -> usize {
 
 /// Lays a `[k, n]` matrix out in panels of [`LANES`] columns, each row by row, zeros beyond the last column.
 /// `at(row, column)` gives the numbers.
+#[inline(always)]
 pub(super) fn pack(panels: &mut Vec<[f32; LANES]>, k: usize, n: usize, at: impl Fn(usize, usize) -> f32) {
     panels.clear();
     for first in (0..n).step_by(LANES) {
@@ -34,6 +35,7 @@ pub(super) struct Left<'a> {
 }
 
 /// out = left · panels; `out` is `[rows, padded(n)]`, row-major.
+#[inline(always)]
 pub(super) fn product(out: &mut [f32], rows: usize, left: Left<'_>, panels: &[[f32; LANES]], k: usize) {
     let width = panels.len() / k.max(1) * LANES;
     for (p, panel) in panels.chunks_exact(k.max(1)).enumerate() {
@@ -63,7 +65,8 @@ fn tile<const R: usize>(
     panel: &[[f32; LANES]],
 ) {
     let mut sums = [[0.0_f32; LANES]; R];
-    let mut add = |x: &[f32; R], lanes: &[f32; LANES]| {
+    let mut add = #[inline(always)]
+    |x: &[f32; R], lanes: &[f32; LANES]| {
         for (sums, x) in sums.iter_mut().zip(x) {
             for (sum, y) in sums.iter_mut().zip(lanes) {
                 *sum = fma(*x, *y, *sum);
