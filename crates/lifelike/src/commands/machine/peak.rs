@@ -1,54 +1,86 @@
-//! Peak rates of one core of this machine.
+//! Peak rates of one core of this machine, with the vectors of one instruction set.
 
 use std::hint::black_box;
 use std::time::Instant;
 
-use lifelike_sim::engine::lane::Lane;
-
-type Vector = Lane<f32, 8>;
+use lifelike_simd::prelude::*;
+use lifelike_simd::{InstructionSet, Simd, Task};
 
 /// Independent sums: enough to keep both multipliers of a core busy while each waits for its last result.
 const SUMS: usize = 10;
-/// Vectors of an array that fits into the second-level cache but not into the first.
-const ARRAY: usize = 8192;
+/// Numbers of an array that fits into the second-level cache but not into the first: 256 KiB.
+const ARRAY: usize = 65_536;
 
-/// Best of some tries, in things per second.
-fn best(things: f64, mut work: impl FnMut()) -> f64 {
-    let times = (0..20).map(|_| {
+/// Returns the best of some tries, in things per second; `work` says how many it did.
+fn best(mut work: impl FnMut() -> usize) -> f64 {
+    let rates = (0..20).map(|_| {
         let start = Instant::now();
-        work();
-        start.elapsed().as_secs_f64()
+        let things = work() as f64;
+        things / start.elapsed().as_secs_f64()
     });
-    things / times.fold(f64::INFINITY, f64::min)
+    rates.fold(0.0, f64::max)
 }
 
-/// Floating-point operations per second of one core: multiply-adds of eight lanes that wait for nothing.
-pub fn peak_operations() -> f64 {
-    const ROUNDS: usize = 200_000;
-    best((ROUNDS * SUMS * 8 * 2) as f64, || {
-        let (factor, mut sums) = (black_box(Vector::splat(0.999)), black_box([Vector::splat(1.0); SUMS]));
-        for _ in 0..ROUNDS {
+/// Multiply-adds that wait for nothing, rounded once as physics needs them. The starts differ, so that none can be left out.
+struct MultiplyAdds {
+    rounds: usize,
+    factor: f32,
+    starts: [f32; SUMS],
+}
+
+impl Task for MultiplyAdds {
+    type Output = usize;
+
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) -> usize {
+        let factor = S::f32s::splat(simd, self.factor);
+        let mut sums = self.starts.map(|start| S::f32s::splat(simd, start));
+        for _ in 0..self.rounds {
             for sum in &mut sums {
-                *sum = factor.add_mul(*sum, factor);
+                *sum = factor.mul_add_precise(*sum, factor);
             }
         }
-        black_box(sums);
-    })
+        for sum in sums {
+            black_box(sum.as_slice()[0]);
+        }
+        self.rounds * SUMS * S::f32s::LEN * 2
+    }
 }
 
-/// Bytes per second that one core reads from its second-level cache.
-pub fn cache_bytes() -> f64 {
-    const ROUNDS: usize = 50;
-    let array = black_box(vec![Vector::splat(1.0); ARRAY]);
-    best((ROUNDS * ARRAY * size_of::<Vector>()) as f64, || {
-        let mut sums = [Vector::zero(); 8];
+/// Returns floating-point operations per second of one core, in single precision.
+pub fn operations(set: InstructionSet) -> f64 {
+    // Where a multiply-add takes several instructions, a tenth takes as long.
+    let rounds = if set == InstructionSet::Portable { 20_000 } else { 200_000 };
+    let starts = std::array::from_fn(|i| i as f32);
+    best(|| set.run(MultiplyAdds { rounds, factor: black_box(0.999), starts: black_box(starts) }))
+}
+
+/// Reads an array again and again.
+struct Read<'a>(&'a [f32]);
+
+impl Task for Read<'_> {
+    type Output = usize;
+
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) -> usize {
+        const ROUNDS: usize = 50;
+        let mut sums = [S::f32s::splat(simd, 0.0); 8];
         for _ in 0..ROUNDS {
-            for part in array.chunks_exact(8) {
-                for (sum, x) in sums.iter_mut().zip(part) {
-                    *sum += *x;
+            for part in black_box(self.0).chunks_exact(8 * S::f32s::LEN) {
+                for (sum, x) in sums.iter_mut().zip(part.chunks_exact(S::f32s::LEN)) {
+                    *sum += S::f32s::from_slice(simd, x);
                 }
             }
-            black_box(&mut sums);
         }
-    })
+        for sum in sums {
+            black_box(sum.as_slice()[0]);
+        }
+        ROUNDS * size_of_val(self.0)
+    }
+}
+
+/// Returns bytes per second that one core reads from its second-level cache.
+pub fn cache_bytes(set: InstructionSet) -> f64 {
+    let array = vec![1.0; ARRAY];
+    best(|| set.run(Read(&array)))
 }
