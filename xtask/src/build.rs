@@ -4,7 +4,7 @@ use std::ffi::OsString;
 use std::path::Path;
 use std::process::Command;
 
-use crate::{mujoco, root};
+use crate::{fetch, mujoco, root};
 
 /// `cargo xtask demo [ARGUMENTS]`: needs nothing but cargo, and builds nothing of the training framework.
 ///
@@ -16,15 +16,16 @@ pub fn demo(arguments: &[String]) -> Result<(), String> {
 }
 
 /// `cargo xtask test [--mujoco] [ARGUMENTS]`: every test; with `--mujoco` also those that compare our physics with
-/// MuJoCo's, which is fetched for it.
+/// MuJoCo's. MuJoCo and the robots that are measured are fetched for it.
 ///
 /// # Errors
-/// When a test fails, or MuJoCo is wanted and cannot be had.
+/// When a test fails, or MuJoCo is wanted and it or a robot cannot be had.
 pub fn test(arguments: &[String]) -> Result<(), String> {
     let command = ["test", "--release", "--workspace"];
     match arguments.split_first() {
         Some((first, rest)) if first == "--mujoco" => {
             let library = mujoco::ensure()?;
+            fetch::models()?;
             cargo(Some(&library), &[&command[..], &["--features", "lifelike/mujoco"]].concat(), rest)
         }
         _ => cargo(None, &command, arguments),

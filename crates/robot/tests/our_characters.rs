@@ -10,16 +10,18 @@ fn load(name: &str) -> Character {
     Character::load(Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("robots/{name}.xml"))).unwrap()
 }
 
-/// A robot that is not ours, or a line that says that the test skips it.
-fn other(file: &str) -> Option<Character> {
+/// A robot that is not ours; only ignored tests ask for it.
+fn other(file: &str) -> Character {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
-    let data = std::env::var_os("LIFELIKE_DATA").map_or_else(|| root.join("../shared/data"), PathBuf::from);
-    let path = if file.starts_with("third_party") { root.join(file) } else { data.join("robots").join(file) };
-    if !path.is_file() {
-        println!("skipped: {} is absent", path.display());
-        return None;
-    }
-    Some(Character::load(&path).unwrap())
+    let (path, command) = match file.split_once('/') {
+        Some(("fetched", file)) => (root.join("third_party/robots").join(file), "run `cargo xtask test --mujoco`"),
+        _ => {
+            let data = std::env::var_os("LIFELIKE_DATA").map_or_else(|| root.join("../shared/data"), PathBuf::from);
+            (data.join("robots").join(file), "let LIFELIKE_DATA name the data folder (CONTRIBUTING.md)")
+        }
+    };
+    assert!(path.is_file(), "no {}: {command}", path.display());
+    Character::load(&path).unwrap()
 }
 
 fn world(character: &Character, anatomy: &Anatomy, role: Role) -> Vec3 {
@@ -95,28 +97,34 @@ fn an_override_wins_over_the_guess() {
     assert!(error.to_string().contains("no body named 'nose'"), "{error}");
 }
 
-/// Thigh, shank, foot, and what names them, in robots of the field.
+/// File, names of thigh, shank and foot, whether it has arms.
+type Legs = (&'static str, [&'static str; 3], bool);
+
 #[test]
-fn legs_are_found_in_other_peoples_robots() {
-    let robots = [
-        ("dm_humanoid.xml", ["left_thigh", "left_shin", "left_foot"], true),
-        ("dm_humanoid_CMU.xml", ["lfemur", "ltibia", "lfoot"], true),
+#[ignore = "needs the robots that `cargo xtask test --mujoco` fetches"]
+fn legs_are_found_in_fetched_robots() {
+    legs_are_found([
+        ("fetched/dm_control/humanoid.xml", ["left_thigh", "left_shin", "left_foot"], true),
+        ("fetched/dm_control/humanoid_CMU.xml", ["lfemur", "ltibia", "lfoot"], true),
+        ("fetched/unitree_g1/g1.xml", ["left_hip_yaw_link", "left_knee_link", "left_ankle_roll_link"], true),
+    ]);
+}
+
+#[test]
+#[ignore = "needs robots that nobody offers as one exact download: LIFELIKE_DATA"]
+fn legs_are_found_in_shared_robots() {
+    let duck = ["knee_and_ankle_assembly", "knee_and_ankle_assembly_2", "foot_assembly"];
+    legs_are_found([
         ("amp_humanoid.xml", ["left_thigh", "left_shin", "left_foot"], true),
-        (
-            "open_duck_mini_v2/robot.xml",
-            ["knee_and_ankle_assembly", "knee_and_ankle_assembly_2", "foot_assembly"],
-            false,
-        ),
-        (
-            "open_duck_mini_v2/robot.urdf",
-            ["knee_and_ankle_assembly", "knee_and_ankle_assembly_2", "foot_assembly"],
-            false,
-        ),
+        ("open_duck_mini_v2/robot.xml", duck, false),
+        ("open_duck_mini_v2/robot.urdf", duck, false),
         ("toddlerbot_active.xml", ["left_hip_pitch_link", "left_calf_link", "ank_roll_link"], true),
-        ("third_party/robots/unitree_g1/g1.xml", ["left_hip_yaw_link", "left_knee_link", "left_ankle_roll_link"], true),
-    ];
+    ]);
+}
+
+fn legs_are_found<const N: usize>(robots: [Legs; N]) {
     for (file, expected, has_arms) in robots {
-        let Some(character) = other(file) else { continue };
+        let character = other(file);
         let anatomy = Anatomy::guess(&character, &Overrides::new()).unwrap();
         let name = |role: Role| character.bodies[anatomy.places[&role].body].name.as_str();
         assert_eq!([Role::LeftThigh, Role::LeftShank, Role::LeftFoot].map(name), expected, "{file}");
@@ -167,23 +175,25 @@ fn left_mirrors_right() {
 }
 
 #[test]
-fn other_peoples_robots_are_symmetric_or_it_is_said_why_not() {
-    for file in [
-        "dm_humanoid.xml",
-        "dm_humanoid_CMU.xml",
-        "amp_humanoid.xml",
-        "open_duck_mini_v2/robot.xml",
-        "third_party/robots/unitree_g1/g1.xml",
-    ] {
-        let Some(character) = other(file) else { continue };
-        let symmetry = Symmetry::derive(&character).unwrap();
-        for (i, partner) in symmetry.joint.iter().enumerate() {
-            assert_eq!(symmetry.joint[*partner], i, "{file}");
-        }
-    }
-    if let Some(character) = other("toddlerbot_active.xml") {
-        let error = Symmetry::derive(&character).unwrap_err().to_string();
-        assert!(error.contains("right_wrist_roll") && error.contains("degrees"), "{error}");
+#[ignore = "needs the robots that `cargo xtask test --mujoco` fetches"]
+fn fetched_robots_are_symmetric() {
+    ["dm_control/humanoid.xml", "dm_control/humanoid_CMU.xml", "unitree_g1/g1.xml"]
+        .iter()
+        .for_each(|file| is_symmetric(&format!("fetched/{file}")));
+}
+
+#[test]
+#[ignore = "needs robots that nobody offers as one exact download: LIFELIKE_DATA"]
+fn shared_robots_are_symmetric_or_it_is_said_why_not() {
+    ["amp_humanoid.xml", "open_duck_mini_v2/robot.xml"].iter().for_each(|file| is_symmetric(file));
+    let error = Symmetry::derive(&other("toddlerbot_active.xml")).unwrap_err().to_string();
+    assert!(error.contains("right_wrist_roll") && error.contains("degrees"), "{error}");
+}
+
+fn is_symmetric(file: &str) {
+    let symmetry = Symmetry::derive(&other(file)).unwrap();
+    for (i, partner) in symmetry.joint.iter().enumerate() {
+        assert_eq!(symmetry.joint[*partner], i, "{file}");
     }
 }
 

@@ -1,6 +1,8 @@
-//! Other people's robots run too, as far as they have a floating base. Skipped where the data is not there.
+//! Other people's robots run too, as far as they have a floating base.
 #![cfg(feature = "mujoco")]
 #![allow(clippy::unwrap_used, clippy::expect_used)]
+
+mod world;
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -8,46 +10,50 @@ use std::sync::Arc;
 use lifelike_robot::Robot;
 use lifelike_sim::engine::LifelikeSimulation;
 use lifelike_sim::{Drive, MujocoSimulation, SimError, Simulation};
+use world::{fetched, shared};
 
-fn robots() -> Vec<PathBuf> {
-    let beside = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data");
-    let data = std::env::var_os("LIFELIKE_DATA").map_or(beside, PathBuf::from).join("robots");
-    let mut found: Vec<PathBuf> = glob(&data);
+/// Models below a folder.
+fn models(folder: &Path) -> Vec<PathBuf> {
+    let paths = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+    let is_model = |p: &Path| p.extension().is_some_and(|e| e == "xml" || e == "urdf");
+    let mut found: Vec<PathBuf> =
+        paths.flat_map(|p| if p.is_dir() { models(&p) } else { vec![p] }).filter(|p| is_model(p)).collect();
     found.sort();
     found
 }
 
-fn glob(folder: &Path) -> Vec<PathBuf> {
-    let Ok(entries) = std::fs::read_dir(folder) else { return Vec::new() };
-    let paths = entries.filter_map(|e| e.ok()).map(|e| e.path());
-    let is_model = |p: &Path| p.extension().is_some_and(|e| e == "xml" || e == "urdf");
-    paths.flat_map(|p| if p.is_dir() { glob(&p) } else { vec![p] }).filter(|p| is_model(p)).collect()
+#[test]
+fn fetched_robots_are_simulated_or_refused_with_a_reason() {
+    for (robot, model) in [("unitree_g1", "g1.xml"), ("dm_control", "humanoid.xml"), ("dm_control", "humanoid_CMU.xml")]
+    {
+        simulated_or_refused(&fetched(robot, model));
+    }
 }
 
 #[test]
-fn guessed_robots_are_simulated_or_refused_with_a_reason() {
-    let paths = robots();
-    if paths.is_empty() {
-        println!("skipped: no robots; set LIFELIKE_DATA to the data folder");
-        return;
-    }
-    for path in paths {
-        let robot = match Robot::load(path.to_str().unwrap()) {
-            Ok(robot) => Arc::new(robot),
+#[ignore = "needs robots that nobody offers as one exact download: LIFELIKE_DATA"]
+fn shared_robots_are_simulated_or_refused_with_a_reason() {
+    let models = models(&shared("."));
+    assert!(!models.is_empty());
+    models.iter().for_each(|path| simulated_or_refused(path));
+}
+
+fn simulated_or_refused(path: &Path) {
+    let robot = match Robot::load(path.to_str().unwrap()) {
+        Ok(robot) => Arc::new(robot),
+        Err(error) => {
+            println!("{}: refused: {error}", path.display());
+            assert!(error.to_string().len() > 20, "{error}");
+            return;
+        }
+    };
+    for engine in ["lifelike", "mujoco"] {
+        match simulation(engine, &robot) {
+            Ok(mut simulation) => stands_or_falls_quietly(path, simulation.as_mut()),
+            // Only ours leaves something out, and it says what.
             Err(error) => {
-                println!("{}: refused: {error}", path.display());
-                assert!(error.to_string().len() > 20, "{error}");
-                continue;
-            }
-        };
-        for engine in ["lifelike", "mujoco"] {
-            match simulation(engine, &robot) {
-                Ok(mut simulation) => stands_or_falls_quietly(&path, simulation.as_mut()),
-                // Only ours leaves something out, and it says what.
-                Err(error) => {
-                    println!("{}: refused by {engine}: {error}", path.display());
-                    assert!(engine == "lifelike" && error.to_string().len() > 20, "{error}");
-                }
+                println!("{}: refused by {engine}: {error}", path.display());
+                assert!(engine == "lifelike" && error.to_string().len() > 20, "{error}");
             }
         }
     }

@@ -15,45 +15,71 @@ use world::{
     all, from_text, near_standing, random_state, random_targets, rms, robots, self_touching, sliding_box, toy,
 };
 
-/// Gate 3: the impulse of one physics step in states that touch the ground.
+/// How far the vertical force on the feet is off MuJoCo's two physics steps after a random state near the ground, as a
+/// share of it: of each state that touches, sorted.
+fn off_in_contact(robot: &Robot, iterations: Option<usize>) -> Vec<f64> {
+    let mut robot = robot.clone();
+    (robot.control_hz, robot.substeps) = (robot.control_hz * robot.substeps as f64, 1);
+    let (robot, n) = (Arc::new(robot), 1000);
+    let mut oracle = MujocoSimulation::new(robot.clone(), n, 2).unwrap();
+    let mut ours = LaneSimulation::<f32, 8>::new(robot.clone(), n, 1).unwrap();
+    if let Some(iterations) = iterations {
+        ours = ours.with_iterations(iterations);
+    }
+    let (mut positions, velocities) = near_standing(&robot, n, 11);
+    positions.iter_mut().skip(2).step_by(robot.character.nq).for_each(|z| *z -= 0.008);
+    let targets = random_targets(&robot, n, 12);
+    for simulation in [&mut oracle as &mut dyn Simulation, &mut ours] {
+        simulation.reset(&all(n), &positions, &velocities).unwrap();
+        // The second step has a warm start.
+        (0..2).for_each(|_| simulation.step(Drive::Targets(&targets)).unwrap());
+    }
+    let (theirs, ours) = (&oracle.state().foot_force, &ours.state().foot_force);
+    let weight = robot.character.mass() * robot.character.gravity.norm();
+    let feet = theirs.len() / n;
+    let sum = |forces: &[f32]| forces.iter().map(|x| f64::from(*x)).sum::<f64>();
+    let pairs = theirs.chunks(feet).zip(ours.chunks(feet)).map(|(theirs, ours)| (sum(theirs), sum(ours)));
+    let touching = pairs.filter(|(theirs, _)| *theirs > 0.05 * weight);
+    let mut off: Vec<f64> = touching.map(|(theirs, ours)| (theirs - ours).abs() / theirs).collect();
+    off.sort_by(f64::total_cmp);
+    off
+}
+
+/// Gate 3: the impulse of one physics step in states that touch the ground: on average, in 99 of 100 states, at worst.
+///
+/// Limits are twice what was measured when they were set, but for one: G1 stands on 28 points, the ends of seven capsules
+/// under each foot, and twelve iterations do not share a load out there. In its worst state 69% of a small force is missing
+/// (in 99 of 100 less than 5.5%); all of it missing, which is 1, would be another failure than that. With converged forces
+/// nothing is left but single precision, for every robot: it is the iterations and not the model.
 #[test]
 fn one_step_of_contact_is_mujocos() {
     // The reference position of dm_control's humanoid is half a metre up in the air.
     for (name, robot) in robots().into_iter().filter(|(name, _)| *name != "dm humanoid") {
-        let mut robot = Robot::clone(&robot);
-        (robot.control_hz, robot.substeps) = (robot.control_hz * robot.substeps as f64, 1);
-        let (robot, n) = (Arc::new(robot), 1000);
-        let mut oracle = MujocoSimulation::new(robot.clone(), n, 2).unwrap();
-        let mut ours = LaneSimulation::<f32, 8>::new(robot.clone(), n, 1).unwrap();
-        let (mut positions, velocities) = near_standing(&robot, n, 11);
-        positions.iter_mut().skip(2).step_by(robot.character.nq).for_each(|z| *z -= 0.008);
-        let targets = random_targets(&robot, n, 12);
-        for simulation in [&mut oracle as &mut dyn Simulation, &mut ours] {
-            simulation.reset(&all(n), &positions, &velocities).unwrap();
-            // The second step has a warm start.
-            (0..2).for_each(|_| simulation.step(Drive::Targets(&targets)).unwrap());
+        let as_shipped = match name {
+            "lima" => [6e-4, 7e-3, 0.03],
+            "humanoid" => [2.2e-3, 0.03, 0.06],
+            _ => [0.018, 0.11, 1.0],
+        };
+        for (iterations, limits) in [(None, as_shipped), (Some(400), [5e-5, 8e-4, 2e-3])] {
+            let off = off_in_contact(&robot, iterations);
+            let mean = off.iter().sum::<f64>() / off.len() as f64;
+            let most = |share: f64| off[((off.len() - 1) as f64 * share) as usize];
+            let got = [mean, most(0.99), most(1.0)];
+            println!(
+                "{name}, {}: vertical force in {} touching states off by {:.4}% on average, \
+                 {:.2}% in 99 of 100, {:.2}% at worst",
+                iterations.map_or("as shipped".into(), |n| format!("{n} iterations")),
+                off.len(),
+                100.0 * got[0],
+                100.0 * got[1],
+                100.0 * got[2]
+            );
+            assert!(off.len() > 100, "{name}: {}", off.len());
+            assert!(
+                got.iter().zip(limits).all(|(got, limit)| *got < limit),
+                "{name} {iterations:?}: {got:?} {limits:?}"
+            );
         }
-        let (a, b) = (&oracle.state().foot_force, &ours.state().foot_force);
-        let weight = robot.character.mass() * robot.character.gravity.norm();
-        let feet = a.len() / n;
-        let (mut touching, mut total, mut worst) = (0, 0.0, 0.0_f64);
-        for (a, b) in a.chunks(feet).zip(b.chunks(feet)) {
-            let (a, b): (f64, f64) = (a.iter().map(|x| f64::from(*x)).sum(), b.iter().map(|x| f64::from(*x)).sum());
-            if a > 0.05 * weight {
-                touching += 1;
-                total += (a - b).abs() / a;
-                worst = worst.max((a - b).abs() / a);
-            }
-        }
-        let mean = total / f64::from(touching);
-        println!(
-            "{name}: vertical force in {touching} touching states: {:.2}% off on average, {:.1}% at worst",
-            100.0 * mean,
-            100.0 * worst
-        );
-        // G1 stands on 28 points, the ends of seven capsules under each foot: twelve iterations do not share the load out.
-        let (most, limit) = if name == "G1" { (0.02, f64::INFINITY) } else { (0.01, 0.05) };
-        assert!(touching > 100 && mean < most && worst < limit, "{name}: {touching}, {mean}, {worst}");
     }
 }
 

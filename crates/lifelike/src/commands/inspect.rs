@@ -3,6 +3,7 @@
 mod checkpoint;
 mod clip;
 mod controller;
+mod machine;
 #[cfg(feature = "learning")]
 mod networks;
 mod next_steps;
@@ -16,7 +17,8 @@ use lifelike_motion::formats::{self, FileMotion, ReadOptions};
 use crate::error::CliError;
 use crate::output::Output;
 
-/// Say what is in a robot, a motion, a network or the folder of a run, and what can be done with it next.
+/// Say what is in a robot, a motion, a network or the folder of a run, and what can be done with it next; or what this
+/// machine can do.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -25,10 +27,17 @@ Examples:
   lifelike inspect walk.bvh                         # captured motion, in any format that is read
   lifelike inspect walk.motion.safetensors          # motion of a robot
   lifelike inspect runs/tracker                     # a run: plan, progress, checkpoints
-  lifelike inspect --json assets/lima.controller.safetensors    # what a policy sees, and in which order")]
+  lifelike inspect --json assets/lima.controller.safetensors    # what a policy sees, and in which order
+  lifelike inspect --machine                        # vector instructions, cores, peak rates, memory, devices
+  LIFELIKE_SIMD=portable lifelike inspect --machine    # the same with the instructions that every machine has")]
 pub struct Args {
     /// A file, the folder of a run, or the name of a robot that comes with the program.
-    pub what: PathBuf,
+    #[arg(required_unless_present = "machine")]
+    pub what: Option<PathBuf>,
+    /// This machine: which vector instructions it has and which are used (the environment variable LIFELIKE_SIMD forces
+    /// others), cores, what one core can do at most (measured in about a second), memory, devices that networks learn on.
+    #[arg(long, conflicts_with = "what")]
+    pub machine: bool,
 }
 
 /// Kind of a path, by its name.
@@ -52,7 +61,7 @@ fn kind(path: &Path) -> Kind {
 
 /// Runs the command.
 pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
-    let path = args.what.as_path();
+    let Some(path) = args.what.as_deref() else { return machine::inspect(output) };
     match kind(path) {
         Kind::Robot => robot::inspect(&path.to_string_lossy(), output),
         Kind::Run => run::inspect(path, output),

@@ -7,6 +7,7 @@ pub mod demo;
 pub mod eval;
 pub mod export;
 pub mod inspect;
+pub(crate) mod machine;
 #[cfg(not(feature = "learning"))]
 mod missing;
 pub mod motion;
@@ -25,6 +26,7 @@ pub mod train;
 use missing as train;
 
 use clap::Subcommand;
+use lifelike_simd::InstructionSet;
 
 use crate::error::CliError;
 use crate::output::Output;
@@ -50,8 +52,10 @@ impl Command {
     /// Runs it.
     ///
     /// # Errors
-    /// As the command; the error's code is the program's exit code.
+    /// For an instruction set that this machine has not, else as the command; the error's code is the program's exit code.
     pub fn run(self, output: &Output) -> Result<(), CliError> {
+        // Whoever asks for one wants its numbers or its speed, and no other's.
+        InstructionSet::from_environment().map_err(|e| CliError::Usage(e.to_string()))?;
         match self {
             Self::Robots(args) => robots::run(&args, output),
             Self::Plans(args) => plans::run(&args, output),

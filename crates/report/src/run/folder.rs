@@ -195,6 +195,11 @@ impl RunFolder {
         self.path.join("timing.jsonl")
     }
 
+    /// Returns the path of `machine.jsonl`.
+    pub fn machine_path(&self) -> PathBuf {
+        self.path.join("machine.jsonl")
+    }
+
     /// Returns the path of `report.html`.
     pub fn report_path(&self) -> PathBuf {
         self.path.join("report.html")

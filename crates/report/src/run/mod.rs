@@ -6,6 +6,7 @@
 //! | `metrics.jsonl` | one JSON object per logged iteration, deterministic: equal runs give equal bytes |
 //! | `snapshots.jsonl` | values of many items (clips) at a few iterations, deterministic too |
 //! | `timing.jsonl` | what the clock says; differs from run to run, hence apart |
+//! | `machine.jsonl` | processor, cores and vector instructions of each sitting |
 //! | `events.out.tfevents.*` | the same numbers for TensorBoard |
 //! | `checkpoints/` | the last few and the best |
 //! | `report.html` | everything above in one page that a browser opens |

@@ -14,23 +14,19 @@ pub fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
 }
 
-/// A file among the shared robots, or a line that says that the test skips it.
-pub fn shared(name: &str) -> Option<PathBuf> {
+/// A model of `cargo xtask fetch ROBOT`. A gate that cannot run has failed.
+pub fn fetched(robot: &str, model: &str) -> PathBuf {
+    let path = root().join("third_party/robots").join(robot).join(model);
+    assert!(path.is_file(), "no {}: run `cargo xtask fetch {robot} --without-meshes`", path.display());
+    path
+}
+
+/// A file of the robots that nobody offers as one exact download; only ignored tests ask for it.
+pub fn shared(name: &str) -> PathBuf {
     let data = std::env::var_os("LIFELIKE_DATA").map_or_else(|| root().join("../shared/data"), PathBuf::from);
-    there(data.join("robots").join(name))
-}
-
-/// A file below the project's folder, likewise.
-pub fn fetched(name: &str) -> Option<PathBuf> {
-    there(root().join(name))
-}
-
-fn there(path: PathBuf) -> Option<PathBuf> {
-    if path.is_file() {
-        return Some(path);
-    }
-    println!("skipped: {} is absent", path.display());
-    None
+    let path = data.join("robots").join(name);
+    assert!(path.exists(), "no {}: let LIFELIKE_DATA name the data folder (CONTRIBUTING.md)", path.display());
+    path
 }
 
 /// The text without what needs files that are not there: includes of pictures, and materials from them.
@@ -71,21 +67,17 @@ pub fn exactly_solved(name: &str) -> Robot {
     robot
 }
 
-/// The robots that the engine is held to MuJoCo on, as far as they are there: ours, Unitree's G1, and dm_control's
-/// humanoid. The G1's text has no armature (mjlab adds it when it makes actuators: 0.0036 to 0.025 kg m²), and bare hands
+/// The robots that the engine is held to MuJoCo on: ours, Unitree's G1, and dm_control's humanoid. The G1's text has no armature (mjlab adds it when it makes actuators: 0.0036 to 0.025 kg m²), and bare hands
 /// weigh too little beside the trunk for single precision; so it gets the least of it.
 pub fn robots() -> Vec<(&'static str, Arc<Robot>)> {
     let mut robots: Vec<_> = ["lima", "humanoid"].map(|name| (name, Arc::new(Robot::load(name).unwrap()))).into();
-    if let Some(path) = fetched("third_party/robots/unitree_g1/g1.xml") {
-        let text = std::fs::read_to_string(&path).unwrap();
-        let class = "<default class=\"g1\">";
-        let text = text.replacen(class, &format!("{class}<joint armature=\"0.0036\"/>"), 1);
-        let character = Character::from_mjcf(&text, "g1.xml", path.parent()).unwrap();
-        robots.push(("G1", Arc::new(Robot::from_character(character, Profile::default()).unwrap())));
-    }
-    if let Some(path) = shared("dm_humanoid.xml") {
-        robots.push(("dm humanoid", from_text(&without_pictures(&path))));
-    }
+    let path = fetched("unitree_g1", "g1.xml");
+    let text = std::fs::read_to_string(&path).unwrap();
+    let class = "<default class=\"g1\">";
+    let text = text.replacen(class, &format!("{class}<joint armature=\"0.0036\"/>"), 1);
+    let character = Character::from_mjcf(&text, "g1.xml", path.parent()).unwrap();
+    robots.push(("G1", Arc::new(Robot::from_character(character, Profile::default()).unwrap())));
+    robots.push(("dm humanoid", from_text(&without_pictures(&fetched("dm_control", "humanoid.xml")))));
     robots
 }
 

@@ -9,10 +9,11 @@ use lifelike_sim::engine::profile::{Cost, costs};
 use lifelike_sim::engine::{LANES, LifelikeSimulation, self_contacts};
 use lifelike_sim::throughput::{Throughput, measure};
 use lifelike_sim::{EngineKind, SimulationSpec, Terrain};
+use lifelike_simd::InstructionSet;
 use serde::Serialize;
 use tracing::info;
 
-use super::machine;
+use crate::commands::machine::{Machine, peak};
 use crate::error::CliError;
 use crate::output::{Output, table};
 
@@ -92,6 +93,7 @@ struct StageCost {
 
 #[derive(Debug, Serialize)]
 struct Report {
+    machine: Machine,
     peak_operations_per_second: f64,
     cache_bytes_per_second: f64,
     rates: Vec<Rate>,
@@ -108,9 +110,11 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     }
     let engines = engines(&args.engine)?;
     let hills = Arc::new(Terrain::hills(20.0, 0.1, 0.15, 3.0, 1)?);
+    let set = InstructionSet::chosen();
     let mut report = Report {
-        peak_operations_per_second: machine::peak_operations(),
-        cache_bytes_per_second: machine::cache_bytes(),
+        machine: Machine::this(),
+        peak_operations_per_second: peak::operations(set),
+        cache_bytes_per_second: peak::cache_bytes(set),
         rates: Vec::new(),
         breakdowns: Vec::new(),
     };
@@ -276,7 +280,8 @@ fn text(report: &Report) -> String {
         text += &format!("{:.0}% of what this core multiplies and adds at most\n", 100.0 * b.share_of_peak);
     }
     text += &format!(
-        "\none core: {:.1} Gflop/s at most in single precision, {:.0} GB/s from its second-level cache\n",
+        "\none core with {}: {:.1} Gflop/s at most in single precision, {:.0} GB/s from its second-level cache\n",
+        report.machine.instruction_set,
         report.peak_operations_per_second / 1e9,
         report.cache_bytes_per_second / 1e9
     );

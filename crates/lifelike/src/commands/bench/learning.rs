@@ -5,11 +5,12 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use lifelike_nn::device::Processor;
+use lifelike_simd::InstructionSet;
 use lifelike_tracking::TrackerPlan;
 use lifelike_train::collective::Alone;
 use serde::Serialize;
 
-use super::machine;
+use crate::commands::machine::{Machine, peak};
 use crate::commands::train;
 use crate::commands::train::hardware::Hardware;
 use crate::error::CliError;
@@ -66,7 +67,7 @@ struct Peak {
     one_core: f64,
     /// Operations per second while learning, all cores together, of what one core can do.
     share_of_one_core: f64,
-    cores: usize,
+    machine: Machine,
 }
 
 /// Runs the command.
@@ -109,9 +110,8 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let processor = args.hardware.networks.device;
     report.device = processor.to_string();
     report.peak = (processor == Processor::Cpu).then(|| {
-        let one_core = machine::peak_operations();
-        let cores = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
-        Peak { one_core, share_of_one_core: report.learning_rate / one_core, cores }
+        let one_core = peak::operations(InstructionSet::chosen());
+        Peak { one_core, share_of_one_core: report.learning_rate / one_core, machine: Machine::this() }
     });
     report.seconds = seconds;
     for part in [&mut report.environments, &mut report.collecting, &mut report.learning] {
@@ -128,8 +128,9 @@ fn text(r: &Report) -> String {
         vec!["values, advantages, gradient steps".into(), percent(r.learning)],
     ];
     let peak = r.peak.as_ref().map_or(String::new(), |p| {
-        let (cores, one) = (p.cores, p.one_core * 1e-9);
-        format!(", on {cores} processors; one core's peak is {one:.1}: {:.2} of one core", p.share_of_one_core)
+        let (Machine { cores, instruction_set, .. }, one) = (&p.machine, p.one_core * 1e-9);
+        let share = p.share_of_one_core;
+        format!(", on {cores} cores; one core's peak with {instruction_set} is {one:.1}: {share:.2} of one core")
     });
     format!(
         "{:.0} environment steps per second over {:.0} s ({} iterations)\n\n{}\nnetworks: {:.2} million operations a step while collecting, {:.2} while learning\n\

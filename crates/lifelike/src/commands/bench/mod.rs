@@ -1,7 +1,6 @@
 //! `lifelike bench`: rates on this machine, disturbances that a policy withstands, and the thesis' tables.
 
 pub mod engine;
-mod machine;
 pub mod robustness;
 
 // By networks of the training framework.

@@ -7,6 +7,7 @@ use lifelike_report::run::RunFolder;
 use lifelike_train::collective::{Alone, Collective};
 use lifelike_train::{Summary, TrainingRun, TrainingTask};
 
+use crate::commands::machine::Machine;
 use crate::error::CliError;
 use crate::interrupt;
 use crate::output::Output;
@@ -42,7 +43,11 @@ impl<'a> Driver<'a> {
         let interrupted = interrupt::flag()?;
         let stop = AtomicBool::new(interrupted.load(Ordering::SeqCst));
         let quiet = Output { json: self.output.json, quiet: true };
-        let output = if self.collective.rank() == 0 { self.output } else { &quiet };
+        let first = self.collective.rank() == 0;
+        if first {
+            Machine::this().record(self.folder)?;
+        }
+        let output = if first { self.output } else { &quiet };
         let mut progress = Progress::new(output, "training", task.budget().total);
         let began = Instant::now();
         let run = TrainingRun { folder: self.folder, stop: &stop, collective: self.collective };
