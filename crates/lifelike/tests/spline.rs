@@ -27,7 +27,8 @@ fn refused(arguments: &[&str]) -> (i32, String) {
 }
 
 /// A plan for seconds: keyframed clips, a tiny network.
-const PLAN: &str = "robot = 'lima'\nclips = ['motions/w*.keys.toml']\ntest = ['motions/march.keys.toml']\nframes = 20\n\
+const PLAN: &str = "robot = 'lima'\nclips = ['motions/wa[lv][ke].keys.toml', 'motions/weight_shift.keys.toml']\n\
+    test = ['motions/march.keys.toml']\nframes = 20\n\
     [training]\nlatent = 6\nlayers = 1\nheads = 2\nwidth = 16\nbatch = 16\npart = 8\niterations = 12\nvalidate_every = 6\n\
     optimizer = 'adam'\n";
 

@@ -133,14 +133,22 @@ pub fn load_one(input: &Path, robot: &Robot) -> Result<MotionClip, RobotError> {
 
 /// Returns our own keyframed clips on a robot. What does not suit it is left out.
 pub fn builtin(robot: &Robot) -> LoadedClips {
+    builtin_where(robot, |_| true)
+}
+
+/// Our own clips whose `builtin:NAME` is wanted; only those are retargeted.
+fn builtin_where(robot: &Robot, wanted: impl Fn(&Path) -> bool) -> LoadedClips {
     let options = speed_limited(robot);
-    let texts: Vec<(&str, &str)> = keyframes::builtin().collect();
+    let (files, texts): (Vec<PathBuf>, Vec<(&str, &str)>) = keyframes::builtin()
+        .map(|(name, text)| (PathBuf::from(format!("{BUILTIN}:{name}")), (name, text)))
+        .filter(|(file, _)| wanted(file))
+        .unzip();
     let make = |(name, text): &(&str, &str)| {
         let source = keyframes::parse(text.as_bytes(), Path::new(name))?;
         retargeted(&source, robot, &options)
     };
     let made: Vec<Result<MotionClip, MotionError>> = texts.par_iter().map(make).collect();
-    gathered(texts.iter().map(|(name, _)| PathBuf::from(format!("{BUILTIN}:{name}"))).collect(), made)
+    gathered(files, made)
 }
 
 /// Returns true for an input that is our own clips (`builtin`) or one of them (`builtin:walk`) rather than a path.
@@ -165,12 +173,7 @@ fn builtin_by(words: &[PathBuf], robot: &Robot) -> Result<LoadedClips, RobotErro
         });
     }
     let all = words.iter().any(|word| word.as_os_str() == BUILTIN);
-    let mut loaded = builtin(robot);
-    let wanted = |file: &Path| all || words.iter().any(|word| word == file);
-    let pairs = loaded.clips.into_iter().zip(loaded.files).filter(|(_, file)| wanted(file));
-    (loaded.clips, loaded.files) = pairs.unzip();
-    loaded.left_out.retain(|left| wanted(&left.file));
-    Ok(loaded)
+    Ok(builtin_where(robot, |file| all || words.iter().any(|word| word == file)))
 }
 
 /// Returns these clips, and after them the mirror image of each by the robot's own symmetry, called `NAME+mirror`.
