@@ -56,7 +56,7 @@ mod legs;
 mod motion;
 mod text;
 
-pub use builtin::builtin;
+pub use builtin::{BASIC, builtin};
 
 /// The format, for the table of all.
 pub const FORMAT: Format = Format {

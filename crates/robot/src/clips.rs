@@ -75,10 +75,12 @@ impl LoadedClips {
     }
 }
 
-/// The input that stands for our own clips; `builtin:NAME` stands for one of them.
+/// The input that stands for our own basic clips; `builtin:NAME` stands for one of all that we have.
 const BUILTIN: &str = "builtin";
+/// The input that stands for all of our own clips.
+const ALL: &str = "builtin:all";
 
-/// Loads clips from files, folders, patterns, `@list.txt` and our own ones (`builtin`, `builtin:NAME`) ([`dataset::find_files`]), sorted by name, each name once:
+/// Loads clips from files, folders, patterns, `@list.txt` and our own ones (`builtin`, `builtin:all`, `builtin:NAME`) ([`dataset::find_files`]), sorted by name, each name once:
 /// of two files with one name the first by path is kept. Motion of robots is taken as it is; human motion is retargeted
 /// on the way, at the policy's rate and within the actuators' speeds.
 ///
@@ -131,9 +133,14 @@ pub fn load_one(input: &Path, robot: &Robot) -> Result<MotionClip, RobotError> {
     })
 }
 
-/// Returns our own keyframed clips on a robot. What does not suit it is left out.
+/// Returns our own basic clips ([`keyframes::BASIC`]) on a robot. What does not suit it is left out.
 pub fn builtin(robot: &Robot) -> LoadedClips {
-    builtin_where(robot, |_| true)
+    builtin_where(robot, is_basic)
+}
+
+/// Returns true for the `builtin:NAME` of a basic clip.
+fn is_basic(file: &Path) -> bool {
+    file.to_str().and_then(|text| text.split_once(':')).is_some_and(|(_, name)| keyframes::BASIC.contains(&name))
 }
 
 /// Our own clips whose `builtin:NAME` is wanted; only those are retargeted.
@@ -165,15 +172,18 @@ fn builtin_by(words: &[PathBuf], robot: &Robot) -> Result<LoadedClips, RobotErro
     }
     let names: Vec<PathBuf> =
         keyframes::builtin().map(|(name, _)| PathBuf::from(format!("{BUILTIN}:{name}"))).collect();
-    if let Some(unknown) = words.iter().find(|word| word.as_os_str() != BUILTIN && !names.contains(word)) {
+    let is = |set: &str| words.iter().any(|word| word.as_os_str() == set);
+    if let Some(unknown) =
+        words.iter().find(|word| word.as_os_str() != BUILTIN && word.as_os_str() != ALL && !names.contains(word))
+    {
         return Err(RobotError::Mismatch {
             what: "our own clips".into(),
             expected: names.iter().map(|name| name.display().to_string()).collect::<Vec<_>>().join(", "),
             got: unknown.display().to_string(),
         });
     }
-    let all = words.iter().any(|word| word.as_os_str() == BUILTIN);
-    Ok(builtin_where(robot, |file| all || words.iter().any(|word| word == file)))
+    let (basic, all) = (is(BUILTIN), is(ALL));
+    Ok(builtin_where(robot, |file| all || basic && is_basic(file) || words.iter().any(|word| word == file)))
 }
 
 /// Returns these clips, and after them the mirror image of each by the robot's own symmetry, called `NAME+mirror`.

@@ -88,6 +88,8 @@ fn our_own_clips_are_loaded_by_name() {
     let robot = Robot::load("lima").unwrap();
     let load = |words: &[&str]| clips::load(&words.iter().map(PathBuf::from).collect::<Vec<_>>(), &robot);
     assert_eq!(load(&["builtin"]).unwrap().clips, clips::builtin(&robot).clips);
+    let all = load(&["builtin:all"]).unwrap().clips;
+    assert!(all.len() > 60 && clips::builtin(&robot).clips.iter().all(|clip| all.contains(clip)), "{}", all.len());
     let two = load(&["builtin:wave", "builtin:nod"]).unwrap();
     assert_eq!(two.files, ["builtin:nod", "builtin:wave"].map(PathBuf::from));
     let unknown = load(&["builtin:dance"]).unwrap_err().to_string();
@@ -98,9 +100,9 @@ fn our_own_clips_are_loaded_by_name() {
 fn our_own_clips_suit_our_own_robots() {
     for name in lifelike_robot::load::NAMES {
         let robot = Robot::load(name).unwrap();
-        let own = clips::builtin(&robot);
+        let own = clips::load(&["builtin:all".into()], &robot).unwrap();
         assert!(own.left_out.is_empty(), "{name}: {:?}", own.left_out);
-        assert!(own.clips.len() >= 12, "{name}: {}", own.clips.len());
+        assert!(own.clips.len() > 60, "{name}: {}", own.clips.len());
         let slow = own.clips.iter().all(|c| {
             let n = c.joint_names.len();
             let limits = robot.actuators.parameters.iter().map(|p| SPEED_SHARE * p.velocity_max);

@@ -76,3 +76,23 @@ pub fn builtin() -> impl Iterator<Item = (&'static str, &'static str)> {
     ]
     .into_iter()
 }
+
+/// The clips that a first policy learns and the demo shows, by name: few enough for five minutes.
+pub const BASIC: [&str; 16] = [
+    "bow",
+    "idle_breathing",
+    "look_around",
+    "march",
+    "nod",
+    "point",
+    "shake_head",
+    "side_step",
+    "squat",
+    "step_in_place",
+    "stretch",
+    "sway_dance",
+    "turn_in_place",
+    "walk",
+    "wave",
+    "weight_shift",
+];
