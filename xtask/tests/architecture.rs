@@ -38,9 +38,10 @@ const UNNAMED: [(&str, &str); 1] =
     [("nn", "one set of features for burn, whatever selection of packages is built: see its manifest")];
 
 /// The only files with `unsafe`, and why.
-const UNSAFE: [(&str, &str); 5] = [
+const UNSAFE: [(&str, &str); 6] = [
     ("crates/dense/src/product.rs", "the matrix product takes pointers"),
     ("crates/robot/tests/contract_controller.rs", "an allocator that counts"),
+    ("crates/sim/src/engine/native.rs", "a vector is made without its instruction set's token at hand"),
     ("crates/sim/src/mujoco", "MuJoCo is a C library"),
     ("crates/sim/tests/oracle_mujoco.rs", "the oracle: MuJoCo stepped by its own C functions"),
     ("crates/nn/src/memory.rs", "glibc's allocator is set by a C function"),

@@ -55,6 +55,45 @@ pub trait Engine: Send {
     fn load(&mut self, id: usize, values: &[f64]);
 }
 
+impl<E: Engine + ?Sized> Engine for Box<E> {
+    fn name(&self) -> &'static str {
+        (**self).name()
+    }
+    fn terrain(&self) -> Option<&Arc<Terrain>> {
+        (**self).terrain()
+    }
+    fn state_width(&self) -> usize {
+        (**self).state_width()
+    }
+    fn put(&mut self, id: usize, position: &[f64], velocity: &[f64]) {
+        (**self).put(id, position, velocity);
+    }
+    fn set_parameters(&mut self, id: usize, parameters: &EnvironmentParameters) -> Result<(), SimError> {
+        (**self).set_parameters(id, parameters)
+    }
+    fn push(&mut self, id: usize, body: usize, force_w: [f32; 3], torque_w: [f32; 3]) {
+        (**self).push(id, body, force_w, torque_w);
+    }
+    fn clear_pushes(&mut self, id: usize) {
+        (**self).clear_pushes(id);
+    }
+    fn observe(&mut self, ids: &[usize], state: &mut BatchState) {
+        (**self).observe(ids, state);
+    }
+    fn step(&mut self, drive: Drive<'_>, state: &mut BatchState) {
+        (**self).step(drive, state);
+    }
+    fn constraint_wrenches(&mut self, drive: Drive<'_>, out: &mut ConstraintWrenches) {
+        (**self).constraint_wrenches(drive, out);
+    }
+    fn save(&self, id: usize, values: &mut Vec<f64>) {
+        (**self).save(id, values);
+    }
+    fn load(&mut self, id: usize, values: &[f64]) {
+        (**self).load(id, values);
+    }
+}
+
 /// N environments of an engine: its [`Simulation`].
 pub struct Batched<E> {
     robot: Arc<Robot>,

@@ -1,17 +1,17 @@
 //! Promises of every engine.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
+mod world;
+
 use std::sync::Arc;
 
-use lifelike_character::Character;
 use lifelike_robot::Robot;
-use lifelike_sim::engine::LaneSimulation;
 use lifelike_sim::{
-    BatchState, ConstraintWrenches, Drive, EngineKind, EnvironmentParameters, LifelikeSimulation, Simulation,
-    SimulationSpec, Terrain,
+    BatchState, ConstraintWrenches, Drive, EngineKind, EnvironmentParameters, Simulation, SimulationSpec,
 };
-use rand::{Rng, SeedableRng};
+use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
+use world::{targets, vary};
 
 /// The engines of this build.
 fn engines() -> impl Iterator<Item = EngineKind> {
@@ -24,41 +24,6 @@ fn make(engine: EngineKind, environments: usize, threads: usize) -> Box<dyn Simu
 
 fn lima() -> Arc<Robot> {
     Arc::new(Robot::load("lima").unwrap())
-}
-
-/// Targets around the default pose; environment `e` of step `t` gets the same whatever the batch.
-fn targets(robot: &Robot, environments: &[usize], t: usize) -> Vec<f32> {
-    let mut out = Vec::new();
-    for &e in environments {
-        let mut rng = ChaCha8Rng::seed_from_u64((e * 10_000 + t) as u64);
-        out.extend(robot.default_pose.iter().map(|&q| q as f32 + rng.random_range(-0.3..0.3)));
-    }
-    out
-}
-
-/// Different masses, friction and pushes, by the environment's own number.
-fn vary(simulation: &mut dyn Simulation, environments: &[usize]) {
-    let bodies = simulation.robot().character.bodies.len();
-    for (id, &e) in environments.iter().enumerate() {
-        let mut rng = ChaCha8Rng::seed_from_u64(e as u64);
-        if e % 3 != 0 {
-            let parameters = EnvironmentParameters {
-                mass_scale: (0..bodies).map(|_| rng.random_range(0.9..1.1)).collect(),
-                ground_friction: (e % 2 == 0).then(|| rng.random_range(0.3..1.2)),
-                inertia_scale: (0..bodies).map(|_| rng.random_range(0.9..1.1)).collect(),
-                com_offset: (0..bodies).map(|_| std::array::from_fn(|_| rng.random_range(-0.01..0.01))).collect(),
-                gravity: Some([0.0, rng.random_range(-1.0..1.0), -9.0]),
-                kp_scale: (0..simulation.robot().joints()).map(|_| rng.random_range(0.8..1.2)).collect(),
-                strength_scale: (0..simulation.robot().joints()).map(|_| rng.random_range(0.8..1.2)).collect(),
-                foot_friction: if e % 2 == 1 { vec![rng.random_range(0.3..1.2), 0.7] } else { vec![] },
-                ..EnvironmentParameters::default()
-            };
-            simulation.set_parameters(id, parameters).unwrap();
-        }
-        if e % 4 == 1 {
-            simulation.push(id, 1, [rng.random_range(-30.0..30.0), 5.0, 0.0], [0.0, 1.0, 0.0]).unwrap();
-        }
-    }
 }
 
 fn run(
@@ -374,69 +339,4 @@ fn pushes_come_and_go_by_schedule() {
         let expected: Vec<bool> = (0..40).map(|t| (t + 6) % 15 < 5 && t > 5).collect();
         assert_eq!(pushed, expected);
     }
-}
-
-/// Touching itself, and uneven ground, look at an environment's neighbours for what can be left out: never at their numbers.
-#[test]
-fn neighbours_change_no_bit_of_a_robot_that_touches_itself_on_hills() {
-    let mut robot = Robot::load("lima").unwrap();
-    let text = robot
-        .character
-        .mjcf
-        .clone()
-        .unwrap()
-        .replace("contype=\"0\" conaffinity=\"1\"", "contype=\"1\" conaffinity=\"1\"");
-    robot.character = Character::from_mjcf(&text, "lima", None).unwrap().into();
-    assert!(lifelike_sim::engine::self_contacts(&robot) > 10);
-    let (robot, n) = (Arc::new(robot), 37);
-    let terrain = Arc::new(Terrain::hills(10.0, 0.1, 0.2, 2.0, 1).unwrap());
-    let state = |e: usize| {
-        let mut rng = ChaCha8Rng::seed_from_u64(e as u64);
-        let mut q = robot.default_position();
-        // Some stand beyond the edge of the ground, and fall.
-        let reach = if e.is_multiple_of(5) { 7.0 } else { 3.0 };
-        (q[0], q[1]) = (rng.random_range(-reach..reach), rng.random_range(-reach..reach));
-        q[2] += rng.random_range(0.0..0.3);
-        q[7..].iter_mut().for_each(|x| *x += rng.random_range(-0.6..0.6));
-        q
-    };
-    let run = |environments: &[usize], threads: usize, lanes: usize| {
-        let n = environments.len();
-        let mut simulation: Box<dyn Simulation> = match lanes {
-            // With one lane there is nobody beside.
-            1 => Box::new(
-                LaneSimulation::<f32, 1>::new(robot.clone(), n, threads).unwrap().with_terrain(terrain.clone()),
-            ),
-            _ => Box::new(LifelikeSimulation::new(robot.clone(), n, threads).unwrap().with_terrain(terrain.clone())),
-        };
-        let positions: Vec<f64> = environments.iter().flat_map(|e| state(*e)).collect();
-        let ids: Vec<usize> = (0..environments.len()).collect();
-        simulation.reset(&ids, &positions, &vec![0.0; environments.len() * robot.character.nv]).unwrap();
-        let targets = vec![0.3; environments.len() * robot.joints()];
-        (0..40).for_each(|_| simulation.step(Drive::Targets(&targets)).unwrap());
-        let joints = robot.joints();
-        let rows = simulation.state().joint_position.chunks(joints).map(<[f32]>::to_vec);
-        environments.iter().copied().zip(rows).collect::<std::collections::BTreeMap<_, _>>()
-    };
-    let forwards: Vec<usize> = (0..n).collect();
-    let backwards: Vec<usize> = (0..n).rev().collect();
-    let all = run(&forwards, 1, 16);
-    assert_eq!(all, run(&backwards, 3, 16));
-    assert_eq!(all, run(&forwards, 1, 1));
-}
-
-/// How many environments share a vector is a matter of speed alone.
-#[test]
-fn the_number_of_lanes_changes_no_bit() {
-    fn run<const W: usize>() -> BatchState {
-        let (robot, n) = (lima(), 21);
-        let mut simulation = LaneSimulation::<f32, W>::new(robot.clone(), n, 1).unwrap();
-        let all: Vec<usize> = (0..n).collect();
-        vary(&mut simulation, &all);
-        (0..50).for_each(|t| simulation.step(Drive::Targets(&targets(&robot, &all, t))).unwrap());
-        simulation.state().clone()
-    }
-    let eight = run::<8>();
-    assert_eq!(eight, run::<16>());
-    assert_eq!(eight, run::<1>());
 }

@@ -7,8 +7,7 @@ mod world;
 use std::sync::Arc;
 
 use lifelike_character::Vec3;
-use lifelike_sim::engine::LaneSimulation;
-use lifelike_sim::{ConstraintWrenches, Drive, MujocoSimulation, Simulation};
+use lifelike_sim::{ConstraintWrenches, Drive, LifelikeSimulation, MujocoSimulation, Simulation};
 use mujoco_rs::mujoco_c::mjtDisableBit;
 use mujoco_rs::prelude::{MjData, MjModel};
 use rand::{Rng, SeedableRng};
@@ -31,7 +30,7 @@ fn forces_on_bodies_are_mujocos() {
         ("one that touches itself", self_touching(&ball("0.2"), &ball("0.15"))),
     ] {
         let (positions, velocities) = near_standing(&robot, n, 71);
-        let mut ours = LaneSimulation::<f64, 4>::new(robot.clone(), n, 1).unwrap().with_iterations(1000);
+        let mut ours = LifelikeSimulation::in_double_precision(robot.clone(), n, 1).unwrap().with_iterations(1000);
         ours.reset(&all(n), &positions, &velocities).unwrap();
         let bodies = robot.character.bodies.len();
         let pushed = |id: usize| 1 + id % (bodies - 1);

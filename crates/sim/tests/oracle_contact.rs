@@ -7,8 +7,7 @@ mod world;
 use std::sync::Arc;
 
 use lifelike_robot::Robot;
-use lifelike_sim::engine::LaneSimulation;
-use lifelike_sim::{BatchState, Drive, MujocoSimulation, Simulation, Terrain};
+use lifelike_sim::{BatchState, Drive, LifelikeSimulation, MujocoSimulation, Simulation, Terrain};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use world::{
@@ -22,7 +21,7 @@ fn off_in_contact(robot: &Robot, iterations: Option<usize>) -> Vec<f64> {
     (robot.control_hz, robot.substeps) = (robot.control_hz * robot.substeps as f64, 1);
     let (robot, n) = (Arc::new(robot), 1000);
     let mut oracle = MujocoSimulation::new(robot.clone(), n, 2).unwrap();
-    let mut ours = LaneSimulation::<f32, 8>::new(robot.clone(), n, 1).unwrap();
+    let mut ours = LifelikeSimulation::new(robot.clone(), n, 1).unwrap();
     if let Some(iterations) = iterations {
         ours = ours.with_iterations(iterations);
     }
@@ -96,7 +95,7 @@ fn boxes_stick_and_slip_on_slopes_as_they_should() {
     // Soft contacts creep: what sticks moves a little. Measured after the box has come to rest on its springs.
     let friction = 0.5_f64;
     let way = |slope: f64| {
-        let mut ours = LaneSimulation::<f32, 8>::new(sliding_box(friction, slope), 1, 1).unwrap();
+        let mut ours = LifelikeSimulation::new(sliding_box(friction, slope), 1, 1).unwrap();
         let mut oracle = MujocoSimulation::new(sliding_box(friction, slope), 1, 1).unwrap();
         let settled = (slide(&mut ours, 1.5), slide(&mut oracle, 1.5));
         (slide(&mut ours, 1.0) - settled.0, slide(&mut oracle, 1.0) - settled.1)
@@ -104,7 +103,7 @@ fn boxes_stick_and_slip_on_slopes_as_they_should() {
     // With a hundred iterations only single precision is left between the two.
     let creep = |iterations: usize| {
         let robot = sliding_box(friction, (0.98 * friction).atan());
-        slide(&mut LaneSimulation::<f32, 8>::new(robot, 1, 1).unwrap().with_iterations(iterations), 1.0)
+        slide(&mut LifelikeSimulation::new(robot, 1, 1).unwrap().with_iterations(iterations), 1.0)
     };
     let converged =
         slide(&mut MujocoSimulation::new(sliding_box(friction, (0.98 * friction).atan()), 1, 1).unwrap(), 1.0);
@@ -130,7 +129,7 @@ fn margins_hold_a_box_above_the_ground_as_in_mujoco() {
         robot.character.mjcf.clone().unwrap().replace("type=\"box\"", "type=\"box\" margin=\"0.004\" gap=\"0.01\"");
     let text = text.replace("type=\"plane\"", "type=\"plane\" margin=\"0.003\"");
     let robot = from_text(&text);
-    let mut ours = LaneSimulation::<f32, 8>::new(robot.clone(), 1, 1).unwrap();
+    let mut ours = LifelikeSimulation::new(robot.clone(), 1, 1).unwrap();
     let mut oracle = MujocoSimulation::new(robot, 1, 1).unwrap();
     slide(&mut ours, 2.0);
     slide(&mut oracle, 2.0);
@@ -143,7 +142,7 @@ fn margins_hold_a_box_above_the_ground_as_in_mujoco() {
 #[test]
 fn a_box_at_rest_sinks_as_deep_as_in_mujoco() {
     let robot = sliding_box(0.8, 0.0);
-    let mut ours = LaneSimulation::<f32, 8>::new(robot.clone(), 1, 1).unwrap();
+    let mut ours = LifelikeSimulation::new(robot.clone(), 1, 1).unwrap();
     let mut oracle = MujocoSimulation::new(robot, 1, 1).unwrap();
     slide(&mut ours, 2.0);
     slide(&mut oracle, 2.0);
@@ -177,7 +176,7 @@ fn apart_by_touching(robot: &Arc<Robot>, apart: &Arc<Robot>) -> Vec<f64> {
     };
     let free = end(&mut MujocoSimulation::new(one_step(apart), n, 2).unwrap());
     let theirs = end(&mut MujocoSimulation::new(one_step(robot), n, 2).unwrap());
-    let ours = end(&mut LaneSimulation::<f64, 4>::new(one_step(robot), n, 2).unwrap().with_iterations(100));
+    let ours = end(&mut LifelikeSimulation::in_double_precision(one_step(robot), n, 2).unwrap().with_iterations(100));
     let joints = robot.joints();
     let mut shares = Vec::new();
     for e in 0..n {
@@ -254,7 +253,7 @@ fn a_slope_is_a_turned_plane() {
     let terrain = Terrain::from_fn(8.0, 0.1, |x, _| -angle.tan() * x).unwrap();
     let turned = ball(&format!("{} 0 {} 0", (0.5 * angle).cos(), (0.5 * angle).sin()));
     let (theirs, start) = roll(&mut MujocoSimulation::new(turned, n, 1).unwrap(), &terrain);
-    let ours = LaneSimulation::<f32, 8>::new(ball("1 0 0 0"), n, 1).unwrap();
+    let ours = LifelikeSimulation::new(ball("1 0 0 0"), n, 1).unwrap();
     let (ours, _) = roll(&mut ours.with_terrain(Arc::new(terrain.clone())), &terrain);
     let (way, off) = (rms(&theirs, &start), rms(&theirs, &ours));
     let mut field = MujocoSimulation::on(Some(&terrain), ball("1 0 0 0"), n, 1).unwrap();
@@ -271,7 +270,7 @@ fn hills_carry_about_as_in_mujoco() {
     let (n, terrain) = (100, Terrain::hills(8.0, 0.1, 0.3, 4.0, 5).unwrap());
     let mut field = MujocoSimulation::on(Some(&terrain), ball("1 0 0 0"), n, 1).unwrap();
     let (theirs, start) = roll(&mut field, &terrain);
-    let ours = LaneSimulation::<f32, 8>::new(ball("1 0 0 0"), n, 1).unwrap();
+    let ours = LifelikeSimulation::new(ball("1 0 0 0"), n, 1).unwrap();
     let (ours, _) = roll(&mut ours.with_terrain(Arc::new(terrain.clone())), &terrain);
     let (way, off) = (rms(&theirs, &start), rms(&theirs, &ours));
     println!("balls roll {way:.3} m on hills; ours end {off:.1e} m beside MuJoCo's");

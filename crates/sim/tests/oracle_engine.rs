@@ -8,8 +8,7 @@ use std::sync::Arc;
 
 use lifelike_character::Character;
 use lifelike_robot::Robot;
-use lifelike_sim::engine::LaneSimulation;
-use lifelike_sim::{Drive, EnvironmentParameters, MujocoSimulation, Simulation};
+use lifelike_sim::{Drive, EnvironmentParameters, LifelikeSimulation, MujocoSimulation, Simulation};
 use mujoco_rs::mujoco_c::{mjtDisableBit, mjtEnableBit};
 use mujoco_rs::prelude::{MjData, MjModel};
 use rand::{Rng, SeedableRng};
@@ -35,8 +34,8 @@ fn relative(a: &[f64], b: &[f64]) -> f64 {
 #[test]
 fn masses_bias_and_accelerations_are_mujocos() {
     for (name, robot) in robots() {
-        let mut double = LaneSimulation::<f64, 4>::new(robot.clone(), 1, 1).unwrap();
-        let mut single = LaneSimulation::<f32, 8>::new(robot.clone(), 1, 1).unwrap();
+        let mut double = LifelikeSimulation::in_double_precision(robot.clone(), 1, 1).unwrap();
+        let mut single = LifelikeSimulation::new(robot.clone(), 1, 1).unwrap();
         let mut data = mujoco(&robot);
         let mut rng = ChaCha8Rng::seed_from_u64(7);
         let nv = robot.character.nv;
@@ -79,10 +78,10 @@ fn masses_bias_and_accelerations_are_mujocos() {
 }
 
 /// The engines, ours in double and in single precision.
-fn together(robot: &Arc<Robot>, n: usize) -> (MujocoSimulation, LaneSimulation<f64, 4>, LaneSimulation<f32, 8>) {
+fn together(robot: &Arc<Robot>, n: usize) -> (MujocoSimulation, LifelikeSimulation, LifelikeSimulation) {
     let oracle = MujocoSimulation::new(robot.clone(), n, 2).unwrap();
-    let double = LaneSimulation::new(robot.clone(), n, 1).unwrap();
-    let single = LaneSimulation::new(robot.clone(), n, 1).unwrap();
+    let double = LifelikeSimulation::in_double_precision(robot.clone(), n, 1).unwrap();
+    let single = LifelikeSimulation::new(robot.clone(), n, 1).unwrap();
     (oracle, double, single)
 }
 
@@ -131,7 +130,7 @@ fn flight_is_mujocos() {
         simulation.state().clone()
     };
     let mut oracle = MujocoSimulation::new(robot.clone(), n, 1).unwrap();
-    let mut ours = LaneSimulation::<f32, 8>::new(robot.clone(), n, 1).unwrap();
+    let mut ours = LifelikeSimulation::new(robot.clone(), n, 1).unwrap();
     let (a, b) = (end(&mut oracle), end(&mut ours));
     let position = rms(&a.root_position, &b.root_position);
     let joints = rms(&a.joint_velocity, &b.joint_velocity);
@@ -188,8 +187,8 @@ fn flight_keeps_energy_and_momentum() {
         sums
     };
     let theirs = drift(&mut MujocoSimulation::new(robot.clone(), n, 1).unwrap(), 1);
-    let double = drift(&mut LaneSimulation::<f64, 4>::new(robot.clone(), n, 1).unwrap(), 0);
-    let single = drift(&mut LaneSimulation::<f32, 8>::new(robot.clone(), n, 1).unwrap(), 0);
+    let double = drift(&mut LifelikeSimulation::in_double_precision(robot.clone(), n, 1).unwrap(), 0);
+    let single = drift(&mut LifelikeSimulation::new(robot.clone(), n, 1).unwrap(), 0);
     println!(
         "drift of energy (J), momentum (N s), angular momentum (N m s) in a second: MuJoCo {theirs:.1?}, ours in f64 {double:?}, f32 {single:?}"
     );
@@ -312,8 +311,8 @@ fn parameters_and_pushes_act_as_in_mujoco() {
 fn what_is_hostile_is_quarantined_or_refused() {
     let robot = Arc::new(Robot::load("lima").unwrap());
     let (nv, joints) = (robot.character.nv, robot.joints());
-    let run = |spoil: &dyn Fn(&mut LaneSimulation<f32, 8>)| {
-        let mut simulation = LaneSimulation::<f32, 8>::new(robot.clone(), 8, 1).unwrap();
+    let run = |spoil: &dyn Fn(&mut LifelikeSimulation)| {
+        let mut simulation = LifelikeSimulation::new(robot.clone(), 8, 1).unwrap();
         spoil(&mut simulation);
         (0..20).for_each(|_| simulation.step(Drive::Targets(&vec![0.1; 8 * joints])).unwrap());
         simulation.state().clone()
@@ -362,7 +361,7 @@ fn impossible_models_are_refused() {
             Err(error) => error.to_string(),
             Ok(character) => {
                 let robot = Arc::new(Robot::from_character(character, lifelike_robot::Profile::default()).unwrap());
-                LaneSimulation::<f32, 8>::new(robot, 1, 1).err().unwrap().to_string()
+                LifelikeSimulation::new(robot, 1, 1).err().unwrap().to_string()
             }
         };
         println!("{what}: {error}");

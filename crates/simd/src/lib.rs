@@ -8,8 +8,8 @@ mod instruction_set;
 mod number;
 
 pub use fearless_simd::{Simd, prelude};
-pub use instruction_set::{InstructionSet, Task, Unavailable, VARIABLE};
-pub use number::Number;
+pub use instruction_set::{InstructionSet, Task, Unavailable, VARIABLE, with_fused_multiply_add};
+pub use number::{Number, tanh_ratio};
 
 /// The vector types.
 pub mod vectors {

@@ -2,7 +2,7 @@
 
 use super::box_collision::{self, ContactPoint, Cuboid};
 use super::contact::{ContactCandidate, Contacts};
-use super::lane::{Lane, Scalar};
+use super::lanes::{Lanes, Scalar};
 use super::shapes::{GroundShape, Pair, Shape};
 use super::solver_context::{Forces, SolverContext};
 use super::spatial::{Vec3, add, along, cross, dot, rotate_constant, sub};
@@ -13,53 +13,56 @@ const ROUNDING: f64 = 1e-5;
 
 /// Poses of the shapes that may touch each other, axes of the world, from the root's position.
 #[derive(Debug, Clone)]
-pub struct Detector<T: Scalar, const W: usize> {
-    center: Vec<Vec3<T, W>>,
-    axis: Vec<Vec3<T, W>>,
+pub struct Detector<V: Lanes> {
+    center: Vec<Vec3<V>>,
+    axis: Vec<Vec3<V>>,
     /// Axes of boxes, the columns of their rotation.
-    turn: Vec<[Vec3<T, W>; 3]>,
+    turn: Vec<[Vec3<V>; 3]>,
 }
 
-impl<T: Scalar, const W: usize> Detector<T, W> {
-    pub fn new(tree: &Tree<T>) -> Self {
-        let nowhere = vec![[Lane::zero(); 3]; tree.shapes.len()];
-        Self { center: nowhere.clone(), axis: nowhere, turn: vec![[[Lane::zero(); 3]; 3]; tree.shapes.len()] }
+impl<V: Lanes> Detector<V> {
+    pub fn new(tree: &Tree<V::Scalar>) -> Self {
+        let nowhere = vec![[V::zero(); 3]; tree.shapes.len()];
+        Self { center: nowhere.clone(), axis: nowhere, turn: vec![[[V::zero(); 3]; 3]; tree.shapes.len()] }
     }
 
-    #[inline(always)]
-    fn update(&mut self, s: &SolverContext<'_, T, W>) {
-        for (i, shape) in s.tree.shapes.iter().enumerate() {
-            let (rotation, position) = (&s.dynamics.rotation[shape.body], &s.dynamics.position[shape.body]);
-            self.center[i] = add(position, &rotate_constant(rotation, &shape.center));
-            self.axis[i] = rotate_constant(rotation, &shape.axis);
-            if let Some((_, local)) = &shape.cuboid {
-                for (k, axis) in self.turn[i].iter_mut().enumerate() {
-                    *axis = rotate_constant(rotation, &[local[k], local[3 + k], local[6 + k]]);
+    fn update(&mut self, s: &SolverContext<'_, V>) {
+        V::vectorize(
+            #[inline(always)]
+            || {
+                for (i, shape) in s.tree.shapes.iter().enumerate() {
+                    let (rotation, position) = (&s.dynamics.rotation[shape.body], &s.dynamics.position[shape.body]);
+                    self.center[i] = add(position, &rotate_constant(rotation, &shape.center));
+                    self.axis[i] = rotate_constant(rotation, &shape.axis);
+                    if let Some((_, local)) = &shape.cuboid {
+                        for (k, axis) in self.turn[i].iter_mut().enumerate() {
+                            *axis = rotate_constant(rotation, &[local[k], local[3 + k], local[6 + k]]);
+                        }
+                    }
                 }
-            }
-        }
+            },
+        );
     }
 
     /// Returns the reach of a shape from its centre along a direction of unit length, and back.
     #[inline(always)]
-    fn extent(&self, i: usize, shape: &Shape<T>, direction: &Vec3<T, W>) -> Lane<T, W> {
-        let size = |x: Lane<T, W>| x.max(-x);
+    fn extent(&self, i: usize, shape: &Shape<V::Scalar>, direction: &Vec3<V>) -> V {
         match &shape.cuboid {
-            None => size(dot(&self.axis[i], direction)) + Lane::splat(shape.radius),
+            None => dot(&self.axis[i], direction).abs() + V::splat(shape.radius),
             Some((half, _)) => {
                 let turn = &self.turn[i];
-                (size(dot(&turn[0], direction)) * Lane::splat(half[0]))
-                    .add_mul(size(dot(&turn[1], direction)), Lane::splat(half[1]))
-                    .add_mul(size(dot(&turn[2], direction)), Lane::splat(half[2]))
+                (dot(&turn[0], direction).abs() * V::splat(half[0]))
+                    .add_mul(dot(&turn[1], direction).abs(), V::splat(half[1]))
+                    .add_mul(dot(&turn[2], direction).abs(), V::splat(half[2]))
             }
         }
     }
 }
 
-impl<T: Scalar, const W: usize> Detector<T, W> {
+impl<V: Lanes> Detector<V> {
     /// The contacts of a state. Forces of the step before end where nothing touches any more.
     #[inline(always)]
-    pub fn find(&mut self, s: &SolverContext<'_, T, W>, forces: &mut Forces<T, W>, contacts: &mut Contacts<T, W>) {
+    pub fn find(&mut self, s: &SolverContext<'_, V>, forces: &mut Forces<V>, contacts: &mut Contacts<V>) {
         contacts.clear();
         let mut slot = 0;
         for shape in &s.tree.ground_shapes {
@@ -75,18 +78,18 @@ impl<T: Scalar, const W: usize> Detector<T, W> {
     #[inline(always)]
     fn collide_pair(
         &mut self,
-        s: &SolverContext<'_, T, W>,
-        pair: &Pair<T>,
-        forces: &mut Forces<T, W>,
-        contacts: &mut Contacts<T, W>,
+        s: &SolverContext<'_, V>,
+        pair: &Pair<V::Scalar>,
+        forces: &mut Forces<V>,
+        contacts: &mut Contacts<V>,
     ) {
         let [a, b] = pair.shapes;
-        let reach = Lane::splat(pair.reach) + Lane::splat_f64(ROUNDING);
+        let reach = V::splat(pair.reach) + V::splat_f64(ROUNDING);
         let between = sub(&self.center[b], &self.center[a]);
         let near = reach * reach - dot(&between, &between);
         if !near.any_positive() {
             for slot in pair.first..pair.first + pair.contacts {
-                forces.keep(slot, Lane::zero());
+                forces.keep(slot, V::zero());
             }
         } else if s.tree.shapes[b].cuboid.is_some() {
             self.collide_box(s, pair, near, forces, contacts);
@@ -96,96 +99,106 @@ impl<T: Scalar, const W: usize> Detector<T, W> {
     }
 
     /// Two spheres or capsules: the nearest points of two lines.
-    #[inline(always)]
     fn collide_round(
         &mut self,
-        s: &SolverContext<'_, T, W>,
-        pair: &Pair<T>,
-        forces: &mut Forces<T, W>,
-        contacts: &mut Contacts<T, W>,
+        s: &SolverContext<'_, V>,
+        pair: &Pair<V::Scalar>,
+        forces: &mut Forces<V>,
+        contacts: &mut Contacts<V>,
     ) {
-        let (zero, one, tiny) = (Lane::zero(), Lane::splat_f64(1.0), Lane::splat_f64(1e-12));
-        let [a, b] = pair.shapes;
-        let (p, q) = (&self.axis[a], &self.axis[b]);
-        let apart = sub(&self.center[a], &self.center[b]);
-        let (pp, pq, qq) = (dot(p, p), -dot(p, q), dot(q, q));
-        let (u, v) = (-dot(p, &apart), dot(q, &apart));
-        let inside = |x: Lane<T, W>| x.max(-one).min(one);
-        let determinant = (pp * qq).sub_mul(pq, pq);
-        // Of parallel lines, the points nearest to the first one's centre.
-        let crossing = determinant - Lane::splat_f64(1e-5) * pp * qq;
-        let x = crossing.select_gt(zero, inside((qq * u).sub_mul(pq, v) / determinant.max(tiny * tiny)), zero);
-        let y = inside(v.sub_mul(pq, x) / qq.max(tiny));
-        let x = inside(u.sub_mul(pq, y) / pp.max(tiny));
-        let on_a = along(&self.center[a], p, x);
-        let on_b = along(&self.center[b], q, y);
-        let gap = sub(&on_b, &on_a);
-        let length = dot(&gap, &gap).sqrt();
-        let inverse = length.max(Lane::splat_f64(1e-9)).recip();
-        let known = length - Lane::splat_f64(1e-9);
-        let normal = [
-            known.select_gt(zero, gap[0] * inverse, one),
-            known.select_gt(zero, gap[1] * inverse, zero),
-            known.select_gt(zero, gap[2] * inverse, zero),
-        ];
-        let (shape_a, shape_b) = (&s.tree.shapes[a], &s.tree.shapes[b]);
-        let distance = length - Lane::splat(shape_a.radius) - Lane::splat(shape_b.radius);
-        let penetration = Lane::splat(pair.mixed.margin) - distance;
-        let touching = penetration.select_gt(zero, one, zero);
-        if forces.keep(pair.first, touching) {
-            let point = along(&on_a, &normal, Lane::splat(shape_a.radius).add_mul(distance, Lane::splat_f64(0.5)));
-            contacts.push(s, &pair.candidate(s, 0, point, normal, penetration, touching));
-        }
+        V::vectorize(
+            #[inline(always)]
+            || {
+                let (zero, one, tiny) = (V::zero(), V::splat_f64(1.0), V::splat_f64(1e-12));
+                let [a, b] = pair.shapes;
+                let (p, q) = (&self.axis[a], &self.axis[b]);
+                let apart = sub(&self.center[a], &self.center[b]);
+                let (pp, pq, qq) = (dot(p, p), -dot(p, q), dot(q, q));
+                let (u, v) = (-dot(p, &apart), dot(q, &apart));
+                let inside = |x: V| x.max(-one).min(one);
+                let determinant = (pp * qq).sub_mul(pq, pq);
+                // Of parallel lines, the points nearest to the first one's centre.
+                let crossing = determinant - V::splat_f64(1e-5) * pp * qq;
+                let x = crossing.select_gt(zero, inside((qq * u).sub_mul(pq, v) / determinant.max(tiny * tiny)), zero);
+                let y = inside(v.sub_mul(pq, x) / qq.max(tiny));
+                let x = inside(u.sub_mul(pq, y) / pp.max(tiny));
+                let on_a = along(&self.center[a], p, x);
+                let on_b = along(&self.center[b], q, y);
+                let gap = sub(&on_b, &on_a);
+                let length = dot(&gap, &gap).sqrt();
+                let inverse = length.max(V::splat_f64(1e-9)).recip();
+                let known = length - V::splat_f64(1e-9);
+                let normal = [
+                    known.select_gt(zero, gap[0] * inverse, one),
+                    known.select_gt(zero, gap[1] * inverse, zero),
+                    known.select_gt(zero, gap[2] * inverse, zero),
+                ];
+                let (shape_a, shape_b) = (&s.tree.shapes[a], &s.tree.shapes[b]);
+                let distance = length - V::splat(shape_a.radius) - V::splat(shape_b.radius);
+                let penetration = V::splat(pair.mixed.margin) - distance;
+                let touching = penetration.select_gt(zero, one, zero);
+                if forces.keep(pair.first, touching) {
+                    let point = along(&on_a, &normal, V::splat(shape_a.radius).add_mul(distance, V::splat_f64(0.5)));
+                    contacts.push(s, &pair.candidate(s, 0, point, normal, penetration, touching));
+                }
+            },
+        );
     }
 
     /// With a box: environment by environment, those that are near.
     fn collide_box(
         &mut self,
-        s: &SolverContext<'_, T, W>,
-        pair: &Pair<T>,
-        mut near: Lane<T, W>,
-        forces: &mut Forces<T, W>,
-        contacts: &mut Contacts<T, W>,
+        s: &SolverContext<'_, V>,
+        pair: &Pair<V::Scalar>,
+        mut near: V,
+        forces: &mut Forces<V>,
+        contacts: &mut Contacts<V>,
     ) {
-        let (zero, one) = (Lane::zero(), Lane::splat_f64(1.0));
-        // What an axis of a box separates is not near, by more than single precision could get wrong.
-        let [a, b] = pair.shapes;
-        let (shape_a, shape_b) = (&s.tree.shapes[a], &s.tree.shapes[b]);
-        let between = sub(&self.center[b], &self.center[a]);
-        let margin = Lane::splat(pair.mixed.margin) + Lane::splat_f64(ROUNDING);
-        for i in [a, b].into_iter().filter(|i| s.tree.shapes[*i].cuboid.is_some()) {
-            for axis in &self.turn[i] {
-                let apart = dot(&between, axis);
-                let both = self.extent(a, shape_a, axis) + self.extent(b, shape_b, axis);
-                near = near.min(both + margin - apart.max(-apart));
-            }
-        }
-        let mut found = [(zero, zero, [zero; 3], [one, zero, zero]); box_collision::MAX_POINTS];
-        for lane in (0..W).filter(|lane| near.0[*lane] > T::default()) {
-            for (slot, touch) in found.iter_mut().zip(self.contact_points(s, pair, lane).iter()) {
-                slot.0.0[lane] = T::new(pair.mixed.margin.to_f64() - touch.distance);
-                slot.1.0[lane] = T::new(1.0);
-                for k in 0..3 {
-                    slot.2[k].0[lane] = T::new(touch.point[k]);
-                    slot.3[k].0[lane] = T::new(touch.normal[k]);
+        V::vectorize(
+            #[inline(always)]
+            || {
+                let (zero, one) = (V::zero(), V::splat_f64(1.0));
+                // What an axis of a box separates is not near, by more than single precision could get wrong.
+                let [a, b] = pair.shapes;
+                let (shape_a, shape_b) = (&s.tree.shapes[a], &s.tree.shapes[b]);
+                let between = sub(&self.center[b], &self.center[a]);
+                let margin = V::splat(pair.mixed.margin) + V::splat_f64(ROUNDING);
+                for i in [a, b].into_iter().filter(|i| s.tree.shapes[*i].cuboid.is_some()) {
+                    for axis in &self.turn[i] {
+                        let apart = dot(&between, axis);
+                        let both = self.extent(a, shape_a, axis) + self.extent(b, shape_b, axis);
+                        near = near.min(both + margin - apart.abs());
+                    }
                 }
-            }
-        }
-        for (k, (penetration, touching, point, normal)) in found.into_iter().take(pair.contacts).enumerate() {
-            if forces.keep(pair.first + k, touching) {
-                contacts.push(s, &pair.candidate(s, k, point, normal, penetration, touching));
-            }
-        }
+                let mut found = [(zero, zero, [zero; 3], [one, zero, zero]); box_collision::MAX_POINTS];
+                for lane in (0..V::LANES).filter(|lane| near.lane(*lane) > Scalar::new(0.0)) {
+                    for (slot, touch) in found.iter_mut().zip(self.contact_points(s, pair, lane).iter()) {
+                        slot.0.set_lane(lane, Scalar::new(pair.mixed.margin.to_f64() - touch.distance));
+                        slot.1.set_lane(lane, Scalar::new(1.0));
+                        for k in 0..3 {
+                            slot.2[k].set_lane(lane, Scalar::new(touch.point[k]));
+                            slot.3[k].set_lane(lane, Scalar::new(touch.normal[k]));
+                        }
+                    }
+                }
+                for (k, (penetration, touching, point, normal)) in found.into_iter().take(pair.contacts).enumerate() {
+                    if forces.keep(pair.first + k, touching) {
+                        contacts.push(s, &pair.candidate(s, k, point, normal, penetration, touching));
+                    }
+                }
+            },
+        );
     }
 
-    fn contact_points(&self, s: &SolverContext<'_, T, W>, pair: &Pair<T>, lane: usize) -> Vec<ContactPoint> {
-        let vector = |v: &Vec3<T, W>| nalgebra::Vector3::new(v[0].0[lane], v[1].0[lane], v[2].0[lane]).map(T::to_f64);
+    fn contact_points(&self, s: &SolverContext<'_, V>, pair: &Pair<V::Scalar>, lane: usize) -> Vec<ContactPoint> {
+        let vector =
+            |v: &Vec3<V>| nalgebra::Vector3::new(v[0].lane(lane), v[1].lane(lane), v[2].lane(lane)).map(Scalar::to_f64);
         let cuboid = |i: usize| {
             let shape = &s.tree.shapes[i];
             let (half, _) = shape.cuboid?;
             let turn = &self.turn[i];
             let rotation = nalgebra::Matrix3::from_columns(&[vector(&turn[0]), vector(&turn[1]), vector(&turn[2])]);
-            Some(Cuboid { center: vector(&self.center[i]), rotation, half: half.map(T::to_f64).into() })
+            Some(Cuboid { center: vector(&self.center[i]), rotation, half: half.map(Scalar::to_f64).into() })
         };
         let [a, b] = pair.shapes;
         let margin = pair.mixed.margin.to_f64();
@@ -201,96 +214,102 @@ impl<T: Scalar, const W: usize> Detector<T, W> {
 }
 
 /// One shape and the ground, level or not.
-#[inline(always)]
-fn collide_ground<T: Scalar, const W: usize>(
-    s: &SolverContext<'_, T, W>,
-    shape: &GroundShape<T>,
+fn collide_ground<V: Lanes>(
+    s: &SolverContext<'_, V>,
+    shape: &GroundShape<V::Scalar>,
     first: usize,
-    forces: &mut Forces<T, W>,
-    contacts: &mut Contacts<T, W>,
+    forces: &mut Forces<V>,
+    contacts: &mut Contacts<V>,
 ) {
-    let (zero, one) = (Lane::zero(), Lane::splat_f64(1.0));
-    let (rotation, position) = (&s.dynamics.rotation[shape.body], &s.dynamics.position[shape.body]);
-    let Some(dof_chain) = s.tree.bodies[shape.body].last_dof else { return };
-    let (top, slant) = s.terrain.map_or((s.tree.ground_height, T::new(1.0)), |t| (T::new(t.top()), T::new(t.slant())));
-    let height = s.q[s.tree.root_q + 2] - Lane::splat(top);
-    if !(Lane::splat(shape.reach) * Lane::splat(slant) + Lane::splat_f64(ROUNDING) - height - position[2])
-        .any_positive()
-    {
-        for slot in first..first + shape.points.len() {
-            forces.keep(slot, zero);
-        }
-        return;
-    }
-    let middle = shape.middle.map(|m| add(position, &rotate_constant(rotation, &m)));
-    let axis = shape.axis.map(|a| rotate_constant(rotation, &a));
-    let (radius, margin) = (Lane::splat(shape.radius), Lane::splat(shape.mixed.margin));
-    for (k, local) in shape.points.iter().enumerate() {
-        let point = add(position, &rotate_constant(rotation, local));
-        let (above, normal) = match s.terrain {
-            None => (point[2] + height, [zero, zero, one]),
-            Some(terrain) => {
-                let root = s.tree.root_q;
-                let mut above = zero;
-                let mut normal = [zero, zero, one];
-                for lane in 0..W {
-                    let world = [0, 1, 2].map(|k| s.q[root + k].0[lane].to_f64() + point[k].0[lane].to_f64());
-                    let (distance, n) = terrain.clearance(world);
-                    above.0[lane] = T::new(distance);
-                    for k in 0..3 {
-                        normal[k].0[lane] = T::new(n[k]);
-                    }
+    V::vectorize(
+        #[inline(always)]
+        || {
+            let (zero, one) = (V::zero(), V::splat_f64(1.0));
+            let (rotation, position) = (&s.dynamics.rotation[shape.body], &s.dynamics.position[shape.body]);
+            let Some(dof_chain) = s.tree.bodies[shape.body].last_dof else { return };
+            let (top, slant) = s
+                .terrain
+                .map_or((s.tree.ground_height, Scalar::new(1.0)), |t| (Scalar::new(t.top()), Scalar::new(t.slant())));
+            let height = s.q[s.tree.root_q + 2] - V::splat(top);
+            if !(V::splat(shape.reach) * V::splat(slant) + V::splat_f64(ROUNDING) - height - position[2]).any_positive()
+            {
+                for slot in first..first + shape.points.len() {
+                    forces.keep(slot, zero);
                 }
-                (above, normal)
+                return;
             }
-        };
-        let distance = above - radius;
-        let penetration = margin - distance;
-        let touching = match middle {
-            // A corner above the middle of its box does not touch.
-            Some(middle) => {
-                let lower = dot(&normal, &sub(&middle, &point));
-                penetration.select_gt(zero, lower.select_gt(-Lane::splat_f64(1e-12), one, zero), zero)
+            let middle = shape.middle.map(|m| add(position, &rotate_constant(rotation, &m)));
+            let axis = shape.axis.map(|a| rotate_constant(rotation, &a));
+            let (radius, margin) = (V::splat(shape.radius), V::splat(shape.mixed.margin));
+            for (k, local) in shape.points.iter().enumerate() {
+                let point = add(position, &rotate_constant(rotation, local));
+                let (above, normal) = match s.terrain {
+                    None => (point[2] + height, [zero, zero, one]),
+                    Some(terrain) => {
+                        let root = s.tree.root_q;
+                        let mut above = zero;
+                        let mut normal = [zero, zero, one];
+                        for lane in 0..V::LANES {
+                            let world =
+                                [0, 1, 2].map(|k| s.q[root + k].lane(lane).to_f64() + point[k].lane(lane).to_f64());
+                            let (distance, n) = terrain.clearance(world);
+                            above.set_lane(lane, Scalar::new(distance));
+                            for k in 0..3 {
+                                normal[k].set_lane(lane, Scalar::new(n[k]));
+                            }
+                        }
+                        (above, normal)
+                    }
+                };
+                let distance = above - radius;
+                let penetration = margin - distance;
+                let touching = match middle {
+                    // A corner above the middle of its box does not touch.
+                    Some(middle) => {
+                        let lower = dot(&normal, &sub(&middle, &point));
+                        penetration.select_gt(zero, lower.select_gt(-V::splat_f64(1e-12), one, zero), zero)
+                    }
+                    None => penetration.select_gt(zero, one, zero),
+                };
+                if forces.keep(first + k, touching) {
+                    // Half way between the two surfaces.
+                    let point = along(&point, &normal, -(radius.add_mul(distance, V::splat_f64(0.5))));
+                    let weight = s.invweight.body[shape.body];
+                    let bodies = [0, shape.body];
+                    let frame = frame(normal, axis);
+                    let mixed = &shape.mixed;
+                    let friction = shape.foot.map_or(s.friction, |foot| s.foot_friction[foot]);
+                    let slot = first + k;
+                    let candidate = ContactCandidate {
+                        slot,
+                        bodies,
+                        dof_chain,
+                        point,
+                        frame,
+                        penetration,
+                        touching,
+                        weight,
+                        mixed,
+                        friction,
+                    };
+                    contacts.push(s, &candidate);
+                }
             }
-            None => penetration.select_gt(zero, one, zero),
-        };
-        if forces.keep(first + k, touching) {
-            // Half way between the two surfaces.
-            let point = along(&point, &normal, -(radius.add_mul(distance, Lane::splat_f64(0.5))));
-            let weight = s.invweight.body[shape.body];
-            let bodies = [0, shape.body];
-            let frame = frame(normal, axis);
-            let mixed = &shape.mixed;
-            let friction = shape.foot.map_or(s.friction, |foot| s.foot_friction[foot]);
-            let slot = first + k;
-            let candidate = ContactCandidate {
-                slot,
-                bodies,
-                dof_chain,
-                point,
-                frame,
-                penetration,
-                touching,
-                weight,
-                mixed,
-                friction,
-            };
-            contacts.push(s, &candidate);
-        }
-    }
+        },
+    );
 }
 
 impl<T: Scalar> Pair<T> {
     #[inline(always)]
-    fn candidate<const W: usize>(
+    fn candidate<V: Lanes<Scalar = T>>(
         &self,
-        s: &SolverContext<'_, T, W>,
+        s: &SolverContext<'_, V>,
         k: usize,
-        point: Vec3<T, W>,
-        normal: Vec3<T, W>,
-        penetration: Lane<T, W>,
-        touching: Lane<T, W>,
-    ) -> ContactCandidate<'_, T, W> {
+        point: Vec3<V>,
+        normal: Vec3<V>,
+        penetration: V,
+        touching: V,
+    ) -> ContactCandidate<'_, V> {
         let weight = s.invweight.body[self.bodies[0]] + s.invweight.body[self.bodies[1]];
         let (slot, frame) = (self.first + k, frame(normal, None));
         ContactCandidate {
@@ -310,10 +329,10 @@ impl<T: Scalar> Pair<T> {
 
 /// MuJoCo's contact frame: the first tangent lies along `hint` where that is not too near the normal, else along y or z.
 #[inline(always)]
-fn frame<T: Scalar, const W: usize>(normal: Vec3<T, W>, hint: Option<Vec3<T, W>>) -> [Vec3<T, W>; 3] {
-    let (zero, one, half) = (Lane::zero(), Lane::splat_f64(1.0), Lane::splat_f64(0.5));
-    let across = |v: Vec3<T, W>| along(&v, &normal, -dot(&v, &normal));
-    let steep = normal[1].max(-normal[1]) - half;
+fn frame<V: Lanes>(normal: Vec3<V>, hint: Option<Vec3<V>>) -> [Vec3<V>; 3] {
+    let (zero, one, half) = (V::zero(), V::splat_f64(1.0), V::splat_f64(0.5));
+    let across = |v: Vec3<V>| along(&v, &normal, -dot(&v, &normal));
+    let steep = normal[1].abs() - half;
     let mut tangent = across([zero, steep.select_gt(zero, zero, one), steep.select_gt(zero, one, zero)]);
     if let Some(hint) = hint {
         let hint = across(hint);
@@ -322,7 +341,7 @@ fn frame<T: Scalar, const W: usize>(normal: Vec3<T, W>, hint: Option<Vec3<T, W>>
             tangent[k] = long.select_gt(zero, hint[k], tangent[k]);
         }
     }
-    let inverse = dot(&tangent, &tangent).sqrt().max(Lane::splat_f64(1e-6)).recip();
+    let inverse = dot(&tangent, &tangent).sqrt().max(V::splat_f64(1e-6)).recip();
     let tangent = [tangent[0] * inverse, tangent[1] * inverse, tangent[2] * inverse];
     [normal, tangent, cross(&normal, &tangent)]
 }

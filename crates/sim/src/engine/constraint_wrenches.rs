@@ -1,7 +1,7 @@
 //! Constraint wrenches of a block: forces in joints and on bodies, as chapter 2 of the thesis needs them.
 
 use super::block::{Block, Model, Workspace};
-use super::lane::{Lane, Scalar};
+use super::lanes::{Lanes, Scalar};
 use super::model_parameters::ModelParameters;
 use super::rigid_body::RigidBodyDynamics;
 use super::spatial::{Spatial, accumulate, cross, cross_force, dot6, momentum, sub};
@@ -9,15 +9,15 @@ use super::tree::Tree;
 use crate::constraint_wrenches::WrenchRows;
 
 /// The wrenches of [`crate::ConstraintWrenches`], about the root's position, one entry per body.
-pub struct BodyWrenches<T: Scalar, const W: usize> {
-    joint: Vec<Spatial<T, W>>,
-    constraint: Vec<Spatial<T, W>>,
-    contact: Vec<Spatial<T, W>>,
+pub struct BodyWrenches<V: Lanes> {
+    joint: Vec<Spatial<V>>,
+    constraint: Vec<Spatial<V>>,
+    contact: Vec<Spatial<V>>,
 }
 
-impl<T: Scalar, const W: usize> BodyWrenches<T, W> {
+impl<V: Lanes> BodyWrenches<V> {
     /// The wrenches of a block in its present state, under its command.
-    pub fn of(model: &Model<T, W>, block: &mut Block<T, W>, workspace: &mut Workspace<T, W>) -> Self {
+    pub fn of(model: &Model<V>, block: &mut Block<V>, workspace: &mut Workspace<V>) -> Self {
         let acceleration = block.accelerate(model, workspace);
         let contact = workspace.contact_forces(&model.tree, &block.forces);
         let mut external = contact.clone();
@@ -32,27 +32,21 @@ impl<T: Scalar, const W: usize> BodyWrenches<T, W> {
             let own = joint[b];
             accumulate(&mut joint[body.parent], &own);
         }
-        joint[0] = [Lane::zero(); 6];
+        joint[0] = [V::zero(); 6];
         Self { joint, constraint, contact }
     }
 
     /// Writes the rows of one environment, unless its state or its drive is not finite.
-    pub fn write(
-        &self,
-        model: &Model<T, W>,
-        dynamics: &RigidBodyDynamics<T, W>,
-        lane: usize,
-        out: &mut WrenchRows<'_>,
-    ) {
-        if !self.joint.iter().flatten().all(|x| x.0[lane].to_f64().is_finite()) {
+    pub fn write(&self, model: &Model<V>, dynamics: &RigidBodyDynamics<V>, lane: usize, out: &mut WrenchRows<'_>) {
+        if !self.joint.iter().flatten().all(|x| x.lane(lane).to_f64().is_finite()) {
             return;
         }
         let bodies = self.joint.len();
-        let row = |wrench: &Spatial<T, W>, about: &[Lane<T, W>; 3], out: &mut [f32]| {
+        let row = |wrench: &Spatial<V>, about: &[V; 3], out: &mut [f32]| {
             let force = [wrench[3], wrench[4], wrench[5]];
             let torque = sub(&[wrench[0], wrench[1], wrench[2]], &cross(about, &force));
             for (slot, x) in out.iter_mut().zip(torque.iter().chain(&force)) {
-                *slot = x.0[lane].to_f64() as f32;
+                *slot = x.lane(lane).to_f64() as f32;
             }
         };
         for b in 1..bodies {
@@ -65,23 +59,23 @@ impl<T: Scalar, const W: usize> BodyWrenches<T, W> {
         let loads = &mut out.joint_load[lane * tree.driven.len()..];
         for (slot, joint) in loads.iter_mut().zip(&tree.driven) {
             let load = dot6(&dynamics.motion[joint.v], &self.joint[tree.dofs[joint.v].body]);
-            *slot = load.0[lane].to_f64() as f32;
+            *slot = load.lane(lane).to_f64() as f32;
         }
     }
 }
 
-impl<T: Scalar, const W: usize> RigidBodyDynamics<T, W> {
+impl<V: Lanes> RigidBodyDynamics<V> {
     /// Returns the wrench that must act on each body besides gravity and `external` for it to accelerate so (Newton and Euler), about the
     /// root's position. Needs [`Self::bias`] of the same state.
     fn constraint_forces(
         &self,
-        tree: &Tree<T>,
-        parameters: &ModelParameters<T, W>,
-        acceleration: &[Lane<T, W>],
-        external: &[Spatial<T, W>],
-    ) -> Vec<Spatial<T, W>> {
+        tree: &Tree<V::Scalar>,
+        parameters: &ModelParameters<V>,
+        acceleration: &[V],
+        external: &[Spatial<V>],
+    ) -> Vec<Spatial<V>> {
         // What the joints' accelerations add to the accelerations that velocities and gravity cause.
-        let mut added = vec![[Lane::zero(); 6]; tree.bodies.len()];
+        let mut added = vec![[V::zero(); 6]; tree.bodies.len()];
         let mut forces = added.clone();
         for (b, body) in tree.bodies.iter().enumerate().skip(1) {
             added[b] = added[body.parent];

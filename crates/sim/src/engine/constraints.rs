@@ -14,7 +14,7 @@
 use super::collision::Detector;
 use super::contact::Contacts;
 use super::dof_chain::DofChain;
-use super::lane::{Lane, Scalar};
+use super::lanes::{Lanes, Scalar};
 use super::profiler::{Profiler, Stage};
 use super::solver_context::{Forces, SolverContext};
 use super::surface::regularization;
@@ -25,31 +25,31 @@ pub const ITERATIONS: usize = 12;
 
 /// One bounded row on the chain of a dof.
 #[derive(Debug, Clone)]
-struct Row<T: Scalar, const W: usize> {
+struct Row<V: Lanes> {
     /// Index into `Forces::friction` or `Forces::limit`.
     slot: usize,
     dof: usize,
     y: usize,
-    offset: Lane<T, W>,
-    softness: Lane<T, W>,
-    inverse: Lane<T, W>,
-    low: Lane<T, W>,
-    high: Lane<T, W>,
+    offset: V,
+    softness: V,
+    inverse: V,
+    low: V,
+    high: V,
 }
 
 /// The rows of one step.
 #[derive(Debug, Clone)]
-pub struct Solver<T: Scalar, const W: usize> {
-    frictions: Vec<Row<T, W>>,
-    limits: Vec<Row<T, W>>,
+pub struct Solver<V: Lanes> {
+    frictions: Vec<Row<V>>,
+    limits: Vec<Row<V>>,
     /// The y of frictions and limits.
-    singles: Vec<[Lane<T, W>; 1]>,
-    detector: Detector<T, W>,
-    pub contacts: Contacts<T, W>,
+    singles: Vec<[V; 1]>,
+    detector: Detector<V>,
+    pub contacts: Contacts<V>,
 }
 
-impl<T: Scalar, const W: usize> Solver<T, W> {
-    pub fn new(tree: &Tree<T>) -> Self {
+impl<V: Lanes> Solver<V> {
+    pub fn new(tree: &Tree<V::Scalar>) -> Self {
         Self {
             frictions: Vec::new(),
             limits: Vec::new(),
@@ -60,13 +60,12 @@ impl<T: Scalar, const W: usize> Solver<T, W> {
     }
 
     /// Finds the forces, and adds what they do to `u`, which comes with what everything else does.
-    #[inline(always)]
     pub fn solve(
         &mut self,
-        context: &SolverContext<'_, T, W>,
-        forces: &mut Forces<T, W>,
-        u: &mut [Lane<T, W>],
-        profiler: &mut impl Profiler,
+        context: &SolverContext<'_, V>,
+        forces: &mut Forces<V>,
+        u: &mut [V],
+        profiler: &mut dyn Profiler,
     ) {
         self.singles.clear();
         self.add_frictions(context);
@@ -75,108 +74,134 @@ impl<T: Scalar, const W: usize> Solver<T, W> {
         let dof_chains = &context.tree.dof_chains;
         self.start(dof_chains, forces, u);
         profiler.end_stage(Stage::Rows);
-        for _ in 0..context.iterations {
-            for row in &self.frictions {
-                row.visit(&dof_chains[row.dof], &self.singles, &mut forces.friction[row.slot], u);
-            }
-            for row in &self.limits {
-                row.visit(&dof_chains[row.dof], &self.singles, &mut forces.limit[row.slot], u);
-            }
-            for contact in &self.contacts.list {
-                contact.visit(&dof_chains[contact.dof_chain], &self.contacts.y, &mut forces.contact[contact.slot], u);
-            }
-        }
+        V::vectorize(
+            #[inline(always)]
+            || {
+                for _ in 0..context.iterations {
+                    self.visit_all(dof_chains, forces, u);
+                }
+            },
+        );
         profiler.end_stage(Stage::Iterations);
     }
 
-    /// The forces of the step before.
+    /// Visits every row once.
     #[inline(always)]
-    fn start(&self, dof_chains: &[DofChain], forces: &Forces<T, W>, u: &mut [Lane<T, W>]) {
-        for (rows, values) in [(&self.frictions, &forces.friction), (&self.limits, &forces.limit)] {
-            for row in rows {
-                let dof_chain = &dof_chains[row.dof];
-                dof_chain.spread(&self.singles[row.y..row.y + dof_chain.len()], &[values[row.slot]], u);
-            }
+    fn visit_all(&self, dof_chains: &[DofChain], forces: &mut Forces<V>, u: &mut [V]) {
+        for row in &self.frictions {
+            row.visit(&dof_chains[row.dof], &self.singles, &mut forces.friction[row.slot], u);
+        }
+        for row in &self.limits {
+            row.visit(&dof_chains[row.dof], &self.singles, &mut forces.limit[row.slot], u);
         }
         for contact in &self.contacts.list {
-            let dof_chain = &dof_chains[contact.dof_chain];
-            let total = contact.total(&forces.contact[contact.slot]);
-            dof_chain.spread(&self.contacts.y[contact.y..contact.y + dof_chain.len()], &total, u);
+            contact.visit(&dof_chains[contact.dof_chain], &self.contacts.y, &mut forces.contact[contact.slot], u);
         }
     }
 
-    #[inline(always)]
-    fn add_frictions(&mut self, s: &SolverContext<'_, T, W>) {
-        self.frictions.clear();
-        let softness = &s.tree.joint_softness;
-        for (d, dof) in s.tree.dofs.iter().enumerate().filter(|(_, dof)| dof.frictionloss > T::default()) {
-            let regular = regularization(softness.impedance(Lane::zero()), s.invweight.dof[d]);
-            let (y, own) = self.push_unit(s, d, Lane::splat_f64(1.0));
-            self.frictions.push(Row {
-                slot: d,
-                dof: d,
-                y,
-                offset: s.v[d] * Lane::splat(softness.damping),
-                softness: regular,
-                inverse: (own + regular).recip(),
-                low: -Lane::splat(dof.frictionloss),
-                high: Lane::splat(dof.frictionloss),
-            });
-        }
+    /// The forces of the step before.
+    fn start(&self, dof_chains: &[DofChain], forces: &Forces<V>, u: &mut [V]) {
+        V::vectorize(
+            #[inline(always)]
+            || {
+                for (rows, values) in [(&self.frictions, &forces.friction), (&self.limits, &forces.limit)] {
+                    for row in rows {
+                        let dof_chain = &dof_chains[row.dof];
+                        dof_chain.spread(&self.singles[row.y..row.y + dof_chain.len()], &[values[row.slot]], u);
+                    }
+                }
+                for contact in &self.contacts.list {
+                    let dof_chain = &dof_chains[contact.dof_chain];
+                    let total = contact.total(&forces.contact[contact.slot]);
+                    dof_chain.spread(&self.contacts.y[contact.y..contact.y + dof_chain.len()], &total, u);
+                }
+            },
+        );
     }
 
-    #[inline(always)]
-    fn add_limits(&mut self, s: &SolverContext<'_, T, W>, forces: &mut Forces<T, W>) {
-        self.limits.clear();
-        let softness = &s.tree.joint_softness;
-        let (zero, one) = (Lane::zero(), Lane::splat_f64(1.0));
-        for (slot, limit) in s.tree.limits.iter().enumerate() {
-            let q = s.q[limit.q];
-            let (below, over) = (Lane::splat(limit.low) - q, q - Lane::splat(limit.high));
-            let beyond = below.max(over);
-            if !beyond.any_positive() {
-                forces.limit[slot] = zero;
-                continue;
-            }
-            let side = below.select_gt(over, one, -one);
-            // The force of the step before counts on its own side only.
-            let same = (side * forces.side[slot]).select_gt(zero, forces.limit[slot], zero);
-            forces.limit[slot] = beyond.select_gt(zero, same, zero);
-            forces.side[slot] = beyond.select_gt(zero, side, forces.side[slot]);
-            let impedance = softness.impedance(beyond);
-            let regular = regularization(impedance, s.invweight.dof[limit.dof]);
-            let (y, own) = self.push_unit(s, limit.dof, side);
-            let pull = Lane::splat(softness.stiffness) * impedance * beyond;
-            self.limits.push(Row {
-                slot,
-                dof: limit.dof,
-                y,
-                offset: (side * s.v[limit.dof] * Lane::splat(softness.damping)) - pull,
-                softness: regular,
-                inverse: (own + regular).recip(),
-                low: zero,
-                high: beyond.select_gt(zero, Lane::splat_f64(1e30), zero),
-            });
-        }
+    fn add_frictions(&mut self, s: &SolverContext<'_, V>) {
+        V::vectorize(
+            #[inline(always)]
+            || {
+                self.frictions.clear();
+                let softness = &s.tree.joint_softness;
+                for (d, dof) in s.tree.dofs.iter().enumerate().filter(|(_, dof)| dof.frictionloss > Scalar::new(0.0)) {
+                    let regular = regularization(softness.impedance(V::zero()), s.invweight.dof[d]);
+                    let (y, own) = self.push_unit(s, d, V::splat_f64(1.0));
+                    self.frictions.push(Row {
+                        slot: d,
+                        dof: d,
+                        y,
+                        offset: s.v[d] * V::splat(softness.damping),
+                        softness: regular,
+                        inverse: (own + regular).recip(),
+                        low: -V::splat(dof.frictionloss),
+                        high: V::splat(dof.frictionloss),
+                    });
+                }
+            },
+        );
+    }
+
+    fn add_limits(&mut self, s: &SolverContext<'_, V>, forces: &mut Forces<V>) {
+        V::vectorize(
+            #[inline(always)]
+            || {
+                self.limits.clear();
+                let softness = &s.tree.joint_softness;
+                let (zero, one) = (V::zero(), V::splat_f64(1.0));
+                for (slot, limit) in s.tree.limits.iter().enumerate() {
+                    let q = s.q[limit.q];
+                    let (below, over) = (V::splat(limit.low) - q, q - V::splat(limit.high));
+                    let beyond = below.max(over);
+                    if !beyond.any_positive() {
+                        forces.limit[slot] = zero;
+                        continue;
+                    }
+                    let side = below.select_gt(over, one, -one);
+                    // The force of the step before counts on its own side only.
+                    let same = (side * forces.side[slot]).select_gt(zero, forces.limit[slot], zero);
+                    forces.limit[slot] = beyond.select_gt(zero, same, zero);
+                    forces.side[slot] = beyond.select_gt(zero, side, forces.side[slot]);
+                    let impedance = softness.impedance(beyond);
+                    let regular = regularization(impedance, s.invweight.dof[limit.dof]);
+                    let (y, own) = self.push_unit(s, limit.dof, side);
+                    let pull = V::splat(softness.stiffness) * impedance * beyond;
+                    self.limits.push(Row {
+                        slot,
+                        dof: limit.dof,
+                        y,
+                        offset: (side * s.v[limit.dof] * V::splat(softness.damping)) - pull,
+                        softness: regular,
+                        inverse: (own + regular).recip(),
+                        low: zero,
+                        high: beyond.select_gt(zero, V::splat_f64(1e30), zero),
+                    });
+                }
+            },
+        );
     }
 
     /// The row of one dof: where its y is, and y·y.
     #[inline(always)]
-    fn push_unit(&mut self, s: &SolverContext<'_, T, W>, d: usize, entry: Lane<T, W>) -> (usize, Lane<T, W>) {
+    fn push_unit(&mut self, s: &SolverContext<'_, V>, d: usize, entry: V) -> (usize, V) {
         let dof_chain = &s.tree.dof_chains[d];
         let at = self.singles.len();
-        self.singles.resize(at + dof_chain.len() - 1, [Lane::zero()]);
+        self.singles.resize(at + dof_chain.len() - 1, [V::zero()]);
         self.singles.push([entry]);
         let y = &mut self.singles[at..];
         s.dynamics.factors.half_solve_rows(s.tree, dof_chain, y);
-        let own = y.iter().fold(Lane::zero(), |sum: Lane<T, W>, [x]| sum.add_mul(*x, *x));
+        let mut own = V::zero();
+        for [x] in y.iter() {
+            own = own.add_mul(*x, *x);
+        }
         (at, own)
     }
 }
 
-impl<T: Scalar, const W: usize> Row<T, W> {
+impl<V: Lanes> Row<V> {
     #[inline(always)]
-    fn visit(&self, dof_chain: &DofChain, y: &[[Lane<T, W>; 1]], force: &mut Lane<T, W>, u: &mut [Lane<T, W>]) {
+    fn visit(&self, dof_chain: &DofChain, y: &[[V; 1]], force: &mut V, u: &mut [V]) {
         let y = &y[self.y..self.y + dof_chain.len()];
         let [acceleration] = dof_chain.gather(y, u);
         let residual = (acceleration + self.offset).add_mul(self.softness, *force);

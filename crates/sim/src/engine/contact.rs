@@ -1,7 +1,7 @@
 //! A contact: a pyramid of four edges, solved in the forces along them.
 
 use super::dof_chain::DofChain;
-use super::lane::{Lane, Scalar};
+use super::lanes::Lanes;
 use super::solver_context::SolverContext;
 use super::spatial::{Vec3, dot};
 use super::surface::{Mixed, regularization};
@@ -16,7 +16,7 @@ const RELAXATION: f64 = 1.3;
 const CROSS: [[usize; 4]; 4] = [[9, 0, 1, 2], [0, 9, 3, 4], [1, 3, 9, 5], [2, 4, 5, 9]];
 
 /// A possible contact, in all environments of a vector at once.
-pub struct ContactCandidate<'a, T: Scalar, const W: usize> {
+pub struct ContactCandidate<'a, V: Lanes> {
     /// Index into `Forces::contact`.
     pub slot: usize,
     /// The bodies; 0 is the ground.
@@ -24,58 +24,58 @@ pub struct ContactCandidate<'a, T: Scalar, const W: usize> {
     /// The dofs that move one body against the other.
     pub dof_chain: usize,
     /// Between the surfaces, from the root's position (m).
-    pub point: Vec3<T, W>,
+    pub point: Vec3<V>,
     /// From the first body (or the ground) to the second, and two directions across.
-    pub frame: [Vec3<T, W>; 3],
+    pub frame: [Vec3<V>; 3],
     /// Overlap (m).
-    pub penetration: Lane<T, W>,
+    pub penetration: V,
     /// Above zero where they touch.
-    pub touching: Lane<T, W>,
+    pub touching: V,
     /// Inverse weight of both bodies (1/kg).
-    pub weight: Lane<T, W>,
-    pub mixed: &'a Mixed<T>,
+    pub weight: V,
+    pub mixed: &'a Mixed<V::Scalar>,
     /// Friction that the environment asks for; where it is below zero, the surfaces' own.
-    pub friction: Lane<T, W>,
+    pub friction: V,
 }
 
 /// Frame in which a contact's force acts: recorded only when constraint wrenches are asked for.
 #[derive(Debug, Clone)]
-pub struct ContactFrame<T: Scalar, const W: usize> {
+pub struct ContactFrame<V: Lanes> {
     pub bodies: [usize; 2],
-    pub point: Vec3<T, W>,
+    pub point: Vec3<V>,
     /// Normal and two tangents.
-    pub axes: [Vec3<T, W>; 3],
+    pub axes: [Vec3<V>; 3],
 }
 
 /// One contact, ready to be solved. Its edges are n + μ t₁, n - μ t₁, n + μ t₂, n - μ t₂.
 #[derive(Debug, Clone)]
-pub struct Contact<T: Scalar, const W: usize> {
+pub struct Contact<V: Lanes> {
     pub slot: usize,
     pub dof_chain: usize,
     /// Start of its y: rows of normal and tangents.
     pub y: usize,
-    offset: Vec3<T, W>,
+    offset: Vec3<V>,
     /// y·y of each edge, regularization included.
-    own: [Lane<T, W>; 4],
+    own: [V; 4],
     /// y·y of different edges.
-    cross: [Lane<T, W>; 6],
+    cross: [V; 6],
     /// Change of an edge's force per residual; zero where nothing touches.
-    inverse: [Lane<T, W>; 4],
-    softness: Lane<T, W>,
-    friction: Lane<T, W>,
+    inverse: [V; 4],
+    softness: V,
+    friction: V,
 }
 
 /// The contacts of a step.
 #[derive(Debug, Clone)]
-pub struct Contacts<T: Scalar, const W: usize> {
-    pub list: Vec<Contact<T, W>>,
+pub struct Contacts<V: Lanes> {
+    pub list: Vec<Contact<V>>,
     /// The y of all: normal and two tangents.
-    pub y: Vec<[Lane<T, W>; 3]>,
+    pub y: Vec<[V; 3]>,
     /// Their frames, if those are asked for.
-    pub recorded: Option<Vec<ContactFrame<T, W>>>,
+    pub recorded: Option<Vec<ContactFrame<V>>>,
 }
 
-impl<T: Scalar, const W: usize> Contacts<T, W> {
+impl<V: Lanes> Contacts<V> {
     pub fn new() -> Self {
         Self { list: Vec::new(), y: Vec::new(), recorded: None }
     }
@@ -87,74 +87,78 @@ impl<T: Scalar, const W: usize> Contacts<T, W> {
     }
 
     /// Adds one.
-    #[inline(always)]
-    pub fn push(&mut self, s: &SolverContext<'_, T, W>, m: &ContactCandidate<'_, T, W>) {
-        let (zero, one, two) = (Lane::zero(), Lane::splat_f64(1.0), Lane::splat_f64(2.0));
-        let dof_chain = &s.tree.dof_chains[m.dof_chain];
-        let at = self.y.len();
-        self.y.resize(at + dof_chain.len(), [zero; 3]);
-        let y = &mut self.y[at..];
-        let mut velocity = [zero; 3];
-        // What moves both bodies moves neither against the other.
-        for n in dof_chain.shared..dof_chain.len() {
-            let d = dof_chain.dofs[n];
-            let column = s.dynamics.point_velocity(d, &m.point);
-            let v = if n < dof_chain.fork { -s.v[d] } else { s.v[d] };
-            for k in 0..3 {
-                let along = dot(&m.frame[k], &column);
-                velocity[k] = velocity[k].add_mul(along, v);
-                y[n][k] = if n < dof_chain.fork { -along } else { along };
-            }
-        }
-        s.dynamics.factors.half_solve_rows(s.tree, dof_chain, y);
-        let mut gram = [zero; 6];
-        for [n, a, b] in y.iter().copied() {
-            gram[0] = gram[0].add_mul(n, n);
-            gram[1] = gram[1].add_mul(a, a);
-            gram[2] = gram[2].add_mul(b, b);
-            gram[3] = gram[3].add_mul(n, a);
-            gram[4] = gram[4].add_mul(n, b);
-            gram[5] = gram[5].add_mul(a, b);
-        }
-        let mixed = m.mixed;
-        let rough = m.friction.select_gt(zero, m.friction, Lane::splat(mixed.friction));
-        let friction = if mixed.smooth { zero } else { rough };
-        let impedance = mixed.softness.impedance(m.penetration);
-        let regular = regularization(impedance, m.weight * one.add_mul(friction, friction));
-        let softness = if mixed.smooth { regular } else { two * friction * friction * regular };
-        let [nn, aa, bb, na, nb, ab] = gram;
-        let (a, b) = (friction * na, friction * nb);
-        let square = friction * friction;
-        let (aa, bb, ab) = (square * aa, square * bb, square * ab);
-        let (plus_a, minus_a, plus_b, minus_b) = (nn + a, nn - a, nn + b, nn - b);
-        let own = [
-            plus_a + a + aa + softness,
-            minus_a - a + aa + softness,
-            plus_b + b + bb + softness,
-            minus_b - b + bb + softness,
-        ];
-        let cross = [nn - aa, plus_a + b + ab, plus_a - b - ab, minus_a + b - ab, minus_a - b + ab, nn - bb];
-        // Without friction the edges are one, and the first stands for it.
-        let relaxation = Lane::splat_f64(if mixed.smooth { 1.0 } else { RELAXATION });
-        let mut inverse = [zero; 4];
-        for k in 0..if mixed.smooth { 1 } else { 4 } {
-            inverse[k] = m.touching.select_gt(zero, relaxation / own[k], zero);
-        }
-        let damping = Lane::splat(mixed.softness.damping);
-        let pull = Lane::splat(mixed.softness.stiffness) * impedance * m.penetration;
-        let offset = [damping * velocity[0] - pull, damping * velocity[1], damping * velocity[2]];
-        if let Some(recorded) = &mut self.recorded {
-            recorded.push(ContactFrame { bodies: m.bodies, point: m.point, axes: m.frame });
-        }
-        let (slot, dof_chain) = (m.slot, m.dof_chain);
-        self.list.push(Contact { slot, dof_chain, y: at, offset, own, cross, inverse, softness, friction });
+    pub fn push(&mut self, s: &SolverContext<'_, V>, m: &ContactCandidate<'_, V>) {
+        V::vectorize(
+            #[inline(always)]
+            || {
+                let (zero, one, two) = (V::zero(), V::splat_f64(1.0), V::splat_f64(2.0));
+                let dof_chain = &s.tree.dof_chains[m.dof_chain];
+                let at = self.y.len();
+                self.y.resize(at + dof_chain.len(), [zero; 3]);
+                let y = &mut self.y[at..];
+                let mut velocity = [zero; 3];
+                // What moves both bodies moves neither against the other.
+                for n in dof_chain.shared..dof_chain.len() {
+                    let d = dof_chain.dofs[n];
+                    let column = s.dynamics.point_velocity(d, &m.point);
+                    let v = if n < dof_chain.fork { -s.v[d] } else { s.v[d] };
+                    for k in 0..3 {
+                        let along = dot(&m.frame[k], &column);
+                        velocity[k] = velocity[k].add_mul(along, v);
+                        y[n][k] = if n < dof_chain.fork { -along } else { along };
+                    }
+                }
+                s.dynamics.factors.half_solve_rows(s.tree, dof_chain, y);
+                let mut gram = [zero; 6];
+                for [n, a, b] in y.iter().copied() {
+                    gram[0] = gram[0].add_mul(n, n);
+                    gram[1] = gram[1].add_mul(a, a);
+                    gram[2] = gram[2].add_mul(b, b);
+                    gram[3] = gram[3].add_mul(n, a);
+                    gram[4] = gram[4].add_mul(n, b);
+                    gram[5] = gram[5].add_mul(a, b);
+                }
+                let mixed = m.mixed;
+                let rough = m.friction.select_gt(zero, m.friction, V::splat(mixed.friction));
+                let friction = if mixed.smooth { zero } else { rough };
+                let impedance = mixed.softness.impedance(m.penetration);
+                let regular = regularization(impedance, m.weight * one.add_mul(friction, friction));
+                let softness = if mixed.smooth { regular } else { two * friction * friction * regular };
+                let [nn, aa, bb, na, nb, ab] = gram;
+                let (a, b) = (friction * na, friction * nb);
+                let square = friction * friction;
+                let (aa, bb, ab) = (square * aa, square * bb, square * ab);
+                let (plus_a, minus_a, plus_b, minus_b) = (nn + a, nn - a, nn + b, nn - b);
+                let own = [
+                    plus_a + a + aa + softness,
+                    minus_a - a + aa + softness,
+                    plus_b + b + bb + softness,
+                    minus_b - b + bb + softness,
+                ];
+                let cross = [nn - aa, plus_a + b + ab, plus_a - b - ab, minus_a + b - ab, minus_a - b + ab, nn - bb];
+                // Without friction the edges are one, and the first stands for it.
+                let relaxation = V::splat_f64(if mixed.smooth { 1.0 } else { RELAXATION });
+                let mut inverse = [zero; 4];
+                for k in 0..if mixed.smooth { 1 } else { 4 } {
+                    inverse[k] = m.touching.select_gt(zero, relaxation / own[k], zero);
+                }
+                let damping = V::splat(mixed.softness.damping);
+                let pull = V::splat(mixed.softness.stiffness) * impedance * m.penetration;
+                let offset = [damping * velocity[0] - pull, damping * velocity[1], damping * velocity[2]];
+                if let Some(recorded) = &mut self.recorded {
+                    recorded.push(ContactFrame { bodies: m.bodies, point: m.point, axes: m.frame });
+                }
+                let (slot, dof_chain) = (m.slot, m.dof_chain);
+                self.list.push(Contact { slot, dof_chain, y: at, offset, own, cross, inverse, softness, friction });
+            },
+        );
     }
 }
 
-impl<T: Scalar, const W: usize> Contact<T, W> {
+impl<V: Lanes> Contact<V> {
     /// Force along normal and tangents.
     #[inline(always)]
-    pub fn total(&self, edges: &[Lane<T, W>; 4]) -> Vec3<T, W> {
+    pub fn total(&self, edges: &[V; 4]) -> Vec3<V> {
         [
             edges[0] + edges[1] + edges[2] + edges[3],
             self.friction * (edges[0] - edges[1]),
@@ -163,13 +167,7 @@ impl<T: Scalar, const W: usize> Contact<T, W> {
     }
 
     #[inline(always)]
-    pub fn visit(
-        &self,
-        dof_chain: &DofChain,
-        y: &[[Lane<T, W>; 3]],
-        edges: &mut [Lane<T, W>; 4],
-        u: &mut [Lane<T, W>],
-    ) {
+    pub fn visit(&self, dof_chain: &DofChain, y: &[[V; 3]], edges: &mut [V; 4], u: &mut [V]) {
         let y = &y[self.y..self.y + dof_chain.len()];
         let acceleration = dof_chain.gather(y, u);
         let normal = acceleration[0] + self.offset[0];
@@ -182,7 +180,7 @@ impl<T: Scalar, const W: usize> Contact<T, W> {
         }
         for _ in 0..INNER {
             for k in 0..4 {
-                let new = force[k].sub_mul(residual[k], self.inverse[k]).max(Lane::zero());
+                let new = force[k].sub_mul(residual[k], self.inverse[k]).max(V::zero());
                 let change = new - force[k];
                 force[k] = new;
                 for i in 0..4 {

@@ -1,6 +1,6 @@
 //! Sparsity of a constraint: the degrees of freedom between two bodies, and products of rows that have entries on them only.
 
-use super::lane::{Lane, Scalar};
+use super::lanes::Lanes;
 
 /// The dofs between two bodies, ancestors before descendants: those above both, the first body's own, the second's own.
 /// They are kept as runs of neighbours, because a run is a slice.
@@ -56,12 +56,8 @@ impl DofChain {
 
     /// y · u of K rows.
     #[inline(always)]
-    pub fn gather<T: Scalar, const W: usize, const K: usize>(
-        &self,
-        y: &[[Lane<T, W>; K]],
-        u: &[Lane<T, W>],
-    ) -> [Lane<T, W>; K] {
-        let mut sum = [Lane::zero(); K];
+    pub fn gather<V: Lanes, const K: usize>(&self, y: &[[V; K]], u: &[V]) -> [V; K] {
+        let mut sum = [V::zero(); K];
         for run in &self.runs {
             for (y, u) in y[run.at..run.at + run.len].iter().zip(&u[run.first..run.first + run.len]) {
                 for k in 0..K {
@@ -74,12 +70,7 @@ impl DofChain {
 
     /// u ← u + y f: forces on K rows.
     #[inline(always)]
-    pub fn spread<T: Scalar, const W: usize, const K: usize>(
-        &self,
-        y: &[[Lane<T, W>; K]],
-        force: &[Lane<T, W>; K],
-        u: &mut [Lane<T, W>],
-    ) {
+    pub fn spread<V: Lanes, const K: usize>(&self, y: &[[V; K]], force: &[V; K], u: &mut [V]) {
         for run in &self.runs {
             for (y, u) in y[run.at..run.at + run.len].iter().zip(&mut u[run.first..run.first + run.len]) {
                 let mut sum = *u;
@@ -104,11 +95,10 @@ mod tests {
         assert_eq!((dof_chain.shared, dof_chain.fork, dof_chain.runs.len()), (3, 5, 1));
         let one = DofChain::of(&[0, 1, 2, 5, 6]);
         assert_eq!((one.shared, one.fork, one.runs.len()), (0, 0, 2));
-        let u: Vec<Lane<f32, 4>> = (0..8).map(|d| Lane::splat(d as f32)).collect();
-        let y: Vec<[Lane<f32, 4>; 1]> = (0..5).map(|_| [Lane::splat(1.0)]).collect();
-        assert_eq!(one.gather(&y, &u)[0], Lane::splat(14.0));
-        let mut u = u;
-        one.spread(&y, &[Lane::splat(2.0)], &mut u);
-        assert_eq!(u.iter().map(|x| x.0[0]).collect::<Vec<_>>(), [2.0, 3.0, 4.0, 3.0, 4.0, 7.0, 8.0, 7.0]);
+        let mut u: Vec<f64> = (0..8).map(f64::from).collect();
+        let y = [[1.0]; 5];
+        assert_eq!(one.gather(&y, &u), [14.0]);
+        one.spread(&y, &[2.0], &mut u);
+        assert_eq!(u, [2.0, 3.0, 4.0, 3.0, 4.0, 7.0, 8.0, 7.0]);
     }
 }

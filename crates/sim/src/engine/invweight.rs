@@ -1,6 +1,5 @@
 //! Inverse weights at the reference position (MuJoCo's `invweight0`): the scale of soft constraints.
 
-use super::lane::Lane;
 use super::model_parameters::ModelParameters;
 use super::rigid_body::RigidBodyDynamics;
 use super::solver_context::InvWeight;
@@ -16,26 +15,25 @@ const MAX_INVWEIGHT: f64 = 1e9;
 pub fn invweight(
     tree: &Tree<f64>,
     reference: &[f64],
-    parameters: &ModelParameters<f64, 1>,
-) -> Result<InvWeight<f64, 1>, usize> {
-    let q: Vec<Lane<f64, 1>> = reference.iter().map(|x| Lane([*x])).collect();
-    let zero = vec![Lane::zero(); tree.nv];
+    parameters: &ModelParameters<f64>,
+) -> Result<InvWeight<f64>, usize> {
+    let zero = vec![0.0; tree.nv];
     let mut dynamics = RigidBodyDynamics::new(tree);
-    dynamics.kinematics(tree, &q);
+    dynamics.kinematics(tree, reference);
     dynamics.bias(tree, parameters, &zero);
     dynamics.mass_matrix(tree, parameters);
     let RigidBodyDynamics { factors, mass, .. } = &mut dynamics;
-    factors.factorise(tree, mass, |_| Lane::zero());
-    if let Some(dof) = factors.inverse.iter().rposition(|x| !(0.0..MAX_INVWEIGHT).contains(&x.0[0])) {
+    factors.factorise(tree, mass, &[]);
+    if let Some(dof) = factors.inverse.iter().rposition(|x| !(0.0..MAX_INVWEIGHT).contains(x)) {
         return Err(dof);
     }
     // J M⁻¹ Jᵀ of a row is the square of its half solution.
-    let weight = |dynamics: &RigidBodyDynamics<f64, 1>, row: Vec<Lane<f64, 1>>| {
+    let weight = |dynamics: &RigidBodyDynamics<f64>, row: Vec<f64>| {
         let mut y = row;
         dynamics.factors.half_solve(tree, &mut y);
-        y.iter().map(|x| x.0[0] * x.0[0]).sum::<f64>()
+        y.iter().map(|x| x * x).sum::<f64>()
     };
-    let mut body = vec![Lane::zero(); tree.bodies.len()];
+    let mut body = vec![0.0; tree.bodies.len()];
     for (b, slot) in body.iter_mut().enumerate() {
         if let Some(last) = tree.bodies[b].last_dof {
             let mut sum = 0.0;
@@ -46,23 +44,23 @@ pub fn invweight(
                 }
                 sum += weight(&dynamics, row);
             }
-            *slot = Lane([sum / 3.0]);
+            *slot = sum / 3.0;
         }
     }
     let own: Vec<f64> = (0..tree.nv)
         .map(|d| {
             let mut row = zero.clone();
-            row[d] = Lane([1.0]);
+            row[d] = 1.0;
             weight(&dynamics, row)
         })
         .collect();
-    let mut dof: Vec<Lane<f64, 1>> = own.iter().map(|x| Lane([*x])).collect();
+    let mut dof = own.clone();
     for joint in &tree.joints {
         // The dofs of a free joint and of a ball share their mean, turns and translations apart.
         for first in (0..joint.kind.nv()).step_by(3).filter(|_| joint.kind.nv() >= 3) {
             let at = joint.v + first;
             let mean = own[at..at + 3].iter().sum::<f64>() / 3.0;
-            dof[at..at + 3].fill(Lane([mean]));
+            dof[at..at + 3].fill(mean);
         }
     }
     Ok(InvWeight { body, dof })

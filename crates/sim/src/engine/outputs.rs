@@ -1,7 +1,7 @@
 //! Outputs of the environments, read from the lanes.
 
 use super::block::{Block, Model, Workspace};
-use super::lane::{Lane, Scalar};
+use super::lanes::{Lanes, Scalar};
 use crate::rows::Rows;
 
 fn narrow<T: Scalar>(value: T) -> f32 {
@@ -9,17 +9,17 @@ fn narrow<T: Scalar>(value: T) -> f32 {
 }
 
 /// Writes poses and velocities; the workspace's kinematics are those of the block.
-pub fn write_state<T: Scalar, const W: usize>(
-    model: &Model<T, W>,
-    block: &Block<T, W>,
-    workspace: &Workspace<T, W>,
+pub fn write_state<V: Lanes>(
+    model: &Model<V>,
+    block: &Block<V>,
+    workspace: &Workspace<V>,
     lane: usize,
     out: &mut Rows<'_>,
 ) {
     let tree = &model.tree;
     let (root, velocity) = (tree.root_q, tree.root_v);
-    let of = |x: &Lane<T, W>| narrow(x.0[lane]);
-    let put = |out: &mut [f32], values: &[Lane<T, W>]| {
+    let of = |x: &V| narrow(x.lane(lane));
+    let put = |out: &mut [f32], values: &[V]| {
         for (slot, x) in out.iter_mut().zip(values) {
             *slot = of(x);
         }
@@ -28,12 +28,14 @@ pub fn write_state<T: Scalar, const W: usize>(
     put(out.root_orientation, &block.q[root + 3..root + 7]);
     put(out.linear_velocity_w, &block.v[velocity..velocity + 3]);
     let dynamics = &workspace.dynamics;
-    let at = |k: usize| block.q[root + k].0[lane];
+    let at = |k: usize| block.q[root + k].lane(lane);
     let body = model.tree.root_body;
-    let spin: [T; 3] = std::array::from_fn(|k| block.v[velocity + 3 + k].0[lane]);
+    let spin: [V::Scalar; 3] = std::array::from_fn(|k| block.v[velocity + 3 + k].lane(lane));
     for (k, slot) in out.angular_velocity_w.iter_mut().enumerate() {
         let r = &dynamics.rotation[body];
-        *slot = narrow(r[3 * k].0[lane] * spin[0] + r[3 * k + 1].0[lane] * spin[1] + r[3 * k + 2].0[lane] * spin[2]);
+        *slot = narrow(
+            r[3 * k].lane(lane) * spin[0] + r[3 * k + 1].lane(lane) * spin[1] + r[3 * k + 2].lane(lane) * spin[2],
+        );
     }
     for (i, joint) in tree.driven.iter().enumerate() {
         out.joint_position[i] = of(&block.q[joint.q]);
@@ -42,16 +44,16 @@ pub fn write_state<T: Scalar, const W: usize>(
     for (slot, (body, point)) in out.site_position.chunks_exact_mut(3).zip(&tree.sites) {
         let (r, p) = (&dynamics.rotation[*body], &dynamics.position[*body]);
         for k in 0..3 {
-            let turned = (0..3).map(|i| r[3 * k + i].0[lane].to_f64() * point[i].to_f64()).sum::<f64>();
-            slot[k] = (at(k).to_f64() + p[k].0[lane].to_f64() + turned) as f32;
+            let turned = (0..3).map(|i| r[3 * k + i].lane(lane).to_f64() * point[i].to_f64()).sum::<f64>();
+            slot[k] = (at(k).to_f64() + p[k].lane(lane).to_f64() + turned) as f32;
         }
     }
     for body in 1..tree.bodies.len() {
         let p = &dynamics.position[body];
         for k in 0..3 {
-            out.body_position[3 * body + k] = narrow(at(k) + p[k].0[lane]);
+            out.body_position[3 * body + k] = narrow(at(k) + p[k].lane(lane));
         }
-        let r = dynamics.rotation[body].map(|x| x.0[lane].to_f64());
+        let r = dynamics.rotation[body].map(|x| x.lane(lane).to_f64());
         let rotation = nalgebra::Matrix3::from_row_slice(&r);
         let q = nalgebra::UnitQuaternion::from_rotation_matrix(&nalgebra::Rotation3::from_matrix_unchecked(rotation));
         let q = [q.w, q.i, q.j, q.k].map(|x| x as f32);
@@ -62,13 +64,8 @@ pub fn write_state<T: Scalar, const W: usize>(
 }
 
 /// Writes torques and forces of the last substep; squared torques as the mean over all.
-pub fn write_forces<T: Scalar, const W: usize>(
-    model: &Model<T, W>,
-    block: &Block<T, W>,
-    lane: usize,
-    out: &mut Rows<'_>,
-) {
-    let of = |x: &Lane<T, W>| narrow(x.0[lane]);
+pub fn write_forces<V: Lanes>(model: &Model<V>, block: &Block<V>, lane: usize, out: &mut Rows<'_>) {
+    let of = |x: &V| narrow(x.lane(lane));
     for (i, (torque, squared)) in block.torque.iter().zip(&block.torque_squared).enumerate() {
         out.torque[i] = of(torque);
         out.torque_squared[i] = of(squared);

@@ -1,17 +1,18 @@
 //! Profile of a physics step: time and arithmetic of each stage.
 
 use std::cell::Cell;
-use std::ops::{Add, Div, Mul, Neg, Sub};
+use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 use std::sync::Arc;
 use std::time::Instant;
 
 use lifelike_robot::Robot;
 use lifelike_simd::Number;
 
-use super::lane::Scalar;
+use super::LifelikeSimulation;
+use super::lanes::{Scalar, SingleLane};
 use super::profiler::Profiler;
 pub use super::profiler::Stage;
-use super::{LANES, LaneSimulation};
+use super::vector_engine::VectorEngine;
 use crate::error::SimError;
 use crate::simulation::{Drive, Simulation};
 use crate::terrain::Terrain;
@@ -85,6 +86,9 @@ impl Neg for Counted {
     }
 }
 
+/// Environments of the simulation that is timed: one vector's.
+const SIMULATED: usize = 16;
+
 /// Operations of the two functions that are written out as polynomials.
 const POLYNOMIAL: u64 = 30;
 
@@ -106,6 +110,18 @@ impl Number for Counted {
     }
 }
 
+impl AddAssign for Counted {
+    fn add_assign(&mut self, other: Self) {
+        *self = *self + other;
+    }
+}
+
+impl SubAssign for Counted {
+    fn sub_assign(&mut self, other: Self) {
+        *self = *self - other;
+    }
+}
+
 impl Scalar for Counted {
     fn new(value: f64) -> Self {
         Self(value as f32)
@@ -113,14 +129,17 @@ impl Scalar for Counted {
     fn to_f64(self) -> f64 {
         self.0.into()
     }
-    fn mul_add(self, a: Self, b: Self) -> Self {
-        counted(2, self.0.mul_add(a.0, b.0))
+}
+
+impl SingleLane for Counted {
+    fn fused(self, a: Self, b: Self) -> Self {
+        counted(2, self.0.fused(a.0, b.0))
     }
-    fn sqrt(self) -> Self {
-        counted(1, self.0.sqrt())
+    fn root(self) -> Self {
+        counted(1, self.0.root())
     }
-    fn sin_cos(self) -> (Self, Self) {
-        let (sin, cos) = Scalar::sin_cos(self.0);
+    fn sine_and_cosine(self) -> (Self, Self) {
+        let (sin, cos) = self.0.sine_and_cosine();
         (counted(POLYNOMIAL, sin), Self(cos))
     }
 }
@@ -142,7 +161,7 @@ pub struct Cost {
 /// Operations are counted, not estimated: the same code runs on a number that counts.
 ///
 /// # Errors
-/// As [`LaneSimulation::new`].
+/// As [`LifelikeSimulation::new`].
 pub fn costs(
     robot: &Arc<Robot>,
     terrain: Option<&Arc<Terrain>>,
@@ -150,40 +169,42 @@ pub fn costs(
     steps: usize,
 ) -> Result<Vec<Cost>, SimError> {
     let mut watch = WallTime { last: Instant::now(), seconds: [0.0; Stage::ALL.len()] };
-    run::<f32, LANES, _>(robot, terrain, position, steps, &mut watch)?;
+    let mut simulation = LifelikeSimulation::new(robot.clone(), SIMULATED, 1)?;
+    run(&mut simulation, terrain, position, steps, &mut watch)?;
     let mut counter = Counter { last: OPERATIONS.get(), operations: [0; Stage::ALL.len()] };
     let counting = steps.div_ceil(20);
-    run::<Counted, 1, _>(robot, terrain, position, counting, &mut counter)?;
+    let counted = Box::new(VectorEngine::<Counted>::new(robot.clone(), 1, 1)?);
+    run(&mut LifelikeSimulation::with_engine(robot.clone(), 1, counted), terrain, position, counting, &mut counter)?;
     let physics = |steps: usize| (steps * robot.substeps) as f64;
     let cost = |stage: Stage| Cost {
         stage,
-        seconds: watch.seconds[stage as usize] / physics(steps) / LANES as f64,
+        seconds: watch.seconds[stage as usize] / physics(steps) / simulation.lanes() as f64,
         operations: counter.operations[stage as usize] as f64 / physics(counting),
     };
     Ok(Stage::ALL.map(cost).into())
 }
 
-fn run<T: Scalar, const W: usize, C: Profiler>(
-    robot: &Arc<Robot>,
+fn run(
+    simulation: &mut LifelikeSimulation,
     terrain: Option<&Arc<Terrain>>,
     position: &[f64],
     steps: usize,
-    profiler: &mut C,
+    profiler: &mut dyn Profiler,
 ) -> Result<(), SimError> {
-    let mut simulation = LaneSimulation::<T, W>::new(robot.clone(), W, 1)?;
     if let Some(terrain) = terrain {
-        simulation = simulation.with_terrain(terrain.clone());
+        simulation.engine.set_terrain(terrain.clone());
     }
+    let (robot, lanes) = (simulation.robot().clone(), simulation.len());
     let joints = robot.joints();
     let targets = |step: usize| -> Vec<f32> {
         let wriggle = |i: usize| 0.1 * ((i * 7919 + step * 104_729) as f32).sin();
-        (0..W * joints).map(|i| robot.default_pose[i % joints] as f32 + wriggle(i)).collect()
+        (0..lanes * joints).map(|i| robot.default_pose[i % joints] as f32 + wriggle(i)).collect()
     };
     // On its feet first, then measured; and put back on them now and then.
     let velocity = vec![0.0; robot.character.nv];
     for step in 0..steps {
         if step % 25 == 0 {
-            for id in 0..W {
+            for id in 0..lanes {
                 simulation.reset(&[id], position, &velocity)?;
             }
             simulation.step(Drive::Targets(&targets(step)))?;

@@ -6,7 +6,7 @@
 use lifelike_character::JointKind;
 
 use super::factors::Factors;
-use super::lane::{Lane, Scalar};
+use super::lanes::Lanes;
 use super::model_parameters::ModelParameters;
 use super::spatial::{
     Inertia, Mat3, Spatial, Vec3, accumulate, add, along, cross, cross_force, cross_motion, dot, dot6, momentum,
@@ -16,36 +16,36 @@ use super::tree::{Tree, TreeBody};
 
 /// Scratch memory of kinematics and dynamics, for one vector of environments.
 #[derive(Debug, Clone)]
-pub struct RigidBodyDynamics<T: Scalar, const W: usize> {
+pub struct RigidBodyDynamics<V: Lanes> {
     /// Rotation of each body.
-    pub rotation: Vec<Mat3<T, W>>,
+    pub rotation: Vec<Mat3<V>>,
     /// Position of each body frame, from the root's position.
-    pub position: Vec<Vec3<T, W>>,
+    pub position: Vec<Vec3<V>>,
     /// Centre of mass of each body, likewise; known after [`Self::bias`].
-    pub com: Vec<Vec3<T, W>>,
+    pub com: Vec<Vec3<V>>,
     /// Motion of each dof per unit of its velocity.
-    pub motion: Vec<Spatial<T, W>>,
+    pub motion: Vec<Spatial<V>>,
     /// Velocity of each body.
-    pub velocity: Vec<Spatial<T, W>>,
-    inertia: Vec<Inertia<T, W>>,
+    pub velocity: Vec<Spatial<V>>,
+    inertia: Vec<Inertia<V>>,
     /// Its acceleration by velocities and gravity alone.
-    pub acceleration: Vec<Spatial<T, W>>,
-    force: Vec<Spatial<T, W>>,
+    pub acceleration: Vec<Spatial<V>>,
+    force: Vec<Spatial<V>>,
     /// Mass matrix, rows of `Dof::chain`.
-    pub mass: Vec<Lane<T, W>>,
+    pub mass: Vec<V>,
     /// Bias force of each dof: Coriolis, centrifugal, gravity.
-    pub bias: Vec<Lane<T, W>>,
+    pub bias: Vec<V>,
     /// Mass matrix as it is factorised.
-    pub factors: Factors<T, W>,
+    pub factors: Factors<V>,
 }
 
-impl<T: Scalar, const W: usize> RigidBodyDynamics<T, W> {
-    pub fn new(tree: &Tree<T>) -> Self {
-        let zero = Lane::zero();
+impl<V: Lanes> RigidBodyDynamics<V> {
+    pub fn new(tree: &Tree<V::Scalar>) -> Self {
+        let zero = V::zero();
         let bodies = tree.bodies.len();
         let mut rotation = vec![[zero; 9]; bodies];
         for i in 0..3 {
-            rotation[0][4 * i] = Lane::splat_f64(1.0);
+            rotation[0][4 * i] = V::splat_f64(1.0);
         }
         Self {
             rotation,
@@ -63,125 +63,134 @@ impl<T: Scalar, const W: usize> RigidBodyDynamics<T, W> {
     }
 
     /// Computes poses of bodies and axes of dofs.
-    #[inline(always)]
-    pub fn kinematics(&mut self, tree: &Tree<T>, q: &[Lane<T, W>]) {
-        let zero = Lane::zero();
-        // The world, seen from the root.
-        let root = tree.root_q;
-        self.position[0] = [-q[root], -q[root + 1], -q[root + 2]];
-        for (b, body) in tree.bodies.iter().enumerate().skip(1) {
-            let parent = self.rotation[body.parent];
-            let mut position = add(&self.position[body.parent], &rotate_constant(&parent, &body.position));
-            let mut rotation = product_constant(&parent, &body.rotation);
-            for joint in &tree.joints[body.joints.clone()] {
-                match joint.kind {
-                    JointKind::Free => {
-                        position = [zero; 3];
-                        rotation = quaternion_matrix(&q[joint.q + 3..joint.q + 7]);
-                        for k in 0..3 {
-                            let mut along = [zero; 6];
-                            along[3 + k] = Lane::splat_f64(1.0);
-                            self.motion[joint.v + k] = along;
-                            self.motion[joint.v + 3 + k] =
-                                [rotation[k], rotation[3 + k], rotation[6 + k], zero, zero, zero];
+    pub fn kinematics(&mut self, tree: &Tree<V::Scalar>, q: &[V]) {
+        V::vectorize(
+            #[inline(always)]
+            || {
+                let zero = V::zero();
+                // The world, seen from the root.
+                let root = tree.root_q;
+                self.position[0] = [-q[root], -q[root + 1], -q[root + 2]];
+                for (b, body) in tree.bodies.iter().enumerate().skip(1) {
+                    let parent = self.rotation[body.parent];
+                    let mut position = add(&self.position[body.parent], &rotate_constant(&parent, &body.position));
+                    let mut rotation = product_constant(&parent, &body.rotation);
+                    for joint in &tree.joints[body.joints.clone()] {
+                        match joint.kind {
+                            JointKind::Free => {
+                                position = [zero; 3];
+                                rotation = quaternion_matrix(&q[joint.q + 3..joint.q + 7]);
+                                for k in 0..3 {
+                                    let mut along = [zero; 6];
+                                    along[3 + k] = V::splat_f64(1.0);
+                                    self.motion[joint.v + k] = along;
+                                    self.motion[joint.v + 3 + k] =
+                                        [rotation[k], rotation[3 + k], rotation[6 + k], zero, zero, zero];
+                                }
+                            }
+                            JointKind::Ball => {
+                                let anchor = add(&position, &rotate_constant(&rotation, &joint.anchor));
+                                rotation = product(&rotation, &quaternion_matrix(&q[joint.q..joint.q + 4]));
+                                position = sub(&anchor, &rotate_constant(&rotation, &joint.anchor));
+                                for k in 0..3 {
+                                    let axis = [rotation[k], rotation[3 + k], rotation[6 + k]];
+                                    let moment = cross(&anchor, &axis);
+                                    self.motion[joint.v + k] =
+                                        [axis[0], axis[1], axis[2], moment[0], moment[1], moment[2]];
+                                }
+                            }
+                            JointKind::Hinge => {
+                                let anchor = add(&position, &rotate_constant(&rotation, &joint.anchor));
+                                let axis = rotate_constant(&rotation, &joint.axis);
+                                let angle = q[joint.q] - V::splat(joint.reference);
+                                rotation = product(&rotation, &turn(&joint.axis, angle));
+                                position = sub(&anchor, &rotate_constant(&rotation, &joint.anchor));
+                                let moment = cross(&anchor, &axis);
+                                self.motion[joint.v] = [axis[0], axis[1], axis[2], moment[0], moment[1], moment[2]];
+                            }
+                            JointKind::Slide => {
+                                let axis = rotate_constant(&rotation, &joint.axis);
+                                position = along(&position, &axis, q[joint.q] - V::splat(joint.reference));
+                                self.motion[joint.v] = [zero, zero, zero, axis[0], axis[1], axis[2]];
+                            }
                         }
                     }
-                    JointKind::Ball => {
-                        let anchor = add(&position, &rotate_constant(&rotation, &joint.anchor));
-                        rotation = product(&rotation, &quaternion_matrix(&q[joint.q..joint.q + 4]));
-                        position = sub(&anchor, &rotate_constant(&rotation, &joint.anchor));
-                        for k in 0..3 {
-                            let axis = [rotation[k], rotation[3 + k], rotation[6 + k]];
-                            let moment = cross(&anchor, &axis);
-                            self.motion[joint.v + k] = [axis[0], axis[1], axis[2], moment[0], moment[1], moment[2]];
-                        }
-                    }
-                    JointKind::Hinge => {
-                        let anchor = add(&position, &rotate_constant(&rotation, &joint.anchor));
-                        let axis = rotate_constant(&rotation, &joint.axis);
-                        let angle = q[joint.q] - Lane::splat(joint.reference);
-                        rotation = product(&rotation, &turn(&joint.axis, angle));
-                        position = sub(&anchor, &rotate_constant(&rotation, &joint.anchor));
-                        let moment = cross(&anchor, &axis);
-                        self.motion[joint.v] = [axis[0], axis[1], axis[2], moment[0], moment[1], moment[2]];
-                    }
-                    JointKind::Slide => {
-                        let axis = rotate_constant(&rotation, &joint.axis);
-                        position = along(&position, &axis, q[joint.q] - Lane::splat(joint.reference));
-                        self.motion[joint.v] = [zero, zero, zero, axis[0], axis[1], axis[2]];
-                    }
+                    self.rotation[b] = rotation;
+                    self.position[b] = position;
                 }
-            }
-            self.rotation[b] = rotation;
-            self.position[b] = position;
-        }
+            },
+        );
     }
 
     /// Inertias, velocities and bias forces.
-    #[inline(always)]
-    pub fn bias(&mut self, tree: &Tree<T>, parameters: &ModelParameters<T, W>, v: &[Lane<T, W>]) {
-        let zero = Lane::zero();
-        self.velocity[0] = [zero; 6];
-        // Gravity as the ground accelerating upwards.
-        let up = &parameters.gravity;
-        self.acceleration[0] = [zero, zero, zero, -up[0], -up[1], -up[2]];
-        for (b, body) in tree.bodies.iter().enumerate().skip(1) {
-            let mut velocity = self.velocity[body.parent];
-            let mut acceleration = self.acceleration[body.parent];
-            for joint in &tree.joints[body.joints.clone()] {
-                let mut own = [zero; 6];
-                for k in joint.v..joint.v + joint.kind.nv() {
-                    let s = &self.motion[k];
-                    for i in 0..6 {
-                        own[i] = own[i].add_mul(s[i], v[k]);
+    pub fn bias(&mut self, tree: &Tree<V::Scalar>, parameters: &ModelParameters<V>, v: &[V]) {
+        V::vectorize(
+            #[inline(always)]
+            || {
+                let zero = V::zero();
+                self.velocity[0] = [zero; 6];
+                // Gravity as the ground accelerating upwards.
+                let up = &parameters.gravity;
+                self.acceleration[0] = [zero, zero, zero, -up[0], -up[1], -up[2]];
+                for (b, body) in tree.bodies.iter().enumerate().skip(1) {
+                    let mut velocity = self.velocity[body.parent];
+                    let mut acceleration = self.acceleration[body.parent];
+                    for joint in &tree.joints[body.joints.clone()] {
+                        let mut own = [zero; 6];
+                        for k in joint.v..joint.v + joint.kind.nv() {
+                            let s = &self.motion[k];
+                            for i in 0..6 {
+                                own[i] = own[i].add_mul(s[i], v[k]);
+                            }
+                        }
+                        let change = if joint.kind == JointKind::Free {
+                            // The root's velocity is of a point that moves along: its spatial acceleration is -ω × v.
+                            let (w, l) = ([own[0], own[1], own[2]], [own[3], own[4], own[5]]);
+                            let x = cross(&l, &w);
+                            [zero, zero, zero, x[0], x[1], x[2]]
+                        } else {
+                            cross_motion(&velocity, &own)
+                        };
+                        accumulate(&mut velocity, &own);
+                        accumulate(&mut acceleration, &change);
+                    }
+                    self.velocity[b] = velocity;
+                    self.acceleration[b] = acceleration;
+                    self.com[b] = add(&self.position[b], &rotate(&self.rotation[b], &parameters.com[b]));
+                    let inertia = self.spatial_inertia(b, body, parameters);
+                    let mut force = momentum(&inertia, &acceleration);
+                    accumulate(&mut force, &cross_force(&velocity, &momentum(&inertia, &velocity)));
+                    self.inertia[b] = inertia;
+                    self.force[b] = force;
+                }
+                for d in 0..tree.nv {
+                    self.bias[d] = zero;
+                }
+                for (b, body) in tree.bodies.iter().enumerate().skip(1).rev() {
+                    let force = self.force[b];
+                    for joint in &tree.joints[body.joints.clone()] {
+                        for k in joint.v..joint.v + joint.kind.nv() {
+                            self.bias[k] = dot6(&self.motion[k], &force);
+                        }
+                    }
+                    if body.parent != 0 {
+                        accumulate(&mut self.force[body.parent], &force);
+                        let inertia = self.inertia[b];
+                        accumulate(&mut self.inertia[body.parent], &inertia);
                     }
                 }
-                let change = if joint.kind == JointKind::Free {
-                    // The root's velocity is of a point that moves along: its spatial acceleration is -ω × v.
-                    let (w, l) = ([own[0], own[1], own[2]], [own[3], own[4], own[5]]);
-                    let x = cross(&l, &w);
-                    [zero, zero, zero, x[0], x[1], x[2]]
-                } else {
-                    cross_motion(&velocity, &own)
-                };
-                accumulate(&mut velocity, &own);
-                accumulate(&mut acceleration, &change);
-            }
-            self.velocity[b] = velocity;
-            self.acceleration[b] = acceleration;
-            self.com[b] = add(&self.position[b], &rotate(&self.rotation[b], &parameters.com[b]));
-            let inertia = self.spatial_inertia(b, body, parameters);
-            let mut force = momentum(&inertia, &acceleration);
-            accumulate(&mut force, &cross_force(&velocity, &momentum(&inertia, &velocity)));
-            self.inertia[b] = inertia;
-            self.force[b] = force;
-        }
-        for d in 0..tree.nv {
-            self.bias[d] = zero;
-        }
-        for (b, body) in tree.bodies.iter().enumerate().skip(1).rev() {
-            let force = self.force[b];
-            for joint in &tree.joints[body.joints.clone()] {
-                for k in joint.v..joint.v + joint.kind.nv() {
-                    self.bias[k] = dot6(&self.motion[k], &force);
-                }
-            }
-            if body.parent != 0 {
-                accumulate(&mut self.force[body.parent], &force);
-                let inertia = self.inertia[b];
-                accumulate(&mut self.inertia[body.parent], &inertia);
-            }
-        }
+            },
+        );
     }
 
     /// Inertia of a body, about the root's position.
     #[inline(always)]
-    pub fn spatial_inertia(&self, b: usize, body: &TreeBody<T>, parameters: &ModelParameters<T, W>) -> Inertia<T, W> {
+    pub fn spatial_inertia(&self, b: usize, body: &TreeBody<V::Scalar>, parameters: &ModelParameters<V>) -> Inertia<V> {
         let r = &self.rotation[b];
         let [xx, yy, zz, xy, xz, yz] = body.inertia;
         let t = product_constant(r, &[xx, xy, xz, xy, yy, yz, xz, yz, zz]);
         let (t, r) = ([vec3(&t, 0), vec3(&t, 1), vec3(&t, 2)], [vec3(r, 0), vec3(r, 1), vec3(r, 2)]);
-        let (c, m) = (self.com[b], parameters.mass[b] * Lane::splat(body.mass));
+        let (c, m) = (self.com[b], parameters.mass[b] * V::splat(body.mass));
         let scale = parameters.mass[b] * parameters.inertia[b];
         let h = [m * c[0], m * c[1], m * c[2]];
         [
@@ -199,21 +208,25 @@ impl<T: Scalar, const W: usize> RigidBodyDynamics<T, W> {
     }
 
     /// The mass matrix, from the composite inertias that [`Self::bias`] left.
-    #[inline(always)]
-    pub fn mass_matrix(&mut self, tree: &Tree<T>, parameters: &ModelParameters<T, W>) {
-        for (d, dof) in tree.dofs.iter().enumerate() {
-            let force = momentum(&self.inertia[dof.body], &self.motion[d]);
-            let n = dof.chain.len();
-            for (slot, j) in self.mass[dof.row..dof.row + n].iter_mut().zip(&dof.chain) {
-                *slot = dot6(&self.motion[*j], &force);
-            }
-            self.mass[dof.row + n - 1] += parameters.armature[d];
-        }
+    pub fn mass_matrix(&mut self, tree: &Tree<V::Scalar>, parameters: &ModelParameters<V>) {
+        V::vectorize(
+            #[inline(always)]
+            || {
+                for (d, dof) in tree.dofs.iter().enumerate() {
+                    let force = momentum(&self.inertia[dof.body], &self.motion[d]);
+                    let n = dof.chain.len();
+                    for (slot, j) in self.mass[dof.row..dof.row + n].iter_mut().zip(&dof.chain) {
+                        *slot = dot6(&self.motion[*j], &force);
+                    }
+                    self.mass[dof.row + n - 1] += parameters.armature[d];
+                }
+            },
+        );
     }
 
     /// A torque and a force at the centre of mass of a body, about the root's position.
     #[inline(always)]
-    pub fn about_origin(&self, push: &Spatial<T, W>, body: usize) -> Spatial<T, W> {
+    pub fn about_origin(&self, push: &Spatial<V>, body: usize) -> Spatial<V> {
         let force = [push[3], push[4], push[5]];
         let torque = add(&[push[0], push[1], push[2]], &cross(&self.com[body], &force));
         [torque[0], torque[1], torque[2], force[0], force[1], force[2]]
@@ -221,7 +234,7 @@ impl<T: Scalar, const W: usize> RigidBodyDynamics<T, W> {
 
     /// The column of dof `d` of a point's Jacobian: how fast the point (from the root's position) moves.
     #[inline(always)]
-    pub fn point_velocity(&self, d: usize, point: &Vec3<T, W>) -> Vec3<T, W> {
+    pub fn point_velocity(&self, d: usize, point: &Vec3<V>) -> Vec3<V> {
         let s = &self.motion[d];
         add(&cross(&[s[0], s[1], s[2]], point), &[s[3], s[4], s[5]])
     }

@@ -4,7 +4,7 @@ use lifelike_character::{Character, Geom, GeomShape, Vec3};
 use lifelike_robot::Robot;
 
 use super::dof_chain::DofChain;
-use super::lane::Scalar;
+use super::lanes::Scalar;
 use super::surface::{Mixed, Surface};
 
 /// A convex part of the robot, in its body's frame.

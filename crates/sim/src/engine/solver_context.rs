@@ -1,37 +1,37 @@
 //! Inputs of the constraint solver, and the forces that it leaves for the next step.
 
-use super::lane::{Lane, Scalar};
+use super::lanes::Lanes;
 use super::rigid_body::RigidBodyDynamics;
 use super::tree::Tree;
 use crate::terrain::Terrain;
 
 /// Inverse weights at the reference position (MuJoCo's `invweight0`), which scale the regularization.
 #[derive(Debug, Clone)]
-pub struct InvWeight<T: Scalar, const W: usize> {
+pub struct InvWeight<V: Lanes> {
     /// Inverse weight of each body's centre of mass, translation (1/kg).
-    pub body: Vec<Lane<T, W>>,
+    pub body: Vec<V>,
     /// Inverse weight of each dof.
-    pub dof: Vec<Lane<T, W>>,
+    pub dof: Vec<V>,
 }
 
 /// Forces of every possible row, kept from step to step.
 #[derive(Debug, Clone)]
-pub struct Forces<T: Scalar, const W: usize> {
+pub struct Forces<V: Lanes> {
     /// Dry friction of each dof.
-    pub friction: Vec<Lane<T, W>>,
+    pub friction: Vec<V>,
     /// Each limit; positive pushes away from the limit.
-    pub limit: Vec<Lane<T, W>>,
+    pub limit: Vec<V>,
     /// The side of each limit: 1 at the lower, -1 at the upper.
-    pub side: Vec<Lane<T, W>>,
+    pub side: Vec<V>,
     /// Edges of each possible contact's pyramid: the ground's points, then pairs of the robot's own parts.
-    pub contact: Vec<[Lane<T, W>; 4]>,
+    pub contact: Vec<[V; 4]>,
     /// True where any lane of a contact may have a force.
     pub live: Vec<bool>,
 }
 
-impl<T: Scalar, const W: usize> Forces<T, W> {
-    pub fn new(tree: &Tree<T>) -> Self {
-        let zero = Lane::zero();
+impl<V: Lanes> Forces<V> {
+    pub fn new(tree: &Tree<V::Scalar>) -> Self {
+        let zero = V::zero();
         Self {
             friction: vec![zero; tree.nv],
             limit: vec![zero; tree.limits.len()],
@@ -42,7 +42,7 @@ impl<T: Scalar, const W: usize> Forces<T, W> {
     }
 
     /// Every number, in a fixed order: for saving, and for bringing one environment back.
-    pub fn numbers_mut(&mut self) -> impl Iterator<Item = &mut Lane<T, W>> {
+    pub fn numbers_mut(&mut self) -> impl Iterator<Item = &mut V> {
         self.live.fill(true);
         let ends = self.friction.iter_mut().chain(&mut self.limit).chain(&mut self.side);
         ends.chain(self.contact.iter_mut().flatten())
@@ -54,14 +54,14 @@ impl<T: Scalar, const W: usize> Forces<T, W> {
     }
 }
 
-impl<T: Scalar, const W: usize> Forces<T, W> {
+impl<V: Lanes> Forces<V> {
     /// Forces of the step before stay where something still touches. Whether anything does.
     #[inline(always)]
-    pub fn keep(&mut self, slot: usize, touching: Lane<T, W>) -> bool {
+    pub fn keep(&mut self, slot: usize, touching: V) -> bool {
         let any = touching.any_positive();
         if any || self.live[slot] {
             for edge in &mut self.contact[slot] {
-                *edge = touching.select_gt(Lane::zero(), *edge, Lane::zero());
+                *edge = touching.select_gt(V::zero(), *edge, V::zero());
             }
         }
         self.live[slot] = any;
@@ -70,18 +70,18 @@ impl<T: Scalar, const W: usize> Forces<T, W> {
 }
 
 /// Inputs of the constraint solver in one step.
-pub struct SolverContext<'a, T: Scalar, const W: usize> {
-    pub tree: &'a Tree<T>,
+pub struct SolverContext<'a, V: Lanes> {
+    pub tree: &'a Tree<V::Scalar>,
     /// Uneven ground in place of the level one.
     pub terrain: Option<&'a Terrain>,
-    pub dynamics: &'a RigidBodyDynamics<T, W>,
-    pub invweight: &'a InvWeight<T, W>,
+    pub dynamics: &'a RigidBodyDynamics<V>,
+    pub invweight: &'a InvWeight<V>,
     /// Friction of all contacts; where it is below zero, their own.
-    pub friction: Lane<T, W>,
+    pub friction: V,
     /// Friction of each foot on the ground, likewise.
-    pub foot_friction: &'a [Lane<T, W>],
-    pub q: &'a [Lane<T, W>],
-    pub v: &'a [Lane<T, W>],
+    pub foot_friction: &'a [V],
+    pub q: &'a [V],
+    pub v: &'a [V],
     /// Visits of all rows.
     pub iterations: usize,
 }

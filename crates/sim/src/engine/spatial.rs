@@ -2,60 +2,60 @@
 //!
 //! Spatial vectors are `[angular, linear]` about one origin, axes of the world.
 
-use super::lane::{Lane, Scalar};
+use super::lanes::Lanes;
 
-pub type Vec3<T, const W: usize> = [Lane<T, W>; 3];
+pub type Vec3<V> = [V; 3];
 /// Row-major.
-pub type Mat3<T, const W: usize> = [Lane<T, W>; 9];
-pub type Spatial<T, const W: usize> = [Lane<T, W>; 6];
+pub type Mat3<V> = [V; 9];
+pub type Spatial<V> = [V; 6];
 /// Mass, mass times centre of mass, inertia about the origin (xx, yy, zz, xy, xz, yz).
-pub type Inertia<T, const W: usize> = [Lane<T, W>; 10];
+pub type Inertia<V> = [V; 10];
 
 #[inline(always)]
-pub fn vector<T: Scalar, const W: usize>(v: &[T; 3]) -> Vec3<T, W> {
-    [Lane::splat(v[0]), Lane::splat(v[1]), Lane::splat(v[2])]
+pub fn vector<V: Lanes>(v: &[V::Scalar; 3]) -> Vec3<V> {
+    [V::splat(v[0]), V::splat(v[1]), V::splat(v[2])]
 }
 
 /// Row i of a matrix.
 #[inline(always)]
-pub fn vec3<T: Scalar, const W: usize>(m: &Mat3<T, W>, i: usize) -> Vec3<T, W> {
+pub fn vec3<V: Lanes>(m: &Mat3<V>, i: usize) -> Vec3<V> {
     [m[3 * i], m[3 * i + 1], m[3 * i + 2]]
 }
 
 #[inline(always)]
-pub fn add<T: Scalar, const W: usize>(a: &Vec3<T, W>, b: &Vec3<T, W>) -> Vec3<T, W> {
+pub fn add<V: Lanes>(a: &Vec3<V>, b: &Vec3<V>) -> Vec3<V> {
     [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
 }
 
 #[inline(always)]
-pub fn sub<T: Scalar, const W: usize>(a: &Vec3<T, W>, b: &Vec3<T, W>) -> Vec3<T, W> {
+pub fn sub<V: Lanes>(a: &Vec3<V>, b: &Vec3<V>) -> Vec3<V> {
     [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
 }
 
 #[inline(always)]
-pub fn cross<T: Scalar, const W: usize>(a: &Vec3<T, W>, b: &Vec3<T, W>) -> Vec3<T, W> {
+pub fn cross<V: Lanes>(a: &Vec3<V>, b: &Vec3<V>) -> Vec3<V> {
     [(a[1] * b[2]).sub_mul(a[2], b[1]), (a[2] * b[0]).sub_mul(a[0], b[2]), (a[0] * b[1]).sub_mul(a[1], b[0])]
 }
 
 /// r v of a constant vector.
 #[inline(always)]
-pub fn rotate_constant<T: Scalar, const W: usize>(r: &Mat3<T, W>, v: &[T; 3]) -> Vec3<T, W> {
+pub fn rotate_constant<V: Lanes>(r: &Mat3<V>, v: &[V::Scalar; 3]) -> Vec3<V> {
     rotate(r, &vector(v))
 }
 
 #[inline(always)]
-pub fn dot<T: Scalar, const W: usize>(a: &Vec3<T, W>, b: &Vec3<T, W>) -> Lane<T, W> {
+pub fn dot<V: Lanes>(a: &Vec3<V>, b: &Vec3<V>) -> V {
     (a[0] * b[0]).add_mul(a[1], b[1]).add_mul(a[2], b[2])
 }
 
 /// a + b s.
 #[inline(always)]
-pub fn along<T: Scalar, const W: usize>(a: &Vec3<T, W>, b: &Vec3<T, W>, s: Lane<T, W>) -> Vec3<T, W> {
+pub fn along<V: Lanes>(a: &Vec3<V>, b: &Vec3<V>, s: V) -> Vec3<V> {
     [a[0].add_mul(b[0], s), a[1].add_mul(b[1], s), a[2].add_mul(b[2], s)]
 }
 
 #[inline(always)]
-pub fn rotate<T: Scalar, const W: usize>(r: &Mat3<T, W>, v: &Vec3<T, W>) -> Vec3<T, W> {
+pub fn rotate<V: Lanes>(r: &Mat3<V>, v: &Vec3<V>) -> Vec3<V> {
     [
         (r[0] * v[0]).add_mul(r[1], v[1]).add_mul(r[2], v[2]),
         (r[3] * v[0]).add_mul(r[4], v[1]).add_mul(r[5], v[2]),
@@ -64,8 +64,8 @@ pub fn rotate<T: Scalar, const W: usize>(r: &Mat3<T, W>, v: &Vec3<T, W>) -> Vec3
 }
 
 #[inline(always)]
-pub fn product<T: Scalar, const W: usize>(a: &Mat3<T, W>, b: &Mat3<T, W>) -> Mat3<T, W> {
-    let mut out = [Lane::zero(); 9];
+pub fn product<V: Lanes>(a: &Mat3<V>, b: &Mat3<V>) -> Mat3<V> {
+    let mut out = [V::zero(); 9];
     for i in 0..3 {
         for j in 0..3 {
             out[3 * i + j] = (a[3 * i] * b[j]).add_mul(a[3 * i + 1], b[3 + j]).add_mul(a[3 * i + 2], b[6 + j]);
@@ -76,11 +76,11 @@ pub fn product<T: Scalar, const W: usize>(a: &Mat3<T, W>, b: &Mat3<T, W>) -> Mat
 
 /// a b of a constant b.
 #[inline(always)]
-pub fn product_constant<T: Scalar, const W: usize>(a: &Mat3<T, W>, b: &[T; 9]) -> Mat3<T, W> {
-    let mut out = [Lane::zero(); 9];
+pub fn product_constant<V: Lanes>(a: &Mat3<V>, b: &[V::Scalar; 9]) -> Mat3<V> {
+    let mut out = [V::zero(); 9];
     for i in 0..3 {
         for j in 0..3 {
-            let (x, y, z) = (Lane::splat(b[j]), Lane::splat(b[3 + j]), Lane::splat(b[6 + j]));
+            let (x, y, z) = (V::splat(b[j]), V::splat(b[3 + j]), V::splat(b[6 + j]));
             out[3 * i + j] = (a[3 * i] * x).add_mul(a[3 * i + 1], y).add_mul(a[3 * i + 2], z);
         }
     }
@@ -89,9 +89,9 @@ pub fn product_constant<T: Scalar, const W: usize>(a: &Mat3<T, W>, b: &[T; 9]) -
 
 /// The rotation of a unit quaternion `wxyz`.
 #[inline(always)]
-pub fn quaternion_matrix<T: Scalar, const W: usize>(q: &[Lane<T, W>]) -> Mat3<T, W> {
+pub fn quaternion_matrix<V: Lanes>(q: &[V]) -> Mat3<V> {
     let (w, x, y, z) = (q[0], q[1], q[2], q[3]);
-    let (one, two) = (Lane::splat_f64(1.0), Lane::splat_f64(2.0));
+    let (one, two) = (V::splat_f64(1.0), V::splat_f64(2.0));
     [
         one.sub_mul(two, (y * y).add_mul(z, z)),
         two * (x * y).sub_mul(w, z),
@@ -107,11 +107,11 @@ pub fn quaternion_matrix<T: Scalar, const W: usize>(q: &[Lane<T, W>]) -> Mat3<T,
 
 /// The turn by an angle about a constant unit axis (Rodrigues).
 #[inline(always)]
-pub fn turn<T: Scalar, const W: usize>(axis: &[T; 3], angle: Lane<T, W>) -> Mat3<T, W> {
+pub fn turn<V: Lanes>(axis: &[V::Scalar; 3], angle: V) -> Mat3<V> {
     let (s, c) = angle.sin_cos();
     let a = vector(axis);
-    let versed = Lane::splat_f64(1.0) - c;
-    let mut r = [Lane::zero(); 9];
+    let versed = V::splat_f64(1.0) - c;
+    let mut r = [V::zero(); 9];
     for i in 0..3 {
         for j in 0..3 {
             r[3 * i + j] = versed * (a[i] * a[j]);
@@ -129,14 +129,14 @@ pub fn turn<T: Scalar, const W: usize>(axis: &[T; 3], angle: Lane<T, W>) -> Mat3
 
 /// Adds `b` to `a`.
 #[inline(always)]
-pub fn accumulate<T: Scalar, const W: usize, const N: usize>(a: &mut [Lane<T, W>; N], b: &[Lane<T, W>; N]) {
+pub fn accumulate<V: Lanes, const N: usize>(a: &mut [V; N], b: &[V; N]) {
     for i in 0..N {
         a[i] += b[i];
     }
 }
 
 #[inline(always)]
-pub fn dot6<T: Scalar, const W: usize>(a: &Spatial<T, W>, b: &Spatial<T, W>) -> Lane<T, W> {
+pub fn dot6<V: Lanes>(a: &Spatial<V>, b: &Spatial<V>) -> V {
     let first = (a[0] * b[0]).add_mul(a[1], b[1]).add_mul(a[2], b[2]);
     let second = (a[3] * b[3]).add_mul(a[4], b[4]).add_mul(a[5], b[5]);
     first + second
@@ -144,7 +144,7 @@ pub fn dot6<T: Scalar, const W: usize>(a: &Spatial<T, W>, b: &Spatial<T, W>) -> 
 
 /// I v: momentum of a motion.
 #[inline(always)]
-pub fn momentum<T: Scalar, const W: usize>(i: &Inertia<T, W>, v: &Spatial<T, W>) -> Spatial<T, W> {
+pub fn momentum<V: Lanes>(i: &Inertia<V>, v: &Spatial<V>) -> Spatial<V> {
     let (w, l, h) = ([v[0], v[1], v[2]], [v[3], v[4], v[5]], [i[1], i[2], i[3]]);
     let turning = [
         (i[4] * w[0]).add_mul(i[7], w[1]).add_mul(i[8], w[2]),
@@ -165,7 +165,7 @@ pub fn momentum<T: Scalar, const W: usize>(i: &Inertia<T, W>, v: &Spatial<T, W>)
 
 /// v × s: how a motion that moves along with `v` changes.
 #[inline(always)]
-pub fn cross_motion<T: Scalar, const W: usize>(v: &Spatial<T, W>, s: &Spatial<T, W>) -> Spatial<T, W> {
+pub fn cross_motion<V: Lanes>(v: &Spatial<V>, s: &Spatial<V>) -> Spatial<V> {
     let (w, l, a, b) = ([v[0], v[1], v[2]], [v[3], v[4], v[5]], [s[0], s[1], s[2]], [s[3], s[4], s[5]]);
     let (x, y) = (cross(&w, &a), add(&cross(&w, &b), &cross(&l, &a)));
     [x[0], x[1], x[2], y[0], y[1], y[2]]
@@ -173,7 +173,7 @@ pub fn cross_motion<T: Scalar, const W: usize>(v: &Spatial<T, W>, s: &Spatial<T,
 
 /// v ×* f: how a force that moves along with `v` changes.
 #[inline(always)]
-pub fn cross_force<T: Scalar, const W: usize>(v: &Spatial<T, W>, f: &Spatial<T, W>) -> Spatial<T, W> {
+pub fn cross_force<V: Lanes>(v: &Spatial<V>, f: &Spatial<V>) -> Spatial<V> {
     let (w, l, a, b) = ([v[0], v[1], v[2]], [v[3], v[4], v[5]], [f[0], f[1], f[2]], [f[3], f[4], f[5]]);
     let (x, y) = (add(&cross(&w, &a), &cross(&l, &b)), cross(&w, &b));
     [x[0], x[1], x[2], y[0], y[1], y[2]]

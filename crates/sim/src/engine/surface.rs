@@ -2,7 +2,7 @@
 
 use lifelike_character::Geom;
 
-use super::lane::{Lane, Scalar};
+use super::lanes::{Lanes, Scalar};
 
 /// MuJoCo's defaults.
 pub const SOLREF: [f64; 2] = [0.02, 1.0];
@@ -69,28 +69,28 @@ impl<T: Scalar> Softness<T> {
 
     /// Returns the impedance of a violation (m or rad).
     #[inline(always)]
-    pub fn impedance<const W: usize>(&self, violation: Lane<T, W>) -> Lane<T, W> {
-        let (low, one) = (Lane::splat(self.low), Lane::splat_f64(1.0));
-        let x = (violation.max(-violation) * Lane::splat(self.inverse_width)).min(one);
+    pub fn impedance<V: Lanes<Scalar = T>>(&self, violation: V) -> V {
+        let (low, one) = (V::splat(self.low), V::splat_f64(1.0));
+        let x = (violation.abs() * V::splat(self.inverse_width)).min(one);
         let rest = one - x;
         let (rising, falling) = match self.ramp {
             Ramp::Flat => return low,
-            Ramp::Linear => return low.add_mul(x, Lane::splat(self.span)),
+            Ramp::Linear => return low.add_mul(x, V::splat(self.span)),
             Ramp::Square => (x * x, rest * rest),
             Ramp::Power => {
                 let power = self.power.to_f64();
                 (x.map(|x| T::new(x.to_f64().powf(power))), rest.map(|x| T::new(x.to_f64().powf(power))))
             }
         };
-        let (rising, falling) = (rising * Lane::splat(self.rising), one.sub_mul(falling, Lane::splat(self.falling)));
-        low.add_mul(x.select_gt(Lane::splat(self.middle), falling, rising), Lane::splat(self.span))
+        let (rising, falling) = (rising * V::splat(self.rising), one.sub_mul(falling, V::splat(self.falling)));
+        low.add_mul(x.select_gt(V::splat(self.middle), falling, rising), V::splat(self.span))
     }
 }
 
 /// Returns the regularization R = (1 - i) / i · Â of a constraint of this impedance.
 #[inline(always)]
-pub fn regularization<T: Scalar, const W: usize>(impedance: Lane<T, W>, weight: Lane<T, W>) -> Lane<T, W> {
-    ((Lane::splat_f64(1.0) - impedance) / impedance * weight).max(Lane::splat_f64(1e-15))
+pub fn regularization<V: Lanes>(impedance: V, weight: V) -> V {
+    ((V::splat_f64(1.0) - impedance) / impedance * weight).max(V::splat_f64(1e-15))
 }
 
 /// Contact properties of a geom.

@@ -7,7 +7,7 @@ use lifelike_character::{Body, Character, GeomShape, Joint, JointKind};
 use lifelike_robot::Robot;
 
 use super::dof_chain::{DofChain, Run, runs};
-use super::lane::Scalar;
+use super::lanes::Scalar;
 use super::shapes::{self, GroundShape, Pair, Shape};
 use super::surface::{SOLIMP, SOLREF, Softness, Surface};
 use crate::error::SimError;

@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use lifelike_character::{Character, JointKind};
 use lifelike_robot::{Profile, Robot};
+use lifelike_sim::{EnvironmentParameters, Simulation};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -192,4 +193,39 @@ pub fn self_touching(trunk: &str, hand: &str) -> Arc<Robot> {
 </mujoco>"#
     );
     from_text(&text)
+}
+
+/// Targets around the default pose; environment `e` of step `t` gets the same whatever the batch.
+pub fn targets(robot: &Robot, environments: &[usize], t: usize) -> Vec<f32> {
+    let mut out = Vec::new();
+    for &e in environments {
+        let mut rng = ChaCha8Rng::seed_from_u64((e * 10_000 + t) as u64);
+        out.extend(robot.default_pose.iter().map(|&q| q as f32 + rng.random_range(-0.3..0.3)));
+    }
+    out
+}
+
+/// Different masses, friction and pushes, by the environment's own number.
+pub fn vary(simulation: &mut dyn Simulation, environments: &[usize]) {
+    let bodies = simulation.robot().character.bodies.len();
+    for (id, &e) in environments.iter().enumerate() {
+        let mut rng = ChaCha8Rng::seed_from_u64(e as u64);
+        if e % 3 != 0 {
+            let parameters = EnvironmentParameters {
+                mass_scale: (0..bodies).map(|_| rng.random_range(0.9..1.1)).collect(),
+                ground_friction: (e % 2 == 0).then(|| rng.random_range(0.3..1.2)),
+                inertia_scale: (0..bodies).map(|_| rng.random_range(0.9..1.1)).collect(),
+                com_offset: (0..bodies).map(|_| std::array::from_fn(|_| rng.random_range(-0.01..0.01))).collect(),
+                gravity: Some([0.0, rng.random_range(-1.0..1.0), -9.0]),
+                kp_scale: (0..simulation.robot().joints()).map(|_| rng.random_range(0.8..1.2)).collect(),
+                strength_scale: (0..simulation.robot().joints()).map(|_| rng.random_range(0.8..1.2)).collect(),
+                foot_friction: if e % 2 == 1 { vec![rng.random_range(0.3..1.2), 0.7] } else { vec![] },
+                ..EnvironmentParameters::default()
+            };
+            simulation.set_parameters(id, parameters).unwrap();
+        }
+        if e % 4 == 1 {
+            simulation.push(id, 1, [rng.random_range(-30.0..30.0), 5.0, 0.0], [0.0, 1.0, 0.0]).unwrap();
+        }
+    }
 }

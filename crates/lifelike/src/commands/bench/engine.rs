@@ -6,7 +6,7 @@ use std::time::Instant;
 use lifelike_character::Character;
 use lifelike_robot::Robot;
 use lifelike_sim::engine::profile::{Cost, costs};
-use lifelike_sim::engine::{LANES, LifelikeSimulation, self_contacts};
+use lifelike_sim::engine::{LifelikeSimulation, self_contacts};
 use lifelike_sim::throughput::{Throughput, measure};
 use lifelike_sim::{EngineKind, SimulationSpec, Terrain};
 use lifelike_simd::InstructionSet;
@@ -184,7 +184,7 @@ fn rates(
         let created_s = start.elapsed().as_secs_f64();
         let throughput = measure(simulation.as_mut(), &standing(robot, terrain), args.threads, args.seconds)?;
         let bytes = (engine == EngineKind::Lifelike)
-            .then(|| LifelikeSimulation::new(robot.clone(), LANES, 1).map(|s| s.bytes_per_environment()))
+            .then(|| LifelikeSimulation::new(robot.clone(), environments, 1).map(|s| s.bytes_per_environment()))
             .transpose()?;
         rates.push(Rate {
             robot: robot.name.clone(),
