@@ -35,7 +35,7 @@ pub struct Args {
     #[arg(required_unless_present = "machine")]
     pub what: Option<PathBuf>,
     /// This machine: which vector instructions it has and which are used (the environment variable LIFELIKE_SIMD forces
-    /// others), cores, what one core can do at most (measured in about a second), memory, devices that networks learn on.
+    /// others), cores, what one core can do at most (measured), memory, devices that networks learn on.
     #[arg(long, conflicts_with = "what")]
     pub machine: bool,
 }
