@@ -87,7 +87,7 @@ fn measure() {
             let backward =
                 seconds(|| panels.chunks_exact_mut(channels).for_each(|panel| network.backward(panel, false)));
             let mut gradient = vec![0.0; sizes.parameters()];
-            let by_weight = seconds(|| network.gradient(&panels, &mut gradient));
+            let by_weight = seconds(|| network.gradient(&panels, channels, 0, &mut gradient));
             let all = seconds(|| {
                 network.set(&parameters);
                 fill(&network, &mut panels);
@@ -95,7 +95,7 @@ fn measure() {
                     network.forward(panel);
                     network.backward(panel, false);
                 });
-                network.gradient(&panels, &mut gradient);
+                network.gradient(&panels, channels, 0, &mut gradient);
             });
             let mut out = vec![0.0; rows * 23];
             let act = seconds(|| network.forward_many(&inputs, &mut out));

@@ -99,6 +99,11 @@ impl PackedPerceptron {
         &mut panel[..self.sizes.inputs()]
     }
 
+    /// Returns the inputs of a panel as they were written.
+    pub fn values_of_inputs<'a>(&self, panel: &'a [Channel]) -> &'a [Channel] {
+        &panel[..self.sizes.inputs()]
+    }
+
     /// Returns the outputs of a panel.
     pub fn outputs<'a>(&self, panel: &'a [Channel]) -> &'a [Channel] {
         &panel[self.last().outputs..][..self.sizes.outputs()]
@@ -160,12 +165,13 @@ impl PackedPerceptron {
         }
     }
 
-    /// Writes the gradient by all parameters, in their order, from all panels after their passes.
+    /// Writes the gradient by all parameters, in their order, from all panels after their passes. A panel has so many
+    /// channels, of which this network's begin at `first`: others may share the memory.
     ///
     /// # Panics
     /// A slice has another length.
-    pub fn gradient(&self, panels: &[Channel], gradient: &mut [f32]) {
-        let channels = self.channels();
+    pub fn gradient(&self, panels: &[Channel], channels: usize, first: usize, gradient: &mut [f32]) {
+        assert!(first + self.channels() <= channels, "channels of a panel");
         assert_eq!((panels.len() % channels, gradient.len()), (0, self.sizes.parameters()), "gradient of a perceptron");
         let mut parts = Vec::new();
         let mut rest = gradient;
@@ -177,11 +183,11 @@ impl PackedPerceptron {
             let shares = weight.chunks_mut(SHARE * layer.outputs).enumerate();
             parts.extend(shares.map(|(i, share)| (share, Some(i * SHARE), *layer, packed)));
         }
-        parts.into_par_iter().with_max_len(1).for_each(|(gradient, first, layer, packed)| match first {
-            None => self.set.run(BiasGradient { panels, channels, first: packed.by_outputs, gradient }),
-            Some(first) => {
-                let (inputs, outputs) = ((packed.inputs, layer.inputs), (packed.by_outputs, layer.outputs));
-                self.set.run(WeightGradient { panels, channels, inputs, outputs, first, gradient });
+        parts.into_par_iter().with_max_len(1).for_each(|(gradient, input, layer, packed)| match input {
+            None => self.set.run(BiasGradient { panels, channels, first: first + packed.by_outputs, gradient }),
+            Some(input) => {
+                let (inputs, outputs) = (first + packed.inputs + input, (first + packed.by_outputs, layer.outputs));
+                self.set.run(WeightGradient { panels, channels, inputs, outputs, gradient });
             }
         });
     }
@@ -242,7 +248,7 @@ mod tests {
             unpack(network.by_inputs(panel), &mut by_rows[part(i, rows.len())]);
         }
         let mut gradient = vec![f32::NAN; parameters.len()];
-        network.gradient(&panels, &mut gradient);
+        network.gradient(&panels, network.channels(), 0, &mut gradient);
         [outputs, by_rows, gradient]
     }
 

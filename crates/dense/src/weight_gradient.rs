@@ -21,12 +21,10 @@ pub(crate) struct WeightGradient<'a> {
     pub panels: &'a [Channel],
     /// Channels of a panel.
     pub channels: usize,
-    /// First channel of the inputs within a panel, and the inputs.
-    pub inputs: (usize, usize),
+    /// Channel of the first input that is wanted within a panel.
+    pub inputs: usize,
     /// First channel of the gradients within a panel, and the outputs.
     pub outputs: (usize, usize),
-    /// First input that is wanted, a multiple of [`SHARE`].
-    pub first: usize,
     /// The gradient by the weight from that input on, `[up to SHARE inputs, outputs]`, row-major.
     pub gradient: &'a mut [f32],
 }
@@ -57,7 +55,7 @@ impl WeightGradient<'_> {
             for panels in self.panels.chunks(together) {
                 for (input, lanes) in (0..count).step_by(I).zip(&mut lanes) {
                     // Channels come in whole groups, so a tile at the end has something to read.
-                    let from = (self.inputs.0 + self.first + input, self.outputs.0 + output);
+                    let from = (self.inputs + input, self.outputs.0 + output);
                     for part in 0..LANES / S::f32s::LEN {
                         accumulate::<S, I, N>(simd, panels, self.channels, from, part, lanes);
                     }
