@@ -1,15 +1,26 @@
-//! Floor 0: dense kernels in single precision, row-major, for networks that run without a training framework.
+//! Floor 0: dense kernels in single precision, for networks that learn on this machine and for frozen ones.
 //!
-//! [`product`] calls the kernel that the training framework's CPU backend calls, in the same way, and [`elu`] is the one
-//! that training uses: a frozen perceptron gives the trained one's numbers bit for bit.
+//! Every sum is taken in one order, with multiply-adds that are rounded once, whatever the instruction set
+//! ([`lifelike_simd::InstructionSet`]), the number of rows and the number of threads: a frozen [`Perceptron`] gives the numbers
+//! of the [`PackedPerceptron`] that learned, bit for bit.
 
+mod adam;
 mod elu;
+mod layer;
 mod layer_norm;
+mod packed;
+mod panel;
+mod perceptron;
 mod product;
+mod weight_gradient;
 
-pub use elu::elu;
+pub use adam::{AdamStep, Slices, norm};
+pub use elu::{elu, elu_of_vector};
 pub use layer_norm::layer_norm;
-pub use product::{product, product_by_row};
+pub use packed::PackedPerceptron;
+pub use panel::{Channel, ROWS, pack, unpack};
+pub use perceptron::{Between, LayerSizes, Perceptron, Sizes};
+pub use product::{product, product_on_this_thread};
 
 /// The README's example is a test.
 #[cfg(doctest)]

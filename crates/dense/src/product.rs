@@ -1,51 +1,180 @@
-//! The matrix product.
+//! Products of rows with a weight as it lies in a file: for few rows, and for networks that are used once.
 
-use gemm_common::Parallelism;
+use lifelike_simd::vectors::f32x4;
+use lifelike_simd::{InstructionSet, Simd, Task, prelude::*};
+use rayon::prelude::*;
 
-/// Multiplications from which on a product is worth several threads: the number of the training framework's CPU backend.
-const PARALLEL: usize = 192 * 192 * 192;
+use crate::elu::{elu, elu_of_vector};
+
+/// Multiplications from which on several threads share a product: what starting them costs is then small beside it.
+const PARALLEL: usize = 1 << 20;
+/// Rows that a thread takes at a time.
+const SHARE: usize = 32;
 
 /// Writes the product of rows and a weight.
 ///
+/// Each number is summed over K from the first to the last with fused multiply-adds, so the result does not depend on
+/// instruction set, number of rows or threads. Without threads nothing is allocated.
+///
 /// # Shapes
 /// `rows: [N, K]`, `weight: [K, M]`, `out: [N, M]`; `sizes` is `[N, K, M]`.
-///
-/// One row allocates nothing; more rows are packed into memory of the kernel's own.
 ///
 /// # Panics
 /// A slice is shorter or longer than `sizes` says.
 pub fn product(rows: &[f32], weight: &[f32], sizes: [usize; 3], out: &mut [f32]) {
     let [n, k, m] = sizes;
     assert_eq!((rows.len(), weight.len(), out.len()), (n * k, k * m, n * m), "sizes {sizes:?}");
-    let many = n.saturating_mul(k).saturating_mul(m) >= PARALLEL;
-    let threads = if many { Parallelism::Rayon(0) } else { Parallelism::None };
-    let kernel = gemm_f32::gemm::f32::get_gemm_fn();
-    let (x, w, y) = (rows.as_ptr(), weight.as_ptr(), out.as_mut_ptr());
-    let [steps_k, steps_m] = [k as isize, m as isize];
-    // SAFETY: the three slices are as long as the sizes say (asserted above), `out` is borrowed for writing alone, and
-    // all strides are those of dense row-major matrices.
-    unsafe {
-        if m > 1 {
-            // Columns first: the kernel likes its result column-major, and a row-major product is a transposed one.
-            kernel(m, n, k, y, steps_m, 1, false, w, steps_m, 1, x, steps_k, 1, 0.0, 1.0, false, false, false, threads);
-        } else {
-            kernel(n, m, k, y, 1, steps_m, false, x, 1, steps_k, w, 1, steps_m, 0.0, 1.0, false, false, false, threads);
+    let set = InstructionSet::chosen();
+    let many = n.saturating_mul(k).saturating_mul(m) >= PARALLEL && n > SHARE;
+    if many {
+        out.par_chunks_mut(SHARE * m).zip(rows.par_chunks(SHARE * k)).for_each(|(out, rows)| {
+            set.run(RowsOfLayer { rows, weight, bias: &[], hidden: false, outputs: m, out });
+        });
+    } else {
+        set.run(RowsOfLayer { rows, weight, bias: &[], hidden: false, outputs: m, out });
+    }
+}
+
+/// Does the same on this thread alone, without any allocation.
+///
+/// # Panics
+/// As [`product`].
+pub fn product_on_this_thread(rows: &[f32], weight: &[f32], sizes: [usize; 3], out: &mut [f32]) {
+    let [n, k, m] = sizes;
+    assert_eq!((rows.len(), weight.len(), out.len()), (n * k, k * m, n * m), "sizes {sizes:?}");
+    InstructionSet::chosen().run(RowsOfLayer { rows, weight, bias: &[], hidden: false, outputs: m, out });
+}
+
+/// A layer of rows: product, bias where there is one, ELU where it is hidden.
+pub(crate) struct RowsOfLayer<'a> {
+    pub rows: &'a [f32],
+    pub weight: &'a [f32],
+    pub bias: &'a [f32],
+    pub hidden: bool,
+    pub outputs: usize,
+    pub out: &'a mut [f32],
+}
+
+impl Task for RowsOfLayer<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Simd>(mut self, simd: S) {
+        let m = self.outputs;
+        if m == 0 {
+            return;
+        }
+        let (n, k) = (self.out.len() / m, self.weight.len() / m);
+        let mut row = 0;
+        while row < n {
+            if n - row >= 4 {
+                let rows: [&[f32]; 4] = std::array::from_fn(|r| &self.rows[(row + r) * k..][..k]);
+                self.block::<S, 4, 3>(simd, rows, row);
+                row += 4;
+            } else {
+                self.block::<S, 1, 8>(simd, [&self.rows[row * k..][..k]], row);
+                row += 1;
+            }
         }
     }
 }
 
-/// Does the same a row at a time: slower for many rows, and without any allocation.
-///
-/// # Panics
-/// As [`product`].
-pub fn product_by_row(rows: &[f32], weight: &[f32], [n, k, m]: [usize; 3], out: &mut [f32]) {
-    assert_eq!((rows.len(), out.len()), (n * k, n * m));
-    if k == 0 || m == 0 {
-        return out.fill(0.0);
+impl RowsOfLayer<'_> {
+    /// All outputs of `R` rows, `V` vectors at a time, then one, then the last one again from where it still fits.
+    #[inline(always)]
+    fn block<S: Simd, const R: usize, const V: usize>(&mut self, simd: S, rows: [&[f32]; R], first: usize) {
+        let (m, len) = (self.outputs, S::f32s::LEN);
+        if m < len {
+            return self.narrow(simd, rows, first);
+        }
+        let mut column = 0;
+        while column < m {
+            if m - column >= V * len {
+                let sums = sums::<S, S::f32s, R, V>(simd, rows, self.weight, m, column);
+                self.finish(simd, sums, first, column);
+                column += V * len;
+            } else {
+                let from = column.min(m - len);
+                let sums = sums::<S, S::f32s, R, 1>(simd, rows, self.weight, m, from);
+                self.finish(simd, sums, first, from);
+                column += len;
+            }
+        }
     }
-    for (row, out) in rows.chunks_exact(k).zip(out.chunks_exact_mut(m)) {
-        product(row, weight, [1, k, m], out);
+
+    #[inline(always)]
+    fn finish<S: Simd, const R: usize, const V: usize>(
+        &mut self,
+        simd: S,
+        sums: [[S::f32s; V]; R],
+        first: usize,
+        column: usize,
+    ) {
+        let len = S::f32s::LEN;
+        for r in 0..R {
+            for v in 0..V {
+                let (place, mut y) = (column + v * len, sums[r][v]);
+                if !self.bias.is_empty() {
+                    y = y + S::f32s::from_slice(simd, &self.bias[place..][..len]);
+                }
+                if self.hidden {
+                    y = elu_of_vector(simd, y);
+                }
+                y.store_slice(&mut self.out[(first + r) * self.outputs + place..][..len]);
+            }
+        }
     }
+
+    /// Fewer outputs than a vector holds: four at a time, or one.
+    #[inline(always)]
+    fn narrow<S: Simd, const R: usize>(&mut self, simd: S, rows: [&[f32]; R], first: usize) {
+        let m = self.outputs;
+        let mut column = 0;
+        while column < m {
+            let (from, count) = if m >= 4 { (column.min(m - 4), 4) } else { (column, 1) };
+            let sums: [[f32x4<S>; 1]; R] = if count == 4 {
+                sums::<S, f32x4<S>, R, 1>(simd, rows, self.weight, m, from)
+            } else {
+                let mut sums = [[f32x4::splat(simd, 0.0)]; R];
+                for (l, w) in self.weight.get(from..).unwrap_or(&[]).chunks(m).enumerate() {
+                    for r in 0..R {
+                        sums[r][0] =
+                            f32x4::splat(simd, rows[r][l]).mul_add_precise(f32x4::splat(simd, w[0]), sums[r][0]);
+                    }
+                }
+                sums
+            };
+            for (r, [sums]) in sums.into_iter().enumerate() {
+                for (j, sum) in sums.to_array().into_iter().enumerate().take(count) {
+                    let y = self.bias.get(from + j).map_or(sum, |bias| sum + bias);
+                    self.out[(first + r) * m + from + j] = if self.hidden { elu(y) } else { y };
+                }
+            }
+            column += count;
+        }
+    }
+}
+
+#[inline(always)]
+fn sums<S: Simd, F: SimdFloat<S, Element = f32>, const R: usize, const V: usize>(
+    simd: S,
+    rows: [&[f32]; R],
+    weight: &[f32],
+    m: usize,
+    column: usize,
+) -> [[F; V]; R] {
+    let mut sums = [[F::splat(simd, 0.0); V]; R];
+    let Some(weight) = weight.get(column..) else { return sums };
+    for (l, w) in weight.chunks(m).enumerate() {
+        let w = &w[..V * F::LEN];
+        for v in 0..V {
+            let w = F::from_slice(simd, &w[v * F::LEN..][..F::LEN]);
+            for r in 0..R {
+                sums[r][v] = F::splat(simd, rows[r][l]).mul_add_precise(w, sums[r][v]);
+            }
+        }
+    }
+    sums
 }
 
 #[cfg(test)]
@@ -57,20 +186,27 @@ mod tests {
     }
 
     #[test]
-    fn it_is_the_sum_of_products() {
-        for sizes in [[1, 7, 5], [3, 40, 20], [4, 6, 1], [1, 300, 1], [2, 1, 2], [3, 0, 2]] {
+    fn it_is_the_sum_of_products_from_the_first_to_the_last() {
+        for sizes in [[1, 7, 5], [3, 40, 20], [4, 6, 1], [1, 300, 1], [2, 1, 2], [3, 0, 2], [70, 160, 135], [9, 33, 23]]
+        {
             let [n, k, m] = sizes;
             let (x, w) = (numbers(n * k, 7), numbers(k * m, 11));
-            let (mut together, mut by_row) = (vec![f32::NAN; n * m], vec![f32::NAN; n * m]);
-            product(&x, &w, sizes, &mut together);
-            product_by_row(&x, &w, sizes, &mut by_row);
+            let mut expected = vec![0.0_f32; n * m];
             for i in 0..n {
                 for j in 0..m {
-                    let exact: f64 = (0..k).map(|l| f64::from(x[i * k + l]) * f64::from(w[l * m + j])).sum();
-                    for got in [together[i * m + j], by_row[i * m + j]] {
-                        assert!((f64::from(got) - exact).abs() < 1e-4, "{sizes:?}: {got}, not {exact}");
-                    }
+                    expected[i * m + j] = (0..k).fold(0.0, |sum, l| x[i * k + l].mul_add(w[l * m + j], sum));
                 }
+            }
+            let mut got = vec![f32::NAN; n * m];
+            product(&x, &w, sizes, &mut got);
+            assert_eq!(got, expected, "{sizes:?}");
+            got.fill(f32::NAN);
+            product_on_this_thread(&x, &w, sizes, &mut got);
+            assert_eq!(got, expected, "{sizes:?}");
+            for set in InstructionSet::available() {
+                got.fill(f32::NAN);
+                set.run(RowsOfLayer { rows: &x, weight: &w, bias: &[], hidden: false, outputs: m, out: &mut got });
+                assert_eq!(got, expected, "{sizes:?} {set}");
             }
         }
     }

@@ -5,11 +5,12 @@
 use std::collections::BTreeMap;
 
 use burn::module::{Module, ModuleMapper, Param};
-use burn::tensor::{Device, Tensor};
+use burn::tensor::{Device, Tensor, TensorData};
 
 use crate::checkpoint::ModuleCheckpoint;
 use crate::gradients::Gradients;
 use crate::names::{Path, parameters};
+use crate::numbers::{Unreadable, read};
 use lifelike_checkpoint::{Checkpoint, CheckpointError};
 
 /// Update rule.
@@ -119,6 +120,20 @@ impl Adam {
         };
         self.moments.insert(name, moments);
         value.sub(change)
+    }
+
+    /// Returns the steps that a parameter has seen and its moments; `None` before its first step.
+    pub(crate) fn moments(&self, name: &str) -> Result<Option<(u64, Vec<f32>, Vec<f32>)>, Unreadable> {
+        let Some(moments) = self.moments.get(name) else { return Ok(None) };
+        Ok(Some((moments.step, read(moments.first.clone())?, read(moments.second.clone())?)))
+    }
+
+    /// Takes the moments of a parameter that is on the CPU. Without a step there are none.
+    pub(crate) fn set_moments(&mut self, name: &str, step: u64, first: &[f32], second: &[f32]) {
+        let tensor = |x: &[f32]| Tensor::from_data(TensorData::new(x.to_vec(), [x.len()]), &crate::device::inference());
+        if step > 0 {
+            self.moments.insert(name.to_owned(), Moments { step, first: tensor(first), second: tensor(second) });
+        }
     }
 
     /// Writes the moments under `prefix` (exact bits).

@@ -1,18 +1,18 @@
 //! The gradient of an [`Mlp`] by hand: the chain rule written out, without a recorded graph.
 //!
-//! Reinforcement learning on a CPU spends its time on small perceptrons. Automatic differentiation computes an ELU and its
-//! derivative in a dozen passes over memory that take as long as the matrix products; written out it is two. The products
-//! are the tensor library's; a test holds the result against automatic differentiation.
+//! For networks on a card: automatic differentiation computes an ELU and its derivative in a dozen passes over memory,
+//! written out it is two. The products are the tensor library's; a test holds the result against automatic differentiation. On a
+//! CPU the same is `lifelike_dense`'s.
 //!
 //! Rows come from our own memory and go back to it, and everything between is where the network is: a minibatch crosses to a
 //! card and back once.
 
 use burn::tensor::{Device, Tensor, TensorData};
 
+use crate::elu::elu;
 use crate::gradients::Gradients;
 use crate::mlp::Mlp;
 use crate::numbers::{Unreadable, read};
-use crate::{device, elu};
 
 /// The inputs of each layer of one forward pass: what the backward pass needs.
 #[derive(Debug, Clone)]
@@ -36,7 +36,7 @@ pub fn forward(mlp: &Mlp, x: Vec<f32>) -> Result<(Vec<f32>, Pass), Unreadable> {
         let bias = layer.bias.as_ref().map(|b| b.val().without_autodiff());
         let hidden = i + 1 < mlp.layers().len();
         inputs.push(x.clone());
-        x = finish(x.matmul(weight), bias, hidden)?;
+        x = finish(x.matmul(weight), bias, hidden);
     }
     Ok((read(x)?, Pass { inputs }))
 }
@@ -84,9 +84,7 @@ fn descend(
         let weight = layer.weight.val().without_autodiff();
         let [rows, columns] = weight.dims();
         if layer.bias.is_some() {
-            let (sums, same) = column_sums(gradient)?;
-            gradients.insert(name("bias"), sums);
-            gradient = same;
+            gradients.insert(name("bias"), gradient.clone().sum_dim(0).reshape([columns]));
         }
         let by_weight = input.clone().transpose().matmul(gradient.clone());
         gradients.insert(name("weight"), by_weight.reshape([rows * columns]));
@@ -95,61 +93,20 @@ fn descend(
         }
         gradient = gradient.matmul(weight.transpose());
         if i > 0 {
-            gradient = through_elu(gradient, input)?;
+            // The derivative of an ELU whose value is h: 1 above zero, exp(x) = h + 1 below.
+            gradient = gradient * (input.clamp_max(0.0) + 1.0);
         }
     }
     Ok((gradients, read(gradient)?))
 }
 
-/// Returns whether a tensor's numbers are in our own memory: there the loops below are faster than the tensor library, which passes over
-/// memory once for each operation. On a card it is the other way round.
-fn here(device: &Device) -> bool {
-    *device == device::inference()
-}
-
 /// Adds the bias, and in a hidden layer applies the ELU.
-fn finish(y: Tensor<2>, bias: Option<Tensor<1>>, hidden: bool) -> Result<Tensor<2>, Unreadable> {
-    let (shape, device) = (y.dims(), y.device());
-    if !here(&device) {
-        let y = bias.map_or(y.clone(), |bias| y + bias.unsqueeze());
-        return Ok(if hidden { elu::elu(y) } else { y });
-    }
-    let bias = bias.map(read).transpose()?;
-    let mut y = read(y)?;
-    for row in y.chunks_exact_mut(shape[1].max(1)) {
-        if let Some(bias) = &bias {
-            row.iter_mut().zip(bias).for_each(|(y, b)| *y += b);
-        }
-        if hidden {
-            row.iter_mut().for_each(|y| *y = lifelike_dense::elu(*y));
-        }
-    }
-    Ok(tensor(y, shape, &device))
-}
-
-/// Returns the sum of each column, and the rows themselves.
-fn column_sums(rows: Tensor<2>) -> Result<(Tensor<1>, Tensor<2>), Unreadable> {
-    let (shape, device) = (rows.dims(), rows.device());
-    if !here(&device) {
-        return Ok((rows.clone().sum_dim(0).reshape([shape[1]]), rows));
-    }
-    let rows = read(rows)?;
-    let mut sums = vec![0.0_f32; shape[1]];
-    for row in rows.chunks_exact(shape[1].max(1)) {
-        sums.iter_mut().zip(row).for_each(|(sum, x)| *sum += x);
-    }
-    Ok((Tensor::from_data(TensorData::new(sums, [shape[1]]), &device), tensor(rows, shape, &device)))
-}
-
-/// Returns the gradient below an ELU whose values were h: its derivative is 1 above zero and exp(x) = h + 1 below.
-fn through_elu(gradient: Tensor<2>, values: Tensor<2>) -> Result<Tensor<2>, Unreadable> {
-    let (shape, device) = (gradient.dims(), gradient.device());
-    if !here(&device) {
-        return Ok(gradient * (values.clamp_max(0.0) + 1.0));
-    }
-    let (mut gradient, values) = (read(gradient)?, read(values)?);
-    gradient.iter_mut().zip(&values).for_each(|(gradient, h)| *gradient *= h.min(0.0) + 1.0);
-    Ok(tensor(gradient, shape, &device))
+fn finish(y: Tensor<2>, bias: Option<Tensor<1>>, hidden: bool) -> Tensor<2> {
+    let y = match bias {
+        Some(bias) => y + bias.unsqueeze(),
+        None => y,
+    };
+    if hidden { elu(y) } else { y }
 }
 
 fn tensor(values: Vec<f32>, shape: [usize; 2], device: &Device) -> Tensor<2> {
@@ -160,7 +117,7 @@ fn tensor(values: Vec<f32>, shape: [usize; 2], device: &Device) -> Tensor<2> {
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
-    use crate::device::Processor;
+    use crate::device::{self, Processor};
     use crate::mlp::MlpConfig;
     use burn::module::Module;
 

@@ -12,6 +12,7 @@ mod checkpoint;
 pub mod conv_resnet;
 pub mod device;
 pub mod elu;
+pub mod flat;
 pub mod gradients;
 pub mod init;
 pub mod losses;

@@ -3,6 +3,7 @@
 use burn::module::Module;
 use burn::nn::Linear;
 use burn::tensor::{Device, Tensor};
+use lifelike_dense::Sizes;
 
 use crate::elu::elu;
 use crate::{device, init};
@@ -96,6 +97,12 @@ impl Mlp {
     /// Returns the numbers out.
     pub fn outputs(&self) -> usize {
         self.layers.last().map_or(0, |layer| layer.weight.dims()[1])
+    }
+
+    /// Returns its sizes, as the kernels take them: its parameters in their own order.
+    pub fn sizes(&self) -> Sizes {
+        let widths = self.layers.iter().map(|layer| layer.weight.dims()[1]);
+        Sizes::new(&[self.inputs()].into_iter().chain(widths).collect::<Vec<_>>())
     }
 
     /// Returns the device that it is on, without automatic differentiation.

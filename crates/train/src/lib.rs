@@ -25,6 +25,7 @@ mod environment;
 mod error;
 pub mod gae;
 pub mod gaussian;
+mod kernels;
 pub mod limits;
 mod log_schedule;
 pub mod losses;

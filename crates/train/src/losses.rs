@@ -1,5 +1,6 @@
 //! The derivatives of PPO's two losses by what the networks say, written out (a test holds them against automatic
-//! differentiation). What lies behind the networks' outputs is [`lifelike_nn::backprop`]'s.
+//! differentiation). What lies behind the networks' outputs is `lifelike_dense`'s on a CPU and
+//! [`lifelike_nn::backprop`]'s on a card.
 
 /// Clipped surrogate of a minibatch, with its gradient.
 #[derive(Debug, Clone, PartialEq)]
@@ -14,7 +15,8 @@ pub struct Surrogate {
 
 /// The clipped surrogate objective of Schulman et al. 2017, eq. 7, for a diagonal Gaussian.
 ///
-/// Where the clipped branch is the smaller one, the ratio has no say: no derivative.
+/// Where the clipped branch is the smaller one, the ratio has no say: no derivative. The rows may be a part of a minibatch of
+/// `batch`: the results of all parts, added up, are the minibatch's.
 ///
 /// # Shapes
 /// `means`, `actions`: `[B, J]`; `log_std`: `[J]`; `old` (log-probabilities when the actions were drawn), `advantages`:
@@ -26,9 +28,9 @@ pub fn surrogate(
     old: &[f32],
     advantages: &[f32],
     clip: f32,
+    batch: usize,
 ) -> Surrogate {
-    let joints = log_std.len();
-    let batch = advantages.len() as f32;
+    let (joints, batch) = (log_std.len(), batch as f32);
     let inverse: Vec<f32> = log_std.iter().map(|l| (-l).exp()).collect();
     let mut out = Surrogate { value: 0.0, by_mean: vec![0.0; means.len()], by_log_std: vec![0.0; joints] };
     let mut z = vec![0.0; joints];
@@ -55,9 +57,9 @@ pub fn surrogate(
     out
 }
 
-/// Half the mean squared error, and its derivative by each value.
-pub fn squared_error(values: &[f32], targets: &[f32]) -> (f64, Vec<f32>) {
-    let n = values.len() as f32;
+/// Half the mean squared error over a minibatch of `batch`, of which these are a part, and its derivative by each value.
+pub fn squared_error(values: &[f32], targets: &[f32], batch: usize) -> (f64, Vec<f32>) {
+    let n = batch as f32;
     let errors: Vec<f32> = values.iter().zip(targets).map(|(v, t)| v - t).collect();
     let loss = errors.iter().map(|e| f64::from(e * e)).sum::<f64>() / (2.0 * f64::from(n));
     (loss, errors.into_iter().map(|e| e / n).collect())
@@ -99,7 +101,7 @@ mod tests {
         let by_mean = read(m.grad_remove(&mut recorded).unwrap()).unwrap();
         let by_log_std = read(l.grad_remove(&mut recorded).unwrap()).unwrap();
 
-        let got = surrogate(&means, &log_std, &actions, &old, &advantages, 0.2);
+        let got = surrogate(&means, &log_std, &actions, &old, &advantages, 0.2, batch);
         assert!((got.value - f64::from(expected)).abs() < 1e-6);
         assert!(by_mean.contains(&0.0) && by_mean.iter().any(|x| *x != 0.0), "both branches are met");
         for (a, b) in got.by_mean.iter().zip(&by_mean).chain(got.by_log_std.iter().zip(&by_log_std)) {
@@ -109,7 +111,7 @@ mod tests {
 
     #[test]
     fn squared_error_by_hand() {
-        let (loss, gradient) = squared_error(&[1.0, 3.0], &[0.0, 5.0]);
+        let (loss, gradient) = squared_error(&[1.0, 3.0], &[0.0, 5.0], 2);
         assert_eq!((loss, gradient), (1.25, vec![0.5, -1.0]));
     }
 }

@@ -2,13 +2,16 @@
 
 use burn::module::{Module, Param};
 use burn::tensor::{Device, Tensor, TensorData};
+use lifelike_nn::adam::{Adam, AdamConfig};
 use lifelike_nn::backprop::{Pass, backward, backward_through, forward};
+use lifelike_nn::flat::Flat;
 use lifelike_nn::gradients::Gradients;
-use lifelike_nn::init;
 use lifelike_nn::mlp::{Mlp, MlpConfig};
 use lifelike_nn::numbers::read;
+use lifelike_nn::{device, init};
 
 use crate::TrainError;
+use crate::kernels::{ActorKernels, CriticKernels};
 
 /// Sizes of a policy.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -72,10 +75,26 @@ impl Actor {
     /// # Errors
     /// Tensor data could not be read from the device.
     pub fn means(&self, observations: Vec<f32>) -> Result<Vec<f32>, TrainError> {
-        Ok(self.forward(observations)?.0)
+        self.fixed()?.means(&observations)
     }
 
-    /// The same, with what [`Self::backward`] needs.
+    /// Returns what it is now, made ready for many passes.
+    ///
+    /// # Errors
+    /// Tensor data could not be read from the device.
+    pub fn fixed(&self) -> Result<FixedActor, TrainError> {
+        if self.device() == device::inference() {
+            return Ok(FixedActor(Fixed::Kernels(self.kernels(&numbers(self)?))));
+        }
+        Ok(FixedActor(Fixed::Tensors(self.clone())))
+    }
+
+    /// Its networks in kernels; `flat` holds its numbers.
+    pub(crate) fn kernels(&self, flat: &Flat) -> ActorKernels {
+        ActorKernels::new(self.encoder.as_ref(), &self.mean, flat)
+    }
+
+    /// Mean of the outputs in tensors, on whatever device, with what [`Self::backward`] needs.
     ///
     /// # Errors
     /// Tensor data could not be read from the device.
@@ -155,6 +174,71 @@ impl Actor {
     }
 }
 
+/// A policy at a moment: its means, and nothing else.
+#[derive(Debug, Clone)]
+pub struct FixedActor(Fixed<ActorKernels, Actor>);
+
+/// A value function at a moment.
+#[derive(Debug, Clone)]
+pub struct FixedCritic(Fixed<CriticKernels, Critic>);
+
+/// A network on the CPU, or on a card.
+#[derive(Debug, Clone)]
+enum Fixed<K, T> {
+    Kernels(K),
+    Tensors(T),
+}
+
+/// Rows that cross to a card at once.
+const CROSSING: usize = 4096;
+
+/// `forward` of some rows after others.
+fn crossing(
+    rows: &[f32],
+    width: usize,
+    forward: impl Fn(Vec<f32>) -> Result<Vec<f32>, TrainError>,
+) -> Result<Vec<f32>, TrainError> {
+    let parts = rows.chunks(CROSSING * width).map(|part| forward(part.to_vec()));
+    Ok(parts.collect::<Result<Vec<_>, _>>()?.concat())
+}
+
+impl FixedActor {
+    /// Mean of the outputs: rows `[B, O]` → `[B, J]`.
+    ///
+    /// # Errors
+    /// Tensor data could not be read from the device.
+    pub fn means(&self, observations: &[f32]) -> Result<Vec<f32>, TrainError> {
+        match &self.0 {
+            Fixed::Kernels(kernels) => Ok(kernels.means(observations)),
+            Fixed::Tensors(actor) => {
+                let code = actor.encoder.as_ref().map_or(0, |e| e.outputs());
+                let width = actor.mean.inputs() - code + actor.encoder.as_ref().map_or(0, |e| e.inputs());
+                crossing(observations, width, |rows| Ok(actor.forward(rows)?.0))
+            }
+        }
+    }
+}
+
+impl FixedCritic {
+    /// Rows `[B, P]` → `[B]`.
+    ///
+    /// # Errors
+    /// Tensor data could not be read from the device.
+    pub fn values(&self, observations: &[f32]) -> Result<Vec<f32>, TrainError> {
+        match &self.0 {
+            Fixed::Kernels(kernels) => Ok(kernels.values(observations)),
+            Fixed::Tensors(critic) => {
+                crossing(observations, critic.value.inputs(), |rows| Ok(forward(&critic.value, rows)?.0))
+            }
+        }
+    }
+}
+
+/// The numbers of a network that is not to learn.
+fn numbers<M: Module>(module: &M) -> Result<Flat, TrainError> {
+    Ok(Flat::of(module, &Adam::new(AdamConfig::adam()))?)
+}
+
 /// Brings a code to length one; the length that it had (never zero).
 fn normalise(code: &mut [f32]) -> f32 {
     let length = code.iter().map(|z| z * z).sum::<f32>().sqrt().max(1e-6);
@@ -181,12 +265,20 @@ impl Critic {
         &self.value
     }
 
-    /// Rows `[B, P]` → `[B]`.
+    /// Returns what it is now, made ready for many passes.
     ///
     /// # Errors
     /// Tensor data could not be read from the device.
-    pub fn values(&self, observations: Vec<f32>) -> Result<Vec<f32>, TrainError> {
-        Ok(forward(&self.value, observations)?.0)
+    pub fn fixed(&self) -> Result<FixedCritic, TrainError> {
+        if self.value.device() == device::inference() {
+            return Ok(FixedCritic(Fixed::Kernels(self.kernels(&numbers(self)?))));
+        }
+        Ok(FixedCritic(Fixed::Tensors(self.clone())))
+    }
+
+    /// Its network in kernels; `flat` holds its numbers.
+    pub(crate) fn kernels(&self, flat: &Flat) -> CriticKernels {
+        CriticKernels::new(&self.value, flat)
     }
 }
 
@@ -206,7 +298,7 @@ pub fn column(values: Vec<f32>, device: &Device) -> Tensor<1> {
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
-    use lifelike_nn::device;
+    use lifelike_dense::Channel;
 
     const SIZE: ActorSize<'_> = ActorSize { inputs: 9, window: 6, encoder: &[8], code: 4, hidden: &[10], outputs: 2 };
 
@@ -224,16 +316,28 @@ mod tests {
         let loss = (means.clone() * rows(gradient.clone(), 2, &device::training())).sum();
         let expected = Gradients::of(&actor, loss.backward());
 
+        let flat = numbers(&actor).unwrap();
+        let kernels = actor.kernels(&flat);
+        let mut panel = vec![Channel::ZERO; kernels.channels()];
+        let fixed = kernels.forward(&mut panel, values.chunks_exact(9));
+        kernels.backward(&mut panel, &gradient);
+        let mut by_number = vec![0.0; flat.values().len()];
+        kernels.gradient(&panel, &mut by_number);
+        assert_eq!(fixed, actor.means(values.clone()).unwrap());
+
         let (got_means, pass) = actor.forward(values).unwrap();
-        for (a, b) in got_means.iter().zip(read(means.without_autodiff()).unwrap()) {
-            assert!((a - b).abs() < 1e-5, "{a} {b}");
+        for ((a, b), fixed) in got_means.iter().zip(read(means.without_autodiff()).unwrap()).zip(fixed) {
+            assert!((a - b).abs() < 1e-5 && (fixed - b).abs() < 1e-5, "{a} {b} {fixed}");
         }
         let got = actor.backward(pass, gradient).unwrap();
         assert_eq!(got.names().collect::<Vec<_>>(), expected.names().collect::<Vec<_>>());
         for name in expected.names() {
             let (a, b) = (got.get(name).unwrap().clone(), expected.get(name).unwrap().clone().without_autodiff());
-            for (a, b) in read(a).unwrap().into_iter().zip(read(b).unwrap()) {
+            let (a, b) = (read(a).unwrap(), read(b).unwrap());
+            let scale = b.iter().fold(0.0_f32, |most, x| most.max(x.abs()));
+            for ((a, b), kernels) in a.into_iter().zip(b).zip(&by_number[flat.range(name)]) {
                 assert!((a - b).abs() <= 2e-5 * b.abs().max(1.0), "{name}: {a} {b}");
+                assert!((kernels - b).abs() <= 1e-6 * scale, "{name}: {kernels} in the kernels, {b}");
             }
         }
     }

@@ -10,6 +10,7 @@ mod config;
 mod improve;
 mod rollout;
 mod statistics;
+mod steps;
 
 use std::sync::Arc;
 use std::time::Instant;
@@ -17,6 +18,7 @@ use std::time::Instant;
 use burn::module::Module;
 use burn::tensor::Device;
 use lifelike_checkpoint::Checkpoint;
+use lifelike_dense::Channel;
 use lifelike_nn::ModuleCheckpoint;
 use lifelike_nn::adam::{Adam, AdamConfig};
 use lifelike_nn::device;
@@ -49,6 +51,8 @@ pub struct Learner {
     critic_normalizer: RunningNormalizer,
     /// Collected and not yet learned from, and its iteration.
     pending: Option<(Rollout, u64)>,
+    /// For the passes of policy and value function, kept from iteration to iteration.
+    memory: [Vec<Channel>; 2],
 }
 
 /// Results of one iteration.
@@ -113,6 +117,7 @@ impl Learner {
             actor_normalizer: RunningNormalizer::new(o),
             critic_normalizer: RunningNormalizer::new(p),
             pending: None,
+            memory: Default::default(),
         };
         // The first rollout needs some scale: that of the states in which episodes begin.
         let (mut actor, mut critic) = (RunningNormalizer::new(o), RunningNormalizer::new(p));
@@ -216,12 +221,12 @@ impl Learner {
         let advantages = standardised(advantages, self.collective.as_ref());
         let scale = self.value_scale();
         let targets: Vec<f32> = returns.iter().map(|r| r / scale).collect();
-        let Self { spec, seed, collective, actor, critic, actor_adam, critic_adam, .. } = self;
+        let Self { spec, seed, collective, actor, critic, actor_adam, critic_adam, memory, .. } = self;
+        let [of_actor, of_critic] = memory;
         let (seed, learning_rate) = (*seed, self.learning_rate);
         let job = Job { spec, rollout, collective: collective.as_ref(), seed, iteration };
-        let (mut new_actor, mut new_critic) = (actor.clone(), critic.clone());
-        let improve = || job.improve_policy(&mut new_actor, actor_adam, learning_rate, &advantages);
-        let fit = || job.fit_value(&mut new_critic, critic_adam, &targets);
+        let improve = || job.improve_policy(actor, actor_adam, of_actor, learning_rate, &advantages);
+        let fit = || job.fit_value(critic, critic_adam, of_critic, &targets);
         // Processes must add up the same things in the same order: not on two threads.
         let (policy, value) = if job.collective.size() > 1 {
             let (mut improve, mut fit) = (improve, fit);
@@ -229,9 +234,10 @@ impl Learner {
         } else {
             rayon::join(improve, fit)
         };
-        let policy = policy?;
-        (report.value_loss, report.skipped) = value?;
-        (self.actor, self.critic, self.learning_rate) = (new_actor, new_critic, policy.learning_rate);
+        let (actor, policy) = policy?;
+        let critic;
+        (critic, report.value_loss, report.skipped) = value?;
+        (self.actor, self.critic, self.learning_rate) = (actor, critic, policy.learning_rate);
         report.surrogate = policy.surrogate;
         report.divergence = policy.divergence;
         report.gradient_norm = policy.gradient_norm;
@@ -242,13 +248,9 @@ impl Learner {
 
     /// V(s_t) and V(s_{t+1}) of every step.
     fn value(&self, rollout: &Rollout) -> Result<(Vec<f32>, Vec<f32>), TrainError> {
-        let (n, width) = (rollout.environments, rollout.critic_width());
-        let scale = self.value_scale();
-        let evaluate = |values: &[f32]| -> Result<Vec<f32>, TrainError> {
-            let mut out = Vec::with_capacity(values.len() / width);
-            for part in values.chunks(4096 * width) {
-                out.extend(self.critic.values(part.to_vec())?);
-            }
+        let (n, scale, critic) = (rollout.environments, self.value_scale(), self.critic.fixed()?);
+        let evaluate = |rows: &[f32]| -> Result<Vec<f32>, TrainError> {
+            let mut out = critic.values(rows)?;
             out.iter_mut().for_each(|v| *v *= scale);
             Ok(out)
         };

@@ -146,42 +146,42 @@ impl ConvEncoder {
         let padded = steps << HALVINGS;
         let before = (padded - self.samples) / 2;
         let widest = [2 * steps * 4 * f, (padded + 2) * f, 4 * steps * c, (2 * steps + 2) * c, 2 * self.latent];
-        let ([x, y, z, taps], by_row) = work.parts(b * widest.into_iter().max().unwrap_or(0));
+        let ([x, y, z, taps], live) = work.parts(b * widest.into_iter().max().unwrap_or(0));
 
         for (window, row) in windows.chunks_exact(self.inputs()).zip(x.chunks_exact_mut(padded * f)) {
             row.fill(0.0);
             row[before * f..][..window.len()].copy_from_slice(window);
         }
-        halve(x, &self.down_1, [b, padded, f, c], by_row, taps, y);
+        halve(x, &self.down_1, [b, padded, f, c], live, taps, y);
         y[..b * 2 * steps * c].iter_mut().for_each(|y| *y = y.max(0.0));
-        halve(y, &self.down_2, [b, 2 * steps, c, c], by_row, taps, x);
+        halve(y, &self.down_2, [b, 2 * steps, c, c], live, taps, x);
         let size = b * steps * c;
         for block in &self.blocks {
             y[..size].copy_from_slice(&x[..size]);
             rectified_norm(&mut y[..size], &block.norm_1);
-            self.convolve(&y[..size], &block.conv_1, by_row, &mut z[..size], &mut taps[..size]);
+            self.convolve(&y[..size], &block.conv_1, live, &mut z[..size], &mut taps[..size]);
             rectified_norm(&mut z[..size], &block.norm_2);
-            Workspace::product(by_row, &z[..size], &block.conv_2, [b * steps, c, c], &mut y[..size]);
+            Workspace::product(live, &z[..size], &block.conv_2, [b * steps, c, c], &mut y[..size]);
             x[..size].iter_mut().zip(&y[..size]).for_each(|(x, y)| *x += y);
         }
         rectified_norm(&mut x[..size], &self.norm);
         let both = &mut y[..b * 2 * self.latent];
-        Workspace::product(by_row, &x[..size], &self.out, [b, steps * c, 2 * self.latent], both);
+        Workspace::product(live, &x[..size], &self.out, [b, steps * c, 2 * self.latent], both);
         for (code, both) in codes.chunks_exact_mut(self.latent).zip(both.chunks_exact(2 * self.latent)) {
             code.iter_mut().zip(both).zip(&self.out_bias).for_each(|((z, y), bias)| *z = y + bias);
         }
     }
 
     /// The convolution with kernel 3 and padding 1 of `x: [B, steps, C]`.
-    fn convolve(&self, x: &[f32], taps: &[Vec<f32>; 3], by_row: bool, out: &mut [f32], other: &mut [f32]) {
+    fn convolve(&self, x: &[f32], taps: &[Vec<f32>; 3], live: bool, out: &mut [f32], other: &mut [f32]) {
         let (c, window) = (self.channels, self.steps() * self.channels);
         let sizes = [x.len() / c.max(1), c, c];
-        Workspace::product(by_row, x, &taps[1], sizes, out);
-        Workspace::product(by_row, x, &taps[0], sizes, other);
+        Workspace::product(live, x, &taps[1], sizes, out);
+        Workspace::product(live, x, &taps[0], sizes, other);
         for (out, late) in out.chunks_exact_mut(window).zip(other.chunks_exact(window)) {
             out[c..].iter_mut().zip(late).for_each(|(y, late)| *y += late);
         }
-        Workspace::product(by_row, x, &taps[2], sizes, other);
+        Workspace::product(live, x, &taps[2], sizes, other);
         for (out, early) in out.chunks_exact_mut(window).zip(other.chunks_exact(window)) {
             out.iter_mut().zip(&early[c..]).for_each(|(y, early)| *y += early);
         }
@@ -189,7 +189,7 @@ impl ConvEncoder {
 }
 
 /// Half as many time steps: kernel 4, stride 2, padding 1, `x: [B, T, K]` to `out: [B, T/2, C]`.
-fn halve(x: &[f32], weight: &[f32], [b, t, k, c]: [usize; 4], by_row: bool, taps: &mut [f32], out: &mut [f32]) {
+fn halve(x: &[f32], weight: &[f32], [b, t, k, c]: [usize; 4], live: bool, taps: &mut [f32], out: &mut [f32]) {
     let half = t / 2;
     for (window, taps) in x.chunks_exact(t * k).zip(taps.chunks_exact_mut(half * 4 * k)).take(b) {
         for (step, taps) in taps.chunks_exact_mut(4 * k).enumerate() {
@@ -204,7 +204,7 @@ fn halve(x: &[f32], weight: &[f32], [b, t, k, c]: [usize; 4], by_row: bool, taps
             taps[k + there..].fill(0.0);
         }
     }
-    Workspace::product(by_row, &taps[..b * half * 4 * k], weight, [b * half, 4 * k, c], &mut out[..b * half * c]);
+    Workspace::product(live, &taps[..b * half * 4 * k], weight, [b * half, 4 * k, c], &mut out[..b * half * c]);
 }
 
 fn rectified_norm(rows: &mut [f32], gain: &[f32]) {

@@ -1,0 +1,225 @@
+//! A module's parameters as plain numbers in one row, with gradient and Adam's moments beside them: what the kernels of
+//! `lifelike_dense` learn with on a CPU.
+
+use std::ops::Range;
+
+use burn::module::{Module, ModuleMapper, ModuleVisitor, Param};
+use burn::tensor::{Tensor, TensorData};
+use lifelike_dense::{AdamStep, Slices, norm};
+use lifelike_simd::InstructionSet;
+
+use crate::adam::{Adam, Rule};
+use crate::names::Path;
+use crate::numbers::{Unreadable, read};
+
+/// All of a module's parameters, one after another in the module's own order.
+#[derive(Debug, Clone)]
+pub struct Flat {
+    parts: Vec<Part>,
+    values: Vec<f32>,
+    /// The gradient by each of them, to be written before a step.
+    pub gradient: Vec<f32>,
+    first: Vec<f32>,
+    second: Vec<f32>,
+}
+
+/// One parameter.
+#[derive(Debug, Clone)]
+struct Part {
+    name: String,
+    range: Range<usize>,
+    /// Steps of the optimizer that it has seen.
+    steps: u64,
+}
+
+impl Flat {
+    /// Takes the parameters out of a module and their moments out of its optimizer.
+    ///
+    /// # Errors
+    /// Tensor data that cannot be read from the device.
+    pub fn of<M: Module>(module: &M, adam: &Adam) -> Result<Self, Unreadable> {
+        let mut visitor = Collect { path: Path::default(), values: Vec::new(), parts: Vec::new(), failed: None };
+        module.visit(&mut visitor);
+        let Collect { values, mut parts, failed, .. } = visitor;
+        failed.map_or(Ok(()), Err)?;
+        let (mut first, mut second) = (vec![0.0; values.len()], vec![0.0; values.len()]);
+        for part in &mut parts {
+            if let Some((steps, a, b)) = adam.moments(&part.name)? {
+                part.steps = steps;
+                first[part.range.clone()].copy_from_slice(&a);
+                second[part.range.clone()].copy_from_slice(&b);
+            }
+        }
+        Ok(Self { parts, gradient: vec![0.0; values.len()], values, first, second })
+    }
+
+    /// Returns the module with these parameters; the optimizer gets the moments.
+    pub fn into_module<M: Module>(self, module: M, adam: &mut Adam) -> M {
+        for part in &self.parts {
+            let range = part.range.clone();
+            adam.set_moments(&part.name, part.steps, &self.first[range.clone()], &self.second[range]);
+        }
+        module.map(&mut Replace { values: &self.values, next: 0 })
+    }
+
+    /// Returns where the parameters stand whose names begin with a prefix; they are neighbours in a module.
+    pub fn range(&self, prefix: &str) -> Range<usize> {
+        let mut of = self.parts.iter().filter(|part| part.name.starts_with(prefix)).map(|part| part.range.clone());
+        let first = of.next().unwrap_or(0..0);
+        first.start..of.last().map_or(first.end, |last| last.end)
+    }
+
+    /// Returns the parameters.
+    pub fn values(&self) -> &[f32] {
+        &self.values
+    }
+
+    /// Returns the parameters, to be changed.
+    pub fn values_mut(&mut self) -> &mut [f32] {
+        &mut self.values
+    }
+
+    /// Takes one step of the optimizer with the gradient, clipped as by [`crate::gradients::Gradients::clip_norm`]. Returns the
+    /// norm before; `None` when it was not finite, and nothing has changed.
+    ///
+    /// # Panics
+    /// The optimizer is not Adam.
+    pub fn step(&mut self, adam: &Adam, max_norm: f64, rate: f64) -> Option<f64> {
+        let (set, config) = (InstructionSet::chosen(), adam.config());
+        assert_eq!(config.rule, Rule::Adam, "the rule of an optimizer on plain numbers");
+        let norm = norm(set, &self.gradient);
+        if !norm.is_finite() {
+            return None;
+        }
+        let scale = (max_norm / (norm + 1e-6)).min(1.0);
+        // As a rule all have seen as many steps: one sweep.
+        for parts in self.parts.chunk_by_mut(|a, b| a.steps == b.steps) {
+            let range = parts[0].range.start..parts[parts.len() - 1].range.end;
+            parts.iter_mut().for_each(|part| part.steps += 1);
+            let step = AdamStep {
+                beta_1: config.beta_1,
+                beta_2: config.beta_2,
+                epsilon: config.epsilon,
+                step: parts[0].steps,
+                rate,
+                scale,
+            };
+            let slices = Slices {
+                values: &mut self.values[range.clone()],
+                gradient: &self.gradient[range.clone()],
+                first: &mut self.first[range.clone()],
+                second: &mut self.second[range],
+            };
+            step.take(set, slices);
+        }
+        Some(norm)
+    }
+}
+
+struct Collect {
+    path: Path,
+    values: Vec<f32>,
+    parts: Vec<Part>,
+    failed: Option<Unreadable>,
+}
+
+impl ModuleVisitor for Collect {
+    fn enter_module(&mut self, name: &str, _: &str) {
+        self.path.enter(name);
+    }
+    fn exit_module(&mut self, _: &str, _: &str) {
+        self.path.exit();
+    }
+    fn visit_float<const D: usize>(&mut self, param: &Param<Tensor<D>>) {
+        match read(param.val().without_autodiff()) {
+            Ok(values) => {
+                let first = self.values.len();
+                self.values.extend(values);
+                self.parts.push(Part { name: self.path.name(), range: first..self.values.len(), steps: 0 });
+            }
+            Err(error) => self.failed = Some(error),
+        }
+    }
+}
+
+struct Replace<'a> {
+    values: &'a [f32],
+    next: usize,
+}
+
+impl ModuleMapper for Replace<'_> {
+    fn map_float<const D: usize>(&mut self, param: Param<Tensor<D>>) -> Param<Tensor<D>> {
+        param.map(|tensor| {
+            let (shape, tracked, autodiff) = (tensor.dims(), tensor.is_require_grad(), tensor.is_autodiff());
+            let values = &self.values[self.next..self.next + tensor.shape().num_elements()];
+            self.next += values.len();
+            let device = tensor.device().inner();
+            let next = Tensor::from_data(TensorData::new(values.to_vec(), shape), &device);
+            if autodiff { next.autodiff().set_require_grad(tracked) } else { next }
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+    use crate::adam::AdamConfig;
+    use crate::device;
+    use crate::gradients::Gradients;
+    use crate::mlp::{Mlp, MlpConfig};
+    use lifelike_checkpoint::Checkpoint;
+
+    fn saved(adam: &Adam) -> Vec<u8> {
+        let mut file = Checkpoint::default();
+        adam.save_into(&mut file, "adam").unwrap();
+        file.to_bytes().unwrap()
+    }
+
+    /// Steps with clipping and without, back to tensors in the middle: values and moments are those of the tensors' optimizer.
+    #[test]
+    fn steps_are_those_of_the_tensors_optimizer_bit_for_bit() {
+        let module = MlpConfig::new(9, &[40], 7).init(1, "test", &device::inference());
+        let (mut tensors, mut tensors_adam) = (module.clone(), Adam::new(AdamConfig::adam()));
+        let (mut plain, mut plain_adam) = (module, Adam::new(AdamConfig::adam()));
+        for step in 0..4 {
+            let mut flat = Flat::of(&plain, &plain_adam).unwrap();
+            assert_eq!(flat.range("layers.1"), 400..687);
+            let values: Vec<f32> = (0..687).map(|i| ((i * 31 + step * 7) % 83) as f32 * 2e-3 - 0.08).collect();
+            flat.gradient.copy_from_slice(&values);
+            let max_norm = if step % 2 == 0 { 0.5 } else { 100.0 };
+            let norm = flat.step(&plain_adam, max_norm, 1e-3).unwrap();
+            plain = flat.into_module(plain, &mut plain_adam);
+
+            let mut gradients = Gradients::default();
+            let mut next = 0;
+            for (name, shape) in crate::names::parameters(&tensors) {
+                let part = &values[next..next + shape.iter().product::<usize>()];
+                next += part.len();
+                let data = TensorData::new(part.to_vec(), [part.len()]);
+                gradients.insert(name, Tensor::from_data(data, &device::inference()));
+            }
+            let expected = gradients.clip_norm(max_norm).unwrap();
+            assert!((norm - expected).abs() < 1e-6 * expected, "{norm} {expected}");
+            tensors = tensors_adam.step(tensors, gradients, 1e-3);
+        }
+        let numbers = |module: &Mlp, adam: &Adam| Flat::of(module, adam).unwrap().values;
+        let (got, expected) = (numbers(&plain, &plain_adam), numbers(&tensors, &tensors_adam));
+        for (got, expected) in got.iter().zip(&expected) {
+            // The norm's last bits, and so the factor's, depend on the order of its sum.
+            assert!((got - expected).abs() <= 2e-7 * expected.abs().max(1e-2), "{got} {expected}");
+        }
+        assert_eq!(saved(&plain_adam).len(), saved(&tensors_adam).len());
+    }
+
+    #[test]
+    fn a_gradient_that_is_not_finite_changes_nothing() {
+        let module = MlpConfig::new(3, &[4], 2).init(1, "test", &device::inference());
+        let adam = Adam::new(AdamConfig::adam());
+        let mut flat = Flat::of(&module, &adam).unwrap();
+        let before = flat.values.clone();
+        flat.gradient[3] = f32::NAN;
+        assert_eq!(flat.step(&adam, 1.0, 1e-3), None);
+        assert_eq!(flat.values, before);
+    }
+}

@@ -1,0 +1,200 @@
+//! The two networks in the kernels of the CPU: passes over panels of rows, with bits that depend on nothing but the numbers.
+
+use std::ops::Range;
+
+use lifelike_dense::{Channel, PackedPerceptron, ROWS, pack, unpack};
+use lifelike_nn::flat::Flat;
+use lifelike_nn::mlp::Mlp;
+use lifelike_simd::InstructionSet;
+use rayon::prelude::*;
+
+/// A perceptron, and where its numbers stand among those of its module.
+#[derive(Debug, Clone)]
+struct Network {
+    packed: PackedPerceptron,
+    range: Range<usize>,
+}
+
+impl Network {
+    fn new(mlp: &Mlp, prefix: &str, flat: &Flat) -> Self {
+        let range = flat.range(prefix);
+        let packed = PackedPerceptron::new(InstructionSet::chosen(), mlp.sizes(), &flat.values()[range.clone()]);
+        Self { packed, range }
+    }
+}
+
+/// The policy's networks.
+#[derive(Debug, Clone)]
+pub(crate) struct ActorKernels {
+    encoder: Option<Network>,
+    mean: Network,
+}
+
+impl ActorKernels {
+    /// Packs the networks; `flat` holds the numbers of the module that they are in.
+    pub fn new(encoder: Option<&Mlp>, mean: &Mlp, flat: &Flat) -> Self {
+        let encoder = encoder.map(|encoder| Network::new(encoder, "encoder.", flat));
+        Self { encoder, mean: Network::new(mean, "mean.", flat) }
+    }
+
+    /// Packs other numbers.
+    pub fn set(&mut self, values: &[f32]) {
+        for network in self.encoder.iter_mut().chain([&mut self.mean]) {
+            network.packed.set(&values[network.range.clone()]);
+        }
+    }
+
+    /// Channels of the encoder in a panel; the mean's follow.
+    fn first(&self) -> usize {
+        self.encoder.as_ref().map_or(0, |encoder| encoder.packed.channels())
+    }
+
+    /// Channels of memory that a pass over a panel takes, zeros at first.
+    pub fn channels(&self) -> usize {
+        self.first() + self.mean.packed.channels()
+    }
+
+    /// Numbers of an observation.
+    fn inputs(&self) -> usize {
+        let window = self.encoder.as_ref().map_or(0, |e| e.packed.sizes().inputs());
+        window + self.own()
+    }
+
+    /// Numbers of an observation before the window.
+    fn own(&self) -> usize {
+        let code = self.encoder.as_ref().map_or(0, |e| e.packed.sizes().outputs());
+        self.mean.packed.sizes().inputs() - code
+    }
+
+    /// Means of at most [`ROWS`] observations.
+    pub fn forward<'a>(
+        &self,
+        panel: &mut [Channel],
+        rows: impl ExactSizeIterator<Item = &'a [f32]> + Clone,
+    ) -> Vec<f32> {
+        let (of_encoder, of_mean) = panel.split_at_mut(self.first());
+        let mean = &self.mean.packed;
+        let mut means = vec![0.0; rows.len() * mean.sizes().outputs()];
+        let own = self.own();
+        let (observed, codes) = mean.inputs(of_mean).split_at_mut(own);
+        pack(rows.clone(), observed);
+        if let Some(encoder) = &self.encoder {
+            pack(rows.map(|row| &row[own..]), encoder.packed.inputs(of_encoder));
+            encoder.packed.forward(of_encoder);
+            let raw = encoder.packed.outputs(of_encoder);
+            let lengths = lengths(raw);
+            for (code, raw) in codes.iter_mut().zip(raw) {
+                (0..ROWS).for_each(|r| code[r] = raw[r] / lengths[r]);
+            }
+        }
+        mean.forward(of_mean);
+        unpack(mean.outputs(of_mean), &mut means);
+        means
+    }
+
+    /// The loss's derivatives by every layer of a panel, from those by the means.
+    pub fn backward(&self, panel: &mut [Channel], by_means: &[f32]) {
+        let (of_encoder, of_mean) = panel.split_at_mut(self.first());
+        let mean = &self.mean.packed;
+        pack(by_means.chunks_exact(mean.sizes().outputs()), mean.by_outputs(of_mean));
+        mean.backward(of_mean, self.encoder.is_some());
+        let Some(encoder) = &self.encoder else { return };
+        let own = self.own();
+        let lengths = lengths(encoder.packed.outputs(of_encoder));
+        let by_code = &mean.by_inputs(of_mean)[own..];
+        // z = e / |e|: what points along z changes nothing.
+        let codes = &mean.values_of_inputs(of_mean)[own..];
+        let mut along = [0.0_f32; ROWS];
+        for (z, by) in codes.iter().zip(by_code) {
+            (0..ROWS).for_each(|r| along[r] += z[r] * by[r]);
+        }
+        for ((to, z), by) in encoder.packed.by_outputs(of_encoder).iter_mut().zip(codes).zip(by_code) {
+            (0..ROWS).for_each(|r| to[r] = (by[r] - along[r] * z[r]) / lengths[r]);
+        }
+        encoder.packed.backward(of_encoder, false);
+    }
+
+    /// Writes the gradient by the numbers of both networks, from all panels.
+    pub fn gradient(&self, panels: &[Channel], gradient: &mut [f32]) {
+        let channels = self.channels();
+        if let Some(encoder) = &self.encoder {
+            encoder.packed.gradient(panels, channels, 0, &mut gradient[encoder.range.clone()]);
+        }
+        self.mean.packed.gradient(panels, channels, self.first(), &mut gradient[self.mean.range.clone()]);
+    }
+
+    /// Means of many observations, `[N, O]` to `[N, J]`.
+    pub fn means(&self, observations: &[f32]) -> Vec<f32> {
+        let (inputs, outputs) = (self.inputs(), self.mean.packed.sizes().outputs());
+        let mut means = vec![0.0; observations.len() / inputs * outputs];
+        if self.encoder.is_none() {
+            self.mean.packed.forward_many(observations, &mut means);
+            return means;
+        }
+        let memory = || vec![Channel::ZERO; self.channels()];
+        observations
+            .par_chunks(ROWS * inputs)
+            .zip(means.par_chunks_mut(ROWS * outputs))
+            .for_each_init(memory, |panel, (rows, means)| {
+                means.copy_from_slice(&self.forward(panel, rows.chunks_exact(inputs)))
+            });
+        means
+    }
+}
+
+/// Lengths of the codes of a panel (never zero).
+fn lengths(codes: &[Channel]) -> [f32; ROWS] {
+    let mut squares = [0.0_f32; ROWS];
+    for code in codes {
+        squares.iter_mut().zip(code.iter()).for_each(|(sum, z)| *sum += z * z);
+    }
+    squares.map(|square| square.sqrt().max(1e-6))
+}
+
+/// The value function's network.
+#[derive(Debug, Clone)]
+pub(crate) struct CriticKernels(Network);
+
+impl CriticKernels {
+    /// Packs the network; `flat` holds the numbers of the module that it is in.
+    pub fn new(value: &Mlp, flat: &Flat) -> Self {
+        Self(Network::new(value, "value.", flat))
+    }
+
+    /// Packs other numbers.
+    pub fn set(&mut self, values: &[f32]) {
+        self.0.packed.set(&values[self.0.range.clone()]);
+    }
+
+    /// Channels of memory that a pass over a panel takes, zeros at first.
+    pub fn channels(&self) -> usize {
+        self.0.packed.channels()
+    }
+
+    /// Values of at most [`ROWS`] observations.
+    pub fn forward<'a>(&self, panel: &mut [Channel], rows: impl ExactSizeIterator<Item = &'a [f32]>) -> Vec<f32> {
+        let mut values = vec![0.0; rows.len()];
+        pack(rows, self.0.packed.inputs(panel));
+        self.0.packed.forward(panel);
+        unpack(self.0.packed.outputs(panel), &mut values);
+        values
+    }
+
+    /// The loss's derivatives by every layer of a panel, from those by the values.
+    pub fn backward(&self, panel: &mut [Channel], by_values: &[f32]) {
+        pack(by_values.chunks_exact(1), self.0.packed.by_outputs(panel));
+        self.0.packed.backward(panel, false);
+    }
+
+    /// Writes the gradient by all numbers, from all panels.
+    pub fn gradient(&self, panels: &[Channel], gradient: &mut [f32]) {
+        self.0.packed.gradient(panels, self.channels(), 0, &mut gradient[self.0.range.clone()]);
+    }
+
+    /// Values of many observations, `[N, P]` to `[N]`.
+    pub fn values(&self, observations: &[f32]) -> Vec<f32> {
+        let mut values = vec![0.0; observations.len() / self.0.packed.sizes().inputs()];
+        self.0.packed.forward_many(observations, &mut values);
+        values
+    }
+}
