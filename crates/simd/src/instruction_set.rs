@@ -109,18 +109,30 @@ impl InstructionSet {
         #[cfg(target_arch = "x86_64")]
         {
             if let (Self::Avx512, Some(simd)) = (self, level.as_avx512()) {
-                return simd.vectorize(|| task.run(simd));
+                return simd.vectorize(
+                    #[inline(always)]
+                    || task.run(simd),
+                );
             }
             if let (Self::Avx2 | Self::Avx512, Some(simd)) = (self, level.as_avx2()) {
-                return simd.vectorize(|| task.run(simd));
+                return simd.vectorize(
+                    #[inline(always)]
+                    || task.run(simd),
+                );
             }
             let Some(simd) = level.as_sse2() else { unreachable!("every x86-64 machine has SSE2") };
-            simd.vectorize(|| task.run(simd))
+            simd.vectorize(
+                #[inline(always)]
+                || task.run(simd),
+            )
         }
         #[cfg(target_arch = "aarch64")]
         {
             let Some(simd) = level.as_neon() else { unreachable!("every 64-bit ARM has NEON") };
-            simd.vectorize(|| task.run(simd))
+            simd.vectorize(
+                #[inline(always)]
+                || task.run(simd),
+            )
         }
         #[cfg(not(any(target_arch = "x86_64", target_arch = "aarch64")))]
         {
