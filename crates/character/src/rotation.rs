@@ -41,18 +41,93 @@ pub fn from_6d<T: RealField + Copy>(d: [T; 6]) -> Option<UnitQuaternion<T>> {
     Some(UnitQuaternion::from_rotation_matrix(&nalgebra::Rotation3::from_matrix_unchecked(m)))
 }
 
+/// A rotation about the vertical, as the cosine and sine of its angle: turning and undoing it takes no trigonometry.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Turn<T> {
+    /// Cosine of the angle.
+    pub cos: T,
+    /// Sine of the angle.
+    pub sin: T,
+}
+
+impl<T: RealField + Copy> Turn<T> {
+    /// Returns the turn by an angle (rad).
+    #[inline]
+    pub fn by(angle: T) -> Self {
+        let (sin, cos) = angle.sin_cos();
+        Self { cos, sin }
+    }
+
+    /// Returns the turn by [`heading_angle`].
+    #[inline]
+    pub fn heading(q: &UnitQuaternion<T>) -> Self {
+        let [x, y] = forward(q);
+        let length = (x * x + y * y).sqrt();
+        Self { cos: x / length, sin: y / length }
+    }
+
+    /// Returns its angle (rad), in −π..π.
+    #[inline]
+    pub fn angle(self) -> T {
+        self.sin.atan2(self.cos)
+    }
+
+    /// Returns the turn that undoes it.
+    #[inline]
+    #[must_use]
+    pub fn inverse(self) -> Self {
+        Self { cos: self.cos, sin: -self.sin }
+    }
+
+    /// Returns the turn by both angles.
+    #[inline]
+    #[must_use]
+    pub fn and(self, other: Self) -> Self {
+        Self { cos: self.cos * other.cos - self.sin * other.sin, sin: self.sin * other.cos + self.cos * other.sin }
+    }
+
+    /// Returns a vector turned.
+    #[inline]
+    pub fn apply(self, v: Vector3<T>) -> Vector3<T> {
+        let [x, y] = self.on_ground([v.x, v.y]);
+        Vector3::new(x, y, v.z)
+    }
+
+    /// Returns a vector on the ground turned.
+    #[inline]
+    pub fn on_ground(self, [x, y]: [T; 2]) -> [T; 2] {
+        [self.cos * x - self.sin * y, self.sin * x + self.cos * y]
+    }
+
+    /// Returns [`to_6d`] of a rotation followed by this turn.
+    #[inline]
+    pub fn apply_6d(self, q: &UnitQuaternion<T>) -> [T; 6] {
+        let [a, b, c, d, e, f] = to_6d(q);
+        let ([a, b], [d, e]) = (self.on_ground([a, b]), self.on_ground([d, e]));
+        [a, b, c, d, e, f]
+    }
+}
+
 /// Returns the heading (yaw, rad) of a rotation: the direction in which its forward (x) axis points on the ground.
 /// Looking straight up or down, where x has no ground direction, the z axis (the back of the head, or the face) takes
 /// its place, so the heading stays continuous through a forward roll.
+#[inline]
 pub fn heading_angle<T: RealField + Copy>(q: &UnitQuaternion<T>) -> T {
+    let [x, y] = forward(q);
+    y.atan2(x)
+}
+
+/// Returns the direction on the ground, of any length but zero, that [`heading_angle`] is the angle of.
+#[inline]
+fn forward<T: RealField + Copy>(q: &UnitQuaternion<T>) -> [T; 2] {
     let x = q * Vector3::x();
     let flat = x.x * x.x + x.y * x.y;
     if flat > nalgebra::convert(1e-6) {
-        return x.y.atan2(x.x);
+        return [x.x, x.y];
     }
     let z = q * Vector3::z();
     let sign = if x.z > T::zero() { -T::one() } else { T::one() };
-    (sign * z.y).atan2(sign * z.x)
+    [sign * z.x, sign * z.y]
 }
 
 /// Returns the rotation about the vertical by [`heading_angle`]: the heading frame of a root orientation.
@@ -93,6 +168,25 @@ mod tests {
         for pitch in [0.0, 0.5, 1.0, 1.4, std::f64::consts::FRAC_PI_2] {
             let q = Quat::from_euler_angles(0.0, pitch, 0.8);
             assert!((heading_angle(&q) - 0.8).abs() < 1e-6, "pitch {pitch}: {}", heading_angle(&q));
+        }
+    }
+
+    #[test]
+    fn a_turn_is_the_rotation_about_the_vertical() {
+        let v = Vec3::new(0.3, -0.7, 0.4);
+        for i in 0..50 {
+            let t = f64::from(i);
+            let q = Quat::from_euler_angles(t.sin() * 3.0, (t * 0.7).cos() * 1.5, t * 1.3);
+            let (turn, rotation) = (Turn::heading(&q), heading(&q));
+            assert!((turn.angle() - heading_angle(&q)).abs() < 1e-12);
+            assert!((turn.apply(v) - rotation * v).norm() < 1e-12);
+            let back = turn.inverse().apply_6d(&q);
+            assert!(back.iter().zip(to_6d(&(rotation.inverse() * q))).all(|(a, b)| (a - b).abs() < 1e-12));
+            let further = turn.and(Turn::by(0.4));
+            assert!((further.apply(v) - rotation * (Quat::from_euler_angles(0.0, 0.0, 0.4) * v)).norm() < 1e-12);
+            // In single precision it is the same within some units in the last place.
+            let single = Turn::heading(&q.cast::<f32>());
+            assert!((f64::from(single.sin) - turn.sin).abs() < 1e-5 && (f64::from(single.cos) - turn.cos).abs() < 1e-5);
         }
     }
 }

@@ -4,8 +4,9 @@
 
 use std::ops::Range;
 
-use lifelike_character::rotation::{heading, to_6d};
+use lifelike_character::rotation::Turn;
 use lifelike_character::{Character, Kinematics, Quat, Vec3};
+use nalgebra::{RealField, UnitQuaternion, Vector3};
 
 use crate::clip::MotionClip;
 use crate::error::MotionError;
@@ -82,17 +83,49 @@ impl Frame {
     /// Writes eq. 4.1's features in the heading frame `frame_of` (thesis 4.2.1: the centre frame of a window; 4.2.2:
     /// the frame itself, W = 0).
     pub fn write_features(&self, frame_of: &Quat, out: &mut [f64]) {
-        let to_heading = heading(frame_of).inverse();
+        let frame = FrameRef {
+            root_position: self.root_position,
+            root_orientation: self.root_orientation,
+            linear_velocity_w: self.linear_velocity_w,
+            angular_velocity_w: self.angular_velocity_w,
+            joint_positions: &self.joint_positions,
+            joint_velocities: &self.joint_velocities,
+        };
+        frame.write_features(self.effectors_w.iter().copied(), Turn::heading(frame_of), out);
+    }
+}
+
+/// A [`Frame`] whose joints lie elsewhere, in double (clips) or single precision (simulations).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FrameRef<'a, T: RealField> {
+    /// Root position (m, world).
+    pub root_position: Vector3<T>,
+    /// Root orientation.
+    pub root_orientation: UnitQuaternion<T>,
+    /// Root linear velocity (m/s, world).
+    pub linear_velocity_w: Vector3<T>,
+    /// Root angular velocity (rad/s, world).
+    pub angular_velocity_w: Vector3<T>,
+    /// Joint positions (rad).
+    pub joint_positions: &'a [T],
+    /// Joint velocities (rad/s).
+    pub joint_velocities: &'a [T],
+}
+
+impl<T: RealField + Copy> FrameRef<'_, T> {
+    /// Writes eq. 4.1's features in a heading frame; `effectors_w` are the end effectors (m, world).
+    #[inline]
+    pub fn write_features(&self, effectors_w: impl Iterator<Item = Vector3<T>>, heading: Turn<T>, out: &mut [T]) {
+        let to_heading = heading.inverse();
         let n = self.joint_positions.len();
         out[0] = self.root_position.z;
-        out[1..7].copy_from_slice(&to_6d(&(to_heading * self.root_orientation)));
-        out[7..10].copy_from_slice((to_heading * self.linear_velocity_w).as_slice());
-        out[10..13].copy_from_slice((to_heading * self.angular_velocity_w).as_slice());
-        out[13..13 + n].copy_from_slice(&self.joint_positions);
-        out[13 + n..13 + 2 * n].copy_from_slice(&self.joint_velocities);
-        for (i, p) in self.effectors_w.iter().enumerate() {
-            let at = 13 + 2 * n + 3 * i;
-            out[at..at + 3].copy_from_slice((to_heading * (p - self.root_position)).as_slice());
+        out[1..7].copy_from_slice(&to_heading.apply_6d(&self.root_orientation));
+        out[7..10].copy_from_slice(to_heading.apply(self.linear_velocity_w).as_slice());
+        out[10..13].copy_from_slice(to_heading.apply(self.angular_velocity_w).as_slice());
+        out[13..13 + n].copy_from_slice(self.joint_positions);
+        out[13 + n..13 + 2 * n].copy_from_slice(self.joint_velocities);
+        for (p, out) in effectors_w.zip(out[13 + 2 * n..].as_chunks_mut::<3>().0) {
+            *out = to_heading.apply(p - self.root_position).into();
         }
     }
 }
@@ -237,6 +270,42 @@ mod tests {
         // In the root's frame: (-0.5 + 0.2, 0, 0.1); the root faces +y.
         let expected = Vec3::new(1.0, 2.0 - 0.3, 3.1);
         assert!((frames[0].effectors_w[0] - expected).norm() < 1e-12, "{:?}", frames[0].effectors_w[0]);
+    }
+
+    #[test]
+    fn single_precision_gives_the_features_within_its_rounding() {
+        // Of roots up to 10 m away, in any orientation that is not close to looking straight up.
+        for i in 0..200 {
+            let t = f64::from(i);
+            let vector = |a: f64| Vec3::new((a * t).sin(), (a * t + 1.0).sin(), (a * t + 2.0).sin());
+            let frame = Frame {
+                root_position: 10.0 * vector(0.7),
+                root_orientation: Quat::from_euler_angles(3.0 * t.sin(), 1.3 * (0.7 * t).cos(), 1.3 * t),
+                linear_velocity_w: vector(1.1),
+                angular_velocity_w: vector(1.7),
+                joint_positions: vec![0.3 * t.sin()],
+                joint_velocities: vec![3.0 * t.sin()],
+                effectors_w: vec![10.0 * vector(0.7) + vector(2.3)],
+            };
+            let mut exact = vec![0.0; frame.feature_size()];
+            frame.write_features(&frame.root_orientation, &mut exact);
+            let single = |x: &[f64]| x.iter().map(|x| *x as f32).collect::<Vec<_>>();
+            let (positions, velocities) = (single(&frame.joint_positions), single(&frame.joint_velocities));
+            let narrow = FrameRef::<f32> {
+                root_position: frame.root_position.cast(),
+                root_orientation: frame.root_orientation.cast(),
+                linear_velocity_w: frame.linear_velocity_w.cast(),
+                angular_velocity_w: frame.angular_velocity_w.cast(),
+                joint_positions: &positions,
+                joint_velocities: &velocities,
+            };
+            let mut out = vec![0.0_f32; exact.len()];
+            let effectors = frame.effectors_w.iter().map(|p| p.cast());
+            narrow.write_features(effectors, Turn::heading(&narrow.root_orientation), &mut out);
+            for (got, exact) in out.iter().zip(&exact) {
+                assert!((f64::from(*got) - exact).abs() < 5e-6, "{got} {exact}");
+            }
+        }
     }
 
     #[test]

@@ -39,7 +39,7 @@ pub mod window;
 
 pub use clip::{Caption, Contacts, MotionClip, Provenance};
 pub use error::MotionError;
-pub use features::{FeatureLayout, Frame};
+pub use features::{FeatureLayout, Frame, FrameRef};
 pub use source::{Skeleton, SourceClip};
 pub use window::WindowSpec;
 

@@ -77,21 +77,26 @@ impl RunningNormalizer {
         if self.frozen || size == 0 {
             return;
         }
-        let finite = || rows.chunks_exact(size).filter(|row| row.iter().all(|x| x.is_finite()));
-        let n = finite().count() as f64;
+        // One pass over the rows: sums of differences from the first row, which is as near to the mean as any.
+        let (mut n, mut origin) = (0.0, Vec::new());
+        let (mut mean, mut square) = (vec![0.0; size], vec![0.0; size]);
+        for row in rows.chunks_exact(size).filter(|row| is_finite(row)) {
+            if n == 0.0 {
+                origin = row.iter().map(|x| f64::from(*x)).collect();
+            }
+            n += 1.0;
+            for (((sum, square), x), origin) in mean.iter_mut().zip(&mut square).zip(row).zip(&origin) {
+                let difference = f64::from(*x) - origin;
+                *sum += difference;
+                *square += difference * difference;
+            }
+        }
         if n == 0.0 {
             return;
         }
-        let mut mean = vec![0.0; size];
-        for row in finite() {
-            mean.iter_mut().zip(row).for_each(|(m, x)| *m += f64::from(*x));
-        }
-        mean.iter_mut().for_each(|m| *m /= n);
-        let mut square = vec![0.0; size];
-        for row in finite() {
-            for ((s, x), m) in square.iter_mut().zip(row).zip(&mean) {
-                *s += (f64::from(*x) - m).powi(2);
-            }
+        for ((sum, square), origin) in mean.iter_mut().zip(&mut square).zip(&origin) {
+            *square = (*square - *sum * *sum / n).max(0.0);
+            *sum = origin + *sum / n;
         }
         self.absorb(n, &mean, &square);
     }
@@ -176,6 +181,11 @@ impl RunningNormalizer {
             frozen: rest[3] != 0.0,
         })
     }
+}
+
+/// Returns true when all numbers of a row are finite. It looks at all of them, which is quicker than to stop at one.
+fn is_finite(row: &[f32]) -> bool {
+    row.iter().fold(true, |finite, x| finite & x.is_finite())
 }
 
 #[cfg(test)]

@@ -31,12 +31,14 @@ impl ActionSpec {
     pub const TARGET_MARGIN: f64 = 0.5;
 
     /// The output that counts: `y`, clamped to ±[`Self::OUTPUT_LIMIT`]. NaN stays NaN, for the caller to quarantine.
+    #[inline]
     pub fn clamp_output<T: RealField + Copy>(output: T) -> T {
         let limit: T = nalgebra::convert(Self::OUTPUT_LIMIT);
         clamp(output, -limit, limit)
     }
 
     /// The target of one joint (rad), for an output `y`, the joint's default angle and the reference's angle at t+1.
+    #[inline]
     pub fn target<T: RealField + Copy>(&self, output: T, default_pose: T, reference: T, (low, high): (T, T)) -> T {
         let output = Self::clamp_output(output);
         let target = match *self {
@@ -54,6 +56,7 @@ impl ActionSpec {
 }
 
 /// `x` between `low` and `high`; NaN stays NaN.
+#[inline]
 fn clamp<T: RealField + Copy>(x: T, low: T, high: T) -> T {
     if x < low {
         low

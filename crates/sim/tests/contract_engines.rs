@@ -330,7 +330,9 @@ fn pushes_come_and_go_by_schedule() {
         let idle = simulation.save();
         let pushed: Vec<bool> = (0..40)
             .map(|_| {
-                schedule.advance(&spec, simulation.as_mut(), 1, &mut rng).unwrap();
+                if !schedule.waits() {
+                    schedule.change(&spec, simulation.as_mut(), 1, &mut rng).unwrap();
+                }
                 assert_eq!(schedule.active.is_some(), simulation.save() != idle);
                 schedule.active.is_some()
             })

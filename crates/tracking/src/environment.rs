@@ -25,7 +25,7 @@ use lifelike_train::StepOutcome;
 use rayon::prelude::*;
 
 pub use self::episode::Episode;
-use self::evaluator::{StepEvaluator, Workspace};
+use self::evaluator::StepEvaluator;
 use self::sensor_model::delay_targets;
 use self::setup::{Setup, expect};
 use self::stage::Stage;
@@ -49,6 +49,8 @@ pub struct Environment {
     pushes: Vec<PushSchedule>,
     episodes: Vec<Episode>,
     rows: Rows,
+    /// Numbers of the environments whose episodes the last step ended; kept for its memory.
+    ended: Vec<usize>,
     steps: u64,
     statistics: EpisodeStatistics,
 }
@@ -61,6 +63,8 @@ struct Rows {
     actor: Vec<f32>,
     /// Observations of the value function, `[N, P]`.
     critic: Vec<f32>,
+    /// Features of the environment that each thread is at: a row for each chunk.
+    features: Vec<f32>,
 }
 
 impl Environment {
@@ -102,7 +106,9 @@ impl Environment {
                 targets: vec![0.0; n * joints],
                 actor: vec![0.0; n * setup.observer.actor_size()],
                 critic: vec![0.0; n * setup.observer.critic_size()],
+                features: vec![0.0; n.div_ceil(CHUNK) * setup.library.layout.size()],
             },
+            ended: Vec::new(),
             steps: 0,
             statistics: EpisodeStatistics::new(setup.library.clips()),
             setup,
@@ -213,7 +219,7 @@ impl Environment {
         self.evaluate();
         let width = self.critic_size();
         outcome.clear();
-        let mut ended = Vec::new();
+        self.ended.clear();
         for (i, episode) in self.episodes.iter().enumerate() {
             outcome.rewards.push(episode.reward());
             outcome.terminated.push(episode.failed.is_some());
@@ -227,18 +233,25 @@ impl Environment {
             }
             if episode.ended() {
                 self.rsi.record(episode.segment_start, episode.frame, episode.failed.is_some());
-                ended.push(i);
+                self.ended.push(i);
             }
         }
-        if ended.is_empty() { Ok(()) } else { self.reset(&ended, None) }
+        if self.ended.is_empty() {
+            return Ok(());
+        }
+        let ended = std::mem::take(&mut self.ended);
+        let result = self.reset(&ended, None);
+        self.ended = ended;
+        result
     }
 
     /// Computes joint targets from the policy's outputs.
     fn set_targets(&mut self, outputs: &[f32]) {
         let Setup { robot, actions, library, .. } = &self.setup;
         let (joints, targets) = (robot.joints(), &mut self.rows.targets);
-        let rows = self.episodes.iter_mut().zip(outputs.chunks_exact(joints)).zip(targets.chunks_exact_mut(joints));
-        for ((episode, output), target) in rows {
+        let rows = self.episodes.par_iter_mut().zip(outputs.par_chunks_exact(joints));
+        let rows = rows.zip(targets.par_chunks_exact_mut(joints)).with_min_len(CHUNK);
+        rows.for_each(|((episode, output), target)| {
             std::mem::swap(&mut episode.before, &mut episode.oldest);
             std::mem::swap(&mut episode.last, &mut episode.before);
             for (last, y) in episode.last.iter_mut().zip(output) {
@@ -248,7 +261,7 @@ impl Environment {
             actions.write(&episode.last, library.joints_at(library.ahead(episode.frame, 1)), target);
             target.iter_mut().zip(&episode.offset).for_each(|(t, o)| *t -= o);
             delay_targets(target, episode);
-        }
+        });
     }
 
     /// Begins and ends random pushes.
@@ -263,8 +276,10 @@ impl Environment {
             return Ok(());
         };
         for (i, schedule) in self.pushes.iter_mut().enumerate() {
-            let mut rng = self.setup.stream("push", i, self.steps);
-            schedule.advance(spec, self.simulation.as_mut(), i, &mut rng)?;
+            if !schedule.waits() {
+                let mut rng = self.setup.stream("push", i, self.steps);
+                schedule.change(spec, self.simulation.as_mut(), i, &mut rng)?;
+            }
         }
         Ok(())
     }
@@ -274,15 +289,17 @@ impl Environment {
         let (setup, stage, rsi) = (&self.setup, &self.stage, &self.rsi);
         let evaluator = StepEvaluator { setup, stage, rsi, state: self.simulation.state(), step: self.steps };
         let (a, c) = (setup.observer.actor_size(), setup.observer.critic_size());
+        let Rows { actor, critic, features, .. } = &mut self.rows;
         self.episodes
             .par_chunks_mut(CHUNK)
-            .zip(self.rows.actor.par_chunks_mut(CHUNK * a))
-            .zip(self.rows.critic.par_chunks_mut(CHUNK * c))
+            .zip(actor.par_chunks_mut(CHUNK * a))
+            .zip(critic.par_chunks_mut(CHUNK * c))
+            .zip(features.par_chunks_mut(setup.library.layout.size()))
             .enumerate()
-            .for_each_init(Workspace::new, |workspace, (chunk, ((episodes, actor), critic))| {
+            .for_each(|(chunk, (((episodes, actor), critic), features))| {
                 let rows = episodes.iter_mut().zip(actor.chunks_exact_mut(a)).zip(critic.chunks_exact_mut(c));
                 for (k, ((episode, actor), critic)) in rows.enumerate() {
-                    evaluator.evaluate(chunk * CHUNK + k, episode, workspace, actor, critic);
+                    evaluator.evaluate(chunk * CHUNK + k, episode, features, actor, critic);
                 }
             });
     }

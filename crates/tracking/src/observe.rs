@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
+use lifelike_character::rotation::Turn;
 use lifelike_motion::FeatureLayout;
-use lifelike_robot::reference::{wrap, yaw};
 use lifelike_robot::{
     ClipPlayer, MeasuredState, ObservationInputs, ObservationSpec, ReferenceLibrary, ReferenceStream, Robot,
 };
@@ -24,6 +24,8 @@ pub struct Observed<'a> {
     pub library: &'a ReferenceLibrary,
     /// Features of its simulated state, the height above the ground below it.
     pub features: &'a [f32],
+    /// Heading of its root.
+    pub heading: Turn<f32>,
 }
 
 /// Writes observations: the robot's own layout for the policy; for the value function, which only exists in training,
@@ -72,36 +74,25 @@ impl Observer {
 
     /// Writes both rows.
     pub fn write(&self, of: &Observed<'_>, actor: &mut [f32], critic: &mut [f32]) {
-        let &Observed { state, i, episode, library, features } = of;
+        let &Observed { state, i, episode, library, features, heading } = of;
         let player = ClipPlayer::new(library, episode.frame);
         self.write_actor(of, &player, actor);
 
-        let target = player.root();
-        let reference = player.around(0);
-        let (position, orientation) = root(state, i);
-        let target_position = episode.alignment.position(target.position);
-        let target_orientation = episode.alignment.orientation(target.orientation);
-        let (seen, extra) = critic.split_at_mut(actor.len() - self.spec.window_size());
+        let (target, reference) = (player.root(), player.around(0));
+        let (position, _) = root(state, i);
+        let offset = episode.alignment.laid().offset((target.position, target.orientation), position, heading);
+        let (seen, mut rest) = critic.split_at_mut(actor.len() - self.spec.window_size());
         seen.copy_from_slice(&actor[..seen.len()]);
-        let mut at = 0;
-        let mut put = |x: f32| {
-            extra[at] = x;
-            at += 1;
-        };
-        put(features[FeatureLayout::HEIGHT]);
-        put(features[FeatureLayout::HEIGHT] - reference[FeatureLayout::HEIGHT]);
+        let height = features[FeatureLayout::HEIGHT];
+        take(&mut rest, 2).copy_from_slice(&[height, height - reference[FeatureLayout::HEIGHT]]);
         for range in [FeatureLayout::VELOCITY, self.layout.effectors(), self.layout.joint_positions()] {
-            features[range.clone()].iter().zip(&reference[range]).for_each(|(a, b)| put(a - b));
+            let pairs = features[range.clone()].iter().zip(&reference[range.clone()]);
+            take(&mut rest, range.len()).iter_mut().zip(pairs).for_each(|(out, (a, b))| *out = a - b);
         }
-        let heading = yaw(orientation);
-        let (sin, cos) = heading.sin_cos();
-        let (x, y) = (position[0] - target_position[0], position[1] - target_position[1]);
-        put(cos * x + sin * y);
-        put(cos * y - sin * x);
-        put(wrap(heading - yaw(target_orientation)));
-        put(episode.deviated as f32);
-        for foot in 0..self.feet {
-            put(state.foot_force.get(i * self.feet + foot).copied().unwrap_or(0.0) / self.weight);
+        let [ahead, left] = heading.inverse().on_ground(offset.ground);
+        take(&mut rest, 4).copy_from_slice(&[ahead, left, offset.heading, episode.deviated as f32]);
+        for (foot, out) in rest.iter_mut().enumerate() {
+            *out = state.foot_force.get(i * self.feet + foot).copied().unwrap_or(0.0) / self.weight;
         }
     }
 
@@ -123,4 +114,11 @@ impl Observer {
             out.fill(f32::NAN);
         }
     }
+}
+
+/// Returns the next `n` numbers of a row.
+fn take<'a>(rest: &mut &'a mut [f32], n: usize) -> &'a mut [f32] {
+    let (head, tail) = std::mem::take(rest).split_at_mut(n);
+    *rest = tail;
+    head
 }

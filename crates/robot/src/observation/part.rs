@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use lifelike_character::rotation::{from_wxyz, heading, heading_angle, to_6d};
+use lifelike_character::rotation::{Turn, from_wxyz};
 use nalgebra::{UnitQuaternion, Vector3};
 
 use super::inputs::ObservationInputs;
@@ -123,7 +123,7 @@ impl Wrong {
 pub(super) struct Scene<'a> {
     inputs: &'a ObservationInputs<'a>,
     root: UnitQuaternion<f32>,
-    to_heading: UnitQuaternion<f32>,
+    to_heading: Turn<f32>,
     /// Where nothing measures it, everything is relative to the root.
     position: Vector3<f32>,
 }
@@ -132,7 +132,7 @@ impl<'a> Scene<'a> {
     pub(super) fn new(inputs: &'a ObservationInputs<'a>) -> Self {
         let root = orientation(inputs.measured.root_orientation);
         let position = Vector3::from(inputs.measured.root_position.unwrap_or_default());
-        Self { inputs, root, to_heading: heading(&root).inverse(), position }
+        Self { inputs, root, to_heading: Turn::heading(&root).inverse(), position }
     }
 }
 
@@ -173,7 +173,7 @@ pub(super) const PARTS: &[Declaration] = &[
         source: Source::Measured(Sensor::RootOrientation),
         occurs: always,
         size: |_| 6,
-        write: |_, scene, _, out| copy(&to_6d(&(scene.to_heading * scene.root)), out),
+        write: |_, scene, _, out| copy(&scene.to_heading.apply_6d(&scene.root), out),
     },
     Declaration {
         name: "root_linear_velocity_h",
@@ -183,7 +183,7 @@ pub(super) const PARTS: &[Declaration] = &[
         write: |_, scene, _, out| {
             let velocity = scene.inputs.measured.linear_velocity_w;
             let velocity = velocity.ok_or(Wrong::Unmeasured("the root's linear velocity"))?;
-            copy((scene.to_heading * Vector3::from(velocity)).as_slice(), out)
+            copy(scene.to_heading.apply(Vector3::from(velocity)).as_slice(), out)
         },
     },
     Declaration {
@@ -192,7 +192,7 @@ pub(super) const PARTS: &[Declaration] = &[
         occurs: always,
         size: |_| 3,
         write: |_, scene, _, out| {
-            copy((scene.to_heading * Vector3::from(scene.inputs.measured.angular_velocity_w)).as_slice(), out)
+            copy(scene.to_heading.apply(Vector3::from(scene.inputs.measured.angular_velocity_w)).as_slice(), out)
         },
     },
     Declaration {
@@ -230,7 +230,7 @@ pub(super) const PARTS: &[Declaration] = &[
             let places = scene.inputs.measured.key_bodies_w.ok_or(Wrong::Unmeasured("the key bodies"))?;
             copy(places, out)?;
             for p in out.as_chunks_mut::<3>().0 {
-                *p = (scene.to_heading * (Vector3::from(*p) - scene.position)).into();
+                *p = scene.to_heading.apply(Vector3::from(*p) - scene.position).into();
             }
             Ok(())
         },
@@ -276,11 +276,11 @@ pub(super) const PARTS: &[Declaration] = &[
         occurs: |spec| Occurs::Once(spec.anchor.heading),
         size: |_| 2,
         write: |_, scene, _, out| {
-            let target = scene.inputs.alignment.orientation(scene.inputs.reference.root().orientation);
-            let error = heading_angle(&orientation(target)) - heading_angle(&scene.root);
-            let turn = ObservationSpec::ANCHOR_TURN;
-            let error = error.sin().atan2(error.cos()).clamp(-turn, turn);
-            copy(&[error.sin(), error.cos()], out)
+            let target = scene.inputs.alignment.laid().heading(scene.inputs.reference.root().orientation);
+            let error = target.and(scene.to_heading);
+            let limit = Turn::by(ObservationSpec::ANCHOR_TURN);
+            let beyond = error.cos < limit.cos;
+            copy(&if beyond { [limit.sin.copysign(error.sin), limit.cos] } else { [error.sin, error.cos] }, out)
         },
     },
     Declaration {
@@ -291,10 +291,10 @@ pub(super) const PARTS: &[Declaration] = &[
         write: |_, scene, _, out| {
             let position = scene.inputs.measured.root_position.ok_or(Wrong::Unmeasured("the root's position"))?;
             let target = scene.inputs.alignment.position(scene.inputs.reference.root().position);
-            let error = scene.to_heading * (Vector3::from(target) - Vector3::from(position));
+            let [x, y] = scene.to_heading.on_ground([target[0] - position[0], target[1] - position[1]]);
             let reach = ObservationSpec::ANCHOR_REACH;
-            let share = reach / error.x.hypot(error.y).max(reach);
-            copy(&[share * error.x, share * error.y], out)
+            let share = reach / (x * x + y * y).sqrt().max(reach);
+            copy(&[share * x, share * y], out)
         },
     },
     Declaration {

@@ -216,25 +216,32 @@ impl ObservationSpec {
     /// [`RobotError::Mismatch`] when an array has the wrong length, [`RobotError::Unmeasured`] when a part needs what was
     /// not measured.
     pub fn write(&self, inputs: &ObservationInputs<'_>, out: &mut [f32]) -> Result<(), RobotError> {
-        self.check_sizes()?;
-        if out.len() != self.size() {
-            return Err(RobotError::Mismatch {
-                what: "length of observation".into(),
-                expected: self.size().to_string(),
-                got: out.len().to_string(),
-            });
+        let got = out.len();
+        let wrong_length = || RobotError::Mismatch {
+            what: "length of observation".into(),
+            expected: self.size().to_string(),
+            got: got.to_string(),
+        };
+        if self.default_pose.len() != self.joints.len() {
+            self.check_sizes()?;
         }
         let scene = Scene::new(inputs);
         let mut rest = out;
         for part in PARTS {
+            let count = (part.occurs)(self).count();
+            if count == 0 {
+                continue;
+            }
             let size = (part.size)(self);
-            for i in 0..(part.occurs)(self).count() {
-                let (slot, after) = std::mem::take(&mut rest).split_at_mut(size);
+            for i in 0..count {
+                let Some((slot, after)) = std::mem::take(&mut rest).split_at_mut_checked(size) else {
+                    return Err(wrong_length());
+                };
                 (part.write)(self, &scene, i, slot).map_err(|wrong| wrong.of(part.name))?;
                 rest = after;
             }
         }
-        Ok(())
+        if rest.is_empty() { Ok(()) } else { Err(wrong_length()) }
     }
 
     /// Frames of eq. 4.1 as the policy sees them: joint positions relative to the default pose.

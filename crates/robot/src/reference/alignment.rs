@@ -3,7 +3,7 @@
 //! A clip may begin anywhere and face any way. When an episode begins (or switches to another clip) the two worlds are laid
 //! over each other, by a turn about the vertical and a shift on the ground; from then on path and heading can be compared.
 
-use lifelike_character::rotation::{from_wxyz, heading_angle};
+use lifelike_character::rotation::{Turn, from_wxyz, heading_angle};
 
 /// `p ↦ turn(yaw) (p − from) + to` on the ground; heights stay.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -31,17 +31,21 @@ impl Alignment {
         }
     }
 
+    /// Returns it with its turn worked out, for who asks more than once.
+    #[inline]
+    pub fn laid(&self) -> Laid {
+        Laid { turn: Turn::by(self.yaw), from: self.from, to: self.to }
+    }
+
     /// Returns a point of the clip's world in the robot's.
     pub fn position(&self, p: [f32; 3]) -> [f32; 3] {
-        let (sin, cos) = self.yaw.sin_cos();
-        let (x, y) = (p[0] - self.from[0], p[1] - self.from[1]);
-        [cos * x - sin * y + self.to[0], sin * x + cos * y + self.to[1], p[2]]
+        self.laid().position(p)
     }
 
     /// Returns a direction (a velocity) of the clip's world in the robot's.
     pub fn direction(&self, v: [f32; 3]) -> [f32; 3] {
-        let (sin, cos) = self.yaw.sin_cos();
-        [cos * v[0] - sin * v[1], sin * v[0] + cos * v[1], v[2]]
+        let [x, y] = self.laid().turn.on_ground([v[0], v[1]]);
+        [x, y, v[2]]
     }
 
     /// Returns an orientation (`wxyz`) of the clip's world in the robot's.
@@ -51,19 +55,72 @@ impl Alignment {
         [c * w - s * z, c * x - s * y, c * y + s * x, c * z + s * w]
     }
 
-    /// Re-anchors the clip's world at a robot that has left it: turned about the clip's root and shifted, no further than
-    /// that the root's `clip` pose is within `reach` (m) and `turn` (rad) of the `robot`'s.
+    /// Re-anchors the clip's world at a robot that has left it by `offset`: turned about the clip's root and shifted, no
+    /// further than that the root's `clip` position is within `reach` (m) and `turn` (rad) of the robot's.
     #[must_use]
-    pub fn re_anchored(self, clip: ([f32; 3], [f32; 4]), robot: ([f32; 3], [f32; 4]), reach: f32, turn: f32) -> Self {
-        let place = self.position(clip.0);
-        let ahead = wrap(yaw(robot.1) - yaw(self.orientation(clip.1)));
-        let (x, y) = (robot.0[0] - place[0], robot.0[1] - place[1]);
-        let share = (1.0 - reach / x.hypot(y).max(reach)).max(0.0);
+    pub fn re_anchored(self, clip: [f32; 3], offset: &Offset, reach: f32, turn: f32) -> Self {
+        let [x, y] = offset.ground;
+        let share = (1.0 - reach / offset.distance().max(reach)).max(0.0);
+        let too_far = offset.heading - offset.heading.clamp(-turn, turn);
         Self {
-            yaw: wrap(self.yaw + ahead - ahead.clamp(-turn, turn)),
-            from: [clip.0[0], clip.0[1]],
-            to: [place[0] + share * x, place[1] + share * y],
+            yaw: wrap(self.yaw + too_far),
+            from: [clip[0], clip[1]],
+            to: [offset.place[0] + share * x, offset.place[1] + share * y],
         }
+    }
+}
+
+/// An [`Alignment`] with its turn worked out.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Laid {
+    turn: Turn<f32>,
+    from: [f32; 2],
+    to: [f32; 2],
+}
+
+impl Laid {
+    /// Returns a point of the clip's world in the robot's.
+    #[inline]
+    pub fn position(&self, p: [f32; 3]) -> [f32; 3] {
+        let [x, y] = self.turn.on_ground([p[0] - self.from[0], p[1] - self.from[1]]);
+        [x + self.to[0], y + self.to[1], p[2]]
+    }
+
+    /// Returns the heading, in the robot's world, of an orientation (`wxyz`) of the clip's; NaN where it has none.
+    #[inline]
+    pub fn heading(&self, q: [f32; 4]) -> Turn<f32> {
+        let nowhere = Turn { cos: f32::NAN, sin: f32::NAN };
+        self.turn.and(from_wxyz(q).map_or(nowhere, |q| Turn::heading(&q)))
+    }
+
+    /// Returns where a robot is, with this place and heading, against a root pose of the clip.
+    #[inline]
+    pub fn offset(&self, clip: ([f32; 3], [f32; 4]), position: [f32; 3], heading: Turn<f32>) -> Offset {
+        let [x, y, _] = self.position(clip.0);
+        Offset {
+            place: [x, y],
+            ground: [position[0] - x, position[1] - y],
+            heading: heading.and(self.heading(clip.1).inverse()).angle(),
+        }
+    }
+}
+
+/// Where a robot is against a frame of a clip that is laid in its world.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Offset {
+    /// Place of the frame's root (m, robot's world).
+    pub place: [f32; 2],
+    /// Way from there to the robot's root (m, robot's world).
+    pub ground: [f32; 2],
+    /// Heading of the robot less that of the frame (rad, in −π..π).
+    pub heading: f32,
+}
+
+impl Offset {
+    /// Returns the distance on the ground (m).
+    #[inline]
+    pub fn distance(&self) -> f32 {
+        (self.ground[0] * self.ground[0] + self.ground[1] * self.ground[1]).sqrt()
     }
 }
 
@@ -118,13 +175,16 @@ mod tests {
         let a = Alignment { yaw: 0.2, from: [1.0, 1.0], to: [5.0, -2.0] };
         let clip = ([2.0, 1.5, 0.4], upright(0.3));
         let target = a.position(clip.0);
-        let near = a.re_anchored(clip, ([target[0] + 0.1, target[1], 0.4], upright(0.6)), 0.3, 0.5);
+        let re_anchored = |position: [f32; 3], angle: f32| {
+            a.re_anchored(clip.0, &a.laid().offset(clip, position, Turn::by(angle)), 0.3, 0.5)
+        };
+        let near = re_anchored([target[0] + 0.1, target[1], 0.4], 0.6);
         let same = near.position([7.0, 8.0, 0.0]);
         let as_before = a.position([7.0, 8.0, 0.0]);
         assert!((0..2).all(|k| (same[k] - as_before[k]).abs() < 1e-5), "within reach nothing moves");
 
         // 0.5 m ahead along y and turned by 1.0 - 0.5 = 0.5 rad too far: pulled by 0.2 m and to the limit of the turn.
-        let far = a.re_anchored(clip, ([target[0], target[1] + 0.5, 0.4], upright(1.5)), 0.3, 0.5);
+        let far = re_anchored([target[0], target[1] + 0.5, 0.4], 1.5);
         let pulled = far.position(clip.0);
         assert!((pulled[0] - target[0]).abs() < 1e-6 && (pulled[1] - target[1] - 0.2).abs() < 1e-6, "{pulled:?}");
         assert!((yaw(far.orientation(clip.1)) - 1.0).abs() < 1e-5);

@@ -38,6 +38,8 @@ pub struct ReferenceLibrary {
     pub latents: Vec<f32>,
     /// Size of a latent code; 0 without an encoder.
     pub latent: usize,
+    /// The clip of each frame, `[T]`: asked for several times a step, where a search of [`Self::starts`] would show.
+    clip: Vec<u32>,
 }
 
 impl ReferenceLibrary {
@@ -60,6 +62,7 @@ impl ReferenceLibrary {
             features: Vec::new(),
             latents: Vec::new(),
             latent: encoder.map_or(0, LatentEncoder::latent_size),
+            clip: Vec::new(),
         };
         let mut seen = BTreeSet::new();
         for clip in clips {
@@ -110,6 +113,7 @@ impl ReferenceLibrary {
             }
             self.latents.extend(codes);
         }
+        self.clip.extend(std::iter::repeat_n(self.names.len() as u32, frames.len()));
         self.names.push(clip.name.clone());
         self.starts.push(self.len() + frames.len());
         Ok(())
@@ -182,17 +186,20 @@ impl ReferenceLibrary {
         self.names.len()
     }
 
-    /// Returns the clip that a frame belongs to.
+    /// Returns the clip that a frame belongs to; the last one for frames beyond the end.
+    #[inline]
     pub fn clip_of(&self, frame: usize) -> usize {
-        self.starts.partition_point(|start| *start <= frame).saturating_sub(1).min(self.clips() - 1)
+        self.clip.get(frame).map_or(self.clips() - 1, |clip| *clip as usize)
     }
 
     /// Returns the frame so many steps ahead, or its clip's last.
+    #[inline]
     pub fn ahead(&self, frame: usize, steps: usize) -> usize {
         (frame + steps).min(self.starts[self.clip_of(frame) + 1] - 1)
     }
 
     /// Returns the frame so many steps ahead or back, or the last or first of its clip.
+    #[inline]
     pub fn around(&self, frame: usize, steps: i32) -> usize {
         let range = self.range(self.clip_of(frame));
         frame.saturating_add_signed(steps as isize).clamp(range.start, range.end - 1)
@@ -209,12 +216,14 @@ impl ReferenceLibrary {
     }
 
     /// Features of one frame, `[F]`.
+    #[inline]
     pub fn features_at(&self, frame: usize) -> &[f32] {
         let size = self.layout.size();
         &self.features[frame * size..(frame + 1) * size]
     }
 
     /// Joint positions of one frame, `[J]` (rad).
+    #[inline]
     pub fn joints_at(&self, frame: usize) -> &[f32] {
         &self.features_at(frame)[self.layout.joint_positions()]
     }
@@ -230,11 +239,13 @@ impl ReferenceLibrary {
     }
 
     /// Root position of one frame (m, the clip's world).
+    #[inline]
     pub fn position_at(&self, frame: usize) -> [f32; 3] {
         three(&self.root_position, frame)
     }
 
     /// Root orientation of one frame (`wxyz`, the clip's world).
+    #[inline]
     pub fn orientation_at(&self, frame: usize) -> [f32; 4] {
         let q = &self.root_orientation[4 * frame..4 * frame + 4];
         [q[0], q[1], q[2], q[3]]
@@ -269,6 +280,7 @@ pub fn standing_clip(robot: &Robot, seconds: f64) -> MotionClip {
     }
 }
 
+#[inline]
 fn three(values: &[f32], frame: usize) -> [f32; 3] {
     let v = &values[3 * frame..3 * frame + 3];
     [v[0], v[1], v[2]]

@@ -6,7 +6,7 @@ mod encoder;
 mod library;
 mod stream;
 
-pub use alignment::{Alignment, wrap, yaw};
+pub use alignment::{Alignment, Laid, Offset, wrap, yaw};
 pub use encoder::LatentEncoder;
 pub use library::{ReferenceLibrary, standing_clip};
 pub use stream::{ClipPlayer, ReferenceStream, RootPose};

@@ -75,22 +75,26 @@ impl PushSchedule {
         Self { steps: steps(spec.interval, control_hz, rng), active: None }
     }
 
-    /// Counts one policy step, to be called before the simulation's. Sets or ends the push of environment `id`. `rng` is drawn
-    /// from only when a push begins or ends, so it must be keyed by the step.
+    /// Counts one policy step, to be called before the simulation's. Returns false when a push begins or ends in it, which is
+    /// [`Self::change`]'s to do.
+    #[inline]
+    pub fn waits(&mut self) -> bool {
+        let waits = self.steps > 0;
+        self.steps -= u32::from(waits);
+        waits
+    }
+
+    /// Sets or ends the push of environment `id`. `rng` must be keyed by the step: steps that wait draw nothing.
     ///
     /// # Errors
     /// As [`Simulation::push`].
-    pub fn advance(
+    pub fn change(
         &mut self,
         spec: &PushSpec,
         simulation: &mut dyn Simulation,
         id: usize,
         rng: &mut impl Rng,
     ) -> Result<(), SimError> {
-        if self.steps > 0 {
-            self.steps -= 1;
-            return Ok(());
-        }
         let control_hz = simulation.robot().control_hz;
         if self.active.take().is_some() {
             simulation.clear_pushes(id);
@@ -107,7 +111,7 @@ impl PushSchedule {
 }
 
 fn steps([low, high]: [f64; 2], control_hz: f64, rng: &mut impl Rng) -> u32 {
-    // Of the steps that `advance` counts, the one that acts is the last.
+    // Of the steps that `waits` counts, the one that acts is the last.
     (rng.random_range(low..=high) * control_hz).round().max(1.0) as u32 - 1
 }
 

@@ -78,7 +78,18 @@ impl Episode {
         }
     }
 
+    /// Begins the next episode at a frame, with nothing to remember; vectors keep their memory.
+    pub fn begin(&mut self, frame: usize) {
+        self.number += 1;
+        (self.frame, self.segment_start) = (frame, frame);
+        (self.length, self.grace, self.deviated) = (0, 0, 0);
+        (self.finished_segment, self.failed, self.truncated) = (None, None, false);
+        (self.episode_return, self.terms) = (0.0, [0.0; TERMS.len()]);
+        [&mut self.offset, &mut self.past_measurements, &mut self.past_targets].into_iter().for_each(|x| x.fill(0.0));
+    }
+
     /// Returns the last step's reward.
+    #[inline]
     pub fn reward(&self) -> f32 {
         self.terms.iter().sum()
     }

@@ -1,18 +1,17 @@
 //! Evaluation of a step in one environment: reward, termination, next observation.
 
-use lifelike_motion::{FeatureLayout, Frame};
-use lifelike_robot::reference::{wrap, yaw};
-use lifelike_robot::{Alignment, ObservationSpec, ReferenceLibrary};
+use lifelike_robot::reference::Offset;
+use lifelike_robot::{Alignment, ObservationSpec};
 use lifelike_sim::BatchState;
 
 use super::episode::Episode;
 use super::setup::Setup;
 use super::stage::Stage;
-use super::state::{empty_frame, read_frame, root};
+use super::state::{root, write_features};
 use super::tracking_error::TrackingError;
 use crate::observe::Observed;
 use crate::reference::RsiSampler;
-use crate::rewards::{ActionCost, RewardInputs, TERMS, scale_penalties};
+use crate::rewards::{ActionCost, RewardInputs, TERMS, scale_penalties, sum};
 use crate::terminations::Cause;
 
 /// Everything that the evaluation of a step reads.
@@ -25,38 +24,13 @@ pub(super) struct StepEvaluator<'a> {
     pub(super) step: u64,
 }
 
-/// One thread's workspace.
-pub(super) struct Workspace {
-    frame: Frame,
-    row: Vec<f64>,
-    pub(super) features: Vec<f32>,
-    actions: [Vec<f32>; 3],
-}
-
-impl Workspace {
-    pub(super) fn new() -> Self {
-        Self { frame: empty_frame(), row: Vec::new(), features: Vec::new(), actions: Default::default() }
-    }
-
-    /// Computes the features of one simulated environment; its height is that above the ground below its root.
-    pub(super) fn read(&mut self, state: &BatchState, i: usize, setup: &Setup) {
-        let (robot, library, ground) = (&setup.robot, &setup.library, &setup.ground);
-        read_frame(state, i, robot.joints(), robot.effectors.len(), &mut self.frame);
-        self.row.resize(library.layout.size(), 0.0);
-        self.frame.write_features(&self.frame.root_orientation, &mut self.row);
-        self.row[FeatureLayout::HEIGHT] -= ground.height(self.frame.root_position.x, self.frame.root_position.y);
-        self.features.clear();
-        self.features.extend(self.row.iter().map(|x| *x as f32));
-    }
-}
-
 impl StepEvaluator<'_> {
-    /// Moves the episode of environment `i` on by a step, and writes the next observations.
+    /// Moves the episode of environment `i` on by a step, and writes the features it reached and the next observations.
     pub(super) fn evaluate(
         &self,
         i: usize,
         episode: &mut Episode,
-        workspace: &mut Workspace,
+        features: &mut [f32],
         actor: &mut [f32],
         critic: &mut [f32],
     ) {
@@ -72,11 +46,13 @@ impl StepEvaluator<'_> {
             episode.failed = Some(Cause::Diverged);
             return;
         }
-        workspace.read(self.state, i, self.setup);
-        let (path, heading) = anchored(self.state, i, library, episode);
-        self.reward(i, episode, workspace, path, heading);
+        let heading = write_features(self.state, i, self.setup, features);
+        let (position, _) = root(self.state, i);
+        let clip = (library.position_at(episode.frame), library.orientation_at(episode.frame));
+        let offset = episode.alignment.laid().offset(clip, position, heading);
+        self.reward(i, episode, features, &offset);
         let reference = library.features_at(episode.frame);
-        let error = TrackingError::between(&library.layout, &workspace.features, reference, path, heading);
+        let error = TrackingError::between(&library.layout, features, reference, &offset);
         let limits = &self.stage.limits;
         let far = limits.persistent.is_some_and(|p| error.effector > p.distance);
         episode.deviated = if far { episode.deviated + 1 } else { 0 };
@@ -85,11 +61,12 @@ impl StepEvaluator<'_> {
         } else {
             episode.failed = limits.exceeded(&error, episode.deviated as f64 / robot.control_hz);
         }
-        if !episode.reward().is_finite() {
+        if episode.reward().is_finite() {
+            episode.episode_return += episode.reward();
+        } else {
             episode.terms = [0.0; TERMS.len()];
             episode.failed = Some(Cause::Diverged);
         }
-        episode.episode_return += episode.reward();
         let over = episode.frame >= clip_end;
         let switch = over && plan.episode.switch_clips;
         let late = episode.length >= self.setup.longest_episode();
@@ -98,33 +75,30 @@ impl StepEvaluator<'_> {
             self.switch(i, episode);
         } else if plan.episode.reanchor {
             let (reach, turn) = (ObservationSpec::ANCHOR_REACH, ObservationSpec::ANCHOR_TURN);
-            let clip = (library.position_at(episode.frame), library.orientation_at(episode.frame));
-            episode.alignment = episode.alignment.re_anchored(clip, root(self.state, i), reach, turn);
+            episode.alignment = episode.alignment.re_anchored(clip.0, &offset, reach, turn);
         }
-        let observed = Observed { state: self.state, i, episode, library, features: &workspace.features };
+        let observed = Observed { state: self.state, i, episode, library, features, heading };
         self.setup.observer.write(&observed, actor, critic);
         self.setup.sensors.measure(actor, episode, || self.setup.stream("sense", i, self.step));
     }
 
-    fn reward(&self, i: usize, episode: &mut Episode, workspace: &mut Workspace, path: f32, heading: f32) {
+    fn reward(&self, i: usize, episode: &mut Episode, features: &[f32], offset: &Offset) {
         let Setup { plan, robot, library, divisor, .. } = self.setup;
-        let (scale, joints) = (self.setup.action_scale(), robot.joints());
-        let [action, previous, oldest] = &mut workspace.actions;
-        for (out, values) in
-            [(&mut *action, &episode.last), (&mut *previous, &episode.before), (&mut *oldest, &episode.oldest)]
-        {
-            out.clear();
-            out.extend(values.iter().map(|y| y * scale));
-        }
-        let torque_squared = self.state.torque_squared[i * joints..(i + 1) * joints].iter().sum();
+        let torques = &self.state.torque_squared[i * robot.joints()..(i + 1) * robot.joints()];
         let inputs = RewardInputs {
             layout: &library.layout,
-            simulated: &workspace.features,
+            simulated: features,
             reference: library.features_at(episode.frame),
             divisor,
-            heading,
-            path,
-            cost: ActionCost { action, previous, oldest, torque_squared },
+            heading: offset.heading,
+            path: offset.distance(),
+            cost: ActionCost {
+                action: &episode.last,
+                previous: &episode.before,
+                oldest: &episode.oldest,
+                scale: self.setup.action_scale(),
+                torque_squared: sum([torques], |[square]| square),
+            },
         };
         episode.terms = plan.reward.terms(&inputs);
         scale_penalties(&mut episode.terms, self.stage.smoothness);
@@ -143,12 +117,4 @@ impl StepEvaluator<'_> {
         episode.alignment =
             Alignment::between(library.position_at(episode.frame), library.orientation_at(episode.frame), p, q);
     }
-}
-
-/// Returns the distance on the ground (m) and the heading (rad, simulated less reference) against the anchored reference.
-fn anchored(state: &BatchState, i: usize, library: &ReferenceLibrary, episode: &Episode) -> (f32, f32) {
-    let (p, q) = root(state, i);
-    let target = episode.alignment.position(library.position_at(episode.frame));
-    let turned = episode.alignment.orientation(library.orientation_at(episode.frame));
-    ((p[0] - target[0]).hypot(p[1] - target[1]), wrap(yaw(q) - yaw(turned)))
 }

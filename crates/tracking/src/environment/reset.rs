@@ -9,11 +9,9 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
 use super::Environment;
-use super::episode::Episode;
-use super::evaluator::Workspace;
 use super::setup::Setup;
 use super::start::Start;
-use super::state::root;
+use super::state::{root, write_features};
 use crate::TrackerError;
 use crate::observe::Observed;
 
@@ -35,42 +33,30 @@ impl Environment {
             let frame = start.frame;
             let position = start.position.unwrap_or_else(|| self.setup.ground.spot(&mut rng));
             let parameters = start.parameters.unwrap_or_else(|| self.stage.randomization.sample(&robot, &mut rng));
-            let episode = Episode {
-                number: self.episodes[i].number + 1,
-                frame,
-                segment_start: frame,
-                alignment: beside(&library, frame, position, rsi.path_noise, rsi.heading_noise, &mut rng),
-                offset: if parameters.joint_offset.is_empty() {
-                    vec![0.0; robot.joints()]
-                } else {
-                    parameters.joint_offset.clone()
-                },
-                ..Episode::new(robot.joints())
-            };
+            let episode = &mut self.episodes[i];
+            episode.begin(frame);
+            episode.alignment = beside(&library, frame, position, rsi.path_noise, rsi.heading_noise, &mut rng);
+            if !parameters.joint_offset.is_empty() {
+                episode.offset.copy_from_slice(&parameters.joint_offset);
+            }
             self.simulation.set_parameters(i, parameters)?;
             self.simulation.clear_pushes(i);
             if let Some(spec) = &self.setup.plan.randomization.pushes {
                 self.pushes[i] = PushSchedule::new(spec, robot.control_hz, &mut rng);
             }
             let mut late = |greatest: u32| if greatest > 0 { u64::from(rng.random_range(0..=greatest)) } else { 0 };
-            let (observation_delay, action_delay) = (late(sensors.observation_delay), late(sensors.action_delay));
-            let episode = Episode {
-                observation_delay,
-                action_delay,
-                past_measurements: vec![0.0; self.setup.sensors.history()],
-                past_targets: vec![0.0; sensors.action_delay as usize * robot.joints()],
-                ..episode
-            };
+            (episode.observation_delay, episode.action_delay) =
+                (late(sensors.observation_delay), late(sensors.action_delay));
+            episode.past_measurements.resize(self.setup.sensors.history(), 0.0);
+            episode.past_targets.resize(sensors.action_delay as usize * robot.joints(), 0.0);
             let q = &mut positions[k * nq..(k + 1) * nq];
             let v = &mut velocities[k * nv..(k + 1) * nv];
             self.write_start(frame, position, &mut rng, q, v);
-            self.episodes[i] = episode;
         }
         self.simulation.reset(ids, &positions, &velocities)?;
-        let mut workspace = Workspace::new();
         for &i in ids {
             self.set_last_actions(i);
-            self.observe(i, &mut workspace);
+            self.observe(i);
             let episode = &mut self.episodes[i];
             let (number, a) = (episode.number, self.setup.observer.actor_size());
             let rng = || self.setup.stream("first sense", i, number);
@@ -88,17 +74,18 @@ impl Environment {
         episode.frame = frame;
         episode.segment_start = frame;
         episode.alignment = Alignment::between(clip.0, clip.1, position, orientation);
-        self.observe(i, &mut Workspace::new());
+        self.observe(i);
     }
 
     /// Writes the observations of environment `i` in its present state.
-    fn observe(&mut self, i: usize, workspace: &mut Workspace) {
+    fn observe(&mut self, i: usize) {
         let (setup, state) = (&self.setup, self.simulation.state());
-        workspace.read(state, i, setup);
+        let features = &mut self.rows.features[..setup.library.layout.size()];
+        let heading = write_features(state, i, setup, features);
         let (a, c) = (setup.observer.actor_size(), setup.observer.critic_size());
         let (episode, library) = (&self.episodes[i], &*setup.library);
         setup.observer.write(
-            &Observed { state, i, episode, library, features: &workspace.features },
+            &Observed { state, i, episode, library, features, heading },
             &mut self.rows.actor[i * a..(i + 1) * a],
             &mut self.rows.critic[i * c..(i + 1) * c],
         );

@@ -62,41 +62,48 @@ impl SensorModel {
                 *x += deviation * z;
             }
         }
+        if episode.past_measurements.is_empty() {
+            return;
+        }
+        let Episode { past_measurements: past, frame, segment_start, observation_delay, .. } = episode;
         let width = self.width();
-        if episode.past_measurements.is_empty() || width == 0 {
-            return;
-        }
-        let now: Vec<f32> = self.measured.iter().flat_map(|range| row[range.clone()].iter().copied()).collect();
-        if episode.frame == episode.segment_start {
+        let slots = || self.measured.iter().flat_map(Clone::clone);
+        if frame == segment_start {
             // Nothing was measured before, or only against another clip: the past is taken to be like the present.
-            episode.past_measurements.chunks_exact_mut(width).for_each(|past| past.copy_from_slice(&now));
+            for past in past.chunks_exact_mut(width) {
+                past.iter_mut().zip(slots()).for_each(|(past, slot)| *past = row[slot]);
+            }
             return;
         }
-        if episode.observation_delay > 0 {
-            let mut past = episode.past_measurements[(episode.observation_delay as usize - 1) * width..].iter();
-            for slot in self.measured.iter().flat_map(Clone::clone) {
-                row[slot] = past.next().copied().unwrap_or(row[slot]);
+        // What is late by all that is remembered comes back from where the present goes to.
+        past.rotate_right(width);
+        let (newest, older) = past.split_at_mut(width);
+        for (k, slot) in slots().enumerate() {
+            std::mem::swap(&mut row[slot], &mut newest[k]);
+            match *observation_delay as usize {
+                0 => row[slot] = newest[k],
+                delay => row[slot] = older.get((delay - 1) * width + k).copied().unwrap_or(row[slot]),
             }
         }
-        episode.past_measurements.rotate_right(width);
-        episode.past_measurements[..width].copy_from_slice(&now);
     }
 }
 
 /// Turns the joint targets of this step into those that reach the motors in it, in place.
 pub(super) fn delay_targets(target: &mut [f32], episode: &mut Episode) {
-    let width = target.len();
-    if episode.past_targets.is_empty() {
+    let Episode { past_targets: past, length, action_delay, .. } = episode;
+    if past.is_empty() {
         return;
     }
-    let now = target.to_vec();
-    if episode.length == 0 {
-        episode.past_targets.chunks_exact_mut(width).for_each(|past| past.copy_from_slice(&now));
+    let width = target.len();
+    if *length == 0 {
+        past.chunks_exact_mut(width).for_each(|past| past.copy_from_slice(target));
     }
-    if episode.action_delay > 0 {
-        let at = (episode.action_delay as usize - 1) * width;
-        target.copy_from_slice(&episode.past_targets[at..at + width]);
+    past.rotate_right(width);
+    let (newest, older) = past.split_at_mut(width);
+    newest.swap_with_slice(target);
+    match *action_delay as usize {
+        0 => target.copy_from_slice(newest),
+        delay if delay * width <= older.len() => target.copy_from_slice(&older[(delay - 1) * width..delay * width]),
+        _ => {}
     }
-    episode.past_targets.rotate_right(width);
-    episode.past_targets[..width].copy_from_slice(&now);
 }

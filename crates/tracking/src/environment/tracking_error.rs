@@ -1,8 +1,7 @@
 //! Tracking errors: distances between a simulated state and its reference, which terminations look at.
 
 use lifelike_motion::FeatureLayout;
-
-use crate::rewards::squared_distance;
+use lifelike_robot::reference::Offset;
 
 /// Distances between a simulated state and its reference.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -20,13 +19,17 @@ pub struct TrackingError {
 }
 
 impl TrackingError {
-    /// Returns the errors by the features of both (each in its own heading frame) and the differences of path and heading.
-    pub fn between(layout: &FeatureLayout, simulated: &[f32], reference: &[f32], path: f32, heading: f32) -> Self {
+    /// Returns the errors by the features of both (each in its own heading frame) and by where the robot is against the
+    /// anchored reference.
+    #[inline]
+    pub fn between(layout: &FeatureLayout, simulated: &[f32], reference: &[f32], offset: &Offset) -> Self {
         let effectors = layout.effectors();
         let effector = simulated[effectors.clone()]
-            .chunks_exact(3)
-            .zip(reference[effectors].chunks_exact(3))
-            .map(|(a, b)| squared_distance(a, b))
+            .as_chunks::<3>()
+            .0
+            .iter()
+            .zip(reference[effectors].as_chunks::<3>().0)
+            .map(|(a, b)| (a[0] - b[0]) * (a[0] - b[0]) + (a[1] - b[1]) * (a[1] - b[1]) + (a[2] - b[2]) * (a[2] - b[2]))
             .fold(0.0, f32::max)
             .sqrt();
         let (a, b) = (gravity(simulated), gravity(reference));
@@ -35,8 +38,8 @@ impl TrackingError {
             height: (simulated[FeatureLayout::HEIGHT] - reference[FeatureLayout::HEIGHT]).abs(),
             tilt: cosine.clamp(-1.0, 1.0).acos(),
             effector,
-            path,
-            heading: heading.abs(),
+            path: offset.distance(),
+            heading: offset.heading.abs(),
         }
     }
 }
@@ -50,7 +53,6 @@ fn gravity(features: &[f32]) -> [f32; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::environment::state::empty_frame;
     use lifelike_character::{Quat, Vec3};
     use lifelike_motion::Frame;
 
@@ -62,8 +64,11 @@ mod tests {
         let frame = Frame {
             root_position: Vec3::new(0.0, 0.0, height),
             root_orientation: q,
+            linear_velocity_w: Vec3::zeros(),
+            angular_velocity_w: Vec3::zeros(),
+            joint_positions: vec![],
+            joint_velocities: vec![],
             effectors_w: vec![Vec3::zeros(), Vec3::new(b[0], b[1], b[2] + height)],
-            ..empty_frame()
         };
         let mut out = vec![0.0; layout().size()];
         frame.write_features(&q, &mut out);
@@ -74,7 +79,8 @@ mod tests {
     fn tracking_errors_by_hand() {
         let simulated = features(Quat::from_euler_angles(0.5, 0.0, 2.0), 1.0, [0.0, 0.0, 0.0]);
         let reference = features(Quat::from_euler_angles(0.0, 0.0, -1.0), 1.0, [0.0, 0.0, 0.3]);
-        let e = TrackingError::between(&layout(), &simulated, &reference, 0.7, -0.2);
+        let offset = Offset { place: [0.0; 2], ground: [0.0, -0.7], heading: -0.2 };
+        let e = TrackingError::between(&layout(), &simulated, &reference, &offset);
         assert!((e.tilt - 0.5).abs() < 1e-5, "turning about the vertical does not tilt: {}", e.tilt);
         assert!((e.effector - 0.3).abs() < 1e-6, "the largest of the two: {}", e.effector);
         assert_eq!((e.height, e.path, e.heading), (0.0, 0.7, 0.2));

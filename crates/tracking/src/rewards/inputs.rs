@@ -23,7 +23,8 @@ pub struct RewardInputs<'a> {
     pub cost: ActionCost<'a>,
 }
 
-/// Actions and torques of a step: offsets of the joint targets from their base (rad), `[J]` each.
+/// Actions and torques of a step. Actions are the policy's outputs, `[J]` each; `scale` times them are the offsets of the joint
+/// targets from their base (rad), which their costs are of.
 #[derive(Debug, Clone, Copy)]
 pub struct ActionCost<'a> {
     /// The action, a_t.
@@ -32,6 +33,8 @@ pub struct ActionCost<'a> {
     pub previous: &'a [f32],
     /// The action two steps ago, a_{t−2}.
     pub oldest: &'a [f32],
+    /// Offset of a joint target for an output of 1 (rad).
+    pub scale: f32,
     /// Σ τ² over the joints (N² m²).
     pub torque_squared: f32,
 }
@@ -44,8 +47,8 @@ impl RewardInputs<'_> {
 
     /// Returns the squared difference of some features, each divided by its divisor (the mean of the data cancels).
     pub fn normalised_square(&self, features: Range<usize>) -> f32 {
-        let (a, b) = (&self.simulated[features.clone()], &self.reference[features.clone()]);
-        a.iter().zip(b).zip(&self.divisor[features]).map(|((x, y), s)| ((x - y) / s).powi(2)).sum()
+        let columns = [self.simulated, self.reference, self.divisor].map(|values| &values[features.clone()]);
+        sum(columns, |[x, y, s]| ((x - y) / s) * ((x - y) / s))
     }
 
     /// Returns ‖R(θ) − R(θ')‖²_F: the 6D representation holds two columns, the third is their cross product.
@@ -68,19 +71,41 @@ impl RewardInputs<'_> {
 impl ActionCost<'_> {
     /// Returns ‖a_t − a_{t−1}‖² (eq. 4.8).
     pub fn rate_square(&self) -> f32 {
-        squared_distance(self.action, self.previous)
+        self.scale * self.scale * squared_distance(self.action, self.previous)
     }
 
     /// Returns ‖a_t − 2 a_{t−1} + a_{t−2}‖² (eq. 4.8).
     pub fn acceleration_square(&self) -> f32 {
-        let triples = self.action.iter().zip(self.previous).zip(self.oldest);
-        triples.map(|((a, b), c)| (a - 2.0 * b + c).powi(2)).sum()
+        let second = |[a, b, c]: [f32; 3]| a - 2.0 * b + c;
+        self.scale * self.scale * sum([self.action, self.previous, self.oldest], |row| second(row) * second(row))
     }
 }
 
 /// Returns ‖x − y‖².
+#[inline(always)]
 pub fn squared_distance(x: &[f32], y: &[f32]) -> f32 {
-    x.iter().zip(y).map(|(x, y)| (x - y) * (x - y)).sum()
+    sum([x, y], |[x, y]| (x - y) * (x - y))
+}
+
+/// Returns the sum of a function of each row, the slices being columns of one length.
+///
+/// Eight sums side by side, always the same eight: none waits for another, so they become vector instructions, and all
+/// machines round alike.
+#[inline(always)]
+pub fn sum<const N: usize>(columns: [&[f32]; N], of: impl Fn([f32; N]) -> f32) -> f32 {
+    let parts = columns.map(|column| column.as_chunks::<8>());
+    let mut sums = [0.0_f32; 8];
+    for at in 0..parts.iter().map(|(whole, _)| whole.len()).min().unwrap_or(0) {
+        let rows = parts.map(|(whole, _)| whole[at]);
+        for k in 0..8 {
+            sums[k] += of(rows.map(|row| row[k]));
+        }
+    }
+    for k in 0..parts.iter().map(|(_, rest)| rest.len()).min().unwrap_or(0) {
+        sums[k] += of(parts.map(|(_, rest)| rest[k]));
+    }
+    let [a, b, c, d, e, f, g, h] = sums;
+    ((a + e) + (b + f)) + ((c + g) + (d + h))
 }
 
 fn third_column(d: &[f32]) -> [f32; 3] {

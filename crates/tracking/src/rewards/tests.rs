@@ -18,7 +18,7 @@ fn rest() -> Vec<f32> {
 }
 
 const STILL: ActionCost<'_> =
-    ActionCost { action: &[0.0; 2], previous: &[0.0; 2], oldest: &[0.0; 2], torque_squared: 0.0 };
+    ActionCost { action: &[0.0; 2], previous: &[0.0; 2], oldest: &[0.0; 2], scale: 1.0, torque_squared: 0.0 };
 
 /// Without the terms that are not in the thesis, as in a plan that does not name them.
 fn table_4_1() -> ThesisReward {
@@ -63,7 +63,13 @@ fn the_thesis_terms_by_hand() {
     let mut divisor = vec![1.0; layout.size()];
     divisor[0] = 0.1;
     divisor[13] = 0.5;
-    let cost = ActionCost { action: &[0.3, 0.0], previous: &[0.1, 0.0], oldest: &[0.0, 0.2], torque_squared: 400.0 };
+    let cost = ActionCost {
+        action: &[0.6, 0.0],
+        previous: &[0.2, 0.0],
+        oldest: &[0.0, 0.4],
+        scale: 0.5,
+        torque_squared: 400.0,
+    };
     let inputs = inputs(&layout, &simulated, &reference, &divisor);
     let terms = Reward::Thesis(table_4_1()).terms(&RewardInputs { heading: 1.0, path: 1.0, cost, ..inputs });
     let expected = [
@@ -174,4 +180,15 @@ fn a_plan_of_before_paths_were_rewarded_still_has_a_reward() {
         floors = { height = 0.1, velocity = 1.0, joint_position = 0.5, joint_velocity = 3.0, effectors = 0.12 }";
     let reward: Result<Reward, _> = toml::from_str(text);
     assert!(matches!(reward, Ok(Reward::Thesis(r)) if r.path == 0.0 && r.heading == 0.0 && r.alive == 30.0));
+}
+
+#[test]
+fn sums_of_any_length_are_those_in_double_precision_within_rounding() {
+    for n in [0, 1, 7, 8, 9, 31, 32, 200] {
+        let values =
+            |shift: usize| -> Vec<f32> { (0..n).map(|i| ((i * 37 + shift) % 23) as f32 * 0.3 - 3.0).collect() };
+        let (x, y) = (values(1), values(5));
+        let exact: f64 = x.iter().zip(&y).map(|(x, y)| (f64::from(*x) - f64::from(*y)).powi(2)).sum();
+        assert!((f64::from(squared_distance(&x, &y)) - exact).abs() <= 1e-6 * exact, "{n}");
+    }
 }

@@ -66,7 +66,8 @@ impl RolloutCollector {
             critic: RunningNormalizer::new(environment.critic_observation_size()),
             stepping: 0.0,
         };
-        let mut rollout = Rollout { environments: n, log_std: log_std.clone(), ..Rollout::default() };
+        let sizes = [environment.observation_size(), environment.critic_observation_size(), std.len()];
+        let mut rollout = Rollout::with_capacity(n, self.steps, sizes, &log_std);
         let mut outcome = StepOutcome::default();
         let mut noise = vec![0.0_f32; n * std.len()];
         for _ in 0..self.steps {
@@ -111,6 +112,25 @@ impl RolloutCollector {
 }
 
 impl Rollout {
+    /// Returns an empty one that `steps` of `environments` fit in; sizes are those of the policy's rows, the value function's
+    /// and actions. Growing step by step would copy all that is there each time the memory is full.
+    fn with_capacity(environments: usize, steps: usize, [actor, critic, actions]: [usize; 3], log_std: &[f32]) -> Self {
+        let samples = environments * steps;
+        Self {
+            environments,
+            actor_rows: Vec::with_capacity(samples * actor),
+            critic_rows: Vec::with_capacity((samples + environments) * critic),
+            actions: Vec::with_capacity(samples * actions),
+            means: Vec::with_capacity(samples * actions),
+            log_probabilities: Vec::with_capacity(samples),
+            log_std: log_std.to_vec(),
+            rewards: Vec::with_capacity(samples),
+            terminated: Vec::with_capacity(samples),
+            truncated: Vec::with_capacity(samples),
+            ..Self::default()
+        }
+    }
+
     /// Number of samples.
     pub fn len(&self) -> usize {
         self.rewards.len()
