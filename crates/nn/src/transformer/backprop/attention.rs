@@ -168,17 +168,21 @@ fn one_head(
         gradients.iter_mut().zip(weights).for_each(|(gradient, weight)| *gradient = weight * (*gradient - along));
     }
 
-    let mut put = #[inline(always)]
-    |numbers: &[f32], transposed: bool, right: &[[f32; LANES]], column: usize| {
-        product(part, t, Left { numbers, stride: wide, transposed }, right, t);
-        for (out, part) in out.chunks_exact_mut(3 * c).zip(part.chunks_exact(padded(size))) {
-            out[column..][..size].copy_from_slice(&part[..size]);
-        }
-    };
     pack(right, t, size, |row, column| by_mixed[row * c + own + column]);
-    put(scores, true, right, values);
+    put(out, part, Left { numbers: scores, stride: wide, transposed: true }, right, shape, values);
     pack(right, t, size, |row, column| scale * rows[row * 3 * c + keys + column]);
-    put(gradients, false, right, queries);
+    put(out, part, Left { numbers: gradients, stride: wide, transposed: false }, right, shape, queries);
     pack(right, t, size, |row, column| scale * rows[row * 3 * c + queries + column]);
-    put(gradients, true, right, keys);
+    put(out, part, Left { numbers: gradients, stride: wide, transposed: true }, right, shape, keys);
+}
+
+/// Writes left · right into one head's columns of `out`, from `column` on.
+#[inline(always)]
+fn put(out: &mut [f32], part: &mut [f32], left: Left<'_>, right: &[[f32; LANES]], shape: Shape, column: usize) {
+    let Shape { tokens: t, width: c, heads } = shape;
+    let size = c / heads;
+    product(part, t, left, right, t);
+    for (out, part) in out.chunks_exact_mut(3 * c).zip(part.chunks_exact(padded(size))) {
+        out[column..][..size].copy_from_slice(&part[..size]);
+    }
 }

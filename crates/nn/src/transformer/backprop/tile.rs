@@ -65,28 +65,30 @@ fn tile<const R: usize>(
     panel: &[[f32; LANES]],
 ) {
     let mut sums = [[0.0_f32; LANES]; R];
-    let mut add = #[inline(always)]
-    |x: &[f32; R], lanes: &[f32; LANES]| {
-        for (sums, x) in sums.iter_mut().zip(x) {
-            for (sum, y) in sums.iter_mut().zip(lanes) {
-                *sum = fma(*x, *y, *sum);
-            }
-        }
-    };
     if left.transposed {
         for (i, lanes) in panel.iter().enumerate() {
             if let Some(x) = left.numbers[i * left.stride + row..].first_chunk::<R>() {
-                add(x, lanes);
+                add(&mut sums, x, lanes);
             }
         }
     } else {
         let rows: [&[f32]; R] = std::array::from_fn(|r| &left.numbers[(row + r) * left.stride..][..panel.len()]);
         for (i, lanes) in panel.iter().enumerate() {
-            add(&std::array::from_fn(|r| rows[r][i]), lanes);
+            add(&mut sums, &std::array::from_fn(|r| rows[r][i]), lanes);
         }
     }
     for (r, sums) in sums.iter().enumerate() {
         out[(row + r) * width + column..][..LANES].copy_from_slice(sums);
+    }
+}
+
+/// sums ← sums + x lanes.
+#[inline(always)]
+fn add<const R: usize>(sums: &mut [[f32; LANES]; R], x: &[f32; R], lanes: &[f32; LANES]) {
+    for (sums, x) in sums.iter_mut().zip(x) {
+        for (sum, y) in sums.iter_mut().zip(lanes) {
+            *sum = fma(*x, *y, *sum);
+        }
     }
 }
 
