@@ -27,7 +27,7 @@ const FLOORS: [(&str, u32); 15] = [
 
 /// Crates that stand on a floor for their use, but must know little of what is below them.
 const ONLY: [(&str, &[&str]); 4] = [
-    ("nn", &["checkpoint", "dense"]),
+    ("nn", &["checkpoint", "dense", "simd"]),
     ("train", &["checkpoint", "nn", "report"]),
     ("report", &["character", "checkpoint", "motion"]),
     ("evaluation", &["character", "checkpoint", "motion", "report", "robot", "sim"]),
