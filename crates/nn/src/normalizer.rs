@@ -1,6 +1,7 @@
 //! Running normalization of observations (thesis 4.3.1: "observations are normalized using a running mean").
 
 use lifelike_checkpoint::{Checkpoint, CheckpointError};
+use lifelike_simd::{InstructionSet, Simd, Task};
 
 /// Variance below which a dimension is treated as constant and only centred.
 const MIN_VARIANCE: f64 = 1e-8;
@@ -77,23 +78,11 @@ impl RunningNormalizer {
         if self.frozen || size == 0 {
             return;
         }
-        // One pass over the rows: sums of differences from the first row, which is as near to the mean as any.
-        let (mut n, mut origin) = (0.0, Vec::new());
+        let Some(first) = rows.chunks_exact(size).find(|row| is_finite(row)) else { return };
+        let origin: Vec<f64> = first.iter().map(|x| f64::from(*x)).collect();
         let (mut mean, mut square) = (vec![0.0; size], vec![0.0; size]);
-        for row in rows.chunks_exact(size).filter(|row| is_finite(row)) {
-            if n == 0.0 {
-                origin = row.iter().map(|x| f64::from(*x)).collect();
-            }
-            n += 1.0;
-            for (((sum, square), x), origin) in mean.iter_mut().zip(&mut square).zip(row).zip(&origin) {
-                let difference = f64::from(*x) - origin;
-                *sum += difference;
-                *square += difference * difference;
-            }
-        }
-        if n == 0.0 {
-            return;
-        }
+        let sums = Sums { rows, origin: &origin, sum: &mut mean, square: &mut square };
+        let n = InstructionSet::chosen().run(sums);
         for ((sum, square), origin) in mean.iter_mut().zip(&mut square).zip(&origin) {
             *square = (*square - *sum * *sum / n).max(0.0);
             *sum = origin + *sum / n;
@@ -138,9 +127,17 @@ impl RunningNormalizer {
     pub fn normalize(&self, rows: &mut [f32]) {
         let (mean, inverse) = self.affine();
         for row in rows.chunks_exact_mut(self.size().max(1)) {
-            for ((x, m), s) in row.iter_mut().zip(&mean).zip(&inverse) {
-                *x = ((*x - m) * s).clamp(-self.clip, self.clip);
-            }
+            normalize_row(row, &mean, &inverse, self.clip);
+        }
+    }
+
+    /// Appends rows `[N, size]` as [`Self::normalize`] would leave them: one way through the memory instead of two.
+    pub fn append_normalized(&self, rows: &[f32], out: &mut Vec<f32>) {
+        let (mean, inverse) = self.affine();
+        for row in rows.chunks_exact(self.size().max(1)) {
+            let start = out.len();
+            out.extend_from_slice(row);
+            normalize_row(&mut out[start..], &mean, &inverse, self.clip);
         }
     }
 
@@ -184,8 +181,43 @@ impl RunningNormalizer {
 }
 
 /// Returns true when all numbers of a row are finite. It looks at all of them, which is quicker than to stop at one.
+#[inline(always)]
 fn is_finite(row: &[f32]) -> bool {
     row.iter().fold(true, |finite, x| finite & x.is_finite())
+}
+
+fn normalize_row(row: &mut [f32], mean: &[f32], inverse: &[f32], clip: f32) {
+    for ((x, m), s) in row.iter_mut().zip(mean).zip(inverse) {
+        *x = ((*x - m) * s).clamp(-clip, clip);
+    }
+}
+
+/// Sums of the finite rows' differences from `origin` and of their squares, and the number of these rows. One pass: an origin
+/// that is one of the rows is near enough to the mean to lose no digits.
+struct Sums<'a> {
+    rows: &'a [f32],
+    origin: &'a [f64],
+    sum: &'a mut [f64],
+    square: &'a mut [f64],
+}
+
+impl Task for Sums<'_> {
+    type Output = f64;
+
+    #[inline(always)]
+    fn run<S: Simd>(self, _: S) -> f64 {
+        let Self { rows, origin, sum, square } = self;
+        let mut n = 0.0;
+        for row in rows.chunks_exact(origin.len()).filter(|row| is_finite(row)) {
+            n += 1.0;
+            for (((sum, square), x), origin) in sum.iter_mut().zip(square.iter_mut()).zip(row).zip(origin) {
+                let difference = f64::from(*x) - origin;
+                *sum += difference;
+                *square += difference * difference;
+            }
+        }
+        n
+    }
 }
 
 #[cfg(test)]
@@ -239,6 +271,9 @@ mod tests {
         let mut x = [3.0, 5.5, 100.0, 5.0];
         n.normalize(&mut x);
         assert_eq!(x, [1.0, 0.5, 5.0, 0.0], "the constant second dimension is only centred");
+        let mut appended = vec![7.0];
+        n.append_normalized(&[3.0, 5.5, 100.0, 5.0], &mut appended);
+        assert_eq!(appended, [7.0, 1.0, 0.5, 5.0, 0.0]);
     }
 
     #[test]

@@ -58,13 +58,9 @@ impl ActionSpec {
 /// `x` between `low` and `high`; NaN stays NaN.
 #[inline]
 fn clamp<T: RealField + Copy>(x: T, low: T, high: T) -> T {
-    if x < low {
-        low
-    } else if x > high {
-        high
-    } else {
-        x
-    }
+    // Two choices, not three ways: vectors can do it.
+    let above = if x < low { low } else { x };
+    if above > high { high } else { above }
 }
 
 /// An [`ActionSpec`] for all joints of one robot.

@@ -122,7 +122,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 
     let sizes = [environment.actor_size(), environment.critic_size()];
     let mut seen = sizes.map(RunningNormalizer::new);
-    let mut rows = sizes.map(|size| vec![0.0_f32; n * size]);
+    let mut rows = sizes.map(|_| Vec::new());
     let mut random = rand_chacha::ChaCha8Rng::seed_from_u64(1);
     let mut actions = vec![0.0_f32; n * robot.joints()];
     let mut outcome = StepOutcome::default();
@@ -145,8 +145,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             seen.iter_mut().zip(&mut rows).zip([environment.actor_rows(), environment.critic_rows()])
         {
             seen.update(now);
-            rows.copy_from_slice(now);
-            seen.normalize(rows);
+            rows.clear();
+            seen.append_normalized(now, rows);
         }
         normalising += processor_time() - begin;
     }

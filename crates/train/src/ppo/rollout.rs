@@ -73,11 +73,10 @@ impl RolloutCollector {
         for _ in 0..self.steps {
             seen.actor.update(environment.observations());
             seen.critic.update(environment.critic_observations());
-            let mut observations = environment.observations().to_vec();
-            self.actor_normalizer.normalize(&mut observations);
+            let start = rollout.actor_rows.len();
+            self.actor_normalizer.append_normalized(environment.observations(), &mut rollout.actor_rows);
             self.put_critic_rows(environment, &mut rollout);
-            let means = policy.means(&observations)?;
-            rollout.actor_rows.extend_from_slice(&observations);
+            let means = policy.means(&rollout.actor_rows[start..])?;
             for (stream, noise) in streams.iter_mut().zip(noise.chunks_exact_mut(std.len())) {
                 noise.iter_mut().for_each(|z| *z = StandardNormal.sample(stream));
                 rollout.log_probabilities.push(log_probability_of_noise(noise, &log_std));
@@ -91,9 +90,7 @@ impl RolloutCollector {
             rollout
                 .final_steps
                 .extend(outcome.truncated.iter().enumerate().filter(|(_, t)| **t).map(|(i, _)| first + i));
-            let start = rollout.final_rows.len();
-            rollout.final_rows.extend_from_slice(&outcome.final_critic_observations);
-            self.critic_normalizer.normalize(&mut rollout.final_rows[start..]);
+            self.critic_normalizer.append_normalized(&outcome.final_critic_observations, &mut rollout.final_rows);
             rollout.means.extend(means);
             rollout.actions.extend(actions);
             rollout.rewards.extend_from_slice(&outcome.rewards);
@@ -105,9 +102,7 @@ impl RolloutCollector {
     }
 
     fn put_critic_rows<E: VectorEnvironment>(&self, environment: &E, rollout: &mut Rollout) {
-        let start = rollout.critic_rows.len();
-        rollout.critic_rows.extend_from_slice(environment.critic_observations());
-        self.critic_normalizer.normalize(&mut rollout.critic_rows[start..]);
+        self.critic_normalizer.append_normalized(environment.critic_observations(), &mut rollout.critic_rows);
     }
 }
 
