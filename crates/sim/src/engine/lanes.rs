@@ -59,6 +59,10 @@ pub trait Lanes: Number + AddAssign + SubAssign + Debug + Send + Sync + 'static 
     fn lane(&self, lane: usize) -> Self::Scalar;
     /// Sets the number of one lane.
     fn set_lane(&mut self, lane: usize, value: Self::Scalar);
+    /// Writes the numbers of all lanes.
+    fn store(self, out: &mut [Self::Scalar]);
+    /// Reads the numbers of all lanes.
+    fn load(numbers: &[Self::Scalar]) -> Self;
     /// `self + a * b`, rounded once. Not named `mul_add`, which elsewhere means `self * a + b`.
     #[must_use]
     fn add_mul(self, a: Self, b: Self) -> Self;
@@ -127,6 +131,11 @@ pub trait Lanes: Number + AddAssign + SubAssign + Debug + Send + Sync + 'static 
 
 /// A scalar that is lanes: one of them.
 pub trait SingleLane: Scalar + Number + AddAssign + SubAssign {
+    /// Calls a function that is compiled with instructions for what these numbers need.
+    #[inline(always)]
+    fn call<R>(f: impl FnOnce() -> R) -> R {
+        f()
+    }
     /// `self * a + b`, rounded once.
     #[must_use]
     fn fused(self, a: Self, b: Self) -> Self;
@@ -138,6 +147,10 @@ pub trait SingleLane: Scalar + Number + AddAssign + SubAssign {
 }
 
 impl SingleLane for f64 {
+    #[inline(always)]
+    fn call<R>(f: impl FnOnce() -> R) -> R {
+        with_fused_multiply_add(f)
+    }
     #[inline(always)]
     fn fused(self, a: Self, b: Self) -> Self {
         self.mul_add(a, b)
@@ -172,7 +185,7 @@ impl<T: SingleLane> Lanes for T {
     const LANES: usize = 1;
     #[inline(always)]
     fn vectorize<R>(f: impl FnOnce() -> R) -> R {
-        with_fused_multiply_add(f)
+        T::call(f)
     }
     #[inline(always)]
     fn splat(value: T) -> Self {
@@ -185,6 +198,14 @@ impl<T: SingleLane> Lanes for T {
     #[inline(always)]
     fn set_lane(&mut self, _: usize, value: T) {
         *self = value;
+    }
+    #[inline(always)]
+    fn store(self, out: &mut [T]) {
+        out[0] = self;
+    }
+    #[inline(always)]
+    fn load(numbers: &[T]) -> Self {
+        numbers[0]
     }
     #[inline(always)]
     fn add_mul(self, a: Self, b: Self) -> Self {
@@ -232,6 +253,17 @@ impl<V: Lanes> Lanes for Pair<V> {
     #[inline(always)]
     fn set_lane(&mut self, lane: usize, value: V::Scalar) {
         if lane < V::LANES { self.0.set_lane(lane, value) } else { self.1.set_lane(lane - V::LANES, value) }
+    }
+    #[inline(always)]
+    fn store(self, out: &mut [V::Scalar]) {
+        let (first, second) = out.split_at_mut(V::LANES);
+        self.0.store(first);
+        self.1.store(second);
+    }
+    #[inline(always)]
+    fn load(numbers: &[V::Scalar]) -> Self {
+        let (first, second) = numbers.split_at(V::LANES);
+        Self(V::load(first), V::load(second))
     }
     #[inline(always)]
     fn add_mul(self, a: Self, b: Self) -> Self {
