@@ -27,6 +27,7 @@ mod lanes;
 mod model_parameters;
 mod native;
 mod outputs;
+mod pair;
 pub mod profile;
 mod profiler;
 mod rigid_body;

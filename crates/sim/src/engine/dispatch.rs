@@ -6,8 +6,9 @@ use lifelike_robot::Robot;
 use lifelike_simd::prelude::*;
 use lifelike_simd::{InstructionSet, Simd, Task};
 
-use super::lanes::{Lanes, Pair};
+use super::lanes::Lanes;
 use super::native::Native;
+use super::pair::Pair;
 use super::vector_engine::{AnyVectors, VectorEngine};
 use crate::error::SimError;
 

@@ -147,7 +147,8 @@ impl<S: Simd> Number for Native<S> {
 mod tests {
     use lifelike_simd::{InstructionSet, Task};
 
-    use super::super::lanes::{Pair, Scalar};
+    use super::super::lanes::Scalar;
+    use super::super::pair::Pair;
     use super::*;
 
     /// Results of every operation on every triple of some awkward numbers, as bits.
