@@ -27,6 +27,7 @@ mod lanes;
 mod model_parameters;
 mod native;
 mod outputs;
+mod pair;
 pub mod profile;
 mod profiler;
 mod rigid_body;
@@ -45,7 +46,6 @@ use lifelike_simd::InstructionSet;
 
 use crate::batched::Batched;
 use crate::error::SimError;
-use crate::rows::Sizes;
 use crate::simulation::Simulation;
 use crate::terrain::Terrain;
 use profiler::Profiler;
@@ -112,9 +112,7 @@ impl LifelikeSimulation {
 
     /// Returns the memory of each environment: state, parameters, forces and outputs (bytes).
     pub fn bytes_per_environment(&self) -> usize {
-        let Sizes { joints, sites, bodies, feet, .. } = self.sizes;
-        let outputs = 4 * (13 + 5 * joints + 3 * sites + 7 * bodies + feet) + 1;
-        self.engine.bytes_per_environment() + outputs
+        self.engine.bytes_per_environment() + size_of::<f32>() * self.sizes.columns() + 1
     }
 
     /// Returns how many environments are stepped together.

@@ -24,6 +24,11 @@ pub(crate) struct Sizes {
 }
 
 impl Sizes {
+    /// Numbers of an environment's outputs.
+    pub fn columns(&self) -> usize {
+        13 + 5 * self.joints + 3 * self.sites + 7 * self.bodies + self.feet
+    }
+
     /// Sizes of a robot.
     pub fn of(robot: &Robot) -> Self {
         let character = &robot.character;
@@ -128,10 +133,13 @@ impl Rows<'_> {
         ]
     }
 
-    /// Sets torques and forces to zero: those of an environment that did not step, or has diverged.
+    /// The other columns.
+    pub fn force_columns(&mut self) -> [&mut [f32]; 4] {
+        [self.torque_squared, self.torque, self.foot_force, self.constraint_force]
+    }
+
+    /// Sets torques and forces to zero: those of environments that did not step, or have diverged.
     pub fn clear_forces(&mut self) {
-        for forces in [&mut *self.torque_squared, self.torque, self.foot_force, self.constraint_force] {
-            forces.fill(0.0);
-        }
+        self.force_columns().into_iter().for_each(|forces| forces.fill(0.0));
     }
 }

@@ -2,27 +2,23 @@
 
 use std::sync::{Mutex, PoisonError};
 
-use rayon::prelude::*;
-
-/// A thread pool and one workspace per thread.
+/// One workspace per thread: the thread that asks for work, and those of a pool beside it.
 pub(crate) struct Workers<W> {
-    pool: rayon::ThreadPool,
+    /// None where the asking thread is all there is.
+    pool: Option<rayon::ThreadPool>,
     workspaces: Vec<W>,
 }
 
 impl<W: Send> Workers<W> {
-    /// Starts so many threads (0: one per processor), each with a workspace that `make` returns.
-    pub fn new(threads: usize, mut make: impl FnMut() -> Result<W, String>) -> Result<Self, String> {
+    /// So many threads (0: one per processor), each with a workspace that `make` returns.
+    pub fn new(threads: usize, make: impl FnMut() -> Result<W, String>) -> Result<Self, String> {
         let threads = match threads {
             0 => std::thread::available_parallelism().map_or(1, std::num::NonZero::get),
             n => n,
         };
-        let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(threads)
-            .thread_name(|i| format!("physics-{i}"))
-            .build()
-            .map_err(|e| e.to_string())?;
-        let workspaces = (0..pool.current_num_threads()).map(|_| make()).collect::<Result<_, _>>()?;
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads - 1).thread_name(|i| format!("physics-{i}"));
+        let pool = (threads > 1).then(|| pool.build()).transpose().map_err(|e| e.to_string())?;
+        let workspaces = std::iter::repeat_with(make).take(threads).collect::<Result<_, _>>()?;
         Ok(Self { pool, workspaces })
     }
 
@@ -38,18 +34,26 @@ impl<W: Send> Workers<W> {
     }
 
     /// Does every job in some workspace. A thread takes the next job when it is done with one, so a job's result must not
-    /// depend on what its workspace did before.
+    /// depend on what its workspace did before. The asking thread begins at once, while the others still wake up.
     pub fn run<J: Send>(&mut self, jobs: Vec<J>, work: impl Fn(&mut W, J) + Sync) {
+        let helpers = jobs.len().saturating_sub(1);
         let queue = Mutex::new(jobs.into_iter());
-        let next = || queue.lock().unwrap_or_else(PoisonError::into_inner).next();
-        let workspaces = &mut self.workspaces;
-        self.pool.install(|| {
-            workspaces.par_iter_mut().with_max_len(1).for_each(|workspace| {
-                while let Some(job) = next() {
-                    work(workspace, job);
+        let work_off = |workspace: &mut W| {
+            let next = || queue.lock().unwrap_or_else(PoisonError::into_inner).next();
+            while let Some(job) = next() {
+                work(workspace, job);
+            }
+        };
+        let (own, others) = self.workspaces.split_at_mut(1);
+        match &self.pool {
+            Some(pool) if helpers > 0 => pool.in_place_scope(|scope| {
+                for workspace in others.iter_mut().take(helpers) {
+                    scope.spawn(|_| work_off(workspace));
                 }
-            });
-        });
+                work_off(&mut own[0]);
+            }),
+            _ => work_off(&mut own[0]),
+        }
     }
 }
 

@@ -10,6 +10,7 @@ use super::command::Command;
 use super::constraints::{ITERATIONS, Solver};
 use super::lanes::{Lanes, Scalar};
 use super::model_parameters::ModelParameters;
+use super::outputs::Outputs;
 use super::profiler::{Profiler, Stage};
 use super::rigid_body::RigidBodyDynamics;
 use super::solver_context::{Forces, InvWeight, SolverContext};
@@ -81,6 +82,7 @@ pub struct Block<V: Lanes> {
 #[derive(Debug, Clone)]
 pub struct Workspace<V: Lanes> {
     pub dynamics: RigidBodyDynamics<V>,
+    pub outputs: Outputs<V>,
     solver: Solver<V>,
     u: Vec<V>,
     /// Damping times the time step: what taking it implicitly adds to the mass matrix.
@@ -101,6 +103,7 @@ impl<V: Lanes> Workspace<V> {
         let zero = V::zero();
         Self {
             dynamics: RigidBodyDynamics::new(tree),
+            outputs: Outputs::default(),
             solver: Solver::new(tree),
             u: vec![zero; tree.nv],
             added: vec![zero; tree.nv],
@@ -125,13 +128,17 @@ impl<V: Lanes> Workspace<V> {
 
 impl<V: Lanes> Workspace<V> {
     /// Returns the wrenches on each body of the contacts that [`Block::accelerate`] recorded, about the root's position.
+    #[inline(always)]
     pub fn contact_forces(&mut self, tree: &Tree<V::Scalar>, forces: &Forces<V>) -> Vec<Spatial<V>> {
         let zero = V::zero();
         let mut out = vec![[zero; 6]; tree.bodies.len()];
         let recorded = self.solver.contacts.recorded.take().unwrap_or_default();
         for (frame, contact) in recorded.iter().zip(&self.solver.contacts.list) {
             let total = contact.total(&forces.contact[contact.slot]);
-            let force = (0..3).fold([zero; 3], |sum, k| along(&sum, &frame.axes[k], total[k]));
+            let mut force = [zero; 3];
+            for k in 0..3 {
+                force = along(&force, &frame.axes[k], total[k]);
+            }
             let torque = cross(&frame.point, &force);
             let wrench = [torque[0], torque[1], torque[2], force[0], force[1], force[2]];
             let [a, b] = frame.bodies;
@@ -178,9 +185,9 @@ impl<V: Lanes> Block<V> {
 
     /// Makes one policy step. An environment that diverges, or did before, stays as it was and leaves its neighbours alone.
     pub fn step(&mut self, model: &Model<V>, workspace: &mut Workspace<V>, profiler: &mut dyn Profiler) {
-        workspace.before.q.clone_from(&self.q);
-        workspace.before.v.clone_from(&self.v);
-        workspace.before.forces.clone_from(&self.forces);
+        workspace.before.q.copy_from_slice(&self.q);
+        workspace.before.v.copy_from_slice(&self.v);
+        workspace.before.forces.copy_from(&self.forces);
         self.torque_squared.fill(V::zero());
         for _ in 0..model.tree.substeps {
             self.substep(model, workspace, profiler);

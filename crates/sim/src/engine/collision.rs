@@ -3,13 +3,10 @@
 use super::box_collision::{self, ContactPoint, Cuboid};
 use super::contact::{ContactCandidate, Contacts};
 use super::lanes::{Lanes, Scalar};
-use super::shapes::{GroundShape, Pair, Shape};
+use super::shapes::{GroundShape, Pair, ROUNDING, Shape};
 use super::solver_context::{Forces, SolverContext};
 use super::spatial::{Vec3, add, along, cross, dot, rotate_constant, sub};
 use super::tree::Tree;
-
-/// Rounding error of single precision in lengths of a robot's size (m).
-const ROUNDING: f64 = 1e-5;
 
 /// Poses of the shapes that may touch each other, axes of the world, from the root's position.
 #[derive(Debug, Clone)]
@@ -18,12 +15,19 @@ pub struct Detector<V: Lanes> {
     axis: Vec<Vec3<V>>,
     /// Axes of boxes, the columns of their rotation.
     turn: Vec<[Vec3<V>; 3]>,
+    /// Pairs that may touch in this state.
+    near: Vec<usize>,
 }
 
 impl<V: Lanes> Detector<V> {
     pub fn new(tree: &Tree<V::Scalar>) -> Self {
         let nowhere = vec![[V::zero(); 3]; tree.shapes.len()];
-        Self { center: nowhere.clone(), axis: nowhere, turn: vec![[[V::zero(); 3]; 3]; tree.shapes.len()] }
+        Self {
+            center: nowhere.clone(),
+            axis: nowhere,
+            turn: vec![[[V::zero(); 3]; 3]; tree.shapes.len()],
+            near: Vec::new(),
+        }
     }
 
     fn update(&mut self, s: &SolverContext<'_, V>) {
@@ -61,7 +65,6 @@ impl<V: Lanes> Detector<V> {
 
 impl<V: Lanes> Detector<V> {
     /// The contacts of a state. Forces of the step before end where nothing touches any more.
-    #[inline(always)]
     pub fn find(&mut self, s: &SolverContext<'_, V>, forces: &mut Forces<V>, contacts: &mut Contacts<V>) {
         contacts.clear();
         let mut slot = 0;
@@ -70,37 +73,46 @@ impl<V: Lanes> Detector<V> {
             slot += shape.points.len();
         }
         self.update(s);
-        for pair in &s.tree.pairs {
-            self.collide_pair(s, pair, forces, contacts);
+        self.find_near(s, forces);
+        for i in &self.near {
+            let pair = &s.tree.pairs[*i];
+            if s.tree.shapes[pair.shapes[1]].cuboid.is_some() {
+                self.collide_box(s, pair, forces, contacts);
+            } else {
+                self.collide_round(s, pair, forces, contacts);
+            }
         }
     }
 
+    /// Finds the pairs whose centres are near each other in any environment, and ends the forces between the others.
+    fn find_near(&mut self, s: &SolverContext<'_, V>, forces: &mut Forces<V>) {
+        V::vectorize(
+            #[inline(always)]
+            || {
+                self.near.clear();
+                for (i, pair) in s.tree.pairs.iter().enumerate() {
+                    if self.nearness(pair).any_positive() {
+                        self.near.push(i);
+                    } else {
+                        for slot in pair.first..pair.first + pair.contacts {
+                            forces.end(slot);
+                        }
+                    }
+                }
+            },
+        );
+    }
+
+    /// Above zero where the centres are near each other.
     #[inline(always)]
-    fn collide_pair(
-        &mut self,
-        s: &SolverContext<'_, V>,
-        pair: &Pair<V::Scalar>,
-        forces: &mut Forces<V>,
-        contacts: &mut Contacts<V>,
-    ) {
-        let [a, b] = pair.shapes;
-        let reach = V::splat(pair.reach) + V::splat_f64(ROUNDING);
-        let between = sub(&self.center[b], &self.center[a]);
-        let near = reach * reach - dot(&between, &between);
-        if !near.any_positive() {
-            for slot in pair.first..pair.first + pair.contacts {
-                forces.keep(slot, V::zero());
-            }
-        } else if s.tree.shapes[b].cuboid.is_some() {
-            self.collide_box(s, pair, near, forces, contacts);
-        } else {
-            self.collide_round(s, pair, forces, contacts);
-        }
+    fn nearness(&self, pair: &Pair<V::Scalar>) -> V {
+        let between = sub(&self.center[pair.shapes[1]], &self.center[pair.shapes[0]]);
+        V::splat(pair.reach_squared) - dot(&between, &between)
     }
 
     /// Two spheres or capsules: the nearest points of two lines.
     fn collide_round(
-        &mut self,
+        &self,
         s: &SolverContext<'_, V>,
         pair: &Pair<V::Scalar>,
         forces: &mut Forces<V>,
@@ -115,7 +127,6 @@ impl<V: Lanes> Detector<V> {
                 let apart = sub(&self.center[a], &self.center[b]);
                 let (pp, pq, qq) = (dot(p, p), -dot(p, q), dot(q, q));
                 let (u, v) = (-dot(p, &apart), dot(q, &apart));
-                let inside = |x: V| x.max(-one).min(one);
                 let determinant = (pp * qq).sub_mul(pq, pq);
                 // Of parallel lines, the points nearest to the first one's centre.
                 let crossing = determinant - V::splat_f64(1e-5) * pp * qq;
@@ -147,10 +158,9 @@ impl<V: Lanes> Detector<V> {
 
     /// With a box: environment by environment, those that are near.
     fn collide_box(
-        &mut self,
+        &self,
         s: &SolverContext<'_, V>,
         pair: &Pair<V::Scalar>,
-        mut near: V,
         forces: &mut Forces<V>,
         contacts: &mut Contacts<V>,
     ) {
@@ -163,6 +173,7 @@ impl<V: Lanes> Detector<V> {
                 let (shape_a, shape_b) = (&s.tree.shapes[a], &s.tree.shapes[b]);
                 let between = sub(&self.center[b], &self.center[a]);
                 let margin = V::splat(pair.mixed.margin) + V::splat_f64(ROUNDING);
+                let mut near = self.nearness(pair);
                 for i in [a, b].into_iter().filter(|i| s.tree.shapes[*i].cuboid.is_some()) {
                     for axis in &self.turn[i] {
                         let apart = dot(&between, axis);
@@ -331,11 +342,10 @@ impl<T: Scalar> Pair<T> {
 #[inline(always)]
 fn frame<V: Lanes>(normal: Vec3<V>, hint: Option<Vec3<V>>) -> [Vec3<V>; 3] {
     let (zero, one, half) = (V::zero(), V::splat_f64(1.0), V::splat_f64(0.5));
-    let across = |v: Vec3<V>| along(&v, &normal, -dot(&v, &normal));
     let steep = normal[1].abs() - half;
-    let mut tangent = across([zero, steep.select_gt(zero, zero, one), steep.select_gt(zero, one, zero)]);
+    let mut tangent = across(&normal, &[zero, steep.select_gt(zero, zero, one), steep.select_gt(zero, one, zero)]);
     if let Some(hint) = hint {
-        let hint = across(hint);
+        let hint = across(&normal, &hint);
         let long = dot(&hint, &hint).sqrt() - half;
         for k in 0..3 {
             tangent[k] = long.select_gt(zero, hint[k], tangent[k]);
@@ -344,4 +354,17 @@ fn frame<V: Lanes>(normal: Vec3<V>, hint: Option<Vec3<V>>) -> [Vec3<V>; 3] {
     let inverse = dot(&tangent, &tangent).sqrt().max(V::splat_f64(1e-6)).recip();
     let tangent = [tangent[0] * inverse, tangent[1] * inverse, tangent[2] * inverse];
     [normal, tangent, cross(&normal, &tangent)]
+}
+
+/// The part of a vector across a direction of unit length.
+#[inline(always)]
+fn across<V: Lanes>(direction: &Vec3<V>, v: &Vec3<V>) -> Vec3<V> {
+    along(v, direction, -dot(v, direction))
+}
+
+/// A number brought between -1 and 1.
+#[inline(always)]
+fn inside<V: Lanes>(x: V) -> V {
+    let one = V::splat_f64(1.0);
+    x.max(-one).min(one)
 }

@@ -18,6 +18,14 @@ pub struct BodyWrenches<V: Lanes> {
 impl<V: Lanes> BodyWrenches<V> {
     /// The wrenches of a block in its present state, under its command.
     pub fn of(model: &Model<V>, block: &mut Block<V>, workspace: &mut Workspace<V>) -> Self {
+        V::vectorize(
+            #[inline(always)]
+            || Self::compute(model, block, workspace),
+        )
+    }
+
+    #[inline(always)]
+    fn compute(model: &Model<V>, block: &mut Block<V>, workspace: &mut Workspace<V>) -> Self {
         let acceleration = block.accelerate(model, workspace);
         let contact = workspace.contact_forces(&model.tree, &block.forces);
         let mut external = contact.clone();
@@ -67,6 +75,7 @@ impl<V: Lanes> BodyWrenches<V> {
 impl<V: Lanes> RigidBodyDynamics<V> {
     /// Returns the wrench that must act on each body besides gravity and `external` for it to accelerate so (Newton and Euler), about the
     /// root's position. Needs [`Self::bias`] of the same state.
+    #[inline(always)]
     fn constraint_forces(
         &self,
         tree: &Tree<V::Scalar>,

@@ -55,7 +55,7 @@ impl<V: Lanes> Solver<V> {
             limits: Vec::new(),
             singles: Vec::new(),
             detector: Detector::new(tree),
-            contacts: Contacts::new(),
+            contacts: Contacts::new(tree.dof_chains.len()),
         }
     }
 

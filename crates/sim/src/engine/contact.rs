@@ -1,9 +1,9 @@
 //! A contact: a pyramid of four edges, solved in the forces along them.
 
 use super::dof_chain::DofChain;
-use super::lanes::Lanes;
+use super::lanes::{Lanes, Scalar};
 use super::solver_context::SolverContext;
-use super::spatial::{Vec3, dot};
+use super::spatial::{Vec3, dot, sub, velocity_at};
 use super::surface::{Mixed, regularization};
 
 /// Visits of a contact's four edges per visit of the contact.
@@ -55,12 +55,12 @@ pub struct Contact<V: Lanes> {
     /// Start of its y: rows of normal and tangents.
     pub y: usize,
     offset: Vec3<V>,
-    /// y·y of each edge, regularization included.
-    own: [V; 4],
     /// y·y of different edges.
     cross: [V; 6],
-    /// Change of an edge's force per residual; zero where nothing touches.
-    inverse: [V; 4],
+    /// Part of the way to its own optimum that an edge's force takes at a visit.
+    relaxation: V::Scalar,
+    /// Change of an edge's force per residual: negative, and zero where nothing touches.
+    response: [V; 4],
     softness: V,
     friction: V,
 }
@@ -69,21 +69,53 @@ pub struct Contact<V: Lanes> {
 #[derive(Debug, Clone)]
 pub struct Contacts<V: Lanes> {
     pub list: Vec<Contact<V>>,
-    /// The y of all: normal and two tangents.
+    /// The y of all: normal and two tangents. What is behind those of the list is of other steps.
     pub y: Vec<[V; 3]>,
+    used: usize,
+    /// D^(-1/2) L^(-T) of the motion between two bodies (angular, then linear), for the dof chains that have a contact. Every
+    /// contact's rows are combinations of these six.
+    bases: Vec<[V; 6]>,
+    /// Where a dof chain's basis begins.
+    basis_of: Vec<Option<usize>>,
     /// Their frames, if those are asked for.
     pub recorded: Option<Vec<ContactFrame<V>>>,
 }
 
 impl<V: Lanes> Contacts<V> {
-    pub fn new() -> Self {
-        Self { list: Vec::new(), y: Vec::new(), recorded: None }
+    pub fn new(dof_chains: usize) -> Self {
+        let basis_of = vec![None; dof_chains];
+        Self { list: Vec::new(), y: Vec::new(), used: 0, bases: Vec::new(), basis_of, recorded: None }
     }
 
     /// Before another step.
     pub fn clear(&mut self) {
         self.list.clear();
-        self.y.clear();
+        self.used = 0;
+        self.bases.clear();
+        self.basis_of.fill(None);
+    }
+
+    /// Returns where the basis of a dof chain begins.
+    #[inline(always)]
+    fn basis(&mut self, s: &SolverContext<'_, V>, index: usize) -> usize {
+        if let Some(at) = self.basis_of[index] {
+            return at;
+        }
+        let (at, dof_chain) = (self.bases.len(), &s.tree.dof_chains[index]);
+        self.basis_of[index] = Some(at);
+        // What moves both bodies moves neither against the other.
+        self.bases.resize(at + dof_chain.shared, [V::zero(); 6]);
+        for (n, d) in dof_chain.dofs.iter().enumerate().skip(dof_chain.shared) {
+            let mut motion = s.dynamics.motion[*d];
+            if n < dof_chain.fork {
+                for x in &mut motion {
+                    *x = -*x;
+                }
+            }
+            self.bases.push(motion);
+        }
+        s.dynamics.factors.half_solve_rows(s.tree, dof_chain, &mut self.bases[at..]);
+        at
     }
 
     /// Adds one.
@@ -92,25 +124,22 @@ impl<V: Lanes> Contacts<V> {
             #[inline(always)]
             || {
                 let (zero, one, two) = (V::zero(), V::splat_f64(1.0), V::splat_f64(2.0));
-                let dof_chain = &s.tree.dof_chains[m.dof_chain];
-                let at = self.y.len();
-                self.y.resize(at + dof_chain.len(), [zero; 3]);
-                let y = &mut self.y[at..];
-                let mut velocity = [zero; 3];
-                // What moves both bodies moves neither against the other.
-                for n in dof_chain.shared..dof_chain.len() {
-                    let d = dof_chain.dofs[n];
-                    let column = s.dynamics.point_velocity(d, &m.point);
-                    let v = if n < dof_chain.fork { -s.v[d] } else { s.v[d] };
-                    for k in 0..3 {
-                        let along = dot(&m.frame[k], &column);
-                        velocity[k] = velocity[k].add_mul(along, v);
-                        y[n][k] = if n < dof_chain.fork { -along } else { along };
-                    }
+                let basis = self.basis(s, m.dof_chain);
+                let dofs = s.tree.dof_chains[m.dof_chain].len();
+                let at = self.used;
+                self.used += dofs;
+                if self.y.len() < self.used {
+                    self.y.resize(self.used, [zero; 3]);
                 }
-                s.dynamics.factors.half_solve_rows(s.tree, dof_chain, y);
+                let [a, b] = m.bodies.map(|body| &s.dynamics.velocity[body]);
+                let between = velocity_at(b, &m.point);
+                let between = sub(&between, &velocity_at(a, &m.point));
+                let velocity = [dot(&m.frame[0], &between), dot(&m.frame[1], &between), dot(&m.frame[2], &between)];
                 let mut gram = [zero; 6];
-                for [n, a, b] in y.iter().copied() {
+                for (y, basis) in self.y[at..self.used].iter_mut().zip(&self.bases[basis..basis + dofs]) {
+                    let moved = velocity_at(basis, &m.point);
+                    let [n, a, b] = [dot(&m.frame[0], &moved), dot(&m.frame[1], &moved), dot(&m.frame[2], &moved)];
+                    *y = [n, a, b];
                     gram[0] = gram[0].add_mul(n, n);
                     gram[1] = gram[1].add_mul(a, a);
                     gram[2] = gram[2].add_mul(b, b);
@@ -137,10 +166,10 @@ impl<V: Lanes> Contacts<V> {
                 ];
                 let cross = [nn - aa, plus_a + b + ab, plus_a - b - ab, minus_a + b - ab, minus_a - b + ab, nn - bb];
                 // Without friction the edges are one, and the first stands for it.
-                let relaxation = V::splat_f64(if mixed.smooth { 1.0 } else { RELAXATION });
-                let mut inverse = [zero; 4];
+                let relaxation = Scalar::new(if mixed.smooth { 1.0 } else { RELAXATION });
+                let mut response = [zero; 4];
                 for k in 0..if mixed.smooth { 1 } else { 4 } {
-                    inverse[k] = m.touching.select_gt(zero, relaxation / own[k], zero);
+                    response[k] = m.touching.select_gt(zero, -V::splat(relaxation) / own[k], zero);
                 }
                 let damping = V::splat(mixed.softness.damping);
                 let pull = V::splat(mixed.softness.stiffness) * impedance * m.penetration;
@@ -149,7 +178,17 @@ impl<V: Lanes> Contacts<V> {
                     recorded.push(ContactFrame { bodies: m.bodies, point: m.point, axes: m.frame });
                 }
                 let (slot, dof_chain) = (m.slot, m.dof_chain);
-                self.list.push(Contact { slot, dof_chain, y: at, offset, own, cross, inverse, softness, friction });
+                self.list.push(Contact {
+                    slot,
+                    dof_chain,
+                    y: at,
+                    offset,
+                    cross,
+                    relaxation,
+                    response,
+                    softness,
+                    friction,
+                });
             },
         );
     }
@@ -178,14 +217,23 @@ impl<V: Lanes> Contact<V> {
         for k in 0..4 {
             residual[k] = residual[k].add_mul(self.softness, force[k]);
         }
+        // From here on in units of force, where each wants to go from where it is: an edge waits for the one before it, and so
+        // for nothing but a maximum and a product.
+        let mut wish = [V::zero(); 4];
+        let mut coupling = [[V::zero(); 4]; 4];
+        for k in 0..4 {
+            wish[k] = residual[k] * self.response[k];
+            for i in 0..4 {
+                coupling[k][i] =
+                    if i == k { -V::splat(self.relaxation) } else { self.cross[CROSS[k][i]] * self.response[k] };
+            }
+        }
         for _ in 0..INNER {
             for k in 0..4 {
-                let new = force[k].sub_mul(residual[k], self.inverse[k]).max(V::zero());
-                let change = new - force[k];
-                force[k] = new;
+                let change = wish[k].max(-force[k]);
+                force[k] += change;
                 for i in 0..4 {
-                    let product = if i == k { self.own[k] } else { self.cross[CROSS[k][i]] };
-                    residual[i] = residual[i].add_mul(product, change);
+                    wish[i] = wish[i].add_mul(coupling[i][k], change);
                 }
             }
         }

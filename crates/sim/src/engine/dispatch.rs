@@ -1,4 +1,4 @@
-//! The engine's vectors, chosen when it is made: one compiled engine per instruction set.
+//! The engine's vectors, chosen when it is made: one compiled engine per instruction set and width.
 
 use std::sync::Arc;
 
@@ -6,12 +6,17 @@ use lifelike_robot::Robot;
 use lifelike_simd::prelude::*;
 use lifelike_simd::{InstructionSet, Simd, Task};
 
-use super::lanes::Pair;
+use super::lanes::Lanes;
 use super::native::Native;
+use super::pair::Pair;
 use super::vector_engine::{AnyVectors, VectorEngine};
 use crate::error::SimError;
 
-/// The engine with the vectors of an instruction set: sixteen environments to a vector, or to several as one.
+/// Environments that are few enough for narrow vectors: a robot's twin, one that is looked at.
+const FEW: usize = 8;
+
+/// The engine with the vectors of an instruction set: sixteen environments to a vector, or to several as one. A few
+/// environments get vectors of eight or four: those are through with a step earlier.
 ///
 /// # Errors
 /// As [`super::LifelikeSimulation::new`].
@@ -21,6 +26,9 @@ pub fn engine(
     environments: usize,
     threads: usize,
 ) -> Result<Box<dyn AnyVectors>, SimError> {
+    // A machine that has 512 bits has 256 too.
+    let narrow = environments <= FEW && instructions == InstructionSet::Avx512;
+    let instructions = if narrow { InstructionSet::Avx2 } else { instructions };
     instructions.run(Make { robot, environments, threads })
 }
 
@@ -30,16 +38,22 @@ struct Make<'a> {
     threads: usize,
 }
 
+impl Make<'_> {
+    fn with<V: Lanes>(self) -> Result<Box<dyn AnyVectors>, SimError> {
+        Ok(Box::new(VectorEngine::<V>::new(self.robot.clone(), self.environments, self.threads)?))
+    }
+}
+
 impl Task for Make<'_> {
     type Output = Result<Box<dyn AnyVectors>, SimError>;
 
     fn run<S: Simd>(self, _: S) -> Self::Output {
-        let robot = self.robot.clone();
-        // Only one of these is compiled.
-        Ok(match const { <S::f32s as SimdBase<S>>::LEN } {
-            16 => Box::new(VectorEngine::<Native<S>>::new(robot, self.environments, self.threads)?),
-            8 => Box::new(VectorEngine::<Pair<Native<S>>>::new(robot, self.environments, self.threads)?),
-            _ => Box::new(VectorEngine::<Pair<Pair<Native<S>>>>::new(robot, self.environments, self.threads)?),
-        })
+        // What does not match is not compiled.
+        match const { <S::f32s as SimdBase<S>>::LEN } {
+            16 => self.with::<Native<S>>(),
+            _ if self.environments <= FEW => self.with::<Native<S>>(),
+            8 => self.with::<Pair<Native<S>>>(),
+            _ => self.with::<Pair<Pair<Native<S>>>>(),
+        }
     }
 }

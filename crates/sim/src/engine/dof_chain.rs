@@ -57,15 +57,27 @@ impl DofChain {
     /// y · u of K rows.
     #[inline(always)]
     pub fn gather<V: Lanes, const K: usize>(&self, y: &[[V; K]], u: &[V]) -> [V; K] {
-        let mut sum = [V::zero(); K];
+        // Two sums, because one would wait for its last product each time.
+        let (mut even, mut odd) = ([V::zero(); K], [V::zero(); K]);
         for run in &self.runs {
-            for (y, u) in y[run.at..run.at + run.len].iter().zip(&u[run.first..run.first + run.len]) {
+            let (y, u) = (&y[run.at..run.at + run.len], &u[run.first..run.first + run.len]);
+            let (pairs, last) = y.as_chunks::<2>();
+            for (y, u) in pairs.iter().zip(u.as_chunks::<2>().0) {
                 for k in 0..K {
-                    sum[k] = sum[k].add_mul(y[k], *u);
+                    even[k] = even[k].add_mul(y[0][k], u[0]);
+                    odd[k] = odd[k].add_mul(y[1][k], u[1]);
+                }
+            }
+            if let ([y], Some(u)) = (last, u.last()) {
+                for k in 0..K {
+                    even[k] = even[k].add_mul(y[k], *u);
                 }
             }
         }
-        sum
+        for k in 0..K {
+            even[k] += odd[k];
+        }
+        even
     }
 
     /// u ← u + y f: forces on K rows.

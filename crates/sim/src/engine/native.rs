@@ -52,6 +52,14 @@ impl<S: Simd> Lanes for Native<S> {
         self.0.as_mut_slice()[lane] = value;
     }
     #[inline(always)]
+    fn store(self, out: &mut [f32]) {
+        self.0.store_slice(out);
+    }
+    #[inline(always)]
+    fn load(numbers: &[f32]) -> Self {
+        Self(S::f32s::from_slice(token(), numbers))
+    }
+    #[inline(always)]
     fn add_mul(self, a: Self, b: Self) -> Self {
         Self(if fuses::<S>() { a.0.mul_add_precise(b.0, self.0) } else { emulated::<S>(a.0, b.0, self.0) })
     }
@@ -139,7 +147,8 @@ impl<S: Simd> Number for Native<S> {
 mod tests {
     use lifelike_simd::{InstructionSet, Task};
 
-    use super::super::lanes::{Pair, Scalar};
+    use super::super::lanes::Scalar;
+    use super::super::pair::Pair;
     use super::*;
 
     /// Results of every operation on every triple of some awkward numbers, as bits.

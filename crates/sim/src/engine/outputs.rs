@@ -1,86 +1,200 @@
-//! Outputs of the environments, read from the lanes.
+//! Outputs of the environments of a vector: computed on lanes, then turned into rows.
 
-use super::block::{Block, Model, Workspace};
+use super::block::{Block, Model};
 use super::lanes::{Lanes, Scalar};
-use crate::rows::Rows;
+use super::rigid_body::RigidBodyDynamics;
+use super::spatial::{Mat3, add, dot, rotate_constant, vec3};
+use crate::rows::{Rows, Sizes};
 
-fn narrow<T: Scalar>(value: T) -> f32 {
-    value.to_f64() as f32
+/// Every column of the outputs, of all lanes: number after number, in the order of [`Rows`].
+#[derive(Debug, Clone)]
+pub struct Outputs<V: Lanes> {
+    numbers: Vec<V::Scalar>,
 }
 
-/// Writes poses and velocities; the workspace's kinematics are those of the block.
-pub fn write_state<V: Lanes>(
-    model: &Model<V>,
-    block: &Block<V>,
-    workspace: &Workspace<V>,
-    lane: usize,
-    out: &mut Rows<'_>,
-) {
-    let tree = &model.tree;
-    let (root, velocity) = (tree.root_q, tree.root_v);
-    let of = |x: &V| narrow(x.lane(lane));
-    let put = |out: &mut [f32], values: &[V]| {
-        for (slot, x) in out.iter_mut().zip(values) {
-            *slot = of(x);
-        }
-    };
-    put(out.root_position, &block.q[root..root + 3]);
-    put(out.root_orientation, &block.q[root + 3..root + 7]);
-    put(out.linear_velocity_w, &block.v[velocity..velocity + 3]);
-    let dynamics = &workspace.dynamics;
-    let at = |k: usize| block.q[root + k].lane(lane);
-    let body = model.tree.root_body;
-    let spin: [V::Scalar; 3] = std::array::from_fn(|k| block.v[velocity + 3 + k].lane(lane));
-    for (k, slot) in out.angular_velocity_w.iter_mut().enumerate() {
-        let r = &dynamics.rotation[body];
-        *slot = narrow(
-            r[3 * k].lane(lane) * spin[0] + r[3 * k + 1].lane(lane) * spin[1] + r[3 * k + 2].lane(lane) * spin[2],
+impl<V: Lanes> Outputs<V> {
+    /// Computes the outputs of a block; the kinematics are those of its state.
+    pub fn compute(&mut self, model: &Model<V>, block: &Block<V>, dynamics: &RigidBodyDynamics<V>, sizes: &Sizes) {
+        self.numbers.resize(sizes.columns() * V::LANES, Scalar::new(0.0));
+        let mut columns = Columns(self.numbers.chunks_exact_mut(V::LANES));
+        V::vectorize(
+            #[inline(always)]
+            || {
+                columns.put_state(model, block, dynamics);
+                columns.put_forces(model, block);
+            },
         );
     }
-    for (i, joint) in tree.driven.iter().enumerate() {
-        out.joint_position[i] = of(&block.q[joint.q]);
-        out.joint_velocity[i] = of(&block.v[joint.v]);
+
+    /// Writes the rows of some environments that lie side by side, the first of them in lane `first`.
+    pub fn write(&self, first: usize, rows: &mut Rows<'_>) {
+        let n = rows.diverged.len();
+        let mut rest = self.numbers.as_slice();
+        let mut write = |out: &mut [f32]| {
+            let width = out.len() / n;
+            let (own, others) = rest.split_at(width * V::LANES);
+            for (lane, row) in out.chunks_exact_mut(width.max(1)).enumerate() {
+                for (slot, x) in row.iter_mut().zip(own[first + lane..].iter().step_by(V::LANES)) {
+                    *slot = x.to_f64() as f32;
+                }
+            }
+            rest = others;
+        };
+        rows.kinematic_columns().into_iter().for_each(&mut write);
+        rows.force_columns().into_iter().for_each(&mut write);
     }
-    for (slot, (body, point)) in out.site_position.chunks_exact_mut(3).zip(&tree.sites) {
-        let (r, p) = (&dynamics.rotation[*body], &dynamics.position[*body]);
-        for k in 0..3 {
-            let turned = (0..3).map(|i| r[3 * k + i].lane(lane).to_f64() * point[i].to_f64()).sum::<f64>();
-            slot[k] = (at(k).to_f64() + p[k].lane(lane).to_f64() + turned) as f32;
-        }
-    }
-    for body in 1..tree.bodies.len() {
-        let p = &dynamics.position[body];
-        for k in 0..3 {
-            out.body_position[3 * body + k] = narrow(at(k) + p[k].lane(lane));
-        }
-        let r = dynamics.rotation[body].map(|x| x.lane(lane).to_f64());
-        let rotation = nalgebra::Matrix3::from_row_slice(&r);
-        let q = nalgebra::UnitQuaternion::from_rotation_matrix(&nalgebra::Rotation3::from_matrix_unchecked(rotation));
-        let q = [q.w, q.i, q.j, q.k].map(|x| x as f32);
-        out.body_orientation[4 * body..4 * body + 4].copy_from_slice(&q);
-    }
-    out.body_position[..3].fill(0.0);
-    out.body_orientation[..4].copy_from_slice(&[1.0, 0.0, 0.0, 0.0]);
 }
 
-/// Writes torques and forces of the last substep; squared torques as the mean over all.
-pub fn write_forces<V: Lanes>(model: &Model<V>, block: &Block<V>, lane: usize, out: &mut Rows<'_>) {
-    let of = |x: &V| narrow(x.lane(lane));
-    for (i, (torque, squared)) in block.torque.iter().zip(&block.torque_squared).enumerate() {
-        out.torque[i] = of(torque);
-        out.torque_squared[i] = of(squared);
+impl<V: Lanes> Default for Outputs<V> {
+    fn default() -> Self {
+        Self { numbers: Vec::new() }
     }
-    out.foot_force.fill(0.0);
-    let points = model.tree.ground_shapes.iter().flat_map(|s| s.points.iter().map(move |_| s.foot));
-    for (foot, edges) in points.zip(&block.forces.contact) {
-        if let Some(foot) = foot {
-            out.foot_force[foot] += edges.iter().map(of).sum::<f32>();
+}
+
+/// The columns that are not computed yet.
+struct Columns<'a, V: Lanes>(std::slice::ChunksExactMut<'a, V::Scalar>);
+
+impl<V: Lanes> Columns<'_, V> {
+    #[inline(always)]
+    fn put(&mut self, number: V) {
+        if let Some(column) = self.0.next() {
+            number.store(column);
         }
     }
-    for (i, joint) in model.tree.driven.iter().enumerate() {
-        out.constraint_force[i] = of(&block.forces.friction[joint.v]);
+
+    #[inline(always)]
+    fn put_all<const N: usize>(&mut self, numbers: [V; N]) {
+        for x in numbers {
+            self.put(x);
+        }
     }
-    for (limit, (force, side)) in model.tree.limits.iter().zip(block.forces.limit.iter().zip(&block.forces.side)) {
-        out.constraint_force[limit.scalar] += of(force) * of(side);
+
+    /// Poses and velocities.
+    #[inline(always)]
+    fn put_state(&mut self, model: &Model<V>, block: &Block<V>, dynamics: &RigidBodyDynamics<V>) {
+        let tree = &model.tree;
+        let root = [block.q[tree.root_q], block.q[tree.root_q + 1], block.q[tree.root_q + 2]];
+        let spin = [block.v[tree.root_v + 3], block.v[tree.root_v + 4], block.v[tree.root_v + 5]];
+        for x in &block.q[tree.root_q..tree.root_q + 7] {
+            self.put(*x);
+        }
+        for x in &block.v[tree.root_v..tree.root_v + 3] {
+            self.put(*x);
+        }
+        for k in 0..3 {
+            self.put(dot(&vec3(&dynamics.rotation[tree.root_body], k), &spin));
+        }
+        for joint in &tree.driven {
+            self.put(block.q[joint.q]);
+        }
+        for joint in &tree.driven {
+            self.put(block.v[joint.v]);
+        }
+        for (body, point) in &tree.sites {
+            let from_root = add(&dynamics.position[*body], &rotate_constant(&dynamics.rotation[*body], point));
+            self.put_all(add(&root, &from_root));
+        }
+        // The world is where it is.
+        let (zero, one) = (V::zero(), V::splat_f64(1.0));
+        self.put_all([zero; 3]);
+        for position in &dynamics.position[1..] {
+            self.put_all(add(&root, position));
+        }
+        self.put_all([one, zero, zero, zero]);
+        for rotation in &dynamics.rotation[1..] {
+            self.put_all(quaternion(rotation));
+        }
+    }
+
+    /// Torques and forces of the last substep; squared torques as the mean over all.
+    #[inline(always)]
+    fn put_forces(&mut self, model: &Model<V>, block: &Block<V>) {
+        for numbers in [&block.torque_squared, &block.torque] {
+            for x in numbers {
+                self.put(*x);
+            }
+        }
+        for foot in 0..model.tree.feet {
+            let (mut sum, mut slot) = (V::zero(), 0);
+            for shape in &model.tree.ground_shapes {
+                if shape.foot == Some(foot) {
+                    for [a, b, c, d] in &block.forces.contact[slot..slot + shape.points.len()] {
+                        sum += *a + *b + *c + *d;
+                    }
+                }
+                slot += shape.points.len();
+            }
+            self.put(sum);
+        }
+        for (i, joint) in model.tree.driven.iter().enumerate() {
+            let mut force = block.forces.friction[joint.v];
+            for (k, limit) in model.tree.limits.iter().enumerate() {
+                if limit.scalar == i {
+                    force = force.add_mul(block.forces.limit[k], block.forces.side[k]);
+                }
+            }
+            self.put(force);
+        }
+    }
+}
+
+/// The unit quaternion `wxyz` of a rotation, by its component that is surely not small (Shepperd 1978).
+#[inline(always)]
+fn quaternion<V: Lanes>(r: &Mat3<V>) -> [V; 4] {
+    let (zero, one) = (V::zero(), V::splat_f64(1.0));
+    let (xx, yy, zz) = (r[0], r[4], r[8]);
+    let trace = xx + yy + zz;
+    // Four times the square of the component that is chosen, and four times its product with the others.
+    let (wx, wy, wz) = (r[7] - r[5], r[2] - r[6], r[3] - r[1]);
+    let (xy, xz, yz) = (r[1] + r[3], r[2] + r[6], r[5] + r[7]);
+    let of_w = [one + trace, wx, wy, wz];
+    let of_x = [wx, one + xx - yy - zz, xy, xz];
+    let of_y = [wy, xy, one + yy - xx - zz, yz];
+    let of_z = [wz, xz, yz, one + zz - xx - yy];
+    let mut chosen = [zero; 4];
+    let mut square = zero;
+    let largest_x = (xx - yy).min(xx - zz);
+    for k in 0..4 {
+        let turned = largest_x.select_gt(zero, of_x[k], (yy - zz).select_gt(zero, of_y[k], of_z[k]));
+        chosen[k] = trace.select_gt(zero, of_w[k], turned);
+    }
+    for x in chosen {
+        square = square.add_mul(x, x);
+    }
+    let inverse = square.sqrt().recip();
+    for x in &mut chosen {
+        *x = *x * inverse;
+    }
+    chosen
+}
+
+#[cfg(test)]
+mod tests {
+    use lifelike_character::rotation::to_wxyz;
+    use nalgebra::{Quaternion, UnitQuaternion};
+    use rand::{Rng, SeedableRng};
+
+    use super::*;
+
+    #[test]
+    fn quaternions_of_rotations_by_every_axis() {
+        let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(1);
+        for i in 0..4000 {
+            let mut q: [f64; 4] = std::array::from_fn(|_| rng.random_range(-1.0..1.0));
+            // Turns by half a circle have no w to go by, turns about one axis nothing else.
+            match i % 4 {
+                0 => q[0] = 0.0,
+                1 => (q[0], q[1 + i % 3]) = (0.0, 0.0),
+                2 => q[1..].iter_mut().for_each(|x| *x *= 1e-6),
+                _ => {}
+            }
+            let expected = UnitQuaternion::new_normalize(Quaternion::new(q[0], q[1], q[2], q[3]));
+            let matrix = expected.to_rotation_matrix();
+            let got = quaternion(&std::array::from_fn(|k| matrix.matrix()[(k / 3, k % 3)] as f32));
+            let sign = to_wxyz(&expected).iter().zip(got).map(|(a, b)| a * f64::from(b)).sum::<f64>().signum();
+            for (a, b) in to_wxyz(&expected).iter().zip(got) {
+                assert!((a * sign - f64::from(b)).abs() < 3e-7, "{expected:?}: {got:?}");
+            }
+        }
     }
 }

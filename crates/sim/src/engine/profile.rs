@@ -17,19 +17,31 @@ use crate::error::SimError;
 use crate::simulation::{Drive, Simulation};
 use crate::terrain::Terrain;
 
-/// Wall time of each stage.
+/// Wall time of each stage in every step.
 struct WallTime {
     last: Instant,
-    seconds: [f64; Stage::ALL.len()],
+    steps: Vec<[f64; Stage::ALL.len()]>,
+}
+
+impl WallTime {
+    /// The median over the steps: what other programs take from a few of them does not count.
+    fn typical(&self, stage: Stage) -> f64 {
+        let mut seconds: Vec<f64> = self.steps.iter().map(|step| step[stage as usize]).collect();
+        seconds.sort_by(f64::total_cmp);
+        seconds[seconds.len() / 2]
+    }
 }
 
 impl Profiler for WallTime {
     fn begin(&mut self) {
+        self.steps.push([0.0; Stage::ALL.len()]);
         self.last = Instant::now();
     }
     fn end_stage(&mut self, stage: Stage) {
         let now = Instant::now();
-        self.seconds[stage as usize] += (now - self.last).as_secs_f64();
+        if let Some(step) = self.steps.last_mut() {
+            step[stage as usize] += (now - self.last).as_secs_f64();
+        }
         self.last = now;
     }
 }
@@ -168,18 +180,17 @@ pub fn costs(
     position: &[f64],
     steps: usize,
 ) -> Result<Vec<Cost>, SimError> {
-    let mut watch = WallTime { last: Instant::now(), seconds: [0.0; Stage::ALL.len()] };
+    let mut watch = WallTime { last: Instant::now(), steps: Vec::new() };
     let mut simulation = LifelikeSimulation::new(robot.clone(), SIMULATED, 1)?;
     run(&mut simulation, terrain, position, steps, &mut watch)?;
     let mut counter = Counter { last: OPERATIONS.get(), operations: [0; Stage::ALL.len()] };
     let counting = steps.div_ceil(20);
     let counted = Box::new(VectorEngine::<Counted>::new(robot.clone(), 1, 1)?);
     run(&mut LifelikeSimulation::with_engine(robot.clone(), 1, counted), terrain, position, counting, &mut counter)?;
-    let physics = |steps: usize| (steps * robot.substeps) as f64;
     let cost = |stage: Stage| Cost {
         stage,
-        seconds: watch.seconds[stage as usize] / physics(steps) / simulation.lanes() as f64,
-        operations: counter.operations[stage as usize] as f64 / physics(counting),
+        seconds: watch.typical(stage) / (robot.substeps * simulation.lanes()) as f64,
+        operations: counter.operations[stage as usize] as f64 / (counting * robot.substeps) as f64,
     };
     Ok(Stage::ALL.map(cost).into())
 }

@@ -9,10 +9,11 @@ use super::factors::Factors;
 use super::lanes::Lanes;
 use super::model_parameters::ModelParameters;
 use super::spatial::{
-    Inertia, Mat3, Spatial, Vec3, accumulate, add, along, cross, cross_force, cross_motion, dot, dot6, momentum,
-    product, product_constant, quaternion_matrix, rotate, rotate_constant, sub, turn, vec3,
+    Inertia, Mat3, Spatial, Vec3, accumulate, add, along, column, cross, cross_force, cross_motion, dot, dot6,
+    momentum, product, product_constant, quaternion_matrix, rotate, rotate_constant, sub, turn, turned_about, vec3,
+    velocity_at,
 };
-use super::tree::{Tree, TreeBody};
+use super::tree::{Tree, TreeBody, TreeJoint};
 
 /// Scratch memory of kinematics and dynamics, for one vector of environments.
 #[derive(Debug, Clone)]
@@ -74,7 +75,10 @@ impl<V: Lanes> RigidBodyDynamics<V> {
                 for (b, body) in tree.bodies.iter().enumerate().skip(1) {
                     let parent = self.rotation[body.parent];
                     let mut position = add(&self.position[body.parent], &rotate_constant(&parent, &body.position));
-                    let mut rotation = product_constant(&parent, &body.rotation);
+                    let mut rotation = match &body.rotation {
+                        Some(own) => product_constant(&parent, own),
+                        None => parent,
+                    };
                     for joint in &tree.joints[body.joints.clone()] {
                         match joint.kind {
                             JointKind::Free => {
@@ -89,22 +93,34 @@ impl<V: Lanes> RigidBodyDynamics<V> {
                                 }
                             }
                             JointKind::Ball => {
-                                let anchor = add(&position, &rotate_constant(&rotation, &joint.anchor));
+                                let anchor = match &joint.anchor {
+                                    Some(arm) => add(&position, &rotate_constant(&rotation, arm)),
+                                    None => position,
+                                };
                                 rotation = product(&rotation, &quaternion_matrix(&q[joint.q..joint.q + 4]));
-                                position = sub(&anchor, &rotate_constant(&rotation, &joint.anchor));
+                                position = match &joint.anchor {
+                                    Some(arm) => sub(&anchor, &rotate_constant(&rotation, arm)),
+                                    None => anchor,
+                                };
                                 for k in 0..3 {
-                                    let axis = [rotation[k], rotation[3 + k], rotation[6 + k]];
+                                    let axis = column(&rotation, k);
                                     let moment = cross(&anchor, &axis);
                                     self.motion[joint.v + k] =
                                         [axis[0], axis[1], axis[2], moment[0], moment[1], moment[2]];
                                 }
                             }
                             JointKind::Hinge => {
-                                let anchor = add(&position, &rotate_constant(&rotation, &joint.anchor));
-                                let axis = rotate_constant(&rotation, &joint.axis);
+                                let anchor = match &joint.anchor {
+                                    Some(arm) => add(&position, &rotate_constant(&rotation, arm)),
+                                    None => position,
+                                };
                                 let angle = q[joint.q] - V::splat(joint.reference);
-                                rotation = product(&rotation, &turn(&joint.axis, angle));
-                                position = sub(&anchor, &rotate_constant(&rotation, &joint.anchor));
+                                let axis;
+                                (axis, rotation) = hinge(&rotation, joint, angle);
+                                position = match &joint.anchor {
+                                    Some(arm) => sub(&anchor, &rotate_constant(&rotation, arm)),
+                                    None => anchor,
+                                };
                                 let moment = cross(&anchor, &axis);
                                 self.motion[joint.v] = [axis[0], axis[1], axis[2], moment[0], moment[1], moment[2]];
                             }
@@ -235,7 +251,20 @@ impl<V: Lanes> RigidBodyDynamics<V> {
     /// The column of dof `d` of a point's Jacobian: how fast the point (from the root's position) moves.
     #[inline(always)]
     pub fn point_velocity(&self, d: usize, point: &Vec3<V>) -> Vec3<V> {
-        let s = &self.motion[d];
-        add(&cross(&[s[0], s[1], s[2]], point), &[s[3], s[4], s[5]])
+        velocity_at(&self.motion[d], point)
     }
+}
+
+/// Axis of a hinge, and the rotation behind it.
+#[inline(always)]
+fn hinge<V: Lanes>(rotation: &Mat3<V>, joint: &TreeJoint<V::Scalar>, angle: V) -> (Vec3<V>, Mat3<V>) {
+    let (s, c) = angle.sin_cos();
+    let (s, direction) = if joint.backwards { (-s, V::splat_f64(-1.0)) } else { (s, V::splat_f64(1.0)) };
+    let (axis, rotation) = match joint.coordinate {
+        Some(0) => (column(rotation, 0), turned_about::<V, 0>(rotation, s, c)),
+        Some(1) => (column(rotation, 1), turned_about::<V, 1>(rotation, s, c)),
+        Some(_) => (column(rotation, 2), turned_about::<V, 2>(rotation, s, c)),
+        None => (rotate_constant(rotation, &joint.axis), product(rotation, &turn(&joint.axis, s, c))),
+    };
+    ([axis[0] * direction, axis[1] * direction, axis[2] * direction], rotation)
 }

@@ -49,13 +49,16 @@ pub struct Pair<T> {
     pub bodies: [usize; 2],
     /// Index of their [`DofChain`].
     pub dof_chain: usize,
-    /// Centres further apart than this cannot touch (m).
-    pub reach: T,
+    /// Square of the distance beyond which centres are too far apart to touch (m²).
+    pub reach_squared: T,
     /// Index of its first contact in `Forces::contact`, and their greatest number.
     pub first: usize,
     pub contacts: usize,
     pub mixed: Mixed<T>,
 }
+
+/// Rounding error of single precision in lengths of a robot's size (m).
+pub const ROUNDING: f64 = 1e-5;
 
 /// Contacts of two boxes, and of a box with something round.
 const BOX_BOX: usize = 4;
@@ -143,8 +146,8 @@ pub fn pairs<'a, T: Scalar>(
             _ => 1,
         };
         let reach = shapes[indices[0]].bound + shapes[indices[1]].bound + mixed.margin.to_f64();
-        let (reach, first) = (T::new(reach), *contacts);
-        pairs.push(Pair { shapes: indices, bodies, dof_chain, reach, first, contacts: max, mixed });
+        let (reach_squared, first) = (T::new((reach + ROUNDING).powi(2)), *contacts);
+        pairs.push(Pair { shapes: indices, bodies, dof_chain, reach_squared, first, contacts: max, mixed });
         *contacts += max;
     }
     (shapes, pairs)

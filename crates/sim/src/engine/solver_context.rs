@@ -25,7 +25,7 @@ pub struct Forces<V: Lanes> {
     pub side: Vec<V>,
     /// Edges of each possible contact's pyramid: the ground's points, then pairs of the robot's own parts.
     pub contact: Vec<[V; 4]>,
-    /// True where any lane of a contact may have a force.
+    /// True where any lane of a contact may have a force; elsewhere all are zero.
     pub live: Vec<bool>,
 }
 
@@ -39,6 +39,20 @@ impl<V: Lanes> Forces<V> {
             contact: vec![[zero; 4]; tree.contacts],
             live: vec![true; tree.contacts],
         }
+    }
+
+    /// Takes over the numbers of others of the same robot.
+    pub fn copy_from(&mut self, other: &Self) {
+        self.friction.copy_from_slice(&other.friction);
+        self.limit.copy_from_slice(&other.limit);
+        self.side.copy_from_slice(&other.side);
+        // Most pairs do not touch: their forces are zero here and there.
+        for slot in 0..other.contact.len() {
+            if self.live[slot] || other.live[slot] {
+                self.contact[slot] = other.contact[slot];
+            }
+        }
+        self.live.copy_from_slice(&other.live);
     }
 
     /// Every number, in a fixed order: for saving, and for bringing one environment back.
@@ -66,6 +80,15 @@ impl<V: Lanes> Forces<V> {
         }
         self.live[slot] = any;
         any
+    }
+
+    /// Nothing touches.
+    #[inline(always)]
+    pub fn end(&mut self, slot: usize) {
+        if self.live[slot] {
+            self.contact[slot] = [V::zero(); 4];
+            self.live[slot] = false;
+        }
     }
 }
 

@@ -22,6 +22,12 @@ pub fn vec3<V: Lanes>(m: &Mat3<V>, i: usize) -> Vec3<V> {
     [m[3 * i], m[3 * i + 1], m[3 * i + 2]]
 }
 
+/// Column k of a matrix.
+#[inline(always)]
+pub fn column<V: Lanes>(m: &Mat3<V>, k: usize) -> Vec3<V> {
+    [m[k], m[3 + k], m[6 + k]]
+}
+
 #[inline(always)]
 pub fn add<V: Lanes>(a: &Vec3<V>, b: &Vec3<V>) -> Vec3<V> {
     [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
@@ -105,10 +111,9 @@ pub fn quaternion_matrix<V: Lanes>(q: &[V]) -> Mat3<V> {
     ]
 }
 
-/// The turn by an angle about a constant unit axis (Rodrigues).
+/// The turn by an angle of this sine and cosine about a constant unit axis (Rodrigues).
 #[inline(always)]
-pub fn turn<V: Lanes>(axis: &[V::Scalar; 3], angle: V) -> Mat3<V> {
-    let (s, c) = angle.sin_cos();
+pub fn turn<V: Lanes>(axis: &[V::Scalar; 3], s: V, c: V) -> Mat3<V> {
     let a = vector(axis);
     let versed = V::splat_f64(1.0) - c;
     let mut r = [V::zero(); 9];
@@ -125,6 +130,19 @@ pub fn turn<V: Lanes>(axis: &[V::Scalar; 3], angle: V) -> Mat3<V> {
     r[6] -= s * a[1];
     r[7] += s * a[0];
     r
+}
+
+/// r times the turn by an angle of this sine and cosine about coordinate axis K: the other two columns turn.
+#[inline(always)]
+pub fn turned_about<V: Lanes, const K: usize>(r: &Mat3<V>, s: V, c: V) -> Mat3<V> {
+    let (i, j) = ((K + 1) % 3, (K + 2) % 3);
+    let mut out = *r;
+    for row in 0..3 {
+        let (a, b) = (r[3 * row + i], r[3 * row + j]);
+        out[3 * row + i] = (a * c).add_mul(b, s);
+        out[3 * row + j] = (b * c).sub_mul(a, s);
+    }
+    out
 }
 
 /// Adds `b` to `a`.
@@ -177,4 +195,10 @@ pub fn cross_force<V: Lanes>(v: &Spatial<V>, f: &Spatial<V>) -> Spatial<V> {
     let (w, l, a, b) = ([v[0], v[1], v[2]], [v[3], v[4], v[5]], [f[0], f[1], f[2]], [f[3], f[4], f[5]]);
     let (x, y) = (add(&cross(&w, &a), &cross(&l, &b)), cross(&w, &b));
     [x[0], x[1], x[2], y[0], y[1], y[2]]
+}
+
+/// The velocity of a point of what moves so.
+#[inline(always)]
+pub fn velocity_at<V: Lanes>(v: &Spatial<V>, point: &Vec3<V>) -> Vec3<V> {
+    add(&cross(&[v[0], v[1], v[2]], point), &[v[3], v[4], v[5]])
 }

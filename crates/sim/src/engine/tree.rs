@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use lifelike_character::rotation::to_wxyz;
-use lifelike_character::{Body, Character, GeomShape, Joint, JointKind};
+use lifelike_character::{Body, Character, GeomShape, Joint, JointKind, Vec3};
 use lifelike_robot::Robot;
 
 use super::dof_chain::{DofChain, Run, runs};
@@ -33,8 +33,13 @@ pub struct Dof<T> {
 #[derive(Debug, Clone, PartialEq)]
 pub struct TreeJoint<T> {
     pub kind: JointKind,
-    pub anchor: [T; 3],
+    /// None at the body's own origin.
+    pub anchor: Option<[T; 3]>,
     pub axis: [T; 3],
+    /// The coordinate axis that a hinge turns about; none for an oblique one.
+    pub coordinate: Option<usize>,
+    /// It turns about the opposite of that axis.
+    pub backwards: bool,
     pub q: usize,
     pub v: usize,
     pub reference: T,
@@ -54,8 +59,8 @@ pub struct Spring<T> {
 pub struct TreeBody<T> {
     pub parent: usize,
     pub position: [T; 3],
-    /// Row-major rotation in the parent.
-    pub rotation: [T; 9],
+    /// Row-major rotation in the parent; none where there is none.
+    pub rotation: Option<[T; 9]>,
     /// Its joints, a range of [`Tree::joints`].
     pub joints: Range<usize>,
     /// The last dof that moves it; none for what is fixed to the world.
@@ -224,7 +229,8 @@ fn body<T: Scalar>(body: &Body) -> TreeBody<T> {
     TreeBody {
         parent: body.parent,
         position: numbers(body.position.into()),
-        rotation: numbers(row_major(body.orientation.to_rotation_matrix().matrix())),
+        rotation: (body.orientation.angle() > 0.0)
+            .then(|| numbers(row_major(body.orientation.to_rotation_matrix().matrix()))),
         joints: body.joints.clone(),
         last_dof: None,
         mass: T::new(body.inertial.mass),
@@ -236,8 +242,10 @@ fn body<T: Scalar>(body: &Body) -> TreeBody<T> {
 fn joint<T: Scalar>(j: &Joint) -> TreeJoint<T> {
     TreeJoint {
         kind: j.kind,
-        anchor: numbers(j.position.into()),
+        anchor: (j.position != Vec3::zeros()).then(|| numbers(j.position.into())),
         axis: numbers(j.axis.into()),
+        coordinate: (0..3).find(|k| j.axis[*k].abs() == 1.0),
+        backwards: (0..3).any(|k| j.axis[k] == -1.0),
         q: j.q_index,
         v: j.v_index,
         reference: T::new(j.reference),

@@ -9,7 +9,6 @@ use super::block::{Block, Model, Workspace};
 use super::constraint_wrenches::BodyWrenches;
 use super::invweight::invweight;
 use super::lanes::{Lanes, Scalar};
-use super::outputs::{write_forces, write_state};
 use super::profiler::Profiler;
 use super::{Dynamics, ENGINE};
 use crate::batch::{BatchState, EnvironmentParameters};
@@ -195,9 +194,10 @@ impl<V: Lanes> Engine for VectorEngine<V> {
         let mut at = 0;
         for b in blocks {
             workspace.dynamics.kinematics(tree, &self.blocks[b].q);
+            workspace.outputs.compute(&self.model, &self.blocks[b], &workspace.dynamics, &self.sizes);
             while at < ids.len() && ids[at] / V::LANES == b {
                 let rows = &mut rows::single(state, ids[at], &self.sizes);
-                write_state(&self.model, &self.blocks[b], workspace, ids[at] % V::LANES, rows);
+                workspace.outputs.write(ids[at] % V::LANES, rows);
                 rows.clear_forces();
                 rows.diverged.fill(self.blocks[b].diverged[ids[at] % V::LANES]);
                 at += 1;
@@ -276,14 +276,15 @@ fn advance<V: Lanes>(
 ) {
     block.command.set(drive, sizes.joints);
     block.step(model, workspace, &mut ());
-    for lane in 0..drive.values().len() / sizes.joints {
-        let rows = &mut outputs.take(1, sizes);
-        write_state(model, block, workspace, lane, rows);
-        if block.diverged[lane] {
-            rows.clear_forces();
-        } else {
-            write_forces(model, block, lane, rows);
+    workspace.outputs.compute(model, block, &workspace.dynamics, sizes);
+    workspace.outputs.write(0, outputs);
+    outputs.diverged.copy_from_slice(&block.diverged[..outputs.diverged.len()]);
+    if outputs.diverged.contains(&true) {
+        for diverged in &block.diverged[..outputs.diverged.len()] {
+            let mut row = outputs.take(1, sizes);
+            if *diverged {
+                row.clear_forces();
+            }
         }
-        rows.diverged.fill(block.diverged[lane]);
     }
 }
