@@ -66,17 +66,27 @@ impl RolloutCollector {
             critic: RunningNormalizer::new(environment.critic_observation_size()),
             stepping: 0.0,
         };
-        let mut rollout = Rollout { environments: n, log_std: log_std.clone(), ..Rollout::default() };
+        let samples = n * self.steps;
+        let mut rollout = Rollout {
+            environments: n,
+            log_std: log_std.clone(),
+            actor_rows: Vec::with_capacity(samples * environment.observation_size()),
+            critic_rows: Vec::with_capacity((samples + n) * environment.critic_observation_size()),
+            actions: Vec::with_capacity(samples * std.len()),
+            means: Vec::with_capacity(samples * std.len()),
+            ..Rollout::default()
+        };
         let mut outcome = StepOutcome::default();
         let mut noise = vec![0.0_f32; n * std.len()];
         for _ in 0..self.steps {
             seen.actor.update(environment.observations());
             seen.critic.update(environment.critic_observations());
-            let mut observations = environment.observations().to_vec();
-            self.actor_normalizer.normalize(&mut observations);
+            let start = rollout.actor_rows.len();
+            rollout.actor_rows.extend_from_slice(environment.observations());
+            let observations = &mut rollout.actor_rows[start..];
+            self.actor_normalizer.normalize(observations);
+            let means = policy.means(observations)?;
             self.put_critic_rows(environment, &mut rollout);
-            let means = policy.means(&observations)?;
-            rollout.actor_rows.extend_from_slice(&observations);
             for (stream, noise) in streams.iter_mut().zip(noise.chunks_exact_mut(std.len())) {
                 noise.iter_mut().for_each(|z| *z = StandardNormal.sample(stream));
                 rollout.log_probabilities.push(log_probability_of_noise(noise, &log_std));
