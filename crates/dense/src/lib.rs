@@ -1,4 +1,4 @@
-//! Floor 0: dense kernels in single precision, for networks that learn on this machine and for frozen ones.
+//! Floor 1: dense kernels in single precision, for networks that learn on this machine and for frozen ones.
 //!
 //! Every sum is taken in one order, with multiply-adds that are rounded once, whatever the instruction set
 //! ([`lifelike_simd::InstructionSet`]), the number of rows and the number of threads: a frozen [`Perceptron`] gives the numbers

@@ -115,7 +115,7 @@ impl RowsOfLayer<'_> {
             for v in 0..V {
                 let (place, mut y) = (column + v * len, sums[r][v]);
                 if !self.bias.is_empty() {
-                    y = y + S::f32s::from_slice(simd, &self.bias[place..][..len]);
+                    y += S::f32s::from_slice(simd, &self.bias[place..][..len]);
                 }
                 if self.hidden {
                     y = elu_of_vector(simd, y);

@@ -162,7 +162,7 @@ impl Task for BiasGradient<'_> {
                         let channel = &panel[self.first + 4 * four + o];
                         for row in (0..ROWS).step_by(LANES) {
                             let place = row + part * S::f32s::LEN;
-                            sum = sum + S::f32s::from_slice(simd, &channel[place..][..S::f32s::LEN]);
+                            sum += S::f32s::from_slice(simd, &channel[place..][..S::f32s::LEN]);
                         }
                     }
                     sum.store_slice(lanes);

@@ -122,10 +122,12 @@ impl Adam {
         value.sub(change)
     }
 
-    /// Returns the steps that a parameter has seen and its moments; `None` before its first step.
-    pub(crate) fn moments(&self, name: &str) -> Result<Option<(u64, Vec<f32>, Vec<f32>)>, Unreadable> {
-        let Some(moments) = self.moments.get(name) else { return Ok(None) };
-        Ok(Some((moments.step, read(moments.first.clone())?, read(moments.second.clone())?)))
+    /// Writes a parameter's moments; returns the steps that it has seen, without which there are none.
+    pub(crate) fn write_moments(&self, name: &str, first: &mut [f32], second: &mut [f32]) -> Result<u64, Unreadable> {
+        let Some(moments) = self.moments.get(name) else { return Ok(0) };
+        first.copy_from_slice(&read(moments.first.clone())?);
+        second.copy_from_slice(&read(moments.second.clone())?);
+        Ok(moments.step)
     }
 
     /// Takes the moments of a parameter that is on the CPU. Without a step there are none.

@@ -44,11 +44,8 @@ impl Flat {
         failed.map_or(Ok(()), Err)?;
         let (mut first, mut second) = (vec![0.0; values.len()], vec![0.0; values.len()]);
         for part in &mut parts {
-            if let Some((steps, a, b)) = adam.moments(&part.name)? {
-                part.steps = steps;
-                first[part.range.clone()].copy_from_slice(&a);
-                second[part.range.clone()].copy_from_slice(&b);
-            }
+            let range = part.range.clone();
+            part.steps = adam.write_moments(&part.name, &mut first[range.clone()], &mut second[range])?;
         }
         Ok(Self { parts, gradient: vec![0.0; values.len()], values, first, second })
     }
@@ -66,7 +63,7 @@ impl Flat {
     pub fn range(&self, prefix: &str) -> Range<usize> {
         let mut of = self.parts.iter().filter(|part| part.name.starts_with(prefix)).map(|part| part.range.clone());
         let first = of.next().unwrap_or(0..0);
-        first.start..of.last().map_or(first.end, |last| last.end)
+        first.start..of.next_back().map_or(first.end, |last| last.end)
     }
 
     /// Returns the parameters.

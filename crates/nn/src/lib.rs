@@ -1,5 +1,5 @@
 //! Network blocks, losses, schedules and optimizers for learned motion, on the `burn` framework (floor 3; of our crates it imports
-//! only `checkpoint`).
+//! only `checkpoint`, `dense` and `simd`).
 //!
 //! The main path: [`mlp::MlpConfig::init`], [`conv_resnet`] or [`transformer::AutoencoderConfig::init`] → a loss
 //! ([`losses`]) → [`gradients::Gradients::of`] (or a hand-written one: [`backprop`], [`transformer::backprop`]) →

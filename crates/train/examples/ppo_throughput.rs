@@ -56,7 +56,7 @@ impl VectorEnvironment for Noise {
         self.step += 1;
         outcome.clear();
         outcome.rewards.extend(actions.chunks_exact(JOINTS).map(|a| -a[0].abs()));
-        outcome.terminated.extend((0..ENVIRONMENTS).map(|i| (i + self.step) % 300 == 0));
+        outcome.terminated.extend((0..ENVIRONMENTS).map(|i| (i + self.step).is_multiple_of(300)));
         outcome.truncated.resize(ENVIRONMENTS, false);
         Ok(())
     }
