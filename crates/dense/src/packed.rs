@@ -71,9 +71,12 @@ impl PackedPerceptron {
             let (weight, width) = (&parameters[layer.weight()], layer.outputs);
             packed.bias[..width].copy_from_slice(&parameters[layer.bias()]);
             packed.forth.par_chunks_mut(layer.inputs).enumerate().for_each(|(g, groups)| {
-                let there = (width - g * GROUP).min(GROUP);
                 for (group, row) in groups.iter_mut().zip(weight.chunks_exact(width)) {
-                    group[..there].copy_from_slice(&row[g * GROUP..][..there]);
+                    let row = &row[g * GROUP..];
+                    match row.first_chunk() {
+                        Some(whole) => *group = *whole,
+                        None => group[..row.len()].copy_from_slice(row),
+                    }
                 }
             });
             packed.back.par_chunks_mut(width).zip(weight.par_chunks(GROUP * width)).for_each(|(groups, rows)| {
