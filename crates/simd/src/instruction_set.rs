@@ -159,17 +159,6 @@ pub fn vectorize<R>(loops: impl FnOnce() -> R) -> R {
     InstructionSet::chosen().min(InstructionSet::Avx2).run(Loops(loops))
 }
 
-/// Calls a function that is compiled with the instruction for fused multiply-adds, where this machine has one: for scalar code,
-/// which would call a function for each of them.
-#[inline(always)]
-pub fn with_fused_multiply_add<R>(f: impl FnOnce() -> R) -> R {
-    #[cfg(target_arch = "x86_64")]
-    if let Some(simd) = Level::new().as_avx2() {
-        return simd.vectorize(f);
-    }
-    f()
-}
-
 impl fmt::Display for InstructionSet {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.name())

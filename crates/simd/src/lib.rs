@@ -8,7 +8,7 @@ mod instruction_set;
 mod number;
 
 pub use fearless_simd::{Simd, prelude};
-pub use instruction_set::{InstructionSet, Task, Unavailable, VARIABLE, vectorize, with_fused_multiply_add};
+pub use instruction_set::{InstructionSet, Task, Unavailable, VARIABLE, vectorize};
 pub use number::{Number, tanh_ratio};
 
 /// The vector types.

@@ -9,7 +9,7 @@
 use std::fmt::Debug;
 use std::ops::{Add, AddAssign, Mul, SubAssign};
 
-use lifelike_simd::{Number, with_fused_multiply_add};
+use lifelike_simd::{Number, vectorize};
 
 /// What a lane holds: `f32` to be fast, `f64` to be compared.
 pub trait Scalar:
@@ -150,7 +150,7 @@ pub trait SingleLane: Scalar + Number + AddAssign + SubAssign {
 impl SingleLane for f64 {
     #[inline(always)]
     fn call<R>(f: impl FnOnce() -> R) -> R {
-        with_fused_multiply_add(f)
+        vectorize(f)
     }
     #[inline(always)]
     fn fused(self, a: Self, b: Self) -> Self {
