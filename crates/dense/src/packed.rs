@@ -168,8 +168,8 @@ impl PackedPerceptron {
         }
     }
 
-    /// Writes the gradient by all parameters, in their order, from all panels after their passes. A panel has so many
-    /// channels, of which this network's begin at `first`: others may share the memory.
+    /// Writes the gradient by all parameters, in their order, from all panels after their passes. `channels` is the size
+    /// of a panel, of which this network's begin at `first`: others may share the memory.
     ///
     /// # Panics
     /// A slice has another length.
