@@ -5,12 +5,14 @@
 use burn::module::{Module, Param};
 use burn::tensor::Tensor;
 use lifelike_checkpoint::Checkpoint;
+use lifelike_dense::{AdamStep, Channel, PackedPerceptron, Sizes, Slices, pack, unpack};
 use lifelike_nn::adam::{Adam, AdamConfig};
 use lifelike_nn::conv_resnet::{ChannelNorm, Conv3, Down, ResBlock, Up};
 use lifelike_nn::gradients::Gradients;
 use lifelike_nn::mlp::MlpConfig;
 use lifelike_nn::schedules::{Cyclical, WarmRestarts, cosine};
 use lifelike_nn::{device, init, losses};
+use lifelike_simd::InstructionSet;
 
 mod fixture;
 
@@ -148,4 +150,53 @@ fn schedules() {
     let cyclical = Cyclical { total: 700, cycles: 7, ratio: 0.5 };
     check_schedule("cyclical", |i| cyclical.at(i), 1e-8);
     assert_eq!(cyclical.at(10_000), 1.0);
+}
+
+#[test]
+fn fused_kernels_of_a_perceptron_forward_and_backward() {
+    let f = blocks();
+    let sizes = Sizes::new(&[5, 8, 7, 3]);
+    let named: Vec<String> = (0..3).flat_map(|i| [format!("layers.{i}.weight"), format!("layers.{i}.bias")]).collect();
+    let gather = |prefix: &str| named.iter().flat_map(|name| f.f32s(&format!("{prefix}.{name}"))).collect::<Vec<_>>();
+    let (x, dy, parameters) = (f.f32s("mlp.x"), f.f32s("mlp.dy"), gather("mlp"));
+    for set in InstructionSet::available() {
+        let network = PackedPerceptron::new(set, sizes.clone(), &parameters);
+        let mut panel = vec![Channel::ZERO; network.channels()];
+        pack(x.chunks_exact(5), network.inputs(&mut panel));
+        network.forward(&mut panel);
+        let mut y = vec![0.0; dy.len()];
+        unpack(network.outputs(&panel), &mut y);
+        f.close("mlp.y", &y);
+        pack(dy.chunks_exact(3), network.by_outputs(&mut panel));
+        network.backward(&mut panel, true);
+        let mut by_x = vec![0.0; x.len()];
+        unpack(network.by_inputs(&panel), &mut by_x);
+        f.close("mlp.d.x", &by_x);
+        let mut gradient = vec![f32::NAN; sizes.parameters()];
+        network.gradient(&panel, network.channels(), 0, &mut gradient);
+        let mut rest = &gradient[..];
+        for name in &named {
+            let name = format!("mlp.d.{name}");
+            let (own, after) = rest.split_at(f.data(&name).len());
+            f.close(&name, own);
+            rest = after;
+        }
+        assert!(rest.is_empty());
+    }
+}
+
+#[test]
+fn fused_adam() {
+    let f = blocks();
+    let mut values = f.f32s("optimizer.start");
+    let n = values.len();
+    let (mut first, mut second) = (vec![0.0; n], vec![0.0; n]);
+    let mut path = Vec::new();
+    for (t, gradient) in f.f32s("optimizer.gradients").chunks_exact(n).enumerate() {
+        let step = AdamStep { beta_1: 0.9, beta_2: 0.999, epsilon: 1e-8, step: t as u64 + 1, rate: 0.003, scale: 1.0 };
+        let slices = Slices { values: &mut values, gradient, first: &mut first, second: &mut second };
+        step.take(InstructionSet::chosen(), slices);
+        path.extend_from_slice(&values);
+    }
+    f.close("adam.path", &path);
 }
