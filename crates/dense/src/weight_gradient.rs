@@ -13,7 +13,7 @@ const LANES: usize = 16;
 /// Inputs whose sums are on their way at once, and panels that are read for all of them before others: the first-level cache
 /// holds what both need.
 pub(crate) const SHARE: usize = 48;
-const TOGETHER: usize = 8;
+const TOGETHER: usize = 16;
 
 /// Some rows of the gradient by a weight, of all panels.
 pub(crate) struct WeightGradient<'a> {
@@ -51,13 +51,12 @@ impl WeightGradient<'_> {
         let together = self.channels * panels.div_ceil(panels.div_ceil(TOGETHER).max(1)).max(1);
         let mut lanes = [[[0.0; LANES]; N]; SHARE.div_ceil(2)];
         for output in (0..width).step_by(GROUP) {
-            lanes.as_flattened_mut().fill([0.0; LANES]);
-            for panels in self.panels.chunks(together) {
+            for (n, panels) in self.panels.chunks(together).enumerate() {
                 for (input, lanes) in (0..count).step_by(I).zip(&mut lanes) {
                     // Channels come in whole groups, so a tile at the end has something to read.
                     let from = (self.inputs + input, self.outputs.0 + output);
                     for part in 0..LANES / S::f32s::LEN {
-                        accumulate::<S, I, N>(simd, panels, self.channels, from, part, lanes);
+                        accumulate::<S, I, N>(simd, panels, self.channels, from, (part, n == 0), lanes);
                     }
                 }
             }
@@ -78,21 +77,23 @@ impl WeightGradient<'_> {
     }
 }
 
-/// Adds what some panels give to the lanes that one vector holds, of all sums of a tile.
+/// Adds what some panels give to the lanes that one vector holds, of all sums of a tile; the first panels begin them.
 #[inline(always)]
 fn accumulate<S: Simd, const I: usize, const N: usize>(
     simd: S,
     panels: &[Channel],
     channels: usize,
     from: (usize, usize),
-    part: usize,
+    (part, first): (usize, bool),
     lanes: &mut [[f32; LANES]; N],
 ) {
     let lane = (part * S::f32s::LEN).min(LANES - S::f32s::LEN);
     let mut sums = [[S::f32s::splat(simd, 0.0); GROUP]; I];
-    for i in 0..I {
-        for o in 0..GROUP {
-            sums[i][o] = S::f32s::from_slice(simd, &lanes[i * GROUP + o][lane..][..S::f32s::LEN]);
+    if !first {
+        for i in 0..I {
+            for o in 0..GROUP {
+                sums[i][o] = S::f32s::from_slice(simd, &lanes[i * GROUP + o][lane..][..S::f32s::LEN]);
+            }
         }
     }
     for panel in panels.chunks_exact(channels) {
