@@ -112,7 +112,11 @@ fn softmax(scores: &mut [f32], bias: &[f32]) {
         }
     }
     let share = 1.0 / sums.iter().sum::<f32>();
-    scores.iter_mut().flatten().for_each(|score| *score *= share);
+    for scores in scores.iter_mut() {
+        for score in scores {
+            *score *= share;
+        }
+    }
 }
 
 /// Returns the gradient by `projected`, from the one by what [`forward`] returned as `mixed`.
@@ -165,7 +169,9 @@ fn one_head(
     let weights = scores.chunks_exact(wide);
     for ((gradients, weights), (mixed, by_mixed)) in gradients.chunks_exact_mut(wide).zip(weights).zip(token_rows) {
         let along = dot(&mixed[own..][..size], &by_mixed[own..][..size]);
-        gradients.iter_mut().zip(weights).for_each(|(gradient, weight)| *gradient = weight * (*gradient - along));
+        for (gradient, weight) in gradients.iter_mut().zip(weights) {
+            *gradient = weight * (*gradient - along);
+        }
     }
 
     pack(right, t, size, |row, column| by_mixed[row * c + own + column]);

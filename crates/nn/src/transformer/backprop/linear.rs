@@ -2,6 +2,7 @@
 
 use burn::module::Param;
 use burn::tensor::{Tensor, TensorData};
+use lifelike_simd::vectorize;
 
 use super::Grads;
 use crate::numbers::{Unreadable, read};
@@ -34,9 +35,16 @@ pub(super) fn through(
 pub(super) fn affine(x: Vec<f32>, layer: &Affine) -> Result<(Vec<f32>, Vec<f32>), Unreadable> {
     let (mut y, x) = multiply(x, &layer.weight)?;
     let bias = numbers(&layer.bias)?;
-    for row in y.chunks_exact_mut(bias.len().max(1)) {
-        row.iter_mut().zip(&bias).for_each(|(y, bias)| *y += bias);
-    }
+    vectorize(
+        #[inline(always)]
+        || {
+            for row in y.chunks_exact_mut(bias.len().max(1)) {
+                for (y, bias) in row.iter_mut().zip(&bias) {
+                    *y += bias;
+                }
+            }
+        },
+    );
     Ok((y, x))
 }
 
@@ -50,9 +58,16 @@ pub(super) fn through_affine(
 ) -> Result<Vec<f32>, Unreadable> {
     let columns = layer.bias.dims()[0];
     let mut sums = vec![0.0_f32; columns];
-    for row in gradient.chunks_exact(columns.max(1)) {
-        sums.iter_mut().zip(row).for_each(|(sum, x)| *sum += x);
-    }
+    vectorize(
+        #[inline(always)]
+        || {
+            for row in gradient.chunks_exact(columns.max(1)) {
+                for (sum, x) in sums.iter_mut().zip(row) {
+                    *sum += x;
+                }
+            }
+        },
+    );
     put(&layer.bias, sums, format!("{name}.bias"), grads);
     Ok(through(x, &layer.weight, gradient, format!("{name}.weight"), grads)?.0)
 }

@@ -1,5 +1,7 @@
 //! [`super::super::RmsNorm`] and its gradient.
 
+use lifelike_simd::vectorize;
+
 use super::threads::each_part;
 use super::tile::LANES;
 use crate::transformer::norm::EPSILON;
@@ -56,7 +58,9 @@ pub(super) fn backward(x: &[f32], gain: &[f32], by_output: &[f32], gradient: &mu
             let rows = x[first * c..].chunks_exact(c).zip(by_output[first * c..].chunks_exact(c));
             for (gradient, (x, dy)) in part.chunks_exact_mut(c).zip(rows) {
                 let r = inverse_root(x);
-                scaled.iter_mut().zip(dy).zip(gain).for_each(|((scaled, dy), gain)| *scaled = dy * gain);
+                for ((scaled, dy), gain) in scaled.iter_mut().zip(dy).zip(gain) {
+                    *scaled = dy * gain;
+                }
                 let along = r * r * dot(&scaled, x) / c as f32;
                 for ((gradient, x), scaled) in gradient.iter_mut().zip(x).zip(&scaled) {
                     *gradient += r * (scaled - x * along);
@@ -65,9 +69,16 @@ pub(super) fn backward(x: &[f32], gain: &[f32], by_output: &[f32], gradient: &mu
         },
     );
     let mut by_gain = vec![0.0_f32; c];
-    for (x, dy) in x.chunks_exact(c).zip(by_output.chunks_exact(c)) {
-        let r = inverse_root(x);
-        by_gain.iter_mut().zip(x).zip(dy).for_each(|((sum, x), dy)| *sum += dy * x * r);
-    }
+    vectorize(
+        #[inline(always)]
+        || {
+            for (x, dy) in x.chunks_exact(c).zip(by_output.chunks_exact(c)) {
+                let r = inverse_root(x);
+                for ((sum, x), dy) in by_gain.iter_mut().zip(x).zip(dy) {
+                    *sum += dy * x * r;
+                }
+            }
+        },
+    );
     by_gain
 }

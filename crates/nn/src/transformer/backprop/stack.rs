@@ -1,5 +1,7 @@
 //! A [`Stack`] of blocks, forward and backward. What is cheap to compute again (normalized tokens, GELU) is not kept.
 
+use lifelike_simd::vectorize;
+
 use super::attention::{self, Shape, padded_bias};
 use super::elementary::{gelu, gelu_gradient};
 use super::linear::{multiply, numbers, put, through};
@@ -113,7 +115,14 @@ fn block_backward(
 }
 
 fn add(to: &mut [f32], what: &[f32]) {
-    to.iter_mut().zip(what).for_each(|(to, what)| *to += what);
+    vectorize(
+        #[inline(always)]
+        || {
+            for (to, what) in to.iter_mut().zip(what) {
+                *to += what;
+            }
+        },
+    );
 }
 
 /// GELU of each number.
@@ -124,7 +133,9 @@ pub(super) fn activated(x: &[f32]) -> Vec<f32> {
         1,
         #[inline(always)]
         |first, part| {
-            part.iter_mut().zip(&x[first..]).for_each(|(out, x)| *out = gelu(*x));
+            for (out, x) in part.iter_mut().zip(&x[first..]) {
+                *out = gelu(*x);
+            }
         },
     );
     out
@@ -137,7 +148,9 @@ pub(super) fn through_gelu(gradient: &mut [f32], x: &[f32]) {
         1,
         #[inline(always)]
         |first, part| {
-            part.iter_mut().zip(&x[first..]).for_each(|(gradient, x)| *gradient *= gelu_gradient(*x));
+            for (gradient, x) in part.iter_mut().zip(&x[first..]) {
+                *gradient *= gelu_gradient(*x);
+            }
         },
     );
 }

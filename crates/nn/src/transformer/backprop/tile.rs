@@ -72,9 +72,17 @@ fn tile<const R: usize>(
             }
         }
     } else {
-        let rows: [&[f32]; R] = std::array::from_fn(|r| &left.numbers[(row + r) * left.stride..][..panel.len()]);
+        // Plain loops: a closure that is not inlined here would be a call for every multiplication.
+        let mut rows: [&[f32]; R] = [&[]; R];
+        for (r, numbers) in rows.iter_mut().enumerate() {
+            *numbers = &left.numbers[(row + r) * left.stride..][..panel.len()];
+        }
         for (i, lanes) in panel.iter().enumerate() {
-            add(&mut sums, &std::array::from_fn(|r| rows[r][i]), lanes);
+            let mut x = [0.0; R];
+            for (x, row) in x.iter_mut().zip(&rows) {
+                *x = row[i];
+            }
+            add(&mut sums, &x, lanes);
         }
     }
     for (r, sums) in sums.iter().enumerate() {
