@@ -104,7 +104,8 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     // Forward: one multiplication and one addition for each weight. Backward: the same by weights, and by inputs, but that the
     // first layer's inputs need no gradient; counted as three times forward, which is a little too much.
     report.operations_collecting = 2.0 * (actor + critic);
-    report.operations_learning = 6.0 * (actor + critic) * plan.ppo.epochs as f64;
+    let valued = 1.0 + 1.0 / plan.ppo.steps as f64;
+    report.operations_learning = 6.0 * (actor + critic) * plan.ppo.epochs as f64 + 2.0 * critic * valued;
     report.rate = steps / seconds;
     report.learning_rate = report.operations_learning * steps / report.learning;
     let processor = args.hardware.networks.device;
