@@ -3,8 +3,10 @@
 //! - [`text`]: prompts as numbers (built-in word pieces, frozen MiniLM), and how well a prompt is read.
 //! - [`representation`] (5.2): a clip as rows of 7 + 2j numbers at 20 Hz, and back.
 
+pub mod diffusion;
 mod error;
 pub mod representation;
+pub mod space;
 pub mod text;
 
 pub use error::GenerationError;
