@@ -1,6 +1,6 @@
 """Time of one training step (forward + backward) of MDM's transformer encoder in PyTorch, to measure ours against:
 
-    python peers/encoder/step.py [threads]
+    python peers/encoder/step.py [threads] [0, 1 or 2: one of the sizes only]
     cargo run --release -p lifelike-nn --example encoder
 
 The same sizes and lengths; sequences are padded to the longest with a key padding mask, as MDM does. Needs torch.
@@ -13,11 +13,12 @@ import torch
 
 torch.set_num_threads(int(sys.argv[1]) if len(sys.argv) > 1 else 2)
 
-for b, short, long, c, n, h, ff in (
+SIZES = (
     (64, 30, 75, 128, 4, 4, 512),
     (64, 80, 220, 128, 4, 4, 512),
     (16, 80, 220, 512, 8, 4, 1024),
-):
+)
+for b, short, long, c, n, h, ff in SIZES if len(sys.argv) < 3 else [SIZES[int(sys.argv[2])]]:
     layer = torch.nn.TransformerEncoderLayer(c, h, ff, dropout=0.0, activation="gelu", batch_first=True)
     encoder = torch.nn.TransformerEncoder(layer, n, enable_nested_tensor=False).train()
     lengths = torch.tensor([short + i * 37 % (long - short + 1) for i in range(b)])

@@ -1,5 +1,6 @@
 //! Time of one training step of MDM's encoder (forward and backward, sequences of different lengths):
-//! `cargo run --release -p lifelike-nn --example encoder`. `peers/encoder/step.py` is PyTorch's.
+//! `cargo run --release -p lifelike-nn --example encoder -- [0, 1 or 2: one of the sizes only]`. `peers/encoder/step.py` is
+//! PyTorch's.
 
 #[allow(dead_code)] // its tensors are for the other examples
 mod stopwatch;
@@ -11,9 +12,12 @@ use stopwatch::time;
 
 fn main() {
     println!("allocator tuned: {}", memory::tune_allocator());
-    for (batch, shortest, longest, width, layers, heads, inner) in
-        [(64, 30, 75, 128, 4, 4, 512), (64, 80, 220, 128, 4, 4, 512), (16, 80, 220, 512, 8, 4, 1024)]
-    {
+    let only: Option<usize> = std::env::args().nth(1).and_then(|text| text.parse().ok());
+    let all = [(64, 30, 75, 128, 4, 4, 512), (64, 80, 220, 128, 4, 4, 512), (16, 80, 220, 512, 8, 4, 1024)];
+    for (i, (batch, shortest, longest, width, layers, heads, inner)) in all.into_iter().enumerate() {
+        if only.is_some_and(|only| only != i) {
+            continue;
+        }
         let sizes = EncoderSizes { width, layers, heads, inner };
         let Ok(entries) = sizes.entries("encoder") else { return println!("no such encoder") };
         let layout = Layout::new(entries);

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use lifelike_motion::{MotionClip, container};
 use lifelike_robot::{Robot, clips};
+use rayon::prelude::*;
 use sha2::{Digest, Sha256};
 
 use super::GeneratorPlan;
@@ -72,11 +73,13 @@ impl CaptionedMotion {
         let mut out = Vec::new();
         for input in inputs {
             if input.join(INDEX).is_file() {
-                for line in index(&input.join(INDEX))? {
+                let read = |line: IndexLine| {
                     let clip = container::read(&input.join(&line.file))?;
                     let (rows, captions) = (rows(&clip)?, line.captions);
-                    out.push(Self { name: clip.name, part: line.split, rows, captions, licence: line.licence });
-                }
+                    Ok(Self { name: clip.name, part: line.split, rows, captions, licence: line.licence })
+                };
+                let lines = index(&input.join(INDEX))?.into_par_iter();
+                out.extend(lines.map(read).collect::<Result<Vec<_>, GenerationError>>()?);
                 continue;
             }
             for clip in clips::load(std::slice::from_ref(input), robot)?.all()? {
@@ -143,7 +146,8 @@ impl TrainingData {
         let space = MotionSpace::new(RepresentationSpec::of(&robot.layout), plan.space);
         let of = |part: Part| motions.iter().filter(move |motion| motion.part == part);
         let encode = |motion: &CaptionedMotion| FeatureMatrix::new(space.encode(&motion.rows)?, space.width());
-        let tokens = of(Part::Train).map(encode).collect::<Result<Vec<_>, _>>()?;
+        let training = motions.par_iter().filter(|motion| motion.part == Part::Train);
+        let tokens = training.map(encode).collect::<Result<Vec<_>, _>>()?;
         let standardizer = Standardizer::of(&tokens, Standardizer::FLOOR)?;
         let mut captions: Vec<String> = of(Part::Train).flat_map(|motion| motion.captions.clone()).collect();
         let pieces = WordPieces::learn(captions.iter().map(String::as_str), plan.pieces)?;
