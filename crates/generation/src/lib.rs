@@ -16,3 +16,8 @@ pub mod text;
 pub mod training;
 
 pub use error::GenerationError;
+
+/// The README's example is a test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -14,8 +14,8 @@ use crate::representation::FeatureMatrix;
 use crate::space::MotionSpace;
 use crate::text::Condition;
 
-/// Motions that pass through the network at once on one core.
-const PART: usize = 2;
+/// Motions that pass through the network at once on one core: a single one is told and free on two.
+const PART: usize = 1;
 /// Shortest motion (s).
 const MIN_SECONDS: f64 = 0.5;
 
@@ -90,18 +90,19 @@ impl Generator {
         let mut motions = vec![vec![0.0; size]; options.candidates];
         motions.iter_mut().enumerate().for_each(|(i, motion)| noise(i, schedule.len(), motion));
         let denoiser = Denoiser::new(header.sizes, &self.layout, &self.values);
-        let weight = options.guidance as f32;
+        let told = [Some(&condition), None];
+        // A weight of 1 takes the prompt as it is.
+        let told = if options.guidance == 1.0 { &told[..1] } else { &told[..] };
         let clean = |motions: &[Vec<f32>], step: usize| -> Result<Vec<Vec<f32>>, GenerationError> {
-            let parts = motions.par_chunks(PART).map(|part| {
-                let with = |condition| part.iter().map(move |motion| DenoiserInput { motion, step, condition });
-                let (mut told, _) = denoiser.forward(&with(Some(&condition)).collect::<Vec<_>>())?;
-                if options.guidance != 1.0 {
-                    let (free, _) = denoiser.forward(&with(None).collect::<Vec<_>>())?;
-                    guide(&mut told, &free, weight);
-                }
-                Ok(told.chunks_exact(size).map(<[f32]>::to_vec).collect::<Vec<_>>())
-            });
-            Ok(parts.collect::<Result<Vec<_>, GenerationError>>()?.concat())
+            let of = |condition| motions.iter().map(move |motion| DenoiserInput { motion, step, condition });
+            let inputs: Vec<_> = told.iter().flat_map(|condition| of(*condition)).collect();
+            let parts = inputs.par_chunks(PART).map(|part| Ok(denoiser.forward(part)?.0));
+            let mut all = parts.collect::<Result<Vec<_>, GenerationError>>()?.concat();
+            let (told, free) = all.split_at_mut(motions.len() * size);
+            if !free.is_empty() {
+                guide(told, free, options.guidance as f32);
+            }
+            Ok(told.chunks_exact(size).map(<[f32]>::to_vec).collect())
         };
         let sampler = Sampler { steps, eta: options.eta };
         let motions = sampler.sample(&schedule, motions, &[], noise, clean)?;
