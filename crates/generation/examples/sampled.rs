@@ -1,8 +1,8 @@
 //! Numbers of sampled motion, before and after it is put on the ground:
 //! `cargo run --release -p lifelike-generation --example sampled -- GENERATOR ROBOT PROMPTS...`.
 //!
-//! Shares of joint values beyond their ranges and by how much, heights of the lowest sole, speed of soles that touch, the
-//! way of the root, and how far velocity columns are from the differences of the angles.
+//! Shares of joint values beyond their ranges and by how much, heights of the lowest sole, speed of soles that touch,
+//! the way of the root, and how far velocity columns are from the differences of the angles.
 
 use std::path::Path;
 use std::time::Instant;

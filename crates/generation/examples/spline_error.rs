@@ -1,8 +1,8 @@
 //! What is lost by control points, at several distances between knots:
 //! `cargo run --release -p lifelike-generation --example spline_error -- ROBOT FILES...`.
 //!
-//! Root mean square over all rows (20 Hz) and joints: joint angles (degrees), joint velocities (degrees per second), root
-//! height (cm), tilt (degrees), and how far the summed path is off at the end (cm, mean over clips).
+//! Root mean square over all rows (20 Hz) and joints: joint angles (degrees), joint velocities (degrees per second),
+//! root height (cm), tilt (degrees), and how far the summed path is off at the end (cm, mean over clips).
 
 use std::path::PathBuf;
 
@@ -45,7 +45,10 @@ fn main() -> Result<(), GenerationError> {
 }
 
 /// Stretches of at most 10 s, as training takes them.
-fn windows(clip: &lifelike_motion::MotionClip, spec: &RepresentationSpec) -> Result<Vec<FeatureMatrix>, GenerationError> {
+fn windows(
+    clip: &lifelike_motion::MotionClip,
+    spec: &RepresentationSpec,
+) -> Result<Vec<FeatureMatrix>, GenerationError> {
     let all = FeatureMatrix::from_clip(clip, spec)?;
     let parts = all.rows.chunks(201 * all.width).filter(|rows| rows.len() >= 10 * all.width);
     parts.map(|rows| FeatureMatrix::new(rows.to_vec(), all.width)).collect()

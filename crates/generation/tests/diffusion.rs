@@ -22,7 +22,10 @@ impl Fixture {
     fn close(&self, name: &str, got: &[f32]) {
         let expected = &self.0[name];
         assert_eq!(got.len(), expected.len());
-        assert!(got.iter().zip(expected).all(|(a, b)| (f64::from(*a) - b).abs() < 1e-6), "{name}: {got:?} {expected:?}");
+        assert!(
+            got.iter().zip(expected).all(|(a, b)| (f64::from(*a) - b).abs() < 1e-6),
+            "{name}: {got:?} {expected:?}"
+        );
     }
 }
 

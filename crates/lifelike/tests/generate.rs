@@ -10,8 +10,18 @@ use lifelike_motion::container;
 use serde_json::Value;
 
 const TINY: [&str; 12] = [
-    "width=16", "layers=1", "heads=2", "inner=16", "pieces=150", "batch=4", "iterations=6", "diffusion_steps=8",
-    "max_seconds=3.0", "warmup=0", "validate_every=3", "clips=[\"builtin\"]",
+    "width=16",
+    "layers=1",
+    "heads=2",
+    "inner=16",
+    "pieces=150",
+    "batch=4",
+    "iterations=6",
+    "diffusion_steps=8",
+    "max_seconds=3.0",
+    "warmup=0",
+    "validate_every=3",
+    "clips=[\"builtin\"]",
 ];
 
 fn run(folder: &Path, arguments: &[&str]) -> Output {
@@ -70,7 +80,8 @@ fn a_sentence_becomes_a_clip_and_what_is_none_is_refused() {
 #[test]
 fn plans_name_what_is_wrong() {
     let folder = tempfile::tempdir().unwrap();
-    let plan = |change: &str| refused(folder.path(), &["train", "generator", "--plan", "generator", "-o", "run", change]);
+    let plan =
+        |change: &str| refused(folder.path(), &["train", "generator", "--plan", "generator", "-o", "run", change]);
     assert!(plan("batch=0").contains("batch: expected 1 to 65536, got 0"));
     assert!(plan("heads=3").contains("heads"));
     assert!(plan("clips=[\"nowhere\"]").contains("nowhere"));

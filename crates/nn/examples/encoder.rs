@@ -1,5 +1,5 @@
-//! Time of one training step of MDM's encoder (forward and backward, sequences of different lengths):
-//! `cargo run --release -p lifelike-nn --example encoder -- [0, 1 or 2: one of the sizes only]`. `peers/encoder/step.py` is
+//! Time of one training step of MDM's encoder (forward and backward, sequences of different lengths): `cargo run
+//! --release -p lifelike-nn --example encoder -- [0, 1 or 2: one of the sizes only]`. `peers/encoder/step.py` is
 //! PyTorch's.
 
 #[allow(dead_code)] // its tensors are for the other examples

@@ -1,4 +1,5 @@
-//! The encoder against PyTorch's `TransformerEncoderLayer` (`fixtures/make_encoder.py`, float64 with padding and a mask).
+//! The encoder against PyTorch's `TransformerEncoderLayer` (`fixtures/make_encoder.py`, float64 with padding and a
+//! mask).
 
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 

@@ -48,7 +48,8 @@ impl DenoiserSizes {
         entries.push(table("text.none", 1));
         entries.extend(Entry::linear("step.hidden", c, c));
         entries.extend(Entry::linear("step.output", c, c));
-        entries.extend(self.encoder.entries("encoder").map_err(|e| GenerationError::mismatch("sizes", "a network", e))?);
+        entries
+            .extend(self.encoder.entries("encoder").map_err(|e| GenerationError::mismatch("sizes", "a network", e))?);
         entries.extend(Entry::linear("output", c, self.motion));
         Ok(Layout::new(entries))
     }

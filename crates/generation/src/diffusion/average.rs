@@ -2,7 +2,8 @@
 
 /// The mean of all weights so far, the last ones counting most: mean ← r mean + (1 − r) weights.
 ///
-/// r is the rate, but never more than (1 + n) / (10 + n) at step n: a short training is not averaged with its beginning.
+/// r is the rate, but never more than (1 + n) / (10 + n) at step n: a short training is not averaged with its
+/// beginning.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Average {
     rate: f64,

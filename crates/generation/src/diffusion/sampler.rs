@@ -73,7 +73,8 @@ impl Sampler {
     }
 }
 
-/// Moves a prediction from the one without a prompt beyond the one with it (Ho & Salimans 2022): free + weight (told − free).
+/// Moves a prediction from the one without a prompt beyond the one with it (Ho & Salimans 2022): free + weight (told
+/// − free).
 pub fn guide(told: &mut [f32], free: &[f32], weight: f32) {
     told.iter_mut().zip(free).for_each(|(told, free)| *told = free + weight * (*told - free));
 }

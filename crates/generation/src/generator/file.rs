@@ -93,12 +93,7 @@ pub struct Generator {
 }
 
 impl Generator {
-    pub(crate) fn new(
-        header: GeneratorHeader,
-        standardizer: Standardizer,
-        layout: Layout,
-        values: Vec<f32>,
-    ) -> Self {
+    pub(crate) fn new(header: GeneratorHeader, standardizer: Standardizer, layout: Layout, values: Vec<f32>) -> Self {
         Self { header, standardizer, layout, values }
     }
 

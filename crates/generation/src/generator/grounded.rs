@@ -11,8 +11,8 @@ use crate::GenerationError;
 /// Share of frames that may reach below the ground before the retargeter's passes: the others lift the motion.
 const LOWEST: f64 = 0.1;
 
-/// Puts a motion on the ground: as a whole by the height of its lower soles, then every standing sole by the retargeter's
-/// own passes ([`settle`]).
+/// Puts a motion on the ground: as a whole by the height of its lower soles, then every standing sole by the
+/// retargeter's own passes ([`settle`]).
 ///
 /// # Errors
 /// A clip of another robot, or a robot without soles.

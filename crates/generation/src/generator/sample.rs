@@ -61,8 +61,8 @@ impl Generator {
     /// Returns motions of a sentence. Candidate i is the same whatever their number.
     ///
     /// # Errors
-    /// [`GenerationError::Prompt`] for a text that is no sentence, [`GenerationError::Mismatch`] for a duration, number of
-    /// steps, weight or number of candidates out of range.
+    /// [`GenerationError::Prompt`] for a text that is no sentence, [`GenerationError::Mismatch`] for a duration,
+    /// number of steps, weight or number of candidates out of range.
     pub fn sample(&self, prompt: &str, options: &SampleOptions) -> Result<Vec<Generated>, GenerationError> {
         let header = self.header();
         let condition = Condition::Pieces(header.pieces.encode(prompt)?);

@@ -3,8 +3,8 @@
 use lifelike_nn::spline::BSpline;
 use nalgebra::{Cholesky, DMatrix};
 
-/// Weight of second differences of control points: decides where rows do not (a motion of few rows), too small to matter
-/// where they do.
+/// Weight of second differences of control points: decides where rows do not (a motion of few rows), too small to
+/// matter where they do.
 const STIFFNESS: f64 = 1e-6;
 
 /// Weights of control points in rows, and of their derivative by time.
@@ -56,7 +56,8 @@ impl Basis {
         (0..points).for_each(|i| normal[(i, i)] += 1e-9);
         let rows = DMatrix::from_row_slice(weights.nrows(), curves, rows);
         let right = weights.tr_mul(&rows);
-        let solved = Cholesky::new(normal).map_or_else(|| DMatrix::zeros(points, curves), |factor| factor.solve(&right));
+        let solved =
+            Cholesky::new(normal).map_or_else(|| DMatrix::zeros(points, curves), |factor| factor.solve(&right));
         row_major(&solved)
     }
 

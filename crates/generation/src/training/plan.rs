@@ -15,7 +15,8 @@ use crate::space::SpaceKind;
 pub struct GeneratorPlan {
     /// A built-in robot's name, or its MJCF or URDF file.
     pub robot: String,
-    /// Captioned motion: folders with a `dataset.jsonl`; clips without one are captioned by their container, or their name.
+    /// Captioned motion: folders with a `dataset.jsonl`; clips without one are captioned by their container, or their
+    /// name.
     pub clips: Vec<PathBuf>,
     /// Key of all randomness.
     pub seed: u64,

@@ -13,13 +13,14 @@ use crate::output::Output;
 
 /// Make motion of a robot from a sentence (thesis chapter 5).
 ///
-/// What comes out is a clip like any other, with the sentence as its caption. The same sentence, seed and settings give the same
-/// motion. With --candidates N there are N files, numbered.
+/// What comes out is a clip like any other, with the sentence as its caption. The same sentence, seed and settings
+/// give the same motion. With --candidates N there are N files, numbered.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
-  lifelike generate \"a person waves with the right hand\" --generator runs/generator/motion.generator.safetensors -o wave.motion.safetensors
-  lifelike generate \"a person walks forward slowly\" --generator GENERATOR --seconds 6 --seed 3 --candidates 4 -o walk.motion.safetensors")]
+  lifelike generate \"a person waves\" --generator motion.generator.safetensors -o wave.motion.safetensors
+  lifelike generate \"a person walks\" --generator motion.generator.safetensors -o walk.motion.safetensors \\
+      --seconds 6 --seed 3 --candidates 4")]
 pub struct Args {
     /// The sentence.
     pub prompt: String,

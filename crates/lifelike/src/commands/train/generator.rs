@@ -14,9 +14,10 @@ use crate::output::Output;
 
 /// Train a generator of motion from text (thesis chapter 5): a diffusion model over captioned motion of a robot.
 ///
-/// The plan names robot, captioned motion, the space of the network's tokens (rows at 20 Hz, or control points of splines) and
-/// sizes. The run is a folder: plan.toml, metrics.jsonl, checkpoints, and at the end motion.generator.safetensors for
-/// `lifelike generate`. Ctrl-C saves and stops; --resume goes on as if nothing had happened.
+/// The plan names robot, captioned motion, the space of the network's tokens (rows at 20 Hz, or control points of
+/// splines) and sizes. The run is a folder: plan.toml, metrics.jsonl, checkpoints, and at the end
+/// motion.generator.safetensors for `lifelike generate`. Ctrl-C saves and stops; --resume goes on as if nothing had
+/// happened.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -52,7 +53,8 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     });
     output.result(&value, || {
         format!(
-            "{} iterations, {} parameters, {}; loss {validation:.4} (variances, on what is not trained on where there is some)\n\
+            "{} iterations, {} parameters, {}\n\
+             loss:      {validation:.4} (variances, on what is not trained on where there is some)\n\
              generator: {}\nnext:      {}\n",
             trainer.iteration(),
             trainer.parameters(),

@@ -116,7 +116,13 @@ fn softmax(scores: &mut [f32], bias: &[f32]) {
 }
 
 /// Returns the gradient by `projected`, from the one by what [`forward`] returned as `mixed`.
-pub(in crate::transformer) fn backward(projected: &[f32], mixed: &[f32], by_mixed: &[f32], bias: &[f32], shape: Shape) -> Vec<f32> {
+pub(in crate::transformer) fn backward(
+    projected: &[f32],
+    mixed: &[f32],
+    by_mixed: &[f32],
+    bias: &[f32],
+    shape: Shape,
+) -> Vec<f32> {
     let Shape { tokens: t, width: c, heads } = shape;
     let wide = padded(t);
     let mut out = vec![0.0; projected.len()];

@@ -13,7 +13,12 @@ pub(in crate::transformer) fn padded(n: usize) -> usize {
 /// Lays a `[k, n]` matrix out in panels of [`LANES`] columns, each row by row, zeros beyond the last column.
 /// `at(row, column)` gives the numbers.
 #[inline(always)]
-pub(in crate::transformer) fn pack(panels: &mut Vec<[f32; LANES]>, k: usize, n: usize, at: impl Fn(usize, usize) -> f32) {
+pub(in crate::transformer) fn pack(
+    panels: &mut Vec<[f32; LANES]>,
+    k: usize,
+    n: usize,
+    at: impl Fn(usize, usize) -> f32,
+) {
     panels.clear();
     for first in (0..n).step_by(LANES) {
         for row in 0..k {

@@ -81,6 +81,8 @@ impl Encoder {
     pub fn backward(&self, pass: EncoderPass, gradient: Vec<f32>, layout: &Layout, sums: &mut [f32]) -> Vec<f32> {
         let EncoderPass { layers, lengths, no_bias } = pass;
         let all = self.layers.iter().zip(layers).rev();
-        all.fold(gradient, |gradient, (layer, pass)| layer.backward(pass, &gradient, (&lengths, &no_bias), layout, sums))
+        all.fold(gradient, |gradient, (layer, pass)| {
+            layer.backward(pass, &gradient, (&lengths, &no_bias), layout, sums)
+        })
     }
 }
