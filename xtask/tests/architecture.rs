@@ -7,12 +7,13 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Floors: a crate may import crates on LOWER floors only.
-const FLOORS: [(&str, u32); 15] = [
+const FLOORS: [(&str, u32); 17] = [
     ("character", 0),
     ("checkpoint", 0),
     ("simd", 0),
     ("dense", 1),
     ("motion", 1),
+    ("language", 2),
     ("robot", 2),
     ("report", 2),
     ("sim", 3),
@@ -22,11 +23,13 @@ const FLOORS: [(&str, u32); 15] = [
     ("representation", 5),
     ("sequences", 6),
     ("tracking", 6),
+    ("generation", 6),
     ("lifelike", 7),
 ];
 
 /// Crates that stand on a floor for their use, but must know little of what is below them.
-const ONLY: [(&str, &[&str]); 4] = [
+const ONLY: [(&str, &[&str]); 5] = [
+    ("language", &["character", "motion"]),
     ("nn", &["checkpoint", "dense", "simd"]),
     ("train", &["checkpoint", "dense", "nn", "report", "simd"]),
     ("report", &["character", "checkpoint", "motion"]),

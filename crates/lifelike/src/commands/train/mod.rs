@@ -1,6 +1,7 @@
-//! `lifelike train ...`: a motion prior, then a policy; a motion spline for editing.
+//! `lifelike train ...`: a motion prior, then a policy; a motion spline for editing; a generator of motion from text.
 
 pub mod driver;
+pub mod generator;
 pub mod hardware;
 mod keys;
 pub mod prior;
@@ -14,7 +15,7 @@ use clap::Subcommand;
 use crate::error::CliError;
 use crate::output::Output;
 
-/// Train a motion prior, a tracking policy, or a motion spline.
+/// Train a motion prior, a tracking policy, a motion spline, or a generator.
 #[derive(Debug, clap::Args)]
 pub struct Args {
     /// The kind of training.
@@ -29,6 +30,7 @@ pub enum Train {
     Prior(prior::Args),
     Tracker(tracker::Args),
     Spline(spline::Args),
+    Generator(generator::Args),
 }
 
 /// Runs the command.
@@ -40,5 +42,6 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
         Train::Prior(args) => prior::run(args, output),
         Train::Tracker(args) => tracker::run(args, output),
         Train::Spline(args) => spline::run(args, output),
+        Train::Generator(args) => generator::run(args, output),
     }
 }

@@ -1,0 +1,23 @@
+//! Floor 6: text to motion that a robot can execute (thesis chapter 5, RobotMDM).
+//!
+//! - [`text`]: prompts as numbers (built-in word pieces, frozen MiniLM), and how well a prompt is read.
+//! - [`representation`] (5.2): a clip as rows of 7 + 2j numbers at 20 Hz, and back; [`space`]: rows or spline control
+//!   points as the tokens of a network.
+//! - [`diffusion`] and [`denoiser`] (5.2.2): from noise to motion; [`training`] learns it from captioned motion, and
+//!   [`generator`] is what a training leaves: sentences to motions of a robot.
+
+pub mod denoiser;
+pub mod diffusion;
+mod error;
+pub mod generator;
+pub mod representation;
+pub mod space;
+pub mod text;
+pub mod training;
+
+pub use error::GenerationError;
+
+/// The README's example is a test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;
