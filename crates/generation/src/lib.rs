@@ -1,1 +1,8 @@
 //! Floor 6: text to motion that a robot can execute (thesis chapter 5, RobotMDM).
+//!
+//! [`representation`] (5.2): a clip as rows of 7 + 2j numbers at 20 Hz, and back.
+
+mod error;
+pub mod representation;
+
+pub use error::GenerationError;
