@@ -18,6 +18,7 @@ pub mod policy;
 pub mod progress;
 pub mod reference;
 pub mod rewards;
+pub mod rollout;
 pub mod terminations;
 #[cfg(test)]
 mod tests;
