@@ -1,6 +1,6 @@
-//! Errors of motion generation.
+//! Errors of text to motion.
 
-/// Errors of motion generation.
+/// Errors of text to motion.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum GenerationError {
@@ -14,14 +14,50 @@ pub enum GenerationError {
         /// The value found.
         got: String,
     },
+    /// A prompt that is no sentence.
+    #[error("prompt: expected {expected}, got {got}")]
+    Prompt {
+        /// The accepted form.
+        expected: String,
+        /// The text found.
+        got: String,
+    },
     /// A clip is the problem.
     #[error(transparent)]
     Motion(#[from] lifelike_motion::MotionError),
+    /// A plan asks for something impossible.
+    #[error(transparent)]
+    Plan(#[from] lifelike_train::PlanError),
+    /// The training itself is the problem.
+    #[error(transparent)]
+    Train(#[from] lifelike_train::TrainError),
+    /// A file of networks is the problem.
+    #[error(transparent)]
+    Checkpoint(#[from] lifelike_checkpoint::CheckpointError),
+    /// A robot is the problem.
+    #[error(transparent)]
+    Robot(#[from] lifelike_robot::RobotError),
+    /// A file of a run or a report is the problem.
+    #[error(transparent)]
+    Report(#[from] lifelike_report::ReportError),
+    /// A file that cannot be read.
+    #[error("{path}: {source}")]
+    Io {
+        /// The file.
+        path: std::path::PathBuf,
+        /// Cause.
+        source: std::io::Error,
+    },
 }
 
 impl GenerationError {
-    /// Returns the error of a value that is not the expected one.
+    /// Returns the error of two things that do not fit.
     pub(crate) fn mismatch(what: impl Into<String>, expected: impl ToString, got: impl ToString) -> Self {
         Self::Mismatch { what: what.into(), expected: expected.to_string(), got: got.to_string() }
+    }
+
+    /// Returns the error of a prompt.
+    pub(crate) fn prompt(expected: impl ToString, got: impl ToString) -> Self {
+        Self::Prompt { expected: expected.to_string(), got: got.to_string() }
     }
 }
