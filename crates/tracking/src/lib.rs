@@ -18,7 +18,6 @@ pub mod policy;
 pub mod progress;
 pub mod reference;
 pub mod rewards;
-pub mod rollout;
 pub mod terminations;
 #[cfg(test)]
 mod tests;

@@ -21,6 +21,8 @@ mod prior_file;
 #[cfg(feature = "learning")]
 mod reconstruction;
 #[cfg(feature = "learning")]
+mod rollouts;
+#[cfg(feature = "learning")]
 pub mod train;
 #[cfg(not(feature = "learning"))]
 use missing as train;

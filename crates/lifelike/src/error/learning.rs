@@ -1,5 +1,6 @@
 //! Errors of the crates that learn.
 
+use lifelike_generation::GenerationError;
 use lifelike_nn::device::DeviceError;
 use lifelike_representation::RepresentationError;
 use lifelike_sequences::SequencesError;
@@ -28,6 +29,16 @@ impl From<RepresentationError> for CliError {
         match error {
             RepresentationError::Report(error) => error.into(),
             RepresentationError::Train(error) => error.into(),
+            _ => Self::Input(error.to_string()),
+        }
+    }
+}
+
+impl From<GenerationError> for CliError {
+    fn from(error: GenerationError) -> Self {
+        match error {
+            GenerationError::Report(error) => error.into(),
+            GenerationError::Train(error) => error.into(),
             _ => Self::Input(error.to_string()),
         }
     }

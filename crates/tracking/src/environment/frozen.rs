@@ -1,12 +1,16 @@
 //! Rollouts of a frozen controller: its rewards along references, with all that makes training hard (thesis Algorithm 1,
 //! lines 3 to 13).
 
+use std::sync::Arc;
+
 use lifelike_robot::Controller;
 use lifelike_robot::controller::PolicyWorkspace;
 use lifelike_train::{RewardRecords, StepEnd, StepOutcome};
 
+use super::Environment;
 use crate::plan::{Curriculum, TrackerPlan};
-use crate::{Environment, TrackerError};
+use crate::TrackerError;
+
 
 impl TrackerPlan {
     /// Returns the plan of environments for a frozen controller: reward, terminations, randomisation, pushes and noise are
@@ -40,7 +44,7 @@ impl Environment {
         mut each: impl FnMut(u64),
     ) -> Result<RewardRecords, TrackerError> {
         self.check(controller)?;
-        let library = &self.setup.library;
+        let library = Arc::clone(&self.setup.library);
         let mut records = RewardRecords::new(library.names.clone(), self.setup.robot.control_hz, self.len());
         let mut work = PolicyWorkspace::batched();
         let mut rows = vec![0.0; self.actor_rows().len()];
@@ -48,9 +52,9 @@ impl Environment {
         let mut outcome = StepOutcome::default();
         for done in 1..=steps {
             for episode in self.episodes() {
-                let clip = self.setup.library.clip_of(episode.frame);
+                let clip = library.clip_of(episode.frame);
                 records.sequence.push(clip as u32);
-                records.frame.push((episode.frame - self.setup.library.starts[clip]) as u32);
+                records.frame.push((episode.frame - library.starts[clip]) as u32);
             }
             rows.copy_from_slice(self.actor_rows());
             controller.outputs(&mut rows, &mut work, &mut outputs);
