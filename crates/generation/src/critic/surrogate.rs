@@ -4,7 +4,7 @@ use crate::GenerationError;
 use crate::representation::FeatureMatrix;
 
 /// Expected discounted reward at every row of a motion, in SI units, with its gradient by the motion.
-pub trait RewardSurrogate: Send + Sync {
+pub trait RewardSurrogate: Send + Sync + std::fmt::Debug {
     /// Returns v(m_t) of every row, `[n]`.
     ///
     /// # Errors

@@ -17,6 +17,10 @@ pub mod robots;
 
 // What needs the training framework; without it these are commands in name only.
 #[cfg(feature = "learning")]
+pub mod align;
+#[cfg(feature = "learning")]
+pub mod generate;
+#[cfg(feature = "learning")]
 mod prior_file;
 #[cfg(feature = "learning")]
 mod reconstruction;
@@ -24,6 +28,10 @@ mod reconstruction;
 mod rollouts;
 #[cfg(feature = "learning")]
 pub mod train;
+#[cfg(not(feature = "learning"))]
+use missing as align;
+#[cfg(not(feature = "learning"))]
+use missing as generate;
 #[cfg(not(feature = "learning"))]
 use missing as train;
 
@@ -43,6 +51,8 @@ pub enum Command {
     #[command(subcommand)]
     Motion(motion::Motion),
     Train(train::Args),
+    Align(align::Args),
+    Generate(generate::Args),
     Eval(eval::Args),
     Demo(demo::Args),
     Export(export::Args),
@@ -64,6 +74,8 @@ impl Command {
             Self::Inspect(args) => inspect::run(&args, output),
             Self::Motion(motion) => motion.run(output),
             Self::Train(args) => train::run(&args, output),
+            Self::Align(args) => align::run(&args, output),
+            Self::Generate(args) => generate::run(&args, output),
             Self::Eval(args) => eval::run(&args, output),
             Self::Demo(args) => demo::run(&args, output),
             Self::Export(args) => export::run(&args, output),

@@ -10,11 +10,13 @@ pub struct BuiltinPlan {
 }
 
 /// The name tells the command: `track-...` is for `train tracker`.
-const KINDS: [(&str, &str); 5] = [
+const KINDS: [(&str, &str); 7] = [
     ("track", "train tracker"),
     ("prior", "train prior"),
     ("spline", "train spline"),
     ("critic", "train critic"),
+    ("generator", "train generator"),
+    ("align", "align"),
     ("study", "bench tracking"),
 ];
 
@@ -45,6 +47,9 @@ pub fn builtin() -> impl Iterator<Item = BuiltinPlan> {
         "spline",
         "spline-lima",
         "critic",
+        "generator",
+        "generator-thesis",
+        "align",
         "study-inputs",
         "study-scaling",
     ]

@@ -10,6 +10,7 @@ mod autoencoder;
 pub mod backprop;
 mod block;
 mod config;
+pub mod encoder;
 mod feed_forward;
 mod heads;
 mod latent;

@@ -22,7 +22,7 @@ fn recorded(plan: &TrackerPlan, steps: u64) -> RewardRecords {
 
 fn switching() -> TrackerPlan {
     let mut plan = restless();
-    plan.termination.effector = Some(0.25);
+    plan.termination.effector = Some(0.04);
     plan.episode.switch_clips = true;
     plan.episode.seconds = 4.0;
     plan

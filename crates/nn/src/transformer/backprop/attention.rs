@@ -10,13 +10,13 @@ use super::tile::{LANES, Left, pack, padded, product};
 
 /// Sizes of a batch.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Shape {
+pub(in crate::transformer) struct Shape {
     /// T.
-    pub(super) tokens: usize,
+    pub(in crate::transformer) tokens: usize,
     /// c.
-    pub(super) width: usize,
+    pub(in crate::transformer) width: usize,
     /// h.
-    pub(super) heads: usize,
+    pub(in crate::transformer) heads: usize,
 }
 
 /// Memory of one thread.
@@ -35,7 +35,7 @@ fn columns(shape: Shape, head: usize) -> [usize; 3] {
 }
 
 /// Returns the bias, its rows filled up to whole panels with what leaves no weight.
-pub(super) fn padded_bias(bias: &[f32], tokens: usize) -> Vec<f32> {
+pub(in crate::transformer) fn padded_bias(bias: &[f32], tokens: usize) -> Vec<f32> {
     let mut out = Vec::with_capacity(bias.len() / tokens.max(1) * padded(tokens));
     for row in bias.chunks_exact(tokens.max(1)) {
         out.extend_from_slice(row);
@@ -45,7 +45,7 @@ pub(super) fn padded_bias(bias: &[f32], tokens: usize) -> Vec<f32> {
 }
 
 /// `projected: [B, T, 3c]` and `bias` of [`padded_bias`] to the heads' outputs `[B, T, c]`.
-pub(super) fn forward(projected: &[f32], bias: &[f32], shape: Shape) -> Vec<f32> {
+pub(in crate::transformer) fn forward(projected: &[f32], bias: &[f32], shape: Shape) -> Vec<f32> {
     let Shape { tokens: t, width: c, heads } = shape;
     let (size, wide) = (c / heads, padded(t));
     let mut out = vec![0.0; projected.len() / 3];
@@ -116,7 +116,7 @@ fn softmax(scores: &mut [f32], bias: &[f32]) {
 }
 
 /// Returns the gradient by `projected`, from the one by what [`forward`] returned as `mixed`.
-pub(super) fn backward(projected: &[f32], mixed: &[f32], by_mixed: &[f32], bias: &[f32], shape: Shape) -> Vec<f32> {
+pub(in crate::transformer) fn backward(projected: &[f32], mixed: &[f32], by_mixed: &[f32], bias: &[f32], shape: Shape) -> Vec<f32> {
     let Shape { tokens: t, width: c, heads } = shape;
     let wide = padded(t);
     let mut out = vec![0.0; projected.len()];

@@ -3,13 +3,13 @@
 
 /// x y + z, rounded once.
 #[inline(always)]
-pub(super) fn fma(x: f32, y: f32, z: f32) -> f32 {
+pub(in crate::transformer) fn fma(x: f32, y: f32, z: f32) -> f32 {
     x.mul_add(y, z)
 }
 
 /// exp(x) to 2 units in the last place, for x up to 88; below −87 it stays at exp(−87), about 1e-38.
 #[inline(always)]
-pub(super) fn exp(x: f32) -> f32 {
+pub(in crate::transformer) fn exp(x: f32) -> f32 {
     // Adding 1.5 · 2^23 leaves the nearest whole number in the lowest bits.
     const SHIFT: f32 = 12_582_912.0;
     let x = if x > -87.0 { x } else { -87.0 };
@@ -54,13 +54,13 @@ fn erf(x: f32) -> f32 {
 
 /// Hendrycks & Gimpel 2016: x Φ(x).
 #[inline(always)]
-pub(super) fn gelu(x: f32) -> f32 {
+pub(in crate::transformer) fn gelu(x: f32) -> f32 {
     0.5 * x * (1.0 + erf(x * std::f32::consts::FRAC_1_SQRT_2))
 }
 
 /// Its derivative Φ(x) + x φ(x).
 #[inline(always)]
-pub(super) fn gelu_gradient(x: f32) -> f32 {
+pub(in crate::transformer) fn gelu_gradient(x: f32) -> f32 {
     const DENSITY_AT_0: f32 = 0.398_942_3;
     0.5 * (1.0 + erf(x * std::f32::consts::FRAC_1_SQRT_2)) + x * DENSITY_AT_0 * exp(-0.5 * x * x)
 }

@@ -3,17 +3,17 @@
 use super::elementary::fma;
 
 /// Columns of a panel.
-pub(super) const LANES: usize = 16;
+pub(in crate::transformer) const LANES: usize = 16;
 
 /// Returns the next multiple of a panel's width.
-pub(super) fn padded(n: usize) -> usize {
+pub(in crate::transformer) fn padded(n: usize) -> usize {
     n.next_multiple_of(LANES)
 }
 
 /// Lays a `[k, n]` matrix out in panels of [`LANES`] columns, each row by row, zeros beyond the last column.
 /// `at(row, column)` gives the numbers.
 #[inline(always)]
-pub(super) fn pack(panels: &mut Vec<[f32; LANES]>, k: usize, n: usize, at: impl Fn(usize, usize) -> f32) {
+pub(in crate::transformer) fn pack(panels: &mut Vec<[f32; LANES]>, k: usize, n: usize, at: impl Fn(usize, usize) -> f32) {
     panels.clear();
     for first in (0..n).step_by(LANES) {
         for row in 0..k {
@@ -28,15 +28,15 @@ pub(super) fn pack(panels: &mut Vec<[f32; LANES]>, k: usize, n: usize, at: impl 
 
 /// The left factor: number (row, i) stands at `row · stride + i`, or if `transposed` at `i · stride + row`.
 #[derive(Clone, Copy)]
-pub(super) struct Left<'a> {
-    pub(super) numbers: &'a [f32],
-    pub(super) stride: usize,
-    pub(super) transposed: bool,
+pub(in crate::transformer) struct Left<'a> {
+    pub(in crate::transformer) numbers: &'a [f32],
+    pub(in crate::transformer) stride: usize,
+    pub(in crate::transformer) transposed: bool,
 }
 
 /// out = left · panels; `out` is `[rows, padded(n)]`, row-major.
 #[inline(always)]
-pub(super) fn product(out: &mut [f32], rows: usize, left: Left<'_>, panels: &[[f32; LANES]], k: usize) {
+pub(in crate::transformer) fn product(out: &mut [f32], rows: usize, left: Left<'_>, panels: &[[f32; LANES]], k: usize) {
     let width = panels.len() / k.max(1) * LANES;
     for (p, panel) in panels.chunks_exact(k.max(1)).enumerate() {
         let mut row = 0;

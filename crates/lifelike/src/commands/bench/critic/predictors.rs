@@ -61,6 +61,7 @@ pub fn predictors(
     let of_ridge = |motion: &FeatureMatrix| {
         (0..motion.n).map(|row| ridge.predict(&kinematics(motion, &spec, row, radius))).collect()
     };
+    let by_ridge: Vec<Vec<f64>> = rows.iter().map(of_ridge).collect();
     let speeds = robot.speeds();
     let findings = clips.par_iter().zip(&rows).map(|(clip, rows)| {
         Ok(of_findings(&check(clip, &robot.character, &robot.anatomy, &speeds)?, rows.n))
@@ -68,7 +69,8 @@ pub fn predictors(
     Ok(vec![
         Predictor { name: "critic, mean", values: values.clone(), lowest: false },
         Predictor { name: "critic, lowest", values, lowest: true },
-        Predictor { name: "ridge on kinematics", values: rows.iter().map(of_ridge).collect(), lowest: false },
+        Predictor { name: "ridge on kinematics, mean", values: by_ridge.clone(), lowest: false },
+        Predictor { name: "ridge on kinematics, lowest", values: by_ridge, lowest: true },
         Predictor { name: "motion check", values: findings.collect::<Result<_, CliError>>()?, lowest: false },
     ])
 }

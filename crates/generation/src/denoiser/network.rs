@@ -1,0 +1,276 @@
+//! The network forward and backward.
+
+use std::ops::Range;
+
+use lifelike_nn::transformer::encoder::{
+    Encoder, EncoderPass, Layout, PackedWeight, add, bias_gradient, weight_gradient,
+};
+
+use super::position;
+use super::sizes::{DenoiserSizes, TextInput};
+use crate::GenerationError;
+use crate::text::{Condition, MAX_TOKENS};
+
+/// One motion to be denoised.
+#[derive(Debug, Clone, Copy)]
+pub struct DenoiserInput<'a> {
+    /// Standardized noisy tokens, `[tokens, motion]`, at least one.
+    pub motion: &'a [f32],
+    /// The diffusion step.
+    pub step: usize,
+    /// The prompt; none for the unconditional motion of classifier-free guidance.
+    pub condition: Option<&'a Condition>,
+}
+
+/// A denoiser with its weights packed for passes.
+#[derive(Debug, Clone)]
+pub struct Denoiser {
+    sizes: DenoiserSizes,
+    input: Linear,
+    text: Option<Linear>,
+    table: Vec<f32>,
+    none: Vec<f32>,
+    hidden: Linear,
+    step: Linear,
+    encoder: Encoder,
+    output: Linear,
+}
+
+/// Numbers that the backward pass needs.
+#[derive(Debug, Clone)]
+pub struct DenoiserPass {
+    motion: Vec<f32>,
+    texts: Vec<Text>,
+    places: Vec<Place>,
+    steps: Vec<f32>,
+    hidden: Vec<f32>,
+    encoder: EncoderPass,
+    encoded: Vec<f32>,
+}
+
+/// Rows of one motion among the tokens of all: text, then one of the step, then the motion.
+#[derive(Debug, Clone)]
+struct Place {
+    text: Range<usize>,
+    motion: Range<usize>,
+}
+
+impl Place {
+    fn step(&self) -> usize {
+        self.text.end
+    }
+}
+
+/// Source of a motion's text tokens.
+#[derive(Debug, Clone)]
+enum Text {
+    None,
+    Pieces(Vec<usize>),
+    Embedded(Vec<f32>),
+}
+
+impl Text {
+    fn len(&self, width: usize) -> usize {
+        match self {
+            Self::None => 1,
+            Self::Pieces(ids) => ids.len(),
+            Self::Embedded(numbers) => numbers.len() / width.max(1),
+        }
+    }
+}
+
+/// A linear map by the name of its parameters.
+#[derive(Debug, Clone)]
+struct Linear {
+    name: &'static str,
+    shape: [usize; 2],
+    weight: PackedWeight,
+    bias: Vec<f32>,
+}
+
+impl Linear {
+    fn new(name: &'static str, shape: [usize; 2], layout: &Layout, values: &[f32]) -> Self {
+        let weight = PackedWeight::new(&values[layout.range(&format!("{name}.weight"))], shape);
+        Self { name, shape, weight, bias: values[layout.range(&format!("{name}.bias"))].to_vec() }
+    }
+
+    fn forward(&self, x: &[f32]) -> Vec<f32> {
+        self.weight.forward(x, &self.bias)
+    }
+
+    /// Adds the gradients of the parameters.
+    fn learn(&self, x: &[f32], gradient: &[f32], layout: &Layout, sums: &mut [f32]) {
+        weight_gradient(x, gradient, self.shape, &mut sums[layout.range(&format!("{}.weight", self.name))]);
+        bias_gradient(gradient, &mut sums[layout.range(&format!("{}.bias", self.name))]);
+    }
+}
+
+impl Denoiser {
+    /// Packs parameters that stand as `layout` ([`DenoiserSizes::layout`]) says.
+    pub fn new(sizes: DenoiserSizes, layout: &Layout, values: &[f32]) -> Self {
+        let c = sizes.encoder.width;
+        let text = match sizes.text {
+            TextInput::Embedded(width) => Some(Linear::new("text", [width, c], layout, values)),
+            TextInput::Pieces(_) => None,
+        };
+        Self {
+            input: Linear::new("input", [sizes.motion, c], layout, values),
+            text,
+            table: values[layout.range("text.table")].to_vec(),
+            none: values[layout.range("text.none")].to_vec(),
+            hidden: Linear::new("step.hidden", [c, c], layout, values),
+            step: Linear::new("step.output", [c, c], layout, values),
+            encoder: Encoder::new(sizes.encoder, layout, "encoder", values),
+            output: Linear::new("output", [c, sizes.motion], layout, values),
+            sizes,
+        }
+    }
+
+    /// Returns the clean motions, one after the other, `[all motion tokens, motion]`.
+    ///
+    /// # Errors
+    /// [`GenerationError::Mismatch`] for a motion without whole tokens, or a prompt of another form than the network's.
+    pub fn forward(&self, inputs: &[DenoiserInput<'_>]) -> Result<(Vec<f32>, DenoiserPass), GenerationError> {
+        let (c, f) = (self.sizes.encoder.width, self.sizes.motion);
+        let mut motion = Vec::new();
+        let (mut texts, mut places, mut at) = (Vec::new(), Vec::new(), 0);
+        let mut steps = vec![0.0; inputs.len() * c];
+        for (input, step) in inputs.iter().zip(steps.chunks_exact_mut(c)) {
+            if input.motion.is_empty() || !input.motion.len().is_multiple_of(f) {
+                let expected = format!("tokens of {f} numbers");
+                return Err(GenerationError::mismatch("motion to denoise", expected, input.motion.len()));
+            }
+            motion.extend_from_slice(input.motion);
+            position::add(input.step, step);
+            let text = self.text(input.condition)?;
+            let end = at + text.len(self.text_width());
+            let last = end + 1 + input.motion.len() / f;
+            places.push(Place { text: at..end, motion: end + 1..last });
+            texts.push(text);
+            at = last;
+        }
+        let embedded = self.input.forward(&motion);
+        let hidden = self.hidden.forward(&steps);
+        let step_tokens = self.step.forward(&hidden.iter().map(|x| silu(*x)).collect::<Vec<_>>());
+        let mut tokens = vec![0.0; at * c];
+        let mut embedded = embedded.chunks_exact(c);
+        for (i, (place, text)) in places.iter().zip(&texts).enumerate() {
+            self.embed(text, &mut tokens[place.text.start * c..place.text.end * c]);
+            tokens[place.step() * c..][..c].copy_from_slice(&step_tokens[i * c..][..c]);
+            for (row, embedded) in place.motion.clone().zip(&mut embedded) {
+                tokens[row * c..][..c].copy_from_slice(embedded);
+            }
+            // Places do not depend on how long the prompt is.
+            let text = place.text.clone().enumerate();
+            let rest = (place.step()..place.motion.end).enumerate().map(|(i, row)| (MAX_TOKENS + i, row));
+            text.chain(rest).for_each(|(p, row)| position::add(p, &mut tokens[row * c..][..c]));
+        }
+        let lengths: Vec<usize> = places.iter().map(|place| place.motion.end - place.text.start).collect();
+        let (all, encoder) = self.encoder.forward(tokens, &lengths);
+        let encoded: Vec<f32> =
+            places.iter().flat_map(|p| &all[p.motion.start * c..p.motion.end * c]).copied().collect();
+        let clean = self.output.forward(&encoded);
+        Ok((clean, DenoiserPass { motion, texts, places, steps, hidden, encoder, encoded }))
+    }
+
+    /// Adds the gradients of all parameters to `sums`, from the one by what [`Self::forward`] returned.
+    pub fn backward(&self, pass: DenoiserPass, gradient: &[f32], layout: &Layout, sums: &mut [f32]) {
+        let c = self.sizes.encoder.width;
+        let DenoiserPass { motion, texts, places, steps, hidden, encoder, encoded } = pass;
+        self.output.learn(&encoded, gradient, layout, sums);
+        let by_encoded = self.output.weight.by_input(gradient);
+        let mut by_all = vec![0.0; places.last().map_or(0, |place| place.motion.end) * c];
+        let mut from = 0;
+        for place in &places {
+            let count = place.motion.len() * c;
+            by_all[place.motion.start * c..][..count].copy_from_slice(&by_encoded[from..from + count]);
+            from += count;
+        }
+        let by_tokens = self.encoder.backward(encoder, by_all, layout, sums);
+        let rows = |rows: Range<usize>| &by_tokens[rows.start * c..rows.end * c];
+        let by_motion: Vec<f32> = places.iter().flat_map(|place| rows(place.motion.clone())).copied().collect();
+        self.input.learn(&motion, &by_motion, layout, sums);
+        let by_steps: Vec<f32> =
+            places.iter().flat_map(|place| rows(place.step()..place.step() + 1)).copied().collect();
+        self.step.learn(&hidden.iter().map(|x| silu(*x)).collect::<Vec<_>>(), &by_steps, layout, sums);
+        let mut by_hidden = self.step.weight.by_input(&by_steps);
+        by_hidden.iter_mut().zip(&hidden).for_each(|(gradient, x)| *gradient *= silu_gradient(*x));
+        self.hidden.learn(&steps, &by_hidden, layout, sums);
+        for (place, text) in places.iter().zip(&texts) {
+            let gradient = rows(place.text.clone());
+            match text {
+                Text::None => add(&mut sums[layout.range("text.none")], gradient),
+                Text::Pieces(ids) => {
+                    let table = &mut sums[layout.range("text.table")];
+                    for (id, gradient) in ids.iter().zip(gradient.chunks_exact(c)) {
+                        add(&mut table[id * c..][..c], gradient);
+                    }
+                }
+                Text::Embedded(numbers) => {
+                    if let Some(linear) = &self.text {
+                        linear.learn(numbers, gradient, layout, sums);
+                    }
+                }
+            }
+        }
+    }
+
+    fn text_width(&self) -> usize {
+        match self.sizes.text {
+            TextInput::Embedded(width) => width,
+            TextInput::Pieces(_) => 1,
+        }
+    }
+
+    fn text(&self, condition: Option<&Condition>) -> Result<Text, GenerationError> {
+        match (condition, self.sizes.text) {
+            (None, _) => Ok(Text::None),
+            (Some(condition), _) if condition.is_empty() => Ok(Text::None),
+            (Some(Condition::Pieces(ids)), TextInput::Pieces(count)) => {
+                let ids: Vec<usize> = ids.iter().take(MAX_TOKENS).map(|id| *id as usize).collect();
+                match ids.iter().find(|id| **id >= count) {
+                    Some(id) => Err(GenerationError::mismatch("id of a word piece", format!("below {count}"), id)),
+                    None => Ok(Text::Pieces(ids)),
+                }
+            }
+            (Some(Condition::Embedded(tokens)), TextInput::Embedded(width)) if tokens.width == width => {
+                let count = tokens.len().min(MAX_TOKENS) * width;
+                Ok(Text::Embedded(tokens.numbers[..count].to_vec()))
+            }
+            (Some(condition), expected) => {
+                let got = match condition {
+                    Condition::Pieces(_) => "ids of word pieces".to_string(),
+                    Condition::Embedded(tokens) => format!("tokens of {} numbers", tokens.width),
+                };
+                Err(GenerationError::mismatch("form of a prompt", format!("{expected:?}"), got))
+            }
+        }
+    }
+
+    fn embed(&self, text: &Text, out: &mut [f32]) {
+        let c = self.sizes.encoder.width;
+        match text {
+            Text::None => out.copy_from_slice(&self.none),
+            Text::Pieces(ids) => {
+                for (id, out) in ids.iter().zip(out.chunks_exact_mut(c)) {
+                    out.copy_from_slice(&self.table[id * c..][..c]);
+                }
+            }
+            Text::Embedded(numbers) => {
+                if let Some(linear) = &self.text {
+                    out.copy_from_slice(&linear.forward(numbers));
+                }
+            }
+        }
+    }
+}
+
+/// x / (1 + e⁻ˣ).
+fn silu(x: f32) -> f32 {
+    x / (1.0 + (-x).exp())
+}
+
+fn silu_gradient(x: f32) -> f32 {
+    let share = 1.0 / (1.0 + (-x).exp());
+    share * (1.0 + x * (1.0 - share))
+}

@@ -1,0 +1,55 @@
+//! Sizes and parameters of a denoiser.
+
+use lifelike_nn::transformer::encoder::{EncoderSizes, Entry, Init, Layout};
+
+use crate::GenerationError;
+
+/// Form of the prompts that a network takes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum TextInput {
+    /// Ids below this number, embedded by a table of the network.
+    Pieces(usize),
+    /// Tokens of this many numbers of a frozen encoder.
+    Embedded(usize),
+}
+
+/// Sizes of a denoiser.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct DenoiserSizes {
+    /// The transformer.
+    pub encoder: EncoderSizes,
+    /// Numbers of a motion token.
+    pub motion: usize,
+    /// Prompts.
+    pub text: TextInput,
+}
+
+impl DenoiserSizes {
+    /// Returns the parameters.
+    ///
+    /// # Errors
+    /// Sizes that make no network.
+    pub fn layout(&self) -> Result<Layout, GenerationError> {
+        let c = self.encoder.width;
+        let table = |name: &str, rows: usize| Entry {
+            name: name.to_string(),
+            shape: vec![rows, c],
+            init: Init::Normal(1.0 / (c as f64).sqrt()),
+        };
+        let mut entries = Vec::new();
+        entries.extend(Entry::linear("input", self.motion, c));
+        match self.text {
+            TextInput::Pieces(count) => entries.push(table("text.table", count)),
+            TextInput::Embedded(width) => entries.extend(Entry::linear("text", width, c)),
+        }
+        // Takes the prompt's place where there is none.
+        entries.push(table("text.none", 1));
+        entries.extend(Entry::linear("step.hidden", c, c));
+        entries.extend(Entry::linear("step.output", c, c));
+        entries.extend(self.encoder.entries("encoder").map_err(|e| GenerationError::mismatch("sizes", "a network", e))?);
+        entries.extend(Entry::linear("output", c, self.motion));
+        Ok(Layout::new(entries))
+    }
+}

@@ -1,0 +1,14 @@
+//! A trained generator: one file, and motions of a robot from sentences.
+
+mod file;
+mod grounded;
+mod sample;
+
+pub use file::{Generator, GeneratorHeader};
+pub use grounded::grounded;
+pub use sample::{Generated, SampleOptions};
+
+/// Name of the file that a training leaves in its folder.
+pub const FILE: &str = "motion.generator.safetensors";
+/// Ending of such files.
+pub const EXTENSION: &str = ".generator.safetensors";

@@ -1,0 +1,131 @@
+//! What the denoiser's tokens are: rows of the representation, or control points of splines through them.
+//!
+//! Both ways are linear, so a gradient by rows becomes one by tokens ([`MotionSpace::transposed`]).
+
+mod basis;
+
+use crate::GenerationError;
+use crate::representation::{FeatureMatrix, RepresentationSpec};
+use basis::Basis;
+
+/// The kind of tokens.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "snake_case", deny_unknown_fields, tag = "kind")]
+pub enum SpaceKind {
+    /// Every row is a token (MDM).
+    Frames,
+    /// Control points of cubic B-splines, fitted by least squares.
+    Spline {
+        /// Time between knots (s); stretched a little so that a motion is a whole number of spans.
+        knot_seconds: f64,
+    },
+}
+
+impl Default for SpaceKind {
+    /// Splines with a knot every 0.2 s: a fourth of the rows.
+    fn default() -> Self {
+        Self::Spline { knot_seconds: 0.2 }
+    }
+}
+
+/// Rows as tokens, and back.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MotionSpace {
+    spec: RepresentationSpec,
+    kind: SpaceKind,
+}
+
+impl MotionSpace {
+    /// Returns a space of these rows.
+    pub fn new(spec: RepresentationSpec, kind: SpaceKind) -> Self {
+        Self { spec, kind }
+    }
+
+    /// Returns the layout of the rows.
+    pub fn spec(&self) -> &RepresentationSpec {
+        &self.spec
+    }
+
+    /// Returns the numbers of a token. Control points leave out joint velocities, which are the curve's derivative.
+    pub fn width(&self) -> usize {
+        match self.kind {
+            SpaceKind::Frames => self.spec.width(),
+            SpaceKind::Spline { .. } => 7 + self.spec.joints(),
+        }
+    }
+
+    /// Returns the number of tokens of so many rows.
+    pub fn tokens(&self, rows: usize) -> usize {
+        match self.basis(rows) {
+            None => rows,
+            Some(basis) => basis.control_points(),
+        }
+    }
+
+    fn basis(&self, rows: usize) -> Option<Basis> {
+        match self.kind {
+            SpaceKind::Frames => None,
+            SpaceKind::Spline { knot_seconds } => Some(Basis::new(rows, self.spec.fps, knot_seconds)),
+        }
+    }
+
+    /// Returns a motion's tokens, `[tokens, width]`.
+    ///
+    /// # Errors
+    /// [`GenerationError::Mismatch`] for rows of another width, or none.
+    pub fn encode(&self, motion: &FeatureMatrix) -> Result<Vec<f32>, GenerationError> {
+        self.check(motion)?;
+        let Some(basis) = self.basis(motion.n) else { return Ok(motion.rows.clone()) };
+        let curves = 7 + self.spec.joints();
+        let rows = motion.rows.chunks_exact(motion.width).flat_map(|row| &row[..curves]);
+        Ok(basis.fit(&rows.map(|x| f64::from(*x)).collect::<Vec<_>>(), curves))
+    }
+
+    /// Returns the rows of tokens.
+    ///
+    /// # Errors
+    /// [`GenerationError::Mismatch`] for another number of tokens than so many rows have.
+    pub fn decode(&self, tokens: &[f32], rows: usize) -> Result<FeatureMatrix, GenerationError> {
+        let expected = self.tokens(rows) * self.width();
+        if rows == 0 || tokens.len() != expected {
+            let what = format!("tokens of {rows} rows");
+            return Err(GenerationError::mismatch(what, format!("{expected} numbers"), tokens.len()));
+        }
+        let Some(basis) = self.basis(rows) else { return FeatureMatrix::new(tokens.to_vec(), self.width()) };
+        let (curves, width) = (self.width(), self.spec.width());
+        let [values, rates] = [0, 1].map(|derivative| basis.evaluate(tokens, curves, derivative));
+        let mut out = Vec::with_capacity(rows * width);
+        for (values, rates) in values.chunks_exact(curves).zip(rates.chunks_exact(curves)) {
+            out.extend_from_slice(values);
+            out.extend_from_slice(&rates[7..]);
+        }
+        FeatureMatrix::new(out, width)
+    }
+
+    /// Returns the gradient by tokens from the one by rows: the transpose of [`Self::decode`].
+    ///
+    /// # Errors
+    /// [`GenerationError::Mismatch`] for rows of another width, or none.
+    pub fn transposed(&self, gradient: &FeatureMatrix) -> Result<Vec<f32>, GenerationError> {
+        self.check(gradient)?;
+        let Some(basis) = self.basis(gradient.n) else { return Ok(gradient.rows.clone()) };
+        let curves = self.width();
+        let (mut values, mut rates) = (Vec::new(), Vec::new());
+        for row in gradient.rows.chunks_exact(gradient.width) {
+            values.extend_from_slice(&row[..curves]);
+            rates.extend([0.0; 7]);
+            rates.extend_from_slice(&row[curves..]);
+        }
+        let mut out = basis.transposed(&values, curves, 0);
+        out.iter_mut().zip(basis.transposed(&rates, curves, 1)).for_each(|(out, x)| *out += x);
+        Ok(out)
+    }
+
+    fn check(&self, motion: &FeatureMatrix) -> Result<(), GenerationError> {
+        if motion.n > 0 && motion.width == self.spec.width() && motion.rows.len() == motion.n * motion.width {
+            return Ok(());
+        }
+        let got = format!("{} of {}", motion.n, motion.width);
+        Err(GenerationError::mismatch("rows of a motion", format!("some of {}", self.spec.width()), got))
+    }
+}

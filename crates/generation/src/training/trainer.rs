@@ -1,0 +1,277 @@
+//! The algorithm: [`GeneratorTrainer::step`].
+
+use lifelike_checkpoint::Checkpoint;
+use lifelike_dense::{AdamStep, Slices, norm};
+use lifelike_nn::transformer::encoder::{Layout, add};
+use lifelike_robot::Robot;
+use lifelike_robot::controller::RobotDescription;
+use lifelike_simd::InstructionSet;
+use rayon::prelude::*;
+
+use super::batch::{Draw, draw};
+use super::data::Sample;
+use super::{GeneratorPlan, TrainingData};
+use crate::GenerationError;
+use crate::align::Alignment;
+use crate::denoiser::{Denoiser, DenoiserInput, DenoiserSizes, TextInput};
+use crate::diffusion::{Average, Schedule};
+use crate::generator::{Generator, GeneratorHeader};
+
+/// Validation motions that the loss is measured on.
+const WATCHED: usize = 256;
+
+/// Metrics of one iteration. All of it is determined by plan and data.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+pub struct GeneratorMetrics {
+    /// Iterations done, this one included.
+    pub iteration: u64,
+    /// Eq. 5.6: squared error of the clean motion in standard deviations, mean over each motion and the batch.
+    pub loss: f64,
+    /// Mean value of the surrogate over the rows of the predicted clean motions, where there is one.
+    pub realism: Option<f64>,
+    /// Learning rate of this iteration.
+    pub learning_rate: f64,
+    /// Norm of the gradient before clipping.
+    pub gradient_norm: f64,
+    /// Iterations so far whose gradient was not finite and was thrown away.
+    pub skipped: u64,
+}
+
+/// A training run of a generator.
+#[derive(Debug)]
+pub struct GeneratorTrainer {
+    plan: GeneratorPlan,
+    data: TrainingData,
+    robot: (String, String),
+    sizes: DenoiserSizes,
+    layout: Layout,
+    schedule: Schedule,
+    values: Vec<f32>,
+    moments: [Vec<f32>; 2],
+    average: Average,
+    iteration: u64,
+    skipped: u64,
+    alignment: Option<Alignment>,
+}
+
+impl GeneratorTrainer {
+    /// A run that has not begun.
+    ///
+    /// # Errors
+    /// A plan out of range.
+    pub fn new(plan: GeneratorPlan, robot: &Robot, data: TrainingData) -> Result<Self, GenerationError> {
+        plan.check()?;
+        let text = TextInput::Pieces(data.pieces.len());
+        let sizes = DenoiserSizes { encoder: plan.encoder(), motion: data.space.width(), text };
+        let layout = sizes.layout()?;
+        let values = layout.init(plan.seed, "generator");
+        Ok(Self {
+            robot: (robot.name.clone(), RobotDescription::of(robot).digest),
+            schedule: Schedule::cosine(plan.diffusion_steps),
+            moments: [vec![0.0; layout.len()], vec![0.0; layout.len()]],
+            average: Average::new(plan.ema, values.clone()),
+            plan,
+            data,
+            sizes,
+            layout,
+            values,
+            iteration: 0,
+            skipped: 0,
+            alignment: None,
+        })
+    }
+
+    /// Begins with a trained generator's weights instead, and aligns them with a surrogate beside the loss (eq. 5.7).
+    ///
+    /// # Errors
+    /// A generator of other sizes than the plan's.
+    pub fn aligned(mut self, generator: &Generator, alignment: Alignment) -> Result<Self, GenerationError> {
+        let (own, other) = (self.sizes, generator.header().sizes);
+        if own != other {
+            return Err(GenerationError::mismatch("sizes of the generator", format!("{own:?}"), format!("{other:?}")));
+        }
+        self.values = generator.values().to_vec();
+        self.average = Average::new(self.plan.ema, self.values.clone());
+        self.alignment = Some(alignment);
+        Ok(self)
+    }
+
+    /// The plan.
+    pub fn plan(&self) -> &GeneratorPlan {
+        &self.plan
+    }
+
+    /// Captioned motion that it learns from.
+    pub fn data(&self) -> &TrainingData {
+        &self.data
+    }
+
+    /// Iterations done.
+    pub fn iteration(&self) -> u64 {
+        self.iteration
+    }
+
+    /// Parameters of the network.
+    pub fn parameters(&self) -> usize {
+        self.layout.len()
+    }
+
+    /// One iteration: a batch through the network in parts, a step of Adam, and the weights' average.
+    ///
+    /// # Errors
+    /// Motion and network do not fit.
+    pub fn step(&mut self) -> Result<GeneratorMetrics, GenerationError> {
+        let (plan, i) = (&self.plan, self.iteration);
+        let draws: Vec<Draw<'_>> = (0..plan.batch as u64)
+            .into_par_iter()
+            .map(|place| {
+                let address = (plan.seed, "generator.batch", place, i);
+                draw(&self.data.training, None, &self.schedule, plan.condition_dropout, address)
+            })
+            .collect();
+        let denoiser = Denoiser::new(self.sizes, &self.layout, &self.values);
+        let parts: Vec<_> =
+            draws.par_chunks(plan.part).map(|part| self.part(&denoiser, part, draws.len())).collect::<Result<_, _>>()?;
+        // Summed in the parts' order, whichever core had which, so the number of cores changes no bit.
+        let (mut gradient, mut loss, mut realism) = (vec![0.0; self.layout.len()], 0.0, 0.0);
+        for (own, value, sums) in parts {
+            loss += own;
+            realism += value;
+            add(&mut gradient, &sums);
+        }
+        let realism = self.alignment.as_ref().map(|_| realism);
+        let (set, learning_rate) = (InstructionSet::chosen(), plan.learning_rate_at(i));
+        let gradient_norm = norm(set, &gradient);
+        if gradient_norm.is_finite() {
+            let step = AdamStep {
+                beta_1: 0.9,
+                beta_2: 0.999,
+                epsilon: 1e-8,
+                step: i + 1 - self.skipped,
+                rate: learning_rate,
+                scale: (plan.max_gradient_norm / (gradient_norm + 1e-6)).min(1.0),
+            };
+            let [first, second] = &mut self.moments;
+            step.take(set, Slices { values: &mut self.values, gradient: &gradient, first, second });
+            self.average.add(&self.values, i);
+        } else {
+            self.skipped += 1;
+        }
+        self.iteration += 1;
+        let (iteration, skipped) = (self.iteration, self.skipped);
+        Ok(GeneratorMetrics { iteration, loss, realism, learning_rate, gradient_norm, skipped })
+    }
+
+    /// Loss, surrogate and gradient of some motions of a batch of `count`.
+    fn part(&self, denoiser: &Denoiser, part: &[Draw<'_>], count: usize) -> Result<Part, GenerationError> {
+        let (mut gradient, pass) = denoiser.forward(&inputs(part))?;
+        let predicted = if self.alignment.is_some() { gradient.clone() } else { Vec::new() };
+        let loss = against(&mut gradient, part, count);
+        let mut realism = 0.0;
+        if let Some(alignment) = &self.alignment {
+            let lengths = part.iter().map(|draw| (draw.clean.len(), draw.rows));
+            let data = &self.data;
+            realism = alignment.add(&data.space, &data.standardizer, &predicted, lengths, count, &mut gradient)?;
+        }
+        let mut sums = vec![0.0; self.layout.len()];
+        denoiser.backward(pass, &gradient, &self.layout, &mut sums);
+        Ok((loss, realism, sums))
+    }
+
+    /// Returns the loss of the averaged weights on motion that is not trained on (training motion where there is none
+    /// other), every motion with its caption, at steps and noise that are always the same.
+    ///
+    /// # Errors
+    /// Motion and network do not fit.
+    pub fn validation_loss(&self) -> Result<f64, GenerationError> {
+        let own = &self.data.validation;
+        let samples: &[Sample] = if own.is_empty() { &self.data.training } else { own };
+        let count = samples.len().min(WATCHED);
+        let address = |place: usize| (self.plan.seed, "generator.validation", place as u64, 0);
+        let draws: Vec<Draw<'_>> = (0..count)
+            .map(|i| draw(samples, Some(i * samples.len() / count), &self.schedule, 0.0, address(i)))
+            .collect();
+        let denoiser = Denoiser::new(self.sizes, &self.layout, self.average.values());
+        let loss = |part: &[Draw<'_>]| {
+            let (mut clean, _) = denoiser.forward(&inputs(part))?;
+            Ok(against(&mut clean, part, count))
+        };
+        let losses: Vec<f64> = draws.par_chunks(self.plan.part).map(loss).collect::<Result<_, GenerationError>>()?;
+        Ok(losses.into_iter().sum())
+    }
+
+    /// Returns the generator with the averaged weights.
+    pub fn generator(&self) -> Generator {
+        let header = GeneratorHeader::new(&self.plan, &self.data, self.sizes, &self.robot, self.iteration);
+        Generator::new(header, self.data.standardizer.clone(), self.layout.clone(), self.average.values().to_vec())
+    }
+
+    /// Everything needed to continue bit for bit.
+    ///
+    /// # Errors
+    /// A number that cannot be saved.
+    pub fn checkpoint(&self) -> Result<Checkpoint, GenerationError> {
+        let mut checkpoint = Checkpoint::new();
+        checkpoint.set_meta("plan", &self.plan)?;
+        checkpoint.set_meta("data", &self.data.describe())?;
+        checkpoint.put_u64("progress", &[2], vec![self.iteration, self.skipped])?;
+        let numbers = [&self.values, &self.moments[0], &self.moments[1]];
+        for (name, numbers) in ["network", "first", "second"].into_iter().zip(numbers) {
+            self.layout.save_into(&mut checkpoint, name, numbers)?;
+        }
+        self.layout.save_into(&mut checkpoint, "average", self.average.values())?;
+        Ok(checkpoint)
+    }
+
+    /// Continues from a checkpoint of a training by the same plan.
+    ///
+    /// # Errors
+    /// A checkpoint of something else, or other data than the run began with.
+    pub fn restore(&mut self, checkpoint: &Checkpoint) -> Result<(), GenerationError> {
+        let (expected, got): (String, _) = (checkpoint.meta("data")?, self.data.describe());
+        if expected != got {
+            return Err(GenerationError::mismatch("captioned motion", expected, got));
+        }
+        // How long it may take does not change what it does.
+        let saved = GeneratorPlan { minutes: self.plan.minutes, ..checkpoint.meta("plan")? };
+        if saved != self.plan {
+            let what = format!("{}: plan", checkpoint.origin());
+            return Err(GenerationError::mismatch(what, "the plan of this run", "another"));
+        }
+        let progress = checkpoint.u64s("progress", &[2])?;
+        (self.iteration, self.skipped) = (progress[0], progress[1]);
+        self.values = self.layout.load_from(checkpoint, "network")?;
+        self.moments =
+            [self.layout.load_from(checkpoint, "first")?, self.layout.load_from(checkpoint, "second")?];
+        self.average = Average::new(self.plan.ema, self.layout.load_from(checkpoint, "average")?);
+        Ok(())
+    }
+}
+
+/// Loss, mean value of the surrogate, and gradient of some motions of a batch.
+type Part = (f64, f64, Vec<f32>);
+
+fn inputs<'a>(part: &'a [Draw<'_>]) -> Vec<DenoiserInput<'a>> {
+    let input = |draw: &'a Draw<'_>| DenoiserInput {
+        motion: &draw.noisy,
+        step: draw.step,
+        condition: draw.condition.as_ref(),
+    };
+    part.iter().map(input).collect()
+}
+
+/// Turns predictions into the loss' gradient by them; returns the loss: mean squares of each motion by the batch's size.
+fn against(predicted: &mut [f32], part: &[Draw<'_>], count: usize) -> f64 {
+    let (mut at, mut loss) = (0, 0.0);
+    for draw in part {
+        let own = &mut predicted[at..at + draw.clean.len()];
+        let share = 1.0 / (draw.clean.len() * count) as f64;
+        for (y, clean) in own.iter_mut().zip(draw.clean) {
+            let error = *y - clean;
+            loss += f64::from(error * error) * share;
+            *y = 2.0 * share as f32 * error;
+        }
+        at += draw.clean.len();
+    }
+    loss
+}

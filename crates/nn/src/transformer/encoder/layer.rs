@@ -1,0 +1,176 @@
+//! One layer: h = norm(x + attention(x)), norm(h + feed-forward(h)).
+
+use std::collections::BTreeMap;
+
+use lifelike_simd::vectorize;
+
+use super::layer_norm;
+use super::layout::{Entry, Init, Layout};
+use super::linear::{PackedWeight, add, bias_gradient, weight_gradient};
+use super::stack::EncoderSizes;
+use crate::transformer::backprop::attention::{self, Shape};
+use crate::transformer::backprop::elementary::{gelu, gelu_gradient};
+
+/// Biases that attention of each length takes: zeros, and what leaves no weight beyond the last token.
+pub(super) type NoBias = BTreeMap<usize, Vec<f32>>;
+
+/// The linear maps of a layer.
+const LINEAR: [&str; 4] = ["attention.projection", "attention.output", "feed_forward.inner", "feed_forward.outer"];
+
+/// A layer with its weights packed.
+#[derive(Debug, Clone)]
+pub(super) struct Layer {
+    prefix: String,
+    sizes: EncoderSizes,
+    weights: [PackedWeight; 4],
+    biases: [Vec<f32>; 4],
+    /// Gain and bias of both norms.
+    norms: [[Vec<f32>; 2]; 2],
+}
+
+/// Numbers that the backward pass needs.
+#[derive(Debug, Clone)]
+pub(super) struct LayerPass {
+    x: Vec<f32>,
+    projected: Vec<f32>,
+    mixed: Vec<f32>,
+    /// Sums below the norms.
+    sums: [Vec<f32>; 2],
+    inner: Vec<f32>,
+}
+
+/// Returns inputs and outputs of the linear maps.
+fn shapes(sizes: EncoderSizes) -> [[usize; 2]; 4] {
+    let EncoderSizes { width: c, inner, .. } = sizes;
+    [[c, 3 * c], [c, c], [c, inner], [inner, c]]
+}
+
+/// Returns a layer's parameters, with PyTorch's initial values.
+pub(super) fn entries(prefix: &str, sizes: EncoderSizes) -> Vec<Entry> {
+    let mut out = Vec::new();
+    for (name, [inputs, outputs]) in LINEAR.into_iter().zip(shapes(sizes)) {
+        let [mut weight, mut bias] = Entry::linear(&format!("{prefix}.{name}"), inputs, outputs);
+        if name == LINEAR[0] {
+            // Glorot & Bengio 2010.
+            weight.init = Init::Uniform((6.0 / (inputs + outputs) as f64).sqrt());
+        }
+        if name.starts_with("attention") {
+            bias.init = Init::Constant(0.0);
+        }
+        out.extend([weight, bias]);
+    }
+    for norm in ["norm_1", "norm_2"] {
+        for (part, value) in [("gain", 1.0), ("bias", 0.0)] {
+            let init = Init::Constant(value);
+            out.push(Entry { name: format!("{prefix}.{norm}.{part}"), shape: vec![sizes.width], init });
+        }
+    }
+    out
+}
+
+impl Layer {
+    pub(super) fn new(prefix: String, sizes: EncoderSizes, layout: &Layout, values: &[f32]) -> Self {
+        let numbers = |name: String| values[layout.range(&name)].to_vec();
+        let shapes = shapes(sizes);
+        Self {
+            weights: std::array::from_fn(|i| {
+                PackedWeight::new(&values[layout.range(&format!("{prefix}.{}.weight", LINEAR[i]))], shapes[i])
+            }),
+            biases: LINEAR.map(|name| numbers(format!("{prefix}.{name}.bias"))),
+            norms: ["norm_1", "norm_2"].map(|n| ["gain", "bias"].map(|part| numbers(format!("{prefix}.{n}.{part}")))),
+            prefix,
+            sizes,
+        }
+    }
+
+    pub(super) fn forward(&self, x: Vec<f32>, lengths: &[usize], no_bias: &NoBias) -> (Vec<f32>, LayerPass) {
+        let linear = |i: usize, x: &[f32]| self.weights[i].forward(x, &self.biases[i]);
+        let projected = linear(0, &x);
+        let mixed = self.attend(&projected, lengths, no_bias);
+        let mut first = linear(1, &mixed);
+        add(&mut first, &x);
+        let h = self.norm(0, &first);
+        let inner = linear(2, &h);
+        let mut second = linear(3, &activated(&inner));
+        add(&mut second, &h);
+        let out = self.norm(1, &second);
+        (out, LayerPass { x, projected, mixed, sums: [first, second], inner })
+    }
+
+    /// Adds the gradients of the layer's parameters; returns the gradient by x.
+    pub(super) fn backward(
+        &self,
+        pass: LayerPass,
+        gradient: &[f32],
+        (lengths, no_bias): (&[usize], &NoBias),
+        layout: &Layout,
+        sums: &mut [f32],
+    ) -> Vec<f32> {
+        let LayerPass { x, projected, mixed, sums: [first, second], inner } = pass;
+        let mut by_second = self.through_norm(1, &second, gradient, layout, sums);
+        let mut by_inner = self.through(3, &activated(&inner), &by_second, layout, sums);
+        vectorize(
+            #[inline(always)]
+            || by_inner.iter_mut().zip(&inner).for_each(|(gradient, x)| *gradient *= gelu_gradient(*x)),
+        );
+        let h = self.norm(0, &first);
+        add(&mut by_second, &self.through(2, &h, &by_inner, layout, sums));
+        let mut by_first = self.through_norm(0, &first, &by_second, layout, sums);
+        let by_mixed = self.through(1, &mixed, &by_first, layout, sums);
+        let by_projected = self.attend_back([&projected, &mixed, &by_mixed], lengths, no_bias);
+        add(&mut by_first, &self.through(0, &x, &by_projected, layout, sums));
+        by_first
+    }
+
+    fn norm(&self, i: usize, x: &[f32]) -> Vec<f32> {
+        let [gain, bias] = &self.norms[i];
+        layer_norm::forward(x, gain, bias)
+    }
+
+    fn through_norm(&self, i: usize, x: &[f32], gradient: &[f32], layout: &Layout, sums: &mut [f32]) -> Vec<f32> {
+        // Gain and bias are neighbours.
+        let range = layout.range(&format!("{}.norm_{}.gain", self.prefix, i + 1));
+        let (by_gain, by_bias) = sums[range.start..range.end + range.len()].split_at_mut(range.len());
+        layer_norm::backward(x, &self.norms[i][0], gradient, (by_gain, by_bias))
+    }
+
+    fn through(&self, i: usize, x: &[f32], gradient: &[f32], layout: &Layout, sums: &mut [f32]) -> Vec<f32> {
+        let name = |part: &str| layout.range(&format!("{}.{}.{part}", self.prefix, LINEAR[i]));
+        weight_gradient(x, gradient, shapes(self.sizes)[i], &mut sums[name("weight")]);
+        bias_gradient(gradient, &mut sums[name("bias")]);
+        self.weights[i].by_input(gradient)
+    }
+
+    fn shape(&self, tokens: usize) -> Shape {
+        Shape { tokens, width: self.sizes.width, heads: self.sizes.heads }
+    }
+
+    fn attend(&self, projected: &[f32], lengths: &[usize], no_bias: &NoBias) -> Vec<f32> {
+        let (mut out, mut at, c) = (Vec::with_capacity(projected.len() / 3), 0, self.sizes.width);
+        for t in lengths {
+            out.extend(attention::forward(&projected[at * 3 * c..(at + t) * 3 * c], &no_bias[t], self.shape(*t)));
+            at += t;
+        }
+        out
+    }
+
+    fn attend_back(&self, [projected, mixed, by_mixed]: [&[f32]; 3], lengths: &[usize], no_bias: &NoBias) -> Vec<f32> {
+        let (mut out, mut at, c) = (Vec::with_capacity(projected.len()), 0, self.sizes.width);
+        for t in lengths {
+            let rows = &projected[at * 3 * c..(at + t) * 3 * c];
+            let [mixed, by_mixed] = [mixed, by_mixed].map(|all| &all[at * c..(at + t) * c]);
+            out.extend(attention::backward(rows, mixed, by_mixed, &no_bias[t], self.shape(*t)));
+            at += t;
+        }
+        out
+    }
+}
+
+fn activated(x: &[f32]) -> Vec<f32> {
+    let mut out = vec![0.0; x.len()];
+    vectorize(
+        #[inline(always)]
+        || out.iter_mut().zip(x).for_each(|(out, x)| *out = gelu(*x)),
+    );
+    out
+}

@@ -1,0 +1,123 @@
+//! Linear maps of rows, and their gradients, inside of one thread.
+
+use lifelike_simd::vectorize;
+
+use crate::transformer::backprop::tile::{LANES, Left, pack, padded, product};
+
+/// Rows that are multiplied at a time: they and a panel of the weight stay in the nearest cache.
+const BLOCK: usize = 96;
+/// Rows whose part of a weight's gradient is summed in registers.
+const DEEP: usize = 192;
+
+/// A weight in the order in which products read it, forth and back.
+#[derive(Debug, Clone)]
+pub struct PackedWeight {
+    inputs: usize,
+    outputs: usize,
+    forth: Vec<[f32; LANES]>,
+    back: Vec<[f32; LANES]>,
+}
+
+impl PackedWeight {
+    /// Packs a weight, `[inputs, outputs]`.
+    pub fn new(weight: &[f32], [inputs, outputs]: [usize; 2]) -> Self {
+        let (mut forth, mut back) = (Vec::new(), Vec::new());
+        vectorize(
+            #[inline(always)]
+            || {
+                pack(&mut forth, inputs, outputs, |row, column| weight[row * outputs + column]);
+                pack(&mut back, outputs, inputs, |row, column| weight[column * outputs + row]);
+            },
+        );
+        Self { inputs, outputs, forth, back }
+    }
+
+    /// Returns x · weight + bias.
+    ///
+    /// # Shapes
+    /// `x: [rows, inputs]`, `bias: [outputs]` to `[rows, outputs]`.
+    pub fn forward(&self, x: &[f32], bias: &[f32]) -> Vec<f32> {
+        let mut out = multiply(x, self.inputs, &self.forth, self.outputs);
+        vectorize(
+            #[inline(always)]
+            || {
+                for row in out.chunks_exact_mut(self.outputs.max(1)) {
+                    row.iter_mut().zip(bias).for_each(|(y, bias)| *y += bias);
+                }
+            },
+        );
+        out
+    }
+
+    /// Returns the gradient by x, `[rows, inputs]`, from the one by the output, `[rows, outputs]`.
+    pub fn by_input(&self, gradient: &[f32]) -> Vec<f32> {
+        multiply(gradient, self.outputs, &self.back, self.inputs)
+    }
+}
+
+/// Returns rows of `k` numbers times panels of `m` columns.
+fn multiply(x: &[f32], k: usize, panels: &[[f32; LANES]], m: usize) -> Vec<f32> {
+    let (rows, wide) = (x.len() / k.max(1), padded(m));
+    let mut out = vec![0.0; rows * wide];
+    vectorize(
+        #[inline(always)]
+        || {
+            for (out, x) in out.chunks_mut((BLOCK * wide).max(1)).zip(x.chunks((BLOCK * k).max(1))) {
+                product(out, x.len() / k, Left { numbers: x, stride: k, transposed: false }, panels, k);
+            }
+        },
+    );
+    if wide > m {
+        for row in 1..rows {
+            out.copy_within(row * wide..row * wide + m, row * m);
+        }
+        out.truncate(rows * m);
+    }
+    out
+}
+
+/// Adds xᵀ · gradient to a weight's gradient.
+///
+/// # Shapes
+/// `x: [rows, inputs]`, `gradient: [rows, outputs]`, `sum: [inputs, outputs]`.
+pub fn weight_gradient(x: &[f32], gradient: &[f32], [inputs, outputs]: [usize; 2], sum: &mut [f32]) {
+    let wide = padded(outputs);
+    let (mut panels, mut part) = (Vec::new(), vec![0.0; inputs * wide]);
+    let blocks = x.chunks((DEEP * inputs).max(1)).zip(gradient.chunks((DEEP * outputs).max(1)));
+    vectorize(
+        #[inline(always)]
+        || {
+            for (x, gradient) in blocks {
+                let rows = x.len() / inputs;
+                pack(&mut panels, rows, outputs, |row, column| gradient[row * outputs + column]);
+                product(&mut part, inputs, Left { numbers: x, stride: inputs, transposed: true }, &panels, rows);
+                for (sum, part) in sum.chunks_exact_mut(outputs).zip(part.chunks_exact(wide)) {
+                    sum.iter_mut().zip(part).for_each(|(sum, x)| *sum += x);
+                }
+            }
+        },
+    );
+}
+
+/// Adds the sum of rows to a bias' gradient.
+///
+/// # Shapes
+/// `gradient: [rows, outputs]`, `sum: [outputs]`.
+pub fn bias_gradient(gradient: &[f32], sum: &mut [f32]) {
+    vectorize(
+        #[inline(always)]
+        || {
+            for row in gradient.chunks_exact(sum.len().max(1)) {
+                sum.iter_mut().zip(row).for_each(|(sum, x)| *sum += x);
+            }
+        },
+    );
+}
+
+/// Adds numbers to numbers.
+pub fn add(to: &mut [f32], what: &[f32]) {
+    vectorize(
+        #[inline(always)]
+        || to.iter_mut().zip(what).for_each(|(to, what)| *to += what),
+    );
+}

@@ -1,0 +1,86 @@
+//! Layers one after the other.
+
+use super::layer::{self, Layer, LayerPass, NoBias};
+use super::layout::{Entry, Layout};
+use crate::transformer::backprop::attention::padded_bias;
+use crate::transformer::config::NetworkError;
+
+/// Sizes of an encoder.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct EncoderSizes {
+    /// c: numbers of a token.
+    pub width: usize,
+    /// Layers.
+    pub layers: usize,
+    /// Heads of a layer.
+    pub heads: usize,
+    /// Inner width of the feed-forward part.
+    pub inner: usize,
+}
+
+impl EncoderSizes {
+    /// Returns the parameters, named `prefix.LAYER.PART`.
+    ///
+    /// # Errors
+    /// A size of 0, or heads that do not divide the width.
+    pub fn entries(self, prefix: &str) -> Result<Vec<Entry>, NetworkError> {
+        let named = [("width", self.width), ("layers", self.layers), ("heads", self.heads), ("inner", self.inner)];
+        if let Some((name, _)) = named.into_iter().find(|(_, size)| *size == 0) {
+            return Err(NetworkError::Zero(name));
+        }
+        if !self.width.is_multiple_of(self.heads) {
+            return Err(NetworkError::Heads { heads: self.heads, width: self.width });
+        }
+        Ok((0..self.layers).flat_map(|i| layer::entries(&format!("{prefix}.{i}"), self)).collect())
+    }
+}
+
+/// An encoder with its weights packed for one or many passes.
+#[derive(Debug, Clone)]
+pub struct Encoder {
+    sizes: EncoderSizes,
+    layers: Vec<Layer>,
+}
+
+/// Numbers that the backward pass needs.
+#[derive(Debug, Clone)]
+pub struct EncoderPass {
+    layers: Vec<LayerPass>,
+    lengths: Vec<usize>,
+    no_bias: NoBias,
+}
+
+impl Encoder {
+    /// Packs parameters that stand in `values` as `layout` says, named under `prefix`.
+    pub fn new(sizes: EncoderSizes, layout: &Layout, prefix: &str, values: &[f32]) -> Self {
+        let layer = |i: usize| Layer::new(format!("{prefix}.{i}"), sizes, layout, values);
+        Self { sizes, layers: (0..sizes.layers).map(layer).collect() }
+    }
+
+    /// Returns the tokens after all layers. Tokens see those of their own sequence.
+    ///
+    /// # Shapes
+    /// `x: [sum of lengths, c]` to the same.
+    pub fn forward(&self, mut x: Vec<f32>, lengths: &[usize]) -> (Vec<f32>, EncoderPass) {
+        let zeros = |t: &usize| (*t, padded_bias(&vec![0.0; self.sizes.heads * t * t], *t));
+        let no_bias: NoBias = lengths.iter().map(zeros).collect();
+        let mut layers = Vec::with_capacity(self.layers.len());
+        for layer in &self.layers {
+            let (next, pass) = layer.forward(x, lengths, &no_bias);
+            layers.push(pass);
+            x = next;
+        }
+        (x, EncoderPass { layers, lengths: lengths.to_vec(), no_bias })
+    }
+
+    /// Adds the gradients of the parameters to `sums`, which stands as `layout` says; returns the gradient by x.
+    ///
+    /// # Shapes
+    /// `gradient: [sum of lengths, c]`, by what [`Self::forward`] returned, to the same.
+    pub fn backward(&self, pass: EncoderPass, gradient: Vec<f32>, layout: &Layout, sums: &mut [f32]) -> Vec<f32> {
+        let EncoderPass { layers, lengths, no_bias } = pass;
+        let all = self.layers.iter().zip(layers).rev();
+        all.fold(gradient, |gradient, (layer, pass)| layer.backward(pass, &gradient, (&lengths, &no_bias), layout, sums))
+    }
+}
