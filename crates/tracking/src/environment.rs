@@ -6,6 +6,7 @@
 mod checkpoint;
 mod episode;
 mod evaluator;
+mod frozen;
 mod reset;
 mod sensor_model;
 mod setup;

@@ -14,6 +14,7 @@ use lifelike_sim::randomization::{PushSpec, RandomizationSpec};
 mod devices;
 mod frozen;
 mod processes;
+mod records;
 mod sensors;
 
 use super::plan::{Curriculum, Ramp, SensorSpec, Termination, TrackerPlan};

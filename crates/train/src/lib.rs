@@ -31,6 +31,7 @@ mod log_schedule;
 pub mod losses;
 pub mod networks;
 pub mod ppo;
+mod records;
 mod run;
 mod task;
 
@@ -38,5 +39,6 @@ pub use environment::{StepOutcome, VectorEnvironment};
 pub use error::TrainError;
 pub use limits::PlanError;
 pub use log_schedule::LogSchedule;
+pub use records::{RewardRecords, StepEnd};
 pub use run::{Progress, Summary, TrainingRun};
 pub use task::{Budget, Scalar, Schedule, TrainingTask, Validation};

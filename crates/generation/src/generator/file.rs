@@ -102,6 +102,22 @@ impl Generator {
         &self.header
     }
 
+    /// Returns the statistics of its tokens.
+    pub fn standardizer(&self) -> &Standardizer {
+        &self.standardizer
+    }
+
+    /// Returns the parameters of its network, in the order of its layout.
+    pub(crate) fn values(&self) -> &[f32] {
+        &self.values
+    }
+
+    /// Returns the same generator with other weights, after so many iterations.
+    pub(crate) fn with(mut self, values: Vec<f32>, iterations: u64) -> Self {
+        (self.values, self.header.iterations) = (values, iterations);
+        self
+    }
+
     /// Saves it.
     ///
     /// # Errors

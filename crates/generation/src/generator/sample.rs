@@ -8,6 +8,8 @@ use rayon::prelude::*;
 
 use super::{Generator, grounded};
 use crate::GenerationError;
+use crate::align::by_tokens;
+use crate::critic::RewardSurrogate;
 use crate::denoiser::{Denoiser, DenoiserInput};
 use crate::diffusion::{Sampler, Schedule, guide};
 use crate::representation::FeatureMatrix;
@@ -64,6 +66,20 @@ impl Generator {
     /// [`GenerationError::Prompt`] for a text that is no sentence, [`GenerationError::Mismatch`] for a duration,
     /// number of steps, weight or number of candidates out of range.
     pub fn sample(&self, prompt: &str, options: &SampleOptions) -> Result<Vec<Generated>, GenerationError> {
+        self.sample_towards(prompt, options, None)
+    }
+
+    /// Returns motions of a sentence, every clean prediction on the way moved towards what a surrogate promises well of:
+    /// `M + strength · ∇ Σ v(m_t)`, in the standardized numbers of the tokens.
+    ///
+    /// # Errors
+    /// As [`Self::sample`]; a surrogate of another robot.
+    pub fn sample_towards(
+        &self,
+        prompt: &str,
+        options: &SampleOptions,
+        surrogate: Option<(&dyn RewardSurrogate, f64)>,
+    ) -> Result<Vec<Generated>, GenerationError> {
         let header = self.header();
         let condition = Condition::Pieces(header.pieces.encode(prompt)?);
         let seconds = options.seconds.unwrap_or(header.median_seconds.max(MIN_SECONDS));
@@ -76,6 +92,7 @@ impl Generator {
         within("seconds", seconds, MIN_SECONDS, header.max_seconds)?;
         within("guidance", options.guidance, 0.0, 100.0)?;
         within("eta", options.eta, 0.0, 1.0)?;
+        within("strength of the critic", surrogate.map_or(0.0, |(_, strength)| strength), 0.0, 100.0)?;
         within("candidates", options.candidates as f64, 1.0, 4096.0)?;
         let schedule = Schedule::cosine(header.diffusion_steps);
         let steps = options.steps.unwrap_or(schedule.len());
@@ -102,7 +119,15 @@ impl Generator {
             if !free.is_empty() {
                 guide(told, free, options.guidance as f32);
             }
-            Ok(told.chunks_exact(size).map(<[f32]>::to_vec).collect())
+            let towards = |motion: &[f32]| -> Result<Vec<f32>, GenerationError> {
+                let mut motion = motion.to_vec();
+                if let Some((surrogate, strength)) = surrogate {
+                    let (_, by) = by_tokens(surrogate, &space, &self.standardizer, &motion, rows)?;
+                    motion.iter_mut().zip(by).for_each(|(x, by)| *x += strength as f32 * by);
+                }
+                Ok(motion)
+            };
+            told.par_chunks_exact(size).map(towards).collect()
         };
         let sampler = Sampler { steps, eta: options.eta };
         let motions = sampler.sample(&schedule, motions, &[], noise, clean)?;

@@ -12,6 +12,7 @@ use crate::text::Condition;
 #[derive(Debug, Clone)]
 pub(super) struct Draw<'a> {
     pub(super) clean: &'a [f32],
+    pub(super) rows: usize,
     pub(super) noisy: Vec<f32>,
     pub(super) step: usize,
     pub(super) condition: Option<Condition>,
@@ -32,5 +33,6 @@ pub(super) fn draw<'a>(
     let condition = (rng.random::<f64>() >= dropout).then(|| Condition::Pieces(caption.clone()));
     let step = rng.random_range(0..schedule.len());
     let noise: Vec<f32> = sample.tokens.iter().map(|_| StandardNormal.sample(&mut rng)).collect();
-    Draw { clean: &sample.tokens, noisy: schedule.add_noise(&sample.tokens, &noise, step), step, condition }
+    let noisy = schedule.add_noise(&sample.tokens, &noise, step);
+    Draw { clean: &sample.tokens, rows: sample.rows, noisy, step, condition }
 }

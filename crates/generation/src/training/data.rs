@@ -9,6 +9,7 @@ use sha2::{Digest, Sha256};
 
 use super::GeneratorPlan;
 use crate::GenerationError;
+use crate::generator::Generator;
 use crate::representation::{FeatureMatrix, RepresentationSpec, Standardizer};
 use crate::space::MotionSpace;
 use crate::text::pieces::WordPieces;
@@ -122,6 +123,8 @@ fn captions(clip: &MotionClip) -> Vec<String> {
 pub(super) struct Sample {
     /// Standardized, `[tokens, width]`.
     pub(super) tokens: Vec<f32>,
+    /// Rows that the tokens stand for.
+    pub(super) rows: usize,
     pub(super) captions: Vec<Vec<u32>>,
 }
 
@@ -148,23 +151,50 @@ impl TrainingData {
     /// Motion that does not fit the robot, captions that are no sentences.
     pub fn new(plan: &GeneratorPlan, robot: &Robot, motions: &[CaptionedMotion]) -> Result<Self, GenerationError> {
         let space = MotionSpace::new(RepresentationSpec::of(&robot.layout), plan.space);
-        let of = |part: Part| motions.iter().filter(move |motion| motion.part == part);
+        let of = || motions.iter().filter(|motion| motion.part == Part::Train);
         let encode = |motion: &CaptionedMotion| FeatureMatrix::new(space.encode(&motion.rows)?, space.width());
-        let training = motions.par_iter().filter(|motion| motion.part == Part::Train);
-        let tokens = training.map(encode).collect::<Result<Vec<_>, _>>()?;
+        let tokens = of().collect::<Vec<_>>().into_par_iter().map(encode).collect::<Result<Vec<_>, _>>()?;
         let standardizer = Standardizer::of(&tokens, Standardizer::FLOOR)?;
+        let captions = of().flat_map(|motion| &motion.captions).map(String::as_str);
+        let pieces = WordPieces::learn(captions, plan.pieces)?;
+        Self::with(space, standardizer, pieces, motions)
+    }
+
+    /// Returns motions in the numbers of a trained generator, with its statistics and word pieces.
+    ///
+    /// # Errors
+    /// As [`Self::new`], and another robot than the generator's.
+    pub fn of_generator(
+        generator: &Generator,
+        robot: &Robot,
+        motions: &[CaptionedMotion],
+    ) -> Result<Self, GenerationError> {
+        generator.check_robot(robot)?;
+        let pieces = generator.header().pieces.clone();
+        Self::with(generator.space(), generator.standardizer().clone(), pieces, motions)
+    }
+
+    fn with(
+        space: MotionSpace,
+        standardizer: Standardizer,
+        pieces: WordPieces,
+        motions: &[CaptionedMotion],
+    ) -> Result<Self, GenerationError> {
+        let of = |part: Part| motions.iter().filter(move |motion| motion.part == part);
         let mut captions: Vec<String> = of(Part::Train).flat_map(|motion| motion.captions.clone()).collect();
-        let pieces = WordPieces::learn(captions.iter().map(String::as_str), plan.pieces)?;
         captions.sort();
         captions.dedup();
-        let sample = |motion: &CaptionedMotion, tokens: FeatureMatrix| -> Result<Sample, GenerationError> {
-            let mut tokens = tokens.rows;
+        let sample = |motion: &CaptionedMotion| -> Result<Sample, GenerationError> {
+            let mut tokens = space.encode(&motion.rows)?;
             standardizer.standardize(&mut tokens);
             let captions = motion.captions.iter().map(|text| pieces.encode(text)).collect::<Result<_, _>>()?;
-            Ok(Sample { tokens, captions })
+            Ok(Sample { tokens, rows: motion.rows.n, captions })
         };
-        let training = of(Part::Train).zip(tokens).map(|(m, t)| sample(m, t)).collect::<Result<Vec<_>, _>>()?;
-        let validation = of(Part::Validation).map(|m| sample(m, encode(m)?)).collect::<Result<Vec<_>, _>>()?;
+        let samples = |part| {
+            let motions: Vec<_> = of(part).collect();
+            motions.into_par_iter().map(sample).collect::<Result<Vec<_>, _>>()
+        };
+        let (training, validation) = (samples(Part::Train)?, samples(Part::Validation)?);
         let mut seconds: Vec<f64> = of(Part::Train).map(|m| (m.rows.n - 1) as f64 / space.spec().fps).collect();
         seconds.sort_by(f64::total_cmp);
         let mut licences: Vec<String> = of(Part::Train).map(|m| m.licence.trim().to_string()).collect();

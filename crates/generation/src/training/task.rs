@@ -41,8 +41,10 @@ impl TrainingTask for GeneratorTrainer {
             ("Gradient/norm", now.gradient_norm),
             ("Gradient/skipped", now.skipped as f64),
         ]
+        .into_iter()
+        .chain(now.realism.map(|realism| ("Train/realism", realism)))
         .map(|(name, value)| (name.to_string(), value))
-        .to_vec()
+        .collect()
     }
 
     fn validate(&mut self) -> Result<Option<Validation>, GenerationError> {

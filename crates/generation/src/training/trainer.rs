@@ -12,6 +12,7 @@ use super::batch::{Draw, draw};
 use super::data::Sample;
 use super::{GeneratorPlan, TrainingData};
 use crate::GenerationError;
+use crate::align::Alignment;
 use crate::denoiser::{Denoiser, DenoiserInput, DenoiserSizes, TextInput};
 use crate::diffusion::{Average, Schedule};
 use crate::generator::{Generator, GeneratorHeader};
@@ -26,6 +27,8 @@ pub struct GeneratorMetrics {
     pub iteration: u64,
     /// Eq. 5.6: squared error of the clean motion in standard deviations, mean over each motion and the batch.
     pub loss: f64,
+    /// Mean value of the surrogate over the rows of the predicted clean motions, where there is one.
+    pub realism: Option<f64>,
     /// Learning rate of this iteration.
     pub learning_rate: f64,
     /// Norm of the gradient before clipping.
@@ -48,6 +51,7 @@ pub struct GeneratorTrainer {
     average: Average,
     iteration: u64,
     skipped: u64,
+    alignment: Option<Alignment>,
 }
 
 impl GeneratorTrainer {
@@ -73,7 +77,23 @@ impl GeneratorTrainer {
             values,
             iteration: 0,
             skipped: 0,
+            alignment: None,
         })
+    }
+
+    /// Begins with a trained generator's weights instead, and aligns them with a surrogate beside the loss (eq. 5.7).
+    ///
+    /// # Errors
+    /// A generator of other sizes than the plan's.
+    pub fn aligned(mut self, generator: &Generator, alignment: Alignment) -> Result<Self, GenerationError> {
+        let (own, other) = (self.sizes, generator.header().sizes);
+        if own != other {
+            return Err(GenerationError::mismatch("sizes of the generator", format!("{own:?}"), format!("{other:?}")));
+        }
+        self.values = generator.values().to_vec();
+        self.average = Average::new(self.plan.ema, self.values.clone());
+        self.alignment = Some(alignment);
+        Ok(self)
     }
 
     /// The plan.
@@ -115,11 +135,13 @@ impl GeneratorTrainer {
             .map(|part| self.part(&denoiser, part, draws.len()))
             .collect::<Result<_, _>>()?;
         // Summed in the parts' order, whichever core had which, so the number of cores changes no bit.
-        let (mut gradient, mut loss) = (vec![0.0; self.layout.len()], 0.0);
-        for (own, sums) in parts {
+        let (mut gradient, mut loss, mut realism) = (vec![0.0; self.layout.len()], 0.0, 0.0);
+        for (own, value, sums) in parts {
             loss += own;
+            realism += value;
             add(&mut gradient, &sums);
         }
+        let realism = self.alignment.as_ref().map(|_| realism);
         let (set, learning_rate) = (InstructionSet::chosen(), plan.learning_rate_at(i));
         let gradient_norm = norm(set, &gradient);
         if gradient_norm.is_finite() {
@@ -139,16 +161,23 @@ impl GeneratorTrainer {
         }
         self.iteration += 1;
         let (iteration, skipped) = (self.iteration, self.skipped);
-        Ok(GeneratorMetrics { iteration, loss, learning_rate, gradient_norm, skipped })
+        Ok(GeneratorMetrics { iteration, loss, realism, learning_rate, gradient_norm, skipped })
     }
 
-    /// Loss and gradient of some motions of a batch of `count`.
-    fn part(&self, denoiser: &Denoiser, part: &[Draw<'_>], count: usize) -> Result<(f64, Vec<f32>), GenerationError> {
+    /// Loss, surrogate and gradient of some motions of a batch of `count`.
+    fn part(&self, denoiser: &Denoiser, part: &[Draw<'_>], count: usize) -> Result<Part, GenerationError> {
         let (mut gradient, pass) = denoiser.forward(&inputs(part))?;
+        let predicted = if self.alignment.is_some() { gradient.clone() } else { Vec::new() };
         let loss = against(&mut gradient, part, count);
+        let mut realism = 0.0;
+        if let Some(alignment) = &self.alignment {
+            let lengths = part.iter().map(|draw| (draw.clean.len(), draw.rows));
+            let data = &self.data;
+            realism = alignment.add(&data.space, &data.standardizer, &predicted, lengths, count, &mut gradient)?;
+        }
         let mut sums = vec![0.0; self.layout.len()];
         denoiser.backward(pass, &gradient, &self.layout, &mut sums);
-        Ok((loss, sums))
+        Ok((loss, realism, sums))
     }
 
     /// Returns the loss of the averaged weights on motion that is not trained on (training motion where there is none
@@ -219,6 +248,9 @@ impl GeneratorTrainer {
         Ok(())
     }
 }
+
+/// Loss, mean value of the surrogate, and gradient of some motions of a batch.
+type Part = (f64, f64, Vec<f32>);
 
 fn inputs<'a>(part: &'a [Draw<'_>]) -> Vec<DenoiserInput<'a>> {
     let input =

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use lifelike_generation::critic::{Critic, RewardSurrogate};
 use lifelike_generation::generator::{Generator, SampleOptions};
 use lifelike_motion::container;
 use lifelike_robot::Robot;
@@ -51,6 +52,12 @@ pub struct Args {
     /// Number of motions.
     #[arg(long, default_value_t = 1)]
     pub candidates: usize,
+    /// A critic that guides sampling towards motion that its policy can execute: what `lifelike train critic` leaves.
+    #[arg(long)]
+    pub critic: Option<PathBuf>,
+    /// Strength of the critic's guidance; 0 only reports its values.
+    #[arg(long, default_value_t = 0.02, requires = "critic")]
+    pub critic_strength: f64,
 }
 
 /// Runs the command.
@@ -71,7 +78,10 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
         candidates: args.candidates,
     };
     let began = std::time::Instant::now();
-    let generated = generator.sample(&args.prompt, &options)?;
+    let critic = args.critic.as_deref().map(Critic::load).transpose()?;
+    critic.iter().try_for_each(|critic| critic.check(&generator.header().spec))?;
+    let guide = critic.as_ref().map(|critic| (critic as &dyn RewardSurrogate, args.critic_strength));
+    let generated = generator.sample_towards(&args.prompt, &options, guide)?;
     let sampling_seconds = began.elapsed().as_secs_f64();
     let mut files = Vec::with_capacity(generated.len());
     let mut seconds = 0.0;
@@ -83,12 +93,15 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
         container::write(&path, &clip)?;
         files.push(path);
     }
+    let realism = critic.map(|c| generated.iter().map(|m| c.realism(&m.rows)).collect::<Result<Vec<_>, _>>()).transpose()?;
     let value = json!({
-        "prompt": args.prompt, "robot": robot.name, "files": files, "seconds": seconds,
+        "realism": realism, "prompt": args.prompt, "robot": robot.name, "files": files, "seconds": seconds,
         "sampling_seconds": sampling_seconds, "familiarity": familiarity,
     });
     output.result(&value, || {
-        let list: String = files.iter().map(|path| format!("{}\n", path.display())).collect();
+        let value = |i: usize| realism.as_ref().map_or(String::new(), |all| format!("  Realism {:.2}", all[i]));
+        let list: String =
+            files.iter().enumerate().map(|(i, path)| format!("{}{}\n", path.display(), value(i))).collect();
         let first = files.first().map_or(Path::new(""), PathBuf::as_path);
         let next = NextCommand::new("motion check").word(first.display()).robot(&args.robot);
         let count = files.len();

@@ -17,13 +17,19 @@ pub mod robots;
 
 // What needs the training framework; without it these are commands in name only.
 #[cfg(feature = "learning")]
+pub mod align;
+#[cfg(feature = "learning")]
 pub mod generate;
 #[cfg(feature = "learning")]
 mod prior_file;
 #[cfg(feature = "learning")]
 mod reconstruction;
 #[cfg(feature = "learning")]
+mod rollouts;
+#[cfg(feature = "learning")]
 pub mod train;
+#[cfg(not(feature = "learning"))]
+use missing as align;
 #[cfg(not(feature = "learning"))]
 use missing as generate;
 #[cfg(not(feature = "learning"))]
@@ -45,6 +51,7 @@ pub enum Command {
     #[command(subcommand)]
     Motion(motion::Motion),
     Train(train::Args),
+    Align(align::Args),
     Generate(generate::Args),
     Eval(eval::Args),
     Demo(demo::Args),
@@ -67,6 +74,7 @@ impl Command {
             Self::Inspect(args) => inspect::run(&args, output),
             Self::Motion(motion) => motion.run(output),
             Self::Train(args) => train::run(&args, output),
+            Self::Align(args) => align::run(&args, output),
             Self::Generate(args) => generate::run(&args, output),
             Self::Eval(args) => eval::run(&args, output),
             Self::Demo(args) => demo::run(&args, output),

@@ -10,11 +10,13 @@ pub struct BuiltinPlan {
 }
 
 /// The name tells the command: `track-...` is for `train tracker`.
-const KINDS: [(&str, &str); 5] = [
+const KINDS: [(&str, &str); 7] = [
     ("track", "train tracker"),
     ("prior", "train prior"),
     ("spline", "train spline"),
+    ("critic", "train critic"),
     ("generator", "train generator"),
+    ("align", "align"),
     ("study", "bench tracking"),
 ];
 
@@ -44,8 +46,10 @@ pub fn builtin() -> impl Iterator<Item = BuiltinPlan> {
         "prior-spline",
         "spline",
         "spline-lima",
+        "critic",
         "generator",
         "generator-thesis",
+        "align",
         "study-inputs",
         "study-scaling",
     ]

@@ -11,7 +11,7 @@ use lifelike_robot::clips::is_builtin;
 /// Keys whose values are motion: files, folders, patterns, `@list.txt`, built-in clips.
 const MOTION: [&str; 3] = ["clips", "validation", "test"];
 /// Keys whose values are trained networks.
-const NETWORKS: [&str; 2] = ["prior", "init"];
+const NETWORKS: [&str; 5] = ["prior", "init", "controller", "generator", "critic"];
 
 /// Returns a plan's path as the working directory has it: in the plan's folder, in the one above, or as it is written; the
 /// first at which there is something.

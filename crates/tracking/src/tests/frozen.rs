@@ -13,7 +13,7 @@ use lifelike_nn::normalizer::RunningNormalizer;
 type Case<'a> = (&'a [usize], Option<(&'a [usize], usize)>);
 
 /// A policy as training would leave it, with networks of these sizes.
-fn trained(robot: &Robot, hidden: &[usize], encoder: Option<(&[usize], usize)>) -> Policy {
+pub(super) fn trained(robot: &Robot, hidden: &[usize], encoder: Option<(&[usize], usize)>) -> Policy {
     let window = if encoder.is_some() { vec![-3, 0, 3] } else { Vec::new() };
     let reference = ReferenceSpec { frame: true, window, ..ReferenceSpec::default() };
     let spec = ObservationSpec::new(robot, reference, AnchorSpec { heading: true, position: true });

@@ -7,6 +7,8 @@ pub mod robustness;
 #[cfg(feature = "learning")]
 mod autoencoders;
 #[cfg(feature = "learning")]
+pub mod critic;
+#[cfg(feature = "learning")]
 pub mod latent;
 #[cfg(feature = "learning")]
 pub mod learning;
@@ -14,7 +16,7 @@ pub mod learning;
 pub mod tracking;
 #[cfg(not(feature = "learning"))]
 use crate::commands::missing::{
-    self as curves, self as images, self as latent, self as learning, self as reconstruction, self as strands,
+    self as critic, self as curves, self as images, self as latent, self as learning, self as reconstruction, self as strands,
     self as tracking,
 };
 #[cfg(feature = "learning")]
@@ -29,6 +31,7 @@ use crate::output::Output;
 #[derive(Debug, Subcommand)]
 #[allow(missing_docs)] // a comment on a variant would take the place of the command's help text
 pub enum Bench {
+    Critic(critic::Args),
     Curves(curves::Args),
     Engine(engine::Args),
     Images(images::Args),
@@ -47,6 +50,7 @@ impl Bench {
     /// As the command.
     pub fn run(self, output: &Output) -> Result<(), CliError> {
         match self {
+            Self::Critic(args) => critic::run(&args, output),
             Self::Curves(args) => curves::run(&args, output),
             Self::Engine(args) => engine::run(&args, output),
             Self::Images(args) => images::run(&args, output),

@@ -1,12 +1,14 @@
-//! `lifelike train ...`: a motion prior, then a policy; a motion spline for editing; a generator of motion from text.
+//! `lifelike train ...`: a motion prior, then a policy, then its critic; a motion spline for editing; a generator of motion
+//! from text.
 
+pub mod critic;
 pub mod driver;
 pub mod generator;
 pub mod hardware;
 mod keys;
 pub mod prior;
 pub mod processes;
-mod source;
+pub mod source;
 pub mod spline;
 pub mod tracker;
 
@@ -15,7 +17,7 @@ use clap::Subcommand;
 use crate::error::CliError;
 use crate::output::Output;
 
-/// Train a motion prior, a tracking policy, a motion spline, or a generator.
+/// Train a motion prior, a tracking policy, its critic, a motion spline, or a generator.
 #[derive(Debug, clap::Args)]
 pub struct Args {
     /// The kind of training.
@@ -30,6 +32,7 @@ pub enum Train {
     Prior(prior::Args),
     Tracker(tracker::Args),
     Spline(spline::Args),
+    Critic(critic::Args),
     Generator(generator::Args),
 }
 
@@ -42,6 +45,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
         Train::Prior(args) => prior::run(args, output),
         Train::Tracker(args) => tracker::run(args, output),
         Train::Spline(args) => spline::run(args, output),
+        Train::Critic(args) => critic::run(args, output),
         Train::Generator(args) => generator::run(args, output),
     }
 }

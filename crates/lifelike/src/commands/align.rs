@@ -1,0 +1,91 @@
+//! `lifelike align`: a generator brought closer to what a policy can execute (thesis 5.2.2).
+
+use std::path::{Path, PathBuf};
+
+use lifelike_generation::align::{AlignPlan, AlignTrainer};
+use lifelike_generation::critic::Critic;
+use lifelike_generation::generator::{FILE, Generator};
+use lifelike_generation::training::CaptionedMotion;
+use lifelike_report::run::RunFolder;
+use lifelike_robot::Robot;
+use lifelike_train::TrainingTask;
+use serde_json::json;
+
+use crate::commands::train::driver::Driver;
+use crate::commands::train::source::Source;
+use crate::error::CliError;
+use crate::next::NextCommand;
+use crate::output::Output;
+
+/// The built-in plan that is taken where none is named.
+const PLAN: &str = "align";
+
+/// Align a generator with a critic: fine-tune it so that what it makes is motion that the critic's policy can execute.
+///
+/// The loss is the generator's own less beta times the critic's values (RobotMDM). At every validation the generator's own loss on
+/// motion that it was not trained on stands beside Realism, the critic's mean value; when that loss has risen by more than the
+/// plan's tolerance, the run stops, and the most realistic weights before it are the result. Ctrl-C saves; --resume goes on.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+Examples:
+  lifelike align --generator runs/generator/motion.generator.safetensors --critic runs/critic/motion.critic.safetensors \\
+      'clips=[\"data/grammar\"]' -o runs/aligned
+  lifelike align --resume -o runs/aligned")]
+pub struct Args {
+    /// The generator to begin with; the plan's where not given.
+    #[arg(long)]
+    pub generator: Option<PathBuf>,
+    /// The critic, frozen; the plan's where not given.
+    #[arg(long)]
+    pub critic: Option<PathBuf>,
+    /// Plan and folder.
+    #[command(flatten)]
+    pub source: Source,
+}
+
+/// Runs the command.
+pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
+    let mut source = args.source.clone();
+    if !source.resume {
+        source.plan.get_or_insert_with(|| PLAN.into());
+        for (key, path) in [("generator", &args.generator), ("critic", &args.critic)] {
+            source.overrides.extend(path.iter().map(|path| format!("{key}={}", path.display())));
+        }
+    }
+    let folder = source.folder()?;
+    let plan: AlignPlan = source.fixed(&folder)?;
+    let robot = Robot::load(&plan.robot)?;
+    let (generator, critic) = (Generator::load(&plan.generator)?, Critic::load(&plan.critic)?);
+    let motions = CaptionedMotion::load(&plan.clips, &robot, generator.header().max_seconds)?;
+    let mut trainer = AlignTrainer::new(&plan, &robot, generator, critic, &motions)?;
+    drop(motions);
+    let run = if source.resume { RunFolder::open(&folder)? } else { RunFolder::create(&folder, &plan)? };
+    let summary = Driver::new(&run, output).train(&mut trainer, |now| {
+        format!("loss {:.4}  Realism {:.3}", now.metrics.loss, now.metrics.realism.unwrap_or(f64::NAN))
+    })?;
+    let (path, [before, best]) = (folder.join(FILE), trainer.marks());
+    let value = json!({
+        "run": folder, "generator": path, "iterations": trainer.iteration(), "stopped_by_guard": trainer.stopped(),
+        "loss": [before[0], best[0]], "realism": [before[1], best[1]], "interrupted": summary.interrupted,
+    });
+    output.result(&value, || report(&trainer, &path, before, best, &plan.robot))?;
+    if summary.interrupted {
+        let next = NextCommand::new("align").word("--resume").path("-o", &folder);
+        return Err(CliError::Interrupted(format!("go on with {next}")));
+    }
+    Ok(())
+}
+
+fn report(trainer: &AlignTrainer, path: &Path, before: [f64; 2], best: [f64; 2], robot: &str) -> String {
+    let end = if trainer.stopped() { ", ended by the guard" } else { "" };
+    format!(
+        "{} iterations{end}: Realism {:.3} → {:.3}, loss on motion not trained on {:.4} → {:.4}\ngenerator: {}\nnext:      {}\n",
+        trainer.iteration(),
+        before[1],
+        best[1],
+        before[0],
+        best[0],
+        path.display(),
+        NextCommand::new("generate").word("a person walks").path("--generator", path).robot(robot).word("-o").word("walk.motion.safetensors")
+    )
+}

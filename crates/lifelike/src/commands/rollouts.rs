@@ -1,0 +1,74 @@
+//! Rollouts of a frozen controller in a tracker plan's environments, for commands.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use lifelike_generation::critic::RewardRecords;
+use lifelike_generation::representation::{FeatureMatrix, RepresentationSpec};
+use lifelike_motion::MotionClip;
+use lifelike_robot::{Controller, LatentEncoder, ReferenceLibrary, Robot};
+use lifelike_tracking::plan::EpisodeSpec;
+use lifelike_tracking::{Environment, TrackerPlan};
+use rayon::prelude::*;
+use sha2::{Digest, Sha256};
+
+use crate::commands::physics::Physics;
+use crate::error::CliError;
+use crate::output::Output;
+use crate::plans;
+use crate::progress::Progress;
+
+/// A tracker's training, by its plan's name or file, whose reward, terminations, randomisation and pushes hold.
+pub fn tracker_plan(name: &Path, robot: &str, seed: u64) -> Result<TrackerPlan, CliError> {
+    // The plan's own clips and networks are not needed, wherever they are.
+    let mut plan: TrackerPlan = plans::load(name, &["clips=[\"builtin\"]".into()])?;
+    (plan.robot, plan.seed) = (robot.into(), seed);
+    (plan.prior, plan.init) = (None, None);
+    Ok(plan)
+}
+
+/// A controller among clips.
+pub struct Rollouts<'a> {
+    /// The frozen controller.
+    pub controller: &'a Controller,
+    /// Clips to follow.
+    pub clips: &'a [MotionClip],
+    /// The environments' plan.
+    pub tracker: &'a TrackerPlan,
+    /// Physics engine.
+    pub physics: &'a Physics,
+}
+
+impl Rollouts<'_> {
+    /// Makes so many environments whose episodes take this course.
+    pub fn environment(&self, episode: EpisodeSpec, environments: usize) -> Result<Environment, CliError> {
+        let robot = Arc::clone(self.controller.robot());
+        let encoder = self.controller.prior().map(|prior| prior as &dyn LatentEncoder);
+        let library = ReferenceLibrary::new(&robot, self.clips, encoder)?;
+        let terrain = self.tracker.terrain.map(|terrain| terrain.build()).transpose()?.map(Arc::new);
+        let simulation = self.physics.simulate(terrain, &robot, environments)?;
+        let plan = TrackerPlan { episode, ..self.tracker.frozen(self.controller, environments) };
+        Ok(Environment::new(&plan, robot, Arc::new(library), simulation)?)
+    }
+
+    /// Lets the controller act in environments for so many control steps of each.
+    pub fn record(&self, mut environment: Environment, steps: u64, output: &Output) -> Result<RewardRecords, CliError> {
+        let mut progress = Progress::new(output, "rollouts", steps);
+        let records = environment.record(self.controller, steps, |done| progress.update(done, steps, String::new))?;
+        progress.finish();
+        Ok(records)
+    }
+}
+
+/// Rows of clips in thesis 5.2's representation.
+pub fn rows_of(clips: &[MotionClip], robot: &Robot) -> Result<(RepresentationSpec, Vec<FeatureMatrix>), CliError> {
+    let spec = RepresentationSpec::of(&robot.layout);
+    let rows = clips.par_iter().map(|clip| FeatureMatrix::from_clip(clip, &spec)).collect::<Result<Vec<_>, _>>()?;
+    Ok((spec, rows))
+}
+
+/// SHA-256 of a file, hexadecimal.
+pub fn digest_of(path: &PathBuf) -> Result<String, CliError> {
+    let bytes = std::fs::read(path).map_err(|e| CliError::Input(format!("{}: {e}", path.display())))?;
+    Ok(Sha256::digest(&bytes).iter().map(|byte| format!("{byte:02x}")).collect())
+}

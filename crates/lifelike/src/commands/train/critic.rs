@@ -1,0 +1,191 @@
+//! `lifelike train critic`: the reward that a policy will get for a motion, from the motion alone.
+
+use std::path::{Path, PathBuf};
+
+use lifelike_checkpoint::Checkpoint;
+use lifelike_generation::critic::{CriticData, CriticMetrics, CriticPlan, CriticTrainer, RewardRecords, StepEnd};
+use lifelike_motion::MotionClip;
+use lifelike_report::run::RunFolder;
+use lifelike_robot::Robot;
+use lifelike_tracking::plan::EpisodeSpec;
+use lifelike_train::limits::{range, whole};
+use serde::{Deserialize, Serialize};
+use serde_json::json;
+
+use super::driver::Driver;
+use super::source::Source;
+use crate::commands::clips;
+use crate::commands::controller_file::Loaded;
+use crate::commands::physics::Physics;
+use crate::commands::rollouts::{Rollouts, digest_of, rows_of, tracker_plan};
+use crate::error::CliError;
+use crate::next::NextCommand;
+use crate::output::Output;
+
+/// Train the critic of a frozen controller: the discounted reward that a motion promises, differentiable by the motion.
+///
+/// The controller follows the clips in many disturbed environments (thesis Algorithm 1); a network then learns its rewards by the
+/// motion alone. The run is a folder: plan.toml, records.safetensors, metrics.jsonl, checkpoints, report.html, and at the end
+/// motion.critic.safetensors.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+Examples:
+  lifelike train critic --plan critic -o runs/critic
+  lifelike train critic --plan critic --controller mine.controller.safetensors 'clips=[\"data/mine\"]' -o runs/mine
+  lifelike train critic --resume -o runs/critic
+  lifelike bench critic --run runs/critic --motions @experiments/track-all-test.txt     # is it right?")]
+pub struct Args {
+    /// Plan and folder.
+    #[command(flatten)]
+    pub source: Source,
+    /// The frozen controller (or policy); the plan's where not given.
+    #[arg(long)]
+    pub controller: Option<PathBuf>,
+    /// Engine and threads.
+    #[command(flatten)]
+    pub physics: Physics,
+}
+
+/// A critic's training, as its TOML file has it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CriticTrainingPlan {
+    /// A built-in robot's name, or its MJCF or URDF file.
+    pub robot: String,
+    /// The frozen controller.
+    pub controller: PathBuf,
+    /// The tracker's plan, by name or file, whose reward, terminations, randomisation and pushes hold.
+    pub environment: PathBuf,
+    /// Clips to follow: files, folders, patterns.
+    pub clips: Vec<PathBuf>,
+    /// Follow the mirror image of every clip too.
+    #[serde(default)]
+    pub mirror: bool,
+    /// Seed of everything random.
+    #[serde(default)]
+    pub seed: u64,
+    /// Amount of experience.
+    #[serde(default)]
+    pub rollouts: RolloutPlan,
+    /// Network and learning.
+    #[serde(default)]
+    pub critic: CriticPlan,
+}
+
+/// Amount of experience.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct RolloutPlan {
+    /// Environments.
+    pub environments: usize,
+    /// Control steps of each.
+    pub steps: u64,
+    /// Longest episode (s); a clip that ends before is followed by another.
+    pub seconds: f64,
+}
+
+impl Default for RolloutPlan {
+    fn default() -> Self {
+        Self { environments: 512, steps: 2000, seconds: 20.0 }
+    }
+}
+
+impl CriticTrainingPlan {
+    /// Checks that every value is in its range.
+    pub fn check(&self) -> Result<(), CliError> {
+        self.critic.check()?;
+        whole("rollouts.environments", self.rollouts.environments as u64, 1, 1 << 20)?;
+        whole("rollouts.steps", self.rollouts.steps, 1, 1 << 32)?;
+        Ok(range("rollouts.seconds", self.rollouts.seconds, 0.02, 1e5)?)
+    }
+
+    /// Reads its clips.
+    pub fn motions(&self, robot: &Robot) -> Result<Vec<MotionClip>, CliError> {
+        let clips = clips::load(&self.clips, robot)?;
+        if self.mirror { Ok(clips::with_mirror_images(clips, robot)?) } else { Ok(clips) }
+    }
+
+    /// Returns the records of a run.
+    pub fn records(folder: &Path) -> Result<RewardRecords, CliError> {
+        Ok(RewardRecords::load(&Checkpoint::load(&folder.join(RECORDS))?, KEY)?)
+    }
+}
+
+/// In a run's folder.
+const RECORDS: &str = "records.safetensors";
+const KEY: &str = "records";
+
+/// Runs the command.
+pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
+    let mut source = args.source.clone();
+    if let (Some(path), false) = (&args.controller, source.resume) {
+        source.overrides.push(format!("controller={}", path.display()));
+    }
+    let folder = source.folder()?;
+    let plan: CriticTrainingPlan = source.fixed(&folder)?;
+    plan.check()?;
+    let loaded = Loaded::load(&plan.controller, Some(&plan.robot), None)?;
+    let robot = loaded.controller.robot();
+    args.physics.require_ready(robot)?;
+    let clips = plan.motions(robot)?;
+    let run = if source.resume { RunFolder::open(&folder)? } else { RunFolder::create(&folder, &plan)? };
+    let records = if folder.join(RECORDS).exists() {
+        CriticTrainingPlan::records(&folder)?
+    } else {
+        record(&plan, &loaded, &clips, args, &folder, output)?
+    };
+    let failures = records.end.iter().filter(|end| **end == StepEnd::Failed).count();
+    let (steps, reward) = (records.len(), records.reward.iter().sum::<f32>() / records.len() as f32);
+    let (representation, motions) = rows_of(&clips, robot)?;
+    let controller = digest_of(&plan.controller)?;
+    let data = CriticData { robot: robot.name.clone(), controller, representation, motions, records };
+    let mut trainer = CriticTrainer::new(&plan.critic, plan.seed, data)?;
+    let summary = Driver::new(&run, output).train(&mut trainer, |now| {
+        let CriticMetrics { loss, target, .. } = now.metrics;
+        format!("epoch {}  loss {loss:.4}  mean target {target:.2}", now.iteration)
+    })?;
+    let path = CriticTrainer::critic_path(&folder);
+    let validation = trainer.validate_once();
+    let value = json!({
+        "run": folder, "critic": path, "interrupted": summary.interrupted, "epochs": summary.iteration,
+        "clips": clips.len(), "control_steps": steps, "failures": failures, "mean_reward": reward,
+        "explained_variance": validation.map(|v| v[0]), "seconds": summary.seconds,
+    });
+    output.result(&value, || {
+        let explained = validation.map_or(String::new(), |v| format!("; {:.2} of the variance explained on clips held out", v[0]));
+        format!(
+            "{steps} control steps on {} clips, {failures} failures, mean reward {reward:.3}; {} epochs in {:.1} min{explained}\n\
+             critic: {}\nnext:   {}\n",
+            clips.len(),
+            summary.iteration,
+            summary.seconds / 60.0,
+            path.display(),
+            NextCommand::new("bench critic").path("--run", &folder).word("--motions").word("CLIPS")
+        )
+    })?;
+    if summary.interrupted {
+        let next = NextCommand::new("train critic").word("--resume").path("-o", &folder);
+        return Err(CliError::Interrupted(format!("go on with {next}")));
+    }
+    Ok(())
+}
+
+/// Collects the records of a run, and keeps them in its folder.
+fn record(
+    plan: &CriticTrainingPlan,
+    loaded: &Loaded,
+    clips: &[MotionClip],
+    args: &Args,
+    folder: &Path,
+    output: &Output,
+) -> Result<RewardRecords, CliError> {
+    let tracker = tracker_plan(&plan.environment, &plan.robot, plan.seed)?;
+    let rollouts = Rollouts { controller: &loaded.controller, clips, tracker: &tracker, physics: &args.physics };
+    let episode = EpisodeSpec { seconds: plan.rollouts.seconds, switch_clips: true, ..tracker.episode };
+    let environment = rollouts.environment(episode, plan.rollouts.environments)?;
+    let records = rollouts.record(environment, plan.rollouts.steps, output)?;
+    let mut file = Checkpoint::new();
+    records.save_into(&mut file, KEY)?;
+    file.save(&folder.join(RECORDS))?;
+    Ok(records)
+}
