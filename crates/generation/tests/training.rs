@@ -124,7 +124,9 @@ fn a_captioned_set_keeps_its_splits_and_sentences() {
     let folder = tempfile::tempdir().unwrap();
     let own = clips::builtin(&robot).all().unwrap();
     let mut entries = Vec::new();
-    for (i, (clip, split)) in own.iter().zip([Split::Train, Split::Train, Split::Validation, Split::HeldOut]).enumerate() {
+    for (i, (clip, split)) in
+        own.iter().zip([Split::Train, Split::Train, Split::Validation, Split::HeldOut]).enumerate()
+    {
         let file = format!("{i}.motion.safetensors");
         container::write(&folder.path().join(&file), clip).unwrap();
         let captions = vec![format!("a person does number {i}"), "somebody moves".into()];
