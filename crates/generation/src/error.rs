@@ -40,14 +40,9 @@ pub enum GenerationError {
     /// A file of a run or a report is the problem.
     #[error(transparent)]
     Report(#[from] lifelike_report::ReportError),
-    /// A file that cannot be read.
-    #[error("{path}: {source}")]
-    Io {
-        /// The file.
-        path: std::path::PathBuf,
-        /// Cause.
-        source: std::io::Error,
-    },
+    /// A captioned data set is the problem.
+    #[error(transparent)]
+    Language(#[from] lifelike_language::LanguageError),
 }
 
 impl GenerationError {

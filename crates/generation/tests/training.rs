@@ -7,7 +7,9 @@ use std::path::PathBuf;
 use lifelike_generation::generator::{Generator, SampleOptions};
 use lifelike_generation::space::SpaceKind;
 use lifelike_generation::training::{CaptionedMotion, GeneratorPlan, GeneratorTrainer, TrainingData};
-use lifelike_robot::Robot;
+use lifelike_language::{CaptionedSet, Entry, Split};
+use lifelike_motion::container;
+use lifelike_robot::{Robot, clips};
 
 fn plan() -> GeneratorPlan {
     GeneratorPlan {
@@ -114,4 +116,31 @@ fn a_run_goes_on_bit_for_bit_and_only_with_its_own_data() {
     let other = GeneratorPlan { max_seconds: 2.0, ..plan };
     let error = trainer(&other, &robot).restore(&saved).unwrap_err().to_string();
     assert!(error.contains("captioned motion"), "{error}");
+}
+
+#[test]
+fn a_captioned_set_keeps_its_splits_and_sentences() {
+    let robot = Robot::load("lima").unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let own = clips::builtin(&robot).all().unwrap();
+    let mut entries = Vec::new();
+    for (i, (clip, split)) in
+        own.iter().zip([Split::Train, Split::Train, Split::Validation, Split::HeldOut]).enumerate()
+    {
+        let file = format!("{i}.motion.safetensors");
+        container::write(&folder.path().join(&file), clip).unwrap();
+        let captions = vec![format!("a person does number {i}"), "somebody moves".into()];
+        let (seconds, source, licence) = (clip.seconds(), "own".into(), "CC0".into());
+        entries.push(Entry { file, split, seconds, captions, source, licence, facts: None });
+    }
+    CaptionedSet { folder: folder.path().into(), entries }.write().unwrap();
+    let inputs = [folder.path().to_path_buf()];
+    let motions = CaptionedMotion::load(&inputs, &robot, 2.0).unwrap();
+    assert_eq!(motions.len(), 4);
+    assert!(motions.iter().all(|motion| motion.rows.n <= 41 && motion.captions.len() == 2));
+    let data = TrainingData::new(&plan(), &robot, &motions).unwrap();
+    assert!(data.describe().starts_with("2 motions, 1 for validation, SHA-256"), "{}", data.describe());
+    std::fs::write(folder.path().join("dataset.jsonl"), "{").unwrap();
+    let error = CaptionedMotion::load(&inputs, &robot, 2.0).unwrap_err().to_string();
+    assert!(error.contains("dataset.jsonl:1"), "{error}");
 }

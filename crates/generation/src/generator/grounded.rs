@@ -10,34 +10,59 @@ use crate::GenerationError;
 
 /// Share of frames that may reach below the ground before the retargeter's passes: the others lift the motion.
 const LOWEST: f64 = 0.1;
+/// Height by which planting soles may lift the lower one (m); beyond it the motion asked for what legs cannot do.
+const MAX_LIFT: f64 = 0.02;
 
 /// Puts a motion on the ground: as a whole by the height of its lower soles, then every standing sole by the
-/// retargeter's own passes ([`settle`]).
+/// retargeter's own passes ([`settle`]). Where those lift the feet off the ground (soles that turn while they stand),
+/// the motion keeps the soles that the network gave it.
 ///
 /// # Errors
 /// A clip of another robot, or a robot without soles.
 pub fn grounded(clip: &MotionClip, robot: &Robot) -> Result<MotionClip, GenerationError> {
     let (character, anatomy) = (&robot.character, &robot.anatomy);
-    let columns = clip.columns_for(character)?;
-    let mut kinematics = Kinematics::new(character);
-    let mut q = character.reference_position();
-    let mut lowest: Vec<f64> = Vec::with_capacity(clip.len());
-    for frame in 0..clip.len() {
-        clip.write_position(character, &columns, frame, &mut q);
-        kinematics.update(character, &q);
-        let soles = anatomy.soles.values();
-        let heights = soles.flat_map(|sole| sole.corners.iter().map(|c| kinematics.point(sole.body, c).z));
-        lowest.push(heights.fold(f64::INFINITY, f64::min));
-    }
-    lowest.sort_by(f64::total_cmp);
-    let level = lowest.get((LOWEST * lowest.len() as f64) as usize).copied().filter(|z| z.is_finite()).unwrap_or(0.0);
+    let heights = lowest_soles(clip, robot)?;
+    let mut sorted = heights.clone();
+    sorted.sort_by(f64::total_cmp);
+    let level = sorted.get((LOWEST * sorted.len() as f64) as usize).copied().filter(|z| z.is_finite()).unwrap_or(0.0);
     let mut lifted = clip.clone();
     lifted.root_position.iter_mut().for_each(|p| p.z -= level);
+    within_ranges(&mut lifted, robot);
     let mut options = clips::retarget_options(robot);
     clips::limit_speeds(&mut options, robot);
     lifted.contacts = Some(clip_contacts(&lifted, character, anatomy, &options.contact)?);
     let before = MotionClip { contacts: lifted.contacts.clone(), ..clip.clone() };
-    let mut out = settle(&before, lifted, character, anatomy, &options)?;
+    let planted = settle(&before, lifted.clone(), character, anatomy, &options)?;
+    let now = lowest_soles(&planted, robot)?;
+    let torn = heights.iter().zip(&now).any(|(before, now)| now - (before - level).max(0.0) > MAX_LIFT);
+    let mut out = if torn { lifted } else { planted };
     out.contacts = Some(clip_contacts(&out, character, anatomy, &options.contact)?);
     Ok(out)
+}
+
+/// Returns the height of the lowest corner of all soles (m) in every frame.
+fn lowest_soles(clip: &MotionClip, robot: &Robot) -> Result<Vec<f64>, GenerationError> {
+    let character = &robot.character;
+    let columns = clip.columns_for(character)?;
+    let mut kinematics = Kinematics::new(character);
+    let mut q = character.reference_position();
+    let lowest = |frame: usize| {
+        clip.write_position(character, &columns, frame, &mut q);
+        kinematics.update(character, &q);
+        let soles = robot.anatomy.soles.values();
+        let heights = soles.flat_map(|sole| sole.corners.iter().map(|c| kinematics.point(sole.body, c).z));
+        heights.fold(f64::INFINITY, f64::min)
+    };
+    Ok((0..clip.len()).map(lowest).collect())
+}
+
+/// Puts every joint into its range.
+fn within_ranges(clip: &mut MotionClip, robot: &Robot) {
+    let width = clip.joint_names.len().max(1);
+    for joint in robot.character.scalar_joints() {
+        let column = clip.joint_names.iter().position(|name| *name == joint.name);
+        if let (Some(column), Some((low, high))) = (column, joint.range) {
+            clip.joints.iter_mut().skip(column).step_by(width).for_each(|q| *q = q.max(low).min(high));
+        }
+    }
 }

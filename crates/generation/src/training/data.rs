@@ -1,8 +1,10 @@
 //! Captioned motion of one robot, in the network's numbers.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
-use lifelike_motion::{MotionClip, container};
+use lifelike_language::dataset::INDEX;
+use lifelike_language::{CaptionedSet, Entry, Split};
+use lifelike_motion::MotionClip;
 use lifelike_robot::{Robot, clips};
 use rayon::prelude::*;
 use sha2::{Digest, Sha256};
@@ -14,27 +16,13 @@ use crate::representation::{FeatureMatrix, RepresentationSpec, Standardizer};
 use crate::space::MotionSpace;
 use crate::text::pieces::WordPieces;
 
-/// Use of a motion.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Part {
-    /// Trained on.
-    Train,
-    /// For the curve of the loss.
-    Validation,
-    /// For the tables.
-    Test,
-    /// For the tables; combinations and words never trained on.
-    HeldOut,
-}
-
 /// One motion with its captions.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CaptionedMotion {
     /// Name, for messages.
     pub name: String,
     /// Use.
-    pub part: Part,
+    pub split: Split,
     /// The motion.
     pub rows: FeatureMatrix,
     /// Sentences about all of it.
@@ -43,18 +31,6 @@ pub struct CaptionedMotion {
     pub licence: String,
 }
 
-/// The lines of an index that training reads.
-#[derive(serde::Deserialize)]
-struct IndexLine {
-    file: PathBuf,
-    split: Part,
-    captions: Vec<String>,
-    #[serde(default)]
-    licence: String,
-}
-
-/// The index of a folder of captioned clips.
-const INDEX: &str = "dataset.jsonl";
 /// Rows below which there is no motion.
 const MIN_ROWS: usize = 10;
 
@@ -74,23 +50,23 @@ impl CaptionedMotion {
         let mut out = Vec::new();
         for input in inputs {
             if input.join(INDEX).is_file() {
-                let read = |line: IndexLine| {
-                    let clip = container::read(&input.join(&line.file))?;
-                    let (rows, captions) = (rows(&clip)?, line.captions);
-                    Ok(Self { name: clip.name, part: line.split, rows, captions, licence: line.licence })
+                let set = CaptionedSet::read(input)?;
+                let read = |entry: &Entry| {
+                    let clip = set.clip(entry)?;
+                    let (rows, captions) = (rows(&clip)?, entry.captions.clone());
+                    Ok(Self { name: clip.name, split: entry.split, rows, captions, licence: entry.licence.clone() })
                 };
-                let lines = index(&input.join(INDEX))?.into_par_iter();
-                out.extend(lines.map(read).collect::<Result<Vec<_>, GenerationError>>()?);
+                out.extend(set.entries.par_iter().map(read).collect::<Result<Vec<_>, GenerationError>>()?);
                 continue;
             }
             for clip in clips::load(std::slice::from_ref(input), robot)?.all()? {
                 let licence = clip.provenance.licence.clone();
                 let captions = captions(&clip);
-                out.push(Self { part: Part::Train, rows: rows(&clip)?, captions, licence, name: clip.name });
+                out.push(Self { split: Split::Train, rows: rows(&clip)?, captions, licence, name: clip.name });
             }
         }
         out.retain(|motion| motion.rows.n >= MIN_ROWS && !motion.captions.is_empty());
-        if out.iter().any(|motion| motion.part == Part::Train) {
+        if out.iter().any(|motion| motion.split == Split::Train) {
             return Ok(out);
         }
         Err(GenerationError::mismatch(
@@ -99,17 +75,6 @@ impl CaptionedMotion {
             "none",
         ))
     }
-}
-
-fn index(path: &Path) -> Result<Vec<IndexLine>, GenerationError> {
-    let text =
-        std::fs::read_to_string(path).map_err(|source| GenerationError::Io { path: path.to_path_buf(), source })?;
-    let lines = text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty());
-    let read = |(i, line): (usize, &str)| {
-        let what = format!("{}:{}", path.display(), i + 1);
-        serde_json::from_str(line).map_err(|e| GenerationError::mismatch(what, "a line of a captioned data set", e))
-    };
-    lines.map(read).collect()
 }
 
 /// Returns the sentences of a clip's container, or its name as words.
@@ -151,7 +116,7 @@ impl TrainingData {
     /// Motion that does not fit the robot, captions that are no sentences.
     pub fn new(plan: &GeneratorPlan, robot: &Robot, motions: &[CaptionedMotion]) -> Result<Self, GenerationError> {
         let space = MotionSpace::new(RepresentationSpec::of(&robot.layout), plan.space);
-        let of = || motions.iter().filter(|motion| motion.part == Part::Train);
+        let of = || motions.iter().filter(|motion| motion.split == Split::Train);
         let encode = |motion: &CaptionedMotion| FeatureMatrix::new(space.encode(&motion.rows)?, space.width());
         let tokens = of().collect::<Vec<_>>().into_par_iter().map(encode).collect::<Result<Vec<_>, _>>()?;
         let standardizer = Standardizer::of(&tokens, Standardizer::FLOOR)?;
@@ -180,8 +145,8 @@ impl TrainingData {
         pieces: WordPieces,
         motions: &[CaptionedMotion],
     ) -> Result<Self, GenerationError> {
-        let of = |part: Part| motions.iter().filter(move |motion| motion.part == part);
-        let mut captions: Vec<String> = of(Part::Train).flat_map(|motion| motion.captions.clone()).collect();
+        let of = |split: Split| motions.iter().filter(move |motion| motion.split == split);
+        let mut captions: Vec<String> = of(Split::Train).flat_map(|motion| motion.captions.clone()).collect();
         captions.sort();
         captions.dedup();
         let sample = |motion: &CaptionedMotion| -> Result<Sample, GenerationError> {
@@ -190,14 +155,14 @@ impl TrainingData {
             let captions = motion.captions.iter().map(|text| pieces.encode(text)).collect::<Result<_, _>>()?;
             Ok(Sample { tokens, rows: motion.rows.n, captions })
         };
-        let samples = |part| {
-            let motions: Vec<_> = of(part).collect();
+        let samples = |split| {
+            let motions: Vec<_> = of(split).collect();
             motions.into_par_iter().map(sample).collect::<Result<Vec<_>, _>>()
         };
-        let (training, validation) = (samples(Part::Train)?, samples(Part::Validation)?);
-        let mut seconds: Vec<f64> = of(Part::Train).map(|m| (m.rows.n - 1) as f64 / space.spec().fps).collect();
+        let (training, validation) = (samples(Split::Train)?, samples(Split::Validation)?);
+        let mut seconds: Vec<f64> = of(Split::Train).map(|m| (m.rows.n - 1) as f64 / space.spec().fps).collect();
         seconds.sort_by(f64::total_cmp);
-        let mut licences: Vec<String> = of(Part::Train).map(|m| m.licence.trim().to_string()).collect();
+        let mut licences: Vec<String> = of(Split::Train).map(|m| m.licence.trim().to_string()).collect();
         licences.sort();
         licences.dedup();
         licences.retain(|licence| !licence.is_empty());
