@@ -1,5 +1,7 @@
 //! Errors of text to motion.
 
+use std::path::{Path, PathBuf};
+
 /// Errors of text to motion.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -22,12 +24,25 @@ pub enum GenerationError {
         /// The text found.
         got: String,
     },
+    /// A file of a text model that cannot be used.
+    #[error("{path}: {why}")]
+    TextModel {
+        /// The file.
+        path: PathBuf,
+        /// The reason.
+        why: String,
+    },
 }
 
 impl GenerationError {
     /// Returns the error of two things that do not fit.
     pub(crate) fn mismatch(what: impl Into<String>, expected: impl ToString, got: impl ToString) -> Self {
         Self::Mismatch { what: what.into(), expected: expected.to_string(), got: got.to_string() }
+    }
+
+    /// Returns the error of a text model's file.
+    pub(crate) fn text_model(path: &Path, why: impl ToString) -> Self {
+        Self::TextModel { path: path.to_owned(), why: why.to_string() }
     }
 
     /// Returns the error of a prompt.
