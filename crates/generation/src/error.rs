@@ -32,10 +32,28 @@ pub enum GenerationError {
         /// The reason.
         why: String,
     },
+    /// A clip is the problem.
+    #[error(transparent)]
+    Motion(#[from] lifelike_motion::MotionError),
+    /// A plan asks for something impossible.
+    #[error(transparent)]
+    Plan(#[from] lifelike_train::PlanError),
+    /// Tensor data could not be read from the device.
+    #[error(transparent)]
+    Numbers(#[from] lifelike_nn::numbers::Unreadable),
+    /// A model file or checkpoint is the problem.
+    #[error(transparent)]
+    Checkpoint(#[from] lifelike_checkpoint::CheckpointError),
+    /// A file of a run or a report is the problem.
+    #[error(transparent)]
+    Report(#[from] lifelike_report::ReportError),
+    /// The training itself is the problem.
+    #[error(transparent)]
+    Train(#[from] lifelike_train::TrainError),
 }
 
 impl GenerationError {
-    /// Returns the error of two things that do not fit.
+    /// Returns the error of a value that is not the expected one.
     pub(crate) fn mismatch(what: impl Into<String>, expected: impl ToString, got: impl ToString) -> Self {
         Self::Mismatch { what: what.into(), expected: expected.to_string(), got: got.to_string() }
     }

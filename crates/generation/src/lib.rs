@@ -1,8 +1,10 @@
 //! Floor 6: text to motion that a robot can execute (thesis chapter 5, RobotMDM).
 //!
+//! - [`representation`] (5.2): a clip as rows of 7 + 2j numbers at 20 Hz, and back.
 //! - [`text`]: prompts as numbers (built-in word pieces, frozen MiniLM), and how well a prompt is read.
 
 mod error;
+pub mod representation;
 pub mod text;
 
 pub use error::GenerationError;

@@ -11,7 +11,7 @@ pub mod latent;
 pub mod motion_spline;
 pub mod prior;
 pub mod spline_transformer;
-mod standardizer;
+pub mod standardizer;
 
 pub use error::RepresentationError;
 pub use prior::{MotionPrior, PriorClip, PriorPlan, WindowPlan};

@@ -64,18 +64,20 @@ impl Standardizer {
 
 /// Sums over rows on the way to their mean and standard deviation, one pass, without cancellation (Welford 1962).
 #[derive(Debug, Clone)]
-pub(super) struct Moments {
+pub struct Moments {
     mean: Vec<f64>,
     square: Vec<f64>,
     count: f64,
 }
 
 impl Moments {
-    pub(super) fn new(width: usize) -> Self {
+    /// Returns the moments of no rows of `width` numbers.
+    pub fn new(width: usize) -> Self {
         Self { mean: vec![0.0; width], square: vec![0.0; width], count: 0.0 }
     }
 
-    pub(super) fn add(&mut self, row: impl IntoIterator<Item = f64>) {
+    /// Adds a row.
+    pub fn add(&mut self, row: impl IntoIterator<Item = f64>) {
         self.count += 1.0;
         for ((m, s), x) in self.mean.iter_mut().zip(&mut self.square).zip(row) {
             let delta = x - *m;
@@ -85,7 +87,7 @@ impl Moments {
     }
 
     /// Returns the mean and standard deviation of each number.
-    pub(super) fn finish(self) -> (Vec<f64>, Vec<f64>) {
+    pub fn finish(self) -> (Vec<f64>, Vec<f64>) {
         let count = f64::max(self.count, 1.0);
         (self.mean, self.square.into_iter().map(|s| (s / count).sqrt()).collect())
     }
