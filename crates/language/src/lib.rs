@@ -1,1 +1,15 @@
 //! Floor 2: motion with words.
+//!
+//! A data set of captioned clips is a folder with an index ([`dataset`]). What a caption promises are [`facts`], and
+//! [`checks`] tells from forward kinematics whether a clip keeps them. Our own data come from a [`grammar`], which needs
+//! nobody's motion capture.
+
+pub mod checks;
+pub mod dataset;
+pub mod error;
+pub mod facts;
+pub mod grammar;
+
+pub use dataset::{CaptionedSet, Entry, Split};
+pub use error::LanguageError;
+pub use facts::Facts;

@@ -1,0 +1,172 @@
+//! Exact checks: does a motion what a sentence promised?
+//!
+//! [`Tracks`] are the paths of a clip by forward kinematics; [`check`] compares each fact with what is [measured](measure)
+//! on them. Nothing is learned, so a generator can be judged by it.
+
+mod acting;
+pub mod measure;
+mod tracks;
+
+use serde::Serialize;
+
+pub use tracks::{SignalName, Tracks};
+
+use crate::error::LanguageError;
+use crate::facts::{Action, Facts, Mood, Relation, Size, Speed};
+use crate::grammar::{Grammar, Tempo, Verb};
+
+/// Kind of a fact.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Fact {
+    /// The right limb acts.
+    Limb,
+    /// What the verb must show is seen.
+    Shape,
+    /// The number of repetitions or steps.
+    Count,
+    /// The way over the ground, or the sense of a turn.
+    Direction,
+    /// The angle of a turn.
+    Degrees,
+    /// The class of speed.
+    Speed,
+    /// The class of amplitude.
+    Size,
+    /// The posture of a mood.
+    Mood,
+}
+
+impl Fact {
+    /// Every kind.
+    pub const ALL: [Self; 8] = [
+        Self::Limb,
+        Self::Shape,
+        Self::Count,
+        Self::Direction,
+        Self::Degrees,
+        Self::Speed,
+        Self::Size,
+        Self::Mood,
+    ];
+
+    /// Returns the name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Limb => "limb",
+            Self::Shape => "shape",
+            Self::Count => "count",
+            Self::Direction => "direction",
+            Self::Degrees => "degrees",
+            Self::Speed => "speed",
+            Self::Size => "size",
+            Self::Mood => "mood",
+        }
+    }
+}
+
+/// Result of one check.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Finding {
+    /// The verb.
+    pub verb: String,
+    /// The fact.
+    pub fact: Fact,
+    /// What was promised.
+    pub expected: String,
+    /// What was measured.
+    pub got: String,
+    /// Whether they agree.
+    pub passed: bool,
+}
+
+/// Checks every fact on the paths of a clip. Of two actions one after the other, the clip is divided where most hold.
+///
+/// # Errors
+/// [`LanguageError::Grammar`] for a verb that the grammar has not.
+pub fn check(tracks: &Tracks, grammar: &Grammar, facts: &Facts) -> Result<Vec<Finding>, LanguageError> {
+    let verbs = facts.actions.iter().map(|action| grammar.verb(&action.verb)).collect::<Result<Vec<_>, _>>()?;
+    match (facts.relation, facts.actions.as_slice(), verbs.as_slice()) {
+        (Relation::Then, [a, b], [first, second]) => {
+            let step = (tracks.fps / 10.0).ceil().max(1.0) as usize;
+            let least = tracks.fps.ceil() as usize;
+            let mut best: Vec<Finding> = Vec::new();
+            let mut most = None;
+            for at in (least..tracks.len().saturating_sub(least)).step_by(step) {
+                let mut found = of_action(&tracks.part(0..at), first, a, false);
+                found.extend(of_action(&tracks.part(at..tracks.len()), second, b, false));
+                let passed = found.iter().filter(|f| f.passed).count();
+                if most.is_none_or(|most| passed > most) {
+                    most = Some(passed);
+                    best = found;
+                }
+                if most == Some(best.len()) {
+                    break;
+                }
+            }
+            Ok(best)
+        }
+        (relation, actions, verbs) => {
+            let both = relation == Relation::While;
+            Ok(actions.iter().zip(verbs).flat_map(|(action, verb)| of_action(tracks, verb, action, both)).collect())
+        }
+    }
+}
+
+/// Returns the findings of one action. `both`: another limb does another action meanwhile.
+fn of_action(tracks: &Tracks, verb: &Verb, action: &Action, both: bool) -> Vec<Finding> {
+    let mut found = Vec::new();
+    let mut add = |fact: Fact, expected: String, got: String, passed: bool| {
+        found.push(Finding { verb: verb.name.clone(), fact, expected, got, passed });
+    };
+    let side = action.side;
+    let (expected, got, passed) = acting::limb(tracks, verb, side, both);
+    add(Fact::Limb, expected, got, passed);
+    for show in &verb.shows {
+        let (expected, got, passed) = acting::shows(tracks, *show, side);
+        add(Fact::Shape, expected, got, passed);
+    }
+    if let (Some(wanted), Some(rule)) = (action.count, verb.count) {
+        let got = measure::count(tracks, &rule, side);
+        let text = got.map_or("nothing that can be counted".into(), |n| n.to_string());
+        add(Fact::Count, wanted.to_string(), text, got == Some(wanted as usize));
+    }
+    if let Some(direction) = action.direction {
+        let (expected, got, passed) = acting::direction(tracks, verb, direction);
+        add(Fact::Direction, expected, got, passed);
+    }
+    if let (Some(degrees), Some(first), Some(last)) = (action.degrees, tracks.yaw.first(), tracks.yaw.last()) {
+        let got = (last - first).to_degrees().abs();
+        add(Fact::Degrees, format!("{degrees} +- 20"), format!("{got:.0}"), (got - f64::from(degrees)).abs() <= 20.0);
+    }
+    let Some(nominal) = action.nominal else { return found };
+    if let Some(speed) = action.speed {
+        // Times as fast as normal: of what lasts, the inverse.
+        let ratio = measure::tempo(tracks, verb, side).map(|tempo| match verb.tempo {
+            Tempo::Pace => tempo / nominal.tempo,
+            Tempo::Period | Tempo::Duration => nominal.tempo / tempo,
+        });
+        let (expected, passed) = match speed {
+            Speed::Slow => ("at most 0.87 times as fast", ratio.is_some_and(|r| r <= 0.87)),
+            Speed::Fast => ("at least 1.15 times as fast", ratio.is_some_and(|r| r >= 1.15)),
+        };
+        add(Fact::Speed, expected.into(), ratio.map_or("no tempo".into(), |r| format!("{r:.2}")), passed);
+    }
+    if let Some(size) = action.size {
+        let ratio = measure::amplitude(tracks, verb, side).map(|a| a / nominal.amplitude);
+        let (expected, passed) = match size {
+            Size::Small => ("at most 0.87 times as large", ratio.is_some_and(|r| r <= 0.87)),
+            Size::Big => ("at least 1.12 times as large", ratio.is_some_and(|r| r >= 1.12)),
+        };
+        add(Fact::Size, expected.into(), ratio.map_or("no amplitude".into(), |r| format!("{r:.2}")), passed);
+    }
+    if let Some(mood) = action.mood {
+        let change = (measure::head_pitch(tracks) - nominal.head_pitch).to_degrees();
+        let (expected, passed) = match mood {
+            Mood::Sad => ("the head at least 6 degrees further down", change >= 6.0),
+            Mood::Proud => ("the head at least 3 degrees further up", change <= -3.0),
+        };
+        add(Fact::Mood, expected.into(), format!("{change:+.1}"), passed);
+    }
+    found
+}

@@ -1,0 +1,153 @@
+//! Which limb acts, what is seen of it, and where the body goes.
+
+use lifelike_character::Vec3;
+
+use super::measure::{energy, excursion, ground, swings};
+use super::tracks::{Tracks, range};
+use crate::facts::{Direction, Side};
+use crate::grammar::{Acts, Limb, Show, Synth, Verb};
+
+/// Share of the energy of both hands or feet that the acting one has at least.
+const ACTING: f64 = 0.62;
+
+/// Expected, measured, passed.
+type Outcome = (String, String, bool);
+
+/// Checks that the right limb acts.
+pub fn limb(tracks: &Tracks, verb: &Verb, side: Option<Side>, both: bool) -> Outcome {
+    let share = |of: &[Vec<Vec3>; 2]| {
+        let [left, right] = [0, 1].map(|i| energy(&of[i], tracks.fps));
+        (left + right > 1e-9).then(|| left / (left + right))
+    };
+    let lopsided = |left: Option<f64>, side: Option<Side>, least: f64| {
+        let own = match side {
+            Some(Side::Right) => left.map(|l| 1.0 - l),
+            _ => left,
+        };
+        let word = side.map_or("", Side::word);
+        let got = own.map_or("nothing moves".into(), |s| format!("{:.0} % of the energy", 100.0 * s));
+        (format!("{word} with at least {:.0} % of the energy", 100.0 * least), got, own.is_some_and(|s| s >= least))
+    };
+    match verb.acts {
+        Acts::Hand if both || verb.limb != Limb::Energy => {
+            // The other arm swings along with a walk, or keeps its guard: the acting hand goes farther.
+            let reach = [0, 1].map(|hand| match (both, verb.limb) {
+                (false, Limb::Ahead) => farthest(&tracks.hands[hand], |p| p.x),
+                _ => farthest(&tracks.hands[hand], |p| p.z),
+            });
+            let (own, other) = if side == Some(Side::Left) { (reach[0], reach[1]) } else { (reach[1], reach[0]) };
+            let least = 0.05 * tracks.leg;
+            let word = side.map_or("", Side::word);
+            (format!("{word} farther by {least:.2} m"), format!("{:.2} m", own - other), own - other > least)
+        }
+        Acts::Hand => lopsided(share(&tracks.hands), side, ACTING),
+        Acts::Foot => {
+            let relative = [0, 1].map(|i| tracks.feet[i].clone());
+            lopsided(share(&relative), side, ACTING)
+        }
+        Acts::Hands => {
+            let left = share(&tracks.hands);
+            let got = left.map_or("nothing moves".into(), |s| format!("{:.0} % by the left", 100.0 * s));
+            ("both hands, 25 to 75 % each".into(), got, left.is_some_and(|s| (0.25..=0.75).contains(&s)))
+        }
+        Acts::Head => {
+            let turn = |which: usize| {
+                range(&tracks.head.iter().map(|h| h[which]).collect::<Vec<_>>()).map_or(0.0, |(low, high)| high - low)
+            };
+            let (turned, hands) = (turn(0).max(turn(1)).to_degrees(), hands(tracks));
+            let passed = turned > 5.0 && hands < 0.35 * tracks.leg;
+            ("the head turns, the hands do not".into(), format!("{turned:.0} degrees, hands {hands:.2} m"), passed)
+        }
+        Acts::Body => {
+            let steps = swings(tracks, 0).len() + swings(tracks, 1).len();
+            ("no step".into(), format!("{steps} steps"), steps == 0)
+        }
+        Acts::Feet => {
+            let steps = swings(tracks, 0).len() + swings(tracks, 1).len();
+            ("at least two steps".into(), format!("{steps} steps"), steps >= 2 || verb.synth == Some(Synth::Turn) && steps >= 1)
+        }
+    }
+}
+
+/// Returns the greatest value along a path.
+fn farthest(path: &[Vec3], of: impl Fn(&Vec3) -> f64) -> f64 {
+    path.iter().map(of).fold(f64::NEG_INFINITY, f64::max)
+}
+
+fn hands(tracks: &Tracks) -> f64 {
+    excursion(&tracks.hands[0]).max(excursion(&tracks.hands[1]))
+}
+
+/// Checks what a verb must show.
+pub fn shows(tracks: &Tracks, show: Show, side: Option<Side>) -> Outcome {
+    let of = |hand: usize| {
+        let above = tracks.hands[hand].iter().zip(&tracks.shoulders[hand]).map(|(p, shoulder)| p.z - shoulder);
+        let above: Vec<f64> = above.collect();
+        range(&above).zip(above.first().copied())
+    };
+    let chosen: Vec<usize> = match side {
+        Some(Side::Left) => vec![0],
+        Some(Side::Right) => vec![1],
+        _ => vec![0, 1],
+    };
+    let least = |measure: &dyn Fn(usize) -> Option<f64>| {
+        chosen.iter().map(|hand| measure(*hand).unwrap_or(f64::NEG_INFINITY)).fold(f64::INFINITY, f64::min)
+    };
+    match show {
+        Show::HandHigh => {
+            let up = least(&|hand| of(hand).map(|((_, high), _)| high));
+            ("the hand above the shoulder".into(), format!("{up:.2} m"), up > 0.0)
+        }
+        Show::HandOut => {
+            let up = least(&|hand| of(hand).map(|((_, high), first)| high - first));
+            (format!("the hand up by {:.2} m", 0.15 * tracks.leg), format!("{up:.2} m"), up > 0.15 * tracks.leg)
+        }
+        Show::Low => {
+            let heights: Vec<f64> = tracks.root.iter().map(|p| p.z).collect();
+            let sunk = range(&heights).map_or(0.0, |(low, high)| (high - low) / tracks.leg);
+            ("the pelvis down by 12 % of a leg".into(), format!("{:.0} %", 100.0 * sunk), sunk > 0.12)
+        }
+        Show::FootHigh => {
+            let high = [0, 1].map(|foot| {
+                let heights: Vec<f64> = tracks.feet[foot].iter().map(|p| p.z).collect();
+                range(&heights).map_or(0.0, |(low, high)| (high - low) / tracks.leg)
+            });
+            let got = match side {
+                Some(Side::Left) => high[0],
+                Some(Side::Right) => high[1],
+                _ => high[0].max(high[1]),
+            };
+            ("the foot up by 12 % of a leg".into(), format!("{:.0} %", 100.0 * got), got > 0.12)
+        }
+        Show::Bent => {
+            let bent = range(&tracks.pitch).map_or(0.0, |(low, high)| high - low).to_degrees();
+            ("the trunk forward by 12 degrees".into(), format!("{bent:.0}"), bent > 12.0)
+        }
+    }
+}
+
+/// Checks the way: the root's displacement in the heading of the first frame, or the sense of a turn.
+pub fn direction(tracks: &Tracks, verb: &Verb, wanted: Direction) -> Outcome {
+    let (Some(first), Some(last), Some(from), Some(to)) =
+        (tracks.root.first(), tracks.root.last(), tracks.yaw.first(), tracks.yaw.last())
+    else {
+        return (String::new(), "no frame".into(), false);
+    };
+    if matches!(verb.synth, Some(Synth::Turn | Synth::Curve)) {
+        let turned = (to - from).to_degrees();
+        let passed = if wanted == Direction::Left { turned > 20.0 } else { turned < -20.0 };
+        return (format!("a turn to the {wanted:?}").to_lowercase(), format!("{turned:+.0} degrees to the left"), passed);
+    }
+    let way = ground(&(last - first));
+    let (sin, cos) = from.sin_cos();
+    let (ahead, left) = (cos * way.x + sin * way.y, cos * way.y - sin * way.x);
+    let far = 0.2 * tracks.leg;
+    let passed = match wanted {
+        Direction::Forward => ahead > far && ahead > left.abs(),
+        Direction::Backward => ahead < -far && -ahead > left.abs(),
+        Direction::Left => left > far && left > ahead.abs(),
+        Direction::Right => left < -far && -left > ahead.abs(),
+        Direction::InPlace => way.norm() < far,
+    };
+    (format!("{wanted:?}").to_lowercase(), format!("{ahead:+.2} m ahead, {left:+.2} m to the left"), passed)
+}

@@ -1,0 +1,226 @@
+//! A clip as the paths that checks look at: hands, feet and head seen from the pelvis, and the way of the root.
+
+use lifelike_character::rotation::heading_angle;
+use lifelike_character::{Anatomy, Character, Kinematics, Quat, Role, Vec3};
+use lifelike_motion::MotionClip;
+use serde::Deserialize;
+
+use crate::error::LanguageError;
+use crate::facts::Side;
+
+/// A signal of a motion, one number per frame.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum SignalName {
+    /// The hand outward (m), while it is raised.
+    HandSide,
+    /// The hand outward (m), always.
+    HandSideLow,
+    /// The hand inward (m), while it is raised.
+    HandIn,
+    /// The hand ahead (m), while it is raised.
+    HandForward,
+    /// The hand back (m), while it is raised.
+    HandBack,
+    /// The hand's height (m).
+    HandUp,
+    /// Nearness of the hands to each other (m, negative), while they are raised.
+    HandsClose,
+    /// The head's pitch (rad, down is positive).
+    HeadPitch,
+    /// The head's yaw relative to the pelvis (rad).
+    HeadYaw,
+    /// The pelvis' depth (m).
+    RootDown,
+    /// The pelvis' yaw (rad).
+    RootYaw,
+    /// The pelvis' pitch (rad, forward is positive).
+    RootPitch,
+    /// Steps of both feet.
+    Steps,
+}
+
+/// Paths of a clip, one element per frame.
+#[derive(Debug, Clone)]
+pub struct Tracks {
+    /// Frames per second.
+    pub fps: f64,
+    /// Length of a leg (m): the scale of distances.
+    pub leg: f64,
+    /// Root positions (m, world).
+    pub root: Vec<Vec3>,
+    /// Heading of the root, unwrapped (rad).
+    pub yaw: Vec<f64>,
+    /// Pitch of the root (rad, forward is positive).
+    pub pitch: Vec<f64>,
+    /// Left and right hand in the pelvis' heading frame (m); empty without hands.
+    pub hands: [Vec<Vec3>; 2],
+    /// Height of each shoulder in the same frame (m).
+    pub shoulders: [Vec<f64>; 2],
+    /// Left and right foot (m, world).
+    pub feet: [Vec<Vec3>; 2],
+    /// Pitch (down is positive) and yaw of the head relative to the pelvis' heading (rad); empty without head.
+    pub head: Vec<[f64; 2]>,
+}
+
+impl Tracks {
+    /// Computes the paths by forward kinematics.
+    ///
+    /// # Errors
+    /// [`LanguageError::Motion`] when the clip's joints are not the character's.
+    pub fn of(clip: &MotionClip, character: &Character, anatomy: &Anatomy) -> Result<Self, LanguageError> {
+        let columns = clip.columns_for(character)?;
+        let mut kinematics = Kinematics::new(character);
+        let mut q = character.reference_position();
+        // How the head looks when nothing is turned: its frame need not look ahead.
+        kinematics.update(character, &q);
+        let head = anatomy.places.get(&Role::Head).filter(|place| {
+            anatomy.places.get(&Role::Pelvis).is_none_or(|pelvis| pelvis.body != place.body)
+        });
+        let at_rest = head.map(|place| kinematics.body_orientation[place.body]).unwrap_or_else(Quat::identity);
+        let place = |role: Role| anatomy.places.get(&role);
+        let far = |a: Role, b: Role| {
+            let (a, b) = (place(a)?, place(b)?);
+            Some((kinematics.point(a.body, &a.point) - kinematics.point(b.body, &b.point)).norm())
+        };
+        let leg = far(Role::LeftThigh, Role::LeftShank).unwrap_or(0.4) + far(Role::LeftShank, Role::LeftFoot).unwrap_or(0.4);
+        let n = clip.len();
+        let mut tracks = Self {
+            fps: clip.fps,
+            leg,
+            root: clip.root_position.clone(),
+            yaw: Vec::with_capacity(n),
+            pitch: Vec::with_capacity(n),
+            hands: [Vec::new(), Vec::new()],
+            shoulders: [Vec::new(), Vec::new()],
+            feet: [Vec::new(), Vec::new()],
+            head: Vec::new(),
+        };
+        let sides = [
+            (Role::LeftHand, Role::LeftUpperArm, Role::LeftFoot),
+            (Role::RightHand, Role::RightUpperArm, Role::RightFoot),
+        ];
+        for frame in 0..n {
+            clip.write_position(character, &columns, frame, &mut q);
+            kinematics.update(character, &q);
+            let turn = clip.root_orientation[frame];
+            let raw = heading_angle(&turn);
+            let last = tracks.yaw.last().copied().unwrap_or(raw);
+            tracks.yaw.push(raw + ((last - raw) / std::f64::consts::TAU).round() * std::f64::consts::TAU);
+            let level = Quat::from_axis_angle(&Vec3::z_axis(), raw).inverse();
+            let root = clip.root_position[frame];
+            tracks.pitch.push(down(&(level * turn * Vec3::x())));
+            for (side, (hand, shoulder, foot)) in sides.iter().enumerate() {
+                if let (Some(hand), Some(shoulder)) = (place(*hand), place(*shoulder)) {
+                    tracks.hands[side].push(level * (kinematics.point(hand.body, &hand.point) - root));
+                    tracks.shoulders[side].push((kinematics.point(shoulder.body, &shoulder.point) - root).z);
+                }
+                if let Some(foot) = place(*foot) {
+                    tracks.feet[side].push(kinematics.point(foot.body, &foot.point));
+                }
+            }
+            if let Some(place) = head {
+                let ahead = level * kinematics.body_orientation[place.body] * at_rest.inverse() * Vec3::x();
+                tracks.head.push([down(&ahead), ahead.y.atan2(ahead.x)]);
+            }
+        }
+        Ok(tracks)
+    }
+
+    /// Returns the number of frames.
+    pub fn len(&self) -> usize {
+        self.root.len()
+    }
+
+    /// Returns whether there is no frame.
+    pub fn is_empty(&self) -> bool {
+        self.root.is_empty()
+    }
+
+    /// Returns the frames of a range.
+    #[must_use]
+    pub fn part(&self, range: std::ops::Range<usize>) -> Self {
+        let points = |v: &Vec<Vec3>| if v.is_empty() { vec![] } else { v[range.clone()].to_vec() };
+        let numbers = |v: &Vec<f64>| if v.is_empty() { vec![] } else { v[range.clone()].to_vec() };
+        Self {
+            fps: self.fps,
+            leg: self.leg,
+            root: points(&self.root),
+            yaw: numbers(&self.yaw),
+            pitch: numbers(&self.pitch),
+            hands: [points(&self.hands[0]), points(&self.hands[1])],
+            shoulders: [numbers(&self.shoulders[0]), numbers(&self.shoulders[1])],
+            feet: [points(&self.feet[0]), points(&self.feet[1])],
+            head: if self.head.is_empty() { vec![] } else { self.head[range].to_vec() },
+        }
+    }
+
+    /// Returns a signal and the frames in which it counts; none where the robot lacks the limb.
+    pub fn signal(&self, name: SignalName, side: Option<Side>) -> Option<(Vec<f64>, Vec<bool>)> {
+        use SignalName as S;
+        let n = self.len();
+        let always = vec![true; n];
+        match name {
+            S::HeadPitch => Some((self.head_at(0)?, always)),
+            S::HeadYaw => Some((self.head_at(1)?, always)),
+            S::RootDown => Some((self.root.iter().map(|p| -p.z).collect(), always)),
+            S::RootYaw => Some((self.yaw.clone(), always)),
+            S::RootPitch => Some((self.pitch.clone(), always)),
+            S::Steps => None,
+            S::HandsClose => {
+                let raised = self.raised(0)?.into_iter().zip(self.raised(1)?).map(|(a, b)| a && b).collect();
+                let near = self.hands[0].iter().zip(&self.hands[1]).map(|(a, b)| -(a - b).norm()).collect();
+                Some((near, raised))
+            }
+            _ => {
+                let of = |hand: usize| -> Option<(Vec<f64>, Vec<bool>)> {
+                    let path = &self.hands[hand];
+                    let outward = if hand == 0 { 1.0 } else { -1.0 };
+                    let value = |p: &Vec3| match name {
+                        S::HandSide | S::HandSideLow => outward * p.y,
+                        S::HandIn => -outward * p.y,
+                        S::HandForward => p.x,
+                        S::HandBack => -p.x,
+                        _ => p.z,
+                    };
+                    let gate = match name {
+                        S::HandUp | S::HandSideLow => vec![true; n],
+                        _ => self.raised(hand)?,
+                    };
+                    (!path.is_empty()).then(|| (path.iter().map(value).collect(), gate))
+                };
+                match side {
+                    Some(Side::Left) => of(0),
+                    Some(Side::Right) => of(1),
+                    _ => {
+                        let ((a, ga), (b, gb)) = (of(0)?, of(1)?);
+                        let mean = a.iter().zip(&b).map(|(a, b)| 0.5 * (a + b)).collect();
+                        Some((mean, ga.iter().zip(&gb).map(|(a, b)| *a && *b).collect()))
+                    }
+                }
+            }
+        }
+    }
+
+    fn head_at(&self, which: usize) -> Option<Vec<f64>> {
+        (!self.head.is_empty()).then(|| self.head.iter().map(|h| h[which]).collect())
+    }
+
+    /// Returns the frames in which a hand is above the middle of its range.
+    fn raised(&self, hand: usize) -> Option<Vec<bool>> {
+        let heights: Vec<f64> = self.hands[hand].iter().map(|p| p.z).collect();
+        let (low, high) = range(&heights)?;
+        Some(heights.iter().map(|z| *z > 0.5 * (low + high)).collect())
+    }
+}
+
+/// Returns the pitch (rad, down is positive) of a direction.
+fn down(v: &Vec3) -> f64 {
+    (-v.z).atan2(v.x.hypot(v.y))
+}
+
+/// Returns the least and the greatest.
+pub(super) fn range(values: &[f64]) -> Option<(f64, f64)> {
+    let fold = values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(*v), b.max(*v)));
+    (!values.is_empty()).then_some(fold)
+}

@@ -1,0 +1,51 @@
+//! The crate's error.
+
+use std::path::PathBuf;
+
+use lifelike_character::CharacterError;
+use lifelike_motion::MotionError;
+
+/// A failure of reading, making or checking captioned motion.
+#[derive(Debug, thiserror::Error)]
+pub enum LanguageError {
+    /// A file or folder that cannot be read or written.
+    #[error("{path}: {source}")]
+    Io {
+        /// The file or folder.
+        path: PathBuf,
+        /// The system's words.
+        source: std::io::Error,
+    },
+    /// A line of a text that is not what it must be.
+    #[error("{path}:{line}: {message}")]
+    Line {
+        /// The file.
+        path: PathBuf,
+        /// The line, from 1.
+        line: usize,
+        /// `expected X, got Y`.
+        message: String,
+    },
+    /// A grammar that contradicts itself, or names what is not there.
+    #[error("grammar: {0}")]
+    Grammar(String),
+    /// A clip or a character that cannot be used.
+    #[error(transparent)]
+    Motion(#[from] MotionError),
+    /// A character that is not as it must be.
+    #[error(transparent)]
+    Character(#[from] CharacterError),
+}
+
+impl LanguageError {
+    /// Returns what makes an error of a file of the system's error.
+    pub fn io(path: impl Into<PathBuf>) -> impl FnOnce(std::io::Error) -> Self {
+        let path = path.into();
+        move |source| Self::Io { path, source }
+    }
+
+    /// Returns the error of a line (from 1) of a file.
+    pub fn line(path: impl Into<PathBuf>, line: usize, message: impl Into<String>) -> Self {
+        Self::Line { path: path.into(), line, message: message.into() }
+    }
+}

@@ -1,0 +1,210 @@
+//! Facts of a sentence: what it promises about a motion, in a form that can be checked on a clip.
+
+use serde::{Deserialize, Serialize};
+
+/// A side of the body, or of the way.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Side {
+    /// The left one.
+    Left,
+    /// The right one.
+    Right,
+    /// Both at once.
+    Both,
+}
+
+impl Side {
+    /// Returns the side in a mirror.
+    pub fn mirrored(self) -> Self {
+        match self {
+            Self::Left => Self::Right,
+            Self::Right => Self::Left,
+            Self::Both => Self::Both,
+        }
+    }
+
+    /// Returns the word.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Left => "left",
+            Self::Right => "right",
+            Self::Both => "both",
+        }
+    }
+}
+
+/// A direction over the ground, in the heading frame of the first frame; of a turn: left is counterclockwise from above.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Direction {
+    /// Ahead.
+    Forward,
+    /// Back.
+    Backward,
+    /// To the left.
+    Left,
+    /// To the right.
+    Right,
+    /// On the spot.
+    InPlace,
+}
+
+impl Direction {
+    /// Returns the direction in a mirror.
+    pub fn mirrored(self) -> Self {
+        match self {
+            Self::Left => Self::Right,
+            Self::Right => Self::Left,
+            other => other,
+        }
+    }
+}
+
+/// A class of speed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Speed {
+    /// At most 0.85 of the robot's own normal pace.
+    Slow,
+    /// At least 1.18 times the normal pace.
+    Fast,
+}
+
+/// A class of amplitude.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Size {
+    /// At most 0.87 of the normal amplitude.
+    Small,
+    /// At least 1.12 times the normal amplitude.
+    Big,
+}
+
+/// A mood, by posture.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Mood {
+    /// Slumped, the head down.
+    Sad,
+    /// Upright, the head up.
+    Proud,
+}
+
+/// What is normal for one action on one robot.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Nominal {
+    /// Tempo: duration of one repetition or of the whole action (s), or for a walk its pace (m/s).
+    pub tempo: f64,
+    /// Range of the action's signal (m or rad).
+    pub amplitude: f64,
+    /// Pitch of the head (rad, down is positive), mean over the middle of the clip.
+    pub head_pitch: f64,
+}
+
+/// One action of a sentence, with what is said of it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Action {
+    /// The verb, by its name in the grammar.
+    pub verb: String,
+    /// The acting limb's side.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub side: Option<Side>,
+    /// The direction.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub direction: Option<Direction>,
+    /// The number of repetitions or steps.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub count: Option<u32>,
+    /// The angle of a turn (degrees, positive).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub degrees: Option<u32>,
+    /// The class of speed; normal where absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub speed: Option<Speed>,
+    /// The class of amplitude; normal where absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub size: Option<Size>,
+    /// The mood.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mood: Option<Mood>,
+    /// What speed, size and mood are relative to.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub nominal: Option<Nominal>,
+}
+
+impl Action {
+    /// Returns an action of which nothing is said.
+    pub fn of(verb: &str) -> Self {
+        Self {
+            verb: verb.into(),
+            side: None,
+            direction: None,
+            count: None,
+            degrees: None,
+            speed: None,
+            size: None,
+            mood: None,
+            nominal: None,
+        }
+    }
+
+    /// Returns the action in a mirror.
+    pub fn mirrored(&self) -> Self {
+        Self {
+            side: self.side.map(Side::mirrored),
+            direction: self.direction.map(Direction::mirrored),
+            ..self.clone()
+        }
+    }
+
+    /// Returns a text that is the same for all draws of this combination.
+    pub fn key(&self) -> String {
+        let rest = (self.direction, self.count, self.degrees, self.speed, self.size, self.mood);
+        format!("{} {:?} {rest:?}", self.verb, self.side)
+    }
+}
+
+/// Relation of the actions.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Relation {
+    /// There is one action.
+    Single,
+    /// The second follows the first.
+    Then,
+    /// The first is done by the arms during the second.
+    While,
+}
+
+/// What an entry is held out for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum HeldOut {
+    /// Its combination is never trained on; its words are.
+    Combination,
+    /// Its words are never trained on; its combination is.
+    Words,
+}
+
+/// What a sentence promises.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Facts {
+    /// Relation of the actions.
+    pub relation: Relation,
+    /// One action, or two.
+    pub actions: Vec<Action>,
+    /// Why it is held out, if it is.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub held_out: Option<HeldOut>,
+}
+
+impl Facts {
+    /// Returns the facts of the mirrored motion.
+    pub fn mirrored(&self) -> Self {
+        Self { actions: self.actions.iter().map(Action::mirrored).collect(), ..self.clone() }
+    }
+}

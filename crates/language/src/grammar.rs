@@ -1,0 +1,19 @@
+//! Our own motion grammar, free of other people's data: sentences, the motion that they describe, and the facts that
+//! can be checked.
+//!
+//! The main path: [`Grammar`] (a text that a reader can extend) → [`Generator::draw`] (a combination of verb, side,
+//! direction, count, speed, size and mood, or two of them) → `score` (the keyframed text, changed) → retargeting →
+//! [`lifelike_motion::edit`] (mirror, sequence, compose, trim) → [`crate::checks`] → captions.
+
+mod draw;
+mod generator;
+mod score;
+mod table;
+mod write;
+pub mod words;
+
+pub use draw::{Draw, PartDraw};
+pub use generator::{Generator, Made};
+pub use score::{Cycle, Score};
+pub use write::{Options, Summary, write};
+pub use table::{Acts, CountRule, Grammar, Limb, Show, Synth, Tempo, Verb};

@@ -1,0 +1,286 @@
+//! Clips of the grammar for one robot.
+
+use std::path::Path;
+
+use lifelike_character::{Anatomy, Character};
+use lifelike_checkpoint::rng::stream;
+use lifelike_motion::clip::{Caption, Provenance};
+use lifelike_motion::contacts::ContactOptions;
+use lifelike_motion::edit::{Compose, Length, Part, compose, joints_of, mirror, sequence, trim};
+use lifelike_motion::retarget::{RetargetOptions, retarget};
+use lifelike_motion::{MotionClip, keyframes};
+use rand::{Rng, RngCore};
+
+use super::draw::{Draw, PartDraw, draw};
+use super::score::{Cycle, Score};
+use super::table::{Acts, Grammar, Synth};
+use super::words::captions;
+use crate::checks::{Finding, Tracks, check, measure};
+use crate::dataset::Entry;
+use crate::error::LanguageError;
+use crate::facts::{HeldOut, Mood, Nominal, Relation, Side};
+
+/// Shortest and longest clip (s).
+const SECONDS: [f64; 2] = [2.0, 10.0];
+/// Captions of a clip.
+const CAPTIONS: usize = 4;
+/// Terms of what the grammar makes.
+const LICENCE: &str = "MIT OR Apache-2.0";
+/// Cross-fade between two actions (s).
+const FADE: f64 = 0.4;
+/// Radius of a curve (m, of the keyframed figure).
+const RADIUS: f64 = 1.3;
+/// Length of a step to the side (m, of the keyframed figure).
+const SIDE_STEP: f64 = 0.17;
+
+/// Makes clips with captions and facts of a grammar, for one robot.
+pub struct Generator<'a> {
+    grammar: &'a Grammar,
+    character: &'a Character,
+    anatomy: &'a Anatomy,
+    options: RetargetOptions,
+    /// Scores of all verbs.
+    scores: Vec<Score>,
+    /// What is normal of each verb, by the side as written; none of those that this robot cannot do.
+    nominal: Vec<Option<Nominal>>,
+    usable: Vec<usize>,
+    /// The verbs that this robot cannot do, and why.
+    pub left_out: Vec<(String, String)>,
+}
+
+/// A clip of the grammar.
+#[derive(Debug, Clone)]
+pub struct Made {
+    /// The clip, with its captions.
+    pub clip: MotionClip,
+    /// Its line of the index.
+    pub entry: Entry,
+    /// What the checks say.
+    pub findings: Vec<Finding>,
+}
+
+impl Made {
+    /// Returns whether everything that is said is true.
+    pub fn is_true(&self) -> bool {
+        self.findings.iter().all(|finding| finding.passed)
+    }
+}
+
+impl<'a> Generator<'a> {
+    /// Prepares a grammar for a robot: every verb is made once and measured. `options` are those of retargeting.
+    ///
+    /// # Errors
+    /// [`LanguageError::Grammar`] for a clip that there is not.
+    pub fn new(
+        grammar: &'a Grammar,
+        character: &'a Character,
+        anatomy: &'a Anatomy,
+        options: RetargetOptions,
+    ) -> Result<Self, LanguageError> {
+        // Keyframed feet are exact: one that leaves the ground by a centimetre steps. Captured ones need wider bounds,
+        // within which a low slow step would be taken for standing.
+        let contact = ContactOptions { enter_height: 0.008, leave_height: 0.012, ..options.contact.clone() };
+        let options = RetargetOptions { contact, ..options };
+        let mut scores = Vec::new();
+        for verb in &grammar.verbs {
+            let found = keyframes::builtin().find(|(name, _)| *name == verb.clip);
+            let (name, text) = found.ok_or_else(|| {
+                LanguageError::Grammar(format!("verb '{}': expected a keyframed clip, got '{}'", verb.name, verb.clip))
+            })?;
+            scores.push(Score::parse(name, text)?);
+        }
+        let mut generator = Self {
+            grammar,
+            character,
+            anatomy,
+            options,
+            scores,
+            nominal: Vec::new(),
+            usable: Vec::new(),
+            left_out: Vec::new(),
+        };
+        for (number, verb) in grammar.verbs.iter().enumerate() {
+            // At least two repetitions, so that there is a period.
+            let normal = verb.cycles.map_or(0, |[fewest, most]| (fewest + 2).min(most));
+            let part = PartDraw {
+                verb: number,
+                mirrored: false,
+                cycles: normal,
+                degrees: 90.0,
+                speed: 1.0,
+                gain: 1.0,
+                action: crate::facts::Action::of(&verb.name),
+            };
+            let nominal = generator.part(&part, None).and_then(|clip| {
+                let tracks = Tracks::of(&clip, character, anatomy)?;
+                Ok(measure::nominal(&tracks, verb, verb.side))
+            });
+            match nominal {
+                Ok(nominal) => {
+                    generator.usable.push(number);
+                    generator.nominal.push(Some(nominal));
+                }
+                Err(why) => {
+                    generator.left_out.push((verb.name.clone(), why.to_string()));
+                    generator.nominal.push(None);
+                }
+            }
+        }
+        Ok(generator)
+    }
+
+    /// Draws what clip `index` is to be.
+    pub fn draw(&self, seed: u64, index: u64) -> Option<Draw> {
+        let mut drawn = draw(self.grammar, &self.usable, seed, index)?;
+        for (action, part) in drawn.facts.actions.iter_mut().zip(&drawn.parts) {
+            if action.speed.is_some() || action.size.is_some() || action.mood.is_some() {
+                action.nominal = self.nominal[part.verb];
+            }
+        }
+        Some(drawn)
+    }
+
+    /// Makes a drawn clip; none where it would be shorter or longer than clips are.
+    ///
+    /// # Errors
+    /// As retargeting and editing.
+    pub fn make(&self, drawn: &Draw, seed: u64) -> Result<Option<Made>, LanguageError> {
+        let mut rng = stream(seed, "grammar motion", drawn.index, 0);
+        let mut clips = Vec::new();
+        for part in &drawn.parts {
+            clips.push(self.part(part, Some(&mut rng))?);
+        }
+        let joined = match (drawn.facts.relation, clips.as_slice()) {
+            (Relation::Then, [a, b]) => {
+                let (a, b) = (self.without_pauses(a, &mut rng)?, self.without_pauses(b, &mut rng)?);
+                sequence(&[Part::from(&a), Part::from(&b)], FADE)?
+            }
+            (Relation::While, [gesture, legs]) => match self.on_legs(gesture, legs, &drawn.parts[0], &mut rng)? {
+                Some(clip) => clip,
+                None => return Ok(None),
+            },
+            (_, [clip, ..]) => self.without_pauses(clip, &mut rng)?,
+            (_, []) => return Ok(None),
+        };
+        if !(SECONDS[0]..=SECONDS[1]).contains(&joined.seconds()) {
+            return Ok(None);
+        }
+        self.finish(joined, drawn, seed).map(Some)
+    }
+
+    /// Captions, checks, names.
+    fn finish(&self, mut clip: MotionClip, drawn: &Draw, seed: u64) -> Result<Made, LanguageError> {
+        let tracks = Tracks::of(&clip, self.character, self.anatomy)?;
+        let findings = check(&tracks, self.grammar, &drawn.facts)?;
+        let new = drawn.facts.held_out == Some(HeldOut::Words);
+        let mut rng = stream(seed, "grammar words", drawn.index, 0);
+        let texts = captions(self.grammar, &drawn.facts, new, CAPTIONS, &mut rng)?;
+        let verbs: Vec<&str> = drawn.facts.actions.iter().map(|action| action.verb.as_str()).collect();
+        clip.name = format!("g{:06}_{}", drawn.index, verbs.join("+"));
+        let end = clip.seconds();
+        let source = format!("grammar, seed {seed}, {}", drawn.index);
+        clip.provenance = Provenance {
+            character: self.character.name.clone(),
+            source: source.clone(),
+            licence: LICENCE.into(),
+            captions: texts.iter().map(|text| Caption { start: 0.0, end, text: text.clone() }).collect(),
+        };
+        clip.cyclic = false;
+        let entry = Entry {
+            file: format!("{}/{}{}", drawn.split.name(), clip.name, lifelike_motion::container::EXTENSION),
+            split: drawn.split,
+            seconds: end,
+            captions: texts,
+            source,
+            licence: LICENCE.into(),
+            facts: Some(drawn.facts.clone()),
+        };
+        Ok(Made { clip, entry, findings })
+    }
+
+    /// Makes one action: the keyframed text, changed, on the robot. Without `rng` it is as written.
+    fn part(&self, part: &PartDraw, rng: Option<&mut dyn RngCore>) -> Result<MotionClip, LanguageError> {
+        let verb = &self.grammar.verbs[part.verb];
+        let mut score = self.scores[part.verb].clone();
+        let locomotion = verb.acts == Acts::Feet;
+        if !locomotion {
+            score.larger(part.gain, verb.cycle.as_ref());
+        }
+        if let Some(cycle) = &verb.cycle {
+            score.repeat(cycle, part.cycles);
+        }
+        match verb.synth {
+            Some(Synth::Turn) => score.turn(part.degrees),
+            Some(Synth::Curve) => score.curve(RADIUS, part.degrees),
+            Some(Synth::Sideways) => score.sideways(part.cycles, SIDE_STEP),
+            None => {}
+        }
+        if locomotion && verb.synth.is_none() {
+            score.longer_steps(if part.gain > 1.2 { 1.0 + 0.6 * (part.gain - 1.0) } else { part.gain });
+        }
+        if let Some(rng) = rng {
+            vary(&mut score, verb.cycle.as_ref(), rng);
+        }
+        match part.action.mood {
+            Some(Mood::Sad) => {
+                score.offset("chest", "pitch", 7.0);
+                score.offset("head", "pitch", 14.0);
+            }
+            Some(Mood::Proud) => {
+                score.offset("chest", "pitch", -3.0);
+                score.offset("head", "pitch", -9.0);
+            }
+            None => {}
+        }
+        score.faster(part.speed);
+        let source = keyframes::parse(score.to_text().as_bytes(), Path::new(&format!("{}.keys.toml", verb.name)))?;
+        let (clip, _) = retarget(&source, self.character, self.anatomy, &self.options)?;
+        Ok(if part.mirrored { mirror(&clip, self.character)? } else { clip })
+    }
+
+    /// Cuts most of the standing before and after.
+    fn without_pauses<R: Rng>(&self, clip: &MotionClip, rng: &mut R) -> Result<MotionClip, LanguageError> {
+        let (head, tail) = (rng.random_range(0.1..0.3), rng.random_range(0.05..0.2));
+        let spare = clip.seconds() - SECONDS[0];
+        if spare < head + tail {
+            return Ok(clip.clone());
+        }
+        Ok(trim(clip, Some(head), Some(clip.seconds() - tail))?)
+    }
+
+    /// Composes a gesture's arms on walking legs; none where the gesture does not fit.
+    fn on_legs<R: Rng>(
+        &self,
+        gesture: &MotionClip,
+        legs: &MotionClip,
+        part: &PartDraw,
+        rng: &mut R,
+    ) -> Result<Option<MotionClip>, LanguageError> {
+        let gesture = trim(gesture, Some(0.3), Some(gesture.seconds() - 0.2))?;
+        let spare = legs.seconds() - 0.2 - gesture.seconds();
+        if spare < 0.2 {
+            return Ok(None);
+        }
+        let arms = match part.action.side {
+            Some(Side::Left) => "left_arm",
+            Some(Side::Right) => "right_arm",
+            _ => "arms",
+        };
+        let joints = joints_of(self.character, self.anatomy, &[arms.into()])?;
+        let offset = rng.random_range(0.1..=spare);
+        Ok(Some(compose(legs, &gesture, &Compose { joints, offset, length: Length::Return, fade: 0.35 })?))
+    }
+}
+
+/// Small differences that no sentence says.
+fn vary(score: &mut Score, cycle: Option<&Cycle>, rng: &mut dyn RngCore) {
+    for part in ["left_arm", "right_arm"] {
+        score.scale_part(part, rng.random_range(0.94..1.07));
+    }
+    // Of what repeats, posture only: angles of the trunk are small.
+    if cycle.is_none() || rng.random_bool(0.5) {
+        score.scale_part("chest", rng.random_range(0.8..1.25));
+        score.scale_part("head", rng.random_range(0.85..1.15));
+    }
+    score.offset("chest", "pitch", rng.random_range(-1.5..2.0));
+}

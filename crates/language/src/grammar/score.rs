@@ -1,0 +1,312 @@
+//! A keyframed text as numbers that can be changed: repeated, faster, larger, in another mood, with other steps.
+
+use std::collections::BTreeMap;
+use std::fmt::Write;
+
+use serde::Deserialize;
+
+use crate::error::LanguageError;
+
+/// Half of the distance between the feet of the keyframed figure (m).
+const HALF_STANCE: f64 = 0.09;
+
+/// The standing pose: what is not keyed.
+fn standing(axis: &str) -> f64 {
+    match axis {
+        "aside" => 8.0,
+        "elbow" => 15.0,
+        _ => 0.0,
+    }
+}
+
+/// A step of one foot.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+pub struct Step {
+    foot: String,
+    start: f64,
+    end: f64,
+    to: [f64; 2],
+    #[serde(default)]
+    yaw: f64,
+    #[serde(default = "default_height")]
+    height: f64,
+}
+
+fn default_height() -> f64 {
+    0.05
+}
+
+/// A row of steps.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+pub struct Gait {
+    foot: String,
+    start: f64,
+    steps: i64,
+    period: f64,
+    swing: f64,
+    by: [f64; 2],
+    #[serde(default = "default_height")]
+    height: f64,
+}
+
+/// A stretch of time that repeats: poses after `from` up to `from + period` are the pattern, of which the text has `count`.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Cycle {
+    /// Start of the first (s).
+    pub from: f64,
+    /// Duration of one (s).
+    pub period: f64,
+    /// How many the text has.
+    pub count: u32,
+}
+
+/// Poses and steps of a keyframed clip; angles in degrees as in the text.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Score {
+    /// Duration (s).
+    pub seconds: f64,
+    cyclic: bool,
+    arm_swing: f64,
+    /// Keys of every channel (part, axis), in the order of time.
+    keys: BTreeMap<(String, String), Vec<(f64, f64)>>,
+    steps: Vec<Step>,
+    gaits: Vec<Gait>,
+}
+
+#[derive(Deserialize)]
+struct Text {
+    seconds: f64,
+    #[serde(default)]
+    cyclic: bool,
+    #[serde(default)]
+    arm_swing: f64,
+    #[serde(default)]
+    pose: Vec<BTreeMap<String, toml::Value>>,
+    #[serde(default)]
+    step: Vec<Step>,
+    #[serde(default)]
+    gait: Vec<Gait>,
+}
+
+fn number(value: &toml::Value) -> Option<f64> {
+    value.as_float().or_else(|| value.as_integer().map(|v| v as f64))
+}
+
+impl Score {
+    /// Reads a keyframed text (see [`lifelike_motion::keyframes`]).
+    ///
+    /// # Errors
+    /// [`LanguageError::Grammar`] for a text that is none.
+    pub fn parse(name: &str, content: &str) -> Result<Self, LanguageError> {
+        let bad = |message: String| LanguageError::Grammar(format!("clip '{name}': {message}"));
+        let text: Text = toml::from_str(content).map_err(|e| bad(e.to_string()))?;
+        let mut keys: BTreeMap<(String, String), Vec<(f64, f64)>> = BTreeMap::new();
+        for pose in &text.pose {
+            let time = pose.get("time").and_then(number).ok_or_else(|| bad("a pose has no time".into()))?;
+            for (part, axes) in pose.iter().filter(|(part, _)| *part != "time") {
+                let axes = axes.as_table().ok_or_else(|| bad(format!("'{part}' at {time} s is no table")))?;
+                for (axis, value) in axes {
+                    let value = number(value).ok_or_else(|| bad(format!("'{part}.{axis}' is no number")))?;
+                    let parts = if part == "arms" { vec!["left_arm", "right_arm"] } else { vec![part.as_str()] };
+                    for part in parts {
+                        keys.entry((part.into(), axis.clone())).or_default().push((time, value));
+                    }
+                }
+            }
+        }
+        keys.values_mut().for_each(|keys| keys.sort_by(|a, b| a.0.total_cmp(&b.0)));
+        let Text { seconds, cyclic, arm_swing, step, gait, .. } = text;
+        Ok(Self { seconds, cyclic, arm_swing, keys, steps: step, gaits: gait })
+    }
+
+    /// Repeats a cycle `times` instead of as often as the text does; gaits that walk through it take more or fewer steps.
+    pub fn repeat(&mut self, cycle: &Cycle, times: u32) {
+        let &Cycle { from, period, count } = cycle;
+        let longer = (f64::from(times) - f64::from(count)) * period;
+        let end = from + f64::from(count) * period;
+        for keys in self.keys.values_mut() {
+            let before = keys.iter().copied().filter(|k| k.0 <= from);
+            let pattern: Vec<_> = keys.iter().copied().filter(|k| k.0 > from && k.0 <= from + period + 1e-9).collect();
+            let again = (0..times).flat_map(|i| pattern.iter().map(move |k| (k.0 + f64::from(i) * period, k.1)));
+            let after = keys.iter().copied().filter(|k| k.0 > end + 1e-9).map(|k| (k.0 + longer, k.1));
+            *keys = before.chain(again).chain(after).collect();
+        }
+        for gait in &mut self.gaits {
+            gait.steps += (longer / gait.period).round() as i64;
+        }
+        self.seconds += longer;
+    }
+
+    /// Makes everything so many times as fast.
+    pub fn faster(&mut self, times: f64) {
+        self.keys.values_mut().flatten().for_each(|key| key.0 /= times);
+        for step in &mut self.steps {
+            step.start /= times;
+            step.end /= times;
+        }
+        for gait in &mut self.gaits {
+            gait.start /= times;
+            gait.period /= times;
+            gait.swing /= times;
+        }
+        self.seconds /= times;
+    }
+
+    /// Enlarges movements: of every channel around its standing value, or, inside of a cycle, around the cycle's mean.
+    pub fn larger(&mut self, gain: f64, cycle: Option<&Cycle>) {
+        for ((_, axis), keys) in &mut self.keys {
+            let inside = |time: f64| {
+                cycle.is_none_or(|c| time > c.from && time <= c.from + f64::from(c.count) * c.period + 1e-9)
+            };
+            let within: Vec<f64> = keys.iter().filter(|k| inside(k.0)).map(|k| k.1).collect();
+            let centre = match cycle {
+                Some(_) => within.iter().sum::<f64>() / within.len().max(1) as f64,
+                None => standing(axis),
+            };
+            for key in keys.iter_mut().filter(|k| inside(k.0)) {
+                key.1 = centre + gain * (key.1 - centre);
+            }
+        }
+    }
+
+    /// Scales the length of the steps of every gait and step.
+    pub fn longer_steps(&mut self, gain: f64) {
+        for gait in &mut self.gaits {
+            gait.by = gait.by.map(|v| v * gain);
+        }
+        for step in &mut self.steps {
+            step.to = step.to.map(|v| v * gain);
+        }
+        self.arm_swing *= 1.0;
+    }
+
+    /// Scales all deviations from standing of one part of the body.
+    pub fn scale_part(&mut self, part: &str, gain: f64) {
+        for ((of, axis), keys) in self.keys.iter_mut().filter(|((of, _), _)| of == part) {
+            debug_assert!(of == part);
+            let rest = standing(axis);
+            keys.iter_mut().for_each(|key| key.1 = rest + gain * (key.1 - rest));
+        }
+    }
+
+    /// Adds an angle to a channel between the clip's first and last second, going over within half of one.
+    pub fn offset(&mut self, part: &str, axis: &str, by: f64) {
+        let (start, end) = (0.9_f64.min(0.25 * self.seconds), self.seconds - 0.9_f64.min(0.25 * self.seconds));
+        let keys = self.keys.entry((part.into(), axis.into())).or_default();
+        let at = |keys: &[(f64, f64)], t: f64| {
+            let next = keys.iter().position(|k| k.0 >= t);
+            match (next, keys.last()) {
+                (_, None) => standing(axis),
+                (Some(0), _) => standing(axis) + (keys[0].1 - standing(axis)) * t / keys[0].0.max(1e-6),
+                (Some(i), _) => {
+                    let (a, b) = (keys[i - 1], keys[i]);
+                    a.1 + (b.1 - a.1) * (t - a.0) / (b.0 - a.0).max(1e-6)
+                }
+                (None, Some(last)) => last.1,
+            }
+        };
+        let ends = [start, end].map(|t| (t, at(keys, t) + by));
+        keys.iter_mut().filter(|k| k.0 > start && k.0 < end).for_each(|k| k.1 += by);
+        keys.retain(|k| ends.iter().all(|e| (k.0 - e.0).abs() > 0.15));
+        keys.extend(ends);
+        let rest = standing(axis);
+        for edge in [0.3 * start, self.seconds - 0.3 * start] {
+            if keys.iter().all(|k| (k.0 - edge).abs() > 0.15) {
+                keys.push((edge, rest));
+            }
+        }
+        keys.sort_by(|a, b| a.0.total_cmp(&b.0));
+    }
+
+    /// Shifts everything after `time` by `by` seconds.
+    fn shift_after(&mut self, time: f64, by: f64) {
+        self.keys.values_mut().flatten().filter(|k| k.0 >= time).for_each(|k| k.0 += by);
+        self.seconds += by;
+    }
+
+    /// Replaces the steps by a turn on the spot: pairs of steps of equal angle, no more than 45 degrees each.
+    pub fn turn(&mut self, degrees: f64) {
+        let (start, pair, each, base_pairs) = (1.1, 1.3, 0.5, 2.0);
+        let pairs = (degrees.abs() / 45.0 - 1e-6).ceil().max(1.0);
+        self.shift_after(3.0, (pairs - base_pairs) * pair);
+        let first = if degrees > 0.0 { ["left", "right"] } else { ["right", "left"] };
+        self.steps = (0..pairs as usize)
+            .flat_map(|i| {
+                let angle = degrees * (i + 1) as f64 / pairs;
+                first.iter().enumerate().map(move |(j, foot)| {
+                    let begin = start + i as f64 * pair + j as f64 * 0.5 * pair;
+                    arc_step(foot, begin, each, 0.0, angle)
+                })
+            })
+            .collect();
+    }
+
+    /// Replaces the steps by a walk along an arc to the left: radius (m), and the whole angle (degrees).
+    pub fn curve(&mut self, radius: f64, degrees: f64) {
+        let (start, period, swing, base) = (1.2, 0.54, 0.42, 11.0);
+        let count = (degrees / (9.0 * 1.3 / radius)).round().max(2.0);
+        self.shift_after(6.5, (count + 1.0 - base) * period);
+        let foot = |i: usize| if i.is_multiple_of(2) { "right" } else { "left" };
+        self.steps = (0..=count as usize)
+            .map(|i| {
+                let angle = degrees * ((i + 1) as f64).min(count) / count;
+                arc_step(foot(i), start + i as f64 * period, swing, radius, angle)
+            })
+            .collect();
+    }
+
+    /// Replaces the steps by `pairs` of steps to the right, each so long (m).
+    pub fn sideways(&mut self, pairs: u32, by: f64) {
+        let (start, each, swing, base) = (1.3, 0.56, 0.44, 5.0);
+        self.shift_after(6.5, (f64::from(pairs) - base) * 2.0 * each);
+        self.steps = (0..2 * pairs as usize)
+            .map(|i| {
+                let begin = start + i as f64 * each;
+                let foot = if i.is_multiple_of(2) { "right" } else { "left" };
+                let to = [0.0, -by * (i / 2 + 1) as f64];
+                Step { foot: foot.into(), start: begin, end: begin + swing, to, yaw: 0.0, height: 0.05 }
+            })
+            .collect();
+    }
+
+    /// Returns the keyframed text.
+    pub fn to_text(&self) -> String {
+        let mut poses: BTreeMap<i64, BTreeMap<&str, BTreeMap<&str, f64>>> = BTreeMap::new();
+        for ((part, axis), keys) in &self.keys {
+            for (time, value) in keys {
+                // Times to a tenth of a millisecond: equal times are one pose again.
+                let at = (time.clamp(0.0, self.seconds) * 1e4).round() as i64;
+                poses.entry(at).or_default().entry(part).or_default().insert(axis, *value);
+            }
+        }
+        let mut out = format!("seconds = {:.4}\ncyclic = {}\narm_swing = {:.3}\n", self.seconds, self.cyclic, self.arm_swing);
+        for (time, parts) in &poses {
+            // Writing to a string cannot fail.
+            let _ = write!(out, "[[pose]]\ntime = {:.4}\n", (*time as f64) * 1e-4);
+            for (part, axes) in parts {
+                let axes: Vec<String> = axes.iter().map(|(axis, value)| format!("{axis} = {value:.5}")).collect();
+                let _ = writeln!(out, "{part} = {{ {} }}", axes.join(", "));
+            }
+        }
+        for s in &self.steps {
+            let _ = write!(out, "[[step]]\nfoot = \"{}\"\nstart = {:.4}\nend = {:.4}\n", s.foot, s.start, s.end);
+            let _ = write!(out, "to = [{:.5}, {:.5}]\nyaw = {:.4}\nheight = {:.4}\n", s.to[0], s.to[1], s.yaw, s.height);
+        }
+        for g in &self.gaits {
+            let _ = write!(out, "[[gait]]\nfoot = \"{}\"\nstart = {:.4}\nsteps = {}\n", g.foot, g.start, g.steps);
+            let _ = write!(out, "period = {:.5}\nswing = {:.5}\n", g.period, g.swing.min(g.period));
+            let _ = write!(out, "by = [{:.5}, {:.5}]\nheight = {:.4}\n", g.by[0], g.by[1], g.height);
+        }
+        out
+    }
+}
+
+/// Returns a step onto an arc to the left around `[0, radius]`, at an angle (degrees) from the start.
+fn arc_step(foot: &str, start: f64, swing: f64, radius: f64, degrees: f64) -> Step {
+    let offset = if foot == "left" { HALF_STANCE } else { -HALF_STANCE };
+    let (sin, cos) = degrees.to_radians().sin_cos();
+    let own = radius - offset;
+    let to = [own * sin, radius - own * cos - offset];
+    Step { foot: foot.into(), start, end: start + swing, to, yaw: degrees, height: 0.05 }
+}
