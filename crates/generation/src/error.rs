@@ -35,6 +35,9 @@ pub enum GenerationError {
     /// A clip is the problem.
     #[error(transparent)]
     Motion(#[from] lifelike_motion::MotionError),
+    /// A captioned data set is the problem.
+    #[error(transparent)]
+    Language(#[from] lifelike_language::LanguageError),
     /// A plan asks for something impossible.
     #[error(transparent)]
     Plan(#[from] lifelike_train::PlanError),

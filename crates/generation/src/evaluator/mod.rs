@@ -11,8 +11,10 @@ mod contrastive;
 mod data;
 mod encoder;
 mod file;
+mod found;
 mod network;
 mod plan;
+mod reading;
 mod task;
 mod train;
 
@@ -20,6 +22,7 @@ pub use contrastive::contrastive_loss;
 pub use data::{CaptionedMotion, EvaluatorData, caption_kinds};
 pub use encoder::PooledEncoder;
 pub use file::Evaluator;
+pub use found::RealScores;
 pub use network::EvaluatorNetwork;
 pub use plan::{EvaluatorPlan, EvaluatorTrainingPlan};
 pub use train::{EvaluatorMetrics, EvaluatorTrainer};

@@ -48,12 +48,12 @@ impl TrainingTask for EvaluatorTrainer {
 
     fn validate(&mut self) -> Result<Option<Validation>, GenerationError> {
         let Some(found) = self.choose()? else { return Ok(None) };
-        let [one, two, three] = found.precision;
+        let [one, two, three] = found.r_precision.map(|interval| interval.mean);
         let scalars = [
             ("Validation/r_precision_1", one),
             ("Validation/r_precision_2", two),
             ("Validation/r_precision_3", three),
-            ("Validation/mm_dist", found.distance),
+            ("Validation/mm_dist", found.mm_dist.mean),
         ];
         let scalars = scalars.map(|(name, value)| (name.to_string(), value)).to_vec();
         Ok(Some(Validation { scalars, score: Some(three) }))

@@ -13,12 +13,13 @@ use rand::seq::index;
 use rand_distr::{Distribution, StandardNormal};
 
 use super::contrastive::contrastive_loss;
-use super::data::{CaptionedMotion, EvaluatorData, caption_kinds};
+use super::data::{EvaluatorData, caption_kinds};
 use super::file::{Evaluator, NETWORK};
+use super::found::RealScores;
 use super::network::EvaluatorNetwork;
 use super::plan::EvaluatorPlan;
 use crate::GenerationError;
-use crate::metrics::{POOL, Retrieval, pools};
+use crate::metrics::TOP;
 use crate::representation::{RepresentationSpec, Standardizer};
 use crate::text::pieces::{UNKNOWN, WordPieces};
 
@@ -168,10 +169,10 @@ impl EvaluatorTrainer {
     }
 
     /// Measures the networks as they stand on the validation motions and keeps them if none were better.
-    pub(super) fn choose(&mut self) -> Result<Option<Retrieval>, GenerationError> {
+    pub(super) fn choose(&mut self) -> Result<Option<RealScores>, GenerationError> {
         let present = self.present();
-        let Some(found) = retrieval(&present, &self.data.validation)? else { return Ok(None) };
-        let score = found.precision[found.precision.len() - 1];
+        let Some(found) = present.scores(&self.data.validation, 1, present.plan.seed)? else { return Ok(None) };
+        let score = found.r_precision[TOP - 1].mean;
         if self.score.is_none_or(|best| score >= best) {
             (self.score, self.best) = (Some(score), present);
         }
@@ -205,17 +206,4 @@ impl EvaluatorTrainer {
         (self.iteration, self.skipped) = (progress[0], progress[1]);
         Ok(())
     }
-}
-
-/// Measures how well first sentences find their motions in fixed pools; none where there are fewer than two.
-fn retrieval(evaluator: &Evaluator, items: &[CaptionedMotion]) -> Result<Option<Retrieval>, GenerationError> {
-    let captions: Vec<&str> = items.iter().filter_map(|item| item.captions.first()).map(String::as_str).collect();
-    let kinds = caption_kinds(captions.iter().copied());
-    let different = kinds.iter().max().map_or(0, |last| last + 1);
-    let pools = pools(&kinds, POOL.min(different), &mut stream(evaluator.plan.seed, "evaluator.pools", 0, 0));
-    if different < 2 {
-        return Ok(None);
-    }
-    let motions: Vec<_> = items.iter().map(|item| item.motion.clone()).collect();
-    Ok(Some(Retrieval::of(&evaluator.sentences(&captions)?, &evaluator.motions(&motions)?, &pools)?))
 }

@@ -1,5 +1,7 @@
 //! Errors of the crates that learn.
 
+use lifelike_generation::GenerationError;
+use lifelike_language::LanguageError;
 use lifelike_nn::device::DeviceError;
 use lifelike_representation::RepresentationError;
 use lifelike_sequences::SequencesError;
@@ -30,6 +32,22 @@ impl From<RepresentationError> for CliError {
             RepresentationError::Train(error) => error.into(),
             _ => Self::Input(error.to_string()),
         }
+    }
+}
+
+impl From<GenerationError> for CliError {
+    fn from(error: GenerationError) -> Self {
+        match error {
+            GenerationError::Report(error) => error.into(),
+            GenerationError::Train(error) => error.into(),
+            _ => Self::Input(error.to_string()),
+        }
+    }
+}
+
+impl From<LanguageError> for CliError {
+    fn from(error: LanguageError) -> Self {
+        Self::Input(error.to_string())
     }
 }
 

@@ -10,8 +10,13 @@ pub struct BuiltinPlan {
 }
 
 /// The name tells the command: `track-...` is for `train tracker`.
-const KINDS: [(&str, &str); 4] =
-    [("track", "train tracker"), ("prior", "train prior"), ("spline", "train spline"), ("study", "bench tracking")];
+const KINDS: [(&str, &str); 5] = [
+    ("track", "train tracker"),
+    ("prior", "train prior"),
+    ("spline", "train spline"),
+    ("evaluator", "train evaluator"),
+    ("study", "bench tracking"),
+];
 
 macro_rules! plans {
     ($($name:literal),* $(,)?) => {
@@ -39,6 +44,7 @@ pub fn builtin() -> impl Iterator<Item = BuiltinPlan> {
         "prior-spline",
         "spline",
         "spline-lima",
+        "evaluator",
         "study-inputs",
         "study-scaling",
     ]

@@ -1,6 +1,7 @@
-//! `lifelike train ...`: a motion prior, then a policy; a motion spline for editing.
+//! `lifelike train ...`: a motion prior, then a policy; a motion spline for editing; an evaluator of text to motion.
 
 pub mod driver;
+pub mod evaluator;
 pub mod hardware;
 mod keys;
 pub mod prior;
@@ -14,7 +15,7 @@ use clap::Subcommand;
 use crate::error::CliError;
 use crate::output::Output;
 
-/// Train a motion prior, a tracking policy, or a motion spline.
+/// Train a motion prior, a tracking policy, a motion spline, or an evaluator of text to motion.
 #[derive(Debug, clap::Args)]
 pub struct Args {
     /// The kind of training.
@@ -29,6 +30,7 @@ pub enum Train {
     Prior(prior::Args),
     Tracker(tracker::Args),
     Spline(spline::Args),
+    Evaluator(evaluator::Args),
 }
 
 /// Runs the command.
@@ -40,5 +42,6 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
         Train::Prior(args) => prior::run(args, output),
         Train::Tracker(args) => tracker::run(args, output),
         Train::Spline(args) => spline::run(args, output),
+        Train::Evaluator(args) => evaluator::run(args, output),
     }
 }
