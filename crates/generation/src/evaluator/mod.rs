@@ -22,7 +22,6 @@ pub use contrastive::contrastive_loss;
 pub use data::{CaptionedMotion, EvaluatorData, caption_kinds};
 pub use encoder::PooledEncoder;
 pub use file::Evaluator;
-pub use found::RealScores;
 pub use network::EvaluatorNetwork;
 pub use plan::{EvaluatorPlan, EvaluatorTrainingPlan};
 pub use train::{EvaluatorMetrics, EvaluatorTrainer};

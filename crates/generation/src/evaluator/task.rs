@@ -56,7 +56,7 @@ impl TrainingTask for EvaluatorTrainer {
             ("Validation/mm_dist", found.mm_dist.mean),
         ];
         let scalars = scalars.map(|(name, value)| (name.to_string(), value)).to_vec();
-        Ok(Some(Validation { scalars, score: Some(three) }))
+        Ok(Some(Validation { scalars, score: Some(Self::score(&found)) }))
     }
 
     fn checkpoint(&self) -> Result<Checkpoint, GenerationError> {

@@ -15,11 +15,10 @@ use rand_distr::{Distribution, StandardNormal};
 use super::contrastive::contrastive_loss;
 use super::data::{EvaluatorData, caption_kinds};
 use super::file::{Evaluator, NETWORK};
-use super::found::RealScores;
 use super::network::EvaluatorNetwork;
 use super::plan::EvaluatorPlan;
 use crate::GenerationError;
-use crate::metrics::TOP;
+use crate::metrics::{Scores, TOP};
 use crate::representation::{RepresentationSpec, Standardizer};
 use crate::text::pieces::{UNKNOWN, WordPieces};
 
@@ -169,14 +168,19 @@ impl EvaluatorTrainer {
     }
 
     /// Measures the networks as they stand on the validation motions and keeps them if none were better.
-    pub(super) fn choose(&mut self) -> Result<Option<RealScores>, GenerationError> {
+    pub(super) fn choose(&mut self) -> Result<Option<Scores>, GenerationError> {
         let present = self.present();
         let Some(found) = present.scores(&self.data.validation, 1, present.plan.seed)? else { return Ok(None) };
-        let score = found.r_precision[TOP - 1].mean;
+        let score = Self::score(&found);
         if self.score.is_none_or(|best| score >= best) {
             (self.score, self.best) = (Some(score), present);
         }
         Ok(Some(found))
+    }
+
+    /// Returns the quality by which networks are chosen: the mean of top 1 to top 3, since the last is soon perfect.
+    pub(super) fn score(found: &Scores) -> f64 {
+        found.r_precision.iter().map(|interval| interval.mean).sum::<f64>() / TOP as f64
     }
 
     /// Returns everything needed to continue bit for bit. [`Evaluator::load`] reads a file of it.

@@ -1,8 +1,7 @@
 //! `lifelike train evaluator`: encoders of sentences and motions, by which text to motion is measured.
 
-use lifelike_generation::evaluator::{
-    CaptionedMotion, EvaluatorData, EvaluatorTrainer, EvaluatorTrainingPlan, RealScores,
-};
+use lifelike_generation::evaluator::{CaptionedMotion, EvaluatorData, EvaluatorTrainer, EvaluatorTrainingPlan};
+use lifelike_generation::metrics::{HEAD, Scores};
 use lifelike_generation::representation::RepresentationSpec;
 use lifelike_language::{CaptionedSet, Split};
 use lifelike_report::run::RunFolder;
@@ -57,7 +56,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let mut trainer = EvaluatorTrainer::new(plan.evaluator, spec.clone(), data)?.to_device(&args.networks.open()?);
     let summary = Driver::new(&run, output).train(&mut trainer, |now| format!("loss {:.3}", now.metrics.loss))?;
     let evaluator = trainer.evaluator();
-    let mut scores: Vec<(&str, RealScores)> = Vec::new();
+    let mut scores: Vec<(&str, Scores)> = Vec::new();
     for split in Split::ALL {
         let items = CaptionedMotion::read(&set, split, &spec)?;
         scores.extend(evaluator.scores(&items, REPETITIONS, seed)?.map(|found| (split.name(), found)));
@@ -88,12 +87,11 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     Ok(())
 }
 
-fn text_of(scores: &[(&str, RealScores)]) -> String {
-    let cells = |(split, found): &(&str, RealScores)| {
-        let [one, two, three] = found.r_precision.map(|interval| interval.to_string());
-        let (size, pool) = (found.motions.to_string(), found.pool.to_string());
-        vec![(*split).to_string(), size, pool, one, two, three, found.mm_dist.to_string(), found.diversity.to_string()]
+fn text_of(scores: &[(&str, Scores)]) -> String {
+    let cells = |(split, found): &(&str, Scores)| {
+        let first = [(*split).to_string(), found.motions.to_string(), found.pool.to_string()];
+        first.into_iter().chain(found.cells()).collect::<Vec<_>>()
     };
-    let head = ["split", "motions", "pool", "R-precision 1", "2", "3", "MM-dist", "diversity"];
+    let head: Vec<&str> = ["split", "motions", "pool"].into_iter().chain(HEAD).collect();
     table(&head, &scores.iter().map(cells).collect::<Vec<_>>())
 }
