@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use crate::wheel::{Wheel, unpack, verify};
-use crate::{at, root};
+use crate::{at, root, text_model};
 
 /// A robot, or several of one origin.
 struct Robots {
@@ -66,7 +66,7 @@ pub fn robot(arguments: &[String]) -> Result<(), String> {
     };
     let Some(robots) = known else {
         let all = ROBOTS.map(|robots| robots.name).join(", ");
-        return Err(format!("expected one robot's name, one of: {all}; got: {}", names.join(" ")));
+        return Err(format!("expected one name, one of: {all}, {}; got: {}", text_model::NAME, names.join(" ")));
     };
     robots.ensure(meshes)
 }
@@ -123,7 +123,7 @@ mod tests {
     #[test]
     fn an_unknown_robot_is_refused_with_the_known_ones() {
         let message = robot(&["atlas".to_string()]).unwrap_err();
-        assert!(message.contains("unitree_g1, dm_control") && message.ends_with("got: atlas"), "{message}");
+        assert!(message.contains("unitree_g1, dm_control, minilm") && message.ends_with("got: atlas"), "{message}");
     }
 
     #[test]

@@ -3,6 +3,7 @@
 pub mod build;
 pub mod fetch;
 pub mod mujoco;
+pub mod text_model;
 pub mod wheel;
 
 use std::path::{Path, PathBuf};

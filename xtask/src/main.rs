@@ -3,7 +3,7 @@
 
 use std::process::ExitCode;
 
-use xtask::{build, fetch, mujoco};
+use xtask::{build, fetch, mujoco, text_model};
 
 const HELP: &str = "\
 cargo xtask COMMAND
@@ -13,7 +13,8 @@ cargo xtask COMMAND
                       run every test, with --mujoco also those that ask MuJoCo, on other people's robots too (both
                       fetched for it); arguments go to `cargo test`
   mujoco              fetch MuJoCo 3.17.0 into third_party/mujoco and check it (needs python3 with pip, once)
-  fetch NAME          fetch somebody else's robot into third_party/robots: unitree_g1 [--without-meshes], dm_control
+  fetch NAME          fetch somebody else's robot into third_party/robots (unitree_g1 [--without-meshes], dm_control),
+                      or the text encoder of text to motion into third_party/minilm (minilm, 83 MB)
   help                this text
 
 Nothing else of this project touches the network. What is fetched has a fixed version and a fixed SHA-256.";
@@ -25,6 +26,7 @@ fn main() -> ExitCode {
         Some("demo") => build::demo(rest),
         Some("test") => build::test(rest),
         Some("mujoco") => mujoco::ensure().map(|_| ()),
+        Some("fetch") if rest == [text_model::NAME] => text_model::ensure(),
         Some("fetch") => fetch::robot(rest),
         Some("help" | "--help" | "-h") => {
             println!("{HELP}");

@@ -1,5 +1,7 @@
 //! Errors of text to motion.
 
+use std::path::{Path, PathBuf};
+
 /// Errors of text to motion.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -22,33 +24,49 @@ pub enum GenerationError {
         /// The text found.
         got: String,
     },
+    /// A file of a text model that cannot be used.
+    #[error("{path}: {why}")]
+    TextModel {
+        /// The file.
+        path: PathBuf,
+        /// The reason.
+        why: String,
+    },
     /// A clip is the problem.
     #[error(transparent)]
     Motion(#[from] lifelike_motion::MotionError),
-    /// A plan asks for something impossible.
-    #[error(transparent)]
-    Plan(#[from] lifelike_train::PlanError),
-    /// The training itself is the problem.
-    #[error(transparent)]
-    Train(#[from] lifelike_train::TrainError),
-    /// A file of networks is the problem.
-    #[error(transparent)]
-    Checkpoint(#[from] lifelike_checkpoint::CheckpointError),
     /// A robot is the problem.
     #[error(transparent)]
     Robot(#[from] lifelike_robot::RobotError),
-    /// A file of a run or a report is the problem.
-    #[error(transparent)]
-    Report(#[from] lifelike_report::ReportError),
     /// A captioned data set is the problem.
     #[error(transparent)]
     Language(#[from] lifelike_language::LanguageError),
+    /// A plan asks for something impossible.
+    #[error(transparent)]
+    Plan(#[from] lifelike_train::PlanError),
+    /// Tensor data could not be read from the device.
+    #[error(transparent)]
+    Numbers(#[from] lifelike_nn::numbers::Unreadable),
+    /// A model file or checkpoint is the problem.
+    #[error(transparent)]
+    Checkpoint(#[from] lifelike_checkpoint::CheckpointError),
+    /// A file of a run or a report is the problem.
+    #[error(transparent)]
+    Report(#[from] lifelike_report::ReportError),
+    /// The training itself is the problem.
+    #[error(transparent)]
+    Train(#[from] lifelike_train::TrainError),
 }
 
 impl GenerationError {
     /// Returns the error of two things that do not fit.
     pub(crate) fn mismatch(what: impl Into<String>, expected: impl ToString, got: impl ToString) -> Self {
         Self::Mismatch { what: what.into(), expected: expected.to_string(), got: got.to_string() }
+    }
+
+    /// Returns the error of a text model's file.
+    pub(crate) fn text_model(path: &Path, why: impl ToString) -> Self {
+        Self::TextModel { path: path.to_owned(), why: why.to_string() }
     }
 
     /// Returns the error of a prompt.

@@ -1,8 +1,9 @@
 //! Prompts as numbers. A prompt is checked ([`prompt`]), then read by the built-in [`pieces`], whose ids a network embeds
-//! itself, or by a frozen [`TextEncoder`]. [`familiarity`] says how well a prompt is read.
+//! itself, or by a frozen [`TextEncoder`] ([`minilm`]). [`familiarity`] says how well a prompt is read.
 
 mod condition;
 pub mod familiarity;
+pub mod minilm;
 pub mod pieces;
 pub mod prompt;
 

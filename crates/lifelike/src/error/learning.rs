@@ -1,6 +1,7 @@
 //! Errors of the crates that learn.
 
 use lifelike_generation::GenerationError;
+use lifelike_language::LanguageError;
 use lifelike_nn::device::DeviceError;
 use lifelike_representation::RepresentationError;
 use lifelike_sequences::SequencesError;
@@ -41,6 +42,12 @@ impl From<GenerationError> for CliError {
             GenerationError::Train(error) => error.into(),
             _ => Self::Input(error.to_string()),
         }
+    }
+}
+
+impl From<LanguageError> for CliError {
+    fn from(error: LanguageError) -> Self {
+        Self::Input(error.to_string())
     }
 }
 

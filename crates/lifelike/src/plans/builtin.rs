@@ -10,13 +10,14 @@ pub struct BuiltinPlan {
 }
 
 /// The name tells the command: `track-...` is for `train tracker`.
-const KINDS: [(&str, &str); 7] = [
+const KINDS: [(&str, &str); 8] = [
     ("track", "train tracker"),
     ("prior", "train prior"),
     ("spline", "train spline"),
     ("critic", "train critic"),
     ("generator", "train generator"),
     ("align", "align"),
+    ("evaluator", "train evaluator"),
     ("study", "bench tracking"),
 ];
 
@@ -50,6 +51,7 @@ pub fn builtin() -> impl Iterator<Item = BuiltinPlan> {
         "generator",
         "generator-thesis",
         "align",
+        "evaluator",
         "study-inputs",
         "study-scaling",
     ]

@@ -12,6 +12,8 @@ use lifelike_robot::clips::is_builtin;
 const MOTION: [&str; 3] = ["clips", "validation", "test"];
 /// Keys whose values are trained networks.
 const NETWORKS: [&str; 5] = ["prior", "init", "controller", "generator", "critic"];
+/// Key whose value is a folder of captioned clips.
+const DATASET: &str = "dataset";
 
 /// Returns a plan's path as the working directory has it: in the plan's folder, in the one above, or as it is written; the
 /// first at which there is something.
@@ -31,7 +33,7 @@ pub(super) fn locate_all(tree: &mut Table, folder: &Path) {
             };
         }
     }
-    for key in ["robot"].into_iter().chain(NETWORKS) {
+    for key in ["robot", DATASET].into_iter().chain(NETWORKS) {
         let text = tree.get_mut(key).and_then(text_mut).filter(|text| !NAMES.contains(&text.as_str()));
         if let Some(text) = text {
             *text = located(Path::new(text.as_str()), folder).display().to_string();
@@ -75,6 +77,12 @@ pub(super) fn check(tree: &Table, source: &str) -> Result<(), CliError> {
                  the plan's comments say, or name another with {key}=FILE"
             )));
         }
+    }
+    if let Some(folder) = tree.get(DATASET).and_then(Value::as_str).filter(|folder| !Path::new(folder).is_dir()) {
+        return Err(CliError::Input(format!(
+            "{source}: {DATASET}: expected a folder of captioned clips, got nothing at '{folder}'; name another with \
+             {DATASET}=FOLDER"
+        )));
     }
     Ok(())
 }

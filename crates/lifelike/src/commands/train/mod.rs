@@ -1,8 +1,9 @@
 //! `lifelike train ...`: a motion prior, then a policy, then its critic; a motion spline for editing; a generator of motion
-//! from text.
+//! from text, and its evaluator.
 
 pub mod critic;
 pub mod driver;
+pub mod evaluator;
 pub mod generator;
 pub mod hardware;
 mod keys;
@@ -17,7 +18,7 @@ use clap::Subcommand;
 use crate::error::CliError;
 use crate::output::Output;
 
-/// Train a motion prior, a tracking policy, its critic, a motion spline, or a generator.
+/// Train a motion prior, a tracking policy, its critic, a motion spline, a generator, or its evaluator.
 #[derive(Debug, clap::Args)]
 pub struct Args {
     /// The kind of training.
@@ -34,6 +35,7 @@ pub enum Train {
     Spline(spline::Args),
     Critic(critic::Args),
     Generator(generator::Args),
+    Evaluator(evaluator::Args),
 }
 
 /// Runs the command.
@@ -47,5 +49,6 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
         Train::Spline(args) => spline::run(args, output),
         Train::Critic(args) => critic::run(args, output),
         Train::Generator(args) => generator::run(args, output),
+        Train::Evaluator(args) => evaluator::run(args, output),
     }
 }
