@@ -3,6 +3,7 @@
 pub mod bench;
 pub(crate) mod clips;
 mod controller_file;
+pub mod dataset;
 pub mod demo;
 pub mod eval;
 pub mod export;
@@ -40,6 +41,8 @@ pub enum Command {
     Inspect(inspect::Args),
     #[command(subcommand)]
     Motion(motion::Motion),
+    #[command(subcommand)]
+    Dataset(dataset::Dataset),
     Train(train::Args),
     Eval(eval::Args),
     Demo(demo::Args),
@@ -61,6 +64,7 @@ impl Command {
             Self::Plans(args) => plans::run(&args, output),
             Self::Inspect(args) => inspect::run(&args, output),
             Self::Motion(motion) => motion.run(output),
+            Self::Dataset(dataset) => dataset.run(output),
             Self::Train(args) => train::run(&args, output),
             Self::Eval(args) => eval::run(&args, output),
             Self::Demo(args) => demo::run(&args, output),
