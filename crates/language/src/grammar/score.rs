@@ -178,13 +178,11 @@ impl Score {
         for step in &mut self.steps {
             step.to = step.to.map(|v| v * gain);
         }
-        self.arm_swing *= 1.0;
     }
 
     /// Scales all deviations from standing of one part of the body.
     pub fn scale_part(&mut self, part: &str, gain: f64) {
-        for ((of, axis), keys) in self.keys.iter_mut().filter(|((of, _), _)| of == part) {
-            debug_assert!(of == part);
+        for ((_, axis), keys) in self.keys.iter_mut().filter(|((of, _), _)| of == part) {
             let rest = standing(axis);
             keys.iter_mut().for_each(|key| key.1 = rest + gain * (key.1 - rest));
         }

@@ -235,11 +235,6 @@ fn gerund(word: &str) -> String {
     }
 }
 
-/// Returns the word of a side, for tables.
-pub fn side_word(side: Option<Side>) -> &'static str {
-    side.map_or("", Side::word)
-}
-
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
