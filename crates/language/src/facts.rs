@@ -153,11 +153,7 @@ impl Action {
 
     /// Returns the action in a mirror.
     pub fn mirrored(&self) -> Self {
-        Self {
-            side: self.side.map(Side::mirrored),
-            direction: self.direction.map(Direction::mirrored),
-            ..self.clone()
-        }
+        Self { side: self.side.map(Side::mirrored), direction: self.direction.map(Direction::mirrored), ..self.clone() }
     }
 
     /// Returns a text that is the same for all draws of this combination.

@@ -96,7 +96,8 @@ pub fn read(folder: &Path) -> Result<Vec<Item>, LanguageError> {
     let header: Vec<&str> = lines.next().map(|(_, line)| line.trim().split(',').collect()).unwrap_or_default();
     let column = |name: &str| {
         header.iter().position(|h| *h == name).ok_or_else(|| {
-            let message = format!("expected columns source_path,start_frame,end_frame,new_name, got '{}'", header.join(","));
+            let message =
+                format!("expected columns source_path,start_frame,end_frame,new_name, got '{}'", header.join(","));
             LanguageError::line(&index, 1, message)
         })
     };
@@ -161,7 +162,11 @@ pub fn parse_texts(content: &str, path: &Path) -> Result<Vec<Text>, LanguageErro
 ///
 /// # Errors
 /// [`LanguageError::Motion`] for frames that the clip has not.
-pub fn pieces(item: &Item, whole: &MotionClip, character: &Character) -> Result<Vec<(MotionClip, Entry)>, LanguageError> {
+pub fn pieces(
+    item: &Item,
+    whole: &MotionClip,
+    character: &Character,
+) -> Result<Vec<(MotionClip, Entry)>, LanguageError> {
     let Some(split) = item.split else { return Ok(Vec::new()) };
     let [start, end] = item.stretch();
     let stretches: BTreeSet<[u64; 2]> = item
@@ -209,8 +214,7 @@ fn named(mut clip: MotionClip, name: String, captions: Vec<String>, split: Split
     clip.provenance.captions =
         captions.iter().map(|text| Caption { start: 0.0, end: seconds, text: text.clone() }).collect();
     let file = format!("{}/{}{}", split.name(), clip.name, container::EXTENSION);
-    let entry =
-        Entry { file, split, seconds, captions, source: source.into(), licence: LICENCE.into(), facts: None };
+    let entry = Entry { file, split, seconds, captions, source: source.into(), licence: LICENCE.into(), facts: None };
     (clip, entry)
 }
 
@@ -232,7 +236,10 @@ mod tests {
         write("train.txt", "000004\nM000004\n");
         write("val.txt", "000005\n");
         write("test.txt", "\n");
-        write("texts/000004.txt", "a man turns left.#a/DET man/NOUN turn/VERB left/NOUN#0.0#0.0\nhe waves#he/PRON wave/VERB#1.0#4.0\n");
+        write(
+            "texts/000004.txt",
+            "a man turns left.#a/DET man/NOUN turn/VERB left/NOUN#0.0#0.0\nhe waves#he/PRON wave/VERB#1.0#4.0\n",
+        );
         write("texts/000005.txt", "someone kicks#someone/NOUN kick/VERB#nan#nan\n");
         folder
     }
@@ -254,7 +261,11 @@ mod tests {
     fn what_is_wrong_is_told_with_file_and_line() {
         for (file, text, part) in [
             ("index.csv", "source,start_frame\n", "index.csv:1: expected columns"),
-            ("index.csv", "source_path,start_frame,end_frame,new_name\na,5,5,b\n", "index.csv:2: expected start_frame <"),
+            (
+                "index.csv",
+                "source_path,start_frame,end_frame,new_name\na,5,5,b\n",
+                "index.csv:2: expected start_frame <",
+            ),
             ("index.csv", "source_path,start_frame,end_frame,new_name\na,x,5,b\n", "got 'x'"),
             ("texts/000004.txt", "a#b#0.0\n", "000004.txt:1: expected caption#tokens#start#end"),
             ("test.txt", "000004\n", "test.txt:1: expected '000004' in one list"),

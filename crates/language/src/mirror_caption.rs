@@ -98,7 +98,10 @@ mod tests {
             assert_eq!(mirror_caption(&mirror_caption(text)), text);
         }
         assert_eq!(mirror_caption("UP LEFT. Right-handed"), "UP RIGHT. Left-handed");
-        assert_eq!(mirror_caption("stands upright, all right, right after that"), "stands upright, all right, right after that");
+        assert_eq!(
+            mirror_caption("stands upright, all right, right after that"),
+            "stands upright, all right, right after that"
+        );
         assert_eq!(mirror_caption(""), "");
     }
 }

@@ -34,7 +34,9 @@ fn sentences_are_true_of_their_clips_and_not_of_mirror_images() {
             let found = check(&tracks, &grammar, &more).unwrap();
             miscounted += usize::from(found.iter().any(|f| f.fact == Fact::Count && f.passed));
         }
-        if matches!(action.side, Some(Side::Left | Side::Right)) || action.direction != drawn.facts.mirrored().actions[0].direction {
+        if matches!(action.side, Some(Side::Left | Side::Right))
+            || action.direction != drawn.facts.mirrored().actions[0].direction
+        {
             sided += 1;
             let image = mirror(&clip.clip, &robot.character).unwrap();
             let tracks = Tracks::of(&image, &robot.character, &robot.anatomy).unwrap();

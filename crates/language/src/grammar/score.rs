@@ -278,7 +278,8 @@ impl Score {
                 poses.entry(at).or_default().entry(part).or_default().insert(axis, *value);
             }
         }
-        let mut out = format!("seconds = {:.4}\ncyclic = {}\narm_swing = {:.3}\n", self.seconds, self.cyclic, self.arm_swing);
+        let mut out =
+            format!("seconds = {:.4}\ncyclic = {}\narm_swing = {:.3}\n", self.seconds, self.cyclic, self.arm_swing);
         for (time, parts) in &poses {
             // Writing to a string cannot fail.
             let _ = write!(out, "[[pose]]\ntime = {:.4}\n", (*time as f64) * 1e-4);
@@ -289,7 +290,8 @@ impl Score {
         }
         for s in &self.steps {
             let _ = write!(out, "[[step]]\nfoot = \"{}\"\nstart = {:.4}\nend = {:.4}\n", s.foot, s.start, s.end);
-            let _ = write!(out, "to = [{:.5}, {:.5}]\nyaw = {:.4}\nheight = {:.4}\n", s.to[0], s.to[1], s.yaw, s.height);
+            let _ =
+                write!(out, "to = [{:.5}, {:.5}]\nyaw = {:.4}\nheight = {:.4}\n", s.to[0], s.to[1], s.yaw, s.height);
         }
         for g in &self.gaits {
             let _ = write!(out, "[[gait]]\nfoot = \"{}\"\nstart = {:.4}\nsteps = {}\n", g.foot, g.start, g.steps);

@@ -115,7 +115,8 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
         for fact in Fact::ALL {
             rows.push(row(fact.name(), &|split| facts.get(&(split, fact)).copied()));
         }
-        let head: Vec<&str> = std::iter::once("passed (higher is better)").chain(splits.iter().map(|s| s.name())).collect();
+        let head: Vec<&str> =
+            std::iter::once("passed (higher is better)").chain(splits.iter().map(|s| s.name())).collect();
         let mut text = format!("{}\n{}", extent_table(&set), table(&head, &rows));
         for (file, f) in failed.iter().take(if args.mirrored { 0 } else { LISTED }) {
             text += &format!("{file}: {} {}: expected {}, got {}\n", f.verb, f.fact.name(), f.expected, f.got);

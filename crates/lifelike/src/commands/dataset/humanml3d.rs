@@ -81,6 +81,9 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     set.write()?;
     let value = json!({ "splits": extent(&set), "without_motion": without_motion, "without_text": without_text });
     output.result(&value, || {
-        format!("{}\nwithout motion: {without_motion}; without sentences or split: {without_text}\n", extent_table(&set))
+        format!(
+            "{}\nwithout motion: {without_motion}; without sentences or split: {without_text}\n",
+            extent_table(&set)
+        )
     })
 }
