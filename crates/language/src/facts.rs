@@ -65,9 +65,9 @@ impl Direction {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Speed {
-    /// At most 0.85 of the robot's own normal pace.
+    /// At most 0.87 of the robot's own normal pace.
     Slow,
-    /// At least 1.18 times the normal pace.
+    /// At least 1.15 times the normal pace.
     Fast,
 }
 
