@@ -29,7 +29,7 @@ const FLOORS: [(&str, u32); 17] = [
 
 /// Crates that stand on a floor for their use, but must know little of what is below them.
 const ONLY: [(&str, &[&str]); 5] = [
-    ("language", &["character", "motion"]),
+    ("language", &["character", "checkpoint", "motion"]),
     ("nn", &["checkpoint", "dense", "simd"]),
     ("train", &["checkpoint", "dense", "nn", "report", "simd"]),
     ("report", &["character", "checkpoint", "motion"]),

@@ -39,16 +39,8 @@ pub enum Fact {
 
 impl Fact {
     /// Every kind.
-    pub const ALL: [Self; 8] = [
-        Self::Limb,
-        Self::Shape,
-        Self::Count,
-        Self::Direction,
-        Self::Degrees,
-        Self::Speed,
-        Self::Size,
-        Self::Mood,
-    ];
+    pub const ALL: [Self; 8] =
+        [Self::Limb, Self::Shape, Self::Count, Self::Direction, Self::Degrees, Self::Speed, Self::Size, Self::Mood];
 
     /// Returns the name.
     pub fn name(self) -> &'static str {

@@ -93,8 +93,9 @@ impl CaptionedSet {
         let path = self.folder.join(INDEX);
         let mut text = String::new();
         for (at, entry) in self.entries.iter().enumerate() {
-            let line = serde_json::to_string(entry)
-                .map_err(|e| LanguageError::line(&path, at + 1, format!("expected an entry that can be written: {e}")))?;
+            let line = serde_json::to_string(entry).map_err(|e| {
+                LanguageError::line(&path, at + 1, format!("expected an entry that can be written: {e}"))
+            })?;
             text += &line;
             text.push('\n');
         }

@@ -65,9 +65,9 @@ impl Direction {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Speed {
-    /// At most 0.85 of the robot's own normal pace.
+    /// At most 0.87 of the robot's own normal pace.
     Slow,
-    /// At least 1.18 times the normal pace.
+    /// At least 1.15 times the normal pace.
     Fast,
 }
 
@@ -153,11 +153,7 @@ impl Action {
 
     /// Returns the action in a mirror.
     pub fn mirrored(&self) -> Self {
-        Self {
-            side: self.side.map(Side::mirrored),
-            direction: self.direction.map(Direction::mirrored),
-            ..self.clone()
-        }
+        Self { side: self.side.map(Side::mirrored), direction: self.direction.map(Direction::mirrored), ..self.clone() }
     }
 
     /// Returns a text that is the same for all draws of this combination.

@@ -9,11 +9,11 @@ mod draw;
 mod generator;
 mod score;
 mod table;
-mod write;
 pub mod words;
+mod write;
 
 pub use draw::{Draw, PartDraw};
 pub use generator::{Generator, Made};
 pub use score::{Cycle, Score};
-pub use write::{Options, Summary, write};
 pub use table::{Acts, CountRule, Grammar, Limb, Show, Synth, Tempo, Verb};
+pub use write::{Options, Summary, write};

@@ -4,12 +4,16 @@
 //! [`checks`] tells from forward kinematics whether a clip keeps them. Our own data come from a [`grammar`], which needs
 //! nobody's motion capture.
 
+pub mod captures;
 pub mod checks;
 pub mod dataset;
 pub mod error;
 pub mod facts;
 pub mod grammar;
+pub mod humanml3d;
+mod mirror_caption;
 
 pub use dataset::{CaptionedSet, Entry, Split};
 pub use error::LanguageError;
 pub use facts::Facts;
+pub use mirror_caption::mirror_caption;

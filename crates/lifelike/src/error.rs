@@ -6,6 +6,7 @@ mod learning;
 use lifelike_character::CharacterError;
 use lifelike_checkpoint::CheckpointError;
 use lifelike_evaluation::EvaluationError;
+use lifelike_language::LanguageError;
 use lifelike_motion::MotionError;
 use lifelike_report::ReportError;
 use lifelike_robot::RobotError;
@@ -52,6 +53,12 @@ impl CliError {
 
 impl From<MotionError> for CliError {
     fn from(error: MotionError) -> Self {
+        Self::Input(error.to_string())
+    }
+}
+
+impl From<LanguageError> for CliError {
+    fn from(error: LanguageError) -> Self {
         Self::Input(error.to_string())
     }
 }

@@ -64,7 +64,11 @@ pub fn limb(tracks: &Tracks, verb: &Verb, side: Option<Side>, both: bool) -> Out
         }
         Acts::Feet => {
             let steps = swings(tracks, 0).len() + swings(tracks, 1).len();
-            ("at least two steps".into(), format!("{steps} steps"), steps >= 2 || verb.synth == Some(Synth::Turn) && steps >= 1)
+            (
+                "at least two steps".into(),
+                format!("{steps} steps"),
+                steps >= 2 || verb.synth == Some(Synth::Turn) && steps >= 1,
+            )
         }
     }
 }
@@ -136,7 +140,11 @@ pub fn direction(tracks: &Tracks, verb: &Verb, wanted: Direction) -> Outcome {
     if matches!(verb.synth, Some(Synth::Turn | Synth::Curve)) {
         let turned = (to - from).to_degrees();
         let passed = if wanted == Direction::Left { turned > 20.0 } else { turned < -20.0 };
-        return (format!("a turn to the {wanted:?}").to_lowercase(), format!("{turned:+.0} degrees to the left"), passed);
+        return (
+            format!("a turn to the {wanted:?}").to_lowercase(),
+            format!("{turned:+.0} degrees to the left"),
+            passed,
+        );
     }
     let way = ground(&(last - first));
     let (sin, cos) = from.sin_cos();

@@ -149,8 +149,7 @@ pub fn tempo(tracks: &Tracks, verb: &Verb, side: Option<Side>) -> Option<f64> {
             let whole = *way.last()?;
             let at = |share: f64| way.iter().position(|w| *w >= share * whole);
             let (from, to) = (at(0.2)?, at(0.8)?);
-            (to > from && whole > 0.1 * tracks.leg)
-                .then(|| (way[to] - way[from]) * tracks.fps / (to - from) as f64)
+            (to > from && whole > 0.1 * tracks.leg).then(|| (way[to] - way[from]) * tracks.fps / (to - from) as f64)
         }
     }
 }

@@ -74,16 +74,18 @@ impl Tracks {
         let mut q = character.reference_position();
         // How the head looks when nothing is turned: its frame need not look ahead.
         kinematics.update(character, &q);
-        let head = anatomy.places.get(&Role::Head).filter(|place| {
-            anatomy.places.get(&Role::Pelvis).is_none_or(|pelvis| pelvis.body != place.body)
-        });
+        let head = anatomy
+            .places
+            .get(&Role::Head)
+            .filter(|place| anatomy.places.get(&Role::Pelvis).is_none_or(|pelvis| pelvis.body != place.body));
         let at_rest = head.map(|place| kinematics.body_orientation[place.body]).unwrap_or_else(Quat::identity);
         let place = |role: Role| anatomy.places.get(&role);
         let far = |a: Role, b: Role| {
             let (a, b) = (place(a)?, place(b)?);
             Some((kinematics.point(a.body, &a.point) - kinematics.point(b.body, &b.point)).norm())
         };
-        let leg = far(Role::LeftThigh, Role::LeftShank).unwrap_or(0.4) + far(Role::LeftShank, Role::LeftFoot).unwrap_or(0.4);
+        let leg =
+            far(Role::LeftThigh, Role::LeftShank).unwrap_or(0.4) + far(Role::LeftShank, Role::LeftFoot).unwrap_or(0.4);
         let n = clip.len();
         let mut tracks = Self {
             fps: clip.fps,

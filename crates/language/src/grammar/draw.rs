@@ -5,7 +5,6 @@ use rand::Rng;
 use rand::seq::IndexedRandom;
 
 use super::table::{Acts, Grammar, Synth, Tempo, Verb};
-use crate::checks::SignalName;
 use crate::dataset::Split;
 use crate::facts::{Action, Direction, Facts, HeldOut, Mood, Relation, Side, Size, Speed};
 
@@ -157,9 +156,4 @@ fn split<R: Rng>(actions: &[Action], relation: Relation, rng: &mut R) -> (Split,
     } else {
         (Split::Train, None)
     }
-}
-
-/// Returns whether a verb's count is of steps.
-pub fn counts_steps(verb: &Verb) -> bool {
-    verb.count.is_some_and(|count| count.signal == SignalName::Steps)
 }

@@ -23,7 +23,7 @@ use crate::facts::{HeldOut, Mood, Nominal, Relation, Side};
 /// Shortest and longest clip (s).
 const SECONDS: [f64; 2] = [2.0, 10.0];
 /// Captions of a clip.
-const CAPTIONS: usize = 4;
+const CAPTIONS: usize = 5;
 /// Terms of what the grammar makes.
 const LICENCE: &str = "MIT OR Apache-2.0";
 /// Cross-fade between two actions (s).

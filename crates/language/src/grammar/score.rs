@@ -178,13 +178,11 @@ impl Score {
         for step in &mut self.steps {
             step.to = step.to.map(|v| v * gain);
         }
-        self.arm_swing *= 1.0;
     }
 
     /// Scales all deviations from standing of one part of the body.
     pub fn scale_part(&mut self, part: &str, gain: f64) {
-        for ((of, axis), keys) in self.keys.iter_mut().filter(|((of, _), _)| of == part) {
-            debug_assert!(of == part);
+        for ((_, axis), keys) in self.keys.iter_mut().filter(|((of, _), _)| of == part) {
             let rest = standing(axis);
             keys.iter_mut().for_each(|key| key.1 = rest + gain * (key.1 - rest));
         }
@@ -280,7 +278,8 @@ impl Score {
                 poses.entry(at).or_default().entry(part).or_default().insert(axis, *value);
             }
         }
-        let mut out = format!("seconds = {:.4}\ncyclic = {}\narm_swing = {:.3}\n", self.seconds, self.cyclic, self.arm_swing);
+        let mut out =
+            format!("seconds = {:.4}\ncyclic = {}\narm_swing = {:.3}\n", self.seconds, self.cyclic, self.arm_swing);
         for (time, parts) in &poses {
             // Writing to a string cannot fail.
             let _ = write!(out, "[[pose]]\ntime = {:.4}\n", (*time as f64) * 1e-4);
@@ -291,7 +290,8 @@ impl Score {
         }
         for s in &self.steps {
             let _ = write!(out, "[[step]]\nfoot = \"{}\"\nstart = {:.4}\nend = {:.4}\n", s.foot, s.start, s.end);
-            let _ = write!(out, "to = [{:.5}, {:.5}]\nyaw = {:.4}\nheight = {:.4}\n", s.to[0], s.to[1], s.yaw, s.height);
+            let _ =
+                write!(out, "to = [{:.5}, {:.5}]\nyaw = {:.4}\nheight = {:.4}\n", s.to[0], s.to[1], s.yaw, s.height);
         }
         for g in &self.gaits {
             let _ = write!(out, "[[gait]]\nfoot = \"{}\"\nstart = {:.4}\nsteps = {}\n", g.foot, g.start, g.steps);

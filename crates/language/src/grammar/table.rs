@@ -230,7 +230,9 @@ impl Grammar {
             if verb.say.is_empty() || verb.new.is_empty() {
                 return bad("expected at least one phrase in `say` and in `new`");
             }
-            if verb.cycles.is_some_and(|[fewest, most]| fewest > most) || (verb.cycle.is_some() && verb.cycles.is_none()) {
+            if verb.cycles.is_some_and(|[fewest, most]| fewest > most)
+                || (verb.cycle.is_some() && verb.cycles.is_none())
+            {
                 return bad("expected `cycles` as [fewest, most]");
             }
             if matches!(verb.acts, Acts::Hand | Acts::Hands | Acts::Foot) && verb.side.is_none() {

@@ -6,7 +6,7 @@ use rand::seq::IndexedRandom;
 use super::table::{Acts, Grammar, Verb};
 use crate::checks::SignalName;
 use crate::error::LanguageError;
-use crate::facts::{Action, Direction, Facts, Mood, Relation, Side, Size, Speed};
+use crate::facts::{Action, Direction, Facts, Mood, Relation, Size, Speed};
 
 /// Form of a verb.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -163,9 +163,8 @@ fn times<R: Rng>(n: u32, rng: &mut R) -> String {
 }
 
 fn number(n: u32) -> String {
-    const WORDS: [&str; 13] = [
-        "zero", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten", "eleven", "twelve",
-    ];
+    const WORDS: [&str; 13] =
+        ["zero", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten", "eleven", "twelve"];
     WORDS.get(n as usize).map_or_else(|| n.to_string(), |word| (*word).into())
 }
 
@@ -235,15 +234,11 @@ fn gerund(word: &str) -> String {
     }
 }
 
-/// Returns the word of a side, for tables.
-pub fn side_word(side: Option<Side>) -> &'static str {
-    side.map_or("", Side::word)
-}
-
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
+    use crate::facts::Side;
     use lifelike_checkpoint::rng::stream;
 
     #[test]

@@ -103,7 +103,8 @@ pub fn write(
             }
         }
         if summary.drawn >= 4 * CHUNK && set.entries.len() < summary.drawn as usize / 20 {
-            let message = format!("expected most clips to pass their checks, got {} of {}", set.entries.len(), summary.drawn);
+            let message =
+                format!("expected most clips to pass their checks, got {} of {}", set.entries.len(), summary.drawn);
             return Err(LanguageError::Grammar(message));
         }
         progress(seconds);

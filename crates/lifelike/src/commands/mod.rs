@@ -3,6 +3,7 @@
 pub mod bench;
 pub(crate) mod clips;
 mod controller_file;
+pub mod dataset;
 pub mod demo;
 pub mod eval;
 pub mod export;
@@ -50,6 +51,8 @@ pub enum Command {
     Inspect(inspect::Args),
     #[command(subcommand)]
     Motion(motion::Motion),
+    #[command(subcommand)]
+    Dataset(dataset::Dataset),
     Train(train::Args),
     Align(align::Args),
     Generate(generate::Args),
@@ -73,6 +76,7 @@ impl Command {
             Self::Plans(args) => plans::run(&args, output),
             Self::Inspect(args) => inspect::run(&args, output),
             Self::Motion(motion) => motion.run(output),
+            Self::Dataset(dataset) => dataset.run(output),
             Self::Train(args) => train::run(&args, output),
             Self::Align(args) => align::run(&args, output),
             Self::Generate(args) => generate::run(&args, output),

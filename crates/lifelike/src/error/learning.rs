@@ -1,7 +1,6 @@
 //! Errors of the crates that learn.
 
 use lifelike_generation::GenerationError;
-use lifelike_language::LanguageError;
 use lifelike_nn::device::DeviceError;
 use lifelike_representation::RepresentationError;
 use lifelike_sequences::SequencesError;
@@ -42,12 +41,6 @@ impl From<GenerationError> for CliError {
             GenerationError::Train(error) => error.into(),
             _ => Self::Input(error.to_string()),
         }
-    }
-}
-
-impl From<LanguageError> for CliError {
-    fn from(error: LanguageError) -> Self {
-        Self::Input(error.to_string())
     }
 }
 

@@ -1,0 +1,51 @@
+//! The grammar's promises hold on its own clips, and the checks can fail.
+
+#![allow(clippy::unwrap_used)]
+
+use lifelike_language::checks::{Fact, Tracks, check};
+use lifelike_language::facts::{Relation, Side};
+use lifelike_language::grammar::{Generator, Grammar};
+use lifelike_motion::edit::mirror;
+use lifelike_robot::{Robot, clips};
+
+#[test]
+fn sentences_are_true_of_their_clips_and_not_of_mirror_images() {
+    let robot = Robot::load("lima").unwrap();
+    let mut options = clips::retarget_options(&robot);
+    clips::limit_speeds(&mut options, &robot);
+    let grammar = Grammar::builtin().unwrap();
+    let generator = Generator::new(&grammar, &robot.character, &robot.anatomy, options).unwrap();
+    assert!(generator.left_out.is_empty(), "{:?}", generator.left_out);
+    let (mut made, mut held, mut sided, mut fooled, mut miscounted) = (0, 0, 0, 0, 0);
+    for index in 0..80 {
+        let drawn = generator.draw(5, index).unwrap();
+        let Ok(Some(clip)) = generator.make(&drawn, 5) else { continue };
+        assert_eq!(generator.draw(5, index).unwrap(), drawn);
+        made += 1;
+        held += usize::from(clip.is_true());
+        if !clip.is_true() || drawn.facts.relation != Relation::Single {
+            continue;
+        }
+        let action = &drawn.facts.actions[0];
+        let tracks = Tracks::of(&clip.clip, &robot.character, &robot.anatomy).unwrap();
+        if let Some(count) = action.count {
+            let mut more = drawn.facts.clone();
+            more.actions[0].count = Some(count + 1);
+            let found = check(&tracks, &grammar, &more).unwrap();
+            miscounted += usize::from(found.iter().any(|f| f.fact == Fact::Count && f.passed));
+        }
+        if matches!(action.side, Some(Side::Left | Side::Right))
+            || action.direction != drawn.facts.mirrored().actions[0].direction
+        {
+            sided += 1;
+            let image = mirror(&clip.clip, &robot.character).unwrap();
+            let tracks = Tracks::of(&image, &robot.character, &robot.anatomy).unwrap();
+            let wrong = check(&tracks, &grammar, &drawn.facts).unwrap();
+            fooled += usize::from(wrong.iter().all(|f| f.passed));
+            let right = check(&tracks, &grammar, &drawn.facts.mirrored()).unwrap();
+            assert!(right.iter().all(|f| f.passed), "{index}: {right:?}");
+        }
+    }
+    assert!(held * 100 >= made * 93, "{held} of {made}");
+    assert!(sided >= 10 && fooled == 0 && miscounted == 0, "{sided} {fooled} {miscounted}");
+}

@@ -1,0 +1,95 @@
+//! `lifelike dataset captures`: captured motion with its descriptions.
+
+use std::path::PathBuf;
+
+use lifelike_language::captures::{Options, is_commercial, pieces, table_name};
+use lifelike_language::{CaptionedSet, Entry, LanguageError};
+use lifelike_motion::container;
+use lifelike_motion::formats::CaptionTable;
+use lifelike_robot::Robot;
+use rayon::prelude::*;
+use serde_json::json;
+
+use super::{extent, extent_table, make_folders};
+use crate::commands::clips;
+use crate::error::CliError;
+use crate::output::Output;
+use crate::progress::Progress;
+
+/// Make a captioned data set of captured motion: cut into pieces, mirrored with left and right exchanged, split by subject.
+///
+/// Captions are those of the clips (`motion retarget --captions`) or of a table; DeepMimic's clips are described by
+/// their names. A clip of which nothing is said is left out. Bandai's motion is for non-commercial use only: it is
+/// refused unless asked for, and every clip of it is marked.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+Examples:
+  lifelike dataset captures data/lima/cmu_amc data/lima/cmu_bvh_daz --captions cmu_clips.tsv -o data/lima/captures
+  lifelike dataset captures data/lima/bandai --captions bandai_clips.tsv --non-commercial -o data/lima/bandai_captions
+
+The test split is that of the tracker: CMU subjects 02, 07, 10 and 12.")]
+pub struct Args {
+    /// Clips of the robot: files, folders, patterns, or @list.txt.
+    #[arg(required = true)]
+    pub motions: Vec<PathBuf>,
+    /// The robot: a name, or an MJCF or URDF file.
+    #[arg(short, long, default_value = "lima")]
+    pub robot: String,
+    /// Folder of the data set.
+    #[arg(short, long)]
+    pub output: PathBuf,
+    /// A table of captions (tab-separated) instead of the clips' own.
+    #[arg(long)]
+    pub captions: Option<PathBuf>,
+    /// CMU subjects whose clips are for testing only.
+    #[arg(long, value_delimiter = ',', default_value = "02,07,10,12")]
+    pub test_subjects: Vec<String>,
+    /// Take motion for non-commercial use too; whatever is trained on it must not be sold.
+    #[arg(long)]
+    pub non_commercial: bool,
+    /// Without mirror images.
+    #[arg(long)]
+    pub no_mirror: bool,
+}
+
+/// Runs the command.
+pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
+    let robot = Robot::load(&args.robot)?;
+    let table = args.captions.as_deref().map(CaptionTable::load).transpose()?;
+    let motions = clips::load(&args.motions, &robot)?;
+    let options =
+        Options { test_subjects: args.test_subjects.clone(), mirrored: !args.no_mirror, ..Options::default() };
+    make_folders(&args.output)?;
+    let progress = Progress::new(output, "cutting", motions.len() as u64);
+    let bar = progress.shared();
+    let made: Vec<Result<Vec<Entry>, LanguageError>> = motions
+        .par_iter()
+        .map(|clip| {
+            bar.inc(1);
+            if !args.non_commercial && !is_commercial(clip) {
+                return Ok(Vec::new());
+            }
+            let found = table.as_ref().map(|table| table.find(&table_name(clip), clip.seconds())).unwrap_or_default();
+            let cut = pieces(clip, &found, &robot.character, &options)?;
+            cut.iter().try_for_each(|(piece, entry)| container::write(&args.output.join(&entry.file), piece))?;
+            Ok(cut.into_iter().map(|(_, entry)| entry).collect())
+        })
+        .collect();
+    progress.finish();
+    let mut set = CaptionedSet { folder: args.output.clone(), entries: Vec::new() };
+    let mut left_out = 0;
+    for entries in made {
+        let entries = entries?;
+        left_out += usize::from(entries.is_empty());
+        set.entries.extend(entries);
+    }
+    set.write()?;
+    let non_commercial = set.entries.iter().filter(|entry| entry.licence.contains("non-commercial")).count();
+    let value = json!({ "splits": extent(&set), "left_out": left_out, "non_commercial": non_commercial });
+    output.result(&value, || {
+        format!(
+            "{}\nclips without caption, too short, or not free: {left_out}; pieces for non-commercial use only: {non_commercial}\n",
+            extent_table(&set)
+        )
+    })
+}

@@ -1,0 +1,109 @@
+//! `lifelike dataset grammar`: captioned motion of our own.
+
+use std::path::PathBuf;
+
+use lifelike_language::CaptionedSet;
+use lifelike_language::grammar::{Generator, Grammar, Options, write};
+use lifelike_robot::Robot;
+use serde_json::json;
+
+use super::{extent, extent_table};
+use crate::commands::clips;
+use crate::error::CliError;
+use crate::interrupt;
+use crate::output::Output;
+use crate::progress::Progress;
+
+/// Make captioned motion of our own: sentences of a grammar, and clips that do what they say.
+///
+/// Verbs, sides, directions, counts, speeds, sizes, moods, two actions in a row or at once are drawn; keyframed clips
+/// are changed accordingly and retargeted to the robot; every clip is checked by forward kinematics, and those whose
+/// captions are not true are dropped and counted. No captured motion is needed, and everything made is free to use.
+/// Some combinations and some words are held out: they are never trained on.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+Examples:
+  lifelike dataset grammar --robot lima -o data/lima/grammar                 # 8 hours, in minutes
+  lifelike dataset grammar --robot g1 -o data/g1/small --hours 0.2 --seed 3
+  lifelike dataset grammar --grammar my_grammar.toml -o data/lima/mine       # other verbs, other words
+  lifelike dataset check data/lima/grammar
+
+The grammar is a text (crates/language/src/grammar/grammar.toml): verbs with their clip, what of it repeats, and phrases.")]
+pub struct Args {
+    /// The robot: a name, or an MJCF or URDF file.
+    #[arg(short, long, default_value = "lima")]
+    pub robot: String,
+    /// Folder of the data set; new or empty.
+    #[arg(short, long)]
+    pub output: PathBuf,
+    /// Duration of all clips together.
+    #[arg(long, default_value_t = 8.0)]
+    pub hours: f64,
+    /// Seed: another one makes other clips.
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+    /// A grammar of your own (TOML) instead of the built-in one.
+    #[arg(long)]
+    pub grammar: Option<PathBuf>,
+}
+
+/// Runs the command.
+pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
+    if !(args.hours > 0.0 && args.hours <= 1000.0) {
+        return Err(CliError::Usage(format!("--hours: expected more than 0 and at most 1000, got {}", args.hours)));
+    }
+    if std::fs::read_dir(&args.output).is_ok_and(|mut entries| entries.next().is_some()) {
+        let message = format!("{}: expected a new or empty folder, got files in it", args.output.display());
+        return Err(CliError::Input(message));
+    }
+    let grammar = load_grammar(args.grammar.as_deref())?;
+    let robot = Robot::load(&args.robot)?;
+    let mut options = clips::retarget_options(&robot);
+    clips::limit_speeds(&mut options, &robot);
+    let generator = Generator::new(&grammar, &robot.character, &robot.anatomy, options)?;
+    for (verb, why) in &generator.left_out {
+        tracing::warn!("{} cannot do '{verb}': {why}", robot.name);
+    }
+    let stop = interrupt::flag()?;
+    let wanted = (3600.0 * args.hours).ceil() as u64;
+    let mut progress = Progress::new(output, "seconds of motion", wanted);
+    let limits = Options { hours: args.hours, seed: args.seed };
+    let summary = write(&generator, &args.output, &limits, &stop, |seconds| {
+        progress.update(seconds as u64, wanted, || format!("{:.2} h", seconds / 3600.0));
+    })?;
+    progress.finish();
+    let set = CaptionedSet::read(&args.output)?;
+    let value = json!({ "summary": summary, "splits": extent(&set), "left_out": generator.left_out });
+    output.result(&value, || {
+        let dropped = 100.0 * summary.dropped as f64 / (summary.dropped + summary.clips).max(1) as f64;
+        format!(
+            "{}\n{} clips, {:.2} hours, {} captions ({} different) in {}\n\
+             dropped because a caption was not true: {} ({dropped:.1} %); could not be made: {}; too short or long: {}\n",
+            extent_table(&set),
+            summary.clips,
+            summary.hours,
+            summary.captions,
+            summary.different_captions,
+            args.output.display(),
+            summary.dropped,
+            summary.failed.values().sum::<usize>(),
+            summary.unsuitable
+        )
+    })?;
+    if stop.load(std::sync::atomic::Ordering::SeqCst) {
+        return Err(CliError::Interrupted(format!("{:.2} of {} hours are in the data set", summary.hours, args.hours)));
+    }
+    Ok(())
+}
+
+/// Loads a grammar; the built-in one where no file is named.
+pub(super) fn load_grammar(file: Option<&std::path::Path>) -> Result<Grammar, CliError> {
+    match file {
+        None => Ok(Grammar::builtin()?),
+        Some(path) => {
+            let text = std::fs::read_to_string(path)
+                .map_err(|error| CliError::Input(format!("{}: {error}", path.display())))?;
+            Grammar::parse(&text).map_err(|error| CliError::Input(format!("{}: {error}", path.display())))
+        }
+    }
+}
