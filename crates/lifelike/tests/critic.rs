@@ -48,7 +48,8 @@ fn a_critic_is_trained_measured_and_aligns_a_generator() {
 
     let out = at("out");
     let few = ["--environments", "8", "--steps", "120", "--seconds", "1", "--repeats", "2"];
-    let bench = ["bench", "critic", "--run", &run, "--motions", "motions/nod.keys.toml", "motions/walk.keys.toml", "-o", &out];
+    let bench =
+        ["bench", "critic", "--run", &run, "--motions", "motions/nod.keys.toml", "motions/walk.keys.toml", "-o", &out];
     let measured = json(&[&bench[..], &few].concat());
     assert_eq!((&measured["clips"], &measured["starts"]), (&Value::from(2), &Value::from(4)));
     assert!(measured["windows"].as_u64().unwrap() > 20, "{measured}");
@@ -73,7 +74,8 @@ fn a_critic_is_trained_measured_and_aligns_a_generator() {
     let (code, error) = refused(&["train", "critic", "--plan", &at("critic.toml"), "-o", &at("no"), "critic.gamma=1"]);
     assert!(code == 3 && error.contains("critic.gamma"), "{code} {error}");
     let none = at("none.controller.safetensors");
-    let (code, error) = refused(&["train", "critic", "--plan", &at("critic.toml"), "-o", &at("no"), "--controller", &none]);
+    let (code, error) =
+        refused(&["train", "critic", "--plan", &at("critic.toml"), "-o", &at("no"), "--controller", &none]);
     assert!(code == 3 && error.contains("controller"), "{code} {error}");
     let (code, error) = refused(&[&words[..], &["--critic", generator]].concat());
     assert!(code == 3 && error.contains("critic"), "{code} {error}");

@@ -119,7 +119,15 @@ fn data(motions: usize) -> CriticData {
 
 fn plan() -> CriticPlan {
     let hidden = vec![16];
-    CriticPlan { window: 0.1, hidden, learning_rate: 3e-3, epochs: 80, minibatch: 96, validation: 0.2, ..Default::default() }
+    CriticPlan {
+        window: 0.1,
+        hidden,
+        learning_rate: 3e-3,
+        epochs: 80,
+        minibatch: 96,
+        validation: 0.2,
+        ..Default::default()
+    }
 }
 
 #[test]
@@ -179,7 +187,10 @@ fn a_file_gives_the_same_values_and_another_file_is_refused() {
     let saved = critic(2, &[16, 8]);
     saved.save(&path).unwrap();
     let read = Critic::load(&path).unwrap();
-    assert_eq!((read.header(), read.values(&motion(50, 1)).unwrap()), (saved.header(), saved.values(&motion(50, 1)).unwrap()));
+    assert_eq!(
+        (read.header(), read.values(&motion(50, 1)).unwrap()),
+        (saved.header(), saved.values(&motion(50, 1)).unwrap())
+    );
     read.check(&spec()).unwrap();
     let other = RepresentationSpec::new(vec!["elbow".into()]);
     assert!(read.check(&other).unwrap_err().to_string().contains("elbow"));

@@ -84,8 +84,19 @@ impl CriticTrainer {
         let moments = [zeros.clone(), zeros];
         let (plan, memory) = (plan.clone(), Vec::new());
         Ok(Self {
-            plan, seed, data, standardizer, motions, held_out, measured, network, moments, steps: 0, epoch: 0,
-            best: None, memory,
+            plan,
+            seed,
+            data,
+            standardizer,
+            motions,
+            held_out,
+            measured,
+            network,
+            moments,
+            steps: 0,
+            epoch: 0,
+            best: None,
+            memory,
         })
     }
 
@@ -131,8 +142,11 @@ impl CriticTrainer {
         }
         let learned = sums.iter().enumerate().filter(|(motion, _)| !self.held_out[*motion]);
         let rows = learned.flat_map(|(motion, rows)| rows.iter().enumerate().map(move |(row, sum)| (motion, row, sum)));
-        let sample = |(motion, row, &(sum, weight)): (usize, usize, &(f64, f32))| {
-            Sample { motion, row, target: (sum / f64::from(weight)) as f32, weight }
+        let sample = |(motion, row, &(sum, weight)): (usize, usize, &(f64, f32))| Sample {
+            motion,
+            row,
+            target: (sum / f64::from(weight)) as f32,
+            weight,
         };
         rows.filter(|(_, _, sum)| sum.1 > 0.0).map(sample).collect()
     }

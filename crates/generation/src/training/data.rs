@@ -90,13 +90,17 @@ impl CaptionedMotion {
         if out.iter().any(|motion| motion.part == Part::Train) {
             return Ok(out);
         }
-        Err(GenerationError::mismatch("captioned motion to train on", format!("at least one of {MIN_ROWS} rows"), "none"))
+        Err(GenerationError::mismatch(
+            "captioned motion to train on",
+            format!("at least one of {MIN_ROWS} rows"),
+            "none",
+        ))
     }
 }
 
 fn index(path: &Path) -> Result<Vec<IndexLine>, GenerationError> {
-    let text = std::fs::read_to_string(path)
-        .map_err(|source| GenerationError::Io { path: path.to_path_buf(), source })?;
+    let text =
+        std::fs::read_to_string(path).map_err(|source| GenerationError::Io { path: path.to_path_buf(), source })?;
     let lines = text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty());
     let read = |(i, line): (usize, &str)| {
         let what = format!("{}:{}", path.display(), i + 1);

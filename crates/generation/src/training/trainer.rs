@@ -130,8 +130,10 @@ impl GeneratorTrainer {
             })
             .collect();
         let denoiser = Denoiser::new(self.sizes, &self.layout, &self.values);
-        let parts: Vec<_> =
-            draws.par_chunks(plan.part).map(|part| self.part(&denoiser, part, draws.len())).collect::<Result<_, _>>()?;
+        let parts: Vec<_> = draws
+            .par_chunks(plan.part)
+            .map(|part| self.part(&denoiser, part, draws.len()))
+            .collect::<Result<_, _>>()?;
         // Summed in the parts' order, whichever core had which, so the number of cores changes no bit.
         let (mut gradient, mut loss, mut realism) = (vec![0.0; self.layout.len()], 0.0, 0.0);
         for (own, value, sums) in parts {
@@ -241,8 +243,7 @@ impl GeneratorTrainer {
         let progress = checkpoint.u64s("progress", &[2])?;
         (self.iteration, self.skipped) = (progress[0], progress[1]);
         self.values = self.layout.load_from(checkpoint, "network")?;
-        self.moments =
-            [self.layout.load_from(checkpoint, "first")?, self.layout.load_from(checkpoint, "second")?];
+        self.moments = [self.layout.load_from(checkpoint, "first")?, self.layout.load_from(checkpoint, "second")?];
         self.average = Average::new(self.plan.ema, self.layout.load_from(checkpoint, "average")?);
         Ok(())
     }
@@ -252,11 +253,8 @@ impl GeneratorTrainer {
 type Part = (f64, f64, Vec<f32>);
 
 fn inputs<'a>(part: &'a [Draw<'_>]) -> Vec<DenoiserInput<'a>> {
-    let input = |draw: &'a Draw<'_>| DenoiserInput {
-        motion: &draw.noisy,
-        step: draw.step,
-        condition: draw.condition.as_ref(),
-    };
+    let input =
+        |draw: &'a Draw<'_>| DenoiserInput { motion: &draw.noisy, step: draw.step, condition: draw.condition.as_ref() };
     part.iter().map(input).collect()
 }
 
