@@ -155,6 +155,7 @@ fn a_critic_of_another_robot_is_refused() {
     };
     let critic = CriticTrainer::new(&CriticPlan::default(), 1, other).unwrap().critic();
     assert_eq!(critic.header().standardizer.std, vec![Standardizer::FLOOR as f32; 9]);
-    let error = AlignTrainer::new(&plan(), &robot, generator(&robot), critic, &motions(&robot)).unwrap_err().to_string();
+    let error =
+        AlignTrainer::new(&plan(), &robot, generator(&robot), critic, &motions(&robot)).unwrap_err().to_string();
     assert!(error.contains("rows for the critic") && error.contains("knee"), "{error}");
 }

@@ -33,9 +33,15 @@ impl CriticData {
         if records.names.len() != self.motions.len() {
             return Err(GenerationError::mismatch("motions of the records", records.names.len(), self.motions.len()));
         }
-        if let Some((name, motion)) = records.names.iter().zip(&self.motions).find(|(_, m)| m.width != width || m.n == 0) {
+        if let Some((name, motion)) =
+            records.names.iter().zip(&self.motions).find(|(_, m)| m.width != width || m.n == 0)
+        {
             let got = format!("{} x {}", motion.n, motion.width);
-            return Err(GenerationError::mismatch(format!("rows of '{name}'"), format!("at least one of {width}"), got));
+            return Err(GenerationError::mismatch(
+                format!("rows of '{name}'"),
+                format!("at least one of {width}"),
+                got,
+            ));
         }
         if records.is_empty() {
             return Err(GenerationError::mismatch("records of rewards", "at least one step", 0));
@@ -45,7 +51,11 @@ impl CriticData {
             // Rounding may put the last frame half a row beyond the last row.
             if self.place(*frame) > rows as f64 {
                 let got = format!("frame {frame} at {} Hz", records.rate);
-                return Err(GenerationError::mismatch(format!("record of '{name}'"), format!("a frame of {rows} rows"), got));
+                return Err(GenerationError::mismatch(
+                    format!("record of '{name}'"),
+                    format!("a frame of {rows} rows"),
+                    got,
+                ));
             }
         }
         match records.reward.iter().find(|reward| !reward.is_finite()) {

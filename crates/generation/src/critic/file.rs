@@ -4,7 +4,7 @@ use std::path::Path;
 
 use lifelike_checkpoint::Checkpoint;
 
-use super::network::CriticNetwork;
+use super::network::{Bounds, CriticNetwork};
 use super::surrogate::RewardSurrogate;
 use super::windows::PaddedRows;
 use crate::GenerationError;
@@ -34,6 +34,8 @@ pub struct CriticHeader {
     pub radius: usize,
     /// Hidden layers.
     pub hidden: Vec<usize>,
+    /// Least and greatest value that rewards like those of the records can sum to.
+    pub bounds: Bounds,
     /// Discount of a control step.
     pub gamma: f64,
     /// Control steps per second.
@@ -105,13 +107,17 @@ impl Critic {
         if let Some(std) = header.standardizer.std.iter().find(|std| !(**std > 0.0)) {
             return Err(GenerationError::mismatch(what("standard deviations"), "numbers above 0", std));
         }
+        let Bounds { low, high } = header.bounds;
+        if !(low < high && low.is_finite() && high.is_finite()) {
+            return Err(GenerationError::mismatch(what("bounds"), "a range", format!("{low} to {high}")));
+        }
         let widths = [&[inputs], &header.hidden[..]].concat();
         if let Some(size) = widths.iter().find(|size| !(1..=LARGEST).contains(*size)) {
             return Err(GenerationError::mismatch(what("layer sizes"), format!("1 to {LARGEST}"), size));
         }
         let sizes = CriticNetwork::sizes(inputs, &header.hidden);
         let parameters = file.f32s(NETWORK, &[sizes.parameters()])?;
-        Ok(Self { network: CriticNetwork::new(sizes, parameters), header })
+        Ok(Self { network: CriticNetwork::new(sizes, parameters, header.bounds), header })
     }
 
     /// Checks that it judges motion of these joints at this rate.

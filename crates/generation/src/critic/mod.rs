@@ -20,6 +20,7 @@ mod windows;
 pub use data::CriticData;
 pub use file::{Critic, CriticHeader, EXTENSION};
 pub use lifelike_train::{RewardRecords, StepEnd};
+pub use network::Bounds;
 pub use plan::CriticPlan;
 pub use surrogate::RewardSurrogate;
 pub use trainer::{CriticMetrics, CriticTrainer};

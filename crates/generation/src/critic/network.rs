@@ -8,11 +8,59 @@ use rayon::prelude::*;
 
 use super::windows::PaddedRows;
 
-/// A perceptron from windows to one value.
+/// A perceptron from windows to one value within bounds.
+///
+/// Rewards are bounded, so is what they can sum to. Without bounds the network goes on linearly where no motion was, and
+/// promises most for what is least like motion.
 #[derive(Debug, Clone)]
 pub struct CriticNetwork {
     parameters: Vec<f32>,
     packed: PackedPerceptron,
+    bounds: Bounds,
+}
+
+/// Least and greatest value: v = middle + half · tanh(y / half) of the perceptron's output y.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Bounds {
+    /// Least value.
+    pub low: f32,
+    /// Greatest value.
+    pub high: f32,
+}
+
+impl Bounds {
+    /// Returns the bounds of discounted sums of rewards between two.
+    pub fn of_rewards(rewards: &[f32], gamma: f64) -> Self {
+        let [low, high] = rewards.iter().fold([0.0_f32; 2], |[low, high], r| [low.min(*r), high.max(*r)]);
+        let sum = |reward: f32| (f64::from(reward) / (1.0 - gamma)) as f32;
+        // Rewards that are all zero still need some width.
+        Self { low: sum(low), high: sum(high).max(sum(low) + 1e-3) }
+    }
+
+    fn half(self) -> f32 {
+        0.5 * (self.high - self.low)
+    }
+
+    fn middle(self) -> f32 {
+        0.5 * (self.high + self.low)
+    }
+
+    /// Returns the value of an output.
+    pub fn value(self, y: f32) -> f32 {
+        self.middle() + self.half() * (y / self.half()).tanh()
+    }
+
+    /// Returns the output of a value inside.
+    fn output(self, value: f32) -> f32 {
+        let inside = ((value - self.middle()) / self.half()).clamp(-0.99, 0.99);
+        self.half() * inside.atanh()
+    }
+
+    /// Returns the derivative of a value by its output.
+    fn slope(self, value: f32) -> f32 {
+        1.0 - ((value - self.middle()) / self.half()).powi(2)
+    }
 }
 
 impl CriticNetwork {
@@ -25,13 +73,18 @@ impl CriticNetwork {
     ///
     /// # Panics
     /// There are more or fewer than the sizes say.
-    pub fn new(sizes: Sizes, parameters: Vec<f32>) -> Self {
+    pub fn new(sizes: Sizes, parameters: Vec<f32>, bounds: Bounds) -> Self {
         let packed = PackedPerceptron::new(InstructionSet::chosen(), sizes, &parameters);
-        Self { parameters, packed }
+        Self { parameters, packed, bounds }
+    }
+
+    /// Returns the bounds of its values.
+    pub fn bounds(&self) -> Bounds {
+        self.bounds
     }
 
     /// Returns a network with orthogonal weights whose output is near `level` at first.
-    pub fn init(sizes: Sizes, seed: u64, level: f32) -> Self {
+    pub fn init(sizes: Sizes, seed: u64, level: f32, bounds: Bounds) -> Self {
         let mut parameters = vec![0.0; sizes.parameters()];
         let last = sizes.layers().len() - 1;
         for (l, layer) in sizes.layers().iter().enumerate() {
@@ -40,9 +93,9 @@ impl CriticNetwork {
             parameters[layer.weight()].copy_from_slice(&weight);
         }
         if let Some(bias) = parameters.last_mut() {
-            *bias = level;
+            *bias = bounds.output(level);
         }
-        Self::new(sizes, parameters)
+        Self::new(sizes, parameters, bounds)
     }
 
     /// Returns the parameters.
@@ -82,8 +135,7 @@ impl CriticNetwork {
                 || vec![Channel::ZERO; self.packed.channels()],
                 |panel, (i, values)| {
                     self.forward(panel, (i * ROWS..i * ROWS + values.len()).map(|row| motion.window(row)), values);
-                    let ones = vec![1.0; values.len()];
-                    self.backward(panel, &ones, true);
+                    self.backward(panel, values, &vec![1.0; values.len()], true);
                     let mut windows = vec![0.0; values.len() * size];
                     unpack(self.packed.by_inputs(panel), &mut windows);
                     let mut part = vec![0.0; (values.len() - 1) * width + size];
@@ -107,11 +159,14 @@ impl CriticNetwork {
         pack(windows, self.packed.inputs(panel));
         self.packed.forward(panel);
         unpack(self.packed.outputs(panel), values);
+        values.iter_mut().for_each(|value| *value = self.bounds.value(*value));
     }
 
-    /// Computes the derivatives by every layer of a panel, by the inputs too where asked for, from those by the values.
-    pub fn backward(&self, panel: &mut [Channel], by_values: &[f32], through: bool) {
-        pack(by_values.chunks_exact(1), self.packed.by_outputs(panel));
+    /// Computes the derivatives by every layer of a panel, by the inputs too where asked for, from the values and the
+    /// derivatives by them.
+    pub fn backward(&self, panel: &mut [Channel], values: &[f32], by_values: &[f32], through: bool) {
+        let by: Vec<f32> = values.iter().zip(by_values).map(|(v, by)| by * self.bounds.slope(*v)).collect();
+        pack(by.chunks_exact(1), self.packed.by_outputs(panel));
         self.packed.backward(panel, through);
     }
 

@@ -8,6 +8,8 @@ use super::network::CriticNetwork;
 use super::*;
 use crate::representation::{FeatureMatrix, RepresentationSpec, Standardizer};
 
+const BOUNDS: Bounds = Bounds { low: -3.0, high: 9.0 };
+
 /// 7 + 2 numbers: one joint.
 fn spec() -> RepresentationSpec {
     RepresentationSpec::new(vec!["knee".into()])
@@ -23,7 +25,7 @@ fn motion(n: usize, seed: u64) -> FeatureMatrix {
 
 fn critic(radius: usize, hidden: &[usize]) -> Critic {
     let sizes = CriticNetwork::sizes((2 * radius + 1) * 9, hidden);
-    let mut network = CriticNetwork::init(sizes, 4, 2.0);
+    let mut network = CriticNetwork::init(sizes, 4, 2.0, BOUNDS);
     let n = network.parameters().len();
     network.update(|values| values.iter_mut().zip(noise(n, 8)).for_each(|(x, z)| *x += 0.1 * z));
     let std = (0..9).map(|i| 0.3 + 0.2 * i as f32).collect();
@@ -34,6 +36,7 @@ fn critic(radius: usize, hidden: &[usize]) -> Critic {
         standardizer: Standardizer { mean: vec![0.1; 9], std },
         radius,
         hidden: hidden.to_vec(),
+        bounds: BOUNDS,
         gamma: 0.9,
         control_hz: 50.0,
         steps: 0,
@@ -61,7 +64,7 @@ fn exact_sum(critic: &Critic, parameters: &[f32], rows: &[f64]) -> f64 {
             let elu = |y: f64| if l + 1 < sizes.layers().len() && y < 0.0 { y.exp_m1() } else { y };
             x = (0..layer.outputs).map(|j| elu(sum(j))).collect();
         }
-        x[0]
+        3.0 + 6.0 * (x[0] / 6.0).tanh()
     };
     (0..n).map(value).sum()
 }
@@ -116,7 +119,15 @@ fn data(motions: usize) -> CriticData {
 
 fn plan() -> CriticPlan {
     let hidden = vec![16];
-    CriticPlan { window: 0.1, hidden, learning_rate: 3e-3, epochs: 80, minibatch: 96, validation: 0.2, ..Default::default() }
+    CriticPlan {
+        window: 0.1,
+        hidden,
+        learning_rate: 3e-3,
+        epochs: 80,
+        minibatch: 96,
+        validation: 0.2,
+        ..Default::default()
+    }
 }
 
 #[test]
@@ -160,13 +171,26 @@ fn a_saved_training_goes_on_bit_for_bit_on_any_number_of_threads() {
 }
 
 #[test]
+fn no_motion_is_promised_more_than_rewards_can_sum_to() {
+    assert_eq!(Bounds::of_rewards(&[0.5, 1.0, -0.25], 0.5), Bounds { low: -0.5, high: 2.0 });
+    let bounds = Bounds::of_rewards(&[0.0], 0.5);
+    assert!(bounds.low < bounds.high);
+    let far: Vec<f32> = motion(40, 5).rows.iter().map(|x| 1e4 * x).collect();
+    let values = critic(2, &[16]).values(&FeatureMatrix::new(far, 9).unwrap()).unwrap();
+    assert!(values.iter().all(|v| (BOUNDS.low..=BOUNDS.high).contains(v)), "{values:?}");
+}
+
+#[test]
 fn a_file_gives_the_same_values_and_another_file_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.critic.safetensors");
     let saved = critic(2, &[16, 8]);
     saved.save(&path).unwrap();
     let read = Critic::load(&path).unwrap();
-    assert_eq!((read.header(), read.values(&motion(50, 1)).unwrap()), (saved.header(), saved.values(&motion(50, 1)).unwrap()));
+    assert_eq!(
+        (read.header(), read.values(&motion(50, 1)).unwrap()),
+        (saved.header(), saved.values(&motion(50, 1)).unwrap())
+    );
     read.check(&spec()).unwrap();
     let other = RepresentationSpec::new(vec!["elbow".into()]);
     assert!(read.check(&other).unwrap_err().to_string().contains("elbow"));

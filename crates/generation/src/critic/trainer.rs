@@ -1,5 +1,7 @@
 //! The training of a critic: targets anew, then gradient steps on them, epoch by epoch (thesis Algorithm 1, lines 14 to 19).
 
+use std::collections::BTreeSet;
+
 use lifelike_checkpoint::Checkpoint;
 use lifelike_checkpoint::rng::stream;
 use lifelike_dense::{AdamStep, Channel, ROWS, Slices, norm};
@@ -10,7 +12,7 @@ use rayon::prelude::*;
 
 use super::data::CriticData;
 use super::file::{Critic, CriticHeader};
-use super::network::CriticNetwork;
+use super::network::{Bounds, CriticNetwork};
 use super::plan::CriticPlan;
 use super::windows::PaddedRows;
 use crate::GenerationError;
@@ -65,7 +67,7 @@ impl CriticTrainer {
     pub fn new(plan: &CriticPlan, seed: u64, data: CriticData) -> Result<Self, GenerationError> {
         plan.check()?;
         data.check()?;
-        let held_out = held_out(data.motions.len(), plan.validation, seed);
+        let held_out = held_out(&data.records.names, plan.validation, seed);
         let learned = data.motions.iter().zip(&held_out).filter(|(_, out)| !**out).map(|(motion, _)| motion);
         let standardizer = Standardizer::of(learned, Standardizer::FLOOR)?;
         let radius = plan.radius(&data.representation);
@@ -73,7 +75,8 @@ impl CriticTrainer {
         let motions = padded.collect::<Result<Vec<_>, _>>()?;
         let mean = data.records.reward.iter().map(|r| f64::from(*r)).sum::<f64>() / data.records.len() as f64;
         let sizes = CriticNetwork::sizes((2 * radius + 1) * data.representation.width(), &plan.hidden);
-        let network = CriticNetwork::init(sizes, seed, (mean / (1.0 - plan.gamma)) as f32);
+        let bounds = Bounds::of_rewards(&data.records.reward, plan.gamma);
+        let network = CriticNetwork::init(sizes, seed, (mean / (1.0 - plan.gamma)) as f32, bounds);
         let zeros = vec![0.0; network.parameters().len()];
         // The rest of a return beyond this is less than 1% of it.
         let horizon = (0.01_f64.ln() / plan.gamma.max(1e-9).ln()).ceil().max(1.0) as usize;
@@ -81,8 +84,19 @@ impl CriticTrainer {
         let moments = [zeros.clone(), zeros];
         let (plan, memory) = (plan.clone(), Vec::new());
         Ok(Self {
-            plan, seed, data, standardizer, motions, held_out, measured, network, moments, steps: 0, epoch: 0,
-            best: None, memory,
+            plan,
+            seed,
+            data,
+            standardizer,
+            motions,
+            held_out,
+            measured,
+            network,
+            moments,
+            steps: 0,
+            epoch: 0,
+            best: None,
+            memory,
         })
     }
 
@@ -128,8 +142,11 @@ impl CriticTrainer {
         }
         let learned = sums.iter().enumerate().filter(|(motion, _)| !self.held_out[*motion]);
         let rows = learned.flat_map(|(motion, rows)| rows.iter().enumerate().map(move |(row, sum)| (motion, row, sum)));
-        let sample = |(motion, row, &(sum, weight)): (usize, usize, &(f64, f32))| {
-            Sample { motion, row, target: (sum / f64::from(weight)) as f32, weight }
+        let sample = |(motion, row, &(sum, weight)): (usize, usize, &(f64, f32))| Sample {
+            motion,
+            row,
+            target: (sum / f64::from(weight)) as f32,
+            weight,
         };
         rows.filter(|(_, _, sum)| sum.1 > 0.0).map(sample).collect()
     }
@@ -154,7 +171,7 @@ impl CriticTrainer {
                 let errors = || values.iter().zip(samples).map(|(v, s)| (v - s.target, s.weight));
                 let by: Vec<f32> = errors().map(|(error, weight)| 2.0 * error * weight / total).collect();
                 let loss = errors().map(|(error, weight)| f64::from(error).powi(2) * f64::from(weight)).sum();
-                network.backward(panel, &by, false);
+                network.backward(panel, &values, &by, false);
                 loss
             })
             .collect();
@@ -200,7 +217,9 @@ impl CriticTrainer {
     /// Returns the critic: the best on motion held out, else the latest.
     pub fn critic(&self) -> Critic {
         let network = match &self.best {
-            Some((_, parameters)) => CriticNetwork::new(self.network.layers().clone(), parameters.clone()),
+            Some((_, parameters)) => {
+                CriticNetwork::new(self.network.layers().clone(), parameters.clone(), self.network.bounds())
+            }
             None => self.network.clone(),
         };
         let data = &self.data;
@@ -211,6 +230,7 @@ impl CriticTrainer {
             standardizer: self.standardizer.clone(),
             radius: self.plan.radius(&data.representation),
             hidden: self.plan.hidden.clone(),
+            bounds: self.network.bounds(),
             gamma: self.plan.gamma,
             control_hz: data.records.rate,
             steps: data.records.len() as u64,
@@ -247,14 +267,13 @@ impl CriticTrainer {
     }
 }
 
-/// Draws the motions that are not learned from; at least one is learned from.
-fn held_out(motions: usize, share: f64, seed: u64) -> Vec<bool> {
-    let mut order: Vec<usize> = (0..motions).collect();
-    order.shuffle(&mut stream(seed, "critic validation", 0, 0));
-    let count = ((motions as f64 * share).round() as usize).min(motions.saturating_sub(1));
-    let mut out = vec![false; motions];
-    order[..count].iter().for_each(|motion| out[*motion] = true);
-    out
+/// Draws the motions that are not learned from, a clip always with its mirror image; at least one is learned from.
+fn held_out(names: &[String], share: f64, seed: u64) -> Vec<bool> {
+    let original = |name: &String| name.trim_end_matches("+mirror").to_string();
+    let mut clips: Vec<String> = names.iter().map(original).collect::<BTreeSet<_>>().into_iter().collect();
+    clips.shuffle(&mut stream(seed, "critic validation", 0, 0));
+    clips.truncate(((clips.len() as f64 * share).round() as usize).min(clips.len().saturating_sub(1)));
+    names.iter().map(|name| clips.contains(&original(name))).collect()
 }
 
 fn measured(data: &CriticData, held_out: &[bool], gamma: f64, horizon: usize) -> Vec<(usize, usize, f32)> {
@@ -262,4 +281,18 @@ fn measured(data: &CriticData, held_out: &[bool], gamma: f64, horizon: usize) ->
     let places = records.sequence.iter().zip(&records.frame).zip(records.returns(gamma, horizon));
     let out = places.filter(|((sequence, _), g)| held_out[**sequence as usize] && !g.is_nan());
     out.map(|((sequence, frame), g)| (*sequence as usize, data.row(*sequence, *frame), g)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_clip_is_held_out_with_its_mirror_image() {
+        let names: Vec<String> = (0..20).flat_map(|i| [format!("clip {i}"), format!("clip {i}+mirror")]).collect();
+        let out = held_out(&names, 0.2, 4);
+        assert_eq!(out.iter().filter(|out| **out).count(), 8);
+        assert!(out.chunks(2).all(|pair| pair[0] == pair[1]));
+        assert_eq!(held_out(&names[..1], 0.9, 4), [false]);
+    }
 }

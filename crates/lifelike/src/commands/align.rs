@@ -86,6 +86,11 @@ fn report(trainer: &AlignTrainer, path: &Path, before: [f64; 2], best: [f64; 2],
         before[0],
         best[0],
         path.display(),
-        NextCommand::new("generate").word("a person walks").path("--generator", path).robot(robot).word("-o").word("walk.motion.safetensors")
+        NextCommand::new("generate")
+            .word("a person walks")
+            .path("--generator", path)
+            .robot(robot)
+            .word("-o")
+            .word("walk.motion.safetensors")
     )
 }

@@ -93,7 +93,8 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
         container::write(&path, &clip)?;
         files.push(path);
     }
-    let realism = critic.map(|c| generated.iter().map(|m| c.realism(&m.rows)).collect::<Result<Vec<_>, _>>()).transpose()?;
+    let realism =
+        critic.map(|c| generated.iter().map(|m| c.realism(&m.rows)).collect::<Result<Vec<_>, _>>()).transpose()?;
     let value = json!({
         "realism": realism, "prompt": args.prompt, "robot": robot.name, "files": files, "seconds": seconds,
         "sampling_seconds": sampling_seconds, "familiarity": familiarity,

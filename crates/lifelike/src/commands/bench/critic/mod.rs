@@ -124,7 +124,10 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let digest = digest_of(&plan.controller)?;
     if digest != critic.header().controller {
         let path = plan.controller.display();
-        return Err(CliError::Input(format!("{path}: expected the critic's controller {}, got {digest}", critic.header().controller)));
+        return Err(CliError::Input(format!(
+            "{path}: expected the critic's controller {}, got {digest}",
+            critic.header().controller
+        )));
     }
     let loaded = Loaded::load(&plan.controller, Some(&plan.robot), None)?;
     let robot = loaded.controller.robot();
@@ -132,7 +135,8 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let motions = clips::load(&args.motions, robot)?;
     let predictors = predictors(critic, &plan, &args.run, &motions, robot)?;
     let tracker = tracker_plan(&plan.environment, &plan.robot, args.seed)?;
-    let rollouts = Rollouts { controller: &loaded.controller, clips: &motions, tracker: &tracker, physics: &args.physics };
+    let rollouts =
+        Rollouts { controller: &loaded.controller, clips: &motions, tracker: &tracker, physics: &args.physics };
     let random = EpisodeSpec { seconds: args.seconds, switch_clips: false, ..tracker.episode };
     let random = rollouts.record(rollouts.environment(random, args.environments)?, args.steps, output)?;
     let starts = episodes::from_starts(&rollouts, args.repeats, output)?;
@@ -200,16 +204,26 @@ fn table(m: &Measured) -> Table {
     let numbers = ["rank, windows", "rank, clips", "AUC, random frames", "AUC, clip starts", "AUC, clips"];
     let columns = [Column::text("predictor")].into_iter().chain(numbers.map(|name| Column::number(name, "")));
     let mut table = Table::new("A critic on motion that it did not learn from", columns.collect());
-    table.rows = m.ranking.iter().map(|marks| {
-        let numbers = [&marks.windows, &marks.clips, &marks.episodes, &marks.starts, &marks.falling_clips];
-        [Cell::text(marks.predictor)].into_iter().chain(numbers.map(Interval::cell)).collect()
-    }).collect();
+    table.rows = m
+        .ranking
+        .iter()
+        .map(|marks| {
+            let numbers = [&marks.windows, &marks.clips, &marks.episodes, &marks.starts, &marks.falling_clips];
+            [Cell::text(marks.predictor)].into_iter().chain(numbers.map(Interval::cell)).collect()
+        })
+        .collect();
     table.caption = format!(
         "Higher is better. Rank: Spearman correlation of predicted value and measured discounted return over {} windows and \
          {} clips. AUC: telling what falls from what does not, of {} episodes from random frames ({} fell), {} from clip \
          starts ({} fell), and of clips of which at least half of the episodes from the start fell ({}). In brackets 95% of a \
          bootstrap over clips. The critic explains {:.2} of the variance of the windows' mean returns.",
-        m.windows, m.clips, m.episodes, m.episodes_that_fell, m.starts, m.starts_that_fell, m.clips_that_fell,
+        m.windows,
+        m.clips,
+        m.episodes,
+        m.episodes_that_fell,
+        m.starts,
+        m.starts_that_fell,
+        m.clips_that_fell,
         m.explained_variance
     );
     table

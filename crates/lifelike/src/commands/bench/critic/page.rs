@@ -33,11 +33,13 @@ pub fn save(
 fn scatter(windows: &[Window], predicted: &[f64]) -> Drawing {
     let stride = windows.len().div_ceil(POINTS).max(1);
     let points = || windows.iter().zip(predicted).step_by(stride).map(|(w, p)| [*p as f32, w.value as f32]);
-    let [low, high] = points().flatten().fold([f32::INFINITY, f32::NEG_INFINITY], |[low, high], x| [low.min(x), high.max(x)]);
+    let [low, high] =
+        points().flatten().fold([f32::INFINITY, f32::NEG_INFINITY], |[low, high], x| [low.min(x), high.max(x)]);
     let cross = |[x, y]: [f32; 2]| [vec![[x - HALF, y], [x + HALF, y]], vec![[x, y - HALF], [x, y + HALF]]];
     Drawing {
         title: "Predicted and measured".into(),
-        caption: "To the right the critic's value, upwards the mean measured return of the window; equal on the line.".into(),
+        caption: "To the right the critic's value, upwards the mean measured return of the window; equal on the line."
+            .into(),
         panels: vec![Panel {
             name: "windows".into(),
             note: format!("{low:.1} to {high:.1}"),

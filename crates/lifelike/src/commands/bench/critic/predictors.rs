@@ -55,7 +55,8 @@ pub fn predictors(
     let (spec, rows) = rows_of(clips, robot)?;
     critic.check(&spec)?;
     let wide = |values: Vec<f32>| values.into_iter().map(f64::from).collect();
-    let values = rows.iter().map(|motion| Ok(wide(critic.values(motion)?))).collect::<Result<Vec<Vec<f64>>, CliError>>()?;
+    let values =
+        rows.iter().map(|motion| Ok(wide(critic.values(motion)?))).collect::<Result<Vec<Vec<f64>>, CliError>>()?;
     let ridge = regression(plan, run, critic.header().radius, robot)?;
     let radius = critic.header().radius;
     let of_ridge = |motion: &FeatureMatrix| {
@@ -63,9 +64,10 @@ pub fn predictors(
     };
     let by_ridge: Vec<Vec<f64>> = rows.iter().map(of_ridge).collect();
     let speeds = robot.speeds();
-    let findings = clips.par_iter().zip(&rows).map(|(clip, rows)| {
-        Ok(of_findings(&check(clip, &robot.character, &robot.anatomy, &speeds)?, rows.n))
-    });
+    let findings = clips
+        .par_iter()
+        .zip(&rows)
+        .map(|(clip, rows)| Ok(of_findings(&check(clip, &robot.character, &robot.anatomy, &speeds)?, rows.n)));
     Ok(vec![
         Predictor { name: "critic, mean", values: values.clone(), lowest: false },
         Predictor { name: "critic, lowest", values, lowest: true },
@@ -81,7 +83,10 @@ fn regression(plan: &CriticTrainingPlan, run: &Path, radius: usize, robot: &Robo
     let (spec, rows) = rows_of(&plan.motions(robot)?, robot)?;
     if rows.len() != records.names.len() {
         let got = format!("{} clips, {} in its records", rows.len(), records.names.len());
-        return Err(CliError::Input(format!("{}: expected the clips that the critic learned from, got {got}", run.display())));
+        return Err(CliError::Input(format!(
+            "{}: expected the clips that the critic learned from, got {got}",
+            run.display()
+        )));
     }
     let windows = measured(&records, &rows, plan.critic.gamma);
     if windows.is_empty() {

@@ -1,0 +1,82 @@
+//! A critic from rollouts of a frozen controller to its marks and to the motion that it aligns.
+
+#![cfg(feature = "learning")]
+#![allow(clippy::unwrap_used)]
+
+use std::path::Path;
+use std::process::{Command, Output};
+
+use serde_json::Value;
+
+fn lifelike(arguments: &[&str]) -> Output {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+    Command::new(env!("CARGO_BIN_EXE_lifelike")).args(arguments).current_dir(root).output().unwrap()
+}
+
+/// As JSON; it must have worked.
+fn json(arguments: &[&str]) -> Value {
+    let output = lifelike(&[&["--json"], arguments].concat());
+    assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
+    serde_json::from_slice(&output.stdout).unwrap()
+}
+
+/// Its exit code and what it says.
+fn refused(arguments: &[&str]) -> (i32, String) {
+    let output = lifelike(arguments);
+    (output.status.code().unwrap(), String::from_utf8(output.stderr).unwrap())
+}
+
+const CRITIC: &str = "robot = 'lima'\ncontroller = 'assets/lima-all.controller.safetensors'\nenvironment = 'track-all'\n\
+    clips = ['motions/wa[lv][ke].keys.toml', 'motions/weight_shift.keys.toml', 'motions/march.keys.toml']\n\
+    [rollouts]\nenvironments = 8\nsteps = 150\n\
+    [critic]\nhidden = [16]\nepochs = 4\nminibatch = 64\nvalidation = 0.25\n";
+
+const GENERATOR: &str = "robot = 'lima'\nclips = ['builtin']\nmax_seconds = 2.0\nwidth = 16\nlayers = 1\nheads = 2\ninner = 32\n\
+    pieces = 150\nbatch = 8\niterations = 10\nwarmup = 2\ndiffusion_steps = 10\nvalidate_every = 5\n";
+
+#[test]
+fn a_critic_is_trained_measured_and_aligns_a_generator() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name).to_string_lossy().into_owned();
+    std::fs::write(at("critic.toml"), CRITIC).unwrap();
+    let run = at("run");
+    let trained = json(&["train", "critic", "--plan", &at("critic.toml"), "-o", &run]);
+    assert_eq!((&trained["epochs"], &trained["control_steps"]), (&Value::from(4), &Value::from(1200)));
+    let again = json(&["train", "critic", "--resume", "-o", &run]);
+    assert_eq!(again["explained_variance"], trained["explained_variance"], "what is done is left alone");
+    let critic = trained["critic"].as_str().unwrap();
+
+    let out = at("out");
+    let few = ["--environments", "8", "--steps", "120", "--seconds", "1", "--repeats", "2"];
+    let bench =
+        ["bench", "critic", "--run", &run, "--motions", "motions/nod.keys.toml", "motions/walk.keys.toml", "-o", &out];
+    let measured = json(&[&bench[..], &few].concat());
+    assert_eq!((&measured["clips"], &measured["starts"]), (&Value::from(2), &Value::from(4)));
+    assert!(measured["windows"].as_u64().unwrap() > 20, "{measured}");
+    assert!(std::fs::read_to_string(folder.path().join("out/report.html")).unwrap().contains("Predicted and measured"));
+
+    std::fs::write(at("generator.toml"), GENERATOR).unwrap();
+    let made = json(&["train", "generator", "--plan", &at("generator.toml"), "-o", &at("generator")]);
+    let generator = made["generator"].as_str().unwrap();
+    let aligned = at("aligned");
+    let small = ["iterations=6", "batch=8", "validate_every=3", "prompts=2", "warmup=0", "tolerance=5"];
+    let align = ["align", "--generator", generator, "--critic", critic, "-o", &aligned];
+    let first = json(&[&align[..], &small].concat());
+    assert_eq!(first["iterations"], 6);
+    let resumed = json(&["align", "--resume", "-o", &aligned]);
+    assert_eq!(resumed["realism"], first["realism"]);
+    let motion = at("a.motion.safetensors");
+    let network = first["generator"].as_str().unwrap();
+    let words = ["generate", "a person walks", "--seconds", "1.5", "-o", &motion, "--generator", network];
+    let free = json(&[&words[..], &["--critic", critic, "--critic-strength", "0"]].concat());
+    assert_eq!(free["realism"].as_array().unwrap().len(), 1);
+
+    let (code, error) = refused(&["train", "critic", "--plan", &at("critic.toml"), "-o", &at("no"), "critic.gamma=1"]);
+    assert!(code == 3 && error.contains("critic.gamma"), "{code} {error}");
+    let none = at("none.controller.safetensors");
+    let (code, error) =
+        refused(&["train", "critic", "--plan", &at("critic.toml"), "-o", &at("no"), "--controller", &none]);
+    assert!(code == 3 && error.contains("controller"), "{code} {error}");
+    let (code, error) = refused(&[&words[..], &["--critic", generator]].concat());
+    assert!(code == 3 && error.contains("critic"), "{code} {error}");
+}
