@@ -236,7 +236,7 @@ fn gerund(word: &str) -> String {
         "nod", "clap", "step", "shrug", "squat", "flap", "jog", "put", "stop", "rap", "bob", "trot", "grab", "strut",
         "trip", "tap",
     ];
-    const ALSO: [&str; 8] = ["tug", "jab", "hop", "drag", "spin", "signal", "slap", "dip"];
+    const ALSO: [&str; 9] = ["tug", "jab", "hop", "drag", "spin", "signal", "slap", "dip", "scan"];
     if DOUBLED.contains(&word) || ALSO.contains(&word) || word == "drop" {
         let last = word.chars().last().unwrap_or_default();
         return format!("{word}{last}ing");
