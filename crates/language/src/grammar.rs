@@ -9,6 +9,7 @@ mod draw;
 mod generator;
 mod score;
 mod table;
+mod vocabulary;
 pub mod words;
 mod write;
 
@@ -16,4 +17,5 @@ pub use draw::{Draw, PartDraw};
 pub use generator::{Generator, Made};
 pub use score::{Cycle, Score};
 pub use table::{Acts, CountRule, Grammar, Limb, Show, Synth, Tempo, Verb};
+pub use vocabulary::words_of;
 pub use write::{Options, Summary, write};

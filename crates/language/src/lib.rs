@@ -17,3 +17,8 @@ pub use dataset::{CaptionedSet, Entry, Split};
 pub use error::LanguageError;
 pub use facts::Facts;
 pub use mirror_caption::mirror_caption;
+
+/// The README's example is a test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

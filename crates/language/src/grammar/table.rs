@@ -256,6 +256,7 @@ impl Grammar {
                 return Err(LanguageError::Grammar("expected templates for two actions, got none".into()));
             }
         }
+        grammar.holds_words_out()?;
         Ok(grammar)
     }
 
@@ -291,6 +292,7 @@ mod tests {
             ("acts = \"hand\"", "acts = \"tail\"", "tail"),
             ("cycles = [1, 5]", "cycles = [5, 1]", "fewest"),
             ("slow = [\"slowly\"", "tardy = [\"slowly\"", "slow"),
+            ("[polish] a pane", "[clean] a window", "verb 'wipe': expected a word in"),
         ] {
             let message = Grammar::parse(&BUILTIN.replacen(from, to, 1)).unwrap_err().to_string();
             assert!(message.contains(part), "{message}");

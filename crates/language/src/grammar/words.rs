@@ -8,15 +8,28 @@ use crate::checks::SignalName;
 use crate::error::LanguageError;
 use crate::facts::{Action, Direction, Facts, Mood, Relation, Size, Speed};
 
+/// Words that stand in no grammar's text: sides, numbers and angles are written by rule.
+pub(super) const FIXED: [&str; 43] = [
+    "is", "first", "the", "your", "their", "left", "right", "both", "hand", "arm", "foot", "leg", "some", "step",
+    "steps", "once", "twice", "time", "times", "to", "by", "a", "quarter", "half", "turn", "degrees", "clockwise",
+    "counterclockwise", "hands", "arms", "zero", "one", "two", "three", "four", "five", "six", "seven", "eight",
+    "nine", "ten", "eleven", "twelve",
+];
+
 /// Form of a verb.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Form {
+pub(super) enum Form {
     /// wave
     Base,
     /// waves
     Third,
     /// waving
     Gerund,
+}
+
+impl Form {
+    /// Every form.
+    pub(super) const ALL: [Self; 3] = [Self::Base, Self::Third, Self::Gerund];
 }
 
 /// Returns `count` different sentences (fewer where the grammar has no more) that say these facts, in the words that
@@ -191,7 +204,7 @@ fn angle<R: Rng>(action: &Action, way: &str, rng: &mut R) -> String {
 }
 
 /// Returns the phrase with the words in brackets in this form.
-fn inflected(template: &str, form: Form) -> String {
+pub(super) fn inflected(template: &str, form: Form) -> String {
     let mut out = String::new();
     let mut rest = template;
     while let Some((before, more)) = rest.split_once('[') {
@@ -223,7 +236,7 @@ fn gerund(word: &str) -> String {
         "nod", "clap", "step", "shrug", "squat", "flap", "jog", "put", "stop", "rap", "bob", "trot", "grab", "strut",
         "trip", "tap",
     ];
-    const ALSO: [&str; 7] = ["tug", "jab", "hop", "drag", "spin", "signal", "slap"];
+    const ALSO: [&str; 9] = ["tug", "jab", "hop", "drag", "spin", "signal", "slap", "dip", "scan"];
     if DOUBLED.contains(&word) || ALSO.contains(&word) || word == "drop" {
         let last = word.chars().last().unwrap_or_default();
         return format!("{word}{last}ing");
@@ -281,15 +294,6 @@ mod tests {
                     }
                 }
             }
-        }
-    }
-
-    #[test]
-    fn no_word_of_the_held_out_part_is_trained_on() {
-        let grammar = Grammar::builtin().unwrap();
-        assert!(grammar.new_subjects.iter().all(|s| !grammar.subjects.contains(s)));
-        for verb in &grammar.verbs {
-            assert!(verb.new.iter().all(|phrase| !verb.say.contains(phrase)), "{}", verb.name);
         }
     }
 }

@@ -13,7 +13,9 @@ use crate::dataset::{CaptionedSet, Split};
 use crate::error::LanguageError;
 
 /// Clips that are drawn between two looks at how many hours there are.
-const CHUNK: u64 = 256;
+const CHUNK: u64 = 64;
+/// Draws after which there must be clips.
+const TRIAL: u64 = 1024;
 
 /// Extent of a data set.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -39,6 +41,8 @@ pub struct Summary {
     pub drawn: u64,
     /// Draws that would have been too short or too long.
     pub unsuitable: usize,
+    /// Clips that were made and checked.
+    pub made: usize,
     /// Draws that could not be made, by reason.
     pub failed: BTreeMap<String, usize>,
     /// Clips that were dropped because a check failed, by verb and fact.
@@ -86,12 +90,14 @@ pub fn write(
                 Err(error) => return Err(error),
                 Ok(None) => summary.unsuitable += 1,
                 Ok(Some(made)) if !made.is_true() => {
+                    summary.made += 1;
                     summary.dropped += 1;
                     for finding in made.findings.iter().filter(|finding| !finding.passed) {
                         *summary.untrue.entry(format!("{} {}", finding.verb, finding.fact.name())).or_default() += 1;
                     }
                 }
                 Ok(Some(made)) => {
+                    summary.made += 1;
                     if seconds < wanted {
                         seconds += made.entry.seconds;
                         set.entries.push(made.entry);
@@ -102,7 +108,7 @@ pub fn write(
                 }
             }
         }
-        if summary.drawn >= 4 * CHUNK && set.entries.len() < summary.drawn as usize / 20 {
+        if summary.drawn >= TRIAL && set.entries.len() < summary.drawn as usize / 20 {
             let message =
                 format!("expected most clips to pass their checks, got {} of {}", set.entries.len(), summary.drawn);
             return Err(LanguageError::Grammar(message));

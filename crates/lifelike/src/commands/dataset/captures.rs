@@ -1,5 +1,6 @@
 //! `lifelike dataset captures`: captured motion with its descriptions.
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use lifelike_language::captures::{Options, is_commercial, pieces, table_name};
@@ -10,7 +11,7 @@ use lifelike_robot::Robot;
 use rayon::prelude::*;
 use serde_json::json;
 
-use super::{extent, extent_table, make_folders};
+use super::{extent, extent_table, make_folders, rejected_table};
 use crate::commands::clips;
 use crate::error::CliError;
 use crate::output::Output;
@@ -62,34 +63,48 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     make_folders(&args.output)?;
     let progress = Progress::new(output, "cutting", motions.len() as u64);
     let bar = progress.shared();
-    let made: Vec<Result<Vec<Entry>, LanguageError>> = motions
+    let made: Vec<Result<Result<Vec<Entry>, &str>, LanguageError>> = motions
         .par_iter()
         .map(|clip| {
             bar.inc(1);
             if !args.non_commercial && !is_commercial(clip) {
-                return Ok(Vec::new());
+                return Ok(Err("for non-commercial use only"));
             }
             let found = table.as_ref().map(|table| table.find(&table_name(clip), clip.seconds())).unwrap_or_default();
             let cut = pieces(clip, &found, &robot.character, &options)?;
             cut.iter().try_for_each(|(piece, entry)| container::write(&args.output.join(&entry.file), piece))?;
-            Ok(cut.into_iter().map(|(_, entry)| entry).collect())
+            Ok(if cut.is_empty() {
+                Err("without caption, or too short")
+            } else {
+                Ok(cut.into_iter().map(|(_, entry)| entry).collect())
+            })
         })
         .collect();
     progress.finish();
     let mut set = CaptionedSet { folder: args.output.clone(), entries: Vec::new() };
-    let mut left_out = 0;
+    let mut left_out: BTreeMap<String, usize> = BTreeMap::new();
     for entries in made {
-        let entries = entries?;
-        left_out += usize::from(entries.is_empty());
-        set.entries.extend(entries);
+        match entries? {
+            Ok(entries) => set.entries.extend(entries),
+            Err(reason) => *left_out.entry(reason.into()).or_default() += 1,
+        }
+    }
+    if set.entries.is_empty() {
+        let message = format!(
+            "expected clips with captions (motion retarget --captions, or --captions here), got none of {}\n{}",
+            motions.len(),
+            rejected_table(&left_out, motions.len())
+        );
+        return Err(CliError::Input(message));
     }
     set.write()?;
     let non_commercial = set.entries.iter().filter(|entry| entry.licence.contains("non-commercial")).count();
     let value = json!({ "splits": extent(&set), "left_out": left_out, "non_commercial": non_commercial });
     output.result(&value, || {
         format!(
-            "{}\nclips without caption, too short, or not free: {left_out}; pieces for non-commercial use only: {non_commercial}\n",
-            extent_table(&set)
+            "{}\n{}\npieces for non-commercial use only: {non_commercial}\n",
+            extent_table(&set),
+            rejected_table(&left_out, motions.len())
         )
     })
 }

@@ -1,13 +1,14 @@
 //! `lifelike dataset grammar`: captioned motion of our own.
 
 use std::path::PathBuf;
+use std::time::Instant;
 
 use lifelike_language::CaptionedSet;
 use lifelike_language::grammar::{Generator, Grammar, Options, write};
 use lifelike_robot::Robot;
 use serde_json::json;
 
-use super::{extent, extent_table};
+use super::{extent, extent_table, make_folders, rejected_table};
 use crate::commands::clips;
 use crate::error::CliError;
 use crate::interrupt;
@@ -52,14 +53,11 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     if !(args.hours > 0.0 && args.hours <= 1000.0) {
         return Err(CliError::Usage(format!("--hours: expected more than 0 and at most 1000, got {}", args.hours)));
     }
-    if std::fs::read_dir(&args.output).is_ok_and(|mut entries| entries.next().is_some()) {
-        let message = format!("{}: expected a new or empty folder, got files in it", args.output.display());
-        return Err(CliError::Input(message));
-    }
     let grammar = load_grammar(args.grammar.as_deref())?;
     let robot = Robot::load(&args.robot)?;
     let mut options = clips::retarget_options(&robot);
     clips::limit_speeds(&mut options, &robot);
+    make_folders(&args.output)?;
     let generator = Generator::new(&grammar, &robot.character, &robot.anatomy, options)?;
     for (verb, why) in &generator.left_out {
         tracing::warn!("{} cannot do '{verb}': {why}", robot.name);
@@ -68,26 +66,35 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let wanted = (3600.0 * args.hours).ceil() as u64;
     let mut progress = Progress::new(output, "seconds of motion", wanted);
     let limits = Options { hours: args.hours, seed: args.seed };
+    let started = Instant::now();
     let summary = write(&generator, &args.output, &limits, &stop, |seconds| {
         progress.update(seconds as u64, wanted, || format!("{:.2} h", seconds / 3600.0));
     })?;
+    let took = started.elapsed().as_secs_f64();
     progress.finish();
     let set = CaptionedSet::read(&args.output)?;
-    let value = json!({ "summary": summary, "splits": extent(&set), "left_out": generator.left_out });
+    let true_share = 1.0 - summary.dropped as f64 / summary.made.max(1) as f64;
+    let value = json!({
+        "summary": summary, "splits": extent(&set), "left_out": generator.left_out, "true_share": true_share,
+        "seconds": took,
+    });
     output.result(&value, || {
-        let dropped = 100.0 * summary.dropped as f64 / (summary.dropped + summary.clips).max(1) as f64;
+        let untrue = summary.untrue.iter().map(|(what, count)| (format!("not true: {what}"), *count));
+        let failed = summary.failed.iter().map(|(why, count)| (format!("not made: {why}"), *count));
+        let rejected = untrue.chain(failed).chain([("shorter or longer than clips are".into(), summary.unsuitable)]);
         format!(
-            "{}\n{} clips, {:.2} hours, {} captions ({} different) in {}\n\
-             dropped because a caption was not true: {} ({dropped:.1} %); could not be made: {}; too short or long: {}\n",
+            "{}\n{}\n{} clips, {:.2} hours, {} captions ({} different) in {}; {:.1} clips/s\n\
+             true before untrue ones were dropped: {:.1} % of {}\n",
             extent_table(&set),
+            rejected_table(&rejected.collect(), summary.drawn as usize),
             summary.clips,
             summary.hours,
             summary.captions,
             summary.different_captions,
             args.output.display(),
-            summary.dropped,
-            summary.failed.values().sum::<usize>(),
-            summary.unsuitable
+            summary.clips as f64 / took.max(1e-9),
+            100.0 * true_share,
+            summary.made
         )
     })?;
     if stop.load(std::sync::atomic::Ordering::SeqCst) {

@@ -10,7 +10,7 @@ use lifelike_robot::Robot;
 use rayon::prelude::*;
 use serde_json::json;
 
-use super::{extent, extent_table, make_folders};
+use super::{extent, extent_table, make_folders, rejected_table};
 use crate::commands::clips;
 use crate::error::CliError;
 use crate::output::Output;
@@ -81,9 +81,8 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     set.write()?;
     let value = json!({ "splits": extent(&set), "without_motion": without_motion, "without_text": without_text });
     output.result(&value, || {
-        format!(
-            "{}\nwithout motion: {without_motion}; without sentences or split: {without_text}\n",
-            extent_table(&set)
-        )
+        let left_out = [("without motion", without_motion), ("without sentences, split or length", without_text)];
+        let left_out = left_out.map(|(reason, count)| (reason.to_string(), count)).into();
+        format!("{}\n{}", extent_table(&set), rejected_table(&left_out, items.len()))
     })
 }

@@ -5,6 +5,7 @@ pub mod check;
 pub mod grammar;
 pub mod humanml3d;
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use clap::Subcommand;
@@ -41,12 +42,26 @@ impl Dataset {
     }
 }
 
-/// Makes the folders of all splits.
+/// Makes the folders of all splits in a folder that is new or empty: clips of another data set would stay in it.
 fn make_folders(folder: &Path) -> Result<(), CliError> {
+    if std::fs::read_dir(folder).is_ok_and(|mut entries| entries.next().is_some()) {
+        let message = format!("{}: expected a new or empty folder, got files in it", folder.display());
+        return Err(CliError::Input(message));
+    }
     Split::ALL.iter().try_for_each(|split| {
         let path = folder.join(split.name());
         std::fs::create_dir_all(&path).map_err(CliError::write(&path))
     })
+}
+
+/// What was left out, by reason: a table, largest first.
+fn rejected_table(rejected: &BTreeMap<String, usize>, drawn: usize) -> String {
+    let mut sorted: Vec<(&String, &usize)> = rejected.iter().filter(|(_, count)| **count > 0).collect();
+    sorted.sort_by_key(|(reason, count)| (std::cmp::Reverse(**count), *reason));
+    let row = |(reason, count): (&String, &usize)| {
+        vec![reason.clone(), count.to_string(), format!("{:.1}", 100.0 * *count as f64 / drawn.max(1) as f64)]
+    };
+    table(&["left out", "count", "% of all"], &sorted.into_iter().map(row).collect::<Vec<_>>())
 }
 
 /// Extent of a set, split by split, for scripts.
