@@ -5,6 +5,7 @@
 //!   points as the tokens of a network.
 //! - [`diffusion`] and [`denoiser`] (5.2.2): from noise to motion; [`training`] learns it from captioned motion, and
 //!   [`generator`] is what a training leaves: sentences to motions of a robot.
+//! - [`data`]: motion with its sentences, of one robot.
 //! - [`align`] (5.2.2): a generator brought closer to what the critic promises well of.
 //! - [`evaluator`]: contrastive encoders of sentences and motions, on whose embeddings the metrics are taken.
 //! - [`metrics`]: R-precision, FID and the others of Guo et al., with intervals.
@@ -12,6 +13,7 @@
 
 pub mod align;
 pub mod critic;
+pub mod data;
 pub mod denoiser;
 pub mod diffusion;
 mod error;

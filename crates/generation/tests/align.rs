@@ -6,9 +6,10 @@ use std::path::PathBuf;
 
 use lifelike_generation::align::{AlignPlan, AlignTrainer};
 use lifelike_generation::critic::{Critic, CriticData, CriticPlan, CriticTrainer, RewardRecords, StepEnd};
+use lifelike_generation::data::CaptionedMotion;
 use lifelike_generation::generator::{Generator, SampleOptions};
 use lifelike_generation::representation::{RepresentationSpec, Standardizer};
-use lifelike_generation::training::{CaptionedMotion, GeneratorPlan, GeneratorTrainer, TrainingData};
+use lifelike_generation::training::{GeneratorPlan, GeneratorTrainer, TrainingData};
 use lifelike_robot::Robot;
 use lifelike_train::TrainingTask;
 

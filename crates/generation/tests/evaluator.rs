@@ -3,11 +3,11 @@
 
 use lifelike_checkpoint::Checkpoint;
 use lifelike_checkpoint::rng::stream;
-use lifelike_generation::evaluator::{
-    CaptionedMotion, Evaluator, EvaluatorData, EvaluatorPlan, EvaluatorTrainer, caption_kinds,
-};
+use lifelike_generation::data::CaptionedMotion;
+use lifelike_generation::evaluator::{Evaluator, EvaluatorData, EvaluatorPlan, EvaluatorTrainer, caption_kinds};
 use lifelike_generation::metrics::{Retrieval, pools};
 use lifelike_generation::representation::{FeatureMatrix, RepresentationSpec};
+use lifelike_language::Split;
 use lifelike_train::TrainingTask;
 use rand::Rng;
 
@@ -33,7 +33,8 @@ fn made_up(seed: u64, count: usize) -> Vec<CaptionedMotion> {
         }
         let begin = ["a person waves", "someone is waving"][rng.random_range(0..2)];
         let caption = format!("{begin} with {} {}", JOINT[kind], SPEEDS[speed].0);
-        CaptionedMotion { motion: FeatureMatrix::new(rows, width).unwrap(), captions: vec![caption] }
+        let (rows, captions) = (FeatureMatrix::new(rows, width).unwrap(), vec![caption]);
+        CaptionedMotion { name: i.to_string(), split: Split::Train, rows, captions, licence: String::new() }
     };
     (0..count as u64).map(item).collect()
 }
@@ -73,7 +74,7 @@ fn sentences_find_motions_never_seen() {
     let evaluator = Evaluator::load(&path).unwrap();
     let test = made_up(3, 200);
     let captions: Vec<&str> = test.iter().map(|item| item.captions[0].as_str()).collect();
-    let motions: Vec<FeatureMatrix> = test.iter().map(|item| item.motion.clone()).collect();
+    let motions: Vec<FeatureMatrix> = test.iter().map(|item| item.rows.clone()).collect();
     let (text, motion) = (evaluator.sentences(&captions).unwrap(), evaluator.motions(&motions).unwrap());
     assert_eq!(trainer.evaluator().motions(&motions).unwrap(), motion, "the file is what was trained");
     // 18 sentences of 9 meanings: two of a pool of 9 mean the same, at worst.
@@ -85,7 +86,7 @@ fn sentences_find_motions_never_seen() {
 #[test]
 fn an_embedding_depends_on_its_own_rows_and_words_only() {
     let evaluator = trainer(10).evaluator();
-    let mut motions: Vec<FeatureMatrix> = made_up(5, 6).into_iter().map(|item| item.motion).collect();
+    let mut motions: Vec<FeatureMatrix> = made_up(5, 6).into_iter().map(|item| item.rows).collect();
     let alone = evaluator.motions(&motions[..1]).unwrap();
     motions.sort_by_key(|motion| motion.n);
     let together = evaluator.motions(&motions).unwrap();
@@ -132,7 +133,7 @@ fn data_that_cannot_be_learned_from_is_refused() {
     assert!(told(|data| data.training.truncate(1)).contains("expected two or more, got 1"));
     assert!(told(|data| data.training[1].captions.clear()).contains("0 sentences"));
     assert!(told(|data| data.training[1].captions[0] = "\u{1}x".into()).contains("control character"));
-    assert!(told(|data| data.validation[0].motion.width = 10).contains("expected 11, got 10"));
+    assert!(told(|data| data.validation[0].rows.width = 10).contains("expected 11, got 10"));
     let evaluator = trainer(10).evaluator();
     let wide = FeatureMatrix::new(vec![0.0; 12], 12).unwrap();
     assert!(evaluator.motions(&[wide]).is_err() && evaluator.sentences(&[""]).is_err());

@@ -4,9 +4,10 @@
 
 use std::path::PathBuf;
 
+use lifelike_generation::data::CaptionedMotion;
 use lifelike_generation::generator::{Generator, SampleOptions};
 use lifelike_generation::space::SpaceKind;
-use lifelike_generation::training::{CaptionedMotion, GeneratorPlan, GeneratorTrainer, TrainingData};
+use lifelike_generation::training::{GeneratorPlan, GeneratorTrainer, TrainingData};
 use lifelike_language::{CaptionedSet, Entry, Split};
 use lifelike_motion::container;
 use lifelike_robot::{Robot, clips};

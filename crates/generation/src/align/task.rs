@@ -11,8 +11,9 @@ use lifelike_train::{Budget, Scalar, Schedule, TrainingTask, Validation};
 use super::{AlignPlan, Alignment};
 use crate::GenerationError;
 use crate::critic::Critic;
+use crate::data::CaptionedMotion;
 use crate::generator::{FILE, Generator, SampleOptions};
-use crate::training::{CaptionedMotion, GeneratorMetrics, GeneratorTrainer, TrainingData};
+use crate::training::{GeneratorMetrics, GeneratorTrainer, TrainingData};
 
 /// Denoising steps of the motions that Realism is measured on.
 const STEPS: usize = 10;

@@ -1,21 +1,14 @@
-//! Motions with their sentences.
+//! What an evaluator learns from.
 
 use std::collections::BTreeMap;
 
+use lifelike_language::{CaptionedSet, Split};
 use sha2::{Digest, Sha256};
 
 use crate::GenerationError;
-use crate::representation::FeatureMatrix;
+use crate::data::CaptionedMotion;
+use crate::representation::RepresentationSpec;
 use crate::text::prompt;
-
-/// A motion and sentences that are true of all of it.
-#[derive(Debug, Clone, PartialEq)]
-pub struct CaptionedMotion {
-    /// Rows in SI units.
-    pub motion: FeatureMatrix,
-    /// One sentence or more.
-    pub captions: Vec<String>,
-}
 
 /// Motions to learn from, and motions to choose by.
 #[derive(Debug, Clone, PartialEq)]
@@ -27,18 +20,27 @@ pub struct EvaluatorData {
 }
 
 impl EvaluatorData {
+    /// Reads the training and validation motions of a data set.
+    ///
+    /// # Errors
+    /// As [`CaptionedMotion::read`].
+    pub fn read(set: &CaptionedSet, spec: &RepresentationSpec) -> Result<Self, GenerationError> {
+        let of = |split| CaptionedMotion::read(set, set.of(split), spec);
+        Ok(Self { training: of(Split::Train)?, validation: of(Split::Validation)? })
+    }
+
     /// Checks that there are motions of one width, each with a sentence that can be read.
     pub(super) fn check(&self) -> Result<(), GenerationError> {
-        let width = self.training.first().map_or(0, |first| first.motion.width);
+        let width = self.training.first().map_or(0, |first| first.rows.width);
         if self.training.len() < 2 {
             return Err(GenerationError::mismatch("motions to train on", "two or more", self.training.len()));
         }
         for item in self.training.iter().chain(&self.validation) {
-            if item.motion.width != width {
-                return Err(GenerationError::mismatch("width of a motion", width, item.motion.width));
+            if item.rows.width != width {
+                return Err(GenerationError::mismatch("width of a motion", width, item.rows.width));
             }
-            if item.motion.n == 0 || item.captions.is_empty() {
-                let got = format!("{} rows, {} sentences", item.motion.n, item.captions.len());
+            if item.rows.n == 0 || item.captions.is_empty() {
+                let got = format!("{} rows, {} sentences", item.rows.n, item.captions.len());
                 return Err(GenerationError::mismatch("a captioned motion", "rows and a sentence", got));
             }
             item.captions.iter().try_for_each(|caption| prompt::check(caption).map(|_| ()))?;
@@ -50,8 +52,8 @@ impl EvaluatorData {
     pub(super) fn digest(&self) -> String {
         let mut hash = Sha256::new();
         for item in &self.training {
-            hash.update((item.motion.n as u64).to_le_bytes());
-            item.motion.rows.iter().for_each(|x| hash.update(x.to_le_bytes()));
+            hash.update((item.rows.n as u64).to_le_bytes());
+            item.rows.rows.iter().for_each(|x| hash.update(x.to_le_bytes()));
             for caption in &item.captions {
                 hash.update((caption.len() as u64).to_le_bytes());
                 hash.update(caption.as_bytes());

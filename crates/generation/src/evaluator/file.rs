@@ -41,6 +41,14 @@ impl Evaluator {
         &self.plan
     }
 
+    /// Checks that it compares motion of these joints at this rate.
+    ///
+    /// # Errors
+    /// [`GenerationError::Mismatch`] with both layouts.
+    pub fn check(&self, representation: &RepresentationSpec) -> Result<(), GenerationError> {
+        self.spec.expect("rows for the evaluator", representation)
+    }
+
     /// Embeds motions, of which only the first [`EvaluatorPlan::max_rows`] rows are read.
     ///
     /// # Errors

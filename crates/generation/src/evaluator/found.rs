@@ -1,8 +1,9 @@
 //! How well an evaluator tells motions it has not learned from apart: the upper bound of any method's scores.
 
-use super::data::{CaptionedMotion, caption_kinds};
+use super::data::caption_kinds;
 use super::file::Evaluator;
 use crate::GenerationError;
+use crate::data::CaptionedMotion;
 use crate::metrics::{Sample, Scores};
 use crate::representation::FeatureMatrix;
 
@@ -13,7 +14,7 @@ impl Evaluator {
     /// A motion or sentence that does not fit.
     pub fn sample(&self, items: &[CaptionedMotion]) -> Result<Sample, GenerationError> {
         let captions: Vec<&str> = items.iter().filter_map(|item| item.captions.first()).map(String::as_str).collect();
-        let motions: Vec<FeatureMatrix> = items.iter().map(|item| item.motion.clone()).collect();
+        let motions: Vec<FeatureMatrix> = items.iter().map(|item| item.rows.clone()).collect();
         Ok(Sample {
             text: self.sentences(&captions)?,
             motion: self.motions(&motions)?,

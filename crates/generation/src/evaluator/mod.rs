@@ -1,7 +1,7 @@
 //! The evaluator: encoders of sentences and motions whose embeddings are near where they belong together (in the manner
 //! of Guo et al. 2022). [`crate::metrics`] are taken on its embeddings, for whatever method.
 //!
-//! The main path: [`CaptionedMotion`]s → [`EvaluatorTrainer`] (a `TrainingTask`) → [`Evaluator`], one file. Guo et al.
+//! The main path: [`crate::data::CaptionedMotion`]s → [`EvaluatorTrainer`] (a `TrainingTask`) → [`Evaluator`], one file. Guo et al.
 //! pre-train a convolutional snippet encoder for a GRU and push pairs apart by a margin; here strided and residual
 //! convolutions see the whole motion, and every pair of a batch is told from all others at once ([`contrastive_loss`]),
 //! which needs minutes on two cores.
@@ -14,12 +14,11 @@ mod file;
 mod found;
 mod network;
 mod plan;
-mod reading;
 mod task;
 mod train;
 
 pub use contrastive::contrastive_loss;
-pub use data::{CaptionedMotion, EvaluatorData, caption_kinds};
+pub use data::{EvaluatorData, caption_kinds};
 pub use encoder::PooledEncoder;
 pub use file::Evaluator;
 pub use network::EvaluatorNetwork;

@@ -61,13 +61,13 @@ impl EvaluatorTrainer {
         plan.check()?;
         spec.check()?;
         data.check()?;
-        let width = data.training[0].motion.width;
+        let width = data.training[0].rows.width;
         if width != spec.width() {
             return Err(GenerationError::mismatch("width of a motion", spec.width(), width));
         }
         let captions = data.training.iter().flat_map(|item| &item.captions).map(String::as_str);
         let pieces = WordPieces::learn(captions, plan.pieces)?;
-        let motions = data.training.iter().map(|item| &item.motion);
+        let motions = data.training.iter().map(|item| &item.rows);
         let standardizer = Standardizer::of(motions, Standardizer::FLOOR)?;
         let device = device::training();
         let network = EvaluatorNetwork::new(&plan, width, pieces.len(), &device);
@@ -147,8 +147,8 @@ impl EvaluatorTrainer {
         let drawn = index::sample(&mut rng, all.len(), plan.batch.min(all.len()));
         let (mut rows, mut ids, mut captions) = (Vec::new(), Vec::new(), Vec::new());
         for item in drawn.iter().map(|at| &all[at]) {
-            let from = rng.random_range(0..=item.motion.n.saturating_sub(plan.max_rows));
-            let mut own = self.best.rows(&item.motion, from)?;
+            let from = rng.random_range(0..=item.rows.n.saturating_sub(plan.max_rows));
+            let mut own = self.best.rows(&item.rows, from)?;
             own.iter_mut().for_each(|x| {
                 let noise: f64 = StandardNormal.sample(&mut rng);
                 *x += (plan.noise * noise) as f32;

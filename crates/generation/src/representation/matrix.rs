@@ -71,6 +71,18 @@ impl RepresentationSpec {
         root.map(String::from).into_iter().chain(angles).chain(velocities).collect()
     }
 
+    /// Checks that `what` is for motion of this layout.
+    ///
+    /// # Errors
+    /// [`GenerationError::Mismatch`] with both layouts.
+    pub fn expect(&self, what: &str, other: &Self) -> Result<(), GenerationError> {
+        if self == other {
+            return Ok(());
+        }
+        let text = |spec: &Self| format!("{} at {} Hz", spec.joint_names.join(", "), spec.fps);
+        Err(GenerationError::mismatch(what, text(self), text(other)))
+    }
+
     /// Checks rate and names.
     ///
     /// # Errors

@@ -1,87 +1,17 @@
-//! Captioned motion of one robot, in the network's numbers.
+//! Captioned motion in the network's numbers.
 
-use std::path::PathBuf;
-
-use lifelike_language::dataset::INDEX;
-use lifelike_language::{CaptionedSet, Entry, Split};
-use lifelike_motion::MotionClip;
-use lifelike_robot::{Robot, clips};
+use lifelike_language::Split;
+use lifelike_robot::Robot;
 use rayon::prelude::*;
 use sha2::{Digest, Sha256};
 
 use super::GeneratorPlan;
 use crate::GenerationError;
+use crate::data::CaptionedMotion;
 use crate::generator::Generator;
 use crate::representation::{FeatureMatrix, RepresentationSpec, Standardizer};
 use crate::space::MotionSpace;
 use crate::text::pieces::WordPieces;
-
-/// One motion with its captions.
-#[derive(Debug, Clone, PartialEq)]
-pub struct CaptionedMotion {
-    /// Name, for messages.
-    pub name: String,
-    /// Use.
-    pub split: Split,
-    /// The motion.
-    pub rows: FeatureMatrix,
-    /// Sentences about all of it.
-    pub captions: Vec<String>,
-    /// Terms of use.
-    pub licence: String,
-}
-
-/// Rows below which there is no motion.
-const MIN_ROWS: usize = 10;
-
-impl CaptionedMotion {
-    /// Returns the motions of folders with an index and of other clips, in the order of their names within each input.
-    ///
-    /// # Errors
-    /// A file that cannot be read, a line of an index that is none, or no motion at all.
-    pub fn load(inputs: &[PathBuf], robot: &Robot, max_seconds: f64) -> Result<Vec<Self>, GenerationError> {
-        let spec = RepresentationSpec::of(&robot.layout);
-        let rows = |clip: &MotionClip| -> Result<FeatureMatrix, GenerationError> {
-            let mut rows = FeatureMatrix::from_clip(clip, &spec)?;
-            rows.n = rows.n.min((max_seconds * spec.fps).round() as usize + 1);
-            rows.rows.truncate(rows.n * rows.width);
-            Ok(rows)
-        };
-        let mut out = Vec::new();
-        for input in inputs {
-            if input.join(INDEX).is_file() {
-                let set = CaptionedSet::read(input)?;
-                let read = |entry: &Entry| {
-                    let clip = set.clip(entry)?;
-                    let (rows, captions) = (rows(&clip)?, entry.captions.clone());
-                    Ok(Self { name: clip.name, split: entry.split, rows, captions, licence: entry.licence.clone() })
-                };
-                out.extend(set.entries.par_iter().map(read).collect::<Result<Vec<_>, GenerationError>>()?);
-                continue;
-            }
-            for clip in clips::load(std::slice::from_ref(input), robot)?.all()? {
-                let licence = clip.provenance.licence.clone();
-                let captions = captions(&clip);
-                out.push(Self { split: Split::Train, rows: rows(&clip)?, captions, licence, name: clip.name });
-            }
-        }
-        out.retain(|motion| motion.rows.n >= MIN_ROWS && !motion.captions.is_empty());
-        if out.iter().any(|motion| motion.split == Split::Train) {
-            return Ok(out);
-        }
-        Err(GenerationError::mismatch(
-            "captioned motion to train on",
-            format!("at least one of {MIN_ROWS} rows"),
-            "none",
-        ))
-    }
-}
-
-/// Returns the sentences of a clip's container, or its name as words.
-fn captions(clip: &MotionClip) -> Vec<String> {
-    let own: Vec<String> = clip.provenance.captions.iter().map(|caption| caption.text.clone()).collect();
-    if own.is_empty() { vec![clip.name.replace(['_', '-', '+', '.'], " ")] } else { own }
-}
 
 /// One motion in the network's numbers.
 #[derive(Debug, Clone, PartialEq)]

@@ -7,6 +7,6 @@ mod plan;
 mod task;
 mod trainer;
 
-pub use data::{CaptionedMotion, TrainingData};
+pub use data::TrainingData;
 pub use plan::GeneratorPlan;
 pub use trainer::{GeneratorMetrics, GeneratorTrainer};

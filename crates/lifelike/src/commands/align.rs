@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 
 use lifelike_generation::align::{AlignPlan, AlignTrainer};
 use lifelike_generation::critic::Critic;
+use lifelike_generation::data::CaptionedMotion;
 use lifelike_generation::generator::{FILE, Generator};
-use lifelike_generation::training::CaptionedMotion;
 use lifelike_report::run::RunFolder;
 use lifelike_robot::Robot;
 use lifelike_train::TrainingTask;

@@ -9,6 +9,8 @@ mod autoencoders;
 #[cfg(feature = "learning")]
 pub mod critic;
 #[cfg(feature = "learning")]
+pub mod generation;
+#[cfg(feature = "learning")]
 pub mod latent;
 #[cfg(feature = "learning")]
 pub mod learning;
@@ -16,8 +18,8 @@ pub mod learning;
 pub mod tracking;
 #[cfg(not(feature = "learning"))]
 use crate::commands::missing::{
-    self as critic, self as curves, self as images, self as latent, self as learning, self as reconstruction, self as strands,
-    self as tracking,
+    self as critic, self as curves, self as generation, self as images, self as latent, self as learning,
+    self as reconstruction, self as strands, self as tracking,
 };
 #[cfg(feature = "learning")]
 pub use autoencoders::{curves, images, reconstruction, strands};
@@ -34,6 +36,7 @@ pub enum Bench {
     Critic(critic::Args),
     Curves(curves::Args),
     Engine(engine::Args),
+    Generation(generation::Args),
     Images(images::Args),
     Latent(latent::Args),
     Learning(learning::Args),
@@ -53,6 +56,7 @@ impl Bench {
             Self::Critic(args) => critic::run(&args, output),
             Self::Curves(args) => curves::run(&args, output),
             Self::Engine(args) => engine::run(&args, output),
+            Self::Generation(args) => generation::run(&args, output),
             Self::Images(args) => images::run(&args, output),
             Self::Latent(args) => latent::run(&args, output),
             Self::Learning(args) => learning::run(&args, output),

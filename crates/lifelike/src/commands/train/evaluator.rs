@@ -1,6 +1,7 @@
 //! `lifelike train evaluator`: encoders of sentences and motions, by which text to motion is measured.
 
-use lifelike_generation::evaluator::{CaptionedMotion, EvaluatorData, EvaluatorTrainer, EvaluatorTrainingPlan};
+use lifelike_generation::data::CaptionedMotion;
+use lifelike_generation::evaluator::{EvaluatorData, EvaluatorTrainer, EvaluatorTrainingPlan};
 use lifelike_generation::metrics::{HEAD, Scores};
 use lifelike_generation::representation::RepresentationSpec;
 use lifelike_language::{CaptionedSet, Split};
@@ -58,7 +59,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let evaluator = trainer.evaluator();
     let mut scores: Vec<(&str, Scores)> = Vec::new();
     for split in Split::ALL {
-        let items = CaptionedMotion::read(&set, split, &spec)?;
+        let items = CaptionedMotion::read(&set, set.of(split), &spec)?;
         scores.extend(evaluator.scores(&items, REPETITIONS, seed)?.map(|found| (split.name(), found)));
     }
     let path = folder.join("motion.evaluator.safetensors");

@@ -1,7 +1,8 @@
 //! `lifelike train generator`: text to motion of a robot (thesis chapter 5).
 
+use lifelike_generation::data::CaptionedMotion;
 use lifelike_generation::generator::FILE;
-use lifelike_generation::training::{CaptionedMotion, GeneratorPlan, GeneratorTrainer, TrainingData};
+use lifelike_generation::training::{GeneratorPlan, GeneratorTrainer, TrainingData};
 use lifelike_report::run::RunFolder;
 use lifelike_robot::Robot;
 use serde_json::json;

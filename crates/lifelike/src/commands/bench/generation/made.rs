@@ -1,0 +1,108 @@
+//! Motions of a method: the data set's own, or one of every sentence and repetition.
+
+use std::path::Path;
+use std::time::Instant;
+
+use lifelike_checkpoint::rng::stream;
+use lifelike_generation::critic::RewardSurrogate;
+use lifelike_generation::generator::SampleOptions;
+use lifelike_language::{CaptionedSet, Entry};
+use lifelike_motion::{MotionClip, container};
+use rand::RngCore;
+use rayon::prelude::*;
+
+use super::measured::{Motion, Ruler};
+use super::method::Method;
+use crate::error::CliError;
+use crate::output::Output;
+use crate::progress::Progress;
+
+/// Motions between two signs of progress.
+const CHUNK: usize = 16;
+
+/// One sentence to make motion of.
+#[derive(Debug, Clone, Copy)]
+pub struct Task<'a> {
+    /// Number in the data set: an entry's noise is the same whatever others are measured.
+    number: usize,
+    /// The entry.
+    pub entry: &'a Entry,
+}
+
+impl<'a> From<(usize, &'a Entry)> for Task<'a> {
+    fn from((number, entry): (usize, &'a Entry)) -> Self {
+        Self { number, entry }
+    }
+}
+
+impl Task<'_> {
+    /// Returns the sentence: the first one.
+    pub fn prompt(&self) -> &str {
+        self.entry.captions.first().map_or("", String::as_str)
+    }
+
+    fn seed(&self, seed: u64, repetition: u64) -> u64 {
+        stream(seed, "bench.generation", self.number as u64, repetition).next_u64()
+    }
+}
+
+/// What all methods have in common.
+pub struct Making<'a> {
+    /// Measures each motion as it is made.
+    pub ruler: &'a Ruler<'a>,
+    /// The sentences.
+    pub tasks: &'a [Task<'a>],
+    /// Settings of the sampler; duration and seed are the task's.
+    pub options: SampleOptions,
+    /// Folder for clips.
+    pub keep: Option<&'a Path>,
+}
+
+impl Making<'_> {
+    /// Returns the data set's own motions, one of each task.
+    pub fn of_data(&self, set: &CaptionedSet) -> Result<Vec<Motion>, CliError> {
+        let read = |task: &Task| self.ruler.motion(&set.clip(task.entry)?, task.entry);
+        self.tasks.par_iter().map(read).collect()
+    }
+
+    /// Returns a method's motions, repetition after repetition, and the time they took (s).
+    pub fn of(&self, method: &Method, output: &Output) -> Result<(Vec<Motion>, f64), CliError> {
+        let folder = self.keep.map(|folder| folder.join(&method.name));
+        if let Some(folder) = &folder {
+            std::fs::create_dir_all(folder).map_err(CliError::write(folder))?;
+        }
+        let make = |(task, repetition): &(&Task, u64)| {
+            let clip = self.clip(method, task, *repetition)?;
+            if let Some(folder) = &folder {
+                container::write(&folder.join(format!("{}.motion.safetensors", clip.name)), &clip)?;
+            }
+            self.ruler.motion(&clip, task.entry)
+        };
+        let all: Vec<(&Task, u64)> =
+            (0..self.ruler.repetitions).flat_map(|r| self.tasks.iter().map(move |task| (task, r))).collect();
+        let mut progress = Progress::new(output, "generating", all.len() as u64);
+        let (mut made, began) = (Vec::with_capacity(all.len()), Instant::now());
+        for chunk in all.chunks(CHUNK) {
+            made.extend(chunk.par_iter().map(make).collect::<Result<Vec<_>, CliError>>()?);
+            progress.update(made.len() as u64, all.len() as u64, || method.name.clone());
+        }
+        progress.finish();
+        Ok((made, began.elapsed().as_secs_f64()))
+    }
+
+    fn clip(&self, method: &Method, task: &Task, repetition: u64) -> Result<MotionClip, CliError> {
+        let (generator, prompt) = (&method.generator, task.prompt());
+        let seed = task.seed(self.options.seed, repetition);
+        let options = SampleOptions { seconds: Some(task.entry.seconds), seed, ..self.options };
+        let critic = self.ruler.critic.map(|critic| critic as &dyn RewardSurrogate);
+        let generated = generator.sample_towards(prompt, &options, critic.zip(method.strength))?;
+        let Some(first) = generated.first() else {
+            return Err(CliError::Failed(format!("'{prompt}': expected one motion, got none")));
+        };
+        let mut clip = generator.clip(first, prompt, self.ruler.robot)?;
+        let stem =
+            Path::new(&task.entry.file).file_name().map_or_else(String::new, |s| s.to_string_lossy().into_owned());
+        clip.name = format!("{}-{repetition}", stem.trim_end_matches(".motion.safetensors"));
+        Ok(clip)
+    }
+}

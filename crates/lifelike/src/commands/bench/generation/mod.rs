@@ -1,0 +1,191 @@
+//! `lifelike bench generation`: text to motion, measured (thesis Table 5.2, language, plausibility).
+
+mod language;
+mod made;
+mod measured;
+mod method;
+mod tables;
+
+use std::path::PathBuf;
+
+use lifelike_generation::critic::Critic;
+use lifelike_generation::data::CaptionedMotion;
+use lifelike_generation::evaluator::Evaluator;
+use lifelike_generation::generator::SampleOptions;
+use lifelike_generation::metrics::Gaussian;
+use lifelike_generation::representation::RepresentationSpec;
+use lifelike_language::grammar::Grammar;
+use lifelike_language::{CaptionedSet, Entry, Split};
+use lifelike_robot::Robot;
+use serde::Serialize;
+
+use self::made::{Making, Task};
+use self::measured::{Measured, Ruler};
+use self::method::{Method, Named};
+use crate::error::CliError;
+use crate::output::Output;
+
+/// Measure generators on the sentences of a captioned data set: thesis Table 5.2, exact checks of language, and plausibility.
+///
+/// Every sentence becomes a motion as long as the data set's own, as `lifelike generate` would make it. The first row of each
+/// table is the data set itself. Intervals are 95% over the repetitions, each with other noise, pools and pairs.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+Examples:
+  lifelike bench generation --data data/grammar --evaluator motion.evaluator.safetensors \\
+      --generator MDM=runs/generator/motion.generator.safetensors
+  lifelike bench generation --data data/grammar --split held_out --evaluator motion.evaluator.safetensors \\
+      --critic motion.critic.safetensors --generator MDM=mdm.generator.safetensors \\
+      --generator RobotMDM=aligned.generator.safetensors --guided guided=mdm.generator.safetensors@0.02 --keep kept
+  lifelike eval --policy lima.policy.safetensors --motions kept/MDM            # Table 5.3 of what was kept
+
+Realism is the critic's mean value over a motion's rows. Metrics of the learned evaluator are comparable only where evaluator,
+data, split and number of motions are the same.")]
+pub struct Args {
+    /// Folder of captioned clips (dataset.jsonl and *.motion.safetensors).
+    #[arg(long)]
+    data: PathBuf,
+    /// Part of the data set: train, validation, test or held_out.
+    #[arg(long, default_value = "test", value_parser = split)]
+    split: Split,
+    /// A generator and its name in the tables.
+    #[arg(long = "generator", value_name = "NAME=FILE", value_parser = method::named)]
+    generators: Vec<Named>,
+    /// A generator whose sampling the critic guides, with the strength of the guidance.
+    #[arg(long, value_name = "NAME=FILE@STRENGTH", value_parser = method::guided, requires = "critic")]
+    guided: Vec<Named>,
+    /// The evaluator: what `lifelike train evaluator` leaves.
+    #[arg(long)]
+    evaluator: PathBuf,
+    /// A critic, for Realism: what `lifelike train critic` leaves.
+    #[arg(long)]
+    critic: Option<PathBuf>,
+    /// The robot: a built-in one's name, or its MJCF or URDF file.
+    #[arg(long, default_value = "lima")]
+    robot: String,
+    /// Most entries, taken evenly from the split; all where not given.
+    #[arg(long)]
+    limit: Option<usize>,
+    /// Motions of each sentence.
+    #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u64).range(1..=1000))]
+    repetitions: u64,
+    /// Denoising steps; all of the generator's where not given.
+    #[arg(long)]
+    steps: Option<usize>,
+    /// Noise that is added again in each step: 1 is DDPM, 0 is DDIM.
+    #[arg(long, default_value_t = SampleOptions::default().eta)]
+    eta: f64,
+    /// Weight of the sentence: 0 ignores it, 1 takes it as it is, more exaggerates.
+    #[arg(long, default_value_t = SampleOptions::default().guidance)]
+    guidance: f64,
+    /// Key of the randomness.
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Folder for the generated clips, a folder for each method.
+    #[arg(long)]
+    keep: Option<PathBuf>,
+    /// A JSON file of all numbers, with every check that failed.
+    #[arg(short, long)]
+    output: Option<PathBuf>,
+}
+
+/// Everything measured.
+#[derive(Debug, Serialize)]
+struct Results {
+    data: PathBuf,
+    split: &'static str,
+    /// Entries measured on, and how many there are.
+    entries: usize,
+    of: usize,
+    /// Entries among them that are longer than a generator can make.
+    left_out: usize,
+    repetitions: u64,
+    guidance: f64,
+    steps: Option<usize>,
+    eta: f64,
+    seed: u64,
+    /// The data set, then every method.
+    rows: Vec<Measured>,
+}
+
+/// Runs the command.
+pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
+    let robot = Robot::load(&args.robot)?;
+    let spec = RepresentationSpec::of(&robot.layout);
+    let evaluator = Evaluator::load(&args.evaluator)?;
+    evaluator.check(&spec)?;
+    let critic = args.critic.as_deref().map(Critic::load).transpose()?;
+    critic.iter().try_for_each(|critic| critic.check(&spec))?;
+    let methods = Method::load_all(args.generators.iter().chain(&args.guided), &robot)?;
+    let set = CaptionedSet::read(&args.data)?;
+    let all: Vec<(usize, &Entry)> =
+        set.entries.iter().enumerate().filter(|(_, entry)| entry.split == args.split).collect();
+    if all.is_empty() {
+        let (data, split) = (args.data.display(), args.split.name());
+        return Err(CliError::Input(format!("{data}: expected entries of the split {split}, got none")));
+    }
+    let longest = methods.iter().map(Method::max_seconds).fold(f64::INFINITY, f64::min);
+    let chosen = chosen(&all, args.limit);
+    let count = chosen.len();
+    let tasks: Vec<Task> = chosen.into_iter().filter(|(_, e)| e.seconds <= longest).map(Task::from).collect();
+
+    let reference = CaptionedMotion::read(&set, all.iter().map(|(_, entry)| *entry), &spec)?;
+    let reference: Vec<_> = reference.into_iter().map(|motion| motion.rows).collect();
+    let reference = if reference.len() > 1 { Some(Gaussian::of(&evaluator.motions(&reference)?)?) } else { None };
+    let ruler = Ruler {
+        robot: &robot,
+        spec: &spec,
+        evaluator: &evaluator,
+        critic: critic.as_ref(),
+        grammar: Grammar::builtin()?,
+        reference,
+        seed: args.seed,
+        repetitions: args.repetitions,
+    };
+    let making = Making {
+        ruler: &ruler,
+        tasks: &tasks,
+        options: SampleOptions {
+            steps: args.steps,
+            eta: args.eta,
+            guidance: args.guidance,
+            seed: args.seed,
+            ..SampleOptions::default()
+        },
+        keep: args.keep.as_deref(),
+    };
+    let mut rows = vec![ruler.measure("data set", &tasks, &making.of_data(&set)?, None)?];
+    for method in &methods {
+        let (made, seconds) = making.of(method, output)?;
+        rows.push(ruler.measure(&method.name, &tasks, &made, Some(seconds))?);
+    }
+    let results = Results {
+        data: args.data.clone(),
+        split: args.split.name(),
+        entries: tasks.len(),
+        of: all.len(),
+        left_out: count - tasks.len(),
+        repetitions: args.repetitions,
+        guidance: args.guidance,
+        steps: args.steps,
+        eta: args.eta,
+        seed: args.seed,
+        rows,
+    };
+    if let Some(file) = &args.output {
+        let text = serde_json::to_string_pretty(&results).map_err(|e| CliError::Failed(e.to_string()))?;
+        std::fs::write(file, text).map_err(CliError::write(file))?;
+    }
+    output.result(&results, || tables::text(&results))
+}
+
+/// Returns entries evenly from all of a split.
+fn chosen<'a>(all: &[(usize, &'a Entry)], limit: Option<usize>) -> Vec<(usize, &'a Entry)> {
+    let count = limit.unwrap_or(all.len()).clamp(1, all.len());
+    (0..count).map(|i| all[i * all.len() / count]).collect()
+}
+
+fn split(text: &str) -> Result<Split, String> {
+    let known = || Split::ALL.map(Split::name).join(", ");
+    Split::ALL.into_iter().find(|split| split.name() == text).ok_or_else(|| format!("expected one of {}", known()))
+}
