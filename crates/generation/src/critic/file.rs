@@ -104,7 +104,7 @@ impl Critic {
                 return Err(GenerationError::mismatch(what("statistics"), format!("{width} numbers"), numbers.len()));
             }
         }
-        if let Some(std) = header.standardizer.std.iter().find(|std| !(**std > 0.0)) {
+        if let Some(std) = header.standardizer.std.iter().find(|std| **std <= 0.0 || std.is_nan()) {
             return Err(GenerationError::mismatch(what("standard deviations"), "numbers above 0", std));
         }
         let Bounds { low, high } = header.bounds;

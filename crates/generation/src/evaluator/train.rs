@@ -52,6 +52,16 @@ pub struct EvaluatorTrainer {
     skipped: u64,
 }
 
+/// Motions with one sentence each.
+struct Batch {
+    /// Standardized rows with noise.
+    rows: Vec<Vec<f32>>,
+    /// Word pieces of the sentences, some hidden.
+    ids: Vec<Vec<u32>>,
+    /// Equal for sentences of the same words.
+    kinds: Vec<usize>,
+}
+
 impl EvaluatorTrainer {
     /// A run that has not begun. Word pieces and statistics are those of the training motions.
     ///
@@ -123,7 +133,7 @@ impl EvaluatorTrainer {
     /// Tensor data that cannot be read from the device.
     pub fn step(&mut self) -> Result<EvaluatorMetrics, GenerationError> {
         let (plan, i) = (self.best.plan.clone(), self.iteration);
-        let (rows, ids, kinds) = self.batch(i)?;
+        let Batch { rows, ids, kinds } = self.batch(i)?;
         let text = self.network.sentences(&ids, &self.device);
         let motion = self.network.motions(&rows, &self.device);
         let loss = contrastive_loss(text, motion, &kinds);
@@ -140,8 +150,8 @@ impl EvaluatorTrainer {
         Ok(EvaluatorMetrics { loss, learning_rate, gradient_norm, skipped: self.skipped })
     }
 
-    /// Draws a batch: rows with noise, ids with some hidden, and which sentences are the same.
-    fn batch(&self, i: u64) -> Result<(Vec<Vec<f32>>, Vec<Vec<u32>>, Vec<usize>), GenerationError> {
+    /// Draws a batch.
+    fn batch(&self, i: u64) -> Result<Batch, GenerationError> {
         let (plan, all) = (&self.best.plan, &self.data.training);
         let mut rng = stream(plan.seed, "evaluator.batch", 0, i);
         let drawn = index::sample(&mut rng, all.len(), plan.batch.min(all.len()));
@@ -164,7 +174,7 @@ impl EvaluatorTrainer {
             ids.push(read);
             captions.push(caption);
         }
-        Ok((rows, ids, caption_kinds(captions)))
+        Ok(Batch { rows, ids, kinds: caption_kinds(captions) })
     }
 
     /// Measures the networks as they stand on the validation motions and keeps them if none were better.

@@ -79,7 +79,7 @@ impl<'a> Generator<'a> {
     ) -> Result<Self, LanguageError> {
         // Keyframed feet are exact: one that leaves the ground by a centimetre steps. Captured ones need wider bounds,
         // within which a low slow step would be taken for standing.
-        let contact = ContactOptions { enter_height: 0.008, leave_height: 0.012, ..options.contact.clone() };
+        let contact = ContactOptions { enter_height: 0.008, leave_height: 0.012, ..options.contact };
         let options = RetargetOptions { contact, ..options };
         let mut scores = Vec::new();
         for verb in &grammar.verbs {
