@@ -11,9 +11,14 @@ impl Grammar {
     pub fn trained_words(&self) -> BTreeSet<String> {
         let common = [&self.subjects, &self.imperative, &self.then, &self.during];
         let phrases = self.verbs.iter().map(|verb| &verb.say);
-        let mut all: BTreeSet<String> =
-            common.into_iter().chain(self.adverbs.values()).chain(phrases).flatten().flat_map(|t| words_of(t)).collect();
-        all.extend(FIXED.iter().map(|word| (*word).to_string()));
+        let mut all: BTreeSet<String> = common
+            .into_iter()
+            .chain(self.adverbs.values())
+            .chain(phrases)
+            .flatten()
+            .flat_map(|t| words_of(t))
+            .collect();
+        all.extend(words_of(FIXED));
         all
     }
 
