@@ -1,7 +1,7 @@
 //! Exact checks: does a motion what a sentence promised?
 //!
-//! [`Tracks`] are the paths of a clip by forward kinematics; [`check`] compares each fact with what is [measured](measure)
-//! on them. Nothing is learned, so a generator can be judged by it.
+//! [`Tracks`] are the paths of a clip by forward kinematics; [`check`] compares each fact with what is
+//! [measured](measure) on them. Nothing is learned, so a generator can be judged by it.
 
 mod acting;
 pub mod measure;

@@ -122,7 +122,8 @@ impl CaptionedSet {
 
     /// Returns the duration of a split (s).
     pub fn seconds(&self, split: Split) -> f64 {
-        self.of(split).map(|entry| entry.seconds).sum()
+        // A sum of nothing would be -0.
+        self.of(split).fold(0.0, |sum, entry| sum + entry.seconds)
     }
 }
 

@@ -34,7 +34,8 @@ impl Side {
     }
 }
 
-/// A direction over the ground, in the heading frame of the first frame; of a turn: left is counterclockwise from above.
+/// A direction over the ground, in the heading frame of the first frame; of a turn: left is counterclockwise from
+/// above.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Direction {

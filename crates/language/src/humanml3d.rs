@@ -1,8 +1,9 @@
 //! HumanML3D's published layout: `index.csv`, `texts/ID.txt`, `train.txt`, `val.txt`, `test.txt`.
 //!
-//! The set names frames (20 per second) of AMASS files. AMASS' own `.npz` is no format that [`lifelike_motion::formats`]
-//! reads (it needs the SMPL body, which is licensed apart): the motion is taken from clips of a robot, named as the AMASS
-//! file is (`80_63_poses`, or CMU's own `80_63`), from whatever source they were retargeted.
+//! The set names frames (20 per second) of AMASS files. AMASS' own `.npz` is no format that
+//! [`lifelike_motion::formats`] reads (it needs the SMPL body, which is licensed apart): the motion is taken from
+//! clips of a robot, named as the AMASS file is (`80_63_poses`, or CMU's own `80_63`), from whatever source they were
+//! retargeted.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;

@@ -13,8 +13,8 @@ const PAIRS: [(&str, &str); 9] = [
     ("lefty", "righty"),
 ];
 
-/// Returns the caption of the mirrored motion. Capital letters stay, `counter-clockwise` and `anti-clockwise` are known,
-/// and "right" that is no side (`right away`, `right after`, `upright`, `all right`) stays.
+/// Returns the caption of the mirrored motion. Capital letters stay, `counter-clockwise` and `anti-clockwise` are
+/// known, and "right" that is no side (`right away`, `right after`, `upright`, `all right`) stays.
 ///
 /// ```
 /// use lifelike_language::mirror_caption;

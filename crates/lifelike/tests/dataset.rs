@@ -74,6 +74,7 @@ fn a_grammars_set_is_true_and_its_mirror_image_is_not() {
     };
     let sided: Vec<&Value> = clips.iter().filter(sided).collect();
     assert!(!sided.is_empty() && sided.iter().all(|line| failed.contains(&line["file"].as_str().unwrap())));
+    assert!(images["clips"].as_array().unwrap().iter().all(|split| split["rate"] == 0.0), "no image passes");
 
     let message = refused(&["dataset", "grammar", "-o", to, "--hours", "0.01"], 3);
     assert!(message.contains("expected a new or empty folder"), "{message}");
@@ -124,8 +125,22 @@ fn captures_are_cut_mirrored_and_split_by_subject() {
     std::fs::write(root.path().join("captions.tsv"), "clip\twords\n02_01\twave\n").unwrap();
     let message = refused(&["dataset", "captures", clips, "--captions", table, "-o", &format!("{to}2")], 3);
     assert!(message.contains("captions.tsv") && message.contains("expected columns"), "{message}");
-    let message = refused(&["dataset", "captures", clips, "-o", &format!("{to}3")], 3);
-    assert!(message.contains("expected clips with captions"), "{message}");
+    let own = json(&["dataset", "captures", clips, "-o", &format!("{to}3"), "--no-mirror"]);
+    assert_eq!(own["splits"]["test"]["clips"], 1, "without a table, the clips' own words");
+}
+
+#[test]
+fn motion_that_is_not_free_is_asked_for() {
+    let root = tempfile::tempdir().unwrap();
+    let clips = recordings(root.path(), ["dataset-1_bye_normal_001", "dataset-1_respond_sad_001"]);
+    let folder = root.path().join("set");
+    let (clips, to) = (clips.to_str().unwrap(), folder.to_str().unwrap());
+    let message = refused(&["dataset", "captures", clips, "-o", to], 3);
+    assert!(message.contains("got none of 2") && message.contains("for non-commercial use only"), "{message}");
+    let made = json(&["dataset", "captures", clips, "-o", &format!("{to}2"), "--non-commercial"]);
+    assert_eq!(made["non_commercial"], 4);
+    let lines = index(&root.path().join("set2"));
+    assert!(lines.iter().all(|line| line["licence"].as_str().unwrap().contains("non-commercial")));
 }
 
 #[test]

@@ -129,7 +129,8 @@ fn part<R: Rng>(grammar: &Grammar, number: usize, relation: Relation, rng: &mut 
     PartDraw { verb: number, mirrored, cycles, degrees, speed, gain, action }
 }
 
-/// Returns the split of a combination: by what is said, not by the seed, so that no seed trains on what another holds out.
+/// Returns the split of a combination: by what is said, not by the seed, so that no seed trains on what another holds
+/// out.
 fn split<R: Rng>(actions: &[Action], relation: Relation, rng: &mut R) -> (Split, Option<HeldOut>) {
     let says_more = |a: &Action| {
         let qualities = [a.speed.is_some(), a.size.is_some(), a.mood.is_some(), a.count.is_some(), a.degrees.is_some()];

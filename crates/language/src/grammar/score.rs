@@ -49,7 +49,8 @@ pub struct Gait {
     height: f64,
 }
 
-/// A stretch of time that repeats: poses after `from` up to `from + period` are the pattern, of which the text has `count`.
+/// A stretch of time that repeats: poses after `from` up to `from + period` are the pattern, of which the text has
+/// `count`.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Cycle {
@@ -120,7 +121,8 @@ impl Score {
         Ok(Self { seconds, cyclic, arm_swing, keys, steps: step, gaits: gait })
     }
 
-    /// Repeats a cycle `times` instead of as often as the text does; gaits that walk through it take more or fewer steps.
+    /// Repeats a cycle `times` instead of as often as the text does; gaits that walk through it take more or fewer
+    /// steps.
     pub fn repeat(&mut self, cycle: &Cycle, times: u32) {
         let &Cycle { from, period, count } = cycle;
         let longer = (f64::from(times) - f64::from(count)) * period;

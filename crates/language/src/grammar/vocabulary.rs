@@ -18,7 +18,7 @@ impl Grammar {
             .flatten()
             .flat_map(|t| words_of(t))
             .collect();
-        all.extend(FIXED.iter().map(|word| (*word).to_string()));
+        all.extend(words_of(FIXED));
         all
     }
 

@@ -9,51 +9,9 @@ use crate::error::LanguageError;
 use crate::facts::{Action, Direction, Facts, Mood, Relation, Size, Speed};
 
 /// Words that stand in no grammar's text: sides, numbers and angles are written by rule.
-pub(super) const FIXED: [&str; 43] = [
-    "is",
-    "first",
-    "the",
-    "your",
-    "their",
-    "left",
-    "right",
-    "both",
-    "hand",
-    "arm",
-    "foot",
-    "leg",
-    "some",
-    "step",
-    "steps",
-    "once",
-    "twice",
-    "time",
-    "times",
-    "to",
-    "by",
-    "a",
-    "quarter",
-    "half",
-    "turn",
-    "degrees",
-    "clockwise",
-    "counterclockwise",
-    "hands",
-    "arms",
-    "zero",
-    "one",
-    "two",
-    "three",
-    "four",
-    "five",
-    "six",
-    "seven",
-    "eight",
-    "nine",
-    "ten",
-    "eleven",
-    "twelve",
-];
+pub(super) const FIXED: &str = "is first the your their left right both hand hands arm arms foot leg some step steps \
+    once twice time times to by a quarter half turn degrees clockwise counterclockwise \
+    zero one two three four five six seven eight nine ten eleven twelve";
 
 /// Form of a verb.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -54,8 +54,8 @@ pub struct Summary {
 }
 
 /// Makes clips until there are so many hours and writes those that pass all checks. The result depends on the grammar,
-/// the robot and the seed, not on the number of threads. `progress` gets the seconds so far; when `stop` is set, what is
-/// done is written.
+/// the robot and the seed, not on the number of threads. `progress` gets the seconds so far; when `stop` is set, what
+/// is done is written.
 ///
 /// # Errors
 /// [`LanguageError::Io`] for a folder that cannot be written; [`LanguageError::Grammar`] when hardly a clip is true.

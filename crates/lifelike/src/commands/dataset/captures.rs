@@ -17,7 +17,8 @@ use crate::error::CliError;
 use crate::output::Output;
 use crate::progress::Progress;
 
-/// Make a captioned data set of captured motion: cut into pieces, mirrored with left and right exchanged, split by subject.
+/// Make a captioned data set of captured motion: cut into pieces, mirrored with left and right exchanged, split by
+/// subject.
 ///
 /// Captions are those of the clips (`motion retarget --captions`) or of a table; DeepMimic's clips are described by
 /// their names. A clip of which nothing is said is left out. Bandai's motion is for non-commercial use only: it is

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use lifelike_language::checks::{Fact, Finding, Tracks, check};
-use lifelike_language::{CaptionedSet, Entry, LanguageError, Split};
+use lifelike_language::{CaptionedSet, Entry, Facts, LanguageError, Split};
 use lifelike_motion::edit::mirror;
 use lifelike_robot::Robot;
 use rayon::prelude::*;
@@ -42,7 +42,7 @@ pub struct Args {
     /// So many clips at most, spread over the data set.
     #[arg(long)]
     pub limit: Option<usize>,
-    /// Check the mirror image of every clip against the unmirrored caption: what has a side must fail.
+    /// Check the mirror image of every clip that has a side against the unmirrored caption: all must fail.
     #[arg(long)]
     pub mirrored: bool,
     /// The grammar that the facts are of, if not the built-in one.
@@ -56,8 +56,13 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let grammar = load_grammar(args.grammar.as_deref())?;
     let robot = Robot::load(&args.robot)?;
     let set = CaptionedSet::read(&args.folder)?;
-    let wanted: Vec<&Entry> =
-        set.entries.iter().filter(|e| e.facts.is_some() && split.is_none_or(|s| s == e.split)).collect();
+    // What has no side is true of the mirror image too.
+    let asked = |facts: &Facts| !args.mirrored || facts.mirrored() != *facts;
+    let wanted: Vec<&Entry> = set
+        .entries
+        .iter()
+        .filter(|entry| entry.facts.as_ref().is_some_and(asked) && split.is_none_or(|split| split == entry.split))
+        .collect();
     let every = args.limit.map_or(1, |limit| wanted.len().div_ceil(limit.max(1)).max(1));
     let wanted: Vec<&Entry> = wanted.into_iter().step_by(every).collect();
     let progress = Progress::new(output, "checking", wanted.len() as u64);
@@ -104,6 +109,9 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let failures: Vec<_> = failed.iter().map(|(file, finding)| json!({ "file": file, "finding": finding })).collect();
     let value = json!({ "splits": extent(&set), "facts": by_fact, "clips": by_clip, "failed": failures });
     output.result(&value, || {
+        if wanted.is_empty() {
+            return format!("{}\nno clip with facts to check\n", extent_table(&set));
+        }
         let percent = |count: Option<&[usize; 2]>| {
             count.map_or("-".to_string(), |count| format!("{:.1} % of {}", 100.0 * rate(count), count[1]))
         };

@@ -29,7 +29,8 @@ Examples:
   lifelike dataset grammar --grammar my_grammar.toml -o data/lima/mine       # other verbs, other words
   lifelike dataset check data/lima/grammar
 
-The grammar is a text (crates/language/src/grammar/grammar.toml): verbs with their clip, what of it repeats, and phrases.")]
+The grammar is a text (crates/language/src/grammar/grammar.toml): verbs with their clip, what of it repeats,
+and phrases.")]
 pub struct Args {
     /// The robot: a name, or an MJCF or URDF file.
     #[arg(short, long, default_value = "lima")]

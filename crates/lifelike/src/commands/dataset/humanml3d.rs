@@ -18,8 +18,8 @@ use crate::progress::Progress;
 
 /// Make a captioned data set of HumanML3D's index, texts and splits, and a robot's clips of the same recordings.
 ///
-/// HumanML3D says which frames of which AMASS file a sentence is of. AMASS' own .npz files need the SMPL body and are not
-/// read; the motion comes from clips of the robot that are named as the AMASS files are, such as CMU's (80_63).
+/// HumanML3D says which frames of which AMASS file a sentence is of. AMASS' own .npz files need the SMPL body and are
+/// not read; the motion comes from clips of the robot that are named as the AMASS files are, such as CMU's (80_63).
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
