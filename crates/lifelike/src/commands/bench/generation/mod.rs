@@ -39,7 +39,7 @@ Examples:
       --generator RobotMDM=aligned.generator.safetensors --guided guided=mdm.generator.safetensors@0.02 --keep kept
   lifelike eval --policy lima.policy.safetensors --motions kept/MDM            # Table 5.3 of what was kept
 
-Realism is the critic's mean value over a motion's rows. Metrics of the learned evaluator are comparable only where evaluator,
+Realism is the critic's mean value over a motion's rows; of what the same critic guided or aligned, it is no proof. Metrics of the learned evaluator are comparable only where evaluator,
 data, split and number of motions are the same.")]
 pub struct Args {
     /// Folder of captioned clips (dataset.jsonl and *.motion.safetensors).

@@ -6,7 +6,7 @@ use lifelike_motion::plausibility;
 use lifelike_report::{Cell, Column, Table};
 
 use super::Results;
-use super::language::Kept;
+use super::language::{Checks, Kept};
 
 /// Rows of thesis Table 5.2, after the method: R-precision top 3, FID, MM-dist, diversity, multimodality, Realism; means
 /// and half the 95% interval.
@@ -88,10 +88,13 @@ fn language(results: &Results) -> Table {
             Cell { value: Some(kept.share()), ..Cell::text(format!("{:.1} ({entries})", 100.0 * kept.share())) }
         };
         let share = |kept: Option<&Kept>| kept.filter(|k| k.asked > 0).map_or_else(|| Cell::text("–"), motions);
-        let cells = asked.iter().map(|fact| share(row.checks.facts.get(fact)));
-        table.rows.push(
-            [Cell::text(&row.name)].into_iter().chain(cells).chain([share(Some(&row.checks.everything))]).collect(),
-        );
+        let cells = |name: String, checks: &Checks| {
+            let facts = asked.iter().map(|fact| share(checks.facts.get(fact)));
+            [Cell::text(name)].into_iter().chain(facts).chain([share(Some(&checks.everything))]).collect::<Vec<_>>()
+        };
+        table.rows.push(cells(row.name.clone(), &row.checks));
+        let parts = row.checks_of_held_out.iter();
+        table.rows.extend(parts.map(|(part, checks)| cells(format!("{}, {part}", row.name), checks)));
     }
     table.caption =
         "Motions that pass in %, over all repetitions; in brackets the entries that it was asked of.".into();
