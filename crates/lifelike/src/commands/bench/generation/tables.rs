@@ -8,8 +8,8 @@ use lifelike_report::{Cell, Column, Table};
 use super::Results;
 use super::language::{Checks, Kept};
 
-/// Rows of thesis Table 5.2, after the method: R-precision top 3, FID, MM-dist, diversity, multimodality, Realism; means
-/// and half the 95% interval.
+/// Rows of thesis Table 5.2, after the method: R-precision top 3, FID, MM-dist, diversity, multimodality, Realism;
+/// means and half the 95% interval.
 const THESIS: [(&str, [[f64; 2]; 6]); 5] = [
     ("data set", [[0.696, 0.003], [0.002, 0.0], [3.799, 0.014], [8.958, 0.102], [f64::NAN; 2], [6.774, 0.002]]),
     ("MDM-1K", [[0.675, 0.013], [0.688, 0.090], [3.840, 0.039], [8.952, 0.060], [2.355, 0.148], [8.392, 0.036]]),
@@ -63,9 +63,9 @@ fn metrics(results: &Results) -> Table {
         count => format!(" {count} more are longer than a generator can make."),
     };
     table.caption = format!(
-        "{} of {} entries of {} ({}), {} repetition(s), pools of {pool}.{left_out} FID to all entries of the split; the data set's \
-         own is that of the entries measured. Below the line the thesis' rows: other data, robot, evaluator and critic, to be \
-         compared among each other only.",
+        "{} of {} entries of {} ({}), {} repetition(s), pools of {pool}.{left_out} FID to all entries of the split; the \
+         data set's own is that of the entries measured. Below the line the thesis' rows: other data, robot, evaluator \
+         and critic, to be compared among each other only.",
         results.entries,
         results.of,
         results.data.display(),
