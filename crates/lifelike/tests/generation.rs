@@ -9,7 +9,7 @@ use std::process::{Command, Output};
 use lifelike_generation::critic::{CriticData, CriticPlan, CriticTrainer, RewardRecords, StepEnd};
 use lifelike_generation::data::CaptionedMotion;
 use lifelike_generation::representation::RepresentationSpec;
-use lifelike_language::facts::{Action, Facts, Relation, Side};
+use lifelike_language::facts::{Action, Facts, HeldOut, Relation, Side};
 use lifelike_language::{CaptionedSet, Entry, Split};
 use lifelike_motion::container;
 use lifelike_robot::{Robot, clips};
@@ -67,7 +67,7 @@ fn data_set(folder: &Path, robot: &Robot) -> CaptionedSet {
             let file = format!("{}-{i}.motion.safetensors", split.name());
             container::write(&folder.join(&file), clip).unwrap();
             let wave = Action { side: Some(Side::Right), ..Action::of("wave") };
-            let facts = Facts { relation: Relation::Single, actions: vec![wave], held_out: None };
+            let facts = Facts { relation: Relation::Single, actions: vec![wave], held_out: Some(HeldOut::Words) };
             entries.push(Entry {
                 file,
                 split: *split,
@@ -125,6 +125,7 @@ fn generators_are_measured_beside_the_data_set() {
     assert!(mdm["scores"]["fid"]["mean"].as_f64().unwrap() > 0.0);
     assert!(mdm["scores"]["multimodality"]["mean"].as_f64().unwrap() > 0.0);
     assert_eq!((&own["checks"]["everything"]["asked"], &mdm["checks"]["everything"]["asked"]), (&json!(1), &json!(2)));
+    assert_eq!(mdm["checks_of_held_out"]["unseen words"], mdm["checks"]);
     assert_ne!(mdm["realism_of_each"], towards["realism_of_each"], "the critic guides one and not the other");
     assert!(mdm["plausibility"]["seconds"].as_f64().unwrap() > own["plausibility"]["seconds"].as_f64().unwrap());
     let kept: Value = serde_json::from_str(&std::fs::read_to_string(at.join("all.json")).unwrap()).unwrap();

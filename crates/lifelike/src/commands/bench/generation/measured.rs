@@ -1,11 +1,14 @@
 //! Everything measured of one method.
 
+use std::collections::BTreeMap;
+
 use lifelike_generation::critic::Critic;
 use lifelike_generation::evaluator::{Evaluator, caption_kinds};
 use lifelike_generation::metrics::{Embeddings, Gaussian, Interval, Sample, Scores};
 use lifelike_generation::representation::{FeatureMatrix, RepresentationSpec};
 use lifelike_language::Entry;
 use lifelike_language::checks::{Finding, Tracks, check};
+use lifelike_language::facts::HeldOut;
 use lifelike_language::grammar::Grammar;
 use lifelike_motion::MotionClip;
 use lifelike_motion::plausibility::Plausibility;
@@ -48,6 +51,8 @@ pub struct Measured {
     pub realism_of_each: Vec<f64>,
     /// Exact checks.
     pub checks: Checks,
+    /// The same of what entries are held out for, where they are.
+    pub checks_of_held_out: BTreeMap<&'static str, Checks>,
     /// Plausibility, weighted by duration.
     pub plausibility: Option<Plausibility>,
     /// Time to make all motions and measure each (s).
@@ -101,12 +106,19 @@ impl Ruler<'_> {
         motions: &[Motion],
         seconds: Option<f64>,
     ) -> Result<Measured, CliError> {
-        let (mut checks, mut failed) = (Checks::default(), Vec::new());
+        let (mut checks, mut of_held_out, mut failed) = (Checks::default(), BTreeMap::new(), Vec::new());
         for (i, motion) in motions.iter().enumerate() {
+            let (task, repetition) = (&tasks[i % tasks.len()], i / tasks.len());
             checks.add(&motion.findings);
+            if let Some(held_out) = task.entry.facts.as_ref().and_then(|facts| facts.held_out) {
+                let name = match held_out {
+                    HeldOut::Combination => "unseen combinations",
+                    HeldOut::Words => "unseen words",
+                };
+                of_held_out.entry(name).or_insert_with(Checks::default).add(&motion.findings);
+            }
             let findings: Vec<Finding> = motion.findings.iter().filter(|finding| !finding.passed).cloned().collect();
             if !findings.is_empty() {
-                let (task, repetition) = (&tasks[i % tasks.len()], i / tasks.len());
                 let (file, prompt) = (task.entry.file.clone(), task.prompt().to_string());
                 failed.push(Failure { file, prompt, repetition, findings });
             }
@@ -122,6 +134,7 @@ impl Ruler<'_> {
             realism: (!means.is_empty()).then(|| Interval::of(&means)),
             realism_of_each,
             checks,
+            checks_of_held_out: of_held_out,
             plausibility: Plausibility::mean(&plausibility),
             seconds,
             failed,

@@ -25,10 +25,10 @@ use self::method::{Method, Named};
 use crate::error::CliError;
 use crate::output::Output;
 
-/// Measure generators on the sentences of a captioned data set: thesis Table 5.2, exact checks of language, and plausibility.
+/// Measure generators on the sentences of a data set: thesis Table 5.2, exact checks of language, and plausibility.
 ///
-/// Every sentence becomes a motion as long as the data set's own, as `lifelike generate` would make it. The first row of each
-/// table is the data set itself. Intervals are 95% over the repetitions, each with other noise, pools and pairs.
+/// Every sentence becomes a motion as long as the data set's own, as `lifelike generate` would make it. The first row of
+/// each table is the data set itself. Intervals are 95% over the repetitions, each with other noise, pools and pairs.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -39,8 +39,8 @@ Examples:
       --generator RobotMDM=aligned.generator.safetensors --guided guided=mdm.generator.safetensors@0.02 --keep kept
   lifelike eval --policy lima.policy.safetensors --motions kept/MDM            # Table 5.3 of what was kept
 
-Realism is the critic's mean value over a motion's rows. Metrics of the learned evaluator are comparable only where evaluator,
-data, split and number of motions are the same.")]
+Realism is the critic's mean value over a motion's rows; of what the same critic guided or aligned, it is no proof.
+Metrics of the learned evaluator are comparable only where evaluator, data, split and number of motions are the same.")]
 pub struct Args {
     /// Folder of captioned clips (dataset.jsonl and *.motion.safetensors).
     #[arg(long)]

@@ -6,10 +6,10 @@ use lifelike_motion::plausibility;
 use lifelike_report::{Cell, Column, Table};
 
 use super::Results;
-use super::language::Kept;
+use super::language::{Checks, Kept};
 
-/// Rows of thesis Table 5.2, after the method: R-precision top 3, FID, MM-dist, diversity, multimodality, Realism; means
-/// and half the 95% interval.
+/// Rows of thesis Table 5.2, after the method: R-precision top 3, FID, MM-dist, diversity, multimodality, Realism;
+/// means and half the 95% interval.
 const THESIS: [(&str, [[f64; 2]; 6]); 5] = [
     ("data set", [[0.696, 0.003], [0.002, 0.0], [3.799, 0.014], [8.958, 0.102], [f64::NAN; 2], [6.774, 0.002]]),
     ("MDM-1K", [[0.675, 0.013], [0.688, 0.090], [3.840, 0.039], [8.952, 0.060], [2.355, 0.148], [8.392, 0.036]]),
@@ -63,9 +63,9 @@ fn metrics(results: &Results) -> Table {
         count => format!(" {count} more are longer than a generator can make."),
     };
     table.caption = format!(
-        "{} of {} entries of {} ({}), {} repetition(s), pools of {pool}.{left_out} FID to all entries of the split; the data set's \
-         own is that of the entries measured. Below the line the thesis' rows: other data, robot, evaluator and critic, to be \
-         compared among each other only.",
+        "{} of {} entries of {} ({}), {} repetition(s), pools of {pool}.{left_out} FID to all entries of the split; the \
+         data set's own is that of the entries measured. Below the line the thesis' rows: other data, robot, evaluator \
+         and critic, to be compared among each other only.",
         results.entries,
         results.of,
         results.data.display(),
@@ -88,10 +88,13 @@ fn language(results: &Results) -> Table {
             Cell { value: Some(kept.share()), ..Cell::text(format!("{:.1} ({entries})", 100.0 * kept.share())) }
         };
         let share = |kept: Option<&Kept>| kept.filter(|k| k.asked > 0).map_or_else(|| Cell::text("–"), motions);
-        let cells = asked.iter().map(|fact| share(row.checks.facts.get(fact)));
-        table.rows.push(
-            [Cell::text(&row.name)].into_iter().chain(cells).chain([share(Some(&row.checks.everything))]).collect(),
-        );
+        let cells = |name: String, checks: &Checks| {
+            let facts = asked.iter().map(|fact| share(checks.facts.get(fact)));
+            [Cell::text(name)].into_iter().chain(facts).chain([share(Some(&checks.everything))]).collect::<Vec<_>>()
+        };
+        table.rows.push(cells(row.name.clone(), &row.checks));
+        let parts = row.checks_of_held_out.iter();
+        table.rows.extend(parts.map(|(part, checks)| cells(format!("{}, {part}", row.name), checks)));
     }
     table.caption =
         "Motions that pass in %, over all repetitions; in brackets the entries that it was asked of.".into();
