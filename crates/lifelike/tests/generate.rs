@@ -7,6 +7,7 @@ use std::path::Path;
 use std::process::{Command, Output};
 
 use lifelike_motion::container;
+use lifelike_robot::{Robot, clips};
 use serde_json::Value;
 
 const TINY: [&str; 12] = [
@@ -52,15 +53,19 @@ fn a_sentence_becomes_a_clip_and_what_is_none_is_refused() {
     let words = ["generate", "a person walks", "--generator", generator, "--seconds", "1"];
     let make = |more: &[&str]| json(at, &[&words[..], more].concat());
     let made = make(&["-o", "walk.motion.safetensors", "--seed", "3"]);
-    assert_eq!(made["files"], serde_json::json!(["walk.motion.safetensors"]));
+    assert_eq!(made["motions"][0]["files"], serde_json::json!(["walk.motion.safetensors"]));
     let clip = container::read(&at.join("walk.motion.safetensors")).unwrap();
     assert_eq!((clip.name.as_str(), clip.len(), clip.fps), ("walk", 51, 50.0));
     assert_eq!(clip.provenance.captions[0].text, "a person walks");
+    assert!(clip.provenance.source.contains("of seed 3; "), "{}", clip.provenance.source);
     make(&["-o", "again.motion.safetensors", "--seed", "3"]);
     assert_eq!(container::read(&at.join("again.motion.safetensors")).unwrap().joints, clip.joints);
-    let many = make(&["-o", "many.motion.safetensors", "--candidates", "2", "--steps", "3"]);
-    assert_eq!(many["files"][1], "many-1.motion.safetensors");
     json(at, &["motion", "check", "walk.motion.safetensors", "--robot", "lima"]);
+    the_best_comes_first(at, generator);
+    parts_follow_each_other(at, generator);
+    limbs_are_kept(at, generator);
+    lines_become_clips(at, generator);
+    physics_is_played(at, generator);
 
     let with = |prompt: &str, more: &[&str]| {
         let words = ["generate", prompt, "--generator", generator, "-o", "x.motion.safetensors"];
@@ -69,12 +74,118 @@ fn a_sentence_becomes_a_clip_and_what_is_none_is_refused() {
     assert!(with("", &[]).contains("prompt"));
     assert!(with("walk\u{7}", &[]).contains("prompt"));
     assert!(with(&"walk ".repeat(5000), &[]).contains("prompt"));
+    assert!(with("走る", &[]).contains("Latin letter"));
+    assert!(with("a person walks", &["--then", "walk\u{7}"]).contains("prompt"));
     assert!(with("a person walks", &["--seconds", "60"]).contains("0.5 to 3"));
     assert!(with("a person walks", &["--steps", "9"]).contains("1 to 8"));
     assert!(with("a person walks", &["--robot", "humanoid"]).contains("train one for it"));
     assert!(!at.join("x.motion.safetensors").exists());
     let none = ["generate", "a person walks", "--generator", "walk.motion.safetensors", "-o", "x.motion.safetensors"];
     assert!(refused(at, &none).contains("walk.motion.safetensors"));
+}
+
+/// Of several candidates the best is written, and all of them by rank where that is asked for.
+fn the_best_comes_first(at: &Path, generator: &str) {
+    let words = ["generate", "a person walks", "--generator", generator, "--seconds", "1", "--steps", "3"];
+    let make = |more: &[&str]| json(at, &[&words[..], &["--candidates", "3"], more].concat());
+    let one = make(&["-o", "one.motion.safetensors"]);
+    assert_eq!(one["motions"][0]["files"].as_array().unwrap().len(), 1);
+    assert!(!at.join("one-2.motion.safetensors").exists());
+    let all = make(&["-o", "many.motion.safetensors", "--keep-all"]);
+    let motion = &all["motions"][0];
+    assert_eq!(motion["files"][2], "many-3.motion.safetensors");
+    let bad: Vec<f64> = (0..3).map(|i| motion["verdicts"][i]["bad_seconds"].as_f64().unwrap()).collect();
+    assert!(bad[0] <= bad[1] && bad[1] <= bad[2], "{bad:?}");
+    let read = |file: &str| container::read(&at.join(file)).unwrap();
+    assert_eq!(read("one.motion.safetensors").joints, read("many.motion.safetensors").joints);
+    let verdict = read("many-3.motion.safetensors").provenance.source;
+    assert!(verdict.contains("feasible"), "{verdict}");
+}
+
+/// A continuation has a caption of its own and goes on where the first part was: no step is larger than elsewhere.
+fn parts_follow_each_other(at: &Path, generator: &str) {
+    let words = ["generate", "a person walks", "--then", "a person waves", "--then", "a person nods"];
+    json(at, &[&words[..], &["--generator", generator, "--seconds", "2", "-o", "then.motion.safetensors"]].concat());
+    let clip = container::read(&at.join("then.motion.safetensors")).unwrap();
+    let captions: Vec<&str> = clip.provenance.captions.iter().map(|c| c.text.as_str()).collect();
+    assert_eq!(captions, ["a person walks", "a person waves", "a person nods"]);
+    // Rows of 20 Hz: two seconds, and two more of each part that goes on.
+    assert!((clip.seconds() - 6.1).abs() < 0.11, "{}", clip.seconds());
+    assert!((clip.provenance.captions[1].start - 2.0).abs() < 1e-9);
+    let step = |t: usize| {
+        let pairs = clip.joints_at(t).iter().zip(clip.joints_at(t + 1));
+        pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+    };
+    let seam = (95..105).map(step).fold(0.0, f64::max);
+    let most = (0..95).map(step).fold(0.0, f64::max);
+    assert!(seam <= 2.0 * most, "{seam} at the seam, {most} before");
+}
+
+/// Legs that are kept are those of the clip, and its length is taken.
+fn limbs_are_kept(at: &Path, generator: &str) {
+    let words = ["generate", "a person waves", "--generator", generator];
+    json(at, &[&words[..], &["--keep-arms", "builtin:wave", "-o", "arms.motion.safetensors"]].concat());
+    let own = clips::load_one(Path::new("builtin:wave"), &Robot::load("lima").unwrap()).unwrap();
+    let made = container::read(&at.join("arms.motion.safetensors")).unwrap();
+    assert!((made.seconds() - own.seconds().min(3.0)).abs() < 0.051, "{} of {}", made.seconds(), own.seconds());
+    assert!(made.provenance.source.contains("with the arms of 'wave'"), "{}", made.provenance.source);
+    let column =
+        |clip: &lifelike_motion::MotionClip, name: &str| clip.joint_names.iter().position(|n| n == name).unwrap();
+    let error = |name: &str| {
+        let of = |t: usize| (made.joints_at(t)[column(&made, name)] - own.joints_at(t)[column(&own, name)]).abs();
+        (0..made.len().min(own.len())).map(of).fold(0.0, f64::max)
+    };
+    // Every row is the clip's; between two of them, 0.05 s apart, lies a cubic.
+    assert!(
+        error("left_elbow") < 0.05 && error("right_elbow") < 0.05,
+        "{} {}",
+        error("left_elbow"),
+        error("right_elbow")
+    );
+    json(at, &[&words[..], &["--keep-legs", "builtin:wave", "-o", "legs.motion.safetensors"]].concat());
+    let both = [&words[..], &["--keep-legs", "own", "--keep-arms", "own", "-o", "x.motion.safetensors"]].concat();
+    assert_eq!(run(at, &both).status.code(), Some(2));
+    let long =
+        [&words[..], &["--keep-legs", "walk.motion.safetensors", "--seconds", "2.5", "-o", "x.motion.safetensors"]];
+    assert!(refused(at, &long.concat()).contains("length asked for"));
+}
+
+/// A file of prompts becomes a folder of clips; a bad line is named before anything is written.
+fn lines_become_clips(at: &Path, generator: &str) {
+    std::fs::write(at.join("prompts.txt"), "# ours\na person walks\n\na person qwertys\n").unwrap();
+    let words = ["generate", "--prompts", "prompts.txt", "--generator", generator, "--seconds", "1", "-o", "batch"];
+    let output = run(at, &words);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    assert!(String::from_utf8_lossy(&output.stderr).contains("'qwertys' is in no caption"));
+    let clip = container::read(&at.join("batch/002-a-person-qwertys.motion.safetensors")).unwrap();
+    assert_eq!(clip.provenance.captions[0].text, "a person qwertys");
+    std::fs::write(at.join("prompts.txt"), "a person walks\n走る\n").unwrap();
+    assert!(refused(at, &[&words[..8], &["none"]].concat()).contains("prompts.txt:2: "));
+    assert!(!at.join("none").exists());
+    assert_eq!(run(at, &["generate", "-o", "x.motion.safetensors"]).status.code(), Some(2));
+}
+
+/// The shipped controller plays what was made, and ends in a page.
+fn physics_is_played(at: &Path, generator: &str) {
+    let words =
+        ["generate", "a person walks", "--generator", generator, "--seconds", "1", "-o", "p.motion.safetensors"];
+    let played = json(at, &[&words[..], &["--physics"]].concat());
+    let line = played["physics"]["lines"][0].as_str().unwrap();
+    assert!(line.starts_with("in physics: ") && line.contains("joint error"), "{line}");
+    assert!(std::fs::read_to_string(at.join("p-physics/report.html")).unwrap().contains("a person walks"));
+    let none = [&words[..], &["--physics", "--policy", "none.controller.safetensors"]].concat();
+    assert!(refused(at, &none).contains("none.controller"));
+    assert_eq!(run(at, &[&words[..], &["--policy", "x"]].concat()).status.code(), Some(2));
+}
+
+#[test]
+fn a_robot_without_networks_is_told_how_to_get_them() {
+    let folder = tempfile::tempdir().unwrap();
+    let words = ["generate", "a person walks", "--robot", "humanoid", "-o", "x.motion.safetensors"];
+    let error = refused(folder.path(), &words);
+    assert!(error.contains("lifelike train generator --plan generator robot=humanoid"), "{error}");
+    let error = refused(folder.path(), &["demo", "--robot", "humanoid"]);
+    assert!(error.contains("lifelike train tracker --plan track robot=humanoid"), "{error}");
 }
 
 #[test]

@@ -4,6 +4,8 @@
 //! (Karunratanakul et al. 2023), for a character of any size. There are no torques in it: of a floating base they depend
 //! on how the ground shares its force; [`crate::feasibility`] tells what force that would have to be.
 
+mod collisions;
+
 use lifelike_character::anatomy::lowest;
 use lifelike_character::{Anatomy, Character, Geom, Kinematics, Vec3};
 
@@ -11,6 +13,8 @@ use crate::clip::MotionClip;
 use crate::error::MotionError;
 use crate::feasibility::{self, Feasibility, TOUCH};
 use crate::retarget::shapes::Shapes;
+
+pub use collisions::{Collision, collisions};
 
 /// A sole that touches and moves faster than this skates (m/s). GMD's 2.5 cm in a twentieth of a second are 0.5 m/s, of
 /// a person with legs of 0.9 m; our robots' legs are half as long.

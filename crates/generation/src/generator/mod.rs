@@ -1,10 +1,12 @@
 //! A trained generator: one file, and motions of a robot from sentences.
 
 mod file;
+mod given;
 mod grounded;
 mod sample;
 
 pub use file::{Generator, GeneratorHeader};
+pub use given::{Given, join};
 pub use grounded::grounded;
 pub use sample::{Generated, SampleOptions};
 

@@ -6,7 +6,7 @@ use lifelike_robot::Robot;
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 
-use super::{Generator, grounded};
+use super::{Generator, Given, grounded};
 use crate::GenerationError;
 use crate::align::by_tokens;
 use crate::critic::RewardSurrogate;
@@ -80,6 +80,20 @@ impl Generator {
         options: &SampleOptions,
         surrogate: Option<(&dyn RewardSurrogate, f64)>,
     ) -> Result<Vec<Generated>, GenerationError> {
+        self.sample_given(prompt, options, surrogate, &[])
+    }
+
+    /// Returns motions of a sentence of which something is given, one [`Given`] for each candidate; none where nothing is.
+    ///
+    /// # Errors
+    /// As [`Self::sample_towards`]; what is given does not fit the motion.
+    pub fn sample_given(
+        &self,
+        prompt: &str,
+        options: &SampleOptions,
+        surrogate: Option<(&dyn RewardSurrogate, f64)>,
+        given: &[Given],
+    ) -> Result<Vec<Generated>, GenerationError> {
         let header = self.header();
         let condition = Condition::Pieces(header.pieces.encode(prompt)?);
         let seconds = options.seconds.unwrap_or(header.median_seconds.max(MIN_SECONDS));
@@ -97,6 +111,10 @@ impl Generator {
         let schedule = Schedule::cosine(header.diffusion_steps);
         let steps = options.steps.unwrap_or(schedule.len());
         within("steps", steps as f64, 1.0, schedule.len() as f64)?;
+        if !(given.is_empty() || given.len() == options.candidates) {
+            let expected = format!("none, or one for each of {} candidates", options.candidates);
+            return Err(GenerationError::mismatch("given motions", expected, given.len()));
+        }
         let (space, spec) = (self.space(), &header.spec);
         let rows = (seconds * spec.fps).round() as usize + 1;
         let size = space.tokens(rows) * space.width();
@@ -130,10 +148,15 @@ impl Generator {
             told.par_chunks_exact(size).map(towards).collect()
         };
         let sampler = Sampler { steps, eta: options.eta };
-        let motions = sampler.sample(&schedule, motions, &[], noise, clean)?;
+        let known = given.iter().map(|given| given.known(self, rows).map(Some)).collect::<Result<Vec<_>, _>>()?;
+        let motions = sampler.sample(&schedule, motions, &known, noise, clean)?;
         let finish = |(candidate, mut tokens): (usize, Vec<f32>)| {
             self.standardizer.restore(&mut tokens);
-            Ok(Generated { rows: space.decode(&tokens, rows)?, candidate })
+            let mut rows = space.decode(&tokens, rows)?;
+            if let Some(given) = given.get(candidate) {
+                given.put(&mut rows);
+            }
+            Ok(Generated { rows, candidate })
         };
         motions.into_iter().enumerate().map(finish).collect()
     }

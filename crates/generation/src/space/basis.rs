@@ -41,10 +41,19 @@ impl Basis {
         self.weights[0].ncols()
     }
 
-    /// Returns the control points of the curves nearest to the rows, `[rows, curves]`, by least squares.
+    /// Returns how many control points the first rows settle: those of the spans that lie whole within them.
+    pub(super) fn settled(&self, rows: usize) -> usize {
+        let (last, spans) = (self.weights[0].nrows().saturating_sub(1).max(1), self.control_points() - 3);
+        let whole = (rows.saturating_sub(1) as f64 / last as f64 * spans as f64 + 1e-6).floor() as usize;
+        if whole == 0 { 0 } else { whole.min(spans) + 3 }
+    }
+
+    /// Returns the control points of the curves nearest to the rows, `[rows, curves]`, by least squares. Fewer rows than
+    /// the basis has are its first ones; the curves go on straight where no row holds them.
     pub(super) fn fit(&self, rows: &[f64], curves: usize) -> Vec<f32> {
-        let (weights, points) = (&self.weights[0], self.control_points());
-        let mut normal = weights.tr_mul(weights);
+        let count = (rows.len() / curves.max(1)).min(self.weights[0].nrows());
+        let (weights, points) = (self.weights[0].rows(0, count), self.control_points());
+        let mut normal = weights.tr_mul(&weights);
         for first in 0..points - 2 {
             for (i, a) in [1.0, -2.0, 1.0].into_iter().enumerate() {
                 for (j, b) in [1.0, -2.0, 1.0].into_iter().enumerate() {
@@ -54,7 +63,7 @@ impl Basis {
         }
         // A single row says nothing about the slope.
         (0..points).for_each(|i| normal[(i, i)] += 1e-9);
-        let rows = DMatrix::from_row_slice(weights.nrows(), curves, rows);
+        let rows = DMatrix::from_row_slice(count, curves, rows);
         let right = weights.tr_mul(&rows);
         let solved =
             Cholesky::new(normal).map_or_else(|| DMatrix::zeros(points, curves), |factor| factor.solve(&right));

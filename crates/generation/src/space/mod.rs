@@ -81,6 +81,27 @@ impl MotionSpace {
         Ok(basis.fit(&rows.map(|x| f64::from(*x)).collect::<Vec<_>>(), curves))
     }
 
+    /// Returns the tokens of a motion of so many rows that begins with these, and how many of them the beginning settles.
+    /// The others are what it leads to by itself, to be replaced.
+    ///
+    /// # Errors
+    /// [`GenerationError::Mismatch`] for rows of another width, none, or more than the motion has.
+    pub fn beginning(&self, rows: &FeatureMatrix, of: usize) -> Result<(Vec<f32>, usize), GenerationError> {
+        self.check(rows)?;
+        if rows.n > of {
+            return Err(GenerationError::mismatch("rows that a motion begins with", format!("at most {of}"), rows.n));
+        }
+        let Some(basis) = self.basis(of) else {
+            let mut tokens = rows.rows.clone();
+            tokens.resize(of * self.width(), 0.0);
+            return Ok((tokens, rows.n));
+        };
+        let curves = self.width();
+        let numbers = rows.rows.chunks_exact(rows.width).flat_map(|row| &row[..curves]);
+        let tokens = basis.fit(&numbers.map(|x| f64::from(*x)).collect::<Vec<_>>(), curves);
+        Ok((tokens, basis.settled(rows.n)))
+    }
+
     /// Returns the rows of tokens.
     ///
     /// # Errors

@@ -1,6 +1,6 @@
 //! `lifelike demo`: the shortest way to see a robot follow motion in physics.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -8,6 +8,7 @@ use lifelike_evaluation::EvaluationOptions;
 use lifelike_robot::Robot;
 use serde_json::json;
 
+use crate::commands::assets;
 use crate::commands::clips;
 use crate::commands::controller_file::Loaded;
 use crate::commands::eval::{Job, save, text};
@@ -53,14 +54,8 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     physics::available(&args.physics.engine)?;
     let began = Instant::now();
     let robot = Arc::new(Robot::load(&args.robot)?);
-    let pretrained = |kind: &str| asset(&format!("{}.{kind}.safetensors", robot.name));
-    let file = args
-        .policy
-        .clone()
-        .or_else(|| pretrained("controller"))
-        .or_else(|| pretrained("policy"))
-        .ok_or_else(|| no_policy(&robot, &args.robot))?;
-    let prior = args.prior.clone().or_else(|| pretrained("prior"));
+    let file = assets::controller(args.policy.as_deref(), &robot, &args.robot, || NextCommand::new("demo"))?;
+    let prior = args.prior.clone().or_else(|| assets::asset(&robot, "prior"));
     let loaded = Loaded::new(&file, Arc::clone(&robot), prior.as_deref())?;
     let clips = if args.motions.is_empty() { clips::builtin(&robot) } else { clips::load(&args.motions, &robot)? };
     tracing::info!("{} clips retargeted to {} in {:.1} s", clips.len(), robot.name, began.elapsed().as_secs_f64());
@@ -79,29 +74,4 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
             report.display()
         )
     })
-}
-
-/// A file of `assets/`: beside the program, above it (as in target/release), where we stand, or where it was built.
-fn asset(name: &str) -> Option<PathBuf> {
-    let program = std::env::current_exe().ok();
-    let above = program.iter().flat_map(|p| p.ancestors().skip(1));
-    let built = Path::new(env!("CARGO_MANIFEST_DIR")).ancestors();
-    above
-        .chain([Path::new(".")])
-        .chain(built)
-        .map(|folder| folder.join("assets").join(name))
-        .find(|file| file.is_file())
-}
-
-fn no_policy(robot: &Robot, file: &str) -> CliError {
-    let train = NextCommand::new("train tracker").word("--plan").word("track").word(format!("robot={file}"));
-    CliError::Input(format!(
-        "no pretrained controller for '{}' (assets/{}.controller.safetensors). Train one and name it:\n\
-         \x20 {}\n\
-         \x20 {}",
-        robot.name,
-        robot.name,
-        train.word("-o").word("runs/mine").word("budget.minutes=5"),
-        NextCommand::new("demo").robot(file).word("--policy").word("runs/mine/tracker.policy.safetensors")
-    ))
 }

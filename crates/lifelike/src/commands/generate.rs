@@ -1,40 +1,66 @@
 //! `lifelike generate`: motion of a robot from a sentence.
 
-use std::path::{Path, PathBuf};
+mod made;
+mod maker;
+mod play;
+mod prompts;
+mod verdict;
 
-use lifelike_generation::critic::{Critic, RewardSurrogate};
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::time::Instant;
+
+use lifelike_generation::critic::Critic;
 use lifelike_generation::generator::{Generator, SampleOptions};
-use lifelike_motion::container;
 use lifelike_robot::Robot;
 use serde_json::json;
 
+use self::made::Made;
+use self::maker::{Kept, Maker};
+use self::play::Player;
+use crate::commands::assets;
+use crate::commands::motion::container_in;
+use crate::commands::physics::Physics;
 use crate::error::CliError;
 use crate::next::NextCommand;
 use crate::output::Output;
 
+/// Strength of guidance where a critic is named and no strength.
+const STRENGTH: f64 = 0.02;
+
 /// Make motion of a robot from a sentence (thesis chapter 5).
 ///
-/// What comes out is a clip like any other, with the sentence as its caption. The same sentence, seed and settings
-/// give the same motion. With --candidates N there are N files, numbered.
+/// What comes out is a clip like any other, with the sentence as its caption and a verdict in its provenance: feasible, or
+/// what speaks against it and when, as far as can be told without physics. The same sentence, seed and settings give the
+/// same motion. Of several candidates the best is kept: by the critic's lowest value where there is a critic, else by how
+/// much of it is not feasible.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
-  lifelike generate \"a person waves\" --generator motion.generator.safetensors -o wave.motion.safetensors
-  lifelike generate \"a person walks\" --generator motion.generator.safetensors -o walk.motion.safetensors \\
-      --seconds 6 --seed 3 --candidates 4")]
+  lifelike generate \"a person waves with the right hand\" -o wave.motion.safetensors --physics
+  lifelike generate \"a person walks\" --then \"a person turns left\" --seconds 4 --candidates 8 -o walk.motion.safetensors
+  lifelike generate \"a person waves\" --keep-legs walk.motion.safetensors -o both.motion.safetensors
+  lifelike generate --prompts prompts.txt --generator runs/g/motion.generator.safetensors -o data/generated")]
 pub struct Args {
     /// The sentence.
-    pub prompt: String,
-    /// The generator: what `lifelike train generator` leaves.
+    #[arg(required_unless_present = "prompts")]
+    pub prompt: Option<String>,
+    /// Go on with another sentence, without a seam; may be given several times.
+    #[arg(long, value_name = "PROMPT", conflicts_with_all = ["prompts", "keep_legs", "keep_arms"])]
+    pub then: Vec<String>,
+    /// A file with a sentence per line, each of which becomes a clip in the folder of --output.
+    #[arg(long, value_name = "FILE", conflicts_with = "prompt")]
+    pub prompts: Option<PathBuf>,
+    /// The generator, what `lifelike train generator` leaves; the robot's in assets/ where not given.
     #[arg(long)]
-    pub generator: PathBuf,
+    pub generator: Option<PathBuf>,
     /// The robot: a built-in one's name, or its MJCF or URDF file.
-    #[arg(long, default_value = "lima")]
+    #[arg(short, long, default_value = "lima")]
     pub robot: String,
-    /// The file to write.
+    /// The file to write; with --prompts the folder.
     #[arg(short, long)]
     pub output: PathBuf,
-    /// Duration (s); as the generator's training data where not given.
+    /// Duration of each part (s); as the generator's training data, or as the clip that is kept, where not given.
     #[arg(long)]
     pub seconds: Option<f64>,
     /// Key of the randomness.
@@ -49,27 +75,113 @@ pub struct Args {
     /// Noise that is added again in each step: 1 is DDPM, 0 is DDIM.
     #[arg(long, default_value_t = SampleOptions::default().eta)]
     pub eta: f64,
-    /// Number of motions.
+    /// Number of motions to choose from.
     #[arg(long, default_value_t = 1)]
     pub candidates: usize,
-    /// A critic that guides sampling towards motion that its policy can execute: what `lifelike train critic` leaves.
+    /// Write all candidates, those after the best numbered by their rank.
+    #[arg(long)]
+    pub keep_all: bool,
+    /// A critic that ranks and guides towards motion that its policy can execute: what `lifelike train critic` leaves.
+    /// The robot's in assets/ only ranks, unless there is a strength.
     #[arg(long)]
     pub critic: Option<PathBuf>,
-    /// Strength of the critic's guidance; 0 only reports its values.
-    #[arg(long, default_value_t = 0.02, requires = "critic")]
-    pub critic_strength: f64,
+    /// Strength of the critic's guidance; 0 only ranks. 0.02 where a critic is named.
+    #[arg(long)]
+    pub critic_strength: Option<f64>,
+    /// Take legs and root from this clip; the rest is made to go with them.
+    #[arg(long, value_name = "CLIP", conflicts_with = "keep_arms")]
+    pub keep_legs: Option<PathBuf>,
+    /// Take the arms from this clip.
+    #[arg(long, value_name = "CLIP")]
+    pub keep_arms: Option<PathBuf>,
+    /// Play the result in physics and write a page to look at.
+    #[arg(long = "physics")]
+    pub play: bool,
+    /// The controller of --physics; the robot's in assets/ where not given.
+    #[arg(long, requires = "play")]
+    pub policy: Option<PathBuf>,
+    /// Folder of that page; beside the output where not given.
+    #[arg(long, value_name = "FOLDER", requires = "play")]
+    pub report: Option<PathBuf>,
+    /// Engine and threads.
+    #[command(flatten)]
+    pub physics: Physics,
 }
 
 /// Runs the command.
 pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
-    let robot = Robot::load(&args.robot)?;
-    let generator = Generator::load(&args.generator)?;
-    generator.check_robot(&robot)?;
-    let familiarity = generator.header().known.familiarity(&args.prompt)?;
-    if !familiarity.reads_well() {
-        tracing::warn!("{familiarity}");
+    let robot = Arc::new(Robot::load(&args.robot)?);
+    let maker = maker(args, &robot)?;
+    let jobs = jobs(args)?;
+    let known = &maker.generator.header().known;
+    let mut familiarity = Vec::new();
+    for prompt in jobs.iter().flat_map(|(prompts, _)| prompts) {
+        let found = known.familiarity(prompt)?;
+        if !found.reads_well() {
+            tracing::warn!("\"{prompt}\" {found}");
+        }
+        familiarity.push(found);
     }
-    let options = SampleOptions {
+    let player = args.play.then(|| Player::new(args.policy.as_deref(), &robot, &args.robot, &args.physics));
+    let player = player.transpose()?;
+    let mut made = Vec::with_capacity(jobs.len());
+    for (prompts, file) in &jobs {
+        let began = Instant::now();
+        let candidates = maker.make(prompts)?;
+        made.push(Made::write(prompts, candidates, file, args.keep_all, began.elapsed().as_secs_f64())?);
+    }
+    let played = player.map(|player| {
+        let clips: Vec<_> = made.iter().map(|one| one.best.clone()).collect();
+        let beside = match &args.prompts {
+            Some(_) => args.output.join("physics"),
+            None => args.output.with_file_name(format!("{}-physics", made::stem(&args.output))),
+        };
+        player.play(&clips, args.report.as_deref().unwrap_or(&beside), output)
+    });
+    let played = played.transpose()?;
+    let value = json!({ "robot": robot.name, "motions": made, "familiarity": familiarity, "physics": played });
+    output.result(&value, || {
+        let took: f64 = made.iter().map(|one| one.sampling_seconds).sum();
+        let seconds: f64 = made.iter().map(|one| one.seconds).sum();
+        let lines: String = made.iter().map(Made::text).collect();
+        let end = match (&played, made.first()) {
+            (Some(played), _) => {
+                format!("{}\nopen this in a browser: {}\n", played.lines.join("\n"), played.report.display())
+            }
+            (None, Some(first)) => {
+                let next = NextCommand::new("motion check").word(first.files[0].display());
+                format!("next: {}\n", next.robot(&args.robot))
+            }
+            (None, None) => String::new(),
+        };
+        format!("{lines}{seconds:.1} s of motion made in {took:.2} s\n{end}")
+    })
+}
+
+/// Loads what motions are made with.
+fn maker(args: &Args, robot: &Arc<Robot>) -> Result<Maker, CliError> {
+    let generator = args.generator.clone().or_else(|| assets::asset(robot, "generator"));
+    let generator = Generator::load(&generator.ok_or_else(|| no_generator(robot, &args.robot))?)?;
+    generator.check_robot(robot)?;
+    let spec = &generator.header().spec;
+    let (critic, strength) = match &args.critic {
+        Some(file) => {
+            let critic = Critic::load(file)?;
+            critic.check(spec)?;
+            (Some(critic), args.critic_strength.unwrap_or(STRENGTH))
+        }
+        None => {
+            let shipped = assets::asset(robot, "critic").map(|file| Critic::load(&file)).transpose()?;
+            // A generator of other rows is judged without it.
+            (shipped.filter(|critic| critic.check(spec).is_ok()), args.critic_strength.unwrap_or(0.0))
+        }
+    };
+    if critic.is_none() && strength != 0.0 {
+        let text =
+            format!("--critic-strength needs a critic: '{}' has none in assets/; name one with --critic", robot.name);
+        return Err(CliError::Usage(text));
+    }
+    let mut options = SampleOptions {
         seconds: args.seconds,
         seed: args.seed,
         guidance: args.guidance,
@@ -77,64 +189,43 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
         eta: args.eta,
         candidates: args.candidates,
     };
-    let began = std::time::Instant::now();
-    let critic = args.critic.as_deref().map(Critic::load).transpose()?;
-    critic.iter().try_for_each(|critic| critic.check(&generator.header().spec))?;
-    let guide = critic.as_ref().map(|critic| (critic as &dyn RewardSurrogate, args.critic_strength));
-    let generated = generator.sample_towards(&args.prompt, &options, guide)?;
-    let sampling_seconds = began.elapsed().as_secs_f64();
-    let mut files = Vec::with_capacity(generated.len());
-    let mut seconds = 0.0;
-    for motion in &generated {
-        let mut clip = generator.clip(motion, &args.prompt, &robot)?;
-        let path = numbered(&args.output, motion.candidate, generated.len());
-        clip.name = stem(&path);
-        seconds = clip.seconds();
-        container::write(&path, &clip)?;
-        files.push(path);
-    }
-    let realism =
-        critic.map(|c| generated.iter().map(|m| c.realism(&m.rows)).collect::<Result<Vec<_>, _>>()).transpose()?;
-    let value = json!({
-        "realism": realism, "prompt": args.prompt, "robot": robot.name, "files": files, "seconds": seconds,
-        "sampling_seconds": sampling_seconds, "familiarity": familiarity,
+    let legs = args.keep_legs.as_deref().map(|file| (file, "legs", true));
+    let part = legs.or(args.keep_arms.as_deref().map(|file| (file, "arms", false)));
+    let kept = part.map(|(file, part, root)| Kept::read(file, part, root, robot, &generator)).transpose()?;
+    let kept = kept.map(|(kept, seconds)| {
+        options.seconds.get_or_insert(seconds);
+        kept
     });
-    output.result(&value, || {
-        let value = |i: usize| realism.as_ref().map_or(String::new(), |all| format!("  Realism {:.2}", all[i]));
-        let list: String =
-            files.iter().enumerate().map(|(i, path)| format!("{}{}\n", path.display(), value(i))).collect();
-        let first = files.first().map_or(Path::new(""), PathBuf::as_path);
-        let next = NextCommand::new("motion check").word(first.display()).robot(&args.robot);
-        let count = files.len();
-        format!("{count} motion(s) of {seconds:.1} s, sampled in {sampling_seconds:.2} s:\n{list}next: {next}\n")
-    })
+    Ok(Maker { robot: Arc::clone(robot), generator, critic, strength, options, kept })
 }
 
-/// Returns the file of a candidate: as named, or with its number before the endings where there are several.
-fn numbered(path: &Path, candidate: usize, count: usize) -> PathBuf {
-    if count == 1 {
-        return path.to_path_buf();
-    }
-    let name = path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
-    let (stem, endings) = name.split_once('.').unwrap_or((&name, "motion.safetensors"));
-    path.with_file_name(format!("{stem}-{candidate}.{endings}"))
+/// Returns the sentences of each motion, and its file.
+fn jobs(args: &Args) -> Result<Vec<(Vec<String>, PathBuf)>, CliError> {
+    let Some(file) = &args.prompts else {
+        let prompts = args.prompt.iter().chain(&args.then).map(|prompt| prompt.trim().to_string()).collect();
+        return Ok(vec![(prompts, args.output.clone())]);
+    };
+    let named = |(i, prompt): (usize, String)| {
+        let file = container_in(&args.output, &prompts::name(i + 1, &prompt));
+        (vec![prompt], file)
+    };
+    Ok(prompts::read(file)?.into_iter().enumerate().map(named).collect())
 }
 
-fn stem(path: &Path) -> String {
-    let name = path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
-    name.split_once('.').map_or(name.clone(), |(stem, _)| stem.to_string())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn candidates_are_numbered_before_the_endings() {
-        let path = Path::new("out/wave.motion.safetensors");
-        assert_eq!(numbered(path, 0, 1), path);
-        assert_eq!(numbered(path, 3, 8), Path::new("out/wave-3.motion.safetensors"));
-        assert_eq!(numbered(Path::new("wave"), 1, 2), Path::new("wave-1.motion.safetensors"));
-        assert_eq!(stem(path), "wave");
-    }
+fn no_generator(robot: &Robot, file: &str) -> CliError {
+    let train = NextCommand::new("train generator").word("--plan").word("generator").word(format!("robot={file}"));
+    let again = NextCommand::new("generate").word("a person walks").word("--generator");
+    CliError::Input(format!(
+        "no pretrained generator for '{}' (assets/{}.generator.safetensors). Train one and name it:\n\
+         \x20 {}\n\
+         \x20 {}",
+        robot.name,
+        robot.name,
+        train.word("-o").word("runs/generator"),
+        again
+            .word("runs/generator/motion.generator.safetensors")
+            .robot(file)
+            .word("-o")
+            .word("walk.motion.safetensors")
+    ))
 }

@@ -1,5 +1,6 @@
 //! The commands, one file each: arguments as a type, and a function `run` that takes them.
 
+mod assets;
 pub mod bench;
 pub(crate) mod clips;
 mod controller_file;

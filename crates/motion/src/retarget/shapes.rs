@@ -78,6 +78,13 @@ impl Shapes {
         self.pairs.iter().map(|&(a, b)| self.depth(kinematics, a, b)).fold(0.0, f64::max)
     }
 
+    /// Returns the deepest overlap (m) with its two bodies; none without pairs.
+    pub fn deepest(&self, kinematics: &Kinematics) -> Option<(f64, [usize; 2])> {
+        let depths = self.pairs.iter().map(|&(a, b)| (self.depth(kinematics, a, b), [a, b]));
+        let (depth, pair) = depths.max_by(|a, b| a.0.total_cmp(&b.0))?;
+        Some((depth, pair.map(|capsule| self.capsules[capsule].body)))
+    }
+
     /// Calls `visit(a, b, normal, distance)` for parts nearer to each other than `margin` (m): the nearest spots of
     /// their capsules' axes, the direction from `b` to `a`, and how far these spots must be apart for the margin.
     pub fn for_each_touching(

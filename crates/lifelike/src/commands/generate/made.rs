@@ -1,0 +1,97 @@
+//! Candidates as files, and what is told about them.
+
+use std::path::{Path, PathBuf};
+
+use lifelike_motion::{MotionClip, container};
+
+use super::maker::Candidate;
+use super::verdict::Verdict;
+use crate::error::CliError;
+
+/// The written motion of a prompt.
+#[derive(serde::Serialize)]
+pub struct Made {
+    /// Sentences, in their order.
+    pub prompts: Vec<String>,
+    /// Files, the best first.
+    pub files: Vec<PathBuf>,
+    /// Duration (s).
+    pub seconds: f64,
+    /// Time that sampling and judging took (s).
+    pub sampling_seconds: f64,
+    /// Candidates that were compared.
+    pub candidates: usize,
+    /// Verdicts on the files.
+    pub verdicts: Vec<Verdict>,
+    /// The best clip.
+    #[serde(skip)]
+    pub best: MotionClip,
+}
+
+impl Made {
+    /// Writes the best of the candidates to this file, and with `all` the others beside it, numbered by their rank.
+    ///
+    /// # Errors
+    /// A file that cannot be written; no candidate.
+    pub fn write(
+        prompts: &[String],
+        candidates: Vec<Candidate>,
+        path: &Path,
+        all: bool,
+        sampling_seconds: f64,
+    ) -> Result<Self, CliError> {
+        let (count, mut files, mut verdicts, mut best) = (candidates.len(), Vec::new(), Vec::new(), None);
+        for (rank, mut one) in candidates.into_iter().take(if all { count } else { 1 }).enumerate() {
+            let file = numbered(path, rank);
+            one.clip.name = stem(&file);
+            container::write(&file, &one.clip)?;
+            files.push(file);
+            verdicts.push(one.verdict);
+            best.get_or_insert(one.clip);
+        }
+        let best = best.ok_or_else(|| CliError::Failed("expected a candidate, got none".into()))?;
+        let (prompts, seconds) = (prompts.to_vec(), best.seconds());
+        Ok(Self { prompts, files, seconds, sampling_seconds, candidates: count, verdicts, best })
+    }
+
+    /// Returns a line for each file.
+    pub fn text(&self) -> String {
+        let line = |(file, verdict): (&PathBuf, &Verdict)| {
+            let value = verdict.critic.as_ref().map_or(String::new(), |critic| {
+                format!("  (Realism {:.2}, lowest {:.2} at {:.1} s)", critic.realism, critic.lowest, critic.at)
+            });
+            format!("{}: {}{value}\n", file.display(), verdict.words())
+        };
+        self.files.iter().zip(&self.verdicts).map(line).collect()
+    }
+}
+
+/// Returns the file of a rank: the best as named, the others with their place before the endings.
+fn numbered(path: &Path, rank: usize) -> PathBuf {
+    if rank == 0 {
+        return path.to_path_buf();
+    }
+    let name = path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
+    let (stem, endings) = name.split_once('.').unwrap_or((&name, "motion.safetensors"));
+    path.with_file_name(format!("{stem}-{}.{endings}", rank + 1))
+}
+
+/// Returns a file's name without its endings.
+pub fn stem(path: &Path) -> String {
+    let name = path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
+    name.split_once('.').map_or(name.clone(), |(stem, _)| stem.to_string())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn others_than_the_best_are_numbered_before_the_endings() {
+        let path = Path::new("out/wave.motion.safetensors");
+        assert_eq!(numbered(path, 0), path);
+        assert_eq!(numbered(path, 2), Path::new("out/wave-3.motion.safetensors"));
+        assert_eq!(numbered(Path::new("wave"), 1), Path::new("wave-2.motion.safetensors"));
+        assert_eq!(stem(path), "wave");
+    }
+}

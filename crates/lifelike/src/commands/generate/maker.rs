@@ -1,0 +1,140 @@
+//! Sentences to ranked candidates.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use lifelike_generation::critic::{Critic, RewardSurrogate};
+use lifelike_generation::generator::{Generated, Generator, Given, SampleOptions, join};
+use lifelike_generation::representation::FeatureMatrix;
+use lifelike_motion::edit::joints_of;
+use lifelike_motion::{Caption, MotionClip};
+use lifelike_robot::Robot;
+
+use super::verdict::Verdict;
+use crate::commands::clips;
+use crate::error::CliError;
+
+/// A continuation begins with the last so many seconds of what was before.
+const OVERLAP: f64 = 0.6;
+/// Distance of the seeds of two parts, of which the second goes on from the first.
+const NEXT_SEED: u64 = 0x9E37_79B9_7F4A_7C15;
+
+/// What motions are made with.
+pub struct Maker {
+    /// The robot.
+    pub robot: Arc<Robot>,
+    /// The generator.
+    pub generator: Generator,
+    /// The critic that ranks, where there is one.
+    pub critic: Option<Critic>,
+    /// Strength by which it guides too.
+    pub strength: f64,
+    /// Settings of one part.
+    pub options: SampleOptions,
+    /// What every candidate keeps of a clip.
+    pub kept: Option<Kept>,
+}
+
+/// A part of the body, kept from a clip.
+pub struct Kept {
+    given: Given,
+    words: String,
+    licence: String,
+}
+
+/// One motion with its verdict.
+pub struct Candidate {
+    /// The clip.
+    pub clip: MotionClip,
+    /// What there is to say about it.
+    pub verdict: Verdict,
+    /// Number among the candidates.
+    pub candidate: usize,
+}
+
+impl Kept {
+    /// Reads a part of the body (`legs`, `arms`) of a clip, with the root where that part carries it. Returns it with the
+    /// duration of the clip (s), at most the longest of the generator.
+    pub fn read(
+        file: &Path,
+        part: &str,
+        root: bool,
+        robot: &Robot,
+        generator: &Generator,
+    ) -> Result<(Self, f64), CliError> {
+        let clip = clips::load_one(file, robot)?;
+        let spec = &generator.header().spec;
+        let rows = FeatureMatrix::from_clip(&clip, spec)?;
+        let seconds = (rows.n.saturating_sub(1) as f64 / spec.fps).min(generator.header().max_seconds);
+        let joints = joints_of(&robot.character, &robot.anatomy, &[part.to_string()])?;
+        let given = Given::joints(rows, spec, &joints, root)?;
+        let words = format!("{part} of '{}'", clip.name);
+        Ok((Self { given, words, licence: clip.provenance.licence }, seconds))
+    }
+}
+
+impl Maker {
+    /// Returns candidates of sentences that follow each other, the best first.
+    pub fn make(&self, prompts: &[String]) -> Result<Vec<Candidate>, CliError> {
+        let (all, ends) = self.rows(prompts)?;
+        let mut made = all.iter().map(|one| self.finish(one, prompts, &ends)).collect::<Result<Vec<_>, _>>()?;
+        made.sort_by(|a, b| b.verdict.rank().total_cmp(&a.verdict.rank()).then(a.candidate.cmp(&b.candidate)));
+        Ok(made)
+    }
+
+    /// Returns rows of every candidate, and where the parts end (s).
+    fn rows(&self, prompts: &[String]) -> Result<(Vec<Generated>, Vec<f64>), CliError> {
+        let header = self.generator.header();
+        let guide = self.critic.as_ref().filter(|_| self.strength != 0.0);
+        let guide = guide.map(|critic| (critic as &dyn RewardSurrogate, self.strength));
+        let mut all: Vec<Generated> = Vec::new();
+        let mut ends = Vec::with_capacity(prompts.len());
+        for (part, prompt) in prompts.iter().enumerate() {
+            let mut options = self.options;
+            options.seed = options.seed.wrapping_add(NEXT_SEED.wrapping_mul(part as u64));
+            let before = all.first().map_or(0, |first| first.rows.n);
+            let seconds = OVERLAP.min(header.max_seconds / 2.0);
+            let overlap = ((seconds * header.spec.fps).round() as usize + 1).min(before);
+            if before == 0 {
+                let kept = self.kept.as_ref().map(|kept| vec![kept.given.clone(); options.candidates]);
+                all = self.generator.sample_given(prompt, &options, guide, &kept.unwrap_or_default())?;
+            } else {
+                let asked = options.seconds.unwrap_or(header.median_seconds);
+                options.seconds = Some((asked + overlap as f64 / header.spec.fps).min(header.max_seconds));
+                let given = all.iter().map(|one| tail(&one.rows, overlap).map(Given::Beginning));
+                let given = given.collect::<Result<Vec<_>, CliError>>()?;
+                let next = self.generator.sample_given(prompt, &options, guide, &given)?;
+                for (one, next) in all.iter_mut().zip(next) {
+                    one.rows = join(&one.rows, &next.rows, overlap)?;
+                }
+            }
+            let rows = all.first().map_or(1, |first| first.rows.n);
+            ends.push((rows - 1) as f64 / header.spec.fps);
+        }
+        Ok((all, ends))
+    }
+
+    /// Returns one motion as a clip with its captions, verdict and provenance.
+    fn finish(&self, one: &Generated, prompts: &[String], ends: &[f64]) -> Result<Candidate, CliError> {
+        let mut clip = self.generator.clip(one, prompts.first().map_or("", String::as_str), &self.robot)?;
+        let verdict = Verdict::of(&clip, &one.rows, &self.robot, self.critic.as_ref())?;
+        let starts = [0.0].into_iter().chain(ends.iter().copied());
+        let parts = prompts.iter().zip(starts.zip(ends));
+        let caption = |(text, (start, end)): (&String, (f64, &f64))| Caption { start, end: *end, text: text.clone() };
+        let provenance = &mut clip.provenance;
+        provenance.captions = parts.map(caption).collect();
+        if let Some(kept) = &self.kept {
+            provenance.source += &format!(", with the {}", kept.words);
+            let known = kept.licence.is_empty() || provenance.licence.split("; ").any(|own| own == kept.licence);
+            if !known {
+                provenance.licence += &format!("; {}", kept.licence);
+            }
+        }
+        provenance.source += &format!(" of seed {}; {}", self.options.seed, verdict.words());
+        Ok(Candidate { clip, verdict, candidate: one.candidate })
+    }
+}
+
+fn tail(rows: &FeatureMatrix, count: usize) -> Result<FeatureMatrix, CliError> {
+    Ok(FeatureMatrix::new(rows.rows[(rows.n - count) * rows.width..].to_vec(), rows.width)?)
+}

@@ -1,0 +1,76 @@
+//! Generated motion played in physics at once, by the robot's own controller.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use lifelike_evaluation::{EpisodeScore, Evaluation, EvaluationOptions};
+use lifelike_motion::MotionClip;
+use lifelike_robot::Robot;
+
+use crate::commands::assets;
+use crate::commands::controller_file::Loaded;
+use crate::commands::eval::{Job, save};
+use crate::commands::physics::{self, Physics};
+use crate::error::CliError;
+use crate::next::NextCommand;
+use crate::output::Output;
+
+/// A controller that stands ready to play.
+pub struct Player<'a> {
+    loaded: Loaded,
+    policy: PathBuf,
+    physics: &'a Physics,
+}
+
+/// What came of it.
+#[derive(Debug, serde::Serialize)]
+pub struct Played {
+    /// The controller.
+    pub policy: PathBuf,
+    /// One line for each clip.
+    pub lines: Vec<String>,
+    /// Scores.
+    pub evaluation: Evaluation,
+    /// The page to look at.
+    pub report: PathBuf,
+}
+
+impl<'a> Player<'a> {
+    /// Loads the controller, the shipped one where none is given.
+    pub fn new(policy: Option<&Path>, robot: &Arc<Robot>, file: &str, physics: &'a Physics) -> Result<Self, CliError> {
+        physics::available(&physics.engine)?;
+        physics.require_ready(robot)?;
+        let again = || NextCommand::new("generate").word("a person walks").word("--physics");
+        let policy = assets::controller(policy, robot, file, again)?;
+        let prior = assets::asset(robot, "prior");
+        Ok(Self { loaded: Loaded::new(&policy, Arc::clone(robot), prior.as_deref())?, policy, physics })
+    }
+
+    /// Plays clips from their first frame to their end.
+    pub fn play(&self, clips: &[MotionClip], folder: &Path, output: &Output) -> Result<Played, CliError> {
+        let seconds = clips.iter().map(MotionClip::seconds).fold(0.0, f64::max);
+        let options = EvaluationOptions { seconds, starts: 1, keep: 1, ..EvaluationOptions::default() };
+        let evaluation = Job { loaded: &self.loaded, physics: self.physics }.run(clips, &options, output)?;
+        let robot = self.loaded.controller.robot();
+        let title = match clips {
+            [clip] => clip.provenance.captions.iter().map(|c| c.text.as_str()).collect::<Vec<_>>().join(", then "),
+            _ => format!("{} generated motions", clips.len()),
+        };
+        let report = save(&evaluation, None, robot, &title, folder)?;
+        let lines = evaluation.episodes.iter().map(line).collect();
+        let report = std::path::absolute(&report).unwrap_or(report);
+        Ok(Played { policy: self.policy.clone(), lines, evaluation, report })
+    }
+}
+
+/// Returns what became of one episode.
+fn line(episode: &EpisodeScore) -> String {
+    let error = format!("joint error {:.1} deg", episode.joint_error_deg);
+    match &episode.failure {
+        None => format!("in physics: survived {:.1} s, {error}", episode.planned_seconds),
+        Some(fall) => {
+            let why = Some(fall.why()).filter(|why| !why.is_empty()).map_or(String::new(), |why| format!("; {why}"));
+            format!("in physics: fell at {:.1} s ({}), {error} before{why}", fall.second, fall.cause.words())
+        }
+    }
+}

@@ -1,0 +1,143 @@
+//! Whether a robot can do what was generated, in plain words.
+
+use lifelike_generation::critic::{Critic, RewardSurrogate};
+use lifelike_generation::representation::FeatureMatrix;
+use lifelike_motion::MotionClip;
+use lifelike_motion::feasibility::{self, Finding, Kind};
+use lifelike_motion::plausibility::{Collision, collisions};
+use lifelike_robot::Robot;
+
+use crate::error::CliError;
+
+/// Overlap of two parts from which they are told to be inside of each other (m): shapes are padded, and a hand that
+/// rests on the body is no fault.
+const INSIDE: f64 = 0.02;
+/// A collision of at least this length (s) rules a motion out, as the other findings of [`Kind::patience`] do.
+const PATIENCE: f64 = 0.15;
+
+/// A verdict on one motion.
+#[derive(Debug, Clone, serde::Serialize)]
+pub struct Verdict {
+    /// Nothing rules it out, as far as can be told without physics.
+    pub feasible: bool,
+    /// What rules it out, in the order of time.
+    pub reasons: Vec<String>,
+    /// Length of what rules it out, summed over reasons (s).
+    pub bad_seconds: f64,
+    /// The critic's opinion, where there is a critic.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub critic: Option<Opinion>,
+}
+
+/// A critic's opinion of one motion.
+#[derive(Debug, Clone, serde::Serialize)]
+pub struct Opinion {
+    /// Realism: mean value over all windows.
+    pub realism: f64,
+    /// Lowest value of a window.
+    pub lowest: f64,
+    /// Time of that window (s).
+    pub at: f64,
+}
+
+impl Opinion {
+    fn of(critic: &Critic, rows: &FeatureMatrix) -> Result<Self, CliError> {
+        let values = critic.values(rows)?;
+        let lowest = values.iter().enumerate().min_by(|a, b| a.1.total_cmp(b.1));
+        let (row, lowest) = lowest.map_or((0, f64::NAN), |(row, value)| (row, f64::from(*value)));
+        let at = row as f64 / critic.header().representation.fps;
+        Ok(Self { realism: critic.realism(rows)?, lowest, at })
+    }
+}
+
+impl Verdict {
+    /// Judges a clip by momentum, limits and collisions, and by the critic's values for the rows it was made of.
+    pub fn of(
+        clip: &MotionClip,
+        rows: &FeatureMatrix,
+        robot: &Robot,
+        critic: Option<&Critic>,
+    ) -> Result<Self, CliError> {
+        let found = feasibility::check(clip, &robot.character, &robot.anatomy, &robot.speeds())?;
+        let inside = collisions(clip, &robot.character, INSIDE)?;
+        let inside = inside.iter().filter(|collision| collision.seconds >= PATIENCE - 1e-9);
+        let mut reasons: Vec<(f64, f64, String)> =
+            found.reasons().map(|f| (f.from, f.seconds, words(f))).chain(inside.map(collided)).collect();
+        reasons.sort_by(|a, b| a.0.total_cmp(&b.0));
+        Ok(Self {
+            feasible: reasons.is_empty(),
+            bad_seconds: reasons.iter().map(|(_, seconds, _)| seconds).sum(),
+            reasons: reasons.into_iter().map(|(_, _, words)| words).collect(),
+            critic: critic.map(|critic| Opinion::of(critic, rows)).transpose()?,
+        })
+    }
+
+    /// Returns a number by which candidates are ranked, larger is better: the critic's lowest value, else less of what
+    /// rules out.
+    pub fn rank(&self) -> f64 {
+        self.critic.as_ref().map_or(-self.bad_seconds, |opinion| opinion.lowest)
+    }
+
+    /// Returns one line.
+    pub fn words(&self) -> String {
+        /// Most reasons of a line.
+        const MOST: usize = 4;
+        if self.feasible {
+            return "feasible".into();
+        }
+        let more = self.reasons.len().saturating_sub(MOST);
+        let more = if more > 0 { format!("; and {more} more") } else { String::new() };
+        format!("not feasible: {}{more}", self.reasons[..self.reasons.len().min(MOST)].join("; "))
+    }
+}
+
+/// Returns a finding in a few words.
+fn words(finding: &Finding) -> String {
+    let part = finding.part.replace('_', " ");
+    let what = match finding.kind {
+        Kind::Unsupported => "held up by nothing".into(),
+        Kind::Unbalanced => "leans out of its support".into(),
+        Kind::Slipping => "slips".into(),
+        Kind::TooFast => format!("{part} faster than its motor"),
+        Kind::OtherParts => format!("{part} on the ground"),
+        Kind::Underground => format!("{part} in the ground"),
+    };
+    format!("{what} at {:.1} s", finding.from)
+}
+
+fn collided(collision: &Collision) -> (f64, f64, String) {
+    let [a, b] = collision.parts.each_ref().map(|part| part.replace('_', " "));
+    (collision.from, collision.seconds, format!("{a} inside {b} at {:.1} s", collision.from))
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+    use lifelike_generation::representation::RepresentationSpec;
+    use lifelike_robot::clips;
+
+    fn judged(change: impl Fn(&mut MotionClip)) -> Verdict {
+        let robot = Robot::load("lima").unwrap();
+        let mut clip = clips::load_one(std::path::Path::new("builtin:walk"), &robot).unwrap();
+        change(&mut clip);
+        let rows = FeatureMatrix::from_clip(&clip, &RepresentationSpec::of(&robot.layout)).unwrap();
+        Verdict::of(&clip, &rows, &robot, None).unwrap()
+    }
+
+    #[test]
+    fn our_walk_is_feasible_and_what_is_done_to_it_is_named() {
+        let good = judged(|_| ());
+        assert_eq!((good.words().as_str(), good.rank()), ("feasible", 0.0));
+        let high = judged(|clip| clip.root_position.iter_mut().for_each(|p| p.z += 0.5));
+        assert!(high.words().starts_with("not feasible: held up by nothing at "), "{}", high.words());
+        assert!(high.rank() < 0.0 && !high.feasible);
+        let arm = judged(|clip| {
+            let column = clip.joint_names.iter().position(|name| name == "left_shoulder_roll").unwrap();
+            let width = clip.joint_names.len();
+            // Through the trunk, further than its range allows.
+            clip.joints.iter_mut().skip(column).step_by(width).for_each(|q| *q = -1.0);
+        });
+        assert!(arm.reasons.iter().any(|reason| reason.contains(" inside ")), "{}", arm.words());
+    }
+}
