@@ -30,15 +30,15 @@ const STRENGTH: f64 = 0.02;
 
 /// Make motion of a robot from a sentence (thesis chapter 5).
 ///
-/// What comes out is a clip like any other, with the sentence as its caption and a verdict in its provenance: feasible, or
-/// what speaks against it and when, as far as can be told without physics. The same sentence, seed and settings give the
-/// same motion. Of several candidates the best is kept: by the critic's lowest value where there is a critic, else by how
-/// much of it is not feasible.
+/// What comes out is a clip like any other, with the sentence as its caption and a verdict in its provenance: feasible,
+/// or what speaks against it and when, as far as can be told without physics. The same sentence, seed and settings give
+/// the same motion. Of several candidates the best is kept: by the critic's lowest value where there is a critic, else
+/// by how much of it is not feasible.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
   lifelike generate \"a person waves with the right hand\" -o wave.motion.safetensors --physics
-  lifelike generate \"a person walks\" --then \"a person turns left\" --seconds 4 --candidates 8 -o walk.motion.safetensors
+  lifelike generate \"a person walks\" --then \"a person turns left\" --candidates 8 -o walk.motion.safetensors
   lifelike generate \"a person waves\" --keep-legs walk.motion.safetensors -o both.motion.safetensors
   lifelike generate --prompts prompts.txt --generator runs/g/motion.generator.safetensors -o data/generated")]
 pub struct Args {

@@ -53,8 +53,8 @@ pub struct Candidate {
 }
 
 impl Kept {
-    /// Reads a part of the body (`legs`, `arms`) of a clip, with the root where that part carries it. Returns it with the
-    /// duration of the clip (s), at most the longest of the generator.
+    /// Reads a part of the body (`legs`, `arms`) of a clip, with the root where that part carries it. Returns it with
+    /// the duration of the clip (s), at most the longest of the generator.
     pub fn read(
         file: &Path,
         part: &str,
