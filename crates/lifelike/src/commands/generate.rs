@@ -32,8 +32,8 @@ const STRENGTH: f64 = 0.02;
 ///
 /// What comes out is a clip like any other, with the sentence as its caption and a verdict in its provenance: feasible,
 /// or what speaks against it and when, as far as can be told without physics. The same sentence, seed and settings give
-/// the same motion. Of several candidates the best is kept: by the critic's lowest value where there is a critic, else
-/// by how much of it is not feasible.
+/// the same motion. Of several candidates the best is kept: by how much of it is not feasible, then by the critic's
+/// lowest value where there is a critic.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:

@@ -78,7 +78,7 @@ impl Maker {
     pub fn make(&self, prompts: &[String]) -> Result<Vec<Candidate>, CliError> {
         let (all, ends) = self.rows(prompts)?;
         let mut made = all.iter().map(|one| self.finish(one, prompts, &ends)).collect::<Result<Vec<_>, _>>()?;
-        made.sort_by(|a, b| b.verdict.rank().total_cmp(&a.verdict.rank()).then(a.candidate.cmp(&b.candidate)));
+        made.sort_by(|a, b| a.verdict.compare(&b.verdict).then(a.candidate.cmp(&b.candidate)));
         Ok(made)
     }
 

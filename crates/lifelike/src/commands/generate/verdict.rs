@@ -1,5 +1,7 @@
 //! Whether a robot can do what was generated, in plain words.
 
+use std::cmp::Ordering;
+
 use lifelike_generation::critic::{Critic, RewardSurrogate};
 use lifelike_generation::representation::FeatureMatrix;
 use lifelike_motion::MotionClip;
@@ -72,10 +74,11 @@ impl Verdict {
         })
     }
 
-    /// Returns a number by which candidates are ranked, larger is better: the critic's lowest value, else less of what
-    /// rules out.
-    pub fn rank(&self) -> f64 {
-        self.critic.as_ref().map_or(-self.bad_seconds, |opinion| opinion.lowest)
+    /// Compares two candidates, the better one first: fewer seconds that rule a motion out, then the critic's higher lowest
+    /// value. A critic alone tells falls no better than plain kinematics do (docs/results/generation.md), so it does not overrule them.
+    pub fn compare(&self, other: &Self) -> Ordering {
+        let lowest = |verdict: &Self| verdict.critic.as_ref().map_or(0.0, |opinion| opinion.lowest);
+        self.bad_seconds.total_cmp(&other.bad_seconds).then(lowest(other).total_cmp(&lowest(self)))
     }
 
     /// Returns one line.
@@ -128,10 +131,10 @@ mod tests {
     #[test]
     fn our_walk_is_feasible_and_what_is_done_to_it_is_named() {
         let good = judged(|_| ());
-        assert_eq!((good.words().as_str(), good.rank()), ("feasible", 0.0));
+        assert_eq!((good.words().as_str(), good.bad_seconds), ("feasible", 0.0));
         let high = judged(|clip| clip.root_position.iter_mut().for_each(|p| p.z += 0.5));
         assert!(high.words().starts_with("not feasible: held up by nothing at "), "{}", high.words());
-        assert!(high.rank() < 0.0 && !high.feasible);
+        assert!(good.compare(&high) == Ordering::Less && !high.feasible);
         let arm = judged(|clip| {
             let column = clip.joint_names.iter().position(|name| name == "left_shoulder_roll").unwrap();
             let width = clip.joint_names.len();
