@@ -40,6 +40,13 @@ impl Default for ContactOptions {
 }
 
 impl ContactOptions {
+    /// Returns narrower bounds of height, for feet without the noise of capture: one that leaves the ground by a centimetre
+    /// steps. Captured feet need the wider bounds, within which a low slow step would be taken for standing.
+    #[must_use]
+    pub fn without_noise(self) -> Self {
+        Self { enter_height: 0.008, leave_height: 0.012, ..self }
+    }
+
     /// Returns the same rule for legs of this length (m).
     pub fn scaled(&self, leg_length: f64) -> Self {
         let scale = leg_length / 0.9;

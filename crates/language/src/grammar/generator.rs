@@ -5,7 +5,6 @@ use std::path::Path;
 use lifelike_character::{Anatomy, Character};
 use lifelike_checkpoint::rng::stream;
 use lifelike_motion::clip::{Caption, Provenance};
-use lifelike_motion::contacts::ContactOptions;
 use lifelike_motion::edit::{Compose, Length, Part, compose, joints_of, mirror, sequence, trim};
 use lifelike_motion::retarget::{RetargetOptions, retarget};
 use lifelike_motion::{MotionClip, keyframes};
@@ -77,10 +76,8 @@ impl<'a> Generator<'a> {
         anatomy: &'a Anatomy,
         options: RetargetOptions,
     ) -> Result<Self, LanguageError> {
-        // Keyframed feet are exact: one that leaves the ground by a centimetre steps. Captured ones need wider bounds,
-        // within which a low slow step would be taken for standing.
-        let contact = ContactOptions { enter_height: 0.008, leave_height: 0.012, ..options.contact };
-        let options = RetargetOptions { contact, ..options };
+        // Keyframed feet are exact.
+        let options = RetargetOptions { contact: options.contact.without_noise(), ..options };
         let mut scores = Vec::new();
         for verb in &grammar.verbs {
             let found = keyframes::builtin().find(|(name, _)| *name == verb.clip);
