@@ -48,7 +48,7 @@ impl CaptionedMotion {
     }
 
     /// Returns the motions of folders with an index and of other clips, in the order of their names within each input,
-    /// cut off after so many seconds.
+    /// cut off after this duration.
     ///
     /// # Errors
     /// A file that cannot be read, a line of an index that is none, or no motion at all.

@@ -3,12 +3,13 @@
 #![cfg(feature = "learning")]
 #![allow(clippy::unwrap_used)]
 
-use std::path::Path;
-use std::process::{Command, Output};
+mod in_folder;
 
+use std::path::Path;
+
+use in_folder::{json, refused, run};
 use lifelike_motion::container;
 use lifelike_robot::{Robot, clips};
-use serde_json::Value;
 
 const TINY: [&str; 12] = [
     "width=16",
@@ -24,22 +25,6 @@ const TINY: [&str; 12] = [
     "validate_every=3",
     "clips=[\"builtin\"]",
 ];
-
-fn run(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_lifelike")).args(arguments).current_dir(folder).output().unwrap()
-}
-
-fn json(folder: &Path, arguments: &[&str]) -> Value {
-    let output = run(folder, &[&["--json"], arguments].concat());
-    assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
-    serde_json::from_slice(&output.stdout).unwrap()
-}
-
-fn refused(folder: &Path, arguments: &[&str]) -> String {
-    let output = run(folder, arguments);
-    assert_eq!(output.status.code(), Some(3), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
-    String::from_utf8(output.stderr).unwrap()
-}
 
 #[test]
 fn a_sentence_becomes_a_clip_and_what_is_none_is_refused() {

@@ -3,9 +3,11 @@
 #![cfg(feature = "learning")]
 #![allow(clippy::unwrap_used)]
 
-use std::path::Path;
-use std::process::{Command, Output};
+mod in_folder;
 
+use std::path::Path;
+
+use in_folder::{json, run};
 use lifelike_generation::critic::{CriticData, CriticPlan, CriticTrainer, RewardRecords, StepEnd};
 use lifelike_generation::data::CaptionedMotion;
 use lifelike_generation::representation::RepresentationSpec;
@@ -39,16 +41,6 @@ const EVALUATOR: [&str; 8] = [
     "evaluator.iterations=4",
     "evaluator.warmup=0",
 ];
-
-fn run(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_lifelike")).args(arguments).current_dir(folder).output().unwrap()
-}
-
-fn json(folder: &Path, arguments: &[&str]) -> Value {
-    let output = run(folder, &[&["--json"], arguments].concat());
-    assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
-    serde_json::from_slice(&output.stdout).unwrap()
-}
 
 #[track_caller]
 fn refused(folder: &Path, arguments: &[&str], code: i32, says: &str) {

@@ -1,6 +1,6 @@
 //! A character made by hand, for tests: a floating root with an arm that swings and slides.
 
-use lifelike_character::model::{Body, Character, Inertial, Joint, JointKind};
+use lifelike_character::model::{Body, Character, Geom, GeomShape, Inertial, Joint, JointKind};
 use lifelike_character::{Quat, Vec3};
 
 use crate::clip::{MotionClip, Provenance};
@@ -74,4 +74,31 @@ pub fn clip(frames: usize, joints: impl Fn(f64) -> [f64; 2]) -> MotionClip {
         cyclic: false,
         provenance: Provenance { character: "swing".into(), ..Provenance::default() },
     }
+}
+
+/// A cube of 0.2 m and 1 kg that may stand on the ground: world and arm of [`swing`] lose their mass.
+pub fn cube() -> Character {
+    let mut character = swing();
+    for body in [0, 2] {
+        character.bodies[body].inertial.mass = 0.0;
+        character.bodies[body].inertial.diagonal = Vec3::zeros();
+    }
+    character.geoms.push(Geom {
+        name: "cube".into(),
+        body: 1,
+        shape: GeomShape::Box(Vec3::repeat(0.1)),
+        position: Vec3::zeros(),
+        orientation: Quat::identity(),
+        contype: 1,
+        conaffinity: 1,
+        condim: 3,
+        friction: [0.8, 0.0, 0.0],
+        solref: [0.02, 1.0],
+        solimp: [0.9, 0.95, 0.001, 0.5, 2.0],
+        margin: 0.0,
+        gap: 0.0,
+        priority: 0,
+        rgba: [1.0; 4],
+    });
+    character
 }

@@ -112,7 +112,7 @@ impl Generator {
         &self.values
     }
 
-    /// Returns the same generator with other weights, after so many iterations.
+    /// Returns the same generator with other weights, those after this number of iterations.
     pub(crate) fn with(mut self, values: Vec<f32>, iterations: u64) -> Self {
         (self.values, self.header.iterations) = (values, iterations);
         self

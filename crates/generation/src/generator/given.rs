@@ -40,7 +40,7 @@ impl Given {
         Ok(Self::Columns { motion, columns })
     }
 
-    /// Returns it in the standardized tokens of a motion of so many rows.
+    /// Returns it in the standardized tokens of a motion of that number of rows.
     pub(super) fn known(&self, generator: &Generator, rows: usize) -> Result<Known, GenerationError> {
         let (space, standardizer) = (generator.space(), generator.standardizer());
         let standardized = |mut tokens: Vec<f32>| {

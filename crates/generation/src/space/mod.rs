@@ -54,7 +54,7 @@ impl MotionSpace {
         }
     }
 
-    /// Returns the number of tokens of so many rows.
+    /// Returns the number of tokens for a number of rows.
     pub fn tokens(&self, rows: usize) -> usize {
         match self.basis(rows) {
             None => rows,
@@ -81,7 +81,7 @@ impl MotionSpace {
         Ok(basis.fit(&rows.map(|x| f64::from(*x)).collect::<Vec<_>>(), curves))
     }
 
-    /// Returns the tokens of a motion of so many rows that begins with these, and how many of them the beginning settles.
+    /// Returns the tokens of a motion of that length which begins with these rows, and how many of them the beginning settles.
     /// The others are what it leads to by itself, to be replaced.
     ///
     /// # Errors
@@ -105,7 +105,7 @@ impl MotionSpace {
     /// Returns the rows of tokens.
     ///
     /// # Errors
-    /// [`GenerationError::Mismatch`] for another number of tokens than so many rows have.
+    /// [`GenerationError::Mismatch`] for another number of tokens than these rows have.
     pub fn decode(&self, tokens: &[f32], rows: usize) -> Result<FeatureMatrix, GenerationError> {
         let expected = self.tokens(rows) * self.width();
         if rows == 0 || tokens.len() != expected {

@@ -140,7 +140,7 @@ impl Score {
         self.seconds += longer;
     }
 
-    /// Makes everything so many times as fast.
+    /// Makes everything faster by this factor.
     pub fn faster(&mut self, times: f64) {
         self.keys.values_mut().flatten().for_each(|key| key.0 /= times);
         for step in &mut self.steps {

@@ -53,7 +53,7 @@ pub struct Summary {
     pub splits: BTreeMap<&'static str, f64>,
 }
 
-/// Makes clips until there are so many hours and writes those that pass all checks. The result depends on the grammar,
+/// Makes clips until they reach the hours asked for and writes those that pass all checks. The result depends on the grammar,
 /// the robot and the seed, not on the number of threads. `progress` gets the seconds so far; when `stop` is set, what
 /// is done is written.
 ///

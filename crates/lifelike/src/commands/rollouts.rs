@@ -40,7 +40,7 @@ pub struct Rollouts<'a> {
 }
 
 impl Rollouts<'_> {
-    /// Makes so many environments whose episodes take this course.
+    /// Makes that number of environments whose episodes take this course.
     pub fn environment(&self, episode: EpisodeSpec, environments: usize) -> Result<Environment, CliError> {
         let robot = Arc::clone(self.controller.robot());
         let encoder = self.controller.prior().map(|prior| prior as &dyn LatentEncoder);
@@ -51,7 +51,7 @@ impl Rollouts<'_> {
         Ok(Environment::new(&plan, robot, Arc::new(library), simulation)?)
     }
 
-    /// Lets the controller act in environments for so many control steps of each.
+    /// Lets the controller act in environments for a number of control steps of each.
     pub fn record(&self, mut environment: Environment, steps: u64, output: &Output) -> Result<RewardRecords, CliError> {
         let mut progress = Progress::new(output, "rollouts", steps);
         let records = environment.record(self.controller, steps, |done| progress.update(done, steps, String::new))?;

@@ -2,41 +2,16 @@
 
 #![allow(clippy::unwrap_used)]
 
-use lifelike_character::model::{Geom, GeomShape};
 use lifelike_character::{Anatomy, Character, Kinematics, Quat, Vec3};
 
 use super::*;
 use crate::clip::Provenance;
-use crate::fixtures::swing;
+use crate::fixtures;
 
 const FPS: f64 = 50.0;
 
-/// Returns the world and arm of the fixture lose their mass: what is left is a cube of 0.2 m and 1 kg that may stand on
-/// the ground.
 fn cube() -> (Character, Anatomy) {
-    let mut character = swing();
-    for body in [0, 2] {
-        character.bodies[body].inertial.mass = 0.0;
-        character.bodies[body].inertial.diagonal = Vec3::zeros();
-    }
-    character.geoms.push(Geom {
-        name: "cube".into(),
-        body: 1,
-        shape: GeomShape::Box(Vec3::repeat(0.1)),
-        position: Vec3::zeros(),
-        orientation: Quat::identity(),
-        contype: 1,
-        conaffinity: 1,
-        condim: 3,
-        friction: [0.8, 0.0, 0.0],
-        solref: [0.02, 1.0],
-        solimp: [0.9, 0.95, 0.001, 0.5, 2.0],
-        margin: 0.0,
-        gap: 0.0,
-        priority: 0,
-        rgba: [1.0; 4],
-    });
-    (character, Anatomy { places: Default::default(), soles: Default::default() })
+    (fixtures::cube(), Anatomy { places: Default::default(), soles: Default::default() })
 }
 
 /// Returns a second in which the root moves and turns as the closures say.

@@ -13,7 +13,7 @@ pub fn random<const D: usize>(shape: [usize; D]) -> Tensor<D> {
     Tensor::from_data(TensorData::new(values, shape), &device::training())
 }
 
-/// Does the job once and then so many times more; prints median and best of those. `--only TEXT` leaves out what has another name.
+/// Does the job once and then `runs` times more; prints median and best of those. `--only TEXT` leaves out what has another name.
 pub fn time(name: &str, runs: usize, mut job: impl FnMut()) {
     if std::env::args().skip_while(|a| a != "--only").nth(1).is_some_and(|only| !name.contains(&only)) {
         return;

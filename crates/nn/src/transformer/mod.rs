@@ -20,6 +20,7 @@ mod sampling;
 
 pub use attention::Attention;
 pub use autoencoder::SplineAutoencoder;
+pub use backprop::elementary::gelu;
 pub use block::{Block, Stack};
 pub use config::{AutoencoderConfig, NetworkError};
 pub use feed_forward::FeedForward;

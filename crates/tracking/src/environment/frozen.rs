@@ -30,7 +30,7 @@ impl TrackerPlan {
 }
 
 impl Environment {
-    /// Lets a frozen controller act for so many steps, from the present states on, and returns its rewards. `each` is told
+    /// Lets a frozen controller act for a number of steps, from the present states on, and returns its rewards. `each` is told
     /// the steps done.
     ///
     /// # Errors

@@ -14,7 +14,7 @@ use super::verdict::Verdict;
 use crate::commands::clips;
 use crate::error::CliError;
 
-/// A continuation begins with the last so many seconds of what was before.
+/// A continuation begins with the last seconds of what was before (s).
 const OVERLAP: f64 = 0.6;
 /// Distance of the seeds of two parts, of which the second goes on from the first.
 const NEXT_SEED: u64 = 0x9E37_79B9_7F4A_7C15;

@@ -54,7 +54,7 @@ fn erf(x: f32) -> f32 {
 
 /// Hendrycks & Gimpel 2016: x Φ(x).
 #[inline(always)]
-pub(in crate::transformer) fn gelu(x: f32) -> f32 {
+pub fn gelu(x: f32) -> f32 {
     0.5 * x * (1.0 + erf(x * std::f32::consts::FRAC_1_SQRT_2))
 }
 

@@ -44,7 +44,7 @@ pub fn measured(records: &RewardRecords, rows: &[FeatureMatrix], gamma: f64) -> 
     sums.into_iter().map(|((clip, row), (sum, count))| Window { clip, row, value: sum / count }).collect()
 }
 
-/// Returns the episodes of records that ended, of at most so many seconds each.
+/// Returns the episodes of records that ended, of at most these seconds each.
 pub fn of_episodes(records: &RewardRecords, rows: &[FeatureMatrix], seconds: f64) -> Vec<Fate> {
     let n = records.environments;
     let mut fates = Vec::new();
@@ -77,7 +77,7 @@ pub fn of_clips(fates: &[Fate], clips: usize) -> Vec<Fate> {
     (0..clips).filter_map(of).collect()
 }
 
-/// Records one episode per environment from the start of each clip, so many of each.
+/// Records one episode per environment from the start of each clip, `repeats` of each.
 pub fn from_starts(rollouts: &Rollouts<'_>, repeats: usize, output: &Output) -> Result<RewardRecords, CliError> {
     let clips = rollouts.clips.len();
     let episode = EpisodeSpec { seconds: 1e5, switch_clips: false, ..rollouts.tracker.episode };
