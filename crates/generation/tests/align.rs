@@ -21,7 +21,7 @@ fn motions(robot: &Robot) -> Vec<CaptionedMotion> {
     CaptionedMotion::load(&clips(), robot, 3.0).unwrap()
 }
 
-fn generator(robot: &Robot) -> Generator {
+fn generator(robot: &Robot, duration: bool) -> Generator {
     let plan = GeneratorPlan {
         clips: clips(),
         max_seconds: 3.0,
@@ -35,6 +35,7 @@ fn generator(robot: &Robot) -> Generator {
         warmup: 5,
         learning_rate: 3e-3,
         diffusion_steps: 20,
+        duration,
         ..GeneratorPlan::default()
     };
     let data = TrainingData::new(&plan, robot, &motions(robot)).unwrap();
@@ -96,7 +97,7 @@ fn plan() -> AlignPlan {
 #[test]
 fn alignment_raises_realism_within_the_tolerance_and_guidance_does_without_training() {
     let robot = Robot::load("lima").unwrap();
-    let (generator, critic) = (generator(&robot), critic(&robot));
+    let (generator, critic) = (generator(&robot, true), critic(&robot));
     let new = |plan: &AlignPlan| {
         AlignTrainer::new(plan, &robot, generator.clone(), critic.clone(), &motions(&robot)).unwrap()
     };
@@ -138,6 +139,16 @@ fn alignment_raises_realism_within_the_tolerance_and_guidance_does_without_train
     assert_eq!(free, unguided);
 }
 
+/// Generators of before there was that token.
+#[test]
+fn one_that_is_not_told_the_duration_is_aligned_too() {
+    let robot = Robot::load("lima").unwrap();
+    let generator = generator(&robot, false);
+    assert!(!generator.header().sizes.duration);
+    let mut trainer = AlignTrainer::new(&plan(), &robot, generator, critic(&robot), &motions(&robot)).unwrap();
+    assert!(trainer.step().unwrap().loss.is_finite());
+}
+
 #[test]
 fn a_critic_of_another_robot_is_refused() {
     let robot = Robot::load("lima").unwrap();
@@ -157,6 +168,6 @@ fn a_critic_of_another_robot_is_refused() {
     let critic = CriticTrainer::new(&CriticPlan::default(), 1, other).unwrap().critic();
     assert_eq!(critic.header().standardizer.std, vec![Standardizer::FLOOR as f32; 9]);
     let error =
-        AlignTrainer::new(&plan(), &robot, generator(&robot), critic, &motions(&robot)).unwrap_err().to_string();
+        AlignTrainer::new(&plan(), &robot, generator(&robot, true), critic, &motions(&robot)).unwrap_err().to_string();
     assert!(error.contains("rows for the critic") && error.contains("knee"), "{error}");
 }

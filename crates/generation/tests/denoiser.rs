@@ -12,6 +12,7 @@ const SIZES: DenoiserSizes = DenoiserSizes {
     encoder: EncoderSizes { width: 8, layers: 1, heads: 2, inner: 12 },
     motion: 5,
     text: TextInput::Pieces(6),
+    duration: true,
 };
 
 fn fixture() -> BTreeMap<String, Vec<f64>> {

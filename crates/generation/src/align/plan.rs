@@ -74,6 +74,7 @@ impl AlignPlan {
             layers: encoder.layers,
             heads: encoder.heads,
             inner: encoder.inner,
+            duration: generator.sizes.duration,
             condition_dropout: self.condition_dropout,
             batch: self.batch,
             part: self.part,

@@ -32,6 +32,7 @@ pub struct Denoiser {
     none: Vec<f32>,
     hidden: Linear,
     step: Linear,
+    duration: Option<Linear>,
     encoder: Encoder,
     output: Linear,
 }
@@ -43,6 +44,7 @@ pub struct DenoiserPass {
     texts: Vec<Text>,
     places: Vec<Place>,
     steps: Vec<f32>,
+    durations: Vec<f32>,
     hidden: Vec<f32>,
     encoder: EncoderPass,
     encoded: Vec<f32>,
@@ -120,6 +122,7 @@ impl Denoiser {
             none: values[layout.range("text.none")].to_vec(),
             hidden: Linear::new("step.hidden", [c, c], layout, values),
             step: Linear::new("step.output", [c, c], layout, values),
+            duration: sizes.duration.then(|| Linear::new("duration", [c, c], layout, values)),
             encoder: Encoder::new(sizes.encoder, layout, "encoder", values),
             output: Linear::new("output", [c, sizes.motion], layout, values),
             sizes,
@@ -134,14 +137,16 @@ impl Denoiser {
         let (c, f) = (self.sizes.encoder.width, self.sizes.motion);
         let mut motion = Vec::new();
         let (mut texts, mut places, mut at) = (Vec::new(), Vec::new(), 0);
-        let mut steps = vec![0.0; inputs.len() * c];
-        for (input, step) in inputs.iter().zip(steps.chunks_exact_mut(c)) {
+        let [mut steps, mut durations] = [0, 1].map(|_| vec![0.0; inputs.len() * c]);
+        let numbers = steps.chunks_exact_mut(c).zip(durations.chunks_exact_mut(c));
+        for (input, (step, duration)) in inputs.iter().zip(numbers) {
             if input.motion.is_empty() || !input.motion.len().is_multiple_of(f) {
                 let expected = format!("tokens of {f} numbers");
                 return Err(GenerationError::mismatch("motion to denoise", expected, input.motion.len()));
             }
             motion.extend_from_slice(input.motion);
             position::add(input.step, step);
+            position::add(input.motion.len() / f, duration);
             let text = self.text(input.condition)?;
             let end = at + text.len(self.text_width());
             let last = end + 1 + input.motion.len() / f;
@@ -151,7 +156,10 @@ impl Denoiser {
         }
         let embedded = self.input.forward(&motion);
         let hidden = self.hidden.forward(&steps);
-        let step_tokens = self.step.forward(&hidden.iter().map(|x| silu(*x)).collect::<Vec<_>>());
+        let mut step_tokens = self.step.forward(&hidden.iter().map(|x| silu(*x)).collect::<Vec<_>>());
+        if let Some(duration) = &self.duration {
+            add(&mut step_tokens, &duration.forward(&durations));
+        }
         let mut tokens = vec![0.0; at * c];
         let mut embedded = embedded.chunks_exact(c);
         for (i, (place, text)) in places.iter().zip(&texts).enumerate() {
@@ -170,13 +178,13 @@ impl Denoiser {
         let encoded: Vec<f32> =
             places.iter().flat_map(|p| &all[p.motion.start * c..p.motion.end * c]).copied().collect();
         let clean = self.output.forward(&encoded);
-        Ok((clean, DenoiserPass { motion, texts, places, steps, hidden, encoder, encoded }))
+        Ok((clean, DenoiserPass { motion, texts, places, steps, durations, hidden, encoder, encoded }))
     }
 
     /// Adds the gradients of all parameters to `sums`, from the one by what [`Self::forward`] returned.
     pub fn backward(&self, pass: DenoiserPass, gradient: &[f32], layout: &Layout, sums: &mut [f32]) {
         let c = self.sizes.encoder.width;
-        let DenoiserPass { motion, texts, places, steps, hidden, encoder, encoded } = pass;
+        let DenoiserPass { motion, texts, places, steps, durations, hidden, encoder, encoded } = pass;
         self.output.learn(&encoded, gradient, layout, sums);
         let by_encoded = self.output.weight.by_input(gradient);
         let mut by_all = vec![0.0; places.last().map_or(0, |place| place.motion.end) * c];
@@ -193,6 +201,9 @@ impl Denoiser {
         let by_steps: Vec<f32> =
             places.iter().flat_map(|place| rows(place.step()..place.step() + 1)).copied().collect();
         self.step.learn(&hidden.iter().map(|x| silu(*x)).collect::<Vec<_>>(), &by_steps, layout, sums);
+        if let Some(duration) = &self.duration {
+            duration.learn(&durations, &by_steps, layout, sums);
+        }
         let mut by_hidden = self.step.weight.by_input(&by_steps);
         by_hidden.iter_mut().zip(&hidden).for_each(|(gradient, x)| *gradient *= silu_gradient(*x));
         self.hidden.learn(&steps, &by_hidden, layout, sums);

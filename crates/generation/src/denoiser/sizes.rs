@@ -24,6 +24,10 @@ pub struct DenoiserSizes {
     pub motion: usize,
     /// Prompts.
     pub text: TextInput,
+    /// Whether the diffusion step's token also says how many tokens the motion has. Positions count from the start, so
+    /// without it a token learns of the end only from the tokens there, which are noise at first.
+    #[serde(default)]
+    pub duration: bool,
 }
 
 impl DenoiserSizes {
@@ -48,6 +52,9 @@ impl DenoiserSizes {
         entries.push(table("text.none", 1));
         entries.extend(Entry::linear("step.hidden", c, c));
         entries.extend(Entry::linear("step.output", c, c));
+        if self.duration {
+            entries.extend(Entry::linear("duration", c, c));
+        }
         entries
             .extend(self.encoder.entries("encoder").map_err(|e| GenerationError::mismatch("sizes", "a network", e))?);
         entries.extend(Entry::linear("output", c, self.motion));

@@ -46,6 +46,11 @@ impl MotionSpace {
         &self.spec
     }
 
+    /// Returns the kind of its tokens.
+    pub fn kind(&self) -> SpaceKind {
+        self.kind
+    }
+
     /// Returns the numbers of a token. Control points leave out joint velocities, which are the curve's derivative.
     pub fn width(&self) -> usize {
         match self.kind {

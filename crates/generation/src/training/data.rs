@@ -10,7 +10,7 @@ use crate::GenerationError;
 use crate::data::CaptionedMotion;
 use crate::generator::Generator;
 use crate::representation::{FeatureMatrix, RepresentationSpec, Standardizer};
-use crate::space::MotionSpace;
+use crate::space::{MotionSpace, SpaceKind};
 use crate::text::pieces::WordPieces;
 
 /// One motion in the network's numbers.
@@ -34,6 +34,9 @@ pub struct TrainingData {
     pub(crate) licences: Vec<String>,
     /// Median duration of the motion trained on (s).
     pub(crate) median_seconds: f64,
+    /// 1 / variance of the differences of neighbouring tokens, for each number of a token that they count of; empty where
+    /// tokens hold velocities.
+    pub(super) rate_scales: Vec<f32>,
     pub(super) training: Vec<Sample>,
     pub(super) validation: Vec<Sample>,
     digest: String,
@@ -90,6 +93,7 @@ impl TrainingData {
             motions.into_par_iter().map(sample).collect::<Result<Vec<_>, _>>()
         };
         let (training, validation) = (samples(Split::Train)?, samples(Split::Validation)?);
+        let rate_scales = rate_scales(&space, &training);
         let mut seconds: Vec<f64> = of(Split::Train).map(|m| (m.rows.n - 1) as f64 / space.spec().fps).collect();
         seconds.sort_by(f64::total_cmp);
         let mut licences: Vec<String> = of(Split::Train).map(|m| m.licence.trim().to_string()).collect();
@@ -103,7 +107,18 @@ impl TrainingData {
         }
         let digest = hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect();
         let median_seconds = seconds.get(seconds.len() / 2).copied().unwrap_or(0.0);
-        Ok(Self { space, standardizer, pieces, captions, licences, median_seconds, training, validation, digest })
+        Ok(Self {
+            space,
+            standardizer,
+            pieces,
+            captions,
+            licences,
+            median_seconds,
+            rate_scales,
+            training,
+            validation,
+            digest,
+        })
     }
 
     /// Returns counts in a line, with the digest of all numbers.
@@ -111,4 +126,25 @@ impl TrainingData {
         let (training, validation) = (self.training.len(), self.validation.len());
         format!("{training} motions, {validation} for validation, SHA-256 {}", self.digest)
     }
+}
+
+/// Returns [`TrainingData::rate_scales`]: of joints only, as the root's numbers are velocities.
+fn rate_scales(space: &MotionSpace, samples: &[Sample]) -> Vec<f32> {
+    let width = space.width();
+    let joints = match space.kind() {
+        SpaceKind::Frames => return Vec::new(),
+        SpaceKind::Spline { .. } => 7..width,
+    };
+    let mut sums = vec![0.0_f64; width];
+    let mut count = 0.0_f64;
+    for sample in samples {
+        let tokens: Vec<&[f32]> = sample.tokens.chunks_exact(width).collect();
+        for pair in tokens.windows(2) {
+            sums.iter_mut().zip(pair[0].iter().zip(pair[1])).for_each(|(sum, (a, b))| *sum += f64::from(b - a).powi(2));
+            count += 1.0;
+        }
+    }
+    // A joint that never moves has no velocity to be wrong about.
+    let scale = |i: usize| if joints.contains(&i) && sums[i] > 1e-6 * count { (count / sums[i]) as f32 } else { 0.0 };
+    (0..width).map(scale).collect()
 }

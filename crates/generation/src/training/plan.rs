@@ -36,6 +36,12 @@ pub struct GeneratorPlan {
     pub inner: usize,
     /// Most word pieces that are learned on the captions.
     pub pieces: usize,
+    /// Whether the network is told how long the motion is.
+    pub duration: bool,
+    /// Weight of the joints' velocities in the loss of [`SpaceKind::Spline`] (rows hold them already): squared errors of
+    /// differences of neighbouring control points, each in that difference's own variance. What swings fast and little
+    /// (a hand that waves) counts as much as where the limb is.
+    pub velocity_weight: f64,
     /// Share of motions that are shown without their caption, for classifier-free guidance.
     pub condition_dropout: f64,
     /// Motions of one iteration.
@@ -76,6 +82,8 @@ impl Default for GeneratorPlan {
             heads: 4,
             inner: 512,
             pieces: 1024,
+            duration: true,
+            velocity_weight: 1.0,
             condition_dropout: 0.1,
             batch: 64,
             part: 8,
@@ -111,6 +119,7 @@ impl GeneratorPlan {
         }
         whole("inner", self.inner as u64, 1, 1 << 16)?;
         whole("pieces", self.pieces as u64, 100, 1 << 20)?;
+        range("velocity_weight", self.velocity_weight, 0.0, 1e6)?;
         range("condition_dropout", self.condition_dropout, 0.0, 1.0)?;
         whole("batch", self.batch as u64, 1, 1 << 16)?;
         whole("part", self.part as u64, 1, 1 << 16)?;

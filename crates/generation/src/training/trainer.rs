@@ -25,7 +25,8 @@ const WATCHED: usize = 256;
 pub struct GeneratorMetrics {
     /// Iterations done, this one included.
     pub iteration: u64,
-    /// Eq. 5.6: squared error of the clean motion in standard deviations, mean over each motion and the batch.
+    /// Eq. 5.6: squared error of the clean motion in standard deviations, mean over each motion and the batch; that of
+    /// control points with the joints' velocities ([`GeneratorPlan::velocity_weight`]).
     pub loss: f64,
     /// Mean value of the surrogate over the rows of the predicted clean motions, where there is one.
     pub realism: Option<f64>,
@@ -62,7 +63,8 @@ impl GeneratorTrainer {
     pub fn new(plan: GeneratorPlan, robot: &Robot, data: TrainingData) -> Result<Self, GenerationError> {
         plan.check()?;
         let text = TextInput::Pieces(data.pieces.len());
-        let sizes = DenoiserSizes { encoder: plan.encoder(), motion: data.space.width(), text };
+        let sizes =
+            DenoiserSizes { encoder: plan.encoder(), motion: data.space.width(), text, duration: plan.duration };
         let layout = sizes.layout()?;
         let values = layout.init(plan.seed, "generator");
         Ok(Self {
@@ -168,7 +170,7 @@ impl GeneratorTrainer {
     fn part(&self, denoiser: &Denoiser, part: &[Draw<'_>], count: usize) -> Result<Part, GenerationError> {
         let (mut gradient, pass) = denoiser.forward(&inputs(part))?;
         let predicted = if self.alignment.is_some() { gradient.clone() } else { Vec::new() };
-        let loss = against(&mut gradient, part, count);
+        let loss = self.against(&mut gradient, part, count);
         let mut realism = 0.0;
         if let Some(alignment) = &self.alignment {
             let lengths = part.iter().map(|draw| (draw.clean.len(), draw.rows));
@@ -178,6 +180,35 @@ impl GeneratorTrainer {
         let mut sums = vec![0.0; self.layout.len()];
         denoiser.backward(pass, &gradient, &self.layout, &mut sums);
         Ok((loss, realism, sums))
+    }
+
+    /// Turns predictions into the loss' gradient by them; returns the loss: mean squares of each motion by the batch's
+    /// size.
+    fn against(&self, predicted: &mut [f32], part: &[Draw<'_>], count: usize) -> f64 {
+        let (mut at, mut loss, width) = (0, 0.0, self.sizes.motion);
+        for draw in part {
+            let own = &mut predicted[at..at + draw.clean.len()];
+            own.iter_mut().zip(draw.clean).for_each(|(y, clean)| *y -= clean);
+            let errors = own.to_vec();
+            let share = 1.0 / (draw.clean.len() * count) as f64;
+            for (gradient, error) in own.iter_mut().zip(&errors) {
+                loss += f64::from(error * error) * share;
+                *gradient = 2.0 * share as f32 * error;
+            }
+            let share = self.plan.velocity_weight * share;
+            for token in 1..errors.len() / width {
+                for (i, scale) in self.data.rate_scales.iter().enumerate() {
+                    let here = token * width + i;
+                    let error = errors[here] - errors[here - width];
+                    loss += f64::from(error * error * scale) * share;
+                    let by = 2.0 * share as f32 * scale * error;
+                    own[here] += by;
+                    own[here - width] -= by;
+                }
+            }
+            at += draw.clean.len();
+        }
+        loss
     }
 
     /// Returns the loss of the averaged weights on motion that is not trained on (training motion where there is none
@@ -196,7 +227,7 @@ impl GeneratorTrainer {
         let denoiser = Denoiser::new(self.sizes, &self.layout, self.average.values());
         let loss = |part: &[Draw<'_>]| {
             let (mut clean, _) = denoiser.forward(&inputs(part))?;
-            Ok(against(&mut clean, part, count))
+            Ok(self.against(&mut clean, part, count))
         };
         let losses: Vec<f64> = draws.par_chunks(self.plan.part).map(loss).collect::<Result<_, GenerationError>>()?;
         Ok(losses.into_iter().sum())
@@ -258,19 +289,65 @@ fn inputs<'a>(part: &'a [Draw<'_>]) -> Vec<DenoiserInput<'a>> {
     part.iter().map(input).collect()
 }
 
-/// Turns predictions into the loss' gradient by them; returns the loss: mean squares of each motion by the batch's
-/// size.
-fn against(predicted: &mut [f32], part: &[Draw<'_>], count: usize) -> f64 {
-    let (mut at, mut loss) = (0, 0.0);
-    for draw in part {
-        let own = &mut predicted[at..at + draw.clean.len()];
-        let share = 1.0 / (draw.clean.len() * count) as f64;
-        for (y, clean) in own.iter_mut().zip(draw.clean) {
-            let error = *y - clean;
-            loss += f64::from(error * error) * share;
-            *y = 2.0 * share as f32 * error;
-        }
-        at += draw.clean.len();
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use lifelike_language::Split;
+
+    use super::*;
+    use crate::data::CaptionedMotion;
+    use crate::representation::{FeatureMatrix, RepresentationSpec};
+
+    fn trainer(velocity_weight: f64) -> GeneratorTrainer {
+        let robot = Robot::load("lima").unwrap();
+        let spec = RepresentationSpec::of(&robot.layout);
+        let motion = |i: usize| {
+            let (n, width) = (41, spec.width());
+            let rows = (0..n * width).map(|k| ((k / width) as f32 * 0.3 + (k % width + i) as f32).sin()).collect();
+            let (name, captions) = (format!("{i}"), vec!["a person walks".to_string()]);
+            let rows = FeatureMatrix::new(rows, width).unwrap();
+            CaptionedMotion { name, split: Split::Train, rows, captions, licence: String::new() }
+        };
+        let plan =
+            GeneratorPlan { width: 8, layers: 1, heads: 2, inner: 8, velocity_weight, ..GeneratorPlan::default() };
+        let data = TrainingData::new(&plan, &robot, &[motion(0), motion(1)]).unwrap();
+        GeneratorTrainer::new(plan, &robot, data).unwrap()
     }
-    loss
+
+    /// Loss and gradient where every number is off by `error(token, number)`.
+    fn off_by(trainer: &GeneratorTrainer, error: impl Fn(usize, usize) -> f32) -> (f64, Vec<f32>) {
+        let (clean, width) = (&trainer.data.training[0].tokens, trainer.sizes.motion);
+        let draw = Draw { clean, rows: 41, noisy: Vec::new(), step: 0, condition: None };
+        let mut numbers: Vec<f32> = clean.iter().enumerate().map(|(i, x)| x + error(i / width, i % width)).collect();
+        let loss = trainer.against(&mut numbers, &[draw], 1);
+        (loss, numbers)
+    }
+
+    #[test]
+    fn the_velocity_term_sees_what_changes_and_its_gradient_is_its_derivative() {
+        let (plain, with) = (trainer(0.0), trainer(2.0));
+        // Wrong everywhere by the same: no velocity is wrong.
+        assert!((off_by(&plain, |_, _| 1.0).0 - 1.0).abs() < 1e-5);
+        assert!((off_by(&with, |_, _| 1.0).0 - 1.0).abs() < 1e-5);
+        // Wrong by turns: every difference is 2. Only joints count.
+        let by_turns = |token: usize, _: usize| if token.is_multiple_of(2) { 1.0 } else { -1.0 };
+        let (tokens, width) = (with.data.training[0].tokens.len() / with.sizes.motion, with.sizes.motion);
+        let scales: f64 = with.data.rate_scales.iter().map(|x| f64::from(*x)).sum();
+        let expected = 1.0 + 2.0 * 4.0 * scales * (tokens - 1) as f64 / (tokens * width) as f64;
+        assert!((off_by(&with, by_turns).0 - expected).abs() < 1e-4 * expected);
+        assert!(with.data.rate_scales[..7].iter().all(|x| *x == 0.0) && scales > 0.0);
+
+        let error = |token: usize, i: usize| ((token * 7 + i * 3) % 11) as f32 * 0.1 - 0.5;
+        let (_, gradient) = off_by(&with, error);
+        for at in [7, width + 9, 3 * width + 20, (tokens - 1) * width + 12, 2 * width + 3] {
+            let moved =
+                |by: f32| off_by(&with, |token, i| error(token, i) + if token * width + i == at { by } else { 0.0 }).0;
+            let slope = (moved(0.05) - moved(-0.05)) / 0.1;
+            assert!(
+                (slope - f64::from(gradient[at])).abs() < 1e-3 * (1e-3 + slope.abs()),
+                "{at}: {slope} {}",
+                gradient[at]
+            );
+        }
+    }
 }
