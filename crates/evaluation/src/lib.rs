@@ -12,6 +12,7 @@
 //! | file | measure |
 //! | --- | --- |
 //! | `accuracy` | joint error (deg), end-effector error (m), body error (m) |
+//! | `root` | velocities (m/s, rad/s) and orientation (deg) of the root |
 //! | `drift` | position and heading of the root against the reference (m, deg) |
 //! | `smoothness` | jerk (rad/s³) |
 //! | `fall` | definition of a fall |
@@ -20,6 +21,7 @@
 //! | `failure` | the body that left first, the joints at their limit, the moment the ground was lost |
 
 pub mod accuracy;
+mod chain;
 mod conditions;
 pub mod drift;
 mod error;
@@ -27,9 +29,11 @@ pub mod explain;
 pub mod failure;
 pub mod fall;
 mod options;
+mod played;
 mod recorder;
 pub mod robustness;
 mod rollout;
+pub mod root;
 mod runner;
 pub mod schedule;
 mod score;
@@ -40,6 +44,7 @@ mod tables;
 #[cfg(test)]
 mod tests;
 
+pub use chain::Chain;
 pub use conditions::{EpisodeConditions, ReferenceSegment, TimedPush};
 pub use error::EvaluationError;
 pub use failure::Failure;

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use lifelike_character::rotation::from_wxyz;
 use lifelike_character::{JointKind, Kinematics, Quat, Vec3};
+use lifelike_motion::edit::joints_of;
 use lifelike_robot::robot::role_name;
 use lifelike_robot::{Alignment, ReferenceLibrary, Robot};
 use lifelike_sim::{BatchState, Ground};
@@ -29,7 +30,10 @@ impl<'a> Recorder<'a> {
     /// `lift` is how high above level ground each frame of the library thinks that it stands (m); empty: on it.
     pub(super) fn new(robot: &'a Robot, library: &'a ReferenceLibrary, lift: &'a [f64]) -> Self {
         let character = &robot.character;
+        // A robot without legs has only upper joints.
+        let legs = joints_of(character, &robot.anatomy, &["legs".to_string()]).unwrap_or_default();
         let names = Names {
+            legs: robot.layout.joints.iter().map(|joint| legs.contains(joint)).collect(),
             joints: robot.layout.joints.clone(),
             effectors: robot.layout.end_effectors.clone(),
             bodies: character.bodies.iter().map(|b| b.name.clone()).collect(),
@@ -58,6 +62,7 @@ impl<'a> Recorder<'a> {
             torque_share: Vec::new(),
             foot_force: Vec::new(),
             planned_contact: Vec::new(),
+            jumps: Vec::new(),
             planned,
             outcome: Outcome::Survived,
         }

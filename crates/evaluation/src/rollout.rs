@@ -9,6 +9,8 @@ use lifelike_character::{Quat, Vec3};
 pub struct Names {
     /// Scalar joints.
     pub joints: Vec<String>,
+    /// Joints among them that are legs'.
+    pub legs: Vec<bool>,
     /// End effectors.
     pub effectors: Vec<String>,
     /// Bodies, the world first.
@@ -98,6 +100,8 @@ pub struct Rollout {
     pub foot_force: Vec<f32>,
     /// True where the reference's sole is on the ground, `[frame, foot]`.
     pub planned_contact: Vec<bool>,
+    /// Frames whose reference is not what follows on the one before: another clip begins.
+    pub jumps: Vec<usize>,
     /// Frames that the episode would have had without a fall.
     pub planned: usize,
     /// Its end.
@@ -152,6 +156,7 @@ pub(super) mod example {
             fps: 10.0,
             names: Arc::new(Names {
                 joints: vec!["knee".into()],
+                legs: vec![true],
                 effectors: vec!["hand".into()],
                 bodies: vec!["world".into(), "pelvis".into(), "hand".into()],
                 feet: vec!["foot".into()],
@@ -161,6 +166,7 @@ pub(super) mod example {
             torque_share: vec![0.1; frames],
             foot_force: vec![1.0; frames],
             planned_contact: vec![true; frames],
+            jumps: Vec::new(),
             planned: frames,
             outcome: Outcome::Survived,
         }

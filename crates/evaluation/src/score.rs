@@ -4,6 +4,7 @@ use super::accuracy::{PHC_LIMIT, body_errors, contact_agreement, effector_error,
 use super::drift::drift;
 use super::failure::Failure;
 use super::rollout::{Outcome, Rollout};
+use super::root::root_errors;
 use super::smoothness::jerk;
 
 /// The score of one episode. Errors are means over the frames before a fall; NaN (`null` in JSON) where it fell at once.
@@ -27,6 +28,16 @@ pub struct EpisodeScore {
     pub joint_error_deg: f64,
     /// Mean absolute error of each joint (deg), in the order of [`Evaluation::joints`].
     pub joint_errors_deg: Vec<f64>,
+    /// Mean absolute error of the joints that are not legs' (deg); NaN without any.
+    pub upper_joint_error_deg: f64,
+    /// Mean absolute error of the legs' joints (deg); NaN without any.
+    pub lower_joint_error_deg: f64,
+    /// Mean error of the root's velocity (m/s).
+    pub root_velocity_error: f64,
+    /// Mean error of the root's angular velocity (rad/s).
+    pub root_angular_velocity_error: f64,
+    /// Mean error of the root's orientation (deg), heading included.
+    pub root_rotation_error_deg: f64,
     /// Share of frames and feet whose ground contact is the reference's.
     pub contact_agreement: f64,
     /// Mean end-effector error (m).
@@ -54,7 +65,11 @@ impl EpisodeScore {
     pub fn of(rollout: &Rollout) -> Self {
         let errors = body_errors(rollout);
         let survived = rollout.outcome == Outcome::Survived;
-        let drift = drift(rollout);
+        let (drift, root, joints) = (drift(rollout), root_errors(rollout), joint_errors(rollout));
+        let of = |legs: bool| {
+            let is = |(error, leg): (&f64, &bool)| (*leg == legs).then_some(*error);
+            mean(joints.iter().zip(&rollout.names.legs).filter_map(is))
+        };
         let end = rollout.counted().end.min(rollout.simulated.len()).min(rollout.reference.len());
         Self {
             clip: rollout.clip.clone(),
@@ -65,7 +80,12 @@ impl EpisodeScore {
             survived,
             success: survived && errors.iter().all(|e| *e <= PHC_LIMIT),
             joint_error_deg: joint_error(rollout),
-            joint_errors_deg: joint_errors(rollout),
+            upper_joint_error_deg: of(false),
+            lower_joint_error_deg: of(true),
+            root_velocity_error: root.velocity,
+            root_angular_velocity_error: root.angular_velocity,
+            root_rotation_error_deg: root.rotation,
+            joint_errors_deg: joints,
             contact_agreement: contact_agreement(rollout),
             effector_error_m: effector_error(rollout),
             body_error_m: mean(errors.iter().copied()),
@@ -102,6 +122,16 @@ pub struct ClipScore {
     pub worst_joint: Option<usize>,
     /// Its error (deg).
     pub worst_joint_error_deg: f64,
+    /// Mean absolute error of the joints that are not legs' (deg).
+    pub upper_joint_error_deg: f64,
+    /// Mean absolute error of the legs' joints (deg).
+    pub lower_joint_error_deg: f64,
+    /// Mean error of the root's velocity (m/s).
+    pub root_velocity_error: f64,
+    /// Mean error of the root's angular velocity (rad/s).
+    pub root_angular_velocity_error: f64,
+    /// Mean error of the root's orientation (deg), heading included.
+    pub root_rotation_error_deg: f64,
     /// Share of frames and feet whose ground contact is the reference's.
     pub contact_agreement: f64,
     /// Mean end-effector error (m).
@@ -145,6 +175,11 @@ impl ClipScore {
             joint_error_deg: pooled(|e| e.joint_error_deg),
             worst_joint: worst.map(|(joint, _)| joint),
             worst_joint_error_deg: worst.map_or(f64::NAN, |(_, error)| error),
+            upper_joint_error_deg: pooled(|e| e.upper_joint_error_deg),
+            lower_joint_error_deg: pooled(|e| e.lower_joint_error_deg),
+            root_velocity_error: pooled(|e| e.root_velocity_error),
+            root_angular_velocity_error: pooled(|e| e.root_angular_velocity_error),
+            root_rotation_error_deg: pooled(|e| e.root_rotation_error_deg),
             contact_agreement: pooled(|e| e.contact_agreement),
             effector_error_m: pooled(|e| e.effector_error_m),
             body_error_m: pooled(|e| e.body_error_m),

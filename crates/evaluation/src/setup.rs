@@ -6,7 +6,6 @@ use lifelike_motion::MotionClip;
 use lifelike_robot::{Controller, LatentEncoder, Robot};
 use lifelike_sim::{SimError, Simulation, Terrain};
 
-use super::conditions::EpisodeConditions;
 use super::error::EvaluationError;
 use super::options::EvaluationOptions;
 use super::score::Evaluation;
@@ -46,7 +45,7 @@ impl<'a> EvaluationSetup<'a> {
         progress: impl FnMut(usize, usize),
     ) -> Result<Evaluation, EvaluationError> {
         let suite = EvaluationSuite::new(self, clips, options)?;
-        let environments = (clips.len() * options.starts).clamp(1, self.environments.max(1));
-        suite.run((self.simulate)(None, environments)?, |_| EpisodeConditions::default(), progress)
+        let environments = suite.episodes().len().clamp(1, self.environments.max(1));
+        suite.run((self.simulate)(None, environments)?, |episode| suite.undisturbed(episode), progress)
     }
 }

@@ -93,8 +93,8 @@ impl<'a> EvaluationSuite<'a> {
             long.push(clip);
         }
         let library = ReferenceLibrary::new(robot, &long, encoder)?;
-        let mut episodes = Vec::new();
-        for (clip, length) in lengths.iter().enumerate() {
+        let mut episodes = options.chain.map_or_else(Vec::new, |chain| chain.episodes(&library, frames));
+        for (clip, length) in lengths.iter().enumerate().filter(|_| options.chain.is_none()) {
             let range = library.range(clip);
             for start in start_frames(*length, frames, options.starts, clips[clip].cyclic) {
                 let planned = (frames + 1).min(range.len() - start);
@@ -112,6 +112,13 @@ impl<'a> EvaluationSuite<'a> {
     /// All frames.
     pub fn library(&self) -> &ReferenceLibrary {
         &self.library
+    }
+
+    /// Returns the conditions of an episode that nothing disturbs.
+    pub fn undisturbed(&self, episode: &Episode) -> EpisodeConditions {
+        let frames = (self.options.seconds * self.controller.robot().control_hz).round().max(1.0) as usize;
+        let segments = self.options.chain.map(|chain| chain.segments(&self.library, episode, frames));
+        EpisodeConditions { segments: segments.unwrap_or_default(), ..EpisodeConditions::default() }
     }
 
     /// Runs every episode under its conditions. As many run at once as the simulation has environments; the scores do not
@@ -144,7 +151,12 @@ impl<'a> EvaluationSuite<'a> {
             progress(scores.len(), self.episodes.len());
         }
         let names = (robot.name.as_str(), robot.layout.joints.as_slice());
-        Ok(Evaluation::new(names, &engine, self.options.seconds, scores, kept))
+        let mut evaluation = Evaluation::new(names, &engine, self.options.seconds, scores, kept);
+        if self.options.chain.is_some() {
+            // They are on many clips each; where one began says nothing.
+            evaluation.clips.clear();
+        }
+        Ok(evaluation)
     }
 
     /// Runs as many episodes as there are in a wave, each in its own environment, in lockstep.
@@ -172,7 +184,9 @@ impl<'a> EvaluationSuite<'a> {
         let mut frame = 1;
         while ends.iter().any(|end| frame < *end) {
             for (i, conditions) in conditions.iter().enumerate().filter(|(i, _)| frame < ends[*i]) {
-                impose(conditions, frame, i, runner)?;
+                if impose(conditions, frame, i, runner)? {
+                    rollouts[i].jumps.push(frame);
+                }
             }
             runner.step(|i| frame < ends[i])?;
             for (i, rollout) in rollouts.iter_mut().enumerate() {
@@ -214,16 +228,16 @@ fn first_frame(episode: &Episode, conditions: &EpisodeConditions) -> usize {
     conditions.segments.iter().find(|s| s.step <= 1).map_or(episode.frame, |s| s.frame)
 }
 
-/// Begins or ends the conditions of one episode that change before this step (the first is 1).
+/// Begins or ends the conditions of one episode that change before this step (the first is 1); returns whether its
+/// reference jumps.
 fn impose(
     conditions: &EpisodeConditions,
     step: usize,
     i: usize,
     runner: &mut Runner<'_>,
-) -> Result<(), EvaluationError> {
-    if step > 1
-        && let Some(segment) = conditions.segments.iter().find(|s| s.step == step)
-    {
+) -> Result<bool, EvaluationError> {
+    let segment = conditions.segments.iter().find(|s| s.step == step && step > 1);
+    if let Some(segment) = segment {
         runner.jump(i, segment.frame);
     }
     if conditions.pushes.iter().any(|p| p.until == step) {
@@ -233,5 +247,5 @@ fn impose(
         let push = timed.push;
         runner.simulation_mut().push(i, push.body, push.force_w, push.torque_w)?;
     }
-    Ok(())
+    Ok(segment.is_some())
 }

@@ -40,6 +40,38 @@ impl Evaluation {
         table
     }
 
+    /// The errors of thesis Table 5.3, all episodes together.
+    pub fn root_table(&self) -> Table {
+        let columns = [
+            ("episodes", ""),
+            ("fell", "%"),
+            ("frames", "%"),
+            ("lin. vel.", "m/s"),
+            ("ang. vel.", "rad/s"),
+            ("root rot.", "deg"),
+            ("upper DoFs", "deg"),
+            ("lower DoFs", "deg"),
+        ];
+        let columns = columns.map(|(name, unit)| Column::number(name, unit)).to_vec();
+        let mut table = Table::new("Root and limbs (thesis Table 5.3)", columns);
+        table.caption = "Mean distances over the frames before a fall, of which there are so many in percent of all: \
+                         velocities each in its own root's frame, the angle between the root's orientations (heading \
+                         included), joints of legs and all others."
+            .into();
+        let all = &self.overall;
+        table.rows = vec![vec![
+            Cell::number(all.episodes as f64, 0),
+            Cell::number(100.0 * (1.0 - all.survival), 1),
+            Cell::number(100.0 * all.covered, 1),
+            Cell::number(all.root_velocity_error, 3),
+            Cell::number(all.root_angular_velocity_error, 3),
+            Cell::number(all.root_rotation_error_deg, 2),
+            Cell::number(all.upper_joint_error_deg, 2),
+            Cell::number(all.lower_joint_error_deg, 2),
+        ]];
+        table
+    }
+
     /// The table of falls; `None` when there are none.
     pub fn failure_table(&self) -> Option<Table> {
         let mut table = Table::new(
@@ -71,9 +103,9 @@ impl Evaluation {
         if table.rows.is_empty() { None } else { Some(table) }
     }
 
-    /// Both tables, for a report.
+    /// All tables, for a report.
     pub fn tables(&self) -> Vec<Table> {
-        std::iter::once(self.table()).chain(self.failure_table()).collect()
+        [self.table(), self.root_table()].into_iter().chain(self.failure_table()).collect()
     }
 
     /// The recorded rollouts, to look at.

@@ -12,7 +12,7 @@ use lifelike_robot::{ActionSpec, AnchorSpec, Controller, ObservationSpec, Refere
 use lifelike_sim::testing::{Followers, robot};
 use lifelike_sim::{Simulation, SimulationSpec};
 
-use super::{Cause, Evaluation, EvaluationOptions, EvaluationSetup, Outcome};
+use super::{Cause, Chain, Evaluation, EvaluationOptions, EvaluationSetup, Outcome};
 
 pub(super) fn clip(name: &str, seconds: f64, cyclic: bool) -> MotionClip {
     let frames = (seconds * 50.0) as usize + 1;
@@ -70,7 +70,7 @@ fn run(controller: &Controller, clips: &[MotionClip], environments: usize, optio
 
 #[test]
 fn the_joints_of_a_follower_lag_and_nothing_else_is_wrong() {
-    let options = EvaluationOptions { seconds: 3.0, starts: 2, keep: 1, after_fall: 0.5 };
+    let options = EvaluationOptions { seconds: 3.0, starts: 2, keep: 1, after_fall: 0.5, chain: None };
     let clips = [clip("once", 2.0, false), clip("cycle", 1.0, true)];
     let e = run(&controller(1e-6), &clips, 3, &options);
     let lengths: Vec<(f64, f64)> = e.episodes.iter().map(|s| (s.start, s.planned_seconds)).collect();
@@ -90,8 +90,29 @@ fn the_joints_of_a_follower_lag_and_nothing_else_is_wrong() {
 }
 
 #[test]
+fn a_chain_goes_on_where_a_clip_ends_and_fills_its_time() {
+    let chain = Some(Chain { episodes: 6, seed: 3 });
+    let options = EvaluationOptions { seconds: 4.0, starts: 9, keep: 6, after_fall: 0.5, chain };
+    let clips = [clip("one", 2.0, false), clip("two", 1.5, false)];
+    let of = |environments| run(&controller(1e-6), &clips, environments, &options);
+    let e = of(2);
+    assert_eq!((e.episodes.len(), e.overall.survival, e.overall.covered, e.clips.len()), (6, 1.0, 1.0, 0));
+    assert!(e.episodes.iter().all(|s| s.frames == 200 && s.planned_seconds == 4.0));
+    // Clips of 2 and 1.5 s make two or three switches in 4 s; the place is kept, and so there is no error there.
+    for rollout in &e.rollouts {
+        assert!((1..=3).contains(&rollout.jumps.len()), "{:?}", rollout.jumps);
+        assert!(rollout.jumps.iter().all(|frame| rollout.reference[*frame].joints[0].abs() < 0.1));
+    }
+    // The joints lag; the root goes on at its speed.
+    assert!(e.overall.root_velocity_error < 1e-3, "{}", e.overall.root_velocity_error);
+    assert!(e.overall.position_drift_end_m < 0.05, "{}", e.overall.position_drift_end_m);
+    assert_eq!(serde_json::to_string(&e).unwrap(), serde_json::to_string(&of(5)).unwrap());
+    assert_eq!(e.root_table().rows[0][0].text, "6");
+}
+
+#[test]
 fn scores_do_not_depend_on_how_many_run_at_once() {
-    let options = EvaluationOptions { seconds: 1.0, starts: 3, keep: 0, after_fall: 0.5 };
+    let options = EvaluationOptions { seconds: 1.0, starts: 3, keep: 0, after_fall: 0.5, chain: None };
     let clips = [clip("once", 2.0, false), clip("cycle", 1.0, true)];
     let of = |n: usize| serde_json::to_string(&run(&controller(0.5), &clips, n, &options)).unwrap();
     let alone = of(1);
@@ -101,7 +122,7 @@ fn scores_do_not_depend_on_how_many_run_at_once() {
 
 #[test]
 fn a_diverged_episode_has_fallen_and_its_neighbours_have_not() {
-    let options = EvaluationOptions { seconds: 1.0, starts: 2, keep: 1, after_fall: 0.5 };
+    let options = EvaluationOptions { seconds: 1.0, starts: 2, keep: 1, after_fall: 0.5, chain: None };
     let simulate = |_, environments| {
         let mut simulation = Followers::new(environments);
         simulation.diverge = Some((1, 7));
