@@ -53,7 +53,7 @@ impl Cli {
         #[cfg(feature = "learning")]
         lifelike_nn::memory::tune_allocator();
         self.start_logs();
-        let output = Output { json: self.json, quiet: self.quiet };
+        let output = Output { json: self.json, quiet: self.quiet, silent: false };
         match self.command.run(&output) {
             Ok(()) => ExitCode::SUCCESS,
             Err(error) => {
@@ -82,7 +82,7 @@ impl Cli {
 pub fn run(arguments: &[&str]) -> Result<(), CliError> {
     let cli = Cli::try_parse_from(std::iter::once(&"lifelike").chain(arguments))
         .map_err(|e| CliError::Usage(e.to_string()))?;
-    cli.command.run(&Output { json: cli.json, quiet: cli.quiet })
+    cli.command.run(&Output { json: cli.json, quiet: cli.quiet, silent: false })
 }
 
 #[cfg(test)]

@@ -17,7 +17,7 @@
 //! let Command::Motion(Motion::Trim(mut arguments)) = cli.command else { unreachable!() };
 //! // ... changed, and run.
 //! arguments.end = Some(2.0);
-//! lifelike::commands::motion::trim::run(&arguments, &Output { json: true, quiet: true })?;
+//! lifelike::commands::motion::trim::run(&arguments, &Output { json: true, quiet: true, silent: false })?;
 //! # Ok::<(), lifelike::CliError>(())
 //! ```
 //!

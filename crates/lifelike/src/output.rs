@@ -13,12 +13,16 @@ pub struct Output {
     pub json: bool,
     /// No progress.
     pub quiet: bool,
+    /// No results: the command is a part of another one.
+    pub silent: bool,
 }
 
 impl Output {
     /// Prints a result: `value` as JSON, or `text` for people.
     pub fn result<T: Serialize>(&self, value: &T, text: impl FnOnce() -> String) -> Result<(), CliError> {
-        if self.json {
+        if self.silent {
+            Ok(())
+        } else if self.json {
             let json = serde_json::to_string_pretty(value).map_err(|e| CliError::Failed(e.to_string()))?;
             print(&json)
         } else {

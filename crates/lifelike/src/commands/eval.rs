@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use lifelike_evaluation::explain::{self, Explanation};
-use lifelike_evaluation::{Evaluation, EvaluationOptions};
+use lifelike_evaluation::{Chain, Evaluation, EvaluationOptions};
 use lifelike_motion::{MotionClip, container};
 use lifelike_report::{ReportBuilder, Table};
 use lifelike_robot::Robot;
@@ -30,6 +30,7 @@ Examples:
   lifelike eval --policy p.policy.safetensors --prior m.prior.safetensors --motions a.bvh b.bvh -o report
   lifelike eval --policy p.policy.safetensors --motions @experiments/track-20-test.txt -o report
   lifelike eval --policy p.policy.safetensors --motions data/lima -o report --json | jq .overall.survival
+  lifelike eval --policy p.policy.safetensors --motions kept/MDM --episodes 2048 --seconds 30 -o report
   lifelike eval --policy p.policy.safetensors --motions data/lima -o report --explain --apply data/repaired
 
 Motions may be *.motion.safetensors, or captured motion and keyframes, which are retargeted on the way.")]
@@ -55,6 +56,13 @@ pub struct Args {
     /// Episodes per clip, from frames spread over it.
     #[arg(long, default_value_t = 5)]
     pub starts: usize,
+    /// So many episodes of exactly --seconds in place of --starts on each clip: they begin anywhere in any clip, and where
+    /// one ends another begins where the robot stands (thesis 5.3.3).
+    #[arg(long, conflicts_with_all = ["starts", "explain"], value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
+    pub episodes: Option<u64>,
+    /// Key of the randomness of --episodes.
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
     /// Say of every clip that it falls on why, and try which change of the clip would help.
     #[arg(long)]
     pub explain: bool,
@@ -77,7 +85,9 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let robot = loaded.controller.robot();
     args.physics.require_ready(robot)?;
     let clips = clips::load(&args.motions, robot)?;
-    let options = EvaluationOptions { seconds: args.seconds, starts: args.starts, ..EvaluationOptions::default() };
+    let chain = args.episodes.map(|episodes| Chain { episodes: episodes as usize, seed: args.seed });
+    let options =
+        EvaluationOptions { seconds: args.seconds, starts: args.starts, chain, ..EvaluationOptions::default() };
     let job = Job { loaded: &loaded, physics: &args.physics };
     let evaluation = job.run(&clips, &options, output)?;
     let title = format!("{} on {} clips", args.policy.display(), clips.len());

@@ -97,8 +97,12 @@ pub struct Args {
     /// Play the result in physics and write a page to look at.
     #[arg(long = "physics")]
     pub play: bool,
-    /// The controller of --physics; the robot's in assets/ where not given.
-    #[arg(long, requires = "play")]
+    /// Write what physics makes of the motion in place of the motion itself (PhysDiff's projection). Nothing helps the
+    /// robot to stay on its feet.
+    #[arg(long)]
+    pub project: bool,
+    /// The controller of --physics and --project; the robot's in assets/ where not given.
+    #[arg(long)]
     pub policy: Option<PathBuf>,
     /// Folder of that page; beside the output where not given.
     #[arg(long, value_name = "FOLDER", requires = "play")]
@@ -122,15 +126,19 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
         }
         familiarity.push(found);
     }
-    let player = args.play.then(|| Player::new(args.policy.as_deref(), &robot, &args.robot, &args.physics));
+    let player =
+        (args.play || args.project).then(|| Player::new(args.policy.as_deref(), &robot, &args.robot, &args.physics));
     let player = player.transpose()?;
     let mut made = Vec::with_capacity(jobs.len());
     for (prompts, file) in &jobs {
         let began = Instant::now();
-        let candidates = maker.make(prompts)?;
+        let mut candidates = maker.make(prompts)?;
+        if let Some(player) = player.as_ref().filter(|_| args.project) {
+            candidates = maker.projected(candidates, |clips| player.project(clips, output))?;
+        }
         made.push(Made::write(prompts, candidates, file, args.keep_all, began.elapsed().as_secs_f64())?);
     }
-    let played = player.map(|player| {
+    let played = player.filter(|_| args.play).map(|player| {
         let clips: Vec<_> = made.iter().map(|one| one.best.clone()).collect();
         let beside = match &args.prompts {
             Some(_) => args.output.join("physics"),

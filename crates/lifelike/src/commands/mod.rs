@@ -21,9 +21,13 @@ pub mod robots;
 #[cfg(feature = "learning")]
 pub mod align;
 #[cfg(feature = "learning")]
+pub mod cotrain;
+#[cfg(feature = "learning")]
 pub mod generate;
 #[cfg(feature = "learning")]
 mod prior_file;
+#[cfg(feature = "learning")]
+mod projection;
 #[cfg(feature = "learning")]
 mod reconstruction;
 #[cfg(feature = "learning")]
@@ -32,6 +36,8 @@ mod rollouts;
 pub mod train;
 #[cfg(not(feature = "learning"))]
 use missing as align;
+#[cfg(not(feature = "learning"))]
+use missing as cotrain;
 #[cfg(not(feature = "learning"))]
 use missing as generate;
 #[cfg(not(feature = "learning"))]
@@ -56,6 +62,7 @@ pub enum Command {
     Dataset(dataset::Dataset),
     Train(train::Args),
     Align(align::Args),
+    Cotrain(cotrain::Args),
     Generate(generate::Args),
     Eval(eval::Args),
     Demo(demo::Args),
@@ -80,6 +87,7 @@ impl Command {
             Self::Dataset(dataset) => dataset.run(output),
             Self::Train(args) => train::run(&args, output),
             Self::Align(args) => align::run(&args, output),
+            Self::Cotrain(args) => cotrain::run(&args, output),
             Self::Generate(args) => generate::run(&args, output),
             Self::Eval(args) => eval::run(&args, output),
             Self::Demo(args) => demo::run(&args, output),

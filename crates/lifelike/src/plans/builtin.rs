@@ -10,13 +10,14 @@ pub struct BuiltinPlan {
 }
 
 /// The name tells the command: `track-...` is for `train tracker`.
-const KINDS: [(&str, &str); 8] = [
+const KINDS: [(&str, &str); 9] = [
     ("track", "train tracker"),
     ("prior", "train prior"),
     ("spline", "train spline"),
     ("critic", "train critic"),
     ("generator", "train generator"),
     ("align", "align"),
+    ("cotrain", "cotrain"),
     ("evaluator", "train evaluator"),
     ("study", "bench tracking"),
 ];
@@ -51,6 +52,7 @@ pub fn builtin() -> impl Iterator<Item = BuiltinPlan> {
         "generator",
         "generator-thesis",
         "align",
+        "cotrain",
         "evaluator",
         "study-inputs",
         "study-scaling",

@@ -28,6 +28,8 @@ use crate::progress::Progress;
 Examples:
   lifelike dataset captures data/lima/cmu_amc data/lima/cmu_bvh_daz --captions cmu_clips.tsv -o data/lima/captures
   lifelike dataset captures data/lima/bandai --captions bandai_clips.tsv --non-commercial -o data/lima/bandai_captions
+  lifelike dataset captures data/lima/cmu_amc data/lima/bandai --captions cmu_clips.tsv --captions bandai_clips.tsv \\
+      --non-commercial -o data/lima/captures
 
 The test split is that of the tracker: CMU subjects 02, 07, 10 and 12.")]
 pub struct Args {
@@ -40,9 +42,10 @@ pub struct Args {
     /// Folder of the data set.
     #[arg(short, long)]
     pub output: PathBuf,
-    /// A table of captions (tab-separated) instead of the clips' own.
+    /// A table of captions (tab-separated) instead of the clips' own; given more than once, a clip takes those of the first
+    /// that knows it.
     #[arg(long)]
-    pub captions: Option<PathBuf>,
+    pub captions: Vec<PathBuf>,
     /// CMU subjects whose clips are for testing only.
     #[arg(long, value_delimiter = ',', default_value = "02,07,10,12")]
     pub test_subjects: Vec<String>,
@@ -57,7 +60,7 @@ pub struct Args {
 /// Runs the command.
 pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let robot = Robot::load(&args.robot)?;
-    let table = args.captions.as_deref().map(CaptionTable::load).transpose()?;
+    let tables = args.captions.iter().map(|file| CaptionTable::load(file)).collect::<Result<Vec<_>, _>>()?;
     let motions = clips::load(&args.motions, &robot)?;
     let options =
         Options { test_subjects: args.test_subjects.clone(), mirrored: !args.no_mirror, ..Options::default() };
@@ -71,7 +74,8 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
             if !args.non_commercial && !is_commercial(clip) {
                 return Ok(Err("for non-commercial use only"));
             }
-            let found = table.as_ref().map(|table| table.find(&table_name(clip), clip.seconds())).unwrap_or_default();
+            let mut found = tables.iter().map(|table| table.find(&table_name(clip), clip.seconds()));
+            let found = found.find(|captions| !captions.is_empty()).unwrap_or_default();
             let cut = pieces(clip, &found, &robot.character, &options)?;
             cut.iter().try_for_each(|(piece, entry)| container::write(&args.output.join(&entry.file), piece))?;
             Ok(if cut.is_empty() {

@@ -44,6 +44,7 @@ impl Made {
         for (rank, mut one) in candidates.into_iter().take(if all { count } else { 1 }).enumerate() {
             let file = numbered(path, rank);
             one.clip.name = stem(&file);
+            one.clip.provenance.source += &format!("; {}", one.verdict.words());
             container::write(&file, &one.clip)?;
             files.push(file);
             verdicts.push(one.verdict);

@@ -77,9 +77,22 @@ impl Maker {
     /// Returns candidates of sentences that follow each other, the best first.
     pub fn make(&self, prompts: &[String]) -> Result<Vec<Candidate>, CliError> {
         let (all, ends) = self.rows(prompts)?;
-        let mut made = all.iter().map(|one| self.finish(one, prompts, &ends)).collect::<Result<Vec<_>, _>>()?;
-        made.sort_by(|a, b| a.verdict.compare(&b.verdict).then(a.candidate.cmp(&b.candidate)));
-        Ok(made)
+        Ok(ranked(all.iter().map(|one| self.finish(one, prompts, &ends)).collect::<Result<_, _>>()?))
+    }
+
+    /// Returns candidates after their motion was changed, the best first.
+    pub fn projected(
+        &self,
+        candidates: Vec<Candidate>,
+        change: impl Fn(&[MotionClip]) -> Result<Vec<MotionClip>, CliError>,
+    ) -> Result<Vec<Candidate>, CliError> {
+        let (clips, numbers): (Vec<_>, Vec<_>) = candidates.into_iter().map(|one| (one.clip, one.candidate)).unzip();
+        let judge = |(clip, candidate): (MotionClip, usize)| {
+            let rows = FeatureMatrix::from_clip(&clip, &self.generator.header().spec)?;
+            let verdict = Verdict::of(&clip, &rows, &self.robot, self.critic.as_ref())?;
+            Ok(Candidate { clip, verdict, candidate })
+        };
+        Ok(ranked(change(&clips)?.into_iter().zip(numbers).map(judge).collect::<Result<_, CliError>>()?))
     }
 
     /// Returns rows of every candidate, and where the parts end (s).
@@ -130,9 +143,15 @@ impl Maker {
                 provenance.licence += &format!("; {}", kept.licence);
             }
         }
-        provenance.source += &format!(" of seed {}; {}", self.options.seed, verdict.words());
+        provenance.source += &format!(" of seed {}", self.options.seed);
         Ok(Candidate { clip, verdict, candidate: one.candidate })
     }
+}
+
+/// Sorts candidates, the best first.
+fn ranked(mut made: Vec<Candidate>) -> Vec<Candidate> {
+    made.sort_by(|a, b| a.verdict.compare(&b.verdict).then(a.candidate.cmp(&b.candidate)));
+    made
 }
 
 fn tail(rows: &FeatureMatrix, count: usize) -> Result<FeatureMatrix, CliError> {

@@ -11,6 +11,7 @@ use crate::commands::assets;
 use crate::commands::controller_file::Loaded;
 use crate::commands::eval::{Job, save};
 use crate::commands::physics::{self, Physics};
+use crate::commands::projection::project;
 use crate::error::CliError;
 use crate::next::NextCommand;
 use crate::output::Output;
@@ -44,6 +45,11 @@ impl<'a> Player<'a> {
         let policy = assets::controller(policy, robot, file, again)?;
         let prior = assets::asset(robot, "prior");
         Ok(Self { loaded: Loaded::new(&policy, Arc::clone(robot), prior.as_deref())?, policy, physics })
+    }
+
+    /// Returns what physics makes of clips.
+    pub fn project(&self, clips: &[MotionClip], output: &Output) -> Result<Vec<MotionClip>, CliError> {
+        project(&Job { loaded: &self.loaded, physics: self.physics }, clips, output)
     }
 
     /// Plays clips from their first frame to their end.

@@ -42,7 +42,7 @@ impl<'a> Driver<'a> {
     {
         let interrupted = interrupt::flag()?;
         let stop = AtomicBool::new(interrupted.load(Ordering::SeqCst));
-        let quiet = Output { json: self.output.json, quiet: true };
+        let quiet = Output { quiet: true, ..*self.output };
         let first = self.collective.rank() == 0;
         if first {
             Machine::this().record(self.folder)?;

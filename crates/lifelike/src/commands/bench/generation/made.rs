@@ -5,7 +5,8 @@ use std::time::Instant;
 
 use lifelike_checkpoint::rng::stream;
 use lifelike_generation::critic::RewardSurrogate;
-use lifelike_generation::generator::SampleOptions;
+use lifelike_generation::generator::{Generated, SampleOptions};
+use lifelike_generation::representation::FeatureMatrix;
 use lifelike_language::{CaptionedSet, Entry};
 use lifelike_motion::{MotionClip, container};
 use rand::RngCore;
@@ -13,6 +14,8 @@ use rayon::prelude::*;
 
 use super::measured::{Motion, Ruler};
 use super::method::Method;
+use crate::commands::eval::Job;
+use crate::commands::projection::project;
 use crate::error::CliError;
 use crate::output::Output;
 use crate::progress::Progress;
@@ -65,25 +68,48 @@ impl Making<'_> {
         self.tasks.par_iter().map(read).collect()
     }
 
-    /// Returns a method's motions, repetition after repetition, and the time they took (s).
-    pub fn of(&self, method: &Method, output: &Output) -> Result<(Vec<Motion>, f64), CliError> {
+    /// Returns the data set's own motions as a generator's tokens hold them, one of each task.
+    pub fn of_tokens(&self, method: &Method, set: &CaptionedSet) -> Result<Vec<Motion>, CliError> {
+        let (generator, robot) = (&method.generator, self.ruler.robot);
+        let space = generator.space();
+        let hold = |task: &Task| {
+            let rows = FeatureMatrix::from_clip(&set.clip(task.entry)?, self.ruler.spec)?;
+            let rows = space.decode(&space.encode(&rows)?, rows.n)?;
+            let clip = generator.clip(&Generated { rows, candidate: 0 }, task.prompt(), robot)?;
+            self.ruler.motion(&clip, task.entry)
+        };
+        self.tasks.par_iter().map(hold).collect()
+    }
+
+    /// Returns a method's motions, repetition after repetition, and the time they took (s). `physics` projects those of a
+    /// method that asks for it.
+    pub fn of(
+        &self,
+        method: &Method,
+        physics: Option<&Job<'_>>,
+        output: &Output,
+    ) -> Result<(Vec<Motion>, f64), CliError> {
         let folder = self.keep.map(|folder| folder.join(&method.name));
         if let Some(folder) = &folder {
             std::fs::create_dir_all(folder).map_err(CliError::write(folder))?;
         }
-        let make = |(task, repetition): &(&Task, u64)| {
-            let clip = self.clip(method, task, *repetition)?;
+        let make = |(task, repetition): &(&Task, u64)| self.clip(method, task, *repetition);
+        let measure = |((task, _), clip): (&(&Task, u64), &MotionClip)| {
             if let Some(folder) = &folder {
-                container::write(&folder.join(format!("{}.motion.safetensors", clip.name)), &clip)?;
+                container::write(&folder.join(format!("{}.motion.safetensors", clip.name)), clip)?;
             }
-            self.ruler.motion(&clip, task.entry)
+            self.ruler.motion(clip, task.entry)
         };
         let all: Vec<(&Task, u64)> =
             (0..self.ruler.repetitions).flat_map(|r| self.tasks.iter().map(move |task| (task, r))).collect();
         let mut progress = Progress::new(output, "generating", all.len() as u64);
         let (mut made, began) = (Vec::with_capacity(all.len()), Instant::now());
         for chunk in all.chunks(CHUNK) {
-            made.extend(chunk.par_iter().map(make).collect::<Result<Vec<_>, CliError>>()?);
+            let mut clips = chunk.par_iter().map(make).collect::<Result<Vec<_>, CliError>>()?;
+            if let Some(job) = physics.filter(|_| method.projected) {
+                clips = project(job, &clips, &Output { quiet: true, ..*output })?;
+            }
+            made.extend(chunk.par_iter().zip(&clips).map(measure).collect::<Result<Vec<_>, CliError>>()?);
             progress.update(made.len() as u64, all.len() as u64, || method.name.clone());
         }
         progress.finish();

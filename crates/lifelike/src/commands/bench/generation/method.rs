@@ -14,6 +14,7 @@ pub struct Named {
     name: String,
     file: PathBuf,
     strength: Option<f64>,
+    projected: bool,
 }
 
 /// A loaded generator.
@@ -25,6 +26,8 @@ pub struct Method {
     pub generator: Generator,
     /// Strength of the critic's guidance, where it guides.
     pub strength: Option<f64>,
+    /// Flag: what physics makes of its motions takes their place.
+    pub projected: bool,
 }
 
 impl Method {
@@ -37,7 +40,7 @@ impl Method {
             }
             let generator = Generator::load(&named.file)?;
             generator.check_robot(robot)?;
-            Ok(Self { name: named.name.clone(), generator, strength: named.strength })
+            Ok(Self { name: named.name.clone(), generator, strength: named.strength, projected: named.projected })
         };
         all.map(load).collect()
     }
@@ -55,7 +58,12 @@ pub fn named(text: &str) -> Result<Named, String> {
     if name.trim().is_empty() || !plain || file.is_empty() {
         return Err(format!("expected NAME=FILE with a name of letters, digits, spaces and -_+., got '{text}'"));
     }
-    Ok(Named { name: name.into(), file: file.into(), strength: None })
+    Ok(Named { name: name.into(), file: file.into(), strength: None, projected: false })
+}
+
+/// Reads `NAME=FILE` of a generator whose motions are projected.
+pub fn projected(text: &str) -> Result<Named, String> {
+    Ok(Named { projected: true, ..named(text)? })
 }
 
 /// Reads `NAME=FILE@STRENGTH`.
@@ -74,7 +82,8 @@ mod tests {
     fn names_files_and_strengths_are_told_apart() {
         let found = guided("critic guidance=runs@2/a=b.safetensors@0.02").unwrap();
         let file = PathBuf::from("runs@2/a=b.safetensors");
-        assert_eq!(found, Named { name: "critic guidance".into(), file, strength: Some(0.02) });
+        assert_eq!(found, Named { name: "critic guidance".into(), file, strength: Some(0.02), projected: false });
+        assert!(projected("a=b").unwrap().projected);
         assert_eq!(named("MDM=x").unwrap().strength, None);
         for text in ["MDM", "=x", "../up=x", "a/b=x", "..=x", "MDM="] {
             assert!(named(text).unwrap_err().contains("expected NAME=FILE"), "{text}");

@@ -22,6 +22,9 @@ use serde::Serialize;
 use self::made::{Making, Task};
 use self::measured::{Measured, Ruler};
 use self::method::{Method, Named};
+use crate::commands::controller_file::Loaded;
+use crate::commands::eval::Job;
+use crate::commands::physics::{self, Physics};
 use crate::error::CliError;
 use crate::output::Output;
 
@@ -54,6 +57,16 @@ pub struct Args {
     /// A generator whose sampling the critic guides, with the strength of the guidance.
     #[arg(long, value_name = "NAME=FILE@STRENGTH", value_parser = method::guided, requires = "critic")]
     guided: Vec<Named>,
+    /// A generator whose motions --policy plays in physics, what came of them in their place: PhysDiff's projection, one
+    /// step.
+    #[arg(long, value_name = "NAME=FILE", value_parser = method::projected, requires = "policy")]
+    projected: Vec<Named>,
+    /// The controller that projects.
+    #[arg(long)]
+    policy: Option<PathBuf>,
+    /// Engine and threads of the projection.
+    #[command(flatten)]
+    physics: Physics,
     /// The evaluator: what `lifelike train evaluator` leaves.
     #[arg(long)]
     evaluator: PathBuf,
@@ -66,6 +79,10 @@ pub struct Args {
     /// Most entries, taken evenly from the split; all where not given.
     #[arg(long)]
     limit: Option<usize>,
+    /// A row more for each generator: the data set's own motion, turned into its tokens and back. No training of that
+    /// generator can be expected to beat it.
+    #[arg(long)]
+    tokens: bool,
     /// Motions of each sentence.
     #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u64).range(1..=1000))]
     repetitions: u64,
@@ -116,7 +133,9 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     evaluator.check(&spec)?;
     let critic = args.critic.as_deref().map(Critic::load).transpose()?;
     critic.iter().try_for_each(|critic| critic.check(&spec))?;
-    let methods = Method::load_all(args.generators.iter().chain(&args.guided), &robot)?;
+    let methods = Method::load_all(args.generators.iter().chain(&args.guided).chain(&args.projected), &robot)?;
+    let loaded = args.policy.as_deref().map(|file| Loaded::load(file, Some(&args.robot), None)).transpose()?;
+    physics::available(&args.physics.engine)?;
     let set = CaptionedSet::read(&args.data)?;
     let all: Vec<(usize, &Entry)> =
         set.entries.iter().enumerate().filter(|(_, entry)| entry.split == args.split).collect();
@@ -154,9 +173,14 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
         },
         keep: args.keep.as_deref(),
     };
+    let physics = loaded.as_ref().map(|loaded| Job { loaded, physics: &args.physics });
     let mut rows = vec![ruler.measure("data set", &tasks, &making.of_data(&set)?, None)?];
+    for method in methods.iter().filter(|_| args.tokens) {
+        let name = format!("data set as tokens of {}", method.name);
+        rows.push(ruler.measure(&name, &tasks, &making.of_tokens(method, &set)?, None)?);
+    }
     for method in &methods {
-        let (made, seconds) = making.of(method, output)?;
+        let (made, seconds) = making.of(method, physics.as_ref(), output)?;
         rows.push(ruler.measure(&method.name, &tasks, &made, Some(seconds))?);
     }
     let results = Results {

@@ -1,0 +1,88 @@
+//! `lifelike cotrain`: generator, tracker and critic improve each other (thesis 5.3.3).
+
+mod measure;
+mod plan;
+mod progress;
+mod stages;
+
+use std::path::Path;
+
+use lifelike_report::run::RunFolder;
+use serde_json::json;
+
+use self::plan::CotrainPlan;
+use self::progress::Done;
+use self::stages::Stages;
+use crate::commands::train::hardware::Hardware;
+use crate::commands::train::source::Source;
+use crate::error::CliError;
+use crate::next::NextCommand;
+use crate::output::Output;
+
+/// The built-in plan that is taken where none is named.
+const PLAN: &str = "cotrain";
+
+/// Let generator, tracker and critic improve each other, round after round.
+///
+/// A round: the generator makes motion of sentences; the tracker goes on learning from it and from its own clips; a critic is
+/// trained on the new tracker; the generator is aligned with the new critic. Every generator is then played by every tracker on
+/// sentences of another split, so that it shows which of them improved. The run's folder has a folder for each stage of each
+/// round; Ctrl-C saves, and --resume goes on in the middle of a stage.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+Examples:
+  lifelike cotrain 'dataset=data/lima/grammar' 'clips=[\"data/lima/keys\"]' -o runs/cotrain
+  lifelike cotrain --plan my.toml rounds=3 'tracker.keys=[\"budget.minutes=60\"]' -o runs/cotrain
+  lifelike cotrain --resume -o runs/cotrain
+  lifelike plans cotrain                                          # the plan, to copy")]
+pub struct Args {
+    /// Plan and folder.
+    #[command(flatten)]
+    pub source: Source,
+    /// Engine, threads, and where networks learn.
+    #[command(flatten)]
+    pub hardware: Hardware,
+}
+
+/// Runs the command.
+pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
+    let mut source = args.source.clone();
+    if !source.resume {
+        source.plan.get_or_insert_with(|| PLAN.into());
+    }
+    let folder = source.folder()?;
+    let plan: CotrainPlan = source.fixed(&folder)?;
+    plan.check()?;
+    if source.resume {
+        RunFolder::open(&folder)?
+    } else {
+        RunFolder::create(&folder, &plan)?
+    };
+    let mut stages =
+        Stages { plan: &plan, folder: &folder, hardware: &args.hardware, output, done: Done::read(&folder)? };
+    stages.all().map_err(|error| in_loop(error, &folder))?;
+    let rows = &stages.done.measured;
+    let (last, generator) = (plan.rounds, stages.generator(plan.rounds));
+    let value = json!({ "run": folder, "rounds": last, "generator": generator, "measured": rows });
+    output.result(&value, || {
+        let (tracker, critic) = (stages.policy(last), stages.critic(last));
+        format!(
+            "{}\ngenerator: {}\ntracker:   {}\ncritic:    {}\n",
+            measure::table(rows).to_text(),
+            generator.display(),
+            tracker.display(),
+            critic.display()
+        )
+    })
+}
+
+/// An interrupted stage goes on by this command, not by its own.
+fn in_loop(error: CliError, folder: &Path) -> CliError {
+    match error {
+        CliError::Interrupted(_) => {
+            let next = NextCommand::new("cotrain").word("--resume").path("-o", folder);
+            CliError::Interrupted(format!("go on with {next}"))
+        }
+        other => other,
+    }
+}

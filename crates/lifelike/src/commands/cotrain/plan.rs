@@ -1,0 +1,61 @@
+//! Settings of a co-training, a TOML file.
+
+use std::path::PathBuf;
+
+use lifelike_language::Split;
+use lifelike_train::limits::whole;
+use serde::{Deserialize, Serialize};
+
+use crate::error::CliError;
+
+/// A co-training.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CotrainPlan {
+    /// A built-in robot's name, or its MJCF or URDF file.
+    pub robot: String,
+    /// The generator to begin with.
+    pub generator: PathBuf,
+    /// The tracker's policy to begin with.
+    pub init: PathBuf,
+    /// Captioned motion that the generator was trained on.
+    pub dataset: PathBuf,
+    /// The tracker's own clips.
+    pub clips: Vec<PathBuf>,
+    /// Key of all randomness.
+    pub seed: u64,
+    /// Rounds.
+    pub rounds: usize,
+    /// Sentences of the training split whose motion tracker and critic learn from.
+    pub prompts: usize,
+    /// Sentences that is measured on.
+    pub measured: usize,
+    /// Their split.
+    pub split: Split,
+    /// Training of the tracker.
+    pub tracker: StagePlan,
+    /// Training of the critic.
+    pub critic: StagePlan,
+    /// Alignment of the generator.
+    pub align: StagePlan,
+}
+
+/// One training of each round.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct StagePlan {
+    /// A built-in plan's name, or a file.
+    pub plan: PathBuf,
+    /// Changes to it, `key=value`.
+    #[serde(default)]
+    pub keys: Vec<String>,
+}
+
+impl CotrainPlan {
+    /// Checks every range.
+    pub fn check(&self) -> Result<(), CliError> {
+        whole("rounds", self.rounds as u64, 1, 1000)?;
+        whole("prompts", self.prompts as u64, 1, 100_000)?;
+        Ok(whole("measured", self.measured as u64, 1, 100_000)?)
+    }
+}
