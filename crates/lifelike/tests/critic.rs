@@ -81,3 +81,49 @@ fn a_critic_is_trained_measured_and_aligns_a_generator() {
     let (code, error) = refused(&[&words[..], &["--critic", generator]].concat());
     assert!(code == 3 && error.contains("critic"), "{code} {error}");
 }
+
+#[test]
+fn generator_tracker_and_critic_are_trained_in_turn() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name).to_string_lossy().into_owned();
+    let (set, run) = (at("set"), at("run"));
+    json(&["dataset", "grammar", "-o", &set, "--hours", "0.02", "--seed", "5"]);
+    std::fs::write(at("generator.toml"), GENERATOR).unwrap();
+    std::fs::write(at("critic.toml"), CRITIC).unwrap();
+    let made = json(&["train", "generator", "--plan", &at("generator.toml"), "-o", &at("generator")]);
+    let plan = format!(
+        "robot = 'lima'\ngenerator = {}\ninit = 'assets/lima-all.policy.safetensors'\ndataset = '{set}'\n\
+         clips = ['motions/walk.keys.toml']\nseed = 1\nrounds = 1\nprompts = 3\nmeasured = 2\nsplit = 'train'\n\
+         [tracker]\nplan = 'track-all'\nkeys = ['budget.steps=500', 'ppo.environments=16', 'ppo.minibatch=32']\n\
+         [critic]\nplan = '{}'\n\
+         [align]\nplan = 'align'\nkeys = ['iterations=2', 'batch=4', 'prompts=2', 'tolerance=100.0']\n",
+        made["generator"],
+        at("critic.toml")
+    );
+    std::fs::write(at("cotrain.toml"), &plan).unwrap();
+    let done = json(&["cotrain", "--plan", &at("cotrain.toml"), "-o", &run]);
+    let pairs: Vec<[u64; 2]> = done["measured"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|pair| [pair["generator"].as_u64().unwrap(), pair["tracker"].as_u64().unwrap()])
+        .collect();
+    assert_eq!(pairs, [[0, 0], [0, 1], [1, 0], [1, 1]]);
+    assert!(Path::new(done["generator"].as_str().unwrap()).starts_with(folder.path().join("run/round-1/aligned")));
+
+    // As if it had been stopped in the middle of the alignment: only that is done again, by its own run's --resume.
+    let record = folder.path().join("run/cotrain.json");
+    let mut value: Value = serde_json::from_str(&std::fs::read_to_string(&record).unwrap()).unwrap();
+    value["stages"].as_array_mut().unwrap().retain(|stage| stage != "round-1/aligned");
+    std::fs::write(&record, value.to_string()).unwrap();
+    let tracker = std::fs::metadata(folder.path().join("run/round-1/tracker/tracker.policy.safetensors")).unwrap();
+    let again = json(&["cotrain", "--resume", "-o", &run]);
+    assert_eq!(again["measured"], done["measured"]);
+    let after = std::fs::metadata(folder.path().join("run/round-1/tracker/tracker.policy.safetensors")).unwrap();
+    assert_eq!(tracker.modified().unwrap(), after.modified().unwrap());
+
+    std::fs::write(at("other.toml"), plan.replace("split = 'train'", "split = 'held_out'")).unwrap();
+    std::fs::write(folder.path().join("set/dataset.jsonl"), "").unwrap();
+    let (code, error) = refused(&["cotrain", "--plan", &at("other.toml"), "-o", &at("other")]);
+    assert!(code != 0 && error.contains("held_out") || error.contains("dataset.jsonl"), "{error}");
+}

@@ -16,7 +16,7 @@ pub struct CotrainPlan {
     pub robot: String,
     /// The generator to begin with.
     pub generator: PathBuf,
-    /// The tracker's policy to begin with.
+    /// The tracker to begin with: its run, or its policy alone, which lacks the value function.
     pub init: PathBuf,
     /// Captioned motion that the generator was trained on.
     pub dataset: PathBuf,

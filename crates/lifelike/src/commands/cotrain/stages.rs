@@ -91,7 +91,9 @@ impl Stages<'_> {
     }
 
     fn tracker(&mut self, round: usize) -> Result<(), CliError> {
-        let init = format!("init={}", self.policy(round - 1).display());
+        // A run has the value function too; a policy alone has to learn one anew before it learns anything else.
+        let before = if round == 1 { self.plan.init.clone() } else { self.at(round - 1, "tracker") };
+        let init = format!("init={}", before.display());
         let source = self.source(round, "tracker", &self.plan.tracker, [self.clips_with_motions(round), init]);
         train::tracker::run(
             &train::tracker::Args { keys: false, source, hardware: self.hardware.clone() },
