@@ -35,7 +35,7 @@ const STRENGTH: f64 = 0.02;
 /// the same motion. Of several candidates the best is kept: by how much of it is not feasible, then by the critic's
 /// lowest value where there is a critic.
 #[derive(Debug, clap::Args)]
-#[command(after_help = "\
+#[command(group = clap::ArgGroup::new("tracked").multiple(true), after_help = "\
 Examples:
   lifelike generate \"a person waves with the right hand\" -o wave.motion.safetensors --physics
   lifelike generate \"a person walks\" --then \"a person turns left\" --candidates 8 -o walk.motion.safetensors
@@ -95,14 +95,14 @@ pub struct Args {
     #[arg(long, value_name = "CLIP")]
     pub keep_arms: Option<PathBuf>,
     /// Play the result in physics and write a page to look at.
-    #[arg(long = "physics")]
+    #[arg(long = "physics", group = "tracked")]
     pub play: bool,
     /// Write what physics makes of the motion in place of the motion itself (PhysDiff's projection). Nothing helps the
     /// robot to stay on its feet.
-    #[arg(long)]
+    #[arg(long, group = "tracked")]
     pub project: bool,
     /// The controller of --physics and --project; the robot's in assets/ where not given.
-    #[arg(long)]
+    #[arg(long, requires = "tracked")]
     pub policy: Option<PathBuf>,
     /// Folder of that page; beside the output where not given.
     #[arg(long, value_name = "FOLDER", requires = "play")]
