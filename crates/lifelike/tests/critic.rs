@@ -82,6 +82,12 @@ fn a_critic_is_trained_measured_and_aligns_a_generator() {
     assert!(code == 3 && error.contains("critic"), "{code} {error}");
 }
 
+/// Which generator was played by which tracker.
+fn pairs(done: &Value) -> Vec<[u64; 2]> {
+    let number = |pair: &Value, key: &str| pair[key].as_u64().unwrap();
+    done["measured"].as_array().unwrap().iter().map(|p| [number(p, "generator"), number(p, "tracker")]).collect()
+}
+
 #[test]
 fn generator_tracker_and_critic_are_trained_in_turn() {
     let folder = tempfile::tempdir().unwrap();
@@ -102,13 +108,7 @@ fn generator_tracker_and_critic_are_trained_in_turn() {
     );
     std::fs::write(at("cotrain.toml"), &plan).unwrap();
     let done = json(&["cotrain", "--plan", &at("cotrain.toml"), "-o", &run]);
-    let pairs: Vec<[u64; 2]> = done["measured"]
-        .as_array()
-        .unwrap()
-        .iter()
-        .map(|pair| [pair["generator"].as_u64().unwrap(), pair["tracker"].as_u64().unwrap()])
-        .collect();
-    assert_eq!(pairs, [[0, 0], [0, 1], [1, 0], [1, 1]]);
+    assert_eq!(pairs(&done), [[0, 0], [0, 1], [1, 0], [1, 1]]);
     assert!(Path::new(done["generator"].as_str().unwrap()).starts_with(folder.path().join("run/round-1/aligned")));
 
     // As if it had been stopped in the middle of the alignment: only that is done again, by its own run's --resume.
@@ -121,6 +121,17 @@ fn generator_tracker_and_critic_are_trained_in_turn() {
     assert_eq!(again["measured"], done["measured"]);
     let after = std::fs::metadata(folder.path().join("run/round-1/tracker/tracker.policy.safetensors")).unwrap();
     assert_eq!(tracker.modified().unwrap(), after.modified().unwrap());
+
+    // Without a training of its own the tracker stays; the second critic learns from the motion of both rounds.
+    let tracker = plan.lines().position(|line| line == "[tracker]").unwrap();
+    let frozen: Vec<&str> =
+        plan.lines().enumerate().filter(|(i, _)| !(tracker..tracker + 3).contains(i)).map(|(_, line)| line).collect();
+    std::fs::write(at("frozen.toml"), frozen.join("\n").replace("rounds = 1", "rounds = 2")).unwrap();
+    let done = json(&["cotrain", "--plan", &at("frozen.toml"), "-o", &at("frozen")]);
+    assert_eq!(pairs(&done), [[0, 0], [1, 0], [2, 0]]);
+    assert!(!folder.path().join("frozen/round-1/tracker").exists());
+    let critic = std::fs::read_to_string(folder.path().join("frozen/round-2/critic/plan.toml")).unwrap();
+    assert!(critic.contains("round-1/motions") && critic.contains("round-2/motions"), "{critic}");
 
     std::fs::write(at("other.toml"), plan.replace("split = 'train'", "split = 'held_out'")).unwrap();
     std::fs::write(folder.path().join("set/dataset.jsonl"), "").unwrap();

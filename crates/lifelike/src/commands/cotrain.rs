@@ -25,7 +25,9 @@ const PLAN: &str = "cotrain";
 /// Let generator, tracker and critic improve each other, round after round.
 ///
 /// A round: the generator makes motion of sentences; the tracker goes on learning from it and from its own clips; a critic is
-/// trained on the new tracker; the generator is aligned with the new critic. Every generator is then played by every tracker on
+/// trained on the new tracker; the generator is aligned with the new critic. A plan without [tracker] leaves the tracker as it
+/// is: a critic that is trained on generated motion is what keeps an alignment from being fooled by one that never saw any.
+/// Every generator is then played by every tracker on
 /// sentences of another split, so that it shows which of them improved. The run's folder has a folder for each stage of each
 /// round; Ctrl-C saves, and --resume goes on in the middle of a stage.
 #[derive(Debug, clap::Args)]

@@ -26,14 +26,16 @@ pub struct CotrainPlan {
     pub seed: u64,
     /// Rounds.
     pub rounds: usize,
-    /// Sentences of the training split whose motion tracker and critic learn from.
+    /// Sentences of the training split whose motion tracker and critic learn from. They learn from the motion of all
+    /// rounds so far: a critic that saw only what the last alignment liked praises again what the one before it unlearned.
     pub prompts: usize,
     /// Sentences that is measured on.
     pub measured: usize,
     /// Their split.
     pub split: Split,
-    /// Training of the tracker.
-    pub tracker: StagePlan,
+    /// Training of the tracker; none: it stays as it is, and only generator and critic learn.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tracker: Option<StagePlan>,
     /// Training of the critic.
     pub critic: StagePlan,
     /// Alignment of the generator.

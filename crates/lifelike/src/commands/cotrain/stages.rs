@@ -62,7 +62,15 @@ impl Stages<'_> {
 
     /// The tracker after a round.
     pub fn policy(&self, round: usize) -> PathBuf {
-        if round == 0 { self.plan.init.clone() } else { Trainer::policy_path(&self.at(round, "tracker")) }
+        match self.tracker_of(round) {
+            0 => self.plan.init.clone(),
+            round => Trainer::policy_path(&self.at(round, "tracker")),
+        }
+    }
+
+    /// The round whose tracker there is after a round.
+    fn tracker_of(&self, round: usize) -> usize {
+        if self.plan.tracker.is_some() { round } else { 0 }
     }
 
     /// The critic of a round.
@@ -91,10 +99,11 @@ impl Stages<'_> {
     }
 
     fn tracker(&mut self, round: usize) -> Result<(), CliError> {
+        let Some(plan) = &self.plan.tracker else { return Ok(()) };
         // A run has the value function too; a policy alone has to learn one anew before it learns anything else.
         let before = if round == 1 { self.plan.init.clone() } else { self.at(round - 1, "tracker") };
         let init = format!("init={}", before.display());
-        let source = self.source(round, "tracker", &self.plan.tracker, [self.clips_with_motions(round), init]);
+        let source = self.source(round, "tracker", plan, [self.clips_with_motions(round), init]);
         train::tracker::run(
             &train::tracker::Args { keys: false, source, hardware: self.hardware.clone() },
             &self.progress_only(),
@@ -119,7 +128,7 @@ impl Stages<'_> {
     /// Plays the round's generator by all trackers so far, and its tracker on all generators before.
     fn measure(&mut self, round: usize) -> Result<(), CliError> {
         for other in 0..=round {
-            for (generator, tracker) in [(other, round), (round, other)] {
+            for (generator, tracker) in [(other, self.tracker_of(round)), (round, self.tracker_of(other))] {
                 let known = |pair: &Pair| (pair.generator, pair.tracker) == (generator, tracker);
                 if !self.done.measured.iter().any(known) {
                     let clips = self.generated(generator, self.plan.split, self.plan.measured, self.plan.seed)?;
@@ -158,10 +167,10 @@ impl Stages<'_> {
         (0..count).into_par_iter().map(make).collect()
     }
 
-    /// The tracker's own clips and the round's motions, as a change to a plan.
+    /// The tracker's own clips and the motions of all rounds so far, as a change to a plan.
     fn clips_with_motions(&self, round: usize) -> String {
-        let motions = self.at(round, "motions");
-        list("clips", self.plan.clips.iter().map(PathBuf::as_path).chain([motions.as_path()]))
+        let motions: Vec<PathBuf> = (1..=round).map(|round| self.at(round, "motions")).collect();
+        list("clips", self.plan.clips.iter().chain(&motions).map(PathBuf::as_path))
     }
 
     /// The plan of a stage with its changes, or the run that was interrupted.
