@@ -138,6 +138,13 @@ fn generators_are_measured_beside_the_data_set() {
     let name = "test-0-0.motion.safetensors";
     assert_eq!(read("again/MDM", name).joints, read("kept/MDM", name).joints);
 
+    // Without an evaluator its table is not there; what needs none is the same.
+    let bare = json(at, &[&evaluator[..4], &one, &["--repetitions", "2"]].concat());
+    assert!(bare["rows"][1]["scores"].is_null());
+    assert_eq!((&bare["rows"][1]["checks"], &bare["rows"][1]["plausibility"]), (&mdm["checks"], &mdm["plausibility"]));
+    let text = String::from_utf8(run(at, &[&evaluator[..4], &one, &["--limit", "1"]].concat()).stdout).unwrap();
+    assert!(!text.contains("R-Prec") && text.contains("skate (mm/s)"), "{text}");
+
     let bench = |more: &[&'static str]| [&evaluator[..], more].concat();
     refused(at, &bench(&["--split", "exam"]), 2, "expected one of train, validation, test, held_out");
     refused(at, &bench(&["--split", "held_out"]), 3, "set: expected entries of the split held_out, got none");

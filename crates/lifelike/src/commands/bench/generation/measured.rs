@@ -43,7 +43,7 @@ pub struct Measured {
     pub name: String,
     /// Motions of each sentence: the data set has one, methods one in each repetition.
     pub motions_of_each: usize,
-    /// Metrics of the evaluator; none where all sentences are the same.
+    /// Metrics of the evaluator; none without one, or where all sentences are the same.
     pub scores: Option<Scores>,
     /// The critic's mean value.
     pub realism: Option<Interval>,
@@ -68,7 +68,7 @@ pub struct Ruler<'a> {
     /// Layout of the rows.
     pub spec: &'a RepresentationSpec,
     /// Embeds.
-    pub evaluator: &'a Evaluator,
+    pub evaluator: Option<&'a Evaluator>,
     /// Tells Realism.
     pub critic: Option<&'a Critic>,
     /// Meaning of verbs.
@@ -130,7 +130,10 @@ impl Ruler<'_> {
         Ok(Measured {
             name: name.into(),
             motions_of_each: motions.len() / tasks.len().max(1),
-            scores: if tasks.is_empty() { None } else { self.scores(tasks, motions)? },
+            scores: match self.evaluator {
+                Some(evaluator) if !tasks.is_empty() => self.scores(evaluator, tasks, motions)?,
+                _ => None,
+            },
             realism: (!means.is_empty()).then(|| Interval::of(&means)),
             realism_of_each,
             checks,
@@ -142,10 +145,10 @@ impl Ruler<'_> {
     }
 
     /// Returns the evaluator's metrics. The motions of a sentence in all repetitions are those of its multimodality.
-    fn scores(&self, tasks: &[Task], motions: &[Motion]) -> Result<Option<Scores>, CliError> {
+    fn scores(&self, evaluator: &Evaluator, tasks: &[Task], motions: &[Motion]) -> Result<Option<Scores>, CliError> {
         let prompts: Vec<&str> = tasks.iter().map(Task::prompt).collect();
         let rows: Vec<FeatureMatrix> = motions.iter().map(|motion| motion.rows.clone()).collect();
-        let (text, all) = (self.evaluator.sentences(&prompts)?, self.evaluator.motions(&rows)?);
+        let (text, all) = (evaluator.sentences(&prompts)?, evaluator.motions(&rows)?);
         let each = motions.len() / tasks.len();
         let of = |which: &mut dyn Iterator<Item = usize>| {
             Embeddings::new(which.flat_map(|i| all.row(i).to_vec()).collect(), all.width())

@@ -67,9 +67,9 @@ pub struct Args {
     /// Engine and threads of the projection.
     #[command(flatten)]
     physics: Physics,
-    /// The evaluator: what `lifelike train evaluator` leaves.
+    /// The evaluator: what `lifelike train evaluator` leaves. Without it there are no R-precision, FID and their like.
     #[arg(long)]
-    evaluator: PathBuf,
+    evaluator: Option<PathBuf>,
     /// A critic, for Realism: what `lifelike train critic` leaves.
     #[arg(long)]
     critic: Option<PathBuf>,
@@ -111,6 +111,8 @@ pub struct Args {
 struct Results {
     data: PathBuf,
     split: &'static str,
+    evaluator: Option<PathBuf>,
+    critic: Option<PathBuf>,
     /// Entries measured on, and how many there are.
     entries: usize,
     of: usize,
@@ -129,8 +131,8 @@ struct Results {
 pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let robot = Robot::load(&args.robot)?;
     let spec = RepresentationSpec::of(&robot.layout);
-    let evaluator = Evaluator::load(&args.evaluator)?;
-    evaluator.check(&spec)?;
+    let evaluator = args.evaluator.as_deref().map(Evaluator::load).transpose()?;
+    evaluator.iter().try_for_each(|evaluator| evaluator.check(&spec))?;
     let critic = args.critic.as_deref().map(Critic::load).transpose()?;
     critic.iter().try_for_each(|critic| critic.check(&spec))?;
     let methods = Method::load_all(args.generators.iter().chain(&args.guided).chain(&args.projected), &robot)?;
@@ -148,13 +150,18 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let count = chosen.len();
     let tasks: Vec<Task> = chosen.into_iter().filter(|(_, e)| e.seconds <= longest).map(Task::from).collect();
 
-    let reference = CaptionedMotion::read(&set, all.iter().map(|(_, entry)| *entry), &spec)?;
-    let reference: Vec<_> = reference.into_iter().map(|motion| motion.rows).collect();
-    let reference = if reference.len() > 1 { Some(Gaussian::of(&evaluator.motions(&reference)?)?) } else { None };
+    let reference = match &evaluator {
+        Some(evaluator) if all.len() > 1 => {
+            let motions = CaptionedMotion::read(&set, all.iter().map(|(_, entry)| *entry), &spec)?;
+            let rows: Vec<_> = motions.into_iter().map(|motion| motion.rows).collect();
+            Some(Gaussian::of(&evaluator.motions(&rows)?)?)
+        }
+        _ => None,
+    };
     let ruler = Ruler {
         robot: &robot,
         spec: &spec,
-        evaluator: &evaluator,
+        evaluator: evaluator.as_ref(),
         critic: critic.as_ref(),
         grammar: Grammar::builtin()?,
         reference,
@@ -186,6 +193,8 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let results = Results {
         data: args.data.clone(),
         split: args.split.name(),
+        evaluator: args.evaluator.clone(),
+        critic: args.critic.clone(),
         entries: tasks.len(),
         of: all.len(),
         left_out: count - tasks.len(),

@@ -20,8 +20,10 @@ const THESIS: [(&str, [[f64; 2]; 6]); 5] = [
 
 /// Returns everything as text.
 pub fn text(results: &Results) -> String {
-    let tables = [metrics(results), language(results), physics(results)];
-    tables.iter().map(|table| format!("{}\n{}{}\n\n", table.title, table.to_text(), table.caption)).collect()
+    let learned = results.evaluator.is_some() || results.critic.is_some();
+    let metrics = learned.then(|| metrics(results));
+    let tables = metrics.into_iter().chain([language(results), physics(results)]);
+    tables.map(|table| format!("{}\n{}{}\n\n", table.title, table.to_text(), table.caption)).collect()
 }
 
 fn columns(names: &[&str]) -> Vec<Column> {
