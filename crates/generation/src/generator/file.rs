@@ -7,10 +7,12 @@ use lifelike_nn::transformer::encoder::Layout;
 use lifelike_robot::Robot;
 use lifelike_robot::controller::RobotDescription;
 
+use super::sample::MIN_SECONDS;
 use crate::GenerationError;
 use crate::denoiser::DenoiserSizes;
 use crate::representation::{RepresentationSpec, Standardizer};
 use crate::space::SpaceKind;
+use crate::text::duration::Durations;
 use crate::text::familiarity::KnownCaptions;
 use crate::text::pieces::WordPieces;
 use crate::training::{GeneratorPlan, TrainingData};
@@ -46,7 +48,10 @@ pub struct GeneratorHeader {
     pub known: KnownCaptions,
     /// Longest motion that it was trained on (s).
     pub max_seconds: f64,
-    /// Duration where none is asked for: the median of what it was trained on (s).
+    /// Durations that sentences ask for; nothing in files of before.
+    #[serde(default)]
+    pub durations: Durations,
+    /// The median duration of what it was trained on (s).
     pub median_seconds: f64,
     /// Terms of use of the motion that it was trained on.
     pub licences: Vec<String>,
@@ -75,6 +80,7 @@ impl GeneratorHeader {
             pieces: data.pieces.clone(),
             known: KnownCaptions::learn(data.captions.iter().map(String::as_str), MAX_CAPTIONS),
             max_seconds: plan.max_seconds,
+            durations: data.durations.clone(),
             median_seconds: data.median_seconds,
             licences: data.licences.clone(),
             iterations,
@@ -100,6 +106,14 @@ impl Generator {
     /// Returns what the file says about it.
     pub fn header(&self) -> &GeneratorHeader {
         &self.header
+    }
+
+    /// Returns the duration of a sentence's motion where none is asked for (s): what its words say, or the median of what
+    /// was trained on.
+    pub fn seconds(&self, prompt: &str) -> f64 {
+        let header = &self.header;
+        let seconds = header.durations.seconds(prompt).unwrap_or(header.median_seconds);
+        seconds.clamp(MIN_SECONDS, header.max_seconds.max(MIN_SECONDS))
     }
 
     /// Returns the statistics of its tokens.

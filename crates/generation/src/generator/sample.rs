@@ -19,12 +19,12 @@ use crate::text::Condition;
 /// Motions that pass through the network at once on one core: a single one is told and free on two.
 const PART: usize = 1;
 /// Shortest motion (s).
-const MIN_SECONDS: f64 = 0.5;
+pub(super) const MIN_SECONDS: f64 = 0.5;
 
 /// How motions are sampled.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SampleOptions {
-    /// Duration (s); none takes the median of what the generator was trained on.
+    /// Duration (s); none takes what the sentence's words say ([`Generator::seconds`]).
     pub seconds: Option<f64>,
     /// Key of the noise.
     pub seed: u64,
@@ -96,7 +96,7 @@ impl Generator {
     ) -> Result<Vec<Generated>, GenerationError> {
         let header = self.header();
         let condition = Condition::Pieces(header.pieces.encode(prompt)?);
-        let seconds = options.seconds.unwrap_or(header.median_seconds.max(MIN_SECONDS));
+        let seconds = options.seconds.unwrap_or_else(|| self.seconds(prompt));
         let within = |what: &str, value: f64, low: f64, high: f64| {
             if (low..=high).contains(&value) {
                 return Ok(());

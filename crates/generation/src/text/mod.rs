@@ -1,7 +1,9 @@
 //! Prompts as numbers. A prompt is checked ([`prompt`]), then read by the built-in [`pieces`], whose ids a network embeds
-//! itself, or by a frozen [`TextEncoder`] ([`minilm`]). [`familiarity`] says how well a prompt is read.
+//! itself, or by a frozen [`TextEncoder`] ([`minilm`]). [`familiarity`] says how well a prompt is read, [`duration`] how
+//! long its motion is.
 
 mod condition;
+pub mod duration;
 pub mod familiarity;
 pub mod minilm;
 pub mod pieces;

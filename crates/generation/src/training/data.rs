@@ -11,6 +11,7 @@ use crate::data::CaptionedMotion;
 use crate::generator::Generator;
 use crate::representation::{FeatureMatrix, RepresentationSpec, Standardizer};
 use crate::space::{MotionSpace, SpaceKind};
+use crate::text::duration::Durations;
 use crate::text::pieces::WordPieces;
 
 /// One motion in the network's numbers.
@@ -32,6 +33,8 @@ pub struct TrainingData {
     /// Every caption trained on, once.
     pub(crate) captions: Vec<String>,
     pub(crate) licences: Vec<String>,
+    /// What words say about durations.
+    pub(crate) durations: Durations,
     /// Median duration of the motion trained on (s).
     pub(crate) median_seconds: f64,
     /// 1 / variance of the differences of neighbouring tokens, for each number of a token that they count of; empty where
@@ -96,6 +99,10 @@ impl TrainingData {
         let rate_scales = rate_scales(&space, &training);
         let mut seconds: Vec<f64> = of(Split::Train).map(|m| (m.rows.n - 1) as f64 / space.spec().fps).collect();
         seconds.sort_by(f64::total_cmp);
+        let durations = Durations::learn(of(Split::Train).flat_map(|motion| {
+            let seconds = (motion.rows.n - 1) as f64 / space.spec().fps;
+            motion.captions.iter().map(move |caption| (caption.as_str(), seconds))
+        }));
         let mut licences: Vec<String> = of(Split::Train).map(|m| m.licence.trim().to_string()).collect();
         licences.sort();
         licences.dedup();
@@ -113,6 +120,7 @@ impl TrainingData {
             pieces,
             captions,
             licences,
+            durations,
             median_seconds,
             rate_scales,
             training,

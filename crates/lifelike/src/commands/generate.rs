@@ -60,7 +60,7 @@ pub struct Args {
     /// The file to write; with --prompts the folder.
     #[arg(short, long)]
     pub output: PathBuf,
-    /// Duration of each part (s); as the generator's training data, or as the clip that is kept, where not given.
+    /// Duration of each part (s); what its sentence asks for, or that of the clip that is kept, where not given.
     #[arg(long)]
     pub seconds: Option<f64>,
     /// Key of the randomness.

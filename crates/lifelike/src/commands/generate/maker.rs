@@ -112,7 +112,7 @@ impl Maker {
                 let kept = self.kept.as_ref().map(|kept| vec![kept.given.clone(); options.candidates]);
                 all = self.generator.sample_given(prompt, &options, guide, &kept.unwrap_or_default())?;
             } else {
-                let asked = options.seconds.unwrap_or(header.median_seconds);
+                let asked = options.seconds.unwrap_or_else(|| self.generator.seconds(prompt));
                 options.seconds = Some((asked + overlap as f64 / header.spec.fps).min(header.max_seconds));
                 let given = all.iter().map(|one| tail(&one.rows, overlap).map(Given::Beginning));
                 let given = given.collect::<Result<Vec<_>, CliError>>()?;
