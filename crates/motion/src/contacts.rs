@@ -125,6 +125,16 @@ pub fn clean(flags: &mut [bool], fps: f64, options: &ContactOptions) {
     }
 }
 
+/// Returns the frames in which what has these heights (m) falls freely, with about g: nothing holds it.
+pub fn free_fall(heights: &[f64], fps: f64) -> Vec<bool> {
+    let span = ((0.06 * fps).round() as usize).max(1);
+    let falls = |t: usize| {
+        let [before, now, after] = [t - span, t, t + span].map(|t| heights[t]);
+        (after - 2.0 * now + before) * (fps / span as f64).powi(2) < -5.0
+    };
+    (0..heights.len()).map(|t| t >= span && t + span < heights.len() && falls(t)).collect()
+}
+
 /// Stretches `[start, end)` in which the flag has this value.
 pub fn runs(flags: &[bool], value: bool) -> Vec<(usize, usize)> {
     let mut found = Vec::new();

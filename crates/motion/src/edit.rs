@@ -21,6 +21,7 @@ pub mod sequence;
 pub mod smooth;
 pub mod speed;
 mod story;
+mod support;
 pub mod trim;
 pub mod warp;
 
@@ -34,5 +35,6 @@ pub use restyle::settle;
 pub use sequence::{Part, sequence};
 pub use smooth::smooth;
 pub use speed::{TooFast, too_fast};
+pub use support::support_shift;
 pub use trim::trim;
 pub use warp::{Warp, warp};

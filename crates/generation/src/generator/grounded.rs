@@ -3,18 +3,16 @@
 use lifelike_character::Kinematics;
 use lifelike_motion::MotionClip;
 use lifelike_motion::contacts::clip_contacts;
-use lifelike_motion::edit::settle;
+use lifelike_motion::edit::{settle, support_shift};
 use lifelike_robot::{Robot, clips};
 
 use crate::GenerationError;
 
-/// Share of frames that may reach below the ground before the retargeter's passes: the others lift the motion.
-const LOWEST: f64 = 0.1;
 /// Height by which planting soles may lift the lower one (m); beyond it the motion asked for what legs cannot do.
 const MAX_LIFT: f64 = 0.02;
 
-/// Puts a motion on the ground: as a whole by the height of its lower soles, then every standing sole by the
-/// retargeter's own passes ([`settle`]). Where those lift the feet off the ground (soles that turn while they stand),
+/// Puts a motion on the ground: the lower sole wherever the body does not fall freely ([`support_shift`]), since nothing
+/// holds up what floats, then every standing sole by the retargeter's own passes ([`settle`]). Where those lift the feet off the ground (soles that turn while they stand),
 /// the motion keeps the soles that the network gave it.
 ///
 /// # Errors
@@ -22,11 +20,10 @@ const MAX_LIFT: f64 = 0.02;
 pub fn grounded(clip: &MotionClip, robot: &Robot) -> Result<MotionClip, GenerationError> {
     let (character, anatomy) = (&robot.character, &robot.anatomy);
     let heights = lowest_soles(clip, robot)?;
-    let mut sorted = heights.clone();
-    sorted.sort_by(f64::total_cmp);
-    let level = sorted.get((LOWEST * sorted.len() as f64) as usize).copied().filter(|z| z.is_finite()).unwrap_or(0.0);
+    let roots: Vec<f64> = clip.root_position.iter().map(|p| p.z).collect();
+    let shift = support_shift(&heights, &roots, clip.fps);
     let mut lifted = clip.clone();
-    lifted.root_position.iter_mut().for_each(|p| p.z -= level);
+    lifted.root_position.iter_mut().zip(&shift).for_each(|(p, shift)| p.z += shift);
     within_ranges(&mut lifted, robot);
     let mut options = clips::retarget_options(robot);
     clips::limit_speeds(&mut options, robot);
@@ -36,7 +33,8 @@ pub fn grounded(clip: &MotionClip, robot: &Robot) -> Result<MotionClip, Generati
     let before = MotionClip { contacts: lifted.contacts.clone(), ..clip.clone() };
     let planted = settle(&before, lifted.clone(), character, anatomy, &options)?;
     let now = lowest_soles(&planted, robot)?;
-    let torn = heights.iter().zip(&now).any(|(before, now)| now - (before - level).max(0.0) > MAX_LIFT);
+    let asked = heights.iter().zip(&shift).map(|(height, shift)| (height + shift).max(0.0));
+    let torn = asked.zip(&now).any(|(asked, now)| now - asked > MAX_LIFT);
     let mut out = if torn { lifted } else { planted };
     out.contacts = Some(clip_contacts(&out, character, anatomy, &options.contact)?);
     Ok(out)

@@ -6,7 +6,7 @@ use lifelike_character::{Kinematics, Quat, Vec3};
 use super::human::Human;
 use super::options::RetargetOptions;
 use super::rig::Rig;
-use crate::contacts::{ContactOptions, clean, point_contacts, runs, speeds};
+use crate::contacts::{ContactOptions, clean, free_fall, point_contacts, runs, speeds};
 
 /// Toes and heel of one foot: which of them touch at each frame.
 #[derive(Debug, Clone)]
@@ -86,20 +86,10 @@ pub(super) fn detect(human: &Human, fps: f64, options: &ContactOptions) -> [Stan
     feet
 }
 
-/// Returns the frames in which nothing holds the body: it falls with about g.
+/// Returns the frames in which nothing holds the body: its hips fall freely.
 pub(super) fn in_flight(human: &Human, fps: f64) -> Vec<bool> {
-    let n = human.frames.len();
-    let span = ((0.06 * fps).round() as usize).max(1);
-    (0..n)
-        .map(|t| {
-            if t < span || t + span >= n {
-                return false;
-            }
-            let z = |t: usize| human.frames[t].hips.z;
-            let acceleration = (z(t + span) - 2.0 * z(t) + z(t - span)) * (fps / span as f64).powi(2);
-            acceleration < -5.0
-        })
-        .collect()
+    let heights: Vec<f64> = human.frames.iter().map(|frame| frame.hips.z).collect();
+    free_fall(&heights, fps)
 }
 
 /// A foot that creeps further than `far` (m) in one contact makes a small step instead: a cut in its contact.
