@@ -1,6 +1,6 @@
 //! Matrix products small enough for the cache, inside of one thread: what attention of one head needs.
 
-use super::elementary::fma;
+use lifelike_simd::{InstructionSet, Simd, Task, prelude::*};
 
 /// Columns of a panel.
 pub(in crate::transformer) const LANES: usize = 16;
@@ -40,67 +40,100 @@ pub(in crate::transformer) struct Left<'a> {
 }
 
 /// out = left · panels; `out` is `[rows, padded(n)]`, row-major.
-#[inline(always)]
+///
+/// Each number is summed over k from the first to the last with fused multiply-adds, with every instruction set alike.
 pub(in crate::transformer) fn product(out: &mut [f32], rows: usize, left: Left<'_>, panels: &[[f32; LANES]], k: usize) {
-    let width = panels.len() / k.max(1) * LANES;
-    for (p, panel) in panels.chunks_exact(k.max(1)).enumerate() {
-        let mut row = 0;
-        while row + 6 <= rows {
-            tile::<6>(out, width, row, p * LANES, left, panel);
-            row += 6;
-        }
-        while row + 2 <= rows {
-            tile::<2>(out, width, row, p * LANES, left, panel);
-            row += 2;
-        }
-        if row < rows {
-            tile::<1>(out, width, row, p * LANES, left, panel);
+    InstructionSet::chosen().run(Product { out, rows, left, panels, k });
+}
+
+struct Product<'a> {
+    out: &'a mut [f32],
+    rows: usize,
+    left: Left<'a>,
+    panels: &'a [[f32; LANES]],
+    k: usize,
+}
+
+impl Task for Product<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Simd>(mut self, simd: S) {
+        // As many sums at a time as registers hold beside a row of the panel.
+        match S::f32s::LEN {
+            16 => self.panels::<S, 12, 1>(simd),
+            8 => self.panels::<S, 6, 2>(simd),
+            _ => self.panels::<S, 2, 4>(simd),
         }
     }
 }
 
-/// R rows of one panel's columns, summed in registers.
-#[inline(always)]
-fn tile<const R: usize>(
-    out: &mut [f32],
-    width: usize,
-    row: usize,
-    column: usize,
-    left: Left<'_>,
-    panel: &[[f32; LANES]],
-) {
-    let mut sums = [[0.0_f32; LANES]; R];
-    if left.transposed {
-        for (i, lanes) in panel.iter().enumerate() {
-            if let Some(x) = left.numbers[i * left.stride + row..].first_chunk::<R>() {
-                add(&mut sums, x, lanes);
+impl Product<'_> {
+    /// All panels: `R` rows at a time, then two, then one; a row of a panel is `V` vectors.
+    #[inline(always)]
+    fn panels<S: Simd, const R: usize, const V: usize>(&mut self, simd: S) {
+        for (p, panel) in self.panels.chunks_exact(self.k.max(1)).enumerate() {
+            let mut row = 0;
+            while row + R <= self.rows {
+                self.tile::<S, R, V>(simd, row, p, panel);
+                row += R;
             }
-        }
-    } else {
-        // Plain loops: a closure that is not inlined here would be a call for every multiplication.
-        let mut rows: [&[f32]; R] = [&[]; R];
-        for (r, numbers) in rows.iter_mut().enumerate() {
-            *numbers = &left.numbers[(row + r) * left.stride..][..panel.len()];
-        }
-        for (i, lanes) in panel.iter().enumerate() {
-            let mut x = [0.0; R];
-            for (x, row) in x.iter_mut().zip(&rows) {
-                *x = row[i];
+            while row + 2 <= self.rows {
+                self.tile::<S, 2, V>(simd, row, p, panel);
+                row += 2;
             }
-            add(&mut sums, &x, lanes);
+            if row < self.rows {
+                self.tile::<S, 1, V>(simd, row, p, panel);
+            }
         }
     }
-    for (r, sums) in sums.iter().enumerate() {
-        out[(row + r) * width + column..][..LANES].copy_from_slice(sums);
+
+    /// `R` rows of one panel's columns, summed in registers.
+    #[inline(always)]
+    fn tile<S: Simd, const R: usize, const V: usize>(&mut self, simd: S, row: usize, p: usize, panel: &[[f32; LANES]]) {
+        let (left, width) = (self.left, self.panels.len() / self.k.max(1) * LANES);
+        let mut sums = [[S::f32s::splat(simd, 0.0); V]; R];
+        if left.transposed {
+            for (i, lanes) in panel.iter().enumerate() {
+                if let Some(x) = left.numbers[i * left.stride + row..].first_chunk::<R>() {
+                    add(simd, &mut sums, x, lanes);
+                }
+            }
+        } else {
+            // Plain loops: a closure that is not inlined here would be a call for every multiplication.
+            let mut rows: [&[f32]; R] = [&[]; R];
+            for (r, numbers) in rows.iter_mut().enumerate() {
+                *numbers = &left.numbers[(row + r) * left.stride..][..panel.len()];
+            }
+            for (i, lanes) in panel.iter().enumerate() {
+                let mut x = [0.0; R];
+                for (x, row) in x.iter_mut().zip(&rows) {
+                    *x = row[i];
+                }
+                add(simd, &mut sums, &x, lanes);
+            }
+        }
+        for (r, sums) in sums.iter().enumerate() {
+            let out = &mut self.out[(row + r) * width + p * LANES..][..LANES];
+            for (out, sum) in out.chunks_exact_mut(S::f32s::LEN).zip(sums) {
+                sum.store_slice(out);
+            }
+        }
     }
 }
 
 /// sums ← sums + x lanes.
 #[inline(always)]
-fn add<const R: usize>(sums: &mut [[f32; LANES]; R], x: &[f32; R], lanes: &[f32; LANES]) {
-    for (sums, x) in sums.iter_mut().zip(x) {
-        for (sum, y) in sums.iter_mut().zip(lanes) {
-            *sum = fma(*x, *y, *sum);
+fn add<S: Simd, const R: usize, const V: usize>(
+    simd: S,
+    sums: &mut [[S::f32s; V]; R],
+    x: &[f32; R],
+    lanes: &[f32; LANES],
+) {
+    for v in 0..V {
+        let y = S::f32s::from_slice(simd, &lanes[v * S::f32s::LEN..][..S::f32s::LEN]);
+        for r in 0..R {
+            sums[r][v] = S::f32s::splat(simd, x[r]).mul_add_precise(y, sums[r][v]);
         }
     }
 }
@@ -118,8 +151,14 @@ mod tests {
             pack(&mut panels, k, n, |row, column| b[row * n + column]);
             let turned: Vec<f32> = (0..k * m).map(|i| a[i % m * k + i / m]).collect();
             for (numbers, stride, transposed) in [(&a, k, false), (&turned, m, true)] {
+                let left = Left { numbers, stride, transposed };
                 let mut out = vec![f32::NAN; m * padded(n)];
-                product(&mut out, m, Left { numbers, stride, transposed }, &panels, k);
+                product(&mut out, m, left, &panels, k);
+                for set in InstructionSet::available() {
+                    let mut again = vec![f32::NAN; m * padded(n)];
+                    set.run(Product { out: &mut again, rows: m, left, panels: &panels, k });
+                    assert_eq!(again, out, "{set}");
+                }
                 for i in 0..m {
                     for j in 0..n {
                         // Whole numbers: no rounding.
