@@ -51,6 +51,7 @@ pub fn builtin() -> impl Iterator<Item = BuiltinPlan> {
         "critic",
         "generator",
         "generator-thesis",
+        "generator-g1",
         "align",
         "cotrain",
         "evaluator",
