@@ -54,6 +54,7 @@ pub fn builtin() -> impl Iterator<Item = BuiltinPlan> {
         "generator-g1",
         "align",
         "cotrain",
+        "cotrain-g1",
         "evaluator",
         "study-inputs",
         "study-scaling",
