@@ -1,4 +1,4 @@
-//! Matrix products small enough for the cache, inside of one thread: what attention of one head needs.
+//! Matrix products small enough for the cache, inside of one thread: what attention of one head and a block of rows need.
 
 use lifelike_simd::{InstructionSet, Simd, Task, prelude::*};
 
@@ -63,7 +63,8 @@ impl Task for Product<'_> {
         match S::f32s::LEN {
             16 => self.panels::<S, 12, 1>(simd),
             8 => self.panels::<S, 6, 2>(simd),
-            _ => self.panels::<S, 2, 4>(simd),
+            // NEON holds them in its 32 registers.
+            _ => self.panels::<S, 6, 4>(simd),
         }
     }
 }
