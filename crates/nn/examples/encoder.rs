@@ -6,7 +6,8 @@
 mod stopwatch;
 
 use lifelike_nn::memory;
-use lifelike_nn::transformer::encoder::{Encoder, EncoderSizes, Layout};
+use lifelike_nn::rows::Layout;
+use lifelike_nn::transformer::encoder::{Encoder, EncoderSizes};
 use rayon::prelude::*;
 use stopwatch::time;
 

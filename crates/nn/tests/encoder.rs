@@ -6,8 +6,9 @@
 mod fixture;
 
 use fixture::Fixture;
+use lifelike_nn::rows::Layout;
 use lifelike_nn::transformer::NetworkError;
-use lifelike_nn::transformer::encoder::{Encoder, EncoderSizes, Layout};
+use lifelike_nn::transformer::encoder::{Encoder, EncoderSizes};
 
 const SIZES: EncoderSizes = EncoderSizes { width: 12, layers: 2, heads: 3, inner: 20 };
 

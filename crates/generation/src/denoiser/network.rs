@@ -2,9 +2,8 @@
 
 use std::ops::Range;
 
-use lifelike_nn::transformer::encoder::{
-    Encoder, EncoderPass, Layout, PackedWeight, add, bias_gradient, weight_gradient,
-};
+use lifelike_nn::rows::{Layout, Linear, add};
+use lifelike_nn::transformer::encoder::{Encoder, EncoderPass};
 
 use super::position;
 use super::sizes::{DenoiserSizes, TextInput};
@@ -78,32 +77,6 @@ impl Text {
             Self::Pieces(ids) => ids.len(),
             Self::Embedded(numbers) => numbers.len() / width.max(1),
         }
-    }
-}
-
-/// A linear map by the name of its parameters.
-#[derive(Debug, Clone)]
-struct Linear {
-    name: &'static str,
-    shape: [usize; 2],
-    weight: PackedWeight,
-    bias: Vec<f32>,
-}
-
-impl Linear {
-    fn new(name: &'static str, shape: [usize; 2], layout: &Layout, values: &[f32]) -> Self {
-        let weight = PackedWeight::new(&values[layout.range(&format!("{name}.weight"))], shape);
-        Self { name, shape, weight, bias: values[layout.range(&format!("{name}.bias"))].to_vec() }
-    }
-
-    fn forward(&self, x: &[f32]) -> Vec<f32> {
-        self.weight.forward(x, &self.bias)
-    }
-
-    /// Adds the gradients of the parameters.
-    fn learn(&self, x: &[f32], gradient: &[f32], layout: &Layout, sums: &mut [f32]) {
-        weight_gradient(x, gradient, self.shape, &mut sums[layout.range(&format!("{}.weight", self.name))]);
-        bias_gradient(gradient, &mut sums[layout.range(&format!("{}.bias", self.name))]);
     }
 }
 
@@ -186,7 +159,7 @@ impl Denoiser {
         let c = self.sizes.encoder.width;
         let DenoiserPass { motion, texts, places, steps, durations, hidden, encoder, encoded } = pass;
         self.output.learn(&encoded, gradient, layout, sums);
-        let by_encoded = self.output.weight.by_input(gradient);
+        let by_encoded = self.output.by_input(gradient);
         let mut by_all = vec![0.0; places.last().map_or(0, |place| place.motion.end) * c];
         let mut from = 0;
         for place in &places {
@@ -204,7 +177,7 @@ impl Denoiser {
         if let Some(duration) = &self.duration {
             duration.learn(&durations, &by_steps, layout, sums);
         }
-        let mut by_hidden = self.step.weight.by_input(&by_steps);
+        let mut by_hidden = self.step.by_input(&by_steps);
         by_hidden.iter_mut().zip(&hidden).for_each(|(gradient, x)| *gradient *= silu_gradient(*x));
         self.hidden.learn(&steps, &by_hidden, layout, sums);
         for (place, text) in places.iter().zip(&texts) {

@@ -1,6 +1,7 @@
 //! Sizes and parameters of a denoiser.
 
-use lifelike_nn::transformer::encoder::{EncoderSizes, Entry, Init, Layout};
+use lifelike_nn::rows::{Entry, Init, Layout};
+use lifelike_nn::transformer::encoder::EncoderSizes;
 
 use crate::GenerationError;
 

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use lifelike_checkpoint::Checkpoint;
-use lifelike_nn::transformer::encoder::Layout;
+use lifelike_nn::rows::Layout;
 use lifelike_robot::Robot;
 use lifelike_robot::controller::RobotDescription;
 

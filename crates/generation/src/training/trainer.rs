@@ -2,7 +2,7 @@
 
 use lifelike_checkpoint::Checkpoint;
 use lifelike_dense::{AdamStep, Slices, norm};
-use lifelike_nn::transformer::encoder::{Layout, add};
+use lifelike_nn::rows::{Layout, add};
 use lifelike_robot::Robot;
 use lifelike_robot::controller::RobotDescription;
 use lifelike_simd::InstructionSet;

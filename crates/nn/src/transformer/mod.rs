@@ -18,9 +18,9 @@ mod norm;
 pub mod patches;
 mod sampling;
 
+pub use crate::rows::gelu;
 pub use attention::Attention;
 pub use autoencoder::SplineAutoencoder;
-pub use backprop::elementary::gelu;
 pub use block::{Block, Stack};
 pub use config::{AutoencoderConfig, NetworkError};
 pub use feed_forward::FeedForward;

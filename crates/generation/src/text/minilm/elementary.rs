@@ -1,7 +1,7 @@
 //! Elementary functions of BERT.
 
 use lifelike_dense::{layer_norm, product};
-use lifelike_nn::transformer;
+use lifelike_nn::rows;
 use lifelike_simd::vectorize;
 
 /// A linear layer, weight `[inputs, outputs]`.
@@ -55,7 +55,7 @@ pub(super) fn gelu(numbers: &mut [f32]) {
         #[inline(always)]
         || {
             for x in numbers {
-                *x = transformer::gelu(*x);
+                *x = rows::gelu(*x);
             }
         },
     );

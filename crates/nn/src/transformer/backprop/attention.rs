@@ -3,10 +3,9 @@
 //! Scores of a whole batch are tens of megabytes that a tensor library passes over a dozen times. Here one head's stay in the
 //! cache, and the backward pass computes them again from the rows' log-sums (Dao et al. 2022's idea, without tiles).
 
-use super::elementary::exp;
-use super::norm::dot;
 use super::threads::each_part;
-use super::tile::{LANES, Left, pack, padded, product};
+use crate::rows::elementary::{dot, exp};
+use crate::rows::tile::{LANES, Left, pack, padded, product};
 
 /// Sizes of a batch.
 #[derive(Debug, Clone, Copy)]

@@ -8,12 +8,10 @@
 //! have a core each.
 
 pub(super) mod attention;
-pub(super) mod elementary;
 mod linear;
 mod norm;
 mod stack;
 mod threads;
-pub(super) mod tile;
 
 use burn::tensor::{Tensor, TensorData};
 

@@ -3,22 +3,8 @@
 use lifelike_simd::vectorize;
 
 use super::threads::each_part;
-use super::tile::LANES;
+use crate::rows::elementary::dot;
 use crate::transformer::norm::EPSILON;
-
-/// Σ x y, in lanes.
-#[inline(always)]
-pub(super) fn dot(x: &[f32], y: &[f32]) -> f32 {
-    let mut sums = [0.0_f32; LANES];
-    let (x_lanes, x_rest) = x.as_chunks::<LANES>();
-    let (y_lanes, y_rest) = y.as_chunks::<LANES>();
-    for (x, y) in x_lanes.iter().zip(y_lanes) {
-        for ((sum, x), y) in sums.iter_mut().zip(x).zip(y) {
-            *sum += x * y;
-        }
-    }
-    sums.iter().sum::<f32>() + x_rest.iter().zip(y_rest).map(|(x, y)| x * y).sum::<f32>()
-}
 
 /// 1 / root of the mean square.
 #[inline(always)]

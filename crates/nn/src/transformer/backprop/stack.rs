@@ -3,11 +3,11 @@
 use lifelike_simd::vectorize;
 
 use super::attention::{self, Shape, padded_bias};
-use super::elementary::{gelu, gelu_gradient};
 use super::linear::{multiply, numbers, put, through};
 use super::threads::each_part;
 use super::{Grads, norm};
 use crate::numbers::Unreadable;
+use crate::rows::elementary::{gelu, gelu_gradient};
 use crate::transformer::alibi;
 use crate::transformer::block::{Block, Stack};
 

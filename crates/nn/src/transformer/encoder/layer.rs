@@ -4,12 +4,10 @@ use std::collections::BTreeMap;
 
 use lifelike_simd::vectorize;
 
-use super::layer_norm;
-use super::layout::{Entry, Init, Layout};
-use super::linear::{PackedWeight, add, bias_gradient, weight_gradient};
 use super::stack::EncoderSizes;
+use crate::rows::elementary::{gelu, gelu_gradient};
+use crate::rows::{Entry, Init, Layout, PackedWeight, add, bias_gradient, layer_norm, weight_gradient};
 use crate::transformer::backprop::attention::{self, Shape};
-use crate::transformer::backprop::elementary::{gelu, gelu_gradient};
 
 /// Biases that attention of each length takes: zeros, and what leaves no weight beyond the last token.
 pub(super) type NoBias = BTreeMap<usize, Vec<f32>>;

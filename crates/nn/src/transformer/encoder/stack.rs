@@ -1,7 +1,7 @@
 //! Layers one after the other.
 
 use super::layer::{self, Layer, LayerPass, NoBias};
-use super::layout::{Entry, Layout};
+use crate::rows::{Entry, Layout};
 use crate::transformer::backprop::attention::padded_bias;
 use crate::transformer::config::NetworkError;
 

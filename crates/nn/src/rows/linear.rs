@@ -2,7 +2,8 @@
 
 use lifelike_simd::vectorize;
 
-use crate::transformer::backprop::tile::{LANES, Left, pack, padded, product};
+use super::layout::Layout;
+use super::tile::{LANES, Left, pack, padded, product};
 
 /// Rows that are multiplied at a time: they and a panel of the weight stay in the nearest cache.
 const BLOCK: usize = 96;
@@ -120,4 +121,43 @@ pub fn add(to: &mut [f32], what: &[f32]) {
         #[inline(always)]
         || to.iter_mut().zip(what).for_each(|(to, what)| *to += what),
     );
+}
+
+/// A linear map by the name of its parameters, `NAME.weight` and `NAME.bias`.
+#[derive(Debug, Clone)]
+pub struct Linear {
+    name: String,
+    shape: [usize; 2],
+    weight: PackedWeight,
+    bias: Vec<f32>,
+}
+
+impl Linear {
+    /// Packs the map `[inputs, outputs]` whose parameters stand as the layout says ([`Entry::linear`](super::Entry::linear)).
+    pub fn new(name: &str, shape: [usize; 2], layout: &Layout, values: &[f32]) -> Self {
+        let weight = PackedWeight::new(&values[layout.range(&format!("{name}.weight"))], shape);
+        Self { name: name.into(), shape, weight, bias: values[layout.range(&format!("{name}.bias"))].to_vec() }
+    }
+
+    /// Returns x · weight + bias, `[rows, outputs]`.
+    pub fn forward(&self, x: &[f32]) -> Vec<f32> {
+        self.weight.forward(x, &self.bias)
+    }
+
+    /// Returns the gradient by x from the one by the output.
+    pub fn by_input(&self, gradient: &[f32]) -> Vec<f32> {
+        self.weight.by_input(gradient)
+    }
+
+    /// Adds the gradients of the parameters.
+    pub fn learn(&self, x: &[f32], gradient: &[f32], layout: &Layout, sums: &mut [f32]) {
+        weight_gradient(x, gradient, self.shape, &mut sums[layout.range(&format!("{}.weight", self.name))]);
+        bias_gradient(gradient, &mut sums[layout.range(&format!("{}.bias", self.name))]);
+    }
+
+    /// Adds the gradients of the parameters; returns the gradient by x.
+    pub fn backward(&self, x: &[f32], gradient: &[f32], layout: &Layout, sums: &mut [f32]) -> Vec<f32> {
+        self.learn(x, gradient, layout, sums);
+        self.by_input(gradient)
+    }
 }

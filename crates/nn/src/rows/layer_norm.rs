@@ -2,7 +2,7 @@
 
 use lifelike_simd::vectorize;
 
-use crate::transformer::backprop::tile::LANES;
+use super::tile::LANES;
 
 /// PyTorch's default.
 const EPSILON: f32 = 1e-5;
@@ -30,7 +30,7 @@ fn moments(x: &[f32]) -> (f32, f32) {
 }
 
 /// Every row to mean 0 and variance 1, times gain plus bias.
-pub(super) fn forward(x: &[f32], gain: &[f32], bias: &[f32]) -> Vec<f32> {
+pub(crate) fn forward(x: &[f32], gain: &[f32], bias: &[f32]) -> Vec<f32> {
     let mut out = vec![0.0; x.len()];
     vectorize(
         #[inline(always)]
@@ -47,7 +47,7 @@ pub(super) fn forward(x: &[f32], gain: &[f32], bias: &[f32]) -> Vec<f32> {
 }
 
 /// Returns the gradient by x, from the one by the output; adds those by gain and bias.
-pub(super) fn backward(x: &[f32], gain: &[f32], gradient: &[f32], by: (&mut [f32], &mut [f32])) -> Vec<f32> {
+pub(crate) fn backward(x: &[f32], gain: &[f32], gradient: &[f32], by: (&mut [f32], &mut [f32])) -> Vec<f32> {
     let c = gain.len();
     let mut out = vec![0.0; x.len()];
     let mut scaled = vec![0.0_f32; c];

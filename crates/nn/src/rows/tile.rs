@@ -3,22 +3,17 @@
 use lifelike_simd::{InstructionSet, Simd, Task, prelude::*};
 
 /// Columns of a panel.
-pub(in crate::transformer) const LANES: usize = 16;
+pub(crate) const LANES: usize = 16;
 
 /// Returns the next multiple of a panel's width.
-pub(in crate::transformer) fn padded(n: usize) -> usize {
+pub(crate) fn padded(n: usize) -> usize {
     n.next_multiple_of(LANES)
 }
 
 /// Lays a `[k, n]` matrix out in panels of [`LANES`] columns, each row by row, zeros beyond the last column.
 /// `at(row, column)` gives the numbers.
 #[inline(always)]
-pub(in crate::transformer) fn pack(
-    panels: &mut Vec<[f32; LANES]>,
-    k: usize,
-    n: usize,
-    at: impl Fn(usize, usize) -> f32,
-) {
+pub(crate) fn pack(panels: &mut Vec<[f32; LANES]>, k: usize, n: usize, at: impl Fn(usize, usize) -> f32) {
     panels.clear();
     for first in (0..n).step_by(LANES) {
         for row in 0..k {
@@ -33,16 +28,16 @@ pub(in crate::transformer) fn pack(
 
 /// The left factor: number (row, i) stands at `row · stride + i`, or if `transposed` at `i · stride + row`.
 #[derive(Clone, Copy)]
-pub(in crate::transformer) struct Left<'a> {
-    pub(in crate::transformer) numbers: &'a [f32],
-    pub(in crate::transformer) stride: usize,
-    pub(in crate::transformer) transposed: bool,
+pub(crate) struct Left<'a> {
+    pub(crate) numbers: &'a [f32],
+    pub(crate) stride: usize,
+    pub(crate) transposed: bool,
 }
 
 /// out = left · panels; `out` is `[rows, padded(n)]`, row-major.
 ///
 /// Each number is summed over k from the first to the last with fused multiply-adds, with every instruction set alike.
-pub(in crate::transformer) fn product(out: &mut [f32], rows: usize, left: Left<'_>, panels: &[[f32; LANES]], k: usize) {
+pub(crate) fn product(out: &mut [f32], rows: usize, left: Left<'_>, panels: &[[f32; LANES]], k: usize) {
     InstructionSet::chosen().run(Product { out, rows, left, panels, k });
 }
 

@@ -1,15 +1,31 @@
 //! exp, the error function and GELU written so that the compiler makes vector instructions of loops over them: the C library's
 //! take one number at a time and were a third of a training step.
 
+use super::tile::LANES;
+
 /// x y + z, rounded once.
 #[inline(always)]
-pub(in crate::transformer) fn fma(x: f32, y: f32, z: f32) -> f32 {
+pub(crate) fn fma(x: f32, y: f32, z: f32) -> f32 {
     x.mul_add(y, z)
+}
+
+/// Σ x y, in lanes.
+#[inline(always)]
+pub(crate) fn dot(x: &[f32], y: &[f32]) -> f32 {
+    let mut sums = [0.0_f32; LANES];
+    let (x_lanes, x_rest) = x.as_chunks::<LANES>();
+    let (y_lanes, y_rest) = y.as_chunks::<LANES>();
+    for (x, y) in x_lanes.iter().zip(y_lanes) {
+        for ((sum, x), y) in sums.iter_mut().zip(x).zip(y) {
+            *sum += x * y;
+        }
+    }
+    sums.iter().sum::<f32>() + x_rest.iter().zip(y_rest).map(|(x, y)| x * y).sum::<f32>()
 }
 
 /// exp(x) to 2 units in the last place, for x up to 88; below −87 it stays at exp(−87), about 1e-38.
 #[inline(always)]
-pub(in crate::transformer) fn exp(x: f32) -> f32 {
+pub(crate) fn exp(x: f32) -> f32 {
     // Adding 1.5 · 2^23 leaves the nearest whole number in the lowest bits.
     const SHIFT: f32 = 12_582_912.0;
     let x = if x > -87.0 { x } else { -87.0 };
@@ -60,7 +76,7 @@ pub fn gelu(x: f32) -> f32 {
 
 /// Its derivative Φ(x) + x φ(x).
 #[inline(always)]
-pub(in crate::transformer) fn gelu_gradient(x: f32) -> f32 {
+pub(crate) fn gelu_gradient(x: f32) -> f32 {
     const DENSITY_AT_0: f32 = 0.398_942_3;
     0.5 * (1.0 + erf(x * std::f32::consts::FRAC_1_SQRT_2)) + x * DENSITY_AT_0 * exp(-0.5 * x * x)
 }

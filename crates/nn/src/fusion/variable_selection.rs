@@ -1,0 +1,217 @@
+//! The Variable Selection Network: how much each input counts at this step.
+
+use std::ops::Range;
+
+use lifelike_simd::vectorize;
+
+use super::gated_residual::{GatedResidual, GatedResidualPass, GatedResidualSizes};
+use crate::rows::elementary::exp;
+use crate::rows::{Entry, Init, Layout};
+
+/// Sizes of a Variable Selection Network.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct SelectionSizes {
+    /// V: variables, each one number of a row.
+    pub variables: usize,
+    /// e: numbers that a variable is embedded in.
+    pub embedding: usize,
+    /// c: numbers that come out.
+    pub width: usize,
+}
+
+/// Σ w_v ξ_v (Lim et al. 2021, eqs. 6 to 8): every variable through a Gated Residual Network of its own, weighted by the softmax
+/// of one that sees all of them.
+#[derive(Debug, Clone)]
+pub struct VariableSelection {
+    sizes: SelectionSizes,
+    weight: Vec<f32>,
+    bias: Vec<f32>,
+    /// Where weights and biases of the embedding stand, one after the other.
+    embedding: Range<usize>,
+    all: GatedResidual,
+    single: Vec<GatedResidual>,
+}
+
+/// What comes out.
+#[derive(Debug, Clone)]
+pub struct Selected {
+    /// Rows, `[rows, c]`.
+    pub rows: Vec<f32>,
+    /// Weights of the variables, `[rows, V]`, each row's sum 1.
+    pub weights: Vec<f32>,
+    /// Numbers that the way back needs.
+    pub pass: SelectionPass,
+}
+
+/// Numbers that the way back needs.
+#[derive(Debug, Clone)]
+pub struct SelectionPass {
+    x: Vec<f32>,
+    weights: Vec<f32>,
+    all: GatedResidualPass,
+    single: Vec<(Vec<f32>, GatedResidualPass)>,
+}
+
+impl SelectionSizes {
+    fn all(self) -> GatedResidualSizes {
+        let Self { variables, embedding, width } = self;
+        GatedResidualSizes { inputs: variables * embedding, hidden: width, outputs: variables }
+    }
+
+    fn single(self) -> GatedResidualSizes {
+        let Self { embedding, width, .. } = self;
+        GatedResidualSizes { inputs: embedding, hidden: embedding, outputs: width }
+    }
+}
+
+impl VariableSelection {
+    /// Returns its parameters: `NAME.embedding.weight` and `.bias` `[V, e]`, `NAME.all` and `NAME.VARIABLE`.
+    pub fn entries(name: &str, sizes: SelectionSizes) -> Vec<Entry> {
+        let mut out = Vec::new();
+        for part in ["weight", "bias"] {
+            // One input each, so PyTorch's bound is 1.
+            let shape = vec![sizes.variables, sizes.embedding];
+            out.push(Entry { name: format!("{name}.embedding.{part}"), shape, init: Init::Uniform(1.0) });
+        }
+        out.extend(GatedResidual::entries(&format!("{name}.all"), sizes.all()));
+        for v in 0..sizes.variables {
+            out.extend(GatedResidual::entries(&format!("{name}.{v}"), sizes.single()));
+        }
+        out
+    }
+
+    /// Packs parameters that stand as the layout says.
+    pub fn new(name: &str, sizes: SelectionSizes, layout: &Layout, values: &[f32]) -> Self {
+        let weight = layout.range(&format!("{name}.embedding.weight"));
+        let bias = layout.range(&format!("{name}.embedding.bias"));
+        let single = |v: usize| GatedResidual::new(&format!("{name}.{v}"), sizes.single(), layout, values);
+        Self {
+            weight: values[weight.clone()].to_vec(),
+            bias: values[bias.clone()].to_vec(),
+            embedding: weight.start..bias.end,
+            all: GatedResidual::new(&format!("{name}.all"), sizes.all(), layout, values),
+            single: (0..sizes.variables).map(single).collect(),
+            sizes,
+        }
+    }
+
+    /// Goes forward.
+    ///
+    /// # Shapes
+    /// `x: [rows, V]`.
+    pub fn forward(&self, x: Vec<f32>) -> Selected {
+        let SelectionSizes { variables, embedding: e, width: c } = self.sizes;
+        let numbers = variables * e;
+        let rows = x.len() / variables;
+        let mut embedded = vec![0.0; rows * numbers];
+        vectorize(
+            #[inline(always)]
+            || {
+                for (embedded, x) in embedded.chunks_exact_mut(numbers).zip(x.chunks_exact(variables)) {
+                    let parameters = self.weight.chunks_exact(e).zip(self.bias.chunks_exact(e));
+                    for ((embedded, x), (weight, bias)) in embedded.chunks_exact_mut(e).zip(x).zip(parameters) {
+                        for ((y, weight), bias) in embedded.iter_mut().zip(weight).zip(bias) {
+                            *y = x * weight + bias;
+                        }
+                    }
+                }
+            },
+        );
+        let single: Vec<_> = self
+            .single
+            .iter()
+            .enumerate()
+            .map(|(v, one)| one.forward(column(&embedded, numbers, v * e..(v + 1) * e)))
+            .collect();
+        let (mut weights, all) = self.all.forward(embedded);
+        let mut out = vec![0.0; rows * c];
+        vectorize(
+            #[inline(always)]
+            || {
+                for weights in weights.chunks_exact_mut(variables) {
+                    softmax(weights);
+                }
+                for (v, (values, _)) in single.iter().enumerate() {
+                    for ((out, values), weights) in
+                        out.chunks_exact_mut(c).zip(values.chunks_exact(c)).zip(weights.chunks_exact(variables))
+                    {
+                        let weight = weights[v];
+                        out.iter_mut().zip(values).for_each(|(out, x)| *out += weight * x);
+                    }
+                }
+            },
+        );
+        Selected { rows: out, weights: weights.clone(), pass: SelectionPass { x, weights, all, single } }
+    }
+
+    /// Adds the parameters' gradients; returns the one by x.
+    pub fn backward(&self, pass: SelectionPass, gradient: &[f32], layout: &Layout, sums: &mut [f32]) -> Vec<f32> {
+        let SelectionSizes { variables, embedding: e, width: c } = self.sizes;
+        let SelectionPass { x, weights, all, single } = pass;
+        let (numbers, rows) = (variables * e, x.len() / variables);
+        let mut by_weights = vec![0.0; weights.len()];
+        let mut by_embedded = vec![0.0; rows * numbers];
+        for (v, (mut values, pass)) in single.into_iter().enumerate() {
+            vectorize(
+                #[inline(always)]
+                || {
+                    for (row, values) in values.chunks_exact_mut(c).enumerate() {
+                        let (weight, gradient) = (weights[row * variables + v], &gradient[row * c..][..c]);
+                        let mut along = 0.0;
+                        for (x, gradient) in values.iter_mut().zip(gradient) {
+                            along += *x * gradient;
+                            *x = weight * gradient;
+                        }
+                        by_weights[row * variables + v] = along;
+                    }
+                },
+            );
+            let by = self.single[v].backward(pass, &values, layout, sums);
+            for (all, by) in by_embedded.chunks_exact_mut(numbers).zip(by.chunks_exact(e)) {
+                all[v * e..(v + 1) * e].copy_from_slice(by);
+            }
+        }
+        for (by, weights) in by_weights.chunks_exact_mut(variables).zip(weights.chunks_exact(variables)) {
+            let along: f32 = by.iter().zip(weights).map(|(by, w)| by * w).sum();
+            by.iter_mut().zip(weights).for_each(|(by, w)| *by = w * (*by - along));
+        }
+        crate::rows::add(&mut by_embedded, &self.all.backward(all, &by_weights, layout, sums));
+        let (by_weight, by_bias) = sums[self.embedding.clone()].split_at_mut(numbers);
+        let mut by_x = vec![0.0; x.len()];
+        vectorize(
+            #[inline(always)]
+            || {
+                for ((by, x), by_x) in by_embedded
+                    .chunks_exact(numbers)
+                    .zip(x.chunks_exact(variables))
+                    .zip(by_x.chunks_exact_mut(variables))
+                {
+                    for (v, by_x) in by_x.iter_mut().enumerate() {
+                        for i in v * e..(v + 1) * e {
+                            by_weight[i] += x[v] * by[i];
+                            by_bias[i] += by[i];
+                            *by_x += self.weight[i] * by[i];
+                        }
+                    }
+                }
+            },
+        );
+        by_x
+    }
+}
+
+/// Returns some columns of rows.
+fn column(rows: &[f32], width: usize, columns: Range<usize>) -> Vec<f32> {
+    rows.chunks_exact(width).flat_map(|row| &row[columns.clone()]).copied().collect()
+}
+
+#[inline(always)]
+fn softmax(x: &mut [f32]) {
+    let most = x.iter().fold(f32::MIN, |most, x| most.max(*x));
+    let mut sum = 0.0;
+    for x in x.iter_mut() {
+        *x = exp(*x - most);
+        sum += *x;
+    }
+    x.iter_mut().for_each(|x| *x /= sum);
+}
