@@ -1,4 +1,11 @@
-//! The actuator model of thesis eqs. 4.9-4.11, generic over the number type: one robot's, or a vector of many.
+//! The actuator model of thesis eqs. 4.9-4.11, generic over the number type: one robot's, or a vector of many. Beside it what
+//! chapter 2 needs of real servos: the motor's electricity and friction as it was measured.
+
+mod friction;
+mod motor;
+
+pub use friction::ExtendedFriction;
+pub use motor::{DcMotor, MotorState};
 
 use lifelike_simd::Number;
 

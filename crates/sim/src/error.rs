@@ -32,6 +32,9 @@ pub enum SimError {
         /// The value found.
         got: String,
     },
+    /// A file of ours that cannot be read or written.
+    #[error(transparent)]
+    Checkpoint(#[from] lifelike_checkpoint::CheckpointError),
     /// Terrain that cannot be made.
     #[error("terrain: expected {expected}, got {got}")]
     Terrain {

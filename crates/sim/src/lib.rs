@@ -9,6 +9,7 @@
 pub mod augmented;
 pub mod batch;
 pub mod batched;
+pub mod bench;
 mod checks;
 pub mod constraint_wrenches;
 pub mod engine;
@@ -24,6 +25,7 @@ pub mod terrain;
 #[cfg(feature = "testing")]
 pub mod testing;
 pub mod throughput;
+pub mod trace;
 mod workers;
 
 pub use augmented::{Augmented, StateCorrection};

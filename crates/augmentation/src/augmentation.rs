@@ -1,0 +1,239 @@
+//! A trained augmentation as one file, and what it makes of traces.
+
+use std::path::Path;
+
+use lifelike_checkpoint::Checkpoint;
+use lifelike_sim::trace::{BlockTrace, Trace};
+
+use crate::AugmentationError;
+use crate::model::{Inputs, Network, SatSizes, Scales, Stream};
+use crate::training::LossKind;
+
+/// Ending of the files' names.
+pub const EXTENSION: &str = ".augmentation.safetensors";
+const KEY: &str = "augmentation";
+const NETWORK: &str = "network";
+/// The widest layer and the longest history that a file is believed.
+const LARGEST: usize = 1 << 14;
+/// A correction is at most so many times the largest error that was measured in training: a network that is lost stays bounded.
+const GUARD: f32 = 1.5;
+
+/// Description of an augmentation.
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct AugmentationHeader {
+    /// Names of what it reads and predicts, the class and the rate.
+    pub inputs: Inputs,
+    /// Their scales.
+    pub scales: Scales,
+    /// Sizes of the network.
+    pub sizes: SatSizes,
+    /// The loss it was trained with: it says how predictions lie in the output.
+    pub loss: LossKind,
+    /// Largest errors of training, in units of their scales.
+    pub limit: Vec<f32>,
+    /// SHA-256 of what it learned from, hexadecimal.
+    pub learned_from: String,
+}
+
+/// What the encoder is told of the errors before (thesis 2.4).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Feedback {
+    /// Nothing: the prediction follows from the simulation alone, and cannot drift.
+    #[default]
+    None,
+    /// Its own predictions.
+    Predicted,
+    /// What was measured, as of a robot that runs beside its simulation.
+    Measured,
+}
+
+/// A frozen augmentation of one class of building blocks.
+#[derive(Debug, Clone)]
+pub struct Augmentation {
+    header: AugmentationHeader,
+    network: Network,
+    values: Vec<f32>,
+}
+
+impl Augmentation {
+    /// Packs a network's parameters.
+    pub fn new(header: AugmentationHeader, values: &[f32]) -> Self {
+        let network = Network::new(header.sizes, &header.sizes.layout(), values);
+        Self { header, network, values: values.to_vec() }
+    }
+
+    /// Returns its description.
+    pub fn header(&self) -> &AugmentationHeader {
+        &self.header
+    }
+
+    /// Returns the network.
+    pub fn network(&self) -> &Network {
+        &self.network
+    }
+
+    /// Returns the number of parameters.
+    pub fn parameters(&self) -> usize {
+        self.values.len()
+    }
+
+    /// Returns Δs of all steps of a block in SI units, `[steps, outputs]`.
+    ///
+    /// # Errors
+    /// [`AugmentationError::Mismatch`] for a block of another class, with other columns, or that lacks what is to be fed back.
+    pub fn errors(&self, block: &BlockTrace, feedback: Feedback) -> Result<Vec<f32>, AugmentationError> {
+        let AugmentationHeader { inputs, scales, loss, .. } = &self.header;
+        let sequence = inputs.sequence("", block, scales)?;
+        let (width, outputs) = (inputs.fields.len(), inputs.selection.len());
+        let steps = sequence.rows.len() / width;
+        let mut fed_back = vec![0.0; steps * (outputs + 1)];
+        let mut out = match feedback {
+            Feedback::None => loss.predictions(self.network.forward(&sequence.rows, &fed_back, 1).0),
+            Feedback::Measured => {
+                if sequence.error.is_empty() {
+                    let what = format!("what is fed back to '{}'", block.name);
+                    return Err(AugmentationError::mismatch(what, "measured columns", "none"));
+                }
+                for (fed, error) in fed_back.chunks_exact_mut(outputs + 1).zip(sequence.error.chunks_exact(outputs)) {
+                    fed[..outputs].copy_from_slice(error);
+                    fed[outputs] = 1.0;
+                }
+                loss.predictions(self.network.forward(&sequence.rows, &fed_back, 1).0)
+            }
+            Feedback::Predicted => {
+                let stream = self.stream();
+                let (mut records, mut out) = (Vec::new(), Vec::with_capacity(steps * outputs));
+                for row in sequence.rows.chunks_exact(width) {
+                    let mut record = vec![0.0; stream.record_width()];
+                    out.extend(self.step(&stream, row, Feedback::Predicted, |_| past(&records, &stream), &mut record));
+                    records.push(record);
+                }
+                out
+            }
+        };
+        self.guard(&mut out);
+        out.chunks_exact_mut(outputs).for_each(|row| row.iter_mut().zip(&scales.error).for_each(|(x, s)| *x *= s));
+        Ok(out)
+    }
+
+    /// Returns the network for passes step by step.
+    pub fn stream(&self) -> Stream {
+        Stream::new(self.network.clone())
+    }
+
+    /// Returns Δs of one step of some rows in units of the scales, guarded, and writes the step's records.
+    ///
+    /// # Shapes
+    /// `rows: [rows, inputs]` standardized; as [`Stream::predict`] and [`Stream::remember`].
+    pub fn step<'a, I>(
+        &self,
+        stream: &Stream,
+        rows: &[f32],
+        feedback: Feedback,
+        past: impl Fn(usize) -> I,
+        records: &mut [f32],
+    ) -> Vec<f32>
+    where
+        I: DoubleEndedIterator<Item = &'a [f32]>,
+    {
+        let outputs = self.header.inputs.selection.len();
+        let mut out = self.header.loss.predictions(stream.predict(rows, &past));
+        self.guard(&mut out);
+        let mut fed_back = vec![0.0; out.len() / outputs * (outputs + 1)];
+        if feedback == Feedback::Predicted {
+            for (fed, out) in fed_back.chunks_exact_mut(outputs + 1).zip(out.chunks_exact(outputs)) {
+                fed[..outputs].copy_from_slice(out);
+                fed[outputs] = 1.0;
+            }
+        }
+        stream.remember(rows, &fed_back, past, records);
+        out
+    }
+
+    /// Returns the trace with s(t) + Δs(t) in place of s(t), of all blocks of the class. References, forces and what was measured
+    /// stay.
+    ///
+    /// # Errors
+    /// As [`Self::errors`]; [`AugmentationError::Mismatch`] for another rate.
+    pub fn corrected(&self, trace: &Trace, feedback: Feedback) -> Result<Trace, AugmentationError> {
+        let inputs = &self.header.inputs;
+        if trace.rate != inputs.rate {
+            let what = format!("rate of trace '{}'", trace.name);
+            return Err(AugmentationError::mismatch(what, format!("{} Hz", inputs.rate), format!("{} Hz", trace.rate)));
+        }
+        let mut trace = trace.clone();
+        for block in trace.blocks.iter_mut().filter(|block| block.class == inputs.class) {
+            let (errors, width) = (self.errors(block, feedback)?, block.simulated.names.len());
+            for (i, row) in inputs.selection.iter().enumerate() {
+                // A measured number that is one column of the state tells that column; sums do not tell their parts.
+                let [(name, factor)] = &row.state[..] else { continue };
+                let Some(column) = block.simulated.index(name) else { continue };
+                let values = block.simulated.values.chunks_exact_mut(width);
+                for (state, errors) in values.zip(errors.chunks_exact(inputs.selection.len())) {
+                    state[column] += errors[i] / factor;
+                }
+            }
+        }
+        Ok(trace)
+    }
+
+    fn guard(&self, out: &mut [f32]) {
+        for row in out.chunks_exact_mut(self.header.limit.len()) {
+            for (x, limit) in row.iter_mut().zip(&self.header.limit) {
+                *x = x.clamp(-GUARD * limit, GUARD * limit);
+            }
+        }
+    }
+
+    /// Saves the augmentation.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub fn save(&self, path: &Path) -> Result<(), AugmentationError> {
+        let mut file = Checkpoint::new();
+        self.header.sizes.layout().save_into(&mut file, NETWORK, &self.values)?;
+        file.set_meta(KEY, &self.header)?;
+        Ok(file.save(path)?)
+    }
+
+    /// Loads an augmentation.
+    ///
+    /// # Errors
+    /// A file that is none, is damaged, or does not fit itself.
+    pub fn load(path: &Path) -> Result<Self, AugmentationError> {
+        let file = Checkpoint::load(path)?;
+        let header: AugmentationHeader = file.meta(KEY)?;
+        let AugmentationHeader { inputs, scales, sizes, loss, limit, .. } = &header;
+        let what = |part: &str| format!("{}: {part}", path.display());
+        sizes.check()?;
+        let (fields, outputs) = (inputs.fields.len(), inputs.selection.len());
+        let counts = [sizes.inputs, sizes.outputs, sizes.quantiles];
+        if counts != [fields, outputs, loss.quantiles()] || fields == 0 || outputs == 0 || fields > LARGEST {
+            let expected = format!("{fields} inputs, {outputs} outputs, {} quantiles", loss.quantiles());
+            return Err(AugmentationError::mismatch(what("sizes"), expected, format!("{counts:?}")));
+        }
+        for (part, numbers, count) in [
+            ("means", &scales.mean, fields),
+            ("deviations", &scales.std, fields),
+            ("errors", &scales.error, outputs),
+            ("limits", limit, outputs),
+        ] {
+            if numbers.len() != count || numbers.iter().any(|x| !x.is_finite()) {
+                return Err(AugmentationError::mismatch(what(part), format!("{count} finite numbers"), numbers.len()));
+            }
+        }
+        if !(inputs.rate.is_finite() && inputs.rate > 0.0) || scales.std.iter().chain(&scales.error).any(|x| *x <= 0.0)
+        {
+            return Err(AugmentationError::mismatch(what("rate and scales"), "numbers above 0", inputs.rate));
+        }
+        let values = sizes.layout().load_from(&file, NETWORK)?;
+        Ok(Self::new(header, &values))
+    }
+}
+
+/// The latest records, as many as are looked back on.
+fn past<'a>(records: &'a [Vec<f32>], stream: &Stream) -> impl DoubleEndedIterator<Item = &'a [f32]> + use<'a> {
+    records[records.len().saturating_sub(stream.history())..].iter().map(Vec::as_slice)
+}

@@ -1,0 +1,224 @@
+//! Tables of a robot's joints (CSV with a header), with a small map of their columns.
+//!
+//! ```toml
+//! time = "t"                       # the column of seconds
+//! rate = 250.0                     # Hz; what the time stamps must be, within a tenth of a step
+//!
+//! [block.left_knee]
+//! class = "xm430"
+//! reference.position = { column = "left_knee_goal", unit = "deg" }
+//! measured.position = { column = "left_knee", unit = "ticks4096" }
+//! measured.current = { column = "left_knee_mA", unit = "mA" }
+//! ```
+
+use std::collections::BTreeMap;
+use std::f64::consts::TAU;
+use std::path::Path;
+
+use lifelike_sim::trace::{BlockTrace, Columns, Trace};
+
+use super::clock::Clock;
+use crate::AugmentationError;
+
+/// A map of a table's columns.
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TableMap {
+    /// Column of the time (s).
+    pub time: String,
+    /// Rows per second (Hz).
+    pub rate: f64,
+    /// The building blocks by name.
+    pub block: BTreeMap<String, BlockMap>,
+}
+
+/// Columns of one building block.
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct BlockMap {
+    /// Class: blocks of one class are alike.
+    pub class: String,
+    /// Commands by name.
+    #[serde(default)]
+    pub reference: BTreeMap<String, ColumnMap>,
+    /// What was measured, by name.
+    #[serde(default)]
+    pub measured: BTreeMap<String, ColumnMap>,
+}
+
+/// One column.
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ColumnMap {
+    /// Its header.
+    pub column: String,
+    /// Its unit.
+    #[serde(default)]
+    pub unit: Unit,
+}
+
+/// Units that are turned into SI.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
+pub enum Unit {
+    /// SI already (rad, rad/s, A, V, N m, m, ...).
+    #[default]
+    #[serde(rename = "si")]
+    Si,
+    /// Degrees.
+    #[serde(rename = "deg")]
+    Degrees,
+    /// Degrees per second.
+    #[serde(rename = "deg/s")]
+    DegreesPerSecond,
+    /// Turns per minute.
+    #[serde(rename = "rpm")]
+    Rpm,
+    /// 4096ths of a turn from 2048 on (Dynamixel).
+    #[serde(rename = "ticks4096")]
+    Ticks,
+    /// Thousandths of an ampere.
+    #[serde(rename = "mA")]
+    Milliampere,
+    /// Thousandths of a volt.
+    #[serde(rename = "mV")]
+    Millivolt,
+    /// Thousandths of a metre.
+    #[serde(rename = "mm")]
+    Millimetre,
+}
+
+impl Unit {
+    fn to_si(self, x: f64) -> f64 {
+        match self {
+            Self::Si => x,
+            Self::Degrees | Self::DegreesPerSecond => x.to_radians(),
+            Self::Rpm => x * TAU / 60.0,
+            Self::Ticks => (x - 2048.0) * TAU / 4096.0,
+            Self::Milliampere | Self::Millivolt | Self::Millimetre => x * 1e-3,
+        }
+    }
+}
+
+/// What no joint does, in SI: beyond it the unit is wrong.
+const LARGEST: [(&str, f64, &str); 4] = [
+    ("position", 4.0 * TAU, "rad (degrees, or raw ticks?)"),
+    ("velocity", 200.0, "rad/s (degrees or rpm?)"),
+    ("current", 100.0, "A (mA?)"),
+    ("voltage", 200.0, "V (mV?)"),
+];
+
+/// Reads a table.
+///
+/// # Errors
+/// [`AugmentationError::Io`]; [`AugmentationError::Log`] with line and column: a column that is missing, a cell that is no finite
+/// number, a time that does not rise, a gap, a step that is not the rate's, a number that cannot be of its unit.
+pub fn read(path: &Path, map: &TableMap) -> Result<Trace, AugmentationError> {
+    let text = std::fs::read_to_string(path).map_err(AugmentationError::io(path))?;
+    let mut lines = text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty());
+    let header: Vec<&str> = lines.next().map(|(_, line)| cells(line).collect()).unwrap_or_default();
+    let index = |name: &str| {
+        header
+            .iter()
+            .position(|own| *own == name)
+            .ok_or_else(|| AugmentationError::log(path, "line 1", format!("a column '{name}'"), header.join(",")))
+    };
+    let rows: Vec<(usize, Vec<&str>)> = lines.map(|(line, text)| (line + 1, cells(text).collect())).collect();
+    let column = |name: &str| -> Result<Vec<f64>, AugmentationError> {
+        let index = index(name)?;
+        let number = |(line, cells): &(u64, csv::StringRecord)| {
+            let cell = cells.get(index).unwrap_or("");
+            let value = cell.parse::<f64>().ok().filter(|x| x.is_finite());
+            value.ok_or_else(|| {
+                AugmentationError::log(
+                    path,
+                    format!("line {line}, column '{name}'"),
+                    "a finite number",
+                    format!("'{cell}'"),
+                )
+            })
+        };
+        rows.iter().map(number).collect()
+    };
+    let time = column(&map.time)?;
+    let at = |i: usize| format!("line {}, column '{}'", rows.get(i).map_or(1, |row| row.0), map.time);
+    let clock = Clock::of(&time).map_err(|(i, expected, got)| AugmentationError::log(path, at(i), expected, got))?;
+    // Rows are taken as equal steps: a clock of another rate would shift them slowly.
+    let (step, length) = (1.0 / map.rate, (time.len() - 1) as f64);
+    let mean = (time[time.len() - 1] - time[0]) / length;
+    if ((mean - step) * length).abs() > step.max(1e-3 * length * step) || clock.jitter > 0.25 * step {
+        let got = format!("{:.3} Hz, jitter {:.2} ms", 1.0 / mean, 1e3 * clock.jitter);
+        let expected = format!("{} Hz at equal steps (resample the log, or change 'rate')", map.rate);
+        return Err(AugmentationError::log(path, at(0), expected, got));
+    }
+    let columns = |wanted: &BTreeMap<String, ColumnMap>| -> Result<Columns, AugmentationError> {
+        let mut named: Vec<(&str, Vec<f64>)> = Vec::new();
+        for (name, map) in wanted {
+            let values: Vec<f64> = column(&map.column)?.into_iter().map(|x| map.unit.to_si(x)).collect();
+            if let Some((_, most, unit)) = LARGEST.iter().find(|(own, ..)| own == name) {
+                if let Some(i) = values.iter().position(|x| x.abs() > *most) {
+                    let place = format!("line {}, column '{}'", rows[i].0, map.column);
+                    let expected = format!("at most {most:.1}");
+                    return Err(AugmentationError::log(path, place, expected, format!("{} {unit}", values[i])));
+                }
+            }
+            named.push((name, values));
+        }
+        let slices: Vec<(&str, &[f64])> = named.iter().map(|(name, values)| (*name, &values[..])).collect();
+        Ok(Columns::new(&slices))
+    };
+    let mut blocks = Vec::with_capacity(map.block.len());
+    for (name, block) in &map.block {
+        let (reference, measured) = (columns(&block.reference)?, columns(&block.measured)?);
+        let (name, class) = (name.clone(), block.class.clone());
+        let mut block = BlockTrace { name, class, reference, measured, ..BlockTrace::default() };
+        block.selection = block.by_name();
+        blocks.push(block);
+    }
+    let name = path.file_stem().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+    Ok(Trace { name, source: path.display().to_string(), rate: map.rate, blocks })
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    const MAP: &str = "time = \"t\"\nrate = 100.0\n[block.knee]\nclass = \"xm430\"\n\
+        reference.position = { column = \"goal\", unit = \"deg\" }\nmeasured.position = { column = \"ticks\", unit = \"ticks4096\" }\n";
+
+    fn read_text(text: &str) -> Result<Trace, AugmentationError> {
+        let file = tempfile::NamedTempFile::new().unwrap();
+        std::fs::write(file.path(), text).unwrap();
+        read(file.path(), &toml::from_str(MAP).unwrap())
+    }
+
+    #[test]
+    fn a_table_is_read_in_si() {
+        let trace = read_text("t,goal,ticks\n0.00,90,2048\n0.01,-90,3072\n0.02, 45 ,1024\n").unwrap();
+        let block = &trace.blocks[0];
+        let goal: Vec<f32> = block.reference.column("position").unwrap().collect();
+        assert!(goal.iter().zip([1.570_796, -1.570_796, 0.785_398]).all(|(a, b)| (a - b).abs() < 1e-5), "{goal:?}");
+        let ticks: Vec<f32> = block.measured.column("position").unwrap().collect();
+        assert!(ticks.iter().zip([0.0, 1.570_796, -1.570_796]).all(|(a, b)| (a - b).abs() < 1e-5), "{ticks:?}");
+        assert_eq!((trace.rate, block.class.as_str()), (100.0, "xm430"));
+        // Nothing is simulated yet: there is nothing to compare, and that is fine.
+        trace.check().unwrap();
+    }
+
+    #[test]
+    fn what_is_wrong_is_told_with_line_and_column() {
+        for (text, part) in [
+            ("t,goal\n0,1\n0.01,1\n", "line 1: expected a column 'ticks'"),
+            ("t,goal,ticks\n0,1,2048\n0.01,x,2048\n", "line 3, column 'goal': expected a finite number, got 'x'"),
+            ("t,goal,ticks\n0,1,2048\n0.01,1,nan\n", "line 3, column 'ticks': expected a finite number, got 'nan'"),
+            ("t,goal,ticks\n0,1,2048\n0.01,1\n", "line 3, column 'ticks': expected a finite number, got ''"),
+            ("t,goal,ticks\n0,1,2048\n0.01,1,2048\n0.01,1,2048\n", "line 4, column 't': expected a time after 0.01 s"),
+            ("t,goal,ticks\n0,1,2048\n0.01,1,2048\n0.02,1,2048\n0.5,1,2048\n", "line 5, column 't': expected no gap"),
+            ("t,goal,ticks\n0,1,2048\n0.02,1,2048\n0.04,1,2048\n0.06,1,2048\n", "expected 100 Hz at equal steps"),
+            ("t,goal,ticks\n0,1,2048\n0.01,1000000,2048\n", "column 'goal': expected at most 25.1, got 17453"),
+        ] {
+            let message = read_text(text).unwrap_err().to_string();
+            assert!(message.contains(part), "{message}");
+        }
+    }
+}

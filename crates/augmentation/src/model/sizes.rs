@@ -1,0 +1,130 @@
+//! Sizes of the network, and which of its parts are there.
+
+use lifelike_nn::fusion::{
+    GateAddNorm, GatedResidual, GatedResidualSizes, HistoryAttention, HistorySizes, Lstm, SelectionSizes,
+    VariableSelection,
+};
+use lifelike_nn::rows::{Entry, Layout};
+use lifelike_train::limits::{PlanError, range, whole, wrong};
+
+/// What stands between the selection of variables and attention (thesis 2.5.4).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Backbone {
+    /// Nothing.
+    None,
+    /// Two layers with ReLU.
+    Dense,
+    /// An LSTM over the history and a step of another for the present, beside a skip connection.
+    #[default]
+    Lstm,
+}
+
+/// Sizes of the network.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct SatSizes {
+    /// Numbers of a row: state, forces, references.
+    pub inputs: usize,
+    /// Numbers of Δs, predicted and fed back.
+    pub outputs: usize,
+    /// Numbers that come out for each of them: more than one for the quantile loss.
+    pub quantiles: usize,
+    /// Numbers that a variable is embedded in.
+    pub embedding: usize,
+    /// Width of everything.
+    pub width: usize,
+    /// Heads of attention.
+    pub heads: usize,
+    /// K: steps that are looked back on.
+    pub history: usize,
+    /// What stands before attention.
+    pub backbone: Backbone,
+    /// Whether there is attention.
+    pub attention: bool,
+}
+
+impl Default for SatSizes {
+    fn default() -> Self {
+        Self {
+            inputs: 0,
+            outputs: 0,
+            quantiles: 1,
+            embedding: 8,
+            width: 32,
+            heads: 4,
+            history: 128,
+            backbone: Backbone::Lstm,
+            attention: true,
+        }
+    }
+}
+
+impl SatSizes {
+    /// Checks the sizes that a plan sets.
+    ///
+    /// # Errors
+    /// The key, its range and the value.
+    pub fn check(&self) -> Result<(), PlanError> {
+        whole("model.embedding", self.embedding as u64, 1, 256)?;
+        whole("model.width", self.width as u64, 1, 1024)?;
+        whole("model.heads", self.heads as u64, 1, 64)?;
+        whole("model.history", self.history as u64, 1, 4096)?;
+        range("model.quantiles", self.quantiles as f64, 1.0, 99.0)?;
+        if !self.width.is_multiple_of(self.heads) {
+            return Err(wrong("model.heads", &format!("a divisor of the width {}", self.width), self.heads));
+        }
+        if self.backbone != Backbone::Lstm && !self.attention {
+            return Err(wrong("model.attention", "true where there is no LSTM: nothing would look back", false));
+        }
+        Ok(())
+    }
+
+    /// Variables of the encoder: the row, Δs of that step, and whether it is known.
+    pub(super) fn encoder(self) -> SelectionSizes {
+        let Self { inputs, outputs, embedding, width, .. } = self;
+        SelectionSizes { variables: inputs + outputs + 1, embedding, width }
+    }
+
+    /// Variables of the decoder: the row.
+    pub(super) fn decoder(self) -> SelectionSizes {
+        let Self { inputs, embedding, width, .. } = self;
+        SelectionSizes { variables: inputs, embedding, width }
+    }
+
+    pub(super) fn attention(self) -> HistorySizes {
+        HistorySizes { width: self.width, heads: self.heads, steps: self.history }
+    }
+
+    pub(super) fn residual(self) -> GatedResidualSizes {
+        GatedResidualSizes { inputs: self.width, hidden: self.width, outputs: self.width }
+    }
+
+    /// Returns names and places of the parameters.
+    pub fn layout(self) -> Layout {
+        let c = self.width;
+        let mut entries: Vec<Entry> = VariableSelection::entries("encoder.selection", self.encoder());
+        entries.extend(VariableSelection::entries("decoder.selection", self.decoder()));
+        match self.backbone {
+            Backbone::None => {}
+            Backbone::Dense => {
+                for name in ["dense.0", "dense.1"] {
+                    entries.extend(Entry::linear(name, c, c));
+                }
+            }
+            Backbone::Lstm => {
+                entries.extend(Lstm::entries("encoder.lstm", c, c));
+                entries.extend(Lstm::entries("decoder.lstm", c, c));
+                entries.extend(GateAddNorm::entries("lstm_gate", c, c));
+            }
+        }
+        if self.attention {
+            entries.extend(HistoryAttention::entries("attention", self.attention()));
+            entries.extend(GateAddNorm::entries("attention_gate", c, c));
+            entries.extend(GatedResidual::entries("residual", self.residual()));
+            entries.extend(GateAddNorm::entries("output_gate", c, c));
+        }
+        entries.extend(Entry::linear("output", c, self.outputs * self.quantiles));
+        Layout::new(entries)
+    }
+}

@@ -1,0 +1,118 @@
+//! The network step by step, for a running simulation.
+
+use lifelike_nn::fusion::LstmState;
+
+use super::network::{Layers, Network, rectified};
+use super::sizes::SatSizes;
+
+/// A network that goes on from records of the steps before, many independent rows at once.
+///
+/// A step's record is what later steps need of it: what the LSTM remembers, a key and a value. The first step has none: the error is
+/// taken to be zero there (thesis 2.4).
+#[derive(Debug, Clone)]
+pub struct Stream {
+    network: Network,
+}
+
+impl Stream {
+    /// Streams a network.
+    pub fn new(network: Network) -> Self {
+        Self { network }
+    }
+
+    /// Returns the numbers of one step's record.
+    pub fn record_width(&self) -> usize {
+        let SatSizes { width: c, heads, .. } = self.network.sizes;
+        3 * c + c / heads
+    }
+
+    /// Returns the number of records that are looked back on.
+    pub fn history(&self) -> usize {
+        if self.network.attention.is_some() { self.network.sizes.history } else { 1 }
+    }
+
+    /// Returns Δs of the present step.
+    ///
+    /// # Shapes
+    /// `rows: [rows, inputs]`; `past(row)` gives that row's records, the oldest first, at most [`Self::history`]; to `[rows,
+    /// outputs · quantiles]`.
+    pub fn predict<'a, I>(&self, rows: &[f32], past: impl Fn(usize) -> I) -> Vec<f32>
+    where
+        I: DoubleEndedIterator<Item = &'a [f32]>,
+    {
+        let (network, c) = (&self.network, self.network.sizes.width);
+        let count = rows.len() / network.sizes.inputs.max(1);
+        let selected = network.decoder.forward(rows.to_vec()).rows;
+        let present = match &network.backbone {
+            Layers::None => selected,
+            Layers::Dense([first, second]) => rectified(second.forward(&rectified(first.forward(&selected)))),
+            Layers::Lstm { decoder, gate, .. } => {
+                let state = self.remembered(count, &past);
+                let pass = decoder.forward(selected.clone(), &state);
+                gate.forward(pass.states().0.to_vec(), &selected).0
+            }
+        };
+        let last = match &network.attention {
+            None => present,
+            Some(layers) => {
+                let mixed = layers
+                    .history
+                    .step(&present, |row| past(row).map(move |record| (&record[2 * c..3 * c], &record[3 * c..])));
+                let x = layers.gate.forward(mixed, &present).0;
+                let x = layers.residual.forward(x).0;
+                layers.output_gate.forward(x, &present).0
+            }
+        };
+        network.output.forward(&last)
+    }
+
+    /// Writes the present step's records, now that Δs of it is known, or taken to be.
+    ///
+    /// # Shapes
+    /// `rows: [rows, inputs]`, `fed_back: [rows, outputs + 1]`, `records: [rows, record width]`.
+    pub fn remember<'a, I>(&self, rows: &[f32], fed_back: &[f32], past: impl Fn(usize) -> I, records: &mut [f32])
+    where
+        I: DoubleEndedIterator<Item = &'a [f32]>,
+    {
+        let SatSizes { inputs, outputs, width: c, heads, .. } = self.network.sizes;
+        let both = rows.chunks_exact(inputs).zip(fed_back.chunks_exact(outputs + 1));
+        let x: Vec<f32> = both.flat_map(|(row, fed)| row.iter().chain(fed)).copied().collect();
+        let count = rows.len() / inputs.max(1);
+        let selected = self.network.encoder.forward(x).rows;
+        let mut state = LstmState::zeros(count, c);
+        let embedded = match &self.network.backbone {
+            Layers::None => selected,
+            Layers::Dense([first, second]) => rectified(second.forward(&rectified(first.forward(&selected)))),
+            Layers::Lstm { encoder, gate, .. } => {
+                let pass = encoder.forward(selected.clone(), &self.remembered(count, &past));
+                let (hidden, cell) = pass.states();
+                state = LstmState { hidden: hidden.to_vec(), cell: cell.to_vec() };
+                gate.forward(hidden.to_vec(), &selected).0
+            }
+        };
+        let kept = self.network.attention.as_ref().map(|layers| layers.history.remember(&embedded));
+        for (row, record) in records.chunks_exact_mut(self.record_width()).enumerate() {
+            record[..c].copy_from_slice(&state.hidden[row * c..][..c]);
+            record[c..2 * c].copy_from_slice(&state.cell[row * c..][..c]);
+            if let Some(kept) = &kept {
+                record[2 * c..3 * c].copy_from_slice(&kept.key[row * c..][..c]);
+                record[3 * c..].copy_from_slice(&kept.value[row * (c / heads)..][..c / heads]);
+            }
+        }
+    }
+
+    fn remembered<'a, I>(&self, count: usize, past: &impl Fn(usize) -> I) -> LstmState
+    where
+        I: DoubleEndedIterator<Item = &'a [f32]>,
+    {
+        let c = self.network.sizes.width;
+        let mut state = LstmState::zeros(count, c);
+        for row in 0..count {
+            if let Some(record) = past(row).next_back() {
+                state.hidden[row * c..][..c].copy_from_slice(&record[..c]);
+                state.cell[row * c..][..c].copy_from_slice(&record[c..2 * c]);
+            }
+        }
+        state
+    }
+}

@@ -1,0 +1,11 @@
+//! Learning a class' augmentation from traces: [`AugmentationPlan`], [`AugmentationTrainer`] (a
+//! [`lifelike_train::TrainingTask`]).
+
+mod loss;
+mod plan;
+mod task;
+mod trainer;
+
+pub use loss::{Loss, LossKind};
+pub use plan::{AugmentationPlan, FeedbackShares};
+pub use trainer::{AugmentationMetrics, AugmentationTrainer};

@@ -1,0 +1,125 @@
+//! Settings of an augmentation's training.
+
+use lifelike_nn::schedules::cosine;
+use lifelike_train::limits::{range, whole, wrong};
+
+use super::loss::LossKind;
+use crate::AugmentationError;
+use crate::model::SatSizes;
+
+/// What training tells the encoder of the errors before.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct FeedbackShares {
+    /// Share of the stretches with the measured errors (teacher forcing).
+    pub measured: f64,
+    /// Share with the network's own predictions.
+    pub predicted: f64,
+}
+
+impl Default for FeedbackShares {
+    fn default() -> Self {
+        Self { measured: 0.25, predicted: 0.25 }
+    }
+}
+
+/// A training of an augmentation. In the remaining share of the stretches nothing is fed back.
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct AugmentationPlan {
+    /// Key of all randomness.
+    pub seed: u64,
+    /// Measured columns to predict; empty: all of them.
+    pub outputs: Vec<String>,
+    /// The network.
+    pub model: SatSizes,
+    /// The loss.
+    pub loss: LossKind,
+    /// Weight of the physics-informed term of eq. 2.3.
+    pub physics_weight: f64,
+    /// What the encoder is told.
+    pub feedback: FeedbackShares,
+    /// Steps of a stretch that is learned from at once.
+    pub stretch: usize,
+    /// Stretches of an iteration.
+    pub batch: usize,
+    /// Stretches that pass through the network at once on one core.
+    pub part: usize,
+    /// Iterations.
+    pub iterations: u64,
+    /// Wall time after which the training ends (minutes).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub minutes: Option<f64>,
+    /// The largest learning rate.
+    pub learning_rate: f64,
+    /// Iterations over which it rises from 0.
+    pub warmup: u64,
+    /// Decay of the weights in each step, as a share of the learning rate.
+    pub weight_decay: f64,
+    /// Standard deviation of noise on the rows, in units of the scales.
+    pub noise: f64,
+    /// Gradients are scaled down to this norm.
+    pub max_gradient_norm: f64,
+    /// Iterations between validations and checkpoints.
+    pub validate_every: u64,
+}
+
+impl Default for AugmentationPlan {
+    fn default() -> Self {
+        Self {
+            seed: 0,
+            outputs: Vec::new(),
+            model: SatSizes::default(),
+            loss: LossKind::Physics,
+            physics_weight: 1.0,
+            feedback: FeedbackShares::default(),
+            stretch: 256,
+            batch: 16,
+            part: 8,
+            iterations: 2000,
+            minutes: None,
+            learning_rate: 2e-3,
+            warmup: 100,
+            weight_decay: 0.01,
+            noise: 0.02,
+            max_gradient_norm: 1.0,
+            validate_every: 100,
+        }
+    }
+}
+
+impl AugmentationPlan {
+    /// Checks every range.
+    ///
+    /// # Errors
+    /// The first key out of range.
+    pub fn check(&self) -> Result<(), AugmentationError> {
+        self.model.check()?;
+        range("physics_weight", self.physics_weight, 0.0, 1e3)?;
+        range("feedback.measured", self.feedback.measured, 0.0, 1.0)?;
+        range("feedback.predicted", self.feedback.predicted, 0.0, 1.0)?;
+        if self.feedback.measured + self.feedback.predicted > 1.0 {
+            let sum = self.feedback.measured + self.feedback.predicted;
+            return Err(wrong("feedback", "shares that sum to at most 1", sum).into());
+        }
+        whole("stretch", self.stretch as u64, 2, 1 << 20)?;
+        whole("batch", self.batch as u64, 1, 1 << 16)?;
+        whole("part", self.part as u64, 1, 1 << 16)?;
+        whole("iterations", self.iterations, 1, 1 << 40)?;
+        if let Some(minutes) = self.minutes {
+            range("minutes", minutes, 0.01, 1e6)?;
+        }
+        range("learning_rate", self.learning_rate, 1e-9, 10.0)?;
+        whole("warmup", self.warmup, 0, 1 << 40)?;
+        range("weight_decay", self.weight_decay, 0.0, 100.0)?;
+        range("noise", self.noise, 0.0, 10.0)?;
+        range("max_gradient_norm", self.max_gradient_norm, 1e-9, 1e9)?;
+        Ok(whole("validate_every", self.validate_every, 1, 1 << 40)?)
+    }
+
+    /// Returns the learning rate at an iteration (counted from 0).
+    pub fn learning_rate_at(&self, iteration: u64) -> f64 {
+        let risen = if iteration < self.warmup { (iteration + 1) as f64 / self.warmup as f64 } else { 1.0 };
+        self.learning_rate * risen * cosine(iteration, self.iterations, 0.01)
+    }
+}

@@ -1,0 +1,325 @@
+//! Stretches of traces, their gradients, and steps of Adam.
+
+use lifelike_checkpoint::Checkpoint;
+use lifelike_checkpoint::rng::stream;
+use lifelike_dense::{AdamStep, Slices, norm};
+use lifelike_nn::adam::AdamConfig;
+use lifelike_nn::rows::Layout;
+use lifelike_sim::trace::{BlockTrace, Trace};
+use lifelike_simd::InstructionSet;
+use rand::Rng;
+use rayon::prelude::*;
+use sha2::{Digest, Sha256};
+
+use super::loss::Loss;
+use super::plan::AugmentationPlan;
+use crate::AugmentationError;
+use crate::augmentation::{Augmentation, AugmentationHeader};
+use crate::model::{Inputs, Network, SatSizes, Scales, Sequence};
+
+/// Numbers of one iteration.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AugmentationMetrics {
+    /// Mean loss of a step.
+    pub loss: f64,
+    /// Norm of the gradient.
+    pub gradient_norm: f64,
+    /// Learning rate.
+    pub learning_rate: f64,
+}
+
+/// What the encoder is told in a stretch.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Told {
+    Nothing,
+    Measured,
+    Predicted,
+}
+
+/// A stretch of a sequence.
+#[derive(Debug, Clone, Copy)]
+struct Stretch {
+    sequence: usize,
+    first: usize,
+    told: Told,
+}
+
+/// Network, optimizer and traces of one plan, between two iterations.
+pub struct AugmentationTrainer {
+    plan: AugmentationPlan,
+    inputs: Inputs,
+    scales: Scales,
+    sizes: SatSizes,
+    layout: Layout,
+    loss: Loss,
+    sequences: Vec<Sequence>,
+    validation: Vec<Sequence>,
+    values: Vec<f32>,
+    moments: [Vec<f32>; 2],
+    iteration: u64,
+    /// The best weights on the validation traces, with their score.
+    best: Option<(f64, Vec<f32>)>,
+    digest: String,
+}
+
+impl AugmentationTrainer {
+    /// Returns a fresh network and what it learns from: all blocks of the first one's class.
+    ///
+    /// # Errors
+    /// A value of the plan out of its range; [`AugmentationError::Mismatch`] for traces without measured blocks, with other columns
+    /// or another rate, or shorter than a stretch.
+    pub fn new(plan: &AugmentationPlan, traces: &[Trace], validation: &[Trace]) -> Result<Self, AugmentationError> {
+        plan.check()?;
+        let measured = |trace: &'_ Trace| -> Vec<(String, BlockTrace)> {
+            let blocks = trace.blocks.iter().filter(|block| !block.measured.names.is_empty());
+            blocks.map(|block| (trace.name.clone(), block.clone())).collect()
+        };
+        let blocks: Vec<(String, BlockTrace)> = traces.iter().flat_map(measured).collect();
+        let Some((_, first)) = blocks.first() else {
+            return Err(AugmentationError::mismatch("traces to learn from", "some with measured blocks", traces.len()));
+        };
+        let rate = traces[0].rate;
+        if let Some(other) = traces.iter().chain(validation).find(|trace| trace.rate != rate) {
+            let what = format!("rate of trace '{}'", other.name);
+            return Err(AugmentationError::mismatch(what, format!("{rate} Hz"), format!("{} Hz", other.rate)));
+        }
+        let inputs = Inputs::of(first, rate, &plan.outputs)?;
+        let own = |blocks: Vec<(String, BlockTrace)>| -> Vec<(String, BlockTrace)> {
+            blocks.into_iter().filter(|(_, block)| block.class == inputs.class).collect()
+        };
+        let (blocks, validation) = (own(blocks), own(validation.iter().flat_map(measured).collect()));
+        let scales = Scales::of(&inputs, &blocks.iter().map(|(_, block)| block).collect::<Vec<_>>())?;
+        let sequences = |blocks: &[(String, BlockTrace)]| -> Result<Vec<Sequence>, AugmentationError> {
+            blocks.iter().map(|(run, block)| inputs.sequence(run, block, &scales)).collect()
+        };
+        let (sequences, validation) = (sequences(&blocks)?, sequences(&validation)?);
+        let (width, outputs) = (inputs.fields.len(), inputs.selection.len());
+        if let Some(short) = sequences.iter().find(|own| own.rows.len() < plan.stretch * width) {
+            let got = short.rows.len() / width;
+            return Err(AugmentationError::mismatch(format!("steps of '{}'", short.name), plan.stretch, got));
+        }
+        let sizes = SatSizes { inputs: width, outputs, quantiles: plan.loss.quantiles(), ..plan.model };
+        let layout = sizes.layout();
+        let values = layout.init(plan.seed, "augmentation");
+        let zeros = vec![0.0; values.len()];
+        let mut hash = Sha256::new();
+        for own in sequences.iter().chain(&validation) {
+            hash.update((own.name.len() as u64).to_le_bytes());
+            hash.update(own.name.as_bytes());
+            own.rows.iter().chain(&own.error).for_each(|x| hash.update(x.to_le_bytes()));
+        }
+        Ok(Self {
+            loss: Loss::new(plan.loss, &inputs, &scales, plan.physics_weight),
+            plan: plan.clone(),
+            moments: [zeros.clone(), zeros],
+            digest: hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect(),
+            inputs,
+            scales,
+            sizes,
+            layout,
+            sequences,
+            validation,
+            values,
+            iteration: 0,
+            best: None,
+        })
+    }
+
+    /// Returns the plan.
+    pub fn plan(&self) -> &AugmentationPlan {
+        &self.plan
+    }
+
+    /// Returns the iterations done.
+    pub fn iteration(&self) -> u64 {
+        self.iteration
+    }
+
+    /// Returns SHA-256 over all that is learned from, hexadecimal.
+    pub fn digest(&self) -> &str {
+        &self.digest
+    }
+
+    /// Returns the number of parameters.
+    pub fn parameters(&self) -> usize {
+        self.values.len()
+    }
+
+    /// Returns the building blocks learned from, and validated on.
+    pub fn blocks(&self) -> [usize; 2] {
+        [self.sequences.len(), self.validation.len()]
+    }
+
+    /// Takes one step.
+    pub fn iterate(&mut self) -> AugmentationMetrics {
+        let stretches = self.draw();
+        let network = Network::new(self.sizes, &self.layout, &self.values);
+        let parts: Vec<(usize, &[Stretch])> = stretches.chunks(self.plan.part).enumerate().collect();
+        let results: Vec<(f64, Vec<f32>)> =
+            parts.into_par_iter().with_max_len(1).map(|(i, part)| self.part(&network, i, part)).collect();
+        let count = (stretches.len() * self.plan.stretch * self.inputs.selection.len()) as f64;
+        let mut gradient = vec![0.0_f32; self.values.len()];
+        let mut loss = 0.0;
+        for (own, sums) in results {
+            loss += own;
+            gradient.iter_mut().zip(sums).for_each(|(sum, x)| *sum += x / count as f32);
+        }
+        let set = InstructionSet::chosen();
+        let rate = self.plan.learning_rate_at(self.iteration);
+        let size = norm(set, &gradient);
+        self.iteration += 1;
+        let AdamConfig { beta_1, beta_2, epsilon, .. } = AdamConfig::adam();
+        let scale = (self.plan.max_gradient_norm / (size + 1e-6)).min(1.0);
+        let step = AdamStep { beta_1, beta_2, epsilon, step: self.iteration, rate, scale };
+        let decay = 1.0 - (rate * self.plan.weight_decay) as f32;
+        self.values.iter_mut().for_each(|x| *x *= decay);
+        let [first, second] = &mut self.moments;
+        step.take(set, Slices { values: &mut self.values, gradient: &gradient, first, second });
+        AugmentationMetrics { loss: loss / count, gradient_norm: size, learning_rate: rate }
+    }
+
+    fn draw(&self) -> Vec<Stretch> {
+        let mut rng = stream(self.plan.seed, "augmentation batch", 0, self.iteration);
+        let width = self.inputs.fields.len();
+        // Longer sequences are drawn more often: every place of every sequence alike.
+        let places: Vec<usize> =
+            self.sequences.iter().map(|own| own.rows.len() / width - self.plan.stretch + 1).collect();
+        let total: usize = places.iter().sum();
+        let feedback = self.plan.feedback;
+        let mut one = || {
+            let (mut sequence, mut first) = (0, rng.random_range(0..total));
+            while first >= places[sequence] {
+                first -= places[sequence];
+                sequence += 1;
+            }
+            let share: f64 = rng.random();
+            let told = match share {
+                share if share < feedback.measured => Told::Measured,
+                share if share < feedback.measured + feedback.predicted => Told::Predicted,
+                _ => Told::Nothing,
+            };
+            Stretch { sequence, first, told }
+        };
+        (0..self.plan.batch).map(|_| one()).collect()
+    }
+
+    /// Loss and gradient of some stretches, as sums.
+    fn part(&self, network: &Network, number: usize, stretches: &[Stretch]) -> (f64, Vec<f32>) {
+        let (width, outputs, steps) = (self.inputs.fields.len(), self.inputs.selection.len(), self.plan.stretch);
+        let gather = |of: fn(&Sequence) -> &Vec<f32>, width: usize| -> Vec<f32> {
+            let row = |step: usize, own: &Stretch| {
+                let first = (own.first + step) * width;
+                of(&self.sequences[own.sequence])[first..first + width].to_vec()
+            };
+            (0..steps).flat_map(|step| stretches.iter().flat_map(move |own| row(step, own))).collect()
+        };
+        let (mut rows, error) = (gather(|own| &own.rows, width), gather(|own| &own.error, outputs));
+        let mut rng = stream(self.plan.seed, "augmentation noise", number as u64, self.iteration);
+        let noise = self.plan.noise as f32;
+        // Uniform of that deviation: cheap, and bounded.
+        rows.iter_mut().for_each(|x| *x += noise * 3.0_f32.sqrt() * (2.0 * rng.random::<f32>() - 1.0));
+        let mut fed_back = vec![0.0; steps * stretches.len() * (outputs + 1)];
+        let mut tell = |told: Told, numbers: &[f32]| {
+            for (i, fed) in fed_back.chunks_exact_mut(outputs + 1).enumerate() {
+                if stretches[i % stretches.len()].told == told {
+                    fed[..outputs].copy_from_slice(&numbers[i * outputs..][..outputs]);
+                    fed[outputs] = 1.0;
+                }
+            }
+        };
+        tell(Told::Measured, &error);
+        if stretches.iter().any(|own| own.told == Told::Predicted) {
+            // What it would say if it were told nothing stands for what it says of itself.
+            let silent = vec![0.0; steps * stretches.len() * (outputs + 1)];
+            let (out, _) = network.forward(&rows, &silent, stretches.len());
+            tell(Told::Predicted, &self.plan.loss.predictions(out));
+        }
+        let (out, pass) = network.forward(&rows, &fed_back, stretches.len());
+        let (loss, gradient) = self.loss.of(&out, &error, stretches.len());
+        let mut sums = vec![0.0; self.values.len()];
+        network.backward(pass, &gradient, &self.layout, &mut sums);
+        (loss, sums)
+    }
+
+    /// Returns the mean absolute error of each output that is left on the validation traces when nothing is fed back, in units
+    /// of the errors' scales; none without validation traces. The best weights are remembered.
+    pub fn validate_once(&mut self) -> Option<Vec<f64>> {
+        if self.validation.is_empty() {
+            return None;
+        }
+        let network = Network::new(self.sizes, &self.layout, &self.values);
+        let outputs = self.inputs.selection.len();
+        let errors: Vec<(Vec<f64>, f64)> = self
+            .validation
+            .par_iter()
+            .map(|own| {
+                let steps = own.error.len() / outputs;
+                let (out, _) = network.forward(&own.rows, &vec![0.0; steps * (outputs + 1)], 1);
+                let mut sums = vec![0.0; outputs];
+                let out = self.plan.loss.predictions(out);
+                for (out, error) in out.chunks_exact(outputs).zip(own.error.chunks_exact(outputs)) {
+                    out.iter().zip(error).zip(&mut sums).for_each(|((a, b), sum)| *sum += f64::from((a - b).abs()));
+                }
+                (sums, steps as f64)
+            })
+            .collect();
+        let steps: f64 = errors.iter().map(|(_, steps)| steps).sum();
+        let means: Vec<f64> =
+            (0..outputs).map(|i| errors.iter().map(|(sums, _)| sums[i]).sum::<f64>() / steps).collect();
+        let score = -means.iter().sum::<f64>() / outputs as f64;
+        if self.best.as_ref().is_none_or(|(best, _)| score > *best) {
+            self.best = Some((score, self.values.clone()));
+        }
+        Some(means)
+    }
+
+    /// Returns the augmentation: the best on the validation traces, else the latest.
+    pub fn augmentation(&self) -> Augmentation {
+        let values = self.best.as_ref().map_or(&self.values, |(_, values)| values);
+        let outputs = self.inputs.selection.len();
+        let mut limit = vec![0.0_f32; outputs];
+        for row in self.sequences.iter().flat_map(|own| own.error.chunks_exact(outputs)) {
+            row.iter().zip(&mut limit).for_each(|(x, limit)| *limit = limit.max(x.abs()));
+        }
+        let header = AugmentationHeader {
+            inputs: self.inputs.clone(),
+            scales: self.scales.clone(),
+            sizes: self.sizes,
+            loss: self.plan.loss,
+            limit,
+            learned_from: self.digest.clone(),
+        };
+        Augmentation::new(header, values)
+    }
+
+    /// Returns the inputs' names.
+    pub fn inputs(&self) -> &Inputs {
+        &self.inputs
+    }
+
+    pub(super) fn save(&self) -> Result<Checkpoint, AugmentationError> {
+        let (mut file, n) = (Checkpoint::new(), self.values.len());
+        file.put_u64("progress", &[1], vec![self.iteration])?;
+        file.put_f32("network", &[n], self.values.clone())?;
+        file.put_f32("adam.first", &[n], self.moments[0].clone())?;
+        file.put_f32("adam.second", &[n], self.moments[1].clone())?;
+        if let Some((score, values)) = &self.best {
+            file.put_f64("best.score", &[1], vec![*score])?;
+            file.put_f32("best.network", &[n], values.clone())?;
+        }
+        Ok(file)
+    }
+
+    pub(super) fn load(&mut self, file: &Checkpoint) -> Result<(), AugmentationError> {
+        let n = self.values.len();
+        let iteration = file.u64s("progress", &[1])?[0];
+        let values = file.f32s("network", &[n])?;
+        self.moments = [file.f32s("adam.first", &[n])?, file.f32s("adam.second", &[n])?];
+        self.best = match file.contains("best.score") {
+            true => Some((file.f64s("best.score", &[1])?[0], file.f32s("best.network", &[n])?)),
+            false => None,
+        };
+        (self.values, self.iteration) = (values, iteration);
+        Ok(())
+    }
+}

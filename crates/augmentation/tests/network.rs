@@ -1,0 +1,92 @@
+//! The whole network against PyTorch (`fixtures/make_sat.py`, which takes `peers/augmentation/sat.py`), and step by step against
+//! itself.
+
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
+use std::collections::BTreeMap;
+
+use lifelike_augmentation::model::{Backbone, Network, SatSizes, Stream};
+
+const SEQUENCES: usize = 2;
+const KINDS: [(&str, Backbone, bool); 4] = [
+    ("lstm_attention", Backbone::Lstm, true),
+    ("lstm", Backbone::Lstm, false),
+    ("dense_attention", Backbone::Dense, true),
+    ("attention", Backbone::None, true),
+];
+
+fn sizes(backbone: Backbone, attention: bool) -> SatSizes {
+    SatSizes { inputs: 3, outputs: 2, quantiles: 1, embedding: 2, width: 6, heads: 2, history: 5, backbone, attention }
+}
+
+struct Fixture(BTreeMap<String, Vec<f64>>);
+
+impl Fixture {
+    fn read() -> Self {
+        Self(serde_json::from_str(include_str!("fixtures/sat.json")).unwrap())
+    }
+
+    fn f32s(&self, name: &str) -> Vec<f32> {
+        self.0[name].iter().map(|x| *x as f32).collect()
+    }
+
+    /// Within 2e-5 of the largest expected magnitude, or of what a sum of terms around 1 leaves.
+    fn close(&self, name: &str, got: &[f32]) {
+        let expected = &self.0[name];
+        assert_eq!(expected.len(), got.len(), "{name}");
+        let scale = expected.iter().fold(0.1_f64, |most, x| most.max(x.abs()));
+        for (e, g) in expected.iter().zip(got) {
+            assert!((e - f64::from(*g)).abs() <= 2e-5 * scale, "{name}: {g} for {e}");
+        }
+    }
+}
+
+#[test]
+fn every_architecture_is_pytorchs_forward_and_backward() {
+    let fixture = Fixture::read();
+    for (name, backbone, attention) in KINDS {
+        let sizes = sizes(backbone, attention);
+        let layout = sizes.layout();
+        let values: Vec<f32> =
+            layout.entries().iter().flat_map(|entry| fixture.f32s(&format!("{name}.{}", entry.name))).collect();
+        assert_eq!(values.len(), layout.len());
+        let network = Network::new(sizes, &layout, &values);
+        let (rows, fed) = (fixture.f32s(&format!("{name}.rows")), fixture.f32s(&format!("{name}.fed")));
+        let (y, pass) = network.forward(&rows, &fed, SEQUENCES);
+        fixture.close(&format!("{name}.y"), &y);
+        let mut sums = vec![0.0; values.len()];
+        network.backward(pass, &fixture.f32s(&format!("{name}.dy")), &layout, &mut sums);
+        for entry in layout.entries() {
+            fixture.close(&format!("{name}.d.{}", entry.name), &sums[layout.range(&entry.name)]);
+        }
+    }
+}
+
+#[test]
+fn step_by_step_is_the_same_as_all_steps_at_once() {
+    for (_, backbone, attention) in KINDS {
+        let sizes = sizes(backbone, attention);
+        let layout = sizes.layout();
+        let network = Network::new(sizes, &layout, &layout.init(5, "test"));
+        let numbers = |count: usize, key: f32| -> Vec<f32> { (0..count).map(|i| (i as f32 * key).sin()).collect() };
+        let (rows, fed) = (numbers(40 * SEQUENCES * 3, 0.7), numbers(40 * SEQUENCES * 3, 1.3));
+        let (expected, _) = network.forward(&rows, &fed, SEQUENCES);
+        let stream = Stream::new(network);
+        let (width, mut records): (usize, Vec<Vec<Vec<f32>>>) = (stream.record_width(), vec![Vec::new(); SEQUENCES]);
+        for step in 0..40 {
+            let part = |all: &[f32], width: usize| all[step * SEQUENCES * width..][..SEQUENCES * width].to_vec();
+            let (row, fed, expected) = (part(&rows, 3), part(&fed, 3), part(&expected, 2));
+            let kept = records.clone();
+            let past = |row: usize| {
+                let from = kept[row].len().saturating_sub(stream.history());
+                kept[row][from..].iter().map(Vec::as_slice)
+            };
+            let got = stream.predict(&row, past);
+            let close = got.iter().zip(&expected).all(|(a, b)| (a - b).abs() < 1e-5);
+            assert!(close, "{backbone:?} {attention}, step {step}: {got:?} for {expected:?}");
+            let mut new = vec![0.0; SEQUENCES * width];
+            stream.remember(&row, &fed, past, &mut new);
+            new.chunks_exact(width).zip(&mut records).for_each(|(record, all)| all.push(record.to_vec()));
+        }
+    }
+}

@@ -1,0 +1,97 @@
+//! A test bench for one servo: it turns a weight on an arm, as benches for identification do.
+//!
+//! The main path: [`PendulumBench`] (what hangs on the servo, and what is believed of the servo) → [`PendulumBench::run`] along
+//! the commands of a log → [`BenchMotion`].
+
+use lifelike_robot::actuator::{DcMotor, ExtendedFriction};
+
+/// Gravity (m/s²).
+pub const GRAVITY: f64 = 9.806_65;
+
+/// A servo with a weight on an arm; at angle 0 the arm hangs.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PendulumBench {
+    /// Weight (kg).
+    pub mass: f64,
+    /// From the axis to the weight (m).
+    pub arm: f64,
+    /// Inertia of rotor and gears at the output (kg m²).
+    pub armature: f64,
+    /// Added to the servo's angle it is the arm's (rad): how crooked the arm sits.
+    pub offset: f64,
+    /// Controller and motor.
+    pub motor: DcMotor,
+    /// Friction of the gears.
+    pub friction: ExtendedFriction,
+    /// Commands take effect so much later (s).
+    pub delay: f64,
+}
+
+/// Commands along a log, at equal time steps.
+#[derive(Debug, Clone, Copy)]
+pub struct BenchCommands<'a> {
+    /// Time step (s).
+    pub step: f64,
+    /// Commanded positions (rad).
+    pub goal: &'a [f64],
+    /// Whether the motor is on.
+    pub enabled: &'a [bool],
+}
+
+/// What the servo did, a number for each command.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct BenchMotion {
+    /// Position (rad).
+    pub position: Vec<f64>,
+    /// Velocity (rad/s).
+    pub velocity: Vec<f64>,
+    /// Voltage on the winding (V).
+    pub voltage: Vec<f64>,
+    /// Current (A).
+    pub current: Vec<f64>,
+    /// Torque from outside (N m): f_C of the servo as a building block (thesis 2.3.1).
+    pub load: Vec<f64>,
+}
+
+/// No servo turns faster (rad/s); what does has a model that explodes.
+const FASTEST: f64 = 100.0;
+
+impl PendulumBench {
+    /// Simulates the bench from a position (rad) and a velocity (rad/s), as BAM does it: the velocity first, then the position by
+    /// the mean of both. The state of a step is that before its command acts.
+    pub fn run(&self, commands: BenchCommands<'_>, position: f64, velocity: f64) -> BenchMotion {
+        let dt = commands.step;
+        let inertia = self.mass * self.arm * self.arm + self.armature;
+        let (mut q, mut v, mut integral) = (position, velocity, 0.0);
+        let mut motion = BenchMotion::default();
+        for (i, enabled) in commands.enabled.iter().enumerate() {
+            let goal = self.delayed(commands.goal, i, dt);
+            let load = -self.mass * GRAVITY * self.arm * (q + self.offset).sin();
+            let error = goal - q;
+            let state = match enabled {
+                true => self.motor.drive(self.motor.duty(error, integral, v), v),
+                false => Default::default(),
+            };
+            motion.position.push(q);
+            motion.velocity.push(v);
+            motion.voltage.push(state.voltage);
+            motion.current.push(state.current);
+            motion.load.push(load);
+            integral = if *enabled { integral + error * dt } else { 0.0 };
+            let torque = state.torque + load + self.friction.torque(state.torque, load, v, inertia, dt);
+            let acceleration = torque / inertia;
+            v = (v + acceleration * dt).clamp(-FASTEST, FASTEST);
+            q += v * dt + 0.5 * acceleration * dt * dt;
+        }
+        motion
+    }
+
+    /// The command that acts at a step, between two where the delay is no whole number of steps.
+    fn delayed(&self, goal: &[f64], i: usize, step: f64) -> f64 {
+        let at = (i as f64 - self.delay / step).max(0.0);
+        let (before, share) = (at.floor() as usize, at.fract());
+        let next = goal.get(before + 1).copied().unwrap_or(goal[before]);
+        goal[before] + share * (next - goal[before])
+    }
+}

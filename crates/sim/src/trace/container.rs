@@ -1,0 +1,109 @@
+//! Traces as files: `NAME.trace.safetensors`.
+//!
+//! A [safetensors](https://github.com/huggingface/safetensors) file. For block number B it has the arrays `B.simulated`,
+//! `B.force`, `B.reference` and `B.measured`, f32 `[rows, columns]`, SI units; the metadata's entry `trace` is a JSON header with
+//! names, classes, rate and the selections S.
+
+use std::path::Path;
+
+use lifelike_checkpoint::{Checkpoint, CheckpointError};
+
+use super::{BlockTrace, Columns, Selected, Trace};
+use crate::error::SimError;
+
+/// Ending of the files' names.
+pub const EXTENSION: &str = ".trace.safetensors";
+const KEY: &str = "trace";
+const FORMAT: &str = "lifelike-trace 1";
+
+#[derive(serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Header {
+    format: String,
+    name: String,
+    source: String,
+    rate: f64,
+    rows: usize,
+    blocks: Vec<BlockHeader>,
+}
+
+#[derive(serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+struct BlockHeader {
+    name: String,
+    class: String,
+    simulated: Vec<String>,
+    force: Vec<String>,
+    reference: Vec<String>,
+    measured: Vec<String>,
+    selection: Vec<Selected>,
+}
+
+/// Saves a trace.
+///
+/// # Errors
+/// [`SimError::State`] for a trace that [`Trace::check`] refuses, [`SimError::Checkpoint`] where it cannot be written.
+pub fn save(trace: &Trace, path: &Path) -> Result<(), SimError> {
+    trace.check()?;
+    let rows = trace.len();
+    let mut file = Checkpoint::new();
+    let mut blocks = Vec::with_capacity(trace.blocks.len());
+    for (i, block) in trace.blocks.iter().enumerate() {
+        for (part, columns) in parts(block) {
+            file.put_f32(&format!("{i}.{part}"), &[rows, columns.names.len()], columns.values.clone())?;
+        }
+        blocks.push(BlockHeader {
+            name: block.name.clone(),
+            class: block.class.clone(),
+            simulated: block.simulated.names.clone(),
+            force: block.force.names.clone(),
+            reference: block.reference.names.clone(),
+            measured: block.measured.names.clone(),
+            selection: block.selection.clone(),
+        });
+    }
+    let Trace { name, source, rate, .. } = trace.clone();
+    file.set_meta(KEY, &Header { format: FORMAT.into(), name, source, rate, rows, blocks })?;
+    Ok(file.save(path)?)
+}
+
+/// Loads a trace.
+///
+/// # Errors
+/// [`SimError::Checkpoint`] for a file that is none or damaged, [`SimError::State`] for one that [`Trace::check`] refuses.
+pub fn load(path: &Path) -> Result<Trace, SimError> {
+    let file = Checkpoint::load(path)?;
+    let header: Header = file.meta(KEY)?;
+    if header.format != FORMAT {
+        let expected = format!("{}: a trace of format '{FORMAT}'", path.display());
+        return Err(SimError::State { expected, got: format!("'{}'", header.format) });
+    }
+    let columns = |i: usize, part: &str, names: Vec<String>| -> Result<Columns, CheckpointError> {
+        let values = file.f32s(&format!("{i}.{part}"), &[header.rows, names.len()])?;
+        Ok(Columns { names, values })
+    };
+    let mut blocks = Vec::with_capacity(header.blocks.len());
+    for (i, block) in header.blocks.into_iter().enumerate() {
+        blocks.push(BlockTrace {
+            name: block.name,
+            class: block.class,
+            simulated: columns(i, "simulated", block.simulated)?,
+            force: columns(i, "force", block.force)?,
+            reference: columns(i, "reference", block.reference)?,
+            measured: columns(i, "measured", block.measured)?,
+            selection: block.selection,
+        });
+    }
+    let trace = Trace { name: header.name, source: header.source, rate: header.rate, blocks };
+    trace.check()?;
+    Ok(trace)
+}
+
+fn parts(block: &BlockTrace) -> [(&'static str, &Columns); 4] {
+    [
+        ("simulated", &block.simulated),
+        ("force", &block.force),
+        ("reference", &block.reference),
+        ("measured", &block.measured),
+    ]
+}
