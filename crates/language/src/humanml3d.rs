@@ -1,9 +1,13 @@
 //! HumanML3D's published layout: `index.csv`, `texts/ID.txt`, `train.txt`, `val.txt`, `test.txt`.
 //!
-//! The set names frames (20 per second) of AMASS files. AMASS' own `.npz` is no format that
-//! [`lifelike_motion::formats`] reads (it needs the SMPL body, which is licensed apart): the motion is taken from
-//! clips of a robot, named as the AMASS file is (`80_63_poses`, or CMU's own `80_63`), from whatever source they were
-//! retargeted.
+//! The set names frames (20 per second) of AMASS files. The motion is taken from clips of a robot that are named as the
+//! recording is: those that were retargeted from AMASS' own `.npz` ([`lifelike_motion::formats::amass`]) are by
+//! themselves (`CMU_80_80_63`), in whatever edition and under whatever folder they lie; so are clips of the same
+//! recordings from another source by the file's name alone (`80_63_poses`, or CMU's own `80_63`).
+//!
+//! HumanML3D took every ⌊rate / 20⌋th frame of a recording and counted these as 20 per second. That is exact for AMASS'
+//! rates of 60, 100, 120 and 240; of a recording at another rate its sentences lie beside their motion. Clips must have
+//! the captured tempo.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -11,6 +15,7 @@ use std::path::Path;
 use lifelike_character::Character;
 use lifelike_motion::clip::Caption;
 use lifelike_motion::edit::{mirror, trim};
+use lifelike_motion::formats::{amass, clip_name};
 use lifelike_motion::{MotionClip, container};
 
 use crate::dataset::{Entry, Split};
@@ -59,11 +64,15 @@ pub struct Item {
 }
 
 impl Item {
-    /// Returns the names that the clip of the source may have: AMASS' file name, and without `_poses`.
-    pub fn clip_names(&self) -> [String; 2] {
-        let name = lifelike_motion::formats::clip_name(Path::new(&self.source));
+    /// Returns the names that the clip of the source may have, best first: the recording's
+    /// ([`amass::recording`], none where the path is not AMASS'), which is one person's alone, and the file's: as the
+    /// index has it, without `_poses`, and as the SMPL-X edition has it.
+    pub fn clip_names(&self) -> Vec<String> {
+        let source = Path::new(&self.source);
+        let name = clip_name(source);
         let short = name.strip_suffix("_poses").unwrap_or(&name).to_string();
-        [name, short]
+        let newer = format!("{}_stageii", short.replace(' ', "_"));
+        amass::recording(source).into_iter().chain([name, short, newer]).collect()
     }
 
     /// Returns the stretch in the source's time (s).
@@ -249,7 +258,8 @@ mod tests {
     fn the_published_layout_is_read() {
         let folder = folder();
         let items = read(folder.path()).unwrap();
-        assert_eq!(items[0].clip_names(), ["80_63_poses", "80_63"]);
+        assert_eq!(items[0].clip_names(), ["CMU_80_80_63", "80_63_poses", "80_63", "80_63_stageii"]);
+        assert_eq!(items[1].clip_names()[0], "HDM05_dg_x");
         assert_eq!((items[0].stretch(), items[0].split), ([25.8, 35.8], Some(Split::Train)));
         assert_eq!(items[0].texts[0].stretch, None);
         assert_eq!(items[0].texts[1].stretch, Some([1.0, 4.0]));

@@ -36,6 +36,8 @@ pub const FORMAT: Format = Format {
     suffixes: &[EXTENSION],
     shared_suffixes: &[],
     companion: "",
+    not_motion: &[],
+    clip_name: |_| None,
     // No text has the zeros of a safetensors file's first number; the header that follows says what it is.
     sniff: |start| start.contains(&0) && start.windows(ID.len()).any(|w| w == ID.as_bytes()),
     reader: Reader::Robot(from_bytes),

@@ -64,6 +64,8 @@ pub const FORMAT: Format = Format {
     suffixes: &[".keys.toml"],
     shared_suffixes: &[],
     companion: "",
+    not_motion: &[],
+    clip_name: |_| None,
     // Only by its name: plans are TOML too.
     sniff: |_| false,
     reader: Reader::Source(|bytes, file, _| parse(bytes, file)),

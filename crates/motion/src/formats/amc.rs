@@ -17,6 +17,8 @@ pub const FORMAT: Format = Format {
     suffixes: &[".amc"],
     shared_suffixes: &[],
     companion: "skeleton, an .asf",
+    not_motion: &[],
+    clip_name: |_| None,
     sniff: |start| start.starts_with(b"#!OML:ASF"),
     reader: Reader::Source(read),
 };

@@ -20,6 +20,8 @@ pub const FORMAT: Format = Format {
     suffixes: &[],
     shared_suffixes: &[".txt", ".json"],
     companion: "character, humanoid3d.txt",
+    not_motion: &[],
+    clip_name: |_| None,
     // Notes end in .txt too, and a character file is such JSON without frames.
     sniff: |start| start.starts_with(b"{") && start.windows(8).any(|w| w == b"\"Frames\""),
     reader: Reader::Source(read),

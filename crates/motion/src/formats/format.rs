@@ -24,6 +24,11 @@ pub struct Format {
     pub shared_suffixes: &'static [&'static str],
     /// File that must lie beside one of these, for messages; empty where none must.
     pub companion: &'static str,
+    /// Names of files that end like this format's, lie among them and hold no motion: a search in folders leaves them
+    /// out.
+    pub not_motion: &'static [&'static str],
+    /// Name of a clip where the file's own name does not tell it from others; mostly there is none.
+    pub clip_name: fn(&Path) -> Option<String>,
     /// Test of a file's first bytes (white space and byte-order mark removed).
     pub sniff: fn(&[u8]) -> bool,
     /// Reader of the whole file.
@@ -60,12 +65,20 @@ pub fn of_file(path: &Path) -> Option<&'static Format> {
 /// notes end in `.txt` as DeepMimic's motions do.
 pub fn of_found(path: &Path) -> Option<&'static Format> {
     let shares = |format: &&Format| ending_of(path, format.shared_suffixes).is_some();
+    let name = path.file_name()?.to_string_lossy().to_ascii_lowercase();
+    if FORMATS.iter().any(|format| format.not_motion.contains(&name.as_str())) {
+        return None;
+    }
     by_name(path)
         .or_else(|| FORMATS.iter().copied().any(|f| shares(&f)).then(|| by_content(&start_of(path)))?.filter(shares))
 }
 
-/// Returns a clip's name by its file: the file's without the format's ending, or else without extension.
+/// Returns a clip's name by its file: the format's own name for it, the file's without the format's ending, or else
+/// without extension.
 pub fn clip_name(path: &Path) -> String {
+    if let Some(name) = by_name(path).and_then(|format| (format.clip_name)(path)) {
+        return name;
+    }
     let name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
     let ending = FORMATS.iter().find_map(|format| ending_of(path, format.suffixes));
     let stem = match ending {

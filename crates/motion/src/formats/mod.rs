@@ -9,6 +9,7 @@
 //! | | any other | from names and geometry | zero rotations |
 //! | [`asf`], [`amc`] | CMU originals | y up, z forward, inches / 0.45 | T-pose, legs spread by 20 degrees |
 //! | [`deepmimic`] | humanoid3d | y up, x forward, z right, m | standing, arms hanging |
+//! | [`amass`] | AMASS' .npz (SMPL, SMPL-H, SMPL-X) | z up, m; joints' frames y up, z forward | none in the file: the mean body's |
 //!
 //! The result is always z up, x forward, y left, in metres, and (unless [`ReadOptions::t_pose`] is off, or the limbs'
 //! names are unknown) with the SAME rest pose: a T-pose, legs straight down, feet forward and flat, arms straight to the
@@ -21,6 +22,7 @@ use crate::error::MotionError;
 use crate::source::SourceClip;
 use crate::{container, keyframes};
 
+pub mod amass;
 pub mod amc;
 pub mod asf;
 pub mod bvh;
@@ -39,7 +41,7 @@ pub use format::{Format, Reader, clip_name, of_file, of_found, supported};
 /// Every format that is read, in the order in which contents are tried. A new format is one file with its reader and
 /// its `FORMAT`, its `mod` above and its name here; dispatch, search in folders, messages and help texts follow.
 pub const FORMATS: &[&Format] =
-    &[&bvh::FORMAT, &amc::FORMAT, &deepmimic::FORMAT, &keyframes::FORMAT, &container::FORMAT];
+    &[&bvh::FORMAT, &amc::FORMAT, &deepmimic::FORMAT, &amass::FORMAT, &keyframes::FORMAT, &container::FORMAT];
 
 /// Options of reading a file. The default guesses all of it.
 #[derive(Debug, Clone)]

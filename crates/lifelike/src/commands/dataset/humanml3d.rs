@@ -18,14 +18,19 @@ use crate::progress::Progress;
 
 /// Make a captioned data set of HumanML3D's index, texts and splits, and a robot's clips of the same recordings.
 ///
-/// HumanML3D says which frames of which AMASS file a sentence is of. AMASS' own .npz files need the SMPL body and are
-/// not read; the motion comes from clips of the robot that are named as the AMASS files are, such as CMU's (80_63).
+/// HumanML3D says which frames of which AMASS file a sentence is of. The motion comes from clips of the robot:
+/// retargeted from AMASS' .npz files, or from another source of the same recordings, named as AMASS' files are, such as
+/// CMU's (80_63).
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
-  lifelike dataset humanml3d HumanML3D data/lima/cmu_amc --robot lima -o data/lima/humanml3d
+  lifelike motion retarget AMASS --robot lima -o data/lima/amass          # AMASS/CMU/80/80_63_poses.npz and so on
+  lifelike dataset humanml3d HumanML3D data/lima/amass --robot lima -o data/lima/humanml3d
+  lifelike dataset humanml3d HumanML3D data/lima/cmu_amc --robot lima -o data/lima/humanml3d_cmu
 
-HumanML3D is the folder with index.csv, texts/, train.txt, val.txt and test.txt.")]
+HumanML3D is the folder with index.csv, texts/, train.txt, val.txt and test.txt. AMASS is the folder with its
+collections as they were unpacked (CMU, KIT, BMLrub, ...), the edition SMPL+H G or SMPL-X; their names and those of the
+persons' folders in them tell recordings apart, so keep them. Clips must have the captured tempo.")]
 pub struct Args {
     /// HumanML3D's folder.
     pub humanml3d: PathBuf,

@@ -25,6 +25,8 @@ pub const FORMAT: Format = Format {
     suffixes: &[".bvh"],
     shared_suffixes: &[],
     companion: "",
+    not_motion: &[],
+    clip_name: |_| None,
     sniff: |start| start.starts_with(b"HIERARCHY"),
     reader: Reader::Source(parse),
 };

@@ -8,6 +8,7 @@ use lifelike_character::{Quat, Vec3};
 use super::*;
 use crate::source::SourceClip;
 
+mod amass;
 mod broken;
 mod fuzz;
 mod numbers;

@@ -36,15 +36,18 @@ fn every_ending_leads_to_one_format_and_is_listed() {
 #[test]
 fn content_tells_a_format_under_any_name() {
     let robot = container::to_bytes(&fixtures::clip(8, |t| [t, 0.0])).unwrap();
-    let samples: [(&str, &[u8]); 4] = [
+    let recorded = amass::sample();
+    let samples: [(&str, &[u8]); 5] = [
         (bvh::FORMAT.name, BVH.as_bytes()),
         (amc::FORMAT.name, AMC.as_bytes()),
         (deepmimic::FORMAT.name, DEEPMIMIC.as_bytes()),
+        (super::super::amass::FORMAT.name, &recorded),
         (container::FORMAT.name, &robot),
     ];
     for (name, content) in samples {
         for lead in [&b""[..], &[0xef, 0xbb, 0xbf], b"\r\n "] {
-            if name == container::FORMAT.name && !lead.is_empty() {
+            let is_text = ![container::FORMAT.name, super::super::amass::FORMAT.name].contains(&name);
+            if !is_text && !lead.is_empty() {
                 continue;
             }
             let (_folder, path) = file("take.7", &[lead, content].concat());

@@ -126,6 +126,47 @@ fn deepmimic() {
 }
 
 #[test]
+fn smpl() {
+    check(
+        &[
+            ("pelvis", None),
+            ("left_hip", Some(0)),
+            ("right_hip", Some(0)),
+            ("spine1", Some(0)),
+            ("left_knee", Some(1)),
+            ("right_knee", Some(2)),
+            ("spine2", Some(3)),
+            ("left_ankle", Some(4)),
+            ("right_ankle", Some(5)),
+            ("spine3", Some(6)),
+            ("left_foot", Some(7)),
+            ("right_foot", Some(8)),
+            ("neck", Some(9)),
+            ("left_collar", Some(9)),
+            ("right_collar", Some(9)),
+            ("head", Some(12)),
+            ("left_shoulder", Some(13)),
+            ("right_shoulder", Some(14)),
+            ("left_elbow", Some(16)),
+            ("right_elbow", Some(17)),
+            ("left_wrist", Some(18)),
+            ("right_wrist", Some(19)),
+        ],
+        [
+            "left_hip",
+            "left_knee",
+            "left_ankle",
+            "left_shoulder",
+            "left_elbow",
+            "left_wrist",
+            "pelvis",
+            "spine3",
+            "head",
+        ],
+    );
+}
+
+#[test]
 fn bandai_and_mixamo() {
     check(
         &[

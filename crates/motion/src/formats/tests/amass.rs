@@ -1,0 +1,372 @@
+//! AMASS: against SciPy's kinematics, in every layout that NumPy writes, and everything that can be wrong with a file.
+
+use std::io::{Cursor, Write};
+
+use proptest::prelude::*;
+use zip::CompressionMethod;
+use zip::write::{SimpleFileOptions, ZipWriter};
+
+use super::super::amass::{parse, recording};
+use super::*;
+
+/// An array as NumPy would write it.
+struct Array {
+    name: &'static str,
+    descr: &'static str,
+    fortran: bool,
+    shape: Vec<usize>,
+    values: Vec<f64>,
+}
+
+fn array(name: &'static str, shape: &[usize], values: Vec<f64>) -> Array {
+    Array { name, descr: "<f8", fortran: false, shape: shape.to_vec(), values }
+}
+
+impl Array {
+    fn bytes(&self) -> Vec<u8> {
+        let shape: String = self.shape.iter().map(|n| format!("{n}, ")).collect();
+        let order = if self.fortran { "True" } else { "False" };
+        let mut header = format!("{{'descr': '{}', 'fortran_order': {order}, 'shape': ({shape}), }}", self.descr);
+        header.push_str(&" ".repeat(63 - (header.len() + 10) % 64));
+        header.push('\n');
+        let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
+        bytes.extend((header.len() as u16).to_le_bytes());
+        bytes.extend(header.bytes());
+        let width = self.shape.get(1).copied().unwrap_or(1);
+        let rows = self.values.len() / width.max(1);
+        for at in 0..self.values.len() {
+            let place = if self.fortran { at % rows * width + at / rows } else { at };
+            let value = self.values[place];
+            match self.descr {
+                "<f8" => bytes.extend(value.to_le_bytes()),
+                ">f8" => bytes.extend(value.to_be_bytes()),
+                "<f4" => bytes.extend((value as f32).to_le_bytes()),
+                "<i8" => bytes.extend((value as i64).to_le_bytes()),
+                _ => bytes.extend((value as i32).to_le_bytes()),
+            }
+        }
+        bytes
+    }
+}
+
+fn npz(arrays: &[Array], method: CompressionMethod) -> Vec<u8> {
+    zipped(arrays.iter().map(|array| (array.name, array.bytes())), method)
+}
+
+fn zipped(files: impl Iterator<Item = (&'static str, Vec<u8>)>, method: CompressionMethod) -> Vec<u8> {
+    let mut zip = ZipWriter::new(Cursor::new(Vec::new()));
+    for (name, bytes) in files {
+        zip.start_file(format!("{name}.npy"), SimpleFileOptions::default().compression_method(method)).unwrap();
+        zip.write_all(&bytes).unwrap();
+    }
+    zip.finish().unwrap().into_inner()
+}
+
+/// A figure that stands on the spot, upright, and faces the world's y axis; the last frame's left knee is bent by 1 rad.
+fn standing(frames: usize, width: usize) -> Vec<Array> {
+    let half = std::f64::consts::FRAC_PI_2;
+    let mut poses = vec![0.0; frames * width];
+    for row in poses.chunks_mut(width) {
+        // From y up, z forward to z up, forward -y, by a quarter turn about x; then half a turn about z: one turn about
+        // the axis between y and z.
+        row[1] = half * 2.0 / 2.0_f64.sqrt();
+        row[2] = half * 2.0 / 2.0_f64.sqrt();
+        row[3 * 22..].fill(0.7);
+    }
+    if let Some(row) = poses.chunks_mut(width).last() {
+        row[3 * 4] = 1.0;
+    }
+    let places = [1.0, 2.0, 0.92].repeat(frames);
+    vec![
+        array("trans", &[frames, 3], places),
+        array("mocap_framerate", &[], vec![120.0]),
+        array("betas", &[16], vec![0.3; 16]),
+        array("poses", &[frames, width], poses),
+    ]
+}
+
+fn read_bytes(bytes: &[u8]) -> Result<SourceClip, MotionError> {
+    parse(bytes, Path::new("a_poses.npz"), &ReadOptions::default())
+}
+
+fn read_arrays(arrays: &[Array]) -> Result<SourceClip, MotionError> {
+    read_bytes(&npz(arrays, CompressionMethod::Stored))
+}
+
+/// Returns the standing figure with one array replaced.
+fn with(array: Array) -> Vec<Array> {
+    let mut arrays: Vec<Array> = standing(3, 156).into_iter().filter(|a| a.name != array.name).collect();
+    arrays.push(array);
+    arrays
+}
+
+/// Made by `make_amass.py`: NumPy wrote the file, SciPy computed where its joints are. With the file's rest pose a joint's
+/// rotation is what it made since SMPL's rest pose, stood up; positions are the same whatever the rest pose.
+#[test]
+fn joints_are_where_scipy_says() {
+    #[derive(serde::Deserialize)]
+    struct Oracle {
+        positions: Vec<Vec<[f64; 3]>>,
+        rotations_wxyz: Vec<Vec<[f64; 4]>>,
+    }
+    let oracle: Oracle = serde_json::from_str(include_str!("amass.json")).unwrap();
+    let bytes = include_bytes!("amass.npz");
+    let stood = raw::from_y_up_z_forward();
+    for t_pose in [false, true] {
+        let options = ReadOptions { t_pose, ..ReadOptions::default() };
+        let clip = parse(bytes, Path::new("amass.npz"), &options).unwrap();
+        assert_eq!((clip.len(), clip.fps, clip.skeleton.names.len()), (3, 120.0, 22));
+        for frame in 0..3 {
+            let (positions, rotations) = clip.pose(frame);
+            for joint in 0..22 {
+                let off = (positions[joint] - Vec3::from(oracle.positions[frame][joint])).norm();
+                // The oracle has twelve digits after the point.
+                assert!(off < 1e-10, "frame {frame} {}: {off} m", clip.skeleton.names[joint]);
+                let turn = lifelike_character::rotation::from_wxyz(oracle.rotations_wxyz[frame][joint]).unwrap();
+                let off = rotations[joint].angle_to(&(turn * stood.inverse()));
+                assert!(t_pose || off < 1e-7, "frame {frame} {}: {off} rad", clip.skeleton.names[joint]);
+            }
+        }
+    }
+}
+
+#[test]
+fn a_standing_figure_stands_up_and_faces_as_it_was_captured() {
+    let clip = read_arrays(&standing(25, 156)).unwrap();
+    assert!((clip.seconds() - 0.2).abs() < 1e-12 && clip.check().is_ok());
+    let at = |name: &str| place(&clip, 0, name);
+    // The mean body is some 1.7 m tall: its head joint is 20 cm below the crown, its ball joints 2 cm above the soles.
+    let height = at("head").z - at("left_foot").z;
+    assert!((1.40..1.55).contains(&height), "{height} m from the balls of the feet to the head joint");
+    assert!((0.0..0.05).contains(&at("left_foot").z), "the ball of a foot is {} m above the ground", at("left_foot").z);
+    assert!(at("left_wrist").x < at("right_wrist").x - 1.2, "facing y, left is -x");
+    assert!(at("left_foot").y > at("left_ankle").y + 0.1, "toes point along y");
+    for name in ["pelvis", "spine3", "head"] {
+        let turn = turn(&clip, 0, name);
+        assert!((turn * Vec3::x() - Vec3::y()).norm() < 1e-9 && (turn * Vec3::z() - Vec3::z()).norm() < 1e-9, "{name}");
+    }
+    // SMPL bends a knee by a positive turn about x, which takes the shin backwards.
+    let shin = place(&clip, 24, "left_ankle") - place(&clip, 24, "left_knee");
+    assert!(shin.y < -0.25 && shin.z < -0.1, "{shin:?}");
+}
+
+/// Left and right of the table are a mirror image but for the millimetres by which the scans differ, and the rest pose
+/// that is made of it is every format's.
+#[test]
+fn the_mean_body_is_symmetric_and_rests_as_all_do() {
+    let skeleton = read_arrays(&standing(2, 72)).unwrap().skeleton;
+    let find = |name: &str| skeleton.names.iter().position(|n| n == name).unwrap();
+    let plain = parse(
+        &npz(&standing(2, 72), CompressionMethod::Stored),
+        Path::new("x"),
+        &ReadOptions { t_pose: false, ..ReadOptions::default() },
+    );
+    let plain = plain.unwrap().skeleton;
+    for name in ["hip", "knee", "ankle", "foot", "collar", "shoulder", "elbow", "wrist"] {
+        let [left, right] = ["left", "right"].map(|side| plain.offsets[find(&format!("{side}_{name}"))]);
+        let off = Vec3::new(left.x - right.x, left.y + right.y, left.z - right.z).norm();
+        assert!(off < 0.015, "{name}: {off} m");
+    }
+    let places = rest::positions(&skeleton);
+    for (side, aside) in [("left", Vec3::y()), ("right", -Vec3::y())] {
+        let bone = |from: &str, to: &str| {
+            (places[find(&format!("{side}_{to}"))] - places[find(&format!("{side}_{from}"))]).normalize()
+        };
+        for (from, to, along) in [
+            ("hip", "knee", -Vec3::z()),
+            ("knee", "ankle", -Vec3::z()),
+            ("shoulder", "elbow", aside),
+            ("elbow", "wrist", aside),
+        ] {
+            assert!((bone(from, to) - along).norm() < 1e-9, "{side} {from}");
+        }
+        assert!(bone("ankle", "foot").x > 0.8, "{side} foot");
+    }
+}
+
+#[test]
+fn every_layout_of_the_same_numbers_is_the_same_clip() {
+    let plain = read_arrays(&standing(4, 156)).unwrap();
+    let same = |arrays: &[Array], tolerance: f64, what: &str| {
+        for method in [CompressionMethod::Stored, CompressionMethod::Deflated] {
+            let clip = read_bytes(&npz(arrays, method)).unwrap();
+            assert_eq!((clip.len(), clip.fps), (4, 120.0), "{what}");
+            for frame in 0..4 {
+                for (a, b) in clip.pose(frame).0.iter().zip(plain.pose(frame).0) {
+                    assert!((a - b).norm() <= tolerance, "{what}: {}", (a - b).norm());
+                }
+            }
+        }
+    };
+    for width in [72, 156, 165] {
+        same(&standing(4, width), 0.0, "width");
+    }
+    for (descr, fortran, tolerance) in
+        [("<f4", false, 1e-6), (">f8", false, 0.0), ("<f8", true, 0.0), ("<f4", true, 1e-6)]
+    {
+        let mut arrays = standing(4, 165);
+        for array in arrays.iter_mut().filter(|a| a.name != "mocap_framerate") {
+            (array.descr, array.fortran) = (descr, fortran);
+        }
+        same(&arrays, tolerance, descr);
+    }
+    for (name, descr, shape) in
+        [("mocap_frame_rate", "<f8", vec![]), ("mocap_framerate", "<i8", vec![]), ("mocap_frame_rate", "<i4", vec![1])]
+    {
+        let mut arrays = standing(4, 156);
+        arrays[1] = Array { name, descr, fortran: false, shape, values: vec![120.0] };
+        same(&arrays, 0.0, name);
+    }
+}
+
+#[test]
+fn python_2_wrote_long_integers() {
+    let files = standing(3, 72).into_iter().map(|array| {
+        let mut bytes = array.bytes();
+        if let Some(at) = bytes.windows(9).position(|w| w == b"(3, 72, )") {
+            bytes[at..at + 9].copy_from_slice(b"(3L,72L,)");
+        }
+        (array.name, bytes)
+    });
+    let long = read_bytes(&zipped(files, CompressionMethod::Stored)).unwrap();
+    assert_eq!(long, read_arrays(&standing(3, 72)).unwrap());
+}
+
+#[test]
+fn what_is_wrong_is_told_with_file_and_array() {
+    let without = |name: &str| standing(3, 156).into_iter().filter(|a| a.name != name).collect::<Vec<_>>();
+    let spoilt = |value: f64| {
+        let mut arrays = standing(3, 156);
+        arrays[3].values[156 + 7] = value;
+        arrays
+    };
+    let rate = |value: f64| with(array("mocap_framerate", &[], vec![value]));
+    let object = Array { descr: "|O", ..array("poses", &[3, 156], vec![0.0; 468]) };
+    for (arrays, part) in [
+        (without("poses"), "expected array 'poses' of AMASS, got arrays betas, mocap_framerate, trans"),
+        (without("trans"), "expected array 'trans' of AMASS, got arrays betas, mocap_framerate, poses"),
+        (without("mocap_framerate"), "expected array 'mocap_framerate' or 'mocap_frame_rate'"),
+        (vec![array("arr_0", &[2, 22, 3], vec![0.0; 132])], "expected array 'poses' of AMASS, got array arr_0"),
+        (vec![], "got no array"),
+        (
+            vec![array("gender", &[1], vec![0.0]), array("betas", &[16], vec![0.0; 16])],
+            "got the shape of a person (arrays betas, gender), which AMASS keeps beside the motions",
+        ),
+        (standing(3, 156 + 3), "array 'poses' of shape [frames, 72], [frames, 156] or [frames, 165], got [3, 159]"),
+        (with(array("poses", &[3, 52, 3], vec![0.0; 468])), "got [3, 52, 3]"),
+        (with(array("poses", &[156], vec![0.0; 156])), "got [156]"),
+        (with(array("poses", &[0, 156], vec![])), "array 'poses' of 1 to 432000 frames, got [0, 156]"),
+        (with(array("poses", &[usize::MAX / 8, 156], vec![])), "array 'poses' of 1 to 432000 frames"),
+        (with(array("poses", &[400_000, 156], vec![0.0; 156])), "got the end after 156 of 62400000 numbers"),
+        (with(array("poses", &[2, 156], vec![0.0; 312])), "array 'trans' of shape [2, 3], as 'poses' has 2 frames"),
+        (with(array("trans", &[3, 4], vec![0.0; 12])), "array 'trans' of shape [3, 3]"),
+        (with(array("trans", &[3, 3], vec![0.0; 12])), "array 'trans' of shape [3, 3], got more than 9 numbers"),
+        (with(array("trans", &[3, 3], vec![2e6; 9])), "below a million, got 2000000 in row 0, column 0"),
+        (spoilt(f64::NAN), "array 'poses' of finite numbers below a million, got NaN in row 1, column 7"),
+        (spoilt(f64::NEG_INFINITY), "got -inf in row 1, column 7"),
+        (vec![object].into_iter().chain(without("poses")).collect(), "values of type '|O', not f4, f8, i4 or i8"),
+        (rate(0.0), "1 to 1000 frames per second in array 'mocap_framerate', got 0"),
+        (rate(f64::NAN), "got NaN"),
+        (with(array("mocap_framerate", &[2], vec![120.0; 2])), "of one number (frames per second), got [2]"),
+    ] {
+        let message = read_arrays(&arrays).unwrap_err().to_string();
+        assert!(message.starts_with("a_poses.npz: expected ") && message.contains(part), "'{part}': {message}");
+    }
+    let whole = npz(&standing(3, 156), CompressionMethod::Stored);
+    let npy = array("a", &[2], vec![0.0; 2]).bytes();
+    for (bytes, part) in [
+        (&b""[..], "a zip of arrays (.npz)"),
+        (b"HIERARCHY", "a zip of arrays (.npz)"),
+        (&whole[..whole.len() / 2], "a zip of arrays (.npz)"),
+        (&npy, "one array (.npy), such as HumanML3D's processed joints"),
+    ] {
+        let message = read_bytes(bytes).unwrap_err().to_string();
+        assert!(message.contains(part), "'{part}': {message}");
+    }
+    let mut flipped = whole.clone();
+    let at = flipped.windows(5).rposition(|w| w == b"poses").unwrap();
+    let middle = at / 2;
+    flipped[middle] ^= 1;
+    assert!(read_bytes(&flipped).unwrap_err().to_string().to_lowercase().contains("checksum"));
+}
+
+#[test]
+fn a_recording_has_one_name_in_all_editions() {
+    for (path, name) in [
+        ("amass/CMU/80/80_63_poses.npz", Some("CMU_80_80_63")),
+        ("./pose_data/CMU/80/80_63_poses.npy", Some("CMU_80_80_63")),
+        ("BMLrub/rub001/0005_walking1_stageii.npz", Some("BMLrub_rub001_0005_walking1")),
+        ("/d/BioMotionLab_NTroje/rub001/0005_walking1_poses.npz", Some("BMLrub_rub001_0005_walking1")),
+        (
+            "ACCAD/Male1Walking_c3d/Walk B10 - Walk turn left 45_poses.npz",
+            Some("ACCAD_Male1Walking_c3d_Walk_B10_-_Walk_turn_left_45"),
+        ),
+        (
+            "ACCAD/Male1Walking_c3d/Walk_B10_-_Walk_turn_left_45_stageii.npz",
+            Some("ACCAD_Male1Walking_c3d_Walk_B10_-_Walk_turn_left_45"),
+        ),
+        (
+            "EyesJapanDataset/Eyes_Japan_Dataset/aita/walk-01-poses_poses.npz",
+            Some("EyesJapanDataset_aita_walk-01-poses"),
+        ),
+        ("./pose_data/humanact12/humanact12/P01G01.npy", None),
+        ("80_63_poses.npz", None),
+        ("", None),
+    ] {
+        assert_eq!(recording(Path::new(path)).as_deref(), name, "{path}");
+    }
+    assert_eq!(clip_name(Path::new("amass/KIT/3/walk 01_poses.npz")), "KIT_3_walk_01");
+    assert_eq!(clip_name(Path::new("mine/walk 01_poses.npz")), "walk 01_poses");
+    assert_eq!(clip_name(Path::new("KIT/3/walk.bvh")), "walk");
+}
+
+/// A person's shape is refused in words where it is named, and passed over where it lies among motions.
+#[test]
+fn shapes_lie_among_motions() {
+    let folder = tempfile::tempdir().unwrap();
+    let person = folder.path().join("KIT/3");
+    std::fs::create_dir_all(&person).unwrap();
+    let write = |name: &str, arrays: &[Array]| {
+        std::fs::write(person.join(name), npz(arrays, CompressionMethod::Stored)).unwrap();
+    };
+    write("walk 01_poses.npz", &standing(3, 156));
+    write("shape.npz", &[array("gender", &[1], vec![0.0]), array("betas", &[16], vec![0.0; 16])]);
+    let found = crate::dataset::find_motion(&[folder.path().to_path_buf()], Format::is_source).unwrap();
+    assert_eq!(found, [person.join("walk 01_poses.npz")]);
+    assert_eq!(read_source(&found[0], &ReadOptions::default()).unwrap().name, "KIT_3_walk_01");
+    let message = read(&person.join("shape.npz"), &ReadOptions::default()).unwrap_err().to_string();
+    assert!(message.contains("shape.npz: expected a motion") && message.contains("shape of a person"), "{message}");
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(300))]
+
+    /// Whatever is changed, a reader answers with a clip of the numbers that are there or an error, and never panics.
+    #[test]
+    fn spoilt_archives(
+        spots in prop::collection::vec((0.0..1.0f64, any::<u8>()), 1..5),
+        deflated in any::<bool>(),
+        keep in 0.5..1.5f64,
+    ) {
+        let method = if deflated { CompressionMethod::Deflated } else { CompressionMethod::Stored };
+        let mut bytes = npz(&standing(2, 72), method);
+        for (place, value) in spots {
+            let at = (place * bytes.len() as f64) as usize;
+            bytes[at] = value;
+        }
+        bytes.truncate((keep * bytes.len() as f64) as usize);
+        match read_bytes(&bytes) {
+            Ok(clip) => {
+                prop_assert!(clip.len() == 2 && clip.fps > 0.0);
+                prop_assert!(clip.rotations.iter().flatten().all(|q| q.coords.iter().all(|c| c.is_finite())));
+            }
+            Err(MotionError::Container { expected, got, .. }) => prop_assert!(expected.len() < 300 && got.len() < 1500),
+            Err(other) => prop_assert!(false, "{other}"),
+        }
+    }
+}
+
+/// The bytes of a small file, for the tests of all formats.
+pub(super) fn sample() -> Vec<u8> {
+    npz(&standing(3, 156), CompressionMethod::Stored)
+}
