@@ -7,6 +7,8 @@
 
 pub mod augmentation;
 pub mod error;
+pub mod gap;
+pub mod identification;
 pub mod logs;
 pub mod model;
 pub mod training;

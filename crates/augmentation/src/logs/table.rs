@@ -113,16 +113,23 @@ const LARGEST: [(&str, f64, &str); 4] = [
 /// [`AugmentationError::Io`]; [`AugmentationError::Log`] with line and column: a column that is missing, a cell that is no finite
 /// number, a time that does not rise, a gap, a step that is not the rate's, a number that cannot be of its unit.
 pub fn read(path: &Path, map: &TableMap) -> Result<Trace, AugmentationError> {
-    let text = std::fs::read_to_string(path).map_err(AugmentationError::io(path))?;
-    let mut lines = text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty());
-    let header: Vec<&str> = lines.next().map(|(_, line)| cells(line).collect()).unwrap_or_default();
-    let index = |name: &str| {
-        header
-            .iter()
-            .position(|own| *own == name)
-            .ok_or_else(|| AugmentationError::log(path, "line 1", format!("a column '{name}'"), header.join(",")))
+    let bad = |error: csv::Error| {
+        let line = error.position().map_or(1, csv::Position::line);
+        AugmentationError::log(path, format!("line {line}"), "a table of comma-separated values", error)
     };
-    let rows: Vec<(usize, Vec<&str>)> = lines.map(|(line, text)| (line + 1, cells(text).collect())).collect();
+    let text = std::fs::read_to_string(path).map_err(AugmentationError::io(path))?;
+    let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).flexible(true).from_reader(text.as_bytes());
+    let header = reader.headers().map_err(bad)?.clone();
+    let index = |name: &str| {
+        header.iter().position(|own| own == name).ok_or_else(|| {
+            let got = header.iter().collect::<Vec<_>>().join(",");
+            AugmentationError::log(path, "line 1", format!("a column '{name}'"), got)
+        })
+    };
+    let rows: Vec<(u64, csv::StringRecord)> = reader
+        .into_records()
+        .map(|row| row.map(|row| (row.position().map_or(0, csv::Position::line), row)).map_err(bad))
+        .collect::<Result<_, _>>()?;
     let column = |name: &str| -> Result<Vec<f64>, AugmentationError> {
         let index = index(name)?;
         let number = |(line, cells): &(u64, csv::StringRecord)| {

@@ -1,0 +1,144 @@
+//! What a network, and what parameters, make of real logs of a servo's test bench: folds by trajectory and by gain.
+//!
+//! `cargo run --release -p lifelike-augmentation --example bench_logs -- FOLDER [iterations] [seeds] [architecture]` with BAM's raw logs in
+//! the folder. `TWIN=1`: the logs' measurements are replaced by those of a simulated servo, to choose settings on.
+
+use std::collections::BTreeMap;
+use std::error::Error;
+use std::path::PathBuf;
+
+use lifelike_augmentation::identification::{FrictionModel, Servo, fit};
+use lifelike_augmentation::logs::{BenchLog, BenchRun};
+use lifelike_augmentation::model::{Backbone, SatSizes};
+use lifelike_augmentation::training::{AugmentationPlan, AugmentationTrainer};
+use lifelike_augmentation::{Feedback, gap};
+use lifelike_sim::trace::Trace;
+
+/// Rows per second (Hz).
+const RATE: f64 = 200.0;
+/// Dynamixel XL330-M288-T by its data sheet at 5 V: stall torque 0.52 N m at 1.47 A; nothing is said of friction or the rotor.
+const DATA_SHEET: Servo = Servo {
+    torque_constant: 0.52 / 1.47,
+    resistance: 5.0 / 1.47,
+    supply_resistance: 0.0,
+    armature: 0.0,
+    offset: 0.0,
+    delay: 0.0,
+    friction: lifelike_robot::actuator::ExtendedFriction {
+        base: 0.0,
+        stribeck: 0.0,
+        stribeck_velocity: 0.0,
+        stribeck_exponent: 0.0,
+        load: [0.0; 2],
+        load_stribeck: [0.0; 2],
+        load_quadratic: [0.0; 2],
+        viscous: 0.0,
+    },
+};
+
+struct Recorded {
+    log: BenchLog,
+    run: BenchRun,
+}
+
+/// Mean absolute error of the position (deg) of each log.
+type Errors = BTreeMap<String, f64>;
+
+fn errors(traces: &[Trace]) -> Errors {
+    let position = |trace: &Trace| {
+        let gaps = gap::gaps(trace);
+        gaps.iter().find(|gap| gap.column == "position").map_or(f64::NAN, |gap| gap.mae.to_degrees())
+    };
+    traces.iter().map(|trace| (trace.name.clone(), position(trace))).collect()
+}
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let folder = arguments.first().ok_or("name the folder of the raw logs")?;
+    let iterations = arguments.get(1).map_or(Ok(600), |text| text.parse())?;
+    let seeds: u64 = arguments.get(2).map_or(Ok(1), |text| text.parse())?;
+    let (backbone, attention) = match arguments.get(3).map(String::as_str) {
+        Some("lstm") => (Backbone::Lstm, false),
+        Some("attention") => (Backbone::None, true),
+        Some("dense") => (Backbone::Dense, true),
+        _ => (Backbone::Lstm, true),
+    };
+    let mut files: Vec<PathBuf> = std::fs::read_dir(folder)?.map(|entry| Ok(entry?.path())).collect::<Result<_, std::io::Error>>()?;
+    files.sort();
+    let twin = std::env::var_os("TWIN").is_some();
+    let mut recorded = Vec::new();
+    for file in files {
+        let log = BenchLog::read(&file)?;
+        let mut run = log.at(RATE);
+        if twin {
+            let real = Servo {
+                friction: lifelike_robot::actuator::ExtendedFriction {
+                    base: 0.005, viscous: 0.009, stribeck: 0.01, stribeck_velocity: 0.4, stribeck_exponent: 1.2,
+                    load: [0.3, 0.06], load_stribeck: [0.0, 0.3], load_quadratic: [0.0, 0.0],
+                },
+                supply_resistance: 0.6, armature: 1.8e-3, offset: 0.02, delay: 0.008, resistance: 3.5, torque_constant: 0.33,
+            };
+            let motion = real.bench(&log).run(run.commands(), run.position[0], run.velocity[0]);
+            let quantum = std::f64::consts::TAU / 4096.0;
+            run.position = motion.position.iter().map(|q| (q / quantum).round() * quantum).collect();
+            run.velocity = motion.velocity.iter().map(|v| (v / 0.024).round() * 0.024).collect();
+            run.voltage = Some(motion.voltage);
+        }
+        recorded.push(Recorded { log, run });
+    }
+    let trajectories: Vec<String> = distinct(recorded.iter().map(|r| r.log.trajectory.clone()));
+    let gains: Vec<String> = distinct(recorded.iter().map(|r| format!("kp {}", r.log.gain)));
+    for (title, folds, key) in [
+        ("trajectory held out", trajectories, (|log: &BenchLog| log.trajectory.clone()) as fn(&BenchLog) -> String),
+        ("gain held out", gains, |log: &BenchLog| format!("kp {}", log.gain)),
+    ] {
+        let mut rows: BTreeMap<String, Vec<Errors>> = BTreeMap::new();
+        for fold in folds {
+            let (test, train): (Vec<&Recorded>, Vec<&Recorded>) = recorded.iter().partition(|r| key(&r.log) == fold);
+            let runs: Vec<(&BenchLog, &BenchRun)> = train.iter().map(|r| (&r.log, &r.run)).collect();
+            let mut servos = vec![("data sheet".to_string(), DATA_SHEET)];
+            for model in [FrictionModel::M1, FrictionModel::M6] {
+                servos.push((format!("fitted {}", model.name()), fit(model, &runs, 6, 1)));
+            }
+            for (name, servo) in servos {
+                let traces = |of: &[&Recorded]| -> Vec<Trace> {
+                    of.iter().map(|r| r.run.simulated(&r.log, &servo.bench(&r.log))).collect()
+                };
+                let (learn, held_out) = (traces(&train), traces(&test));
+                rows.entry(name.clone()).or_default().push(errors(&held_out));
+                for seed in 0..seeds {
+                    let model = SatSizes { backbone, attention, ..SatSizes::default() };
+                    let outputs = vec!["position".into(), "velocity".into()];
+                    let plan = AugmentationPlan { seed, iterations, outputs, model, ..AugmentationPlan::default() };
+                    let mut trainer = AugmentationTrainer::new(&plan, &learn, &[])?;
+                    for _ in 0..iterations {
+                        trainer.iterate();
+                    }
+                    let augmentation = trainer.augmentation();
+                    for feedback in [Feedback::None, Feedback::Predicted] {
+                        let corrected: Result<Vec<Trace>, _> =
+                            held_out.iter().map(|trace| augmentation.corrected(trace, feedback)).collect();
+                        let name = format!("{name} + network, {feedback:?}");
+                        rows.entry(name).or_default().push(errors(&corrected?));
+                    }
+                }
+            }
+        }
+        println!("\n{title}: mean absolute error of the position, deg");
+        for (name, folds) in rows {
+            let mut all: BTreeMap<String, Vec<f64>> = BTreeMap::new();
+            folds.iter().flatten().for_each(|(log, error)| all.entry(log.clone()).or_default().push(*error));
+            let means: Vec<f64> = all.values().map(|own| own.iter().sum::<f64>() / own.len() as f64).collect();
+            let each: Vec<String> = means.iter().map(|mae| format!("{mae:.2}")).collect();
+            println!("{name:40} {:.3}   ({})", means.iter().sum::<f64>() / means.len() as f64, each.join(" "));
+        }
+    }
+    Ok(())
+}
+
+fn distinct(values: impl Iterator<Item = String>) -> Vec<String> {
+    let mut out: Vec<String> = values.collect();
+    out.sort();
+    out.dedup();
+    out
+}

@@ -1,0 +1,255 @@
+//! The classical alternative to a network: the parameters of a servo's model by least squares on its logs.
+//!
+//! What is fitted: torque constant, resistance of winding and supply, armature, how crooked the arm sits, delay, and the friction of
+//! [`ExtendedFriction`] in one of its sizes. Residuals are the positions of whole simulated runs, so the fit is of what it is used
+//! for; the method is Levenberg and Marquardt's, from several starts.
+
+use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
+use lifelike_checkpoint::rng::stream;
+use lifelike_robot::actuator::{DcMotor, ExtendedFriction};
+use lifelike_sim::bench::PendulumBench;
+use nalgebra::storage::Owned;
+use nalgebra::{DMatrix, DVector, Dyn};
+use rand::Rng;
+use rayon::prelude::*;
+
+use crate::logs::bam::{BenchLog, BenchRun, DYNAMIXEL_DUTY};
+
+/// How much friction is fitted (Duclusaud et al. 2024).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum FrictionModel {
+    /// Coulomb and viscous: what most simulators have.
+    M1,
+    /// And Stribeck's.
+    M2,
+    /// Coulomb, viscous and load.
+    M3,
+    /// And Stribeck's of both.
+    M4,
+    /// Load of motor and outside apart.
+    M5,
+    /// And quadratic terms of load.
+    M6,
+}
+
+/// A parameter, between its bounds.
+struct Parameter {
+    low: f64,
+    high: f64,
+    start: f64,
+    set: fn(&mut Servo, f64),
+}
+
+/// What is fitted, whatever hangs on the servo.
+#[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Servo {
+    /// Torque constant (N m/A).
+    pub torque_constant: f64,
+    /// Resistance of the winding (ohm).
+    pub resistance: f64,
+    /// Resistance of the supply (ohm).
+    pub supply_resistance: f64,
+    /// Inertia at the output (kg m²).
+    pub armature: f64,
+    /// Added to the servo's angle it is the arm's (rad).
+    pub offset: f64,
+    /// Delay of commands (s).
+    pub delay: f64,
+    /// Friction.
+    pub friction: ExtendedFriction,
+}
+
+impl Servo {
+    /// Returns the servo on a log's bench, with its gain.
+    pub fn bench(&self, log: &BenchLog) -> PendulumBench {
+        PendulumBench {
+            mass: log.mass,
+            arm: log.arm,
+            armature: self.armature,
+            offset: self.offset,
+            motor: DcMotor {
+                proportional: log.gain * DYNAMIXEL_DUTY,
+                integral: 0.0,
+                derivative: 0.0,
+                duty_max: 1.0,
+                supply: log.supply,
+                supply_resistance: self.supply_resistance,
+                resistance: self.resistance,
+                torque_constant: self.torque_constant,
+                current_max: f64::INFINITY,
+            },
+            friction: self.friction,
+            delay: self.delay,
+        }
+    }
+
+    /// Returns the mean absolute error of the position (rad) over runs of logs.
+    pub fn error(&self, runs: &[(&BenchLog, &BenchRun)]) -> f64 {
+        let each = runs.iter().map(|(log, run)| {
+            let motion = self.bench(log).run(run.commands(), run.position[0], run.velocity[0]);
+            let pairs = motion.position.iter().zip(&run.position);
+            pairs.map(|(a, b)| (a - b).abs()).sum::<f64>() / run.position.len() as f64
+        });
+        each.sum::<f64>() / runs.len().max(1) as f64
+    }
+}
+
+impl FrictionModel {
+    /// All of them, the smallest first.
+    pub const ALL: [Self; 6] = [Self::M1, Self::M2, Self::M3, Self::M4, Self::M5, Self::M6];
+
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::M1 => "m1",
+            Self::M2 => "m2",
+            Self::M3 => "m3",
+            Self::M4 => "m4",
+            Self::M5 => "m5",
+            Self::M6 => "m6",
+        }
+    }
+
+    fn parameters(self) -> Vec<Parameter> {
+        let p = |low: f64, high: f64, start: f64, set: fn(&mut Servo, f64)| Parameter { low, high, start, set };
+        let mut all = vec![
+            p(0.1, 1.0, 0.35, |s, x| s.torque_constant = x),
+            p(1.0, 10.0, 4.0, |s, x| s.resistance = x),
+            p(0.0, 5.0, 0.3, |s, x| s.supply_resistance = x),
+            p(1e-4, 0.01, 1.5e-3, |s, x| s.armature = x),
+            p(-0.1, 0.1, 0.01, |s, x| s.offset = x),
+            p(0.0, 0.04, 0.005, |s, x| s.delay = x),
+            p(0.0, 0.1, 0.01, |s, x| s.friction.base = x),
+            p(0.0, 0.05, 0.005, |s, x| s.friction.viscous = x),
+        ];
+        let stribeck = matches!(self, Self::M2 | Self::M4 | Self::M5 | Self::M6);
+        if stribeck {
+            all.extend([
+                p(0.0, 0.1, 0.01, |s, x| s.friction.stribeck = x),
+                p(0.1, 10.0, 2.0, |s, x| s.friction.stribeck_velocity = x),
+                p(0.3, 8.0, 1.5, |s, x| s.friction.stribeck_exponent = x),
+            ]);
+        }
+        match self {
+            Self::M1 | Self::M2 => {}
+            Self::M3 => all.push(p(0.0, 0.5, 0.1, |s, x| s.friction.load = [x, x])),
+            Self::M4 => all.extend([
+                p(0.0, 0.5, 0.1, |s, x| s.friction.load = [x, x]),
+                p(0.0, 0.5, 0.05, |s, x| s.friction.load_stribeck = [x, x]),
+            ]),
+            Self::M5 | Self::M6 => all.extend([
+                p(0.0, 0.6, 0.2, |s, x| s.friction.load[0] = x),
+                p(0.0, 0.6, 0.05, |s, x| s.friction.load[1] = x),
+                p(0.0, 0.6, 0.05, |s, x| s.friction.load_stribeck[0] = x),
+                p(0.0, 0.6, 0.1, |s, x| s.friction.load_stribeck[1] = x),
+            ]),
+        }
+        if self == Self::M6 {
+            all.extend([
+                p(0.0, 0.5, 0.01, |s, x| s.friction.load_quadratic[0] = x),
+                p(0.0, 0.5, 0.01, |s, x| s.friction.load_quadratic[1] = x),
+            ]);
+        }
+        all
+    }
+}
+
+/// Turns any number into one between bounds.
+fn bounded(parameter: &Parameter, x: f64) -> f64 {
+    parameter.low + (parameter.high - parameter.low) / (1.0 + (-x).exp())
+}
+
+fn unbounded(parameter: &Parameter, value: f64) -> f64 {
+    let share = ((value - parameter.low) / (parameter.high - parameter.low)).clamp(0.01, 0.99);
+    (share / (1.0 - share)).ln()
+}
+
+fn servo(parameters: &[Parameter], x: &[f64]) -> Servo {
+    let mut servo = Servo::default();
+    parameters.iter().zip(x).for_each(|(parameter, x)| (parameter.set)(&mut servo, bounded(parameter, *x)));
+    servo
+}
+
+/// Positions of all runs, less those measured.
+struct Problem<'a> {
+    parameters: &'a [Parameter],
+    runs: &'a [(&'a BenchLog, &'a BenchRun)],
+    x: DVector<f64>,
+}
+
+impl Problem<'_> {
+    fn at(&self, x: &[f64]) -> Vec<f64> {
+        let servo = servo(self.parameters, x);
+        let residuals = |(log, run): &(&BenchLog, &BenchRun)| {
+            let motion = servo.bench(log).run(run.commands(), run.position[0], run.velocity[0]);
+            motion.position.into_iter().zip(&run.position).map(|(a, b)| soft(a - b)).collect::<Vec<_>>()
+        };
+        self.runs.iter().flat_map(residuals).collect()
+    }
+}
+
+/// What a difference counts: squares of small ones, the size of large ones, since it is the mean absolute error that is compared.
+fn soft(difference: f64) -> f64 {
+    const KNEE: f64 = 0.01;
+    let ratio = difference / KNEE;
+    difference.signum() * KNEE * (2.0 * ((1.0 + ratio * ratio).sqrt() - 1.0)).sqrt()
+}
+
+/// Step of the finite differences, in the numbers without bounds.
+const STEP: f64 = 1e-4;
+
+impl LeastSquaresProblem<f64, Dyn, Dyn> for Problem<'_> {
+    type ParameterStorage = Owned<f64, Dyn>;
+    type ResidualStorage = Owned<f64, Dyn>;
+    type JacobianStorage = Owned<f64, Dyn, Dyn>;
+
+    fn set_params(&mut self, x: &DVector<f64>) {
+        self.x.copy_from(x);
+    }
+
+    fn params(&self) -> DVector<f64> {
+        self.x.clone()
+    }
+
+    fn residuals(&self) -> Option<DVector<f64>> {
+        let residuals = self.at(self.x.as_slice());
+        residuals.iter().all(|x| x.is_finite()).then(|| DVector::from_vec(residuals))
+    }
+
+    fn jacobian(&self) -> Option<DMatrix<f64>> {
+        let columns: Vec<Vec<f64>> = (0..self.x.len())
+            .into_par_iter()
+            .map(|i| {
+                let at = |step: f64| {
+                    let mut x = self.x.as_slice().to_vec();
+                    x[i] += step;
+                    self.at(&x)
+                };
+                at(STEP).iter().zip(at(-STEP)).map(|(a, b)| (a - b) / (2.0 * STEP)).collect()
+            })
+            .collect();
+        let rows = columns.first()?.len();
+        Some(DMatrix::from_fn(rows, columns.len(), |row, column| columns[column][row]))
+    }
+}
+
+/// Fits a servo to runs of its logs, from `starts` starts drawn around what is usual; the best of them by its mean absolute
+/// error on these runs.
+pub fn fit(model: FrictionModel, runs: &[(&BenchLog, &BenchRun)], starts: u64, seed: u64) -> Servo {
+    let parameters = model.parameters();
+    let fitted = (0..starts.max(1)).map(|start| {
+        let mut rng = stream(seed, "identification", 0, start);
+        let x = parameters.iter().map(|p| {
+            let around = if start == 0 { 0.0 } else { rng.random_range(-1.5..1.5) };
+            unbounded(p, p.start) + around
+        });
+        let problem = Problem { parameters: &parameters, runs, x: DVector::from_iterator(parameters.len(), x) };
+        let (problem, _) = LevenbergMarquardt::new().with_patience(40).minimize(problem);
+        servo(&parameters, problem.x.as_slice())
+    });
+    let scored = fitted.map(|servo| (servo.error(runs), servo));
+    let best = scored.min_by(|a, b| a.0.total_cmp(&b.0));
+    best.map(|(_, servo)| servo).unwrap_or_default()
+}
