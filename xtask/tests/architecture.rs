@@ -7,7 +7,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Floors: a crate may import crates on LOWER floors only.
-const FLOORS: [(&str, u32); 17] = [
+const FLOORS: [(&str, u32); 18] = [
     ("character", 0),
     ("checkpoint", 0),
     ("simd", 0),
@@ -24,11 +24,13 @@ const FLOORS: [(&str, u32); 17] = [
     ("sequences", 6),
     ("tracking", 6),
     ("generation", 6),
+    ("augmentation", 6),
     ("lifelike", 7),
 ];
 
 /// Crates that stand on a floor for their use, but must know little of what is below them.
-const ONLY: [(&str, &[&str]); 5] = [
+const ONLY: [(&str, &[&str]); 6] = [
+    ("augmentation", &["checkpoint", "dense", "nn", "report", "robot", "sim", "simd", "train"]),
     ("language", &["character", "checkpoint", "motion"]),
     ("nn", &["checkpoint", "dense", "simd"]),
     ("train", &["checkpoint", "dense", "nn", "report", "simd"]),

@@ -16,26 +16,6 @@ use lifelike_sim::trace::Trace;
 
 /// Rows per second (Hz).
 const RATE: f64 = 200.0;
-/// Dynamixel XL330-M288-T by its data sheet at 5 V: stall torque 0.52 N m at 1.47 A; nothing is said of friction or the rotor.
-const DATA_SHEET: Servo = Servo {
-    torque_constant: 0.52 / 1.47,
-    resistance: 5.0 / 1.47,
-    supply_resistance: 0.0,
-    armature: 0.0,
-    offset: 0.0,
-    delay: 0.0,
-    friction: lifelike_robot::actuator::ExtendedFriction {
-        base: 0.0,
-        stribeck: 0.0,
-        stribeck_velocity: 0.0,
-        stribeck_exponent: 0.0,
-        load: [0.0; 2],
-        load_stribeck: [0.0; 2],
-        load_quadratic: [0.0; 2],
-        viscous: 0.0,
-    },
-};
-
 struct Recorded {
     log: BenchLog,
     run: BenchRun,
@@ -63,7 +43,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         Some("dense") => (Backbone::Dense, true),
         _ => (Backbone::Lstm, true),
     };
-    let mut files: Vec<PathBuf> = std::fs::read_dir(folder)?.map(|entry| Ok(entry?.path())).collect::<Result<_, std::io::Error>>()?;
+    let mut files: Vec<PathBuf> =
+        std::fs::read_dir(folder)?.map(|entry| Ok(entry?.path())).collect::<Result<_, std::io::Error>>()?;
     files.sort();
     let twin = std::env::var_os("TWIN").is_some();
     let mut recorded = Vec::new();
@@ -73,10 +54,21 @@ fn main() -> Result<(), Box<dyn Error>> {
         if twin {
             let real = Servo {
                 friction: lifelike_robot::actuator::ExtendedFriction {
-                    base: 0.005, viscous: 0.009, stribeck: 0.01, stribeck_velocity: 0.4, stribeck_exponent: 1.2,
-                    load: [0.3, 0.06], load_stribeck: [0.0, 0.3], load_quadratic: [0.0, 0.0],
+                    base: 0.005,
+                    viscous: 0.009,
+                    stribeck: 0.01,
+                    stribeck_velocity: 0.4,
+                    stribeck_exponent: 1.2,
+                    load: [0.3, 0.06],
+                    load_stribeck: [0.0, 0.3],
+                    load_quadratic: [0.0, 0.0],
                 },
-                supply_resistance: 0.6, armature: 1.8e-3, offset: 0.02, delay: 0.008, resistance: 3.5, torque_constant: 0.33,
+                supply_resistance: 0.6,
+                armature: 1.8e-3,
+                offset: 0.02,
+                delay: 0.008,
+                resistance: 3.5,
+                torque_constant: 0.33,
             };
             let motion = real.bench(&log).run(run.commands(), run.position[0], run.velocity[0]);
             let quantum = std::f64::consts::TAU / 4096.0;
@@ -96,7 +88,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         for fold in folds {
             let (test, train): (Vec<&Recorded>, Vec<&Recorded>) = recorded.iter().partition(|r| key(&r.log) == fold);
             let runs: Vec<(&BenchLog, &BenchRun)> = train.iter().map(|r| (&r.log, &r.run)).collect();
-            let mut servos = vec![("data sheet".to_string(), DATA_SHEET)];
+            let mut servos = vec![("data sheet".to_string(), Servo::built_in("xl330").unwrap_or_default())];
             for model in [FrictionModel::M1, FrictionModel::M6] {
                 servos.push((format!("fitted {}", model.name()), fit(model, &runs, 6, 1)));
             }

@@ -62,6 +62,18 @@ pub struct Servo {
 }
 
 impl Servo {
+    /// Names of [`Self::built_in`].
+    pub const NAMES: [&str; 1] = ["xl330"];
+
+    /// Returns a servo by its data sheet, which says nothing of friction, rotor and delay.
+    pub fn built_in(name: &str) -> Option<Self> {
+        match name {
+            // Dynamixel XL330-M288-T at 5 V: stall torque 0.52 N m at 1.47 A.
+            "xl330" => Some(Self { torque_constant: 0.52 / 1.47, resistance: 5.0 / 1.47, ..Self::default() }),
+            _ => None,
+        }
+    }
+
     /// Returns the servo on a log's bench, with its gain.
     pub fn bench(&self, log: &BenchLog) -> PendulumBench {
         PendulumBench {

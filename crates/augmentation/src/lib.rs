@@ -6,6 +6,7 @@
 //! [`identification`] is the classical alternative: the parameters of an actuator's model by least squares.
 
 pub mod augmentation;
+pub mod correction;
 pub mod error;
 pub mod gap;
 pub mod identification;
@@ -14,6 +15,7 @@ pub mod model;
 pub mod training;
 
 pub use augmentation::{Augmentation, Feedback};
+pub use correction::ActuatorCorrection;
 pub use error::AugmentationError;
 
 /// The README's example, which runs as a test.

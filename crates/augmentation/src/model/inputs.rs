@@ -20,6 +20,17 @@ pub enum Field {
     Change(String),
 }
 
+impl Field {
+    /// Returns the column's name.
+    pub fn name(&self) -> &str {
+        match self {
+            Self::State(name) | Self::Force(name) | Self::Reference(name) | Self::Error(name) | Self::Change(name) => {
+                name
+            }
+        }
+    }
+}
+
 /// Names of what the network reads and predicts for a class of building blocks.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(deny_unknown_fields)]

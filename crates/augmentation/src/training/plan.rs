@@ -31,6 +31,8 @@ pub struct AugmentationPlan {
     pub seed: u64,
     /// Measured columns to predict; empty: all of them.
     pub outputs: Vec<String>,
+    /// Names of columns that the network is not shown (`current`), whether state, force or reference.
+    pub leave_out: Vec<String>,
     /// The network.
     pub model: SatSizes,
     /// The loss.
@@ -69,6 +71,7 @@ impl Default for AugmentationPlan {
         Self {
             seed: 0,
             outputs: Vec::new(),
+            leave_out: Vec::new(),
             model: SatSizes::default(),
             loss: LossKind::Physics,
             physics_weight: 1.0,

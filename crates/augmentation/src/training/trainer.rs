@@ -83,7 +83,12 @@ impl AugmentationTrainer {
             let what = format!("rate of trace '{}'", other.name);
             return Err(AugmentationError::mismatch(what, format!("{rate} Hz"), format!("{} Hz", other.rate)));
         }
-        let inputs = Inputs::of(first, rate, &plan.outputs)?;
+        let mut inputs = Inputs::of(first, rate, &plan.outputs)?;
+        if let Some(name) = plan.leave_out.iter().find(|name| inputs.fields.iter().all(|field| field.name() != *name)) {
+            let known: Vec<&str> = inputs.fields.iter().map(|field| field.name()).collect();
+            return Err(AugmentationError::mismatch("leave_out", format!("some of {known:?}"), format!("'{name}'")));
+        }
+        inputs.fields.retain(|field| !plan.leave_out.iter().any(|name| name == field.name()));
         let own = |blocks: Vec<(String, BlockTrace)>| -> Vec<(String, BlockTrace)> {
             blocks.into_iter().filter(|(_, block)| block.class == inputs.class).collect()
         };

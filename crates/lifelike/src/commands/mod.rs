@@ -21,6 +21,8 @@ pub mod robots;
 #[cfg(feature = "learning")]
 pub mod align;
 #[cfg(feature = "learning")]
+pub mod augment;
+#[cfg(feature = "learning")]
 pub mod cotrain;
 #[cfg(feature = "learning")]
 pub mod generate;
@@ -63,6 +65,11 @@ pub enum Command {
     Train(train::Args),
     Align(align::Args),
     Cotrain(cotrain::Args),
+    #[cfg(feature = "learning")]
+    #[command(subcommand)]
+    Augment(augment::Augment),
+    #[cfg(not(feature = "learning"))]
+    Augment(missing::Args),
     Generate(generate::Args),
     Eval(eval::Args),
     Demo(demo::Args),
@@ -88,6 +95,10 @@ impl Command {
             Self::Train(args) => train::run(&args, output),
             Self::Align(args) => align::run(&args, output),
             Self::Cotrain(args) => cotrain::run(&args, output),
+            #[cfg(feature = "learning")]
+            Self::Augment(augment) => augment.run(output),
+            #[cfg(not(feature = "learning"))]
+            Self::Augment(args) => missing::run(&args, output),
             Self::Generate(args) => generate::run(&args, output),
             Self::Eval(args) => eval::run(&args, output),
             Self::Demo(args) => demo::run(&args, output),

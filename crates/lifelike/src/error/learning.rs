@@ -1,5 +1,6 @@
 //! Errors of the crates that learn.
 
+use lifelike_augmentation::AugmentationError;
 use lifelike_generation::GenerationError;
 use lifelike_nn::device::DeviceError;
 use lifelike_representation::RepresentationError;
@@ -39,6 +40,18 @@ impl From<GenerationError> for CliError {
         match error {
             GenerationError::Report(error) => error.into(),
             GenerationError::Train(error) => error.into(),
+            _ => Self::Input(error.to_string()),
+        }
+    }
+}
+
+impl From<AugmentationError> for CliError {
+    fn from(error: AugmentationError) -> Self {
+        match error {
+            AugmentationError::Io { .. } => Self::Failed(error.to_string()),
+            AugmentationError::Report(error) => error.into(),
+            AugmentationError::Train(error) => error.into(),
+            AugmentationError::Sim(error) => error.into(),
             _ => Self::Input(error.to_string()),
         }
     }

@@ -10,7 +10,7 @@ pub struct BuiltinPlan {
 }
 
 /// The name tells the command: `track-...` is for `train tracker`.
-const KINDS: [(&str, &str); 9] = [
+const KINDS: [(&str, &str); 10] = [
     ("track", "train tracker"),
     ("prior", "train prior"),
     ("spline", "train spline"),
@@ -19,6 +19,7 @@ const KINDS: [(&str, &str); 9] = [
     ("align", "align"),
     ("cotrain", "cotrain"),
     ("evaluator", "train evaluator"),
+    ("augmentation", "train augmentation"),
     ("study", "bench tracking"),
 ];
 
@@ -56,6 +57,7 @@ pub fn builtin() -> impl Iterator<Item = BuiltinPlan> {
         "cotrain",
         "cotrain-g1",
         "evaluator",
+        "augmentation",
         "study-inputs",
         "study-scaling",
     ]

@@ -1,6 +1,7 @@
 //! `lifelike train ...`: a motion prior, then a policy, then its critic; a motion spline for editing; a generator of motion
-//! from text, and its evaluator.
+//! from text, and its evaluator; an augmentation of simulated states.
 
+pub mod augmentation;
 pub mod critic;
 pub mod driver;
 pub mod evaluator;
@@ -18,7 +19,7 @@ use clap::Subcommand;
 use crate::error::CliError;
 use crate::output::Output;
 
-/// Train a motion prior, a tracking policy, its critic, a motion spline, a generator, or its evaluator.
+/// Train a motion prior, a tracking policy, its critic, a motion spline, a generator, its evaluator, or an augmentation.
 #[derive(Debug, clap::Args)]
 pub struct Args {
     /// The kind of training.
@@ -36,6 +37,7 @@ pub enum Train {
     Critic(critic::Args),
     Generator(generator::Args),
     Evaluator(evaluator::Args),
+    Augmentation(augmentation::Args),
 }
 
 /// Runs the command.
@@ -50,5 +52,6 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
         Train::Critic(args) => critic::run(args, output),
         Train::Generator(args) => generator::run(args, output),
         Train::Evaluator(args) => evaluator::run(args, output),
+        Train::Augmentation(args) => augmentation::run(args, output),
     }
 }

@@ -1,0 +1,65 @@
+//! `lifelike augment ...`: how far a simulation is from a robot's logs, and what closes the gap (thesis chapter 2).
+
+pub mod apply;
+pub mod identify;
+mod page;
+pub mod report;
+pub mod simulate;
+mod sources;
+
+pub(crate) use sources::traces;
+
+use clap::Subcommand;
+use lifelike_augmentation::Feedback;
+
+use crate::error::CliError;
+use crate::output::Output;
+
+/// Compare a simulation with logs of the real thing, and correct it.
+///
+/// Logs become traces (`simulate`), which have simulated and measured states side by side; `report` shows the gap; `identify` fits the
+/// parameters of a servo's model; `lifelike train augmentation` learns what remains, and `apply` corrects traces with it.
+#[derive(Debug, Subcommand)]
+#[allow(missing_docs)] // a comment on a variant would take the place of the command's help text
+pub enum Augment {
+    Simulate(simulate::Args),
+    Identify(identify::Args),
+    Report(report::Args),
+    Apply(apply::Args),
+}
+
+impl Augment {
+    /// Runs it.
+    ///
+    /// # Errors
+    /// As the command.
+    pub fn run(&self, output: &Output) -> Result<(), CliError> {
+        match self {
+            Self::Simulate(args) => simulate::run(args, output),
+            Self::Identify(args) => identify::run(args, output),
+            Self::Report(args) => report::run(args, output),
+            Self::Apply(args) => apply::run(args, output),
+        }
+    }
+}
+
+/// What the network is told of the errors before.
+#[derive(Debug, Clone, Copy, clap::ValueEnum)]
+pub enum FeedbackName {
+    /// Nothing: corrections follow from the simulation alone.
+    None,
+    /// Its own predictions.
+    Predicted,
+    /// What was measured.
+    Measured,
+}
+
+impl From<FeedbackName> for Feedback {
+    fn from(name: FeedbackName) -> Self {
+        match name {
+            FeedbackName::None => Self::None,
+            FeedbackName::Predicted => Self::Predicted,
+            FeedbackName::Measured => Self::Measured,
+        }
+    }
+}

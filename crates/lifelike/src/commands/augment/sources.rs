@@ -1,0 +1,59 @@
+//! Files that the commands read: traces, logs, servos.
+
+use std::path::{Path, PathBuf};
+
+use lifelike_augmentation::identification::Servo;
+use lifelike_augmentation::logs::BenchLog;
+use lifelike_sim::trace::{Trace, container};
+
+use crate::error::CliError;
+
+/// Reads traces: files, and folders of them, in the order of their names.
+pub fn traces(paths: &[PathBuf]) -> Result<Vec<Trace>, CliError> {
+    let files = files(paths, container::EXTENSION)?;
+    Ok(files.iter().map(|file| container::load(file)).collect::<Result<Vec<_>, _>>()?)
+}
+
+/// Reads logs of a bench: files, and folders of them.
+pub fn bench_logs(paths: &[PathBuf]) -> Result<Vec<BenchLog>, CliError> {
+    let files = files(paths, ".json")?;
+    Ok(files.iter().map(|file| BenchLog::read(file)).collect::<Result<Vec<_>, _>>()?)
+}
+
+/// Returns a servo by name, or what a file of `lifelike augment identify` says.
+pub fn servo(name: &str) -> Result<Servo, CliError> {
+    if let Some(servo) = Servo::built_in(name) {
+        return Ok(servo);
+    }
+    let path = Path::new(name);
+    if !path.is_file() {
+        let known = Servo::NAMES.join(", ");
+        return Err(CliError::Input(format!("--servo: expected a file, or one of {known}, got '{name}'")));
+    }
+    let text = std::fs::read_to_string(path).map_err(CliError::write(path))?;
+    toml::from_str(&text).map_err(|error| CliError::Input(format!("{}: {error}", path.display())))
+}
+
+fn files(paths: &[PathBuf], ending: &str) -> Result<Vec<PathBuf>, CliError> {
+    let mut files = Vec::new();
+    for path in paths {
+        if path.is_dir() {
+            let entries = std::fs::read_dir(path).map_err(CliError::write(path))?;
+            let mut inside: Vec<PathBuf> = entries
+                .map(|entry| Ok(entry.map_err(CliError::write(path))?.path()))
+                .collect::<Result<Vec<_>, CliError>>()?;
+            inside.retain(|file| file.to_string_lossy().ends_with(ending));
+            inside.sort();
+            if inside.is_empty() {
+                return Err(CliError::Input(format!(
+                    "{}: expected files ending in {ending}, got none",
+                    path.display()
+                )));
+            }
+            files.extend(inside);
+        } else {
+            files.push(path.clone());
+        }
+    }
+    Ok(files)
+}
