@@ -40,7 +40,7 @@ pub fn inspect(name: &str, output: &Output) -> Result<(), CliError> {
                 judged(&robot.name, &readiness) + &text(&robot.character) + &control(&robot) + &next::lines(&steps)
             })
         }
-        // A character that cannot be controlled (a fixed base, ball joints) can still be looked at.
+        // A character that cannot be controlled (ball joints, no joints) can still be looked at.
         Err(error @ RobotError::Unknown { .. }) => Err(error.into()),
         Err(error) => match Character::load(name) {
             Ok(seen) => {
