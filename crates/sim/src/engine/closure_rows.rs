@@ -181,35 +181,49 @@ impl<V: Lanes> ClosureRows<V> {
     /// Brings all forces to where every row is as it should be.
     #[inline(always)]
     pub fn visit(&mut self, closures: &Closures<V::Scalar>, dof_chains: &[DofChain], forces: &mut [V], u: &mut [V]) {
-        for (t, triple) in closures.triples.iter().enumerate() {
-            let dof_chain = &dof_chains[triple.dof_chain];
-            let acceleration = dof_chain.gather(&self.y[triple.y..triple.y + dof_chain.len()], u);
-            for k in 0..3 {
-                let row = 3 * t + k;
-                self.change[row] = -(acceleration[k] + self.offset[row]).add_mul(self.softness[row], forces[row]);
-            }
+        if !forces.is_empty() {
+            self.solve(closures, dof_chains, forces, u);
         }
-        let n = self.change.len();
-        for i in 1..n {
-            let mut sum = self.change[i];
-            for (l, x) in self.factor[start(i)..start(i) + i].iter().zip(&self.change) {
-                sum = sum.sub_mul(*l, *x);
-            }
-            self.change[i] = sum;
-        }
-        for i in 0..n {
-            self.change[i] = self.change[i] * self.factor[start(i) + i];
-        }
-        for i in (1..n).rev() {
-            let (above, own) = self.change.split_at_mut(i);
-            for (x, l) in above.iter_mut().zip(&self.factor[start(i)..start(i) + i]) {
-                *x = x.sub_mul(*l, own[0]);
-            }
-        }
-        for (force, change) in forces.iter_mut().zip(&self.change) {
-            *force += *change;
-        }
-        self.start(closures, dof_chains, &self.change, u);
+    }
+
+    /// Not a part of the sweep's own loop, which most robots run without it.
+    #[inline(never)]
+    fn solve(&mut self, closures: &Closures<V::Scalar>, dof_chains: &[DofChain], forces: &mut [V], u: &mut [V]) {
+        V::vectorize(
+            #[inline(always)]
+            || {
+                for (t, triple) in closures.triples.iter().enumerate() {
+                    let dof_chain = &dof_chains[triple.dof_chain];
+                    let acceleration = dof_chain.gather(&self.y[triple.y..triple.y + dof_chain.len()], u);
+                    for k in 0..3 {
+                        let row = 3 * t + k;
+                        self.change[row] =
+                            -(acceleration[k] + self.offset[row]).add_mul(self.softness[row], forces[row]);
+                    }
+                }
+                let n = self.change.len();
+                for i in 1..n {
+                    let mut sum = self.change[i];
+                    for (l, x) in self.factor[start(i)..start(i) + i].iter().zip(&self.change) {
+                        sum = sum.sub_mul(*l, *x);
+                    }
+                    self.change[i] = sum;
+                }
+                for i in 0..n {
+                    self.change[i] = self.change[i] * self.factor[start(i) + i];
+                }
+                for i in (1..n).rev() {
+                    let (above, own) = self.change.split_at_mut(i);
+                    for (x, l) in above.iter_mut().zip(&self.factor[start(i)..start(i) + i]) {
+                        *x = x.sub_mul(*l, own[0]);
+                    }
+                }
+                for (force, change) in forces.iter_mut().zip(&self.change) {
+                    *force += *change;
+                }
+                self.start(closures, dof_chains, &self.change, u);
+            },
+        );
     }
 }
 
