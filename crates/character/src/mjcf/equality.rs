@@ -43,6 +43,9 @@ pub(crate) fn read(
     Ok(equalities)
 }
 
+/// The two bodies, and a frame on each.
+type Held = ([usize; 2], [Pose; 2]);
+
 struct Reader<'a> {
     character: &'a Character,
     /// In the reference position.
@@ -105,7 +108,7 @@ impl Reader<'_> {
     }
 
     /// Returns the bodies and the frames of two sites, where the constraint is between sites and so says nothing of `others`.
-    fn sites(&self, a: &Attributes, others: &[&str]) -> Result<Option<([usize; 2], [Pose; 2])>, CharacterError> {
+    fn sites(&self, a: &Attributes, others: &[&str]) -> Result<Option<Held>, CharacterError> {
         if a.text("site1").is_none() && a.text("site2").is_none() {
             return Ok(None);
         }

@@ -60,7 +60,7 @@ fn hanging(side: &str, y: f64, more: &str) -> String {
         r#"<body name="{side}_thigh" pos="0 {y} 0" euler="0 -0.3 0">{hip}<geom fromto="0 0 0 0 0 -0.3" mass="1.5"/>
         <body name="{side}_shank" pos="0 0 -0.3" euler="0 0.6 0">{knee}<geom fromto="0 0 0 0 0 -0.3" mass="0.8"/>
         <body name="{side}_foot" pos="0 0 -0.3" euler="0 -0.3 0">{ankle}<geom type="box" size="0.1 0.05 0.02" mass="0.3"/>
-        </body></body></body>"#
+        <site name="{side}_sole" pos="0.02 0 -0.02" euler="0.1 0 0"/></body></body></body>"#
     )
 }
 
@@ -88,16 +88,17 @@ pub fn standing_on_its_foot(more: &str) -> Arc<Robot> {
     ))
 }
 
-/// The same robot with a floating base and both feet welded to the world, one of them at an anchor and turned further than it
-/// begins.
+/// The same robot with a floating base and both feet welded to the world, one of them by sites and the other at an anchor, both
+/// turned further than they begin.
 pub fn standing_on_welds() -> Arc<Robot> {
     let trunk = pelvis(&(hanging("left", 0.1, "") + &hanging("right", -0.1, "")));
     let height = 0.1 + 0.6 * 0.3_f64.cos();
     every_step(&format!(
         r#"<mujoco model="dancer">{HEAD}
-  <worldbody><body name="trunk" pos="0 0 {height}"><freejoint name="root"/>{trunk}</body></worldbody>
+  <worldbody><site name="ground" pos="0.02 0.1 0.08" euler="0.1 0 0.02"/>
+    <body name="trunk" pos="0 0 {height}"><freejoint name="root"/>{trunk}</body></worldbody>
   <equality>
-    <weld name="left_sole" body1="left_foot" torquescale="3" solref="0.03 0.8"/>
+    <weld name="left_sole" site1="left_sole" site2="ground" torquescale="3" solref="0.03 0.8"/>
     <weld name="right_sole" body2="right_foot" body1="world" torquescale="10" anchor="0.05 0 0" relpose="0.05 -0.1 0.1 1 0.01 0.02 -0.02"/>
   </equality>
 </mujoco>"#
