@@ -35,7 +35,7 @@ pub mod urdf;
 pub use anatomy::{Anatomy, Role};
 pub use error::{CharacterError, Location};
 pub use kinematics::Kinematics;
-pub use model::{Actuator, Body, Character, Geom, GeomShape, Inertial, Joint, JointKind, Site};
+pub use model::{Actuator, Body, Character, Equality, EqualityKind, Geom, GeomShape, Inertial, Joint, JointKind, Site};
 pub use rotation::{Mat3, Quat, Vec3};
 pub use symmetry::Symmetry;
 

@@ -31,6 +31,8 @@ pub struct Character {
     pub actuators: Vec<Actuator>,
     /// Pairs of bodies that never collide (`<contact><exclude>`).
     pub excludes: Vec<(usize, usize)>,
+    /// What closes kinematic loops (`<equality>`), in document order.
+    pub equalities: Vec<Equality>,
     /// Number of generalised positions.
     pub nq: usize,
     /// Number of generalised velocities.
@@ -232,6 +234,39 @@ pub struct Actuator {
     pub kv: Option<f64>,
 }
 
+/// What an equality constraint holds together.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum EqualityKind {
+    /// The anchors: a ball joint (`<connect>`).
+    Connect,
+    /// Anchors and orientations (`<weld>`).
+    Weld {
+        /// Factor on the error of the orientations (m): MuJoCo's `torquescale`.
+        torque_scale: f64,
+    },
+}
+
+/// Two frames on two bodies that a soft constraint holds together: what closes a loop, which a tree cannot say.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Equality {
+    /// Unique name (made up as `equality<index>` where the text gives none).
+    pub name: String,
+    /// What is held together.
+    pub kind: EqualityKind,
+    /// The two bodies; 0 is the world.
+    pub bodies: [usize; 2],
+    /// Position of each frame in its body (m).
+    pub anchors: [Vec3; 2],
+    /// Orientation of each frame in its body; a [`EqualityKind::Connect`] does not use it.
+    pub orientations: [Quat; 2],
+    /// Constraint solver reference (MuJoCo's `solref`).
+    pub solref: [f64; 2],
+    /// Constraint solver impedance (MuJoCo's `solimp`).
+    pub solimp: [f64; 5],
+    /// False for one that does nothing.
+    pub active: bool,
+}
+
 impl Character {
     /// Returns the index of the body with this name.
     pub fn body(&self, name: &str) -> Result<usize, CharacterError> {
@@ -261,6 +296,18 @@ impl Character {
     /// Returns the floating base: the first free joint.
     pub fn root_joint(&self) -> Option<&Joint> {
         self.joints.iter().find(|j| j.kind == JointKind::Free)
+    }
+
+    /// Returns the root: the body of the floating base, or of a character that is fixed to the world its first body.
+    pub fn root_body(&self) -> usize {
+        self.root_joint().map_or(usize::from(self.bodies.len() > 1), |joint| joint.body)
+    }
+
+    /// Returns the pose of the root of a character that is fixed to the world: where its first body hangs (m, world). It
+    /// never changes. `None` with a floating base.
+    pub fn fixed_base(&self) -> Option<(Vec3, Quat)> {
+        let root = &self.bodies[self.root_body()];
+        self.root_joint().is_none().then_some((root.position, root.orientation))
     }
 
     /// Returns the hinges and slides, in the order of the coordinates: what a motion clip's joint columns are matched

@@ -18,6 +18,8 @@ const BIPED: &str = r#"<mujoco model="biped"><compiler angle="radian" autolimits
 <body name="right_thigh" pos="0 -.1 0" childclass="leg"><joint name="right_hip"/><geom fromto="0 0 0 0 0 -.3"/>
 <body name="right_foot" pos="0 0 -.3"><joint name="right_ankle"/><geom type="box" size=".08 .04 .02"/><site name="right_sole" pos="0 0 -.02"/></body></body>
 </body></worldbody><contact><exclude body1="left_foot" body2="right_foot"/></contact>
+<equality><weld name="stuck" body1="left_foot" relpose="0 0 0 1 0 0 0" torquescale="0.5"/><connect body1="left_foot" body2="right_foot" anchor="0 0 0"/>
+<weld site1="left_sole" site2="right_sole" active="false" solref=".02 1" solimp=".9 .95 .001"/></equality>
 <actuator><position name="l" joint="left_hip" kp="40" kv="2" forcerange="-30 30"/><motor name="r" joint="right_hip" gear="25" ctrlrange="-1 1"/></actuator>
 <keyframe><key name="home" qpos="0 0 .8 1 0 0 0 0 0 0 0"/></keyframe></mujoco>"#;
 /// An arm of slides and balls with frames and Euler angles; angles in degrees.

@@ -3,7 +3,7 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-use lifelike_character::{Character, CharacterError, GeomShape};
+use lifelike_character::{Character, CharacterError, EqualityKind, GeomShape, Quat, Vec3};
 
 fn read(text: &str) -> Result<Character, CharacterError> {
     Character::from_mjcf(text, "robot.xml", None)
@@ -57,8 +57,8 @@ fn errors_name_file_line_and_element() {
 #[test]
 fn what_would_change_the_dynamics_is_refused() {
     refused(
-        "<mujoco><worldbody/><equality><weld body1=\"a\"/></equality></mujoco>",
-        "<weld>: unsupported element in <equality>",
+        "<mujoco><worldbody/><equality><joint joint1=\"a\"/></equality></mujoco>",
+        "<joint>: unsupported element in <equality>",
     );
     refused("<mujoco><worldbody/><tendon><fixed/></tendon></mujoco>", "<fixed>: unsupported element in <tendon>");
     refused("<mujoco><option viscosity=\"1\"/></mujoco>", "unsupported attribute 'viscosity'");
@@ -213,6 +213,64 @@ fn meshes_are_pictures_where_their_files_are_absent() {
     assert!(c.warnings.iter().any(|n| n.starts_with("1 mesh geoms would collide")), "{:?}", c.warnings);
     let engine = c.mjcf.unwrap();
     assert!(!engine.contains("m.stl") && !engine.contains("material") && !engine.contains("t.png"), "{engine}");
+}
+
+/// Frames that are not said are those of the reference position: by hand.
+#[test]
+fn equalities_hold_what_the_reference_position_holds() {
+    let model = |equality: &str| {
+        let text = format!(
+            "<mujoco>\n<default><equality solref=\"0.01\"/><default class=\"soft\"><equality solimp=\".5 .6\" active=\"false\"/></default></default>\n\
+             <worldbody><body name=\"a\" pos=\"0 0 1\" euler=\"0 0 90\"><joint/><geom size=\".1\"/><site name=\"s\" pos=\".1 0 0\"/></body>\n\
+             <body name=\"b\" pos=\"2 0 1\"><joint/><geom size=\".1\"/><site name=\"t\" euler=\"0 0 90\"/></body></worldbody>\n\
+             <equality>{equality}</equality></mujoco>"
+        );
+        read(&text)
+    };
+    let one = |equality: &str| model(equality).unwrap().equalities.remove(0);
+    let near = |a: Vec3, b: [f64; 3]| (a - Vec3::from(b)).norm() < 1e-12;
+    // x of `a` is y of the world.
+    let ball = one("<connect body1=\"a\" body2=\"b\" anchor=\"1 0 0\"/>");
+    assert_eq!(
+        (ball.kind, ball.bodies, ball.active, ball.name.as_str()),
+        (EqualityKind::Connect, [1, 2], true, "equality0")
+    );
+    assert!(near(ball.anchors[0], [1.0, 0.0, 0.0]) && near(ball.anchors[1], [-2.0, 1.0, 0.0]), "{ball:?}");
+    assert_eq!((ball.solref, ball.solimp), ([0.01, 1.0], [0.9, 0.95, 0.001, 0.5, 2.0]));
+    let ground = one("<connect body1=\"b\" anchor=\"0 0 -1\" class=\"soft\"/>");
+    assert!(ground.bodies == [2, 0] && near(ground.anchors[1], [2.0, 0.0, 0.0]) && !ground.active, "{ground:?}");
+    assert_eq!(ground.solimp, [0.5, 0.6, 0.001, 0.5, 2.0]);
+    // The anchor of a weld is in its second body.
+    let weld = one("<weld name=\"w\" body1=\"a\" body2=\"b\" anchor=\"0 0 1\" torquescale=\"0.5\"/>");
+    assert_eq!((weld.kind, weld.name.as_str()), (EqualityKind::Weld { torque_scale: 0.5 }, "w"));
+    assert!(near(weld.anchors[0], [0.0, -2.0, 1.0]) && near(weld.anchors[1], [0.0, 0.0, 1.0]), "{weld:?}");
+    assert!((weld.orientations[0].scaled_axis() - Vec3::new(0.0, 0.0, -FRAC_PI_2)).norm() < 1e-12);
+    assert_eq!(weld.orientations[1], Quat::identity());
+    let posed = one("<weld body1=\"a\" body2=\"b\" relpose=\"1 2 3 0 0 0 2\" anchor=\"4 5 6\"/>");
+    assert!(near(posed.anchors[0], [1.0, 2.0, 3.0]) && near(posed.anchors[1], [4.0, 5.0, 6.0]), "{posed:?}");
+    assert!((posed.orientations[0].angle() - 2.0 * FRAC_PI_2).abs() < 1e-12);
+    let unsaid = one("<weld body1=\"a\" body2=\"b\" relpose=\"1 2 3 0 0 0 0\" anchor=\"0 0 1\"/>");
+    assert_eq!((unsaid.anchors, unsaid.orientations), (weld.anchors, weld.orientations));
+    let sites = one("<weld site1=\"s\" site2=\"t\"/>");
+    assert!(sites.bodies == [1, 2] && near(sites.anchors[0], [0.1, 0.0, 0.0]), "{sites:?}");
+    assert!((sites.orientations[1].angle() - FRAC_PI_2).abs() < 1e-12);
+
+    let refused = |equality: &str, expected: &str| {
+        let error = model(equality).unwrap_err().to_string();
+        assert!(error.contains(expected), "'{error}' does not say '{expected}'");
+    };
+    refused("<connect body1=\"a\" body2=\"b\"/>", "robot.xml:5: <connect>: expected attribute 'anchor', got none");
+    refused("<connect body2=\"b\" anchor=\"0 0 0\"/>", "expected attribute 'body1', got none");
+    refused("<weld body1=\"c\"/>", "robot.xml:5: <weld>: expected the name of a body for 'body1', got 'c'");
+    refused("<weld body1=\"a\" relpose=\"0 0 0\"/>", "expected 7 numbers for 'relpose', got '0 0 0'");
+    refused("<weld site1=\"s\" body2=\"b\"/>", "expected sites or bodies, got 'body2' beside a site");
+    refused("<weld site1=\"s\"/>", "expected attribute 'site2', got none");
+    refused("<connect body1=\"a\" anchor=\"0 0 0\" torquescale=\"1\"/>", "unsupported attribute 'torquescale'");
+    refused("<tendon tendon1=\"a\"/>", "robot.xml:5: <tendon>: unsupported element in <equality>");
+    refused(
+        "<weld name=\"w\" body1=\"a\"/><weld name=\"w\" body1=\"b\"/>",
+        "expected a equality name that is not taken",
+    );
 }
 
 #[test]

@@ -83,6 +83,7 @@ impl Robot {
     /// Looks for what makes training impossible or doubtful in an engine with these shapes.
     pub fn readiness(&self, shapes: Shapes) -> Readiness {
         let mut readiness = Readiness::default();
+        base(&self.character, &mut readiness);
         contact(self, shapes, &mut readiness);
         mass(&self.character, &mut readiness);
         torque(self, &mut readiness);
@@ -103,6 +104,25 @@ impl Robot {
             return Ok(());
         }
         Err(RobotError::Unfit { robot: self.name.clone(), message: readiness.verdict() })
+    }
+}
+
+/// Checks that motion can move it.
+fn base(character: &Character, readiness: &mut Readiness) {
+    if character.root_joint().is_none() {
+        let root = name(character, character.root_body());
+        let problem = format!("it is fixed to the world: '{root}' has no free joint, so motion cannot move it");
+        readiness.add(
+            Severity::CannotTrain,
+            problem,
+            "give its root a <freejoint/>, or simulate it under torques and targets",
+        );
+    }
+    let loops = character.equalities.iter().filter(|e| e.active).count();
+    if loops > 0 && character.root_joint().is_some() {
+        let problem =
+            format!("{loops} equality constraints hold its bodies together: retargeted motion does not know them");
+        readiness.add(Severity::Warning, problem, "use motion that keeps to them");
     }
 }
 

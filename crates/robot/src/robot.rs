@@ -46,7 +46,7 @@ impl Robot {
     /// Returns a robot from a character and a profile, whose gaps are guessed ([`Self::notes`] says what).
     ///
     /// # Errors
-    /// [`RobotError::Unfit`] for characters without a free root or with ball joints, for joints that no actuator group
+    /// [`RobotError::Unfit`] for characters with ball joints or a free joint that is not the first, for joints that no actuator group
     /// names, or two, and for rates that do not divide; [`RobotError::Character`] for names that it does not have.
     pub fn from_character(character: impl Into<Arc<Character>>, profile: Profile) -> Result<Self, RobotError> {
         let mut character: Arc<Character> = character.into();
@@ -137,19 +137,15 @@ fn unfit(character: &Character, message: String) -> RobotError {
     RobotError::Unfit { robot: character.name.clone(), message }
 }
 
-/// Checks that control can work: it needs one floating base, before all other joints, and scalar joints otherwise.
+/// Checks that control can work: it needs scalar joints, and before them one floating base or none. Without one the robot is
+/// fixed to the world: it can be simulated and driven, but no motion moves it ([`Robot::readiness`] says so).
 fn controllable(character: &Character) -> Result<(), RobotError> {
     let names = |kind: JointKind| {
         let names: Vec<&str> = character.joints.iter().filter(|j| j.kind == kind).map(|j| j.name.as_str()).collect();
         names.join(", ")
     };
     match character.joints.iter().filter(|j| j.kind == JointKind::Free).count() {
-        0 => {
-            return Err(unfit(
-                character,
-                "expected a free joint at its root, got none: it is fixed to the world".into(),
-            ));
-        }
+        0 => {}
         1 if character.joints[0].kind == JointKind::Free => {}
         1 => return Err(unfit(character, "expected its free joint to be its first joint".into())),
         n => return Err(unfit(character, format!("expected one free joint, got {n}: {}", names(JointKind::Free)))),

@@ -113,14 +113,27 @@ fn a_profile_that_contradicts_the_model_is_refused() {
     assert!(with("end_effectors = [\"paw\"]\n").contains("paw"));
 }
 
+/// A pendulum on a post: nothing to move through the world, but joints to drive.
+#[test]
+fn a_robot_may_be_fixed_to_the_world() {
+    let text = r#"<mujoco><worldbody><body name="post" pos="1 2 3" quat="0 0 0 1"><geom size=".1" mass="5"/>
+      <body name="arm" pos="0 0 -.1"><joint name="swing" axis="0 1 0"/><geom size=".1" pos="0 0 -.5" mass="1"/></body></body></worldbody></mujoco>"#;
+    let robot = Robot::from_character(Character::from_mjcf(text, "x.xml", None).unwrap(), Profile::default()).unwrap();
+    assert_eq!((robot.joints(), robot.default_position().len()), (1, 1));
+    assert_eq!(robot.character.root_body(), 1);
+    let (position, orientation) = robot.character.fixed_base().unwrap();
+    assert_eq!((position.as_slice(), orientation.k), (&[1.0, 2.0, 3.0][..], 1.0));
+    let verdict = robot.readiness(lifelike_robot::Shapes::Primitives).verdict();
+    assert!(verdict.contains("fixed to the world") && verdict.contains("'post'"), "{verdict}");
+    assert!(Robot::load("lima").unwrap().character.fixed_base().is_none());
+}
+
 #[test]
 fn characters_that_cannot_be_controlled_are_refused() {
     let of = |text: &str| {
         message(Robot::from_character(Character::from_mjcf(text, "x.xml", None).unwrap(), Profile::default()))
     };
     let link = "<geom size=\".1\" mass=\"1\"/>";
-    let fixed = of(&format!("<mujoco><worldbody><body><joint axis=\"1 0 0\"/>{link}</body></worldbody></mujoco>"));
-    assert!(fixed.contains("free joint"), "{fixed}");
     let ball = of(&format!(
         "<mujoco><worldbody><body><freejoint/>{link}<body><joint name=\"shoulder\" type=\"ball\"/>{link}</body></body></worldbody></mujoco>"
     ));

@@ -40,16 +40,16 @@ pub(crate) fn reset(
     Ok(())
 }
 
-/// Length of the root's quaternion.
-fn quaternion_norm(q: &[f64], root: usize) -> f64 {
-    q[root + 3..root + 7].iter().map(|x| x * x).sum::<f64>().sqrt()
+/// Length of the root's quaternion; 1 where the root is fixed to the world and has none.
+fn quaternion_norm(q: &[f64], root: Option<usize>) -> f64 {
+    root.map_or(1.0, |root| q[root + 3..root + 7].iter().map(|x| x * x).sum::<f64>().sqrt())
 }
 
 /// A checked position with the root's quaternion of unit length; one that is already stays as it is, to the last bit.
-pub(crate) fn normalised(position: &[f64], root: usize) -> Vec<f64> {
+pub(crate) fn normalised(position: &[f64], root: Option<usize>) -> Vec<f64> {
     let mut q = position.to_vec();
     let norm = quaternion_norm(&q, root);
-    if (norm - 1.0).abs() > 1e-12 {
+    if let Some(root) = root.filter(|_| (norm - 1.0).abs() > 1e-12) {
         q[root + 3..root + 7].iter_mut().for_each(|x| *x /= norm);
     }
     q

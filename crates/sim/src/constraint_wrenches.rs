@@ -5,9 +5,10 @@
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct ConstraintWrenches {
     /// Wrench of each parent on its child through the joints between them: constraint, motor, friction and limit
-    /// together. About the origin of the child's frame.
+    /// together; equality constraints left out. About the origin of the child's frame.
     pub joint: Vec<f32>,
-    /// Wrench of all joints of a body on it together: f_C of thesis eq. 2.1. About its centre of mass.
+    /// Wrench of all joints of a body on it together, and of what closes loops (equality constraints, which are joints that no
+    /// tree has): f_C of thesis eq. 2.1. About its centre of mass.
     pub constraint: Vec<f32>,
     /// Wrench of the ground and of other parts of the robot where they touch. About the centre of mass.
     pub contact: Vec<f32>,

@@ -8,12 +8,15 @@
 //! A block's result is a function of its own numbers, lane by lane. So results are bit for bit the same for any number of
 //! threads and any place in the batch, and one environment never affects another.
 //!
-//! The model: trees of free, ball, hinge and slide joints with armature, damping, springs, dry friction and limits;
+//! The model: trees of free, ball, hinge and slide joints with armature, damping, springs, dry friction and limits, fixed to
+//! the world or not, whose loops are closed by welds and ball joints (`<equality>`);
 //! the actuator law of `robot::actuator` at every substep; spheres, capsules and boxes that touch level or uneven ground and
 //! each other, with pyramids of friction. [`unsupported`] lists what of a robot is left out.
 
 mod block;
 mod box_collision;
+mod closure;
+mod closure_rows;
 mod collision;
 mod command;
 mod constraint_wrenches;

@@ -1,12 +1,13 @@
 //! MuJoCo 3.17.
 //!
 //! The main path: [`model`] (the text MuJoCo compiles, and where in it the robot's parts are) → [`worker`] (one thread's
-//! model and data: loads an environment, steps it, stores it) → [`wrenches`] (constraint forces).
+//! model and data: loads an environment, steps it, stores it) → [`wrenches`] (constraint forces, those of [`closures`] apart).
 //!
 //! Environments share the workers' `mjData`: each is only its integration state, a compact row of numbers. Thousands of
 //! full `mjData` would fall out of the cache at every step, and a row is all there is to save. A worker's result is a
 //! function of the row alone, so results are bit for bit the same for any number of threads and any place in the batch.
 
+mod closures;
 mod log;
 mod model;
 mod tuning;

@@ -11,8 +11,8 @@ pub(crate) struct Sizes {
     pub nq: usize,
     /// Generalised velocities.
     pub nv: usize,
-    /// First position of the free root.
-    pub root_q: usize,
+    /// First position of the free root; none for a robot that is fixed to the world.
+    pub root_q: Option<usize>,
     /// Scalar joints J.
     pub joints: usize,
     /// Sites P: end effectors and key bodies.
@@ -35,7 +35,7 @@ impl Sizes {
         Self {
             nq: character.nq,
             nv: character.nv,
-            root_q: character.root_joint().map_or(0, |j| j.q_index),
+            root_q: character.root_joint().map(|j| j.q_index),
             joints: robot.joints(),
             sites: robot.effectors.len() + robot.key_bodies.len(),
             bodies: character.bodies.len(),

@@ -69,6 +69,7 @@ pub fn robot() -> Arc<Robot> {
         sites: vec![],
         actuators: vec![],
         excludes: vec![],
+        equalities: vec![],
         nq: 9,
         nv: 8,
         gravity: Vec3::new(0.0, 0.0, -9.81),

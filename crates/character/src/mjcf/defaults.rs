@@ -23,6 +23,9 @@ const ACTUATORS: [&str; 11] = [
 const OTHERS: [&str; 10] =
     ["joint", "geom", "site", "camera", "light", "mesh", "material", "pair", "equality", "tendon"];
 
+/// All equality constraints share one kind: `<default>` knows `<equality>` only.
+const EQUALITIES: [&str; 2] = ["connect", "weld"];
+
 /// For each kind of element, the attribute values of one class.
 type Class = BTreeMap<&'static str, Vec<(String, String)>>;
 
@@ -35,6 +38,9 @@ pub(crate) struct Defaults {
 fn kind(tag: &str) -> Option<&'static str> {
     if ACTUATORS.contains(&tag) {
         return Some("actuator");
+    }
+    if EQUALITIES.contains(&tag) {
+        return Some("equality");
     }
     OTHERS.into_iter().find(|k| *k == tag)
 }

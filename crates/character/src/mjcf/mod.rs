@@ -4,7 +4,7 @@
 //! simulated (pictures, sensors, key frames) becomes a line of [`Character::notes`].
 //!
 //! Main path: `document` (XML with includes) → `defaults`, `compiler` (settings) → `bodies` (with `joints` and `geoms`)
-//! → `actuators` → [`Character`]; `engine_text` makes the text for engines that compile MJCF themselves.
+//! → `actuators` → [`Character`] → `equality` (whose frames come from its kinematics); `engine_text` makes the text for engines that compile MJCF themselves.
 
 mod actuators;
 pub(crate) mod attributes;
@@ -13,6 +13,7 @@ mod compiler;
 mod defaults;
 pub(crate) mod document;
 mod engine_text;
+mod equality;
 mod geoms;
 mod joints;
 pub(crate) mod names;
@@ -127,7 +128,7 @@ pub(crate) fn compile(mut root: Element, folder: Option<&Path>) -> Result<Charac
             (geom.contype, geom.conaffinity) = (0, 0);
         }
     }
-    Ok(Character {
+    let mut character = Character {
         name,
         mjcf: Some(root.to_xml()),
         folder: folder.map(Path::to_path_buf),
@@ -137,26 +138,29 @@ pub(crate) fn compile(mut root: Element, folder: Option<&Path>) -> Result<Charac
         sites: tree.sites,
         actuators,
         excludes,
+        equalities: Vec::new(),
         nq,
         nv,
         gravity: option.gravity,
         timestep: option.timestep,
         notes,
         warnings,
-    })
+    };
+    character.equalities = equality::read(&root, &defaults, &character)?;
+    Ok(character)
 }
 
 fn check_sections(root: &Element, notes: &mut Vec<String>) -> Result<(), CharacterError> {
     for section in &root.children {
         match section.name.as_str() {
-            "compiler" | "option" | "default" | "asset" | "worldbody" | "contact" | "actuator" => {}
+            "compiler" | "option" | "default" | "asset" | "worldbody" | "contact" | "actuator" | "equality" => {}
             name if PICTURES.contains(&name) => {
                 if name == "sensor" || name == "keyframe" {
                     notes.push(format!("{} <{name}> entries are not used", section.children.len()));
                 }
             }
             // Empty sections say nothing; anything in them would be a force or a constraint of its own.
-            "equality" | "tendon" | "extension" | "deformable" => {
+            "tendon" | "extension" | "deformable" => {
                 if let Some(child) = section.children.first() {
                     return Err(child.unsupported(format!("element in <{}>", section.name)));
                 }

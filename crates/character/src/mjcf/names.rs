@@ -17,7 +17,9 @@ pub(crate) fn made_up<'a>(mut wanted: String, taken: impl Iterator<Item = &'a st
 /// Fails where one kind of element uses a name twice.
 pub(crate) fn all_different(root: &Element) -> Result<(), CharacterError> {
     let mut seen = BTreeSet::new();
-    for section in root.children.iter().filter(|c| matches!(c.name.as_str(), "worldbody" | "actuator" | "asset")) {
+    for section in
+        root.children.iter().filter(|c| matches!(c.name.as_str(), "worldbody" | "actuator" | "asset" | "equality"))
+    {
         check(section, &mut seen)?;
     }
     Ok(())
@@ -28,7 +30,7 @@ fn check<'a>(element: &'a Element, seen: &mut BTreeSet<(&'a str, &'a str)>) -> R
     for child in &element.children {
         let kind = match child.name.as_str() {
             "freejoint" => "joint",
-            _ if parent == "actuator" => "actuator",
+            _ if parent == "actuator" || parent == "equality" => parent,
             other => other,
         };
         let name = child.attribute("name").filter(|n| !n.is_empty());

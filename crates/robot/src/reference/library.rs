@@ -266,7 +266,7 @@ impl ReferenceLibrary {
 pub fn standing_clip(robot: &Robot, seconds: f64) -> MotionClip {
     let frames = (seconds * robot.control_hz).round().max(3.0) as usize;
     let root = lifelike_character::Kinematics::new(&robot.character);
-    let body = robot.character.root_joint().map_or(0, |j| j.body);
+    let body = robot.character.root_body();
     MotionClip {
         name: "stand".into(),
         fps: robot.control_hz,

@@ -160,7 +160,11 @@ impl<V: Lanes> Block<V> {
             v: vec![zero; tree.nv],
             forces: Forces::new(tree),
             parameters: model.nominal.clone(),
-            invweight: InvWeight { body: broadcast(&invweight.body), dof: broadcast(&invweight.dof) },
+            invweight: InvWeight {
+                body: broadcast(&invweight.body),
+                turn: broadcast(&invweight.turn),
+                dof: broadcast(&invweight.dof),
+            },
             pushes: vec![None; tree.bodies.len()],
             diverged: vec![false; V::LANES],
             command: Command::none(tree.driven.len()),
@@ -176,6 +180,7 @@ impl<V: Lanes> Block<V> {
             + self.forces.len()
             + self.parameters.len()
             + self.invweight.body.len()
+            + self.invweight.turn.len()
             + self.invweight.dof.len()
             + self.command.values.len()
             + self.torque.len()

@@ -241,7 +241,7 @@ fn collide_ground<V: Lanes>(
             let (top, slant) = s
                 .terrain
                 .map_or((s.tree.ground_height, Scalar::new(1.0)), |t| (Scalar::new(t.top()), Scalar::new(t.slant())));
-            let height = s.q[s.tree.root_q + 2] - V::splat(top);
+            let height = s.dynamics.origin[2] - V::splat(top);
             if !(V::splat(shape.reach) * V::splat(slant) + V::splat_f64(ROUNDING) - height - position[2]).any_positive()
             {
                 for slot in first..first + shape.points.len() {
@@ -257,12 +257,11 @@ fn collide_ground<V: Lanes>(
                 let (above, normal) = match s.terrain {
                     None => (point[2] + height, [zero, zero, one]),
                     Some(terrain) => {
-                        let root = s.tree.root_q;
                         let mut above = zero;
                         let mut normal = [zero, zero, one];
                         for lane in 0..V::LANES {
-                            let world =
-                                [0, 1, 2].map(|k| s.q[root + k].lane(lane).to_f64() + point[k].lane(lane).to_f64());
+                            let world = [0, 1, 2]
+                                .map(|k| s.dynamics.origin[k].lane(lane).to_f64() + point[k].lane(lane).to_f64());
                             let (distance, n) = terrain.clearance(world);
                             above.set_lane(lane, Scalar::new(distance));
                             for k in 0..3 {

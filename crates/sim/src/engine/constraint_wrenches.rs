@@ -35,7 +35,15 @@ impl<V: Lanes> BodyWrenches<V> {
             }
         }
         let constraint = workspace.dynamics.constraint_forces(&model.tree, &block.parameters, &acceleration, &external);
+        // What closes loops acts on its bodies as joints do, but not through a joint of the tree.
+        let mut closure = vec![[V::zero(); 6]; constraint.len()];
+        model.tree.closures.wrenches(&workspace.dynamics, &block.forces.closure, &mut closure);
         let mut joint = constraint.clone();
+        for (own, closure) in joint.iter_mut().zip(&closure) {
+            for k in 0..6 {
+                own[k] -= closure[k];
+            }
+        }
         for (b, body) in model.tree.bodies.iter().enumerate().skip(1).rev() {
             let own = joint[b];
             accumulate(&mut joint[body.parent], &own);

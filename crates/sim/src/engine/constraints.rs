@@ -1,4 +1,5 @@
-//! Constraints: joint limits, dry friction, contacts. MuJoCo's convex model, solved by projected Gauss-Seidel.
+//! Constraints: joint limits, dry friction, contacts, closed loops. MuJoCo's convex model, solved by projected
+//! Gauss-Seidel.
 //!
 //! Each constraint row r has a Jacobian J_r, a reference acceleration a*_r = -b v_r - k i d_r (violation d_r, impedance i)
 //! and a regularization R_r = (1 - i) / i · Â_r. Forces minimise ½ fᵀ(A + R)f + fᵀ(J a₀ - a*), A = J M⁻¹ Jᵀ, within their
@@ -11,6 +12,7 @@
 //! forces of the step before: fixed, so that every environment does the same. `tests/oracle_contact.rs` says how far
 //! that is from MuJoCo's converged forces, and that a hundred iterations arrive there.
 
+use super::closure_rows::ClosureRows;
 use super::collision::Detector;
 use super::contact::Contacts;
 use super::dof_chain::DofChain;
@@ -46,6 +48,7 @@ pub struct Solver<V: Lanes> {
     singles: Vec<[V; 1]>,
     detector: Detector<V>,
     pub contacts: Contacts<V>,
+    closures: ClosureRows<V>,
 }
 
 impl<V: Lanes> Solver<V> {
@@ -56,6 +59,7 @@ impl<V: Lanes> Solver<V> {
             singles: Vec::new(),
             detector: Detector::new(tree),
             contacts: Contacts::new(tree.dof_chains.len()),
+            closures: ClosureRows::new(&tree.closures),
         }
     }
 
@@ -71,23 +75,24 @@ impl<V: Lanes> Solver<V> {
         self.add_frictions(context);
         self.add_limits(context, forces);
         self.detector.find(context, forces, &mut self.contacts);
-        let dof_chains = &context.tree.dof_chains;
-        self.start(dof_chains, forces, u);
+        self.closures.prepare(context);
+        self.start(context.tree, forces, u);
         profiler.end_stage(Stage::Rows);
         V::vectorize(
             #[inline(always)]
             || {
                 for _ in 0..context.iterations {
-                    self.visit_all(dof_chains, forces, u);
+                    self.visit_all(context.tree, forces, u);
                 }
             },
         );
         profiler.end_stage(Stage::Iterations);
     }
 
-    /// Visits every row once.
+    /// Visits every row once; what closes loops comes last, so that a loop is closed whatever else has not settled.
     #[inline(always)]
-    fn visit_all(&self, dof_chains: &[DofChain], forces: &mut Forces<V>, u: &mut [V]) {
+    fn visit_all(&mut self, tree: &Tree<V::Scalar>, forces: &mut Forces<V>, u: &mut [V]) {
+        let dof_chains = &tree.dof_chains;
         for row in &self.frictions {
             row.visit(&dof_chains[row.dof], &self.singles, &mut forces.friction[row.slot], u);
         }
@@ -97,13 +102,15 @@ impl<V: Lanes> Solver<V> {
         for contact in &self.contacts.list {
             contact.visit(&dof_chains[contact.dof_chain], &self.contacts.y, &mut forces.contact[contact.slot], u);
         }
+        self.closures.visit(&tree.closures, dof_chains, &mut forces.closure, u);
     }
 
     /// The forces of the step before.
-    fn start(&self, dof_chains: &[DofChain], forces: &Forces<V>, u: &mut [V]) {
+    fn start(&self, tree: &Tree<V::Scalar>, forces: &Forces<V>, u: &mut [V]) {
         V::vectorize(
             #[inline(always)]
             || {
+                let dof_chains = &tree.dof_chains;
                 for (rows, values) in [(&self.frictions, &forces.friction), (&self.limits, &forces.limit)] {
                     for row in rows {
                         let dof_chain = &dof_chains[row.dof];
@@ -115,6 +122,7 @@ impl<V: Lanes> Solver<V> {
                     let total = contact.total(&forces.contact[contact.slot]);
                     dof_chain.spread(&self.contacts.y[contact.y..contact.y + dof_chain.len()], &total, u);
                 }
+                self.closures.start(&tree.closures, dof_chains, &forces.closure, u);
             },
         );
     }

@@ -3,10 +3,13 @@
 use super::model_parameters::ModelParameters;
 use super::rigid_body::RigidBodyDynamics;
 use super::solver_context::InvWeight;
+use super::spatial::Vec3;
 use super::tree::Tree;
 
 /// Greatest acceleration of a dof per unit force (1/kg): beyond it nothing is there to be moved.
 const MAX_INVWEIGHT: f64 = 1e9;
+/// Inverse weight up to which nothing moves (MuJoCo's `mjMINVAL`).
+const NOTHING: f64 = 1e-15;
 
 /// Inverse weights at the reference position.
 ///
@@ -33,18 +36,30 @@ pub fn invweight(
         dynamics.factors.half_solve(tree, &mut y);
         y.iter().map(|x| x * x).sum::<f64>()
     };
-    let mut body = vec![0.0; tree.bodies.len()];
-    for (b, slot) in body.iter_mut().enumerate() {
-        if let Some(last) = tree.bodies[b].last_dof {
-            let mut sum = 0.0;
-            for axis in 0..3 {
-                let mut row = zero.clone();
-                for d in &tree.dofs[last].chain {
-                    row[*d] = dynamics.point_velocity(*d, &dynamics.com[b])[axis];
-                }
-                sum += weight(&dynamics, row);
+    // The mean over the axes of a motion that each dof gives a body.
+    let mean = |last: usize, motion: &dyn Fn(usize) -> Vec3<f64>| {
+        let mut sum = 0.0;
+        for axis in 0..3 {
+            let mut row = zero.clone();
+            for d in &tree.dofs[last].chain {
+                row[*d] = motion(*d)[axis];
             }
-            *slot = sum / 3.0;
+            sum += weight(&dynamics, row);
+        }
+        sum / 3.0
+    };
+    let (mut body, mut turn) = (vec![0.0; tree.bodies.len()], vec![0.0; tree.bodies.len()]);
+    for b in 0..tree.bodies.len() {
+        let Some(last) = tree.bodies[b].last_dof else { continue };
+        body[b] = mean(last, &|d| dynamics.point_velocity(d, &dynamics.com[b]));
+        if !tree.closures.turn(b) && body[b] > NOTHING {
+            continue;
+        }
+        let own = mean(last, &|d| [dynamics.motion[d][0], dynamics.motion[d][1], dynamics.motion[d][2]]);
+        // What can only turn about its centre of mass, or not turn at all, has the other weight for both.
+        turn[b] = if own > NOTHING { own } else { body[b] };
+        if body[b] <= NOTHING {
+            body[b] = own;
         }
     }
     let own: Vec<f64> = (0..tree.nv)
@@ -63,5 +78,5 @@ pub fn invweight(
             dof[at..at + 3].fill(mean);
         }
     }
-    Ok(InvWeight { body, dof })
+    Ok(InvWeight { body, turn, dof })
 }

@@ -1,6 +1,7 @@
 //! Unconstrained dynamics on lanes: kinematics, composite inertias, bias forces, the mass matrix and its factors.
 //!
-//! Everything is about the root's position, axes of the world: f32 keeps its digits however far the robot walks.
+//! Everything is about the root's position, axes of the world: f32 keeps its digits however far the robot walks. Of a robot
+//! that is fixed to the world it is about the world's origin, and "the root's position" means that.
 //! Algorithms: composite rigid bodies and recursive Newton-Euler (Featherstone 2008, ch. 5 and 6).
 
 use lifelike_character::JointKind;
@@ -13,11 +14,13 @@ use super::spatial::{
     momentum, product, product_constant, quaternion_matrix, rotate, rotate_constant, sub, turn, turned_about, vec3,
     velocity_at,
 };
-use super::tree::{Tree, TreeBody, TreeJoint};
+use super::tree::{Root, Tree, TreeBody, TreeJoint};
 
 /// Scratch memory of kinematics and dynamics, for one vector of environments.
 #[derive(Debug, Clone)]
 pub struct RigidBodyDynamics<V: Lanes> {
+    /// The root's position (m, world).
+    pub origin: Vec3<V>,
     /// Rotation of each body.
     pub rotation: Vec<Mat3<V>>,
     /// Position of each body frame, from the root's position.
@@ -49,6 +52,7 @@ impl<V: Lanes> RigidBodyDynamics<V> {
             rotation[0][4 * i] = V::splat_f64(1.0);
         }
         Self {
+            origin: [zero; 3],
             rotation,
             position: vec![[zero; 3]; bodies],
             com: vec![[zero; 3]; bodies],
@@ -70,8 +74,10 @@ impl<V: Lanes> RigidBodyDynamics<V> {
             || {
                 let zero = V::zero();
                 // The world, seen from the root.
-                let root = tree.root_q;
-                self.position[0] = [-q[root], -q[root + 1], -q[root + 2]];
+                if let Root::Free { q: at, .. } = tree.root {
+                    self.origin = [q[at], q[at + 1], q[at + 2]];
+                    self.position[0] = self.origin.map(|x| -x);
+                }
                 for (b, body) in tree.bodies.iter().enumerate().skip(1) {
                     let parent = self.rotation[body.parent];
                     let mut position = add(&self.position[body.parent], &rotate_constant(&parent, &body.position));

@@ -10,6 +10,8 @@ use crate::terrain::Terrain;
 pub struct InvWeight<V: Lanes> {
     /// Inverse weight of each body's centre of mass, translation (1/kg).
     pub body: Vec<V>,
+    /// Inverse weight of each body's rotation (1/(kg m²)), of those bodies whose orientation something holds.
+    pub turn: Vec<V>,
     /// Inverse weight of each dof.
     pub dof: Vec<V>,
 }
@@ -27,6 +29,8 @@ pub struct Forces<V: Lanes> {
     pub contact: Vec<[V; 4]>,
     /// True where any lane of a contact may have a force; elsewhere all are zero.
     pub live: Vec<bool>,
+    /// Each row of what closes loops.
+    pub closure: Vec<V>,
 }
 
 impl<V: Lanes> Forces<V> {
@@ -38,6 +42,7 @@ impl<V: Lanes> Forces<V> {
             side: vec![zero; tree.limits.len()],
             contact: vec![[zero; 4]; tree.contacts],
             live: vec![true; tree.contacts],
+            closure: vec![zero; tree.closures.rows()],
         }
     }
 
@@ -53,18 +58,19 @@ impl<V: Lanes> Forces<V> {
             }
         }
         self.live.copy_from_slice(&other.live);
+        self.closure.copy_from_slice(&other.closure);
     }
 
     /// Every number, in a fixed order: for saving, and for bringing one environment back.
     pub fn numbers_mut(&mut self) -> impl Iterator<Item = &mut V> {
         self.live.fill(true);
         let ends = self.friction.iter_mut().chain(&mut self.limit).chain(&mut self.side);
-        ends.chain(self.contact.iter_mut().flatten())
+        ends.chain(self.contact.iter_mut().flatten()).chain(&mut self.closure)
     }
 
     /// Returns their number.
     pub fn len(&self) -> usize {
-        self.friction.len() + self.limit.len() + self.side.len() + 4 * self.contact.len()
+        self.friction.len() + self.limit.len() + self.side.len() + 4 * self.contact.len() + self.closure.len()
     }
 }
 

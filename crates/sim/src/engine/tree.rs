@@ -6,6 +6,7 @@ use lifelike_character::rotation::to_wxyz;
 use lifelike_character::{Body, Character, GeomShape, Joint, JointKind, Vec3};
 use lifelike_robot::Robot;
 
+use super::closure::Closures;
 use super::dof_chain::{DofChain, Run, runs};
 use super::lanes::Scalar;
 use super::shapes::{self, GroundShape, Pair, Shape};
@@ -89,6 +90,15 @@ pub struct Driven {
     pub v: usize,
 }
 
+/// The root, whose pose is an output of its own.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Root<T> {
+    /// A floating base: first position and velocity of its joint, and its body.
+    Free { q: usize, v: usize, body: usize },
+    /// Fixed to the world: position (m) and orientation (wxyz).
+    Fixed { position: [T; 3], orientation: [T; 4] },
+}
+
 /// The compiled robot.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Tree<T> {
@@ -100,7 +110,7 @@ pub struct Tree<T> {
     pub joints: Vec<TreeJoint<T>>,
     pub springs: Vec<Spring<T>>,
     pub dofs: Vec<Dof<T>>,
-    /// Chain of each dof, then of each pair of bodies that may touch.
+    /// Chain of each dof, then of each pair of bodies that may touch or are held together.
     pub dof_chains: Vec<DofChain>,
     pub limits: Vec<Limit<T>>,
     /// Shapes that may touch the ground.
@@ -108,6 +118,8 @@ pub struct Tree<T> {
     /// Shapes that may touch another part of the robot, and their pairs.
     pub shapes: Vec<Shape<T>>,
     pub pairs: Vec<Pair<T>>,
+    /// Welds and ball joints that close loops.
+    pub closures: Closures<T>,
     /// Possible contacts: the ground's points, then those of the pairs.
     pub contacts: usize,
     pub driven: Vec<Driven>,
@@ -115,9 +127,7 @@ pub struct Tree<T> {
     pub gravity: [T; 3],
     pub timestep: f64,
     pub substeps: usize,
-    pub root_q: usize,
-    pub root_v: usize,
-    pub root_body: usize,
+    pub root: Root<T>,
     /// End effectors, then key bodies: body and point in its frame.
     pub sites: Vec<(usize, [T; 3])>,
     /// Softness of joint limits and dry friction: MuJoCo's default.
@@ -137,7 +147,6 @@ impl<T: Scalar> Tree<T> {
             |message: String| SimError::Model { engine: super::ENGINE, character: character.name.clone(), message };
         let timestep = robot.timestep();
         let (height, surface) = ground(character).map_err(fail)?;
-        let root = character.root_joint();
         let mut tree = Self {
             nq: character.nq,
             nv: character.nv,
@@ -151,15 +160,14 @@ impl<T: Scalar> Tree<T> {
             ground_shapes: Vec::new(),
             shapes: Vec::new(),
             pairs: Vec::new(),
+            closures: Closures::default(),
             contacts: 0,
             driven: character.scalar_joints().map(|j| Driven { q: j.q_index, v: j.v_index }).collect(),
             feet: robot.anatomy.soles.len(),
             gravity: numbers(character.gravity.into()),
             timestep,
             substeps: robot.substeps,
-            root_q: root.map_or(0, |j| j.q_index),
-            root_body: root.map_or(0, |j| j.body),
-            root_v: root.map_or(0, |j| j.v_index),
+            root: root(character),
             sites: robot.effectors.iter().chain(&robot.key_bodies).map(|(b, p)| (*b, numbers((*p).into()))).collect(),
             joint_softness: Softness::new(SOLREF, SOLIMP, timestep),
             ground_height: T::new(height),
@@ -179,6 +187,7 @@ impl<T: Scalar> Tree<T> {
         let chains: Vec<&[usize]> =
             tree.bodies.iter().map(|b| b.last_dof.map_or(&[][..], |dof| tree.dofs[dof].chain.as_slice())).collect();
         (tree.shapes, tree.pairs) = shapes::pairs(robot, |body| chains[body], &mut tree.dof_chains, &mut tree.contacts);
+        tree.closures = Closures::new(robot, |body| chains[body], &mut tree.dof_chains);
         Ok(tree)
     }
 
@@ -210,6 +219,16 @@ impl<T: Scalar> Tree<T> {
                 }
             }
             self.bodies[b].last_dof = last;
+        }
+    }
+}
+
+fn root<T: Scalar>(character: &Character) -> Root<T> {
+    match (character.root_joint(), character.fixed_base()) {
+        (Some(joint), _) => Root::Free { q: joint.q_index, v: joint.v_index, body: joint.body },
+        (None, base) => {
+            let (position, orientation) = base.unwrap_or_default();
+            Root::Fixed { position: numbers(position.into()), orientation: numbers(to_wxyz(&orientation)) }
         }
     }
 }

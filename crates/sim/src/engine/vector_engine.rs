@@ -165,11 +165,13 @@ impl<V: Lanes> Engine for VectorEngine<V> {
             got: massless(&self.robot, dof),
         })?;
         block.parameters.set(lane, &model.tree, &model.nominal, parameters);
-        for (slot, x) in block.invweight.body.iter_mut().zip(&invweight.body) {
-            slot.set_lane(lane, Scalar::new(*x));
-        }
-        for (slot, x) in block.invweight.dof.iter_mut().zip(&invweight.dof) {
-            slot.set_lane(lane, Scalar::new(*x));
+        let own = &mut block.invweight;
+        for (slots, numbers) in
+            [(&mut own.body, &invweight.body), (&mut own.turn, &invweight.turn), (&mut own.dof, &invweight.dof)]
+        {
+            for (slot, x) in slots.iter_mut().zip(numbers) {
+                slot.set_lane(lane, Scalar::new(*x));
+            }
         }
         Ok(())
     }

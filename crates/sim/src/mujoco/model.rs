@@ -1,6 +1,6 @@
 //! The model that MuJoCo compiles, and where in it the robot's parts are.
 
-use lifelike_character::{Character, GeomShape, JointKind, Vec3};
+use lifelike_character::{Character, GeomShape, JointKind, Quat, Vec3};
 use lifelike_robot::{ActuatorParameters, Robot};
 use mujoco_rs::mujoco_c::{mjtDisableBit, mjtIntegrator};
 use mujoco_rs::prelude::{MjEditError, MjModel, MjSpec, MjtGeomBase, MjtObjBase, SpecItem};
@@ -33,8 +33,9 @@ pub(super) struct Layout {
     pub nv: usize,
     pub bodies: usize,
     /// First position and velocity of the free root.
-    pub root_q: usize,
-    pub root_v: usize,
+    pub root: Option<(usize, usize)>,
+    /// Pose of a root that is fixed to the world.
+    pub fixed_base: (Vec3, Quat),
     pub joints: Vec<DrivenJoint>,
     /// End effectors, then key bodies: body and point in its frame.
     pub sites: Vec<(usize, Vec3)>,
@@ -194,7 +195,6 @@ fn check_names(character: &Character, model: &MjModel) -> Result<(), String> {
 fn layout(robot: &Robot, model: &MjModel) -> Layout {
     let character = &robot.character;
     let (nq, nv, bodies) = (character.nq, character.nv, character.bodies.len());
-    let root = character.root_joint();
     let joints: Vec<DrivenJoint> = character
         .scalar_joints()
         .zip(&robot.actuators.parameters)
@@ -222,8 +222,8 @@ fn layout(robot: &Robot, model: &MjModel) -> Layout {
     Layout {
         nv,
         bodies,
-        root_q: root.map_or(0, |j| j.q_index),
-        root_v: root.map_or(0, |j| j.v_index),
+        root: character.root_joint().map(|j| (j.q_index, j.v_index)),
+        fixed_base: character.fixed_base().unwrap_or_default(),
         joints,
         sites: robot.effectors.iter().chain(&robot.key_bodies).copied().collect(),
         scalar_of_joint,

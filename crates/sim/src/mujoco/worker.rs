@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use lifelike_character::rotation::to_wxyz;
 use lifelike_robot::ActuatorParameters;
 use mujoco_rs::mujoco_c::mjtConstraint;
 use mujoco_rs::prelude::{MjData, MjModel};
@@ -182,14 +183,22 @@ impl Worker {
         let layout = &self.layout;
         let q = &row[layout.positions..layout.velocities];
         let v = &row[layout.velocities..layout.warm_start];
-        let (rq, rv) = (&q[layout.root_q..], &v[layout.root_v..]);
-        // MuJoCo's angular velocity of a free joint is in the body's frame.
-        let root = UnitQuaternion::new_normalize(Quaternion::new(rq[3], rq[4], rq[5], rq[6]));
-        let angular = root * Vector3::new(rv[3], rv[4], rv[5]);
-        narrow(out.root_position, &rq[..3]);
-        narrow(out.root_orientation, &rq[3..7]);
-        narrow(out.linear_velocity_w, &rv[..3]);
-        narrow(out.angular_velocity_w, angular.as_slice());
+        if let Some((at, rate)) = layout.root {
+            let (rq, rv) = (&q[at..], &v[rate..]);
+            // MuJoCo's angular velocity of a free joint is in the body's frame.
+            let root = UnitQuaternion::new_normalize(Quaternion::new(rq[3], rq[4], rq[5], rq[6]));
+            let angular = root * Vector3::new(rv[3], rv[4], rv[5]);
+            narrow(out.root_position, &rq[..3]);
+            narrow(out.root_orientation, &rq[3..7]);
+            narrow(out.linear_velocity_w, &rv[..3]);
+            narrow(out.angular_velocity_w, angular.as_slice());
+        } else {
+            let (position, orientation) = &layout.fixed_base;
+            narrow(out.root_position, position.as_slice());
+            narrow(out.root_orientation, &to_wxyz(orientation));
+            out.linear_velocity_w.fill(0.0);
+            out.angular_velocity_w.fill(0.0);
+        }
         for (i, joint) in layout.joints.iter().enumerate() {
             out.joint_position[i] = q[joint.q] as f32;
             out.joint_velocity[i] = v[joint.v] as f32;

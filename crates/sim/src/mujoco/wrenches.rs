@@ -7,16 +7,21 @@ use super::worker::Worker;
 use crate::constraint_wrenches::WrenchRows;
 use crate::simulation::Drive;
 
-/// Torque and force about the centre of mass of a whole kinematic tree, as MuJoCo keeps them.
-type Wrench = (Vec3, Vec3);
+/// Torque and force; MuJoCo's own are about the centre of mass of a whole kinematic tree.
+pub(super) type Wrench = (Vec3, Vec3);
 
 fn wrench(x: &[f64; 6]) -> Wrench {
     (Vec3::new(x[0], x[1], x[2]), Vec3::new(x[3], x[4], x[5]))
 }
 
+/// A wrench about another point.
+fn moved((torque, force): Wrench, from: Vec3, to: Vec3) -> Wrench {
+    (torque + (from - to).cross(&force), force)
+}
+
 /// Writes a wrench about another point.
-fn write(out: &mut [f32], (torque, force): Wrench, from: Vec3, to: Vec3) {
-    let torque = torque + (from - to).cross(&force);
+fn write(out: &mut [f32], wrench: Wrench, from: Vec3, to: Vec3) {
+    let (torque, force) = moved(wrench, from, to);
     for (slot, x) in out.iter_mut().zip(torque.iter().chain(&force)) {
         *slot = *x as f32;
     }
@@ -42,22 +47,25 @@ impl Worker {
         self.data.forward();
         self.data.rne_post_constraint();
         let data = &self.data;
-        let (model, interaction) = (data.model(), data.cfrc_int());
+        let (model, interaction, closures) = (data.model(), data.cfrc_int(), self.closure_wrenches());
         for b in 1..layout.bodies {
             let from = Vec3::from(data.subtree_com()[model.body_rootid()[b].max(0) as usize]);
             let (origin, com) = (Vec3::from(data.xpos()[b]), Vec3::from(data.xipos()[b]));
             let rows = 6 * b..6 * b + 6;
             let own = wrench(&interaction[b]);
             write(&mut out.joint[rows.clone()], own, from, origin);
-            // All joints of a body: the one above less those below.
+            let closing = moved(closures[b], Vec3::zeros(), com);
+            // All joints of a body: the one above less those below, and those that close loops.
             let children = (1..layout.bodies).filter(|c| model.body_parentid()[*c] == b as i32);
             let all = children.map(|c| wrench(&interaction[c])).fold(own, |sum, x| (sum.0 - x.0, sum.1 - x.1));
-            write(&mut out.constraint[rows.clone()], all, from, com);
-            // MuJoCo counts pushes, which act at the centre of mass, among the external forces.
+            let all = moved(all, from, com);
+            write(&mut out.constraint[rows.clone()], (all.0 + closing.0, all.1 + closing.1), com, com);
+            // MuJoCo counts these among the external forces, and pushes, which act at the centre of mass.
             let push = &row[layout.pushes + 6 * b..layout.pushes + 6 * b + 6];
-            let (torque, force) = wrench(&data.cfrc_ext()[b]);
-            let torque = torque + (from - com).cross(&force) - Vec3::new(push[3], push[4], push[5]);
-            write(&mut out.contact[rows], (torque, force - Vec3::new(push[0], push[1], push[2])), com, com);
+            let (torque, force) = moved(wrench(&data.cfrc_ext()[b]), from, com);
+            let torque = torque - Vec3::new(push[3], push[4], push[5]) - closing.0;
+            let force = force - Vec3::new(push[0], push[1], push[2]) - closing.1;
+            write(&mut out.contact[rows], (torque, force), com, com);
         }
         for (slot, joint) in out.joint_load.iter_mut().zip(&layout.joints) {
             let body = model.dof_bodyid()[joint.v].max(0) as usize;

@@ -1,6 +1,8 @@
 //! Robots, states and targets that the tests of engines share.
 #![allow(dead_code, clippy::unwrap_used, clippy::expect_used)]
 
+pub mod closed;
+
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 

@@ -1,6 +1,6 @@
 //! A robot: its bodies, joints, actuators, and what its policies will see.
 
-use lifelike_character::{Character, JointKind};
+use lifelike_character::{Character, EqualityKind, JointKind};
 use lifelike_robot::robot::role_name;
 use lifelike_robot::{Readiness, Robot, RobotError, Shapes};
 use lifelike_sim::engine::{self_contacts, unsupported};
@@ -40,7 +40,7 @@ pub fn inspect(name: &str, output: &Output) -> Result<(), CliError> {
                 judged(&robot.name, &readiness) + &text(&robot.character) + &control(&robot) + &next::lines(&steps)
             })
         }
-        // A character that cannot be controlled (a fixed base, ball joints) can still be looked at.
+        // A character that cannot be controlled (ball joints, no joints) can still be looked at.
         Err(error @ RobotError::Unknown { .. }) => Err(error.into()),
         Err(error) => match Character::load(name) {
             Ok(seen) => {
@@ -74,6 +74,13 @@ fn kind(kind: JointKind) -> &'static str {
     }
 }
 
+fn closure(kind: EqualityKind) -> &'static str {
+    match kind {
+        EqualityKind::Connect => "ball joint",
+        EqualityKind::Weld { .. } => "weld",
+    }
+}
+
 fn character(c: &Character) -> Value {
     let bodies = c
         .bodies
@@ -84,9 +91,14 @@ fn character(c: &Character) -> Value {
         json!({ "name": j.name, "body": c.bodies[j.body].name, "kind": kind(j.kind), "range": j.range,
                 "armature": j.armature })
     });
+    let equalities = c.equalities.iter().map(|e| {
+        let [first, second] = e.bodies.map(|b| &c.bodies[b].name);
+        json!({ "name": e.name, "kind": closure(e.kind), "bodies": [first, second], "active": e.active })
+    });
     json!({
         "kind": "robot", "name": c.name, "mass_kg": c.mass(), "nq": c.nq, "nv": c.nv, "timestep_s": c.timestep,
         "bodies": bodies.collect::<Vec<_>>(), "joints": joints.collect::<Vec<_>>(),
+        "equalities": equalities.collect::<Vec<_>>(),
         "geoms": c.geoms.len(), "sites": c.sites.iter().map(|s| &s.name).collect::<Vec<_>>(), "notes": c.notes, "warnings": c.warnings,
     })
 }
@@ -116,6 +128,11 @@ fn text(c: &Character) -> String {
         })
         .collect();
     text += &table(&["joint", "body", "kind", "range"], &rows);
+    for e in &c.equalities {
+        let [first, second] = e.bodies.map(|b| &c.bodies[b].name);
+        let inactive = if e.active { "" } else { " (inactive)" };
+        text += &format!("closes a loop: {} '{}' of {first} and {second}{inactive}\n", closure(e.kind), e.name);
+    }
     for note in &c.notes {
         text += &format!("not simulated: {note}\n");
     }
