@@ -1,7 +1,8 @@
 //! What a network, and what parameters, make of real logs of a servo's test bench: folds by trajectory and by gain.
 //!
-//! `cargo run --release -p lifelike-augmentation --example bench_logs -- FOLDER [iterations] [seeds] [architecture]` with BAM's raw logs in
-//! the folder. `TWIN=1`: the logs' measurements are replaced by those of a simulated servo, to choose settings on.
+//! `cargo run --release -p lifelike-augmentation --example bench_logs -- FOLDER [iterations] [seeds] [architecture] [PARAMETERS]` with BAM's
+//! raw logs in the folder, and in PARAMETERS the servo as BAM published it (m1.json to m6.json). `TWIN=1`: the logs' measurements are
+//! replaced by those of a simulated servo, to choose settings on.
 
 use std::collections::BTreeMap;
 use std::error::Error;
@@ -12,6 +13,7 @@ use lifelike_augmentation::logs::{BenchLog, BenchRun};
 use lifelike_augmentation::model::{Backbone, SatSizes};
 use lifelike_augmentation::training::{AugmentationPlan, AugmentationTrainer};
 use lifelike_augmentation::{Feedback, gap};
+use lifelike_robot::actuator::ExtendedFriction;
 use lifelike_sim::trace::Trace;
 
 /// Rows per second (Hz).
@@ -53,7 +55,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         let mut run = log.at(RATE);
         if twin {
             let real = Servo {
-                friction: lifelike_robot::actuator::ExtendedFriction {
+                friction: ExtendedFriction {
                     base: 0.005,
                     viscous: 0.009,
                     stribeck: 0.01,
@@ -85,11 +87,19 @@ fn main() -> Result<(), Box<dyn Error>> {
         ("gain held out", gains, |log: &BenchLog| format!("kp {}", log.gain)),
     ] {
         let mut rows: BTreeMap<String, Vec<Errors>> = BTreeMap::new();
+        if let Some(parameters) = arguments.get(4) {
+            for model in FrictionModel::ALL {
+                let servo = published(&PathBuf::from(parameters).join(format!("{}.json", model.name())))?;
+                let traces: Vec<Trace> =
+                    recorded.iter().map(|r| r.run.simulated(&r.log, &servo.bench(&r.log))).collect();
+                rows.entry(format!("BAM's {}, as published", model.name())).or_default().push(errors(&traces));
+            }
+        }
         for fold in folds {
             let (test, train): (Vec<&Recorded>, Vec<&Recorded>) = recorded.iter().partition(|r| key(&r.log) == fold);
             let runs: Vec<(&BenchLog, &BenchRun)> = train.iter().map(|r| (&r.log, &r.run)).collect();
             let mut servos = vec![("data sheet".to_string(), Servo::built_in("xl330").unwrap_or_default())];
-            for model in [FrictionModel::M1, FrictionModel::M6] {
+            for model in [FrictionModel::M1, FrictionModel::M3, FrictionModel::M6] {
                 servos.push((format!("fitted {}", model.name()), fit(model, &runs, 6, 1)));
             }
             for (name, servo) in servos {
@@ -98,6 +108,11 @@ fn main() -> Result<(), Box<dyn Error>> {
                 };
                 let (learn, held_out) = (traces(&train), traces(&test));
                 rows.entry(name.clone()).or_default().push(errors(&held_out));
+                let late: Vec<Trace> = held_out.iter().map(persistent).collect();
+                rows.entry(format!("{name} + the error measured before")).or_default().push(errors(&late));
+                if name == "fitted m1" || name == "fitted m3" {
+                    continue;
+                }
                 for seed in 0..seeds {
                     let model = SatSizes { backbone, attention, ..SatSizes::default() };
                     let outputs = vec!["position".into(), "velocity".into()];
@@ -107,7 +122,7 @@ fn main() -> Result<(), Box<dyn Error>> {
                         trainer.iterate();
                     }
                     let augmentation = trainer.augmentation();
-                    for feedback in [Feedback::None, Feedback::Predicted] {
+                    for feedback in [Feedback::None, Feedback::Predicted, Feedback::Measured] {
                         let corrected: Result<Vec<Trace>, _> =
                             held_out.iter().map(|trace| augmentation.corrected(trace, feedback)).collect();
                         let name = format!("{name} + network, {feedback:?}");
@@ -126,6 +141,50 @@ fn main() -> Result<(), Box<dyn Error>> {
         }
     }
     Ok(())
+}
+
+/// The plainest use of measurements: the error of the step before is taken to be that of this step.
+fn persistent(trace: &Trace) -> Trace {
+    let mut out = trace.clone();
+    for block in &mut out.blocks {
+        let (error, measured, width) = (block.error(), block.measured.names.len(), block.simulated.names.len());
+        for (i, name) in block.measured.names.iter().enumerate() {
+            let Some(column) = block.simulated.index(name) else { continue };
+            for (row, state) in block.simulated.values.chunks_exact_mut(width).enumerate().skip(1) {
+                state[column] += error[(row - 1) * measured + i];
+            }
+        }
+    }
+    out
+}
+
+/// A servo as BAM publishes it.
+fn published(path: &std::path::Path) -> Result<Servo, Box<dyn Error>> {
+    let file: BTreeMap<String, serde_json::Value> = serde_json::from_str(&std::fs::read_to_string(path)?)?;
+    let number = |name: &str| file.get(name).and_then(serde_json::Value::as_f64).unwrap_or(0.0);
+    let both = |motor: &str, outside: &str, one: &str| [number(motor) + number(one), number(outside) + number(one)];
+    Ok(Servo {
+        torque_constant: number("kt"),
+        resistance: number("R"),
+        supply_resistance: 0.0,
+        armature: number("armature"),
+        offset: number("q_offset"),
+        delay: 0.0,
+        friction: ExtendedFriction {
+            base: number("friction_base"),
+            stribeck: number("friction_stribeck"),
+            stribeck_velocity: number("dtheta_stribeck"),
+            stribeck_exponent: number("alpha"),
+            load: both("load_friction_motor", "load_friction_external", "load_friction_base"),
+            load_stribeck: both(
+                "load_friction_motor_stribeck",
+                "load_friction_external_stribeck",
+                "load_friction_stribeck",
+            ),
+            load_quadratic: [number("load_friction_motor_quad"), number("load_friction_external_quad")],
+            viscous: number("friction_viscous"),
+        },
+    })
 }
 
 fn distinct(values: impl Iterator<Item = String>) -> Vec<String> {

@@ -1,8 +1,14 @@
 //! Which physics this build has.
 
+#[cfg(feature = "learning")]
+use std::path::PathBuf;
 use std::sync::Arc;
 
+#[cfg(feature = "learning")]
+use lifelike_augmentation::{ActuatorCorrection, Augmentation, AugmentationError, Feedback};
 use lifelike_robot::{Robot, Severity, Shapes};
+#[cfg(feature = "learning")]
+use lifelike_sim::Augmented;
 use lifelike_sim::{EngineKind, SimError, Simulation, SimulationSpec, Terrain};
 
 use crate::error::CliError;
@@ -16,6 +22,10 @@ pub struct Physics {
     /// Threads of the physics; one per processor where not given. Results do not depend on it.
     #[arg(long, default_value_t = 0)]
     pub threads: usize,
+    /// Correct the simulated joints by what was learned from logs: an augmentation of `lifelike train augmentation`, for all joints.
+    #[cfg(feature = "learning")]
+    #[arg(long, value_name = "FILE")]
+    pub augment: Option<PathBuf>,
 }
 
 impl Physics {
@@ -44,7 +54,20 @@ impl Physics {
         robot: &Arc<Robot>,
         environments: usize,
     ) -> Result<Box<dyn Simulation>, SimError> {
-        SimulationSpec { engine: self.engine, environments, threads: self.threads, terrain }.build(Arc::clone(robot))
+        let spec = SimulationSpec { engine: self.engine, environments, threads: self.threads, terrain };
+        let simulation = spec.build(Arc::clone(robot))?;
+        #[cfg(feature = "learning")]
+        if let Some(file) = &self.augment {
+            let refused = |error: AugmentationError| SimError::Model {
+                engine: "augmentation",
+                character: robot.name.clone(),
+                message: error.to_string(),
+            };
+            let augmentation = Augmentation::load(file).map_err(refused)?;
+            let correction = ActuatorCorrection::new(augmentation, robot, &[], Feedback::None).map_err(refused)?;
+            return Ok(Box::new(Augmented::new(simulation, Box::new(correction))?));
+        }
+        Ok(simulation)
     }
 }
 

@@ -1,36 +1,59 @@
 //! `lifelike augment simulate`: logs and what a simulation makes of their commands, side by side.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
-use lifelike_augmentation::gap;
+use lifelike_augmentation::logs::table::{self, TableMap};
+use lifelike_augmentation::{gap, replay};
+use lifelike_robot::Robot;
 use lifelike_sim::trace::{Trace, container};
 use serde_json::json;
 
 use super::{page, sources};
+use crate::commands::physics::Physics;
 use crate::error::CliError;
 use crate::next::NextCommand;
 use crate::output::Output;
 
 /// Simulate the commands of logs, and write traces that have simulated and measured states side by side.
 ///
-/// Logs are those of BAM's test benches (a servo that turns a weight on an arm, JSON). They are taken to equal time steps of --rate;
-/// the simulation begins where the log does and runs freely.
+/// Logs are those of BAM's test benches (a servo that turns a weight on an arm, JSON), taken to equal time steps of --rate; or, with
+/// --robot and --map, tables of a whole robot (CSV) whose columns the map names with their units. The simulation begins where the
+/// log does and runs freely.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
   lifelike augment simulate logs/ --servo xl330 -o traces/nominal
   lifelike augment identify logs/ --friction m6 -o xl330.toml
-  lifelike augment simulate logs/ --servo xl330.toml -o traces/fitted")]
+  lifelike augment simulate logs/ --servo xl330.toml -o traces/fitted
+  lifelike augment simulate walk.csv --robot mine.xml --map columns.toml -o traces/mine
+
+A map of columns (units: si, deg, deg/s, rpm, ticks4096, mA, mV, mm):
+  time = \"t\"
+  rate = 50.0
+  [block.left_knee]                    # a joint of the robot
+  class = \"xm430\"
+  reference.position = { column = \"left_knee_goal\", unit = \"deg\" }
+  measured.position = { column = \"left_knee\", unit = \"ticks4096\" }")]
 pub struct Args {
-    /// Logs: files, or folders of *.json.
+    /// Logs: files, or folders of *.json (with --map of *.csv).
     #[arg(required = true)]
     pub logs: Vec<PathBuf>,
     /// The servo's model: a file of `lifelike augment identify`, or xl330 (its data sheet).
     #[arg(long, default_value = "xl330")]
     pub servo: String,
-    /// Rows per second (Hz).
+    /// Rows per second of a bench's traces (Hz).
     #[arg(long, default_value_t = 200.0)]
     pub rate: f64,
+    /// The robot of tables: a built-in one's name, or its MJCF or URDF file.
+    #[arg(short = 'R', long, requires = "map")]
+    pub robot: Option<String>,
+    /// What the tables' columns are (TOML).
+    #[arg(long, requires = "robot", value_name = "FILE")]
+    pub map: Option<PathBuf>,
+    /// Engine and threads.
+    #[command(flatten)]
+    pub physics: Physics,
     /// Folder of the traces.
     #[arg(short, long)]
     pub output: PathBuf,
@@ -41,9 +64,14 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     if !(1.0..=10_000.0).contains(&args.rate) {
         return Err(CliError::Usage(format!("--rate: expected 1 to 10000 Hz, got {}", args.rate)));
     }
-    let (logs, servo) = (sources::bench_logs(&args.logs)?, sources::servo(&args.servo)?);
+    let traces = match (&args.robot, &args.map) {
+        (Some(robot), Some(map)) => of_robot(args, robot, map)?,
+        _ => {
+            let (logs, servo) = (sources::bench_logs(&args.logs)?, sources::servo(&args.servo)?);
+            logs.iter().map(|log| log.at(args.rate).simulated(log, &servo.bench(log))).collect()
+        }
+    };
     std::fs::create_dir_all(&args.output).map_err(CliError::write(&args.output))?;
-    let traces: Vec<Trace> = logs.iter().map(|log| log.at(args.rate).simulated(log, &servo.bench(log))).collect();
     let mut files = Vec::with_capacity(traces.len());
     for trace in &traces {
         let file = args.output.join(format!("{}{}", trace.name, container::EXTENSION));
@@ -51,7 +79,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
         files.push(file);
     }
     let summary = gap::summary(&traces.iter().flat_map(gap::gaps).collect::<Vec<_>>());
-    let value = json!({ "files": files, "servo": servo, "gap": summary });
+    let value = json!({ "files": files, "gap": summary });
     output.result(&value, || {
         let next = NextCommand::new("augment report").word(args.output.display()).word("-o").word("report");
         format!(
@@ -61,4 +89,16 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
             args.output.display()
         )
     })
+}
+
+/// The logs of a whole robot beside its simulation.
+fn of_robot(args: &Args, robot: &str, map: &Path) -> Result<Vec<Trace>, CliError> {
+    let text = std::fs::read_to_string(map).map_err(CliError::write(map))?;
+    let columns: TableMap =
+        toml::from_str(&text).map_err(|error| CliError::Input(format!("{}: {error}", map.display())))?;
+    let robot = Arc::new(Robot::load(robot)?);
+    let mut simulation = args.physics.simulate(None, &robot, 1)?;
+    let files = sources::files(&args.logs, ".csv")?;
+    let one = |file: &PathBuf| Ok(replay::replayed(&table::read(file, &columns)?, &mut simulation)?);
+    files.iter().map(one).collect()
 }

@@ -34,7 +34,8 @@ pub fn servo(name: &str) -> Result<Servo, CliError> {
     toml::from_str(&text).map_err(|error| CliError::Input(format!("{}: {error}", path.display())))
 }
 
-fn files(paths: &[PathBuf], ending: &str) -> Result<Vec<PathBuf>, CliError> {
+/// Returns files, and those of folders that end in `ending`, in the order of their names.
+pub fn files(paths: &[PathBuf], ending: &str) -> Result<Vec<PathBuf>, CliError> {
     let mut files = Vec::new();
     for path in paths {
         if path.is_dir() {

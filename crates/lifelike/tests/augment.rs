@@ -1,0 +1,142 @@
+//! From logs of a test bench to traces, a report, fitted parameters and a trained augmentation.
+
+#![cfg(feature = "learning")]
+#![allow(clippy::unwrap_used)]
+
+use std::path::Path;
+use std::process::{Command, Output};
+
+use serde_json::{Value, json};
+
+fn lifelike(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_lifelike")).args(arguments).output().unwrap()
+}
+
+/// As JSON; it must have worked.
+fn result(arguments: &[&str]) -> Value {
+    let output = lifelike(&[&["--json"], arguments].concat());
+    assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
+    serde_json::from_slice(&output.stdout).unwrap()
+}
+
+/// A log of a servo that follows its commands late and never quite.
+fn write_log(path: &Path, frequency: f64) {
+    let goal = |t: f64| 0.6 * (frequency * t).sin();
+    let entry = |i: i32| {
+        let t = 0.005 * f64::from(i);
+        let position = 0.8 * goal(t - 0.03);
+        let speed = 0.8 * 0.6 * frequency * (frequency * (t - 0.03)).cos();
+        // As a servo tells its duty: 16 bits without a sign.
+        let load = (200.0 * (goal(t) - position)).round().rem_euclid(65536.0);
+        json!({ "timestamp": t, "goal_position": goal(t), "position": position, "speed": speed, "load": load,
+                "input_volts": 7.4, "torque_enable": true })
+    };
+    let log = json!({ "mass": 0.3, "length": 0.1, "kp": 400.0, "vin": 7.4, "motor": "servo", "trajectory": "sine",
+                      "entries": (0..400).map(entry).collect::<Vec<_>>() });
+    std::fs::write(path, log.to_string()).unwrap();
+}
+
+#[test]
+fn logs_become_traces_parameters_and_a_correction() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name).to_string_lossy().into_owned();
+    std::fs::create_dir(at("logs")).unwrap();
+    for (name, frequency) in [("a", 3.0), ("b", 5.0)] {
+        write_log(&folder.path().join(format!("logs/{name}.json")), frequency);
+    }
+    let made = result(&["augment", "simulate", &at("logs"), "-o", &at("traces")]);
+    assert_eq!(made["files"].as_array().unwrap().len(), 2);
+    let plain = made["gap"][0]["mae"][0].as_f64().unwrap();
+
+    let fitted =
+        result(&["augment", "identify", &at("logs"), "--friction", "m1", "--starts", "1", "-o", &at("s.toml")]);
+    let errors = fitted["errors"].as_array().unwrap();
+    assert!(errors.iter().all(|own| own["mae_deg"].as_f64().unwrap() < plain.to_degrees()), "{errors:?}");
+    result(&["augment", "simulate", &at("logs"), "--servo", &at("s.toml"), "-o", &at("fitted")]);
+
+    let plan = format!("traces = ['{}']\n[augmentation]\nstretch = 100\niterations = 40\nbatch = 8\n", at("traces"));
+    std::fs::write(at("plan.toml"), plan + "[augmentation.model]\nwidth = 8\nheads = 2\nhistory = 32\n").unwrap();
+    let trained = result(&["train", "augmentation", "--plan", &at("plan.toml"), "-o", &at("run")]);
+    let file = trained["augmentation"].as_str().unwrap();
+    assert!(file.ends_with("servo.augmentation.safetensors"));
+    let again = result(&["train", "augmentation", "--resume", "-o", &at("run")]);
+    assert_eq!(again["iterations"], trained["iterations"], "what is done is left alone");
+
+    let report = result(&["augment", "report", &at("traces"), "--augmentation", file, "-o", &at("report")]);
+    let mae = |which: usize| report["summary"][which]["columns"][0]["mae"][0].as_f64().unwrap();
+    assert!(mae(1) < mae(0), "{} of {}", mae(1), mae(0));
+    assert!(folder.path().join("report/report.html").is_file() && folder.path().join("report/gap.json").is_file());
+    let applied = result(&["augment", "apply", &at("traces"), "--augmentation", file, "-o", &at("corrected")]);
+    let corrected = result(&["augment", "report", &at("corrected")]);
+    assert_eq!(corrected["summary"][0]["columns"], report["summary"][1]["columns"]);
+    assert_eq!(applied["files"].as_array().unwrap().len(), 2);
+}
+
+/// A table of a robot's joints beside its simulation, learned from, and the policy in the corrected simulation.
+#[test]
+fn a_robots_table_becomes_a_correction_that_a_policy_is_evaluated_with() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name).to_string_lossy().into_owned();
+    let joint = "left_elbow";
+    let row = |i: i32| {
+        let t = 0.02 * f64::from(i);
+        let goal = 20.0 * (3.0 * t).sin();
+        format!("{t},{goal},{}\n", 0.9 * 20.0 * (3.0 * (t - 0.04)).sin())
+    };
+    std::fs::write(at("log.csv"), format!("t,goal,angle\n{}", (0..200).map(row).collect::<String>())).unwrap();
+    let map = format!(
+        "time = 't'\nrate = 50.0\n[block.{joint}]\nclass = 'neck'\n\
+         reference.position = {{ column = 'goal', unit = 'deg' }}\nmeasured.position = {{ column = 'angle', unit = 'deg' }}\n"
+    );
+    std::fs::write(at("map.toml"), &map).unwrap();
+    let simulate = ["augment", "simulate", &at("log.csv"), "--robot", "lima", "--map", &at("map.toml"), "-o", &at("t")];
+    let made = result(&simulate);
+    assert_eq!(made["gap"][0]["column"], "position");
+    let plan = format!("traces = ['{}']\n[augmentation]\nstretch = 100\niterations = 20\nbatch = 8\n", at("t"));
+    std::fs::write(at("plan.toml"), plan + "[augmentation.model]\nwidth = 8\nheads = 2\nhistory = 16\n").unwrap();
+    let trained = result(&["train", "augmentation", "--plan", &at("plan.toml"), "-o", &at("run")]);
+    let file = trained["augmentation"].as_str().unwrap();
+    let policy = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../assets/lima-all.controller.safetensors");
+    let policy = policy.to_str().unwrap();
+    let eval = |more: &[&str]| {
+        result(&[&["eval", "--policy", policy, "--motions", "builtin:wave", "--starts", "1"], more].concat())
+            .to_string()
+    };
+    assert_ne!(eval(&[]), eval(&["--augment", file]), "another simulation is another result");
+
+    // What does not fit is refused: the rate of the table, a joint that there is not.
+    for (from, to, part) in [("rate = 50.0", "rate = 100.0", "100 Hz"), (joint, "left_wing", "'left_wing'")] {
+        std::fs::write(at("map.toml"), map.replace(from, to)).unwrap();
+        let output = lifelike(&simulate);
+        let error = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(3), "{error}");
+        assert!(error.contains(part), "{error}");
+    }
+}
+
+#[test]
+fn logs_that_cannot_be_right_are_refused_with_their_place() {
+    let folder = tempfile::tempdir().unwrap();
+    let log = folder.path().join("log.json");
+    let refused = |change: &dyn Fn(&mut Value), part: &str| {
+        write_log(&log, 3.0);
+        let mut value: Value = serde_json::from_str(&std::fs::read_to_string(&log).unwrap()).unwrap();
+        change(&mut value);
+        std::fs::write(&log, value.to_string()).unwrap();
+        let out = folder.path().join("out");
+        let output = lifelike(&["augment", "simulate", log.to_str().unwrap(), "-o", out.to_str().unwrap()]);
+        let error = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(3), "{error}");
+        assert!(error.contains(part), "{error}");
+    };
+    refused(&|log| log["entries"][7]["position"] = json!(35.0), "entry 7, position: expected radians");
+    refused(&|log| log["entries"][9]["timestamp"] = json!(0.01), "entry 9, timestamp: expected a time after");
+    let gap = |log: &mut Value| {
+        for i in 200..400 {
+            log["entries"][i]["timestamp"] = json!(0.005 * i as f64 + 0.3);
+        }
+    };
+    refused(&gap, "entry 200, timestamp: expected no gap");
+    refused(&|log| log["mass"] = json!(0.0), "mass: expected a number above 0");
+    refused(&|log| drop(log["entries"][3].as_object_mut().unwrap().remove("speed")), "missing field `speed`");
+}
