@@ -1,5 +1,5 @@
 """Time of one training step of the State Augmentation Transformer in PyTorch (sat.py): forward, L1 loss, backward, Adam; 16 stretches
-of 256 steps. `cargo run --release -p lifelike-augmentation --example step` is ours.
+of 256 steps. `cargo run --release -p lifelike-augmentation --example sat_step` is ours.
 
     python peers/augmentation/step.py [threads]
 """

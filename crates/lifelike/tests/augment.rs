@@ -99,8 +99,8 @@ fn a_robots_table_becomes_a_correction_that_a_policy_is_evaluated_with() {
     let policy = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../assets/lima-all.controller.safetensors");
     let policy = policy.to_str().unwrap();
     let eval = |more: &[&str]| {
-        result(&[&["eval", "--policy", policy, "--motions", "builtin:wave", "--starts", "1"], more].concat())
-            .to_string()
+        let clip = ["eval", "--policy", policy, "--motions", "builtin:wave", "--starts", "1", "-o", &at("eval")];
+        result(&[&clip, more].concat()).to_string()
     };
     assert_ne!(eval(&[]), eval(&["--augment", file]), "another simulation is another result");
 

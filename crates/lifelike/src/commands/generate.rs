@@ -4,6 +4,7 @@ mod made;
 mod maker;
 mod play;
 mod prompts;
+mod softened;
 mod verdict;
 
 use std::path::PathBuf;

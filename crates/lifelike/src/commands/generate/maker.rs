@@ -10,6 +10,7 @@ use lifelike_motion::edit::joints_of;
 use lifelike_motion::{Caption, MotionClip};
 use lifelike_robot::Robot;
 
+use super::softened::softened;
 use super::verdict::Verdict;
 use crate::commands::clips;
 use crate::error::CliError;
@@ -87,12 +88,14 @@ impl Maker {
         change: impl Fn(&[MotionClip]) -> Result<Vec<MotionClip>, CliError>,
     ) -> Result<Vec<Candidate>, CliError> {
         let (clips, numbers): (Vec<_>, Vec<_>) = candidates.into_iter().map(|one| (one.clip, one.candidate)).unzip();
-        let judge = |(clip, candidate): (MotionClip, usize)| {
+        let judge = |((clip, asked), candidate): ((MotionClip, &MotionClip), usize)| {
             let rows = FeatureMatrix::from_clip(&clip, &self.generator.header().spec)?;
-            let verdict = Verdict::of(&clip, &rows, &self.robot, self.critic.as_ref())?;
+            let mut verdict = Verdict::of(&clip, &rows, &self.robot, self.critic.as_ref())?;
+            verdict.softened = softened(asked, &clip, &self.robot)?;
             Ok(Candidate { clip, verdict, candidate })
         };
-        Ok(ranked(change(&clips)?.into_iter().zip(numbers).map(judge).collect::<Result<_, CliError>>()?))
+        let changed = change(&clips)?.into_iter().zip(&clips).zip(numbers);
+        Ok(ranked(changed.map(judge).collect::<Result<_, CliError>>()?))
     }
 
     /// Returns rows of every candidate, and where the parts end (s).

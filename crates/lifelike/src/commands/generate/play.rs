@@ -7,6 +7,7 @@ use lifelike_evaluation::{EpisodeScore, Evaluation, EvaluationOptions};
 use lifelike_motion::MotionClip;
 use lifelike_robot::Robot;
 
+use super::softened::softened;
 use crate::commands::assets;
 use crate::commands::controller_file::Loaded;
 use crate::commands::eval::{Job, save};
@@ -55,7 +56,7 @@ impl<'a> Player<'a> {
     /// Plays clips from their first frame to their end.
     pub fn play(&self, clips: &[MotionClip], folder: &Path, output: &Output) -> Result<Played, CliError> {
         let seconds = clips.iter().map(MotionClip::seconds).fold(0.0, f64::max);
-        let options = EvaluationOptions { seconds, starts: 1, keep: 1, ..EvaluationOptions::default() };
+        let options = EvaluationOptions { seconds, starts: 1, keep: clips.len(), ..EvaluationOptions::default() };
         let evaluation = Job { loaded: &self.loaded, physics: self.physics }.run(clips, &options, output)?;
         let robot = self.loaded.controller.robot();
         let title = match clips {
@@ -63,7 +64,14 @@ impl<'a> Player<'a> {
             _ => format!("{} generated motions", clips.len()),
         };
         let report = save(&evaluation, None, robot, &title, folder)?;
-        let lines = evaluation.episodes.iter().map(line).collect();
+        let mut lines = Vec::new();
+        for (i, (episode, clip)) in evaluation.episodes.iter().zip(clips).enumerate() {
+            lines.push(line(episode));
+            // What fell was not softened.
+            if let (None, Some(rollout)) = (&episode.failure, evaluation.rollouts.get(i)) {
+                lines.extend(softened(clip, &rollout.played(clip.provenance.clone()), robot)?);
+            }
+        }
         let report = std::path::absolute(&report).unwrap_or(report);
         Ok(Played { policy: self.policy.clone(), lines, evaluation, report })
     }

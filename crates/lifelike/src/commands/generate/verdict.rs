@@ -26,6 +26,9 @@ pub struct Verdict {
     pub reasons: Vec<String>,
     /// Length of what rules it out, summed over reasons (s).
     pub bad_seconds: f64,
+    /// What physics made gentler, where the motion is what physics made of one.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub softened: Vec<String>,
     /// The critic's opinion, where there is a critic.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub critic: Option<Opinion>,
@@ -70,6 +73,7 @@ impl Verdict {
             feasible: reasons.is_empty(),
             bad_seconds: reasons.iter().map(|(_, seconds, _)| seconds).sum(),
             reasons: reasons.into_iter().map(|(_, _, words)| words).collect(),
+            softened: Vec::new(),
             critic: critic.map(|critic| Opinion::of(critic, rows)).transpose()?,
         })
     }
@@ -85,12 +89,13 @@ impl Verdict {
     pub fn words(&self) -> String {
         /// Most reasons of a line.
         const MOST: usize = 4;
+        let softened: String = self.softened.iter().map(|line| format!("; {line}")).collect();
         if self.feasible {
-            return "feasible".into();
+            return format!("feasible{softened}");
         }
         let more = self.reasons.len().saturating_sub(MOST);
         let more = if more > 0 { format!("; and {more} more") } else { String::new() };
-        format!("not feasible: {}{more}", self.reasons[..self.reasons.len().min(MOST)].join("; "))
+        format!("not feasible: {}{more}", self.reasons[..self.reasons.len().min(MOST)].join("; ")) + &softened
     }
 }
 

@@ -1,5 +1,5 @@
 //! Time of one training step (16 stretches of 256 steps), and of a running correction: `cargo run --release -p lifelike-augmentation
-//! --example step`. `peers/augmentation/step.py` is PyTorch's training step of the same network.
+//! --example sat_step`. `peers/augmentation/step.py` is PyTorch's training step of the same network.
 
 use std::error::Error;
 use std::time::Instant;
