@@ -21,7 +21,7 @@ impl Clock {
     /// Index of the first stamp that is not later than the one before, or that comes after a gap, with what was expected and got.
     pub fn of(time: &[f64]) -> Result<Self, (usize, String, String)> {
         let steps: Vec<f64> = time.windows(2).map(|pair| pair[1] - pair[0]).collect();
-        if let Some(i) = steps.iter().position(|step| !(*step > 0.0)) {
+        if let Some(i) = steps.iter().position(|step| step.is_nan() || *step <= 0.0) {
             let expected = format!("a time after {} s", time[i]);
             return Err((i + 1, expected, format!("{} s", time[i + 1])));
         }

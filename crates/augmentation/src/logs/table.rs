@@ -161,12 +161,13 @@ pub fn read(path: &Path, map: &TableMap) -> Result<Trace, AugmentationError> {
         let mut named: Vec<(&str, Vec<f64>)> = Vec::new();
         for (name, map) in wanted {
             let values: Vec<f64> = column(&map.column)?.into_iter().map(|x| map.unit.to_si(x)).collect();
-            if let Some((_, most, unit)) = LARGEST.iter().find(|(own, ..)| own == name) {
-                if let Some(i) = values.iter().position(|x| x.abs() > *most) {
-                    let place = format!("line {}, column '{}'", rows[i].0, map.column);
-                    let expected = format!("at most {most:.1}");
-                    return Err(AugmentationError::log(path, place, expected, format!("{} {unit}", values[i])));
-                }
+            let most = LARGEST.iter().find(|(own, ..)| own == name);
+            let beyond = most
+                .and_then(|(_, most, unit)| values.iter().position(|x| x.abs() > *most).map(|row| (row, most, unit)));
+            if let Some((row, most, unit)) = beyond {
+                let place = format!("line {}, column '{}'", rows[row].0, map.column);
+                let expected = format!("at most {most:.1}");
+                return Err(AugmentationError::log(path, place, expected, format!("{} {unit}", values[row])));
             }
             named.push((name, values));
         }
@@ -188,6 +189,8 @@ pub fn read(path: &Path, map: &TableMap) -> Result<Trace, AugmentationError> {
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
+    use std::f32::consts::{FRAC_PI_2, FRAC_PI_4};
+
     use super::*;
 
     const MAP: &str = "time = \"t\"\nrate = 100.0\n[block.knee]\nclass = \"xm430\"\n\
@@ -204,9 +207,9 @@ mod tests {
         let trace = read_text("t,goal,ticks\n0.00,90,2048\n0.01,-90,3072\n0.02, 45 ,1024\n").unwrap();
         let block = &trace.blocks[0];
         let goal: Vec<f32> = block.reference.column("position").unwrap().collect();
-        assert!(goal.iter().zip([1.570_796, -1.570_796, 0.785_398]).all(|(a, b)| (a - b).abs() < 1e-5), "{goal:?}");
+        assert!(goal.iter().zip([FRAC_PI_2, -FRAC_PI_2, FRAC_PI_4]).all(|(a, b)| (a - b).abs() < 1e-5), "{goal:?}");
         let ticks: Vec<f32> = block.measured.column("position").unwrap().collect();
-        assert!(ticks.iter().zip([0.0, 1.570_796, -1.570_796]).all(|(a, b)| (a - b).abs() < 1e-5), "{ticks:?}");
+        assert!(ticks.iter().zip([0.0, FRAC_PI_2, -FRAC_PI_2]).all(|(a, b)| (a - b).abs() < 1e-5), "{ticks:?}");
         assert_eq!((trace.rate, block.class.as_str()), (100.0, "xm430"));
         // Nothing is simulated yet: there is nothing to compare, and that is fine.
         trace.check().unwrap();

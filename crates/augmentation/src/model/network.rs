@@ -26,8 +26,16 @@ pub struct Network {
 #[derive(Debug, Clone)]
 pub(super) enum Layers {
     None,
-    Dense([Linear; 2]),
-    Lstm { encoder: Lstm, decoder: Lstm, gate: GateAddNorm },
+    Dense(Box<[Linear; 2]>),
+    Lstm(Box<Recurrent>),
+}
+
+/// The LSTM over the past, the step of another for the present, and the gate beside both.
+#[derive(Debug, Clone)]
+pub(super) struct Recurrent {
+    pub(super) encoder: Lstm,
+    pub(super) decoder: Lstm,
+    pub(super) gate: GateAddNorm,
 }
 
 /// Attention and what follows it.
@@ -74,12 +82,12 @@ impl Network {
             decoder: VariableSelection::new("decoder.selection", sizes.decoder(), layout, values),
             backbone: match sizes.backbone {
                 Backbone::None => Layers::None,
-                Backbone::Dense => Layers::Dense(["dense.0", "dense.1"].map(|name| linear(name, [c, c]))),
-                Backbone::Lstm => Layers::Lstm {
+                Backbone::Dense => Layers::Dense(Box::new(["dense.0", "dense.1"].map(|name| linear(name, [c, c])))),
+                Backbone::Lstm => Layers::Lstm(Box::new(Recurrent {
                     encoder: lstm("encoder.lstm"),
                     decoder: lstm("decoder.lstm"),
                     gate: gate("lstm_gate"),
-                },
+                })),
             },
             attention: sizes.attention.then(|| Attention {
                 history: HistoryAttention::new("attention", sizes.attention(), layout, values),
@@ -114,12 +122,14 @@ impl Network {
         embedded.extend(&present.rows);
         let (embedded, backbone) = match &self.backbone {
             Layers::None => (embedded, LayersPass::None),
-            Layers::Dense([first, second]) => {
+            Layers::Dense(layers) => {
+                let [first, second] = &**layers;
                 let inner = rectified(first.forward(&embedded));
                 let out = rectified(second.forward(&inner));
                 (out.clone(), LayersPass::Dense([embedded, inner, out]))
             }
-            Layers::Lstm { encoder, decoder, gate } => {
+            Layers::Lstm(layers) => {
+                let Recurrent { encoder, decoder, gate } = &**layers;
                 let before = LstmState::zeros(sequences, c);
                 let encoder = encoder.forward(embedded[..count].to_vec(), &before);
                 let (hidden, cell) = encoder.states();
@@ -166,14 +176,13 @@ impl Network {
             _ => [vec![0.0; count], by_last].concat(),
         };
         let by_selected = match (&self.backbone, backbone) {
-            (Layers::Dense([first, second]), LayersPass::Dense([x, inner, out])) => {
+            (Layers::Dense(layers), LayersPass::Dense([x, inner, out])) => {
+                let [first, second] = &**layers;
                 let by_inner = second.backward(&inner, &through_rectifier(by_embedded, &out), layout, sums);
                 first.backward(&x, &through_rectifier(by_inner, &inner), layout, sums)
             }
-            (
-                Layers::Lstm { encoder, decoder, gate },
-                LayersPass::Lstm { encoder: past, decoder: present, gate: pass },
-            ) => {
+            (Layers::Lstm(layers), LayersPass::Lstm { encoder: past, decoder: present, gate: pass }) => {
+                let Recurrent { encoder, decoder, gate } = &**layers;
                 let (by_hidden, mut by_selected) = gate.backward(pass, &by_embedded, layout, sums);
                 let (by_past, by_present) = by_hidden.split_at(count);
                 let (by_row, by_state) = decoder.backward(present, (by_present, &[]), layout, sums);

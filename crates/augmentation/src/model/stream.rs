@@ -2,7 +2,7 @@
 
 use lifelike_nn::fusion::LstmState;
 
-use super::network::{Layers, Network, rectified};
+use super::network::{Layers, Network, Recurrent, rectified};
 use super::sizes::SatSizes;
 
 /// A network that goes on from records of the steps before, many independent rows at once.
@@ -45,8 +45,12 @@ impl Stream {
         let selected = network.decoder.forward(rows.to_vec()).rows;
         let present = match &network.backbone {
             Layers::None => selected,
-            Layers::Dense([first, second]) => rectified(second.forward(&rectified(first.forward(&selected)))),
-            Layers::Lstm { decoder, gate, .. } => {
+            Layers::Dense(layers) => {
+                let [first, second] = &**layers;
+                rectified(second.forward(&rectified(first.forward(&selected))))
+            }
+            Layers::Lstm(layers) => {
+                let Recurrent { decoder, gate, .. } = &**layers;
                 let state = self.remembered(count, &past);
                 let pass = decoder.forward(selected.clone(), &state);
                 gate.forward(pass.states().0.to_vec(), &selected).0
@@ -82,8 +86,12 @@ impl Stream {
         let mut state = LstmState::zeros(count, c);
         let embedded = match &self.network.backbone {
             Layers::None => selected,
-            Layers::Dense([first, second]) => rectified(second.forward(&rectified(first.forward(&selected)))),
-            Layers::Lstm { encoder, gate, .. } => {
+            Layers::Dense(layers) => {
+                let [first, second] = &**layers;
+                rectified(second.forward(&rectified(first.forward(&selected))))
+            }
+            Layers::Lstm(layers) => {
+                let Recurrent { encoder, gate, .. } = &**layers;
                 let pass = encoder.forward(selected.clone(), &self.remembered(count, &past));
                 let (hidden, cell) = pass.states();
                 state = LstmState { hidden: hidden.to_vec(), cell: cell.to_vec() };
