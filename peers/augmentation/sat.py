@@ -158,11 +158,14 @@ class Sat(nn.Module):
             shown, _ = self.decoder(present.reshape(1, -1, width), before)
             past = self.lstm_gate(torch.stack(hs[1:]), past)
             present = self.lstm_gate(shown.reshape(steps, sequences, width), present)
+        # Where the error of the step before was measured, what is predicted is its change.
+        known = torch.cat([torch.zeros_like(fed_back[:1]), fed_back[:-1]])
+        known = known[..., :-1] * F.relu(known[..., -1:])
         if self.attention is None:
-            return self.output(present)
+            return self.output(present) + known
         mixed, _ = self.attention(past, present)
         x = self.residual(self.attention_gate(mixed, present))
-        return self.output(self.output_gate(x, present))
+        return self.output(self.output_gate(x, present)) + known
 
     def parts(self):
         yield "encoder.selection", self.select_past

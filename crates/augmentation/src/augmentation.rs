@@ -145,7 +145,7 @@ impl Augmentation {
         if feedback == Feedback::Predicted {
             for (fed, out) in fed_back.chunks_exact_mut(outputs + 1).zip(out.chunks_exact(outputs)) {
                 fed[..outputs].copy_from_slice(out);
-                fed[outputs] = 1.0;
+                fed[outputs] = -1.0;
             }
         }
         stream.remember(rows, &fed_back, past, records);

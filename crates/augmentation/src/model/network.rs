@@ -107,7 +107,8 @@ impl Network {
 
     /// Returns Δs of all steps.
     ///
-    /// `rows` is what is known at a step, `fed_back` is Δs of the step and whether it is known (1 or 0): only later steps see it.
+    /// `rows` is what is known at a step, `fed_back` is Δs of the step and how it is known (1: measured, -1: predicted, 0: not at all): only
+    /// later steps see it. Where it was measured the network predicts the change since then.
     ///
     /// # Shapes
     /// `rows: [steps, sequences, inputs]`, `fed_back: [steps, sequences, outputs + 1]` to `[steps, sequences, outputs ·
@@ -153,7 +154,11 @@ impl Network {
                 (x, Some((pass, gate, residual, output_gate)))
             }
         };
-        let out = self.output.forward(&last);
+        let mut out = self.output.forward(&last);
+        let row = sequences * self.sizes.outputs * self.sizes.quantiles;
+        if let Some(later) = out.get_mut(row..) {
+            carry(self.sizes, fed_back, later);
+        }
         let pass = NetworkPass { encoder: past.pass, decoder: present.pass, backbone, attention, last, sequences };
         (out, pass)
     }
@@ -206,6 +211,17 @@ impl Network {
     pub fn profile(&self, pass: &NetworkPass) -> Option<Vec<f64>> {
         let (layers, (pass, ..)) = (self.attention.as_ref()?, pass.attention.as_ref()?);
         Some(layers.history.profile(pass))
+    }
+}
+
+/// Adds the measured errors of rows to predictions for the rows after them; those that were not measured are left out.
+pub(super) fn carry(sizes: SatSizes, fed_back: &[f32], out: &mut [f32]) {
+    let SatSizes { outputs, quantiles, .. } = sizes;
+    for (fed, out) in fed_back.chunks_exact(outputs + 1).zip(out.chunks_exact_mut(outputs * quantiles)) {
+        let measured = fed[outputs].max(0.0);
+        for (x, out) in fed.iter().zip(out.chunks_exact_mut(quantiles)) {
+            out.iter_mut().for_each(|out| *out += measured * x);
+        }
     }
 }
 

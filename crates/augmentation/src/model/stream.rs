@@ -2,12 +2,12 @@
 
 use lifelike_nn::fusion::LstmState;
 
-use super::network::{Layers, Network, Recurrent, rectified};
+use super::network::{Layers, Network, Recurrent, carry, rectified};
 use super::sizes::SatSizes;
 
 /// A network that goes on from records of the steps before, many independent rows at once.
 ///
-/// A step's record is what later steps need of it: what the LSTM remembers, a key and a value. The first step has none: the error is
+/// A step's record is what later steps need of it: what the LSTM remembers, a key and a value, and what was fed back. The first step has none: the error is
 /// taken to be zero there (thesis 2.4).
 #[derive(Debug, Clone)]
 pub struct Stream {
@@ -22,8 +22,8 @@ impl Stream {
 
     /// Returns the numbers of one step's record.
     pub fn record_width(&self) -> usize {
-        let SatSizes { width: c, heads, .. } = self.network.sizes;
-        3 * c + c / heads
+        let SatSizes { width: c, heads, outputs, .. } = self.network.sizes;
+        3 * c + c / heads + outputs + 1
     }
 
     /// Returns the number of records that are looked back on.
@@ -41,6 +41,7 @@ impl Stream {
         I: DoubleEndedIterator<Item = &'a [f32]>,
     {
         let (network, c) = (&self.network, self.network.sizes.width);
+        let d = c / network.sizes.heads;
         let count = rows.len() / network.sizes.inputs.max(1);
         let selected = network.decoder.forward(rows.to_vec()).rows;
         let present = match &network.backbone {
@@ -59,15 +60,22 @@ impl Stream {
         let last = match &network.attention {
             None => present,
             Some(layers) => {
-                let mixed = layers
-                    .history
-                    .step(&present, |row| past(row).map(move |record| (&record[2 * c..3 * c], &record[3 * c..])));
+                let mixed = layers.history.step(&present, |row| {
+                    past(row).map(move |record| (&record[2 * c..3 * c], &record[3 * c..3 * c + d]))
+                });
                 let x = layers.gate.forward(mixed, &present).0;
                 let x = layers.residual.forward(x).0;
                 layers.output_gate.forward(x, &present).0
             }
         };
-        network.output.forward(&last)
+        let mut out = network.output.forward(&last);
+        let (numbers, fed) = (network.sizes.outputs * network.sizes.quantiles, network.sizes.outputs + 1);
+        for (row, out) in out.chunks_exact_mut(numbers).enumerate() {
+            if let Some(record) = past(row).next_back() {
+                carry(network.sizes, &record[record.len() - fed..], out);
+            }
+        }
+        out
     }
 
     /// Writes the present step's records, now that Δs of it is known, or taken to be.
@@ -102,9 +110,11 @@ impl Stream {
         for (row, record) in records.chunks_exact_mut(self.record_width()).enumerate() {
             record[..c].copy_from_slice(&state.hidden[row * c..][..c]);
             record[c..2 * c].copy_from_slice(&state.cell[row * c..][..c]);
+            let first = record.len() - outputs - 1;
+            record[first..].copy_from_slice(&fed_back[row * (outputs + 1)..][..outputs + 1]);
             if let Some(kept) = &kept {
                 record[2 * c..3 * c].copy_from_slice(&kept.key[row * c..][..c]);
-                record[3 * c..].copy_from_slice(&kept.value[row * (c / heads)..][..c / heads]);
+                record[3 * c..3 * c + c / heads].copy_from_slice(&kept.value[row * (c / heads)..][..c / heads]);
             }
         }
     }

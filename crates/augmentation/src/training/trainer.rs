@@ -228,7 +228,8 @@ impl AugmentationTrainer {
             for (i, fed) in fed_back.chunks_exact_mut(outputs + 1).enumerate() {
                 if stretches[i % stretches.len()].told == told {
                     fed[..outputs].copy_from_slice(&numbers[i * outputs..][..outputs]);
-                    fed[outputs] = 1.0;
+                    // As `Network::forward` wants it.
+                    fed[outputs] = if told == Told::Measured { 1.0 } else { -1.0 };
                 }
             }
         };
