@@ -265,3 +265,54 @@ pub fn fit(model: FrictionModel, runs: &[(&BenchLog, &BenchRun)], starts: u64, s
     let best = scored.min_by(|a, b| a.0.total_cmp(&b.0));
     best.map(|(_, servo)| servo).unwrap_or_default()
 }
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+    use crate::logs::Clock;
+
+    /// A servo that simulated its own log is found again, by what it does.
+    #[test]
+    fn a_simulated_servo_is_found_again() {
+        let real = Servo {
+            torque_constant: 0.33,
+            resistance: 3.6,
+            supply_resistance: 0.5,
+            armature: 1.8e-3,
+            offset: 0.02,
+            delay: 0.01,
+            friction: ExtendedFriction { base: 0.012, viscous: 0.009, ..ExtendedFriction::default() },
+        };
+        let time: Vec<f64> = (0..500).map(|i| f64::from(i) * 0.005).collect();
+        let log = |frequency: f64| BenchLog {
+            name: format!("{frequency} rad/s"),
+            motor: "servo".into(),
+            trajectory: "sine".into(),
+            mass: 0.4,
+            arm: 0.1,
+            gain: 300.0,
+            supply: 7.4,
+            goal: time.iter().map(|t| 0.8 * (frequency * t).sin()).collect(),
+            position: vec![0.0; time.len()],
+            velocity: vec![0.0; time.len()],
+            voltage: None,
+            enabled: vec![true; time.len()],
+            clock: Clock::of(&time).unwrap(),
+            time: time.clone(),
+        };
+        let logs = [2.0, 5.0, 9.0].map(log);
+        let runs = logs.each_ref().map(|log| {
+            let mut run = log.at(200.0);
+            run.position = real.bench(log).run(run.commands(), 0.0, 0.0).position;
+            run
+        });
+        let pairs: Vec<(&BenchLog, &BenchRun)> = logs.iter().zip(&runs).collect();
+        // Two of three are fitted to, the third is new.
+        let found = fit(FrictionModel::M1, &pairs[..2], 3, 1);
+        let plain = Servo::built_in("xl330").unwrap().error(&pairs[2..]);
+        let error = found.error(&pairs[2..]);
+        assert!(error < 0.05 * plain && error < 2e-3, "{error} rad of {plain}: {found:?}");
+        assert!((found.offset - real.offset).abs() < 5e-3 && (found.delay - real.delay).abs() < 3e-3, "{found:?}");
+    }
+}

@@ -107,3 +107,51 @@ fn parts(block: &BlockTrace) -> [(&'static str, &Columns); 4] {
         ("measured", &block.measured),
     ]
 }
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    fn trace() -> Trace {
+        let mut block = BlockTrace {
+            name: "knee".into(),
+            class: "servo".into(),
+            simulated: Columns::new(&[("position", &[0.0, 0.5]), ("velocity", &[1.0, 2.0])]),
+            force: Columns::new(&[("load", &[0.1, 0.2])]),
+            reference: Columns::new(&[("position", &[0.3, 0.4])]),
+            measured: Columns::new(&[("position", &[0.25, 0.5])]),
+            selection: Vec::new(),
+        };
+        block.selection = block.by_name();
+        Trace { name: "run".into(), source: "test".into(), rate: 50.0, blocks: vec![block] }
+    }
+
+    #[test]
+    fn what_is_saved_is_loaded() {
+        let folder = std::env::temp_dir().join(format!("lifelike-trace-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        let file = folder.join(format!("run{EXTENSION}"));
+        save(&trace(), &file).unwrap();
+        let loaded = load(&file).unwrap();
+        assert_eq!(loaded, trace());
+        assert_eq!(loaded.blocks[0].error(), [0.25, 0.0]);
+        std::fs::remove_dir_all(&folder).unwrap();
+    }
+
+    #[test]
+    fn traces_that_do_not_fit_themselves_are_refused_with_their_place() {
+        let refused = |change: fn(&mut Trace)| {
+            let mut trace = trace();
+            change(&mut trace);
+            trace.check().unwrap_err().to_string()
+        };
+        let text = refused(|trace| trace.blocks[0].simulated.values[3] = f32::NAN);
+        assert!(text.contains("block 'knee', simulated: a finite 'velocity' in row 1"), "{text}");
+        let text = refused(|trace| drop(trace.blocks[0].force.values.pop()));
+        assert!(text.contains("force: 2 rows of 1 numbers, got 1 numbers"), "{text}");
+        let text = refused(|trace| trace.blocks[0].selection[0].state[0].0 = "angle".into());
+        assert!(text.contains("got 'angle'"), "{text}");
+        assert!(refused(|trace| trace.rate = 0.0).contains("a rate above 0 Hz"));
+    }
+}
