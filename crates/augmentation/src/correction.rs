@@ -6,13 +6,14 @@ use lifelike_sim::augmented::{CorrectionStep, HistorySize};
 
 use crate::AugmentationError;
 use crate::augmentation::{Augmentation, Feedback};
-use crate::model::{Field, Stream};
+use crate::model::{Field, Stream, drag};
 
 /// What a step of a simulation tells of an actuator.
 #[derive(Debug, Clone, Copy)]
 enum Source {
     Position,
     Velocity,
+    Torque,
     Load,
     Target,
     /// Target less position.
@@ -21,6 +22,15 @@ enum Source {
     Change,
     /// 1: the motor is on.
     Enabled,
+    /// How far a slider is behind; its number among the sliders.
+    Play(usize),
+}
+
+/// A play operator: of the target or of the position, half its width (rad).
+#[derive(Debug, Clone, Copy)]
+struct Slider {
+    of_target: bool,
+    radius: f32,
 }
 
 /// What a correction writes.
@@ -39,6 +49,7 @@ pub struct ActuatorCorrection {
     /// Numbers of its joints among the robot's scalar joints.
     joints: Vec<usize>,
     sources: Vec<Source>,
+    sliders: Vec<Slider>,
     outputs: Vec<(Output, f32)>,
 }
 
@@ -72,9 +83,17 @@ impl ActuatorCorrection {
             [] => (0..robot.joints()).collect(),
             names => names.iter().map(index).collect::<Result<Vec<_>, _>>()?,
         };
+        let mut sliders = Vec::new();
+        let mut slider = |of_target: bool, radius: f32| {
+            sliders.push(Slider { of_target, radius });
+            Ok(Source::Play(sliders.len() - 1))
+        };
         let source = |field: &Field| match field {
+            Field::StatePlay(name, radius) if name == "position" => slider(false, *radius),
+            Field::ReferencePlay(name, radius) if name == "position" => slider(true, *radius),
             Field::State(name) if name == "position" => Ok(Source::Position),
             Field::State(name) if name == "velocity" => Ok(Source::Velocity),
+            Field::State(name) if name == "torque" => Ok(Source::Torque),
             Field::Force(name) if name == "load" => Ok(Source::Load),
             Field::Reference(name) if name == "position" => Ok(Source::Target),
             Field::Reference(name) if name == "enabled" => Ok(Source::Enabled),
@@ -82,7 +101,7 @@ impl ActuatorCorrection {
             Field::Change(name) if name == "position" => Ok(Source::Change),
             other => Err(AugmentationError::mismatch(
                 format!("inputs of the augmentation of '{}'", inputs.class),
-                "what a simulation tells of an actuator: position, velocity, load and target (leave_out of the plan)",
+                "what a simulation tells of an actuator: position, velocity, torque, load and target (leave_out of the plan)",
                 format!("{other:?}"),
             )),
         };
@@ -97,28 +116,47 @@ impl ActuatorCorrection {
         };
         let outputs = inputs.selection.iter().map(output).collect::<Result<Vec<_>, _>>()?;
         let (stream, name) = (augmentation.stream(), format!("augmentation of {}", inputs.class));
-        Ok(Self { augmentation, stream, feedback, name, joints, sources, outputs })
+        Ok(Self { augmentation, stream, feedback, name, joints, sources, sliders, outputs })
     }
 
-    /// Numbers of one joint's record: the network's, and the target.
+    /// Numbers of one joint's record: the network's, the sliders' places, and the target.
     fn width(&self) -> usize {
-        self.stream.record_width() + 1
+        self.stream.record_width() + self.sliders.len() + 1
+    }
+
+    /// Position and target of a joint.
+    fn places(&self, step: &CorrectionStep<'_>, slot: usize) -> [f32; 2] {
+        let joint = self.joints[slot];
+        [step.simulated.joint_position[joint], step.drive.values()[joint]]
+    }
+
+    /// Where a joint's slider is after this step.
+    fn slid(&self, step: &CorrectionStep<'_>, slot: usize, number: usize) -> f32 {
+        let Slider { of_target, radius } = self.sliders[number];
+        let x = self.places(step, slot)[usize::from(of_target)];
+        let first = slot * self.width() + self.stream.record_width();
+        drag(step.history.last().map_or(x, |record| record[first + number]), x, radius)
     }
 
     /// The network's row of a joint, in units of the scales.
     fn row(&self, step: &CorrectionStep<'_>, slot: usize, out: &mut Vec<f32>) {
         let joint = self.joints[slot];
-        let (position, target) = (step.simulated.joint_position[joint], step.drive.values()[joint]);
+        let [position, target] = self.places(step, slot);
         let before = step.history.last().map_or(target, |record| record[(slot + 1) * self.width() - 1]);
         let header = self.augmentation.header();
         let number = |source: &Source| match source {
             Source::Position => position,
             Source::Velocity => step.simulated.joint_velocity[joint],
+            Source::Torque => step.simulated.torque[joint],
             Source::Load => -step.wrenches.joint_load[joint],
             Source::Target => target,
             Source::Error => target - position,
             Source::Change => (target - before) * header.inputs.rate as f32,
             Source::Enabled => 1.0,
+            Source::Play(number) => {
+                let Slider { of_target, radius } = self.sliders[*number];
+                (self.places(step, slot)[usize::from(of_target)] - self.slid(step, slot, *number)) / radius
+            }
         };
         let first = out.len();
         out.extend(self.sources.iter().map(number));
@@ -148,11 +186,12 @@ impl StateCorrection for ActuatorCorrection {
         for step in &*environments {
             (0..count).for_each(|slot| self.row(step, slot, &mut rows));
         }
-        let mut records = vec![0.0; environments.len() * count * (width - 1)];
+        let own_width = self.stream.record_width();
+        let mut records = vec![0.0; environments.len() * count * own_width];
         let own = &*environments;
         let past = |row: usize| {
             let slot = row % count;
-            own[row / count].history.records().map(move |record| &record[slot * width..(slot + 1) * width - 1])
+            own[row / count].history.records().map(move |record| &record[slot * width..][..own_width])
         };
         let out = self.augmentation.step(&self.stream, &rows, self.feedback, past, &mut records);
         let scales = &self.augmentation.header().scales.error;
@@ -167,8 +206,10 @@ impl StateCorrection for ActuatorCorrection {
                         Output::Velocity => step.corrected.joint_velocity[*joint] += delta,
                     }
                 }
+                let slid: Vec<f32> = (0..self.sliders.len()).map(|number| self.slid(step, slot, number)).collect();
                 let record = &mut step.record[slot * width..(slot + 1) * width];
-                record[..width - 1].copy_from_slice(&records[row * (width - 1)..][..width - 1]);
+                record[..own_width].copy_from_slice(&records[row * own_width..][..own_width]);
+                record[own_width..width - 1].copy_from_slice(&slid);
                 record[width - 1] = step.drive.values()[*joint];
             }
         }

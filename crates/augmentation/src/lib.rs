@@ -12,6 +12,7 @@ pub mod gap;
 pub mod identification;
 pub mod logs;
 pub mod model;
+pub mod references;
 pub mod replay;
 pub mod training;
 

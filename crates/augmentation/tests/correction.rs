@@ -24,9 +24,9 @@ fn targets(robot: &Robot, step: usize) -> Vec<f32> {
 /// A trace of lima whose "measured" joints sag under their load and lag behind: what a network can learn.
 fn trace(robot: &Arc<Robot>) -> Trace {
     let mut simulation = SimulationSpec::new(1).build(robot.clone()).unwrap();
-    let mut recorder = Recorder::new(&simulation);
+    let mut recorder = Recorder::new(&simulation, 0);
     for step in 0..STEPS {
-        recorder.step(&mut simulation, &targets(robot, step), 0).unwrap();
+        recorder.step(&mut simulation, &targets(robot, step)).unwrap();
     }
     let mut trace = recorder.trace("swing", "servo");
     for block in &mut trace.blocks {
@@ -75,7 +75,7 @@ fn it_closes_a_gap_and_does_the_same_in_a_running_simulation() {
     for step in 0..STEPS {
         augmented.step(Drive::Targets(&targets(&robot, step).repeat(2))).unwrap();
         for (j, block) in corrected.blocks.iter().enumerate() {
-            let expected = block.simulated.values[2 * step];
+            let expected = block.simulated.values[3 * step];
             worst = worst.max((augmented.state().joint_position[j] - expected).abs());
         }
     }

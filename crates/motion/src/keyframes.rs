@@ -49,7 +49,7 @@ use crate::source::SourceClip;
 
 mod balance;
 mod builtin;
-pub(crate) mod curve;
+pub mod curve;
 mod feet;
 mod figure;
 mod legs;

@@ -224,6 +224,7 @@ fn environment<'a>(state: &'a BatchState, id: usize, sizes: &Sizes) -> Environme
         angular_velocity_w: row(&state.angular_velocity_w, id, 3),
         joint_position: row(&state.joint_position, id, sizes.joints),
         joint_velocity: row(&state.joint_velocity, id, sizes.joints),
+        torque: row(&state.torque, id, sizes.joints),
         body_position: row(&state.body_position, id, 3 * sizes.bodies),
         body_orientation: row(&state.body_orientation, id, 4 * sizes.bodies),
     }

@@ -26,6 +26,7 @@ pub mod terrain;
 pub mod testing;
 pub mod throughput;
 pub mod trace;
+pub mod twin;
 mod workers;
 
 pub use augmented::{Augmented, StateCorrection};

@@ -9,7 +9,7 @@
 pub mod container;
 mod record;
 
-pub use record::{ACTUATOR, Recorder};
+pub use record::{ACTUATOR, BODY, BODY_FORCE, Recorder};
 
 use crate::error::SimError;
 
@@ -124,8 +124,8 @@ impl Trace {
     /// Returns the number of rows.
     pub fn len(&self) -> usize {
         self.blocks.first().map_or(0, |block| {
-            let columns = if block.simulated.names.is_empty() { &block.measured } else { &block.simulated };
-            columns.rows().len()
+            let parts = [&block.simulated, &block.measured, &block.reference];
+            parts.into_iter().find(|columns| !columns.names.is_empty()).map_or(0, |columns| columns.rows().len())
         })
     }
 

@@ -4,9 +4,11 @@
 
 mod concordance;
 mod spectrum;
+mod vectors;
 
 pub use concordance::concordance;
 pub use spectrum::{Band, spectrum};
+pub use vectors::{ORIENTATION, PLACE};
 
 use lifelike_sim::trace::{BlockTrace, Trace};
 
@@ -64,11 +66,8 @@ fn of_block(trace: &Trace, block: &BlockTrace) -> Vec<Gap> {
     let (selected, width) = (block.selected(), block.measured.names.len());
     let places = places(block, trace.rate);
     let column = |values: &[f32], i: usize| values.iter().skip(i).step_by(width).map(|x| f64::from(*x)).collect();
-    let gap = |(i, name): (usize, &String)| {
-        let (simulated, measured): (Vec<f64>, Vec<f64>) = (column(&selected, i), column(&block.measured.values, i));
-        let error: Vec<f64> = measured.iter().zip(&simulated).map(|(m, s)| m - s).collect();
+    let gap = |column: String, error: Vec<f64>, ccc: f64, delay: f64| {
         let n = error.len().max(1) as f64;
-        let most = (LONGEST_DELAY * trace.rate).ceil() as usize;
         let place = |(place, rows): &(&'static str, Vec<bool>)| {
             let there: Vec<f64> = error.iter().zip(rows).filter(|(_, there)| **there).map(|(e, _)| e.abs()).collect();
             let mae = there.iter().sum::<f64>() / there.len().max(1) as f64;
@@ -78,17 +77,33 @@ fn of_block(trace: &Trace, block: &BlockTrace) -> Vec<Gap> {
             run: trace.name.clone(),
             block: block.name.clone(),
             class: block.class.clone(),
-            column: name.clone(),
+            column,
             mae: error.iter().map(|e| e.abs()).sum::<f64>() / n,
             max: error.iter().fold(0.0, |most, e| most.max(e.abs())),
-            ccc: concordance(&simulated, &measured),
+            ccc,
             bias: error.iter().sum::<f64>() / n,
-            delay: crate::logs::delay(&simulated, &measured, most) / trace.rate,
+            delay,
             spectrum: spectrum(&error, trace.rate),
             places: places.iter().map(place).collect(),
         }
     };
-    block.measured.names.iter().enumerate().map(gap).collect()
+    let single = |(i, name): (usize, &String)| {
+        let (simulated, measured): (Vec<f64>, Vec<f64>) = (column(&selected, i), column(&block.measured.values, i));
+        let error: Vec<f64> = measured.iter().zip(&simulated).map(|(m, s)| m - s).collect();
+        let most = (LONGEST_DELAY * trace.rate).ceil() as usize;
+        let delay = crate::logs::delay(&simulated, &measured, most) / trace.rate;
+        gap(name.clone(), error, concordance(&simulated, &measured), delay)
+    };
+    let mut out: Vec<Gap> = block.measured.names.iter().enumerate().map(single).collect();
+    for (name, error) in vectors::distances(&block.measured.names, &selected, &block.measured.values) {
+        // Of a vector as a whole: what its coordinates say in the mean.
+        let stem = if name == PLACE { "position_" } else { "orientation_" };
+        let own: Vec<&Gap> = out.iter().filter(|gap| gap.column.starts_with(stem) && gap.column != PLACE).collect();
+        let mean = |number: fn(&Gap) -> f64| own.iter().map(|gap| number(gap)).sum::<f64>() / own.len().max(1) as f64;
+        let (ccc, delay) = (mean(|gap| gap.ccc), mean(|gap| gap.delay));
+        out.push(gap(name.into(), error, ccc, delay));
+    }
+    out
 }
 
 /// Rows where something holds, as the simulation has it.

@@ -5,7 +5,7 @@ use lifelike_sim::trace::{BlockTrace, Columns, Selected};
 use crate::AugmentationError;
 
 /// Where a number of a row comes from.
-#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Field {
     /// A column of the simulated state.
@@ -18,6 +18,16 @@ pub enum Field {
     Error(String),
     /// The change of a reference since the step before (per s).
     Change(String),
+    /// The play operator of a state's column, with half its width: hysteresis.
+    StatePlay(String, f32),
+    /// The play operator of a reference's column.
+    ReferencePlay(String, f32),
+}
+
+/// One step of the play operator (Prandtl and Ishlinskii): a slider that a rod of half the length `radius` drags along. Where it ended
+/// up says from which side, and how far, something came, however long ago; friction and play in a gear remember no less.
+pub fn drag(slider: f32, x: f32, radius: f32) -> f32 {
+    slider.clamp(x - radius, x + radius)
 }
 
 impl Field {
@@ -27,6 +37,7 @@ impl Field {
             Self::State(name) | Self::Force(name) | Self::Reference(name) | Self::Error(name) | Self::Change(name) => {
                 name
             }
+            Self::StatePlay(name, _) | Self::ReferencePlay(name, _) => name,
         }
     }
 }
@@ -70,17 +81,21 @@ pub struct Sequence {
 
 impl Inputs {
     /// Returns everything that blocks like this one offer: state, forces, references, how far the state is from its reference, how
-    /// fast references change. The predicted columns are those of `outputs`, all that are measured where it is empty.
+    /// fast references change; of what has a reference, play operators of some radii. The predicted columns are those of `outputs`, all
+    /// that are measured where it is empty.
     ///
     /// # Errors
     /// [`AugmentationError::Mismatch`] where an output is not measured, or nothing is.
-    pub fn of(block: &BlockTrace, rate: f64, outputs: &[String]) -> Result<Self, AugmentationError> {
+    pub fn of(block: &BlockTrace, rate: f64, outputs: &[String], radii: &[f64]) -> Result<Self, AugmentationError> {
         let mut fields: Vec<Field> = block.simulated.names.iter().cloned().map(Field::State).collect();
         fields.extend(block.force.names.iter().cloned().map(Field::Force));
         for name in &block.reference.names {
             fields.push(Field::Reference(name.clone()));
             if block.simulated.index(name).is_some() {
                 fields.extend([Field::Error(name.clone()), Field::Change(name.clone())]);
+                for radius in radii.iter().map(|radius| *radius as f32) {
+                    fields.extend([Field::StatePlay(name.clone(), radius), Field::ReferencePlay(name.clone(), radius)]);
+                }
             }
         }
         if let Some(name) = outputs.iter().find(|name| block.measured.index(name).is_none()) {
@@ -130,6 +145,8 @@ impl Inputs {
                 let steps = reference.windows(2).map(|pair| (pair[1] - pair[0]) * self.rate as f32);
                 Ok(std::iter::once(0.0).take(reference.len().min(1)).chain(steps).collect())
             }
+            Field::StatePlay(name, radius) => Ok(play(&of("state", &block.simulated, name)?, *radius)),
+            Field::ReferencePlay(name, radius) => Ok(play(&of("references", &block.reference, name)?, *radius)),
         }
     }
 
@@ -222,6 +239,16 @@ impl Scales {
     }
 }
 
+/// How far the slider is behind, in radii, at every step; it begins where the column does.
+fn play(column: &[f32], radius: f32) -> Vec<f32> {
+    let mut slider = column.first().copied().unwrap_or(0.0);
+    let step = |x: &f32| {
+        slider = drag(slider, *x, radius);
+        (x - slider) / radius
+    };
+    column.iter().map(step).collect()
+}
+
 /// Returns the name of the vector that a coordinate belongs to; other names as they are.
 fn vector_of(name: &str) -> String {
     let trimmed = name.trim_end_matches(['"', ')']);
@@ -261,7 +288,7 @@ mod tests {
 
     #[test]
     fn rows_have_state_forces_references_and_how_far_and_fast_these_are() {
-        let inputs = Inputs::of(&block(), 10.0, &[]).unwrap();
+        let inputs = Inputs::of(&block(), 10.0, &[], &[]).unwrap();
         assert_eq!(inputs.fields.len(), 7);
         let rows = inputs.rows(&block()).unwrap();
         assert_eq!(rows[7..14], [1.0, 1.0, 5.0, 0.0, 1.0, 0.0, 5.0]);
@@ -269,8 +296,16 @@ mod tests {
     }
 
     #[test]
+    fn sliders_remember_where_something_came_from() {
+        assert_eq!(play(&[0.0, 1.0, 5.0, 4.5, 4.5, 4.5, 0.0], 2.0), [0.0, 0.5, 1.0, 0.75, 0.75, 0.75, -1.0]);
+        let inputs = Inputs::of(&block(), 10.0, &[], &[0.5, 2.0]).unwrap();
+        assert_eq!(inputs.fields.len(), 7 + 4);
+        assert_eq!(inputs.rows(&block()).unwrap()[11 + 7..11 + 11], [1.0, 1.0, 0.5, 0.25]);
+    }
+
+    #[test]
     fn coordinates_of_a_vector_share_a_scale() {
-        let inputs = Inputs::of(&block(), 10.0, &[]).unwrap();
+        let inputs = Inputs::of(&block(), 10.0, &[], &[]).unwrap();
         let scales = Scales::of(&inputs, &[&block()]).unwrap();
         // Variances 8/9 and 2 of the two coordinates.
         assert!((f64::from(scales.std[2]) - ((8.0_f64 / 9.0 + 2.0) / 2.0).sqrt()).abs() < 1e-6);
@@ -281,12 +316,12 @@ mod tests {
 
     #[test]
     fn another_class_and_missing_columns_are_refused() {
-        let inputs = Inputs::of(&block(), 10.0, &[]).unwrap();
+        let inputs = Inputs::of(&block(), 10.0, &[], &[]).unwrap();
         let scales = Scales::of(&inputs, &[&block()]).unwrap();
         let other = BlockTrace { class: "body".into(), ..block() };
         assert!(inputs.sequence("run", &other, &scales).unwrap_err().to_string().contains("'servo', got 'body'"));
         let poor = BlockTrace { force: Columns::default(), ..block() };
         assert!(inputs.sequence("run", &poor, &scales).unwrap_err().to_string().contains("a column 'f_x'"));
-        assert!(Inputs::of(&block(), 10.0, &["current".into()]).is_err());
+        assert!(Inputs::of(&block(), 10.0, &["current".into()], &[]).is_err());
     }
 }

@@ -4,11 +4,13 @@
 //! training and for traces) or [`Stream`] (step by step, for a running simulation) → Δs.
 
 mod inputs;
+mod merged;
 mod network;
 mod sizes;
 mod stream;
 
-pub use inputs::{Field, Inputs, Scales, Sequence};
+pub use inputs::{Field, Inputs, Scales, Sequence, drag};
+pub use merged::{merged, split};
 pub use network::{Network, NetworkPass};
 pub use sizes::{Backbone, SatSizes};
 pub use stream::Stream;

@@ -122,7 +122,7 @@ mod tests {
             ..BlockTrace::default()
         };
         block.selection = block.by_name();
-        let inputs = Inputs::of(&block, 10.0, &[]).unwrap();
+        let inputs = Inputs::of(&block, 10.0, &[], &[]).unwrap();
         Loss::new(kind, &inputs, &Scales { mean: vec![], std: vec![], error: vec![0.2, 0.5] }, 0.7)
     }
 

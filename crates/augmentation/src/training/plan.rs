@@ -29,10 +29,14 @@ impl Default for FeedbackShares {
 pub struct AugmentationPlan {
     /// Key of all randomness.
     pub seed: u64,
+    /// Class of the building blocks; empty: the first that was measured.
+    pub class: String,
     /// Measured columns to predict; empty: all of them.
     pub outputs: Vec<String>,
     /// Names of columns that the network is not shown (`current`), whether state, force or reference.
     pub leave_out: Vec<String>,
+    /// Half widths of the play operators that the network is shown of what has a reference (rad): hysteresis. Empty: none.
+    pub hysteresis: Vec<f64>,
     /// The network.
     pub model: SatSizes,
     /// The loss.
@@ -70,8 +74,10 @@ impl Default for AugmentationPlan {
     fn default() -> Self {
         Self {
             seed: 0,
+            class: String::new(),
             outputs: Vec::new(),
             leave_out: Vec::new(),
+            hysteresis: vec![0.003, 0.01, 0.03],
             model: SatSizes::default(),
             loss: LossKind::Physics,
             physics_weight: 1.0,
@@ -98,6 +104,9 @@ impl AugmentationPlan {
     /// The first key out of range.
     pub fn check(&self) -> Result<(), AugmentationError> {
         self.model.check()?;
+        for radius in &self.hysteresis {
+            range("hysteresis", *radius, 1e-6, 1e6)?;
+        }
         range("physics_weight", self.physics_weight, 0.0, 1e3)?;
         range("feedback.measured", self.feedback.measured, 0.0, 1.0)?;
         range("feedback.predicted", self.feedback.predicted, 0.0, 1.0)?;

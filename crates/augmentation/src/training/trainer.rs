@@ -63,7 +63,7 @@ pub struct AugmentationTrainer {
 }
 
 impl AugmentationTrainer {
-    /// Returns a fresh network and what it learns from: all blocks of the first one's class.
+    /// Returns a fresh network and what it learns from: all blocks of the plan's class, or of the first one's.
     ///
     /// # Errors
     /// A value of the plan out of its range; [`AugmentationError::Mismatch`] for traces without measured blocks, with other columns
@@ -71,19 +71,24 @@ impl AugmentationTrainer {
     pub fn new(plan: &AugmentationPlan, traces: &[Trace], validation: &[Trace]) -> Result<Self, AugmentationError> {
         plan.check()?;
         let measured = |trace: &'_ Trace| -> Vec<(String, BlockTrace)> {
-            let blocks = trace.blocks.iter().filter(|block| !block.measured.names.is_empty());
+            let wanted = |block: &&BlockTrace| plan.class.is_empty() || block.class == plan.class;
+            let blocks = trace.blocks.iter().filter(|block| !block.measured.names.is_empty()).filter(wanted);
             blocks.map(|block| (trace.name.clone(), block.clone())).collect()
         };
         let blocks: Vec<(String, BlockTrace)> = traces.iter().flat_map(measured).collect();
         let Some((_, first)) = blocks.first() else {
-            return Err(AugmentationError::mismatch("traces to learn from", "some with measured blocks", traces.len()));
+            let expected = match plan.class.as_str() {
+                "" => "some with measured blocks".to_string(),
+                class => format!("some with measured blocks of class '{class}'"),
+            };
+            return Err(AugmentationError::mismatch("traces to learn from", expected, traces.len()));
         };
         let rate = traces[0].rate;
         if let Some(other) = traces.iter().chain(validation).find(|trace| trace.rate != rate) {
             let what = format!("rate of trace '{}'", other.name);
             return Err(AugmentationError::mismatch(what, format!("{rate} Hz"), format!("{} Hz", other.rate)));
         }
-        let mut inputs = Inputs::of(first, rate, &plan.outputs)?;
+        let mut inputs = Inputs::of(first, rate, &plan.outputs, &plan.hysteresis)?;
         if let Some(name) = plan.leave_out.iter().find(|name| inputs.fields.iter().all(|field| field.name() != *name)) {
             let known: Vec<&str> = inputs.fields.iter().map(|field| field.name()).collect();
             return Err(AugmentationError::mismatch("leave_out", format!("some of {known:?}"), format!("'{name}'")));

@@ -7,7 +7,7 @@
 
 /// A curve through keys.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Curve {
+pub struct Curve {
     /// Time (s), value, slope; times rise.
     keys: Vec<[f64; 3]>,
     /// Length of the cycle (s), of a curve that repeats.
@@ -17,7 +17,7 @@ pub(crate) struct Curve {
 impl Curve {
     /// Returns the curve through these keys (time, value), whose times rise and which are at least one. With a period
     /// the curve repeats after it, and all times are in `[0, period)`.
-    pub(crate) fn new(keys: &[(f64, f64)], period: Option<f64>) -> Self {
+    pub fn new(keys: &[(f64, f64)], period: Option<f64>) -> Self {
         let n = keys.len();
         let secant = |from: usize| -> Option<f64> {
             let (a, b) = (keys.get(from)?, keys.get(from + 1));
@@ -43,7 +43,7 @@ impl Curve {
     }
 
     /// Returns the value at a time (s). Before the first and after the last key of a curve without period: theirs.
-    pub(crate) fn at(&self, time: f64) -> f64 {
+    pub fn at(&self, time: f64) -> f64 {
         let (first, last) = (self.keys[0], self.keys[self.keys.len() - 1]);
         let mut time = time;
         if let Some(period) = self.period {

@@ -80,6 +80,8 @@ pub struct EnvironmentState<'a> {
     pub joint_position: &'a [f32],
     /// Joint velocities, `[J]` (rad/s).
     pub joint_velocity: &'a [f32],
+    /// Torques of the actuators, `[J]` (N m).
+    pub torque: &'a [f32],
     /// Positions of the body frames, `[B, 3]` (m, world).
     pub body_position: &'a [f32],
     /// Orientations of the body frames, `[B, 4]` (wxyz).

@@ -1,75 +1,158 @@
 //! Traces of a simulation.
 
+use lifelike_character::rotation::{Quat, from_wxyz, to_6d};
+use lifelike_robot::Robot;
+
 use super::{BlockTrace, Columns, Trace};
+use crate::batch::BatchState;
 use crate::constraint_wrenches::ConstraintWrenches;
 use crate::error::SimError;
 use crate::simulation::{Drive, Simulation};
 
-/// Columns of an actuator's simulated state: position (rad), velocity (rad/s).
-pub const ACTUATOR: [&str; 2] = ["position", "velocity"];
+/// Columns of an actuator's simulated state: position (rad), velocity (rad/s), torque of the motor (N m), from which S makes its current.
+pub const ACTUATOR: [&str; 3] = ["position", "velocity", "torque"];
 
-/// Writes down one environment's actuators, step by step: after each step their state, the load that the rest of the robot is to
-/// them (f_C), and the target that led there.
+/// Columns of a rigid body's state (thesis 2.4.1): position (m), orientation as the first two columns of its matrix, linear
+/// (m/s) and angular velocity (rad/s), in axes of the world.
+pub const BODY: [&str; 15] = [
+    "position_x",
+    "position_y",
+    "position_z",
+    "orientation_a_x",
+    "orientation_a_y",
+    "orientation_a_z",
+    "orientation_b_x",
+    "orientation_b_y",
+    "orientation_b_z",
+    "velocity_x",
+    "velocity_y",
+    "velocity_z",
+    "turn_x",
+    "turn_y",
+    "turn_z",
+];
+
+/// Columns of what holds a rigid body in the robot, about its centre of mass: torque (N m), then force (N).
+pub const BODY_FORCE: [&str; 6] = ["torque_x", "torque_y", "torque_z", "force_x", "force_y", "force_z"];
+
+/// Writes down one environment, step by step: after each step its actuators' state, the load that the rest of the robot is to
+/// them (f_C), and the targets that led there; and where its bodies are and what holds them.
 #[derive(Debug, Clone)]
 pub struct Recorder {
     joints: Vec<String>,
+    bodies: Vec<(usize, String)>,
+    environment: usize,
     rate: f64,
     source: String,
-    /// Position, velocity, load and target of each joint, a row for each step.
-    rows: Vec<Vec<[f32; 4]>>,
+    /// Position, velocity, torque, load and target of each joint, a row for each step.
+    rows: Vec<Vec<[f32; 5]>>,
+    /// Position, orientation and wrench of each body that moves.
+    body_rows: Vec<Vec<[f32; 13]>>,
 }
 
 impl Recorder {
-    /// Records the actuators of a simulation's robot.
-    pub fn new(simulation: &impl Simulation) -> Self {
+    /// Records an environment of a simulation.
+    pub fn new(simulation: &impl Simulation, environment: usize) -> Self {
         let robot = simulation.robot();
+        let source = format!("{}, {}", robot.name, simulation.engine());
         Self {
             joints: robot.layout.joints.clone(),
+            bodies: moving(robot),
+            environment,
             rate: robot.control_hz,
-            source: format!("{}, {}", robot.name, simulation.engine()),
+            source,
             rows: Vec::new(),
+            body_rows: Vec::new(),
         }
     }
 
-    /// Takes one policy step of the simulation and writes it down for an environment.
+    /// Takes one policy step of the simulation and writes it down.
     ///
     /// # Errors
     /// Those of [`Simulation::step`].
-    pub fn step(
-        &mut self,
-        simulation: &mut impl Simulation,
-        targets: &[f32],
-        environment: usize,
-    ) -> Result<(), SimError> {
+    pub fn step(&mut self, simulation: &mut impl Simulation, targets: &[f32]) -> Result<(), SimError> {
         simulation.step(Drive::Targets(targets))?;
         let wrenches = simulation.constraint_wrenches(Drive::Targets(targets))?;
-        self.push(simulation, &wrenches, targets, environment);
+        self.write(simulation.state(), &wrenches, targets);
         Ok(())
     }
 
-    fn push(&mut self, simulation: &impl Simulation, wrenches: &ConstraintWrenches, targets: &[f32], id: usize) {
-        let (state, n) = (simulation.state(), self.joints.len());
+    /// Writes down the state after a step that somebody else took, the wrenches in it, and the targets of all environments.
+    pub fn write(&mut self, state: &BatchState, wrenches: &ConstraintWrenches, targets: &[f32]) {
+        let (n, id) = (self.joints.len(), self.environment);
         let row = |j: usize| {
             let i = id * n + j;
-            [state.joint_position[i], state.joint_velocity[i], -wrenches.joint_load[i], targets[i]]
+            [state.joint_position[i], state.joint_velocity[i], state.torque[i], -wrenches.joint_load[i], targets[i]]
         };
         self.rows.push((0..n).map(row).collect());
+        let environments = state.diverged.len().max(1);
+        let count = state.body_position.len() / 3 / environments;
+        let row = |(body, _): &(usize, String)| {
+            let i = id * count + body;
+            let mut row = [0.0; 13];
+            row[..3].copy_from_slice(&state.body_position[3 * i..3 * i + 3]);
+            row[3..7].copy_from_slice(&state.body_orientation[4 * i..4 * i + 4]);
+            row[7..].copy_from_slice(&wrenches.constraint[6 * i..6 * i + 6]);
+            row
+        };
+        self.body_rows.push(self.bodies.iter().map(row).collect());
     }
 
     /// Returns the trace, all its actuators of one class.
-    pub fn trace(self, name: &str, class: &str) -> Trace {
+    pub fn trace(&self, name: &str, class: &str) -> Trace {
         let column = |joint: usize, which: usize| -> Vec<f64> {
             self.rows.iter().map(|row| f64::from(row[joint][which])).collect()
         };
-        let block = |(joint, name): (usize, &String)| BlockTrace {
-            name: name.clone(),
-            class: class.into(),
-            simulated: Columns::new(&[(ACTUATOR[0], &column(joint, 0)), (ACTUATOR[1], &column(joint, 1))]),
-            force: Columns::new(&[("load", &column(joint, 2))]),
-            reference: Columns::new(&[("position", &column(joint, 3))]),
-            ..BlockTrace::default()
+        let block = |(joint, name): (usize, &String)| {
+            let state = [0, 1, 2].map(|which| column(joint, which));
+            BlockTrace {
+                name: name.clone(),
+                class: class.into(),
+                simulated: Columns::new(&std::array::from_fn::<_, 3, _>(|i| (ACTUATOR[i], &state[i][..]))),
+                force: Columns::new(&[("load", &column(joint, 3))]),
+                reference: Columns::new(&[("position", &column(joint, 4))]),
+                ..BlockTrace::default()
+            }
         };
         let blocks = self.joints.iter().enumerate().map(block).collect();
-        Trace { name: name.into(), source: self.source, rate: self.rate, blocks }
+        Trace { name: name.into(), source: self.source.clone(), rate: self.rate, blocks }
     }
+
+    /// Returns the trace of the bodies that move, all of one class. Velocities are the poses' change since the step before.
+    pub fn bodies(&self, name: &str, class: &str) -> Trace {
+        let block = |(i, (_, name)): (usize, &(usize, String))| {
+            let orientation = |row: &[f32; 13]| {
+                from_wxyz([row[3], row[4], row[5], row[6]].map(f64::from)).unwrap_or_else(Quat::identity)
+            };
+            let (mut state, mut force) = (Vec::new(), Vec::new());
+            for (step, rows) in self.body_rows.iter().enumerate() {
+                let (row, before) = (&rows[i], &self.body_rows[step.saturating_sub(1)][i]);
+                let turn = (orientation(row) * orientation(before).inverse()).scaled_axis() * self.rate;
+                state.extend(&row[..3]);
+                state.extend(to_6d(&orientation(row)).map(|x| x as f32));
+                state.extend((0..3).map(|k| (row[k] - before[k]) * self.rate as f32));
+                state.extend(turn.iter().map(|x| *x as f32));
+                force.extend(&row[7..]);
+            }
+            BlockTrace {
+                name: name.clone(),
+                class: class.into(),
+                simulated: Columns { names: BODY.map(String::from).to_vec(), values: state },
+                force: Columns { names: BODY_FORCE.map(String::from).to_vec(), values: force },
+                ..BlockTrace::default()
+            }
+        };
+        let blocks = self.bodies.iter().enumerate().map(block).collect();
+        Trace { name: name.into(), source: self.source.clone(), rate: self.rate, blocks }
+    }
+}
+
+/// Bodies that some joint moves.
+fn moving(robot: &Robot) -> Vec<(usize, String)> {
+    let bodies = &robot.character.bodies;
+    let mut moves = vec![false; bodies.len()];
+    for (i, body) in bodies.iter().enumerate().skip(1) {
+        moves[i] = moves[body.parent] || !body.joints.is_empty();
+    }
+    bodies.iter().enumerate().filter(|(i, _)| moves[*i]).map(|(i, body)| (i, body.name.clone())).collect()
 }

@@ -14,7 +14,7 @@ const DRAWN: usize = 12;
 /// What a column's numbers are shown in: factor and unit.
 fn shown(column: &str) -> (f64, &'static str) {
     match column {
-        "position" => (180.0 / std::f64::consts::PI, "deg"),
+        "position" | "orientation" => (180.0 / std::f64::consts::PI, "deg"),
         "velocity" => (180.0 / std::f64::consts::PI, "deg/s"),
         "current" => (1.0, "A"),
         "voltage" => (1.0, "V"),
