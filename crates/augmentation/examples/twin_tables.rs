@@ -46,7 +46,7 @@ fn measuring(bodies: bool) -> Measuring {
 /// Random motions of KickBot: what is learned from.
 fn random_runs(runs: usize, seed: u64, bodies: bool) -> Outcome<Vec<Trace>> {
     let robot = robot("kickbot")?;
-    let spec = RandomSpec { seed, runs, seconds: SECONDS, class: SERVO.into(), ..RandomSpec::default() };
+    let spec = RandomSpec { seed, runs, seconds: SECONDS, ..RandomSpec::default() };
     Ok(on_twin(&random::draw(&robot, &spec)?, &robot, &robot, &twin("kickbot"), &measuring(bodies))?)
 }
 
@@ -57,7 +57,7 @@ fn authored_runs(name: &str, nominal: &Arc<Robot>, speed: f64, bodies: bool) -> 
     let mut files: Vec<PathBuf> =
         std::fs::read_dir(Path::new(&folder))?.map(|entry| Ok(entry?.path())).collect::<Result<_, std::io::Error>>()?;
     files.sort();
-    let load = |file: &PathBuf| authored::load(file, &robot, SERVO, SECONDS, speed);
+    let load = |file: &PathBuf| authored::load(file, &robot, SECONDS, speed);
     let references = files.iter().map(load).collect::<Result<Vec<_>, _>>()?;
     Ok(on_twin(&references, nominal, &robot, &twin(name), &measuring(bodies))?)
 }

@@ -99,10 +99,12 @@ pub fn on_twin(
             Ok(())
         })?;
         for (id, run) in references.iter().enumerate() {
-            let class = run.blocks.first().map_or("", |block| &block.class);
-            let mut trace = simulated[id].trace(&run.name, class);
+            let mut trace = simulated[id].trace(&run.name, "");
+            for (own, j) in run.blocks.iter().zip(&commands[id].joints) {
+                trace.blocks[*j].class.clone_from(&own.class);
+            }
             trace.source = format!("{}, measured on {}; {}", trace.source, twin.engine(), run.source);
-            let told = real[id].trace(&run.name, class);
+            let told = real[id].trace(&run.name, "");
             for (j, (block, told)) in trace.blocks.iter_mut().zip(&told.blocks).enumerate() {
                 let column = |name: &str| told.simulated.column(name).map(|x| x.map(f64::from).collect::<Vec<_>>());
                 let [position, velocity] = ["position", "velocity"].map(|name| column(name).unwrap_or_default());

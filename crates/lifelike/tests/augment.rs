@@ -140,3 +140,43 @@ fn logs_that_cannot_be_right_are_refused_with_their_place() {
     refused(&|log| log["mass"] = json!(0.0), "mass: expected a number above 0");
     refused(&|log| drop(log["entries"][3].as_object_mut().unwrap().remove("speed")), "missing field `speed`");
 }
+
+#[test]
+fn a_robot_that_is_fixed_is_excited_stood_in_for_by_a_twin_and_learned_from() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name).to_string_lossy().into_owned();
+    let robot = concat!(env!("CARGO_MANIFEST_DIR"), "/../robot/robots/kickbot.xml");
+    let excited =
+        result(&["augment", "excite", "--robot", robot, "--runs", "5", "--seconds", "2", "-o", &at("references")]);
+    assert_eq!(excited["coverage"].as_array().unwrap().len(), 12);
+    let made = result(&["augment", "twin", &at("references"), "--robot", robot, "--seed", "3", "-o", &at("traces")]);
+    let columns: Vec<&str> =
+        made["gap"].as_array().unwrap().iter().map(|own| own["column"].as_str().unwrap()).collect();
+    for column in ["position", "velocity", "current", "position_xyz", "orientation"] {
+        assert!(columns.contains(&column), "{columns:?}");
+    }
+    let plan = |class: &str, output: &str| {
+        let model = "[augmentation.model]\nwidth = 8\nheads = 2\nhistory = 32\n";
+        let plan = format!("traces = ['{}']\n[augmentation]\nclass = '{class}'\noutputs = [{output}]\n", at("traces"));
+        std::fs::write(at("plan.toml"), plan + "stretch = 100\niterations = 150\nbatch = 8\n" + model).unwrap();
+        result(&["train", "augmentation", "--plan", &at("plan.toml"), "-o", &at(class)])["blocks"].clone()
+    };
+    assert_eq!(plan("xm430", "'position', 'velocity'"), 5 * 12);
+    assert_eq!(plan("body", "'position_x', 'position_y', 'position_z'"), 5 * 12);
+    let report =
+        result(&["augment", "report", &at("traces"), "--augmentation", &at("xm430/xm430.augmentation.safetensors")]);
+    let mae = |which: usize| report["summary"][which]["columns"][0]["mae"][0].as_f64().unwrap();
+    assert!(mae(1) < mae(0), "{} of {}", mae(1), mae(0));
+
+    let poses = "seconds = 2.0\n[[pose]]\ntime = 0.5\njoints = { tail = 3 }\n";
+    std::fs::write(at("wag.poses.toml"), poses).unwrap();
+    let output = lifelike(&["augment", "excite", "--robot", robot, "--poses", &at("wag.poses.toml"), "-o", &at("wag")]);
+    let text = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(
+        !output.status.success() && text.contains("wag.poses.toml: pose 1: expected joints of 'kickbot'"),
+        "{text}"
+    );
+    let output = lifelike(&["augment", "excite", "--robot", "lima", "-o", &at("lima")]);
+    let text = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(!output.status.success() && text.contains("a robot that is fixed to the world"), "{text}");
+}

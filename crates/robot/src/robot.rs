@@ -101,6 +101,12 @@ impl Robot {
         self.layout.joints.len()
     }
 
+    /// Returns the name of the profile's group of actuators that a joint is in: what its actuator is. None where the profile has none.
+    pub fn actuator_group(&self, joint: &str) -> Option<&str> {
+        let named = |group: &ActuatorGroup| group.joints.iter().any(|pattern| glob(pattern, joint));
+        self.profile.actuator.iter().find(|(_, group)| named(group)).map(|(name, _)| name.as_str())
+    }
+
     /// Returns the largest speeds of the scalar joints (rad/s or m/s); infinite where nothing limits them.
     pub fn speeds(&self) -> Vec<f64> {
         self.actuators.parameters.iter().map(|p| p.velocity_max).collect()

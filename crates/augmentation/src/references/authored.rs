@@ -57,12 +57,12 @@ const COORDINATES: [&str; 6] = ["x", "y", "z", "roll", "pitch", "yaw"];
 ///
 /// # Errors
 /// The file, and what in it is not as it should be: times out of order, joints and bodies that the robot has not.
-pub fn load(path: &Path, robot: &Robot, class: &str, seconds: f64, speed: f64) -> Result<Trace, AugmentationError> {
+pub fn load(path: &Path, robot: &Robot, seconds: f64, speed: f64) -> Result<Trace, AugmentationError> {
     let text =
         std::fs::read_to_string(path).map_err(|source| AugmentationError::Io { path: path.to_path_buf(), source })?;
     let name = path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
     let name = name.strip_suffix(EXTENSION).unwrap_or(&name).to_string();
-    parse(&text, path, &name, robot, class, seconds, speed)
+    parse(&text, path, &name, robot, seconds, speed)
 }
 
 /// Returns an error about a place of the file.
@@ -76,7 +76,6 @@ fn parse(
     path: &Path,
     name: &str,
     robot: &Robot,
-    class: &str,
     seconds: f64,
     speed: f64,
 ) -> Result<Trace, AugmentationError> {
@@ -123,7 +122,7 @@ fn parse(
         inverse.solve(&goals, &wish, WISH, if row == 0 { FIRST } else { STEPS });
         rows.push(inverse.pose());
     }
-    Ok(commands(name, format!("authored: {}", script.about), robot, class, &rows))
+    Ok(commands(name, format!("authored: {}", script.about), robot, &rows))
 }
 
 fn check(script: &Script, path: &Path, robot: &Robot) -> Result<(), AugmentationError> {
@@ -167,7 +166,7 @@ mod tests {
     }
 
     fn read(text: &str, robot: &Robot, speed: f64) -> Result<Trace, AugmentationError> {
-        parse(text, Path::new("nod.poses.toml"), "nod", robot, "servo", 4.0, speed)
+        parse(text, Path::new("nod.poses.toml"), "nod", robot, 4.0, speed)
     }
 
     const NOD: &str = "seconds = 2.0\n[[pose]]\ntime = 0.0\njoints = { neck_yaw = 0 }\n[[pose]]\ntime = 1.0\njoints = { neck_yaw = 30 }\n";

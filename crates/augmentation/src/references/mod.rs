@@ -25,11 +25,15 @@ const HELD: f64 = 50.0;
 /// Steps of the inverse kinematics for the first row, which comes from the default pose.
 const FIRST: usize = 60;
 
-/// Returns the references of a robot's joints as a trace, from rows of targets (rad).
-fn commands(name: &str, source: String, robot: &Robot, class: &str, rows: &[Vec<f64>]) -> Trace {
+/// Class of the actuators that the profile does not name.
+const UNNAMED: &str = "servo";
+
+/// Returns the references of a robot's joints as a trace, from rows of targets (rad). Classes are the profile's groups of actuators: one
+/// network serves a group, on any robot that has it.
+fn commands(name: &str, source: String, robot: &Robot, rows: &[Vec<f64>]) -> Trace {
     let block = |(joint, name): (usize, &String)| BlockTrace {
         name: name.clone(),
-        class: class.into(),
+        class: robot.actuator_group(name).unwrap_or(UNNAMED).into(),
         reference: Columns::new(&[("position", &rows.iter().map(|row| row[joint]).collect::<Vec<_>>())]),
         ..BlockTrace::default()
     };

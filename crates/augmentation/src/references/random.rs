@@ -23,13 +23,11 @@ pub struct RandomSpec {
     pub knots: [f64; 2],
     /// Bounds of the share of the joints' ranges that a run moves in.
     pub reach: [f64; 2],
-    /// Class of the actuators.
-    pub class: String,
 }
 
 impl Default for RandomSpec {
     fn default() -> Self {
-        Self { seed: 0, runs: 60, seconds: 30.0, knots: [0.3, 2.0], reach: [0.2, 1.0], class: "servo".into() }
+        Self { seed: 0, runs: 60, seconds: 30.0, knots: [0.3, 2.0], reach: [0.2, 1.0] }
     }
 }
 
@@ -117,7 +115,7 @@ fn one(robot: &Robot, spec: &RandomSpec, held: &[Goal], run: usize) -> Trace {
     }
     let source =
         format!("random B-spline of order {order}, a knot every {knot:.2} s, {:.0}% of the range", 100.0 * reach);
-    commands(&format!("random_{run:03}"), source, robot, &spec.class, &rows)
+    commands(&format!("random_{run:03}"), source, robot, &rows)
 }
 
 #[cfg(test)]

@@ -1,7 +1,7 @@
 //! Which physics this build has.
 
 #[cfg(feature = "learning")]
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 #[cfg(feature = "learning")]
@@ -9,6 +9,8 @@ use lifelike_augmentation::{ActuatorCorrection, Augmentation, AugmentationError,
 use lifelike_robot::{Robot, Severity, Shapes};
 #[cfg(feature = "learning")]
 use lifelike_sim::Augmented;
+#[cfg(feature = "learning")]
+use lifelike_sim::twin::{Twin, TwinSpec};
 use lifelike_sim::{EngineKind, SimError, Simulation, SimulationSpec, Terrain};
 
 use crate::error::CliError;
@@ -22,10 +24,16 @@ pub struct Physics {
     /// Threads of the physics; one per processor where not given. Results do not depend on it.
     #[arg(long, default_value_t = 0)]
     pub threads: usize,
-    /// Correct the simulated joints by what was learned from logs: an augmentation of `lifelike train augmentation`, for all joints.
+    /// Correct the simulated joints by what was learned from logs: an augmentation of `lifelike train augmentation`. It corrects the joints of
+    /// the profile's group of actuators that has its class' name; all joints where no group has. May be given once for each class.
     #[cfg(feature = "learning")]
     #[arg(long, value_name = "FILE")]
-    pub augment: Option<PathBuf>,
+    pub augment: Vec<PathBuf>,
+    /// Run on a twin in place of the nominal robot: real motors, friction, play, flex, delay, encoders, crooked parts, drawn by this seed
+    /// (`lifelike augment twin --help`).
+    #[cfg(feature = "learning")]
+    #[arg(long, value_name = "SEED", conflicts_with = "augment")]
+    pub twin: Option<u64>,
 }
 
 impl Physics {
@@ -55,20 +63,42 @@ impl Physics {
         environments: usize,
     ) -> Result<Box<dyn Simulation>, SimError> {
         let spec = SimulationSpec { engine: self.engine, environments, threads: self.threads, terrain };
+        #[cfg(feature = "learning")]
+        if let Some(seed) = self.twin {
+            // As many of the twin's steps as make one of the robot's, at its own rate or just above.
+            let own = TwinSpec { seed, ..TwinSpec::default() };
+            let physics_hz = (own.physics_hz / robot.control_hz).ceil() * robot.control_hz;
+            return Ok(Box::new(Twin::new(robot, &TwinSpec { physics_hz, ..own }, &spec)?));
+        }
         let simulation = spec.build(Arc::clone(robot))?;
         #[cfg(feature = "learning")]
-        if let Some(file) = &self.augment {
-            let refused = |error: AugmentationError| SimError::Model {
-                engine: "augmentation",
-                character: robot.name.clone(),
-                message: error.to_string(),
-            };
-            let augmentation = Augmentation::load(file).map_err(refused)?;
-            let correction = ActuatorCorrection::new(augmentation, robot, &[], Feedback::None).map_err(refused)?;
-            return Ok(Box::new(Augmented::new(simulation, Box::new(correction))?));
-        }
+        let simulation = self.augment.iter().try_fold(simulation, |simulation, file| augmented(simulation, file))?;
         Ok(simulation)
     }
+}
+
+/// Corrects the joints that an augmentation's class names.
+#[cfg(feature = "learning")]
+fn augmented(simulation: Box<dyn Simulation>, file: &Path) -> Result<Box<dyn Simulation>, SimError> {
+    let robot = simulation.robot().clone();
+    let refused = |error: AugmentationError| SimError::Model {
+        engine: "augmentation",
+        character: robot.name.clone(),
+        message: error.to_string(),
+    };
+    let augmentation = Augmentation::load(file).map_err(refused)?;
+    let class = &augmentation.header().inputs.class;
+    let joints: Vec<String> =
+        robot.layout.joints.iter().filter(|joint| robot.actuator_group(joint) == Some(class)).cloned().collect();
+    if joints.is_empty() {
+        let groups: Vec<&String> = robot.profile.actuator.keys().collect();
+        tracing::warn!(
+            "augmentation of '{class}': '{}' has no group of actuators of that name (it has {groups:?}); correcting all joints",
+            robot.name
+        );
+    }
+    let correction = ActuatorCorrection::new(augmentation, &robot, &joints, Feedback::None).map_err(refused)?;
+    Ok(Box::new(Augmented::new(simulation, Box::new(correction))?))
 }
 
 /// Refuses an engine that this build lacks, and says how to get it.

@@ -1,11 +1,13 @@
 //! `lifelike augment ...`: how far a simulation is from a robot's logs, and what closes the gap (thesis chapter 2).
 
 pub mod apply;
+pub mod excite;
 pub mod identify;
 mod page;
 pub mod report;
 pub mod simulate;
 mod sources;
+pub mod twin;
 
 pub(crate) use sources::traces;
 
@@ -17,11 +19,13 @@ use crate::output::Output;
 
 /// Compare a simulation with logs of the real thing, and correct it.
 ///
-/// Logs become traces (`simulate`), which have simulated and measured states side by side; `report` shows the gap; `identify` fits the
+/// Reference motions (`excite`) are run on a robot, or on a `twin` that stands in for one. Logs become traces (`simulate`), which have simulated and measured states side by side; `report` shows the gap; `identify` fits the
 /// parameters of a servo's model; `lifelike train augmentation` learns what remains, and `apply` corrects traces with it.
 #[derive(Debug, Subcommand)]
 #[allow(missing_docs)] // a comment on a variant would take the place of the command's help text
 pub enum Augment {
+    Excite(excite::Args),
+    Twin(twin::Args),
     Simulate(simulate::Args),
     Identify(identify::Args),
     Report(report::Args),
@@ -35,6 +39,8 @@ impl Augment {
     /// As the command.
     pub fn run(&self, output: &Output) -> Result<(), CliError> {
         match self {
+            Self::Excite(args) => excite::run(args, output),
+            Self::Twin(args) => twin::run(args, output),
             Self::Simulate(args) => simulate::run(args, output),
             Self::Identify(args) => identify::run(args, output),
             Self::Report(args) => report::run(args, output),
