@@ -153,7 +153,7 @@ impl Augmentation {
     }
 
     /// Returns the trace with s(t) + Δs(t) in place of s(t), of all blocks of the class. References, forces and what was measured
-    /// stay.
+    /// stay. With measurements as feedback, blocks that have none are told nothing.
     ///
     /// # Errors
     /// As [`Self::errors`]; [`AugmentationError::Mismatch`] for another rate.
@@ -165,6 +165,10 @@ impl Augmentation {
         }
         let mut trace = trace.clone();
         for block in trace.blocks.iter_mut().filter(|block| block.class == inputs.class) {
+            let feedback = match feedback {
+                Feedback::Measured if block.measured.names.is_empty() => Feedback::None,
+                other => other,
+            };
             let (errors, width) = (self.errors(block, feedback)?, block.simulated.names.len());
             for (i, row) in inputs.selection.iter().enumerate() {
                 // A measured number that is one column of the state tells that column; sums do not tell their parts.

@@ -14,12 +14,16 @@ use crate::AugmentationError;
 
 /// Runs a log's commands in the first environment of a simulation, and returns the log with simulated states and loads. Blocks are joints
 /// of the robot by name; joints that the log does not command keep their default pose. The run begins at the log's first measured
-/// positions (at the commanded ones where nothing was measured), at rest.
+/// positions (at the commanded ones where nothing was measured), at rest. With a class for them, the robot's bodies are blocks too.
 ///
 /// # Errors
 /// [`AugmentationError::Mismatch`] for a block that is no joint, one without a commanded position, and for another rate than the
 /// robot's control rate.
-pub fn replayed(log: &Trace, simulation: &mut impl Simulation) -> Result<Trace, AugmentationError> {
+pub fn replayed(
+    log: &Trace,
+    simulation: &mut impl Simulation,
+    bodies: Option<&str>,
+) -> Result<Trace, AugmentationError> {
     let robot = simulation.robot().clone();
     let commands = Commands::of(log, &robot)?;
     let mut recorder = Recorder::new(simulation, 0);
@@ -34,6 +38,9 @@ pub fn replayed(log: &Trace, simulation: &mut impl Simulation) -> Result<Trace, 
     for (block, joint) in out.blocks.iter_mut().zip(&commands.joints) {
         block.simulated = simulated.blocks[*joint].simulated.clone();
         block.force = simulated.blocks[*joint].force.clone();
+    }
+    if let Some(class) = bodies {
+        out.blocks.extend(recorder.bodies(&log.name, class).blocks);
     }
     out.check()?;
     Ok(out)

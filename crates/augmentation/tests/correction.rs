@@ -98,3 +98,28 @@ fn robots_it_does_not_fit_are_refused() {
     let other = AugmentationTrainer::new(&plan, &[trace], &[]).unwrap().augmentation();
     assert!(refused(&other, &[], Feedback::None).contains("50 Hz, got 200 Hz"));
 }
+
+/// Ten minutes of its own predictions: whatever a network says of itself, corrections stay below the stated guard.
+#[test]
+fn ten_minutes_of_its_own_predictions_stay_bounded() {
+    let robot = Arc::new(Robot::load("lima").unwrap());
+    let trace = trace(&robot);
+    let augmentation = trained(&trace);
+    let header = augmentation.header();
+    let most = 1.5 * header.limit[0] * header.scales.error[0];
+    let correction = ActuatorCorrection::new(augmentation, &robot, &[], Feedback::Predicted).unwrap();
+    let simulation = SimulationSpec::new(1).build(robot.clone()).unwrap();
+    let mut augmented = Augmented::new(simulation, Box::new(correction)).unwrap();
+    let mut largest = [0.0_f32; 2];
+    let steps = 10 * 60 * robot.control_hz as usize;
+    for step in 0..steps {
+        augmented.step(Drive::Targets(&targets(&robot, step))).unwrap();
+        // It falls at some time, and goes on from the ground.
+        let off = augmented.state().joint_position.iter().zip(&augmented.simulation().state().joint_position);
+        let off = off.fold(0.0_f32, |most, (a, b)| most.max((a - b).abs()));
+        let half = usize::from(step >= steps / 2);
+        largest[half] = largest[half].max(off);
+        assert!(off <= most * 1.001, "{off} of {most} rad at step {step}");
+    }
+    assert!(largest[1] > 0.0, "it still corrects");
+}

@@ -168,6 +168,26 @@ fn a_robot_that_is_fixed_is_excited_stood_in_for_by_a_twin_and_learned_from() {
     let mae = |which: usize| report["summary"][which]["columns"][0]["mae"][0].as_f64().unwrap();
     assert!(mae(1) < mae(0), "{} of {}", mae(1), mae(0));
 
+    let estimated = result(&[
+        "augment",
+        "estimate",
+        &at("traces/random_001.trace.safetensors"),
+        "--robot",
+        robot,
+        "--augmentation",
+        &at("xm430/xm430.augmentation.safetensors"),
+        "--augmentation",
+        &at("body/body.augmentation.safetensors"),
+        "-o",
+        &at("estimated"),
+    ]);
+    let of = |what: &str, column: &str| {
+        let columns = estimated[what].as_array().unwrap();
+        columns.iter().find(|own| own["column"] == column).unwrap()["mae"][0].as_f64().unwrap()
+    };
+    assert!(of("estimate", "position") < 0.7 * of("simulation", "position"), "{estimated}");
+    assert!(of("estimate", "position_xyz") < of("simulation", "position_xyz"), "{estimated}");
+
     let poses = "seconds = 2.0\n[[pose]]\ntime = 0.5\njoints = { tail = 3 }\n";
     std::fs::write(at("wag.poses.toml"), poses).unwrap();
     let output = lifelike(&["augment", "excite", "--robot", robot, "--poses", &at("wag.poses.toml"), "-o", &at("wag")]);

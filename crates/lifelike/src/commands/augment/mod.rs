@@ -1,6 +1,7 @@
 //! `lifelike augment ...`: how far a simulation is from a robot's logs, and what closes the gap (thesis chapter 2).
 
 pub mod apply;
+pub mod estimate;
 pub mod excite;
 pub mod identify;
 mod page;
@@ -20,7 +21,8 @@ use crate::output::Output;
 /// Compare a simulation with logs of the real thing, and correct it.
 ///
 /// Reference motions (`excite`) are run on a robot, or on a `twin` that stands in for one. Logs become traces (`simulate`), which have simulated and measured states side by side; `report` shows the gap; `identify` fits the
-/// parameters of a servo's model; `lifelike train augmentation` learns what remains, and `apply` corrects traces with it.
+/// parameters of a servo's model; `lifelike train augmentation` learns what remains, and `apply` corrects traces with it; `estimate` goes from a
+/// log of joints to the state of the whole robot.
 #[derive(Debug, Subcommand)]
 #[allow(missing_docs)] // a comment on a variant would take the place of the command's help text
 pub enum Augment {
@@ -30,6 +32,7 @@ pub enum Augment {
     Identify(identify::Args),
     Report(report::Args),
     Apply(apply::Args),
+    Estimate(estimate::Args),
 }
 
 impl Augment {
@@ -45,6 +48,7 @@ impl Augment {
             Self::Identify(args) => identify::run(args, output),
             Self::Report(args) => report::run(args, output),
             Self::Apply(args) => apply::run(args, output),
+            Self::Estimate(args) => estimate::run(args, output),
         }
     }
 }

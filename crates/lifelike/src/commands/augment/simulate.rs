@@ -99,6 +99,6 @@ fn of_robot(args: &Args, robot: &str, map: &Path) -> Result<Vec<Trace>, CliError
     let robot = Arc::new(Robot::load(robot)?);
     let mut simulation = args.physics.simulate(None, &robot, 1)?;
     let files = sources::files(&args.logs, ".csv")?;
-    let one = |file: &PathBuf| Ok(replay::replayed(&table::read(file, &columns)?, &mut simulation)?);
+    let one = |file: &PathBuf| Ok(replay::replayed(&table::read(file, &columns)?, &mut simulation, None)?);
     files.iter().map(one).collect()
 }

@@ -1,0 +1,118 @@
+//! `lifelike augment estimate`: the whole state of a robot from logs of its joints.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use lifelike_augmentation::logs::table::{self, TableMap};
+use lifelike_augmentation::{Augmentation, gap, replay};
+use lifelike_robot::Robot;
+use lifelike_sim::trace::{Trace, container};
+use serde_json::json;
+
+use super::{FeedbackName, page, sources};
+use crate::commands::physics::Physics;
+use crate::error::CliError;
+use crate::next::NextCommand;
+use crate::output::Output;
+
+/// Estimate joints and bodies of a robot from logs of its joints alone.
+///
+/// The log's commands are simulated, and the simulation is corrected: actuators by what was learned of their class, fed with the log's
+/// own measurements where it has some, bodies by what was learned of theirs from markers, which the log need not have.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+Examples:
+  lifelike augment estimate log.csv --map columns.toml --robot kickbot.xml \\
+      --augmentation xm430.augmentation.safetensors --augmentation body.augmentation.safetensors -o estimated
+  lifelike augment estimate traces/ --robot kickbot.xml --augmentation xm430.augmentation.safetensors -o estimated")]
+pub struct Args {
+    /// Logs: tables with --map (files, or folders of *.csv), else traces with commands (files, or folders).
+    #[arg(required = true)]
+    pub logs: Vec<PathBuf>,
+    /// The robot: a built-in one's name, or its MJCF or URDF file.
+    #[arg(short = 'R', long)]
+    pub robot: String,
+    /// What the tables' columns are (TOML), as for `lifelike augment simulate`.
+    #[arg(long, value_name = "FILE")]
+    pub map: Option<PathBuf>,
+    /// Corrections, once for each class of actuators or bodies.
+    #[arg(long, required = true, value_name = "FILE")]
+    pub augmentation: Vec<PathBuf>,
+    /// What corrections of measured blocks are told of the errors before; blocks that were not measured are told nothing.
+    #[arg(long, value_enum, default_value = "measured")]
+    pub feedback: FeedbackName,
+    /// Engine and threads.
+    #[command(flatten)]
+    pub physics: Physics,
+    /// Folder of the estimates: traces whose states are corrected.
+    #[arg(short, long)]
+    pub output: PathBuf,
+}
+
+/// Runs the command.
+pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
+    let robot = Arc::new(Robot::load(&args.robot)?);
+    let augmentations = args.augmentation.iter().map(|file| Augmentation::load(file)).collect::<Result<Vec<_>, _>>()?;
+    let logs = match &args.map {
+        None => sources::traces(&args.logs)?,
+        Some(map) => {
+            let text = std::fs::read_to_string(map).map_err(CliError::write(map))?;
+            let columns: TableMap =
+                toml::from_str(&text).map_err(|error| CliError::Input(format!("{}: {error}", map.display())))?;
+            let files = sources::files(&args.logs, ".csv")?;
+            files.iter().map(|file| table::read(file, &columns)).collect::<Result<Vec<_>, _>>()?
+        }
+    };
+    let mut simulation = args.physics.simulate(None, &robot, 1)?;
+    std::fs::create_dir_all(&args.output).map_err(CliError::write(&args.output))?;
+    let (mut before, mut after) = (Vec::new(), Vec::new());
+    for log in &logs {
+        let mut trace = with_bodies(log, &robot, &augmentations, &mut simulation)?;
+        before.extend(gap::gaps(&trace));
+        for augmentation in &augmentations {
+            trace = augmentation.corrected(&trace, args.feedback.into())?;
+        }
+        after.extend(gap::gaps(&trace));
+        container::save(&trace, &args.output.join(format!("{}{}", trace.name, container::EXTENSION)))?;
+    }
+    let (before, after) = (gap::summary(&before), gap::summary(&after));
+    let value = json!({ "runs": logs.len(), "folder": args.output, "simulation": before, "estimate": after });
+    output.result(&value, || {
+        let next = NextCommand::new("augment report").word(args.output.display()).word("-o").word("report");
+        let tables = match before.is_empty() {
+            true => String::new(),
+            false => format!(
+                "simulation:\n{}\nestimate:\n{}\n",
+                page::summary(&before).to_text(),
+                page::summary(&after).to_text()
+            ),
+        };
+        format!("{tables}{} estimates in {}\nnext: {next}\n", logs.len(), args.output.display())
+    })
+}
+
+/// The log beside its simulation, bodies included where some correction is of bodies: measured ones where the log has them.
+fn with_bodies(
+    log: &Trace,
+    robot: &Robot,
+    augmentations: &[Augmentation],
+    simulation: &mut Box<dyn lifelike_sim::Simulation>,
+) -> Result<Trace, CliError> {
+    let classes: Vec<&str> = augmentations.iter().map(|own| own.header().inputs.class.as_str()).collect();
+    let is_joint = |name: &String| robot.layout.joints.contains(name);
+    let mut joints = log.clone();
+    joints.blocks.retain(|block| is_joint(&block.name));
+    let known = |class: &&&str| joints.blocks.iter().all(|block| block.class != **class);
+    let class = classes.iter().find(known).copied();
+    let mut trace = replay::replayed(&joints, simulation, class)?;
+    for block in &mut trace.blocks {
+        let Some(own) = log.blocks.iter().find(|own| own.name == block.name && own.class == block.class) else {
+            continue;
+        };
+        if !is_joint(&block.name) {
+            block.measured.clone_from(&own.measured);
+            block.selection.clone_from(&own.selection);
+        }
+    }
+    Ok(trace)
+}
