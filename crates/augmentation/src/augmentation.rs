@@ -4,6 +4,7 @@ use std::path::Path;
 
 use lifelike_checkpoint::Checkpoint;
 use lifelike_sim::trace::{BlockTrace, Trace};
+use rayon::prelude::*;
 
 use crate::AugmentationError;
 use crate::model::{Inputs, Network, SatSizes, Scales, Stream};
@@ -15,6 +16,8 @@ const KEY: &str = "augmentation";
 const NETWORK: &str = "network";
 /// The widest layer and the longest history that a file is believed.
 const LARGEST: usize = 1 << 14;
+/// Rows that pass through the network at a time in a running simulation.
+const BLOCK: usize = 128;
 /// A correction is at most so many times the largest error that was measured in training: a network that is lost stays bounded.
 const GUARD: f32 = 1.5;
 
@@ -123,11 +126,35 @@ impl Augmentation {
         Stream::new(self.network.clone())
     }
 
-    /// Returns Δs of one step of some rows in units of the scales, guarded, and writes the step's records.
+    /// Returns Δs of one step of some rows in units of the scales, guarded, and writes the step's records. Many rows are shared between the
+    /// processors.
     ///
     /// # Shapes
     /// `rows: [rows, inputs]` standardized; as [`Stream::predict`] and [`Stream::remember`].
     pub fn step<'a, I>(
+        &self,
+        stream: &Stream,
+        rows: &[f32],
+        feedback: Feedback,
+        past: impl Fn(usize) -> I + Sync,
+        records: &mut [f32],
+    ) -> Vec<f32>
+    where
+        I: DoubleEndedIterator<Item = &'a [f32]>,
+    {
+        let (width, kept) = (BLOCK * self.header.inputs.fields.len(), BLOCK * stream.record_width());
+        if rows.len() <= width {
+            return self.block(stream, rows, feedback, past, records);
+        }
+        let blocks = rows.par_chunks(width).zip(records.par_chunks_mut(kept)).enumerate();
+        let one = |(i, (rows, records)): (usize, (&[f32], &mut [f32]))| {
+            self.block(stream, rows, feedback, |row| past(i * BLOCK + row), records)
+        };
+        blocks.map(one).collect::<Vec<_>>().concat()
+    }
+
+    /// A step of so few rows that what it passes through stays in the cache.
+    fn block<'a, I>(
         &self,
         stream: &Stream,
         rows: &[f32],

@@ -161,7 +161,7 @@ impl Twin {
         let (state, servos, commands, shared_resistance, substeps) =
             (parts.state(), &*servos, &*commands, *shared_resistance, *substeps);
         let supply = servos.first().map_or(0.0, |servo| servo.motor.supply);
-        let trains = self.trains.par_chunks_mut(joints).zip(self.torques.par_chunks_mut(joints));
+        let trains = self.trains.par_chunks_mut(joints.max(1)).zip(self.torques.par_chunks_mut(joints.max(1)));
         trains.zip(&mut self.drawn).zip(&*parameters).enumerate().for_each(
             |(id, (((trains, torques), drawn), own))| {
                 let supply = (supply - shared_resistance * *drawn).max(0.0);

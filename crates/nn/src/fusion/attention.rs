@@ -192,31 +192,41 @@ impl HistoryAttention {
         let scale = (d as f32).powf(-0.5);
         let (query, own) = (self.query.forward(present), self.remember(present));
         let mut mixed = vec![0.0; own.value.len()];
+        // Column by column, so that all steps are scored side by side.
+        let stride = self.sizes.steps + 1;
+        let (mut keys, mut values) = (vec![0.0_f32; c * stride], vec![0.0_f32; d * stride]);
+        let (mut scores, mut weights) = (vec![0.0_f32; stride], vec![0.0_f32; stride]);
         for (row, mixed) in mixed.chunks_exact_mut(d).enumerate() {
             let query = &query[row * c..][..c];
-            let mut keys: Vec<&[f32]> = Vec::with_capacity(self.sizes.steps + 1);
-            let mut values: Vec<&[f32]> = Vec::with_capacity(self.sizes.steps + 1);
-            past(row).for_each(|(key, value)| {
-                keys.push(key);
-                values.push(value);
-            });
-            keys.push(&own.key[row * c..][..c]);
-            values.push(&own.value[row * d..][..d]);
-            let mut weights = vec![0.0_f32; keys.len()];
+            let mut count = 0;
+            let mut put = |key: &[f32], value: &[f32]| {
+                let place = |columns: &mut [f32], numbers: &[f32]| {
+                    columns[count..].iter_mut().step_by(stride).zip(numbers).for_each(|(slot, x)| *slot = *x);
+                };
+                place(&mut keys, key);
+                place(&mut values, value);
+                count += 1;
+            };
+            past(row).for_each(|(key, value)| put(key, value));
+            put(&own.key[row * c..][..c], &own.value[row * d..][..d]);
+            let (scores, weights) = (&mut scores[..count], &mut weights[..count]);
             vectorize(
                 #[inline(always)]
                 || {
+                    weights.fill(0.0);
                     for head in 0..heads {
-                        let columns = head * d..(head + 1) * d;
-                        let query = &query[columns.clone()];
-                        for (weight, key) in weights.iter_mut().zip(&keys) {
-                            *weight = scale * query.iter().zip(&key[columns.clone()]).map(|(q, k)| q * k).sum::<f32>();
+                        scores.fill(0.0);
+                        for i in head * d..(head + 1) * d {
+                            let query = scale * query[i];
+                            let keys = &keys[i * stride..][..scores.len()];
+                            scores.iter_mut().zip(keys).for_each(|(score, key)| *score += query * key);
                         }
-                        softmax(&mut weights);
-                        for (weight, value) in weights.iter().zip(&values) {
-                            let share = weight / heads as f32;
-                            mixed.iter_mut().zip(*value).for_each(|(mixed, x)| *mixed += share * x);
-                        }
+                        softmax(scores);
+                        weights.iter_mut().zip(&*scores).for_each(|(sum, x)| *sum += x);
+                    }
+                    // Heads share their values, so their weights can be summed first.
+                    for (mixed, values) in mixed.iter_mut().zip(values.chunks_exact(stride)) {
+                        *mixed = dot(weights, &values[..weights.len()]) / heads as f32;
                     }
                 },
             );
