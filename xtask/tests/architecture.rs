@@ -30,7 +30,7 @@ const FLOORS: [(&str, u32); 18] = [
 
 /// Crates that stand on a floor for their use, but must know little of what is below them.
 const ONLY: [(&str, &[&str]); 6] = [
-    ("augmentation", &["checkpoint", "dense", "nn", "report", "robot", "sim", "simd", "train"]),
+    ("augmentation", &["character", "checkpoint", "dense", "motion", "nn", "report", "robot", "sim", "simd", "train"]),
     ("language", &["character", "checkpoint", "motion"]),
     ("nn", &["checkpoint", "dense", "simd"]),
     ("train", &["checkpoint", "dense", "nn", "report", "simd"]),
