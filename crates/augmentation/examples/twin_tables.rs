@@ -238,8 +238,26 @@ fn gaps(settings: &Settings) -> Outcome<()> {
         {
             row(&format!("{name} {column}"), &[("", numbers(traces, class, column))]);
         }
+        let told: Vec<Trace> = traces.iter().map(told_the_error_before).collect();
+        for column in ["position", "velocity"] {
+            let name = format!("{name} {column}, told the error of the step before");
+            row(&name, &[("", numbers(&told, SERVO, column))]);
+        }
     }
     Ok(())
+}
+
+/// The plainest use of measurements: the error of the step before is taken for this one's.
+fn told_the_error_before(trace: &Trace) -> Trace {
+    let mut told = trace.clone();
+    for (own, block) in told.blocks.iter_mut().zip(&trace.blocks).filter(|(own, _)| own.class == SERVO) {
+        let (errors, width, measured) = (block.error(), own.simulated.names.len(), own.measured.names.len());
+        // Position and velocity are the first columns of both.
+        for (row, error) in own.simulated.values.chunks_exact_mut(width).skip(1).zip(errors.chunks_exact(measured)) {
+            row[..2].iter_mut().zip(error).for_each(|(x, error)| *x += error);
+        }
+    }
+    told
 }
 
 fn table_2_1(settings: &Settings) -> Outcome<()> {
