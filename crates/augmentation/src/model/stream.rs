@@ -43,7 +43,7 @@ impl Stream {
         let (network, c) = (&self.network, self.network.sizes.width);
         let d = c / network.sizes.heads;
         let count = rows.len() / network.sizes.inputs.max(1);
-        let selected = network.decoder.forward(rows.to_vec()).rows;
+        let selected = network.decoder.select(rows);
         let present = match &network.backbone {
             Layers::None => selected,
             Layers::Dense(layers) => {
@@ -90,7 +90,7 @@ impl Stream {
         let both = rows.chunks_exact(inputs).zip(fed_back.chunks_exact(outputs + 1));
         let x: Vec<f32> = both.flat_map(|(row, fed)| row.iter().chain(fed)).copied().collect();
         let count = rows.len() / inputs.max(1);
-        let selected = self.network.encoder.forward(x).rows;
+        let selected = self.network.encoder.select(&x);
         let mut state = LstmState::zeros(count, c);
         let embedded = match &self.network.backbone {
             Layers::None => selected,

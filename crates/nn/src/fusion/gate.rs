@@ -5,6 +5,7 @@ use std::ops::Range;
 use lifelike_simd::vectorize;
 
 use super::elementary::sigmoid;
+use crate::rows::tile::{LANES, Lanes};
 use crate::rows::{Entry, Init, Layout, Linear, layer_norm};
 
 /// norm(skip + a ⊙ σ(b)) with [a, b] = x W + c (Lim et al. 2021, eqs. 2 and 5): the network can leave x out.
@@ -68,6 +69,21 @@ impl GateAddNorm {
         );
         let out = layer_norm::forward(&sum, &self.gain, &self.bias);
         (out, GatePass { x, both, sum })
+    }
+
+    /// Goes forward with rows side by side; `skip` becomes what comes out.
+    #[inline(always)]
+    pub(super) fn side_by_side(&self, x: &[Lanes], skip: &mut [Lanes], both: &mut Vec<Lanes>) {
+        let c = self.gain.len();
+        both.resize(2 * c, [0.0; LANES]);
+        self.linear.side_by_side(x, both);
+        let (a, b) = both.split_at(c);
+        for ((sum, a), b) in skip.iter_mut().zip(a).zip(b) {
+            for ((sum, a), b) in sum.iter_mut().zip(a).zip(b) {
+                *sum += a * sigmoid(*b);
+            }
+        }
+        layer_norm::side_by_side(skip, &self.gain, &self.bias);
     }
 
     /// Adds the parameters' gradients; returns those by x and by the skip connection.

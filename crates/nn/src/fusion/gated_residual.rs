@@ -4,6 +4,7 @@ use lifelike_simd::vectorize;
 
 use super::elementary::{elu, elu_gradient};
 use super::gate::{GateAddNorm, GatePass};
+use crate::rows::tile::{LANES, Lanes};
 use crate::rows::{Entry, Layout, Linear, add};
 
 /// Sizes of a Gated Residual Network.
@@ -21,6 +22,7 @@ pub struct GatedResidualSizes {
 /// sizes differ.
 #[derive(Debug, Clone)]
 pub struct GatedResidual {
+    hidden: usize,
     inner: Linear,
     outer: Linear,
     gate: GateAddNorm,
@@ -33,6 +35,14 @@ pub struct GatedResidualPass {
     x: Vec<f32>,
     inner: Vec<f32>,
     gate: GatePass,
+}
+
+/// Space that passes with rows side by side write into.
+#[derive(Debug, Default)]
+pub(super) struct Scratch {
+    inner: Vec<Lanes>,
+    outer: Vec<Lanes>,
+    both: Vec<Lanes>,
 }
 
 impl GatedResidual {
@@ -53,6 +63,7 @@ impl GatedResidual {
         let GatedResidualSizes { inputs, hidden, outputs } = sizes;
         let linear = |part: &str, shape| Linear::new(&format!("{name}.{part}"), shape, layout, values);
         Self {
+            hidden,
             inner: linear("inner", [inputs, hidden]),
             outer: linear("outer", [hidden, hidden]),
             gate: GateAddNorm::new(&format!("{name}.gate"), hidden, outputs, layout, values),
@@ -72,6 +83,26 @@ impl GatedResidual {
             None => self.gate.forward(outer, &x),
         };
         (out, GatedResidualPass { x, inner, gate })
+    }
+
+    /// Goes forward with rows side by side; `out` has as many lanes as numbers come out.
+    #[inline(always)]
+    pub(super) fn side_by_side(&self, x: &[Lanes], out: &mut [Lanes], scratch: &mut Scratch) {
+        let Scratch { inner, outer, both } = scratch;
+        inner.resize(self.hidden, [0.0; LANES]);
+        outer.resize(self.hidden, [0.0; LANES]);
+        self.inner.side_by_side(x, inner);
+        for inner in inner.iter_mut() {
+            for x in inner {
+                *x = elu(*x);
+            }
+        }
+        self.outer.side_by_side(inner, outer);
+        match &self.skip {
+            Some(skip) => skip.side_by_side(x, out),
+            None => out.copy_from_slice(x),
+        }
+        self.gate.side_by_side(outer, out, both);
     }
 
     /// Adds the parameters' gradients; returns the one by x.

@@ -4,8 +4,9 @@ use std::ops::Range;
 
 use lifelike_simd::vectorize;
 
-use super::gated_residual::{GatedResidual, GatedResidualPass, GatedResidualSizes};
+use super::gated_residual::{GatedResidual, GatedResidualPass, GatedResidualSizes, Scratch};
 use crate::rows::elementary::exp;
+use crate::rows::tile::{LANES, Lanes};
 use crate::rows::{Entry, Init, Layout};
 
 /// Sizes of a Variable Selection Network.
@@ -144,6 +145,54 @@ impl VariableSelection {
         Selected { rows: out, weights: weights.clone(), pass: SelectionPass { x, weights, all, single } }
     }
 
+    /// Returns what [`Self::forward`] does, to the last digits, without what the way back needs and several times as fast: sixteen rows
+    /// go through the network side by side.
+    ///
+    /// # Shapes
+    /// `x: [rows, V]` to `[rows, c]`.
+    pub fn select(&self, x: &[f32]) -> Vec<f32> {
+        let SelectionSizes { variables, embedding: e, width: c } = self.sizes;
+        let mut out = vec![0.0; x.len() / variables * c];
+        let mut scratch = Scratch::default();
+        let mut embedded = vec![[0.0_f32; LANES]; variables * e];
+        let (mut weights, mut single) = (vec![[0.0_f32; LANES]; variables], vec![[0.0_f32; LANES]; c]);
+        let mut sum = vec![[0.0_f32; LANES]; c];
+        vectorize(
+            #[inline(always)]
+            || {
+                for (x, out) in x.chunks(LANES * variables).zip(out.chunks_mut(LANES * c)) {
+                    for (v, embedded) in embedded.chunks_exact_mut(e).enumerate() {
+                        let mut column = [0.0_f32; LANES];
+                        for (slot, x) in column.iter_mut().zip(x[v..].iter().step_by(variables)) {
+                            *slot = *x;
+                        }
+                        let parameters = self.weight[v * e..].iter().zip(&self.bias[v * e..]);
+                        for (y, (weight, bias)) in embedded.iter_mut().zip(parameters) {
+                            for (y, x) in y.iter_mut().zip(&column) {
+                                *y = x * weight + bias;
+                            }
+                        }
+                    }
+                    self.all.side_by_side(&embedded, &mut weights, &mut scratch);
+                    softmax_side_by_side(&mut weights);
+                    sum.fill([0.0; LANES]);
+                    for ((one, weights), x) in self.single.iter().zip(&weights).zip(embedded.chunks_exact(e)) {
+                        one.side_by_side(x, &mut single, &mut scratch);
+                        for (sum, x) in sum.iter_mut().zip(&single) {
+                            for ((sum, x), weight) in sum.iter_mut().zip(x).zip(weights) {
+                                *sum += weight * x;
+                            }
+                        }
+                    }
+                    for (row, out) in out.chunks_exact_mut(c).enumerate() {
+                        out.iter_mut().zip(&sum).for_each(|(out, sum)| *out = sum[row]);
+                    }
+                }
+            },
+        );
+        out
+    }
+
     /// Adds the parameters' gradients; returns the one by x.
     pub fn backward(&self, pass: SelectionPass, gradient: &[f32], layout: &Layout, sums: &mut [f32]) -> Vec<f32> {
         let SelectionSizes { variables, embedding: e, width: c } = self.sizes;
@@ -206,6 +255,27 @@ fn column(rows: &[f32], width: usize, columns: Range<usize>) -> Vec<f32> {
 }
 
 #[inline(always)]
+fn softmax_side_by_side(x: &mut [Lanes]) {
+    let (mut most, mut sum) = ([f32::MIN; LANES], [0.0_f32; LANES]);
+    for x in &*x {
+        for (most, x) in most.iter_mut().zip(x) {
+            *most = if *x > *most { *x } else { *most };
+        }
+    }
+    for x in x.iter_mut() {
+        for ((x, most), sum) in x.iter_mut().zip(&most).zip(&mut sum) {
+            *x = exp(*x - most);
+            *sum += *x;
+        }
+    }
+    for x in x {
+        for (x, sum) in x.iter_mut().zip(&sum) {
+            *x /= sum;
+        }
+    }
+}
+
+#[inline(always)]
 fn softmax(x: &mut [f32]) {
     let most = x.iter().fold(f32::MIN, |most, x| most.max(*x));
     let mut sum = 0.0;
@@ -214,4 +284,25 @@ fn softmax(x: &mut [f32]) {
         sum += *x;
     }
     x.iter_mut().for_each(|x| *x /= sum);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn side_by_side_is_the_same() {
+        // Widths below, at and above a panel's; rows that do not fill the lanes.
+        for (variables, embedding, width, rows) in [(3, 2, 5, 1), (7, 4, 16, 16), (9, 8, 32, 37), (1, 16, 16, 5)] {
+            let sizes = SelectionSizes { variables, embedding, width };
+            let layout = Layout::new(VariableSelection::entries("v", sizes));
+            let selection = VariableSelection::new("v", sizes, &layout, &layout.init(1, "side by side"));
+            let x: Vec<f32> = (0..rows * variables).map(|i| (i as f32 * 0.7).sin() * 2.0).collect();
+            let expected = selection.forward(x.clone()).rows;
+            let got = selection.select(&x);
+            assert_eq!(got.len(), expected.len());
+            let off = got.iter().zip(&expected).fold(0.0_f32, |most, (a, b)| most.max((a - b).abs()));
+            assert!(off < 1e-5, "{sizes:?}: {off}");
+        }
+    }
 }

@@ -2,7 +2,7 @@
 
 use lifelike_simd::vectorize;
 
-use super::tile::LANES;
+use super::tile::{LANES, Lanes};
 
 /// PyTorch's default.
 const EPSILON: f32 = 1e-5;
@@ -44,6 +44,31 @@ pub(crate) fn forward(x: &[f32], gain: &[f32], bias: &[f32]) -> Vec<f32> {
         },
     );
     out
+}
+
+/// The same for rows side by side, in place.
+#[inline(always)]
+pub(crate) fn side_by_side(x: &mut [Lanes], gain: &[f32], bias: &[f32]) {
+    let n = x.len() as f32;
+    let (mut mean, mut inverse) = ([0.0_f32; LANES], [0.0_f32; LANES]);
+    for x in &*x {
+        for (mean, x) in mean.iter_mut().zip(x) {
+            *mean += x / n;
+        }
+    }
+    for x in &*x {
+        for ((inverse, mean), x) in inverse.iter_mut().zip(&mean).zip(x) {
+            *inverse += (x - mean) * (x - mean) / n;
+        }
+    }
+    for x in &mut inverse {
+        *x = 1.0 / (*x + EPSILON).sqrt();
+    }
+    for ((x, gain), bias) in x.iter_mut().zip(gain).zip(bias) {
+        for ((x, mean), inverse) in x.iter_mut().zip(&mean).zip(&inverse) {
+            *x = (*x - mean) * inverse * gain + bias;
+        }
+    }
 }
 
 /// Returns the gradient by x, from the one by the output; adds those by gain and bias.

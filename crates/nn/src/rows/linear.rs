@@ -3,7 +3,7 @@
 use lifelike_simd::vectorize;
 
 use super::layout::Layout;
-use super::tile::{LANES, Left, pack, padded, product};
+use super::tile::{LANES, Lanes, Left, pack, padded, product};
 
 /// Rows that are multiplied at a time: they and a panel of the weight stay in the nearest cache.
 const BLOCK: usize = 96;
@@ -129,19 +129,44 @@ pub struct Linear {
     name: String,
     shape: [usize; 2],
     weight: PackedWeight,
+    /// The weight as it stands in the row of parameters.
+    plain: Vec<f32>,
     bias: Vec<f32>,
 }
 
 impl Linear {
     /// Packs the map `[inputs, outputs]` whose parameters stand as the layout says ([`Entry::linear`](super::Entry::linear)).
     pub fn new(name: &str, shape: [usize; 2], layout: &Layout, values: &[f32]) -> Self {
-        let weight = PackedWeight::new(&values[layout.range(&format!("{name}.weight"))], shape);
-        Self { name: name.into(), shape, weight, bias: values[layout.range(&format!("{name}.bias"))].to_vec() }
+        let plain = values[layout.range(&format!("{name}.weight"))].to_vec();
+        let weight = PackedWeight::new(&plain, shape);
+        Self { name: name.into(), shape, weight, plain, bias: values[layout.range(&format!("{name}.bias"))].to_vec() }
     }
 
     /// Returns x · weight + bias, `[rows, outputs]`.
     pub fn forward(&self, x: &[f32]) -> Vec<f32> {
         self.weight.forward(x, &self.bias)
+    }
+
+    /// Returns x · weight + bias of as many rows as there are lanes, side by side: what few and narrow rows gain from, whose products
+    /// leave most of a panel empty.
+    ///
+    /// # Shapes
+    /// `x: [inputs]` lanes, `out: [outputs]` lanes.
+    pub(crate) fn side_by_side(&self, x: &[Lanes], out: &mut [Lanes]) {
+        // (x W)ᵀ = Wᵀ xᵀ, and the lanes are xᵀ.
+        let left = Left { numbers: &self.plain, stride: self.shape[1], transposed: true };
+        let rows = out.len();
+        product(out.as_flattened_mut(), rows, left, x, x.len());
+        vectorize(
+            #[inline(always)]
+            || {
+                for (out, bias) in out.iter_mut().zip(&self.bias) {
+                    for out in out {
+                        *out += bias;
+                    }
+                }
+            },
+        );
     }
 
     /// Returns the gradient by x from the one by the output.

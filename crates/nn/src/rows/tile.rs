@@ -5,6 +5,9 @@ use lifelike_simd::{InstructionSet, Simd, Task, prelude::*};
 /// Columns of a panel.
 pub(crate) const LANES: usize = 16;
 
+/// One number of each of as many rows as a panel has columns.
+pub(crate) type Lanes = [f32; LANES];
+
 /// Returns the next multiple of a panel's width.
 pub(crate) fn padded(n: usize) -> usize {
     n.next_multiple_of(LANES)
