@@ -374,12 +374,14 @@ fn figure_2_8(settings: &Settings) -> Outcome<()> {
     let turn = ["a_x", "a_y", "a_z", "b_x", "b_y", "b_z"].map(|axis| format!("orientation_{axis}"));
     let turn: Vec<&str> = turn.iter().map(String::as_str).collect();
     let all = |traces: &[Trace]| traces.iter().map(|trace| merged(trace, BODY)).collect::<Vec<_>>();
-    for (outputs, stem, column) in [(&place[..], "position", gap::PLACE), (&turn[..], "orientation", gap::ORIENTATION)]
-    {
+    let kinds = [(&turn[..], "orientation", gap::ORIENTATION), (&place[..], "position", gap::PLACE)];
+    for (outputs, _, column) in kinds {
         println!("{column}");
         simulation_row(&tests, BODY, column);
         let plans = seeds(settings, |seed| plan(BODY, outputs, settings, seed));
         report("SAT", &plans, &learn, &validation, &tests, column, Feedback::None)?;
+    }
+    for (_, stem, column) in kinds {
         not_modular(settings, BODY, &[(stem, column)], (all(&learn), all(&validation)), &tests)?;
     }
     Ok(())
