@@ -86,12 +86,9 @@ impl Twin {
     /// # Errors
     /// [`SimError::State`] for a spec out of range, and as [`SimulationSpec::build`].
     pub fn new(robot: &Arc<Robot>, spec: &TwinSpec, simulation: &SimulationSpec) -> Result<Self, SimError> {
-        let substeps = (spec.physics_hz / robot.control_hz).round();
-        if !(substeps >= 1.0 && (substeps * robot.control_hz - spec.physics_hz).abs() < 1e-6 * spec.physics_hz) {
-            let expected = format!("physics_hz of a twin as a multiple of the control rate {} Hz", robot.control_hz);
-            return Err(SimError::State { expected, got: spec.physics_hz.to_string() });
-        }
         check(spec)?;
+        let substeps = (spec.physics_hz / robot.control_hz - 1e-9).ceil().max(1.0);
+        let spec = TwinSpec { physics_hz: substeps * robot.control_hz, ..spec.clone() };
         let servos: Vec<TwinServo> = robot
             .character
             .scalar_joints()
@@ -119,7 +116,7 @@ impl Twin {
             parameters: vec![EnvironmentParameters::default(); n],
             electric: vec![Electric::default(); n * joints],
             state: parts.state().clone(),
-            spec: spec.clone(),
+            spec,
             servos,
             parts,
         };
@@ -190,6 +187,10 @@ impl Twin {
 }
 
 fn check(spec: &TwinSpec) -> Result<(), SimError> {
+    if !(10.0..=1e6).contains(&spec.physics_hz) {
+        let expected = "'physics_hz' of a twin from 10 to 1000000".into();
+        return Err(SimError::State { expected, got: spec.physics_hz.to_string() });
+    }
     let shares = [
         ("mass", spec.mass, 1.0),
         ("center_of_mass", spec.center_of_mass, 1.0),

@@ -84,7 +84,7 @@ fn what_it_cannot_be_is_refused() {
     let text = twin(&robot, 1, 1, 1).step(Drive::Torques(&torques)).unwrap_err().to_string();
     assert!(text.contains("joint targets"), "{text}");
     for (spec, word) in [
-        (TwinSpec { physics_hz: 2100.0, ..TwinSpec::default() }, "multiple of the control rate 250"),
+        (TwinSpec { physics_hz: f64::NAN, ..TwinSpec::default() }, "'physics_hz' of a twin"),
         (TwinSpec { mass: -0.1, ..TwinSpec::default() }, "'mass' of a twin from 0 to 1"),
         (TwinSpec { encoder_bits: 1, ..TwinSpec::default() }, "'encoder_bits' from 4 to 32"),
         (TwinSpec { resistance: f64::NAN, ..TwinSpec::default() }, "'resistance'"),

@@ -21,7 +21,7 @@ pub struct Coverage {
     pub visited: f64,
     /// Half of the time it is slower than the first, a twentieth faster than the second (rad/s).
     pub speed: [f64; 2],
-    /// Turns round so many times a second (1/s).
+    /// Changes of direction (1/s).
     pub reversals: f64,
 }
 

@@ -20,7 +20,7 @@ use inverse::{Goal, Inverse};
 
 /// An angle of one radian counts like a distance of 0.1 m.
 const TURN: f64 = 0.1;
-/// What holds loops closed and feet in place counts so many times a goal of the motion.
+/// Weight of what holds loops closed and feet in place beside a goal of the motion.
 const HELD: f64 = 50.0;
 /// Steps of the inverse kinematics for the first row, which comes from the default pose.
 const FIRST: usize = 60;

@@ -65,10 +65,7 @@ impl Physics {
         let spec = SimulationSpec { engine: self.engine, environments, threads: self.threads, terrain };
         #[cfg(feature = "learning")]
         if let Some(seed) = self.twin {
-            // As many of the twin's steps as make one of the robot's, at its own rate or just above.
-            let own = TwinSpec { seed, ..TwinSpec::default() };
-            let physics_hz = (own.physics_hz / robot.control_hz).ceil() * robot.control_hz;
-            return Ok(Box::new(Twin::new(robot, &TwinSpec { physics_hz, ..own }, &spec)?));
+            return Ok(Box::new(Twin::new(robot, &TwinSpec { seed, ..TwinSpec::default() }, &spec)?));
         }
         let simulation = spec.build(Arc::clone(robot))?;
         #[cfg(feature = "learning")]

@@ -35,7 +35,7 @@ const STALL: f64 = 1.3;
 pub struct TwinSpec {
     /// Key of everything that is drawn.
     pub seed: u64,
-    /// Physics steps per second (Hz), and so those of the servos' firmware.
+    /// Physics steps per second (Hz), and so those of the servos' firmware; a little more where the control rate does not divide it.
     pub physics_hz: f64,
     /// Standard deviation of each part's mass, as a share.
     pub mass: f64,

@@ -56,9 +56,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let logs = match &args.map {
         None => sources::traces(&args.logs)?,
         Some(map) => {
-            let text = std::fs::read_to_string(map).map_err(CliError::write(map))?;
-            let columns: TableMap =
-                toml::from_str(&text).map_err(|error| CliError::Input(format!("{}: {error}", map.display())))?;
+            let columns: TableMap = sources::described(map)?;
             let files = sources::files(&args.logs, ".csv")?;
             files.iter().map(|file| table::read(file, &columns)).collect::<Result<Vec<_>, _>>()?
         }

@@ -43,7 +43,7 @@ pub struct Args {
     /// Authored motions instead: files that end in .poses.toml, or folders of them.
     #[arg(long, num_args = 1.., value_name = "FILE")]
     pub poses: Vec<PathBuf>,
-    /// Play authored motions so many times as fast.
+    /// Factor on the speed of authored motions.
     #[arg(long, default_value_t = 1.0, requires = "poses")]
     pub speed: f64,
     /// Folder of the references, a trace each.

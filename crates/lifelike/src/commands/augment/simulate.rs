@@ -93,9 +93,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
 
 /// The logs of a whole robot beside its simulation.
 fn of_robot(args: &Args, robot: &str, map: &Path) -> Result<Vec<Trace>, CliError> {
-    let text = std::fs::read_to_string(map).map_err(CliError::write(map))?;
-    let columns: TableMap =
-        toml::from_str(&text).map_err(|error| CliError::Input(format!("{}: {error}", map.display())))?;
+    let columns: TableMap = sources::described(map)?;
     let robot = Arc::new(Robot::load(robot)?);
     let mut simulation = args.physics.simulate(None, &robot, 1)?;
     let files = sources::files(&args.logs, ".csv")?;

@@ -30,6 +30,11 @@ pub fn servo(name: &str) -> Result<Servo, CliError> {
         let known = Servo::NAMES.join(", ");
         return Err(CliError::Input(format!("--servo: expected a file, or one of {known}, got '{name}'")));
     }
+    described(path)
+}
+
+/// Reads what a TOML file describes: a servo, a map of columns, a twin.
+pub fn described<T: serde::de::DeserializeOwned>(path: &Path) -> Result<T, CliError> {
     let text = std::fs::read_to_string(path).map_err(CliError::write(path))?;
     toml::from_str(&text).map_err(|error| CliError::Input(format!("{}: {error}", path.display())))
 }

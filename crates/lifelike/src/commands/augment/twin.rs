@@ -52,10 +52,7 @@ pub struct Args {
 pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let mut spec = match &args.spec {
         None => TwinSpec::default(),
-        Some(path) => {
-            let text = std::fs::read_to_string(path).map_err(CliError::write(path))?;
-            toml::from_str(&text).map_err(|error| CliError::Input(format!("{}: {error}", path.display())))?
-        }
+        Some(path) => sources::described(path)?,
     };
     spec.seed = args.seed.unwrap_or(spec.seed);
     let robot = Arc::new(Robot::load(&args.robot)?);
