@@ -1,14 +1,14 @@
 //! What a network, and what parameters, make of real logs of a servo's test bench: folds by trajectory and by gain.
 //!
-//! `cargo run --release -p lifelike-augmentation --example bench_logs -- FOLDER [iterations] [seeds] [architecture] [PARAMETERS]` with BAM's
-//! raw logs in the folder, and in PARAMETERS the servo as BAM published it (m1.json to m6.json). `TWIN=1`: the logs' measurements are
-//! replaced by those of a simulated servo, to choose settings on.
+//! `cargo run --release -p lifelike-augmentation --example bench_logs -- FOLDER [iterations] [seeds] [architectures] [PARAMETERS]` with BAM's
+//! raw logs of one servo in the folder, architectures from sat, lstm, attention, dense with commas between, and in PARAMETERS the servo as BAM
+//! published it (m1.json to m6.json). `TWIN=1`: the logs' measurements are replaced by those of a simulated servo, to choose settings on.
 
 use std::collections::BTreeMap;
 use std::error::Error;
 use std::path::PathBuf;
 
-use lifelike_augmentation::identification::{FrictionModel, Servo, fit};
+use lifelike_augmentation::identification::{DYNAMIXEL_DUTY, FrictionModel, Servo, fit};
 use lifelike_augmentation::logs::{BenchLog, BenchRun};
 use lifelike_augmentation::model::{Backbone, SatSizes};
 use lifelike_augmentation::training::{AugmentationPlan, AugmentationTrainer};
@@ -39,12 +39,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     let folder = arguments.first().ok_or("name the folder of the raw logs")?;
     let iterations = arguments.get(1).map_or(Ok(600), |text| text.parse())?;
     let seeds: u64 = arguments.get(2).map_or(Ok(1), |text| text.parse())?;
-    let (backbone, attention) = match arguments.get(3).map(String::as_str) {
-        Some("lstm") => (Backbone::Lstm, false),
-        Some("attention") => (Backbone::None, true),
-        Some("dense") => (Backbone::Dense, true),
-        _ => (Backbone::Lstm, true),
-    };
+    let names: Vec<&str> = arguments.get(3).map_or("sat", String::as_str).split(',').collect();
+    let architectures = names.into_iter().map(architecture).collect::<Result<Vec<_>, _>>()?;
     let mut files: Vec<PathBuf> =
         std::fs::read_dir(folder)?.map(|entry| Ok(entry?.path())).collect::<Result<_, std::io::Error>>()?;
     files.sort();
@@ -55,6 +51,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         let mut run = log.at(RATE);
         if twin {
             let real = Servo {
+                duty: DYNAMIXEL_DUTY,
+                goal_speed: None,
                 friction: ExtendedFriction {
                     base: 0.005,
                     viscous: 0.009,
@@ -80,16 +78,21 @@ fn main() -> Result<(), Box<dyn Error>> {
         }
         recorded.push(Recorded { log, run });
     }
+    let sheet =
+        recorded.first().and_then(|r| Servo::built_in(&r.log.motor)).ok_or("no log of a servo that is known")?;
     let trajectories: Vec<String> = distinct(recorded.iter().map(|r| r.log.trajectory.clone()));
     let gains: Vec<String> = distinct(recorded.iter().map(|r| format!("kp {}", r.log.gain)));
     for (title, folds, key) in [
         ("trajectory held out", trajectories, (|log: &BenchLog| log.trajectory.clone()) as fn(&BenchLog) -> String),
         ("gain held out", gains, |log: &BenchLog| format!("kp {}", log.gain)),
     ] {
+        if folds.len() < 2 {
+            continue;
+        }
         let mut rows: BTreeMap<String, Vec<Errors>> = BTreeMap::new();
         if let Some(parameters) = arguments.get(4) {
             for model in FrictionModel::ALL {
-                let servo = published(&PathBuf::from(parameters).join(format!("{}.json", model.name())))?;
+                let servo = published(&sheet, &PathBuf::from(parameters).join(format!("{}.json", model.name())))?;
                 let traces: Vec<Trace> =
                     recorded.iter().map(|r| r.run.simulated(&r.log, &servo.bench(&r.log))).collect();
                 rows.entry(format!("BAM's {}, as published", model.name())).or_default().push(errors(&traces));
@@ -98,9 +101,9 @@ fn main() -> Result<(), Box<dyn Error>> {
         for fold in folds {
             let (test, train): (Vec<&Recorded>, Vec<&Recorded>) = recorded.iter().partition(|r| key(&r.log) == fold);
             let runs: Vec<(&BenchLog, &BenchRun)> = train.iter().map(|r| (&r.log, &r.run)).collect();
-            let mut servos = vec![("data sheet".to_string(), Servo::built_in("xl330").unwrap_or_default())];
+            let mut servos = vec![("data sheet".to_string(), sheet)];
             for model in [FrictionModel::M1, FrictionModel::M3, FrictionModel::M6] {
-                servos.push((format!("fitted {}", model.name()), fit(model, &runs, 6, 1)));
+                servos.push((format!("fitted {}", model.name()), fit(model, &sheet, &runs, 6, 1)));
             }
             for (name, servo) in servos {
                 let traces = |of: &[&Recorded]| -> Vec<Trace> {
@@ -113,10 +116,14 @@ fn main() -> Result<(), Box<dyn Error>> {
                 if name == "fitted m1" || name == "fitted m3" {
                     continue;
                 }
-                for seed in 0..seeds {
-                    let model = SatSizes { backbone, attention, ..SatSizes::default() };
+                // What the data sheet leaves is compared with the first architecture only.
+                let compared = if name == "data sheet" { &architectures[..1] } else { &architectures[..] };
+                for ((architecture, model), seed) in
+                    compared.iter().flat_map(|own| (0..seeds).map(move |seed| (own, seed)))
+                {
                     let outputs = vec!["position".into(), "velocity".into()];
-                    let plan = AugmentationPlan { seed, iterations, outputs, model, ..AugmentationPlan::default() };
+                    let plan =
+                        AugmentationPlan { seed, iterations, outputs, model: *model, ..AugmentationPlan::default() };
                     let mut trainer = AugmentationTrainer::new(&plan, &learn, &[])?;
                     for _ in 0..iterations {
                         trainer.iterate();
@@ -125,7 +132,7 @@ fn main() -> Result<(), Box<dyn Error>> {
                     for feedback in [Feedback::None, Feedback::Predicted, Feedback::Measured] {
                         let corrected: Result<Vec<Trace>, _> =
                             held_out.iter().map(|trace| augmentation.corrected(trace, feedback)).collect();
-                        let name = format!("{name} + network, {feedback:?}");
+                        let name = format!("{name} + {architecture}, {feedback:?}");
                         rows.entry(name).or_default().push(errors(&corrected?));
                     }
                 }
@@ -158,12 +165,26 @@ fn persistent(trace: &Trace) -> Trace {
     out
 }
 
+/// An architecture by its name.
+fn architecture(name: &str) -> Result<(&str, SatSizes), String> {
+    let (backbone, attention) = match name {
+        "sat" => (Backbone::Lstm, true),
+        "lstm" => (Backbone::Lstm, false),
+        "attention" => (Backbone::None, true),
+        "dense" => (Backbone::Dense, true),
+        other => return Err(format!("expected sat, lstm, attention or dense, got '{other}'")),
+    };
+    Ok((name, SatSizes { backbone, attention, ..SatSizes::default() }))
+}
+
 /// A servo as BAM publishes it.
-fn published(path: &std::path::Path) -> Result<Servo, Box<dyn Error>> {
+fn published(sheet: &Servo, path: &std::path::Path) -> Result<Servo, Box<dyn Error>> {
     let file: BTreeMap<String, serde_json::Value> = serde_json::from_str(&std::fs::read_to_string(path)?)?;
     let number = |name: &str| file.get(name).and_then(serde_json::Value::as_f64).unwrap_or(0.0);
     let both = |motor: &str, outside: &str, one: &str| [number(motor) + number(one), number(outside) + number(one)];
     Ok(Servo {
+        duty: sheet.duty,
+        goal_speed: sheet.goal_speed,
         torque_constant: number("kt"),
         resistance: number("R"),
         supply_resistance: 0.0,

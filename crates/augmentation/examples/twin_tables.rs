@@ -2,7 +2,7 @@
 //! tested on authored motions of it, of KickBot attached at a foot, and of DanceBot.
 //!
 //! `cargo run --release -p lifelike-augmentation --example twin_tables -- WHAT [iterations] [seeds] [runs]`, WHAT one of gap, architectures,
-//! outputs, current, bodies, speed, perturbed, attention, losses.
+//! modular, outputs, current, bodies, speed, perturbed, attention, losses.
 
 use std::collections::BTreeMap;
 use std::error::Error;
@@ -197,6 +197,7 @@ fn main() -> Outcome<()> {
     match what {
         "gap" => gaps(&settings)?,
         "architectures" => table_2_1(&settings)?,
+        "modular" => not_modular_rows(&settings)?,
         "outputs" => figure_2_5(&settings)?,
         "current" => figure_2_6(&settings)?,
         "bodies" => figure_2_8(&settings)?,
@@ -204,7 +205,7 @@ fn main() -> Outcome<()> {
         "perturbed" => figure_2_10(&settings)?,
         "attention" => figure_2_11(&settings)?,
         "losses" => figure_2_12(&settings)?,
-        other => return Err(format!("expected gap, architectures, outputs, current, bodies, speed, perturbed, attention or losses, got '{other}'").into()),
+        other => return Err(format!("expected gap, architectures, modular, outputs, current, bodies, speed, perturbed, attention or losses, got '{other}'").into()),
     }
     println!("{what}: {:.0} s", start.elapsed().as_secs_f64());
     Ok(())
@@ -285,7 +286,7 @@ fn table_2_1(settings: &Settings) -> Outcome<()> {
     Ok(())
 }
 
-/// Position and velocity together with the physics-informed loss, modular and not.
+/// Position and velocity together with the physics-informed loss.
 fn figure_2_5(settings: &Settings) -> Outcome<()> {
     let (learn, validation) = (random_runs(settings.runs, 1, false)?, random_runs(5, 2, false)?);
     let tests = tests(false)?;
@@ -313,32 +314,39 @@ fn figure_2_5(settings: &Settings) -> Outcome<()> {
             row(name, &rows);
         }
     }
-    let all = |traces: &[Trace]| traces.iter().map(|trace| merged(trace, SERVO)).collect::<Vec<_>>();
-    not_modular(
-        settings,
-        SERVO,
-        &[("position", "position"), ("velocity", "velocity")],
-        (all(&learn), all(&validation)),
-        &tests,
-    )
+    Ok(())
+}
+
+/// The non-modular form beside the modular one's rows of Table 2.1.
+fn not_modular_rows(settings: &Settings) -> Outcome<()> {
+    for (class, stem, column, bodies) in [(SERVO, "position", "position", false), (BODY, "position", gap::PLACE, true)]
+    {
+        let all = |traces: &[Trace]| traces.iter().map(|trace| merged(trace, class)).collect::<Vec<_>>();
+        let learn = (all(&random_runs(settings.runs, 1, bodies)?), all(&random_runs(5, 2, bodies)?));
+        let tests = tests(bodies)?;
+        println!("{class}: {column}");
+        simulation_row(&tests, class, column);
+        not_modular(settings, class, (stem, column), learn, &tests)?;
+    }
+    Ok(())
 }
 
 /// One network for all blocks at once; it cannot be asked about a robot with other blocks.
 fn not_modular(
     settings: &Settings,
     class: &str,
-    columns: &[(&str, &str)],
+    (stem, column): (&str, &str),
     (learn, validation): (Vec<Trace>, Vec<Trace>),
     tests: &Tests,
 ) -> Outcome<()> {
     let Some(first) = learn.first().and_then(|trace| trace.blocks.first()) else { return Ok(()) };
-    let wanted = |name: &&String| columns.iter().any(|(stem, _)| name.contains(&format!(".{stem}")));
+    let wanted = |name: &&String| name.contains(&format!(".{stem}"));
     let outputs: Vec<&str> = first.measured.names.iter().filter(wanted).map(String::as_str).collect();
-    let mut all: BTreeMap<(&str, &str), Vec<Numbers>> = BTreeMap::new();
+    let mut all: BTreeMap<&str, Vec<Numbers>> = BTreeMap::new();
     for seed in 0..settings.seeds {
-        // As wide as three blocks' networks, a sequence for twelve.
-        let model = SatSizes { width: 96, ..SatSizes::default() };
-        let plan = AugmentationPlan { model, part: 4, ..plan(class, &outputs, settings, seed) };
+        // Twice as wide, and two stretches of twelve blocks where the modular network has sixteen of one.
+        let model = SatSizes { width: 2 * SatSizes::default().width, ..SatSizes::default() };
+        let plan = AugmentationPlan { model, batch: 2, part: 1, ..plan(class, &outputs, settings, seed) };
         let augmentation = train(&plan, &learn, &validation)?;
         for (test, traces) in tests.iter().filter(|(test, _)| *test != "dancebot") {
             let merged: Vec<Trace> = traces.iter().map(|trace| merged(trace, class)).collect();
@@ -346,16 +354,11 @@ fn not_modular(
             for (merged, own) in corrected(&augmentation, &merged, Feedback::None)?.iter().zip(&mut back) {
                 split(merged, own);
             }
-            for (_, column) in columns {
-                all.entry((column, test)).or_default().push(numbers(&back, class, column));
-            }
+            all.entry(test).or_default().push(numbers(&back, class, column));
         }
     }
-    for (_, column) in columns {
-        let rows: Vec<_> =
-            all.iter().filter(|((own, _), _)| own == column).map(|((_, test), n)| (*test, over_seeds(n))).collect();
-        row(&format!("not modular, {column}"), &rows);
-    }
+    let rows: Vec<_> = all.iter().map(|(test, n)| (*test, over_seeds(n))).collect();
+    row("not modular", &rows);
     Ok(())
 }
 
@@ -373,16 +376,11 @@ fn figure_2_8(settings: &Settings) -> Outcome<()> {
     let place = ["position_x", "position_y", "position_z"];
     let turn = ["a_x", "a_y", "a_z", "b_x", "b_y", "b_z"].map(|axis| format!("orientation_{axis}"));
     let turn: Vec<&str> = turn.iter().map(String::as_str).collect();
-    let all = |traces: &[Trace]| traces.iter().map(|trace| merged(trace, BODY)).collect::<Vec<_>>();
-    let kinds = [(&turn[..], "orientation", gap::ORIENTATION), (&place[..], "position", gap::PLACE)];
-    for (outputs, _, column) in kinds {
+    for (outputs, column) in [(&turn[..], gap::ORIENTATION), (&place[..], gap::PLACE)] {
         println!("{column}");
         simulation_row(&tests, BODY, column);
         let plans = seeds(settings, |seed| plan(BODY, outputs, settings, seed));
         report("SAT", &plans, &learn, &validation, &tests, column, Feedback::None)?;
-    }
-    for (_, stem, column) in kinds {
-        not_modular(settings, BODY, &[(stem, column)], (all(&learn), all(&validation)), &tests)?;
     }
     Ok(())
 }

@@ -4,16 +4,18 @@
 //! [`ExtendedFriction`] in one of its sizes. Residuals are the positions of whole simulated runs, so the fit is of what it is used
 //! for; the method is Levenberg and Marquardt's, from several starts.
 
+use std::f64::consts::TAU;
+
 use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
 use lifelike_checkpoint::rng::stream;
 use lifelike_robot::actuator::{DcMotor, ExtendedFriction};
-use lifelike_sim::bench::PendulumBench;
+use lifelike_sim::bench::{GRAVITY, PendulumBench};
 use nalgebra::storage::Owned;
 use nalgebra::{DMatrix, DVector, Dyn};
 use rand::Rng;
 use rayon::prelude::*;
 
-use crate::logs::bam::{BenchLog, BenchRun, DYNAMIXEL_DUTY};
+use crate::logs::bam::{BenchLog, BenchRun, DYNAMIXEL_DUTY_UNITS};
 
 /// How much friction is fitted (Duclusaud et al. 2024).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
@@ -41,10 +43,28 @@ struct Parameter {
     set: fn(&mut Servo, f64),
 }
 
+impl Parameter {
+    /// Returns the parameter with start and bounds in a unit.
+    fn in_units(self, unit: f64) -> Self {
+        Self { low: self.low * unit, high: self.high * unit, start: self.start * unit, set: self.set }
+    }
+}
+
+/// A Dynamixel's duty for an error of one radian and a gain of 1: 4096 steps a turn, gains in 256ths, a duty of 1 in 885ths
+/// (Present PWM against Goal Position of an XL330's logs has this slope to 1%; its manual would give twice as much).
+pub const DYNAMIXEL_DUTY: f64 = 4096.0 / TAU / (256.0 * DYNAMIXEL_DUTY_UNITS);
+/// A Feetech's: measured on an STS3215 with an oscilloscope by BAM's authors (github.com/Rhoban/bam).
+pub const FEETECH_DUTY: f64 = 0.166;
+
 /// What is fitted, whatever hangs on the servo.
 #[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize, serde::Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Servo {
+    /// Duty for an error of one radian and a gain of 1 in the servo's own unit (1/rad).
+    pub duty: f64,
+    /// The controller's own reference follows commands no faster (rad/s), if it has such a limit.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub goal_speed: Option<f64>,
     /// Torque constant (N m/A).
     pub torque_constant: f64,
     /// Resistance of the winding (ohm).
@@ -63,15 +83,42 @@ pub struct Servo {
 
 impl Servo {
     /// Names of [`Self::built_in`].
-    pub const NAMES: [&str; 1] = ["xl330"];
+    pub const NAMES: [&str; 2] = ["xl330", "sts3250"];
 
     /// Returns a servo by its data sheet, which says nothing of friction, rotor and delay.
     pub fn built_in(name: &str) -> Option<Self> {
         match name {
             // Dynamixel XL330-M288-T at 5 V: stall torque 0.52 N m at 1.47 A.
-            "xl330" => Some(Self { torque_constant: 0.52 / 1.47, resistance: 5.0 / 1.47, ..Self::default() }),
+            "xl330" => Some(Self {
+                duty: DYNAMIXEL_DUTY,
+                torque_constant: 0.52 / 1.47,
+                resistance: 5.0 / 1.47,
+                ..Self::default()
+            }),
+            // Feetech STS3250 at 12 V: 0.133 s for 60 degrees without load, stall torque 50 kg cm.
+            "sts3250" => {
+                let (supply, speed, stall) = (12.0, 60_f64.to_radians() / 0.133, 0.5 * GRAVITY);
+                let torque_constant = supply / speed;
+                Some(Self {
+                    duty: FEETECH_DUTY,
+                    goal_speed: Some(speed),
+                    torque_constant,
+                    resistance: torque_constant * supply / stall,
+                    ..Self::default()
+                })
+            }
             _ => None,
         }
+    }
+
+    /// Torque (N m) that it holds at a supply (V) when it cannot turn, without friction.
+    fn stall_torque(&self, supply: f64) -> f64 {
+        self.torque_constant * supply / (self.resistance + self.supply_resistance)
+    }
+
+    /// Velocity (rad/s) at a supply (V) without load, without friction.
+    fn free_speed(&self, supply: f64) -> f64 {
+        supply / self.torque_constant
     }
 
     /// Returns the servo on a log's bench, with its gain.
@@ -79,10 +126,11 @@ impl Servo {
         PendulumBench {
             mass: log.mass,
             arm: log.arm,
+            goal_speed: self.goal_speed,
             armature: self.armature,
             offset: self.offset,
             motor: DcMotor {
-                proportional: log.gain * DYNAMIXEL_DUTY,
+                proportional: log.gain * self.duty,
                 integral: 0.0,
                 derivative: 0.0,
                 duty_max: 1.0,
@@ -124,23 +172,34 @@ impl FrictionModel {
         }
     }
 
-    fn parameters(self) -> Vec<Parameter> {
+    /// What is fitted, around a servo: electrical numbers in units of its own, mechanical ones in those that fit an XL330 at 7.4 V, scaled
+    /// to its stall torque and speed at a supply (V). A controller with a limit of speed is one that was not measured: it is fitted too.
+    fn parameters(self, around: &Servo, supply: f64) -> Vec<Parameter> {
         let p = |low: f64, high: f64, start: f64, set: fn(&mut Servo, f64)| Parameter { low, high, start, set };
+        let small = Servo::built_in("xl330").unwrap_or_default();
+        let torque = around.stall_torque(supply) / small.stall_torque(7.4);
+        let speed = around.free_speed(supply) / small.free_speed(7.4);
         let mut all = vec![
-            p(0.1, 1.0, 0.35, |s, x| s.torque_constant = x),
-            p(1.0, 10.0, 4.0, |s, x| s.resistance = x),
-            p(0.0, 5.0, 0.3, |s, x| s.supply_resistance = x),
-            p(1e-4, 0.01, 1.5e-3, |s, x| s.armature = x),
+            p(0.3, 3.0, 1.0, |s, x| s.torque_constant = x).in_units(around.torque_constant),
+            p(0.3, 3.0, 1.2, |s, x| s.resistance = x).in_units(around.resistance),
+            p(0.0, 1.5, 0.1, |s, x| s.supply_resistance = x).in_units(around.resistance),
+            p(1e-4, 0.01, 1.5e-3, |s, x| s.armature = x).in_units(torque),
             p(-0.1, 0.1, 0.01, |s, x| s.offset = x),
             p(0.0, 0.04, 0.005, |s, x| s.delay = x),
-            p(0.0, 0.1, 0.01, |s, x| s.friction.base = x),
-            p(0.0, 0.05, 0.005, |s, x| s.friction.viscous = x),
+            p(0.0, 0.1, 0.01, |s, x| s.friction.base = x).in_units(torque),
+            p(0.0, 0.05, 0.005, |s, x| s.friction.viscous = x).in_units(torque / speed),
         ];
+        if let Some(limit) = around.goal_speed {
+            all.extend([
+                p(0.1, 4.0, 1.0, |s, x| s.duty = x).in_units(around.duty),
+                p(0.3, 3.0, 1.0, |s, x| s.goal_speed = Some(x)).in_units(limit),
+            ]);
+        }
         let stribeck = matches!(self, Self::M2 | Self::M4 | Self::M5 | Self::M6);
         if stribeck {
             all.extend([
-                p(0.0, 0.1, 0.01, |s, x| s.friction.stribeck = x),
-                p(0.1, 10.0, 2.0, |s, x| s.friction.stribeck_velocity = x),
+                p(0.0, 0.1, 0.01, |s, x| s.friction.stribeck = x).in_units(torque),
+                p(0.1, 10.0, 2.0, |s, x| s.friction.stribeck_velocity = x).in_units(speed),
                 p(0.3, 8.0, 1.5, |s, x| s.friction.stribeck_exponent = x),
             ]);
         }
@@ -160,8 +219,8 @@ impl FrictionModel {
         }
         if self == Self::M6 {
             all.extend([
-                p(0.0, 0.5, 0.01, |s, x| s.friction.load_quadratic[0] = x),
-                p(0.0, 0.5, 0.01, |s, x| s.friction.load_quadratic[1] = x),
+                p(0.0, 0.5, 0.01, |s, x| s.friction.load_quadratic[0] = x).in_units(1.0 / torque),
+                p(0.0, 0.5, 0.01, |s, x| s.friction.load_quadratic[1] = x).in_units(1.0 / torque),
             ]);
         }
         all
@@ -178,14 +237,15 @@ fn unbounded(parameter: &Parameter, value: f64) -> f64 {
     (share / (1.0 - share)).ln()
 }
 
-fn servo(parameters: &[Parameter], x: &[f64]) -> Servo {
-    let mut servo = Servo::default();
+fn servo(around: &Servo, parameters: &[Parameter], x: &[f64]) -> Servo {
+    let mut servo = *around;
     parameters.iter().zip(x).for_each(|(parameter, x)| (parameter.set)(&mut servo, bounded(parameter, *x)));
     servo
 }
 
 /// Positions of all runs, less those measured.
 struct Problem<'a> {
+    around: &'a Servo,
     parameters: &'a [Parameter],
     runs: &'a [(&'a BenchLog, &'a BenchRun)],
     x: DVector<f64>,
@@ -193,7 +253,7 @@ struct Problem<'a> {
 
 impl Problem<'_> {
     fn at(&self, x: &[f64]) -> Vec<f64> {
-        let servo = servo(self.parameters, x);
+        let servo = servo(self.around, self.parameters, x);
         let residuals = |(log, run): &(&BenchLog, &BenchRun)| {
             let motion = servo.bench(log).run(run.commands(), run.position[0], run.velocity[0]);
             motion.position.into_iter().zip(&run.position).map(|(a, b)| soft(a - b)).collect::<Vec<_>>()
@@ -247,23 +307,24 @@ impl LeastSquaresProblem<f64, Dyn, Dyn> for Problem<'_> {
     }
 }
 
-/// Fits a servo to runs of its logs, from `starts` starts drawn around what is usual; the best of them by its mean absolute
-/// error on these runs.
-pub fn fit(model: FrictionModel, runs: &[(&BenchLog, &BenchRun)], starts: u64, seed: u64) -> Servo {
-    let parameters = model.parameters();
+/// Fits a servo to runs of its logs, from `starts` starts drawn around what is usual for a servo like `around`, a data sheet's say; the
+/// best of them by its mean absolute error on these runs.
+pub fn fit(model: FrictionModel, around: &Servo, runs: &[(&BenchLog, &BenchRun)], starts: u64, seed: u64) -> Servo {
+    let supply = runs.iter().map(|(log, _)| log.supply).fold(0.0, f64::max);
+    let parameters = model.parameters(around, supply);
     let fitted = (0..starts.max(1)).map(|start| {
         let mut rng = stream(seed, "identification", 0, start);
         let x = parameters.iter().map(|p| {
             let around = if start == 0 { 0.0 } else { rng.random_range(-1.5..1.5) };
             unbounded(p, p.start) + around
         });
-        let problem = Problem { parameters: &parameters, runs, x: DVector::from_iterator(parameters.len(), x) };
+        let problem = Problem { around, parameters: &parameters, runs, x: DVector::from_iterator(parameters.len(), x) };
         let (problem, _) = LevenbergMarquardt::new().with_patience(40).minimize(problem);
-        servo(&parameters, problem.x.as_slice())
+        servo(around, &parameters, problem.x.as_slice())
     });
     let scored = fitted.map(|servo| (servo.error(runs), servo));
     let best = scored.min_by(|a, b| a.0.total_cmp(&b.0));
-    best.map(|(_, servo)| servo).unwrap_or_default()
+    best.map_or(*around, |(_, servo)| servo)
 }
 
 #[cfg(test)]
@@ -275,7 +336,10 @@ mod tests {
     /// A servo that simulated its own log is found again, by what it does.
     #[test]
     fn a_simulated_servo_is_found_again() {
+        let sheet = Servo::built_in("xl330").unwrap();
         let real = Servo {
+            duty: sheet.duty,
+            goal_speed: None,
             torque_constant: 0.33,
             resistance: 3.6,
             supply_resistance: 0.5,
@@ -309,8 +373,8 @@ mod tests {
         });
         let pairs: Vec<(&BenchLog, &BenchRun)> = logs.iter().zip(&runs).collect();
         // Two of three are fitted to, the third is new.
-        let found = fit(FrictionModel::M1, &pairs[..2], 3, 1);
-        let plain = Servo::built_in("xl330").unwrap().error(&pairs[2..]);
+        let found = fit(FrictionModel::M1, &sheet, &pairs[..2], 3, 1);
+        let plain = sheet.error(&pairs[2..]);
         let error = found.error(&pairs[2..]);
         assert!(error < 0.05 * plain && error < 2e-3, "{error} rad of {plain}: {found:?}");
         assert!((found.offset - real.offset).abs() < 5e-3 && (found.delay - real.delay).abs() < 3e-3, "{found:?}");

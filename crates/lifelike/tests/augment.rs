@@ -44,12 +44,15 @@ fn logs_become_traces_parameters_and_a_correction() {
     for (name, frequency) in [("a", 3.0), ("b", 5.0)] {
         write_log(&folder.path().join(format!("logs/{name}.json")), frequency);
     }
-    let made = result(&["augment", "simulate", &at("logs"), "-o", &at("traces")]);
+    let made = result(&["augment", "simulate", &at("logs"), "--servo", "xl330", "-o", &at("traces")]);
     assert_eq!(made["files"].as_array().unwrap().len(), 2);
     let plain = made["gap"][0]["mae"][0].as_f64().unwrap();
 
-    let fitted =
-        result(&["augment", "identify", &at("logs"), "--friction", "m1", "--starts", "1", "-o", &at("s.toml")]);
+    let nameless = lifelike(&["augment", "simulate", &at("logs"), "-o", &at("nowhere")]);
+    let said = String::from_utf8_lossy(&nameless.stderr).into_owned();
+    assert!(!nameless.status.success() && said.contains("'servo'") && said.contains("xl330"), "{said}");
+    let search = ["--servo", "xl330", "--friction", "m1", "--starts", "1", "-o", &at("s.toml")];
+    let fitted = result(&[&["augment", "identify", &at("logs")], &search[..]].concat());
     let errors = fitted["errors"].as_array().unwrap();
     assert!(errors.iter().all(|own| own["mae_deg"].as_f64().unwrap() < plain.to_degrees()), "{errors:?}");
     result(&["augment", "simulate", &at("logs"), "--servo", &at("s.toml"), "-o", &at("fitted")]);

@@ -16,6 +16,9 @@ pub struct PendulumBench {
     pub mass: f64,
     /// From the axis to the weight (m).
     pub arm: f64,
+    /// The controller's own reference follows commands no faster (rad/s); it begins where the servo does.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub goal_speed: Option<f64>,
     /// Inertia of rotor and gears at the output (kg m²).
     pub armature: f64,
     /// Added to the servo's angle it is the arm's (rad): how crooked the arm sits.
@@ -65,8 +68,9 @@ impl PendulumBench {
         let inertia = self.mass * self.arm * self.arm + self.armature;
         let (mut q, mut v, mut integral) = (position, velocity, 0.0);
         let mut motion = BenchMotion::default();
+        let (mut goal, farthest) = (position, self.goal_speed.map_or(f64::INFINITY, |speed| speed * dt));
         for (i, enabled) in commands.enabled.iter().enumerate() {
-            let goal = self.delayed(commands.goal, i, dt);
+            goal = self.delayed(commands.goal, i, dt).clamp(goal - farthest, goal + farthest);
             let load = -self.mass * GRAVITY * self.arm * (q + self.offset).sin();
             let error = goal - q;
             let state = match enabled {

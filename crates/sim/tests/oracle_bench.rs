@@ -42,6 +42,7 @@ fn all_six_friction_models_turn_the_arm_as_their_authors_say() {
         let bench = PendulumBench {
             mass: fixture.mass,
             arm: fixture.arm,
+            goal_speed: None,
             armature: number("armature"),
             offset: number("q_offset"),
             motor: DcMotor {
@@ -79,9 +80,10 @@ fn all_six_friction_models_turn_the_arm_as_their_authors_say() {
 
 #[test]
 fn commands_come_later_by_the_delay() {
-    let bench = |delay: f64| PendulumBench {
+    let bench = |delay: f64, goal_speed: Option<f64>| PendulumBench {
         mass: 0.2,
         arm: 0.1,
+        goal_speed,
         armature: 1e-3,
         offset: 0.0,
         motor: DcMotor {
@@ -100,9 +102,14 @@ fn commands_come_later_by_the_delay() {
     };
     let goal: Vec<f64> = (0..200).map(|i| if i < 20 { 0.0 } else { 0.5 }).collect();
     let enabled = vec![true; 200];
-    let run = |delay: f64| bench(delay).run(BenchCommands { step: 0.005, goal: &goal, enabled: &enabled }, 0.0, 0.0);
-    let (now, later) = (run(0.0), run(0.02));
+    let commands = BenchCommands { step: 0.005, goal: &goal, enabled: &enabled };
+    let (now, later) = (bench(0.0, None).run(commands, 0.0, 0.0), bench(0.02, None).run(commands, 0.0, 0.0));
     // Four steps.
     assert!(now.position.iter().zip(&later.position[4..]).all(|(a, b)| (a - b).abs() < 1e-12));
     assert!(now.position[199] > 0.2);
+    // A controller whose reference moves no faster than 1 rad/s gets the step as a ramp of half a second.
+    let ramp: Vec<f64> = (0..200).map(|i| (0.005 * (f64::from(i) - 19.0)).clamp(0.0, 0.5)).collect();
+    let limited = bench(0.0, Some(1.0)).run(commands, 0.0, 0.0);
+    let ramped = bench(0.0, None).run(BenchCommands { goal: &ramp, ..commands }, 0.0, 0.0);
+    assert!(limited.position.iter().zip(&ramped.position).all(|(a, b)| (a - b).abs() < 1e-12));
 }

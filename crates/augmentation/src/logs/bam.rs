@@ -2,7 +2,7 @@
 //!
 //! A log is an object with `mass` (kg), `length` (m), `kp` (the servo's own unit), `vin` (V), `motor`, `trajectory`, and
 //! `entries`: `timestamp` (s), `goal_position` and `position` (rad), `speed` (rad/s), `load` (the duty in 885ths, negative numbers
-//! perhaps as unsigned 16 bits), `input_volts` (V), `torque_enable`.
+//! perhaps as unsigned 16 bits; 0 throughout where a servo does not tell it), `input_volts` (V), `torque_enable`.
 
 use std::f64::consts::TAU;
 use std::path::Path;
@@ -13,11 +13,8 @@ use lifelike_sim::trace::{BlockTrace, Columns, Trace};
 use super::clock::Clock;
 use crate::AugmentationError;
 
-/// A Dynamixel's duty for an error of one radian and a gain of 1: 4096 steps a turn, gains in 256ths, a duty of 1 in 885ths
-/// (Present PWM against Goal Position of the logs has this slope to 1%; XL330's manual would give twice as much).
-pub const DYNAMIXEL_DUTY: f64 = 4096.0 / TAU / (256.0 * DUTY_UNITS);
-/// Units of a duty of 1.
-const DUTY_UNITS: f64 = 885.0;
+/// Units of a Dynamixel's duty of 1.
+pub(crate) const DYNAMIXEL_DUTY_UNITS: f64 = 885.0;
 /// No bench turns further (rad): what does is in degrees or ticks.
 const FARTHEST: f64 = 4.0 * TAU;
 
@@ -47,7 +44,7 @@ pub struct BenchLog {
     /// Measured velocities (rad/s).
     pub velocity: Vec<f64>,
     /// Measured voltages on the winding (V): duty times the supply's. None of a log that was interpolated (`dt`), since that was done
-    /// across the wrap of unsigned numbers.
+    /// across the wrap of unsigned numbers, or whose servo did not tell its duty.
     pub voltage: Option<Vec<f64>>,
     /// Whether the motor is on.
     pub enabled: Vec<bool>,
@@ -123,7 +120,8 @@ impl BenchLog {
             AugmentationError::log(path, format!("entry {i}, timestamp"), expected, got)
         })?;
         let signed = |load: f64| if load > 32767.0 { load - 65536.0 } else { load };
-        let voltage = || file.entries.iter().map(|e| signed(e.load) / DUTY_UNITS * e.input_volts).collect();
+        let voltage = || file.entries.iter().map(|e| signed(e.load) / DYNAMIXEL_DUTY_UNITS * e.input_volts).collect();
+        let told = file.dt.is_none() && file.entries.iter().any(|entry| entry.load != 0.0);
         Ok(Self {
             name: path.file_stem().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default(),
             trajectory: file.trajectory.clone(),
@@ -135,7 +133,7 @@ impl BenchLog {
             goal: column(|entry| entry.goal_position),
             position: column(|entry| entry.position),
             velocity: column(|entry| entry.speed),
-            voltage: file.dt.is_none().then(voltage),
+            voltage: told.then(voltage),
             enabled: file.entries.iter().map(|entry| entry.torque_enable).collect(),
             time,
             clock,

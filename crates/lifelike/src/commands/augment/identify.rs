@@ -14,7 +14,8 @@ use crate::output::Output;
 /// Fit the parameters of a servo's model to logs of its test bench: motor, armature, delay, friction.
 ///
 /// Least squares (Levenberg-Marquardt) over whole simulated runs, from several starts. Friction models are those of Duclusaud et
-/// al. 2024: m1 Coulomb and viscous, m2 with Stribeck's, m3 to m6 with load.
+/// al. 2024: m1 Coulomb and viscous, m2 with Stribeck's, m3 to m6 with load. A Dynamixel's gain is known; a Feetech's, and the limit of
+/// its reference's speed, are fitted with the rest.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -30,6 +31,9 @@ pub struct Args {
     /// Friction: m1, m2, m3, m4, m5 or m6.
     #[arg(long, default_value = "m6")]
     pub friction: String,
+    /// The servo that is searched around: a data sheet's (xl330, sts3250) or a file of this command; as the logs say if not given.
+    #[arg(long)]
+    pub servo: Option<String>,
     /// Rows per second of the simulation (Hz).
     #[arg(long, default_value_t = 200.0)]
     pub rate: f64,
@@ -56,7 +60,9 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     };
     let (learn, test) = (read(&args.logs)?, read(&args.test)?);
     let runs: Vec<(&BenchLog, &BenchRun)> = learn.iter().map(|(log, run)| (log, run)).collect();
-    let servo = fit(model, &runs, args.starts, args.seed);
+    let logs: Vec<BenchLog> = learn.iter().map(|(log, _)| log.clone()).collect();
+    let around = sources::servo(args.servo.as_deref(), &logs)?;
+    let servo = fit(model, &around, &runs, args.starts, args.seed);
     let text = toml::to_string(&servo).map_err(|error| CliError::Failed(error.to_string()))?;
     let names: Vec<&str> = learn.iter().map(|(log, _)| log.name.as_str()).collect();
     let text = format!("# Fitted ({}) to {}.\n{text}", model.name(), names.join(", "));

@@ -23,7 +23,7 @@ use crate::output::Output;
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
-  lifelike augment simulate logs/ --servo xl330 -o traces/nominal
+  lifelike augment simulate logs/ -o traces/nominal
   lifelike augment identify logs/ --friction m6 -o xl330.toml
   lifelike augment simulate logs/ --servo xl330.toml -o traces/fitted
   lifelike augment simulate walk.csv --robot mine.xml --map columns.toml -o traces/mine
@@ -39,9 +39,9 @@ pub struct Args {
     /// Logs: files, or folders of *.json (with --map of *.csv).
     #[arg(required = true)]
     pub logs: Vec<PathBuf>,
-    /// The servo's model: a file of `lifelike augment identify`, or xl330 (its data sheet).
-    #[arg(long, default_value = "xl330")]
-    pub servo: String,
+    /// The servo's model: a file of `lifelike augment identify`, or a data sheet's (xl330, sts3250); as the logs say if not given.
+    #[arg(long)]
+    pub servo: Option<String>,
     /// Rows per second of a bench's traces (Hz).
     #[arg(long, default_value_t = 200.0)]
     pub rate: f64,
@@ -67,7 +67,8 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let traces = match (&args.robot, &args.map) {
         (Some(robot), Some(map)) => of_robot(args, robot, map)?,
         _ => {
-            let (logs, servo) = (sources::bench_logs(&args.logs)?, sources::servo(&args.servo)?);
+            let logs = sources::bench_logs(&args.logs)?;
+            let servo = sources::servo(args.servo.as_deref(), &logs)?;
             logs.iter().map(|log| log.at(args.rate).simulated(log, &servo.bench(log))).collect()
         }
     };

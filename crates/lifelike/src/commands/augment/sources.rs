@@ -20,14 +20,28 @@ pub fn bench_logs(paths: &[PathBuf]) -> Result<Vec<BenchLog>, CliError> {
     Ok(files.iter().map(|file| BenchLog::read(file)).collect::<Result<Vec<_>, _>>()?)
 }
 
-/// Returns a servo by name, or what a file of `lifelike augment identify` says.
-pub fn servo(name: &str) -> Result<Servo, CliError> {
+/// Returns a servo by name, or what a file of `lifelike augment identify` says; where none is named, the one that the logs name.
+pub fn servo(name: Option<&str>, logs: &[BenchLog]) -> Result<Servo, CliError> {
+    let known = Servo::NAMES.join(", ");
+    let Some(name) = name else {
+        let motor = logs.first().map_or("", |log| log.motor.as_str());
+        if let Some(other) = logs.iter().find(|log| log.motor != motor) {
+            return Err(CliError::Input(format!(
+                "{}: expected logs of one servo ({motor}), got one of {}; name a model with --servo",
+                other.name, other.motor
+            )));
+        }
+        return Servo::built_in(motor).ok_or_else(|| {
+            CliError::Input(format!(
+                "the logs are of a servo '{motor}': expected one of {known}, or --servo with one of them or a file"
+            ))
+        });
+    };
     if let Some(servo) = Servo::built_in(name) {
         return Ok(servo);
     }
     let path = Path::new(name);
     if !path.is_file() {
-        let known = Servo::NAMES.join(", ");
         return Err(CliError::Input(format!("--servo: expected a file, or one of {known}, got '{name}'")));
     }
     described(path)
