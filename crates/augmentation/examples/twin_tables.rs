@@ -348,7 +348,10 @@ fn not_modular(
         let model = SatSizes { width: 2 * SatSizes::default().width, ..SatSizes::default() };
         let plan = AugmentationPlan { model, batch: 2, part: 1, ..plan(class, &outputs, settings, seed) };
         let augmentation = train(&plan, &learn, &validation)?;
-        for (test, traces) in tests.iter().filter(|(test, _)| *test != "dancebot") {
+        // DanceBot has other blocks, and KickBot has another fixed body where it is attached at a foot.
+        for (test, traces) in
+            tests.iter().filter(|(test, _)| *test == "kickbot" || (class == SERVO && *test != "dancebot"))
+        {
             let merged: Vec<Trace> = traces.iter().map(|trace| merged(trace, class)).collect();
             let mut back = traces.clone();
             for (merged, own) in corrected(&augmentation, &merged, Feedback::None)?.iter().zip(&mut back) {

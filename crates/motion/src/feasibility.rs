@@ -16,7 +16,7 @@ use crate::error::MotionError;
 
 pub use finding::{Feasibility, Finding, Kind};
 pub use momentum::{Momentum, SMOOTH_SECONDS, momentum};
-pub use touch::{TOUCH, Touch, touches};
+pub use touch::{TOUCH, Touch, nearest, outside, touches};
 
 /// Checks a clip. `speeds` are the largest speeds of the character's scalar joints, in its order (rad/s or m/s;
 /// infinite where there is none to exceed).

@@ -31,7 +31,7 @@ pub use correspondence::{Correspondence, SourceRoles};
 pub use options::{RetargetOptions, Tempo, TempoRule};
 pub use report::{RetargetReport, Spread};
 
-pub(crate) use plant::replant;
+pub(crate) use plant::{replant, stand_as};
 
 use crate::clip::{Contacts, MotionClip, Provenance};
 use crate::error::MotionError;
@@ -119,7 +119,7 @@ fn solve(rig: &Rig, shapes: &Shapes, human: &Human, stances: &[Stance; 2], optio
     let mut followed = passes::follow(rig, shapes, human, &soft, fps);
     limit_speeds(rig, &mut followed, fps);
     smooth::smooth_poses(rig, &mut followed, sigma);
-    plant::plant(rig, &followed, &soft, stances, options)
+    plant::plant(rig, &followed, &followed, &soft, stances, options)
 }
 
 fn limit_speeds(rig: &Rig, poses: &mut [Vec<f64>], fps: f64) {

@@ -5,7 +5,7 @@ use lifelike_character::{Anatomy, Character};
 use super::joints::column;
 use super::parts::joints_of;
 use super::poses::{clamp_to_ranges, positions, set_positions};
-use crate::clip::MotionClip;
+use crate::clip::{Contacts, MotionClip};
 use crate::error::MotionError;
 use crate::retarget::rig::Rig;
 use crate::retarget::{RetargetOptions, replant};
@@ -35,13 +35,32 @@ pub fn settle(
     }
     let options = RetargetOptions { fps: before.fps, ..options.clone() };
     let rig = Rig::new(character, anatomy, &options)?;
-    let standing = [0, 1].map(|side: usize| {
-        let contacts = before.contacts.as_ref()?;
-        let foot = &character.bodies[rig.legs[side].foot.body].name;
-        let place = contacts.names.iter().position(|name| name == foot)?;
-        Some(contacts.flags.iter().skip(place).step_by(contacts.names.len()).copied().collect())
-    });
-    let new = replant(&rig, &old, &positions(&edited, character)?, &standing, &options);
+    let new = replant(&rig, &old, &positions(&edited, character)?, &standing(before, &rig), &options);
     set_positions(&mut edited, character, &new);
     Ok(edited)
+}
+
+/// Returns whether the left and the right foot stand in each frame, where the clip says so.
+pub(super) fn standing(clip: &MotionClip, rig: &Rig) -> [Option<Vec<bool>>; 2] {
+    [0, 1].map(|side: usize| {
+        let contacts = clip.contacts.as_ref()?;
+        let place = place_of(contacts, rig, side)?;
+        Some(contacts.flags.iter().skip(place).step_by(contacts.names.len()).copied().collect())
+    })
+}
+
+/// Writes what [`standing`] reads.
+pub(super) fn set_standing(clip: &mut MotionClip, rig: &Rig, standing: &[Option<Vec<bool>>; 2]) {
+    let Some(contacts) = &mut clip.contacts else { return };
+    for (side, standing) in standing.iter().enumerate() {
+        let (Some(standing), Some(place)) = (standing, place_of(contacts, rig, side)) else { continue };
+        let width = contacts.names.len();
+        contacts.flags.iter_mut().skip(place).step_by(width).zip(standing).for_each(|(flag, stands)| *flag = *stands);
+    }
+}
+
+/// Place of a foot among the clip's contacts.
+fn place_of(contacts: &Contacts, rig: &Rig, side: usize) -> Option<usize> {
+    let foot = &rig.character.bodies[rig.legs[side].foot.body].name;
+    contacts.names.iter().position(|name| name == foot)
 }

@@ -46,16 +46,23 @@ pub fn touches(character: &Character, anatomy: &Anatomy, pose: &Kinematics) -> T
 /// Returns the distance of a position outside of the points' convex outline, seen from above (m); 0 inside, `None`
 /// without points.
 pub fn outside(points: &[Vec3], place: &Vec3) -> Option<f64> {
+    nearest(points, place).map(|nearest| (nearest.xy() - place.xy()).norm())
+}
+
+/// Returns the position of the points' convex outline, seen from above, that is nearest to a position (its height is kept): itself inside,
+/// `None` without points.
+pub fn nearest(points: &[Vec3], place: &Vec3) -> Option<Vec3> {
     let hull = outline(points.to_vec());
     let edges = || hull.iter().zip(hull.iter().cycle().skip(1));
     let inside = hull.len() > 2 && edges().all(|(a, b)| (b.xy() - a.xy()).perp(&(place.xy() - a.xy())) >= 0.0);
     if inside {
-        return Some(0.0);
+        return Some(*place);
     }
-    let distance = |a: &Vec3, b: &Vec3| {
+    let on_edge = |a: &Vec3, b: &Vec3| {
         let (along, to) = (b.xy() - a.xy(), place.xy() - a.xy());
         let share = (to.dot(&along) / along.norm_squared().max(1e-18)).clamp(0.0, 1.0);
-        (to - along * share).norm()
+        Vec3::new(a.x + along.x * share, a.y + along.y * share, place.z)
     };
-    edges().map(|(a, b)| distance(a, b)).min_by(f64::total_cmp)
+    let far = |p: &Vec3| (p - place).norm_squared();
+    edges().map(|(a, b)| on_edge(a, b)).min_by(|a, b| far(a).total_cmp(&far(b)))
 }

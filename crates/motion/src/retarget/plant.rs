@@ -6,10 +6,12 @@ use super::rig::Rig;
 use super::shapes::Shapes;
 use super::{finish, ground, own, passes, smooth};
 
-/// Locks the standing soles with root and legs, zero-phase smoothing between the passes. Generalised positions.
+/// Locks the standing soles with root and legs where they are in `walked`, zero-phase smoothing between the passes; everything else
+/// stays as in `followed`. Generalised positions.
 pub(super) fn plant(
     rig: &Rig,
     followed: &[Vec<f64>],
+    walked: &[Vec<f64>],
     soft: &[Vec<FootTarget>; 2],
     stances: &[Stance; 2],
     options: &RetargetOptions,
@@ -17,7 +19,7 @@ pub(super) fn plant(
     let fps = options.fps;
     let sigma = options.smoothing * fps;
     let clearance = options.swing_clearance * rig.leg_length / 0.44;
-    let locked = feet::locked_targets(rig, followed, soft, stances, clearance, fps);
+    let locked = feet::locked_targets(rig, walked, soft, stances, clearance, fps);
     let mut standing = passes::stand(rig, followed, &locked, fps, 3);
     smooth::smooth_change(rig, followed, &mut standing, sigma);
     let mut settled = passes::stand(rig, &standing, &locked, fps, 3);
@@ -36,9 +38,21 @@ pub(crate) fn replant(
     standing: &[Option<Vec<bool>>; 2],
     options: &RetargetOptions,
 ) -> Vec<Vec<f64>> {
+    stand_as(rig, before, edited, edited, standing, options)
+}
+
+/// As [`replant`], with every sole where it is in `walked`: the body may sway above its own steps.
+pub(crate) fn stand_as(
+    rig: &Rig,
+    before: &[Vec<f64>],
+    walked: &[Vec<f64>],
+    edited: &[Vec<f64>],
+    standing: &[Option<Vec<bool>>; 2],
+    options: &RetargetOptions,
+) -> Vec<Vec<f64>> {
     let stances = own::stances(rig, before, standing, options);
-    let soft = own::soft_targets(rig, edited, &stances, options.fps);
-    let mut poses = plant(rig, edited, &soft, &stances, options);
+    let soft = own::soft_targets(rig, walked, &stances, options.fps);
+    let mut poses = plant(rig, edited, walked, &soft, &stances, options);
     ground::settle(rig, &Shapes::new(rig.character), &mut poses, &stances);
     finish(rig, &mut poses, options.fps);
     // The last smoothing is for the legs; what else moves stays as sharp as it was edited.

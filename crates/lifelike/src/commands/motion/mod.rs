@@ -7,6 +7,7 @@ pub mod convert;
 mod direct;
 pub mod mirror;
 pub mod place;
+pub mod repair;
 pub mod retarget;
 pub mod sequence;
 pub mod stylize;
@@ -39,6 +40,7 @@ pub enum Motion {
     Retarget(retarget::Args),
     Convert(convert::Args),
     Check(check::Args),
+    Repair(repair::Args),
     Search(search::Args),
     Interpolate(interpolate::Args),
     Sequence(sequence::Args),
@@ -62,6 +64,7 @@ impl Motion {
             Self::Retarget(args) => retarget::run(&args, output),
             Self::Convert(args) => convert::run(&args, output),
             Self::Check(args) => check::run(&args, output),
+            Self::Repair(args) => repair::run(&args, output),
             Self::Search(args) => search::run(&args, output),
             Self::Interpolate(args) => interpolate::run(&args, output),
             Self::Sequence(args) => sequence::run(&args, output),
