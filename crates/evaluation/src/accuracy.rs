@@ -28,7 +28,7 @@ pub fn contact_agreement(rollout: &Rollout) -> f64 {
 }
 
 /// A foot stands when it carries more than this share of the weight.
-const CONTACT_SHARE: f32 = 0.02;
+pub(super) const CONTACT_SHARE: f32 = 0.02;
 
 /// Mean distance of the end effectors over frames and effectors (m), each relative to its own root in its own heading
 /// frame: the second number of thesis Table 4.3. (The thesis does not say whether it averages distances or coordinates;

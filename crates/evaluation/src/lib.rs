@@ -15,9 +15,12 @@
 //! | `root` | velocities (m/s, rad/s) and orientation (deg) of the root |
 //! | `drift` | position and heading of the root against the reference (m, deg) |
 //! | `smoothness` | jerk (rad/s³) |
+//! | `slip` | soles that slide while they stand (m/s) |
+//! | `interval` | how sure a mean over clips is |
 //! | `fall` | definition of a fall |
 //! | `explain` | a failure in plain words, and the change of the clip that would help |
 //! | `robustness` | all of it against the size of a disturbance |
+//! | `particles` | the motion that physics makes of a clip at its best |
 //! | `failure` | the body that left first, the joints at their limit, the moment the ground was lost |
 
 pub mod accuracy;
@@ -28,7 +31,9 @@ mod error;
 pub mod explain;
 pub mod failure;
 pub mod fall;
+mod interval;
 mod options;
+pub mod particles;
 mod played;
 mod recorder;
 pub mod robustness;
@@ -38,6 +43,7 @@ mod runner;
 pub mod schedule;
 mod score;
 mod setup;
+pub mod slip;
 pub mod smoothness;
 mod suite;
 mod tables;
@@ -48,6 +54,7 @@ pub use chain::Chain;
 pub use conditions::{EpisodeConditions, ReferenceSegment, TimedPush};
 pub use error::EvaluationError;
 pub use failure::Failure;
+pub use interval::Intervals;
 pub use options::EvaluationOptions;
 pub use rollout::{Cause, Names, Outcome, Rollout, Snapshot};
 pub use score::{ClipScore, EpisodeScore, Evaluation};

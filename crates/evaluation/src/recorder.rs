@@ -61,6 +61,7 @@ impl<'a> Recorder<'a> {
             simulated: Vec::with_capacity(planned),
             torque_share: Vec::new(),
             foot_force: Vec::new(),
+            sole_speed: Vec::new(),
             planned_contact: Vec::new(),
             jumps: Vec::new(),
             planned,
@@ -68,16 +69,34 @@ impl<'a> Recorder<'a> {
         }
     }
 
+    /// What is asked of a robot at a moment.
+    pub(super) fn asked(&self, moment: &Moment<'_>, kinematics: &mut Kinematics) -> Snapshot {
+        self.reference(moment.frame, moment.alignment, moment.ground, kinematics)
+    }
+
+    /// What a robot does at a moment.
+    pub(super) fn done(&self, moment: &Moment<'_>) -> Snapshot {
+        self.simulated(moment.state, moment.i, moment.ground)
+    }
+
     /// Adds one robot's state, and the one that was asked of it at that moment.
     pub(super) fn record(&self, rollout: &mut Rollout, moment: &Moment<'_>, kinematics: &mut Kinematics) {
-        let &Moment { state, i, ground, frame, alignment } = moment;
-        let reference = self.reference(frame, alignment, ground, kinematics);
+        let &Moment { state, i, .. } = moment;
+        let reference = self.asked(moment, kinematics);
         rollout.planned_contact.extend(self.robot.anatomy.soles.values().map(|sole| {
             let lowest = sole.corners.iter().map(|c| kinematics.point(sole.body, c).z).fold(f64::INFINITY, f64::min);
             lowest - reference.ground < SOLE_DOWN
         }));
         rollout.reference.push(reference);
-        rollout.simulated.push(self.simulated(state, i, ground));
+        let simulated = self.done(moment);
+        let before = rollout.simulated.last().unwrap_or(&simulated);
+        rollout.sole_speed.extend(self.robot.anatomy.soles.values().map(|sole| {
+            let at = |s: &Snapshot, corner: &Vec3| s.bodies[sole.body].0 + s.bodies[sole.body].1 * corner;
+            let lowest = sole.corners.iter().min_by(|a, b| at(&simulated, a).z.total_cmp(&at(&simulated, b).z));
+            let moved = lowest.map_or(0.0, |corner| (at(&simulated, corner) - at(before, corner)).xy().norm());
+            (moved * rollout.fps) as f32
+        }));
+        rollout.simulated.push(simulated);
         let (joints, feet) = (self.names.joints.len(), self.names.feet.len());
         let torques = &state.torque[i * joints..(i + 1) * joints];
         rollout.torque_share.extend(torques.iter().zip(&self.torque_max).map(|(t, max)| t.abs() / max.max(1e-9)));

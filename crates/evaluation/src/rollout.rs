@@ -77,8 +77,8 @@ pub enum Outcome {
 ///
 /// # Shapes
 /// `reference` and `simulated` have one snapshot per frame at the policy's rate; frame 0 is the start, which is exact by
-/// construction and counts in no error. `torque_share` is `[frame, joint]`, `foot_force` and
-/// `planned_contact` are `[frame, foot]`. Frames after a
+/// construction and counts in no error. `torque_share` is `[frame, joint]`, `foot_force`,
+/// `sole_speed` and `planned_contact` are `[frame, foot]`. Frames after a
 /// fall are recorded for the eye only.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Rollout {
@@ -98,6 +98,8 @@ pub struct Rollout {
     pub torque_share: Vec<f32>,
     /// Normal ground force of each foot as a share of the weight.
     pub foot_force: Vec<f32>,
+    /// Speed over the ground of the lowest corner of each sole since the frame before (m/s), `[frame, foot]`.
+    pub sole_speed: Vec<f32>,
     /// True where the reference's sole is on the ground, `[frame, foot]`.
     pub planned_contact: Vec<bool>,
     /// Frames whose reference is not what follows on the one before: another clip begins.
@@ -165,6 +167,7 @@ pub(super) mod example {
             simulated: (0..frames).map(|f| simulated(at(f))).collect(),
             torque_share: vec![0.1; frames],
             foot_force: vec![1.0; frames],
+            sole_speed: vec![0.0; frames],
             planned_contact: vec![true; frames],
             jumps: Vec::new(),
             planned: frames,

@@ -2,7 +2,7 @@
 
 use lifelike_robot::controller::{History, ObservationScratch, PolicyWorkspace};
 use lifelike_robot::{Alignment, ClipPlayer, Controller, MeasuredState, ReferenceLibrary, ReferenceStream};
-use lifelike_sim::{BatchState, Drive, Ground, Simulation};
+use lifelike_sim::{BatchState, Drive, Ground, IntegrationState, Simulation};
 
 use super::conditions::EpisodeConditions;
 use super::error::EvaluationError;
@@ -30,6 +30,12 @@ pub(super) struct Moment<'a> {
 struct Run<'a> {
     history: History,
     player: ClipPlayer<&'a ReferenceLibrary>,
+}
+
+/// Saved robots between two steps: simulation, histories and frames of the reference.
+pub(super) struct Runs {
+    simulation: IntegrationState,
+    runs: Vec<(History, usize)>,
 }
 
 /// The robots between two steps.
@@ -116,6 +122,15 @@ impl<'a> Runner<'a> {
 
     /// One step of all robots; only those `in_use` are told what to do, the others keep their targets.
     pub(super) fn step(&mut self, in_use: impl Fn(usize) -> bool) -> Result<(), EvaluationError> {
+        self.step_with(in_use, |_, _| {})
+    }
+
+    /// One step in which the outputs of each robot's policy are changed before it acts.
+    pub(super) fn step_with(
+        &mut self,
+        in_use: impl Fn(usize) -> bool,
+        mut change: impl FnMut(usize, &mut [f32]),
+    ) -> Result<(), EvaluationError> {
         let (size, joints) = (self.controller.observation().size(), self.controller.robot().joints());
         for (i, run) in self.runs.iter().enumerate().filter(|(i, _)| in_use(*i)) {
             let measured = measured(self.simulation.as_ref(), &self.ground, self.controller, i);
@@ -125,7 +140,8 @@ impl<'a> Runner<'a> {
         self.controller.outputs(&mut self.rows, &mut self.work, &mut self.outputs);
         for (i, run) in self.runs.iter_mut().enumerate().filter(|(i, _)| in_use(*i)) {
             let columns = i * joints..(i + 1) * joints;
-            let (output, targets) = (&self.outputs[columns.clone()], &mut self.targets[columns]);
+            let (output, targets) = (&mut self.outputs[columns.clone()], &mut self.targets[columns]);
+            change(i, output);
             self.controller.act(&mut run.history, &run.player, output, targets)?;
             run.player.advance();
         }
@@ -153,6 +169,35 @@ impl<'a> Runner<'a> {
             frame: self.runs[i].player.frame(),
             alignment: self.runs[i].history.alignment,
         }
+    }
+
+    /// Everything needed to go on from here.
+    pub(super) fn save(&self) -> Runs {
+        let runs = self.runs.iter().map(|run| (run.history.clone(), run.player.frame())).collect();
+        Runs { simulation: self.simulation.save(), runs }
+    }
+
+    /// Goes back.
+    pub(super) fn restore(&mut self, saved: &Runs) -> Result<(), EvaluationError> {
+        for (run, (history, frame)) in self.runs.iter_mut().zip(&saved.runs) {
+            run.history.clone_from(history);
+            run.player.seek(*frame);
+        }
+        Ok(self.simulation.restore(&saved.simulation)?)
+    }
+
+    /// Every robot goes on from where the one of its place in `parents` is.
+    pub(super) fn select(&mut self, parents: &[usize]) -> Result<(), EvaluationError> {
+        let now = self.save();
+        let width = now.simulation.width;
+        let rows = parents.iter().flat_map(|i| now.simulation.values[i * width..(i + 1) * width].iter().copied());
+        let simulation = IntegrationState {
+            values: rows.collect(),
+            parameters: parents.iter().map(|i| now.simulation.parameters[*i].clone()).collect(),
+            ..now.simulation.clone()
+        };
+        let runs = parents.iter().map(|i| now.runs[*i].clone()).collect();
+        self.restore(&Runs { simulation, runs })
     }
 
     /// The simulation, to disturb it.

@@ -3,8 +3,10 @@
 use super::accuracy::{PHC_LIMIT, body_errors, contact_agreement, effector_error, joint_error, joint_errors, mean};
 use super::drift::drift;
 use super::failure::Failure;
+use super::interval::Intervals;
 use super::rollout::{Outcome, Rollout};
 use super::root::root_errors;
+use super::slip::sole_slip;
 use super::smoothness::jerk;
 
 /// The score of one episode. Errors are means over the frames before a fall; NaN (`null` in JSON) where it fell at once.
@@ -56,6 +58,8 @@ pub struct EpisodeScore {
     pub jerk: f64,
     /// Mean joint jerk of the reference over the same frames (rad/s³).
     pub reference_jerk: f64,
+    /// Mean speed of standing soles over the ground (m/s); NaN where none stands.
+    pub sole_slip: f64,
     /// Why it fell.
     pub failure: Option<Failure>,
 }
@@ -95,6 +99,7 @@ impl EpisodeScore {
             heading_drift_end_deg: drift.heading_end,
             jerk: jerk(&rollout.simulated[..end], rollout.fps),
             reference_jerk: jerk(&rollout.reference[..end], rollout.fps),
+            sole_slip: sole_slip(rollout),
             failure: Failure::of(rollout),
         }
     }
@@ -150,6 +155,8 @@ pub struct ClipScore {
     pub jerk: f64,
     /// Mean joint jerk of the reference (rad/s³).
     pub reference_jerk: f64,
+    /// Mean speed of standing soles over the ground (m/s).
+    pub sole_slip: f64,
 }
 
 impl ClipScore {
@@ -189,6 +196,7 @@ impl ClipScore {
             heading_drift_end_deg: ended(|e| e.heading_drift_end_deg),
             jerk: pooled(|e| e.jerk),
             reference_jerk: pooled(|e| e.reference_jerk),
+            sole_slip: pooled(|e| e.sole_slip),
         }
     }
 }
@@ -213,8 +221,13 @@ pub struct Evaluation {
     pub episode_seconds: f64,
     /// One score per clip, in the order in which they were given.
     pub clips: Vec<ClipScore>,
+    /// Groups of clips, such as those that are called trackable ([`Evaluation::group`]).
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub groups: Vec<ClipScore>,
     /// All episodes together.
     pub overall: ClipScore,
+    /// How sure means over clips are; `None` for fewer than three.
+    pub intervals: Option<Intervals>,
     /// Every episode.
     pub episodes: Vec<EpisodeScore>,
     /// Recorded rollouts, for the eye; not part of the JSON.
@@ -231,7 +244,7 @@ impl Evaluation {
         episodes: Vec<EpisodeScore>,
         rollouts: Vec<Rollout>,
     ) -> Self {
-        let clips = episodes
+        let clips: Vec<ClipScore> = episodes
             .chunk_by(|a, b| a.clip == b.clip)
             .map(|group| ClipScore::of(&group[0].clip, &group.iter().collect::<Vec<_>>()))
             .collect();
@@ -240,10 +253,21 @@ impl Evaluation {
             joints: robot.1.to_vec(),
             engine: engine.into(),
             episode_seconds: seconds,
+            intervals: Intervals::of(&clips),
+            groups: Vec::new(),
             clips,
             overall: ClipScore::of("all", &episodes.iter().collect::<Vec<_>>()),
             episodes,
             rollouts,
+        }
+    }
+
+    /// Adds a score of the clips of these names together; of none, nothing.
+    pub fn group(&mut self, name: &str, is: impl Fn(&str) -> bool) {
+        let episodes: Vec<&EpisodeScore> = self.episodes.iter().filter(|episode| is(&episode.clip)).collect();
+        if !episodes.is_empty() {
+            let score = ClipScore::of(name, &episodes);
+            self.groups.push(score);
         }
     }
 

@@ -155,6 +155,7 @@ impl<'a> EvaluationSuite<'a> {
         if self.options.chain.is_some() {
             // They are on many clips each; where one began says nothing.
             evaluation.clips.clear();
+            evaluation.intervals = None;
         }
         Ok(evaluation)
     }

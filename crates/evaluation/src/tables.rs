@@ -24,6 +24,7 @@ impl Evaluation {
                 Column::number("heading", "deg"),
                 Column::number("jerk", "rad/s³"),
                 Column::number("reference", "rad/s³"),
+                Column::number("slip", "cm/s"),
             ],
         );
         table.caption = format!(
@@ -32,11 +33,20 @@ impl Evaluation {
              0.5 m. joints: mean absolute error; worst joint: the one with the largest. contacts: frames in which the feet are \
              in contact as in the reference. effectors: mean distance of hands and feet, relative to root and \
              heading. drift and heading: mean distance on the ground and mean heading error. jerk: mean over joints, of \
-             physics and of the reference. Errors are means over the frames before a fall.",
+             physics and of the reference. slip: mean speed of standing soles over the ground. Errors are means over the frames before a fall.",
             self.episode_seconds
         );
+        if let Some(own) = &self.intervals {
+            let percent = |[low, high]: [f64; 2]| format!("{:.0} to {:.0}%", 100.0 * low, 100.0 * high);
+            let [low, high] = own.joint_error_deg;
+            table.caption += &format!(
+                " 95% intervals over clips: survival {}, success {}, joints {low:.2} to {high:.2} deg.",
+                percent(own.survival),
+                percent(own.success)
+            );
+        }
         table.rows = self.clips.iter().map(|clip| row(clip, &self.joints)).collect();
-        table.foot = vec![row(&self.overall, &self.joints)];
+        table.foot = self.groups.iter().chain([&self.overall]).map(|score| row(score, &self.joints)).collect();
         table
     }
 
@@ -138,6 +148,7 @@ fn row(score: &ClipScore, joints: &[String]) -> Vec<Cell> {
         Cell::number(score.heading_drift_mean_deg, 1),
         Cell::number(score.jerk, 0),
         Cell::number(score.reference_jerk, 0),
+        Cell::number(100.0 * score.sole_slip, 1),
     ]
 }
 

@@ -32,7 +32,7 @@ pub use compose::{Compose, Length, compose};
 pub use mirror::mirror;
 pub use parts::joints_of;
 pub use place::{Key, PlaceReport, Target, place};
-pub use repair::{Repaired, repair};
+pub use repair::{Repaired, compare, repair};
 pub use restyle::settle;
 pub use sequence::{Part, sequence};
 pub use smooth::smooth;

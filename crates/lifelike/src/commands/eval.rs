@@ -1,10 +1,11 @@
 //! `lifelike eval`: how well a policy follows.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use lifelike_evaluation::explain::{self, Explanation};
 use lifelike_evaluation::{Chain, Evaluation, EvaluationOptions};
-use lifelike_motion::{MotionClip, container};
+use lifelike_motion::{MotionClip, container, feasibility};
 use lifelike_report::{ReportBuilder, Table};
 use lifelike_robot::Robot;
 
@@ -89,7 +90,10 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let options =
         EvaluationOptions { seconds: args.seconds, starts: args.starts, chain, ..EvaluationOptions::default() };
     let job = Job { loaded: &loaded, physics: &args.physics };
-    let evaluation = job.run(&clips, &options, output)?;
+    let mut evaluation = job.run(&clips, &options, output)?;
+    if args.episodes.is_none() {
+        by_feasibility(&mut evaluation, &clips, robot)?;
+    }
     let title = format!("{} on {} clips", args.policy.display(), clips.len());
     let explanations = args.explain.then(|| job.explain(&evaluation, &clips, &options, output)).transpose()?;
     let table = explanations.as_ref().and_then(|all| explain::table(all));
@@ -101,6 +105,19 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let sentences: String = explanations.iter().flatten().map(|e| e.words() + "\n").collect();
     let result = Explained { evaluation: &evaluation, explanations };
     output.result(&result, || format!("{}\n{sentences}report: {}\n", text(&evaluation), report.display()))
+}
+
+/// Adds what comes of clips that can be tracked, as far as can be told without physics, and of others, apart.
+fn by_feasibility(evaluation: &mut Evaluation, clips: &[MotionClip], robot: &Robot) -> Result<(), CliError> {
+    let mut trackable = BTreeMap::new();
+    for clip in clips {
+        let found = feasibility::check(clip, &robot.character, &robot.anatomy, &robot.speeds())?;
+        trackable.insert(clip.name.as_str(), found.trackable);
+    }
+    let is = |name: &str, wanted: bool| trackable.get(name).is_some_and(|own| *own == wanted);
+    evaluation.group("called trackable", |name| is(name, true));
+    evaluation.group("called untrackable", |name| is(name, false));
+    Ok(())
 }
 
 /// An evaluation, and with `--explain` its explanations.

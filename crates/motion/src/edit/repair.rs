@@ -75,6 +75,27 @@ fn amiss(found: &Feasibility) -> f64 {
     found.reasons().map(|finding| finding.seconds).sum()
 }
 
+/// Compares a motion with what somebody else made of it at the same times, as [`repair`] tells of its own.
+///
+/// # Errors
+/// As [`repair`].
+pub fn compare(
+    clip: &MotionClip,
+    made: &MotionClip,
+    character: &Character,
+    anatomy: &Anatomy,
+    speeds: &[f64],
+    options: &RetargetOptions,
+) -> Result<Repaired, MotionError> {
+    let rig = Rig::new(character, anatomy, options)?;
+    Ok(Repaired {
+        clip: clip.name.clone(),
+        before: feasibility::check(clip, character, anatomy, speeds)?,
+        after: feasibility::check(made, character, anatomy, speeds)?,
+        change: Change::between(clip, made, &Pace::of(clip), &rig)?,
+    })
+}
+
 /// Takes a change that leaves less amiss; whether it did.
 fn keep_better(
     best: &mut MotionClip,
@@ -166,12 +187,16 @@ impl Needs {
         crate::contacts::runs(&flags, true)
     }
 
-    /// Returns how fast a stretch falls on average (m/s²), where that can be told.
-    fn falls(&self, (start, end): (usize, usize)) -> Option<f64> {
-        let forces: Vec<f64> = self.momentum[start..end].iter().flatten().map(|m| m.specific_force.z).collect();
-        (!forces.is_empty()).then(|| self.gravity - forces.iter().sum::<f64>() / forces.len() as f64)
+    /// Returns with what acceleration a stretch falls (m/s²): of the parabola of least squares through the heights of its centre of mass.
+    fn falls(&self, (start, end): (usize, usize), fps: f64) -> Option<f64> {
+        let heights: Vec<f64> = self.momentum[start..end].iter().flatten().map(|m| m.centre.z).collect();
+        if heights.len() < 4 {
+            return None;
+        }
+        let middle = (heights.len() - 1) as f64 / 2.0;
+        let squares: Vec<f64> = (0..heights.len()).map(|i| ((i as f64 - middle) / fps).powi(2)).collect();
+        let mean = squares.iter().sum::<f64>() / squares.len() as f64;
+        let across: f64 = squares.iter().map(|x| (x - mean).powi(2)).sum();
+        Some(-2.0 * squares.iter().zip(&heights).map(|(x, z)| z * (x - mean)).sum::<f64>() / across)
     }
 }
-
-#[cfg(test)]
-mod tests;

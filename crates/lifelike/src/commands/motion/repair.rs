@@ -1,8 +1,13 @@
 //! `lifelike motion repair`: motion that a robot cannot execute becomes motion that it can.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
-use lifelike_motion::edit::{Repaired, repair};
+use lifelike_evaluation::particles::{self, Executed, ParticleOptions};
+use lifelike_motion::contacts::clip_contacts;
+use lifelike_motion::edit::{self, Repaired};
+use lifelike_motion::feasibility::{Feasibility, Finding};
+use lifelike_motion::retarget::RetargetOptions;
 use lifelike_motion::{MotionClip, container};
 use lifelike_report::{Cell, Column, Table, Tone};
 use lifelike_robot::{Robot, Shapes};
@@ -10,22 +15,28 @@ use rayon::prelude::*;
 use serde_json::json;
 
 use super::container_in;
-use crate::commands::clips;
+use crate::commands::physics::Physics;
+use crate::commands::{clips, controller_file};
 use crate::error::CliError;
 use crate::output::Output;
 use crate::progress::Progress;
 
 /// Make motion feasible for a robot with as little change as it takes, or refuse it with the reason.
 ///
-/// Jumps that fall slower than things do and joints that are too fast get another pace; what hovers comes down; where the ground's force
-/// would have to act beside the feet, the body sways above its steps. Arms, trunk and steps stay. Clips that can be tracked are
-/// written as they are. What lies, rolls or climbs is refused.
+/// Without a policy, from kinematics and masses: jumps that fall slower than things do and joints that are too fast get another pace; what
+/// hovers comes down; where the ground's force would have to act beside the feet, the body sways above its steps. Arms, trunk and steps
+/// stay. Clips that can be tracked are written as they are. What lies, rolls or climbs is refused.
+///
+/// With --policy, by physics: many robots try the motion at once, each with other noise on its actions; those that follow best go on, those
+/// that fall go on from the others. What remains is a motion that physics made from beginning to end, and takes the clip's place.
+/// Clips that nobody stays on its feet in are refused.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
   lifelike motion repair data/lima --robot lima -o data/lima-feasible
   lifelike motion repair jump.motion.safetensors -o out && lifelike motion check out
-  lifelike motion retarget mocap/cmu --feasible -o motions/lima           # the same after retargeting")]
+  lifelike motion repair dance.motion.safetensors --policy assets/lima-long.policy.safetensors -o out
+  lifelike motion retarget mocap/cmu --feasible -o motions/lima           # without a policy, after retargeting")]
 pub struct Args {
     /// Clips: files, folders, patterns, or @list.txt with one of them per line.
     #[arg(required = true)]
@@ -33,9 +44,30 @@ pub struct Args {
     /// The robot: a name, or an MJCF or URDF file.
     #[arg(short, long, default_value = "lima")]
     pub robot: String,
-    /// Write also what was made better but not feasible.
+    /// Write also what was made better but not feasible, or what came before all fell.
     #[arg(long)]
     pub keep_all: bool,
+    /// The controller, or the policy, that is to execute the motion.
+    #[arg(short, long)]
+    pub policy: Option<PathBuf>,
+    /// The motion prior that the policy was trained with, where it was.
+    #[arg(long, requires = "policy")]
+    pub prior: Option<PathBuf>,
+    /// Robots that try at once.
+    #[arg(long, default_value_t = 256, requires = "policy")]
+    pub particles: usize,
+    /// The largest standard deviation of the noise on actions, in units of the policy's outputs.
+    #[arg(long, default_value_t = 0.2, requires = "policy")]
+    pub noise: f64,
+    /// Key of the noise.
+    #[arg(long, default_value_t = 1, requires = "policy")]
+    pub seed: u64,
+    /// What is faster than this is taken out of executed motion (Hz).
+    #[arg(long, default_value_t = 4.0, requires = "policy")]
+    pub cutoff: f64,
+    /// Engine and threads.
+    #[command(flatten)]
+    pub physics: Physics,
     /// Folder of the results.
     #[arg(short, long)]
     pub output: PathBuf,
@@ -43,27 +75,22 @@ pub struct Args {
 
 /// Runs the command.
 pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
-    let robot = Robot::load(&args.robot)?;
+    let robot = Arc::new(Robot::load(&args.robot)?);
     robot.require_ready(Shapes::All)?;
     let mut options = clips::retarget_options(&robot);
     clips::limit_speeds(&mut options, &robot);
     let loaded = clips::load_files(&args.motions, &robot)?;
-    let progress = Progress::new(output, "repairing", loaded.len() as u64);
-    let bar = progress.shared();
-    let one = |(_, clip): &(PathBuf, MotionClip)| {
-        let made = repair(clip, &robot.character, &robot.anatomy, &robot.speeds(), &options)?;
-        bar.inc(1);
-        Ok(made)
+    let repaired = match &args.policy {
+        Some(policy) => executed(args, policy, &robot, &options, &loaded, output)?,
+        None => by_kinematics(&robot, &options, &loaded, output)?,
     };
-    let repaired = loaded.par_iter().map(one).collect::<Result<Vec<(MotionClip, Repaired)>, CliError>>()?;
-    progress.finish();
     std::fs::create_dir_all(&args.output).map_err(CliError::write(&args.output))?;
     let mut written = 0;
-    for (clip, _) in repaired.iter().filter(|(_, r)| args.keep_all || r.after.trackable) {
+    for (clip, _) in repaired.iter().filter(|(_, r)| args.keep_all || r.done()) {
         container::write(&container_in(&args.output, &clip.name), clip)?;
         written += 1;
     }
-    let reports: Vec<&Repaired> = repaired.iter().map(|(_, report)| report).collect();
+    let reports: Vec<&Outcome> = repaired.iter().map(|(_, report)| report).collect();
     let file = args.output.join("repair.json");
     let value = json!({ "folder": args.output, "written": written, "clips": reports });
     let text = serde_json::to_string_pretty(&value).map_err(|error| CliError::Failed(error.to_string()))?;
@@ -72,7 +99,79 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     if written == 0 { Err(CliError::Input("every clip was refused".into())) } else { Ok(()) }
 }
 
-fn summary(reports: &[&Repaired], written: usize, args: &Args) -> String {
+/// What became of a clip.
+#[derive(serde::Serialize)]
+struct Outcome {
+    #[serde(flatten)]
+    repaired: Repaired,
+    /// Share of the clip that physics reached, with --policy.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    reached: Option<f64>,
+}
+
+impl Outcome {
+    /// Whether it can be used in place of the clip.
+    fn done(&self) -> bool {
+        self.reached.map_or(self.repaired.after.trackable, |share| share >= 1.0)
+    }
+}
+
+type Loaded = [(PathBuf, MotionClip)];
+
+fn by_kinematics(
+    robot: &Robot,
+    options: &RetargetOptions,
+    loaded: &Loaded,
+    output: &Output,
+) -> Result<Vec<(MotionClip, Outcome)>, CliError> {
+    let progress = Progress::new(output, "repairing", loaded.len() as u64);
+    let bar = progress.shared();
+    let one = |(_, clip): &(PathBuf, MotionClip)| {
+        let (made, repaired) = edit::repair(clip, &robot.character, &robot.anatomy, &robot.speeds(), options)?;
+        bar.inc(1);
+        Ok((made, Outcome { repaired, reached: None }))
+    };
+    let all = loaded.par_iter().map(one).collect();
+    progress.finish();
+    all
+}
+
+/// The motions as a policy executes them at its best.
+fn executed(
+    args: &Args,
+    policy: &Path,
+    robot: &Arc<Robot>,
+    options: &RetargetOptions,
+    loaded: &Loaded,
+    output: &Output,
+) -> Result<Vec<(MotionClip, Outcome)>, CliError> {
+    let controller = controller_file::Loaded::new(policy, Arc::clone(robot), args.prior.as_deref())?;
+    let simulate = |terrain, n| args.physics.simulate(terrain, robot, n);
+    let setup = controller.setup(&simulate);
+    let search =
+        ParticleOptions { particles: args.particles, noise: args.noise, seed: args.seed, ..ParticleOptions::default() };
+    let mut progress = Progress::new(output, "executing", loaded.len() as u64);
+    let mut all = Vec::with_capacity(loaded.len());
+    for (k, (_, clip)) in loaded.iter().enumerate() {
+        let Executed { mut motion, reached, .. } = particles::execute(&setup, clip, &search, |_, _| {})?;
+        let rule = options.contact.without_noise();
+        motion.contacts = Some(clip_contacts(&motion, &robot.character, &robot.anatomy, &rule)?);
+        let (character, anatomy) = (&robot.character, &robot.anatomy);
+        if motion.len() > 2 {
+            let joints = motion.joint_names.clone();
+            let provenance = motion.provenance.clone();
+            motion = edit::smooth(&motion, character, anatomy, &joints, args.cutoff, options)?;
+            motion.provenance = provenance;
+        }
+        let repaired = edit::compare(clip, &motion, character, anatomy, &robot.speeds(), options)?;
+        all.push((motion, Outcome { repaired, reached: Some(reached) }));
+        progress.update(k as u64 + 1, loaded.len() as u64, || clip.name.clone());
+    }
+    progress.finish();
+    Ok(all)
+}
+
+fn summary(reports: &[&Outcome], written: usize, args: &Args) -> String {
     let columns = vec![
         Column::text("clip"),
         Column::text("verdict"),
@@ -85,35 +184,31 @@ fn summary(reports: &[&Repaired], written: usize, args: &Args) -> String {
         Column::text("still is"),
     ];
     let mut table = Table::new("Changed clips (mean over frames)", columns);
-    for report in reports.iter().filter(|report| !report.before.trackable) {
-        let (verdict, tone) = match report.after.trackable {
-            true => ("repaired", Tone::Good),
-            false => ("refused", Tone::Bad),
-        };
-        let c = &report.change;
-        let why = |found: &lifelike_motion::feasibility::Feasibility| {
-            found.reasons().next().map_or_else(String::new, lifelike_motion::feasibility::Finding::words)
-        };
+    let words = |found: &Feasibility| found.reasons().next().map_or_else(String::new, Finding::words);
+    for report in reports.iter().filter(|report| report.reached.is_some() || !report.repaired.before.trackable) {
+        let (verdict, tone) = if report.done() { ("repaired", Tone::Good) } else { ("refused", Tone::Bad) };
+        let Repaired { clip, before, after, change } = &report.repaired;
+        let fell = report.reached.filter(|share| *share < 1.0);
+        let still = fell.map_or_else(|| words(after), |share| format!("all fell by {:.0}% of it", 100.0 * share));
         table.rows.push(vec![
-            Cell::text(&report.clip),
+            Cell::text(clip),
             Cell::text(verdict).tone(Some(tone)),
-            Cell::number(100.0 * c.root[0], 1),
-            Cell::number(100.0 * c.feet[0], 1),
-            Cell::number(c.legs[0].to_degrees(), 1),
-            Cell::number(c.others[0].to_degrees(), 1),
-            Cell::number(c.longer, 2),
-            Cell::text(why(&report.before)),
-            Cell::text(why(&report.after)),
+            Cell::number(100.0 * change.root[0], 1),
+            Cell::number(100.0 * change.feet[0], 1),
+            Cell::number(change.legs[0].to_degrees(), 1),
+            Cell::number(change.others[0].to_degrees(), 1),
+            Cell::number(change.longer, 2),
+            Cell::text(words(before)),
+            Cell::text(still),
         ]);
     }
-    let wrong = reports.iter().filter(|r| !r.before.trackable).count();
-    let still = reports.iter().filter(|r| !r.after.trackable).count();
+    let wrong = reports.iter().filter(|r| !r.repaired.before.trackable).count();
+    let refused = reports.iter().filter(|r| !r.done()).count();
     format!(
-        "{}\n{} of {} clips could be tracked as they were, {} were repaired, {still} are refused; {written} are in {}\n",
+        "{}\n{} of {} clips could be tracked as they were, as far as can be told without physics; {refused} are refused; {written} are in {}\n",
         table.to_text(),
         reports.len() - wrong,
         reports.len(),
-        wrong - still,
         args.output.display()
     )
 }

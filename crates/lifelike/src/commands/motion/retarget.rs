@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 use std::time::Instant;
 
+use lifelike_motion::edit::{self, repair::Change};
 use lifelike_motion::formats::{self, CaptionTable, Format, ReadOptions};
 use lifelike_motion::retarget::{RetargetOptions, RetargetReport, retarget};
 use lifelike_motion::{MotionError, container, dataset};
@@ -58,6 +59,9 @@ pub struct Args {
     /// Clips at a time; one per processor where not given.
     #[arg(long)]
     pub threads: Option<usize>,
+    /// Repair what the robot could not execute, as `lifelike motion repair` does, and refuse what cannot be repaired.
+    #[arg(long)]
+    pub feasible: bool,
     /// Write report.html, where the first clips can be played and looked at from all sides.
     #[arg(long)]
     pub look: bool,
@@ -74,6 +78,7 @@ Examples:
   lifelike motion retarget walk.bvh --robot lima -o motions/lima
   lifelike motion retarget mocap/cmu 'mocap/bandai/*walk*.bvh' --robot humanoid -o motions/humanoid
   lifelike motion retarget motions --robot lima -o data/own --look      # our own keyframed clips
+  lifelike motion retarget mocap/cmu --feasible --robot lima -o motions/lima
   lifelike motion retarget dance.amc --skeleton 05.asf --robot my_robot.xml -o out swing_clearance=0.03
 
 Formats: {}.
@@ -91,6 +96,9 @@ struct Done {
     output: Option<PathBuf>,
     #[serde(skip_serializing_if = "Option::is_none")]
     report: Option<RetargetReport>,
+    /// What `--feasible` changed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    repaired: Option<Change>,
     #[serde(skip_serializing_if = "Option::is_none")]
     refused: Option<String>,
     /// Reading, converting and writing (s of one core).
@@ -122,13 +130,18 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
         }
         let began = Instant::now();
         let converted = match name {
-            Ok(name) => convert(file, name, &robot, &read, &options, &args.output).map_err(|e| e.to_string()),
+            Ok(name) => convert(file, name, &robot, &read, &options, args),
             Err(why) => Err(why.clone()),
         };
         bar.inc(1);
-        let (converted, refused) = converted.map_or_else(|why| (None, Some(why)), |done| (Some(done), None));
-        let (output, report) = converted.unzip();
-        Some(Done { file: file.clone(), output, report, refused, seconds: began.elapsed().as_secs_f64() })
+        let done = Done { file: file.clone(), output: None, report: None, repaired: None, refused: None, seconds: 0.0 };
+        let seconds = began.elapsed().as_secs_f64();
+        Some(match converted {
+            Ok(made) => {
+                Done { output: Some(made.file), report: Some(made.report), repaired: made.repaired, seconds, ..done }
+            }
+            Err(why) => Done { refused: Some(why), seconds, ..done },
+        })
     };
     let began = Instant::now();
     let names = clip_names(&files);
@@ -163,20 +176,40 @@ fn options(args: &Args, robot: &Robot, changes: &[String]) -> Result<RetargetOpt
     Ok(options)
 }
 
+/// A clip that was written.
+struct Converted {
+    file: PathBuf,
+    report: RetargetReport,
+    repaired: Option<Change>,
+}
+
+/// Converts a file; or says why not.
 fn convert(
     file: &Path,
     name: &str,
     robot: &Robot,
     read: &ReadOptions,
     options: &RetargetOptions,
-    folder: &Path,
-) -> Result<(PathBuf, RetargetReport), MotionError> {
-    let mut source = formats::read_source(file, read)?;
+    args: &Args,
+) -> Result<Converted, String> {
+    let words = |error: MotionError| error.to_string();
+    let mut source = formats::read_source(file, read).map_err(words)?;
     source.name = name.to_string();
-    let (clip, report) = retarget(&source, &robot.character, &robot.anatomy, options)?;
-    let path = container_in(folder, &clip.name);
-    container::write(&path, &clip)?;
-    Ok((path, report))
+    let (mut clip, report) = retarget(&source, &robot.character, &robot.anatomy, options).map_err(words)?;
+    let mut repaired = None;
+    if args.feasible {
+        let (made, told) =
+            edit::repair(&clip, &robot.character, &robot.anatomy, &robot.speeds(), options).map_err(words)?;
+        if let Some(reason) = told.after.reasons().next() {
+            return Err(format!("clip '{name}' could not be made feasible: {}", reason.words()));
+        }
+        if !told.before.trackable {
+            (clip, repaired) = (made, Some(told.change));
+        }
+    }
+    let path = container_in(&args.output, &clip.name);
+    container::write(&path, &clip).map_err(words)?;
+    Ok(Converted { file: path, report, repaired })
 }
 
 /// A page that plays the first clips.

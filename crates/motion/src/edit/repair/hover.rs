@@ -26,7 +26,7 @@ pub(super) fn lower(
     let mut down = vec![0.0; clip.len()];
     let mut stands = standing(clip, rig);
     for (start, end) in needs.airborne() {
-        let hovers = needs.falls((start, end)).is_some_and(|fall| fall < FALLING * needs.gravity);
+        let hovers = needs.falls((start, end), clip.fps).is_some_and(|fall| fall < FALLING * needs.gravity);
         let lowest = |t: usize| needs.soles[t][0].min(needs.soles[t][1]);
         if !hovers || (start..end).any(|t| lowest(t) > HIGHEST * rig.leg_length) {
             continue;

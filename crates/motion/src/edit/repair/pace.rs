@@ -17,8 +17,6 @@ const SMOOTH: f64 = 0.06;
 const MOST: f64 = 2.0;
 /// What falls slower than this share of gravity does not fall: it hovers.
 const FALLING: f64 = 0.25;
-/// A jump is to fall with this share of gravity: what the fit of a parabola over a fifth of a second sees of a free fall.
-const FALL: f64 = 0.95;
 /// Joints get so much more time than the limit asks for.
 const SLACK: f64 = 1.05;
 
@@ -76,9 +74,9 @@ fn wanted(clip: &MotionClip, needs: &Needs, found: &Feasibility) -> Vec<f64> {
         found.findings.iter().filter(of).any(|f| within(f) && f.rules_out())
     };
     for (start, end) in needs.airborne() {
-        let Some(fall) = needs.falls((start, end)) else { continue };
+        let Some(fall) = needs.falls((start, end), clip.fps) else { continue };
         if fall > FALLING * needs.gravity && unsupported((start, end)) {
-            let factor = (FALL * needs.gravity / fall).sqrt().clamp(1.0, MOST);
+            let factor = (needs.gravity / fall).sqrt().clamp(1.0, MOST);
             faster[start..end].fill(factor.ln());
         }
     }

@@ -1,0 +1,51 @@
+//! `lifelike motion repair`: by kinematics, and by a policy in physics.
+
+#![allow(clippy::unwrap_used)]
+
+use std::process::{Command, Output};
+
+use serde_json::Value;
+
+fn lifelike(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_lifelike")).args(arguments).current_dir("../..").output().unwrap()
+}
+
+/// As JSON; it must have worked.
+fn result(arguments: &[&str]) -> Value {
+    let output = lifelike(&[&["--json"], arguments].concat());
+    assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
+    serde_json::from_slice(&output.stdout).unwrap()
+}
+
+#[test]
+fn motion_comes_back_as_physics_makes_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name).to_string_lossy().into_owned();
+    result(&[
+        "motion",
+        "retarget",
+        "motions/wave.keys.toml",
+        "motions/march.keys.toml",
+        "--feasible",
+        "-o",
+        &at("clips"),
+    ]);
+    let policy = ["--policy", "assets/lima-long.policy.safetensors", "--particles", "24"];
+    let run = |out: &str| result(&[&["motion", "repair", &at("clips"), "-o", &at(out)], &policy[..]].concat());
+    let made = run("executed");
+    assert_eq!(made["written"], 2);
+    for clip in made["clips"].as_array().unwrap() {
+        assert_eq!(clip["reached"], 1.0);
+        let number = |key: &str, i: usize| clip["change"][key][i].as_f64().unwrap();
+        // Physics follows, and is not the reference itself.
+        assert!(number("root", 0) < 0.1 && number("legs", 0).to_degrees() < 8.0, "{clip}");
+        assert!(number("legs", 1) > 1e-3, "{clip}");
+    }
+    assert_eq!(run("again")["clips"], made["clips"], "the same seed, the same motion");
+    // As it is, without a policy.
+    let kept = result(&["motion", "repair", &at("clips"), "-o", &at("kept")]);
+    let same = |clip: &Value| clip["change"]["root"][1] == 0.0;
+    assert!(kept["written"] == 2 && kept["clips"].as_array().unwrap().iter().all(same), "{kept}");
+    let noise = lifelike(&["motion", "repair", &at("clips"), "--noise", "0.1", "-o", &at("x")]);
+    assert!(!noise.status.success() && String::from_utf8_lossy(&noise.stderr).contains("--policy"));
+}
