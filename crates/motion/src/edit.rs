@@ -35,7 +35,7 @@ pub use place::{Key, PlaceReport, Target, place};
 pub use repair::{Repaired, compare, repair};
 pub use restyle::settle;
 pub use sequence::{Part, sequence};
-pub use smooth::smooth;
+pub use smooth::{low_passed, smooth};
 pub use speed::{TooFast, too_fast};
 pub use support::support_shift;
 pub use trim::trim;

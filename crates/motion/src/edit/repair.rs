@@ -52,10 +52,10 @@ pub fn repair(
     let mut pace = Pace::of(clip);
     if !before.trackable {
         let needs = Needs::of(clip, &rig, anatomy)?;
-        if let Some(other) = Pace::better(clip, &needs, &before) {
-            if keep_better(&mut best, &mut found, Some(other.applied(clip, &rig)?), &check)? {
-                pace = other;
-            }
+        if let Some(other) = Pace::better(clip, &needs, &before)
+            && keep_better(&mut best, &mut found, Some(other.applied(clip, &rig)?), &check)?
+        {
+            pace = other;
         }
         let lowered = hover::lower(&best, &Needs::of(&best, &rig, anatomy)?, &rig, &options)?;
         keep_better(&mut best, &mut found, lowered, &check)?;

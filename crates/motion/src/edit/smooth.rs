@@ -43,6 +43,22 @@ pub fn smooth(
     settle(clip, out, character, anatomy, options)
 }
 
+/// Returns the whole clip, root and all joints, without what is faster than `cutoff` (Hz), its soles where that takes them: for motion out of
+/// physics, whose soles roll and slide as they do.
+///
+/// # Errors
+/// [`MotionError::Unfit`] for a cutoff that is not positive, or a clip that is not consistent.
+pub fn low_passed(clip: &MotionClip, cutoff: f64) -> Result<MotionClip, MotionError> {
+    clip.check()?;
+    let mut out = clip.clone();
+    for at in 0..clip.joint_names.len() {
+        set_column(&mut out, at, &low_pass(clip, &column(clip, at), cutoff)?);
+    }
+    smooth_root(&mut out, clip, cutoff)?;
+    continuous(&mut out.root_orientation);
+    Ok(out)
+}
+
 fn smooth_root(out: &mut MotionClip, clip: &MotionClip, cutoff: f64) -> Result<(), MotionError> {
     let mut turns = clip.root_orientation.clone();
     continuous(&mut turns);

@@ -154,15 +154,9 @@ fn executed(
     let mut all = Vec::with_capacity(loaded.len());
     for (k, (_, clip)) in loaded.iter().enumerate() {
         let Executed { mut motion, reached, .. } = particles::execute(&setup, clip, &search, |_, _| {})?;
-        let rule = options.contact.without_noise();
-        motion.contacts = Some(clip_contacts(&motion, &robot.character, &robot.anatomy, &rule)?);
         let (character, anatomy) = (&robot.character, &robot.anatomy);
-        if motion.len() > 2 {
-            let joints = motion.joint_names.clone();
-            let provenance = motion.provenance.clone();
-            motion = edit::smooth(&motion, character, anatomy, &joints, args.cutoff, options)?;
-            motion.provenance = provenance;
-        }
+        motion = edit::low_passed(&motion, args.cutoff)?;
+        motion.contacts = Some(clip_contacts(&motion, character, anatomy, &options.contact.without_noise())?);
         let repaired = edit::compare(clip, &motion, character, anatomy, &robot.speeds(), options)?;
         all.push((motion, Outcome { repaired, reached: Some(reached) }));
         progress.update(k as u64 + 1, loaded.len() as u64, || clip.name.clone());
