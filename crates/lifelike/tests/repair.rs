@@ -46,6 +46,15 @@ fn motion_comes_back_as_physics_makes_it() {
     let kept = result(&["motion", "repair", &at("clips"), "-o", &at("kept")]);
     let same = |clip: &Value| clip["change"]["root"][1] == 0.0;
     assert!(kept["written"] == 2 && kept["clips"].as_array().unwrap().iter().all(same), "{kept}");
+    for (option, value) in [("--noise", "nan"), ("--particles", "0"), ("--cutoff", "0")] {
+        let refused =
+            lifelike(&[&["motion", "repair", &at("clips"), "-o", &at("x"), option, value], &policy[..2]].concat());
+        let said = String::from_utf8_lossy(&refused.stderr).into_owned();
+        assert!(
+            !refused.status.success() && (said.contains("expected") || said.contains("invalid")),
+            "{option}: {said}"
+        );
+    }
     let noise = lifelike(&["motion", "repair", &at("clips"), "--noise", "0.1", "-o", &at("x")]);
     assert!(!noise.status.success() && String::from_utf8_lossy(&noise.stderr).contains("--policy"));
 }

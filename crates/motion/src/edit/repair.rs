@@ -30,8 +30,8 @@ use crate::retarget::{RetargetOptions, stand_as};
 const ROUNDS: usize = 12;
 
 /// Repairs a clip. `speeds` are the largest of the character's scalar joints, as for [`check`](feasibility::check); `options` says how soles
-/// are put on the ground. A clip that can be tracked comes back as it is;
-/// one that cannot be made feasible comes back as far as it was brought ([`Repaired::after`] tells).
+/// are put on the ground. A clip that can be tracked comes back as it is; one that cannot be made feasible comes back as far as it was
+/// brought ([`Repaired::after`] tells). What was changed is no cycle any more.
 ///
 /// # Errors
 /// [`MotionError::Unfit`] for a clip that is inconsistent, [`MotionError::Mismatch`] when clip and character do not belong together or the
@@ -65,6 +65,8 @@ pub fn repair(
     let change = Change::between(clip, &best, &pace, &rig)?;
     if best != *clip {
         let done = format!("'{}' made feasible", clip.name);
+        // Its end may no longer be its beginning.
+        best.cyclic = false;
         best.provenance = provenance(&[clip], done, best.provenance.captions.clone());
     }
     Ok((best, Repaired { clip: clip.name.clone(), before, after: found, change }))

@@ -54,8 +54,8 @@ pub struct Args {
     #[arg(long, requires = "policy")]
     pub prior: Option<PathBuf>,
     /// Robots that try at once.
-    #[arg(long, default_value_t = 256, requires = "policy")]
-    pub particles: usize,
+    #[arg(long, default_value_t = 256, requires = "policy", value_parser = clap::value_parser!(u32).range(1..=65_536))]
+    pub particles: u32,
     /// The largest standard deviation of the noise on actions, in units of the policy's outputs.
     #[arg(long, default_value_t = 0.2, requires = "policy")]
     pub noise: f64,
@@ -75,6 +75,12 @@ pub struct Args {
 
 /// Runs the command.
 pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
+    if !(0.0..=10.0).contains(&args.noise) {
+        return Err(CliError::Usage(format!("--noise: expected 0 to 10, got {}", args.noise)));
+    }
+    if args.cutoff.is_nan() || args.cutoff <= 0.0 {
+        return Err(CliError::Usage(format!("--cutoff: expected a frequency above 0 Hz, got {}", args.cutoff)));
+    }
     let robot = Arc::new(Robot::load(&args.robot)?);
     robot.require_ready(Shapes::All)?;
     let mut options = clips::retarget_options(&robot);
@@ -148,8 +154,12 @@ fn executed(
     let controller = controller_file::Loaded::new(policy, Arc::clone(robot), args.prior.as_deref())?;
     let simulate = |terrain, n| args.physics.simulate(terrain, robot, n);
     let setup = controller.setup(&simulate);
-    let search =
-        ParticleOptions { particles: args.particles, noise: args.noise, seed: args.seed, ..ParticleOptions::default() };
+    let search = ParticleOptions {
+        particles: args.particles as usize,
+        noise: args.noise,
+        seed: args.seed,
+        ..ParticleOptions::default()
+    };
     let mut progress = Progress::new(output, "executing", loaded.len() as u64);
     let mut all = Vec::with_capacity(loaded.len());
     for (k, (_, clip)) in loaded.iter().enumerate() {
