@@ -29,6 +29,7 @@ use lifelike_character::{Anatomy, Character, Quat, Vec3};
 
 pub use correspondence::{Correspondence, SourceRoles};
 pub use options::{RetargetOptions, Tempo, TempoRule};
+pub(crate) use report::Gather;
 pub use report::{RetargetReport, Spread};
 
 pub(crate) use plant::{replant, stand_as};

@@ -28,6 +28,8 @@ use crate::retarget::{RetargetOptions, stand_as};
 
 /// Sways are sought so often: each is right for the angular momentum of the one before.
 const ROUNDS: usize = 12;
+/// What is in the air and falls faster than this share of gravity is in flight; slower, it hovers.
+const FALLING: f64 = 0.25;
 
 /// Repairs a clip. `speeds` are the largest of the character's scalar joints, as for [`check`](feasibility::check); `options` says how soles
 /// are put on the ground. A clip that can be tracked comes back as it is; one that cannot be made feasible comes back as far as it was

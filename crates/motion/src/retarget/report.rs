@@ -20,20 +20,21 @@ pub struct Spread {
     pub max: f64,
 }
 
+/// What a [`Spread`] is made of.
 #[derive(Default)]
-struct Gather {
+pub(crate) struct Gather {
     sum: f64,
     max: f64,
     count: usize,
 }
 
 impl Gather {
-    fn add(&mut self, value: f64) {
+    pub fn add(&mut self, value: f64) {
         self.sum += value;
         self.max = self.max.max(value);
         self.count += 1;
     }
-    fn spread(&self) -> Spread {
+    pub fn spread(&self) -> Spread {
         Spread { mean: self.sum / self.count.max(1) as f64, max: self.max }
     }
 }

@@ -1,6 +1,6 @@
 //! Height: a body that neither touches nor falls comes down.
 
-use super::Needs;
+use super::{FALLING, Needs};
 use crate::clip::MotionClip;
 use crate::edit::poses::{positions, set_positions};
 use crate::edit::restyle::{set_standing, standing};
@@ -11,8 +11,6 @@ use crate::retarget::{RetargetOptions, replant};
 
 /// Higher than this share of its legs it is not lowered: it is on something.
 const HIGHEST: f64 = 0.3;
-/// What falls faster than this share of gravity is in flight.
-const FALLING: f64 = 0.25;
 /// Going down and up takes so long (s).
 const SMOOTH: f64 = 0.06;
 

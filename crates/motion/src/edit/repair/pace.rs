@@ -1,6 +1,6 @@
 //! Time: a jump that was shrunk onto a small robot falls too slowly, and a joint may have too little time.
 
-use super::Needs;
+use super::{FALLING, Needs};
 use crate::clip::MotionClip;
 use crate::contacts::runs;
 use crate::edit::joints::{column, set_column};
@@ -13,10 +13,8 @@ use crate::retarget::smooth::{limit_speed, smooth};
 /// The pace changes around what needs another (s): dilated by so much, and smoothed by so much.
 const AROUND: f64 = 0.12;
 const SMOOTH: f64 = 0.06;
-/// Nothing is more than so many times as fast or slow.
+/// The largest factor on the speed, and one over the least.
 const MOST: f64 = 2.0;
-/// What falls slower than this share of gravity does not fall: it hovers.
-const FALLING: f64 = 0.25;
 /// Joints get so much more time than the limit asks for.
 const SLACK: f64 = 1.05;
 

@@ -9,6 +9,7 @@ use crate::error::MotionError;
 use crate::feasibility::Feasibility;
 use crate::resample::locate;
 use crate::retarget::rig::Rig;
+use crate::retarget::{Gather, Spread};
 
 /// A repaired clip: what was found, what is still found, and what it took.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
@@ -26,45 +27,25 @@ pub struct Repaired {
 /// How far a motion is from the one it was, frame by frame at the times to which they were moved.
 #[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize)]
 pub struct Change {
-    /// Root (m), mean and largest.
-    pub root: [f64; 2],
-    /// Middle of the soles (m), mean and largest.
-    pub feet: [f64; 2],
-    /// Joints of the legs (rad), mean and largest.
-    pub legs: [f64; 2],
-    /// Other joints (rad), mean and largest.
-    pub others: [f64; 2],
+    /// Root (m).
+    pub root: Spread,
+    /// Middle of the soles (m).
+    pub feet: Spread,
+    /// Joints of the legs (rad).
+    pub legs: Spread,
+    /// Other joints (rad).
+    pub others: Spread,
     /// Longer by so much (s).
     pub longer: f64,
     /// The most that a moment is earlier or later (s).
     pub moved: f64,
 }
 
-/// A mean and a largest one.
-#[derive(Default)]
-struct Spread {
-    sum: f64,
-    most: f64,
-    count: f64,
-}
-
-impl Spread {
-    fn add(&mut self, value: f64) {
-        self.sum += value;
-        self.most = self.most.max(value);
-        self.count += 1.0;
-    }
-
-    fn both(&self) -> [f64; 2] {
-        [self.sum / self.count.max(1.0), self.most]
-    }
-}
-
 impl Change {
     /// Returns the change of `old`, whose frames come at `pace`'s times in `new`.
     pub(super) fn between(old: &MotionClip, new: &MotionClip, pace: &Pace, rig: &Rig) -> Result<Self, MotionError> {
         let (was, is) = (positions(old, rig.character)?, positions(new, rig.character)?);
-        let [mut root, mut feet, mut legs, mut others] = [(); 4].map(|()| Spread::default());
+        let [mut root, mut feet, mut legs, mut others] = [(); 4].map(|()| Gather::default());
         let (mut before, mut after) = (Kinematics::new(rig.character), Kinematics::new(rig.character));
         let at = rig.root.q_index;
         for (t, q) in was.iter().enumerate() {
@@ -86,10 +67,10 @@ impl Change {
         }
         let late = pace.times.iter().enumerate().map(|(t, time)| (time - t as f64 / old.fps).abs());
         Ok(Self {
-            root: root.both(),
-            feet: feet.both(),
-            legs: legs.both(),
-            others: others.both(),
+            root: root.spread(),
+            feet: feet.spread(),
+            legs: legs.spread(),
+            others: others.spread(),
             longer: new.seconds() - old.seconds(),
             moved: late.fold(0.0, f64::max),
         })
