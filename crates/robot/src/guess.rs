@@ -115,6 +115,20 @@ fn limit(character: &Character, joint: &Joint) -> Option<f64> {
     limits.into_iter().flatten().filter(|l| l.is_finite() && *l > 0.0).reduce(f64::min)
 }
 
+/// Returns the length of a leg from hip over knee to ankle, mean over the legs that the model has whole (m).
+pub(crate) fn leg_length(character: &Character, anatomy: &Anatomy) -> Option<f64> {
+    let kinematics = Kinematics::new(character);
+    let legs =
+        [[Role::LeftThigh, Role::LeftShank, Role::LeftFoot], [Role::RightThigh, Role::RightShank, Role::RightFoot]];
+    let point = |role: &Role| anatomy.places.get(role).map(|place| kinematics.point(place.body, &place.point));
+    let length = |leg: &[Role; 3]| {
+        let [hip, knee, ankle] = [point(&leg[0])?, point(&leg[1])?, point(&leg[2])?];
+        Some((hip - knee).norm() + (knee - ankle).norm())
+    };
+    let lengths: Vec<f64> = legs.iter().filter_map(length).filter(|length| *length > 0.0).collect();
+    (!lengths.is_empty()).then(|| lengths.iter().sum::<f64>() / lengths.len() as f64)
+}
+
 /// Returns per scalar joint the torque that it holds while the robot stands on bent legs (N m); `None` beside the legs.
 pub(crate) fn standing_loads(character: &Character, anatomy: &Anatomy) -> Vec<Option<f64>> {
     let kinematics = Kinematics::new(character);

@@ -107,6 +107,11 @@ impl Robot {
         self.profile.actuator.iter().find(|(_, group)| named(group)).map(|(name, _)| name.as_str())
     }
 
+    /// Returns the length of its stretched leg, hip to ankle (m): by it, sizes of robots are compared. None for a robot without legs.
+    pub fn leg_length(&self) -> Option<f64> {
+        guess::leg_length(&self.character, &self.anatomy)
+    }
+
     /// Returns the largest speeds of the scalar joints (rad/s or m/s); infinite where nothing limits them.
     pub fn speeds(&self) -> Vec<f64> {
         self.actuators.parameters.iter().map(|p| p.velocity_max).collect()

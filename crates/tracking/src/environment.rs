@@ -10,6 +10,7 @@ mod frozen;
 mod reset;
 mod sensor_model;
 mod setup;
+mod soles;
 mod stage;
 mod start;
 mod state;
@@ -29,6 +30,7 @@ pub use self::episode::Episode;
 use self::evaluator::StepEvaluator;
 use self::sensor_model::delay_targets;
 use self::setup::{Setup, expect};
+use self::soles::Soles;
 use self::stage::Stage;
 pub use self::start::Start;
 pub(crate) use self::state::root;
@@ -50,6 +52,7 @@ pub struct Environment {
     pushes: Vec<PushSchedule>,
     episodes: Vec<Episode>,
     rows: Rows,
+    soles: Soles,
     /// Numbers of the environments whose episodes the last step ended; kept for its memory.
     ended: Vec<usize>,
     steps: u64,
@@ -95,6 +98,7 @@ impl Environment {
         process: (usize, usize),
     ) -> Result<Self, TrackerError> {
         let setup = Setup::new(plan, robot, library, simulation.as_ref(), process)?;
+        let plan = &setup.plan;
         let (n, joints) = (plan.ppo.environments, setup.robot.joints());
         let bin = (0.5 * setup.robot.control_hz).round() as usize;
         let idle = PushSchedule { steps: 0, active: None };
@@ -109,6 +113,7 @@ impl Environment {
                 critic: vec![0.0; n * setup.observer.critic_size()],
                 features: vec![0.0; n.div_ceil(CHUNK) * setup.library.layout.size()],
             },
+            soles: Soles::new(&setup.robot),
             ended: Vec::new(),
             steps: 0,
             statistics: EpisodeStatistics::new(setup.library.clips()),
@@ -215,6 +220,7 @@ impl Environment {
         expect("outputs of the policy", self.len() * joints, outputs.len())?;
         self.set_targets(outputs);
         self.push()?;
+        self.soles.remember(self.simulation.state());
         self.simulation.step(Drive::Targets(&self.rows.targets))?;
         self.steps += 1;
         self.evaluate();
@@ -287,8 +293,8 @@ impl Environment {
 
     /// Computes rewards, terminations and observations after a step, each environment by itself.
     fn evaluate(&mut self) {
-        let (setup, stage, rsi) = (&self.setup, &self.stage, &self.rsi);
-        let evaluator = StepEvaluator { setup, stage, rsi, state: self.simulation.state(), step: self.steps };
+        let (setup, stage, rsi, soles) = (&self.setup, &self.stage, &self.rsi, &self.soles);
+        let evaluator = StepEvaluator { setup, stage, rsi, soles, state: self.simulation.state(), step: self.steps };
         let (a, c) = (setup.observer.actor_size(), setup.observer.critic_size());
         let Rows { actor, critic, features, .. } = &mut self.rows;
         self.episodes

@@ -2,6 +2,7 @@
 
 pub mod curriculum;
 pub mod keys;
+pub mod scaling;
 pub mod sensors;
 pub mod terrain;
 
@@ -12,6 +13,7 @@ use lifelike_robot::observation::{AnchorSpec, ReferenceSpec};
 use lifelike_sim::randomization::RandomizationSpec;
 
 pub use self::curriculum::{Curriculum, Ramp};
+pub use self::scaling::ScalingSpec;
 pub use self::sensors::SensorSpec;
 pub use self::terrain::TerrainSpec;
 use crate::TrackerError;
@@ -48,6 +50,9 @@ pub struct TrackerPlan {
     /// Iterations between checkpoints.
     #[serde(default = "fifty")]
     pub checkpoint_every: u64,
+    /// The robot that this plan's numbers were chosen for, from which they are scaled to its own.
+    #[serde(default)]
+    pub scaling: ScalingSpec,
     /// The policy's inputs from the reference.
     #[serde(default = "default_inputs")]
     pub inputs: ReferenceSpec,
@@ -168,6 +173,7 @@ impl TrackerPlan {
             seed: 0,
             budget: Budget::default(),
             checkpoint_every: fifty(),
+            scaling: ScalingSpec::default(),
             inputs: default_inputs(),
             linear_velocity: true,
             anchor: default_anchor(),
@@ -210,6 +216,7 @@ impl TrackerPlan {
             range("budget.minutes", minutes, 0.0, 1e6)?;
         }
         whole("checkpoint_every", self.checkpoint_every, 1, u64::MAX)?;
+        self.scaling.check()?;
         self.ppo.check()?;
         self.network.check()?;
         range("episode.seconds", self.episode.seconds, 0.02, 1e5)?;

@@ -71,7 +71,7 @@ pub fn scale_penalties(terms: &mut TermValues, factor: f32) {
 pub(crate) fn keys() -> Vec<(String, String, String)> {
     let per = |unit: &str| match unit {
         "" => "1".to_string(),
-        unit if unit.contains(' ') => format!("1/({unit})"),
+        unit if unit.contains([' ', '/']) => format!("1/({unit})"),
         unit => format!("1/{unit}"),
     };
     let mut keys = Vec::new();

@@ -6,6 +6,7 @@ use lifelike_sim::BatchState;
 
 use super::episode::Episode;
 use super::setup::Setup;
+use super::soles::Soles;
 use super::stage::Stage;
 use super::state::{root, write_features};
 use super::tracking_error::TrackingError;
@@ -19,6 +20,7 @@ pub(super) struct StepEvaluator<'a> {
     pub(super) setup: &'a Setup,
     pub(super) stage: &'a Stage,
     pub(super) rsi: &'a RsiSampler,
+    pub(super) soles: &'a Soles,
     pub(super) state: &'a BatchState,
     /// Steps done, this one included.
     pub(super) step: u64,
@@ -92,6 +94,7 @@ impl StepEvaluator<'_> {
             divisor,
             heading: offset.heading,
             path: offset.distance(),
+            slip_square: self.soles.slip_square(self.state, i),
             cost: ActionCost {
                 action: &episode.last,
                 previous: &episode.before,

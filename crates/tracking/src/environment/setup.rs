@@ -15,6 +15,7 @@ use crate::rewards::Reward;
 
 /// Plan, robot and references, and what follows from them.
 pub(super) struct Setup {
+    /// The plan, with its numbers for this robot's size.
     pub(super) plan: TrackerPlan,
     pub(super) robot: Arc<Robot>,
     pub(super) library: Arc<ReferenceLibrary>,
@@ -50,6 +51,7 @@ impl Setup {
                 got: "others".into(),
             });
         }
+        let plan = plan.scaled_to(&robot)?;
         let spec = ObservationSpec::new(&robot, plan.inputs.clone(), plan.anchor);
         let spec = if plan.linear_velocity { spec } else { spec.without_linear_velocity() };
         spec.check_sizes()?;
@@ -62,8 +64,8 @@ impl Setup {
                 Reward::Thesis(reward) => reward.floors.apply(&library.layout, &library.deviation),
                 Reward::Exponential(_) => Vec::new(),
             },
-            plan: plan.clone(),
             first: process * plan.ppo.environments,
+            plan,
             processes,
             robot,
             library,

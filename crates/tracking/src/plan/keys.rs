@@ -6,7 +6,7 @@
 use lifelike_sim::randomization::RandomizationSpec;
 use toml::{Table, Value};
 
-use super::TrackerPlan;
+use super::{ScalingSpec, TrackerPlan};
 
 /// One key of a plan.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -53,6 +53,8 @@ pub fn keys() -> Result<Vec<PlanKey>, toml::ser::Error> {
         keys.iter().map(|(key, unit, meaning)| row((*key).into(), (*unit).into(), (*meaning).into())).collect()
     };
     let mut rows = listed(TRAINING);
+    rows.extend(listed(ScalingSpec::KEYS));
+    rows.extend(listed(INPUTS));
     rows.extend(crate::rewards::keys().into_iter().map(|(key, unit, meaning)| row(key, unit, meaning)));
     let terminations = crate::terminations::keys();
     rows.extend(terminations.into_iter().map(|(key, unit, meaning)| row(key, unit.into(), meaning)));
@@ -101,6 +103,9 @@ const TRAINING: &[(&str, &str, &str)] = &[
         "wall time of the whole run after which it ends, earlier parts of a resumed run included",
     ),
     ("checkpoint_every", "iterations", "iterations between checkpoints"),
+];
+
+const INPUTS: &[(&str, &str, &str)] = &[
     ("inputs.frame", "", "the policy sees the reference frame to reach, m_{t+1} (input M of Table 4.3)"),
     (
         "inputs.future",

@@ -64,7 +64,22 @@ impl TermKind for Bonus {
     }
 }
 
-/// A cost of actions or torques, which the curriculum of smoothness scales.
+/// A cost of what the body does, at any stage of a curriculum.
+pub struct Fault;
+
+impl TermKind for Fault {
+    type Setting = f32;
+
+    fn thesis(weight: f32, value: f32, _limit: f32) -> f32 {
+        -weight * value
+    }
+
+    fn exponential(weight: f32, value: f32) -> f32 {
+        -weight * value
+    }
+}
+
+/// A cost of actions or torques, a sum over joints, which the curriculum of smoothness scales.
 pub struct Penalty;
 
 impl TermKind for Penalty {

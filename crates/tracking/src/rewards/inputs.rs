@@ -19,6 +19,8 @@ pub struct RewardInputs<'a> {
     pub heading: f32,
     /// Distance on the ground from the anchored reference (m).
     pub path: f32,
+    /// Sum over the standing soles of their squared speed over the ground (m²/s²).
+    pub slip_square: f32,
     /// Actions and torques.
     pub cost: ActionCost<'a>,
 }

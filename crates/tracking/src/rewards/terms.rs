@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use lifelike_motion::FeatureLayout;
 
-use super::declare::{Bonus, Kernel, Penalty, TermKind, Tracking, reward_terms};
+use super::declare::{Bonus, Fault, Kernel, Penalty, TermKind, Tracking, reward_terms};
 use super::floors::Floors;
 use super::inputs::RewardInputs;
 use super::{Term, TermValues};
@@ -70,6 +70,12 @@ reward_terms! {
     path: Tracking, "m²" = Kernel::new(0.15, 20.0), {
         thesis: |x, _| x.path * x.path,
         exponential: |x, _| x.path * x.path
+    }
+    /// Standing soles over the ground, sum of squared speeds; not in the thesis.
+    #[serde(default)]
+    slip: Fault, "m²/s²" = 0.0, {
+        thesis: |x, _| x.slip_square,
+        exponential: |x, _| x.slip_square
     }
     /// Change of the action, ‖a_t − a_{t−1}‖²: eq. 4.8, c^Δa.
     action_rate: Penalty, "rad²" = 0.05, {

@@ -35,7 +35,7 @@ fn inputs<'a>(
     reference: &'a [f32],
     divisor: &'a [f32],
 ) -> RewardInputs<'a> {
-    RewardInputs { layout, simulated, reference, divisor, heading: 0.0, path: 0.0, cost: STILL }
+    RewardInputs { layout, simulated, reference, divisor, heading: 0.0, path: 0.0, slip_square: 0.0, cost: STILL }
 }
 
 fn term(terms: &TermValues, name: &str) -> f32 {
@@ -137,6 +137,7 @@ fn the_exponential_terms_by_hand() {
         heading: k(0.3, 2.0),
         path: k(0.4, 3.0),
         alive: 0.05,
+        slip: 0.2,
         ..ExponentialReward::default()
     });
     let layout = layout();
@@ -152,7 +153,7 @@ fn the_exponential_terms_by_hand() {
     simulated[17] = 0.1;
     let cost = ActionCost { action: &[1.0, 0.0], torque_squared: 100.0, ..STILL };
     let inputs = inputs(&layout, &simulated, &reference, &[]);
-    let terms = reward.terms(&RewardInputs { heading: 0.5, path: 2.0, cost, ..inputs });
+    let terms = reward.terms(&RewardInputs { heading: 0.5, path: 2.0, slip_square: 0.3, cost, ..inputs });
     let e = |x: f32| x.exp();
     let expected = [
         ("height", 0.1 * e(-1.5)),
@@ -163,6 +164,7 @@ fn the_exponential_terms_by_hand() {
         ("heading", 0.3 * e(-0.5)),
         ("path", 0.4 * e(-12.0)),
         ("alive", 0.05),
+        ("slip", -0.06),
         ("action_rate", -0.05),
         ("action_acceleration", -0.015),
         ("torque", -1e-3),

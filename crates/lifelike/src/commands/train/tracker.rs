@@ -124,6 +124,22 @@ fn train_distributed(
     Ok(Some(summary).filter(|_| first))
 }
 
+/// Says what the plan's numbers are multiplied with for another robot than they were chosen for.
+fn tell_scale(plan: &TrackerPlan, robot: &Robot) {
+    let factors = plan.scaling.factors(robot);
+    if factors.are_one() {
+        return;
+    }
+    tracing::info!(
+        "numbers of the plan go with the size of '{}': lengths x{:.2}, times x{:.2}, forces x{:.2}, sums over joints x{:.2}",
+        robot.name,
+        factors.length,
+        factors.length.sqrt(),
+        factors.force,
+        factors.joints
+    );
+}
+
 /// Everything that a plan names, ready to learn.
 pub fn prepare(plan: &TrackerPlan, hardware: &Hardware, all: Arc<dyn Collective>) -> Result<Trainer, CliError> {
     plan.check()?;
@@ -131,6 +147,7 @@ pub fn prepare(plan: &TrackerPlan, hardware: &Hardware, all: Arc<dyn Collective>
     let device = hardware.networks.open()?;
     let robot = Arc::new(Robot::load(&plan.robot)?);
     hardware.physics.require_ready(&robot)?;
+    tell_scale(plan, &robot);
     let prior = plan.prior.as_deref().map(|path| Prior::load_for(path, &robot)).transpose()?;
     let library = if plan.clips.is_empty() {
         ReferenceLibrary::standing(&robot, STANDING_SECONDS)?
