@@ -21,6 +21,7 @@ pub fn inspect(name: &str, output: &Output) -> Result<(), CliError> {
             value["problems"] = json!(readiness.problems);
             value["control_hz"] = json!(robot.control_hz);
             value["physics_hz"] = json!(robot.control_hz * robot.substeps as f64);
+            value["leg_length_m"] = json!(robot.leg_length());
             value["end_effectors"] = json!(robot.layout.end_effectors);
             value["key_bodies"] = json!(robot.profile.key_bodies);
             value["feature_size"] = json!(robot.layout.size());
@@ -140,8 +141,11 @@ fn text(c: &Character) -> String {
 }
 
 fn control(robot: &Robot) -> String {
+    let leg = robot.leg_length().map_or("no leg found: numbers of plans are not scaled to it".into(), |leg| {
+        format!("leg of {leg:.3} m, hip to ankle: numbers of plans go with it, with the weight and the number of joints")
+    });
     let mut text = format!(
-        "\npolicy at {} Hz, physics at {} Hz\nend effectors: {}\nkey bodies: {}\nfeatures of one frame (eq. 4.1): {}\n\n",
+        "\n{leg}\npolicy at {} Hz, physics at {} Hz\nend effectors: {}\nkey bodies: {}\nfeatures of one frame (eq. 4.1): {}\n\n",
         robot.control_hz,
         robot.control_hz * robot.substeps as f64,
         robot.layout.end_effectors.join(", "),
