@@ -34,10 +34,36 @@ pub(crate) fn rotors(character: &Character, anatomy: &Anatomy, notes: &mut Vec<S
     rotors
 }
 
+/// Gain and damping of a joint's drive (N m/rad, N m s/rad).
+pub(crate) type Gains = (f64, f64);
+
+/// Returns, per scalar joint in the character's order, the spring and damper of a motor's joint that are the gains of its
+/// drive in truth: Isaac Gym reads a joint's `stiffness` and `damping` so, and robots written for it have springs that no
+/// motor of theirs could bend through the joint's range.
+pub(crate) fn drive_gains(character: &Character, notes: &mut Vec<String>) -> Vec<Option<Gains>> {
+    let gains = |joint: &Joint| {
+        let motor = servo(character, joint)?.kp.is_none();
+        let (low, high) = joint.range?;
+        let bend = (low - joint.spring_reference).abs().max((high - joint.spring_reference).abs());
+        let unbending = joint.stiffness * bend > limit(character, joint)?;
+        (motor && unbending).then_some((joint.stiffness, joint.damping))
+    };
+    let gains: Vec<Option<Gains>> = character.scalar_joints().map(gains).collect();
+    for (joint, (stiffness, damping)) in character.scalar_joints().zip(&gains).filter_map(|(j, g)| Some((j, (*g)?))) {
+        notes.push(format!(
+            "spring of '{}': stiffness {stiffness} and damping {damping} are its drive's gains, no spring that its motor could not bend",
+            joint.name
+        ));
+    }
+    gains
+}
+
 /// Returns a guess for every scalar joint, in the character's order; one note per joint says where it came from.
+/// `drives` are the gains of [`drive_gains`].
 pub(crate) fn actuators(
     character: &Character,
     anatomy: &Anatomy,
+    drives: &[Option<Gains>],
     physics_hz: f64,
     notes: &mut Vec<String>,
 ) -> Vec<ActuatorParameters> {
@@ -45,9 +71,10 @@ pub(crate) fn actuators(
     let inertias = effective_inertias(character, &kinematics);
     character
         .scalar_joints()
-        .map(|joint| {
+        .zip(drives)
+        .map(|(joint, drive)| {
             let (parameters, source) =
-                actuator(character, anatomy, &kinematics, joint, inertias[joint.v_index], physics_hz);
+                actuator(character, anatomy, &kinematics, joint, *drive, inertias[joint.v_index], physics_hz);
             notes.push(format!(
                 "actuator of '{}': kp {:.3}, kd {:.3}, at most {:.2} N m ({source})",
                 joint.name, parameters.kp, parameters.kd, parameters.torque_max
@@ -62,6 +89,7 @@ fn actuator(
     anatomy: &Anatomy,
     kinematics: &Kinematics,
     joint: &Joint,
+    drive: Option<Gains>,
     inertia: f64,
     physics_hz: f64,
 ) -> (ActuatorParameters, &'static str) {
@@ -73,6 +101,7 @@ fn actuator(
     let kp = own.and_then(|a| a.kp).map(|kp| kp * gear * gear).filter(|kp| kp.is_finite() && *kp > 0.0);
     let kd = own.and_then(|a| a.kv).map(|kv| kv * gear * gear).filter(|kv| kv.is_finite() && *kv > 0.0);
     let source = match (kp, limit) {
+        _ if drive.is_some() => "the joint's stiffness and damping, as far as they are stable; the model's limits",
         (Some(_), Some(_)) => "the model's gains and limits",
         (Some(_), None) => "the model's gains; torque from the weight it may carry",
         (None, Some(_)) => "the model's limits; gains from the torque",
@@ -80,8 +109,9 @@ fn actuator(
     };
     // One radian of error asks for the whole torque, as on the legs of common robots; 40 ms of velocity are damped.
     // Explicit PD control is stable while kp h² and kd h stay well below the inertia that the motor feels.
-    let kp = kp.unwrap_or(torque_max.min(0.25 * inertia * physics_hz * physics_hz));
-    let kd = kd.unwrap_or((0.04 * kp).min(0.5 * inertia * physics_hz));
+    let (stable_kp, stable_kd) = (0.25 * inertia * physics_hz * physics_hz, 0.5 * inertia * physics_hz);
+    let kp = kp.unwrap_or(drive.map_or(torque_max, |(stiffness, _)| stiffness).min(stable_kp));
+    let kd = kd.unwrap_or(drive.map_or(0.04 * kp, |(_, damping)| damping).min(stable_kd));
     let parameters = ActuatorParameters {
         kp,
         kd,

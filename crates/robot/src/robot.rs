@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use lifelike_character::{Anatomy, Character, JointKind, Role, Vec3};
+use lifelike_character::{Anatomy, Character, Joint, JointKind, Role, Vec3};
 use lifelike_motion::FeatureLayout;
 
 use crate::actuator::ActuatorSet;
@@ -56,12 +56,15 @@ impl Robot {
         let (control_hz, substeps) = rates(&character, &profile, &mut notes)?;
         let joints: Vec<String> = character.scalar_joints().map(|j| j.name.clone()).collect();
         let parameters = if profile.actuator.is_empty() {
+            let drives = guess::drive_gains(&character, &mut notes);
+            character = with_joints(character, &drives, |joint, _| (joint.stiffness, joint.damping) = (0.0, 0.0));
             let rotors = guess::rotors(&character, &anatomy, &mut notes);
-            character = with_rotors(character, rotors);
-            guess::actuators(&character, &anatomy, control_hz * substeps as f64, &mut notes)
+            character = with_joints(character, &rotors, |joint, armature| joint.armature = *armature);
+            guess::actuators(&character, &anatomy, &drives, control_hz * substeps as f64, &mut notes)
         } else {
             let groups = grouped(&character, &profile)?;
-            character = with_rotors(character, groups.iter().map(|group| group.armature).collect());
+            let armatures: Vec<Option<f64>> = groups.iter().map(|group| group.armature).collect();
+            character = with_joints(character, &armatures, |joint, armature| joint.armature = *armature);
             groups.into_iter().map(|group| group.parameters).collect()
         };
         let (end_effectors, effectors) = if profile.end_effectors.is_empty() {
@@ -193,20 +196,24 @@ fn rates(character: &Character, profile: &Profile, notes: &mut Vec<String>) -> R
     Ok((control, substeps as usize))
 }
 
-/// Returns the character with these armatures of its scalar joints; `None` leaves a joint's as it is.
-fn with_rotors(character: Arc<Character>, armatures: Vec<Option<f64>>) -> Arc<Character> {
-    if armatures.iter().all(Option::is_none) {
+/// Returns the character with its scalar joints changed by these values; `None` leaves a joint as it is.
+fn with_joints<T>(
+    character: Arc<Character>,
+    values: &[Option<T>],
+    change: impl Fn(&mut Joint, &T),
+) -> Arc<Character> {
+    if values.iter().all(Option::is_none) {
         return character;
     }
     let joints: Vec<usize> = character.scalar_joints().map(|j| j.v_index).collect();
-    let mut heavier = Arc::unwrap_or_clone(character);
-    for (v_index, armature) in joints.into_iter().zip(armatures) {
-        let joint = heavier.joints.iter_mut().find(|j| j.v_index == v_index);
-        if let (Some(joint), Some(armature)) = (joint, armature) {
-            joint.armature = armature;
+    let mut changed = Arc::unwrap_or_clone(character);
+    for (v_index, value) in joints.into_iter().zip(values) {
+        let joint = changed.joints.iter_mut().find(|j| j.v_index == v_index);
+        if let (Some(joint), Some(value)) = (joint, value) {
+            change(joint, value);
         }
     }
-    Arc::new(heavier)
+    Arc::new(changed)
 }
 
 /// Returns the one group that names each scalar joint.

@@ -102,6 +102,27 @@ fn what_the_profile_does_not_say_is_guessed_and_noted() {
     assert_eq!((robot.control_hz, robot.substeps), (50.0, 4));
 }
 
+/// As robots for Isaac Gym are written: `stiffness` and `damping` are the drive's gains.
+#[test]
+fn a_spring_that_the_motor_cannot_bend_is_its_gain() {
+    let with = |stiffness: f64| {
+        let text = format!(
+            r#"<mujoco><worldbody><body name="torso"><freejoint/><geom size=".1" mass="5"/>
+            <body name="arm" pos="0 0 -.1"><joint name="swing" axis="0 1 0" range="-57.3 114.6" stiffness="{stiffness}"
+              damping="2" armature=".05"/><geom size=".1" pos="0 0 -.5" mass="4"/></body></body></worldbody>
+            <actuator><motor joint="swing" gear="50" ctrlrange="-1 1"/></actuator></mujoco>"#
+        );
+        Robot::from_character(Character::from_mjcf(&text, "x.xml", None).unwrap(), Profile::default()).unwrap()
+    };
+    let (weak, strong) = (with(24.0), with(26.0));
+    let joint = |robot: &Robot| robot.character.scalar_joints().map(|j| (j.stiffness, j.damping)).next().unwrap();
+    assert_eq!((joint(&weak), joint(&strong)), ((24.0, 2.0), (0.0, 0.0)), "48 and 52 N m against 50");
+    let motor = &strong.actuators.parameters[0];
+    assert_eq!((motor.kp, motor.kd, motor.torque_max), (26.0, 2.0, 50.0));
+    assert!(strong.notes.iter().any(|n| n.contains("spring of 'swing'")), "{:?}", strong.notes);
+    assert!(!weak.notes.iter().any(|n| n.contains("spring of")), "{:?}", weak.notes);
+}
+
 #[test]
 fn a_profile_that_contradicts_the_model_is_refused() {
     let with = |text: &str| message(Robot::from_character(leg(), profile(text)));

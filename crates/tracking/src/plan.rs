@@ -283,6 +283,14 @@ mod tests {
     }
 
     #[test]
+    fn a_plan_may_name_a_few_terms_of_the_reward() {
+        let text = "robot = \"lima\"\nclips = []\n[reward]\nkind = \"exponential\"\nslip = 2.0";
+        let plan: TrackerPlan = toml::from_str(text).unwrap();
+        let named = crate::rewards::ExponentialReward { slip: 2.0, ..Default::default() };
+        assert_eq!(plan.reward, Reward::Exponential(named));
+    }
+
+    #[test]
     fn the_plans_that_come_with_the_project_are_good() {
         for name in ["track", "track-20", "track-56", "track-all", "track-g1", "track-walk", "track-thesis"] {
             let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("../../experiments/{name}.toml"));

@@ -75,10 +75,12 @@ pub(super) fn compile(robot: &Robot, terrain: Option<&Terrain>) -> Result<(MjMod
         return Err(fail("its text contains a zero byte".into()));
     }
     let mut spec = MjSpec::from_xml_string(text).map_err(|e| fail(e.to_string()))?;
-    // A profile may know rotors that the text does not (`ActuatorGroup::armature`).
+    // A profile may know rotors that the text does not (`ActuatorGroup::armature`), and springs of the text may be gains.
     for joint in character.scalar_joints() {
         if let Some(own) = spec.joint_mut(&joint.name) {
             own.set_armature(joint.armature);
+            own.stiffness_mut()[0] = joint.stiffness;
+            own.damping_mut()[0] = joint.damping;
         }
     }
     if let Some(terrain) = terrain {

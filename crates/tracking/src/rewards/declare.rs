@@ -99,7 +99,8 @@ impl TermKind for Penalty {
 ///
 /// A declaration is `/// meaning`, `name: Kind, "unit" = default in the exponential form { thesis: f, exponential: g }`,
 /// with pure functions of [`RewardInputs`](super::RewardInputs). A `#[serde(default)]` before the name makes the term
-/// optional, with weight 0 where a plan does not name it: as a new term must be, for plans from before it.
+/// optional in the thesis' form, with weight 0 where a plan does not name it. In the exponential form every term is, with its
+/// default.
 macro_rules! reward_terms {
     ($(
         $(#[doc = $doc:literal])+
@@ -126,11 +127,10 @@ macro_rules! reward_terms {
         /// The exponential form. Errors over several joints or sites are MEANS of squares, so the same numbers serve
         /// robots with more or fewer of them.
         #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
-        #[serde(deny_unknown_fields)]
+        #[serde(deny_unknown_fields, default)]
         pub struct ExponentialReward {
             $(
                 $(#[doc = $doc])+
-                $(#[serde($serde)])?
                 pub $name: <$kind as TermKind>::Setting,
             )+
             /// Weight of a squared angular velocity error against a linear one (m²).
