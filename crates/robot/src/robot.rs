@@ -197,11 +197,7 @@ fn rates(character: &Character, profile: &Profile, notes: &mut Vec<String>) -> R
 }
 
 /// Returns the character with its scalar joints changed by these values; `None` leaves a joint as it is.
-fn with_joints<T>(
-    character: Arc<Character>,
-    values: &[Option<T>],
-    change: impl Fn(&mut Joint, &T),
-) -> Arc<Character> {
+fn with_joints<T>(character: Arc<Character>, values: &[Option<T>], change: impl Fn(&mut Joint, &T)) -> Arc<Character> {
     if values.iter().all(Option::is_none) {
         return character;
     }

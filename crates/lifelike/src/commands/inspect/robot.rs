@@ -142,7 +142,9 @@ fn text(c: &Character) -> String {
 
 fn control(robot: &Robot) -> String {
     let leg = robot.leg_length().map_or("no leg found: numbers of plans are not scaled to it".into(), |leg| {
-        format!("leg of {leg:.3} m, hip to ankle: numbers of plans go with it, with the weight and the number of joints")
+        format!(
+            "leg of {leg:.3} m, hip to ankle: numbers of plans go with it, with the weight and the number of joints"
+        )
     });
     let mut text = format!(
         "\n{leg}\npolicy at {} Hz, physics at {} Hz\nend effectors: {}\nkey bodies: {}\nfeatures of one frame (eq. 4.1): {}\n\n",
