@@ -122,6 +122,13 @@ pub struct Up {
 }
 
 impl Up {
+    /// With weights of zero, for a layer that begins by adding nothing.
+    #[must_use]
+    pub fn zeros(&self, device: &Device) -> Self {
+        let [rows, columns] = self.weight.dims();
+        Self { weight: init::parameter(vec![0.0; rows * columns], [rows, columns], device) }
+    }
+
     /// Uniform weights from the stream `(seed, purpose, 0, 0)`.
     pub fn new(inputs: usize, outputs: usize, seed: u64, purpose: &str, device: &Device) -> Self {
         // Every output step receives two of the four taps.

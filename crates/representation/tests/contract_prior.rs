@@ -15,11 +15,12 @@ use lifelike_representation::RepresentationError;
 use lifelike_representation::latent::Codes;
 use lifelike_representation::latent::codes::features_of;
 use lifelike_representation::latent::interpolation::middle_frames;
-use lifelike_representation::prior::split;
+use lifelike_representation::prior::pca::{PcaPlan, PcaTrainer};
 use lifelike_representation::prior::vae::{VaeMetrics, VaePlan, VaeTrainer};
+use lifelike_representation::prior::{PriorData, PriorTraining, split};
 use lifelike_representation::{MotionPrior, WindowPlan};
-use lifelike_train::TrainingRun;
 use lifelike_train::collective::Alone;
+use lifelike_train::{TrainingRun, TrainingTask};
 use swings::{clip, clips, layout};
 
 fn small() -> VaePlan {
@@ -81,6 +82,54 @@ fn every_device_learns_what_the_cpu_learns() {
         }
         assert_eq!(there.prior().encode_clip(&clips()[0].frames).unwrap().len(), clips()[0].frames.len() * 8);
     }
+}
+
+#[test]
+fn a_linear_path_is_what_learning_begins_with_and_stays_as_it_is() {
+    let windows = WindowPlan { held_out: 0.0, ..WindowPlan::default() };
+    let plan = VaePlan {
+        linear_path: true,
+        iterations: 400,
+        restart_first: 400,
+        channels: 32,
+        batch: 32,
+        optimizer: Rule::Adam,
+        learning_rate: 2e-3,
+        windows,
+        ..small()
+    };
+    let (train, aside) = split(&plan.windows, clips());
+    let data = PriorData { layout: layout(), training: train, held_out: aside };
+    let mut pca =
+        PcaTrainer::new(PcaPlan { windows: plan.windows, latent: plan.latent, iterations: 12 }, data).unwrap();
+    for _ in 0..12 {
+        TrainingTask::step(&mut pca).unwrap();
+    }
+    let components = pca.prior().unwrap();
+
+    let mut still = trainer(VaePlan { learning_rate: 1e-9, ..plan.clone() });
+    still.step().unwrap();
+    let frames = &clips()[0].frames;
+    let (a, b) = (components.encode_clip(frames).unwrap(), still.prior().encode_clip(frames).unwrap());
+    let apart = a.iter().zip(&b).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+    assert!(apart < 1e-4, "{apart}");
+    let before = still.report().unwrap().window.joints_deg;
+    assert!((before - components.reconstruct(still.watched()).unwrap().window.joints_deg).abs() < 1e-3, "{before}");
+
+    let mut vae = trainer(plan.clone());
+    vae.step().unwrap();
+    let checkpoint = vae.checkpoint().unwrap();
+    let mut resumed = trainer(plan);
+    resumed.restore(&checkpoint).unwrap();
+    run(&mut vae, 399);
+    run(&mut resumed, 399);
+    let bytes = |trainer: &VaeTrainer| trainer.checkpoint().unwrap().to_bytes().unwrap();
+    assert!(bytes(&vae) == bytes(&resumed));
+    let kept =
+        |checkpoint: &lifelike_checkpoint::Checkpoint| checkpoint.entry("components.directions").unwrap().clone();
+    assert!(kept(&checkpoint) == kept(&vae.checkpoint().unwrap()));
+    let after = vae.report().unwrap().window.joints_deg;
+    assert!(after < before, "learning adds to it: {before} deg, then {after}");
 }
 
 #[test]

@@ -8,6 +8,7 @@ use serde::de::MapAccess;
 use serde::ser::SerializeStruct;
 
 use super::kind::{KindPlan, PriorData, PriorKind, WithTrainer};
+use super::pca::Components;
 use super::spline::SplineCoder;
 use super::vae::MotionVae;
 use super::window_plan::WindowPlan;
@@ -172,4 +173,6 @@ kinds! {
     Vae: MotionVae,
     /// The Spline-based Transformer of chapter 3.
     Spline: SplineCoder,
+    /// Principal components, the plain baseline.
+    Pca: Components,
 }

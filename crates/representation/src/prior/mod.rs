@@ -1,17 +1,18 @@
 //! The motion prior (thesis 4.2.1): a latent code for the second of motion around every frame.
 //!
 //! The main path: clips' frames ([`PriorClip`]) → [`Windows`] (eq. 4.2, normalised by [`FeatureStatistics`]) → a
-//! trainer of some kind ([`vae::VaeTrainer`], or [`spline::WindowSequences`] for a
-//! [`crate::spline_transformer::SequenceTrainer`]) → [`MotionPrior`], one file that encodes any clip of the same
+//! trainer of some kind ([`vae::VaeTrainer`], [`spline::WindowSequences`] for a
+//! [`crate::spline_transformer::SequenceTrainer`], [`pca::PcaTrainer`]) → [`MotionPrior`], one file that encodes any clip of the same
 //! character into one z_t per frame.
 //!
-//! A kind of prior is a folder ([`vae`], [`spline`]) with an implementation of [`PriorKind`] and a line in `kinds.rs`.
+//! A kind of prior is a folder ([`vae`], [`spline`], [`pca`]) with an implementation of [`PriorKind`] and a line in `kinds.rs`.
 //! Whoever takes a [`MotionPrior`] takes all of them.
 
 mod dataset;
 mod kind;
 mod kinds;
 mod motion_prior;
+pub mod pca;
 mod reconstruction;
 pub mod spline;
 mod statistics;

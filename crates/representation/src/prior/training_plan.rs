@@ -100,7 +100,9 @@ mod tests {
 
     #[test]
     fn a_plan_has_one_kind_and_comes_back_from_its_own_text() {
-        for text in ["", "[prior]\nchannels = 8", "[spline]", "[spline.training]\nlatent = 8"] {
+        for text in
+            ["", "[prior]\nlinear_path = true", "[spline]", "[spline.training]\nlatent = 8", "[pca]\nlatent = 8"]
+        {
             let plan = plan(text).unwrap();
             assert_eq!(toml::from_str::<PriorTrainingPlan>(&toml::to_string_pretty(&plan).unwrap()).unwrap(), plan);
             assert_eq!(matches!(plan.prior, PriorPlan::Spline(_)), text.contains("spline"), "{text}");
@@ -111,7 +113,10 @@ mod tests {
     fn what_is_wrong_is_named_with_its_line() {
         let told = |text: &str| plan(text).unwrap_err().to_string();
         let both = told("[prior]\n[spline]");
-        assert!(both.contains("[prior] (a beta-VAE), [spline] (a Spline-based Transformer), got two"), "{both}");
+        assert!(
+            both.contains("[spline] (a Spline-based Transformer), [pca] (principal components), got two"),
+            "{both}"
+        );
         let unknown = told("[splien]");
         assert!(unknown.contains("line 3") && unknown.contains("unknown field `splien`"), "{unknown}");
         assert!(unknown.contains("`robot`, `clips`, `prior`, `spline`"), "{unknown}");

@@ -22,8 +22,8 @@ use crate::output::{Output, table};
 /// Train a motion prior: a code z_t for the second of motion around every frame.
 ///
 /// A plan with a table [prior] trains the convolutional beta-VAE of thesis 4.2.1; with [spline], the Spline-based Transformer of
-/// chapter 3 on the same windows, whose latent control points are the code. Either becomes motion.prior.safetensors, and
-/// whatever takes one takes the other: train tracker (prior = and inputs.latent = of its plan), eval, motion search, bench latent.
+/// chapter 3 on the same windows, whose latent control points are the code; with [pca], principal components, the plain baseline
+/// (latent, iterations, [pca.windows]). Each becomes motion.prior.safetensors, and whatever takes one takes the others: train tracker (prior = and inputs.latent = of its plan), eval, motion search, bench latent.
 ///
 /// The run is a folder: plan.toml, metrics.jsonl, TensorBoard events, checkpoints, and at the end motion.prior.safetensors and
 /// reconstruction.json. Ctrl-C saves and stops; --resume goes on as if nothing had happened.

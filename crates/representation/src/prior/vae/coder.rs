@@ -11,6 +11,7 @@ use super::plan::VaePlan;
 use super::train::VaeTrainer;
 use crate::RepresentationError;
 use crate::prior::kind::{PriorData, PriorKind};
+use crate::prior::pca::Components;
 
 /// Name of the network in files.
 pub(super) const NETWORK: &str = "vae";
@@ -39,10 +40,16 @@ impl PriorKind for MotionVae {
     }
 
     fn save_into(&self, checkpoint: &mut Checkpoint) -> Result<(), RepresentationError> {
-        Ok(checkpoint.put_module(NETWORK, self)?)
+        checkpoint.put_module(NETWORK, self)?;
+        self.linear_path().map_or(Ok(()), |components| components.save_into(checkpoint))
     }
 
     fn load_from(plan: &VaePlan, checkpoint: &Checkpoint, features: usize) -> Result<Self, RepresentationError> {
-        Ok(checkpoint.load_module(NETWORK, Self::new(plan, features, &device::inference()))?)
+        let network = checkpoint.load_module(NETWORK, Self::new(plan, features, &device::inference()))?;
+        if !plan.linear_path {
+            return Ok(network);
+        }
+        let size = plan.windows.window().len() * features;
+        Ok(network.with_linear_path(Components::read(checkpoint, plan.latent, size)?))
     }
 }

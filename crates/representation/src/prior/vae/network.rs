@@ -5,6 +5,9 @@
 //! [B, d_z] -> linear -> 4 residual blocks -> LayerNorm, ReLU -> Up, ReLU, Up -> crop -> [B, 61, F]
 //! ```
 //!
+//! With a linear path ([`VaePlan::linear_path`]) principal components stand beside both directions, fixed: μ is the window's components
+//! plus what the encoder adds, the decoded window that of the components plus what the decoder adds. Both begin by adding nothing.
+//!
 //! `Down` and `Up` are strided convolutions and their transposes (kernel 4, stride 2). The thesis leaves kernel sizes and
 //! strides open; two halvings keep most of the work in the blocks at 16 time steps.
 
@@ -17,6 +20,7 @@ use lifelike_nn::conv_resnet::{ChannelNorm, Down, ResBlock, Up, pad_time};
 use lifelike_nn::init;
 
 use super::plan::VaePlan;
+use crate::prior::pca::Components;
 
 /// Time steps are halved this often.
 const HALVINGS: usize = 2;
@@ -34,6 +38,9 @@ pub struct MotionVae {
     decoder_norm: ChannelNorm,
     decoder_up: Up,
     decoder_out: Up,
+    /// Not learned, and not in the module's own arrays.
+    #[module(skip)]
+    linear_path: Option<Components>,
     #[module(skip)]
     samples: usize,
     #[module(skip)]
@@ -51,7 +58,7 @@ impl MotionVae {
         let blocks = |side: &str| {
             (0..plan.blocks).map(|i| ResBlock::new(c, seed, &format!("prior.{side}.block{i}"), device)).collect()
         };
-        Self {
+        let network = Self {
             encoder_in: Down::new(features, c, seed, "prior.encoder_in", device),
             encoder_down: Down::new(c, c, seed, "prior.encoder_down", device),
             encoder_blocks: blocks("encoder"),
@@ -62,10 +69,31 @@ impl MotionVae {
             decoder_norm: ChannelNorm::new(c, device),
             decoder_up: Up::new(c, c, seed, "prior.decoder_up", device),
             decoder_out: Up::new(c, features, seed, "prior.decoder_out", device),
+            linear_path: None,
             samples,
             channels: c,
             latent: plan.latent,
-        }
+        };
+        if plan.linear_path { network.adding_nothing(device) } else { network }
+    }
+
+    /// With outputs of zero, so that a linear path is what it begins with.
+    fn adding_nothing(mut self, device: &Device) -> Self {
+        let [rows, columns] = self.encoder_out.weight.dims();
+        self.encoder_out.weight = init::parameter(vec![0.0; rows * columns], [rows, columns], device);
+        self.decoder_out = self.decoder_out.zeros(device);
+        self
+    }
+
+    /// With principal components beside encoder and decoder.
+    #[must_use]
+    pub(super) fn with_linear_path(self, components: Components) -> Self {
+        Self { linear_path: Some(components), ..self }
+    }
+
+    /// Principal components beside encoder and decoder, if there are any.
+    pub(super) fn linear_path(&self) -> Option<&Components> {
+        self.linear_path.as_ref()
     }
 
     /// Returns d_z.
@@ -78,13 +106,15 @@ impl MotionVae {
     /// # Shapes
     /// `[B, 2W + 1, F]` to two `[B, d_z]`.
     pub fn encode(&self, x: Tensor<3>) -> (Tensor<2>, Tensor<2>) {
-        let [b, _, _] = x.dims();
+        let [b, t, f] = x.dims();
         let (before, after) = padding(self.samples);
+        let linear = self.linear_path.as_ref().map(|components| components.codes(x.clone().reshape([b, t * f])));
         let x = relu(self.encoder_in.forward(pad_time(x, before, after)));
         let x = through(&self.encoder_blocks, self.encoder_down.forward(x));
         let x = relu(self.encoder_norm.forward(x)).reshape([b, self.channels * steps(self.samples)]);
         let out = self.encoder_out.forward(x);
-        (out.clone().narrow(1, 0, self.latent), out.narrow(1, self.latent, self.latent))
+        let mean = out.clone().narrow(1, 0, self.latent);
+        (linear.map_or(mean.clone(), |linear| linear + mean), out.narrow(1, self.latent, self.latent))
     }
 
     /// Returns the window of a latent.
@@ -93,11 +123,14 @@ impl MotionVae {
     /// `[B, d_z]` to `[B, 2W + 1, F]`.
     pub fn decode(&self, z: Tensor<2>) -> Tensor<3> {
         let [b, _] = z.dims();
+        let linear = self.linear_path.as_ref().map(|components| components.windows(z.clone()));
         let x = self.decoder_in.forward(z).reshape([b, steps(self.samples), self.channels]);
         let x = through(&self.decoder_blocks, x);
         let x = relu(self.decoder_norm.forward(x));
         let x = self.decoder_out.forward(relu(self.decoder_up.forward(x)));
-        x.narrow(1, padding(self.samples).0, self.samples)
+        let x = x.narrow(1, padding(self.samples).0, self.samples);
+        let shape = x.dims();
+        linear.map_or(x.clone(), |linear| linear.reshape(shape) + x)
     }
 }
 

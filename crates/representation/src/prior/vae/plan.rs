@@ -21,6 +21,9 @@ pub struct VaePlan {
     pub channels: usize,
     /// Residual blocks in the encoder, and in the decoder.
     pub blocks: usize,
+    /// Principal components beside encoder and decoder, which then learn what these leave (not in the thesis). They are fitted
+    /// before the first iteration and stay as they are.
+    pub linear_path: bool,
     /// Windows per iteration.
     pub batch: usize,
     /// Training iterations. The thesis calls one batch an epoch.
@@ -51,6 +54,7 @@ impl Default for VaePlan {
             latent: 64,
             channels: 104,
             blocks: 4,
+            linear_path: false,
             batch: 512,
             iterations: 50_000,
             optimizer: Rule::Radam,

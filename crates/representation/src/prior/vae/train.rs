@@ -18,6 +18,7 @@ use super::network::MotionVae;
 use super::plan::VaePlan;
 use crate::RepresentationError;
 use crate::prior::kind::KindPlan;
+use crate::prior::pca::{Components, Normalized, PcaPlan, Subspace};
 use crate::prior::{FeatureStatistics, MotionPrior, PriorClip, PriorPlan, ReconstructionReport, Windows};
 
 /// Metrics of one iteration. All of it is determined by plan and data.
@@ -102,8 +103,23 @@ impl VaeTrainer {
         self.vae.num_params()
     }
 
+    /// Fits the linear path, where the plan has one.
+    fn fit_linear_path(&mut self) -> Result<(), RepresentationError> {
+        let data = Normalized { windows: &self.training, statistics: &self.statistics };
+        let VaePlan { latent, windows, .. } = self.plan;
+        let mut subspace = Subspace::new(data, latent, windows.window().len() * self.layout.size(), windows.seed)?;
+        for _ in 0..PcaPlan::ITERATIONS {
+            subspace.iterate(data)?;
+        }
+        self.vae = self.vae.clone().with_linear_path(subspace.components());
+        Ok(())
+    }
+
     /// One iteration: draw windows, encode, sample, decode, step.
     pub fn step(&mut self) -> Result<VaeMetrics, RepresentationError> {
+        if self.plan.linear_path && self.vae.linear_path().is_none() {
+            self.fit_linear_path()?;
+        }
         let (plan, i) = (&self.plan, self.iteration);
         let device = self.device.clone();
         let (kl_weight, learning_rate) = (plan.kl_weight_at(i), plan.learning_rate_at(i));
@@ -196,6 +212,11 @@ impl VaeTrainer {
         }
         self.statistics = saved.statistics().clone();
         self.vae = checkpoint.load_module(NETWORK, self.vae.clone())?;
+        if self.plan.linear_path {
+            let size = self.plan.windows.window().len() * self.layout.size();
+            let components = Components::read(checkpoint, self.plan.latent, size)?;
+            self.vae = self.vae.clone().with_linear_path(components);
+        }
         self.optimizer = Adam::load_from(self.optimizer.config(), checkpoint, "optimizer", &self.vae)?;
         let progress = checkpoint.u64s("progress", &[2])?;
         (self.iteration, self.skipped) = (progress[0], progress[1]);

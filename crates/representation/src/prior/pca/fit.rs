@@ -1,0 +1,147 @@
+//! Principal components by subspace iteration (Halko, Martinsson and Tropp 2011, algorithm 4.4): windows are gone through as often as
+//! there are iterations and never held all at once, so the data set may be of any size.
+
+use burn::tensor::{Tensor, TensorData};
+use lifelike_checkpoint::Checkpoint;
+use lifelike_checkpoint::rng::stream;
+use lifelike_nn::device;
+use lifelike_nn::numbers::read;
+use nalgebra::DMatrix;
+use rand_distr::{Distribution, StandardNormal};
+use rayon::prelude::*;
+
+use super::coder::Components;
+use crate::RepresentationError;
+use crate::prior::{FeatureStatistics, Windows};
+
+/// Directions beside those that are wanted: with them the iteration converges by a gap that is further down the spectrum.
+const MORE: usize = 16;
+/// Windows that are held at a time.
+const READ: usize = 1024;
+/// Windows that are gone through at most, evenly spread: windows of neighbouring frames are next to equal.
+const MOST: usize = 50_000;
+
+/// Clips' windows, normalised.
+#[derive(Debug, Clone, Copy)]
+pub(in crate::prior) struct Normalized<'a> {
+    pub windows: &'a Windows,
+    pub statistics: &'a FeatureStatistics,
+}
+
+impl Normalized<'_> {
+    /// Frames whose windows are gone through.
+    fn centres(&self) -> Vec<usize> {
+        (0..self.windows.len()).step_by(self.windows.len().div_ceil(MOST).max(1)).collect()
+    }
+
+    /// Returns the windows around frames, row after row.
+    fn gather(&self, centres: &[usize]) -> Result<Vec<f32>, RepresentationError> {
+        let parts = centres.par_chunks(64).map(|part| self.windows.gather(self.statistics, part));
+        Ok(parts.collect::<Result<Vec<_>, _>>()?.concat())
+    }
+}
+
+/// A subspace on its way to that of the largest variance.
+#[derive(Debug, Clone)]
+pub(in crate::prior) struct Subspace {
+    mean: Vec<f32>,
+    /// Mean squared distance of windows to their mean.
+    variance: f64,
+    /// Orthonormal columns that the next iteration begins with: `[samples · features, d_z + more]`.
+    basis: DMatrix<f64>,
+    /// Components by the last iteration: unit rows, and the variance along each.
+    directions: Vec<f32>,
+    variances: Vec<f64>,
+}
+
+impl Subspace {
+    /// Begins with random directions about the mean of windows of `size` numbers.
+    ///
+    /// # Errors
+    /// More components than windows, or than numbers in one.
+    pub fn new(data: Normalized, latent: usize, size: usize, seed: u64) -> Result<Self, RepresentationError> {
+        let most = size.min(data.windows.len());
+        if latent > most {
+            return Err(RepresentationError::Mismatch {
+                what: "latent".into(),
+                expected: format!("at most {most}: {} windows of {size} numbers", data.windows.len()),
+                got: latent.to_string(),
+            });
+        }
+        let centres = data.centres();
+        let (mut sum, mut squares) = (vec![0.0; size], 0.0);
+        for part in centres.chunks(READ) {
+            for row in data.gather(part)?.chunks_exact(size) {
+                sum.iter_mut().zip(row).for_each(|(sum, x)| *sum += f64::from(*x));
+                squares += row.iter().map(|x| f64::from(*x).powi(2)).sum::<f64>();
+            }
+        }
+        let count = centres.len() as f64;
+        let mean: Vec<f64> = sum.into_iter().map(|x| x / count).collect();
+        let mut rng = stream(seed, "prior.pca", 0, 0);
+        let basis = DMatrix::from_fn(size, (latent + MORE).min(size), |_, _| StandardNormal.sample(&mut rng));
+        Ok(Self {
+            variance: squares / count - mean.iter().map(|x| x * x).sum::<f64>(),
+            mean: mean.into_iter().map(|x| x as f32).collect(),
+            basis: basis.qr().q(),
+            directions: vec![0.0; latent * size],
+            variances: vec![0.0; latent],
+        })
+    }
+
+    /// One iteration: the covariance times the basis, the components in it, and a new orthonormal basis. Returns the part of the
+    /// variance that the components hold.
+    ///
+    /// # Errors
+    /// Tensor data that cannot be read from the device.
+    pub fn iterate(&mut self, data: Normalized) -> Result<f64, RepresentationError> {
+        let ((size, columns), centres) = (self.basis.shape(), data.centres());
+        let device = device::inference();
+        // nalgebra's columns one after another are the rows of the transpose.
+        let basis: Vec<f32> = self.basis.as_slice().iter().map(|x| *x as f32).collect();
+        let basis = Tensor::<2>::from_data(TensorData::new(basis, [columns, size]), &device);
+        let mean = Tensor::<2>::from_data(TensorData::new(self.mean.clone(), [1, size]), &device);
+        let mut image = DMatrix::<f64>::zeros(size, columns);
+        for part in centres.chunks(READ) {
+            let rows = TensorData::new(data.gather(part)?, [part.len(), size]);
+            let x = Tensor::<2>::from_data(rows, &device) - mean.clone();
+            let codes = x.clone().matmul(basis.clone().swap_dims(0, 1));
+            let sums = read(codes.swap_dims(0, 1).matmul(x))?;
+            image.as_mut_slice().iter_mut().zip(sums).for_each(|(sum, x)| *sum += f64::from(x));
+        }
+        image /= centres.len() as f64;
+        let within = self.basis.transpose() * &image;
+        let eigen = ((&within + within.transpose()) * 0.5).symmetric_eigen();
+        let mut order: Vec<usize> = (0..columns).collect();
+        order.sort_by(|a, b| eigen.eigenvalues[*b].total_cmp(&eigen.eigenvalues[*a]));
+        order.truncate(self.variances.len());
+        let rotated = &self.basis * eigen.eigenvectors.select_columns(&order);
+        self.directions = rotated.as_slice().iter().map(|x| *x as f32).collect();
+        self.variances = order.iter().map(|i| eigen.eigenvalues[*i].max(0.0)).collect();
+        self.basis = image.qr().q();
+        Ok(self.variances.iter().sum::<f64>() / self.variance.max(f64::MIN_POSITIVE))
+    }
+
+    /// Returns the components by the last iteration.
+    pub fn components(&self) -> Components {
+        let deviations: Vec<f64> = self.variances.iter().map(|v| v.sqrt()).collect();
+        Components::new(self.mean.clone(), &self.directions, &deviations)
+    }
+
+    /// Puts in what an iteration changes.
+    pub fn save_into(&self, checkpoint: &mut Checkpoint) -> Result<(), RepresentationError> {
+        let (size, columns) = self.basis.shape();
+        checkpoint.put_f64("subspace.basis", &[columns, size], self.basis.as_slice().to_vec())?;
+        checkpoint.put_f32("subspace.directions", &[self.variances.len(), size], self.directions.clone())?;
+        Ok(checkpoint.put_f64("subspace.variances", &[self.variances.len()], self.variances.clone())?)
+    }
+
+    /// Takes what [`Self::save_into`] wrote of a subspace of the same data.
+    pub fn restore(&mut self, checkpoint: &Checkpoint) -> Result<(), RepresentationError> {
+        let ((size, columns), latent) = (self.basis.shape(), self.variances.len());
+        self.basis = DMatrix::from_vec(size, columns, checkpoint.f64s("subspace.basis", &[columns, size])?);
+        self.directions = checkpoint.f32s("subspace.directions", &[latent, size])?;
+        self.variances = checkpoint.f64s("subspace.variances", &[latent])?;
+        Ok(())
+    }
+}
