@@ -17,6 +17,7 @@
 //! | `smoothness` | jerk (rad/s³) |
 //! | `slip` | soles that slide while they stand (m/s) |
 //! | `interval` | how sure a mean over clips is |
+//! | `common` | errors of several policies over the frames that all survive |
 //! | `fall` | definition of a fall |
 //! | `explain` | a failure in plain words, and the change of the clip that would help |
 //! | `robustness` | all of it against the size of a disturbance |
@@ -25,6 +26,7 @@
 
 pub mod accuracy;
 mod chain;
+mod common;
 mod conditions;
 pub mod drift;
 mod error;
@@ -51,6 +53,7 @@ mod tables;
 mod tests;
 
 pub use chain::Chain;
+pub use common::{CommonErrors, on_common_frames};
 pub use conditions::{EpisodeConditions, ReferenceSegment, TimedPush};
 pub use error::EvaluationError;
 pub use failure::Failure;

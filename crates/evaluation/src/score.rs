@@ -1,6 +1,8 @@
 //! Scores of episodes, clips and everything.
 
-use super::accuracy::{PHC_LIMIT, body_errors, contact_agreement, effector_error, joint_error, joint_errors, mean};
+use super::accuracy::{
+    PHC_LIMIT, body_errors, contact_agreement, effector_error, frame_errors, joint_error, joint_errors, mean,
+};
 use super::drift::drift;
 use super::failure::Failure;
 use super::interval::Intervals;
@@ -62,6 +64,9 @@ pub struct EpisodeScore {
     pub sole_slip: f64,
     /// Why it fell.
     pub failure: Option<Failure>,
+    /// Joint error (deg) and end-effector error (m) of each frame that counts, for comparisons over the same frames.
+    #[serde(skip)]
+    pub frame_errors: Vec<[f32; 2]>,
 }
 
 impl EpisodeScore {
@@ -101,6 +106,7 @@ impl EpisodeScore {
             reference_jerk: jerk(&rollout.reference[..end], rollout.fps),
             sole_slip: sole_slip(rollout),
             failure: Failure::of(rollout),
+            frame_errors: frame_errors(rollout),
         }
     }
 }

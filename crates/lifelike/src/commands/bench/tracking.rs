@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use lifelike_evaluation::{ClipScore, EvaluationOptions};
+use lifelike_evaluation::{Chain, ClipScore, CommonErrors, EpisodeScore, EvaluationOptions, on_common_frames};
 use lifelike_report::run::{RunFolder, read_metrics};
 use lifelike_report::{Cell, Column, Table};
 use lifelike_robot::Robot;
@@ -31,7 +31,8 @@ Examples:
   lifelike bench tracking --study experiments/study-inputs.toml -o runs/try budget.steps=200000
   lifelike bench tracking --study experiments/study-inputs.toml -o runs/inputs --only M,LM --json | jq .runs
 
-Joint and end-effector errors are means over the frames before a fall; the survival rate stands beside them.")]
+The first table has errors over the frames before a fall with survival beside them, the second errors over the frames that all policies
+of the table survive. A study that says `episodes` is evaluated as the thesis does: episodes of `seconds` that go from clip to clip.")]
 pub struct Args {
     /// The study: a file, or a built-in one by its name.
     #[arg(long)]
@@ -63,6 +64,12 @@ struct Study {
     /// Episodes per clip.
     #[serde(default = "five")]
     starts: usize,
+    /// In place of `starts`: episodes of one length for each class, that go from clip to clip (thesis 4.3.3).
+    #[serde(default)]
+    episodes: Option<usize>,
+    /// Longest episode, or the length of all `episodes` (s).
+    #[serde(default = "ten")]
+    seconds: f64,
 }
 
 #[derive(Debug, Deserialize)]
@@ -94,6 +101,10 @@ fn five() -> usize {
     5
 }
 
+fn ten() -> f64 {
+    10.0
+}
+
 /// One trained policy, evaluated.
 #[derive(Debug, Serialize)]
 struct Run {
@@ -103,6 +114,10 @@ struct Run {
     minutes: f64,
     /// By class, in the study's order.
     scores: Vec<ClipScore>,
+    /// By class, over the frames that every run of the table survives.
+    common: Vec<CommonErrors>,
+    #[serde(skip)]
+    episodes: Vec<Vec<EpisodeScore>>,
 }
 
 /// Runs the command.
@@ -131,10 +146,22 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
             info!("{} with seed {seed}: {}", variant.name, folder.display());
             trained(&plan, &folder, args, output)?;
             runs.push(evaluated(&study, &variant.name, &plan, &folder, args, output)?);
+            compare(&study, &mut runs)?;
             save(&runs, &args.output)?;
         }
     }
-    output.result(&runs, || table(&study, &runs).to_text())
+    output.result(&runs, || format!("{}\n{}", table(&study, &runs).to_text(), common_table(&study, &runs).to_text()))
+}
+
+/// Finds the errors over the frames that all runs so far survive.
+fn compare(study: &Study, runs: &mut [Run]) -> Result<(), CliError> {
+    runs.iter_mut().for_each(|run| run.common.clear());
+    for class in 0..study.class.len() {
+        let episodes: Vec<&[EpisodeScore]> = runs.iter().map(|run| run.episodes[class].as_slice()).collect();
+        let common = on_common_frames(&episodes)?;
+        runs.iter_mut().zip(common).for_each(|(run, errors)| run.common.push(errors));
+    }
+    Ok(())
 }
 
 fn read(path: &Path) -> Result<Study, CliError> {
@@ -143,8 +170,14 @@ fn read(path: &Path) -> Result<Study, CliError> {
     if let Some(folder) = folder {
         study.plan = plans::located(&study.plan, &folder);
     }
-    if !(1..=eval::STARTS).contains(&study.starts) {
-        let text = format!("{}: expected starts from 1 to {}, got {}", path.display(), eval::STARTS, study.starts);
+    for (key, value) in [("starts", Some(study.starts)), ("episodes", study.episodes)] {
+        if let Some(value) = value.filter(|value| !(1..=eval::STARTS).contains(value)) {
+            let text = format!("{}: expected {key} from 1 to {}, got {value}", path.display(), eval::STARTS);
+            return Err(CliError::Input(text));
+        }
+    }
+    if !(study.seconds > 0.0 && study.seconds <= 3600.0) {
+        let text = format!("{}: expected seconds above 0 and at most 3600, got {}", path.display(), study.seconds);
         return Err(CliError::Input(text));
     }
     Ok(study)
@@ -190,18 +223,21 @@ fn evaluated(
     let robot = Arc::new(Robot::load(&plan.robot)?);
     let loaded = Loaded::new(&policy_of(folder), Arc::clone(&robot), plan.prior.as_deref())?;
     let job = eval::Job { loaded: &loaded, physics: &args.hardware.physics };
-    let options = EvaluationOptions { starts: study.starts, keep: 0, ..EvaluationOptions::default() };
-    let mut scores = Vec::new();
+    let chain = study.episodes.map(|episodes| Chain { episodes, seed: 1 });
+    let (starts, seconds) = (study.starts, study.seconds);
+    let options = EvaluationOptions { starts, seconds, chain, keep: 0, ..EvaluationOptions::default() };
+    let (mut scores, mut episodes) = (Vec::new(), Vec::new());
     for class in &study.class {
         let clips = clips::load(&class.clips, &robot)?;
-        let overall = job.run(&clips, &options, output)?.overall;
-        scores.push(ClipScore { clip: class.name.clone(), ..overall });
+        let evaluation = job.run(&clips, &options, output)?;
+        scores.push(ClipScore { clip: class.name.clone(), ..evaluation.overall });
+        episodes.push(evaluation.episodes);
     }
     let timing = read_metrics(&RunFolder::open(folder)?.timing_path())?;
     let last = timing.last().and_then(|row| row.values.iter().find(|(name, _)| name == "Perf/wall_time"));
     let (steps, minutes) =
         (loaded.controller.header().provenance.steps, last.map_or(f64::NAN, |(_, seconds)| seconds / 60.0));
-    Ok(Run { variant: variant.into(), seed: plan.seed, steps, minutes, scores })
+    Ok(Run { variant: variant.into(), seed: plan.seed, steps, minutes, scores, common: Vec::new(), episodes })
 }
 
 fn save(runs: &[Run], folder: &Path) -> Result<(), CliError> {
@@ -210,35 +246,49 @@ fn save(runs: &[Run], folder: &Path) -> Result<(), CliError> {
     std::fs::write(&file, text).map_err(CliError::write(&file))
 }
 
-/// Joint error | end-effector error (survival) by class; with several seeds the mean, and ± half the range.
+/// Joint error | end-effector error | survival by class, below what others publish; with several seeds the mean, and ± half
+/// the range.
 fn table(study: &Study, runs: &[Run]) -> Table {
+    let mut table =
+        by_class("Tracking errors by class of motion", "deg | m | survival %", study, runs, |own, class| {
+            let of = |value: fn(&ClipScore) -> f64| spread(own.iter().map(|r| value(&r.scores[class])));
+            let (joints, effectors) = (of(|s| s.joint_error_deg), of(|s| s.effector_error_m));
+            format!("{} | {} | {}", say(joints, 2), say(effectors, 3), say(of(|s| 100.0 * s.survival), 0))
+        });
+    let published = |row: &Published, class: &Class| {
+        let errors = row.errors.get(&class.name);
+        errors.map_or("–".into(), |[d, m]| format!("{} | {}", say((*d, 0.0), 2), say((*m, 0.0), 3)))
+    };
+    let above = study.published.iter().map(|row| {
+        let cells = study.class.iter().map(|class| published(row, class));
+        [row.name.clone(), String::new()].into_iter().chain(cells).map(Cell::text).collect()
+    });
+    table.rows.splice(0..0, above);
+    table
+}
+
+/// The same over the frames that every run survives, and the share of all frames that these are.
+fn common_table(study: &Study, runs: &[Run]) -> Table {
+    let title = "Over the frames that every run of the table survives";
+    by_class(title, "deg | m | frames %", study, runs, |own, class| {
+        let of = |value: fn(&CommonErrors) -> f64| spread(own.iter().map(|r| value(&r.common[class])));
+        let (joints, effectors) = (of(|c| c.joint_error_deg), of(|c| c.effector_error_m));
+        format!("{} | {} | {}", say(joints, 2), say(effectors, 3), say(of(|c| 100.0 * c.covered), 0))
+    })
+}
+
+/// A row for each variant that has runs, a column for each class.
+fn by_class(title: &str, unit: &str, study: &Study, runs: &[Run], cell: impl Fn(&[&Run], usize) -> String) -> Table {
     let mut columns = vec![Column::text("input"), Column::number("runs", "")];
-    columns.extend(study.class.iter().map(|class| Column::number(&class.name, "deg | m | survival %")));
-    let mut table = Table::new("Tracking errors by class of motion", columns);
-    for row in &study.published {
-        let cell = |class: &Class| {
-            row.errors.get(&class.name).map_or_else(
-                || Cell::text("–"),
-                |[d, m]| Cell::text(format!("{} | {}", say((*d, 0.0), 2), say((*m, 0.0), 3))),
-            )
-        };
-        let head = [Cell::text(row.name.clone()), Cell::text("")];
-        table.rows.push(head.into_iter().chain(study.class.iter().map(cell)).collect());
-    }
+    columns.extend(study.class.iter().map(|class| Column::number(&class.name, unit)));
+    let mut table = Table::new(title, columns);
     for variant in &study.variant {
         let own: Vec<&Run> = runs.iter().filter(|r| r.variant == variant.name).collect();
-        if own.is_empty() {
-            continue;
+        if !own.is_empty() {
+            let cells = (0..study.class.len()).map(|class| cell(&own, class));
+            let head = [variant.name.clone(), own.len().to_string()];
+            table.rows.push(head.into_iter().chain(cells).map(Cell::text).collect());
         }
-        let cell = |class: usize| {
-            let of = |value: fn(&ClipScore) -> f64| spread(own.iter().map(|r| value(&r.scores[class])));
-            let joints = of(|s| s.joint_error_deg);
-            let effectors = of(|s| s.effector_error_m);
-            let survival = of(|s| 100.0 * s.survival);
-            Cell::text(format!("{} | {} | {}", say(joints, 2), say(effectors, 3), say(survival, 0)))
-        };
-        let head = [Cell::text(variant.name.clone()), Cell::text(own.len().to_string())];
-        table.rows.push(head.into_iter().chain((0..study.class.len()).map(cell)).collect());
     }
     table
 }
