@@ -63,6 +63,16 @@ pub fn body_errors(rollout: &Rollout) -> Vec<f64> {
         .collect()
 }
 
+/// Mean distance of the bodies in each frame that counts, each from its own root (m): PHC's MPJPE, blind to drift. Directions stay
+/// those of the world.
+pub fn root_relative_body_errors(rollout: &Rollout) -> Vec<f64> {
+    let of = |(r, s): (&Snapshot, &Snapshot)| {
+        let pairs = r.bodies.iter().zip(&s.bodies).skip(1);
+        mean(pairs.map(|(a, b)| ((a.0 - r.root_position) - (b.0 - s.root_position)).norm()))
+    };
+    rollout.pairs().map(of).collect()
+}
+
 /// The mean body error beyond which a clip counts as not followed (m).
 pub const PHC_LIMIT: f64 = 0.5;
 
@@ -123,6 +133,9 @@ mod tests {
         let expected = (2.0 + 10.0_f64.sqrt()) / 2.0;
         assert!(body_errors(&turned).iter().all(|e| (e - expected).abs() < 1e-12));
         assert_eq!(body_errors(&turned).len(), 2);
+        // Both roots in one place: the hand is a quarter turn off at one metre.
+        let apart = 2.0_f64.sqrt() / 2.0;
+        assert!(root_relative_body_errors(&turned).iter().all(|e| (e - apart).abs() < 1e-12));
     }
 
     #[test]

@@ -16,6 +16,7 @@
 //! | `drift` | position and heading of the root against the reference (m, deg) |
 //! | `smoothness` | jerk (rad/s³) |
 //! | `slip` | soles that slide while they stand (m/s) |
+//! | `steps` | steps of the reference that are taken |
 //! | `interval` | how sure a mean over clips is |
 //! | `common` | errors of several policies over the frames that all survive |
 //! | `fall` | definition of a fall |
@@ -47,6 +48,7 @@ mod score;
 mod setup;
 pub mod slip;
 pub mod smoothness;
+pub mod steps;
 mod suite;
 mod tables;
 #[cfg(test)]

@@ -5,16 +5,13 @@ use std::sync::Arc;
 use lifelike_character::rotation::from_wxyz;
 use lifelike_character::{JointKind, Kinematics, Quat, Vec3};
 use lifelike_motion::edit::joints_of;
+use lifelike_robot::reference::SOLE_DOWN;
 use lifelike_robot::robot::role_name;
 use lifelike_robot::{Alignment, ReferenceLibrary, Robot};
 use lifelike_sim::{BatchState, Ground};
 
 use super::rollout::{Names, Outcome, Rollout, Snapshot};
 use super::runner::Moment;
-
-/// A sole of the reference lower than this is on the ground (m): retargeted feet stand within a millimetre of it, and swing
-/// at least two centimetres above.
-const SOLE_DOWN: f64 = 0.005;
 
 /// Writes rollouts, frame by frame.
 pub(super) struct Recorder<'a> {

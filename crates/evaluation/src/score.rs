@@ -2,6 +2,7 @@
 
 use super::accuracy::{
     PHC_LIMIT, body_errors, contact_agreement, effector_error, frame_errors, joint_error, joint_errors, mean,
+    root_relative_body_errors,
 };
 use super::drift::drift;
 use super::failure::Failure;
@@ -10,6 +11,7 @@ use super::rollout::{Outcome, Rollout};
 use super::root::root_errors;
 use super::slip::sole_slip;
 use super::smoothness::jerk;
+use super::steps::steps;
 
 /// The score of one episode. Errors are means over the frames before a fall; NaN (`null` in JSON) where it fell at once.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
@@ -44,10 +46,16 @@ pub struct EpisodeScore {
     pub root_rotation_error_deg: f64,
     /// Share of frames and feet whose ground contact is the reference's.
     pub contact_agreement: f64,
+    /// Whole steps of the reference before a fall.
+    pub steps_planned: usize,
+    /// Those that the robot took: its foot left the ground.
+    pub steps_taken: usize,
     /// Mean end-effector error (m).
     pub effector_error_m: f64,
-    /// Mean body error (m, world), drift included.
+    /// Mean body error (m, world), drift included: MPJPE_g.
     pub body_error_m: f64,
+    /// Mean body error with both roots in one place (m): MPJPE_l.
+    pub root_relative_body_error_m: f64,
     /// Mean distance from the reference on the ground (m).
     pub position_drift_mean_m: f64,
     /// The same at the end (m).
@@ -79,6 +87,7 @@ impl EpisodeScore {
             let is = |(error, leg): (&f64, &bool)| (*leg == legs).then_some(*error);
             mean(joints.iter().zip(&rollout.names.legs).filter_map(is))
         };
+        let steps = steps(rollout);
         let end = rollout.counted().end.min(rollout.simulated.len()).min(rollout.reference.len());
         Self {
             clip: rollout.clip.clone(),
@@ -96,8 +105,11 @@ impl EpisodeScore {
             root_rotation_error_deg: root.rotation,
             joint_errors_deg: joints,
             contact_agreement: contact_agreement(rollout),
+            steps_planned: steps.planned,
+            steps_taken: steps.taken,
             effector_error_m: effector_error(rollout),
             body_error_m: mean(errors.iter().copied()),
+            root_relative_body_error_m: mean(root_relative_body_errors(rollout).into_iter()),
             position_drift_mean_m: drift.position_mean,
             position_drift_end_m: drift.position_end,
             heading_drift_mean_deg: drift.heading_mean,
@@ -145,10 +157,14 @@ pub struct ClipScore {
     pub root_rotation_error_deg: f64,
     /// Share of frames and feet whose ground contact is the reference's.
     pub contact_agreement: f64,
+    /// Share of the reference's whole steps that were taken; NaN where it takes none.
+    pub steps_taken: f64,
     /// Mean end-effector error (m).
     pub effector_error_m: f64,
-    /// Mean body error (m, world), drift included.
+    /// Mean body error (m, world), drift included: MPJPE_g.
     pub body_error_m: f64,
+    /// Mean body error with both roots in one place (m): MPJPE_l.
+    pub root_relative_body_error_m: f64,
     /// Mean distance from the reference on the ground (m).
     pub position_drift_mean_m: f64,
     /// The same at the end of the episodes (m).
@@ -178,6 +194,8 @@ impl ClipScore {
         let share = |is: fn(&EpisodeScore) -> bool| mean(episodes.iter().map(|e| if is(e) { 1.0 } else { 0.0 }));
         let planned: usize = episodes.iter().map(|e| e.planned_frames).sum();
         let frames: usize = episodes.iter().map(|e| e.frames).sum();
+        let steps: usize = episodes.iter().map(|e| e.steps_planned).sum();
+        let taken: usize = episodes.iter().map(|e| e.steps_taken).sum();
         Self {
             clip: name.into(),
             episodes: episodes.len(),
@@ -194,8 +212,10 @@ impl ClipScore {
             root_angular_velocity_error: pooled(|e| e.root_angular_velocity_error),
             root_rotation_error_deg: pooled(|e| e.root_rotation_error_deg),
             contact_agreement: pooled(|e| e.contact_agreement),
+            steps_taken: if steps == 0 { f64::NAN } else { taken as f64 / steps as f64 },
             effector_error_m: pooled(|e| e.effector_error_m),
             body_error_m: pooled(|e| e.body_error_m),
+            root_relative_body_error_m: pooled(|e| e.root_relative_body_error_m),
             position_drift_mean_m: pooled(|e| e.position_drift_mean_m),
             position_drift_end_m: ended(|e| e.position_drift_end_m),
             heading_drift_mean_deg: pooled(|e| e.heading_drift_mean_deg),

@@ -18,6 +18,7 @@ impl Evaluation {
                 Column::number("joints", "deg"),
                 Column::text("worst joint"),
                 Column::number("contacts", "%"),
+                Column::number("steps", "%"),
                 Column::number("effectors", "m"),
                 Column::number("drift", "m"),
                 Column::number("at end", "m"),
@@ -31,7 +32,7 @@ impl Evaluation {
             "Episodes of at most {} s from states of the reference, no noise. survival: no fall (root below 60% of the \
              reference's height, or tilted more than 1 rad off). success: no fall, and the mean body error never above \
              0.5 m. joints: mean absolute error; worst joint: the one with the largest. contacts: frames in which the feet are \
-             in contact as in the reference. effectors: mean distance of hands and feet, relative to root and \
+             in contact as in the reference. steps: steps of the reference in which the robot's foot leaves the ground, too. effectors: mean distance of hands and feet, relative to root and \
              heading. drift and heading: mean distance on the ground and mean heading error. jerk: mean over joints, of \
              physics and of the reference. slip: mean speed of standing soles over the ground. Errors are means over the frames before a fall.",
             self.episode_seconds
@@ -61,12 +62,15 @@ impl Evaluation {
             ("root rot.", "deg"),
             ("upper DoFs", "deg"),
             ("lower DoFs", "deg"),
+            ("MPJPE_g", "mm"),
+            ("MPJPE_l", "mm"),
         ];
         let columns = columns.map(|(name, unit)| Column::number(name, unit)).to_vec();
-        let mut table = Table::new("Root and limbs (thesis Table 5.3)", columns);
+        let mut table = Table::new("Root, limbs (thesis Table 5.3) and bodies (PHC)", columns);
         table.caption = "Mean distances over the frames before a fall, of which there are so many in percent of all: \
                          velocities each in its own root's frame, the angle between the root's orientations (heading \
-                         included), joints of legs and all others."
+                         included), joints of legs and all others; bodies in the world (MPJPE_g) and with both roots in one \
+                         place (MPJPE_l)."
             .into();
         let all = &self.overall;
         table.rows = vec![vec![
@@ -78,6 +82,8 @@ impl Evaluation {
             Cell::number(all.root_rotation_error_deg, 2),
             Cell::number(all.upper_joint_error_deg, 2),
             Cell::number(all.lower_joint_error_deg, 2),
+            Cell::number(1000.0 * all.body_error_m, 0),
+            Cell::number(1000.0 * all.root_relative_body_error_m, 0),
         ]];
         table
     }
@@ -142,6 +148,7 @@ fn row(score: &ClipScore, joints: &[String]) -> Vec<Cell> {
         Cell::number(score.joint_error_deg, 2),
         Cell::text(worst),
         Cell::number(100.0 * score.contact_agreement, 0),
+        Cell::number(100.0 * score.steps_taken, 0),
         Cell::number(score.effector_error_m, 3),
         Cell::number(score.position_drift_mean_m, 2),
         Cell::number(score.position_drift_end_m, 2),

@@ -1,8 +1,9 @@
 //! Promises about robots and their description.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use lifelike_character::Character;
-use lifelike_robot::{Profile, Robot, RobotError};
+use lifelike_character::{Character, Kinematics};
+use lifelike_robot::reference::standing_clip;
+use lifelike_robot::{Profile, ReferenceLibrary, Robot, RobotError};
 
 const LEG: &str = r#"<mujoco model="leg"><worldbody><body name="trunk" pos="0 0 1"><freejoint name="root"/>
   <geom type="box" size=".1 .1 .1" mass="10"/>
@@ -161,4 +162,27 @@ fn characters_that_cannot_be_controlled_are_refused() {
     assert!(ball.contains("shoulder"), "{ball}");
     let stone = of(&format!("<mujoco><worldbody><body><freejoint/>{link}</body></worldbody></mujoco>"));
     assert!(stone.contains("joints to control"), "{stone}");
+}
+
+/// A sole is down within five millimetres of the ground, wherever it is that an episode begins a little above it.
+#[test]
+fn soles_are_down_in_the_frames_in_which_they_touch_the_ground() {
+    let robot = Robot::load("lima").unwrap();
+    let clip = standing_clip(&robot, 0.2);
+    let lowest = {
+        let mut kinematics = Kinematics::new(&robot.character);
+        let mut q = robot.default_position();
+        q[2] = clip.root_position[0].z;
+        kinematics.update(&robot.character, &q);
+        let corners = robot.anatomy.soles.values().flat_map(|sole| sole.corners.iter().map(move |c| (sole.body, c)));
+        corners.map(|(body, corner)| kinematics.point(body, corner).z).fold(f64::INFINITY, f64::min)
+    };
+    let down = |above: f64| {
+        let mut clip = clip.clone();
+        clip.root_position.iter_mut().for_each(|root| root.z += above - lowest);
+        ReferenceLibrary::new(&robot, &[clip], None).unwrap().soles_down(&robot)
+    };
+    assert_eq!(down(0.0), vec![true; 2 * clip.len()]);
+    assert_eq!(down(0.004), vec![true; 2 * clip.len()]);
+    assert_eq!(down(0.006), vec![false; 2 * clip.len()]);
 }

@@ -113,7 +113,7 @@ impl Environment {
                 critic: vec![0.0; n * setup.observer.critic_size()],
                 features: vec![0.0; n.div_ceil(CHUNK) * setup.library.layout.size()],
             },
-            soles: Soles::new(&setup.robot),
+            soles: Soles::new(&setup.robot, &setup.library),
             ended: Vec::new(),
             steps: 0,
             statistics: EpisodeStatistics::new(setup.library.clips()),

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use lifelike_character::rotation::{from_wxyz, to_wxyz};
-use lifelike_character::{JointKind, Vec3};
+use lifelike_character::{JointKind, Kinematics, Vec3};
 use lifelike_motion::features::frames_of;
 use lifelike_motion::resample::resample;
 use lifelike_motion::{FeatureLayout, MotionClip};
@@ -12,6 +12,13 @@ use sha2::{Digest, Sha256};
 use super::encoder::LatentEncoder;
 use crate::error::RobotError;
 use crate::robot::Robot;
+
+/// Air below a robot that begins in a frame (m): a foot that begins in the ground is thrown out of it.
+const START_CLEARANCE: f64 = 0.002;
+
+/// A sole of the reference lower than this is on the ground (m): retargeted feet stand within a millimetre of it, and swing
+/// at least two centimetres above.
+pub const SOLE_DOWN: f64 = 0.005;
 
 /// Every frame of every clip, clip after clip. `T` frames in all, `J` joints, `E` end effectors, `F` features.
 #[derive(Debug, Clone, PartialEq)]
@@ -142,8 +149,7 @@ impl ReferenceLibrary {
         for joint in &robot.character.joints {
             let (at, rate) = (joint.q_index, joint.v_index);
             if joint.kind == JointKind::Free {
-                // Two millimetres of air: a foot that begins in the ground is thrown out of it.
-                let height = f64::from(self.position_at(frame)[2]) + lift + 0.002;
+                let height = f64::from(self.position_at(frame)[2]) + lift + START_CLEARANCE;
                 q[at..at + 3].copy_from_slice(&[place[0], place[1], height]);
                 q[at + 3..at + 7].copy_from_slice(&to_wxyz(&root));
                 v[rate..rate + 3].copy_from_slice(&linear);
@@ -153,6 +159,29 @@ impl ReferenceLibrary {
                 v[rate] = f64::from(*velocity);
             }
         }
+    }
+
+    /// Returns whether each sole of the robot is on the ground in each frame, in the order of the anatomy's soles.
+    ///
+    /// # Shapes
+    /// `[T, soles]`.
+    pub fn soles_down(&self, robot: &Robot) -> Vec<bool> {
+        let (mut q, mut v) = (vec![0.0; robot.character.nq], vec![0.0; robot.character.nv]);
+        let mut kinematics = Kinematics::new(&robot.character);
+        let mut down = Vec::with_capacity(self.len() * robot.anatomy.soles.len());
+        for frame in 0..self.len() {
+            // Without the air that episodes begin with.
+            self.write_state(frame, robot, [0.0; 2], -START_CLEARANCE, &mut q, &mut v);
+            kinematics.update(&robot.character, &q);
+            down.extend(
+                robot
+                    .anatomy
+                    .soles
+                    .values()
+                    .map(|sole| sole.corners.iter().any(|corner| kinematics.point(sole.body, corner).z < SOLE_DOWN)),
+            );
+        }
+        down
     }
 
     /// Returns the SHA-256 of all of it, hexadecimal: two libraries of one digest hold the same motion under the same names.

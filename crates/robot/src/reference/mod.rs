@@ -8,5 +8,5 @@ mod stream;
 
 pub use alignment::{Alignment, Laid, Offset, wrap, yaw};
 pub use encoder::LatentEncoder;
-pub use library::{ReferenceLibrary, standing_clip};
+pub use library::{ReferenceLibrary, SOLE_DOWN, standing_clip};
 pub use stream::{ClipPlayer, ReferenceStream, RootPose};

@@ -1,8 +1,8 @@
-//! Soles that slide while they stand, one step after the other.
+//! Soles: which stand, which should, and which slide while they stand.
 
 use lifelike_character::anatomy::Sole;
 use lifelike_character::rotation::from_wxyz;
-use lifelike_robot::Robot;
+use lifelike_robot::{ReferenceLibrary, Robot};
 use lifelike_sim::BatchState;
 use nalgebra::Vector3;
 
@@ -16,6 +16,8 @@ pub(super) struct Soles {
     /// Least force of a sole that stands (N).
     standing: f32,
     control_hz: f32,
+    /// Whether the reference's soles are on the ground, `[T, F]`.
+    planned: Vec<bool>,
     /// `[N, F]`.
     before: Vec<Foot>,
 }
@@ -33,13 +35,14 @@ struct Foot {
 }
 
 impl Soles {
-    pub(super) fn new(robot: &Robot) -> Self {
+    pub(super) fn new(robot: &Robot, library: &ReferenceLibrary) -> Self {
         let corners =
             |sole: &Sole| Corners { body: sole.body, corners: sole.corners.iter().map(|c| c.cast()).collect() };
         Self {
             soles: robot.anatomy.soles.values().map(corners).collect(),
             standing: STANDING * (robot.character.mass() * robot.character.gravity.norm()) as f32,
             control_hz: robot.control_hz as f32,
+            planned: library.soles_down(robot),
             before: Vec::new(),
         }
     }
@@ -68,6 +71,15 @@ impl Soles {
             Some(moved.xy().norm_squared() * self.control_hz * self.control_hz)
         };
         self.soles.iter().enumerate().filter_map(slip).sum()
+    }
+
+    /// Returns the number of soles of environment `i` whose contact with the ground is not that of a frame of the reference.
+    pub(super) fn contact_mismatch(&self, state: &BatchState, i: usize, frame: usize) -> f32 {
+        let feet = self.soles.len();
+        let planned = &self.planned[frame * feet..(frame + 1) * feet];
+        let forces = &state.foot_force[i * feet..(i + 1) * feet];
+        let differs = planned.iter().zip(forces).filter(|(planned, force)| **planned != (**force > self.standing));
+        differs.count() as f32
     }
 
     fn foot(&self, state: &BatchState, i: usize, foot: usize) -> Foot {
@@ -103,7 +115,7 @@ mod tests {
     #[test]
     fn only_a_sole_that_stood_and_stands_slips_and_turning_on_the_spot_is_slip_of_its_corners() {
         let robot = Robot::load("lima").unwrap();
-        let mut soles = Soles::new(&robot);
+        let mut soles = Soles::new(&robot, &ReferenceLibrary::standing(&robot, 0.1).unwrap());
         let weight = 16.2 * 9.81;
         soles.remember(&state(&robot, 0.0, 0.0, weight));
         let slid = state(&robot, 0.01, 0.0, weight);
@@ -114,5 +126,8 @@ mod tests {
         assert!(soles.slip_square(&state(&robot, 0.0, 0.3, weight), 1) > 0.01);
         soles.remember(&state(&robot, 0.0, 0.0, 0.0));
         assert_eq!(soles.slip_square(&slid, 1), 0.0, "just put down");
+        // The reference stands on both; the first environment on none, the second on one.
+        soles.planned.fill(true);
+        assert_eq!([0, 1].map(|i| soles.contact_mismatch(&slid, i, 2)), [2.0, 1.0]);
     }
 }

@@ -77,6 +77,13 @@ reward_terms! {
         thesis: |x, _| x.slip_square,
         exponential: |x, _| x.slip_square
     }
+    /// Soles that stand where the reference's do not, or do not where they do, their number; not in the thesis. Without it a robot
+    /// that only stands loses little to one that steps, and falls less.
+    #[serde(default)]
+    contact: Fault, "" = 0.0, {
+        thesis: |x, _| x.contact_mismatch,
+        exponential: |x, _| x.contact_mismatch
+    }
     /// Change of the action, ‖a_t − a_{t−1}‖²: eq. 4.8, c^Δa.
     action_rate: Penalty, "rad²" = 0.05, {
         thesis: |x, _| x.cost.rate_square(),

@@ -35,7 +35,17 @@ fn inputs<'a>(
     reference: &'a [f32],
     divisor: &'a [f32],
 ) -> RewardInputs<'a> {
-    RewardInputs { layout, simulated, reference, divisor, heading: 0.0, path: 0.0, slip_square: 0.0, cost: STILL }
+    RewardInputs {
+        layout,
+        simulated,
+        reference,
+        divisor,
+        heading: 0.0,
+        path: 0.0,
+        slip_square: 0.0,
+        contact_mismatch: 0.0,
+        cost: STILL,
+    }
 }
 
 fn term(terms: &TermValues, name: &str) -> f32 {
@@ -138,6 +148,7 @@ fn the_exponential_terms_by_hand() {
         path: k(0.4, 3.0),
         alive: 0.05,
         slip: 0.2,
+        contact: 0.3,
         ..ExponentialReward::default()
     });
     let layout = layout();
@@ -153,7 +164,14 @@ fn the_exponential_terms_by_hand() {
     simulated[17] = 0.1;
     let cost = ActionCost { action: &[1.0, 0.0], torque_squared: 100.0, ..STILL };
     let inputs = inputs(&layout, &simulated, &reference, &[]);
-    let terms = reward.terms(&RewardInputs { heading: 0.5, path: 2.0, slip_square: 0.3, cost, ..inputs });
+    let terms = reward.terms(&RewardInputs {
+        heading: 0.5,
+        path: 2.0,
+        slip_square: 0.3,
+        contact_mismatch: 2.0,
+        cost,
+        ..inputs
+    });
     let e = |x: f32| x.exp();
     let expected = [
         ("height", 0.1 * e(-1.5)),
@@ -165,6 +183,7 @@ fn the_exponential_terms_by_hand() {
         ("path", 0.4 * e(-12.0)),
         ("alive", 0.05),
         ("slip", -0.06),
+        ("contact", -0.6),
         ("action_rate", -0.05),
         ("action_acceleration", -0.015),
         ("torque", -1e-3),
