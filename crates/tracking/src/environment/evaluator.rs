@@ -95,7 +95,7 @@ impl StepEvaluator<'_> {
             heading: offset.heading,
             path: offset.distance(),
             slip_square: self.soles.slip_square(self.state, i),
-            contact_mismatch: self.soles.contact_mismatch(self.state, i, episode.frame),
+            missed_swings: self.soles.missed_swings(self.state, i, episode.frame),
             cost: ActionCost {
                 action: &episode.last,
                 previous: &episode.before,

@@ -1,4 +1,4 @@
-//! Soles: which stand, which should, and which slide while they stand.
+//! Soles: which stand while they should swing, and which slide while they stand.
 
 use lifelike_character::anatomy::Sole;
 use lifelike_character::rotation::from_wxyz;
@@ -73,13 +73,12 @@ impl Soles {
         self.soles.iter().enumerate().filter_map(slip).sum()
     }
 
-    /// Returns the number of soles of environment `i` whose contact with the ground is not that of a frame of the reference.
-    pub(super) fn contact_mismatch(&self, state: &BatchState, i: usize, frame: usize) -> f32 {
+    /// Returns the number of soles of environment `i` that carry weight while the reference's are off the ground in a frame.
+    pub(super) fn missed_swings(&self, state: &BatchState, i: usize, frame: usize) -> f32 {
         let feet = self.soles.len();
         let planned = &self.planned[frame * feet..(frame + 1) * feet];
         let forces = &state.foot_force[i * feet..(i + 1) * feet];
-        let differs = planned.iter().zip(forces).filter(|(planned, force)| **planned != (**force > self.standing));
-        differs.count() as f32
+        planned.iter().zip(forces).filter(|(planned, force)| !**planned && **force > self.standing).count() as f32
     }
 
     fn foot(&self, state: &BatchState, i: usize, foot: usize) -> Foot {
@@ -126,8 +125,10 @@ mod tests {
         assert!(soles.slip_square(&state(&robot, 0.0, 0.3, weight), 1) > 0.01);
         soles.remember(&state(&robot, 0.0, 0.0, 0.0));
         assert_eq!(soles.slip_square(&slid, 1), 0.0, "just put down");
-        // The reference stands on both; the first environment on none, the second on one.
+        // The first environment stands on no foot, the second on one.
+        soles.planned.fill(false);
+        assert_eq!([0, 1].map(|i| soles.missed_swings(&slid, i, 2)), [0.0, 1.0]);
         soles.planned.fill(true);
-        assert_eq!([0, 1].map(|i| soles.contact_mismatch(&slid, i, 2)), [2.0, 1.0]);
+        assert_eq!([0, 1].map(|i| soles.missed_swings(&slid, i, 2)), [0.0, 0.0]);
     }
 }

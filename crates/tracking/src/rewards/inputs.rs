@@ -21,8 +21,8 @@ pub struct RewardInputs<'a> {
     pub path: f32,
     /// Sum over the standing soles of their squared speed over the ground (m²/s²).
     pub slip_square: f32,
-    /// Number of soles whose contact with the ground is not the reference's.
-    pub contact_mismatch: f32,
+    /// Number of soles that carry weight while the reference's are off the ground.
+    pub missed_swings: f32,
     /// Actions and torques.
     pub cost: ActionCost<'a>,
 }

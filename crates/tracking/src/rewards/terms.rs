@@ -77,12 +77,12 @@ reward_terms! {
         thesis: |x, _| x.slip_square,
         exponential: |x, _| x.slip_square
     }
-    /// Soles that stand where the reference's do not, or do not where they do, their number; not in the thesis. Without it a robot
-    /// that only stands loses little to one that steps, and falls less.
+    /// Soles that carry weight while the reference's swing, their number; not in the thesis. Without it a robot that only stands loses
+    /// little to one that steps, and falls less. Soles in the air cost nothing here: that hurts who has yet to learn to stand.
     #[serde(default)]
-    contact: Fault, "" = 0.0, {
-        thesis: |x, _| x.contact_mismatch,
-        exponential: |x, _| x.contact_mismatch
+    swing: Fault, "" = 0.0, {
+        thesis: |x, _| x.missed_swings,
+        exponential: |x, _| x.missed_swings
     }
     /// Change of the action, ‖a_t − a_{t−1}‖²: eq. 4.8, c^Δa.
     action_rate: Penalty, "rad²" = 0.05, {

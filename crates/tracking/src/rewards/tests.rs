@@ -43,7 +43,7 @@ fn inputs<'a>(
         heading: 0.0,
         path: 0.0,
         slip_square: 0.0,
-        contact_mismatch: 0.0,
+        missed_swings: 0.0,
         cost: STILL,
     }
 }
@@ -148,7 +148,7 @@ fn the_exponential_terms_by_hand() {
         path: k(0.4, 3.0),
         alive: 0.05,
         slip: 0.2,
-        contact: 0.3,
+        swing: 0.3,
         ..ExponentialReward::default()
     });
     let layout = layout();
@@ -164,14 +164,8 @@ fn the_exponential_terms_by_hand() {
     simulated[17] = 0.1;
     let cost = ActionCost { action: &[1.0, 0.0], torque_squared: 100.0, ..STILL };
     let inputs = inputs(&layout, &simulated, &reference, &[]);
-    let terms = reward.terms(&RewardInputs {
-        heading: 0.5,
-        path: 2.0,
-        slip_square: 0.3,
-        contact_mismatch: 2.0,
-        cost,
-        ..inputs
-    });
+    let terms =
+        reward.terms(&RewardInputs { heading: 0.5, path: 2.0, slip_square: 0.3, missed_swings: 2.0, cost, ..inputs });
     let e = |x: f32| x.exp();
     let expected = [
         ("height", 0.1 * e(-1.5)),
@@ -183,7 +177,7 @@ fn the_exponential_terms_by_hand() {
         ("path", 0.4 * e(-12.0)),
         ("alive", 0.05),
         ("slip", -0.06),
-        ("contact", -0.6),
+        ("swing", -0.6),
         ("action_rate", -0.05),
         ("action_acceleration", -0.015),
         ("torque", -1e-3),
