@@ -67,7 +67,12 @@ fn put(tree: &mut Table, path: &str, value: Value) -> Result<(), String> {
         return Ok(());
     };
     // A key or table that is not there may still be an optional one: the plan's type decides.
-    match tree.entry(head).or_insert_with(|| Value::Table(Table::new())) {
+    let inner = tree.entry(head).or_insert_with(|| Value::Table(Table::new()));
+    if *inner == Value::Boolean(false) {
+        // An optional table that is off.
+        *inner = Value::Table(Table::new());
+    }
+    match inner {
         Value::Table(inner) => put(inner, rest, value),
         _ => Err(format!("'{head}' is a value, not a table")),
     }

@@ -123,6 +123,16 @@ impl RunningNormalizer {
         self.absorb(n, &mean, &about);
     }
 
+    /// Returns the same for other rows: `places` says which of these numbers each is; what is new has the scale that `fresh` has.
+    #[must_use]
+    pub fn rearranged(&self, fresh: &Self, places: &[Option<usize>]) -> Self {
+        let pick = |stored: &[f64], fresh: &[f64]| {
+            let number = |(i, place): (usize, &Option<usize>)| place.map_or(fresh[i], |place| stored[place]);
+            places.iter().enumerate().map(number).collect()
+        };
+        Self { mean: pick(&self.mean, &fresh.mean), variance: pick(&self.variance, &fresh.variance), ..*self }
+    }
+
     /// Normalizes to (x − mean) / std, clipped, in place, for rows `[N, size]`.
     pub fn normalize(&self, rows: &mut [f32]) {
         let (mean, inverse) = self.affine();

@@ -14,7 +14,8 @@ use lifelike_robot::controller::PolicyHeader;
 use lifelike_robot::{ActionMap, ReferenceLibrary, Robot};
 
 use crate::TrackerError;
-use lifelike_train::networks::{Actor, ActorSize};
+use lifelike_train::networks::{Actor, ActorSize, Critic};
+use lifelike_train::ppo::SavedNetworks;
 
 /// Frames that are encoded at a time.
 const CHUNK: usize = 256;
@@ -28,6 +29,24 @@ pub struct Policy {
     header: PolicyHeader,
     actor: Actor,
     normalizer: RunningNormalizer,
+    /// What training goes on with; nothing that acts needs it.
+    value: Option<(Critic, RunningNormalizer)>,
+}
+
+/// Names of the networks in the file.
+const ACTOR: &str = "actor";
+const NORMALIZER: &str = "normalizer";
+const CRITIC: &str = "critic";
+const CRITIC_NORMALIZER: &str = "critic_normalizer";
+
+/// Returns the names of the networks in a policy's file.
+pub(crate) fn networks() -> SavedNetworks {
+    SavedNetworks {
+        actor: ACTOR.into(),
+        actor_normalizer: NORMALIZER.into(),
+        critic: CRITIC.into(),
+        critic_normalizer: CRITIC_NORMALIZER.into(),
+    }
 }
 
 impl Policy {
@@ -35,7 +54,13 @@ impl Policy {
     pub fn new(header: PolicyHeader, actor: &Actor, normalizer: &RunningNormalizer) -> Self {
         let mut normalizer = normalizer.clone();
         normalizer.set_frozen(true);
-        Self { header, actor: actor.clone().fork(&device::inference()), normalizer }
+        Self { header, actor: actor.clone().fork(&device::inference()), normalizer, value: None }
+    }
+
+    /// With the value function, so that a training that begins with the file (`init`) goes on with both.
+    #[must_use]
+    pub fn with_value(self, critic: &Critic, normalizer: &RunningNormalizer) -> Self {
+        Self { value: Some((critic.clone().fork(&device::inference()), normalizer.clone())), ..self }
     }
 
     /// Returns the header of the file.
@@ -122,8 +147,12 @@ impl Policy {
     pub fn to_checkpoint(&self) -> Result<Checkpoint, TrackerError> {
         let mut checkpoint = Checkpoint::new();
         checkpoint.set_meta("policy", &self.header)?;
-        checkpoint.put_module("actor", &self.actor)?;
-        self.normalizer.save_into(&mut checkpoint, "normalizer")?;
+        checkpoint.put_module(ACTOR, &self.actor)?;
+        self.normalizer.save_into(&mut checkpoint, NORMALIZER)?;
+        if let Some((critic, normalizer)) = &self.value {
+            checkpoint.put_module(CRITIC, critic)?;
+            normalizer.save_into(&mut checkpoint, CRITIC_NORMALIZER)?;
+        }
         Ok(checkpoint)
     }
 
@@ -145,7 +174,7 @@ impl Policy {
         Ok(policy)
     }
 
-    /// Reads a policy for any robot, to inspect it.
+    /// Reads a policy for any robot, to inspect it; without the value function.
     ///
     /// # Errors
     /// The file is damaged or no policy.
@@ -168,9 +197,9 @@ impl Policy {
         }
         let size = ActorSize { inputs, window, encoder: &encoder, code, hidden: &header.hidden, outputs: joints };
         let fresh = Actor::init(size, 1.0, 0, &device::inference());
-        let actor = checkpoint.load_module("actor", fresh)?;
-        let normalizer = RunningNormalizer::load_from(&checkpoint, "normalizer", inputs)?;
-        Ok(Self { header, actor, normalizer })
+        let actor = checkpoint.load_module(ACTOR, fresh)?;
+        let normalizer = RunningNormalizer::load_from(&checkpoint, NORMALIZER, inputs)?;
+        Ok(Self { header, actor, normalizer, value: None })
     }
 }
 

@@ -67,6 +67,31 @@ impl Limit for Persistent {
     }
 }
 
+/// A limit in a plan: its value, or `false` for a rule that is off. A rule is off by being said to be, never by not being named:
+/// who gives one limit does not lose the others.
+mod limit_or_false {
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    #[derive(serde::Serialize, serde::Deserialize)]
+    #[serde(untagged, expecting = "a limit, or false for none")]
+    enum Written<L> {
+        Switch(bool),
+        Limit(L),
+    }
+
+    pub fn serialize<L: Serialize + Copy, S: Serializer>(limit: &Option<L>, to: S) -> Result<S::Ok, S::Error> {
+        limit.map_or(Written::Switch(false), Written::Limit).serialize(to)
+    }
+
+    pub fn deserialize<'de, L: Deserialize<'de>, D: Deserializer<'de>>(from: D) -> Result<Option<L>, D::Error> {
+        match Written::deserialize(from)? {
+            Written::Limit(limit) => Ok(Some(limit)),
+            Written::Switch(false) => Ok(None),
+            Written::Switch(true) => Err(serde::de::Error::custom("expected a limit, or false for none, got true")),
+        }
+    }
+}
+
 /// Key, unit and meaning of every number in `[termination]`.
 pub(crate) fn keys() -> Vec<(String, &'static str, String)> {
     let mut keys = Vec::new();
@@ -85,14 +110,14 @@ type Rule = (&'static str, &'static str, &'static [(&'static str, &'static str, 
 
 macro_rules! terminations {
     ($($(#[doc = $doc:literal])+ $cause:ident, $key:ident: $limit:ty = $default:expr, $unit:literal, $error:expr;)+) => {
-        /// The rules by which an episode fails. A limit that the table does not name is not applied; without the table the
-        /// defaults are. A diverged simulation always ends the episode.
+        /// The rules by which an episode fails. A limit that the table does not name is the default one; `false` turns a rule
+        /// off. A diverged simulation always ends the episode.
         #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
-        #[serde(deny_unknown_fields, default = "Termination::none")]
+        #[serde(deny_unknown_fields, default)]
         pub struct Termination {
             $(
                 $(#[doc = $doc])+
-                #[serde(skip_serializing_if = "Option::is_none")]
+                #[serde(with = "limit_or_false")]
                 pub $key: Option<$limit>,
             )+
         }
@@ -180,12 +205,6 @@ terminations! {
     Heading, heading: f32 = None, "rad", |error| error.heading;
 }
 
-impl Termination {
-    fn none() -> Self {
-        Self::NONE
-    }
-}
-
 impl Cause {
     /// Returns its place in [`Self::ALL`].
     pub fn index(self) -> usize {
@@ -195,7 +214,20 @@ impl Cause {
 
 #[cfg(test)]
 mod tests {
+    #![allow(clippy::unwrap_used)]
     use super::*;
+
+    #[test]
+    fn a_plan_that_gives_one_limit_keeps_the_others_and_false_turns_one_off() {
+        let named: Termination = toml::from_str("path = 0.5\ntilt = false").unwrap();
+        assert_eq!(named, Termination { path: Some(0.5), tilt: None, ..Termination::default() });
+        assert_eq!(toml::from_str::<Termination>(&toml::to_string(&named).unwrap()).unwrap(), named);
+        assert_eq!(toml::from_str::<Termination>("").unwrap(), Termination::default());
+        for (wrong, part) in [("path = true", "got true"), ("path = \"no\"", "or false for none")] {
+            let error = toml::from_str::<Termination>(wrong).unwrap_err().to_string();
+            assert!(error.contains(part), "{error}");
+        }
+    }
 
     #[test]
     fn only_given_limits_apply_and_the_persistent_one_waits() {

@@ -1,8 +1,8 @@
 //! The training of a tracker: one iteration, and everything that the next one depends on.
 
+mod beginning;
 mod task;
 
-use std::path::Path;
 use std::sync::Arc;
 
 use lifelike_checkpoint::Checkpoint;
@@ -16,11 +16,10 @@ use super::plan::TrackerPlan;
 use super::policy::Policy;
 use super::progress::{ClipProgress, TrackerMetrics};
 use crate::TrackerError;
-use lifelike_report::run::RunFolder;
 use lifelike_train::collective::{Alone, Collective};
 use lifelike_train::ppo::{Iteration, Learner};
 
-use self::task::KEEP;
+pub use self::beginning::Beginning;
 
 /// Environments and learner of one plan, between two iterations.
 pub struct Trainer {
@@ -86,55 +85,6 @@ impl Trainer {
         self
     }
 
-    /// Begins with the networks of `plan.init`, where it names any.
-    ///
-    /// # Errors
-    /// There is nothing of the kind, or it sees or moves something else than this plan's policy.
-    pub fn initialised(mut self) -> Result<Self, TrackerError> {
-        let Some(path) = self.plan.init.clone() else { return Ok(self) };
-        if path.is_dir() {
-            let checkpoints = RunFolder::open(&path)?.checkpoints(KEEP);
-            let Some((info, bytes)) = checkpoints.latest() else {
-                return Err(TrackerError::Mismatch {
-                    what: path.display().to_string(),
-                    expected: "a run with a checkpoint".into(),
-                    got: "none".into(),
-                });
-            };
-            let checkpoint = Checkpoint::from_bytes(&bytes, &checkpoints.path(info.iteration))?;
-            self.alike(&path, &checkpoint.meta::<PolicyHeader>("policy")?)?;
-            self.learner.adopt(&checkpoint, "learner")?;
-        } else {
-            let policy = Policy::load(&path, &self.robot)?;
-            self.alike(&path, policy.header())?;
-            self.learner.adopt_actor(policy.actor(), policy.normalizer());
-        }
-        Ok(self)
-    }
-
-    /// Checks that a policy sees what this one sees, in this order, and its outputs mean the same.
-    fn alike(&self, path: &Path, other: &PolicyHeader) -> Result<(), TrackerError> {
-        let parts = |header: &PolicyHeader| {
-            let prior = if header.observation.reference.latent > 0 { header.prior.as_str() } else { "none" };
-            [
-                ("inputs", format!("{:?}", header.observation)),
-                ("action", format!("{:?}", header.action)),
-                ("hidden layers", format!("{:?}", header.hidden)),
-                ("encoder", format!("{:?}", header.encoder)),
-                ("prior", prior.to_string()),
-            ]
-        };
-        let different = parts(&self.header()).into_iter().zip(parts(other)).find(|(own, other)| own != other);
-        match different {
-            None => Ok(()),
-            Some(((what, expected), (_, got))) => Err(TrackerError::Mismatch {
-                what: format!("{what} of the policy of {}", path.display()),
-                expected,
-                got,
-            }),
-        }
-    }
-
     /// Returns what became of each clip.
     pub fn clips(&self) -> Vec<ClipProgress<'_>> {
         let (coverage, _) = self.environment.coverage();
@@ -180,7 +130,8 @@ impl Trainer {
 
     /// Returns the policy as it is now.
     pub fn policy(&self) -> Policy {
-        Policy::new(self.header(), self.learner.actor(), self.learner.normalizer())
+        let (critic, normalizer) = self.learner.value_function();
+        Policy::new(self.header(), self.learner.actor(), self.learner.normalizer()).with_value(critic, normalizer)
     }
 
     fn header(&self) -> PolicyHeader {

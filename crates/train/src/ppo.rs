@@ -6,6 +6,7 @@
 //! With `ppo.overlap` the next rollout is collected while the last one is learned from: what acts is one update behind, which
 //! the surrogate's ratio accounts for, and the numbers do not depend on which of the two is faster.
 
+mod adopt;
 mod config;
 mod improve;
 mod rollout;
@@ -25,6 +26,7 @@ use lifelike_nn::device;
 use lifelike_nn::normalizer::RunningNormalizer;
 use lifelike_nn::numbers::read;
 
+pub use self::adopt::{Inputs, SavedNetworks};
 pub use self::config::{NetworkSpec, PpoSpec};
 use self::improve::Job;
 use self::rollout::{ObservationStatistics, Rollout, RolloutCollector};
@@ -144,6 +146,11 @@ impl Learner {
     /// Returns the normalizer of the policy's observations.
     pub fn normalizer(&self) -> &RunningNormalizer {
         &self.actor_normalizer
+    }
+
+    /// Returns the value function's network, and the normalizer of its observations.
+    pub fn value_function(&self) -> (&Critic, &RunningNormalizer) {
+        (&self.critic, &self.critic_normalizer)
     }
 
     /// Takes one iteration: collect, value, estimate advantages, learn.
@@ -267,26 +274,6 @@ impl Learner {
         1.0 / (1.0 - self.spec.gamma).max(1e-3)
     }
 
-    /// Takes over the networks of another run, and what their inputs are normalised with.
-    ///
-    /// # Errors
-    /// They are of other sizes.
-    pub fn adopt(&mut self, checkpoint: &Checkpoint, prefix: &str) -> Result<(), TrainError> {
-        self.actor = checkpoint.load_module(&format!("{prefix}.actor"), self.actor.clone())?;
-        self.critic = checkpoint.load_module(&format!("{prefix}.critic"), self.critic.clone())?;
-        let normalizer = |name: &str, size| RunningNormalizer::load_from(checkpoint, &format!("{prefix}.{name}"), size);
-        self.actor_normalizer = normalizer("actor_normalizer", self.actor_normalizer.size())?;
-        self.critic_normalizer = normalizer("critic_normalizer", self.critic_normalizer.size())?;
-        Ok(())
-    }
-
-    /// Takes over a policy; the value function stays fresh.
-    pub fn adopt_actor(&mut self, actor: &Actor, normalizer: &RunningNormalizer) {
-        self.actor = actor.clone().fork(&self.actor.device());
-        self.actor_normalizer = normalizer.clone();
-        self.actor_normalizer.set_frozen(false);
-    }
-
     /// Writes networks, optimizers, learning rate and normalizers.
     ///
     /// # Errors
@@ -313,7 +300,12 @@ impl Learner {
     /// # Errors
     /// The checkpoint is of networks of other sizes.
     pub fn load(&mut self, checkpoint: &Checkpoint, prefix: &str) -> Result<(), TrainError> {
-        self.adopt(checkpoint, prefix)?;
+        let names = SavedNetworks::of_run(prefix);
+        self.actor = checkpoint.load_module(&names.actor, self.actor.clone())?;
+        self.critic = checkpoint.load_module(&names.critic, self.critic.clone())?;
+        let normalizer = |name: &str, size| RunningNormalizer::load_from(checkpoint, name, size);
+        self.actor_normalizer = normalizer(&names.actor_normalizer, self.actor_normalizer.size())?;
+        self.critic_normalizer = normalizer(&names.critic_normalizer, self.critic_normalizer.size())?;
         let adam = AdamConfig::adam();
         self.actor_adam = Adam::load_from(adam, checkpoint, &format!("{prefix}.actor_adam"), &self.actor)?;
         self.critic_adam = Adam::load_from(adam, checkpoint, &format!("{prefix}.critic_adam"), &self.critic)?;

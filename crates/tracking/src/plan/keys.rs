@@ -283,7 +283,7 @@ mod tests {
         assert_eq!(default("ppo.learning_rate_bounds"), "[0.00002, 0.003]");
         assert_eq!(default("reward.kind"), "\"exponential\"");
         assert_eq!((default("reward.path.sharpness"), default("reward.path")), ("20.0".into(), "-".into()));
-        assert_eq!((default("termination.height"), default("termination.path")), ("0.12".into(), "-".into()));
+        assert_eq!((default("termination.height"), default("termination.path")), ("0.12".into(), "false".into()));
         assert_eq!((default("robot"), default("terrain.size")), ("-".into(), "-".into()));
     }
 

@@ -7,6 +7,7 @@ use lifelike_report::run::RunFolder;
 use lifelike_robot::ReferenceLibrary;
 use lifelike_robot::Robot;
 use lifelike_tracking::plan::keys::present_name;
+use lifelike_tracking::trainer::Beginning;
 use lifelike_tracking::{TrackerMetrics, TrackerPlan, Trainer};
 use lifelike_train::Summary;
 use lifelike_train::collective::Collective;
@@ -100,7 +101,9 @@ fn train_distributed(
 ) -> Result<Option<Summary<TrackerMetrics>>, CliError> {
     let mut trainer = prepare(plan, hardware, Arc::clone(all))?;
     if !resume {
-        trainer = trainer.initialised()?;
+        let beginning;
+        (trainer, beginning) = trainer.initialised()?;
+        tell_beginning(plan, beginning.as_ref());
     }
     // The first process makes the folder; the others wait for it.
     let first = all.rank() == 0;
@@ -122,6 +125,17 @@ fn train_distributed(
         )
     })?;
     Ok(Some(summary).filter(|_| first))
+}
+
+/// Says what of another training this one begins with.
+fn tell_beginning(plan: &TrackerPlan, beginning: Option<&Beginning>) {
+    let (Some(beginning), Some(path)) = (beginning, &plan.init) else { return };
+    let value = if beginning.value_function { " and the value function" } else { " (the value function is fresh)" };
+    let new = match beginning.new_parts.as_slice() {
+        [] => String::new(),
+        parts => format!("; new to it: {}", parts.join(", ")),
+    };
+    tracing::info!("begins with the policy{value} of {}{new}", path.display());
 }
 
 /// Says what the plan's numbers are multiplied with for another robot than they were chosen for.

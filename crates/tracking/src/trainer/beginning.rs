@@ -1,0 +1,127 @@
+//! The networks that a training begins with, where its plan names others than fresh ones (`init`).
+
+use std::path::Path;
+
+use lifelike_checkpoint::Checkpoint;
+use lifelike_report::run::RunFolder;
+use lifelike_robot::ObservationSpec;
+use lifelike_robot::controller::PolicyHeader;
+use lifelike_train::ppo::{Inputs, SavedNetworks};
+
+use super::Trainer;
+use super::task::KEEP;
+use crate::TrackerError;
+use crate::policy;
+
+/// Account of the networks that a training began with.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Beginning {
+    /// The value function was taken over too; else it is fresh.
+    pub value_function: bool,
+    /// Parts of the observation that the other policy did not see, by name; they count for nothing at first.
+    pub new_parts: Vec<String>,
+}
+
+impl Trainer {
+    /// Begins with the networks of `plan.init`, where it names any. The plan's policy may see more than the other did.
+    ///
+    /// # Errors
+    /// There is nothing of the kind, or it sees something that this plan's policy does not, or moves something else.
+    pub fn initialised(mut self) -> Result<(Self, Option<Beginning>), TrackerError> {
+        let Some(path) = self.plan.init.clone() else { return Ok((self, None)) };
+        let (checkpoint, names) = if path.is_dir() {
+            let checkpoints = RunFolder::open(&path)?.checkpoints(KEEP);
+            let Some((info, bytes)) = checkpoints.latest() else {
+                return Err(TrackerError::Mismatch {
+                    what: path.display().to_string(),
+                    expected: "a run with a checkpoint".into(),
+                    got: "none".into(),
+                });
+            };
+            let checkpoint = Checkpoint::from_bytes(&bytes, &checkpoints.path(info.iteration))?;
+            (checkpoint, SavedNetworks::of_run("learner"))
+        } else {
+            (Checkpoint::load(&path)?, policy::networks())
+        };
+        let other: PolicyHeader = checkpoint.meta("policy")?;
+        self.alike(&path, &other)?;
+        let (policy, new_parts) = self.inputs(&path, &other.observation)?;
+        let same = self.environment.observation().size() == other.observation.size() && new_parts.is_empty();
+        if !same && other.encoder.is_some() {
+            let what = "inputs beside the window that is encoded";
+            return Err(mismatch(
+                &path,
+                what,
+                format!("no new ones, got {}", new_parts.join(", ")),
+                "an encoder".into(),
+            ));
+        }
+        // The value function sees the policy's parts less the window, and then what only a simulation knows.
+        let own = |spec: &ObservationSpec| spec.size() - spec.window_size();
+        let (now, before) = (own(self.environment.observation()), own(&other.observation));
+        let known = self.environment.critic_size() - now;
+        let mut value = policy[..now].to_vec();
+        value.extend((0..known).map(|i| Some(before + i)));
+        let inputs = (!same).then_some(Inputs { policy: &policy, value: &value });
+        let value_function = self.learner.adopt(&checkpoint, &names, inputs)?;
+        Ok((self, Some(Beginning { value_function, new_parts })))
+    }
+
+    /// Checks that the outputs of another policy mean the same, and that it is of the same make.
+    fn alike(&self, path: &Path, other: &PolicyHeader) -> Result<(), TrackerError> {
+        let own = self.header();
+        let prior = |header: &PolicyHeader| header.prior.clone();
+        let latent = other.observation.reference.latent > 0;
+        let different = [
+            ("joints", own.observation.joints.join(", "), other.observation.joints.join(", ")),
+            (
+                "default pose",
+                format!("{:?}", own.observation.default_pose),
+                format!("{:?}", other.observation.default_pose),
+            ),
+            ("action", format!("{:?}", own.action), format!("{:?}", other.action)),
+            ("hidden layers", format!("{:?}", own.hidden), format!("{:?}", other.hidden)),
+            ("encoder", format!("{:?}", own.encoder), format!("{:?}", other.encoder)),
+            (
+                "prior",
+                if latent { prior(&own) } else { String::new() },
+                if latent { prior(other) } else { String::new() },
+            ),
+        ]
+        .into_iter()
+        .find(|(_, own, other)| own != other);
+        different.map_or(Ok(()), |(what, expected, got)| Err(mismatch(path, what, expected, got)))
+    }
+
+    /// Returns the place in the other policy's observation of each number of this one's, and the names of the parts that are new.
+    fn inputs(&self, path: &Path, other: &ObservationSpec) -> Result<(Vec<Option<usize>>, Vec<String>), TrackerError> {
+        let spec = self.environment.observation();
+        if spec.version != other.version {
+            return Err(mismatch(
+                path,
+                "version of the observation",
+                spec.version.to_string(),
+                other.version.to_string(),
+            ));
+        }
+        let (parts, others) = (spec.parts(), other.parts());
+        let sees = |name: &str, size: usize| parts.iter().any(|p| p.name == name && p.range.len() == size);
+        if let Some(lost) = others.iter().find(|part| !sees(&part.name, part.range.len())) {
+            let names: Vec<&str> = parts.iter().map(|part| part.name.as_str()).collect();
+            let expected = format!("parts of this plan's observation ({}) of the same sizes", names.join(", "));
+            return Err(mismatch(path, "inputs", expected, format!("'{}' of {} numbers", lost.name, lost.range.len())));
+        }
+        let (mut places, mut new) = (vec![None; spec.size()], Vec::new());
+        for part in parts {
+            match others.iter().find(|other| other.name == part.name) {
+                Some(other) => part.range.zip(other.range.clone()).for_each(|(to, from)| places[to] = Some(from)),
+                None => new.push(part.name),
+            }
+        }
+        Ok((places, new))
+    }
+}
+
+fn mismatch(path: &Path, what: &str, expected: String, got: String) -> TrackerError {
+    TrackerError::Mismatch { what: format!("{what} of the policy of {}", path.display()), expected, got }
+}
