@@ -11,6 +11,7 @@ use lifelike_robot::observation::Part;
 use lifelike_robot::{ActionSpec, ReferenceLibrary, Robot};
 use lifelike_sim::randomization::{PushSpec, RandomizationSpec};
 
+mod beginning;
 mod devices;
 mod frozen;
 mod processes;

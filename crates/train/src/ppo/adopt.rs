@@ -3,8 +3,8 @@
 use burn::module::Module;
 use lifelike_checkpoint::Checkpoint;
 use lifelike_nn::ModuleCheckpoint;
-use lifelike_nn::parameters;
 use lifelike_nn::normalizer::RunningNormalizer;
+use lifelike_nn::parameters;
 
 use super::Learner;
 use crate::TrainError;

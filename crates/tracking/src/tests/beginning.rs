@@ -1,0 +1,72 @@
+//! Contracts of trainings that begin with the networks of others.
+
+use super::*;
+
+fn trainer(plan: &TrackerPlan) -> Trainer {
+    let robot = robot();
+    let simulation = Box::new(Followers::new(plan.ppo.environments));
+    Trainer::new(plan, Arc::clone(&robot), library(&robot), simulation).unwrap()
+}
+
+/// A policy that learned for an iteration, as a file.
+fn learned(plan: &TrackerPlan, folder: &std::path::Path) -> (Policy, std::path::PathBuf) {
+    let mut trainer = trainer(plan);
+    trainer.iterate().unwrap();
+    let path = folder.join("other.policy.safetensors");
+    trainer.policy().save(&path).unwrap();
+    (trainer.policy(), path)
+}
+
+#[test]
+fn a_policy_file_brings_its_value_function_where_the_layers_are_the_same() {
+    let folder = tempfile::tempdir().unwrap();
+    let (other, path) = learned(&plan(3), folder.path());
+    let same = TrackerPlan { init: Some(path), ..plan(3) };
+    let (begun, beginning) = trainer(&same).initialised().unwrap();
+    let beginning = beginning.unwrap();
+    assert!(beginning.value_function && beginning.new_parts.is_empty());
+    let (begun, other) = (begun.policy().to_checkpoint().unwrap(), other.to_checkpoint().unwrap());
+    assert_eq!(begun.entries(), other.entries(), "both networks and both normalizers, bit for bit");
+    let mut wider = same;
+    wider.network.critic = vec![24];
+    assert!(!trainer(&wider).initialised().unwrap().1.unwrap().value_function);
+}
+
+#[test]
+fn a_policy_that_sees_more_acts_at_first_as_the_one_it_began_with() {
+    let folder = tempfile::tempdir().unwrap();
+    let (other, path) = learned(&plan(3), folder.path());
+    let mut more = TrackerPlan { init: Some(path), ..plan(3) };
+    more.inputs.future = vec![2, 5, 9];
+    let (begun, beginning) = trainer(&more).initialised().unwrap();
+    let beginning = beginning.unwrap();
+    assert!(beginning.value_function);
+    assert_eq!(beginning.new_parts, ["reference+2", "reference+9"]);
+    let parts = begun.environment().observation().parts();
+    let rows = begun.environment().actor_rows();
+    let known = |part: &&Part| !beginning.new_parts.contains(&part.name);
+    let less = |row: &[f32]| -> Vec<f32> {
+        parts.iter().filter(known).flat_map(|part| row[part.range.clone()].to_vec()).collect()
+    };
+    let seen: Vec<f32> = rows.chunks_exact(begun.environment().actor_size()).flat_map(less).collect();
+    let expected = other.outputs(seen).unwrap();
+    let got = begun.policy().outputs(rows.to_vec()).unwrap();
+    for (got, expected) in got.iter().zip(&expected) {
+        assert!((got - expected).abs() < 1e-6, "{got} {expected}");
+    }
+    assert!(expected.iter().any(|x| x.abs() > 1e-4), "the outputs say something");
+}
+
+#[test]
+fn a_policy_that_saw_what_the_plan_does_not_show_is_refused_by_the_parts_name() {
+    let folder = tempfile::tempdir().unwrap();
+    let (_, path) = learned(&plan(3), folder.path());
+    let mut less = TrackerPlan { init: Some(path), ..plan(3) };
+    less.inputs.future = vec![];
+    let error = trainer(&less).initialised().map(|_| ()).unwrap_err().to_string();
+    assert!(error.contains("'reference+5'") && error.contains("other.policy.safetensors"), "{error}");
+    less.inputs.future = vec![5];
+    less.action = ActionSpec::Absolute;
+    let error = trainer(&less).initialised().map(|_| ()).unwrap_err().to_string();
+    assert!(error.starts_with("action of the policy"), "{error}");
+}
