@@ -18,7 +18,7 @@ Examples:
 --key IN=OUT puts what happens at IN seconds at OUT seconds. Between keys time runs smoothly and never backwards; before
 the first the clip fits itself to it, after the last it goes on at its own pace. Gravity is not warped: jumps and fast
 steps stand little of it. Joints that become too fast for their actuators are listed.
-Results are called NAME-warped where no --name is given.")]
+Where no --name is given, results are called NAME-x0.8 by their speed, NAME-warped by keys: speeds of one clip go together.")]
 pub struct Args {
     /// Clips: files, folders of them, or patterns; anything but *.motion.safetensors is retargeted first.
     #[arg(required = true)]
@@ -42,5 +42,6 @@ fn key(text: &str) -> Result<(f64, f64), String> {
 /// Runs the command.
 pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let how = args.speed.map_or_else(|| Warp::Keys(args.keys.clone()), Warp::Speed);
-    args.common.each(&args.inputs, "warped", output, |clip, _| Ok(edit::warp(clip, &how)?))
+    let suffix = args.speed.map_or_else(|| "warped".to_string(), |speed| format!("x{speed}"));
+    args.common.each(&args.inputs, &suffix, output, |clip, _| Ok(edit::warp(clip, &how)?))
 }

@@ -1,0 +1,19 @@
+#!/usr/bin/env bash
+# Motion made from a robot's clips by the direction tools: other speeds, other sizes, sequences with smooth and with abrupt
+# switches, arms of one clip on the legs of another.  usage: directed.sh CLIPS_LIST OUT [lifelike]
+set -euo pipefail
+list=$1 out=$2 lifelike=${3:-lifelike}
+mapfile -t clips < <(grep -v '^#' "$list")
+n=${#clips[@]}
+"$lifelike" -q motion warp "${clips[@]}" --speed 1.2 -o "$out/fast"
+"$lifelike" -q motion stylize "${clips[@]}" --gain 1.2 -o "$out/large"
+# The order is shuffled by a fixed seed, so that the set is the same everywhere.
+mapfile -t order < <(seq 0 $((n - 1)) | shuf --random-source=<(yes 7))
+for i in $(seq 0 $((n - 2))); do
+    a=${clips[${order[$i]}]} b=${clips[${order[$((i + 1))]}]}
+    case $((i % 3)) in
+        0) "$lifelike" -q motion sequence "$a" "$b" --fade 0.3 --name "smooth-$i" -o "$out/smooth" ;;
+        1) "$lifelike" -q motion sequence "$a" "$b" --fade 0.06 --name "abrupt-$i" -o "$out/abrupt" ;;
+        2) "$lifelike" -q motion compose "$a" "$b" --joints arms --name "arms-$i" -o "$out/arms" || true ;;
+    esac
+done
