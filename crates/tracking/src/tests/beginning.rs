@@ -69,4 +69,15 @@ fn a_policy_that_saw_what_the_plan_does_not_show_is_refused_by_the_parts_name() 
     less.action = ActionSpec::Absolute;
     let error = trainer(&less).initialised().map(|_| ()).unwrap_err().to_string();
     assert!(error.starts_with("action of the policy"), "{error}");
+
+    // Numbers of the same size that mean something else.
+    let mut checkpoint = Checkpoint::load(&folder.path().join("other.policy.safetensors")).unwrap();
+    let mut header: lifelike_robot::controller::PolicyHeader = checkpoint.meta("policy").unwrap();
+    header.control_hz = 30.0;
+    checkpoint.set_meta("policy", &header).unwrap();
+    let path = folder.path().join("slow.policy.safetensors");
+    checkpoint.save(&path).unwrap();
+    let slow = TrackerPlan { init: Some(path), ..plan(3) };
+    let error = trainer(&slow).initialised().map(|_| ()).unwrap_err().to_string();
+    assert!(error.starts_with("rate (Hz) of the policy") && error.contains("got 30"), "{error}");
 }

@@ -48,13 +48,8 @@ impl Trainer {
         let (policy, new_parts) = self.inputs(&path, &other.observation)?;
         let same = self.environment.observation().size() == other.observation.size() && new_parts.is_empty();
         if !same && other.encoder.is_some() {
-            let what = "inputs beside the window that is encoded";
-            return Err(mismatch(
-                &path,
-                what,
-                format!("no new ones, got {}", new_parts.join(", ")),
-                "an encoder".into(),
-            ));
+            let expected = format!("none beside {}, which are new to it", new_parts.join(", "));
+            return Err(mismatch(&path, "encoder", expected, "one".into()));
         }
         // The value function sees the policy's parts less the window, and then what only a simulation knows.
         let own = |spec: &ObservationSpec| spec.size() - spec.window_size();
@@ -69,41 +64,33 @@ impl Trainer {
 
     /// Checks that the outputs of another policy mean the same, and that it is of the same make.
     fn alike(&self, path: &Path, other: &PolicyHeader) -> Result<(), TrackerError> {
-        let own = self.header();
-        let prior = |header: &PolicyHeader| header.prior.clone();
         let latent = other.observation.reference.latent > 0;
-        let different = [
-            ("joints", own.observation.joints.join(", "), other.observation.joints.join(", ")),
-            (
-                "default pose",
-                format!("{:?}", own.observation.default_pose),
-                format!("{:?}", other.observation.default_pose),
-            ),
-            ("action", format!("{:?}", own.action), format!("{:?}", other.action)),
-            ("hidden layers", format!("{:?}", own.hidden), format!("{:?}", other.hidden)),
-            ("encoder", format!("{:?}", own.encoder), format!("{:?}", other.encoder)),
-            (
-                "prior",
-                if latent { prior(&own) } else { String::new() },
-                if latent { prior(other) } else { String::new() },
-            ),
-        ]
-        .into_iter()
-        .find(|(_, own, other)| own != other);
-        different.map_or(Ok(()), |(what, expected, got)| Err(mismatch(path, what, expected, got)))
+        let prior = |header: &PolicyHeader| if latent { header.prior.clone() } else { String::new() };
+        let make = |header: &PolicyHeader| {
+            let observation = &header.observation;
+            [
+                ("joints", observation.joints.join(", ")),
+                ("end effectors", observation.end_effectors.join(", ")),
+                ("key bodies", observation.key_bodies.join(", ")),
+                ("default pose", format!("{:?}", observation.default_pose)),
+                ("rate (Hz)", header.control_hz.to_string()),
+                ("version of the observation", observation.version.to_string()),
+                ("action", format!("{:?}", header.action)),
+                ("hidden layers", format!("{:?}", header.hidden)),
+                ("encoder", format!("{:?}", header.encoder)),
+                ("prior", prior(header)),
+            ]
+        };
+        let different = make(&self.header()).into_iter().zip(make(other)).find(|(own, other)| own != other);
+        match different {
+            None => Ok(()),
+            Some(((what, expected), (_, got))) => Err(mismatch(path, what, expected, got)),
+        }
     }
 
     /// Returns the place in the other policy's observation of each number of this one's, and the names of the parts that are new.
     fn inputs(&self, path: &Path, other: &ObservationSpec) -> Result<(Vec<Option<usize>>, Vec<String>), TrackerError> {
         let spec = self.environment.observation();
-        if spec.version != other.version {
-            return Err(mismatch(
-                path,
-                "version of the observation",
-                spec.version.to_string(),
-                other.version.to_string(),
-            ));
-        }
         let (parts, others) = (spec.parts(), other.parts());
         let sees = |name: &str, size: usize| parts.iter().any(|p| p.name == name && p.range.len() == size);
         if let Some(lost) = others.iter().find(|part| !sees(&part.name, part.range.len())) {
