@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
-# Motion made from a robot's clips by the direction tools: other speeds, other sizes, sequences with smooth and with abrupt
-# switches, arms of one clip on the legs of another.  usage: directed.sh CLIPS_LIST OUT [lifelike]
+# Motion made from a robot's clips by the direction tools: a faster pace, larger movements, sequences with smooth and with abrupt
+# switches, arms of one clip on the legs of another.
+#   directed.sh LIST OUT [lifelike]         LIST: a file with the path of a *.motion.safetensors in each line
 set -euo pipefail
 list=$1 out=$2 lifelike=${3:-lifelike}
 mapfile -t clips < <(grep -v '^#' "$list")
@@ -14,6 +15,6 @@ for i in $(seq 0 $((n - 2))); do
     case $((i % 3)) in
         0) "$lifelike" -q motion sequence "$a" "$b" --fade 0.3 --name "smooth-$i" -o "$out/smooth" ;;
         1) "$lifelike" -q motion sequence "$a" "$b" --fade 0.06 --name "abrupt-$i" -o "$out/abrupt" ;;
-        2) "$lifelike" -q motion compose "$a" "$b" --joints arms --name "arms-$i" -o "$out/arms" || true ;;
+        2) "$lifelike" -q motion compose "$a" "$b" --joints arms --name "arms-$i" -o "$out/arms" ;;
     esac
 done

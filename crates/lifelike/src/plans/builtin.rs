@@ -41,6 +41,7 @@ pub fn builtin() -> impl Iterator<Item = BuiltinPlan> {
         "track-thesis",
         "track-inputs",
         "track-g1",
+        "track-g1-long",
         "track-humanoid",
         "prior",
         "prior-lima",
