@@ -83,15 +83,7 @@ impl Policy {
     /// # Errors
     /// Names, order, default pose or rate are others.
     pub fn check(&self, robot: &Robot) -> Result<(), TrackerError> {
-        self.header.observation.check(robot)?;
-        if self.header.control_hz != robot.control_hz {
-            return Err(TrackerError::Mismatch {
-                what: format!("policy rate for robot '{}' (Hz)", robot.name),
-                expected: self.header.control_hz.to_string(),
-                got: robot.control_hz.to_string(),
-            });
-        }
-        Ok(())
+        check(&self.header, robot)
     }
 
     /// Returns the map from its outputs to joint targets.
@@ -201,6 +193,19 @@ impl Policy {
         let normalizer = RunningNormalizer::load_from(&checkpoint, NORMALIZER, inputs)?;
         Ok(Self { header, actor, normalizer, value: None })
     }
+}
+
+/// Checks that a policy with this header may drive a robot.
+pub(crate) fn check(header: &PolicyHeader, robot: &Robot) -> Result<(), TrackerError> {
+    header.observation.check(robot)?;
+    if header.control_hz != robot.control_hz {
+        return Err(TrackerError::Mismatch {
+            what: format!("policy rate for robot '{}' (Hz)", robot.name),
+            expected: header.control_hz.to_string(),
+            got: robot.control_hz.to_string(),
+        });
+    }
+    Ok(())
 }
 
 /// Checks that the file holds the layers that its header describes, before memory is allocated by sizes from a header.

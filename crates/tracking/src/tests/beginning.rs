@@ -79,5 +79,5 @@ fn a_policy_that_saw_what_the_plan_does_not_show_is_refused_by_the_parts_name() 
     checkpoint.save(&path).unwrap();
     let slow = TrackerPlan { init: Some(path), ..plan(3) };
     let error = trainer(&slow).initialised().map(|_| ()).unwrap_err().to_string();
-    assert!(error.starts_with("rate (Hz) of the policy") && error.contains("got 30"), "{error}");
+    assert!(error.contains("policy rate") && error.contains("expected 30"), "{error}");
 }

@@ -64,17 +64,11 @@ impl Trainer {
 
     /// Checks that the outputs of another policy mean the same, and that it is of the same make.
     fn alike(&self, path: &Path, other: &PolicyHeader) -> Result<(), TrackerError> {
+        policy::check(other, &self.robot)?;
         let latent = other.observation.reference.latent > 0;
         let prior = |header: &PolicyHeader| if latent { header.prior.clone() } else { String::new() };
         let make = |header: &PolicyHeader| {
-            let observation = &header.observation;
             [
-                ("joints", observation.joints.join(", ")),
-                ("end effectors", observation.end_effectors.join(", ")),
-                ("key bodies", observation.key_bodies.join(", ")),
-                ("default pose", format!("{:?}", observation.default_pose)),
-                ("rate (Hz)", header.control_hz.to_string()),
-                ("version of the observation", observation.version.to_string()),
                 ("action", format!("{:?}", header.action)),
                 ("hidden layers", format!("{:?}", header.hidden)),
                 ("encoder", format!("{:?}", header.encoder)),
