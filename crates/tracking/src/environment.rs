@@ -15,6 +15,7 @@ mod stage;
 mod start;
 mod state;
 pub mod statistics;
+mod teachers;
 pub(crate) mod tracking_error;
 mod vector;
 
@@ -35,6 +36,7 @@ use self::stage::Stage;
 pub use self::start::Start;
 pub(crate) use self::state::root;
 use self::statistics::EpisodeStatistics;
+use self::teachers::Teachers;
 use crate::TrackerError;
 use crate::plan::TrackerPlan;
 use crate::reference::{Coverage, RsiSampler};
@@ -53,6 +55,7 @@ pub struct Environment {
     episodes: Vec<Episode>,
     rows: Rows,
     soles: Soles,
+    teachers: Teachers,
     /// Numbers of the environments whose episodes the last step ended; kept for its memory.
     ended: Vec<usize>,
     steps: u64,
@@ -114,6 +117,7 @@ impl Environment {
                 features: vec![0.0; n.div_ceil(CHUNK) * setup.library.layout.size()],
             },
             soles: Soles::new(&setup.robot, &setup.library),
+            teachers: Teachers::default(),
             ended: Vec::new(),
             steps: 0,
             statistics: EpisodeStatistics::new(setup.library.clips()),

@@ -76,7 +76,7 @@ impl Observer {
     pub fn write(&self, of: &Observed<'_>, actor: &mut [f32], critic: &mut [f32]) {
         let &Observed { state, i, episode, library, features, heading } = of;
         let player = ClipPlayer::new(library, episode.frame);
-        self.write_actor(of, &player, actor);
+        self.write_seen(of, &player, actor);
 
         let (target, reference) = (player.root(), player.around(0));
         let (position, _) = root(state, i);
@@ -96,7 +96,12 @@ impl Observer {
         }
     }
 
-    fn write_actor(&self, of: &Observed<'_>, player: &ClipPlayer<&ReferenceLibrary>, out: &mut [f32]) {
+    /// Writes the policy's row alone.
+    pub fn write_policy(&self, of: &Observed<'_>, out: &mut [f32]) {
+        self.write_seen(of, &ClipPlayer::new(of.library, of.episode.frame), out);
+    }
+
+    fn write_seen(&self, of: &Observed<'_>, player: &ClipPlayer<&ReferenceLibrary>, out: &mut [f32]) {
         let &Observed { state, i, episode, features, .. } = of;
         let measured =
             MeasuredState { root_height: Some(features[FeatureLayout::HEIGHT]), ..state.measured(i, self.effectors) };

@@ -4,6 +4,7 @@ pub mod curriculum;
 pub mod keys;
 pub mod scaling;
 pub mod sensors;
+mod teachers;
 pub mod terrain;
 
 use std::path::{Path, PathBuf};
@@ -15,6 +16,8 @@ use lifelike_sim::randomization::RandomizationSpec;
 pub use self::curriculum::{Curriculum, Ramp};
 pub use self::scaling::ScalingSpec;
 pub use self::sensors::SensorSpec;
+pub use self::teachers::TeacherSpec;
+pub(crate) use self::teachers::teachers_of;
 pub use self::terrain::TerrainSpec;
 use crate::TrackerError;
 pub use crate::reference::RsiSpec;
@@ -41,6 +44,10 @@ pub struct TrackerPlan {
     /// normalised with, from its last checkpoint) or a policy file. Optimizers and learning rates begin anew.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub init: Option<PathBuf>,
+    /// Policies to learn from instead of from rewards: the policy acts, and learns to do what they would have done (DAgger, Ross et al.
+    /// 2011). The value function learns from rewards all the same, for a training that begins with the result (`init`).
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub teachers: Vec<TeacherSpec>,
     /// Seed of everything random.
     #[serde(default)]
     pub seed: u64,
@@ -170,6 +177,7 @@ impl TrackerPlan {
             mirror: false,
             prior: None,
             init: None,
+            teachers: Vec::new(),
             seed: 0,
             budget: Budget::default(),
             checkpoint_every: fifty(),
@@ -238,6 +246,7 @@ impl TrackerPlan {
         self.sensors.check()?;
         self.curriculum.check()?;
         self.termination.check()?;
+        self.teachers.iter().try_for_each(TeacherSpec::check)?;
         self.check_inputs()
     }
 

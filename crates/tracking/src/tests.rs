@@ -17,6 +17,7 @@ mod frozen;
 mod processes;
 mod records;
 mod sensors;
+mod teachers;
 
 use super::plan::{Curriculum, Ramp, SensorSpec, Termination, TrackerPlan};
 use super::policy::Policy;

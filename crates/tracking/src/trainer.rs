@@ -8,7 +8,7 @@ use std::sync::Arc;
 use lifelike_checkpoint::Checkpoint;
 use lifelike_nn::device::Device;
 use lifelike_robot::controller::PolicyHeader;
-use lifelike_robot::{ReferenceLibrary, Robot};
+use lifelike_robot::{Controller, ReferenceLibrary, Robot};
 use lifelike_sim::Simulation;
 
 use super::environment::Environment;
@@ -30,6 +30,8 @@ pub struct Trainer {
     learner: Learner,
     collective: Arc<dyn Collective>,
     prior_digest: String,
+    /// SHA-256 of the teachers' policies, hexadecimal.
+    teachers: Vec<String>,
     iteration: u64,
     steps: u64,
 }
@@ -73,6 +75,7 @@ impl Trainer {
             learner,
             collective,
             prior_digest: String::new(),
+            teachers: Vec::new(),
             iteration: 0,
             steps: 0,
         })
@@ -98,6 +101,26 @@ impl Trainer {
     pub fn with_prior_digest(mut self, digest: &str) -> Self {
         self.prior_digest = digest.into();
         self
+    }
+
+    /// With the policies of the plan's `teachers`, in their order; after [`Self::with_prior_digest`].
+    ///
+    /// # Errors
+    /// As [`Environment::set_teachers`]; a teacher sees latent codes of another prior.
+    pub fn taught_by(mut self, teachers: Vec<Controller>) -> Result<Self, TrackerError> {
+        for (teacher, spec) in teachers.iter().zip(&self.plan.teachers) {
+            let (latent, prior) = (teacher.observation().reference.latent, &teacher.header().provenance.prior);
+            if latent > 0 && *prior != self.prior_digest {
+                return Err(TrackerError::Mismatch {
+                    what: format!("motion prior of the teacher {}", spec.policy.display()),
+                    expected: format!("the plan's (SHA-256 {})", self.prior_digest),
+                    got: format!("SHA-256 {prior}"),
+                });
+            }
+        }
+        self.teachers = teachers.iter().map(|teacher| teacher.header().provenance.policy.clone()).collect();
+        self.environment.set_teachers(teachers)?;
+        Ok(self)
     }
 
     /// Returns the iterations done.

@@ -45,6 +45,15 @@ pub trait VectorEnvironment: Send {
         self.observations()
     }
 
+    /// Appends what a teacher would do now, `[N, A]`, where there is one: the policy then learns to do the same (DAgger, Ross et al.
+    /// 2011) instead of from rewards.
+    ///
+    /// # Errors
+    /// The environments fail as a whole.
+    fn teach(&self, _actions: &mut Vec<f32>) -> Result<(), Self::Error> {
+        Ok(())
+    }
+
     /// Takes one step in all environments with the policy's outputs, `[N, A]` (not clamped), and fills in the outcome.
     ///
     /// # Errors

@@ -1,11 +1,11 @@
-//! The derivatives of PPO's two losses by what the networks say, written out (a test holds them against automatic
-//! differentiation). What lies behind the networks' outputs is `lifelike_dense`'s on a CPU and
+//! The derivatives of the losses by what the networks say, PPO's two and that of a policy with a teacher, written out (tests hold
+//! them against automatic differentiation and against hand arithmetic). What lies behind the networks' outputs is `lifelike_dense`'s on a CPU and
 //! [`lifelike_nn::backprop`]'s on a card.
 
-/// Clipped surrogate of a minibatch, with its gradient.
+/// What a policy is to maximise over a minibatch, with its gradient.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Surrogate {
-    /// mean of min(r A, clip(r, 1 ± ε) A): what is to be maximised.
+pub struct Objective {
+    /// Mean over the minibatch.
     pub value: f64,
     /// Derivative of −value by each mean, `[B, J]`.
     pub by_mean: Vec<f32>,
@@ -13,7 +13,8 @@ pub struct Surrogate {
     pub by_log_std: Vec<f32>,
 }
 
-/// The clipped surrogate objective of Schulman et al. 2017, eq. 7, for a diagonal Gaussian.
+/// The clipped surrogate objective of Schulman et al. 2017, eq. 7, for a diagonal Gaussian: the mean of
+/// min(r A, clip(r, 1 ± ε) A).
 ///
 /// Where the clipped branch is the smaller one, the ratio has no say: no derivative. The rows may be a part of a minibatch of
 /// `batch`: the results of all parts, added up, are the minibatch's.
@@ -29,10 +30,10 @@ pub fn surrogate(
     advantages: &[f32],
     clip: f32,
     batch: usize,
-) -> Surrogate {
+) -> Objective {
     let (joints, batch) = (log_std.len(), batch as f32);
     let inverse: Vec<f32> = log_std.iter().map(|l| (-l).exp()).collect();
-    let mut out = Surrogate { value: 0.0, by_mean: vec![0.0; means.len()], by_log_std: vec![0.0; joints] };
+    let mut out = Objective { value: 0.0, by_mean: vec![0.0; means.len()], by_log_std: vec![0.0; joints] };
     let mut z = vec![0.0; joints];
     for i in 0..advantages.len() {
         let row = i * joints..(i + 1) * joints;
@@ -53,6 +54,23 @@ pub fn surrogate(
             *by_mean = gradient * z * s;
             *by_log_std += gradient * (z * z - 1.0);
         }
+    }
+    out
+}
+
+/// The objective of a policy with a teacher: −KL(teacher ‖ policy) of two Gaussians with the policy's standard deviations,
+/// −½ Σ ((μ − μ')/σ)². The standard deviations stay as they are: by this objective they would grow without end.
+///
+/// # Shapes
+/// `means` and `taught` (the teacher's): `[B, J]`; `log_std`: `[J]`. The rows may be a part of a minibatch of `batch`.
+pub fn imitation(means: &[f32], log_std: &[f32], taught: &[f32], batch: usize) -> Objective {
+    let precision: Vec<f32> = log_std.iter().map(|l| (-2.0 * l).exp() / batch as f32).collect();
+    let mut out =
+        Objective { value: 0.0, by_mean: Vec::with_capacity(means.len()), by_log_std: vec![0.0; log_std.len()] };
+    for ((mean, teacher), precision) in means.iter().zip(taught).zip(precision.iter().cycle()) {
+        let error = mean - teacher;
+        out.value -= f64::from(0.5 * error * error * precision);
+        out.by_mean.push(error * precision);
     }
     out
 }
@@ -107,6 +125,18 @@ mod tests {
         for (a, b) in got.by_mean.iter().zip(&by_mean).chain(got.by_log_std.iter().zip(&by_log_std)) {
             assert!((a - b).abs() < 1e-6, "{a} {b}");
         }
+    }
+
+    #[test]
+    fn imitation_by_hand() {
+        // Standard deviations of 1 and 1/2: errors of 0.5 and -1 are half and two of them, then 0 and 1 are none and two.
+        let log_std = [0.0, 0.5_f32.ln()];
+        let got = imitation(&[1.5, 0.0, 3.0, 2.0], &log_std, &[1.0, 1.0, 3.0, 1.0], 2);
+        assert!((got.value - -(0.125 + 2.0 + 0.0 + 2.0) / 2.0).abs() < 1e-6, "{}", got.value);
+        for (a, b) in got.by_mean.iter().zip([0.25, -2.0, 0.0, 2.0]) {
+            assert!((a - b).abs() < 1e-6, "{a} {b}");
+        }
+        assert_eq!(got.by_log_std, [0.0, 0.0]);
     }
 
     #[test]

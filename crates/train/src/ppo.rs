@@ -3,6 +3,8 @@
 //! As in the thesis (4.3.1): a Gaussian policy, GAE, the clipped surrogate, a learning rate steered by the KL divergence,
 //! a bound on the gradient's norm. Policy and value function share nothing, so they learn on two threads at once.
 //!
+//! Where the environment has a teacher, the policy learns to do as it says instead (DAgger); the value function learns as ever.
+//!
 //! With `ppo.overlap` the next rollout is collected while the last one is learned from: what acts is one update behind, which
 //! the surrogate's ratio accounts for, and the numbers do not depend on which of the two is faster.
 
@@ -60,8 +62,10 @@ pub struct Learner {
 /// Results of one iteration.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Iteration {
-    /// Clipped surrogate objective, mean over the minibatches.
+    /// Clipped surrogate objective, mean over the minibatches; 0 with a teacher.
     pub surrogate: f64,
+    /// KL(teacher ‖ policy), mean over the minibatches; `None` without a teacher.
+    pub imitation: Option<f64>,
     /// Half the mean squared error of the value function, in its own units.
     pub value_loss: f64,
     /// KL(old ‖ new) after the last epoch.
@@ -231,7 +235,8 @@ impl Learner {
         let Self { spec, seed, collective, actor, critic, actor_adam, critic_adam, memory, .. } = self;
         let [of_actor, of_critic] = memory;
         let (seed, learning_rate) = (*seed, self.learning_rate);
-        let job = Job { spec, rollout, collective: collective.as_ref(), seed, iteration };
+        let neighbours = if spec.jitter > 0.0 { rollout.neighbours() } else { Vec::new() };
+        let job = Job { spec, rollout, neighbours: &neighbours, collective: collective.as_ref(), seed, iteration };
         let improve = || job.improve_policy(actor, actor_adam, of_actor, learning_rate, &advantages);
         let fit = || job.fit_value(critic, critic_adam, of_critic, &targets);
         // Processes must add up the same things in the same order: not on two threads.
@@ -245,7 +250,11 @@ impl Learner {
         let critic;
         (critic, report.value_loss, report.skipped) = value?;
         (self.actor, self.critic, self.learning_rate) = (actor, critic, policy.learning_rate);
-        report.surrogate = policy.surrogate;
+        if rollout.is_taught() {
+            report.imitation = Some(-policy.objective);
+        } else {
+            report.surrogate = policy.objective;
+        }
         report.divergence = policy.divergence;
         report.gradient_norm = policy.gradient_norm;
         report.skipped += policy.skipped;

@@ -12,6 +12,9 @@ use lifelike_robot::clips::is_builtin;
 const MOTION: [&str; 3] = ["clips", "validation", "test"];
 /// Keys whose values are trained networks.
 const NETWORKS: [&str; 5] = ["prior", "init", "controller", "generator", "critic"];
+/// Key of a list of trained networks, and what the file of each is under.
+const TEACHERS: &str = "teachers";
+const POLICY: &str = "policy";
 /// Key whose value is a folder of captioned clips.
 const DATASET: &str = "dataset";
 
@@ -33,12 +36,12 @@ pub(super) fn locate_all(tree: &mut Table, folder: &Path) {
             };
         }
     }
+    let locate = |text: &mut String| *text = located(Path::new(text.as_str()), folder).display().to_string();
     for key in ["robot", DATASET].into_iter().chain(NETWORKS) {
-        let text = tree.get_mut(key).and_then(text_mut).filter(|text| !NAMES.contains(&text.as_str()));
-        if let Some(text) = text {
-            *text = located(Path::new(text.as_str()), folder).display().to_string();
-        }
+        tree.get_mut(key).and_then(text_mut).filter(|text| !NAMES.contains(&text.as_str())).map(locate);
     }
+    let teachers = tree.get_mut(TEACHERS).and_then(Value::as_array_mut).into_iter().flatten();
+    teachers.filter_map(|teacher| teacher.get_mut(POLICY).and_then(text_mut)).for_each(locate);
 }
 
 /// Checks that what a plan names is there.
@@ -70,13 +73,14 @@ pub(super) fn check(tree: &Table, source: &str) -> Result<(), CliError> {
             without.join(" ")
         )));
     }
-    for key in NETWORKS {
-        if let Some(file) = tree.get(key).and_then(Value::as_str).filter(|file| !Path::new(file).exists()) {
-            return Err(CliError::Input(format!(
-                "{source}: {key}: expected a file or folder of a training, got nothing at '{file}'; train it first, as \
-                 the plan's comments say, or name another with {key}=FILE"
-            )));
-        }
+    let teachers = tree.get(TEACHERS).and_then(Value::as_array).into_iter().flatten();
+    let teachers = teachers.filter_map(|teacher| Some((TEACHERS, teacher.get(POLICY)?.as_str()?)));
+    let networks = NETWORKS.iter().filter_map(|key| Some((*key, tree.get(*key)?.as_str()?)));
+    if let Some((key, file)) = networks.chain(teachers).find(|(_, file)| !Path::new(file).exists()) {
+        return Err(CliError::Input(format!(
+            "{source}: {key}: expected a file or folder of a training, got nothing at '{file}'; train it first, as \
+             the plan's comments say, or name another with {key}=..."
+        )));
     }
     if let Some(folder) = tree.get(DATASET).and_then(Value::as_str).filter(|folder| !Path::new(folder).is_dir()) {
         return Err(CliError::Input(format!(
@@ -129,6 +133,10 @@ mod tests {
         let at = |path: &str| home.path().join(path).display().to_string();
         assert_eq!(clips, ["builtin".into(), at("plans/near"), at("data/lima/k*"), "none/here".to_string()]);
         assert_eq!(tree["robot"].as_str(), Some("humanoid"));
+        let mut tree: Table = "[[teachers]]\npolicy = \"near\"\nclips = [\"near\"]".parse().unwrap();
+        locate_all(&mut tree, &folder);
+        assert_eq!(tree["teachers"][0]["policy"].as_str(), Some(at("plans/near").as_str()));
+        assert_eq!(tree["teachers"][0]["clips"][0].as_str(), Some("near"), "a clip's name is no path");
     }
 
     #[test]
@@ -147,6 +155,8 @@ mod tests {
         }
         assert!(check(&"clips = [\"builtin:walk\"]".parse().unwrap(), "").is_ok());
         let error = check(&"prior = \"none/p\"".parse().unwrap(), "x").unwrap_err().to_string();
-        assert!(error.contains("prior=FILE"), "{error}");
+        assert!(error.contains("prior=..."), "{error}");
+        let error = check(&"[[teachers]]\npolicy = \"none/p\"".parse().unwrap(), "x").unwrap_err().to_string();
+        assert!(error.contains("x: teachers: ") && error.contains("'none/p'"), "{error}");
     }
 }

@@ -40,6 +40,11 @@ impl VectorEnvironment for Environment {
         self.critic_rows()
     }
 
+    fn teach(&self, actions: &mut Vec<f32>) -> Result<(), TrackerError> {
+        self.taught(actions);
+        Ok(())
+    }
+
     fn step(&mut self, actions: &[f32], outcome: &mut StepOutcome) -> Result<(), TrackerError> {
         Self::step(self, actions, outcome)
     }

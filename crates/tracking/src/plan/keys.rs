@@ -95,6 +95,11 @@ const TRAINING: &[(&str, &str, &str)] = &[
     ("mirror", "", "learn from the mirror image of every clip too, by the robot's own symmetry"),
     ("prior", "", "motion prior (file or run) whose latent codes the policy sees; see inputs.latent"),
     ("init", "", "networks to begin with: the folder of a run, or a policy file"),
+    (
+        "teachers",
+        "",
+        "policies to learn from instead of from rewards (DAgger): [{ policy = FILE or run, clips = [names or patterns] }]",
+    ),
     ("seed", "", "seed of everything random"),
     ("budget.steps", "steps", "environment steps over all environments after which the training ends"),
     (
@@ -201,6 +206,11 @@ const LEARNING: &[(&str, &str, &str)] = &[
     ("ppo.critic_learning_rate", "1", "learning rate of the value function; constant"),
     ("ppo.overlap", "", "collect the next rollout while the last one is learned from"),
     ("ppo.entropy", "1", "weight of the policy's entropy"),
+    (
+        "ppo.jitter",
+        "1",
+        "weight of means that differ from the mean of those before and after, in standard deviations, squared and halved",
+    ),
     ("ppo.gradient_norm", "1", "largest norm of each network's gradient"),
     ("ppo.initial_std", "1", "standard deviation of the first policy, in units of its output"),
     ("ppo.std_bounds", "1", "[least, greatest] standard deviation of the policy"),
@@ -212,7 +222,7 @@ mod tests {
     use std::collections::BTreeSet;
 
     use super::*;
-    use crate::plan::{Curriculum, NetworkSpec, Ramp, Termination, TerrainSpec};
+    use crate::plan::{Curriculum, NetworkSpec, Ramp, TeacherSpec, Termination, TerrainSpec};
     use crate::rewards::{Floors, Reward, ThesisReward};
     use lifelike_sim::randomization::PushSpec;
 
@@ -221,6 +231,7 @@ mod tests {
         let ramp = Some(Ramp { from: 0.0, to: 1.0, begin: 0, end: 1 });
         let mut plan = TrackerPlan::new("lima", &["a".into()]);
         (plan.prior, plan.init, plan.budget.minutes) = (Some("p".into()), Some("i".into()), Some(1.0));
+        plan.teachers = vec![TeacherSpec { policy: "p".into(), clips: Vec::new() }];
         (plan.inputs.window, plan.inputs.parts) = (vec![1], vec!["a".into()]);
         plan.network = NetworkSpec { encoder: vec![8], code: 4, ..plan.network };
         plan.terrain = Some(TerrainSpec::default());

@@ -54,7 +54,11 @@ impl TrainingTask for Trainer {
 
     fn identity(&self) -> Vec<(&'static str, String)> {
         // The plan is compared by [`Trainer::restore`], which knows the defaults of keys that did not exist yet.
-        vec![("reference motion", self.library.digest())]
+        let mut identity = vec![("reference motion", self.library.digest())];
+        if !self.teachers.is_empty() {
+            identity.push(("teachers", self.teachers.join(" ")));
+        }
+        identity
     }
 
     fn step(&mut self) -> Result<TrackerMetrics, TrackerError> {
@@ -84,6 +88,7 @@ impl TrainingTask for Trainer {
         ]
         .map(|(name, value)| (name.to_string(), value))
         .to_vec();
+        scalars.extend(ppo.imitation.map(|kl| ("Loss/imitation".into(), kl)));
         scalars.extend(statistics.metrics());
         let (coverage, floor) = self.environment.coverage();
         scalars.push(("Coverage/frames".into(), coverage.overall));

@@ -29,6 +29,8 @@ const STOP: f64 = 4.0;
 pub struct Job<'a> {
     pub spec: &'a PpoSpec,
     pub rollout: &'a Rollout,
+    /// [`Rollout::neighbours`] where jitter costs something; else empty.
+    pub neighbours: &'a [f32],
     pub collective: &'a dyn Collective,
     pub seed: u64,
     pub iteration: u64,
@@ -36,7 +38,7 @@ pub struct Job<'a> {
 
 /// Result of the epochs of the policy.
 pub struct PolicyReport {
-    pub surrogate: f64,
+    pub objective: f64,
     pub divergence: f64,
     pub gradient_norm: f64,
     pub learning_rate: f64,
@@ -94,12 +96,12 @@ impl Job<'_> {
         let samples = advantages.len();
         let probe: Vec<usize> = (0..samples).step_by(samples.div_ceil(DIVERGENCE_ROWS)).collect();
         let mut report =
-            PolicyReport { surrogate: 0.0, divergence: 0.0, gradient_norm: 0.0, learning_rate, skipped: 0 };
+            PolicyReport { objective: 0.0, divergence: 0.0, gradient_norm: 0.0, learning_rate, skipped: 0 };
         let mut batches = 0.0;
         for epoch in 0..spec.epochs {
             for batch in self.order(epoch).chunks(spec.minibatch) {
                 let step = policy.step(self, batch, advantages, learning_rate)?;
-                report.surrogate += step.objective;
+                report.objective += step.objective;
                 batches += 1.0;
                 match step.norm {
                     Some(norm) => report.gradient_norm += norm,
@@ -107,6 +109,10 @@ impl Job<'_> {
                 }
             }
             report.divergence = self.collective.mean(self.measure(policy, &probe)?);
+            // A teacher is right however far the policy moves: no trust region.
+            if self.rollout.is_taught() {
+                continue;
+            }
             let last = epoch + 1 == spec.epochs;
             if report.divergence > 2.0 * spec.target_divergence {
                 learning_rate = (learning_rate / 1.5).max(spec.learning_rate_bounds[0]);
@@ -117,7 +123,7 @@ impl Job<'_> {
                 break;
             }
         }
-        report.surrogate = self.collective.mean(report.surrogate / batches);
+        report.objective = self.collective.mean(report.objective / batches);
         report.gradient_norm /= batches;
         report.learning_rate = learning_rate;
         Ok(report)

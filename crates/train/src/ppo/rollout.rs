@@ -24,6 +24,8 @@ pub struct Rollout {
     pub final_steps: Vec<usize>,
     pub actions: Vec<f32>,
     pub means: Vec<f32>,
+    /// What a teacher would have done; empty without one.
+    pub taught: Vec<f32>,
     pub log_probabilities: Vec<f32>,
     /// Of the policy that acted, `[J]`.
     pub log_std: Vec<f32>,
@@ -83,6 +85,7 @@ impl RolloutCollector {
             }
             let std = std.iter().cycle();
             let actions: Vec<f32> = means.iter().zip(&noise).zip(std).map(|((m, z), s)| m + z * s).collect();
+            environment.teach(&mut rollout.taught)?;
             let stepping = Instant::now();
             environment.step(&actions, &mut outcome)?;
             seen.stepping += stepping.elapsed().as_secs_f64();
@@ -131,6 +134,27 @@ impl Rollout {
         self.rewards.len()
     }
 
+    /// Whether a teacher said what it would have done.
+    pub fn is_taught(&self) -> bool {
+        !self.taught.is_empty()
+    }
+
+    /// Returns the mean of the means one step before and one after of each step, where both are of its episode; else its own.
+    pub fn neighbours(&self) -> Vec<f32> {
+        let (n, joints) = (self.environments, self.log_std.len());
+        let ends = |k: usize| self.terminated[k] || self.truncated[k];
+        let mut out = self.means.clone();
+        for k in n..self.len().saturating_sub(n) {
+            if ends(k - n) || ends(k) {
+                continue;
+            }
+            let at = |k: usize| &self.means[k * joints..(k + 1) * joints];
+            let around = at(k - n).iter().zip(at(k + n));
+            out[k * joints..(k + 1) * joints].iter_mut().zip(around).for_each(|(out, (a, b))| *out = 0.5 * (a + b));
+        }
+        out
+    }
+
     /// Numbers of a row of the value function.
     pub fn critic_width(&self) -> usize {
         self.critic_rows.len() / (self.len() + self.environments).max(1)
@@ -157,6 +181,7 @@ impl Rollout {
             ("final_rows", &self.final_rows),
             ("actions", &self.actions),
             ("means", &self.means),
+            ("taught", &self.taught),
             ("log_probabilities", &self.log_probabilities),
             ("log_std", &self.log_std),
             ("rewards", &self.rewards),
@@ -191,11 +216,35 @@ impl Rollout {
             final_steps: whole("final_steps")?.into_iter().map(|s| s as usize).collect(),
             actions: numbers("actions")?,
             means: numbers("means")?,
+            // Earlier versions knew no teachers.
+            taught: if checkpoint.contains(&key("taught")) { numbers("taught")? } else { Vec::new() },
             log_probabilities: numbers("log_probabilities")?,
             log_std: numbers("log_std")?,
             rewards: numbers("rewards")?,
             terminated: whole("terminated")?.into_iter().map(|b| b != 0).collect(),
             truncated: whole("truncated")?.into_iter().map(|b| b != 0).collect(),
         }))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn neighbours_are_of_the_same_environment_and_episode() {
+        // Two environments, four steps; the second's episode ends with its second step.
+        let mut ends = vec![false; 8];
+        ends[3] = true;
+        let rollout = Rollout {
+            environments: 2,
+            means: vec![0.0, 10.0, 1.0, 20.0, 4.0, 30.0, 9.0, 50.0],
+            log_std: vec![0.0],
+            rewards: vec![0.0; 8],
+            terminated: ends,
+            truncated: vec![false; 8],
+            ..Rollout::default()
+        };
+        assert_eq!(rollout.neighbours(), [0.0, 10.0, 2.0, 20.0, 5.0, 30.0, 9.0, 50.0]);
     }
 }

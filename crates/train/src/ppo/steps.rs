@@ -11,7 +11,7 @@ use rayon::prelude::*;
 use super::improve::Job;
 use crate::TrainError;
 use crate::kernels::{ActorKernels, CriticKernels};
-use crate::losses::{Surrogate, squared_error, surrogate};
+use crate::losses::{Objective, imitation, squared_error, surrogate};
 use crate::networks::{Actor, Critic, column};
 
 /// Result of a step.
@@ -24,7 +24,7 @@ pub struct Step {
 
 /// A policy that learns.
 pub trait LearningPolicy {
-    /// Takes a gradient step on the clipped surrogate of these samples.
+    /// Takes a gradient step on the objective of these samples.
     fn step(&mut self, job: &Job<'_>, batch: &[usize], advantages: &[f32], rate: f64) -> Result<Step, TrainError>;
     /// Means of observations, as it is now.
     fn means(&self, observations: Vec<f32>) -> Result<Vec<f32>, TrainError>;
@@ -38,7 +38,8 @@ pub trait LearningValue {
     fn step(&mut self, job: &Job<'_>, batch: &[usize], targets: &[f32], rate: f64) -> Result<Step, TrainError>;
 }
 
-/// The clipped surrogate of some samples of a minibatch of `batch`, with these means.
+/// The objective of some samples of a minibatch of `batch`, with these means: the teacher's where there is one, else the clipped
+/// surrogate. The cost of jitter is in its gradient, not in its value.
 fn objective(
     job: &Job<'_>,
     means: &[f32],
@@ -46,17 +47,27 @@ fn objective(
     samples: &[usize],
     advantages: &[f32],
     batch: usize,
-) -> Surrogate {
+) -> Objective {
     let (rollout, joints) = (job.rollout, log_std.len());
-    surrogate(
-        means,
-        log_std,
-        &gather(&rollout.actions, joints, samples),
-        &gather(&rollout.log_probabilities, 1, samples),
-        &gather(advantages, 1, samples),
-        job.spec.clip as f32,
-        batch,
-    )
+    let mut out = if rollout.is_taught() {
+        imitation(means, log_std, &gather(&rollout.taught, joints, samples), batch)
+    } else {
+        surrogate(
+            means,
+            log_std,
+            &gather(&rollout.actions, joints, samples),
+            &gather(&rollout.log_probabilities, 1, samples),
+            &gather(advantages, 1, samples),
+            job.spec.clip as f32,
+            batch,
+        )
+    };
+    if !job.neighbours.is_empty() {
+        let even = imitation(means, log_std, &gather(job.neighbours, joints, samples), batch);
+        let weight = job.spec.jitter as f32;
+        out.by_mean.iter_mut().zip(even.by_mean).for_each(|(sum, x)| *sum += weight * x);
+    }
+    out
 }
 
 /// A policy in the kernels. A minibatch is learned from in panels of rows on all threads; what comes out does not depend on how
@@ -89,7 +100,7 @@ impl LearningPolicy for PolicyInKernels<'_> {
         let log_std = self.log_std()?;
         let kernels = &self.kernels;
         let (panels, channels) = panels(self.memory, batch.len(), kernels.channels());
-        let parts: Vec<Surrogate> = panels
+        let parts: Vec<Objective> = panels
             .par_chunks_mut(channels)
             .zip(batch.par_chunks(ROWS))
             .with_max_len(1)

@@ -4,8 +4,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use lifelike_report::run::RunFolder;
-use lifelike_robot::ReferenceLibrary;
-use lifelike_robot::Robot;
+use lifelike_robot::{Controller, ControllerFile, ReferenceLibrary, Robot};
 use lifelike_tracking::plan::keys::present_name;
 use lifelike_tracking::trainer::Beginning;
 use lifelike_tracking::{TrackerMetrics, TrackerPlan, Trainer};
@@ -172,13 +171,23 @@ pub fn prepare(plan: &TrackerPlan, hardware: &Hardware, all: Arc<dyn Collective>
         }
         ReferenceLibrary::new(&robot, &clips, prior.as_ref().map(Prior::as_encode))?
     };
+    let teachers = plan.teachers.iter().map(|teacher| load_teacher(&teacher.policy, &robot));
+    let teachers = teachers.collect::<Result<Vec<_>, _>>()?;
     let terrain = plan.terrain.map(|terrain| terrain.build()).transpose()?.map(Arc::new);
     let simulation = hardware.physics.simulate(terrain, &robot, plan.ppo.environments)?;
     let trainer = Trainer::distributed(plan, robot, Arc::new(library), simulation, all)?.to_device(&device);
-    Ok(match &prior {
+    let trainer = match &prior {
         Some(prior) => trainer.with_prior_digest(prior.digest()),
         None => trainer,
-    })
+    };
+    Ok(trainer.taught_by(teachers)?)
+}
+
+/// Reads a teacher from its file, or from the folder of its run.
+fn load_teacher(path: &Path, robot: &Arc<Robot>) -> Result<Controller, CliError> {
+    let file = if path.is_dir() { Trainer::policy_path(path) } else { path.to_path_buf() };
+    // A teacher with latent codes gets those of the plan's prior, from the library.
+    Ok(Controller::new(ControllerFile::read(&file)?, Arc::clone(robot))?)
 }
 
 /// The command that evaluates a plan's policy on its own clips.

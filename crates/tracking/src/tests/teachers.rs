@@ -1,0 +1,109 @@
+//! Contracts of trainings that learn from teachers.
+
+use lifelike_robot::Controller;
+use lifelike_train::VectorEnvironment;
+
+use super::*;
+use crate::plan::TeacherSpec;
+
+fn trainer(plan: &TrackerPlan) -> Trainer {
+    let robot = robot();
+    let simulation = Box::new(Followers::new(plan.ppo.environments));
+    Trainer::new(plan, Arc::clone(&robot), library(&robot), simulation).unwrap()
+}
+
+/// A policy that learned a little, as a teacher.
+fn teacher(plan: &TrackerPlan) -> (Policy, Controller) {
+    let mut trainer = trainer(plan);
+    for _ in 0..4 {
+        trainer.iterate().unwrap();
+    }
+    let policy = trainer.policy();
+    let controller = Controller::from_policy(&policy.to_checkpoint().unwrap(), None, robot()).unwrap();
+    (policy, controller)
+}
+
+fn of(clips: &[&str]) -> TeacherSpec {
+    TeacherSpec { policy: "a teacher".into(), clips: clips.iter().map(ToString::to_string).collect() }
+}
+
+/// Eight environments, of either clip, that are told lies about their joints.
+fn pupil() -> TrackerPlan {
+    let mut plan = TrackerPlan { teachers: vec![of(&["cal*"]), of(&[])], ..plan(8) };
+    plan.sensors.joint_position_noise = 0.3;
+    plan.network.actor = vec![24];
+    plan.ppo.initial_std = 0.05;
+    plan.ppo.learning_rate = 3e-3;
+    plan
+}
+
+#[test]
+fn each_teacher_says_for_its_clips_what_it_would_do_in_the_true_state() {
+    let mut without_future = plan(3);
+    without_future.inputs.future = vec![];
+    let ((first, a), (second, b)) = (teacher(&plan(3)), teacher(&without_future));
+    let mut e = environment(&pupil());
+    let mut taught = vec![7.0];
+    e.teach(&mut taught).unwrap();
+    assert_eq!(taught, [7.0], "no teachers, no advice");
+    e.set_teachers(vec![a, b]).unwrap();
+    let starts: Vec<Start> = [40, 160, 20, 170, 0, 150, 249, 149].map(Start::at).into();
+    e.reset(&(0..8).collect::<Vec<_>>(), Some(&starts)).unwrap();
+    e.teach(&mut taught).unwrap();
+    assert_eq!((taught.len(), taught[0]), (1 + 8 * 2, 7.0), "appended, a row for each environment");
+
+    // The same states, observed by each teacher's own layout without noise: environments of its own plan.
+    let truth = |plan: &TrackerPlan, policy: &Policy| {
+        let mut other = environment(&TrackerPlan { ppo: pupil().ppo, inputs: plan.inputs.clone(), ..plan.clone() });
+        other.reset(&(0..8).collect::<Vec<_>>(), Some(&starts)).unwrap();
+        policy.outputs(other.actor_rows().to_vec()).unwrap()
+    };
+    let (calm, wild) = (truth(&plan(8), &first), truth(&without_future, &second));
+    for (i, start) in starts.iter().enumerate() {
+        let expected = if start.frame < 150 { &calm } else { &wild };
+        for k in 2 * i..2 * i + 2 {
+            assert!((taught[1 + k] - expected[k]).abs() < 1e-6, "environment {i}: {} {}", taught[1 + k], expected[k]);
+        }
+    }
+    assert!(calm.iter().zip(&wild).any(|(a, b)| (a - b).abs() > 1e-4), "they say different things");
+}
+
+#[test]
+fn a_pupil_learns_what_its_teachers_do_and_goes_on_bit_for_bit() {
+    let plan = TrackerPlan { sensors: SensorSpec::default(), ..pupil() };
+    let teachers = || vec![teacher(&super::plan(3)).1, teacher(&super::plan(5)).1];
+    let mut pupil = trainer(&plan).taught_by(teachers()).unwrap();
+    let first = pupil.iterate().unwrap();
+    for _ in 0..150 {
+        pupil.iterate().unwrap();
+    }
+    let checkpoint = pupil.checkpoint().unwrap();
+    let last = pupil.iterate().unwrap();
+    let [first_kl, last_kl] = [first, last].map(|report| report.imitation.unwrap());
+    assert!(last_kl < 0.25 * first_kl, "KL(teacher ‖ pupil): {first_kl} at first, {last_kl} at last");
+    assert_eq!((first.surrogate, first.learning_rate, last.learning_rate), (0.0, 3e-3, 3e-3), "no trust region");
+    assert!((last.std - 0.05).abs() < 1e-6, "imitation says nothing about exploration");
+    assert!(last.explained_variance != 0.0, "the value function learns from rewards");
+
+    let mut again = trainer(&plan).taught_by(teachers()).unwrap();
+    again.restore(&checkpoint).unwrap();
+    assert_eq!(again.iterate().unwrap().imitation, last.imitation);
+    assert_eq!(again.policy().to_checkpoint().unwrap().entries(), pupil.policy().to_checkpoint().unwrap().entries());
+    let identity = |trainer: &Trainer| lifelike_train::TrainingTask::identity(trainer);
+    let others = trainer(&plan).taught_by(vec![teacher(&super::plan(4)).1, teacher(&super::plan(5)).1]).unwrap();
+    assert_ne!(identity(&pupil), identity(&others), "a run is not gone on with by other teachers");
+}
+
+#[test]
+fn teachers_that_do_not_fit_are_refused_by_name() {
+    let (_, good) = teacher(&plan(3));
+    let refused = |plan: &TrackerPlan, controllers: Vec<Controller>| {
+        trainer(plan).taught_by(controllers).map(|_| ()).unwrap_err().to_string()
+    };
+    let absolute = TrackerPlan { action: ActionSpec::Absolute, ..pupil() };
+    let error = refused(&absolute, vec![good.clone(), good.clone()]);
+    assert!(error.starts_with("action of the teacher a teacher: expected Absolute"), "{error}");
+    assert!(refused(&pupil(), vec![good.clone()]).contains("expected 2, got 1"));
+    let one = TrackerPlan { teachers: vec![of(&["calm"])], ..pupil() };
+    assert!(refused(&one, vec![good]).contains("none of 'wild'"));
+}
