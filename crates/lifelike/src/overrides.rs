@@ -1,7 +1,8 @@
 //! `key=value` on the command line over a plan from a file.
 //!
 //! The plan is first read with all its defaults, so every key that exists is known; then values are put in by their
-//! dotted path, and the whole is checked again by its type. What does not exist is refused with what does.
+//! dotted path, and the whole is checked again by its type. What does not exist is refused with what does. `key=` takes a value out:
+//! the default is back.
 
 use std::path::Path;
 
@@ -36,8 +37,9 @@ pub fn apply<T: Serialize + DeserializeOwned>(plan: T, overrides: &[String]) -> 
             .split_once('=')
             .filter(|(key, _)| !key.trim().is_empty())
             .ok_or_else(|| CliError::Usage(format!("expected key=value, got '{text}'")))?;
-        put(&mut tree, &present_name(key.trim()), parse(value.trim()))
-            .map_err(|e| CliError::Input(format!("'{text}': {e}")))?;
+        let (key, value) = (present_name(key.trim()), value.trim());
+        let done = if value.is_empty() { take_out(&mut tree, &key) } else { put(&mut tree, &key, parse(value)) };
+        done.map_err(|e| CliError::Input(format!("'{text}': {e}")))?;
     }
     let said = overrides.join(" ");
     T::deserialize(Value::Table(tree)).map_err(|e| CliError::Input(format!("{said}: {}", e.to_string().trim_end())))
@@ -58,6 +60,14 @@ fn present_name(key: &str) -> String {
 fn parse(value: &str) -> Value {
     let table: Result<Table, _> = format!("value = {value}").parse();
     table.ok().filter(|t| t.len() == 1).and_then(|mut t| t.remove("value")).unwrap_or_else(|| Value::from(value))
+}
+
+fn take_out(tree: &mut Table, path: &str) -> Result<(), String> {
+    let (tables, last) = path.rsplit_once('.').map_or((None, path), |(tables, last)| (Some(tables), last));
+    let tables = tables.into_iter().flat_map(|path| path.split('.'));
+    let inner = tables.fold(Some(tree), |table, key| table?.get_mut(key)?.as_table_mut());
+    let taken = inner.and_then(|table| table.remove(last));
+    taken.map(|_| ()).ok_or_else(|| "nothing to take out: the plan has no such value".into())
 }
 
 fn put(tree: &mut Table, path: &str, value: Value) -> Result<(), String> {
@@ -120,6 +130,16 @@ mod tests {
         assert_eq!(with(&["ppo={gamma=0.5,epochs=3}"]).unwrap().ppo.epochs, 3);
         assert_eq!(with(&["other.gamma=0.5", "other.epochs=3"]).unwrap().other, Some(Ppo { gamma: 0.5, epochs: 3 }));
         assert_eq!(with(&[]).unwrap(), plan());
+    }
+
+    #[test]
+    fn a_value_may_be_taken_out() {
+        assert_eq!(with(&["prior=runs/a", "prior="]).unwrap(), plan());
+        assert_eq!(with(&["ppo.epochs="]).unwrap().ppo.epochs, 0, "its default");
+        for nothing in ["prior=", "ppo.gama=", "seed.x=", "nobody.knows="] {
+            assert!(with(&[nothing]).unwrap_err().to_string().contains("nothing to take out"), "{nothing}");
+        }
+        assert!(with(&["seed="]).unwrap_err().to_string().contains("seed"), "what must be there");
     }
 
     #[test]
