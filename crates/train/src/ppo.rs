@@ -235,8 +235,7 @@ impl Learner {
         let Self { spec, seed, collective, actor, critic, actor_adam, critic_adam, memory, .. } = self;
         let [of_actor, of_critic] = memory;
         let (seed, learning_rate) = (*seed, self.learning_rate);
-        let neighbours = if spec.jitter > 0.0 { rollout.neighbours() } else { Vec::new() };
-        let job = Job { spec, rollout, neighbours: &neighbours, collective: collective.as_ref(), seed, iteration };
+        let job = Job { spec, rollout, collective: collective.as_ref(), seed, iteration };
         let improve = || job.improve_policy(actor, actor_adam, of_actor, learning_rate, &advantages);
         let fit = || job.fit_value(critic, critic_adam, of_critic, &targets);
         // Processes must add up the same things in the same order: not on two threads.

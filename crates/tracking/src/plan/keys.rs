@@ -206,11 +206,6 @@ const LEARNING: &[(&str, &str, &str)] = &[
     ("ppo.critic_learning_rate", "1", "learning rate of the value function; constant"),
     ("ppo.overlap", "", "collect the next rollout while the last one is learned from"),
     ("ppo.entropy", "1", "weight of the policy's entropy"),
-    (
-        "ppo.jitter",
-        "1",
-        "weight of means that differ from the mean of those before and after, in standard deviations, squared and halved",
-    ),
     ("ppo.gradient_norm", "1", "largest norm of each network's gradient"),
     ("ppo.initial_std", "1", "standard deviation of the first policy, in units of its output"),
     ("ppo.std_bounds", "1", "[least, greatest] standard deviation of the policy"),

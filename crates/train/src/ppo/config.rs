@@ -32,10 +32,6 @@ pub struct PpoSpec {
     pub overlap: bool,
     /// Weight of the entropy.
     pub entropy: f64,
-    /// Weight of jitter: ½ Σ ((μ_t − ½ (μ_{t−1} + μ_{t+1}))/σ)², the neighbours as they acted. As the temporal term of CAPS (Mysore et
-    /// al. 2021), but of the second difference, which motion at an even speed has none of. Costs of actions in a reward say the same
-    /// through the noise of exploration; this says it to the means.
-    pub jitter: f64,
     /// Largest norm of each network's gradient.
     pub gradient_norm: f64,
     /// Standard deviation of the first policy, in units of its output.
@@ -60,7 +56,6 @@ impl Default for PpoSpec {
             critic_learning_rate: 1e-3,
             overlap: false,
             entropy: 0.0,
-            jitter: 0.0,
             gradient_norm: 1.0,
             initial_std: 0.4,
             std_bounds: [0.05, 1.6],
@@ -88,7 +83,6 @@ impl PpoSpec {
         range("ppo.learning_rate", p.learning_rate, p.learning_rate_bounds[0], p.learning_rate_bounds[1])?;
         range("ppo.critic_learning_rate", p.critic_learning_rate, 1e-9, 1.0)?;
         range("ppo.entropy", p.entropy, 0.0, 1.0)?;
-        range("ppo.jitter", p.jitter, 0.0, 1e4)?;
         range("ppo.gradient_norm", p.gradient_norm, 1e-6, 1e6)?;
         range("ppo.std_bounds[0]", p.std_bounds[0], 1e-6, 100.0)?;
         range("ppo.std_bounds[1]", p.std_bounds[1], p.std_bounds[0], 100.0)?;

@@ -29,8 +29,6 @@ const STOP: f64 = 4.0;
 pub struct Job<'a> {
     pub spec: &'a PpoSpec,
     pub rollout: &'a Rollout,
-    /// [`Rollout::neighbours`] where jitter costs something; else empty.
-    pub neighbours: &'a [f32],
     pub collective: &'a dyn Collective,
     pub seed: u64,
     pub iteration: u64,

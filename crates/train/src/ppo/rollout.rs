@@ -139,22 +139,6 @@ impl Rollout {
         !self.taught.is_empty()
     }
 
-    /// Returns the mean of the means one step before and one after of each step, where both are of its episode; else its own.
-    pub fn neighbours(&self) -> Vec<f32> {
-        let (n, joints) = (self.environments, self.log_std.len());
-        let ends = |k: usize| self.terminated[k] || self.truncated[k];
-        let mut out = self.means.clone();
-        for k in n..self.len().saturating_sub(n) {
-            if ends(k - n) || ends(k) {
-                continue;
-            }
-            let at = |k: usize| &self.means[k * joints..(k + 1) * joints];
-            let around = at(k - n).iter().zip(at(k + n));
-            out[k * joints..(k + 1) * joints].iter_mut().zip(around).for_each(|(out, (a, b))| *out = 0.5 * (a + b));
-        }
-        out
-    }
-
     /// Numbers of a row of the value function.
     pub fn critic_width(&self) -> usize {
         self.critic_rows.len() / (self.len() + self.environments).max(1)
@@ -224,27 +208,5 @@ impl Rollout {
             terminated: whole("terminated")?.into_iter().map(|b| b != 0).collect(),
             truncated: whole("truncated")?.into_iter().map(|b| b != 0).collect(),
         }))
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn neighbours_are_of_the_same_environment_and_episode() {
-        // Two environments, four steps; the second's episode ends with its second step.
-        let mut ends = vec![false; 8];
-        ends[3] = true;
-        let rollout = Rollout {
-            environments: 2,
-            means: vec![0.0, 10.0, 1.0, 20.0, 4.0, 30.0, 9.0, 50.0],
-            log_std: vec![0.0],
-            rewards: vec![0.0; 8],
-            terminated: ends,
-            truncated: vec![false; 8],
-            ..Rollout::default()
-        };
-        assert_eq!(rollout.neighbours(), [0.0, 10.0, 2.0, 20.0, 5.0, 30.0, 9.0, 50.0]);
     }
 }

@@ -39,7 +39,7 @@ pub trait LearningValue {
 }
 
 /// The objective of some samples of a minibatch of `batch`, with these means: the teacher's where there is one, else the clipped
-/// surrogate. The cost of jitter is in its gradient, not in its value.
+/// surrogate.
 fn objective(
     job: &Job<'_>,
     means: &[f32],
@@ -49,25 +49,18 @@ fn objective(
     batch: usize,
 ) -> Objective {
     let (rollout, joints) = (job.rollout, log_std.len());
-    let mut out = if rollout.is_taught() {
-        imitation(means, log_std, &gather(&rollout.taught, joints, samples), batch)
-    } else {
-        surrogate(
-            means,
-            log_std,
-            &gather(&rollout.actions, joints, samples),
-            &gather(&rollout.log_probabilities, 1, samples),
-            &gather(advantages, 1, samples),
-            job.spec.clip as f32,
-            batch,
-        )
-    };
-    if !job.neighbours.is_empty() {
-        let even = imitation(means, log_std, &gather(job.neighbours, joints, samples), batch);
-        let weight = job.spec.jitter as f32;
-        out.by_mean.iter_mut().zip(even.by_mean).for_each(|(sum, x)| *sum += weight * x);
+    if rollout.is_taught() {
+        return imitation(means, log_std, &gather(&rollout.taught, joints, samples), batch);
     }
-    out
+    surrogate(
+        means,
+        log_std,
+        &gather(&rollout.actions, joints, samples),
+        &gather(&rollout.log_probabilities, 1, samples),
+        &gather(advantages, 1, samples),
+        job.spec.clip as f32,
+        batch,
+    )
 }
 
 /// A policy in the kernels. A minibatch is learned from in panels of rows on all threads; what comes out does not depend on how
