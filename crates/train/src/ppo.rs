@@ -9,6 +9,7 @@
 //! the surrogate's ratio accounts for, and the numbers do not depend on which of the two is faster.
 
 mod adopt;
+mod average;
 mod config;
 mod improve;
 mod rollout;
@@ -29,6 +30,7 @@ use lifelike_nn::normalizer::RunningNormalizer;
 use lifelike_nn::numbers::read;
 
 pub use self::adopt::{Inputs, SavedNetworks};
+use self::average::PolicyAverage;
 pub use self::config::{NetworkSpec, PpoSpec};
 use self::improve::Job;
 use self::rollout::{ObservationStatistics, Rollout, RolloutCollector};
@@ -53,6 +55,7 @@ pub struct Learner {
     /// In force during a rollout.
     actor_normalizer: RunningNormalizer,
     critic_normalizer: RunningNormalizer,
+    average: PolicyAverage,
     /// Collected and not yet learned from, and its iteration.
     pending: Option<(Rollout, u64)>,
     /// For the passes of policy and value function, kept from iteration to iteration.
@@ -94,13 +97,16 @@ pub struct Iteration {
 
 impl Learner {
     /// Creates networks for environments.
+    ///
+    /// # Errors
+    /// Tensor data could not be read from the device.
     pub fn new<E: VectorEnvironment>(
         spec: &PpoSpec,
         network: &NetworkSpec,
         seed: u64,
         environment: &E,
         collective: Arc<dyn Collective>,
-    ) -> Self {
+    ) -> Result<Self, TrainError> {
         let device = device::inference();
         let (o, p) = (environment.observation_size(), environment.critic_observation_size());
         let size = ActorSize {
@@ -111,11 +117,13 @@ impl Learner {
             hidden: &network.actor,
             outputs: environment.action_size(),
         };
+        let actor = Actor::init(size, spec.initial_std, seed, &device);
         let mut learner = Self {
             spec: *spec,
             seed,
             collective,
-            actor: Actor::init(size, spec.initial_std, seed, &device),
+            average: PolicyAverage::new(&actor)?,
+            actor,
             critic: Critic::init(p, &network.critic, seed, &device),
             actor_adam: Adam::new(AdamConfig::adam()),
             critic_adam: Adam::new(AdamConfig::adam()),
@@ -130,7 +138,7 @@ impl Learner {
         actor.update(environment.observations());
         critic.update(environment.critic_observations());
         learner.remember(&ObservationStatistics { actor, critic, stepping: 0.0 });
-        learner
+        Ok(learner)
     }
 
     /// Moves networks and optimizers to another device. Environments, rollouts and losses stay where they are.
@@ -142,9 +150,9 @@ impl Learner {
         self
     }
 
-    /// Returns the policy's network.
+    /// Returns the policy's network, its parameters averaged over the last part of the training (`ppo.averaging`).
     pub fn actor(&self) -> &Actor {
-        &self.actor
+        self.average.actor()
     }
 
     /// Returns the normalizer of the policy's observations.
@@ -257,6 +265,7 @@ impl Learner {
         report.divergence = policy.divergence;
         report.gradient_norm = policy.gradient_norm;
         report.skipped += policy.skipped;
+        self.average.follow(&self.actor, self.spec.averaging)?;
         report.learning = began.elapsed().as_secs_f64();
         Ok(())
     }
@@ -288,6 +297,7 @@ impl Learner {
     /// Tensor data could not be read from the device.
     pub fn save_into(&self, checkpoint: &mut Checkpoint, prefix: &str) -> Result<(), TrainError> {
         checkpoint.put_module(&format!("{prefix}.actor"), &self.actor)?;
+        self.average.save_into(checkpoint, &average::of_run(prefix))?;
         checkpoint.put_module(&format!("{prefix}.critic"), &self.critic)?;
         self.actor_adam.save_into(checkpoint, &format!("{prefix}.actor_adam"))?;
         self.critic_adam.save_into(checkpoint, &format!("{prefix}.critic_adam"))?;
@@ -308,8 +318,9 @@ impl Learner {
     /// # Errors
     /// The checkpoint is of networks of other sizes.
     pub fn load(&mut self, checkpoint: &Checkpoint, prefix: &str) -> Result<(), TrainError> {
-        let names = SavedNetworks::of_run(prefix);
-        self.actor = checkpoint.load_module(&names.actor, self.actor.clone())?;
+        let names = SavedNetworks::of_run(checkpoint, prefix);
+        self.actor = checkpoint.load_module(&format!("{prefix}.actor"), self.actor.clone())?;
+        self.average = PolicyAverage::load(checkpoint, &average::of_run(prefix), &self.actor)?;
         self.critic = checkpoint.load_module(&names.critic, self.critic.clone())?;
         let normalizer = |name: &str, size| RunningNormalizer::load_from(checkpoint, name, size);
         self.actor_normalizer = normalizer(&names.actor_normalizer, self.actor_normalizer.size())?;

@@ -206,6 +206,11 @@ const LEARNING: &[(&str, &str, &str)] = &[
     ("ppo.critic_learning_rate", "1", "learning rate of the value function; constant"),
     ("ppo.overlap", "", "collect the next rollout while the last one is learned from"),
     ("ppo.entropy", "1", "weight of the policy's entropy"),
+    (
+        "ppo.averaging",
+        "1",
+        "share of the iterations so far over which the policy that is written is averaged; 0: the last one as it is",
+    ),
     ("ppo.gradient_norm", "1", "largest norm of each network's gradient"),
     ("ppo.initial_std", "1", "standard deviation of the first policy, in units of its output"),
     ("ppo.std_bounds", "1", "[least, greatest] standard deviation of the policy"),

@@ -33,6 +33,38 @@ fn a_policy_file_brings_its_value_function_where_the_layers_are_the_same() {
 }
 
 #[test]
+fn what_is_written_is_the_average_and_what_learns_is_the_last_policy() {
+    let plan = plan(3);
+    let mut run = trainer(&plan);
+    for _ in 0..6 {
+        run.iterate().unwrap();
+    }
+    let (checkpoint, policy) = (run.checkpoint().unwrap(), run.policy().to_checkpoint().unwrap());
+    let of = |name: &str| checkpoint.entry(&format!("learner.{name}.mean.layers.0.weight")).unwrap();
+    assert_eq!(of("average"), policy.entry("actor.mean.layers.0.weight").unwrap());
+    assert_ne!(of("average"), of("actor"));
+    let mut last = plan.clone();
+    last.ppo.averaging = 0.0;
+    let mut other = trainer(&last);
+    for _ in 0..6 {
+        other.iterate().unwrap();
+    }
+    let (other, raw) = (other.checkpoint().unwrap(), "learner.actor.mean.layers.0.weight");
+    assert_eq!(other.entry(raw).unwrap(), of("actor"), "averaging changes nothing of the training");
+
+    // A training that begins with the run's folder begins as one that begins with its file.
+    let folder = tempfile::tempdir().unwrap();
+    let at = RunFolder::create(&folder.path().join("run"), &plan).unwrap();
+    let mut begun = trainer(&TrackerPlan { budget: crate::plan::Budget { steps: 48, minutes: None }, ..plan.clone() });
+    let training = TrainingRun { folder: &at, stop: &AtomicBool::new(false), collective: &Alone };
+    training.run(&mut begun, |_| ()).unwrap();
+    let policy = begun.policy().to_checkpoint().unwrap();
+    let next = TrackerPlan { init: Some(at.path().into()), ..plan };
+    let next = trainer(&next).initialised().unwrap().0.policy().to_checkpoint().unwrap();
+    assert_eq!(next.entries(), policy.entries());
+}
+
+#[test]
 fn a_policy_that_sees_more_acts_at_first_as_the_one_it_began_with() {
     let folder = tempfile::tempdir().unwrap();
     let (other, path) = learned(&plan(3), folder.path());

@@ -1,6 +1,7 @@
 //! Contracts of trainings that learn from teachers.
 
 use lifelike_robot::Controller;
+use lifelike_robot::controller::PolicyHeader;
 use lifelike_train::VectorEnvironment;
 
 use super::*;
@@ -12,15 +13,28 @@ fn trainer(plan: &TrackerPlan) -> Trainer {
     Trainer::new(plan, Arc::clone(&robot), library(&robot), simulation).unwrap()
 }
 
-/// A policy that learned a little, as a teacher.
+/// Factor on a teacher's outputs, which are near zero after so few iterations.
+const LOUD: f32 = 30.0;
+
+/// A policy that learned a little, and the controller of it as a teacher: [`LOUD`] times the policy's outputs.
 fn teacher(plan: &TrackerPlan) -> (Policy, Controller) {
     let mut trainer = trainer(plan);
     for _ in 0..4 {
         trainer.iterate().unwrap();
     }
-    let policy = trainer.policy();
-    let controller = Controller::from_policy(&policy.to_checkpoint().unwrap(), None, robot()).unwrap();
-    (policy, controller)
+    let quiet = trainer.policy().to_checkpoint().unwrap();
+    let mut loud = Checkpoint::new();
+    loud.set_meta("policy", &quiet.meta::<PolicyHeader>("policy").unwrap()).unwrap();
+    for (name, entry) in quiet.entries() {
+        let (shape, last) = (entry.shape().to_vec(), name.starts_with("actor.mean.layers.1."));
+        if last {
+            let values = quiet.f32s(name, &shape).unwrap().iter().map(|x| LOUD * x).collect();
+            loud.put_f32(name, &shape, values).unwrap();
+        } else {
+            loud.put(name, entry.clone()).unwrap();
+        }
+    }
+    (trainer.policy(), Controller::from_policy(&loud, None, robot()).unwrap())
 }
 
 fn of(clips: &[&str]) -> TeacherSpec {
@@ -32,7 +46,7 @@ fn pupil() -> TrackerPlan {
     let mut plan = TrackerPlan { teachers: vec![of(&["cal*"]), of(&[])], ..plan(8) };
     plan.sensors.joint_position_noise = 0.3;
     plan.network.actor = vec![24];
-    plan.ppo.initial_std = 0.05;
+    plan.ppo.initial_std = 0.3;
     plan.ppo.learning_rate = 3e-3;
     plan
 }
@@ -62,7 +76,12 @@ fn each_teacher_says_for_its_clips_what_it_would_do_in_the_true_state() {
     for (i, start) in starts.iter().enumerate() {
         let expected = if start.frame < 150 { &calm } else { &wild };
         for k in 2 * i..2 * i + 2 {
-            assert!((taught[1 + k] - expected[k]).abs() < 1e-6, "environment {i}: {} {}", taught[1 + k], expected[k]);
+            assert!(
+                (taught[1 + k] - LOUD * expected[k]).abs() < 1e-4,
+                "environment {i}: {} {}",
+                taught[1 + k],
+                expected[k]
+            );
         }
     }
     assert!(calm.iter().zip(&wild).any(|(a, b)| (a - b).abs() > 1e-4), "they say different things");
@@ -70,19 +89,19 @@ fn each_teacher_says_for_its_clips_what_it_would_do_in_the_true_state() {
 
 #[test]
 fn a_pupil_learns_what_its_teachers_do_and_goes_on_bit_for_bit() {
-    let plan = TrackerPlan { sensors: SensorSpec::default(), ..pupil() };
-    let teachers = || vec![teacher(&super::plan(3)).1, teacher(&super::plan(5)).1];
+    let plan = TrackerPlan { sensors: SensorSpec::default(), teachers: vec![of(&[])], ..pupil() };
+    let teachers = || vec![teacher(&super::plan(3)).1];
     let mut pupil = trainer(&plan).taught_by(teachers()).unwrap();
     let first = pupil.iterate().unwrap();
-    for _ in 0..150 {
+    for _ in 0..300 {
         pupil.iterate().unwrap();
     }
     let checkpoint = pupil.checkpoint().unwrap();
     let last = pupil.iterate().unwrap();
     let [first_kl, last_kl] = [first, last].map(|report| report.imitation.unwrap());
-    assert!(last_kl < 0.25 * first_kl, "KL(teacher ‖ pupil): {first_kl} at first, {last_kl} at last");
+    assert!(last_kl < 0.1 * first_kl, "KL(teacher ‖ pupil): {first_kl} at first, {last_kl} at last");
     assert_eq!((first.surrogate, first.learning_rate, last.learning_rate), (0.0, 3e-3, 3e-3), "no trust region");
-    assert!((last.std - 0.05).abs() < 1e-6, "imitation says nothing about exploration");
+    assert!((last.std - 0.3).abs() < 1e-6, "imitation says nothing about exploration");
     assert!(last.explained_variance != 0.0, "the value function learns from rewards");
 
     let mut again = trainer(&plan).taught_by(teachers()).unwrap();
@@ -90,7 +109,7 @@ fn a_pupil_learns_what_its_teachers_do_and_goes_on_bit_for_bit() {
     assert_eq!(again.iterate().unwrap().imitation, last.imitation);
     assert_eq!(again.policy().to_checkpoint().unwrap().entries(), pupil.policy().to_checkpoint().unwrap().entries());
     let identity = |trainer: &Trainer| lifelike_train::TrainingTask::identity(trainer);
-    let others = trainer(&plan).taught_by(vec![teacher(&super::plan(4)).1, teacher(&super::plan(5)).1]).unwrap();
+    let others = trainer(&plan).taught_by(vec![teacher(&super::plan(4)).1]).unwrap();
     assert_ne!(identity(&pupil), identity(&others), "a run is not gone on with by other teachers");
 }
 

@@ -39,7 +39,8 @@ impl Trainer {
                 });
             };
             let checkpoint = Checkpoint::from_bytes(&bytes, &checkpoints.path(info.iteration))?;
-            (checkpoint, SavedNetworks::of_run("learner"))
+            let names = SavedNetworks::of_run(&checkpoint, "learner");
+            (checkpoint, names)
         } else {
             (Checkpoint::load(&path)?, policy::networks())
         };

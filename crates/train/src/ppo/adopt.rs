@@ -7,6 +7,7 @@ use lifelike_nn::normalizer::RunningNormalizer;
 use lifelike_nn::parameters;
 
 use super::Learner;
+use super::average::{self, PolicyAverage};
 use crate::TrainError;
 
 /// First weights of the policy and of the value function: the only ones that depend on what is seen.
@@ -27,11 +28,12 @@ pub struct SavedNetworks {
 }
 
 impl SavedNetworks {
-    /// Names in the checkpoint of a run, below the learner's own.
-    pub fn of_run(prefix: &str) -> Self {
+    /// Names in the checkpoint of a run, below the learner's own. The policy is the averaged one, which its file has too.
+    pub fn of_run(checkpoint: &Checkpoint, prefix: &str) -> Self {
         let name = |name: &str| format!("{prefix}.{name}");
+        let average = average::of_run(prefix);
         Self {
-            actor: name("actor"),
+            actor: if average::has(checkpoint, &average) { average } else { name("actor") },
             actor_normalizer: name("actor_normalizer"),
             critic: name("critic"),
             critic_normalizer: name("critic_normalizer"),
@@ -62,6 +64,7 @@ impl Learner {
     ) -> Result<bool, TrainError> {
         let (policy, value) = inputs.map(|inputs| (inputs.policy, inputs.value)).unzip();
         self.actor = load(checkpoint, &names.actor, FIRST_OF_POLICY, self.actor.clone(), policy)?;
+        self.average = PolicyAverage::new(&self.actor)?;
         self.actor_normalizer = normalizer(checkpoint, &names.actor_normalizer, &self.actor_normalizer, policy)?;
         let has = checkpoint.contains(&format!("{}.mean", names.critic_normalizer));
         if !has || !alike(checkpoint, &names.critic, FIRST_OF_VALUE, &self.critic) {

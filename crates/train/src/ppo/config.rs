@@ -32,6 +32,8 @@ pub struct PpoSpec {
     pub overlap: bool,
     /// Weight of the entropy.
     pub entropy: f64,
+    /// Share of the iterations so far over which the policy that is written is averaged; 0: the last one as it is.
+    pub averaging: f64,
     /// Largest norm of each network's gradient.
     pub gradient_norm: f64,
     /// Standard deviation of the first policy, in units of its output.
@@ -56,6 +58,7 @@ impl Default for PpoSpec {
             critic_learning_rate: 1e-3,
             overlap: false,
             entropy: 0.0,
+            averaging: 0.5,
             gradient_norm: 1.0,
             initial_std: 0.4,
             std_bounds: [0.05, 1.6],
@@ -83,6 +86,7 @@ impl PpoSpec {
         range("ppo.learning_rate", p.learning_rate, p.learning_rate_bounds[0], p.learning_rate_bounds[1])?;
         range("ppo.critic_learning_rate", p.critic_learning_rate, 1e-9, 1.0)?;
         range("ppo.entropy", p.entropy, 0.0, 1.0)?;
+        range("ppo.averaging", p.averaging, 0.0, 1.0)?;
         range("ppo.gradient_norm", p.gradient_norm, 1e-6, 1e6)?;
         range("ppo.std_bounds[0]", p.std_bounds[0], 1e-6, 100.0)?;
         range("ppo.std_bounds[1]", p.std_bounds[1], p.std_bounds[0], 100.0)?;
