@@ -97,7 +97,8 @@ impl<'a> EvaluationSuite<'a> {
         for (clip, length) in lengths.iter().enumerate().filter(|_| options.chain.is_none()) {
             let range = library.range(clip);
             for start in start_frames(*length, frames, options.starts, clips[clip].cyclic) {
-                let planned = (frames + 1).min(range.len() - start);
+                // The last frame of a clip has none to reach: no episode comes to it, whether it falls before or not.
+                let planned = (frames + 1).min((range.len() - 1).saturating_sub(start)).max(1);
                 episodes.push(Episode { number: episodes.len(), frame: range.start + start, planned });
             }
         }

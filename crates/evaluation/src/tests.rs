@@ -12,7 +12,7 @@ use lifelike_robot::{ActionSpec, AnchorSpec, Controller, ObservationSpec, Refere
 use lifelike_sim::testing::{Followers, robot};
 use lifelike_sim::{Simulation, SimulationSpec};
 
-use super::{Cause, Chain, Evaluation, EvaluationOptions, EvaluationSetup, Outcome};
+use super::{Cause, Chain, Evaluation, EvaluationOptions, EvaluationSetup, EvaluationSuite, Outcome};
 
 pub(super) fn clip(name: &str, seconds: f64, cyclic: bool) -> MotionClip {
     let frames = (seconds * 50.0) as usize + 1;
@@ -77,6 +77,11 @@ fn the_joints_of_a_follower_lag_and_nothing_else_is_wrong() {
     // An episode that ends with its clip lacks the clip's last frame. A cycle goes on.
     assert_eq!(lengths, [(0.0, 1.98), (1.0, 0.98), (0.0, 3.0), (0.5, 3.0)]);
     assert_eq!((e.overall.survival, e.overall.covered), (1.0, 1.0));
+    // Whoever falls was to go as far.
+    let simulate = |_, _| Ok(Box::new(Followers::new(3)) as Box<dyn Simulation>);
+    let setup = EvaluationSetup { controller: &controller(1e-6), encoder: None, simulate: &simulate, environments: 3 };
+    let suite = EvaluationSuite::new(&setup, &clips, &options).unwrap();
+    assert_eq!(suite.episodes().iter().map(|e| e.planned).collect::<Vec<_>>(), [100, 50, 151, 151]);
     assert!(e.overall.joint_error_deg > 0.1 && e.overall.joint_error_deg < 10.0, "{}", e.overall.joint_error_deg);
     // The root keeps the velocity that it began with, and the clip goes straight on at that speed, through every
     // repetition: what is left is single precision, summed 150 times.

@@ -293,6 +293,21 @@ fn go_on(plan: &TrackerPlan, folder: &RunFolder, stop: Option<u64>) -> Summary<T
     run.run(&mut trainer(plan), |now| flag.store(stop == Some(now.iteration), Ordering::SeqCst)).unwrap()
 }
 
+#[test]
+fn a_run_that_goes_on_has_a_policy_with_each_checkpoint() {
+    let plan = TrackerPlan { checkpoint_every: 2, ..restless() };
+    let place = tempfile::tempdir().unwrap();
+    let folder = RunFolder::create(&place.path().join("run"), &plan).unwrap();
+    let run = TrainingRun { folder: &folder, stop: &AtomicBool::new(false), collective: &Alone };
+    let mut steps = Vec::new();
+    let mut look = |iteration: u64| {
+        let policy = Policy::load(&Trainer::policy_path(folder.path()), &robot());
+        steps.push((iteration, policy.ok().map(|policy| policy.header().steps / 48)));
+    };
+    run.run(&mut trainer(&plan), |now| look(now.iteration)).unwrap();
+    assert_eq!(steps[..5], [(1, None), (2, None), (3, Some(2)), (4, Some(2)), (5, Some(4))]);
+}
+
 /// The files of a run that equal runs have in common.
 fn files(folder: &RunFolder) -> (String, String, Vec<u8>) {
     let text = |path| std::fs::read_to_string(path).unwrap();

@@ -134,6 +134,10 @@ impl TrainingRun<'_> {
             if iteration.is_multiple_of(schedule.checkpoint_every) {
                 self.save(task, &checkpoints, log.as_mut(), score)?;
                 saved = Some(iteration);
+                // A run that goes on can be looked at.
+                if log.is_some() {
+                    task.finish(folder)?;
+                }
             }
         }
         if saved != Some(task.iteration()) {

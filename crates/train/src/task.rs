@@ -71,7 +71,7 @@ pub trait TrainingTask {
     /// The checkpoint is of something else.
     fn restore(&mut self, checkpoint: &Checkpoint) -> Result<(), Self::Error>;
 
-    /// Writes the files that are the result of the training, at the end of each sitting.
+    /// Writes the files that are the result of the training so far: with each checkpoint, and at the end of each sitting.
     ///
     /// # Errors
     /// A file cannot be written.

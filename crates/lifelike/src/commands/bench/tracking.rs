@@ -7,7 +7,7 @@ use std::sync::Arc;
 use lifelike_evaluation::{Chain, ClipScore, CommonErrors, EpisodeScore, EvaluationOptions, on_common_frames};
 use lifelike_report::run::{RunFolder, read_metrics};
 use lifelike_report::{Cell, Column, Table};
-use lifelike_robot::Robot;
+use lifelike_robot::{ControllerFile, Robot};
 use lifelike_tracking::{TrackerPlan, Trainer};
 use serde::{Deserialize, Serialize};
 use tracing::info;
@@ -140,7 +140,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
             let plan: TrackerPlan = plans::load(&study.plan, &changes)?;
             let folder = args.output.join(format!("{}-{seed}", variant.name));
             // What others have trained before belongs into the table all the same.
-            if !wanted && !policy_of(&folder).exists() {
+            if !wanted && !is_trained(&plan, &folder)? {
                 continue;
             }
             info!("{} with seed {seed}: {}", variant.name, folder.display());
@@ -192,7 +192,7 @@ fn trained(plan: &TrackerPlan, folder: &Path, args: &Args, output: &Output) -> R
             let text = format!("{}: expected a run of this variant's plan, got one of another", folder.display());
             return Err(CliError::Input(text));
         }
-        if policy_of(folder).exists() {
+        if is_trained(plan, folder)? {
             return Ok(());
         }
     }
@@ -200,12 +200,27 @@ fn trained(plan: &TrackerPlan, folder: &Path, args: &Args, output: &Output) -> R
         return Err(CliError::Usage("start a study as one process".into()));
     };
     if summary.interrupted {
-        // The policy of a stopped run would pass for a finished one.
-        let policy = policy_of(folder);
-        std::fs::remove_file(&policy).map_err(CliError::write(&policy))?;
         return Err(CliError::Interrupted("the same command goes on".into()));
     }
     Ok(())
+}
+
+/// Returns whether a run's policy is that of its whole budget: a run that goes on has one too.
+fn is_trained(plan: &TrackerPlan, folder: &Path) -> Result<bool, CliError> {
+    let policy = policy_of(folder);
+    if !policy.exists() {
+        return Ok(false);
+    }
+    let steps = ControllerFile::read(&policy)?.header().provenance.steps;
+    let spent = plan.budget.minutes.map_or(Ok(false), |minutes| minutes_of(folder).map(|spent| spent >= minutes));
+    Ok(steps >= plan.budget.steps || spent?)
+}
+
+/// Wall time of a run so far (min); NaN where it has not said yet.
+fn minutes_of(folder: &Path) -> Result<f64, CliError> {
+    let timing = read_metrics(&RunFolder::open(folder)?.timing_path())?;
+    let last = timing.last().and_then(|row| row.values.iter().find(|(name, _)| name == "Perf/wall_time"));
+    Ok(last.map_or(f64::NAN, |(_, seconds)| seconds / 60.0))
 }
 
 fn policy_of(folder: &Path) -> PathBuf {
@@ -233,10 +248,7 @@ fn evaluated(
         scores.push(ClipScore { clip: class.name.clone(), ..evaluation.overall });
         episodes.push(evaluation.episodes);
     }
-    let timing = read_metrics(&RunFolder::open(folder)?.timing_path())?;
-    let last = timing.last().and_then(|row| row.values.iter().find(|(name, _)| name == "Perf/wall_time"));
-    let (steps, minutes) =
-        (loaded.controller.header().provenance.steps, last.map_or(f64::NAN, |(_, seconds)| seconds / 60.0));
+    let (steps, minutes) = (loaded.controller.header().provenance.steps, minutes_of(folder)?);
     Ok(Run { variant: variant.into(), seed: plan.seed, steps, minutes, scores, common: Vec::new(), episodes })
 }
 
