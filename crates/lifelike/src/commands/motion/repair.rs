@@ -35,7 +35,7 @@ use crate::progress::Progress;
 Examples:
   lifelike motion repair data/lima --robot lima -o data/lima-feasible
   lifelike motion repair jump.motion.safetensors -o out && lifelike motion check out
-  lifelike motion repair dance.motion.safetensors --policy assets/lima-long.controller.safetensors -o out
+  lifelike motion repair dance.motion.safetensors --policy assets/lima-path.controller.safetensors -o out
   lifelike motion retarget mocap/cmu --feasible -o motions/lima           # without a policy, after retargeting")]
 pub struct Args {
     /// Clips: files, folders, patterns, or @list.txt with one of them per line.
