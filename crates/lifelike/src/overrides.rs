@@ -64,8 +64,8 @@ fn parse(value: &str) -> Value {
 
 fn take_out(tree: &mut Table, path: &str) -> Result<(), String> {
     let (tables, last) = path.rsplit_once('.').map_or((None, path), |(tables, last)| (Some(tables), last));
-    let tables = tables.into_iter().flat_map(|path| path.split('.'));
-    let inner = tables.fold(Some(tree), |table, key| table?.get_mut(key)?.as_table_mut());
+    let mut tables = tables.into_iter().flat_map(|path| path.split('.'));
+    let inner = tables.try_fold(tree, |table, key| table.get_mut(key)?.as_table_mut());
     let taken = inner.and_then(|table| table.remove(last));
     taken.map(|_| ()).ok_or_else(|| "nothing to take out: the plan has no such value".into())
 }

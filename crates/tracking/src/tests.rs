@@ -297,7 +297,7 @@ fn go_on(plan: &TrackerPlan, folder: &RunFolder, stop: Option<u64>) -> Summary<T
 fn a_run_that_goes_on_has_a_policy_with_each_checkpoint() {
     let plan = TrackerPlan { checkpoint_every: 2, ..restless() };
     let place = tempfile::tempdir().unwrap();
-    let folder = RunFolder::create(&place.path().join("run"), &plan).unwrap();
+    let folder = RunFolder::create(place.path().join("run"), &plan).unwrap();
     let run = TrainingRun { folder: &folder, stop: &AtomicBool::new(false), collective: &Alone };
     let mut steps = Vec::new();
     let mut look = |iteration: u64| {

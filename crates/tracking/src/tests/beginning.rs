@@ -54,7 +54,7 @@ fn what_is_written_is_the_average_and_what_learns_is_the_last_policy() {
 
     // A training that begins with the run's folder begins as one that begins with its file.
     let folder = tempfile::tempdir().unwrap();
-    let at = RunFolder::create(&folder.path().join("run"), &plan).unwrap();
+    let at = RunFolder::create(folder.path().join("run"), &plan).unwrap();
     let mut begun = trainer(&TrackerPlan { budget: crate::plan::Budget { steps: 48, minutes: None }, ..plan.clone() });
     let training = TrainingRun { folder: &at, stop: &AtomicBool::new(false), collective: &Alone };
     training.run(&mut begun, |_| ()).unwrap();
