@@ -299,6 +299,7 @@ fn a_run_that_goes_on_has_a_policy_with_each_checkpoint() {
     let place = tempfile::tempdir().unwrap();
     let folder = RunFolder::create(place.path().join("run"), &plan).unwrap();
     let run = TrainingRun { folder: &folder, stop: &AtomicBool::new(false), collective: &Alone };
+    // Iterations, and those of the policy that is there; one is 8 steps of 6 environments.
     let mut steps = Vec::new();
     let mut look = |iteration: u64| {
         let policy = Policy::load(&Trainer::policy_path(folder.path()), &robot());

@@ -66,7 +66,7 @@ impl Trainer {
         let process = (collective.rank(), collective.size());
         let environment =
             Environment::distributed(plan, Arc::clone(&robot), Arc::clone(&library), simulation, process)?;
-        let learner = Learner::new(&plan.ppo, &plan.network, plan.seed, &environment, Arc::clone(&collective))?;
+        let learner = Learner::new(&plan.ppo, &plan.network, plan.seed, &environment, Arc::clone(&collective));
         Ok(Self {
             plan: plan.clone(),
             robot,

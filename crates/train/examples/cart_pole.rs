@@ -12,7 +12,7 @@ fn main() -> Result<(), TrainError> {
     let mut environment = CartPole::new(32, 500, 1);
     let spec = PpoSpec { environments: 32, steps: 32, minibatch: 256, gamma: 0.99, ..PpoSpec::default() };
     let network = NetworkSpec { actor: vec![32, 32], critic: vec![32, 32], ..NetworkSpec::default() };
-    let mut learner = Learner::new(&spec, &network, 1, &environment, Arc::new(Alone))?;
+    let mut learner = Learner::new(&spec, &network, 1, &environment, Arc::new(Alone));
     for iteration in 0..60 {
         let report = learner.iterate(&mut environment, iteration)?;
         if iteration % 10 == 9 {

@@ -67,7 +67,7 @@ fn main() -> Result<(), TrainError> {
     let spec = PpoSpec { environments: ENVIRONMENTS, steps: 6, epochs: 1, minibatch: 768, ..PpoSpec::default() };
     let layers = vec![512, 256, 128];
     let network = NetworkSpec { actor: layers.clone(), critic: layers.clone(), ..NetworkSpec::default() };
-    let mut learner = Learner::new(&spec, &network, 1, &environment, Arc::new(Alone))?;
+    let mut learner = Learner::new(&spec, &network, 1, &environment, Arc::new(Alone));
     let weights = |inputs: usize, outputs: usize| inputs * 512 + 512 * 256 + 256 * 128 + 128 * outputs;
     // A multiplication and an addition for each weight, once to act or to value, three times to learn (twice in a first layer).
     let flop =

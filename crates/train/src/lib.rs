@@ -13,7 +13,7 @@
 //! let mut environment = CartPole::new(8, 200, 1);
 //! let spec = PpoSpec { environments: 8, steps: 16, minibatch: 64, ..PpoSpec::default() };
 //! let network = NetworkSpec { actor: vec![16], critic: vec![16], ..NetworkSpec::default() };
-//! let mut learner = Learner::new(&spec, &network, 1, &environment, Arc::new(Alone))?;
+//! let mut learner = Learner::new(&spec, &network, 1, &environment, Arc::new(Alone));
 //! let first = learner.iterate(&mut environment, 0)?;
 //! assert_eq!(first.reward, 1.0); // mean reward per step
 //! # Ok::<(), lifelike_train::TrainError>(())

@@ -153,22 +153,14 @@ impl Actor {
         Ok(codes)
     }
 
-    /// Returns all of its numbers, one after another.
+    /// Returns it with every number this share of the way to those of another of its sizes.
     ///
     /// # Errors
     /// Tensor data could not be read from the device.
-    pub(crate) fn numbers(&self) -> Result<Vec<f32>, TrainError> {
-        Ok(numbers(self)?.values().to_vec())
-    }
-
-    /// Returns it with other numbers, in the order of [`Self::numbers`].
-    ///
-    /// # Errors
-    /// As [`Self::numbers`].
-    pub(crate) fn with_numbers(self, values: &[f32]) -> Result<Self, TrainError> {
-        let mut flat = numbers(&self)?;
-        flat.values_mut().copy_from_slice(values);
-        Ok(flat.into_module(self, &mut Adam::new(AdamConfig::adam())))
+    pub(crate) fn towards(self, other: &Self, share: f32) -> Result<Self, TrainError> {
+        let (mut own, other) = (numbers(&self)?, numbers(other)?);
+        own.values_mut().iter_mut().zip(other.values()).for_each(|(x, y)| *x += share * (y - *x));
+        Ok(own.into_module(self, &mut Adam::new(AdamConfig::adam())))
     }
 
     /// Returns the device that it is on.

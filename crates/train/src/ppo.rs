@@ -97,16 +97,13 @@ pub struct Iteration {
 
 impl Learner {
     /// Creates networks for environments.
-    ///
-    /// # Errors
-    /// Tensor data could not be read from the device.
     pub fn new<E: VectorEnvironment>(
         spec: &PpoSpec,
         network: &NetworkSpec,
         seed: u64,
         environment: &E,
         collective: Arc<dyn Collective>,
-    ) -> Result<Self, TrainError> {
+    ) -> Self {
         let device = device::inference();
         let (o, p) = (environment.observation_size(), environment.critic_observation_size());
         let size = ActorSize {
@@ -122,7 +119,7 @@ impl Learner {
             spec: *spec,
             seed,
             collective,
-            average: PolicyAverage::new(&actor)?,
+            average: PolicyAverage::new(&actor),
             actor,
             critic: Critic::init(p, &network.critic, seed, &device),
             actor_adam: Adam::new(AdamConfig::adam()),
@@ -138,7 +135,7 @@ impl Learner {
         actor.update(environment.observations());
         critic.update(environment.critic_observations());
         learner.remember(&ObservationStatistics { actor, critic, stepping: 0.0 });
-        Ok(learner)
+        learner
     }
 
     /// Moves networks and optimizers to another device. Environments, rollouts and losses stay where they are.

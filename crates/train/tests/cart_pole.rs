@@ -13,7 +13,7 @@ use lifelike_train::{StepOutcome, VectorEnvironment};
 fn learner(environment: &CartPole) -> Learner {
     let spec = PpoSpec { environments: 32, steps: 32, minibatch: 256, gamma: 0.99, ..PpoSpec::default() };
     let network = NetworkSpec { actor: vec![32, 32], critic: vec![32, 32], ..NetworkSpec::default() };
-    Learner::new(&spec, &network, 1, environment, Arc::new(Alone)).unwrap()
+    Learner::new(&spec, &network, 1, environment, Arc::new(Alone))
 }
 
 /// Falls of the policy without noise in 32 episodes of 500 steps.

@@ -86,7 +86,7 @@ impl Source {
         let text = |key: &str| plan.get(key).and_then(toml::Value::as_str);
         let policy = input.join(format!("tracker{POLICY_EXTENSION}"));
         if !policy.is_file() {
-            let expected = "it is written when a run of `train tracker` ends or is interrupted";
+            let expected = "`train tracker` writes it with each checkpoint and when a run ends or is interrupted";
             return Err(CliError::Input(format!("{}: expected a policy, got no file; {expected}", policy.display())));
         }
         Ok(Self { policy, prior: text("prior").map(PathBuf::from), robot: text("robot").map(str::to_owned) })

@@ -64,7 +64,7 @@ impl Learner {
     ) -> Result<bool, TrainError> {
         let (policy, value) = inputs.map(|inputs| (inputs.policy, inputs.value)).unzip();
         self.actor = load(checkpoint, &names.actor, FIRST_OF_POLICY, self.actor.clone(), policy)?;
-        self.average = PolicyAverage::new(&self.actor)?;
+        self.average = PolicyAverage::new(&self.actor);
         self.actor_normalizer = normalizer(checkpoint, &names.actor_normalizer, &self.actor_normalizer, policy)?;
         let has = checkpoint.contains(&format!("{}.mean", names.critic_normalizer));
         if !has || !alike(checkpoint, &names.critic, FIRST_OF_VALUE, &self.critic) {

@@ -14,15 +14,13 @@ use crate::networks::Actor;
 /// The mean, and how many iterations it has followed.
 pub struct PolicyAverage {
     actor: Actor,
-    numbers: Vec<f32>,
     iterations: u64,
 }
 
 impl PolicyAverage {
     /// Begins with a policy.
-    pub fn new(actor: &Actor) -> Result<Self, TrainError> {
-        let actor = actor.clone().fork(&device::inference());
-        Ok(Self { numbers: actor.numbers()?, actor, iterations: 0 })
+    pub fn new(actor: &Actor) -> Self {
+        Self { actor: actor.clone().fork(&device::inference()), iterations: 0 }
     }
 
     /// Returns the mean, for the CPU.
@@ -35,9 +33,7 @@ impl PolicyAverage {
     pub fn follow(&mut self, actor: &Actor, share: f64) -> Result<(), TrainError> {
         self.iterations += 1;
         let weight = 1.0 / (share * self.iterations as f64).max(1.0);
-        let latest = actor.numbers()?;
-        self.numbers.iter_mut().zip(latest).for_each(|(mean, x)| *mean += weight as f32 * (x - *mean));
-        self.actor = self.actor.clone().with_numbers(&self.numbers)?;
+        self.actor = self.actor.clone().towards(actor, weight as f32)?;
         Ok(())
     }
 
@@ -55,10 +51,9 @@ impl PolicyAverage {
     /// # Errors
     /// The checkpoint is of networks of other sizes.
     pub fn load(checkpoint: &Checkpoint, prefix: &str, actor: &Actor) -> Result<Self, TrainError> {
-        let mut average = Self::new(actor)?;
+        let mut average = Self::new(actor);
         if has(checkpoint, prefix) {
             average.actor = checkpoint.load_module(prefix, average.actor)?;
-            average.numbers = average.actor.numbers()?;
             average.iterations = checkpoint.u64s(&iterations(prefix), &[1])?[0];
         }
         Ok(average)
@@ -88,16 +83,20 @@ mod tests {
     #[test]
     fn it_follows_at_once_and_later_looks_back_over_a_share() {
         let size = ActorSize { inputs: 2, window: 0, encoder: &[], code: 0, hidden: &[], outputs: 1 };
-        let actor = Actor::init(size, 1.0, 0, &device::inference());
-        let at = |x: f32| actor.clone().with_numbers(&vec![x; actor.numbers().unwrap().len()]).unwrap();
-        let mut average = PolicyAverage::new(&at(5.0)).unwrap();
-        let mut after = |x: f32| {
-            average.follow(&at(x), 0.5).unwrap();
-            let numbers = average.actor().numbers().unwrap();
-            assert!(numbers.iter().all(|y| *y == numbers[0]));
-            numbers[0]
-        };
-        // Windows of 1, 1, 1.5, 2: weights of 1, 1, 2/3, 1/2.
-        assert_eq!([after(1.0), after(4.0), after(1.0), after(4.0)], [1.0, 4.0, 2.0, 3.0]);
+        // Without hidden layers the outputs are linear in the parameters: their means are the mean's outputs.
+        let policies: Vec<Actor> =
+            (1..=4_u8).map(|i| Actor::init(size, f64::from(i), i.into(), &device::inference())).collect();
+        let said = |actor: &Actor| [actor.means(vec![30.0, -20.0]).unwrap()[0], actor.log_std().unwrap()[0]];
+        let mut average = PolicyAverage::new(&policies[3]);
+        let mut expected = [0.0; 2];
+        // Windows of 1, 1, 1.5, 2.
+        for (policy, weight) in policies.iter().zip([1.0, 1.0, 2.0 / 3.0, 0.5]) {
+            average.follow(policy, 0.5).unwrap();
+            expected.iter_mut().zip(said(policy)).for_each(|(mean, x)| *mean += weight * (x - *mean));
+            for (got, expected) in said(average.actor()).iter().zip(expected) {
+                assert!((got - expected).abs() < 1e-5, "{got} {expected}");
+            }
+        }
+        assert!(said(&policies[0]).iter().zip(said(&policies[3])).all(|(a, b)| (a - b).abs() > 0.01), "they differ");
     }
 }

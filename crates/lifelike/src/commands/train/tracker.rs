@@ -18,6 +18,7 @@ use super::keys;
 use super::processes;
 use super::source::Source;
 use crate::commands::clips;
+use crate::commands::export;
 use crate::commands::physics;
 use crate::commands::prior_file::Prior;
 use crate::error::CliError;
@@ -185,9 +186,9 @@ pub fn prepare(plan: &TrackerPlan, hardware: &Hardware, all: Arc<dyn Collective>
 
 /// Reads a teacher from its file, or from the folder of its run.
 fn load_teacher(path: &Path, robot: &Arc<Robot>) -> Result<Controller, CliError> {
-    let file = if path.is_dir() { Trainer::policy_path(path) } else { path.to_path_buf() };
     // A teacher with latent codes gets those of the plan's prior, from the library.
-    Ok(Controller::new(ControllerFile::read(&file)?, Arc::clone(robot))?)
+    let file = ControllerFile::read(&export::Source::of(path)?.policy)?;
+    Ok(Controller::new(file, Arc::clone(robot))?)
 }
 
 /// The command that evaluates a plan's policy on its own clips.
