@@ -1,14 +1,22 @@
 //! The frozen encoder of a motion prior gives the trained one's codes.
 #![allow(clippy::unwrap_used)]
 
+mod swings;
+
 use std::path::Path;
 
 use lifelike_checkpoint::Checkpoint;
 use lifelike_motion::features::frames_of;
+use lifelike_motion::{MotionClip, Provenance};
 use lifelike_representation::MotionPrior;
+use lifelike_representation::prior::pca::{PcaPlan, PcaTrainer};
+use lifelike_representation::prior::vae::{VaePlan, VaeTrainer};
+use lifelike_representation::prior::{PriorData, PriorTraining};
 use lifelike_robot::controller::PriorEncoder;
 use lifelike_robot::reference::standing_clip;
 use lifelike_robot::{LatentEncoder, Robot};
+use lifelike_train::TrainingTask;
+use swings::{clips, layout};
 
 #[test]
 fn codes_are_those_of_the_trained_prior() {
@@ -27,4 +35,43 @@ fn codes_are_those_of_the_trained_prior() {
     assert!(scale > 0.1, "codes say something");
     let worst = got.iter().zip(&expected).map(|(g, e)| (g - e).abs()).fold(0.0, f32::max);
     assert!(worst <= 2e-6 * scale, "off by {worst}, codes are up to {scale}");
+}
+
+/// Of every kind that a controller can carry, after it is saved and read.
+#[test]
+fn a_linear_path_and_components_alone_give_their_codes_too() {
+    let sizes = VaePlan { channels: 16, blocks: 1, latent: 8, batch: 16, learning_rate: 0.01, ..VaePlan::default() };
+    let learned = |linear_path: bool| {
+        let plan = VaePlan { linear_path, ..sizes.clone() };
+        let mut trainer = VaeTrainer::new(plan, layout(), clips(), Vec::new()).unwrap();
+        for _ in 0..20 {
+            trainer.step().unwrap();
+        }
+        trainer.prior()
+    };
+    let data = PriorData { layout: layout(), training: clips(), held_out: Vec::new() };
+    let mut components = PcaTrainer::new(PcaPlan { latent: 8, ..PcaPlan::default() }, data).unwrap();
+    components.step().unwrap();
+    let frames = &clips()[3].frames;
+    let clip = MotionClip {
+        name: "swing".into(),
+        fps: 50.0,
+        joint_names: Vec::new(),
+        root_position: Vec::new(),
+        root_orientation: Vec::new(),
+        joints: Vec::new(),
+        contacts: None,
+        cyclic: false,
+        provenance: Provenance::default(),
+    };
+    let folder = tempfile::tempdir().unwrap();
+    for prior in [learned(false), learned(true), components.prior().unwrap()] {
+        let path = folder.path().join("prior");
+        prior.save(&path).unwrap();
+        let frozen = PriorEncoder::from_prior(&Checkpoint::load(&path).unwrap()).unwrap();
+        let (expected, got) = (prior.encode_clip(frames).unwrap(), frozen.encode(&clip, frames, 50.0).unwrap());
+        let scale = expected.iter().fold(0.0_f32, |most, z| most.max(z.abs()));
+        let worst = got.iter().zip(&expected).map(|(g, e)| (g - e).abs()).fold(0.0, f32::max);
+        assert!(scale > 0.1 && worst <= 1e-5 * scale, "off by {worst}, codes are up to {scale}");
+    }
 }

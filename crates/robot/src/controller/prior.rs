@@ -1,4 +1,4 @@
-//! The frozen encoder of a convolutional motion prior: the motion around a frame → z_t.
+//! The frozen encoder of a motion prior: the motion around a frame → z_t.
 
 use lifelike_checkpoint::Checkpoint;
 use lifelike_motion::resample::{frame_at, locate};
@@ -6,11 +6,12 @@ use lifelike_motion::window::{WindowSpec, write_window};
 use lifelike_motion::{FeatureLayout, Frame, MotionClip};
 
 use crate::error::RobotError;
-use crate::network::{ConvEncoder, ConvSizes, Weights, Workspace};
+use crate::network::{ComponentEncoder, ConvEncoder, ConvSizes, Weights, Workspace};
 use crate::reference::{LatentEncoder, ReferenceStream};
 
 /// Kinds of priors, as their files say.
 const CONVOLUTIONAL: &str = "motion prior";
+const COMPONENTS: &str = "principal components of motion";
 const SPLINE: &str = "spline motion prior";
 /// Prefixes in files.
 const NETWORK: &str = "vae";
@@ -32,21 +33,39 @@ pub struct PriorHeader {
     pub window_seconds: f64,
     /// Size of a code, d_z.
     pub latent: usize,
-    /// Width of the convolutions.
+    /// Width of the convolutions; 0: there are none, and the code is the window's principal components.
     pub channels: usize,
     /// Residual blocks of the encoder.
     pub blocks: usize,
+    /// The window's principal components are added to the code.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub linear_path: bool,
 }
 
-/// The keys of a prior's plan that its encoder needs.
+/// The keys of a β-VAE's plan that its encoder needs.
 #[derive(serde::Deserialize)]
 struct Plan {
-    frame_rate: f64,
-    half_width: usize,
-    window_seconds: f64,
+    #[serde(flatten)]
+    windows: Windows,
     latent: usize,
     channels: usize,
     blocks: usize,
+    #[serde(default)]
+    linear_path: bool,
+}
+
+/// Those of principal components.
+#[derive(serde::Deserialize)]
+struct ComponentsPlan {
+    windows: Windows,
+    latent: usize,
+}
+
+#[derive(serde::Deserialize)]
+struct Windows {
+    frame_rate: f64,
+    half_width: usize,
+    window_seconds: f64,
 }
 
 impl PriorHeader {
@@ -62,7 +81,8 @@ impl PriorHeader {
         within("half_width", self.half_width as f64, 1.0, 500.0)?;
         within("window_seconds", self.window_seconds, 0.02, 20.0)?;
         within("latent", self.latent as f64, 1.0, 4096.0)?;
-        within("channels", self.channels as f64, 1.0, 4096.0)?;
+        // Something has to say what a code is.
+        within("channels", self.channels as f64, if self.linear_path { 0.0 } else { 1.0 }, 4096.0)?;
         within("blocks", self.blocks as f64, 0.0, 64.0)
     }
 
@@ -88,29 +108,42 @@ pub struct PriorEncoder {
     header: PriorHeader,
     mean: Vec<f64>,
     deviation: Vec<f64>,
-    network: ConvEncoder,
+    /// What the header says there is of these; codes are their sum.
+    network: Option<ConvEncoder>,
+    components: Option<ComponentEncoder>,
 }
 
 impl PriorEncoder {
     /// Reads the encoder of a prior's own file.
     ///
     /// # Errors
-    /// The file is no convolutional motion prior, or is damaged.
+    /// The file is neither a convolutional motion prior nor one of principal components, or is damaged.
     pub fn from_prior(file: &Checkpoint) -> Result<Self, RobotError> {
         let kind: String = file.meta("kind")?;
-        if kind != CONVOLUTIONAL {
-            let got = match kind.as_str() {
-                SPLINE => "a Spline-based Transformer, whose encoder needs the training framework: codes can be \
-                           computed beforehand, not in a controller"
-                    .to_string(),
-                other => format!("a '{other}'"),
-            };
-            let what = "motion prior of a controller".to_string();
-            return Err(RobotError::Mismatch { what, expected: "a convolutional one".into(), got });
-        }
-        let Plan { frame_rate, half_width, window_seconds, latent, channels, blocks } = file.meta("plan")?;
+        let plan = match kind.as_str() {
+            CONVOLUTIONAL => file.meta("plan")?,
+            COMPONENTS => {
+                let ComponentsPlan { windows, latent } = file.meta("plan")?;
+                Plan { windows, latent, channels: 0, blocks: 0, linear_path: true }
+            }
+            other => {
+                let got = match other {
+                    SPLINE => "a Spline-based Transformer, whose encoder needs the training framework: codes can be \
+                               computed beforehand, not in a controller"
+                        .to_string(),
+                    other => format!("a '{other}'"),
+                };
+                let what = "motion prior of a controller".to_string();
+                let expected = "a convolutional one, or principal components".into();
+                return Err(RobotError::Mismatch { what, expected, got });
+            }
+        };
+        let Plan { windows: Windows { frame_rate, half_width, window_seconds }, latent, channels, blocks, linear_path } =
+            plan;
         let layout = file.meta("layout")?;
-        Self::load(file, PriorHeader { layout, frame_rate, half_width, window_seconds, latent, channels, blocks })
+        let header =
+            PriorHeader { layout, frame_rate, half_width, window_seconds, latent, channels, blocks, linear_path };
+        Self::load(file, header)
     }
 
     /// Reads the arrays of a header, which must confirm its sizes.
@@ -120,7 +153,11 @@ impl PriorEncoder {
         Ok(Self {
             mean: statistics.f64s("mean", &[size])?,
             deviation: statistics.f64s("spread", &[size])?,
-            network: ConvEncoder::load(file, NETWORK, header.sizes())?,
+            network: (header.channels > 0).then(|| ConvEncoder::load(file, NETWORK, header.sizes())).transpose()?,
+            components: header
+                .linear_path
+                .then(|| ComponentEncoder::load(file, header.window().len() * size, header.latent))
+                .transpose()?,
             header,
         })
     }
@@ -129,7 +166,24 @@ impl PriorEncoder {
         let size = self.mean.len();
         file.put_f64(&format!("{STATISTICS}.mean"), &[size], self.mean.clone())?;
         file.put_f64(&format!("{STATISTICS}.spread"), &[size], self.deviation.clone())?;
-        Ok(self.network.save_into(file, NETWORK)?)
+        if let Some(network) = &self.network {
+            network.save_into(file, NETWORK)?;
+        }
+        if let Some(components) = &self.components {
+            components.save_into(file)?;
+        }
+        Ok(())
+    }
+
+    /// Writes codes `[B, d_z]` of normalised windows, `[B, 2W + 1, F]`.
+    fn codes(&self, windows: &[f32], work: &mut Workspace, codes: &mut [f32]) {
+        match &self.network {
+            Some(network) => network.encode(windows, work, codes),
+            None => codes.fill(0.0),
+        }
+        if let Some(components) = &self.components {
+            components.add(windows, codes);
+        }
     }
 
     /// Names, window and sizes.
@@ -156,7 +210,7 @@ impl PriorEncoder {
     pub(super) fn encode_windows(&self, windows: &[f64], work: &mut Workspace, codes: &mut [f32]) {
         let mut rows = vec![0.0; windows.len()];
         self.normalize(windows, &mut rows);
-        self.network.encode(&rows, work, codes);
+        self.codes(&rows, work, codes);
     }
 
     /// The code of the motion around a reference's target.
@@ -185,7 +239,7 @@ impl PriorEncoder {
             }
         }
         self.normalize(window, rows);
-        self.network.encode(rows, work, code);
+        self.codes(rows, work, code);
         code
     }
 
@@ -263,7 +317,7 @@ impl PriorScratch {
             joint_velocities: Vec::new(),
             effectors_w: Vec::new(),
         };
-        let (numbers, latent) = encoder.map_or((0, 0), |e| (e.network.inputs(), e.network.latent()));
+        let (numbers, latent) = encoder.map_or((0, 0), |e| (e.header.window().len() * e.mean.len(), e.header.latent));
         Self {
             work: Workspace::live(),
             pair: [empty(), empty()],

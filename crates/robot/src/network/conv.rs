@@ -123,11 +123,6 @@ impl ConvEncoder {
         self.samples * self.features
     }
 
-    /// Numbers of a code, d_z.
-    pub fn latent(&self) -> usize {
-        self.latent
-    }
-
     fn steps(&self) -> usize {
         self.samples.div_ceil(1 << HALVINGS)
     }

@@ -1,14 +1,17 @@
 //! Frozen networks: trained weights in plain arrays, without a training framework.
 //!
-//! [`Mlp`] (the policy and its own window encoder), [`ConvEncoder`] (the motion prior's), [`Normalizer`]. A pass works in a
+//! [`Mlp`] (the policy and its own window encoder), [`ConvEncoder`] and [`ComponentEncoder`] (the
+//! motion prior's), [`Normalizer`]. A pass works in a
 //! [`Workspace`] that the caller keeps, so passes of the same size allocate nothing of ours after the first.
 
+mod components;
 mod conv;
 mod mlp;
 mod normalizer;
 mod weights;
 mod workspace;
 
+pub use components::ComponentEncoder;
 pub use conv::ConvEncoder;
 pub(crate) use conv::ConvSizes;
 pub use mlp::Mlp;
