@@ -10,9 +10,11 @@ pub struct Standardizer {
 }
 
 impl Standardizer {
+    /// Returns the standardizer of these.
+    ///
     /// # Shapes
     /// Both `[width]`; standard deviations above 0.
-    pub(super) fn new(mean: Vec<f64>, std: Vec<f64>) -> Self {
+    pub fn new(mean: Vec<f64>, std: Vec<f64>) -> Self {
         Self { mean, std }
     }
 

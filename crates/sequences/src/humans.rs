@@ -1,24 +1,19 @@
 //! Captured people as rows of joint rotations, whatever skeleton they came with (thesis 3.3.3).
 //!
 //! The thesis reports "per-frame joint positions measured in degrees" and a "mean squared error between joint angles
-//! \[deg\]" and says nothing of how angles of ball joints are made numbers; HumanML3D and SMPL are not ours to use. So
+//! \[deg\]" and says nothing of how rotations of ball joints are made numbers; HumanML3D and SMPL are not ours to use. So
 //! the definition is ours:
 //!
 //! - Fifteen segments by their roles ([`SEGMENTS`]), at [`FPS`].
-//! - Each segment's rotation relative to its parent's, since the T-pose that all readers bring a skeleton to, as a
-//!   ROTATION VECTOR (axis × angle, rad) in the parent's frame: three numbers.
-//! - The pelvis relative to the world without its heading (the turn about the vertical): the shortest rotation that
-//!   tilts the vertical to where the pelvis' points, which has a level axis: two numbers. (Who passes upside down
-//!   sideways turns fast there.)
-//! - Unwrapped along the clip: of the vectors of one rotation (whole turns apart) the one that is nearest to the frame
-//!   before. A segment that turns past half a turn goes on instead of jumping to the other side. What still jumps are
-//!   captures that flip (some of CMU's feet and forearms) and segments that come near a whole turn and leave it about
-//!   another axis.
+//! - Each segment's rotation relative to its parent's, since the T-pose that all readers bring a skeleton to; the pelvis' relative to
+//!   the world without its heading (the turn about the vertical). Each in the continuous 6D representation of Zhou et al. 2019: the first
+//!   two columns of its matrix. A rotation vector would jump where a segment turns past half a turn.
 //!
-//! The mean squared error is that of all numbers of a row, as they are. The geodesic error is the angle of the
-//! rotation between two poses of a segment, mean over segments and frames.
+//! Two poses of a segment differ by the angle of the rotation between them ([`angles`]), whichever numbers they are written in: the errors
+//! are means of it and of its square.
 
-use lifelike_character::{Quat, Role, Vec3};
+use lifelike_character::rotation::{from_6d, to_6d};
+use lifelike_character::{Quat, Role};
 use lifelike_motion::resample::{locate, slerp};
 use lifelike_motion::retarget::{Correspondence, SourceRoles};
 use lifelike_motion::{MotionError, SourceClip};
@@ -28,10 +23,10 @@ use lifelike_representation::spline_transformer::Recording;
 
 /// Frames per second of every recording.
 pub const FPS: f64 = 30.0;
-/// Numbers of a frame: two of the pelvis and three of each other segment.
-pub const WIDTH: usize = 2 + 3 * SEGMENTS.len();
+/// Numbers of a frame: six of the pelvis and of each other segment.
+pub const WIDTH: usize = 6 * (1 + SEGMENTS.len());
 
-/// Segments with the segment that they are measured from, in the order of a row after the pelvis' two numbers.
+/// Segments with the segment that they are measured from, in the order of a row after the pelvis.
 pub const SEGMENTS: [(Role, Role); 14] = [
     (Role::Chest, Role::Pelvis),
     (Role::Head, Role::Chest),
@@ -49,7 +44,7 @@ pub const SEGMENTS: [(Role, Role); 14] = [
     (Role::RightHand, Role::RightForearm),
 ];
 
-/// Returns a captured clip as rows of [`WIDTH`] angles (rad) at [`FPS`].
+/// Returns a captured clip as rows of [`WIDTH`] numbers at [`FPS`].
 ///
 /// # Errors
 /// A clip that is not one, or without one of the segments.
@@ -72,7 +67,7 @@ pub fn recording(clip: &SourceClip) -> Result<Recording, SequencesError> {
         std::iter::once(world[pelvis]).chain(relative).collect()
     };
     let frames = (clip.seconds() * FPS + 1e-6).floor() as usize + 1;
-    let (mut last, mut heading) = (vec![Vec3::zeros(); SEGMENTS.len() + 1], Quat::identity());
+    let mut heading = Quat::identity();
     let mut rows = Vec::with_capacity(frames * WIDTH);
     for t in 0..frames {
         let (before, share) = locate(t as f64 / FPS * clip.fps, clip.len());
@@ -83,34 +78,23 @@ pub fn recording(clip: &SourceClip) -> Result<Recording, SequencesError> {
         }
         heading = turn(&rotations[0]).unwrap_or(heading);
         rotations[0] = heading.inverse() * rotations[0];
-        for (last, rotation) in last.iter_mut().zip(&rotations) {
-            *last = nearest(rotation.scaled_axis(), *last);
-        }
-        rows.extend(
-            last.iter().enumerate().flat_map(|(i, v)| v.iter().take(if i == 0 { 2 } else { 3 })).map(|x| *x as f32),
-        );
+        rows.extend(rotations.iter().flat_map(to_6d).map(|x| x as f32));
     }
     Ok(Recording { name: clip.name.clone(), rows })
 }
 
-/// Returns the mean angle (deg) of the rotations between the segments of two rows or more, both `[frames, WIDTH]`.
-pub fn geodesic_error(a: &[f32], b: &[f32]) -> f64 {
-    let (mut sum, mut count) = (0.0, 0);
-    for (a, b) in a.chunks_exact(WIDTH).zip(b.chunks_exact(WIDTH)) {
-        for (a, b) in rotations(a).zip(rotations(b)) {
-            sum += a.angle_to(&b).to_degrees();
-            count += 1;
-        }
-    }
-    sum / f64::from(count)
-}
-
-/// Pelvis and segments of one row.
-fn rotations(row: &[f32]) -> impl Iterator<Item = Quat> + '_ {
-    let (pelvis, segments) = row.split_at(2);
-    let pelvis = Vec3::new(f64::from(pelvis[0]), f64::from(pelvis[1]), 0.0);
-    let segments = segments.as_chunks::<3>().0.iter().map(|v| Vec3::from(v.map(f64::from)));
-    std::iter::once(pelvis).chain(segments).map(Quat::from_scaled_axis)
+/// Returns the angles (rad) of the rotations between the segments of two sets of rows, frame after frame, pelvis first. Six numbers that
+/// are no rotation (zero or parallel columns) count as half a turn.
+///
+/// # Shapes
+/// Both `[frames, WIDTH]`, to `[frames, 1 + SEGMENTS.len()]`.
+pub fn angles<'a>(a: &'a [f32], b: &'a [f32]) -> impl Iterator<Item = f64> + 'a {
+    let rotation = |numbers: &[f32; 6]| from_6d(numbers.map(f64::from));
+    let angle = move |(a, b): (&[f32; 6], &[f32; 6])| match (rotation(a), rotation(b)) {
+        (Some(a), Some(b)) => a.angle_to(&b),
+        _ => std::f64::consts::PI,
+    };
+    a.as_chunks::<6>().0.iter().zip(b.as_chunks::<6>().0).map(angle)
 }
 
 /// Returns the turn about the vertical in a rotation: without it, what is left is about a level axis. Of someone
@@ -119,19 +103,12 @@ fn turn(q: &Quat) -> Option<Quat> {
     Quat::try_new(nalgebra::Quaternion::new(q.w, 0.0, 0.0, q.k), 1e-6)
 }
 
-/// Returns the rotation vector of `v`'s rotation that is nearest to `last`.
-fn nearest(v: Vec3, last: Vec3) -> Vec3 {
-    // Of no rotation any axis will do: that of whole turns so far.
-    let Some(axis) = v.try_normalize(1e-9).or_else(|| last.try_normalize(1e-9)) else { return v };
-    let turns = (axis.dot(&(last - v)) / std::f64::consts::TAU).round();
-    v + axis * (turns * std::f64::consts::TAU)
-}
-
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
     use std::f64::consts::{FRAC_PI_2, PI};
 
+    use lifelike_character::Vec3;
     use lifelike_motion::Skeleton;
 
     use super::*;
@@ -180,18 +157,15 @@ mod tests {
     }
 
     #[track_caller]
-    fn near(got: &[f32], expected: [f64; 3]) {
-        assert!(got.iter().zip(expected).all(|(g, e)| (f64::from(*g) - e).abs() < 1e-5), "{got:?}, not {expected:?}");
-    }
-
-    /// Returns the columns of a segment's numbers.
-    fn at(row: &[f32], segment: Role) -> &[f32] {
-        let i = SEGMENTS.iter().position(|(s, _)| *s == segment).unwrap();
-        &row[2 + 3 * i..][..3]
+    fn near(row: &[f32], segment: Option<Role>, expected: Vec3) {
+        let i = segment.map_or(0, |s| 1 + SEGMENTS.iter().position(|(segment, _)| *segment == s).unwrap());
+        let numbers: [f32; 6] = row[6 * i..][..6].try_into().unwrap();
+        let got = from_6d(numbers.map(f64::from)).unwrap();
+        assert!(got.angle_to(&Quat::from_scaled_axis(expected)) < 1e-5, "{:?}, not {expected:?}", got.scaled_axis());
     }
 
     #[test]
-    fn angles_of_a_clip_made_by_hand() {
+    fn rotations_of_a_clip_made_by_hand() {
         // Turned about the vertical and bent forward; the left knee bends at 1 rad/s, shoulder and upper arm add up.
         let turn = |t: f64, name: &str| match name {
             "hips" => about(Vec3::z(), 2.0) * about(Vec3::y(), 0.3),
@@ -204,11 +178,11 @@ mod tests {
         let found = recording(&clip(40.0, 41, turn)).unwrap();
         assert_eq!((found.name.as_str(), found.rows.len()), ("one", 31 * WIDTH));
         for (i, row) in found.rows.chunks(WIDTH).enumerate() {
-            near(&row[..2], [0.0, 0.3, 0.0]);
-            near(at(row, Role::LeftShank), [0.0, i as f64 / 30.0, 0.0]);
-            near(at(row, Role::LeftUpperArm), [0.6, 0.0, 0.0]);
-            near(at(row, Role::RightShank), [0.0; 3]);
-            near(at(row, Role::Chest), [0.0; 3]);
+            near(row, None, 0.3 * Vec3::y());
+            near(row, Some(Role::LeftShank), i as f64 / 30.0 * Vec3::y());
+            near(row, Some(Role::LeftUpperArm), 0.6 * Vec3::x());
+            near(row, Some(Role::RightShank), Vec3::zeros());
+            near(row, Some(Role::Chest), Vec3::zeros());
         }
     }
 
@@ -221,23 +195,28 @@ mod tests {
             _ => Quat::identity(),
         };
         let rows = recording(&clip(120.0, 121, turn)).unwrap().rows;
-        for (i, row) in rows.chunks(WIDTH).enumerate() {
-            let t = i as f64 / 30.0;
-            near(&row[..2], [0.0, 1.5 * PI * t, 0.0]);
-            near(at(row, Role::RightUpperArm), [0.6 * 4.0 * PI * t, 0.8 * 4.0 * PI * t, 0.0]);
+        for (before, row) in rows.chunks(WIDTH).zip(rows.chunks(WIDTH).skip(1)).skip(1) {
+            // A thirtieth of 4 pi a second is 0.42 rad; the heading may turn round where the pelvis is upside down.
+            let arm = 6 * (1 + SEGMENTS.iter().position(|(s, _)| *s == Role::RightUpperArm).unwrap());
+            let far = before[arm..arm + 6].iter().zip(&row[arm..arm + 6]).map(|(a, b)| (a - b).powi(2)).sum::<f32>();
+            assert!(far.sqrt() < 0.6, "{far}");
         }
     }
 
     #[test]
-    fn the_geodesic_error_is_the_angle_between_poses() {
-        let still = vec![0.0; 2 * WIDTH];
+    fn angles_between_poses_by_hand() {
+        let still: Vec<f32> = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0].repeat(2 * (1 + SEGMENTS.len()));
         let mut bent = still.clone();
-        // In one of two frames: the pelvis by a quarter of a turn, another segment by a whole turn, which is none.
-        bent[1] = FRAC_PI_2 as f32;
-        bent[2 + 3] = std::f32::consts::TAU;
-        let error = geodesic_error(&still, &bent);
-        assert!((error - 90.0 / 30.0).abs() < 1e-3, "{error}");
-        assert_eq!(geodesic_error(&bent, &bent), 0.0);
+        // In one of two frames: the pelvis by a quarter of a turn, the next segment by columns that are too long, which is none.
+        let quarter = to_6d(&about(Vec3::y(), FRAC_PI_2)).map(|x| x as f32);
+        bent[..6].copy_from_slice(&quarter);
+        bent[6..12].copy_from_slice(&[3.0, 0.0, 0.0, 1.0, 0.5, 0.0]);
+        // And one that is no rotation.
+        bent[12..18].fill(0.0);
+        let found: Vec<f64> = angles(&still, &bent).collect();
+        assert_eq!(found.len(), 2 * (1 + SEGMENTS.len()));
+        assert!((found[0] - FRAC_PI_2).abs() < 1e-6 && found[1] < 1e-6 && found[2] == PI, "{found:?}");
+        assert!(found[3..].iter().all(|angle| *angle < 1e-6), "{found:?}");
     }
 
     #[test]

@@ -27,4 +27,4 @@ pub use hairstyles::{Hairstyle, Strand};
 pub use image_folder::ImageFolder;
 pub use images::{ImageSequences, ImagesPlan};
 pub use strands::{StrandSequences, StrandsPlan};
-pub use subjects::{HumansPlan, group_of};
+pub use subjects::{HumansPlan, PeopleWindows, group_of};

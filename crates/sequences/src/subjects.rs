@@ -1,6 +1,7 @@
 //! Split of recordings for training and testing: whole groups of them, so that nobody is tested on who was trained on.
 
 use std::collections::BTreeSet;
+use std::ops::Range;
 
 use super::data_plan::DataPlan;
 use super::experiments::Experiment;
@@ -9,6 +10,7 @@ use crate::SequencesError;
 use lifelike_representation::spline_transformer::SequencePlan;
 use lifelike_representation::spline_transformer::{HeldOut, Sequences};
 use lifelike_representation::spline_transformer::{Recording, RecordingWindows, Split};
+use lifelike_representation::standardizer::{Moments, Standardizer};
 use lifelike_train::limits::{whole, wrong};
 
 /// A training on captured people (thesis 3.3.3).
@@ -83,15 +85,26 @@ impl HumansPlan {
         split
     }
 
-    /// Windows of people's recordings.
+    /// Windows of people's recordings, normalised by the training recordings' mean and standard deviation of each number.
     ///
     /// # Errors
     /// A plan out of range; no window in one of the sets.
-    pub fn windows(&self, recordings: Vec<Recording>) -> Result<RecordingWindows, SequencesError> {
+    pub fn windows(&self, recordings: Vec<Recording>) -> Result<PeopleWindows, SequencesError> {
         self.check()?;
         let groups: BTreeSet<String> = recordings.iter().map(|r| group_of(&r.name).to_owned()).collect();
         let what = format!("joint rotations of people, {FPS} Hz");
-        let windows = RecordingWindows::new(&what, WIDTH, self.window, self.training.seed, self.split(recordings))?;
+        let mut split = self.split(recordings);
+        let mut moments = Moments::new(WIDTH);
+        for row in split.training.iter().flat_map(|recording| recording.rows.chunks_exact(WIDTH)) {
+            moments.add(row.iter().map(|x| f64::from(*x)));
+        }
+        let (mean, mut std) = moments.finish();
+        std.iter_mut().for_each(|s| *s = s.max(LEAST_STD));
+        let standardizer = Standardizer::new(mean, std);
+        for recording in [&mut split.training, &mut split.validation, &mut split.test].into_iter().flatten() {
+            recording.rows = converted(&recording.rows, |rows| standardizer.normalize(rows));
+        }
+        let windows = RecordingWindows::new(&what, WIDTH, self.window, self.training.seed, split)?;
         for (key, set) in [("test", HeldOut::Test), ("validation", HeldOut::Validation)] {
             if windows.held_out_len(set) == 0 {
                 let there = groups.into_iter().collect::<Vec<_>>().join(", ");
@@ -99,7 +112,65 @@ impl HumansPlan {
                 return Err(wrong(key, &expected, format!("none of those that there are: {there}")).into());
             }
         }
-        Ok(windows)
+        Ok(PeopleWindows { windows, standardizer })
+    }
+}
+
+/// Smallest standard deviation that a number is divided by: some feet hardly turn.
+const LEAST_STD: f64 = 0.02;
+
+/// Normalised windows of people's rotations.
+#[derive(Debug)]
+pub struct PeopleWindows {
+    windows: RecordingWindows,
+    standardizer: Standardizer,
+}
+
+impl PeopleWindows {
+    /// Returns the number of training windows, overlapping.
+    pub fn training_len(&self) -> usize {
+        self.windows.training_len()
+    }
+
+    /// Returns rows of sequences in the 6D numbers that [`super::humans`] has.
+    ///
+    /// # Shapes
+    /// `[frames, WIDTH]` to the same.
+    pub fn rotations(&self, rows: &[f32]) -> Vec<f32> {
+        converted(rows, |rows| self.standardizer.denormalize(rows))
+    }
+}
+
+/// Returns numbers changed in double precision.
+fn converted(rows: &[f32], change: impl Fn(&mut [f64])) -> Vec<f32> {
+    let mut numbers: Vec<f64> = rows.iter().map(|x| f64::from(*x)).collect();
+    change(&mut numbers);
+    numbers.into_iter().map(|x| x as f32).collect()
+}
+
+impl Sequences for PeopleWindows {
+    fn describe(&self) -> String {
+        self.windows.describe()
+    }
+
+    fn width(&self) -> usize {
+        self.windows.width()
+    }
+
+    fn tokens(&self) -> usize {
+        self.windows.tokens()
+    }
+
+    fn batch(&self, iteration: u64, count: usize) -> Vec<f32> {
+        self.windows.batch(iteration, count)
+    }
+
+    fn held_out_len(&self, set: HeldOut) -> usize {
+        self.windows.held_out_len(set)
+    }
+
+    fn held_out(&self, set: HeldOut, range: Range<usize>) -> Vec<f32> {
+        self.windows.held_out(set, range)
     }
 }
 

@@ -8,11 +8,11 @@ use serde::de::MapAccess;
 use serde::ser::SerializeStruct;
 
 use super::kind::{KindPlan, PriorData, PriorKind, WithTrainer};
-use super::pca::Components;
 use super::spline::SplineCoder;
 use super::vae::MotionVae;
 use super::window_plan::WindowPlan;
 use crate::RepresentationError;
+use crate::components::Components;
 
 /// Writes [`PriorPlan`] and [`Coder`], one variant for each kind, and passes their calls on.
 macro_rules! kinds {

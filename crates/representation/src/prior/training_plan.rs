@@ -17,18 +17,21 @@ pub struct PriorTrainingPlan {
     pub robot: String,
     /// Clips to train on: files, folders, patterns. Captured motion and keyframes are retargeted to the robot.
     pub clips: Vec<PathBuf>,
+    /// Learn from the mirror image of every training clip too, by the robot's own symmetry.
+    pub mirror: bool,
     /// The prior: the table of its kind ([`PriorPlan::TABLES`]). A plan without any is a β-VAE's with all defaults.
     pub prior: PriorPlan,
 }
 
 /// Keys beside the kinds' tables.
-const KEYS: [&str; 2] = ["robot", "clips"];
+const KEYS: [&str; 3] = ["robot", "clips", "mirror"];
 
 impl Serialize for PriorTrainingPlan {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let mut plan = serializer.serialize_struct("PriorTrainingPlan", KEYS.len() + 1)?;
         plan.serialize_field("robot", &self.robot)?;
         plan.serialize_field("clips", &self.clips)?;
+        plan.serialize_field("mirror", &self.mirror)?;
         self.prior.serialize_into(&mut plan)?;
         plan.end()
     }
@@ -65,11 +68,12 @@ impl<'de> Visitor<'de> for PlanVisitor {
     }
 
     fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<PriorTrainingPlan, A::Error> {
-        let (mut robot, mut clips, mut prior) = (None, None, None);
+        let (mut robot, mut clips, mut mirror, mut prior) = (None, None, false, None);
         while let Some(Key(key)) = map.next_key()? {
             match key.as_str() {
                 "robot" => robot = Some(map.next_value()?),
                 "clips" => clips = Some(map.next_value()?),
+                "mirror" => mirror = map.next_value()?,
                 table => {
                     let found = PriorPlan::next_value(table, &mut map)?;
                     if prior.is_some() {
@@ -84,6 +88,7 @@ impl<'de> Visitor<'de> for PlanVisitor {
         Ok(PriorTrainingPlan {
             robot: robot.ok_or_else(|| A::Error::missing_field(KEYS[0]))?,
             clips: clips.ok_or_else(|| A::Error::missing_field(KEYS[1]))?,
+            mirror,
             prior: prior.unwrap_or_else(|| VaePlan::default().into()),
         })
     }
@@ -100,9 +105,13 @@ mod tests {
 
     #[test]
     fn a_plan_has_one_kind_and_comes_back_from_its_own_text() {
-        for text in
-            ["", "[prior]\nlinear_path = true", "[spline]", "[spline.training]\nlatent = 8", "[pca]\nlatent = 8"]
-        {
+        for text in [
+            "",
+            "mirror = true\n[prior]\nlinear_path = true",
+            "[spline]",
+            "[spline.training]\nlatent = 8",
+            "[pca]\nlatent = 8",
+        ] {
             let plan = plan(text).unwrap();
             assert_eq!(toml::from_str::<PriorTrainingPlan>(&toml::to_string_pretty(&plan).unwrap()).unwrap(), plan);
             assert_eq!(matches!(plan.prior, PriorPlan::Spline(_)), text.contains("spline"), "{text}");
@@ -119,7 +128,7 @@ mod tests {
         );
         let unknown = told("[splien]");
         assert!(unknown.contains("line 3") && unknown.contains("unknown field `splien`"), "{unknown}");
-        assert!(unknown.contains("`robot`, `clips`, `prior`, `spline`"), "{unknown}");
+        assert!(unknown.contains("`robot`, `clips`, `mirror`, `prior`, `spline`"), "{unknown}");
         let inside = told("[prior]\nlatent = 64\nchanels = 8");
         assert!(inside.contains("line 5") && inside.contains("unknown field `chanels`"), "{inside}");
         let missing = toml::from_str::<PriorTrainingPlan>("clips = []").unwrap_err().to_string();

@@ -6,6 +6,7 @@
 //! [`Method`]s differ in how the decoder's tokens are made and in nothing else: same seed, same batches.
 
 pub(super) mod passes;
+mod plain;
 mod plan;
 mod recordings;
 pub mod run;
@@ -14,8 +15,9 @@ mod spread;
 mod task;
 mod train;
 
+pub use plain::Plain;
 pub use plan::{Method, SequencePlan};
 pub use recordings::{Recording, RecordingWindows, Split};
-pub use sequences::{HeldOut, Sequences};
+pub use sequences::{HeldOut, SequenceErrors, Sequences};
 pub use spread::Spread;
-pub use train::{SequenceErrors, SequenceMetrics, SequenceTrainer};
+pub use train::{SequenceMetrics, SequenceTrainer};

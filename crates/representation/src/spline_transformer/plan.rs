@@ -46,6 +46,11 @@ impl Method {
         }
     }
 
+    /// Returns how many numbers it keeps of a sequence, for control points of `latent` numbers.
+    pub fn numbers(self, latent: usize) -> usize {
+        self.tokens().control_points() * latent
+    }
+
     /// Returns the kind of the decoder's tokens.
     pub fn tokens(self) -> LatentTokens {
         match self {

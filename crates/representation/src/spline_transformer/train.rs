@@ -13,7 +13,7 @@ use lifelike_nn::transformer::{Sampling, SplineAutoencoder};
 use rayon::prelude::*;
 
 use super::plan::SequencePlan;
-use super::sequences::{HeldOut, Sequences};
+use super::sequences::{HeldOut, SequenceErrors, Sequences, squared};
 use super::spread;
 use crate::RepresentationError;
 
@@ -30,18 +30,6 @@ pub struct SequenceMetrics {
     pub gradient_norm: f64,
     /// Iterations so far whose gradient was not finite and was thrown away.
     pub skipped: u64,
-}
-
-/// Reconstruction errors of held-out sequences.
-#[derive(Debug, Clone, PartialEq, serde::Serialize)]
-pub struct SequenceErrors {
-    /// Mean squared error over all numbers of all sequences.
-    pub mse: f64,
-    /// That of each sequence.
-    pub each: Vec<f64>,
-    /// Root mean square distance of control points from the mean of their own sequence's. Where it nears 0 all control
-    /// points of a sequence are the same point: the collapse of thesis 3.3.5. Always 0 for one control point.
-    pub spread: f64,
 }
 
 /// A training run of a sequence autoencoder.
@@ -274,11 +262,6 @@ fn analytic(
     let by_sequence = y.sequence.iter().zip(x).map(|(y, x)| (y - x) * scale).collect();
     let apart = penalty(plan, &y.control_points);
     Ok((squares, backprop::backward(network, pass, by_sequence, apart)?))
-}
-
-/// Sum of squared differences.
-fn squared(a: &[f32], b: &[f32]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| f64::from(a - b).powi(2)).sum()
 }
 
 /// Sum of squared distances of points of `latent` numbers from their mean.

@@ -1,6 +1,7 @@
 //! Teachers: policies whose actions a new one learns to take in the states that it gets itself into (DAgger, Ross et al. 2011).
 //!
-//! Teachers see the truth, whatever the new policy is told: theirs may be another layout, without noise and delays.
+//! Teachers see the truth, whatever the new policy is told: theirs may be another layout, without noise and delays. What they teach is
+//! joint targets, so their outputs may be corrections of the reference where the new policy's are the targets themselves.
 
 use lifelike_robot::controller::PolicyWorkspace;
 use lifelike_robot::{ActionSpec, Controller};
@@ -31,20 +32,12 @@ impl Environment {
     /// Lets the policies of the plan's `teachers` teach, each its clips.
     ///
     /// # Errors
-    /// They are not as many, a clip has no teacher, or a teacher's outputs mean something else than the plan's or it sees latent codes of
-    /// another size.
+    /// They are not as many, a clip has no teacher, or a teacher sees latent codes of another size.
     pub fn set_teachers(&mut self, controllers: Vec<Controller>) -> Result<(), TrackerError> {
         let (plan, library) = (&self.setup.plan, &self.setup.library);
         expect("policies of the plan's teachers", plan.teachers.len(), controllers.len())?;
         for (controller, spec) in controllers.iter().zip(&plan.teachers) {
             let (header, of) = (controller.header(), spec.policy.display());
-            if header.action != plan.action {
-                return Err(TrackerError::Mismatch {
-                    what: format!("action of the teacher {of}"),
-                    expected: format!("{:?}", plan.action),
-                    got: format!("{:?}", header.action),
-                });
-            }
             let latent = header.observation.reference.latent;
             if latent > 0 {
                 expect(&format!("latent codes that the teacher {of} sees"), plan.inputs.latent, latent)?;
@@ -90,9 +83,17 @@ impl Teachers {
                 || (PolicyWorkspace::batched(), vec![0.0; library.layout.size()]),
                 |(work, features), (class, actions)| teacher.advise(pupils, class, features, work, actions),
             );
+            let own = &pupils.setup.actions;
+            let mut targets = vec![0.0; joints];
             for (i, action) in class.iter().zip(actions.chunks_exact(joints)) {
                 let row = &mut out[first + i * joints..first + (i + 1) * joints];
-                row.iter_mut().zip(action).for_each(|(out, y)| *out = ActionSpec::clamp_output(*y));
+                if teacher.controller.actions().spec == own.spec {
+                    row.iter_mut().zip(action).for_each(|(out, y)| *out = ActionSpec::clamp_output(*y));
+                } else {
+                    let reference = library.joints_at(library.ahead(pupils.episodes[*i].frame, 1));
+                    teacher.controller.actions().write(action, reference, &mut targets);
+                    own.holding(&targets, reference, row);
+                }
             }
         }
     }

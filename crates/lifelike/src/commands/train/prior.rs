@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use lifelike_motion::MotionClip;
 use lifelike_report::run::RunFolder;
 use lifelike_representation::prior::{
     PriorData, PriorTraining, PriorTrainingPlan, ReconstructionReport, WithTrainer, split,
@@ -37,7 +38,8 @@ Examples:
   lifelike train prior --plan my-spline.toml -o runs/wide spline.training.width=128 spline.training.heads=8
   lifelike train prior -o runs/small --resume
 
-A plan names robot and clips, and under [prior] whatever differs from the thesis' settings. Under [spline] instead:
+A plan names robot and clips, mirror = true to learn from mirror images too, and under [prior] whatever differs from the thesis' settings. Under
+[spline] instead:
 [spline.windows] says which windows (seed, frame_rate, half_width, window_seconds, held_out, floors, as under [prior]), and
 [spline.training] the network and its training (latent: numbers of each of the 4 control points; layers, heads, width, batch,
 iterations, optimizer, learning_rate, ...). `lifelike inspect motion.prior.safetensors --json` shows all keys of a trained one.")]
@@ -81,8 +83,14 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     plan.prior.check()?;
     let robot = Robot::load(&plan.robot)?;
     let windows = plan.prior.windows();
-    let (training, held_out) =
-        split(windows, prior_file::frames(&clips::load(&plan.clips, &robot)?, &robot, windows.frame_rate)?);
+    let all = clips::load(&plan.clips, &robot)?;
+    let frames = |clips: &[MotionClip]| prior_file::frames(clips, &robot, windows.frame_rate);
+    let (mut training, held_out) = split(windows, frames(&all)?);
+    if plan.mirror {
+        let is_trained_on = |clip: &MotionClip| training.iter().any(|t| t.name == clip.name);
+        let own = all.into_iter().filter(is_trained_on).collect();
+        training = frames(&clips::with_mirror_images(own, &robot)?)?;
+    }
     let names = |clips: &[PriorClip]| clips.iter().map(|c| c.name.clone()).collect::<Vec<_>>();
     let (trained_on, held_out_names) = (names(&training), names(&held_out));
     let run = if args.source.resume { RunFolder::open(&folder)? } else { RunFolder::create(&folder, &plan)? };

@@ -5,11 +5,9 @@
 //! ([`super::vae::VaePlan::linear_path`]).
 
 mod coder;
-mod fit;
 mod plan;
 mod train;
 
-pub use coder::Components;
-pub(super) use fit::{Normalized, Subspace};
 pub use plan::PcaPlan;
+pub(super) use train::Normalized;
 pub use train::{PcaMetrics, PcaTrainer};

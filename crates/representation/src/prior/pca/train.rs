@@ -3,12 +3,31 @@
 use lifelike_checkpoint::Checkpoint;
 use lifelike_motion::FeatureLayout;
 use lifelike_train::{Budget, Scalar, Schedule, TrainingTask};
+use rayon::prelude::*;
 
-use super::fit::{Normalized, Subspace};
 use super::plan::PcaPlan;
 use crate::RepresentationError;
+use crate::components::{Rows, Subspace};
 use crate::prior::kind::{KindPlan, PriorData, PriorTraining};
 use crate::prior::{FeatureStatistics, MotionPrior, Windows};
+
+/// Clips' windows, normalised.
+#[derive(Debug, Clone, Copy)]
+pub(in crate::prior) struct Normalized<'a> {
+    pub windows: &'a Windows,
+    pub statistics: &'a FeatureStatistics,
+}
+
+impl Rows for Normalized<'_> {
+    fn len(&self) -> usize {
+        self.windows.len()
+    }
+
+    fn gather(&self, rows: &[usize]) -> Result<Vec<f32>, RepresentationError> {
+        let parts = rows.par_chunks(64).map(|part| self.windows.gather(self.statistics, part));
+        Ok(parts.collect::<Result<Vec<_>, _>>()?.concat())
+    }
+}
 
 /// Numbers of one iteration.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
@@ -44,7 +63,7 @@ impl PcaTrainer {
         let statistics = training.statistics(&layout, &plan.windows.floors);
         let size = plan.windows.window().len() * layout.size();
         let data = Normalized { windows: &training, statistics: &statistics };
-        let subspace = Subspace::new(data, plan.latent, size, plan.windows.seed)?;
+        let subspace = Subspace::new(&data, plan.latent, size, plan.windows.seed)?;
         Ok(Self { plan, layout, statistics, training, held_out, subspace, iteration: 0 })
     }
 }
@@ -71,7 +90,7 @@ impl TrainingTask for PcaTrainer {
 
     fn step(&mut self) -> Result<PcaMetrics, RepresentationError> {
         let data = Normalized { windows: &self.training, statistics: &self.statistics };
-        let explained = self.subspace.iterate(data)?;
+        let explained = self.subspace.iterate(&data)?;
         self.iteration += 1;
         Ok(PcaMetrics { iteration: self.iteration, explained })
     }

@@ -10,8 +10,8 @@ use super::network::MotionVae;
 use super::plan::VaePlan;
 use super::train::VaeTrainer;
 use crate::RepresentationError;
+use crate::components::Components;
 use crate::prior::kind::{PriorData, PriorKind};
-use crate::prior::pca::Components;
 
 /// Name of the network in files.
 pub(super) const NETWORK: &str = "vae";

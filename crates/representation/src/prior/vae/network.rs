@@ -20,7 +20,7 @@ use lifelike_nn::conv_resnet::{ChannelNorm, Down, ResBlock, Up, pad_time};
 use lifelike_nn::init;
 
 use super::plan::VaePlan;
-use crate::prior::pca::Components;
+use crate::components::Components;
 
 /// Time steps are halved this often.
 const HALVINGS: usize = 2;
@@ -123,7 +123,7 @@ impl MotionVae {
     /// `[B, d_z]` to `[B, 2W + 1, F]`.
     pub fn decode(&self, z: Tensor<2>) -> Tensor<3> {
         let [b, _] = z.dims();
-        let linear = self.linear_path.as_ref().map(|components| components.windows(z.clone()));
+        let linear = self.linear_path.as_ref().map(|components| components.rows(z.clone()));
         let x = self.decoder_in.forward(z).reshape([b, steps(self.samples), self.channels]);
         let x = through(&self.decoder_blocks, x);
         let x = relu(self.decoder_norm.forward(x));

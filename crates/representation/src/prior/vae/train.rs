@@ -17,8 +17,9 @@ use super::loss::reconstruction;
 use super::network::MotionVae;
 use super::plan::VaePlan;
 use crate::RepresentationError;
+use crate::components::{Components, Subspace};
 use crate::prior::kind::KindPlan;
-use crate::prior::pca::{Components, Normalized, PcaPlan, Subspace};
+use crate::prior::pca::{Normalized, PcaPlan};
 use crate::prior::{FeatureStatistics, MotionPrior, PriorClip, PriorPlan, ReconstructionReport, Windows};
 
 /// Metrics of one iteration. All of it is determined by plan and data.
@@ -107,9 +108,9 @@ impl VaeTrainer {
     fn fit_linear_path(&mut self) -> Result<(), RepresentationError> {
         let data = Normalized { windows: &self.training, statistics: &self.statistics };
         let VaePlan { latent, windows, .. } = self.plan;
-        let mut subspace = Subspace::new(data, latent, windows.window().len() * self.layout.size(), windows.seed)?;
+        let mut subspace = Subspace::new(&data, latent, windows.window().len() * self.layout.size(), windows.seed)?;
         for _ in 0..PcaPlan::ITERATIONS {
-            subspace.iterate(data)?;
+            subspace.iterate(&data)?;
         }
         self.vae = self.vae.clone().with_linear_path(subspace.components());
         Ok(())

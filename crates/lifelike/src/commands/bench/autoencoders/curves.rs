@@ -85,6 +85,7 @@ impl Experiment for Curves<'_> {
                   its curves or the length of its training, so its rows are of the same kind, not of the same data.",
         column: "family",
         unit: "",
+        validation_unit: "",
         tokens: "points",
         items: "test curves",
         drawing: "Behind, the curve; in front, what came back.",

@@ -11,7 +11,7 @@ use serde_json::json;
 use tracing::info;
 
 use super::args::Shared;
-use super::results::{Place, Run};
+use super::results::{Place, PlainRun, Results, Run};
 use super::{Column, Experiment, page, tables};
 use crate::commands::train::driver::Driver;
 use crate::error::CliError;
@@ -30,17 +30,22 @@ pub fn run<E: Experiment>(
     let places = places::<E>(&columns, shared, changes)?;
     let device = shared.networks.open()?;
     let source = experiment.read(output)?;
-    let mut runs = Vec::new();
+    let mut results = Results::default();
     for place in &places {
         let folder = shared.output.join(&place.name);
         info!("{}: {}", place.name, folder.display());
-        let trainer = trained::<E>(&source, place, &folder, &device, shared, output)?;
-        runs.push(Run::of::<E>(place, &trainer, &folder, !shared.sweeps())?);
-        save(&columns, shared, &runs, E::WORDS)?;
+        let data = E::data(&source, &place.plan)?;
+        // A sweep chooses by validation, and looks at no test set.
+        if !shared.sweeps() && !results.plain.iter().any(|plain| plain.column == place.column) {
+            results.plain.extend(PlainRun::all::<E>(place, &data)?);
+        }
+        let trainer = trained::<E>(data, place, &folder, &device, shared, output)?;
+        results.runs.push(Run::of::<E>(place, &trainer, &folder, !shared.sweeps())?);
+        save(&columns, shared, &results, E::WORDS)?;
     }
     let report = shared.output.join("report.html");
-    output.result(&value(&columns, shared, &runs), || {
-        let all = tables::all(&columns, &runs, &E::WORDS, shared.sweeps());
+    output.result(&value(&columns, shared, &results), || {
+        let all = tables::all(&columns, &results, &E::WORDS, shared.sweeps());
         let tables: String = all.iter().map(|t| t.to_text() + &t.caption + "\n\n").collect();
         format!("{tables}report: {}\n", report.display())
     })
@@ -88,14 +93,13 @@ pub(super) fn places<E: Experiment>(
 
 /// Trains until the plan is done or the minutes are over. Ctrl-C ends the command.
 fn trained<E: Experiment>(
-    source: &E::Source,
+    data: E::Data,
     place: &Place<E::Plan>,
     folder: &Path,
     device: &Device,
     shared: &Shared,
     output: &Output,
 ) -> Result<SequenceTrainer<E::Data>, CliError> {
-    let data = E::data(source, &place.plan)?;
     let training = place.plan.training();
     let run = RunFolder::open_or_create(folder, &place.plan)?;
     let mut trainer = SequenceTrainer::new(training.clone(), data)?.to_device(device);
@@ -108,20 +112,20 @@ fn trained<E: Experiment>(
     Ok(trainer)
 }
 
-fn value<P>(columns: &[Column<P>], shared: &Shared, runs: &[Run]) -> serde_json::Value {
+fn value<P>(columns: &[Column<P>], shared: &Shared, results: &Results) -> serde_json::Value {
     let of = |i: usize| -> BTreeMap<&str, Option<f64>> {
         columns.iter().map(|column| (column.key.as_str(), column.thesis.map(|errors| errors[i]))).collect()
     };
     let thesis: BTreeMap<&str, _> = Method::ALL.iter().enumerate().map(|(i, m)| (m.name(), of(i))).collect();
-    json!({ "budget": shared.budget.name(), "thesis": thesis, "runs": runs })
+    json!({ "budget": shared.budget.name(), "thesis": thesis, "plain": results.plain, "runs": results.runs })
 }
 
 /// Writes the results as JSON, and report.html.
-fn save<P>(columns: &[Column<P>], shared: &Shared, runs: &[Run], words: super::Words) -> Result<(), CliError> {
-    let text = serde_json::to_string_pretty(&value(columns, shared, runs));
+fn save<P>(columns: &[Column<P>], shared: &Shared, results: &Results, words: super::Words) -> Result<(), CliError> {
+    let text = serde_json::to_string_pretty(&value(columns, shared, results));
     let text = text.map_err(|e| CliError::Failed(e.to_string()))?;
     let file = shared.output.join(format!("{}.json", words.name));
     std::fs::write(&file, text).map_err(CliError::write(&file))?;
-    let page = page::report(columns, runs, &words, shared.budget, shared.sweeps());
+    let page = page::report(columns, results, &words, shared.budget, shared.sweeps());
     Ok(page.write(&shared.output.join("report.html"))?)
 }

@@ -84,6 +84,7 @@ impl Experiment for Images<'_> {
                   errors are four times as large, with deviations as unit about sixteen times).",
         column: "latent",
         unit: "",
+        validation_unit: "",
         tokens: "patches",
         items: "test images",
         drawing: "An image, and what came back of it.",

@@ -1,6 +1,6 @@
 //! `lifelike bench curves`, `images`, `strands` and `reconstruction`: the Spline-based Transformer and its baselines on four kinds of
 //! sequences (thesis 3.3). One frame for all: an [`Experiment`] (a file each) says what its columns, plans, data and pictures are;
-//! [`driver`] trains, [`results`] measures, [`tables`] and [`page`] show.
+//! [`driver`] trains, [`results`] measures networks and plain baselines alike, [`tables`] and [`page`] show.
 
 mod args;
 mod budget;
@@ -13,10 +13,8 @@ mod results;
 pub mod strands;
 mod tables;
 
-use std::collections::BTreeMap;
-
 use lifelike_report::Panel;
-use lifelike_representation::spline_transformer::{HeldOut, SequenceTrainer, Sequences};
+use lifelike_representation::spline_transformer::{HeldOut, Sequences};
 use lifelike_sequences::DataPlan;
 use lifelike_sequences::SequencesError;
 
@@ -35,7 +33,7 @@ pub trait Experiment {
 
     /// Words of its tables and messages.
     const WORDS: Words;
-    /// Mean squared errors of the network times this are the tables'.
+    /// Mean squared errors of the network times this are the tables', where [`Self::error`] is not another one.
     const SCALE: f64 = 1.0;
 
     /// The columns asked for.
@@ -56,12 +54,15 @@ pub trait Experiment {
     /// A test sequence and what came back of it, both `[tokens, width]`.
     fn shown(data: &Self::Data, x: &[f32], y: &[f32]) -> Shown;
 
-    /// Further measures of the test set, by name with unit.
-    ///
-    /// # Errors
-    /// The device does not hand out its numbers.
-    fn also(_trainer: &SequenceTrainer<Self::Data>) -> Result<BTreeMap<String, f64>, SequencesError> {
-        Ok(BTreeMap::new())
+    /// Error of a test sequence, in the table's unit: `x` and what came back of it, both `[tokens, width]`.
+    fn error(_data: &Self::Data, x: &[f32], y: &[f32]) -> f64 {
+        let squares: f64 = x.iter().zip(y).map(|(x, y)| f64::from(x - y).powi(2)).sum();
+        Self::SCALE * squares / x.len() as f64
+    }
+
+    /// Further measures of a test sequence, by name with unit: the tables have their means.
+    fn also(_data: &Self::Data, _x: &[f32], _y: &[f32]) -> Vec<(&'static str, f64)> {
+        Vec::new()
     }
 }
 
@@ -82,6 +83,8 @@ pub struct Words {
     pub column: &'static str,
     /// Unit of the errors; may be empty.
     pub unit: &'static str,
+    /// Unit of errors of validation, which are the network's own.
+    pub validation_unit: &'static str,
     /// Name of a sequence's elements.
     pub tokens: &'static str,
     /// Name of test sequences.

@@ -4,14 +4,21 @@ use lifelike_report::{Curve, Drawing, ReportBuilder};
 use lifelike_representation::spline_transformer::run::ValidationPoint;
 
 use super::budget::Budget;
-use super::results::Run;
+use super::results::{Results, Run};
 use super::{Column, Words, tables};
 
 /// The most panels side by side: a sequence and what came back by all methods.
 const MOST: usize = 4;
 
 /// The report.
-pub fn report<P>(columns: &[Column<P>], runs: &[Run], words: &Words, budget: Budget, sweep: bool) -> ReportBuilder {
+pub fn report<P>(
+    columns: &[Column<P>],
+    results: &Results,
+    words: &Words,
+    budget: Budget,
+    sweep: bool,
+) -> ReportBuilder {
+    let runs = &results.runs;
     let title = if sweep { "Learning rates of sequence autoencoders" } else { words.title };
     let page = ReportBuilder::new(title)
         .subtitle(words.subtitle)
@@ -20,7 +27,7 @@ pub fn report<P>(columns: &[Column<P>], runs: &[Run], words: &Words, budget: Bud
         .curves(losses(runs, "iterations", |look| look.iteration as f64))
         .curves(losses(runs, "minutes of training", |look| look.seconds / 60.0))
         .measured();
-    let page = tables::all(columns, runs, words, sweep).into_iter().fold(page, ReportBuilder::table);
+    let page = tables::all(columns, results, words, sweep).into_iter().fold(page, ReportBuilder::table);
     columns.iter().filter_map(|column| drawing(runs, column, words)).fold(page, ReportBuilder::drawing)
 }
 

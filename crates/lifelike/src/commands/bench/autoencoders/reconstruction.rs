@@ -1,33 +1,33 @@
 //! `lifelike bench reconstruction`: captured people as joint rotations (thesis 3.3.3, Table 3.4).
 
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use lifelike_character::Role;
+use lifelike_character::rotation::from_6d;
 use lifelike_motion::dataset;
 use lifelike_motion::formats::{self, Format, ReadOptions};
 use lifelike_report::Panel;
-use lifelike_representation::spline_transformer::{Recording, RecordingWindows, SequenceTrainer, Sequences};
-use lifelike_sequences::HumansPlan;
+use lifelike_representation::spline_transformer::Recording;
 use lifelike_sequences::SequencesError;
 use lifelike_sequences::humans::{self, FPS, SEGMENTS, WIDTH};
+use lifelike_sequences::{HumansPlan, PeopleWindows};
 use rayon::prelude::*;
 use tracing::info;
 
 use super::args::{Latents, Shared};
 use super::budget::Budget;
-use super::{Column, Experiment, Shown, TABLE, Words, driver, latent_columns};
+use super::{Column, Experiment, Shown, Words, driver, latent_columns};
 use crate::error::CliError;
 use crate::output::Output;
 
 /// Train the Spline-based Transformer and its baselines on captured motion of people, and print thesis Table 3.4 with ours below it.
 ///
-/// Clips (BVH, AMC, DeepMimic) become rows of joint rotations of fifteen segments at 30 Hz, whatever skeleton they came with: a rotation
-/// vector for each, relative to the segment that carries it, and the tilt of the pelvis without its heading. Sequences are windows of 64
+/// Clips (BVH, AMC, DeepMimic) become rows of joint rotations of fifteen segments at 30 Hz, whatever skeleton they came with: six numbers
+/// for each, relative to the segment that carries it, the pelvis' without its heading, all normalised. Sequences are windows of 64
 /// frames. Subjects are split, never windows: CMU's 07, 10 and 12 and some kinds of Bandai-Namco's motion are tested on, others are
-/// watched, the rest is trained on (`test` and `validation` of the plan). The errors are mean squares of the vectors' numbers in deg²,
-/// and the mean angle between true and reconstructed rotation in degrees. Each run has its folder; the same command goes on with what was
-/// stopped and leaves alone what is done. The folder gets reconstruction.json and report.html.
+/// watched, the rest is trained on (`test` and `validation` of the plan). The errors are means of the angle between true and
+/// reconstructed rotation (deg) and of its square (deg²). Each run has its folder; the same command goes on with what was stopped and
+/// leaves alone what is done. The folder gets reconstruction.json and report.html.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -70,9 +70,6 @@ fn is_change(input: &Path) -> bool {
 const THESIS: [(usize, [f64; 3]); 3] =
     [(16, [0.151, 0.153, 0.054]), (32, [0.103, 0.103, 0.022]), (64, [0.059, 0.051, 0.006])];
 
-/// Degrees of a radian.
-const DEGREES: f64 = 180.0 / std::f64::consts::PI;
-
 struct People<'a> {
     clips: &'a [PathBuf],
     latents: &'a [usize],
@@ -90,26 +87,25 @@ fn plan(budget: Budget, latent: usize) -> HumansPlan {
 impl Experiment for People<'_> {
     type Plan = HumansPlan;
     type Source = Vec<Recording>;
-    type Data = RecordingWindows;
+    type Data = PeopleWindows;
 
     const WORDS: Words = Words {
         name: "reconstruction",
         title: "Human motion by sequence autoencoders",
         subtitle: "The Spline-based Transformer and its baselines on joint rotations of captured people: same windows, same settings, other latent tokens.",
         table: "Reconstruction of human motion (Table 3.4)",
-        caption: "Mean squared error of the numbers of rotation vectors over windows of subjects that were never trained on. The thesis \
-                  measures joint angles of SMPL bodies of HumanML3D and does not say how angles become numbers, so its rows are of the \
-                  same kind, not of the same data.",
+        caption: "Mean squared angle between the true and the reconstructed rotation of a segment, over windows of subjects that were never \
+                  trained on. The thesis measures joint angles of SMPL bodies of HumanML3D and does not say how angles become numbers, so \
+                  its rows are of the same kind, not of the same data.",
         column: "latent",
         unit: "deg²",
+        validation_unit: "normalised",
         tokens: "frames",
         items: "test windows",
         drawing: "Against time, from the top: left thigh and left shank about the axis across the body (hip and knee bend), right upper \
                   arm about the axis ahead (the arm comes down), right forearm about the T-pose's vertical (the elbow bends); behind, as \
                   captured; in front, what came back.",
     };
-    const SCALE: f64 = DEGREES * DEGREES;
-
     fn columns(&self, budget: Budget) -> Vec<Column<HumansPlan>> {
         latent_columns(self.latents, &THESIS, |latent| plan(budget, latent))
     }
@@ -126,36 +122,47 @@ impl Experiment for People<'_> {
         Ok(recordings)
     }
 
-    fn data(source: &Vec<Recording>, plan: &HumansPlan) -> Result<RecordingWindows, SequencesError> {
+    fn data(source: &Vec<Recording>, plan: &HumansPlan) -> Result<PeopleWindows, SequencesError> {
         plan.windows(source.clone())
     }
 
-    fn shown(_: &RecordingWindows, x: &[f32], y: &[f32]) -> Shown {
-        let lines = |rows: &[f32]| DRAWN.iter().enumerate().map(|(i, number)| line(rows, *number, i)).collect();
+    fn shown(data: &PeopleWindows, x: &[f32], y: &[f32]) -> Shown {
+        let lines = |rows: &[f32]| {
+            let rows = data.rotations(rows);
+            DRAWN.iter().enumerate().map(|(i, number)| line(&rows, *number, i)).collect()
+        };
         Shown { truth: None, back: Panel { reference: lines(x), lines: lines(y), ..Panel::default() } }
     }
 
-    fn also(trainer: &SequenceTrainer<RecordingWindows>) -> Result<BTreeMap<String, f64>, SequencesError> {
-        let data = trainer.data();
-        let count = data.held_out_len(TABLE);
-        let mut sum = 0.0;
-        for i in 0..count {
-            let x = data.held_out(TABLE, i..i + 1);
-            let (_, y) = trainer.reconstruct(&x)?;
-            sum += humans::geodesic_error(&x, &y);
-        }
-        Ok([("mean joint error [deg]".to_owned(), sum / count as f64)].into())
+    fn error(data: &PeopleWindows, x: &[f32], y: &[f32]) -> f64 {
+        mean(humans::angles(&data.rotations(x), &data.rotations(y)).map(|angle| angle.to_degrees().powi(2)))
+    }
+
+    fn also(data: &PeopleWindows, x: &[f32], y: &[f32]) -> Vec<(&'static str, f64)> {
+        vec![(
+            "mean joint error [deg]",
+            mean(humans::angles(&data.rotations(x), &data.rotations(y)).map(f64::to_degrees)),
+        )]
     }
 }
 
-/// Segments that are drawn, and which number of their vector.
+fn mean(values: impl Iterator<Item = f64>) -> f64 {
+    let (sum, count) = values.fold((0.0, 0), |(sum, count), value| (sum + value, count + 1));
+    sum / f64::from(count)
+}
+
+/// Segments that are drawn, and which number of their rotation vector.
 const DRAWN: [(Role, usize); 4] =
     [(Role::LeftThigh, 1), (Role::LeftShank, 1), (Role::RightUpperArm, 0), (Role::RightForearm, 2)];
 
-/// One number of a segment over time, as the `place`-th line from the top: a second is as wide as three radians are high.
+/// One number of a segment's rotation vector over time, as the `place`-th line from the top: a second is as wide as three radians are high.
 fn line(rows: &[f32], (segment, number): (Role, usize), place: usize) -> Vec<[f32; 2]> {
-    let column = SEGMENTS.iter().position(|(role, _)| *role == segment).map_or(0, |i| 2 + 3 * i) + number;
-    let point = |(t, row): (usize, &[f32])| [3.0 * t as f32 / FPS as f32, row[column] - 1.6 * place as f32];
+    let first = SEGMENTS.iter().position(|(role, _)| *role == segment).map_or(0, |i| 6 * (1 + i));
+    let angle = |row: &[f32]| {
+        let numbers = row[first..].first_chunk::<6>().map(|numbers| numbers.map(f64::from));
+        numbers.and_then(from_6d).map_or(0.0, |rotation| rotation.scaled_axis()[number] as f32)
+    };
+    let point = |(t, row): (usize, &[f32])| [3.0 * t as f32 / FPS as f32, angle(row) - 1.6 * place as f32];
     rows.chunks_exact(WIDTH).enumerate().map(point).collect()
 }
 

@@ -1,12 +1,12 @@
-//! Result of a run.
+//! Results of runs and of plain baselines.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 use lifelike_report::Panel;
 use lifelike_report::write_atomically;
 use lifelike_representation::spline_transformer::run::{ValidationPoint, validation_points};
-use lifelike_representation::spline_transformer::{Method, SequenceTrainer, Sequences};
+use lifelike_representation::spline_transformer::{Method, Plain, SequenceTrainer, Sequences};
 use lifelike_sequences::DataPlan;
 use lifelike_sequences::SequencesError;
 use serde::de::DeserializeOwned;
@@ -17,6 +17,8 @@ use crate::error::CliError;
 
 /// Test sequences that are drawn of each run.
 const DRAWN: usize = 4;
+/// Test sequences that are measured at a time.
+const MEASURED: usize = 64;
 /// File of a run's folder that keeps what was measured.
 const FILE: &str = "test.toml";
 
@@ -31,6 +33,15 @@ pub struct Place<P> {
     pub plan: P,
 }
 
+/// All that was measured.
+#[derive(Debug, Default)]
+pub struct Results {
+    /// Plain baselines of each column; none in a sweep.
+    pub plain: Vec<PlainRun>,
+    /// Networks.
+    pub runs: Vec<Run>,
+}
+
 /// One run, measured.
 #[derive(Debug, Serialize)]
 pub struct Run {
@@ -39,6 +50,8 @@ pub struct Run {
     pub title: String,
     pub method: Method,
     pub seed: u64,
+    /// Numbers that it keeps of a sequence.
+    pub numbers: usize,
     pub learning_rate: f64,
     pub warmup: u64,
     /// Done, and what the plan wants.
@@ -58,12 +71,12 @@ pub struct Run {
     pub shown: Vec<Shown>,
 }
 
-/// Errors of the test set.
+/// Errors of the test set, in the table's unit.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Measured {
     /// Sequences.
     pub test: usize,
-    /// Mean squared error over all of them.
+    /// Mean error over all of them.
     pub mse: f64,
     /// Median of theirs.
     pub median: f64,
@@ -73,7 +86,32 @@ pub struct Measured {
     pub also: BTreeMap<String, f64>,
 }
 
-/// Measured numbers as the folder keeps them, in the network's unit, and of what they are.
+/// A plain baseline, measured.
+#[derive(Debug, Serialize)]
+pub struct PlainRun {
+    pub column: String,
+    pub name: &'static str,
+    /// Numbers that it keeps of a sequence.
+    pub numbers: usize,
+    #[serde(flatten)]
+    pub test: Measured,
+}
+
+impl PlainRun {
+    /// The plain baselines of a column's data. Principal components have as many numbers as the baselines' latent vector, and as many
+    /// as the curve's control points.
+    pub fn all<E: Experiment>(place: &Place<E::Plan>, data: &E::Data) -> Result<Vec<Self>, CliError> {
+        let latent = place.plan.training().latent;
+        let counts: BTreeSet<usize> = Method::ALL.into_iter().map(|method| method.numbers(latent)).collect();
+        let measured = |plain: Plain| {
+            let test = measure::<E>(data, |x| Ok(plain.reconstruct(x)?), 0.0)?;
+            Ok(Self { column: place.column.clone(), name: plain.name, numbers: plain.numbers, test })
+        };
+        Plain::all(data, &counts.into_iter().collect::<Vec<_>>())?.into_iter().map(measured).collect()
+    }
+}
+
+/// Measured numbers as the folder keeps them, and of what they are.
 #[derive(Debug, Serialize, Deserialize)]
 struct Kept<P> {
     iteration: u64,
@@ -92,8 +130,11 @@ impl Run {
     ) -> Result<Self, CliError> {
         let mut test = None;
         if tested {
-            let kept = measured(folder, &place.plan, trainer, || measure::<E>(trainer))?;
-            test = Some(Measured { mse: E::SCALE * kept.mse, median: E::SCALE * kept.median, ..kept });
+            let measure = || {
+                let spread = trainer.errors(TABLE)?.spread;
+                measure::<E>(trainer.data(), |x| Ok(trainer.reconstruct(x)?.1), spread)
+            };
+            test = Some(measured(folder, &place.plan, trainer, measure)?);
         }
         let scaled = |look: ValidationPoint| ValidationPoint { mse: E::SCALE * look.mse, ..look };
         let looks: Vec<ValidationPoint> = validation_points(folder)?.into_iter().map(scaled).collect();
@@ -103,6 +144,7 @@ impl Run {
             title: place.title.clone(),
             method: training.method,
             seed: training.seed,
+            numbers: training.method.numbers(training.latent),
             learning_rate: training.learning_rate,
             warmup: training.warmup,
             iterations: trainer.iteration(),
@@ -144,13 +186,29 @@ fn measured<P: Serialize + DeserializeOwned + PartialEq + Clone, S: Sequences>(
     Ok(kept.measured)
 }
 
-fn measure<E: Experiment>(trainer: &SequenceTrainer<E::Data>) -> Result<Measured, SequencesError> {
-    let errors = trainer.errors(TABLE)?;
-    let mut sorted = errors.each;
-    sorted.sort_by(f64::total_cmp);
-    let median = sorted.get(sorted.len() / 2).copied().unwrap_or(f64::NAN);
-    let also = E::also(trainer)?;
-    Ok(Measured { test: sorted.len(), mse: errors.mse, median, spread: errors.spread, also })
+/// Measures what comes `back` of the test set's sequences.
+fn measure<E: Experiment>(
+    data: &E::Data,
+    back: impl Fn(&[f32]) -> Result<Vec<f32>, SequencesError>,
+    spread: f64,
+) -> Result<Measured, SequencesError> {
+    let (unit, count) = (data.tokens() * data.width(), data.held_out_len(TABLE));
+    let (mut errors, mut sums) = (Vec::with_capacity(count), BTreeMap::<String, f64>::new());
+    for first in (0..count).step_by(MEASURED) {
+        let x = data.held_out(TABLE, first..(first + MEASURED).min(count));
+        let y = back(&x)?;
+        for (x, y) in x.chunks_exact(unit).zip(y.chunks_exact(unit)) {
+            errors.push(E::error(data, x, y));
+            for (name, value) in E::also(data, x, y) {
+                *sums.entry(name.to_owned()).or_default() += value;
+            }
+        }
+    }
+    let mse = errors.iter().sum::<f64>() / count.max(1) as f64;
+    errors.sort_by(f64::total_cmp);
+    let median = errors.get(count / 2).copied().unwrap_or(f64::NAN);
+    let also = sums.into_iter().map(|(name, sum)| (name, sum / count as f64)).collect();
+    Ok(Measured { test: count, mse, median, spread, also })
 }
 
 /// Test sequences from all over the set and what comes back of them.
@@ -161,8 +219,7 @@ fn drawn<E: Experiment>(trainer: &SequenceTrainer<E::Data>) -> Result<Vec<Shown>
         let at = i * count / DRAWN.min(count);
         let x = data.held_out(TABLE, at..at + 1);
         let (_, y) = trainer.reconstruct(&x)?;
-        let squares: f64 = x.iter().zip(&y).map(|(x, y)| f64::from(x - y).powi(2)).sum();
-        let error = E::SCALE * squares / x.len() as f64;
+        let error = E::error(data, &x, &y);
         let shown = E::shown(data, &x, &y);
         let name = trainer.plan().method.title().into();
         let back = Panel { name, note: format!("{error:.1e} {}", E::WORDS.unit), ..shown.back };

@@ -72,6 +72,7 @@ impl Experiment for Strands<'_> {
                   the thesis' are 343 models, whose unit it does not state: its rows are of the same kind, not of the same data.",
         column: "latent",
         unit: "m²",
+        validation_unit: "m²",
         tokens: "points",
         items: "test strands",
         drawing: "From the side; behind, the strand; in front, what came back.",

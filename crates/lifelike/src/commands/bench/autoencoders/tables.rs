@@ -3,13 +3,13 @@
 use lifelike_report::{Cell, Column as Head, Table};
 use lifelike_representation::spline_transformer::Method;
 
-use super::results::Run;
+use super::results::{PlainRun, Results, Run};
 use super::{Column, Words};
 
 /// The tables of a comparison, or of a sweep.
-pub fn all<P>(columns: &[Column<P>], runs: &[Run], words: &Words, sweep: bool) -> Vec<Table> {
-    let first = if sweep { rates(runs, words) } else { comparison(columns, runs, words) };
-    vec![first, details(runs, words)]
+pub fn all<P>(columns: &[Column<P>], results: &Results, words: &Words, sweep: bool) -> Vec<Table> {
+    let first = if sweep { rates(&results.runs, words) } else { comparison(columns, results, words) };
+    vec![first, details(&results.runs, words)]
 }
 
 fn small(value: f64) -> Cell {
@@ -20,29 +20,49 @@ fn rate(run: &Run) -> Cell {
     Cell { text: format!("{:e}", run.learning_rate), ..Cell::number(run.learning_rate, 9) }
 }
 
-fn comparison<P>(columns: &[Column<P>], runs: &[Run], words: &Words) -> Table {
+fn comparison<P>(columns: &[Column<P>], results: &Results, words: &Words) -> Table {
+    let runs = &results.runs;
     let heads = columns.iter().map(|column| Head::number(&column.title, words.unit));
     let mut table = Table::new(words.table, [Head::text("method")].into_iter().chain(heads).collect());
     for (i, method) in Method::ALL.into_iter().enumerate() {
         let cells = columns.iter().map(|column| column.thesis.map_or(Cell::text("–"), |errors| small(errors[i])));
         table.rows.push([Cell::text(format!("thesis: {}", method.title()))].into_iter().chain(cells).collect());
     }
+    // Plain baselines of a column stand in one order in all of them.
+    let of = |key: &str| results.plain.iter().filter(|plain| plain.column == key).collect::<Vec<_>>();
+    let plain: Vec<_> = columns.iter().map(|column| of(&column.key)).collect();
+    for i in 0..plain.iter().map(Vec::len).max().unwrap_or(0) {
+        let Some(name) = plain.iter().find_map(|column| column.get(i)).map(|plain| plain.name) else { continue };
+        let cell = |column: &Vec<&PlainRun>| {
+            column.get(i).map_or(Cell::text("–"), |plain| with_numbers(plain.test.mse, plain.numbers))
+        };
+        table.rows.push([Cell::text(format!("plain: {name}"))].into_iter().chain(plain.iter().map(cell)).collect());
+    }
     for method in Method::ALL {
         let of = |key: &str| runs.iter().find(|run| run.method == method && run.column == key);
         if runs.iter().any(|run| run.method == method) {
-            let error = |run: &Run| run.test.as_ref().map(|test| small(test.mse));
+            let error = |run: &Run| run.test.as_ref().map(|test| with_numbers(test.mse, run.numbers));
             let cells = columns.iter().map(|column| of(&column.key).and_then(error).unwrap_or(Cell::text("–")));
             table.rows.push([Cell::text(method.title())].into_iter().chain(cells).collect());
         }
     }
-    table.caption = words.caption.into();
+    table.caption = format!(
+        "{} In brackets, how many numbers are kept of a sequence. Plain: the mean of training sequences; each channel a cubic polynomial; \
+         principal components of whole training sequences.",
+        words.caption
+    );
     table
+}
+
+/// An error, and how many numbers it cost.
+fn with_numbers(error: f64, numbers: usize) -> Cell {
+    Cell { text: format!("{error:.2e} [{numbers}]"), ..small(error) }
 }
 
 fn rates(runs: &[Run], words: &Words) -> Table {
     let head = [words.column, "method"].map(Head::text).into_iter();
     let numbers = ["learning rate", "warm-up"].map(|n| Head::number(n, ""));
-    let errors = ["best", "last"].map(|n| Head::number(n, words.unit));
+    let errors = ["best", "last"].map(|n| Head::number(n, words.validation_unit));
     let head = head.chain(numbers).chain(errors).chain([Head::number("spread", "")]);
     let mut table = Table::new("Sensitivity to the learning rate (3.3.5)", head.collect());
     for run in runs {

@@ -1,5 +1,5 @@
-//! Principal components by subspace iteration (Halko, Martinsson and Tropp 2011, algorithm 4.4): windows are gone through as often as
-//! there are iterations and never held all at once, so the data set may be of any size.
+//! Principal components by subspace iteration (Halko, Martinsson and Tropp 2011, algorithm 4.4): rows are gone through as often as there
+//! are iterations and never held all at once, so the data set may be of any size.
 
 use burn::tensor::{Tensor, TensorData};
 use lifelike_checkpoint::Checkpoint;
@@ -8,46 +8,46 @@ use lifelike_nn::device;
 use lifelike_nn::numbers::read;
 use nalgebra::DMatrix;
 use rand_distr::{Distribution, StandardNormal};
-use rayon::prelude::*;
 
-use super::coder::Components;
+use super::Components;
 use crate::RepresentationError;
-use crate::prior::{FeatureStatistics, Windows};
 
 /// Directions beside those that are wanted: with them the iteration converges by a gap that is further down the spectrum.
 const MORE: usize = 16;
-/// Windows that are held at a time.
+/// Rows that are held at a time.
 const READ: usize = 1024;
-/// Windows that are gone through at most, evenly spread: windows of neighbouring frames are next to equal.
+/// Rows that are gone through at most, evenly spread: windows of neighbouring frames are next to equal.
 const MOST: usize = 50_000;
 
-/// Clips' windows, normalised.
-#[derive(Debug, Clone, Copy)]
-pub(in crate::prior) struct Normalized<'a> {
-    pub windows: &'a Windows,
-    pub statistics: &'a FeatureStatistics,
+/// Rows of one size that can be gone through more than once.
+pub trait Rows {
+    /// Returns how many there are.
+    fn len(&self) -> usize;
+
+    /// Returns whether there are none.
+    fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Returns some of them, one after another.
+    ///
+    /// # Errors
+    /// Rows that cannot be made.
+    fn gather(&self, rows: &[usize]) -> Result<Vec<f32>, RepresentationError>;
 }
 
-impl Normalized<'_> {
-    /// Frames whose windows are gone through.
-    fn centres(&self) -> Vec<usize> {
-        (0..self.windows.len()).step_by(self.windows.len().div_ceil(MOST).max(1)).collect()
-    }
-
-    /// Returns the windows around frames, row after row.
-    fn gather(&self, centres: &[usize]) -> Result<Vec<f32>, RepresentationError> {
-        let parts = centres.par_chunks(64).map(|part| self.windows.gather(self.statistics, part));
-        Ok(parts.collect::<Result<Vec<_>, _>>()?.concat())
-    }
+/// The rows that are gone through.
+fn sample(data: &impl Rows) -> Vec<usize> {
+    (0..data.len()).step_by(data.len().div_ceil(MOST).max(1)).collect()
 }
 
 /// A subspace on its way to that of the largest variance.
 #[derive(Debug, Clone)]
-pub(in crate::prior) struct Subspace {
+pub struct Subspace {
     mean: Vec<f32>,
-    /// Mean squared distance of windows to their mean.
+    /// Mean squared distance of rows to their mean.
     variance: f64,
-    /// Orthonormal columns that the next iteration begins with: `[samples · features, d_z + more]`.
+    /// Orthonormal columns that the next iteration begins with: `[size, k + more]`.
     basis: DMatrix<f64>,
     /// Components by the last iteration: unit rows, and the variance along each.
     directions: Vec<f32>,
@@ -55,28 +55,28 @@ pub(in crate::prior) struct Subspace {
 }
 
 impl Subspace {
-    /// Begins with random directions about the mean of windows of `size` numbers.
+    /// Begins with random directions about the mean of rows of `size` numbers.
     ///
     /// # Errors
-    /// More components than windows, or than numbers in one.
-    pub fn new(data: Normalized, latent: usize, size: usize, seed: u64) -> Result<Self, RepresentationError> {
-        let most = size.min(data.windows.len());
+    /// More components than rows, or than numbers in one.
+    pub fn new(data: &impl Rows, latent: usize, size: usize, seed: u64) -> Result<Self, RepresentationError> {
+        let most = size.min(data.len());
         if latent > most {
             return Err(RepresentationError::Mismatch {
                 what: "latent".into(),
-                expected: format!("at most {most}: {} windows of {size} numbers", data.windows.len()),
+                expected: format!("at most {most}: {} windows of {size} numbers", data.len()),
                 got: latent.to_string(),
             });
         }
-        let centres = data.centres();
+        let rows = sample(data);
         let (mut sum, mut squares) = (vec![0.0; size], 0.0);
-        for part in centres.chunks(READ) {
+        for part in rows.chunks(READ) {
             for row in data.gather(part)?.chunks_exact(size) {
                 sum.iter_mut().zip(row).for_each(|(sum, x)| *sum += f64::from(*x));
                 squares += row.iter().map(|x| f64::from(*x).powi(2)).sum::<f64>();
             }
         }
-        let count = centres.len() as f64;
+        let count = rows.len() as f64;
         let mean: Vec<f64> = sum.into_iter().map(|x| x / count).collect();
         let mut rng = stream(seed, "prior.pca", 0, 0);
         let basis = DMatrix::from_fn(size, (latent + MORE).min(size), |_, _| StandardNormal.sample(&mut rng));
@@ -94,22 +94,22 @@ impl Subspace {
     ///
     /// # Errors
     /// Tensor data that cannot be read from the device.
-    pub fn iterate(&mut self, data: Normalized) -> Result<f64, RepresentationError> {
-        let ((size, columns), centres) = (self.basis.shape(), data.centres());
+    pub fn iterate(&mut self, data: &impl Rows) -> Result<f64, RepresentationError> {
+        let ((size, columns), rows) = (self.basis.shape(), sample(data));
         let device = device::inference();
         // nalgebra's columns one after another are the rows of the transpose.
         let basis: Vec<f32> = self.basis.as_slice().iter().map(|x| *x as f32).collect();
         let basis = Tensor::<2>::from_data(TensorData::new(basis, [columns, size]), &device);
         let mean = Tensor::<2>::from_data(TensorData::new(self.mean.clone(), [1, size]), &device);
         let mut image = DMatrix::<f64>::zeros(size, columns);
-        for part in centres.chunks(READ) {
-            let rows = TensorData::new(data.gather(part)?, [part.len(), size]);
-            let x = Tensor::<2>::from_data(rows, &device) - mean.clone();
+        for part in rows.chunks(READ) {
+            let x = TensorData::new(data.gather(part)?, [part.len(), size]);
+            let x = Tensor::<2>::from_data(x, &device) - mean.clone();
             let codes = x.clone().matmul(basis.clone().swap_dims(0, 1));
             let sums = read(codes.swap_dims(0, 1).matmul(x))?;
             image.as_mut_slice().iter_mut().zip(sums).for_each(|(sum, x)| *sum += f64::from(x));
         }
-        image /= centres.len() as f64;
+        image /= rows.len() as f64;
         let within = self.basis.transpose() * &image;
         let eigen = ((&within + within.transpose()) * 0.5).symmetric_eigen();
         let mut order: Vec<usize> = (0..columns).collect();
