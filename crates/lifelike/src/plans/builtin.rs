@@ -49,6 +49,7 @@ pub fn builtin() -> impl Iterator<Item = BuiltinPlan> {
         "prior-full",
         "prior-2s",
         "prior-spline",
+        "prior-pca",
         "spline",
         "spline-lima",
         "critic",
@@ -61,6 +62,7 @@ pub fn builtin() -> impl Iterator<Item = BuiltinPlan> {
         "evaluator",
         "augmentation",
         "study-inputs",
+        "study-thesis",
         "study-scaling",
     ]
     .into_iter()

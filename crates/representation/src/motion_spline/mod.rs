@@ -5,6 +5,7 @@
 //! [`SplinedClip`], a clip as segments of control points with what they leave out → [`Edit`]s of the control points →
 //! a clip again.
 
+mod comparison;
 mod edit;
 mod model;
 mod plan;
@@ -14,6 +15,7 @@ mod splined;
 #[cfg(test)]
 mod testing;
 
+pub use comparison::WindowErrors;
 pub use edit::Edit;
 pub use model::{MotionSpline, SplitClips, Usual};
 pub use plan::MotionSplinePlan;

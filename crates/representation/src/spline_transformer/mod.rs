@@ -18,6 +18,6 @@ mod train;
 pub use plain::Plain;
 pub use plan::{Method, SequencePlan};
 pub use recordings::{Recording, RecordingWindows, Split};
-pub use sequences::{HeldOut, SequenceErrors, Sequences};
+pub use sequences::{HeldOut, Sequences};
 pub use spread::Spread;
-pub use train::{SequenceMetrics, SequenceTrainer};
+pub use train::{SequenceErrors, SequenceMetrics, SequenceTrainer};

@@ -5,7 +5,7 @@
 
 use nalgebra::DMatrix;
 
-use super::sequences::{HeldOut, SequenceErrors, Sequences, squared};
+use super::sequences::Sequences;
 use crate::RepresentationError;
 use crate::components::{Components, Rows, Subspace};
 
@@ -82,21 +82,6 @@ impl Plain {
             Kind::Components(components) => components.decode(&components.encode(x.to_vec())?),
         }
     }
-
-    /// Returns its errors on a held-out set. Control points it has none, so no spread.
-    ///
-    /// # Errors
-    /// Tensor data that cannot be read from the device.
-    pub fn errors(&self, data: &impl Sequences, set: HeldOut) -> Result<SequenceErrors, RepresentationError> {
-        let (unit, count) = (data.tokens() * data.width(), data.held_out_len(set));
-        let mut each = Vec::with_capacity(count);
-        for first in (0..count).step_by(DRAWN) {
-            let x = data.held_out(set, first..(first + DRAWN).min(count));
-            let y = self.reconstruct(&x)?;
-            each.extend(x.chunks(unit).zip(y.chunks(unit)).map(|(x, y)| squared(x, y) / unit as f64));
-        }
-        Ok(SequenceErrors { mse: each.iter().sum::<f64>() / count.max(1) as f64, each, spread: 0.0 })
-    }
 }
 
 /// Returns the matrix that makes values of a channel those of the cubic polynomial nearest to them: V (Vᵀ V)⁻¹ Vᵀ, by an orthonormal
@@ -135,6 +120,7 @@ mod tests {
     #![allow(clippy::unwrap_used)]
     use std::ops::Range;
 
+    use super::super::sequences::HeldOut;
     use super::*;
 
     /// Sequences a·u + b·w + c, u a cubic and w not, of two channels.
@@ -180,7 +166,12 @@ mod tests {
         let all = Plain::all(&Known, &[1, 2]).unwrap();
         let told: Vec<_> = all.iter().map(|plain| (plain.name, plain.numbers)).collect();
         assert_eq!(told, [("mean", 0), ("cubic", 8), ("PCA", 1), ("PCA", 2)]);
-        let mse: Vec<f64> = all.iter().map(|p| p.errors(&Known, HeldOut::Test).unwrap().mse).collect();
+        let x = Known.held_out(HeldOut::Test, 0..33);
+        let mse = |plain: &Plain| -> f64 {
+            let squares = x.iter().zip(plain.reconstruct(&x).unwrap()).map(|(x, y)| f64::from(x - y).powi(2));
+            squares.sum::<f64>() / x.len() as f64
+        };
+        let mse: Vec<f64> = all.iter().map(mse).collect();
         assert!(mse[0] > mse[2] && mse[2] > 0.1, "one component says more than none: {mse:?}");
         assert!(mse[3] < 1e-8, "two directions are two components: {mse:?}");
         let x = sequence(4);

@@ -13,7 +13,7 @@ pub enum HeldOut {
 
 /// A source of sequences of one length. All of its numbers are determined by itself and the arguments, so methods that are
 /// given the same source meet the same batches, and a resumed run those that it would have met.
-pub trait Sequences {
+pub trait Sequences: Sync {
     /// Describes these sequences in a line: a run goes on only with a source that says the same.
     fn describe(&self) -> String;
 
@@ -29,6 +29,20 @@ pub trait Sequences {
     /// `[count, tokens, width]`, row-major.
     fn batch(&self, iteration: u64, count: usize) -> Vec<f32>;
 
+    /// Returns the loss of what came back of some sequences, summed over their numbers, and writes its gradient by `y`: squared
+    /// differences, where a source has no better.
+    ///
+    /// # Shapes
+    /// All `[B, tokens, width]`, row-major.
+    fn loss(&self, x: &[f32], y: &[f32], gradient: &mut [f32]) -> f64 {
+        let mut sum = 0.0;
+        for ((x, y), gradient) in x.iter().zip(y).zip(gradient) {
+            *gradient = 2.0 * (y - x);
+            sum += f64::from(y - x).powi(2);
+        }
+        sum
+    }
+
     /// Returns the number of sequences of a set.
     fn held_out_len(&self, set: HeldOut) -> usize;
 
@@ -37,21 +51,4 @@ pub trait Sequences {
     /// # Shapes
     /// `[range, tokens, width]`, row-major.
     fn held_out(&self, set: HeldOut, range: Range<usize>) -> Vec<f32>;
-}
-
-/// Reconstruction errors of held-out sequences.
-#[derive(Debug, Clone, PartialEq, serde::Serialize)]
-pub struct SequenceErrors {
-    /// Mean squared error over all numbers of all sequences.
-    pub mse: f64,
-    /// That of each sequence.
-    pub each: Vec<f64>,
-    /// Root mean square distance of control points from the mean of their own sequence's. Where it nears 0 all control
-    /// points of a sequence are the same point: the collapse of thesis 3.3.5. Always 0 for one control point.
-    pub spread: f64,
-}
-
-/// Sum of squared differences.
-pub(super) fn squared(a: &[f32], b: &[f32]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| f64::from(a - b).powi(2)).sum()
 }

@@ -28,6 +28,8 @@ use crate::plans;
 #[command(after_help = "\
 Examples:
   lifelike bench tracking --study experiments/study-inputs.toml -o runs/inputs          # thesis Table 4.3
+  lifelike bench tracking --study study-thesis -o runs/thesis                            # the same in the thesis' own form
+  lifelike bench tracking --study study-thesis -o runs/thesis --starts 5                 # each clip from five places
   lifelike bench tracking --study experiments/study-inputs.toml -o runs/try budget.steps=200000
   lifelike bench tracking --study experiments/study-inputs.toml -o runs/inputs --only M,LM --json | jq .runs
 
@@ -43,6 +45,9 @@ pub struct Args {
     /// Train only these variants; others stand in the table where they are trained already.
     #[arg(long, value_delimiter = ',')]
     only: Vec<String>,
+    /// Evaluate so many episodes of each clip, from starts spread evenly, in place of the study's own protocol.
+    #[arg(long)]
+    starts: Option<usize>,
     #[command(flatten)]
     hardware: Hardware,
     /// Changes to the plan of all variants, by dotted path.
@@ -56,6 +61,9 @@ pub struct Args {
 struct Study {
     /// The plan that all variants have in common.
     plan: PathBuf,
+    /// Changes to the plan of all variants, as on the command line.
+    #[serde(default)]
+    set: Vec<String>,
     variant: Vec<Variant>,
     class: Vec<Class>,
     /// Rows from elsewhere to stand above ours.
@@ -97,6 +105,23 @@ struct Published {
     errors: BTreeMap<String, [f64; 2]>,
 }
 
+impl Study {
+    /// Checks the extent of its evaluations; `file` is where it was read from.
+    fn check(&self, file: &Path) -> Result<(), CliError> {
+        for (key, value) in [("starts", Some(self.starts)), ("episodes", self.episodes)] {
+            if let Some(value) = value.filter(|value| !(1..=eval::STARTS).contains(value)) {
+                let text = format!("{}: expected {key} from 1 to {}, got {value}", file.display(), eval::STARTS);
+                return Err(CliError::Input(text));
+            }
+        }
+        if !(self.seconds > 0.0 && self.seconds <= 3600.0) {
+            let text = format!("{}: expected seconds above 0 and at most 3600, got {}", file.display(), self.seconds);
+            return Err(CliError::Input(text));
+        }
+        Ok(())
+    }
+}
+
 fn five() -> usize {
     5
 }
@@ -126,7 +151,11 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     if train::processes::count() > 1 {
         return Err(CliError::Usage("start a study as one process".into()));
     }
-    let study = read(&args.study)?;
+    let mut study = read(&args.study)?;
+    if let Some(starts) = args.starts {
+        (study.starts, study.episodes) = (starts, None);
+    }
+    study.check(&args.study)?;
     if let Some(unknown) = args.only.iter().find(|name| !study.variant.iter().any(|v| v.name == **name)) {
         let known: Vec<&str> = study.variant.iter().map(|v| v.name.as_str()).collect();
         return Err(CliError::Usage(format!("--only: expected some of {}, got '{unknown}'", known.join(", "))));
@@ -135,8 +164,8 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     for variant in &study.variant {
         let wanted = args.only.is_empty() || args.only.contains(&variant.name);
         for &seed in &variant.seeds {
-            let changes: Vec<String> =
-                variant.set.iter().chain(&args.overrides).cloned().chain([format!("seed={seed}")]).collect();
+            let changes = study.set.iter().chain(&variant.set).chain(&args.overrides).cloned();
+            let changes: Vec<String> = changes.chain([format!("seed={seed}")]).collect();
             let plan: TrackerPlan = plans::load(&study.plan, &changes)?;
             let folder = args.output.join(format!("{}-{seed}", variant.name));
             // What others have trained before belongs into the table all the same.
@@ -169,16 +198,6 @@ fn read(path: &Path) -> Result<Study, CliError> {
     let mut study: Study = toml::from_str(&text).map_err(|e| CliError::Input(format!("{source}: {e}")))?;
     if let Some(folder) = folder {
         study.plan = plans::located(&study.plan, &folder);
-    }
-    for (key, value) in [("starts", Some(study.starts)), ("episodes", study.episodes)] {
-        if let Some(value) = value.filter(|value| !(1..=eval::STARTS).contains(value)) {
-            let text = format!("{}: expected {key} from 1 to {}, got {value}", path.display(), eval::STARTS);
-            return Err(CliError::Input(text));
-        }
-    }
-    if !(study.seconds > 0.0 && study.seconds <= 3600.0) {
-        let text = format!("{}: expected seconds above 0 and at most 3600, got {}", path.display(), study.seconds);
-        return Err(CliError::Input(text));
     }
     Ok(study)
 }
@@ -337,7 +356,8 @@ mod tests {
             let study = read(path).unwrap();
             let common: TrackerPlan = toml::from_str(&plans::find(&study.plan).unwrap().text).unwrap();
             for variant in &study.variant {
-                let plan = overrides::apply(common.clone(), &variant.set).unwrap();
+                let changes: Vec<String> = study.set.iter().chain(&variant.set).cloned().collect();
+                let plan = overrides::apply(common.clone(), &changes).unwrap();
                 plan.check().unwrap();
                 assert!(!variant.seeds.is_empty(), "{}: {}", path.display(), variant.name);
             }

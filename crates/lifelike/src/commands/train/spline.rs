@@ -3,7 +3,9 @@
 use std::path::PathBuf;
 
 use lifelike_report::run::RunFolder;
-use lifelike_representation::motion_spline::{ClipErrors, MotionSpline, MotionSplinePlan, SplinedClip, SplitClips};
+use lifelike_representation::motion_spline::{
+    ClipErrors, MotionSpline, MotionSplinePlan, SplinedClip, SplitClips, WindowErrors,
+};
 use lifelike_representation::spline_transformer::SequenceTrainer;
 use lifelike_robot::Robot;
 use serde_json::json;
@@ -65,6 +67,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let (robot_name, clip) = (plan.robot.clone(), plan.clips.first().cloned().unwrap_or_default());
     // A folder or pattern has many clips; `motion edit` takes one.
     let clip = if clip.is_file() { clip } else { "builtin:march".into() };
+    let windows_of_test = WindowErrors::all(&trainer, &space)?;
     let model = MotionSpline::new(plan, space, &trainer)?;
     let path = folder.join("motion.spline.safetensors");
     model.save(&path)?;
@@ -79,19 +82,20 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let value = json!({
         "run": folder, "model": path, "iterations": trainer.iteration(), "parameters": trainer.parameters(),
         "training_clips": clips.training.len(), "training_windows": windows, "judged_on": of, "clips": errors,
-        "mean": mean(&errors),
+        "mean": mean(&errors), "test_windows": windows_of_test,
     });
     let text = serde_json::to_string_pretty(&value).map_err(|e| CliError::Failed(e.to_string()))?;
     let file = folder.join("reconstruction.json");
     std::fs::write(&file, text).map_err(CliError::write(&file))?;
     output.result(&value, || {
         format!(
-            "{} of {total} iterations, {} parameters, {} clips with {windows} windows; from control points alone, {} {of}:\n\n{}\nmodel: {}\nnext:  {}\n",
+            "{} of {total} iterations, {} parameters, {} clips with {windows} windows; from control points alone, {} {of}:\n\n{}\n{}model: {}\nnext:  {}\n",
             trainer.iteration(),
             trainer.parameters(),
             clips.training.len(),
             errors.len(),
             text_of(&errors),
+            beside_plain(&windows_of_test),
             path.display(),
             NextCommand::new("motion edit")
                 .word(clip.display())
@@ -133,6 +137,16 @@ fn mean(errors: &[ClipErrors]) -> ClipErrors {
         height_mm: rms(|e| e.height_mm),
         velocity: rms(|e| e.velocity),
     }
+}
+
+/// The network beside what the same number of numbers says without one.
+fn beside_plain(errors: &[WindowErrors]) -> String {
+    if errors.is_empty() {
+        return String::new();
+    }
+    let cells = |e: &WindowErrors| vec![e.name.into(), e.numbers.to_string(), format!("{:.2}", e.joints_deg)];
+    let rows: Vec<Vec<String>> = errors.iter().map(cells).collect();
+    format!("windows of the test clips, end to end:\n\n{}\n", table(&["kept as", "numbers", "joints (deg)"], &rows))
 }
 
 fn text_of(errors: &[ClipErrors]) -> String {

@@ -10,6 +10,7 @@
 //! trained on near those of motion that was.
 
 mod coder;
+mod loss;
 mod plan;
 mod sequences;
 

@@ -5,6 +5,7 @@ use std::ops::Range;
 use lifelike_checkpoint::rng::stream;
 use lifelike_motion::FeatureLayout;
 
+use super::loss;
 use crate::RepresentationError;
 use crate::prior::{FeatureStatistics, PriorClip, WindowPlan, Windows};
 use crate::spline_transformer::{HeldOut, Sequences};
@@ -98,6 +99,10 @@ impl Sequences for WindowSequences {
     fn batch(&self, iteration: u64, count: usize) -> Vec<f32> {
         let mut rng = stream(self.seed, "prior.batch", 0, iteration);
         self.gather(&self.training, &self.training.draw(count, &mut rng))
+    }
+
+    fn loss(&self, x: &[f32], y: &[f32], gradient: &mut [f32]) -> f64 {
+        loss::reconstruction(x, y, self.width(), gradient)
     }
 
     /// Counts the only set: what is watched during training is what is reported on.
