@@ -3,7 +3,7 @@
 use lifelike_simd::vectorize;
 
 use super::layout::Layout;
-use super::tile::{LANES, Lanes, Left, pack, padded, product};
+use super::tile::{self, LANES, Lanes, Left, pack, padded};
 
 /// Rows that are multiplied at a time: they and a panel of the weight stay in the nearest cache.
 const BLOCK: usize = 96;
@@ -39,14 +39,7 @@ impl PackedWeight {
     /// `x: [rows, inputs]`, `bias: [outputs]` to `[rows, outputs]`.
     pub fn forward(&self, x: &[f32], bias: &[f32]) -> Vec<f32> {
         let mut out = multiply(x, self.inputs, &self.forth, self.outputs);
-        vectorize(
-            #[inline(always)]
-            || {
-                for row in out.chunks_exact_mut(self.outputs.max(1)) {
-                    row.iter_mut().zip(bias).for_each(|(y, bias)| *y += bias);
-                }
-            },
-        );
+        add_bias(&mut out, bias);
         out
     }
 
@@ -54,6 +47,49 @@ impl PackedWeight {
     pub fn by_input(&self, gradient: &[f32]) -> Vec<f32> {
         multiply(gradient, self.outputs, &self.back, self.inputs)
     }
+}
+
+/// Returns x · weight + bias, of a weight that is used once; an empty bias is none.
+///
+/// # Shapes
+/// `x: [rows, inputs]`, `weight: [inputs, outputs]`, `bias: [outputs]` to `[rows, outputs]`.
+pub fn product(x: &[f32], weight: &[f32], [inputs, outputs]: [usize; 2], bias: &[f32]) -> Vec<f32> {
+    let mut panels = Vec::with_capacity(inputs * padded(outputs) / LANES);
+    vectorize(
+        #[inline(always)]
+        || pack(&mut panels, inputs, outputs, |row, column| weight[row * outputs + column]),
+    );
+    let mut out = multiply(x, inputs, &panels, outputs);
+    add_bias(&mut out, bias);
+    out
+}
+
+/// Returns gradient · weightᵀ: the gradient by x of [`product`].
+///
+/// # Shapes
+/// `gradient: [rows, outputs]`, `weight: [inputs, outputs]` to `[rows, inputs]`.
+pub fn product_with_transposed(gradient: &[f32], weight: &[f32], [inputs, outputs]: [usize; 2]) -> Vec<f32> {
+    let mut panels = Vec::with_capacity(outputs * padded(inputs) / LANES);
+    vectorize(
+        #[inline(always)]
+        || pack(&mut panels, outputs, inputs, |row, column| weight[column * outputs + row]),
+    );
+    multiply(gradient, outputs, &panels, inputs)
+}
+
+/// Adds a bias to each row.
+fn add_bias(rows: &mut [f32], bias: &[f32]) {
+    if bias.is_empty() {
+        return;
+    }
+    vectorize(
+        #[inline(always)]
+        || {
+            for row in rows.chunks_exact_mut(bias.len()) {
+                row.iter_mut().zip(bias).for_each(|(y, bias)| *y += bias);
+            }
+        },
+    );
 }
 
 /// Returns rows of `k` numbers times panels of `m` columns.
@@ -64,7 +100,7 @@ fn multiply(x: &[f32], k: usize, panels: &[[f32; LANES]], m: usize) -> Vec<f32> 
         #[inline(always)]
         || {
             for (out, x) in out.chunks_mut((BLOCK * wide).max(1)).zip(x.chunks((BLOCK * k).max(1))) {
-                product(out, x.len() / k, Left { numbers: x, stride: k, transposed: false }, panels, k);
+                tile::product(out, x.len() / k, Left { numbers: x, stride: k, transposed: false }, panels, k);
             }
         },
     );
@@ -91,7 +127,7 @@ pub fn weight_gradient(x: &[f32], gradient: &[f32], [inputs, outputs]: [usize; 2
             for (x, gradient) in blocks {
                 let rows = x.len() / inputs;
                 pack(&mut panels, rows, outputs, |row, column| gradient[row * outputs + column]);
-                product(&mut part, inputs, Left { numbers: x, stride: inputs, transposed: true }, &panels, rows);
+                tile::product(&mut part, inputs, Left { numbers: x, stride: inputs, transposed: true }, &panels, rows);
                 for (sum, part) in sum.chunks_exact_mut(outputs).zip(part.chunks_exact(wide)) {
                     sum.iter_mut().zip(part).for_each(|(sum, x)| *sum += x);
                 }
@@ -156,7 +192,7 @@ impl Linear {
         // (x W)ᵀ = Wᵀ xᵀ, and the lanes are xᵀ.
         let left = Left { numbers: &self.plain, stride: self.shape[1], transposed: true };
         let rows = out.len();
-        product(out.as_flattened_mut(), rows, left, x, x.len());
+        tile::product(out.as_flattened_mut(), rows, left, x, x.len());
         vectorize(
             #[inline(always)]
             || {

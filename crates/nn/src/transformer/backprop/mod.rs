@@ -2,7 +2,7 @@
 //! intermediate result of every operation to memory, in one thread; it stays the way on a card, and tests hold this against
 //! it and against PyTorch.
 //!
-//! Products with weights are the tensor library's. Attention, normalization and GELU are loops over our own memory.
+//! Products with weights are those of [`crate::rows`]; attention, normalization and GELU are loops over our own memory.
 //! `cargo run --release -p lifelike-nn --example transformer` on two cores, best of 7: 0.77 s instead of 3.0 s a step for 64 curves of
 //! 256 tokens of width 64, 0.36 s instead of 0.77 s for 64 motions of 64 tokens of width 128; 0.57 s and 0.24 s where parts of a batch
 //! have a core each.
@@ -88,8 +88,8 @@ pub fn forward(
     }
     let batch = x.len() / unit;
 
-    let (hidden, x) = affine(x, &network.input.hidden)?;
-    let (embedded, _) = affine(stack::activated(&hidden), &network.input.output)?;
+    let hidden = affine(&x, &network.input.hidden)?;
+    let embedded = affine(&stack::activated(&hidden), &network.input.output)?;
     let control = numbers(&network.control)?;
     let mut all = Vec::with_capacity(batch * (points + tokens) * c);
     for sequence in embedded.chunks_exact(tokens * c) {
@@ -98,7 +98,8 @@ pub fn forward(
     }
     let (encoded, encoder) = stack::forward(&network.encoder, all, &positions(points, tokens), network.heads)?;
     let heads_of_rows = encoded.chunks_exact((points + tokens) * c).flat_map(|rows| &rows[..points * c]);
-    let (control_points, control_tokens) = affine(heads_of_rows.copied().collect(), &network.to_latent)?;
+    let control_tokens: Vec<f32> = heads_of_rows.copied().collect();
+    let control_points = affine(&control_tokens, &network.to_latent)?;
 
     // The latent step is small, and the one that differs between methods: automatic differentiation does it.
     let device = network.control.val().device().inner().autodiff();
@@ -106,9 +107,9 @@ pub fn forward(
     let latent = Tensor::<3>::from_data(TensorData::new(control_points.clone(), [batch, points, d]), &device);
     let latent = latent.require_grad();
     let latent_tokens = network.tokens.tokens(latent.clone(), &sampling)?;
-    let (decoder_in, _) = affine(read(latent_tokens.clone().inner())?, &network.from_latent)?;
+    let decoder_in = affine(&read(latent_tokens.clone().inner())?, &network.from_latent)?;
     let (decoded, decoder) = stack::forward(&network.decoder, decoder_in, sampling.positions(), network.heads)?;
-    let (sequence, decoded) = affine(decoded, &network.output)?;
+    let sequence = affine(&decoded, &network.output)?;
     let tokens = latent_tokens;
     let pass =
         AutoencoderPass { sampling, batch, x, hidden, encoder, control_tokens, latent, tokens, decoder, decoded };
@@ -145,10 +146,10 @@ pub fn backward(
     }
     let mut grads = Grads::default();
 
-    let gradient = through_affine(decoded, &network.output, by_sequence, "output", &mut grads)?;
+    let gradient = through_affine(&decoded, &network.output, &by_sequence, "output", &mut grads)?;
     let gradient = stack::backward(&network.decoder, decoder, gradient, "decoder", &mut grads)?;
     let latent_tokens = read(tokens.clone().inner())?;
-    let gradient = through_affine(latent_tokens, &network.from_latent, gradient, "from_latent", &mut grads)?;
+    let gradient = through_affine(&latent_tokens, &network.from_latent, &gradient, "from_latent", &mut grads)?;
     let gradient = Tensor::<3>::from_data(TensorData::new(gradient, tokens.dims()), &tokens.device());
     let mut tape = (tokens * gradient).sum().backward();
     let mut gradient = match latent.grad_remove(&mut tape) {
@@ -158,7 +159,7 @@ pub fn backward(
     if let Some(more) = by_control_points {
         gradient.iter_mut().zip(&more).for_each(|(gradient, more)| *gradient += more);
     }
-    let gradient = through_affine(control_tokens, &network.to_latent, gradient, "to_latent", &mut grads)?;
+    let gradient = through_affine(&control_tokens, &network.to_latent, &gradient, "to_latent", &mut grads)?;
 
     // Only the control tokens' outputs were read.
     let mut by_encoded = vec![0.0; batch * (points + steps) * c];
@@ -175,8 +176,8 @@ pub fn backward(
     put(&network.control, by_control, "control".to_owned(), &mut grads);
     let input = &network.input;
     let activated = stack::activated(&hidden);
-    let mut gradient = through_affine(activated, &input.output, by_embedded, "input.output", &mut grads)?;
+    let mut gradient = through_affine(&activated, &input.output, &by_embedded, "input.output", &mut grads)?;
     stack::through_gelu(&mut gradient, &hidden);
-    through_affine(x, &input.hidden, gradient, "input.hidden", &mut grads)?;
+    through_affine(&x, &input.hidden, &gradient, "input.hidden", &mut grads)?;
     Ok(grads)
 }

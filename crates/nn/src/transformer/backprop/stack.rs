@@ -1,12 +1,11 @@
 //! A [`Stack`] of blocks, forward and backward. What is cheap to compute again (normalized tokens, GELU) is not kept.
 
-use lifelike_simd::vectorize;
-
 use super::attention::{self, Shape, padded_bias};
 use super::linear::{multiply, numbers, put, through};
 use super::threads::each_part;
 use super::{Grads, norm};
 use crate::numbers::Unreadable;
+use crate::rows::add;
 use crate::rows::elementary::{gelu, gelu_gradient};
 use crate::transformer::alibi;
 use crate::transformer::block::{Block, Stack};
@@ -51,13 +50,13 @@ pub(super) fn forward(
 
 fn block_forward(block: &Block, x: Vec<f32>, bias: &[f32], shape: Shape) -> Result<(Vec<f32>, BlockPass), Unreadable> {
     let normed = norm::forward(&x, &numbers(&block.norm_1.gain)?);
-    let (projected, _) = multiply(normed, &block.attention.projection)?;
+    let projected = multiply(&normed, &block.attention.projection)?;
     let mixed = attention::forward(&projected, bias, shape);
-    let (mut between, mixed) = multiply(mixed, &block.attention.output)?;
+    let mut between = multiply(&mixed, &block.attention.output)?;
     add(&mut between, &x);
     let normed = norm::forward(&between, &numbers(&block.norm_2.gain)?);
-    let (inner, _) = multiply(normed, &block.feed_forward.inner)?;
-    let (mut out, _) = multiply(activated(&inner), &block.feed_forward.outer)?;
+    let inner = multiply(&normed, &block.feed_forward.inner)?;
+    let mut out = multiply(&activated(&inner), &block.feed_forward.outer)?;
     add(&mut out, &between);
     Ok((out, BlockPass { x, projected, mixed, between, inner }))
 }
@@ -85,7 +84,7 @@ fn block_backward(
     pass: BlockPass,
     bias: &[f32],
     shape: Shape,
-    gradient: Vec<f32>,
+    mut gradient: Vec<f32>,
     prefix: &str,
     grads: &mut Grads,
 ) -> Result<Vec<f32>, Unreadable> {
@@ -94,35 +93,23 @@ fn block_backward(
 
     let gain = numbers(&block.norm_2.gain)?;
     let weight = &block.feed_forward.outer;
-    let (mut by_inner, mut gradient) = through(activated(&inner), weight, gradient, name("feed_forward.outer"), grads)?;
+    let mut by_inner = through(&activated(&inner), weight, &gradient, name("feed_forward.outer"), grads)?;
     through_gelu(&mut by_inner, &inner);
     let normed = norm::forward(&between, &gain);
-    let (by_normed, _) = through(normed, &block.feed_forward.inner, by_inner, name("feed_forward.inner"), grads)?;
+    let by_normed = through(&normed, &block.feed_forward.inner, &by_inner, name("feed_forward.inner"), grads)?;
     let by_gain = norm::backward(&between, &gain, &by_normed, &mut gradient);
     put(&block.norm_2.gain, by_gain, name("norm_2.gain"), grads);
 
     let gain = numbers(&block.norm_1.gain)?;
     let weight = &block.attention.output;
-    // The product's left factor is needed again, by its own gradient.
-    let (by_mixed, mut gradient) = through(mixed.clone(), weight, gradient, name("attention.output"), grads)?;
+    let by_mixed = through(&mixed, weight, &gradient, name("attention.output"), grads)?;
     let by_projected = attention::backward(&projected, &mixed, &by_mixed, bias, shape);
     let normed = norm::forward(&x, &gain);
     let weight = &block.attention.projection;
-    let (by_normed, _) = through(normed, weight, by_projected, name("attention.projection"), grads)?;
+    let by_normed = through(&normed, weight, &by_projected, name("attention.projection"), grads)?;
     let by_gain = norm::backward(&x, &gain, &by_normed, &mut gradient);
     put(&block.norm_1.gain, by_gain, name("norm_1.gain"), grads);
     Ok(gradient)
-}
-
-fn add(to: &mut [f32], what: &[f32]) {
-    vectorize(
-        #[inline(always)]
-        || {
-            for (to, what) in to.iter_mut().zip(what) {
-                *to += what;
-            }
-        },
-    );
 }
 
 /// GELU of each number.
