@@ -16,6 +16,9 @@ pub struct Shared {
     /// Methods; all where not given.
     #[arg(long, value_delimiter = ',')]
     pub methods: Vec<Method>,
+    /// Only the plain baselines (mean, cubic for each channel, principal components): no network is trained.
+    #[arg(long, conflicts_with_all = ["methods", "rates"])]
+    pub plain: bool,
     /// Iterations and batch size.
     #[arg(long, value_enum, default_value_t)]
     pub budget: Budget,

@@ -32,13 +32,18 @@ pub fn run<E: Experiment>(
     let source = experiment.read(output)?;
     let mut results = Results::default();
     for place in &places {
-        let folder = shared.output.join(&place.name);
-        info!("{}: {}", place.name, folder.display());
         let data = E::data(&source, &place.plan)?;
         // A sweep chooses by validation, and looks at no test set.
         if !shared.sweeps() && !results.plain.iter().any(|plain| plain.column == place.column) {
             results.plain.extend(PlainRun::all::<E>(place, &data)?);
         }
+        if shared.plain {
+            std::fs::create_dir_all(&shared.output).map_err(CliError::write(&shared.output))?;
+            save(&columns, shared, &results, E::WORDS)?;
+            continue;
+        }
+        let folder = shared.output.join(&place.name);
+        info!("{}: {}", place.name, folder.display());
         let trainer = trained::<E>(data, place, &folder, &device, shared, output)?;
         results.runs.push(Run::of::<E>(place, &trainer, &folder, !shared.sweeps())?);
         save(&columns, shared, &results, E::WORDS)?;

@@ -9,7 +9,8 @@ use super::{Column, Words};
 /// The tables of a comparison, or of a sweep.
 pub fn all<P>(columns: &[Column<P>], results: &Results, words: &Words, sweep: bool) -> Vec<Table> {
     let first = if sweep { rates(&results.runs, words) } else { comparison(columns, results, words) };
-    vec![first, details(&results.runs, words)]
+    let details = (!results.runs.is_empty()).then(|| details(&results.runs, words));
+    [first].into_iter().chain(details).collect()
 }
 
 fn small(value: f64) -> Cell {
