@@ -85,7 +85,8 @@ impl Sequences for WindowSequences {
     fn describe(&self) -> String {
         let WindowPlan { frame_rate, half_width, window_seconds, .. } = self.plan;
         let (samples, seed, digest) = (2 * half_width + 1, self.seed, &self.digest);
-        format!("windows of {samples} samples over {window_seconds} s at {frame_rate} Hz, seed {seed}, clips {digest}")
+        let windows = format!("windows of {samples} samples over {window_seconds} s at {frame_rate} Hz");
+        format!("{windows}, loss of eq. 4.3, seed {seed}, clips {digest}")
     }
 
     fn width(&self) -> usize {
