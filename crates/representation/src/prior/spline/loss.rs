@@ -76,6 +76,7 @@ mod tests {
     use burn::tensor::{Tensor, TensorData};
     use lifelike_checkpoint::rng::stream;
     use lifelike_nn::device;
+    use lifelike_nn::numbers::read;
     use rand_distr::{Distribution, StandardNormal};
 
     use super::*;
@@ -96,7 +97,7 @@ mod tests {
         let back = tensor(&y).require_grad();
         let expected = loss::reconstruction(tensor(&x), back.clone());
         let by_back = back.grad(&expected.backward()).unwrap();
-        let expected_gradient: Vec<f32> = by_back.into_data().to_vec().unwrap();
+        let expected_gradient = read(by_back).unwrap();
         let expected = f64::from(expected.into_scalar::<f32>());
         assert!((value - expected).abs() < 1e-5 * expected, "{value}, not {expected}");
         for (got, wanted) in gradient.iter().zip(&expected_gradient) {
