@@ -42,12 +42,26 @@ fn strands_are_measured_once_and_printed_beside_the_thesis() {
     let page = std::fs::read_to_string(at.join("report.html")).unwrap();
     assert!(page.contains("Table 3.5") && page.contains("12D: test strands"));
     // What was measured is not measured again: the command believes the run's folder.
-    let kept = at.join("8d-spline-0/test.toml");
+    let kept = at.join("8d-spline-0/measured.toml");
     let text = std::fs::read_to_string(&kept).unwrap();
     let line = text.lines().find(|line| line.starts_with("mse = ")).unwrap();
-    std::fs::write(&kept, text.replace(line, "mse = 700.0")).unwrap();
+    std::fs::write(&kept, text.replace(line, "mse = 7.0")).unwrap();
     let again = json(&["strands", "--latents", "8", "--methods", "spline"], at);
-    assert!((again["runs"][0]["mse"].as_f64().unwrap() - 7.0).abs() < 1e-9, "700 dm² are 7 m²");
+    assert_eq!(again["runs"][0]["mse"], 7.0);
+}
+
+#[test]
+fn plain_baselines_say_how_many_numbers_they_keep_and_need_no_network() {
+    let folder = tempfile::tempdir().unwrap();
+    let found = json(&["strands", "--latents", "8", "--plain"], folder.path());
+    let told = |row: &Value| (row["name"].as_str().unwrap().to_owned(), row["numbers"].as_u64().unwrap());
+    let plain = found["plain"].as_array().unwrap();
+    let rows: Vec<_> = plain.iter().map(told).collect();
+    assert_eq!(rows, [("mean", 0), ("cubic", 12), ("PCA", 8), ("PCA", 32)].map(|(name, n)| (name.to_owned(), n)));
+    let mse: Vec<f64> = plain.iter().map(|row| row["mse"].as_f64().unwrap()).collect();
+    assert!(mse[0] > mse[2] && mse[2] > mse[3] && mse[3] < 1e-5, "in m², strands of some decimetres: {mse:?}");
+    assert!(found["runs"].as_array().unwrap().is_empty() && !folder.path().join("8d-spline-0").exists());
+    refused(&["strands", "--plain", "--methods", "spline"], folder.path(), 2, "--plain");
 }
 
 #[test]

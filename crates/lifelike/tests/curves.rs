@@ -53,7 +53,7 @@ fn rates_are_swept_with_and_without_warm_up() {
     assert_eq!(runs.iter().map(setting).collect::<Vec<_>>(), [(1e-4, 0), (1e-4, 3), (1e-2, 0), (1e-2, 3)]);
     // Rates are chosen by it, so it must not have seen the test set.
     assert!(runs.iter().all(|run| run.get("mse").is_none() && run["looks"][0]["mse"].as_f64().unwrap() > 0.0));
-    assert!(!folder.path().join("lissajous-spline-rate-1e-4-0/test.toml").exists());
+    assert!(!folder.path().join("lissajous-spline-rate-1e-4-0/measured.toml").exists());
     let text = String::from_utf8(bench(folder.path(), &[&one[..], &["--rates", "1e-4"]].concat()).stdout).unwrap();
     assert!(text.contains("spread") && text.contains("1e-4") && !text.contains("test curves"), "{text}");
 }

@@ -20,7 +20,7 @@ const DRAWN: usize = 4;
 /// Test sequences that are measured at a time.
 const MEASURED: usize = 64;
 /// File of a run's folder that keeps what was measured.
-const FILE: &str = "test.toml";
+const FILE: &str = "measured.toml";
 
 /// A run before it begins.
 #[derive(Debug)]
