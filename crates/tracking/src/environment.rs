@@ -269,7 +269,9 @@ impl Environment {
                 // A non-finite output counts as zero; its environment goes on, and the update will not step with it.
                 *last = if y.is_finite() { ActionSpec::clamp_output(*y) } else { 0.0 };
             }
-            actions.write(&episode.last, library.joints_at(library.ahead(episode.frame, 1)), target);
+            let next = library.ahead(episode.frame, 1);
+            episode.asked = [next, episode.asked[0]];
+            actions.write(&episode.last, library.joints_at(next), target);
             target.iter_mut().zip(&episode.offset).for_each(|(t, o)| *t -= o);
             delay_targets(target, episode);
         });

@@ -33,6 +33,8 @@ pub struct Episode {
     pub before: Vec<f32>,
     /// And the one before that, `[J]`: eq. 4.8's second difference needs it, the policy does not see it.
     pub oldest: Vec<f32>,
+    /// The frames whose joints `last` and `before` were to reach: what corrections of the reference were corrections of.
+    pub asked: [usize; 2],
     /// Encoder offsets, `[J]` (rad).
     pub offset: Vec<f32>,
     /// Delay of what is measured (policy steps).
@@ -67,6 +69,7 @@ impl Episode {
             last: vec![0.0; joints],
             before: vec![0.0; joints],
             oldest: vec![0.0; joints],
+            asked: [0; 2],
             offset: vec![0.0; joints],
             observation_delay: 0,
             action_delay: 0,
@@ -118,6 +121,8 @@ pub fn save(episodes: &[Episode], checkpoint: &mut Checkpoint, prefix: &str) -> 
         numbers.extend(e.past_measurements.iter().chain(&e.past_targets));
     }
     checkpoint.put_u64(&format!("{prefix}.counters"), &[n, COUNTERS], counters)?;
+    let asked = episodes.iter().flat_map(|e| e.asked).map(|frame| frame as u64).collect();
+    checkpoint.put_u64(&format!("{prefix}.asked"), &[n, 2], asked)?;
     checkpoint.put_f32(&format!("{prefix}.numbers"), &[n, 6 + 4 * joints + measured + waiting], numbers)
 }
 
@@ -141,7 +146,12 @@ pub fn load(
     let width = own + measured + waiting;
     let counters = checkpoint.u64s(&format!("{prefix}.counters"), &[n, COUNTERS])?;
     let numbers = checkpoint.f32s(&format!("{prefix}.numbers"), &[n, width])?;
-    let episodes = counters.chunks_exact(COUNTERS).zip(numbers.chunks_exact(width)).map(|(c, x)| Episode {
+    // Runs of before have none, and no use for it: their teachers' actions were their own.
+    let key = format!("{prefix}.asked");
+    let asked = if checkpoint.contains(&key) { checkpoint.u64s(&key, &[n, 2])? } else { vec![0; 2 * n] };
+    let rows = counters.chunks_exact(COUNTERS).zip(numbers.chunks_exact(width)).zip(asked.chunks_exact(2));
+    let episodes = rows.map(|((c, x), asked)| Episode {
+        asked: [asked[0] as usize, asked[1] as usize],
         number: c[0],
         length: c[1],
         frame: c[2] as usize,

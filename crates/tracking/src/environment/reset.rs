@@ -117,7 +117,9 @@ impl Environment {
         let Setup { robot, library, actions, .. } = &self.setup;
         let joints = robot.joints();
         let episode = &mut self.episodes[i];
-        let reference = library.joints_at(library.ahead(episode.frame, 1));
+        let next = library.ahead(episode.frame, 1);
+        episode.asked = [next; 2];
+        let reference = library.joints_at(next);
         let q = &self.simulation.state().joint_position[i * joints..(i + 1) * joints];
         actions.holding(q, reference, &mut episode.last);
         episode.before.copy_from_slice(&episode.last);

@@ -3,6 +3,8 @@
 //! Teachers see the truth, whatever the new policy is told: theirs may be another layout, without noise and delays. What they teach is
 //! joint targets, so their outputs may be corrections of the reference where the new policy's are the targets themselves.
 
+use std::borrow::Cow;
+
 use lifelike_robot::controller::PolicyWorkspace;
 use lifelike_robot::{ActionSpec, Controller};
 use lifelike_sim::BatchState;
@@ -114,9 +116,26 @@ impl Teacher {
         let mut rows = vec![0.0; class.len() * width];
         for (&i, row) in class.iter().zip(rows.chunks_exact_mut(width)) {
             let heading = write_features(state, i, setup, features);
-            let observed = Observed { state, i, episode: &episodes[i], library, features, heading };
+            let episode = self.as_own(&episodes[i], setup);
+            let observed = Observed { state, i, episode: &episode, library, features, heading };
             self.observer.write_policy(&observed, row);
         }
         self.controller.outputs(&mut rows, work, actions);
+    }
+
+    /// Returns an episode with the last actions as this teacher would have said them: its policy sees its own.
+    fn as_own<'a>(&self, episode: &'a Episode, setup: &Setup) -> Cow<'a, Episode> {
+        let own = self.controller.actions();
+        if own.spec == setup.actions.spec {
+            return Cow::Borrowed(episode);
+        }
+        let mut told = episode.clone();
+        let mut targets = vec![0.0; episode.last.len()];
+        for (output, frame) in [&mut told.last, &mut told.before].into_iter().zip(episode.asked) {
+            let reference = setup.library.joints_at(frame);
+            setup.actions.write(output, reference, &mut targets);
+            own.holding(&targets, reference, output);
+        }
+        Cow::Owned(told)
     }
 }

@@ -91,25 +91,36 @@ fn each_teacher_says_for_its_clips_what_it_would_do_in_the_true_state() {
 fn a_teacher_that_corrects_the_reference_teaches_targets_to_one_that_says_them() {
     let (_, controller) = teacher(&plan(3));
     let library = library(&robot());
-    let advice = |action: ActionSpec| {
+    let starts: Vec<Start> = [40, 160, 20, 170, 0, 155, 249, 147].map(Start::at).into();
+    let pupils = |action: ActionSpec| {
         let mut e = environment(&TrackerPlan { action, teachers: vec![of(&[])], ..pupil() });
         e.set_teachers(vec![controller.clone()]).unwrap();
-        let starts: Vec<Start> = [40, 160, 20, 170, 0, 150, 249, 149].map(Start::at).into();
         e.reset(&(0..8).collect::<Vec<_>>(), Some(&starts)).unwrap();
+        e
+    };
+    let advice = |e: &mut Environment, map: &ActionMap| {
         let mut taught = Vec::new();
         e.teach(&mut taught).unwrap();
         let mut targets = vec![0.0; taught.len()];
-        let rows = taught.chunks_exact(2).zip(targets.chunks_exact_mut(2)).zip(&starts);
-        for ((output, target), start) in rows {
-            let reference = library.joints_at(library.ahead(start.frame, 1));
-            ActionMap::new(action, &robot()).write(output, reference, target);
+        let rows = taught.chunks_exact(2).zip(targets.chunks_exact_mut(2)).zip(e.episodes());
+        for ((output, target), episode) in rows {
+            map.write(output, library.joints_at(library.ahead(episode.frame, 1)), target);
         }
         (taught, targets)
     };
-    let (corrections, expected) = advice(plan(3).action);
-    let (outputs, targets) = advice(ActionSpec::DefaultPose { scale: 0.5 });
-    assert!(outputs.iter().zip(&corrections).any(|(a, b)| (a - b).abs() > 1e-2), "other outputs");
-    assert!(targets.iter().zip(&expected).all(|(a, b)| (a - b).abs() < 1e-5), "{targets:?} {expected:?}");
+    let actions = [plan(3).action, ActionSpec::DefaultPose { scale: 0.5 }];
+    let [mut one, mut other] = actions.map(&pupils);
+    let [corrects, says] = actions.map(|action| ActionMap::new(action, &robot()));
+    // Whatever both did before, said in either way, is what the teacher believes to have done.
+    for steps in 0..4 {
+        let (corrections, expected) = advice(&mut one, &corrects);
+        let (outputs, targets) = advice(&mut other, &says);
+        assert!(outputs.iter().zip(&corrections).any(|(a, b)| (a - b).abs() > 1e-2), "other outputs");
+        let apart = targets.iter().zip(&expected).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+        assert!(apart < 1e-4, "step {steps}: {apart}");
+        one.step(&corrections, &mut StepOutcome::default()).unwrap();
+        other.step(&outputs, &mut StepOutcome::default()).unwrap();
+    }
 }
 
 #[test]
