@@ -38,11 +38,6 @@ impl Components {
         self.latent == 0
     }
 
-    /// Returns the numbers of a row.
-    pub fn size(&self) -> usize {
-        self.mean.len()
-    }
-
     /// Returns the mean row.
     pub fn mean(&self) -> &[f32] {
         &self.mean

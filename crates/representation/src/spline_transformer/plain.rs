@@ -47,7 +47,7 @@ impl Plain {
         let sample = Sample::of(data);
         let most = counts.iter().copied().max().unwrap_or(0).min(sample.size.min(sample.len()));
         let mut subspace = Subspace::new(&sample, most, sample.size, 0)?;
-        for _ in 0..if most > 0 { ITERATIONS } else { 0 } {
+        for _ in 0..ITERATIONS {
             subspace.iterate(&sample)?;
         }
         let components = subspace.components();

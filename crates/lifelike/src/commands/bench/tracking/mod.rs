@@ -36,8 +36,9 @@ Examples:
   lifelike bench tracking --study experiments/study-inputs.toml -o runs/try budget.steps=200000
   lifelike bench tracking --study experiments/study-inputs.toml -o runs/inputs --only M,LM --json | jq .runs
 
-The first table has errors over the frames before a fall, with survival and the share of the reference's steps that are taken beside them; the
-second errors over the frames that all policies of a stage survive. A study that says `episodes` is evaluated as the thesis does: episodes of `seconds` that go from clip to clip.")]
+The first table has errors over the frames before a fall, with survival and the share of the reference's steps that are taken beside
+them; the second errors over the frames that all policies of a stage survive. A study that says `episodes` is evaluated as the thesis
+does: episodes of `seconds` that go from clip to clip.")]
 pub struct Args {
     /// The study: a file, or a built-in one by its name.
     #[arg(long)]
@@ -48,7 +49,7 @@ pub struct Args {
     /// Train only these variants; others stand in the table where they are trained already.
     #[arg(long, value_delimiter = ',')]
     only: Vec<String>,
-    /// Evaluate so many episodes of each clip, from starts spread evenly, in place of the study's own protocol.
+    /// Episodes of each clip, from starts spread evenly: how to evaluate in place of the study's own protocol.
     #[arg(long)]
     starts: Option<usize>,
     #[command(flatten)]
