@@ -94,10 +94,13 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     }
     let mut runs = Vec::new();
     for job in study.jobs() {
-        let plan = plan_of(&study, &job, args)?;
         let folder = args.output.join(&job.folder);
-        // What others have trained before belongs into the table all the same.
+        // What others have trained before belongs into the table all the same. What they have not begun has no plan yet: its beginning is missing.
         let wanted = args.only.is_empty() || args.only.contains(&job.variant);
+        if !wanted && !policy_of(&folder).exists() {
+            continue;
+        }
+        let plan = plan_of(&study, &job, args)?;
         if !wanted && !is_trained(&plan, &folder)? {
             continue;
         }
