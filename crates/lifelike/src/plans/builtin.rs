@@ -63,7 +63,6 @@ pub fn builtin() -> impl Iterator<Item = BuiltinPlan> {
         "augmentation",
         "study-inputs",
         "study-thesis",
-        "study-scaling",
     ]
     .into_iter()
 }
