@@ -502,6 +502,28 @@ fn a_policy_is_trained_resumed_inspected_and_evaluated() {
     assert_eq!(other.status.code(), Some(3), "another robot's policy is refused: {}", err(&other));
 }
 
+/// A study with stages may be trained variant by variant, on several machines or cores.
+#[test]
+fn variants_of_a_study_are_trained_one_by_one_whatever_the_others_have_not_begun() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    std::fs::write(path("plan.toml"), TINY).unwrap();
+    let study = "plan = 'plan.toml'\nstarts = 1\nseconds = 0.4\n\
+                 [[stage]]\nname = 'first'\n[[stage]]\nname = 'second'\n\
+                 [[variant]]\nname = 'A'\nseeds = [1]\n[[variant]]\nname = 'B'\nseeds = [1]\n\
+                 [[class]]\nname = 'nod'\nclips = ['motions/nod.keys.toml']";
+    std::fs::write(path("study.toml"), study).unwrap();
+    let trained = |only: &str| -> Vec<String> {
+        let (study, to) = (path("study.toml"), path("runs"));
+        let runs = json(&["bench", "tracking", "--study", &study, "-o", &to, "--threads", "1", "--only", only]);
+        let name = |run: &Value| format!("{} {}", run["variant"].as_str().unwrap(), run["stage"].as_str().unwrap());
+        runs.as_array().unwrap().iter().map(name).collect()
+    };
+    // A comes first in the file, and its second stage has nothing to begin with yet.
+    assert_eq!(trained("B"), ["B first", "B second"]);
+    assert_eq!(trained("A"), ["A first", "A second", "B first", "B second"]);
+}
+
 const TINY: &str = r#"
 robot = "lima"
 clips = ["motions/nod.keys.toml"]

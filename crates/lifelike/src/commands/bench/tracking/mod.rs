@@ -95,7 +95,8 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let mut runs = Vec::new();
     for job in study.jobs() {
         let folder = args.output.join(&job.folder);
-        // What others have trained before belongs into the table all the same. What they have not begun has no plan yet: its beginning is missing.
+        // What others have trained before belongs into the table all the same; of what they have not begun there may be no plan yet, as the
+        // stage that it begins with is missing.
         let wanted = args.only.is_empty() || args.only.contains(&job.variant);
         if !wanted && !policy_of(&folder).exists() {
             continue;
