@@ -1,6 +1,8 @@
 //! exp, the error function and GELU written so that the compiler makes vector instructions of loops over them: the C library's
 //! take one number at a time and were a third of a training step.
 
+use lifelike_simd::{Simd, prelude::*};
+
 use super::tile::LANES;
 
 /// x y + z, rounded once.
@@ -23,25 +25,45 @@ pub(crate) fn dot(x: &[f32], y: &[f32]) -> f32 {
     sums.iter().sum::<f32>() + x_rest.iter().zip(y_rest).map(|(x, y)| x * y).sum::<f32>()
 }
 
+// exp(x) = 2^n exp(r) with |r| ≤ ln 2 / 2.
+/// Below this exp stays what it is here.
+const LEAST: f32 = -87.0;
+/// Adding 1.5 · 2^23 leaves the nearest whole number in the lowest bits.
+const SHIFT: f32 = 12_582_912.0;
+/// −ln 2 in two parts, the first exact when multiplied by n.
+const LN_2: [f32; 2] = [-0.693_145_75, -1.428_606_8e-6];
+/// Taylor's, highest power first: the first term left out is below 4e-9.
+const TAYLOR: [f32; 8] = [1.0 / 5040.0, 1.0 / 720.0, 1.0 / 120.0, 1.0 / 24.0, 1.0 / 6.0, 0.5, 1.0, 1.0];
+
 /// exp(x) to 2 units in the last place, for x up to 88; below −87 it stays at exp(−87), about 1e-38.
 #[inline(always)]
 pub(crate) fn exp(x: f32) -> f32 {
-    // Adding 1.5 · 2^23 leaves the nearest whole number in the lowest bits.
-    const SHIFT: f32 = 12_582_912.0;
-    let x = if x > -87.0 { x } else { -87.0 };
+    let x = if x > LEAST { x } else { LEAST };
     let shifted = fma(x, std::f32::consts::LOG2_E, SHIFT);
     let n = shifted - SHIFT;
-    // ln 2 in two parts, the first exact when multiplied by n.
-    let r = fma(n, -1.428_606_8e-6, fma(n, -0.693_145_75, x));
-    // Taylor: |r| ≤ ln 2 / 2, so the first term left out is below 4e-9.
-    let mut p = fma(r, 1.0 / 5040.0, 1.0 / 720.0);
-    p = fma(p, r, 1.0 / 120.0);
-    p = fma(p, r, 1.0 / 24.0);
-    p = fma(p, r, 1.0 / 6.0);
-    p = fma(p, r, 0.5);
-    p = fma(p, r, 1.0);
-    p = fma(p, r, 1.0);
+    let r = fma(n, LN_2[1], fma(n, LN_2[0], x));
+    let [mut p, rest @ ..] = TAYLOR;
+    for c in rest {
+        p = fma(p, r, c);
+    }
     p * f32::from_bits((shifted.to_bits() << 23).wrapping_add(0x3f80_0000))
+}
+
+/// [`exp`] of each number, bit for bit.
+#[inline(always)]
+pub(crate) fn exp_of_vector<S: Simd>(simd: S, x: S::f32s) -> S::f32s {
+    let splat = |c: f32| S::f32s::splat(simd, c);
+    let x = x.simd_gt(splat(LEAST)).select(x, splat(LEAST));
+    let shifted = x.mul_add_precise(splat(std::f32::consts::LOG2_E), splat(SHIFT));
+    let n = shifted - splat(SHIFT);
+    let r = n.mul_add_precise(splat(LN_2[1]), n.mul_add_precise(splat(LN_2[0]), x));
+    let mut p = splat(TAYLOR[0]);
+    for c in &TAYLOR[1..] {
+        p = p.mul_add_precise(r, splat(*c));
+    }
+    let bits: S::u32s = shifted.bitcast();
+    let power: S::f32s = ((bits << 23) + S::u32s::splat(simd, 0x3f80_0000)).bitcast();
+    p * power
 }
 
 /// Returns the error function within 3e-7: the rational approximation of Eigen's and XLA's `erf` for single precision.
@@ -83,6 +105,8 @@ pub(crate) fn gelu_gradient(x: f32) -> f32 {
 
 #[cfg(test)]
 mod tests {
+    use lifelike_simd::{InstructionSet, Task};
+
     use super::*;
 
     #[test]
@@ -94,6 +118,27 @@ mod tests {
         }
         assert_eq!(exp(0.0), 1.0);
         assert!(exp(f32::NEG_INFINITY) < 2e-38 && exp(-1e30) < 2e-38);
+    }
+
+    #[test]
+    fn exp_of_a_vector_is_that_of_its_numbers() {
+        struct Exp<'a>(&'a mut [f32]);
+        impl Task for Exp<'_> {
+            type Output = ();
+            #[inline(always)]
+            fn run<S: Simd>(self, simd: S) {
+                for x in self.0.chunks_exact_mut(S::f32s::LEN) {
+                    exp_of_vector(simd, S::f32s::from_slice(simd, x)).store_slice(x);
+                }
+            }
+        }
+        let numbers: Vec<f32> = (0..16_000).map(|i| 0.011 * (i as f32 - 8_000.0)).collect();
+        let expected: Vec<f32> = numbers.iter().map(|x| exp(*x)).collect();
+        for set in InstructionSet::available() {
+            let mut got = numbers.clone();
+            set.run(Exp(&mut got));
+            assert_eq!(got, expected, "{set}");
+        }
     }
 
     #[test]

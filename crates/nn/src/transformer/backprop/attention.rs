@@ -3,8 +3,9 @@
 //! Scores of a whole batch are tens of megabytes that a tensor library passes over a dozen times. Here one head's stay in the
 //! cache, and the backward pass computes them again from the rows' log-sums (Dao et al. 2022's idea, without tiles).
 
+use super::softmax::softmax;
 use super::threads::each_part;
-use crate::rows::elementary::{dot, exp};
+use crate::rows::elementary::dot;
 use crate::rows::tile::{LANES, Left, pack, padded, product};
 
 /// Sizes of a batch.
@@ -85,37 +86,7 @@ fn weigh(scratch: &mut Scratch, rows: &[f32], bias: &[f32], shape: Shape, head: 
     scratch.scores.resize(t * wide, 0.0);
     let left = Left { numbers: &rows[queries..], stride: 3 * c, transposed: false };
     product(&mut scratch.scores, t, left, &scratch.right, size);
-    for (scores, bias) in scratch.scores.chunks_exact_mut(wide).zip(bias.chunks_exact(wide)) {
-        softmax(scores, bias);
-    }
-}
-
-/// Softmax of scores + bias; both are whole panels.
-#[inline(always)]
-fn softmax(scores: &mut [f32], bias: &[f32]) {
-    let (scores, _) = scores.as_chunks_mut::<LANES>();
-    let (bias, _) = bias.as_chunks::<LANES>();
-    let mut most = [f32::MIN; LANES];
-    for (scores, bias) in scores.iter_mut().zip(bias) {
-        for ((score, bias), most) in scores.iter_mut().zip(bias).zip(&mut most) {
-            *score += bias;
-            *most = if *score > *most { *score } else { *most };
-        }
-    }
-    let most = most.into_iter().fold(f32::MIN, f32::max);
-    let mut sums = [0.0_f32; LANES];
-    for scores in scores.iter_mut() {
-        for (score, sum) in scores.iter_mut().zip(&mut sums) {
-            *score = exp(*score - most);
-            *sum += *score;
-        }
-    }
-    let share = 1.0 / sums.iter().sum::<f32>();
-    for scores in scores.iter_mut() {
-        for score in scores {
-            *score *= share;
-        }
-    }
+    softmax(&mut scratch.scores, bias, wide);
 }
 
 /// Returns the gradient by `projected`, from the one by what [`forward`] returned as `mixed`.

@@ -10,6 +10,7 @@
 pub(super) mod attention;
 mod linear;
 mod norm;
+mod softmax;
 mod stack;
 mod threads;
 
