@@ -20,7 +20,7 @@ use crate::output::Output;
 #[command(after_help = "\
 Examples:
   lifelike bench curves --budget smoke -o runs/smoke                                   # a minute: does it work at all?
-  lifelike bench curves -o runs/curves                                                 # 64 points, batches of 32: two hours
+  lifelike bench curves -o runs/curves                                                 # 64 points, batches of 32: two core hours
   lifelike bench curves --families bezier-2 --methods spline,alibi --iterations 500 -o runs/bezier
   lifelike bench curves --budget thesis --families lissajous --minutes 60 -o runs/long # an hour each; again for another hour
   lifelike bench curves --families lissajous --rates 1e-3,1e-2 --warmup 200 --iterations 500 -o runs/rates    # which suits which?
@@ -62,8 +62,7 @@ fn thesis(family: Family) -> [f64; 3] {
 
 fn plan(budget: Budget, family: Family) -> CurvesPlan {
     let plan = CurvesPlan::new(family);
-    let iterations = if family == Family::Bezier64 { 2000 } else { 6000 };
-    let plan = CurvesPlan { training: budget.training(plan.training, iterations), ..plan };
+    let plan = CurvesPlan { training: budget.training(plan.training), ..plan };
     match budget {
         Budget::Smoke => CurvesPlan { samples: 16, validation: 32, test: 64, ..plan },
         Budget::Cpu => CurvesPlan { samples: 64, ..plan },
@@ -147,9 +146,9 @@ mod tests {
     fn rates_and_warm_ups_are_the_budgets_unless_told() {
         let one = "curves --families bezier-2 --methods spline -o runs";
         let run = |name: &str, rate, warmup| (format!("bezier-2-spline{name}-0"), rate, warmup);
-        assert_eq!(runs(one), [run("-warmup-300", 0.01, 300)]);
+        assert_eq!(runs(one), [run("-warmup-500", 0.001, 500)]);
         assert_eq!(runs(&format!("{one} --budget thesis")), [run("", 0.001, 0)]);
-        assert_eq!(runs(&format!("{one} --iterations 100")), [run("-warmup-5", 0.01, 5)], "its share");
+        assert_eq!(runs(&format!("{one} --iterations 100")), [run("-warmup-5", 0.001, 5)], "its share");
         assert_eq!(runs(&format!("{one} --warmup 7 --rate spline=0.1")), [run("-rate-1e-1-warmup-7", 0.1, 7)]);
         assert_eq!(runs(&format!("{one} --rates 0.1")), [run("-rate-1e-1", 0.1, 0)]);
         let both = [run("-rate-1e-1", 0.1, 0), run("-rate-1e-1-warmup-7", 0.1, 7)];
@@ -160,8 +159,8 @@ mod tests {
     #[test]
     fn a_plan_stays_what_it_was_in_a_file() {
         let text = "family = \"bezier-64\"\nsamples = 64\nvalidation = 256\ntest = 10000\n\n[training]\nseed = 0\n\
-                    method = \"spline\"\nlatent = 64\nlayers = 4\nheads = 4\nwidth = 128\nfactor = 1\nbatch = 32\npart = 4\n\
-                    iterations = 2000\noptimizer = \"radam\"\nlearning_rate = 0.01\nwarmup = 100\nvalidate_every = 250\n";
+                    method = \"spline\"\nlatent = 64\nlayers = 4\nheads = 2\nwidth = 64\nfactor = 1\nbatch = 32\npart = 8\n\
+                    iterations = 10000\noptimizer = \"adam\"\nlearning_rate = 0.001\nwarmup = 500\nvalidate_every = 500\n";
         assert_eq!(toml::to_string(&plan(Budget::Cpu, Family::Bezier64)).unwrap(), text);
     }
 }

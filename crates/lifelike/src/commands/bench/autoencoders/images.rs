@@ -61,7 +61,7 @@ struct Images<'a> {
 
 fn plan(budget: Budget, latent: usize) -> ImagesPlan {
     let plan = ImagesPlan::new(latent);
-    let plan = ImagesPlan { training: budget.training(plan.training, 2000), ..plan };
+    let plan = ImagesPlan { training: budget.training(plan.training), ..plan };
     match budget {
         Budget::Smoke => ImagesPlan { validation: 32, test: 64, ..plan },
         Budget::Cpu => ImagesPlan { validation: 250, ..plan },

@@ -77,7 +77,7 @@ struct People<'a> {
 
 fn plan(budget: Budget, latent: usize) -> HumansPlan {
     let plan = HumansPlan::new(latent);
-    let plan = HumansPlan { training: budget.training(plan.training, 3000), ..plan };
+    let plan = HumansPlan { training: budget.training(plan.training), ..plan };
     match budget {
         Budget::Smoke => HumansPlan { window: 16, ..plan },
         Budget::Cpu | Budget::Thesis => plan,

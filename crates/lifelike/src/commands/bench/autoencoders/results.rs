@@ -241,7 +241,7 @@ mod tests {
     fn what_was_measured_counts_for_its_plan_and_iteration_only() {
         let folder = tempfile::tempdir().unwrap();
         let mut plan = CurvesPlan::new(Family::Bezier2);
-        plan.training = Budget::Smoke.training(plan.training, 1);
+        plan.training = Budget::Smoke.training(plan.training);
         (plan.samples, plan.training.learning_rate) = (4, 0.1 + 0.2);
         let mut trainer = SequenceTrainer::new(plan.training.clone(), CurveSequences::new(&plan).unwrap()).unwrap();
         let answer = |mse: f64| Measured { test: 1, mse, median: f64::NAN, spread: 0.0, also: BTreeMap::new() };

@@ -50,7 +50,7 @@ struct Strands<'a> {
 
 fn plan(budget: Budget, latent: usize) -> StrandsPlan {
     let plan = StrandsPlan::new(latent);
-    let plan = StrandsPlan { training: budget.training(plan.training, 3000), ..plan };
+    let plan = StrandsPlan { training: budget.training(plan.training), ..plan };
     match budget {
         Budget::Smoke => StrandsPlan { points: 16, validation: 4, test: 8, ..plan },
         Budget::Cpu => StrandsPlan { test: 500, ..plan },
