@@ -39,7 +39,6 @@ pub fn builtin() -> impl Iterator<Item = BuiltinPlan> {
         "track-all",
         "track-long",
         "track-thesis",
-        "track-inputs",
         "track-g1",
         "track-g1-long",
         "track-humanoid",
@@ -61,7 +60,6 @@ pub fn builtin() -> impl Iterator<Item = BuiltinPlan> {
         "cotrain-g1",
         "evaluator",
         "augmentation",
-        "study-inputs",
         "study-thesis",
     ]
     .into_iter()

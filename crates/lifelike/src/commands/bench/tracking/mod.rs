@@ -30,11 +30,10 @@ use study::{Job, Study};
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
-  lifelike bench tracking --study experiments/study-inputs.toml -o runs/inputs          # thesis Table 4.3
-  lifelike bench tracking --study study-thesis -o runs/thesis                            # the same in the thesis' own form
+  lifelike bench tracking --study study-thesis -o runs/thesis                            # thesis Tables 4.3 and 4.4
   lifelike bench tracking --study study-thesis -o runs/thesis --starts 5                 # each clip from five places
-  lifelike bench tracking --study experiments/study-inputs.toml -o runs/try budget.steps=200000
-  lifelike bench tracking --study experiments/study-inputs.toml -o runs/inputs --only M,LM --json | jq .runs
+  lifelike bench tracking --study study-thesis -o runs/thesis --only M,LM --json | jq .runs
+  lifelike bench tracking --study mine.toml -o runs/try budget.steps=200000
 
 The first table has errors over the frames before a fall, with survival and the share of the reference's steps that are taken beside
 them; the second errors over the frames that all policies of a stage survive. A study that says `episodes` is evaluated as the thesis
@@ -46,7 +45,7 @@ pub struct Args {
     /// Folder of the runs and of tracking.json.
     #[arg(short, long)]
     output: PathBuf,
-    /// Train only these variants; others stand in the table where they are trained already.
+    /// Train only these variants, then evaluate others too that are trained already.
     #[arg(long, value_delimiter = ',')]
     only: Vec<String>,
     /// Episodes of each clip, from starts spread evenly: how to evaluate in place of the study's own protocol.
@@ -73,6 +72,9 @@ struct Run {
     scores: Vec<ClipScore>,
     /// By class, over the frames that every run of its stage survives.
     common: Vec<CommonErrors>,
+    /// Where the study has it.
+    #[serde(skip)]
+    place: usize,
     #[serde(skip)]
     episodes: Vec<Vec<EpisodeScore>>,
 }
@@ -92,12 +94,14 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
         let known: Vec<&str> = study.variant.iter().map(|v| v.name.as_str()).collect();
         return Err(CliError::Usage(format!("--only: expected some of {}, got '{unknown}'", known.join(", "))));
     }
+    let wanted = |job: &Job| args.only.is_empty() || args.only.contains(&job.variant);
+    let (first, others): (Vec<_>, Vec<_>) = study.jobs().into_iter().partition(wanted);
     let mut runs = Vec::new();
-    for job in study.jobs() {
+    for job in first.into_iter().chain(others) {
         let folder = args.output.join(&job.folder);
         // What others have trained before belongs into the table all the same; of what they have not begun there may be no plan yet, as the
         // stage that it begins with is missing.
-        let wanted = args.only.is_empty() || args.only.contains(&job.variant);
+        let wanted = wanted(&job);
         if !wanted && !policy_of(&folder).exists() {
             continue;
         }
@@ -108,6 +112,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
         info!("{} with seed {}: {}", job.variant, job.seed, folder.display());
         trained(&plan, &folder, args, output)?;
         runs.push(evaluated(&study, &job, &plan, &folder, args, output)?);
+        runs.sort_by_key(|run: &Run| run.place);
         compare(&study, &mut runs)?;
         save(&runs, &args.output)?;
     }
@@ -203,8 +208,8 @@ fn evaluated(
         episodes.push(found.episodes);
     }
     let (steps, minutes) = (loaded.controller.header().provenance.steps, minutes_of(folder)?);
-    let (variant, stage) = (job.variant.clone(), job.stage.clone());
-    Ok(Run { variant, stage, seed: plan.seed, steps, minutes, scores, common: Vec::new(), episodes })
+    let (variant, stage, place) = (job.variant.clone(), job.stage.clone(), job.place);
+    Ok(Run { variant, stage, seed: plan.seed, steps, minutes, scores, common: Vec::new(), place, episodes })
 }
 
 fn save(runs: &[Run], folder: &Path) -> Result<(), CliError> {

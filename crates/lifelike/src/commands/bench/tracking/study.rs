@@ -74,6 +74,8 @@ pub struct Published {
 /// One training of a study.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Job {
+    /// Its number in the study's order.
+    pub place: usize,
     /// Its variant's name.
     pub variant: String,
     /// Its stage's name; none where a study has one training only.
@@ -102,6 +104,7 @@ impl Study {
                     };
                     let own = stage.map_or(&[][..], |stage| &stage.set);
                     jobs.push(Job {
+                        place: jobs.len(),
                         variant: variant.name.clone(),
                         stage: stage.map(|stage| stage.name.clone()),
                         seed,
