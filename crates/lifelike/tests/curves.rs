@@ -59,6 +59,19 @@ fn rates_are_swept_with_and_without_warm_up() {
 }
 
 #[test]
+fn the_table_has_the_mean_of_several_seeds_and_half_their_range() {
+    let folder = tempfile::tempdir().unwrap();
+    let arguments = ["--families", "bezier-2", "--methods", "spline", "--iterations", "3", "--seed", "1,5"];
+    let found = json(folder.path(), &arguments);
+    let of = |i: usize| (found["runs"][i]["seed"].as_u64().unwrap(), found["runs"][i]["mse"].as_f64().unwrap());
+    let [(first, a), (second, b)] = [of(0), of(1)];
+    assert!((first, second) == (1, 5) && a != b, "{a} {b}");
+    let text = String::from_utf8(bench(folder.path(), &arguments).stdout).unwrap();
+    let expected = format!("{:.2e} ± {:.1e} [8]", 0.5 * (a + b), 0.5 * (a - b).abs());
+    assert!(text.contains(&expected), "{expected}: {text}");
+}
+
+#[test]
 fn each_method_may_have_its_own_rate() {
     let folder = tempfile::tempdir().unwrap();
     let arguments = ["--families", "lissajous", "--iterations", "2", "--rate", "spline=0.02,alibi=0.003"];

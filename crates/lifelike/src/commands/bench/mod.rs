@@ -15,6 +15,8 @@ pub mod latent;
 #[cfg(feature = "learning")]
 pub mod learning;
 #[cfg(feature = "learning")]
+mod seeds;
+#[cfg(feature = "learning")]
 pub mod tracking;
 #[cfg(not(feature = "learning"))]
 use crate::commands::missing::{

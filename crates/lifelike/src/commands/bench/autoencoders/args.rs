@@ -37,9 +37,9 @@ pub struct Shared {
     /// Iterations over which the learning rate rises; the budget's share of them where not given, none in a sweep.
     #[arg(long)]
     pub warmup: Option<u64>,
-    /// Key of weights and training batches.
-    #[arg(long, default_value_t = 0)]
-    pub seed: u64,
+    /// Keys of weights and training batches: a run for each, of which the table has the mean and half the range.
+    #[arg(long, value_delimiter = ',', value_name = "SEEDS", default_value = "0")]
+    pub seed: Vec<u64>,
     /// Folder of the runs, of the results as JSON and of report.html.
     #[arg(short, long)]
     pub output: PathBuf,

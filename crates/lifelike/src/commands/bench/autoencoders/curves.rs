@@ -25,6 +25,7 @@ Examples:
   lifelike bench curves --budget thesis --families lissajous --minutes 60 -o runs/long # an hour each; again for another hour
   lifelike bench curves --families lissajous --rates 1e-3,1e-2 --warmup 200 --iterations 500 -o runs/rates    # which suits which?
   lifelike bench curves --families lissajous --rate spline=1e-2,alibi=3e-3 --warmup 200 -o runs/chosen
+  lifelike bench curves --families lissajous --seed 0,1,2 -o runs/seeds                # mean and half the range of three
   lifelike bench curves -o runs/other training.batch=64 training.max_gradient_norm=1.0
 
 Families: lissajous, hypotrochoids, bezier-2, bezier-64. Methods: spline, alibi, alibi-cat.
@@ -151,6 +152,8 @@ mod tests {
         assert_eq!(runs(&format!("{one} --iterations 100")), [run("-warmup-5", 0.001, 5)], "its share");
         assert_eq!(runs(&format!("{one} --warmup 7 --rate spline=0.1")), [run("-rate-1e-1-warmup-7", 0.1, 7)]);
         assert_eq!(runs(&format!("{one} --rates 0.1")), [run("-rate-1e-1", 0.1, 0)]);
+        let seeds: Vec<String> = runs(&format!("{one} --seed 4,2")).into_iter().map(|(name, ..)| name).collect();
+        assert_eq!(seeds, ["bezier-2-spline-warmup-500-4", "bezier-2-spline-warmup-500-2"]);
         let both = [run("-rate-1e-1", 0.1, 0), run("-rate-1e-1-warmup-7", 0.1, 7)];
         assert_eq!(runs(&format!("{one} --rates 0.1 --warmup 7")), both);
     }

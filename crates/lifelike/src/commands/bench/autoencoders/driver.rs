@@ -69,14 +69,16 @@ pub(super) fn places<E: Experiment>(
         told => [told].into(),
     };
     let methods = Method::ALL.into_iter().filter(|m| shared.methods.is_empty() || shared.methods.contains(m));
+    // All of one seed first: a table that is stopped on the way has all methods.
+    let columns = shared.seed.iter().flat_map(|seed| columns.iter().map(move |column| (*seed, column)));
     let mut places = Vec::new();
-    for column in columns {
+    for (seed, column) in columns {
         for method in methods.clone() {
             for rate in shared.rates_of(method) {
                 for warmup in &warmups {
                     let mut plan = column.plan.clone();
                     let training = plan.training_mut();
-                    (training.method, training.seed) = (method, shared.seed);
+                    (training.method, training.seed) = (method, seed);
                     let iterations = shared.iterations.unwrap_or(training.iterations);
                     // The budget's keeps its share of the iterations.
                     let share = training.warmup * iterations / training.iterations;
@@ -87,7 +89,7 @@ pub(super) fn places<E: Experiment>(
                     let warmup = plan.training().warmup;
                     let rate = rate.map_or(String::new(), |rate| format!("-rate-{rate:e}"));
                     let rise = if warmup > 0 { format!("-warmup-{warmup}") } else { String::new() };
-                    let name = format!("{}-{method}{rate}{rise}-{}", column.key, shared.seed);
+                    let name = format!("{}-{method}{rate}{rise}-{seed}", column.key);
                     places.push(Place { name, column: column.key.clone(), title: column.title.clone(), plan });
                 }
             }

@@ -35,10 +35,11 @@ pub fn report<P>(
 fn losses(runs: &[Run], against: &str, x: impl Fn(&ValidationPoint) -> f64 + Copy) -> Vec<Curve> {
     let curve = |run: &Run| Curve {
         name: format!(
-            "log10 of the validation error against {against}/{}, {}{}",
+            "log10 of the validation error against {against}/{}, {}{}, seed {}",
             run.title,
             run.method.title(),
-            rate(run)
+            rate(run),
+            run.seed
         ),
         x: run.looks.iter().map(x).collect(),
         y: run.looks.iter().map(|look| look.mse.log10()).collect(),
@@ -53,7 +54,9 @@ fn rate(run: &Run) -> String {
 }
 
 fn drawing<P>(runs: &[Run], column: &Column<P>, words: &Words) -> Option<Drawing> {
-    let here: Vec<&Run> = runs.iter().filter(|run| run.column == column.key).collect();
+    // Of the first seed: methods side by side, not their chances.
+    let seed = runs.first()?.seed;
+    let here: Vec<&Run> = runs.iter().filter(|run| run.column == column.key && run.seed == seed).collect();
     let most = here.iter().map(|run| run.shown.len()).max().filter(|most| *most > 0)?;
     let mut panels = Vec::new();
     for i in 0..most {

@@ -5,6 +5,7 @@ use lifelike_representation::spline_transformer::Method;
 
 use super::results::{PlainRun, Results, Run};
 use super::{Column, Words};
+use crate::commands::bench::seeds::spread;
 
 /// The tables of a comparison, or of a sweep.
 pub fn all<P>(columns: &[Column<P>], results: &Results, words: &Words, sweep: bool) -> Vec<Table> {
@@ -15,6 +16,10 @@ pub fn all<P>(columns: &[Column<P>], results: &Results, words: &Words, sweep: bo
 
 fn small(value: f64) -> Cell {
     Cell { text: format!("{value:.2e}"), ..Cell::number(value, 9) }
+}
+
+fn seed(run: &Run) -> Cell {
+    Cell::text(run.seed.to_string())
 }
 
 fn rate(run: &Run) -> Cell {
@@ -40,15 +45,17 @@ fn comparison<P>(columns: &[Column<P>], results: &Results, words: &Words) -> Tab
         table.rows.push([Cell::text(format!("plain: {name}"))].into_iter().chain(plain.iter().map(cell)).collect());
     }
     for method in Method::ALL {
-        let of = |key: &str| runs.iter().find(|run| run.method == method && run.column == key);
         if runs.iter().any(|run| run.method == method) {
-            let error = |run: &Run| run.test.as_ref().map(|test| with_numbers(test.mse, run.numbers));
-            let cells = columns.iter().map(|column| of(&column.key).and_then(error).unwrap_or(Cell::text("–")));
+            let cells = columns.iter().map(|column| {
+                let own = runs.iter().filter(|run| run.method == method && run.column == column.key);
+                let errors: Vec<f64> = own.clone().filter_map(|run| Some(run.test.as_ref()?.mse)).collect();
+                own.last().map_or(Cell::text("–"), |run| of_seeds(&errors, run.numbers))
+            });
             table.rows.push([Cell::text(method.title())].into_iter().chain(cells).collect());
         }
     }
     table.caption = format!(
-        "{} In brackets, how many numbers are kept of a sequence. Plain: the mean of training sequences; each channel a cubic polynomial; \
+        "{} In brackets, how many numbers are kept of a sequence. Of several seeds, the mean and half the range. Plain: the mean of training sequences; each channel a cubic polynomial; \
          principal components of whole training sequences.",
         words.caption
     );
@@ -60,9 +67,19 @@ fn with_numbers(error: f64, numbers: usize) -> Cell {
     Cell { text: format!("{error:.2e} [{numbers}]"), ..small(error) }
 }
 
+/// The errors of several seeds: their mean, and half the range where there is one.
+fn of_seeds(errors: &[f64], numbers: usize) -> Cell {
+    match spread(errors.iter().copied()) {
+        (mean, half_range) if half_range > 0.0 => {
+            Cell { text: format!("{mean:.2e} ± {half_range:.1e} [{numbers}]"), ..small(mean) }
+        }
+        (mean, _) => with_numbers(mean, numbers),
+    }
+}
+
 fn rates(runs: &[Run], words: &Words) -> Table {
     let head = [words.column, "method"].map(Head::text).into_iter();
-    let numbers = ["learning rate", "warm-up"].map(|n| Head::number(n, ""));
+    let numbers = ["seed", "learning rate", "warm-up"].map(|n| Head::number(n, ""));
     let errors = ["best", "last"].map(|n| Head::number(n, words.validation_unit));
     let head = head.chain(numbers).chain(errors).chain([Head::number("spread", "")]);
     let mut table = Table::new("Sensitivity to the learning rate (3.3.5)", head.collect());
@@ -72,6 +89,7 @@ fn rates(runs: &[Run], words: &Words) -> Table {
         table.rows.push(vec![
             Cell::text(run.title.clone()),
             Cell::text(run.method.title()),
+            seed(run),
             rate(run),
             Cell::number(run.warmup as f64, 0),
             small(best),
@@ -88,7 +106,8 @@ fn rates(runs: &[Run], words: &Words) -> Table {
 
 fn details(runs: &[Run], words: &Words) -> Table {
     let head = [words.column, "method"].map(Head::text).into_iter();
-    let numbers = ["parameters", words.tokens, "batch", "rate", "iterations", "of"].map(|n| Head::number(n, ""));
+    let numbers =
+        ["seed", "parameters", words.tokens, "batch", "rate", "iterations", "of"].map(|n| Head::number(n, ""));
     let tests = || runs.iter().filter_map(|run| run.test.as_ref());
     let test = if tests().next().is_some() {
         vec![Head::number(words.items, ""), Head::number("median", words.unit)]
@@ -103,6 +122,7 @@ fn details(runs: &[Run], words: &Words) -> Table {
         let mut row = vec![
             Cell::text(run.title.clone()),
             Cell::text(run.method.title()),
+            seed(run),
             whole(run.parameters),
             whole(run.tokens),
             whole(run.batch),

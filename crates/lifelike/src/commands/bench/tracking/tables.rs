@@ -5,6 +5,7 @@ use lifelike_report::{Cell, Column, Table};
 
 use super::Run;
 use super::study::{Class, Published, Study};
+use crate::commands::bench::seeds::spread;
 
 /// All tables as text.
 pub fn all(study: &Study, runs: &[Run]) -> String {
@@ -63,13 +64,6 @@ fn by_class(title: &str, unit: &str, study: &Study, runs: &[Run], cell: impl Fn(
     table
 }
 
-/// Mean and half the range.
-fn spread(values: impl Iterator<Item = f64> + Clone) -> (f64, f64) {
-    let n = values.clone().count() as f64;
-    let (low, high) = values.clone().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
-    (values.sum::<f64>() / n, 0.5 * (high - low))
-}
-
 fn say((mean, half_range): (f64, f64), digits: usize) -> String {
     if mean.is_nan() {
         // What a paper does not tell, or nothing was measured of.
@@ -86,8 +80,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn spread_by_hand() {
-        assert_eq!(spread([1.0, 2.0, 6.0].into_iter()), (3.0, 2.5));
+    fn means_and_half_ranges_are_said_in_few_digits() {
         assert_eq!(say((3.0, 2.5), 1), "3.0 ± 2.5");
         assert_eq!(say((3.0, 0.0), 2), "3.00");
         assert_eq!(say((f64::NAN, f64::NAN), 2), "–");
