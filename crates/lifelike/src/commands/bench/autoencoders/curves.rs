@@ -20,7 +20,7 @@ use crate::output::Output;
 #[command(after_help = "\
 Examples:
   lifelike bench curves --budget smoke -o runs/smoke                                   # a minute: does it work at all?
-  lifelike bench curves -o runs/curves                                                 # 64 points, batches of 32: two core hours
+  lifelike bench curves -o runs/curves                                                 # 64 points, 84 minutes of one core
   lifelike bench curves --families bezier-2 --methods spline,alibi --iterations 500 -o runs/bezier
   lifelike bench curves --budget thesis --families lissajous --minutes 60 -o runs/long # an hour each; again for another hour
   lifelike bench curves --families lissajous --rates 1e-3,1e-2 --warmup 200 --iterations 500 -o runs/rates    # which suits which?

@@ -55,8 +55,8 @@ fn comparison<P>(columns: &[Column<P>], results: &Results, words: &Words) -> Tab
         }
     }
     table.caption = format!(
-        "{} In brackets, how many numbers are kept of a sequence. Of several seeds, the mean and half the range. Plain: the mean of training sequences; each channel a cubic polynomial; \
-         principal components of whole training sequences.",
+        "{} In brackets, how many numbers are kept of a sequence. Of several seeds, the mean and half the range. Plain: the mean of \
+         training sequences; each channel a cubic polynomial; principal components of whole training sequences.",
         words.caption
     );
     table
