@@ -34,30 +34,34 @@ enum Kind {
     Cubic(DMatrix<f64>),
     /// Principal components of whole sequences.
     Components(Components),
+    /// Principal components of single frames, each a cubic polynomial of time as above: what a curve with four control points in their
+    /// space can be, read by a linear map.
+    ComponentCubics(DMatrix<f64>, Components),
 }
 
 impl Plain {
-    /// Returns the plain baselines of a source: the mean, a cubic polynomial for each channel, and principal components of as many
-    /// numbers as asked for, largest count last.
+    /// Returns the plain baselines of a source: the mean, a cubic polynomial for each channel, principal components of as many
+    /// numbers as asked for, and, where a frame has more than `latent` channels, a cubic for each of `latent` components of a frame.
     ///
     /// # Errors
     /// Tensor data that cannot be read from the device.
-    pub fn all(data: &impl Sequences, counts: &[usize]) -> Result<Vec<Self>, RepresentationError> {
+    pub fn all(data: &impl Sequences, latent: usize, counts: &[usize]) -> Result<Vec<Self>, RepresentationError> {
         let (tokens, width) = (data.tokens(), data.width());
         let sample = Sample::of(data);
-        let most = counts.iter().copied().max().unwrap_or(0).min(sample.size.min(sample.len()));
-        let mut subspace = Subspace::new(&sample, most, sample.size, 0)?;
-        for _ in 0..ITERATIONS {
-            subspace.iterate(&sample)?;
-        }
-        let components = subspace.components();
+        let components = sample.components(counts.iter().copied().max().unwrap_or(0))?;
         let mean = Self { name: "mean", numbers: 0, kind: Kind::Mean(components.mean().to_vec()) };
-        let cubic = Self { name: "cubic", numbers: 4 * width, kind: Kind::Cubic(cubic(tokens)) };
+        let cubic_each = Self { name: "cubic", numbers: 4 * width, kind: Kind::Cubic(cubic(tokens)) };
         let pca = counts.iter().map(|count| {
             let components = components.first(*count);
             Self { name: "PCA", numbers: components.len(), kind: Kind::Components(components) }
         });
-        Ok([mean, cubic].into_iter().chain(pca).collect())
+        let mut all: Vec<Self> = [mean, cubic_each].into_iter().chain(pca).collect();
+        if latent < width {
+            let frames = Sample { size: width, ..sample }.components(latent)?;
+            let kind = Kind::ComponentCubics(cubic(tokens), frames);
+            all.push(Self { name: "cubic of components", numbers: 4 * latent, kind });
+        }
+        Ok(all)
     }
 
     /// Returns what comes back of whole sequences.
@@ -70,17 +74,21 @@ impl Plain {
     pub fn reconstruct(&self, x: &[f32]) -> Result<Vec<f32>, RepresentationError> {
         match &self.kind {
             Kind::Mean(mean) => Ok(mean.iter().copied().cycle().take(x.len()).collect()),
-            Kind::Cubic(values) => {
-                let (tokens, width) = (values.nrows(), self.numbers / 4);
-                let fitted = x.chunks_exact(tokens * width).flat_map(|sequence| {
-                    let rows = DMatrix::from_row_iterator(tokens, width, sequence.iter().map(|x| f64::from(*x)));
-                    let fitted = (values * rows).transpose();
-                    fitted.iter().map(|y| *y as f32).collect::<Vec<_>>()
-                });
-                Ok(fitted.collect())
-            }
+            Kind::Cubic(values) => Ok(self.cubics(values, x)),
             Kind::Components(components) => components.decode(&components.encode(x.to_vec())?),
+            Kind::ComponentCubics(values, frames) => frames.decode(&self.cubics(values, &frames.encode(x.to_vec())?)),
         }
+    }
+
+    /// Each of the channels that four numbers are kept of as the cubic `values` makes of it.
+    fn cubics(&self, values: &DMatrix<f64>, x: &[f32]) -> Vec<f32> {
+        let (tokens, width) = (values.nrows(), self.numbers / 4);
+        let fitted = x.chunks_exact(tokens * width).flat_map(|sequence| {
+            let rows = DMatrix::from_row_iterator(tokens, width, sequence.iter().map(|x| f64::from(*x)));
+            let fitted = (values * rows).transpose();
+            fitted.iter().map(|y| *y as f32).collect::<Vec<_>>()
+        });
+        fitted.collect()
     }
 }
 
@@ -92,7 +100,7 @@ fn cubic(tokens: usize) -> DMatrix<f64> {
     &basis * basis.transpose()
 }
 
-/// Training sequences, drawn once.
+/// Training sequences, drawn once, in rows of `size` numbers: whole ones, or their frames.
 struct Sample {
     rows: Vec<f32>,
     size: usize,
@@ -102,6 +110,15 @@ impl Sample {
     fn of(data: &impl Sequences) -> Self {
         let batches = (0..SEQUENCES / DRAWN).map(|i| data.batch(i as u64, DRAWN));
         Self { rows: batches.flatten().collect(), size: data.tokens() * data.width() }
+    }
+
+    /// The principal components of the rows, `count` or as many as there can be.
+    fn components(&self, count: usize) -> Result<Components, RepresentationError> {
+        let mut subspace = Subspace::new(self, count.min(self.size.min(self.len())), self.size, 0)?;
+        for _ in 0..ITERATIONS {
+            subspace.iterate(self)?;
+        }
+        Ok(subspace.components())
     }
 }
 
@@ -163,9 +180,10 @@ mod tests {
 
     #[test]
     fn each_is_exact_where_it_can_be_and_not_elsewhere() {
-        let all = Plain::all(&Known, &[1, 2]).unwrap();
+        let all = Plain::all(&Known, 1, &[1, 2]).unwrap();
         let told: Vec<_> = all.iter().map(|plain| (plain.name, plain.numbers)).collect();
-        assert_eq!(told, [("mean", 0), ("cubic", 8), ("PCA", 1), ("PCA", 2)]);
+        assert_eq!(told, [("mean", 0), ("cubic", 8), ("PCA", 1), ("PCA", 2), ("cubic of components", 4)]);
+        assert_eq!(Plain::all(&Known, 2, &[1]).unwrap().len(), 3, "two components of two channels are the channels");
         let x = Known.held_out(HeldOut::Test, 0..33);
         let mse = |plain: &Plain| -> f64 {
             let squares = x.iter().zip(plain.reconstruct(&x).unwrap()).map(|(x, y)| f64::from(x - y).powi(2));
@@ -174,6 +192,7 @@ mod tests {
         let mse: Vec<f64> = all.iter().map(mse).collect();
         assert!(mse[0] > mse[2] && mse[2] > 0.1, "one component says more than none: {mse:?}");
         assert!(mse[3] < 1e-8, "two directions are two components: {mse:?}");
+        assert!(mse[1] < mse[4] && mse[4] < mse[0], "a cubic of one channel of two: {mse:?}");
         let x = sequence(4);
         let fitted = all[1].reconstruct(&x).unwrap();
         let off = |channel: usize| -> f32 {

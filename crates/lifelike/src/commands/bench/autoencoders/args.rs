@@ -16,7 +16,7 @@ pub struct Shared {
     /// Methods; all where not given.
     #[arg(long, value_delimiter = ',')]
     pub methods: Vec<Method>,
-    /// Only the plain baselines (mean, cubic for each channel, principal components): no network is trained.
+    /// Only the plain baselines (mean, cubic for each channel, principal components, cubics of a frame's): no network is trained.
     #[arg(long, conflicts_with_all = ["methods", "rates"])]
     pub plain: bool,
     /// Iterations and batch size.

@@ -107,7 +107,8 @@ impl PlainRun {
             let test = measure::<E>(data, |x| Ok(plain.reconstruct(x)?), 0.0)?;
             Ok(Self { column: place.column.clone(), name: plain.name, numbers: plain.numbers, test })
         };
-        Plain::all(data, &counts.into_iter().collect::<Vec<_>>())?.into_iter().map(measured).collect()
+        let plain = Plain::all(data, latent, &counts.into_iter().collect::<Vec<_>>())?;
+        plain.into_iter().map(measured).collect()
     }
 }
 

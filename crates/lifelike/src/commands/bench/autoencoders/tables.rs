@@ -56,7 +56,9 @@ fn comparison<P>(columns: &[Column<P>], results: &Results, words: &Words) -> Tab
     }
     table.caption = format!(
         "{} In brackets, how many numbers are kept of a sequence. Of several seeds, the mean and half the range. Plain: the mean of \
-         training sequences; each channel a cubic polynomial; principal components of whole training sequences.",
+         training sequences; each channel a cubic polynomial; principal components of whole \
+         training sequences; as many principal components of a frame as the latent dimension, each a cubic polynomial, which is what a \
+         linear map reads from a cubic curve.",
         words.caption
     );
     table
