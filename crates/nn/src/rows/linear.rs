@@ -3,7 +3,7 @@
 use lifelike_simd::vectorize;
 
 use super::layout::Layout;
-use super::tile::{self, LANES, Lanes, Left, pack, padded};
+use super::tile::{self, LANES, Lanes, View, pack, padded};
 
 /// Rows that are multiplied at a time: they and a panel of the weight stay in the nearest cache.
 const BLOCK: usize = 96;
@@ -26,8 +26,8 @@ impl PackedWeight {
         vectorize(
             #[inline(always)]
             || {
-                pack(&mut forth, inputs, outputs, |row, column| weight[row * outputs + column]);
-                pack(&mut back, outputs, inputs, |row, column| weight[column * outputs + row]);
+                pack(&mut forth, inputs, outputs, View::rows(weight, outputs), 1.0);
+                pack(&mut back, outputs, inputs, View::columns(weight, outputs), 1.0);
             },
         );
         Self { inputs, outputs, forth, back }
@@ -57,7 +57,7 @@ pub fn product(x: &[f32], weight: &[f32], [inputs, outputs]: [usize; 2], bias: &
     let mut panels = Vec::with_capacity(inputs * padded(outputs) / LANES);
     vectorize(
         #[inline(always)]
-        || pack(&mut panels, inputs, outputs, |row, column| weight[row * outputs + column]),
+        || pack(&mut panels, inputs, outputs, View::rows(weight, outputs), 1.0),
     );
     let mut out = multiply(x, inputs, &panels, outputs);
     add_bias(&mut out, bias);
@@ -72,7 +72,7 @@ pub fn product_with_transposed(gradient: &[f32], weight: &[f32], [inputs, output
     let mut panels = Vec::with_capacity(outputs * padded(inputs) / LANES);
     vectorize(
         #[inline(always)]
-        || pack(&mut panels, outputs, inputs, |row, column| weight[column * outputs + row]),
+        || pack(&mut panels, outputs, inputs, View::columns(weight, outputs), 1.0),
     );
     multiply(gradient, outputs, &panels, inputs)
 }
@@ -100,7 +100,7 @@ fn multiply(x: &[f32], k: usize, panels: &[[f32; LANES]], m: usize) -> Vec<f32> 
         #[inline(always)]
         || {
             for (out, x) in out.chunks_mut((BLOCK * wide).max(1)).zip(x.chunks((BLOCK * k).max(1))) {
-                tile::product(out, x.len() / k, Left { numbers: x, stride: k, transposed: false }, panels, k);
+                tile::product(out, x.len() / k, View::rows(x, k), panels, k);
             }
         },
     );
@@ -126,8 +126,8 @@ pub fn weight_gradient(x: &[f32], gradient: &[f32], [inputs, outputs]: [usize; 2
         || {
             for (x, gradient) in blocks {
                 let rows = x.len() / inputs;
-                pack(&mut panels, rows, outputs, |row, column| gradient[row * outputs + column]);
-                tile::product(&mut part, inputs, Left { numbers: x, stride: inputs, transposed: true }, &panels, rows);
+                pack(&mut panels, rows, outputs, View::rows(gradient, outputs), 1.0);
+                tile::product(&mut part, inputs, View::columns(x, inputs), &panels, rows);
                 for (sum, part) in sum.chunks_exact_mut(outputs).zip(part.chunks_exact(wide)) {
                     sum.iter_mut().zip(part).for_each(|(sum, x)| *sum += x);
                 }
@@ -190,7 +190,7 @@ impl Linear {
     /// `x: [inputs]` lanes, `out: [outputs]` lanes.
     pub(crate) fn side_by_side(&self, x: &[Lanes], out: &mut [Lanes]) {
         // (x W)ᵀ = Wᵀ xᵀ, and the lanes are xᵀ.
-        let left = Left { numbers: &self.plain, stride: self.shape[1], transposed: true };
+        let left = View::columns(&self.plain, self.shape[1]);
         let rows = out.len();
         tile::product(out.as_flattened_mut(), rows, left, x, x.len());
         vectorize(

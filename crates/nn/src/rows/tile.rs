@@ -13,41 +13,63 @@ pub(crate) fn padded(n: usize) -> usize {
     n.next_multiple_of(LANES)
 }
 
-/// Lays a `[k, n]` matrix out in panels of [`LANES`] columns, each row by row, zeros beyond the last column.
-/// `at(row, column)` gives the numbers.
-#[inline(always)]
-pub(crate) fn pack(panels: &mut Vec<[f32; LANES]>, k: usize, n: usize, at: impl Fn(usize, usize) -> f32) {
-    panels.clear();
-    for first in (0..n).step_by(LANES) {
-        for row in 0..k {
-            let mut lanes = [0.0; LANES];
-            for (lane, x) in lanes.iter_mut().enumerate().take(n - first) {
-                *x = at(row, first + lane);
-            }
-            panels.push(lanes);
-        }
-    }
-}
-
-/// The left factor: number (row, i) stands at `row · stride + i`, or if `transposed` at `i · stride + row`.
+/// A matrix among numbers: (row, i) stands at `row · stride + i`, or if `transposed` at `i · stride + row`.
 #[derive(Clone, Copy)]
-pub(crate) struct Left<'a> {
+pub(crate) struct View<'a> {
     pub(crate) numbers: &'a [f32],
     pub(crate) stride: usize,
     pub(crate) transposed: bool,
 }
 
+impl<'a> View<'a> {
+    /// A row begins every `stride` numbers.
+    pub(crate) fn rows(numbers: &'a [f32], stride: usize) -> Self {
+        Self { numbers, stride, transposed: false }
+    }
+
+    /// A column begins every `stride` numbers.
+    pub(crate) fn columns(numbers: &'a [f32], stride: usize) -> Self {
+        Self { numbers, stride, transposed: true }
+    }
+}
+
+/// Lays a `[k, n]` matrix times a number out in panels of [`LANES`] columns, each row by row, zeros beyond the last column.
+#[inline(always)]
+pub(crate) fn pack(panels: &mut Vec<Lanes>, k: usize, n: usize, matrix: View<'_>, scale: f32) {
+    panels.clear();
+    panels.resize(k * padded(n) / LANES, [0.0; LANES]);
+    let View { numbers, stride, transposed } = matrix;
+    for (panel, first) in panels.chunks_exact_mut(k.max(1)).zip((0..n).step_by(LANES)) {
+        let columns = LANES.min(n - first);
+        if transposed {
+            for lane in 0..columns {
+                let column = &numbers[(first + lane) * stride..][..k];
+                panel.iter_mut().zip(column).for_each(|(lanes, x)| lanes[lane] = scale * x);
+            }
+        } else {
+            for (row, lanes) in panel.iter_mut().enumerate() {
+                let row = &numbers[row * stride + first..][..columns];
+                // Full panels are most, and of a length that is known.
+                match row.first_chunk::<LANES>() {
+                    Some(row) => lanes.iter_mut().zip(row).for_each(|(lane, x)| *lane = scale * x),
+                    None => lanes.iter_mut().zip(row).for_each(|(lane, x)| *lane = scale * x),
+                }
+            }
+        }
+    }
+}
+
 /// out = left · panels; `out` is `[rows, padded(n)]`, row-major.
 ///
 /// Each number is summed over k from the first to the last with fused multiply-adds, with every instruction set alike.
-pub(crate) fn product(out: &mut [f32], rows: usize, left: Left<'_>, panels: &[[f32; LANES]], k: usize) {
+pub(crate) fn product(out: &mut [f32], rows: usize, left: View<'_>, panels: &[[f32; LANES]], k: usize) {
     InstructionSet::chosen().run(Product { out, rows, left, panels, k });
 }
 
 struct Product<'a> {
     out: &'a mut [f32],
     rows: usize,
-    left: Left<'a>,
+    left: View<'a>,
     panels: &'a [[f32; LANES]],
     k: usize,
 }
@@ -129,10 +151,16 @@ fn add<S: Simd, const R: usize, const V: usize>(
     x: &[f32; R],
     lanes: &[f32; LANES],
 ) {
-    for v in 0..V {
-        let y = S::f32s::from_slice(simd, &lanes[v * S::f32s::LEN..][..S::f32s::LEN]);
-        for r in 0..R {
-            sums[r][v] = S::f32s::splat(simd, x[r]).mul_add_precise(y, sums[r][v]);
+    let mut y = [S::f32s::splat(simd, 0.0); V];
+    for (y, lanes) in y.iter_mut().zip(lanes.chunks_exact(S::f32s::LEN)) {
+        *y = S::f32s::from_slice(simd, lanes);
+    }
+    // Row by row: each number of the left factor is needed once and its register free again. Vector by vector all of them would be
+    // held beside the sums, for which AVX2's 16 registers do not suffice.
+    for r in 0..R {
+        let x = S::f32s::splat(simd, x[r]);
+        for v in 0..V {
+            sums[r][v] = x.mul_add_precise(y[v], sums[r][v]);
         }
     }
 }
@@ -147,10 +175,9 @@ mod tests {
             let a: Vec<f32> = (0..m * k).map(|i| ((i * 37) % 19) as f32 - 9.0).collect();
             let b: Vec<f32> = (0..k * n).map(|i| ((i * 11) % 23) as f32 - 11.0).collect();
             let mut panels = Vec::new();
-            pack(&mut panels, k, n, |row, column| b[row * n + column]);
+            pack(&mut panels, k, n, View::rows(&b, n), 1.0);
             let turned: Vec<f32> = (0..k * m).map(|i| a[i % m * k + i / m]).collect();
-            for (numbers, stride, transposed) in [(&a, k, false), (&turned, m, true)] {
-                let left = Left { numbers, stride, transposed };
+            for left in [View::rows(&a, k), View::columns(&turned, m)] {
                 let mut out = vec![f32::NAN; m * padded(n)];
                 product(&mut out, m, left, &panels, k);
                 for set in InstructionSet::available() {
@@ -162,7 +189,7 @@ mod tests {
                     for j in 0..n {
                         // Whole numbers: no rounding.
                         let expected: f32 = (0..k).map(|l| a[i * k + l] * b[l * n + j]).sum();
-                        assert_eq!(out[i * padded(n) + j], expected, "{m} {k} {n}, {transposed}, ({i}, {j})");
+                        assert_eq!(out[i * padded(n) + j], expected, "{m} {k} {n}, {}, ({i}, {j})", left.transposed);
                     }
                 }
             }

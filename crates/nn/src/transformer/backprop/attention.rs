@@ -6,7 +6,7 @@
 use super::softmax::softmax;
 use super::threads::each_part;
 use crate::rows::elementary::dot;
-use crate::rows::tile::{LANES, Left, pack, padded, product};
+use crate::rows::tile::{Lanes, View, pack, padded, product};
 
 /// Sizes of a batch.
 #[derive(Debug, Clone, Copy)]
@@ -22,7 +22,7 @@ pub(in crate::transformer) struct Shape {
 /// Memory of one thread.
 #[derive(Default)]
 struct Scratch {
-    right: Vec<[f32; LANES]>,
+    right: Vec<Lanes>,
     scores: Vec<f32>,
     gradients: Vec<f32>,
     out: Vec<f32>,
@@ -61,9 +61,9 @@ pub(in crate::transformer) fn forward(projected: &[f32], bias: &[f32], shape: Sh
                     let bias = &bias[head * t * wide..][..t * wide];
                     let values = columns(shape, head)[2];
                     weigh(&mut scratch, rows, bias, shape, head);
-                    pack(&mut scratch.right, t, size, |row, column| rows[row * 3 * c + values + column]);
+                    pack(&mut scratch.right, t, size, View::rows(&rows[values..], 3 * c), 1.0);
                     scratch.out.resize(t * padded(size), 0.0);
-                    let left = Left { numbers: &scratch.scores, stride: wide, transposed: false };
+                    let left = View::rows(&scratch.scores, wide);
                     product(&mut scratch.out, t, left, &scratch.right, t);
                     for (out, mixed) in out.chunks_exact_mut(c).zip(scratch.out.chunks_exact(padded(size))) {
                         out[head * size..][..size].copy_from_slice(&mixed[..size]);
@@ -82,9 +82,9 @@ fn weigh(scratch: &mut Scratch, rows: &[f32], bias: &[f32], shape: Shape, head: 
     let (size, wide) = (c / heads, padded(t));
     let [queries, keys, _] = columns(shape, head);
     let scale = (size as f32).powf(-0.5);
-    pack(&mut scratch.right, size, t, |row, column| scale * rows[column * 3 * c + keys + row]);
+    pack(&mut scratch.right, size, t, View::columns(&rows[keys..], 3 * c), scale);
     scratch.scores.resize(t * wide, 0.0);
-    let left = Left { numbers: &rows[queries..], stride: 3 * c, transposed: false };
+    let left = View::rows(&rows[queries..], 3 * c);
     product(&mut scratch.scores, t, left, &scratch.right, size);
     softmax(&mut scratch.scores, bias, wide);
 }
@@ -138,9 +138,9 @@ fn one_head(
     part.resize(t * padded(size), 0.0);
 
     // By the weights: gradient · valuesᵀ; then through the softmax, w (g − Σ w g), where Σ w g = output · its gradient.
-    pack(right, size, t, |row, column| rows[column * 3 * c + values + row]);
+    pack(right, size, t, View::columns(&rows[values..], 3 * c), 1.0);
     gradients.resize(t * wide, 0.0);
-    product(gradients, t, Left { numbers: &by_mixed[own..], stride: c, transposed: false }, right, size);
+    product(gradients, t, View::rows(&by_mixed[own..], c), right, size);
     let token_rows = mixed.chunks_exact(c).zip(by_mixed.chunks_exact(c));
     let weights = scores.chunks_exact(wide);
     for ((gradients, weights), (mixed, by_mixed)) in gradients.chunks_exact_mut(wide).zip(weights).zip(token_rows) {
@@ -150,17 +150,17 @@ fn one_head(
         }
     }
 
-    pack(right, t, size, |row, column| by_mixed[row * c + own + column]);
-    put(out, part, Left { numbers: scores, stride: wide, transposed: true }, right, shape, values);
-    pack(right, t, size, |row, column| scale * rows[row * 3 * c + keys + column]);
-    put(out, part, Left { numbers: gradients, stride: wide, transposed: false }, right, shape, queries);
-    pack(right, t, size, |row, column| scale * rows[row * 3 * c + queries + column]);
-    put(out, part, Left { numbers: gradients, stride: wide, transposed: true }, right, shape, keys);
+    pack(right, t, size, View::rows(&by_mixed[own..], c), 1.0);
+    put(out, part, View::columns(scores, wide), right, shape, values);
+    pack(right, t, size, View::rows(&rows[keys..], 3 * c), scale);
+    put(out, part, View::rows(gradients, wide), right, shape, queries);
+    pack(right, t, size, View::rows(&rows[queries..], 3 * c), scale);
+    put(out, part, View::columns(gradients, wide), right, shape, keys);
 }
 
 /// Writes left · right into one head's columns of `out`, from `column` on.
 #[inline(always)]
-fn put(out: &mut [f32], part: &mut [f32], left: Left<'_>, right: &[[f32; LANES]], shape: Shape, column: usize) {
+fn put(out: &mut [f32], part: &mut [f32], left: View<'_>, right: &[Lanes], shape: Shape, column: usize) {
     let Shape { tokens: t, width: c, heads } = shape;
     let size = c / heads;
     product(part, t, left, right, t);
