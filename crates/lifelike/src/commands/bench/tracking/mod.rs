@@ -33,6 +33,7 @@ Examples:
   lifelike bench tracking --study study-thesis -o runs/thesis                            # thesis Tables 4.3 and 4.4
   lifelike bench tracking --study study-thesis -o runs/thesis --starts 5                 # each clip from five places
   lifelike bench tracking --study study-thesis -o runs/thesis --only M,LM --json | jq .runs
+  lifelike bench tracking --study study-thesis -o runs/thesis --seeds 2                  # one seed of every variant
   lifelike bench tracking --study mine.toml -o runs/try budget.steps=200000
 
 The first table has errors over the frames before a fall, with survival and the share of the reference's steps that are taken beside
@@ -48,6 +49,9 @@ pub struct Args {
     /// Train only these variants, then evaluate others too that are trained already.
     #[arg(long, value_delimiter = ',')]
     only: Vec<String>,
+    /// Seeds of every variant, in place of the study's own: one replicate of the whole at a time.
+    #[arg(long, value_delimiter = ',')]
+    seeds: Vec<u64>,
     /// Episodes of each clip, from starts spread evenly: how to evaluate in place of the study's own protocol.
     #[arg(long)]
     starts: Option<usize>,
@@ -90,6 +94,9 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
         (study.starts, study.episodes) = (starts, None);
     }
     study.check(&args.study)?;
+    if !args.seeds.is_empty() {
+        study.variant.iter_mut().for_each(|variant| variant.seeds.clone_from(&args.seeds));
+    }
     if let Some(unknown) = args.only.iter().find(|name| !study.variant.iter().any(|v| v.name == **name)) {
         let known: Vec<&str> = study.variant.iter().map(|v| v.name.as_str()).collect();
         return Err(CliError::Usage(format!("--only: expected some of {}, got '{unknown}'", known.join(", "))));
