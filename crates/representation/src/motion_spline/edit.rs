@@ -8,8 +8,10 @@ use lifelike_train::limits::{range, wrong};
 /// A change of control points.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Edit {
-    /// Inner points further from (above 1) or closer to (below 1) the end point that is nearer along the curve. With 0 each
-    /// segment only goes from its first latent code to its last one.
+    /// Inner points further from (above 1) or closer to (below 1) the end point that is nearer along the curve, beside the way that they
+    /// lie apart on average over the training motion. With 0 each segment only goes from its first latent code to its last one, as
+    /// segments usually go. Without the usual way the numbers that say how far along the segment one is would stand still and then
+    /// leap in the middle, and the motion with them.
     Reach(f64),
     /// Every point further from (above 1) or closer to (below 1) where that point lies on average over the training motion:
     /// exaggerates what makes this motion differ from others, or tones it down. Not the segment's own mean: some numbers of a
@@ -67,8 +69,12 @@ impl Edit {
         match self {
             Self::Reach(factor) => {
                 let (first, last) = (points[0].clone(), points[count - 1].clone());
-                for (i, point) in points.iter_mut().enumerate() {
-                    away(point, if 2 * i < count { &first } else { &last }, factor);
+                for (i, (point, mean)) in points.iter_mut().zip(&usual.mean).enumerate() {
+                    let (end, usual_end) =
+                        if 2 * i < count { (&first, &usual.mean[0]) } else { (&last, &usual.mean[count - 1]) };
+                    let way = mean.iter().zip(usual_end).map(|(mean, end)| mean - end);
+                    let centre: Vec<f32> = end.iter().zip(way).map(|(end, way)| end + way).collect();
+                    away(point, &centre, factor);
                 }
             }
             Self::Gain(factor) => {
@@ -96,7 +102,7 @@ mod tests {
 
     fn edited(edit: Edit) -> Vec<Vec<f32>> {
         let mut segment = segment();
-        let mean = vec![vec![1.0, 1.0], vec![1.0, 1.0], vec![2.0, 2.0], vec![2.0, 2.0]];
+        let mean = vec![vec![1.0, 1.0], vec![1.0, 1.5], vec![1.5, 2.0], vec![2.0, 2.0]];
         let deviation = vec![vec![1.0, 1.0], vec![1.0, 1.0], vec![1.0, 3.0], vec![1.0, 1.0]];
         edit.apply(&mut segment, &Usual { mean, deviation });
         segment.control_points
@@ -104,11 +110,12 @@ mod tests {
 
     #[test]
     fn by_hand() {
-        let reach = edited(Edit::Reach(0.5));
-        assert_eq!(reach, [[0.0, 1.0], [0.5, 1.0], [3.0, 3.0], [4.0, 3.0]]);
-        assert_eq!(edited(Edit::Reach(0.0)), [[0.0, 1.0], [0.0, 1.0], [4.0, 3.0], [4.0, 3.0]]);
-        assert_eq!(edited(Edit::Gain(2.0)), [[-1.0, 1.0], [1.0, 1.0], [2.0, 4.0], [6.0, 4.0]]);
-        assert_eq!(edited(Edit::Gain(0.0)), [[1.0, 1.0], [1.0, 1.0], [2.0, 2.0], [2.0, 2.0]]);
+        // Inner points usually lie (0, 0.5) from the first and (-0.5, 0) from the last.
+        assert_eq!(edited(Edit::Reach(0.0)), [[0.0, 1.0], [0.0, 1.5], [3.5, 3.0], [4.0, 3.0]]);
+        assert_eq!(edited(Edit::Reach(0.5)), [[0.0, 1.0], [0.5, 1.25], [2.75, 3.0], [4.0, 3.0]]);
+        assert_eq!(edited(Edit::Reach(1.0)), segment().control_points);
+        assert_eq!(edited(Edit::Gain(2.0)), [[-1.0, 1.0], [1.0, 0.5], [2.5, 4.0], [6.0, 4.0]]);
+        assert_eq!(edited(Edit::Gain(0.0)), [[1.0, 1.0], [1.0, 1.5], [1.5, 2.0], [2.0, 2.0]]);
         assert_eq!(edited(Edit::Gain(1.0)), segment().control_points);
         let moved = edited(Edit::Move { point: 2, number: 1, by: -0.5 });
         assert_eq!(moved, [[0.0, 1.0], [1.0, 1.0], [2.0, 1.5], [4.0, 3.0]]);
