@@ -170,6 +170,33 @@ mod tests {
     use super::*;
 
     #[test]
+    fn panels_hold_a_matrix_times_a_number_however_it_stands() {
+        for (k, n) in [(1, 1), (5, 16), (7, 33), (3, 50)] {
+            let at = |row: usize, column: usize| (row * 100 + column) as f32;
+            // Rows and columns begin further apart than they are long.
+            let (mut rows, mut columns) = (vec![f32::NAN; k * (n + 3)], vec![f32::NAN; n * (k + 2)]);
+            for row in 0..k {
+                for column in 0..n {
+                    rows[row * (n + 3) + column] = at(row, column);
+                    columns[column * (k + 2) + row] = at(row, column);
+                }
+            }
+            for matrix in [View::rows(&rows, n + 3), View::columns(&columns, k + 2)] {
+                let mut panels = vec![[f32::NAN; LANES]; 2];
+                pack(&mut panels, k, n, matrix, 0.5);
+                assert_eq!(panels.len(), k * padded(n) / LANES);
+                for (i, lanes) in panels.iter().enumerate() {
+                    for (lane, x) in lanes.iter().enumerate() {
+                        let (row, column) = (i % k, i / k * LANES + lane);
+                        let expected = if column < n { 0.5 * at(row, column) } else { 0.0 };
+                        assert_eq!(*x, expected, "{k} {n}, {}, ({row}, {column})", matrix.transposed);
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
     fn products_are_those_of_three_loops() {
         for (m, k, n) in [(1, 1, 1), (6, 5, 16), (13, 7, 33), (9, 20, 5), (27, 3, 64)] {
             let a: Vec<f32> = (0..m * k).map(|i| ((i * 37) % 19) as f32 - 9.0).collect();
