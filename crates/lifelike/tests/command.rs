@@ -513,21 +513,29 @@ fn variants_of_a_study_are_trained_one_by_one_whatever_the_others_have_not_begun
                  [[variant]]\nname = 'A'\nseeds = [1]\n[[variant]]\nname = 'B'\nseeds = [1]\n\
                  [[variant]]\nname = 'C'\nseeds = [1]\n[[class]]\nname = 'nod'\nclips = ['motions/nod.keys.toml']";
     std::fs::write(path("study.toml"), study).unwrap();
+    let (study, to) = (path("study.toml"), path("runs"));
+    let bench = ["--json", "bench", "tracking", "--study", &study, "-o", &to, "--threads", "1"];
+    let name = |run: &Value| format!("{} {}", run["variant"].as_str().unwrap(), run["stage"].as_str().unwrap());
     let trained = |only: &str| -> Vec<String> {
-        let (study, to) = (path("study.toml"), path("runs"));
-        let done =
-            lifelike(&["--json", "bench", "tracking", "--study", &study, "-o", &to, "--threads", "1", "--only", only]);
+        let done = lifelike(&[&bench[..], &["--only", only]].concat());
         let told = err(&done);
         let first = told.lines().find(|line| line.contains(" with seed ")).unwrap_or_default();
         assert!(first.contains(&format!("{only} with seed 1")), "what is asked for comes first: {told}");
         let runs: Value = serde_json::from_slice(&done.stdout).unwrap();
-        let name = |run: &Value| format!("{} {}", run["variant"].as_str().unwrap(), run["stage"].as_str().unwrap());
         runs.as_array().unwrap().iter().map(name).collect()
     };
     // A comes first in the file, and its second stage has nothing to begin with yet.
     assert_eq!(trained("B"), ["B first", "B second"]);
     assert_eq!(trained("C"), ["B first", "B second", "C first", "C second"]);
     assert_eq!(trained("A"), ["A first", "A second", "B first", "B second", "C first", "C second"]);
+
+    // Another seed of one variant, beside it what is there of that seed: nothing.
+    let other = lifelike(&[&bench[..], &["--only", "B", "--seeds", "2"]].concat());
+    let runs: Value = serde_json::from_slice(&other.stdout).unwrap();
+    let told: Vec<_> = runs.as_array().unwrap().iter().map(|run| (name(run), run["seed"].as_u64().unwrap())).collect();
+    assert_eq!(told, [("B first".to_owned(), 2), ("B second".to_owned(), 2)]);
+    let twice = lifelike(&[&bench[..], &["--seeds", "2,2"]].concat());
+    assert!(err(&twice).contains("expected every seed once, got 2 twice"), "{}", err(&twice));
 }
 
 const TINY: &str = r#"

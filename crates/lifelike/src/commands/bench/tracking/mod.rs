@@ -94,6 +94,9 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
         (study.starts, study.episodes) = (starts, None);
     }
     study.check(&args.study)?;
+    if let Some(twice) = study::named_twice(&args.seeds) {
+        return Err(CliError::Usage(format!("--seeds: expected every seed once, got {twice} twice")));
+    }
     if !args.seeds.is_empty() {
         study.variant.iter_mut().for_each(|variant| variant.seeds.clone_from(&args.seeds));
     }

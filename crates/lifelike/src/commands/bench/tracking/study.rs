@@ -123,8 +123,14 @@ impl Study {
         if self.stage.is_empty() { vec![None] } else { self.stage.iter().map(Some).collect() }
     }
 
-    /// Checks the extent of its evaluations; `file` is where it was read from.
+    /// Checks its seeds and the extent of its evaluations; `file` is where it was read from.
     pub fn check(&self, file: &Path) -> Result<(), CliError> {
+        for Variant { name, seeds, .. } in &self.variant {
+            if let Some(twice) = named_twice(seeds) {
+                let text = format!("{}: expected every seed of {name} once, got {twice} twice", file.display());
+                return Err(CliError::Input(text));
+            }
+        }
         for (key, value) in [("starts", Some(self.starts)), ("episodes", self.episodes)] {
             if let Some(value) = value.filter(|value| !(1..=eval::STARTS).contains(value)) {
                 let text = format!("{}: expected {key} from 1 to {}, got {value}", file.display(), eval::STARTS);
@@ -137,6 +143,11 @@ impl Study {
         }
         Ok(())
     }
+}
+
+/// Returns a seed that is named a second time: its one training would count as two.
+pub fn named_twice(seeds: &[u64]) -> Option<u64> {
+    (1..seeds.len()).find(|&i| seeds[..i].contains(&seeds[i])).map(|i| seeds[i])
 }
 
 fn five() -> usize {
@@ -185,6 +196,17 @@ mod tests {
             count += 1;
         }
         assert!(count > 0);
+    }
+
+    #[test]
+    fn a_seed_named_twice_is_refused() {
+        let study = |seeds: &str| -> Study {
+            let variant = format!("[[variant]]\nname = 'M'\nseeds = {seeds}\n");
+            toml::from_str(&format!("plan = 'p'\n{variant}[[class]]\nname = 'walk'\nclips = []")).unwrap()
+        };
+        assert!(study("[3, 4]").check(Path::new("file")).is_ok());
+        let refused = study("[3, 4, 3]").check(Path::new("file")).unwrap_err().to_string();
+        assert_eq!(refused, "file: expected every seed of M once, got 3 twice");
     }
 
     #[test]
