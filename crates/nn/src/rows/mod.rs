@@ -6,11 +6,12 @@
 //! the parts' order, and so gets the same numbers on any number of threads.
 
 pub(crate) mod elementary;
+pub(crate) mod gelu;
 pub(crate) mod layer_norm;
 mod layout;
 mod linear;
 pub(crate) mod tile;
 
-pub use elementary::gelu;
+pub use gelu::activated;
 pub use layout::{Entry, Init, Layout};
 pub use linear::{Linear, PackedWeight, add, bias_gradient, product, product_with_transposed, weight_gradient};

@@ -18,7 +18,6 @@ mod norm;
 pub mod patches;
 mod sampling;
 
-pub use crate::rows::gelu;
 pub use attention::Attention;
 pub use autoencoder::SplineAutoencoder;
 pub use block::{Block, Stack};

@@ -2,9 +2,10 @@
 
 use std::path::Path;
 
+use lifelike_nn::rows::activated;
 use serde::Deserialize;
 
-use super::elementary::{Linear, Norm, gelu, softmax};
+use super::elementary::{Linear, Norm, softmax};
 use super::weights::{Weights, read};
 use crate::GenerationError;
 
@@ -134,9 +135,7 @@ impl Block {
         let width = self.query.bias.len();
         add(rows, &self.output.apply(&attention(&q, &k, &v, width, heads)));
         self.attended.apply(rows, epsilon);
-        let mut wide = self.wider.apply(rows);
-        gelu(&mut wide);
-        add(rows, &self.narrower.apply(&wide));
+        add(rows, &self.narrower.apply(&activated(&self.wider.apply(rows))));
         self.done.apply(rows, epsilon);
     }
 }

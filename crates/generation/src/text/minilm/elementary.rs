@@ -1,7 +1,6 @@
 //! Elementary functions of BERT.
 
 use lifelike_dense::{layer_norm, product};
-use lifelike_nn::rows;
 use lifelike_simd::vectorize;
 
 /// A linear layer, weight `[inputs, outputs]`.
@@ -44,18 +43,6 @@ fn add_to_rows(rows: &mut [f32], bias: &[f32]) {
         || {
             for row in rows.chunks_exact_mut(bias.len().max(1)) {
                 row.iter_mut().zip(bias).for_each(|(x, b)| *x += b);
-            }
-        },
-    );
-}
-
-/// Applies GELU in place.
-pub(super) fn gelu(numbers: &mut [f32]) {
-    vectorize(
-        #[inline(always)]
-        || {
-            for x in numbers {
-                *x = rows::gelu(*x);
             }
         },
     );

@@ -21,7 +21,7 @@ use super::sampling::Sampling;
 use crate::gradients::Gradients as Grads;
 use crate::numbers::{Unreadable, read};
 use crate::spline::SplineError;
-use linear::{affine, numbers, put, through_affine};
+use linear::{affine, by_input, learn_affine, numbers, put, through_affine};
 use stack::StackPass;
 
 /// A pass that cannot be made.
@@ -176,9 +176,9 @@ pub fn backward(
     }
     put(&network.control, by_control, "control".to_owned(), &mut grads);
     let input = &network.input;
-    let activated = stack::activated(&hidden);
-    let mut gradient = through_affine(&activated, &input.output, &by_embedded, "input.output", &mut grads)?;
-    stack::through_gelu(&mut gradient, &hidden);
-    through_affine(&x, &input.hidden, &gradient, "input.hidden", &mut grads)?;
+    let mut gradient = by_input(&input.output.weight, &by_embedded)?;
+    let activated = stack::through_gelu(&hidden, &mut gradient);
+    learn_affine(&activated, &input.output, &by_embedded, "input.output", &mut grads);
+    learn_affine(&x, &input.hidden, &gradient, "input.hidden", &mut grads);
     Ok(grads)
 }

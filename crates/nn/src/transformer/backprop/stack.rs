@@ -1,12 +1,14 @@
 //! A [`Stack`] of blocks, forward and backward. What is cheap to compute again (normalized tokens, GELU) is not kept.
 
+use rayon::prelude::*;
+
 use super::attention::{self, Shape, padded_bias};
-use super::linear::{multiply, numbers, put, through};
-use super::threads::each_part;
+use super::linear::{by_input, learn, multiply, numbers, put, through};
+use super::threads::WORTHWHILE;
 use super::{Grads, norm};
 use crate::numbers::Unreadable;
 use crate::rows::add;
-use crate::rows::elementary::{gelu, gelu_gradient};
+use crate::rows::gelu::{gelu, gelu_and_gradient};
 use crate::transformer::alibi;
 use crate::transformer::block::{Block, Stack};
 
@@ -93,8 +95,9 @@ fn block_backward(
 
     let gain = numbers(&block.norm_2.gain)?;
     let weight = &block.feed_forward.outer;
-    let mut by_inner = through(&activated(&inner), weight, &gradient, name("feed_forward.outer"), grads)?;
-    through_gelu(&mut by_inner, &inner);
+    let mut by_inner = by_input(weight, &gradient)?;
+    let activated = through_gelu(&inner, &mut by_inner);
+    learn(&activated, weight, &gradient, name("feed_forward.outer"), grads);
     let normed = norm::forward(&between, &gain);
     let by_normed = through(&normed, &block.feed_forward.inner, &by_inner, name("feed_forward.inner"), grads)?;
     let by_gain = norm::backward(&between, &gain, &by_normed, &mut gradient);
@@ -115,29 +118,16 @@ fn block_backward(
 /// GELU of each number.
 pub(super) fn activated(x: &[f32]) -> Vec<f32> {
     let mut out = vec![0.0; x.len()];
-    each_part(
-        &mut out,
-        1,
-        #[inline(always)]
-        |first, part| {
-            for (out, x) in part.iter_mut().zip(&x[first..]) {
-                *out = gelu(*x);
-            }
-        },
-    );
+    let parts = out.par_chunks_mut(WORTHWHILE).zip(x.par_chunks(WORTHWHILE));
+    parts.for_each(|(out, x)| gelu(x, out));
     out
 }
 
-/// Turns `gradient` into that below a GELU of `x`.
-pub(super) fn through_gelu(gradient: &mut [f32], x: &[f32]) {
-    each_part(
-        gradient,
-        1,
-        #[inline(always)]
-        |first, part| {
-            for (gradient, x) in part.iter_mut().zip(&x[first..]) {
-                *gradient *= gelu_gradient(*x);
-            }
-        },
-    );
+/// Turns `gradient` into that below a GELU of `x`; returns the GELU as well.
+pub(super) fn through_gelu(x: &[f32], gradient: &mut [f32]) -> Vec<f32> {
+    let mut out = vec![0.0; x.len()];
+    let parts = out.par_chunks_mut(WORTHWHILE).zip(x.par_chunks(WORTHWHILE));
+    let parts = parts.zip(gradient.par_chunks_mut(WORTHWHILE));
+    parts.for_each(|((out, x), gradient)| gelu_and_gradient(x, out, gradient));
+    out
 }

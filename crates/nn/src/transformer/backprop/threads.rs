@@ -4,7 +4,7 @@ use lifelike_simd::vectorize;
 use rayon::prelude::*;
 
 /// Less than this many numbers are not worth a thread.
-const WORTHWHILE: usize = 1 << 15;
+pub(super) const WORTHWHILE: usize = 1 << 15;
 
 /// Calls `job(first, part)` for parts of `out` that begin at multiples of `unit`: `first` is the number of the part's first
 /// unit. Which thread takes which part must not matter to `job`, so results do not depend on the number of threads.

@@ -2,10 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use lifelike_simd::vectorize;
-
 use super::stack::EncoderSizes;
-use crate::rows::elementary::{gelu, gelu_gradient};
+use crate::rows::gelu::{activated, gelu_and_gradient};
 use crate::rows::{Entry, Init, Layout, PackedWeight, add, bias_gradient, layer_norm, weight_gradient};
 use crate::transformer::backprop::attention::{self, Shape};
 
@@ -106,11 +104,9 @@ impl Layer {
     ) -> Vec<f32> {
         let LayerPass { x, projected, mixed, sums: [first, second], inner } = pass;
         let mut by_second = self.through_norm(1, &second, gradient, layout, sums);
-        let mut by_inner = self.through(3, &activated(&inner), &by_second, layout, sums);
-        vectorize(
-            #[inline(always)]
-            || by_inner.iter_mut().zip(&inner).for_each(|(gradient, x)| *gradient *= gelu_gradient(*x)),
-        );
+        let (mut by_inner, mut outer) = (self.weights[3].by_input(&by_second), vec![0.0; inner.len()]);
+        gelu_and_gradient(&inner, &mut outer, &mut by_inner);
+        self.learn(3, &outer, &by_second, layout, sums);
         let h = self.norm(0, &first);
         add(&mut by_second, &self.through(2, &h, &by_inner, layout, sums));
         let mut by_first = self.through_norm(0, &first, &by_second, layout, sums);
@@ -133,10 +129,14 @@ impl Layer {
     }
 
     fn through(&self, i: usize, x: &[f32], gradient: &[f32], layout: &Layout, sums: &mut [f32]) -> Vec<f32> {
+        self.learn(i, x, gradient, layout, sums);
+        self.weights[i].by_input(gradient)
+    }
+
+    fn learn(&self, i: usize, x: &[f32], gradient: &[f32], layout: &Layout, sums: &mut [f32]) {
         let name = |part: &str| layout.range(&format!("{}.{}.{part}", self.prefix, LINEAR[i]));
         weight_gradient(x, gradient, shapes(self.sizes)[i], &mut sums[name("weight")]);
         bias_gradient(gradient, &mut sums[name("bias")]);
-        self.weights[i].by_input(gradient)
     }
 
     fn shape(&self, tokens: usize) -> Shape {
@@ -162,13 +162,4 @@ impl Layer {
         }
         out
     }
-}
-
-fn activated(x: &[f32]) -> Vec<f32> {
-    let mut out = vec![0.0; x.len()];
-    vectorize(
-        #[inline(always)]
-        || out.iter_mut().zip(x).for_each(|(out, x)| *out = gelu(*x)),
-    );
-    out
 }
