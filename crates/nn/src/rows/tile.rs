@@ -79,64 +79,83 @@ impl Task for Product<'_> {
 
     #[inline(always)]
     fn run<S: Simd>(mut self, simd: S) {
+        let panels = self.panels.len() / self.k.max(1);
         // As many sums at a time as registers hold beside a row of the panel.
         match S::f32s::LEN {
-            16 => self.panels::<S, 12, 1>(simd),
-            8 => self.panels::<S, 6, 2>(simd),
+            // Two panels: else every multiplication would wait for a number of the left factor.
+            16 => {
+                self.panels::<S, 12, 1, 2>(simd, 0);
+                let even = panels / 2 * 2;
+                self.panels::<S, 12, 1, 1>(simd, even);
+            }
+            8 => self.panels::<S, 6, 2, 1>(simd, 0),
             // NEON holds them in its 32 registers.
-            _ => self.panels::<S, 6, 4>(simd),
+            _ => self.panels::<S, 6, 4, 1>(simd, 0),
         }
     }
 }
 
 impl Product<'_> {
-    /// All panels: `R` rows at a time, then two, then one; a row of a panel is `V` vectors.
+    /// The panels from `first` on, as far as they are `P` together: `R` rows at a time, then two, then one; a row of a panel is `V` vectors.
     #[inline(always)]
-    fn panels<S: Simd, const R: usize, const V: usize>(&mut self, simd: S) {
-        for (p, panel) in self.panels.chunks_exact(self.k.max(1)).enumerate() {
+    fn panels<S: Simd, const R: usize, const V: usize, const P: usize>(&mut self, simd: S, first: usize) {
+        let k = self.k.max(1);
+        for (p, panels) in self.panels[first * k..].chunks_exact(P * k).enumerate() {
+            let p = first + p * P;
             let mut row = 0;
             while row + R <= self.rows {
-                self.tile::<S, R, V>(simd, row, p, panel);
+                self.tile::<S, R, V, P>(simd, row, p, panels);
                 row += R;
             }
             while row + 2 <= self.rows {
-                self.tile::<S, 2, V>(simd, row, p, panel);
+                self.tile::<S, 2, V, P>(simd, row, p, panels);
                 row += 2;
             }
             if row < self.rows {
-                self.tile::<S, 1, V>(simd, row, p, panel);
+                self.tile::<S, 1, V, P>(simd, row, p, panels);
             }
         }
     }
 
-    /// `R` rows of one panel's columns, summed in registers.
+    /// `R` rows of `P` panels' columns, the first of them number `p`, summed in registers.
     #[inline(always)]
-    fn tile<S: Simd, const R: usize, const V: usize>(&mut self, simd: S, row: usize, p: usize, panel: &[[f32; LANES]]) {
+    fn tile<S: Simd, const R: usize, const V: usize, const P: usize>(
+        &mut self,
+        simd: S,
+        row: usize,
+        p: usize,
+        panels: &[Lanes],
+    ) {
         let (left, width) = (self.left, self.panels.len() / self.k.max(1) * LANES);
-        let mut sums = [[S::f32s::splat(simd, 0.0); V]; R];
+        let mut sums = [[[S::f32s::splat(simd, 0.0); V]; P]; R];
+        let mut side_by_side: [&[Lanes]; P] = [&[]; P];
+        for (panel, own) in side_by_side.iter_mut().zip(panels.chunks_exact(self.k.max(1))) {
+            *panel = own;
+        }
+        let panels = side_by_side;
         if left.transposed {
-            for (i, lanes) in panel.iter().enumerate() {
+            for i in 0..self.k {
                 if let Some(x) = left.numbers[i * left.stride + row..].first_chunk::<R>() {
-                    add(simd, &mut sums, x, lanes);
+                    add(simd, &mut sums, x, &panels.map(|panel| &panel[i]));
                 }
             }
         } else {
             // Plain loops: a closure that is not inlined here would be a call for every multiplication.
             let mut rows: [&[f32]; R] = [&[]; R];
             for (r, numbers) in rows.iter_mut().enumerate() {
-                *numbers = &left.numbers[(row + r) * left.stride..][..panel.len()];
+                *numbers = &left.numbers[(row + r) * left.stride..][..self.k];
             }
-            for (i, lanes) in panel.iter().enumerate() {
+            for i in 0..self.k {
                 let mut x = [0.0; R];
                 for (x, row) in x.iter_mut().zip(&rows) {
                     *x = row[i];
                 }
-                add(simd, &mut sums, &x, lanes);
+                add(simd, &mut sums, &x, &panels.map(|panel| &panel[i]));
             }
         }
         for (r, sums) in sums.iter().enumerate() {
-            let out = &mut self.out[(row + r) * width + p * LANES..][..LANES];
-            for (out, sum) in out.chunks_exact_mut(S::f32s::LEN).zip(sums) {
+            let out = &mut self.out[(row + r) * width + p * LANES..][..P * LANES];
+            for (out, sum) in out.chunks_exact_mut(S::f32s::LEN).zip(sums.as_flattened()) {
                 sum.store_slice(out);
             }
         }
@@ -145,22 +164,26 @@ impl Product<'_> {
 
 /// sums ← sums + x lanes.
 #[inline(always)]
-fn add<S: Simd, const R: usize, const V: usize>(
+fn add<S: Simd, const R: usize, const V: usize, const P: usize>(
     simd: S,
-    sums: &mut [[S::f32s; V]; R],
+    sums: &mut [[[S::f32s; V]; P]; R],
     x: &[f32; R],
-    lanes: &[f32; LANES],
+    lanes: &[&Lanes; P],
 ) {
-    let mut y = [S::f32s::splat(simd, 0.0); V];
-    for (y, lanes) in y.iter_mut().zip(lanes.chunks_exact(S::f32s::LEN)) {
-        *y = S::f32s::from_slice(simd, lanes);
+    let mut y = [[S::f32s::splat(simd, 0.0); V]; P];
+    for (y, lanes) in y.iter_mut().zip(lanes) {
+        for (y, lanes) in y.iter_mut().zip(lanes.chunks_exact(S::f32s::LEN)) {
+            *y = S::f32s::from_slice(simd, lanes);
+        }
     }
     // Row by row: each number of the left factor is needed once and its register free again. Vector by vector all of them would be
     // held beside the sums, for which AVX2's 16 registers do not suffice.
     for r in 0..R {
         let x = S::f32s::splat(simd, x[r]);
-        for v in 0..V {
-            sums[r][v] = x.mul_add_precise(y[v], sums[r][v]);
+        for p in 0..P {
+            for v in 0..V {
+                sums[r][p][v] = x.mul_add_precise(y[p][v], sums[r][p][v]);
+            }
         }
     }
 }
