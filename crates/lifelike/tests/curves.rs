@@ -44,10 +44,10 @@ fn a_comparison_is_made_once_and_printed_beside_the_thesis() {
 }
 
 #[test]
-fn rates_are_swept_with_and_without_warm_up() {
+fn rates_are_swept_with_each_warm_up() {
     let folder = tempfile::tempdir().unwrap();
     let one = ["--families", "lissajous", "--methods", "spline", "--iterations", "6"];
-    let sweep = json(folder.path(), &[&one[..], &["--rates", "1e-4,1e-2", "--warmup", "3"]].concat());
+    let sweep = json(folder.path(), &[&one[..], &["--rates", "1e-4,1e-2", "--warmup", "0,3"]].concat());
     let runs = sweep["runs"].as_array().unwrap();
     let setting = |run: &Value| (run["learning_rate"].as_f64().unwrap(), run["warmup"].as_u64().unwrap());
     assert_eq!(runs.iter().map(setting).collect::<Vec<_>>(), [(1e-4, 0), (1e-4, 3), (1e-2, 0), (1e-2, 3)]);
@@ -56,6 +56,9 @@ fn rates_are_swept_with_and_without_warm_up() {
     assert!(!folder.path().join("lissajous-spline-rate-1e-4-0/measured.toml").exists());
     let text = String::from_utf8(bench(folder.path(), &[&one[..], &["--rates", "1e-4"]].concat()).stdout).unwrap();
     assert!(text.contains("spread") && text.contains("1e-4") && !text.contains("test curves"), "{text}");
+    let refused = bench(folder.path(), &[&one[..], &["--warmup", "0,3"]].concat());
+    let text = String::from_utf8(refused.stderr).unwrap();
+    assert!(!refused.status.success() && text.contains("--warmup: expected one without --rates, got 2"), "{text}");
 }
 
 #[test]

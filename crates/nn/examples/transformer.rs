@@ -6,7 +6,8 @@
 mod stopwatch;
 
 use lifelike_nn::gradients::Gradients;
-use lifelike_nn::transformer::{Attention, AutoencoderConfig, Block, SplineAutoencoder, alibi, backprop};
+use lifelike_nn::transformer::backprop::{PassError, Weights};
+use lifelike_nn::transformer::{Attention, AutoencoderConfig, Block, alibi};
 use lifelike_nn::{device, memory};
 use rayon::prelude::*;
 use stopwatch::{random, time};
@@ -45,20 +46,25 @@ fn main() {
             Err(error) => println!("{error}"),
         });
         let values: Vec<f32> = x.try_into_vec_as().unwrap_or_default();
-        let pass = |network: &SplineAutoencoder, x: &[f32]| {
-            let (y, pass) = backprop::forward(network, x.to_vec(), tokens)?;
+        let pass = |weights: &Weights, x: &[f32]| -> Result<Vec<f32>, PassError> {
+            let (y, pass) = weights.forward(x.to_vec(), tokens)?;
             let scale = 2.0 / values.len() as f32;
-            backprop::backward(network, pass, y.sequence.into_iter().map(|y| y * scale).collect(), None)
+            let by_sequence: Vec<f32> = y.sequence.into_iter().map(|y| y * scale).collect();
+            weights.backward(pass, &by_sequence, None)
+        };
+        let parts_of = |size: usize| -> Result<(), PassError> {
+            let weights = Weights::of(&network)?;
+            let parts: Vec<&[f32]> = values.chunks(size * tokens * inputs).collect();
+            parts.into_par_iter().try_for_each(|x| pass(&weights, x).map(drop))
         };
         time(&format!("{name}, by hand, forward + backward"), 7, || {
-            if let Err(error) = pass(&network, &values) {
+            if let Err(error) = parts_of(batch) {
                 println!("{error}");
             }
         });
         // As trainings do it: a core for each part of the batch.
         time(&format!("{name}, by hand in parts of 8, forward + backward"), 7, || {
-            let parts: Vec<_> = values.chunks(8 * tokens * inputs).map(|x| (network.clone(), x)).collect();
-            if let Some(error) = parts.into_par_iter().find_map_any(|(network, x)| pass(&network, x).err()) {
+            if let Err(error) = parts_of(8) {
                 println!("{error}");
             }
         });

@@ -3,14 +3,13 @@
 
 use std::ops::Range;
 
-use burn::module::{Module, ModuleMapper, ModuleVisitor, Param};
+use burn::module::{Module, ModuleMapper, Param};
 use burn::tensor::{Tensor, TensorData};
 use lifelike_dense::{AdamStep, Slices, norm};
 use lifelike_simd::InstructionSet;
 
 use crate::adam::{Adam, Rule};
-use crate::names::Path;
-use crate::numbers::{Unreadable, read};
+use crate::numbers::{Row, Unreadable};
 
 /// All of a module's parameters, one after another in the module's own order.
 #[derive(Debug, Clone)]
@@ -38,14 +37,12 @@ impl Flat {
     /// # Errors
     /// Tensor data that cannot be read from the device.
     pub fn of<M: Module>(module: &M, adam: &Adam) -> Result<Self, Unreadable> {
-        let mut visitor = Collect { path: Path::default(), values: Vec::new(), parts: Vec::new(), failed: None };
-        module.visit(&mut visitor);
-        let Collect { values, mut parts, failed, .. } = visitor;
-        failed.map_or(Ok(()), Err)?;
+        let Row { places, values } = Row::of(module)?;
         let (mut first, mut second) = (vec![0.0; values.len()], vec![0.0; values.len()]);
-        for part in &mut parts {
-            let range = part.range.clone();
-            part.steps = adam.write_moments(&part.name, &mut first[range.clone()], &mut second[range])?;
+        let mut parts = Vec::with_capacity(places.len());
+        for (name, range) in places {
+            let steps = adam.write_moments(&name, &mut first[range.clone()], &mut second[range.clone()])?;
+            parts.push(Part { name, range, steps });
         }
         Ok(Self { parts, gradient: vec![0.0; values.len()], values, first, second })
     }
@@ -110,32 +107,6 @@ impl Flat {
             step.take(set, slices);
         }
         Some(norm)
-    }
-}
-
-struct Collect {
-    path: Path,
-    values: Vec<f32>,
-    parts: Vec<Part>,
-    failed: Option<Unreadable>,
-}
-
-impl ModuleVisitor for Collect {
-    fn enter_module(&mut self, name: &str, _: &str) {
-        self.path.enter(name);
-    }
-    fn exit_module(&mut self, _: &str, _: &str) {
-        self.path.exit();
-    }
-    fn visit_float<const D: usize>(&mut self, param: &Param<Tensor<D>>) {
-        match read(param.val().without_autodiff()) {
-            Ok(values) => {
-                let first = self.values.len();
-                self.values.extend(values);
-                self.parts.push(Part { name: self.path.name(), range: first..self.values.len(), steps: 0 });
-            }
-            Err(error) => self.failed = Some(error),
-        }
     }
 }
 

@@ -9,9 +9,9 @@ use burn::tensor::{Device, Tensor, TensorData};
 use fixture::Fixture;
 use lifelike_nn::gradients::Gradients;
 use lifelike_nn::spline::{BSpline, CubicBezier, Joints, Spline};
+use lifelike_nn::transformer::backprop::Weights;
 use lifelike_nn::transformer::{
     Attention, AutoencoderConfig, Block, FeedForward, LatentTokens, RmsNorm, Sampling, SplineAutoencoder, alibi,
-    backprop,
 };
 use lifelike_nn::{device, parameters};
 
@@ -130,9 +130,10 @@ fn whole_networks_by_hand() {
     for (kind, tokens) in each_kind() {
         let name = |part: &str| format!("network.{kind}.{part}");
         let module = f.load(&format!("network.{kind}"), small(tokens, &device::training()));
-        let (output, pass) = backprop::forward(&module, f.f32s(&name("x")), 5).unwrap();
+        let weights = Weights::of(&module).unwrap();
+        let (output, pass) = weights.forward(f.f32s(&name("x")), 5).unwrap();
         f.close(&name("y"), &output.sequence);
-        let gradients = backprop::backward(&module, pass, f.f32s(&name("dy")), None).unwrap();
+        let gradients = weights.named(&weights.backward(pass, &f.f32s(&name("dy")), None).unwrap());
         for (parameter, _) in parameters(&module) {
             f.tensor_close(&name(&format!("d.{parameter}")), gradients.get(&parameter).unwrap());
         }
@@ -159,10 +160,11 @@ fn gradients_by_hand_are_those_of_automatic_differentiation() {
             let expected = Gradients::of(&network, tape);
 
             let numbers = |x: Tensor<3>| x.try_into_vec_as::<f32>().unwrap();
-            let (output, pass) = backprop::forward(&network, numbers(x), tokens).unwrap();
+            let weights = Weights::of(&network).unwrap();
+            let (output, pass) = weights.forward(numbers(x), tokens).unwrap();
             close(&output.sequence, &numbers(y), "sequence");
             close(&output.control_points, &numbers(points), "control points");
-            let got = backprop::backward(&network, pass, numbers(dy), Some(numbers(dp))).unwrap();
+            let got = weights.named(&weights.backward(pass, &numbers(dy), Some(&numbers(dp))).unwrap());
             assert_eq!(got.names().collect::<Vec<_>>(), expected.names().collect::<Vec<_>>());
             for name in expected.names() {
                 let [a, b] = [&got, &expected].map(|g| g.get(name).unwrap().try_to_vec_as::<f32>().unwrap());
@@ -174,14 +176,14 @@ fn gradients_by_hand_are_those_of_automatic_differentiation() {
 
 #[test]
 fn passes_refuse_what_does_not_fit() {
-    let network = small(LatentTokens::Alibi, &device::training());
+    let weights = Weights::of(&small(LatentTokens::Alibi, &device::training())).unwrap();
     for (x, tokens) in [(vec![0.0; 16], 5), (vec![], 5), (vec![0.0; 15], 0)] {
-        assert!(backprop::forward(&network, x, tokens).unwrap_err().to_string().contains("sequences"));
+        assert!(weights.forward(x, tokens).unwrap_err().to_string().contains("sequences"));
     }
-    let pass = || backprop::forward(&network, vec![0.0; 30], 5).unwrap().1;
-    let wrong = backprop::backward(&network, pass(), vec![0.0; 15], None).unwrap_err().to_string();
+    let pass = || weights.forward(vec![0.0; 30], 5).unwrap().1;
+    let wrong = weights.backward(pass(), &[0.0; 15], None).unwrap_err().to_string();
     assert!(wrong.contains("30 numbers, got 15"), "{wrong}");
-    assert!(backprop::backward(&network, pass(), vec![0.0; 30], Some(vec![0.0; 5])).is_err());
+    assert!(weights.backward(pass(), &[0.0; 30], Some(&[0.0; 5])).is_err());
 }
 
 fn wave<const D: usize>(shape: [usize; D], pace: f32) -> Tensor<D> {

@@ -49,34 +49,6 @@ impl PackedWeight {
     }
 }
 
-/// Returns x · weight + bias, of a weight that is used once; an empty bias is none.
-///
-/// # Shapes
-/// `x: [rows, inputs]`, `weight: [inputs, outputs]`, `bias: [outputs]` to `[rows, outputs]`.
-pub fn product(x: &[f32], weight: &[f32], [inputs, outputs]: [usize; 2], bias: &[f32]) -> Vec<f32> {
-    let mut panels = Vec::with_capacity(inputs * padded(outputs) / LANES);
-    vectorize(
-        #[inline(always)]
-        || pack(&mut panels, inputs, outputs, View::rows(weight, outputs), 1.0),
-    );
-    let mut out = multiply(x, inputs, &panels, outputs);
-    add_bias(&mut out, bias);
-    out
-}
-
-/// Returns gradient · weightᵀ: the gradient by x of [`product`].
-///
-/// # Shapes
-/// `gradient: [rows, outputs]`, `weight: [inputs, outputs]` to `[rows, inputs]`.
-pub fn product_with_transposed(gradient: &[f32], weight: &[f32], [inputs, outputs]: [usize; 2]) -> Vec<f32> {
-    let mut panels = Vec::with_capacity(outputs * padded(inputs) / LANES);
-    vectorize(
-        #[inline(always)]
-        || pack(&mut panels, outputs, inputs, View::columns(weight, outputs), 1.0),
-    );
-    multiply(gradient, outputs, &panels, inputs)
-}
-
 /// Adds a bias to each row.
 fn add_bias(rows: &mut [f32], bias: &[f32]) {
     if bias.is_empty() {

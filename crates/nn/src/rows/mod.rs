@@ -14,4 +14,4 @@ pub(crate) mod tile;
 
 pub use gelu::activated;
 pub use layout::{Entry, Init, Layout};
-pub use linear::{Linear, PackedWeight, add, bias_gradient, product, product_with_transposed, weight_gradient};
+pub use linear::{Linear, PackedWeight, add, bias_gradient, weight_gradient};

@@ -36,7 +36,7 @@ impl<'a> View<'a> {
 /// Lays a `[k, n]` matrix times a number out in panels of [`LANES`] columns, each row by row, zeros beyond the last column.
 #[inline(always)]
 pub(crate) fn pack(panels: &mut Vec<Lanes>, k: usize, n: usize, matrix: View<'_>, scale: f32) {
-    panels.clear();
+    // All of it is overwritten.
     panels.resize(k * padded(n) / LANES, [0.0; LANES]);
     let View { numbers, stride, transposed } = matrix;
     for (panel, first) in panels.chunks_exact_mut(k.max(1)).zip((0..n).step_by(LANES)) {
@@ -46,13 +46,23 @@ pub(crate) fn pack(panels: &mut Vec<Lanes>, k: usize, n: usize, matrix: View<'_>
                 let column = &numbers[(first + lane) * stride..][..k];
                 panel.iter_mut().zip(column).for_each(|(lanes, x)| lanes[lane] = scale * x);
             }
+            for lane in columns..LANES {
+                panel.iter_mut().for_each(|lanes| lanes[lane] = 0.0);
+            }
         } else {
             for (row, lanes) in panel.iter_mut().enumerate() {
                 let row = &numbers[row * stride + first..][..columns];
-                // Full panels are most, and of a length that is known.
-                match row.first_chunk::<LANES>() {
-                    Some(row) => lanes.iter_mut().zip(row).for_each(|(lane, x)| *lane = scale * x),
-                    None => lanes.iter_mut().zip(row).for_each(|(lane, x)| *lane = scale * x),
+                // Most panels are full or, of a head's columns, half full: lengths that are known.
+                match (row.as_array::<LANES>(), row.as_array::<{ LANES / 2 }>()) {
+                    (Some(row), _) => *lanes = row.map(|x| scale * x),
+                    (_, Some(row)) => {
+                        *lanes = [0.0; LANES];
+                        lanes.iter_mut().zip(row).for_each(|(lane, x)| *lane = scale * x);
+                    }
+                    _ => {
+                        *lanes = [0.0; LANES];
+                        lanes.iter_mut().zip(row).for_each(|(lane, x)| *lane = scale * x);
+                    }
                 }
             }
         }
@@ -135,8 +145,11 @@ impl Product<'_> {
         let panels = side_by_side;
         if left.transposed {
             for i in 0..self.k {
+                let y = vectors::<S, V, P>(simd, &panels.map(|panel| &panel[i]));
                 if let Some(x) = left.numbers[i * left.stride + row..].first_chunk::<R>() {
-                    add(simd, &mut sums, x, &panels.map(|panel| &panel[i]));
+                    for (sums, x) in sums.iter_mut().zip(x) {
+                        add(S::f32s::splat(simd, *x), &y, sums);
+                    }
                 }
             }
         } else {
@@ -146,11 +159,10 @@ impl Product<'_> {
                 *numbers = &left.numbers[(row + r) * left.stride..][..self.k];
             }
             for i in 0..self.k {
-                let mut x = [0.0; R];
-                for (x, row) in x.iter_mut().zip(&rows) {
-                    *x = row[i];
+                let y = vectors::<S, V, P>(simd, &panels.map(|panel| &panel[i]));
+                for (sums, row) in sums.iter_mut().zip(&rows) {
+                    add(S::f32s::splat(simd, row[i]), &y, sums);
                 }
-                add(simd, &mut sums, &x, &panels.map(|panel| &panel[i]));
             }
         }
         for (r, sums) in sums.iter().enumerate() {
@@ -162,28 +174,27 @@ impl Product<'_> {
     }
 }
 
-/// sums ← sums + x lanes.
+/// Returns a row of each panel.
 #[inline(always)]
-fn add<S: Simd, const R: usize, const V: usize, const P: usize>(
-    simd: S,
-    sums: &mut [[[S::f32s; V]; P]; R],
-    x: &[f32; R],
-    lanes: &[&Lanes; P],
-) {
+fn vectors<S: Simd, const V: usize, const P: usize>(simd: S, lanes: &[&Lanes; P]) -> [[S::f32s; V]; P] {
     let mut y = [[S::f32s::splat(simd, 0.0); V]; P];
     for (y, lanes) in y.iter_mut().zip(lanes) {
         for (y, lanes) in y.iter_mut().zip(lanes.chunks_exact(S::f32s::LEN)) {
             *y = S::f32s::from_slice(simd, lanes);
         }
     }
-    // Row by row: each number of the left factor is needed once and its register free again. Vector by vector all of them would be
-    // held beside the sums, for which AVX2's 16 registers do not suffice.
-    for r in 0..R {
-        let x = S::f32s::splat(simd, x[r]);
-        for p in 0..P {
-            for v in 0..V {
-                sums[r][p][v] = x.mul_add_precise(y[p][v], sums[r][p][v]);
-            }
+    y
+}
+
+/// sums ← sums + x y, of one row of the left factor.
+///
+/// Row by row: each number of the left factor is needed once and its register free again. Vector by vector all of them would be
+/// held beside the sums, for which AVX2's 16 registers do not suffice.
+#[inline(always)]
+fn add<F: SimdFloat<S>, S: Simd, const V: usize, const P: usize>(x: F, y: &[[F; V]; P], sums: &mut [[F; V]; P]) {
+    for (sums, y) in sums.iter_mut().zip(y) {
+        for (sum, y) in sums.iter_mut().zip(y) {
+            *sum = x.mul_add_precise(*y, *sum);
         }
     }
 }

@@ -8,7 +8,8 @@ use lifelike_nn::adam::Adam;
 use lifelike_nn::device::{self, Device};
 use lifelike_nn::gradients::Gradients;
 use lifelike_nn::numbers::read;
-use lifelike_nn::transformer::backprop::{self, PassError};
+use lifelike_nn::rows;
+use lifelike_nn::transformer::backprop::{PassError, Weights};
 use lifelike_nn::transformer::{Sampling, SplineAutoencoder};
 use rayon::prelude::*;
 
@@ -16,6 +17,9 @@ use super::plan::SequencePlan;
 use super::sequences::{HeldOut, Sequences};
 use super::spread;
 use crate::RepresentationError;
+
+/// Held-out sequences that are in memory at a time.
+const BLOCK: usize = 512;
 
 /// Metrics of one iteration. All of it is determined by plan and data.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
@@ -115,13 +119,7 @@ impl<S: Sequences> SequenceTrainer<S> {
     pub fn step(&mut self) -> Result<SequenceMetrics, RepresentationError> {
         let (plan, i) = (&self.plan, self.iteration);
         let x = self.data.batch(i, plan.batch);
-        let (mut gradients, mut loss) = (Gradients::default(), 0.0);
-        // Summed in the parts' order, whichever core had which, so the number of cores changes no bit.
-        for part in self.gradients(&x)? {
-            let (squares, own) = part;
-            loss += squares / x.len() as f64;
-            gradients = sum(gradients, own);
-        }
+        let (loss, mut gradients) = if self.is_analytic() { self.analytic(&x) } else { self.recorded(&x) }?;
         let gradient_norm = match plan.max_gradient_norm {
             Some(norm) => gradients.clip_norm(norm)?,
             None => gradients.norm()?,
@@ -137,22 +135,39 @@ impl<S: Sequences> SequenceTrainer<S> {
         Ok(SequenceMetrics { iteration, loss, learning_rate, gradient_norm, skipped })
     }
 
-    /// Of every part of a batch, the sum of squared errors and its gradient by the batch's numbers.
-    fn gradients(&self, x: &[f32]) -> Result<Vec<(f64, Gradients)>, RepresentationError> {
-        let tokens = self.data.tokens();
-        let parts = x.chunks(self.plan.part * tokens * self.data.width());
-        if !self.is_analytic() {
-            return parts.map(|part| self.recorded(part, x.len())).collect();
-        }
-        // A core for each part: whole passes side by side wait for each other less than every product's rows would.
-        let parts: Vec<_> = parts.map(|part| (self.network.clone(), part)).collect();
+    /// A batch's loss and its gradients. Sums are in the parts' order, whichever core had which, so the number of cores changes
+    /// no bit.
+    fn analytic(&self, x: &[f32]) -> Result<(f64, Gradients), RepresentationError> {
+        let weights = Weights::of(&self.network)?;
         let (plan, data) = (&self.plan, &self.data);
-        let part = |(network, part)| analytic(plan, data, &network, part, tokens, x.len());
-        parts.into_par_iter().map(part).collect()
+        // A core for each part: whole passes side by side wait for each other less than every product's rows would.
+        let parts: Vec<&[f32]> = self.parts(x).collect();
+        let part = |part| analytic(plan, data, &weights, part, x.len());
+        let parts: Vec<(f64, Vec<f32>)> = parts.into_par_iter().map(part).collect::<Result<_, _>>()?;
+        let total = parts.into_iter().reduce(|(loss, mut sums), (own, part)| {
+            rows::add(&mut sums, &part);
+            (loss + own, sums)
+        });
+        let (loss, sums) = total.unwrap_or_default();
+        Ok((loss, weights.named(&sums)))
     }
 
-    /// One part, by automatic differentiation.
-    fn recorded(&self, x: &[f32], numbers: usize) -> Result<(f64, Gradients), RepresentationError> {
+    /// As [`Self::analytic`], by automatic differentiation.
+    fn recorded(&self, x: &[f32]) -> Result<(f64, Gradients), RepresentationError> {
+        let mut total = (0.0, Gradients::default());
+        for part in self.parts(x) {
+            let (loss, gradients) = self.recorded_part(part, x.len())?;
+            total = (total.0 + loss, sum(total.1, gradients));
+        }
+        Ok(total)
+    }
+
+    /// What goes through the network at a time.
+    fn parts<'a>(&self, x: &'a [f32]) -> impl Iterator<Item = &'a [f32]> {
+        x.chunks(self.plan.part * self.data.tokens() * self.data.width())
+    }
+
+    fn recorded_part(&self, x: &[f32], numbers: usize) -> Result<(f64, Gradients), RepresentationError> {
         let points = self.network.encode(self.tensor(x));
         let sampling = Sampling::each(self.data.tokens());
         let y = self.network.decode(points.clone(), &sampling).map_err(PassError::from)?;
@@ -165,7 +180,7 @@ impl<S: Sequences> SequenceTrainer<S> {
         if let Some(apart) = penalty(&self.plan, &read(points.clone().inner())?) {
             loss = loss + known(&points, apart);
         }
-        Ok((sum, Gradients::of(&self.network, loss.backward())))
+        Ok((sum / numbers as f64, Gradients::of(&self.network, loss.backward())))
     }
 
     /// Returns whether the analytic gradient is used: it is for the CPU.
@@ -187,13 +202,29 @@ impl<S: Sequences> SequenceTrainer<S> {
     /// # Errors
     /// `x` does not hold whole sequences.
     pub fn reconstruct(&self, x: &[f32]) -> Result<(Vec<f32>, Vec<f32>), RepresentationError> {
-        if self.is_analytic() {
-            let (y, _) = backprop::forward(&self.network, x.to_vec(), self.data.tokens())?;
-            return Ok((y.control_points, y.sequence));
+        let parts: Vec<&[f32]> = self.parts(x).collect();
+        let parts: Vec<[Vec<f32>; 2]> = if self.is_analytic() {
+            let weights = Weights::of(&self.network)?;
+            let pass = |part: &[f32]| -> Result<_, RepresentationError> {
+                let (y, _) = weights.forward(part.to_vec(), self.data.tokens())?;
+                Ok([y.control_points, y.sequence])
+            };
+            parts.into_par_iter().map(pass).collect::<Result<_, _>>()?
+        } else {
+            let sampling = Sampling::each(self.data.tokens());
+            let pass = |part: &[f32]| -> Result<_, RepresentationError> {
+                let points = self.network.encode(self.tensor(part));
+                let y = self.network.decode(points.clone(), &sampling).map_err(PassError::from)?;
+                Ok([read(points.inner())?, read(y.inner())?])
+            };
+            parts.into_iter().map(pass).collect::<Result<_, _>>()?
+        };
+        let (mut points, mut sequences) = (Vec::new(), Vec::with_capacity(x.len()));
+        for [own, sequence] in parts {
+            points.extend(own);
+            sequences.extend(sequence);
         }
-        let points = self.network.encode(self.tensor(x));
-        let y = self.network.decode(points.clone(), &Sampling::each(self.data.tokens())).map_err(PassError::from)?;
-        Ok((read(points.inner())?, read(y.inner())?))
+        Ok((points, sequences))
     }
 
     /// Errors of a held-out set.
@@ -204,8 +235,8 @@ impl<S: Sequences> SequenceTrainer<S> {
         let unit = self.data.tokens() * self.data.width();
         let (count, latent) = (self.data.held_out_len(set), self.plan.latent);
         let (mut each, mut apart, mut points) = (Vec::with_capacity(count), 0.0, 0);
-        for first in (0..count).step_by(self.plan.part) {
-            let x = self.data.held_out(set, first..(first + self.plan.part).min(count));
+        for first in (0..count).step_by(BLOCK) {
+            let x = self.data.held_out(set, first..(first + BLOCK).min(count));
             let (control_points, y) = self.reconstruct(&x)?;
             let mut unused = vec![0.0; unit];
             let loss = |(x, y)| self.data.loss(x, y, &mut unused) / unit as f64;
@@ -272,19 +303,18 @@ fn mean_loss(data: &impl Sequences, x: &[f32], y: &[f32], numbers: usize) -> (f6
     (sum, gradient)
 }
 
-/// One part, by the analytic gradient.
+/// One part's share of the loss, and of its gradients.
 fn analytic(
     plan: &SequencePlan,
     data: &impl Sequences,
-    network: &SplineAutoencoder,
+    weights: &Weights,
     x: &[f32],
-    tokens: usize,
     numbers: usize,
-) -> Result<(f64, Gradients), RepresentationError> {
-    let (y, pass) = backprop::forward(network, x.to_vec(), tokens)?;
+) -> Result<(f64, Vec<f32>), RepresentationError> {
+    let (y, pass) = weights.forward(x.to_vec(), data.tokens())?;
     let (sum, by_sequence) = mean_loss(data, x, &y.sequence, numbers);
     let apart = penalty(plan, &y.control_points);
-    Ok((sum, backprop::backward(network, pass, by_sequence, apart)?))
+    Ok((sum / numbers as f64, weights.backward(pass, &by_sequence, apart.as_deref())?))
 }
 
 /// Sum of squared distances of points of `latent` numbers from their mean.

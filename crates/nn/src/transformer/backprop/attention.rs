@@ -1,11 +1,13 @@
-//! Attention of all heads, and its gradient, without ever holding the scores of more than one head of one sequence.
+//! Attention of all heads, and its gradient.
 //!
-//! Scores of a whole batch are tens of megabytes that a tensor library passes over a dozen times. Here one head's stay in the
-//! cache, and the backward pass computes them again from the rows' log-sums (Dao et al. 2022's idea, without tiles).
+//! Scores of a whole batch are tens of megabytes that a tensor library passes over a dozen times. Here all that is done to those of
+//! one head of one sequence is done while they are in the cache. The weights that come out are kept for the way back: a batch
+//! goes through in small parts, so they are a few megabytes, and to compute them again (Dao et al. 2022) took longer with 64 and 100
+//! tokens and as long with 256.
 
-use super::softmax::softmax;
-use super::threads::each_part;
-use crate::rows::elementary::dot;
+use lifelike_simd::vectorize;
+
+use super::softmax::{softmax, through_softmax};
 use crate::rows::tile::{Lanes, View, pack, padded, product};
 
 /// Sizes of a batch.
@@ -19,12 +21,11 @@ pub(in crate::transformer) struct Shape {
     pub(in crate::transformer) heads: usize,
 }
 
-/// Memory of one thread.
+/// Memory for one head of one sequence.
 #[derive(Default)]
 struct Scratch {
     right: Vec<Lanes>,
     scores: Vec<f32>,
-    gradients: Vec<f32>,
     out: Vec<f32>,
 }
 
@@ -44,75 +45,55 @@ pub(in crate::transformer) fn padded_bias(bias: &[f32], tokens: usize) -> Vec<f3
     out
 }
 
-/// `projected: [B, T, 3c]` and `bias` of [`padded_bias`] to the heads' outputs `[B, T, c]`.
-pub(in crate::transformer) fn forward(projected: &[f32], bias: &[f32], shape: Shape) -> Vec<f32> {
-    let Shape { tokens: t, width: c, heads } = shape;
-    let (size, wide) = (c / heads, padded(t));
-    let mut out = vec![0.0; projected.len() / 3];
-    each_part(
-        &mut out,
-        t * c,
+/// `projected: [B, T, 3c]` and `bias` of [`padded_bias`] to the heads' outputs `[B, T, c]` and the weights `[B, h, T, padded T]`.
+pub(in crate::transformer) fn forward(projected: &[f32], bias: &[f32], shape: Shape) -> (Vec<f32>, Vec<f32>) {
+    let Shape { tokens: t, width: c, .. } = shape;
+    let batch = projected.len() / (t * 3 * c).max(1);
+    let (mut out, mut scratch) = (vec![0.0; batch * t * c], Scratch::default());
+    // Not filled before: it is the largest memory of all, and what is in the cache would leave it.
+    let mut weights = Vec::with_capacity(batch * bias.len());
+    vectorize(
         #[inline(always)]
-        |first, part| {
-            let mut scratch = Scratch::default();
-            for (out, rows) in part.chunks_exact_mut(t * c).zip(projected[first * t * 3 * c..].chunks_exact(t * 3 * c))
-            {
-                for head in 0..heads {
-                    let bias = &bias[head * t * wide..][..t * wide];
-                    let values = columns(shape, head)[2];
-                    weigh(&mut scratch, rows, bias, shape, head);
-                    pack(&mut scratch.right, t, size, View::rows(&rows[values..], 3 * c), 1.0);
-                    scratch.out.resize(t * padded(size), 0.0);
-                    let left = View::rows(&scratch.scores, wide);
-                    product(&mut scratch.out, t, left, &scratch.right, t);
-                    for (out, mixed) in out.chunks_exact_mut(c).zip(scratch.out.chunks_exact(padded(size))) {
-                        out[head * size..][..size].copy_from_slice(&mixed[..size]);
-                    }
+        || {
+            for (out, rows) in out.chunks_exact_mut(t * c).zip(projected.chunks_exact(t * 3 * c)) {
+                for (head, bias) in bias.chunks_exact(t * padded(t)).enumerate() {
+                    one_forward(&mut scratch, [rows, bias], shape, head, out);
+                    weights.extend_from_slice(&scratch.scores);
                 }
             }
         },
     );
-    out
+    (out, weights)
 }
 
-/// Softmax of the scores of one head of one sequence, into `scratch.scores`.
+/// Leaves the weights in `scratch.scores`.
 #[inline(always)]
-fn weigh(scratch: &mut Scratch, rows: &[f32], bias: &[f32], shape: Shape, head: usize) {
+fn one_forward(scratch: &mut Scratch, [rows, bias]: [&[f32]; 2], shape: Shape, head: usize, mixed: &mut [f32]) {
     let Shape { tokens: t, width: c, heads } = shape;
     let (size, wide) = (c / heads, padded(t));
-    let [queries, keys, _] = columns(shape, head);
+    let [queries, keys, values] = columns(shape, head);
     let scale = (size as f32).powf(-0.5);
-    pack(&mut scratch.right, size, t, View::columns(&rows[keys..], 3 * c), scale);
-    scratch.scores.resize(t * wide, 0.0);
-    let left = View::rows(&rows[queries..], 3 * c);
-    product(&mut scratch.scores, t, left, &scratch.right, size);
-    softmax(&mut scratch.scores, bias, wide);
+    let Scratch { right, scores, out } = scratch;
+    pack(right, size, t, View::columns(&rows[keys..], 3 * c), scale);
+    scores.resize(t * wide, 0.0);
+    product(scores, t, View::rows(&rows[queries..], 3 * c), right, size);
+    softmax(scores, bias, wide);
+    pack(right, t, size, View::rows(&rows[values..], 3 * c), 1.0);
+    put(mixed, out, View::rows(scores, wide), right, shape, c, head * size);
 }
 
-/// Returns the gradient by `projected`, from the one by what [`forward`] returned as `mixed`.
-pub(in crate::transformer) fn backward(
-    projected: &[f32],
-    mixed: &[f32],
-    by_mixed: &[f32],
-    bias: &[f32],
-    shape: Shape,
-) -> Vec<f32> {
+/// Returns the gradient by `projected`, from the one by the outputs of [`forward`] and the weights that it returned.
+pub(in crate::transformer) fn backward(projected: &[f32], weights: &[f32], by_mixed: &[f32], shape: Shape) -> Vec<f32> {
     let Shape { tokens: t, width: c, heads } = shape;
-    let wide = padded(t);
-    let mut out = vec![0.0; projected.len()];
-    each_part(
-        &mut out,
-        t * 3 * c,
+    let (mut out, mut scratch) = (vec![0.0; projected.len()], Scratch::default());
+    let inputs = projected.chunks_exact(t * 3 * c).zip(by_mixed.chunks_exact(t * c));
+    let inputs = inputs.zip(weights.chunks_exact(heads * t * padded(t)));
+    vectorize(
         #[inline(always)]
-        |first, part| {
-            let mut scratch = Scratch::default();
-            for (i, out) in part.chunks_exact_mut(t * 3 * c).enumerate() {
-                let sequence = first + i;
-                let rows = &projected[sequence * t * 3 * c..][..t * 3 * c];
-                let [mixed, by_mixed] = [mixed, by_mixed].map(|all| &all[sequence * t * c..][..t * c]);
-                for head in 0..heads {
-                    let bias = &bias[head * t * wide..][..t * wide];
-                    one_head(&mut scratch, out, [rows, mixed, by_mixed, bias], shape, head);
+        || {
+            for (out, ((rows, by_mixed), weights)) in out.chunks_exact_mut(t * 3 * c).zip(inputs) {
+                for (head, weights) in weights.chunks_exact(t * padded(t)).enumerate() {
+                    one_backward(&mut scratch, [rows, weights, by_mixed], shape, head, out);
                 }
             }
         },
@@ -121,50 +102,52 @@ pub(in crate::transformer) fn backward(
 }
 
 #[inline(always)]
-fn one_head(
+fn one_backward(
     scratch: &mut Scratch,
-    out: &mut [f32],
-    [rows, mixed, by_mixed, bias]: [&[f32]; 4],
+    [rows, weights, by_mixed]: [&[f32]; 3],
     shape: Shape,
     head: usize,
+    out: &mut [f32],
 ) {
     let Shape { tokens: t, width: c, heads } = shape;
     let (size, wide) = (c / heads, padded(t));
     let [queries, keys, values] = columns(shape, head);
-    let own = head * size;
-    let scale = (size as f32).powf(-0.5);
-    weigh(scratch, rows, bias, shape, head);
-    let Scratch { right, scores, gradients, out: part } = scratch;
-    part.resize(t * padded(size), 0.0);
+    let (own, scale) = (head * size, (size as f32).powf(-0.5));
+    let Scratch { right, scores: gradients, out: part } = scratch;
 
-    // By the weights: gradient · valuesᵀ; then through the softmax, w (g − Σ w g), where Σ w g = output · its gradient.
+    // By the weights: gradient · valuesᵀ.
     pack(right, size, t, View::columns(&rows[values..], 3 * c), 1.0);
     gradients.resize(t * wide, 0.0);
     product(gradients, t, View::rows(&by_mixed[own..], c), right, size);
-    let token_rows = mixed.chunks_exact(c).zip(by_mixed.chunks_exact(c));
-    let weights = scores.chunks_exact(wide);
-    for ((gradients, weights), (mixed, by_mixed)) in gradients.chunks_exact_mut(wide).zip(weights).zip(token_rows) {
-        let along = dot(&mixed[own..][..size], &by_mixed[own..][..size]);
-        for (gradient, weight) in gradients.iter_mut().zip(weights) {
-            *gradient = weight * (*gradient - along);
-        }
-    }
+    through_softmax(weights, gradients, wide);
 
     pack(right, t, size, View::rows(&by_mixed[own..], c), 1.0);
-    put(out, part, View::columns(scores, wide), right, shape, values);
+    put(out, part, View::columns(weights, wide), right, shape, 3 * c, values);
     pack(right, t, size, View::rows(&rows[keys..], 3 * c), scale);
-    put(out, part, View::rows(gradients, wide), right, shape, queries);
+    put(out, part, View::rows(gradients, wide), right, shape, 3 * c, queries);
     pack(right, t, size, View::rows(&rows[queries..], 3 * c), scale);
-    put(out, part, View::columns(gradients, wide), right, shape, keys);
+    put(out, part, View::columns(gradients, wide), right, shape, 3 * c, keys);
 }
 
-/// Writes left · right into one head's columns of `out`, from `column` on.
+/// Writes left · right into one head's columns of `out`, whose rows begin every `stride` numbers, from `column` on.
 #[inline(always)]
-fn put(out: &mut [f32], part: &mut [f32], left: View<'_>, right: &[Lanes], shape: Shape, column: usize) {
-    let Shape { tokens: t, width: c, heads } = shape;
-    let size = c / heads;
+fn put(
+    out: &mut [f32],
+    part: &mut Vec<f32>,
+    left: View<'_>,
+    right: &[Lanes],
+    shape: Shape,
+    stride: usize,
+    column: usize,
+) {
+    let (t, size) = (shape.tokens, shape.width / shape.heads);
+    part.resize(t * padded(size), 0.0);
     product(part, t, left, right, t);
-    for (out, part) in out.chunks_exact_mut(3 * c).zip(part.chunks_exact(padded(size))) {
-        out[column..][..size].copy_from_slice(&part[..size]);
+    for (out, part) in out.chunks_exact_mut(stride).zip(part.chunks_exact(padded(size))) {
+        // Eight at a time: to copy an unknown number is a call that takes longer.
+        let (eights, rest) = out[column..][..size].as_chunks_mut::<8>();
+        let (from, last) = part[..size].as_chunks::<8>();
+        eights.iter_mut().zip(from).for_each(|(out, part)| *out = *part);
+        rest.iter_mut().zip(last).for_each(|(out, part)| *out = *part);
     }
 }

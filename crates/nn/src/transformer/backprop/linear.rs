@@ -1,75 +1,65 @@
 //! Products with weights, and their gradients, in the kernels of [`crate::rows`].
 
-use burn::module::Param;
-use burn::tensor::{Tensor, TensorData};
+use std::ops::Range;
 
-use super::Grads;
-use crate::numbers::{Unreadable, read};
-use crate::rows::{bias_gradient, product, product_with_transposed, weight_gradient};
-use crate::transformer::heads::Affine;
+use super::places::Places;
+use crate::rows::{PackedWeight, bias_gradient, weight_gradient};
 
-/// Returns x · weight.
-pub(super) fn multiply(x: &[f32], weight: &Param<Tensor<2>>) -> Result<Vec<f32>, Unreadable> {
-    Ok(product(x, &numbers(weight)?, weight.dims(), &[]))
+/// A linear map, its weight packed: once for all parts of a batch.
+#[derive(Debug, Clone)]
+pub(super) struct Linear {
+    shape: [usize; 2],
+    weight: PackedWeight,
+    /// Empty where the map has none.
+    bias: Vec<f32>,
+    /// Where the gradients of weight and bias belong.
+    places: [Range<usize>; 2],
 }
 
-/// Returns the gradient by the x that [`multiply`] met.
-pub(super) fn by_input(weight: &Param<Tensor<2>>, gradient: &[f32]) -> Result<Vec<f32>, Unreadable> {
-    Ok(product_with_transposed(gradient, &numbers(weight)?, weight.dims()))
-}
+impl Linear {
+    /// x · weight + bias, of an [`Affine`](crate::transformer::heads::Affine) by its name.
+    pub(super) fn affine(places: &Places, name: &str, inputs: usize) -> Self {
+        let mut map = Self::new(places, &format!("{name}.weight"), inputs);
+        map.places[1] = places.range(&format!("{name}.bias"));
+        map.bias = places.values(map.places[1].clone()).to_vec();
+        map
+    }
 
-/// Puts the gradient of a weight that [`multiply`] met `x` with.
-pub(super) fn learn(x: &[f32], weight: &Param<Tensor<2>>, gradient: &[f32], name: String, grads: &mut Grads) {
-    let shape = weight.dims();
-    let mut sum = vec![0.0; shape[0] * shape[1]];
-    weight_gradient(x, gradient, shape, &mut sum);
-    put(weight, sum, name, grads);
-}
+    /// x · weight, of a weight by its name.
+    pub(super) fn new(places: &Places, name: &str, inputs: usize) -> Self {
+        let place = places.range(name);
+        let shape = [inputs, place.len() / inputs.max(1)];
+        let weight = PackedWeight::new(places.values(place.clone()), shape);
+        Self { shape, weight, bias: Vec::new(), places: [place, 0..0] }
+    }
 
-/// [`learn`] and [`by_input`].
-pub(super) fn through(
-    x: &[f32],
-    weight: &Param<Tensor<2>>,
-    gradient: &[f32],
-    name: String,
-    grads: &mut Grads,
-) -> Result<Vec<f32>, Unreadable> {
-    learn(x, weight, gradient, name, grads);
-    by_input(weight, gradient)
-}
+    /// Returns the numbers of a row that comes out.
+    pub(super) fn outputs(&self) -> usize {
+        self.shape[1]
+    }
 
-/// As [`Affine::forward`].
-pub(super) fn affine(x: &[f32], layer: &Affine) -> Result<Vec<f32>, Unreadable> {
-    Ok(product(x, &numbers(&layer.weight)?, layer.weight.dims(), &numbers(&layer.bias)?))
-}
+    /// `[rows, inputs]` to `[rows, outputs]`.
+    pub(super) fn forward(&self, x: &[f32]) -> Vec<f32> {
+        self.weight.forward(x, &self.bias)
+    }
 
-/// As [`learn`], for an [`Affine`].
-pub(super) fn learn_affine(x: &[f32], layer: &Affine, gradient: &[f32], name: &str, grads: &mut Grads) {
-    let mut sums = vec![0.0_f32; layer.bias.dims()[0]];
-    bias_gradient(gradient, &mut sums);
-    put(&layer.bias, sums, format!("{name}.bias"), grads);
-    learn(x, &layer.weight, gradient, format!("{name}.weight"), grads);
-}
+    /// Returns the gradient by x from the one by the output.
+    pub(super) fn by_input(&self, gradient: &[f32]) -> Vec<f32> {
+        self.weight.by_input(gradient)
+    }
 
-/// As [`through`], for an [`Affine`].
-pub(super) fn through_affine(
-    x: &[f32],
-    layer: &Affine,
-    gradient: &[f32],
-    name: &str,
-    grads: &mut Grads,
-) -> Result<Vec<f32>, Unreadable> {
-    learn_affine(x, layer, gradient, name, grads);
-    by_input(&layer.weight, gradient)
-}
+    /// Adds the gradients of weight and bias for the `x` that [`Self::forward`] met.
+    pub(super) fn learn(&self, x: &[f32], gradient: &[f32], sums: &mut [f32]) {
+        let [weight, bias] = &self.places;
+        weight_gradient(x, gradient, self.shape, &mut sums[weight.clone()]);
+        if !bias.is_empty() {
+            bias_gradient(gradient, &mut sums[bias.clone()]);
+        }
+    }
 
-/// Returns a parameter's numbers.
-pub(super) fn numbers<const D: usize>(parameter: &Param<Tensor<D>>) -> Result<Vec<f32>, Unreadable> {
-    read(parameter.val().without_autodiff())
-}
-
-/// Puts a gradient that is in our memory where its parameter is.
-pub(super) fn put<const D: usize>(like: &Param<Tensor<D>>, values: Vec<f32>, name: String, grads: &mut Grads) {
-    let count = values.len();
-    grads.insert(name, Tensor::from_data(TensorData::new(values, [count]), &like.val().device().inner()));
+    /// [`Self::learn`] and [`Self::by_input`].
+    pub(super) fn backward(&self, x: &[f32], gradient: &[f32], sums: &mut [f32]) -> Vec<f32> {
+        self.learn(x, gradient, sums);
+        self.by_input(gradient)
+    }
 }

@@ -1,8 +1,10 @@
 //! [`super::super::RmsNorm`] and its gradient.
 
+use std::ops::Range;
+
 use lifelike_simd::vectorize;
 
-use super::threads::each_part;
+use super::places::Places;
 use crate::rows::elementary::dot;
 use crate::transformer::norm::EPSILON;
 
@@ -12,16 +14,38 @@ fn inverse_root(x: &[f32]) -> f32 {
     1.0 / (dot(x, x) / x.len() as f32 + EPSILON as f32).sqrt()
 }
 
-/// x / root · gain, for every row.
-pub(super) fn forward(x: &[f32], gain: &[f32]) -> Vec<f32> {
+/// A normalization with its gain.
+#[derive(Debug, Clone)]
+pub(super) struct Norm {
+    gain: Vec<f32>,
+    place: Range<usize>,
+}
+
+impl Norm {
+    pub(super) fn new(places: &Places, name: &str) -> Self {
+        let place = places.range(&format!("{name}.gain"));
+        Self { gain: places.values(place.clone()).to_vec(), place }
+    }
+
+    /// x / root · gain, for every row.
+    pub(super) fn forward(&self, x: &[f32]) -> Vec<f32> {
+        forward(x, &self.gain)
+    }
+
+    /// Adds to `gradient` (by the sum that x stands in) what comes through the normalization, and to `sums` the gain's gradient.
+    pub(super) fn backward(&self, x: &[f32], by_output: &[f32], gradient: &mut [f32], sums: &mut [f32]) {
+        through(x, &self.gain, by_output, gradient);
+        by_gain(x, by_output, &mut sums[self.place.clone()]);
+    }
+}
+
+fn forward(x: &[f32], gain: &[f32]) -> Vec<f32> {
     let c = gain.len();
     let mut out = vec![0.0; x.len()];
-    each_part(
-        &mut out,
-        c,
+    vectorize(
         #[inline(always)]
-        |first, part| {
-            for (out, x) in part.chunks_exact_mut(c).zip(x[first * c..].chunks_exact(c)) {
+        || {
+            for (out, x) in out.chunks_exact_mut(c).zip(x.chunks_exact(c)) {
                 let r = inverse_root(x);
                 for ((out, x), gain) in out.iter_mut().zip(x).zip(gain) {
                     *out = x * r * gain;
@@ -32,17 +56,14 @@ pub(super) fn forward(x: &[f32], gain: &[f32]) -> Vec<f32> {
     out
 }
 
-/// Adds to `gradient` (by the sum that x stands in) what comes through the normalization; returns the gain's gradient.
-pub(super) fn backward(x: &[f32], gain: &[f32], by_output: &[f32], gradient: &mut [f32]) -> Vec<f32> {
+fn through(x: &[f32], gain: &[f32], by_output: &[f32], gradient: &mut [f32]) {
     let c = gain.len();
-    each_part(
-        gradient,
-        c,
+    let mut scaled = vec![0.0; c];
+    vectorize(
         #[inline(always)]
-        |first, part| {
-            let mut scaled = vec![0.0; c];
-            let rows = x[first * c..].chunks_exact(c).zip(by_output[first * c..].chunks_exact(c));
-            for (gradient, (x, dy)) in part.chunks_exact_mut(c).zip(rows) {
+        || {
+            let rows = x.chunks_exact(c).zip(by_output.chunks_exact(c));
+            for (gradient, (x, dy)) in gradient.chunks_exact_mut(c).zip(rows) {
                 let r = inverse_root(x);
                 for ((scaled, dy), gain) in scaled.iter_mut().zip(dy).zip(gain) {
                     *scaled = dy * gain;
@@ -54,17 +75,19 @@ pub(super) fn backward(x: &[f32], gain: &[f32], by_output: &[f32], gradient: &mu
             }
         },
     );
-    let mut by_gain = vec![0.0_f32; c];
+}
+
+fn by_gain(x: &[f32], by_output: &[f32], sum: &mut [f32]) {
+    let c = sum.len();
     vectorize(
         #[inline(always)]
         || {
             for (x, dy) in x.chunks_exact(c).zip(by_output.chunks_exact(c)) {
                 let r = inverse_root(x);
-                for ((sum, x), dy) in by_gain.iter_mut().zip(x).zip(dy) {
+                for ((sum, x), dy) in sum.iter_mut().zip(x).zip(dy) {
                     *sum += dy * x * r;
                 }
             }
         },
     );
-    by_gain
 }

@@ -1,22 +1,40 @@
-//! A [`Stack`] of blocks, forward and backward. What is cheap to compute again (normalized tokens, GELU) is not kept.
-
-use rayon::prelude::*;
+//! Transformer blocks, forward and backward. What is cheap to compute again (normalized tokens, GELU) is not kept.
 
 use super::attention::{self, Shape, padded_bias};
-use super::linear::{by_input, learn, multiply, numbers, put, through};
-use super::threads::WORTHWHILE;
-use super::{Grads, norm};
-use crate::numbers::Unreadable;
-use crate::rows::add;
-use crate::rows::gelu::{gelu, gelu_and_gradient};
+use super::linear::Linear;
+use super::norm::Norm;
+use super::places::Places;
+use crate::rows::gelu::gelu_and_gradient;
+use crate::rows::{activated, add};
 use crate::transformer::alibi;
-use crate::transformer::block::{Block, Stack};
+
+/// The numbers of a [`Stack`](crate::transformer::Stack).
+#[derive(Debug, Clone)]
+pub(super) struct Stack {
+    blocks: Vec<Block>,
+    norm: Norm,
+    width: usize,
+    heads: usize,
+}
+
+/// The numbers of a [`Block`](crate::transformer::Block).
+#[derive(Debug, Clone)]
+struct Block {
+    norm_1: Norm,
+    projection: Linear,
+    output: Linear,
+    norm_2: Norm,
+    inner: Linear,
+    outer: Linear,
+}
 
 /// Numbers that the backward pass of one block needs.
 #[derive(Debug, Clone)]
 struct BlockPass {
     x: Vec<f32>,
     projected: Vec<f32>,
+    /// Attention's.
+    weights: Vec<f32>,
     mixed: Vec<f32>,
     between: Vec<f32>,
     inner: Vec<f32>,
@@ -27,107 +45,92 @@ struct BlockPass {
 pub(super) struct StackPass {
     blocks: Vec<BlockPass>,
     last: Vec<f32>,
-    bias: Vec<f32>,
     shape: Shape,
 }
 
-/// `x: [B, T, c]`, tokens at `positions`, to the same shape.
-pub(super) fn forward(
-    stack: &Stack,
-    mut x: Vec<f32>,
-    positions: &[f64],
-    heads: usize,
-) -> Result<(Vec<f32>, StackPass), Unreadable> {
-    let shape = Shape { tokens: positions.len(), width: stack.norm.gain.dims()[0], heads };
-    let bias = padded_bias(&alibi::bias(heads, positions), shape.tokens);
-    let mut blocks = Vec::with_capacity(stack.blocks.len());
-    for block in &stack.blocks {
-        let (next, pass) = block_forward(block, x, &bias, shape)?;
-        blocks.push(pass);
-        x = next;
+impl Stack {
+    /// `layers` blocks that stand under `name`.
+    pub(super) fn new(places: &Places, name: &str, layers: usize, width: usize, heads: usize) -> Self {
+        let block = |i| Block::new(places, &format!("{name}.blocks.{i}"), width);
+        Self {
+            blocks: (0..layers).map(block).collect(),
+            norm: Norm::new(places, &format!("{name}.norm")),
+            width,
+            heads,
+        }
     }
-    let out = norm::forward(&x, &numbers(&stack.norm.gain)?);
-    Ok((out, StackPass { blocks, last: x, bias, shape }))
-}
 
-fn block_forward(block: &Block, x: Vec<f32>, bias: &[f32], shape: Shape) -> Result<(Vec<f32>, BlockPass), Unreadable> {
-    let normed = norm::forward(&x, &numbers(&block.norm_1.gain)?);
-    let projected = multiply(&normed, &block.attention.projection)?;
-    let mixed = attention::forward(&projected, bias, shape);
-    let mut between = multiply(&mixed, &block.attention.output)?;
-    add(&mut between, &x);
-    let normed = norm::forward(&between, &numbers(&block.norm_2.gain)?);
-    let inner = multiply(&normed, &block.feed_forward.inner)?;
-    let mut out = multiply(&activated(&inner), &block.feed_forward.outer)?;
-    add(&mut out, &between);
-    Ok((out, BlockPass { x, projected, mixed, between, inner }))
-}
-
-/// Puts the gradients of the stack's parameters, named under `prefix`; returns the gradient by `x`.
-pub(super) fn backward(
-    stack: &Stack,
-    pass: StackPass,
-    gradient: Vec<f32>,
-    prefix: &str,
-    grads: &mut Grads,
-) -> Result<Vec<f32>, Unreadable> {
-    let StackPass { blocks, last, bias, shape } = pass;
-    let mut by_x = vec![0.0; gradient.len()];
-    let by_gain = norm::backward(&last, &numbers(&stack.norm.gain)?, &gradient, &mut by_x);
-    put(&stack.norm.gain, by_gain, format!("{prefix}.norm.gain"), grads);
-    for ((i, block), pass) in stack.blocks.iter().enumerate().zip(blocks).rev() {
-        by_x = block_backward(block, pass, &bias, shape, by_x, &format!("{prefix}.blocks.{i}"), grads)?;
+    /// `x: [B, T, c]`, tokens at `positions`, to the same shape.
+    pub(super) fn forward(&self, mut x: Vec<f32>, positions: &[f64]) -> (Vec<f32>, StackPass) {
+        let shape = Shape { tokens: positions.len(), width: self.width, heads: self.heads };
+        let bias = padded_bias(&alibi::bias(self.heads, positions), shape.tokens);
+        let mut blocks = Vec::with_capacity(self.blocks.len());
+        for block in &self.blocks {
+            let (next, pass) = block.forward(x, &bias, shape);
+            blocks.push(pass);
+            x = next;
+        }
+        let out = self.norm.forward(&x);
+        (out, StackPass { blocks, last: x, shape })
     }
-    Ok(by_x)
+
+    /// Adds the gradients of the stack's parameters; returns the gradient by `x`.
+    pub(super) fn backward(&self, pass: StackPass, gradient: Vec<f32>, sums: &mut [f32]) -> Vec<f32> {
+        let StackPass { blocks, last, shape } = pass;
+        let mut by_x = vec![0.0; gradient.len()];
+        self.norm.backward(&last, &gradient, &mut by_x, sums);
+        for (block, pass) in self.blocks.iter().zip(blocks).rev() {
+            by_x = block.backward(pass, shape, by_x, sums);
+        }
+        by_x
+    }
 }
 
-fn block_backward(
-    block: &Block,
-    pass: BlockPass,
-    bias: &[f32],
-    shape: Shape,
-    mut gradient: Vec<f32>,
-    prefix: &str,
-    grads: &mut Grads,
-) -> Result<Vec<f32>, Unreadable> {
-    let BlockPass { x, projected, mixed, between, inner } = pass;
-    let name = |part: &str| format!("{prefix}.{part}");
+impl Block {
+    fn new(places: &Places, name: &str, width: usize) -> Self {
+        let part = |part: &str| format!("{name}.{part}");
+        let inner = Linear::new(places, &part("feed_forward.inner"), width);
+        Self {
+            norm_1: Norm::new(places, &part("norm_1")),
+            projection: Linear::new(places, &part("attention.projection"), width),
+            output: Linear::new(places, &part("attention.output"), width),
+            norm_2: Norm::new(places, &part("norm_2")),
+            outer: Linear::new(places, &part("feed_forward.outer"), inner.outputs()),
+            inner,
+        }
+    }
 
-    let gain = numbers(&block.norm_2.gain)?;
-    let weight = &block.feed_forward.outer;
-    let mut by_inner = by_input(weight, &gradient)?;
-    let activated = through_gelu(&inner, &mut by_inner);
-    learn(&activated, weight, &gradient, name("feed_forward.outer"), grads);
-    let normed = norm::forward(&between, &gain);
-    let by_normed = through(&normed, &block.feed_forward.inner, &by_inner, name("feed_forward.inner"), grads)?;
-    let by_gain = norm::backward(&between, &gain, &by_normed, &mut gradient);
-    put(&block.norm_2.gain, by_gain, name("norm_2.gain"), grads);
+    fn forward(&self, x: Vec<f32>, bias: &[f32], shape: Shape) -> (Vec<f32>, BlockPass) {
+        let projected = self.projection.forward(&self.norm_1.forward(&x));
+        let (mixed, weights) = attention::forward(&projected, bias, shape);
+        let mut between = self.output.forward(&mixed);
+        add(&mut between, &x);
+        let inner = self.inner.forward(&self.norm_2.forward(&between));
+        let mut out = self.outer.forward(&activated(&inner));
+        add(&mut out, &between);
+        (out, BlockPass { x, projected, weights, mixed, between, inner })
+    }
 
-    let gain = numbers(&block.norm_1.gain)?;
-    let weight = &block.attention.output;
-    let by_mixed = through(&mixed, weight, &gradient, name("attention.output"), grads)?;
-    let by_projected = attention::backward(&projected, &mixed, &by_mixed, bias, shape);
-    let normed = norm::forward(&x, &gain);
-    let weight = &block.attention.projection;
-    let by_normed = through(&normed, weight, &by_projected, name("attention.projection"), grads)?;
-    let by_gain = norm::backward(&x, &gain, &by_normed, &mut gradient);
-    put(&block.norm_1.gain, by_gain, name("norm_1.gain"), grads);
-    Ok(gradient)
-}
+    fn backward(&self, pass: BlockPass, shape: Shape, mut gradient: Vec<f32>, sums: &mut [f32]) -> Vec<f32> {
+        let BlockPass { x, projected, weights, mixed, between, inner } = pass;
 
-/// GELU of each number.
-pub(super) fn activated(x: &[f32]) -> Vec<f32> {
-    let mut out = vec![0.0; x.len()];
-    let parts = out.par_chunks_mut(WORTHWHILE).zip(x.par_chunks(WORTHWHILE));
-    parts.for_each(|(out, x)| gelu(x, out));
-    out
+        let mut by_inner = self.outer.by_input(&gradient);
+        let activated = through_gelu(&inner, &mut by_inner);
+        self.outer.learn(&activated, &gradient, sums);
+        let by_normed = self.inner.backward(&self.norm_2.forward(&between), &by_inner, sums);
+        self.norm_2.backward(&between, &by_normed, &mut gradient, sums);
+
+        let by_mixed = self.output.backward(&mixed, &gradient, sums);
+        let by_projected = attention::backward(&projected, &weights, &by_mixed, shape);
+        let by_normed = self.projection.backward(&self.norm_1.forward(&x), &by_projected, sums);
+        self.norm_1.backward(&x, &by_normed, &mut gradient, sums);
+        gradient
+    }
 }
 
 /// Turns `gradient` into that below a GELU of `x`; returns the GELU as well.
 pub(super) fn through_gelu(x: &[f32], gradient: &mut [f32]) -> Vec<f32> {
     let mut out = vec![0.0; x.len()];
-    let parts = out.par_chunks_mut(WORTHWHILE).zip(x.par_chunks(WORTHWHILE));
-    let parts = parts.zip(gradient.par_chunks_mut(WORTHWHILE));
-    parts.for_each(|((out, x), gradient)| gelu_and_gradient(x, out, gradient));
+    gelu_and_gradient(x, &mut out, gradient);
     out
 }

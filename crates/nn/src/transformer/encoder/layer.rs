@@ -29,6 +29,8 @@ pub(super) struct Layer {
 pub(super) struct LayerPass {
     x: Vec<f32>,
     projected: Vec<f32>,
+    /// Attention's, of each sequence.
+    attention: Vec<Vec<f32>>,
     mixed: Vec<f32>,
     /// Sums below the norms.
     sums: [Vec<f32>; 2],
@@ -82,7 +84,7 @@ impl Layer {
     pub(super) fn forward(&self, x: Vec<f32>, lengths: &[usize], no_bias: &NoBias) -> (Vec<f32>, LayerPass) {
         let linear = |i: usize, x: &[f32]| self.weights[i].forward(x, &self.biases[i]);
         let projected = linear(0, &x);
-        let mixed = self.attend(&projected, lengths, no_bias);
+        let (mixed, attention) = self.attend(&projected, lengths, no_bias);
         let mut first = linear(1, &mixed);
         add(&mut first, &x);
         let h = self.norm(0, &first);
@@ -90,7 +92,7 @@ impl Layer {
         let mut second = linear(3, &activated(&inner));
         add(&mut second, &h);
         let out = self.norm(1, &second);
-        (out, LayerPass { x, projected, mixed, sums: [first, second], inner })
+        (out, LayerPass { x, projected, attention, mixed, sums: [first, second], inner })
     }
 
     /// Adds the gradients of the layer's parameters; returns the gradient by x.
@@ -98,11 +100,11 @@ impl Layer {
         &self,
         pass: LayerPass,
         gradient: &[f32],
-        (lengths, no_bias): (&[usize], &NoBias),
+        lengths: &[usize],
         layout: &Layout,
         sums: &mut [f32],
     ) -> Vec<f32> {
-        let LayerPass { x, projected, mixed, sums: [first, second], inner } = pass;
+        let LayerPass { x, projected, attention, mixed, sums: [first, second], inner } = pass;
         let mut by_second = self.through_norm(1, &second, gradient, layout, sums);
         let (mut by_inner, mut outer) = (self.weights[3].by_input(&by_second), vec![0.0; inner.len()]);
         gelu_and_gradient(&inner, &mut outer, &mut by_inner);
@@ -111,7 +113,7 @@ impl Layer {
         add(&mut by_second, &self.through(2, &h, &by_inner, layout, sums));
         let mut by_first = self.through_norm(0, &first, &by_second, layout, sums);
         let by_mixed = self.through(1, &mixed, &by_first, layout, sums);
-        let by_projected = self.attend_back([&projected, &mixed, &by_mixed], lengths, no_bias);
+        let by_projected = self.attend_back([&projected, &by_mixed], &attention, lengths);
         add(&mut by_first, &self.through(0, &x, &by_projected, layout, sums));
         by_first
     }
@@ -143,21 +145,25 @@ impl Layer {
         Shape { tokens, width: self.sizes.width, heads: self.sizes.heads }
     }
 
-    fn attend(&self, projected: &[f32], lengths: &[usize], no_bias: &NoBias) -> Vec<f32> {
-        let (mut out, mut at, c) = (Vec::with_capacity(projected.len() / 3), 0, self.sizes.width);
-        for t in lengths {
-            out.extend(attention::forward(&projected[at * 3 * c..(at + t) * 3 * c], &no_bias[t], self.shape(*t)));
-            at += t;
-        }
-        out
-    }
-
-    fn attend_back(&self, [projected, mixed, by_mixed]: [&[f32]; 3], lengths: &[usize], no_bias: &NoBias) -> Vec<f32> {
-        let (mut out, mut at, c) = (Vec::with_capacity(projected.len()), 0, self.sizes.width);
+    fn attend(&self, projected: &[f32], lengths: &[usize], no_bias: &NoBias) -> (Vec<f32>, Vec<Vec<f32>>) {
+        let (mut out, mut weights) = (Vec::with_capacity(projected.len() / 3), Vec::with_capacity(lengths.len()));
+        let (mut at, c) = (0, self.sizes.width);
         for t in lengths {
             let rows = &projected[at * 3 * c..(at + t) * 3 * c];
-            let [mixed, by_mixed] = [mixed, by_mixed].map(|all| &all[at * c..(at + t) * c]);
-            out.extend(attention::backward(rows, mixed, by_mixed, &no_bias[t], self.shape(*t)));
+            let (mixed, own) = attention::forward(rows, &no_bias[t], self.shape(*t));
+            out.extend(mixed);
+            weights.push(own);
+            at += t;
+        }
+        (out, weights)
+    }
+
+    fn attend_back(&self, [projected, by_mixed]: [&[f32]; 2], weights: &[Vec<f32>], lengths: &[usize]) -> Vec<f32> {
+        let (mut out, mut at, c) = (Vec::with_capacity(projected.len()), 0, self.sizes.width);
+        for (t, weights) in lengths.iter().zip(weights) {
+            let rows = &projected[at * 3 * c..(at + t) * 3 * c];
+            let by_mixed = &by_mixed[at * c..(at + t) * c];
+            out.extend(attention::backward(rows, weights, by_mixed, self.shape(*t)));
             at += t;
         }
         out

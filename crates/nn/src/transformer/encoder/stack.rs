@@ -48,7 +48,6 @@ pub struct Encoder {
 pub struct EncoderPass {
     layers: Vec<LayerPass>,
     lengths: Vec<usize>,
-    no_bias: NoBias,
 }
 
 impl Encoder {
@@ -71,7 +70,7 @@ impl Encoder {
             layers.push(pass);
             x = next;
         }
-        (x, EncoderPass { layers, lengths: lengths.to_vec(), no_bias })
+        (x, EncoderPass { layers, lengths: lengths.to_vec() })
     }
 
     /// Adds the gradients of the parameters to `sums`, which stands as `layout` says; returns the gradient by x.
@@ -79,10 +78,8 @@ impl Encoder {
     /// # Shapes
     /// `gradient: [sum of lengths, c]`, by what [`Self::forward`] returned, to the same.
     pub fn backward(&self, pass: EncoderPass, gradient: Vec<f32>, layout: &Layout, sums: &mut [f32]) -> Vec<f32> {
-        let EncoderPass { layers, lengths, no_bias } = pass;
+        let EncoderPass { layers, lengths } = pass;
         let all = self.layers.iter().zip(layers).rev();
-        all.fold(gradient, |gradient, (layer, pass)| {
-            layer.backward(pass, &gradient, (&lengths, &no_bias), layout, sums)
-        })
+        all.fold(gradient, |gradient, (layer, pass)| layer.backward(pass, &gradient, &lengths, layout, sums))
     }
 }

@@ -34,9 +34,10 @@ pub struct Shared {
     /// Learning rate of a method, instead of the budget's; may be given for each of them.
     #[arg(long, value_name = "METHOD=RATE", value_delimiter = ',', conflicts_with = "rates")]
     pub rate: Vec<MethodRate>,
-    /// Iterations over which the learning rate rises; the budget's share of them where not given, none in a sweep.
-    #[arg(long)]
-    pub warmup: Option<u64>,
+    /// Iterations over which the learning rate rises; the budget's share of them where not given, none in a sweep. A sweep may
+    /// have several to compare: each rate runs with each of them.
+    #[arg(long, value_delimiter = ',', value_name = "ITERATIONS")]
+    pub warmup: Vec<u64>,
     /// Keys of weights and training batches: a run for each, of which the table has the mean and half the range.
     #[arg(long, value_delimiter = ',', value_name = "SEEDS", default_value = "0")]
     pub seed: Vec<u64>,
@@ -64,8 +65,12 @@ impl Shared {
     }
 
     /// # Errors
-    /// A time that is none.
+    /// A time that is none; warm-ups to compare outside of a sweep, whose table has no row for each.
     pub fn check(&self) -> Result<(), CliError> {
+        if self.warmup.len() > 1 && !self.sweeps() {
+            let text = format!("--warmup: expected one without --rates, got {}", self.warmup.len());
+            return Err(CliError::Usage(text));
+        }
         match self.minutes.filter(|m| !(m.is_finite() && *m > 0.0)) {
             Some(minutes) => Err(CliError::Usage(format!("--minutes: expected a number above 0, got {minutes}"))),
             None => Ok(()),

@@ -40,7 +40,7 @@ impl Budget {
                 let optimizer = Rule::Adam;
                 let rate = SequencePlan { optimizer, learning_rate: 1e-3, warmup: ITERATIONS / 20, ..sizes };
                 // Small parts: each goes through the network on one core, and what it needs stays in the core's cache.
-                SequencePlan { batch: 32, part: 8, iterations: ITERATIONS, validate_every: 500, ..rate }
+                SequencePlan { batch: 32, part: 4, iterations: ITERATIONS, validate_every: 500, ..rate }
             }
             Self::Thesis => thesis,
         }

@@ -62,12 +62,9 @@ pub(super) fn places<E: Experiment>(
     shared: &Shared,
     changes: &[String],
 ) -> Result<Vec<Place<E::Plan>>, CliError> {
-    // A sweep compares with and without warm-up; a plain run has what it is told, or the budget's.
-    let warmups: BTreeSet<Option<u64>> = match shared.warmup {
-        Some(warmup) if shared.sweeps() => [Some(0), Some(warmup)].into(),
-        None if shared.sweeps() => [Some(0)].into(),
-        told => [told].into(),
-    };
+    // None stands for the budget's.
+    let told: BTreeSet<Option<u64>> = shared.warmup.iter().copied().map(Some).collect();
+    let warmups = if told.is_empty() { [shared.sweeps().then_some(0)].into() } else { told };
     let methods = Method::ALL.into_iter().filter(|m| shared.methods.is_empty() || shared.methods.contains(m));
     // All of one seed first: a table that is stopped on the way has all methods.
     let columns = shared.seed.iter().flat_map(|seed| columns.iter().map(move |column| (*seed, column)));
