@@ -1,9 +1,8 @@
 //! Attention of all heads, and its gradient.
 //!
 //! Scores of a whole batch are tens of megabytes that a tensor library passes over a dozen times. Here all that is done to those of
-//! one head of one sequence is done while they are in the cache. The weights that come out are kept for the way back: a batch
-//! goes through in small parts, so they are a few megabytes, and to compute them again (Dao et al. 2022) took longer with 64 and 100
-//! tokens and as long with 256.
+//! one head of one sequence is done while they are in the cache. The weights that come out are kept for the way back: a batch goes
+//! through in small parts, so they are a few megabytes. Dao et al. (2022) compute them again and spare that memory.
 
 use lifelike_simd::vectorize;
 
