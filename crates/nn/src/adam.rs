@@ -1,14 +1,15 @@
-//! Adam (Kingma & Ba 2015) and RAdam (Liu et al. 2020), with PyTorch's formulas and defaults.
+//! Adam (Kingma & Ba 2015) and RAdam (Liu et al. 2020), with PyTorch's formulas and defaults, and Muon beside Adam.
 //!
 //! State is kept by parameter name and saved bit for bit, so a resumed run continues as if it had not stopped.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use burn::module::{Module, ModuleMapper, Param};
 use burn::tensor::{Device, Tensor, TensorData};
 
 use crate::checkpoint::ModuleCheckpoint;
 use crate::gradients::Gradients;
+use crate::muon;
 use crate::names::{Path, parameters};
 use crate::numbers::{Unreadable, read};
 use lifelike_checkpoint::{Checkpoint, CheckpointError};
@@ -21,13 +22,15 @@ pub enum Rule {
     Adam,
     /// Liu et al. 2020, Algorithm 2: plain momentum until the variance of the adaptive step is tractable, rectified after.
     Radam,
+    /// Jordan et al. 2024: matrices of transformer blocks by their orthogonalized momentum, everything else by Adam.
+    Muon,
 }
 
 /// Constants of the optimizer; the learning rate is an argument of [`Adam::step`].
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct AdamConfig {
-    /// Adam or RAdam.
+    /// Adam, RAdam or Muon.
     pub rule: Rule,
     /// Decay of the first moment.
     pub beta_1: f64,
@@ -49,12 +52,19 @@ impl AdamConfig {
     }
 }
 
-/// First and second moment of one parameter, flattened, and the steps it has seen.
+/// First and second moment of one parameter, flattened, and the steps it has seen. Muon leaves a matrix' second moment at 0.
 #[derive(Debug, Clone)]
 struct Moments {
     step: u64,
     first: Tensor<1>,
     second: Tensor<1>,
+}
+
+impl Moments {
+    /// Those of a parameter that has seen no gradient yet.
+    fn before(gradient: &Tensor<1>) -> Self {
+        Self { step: 0, first: gradient.zeros_like(), second: gradient.zeros_like() }
+    }
 }
 
 /// The optimizer with its state.
@@ -86,17 +96,33 @@ impl Adam {
     }
 
     /// Returns one step with learning rate `rate`. Parameters without a gradient stay as they are.
-    pub fn step<M: Module>(&mut self, module: M, gradients: Gradients, rate: f64) -> M {
-        module.map(&mut Update { path: Path::default(), adam: self, gradients, rate })
+    pub fn step<M: Module>(&mut self, module: M, mut gradients: Gradients, rate: f64) -> M {
+        let orthogonal = match self.config.rule {
+            Rule::Adam | Rule::Radam => BTreeSet::new(),
+            Rule::Muon => self.orthogonalize(&module, &mut gradients),
+        };
+        module.map(&mut Update { path: Path::default(), adam: self, orthogonal, gradients, rate })
+    }
+
+    /// Puts Muon's steps for a rate of 1 in the place of its matrices' gradients; returns their names.
+    fn orthogonalize<M: Module>(&mut self, module: &M, gradients: &mut Gradients) -> BTreeSet<String> {
+        let mut gathered = Vec::new();
+        for (name, shape) in parameters(module) {
+            let Some(shape) = muon::matrix(&name, &shape) else { continue };
+            let Some(gradient) = gradients.take(&name) else { continue };
+            let moments = self.moments.entry(name.clone()).or_insert_with(|| Moments::before(&gradient));
+            moments.step += 1;
+            gathered.push((name, shape, muon::gathered(&mut moments.first, gradient)));
+        }
+        let steps = muon::steps(gathered);
+        let names = steps.keys().cloned().collect();
+        steps.into_iter().for_each(|(name, step)| gradients.insert(name, step));
+        names
     }
 
     fn update(&mut self, name: String, value: Tensor<1>, gradient: Tensor<1>, rate: f64) -> Tensor<1> {
         let c = self.config;
-        let mut moments = self.moments.remove(&name).unwrap_or_else(|| Moments {
-            step: 0,
-            first: gradient.zeros_like(),
-            second: gradient.zeros_like(),
-        });
+        let mut moments = self.moments.remove(&name).unwrap_or_else(|| Moments::before(&gradient));
         moments.step += 1;
         let t = moments.step as f64;
         moments.first = moments.first.mul_scalar(c.beta_1).add(gradient.clone().mul_scalar(1.0 - c.beta_1));
@@ -106,7 +132,7 @@ impl Adam {
         let first = moments.first.clone();
         let root = |second: Tensor<1>| second.sqrt();
         let change = match c.rule {
-            Rule::Adam => {
+            Rule::Adam | Rule::Muon => {
                 let denominator = root(moments.second.clone()).div_scalar(bias_2.sqrt()).add_scalar(c.epsilon);
                 first.div(denominator).mul_scalar(rate / bias_1)
             }
@@ -188,6 +214,8 @@ fn rectification(beta_2: f64, t: f64) -> Option<f64> {
 struct Update<'a> {
     path: Path,
     adam: &'a mut Adam,
+    /// Those whose gradients are Muon's steps.
+    orthogonal: BTreeSet<String>,
     gradients: Gradients,
     rate: f64,
 }
@@ -206,7 +234,11 @@ impl ModuleMapper for Update<'_> {
             let (shape, tracked, autodiff) = (tensor.shape(), tensor.is_require_grad(), tensor.is_autodiff());
             let count = shape.num_elements();
             let flat = tensor.without_autodiff().reshape([count]);
-            let next: Tensor<D> = self.adam.update(name, flat, gradient, self.rate).reshape(shape);
+            let next = match self.orthogonal.contains(&name) {
+                true => flat.sub(gradient.mul_scalar(self.rate)),
+                false => self.adam.update(name, flat, gradient, self.rate),
+            };
+            let next: Tensor<D> = next.reshape(shape);
             if autodiff { next.autodiff().set_require_grad(tracked) } else { next }
         })
     }

@@ -19,6 +19,7 @@ pub mod init;
 pub mod losses;
 pub mod memory;
 pub mod mlp;
+mod muon;
 mod names;
 pub mod normalizer;
 pub mod numbers;

@@ -6,7 +6,7 @@ use burn::module::{Module, Param};
 use burn::tensor::Tensor;
 use lifelike_checkpoint::Checkpoint;
 use lifelike_dense::{AdamStep, Channel, PackedPerceptron, Sizes, Slices, pack, unpack};
-use lifelike_nn::adam::{Adam, AdamConfig};
+use lifelike_nn::adam::{Adam, AdamConfig, Rule};
 use lifelike_nn::conv_resnet::{ChannelNorm, Conv3, Down, ResBlock, Up};
 use lifelike_nn::gradients::Gradients;
 use lifelike_nn::mlp::MlpConfig;
@@ -85,9 +85,27 @@ impl One {
     }
 }
 
+/// With its matrix where those of a transformer stand.
+#[derive(Module, Debug)]
+struct Stack {
+    blocks: One,
+}
+
+impl Stack {
+    fn at_start(f: &Fixture) -> Self {
+        Self { blocks: One::at_start(f) }
+    }
+
+    fn gradients(&self, f: &Fixture, step: usize) -> Gradients {
+        let mut gradients = Gradients::default();
+        gradients.insert("blocks.p".into(), self.blocks.gradients(f, step).get("p").unwrap().clone());
+        gradients
+    }
+}
+
 fn check_optimizer(config: AdamConfig, name: &str) {
     let f = blocks();
-    let mut model = One::at_start(&f);
+    let mut model = Stack::at_start(&f);
     let mut adam = Adam::new(config);
     let mut path = Vec::new();
     for step in 0..10 {
@@ -99,7 +117,7 @@ fn check_optimizer(config: AdamConfig, name: &str) {
         }
         let gradients = model.gradients(&f, step);
         model = adam.step(model, gradients, 0.003);
-        path.extend(model.p.val().try_to_vec_as::<f32>().unwrap());
+        path.extend(model.blocks.p.val().try_to_vec_as::<f32>().unwrap());
     }
     f.close(&format!("{name}.path"), &path);
     // Steps are 0.003 long while parameters are about 1: compare what was walked, not only where it ended.
@@ -119,6 +137,11 @@ fn adam_ten_steps() {
 #[test]
 fn radam_ten_steps_through_the_rectification_threshold() {
     check_optimizer(AdamConfig::radam(), "radam");
+}
+
+#[test]
+fn muon_ten_steps() {
+    check_optimizer(AdamConfig { rule: Rule::Muon, ..AdamConfig::adam() }, "muon");
 }
 
 #[test]

@@ -7,7 +7,7 @@ use super::file::Flat;
 use crate::RepresentationError;
 use crate::prior::kind::KindPlan;
 use crate::prior::window_plan::WindowPlan;
-use lifelike_train::limits::{PlanError, range, whole};
+use lifelike_train::limits::{PlanError, range, whole, wrong};
 
 /// Settings of a β-VAE. Defaults are the thesis' (4.3.1 and Table 4.1) where it states them.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -129,6 +129,10 @@ impl KindPlan for VaePlan {
         whole("blocks", self.blocks as u64, 0, 64)?;
         whole("batch", self.batch as u64, 1, 1 << 16)?;
         whole("iterations", self.iterations, 1, 1 << 40)?;
+        if self.optimizer == Rule::Muon {
+            let expected = "adam or radam (muon moves matrices of transformer blocks, and these are convolutions)";
+            return Err(wrong("optimizer", expected, "muon").into());
+        }
         range("learning_rate", self.learning_rate, 1e-9, 1.0)?;
         whole("restart_first", self.restart_first, 1, 1 << 40)?;
         whole("restart_factor", self.restart_factor, 1, 1000)?;
@@ -149,7 +153,9 @@ mod tests {
         let plan = VaePlan::cpu();
         assert_eq!(VaePlan::from_toml(&toml::to_string(&plan).unwrap()).unwrap(), plan);
         assert_eq!(VaePlan::from_toml("").unwrap(), VaePlan::default());
-        for bad in ["chanels = 3", "batch = 0", "kl_ratio = 0.0", "learning_rate = nan", "floors = { height = -1.0 }"] {
+        let absurd =
+            ["chanels = 3", "batch = 0", "kl_ratio = 0.0", "learning_rate = nan", "floors = { height = -1.0 }"];
+        for bad in absurd.into_iter().chain(["optimizer = 'muon'"]) {
             assert!(VaePlan::from_toml(bad).is_err(), "{bad}");
         }
     }
