@@ -147,9 +147,9 @@ mod tests {
     fn rates_and_warm_ups_are_the_budgets_unless_told() {
         let one = "curves --families bezier-2 --methods spline -o runs";
         let run = |name: &str, rate, warmup| (format!("bezier-2-spline{name}-0"), rate, warmup);
-        assert_eq!(runs(one), [run("-warmup-500", 0.001, 500)]);
+        assert_eq!(runs(one), [run("-warmup-500", 0.01, 500)]);
         assert_eq!(runs(&format!("{one} --budget thesis")), [run("", 0.001, 0)]);
-        assert_eq!(runs(&format!("{one} --iterations 100")), [run("-warmup-5", 0.001, 5)], "its share");
+        assert_eq!(runs(&format!("{one} --iterations 100")), [run("-warmup-5", 0.01, 5)], "its share");
         assert_eq!(runs(&format!("{one} --warmup 7 --rate spline=0.1")), [run("-rate-1e-1-warmup-7", 0.1, 7)]);
         assert_eq!(runs(&format!("{one} --rates 0.1")), [run("-rate-1e-1", 0.1, 0)]);
         let seeds: Vec<String> = runs(&format!("{one} --seed 4,2")).into_iter().map(|(name, ..)| name).collect();
@@ -164,7 +164,7 @@ mod tests {
     fn a_plan_stays_what_it_was_in_a_file() {
         let text = "family = \"bezier-64\"\nsamples = 64\nvalidation = 256\ntest = 10000\n\n[training]\nseed = 0\n\
                     method = \"spline\"\nlatent = 64\nlayers = 4\nheads = 2\nwidth = 64\nfactor = 1\nbatch = 32\npart = 4\n\
-                    iterations = 10000\noptimizer = \"adam\"\nlearning_rate = 0.001\nwarmup = 500\nvalidate_every = 500\n";
+                    iterations = 10000\noptimizer = \"muon\"\nlearning_rate = 0.01\nwarmup = 500\nvalidate_every = 500\n";
         assert_eq!(toml::to_string(&plan(Budget::Cpu, Family::Bezier64)).unwrap(), text);
     }
 }
