@@ -103,7 +103,7 @@ pub struct SequencePlan {
     /// Iterations, over which the learning rate falls to 0 along a cosine. The thesis does not say how many.
     pub iterations: u64,
     /// The thesis' RAdam; Adam for runs of a few hundred iterations, most of which RAdam's own warm-up would take; or Muon, which
-    /// gets as far as Adam in a third of the iterations and less.
+    /// gets as far as Adam in about a third of the iterations.
     pub optimizer: Rule,
     /// The largest learning rate.
     pub learning_rate: f64,
