@@ -168,7 +168,7 @@ impl<S: Sequences> SequenceTrainer<S> {
     }
 
     fn recorded_part(&self, x: &[f32], numbers: usize) -> Result<(f64, Gradients), RepresentationError> {
-        let points = self.network.encode(self.tensor(x));
+        let points = self.network.encode(self.tensor(x, &self.device));
         let sampling = Sampling::each(self.data.tokens());
         let y = self.network.decode(points.clone(), &sampling).map_err(PassError::from)?;
         // Products whose derivatives are the gradients that are known.
@@ -188,10 +188,10 @@ impl<S: Sequences> SequenceTrainer<S> {
         self.device.clone().inner() == device::inference()
     }
 
-    fn tensor(&self, x: &[f32]) -> Tensor<3> {
+    fn tensor(&self, x: &[f32], device: &Device) -> Tensor<3> {
         let (tokens, width) = (self.data.tokens(), self.data.width());
         let shape = [x.len() / (tokens * width), tokens, width];
-        Tensor::from_data(TensorData::new(x.to_vec(), shape), &self.device)
+        Tensor::from_data(TensorData::new(x.to_vec(), shape), device)
     }
 
     /// Control points and reconstruction of whole sequences.
@@ -202,29 +202,38 @@ impl<S: Sequences> SequenceTrainer<S> {
     /// # Errors
     /// `x` does not hold whole sequences.
     pub fn reconstruct(&self, x: &[f32]) -> Result<(Vec<f32>, Vec<f32>), RepresentationError> {
-        let parts: Vec<&[f32]> = self.parts(x).collect();
-        let parts: Vec<[Vec<f32>; 2]> = if self.is_analytic() {
-            let weights = Weights::of(&self.network)?;
-            let pass = |part: &[f32]| -> Result<_, RepresentationError> {
-                let (y, _) = weights.forward(part.to_vec(), self.data.tokens())?;
-                Ok([y.control_points, y.sequence])
-            };
-            parts.into_par_iter().map(pass).collect::<Result<_, _>>()?
-        } else {
-            let sampling = Sampling::each(self.data.tokens());
-            let pass = |part: &[f32]| -> Result<_, RepresentationError> {
-                let points = self.network.encode(self.tensor(part));
-                let y = self.network.decode(points.clone(), &sampling).map_err(PassError::from)?;
-                Ok([read(points.inner())?, read(y.inner())?])
-            };
-            parts.into_iter().map(pass).collect::<Result<_, _>>()?
-        };
+        let parts = if self.is_analytic() { self.passes_by_rows(x)? } else { self.passes_by_tensors(x)? };
         let (mut points, mut sequences) = (Vec::new(), Vec::with_capacity(x.len()));
         for [own, sequence] in parts {
             points.extend(own);
             sequences.extend(sequence);
         }
         Ok((points, sequences))
+    }
+
+    /// Control points and reconstruction of each part, a core for each.
+    fn passes_by_rows(&self, x: &[f32]) -> Result<Vec<[Vec<f32>; 2]>, RepresentationError> {
+        let weights = Weights::of(&self.network)?;
+        let parts: Vec<&[f32]> = self.parts(x).collect();
+        let pass = |part: &[f32]| -> Result<_, RepresentationError> {
+            let (y, _) = weights.forward(part.to_vec(), self.data.tokens())?;
+            Ok([y.control_points, y.sequence])
+        };
+        parts.into_par_iter().map(pass).collect()
+    }
+
+    /// As [`Self::passes_by_rows`], on the network's device.
+    fn passes_by_tensors(&self, x: &[f32]) -> Result<Vec<[Vec<f32>; 2]>, RepresentationError> {
+        // Records nothing: the memory of a record of which no gradient is asked does not come back.
+        let network = self.network.valid();
+        let device = self.device.clone().inner();
+        let sampling = Sampling::each(self.data.tokens());
+        let pass = |part: &[f32]| -> Result<_, RepresentationError> {
+            let points = network.encode(self.tensor(part, &device));
+            let y = network.decode(points.clone(), &sampling).map_err(PassError::from)?;
+            Ok([read(points)?, read(y)?])
+        };
+        self.parts(x).map(pass).collect()
     }
 
     /// Errors of a held-out set.
@@ -339,4 +348,73 @@ fn sum(mut total: Gradients, part: Gradients) -> Gradients {
         total.insert(name, both);
     }
     total
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use lifelike_nn::adam::Rule;
+    use lifelike_nn::device::Processor;
+
+    use super::super::{Method, Recording, RecordingWindows, Split, Spread};
+    use super::*;
+
+    const TOKENS: usize = 6;
+
+    fn trainer(method: Method) -> SequenceTrainer<RecordingWindows> {
+        let wave = |name: &str, frequency: f32| {
+            let rows = (0..90).map(|i| (i as f32 * frequency).sin()).collect();
+            vec![Recording { name: name.into(), rows }]
+        };
+        let split =
+            Split { training: wave("training", 0.37), validation: wave("validation", 0.29), test: wave("test", 0.53) };
+        let data = RecordingWindows::new("waves", 3, TOKENS, 1, split).unwrap();
+        let sizes = SequencePlan { method, latent: 4, layers: 1, heads: 2, width: 8, ..SequencePlan::default() };
+        let spread = Some(Spread { weight: 0.1, floor: 2.0 });
+        let plan = SequencePlan { batch: 5, part: 2, iterations: 8, optimizer: Rule::Muon, spread, ..sizes };
+        SequenceTrainer::new(plan, data).unwrap()
+    }
+
+    fn near(a: &[f32], b: &[f32], tolerance: f32) -> bool {
+        a.len() == b.len() && a.iter().zip(b).all(|(a, b)| (a - b).abs() <= tolerance * a.abs().max(1.0))
+    }
+
+    /// What a card computes, on the CPU: the gradient by automatic differentiation, and passes by tensors.
+    #[test]
+    fn tensors_give_what_rows_give() {
+        for method in Method::ALL {
+            let trainer = trainer(method);
+            let x = trainer.data.batch(0, trainer.plan.batch);
+            let ((loss, rows), (recorded_loss, tensors)) =
+                (trainer.analytic(&x).unwrap(), trainer.recorded(&x).unwrap());
+            assert!((loss - recorded_loss).abs() <= 1e-5 * loss, "{method}: {loss} {recorded_loss}");
+            let names: Vec<&str> = rows.names().collect();
+            assert!(names.iter().copied().eq(tensors.names()), "{method}");
+            for name in names {
+                let numbers = |of: &Gradients| read(of.get(name).unwrap().clone()).unwrap();
+                assert!(near(&numbers(&rows), &numbers(&tensors), 1e-4), "{method} {name}");
+            }
+            let (rows, tensors) = (trainer.passes_by_rows(&x).unwrap(), trainer.passes_by_tensors(&x).unwrap());
+            assert_eq!((rows.len(), tensors.len()), (3, 3));
+            for (rows, tensors) in rows.iter().flatten().zip(tensors.iter().flatten()) {
+                assert!(near(rows, tensors, 1e-4), "{method}");
+            }
+        }
+    }
+
+    #[test]
+    fn every_device_learns_what_the_cpu_learns() {
+        let run = |mut trainer: SequenceTrainer<RecordingWindows>| -> Vec<f64> {
+            let losses: Vec<f64> = (0..6).map(|_| trainer.step().unwrap().loss).collect();
+            let ends = [HeldOut::Validation, HeldOut::Test].map(|set| trainer.errors(set).unwrap().mse);
+            [losses, ends.to_vec()].concat()
+        };
+        let expected = run(trainer(Method::Spline));
+        for processor in Processor::built() {
+            let got = run(trainer(Method::Spline).to_device(&processor.open().unwrap()));
+            for (cpu, card) in expected.iter().zip(&got) {
+                assert!((cpu - card).abs() <= 1e-3 * cpu, "{processor}: {expected:?} {got:?}");
+            }
+        }
+    }
 }
