@@ -4,7 +4,10 @@ use std::io::IsTerminal;
 use std::process::ExitCode;
 
 use clap::{ArgAction, Parser};
-use tracing_subscriber::filter::LevelFilter;
+use tracing_subscriber::Layer;
+use tracing_subscriber::filter::{LevelFilter, Targets};
+use tracing_subscriber::layer::SubscriberExt;
+use tracing_subscriber::util::SubscriberInitExt;
 
 use crate::commands::Command;
 use crate::error::CliError;
@@ -19,7 +22,7 @@ pub struct Cli {
     /// Print JSON for scripts instead of text.
     #[arg(long, global = true)]
     pub json: bool,
-    /// Say more on standard error; twice for even more.
+    /// Say more on standard error, such as every checkpoint; twice for what libraries have to say, too.
     #[arg(short, long, global = true, action = ArgAction::Count)]
     pub verbose: u8,
     /// Say nothing but errors on standard error.
@@ -64,14 +67,21 @@ impl Cli {
     }
 
     fn start_logs(&self) {
-        let level = match (self.quiet, self.verbose) {
-            (true, _) => LevelFilter::ERROR,
-            (false, 0) => LevelFilter::INFO,
-            (false, 1) => LevelFilter::DEBUG,
-            (false, _) => LevelFilter::TRACE,
+        let lines = tracing_subscriber::fmt::layer().with_writer(std::io::stderr).with_target(false).without_time();
+        let lines = lines.with_ansi(std::io::stderr().is_terminal());
+        tracing_subscriber::registry().with(lines.with_filter(self.logs())).init();
+    }
+
+    /// What is said, of whom. Libraries say what they do only to whoever asks twice: what a card's compiler says would fill a disk.
+    fn logs(&self) -> Targets {
+        let (own, libraries) = match (self.quiet, self.verbose) {
+            (true, _) => (LevelFilter::ERROR, LevelFilter::ERROR),
+            (false, 0) => (LevelFilter::INFO, LevelFilter::WARN),
+            (false, 1) => (LevelFilter::DEBUG, LevelFilter::WARN),
+            (false, _) => (LevelFilter::TRACE, LevelFilter::TRACE),
         };
-        let log = tracing_subscriber::fmt().with_max_level(level).with_writer(std::io::stderr).with_target(false);
-        log.without_time().with_ansi(std::io::stderr().is_terminal()).init();
+        // Names of this project's crates begin so.
+        Targets::new().with_default(libraries).with_target("lifelike", own)
     }
 }
 
@@ -87,10 +97,31 @@ pub fn run(arguments: &[&str]) -> Result<(), CliError> {
 
 #[cfg(test)]
 mod tests {
-    use clap::CommandFactory;
+    use clap::{CommandFactory, Parser};
+    use tracing::Level;
 
     #[test]
     fn the_arguments_are_consistent() {
         super::Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn libraries_speak_only_when_asked_twice() {
+        let says = |flags: &[&str], target, level| {
+            let words = [&["lifelike"], flags, &["plans"]].concat();
+            super::Cli::parse_from(words).logs().would_enable(target, &level)
+        };
+        for (flags, own, libraries) in [
+            (&["-q"][..], Level::ERROR, Level::ERROR),
+            (&[], Level::INFO, Level::WARN),
+            (&["-v"], Level::DEBUG, Level::WARN),
+            (&["-vv"], Level::TRACE, Level::TRACE),
+        ] {
+            for (target, least) in [("lifelike::cli", own), ("lifelike_report::run", own), ("cubecl_cuda", libraries)] {
+                for level in [Level::ERROR, Level::WARN, Level::INFO, Level::DEBUG, Level::TRACE] {
+                    assert_eq!(says(flags, target, level), level <= least, "{flags:?} {target} {level}");
+                }
+            }
+        }
     }
 }

@@ -68,6 +68,7 @@ impl Checkpoints {
         write_atomically(&path, bytes)?;
         write_atomically(&info_path, text.as_bytes())?;
         self.prune()?;
+        tracing::debug!("checkpoint of iteration {iteration}: {}", path.display());
         Ok(path)
     }
 
