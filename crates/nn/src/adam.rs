@@ -22,7 +22,7 @@ pub enum Rule {
     Adam,
     /// Liu et al. 2020, Algorithm 2: plain momentum until the variance of the adaptive step is tractable, rectified after.
     Radam,
-    /// Jordan et al. 2024: matrices of transformer blocks by their orthogonalized momentum, everything else by Adam.
+    /// Jordan et al. 2024: matrices of transformer and residual blocks by their orthogonalized momentum, everything else by Adam.
     Muon,
 }
 

@@ -1,8 +1,8 @@
 //! Muon (Jordan et al. 2024): a weight matrix moves by its momentum made orthogonal.
 //!
 //! Most of a momentum matrix is in a few directions, and Adam's steps, number by number, hardly change that. Made orthogonal, it moves
-//! the matrix as far in every direction. Only matrices between hidden numbers are moved so: those of transformer blocks. Embeddings, heads,
-//! gains and biases are Adam's.
+//! the matrix as far in every direction. Only matrices between hidden numbers are moved so: those of transformer and residual blocks, where each
+//! tap of a convolution is one. Embeddings, heads, gains and biases are Adam's.
 
 use std::collections::BTreeMap;
 
@@ -23,7 +23,7 @@ const SIZE: f64 = 0.2;
 /// Queries, keys and values are one matrix here. As three they were compared and learn no better.
 pub(crate) fn matrix(name: &str, shape: &[usize]) -> Option<[usize; 2]> {
     let shape = <[usize; 2]>::try_from(shape).ok()?;
-    name.split('.').any(|part| part == "blocks").then_some(shape)
+    name.split('.').any(|part| part.ends_with("blocks")).then_some(shape)
 }
 
 /// Takes a gradient into the momentum, of the same shape; returns what is to be made orthogonal.
@@ -110,7 +110,9 @@ mod tests {
     #[test]
     fn only_matrices_of_blocks_are_moved() {
         assert_eq!(matrix("encoder.blocks.0.attention.projection", &[64, 192]), Some([64, 192]));
+        assert_eq!(matrix("decoder_blocks.3.conv_1.weight_0", &[48, 48]), Some([48, 48]));
         assert_eq!(matrix("encoder.blocks.0.norm_1.gain", &[64]), None);
         assert_eq!((matrix("to_latent.weight", &[64, 16]), matrix("control", &[4, 64])), (None, None));
+        assert_eq!((matrix("encoder_in.weight", &[260, 48]), matrix("encoder_out.weight", &[768, 128])), (None, None));
     }
 }

@@ -38,20 +38,25 @@ fn run(trainer: &mut VaeTrainer, iterations: u64) -> Vec<VaeMetrics> {
 
 #[test]
 fn a_stopped_run_continues_bit_for_bit() {
-    let mut straight = trainer(small());
-    let expected = run(&mut straight, 24);
+    let losses = [Rule::Adam, Rule::Radam, Rule::Muon].map(|optimizer| {
+        let plan = VaePlan { optimizer, ..small() };
+        let mut straight = trainer(plan.clone());
+        let expected = run(&mut straight, 24);
 
-    let mut stopped = trainer(small());
-    let mut got = run(&mut stopped, 11);
-    let checkpoint = stopped.checkpoint().unwrap();
-    drop(stopped);
-    let mut resumed = trainer(small());
-    resumed.restore(&checkpoint).unwrap();
-    got.extend(run(&mut resumed, 13));
+        let mut stopped = trainer(plan.clone());
+        let mut got = run(&mut stopped, 11);
+        let checkpoint = stopped.checkpoint().unwrap();
+        drop(stopped);
+        let mut resumed = trainer(plan);
+        resumed.restore(&checkpoint).unwrap();
+        got.extend(run(&mut resumed, 13));
 
-    assert_eq!(expected, got);
-    let bytes = |trainer: &VaeTrainer| trainer.checkpoint().unwrap().to_bytes().unwrap();
-    assert!(bytes(&straight) == bytes(&resumed));
+        assert_eq!(expected, got);
+        let bytes = |trainer: &VaeTrainer| trainer.checkpoint().unwrap().to_bytes().unwrap();
+        assert!(bytes(&straight) == bytes(&resumed));
+        expected.last().unwrap().loss
+    });
+    assert!(losses[0] != losses[1] && losses[1] != losses[2] && losses[2] != losses[0], "three rules: {losses:?}");
 }
 
 #[test]
