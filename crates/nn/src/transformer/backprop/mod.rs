@@ -5,7 +5,7 @@
 //! Products with weights are those of [`crate::rows`]; attention, normalization and GELU are loops over our own memory. A pass is one
 //! thread's work: who has several cores gives each its part of a batch, and shares the packed [`Weights`] among them.
 //! `cargo run --release -p lifelike-nn --example transformer` measures it beside automatic differentiation
-//! (`docs/results/spline-transformers.md`, "What a training step costs").
+//! (`docs/results/transformer-speed.md`).
 
 pub(super) mod attention;
 mod linear;
