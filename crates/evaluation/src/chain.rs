@@ -5,8 +5,7 @@ use lifelike_checkpoint::rng::stream;
 use lifelike_robot::ReferenceLibrary;
 use rand::Rng;
 
-use super::conditions::ReferenceSegment;
-use super::suite::Episode;
+use super::episode::{Episode, ReferenceSegment};
 
 /// Episodes of exactly [`EvaluationOptions::seconds`](super::EvaluationOptions::seconds), in place of those that end with
 /// their clip.

@@ -28,9 +28,10 @@
 pub mod accuracy;
 mod chain;
 mod common;
-mod conditions;
 pub mod drift;
+mod episode;
 mod error;
+mod evaluate;
 pub mod explain;
 pub mod failure;
 pub mod fall;
@@ -56,7 +57,7 @@ mod tests;
 
 pub use chain::Chain;
 pub use common::{CommonErrors, on_common_frames};
-pub use conditions::{EpisodeConditions, ReferenceSegment, TimedPush};
+pub use episode::{Episode, EpisodeConditions, ReferenceSegment, TimedPush};
 pub use error::EvaluationError;
 pub use failure::Failure;
 pub use interval::Intervals;
@@ -64,4 +65,4 @@ pub use options::EvaluationOptions;
 pub use rollout::{Cause, Names, Outcome, Rollout, Snapshot};
 pub use score::{ClipScore, EpisodeScore, Evaluation};
 pub use setup::{EvaluationSetup, SimulationFactory};
-pub use suite::{Episode, EvaluationSuite};
+pub use suite::EvaluationSuite;

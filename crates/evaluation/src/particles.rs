@@ -12,7 +12,7 @@ use lifelike_motion::{MotionClip, Provenance};
 use rand::Rng;
 use rand_distr::StandardNormal;
 
-use super::conditions::EpisodeConditions;
+use super::episode::EpisodeConditions;
 use super::error::EvaluationError;
 use super::fall::fallen;
 use super::options::EvaluationOptions;

@@ -4,7 +4,7 @@ use lifelike_robot::controller::{History, ObservationScratch, PolicyWorkspace};
 use lifelike_robot::{Alignment, ClipPlayer, Controller, MeasuredState, ReferenceLibrary, ReferenceStream};
 use lifelike_sim::{BatchState, Drive, Ground, IntegrationState, Simulation};
 
-use super::conditions::EpisodeConditions;
+use super::episode::EpisodeConditions;
 use super::error::EvaluationError;
 
 /// End of an episode that is no fall.

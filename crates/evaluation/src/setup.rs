@@ -2,14 +2,8 @@
 
 use std::sync::Arc;
 
-use lifelike_motion::MotionClip;
 use lifelike_robot::{Controller, LatentEncoder, Robot};
 use lifelike_sim::{SimError, Simulation, Terrain};
-
-use super::error::EvaluationError;
-use super::options::EvaluationOptions;
-use super::score::Evaluation;
-use super::suite::EvaluationSuite;
 
 /// Maker of simulations: on a terrain or on level ground, of so many environments.
 pub type SimulationFactory<'a> = dyn Fn(Option<Arc<Terrain>>, usize) -> Result<Box<dyn Simulation>, SimError> + 'a;
@@ -31,21 +25,5 @@ impl<'a> EvaluationSetup<'a> {
     /// The robot.
     pub fn robot(&self) -> &'a Arc<Robot> {
         self.controller.robot()
-    }
-
-    /// Evaluates on clips, deterministically: no noise, no randomisation, the mean of the policy. The scores do not depend
-    /// on how many episodes run at once. `progress` is told how many episodes are done, of how many.
-    ///
-    /// # Errors
-    /// A clip does not fit the robot, or the simulation fails as a whole.
-    pub fn evaluate(
-        &self,
-        clips: &[MotionClip],
-        options: &EvaluationOptions,
-        progress: impl FnMut(usize, usize),
-    ) -> Result<Evaluation, EvaluationError> {
-        let suite = EvaluationSuite::new(self, clips, options)?;
-        let environments = suite.episodes().len().clamp(1, self.environments.max(1));
-        suite.run((self.simulate)(None, environments)?, |episode| suite.undisturbed(episode), progress)
     }
 }

@@ -6,7 +6,7 @@ use lifelike_motion::resample::resample;
 use lifelike_robot::{Controller, ReferenceLibrary};
 use lifelike_sim::Simulation;
 
-use super::conditions::EpisodeConditions;
+use super::episode::{Episode, EpisodeConditions};
 use super::error::EvaluationError;
 use super::fall::fallen;
 use super::options::EvaluationOptions;
@@ -16,17 +16,6 @@ use super::runner::{Ended, Runner};
 use super::schedule::{repeated, start_frames};
 use super::score::{EpisodeScore, Evaluation};
 use super::setup::EvaluationSetup;
-
-/// One episode to run.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Episode {
-    /// Its number, from 0: the address of its randomness.
-    pub number: usize,
-    /// The frame of the library that it begins at.
-    pub frame: usize,
-    /// Frames that it has without a fall, the start included.
-    pub planned: usize,
-}
 
 /// Clips at the policy's rate, and the episodes on them.
 pub struct EvaluationSuite<'a> {

@@ -2,16 +2,13 @@
 
 use std::collections::BTreeMap;
 
-use super::stack::EncoderSizes;
+use super::sizes::{EncoderSizes, LINEAR, shapes};
 use crate::rows::gelu::{activated, gelu_and_gradient};
-use crate::rows::{Entry, Init, Layout, PackedWeight, add, bias_gradient, layer_norm, weight_gradient};
+use crate::rows::{Layout, PackedWeight, add, bias_gradient, layer_norm, weight_gradient};
 use crate::transformer::backprop::attention::{self, Shape};
 
 /// Biases that attention of each length takes: zeros, and what leaves no weight beyond the last token.
 pub(super) type NoBias = BTreeMap<usize, Vec<f32>>;
-
-/// The linear maps of a layer.
-const LINEAR: [&str; 4] = ["attention.projection", "attention.output", "feed_forward.inner", "feed_forward.outer"];
 
 /// A layer with its weights packed.
 #[derive(Debug, Clone)]
@@ -35,35 +32,6 @@ pub(super) struct LayerPass {
     /// Sums below the norms.
     sums: [Vec<f32>; 2],
     inner: Vec<f32>,
-}
-
-/// Returns inputs and outputs of the linear maps.
-fn shapes(sizes: EncoderSizes) -> [[usize; 2]; 4] {
-    let EncoderSizes { width: c, inner, .. } = sizes;
-    [[c, 3 * c], [c, c], [c, inner], [inner, c]]
-}
-
-/// Returns a layer's parameters, with PyTorch's initial values.
-pub(super) fn entries(prefix: &str, sizes: EncoderSizes) -> Vec<Entry> {
-    let mut out = Vec::new();
-    for (name, [inputs, outputs]) in LINEAR.into_iter().zip(shapes(sizes)) {
-        let [mut weight, mut bias] = Entry::linear(&format!("{prefix}.{name}"), inputs, outputs);
-        if name == LINEAR[0] {
-            // Glorot & Bengio 2010.
-            weight.init = Init::Uniform((6.0 / (inputs + outputs) as f64).sqrt());
-        }
-        if name.starts_with("attention") {
-            bias.init = Init::Constant(0.0);
-        }
-        out.extend([weight, bias]);
-    }
-    for norm in ["norm_1", "norm_2"] {
-        for (part, value) in [("gain", 1.0), ("bias", 0.0)] {
-            let init = Init::Constant(value);
-            out.push(Entry { name: format!("{prefix}.{norm}.{part}"), shape: vec![sizes.width], init });
-        }
-    }
-    out
 }
 
 impl Layer {

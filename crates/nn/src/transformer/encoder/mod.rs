@@ -7,6 +7,8 @@
 //! `cargo run --release -p lifelike-nn --example encoder` times a step; `peers/encoder/step.py` is PyTorch's.
 
 mod layer;
+mod sizes;
 mod stack;
 
-pub use stack::{Encoder, EncoderPass, EncoderSizes};
+pub use sizes::EncoderSizes;
+pub use stack::{Encoder, EncoderPass};

@@ -1,40 +1,9 @@
 //! Layers one after the other.
 
-use super::layer::{self, Layer, LayerPass, NoBias};
-use crate::rows::{Entry, Layout};
+use super::layer::{Layer, LayerPass, NoBias};
+use super::sizes::EncoderSizes;
+use crate::rows::Layout;
 use crate::transformer::backprop::attention::padded_bias;
-use crate::transformer::config::NetworkError;
-
-/// Sizes of an encoder.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct EncoderSizes {
-    /// c: numbers of a token.
-    pub width: usize,
-    /// Layers.
-    pub layers: usize,
-    /// Heads of a layer.
-    pub heads: usize,
-    /// Inner width of the feed-forward part.
-    pub inner: usize,
-}
-
-impl EncoderSizes {
-    /// Returns the parameters, named `prefix.LAYER.PART`.
-    ///
-    /// # Errors
-    /// A size of 0, or heads that do not divide the width.
-    pub fn entries(self, prefix: &str) -> Result<Vec<Entry>, NetworkError> {
-        let named = [("width", self.width), ("layers", self.layers), ("heads", self.heads), ("inner", self.inner)];
-        if let Some((name, _)) = named.into_iter().find(|(_, size)| *size == 0) {
-            return Err(NetworkError::Zero(name));
-        }
-        if !self.width.is_multiple_of(self.heads) {
-            return Err(NetworkError::Heads { heads: self.heads, width: self.width });
-        }
-        Ok((0..self.layers).flat_map(|i| layer::entries(&format!("{prefix}.{i}"), self)).collect())
-    }
-}
 
 /// An encoder with its weights packed for one or many passes.
 #[derive(Debug, Clone)]

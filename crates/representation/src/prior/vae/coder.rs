@@ -6,15 +6,12 @@ use lifelike_nn::ModuleCheckpoint;
 use lifelike_nn::device::{self, Device};
 use lifelike_nn::numbers::read;
 
-use super::network::MotionVae;
+use super::network::{MotionVae, NETWORK};
 use super::plan::VaePlan;
 use super::train::VaeTrainer;
 use crate::RepresentationError;
 use crate::components::Components;
 use crate::prior::kind::{PriorData, PriorKind};
-
-/// Name of the network in files.
-pub(super) const NETWORK: &str = "vae";
 
 impl PriorKind for MotionVae {
     const NAME: &'static str = "motion prior";

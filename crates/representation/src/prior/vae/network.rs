@@ -22,6 +22,9 @@ use lifelike_nn::init;
 use super::plan::VaePlan;
 use crate::components::Components;
 
+/// Name of the network in files.
+pub(super) const NETWORK: &str = "vae";
+
 /// Time steps are halved this often.
 const HALVINGS: usize = 2;
 

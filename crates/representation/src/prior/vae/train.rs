@@ -12,9 +12,8 @@ use lifelike_nn::gradients::Gradients;
 use lifelike_nn::losses::kl_from_standard_normal;
 use rand_distr::{Distribution, StandardNormal};
 
-use super::coder::NETWORK;
 use super::loss::reconstruction;
-use super::network::MotionVae;
+use super::network::{MotionVae, NETWORK};
 use super::plan::VaePlan;
 use crate::RepresentationError;
 use crate::components::{Components, Subspace};

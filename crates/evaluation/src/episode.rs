@@ -1,7 +1,18 @@
-//! Conditions of an episode besides following its clip.
+//! An episode, and its conditions besides following its clip.
 
 use lifelike_sim::EnvironmentParameters;
 use lifelike_sim::randomization::Push;
+
+/// One episode to run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Episode {
+    /// Its number, from 0: the address of its randomness.
+    pub number: usize,
+    /// The frame of the library that it begins at.
+    pub frame: usize,
+    /// Frames that it has without a fall, the start included.
+    pub planned: usize,
+}
 
 /// Conditions of one episode. The default changes nothing.
 #[derive(Debug, Clone, Default, PartialEq)]
