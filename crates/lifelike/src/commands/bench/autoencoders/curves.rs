@@ -163,7 +163,7 @@ mod tests {
     #[test]
     fn a_plan_stays_what_it_was_in_a_file() {
         let text = "family = \"bezier-64\"\nsamples = 64\nvalidation = 256\ntest = 10000\n\n[training]\nseed = 0\n\
-                    method = \"spline\"\nlatent = 64\nlayers = 4\nheads = 2\nwidth = 64\nfactor = 1\nbatch = 32\npart = 4\n\
+                    method = \"spline\"\nlatent = 64\nlayers = 4\nheads = 4\nwidth = 128\nfactor = 1\nbatch = 32\npart = 4\n\
                     iterations = 10000\noptimizer = \"muon\"\nlearning_rate = 0.01\nwarmup = 500\nvalidate_every = 500\n";
         assert_eq!(toml::to_string(&plan(Budget::Cpu, Family::Bezier64)).unwrap(), text);
     }
