@@ -49,6 +49,11 @@ fn sides(h: &Vec3) -> Vec3 {
     Vec3::new(s.y + s.z, s.x + s.z, s.x + s.y)
 }
 
+/// Returns whether a mass can be spread so that it has these principal moments: none is larger than the two others together.
+pub fn balanced(moments: &Vec3) -> bool {
+    moments.max() * 2.0 <= moments.sum() * (1.0 + 1e-9)
+}
+
 /// Returns the tensor with these principal moments in a frame turned by `orientation`.
 pub fn tensor(orientation: &Quat, diagonal: &Vec3) -> Mat3 {
     let r = orientation.to_rotation_matrix().into_inner();

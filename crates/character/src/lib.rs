@@ -23,9 +23,11 @@
 
 pub mod anatomy;
 pub mod error;
+mod fitted;
 pub mod inertia;
 pub mod kinematics;
 mod load;
+mod mesh;
 pub mod mjcf;
 pub mod model;
 pub mod rotation;
@@ -34,7 +36,9 @@ pub mod urdf;
 
 pub use anatomy::{Anatomy, Role};
 pub use error::{CharacterError, Location};
+pub use fitted::Fitted;
 pub use kinematics::Kinematics;
+pub use mesh::MeshFile;
 pub use model::{Actuator, Body, Character, Equality, EqualityKind, Geom, GeomShape, Inertial, Joint, JointKind, Site};
 pub use rotation::{Mat3, Quat, Vec3};
 pub use symmetry::Symmetry;

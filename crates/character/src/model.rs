@@ -4,10 +4,12 @@
 //! 6 velocities (linear in the WORLD frame, angular in the BODY frame); a ball joint has 4 and 3; hinge and slide have
 //! 1 and 1.
 
+use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::PathBuf;
 
 use crate::error::CharacterError;
+use crate::mesh::MeshFile;
 use crate::rotation::{Quat, Vec3};
 
 /// A kinematic tree with masses, shapes and named places. Body 0 is the world.
@@ -33,6 +35,8 @@ pub struct Character {
     pub excludes: Vec<(usize, usize)>,
     /// What closes kinematic loops (`<equality>`), in document order.
     pub equalities: Vec<Equality>,
+    /// Files of meshes by the mesh's name, as far as they are there: what boxes can be fitted to.
+    pub meshes: BTreeMap<String, MeshFile>,
     /// Number of generalised positions.
     pub nq: usize,
     /// Number of generalised velocities.
@@ -265,6 +269,17 @@ pub struct Equality {
     pub solimp: [f64; 5],
     /// False for one that does nothing.
     pub active: bool,
+}
+
+/// Flags a body and what is fixed to it, through bodies without joints.
+pub(crate) fn welded(bodies: &[Body], to: usize) -> Vec<bool> {
+    let mut welded = vec![false; bodies.len()];
+    welded[to] = true;
+    // Children follow their parents, so one pass marks everything.
+    for (i, body) in bodies.iter().enumerate().skip(to + 1) {
+        welded[i] = welded[body.parent] && body.joints.is_empty();
+    }
+    welded
 }
 
 impl Character {

@@ -100,7 +100,56 @@ fn replace_values(text: &str, edits: &[(usize, usize)]) -> String {
     parts.join("\"")
 }
 
+/// A foot of one triangle, in each language that meshes are read in.
+const MESHES: [(&str, &str); 3] = [
+    (
+        "stl",
+        "solid s\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 0.1 0 0\nvertex 0 0.1 0\nendloop\nendfacet\nendsolid s\n",
+    ),
+    ("obj", "mtllib none.mtl\no foot\nv 0 0 0\nv 0.1 0 0\nv 0 0.1 0\nvn 0 0 1\nvt 0 0\nf 1/1/1 2/1/1 3/1/1\n"),
+    (
+        "dae",
+        r##"<?xml version="1.0"?><COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1"><asset><unit meter="0.01"/><up_axis>Z_UP</up_axis></asset>
+<library_geometries><geometry id="g"><mesh><source id="p"><float_array id="pa" count="9">0 0 0 20 10 4 20 0 0</float_array><technique_common>
+<accessor source="#pa" count="3" stride="3"><param name="X" type="float"/><param name="Y" type="float"/><param name="Z" type="float"/></accessor></technique_common></source>
+<vertices id="v"><input semantic="POSITION" source="#p"/></vertices><triangles count="1"><input semantic="VERTEX" source="#v" offset="0"/><p>0 1 2</p></triangles></mesh></geometry></library_geometries>
+<library_visual_scenes><visual_scene id="s"><node id="n"><matrix>1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1</matrix><instance_geometry url="#g"/></node></visual_scene></library_visual_scenes>
+<scene><instance_visual_scene url="#s"/></scene></COLLADA>"##,
+    ),
+];
+
+/// Stands a robot on a mesh of these bytes; returns whether there was a box to stand on.
+fn stands_on(ending: &str, bytes: &[u8]) -> bool {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join(format!("foot.{ending}")), bytes).unwrap();
+    let foot = format!("<mesh filename=\"foot.{ending}\"/>");
+    let text = URDF.replace("<sphere radius=\"0.1\"/>", &foot).replace(
+        "<link name=\"b\">",
+        "<link name=\"b\"><inertial><mass value=\"1\"/><inertia ixx=\"1\" iyy=\"1\" izz=\"1\"/></inertial>",
+    );
+    let mut character = Character::from_urdf(&text, "t", Some(folder.path())).unwrap();
+    let body = character.body("b").unwrap();
+    character.fit_boxes(&[body]).len() == 1
+}
+
+#[test]
+fn meshes_that_are_spoilt_were_sound() {
+    for (ending, text) in MESHES {
+        assert!(stands_on(ending, text.as_bytes()), "{ending}");
+    }
+}
+
 proptest! {
+    #[test]
+    fn cut_and_pasted_meshes(which in 0..3usize, edits in proptest::collection::vec((any::<usize>(), 0..60usize, any::<usize>()), 1..4)) {
+        stands_on(MESHES[which].0, mutate(MESHES[which].1, &edits).as_bytes());
+    }
+
+    #[test]
+    fn meshes_of_random_bytes(which in 0..3usize, bytes in proptest::collection::vec(any::<u8>(), 0..400)) {
+        stands_on(MESHES[which].0, &bytes);
+    }
+
     #[test]
     fn random_bytes(bytes in proptest::collection::vec(any::<u8>(), 0..400)) {
         use_it(&String::from_utf8_lossy(&bytes));

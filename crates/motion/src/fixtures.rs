@@ -1,5 +1,7 @@
 //! A character made by hand, for tests: a floating root with an arm that swings and slides.
 
+use std::collections::BTreeMap;
+
 use lifelike_character::model::{Body, Character, Geom, GeomShape, Inertial, Joint, JointKind};
 use lifelike_character::{Quat, Vec3};
 
@@ -52,6 +54,7 @@ pub fn swing() -> Character {
         actuators: vec![],
         excludes: vec![],
         equalities: vec![],
+        meshes: BTreeMap::new(),
         nq: 9,
         nv: 8,
         gravity: Vec3::new(0.0, 0.0, -9.81),

@@ -136,7 +136,7 @@ fn contact(robot: &Robot, shapes: Shapes, readiness: &mut Readiness) {
         let why = match (geoms, other) {
             (0, _) => "it has no geoms".to_string(),
             (_, 0) => format!(
-                "none of its {geoms} geoms collides (contype and conaffinity do not match the ground's, or mesh files are missing)"
+                "none of its {geoms} geoms collides (contype and conaffinity do not match the ground's, or they are meshes)"
             ),
             (_, n) => format!("{n} geoms would collide, but their shapes are not spheres, capsules or boxes"),
         };

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use lifelike_character::{Anatomy, Character, Joint, JointKind, Role, Vec3};
+use lifelike_character::{Anatomy, Character, Fitted, Joint, JointKind, Role, Vec3};
 use lifelike_motion::FeatureLayout;
 
 use crate::actuator::ActuatorSet;
@@ -52,7 +52,7 @@ impl Robot {
         let mut character: Arc<Character> = character.into();
         controllable(&character)?;
         let mut notes = Vec::new();
-        let anatomy = Anatomy::guess(&character, &profile.anatomy)?;
+        let anatomy = standing(&mut character, &profile, &mut notes)?;
         let (control_hz, substeps) = rates(&character, &profile, &mut notes)?;
         let joints: Vec<String> = character.scalar_joints().map(|j| j.name.clone()).collect();
         let parameters = if profile.actuator.is_empty() {
@@ -172,6 +172,23 @@ fn controllable(character: &Character) -> Result<(), RobotError> {
         return Err(unfit(character, "expected joints to control, got none".into()));
     }
     Ok(())
+}
+
+/// Returns the anatomy of a character whose feet can touch the ground: where they are nothing but meshes, boxes stand for these.
+fn standing(character: &mut Arc<Character>, profile: &Profile, notes: &mut Vec<String>) -> Result<Anatomy, RobotError> {
+    let anatomy = Anatomy::guess(character, &profile.anatomy)?;
+    let feet: Vec<usize> = anatomy.soles.values().map(|sole| sole.body).collect();
+    if character.meshes.is_empty() {
+        return Ok(anatomy);
+    }
+    for Fitted { geom, size, .. } in Arc::make_mut(character).fit_boxes(&feet) {
+        let body = &character.bodies[character.geoms[geom].body].name;
+        notes.push(format!(
+            "mesh of '{body}' touches as the box around it, {:.3} x {:.3} x {:.3} m",
+            size.x, size.y, size.z
+        ));
+    }
+    Ok(Anatomy::guess(character, &profile.anatomy)?)
 }
 
 fn rates(character: &Character, profile: &Profile, notes: &mut Vec<String>) -> Result<(f64, usize), RobotError> {

@@ -1,11 +1,18 @@
 //! The verdict on a robot, before any time is spent on it.
 #![allow(clippy::unwrap_used)]
 
+use std::path::Path;
+
 use lifelike_character::Character;
 use lifelike_robot::{Profile, Readiness, Robot, Severity, Shapes};
 
 /// A biped of 8 kg with a trunk, two legs and feet; `foot` and `trunk` stand in the geoms, `torque` limits all joints.
 fn biped(trunk: &str, foot: &str, torque: f64) -> Robot {
+    biped_in(None, trunk, foot, torque)
+}
+
+/// Its mesh is `part.stl` of a folder.
+fn biped_in(folder: Option<&Path>, trunk: &str, foot: &str, torque: f64) -> Robot {
     let leg = |side: &str, y: f64| {
         format!(
             r#"<body name="{side}_thigh" pos="0 {y} -.1"><joint name="{side}_hip" axis="0 1 0"/>
@@ -24,7 +31,7 @@ fn biped(trunk: &str, foot: &str, torque: f64) -> Robot {
         leg("left", 0.1),
         leg("right", -0.1)
     );
-    Robot::from_character(Character::from_mjcf(&text, "biped.xml", None).unwrap(), Profile::default()).unwrap()
+    Robot::from_character(Character::from_mjcf(&text, "biped.xml", folder).unwrap(), Profile::default()).unwrap()
 }
 
 const BOX: &str = r#"type="box" size=".08 .04 .01""#;
@@ -69,6 +76,25 @@ fn what_nothing_holds_up_cannot_be_trained() {
     );
     let lame = biped(BOX, PICTURE, 30.0).readiness(Shapes::Primitives);
     says(&lame, Severity::CannotTrain, "no geom of its feet (left_foot, right_foot)");
+}
+
+#[test]
+fn feet_that_are_meshes_stand_on_the_boxes_around_them() {
+    let folder = tempfile::tempdir().unwrap();
+    let corners = ["-0.08 -0.04 -0.02", "0.08 0.04 0.02", "-0.08 0.04 0"].map(|corner| format!("vertex {corner}\n"));
+    let facet = format!("facet normal 0 0 1\nouter loop\n{}endloop\nendfacet\n", corners.concat());
+    std::fs::write(folder.path().join("part.stl"), format!("solid part\n{facet}endsolid part\n")).unwrap();
+    let robot = biped_in(Some(folder.path()), MESH, MESH, 30.0);
+    assert_eq!(robot.readiness(Shapes::Primitives), Readiness::default());
+    for side in ["left", "right"] {
+        let said = format!("mesh of '{side}_foot' touches as the box around it, 0.160 x 0.080 x 0.040 m");
+        assert!(robot.notes.contains(&said), "{:?}", robot.notes);
+    }
+    for sole in robot.anatomy.soles.values() {
+        assert_eq!(sole.corners.len(), 4);
+        assert!(sole.corners.iter().all(|c| (c.x.abs() - 0.08).abs() < 1e-7 && (c.z + 0.02).abs() < 1e-7));
+    }
+    assert!(biped_in(Some(folder.path()), BOX, BOX, 30.0).notes.iter().all(|note| !note.contains("around it")));
 }
 
 #[test]

@@ -3,6 +3,7 @@
 
 #![allow(clippy::unwrap_used)] // its robot is known to be sound
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use crate::{
@@ -70,6 +71,7 @@ pub fn robot() -> Arc<Robot> {
         actuators: vec![],
         excludes: vec![],
         equalities: vec![],
+        meshes: BTreeMap::new(),
         nq: 9,
         nv: 8,
         gravity: Vec3::new(0.0, 0.0, -9.81),

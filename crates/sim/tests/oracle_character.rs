@@ -218,6 +218,37 @@ fn urdf() {
     compare(&ours, &MjModel::from_xml_string(ours.mjcf.as_deref().unwrap()).unwrap());
 }
 
+/// What is put right of a URDF is what its text says to MuJoCo: joints held at an angle, moments, links without mass, a foot's box.
+#[test]
+fn urdf_put_right() {
+    let folder = tempfile::tempdir().unwrap();
+    let facet = "facet normal 0 0 1\nouter loop\nvertex -6 -4 -3\nvertex 14 5 1\nvertex -6 5 0\nendloop\nendfacet\n";
+    std::fs::write(folder.path().join("foot.stl"), format!("solid foot\n{facet}endsolid foot\n")).unwrap();
+    let inertia = r#"<inertia ixx="0.03" iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/>"#;
+    let joint = |name: &str, [parent, child]: [&str; 2], more: &str| {
+        format!(
+            r#"<joint name="{name}" type="revolute"><origin xyz="0.1 0.2 -0.3" rpy="0.4 0.5 0.6"/><parent link="{parent}"/><child link="{child}"/>
+            <axis xyz="0 0.6 0.8"/><limit lower="-1" upper="1" effort="3" velocity="1"/>{more}</joint>"#
+        )
+    };
+    let text = [
+        r#"<robot name="r"><link name="trunk"><inertial><mass value="4"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link><link name="ankle"/>"#.to_string(),
+        format!(r#"<link name="foot"><inertial><origin rpy="0.1 0.2 0.3"/><mass value="1"/>{inertia}</inertial><collision><origin xyz="0 0 -0.05" rpy="1 2 3"/>
+            <geometry><mesh filename="foot.stl" scale="0.01 0.01 0.02"/></geometry></collision></link>"#),
+        format!(r#"<link name="a"><inertial><mass value="0.1"/>{inertia}</inertial></link><link name="b"><inertial><mass value="0.2"/>{inertia}</inertial></link>"#),
+        joint("ankle_z", ["trunk", "ankle"], ""),
+        joint("ankle_x", ["ankle", "foot"], ""),
+        joint("finger", ["trunk", "a"], ""),
+        joint("thumb", ["trunk", "b"], r#"<mimic joint="finger" multiplier="-1" offset="0.3"/>"#),
+        "</robot>".into(),
+    ]
+    .concat();
+    let mut ours = Character::from_urdf(&text, "r.urdf", Some(folder.path())).unwrap();
+    let foot = ours.body("foot").unwrap();
+    assert_eq!(ours.fit_boxes(&[foot]).len(), 1);
+    compare(&ours, &MjModel::from_xml_string(ours.mjcf.as_deref().unwrap()).unwrap());
+}
+
 /// Every way to write an orientation, a shape, a default, a limit.
 #[test]
 fn corners_of_the_format() {

@@ -1,18 +1,14 @@
 //! Contact patches of feet: the outline that touches the ground.
 
 use crate::kinematics::Kinematics;
-use crate::model::{Character, Geom, GeomShape};
+use crate::model::{Character, Geom, GeomShape, welded};
 use crate::rotation::{Quat, Vec3};
 
 /// Returns the corners of the contact patch of a foot in its body's frame: the convex outline of the lowest points of
 /// what is fixed to it, at the reference position. Colliding geoms count; where there are none, any; where there are
 /// none at all, the box that has the foot's inertia.
 pub(crate) fn corners(character: &Character, kinematics: &Kinematics, foot: usize) -> Vec<Vec3> {
-    let mut fixed = vec![false; character.bodies.len()];
-    fixed[foot] = true;
-    for (i, body) in character.bodies.iter().enumerate().skip(foot + 1) {
-        fixed[i] = fixed[body.parent] && body.joints.is_empty();
-    }
+    let fixed = welded(&character.bodies, foot);
     let on_foot = || character.geoms.iter().filter(|g| fixed[g.body]);
     let points =
         |geoms: &mut dyn Iterator<Item = &Geom>| geoms.flat_map(|g| lowest(g, kinematics)).collect::<Vec<Vec3>>();

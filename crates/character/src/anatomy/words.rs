@@ -51,37 +51,37 @@ pub(crate) fn has(name: &str, wanted: &[&str]) -> bool {
     wanted.iter().any(|w| spelled.contains(w))
 }
 
-/// Returns the side a name tells: `left_knee`, `l_knee`, `knee_L`, `LeftKnee`, `lfemur`.
+/// Sides as words of their own.
+const SIDES: [(&str, Side); 6] = [
+    ("left", Side::Left),
+    ("l", Side::Left),
+    ("lft", Side::Left),
+    ("right", Side::Right),
+    ("r", Side::Right),
+    ("rgt", Side::Right),
+];
+
+/// Returns the side that a word of a limb's part begins with, and the part: `lfemur`, `RLEG`.
+fn of_part(word: &str) -> Option<(Side, &str)> {
+    let is_part = |rest: &str| LEG.iter().chain(&ARM).any(|part| rest.starts_with(part.trim_end_matches('_')));
+    let whole = SIDES.iter().filter(|(side, _)| !matches!(*side, "lft" | "rgt"));
+    whole.filter_map(|(name, side)| Some((*side, word.strip_prefix(name)?))).find(|(_, rest)| is_part(rest))
+}
+
+/// Returns the side a name tells: `left_knee`, `l_knee`, `knee_L`, `LeftKnee`, `lfemur`. In `LLEG_HIP_R` the R is for roll.
 pub(crate) fn side(name: &str) -> Option<Side> {
     let words = words(name);
-    for word in &words {
-        match word.as_str() {
-            "left" | "l" | "lft" => return Some(Side::Left),
-            "right" | "r" | "rgt" => return Some(Side::Right),
-            _ => {}
-        }
-    }
-    let first = words.first()?;
-    for (prefix, side) in [("left", Side::Left), ("right", Side::Right), ("l", Side::Left), ("r", Side::Right)] {
-        let part = |rest: &str| LEG.iter().chain(&ARM).any(|w| rest.starts_with(w.trim_end_matches('_')));
-        if first.strip_prefix(prefix).is_some_and(part) {
-            return Some(side);
-        }
-    }
-    None
+    let first = words.first().and_then(|word| of_part(word)).map(|(side, _)| side);
+    first.or_else(|| words.iter().find_map(|word| SIDES.iter().find(|(side, _)| side == word)).map(|(_, side)| *side))
 }
 
 /// Returns the name with its side taken out, so that both sides' names become one.
 pub(crate) fn without_side(name: &str) -> String {
     let mut words = split(name, char::is_alphanumeric);
-    let before = words.len();
-    words.retain(|w| !matches!(w.as_str(), "left" | "l" | "lft" | "right" | "r" | "rgt"));
-    if words.len() == before
-        && side(name).is_some()
-        && let Some(first) = words.first_mut()
-        && let Some(rest) = ["left", "right", "l", "r"].iter().find_map(|p| first.strip_prefix(p))
-    {
-        *first = rest.to_string();
+    if let Some(part) = words.first().and_then(|word| of_part(word)).map(|(_, part)| part.to_string()) {
+        words[0] = part;
+    } else {
+        words.retain(|word| SIDES.iter().all(|(side, _)| side != word));
     }
     words.join("_")
 }
@@ -92,10 +92,12 @@ mod tests {
 
     #[test]
     fn sides_are_told_in_many_ways() {
-        for name in ["left_knee", "l_knee", "knee_L", "LeftKnee", "lfemurrx", "leftHand", "L-foot", "leftfoot"] {
+        for name in
+            ["left_knee", "l_knee", "knee_L", "LeftKnee", "lfemurrx", "leftHand", "L-foot", "leftfoot", "LLEG_HIP_R"]
+        {
             assert_eq!(side(name), Some(Side::Left), "{name}");
         }
-        for name in ["right_knee", "R_Foot", "rtibia", "knee_joint_r", "RightHand"] {
+        for name in ["right_knee", "R_Foot", "rtibia", "knee_joint_r", "RightHand", "RARM_ELBOW_L"] {
             assert_eq!(side(name), Some(Side::Right), "{name}");
         }
         for name in ["lower_waist", "root", "head", "lowerback", "radius", "leg_spacer", "roll_link", "torso"] {
@@ -105,9 +107,13 @@ mod tests {
 
     #[test]
     fn names_without_their_side_agree() {
-        for (left, right) in
-            [("left_knee", "right_knee"), ("lfemurrx", "rfemurrx"), ("KneeL", "KneeR"), ("LArm", "RArm")]
-        {
+        for (left, right) in [
+            ("left_knee", "right_knee"),
+            ("lfemurrx", "rfemurrx"),
+            ("KneeL", "KneeR"),
+            ("LArm", "RArm"),
+            ("LLEG_HIP_R", "RLEG_HIP_R"),
+        ] {
             assert_eq!(without_side(left), without_side(right), "{left}");
         }
         assert_eq!(without_side("left_foot_2"), "foot_2");

@@ -9,7 +9,7 @@ use crate::mjcf::document::Element;
 use crate::mjcf::geoms::{self, ReadGeom, Weight};
 use crate::mjcf::joints;
 use crate::mjcf::pose::{POSE, Pose};
-use crate::model::{Body, Geom, Inertial, Joint, JointKind, Site};
+use crate::model::{Body, Geom, Inertial, Joint, JointKind, Site, welded};
 use crate::rotation::{Mat3, Quat, Vec3};
 
 /// The bodies read so far, in document order.
@@ -214,14 +214,10 @@ impl<'a> Reader<'a> {
         if body.joints.is_empty() {
             return Ok(());
         }
-        // Children follow their parents, so one pass marks everything welded to the body.
-        let mut welded = vec![false; self.tree.bodies.len()];
-        welded[index] = true;
-        for (i, b) in self.tree.bodies.iter().enumerate().skip(index) {
-            welded[i] |= welded[b.parent] && b.joints.is_empty();
-            if welded[i] && b.inertial.mass >= MIN_MASS && b.inertial.diagonal.min() >= 0.0 {
-                return Ok(());
-            }
+        let weighs = |inertial: &Inertial| inertial.mass >= MIN_MASS && inertial.diagonal.min() >= 0.0;
+        let mut parts = welded(&self.tree.bodies, index).into_iter().zip(&self.tree.bodies);
+        if parts.any(|(is_part, body)| is_part && weighs(&body.inertial)) {
+            return Ok(());
         }
         Err(a.invalid(format!("mass in the moving body '{}'", body.name), "none"))
     }
@@ -236,8 +232,7 @@ impl Parts<'_> {
 /// Checks the moments: no mass distribution has a moment larger than the two others together.
 fn balance(a: &Attributes, inertial: &mut Inertial, fix: bool) -> Result<(), CharacterError> {
     let d = inertial.diagonal;
-    let slack = 1e-9 * d.sum();
-    if d.max() * 2.0 <= d.sum() + slack {
+    if inertia::balanced(&d) {
         return Ok(());
     }
     if !fix {

@@ -67,6 +67,11 @@ impl Element {
     }
 }
 
+/// Returns numbers as the value of an attribute, without loss.
+pub(crate) fn numbers(values: &[f64]) -> String {
+    values.iter().map(|v| format!("{v:e}")).collect::<Vec<_>>().join(" ")
+}
+
 fn escape(value: &str) -> String {
     value.replace('&', "&amp;").replace('<', "&lt;").replace('"', "&quot;").replace('\n', "&#10;")
 }

@@ -1,30 +1,52 @@
 //! The text for engines that compile MJCF themselves: one self-contained document with the same dynamics.
 //!
 //! Included files are in place, pictures (textures, materials, meshes that neither collide nor weigh anything) are left
-//! out, and so are meshes whose files are absent; the files that remain are named by their full path. So an engine needs no folder and
-//! no mesh that does not matter.
+//! out, and so are meshes whose files are absent or of a kind that MuJoCo does not read; the files that remain are named by their
+//! full path. So an engine needs no folder and no mesh that does not matter.
 
-use std::collections::BTreeSet;
-use std::path::{Path, PathBuf};
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
 
 use crate::error::CharacterError;
+use crate::mesh::MeshFile;
 use crate::mjcf::attributes::Attributes;
 use crate::mjcf::compiler::Compiler;
 use crate::mjcf::defaults::Defaults;
 use crate::mjcf::document::Element;
 
-/// Rewrites the tree in place; adds to `notes` what was left out, and to `warnings` what would have mattered. Returns
-/// the meshes and height fields that would collide and whose files are absent.
+/// Endings of the mesh files that MuJoCo reads.
+const READ_BY_MUJOCO: [&str; 3] = ["stl", "obj", "msh"];
+
+/// Which meshes a text has that collide.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Meshes {
+    /// Those that MuJoCo reads: whoever wrote MJCF has seen them collide.
+    Read,
+    /// None. Of a URDF's the convex hulls overlap, and nobody says which bodies may.
+    None,
+}
+
+/// What became of meshes and height fields.
+#[derive(Debug, Default)]
+pub(crate) struct Outcome {
+    /// Those that would collide and that the text does not have.
+    pub left_out: BTreeSet<String>,
+    /// The files of meshes that are there and used as they stand in them.
+    pub files: BTreeMap<String, MeshFile>,
+}
+
+/// Rewrites the tree in place; adds to `notes` what was left out, and to `warnings` what would have mattered.
 pub(crate) fn prepare(
     root: &mut Element,
+    meshes: Meshes,
     compiler: &Compiler,
     defaults: &Defaults,
     folder: Option<&Path>,
     notes: &mut Vec<String>,
     warnings: &mut Vec<String>,
-) -> Result<BTreeSet<String>, CharacterError> {
-    let present = present_meshes(root, compiler, folder);
-    let mut count = Count::default();
+) -> Result<Outcome, CharacterError> {
+    let present = present_meshes(root, compiler, defaults, folder)?;
+    let mut count = Count::of(meshes);
     for world in root.children.iter_mut().filter(|c| c.name == "worldbody") {
         cut_geoms(world, None, defaults, &present, &mut count)?;
     }
@@ -35,6 +57,13 @@ pub(crate) fn prepare(
         let text = "mesh geoms would collide, but their files are missing: they touch nothing; put the files there, or give the \
                     bodies boxes, spheres or capsules";
         warnings.push(format!("{} {text}", count.absent));
+    }
+    match (count.silent, meshes) {
+        (0, _) => {}
+        (n, Meshes::None) => notes.push(format!("{n} mesh geoms touch nothing, but for those of feet, which get boxes")),
+        (n, Meshes::Read) => warnings.push(format!(
+            "{n} mesh geoms would collide, but MuJoCo does not read their files (it reads STL, OBJ and MSH): they touch nothing"
+        )),
     }
     cut_assets(root, &present, &count.used);
     let mut names = BTreeSet::new();
@@ -53,20 +82,42 @@ pub(crate) fn prepare(
     for section in root.children.iter_mut().filter(|c| c.name == "compiler") {
         section.attributes.retain(|(n, _)| !matches!(n.as_str(), "meshdir" | "texturedir" | "assetdir" | "strippath"));
     }
-    Ok(count.absent_names)
+    Ok(count.outcome)
 }
 
-#[derive(Default)]
 struct Count {
+    meshes: Meshes,
     pictures: usize,
     absent: usize,
-    absent_names: BTreeSet<String>,
+    /// There, and not in the text.
+    silent: usize,
+    outcome: Outcome,
     used: BTreeSet<String>,
 }
 
-/// Returns the name and full path of the meshes and height fields whose files are there, or that need no file.
-fn present_meshes(root: &Element, compiler: &Compiler, folder: Option<&Path>) -> Vec<(String, Option<PathBuf>)> {
-    let mut present = Vec::new();
+impl Count {
+    fn of(meshes: Meshes) -> Self {
+        let (outcome, used) = (Outcome::default(), BTreeSet::new());
+        Self { meshes, pictures: 0, absent: 0, silent: 0, outcome, used }
+    }
+}
+
+/// Meshes and height fields that are there, by name, and the files of those that need one.
+type Present = BTreeMap<String, Option<Found>>;
+
+struct Found {
+    file: MeshFile,
+    /// Whether its points are used as they stand in the file, but for the scale.
+    as_is: bool,
+}
+
+fn present_meshes(
+    root: &Element,
+    compiler: &Compiler,
+    defaults: &Defaults,
+    folder: Option<&Path>,
+) -> Result<Present, CharacterError> {
+    let mut present = Present::new();
     for asset in root.children_named("asset").flat_map(|s| &s.children) {
         if !matches!(asset.name.as_str(), "mesh" | "hfield") {
             continue;
@@ -82,17 +133,20 @@ fn present_meshes(root: &Element, compiler: &Compiler, folder: Option<&Path>) ->
         let last = given.file_name().map_or(given, Path::new);
         let path = folder.join(&compiler.meshdir).join(if compiler.strippath { last } else { given });
         if let (Some(name), Ok(path)) = (name, path.canonicalize()) {
-            present.push((name, Some(path)));
+            let a = defaults.resolve(asset, None)?;
+            let as_is = asset.name == "mesh" && a.text("refpos").is_none() && a.text("refquat").is_none();
+            let file = MeshFile { path, scale: a.numbers::<3>("scale")?.unwrap_or([1.0; 3]), collides: false };
+            present.insert(name, Some(Found { file, as_is }));
         }
     }
-    present
+    Ok(present)
 }
 
 fn cut_geoms(
     element: &mut Element,
     class: Option<&str>,
     defaults: &Defaults,
-    present: &[(String, Option<PathBuf>)],
+    present: &Present,
     count: &mut Count,
 ) -> Result<(), CharacterError> {
     let own = element.attribute("childclass").map(str::to_string);
@@ -117,23 +171,37 @@ fn cut_geoms(
     Ok(())
 }
 
-fn keep(a: &Attributes, present: &[(String, Option<PathBuf>)], count: &mut Count) -> Result<bool, CharacterError> {
+fn keep(a: &Attributes, present: &Present, count: &mut Count) -> Result<bool, CharacterError> {
     let Some(mesh) = a.text("mesh").or(a.text("hfield")) else { return Ok(true) };
     let bits = |name: &str| a.integer(name, 1, i64::MIN..i64::MAX);
     if bits("contype")? == 0 && bits("conaffinity")? == 0 {
         count.pictures += 1;
+        if let Some(Some(Found { file, as_is: true })) = present.get(mesh) {
+            count.outcome.files.entry(mesh.to_string()).or_insert_with(|| file.clone());
+        }
         return Ok(false);
     }
-    if !present.iter().any(|(name, _)| name == mesh) {
+    let Some(found) = present.get(mesh) else {
         count.absent += 1;
-        count.absent_names.insert(mesh.to_string());
+        count.outcome.left_out.insert(mesh.to_string());
         return Ok(false);
+    };
+    if let Some(Found { file, as_is }) = found {
+        if *as_is {
+            count.outcome.files.insert(mesh.to_string(), MeshFile { collides: true, ..file.clone() });
+        }
+        let is_read = count.meshes == Meshes::Read && file.is_one_of(&READ_BY_MUJOCO);
+        if a.text("hfield").is_none() && !is_read {
+            count.silent += 1;
+            count.outcome.left_out.insert(mesh.to_string());
+            return Ok(false);
+        }
     }
     count.used.insert(mesh.to_string());
     Ok(true)
 }
 
-fn cut_assets(root: &mut Element, present: &[(String, Option<PathBuf>)], used: &BTreeSet<String>) {
+fn cut_assets(root: &mut Element, present: &Present, used: &BTreeSet<String>) {
     for section in root.children.iter_mut().filter(|c| c.name == "asset") {
         section.children.retain_mut(|asset| {
             if !matches!(asset.name.as_str(), "mesh" | "hfield") {
@@ -141,11 +209,11 @@ fn cut_assets(root: &mut Element, present: &[(String, Option<PathBuf>)], used: &
             }
             let file = asset.attribute("file").map(Path::new).and_then(Path::file_stem).map(|s| s.to_string_lossy());
             let name = asset.attribute("name").map(str::to_string).or_else(|| file.map(|f| f.into_owned()));
-            let Some((name, path)) = present.iter().find(|(n, _)| Some(n) == name.as_ref()) else { return false };
-            if let Some(path) = path {
+            let Some((name, found)) = name.and_then(|name| present.get_key_value(&name)) else { return false };
+            if let Some(Found { file, .. }) = found {
                 asset.attributes.retain(|(n, _)| n != "file" && n != "name");
                 asset.attributes.push(("name".into(), name.clone()));
-                asset.attributes.push(("file".into(), path.to_string_lossy().into_owned()));
+                asset.attributes.push(("file".into(), file.path.to_string_lossy().into_owned()));
             }
             used.contains(name)
         });

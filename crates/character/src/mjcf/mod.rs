@@ -29,6 +29,7 @@ use bodies::{Reader, Tree};
 use compiler::{Compiler, PhysicsOption};
 use defaults::Defaults;
 use document::{Document, Element};
+pub(crate) use engine_text::Meshes;
 
 impl Character {
     /// Compiles MJCF text. `file` is what errors call the text; included files and meshes are looked for from `folder`
@@ -74,7 +75,7 @@ const PICTURES: [&str; 6] = ["visual", "statistic", "size", "custom", "sensor", 
 pub(crate) fn compile_document(document: Document, folder: Option<&Path>) -> Result<Character, CharacterError> {
     let Document { root, missing } = document;
     let file = |include: &Element| include.attribute("file").unwrap_or_default().to_string();
-    let compiled = compile(root, folder);
+    let compiled = compile(root, folder, Meshes::Read);
     let Some(first) = missing.first() else { return compiled };
     let mut character = compiled.map_err(|cause| CharacterError::MissingInclude {
         at: first.at.clone(),
@@ -96,7 +97,7 @@ pub(crate) fn compile_document(document: Document, folder: Option<&Path>) -> Res
     Ok(character)
 }
 
-pub(crate) fn compile(mut root: Element, folder: Option<&Path>) -> Result<Character, CharacterError> {
+pub(crate) fn compile(mut root: Element, folder: Option<&Path>, meshes: Meshes) -> Result<Character, CharacterError> {
     let (mut notes, mut warnings) = (Vec::new(), Vec::new());
     Attributes::own(&root).only(&["model", "noNamespaceSchemaLocation"])?;
     check_sections(&root, &mut notes)?;
@@ -120,10 +121,10 @@ pub(crate) fn compile(mut root: Element, folder: Option<&Path>) -> Result<Charac
     let actuators = actuators::read(&root, &defaults, &compiler, &tree.joints, &mut notes)?;
     let excludes = read_excludes(&root, &tree.bodies, &mut notes)?;
     let name = root.attribute("model").unwrap_or("MuJoCo Model").to_string();
-    let absent = engine_text::prepare(&mut root, &compiler, &defaults, folder, &mut notes, &mut warnings)?;
+    let outcome = engine_text::prepare(&mut root, meshes, &compiler, &defaults, folder, &mut notes, &mut warnings)?;
     for geom in &mut tree.geoms {
         if let GeomShape::Mesh(name) | GeomShape::HeightField(name) = &geom.shape
-            && absent.contains(name)
+            && outcome.left_out.contains(name)
         {
             (geom.contype, geom.conaffinity) = (0, 0);
         }
@@ -139,6 +140,7 @@ pub(crate) fn compile(mut root: Element, folder: Option<&Path>) -> Result<Charac
         actuators,
         excludes,
         equalities: Vec::new(),
+        meshes: outcome.files,
         nq,
         nv,
         gravity: option.gravity,

@@ -3,20 +3,31 @@
 //! As MuJoCo's own import, except: fixed links stay bodies (MuJoCo's `fusestatic` merges them), so that every link can
 //! be referred to by name; and the root link floats, as it does for every legged robot, unless it is called `world`
 //! (MuJoCo fixes it). `effort` limits become `actuatorfrcrange`. Links without `<inertial>` get the mass of their
-//! collision shapes at 1000 kg/m³.
+//! collision shapes at 1000 kg/m³. Meshes touch nothing, in no engine, until [`Character::fit_boxes`] puts boxes in their place:
+//! convex hulls of neighbours overlap, and URDF does not say which bodies may.
 //!
-//! Visuals, velocity limits, transmissions and simulator extensions are noted or left out; joints that mimic others and
-//! planar joints are refused.
+//! What files of real robots have and no simulation can do is put right, with a line of [`Character::warnings`] each: of joints
+//! that mimic each other one moves ([`mimic`]), moments of inertia that no body has are replaced ([`inertial`]), a link that
+//! moves and weighs nothing weighs next to nothing, and a joint that moves nothing that weighs is held. Meshes are looked for
+//! without the build system of their packages ([`package`]).
+//!
+//! Visuals, velocity limits, transmissions and simulator extensions are noted or left out; planar joints are refused.
+
+mod inertial;
+mod mimic;
+mod package;
 
 use std::collections::BTreeMap;
 use std::path::Path;
 
 use crate::error::{CharacterError, Location};
-use crate::inertia;
+use crate::mjcf::Meshes;
 use crate::mjcf::attributes::Attributes;
-use crate::mjcf::document::{self, Element};
+use crate::mjcf::document::{self, Element, numbers};
 use crate::model::Character;
-use crate::rotation::{Mat3, Quat, Vec3};
+use crate::rotation::{Quat, Vec3, to_wxyz};
+
+use mimic::Held;
 
 /// Deeper chains of links than any robot has.
 const MAX_DEPTH: usize = 150;
@@ -34,11 +45,11 @@ impl Character {
 
 /// Compiles the `<robot>` element.
 pub(crate) fn compile(robot: &Element, folder: Option<&Path>) -> Result<Character, CharacterError> {
-    let mut translation = Translation::new(robot)?;
+    let mut translation = Translation::new(robot, folder)?;
     let mjcf = translation.model(robot)?;
-    let mut character = crate::mjcf::compile(mjcf, folder)?;
-    let notes = translation.notes();
-    character.notes.splice(0..0, notes);
+    let mut character = crate::mjcf::compile(mjcf, folder, Meshes::None)?;
+    character.notes.splice(0..0, translation.notes());
+    character.warnings.splice(0..0, translation.warnings());
     Ok(character)
 }
 
@@ -47,13 +58,21 @@ struct Translation<'a> {
     /// Joints that hang on a link, in document order.
     joints: BTreeMap<&'a str, Vec<&'a Element>>,
     root: &'a Element,
+    folder: Option<&'a Path>,
+    held: Held<'a>,
     meshes: Vec<Element>,
     visuals: usize,
     without_inertial: usize,
+    /// Links whose moments were impossible.
+    balanced: Vec<&'a str>,
+    /// Links that move, weigh nothing and carry others.
+    weightless: Vec<&'a str>,
+    /// Joints that move nothing that weighs.
+    idle: Vec<&'a str>,
 }
 
 impl<'a> Translation<'a> {
-    fn new(robot: &'a Element) -> Result<Self, CharacterError> {
+    fn new(robot: &'a Element, folder: Option<&'a Path>) -> Result<Self, CharacterError> {
         let mut links = BTreeMap::new();
         for link in robot.children_named("link") {
             let name = link.attribute("name").ok_or_else(|| link.invalid("attribute 'name'", "none"))?;
@@ -85,7 +104,50 @@ impl<'a> Translation<'a> {
         if let Some(second) = roots.next() {
             return Err(second.invalid("one link that is no joint's child", "a second one"));
         }
-        Ok(Self { links, joints, root, meshes: Vec::new(), visuals: 0, without_inertial: 0 })
+        let mut translation = Self {
+            links,
+            joints,
+            root,
+            folder,
+            held: Held::default(),
+            meshes: Vec::new(),
+            visuals: 0,
+            without_inertial: 0,
+            balanced: Vec::new(),
+            weightless: Vec::new(),
+            idle: Vec::new(),
+        };
+        let joints: Vec<&Element> = robot.children_named("joint").collect();
+        translation.held = Held::read(&joints, |joint| translation.mass_below(joint))?;
+        Ok(translation)
+    }
+
+    /// The link that a joint moves.
+    fn moved(&self, joint: &Element) -> Option<&'a Element> {
+        self.links.get(child(joint, "child")?.attribute("link")?).copied()
+    }
+
+    /// Links at a link and below it, as far as joints are followed. Loops of links that hang on nothing end where chains do.
+    fn from(&self, link: &'a Element, follow: &dyn Fn(&Element) -> bool) -> Vec<&'a Element> {
+        let mut links = vec![(link, 0)];
+        let mut next = 0;
+        while let Some(&(link, depth)) = links.get(next) {
+            next += 1;
+            let joints = self.joints.get(link.attribute("name").unwrap_or_default());
+            let joints = joints.into_iter().flatten().filter(|joint| depth < MAX_DEPTH && follow(joint));
+            links.extend(joints.filter_map(|joint| Some((self.moved(joint)?, depth + 1))));
+        }
+        links.into_iter().map(|(link, _)| link).collect()
+    }
+
+    /// What a joint moves (kg), by what links say; `None` where nothing of it weighs.
+    fn mass_below(&self, joint: &Element) -> Option<f64> {
+        let links = self.from(self.moved(joint)?, &|_| true);
+        links.iter().any(|link| weighs(link)).then(|| links.into_iter().map(inertial::mass).sum())
+    }
+
+    fn is_fixed(&self, joint: &Element) -> bool {
+        joint.attribute("type") == Some("fixed") || self.held.position(joint).is_some()
     }
 
     fn notes(&self) -> Vec<String> {
@@ -97,6 +159,19 @@ impl<'a> Translation<'a> {
             notes.push(format!("{} links have no <inertial>", self.without_inertial));
         }
         notes
+    }
+
+    fn warnings(&self) -> Vec<String> {
+        let mut warnings = self.held.warnings.clone();
+        let mut say = |what: &str, names: &[&str]| {
+            if !names.is_empty() {
+                warnings.push(format!("{what}: {}", names.join(", ")));
+            }
+        };
+        say("moments of inertia that no body has were replaced, of links", &self.balanced);
+        say("links that move and weigh nothing weigh next to nothing now", &self.weightless);
+        say("joints that move nothing that weighs are held", &self.idle);
+        warnings
     }
 
     fn model(&mut self, robot: &'a Element) -> Result<Element, CharacterError> {
@@ -133,14 +208,16 @@ impl<'a> Translation<'a> {
         if depth > MAX_DEPTH {
             return Err(link.invalid(format!("a chain of at most {MAX_DEPTH} links"), "more"));
         }
-        match child(link, "inertial") {
-            Some(inertial) if body.name == "body" => body.children.push(Self::inertial(inertial)?),
-            Some(_) => {}
-            None => self.without_inertial += 1,
+        if body.name == "body" {
+            let moves = body.children.iter().any(|c| matches!(c.name.as_str(), "joint" | "freejoint"));
+            self.weigh(link, moves, body)?;
         }
         for collision in link.children_named("collision") {
             let geom = self.geom(collision)?;
             body.children.push(geom);
+        }
+        if child(link, "collision").is_none() && body.name == "body" {
+            body.children.extend(link.children_named("visual").filter_map(|visual| self.picture(visual)));
         }
         self.visuals += link.children_named("visual").count();
         let name = link.attribute("name").unwrap_or("");
@@ -148,42 +225,38 @@ impl<'a> Translation<'a> {
             let below = child(joint, "child").and_then(|c| c.attribute("link")).unwrap_or("");
             let Some(link) = self.links.get(below).copied() else { continue };
             let mut inner = element(link, "body", &[("name", below.to_string())]);
-            inner.attributes.extend(origin(joint)?);
-            inner.children.extend(Self::joint(joint)?);
+            let idle = !self.is_fixed(joint) && self.mass_below(joint).is_none();
+            if idle {
+                self.idle.push(joint.attribute("name").unwrap_or_default());
+            }
+            inner.attributes.extend(match self.held.position(joint) {
+                Some(position) if position != 0.0 => held_at(joint, position)?,
+                _ => origin(joint)?,
+            });
+            if !idle && !self.is_fixed(joint) {
+                inner.children.push(Self::joint(joint)?);
+            }
             self.fill(link, &mut inner, depth + 1)?;
             body.children.push(inner);
         }
         Ok(())
     }
 
-    fn inertial(inertial: &Element) -> Result<Element, CharacterError> {
-        let mass = child(inertial, "mass").ok_or_else(|| inertial.invalid("<mass>", "none"))?;
-        let mass = Attributes::own(mass).required("value")?.to_string();
-        let moments = child(inertial, "inertia").ok_or_else(|| inertial.invalid("<inertia>", "none"))?;
-        let a = Attributes::own(moments);
-        let get = |name: &str| a.number(name)?.ok_or_else(|| a.invalid(format!("attribute '{name}'"), "none"));
-        let (xx, yy, zz) = (get("ixx")?, get("iyy")?, get("izz")?);
-        let cross = |name: &str| Ok::<f64, CharacterError>(a.number(name)?.unwrap_or(0.0));
-        let (xy, xz, yz) = (cross("ixy")?, cross("ixz")?, cross("iyz")?);
-        let local = Mat3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz);
-        let (position, rpy) = pose(inertial)?;
-        let turn = Quat::from_euler_angles(rpy.x, rpy.y, rpy.z).to_rotation_matrix().into_inner();
-        let (orientation, diagonal) = inertia::principal(&(turn * local * turn.transpose()));
-        if diagonal.min() < -1e-12 * diagonal.max().abs() {
-            return Err(a.invalid("a positive definite inertia", "another"));
+    /// Gives a body the mass of its link.
+    fn weigh(&mut self, link: &'a Element, moves: bool, body: &mut Element) -> Result<(), CharacterError> {
+        let name = link.attribute("name").unwrap_or_default();
+        let given = child(link, "inertial").map(inertial::translate).transpose()?;
+        self.without_inertial += usize::from(given.is_none());
+        if moves && !self.from(link, &|joint| self.is_fixed(joint)).into_iter().any(weighs) {
+            self.weightless.push(name);
+            body.children.push(inertial::nothing(link));
+        } else if let Some((inertial, balanced)) = given {
+            if balanced {
+                self.balanced.push(name);
+            }
+            body.children.push(inertial);
         }
-        let diagonal = diagonal.map(|x| x.max(0.0));
-        let q = crate::rotation::to_wxyz(&orientation);
-        Ok(element(
-            inertial,
-            "inertial",
-            &[
-                ("pos", numbers(position.as_slice())),
-                ("quat", numbers(&q)),
-                ("mass", mass),
-                ("diaginertia", numbers(diagonal.as_slice())),
-            ],
-        ))
+        Ok(())
     }
 
     fn geom(&mut self, collision: &Element) -> Result<Element, CharacterError> {
@@ -210,12 +283,8 @@ impl<'a> Translation<'a> {
             "mesh" => {
                 let name = format!("mesh{}", self.meshes.len());
                 let file = a.required("filename")?;
-                let file = ["package://", "file://"].iter().find_map(|p| file.strip_prefix(p)).unwrap_or(file);
-                let mut mesh = element(
-                    shape,
-                    "mesh",
-                    &[("name", name.clone()), ("file", file.trim_start_matches('/').to_string())],
-                );
+                let file = package::path(file, self.folder);
+                let mut mesh = element(shape, "mesh", &[("name", name.clone()), ("file", file)]);
                 if let Some(scale) = a.numbers::<3>("scale")? {
                     mesh.attributes.push(("scale".into(), numbers(&scale)));
                 }
@@ -229,31 +298,27 @@ impl<'a> Translation<'a> {
         Ok(geom)
     }
 
-    fn joint(joint: &Element) -> Result<Option<Element>, CharacterError> {
+    /// Translates the mesh of a link that is only to be seen: it may have to stand in for a shape. Others are not used.
+    fn picture(&mut self, visual: &Element) -> Option<Element> {
+        child(child(visual, "geometry")?, "mesh")?;
+        let mut geom = self.geom(visual).ok()?;
+        geom.attributes.extend(["contype", "conaffinity", "mass"].map(|name| (name.to_string(), "0".to_string())));
+        Some(geom)
+    }
+
+    fn joint(joint: &Element) -> Result<Element, CharacterError> {
         let a = Attributes::own(joint);
-        if let Some(mimic) = child(joint, "mimic") {
-            return Err(mimic.unsupported("joint that mimics another"));
-        }
         let kind = match a.required("type")? {
-            "fixed" => return Ok(None),
             "revolute" | "continuous" => "hinge",
             "prismatic" => "slide",
-            "floating" => {
-                return Ok(Some(element(joint, "freejoint", &[("name", a.required("name")?.to_string())])));
-            }
+            "floating" => return Ok(element(joint, "freejoint", &[("name", a.required("name")?.to_string())])),
             other => return Err(joint.unsupported(format!("joint type '{other}'"))),
         };
-        let axis = match child(joint, "axis") {
-            None => [1.0, 0.0, 0.0],
-            Some(axis) => {
-                let b = Attributes::own(axis);
-                b.numbers::<3>("xyz")?.ok_or_else(|| b.invalid("attribute 'xyz'", "none"))?
-            }
-        };
+        let axis = axis(joint)?;
         let mut out = element(
             joint,
             "joint",
-            &[("name", a.required("name")?.to_string()), ("type", kind.into()), ("axis", numbers(&axis))],
+            &[("name", a.required("name")?.to_string()), ("type", kind.into()), ("axis", numbers(axis.as_slice()))],
         );
         if let Some(limit) = child(joint, "limit") {
             let b = Attributes::own(limit);
@@ -273,7 +338,15 @@ impl<'a> Translation<'a> {
                 }
             }
         }
-        Ok(Some(out))
+        Ok(out)
+    }
+}
+
+/// Returns whether a link has mass, of its own or of its shapes.
+fn weighs(link: &Element) -> bool {
+    match child(link, "inertial") {
+        Some(_) => inertial::mass(link) != 0.0,
+        None => child(link, "collision").is_some(),
     }
 }
 
@@ -291,10 +364,6 @@ fn element(source: &Element, name: &str, attributes: &[(&str, String)]) -> Eleme
     }
 }
 
-fn numbers(values: &[f64]) -> String {
-    values.iter().map(|v| format!("{v:e}")).collect::<Vec<_>>().join(" ")
-}
-
 /// Returns the position (m) and roll, pitch, yaw (rad, about fixed axes) of an element's `<origin>`.
 fn pose(element: &Element) -> Result<(Vec3, Vec3), CharacterError> {
     let Some(origin) = child(element, "origin") else { return Ok((Vec3::zeros(), Vec3::zeros())) };
@@ -306,4 +375,24 @@ fn pose(element: &Element) -> Result<(Vec3, Vec3), CharacterError> {
 fn origin(element: &Element) -> Result<Vec<(String, String)>, CharacterError> {
     let (position, rpy) = pose(element)?;
     Ok(vec![("pos".into(), numbers(position.as_slice())), ("euler".into(), numbers(rpy.as_slice()))])
+}
+
+/// Returns a joint's axis in its own frame.
+fn axis(joint: &Element) -> Result<Vec3, CharacterError> {
+    let Some(axis) = child(joint, "axis") else { return Ok(Vec3::x()) };
+    let a = Attributes::own(axis);
+    Ok(Vec3::from(a.numbers::<3>("xyz")?.ok_or_else(|| a.invalid("attribute 'xyz'", "none"))?))
+}
+
+/// Returns the place of a link whose joint is held at a position (rad or m).
+fn held_at(joint: &Element, at: f64) -> Result<Vec<(String, String)>, CharacterError> {
+    let (mut position, rpy) = pose(joint)?;
+    let mut turn = Quat::from_euler_angles(rpy.x, rpy.y, rpy.z);
+    let axis = axis(joint)?.try_normalize(1e-12).unwrap_or_else(Vec3::x);
+    if joint.attribute("type") == Some("prismatic") {
+        position += turn * axis * at;
+    } else {
+        turn *= Quat::from_scaled_axis(axis * at);
+    }
+    Ok(vec![("pos".into(), numbers(position.as_slice())), ("quat".into(), numbers(&to_wxyz(&turn)))])
 }
