@@ -3,8 +3,8 @@
 use lifelike_motion::MotionClip;
 
 use super::error::EvaluationError;
+use super::evaluation::Evaluation;
 use super::options::EvaluationOptions;
-use super::score::Evaluation;
 use super::setup::EvaluationSetup;
 use super::suite::EvaluationSuite;
 

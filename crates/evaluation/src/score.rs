@@ -1,4 +1,4 @@
-//! Scores of episodes, clips and everything.
+//! Scores of episodes, and of a clip's together.
 
 use super::accuracy::{
     PHC_LIMIT, body_errors, contact_agreement, effector_error, frame_errors, joint_error, joint_errors, mean,
@@ -6,7 +6,6 @@ use super::accuracy::{
 };
 use super::drift::drift;
 use super::failure::Failure;
-use super::interval::Intervals;
 use super::rollout::{Outcome, Rollout};
 use super::root::root_errors;
 use super::slip::sole_slip;
@@ -32,7 +31,7 @@ pub struct EpisodeScore {
     pub success: bool,
     /// Mean absolute joint error (deg).
     pub joint_error_deg: f64,
-    /// Mean absolute error of each joint (deg), in the order of [`Evaluation::joints`].
+    /// Mean absolute error of each joint (deg), in the order of [`Evaluation::joints`](crate::Evaluation::joints).
     pub joint_errors_deg: Vec<f64>,
     /// Mean absolute error of the joints that are not legs' (deg); NaN without any.
     pub upper_joint_error_deg: f64,
@@ -141,7 +140,7 @@ pub struct ClipScore {
     pub covered: f64,
     /// Mean absolute joint error (deg).
     pub joint_error_deg: f64,
-    /// The joint with the largest mean error, an index into [`Evaluation::joints`]; none where no frame counts.
+    /// The joint with the largest mean error, an index into [`Evaluation::joints`](crate::Evaluation::joints); none where no frame counts.
     pub worst_joint: Option<usize>,
     /// Its error (deg).
     pub worst_joint_error_deg: f64,
@@ -234,75 +233,6 @@ fn pooled(episodes: &[&EpisodeScore], value: &dyn Fn(&EpisodeScore) -> f64) -> f
     if frames == 0.0 { f64::NAN } else { known().map(|(v, frames)| v * frames).sum::<f64>() / frames }
 }
 
-/// The evaluation of one policy.
-#[derive(Debug, Clone, PartialEq, serde::Serialize)]
-pub struct Evaluation {
-    /// The robot.
-    pub robot: String,
-    /// The engine.
-    pub engine: String,
-    /// Names of the joints that errors are listed by.
-    pub joints: Vec<String>,
-    /// Longest episode (s).
-    pub episode_seconds: f64,
-    /// One score per clip, in the order in which they were given.
-    pub clips: Vec<ClipScore>,
-    /// Groups of clips, such as those that are called trackable ([`Evaluation::group`]).
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub groups: Vec<ClipScore>,
-    /// All episodes together.
-    pub overall: ClipScore,
-    /// How sure means over clips are; `None` for fewer than three.
-    pub intervals: Option<Intervals>,
-    /// Every episode.
-    pub episodes: Vec<EpisodeScore>,
-    /// Recorded rollouts, for the eye; not part of the JSON.
-    #[serde(skip)]
-    pub rollouts: Vec<Rollout>,
-}
-
-impl Evaluation {
-    /// Sums up episodes, which come clip by clip.
-    pub fn new(
-        robot: (&str, &[String]),
-        engine: &str,
-        seconds: f64,
-        episodes: Vec<EpisodeScore>,
-        rollouts: Vec<Rollout>,
-    ) -> Self {
-        let clips: Vec<ClipScore> = episodes
-            .chunk_by(|a, b| a.clip == b.clip)
-            .map(|group| ClipScore::of(&group[0].clip, &group.iter().collect::<Vec<_>>()))
-            .collect();
-        Self {
-            robot: robot.0.into(),
-            joints: robot.1.to_vec(),
-            engine: engine.into(),
-            episode_seconds: seconds,
-            intervals: Intervals::of(&clips),
-            groups: Vec::new(),
-            clips,
-            overall: ClipScore::of("all", &episodes.iter().collect::<Vec<_>>()),
-            episodes,
-            rollouts,
-        }
-    }
-
-    /// Adds a score of the clips of these names together; of none, nothing.
-    pub fn group(&mut self, name: &str, is: impl Fn(&str) -> bool) {
-        let episodes: Vec<&EpisodeScore> = self.episodes.iter().filter(|episode| is(&episode.clip)).collect();
-        if !episodes.is_empty() {
-            let score = ClipScore::of(name, &episodes);
-            self.groups.push(score);
-        }
-    }
-
-    /// All falls.
-    pub fn failures(&self) -> impl Iterator<Item = &Failure> {
-        self.episodes.iter().filter_map(|e| e.failure.as_ref())
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use lifelike_character::Vec3;
@@ -338,16 +268,5 @@ mod tests {
         assert!((score.covered - 5.0 / 16.0).abs() < 1e-12);
         assert!((score.position_drift_end_m - 0.15).abs() < 1e-12, "0 and 0.3 m; the third has no end to speak of");
         assert_eq!(score.episodes, 3);
-    }
-
-    #[test]
-    fn no_number_becomes_null_in_json() {
-        let evaluation =
-            Evaluation::new(("post", &["knee".to_string()]), "none", 10.0, vec![episode(5, 3.0, 0.0, Some(1))], vec![]);
-        let json = serde_json::to_value(&evaluation).unwrap_or_default();
-        assert!(json["clips"][0]["joint_error_deg"].is_null());
-        assert_eq!(json["overall"]["survival"], 0.0);
-        assert_eq!(json["episodes"][0]["failure"]["cause"], "tilt");
-        assert_eq!(evaluation.failures().count(), 1);
     }
 }

@@ -8,13 +8,14 @@ use lifelike_sim::Simulation;
 
 use super::episode::{Episode, EpisodeConditions};
 use super::error::EvaluationError;
+use super::evaluation::Evaluation;
 use super::fall::fallen;
 use super::options::EvaluationOptions;
 use super::recorder::Recorder;
 use super::rollout::{Cause, Outcome, Rollout};
 use super::runner::{Ended, Runner};
 use super::schedule::{repeated, start_frames};
-use super::score::{EpisodeScore, Evaluation};
+use super::score::EpisodeScore;
 use super::setup::EvaluationSetup;
 
 /// Clips at the policy's rate, and the episodes on them.

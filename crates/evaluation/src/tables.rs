@@ -1,7 +1,8 @@
 //! An evaluation as tables and playbacks.
 
+use super::evaluation::Evaluation;
 use super::rollout::{Outcome, Rollout, Snapshot};
-use super::score::{ClipScore, EpisodeScore, Evaluation};
+use super::score::{ClipScore, EpisodeScore};
 use lifelike_report::{Cell, Column, Playback, Table, Tone};
 
 impl Evaluation {
