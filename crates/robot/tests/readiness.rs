@@ -3,7 +3,7 @@
 
 use std::path::Path;
 
-use lifelike_character::Character;
+use lifelike_character::{Character, Quat};
 use lifelike_robot::{Profile, Readiness, Robot, Severity, Shapes};
 
 /// A biped of 8 kg with a trunk, two legs and feet; `foot` and `trunk` stand in the geoms, `torque` limits all joints.
@@ -95,6 +95,15 @@ fn feet_that_are_meshes_stand_on_the_boxes_around_them() {
         assert!(sole.corners.iter().all(|c| (c.x.abs() - 0.08).abs() < 1e-7 && (c.z + 0.02).abs() < 1e-7));
     }
     assert!(biped_in(Some(folder.path()), BOX, BOX, 30.0).notes.iter().all(|note| !note.contains("around it")));
+}
+
+#[test]
+fn a_robot_that_lies_because_its_file_has_another_axis_up() {
+    let mut lying = Character::clone(&biped(BOX, BOX, 30.0).character);
+    // What was up is along y.
+    lying.bodies[1].orientation = Quat::from_euler_angles(-std::f64::consts::FRAC_PI_2, 0.0, 0.0);
+    let lying = Robot::from_character(lying, Profile::default()).unwrap();
+    says(&lying.readiness(Shapes::Primitives), Severity::Warning, "its legs go along -y, not down: z is up");
 }
 
 #[test]
