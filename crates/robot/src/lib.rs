@@ -21,6 +21,7 @@ pub mod profile;
 pub mod readiness;
 pub mod reference;
 pub mod robot;
+mod standing;
 
 pub use action::{ActionMap, ActionSpec};
 pub use actuator::{ActuatorParameters, ActuatorSet};

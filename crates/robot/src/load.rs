@@ -35,15 +35,15 @@ impl Robot {
             return Err(RobotError::Unknown { name: name_or_path.to_string(), available: NAMES.join(", ") });
         }
         let character = Character::load(path)?;
-        for warning in &character.warnings {
+        let beside = path.with_extension("toml");
+        let profile = if beside.is_file() { Profile::from_file(&beside)? } else { Profile::default() };
+        let mut robot = Self::from_character(character, profile)?;
+        for warning in &robot.character.warnings {
             tracing::warn!("{warning}");
         }
-        let beside = path.with_extension("toml");
-        if beside.is_file() {
-            return Self::from_character(character, Profile::from_file(&beside)?);
+        if !beside.is_file() {
+            robot.notes.insert(0, format!("no profile {}: everything below is guessed", beside.display()));
         }
-        let mut robot = Self::from_character(character, Profile::default())?;
-        robot.notes.insert(0, format!("no profile {}: everything below is guessed", beside.display()));
         Ok(robot)
     }
 }

@@ -3,7 +3,7 @@
 //! A robot that nothing can hold up falls through the ground, and a policy that cannot do anything about it still collects
 //! reward; so commands that simulate ask [`Robot::require_ready`] first.
 
-use lifelike_character::{Character, Geom, GeomShape, Kinematics, Role, Vec3};
+use lifelike_character::{Character, Geom, GeomShape};
 
 use crate::error::RobotError;
 use crate::guess;
@@ -84,7 +84,6 @@ impl Robot {
     pub fn readiness(&self, shapes: Shapes) -> Readiness {
         let mut readiness = Readiness::default();
         base(&self.character, &mut readiness);
-        upright(self, &mut readiness);
         contact(self, shapes, &mut readiness);
         mass(&self.character, &mut readiness);
         torque(self, &mut readiness);
@@ -125,22 +124,6 @@ fn base(character: &Character, readiness: &mut Readiness) {
             format!("{loops} equality constraints hold its bodies together: retargeted motion does not know them");
         readiness.add(Severity::Warning, problem, "use motion that keeps to them");
     }
-}
-
-/// Checks that its legs go down: files are written with other axes up, and nothing else tells.
-fn upright(robot: &Robot, readiness: &mut Readiness) {
-    let kinematics = Kinematics::new(&robot.character);
-    let at = |role: Role| robot.anatomy.places.get(&role).map(|place| kinematics.point(place.body, &place.point));
-    let legs = [(Role::LeftThigh, Role::LeftFoot), (Role::RightThigh, Role::RightFoot)];
-    let down: Vec3 = legs.into_iter().filter_map(|(hip, ankle)| Some(at(ankle)? - at(hip)?)).sum();
-    if down.z <= -0.5 * down.norm() {
-        return;
-    }
-    let axis = ["x", "y", "z"][down.iamax()];
-    let sign = if down[down.iamax()] < 0.0 { "-" } else { "" };
-    let remedy = "if its file has another axis up, turn it: a link above its root with a fixed joint of rpy=\"1.5708 0 0\" where y is up (URDF), or that 'euler' \
-                  of the root body (MJCF)";
-    readiness.add(Severity::Warning, format!("its legs go along {sign}{axis}, not down: z is up"), remedy);
 }
 
 /// Checks ground contact: of anything, and of the feet.

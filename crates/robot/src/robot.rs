@@ -2,13 +2,14 @@
 
 use std::sync::Arc;
 
-use lifelike_character::{Anatomy, Character, Fitted, Joint, JointKind, Role, Vec3};
+use lifelike_character::{Anatomy, Character, Joint, JointKind, Role, Vec3};
 use lifelike_motion::FeatureLayout;
 
 use crate::actuator::ActuatorSet;
 use crate::error::RobotError;
 use crate::guess;
 use crate::profile::{ActuatorGroup, Profile, glob};
+use crate::standing::standing;
 
 /// A robot, ready to be simulated, trained and run.
 #[derive(Debug, Clone)]
@@ -172,23 +173,6 @@ fn controllable(character: &Character) -> Result<(), RobotError> {
         return Err(unfit(character, "expected joints to control, got none".into()));
     }
     Ok(())
-}
-
-/// Returns the anatomy of a character whose feet can touch the ground: where they are nothing but meshes, boxes stand for these.
-fn standing(character: &mut Arc<Character>, profile: &Profile, notes: &mut Vec<String>) -> Result<Anatomy, RobotError> {
-    let anatomy = Anatomy::guess(character, &profile.anatomy)?;
-    let feet: Vec<usize> = anatomy.soles.values().map(|sole| sole.body).collect();
-    if character.meshes.is_empty() {
-        return Ok(anatomy);
-    }
-    for Fitted { geom, size, .. } in Arc::make_mut(character).fit_boxes(&feet) {
-        let body = &character.bodies[character.geoms[geom].body].name;
-        notes.push(format!(
-            "mesh of '{body}' touches as the box around it, {:.3} x {:.3} x {:.3} m",
-            size.x, size.y, size.z
-        ));
-    }
-    Ok(Anatomy::guess(character, &profile.anatomy)?)
 }
 
 fn rates(character: &Character, profile: &Profile, notes: &mut Vec<String>) -> Result<(f64, usize), RobotError> {

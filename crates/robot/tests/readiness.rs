@@ -103,7 +103,7 @@ fn a_robot_that_lies_because_its_file_has_another_axis_up() {
     // What was up is along y.
     lying.bodies[1].orientation = Quat::from_euler_angles(-std::f64::consts::FRAC_PI_2, 0.0, 0.0);
     let lying = Robot::from_character(lying, Profile::default()).unwrap();
-    says(&lying.readiness(Shapes::Primitives), Severity::Warning, "its legs go along -y, not down: z is up");
+    says(&lying.readiness(Shapes::Primitives), Severity::Warning, "its legs go along -y, not down, and z is up");
 }
 
 #[test]
