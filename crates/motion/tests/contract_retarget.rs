@@ -151,6 +151,42 @@ fn left_is_left_and_arms_go_where_the_humans_go() {
     }
 }
 
+/// As many robots are built: the twist of the upper arm is the elbow's first joint, and what bends is its second, in the same place.
+#[test]
+fn an_elbow_may_begin_with_the_twist_of_the_upper_arm() {
+    let mut text = std::fs::read_to_string(root().join("robots/lima.xml")).unwrap();
+    for side in ["left", "right"] {
+        let twist = format!("<joint name=\"{side}_shoulder_yaw\" class=\"upper\" axis=\"0 0 1\" range=\"-1.8 1.8\"/>");
+        assert!(text.contains(&twist));
+        text = text.replace(&twist, "");
+        text = text.replace(
+            &format!("<motor name=\"{side}_shoulder_yaw\" joint=\"{side}_shoulder_yaw\" class=\"upper\"/>"),
+            "",
+        );
+        let elbow = format!(
+            "<body name=\"{side}_elbow_roll_link\" pos=\"0 0 -0.135\">{}<inertial pos=\"0 0 0\" mass=\"0.01\" diaginertia=\"1e-5 1e-5 1e-5\"/>",
+            twist.replace("shoulder_yaw", "elbow_roll")
+        );
+        let hand = format!("<site name=\"{side}_hand\" pos=\"0 0 -0.13\"/>");
+        text = text.replace(
+            &format!("<body name=\"{side}_forearm\" pos=\"0 0 -0.135\">"),
+            &format!("{elbow}<body name=\"{side}_forearm\">"),
+        );
+        text = text.replace(&hand, &format!("{hand}</body>"));
+    }
+    let twisted = Character::from_mjcf(&text, "lima.xml", None).unwrap();
+    let anatomy = Anatomy::guess(&twisted, &Default::default()).unwrap();
+    for name in ["wave", "walk"] {
+        let (_, ours) = convert(&own(name), "lima", &RetargetOptions::default());
+        let (clip, theirs) = retarget(&own(name), &twisted, &anatomy, &RetargetOptions::default()).unwrap();
+        for role in [Role::LeftForearm, Role::RightForearm, Role::LeftHand, Role::RightHand] {
+            let (a, b) = (ours.position_error[&role].mean, theirs.position_error[&role].mean);
+            assert!((a - b).abs() < 0.005, "{name} {role:?}: {a} and {b} m");
+        }
+        assert_eq!(clip.joint_names.iter().filter(|joint| joint.contains("elbow_roll")).count(), 2);
+    }
+}
+
 #[test]
 fn the_same_motion_turned_and_moved_gives_the_same_joints() {
     let source = own("walk");

@@ -7,6 +7,9 @@ use crate::kinematics::Kinematics;
 use crate::model::{Character, Joint, JointKind};
 use crate::rotation::Vec3;
 
+/// An axis is along a limb where the joint above is by this share as far from it as from the anchor along it (16 degrees).
+const TWIST: f64 = 0.3;
+
 /// A limb: three bodies that hang on one another, and where they are joined (m, world, at the reference position).
 #[derive(Debug, Clone)]
 pub(crate) struct Limb {
@@ -208,8 +211,11 @@ impl<'a> Finder<'a> {
         let (anchor, axis) = (self.anchor(joint), self.axis(joint));
         let along = (upper - anchor).dot(&axis);
         let across = (upper - anchor - axis * along).norm();
-        // Thighs lean in or out a little; an anchor further to the side than a fifth of the thigh is a drawing's choice.
-        if joint.kind == JointKind::Hinge && along.abs() > across / 5.0 { anchor + axis * along } else { anchor }
+        // Thighs lean in or out a little; an anchor further to the side than a fifth of the thigh is a drawing's choice. An elbow
+        // may begin with the twist of its upper arm: along that axis the nearest point is the shoulder.
+        let is_twist = across < TWIST * along.abs();
+        let is_far_out = along.abs() > across / 5.0;
+        if joint.kind == JointKind::Hinge && is_far_out && !is_twist { anchor + axis * along } else { anchor }
     }
 
     /// Returns the point of a body's frame that is this world point.

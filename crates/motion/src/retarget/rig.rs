@@ -13,6 +13,9 @@ pub(crate) struct Spot {
     pub point: Vec3,
 }
 
+/// Joints within this share of the upper arm from the elbow are the elbow's.
+const ELBOW: f64 = 0.1;
+
 /// A limb segment between two spots.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Segment {
@@ -311,14 +314,17 @@ impl<'a> Rest<'a> {
         let [shoulder, elbow, hand] =
             [self.place(roles[0]).ok()?, self.place(roles[1]).ok()?, self.place(roles[2]).ok()?];
         let upper = self.segment(shoulder, elbow);
-        // Where the hand moves against the forearm, the forearm ends at the wrist.
+        // Where the hand moves against the forearm, the forearm ends at the wrist: an elbow may have a second joint in its place.
         let between = chain(self.character, hand.body, elbow.body);
-        let wrist = between.iter().rev().find_map(|&b| self.character.bodies[b].joints.clone().next());
+        let joints = between.iter().rev().filter_map(|&b| self.character.bodies[b].joints.clone().next());
+        let reach = |joint: usize| (self.kinematics.joint_anchor[joint] - self.at(elbow)).norm();
+        let wrist = joints.into_iter().find(|&joint| reach(joint) > ELBOW * upper.length);
         let (fore, hand) = match wrist {
             None => (self.segment(elbow, hand), None),
             Some(joint) => {
                 let anchor = self.kinematics.joint_anchor[joint];
-                let wrist = Spot { body: elbow.body, point: self.local(elbow.body, anchor) };
+                let forearm = self.character.bodies[self.character.joints[joint].body].parent;
+                let wrist = Spot { body: forearm, point: self.local(forearm, anchor) };
                 let fore = self.segment(elbow, wrist);
                 let arm = (anchor - self.at(shoulder)).try_normalize(1e-9)?;
                 let direction = (self.at(hand) - anchor).try_normalize(1e-6).unwrap_or(arm);
