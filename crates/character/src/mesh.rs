@@ -31,7 +31,7 @@ impl MeshFile {
         if self.is_one_of(&["dae"]) {
             upright(&self.path).map_err(say)?;
         }
-        let scene = mesh_loader::Loader::default().load(Path::new(&self.path)).map_err(|e| say(e.to_string()))?;
+        let scene = mesh_loader::Loader::default().load(&self.path).map_err(|e| say(e.to_string()))?;
         let (mut low, mut high) = (Vec3::repeat(f64::INFINITY), Vec3::repeat(f64::NEG_INFINITY));
         for point in scene.meshes.iter().flat_map(|mesh| &mesh.vertices) {
             let point = Vec3::from(point.map(f64::from)).component_mul(&Vec3::from(self.scale));

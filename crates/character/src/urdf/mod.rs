@@ -11,7 +11,8 @@
 //! moves and weighs nothing weighs next to nothing, and a joint that moves nothing that weighs is held. Meshes are looked for
 //! without the build system of their packages ([`package`]).
 //!
-//! Visuals, velocity limits, transmissions and simulator extensions are noted or left out; planar joints are refused.
+//! Visual meshes of links that have no collision shape stay as pictures; other visuals, velocity limits, transmissions and simulator
+//! extensions are noted or left out. Planar joints are refused.
 
 mod inertial;
 mod mimic;
@@ -216,15 +217,15 @@ impl<'a> Translation<'a> {
             let geom = self.geom(collision)?;
             body.children.push(geom);
         }
+        let before = body.children.len();
         if child(link, "collision").is_none() && body.name == "body" {
             body.children.extend(link.children_named("visual").filter_map(|visual| self.picture(visual)));
         }
-        self.visuals += link.children_named("visual").count();
+        self.visuals += link.children_named("visual").count() - (body.children.len() - before);
         let name = link.attribute("name").unwrap_or("");
         for joint in self.joints.get(name).cloned().unwrap_or_default() {
-            let below = child(joint, "child").and_then(|c| c.attribute("link")).unwrap_or("");
-            let Some(link) = self.links.get(below).copied() else { continue };
-            let mut inner = element(link, "body", &[("name", below.to_string())]);
+            let Some(link) = self.moved(joint) else { continue };
+            let mut inner = element(link, "body", &[("name", link.attribute("name").unwrap_or("").to_string())]);
             let idle = !self.is_fixed(joint) && self.mass_below(joint).is_none();
             if idle {
                 self.idle.push(joint.attribute("name").unwrap_or_default());

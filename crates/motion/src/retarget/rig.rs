@@ -6,15 +6,15 @@ use super::human::{ARM_ROLES, LEG_ROLES};
 use super::options::RetargetOptions;
 use crate::error::MotionError;
 
+/// Joints within this share of the upper arm from the elbow are the elbow's.
+const ELBOW: f64 = 0.1;
+
 /// A point fixed to a body.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Spot {
     pub body: usize,
     pub point: Vec3,
 }
-
-/// Joints within this share of the upper arm from the elbow are the elbow's.
-const ELBOW: f64 = 0.1;
 
 /// A limb segment between two spots.
 #[derive(Debug, Clone, Copy)]
@@ -316,9 +316,9 @@ impl<'a> Rest<'a> {
         let upper = self.segment(shoulder, elbow);
         // Where the hand moves against the forearm, the forearm ends at the wrist: an elbow may have a second joint in its place.
         let between = chain(self.character, hand.body, elbow.body);
-        let joints = between.iter().rev().filter_map(|&b| self.character.bodies[b].joints.clone().next());
+        let mut joints = between.iter().rev().filter_map(|&b| self.character.bodies[b].joints.clone().next());
         let reach = |joint: usize| (self.kinematics.joint_anchor[joint] - self.at(elbow)).norm();
-        let wrist = joints.into_iter().find(|&joint| reach(joint) > ELBOW * upper.length);
+        let wrist = joints.find(|&joint| reach(joint) > ELBOW * upper.length);
         let (fore, hand) = match wrist {
             None => (self.segment(elbow, hand), None),
             Some(joint) => {
