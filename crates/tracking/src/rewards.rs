@@ -7,12 +7,14 @@
 mod declare;
 pub mod floors;
 pub mod inputs;
+mod norm;
 pub mod terms;
 #[cfg(test)]
 mod tests;
 
 pub use self::declare::Kernel;
 pub use self::floors::Floors;
+pub use self::norm::Norm;
 pub use self::inputs::{ActionCost, RewardInputs, squared_distance, sum};
 pub use self::terms::{ExponentialReward, TERMS, ThesisReward};
 

@@ -2,7 +2,7 @@
 //! how much it knows of the motion, and whether the way from one code to another is motion too.
 //!
 //! The main path: any encoder's output as [`Codes`] → [`lda`] and [`mutual_information`] → [`comparison`] (Table 4.2);
-//! [`search`] (Fig. 4.3) on the same codes. [`interpolation`] needs a prior's decoder as well; [`unroll`] makes a clip of what
+//! [`search`] (Fig. 4.3) and [`probe`] (what a code knows that its frame does not) on the same codes. [`interpolation`] needs a prior's decoder as well; [`unroll`] makes a clip of what
 //! it decodes and [`footing`] says how that clip stands on its feet.
 
 pub mod codes;
@@ -11,6 +11,7 @@ pub mod footing;
 pub mod interpolation;
 pub mod lda;
 pub mod mutual_information;
+pub mod probe;
 pub mod search;
 pub mod unroll;
 

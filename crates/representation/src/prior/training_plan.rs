@@ -19,12 +19,15 @@ pub struct PriorTrainingPlan {
     pub clips: Vec<PathBuf>,
     /// Learn from the mirror image of every training clip too, by the robot's own symmetry.
     pub mirror: bool,
+    /// Clips that are never trained on, nor any of their names: the reconstruction is measured on them along the way, and at the end.
+    /// They take the place of the share `held_out`.
+    pub validation: Vec<PathBuf>,
     /// The prior: the table of its kind ([`PriorPlan::TABLES`]). A plan without any is a β-VAE's with all defaults.
     pub prior: PriorPlan,
 }
 
 /// Keys beside the kinds' tables.
-const KEYS: [&str; 3] = ["robot", "clips", "mirror"];
+const KEYS: [&str; 4] = ["robot", "clips", "mirror", "validation"];
 
 impl Serialize for PriorTrainingPlan {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
@@ -32,6 +35,7 @@ impl Serialize for PriorTrainingPlan {
         plan.serialize_field("robot", &self.robot)?;
         plan.serialize_field("clips", &self.clips)?;
         plan.serialize_field("mirror", &self.mirror)?;
+        plan.serialize_field("validation", &self.validation)?;
         self.prior.serialize_into(&mut plan)?;
         plan.end()
     }
@@ -68,12 +72,13 @@ impl<'de> Visitor<'de> for PlanVisitor {
     }
 
     fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<PriorTrainingPlan, A::Error> {
-        let (mut robot, mut clips, mut mirror, mut prior) = (None, None, false, None);
+        let (mut robot, mut clips, mut mirror, mut validation, mut prior) = (None, None, false, Vec::new(), None);
         while let Some(Key(key)) = map.next_key()? {
             match key.as_str() {
                 "robot" => robot = Some(map.next_value()?),
                 "clips" => clips = Some(map.next_value()?),
                 "mirror" => mirror = map.next_value()?,
+                "validation" => validation = map.next_value()?,
                 table => {
                     let found = PriorPlan::next_value(table, &mut map)?;
                     if prior.is_some() {
@@ -89,6 +94,7 @@ impl<'de> Visitor<'de> for PlanVisitor {
             robot: robot.ok_or_else(|| A::Error::missing_field(KEYS[0]))?,
             clips: clips.ok_or_else(|| A::Error::missing_field(KEYS[1]))?,
             mirror,
+            validation,
             prior: prior.unwrap_or_else(|| VaePlan::default().into()),
         })
     }
@@ -107,7 +113,7 @@ mod tests {
     fn a_plan_has_one_kind_and_comes_back_from_its_own_text() {
         for text in [
             "",
-            "mirror = true\n[prior]\nlinear_path = true",
+            "mirror = true\nvalidation = [\"aside\"]\n[prior]\nlinear_path = true",
             "[spline]",
             "[spline.training]\nlatent = 8",
             "[pca]\nlatent = 8",
@@ -128,7 +134,7 @@ mod tests {
         );
         let unknown = told("[splien]");
         assert!(unknown.contains("line 3") && unknown.contains("unknown field `splien`"), "{unknown}");
-        assert!(unknown.contains("`robot`, `clips`, `mirror`, `prior`, `spline`"), "{unknown}");
+        assert!(unknown.contains("`robot`, `clips`, `mirror`, `validation`, `prior`, `spline`"), "{unknown}");
         let inside = told("[prior]\nlatent = 64\nchanels = 8");
         assert!(inside.contains("line 5") && inside.contains("unknown field `chanels`"), "{inside}");
         let missing = toml::from_str::<PriorTrainingPlan>("clips = []").unwrap_err().to_string();

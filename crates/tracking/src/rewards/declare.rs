@@ -118,6 +118,9 @@ macro_rules! reward_terms {
             )+
             /// Factor on the whole reward: brings it near one, which the value function learns sooner.
             pub scale: f32,
+            /// Squared norms of eq. 4.6: a sum over components (as written) or their mean.
+            #[serde(default)]
+            pub norm: Norm,
             /// Largest loss by one tracking term (before `scale`); `inf` is the thesis.
             pub term_limit: f32,
             /// Smallest standard deviations that errors are divided by.

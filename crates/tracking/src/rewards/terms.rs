@@ -7,6 +7,7 @@ use lifelike_motion::FeatureLayout;
 use super::declare::{Bonus, Fault, Kernel, Penalty, TermKind, Tracking, reward_terms};
 use super::floors::Floors;
 use super::inputs::RewardInputs;
+use super::norm::Norm;
 use super::{Term, TermValues};
 
 const HEIGHT: Range<usize> = FeatureLayout::HEIGHT..FeatureLayout::HEIGHT + 1;
@@ -20,13 +21,14 @@ const ANGULAR_SHARE: f32 = 0.0375;
 pub(super) const SETTINGS: &[(&str, &str, &str)] = &[
     ("angular_share", "m²", "exponential: weight of a squared angular velocity error against a linear one"),
     ("scale", "1", "thesis: factor on the whole reward; brings it near one, which the value function learns sooner"),
+    ("norm", "", "thesis: squared norms of eq. 4.6, a \"sum\" over components (as written) or their \"mean\""),
     ("term_limit", "1", "thesis: largest loss by one tracking term, before scale; inf is the thesis"),
 ];
 
 reward_terms! {
     /// Root height: eq. 4.6, c^h.
     height: Tracking, "m²" = Kernel::new(0.1, 150.0), {
-        thesis: |x, _| x.normalised_square(HEIGHT),
+        thesis: |x, reward| reward.norm.of(x, HEIGHT),
         exponential: |x, _| x.square(HEIGHT)
     }
     /// Root orientation, heading removed, ‖R − R'‖²_F: eq. 4.6, c^θ.
@@ -36,22 +38,22 @@ reward_terms! {
     }
     /// Root velocities, ‖Δv‖² + `angular_share` ‖Δω‖²: eq. 4.6, c^v.
     velocity: Tracking, "m²/s²" = Kernel::new(0.2, 4.0), {
-        thesis: |x, _| x.normalised_square(FeatureLayout::VELOCITY),
+        thesis: |x, reward| reward.norm.of(x, FeatureLayout::VELOCITY),
         exponential: |x, reward| x.square(LINEAR_VELOCITY) + reward.angular_share * x.square(ANGULAR_VELOCITY)
     }
     /// Joint positions (exponential: mean over joints): eq. 4.6, c^q.
     joint_position: Tracking, "rad²" = Kernel::new(0.35, 40.0), {
-        thesis: |x, _| x.normalised_square(x.layout.joint_positions()),
+        thesis: |x, reward| reward.norm.of(x, x.layout.joint_positions()),
         exponential: |x, _| x.square(x.layout.joint_positions()) / x.joints()
     }
     /// Joint velocities (exponential: mean over joints): eq. 4.6, c^q̇.
     joint_velocity: Tracking, "rad²/s²" = Kernel::new(0.1, 0.8), {
-        thesis: |x, _| x.normalised_square(x.layout.joint_velocities()),
+        thesis: |x, reward| reward.norm.of(x, x.layout.joint_velocities()),
         exponential: |x, _| x.square(x.layout.joint_velocities()) / x.joints()
     }
     /// End effectors, squared distance (exponential: mean over them): eq. 4.6, c^p.
     effectors: Tracking, "m²" = Kernel::new(0.2, 240.0), {
-        thesis: |x, _| x.normalised_square(x.layout.effectors()),
+        thesis: |x, reward| reward.norm.of(x, x.layout.effectors()),
         exponential: |x, _| x.square(x.layout.effectors()) / x.effectors()
     }
     /// Every step survived: eq. 4.7, c^alive.

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use lifelike_motion::MotionClip;
 use lifelike_representation::MotionPrior;
 use lifelike_representation::latent::codes::features_of;
+use lifelike_representation::latent::probe::{self, Probe, probes};
 use lifelike_representation::latent::{Codes, Encoded, LatentScore, comparison};
 use lifelike_representation::prior::{ReconstructionReport, Windows};
 use lifelike_robot::ReferenceLibrary;
@@ -41,7 +42,7 @@ pub struct Args {
     /// Clips to encode: files, folders, patterns, or @list.txt with one of them per line.
     #[arg(short, long, required = true, num_args = 1..)]
     motions: Vec<PathBuf>,
-    /// Clips that the priors were not trained on, for their reconstruction only.
+    /// Clips that the priors were not trained on: for their reconstruction, and for probes of the near future.
     #[arg(long, num_args = 1..)]
     unseen: Vec<PathBuf>,
     /// Folder for latent.json.
@@ -71,9 +72,13 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let unseen = if args.unseen.is_empty() { Vec::new() } else { clips::load(&args.unseen, &robot)? };
     let mut progress = Progress::new(output, "encoding", priors.len() as u64);
     let mut spaces = Vec::with_capacity(priors.len());
-    let mut reconstructions = Vec::new();
+    let (mut reconstructions, mut probed) = (Vec::new(), Vec::new());
     for (i, (name, prior)) in priors.iter().enumerate() {
-        spaces.push(encoded(name, prior, &motions, &robot)?);
+        let space = encoded(name, prior, &motions, &robot)?;
+        if !unseen.is_empty() {
+            probed.extend(probes(&space, &encoded(name, prior, &unseen, &robot)?, prior.layout(), args.seed)?);
+        }
+        spaces.push(space);
         for (title, clips) in [("motions", &motions), ("unseen", &unseen)] {
             if !clips.is_empty() {
                 let report = reconstruct(prior, clips, &robot)?;
@@ -88,11 +93,11 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
         spaces.push(end_to_end(path, &motions, &robot)?);
     }
     let scores = comparison::compare(&spaces, args.seed)?;
-    let value = value(&scores, &reconstructions, motions.len());
+    let value = value(&scores, &reconstructions, &probed, motions.len());
     if let Some(folder) = &args.output {
         save(&value, folder)?;
     }
-    output.result(&value, || text(&scores, &reconstructions, motions.len()))
+    output.result(&value, || text(&scores, &reconstructions, &probed, motions.len()))
 }
 
 /// Codes and features of the same frames.
@@ -129,10 +134,10 @@ fn reconstruct(prior: &MotionPrior, clips: &[MotionClip], robot: &Robot) -> Resu
     Ok(prior.reconstruct(&Windows::new(prior.windows(), prior.layout(), frames)?)?)
 }
 
-fn value(scores: &[LatentScore], reconstructions: &[Reconstruction], clips: usize) -> Value {
+fn value(scores: &[LatentScore], reconstructions: &[Reconstruction], probes: &[Probe], clips: usize) -> Value {
     let of = |r: &Reconstruction| json!({ "prior": r.prior, "motions": r.motions, "errors": reconstruction::value(&r.report) });
     let reconstructions: Vec<Value> = reconstructions.iter().map(of).collect();
-    json!({ "clips": clips, "table": scores, "reconstruction": reconstructions })
+    json!({ "clips": clips, "table": scores, "reconstruction": reconstructions, "probes": probes })
 }
 
 fn save(value: &Value, folder: &Path) -> Result<(), CliError> {
@@ -142,7 +147,7 @@ fn save(value: &Value, folder: &Path) -> Result<(), CliError> {
     std::fs::write(&file, text).map_err(CliError::write(&file))
 }
 
-fn text(scores: &[LatentScore], reconstructions: &[Reconstruction], clips: usize) -> String {
+fn text(scores: &[LatentScore], reconstructions: &[Reconstruction], probes: &[Probe], clips: usize) -> String {
     let compared = comparison::table(scores);
     let mut text = format!("{}, {clips} clips\n\n{}\n{}\n", compared.title, compared.to_text(), compared.caption);
     for r in reconstructions {
@@ -157,6 +162,10 @@ fn text(scores: &[LatentScore], reconstructions: &[Reconstruction], clips: usize
             if r.motions == "unseen" { "motions never trained on" } else { "the motions" },
             table(&HEAD, &rows)
         );
+    }
+    if !probes.is_empty() {
+        let probed = probe::table(probes);
+        text += &format!("\n{}\n\n{}\n{}\n", probed.title, probed.to_text(), probed.caption);
     }
     text
 }

@@ -38,7 +38,8 @@ Examples:
   lifelike train prior --plan my-spline.toml -o runs/wide spline.training.width=128 spline.training.heads=8
   lifelike train prior -o runs/small --resume
 
-A plan names robot and clips, mirror = true to learn from mirror images too, and under [prior] whatever differs from the thesis' settings. Under
+A plan names robot and clips, mirror = true to learn from mirror images too, validation = [...] for clips to measure the reconstruction
+on and never train on (in place of the share held_out), and under [prior] whatever differs from the thesis' settings. Under
 [spline] instead:
 [spline.windows] says which windows (seed, frame_rate, half_width, window_seconds, held_out, floors, as under [prior]), and
 [spline.training] the network and its training (latent: numbers of each of the 4 control points; layers, heads, width, batch,
@@ -85,7 +86,12 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let windows = plan.prior.windows();
     let all = clips::load(&plan.clips, &robot)?;
     let frames = |clips: &[MotionClip]| prior_file::frames(clips, &robot, windows.frame_rate);
-    let (mut training, held_out) = split(windows, frames(&all)?);
+    let aside = clips::load(&plan.validation, &robot)?;
+    let (all, _): (Vec<_>, Vec<_>) = all.into_iter().partition(|clip| aside.iter().all(|a| a.name != clip.name));
+    let (mut training, held_out) = match aside.is_empty() {
+        true => split(windows, frames(&all)?),
+        false => (frames(&all)?, frames(&aside)?),
+    };
     if plan.mirror {
         let is_trained_on = |clip: &MotionClip| training.iter().any(|t| t.name == clip.name);
         let own = all.into_iter().filter(is_trained_on).collect();

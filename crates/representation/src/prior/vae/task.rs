@@ -1,7 +1,7 @@
 //! The training of a β-VAE as the one loop sees it.
 
 use lifelike_checkpoint::Checkpoint;
-use lifelike_train::{Budget, Scalar, Schedule, TrainingTask};
+use lifelike_train::{Budget, Scalar, Schedule, TrainingTask, Validation};
 
 use super::train::{VaeMetrics, VaeTrainer};
 use crate::RepresentationError;
@@ -10,6 +10,9 @@ use crate::prior::{MotionPrior, Windows};
 
 /// Iterations between checkpoints.
 const SAVE_EVERY: u64 = 200;
+
+/// Iterations between measurements of the reconstruction of held-out clips.
+const VALIDATE_EVERY: u64 = 1000;
 
 impl TrainingTask for VaeTrainer {
     type Metrics = VaeMetrics;
@@ -24,7 +27,8 @@ impl TrainingTask for VaeTrainer {
     }
 
     fn schedule(&self) -> Schedule {
-        Schedule { checkpoint_every: SAVE_EVERY, validate_every: 0, keep: 1 }
+        let validate_every = if self.has_held_out() { VALIDATE_EVERY } else { 0 };
+        Schedule { checkpoint_every: SAVE_EVERY, validate_every, keep: 1 }
     }
 
     fn identity(&self) -> Vec<(&'static str, String)> {
@@ -47,6 +51,20 @@ impl TrainingTask for VaeTrainer {
         ]
         .map(|(name, value)| (name.to_string(), value))
         .to_vec()
+    }
+
+    /// Measures the reconstruction of held-out clips. No score: the last weights are kept, whatever it says.
+    fn validate(&mut self) -> Result<Option<Validation>, RepresentationError> {
+        let report = self.report()?;
+        let whole = [
+            ("Validation/joints_deg", report.window.joints_deg),
+            ("Validation/effectors_mm", report.window.effectors_mm),
+            ("Validation/height_mm", report.window.height_mm),
+            ("Validation/orientation_deg", report.window.orientation_deg),
+            ("Validation/centre_joints_deg", report.centre.joints_deg),
+        ];
+        let scalars = whole.map(|(name, value)| (name.to_string(), value)).to_vec();
+        Ok(Some(Validation { scalars, score: None }))
     }
 
     fn checkpoint(&self) -> Result<Checkpoint, RepresentationError> {

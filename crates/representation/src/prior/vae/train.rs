@@ -171,6 +171,11 @@ impl VaeTrainer {
         if self.held_out.is_empty() { &self.training } else { &self.held_out }
     }
 
+    /// Returns whether clips are held out.
+    pub(super) fn has_held_out(&self) -> bool {
+        !self.held_out.is_empty()
+    }
+
     /// Reconstructs [`Self::watched`].
     ///
     /// # Errors
