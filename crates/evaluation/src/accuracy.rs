@@ -38,20 +38,10 @@ pub fn effector_error(rollout: &Rollout) -> f64 {
 }
 
 /// Distance of each end effector, each relative to its own root in its own heading frame (m).
-fn effector_distances(r: &Snapshot, s: &Snapshot) -> Vec<f64> {
+pub(super) fn effector_distances(r: &Snapshot, s: &Snapshot) -> Vec<f64> {
     let (to_r, to_s) = (heading(&r.root_orientation).inverse(), heading(&s.root_orientation).inverse());
     let pairs = r.effectors.iter().zip(&s.effectors);
     pairs.map(|(a, b)| (to_r * (a - r.root_position) - to_s * (b - s.root_position)).norm()).collect()
-}
-
-/// Mean absolute joint error (deg) and mean end-effector error (m) of each frame that counts, as [`joint_error`] and
-/// [`effector_error`] pool them.
-pub fn frame_errors(rollout: &Rollout) -> Vec<[f32; 2]> {
-    let joint = |r: &Snapshot, s: &Snapshot| mean(r.joints.iter().zip(&s.joints).map(|(a, b)| (a - b).abs()));
-    rollout
-        .pairs()
-        .map(|(r, s)| [joint(r, s).to_degrees() as f32, mean(effector_distances(r, s).into_iter()) as f32])
-        .collect()
 }
 
 /// Mean distance of the bodies (m, world) in each frame that counts. Success in the sense of PHC (Luo et al. 2023) means

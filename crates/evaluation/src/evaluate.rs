@@ -2,6 +2,7 @@
 
 use lifelike_motion::MotionClip;
 
+use super::episode::EpisodeConditions;
 use super::error::EvaluationError;
 use super::evaluation::Evaluation;
 use super::options::EvaluationOptions;
@@ -22,6 +23,6 @@ impl EvaluationSetup<'_> {
     ) -> Result<Evaluation, EvaluationError> {
         let suite = EvaluationSuite::new(self, clips, options)?;
         let environments = suite.episodes().len().clamp(1, self.environments.max(1));
-        suite.run((self.simulate)(None, environments)?, |episode| suite.undisturbed(episode), progress)
+        suite.run((self.simulate)(None, environments)?, |_| EpisodeConditions::default(), progress)
     }
 }

@@ -2,28 +2,30 @@
 //!
 //! Not following well is not falling: the limits are far beyond the deviations at which training gives up (a height off
 //! by 12 cm, a tilt off by 0.7 rad), so that a policy is not called fallen for lagging, crouching or drifting. Both are
-//! relative to the reference, so a clip may itself lie down; heights are those above each one's own ground.
-
-use lifelike_character::Vec3;
+//! relative to the reference, so a clip may itself lie down; heights are those above each one's own ground. A root within
+//! [`HEIGHT_MARGIN`] of the reference has not fallen: 60% of a lying reference's height are less than what retargeting is off by.
 
 use super::rollout::{Cause, Snapshot};
+use super::root::tilt;
 
 /// A root below this share of the reference's height has fallen.
 pub const HEIGHT_SHARE: f64 = 0.6;
+/// A root that is lower than the reference by no more than this has not fallen (m). It matters where the reference's root is below
+/// 12.5 cm: lying.
+pub const HEIGHT_MARGIN: f64 = 0.05;
 /// A root whose up direction is off by more than this has fallen (rad; 57.3 deg).
 pub const TILT: f64 = 1.0;
 
 /// Returns the cause where a frame shows a fall.
 pub fn fallen(reference: &Snapshot, simulated: &Snapshot) -> Option<Cause> {
-    let up = |s: &Snapshot| s.root_orientation.inverse() * Vec3::z();
-    let tilt = up(reference).angle(&up(simulated));
+    let tilt = tilt(reference, simulated);
+    let height = |s: &Snapshot| s.root_position.z - s.ground;
+    let (asked, done) = (height(reference), height(simulated));
     if !simulated.root_position.iter().all(|c| c.is_finite()) || !tilt.is_finite() {
         Some(Cause::Diverged)
     } else if tilt > TILT {
         Some(Cause::Tilt)
-    } else if simulated.root_position.z - simulated.ground
-        < HEIGHT_SHARE * (reference.root_position.z - reference.ground)
-    {
+    } else if done < HEIGHT_SHARE * asked && done < asked - HEIGHT_MARGIN {
         Some(Cause::Height)
     } else {
         None
@@ -32,7 +34,7 @@ pub fn fallen(reference: &Snapshot, simulated: &Snapshot) -> Option<Cause> {
 
 #[cfg(test)]
 mod tests {
-    use lifelike_character::Quat;
+    use lifelike_character::{Quat, Vec3};
 
     use super::super::rollout::example::snapshot;
     use super::*;
@@ -50,6 +52,8 @@ mod tests {
         assert_eq!(fallen(&reference, &at(1.0, 0.99, 0.0)), None);
         assert_eq!(fallen(&reference, &at(1.0, -1.01, 2.0)), Some(Cause::Tilt));
         assert_eq!(fallen(&at(0.2, 1.5, 0.0), &at(0.15, 1.4, 1.0)), None, "a clip may lie down");
+        assert_eq!(fallen(&at(0.1, 1.5, 0.0), &at(0.055, 1.5, 0.0)), None, "4.5 cm on the ground are no fall");
+        assert_eq!(fallen(&at(0.1, 1.5, 0.0), &at(0.045, 1.5, 0.0)), Some(Cause::Height));
         assert_eq!(fallen(&reference, &at(f64::NAN, 0.0, 0.0)), Some(Cause::Diverged));
         let hilltop = Snapshot { ground: 0.5, ..at(1.05, 0.0, 0.0) };
         assert_eq!(fallen(&reference, &hilltop), Some(Cause::Height), "0.55 m above its own ground");

@@ -1,4 +1,4 @@
-//! How sure a mean over clips is: another choice of as many clips would have given something else.
+//! Bootstrap 95% confidence intervals of means over clips or episodes.
 
 use lifelike_checkpoint::rng::stream;
 use rand::Rng;
@@ -33,8 +33,8 @@ impl Intervals {
     }
 }
 
-/// Where 95% of the means of data sets lie that are drawn from these values with replacement; values that are no numbers are left out.
-fn interval(values: &[f64]) -> [f64; 2] {
+/// Returns the middle 95% of the means of data sets that are drawn from these values with replacement; NaN values are left out.
+pub(super) fn interval(values: &[f64]) -> [f64; 2] {
     let values: Vec<f64> = values.iter().copied().filter(|value| value.is_finite()).collect();
     if values.is_empty() {
         return [f64::NAN; 2];

@@ -7,6 +7,8 @@
 //! [`EpisodeScore`] → [`Evaluation`] (per clip and overall) → [`Evaluation::tables`] and [`Evaluation::playbacks`] for
 //! terminal and report, `serde` for `--json`.
 //!
+//! [`EvaluationSetup::evaluate_thesis`] is the thesis' own protocol beside it: fixed-length episodes, errors over all frames.
+//!
 //! Everything between a rollout and a score is a pure function, one idea per file:
 //!
 //! | file | measure |
@@ -17,8 +19,10 @@
 //! | `smoothness` | jerk (rad/s³) |
 //! | `slip` | soles that slide while they stand (m/s) |
 //! | `steps` | steps of the reference that are taken |
-//! | `interval` | how sure a mean over clips is |
-//! | `common` | errors of several policies over the frames that all survive |
+//! | `heat` | squared torque beside the continuous rating |
+//! | `field` | HumanTracker's rule, mjlab's key-body errors |
+//! | `thesis` | errors over all frames of fixed-length episodes |
+//! | `interval` | bootstrap intervals of means |
 //! | `fall` | definition of a fall |
 //! | `explain` | a failure in plain words, and the change of the clip that would help |
 //! | `robustness` | all of it against the size of a disturbance |
@@ -26,8 +30,6 @@
 //! | `failure` | the body that left first, the joints at their limit, the moment the ground was lost |
 
 pub mod accuracy;
-mod chain;
-mod common;
 pub mod drift;
 mod episode;
 mod error;
@@ -36,6 +38,8 @@ mod evaluation;
 pub mod explain;
 pub mod failure;
 pub mod fall;
+pub mod field;
+pub mod heat;
 mod interval;
 mod options;
 pub mod particles;
@@ -55,9 +59,8 @@ mod suite;
 mod tables;
 #[cfg(test)]
 mod tests;
+mod thesis;
 
-pub use chain::Chain;
-pub use common::{CommonErrors, on_common_frames};
 pub use episode::{Episode, EpisodeConditions, ReferenceSegment, TimedPush};
 pub use error::EvaluationError;
 pub use evaluation::Evaluation;
@@ -68,3 +71,4 @@ pub use rollout::{Cause, Names, Outcome, Rollout, Snapshot};
 pub use score::{ClipScore, EpisodeScore};
 pub use setup::{EvaluationSetup, SimulationFactory};
 pub use suite::EvaluationSuite;
+pub use thesis::{ThesisErrors, ThesisEvaluation, ThesisProtocol, thesis_tables};

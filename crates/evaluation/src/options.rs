@@ -1,7 +1,5 @@
 //! Extent of an evaluation.
 
-use super::chain::Chain;
-
 /// Extent of an evaluation.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -14,13 +12,10 @@ pub struct EvaluationOptions {
     pub keep: usize,
     /// Time for which a fall is recorded (s).
     pub after_fall: f64,
-    /// Episodes of one length that go from clip to clip, in place of `starts` on each clip.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub chain: Option<Chain>,
 }
 
 impl Default for EvaluationOptions {
     fn default() -> Self {
-        Self { seconds: 10.0, starts: 5, keep: 1, after_fall: 1.0, chain: None }
+        Self { seconds: 10.0, starts: 5, keep: 1, after_fall: 1.0 }
     }
 }

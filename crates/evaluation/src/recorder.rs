@@ -3,13 +3,14 @@
 use std::sync::Arc;
 
 use lifelike_character::rotation::from_wxyz;
-use lifelike_character::{JointKind, Kinematics, Quat, Vec3};
+use lifelike_character::{Character, JointKind, Kinematics, Quat, Vec3};
 use lifelike_motion::edit::joints_of;
 use lifelike_robot::reference::SOLE_DOWN;
 use lifelike_robot::robot::role_name;
 use lifelike_robot::{Alignment, ReferenceLibrary, Robot};
 use lifelike_sim::{BatchState, Ground};
 
+use super::field::FieldBodies;
 use super::rollout::{Names, Outcome, Rollout, Snapshot};
 use super::runner::Moment;
 
@@ -20,6 +21,8 @@ pub(super) struct Recorder<'a> {
     lift: &'a [f64],
     names: Arc<Names>,
     torque_max: Vec<f32>,
+    /// Continuous torques squared (N² m²).
+    continuous_squared: Vec<f32>,
     weight: f32,
 }
 
@@ -35,6 +38,7 @@ impl<'a> Recorder<'a> {
             effectors: robot.layout.end_effectors.clone(),
             bodies: character.bodies.iter().map(|b| b.name.clone()).collect(),
             feet: robot.anatomy.soles.keys().map(|role| role_name(*role)).collect(),
+            field: FieldBodies::of(robot),
         };
         Self {
             robot,
@@ -42,6 +46,7 @@ impl<'a> Recorder<'a> {
             lift,
             names: Arc::new(names),
             torque_max: robot.actuators.parameters.iter().map(|p| p.torque_max as f32).collect(),
+            continuous_squared: robot.continuous_torques().iter().map(|torque| (torque * torque) as f32).collect(),
             weight: ((character.mass() * character.gravity.norm()) as f32).max(1e-3),
         }
     }
@@ -57,6 +62,7 @@ impl<'a> Recorder<'a> {
             reference: Vec::with_capacity(planned),
             simulated: Vec::with_capacity(planned),
             torque_share: Vec::new(),
+            heat: Vec::new(),
             foot_force: Vec::new(),
             sole_speed: Vec::new(),
             planned_contact: Vec::new(),
@@ -64,6 +70,26 @@ impl<'a> Recorder<'a> {
             planned,
             outcome: Outcome::Survived,
         }
+    }
+
+    /// Returns the rate of the frames (Hz).
+    pub(super) fn fps(&self) -> f64 {
+        self.robot.control_hz
+    }
+
+    /// Returns the robot's body.
+    pub(super) fn character(&self) -> &'a Character {
+        &self.robot.character
+    }
+
+    /// Returns which joints are legs'.
+    pub(super) fn legs(&self) -> &[bool] {
+        &self.names.legs
+    }
+
+    /// Returns reference and robot at a moment.
+    pub(super) fn both(&self, moment: &Moment<'_>, kinematics: &mut Kinematics) -> (Snapshot, Snapshot) {
+        (self.asked(moment, kinematics), self.done(moment))
     }
 
     /// What is asked of a robot at a moment.
@@ -95,7 +121,10 @@ impl<'a> Recorder<'a> {
         }));
         rollout.simulated.push(simulated);
         let (joints, feet) = (self.names.joints.len(), self.names.feet.len());
-        let torques = &state.torque[i * joints..(i + 1) * joints];
+        let (torques, squares) = (&state.torque[i * joints..], &state.torque_squared[i * joints..(i + 1) * joints]);
+        rollout
+            .heat
+            .extend(squares.iter().zip(&self.continuous_squared).map(|(square, rated)| square / rated.max(1e-9)));
         rollout.torque_share.extend(torques.iter().zip(&self.torque_max).map(|(t, max)| t.abs() / max.max(1e-9)));
         rollout.foot_force.extend(state.foot_force[i * feet..(i + 1) * feet].iter().map(|f| f / self.weight));
     }

@@ -4,6 +4,8 @@ use std::sync::Arc;
 
 use lifelike_character::{Quat, Vec3};
 
+use super::field::FieldBodies;
+
 /// Names of everything that a rollout has columns of.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Names {
@@ -17,6 +19,8 @@ pub struct Names {
     pub bodies: Vec<String>,
     /// Feet whose ground force is recorded.
     pub feet: Vec<String>,
+    /// Bodies that the field's measures look at.
+    pub field: FieldBodies,
 }
 
 /// One instant of one character.
@@ -77,7 +81,7 @@ pub enum Outcome {
 ///
 /// # Shapes
 /// `reference` and `simulated` have one snapshot per frame at the policy's rate; frame 0 is the start, which is exact by
-/// construction and counts in no error. `torque_share` is `[frame, joint]`, `foot_force`,
+/// construction and counts in no error. `torque_share` and `heat` are `[frame, joint]`, `foot_force`,
 /// `sole_speed` and `planned_contact` are `[frame, foot]`. Frames after a
 /// fall are recorded for the eye only.
 #[derive(Debug, Clone, PartialEq)]
@@ -96,6 +100,8 @@ pub struct Rollout {
     pub simulated: Vec<Snapshot>,
     /// Actuator torque as a share of the largest, unsigned.
     pub torque_share: Vec<f32>,
+    /// Mean squared actuator torque of the step over the squared continuous torque.
+    pub heat: Vec<f32>,
     /// Normal ground force of each foot as a share of the weight.
     pub foot_force: Vec<f32>,
     /// Speed over the ground of the lowest corner of each sole since the frame before (m/s), `[frame, foot]`.
@@ -111,6 +117,11 @@ pub struct Rollout {
 }
 
 impl Rollout {
+    /// Returns whether it ended on its feet.
+    pub fn survived(&self) -> bool {
+        self.outcome == Outcome::Survived
+    }
+
     /// The frames that count: from the first after the start to the last before a fall.
     pub fn counted(&self) -> std::ops::Range<usize> {
         let recorded = self.simulated.len().min(self.reference.len());
@@ -162,10 +173,12 @@ pub(super) mod example {
                 effectors: vec!["hand".into()],
                 bodies: vec!["world".into(), "pelvis".into(), "hand".into()],
                 feet: vec!["foot".into()],
+                field: FieldBodies { watched: vec![(2, Vec3::zeros())], keys: vec![1, 2] },
             }),
             reference: (0..frames).map(|f| reference(at(f))).collect(),
             simulated: (0..frames).map(|f| simulated(at(f))).collect(),
             torque_share: vec![0.1; frames],
+            heat: vec![0.04; frames],
             foot_force: vec![1.0; frames],
             sole_speed: vec![0.0; frames],
             planned_contact: vec![true; frames],

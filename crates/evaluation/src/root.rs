@@ -14,30 +14,48 @@ pub struct RootErrors {
     pub angular_velocity: f64,
     /// Angle between the orientations (deg), heading included.
     pub rotation: f64,
+    /// Angle between the up directions, each seen from its own root (deg): without heading.
+    pub tilt: f64,
 }
 
 /// Returns the errors of a rollout. Velocities are differences of neighbouring frames; those across a jump of the reference
 /// are none.
-pub fn root_errors(rollout: &Rollout) -> RootErrors {
+pub fn root_errors<'a>(rollout: &'a Rollout) -> RootErrors {
     let steps: Vec<(f64, f64)> = rollout
         .counted()
         .filter(|frame| !rollout.jumps.contains(frame))
         .map(|frame| {
-            let step = |all: &[Snapshot]| velocities(&all[frame - 1], &all[frame], rollout.fps);
-            let (asked, done) = (step(&rollout.reference), step(&rollout.simulated));
-            ((asked.0 - done.0).norm(), (asked.1 - done.1).norm())
+            let step = |all: &'a [Snapshot]| [&all[frame - 1], &all[frame]];
+            velocity_errors(step(&rollout.reference), step(&rollout.simulated), rollout.fps)
         })
         .collect();
-    let angle = |(r, s): (&Snapshot, &Snapshot)| r.root_orientation.angle_to(&s.root_orientation).to_degrees();
     RootErrors {
         velocity: mean(steps.iter().map(|step| step.0)),
         angular_velocity: mean(steps.iter().map(|step| step.1)),
-        rotation: mean(rollout.pairs().map(angle)),
+        rotation: mean(rollout.pairs().map(|(r, s)| rotation(r, s).to_degrees())),
+        tilt: mean(rollout.pairs().map(|(r, s)| tilt(r, s).to_degrees())),
     }
 }
 
+/// Returns the distances of velocities (m/s) and of angular velocities (rad/s) from one frame to the next.
+pub(super) fn velocity_errors(reference: [&Snapshot; 2], simulated: [&Snapshot; 2], fps: f64) -> (f64, f64) {
+    let (asked, done) = (velocities(reference, fps), velocities(simulated, fps));
+    ((asked.0 - done.0).norm(), (asked.1 - done.1).norm())
+}
+
+/// Returns the angle between the root's orientations (rad), heading included.
+pub(super) fn rotation(reference: &Snapshot, simulated: &Snapshot) -> f64 {
+    reference.root_orientation.angle_to(&simulated.root_orientation)
+}
+
+/// Returns the angle between the up directions, each seen from its own root (rad): the difference of the orientations but for heading.
+pub(super) fn tilt(reference: &Snapshot, simulated: &Snapshot) -> f64 {
+    let up = |s: &Snapshot| s.root_orientation.inverse() * Vec3::z();
+    up(reference).angle(&up(simulated))
+}
+
 /// Returns velocity and angular velocity from one frame to the next, in the first one's frame.
-fn velocities(from: &Snapshot, to: &Snapshot, fps: f64) -> (Vec3, Vec3) {
+fn velocities([from, to]: [&Snapshot; 2], fps: f64) -> (Vec3, Vec3) {
     let back = from.root_orientation.inverse();
     let moved = back * (to.root_position - from.root_position);
     (moved * fps, (back * to.root_orientation).scaled_axis() * fps)
@@ -57,6 +75,14 @@ mod tests {
         assert!((errors.velocity - 2.0).abs() < 1e-9 && (errors.angular_velocity - 0.5).abs() < 1e-9, "{errors:?}");
         // 0.05, 0.1 and 0.15 rad.
         assert!((errors.rotation - 0.1_f64.to_degrees()).abs() < 1e-9, "{errors:?}");
+        assert!(errors.tilt < 1e-6, "turning is no tilt: {errors:?}");
+        let leans = |t: f64| {
+            let mut s = snapshot(Vec3::z(), 2.0, 0.0);
+            s.root_orientation *= lifelike_character::Quat::from_euler_angles(0.3 * t, 0.0, 0.0);
+            s
+        };
+        let errors = root_errors(&rollout(4, |_| snapshot(Vec3::z(), 0.0, 0.0), leans)).tilt;
+        assert!((errors - 0.06_f64.to_degrees()).abs() < 1e-9, "0.03, 0.06 and 0.09 rad: {errors}");
         // The reference jumps ten metres: that is no velocity.
         r.reference[2].root_position.y += 10.0;
         r.reference[3].root_position.y += 10.0;

@@ -83,11 +83,29 @@ impl<'a> Runner<'a> {
 
     /// Begins an episode in each of the first environments: at a frame of the library, in its state, under its conditions.
     pub(super) fn begin(&mut self, frames: &[usize], conditions: &[EpisodeConditions]) -> Result<(), EvaluationError> {
+        let joints = self.controller.robot().joints();
+        let run = |frame: &usize| Run { history: History::new(joints), player: ClipPlayer::new(self.library, *frame) };
+        self.runs = frames.iter().map(run).collect();
+        let starts: Vec<(usize, usize)> = frames.iter().copied().enumerate().collect();
+        self.reset(&starts, conditions)
+    }
+
+    /// Begins another episode in environment `i`, which has one.
+    pub(super) fn restart(
+        &mut self,
+        i: usize,
+        frame: usize,
+        conditions: &EpisodeConditions,
+    ) -> Result<(), EvaluationError> {
+        self.reset(&[(i, frame)], std::slice::from_ref(conditions))
+    }
+
+    /// Puts environments into states of the library: number and frame of each.
+    fn reset(&mut self, starts: &[(usize, usize)], conditions: &[EpisodeConditions]) -> Result<(), EvaluationError> {
         let robot = self.controller.robot();
         let (nq, nv) = (robot.character.nq, robot.character.nv);
-        let (mut positions, mut velocities) = (vec![0.0; frames.len() * nq], vec![0.0; frames.len() * nv]);
-        self.runs.clear();
-        for (i, (&frame, conditions)) in frames.iter().zip(conditions).enumerate() {
+        let (mut positions, mut velocities) = (vec![0.0; starts.len() * nq], vec![0.0; starts.len() * nv]);
+        for (k, (&(i, frame), conditions)) in starts.iter().zip(conditions).enumerate() {
             let place = conditions.position;
             let mut history = History::new(robot.joints());
             let [x, y, _] = self.library.position_at(frame);
@@ -95,16 +113,17 @@ impl<'a> Runner<'a> {
             if !conditions.parameters.joint_offset.is_empty() {
                 history.joint_offset.clone_from(&conditions.parameters.joint_offset);
             }
-            self.runs.push(Run { history, player: ClipPlayer::new(self.library, frame) });
+            self.runs[i] = Run { history, player: ClipPlayer::new(self.library, frame) };
             self.simulation.set_parameters(i, conditions.parameters.clone())?;
             self.simulation.clear_pushes(i);
-            let (q, v) = (&mut positions[i * nq..(i + 1) * nq], &mut velocities[i * nv..(i + 1) * nv]);
+            let (q, v) = (&mut positions[k * nq..(k + 1) * nq], &mut velocities[k * nv..(k + 1) * nv]);
             self.library.write_state(frame, robot, place, self.ground.lift(place), q, v);
         }
-        let ids: Vec<usize> = (0..frames.len()).collect();
+        let ids: Vec<usize> = starts.iter().map(|(i, _)| *i).collect();
         self.simulation.reset(&ids, &positions, &velocities)?;
-        for (i, run) in self.runs.iter_mut().enumerate() {
+        for i in ids {
             let measured = measured(self.simulation.as_ref(), &self.ground, self.controller, i);
+            let run = &mut self.runs[i];
             self.controller.rest(&mut run.history, &measured, &run.player)?;
         }
         Ok(())

@@ -1,12 +1,14 @@
 //! Scores of episodes, and of a clip's together.
 
 use super::accuracy::{
-    PHC_LIMIT, body_errors, contact_agreement, effector_error, frame_errors, joint_error, joint_errors, mean,
+    PHC_LIMIT, body_errors, contact_agreement, effector_error, joint_error, joint_errors, mean,
     root_relative_body_errors,
 };
 use super::drift::drift;
 use super::failure::Failure;
-use super::rollout::{Outcome, Rollout};
+use super::field::{human_tracker, mpkpe, root_relative_mpkpe};
+use super::heat::{joint_heat, mean_and_worst};
+use super::rollout::Rollout;
 use super::root::root_errors;
 use super::slip::sole_slip;
 use super::smoothness::jerk;
@@ -43,6 +45,8 @@ pub struct EpisodeScore {
     pub root_angular_velocity_error: f64,
     /// Mean error of the root's orientation (deg), heading included.
     pub root_rotation_error_deg: f64,
+    /// Mean error of the root's up direction (deg): without heading.
+    pub root_tilt_error_deg: f64,
     /// Share of frames and feet whose ground contact is the reference's.
     pub contact_agreement: f64,
     /// Whole steps of the reference before a fall.
@@ -69,24 +73,38 @@ pub struct EpisodeScore {
     pub reference_jerk: f64,
     /// Mean speed of standing soles over the ground (m/s); NaN where none stands.
     pub sole_slip: f64,
+    /// Mean over joints of squared torque over continuous torque squared; 1 is the continuous rating.
+    pub heat: f64,
+    /// The same of the hottest joint.
+    pub worst_heat: f64,
+    /// The same of each joint, in the order of [`Evaluation::joints`](crate::Evaluation::joints).
+    pub joint_heat: Vec<f64>,
+    /// No failure by HumanTracker's rule.
+    pub human_tracker_success: bool,
+    /// Frames before that failure.
+    pub human_tracker_frames: usize,
+    /// Mean absolute joint error over them (rad).
+    pub human_tracker_mpjpe_rad: f64,
+    /// mjlab's `mpkpe` (m): mean distance of its key bodies in the world.
+    pub mpkpe_m: f64,
+    /// mjlab's `r_mpkpe` (m): the same, the reference moved to the robot's anchor.
+    pub r_mpkpe_m: f64,
     /// Why it fell.
     pub failure: Option<Failure>,
-    /// Joint error (deg) and end-effector error (m) of each frame that counts, for comparisons over the same frames.
-    #[serde(skip)]
-    pub frame_errors: Vec<[f32; 2]>,
 }
 
 impl EpisodeScore {
     /// The score of a rollout.
     pub fn of(rollout: &Rollout) -> Self {
         let errors = body_errors(rollout);
-        let survived = rollout.outcome == Outcome::Survived;
+        let survived = rollout.survived();
         let (drift, root, joints) = (drift(rollout), root_errors(rollout), joint_errors(rollout));
         let of = |legs: bool| {
             let is = |(error, leg): (&f64, &bool)| (*leg == legs).then_some(*error);
             mean(joints.iter().zip(&rollout.names.legs).filter_map(is))
         };
-        let steps = steps(rollout);
+        let (steps, tracker, heat) = (steps(rollout), human_tracker(rollout), joint_heat(rollout));
+        let (mean_heat, worst_heat) = mean_and_worst(&heat);
         let end = rollout.counted().end.min(rollout.simulated.len()).min(rollout.reference.len());
         Self {
             clip: rollout.clip.clone(),
@@ -102,6 +120,7 @@ impl EpisodeScore {
             root_velocity_error: root.velocity,
             root_angular_velocity_error: root.angular_velocity,
             root_rotation_error_deg: root.rotation,
+            root_tilt_error_deg: root.tilt,
             joint_errors_deg: joints,
             contact_agreement: contact_agreement(rollout),
             steps_planned: steps.planned,
@@ -116,8 +135,15 @@ impl EpisodeScore {
             jerk: jerk(&rollout.simulated[..end], rollout.fps),
             reference_jerk: jerk(&rollout.reference[..end], rollout.fps),
             sole_slip: sole_slip(rollout),
+            heat: mean_heat,
+            worst_heat,
+            joint_heat: heat,
+            human_tracker_success: tracker.success,
+            human_tracker_frames: tracker.frames,
+            human_tracker_mpjpe_rad: tracker.joint_error_rad,
+            mpkpe_m: mpkpe(rollout),
+            r_mpkpe_m: root_relative_mpkpe(rollout),
             failure: Failure::of(rollout),
-            frame_errors: frame_errors(rollout),
         }
     }
 }
@@ -154,6 +180,8 @@ pub struct ClipScore {
     pub root_angular_velocity_error: f64,
     /// Mean error of the root's orientation (deg), heading included.
     pub root_rotation_error_deg: f64,
+    /// Mean error of the root's up direction (deg): without heading.
+    pub root_tilt_error_deg: f64,
     /// Share of frames and feet whose ground contact is the reference's.
     pub contact_agreement: f64,
     /// Share of the reference's whole steps that were taken; NaN where it takes none.
@@ -178,6 +206,20 @@ pub struct ClipScore {
     pub reference_jerk: f64,
     /// Mean speed of standing soles over the ground (m/s).
     pub sole_slip: f64,
+    /// Mean over joints of squared torque over continuous torque squared; 1 is the continuous rating.
+    pub heat: f64,
+    /// The same of the hottest joint.
+    pub worst_heat: f64,
+    /// The hottest joint, an index into [`Evaluation::joints`](crate::Evaluation::joints).
+    pub worst_heat_joint: Option<usize>,
+    /// Share of episodes without a failure by HumanTracker's rule.
+    pub human_tracker_success: f64,
+    /// Mean absolute joint error over the frames before that failure (rad).
+    pub human_tracker_mpjpe_rad: f64,
+    /// mjlab's `mpkpe` (m), a mean over episodes of means over frames.
+    pub mpkpe_m: f64,
+    /// mjlab's `r_mpkpe` (m), likewise.
+    pub r_mpkpe_m: f64,
 }
 
 impl ClipScore {
@@ -185,10 +227,8 @@ impl ClipScore {
     pub fn of(name: &str, episodes: &[&EpisodeScore]) -> Self {
         // An episode without frames has NaN errors and no weight.
         let pooled = |value: fn(&EpisodeScore) -> f64| pooled(episodes, &value);
-        let worst = (0..episodes.first().map_or(0, |e| e.joint_errors_deg.len()))
-            .map(|joint| (joint, self::pooled(episodes, &|e| e.joint_errors_deg[joint])))
-            .filter(|(_, error)| error.is_finite())
-            .max_by(|a, b| a.1.total_cmp(&b.1));
+        let worst = largest(episodes, |e| &e.joint_errors_deg);
+        let hottest = largest(episodes, |e| &e.joint_heat);
         let ended = |value: fn(&EpisodeScore) -> f64| mean(episodes.iter().map(|e| value(e)).filter(|v| v.is_finite()));
         let share = |is: fn(&EpisodeScore) -> bool| mean(episodes.iter().map(|e| if is(e) { 1.0 } else { 0.0 }));
         let planned: usize = episodes.iter().map(|e| e.planned_frames).sum();
@@ -210,6 +250,7 @@ impl ClipScore {
             root_velocity_error: pooled(|e| e.root_velocity_error),
             root_angular_velocity_error: pooled(|e| e.root_angular_velocity_error),
             root_rotation_error_deg: pooled(|e| e.root_rotation_error_deg),
+            root_tilt_error_deg: pooled(|e| e.root_tilt_error_deg),
             contact_agreement: pooled(|e| e.contact_agreement),
             steps_taken: if steps == 0 { f64::NAN } else { taken as f64 / steps as f64 },
             effector_error_m: pooled(|e| e.effector_error_m),
@@ -222,23 +263,42 @@ impl ClipScore {
             jerk: pooled(|e| e.jerk),
             reference_jerk: pooled(|e| e.reference_jerk),
             sole_slip: pooled(|e| e.sole_slip),
+            heat: pooled(|e| e.heat),
+            worst_heat: hottest.map_or(f64::NAN, |(_, heat)| heat),
+            worst_heat_joint: hottest.map(|(joint, _)| joint),
+            human_tracker_success: share(|e| e.human_tracker_success),
+            human_tracker_mpjpe_rad: weighted(episodes, &|e| (e.human_tracker_mpjpe_rad, e.human_tracker_frames)),
+            mpkpe_m: ended(|e| e.mpkpe_m),
+            r_mpkpe_m: ended(|e| e.r_mpkpe_m),
         }
     }
 }
 
-/// Mean over frames; NaN where there are none.
+/// Returns the joint with the largest mean over frames, and that mean.
+fn largest(episodes: &[&EpisodeScore], value: impl Fn(&EpisodeScore) -> &[f64]) -> Option<(usize, f64)> {
+    let joints = episodes.first().map_or(0, |e| value(e).len());
+    let means = (0..joints).map(|joint| (joint, pooled(episodes, &|e| value(e)[joint])));
+    means.filter(|(_, mean)| mean.is_finite()).max_by(|a, b| a.1.total_cmp(&b.1))
+}
+
+/// Mean over the frames that count; NaN where there are none.
 fn pooled(episodes: &[&EpisodeScore], value: &dyn Fn(&EpisodeScore) -> f64) -> f64 {
-    let known = || episodes.iter().map(|e| (value(e), e.frames as f64)).filter(|(v, _)| v.is_finite());
-    let frames: f64 = known().map(|(_, frames)| frames).sum();
-    if frames == 0.0 { f64::NAN } else { known().map(|(v, frames)| v * frames).sum::<f64>() / frames }
+    weighted(episodes, &|e| (value(e), e.frames))
+}
+
+/// Mean of each episode's value, weighted by its number of frames; NaN where there are none.
+fn weighted(episodes: &[&EpisodeScore], value: &dyn Fn(&EpisodeScore) -> (f64, usize)) -> f64 {
+    let known = || episodes.iter().map(|e| value(e)).filter(|(v, frames)| v.is_finite() && *frames > 0);
+    let frames: f64 = known().map(|(_, frames)| frames as f64).sum();
+    if frames == 0.0 { f64::NAN } else { known().map(|(v, frames)| v * frames as f64).sum::<f64>() / frames }
 }
 
 #[cfg(test)]
 mod tests {
     use lifelike_character::Vec3;
 
-    use super::super::rollout::Cause;
     use super::super::rollout::example::{rollout, snapshot};
+    use super::super::rollout::{Cause, Outcome};
     use super::*;
 
     fn episode(frames: usize, joint: f64, aside: f64, fall: Option<usize>) -> EpisodeScore {

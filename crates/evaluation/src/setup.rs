@@ -5,6 +5,8 @@ use std::sync::Arc;
 use lifelike_robot::{Controller, LatentEncoder, Robot};
 use lifelike_sim::{SimError, Simulation, Terrain};
 
+use super::error::EvaluationError;
+
 /// Maker of simulations: on a terrain or on level ground, of so many environments.
 pub type SimulationFactory<'a> = dyn Fn(Option<Arc<Terrain>>, usize) -> Result<Box<dyn Simulation>, SimError> + 'a;
 
@@ -25,5 +27,24 @@ impl<'a> EvaluationSetup<'a> {
     /// The robot.
     pub fn robot(&self) -> &'a Arc<Robot> {
         self.controller.robot()
+    }
+
+    /// Returns the encoder of the latent codes that the policy asks for; none where it asks for none.
+    pub(super) fn latent_encoder(&self) -> Result<Option<&'a dyn LatentEncoder>, EvaluationError> {
+        let wanted = self.controller.observation().reference.latent;
+        if wanted == 0 {
+            return Ok(None);
+        }
+        let own = self.controller.prior().map(|prior| prior as &dyn LatentEncoder);
+        let encoder = self.encoder.or(own);
+        let got = encoder.map_or(0, |encoder| encoder.latent_size());
+        if got == wanted {
+            return Ok(encoder);
+        }
+        Err(EvaluationError::Mismatch {
+            what: "latent codes for the policy".into(),
+            expected: format!("{wanted} numbers"),
+            got: got.to_string(),
+        })
     }
 }

@@ -55,22 +55,7 @@ impl<'a> EvaluationSuite<'a> {
         let (controller, robot) = (setup.controller, setup.robot());
         let fps = robot.control_hz;
         let frames = (options.seconds * fps).round().max(1.0) as usize;
-        let own = controller.prior().map(|prior| prior as &dyn lifelike_robot::LatentEncoder);
-        let encoder = match controller.observation().reference.latent {
-            0 => None,
-            wanted => {
-                let encoder = setup.encoder.or(own);
-                let got = encoder.map_or(0, |encoder| encoder.latent_size());
-                if got != wanted {
-                    return Err(EvaluationError::Mismatch {
-                        what: "latent codes for the policy".into(),
-                        expected: format!("{wanted} numbers"),
-                        got: got.to_string(),
-                    });
-                }
-                encoder
-            }
-        };
+        let encoder = setup.latent_encoder()?;
         let (mut lengths, mut long, mut lift) = (Vec::new(), Vec::new(), Vec::new());
         for clip in clips {
             let clip = resample(clip, fps)?;
@@ -83,8 +68,8 @@ impl<'a> EvaluationSuite<'a> {
             long.push(clip);
         }
         let library = ReferenceLibrary::new(robot, &long, encoder)?;
-        let mut episodes = options.chain.map_or_else(Vec::new, |chain| chain.episodes(&library, frames));
-        for (clip, length) in lengths.iter().enumerate().filter(|_| options.chain.is_none()) {
+        let mut episodes = Vec::new();
+        for (clip, length) in lengths.iter().enumerate() {
             let range = library.range(clip);
             for start in start_frames(*length, frames, options.starts, clips[clip].cyclic) {
                 // The last frame of a clip has none to reach: no episode comes to it, whether it falls before or not.
@@ -103,13 +88,6 @@ impl<'a> EvaluationSuite<'a> {
     /// All frames.
     pub fn library(&self) -> &ReferenceLibrary {
         &self.library
-    }
-
-    /// Returns the conditions of an episode that nothing disturbs.
-    pub fn undisturbed(&self, episode: &Episode) -> EpisodeConditions {
-        let frames = (self.options.seconds * self.controller.robot().control_hz).round().max(1.0) as usize;
-        let segments = self.options.chain.map(|chain| chain.segments(&self.library, episode, frames));
-        EpisodeConditions { segments: segments.unwrap_or_default(), ..EpisodeConditions::default() }
     }
 
     /// Runs every episode under its conditions. As many run at once as the simulation has environments; the scores do not
@@ -142,13 +120,7 @@ impl<'a> EvaluationSuite<'a> {
             progress(scores.len(), self.episodes.len());
         }
         let names = (robot.name.as_str(), robot.layout.joints.as_slice());
-        let mut evaluation = Evaluation::new(names, &engine, self.options.seconds, scores, kept);
-        if self.options.chain.is_some() {
-            // They are on many clips each; where one began says nothing.
-            evaluation.clips.clear();
-            evaluation.intervals = None;
-        }
-        Ok(evaluation)
+        Ok(Evaluation::new(names, &engine, self.options.seconds, scores, kept))
     }
 
     /// Runs as many episodes as there are in a wave, each in its own environment, in lockstep.

@@ -5,14 +5,17 @@ use super::rollout::{Outcome, Rollout, Snapshot};
 use super::score::{ClipScore, EpisodeScore};
 use lifelike_report::{Cell, Column, Playback, Table, Tone};
 
+/// Columns of the table of clips that a terminal shows; a page shows all.
+const SHOWN: [&str; 7] = ["clip", "n", "length", "survival", "success", "joints", "steps"];
+
 impl Evaluation {
-    /// The table of clips.
+    /// The table of clips, with every column.
     pub fn table(&self) -> Table {
         let mut table = Table::new(
             "Tracking",
             vec![
                 Column::text("clip"),
-                Column::number("episodes", ""),
+                Column::number("n", ""),
                 Column::number("length", "s"),
                 Column::number("survival", "%"),
                 Column::number("success", "%"),
@@ -27,15 +30,13 @@ impl Evaluation {
                 Column::number("jerk", "rad/s³"),
                 Column::number("reference", "rad/s³"),
                 Column::number("slip", "cm/s"),
+                Column::number("heat", ""),
+                Column::text("hottest joint"),
             ],
         );
         table.caption = format!(
-            "Episodes of at most {} s from states of the reference, no noise. survival: no fall (root below 60% of the \
-             reference's height, or tilted more than 1 rad off). success: no fall, and the mean body error never above \
-             0.5 m. joints: mean absolute error; worst joint: the one with the largest. contacts: frames in which the feet are \
-             in contact as in the reference. steps: steps of the reference in which the robot's foot leaves the ground, too. effectors: mean distance of hands and feet, relative to root and \
-             heading. drift and heading: mean distance on the ground and mean heading error. jerk: mean over joints, of \
-             physics and of the reference. slip: mean speed of standing soles over the ground. Errors are means over the frames before a fall.",
+            "Episodes of at most {} s from states of the reference, without noise. Errors are means over the frames before a fall. \
+             docs/evaluation.md defines every column.",
             self.episode_seconds
         );
         if let Some(own) = &self.intervals {
@@ -48,45 +49,81 @@ impl Evaluation {
             );
         }
         table.rows = self.clips.iter().map(|clip| row(clip, &self.joints)).collect();
-        table.foot = self.groups.iter().chain([&self.overall]).map(|score| row(score, &self.joints)).collect();
+        table.foot = self.sums().map(|score| row(score, &self.joints)).collect();
         table
     }
 
-    /// The errors of thesis Table 5.3, all episodes together.
-    pub fn root_table(&self) -> Table {
-        let columns = [
-            ("episodes", ""),
-            ("fell", "%"),
-            ("frames", "%"),
-            ("lin. vel.", "m/s"),
-            ("ang. vel.", "rad/s"),
-            ("root rot.", "deg"),
-            ("upper DoFs", "deg"),
-            ("lower DoFs", "deg"),
-            ("MPJPE_g", "mm"),
-            ("MPJPE_l", "mm"),
-        ];
-        let columns = columns.map(|(name, unit)| Column::number(name, unit)).to_vec();
-        let mut table = Table::new("Root, limbs (thesis Table 5.3) and bodies (PHC)", columns);
-        table.caption = "Mean distances over the frames before a fall, of which there are so many in percent of all: \
-                         velocities each in its own root's frame, the angle between the root's orientations (heading \
-                         included), joints of legs and all others; bodies in the world (MPJPE_g) and with both roots in one \
-                         place (MPJPE_l)."
-            .into();
-        let all = &self.overall;
-        table.rows = vec![vec![
-            Cell::number(all.episodes as f64, 0),
-            Cell::number(100.0 * (1.0 - all.survival), 1),
-            Cell::number(100.0 * all.covered, 1),
-            Cell::number(all.root_velocity_error, 3),
-            Cell::number(all.root_angular_velocity_error, 3),
-            Cell::number(all.root_rotation_error_deg, 2),
-            Cell::number(all.upper_joint_error_deg, 2),
-            Cell::number(all.lower_joint_error_deg, 2),
-            Cell::number(1000.0 * all.body_error_m, 0),
-            Cell::number(1000.0 * all.root_relative_body_error_m, 0),
-        ]];
+    /// Groups of clips, and all of them.
+    fn sums(&self) -> impl Iterator<Item = &ClipScore> {
+        self.groups.iter().chain([&self.overall])
+    }
+
+    /// A table with a row for each group, and for all clips.
+    fn sum_table(&self, title: &str, caption: &str, columns: &[SumColumn]) -> Table {
+        let heads = columns.iter().map(|(name, unit, ..)| Column::number(name, unit));
+        let mut table = Table::new(title, [Column::text("clips")].into_iter().chain(heads).collect());
+        table.caption = caption.into();
+        let cells = |score: &ClipScore| {
+            let numbers = columns.iter().map(|(_, _, digits, value)| Cell::number(value(score), *digits));
+            [Cell::text(&score.clip)].into_iter().chain(numbers).collect()
+        };
+        table.rows = self.sums().map(cells).collect();
         table
+    }
+
+    /// Place, contacts and smoothness.
+    pub fn quality_table(&self) -> Table {
+        let caption = "drift and heading: from the reference's path. heat: squared torque over the continuous rating squared, mean \
+                       and hottest joint; 1 is what the motors bear for any time.";
+        self.sum_table(
+            "Place and smoothness",
+            caption,
+            &[
+                ("drift", "m", 2, |s| s.position_drift_mean_m),
+                ("heading", "deg", 1, |s| s.heading_drift_mean_deg),
+                ("jerk", "rad/s³", 0, |s| s.jerk),
+                ("asked", "rad/s³", 0, |s| s.reference_jerk),
+                ("slip", "cm/s", 1, |s| 100.0 * s.sole_slip),
+                ("heat", "", 2, |s| s.heat),
+                ("hottest", "", 2, |s| s.worst_heat),
+            ],
+        )
+    }
+
+    /// Root and limbs, in the terms of thesis Table 5.3, over the frames before a fall.
+    pub fn root_table(&self) -> Table {
+        let caption = "Over the frames before a fall; --protocol thesis has them over all frames. root: heading included; tilt: without.";
+        self.sum_table(
+            "Root and limbs",
+            caption,
+            &[
+                ("effectors", "m", 3, |s| s.effector_error_m),
+                ("lin.", "m/s", 3, |s| s.root_velocity_error),
+                ("ang.", "rad/s", 3, |s| s.root_angular_velocity_error),
+                ("root", "deg", 2, |s| s.root_rotation_error_deg),
+                ("tilt", "deg", 2, |s| s.root_tilt_error_deg),
+                ("upper", "deg", 2, |s| s.upper_joint_error_deg),
+                ("lower", "deg", 2, |s| s.lower_joint_error_deg),
+            ],
+        )
+    }
+
+    /// The measures of published trackers.
+    pub fn field_table(&self) -> Table {
+        let caption = "HumanTracker: share without a failure by its rule, and joint error before it. mpkpe, r_mpkpe: mjlab 1.6.0. PHC \
+                       g and l: MPJPE_g and MPJPE_l. Success by falls only and by PHC's rule: survival and success above.";
+        self.sum_table(
+            "The field's measures",
+            caption,
+            &[
+                ("HumanTracker", "%", 1, |s| 100.0 * s.human_tracker_success),
+                ("MPJPE", "rad", 3, |s| s.human_tracker_mpjpe_rad),
+                ("mpkpe", "mm", 0, |s| 1000.0 * s.mpkpe_m),
+                ("r_mpkpe", "mm", 0, |s| 1000.0 * s.r_mpkpe_m),
+                ("PHC g", "mm", 0, |s| 1000.0 * s.body_error_m),
+                ("PHC l", "mm", 0, |s| 1000.0 * s.root_relative_body_error_m),
+            ],
+        )
     }
 
     /// The table of falls; `None` when there are none.
@@ -122,7 +159,15 @@ impl Evaluation {
 
     /// All tables, for a report.
     pub fn tables(&self) -> Vec<Table> {
-        [self.table(), self.root_table()].into_iter().chain(self.failure_table()).collect()
+        let all = [self.table(), self.quality_table(), self.root_table(), self.field_table()];
+        all.into_iter().chain(self.failure_table()).collect()
+    }
+
+    /// All tables as text, the columns that matter: at most 100 characters wide, but for the reasons of falls.
+    pub fn text(&self) -> String {
+        let first = self.table().only(&SHOWN);
+        let tables = [first].into_iter().chain(self.tables().into_iter().skip(1));
+        tables.map(|table| format!("{}\n{}\n", table.title, table.to_text())).collect()
     }
 
     /// The recorded rollouts, to look at.
@@ -131,11 +176,15 @@ impl Evaluation {
     }
 }
 
+/// Head, unit, digits and value of a column of [`Evaluation::sum_table`].
+type SumColumn = (&'static str, &'static str, usize, fn(&ClipScore) -> f64);
+
 fn row(score: &ClipScore, joints: &[String]) -> Vec<Cell> {
-    let worst = score
-        .worst_joint
-        .and_then(|j| joints.get(j))
-        .map_or_else(String::new, |name| format!("{name} {:.1}", score.worst_joint_error_deg));
+    let named = |joint: Option<usize>, value: String| {
+        joint.and_then(|j| joints.get(j)).map_or_else(String::new, |name| format!("{name} {value}"))
+    };
+    let worst = named(score.worst_joint, format!("{:.1}", score.worst_joint_error_deg));
+    let hottest = named(score.worst_heat_joint, format!("{:.2}", score.worst_heat));
     let rate = |share: f64| {
         let tone = (share < 1.0).then_some(Tone::Bad);
         Cell::number(100.0 * share, if share > 0.0 && share < 1.0 { 1 } else { 0 }).tone(tone)
@@ -157,6 +206,8 @@ fn row(score: &ClipScore, joints: &[String]) -> Vec<Cell> {
         Cell::number(score.jerk, 0),
         Cell::number(score.reference_jerk, 0),
         Cell::number(100.0 * score.sole_slip, 1),
+        Cell::number(score.heat, 2),
+        Cell::text(hottest),
     ]
 }
 
@@ -212,8 +263,23 @@ mod tests {
         assert_eq!(texts(&table.rows[0])[..6], ["walk", "1", "1.0", "100", "100", "2.00"]);
         assert_eq!(texts(&table.foot[0])[..5], ["all", "2", "1.0", "50.0", "50.0"]);
         assert!(table.rows.iter().chain(&table.foot).all(|r| r.len() == table.columns.len()));
+        // Half of the continuous torque throughout: 0.2 squared in the example.
+        assert_eq!(texts(&table.foot[0])[16..], ["0.04", "knee 0.04"]);
+        let field = evaluation.field_table();
+        assert_eq!(texts(&field.rows[0]), ["all", "50.0", "0.035", "0", "0", "0", "0"]);
         let falls = evaluation.failure_table().unwrap();
         assert_eq!(texts(&falls.rows[0])[..4], ["run", "0.50", "2.50", "root sank"]);
+        let shown = Evaluation {
+            clips: vec![ClipScore { clip: "c".repeat(30), ..evaluation.overall.clone() }],
+            ..evaluation.clone()
+        };
+        let text = shown.text();
+        let body = text.split("\nFalls\n").next().unwrap();
+        assert!(body.lines().all(|line| line.chars().count() <= 100), "{body}");
+        assert!(
+            body.contains("survival [%]") && body.contains("r_mpkpe [mm]") && !body.contains("worst joint"),
+            "{body}"
+        );
         let playbacks = evaluation.playbacks();
         assert_eq!(playbacks[0].note, "2.0° · 0.0 cm · survived 1.0 s");
         assert_eq!((playbacks[1].fall, playbacks[1].simulated.len()), (Some(0.5), 11));

@@ -12,7 +12,8 @@ use lifelike_robot::{ActionSpec, AnchorSpec, Controller, ObservationSpec, Refere
 use lifelike_sim::testing::{Followers, robot};
 use lifelike_sim::{Simulation, SimulationSpec};
 
-use super::{Cause, Chain, Evaluation, EvaluationOptions, EvaluationSetup, EvaluationSuite, Outcome};
+use super::{Cause, Evaluation, EvaluationOptions, EvaluationSetup, EvaluationSuite, Outcome};
+use super::{ThesisEvaluation, ThesisProtocol};
 
 pub(super) fn clip(name: &str, seconds: f64, cyclic: bool) -> MotionClip {
     let frames = (seconds * 50.0) as usize + 1;
@@ -70,7 +71,7 @@ fn run(controller: &Controller, clips: &[MotionClip], environments: usize, optio
 
 #[test]
 fn the_joints_of_a_follower_lag_and_nothing_else_is_wrong() {
-    let options = EvaluationOptions { seconds: 3.0, starts: 2, keep: 1, after_fall: 0.5, chain: None };
+    let options = EvaluationOptions { seconds: 3.0, starts: 2, keep: 1, after_fall: 0.5 };
     let clips = [clip("once", 2.0, false), clip("cycle", 1.0, true)];
     let e = run(&controller(1e-6), &clips, 3, &options);
     let lengths: Vec<(f64, f64)> = e.episodes.iter().map(|s| (s.start, s.planned_seconds)).collect();
@@ -94,30 +95,56 @@ fn the_joints_of_a_follower_lag_and_nothing_else_is_wrong() {
     assert!(first.root_orientation.angle_to(&Quat::from_axis_angle(&Vec3::z_axis(), 0.4)) < 1e-6);
 }
 
+/// Evaluates by the thesis' protocol; from step 7 on, environment 1 diverges where `diverge` says so.
+fn thesis(clips: &[MotionClip], environments: usize, protocol: &ThesisProtocol, diverge: bool) -> ThesisEvaluation {
+    let simulate = |_, _| {
+        let mut simulation = Followers::new(environments);
+        simulation.diverge = diverge.then_some((1, 7));
+        Ok(Box::new(simulation) as Box<dyn Simulation>)
+    };
+    let setup = EvaluationSetup { controller: &controller(1e-6), encoder: None, simulate: &simulate, environments };
+    setup.evaluate_thesis(clips, protocol, |_, _| {}).unwrap()
+}
+
 #[test]
-fn a_chain_goes_on_where_a_clip_ends_and_fills_its_time() {
-    let chain = Some(Chain { episodes: 6, seed: 3 });
-    let options = EvaluationOptions { seconds: 4.0, starts: 9, keep: 6, after_fall: 0.5, chain };
+fn the_thesis_protocol_fills_its_time_whatever_the_clips_are_and_how_many_run_at_once() {
+    let protocol = ThesisProtocol { episodes: 6, seconds: 4.0, seed: 3, ..ThesisProtocol::default() };
     let clips = [clip("one", 2.0, false), clip("two", 1.5, false)];
-    let of = |environments| run(&controller(1e-6), &clips, environments, &options);
-    let e = of(2);
-    assert_eq!((e.episodes.len(), e.overall.survival, e.overall.covered, e.clips.len()), (6, 1.0, 1.0, 0));
-    assert!(e.episodes.iter().all(|s| s.frames == 200 && s.planned_seconds == 4.0));
-    // Clips of 2 and 1.5 s make two or three switches in 4 s; the place is kept, and so there is no error there.
-    for rollout in &e.rollouts {
-        assert!((1..=3).contains(&rollout.jumps.len()), "{:?}", rollout.jumps);
-        assert!(rollout.jumps.iter().all(|frame| rollout.reference[*frame].joints[0].abs() < 0.1));
-    }
-    // The joints lag; the root goes on at its speed.
-    assert!(e.overall.root_velocity_error < 1e-3, "{}", e.overall.root_velocity_error);
-    assert!(e.overall.position_drift_end_m < 0.05, "{}", e.overall.position_drift_end_m);
-    assert_eq!(serde_json::to_string(&e).unwrap(), serde_json::to_string(&of(5)).unwrap());
-    assert_eq!(e.root_table().rows[0][0].text, "6");
+    let e = thesis(&clips, 2, &protocol, false);
+    assert_eq!((e.errors.frames, e.errors.terminations, e.clips), (6 * 200, 0, 2));
+    assert_eq!(e.protocol.distance, Some(0.3), "the robot's own");
+    // The joints lag as they do in the other protocol; the root goes on at its speed, also across clips.
+    let options = EvaluationOptions { seconds: 1.0, starts: 1, ..EvaluationOptions::default() };
+    let lag = run(&controller(1e-6), &clips, 2, &options).overall.joint_error_deg;
+    assert!((e.errors.joint_error_deg / lag - 1.0).abs() < 0.5, "{} and {lag}", e.errors.joint_error_deg);
+    assert!(e.errors.root_velocity_error < 1e-3, "{}", e.errors.root_velocity_error);
+    let json = |e: &ThesisEvaluation| serde_json::to_string(e).unwrap();
+    assert_eq!(json(&e), json(&thesis(&clips, 5, &protocol, false)));
+    let other = ThesisProtocol { seed: 4, ..protocol };
+    assert_ne!(json(&e), json(&thesis(&clips, 2, &other, false)), "other frames");
+}
+
+#[test]
+fn an_episode_that_deviates_or_diverges_goes_on_with_another_motion() {
+    let clips = [clip("one", 2.0, false), clip("two", 1.5, false)];
+    // Every deviation is too large: after 0.1 s of 5 frames the sixth ends the motion, 33 times in 200 frames.
+    let strict = ThesisProtocol { episodes: 2, seconds: 4.0, distance: Some(1e-9), patience: 0.1, seed: 3 };
+    let e = thesis(&clips, 2, &strict, false);
+    assert_eq!(e.errors.frames, 400);
+    assert!((40..=66).contains(&e.errors.terminations), "{}", e.errors.terminations);
+    assert!((e.errors.terminations_per_minute - e.errors.terminations as f64 * 60.0 / 8.0).abs() < 1e-9);
+    let lax = ThesisProtocol { distance: Some(10.0), ..strict };
+    assert_eq!(thesis(&clips, 2, &lax, false).errors.terminations, 0);
+    // A state that is no state has no error, and ends the motion at once.
+    let diverged = thesis(&clips, 2, &lax, true);
+    assert!(diverged.errors.terminations >= 1, "{:?}", diverged.errors);
+    assert_eq!(diverged.errors.frames + diverged.errors.terminations, 400);
+    assert!(diverged.errors.joint_error_deg.is_finite());
 }
 
 #[test]
 fn scores_do_not_depend_on_how_many_run_at_once() {
-    let options = EvaluationOptions { seconds: 1.0, starts: 3, keep: 0, after_fall: 0.5, chain: None };
+    let options = EvaluationOptions { seconds: 1.0, starts: 3, keep: 0, after_fall: 0.5 };
     let clips = [clip("once", 2.0, false), clip("cycle", 1.0, true)];
     let of = |n: usize| serde_json::to_string(&run(&controller(0.5), &clips, n, &options)).unwrap();
     let alone = of(1);
@@ -127,7 +154,7 @@ fn scores_do_not_depend_on_how_many_run_at_once() {
 
 #[test]
 fn a_diverged_episode_has_fallen_and_its_neighbours_have_not() {
-    let options = EvaluationOptions { seconds: 1.0, starts: 2, keep: 1, after_fall: 0.5, chain: None };
+    let options = EvaluationOptions { seconds: 1.0, starts: 2, keep: 1, after_fall: 0.5 };
     let simulate = |_, environments| {
         let mut simulation = Followers::new(environments);
         simulation.diverge = Some((1, 7));

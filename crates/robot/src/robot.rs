@@ -8,7 +8,7 @@ use lifelike_motion::FeatureLayout;
 use crate::actuator::ActuatorSet;
 use crate::error::RobotError;
 use crate::guess;
-use crate::profile::{ActuatorGroup, Profile, glob};
+use crate::profile::{ActuatorGroup, CONTINUOUS_SHARE, Profile, glob};
 use crate::standing::standing;
 
 /// A robot, ready to be simulated, trained and run.
@@ -42,6 +42,9 @@ pub struct Robot {
 
 /// Roles whose sites are tracked where the profile names none.
 const HANDS_AND_FEET: [Role; 4] = [Role::LeftHand, Role::RightHand, Role::LeftFoot, Role::RightFoot];
+
+/// t^p of robots whose profile does not say (m): that of the thesis' robot (Table 4.1).
+const DEVIATION_LIMIT: f64 = 0.3;
 
 impl Robot {
     /// Returns a robot from a character and a profile, whose gaps are guessed ([`Self::notes`] says what).
@@ -119,6 +122,18 @@ impl Robot {
     /// Returns the largest speeds of the scalar joints (rad/s or m/s); infinite where nothing limits them.
     pub fn speeds(&self) -> Vec<f64> {
         self.actuators.parameters.iter().map(|p| p.velocity_max).collect()
+    }
+
+    /// Returns the continuous torque of each scalar joint's actuator (N m): the profile's, or a third of the largest.
+    pub fn continuous_torques(&self) -> Vec<f64> {
+        let named = |joint: &str| self.actuator_group(joint).map(|name| self.profile.actuator[name].continuous());
+        let peaks = self.actuators.parameters.iter().map(|p| CONTINUOUS_SHARE * p.torque_max);
+        self.layout.joints.iter().zip(peaks).map(|(joint, guess)| named(joint).unwrap_or(guess)).collect()
+    }
+
+    /// Returns the largest end-effector deviation without consequence (m): t^p of Table 4.1.
+    pub fn deviation_limit(&self) -> f64 {
+        self.profile.deviation_limit.unwrap_or(DEVIATION_LIMIT)
     }
 
     /// Physics time step (s).
