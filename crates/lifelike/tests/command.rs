@@ -474,6 +474,34 @@ fn a_policy_is_trained_resumed_inspected_and_evaluated() {
         assert!(!page.contains(network), "a report needs no network: {network}");
     }
     let mended = path("mended");
+    // The thesis' protocol beside it: every frame of every episode counts, whether the robot is on its feet or not.
+    let thesis =
+        ["eval", "--policy", &policy, "--motions", "motions/nod.keys.toml", "motions/bow.keys.toml", "-o", &report];
+    let by_thesis =
+        [&thesis[..], &["--protocol", "thesis", "--episodes", "3", "--seconds", "2", "--patience", "0.5"]].concat();
+    let found = json(&by_thesis);
+    assert_eq!((found["frames"].as_u64(), found["clips"].as_u64()), (Some(300), Some(2)), "{found}");
+    assert_eq!(
+        (found["protocol"]["distance"].as_f64(), found["protocol"]["patience"].as_f64()),
+        (Some(0.3), Some(0.5))
+    );
+    let [rotation, tilt] = ["root_rotation_error_deg", "root_tilt_error_deg"].map(|key| found[key].as_f64().unwrap());
+    assert!(rotation >= tilt && tilt > 0.0, "{found}");
+    let wide = lifelike(&by_thesis);
+    assert!(
+        out(&wide).lines().all(|line| line.chars().count() <= 100 || line.starts_with("report:")),
+        "{}",
+        out(&wide)
+    );
+    let lone = lifelike(&[&thesis[..], &["--episodes", "3"]].concat());
+    assert!(lone.status.code() == Some(2) && err(&lone).contains("expected --protocol thesis"), "{}", err(&lone));
+    std::fs::write(path("families.txt"), "Ground *bow*\nDaily *\n").unwrap();
+    let families = json(&[&thesis[..], &["--starts", "1", "--families", &path("families.txt")]].concat());
+    let names: Vec<_> = families["groups"].as_array().unwrap().iter().map(|g| g["clip"].as_str().unwrap()).collect();
+    assert!(names.ends_with(&["Ground", "Daily"]), "{names:?}");
+    assert!(families["overall"]["heat"].as_f64().unwrap() > 0.0, "{}", families["overall"]);
+    assert!(families["overall"]["human_tracker_success"].is_number() && families["overall"]["r_mpkpe_m"].is_number());
+
     let told = json(&[&eval[..], &["--explain", "--apply", &mended]].concat());
     assert_eq!(told["overall"], evaluation["overall"], "explaining changes no score");
     let explanations = told["explanations"].as_array().unwrap();
@@ -508,7 +536,7 @@ fn variants_of_a_study_are_trained_one_by_one_whatever_the_others_have_not_begun
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
     std::fs::write(path("plan.toml"), TINY).unwrap();
-    let study = "plan = 'plan.toml'\nstarts = 1\nseconds = 0.4\n\
+    let study = "plan = 'plan.toml'\nstarts = 1\nseconds = 0.4\nthesis = { episodes = 2, seconds = 0.4 }\n\
                  [[stage]]\nname = 'first'\n[[stage]]\nname = 'second'\n\
                  [[variant]]\nname = 'A'\nseeds = [1]\n[[variant]]\nname = 'B'\nseeds = [1]\n\
                  [[variant]]\nname = 'C'\nseeds = [1]\n[[class]]\nname = 'nod'\nclips = ['motions/nod.keys.toml']";
@@ -522,7 +550,7 @@ fn variants_of_a_study_are_trained_one_by_one_whatever_the_others_have_not_begun
         let first = told.lines().find(|line| line.contains(" with seed ")).unwrap_or_default();
         assert!(first.contains(&format!("{only} with seed 1")), "what is asked for comes first: {told}");
         let runs: Value = serde_json::from_slice(&done.stdout).unwrap();
-        runs.as_array().unwrap().iter().map(name).collect()
+        runs["runs"].as_array().unwrap().iter().map(name).collect()
     };
     // A comes first in the file, and its second stage has nothing to begin with yet.
     assert_eq!(trained("B"), ["B first", "B second"]);
@@ -532,8 +560,18 @@ fn variants_of_a_study_are_trained_one_by_one_whatever_the_others_have_not_begun
     // Another seed of one variant, beside it what is there of that seed: nothing.
     let other = lifelike(&[&bench[..], &["--only", "B", "--seeds", "2"]].concat());
     let runs: Value = serde_json::from_slice(&other.stdout).unwrap();
-    let told: Vec<_> = runs.as_array().unwrap().iter().map(|run| (name(run), run["seed"].as_u64().unwrap())).collect();
+    let told: Vec<_> =
+        runs["runs"].as_array().unwrap().iter().map(|run| (name(run), run["seed"].as_u64().unwrap())).collect();
     assert_eq!(told, [("B first".to_owned(), 2), ("B second".to_owned(), 2)]);
+    // Both protocols of the same policy, and a curve of each metric and stage over the seeds that are there.
+    let run = &runs["runs"][1];
+    assert_eq!((&run["thesis"][0]["frames"], run["deviation"].as_f64()), (&Value::from(40), Some(0.3)), "{run}");
+    assert!(run["scores"][0]["joint_error_deg"].as_f64().unwrap() > 0.0);
+    let curve =
+        runs["curves"].as_array().unwrap().iter().find(|c| c["metric"] == "joint error in training [deg]").unwrap();
+    assert_eq!((&curve["variant"], &curve["seeds"]), (&Value::from("B"), &serde_json::json!([2])), "{curve}");
+    assert!(curve["mean"][0].as_f64().unwrap() > 0.0 && curve["mean"] == curve["low"], "{curve}");
+    assert!(std::fs::read_to_string(folder.path().join("runs/report.html")).unwrap().contains("class=\"band c0\""));
     let twice = lifelike(&[&bench[..], &["--seeds", "2,2"]].concat());
     assert!(err(&twice).contains("expected every seed once, got 2 twice"), "{}", err(&twice));
 }

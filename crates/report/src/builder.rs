@@ -5,6 +5,7 @@ use std::path::Path;
 use lifelike_character::Character;
 use serde_json::{Value, json};
 
+use super::chart::Chart;
 use super::curve::Curve;
 use super::drawing::Drawing;
 use super::playback::Playback;
@@ -43,6 +44,7 @@ pub struct ReportBuilder {
     facts: Vec<(String, String)>,
     tables: Vec<Table>,
     drawings: Vec<Drawing>,
+    charts: Vec<Chart>,
     curves: Vec<Curve>,
     measured: bool,
     characters: Vec<(String, Value)>,
@@ -91,6 +93,12 @@ impl ReportBuilder {
         self
     }
 
+    /// Adds a chart, below the tables.
+    pub fn chart(mut self, chart: Chart) -> Self {
+        self.charts.push(chart);
+        self
+    }
+
     /// Adds playbacks of a character. May be called for several characters.
     pub fn playback(mut self, character: &Character, playbacks: &[Playback]) -> Self {
         let at = self.characters.iter().position(|(name, _)| *name == character.name).unwrap_or_else(|| {
@@ -126,6 +134,7 @@ impl ReportBuilder {
             sections.push_str(PLAYER);
         }
         self.tables.iter().for_each(|t| sections.push_str(&t.to_html()));
+        self.charts.iter().for_each(|c| sections.push_str(&c.to_html()));
         self.drawings.iter().for_each(|d| sections.push_str(&d.to_html()));
         if !self.curves.is_empty() {
             let smoothing = if self.measured { "value=\"0\"" } else { SMOOTHED };

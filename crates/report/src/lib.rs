@@ -16,6 +16,7 @@
 mod atomic;
 mod base64;
 mod builder;
+mod chart;
 mod curve;
 mod drawing;
 mod error;
@@ -26,6 +27,7 @@ mod table;
 
 pub use atomic::write_atomically;
 pub use builder::ReportBuilder;
+pub use chart::{Chart, Series};
 pub use curve::{Curve, curves_from};
 pub use drawing::{Drawing, Panel, Picture};
 pub use error::ReportError;

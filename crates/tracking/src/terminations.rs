@@ -231,7 +231,7 @@ mod tests {
 
     #[test]
     fn only_given_limits_apply_and_the_persistent_one_waits() {
-        let error = TrackingError { height: 9.0, tilt: 0.1, effector: 0.4, path: 0.0, heading: 0.0 };
+        let error = TrackingError { height: 9.0, tilt: 0.1, effector: 0.4, path: 0.0, heading: 0.0, joints: 0.0 };
         assert_eq!(Termination::NONE.exceeded(&error, 0.0), None);
         let tight = Termination { effector: Some(0.3), ..Termination::NONE };
         assert_eq!(tight.exceeded(&error, 0.0), Some(Cause::Effector));

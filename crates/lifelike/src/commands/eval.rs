@@ -4,13 +4,14 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use lifelike_evaluation::explain::{self, Explanation};
-use lifelike_evaluation::{Chain, Evaluation, EvaluationOptions};
+use lifelike_evaluation::{Evaluation, EvaluationOptions, ThesisEvaluation, ThesisProtocol, thesis_tables};
 use lifelike_motion::{MotionClip, container, feasibility};
 use lifelike_report::{ReportBuilder, Table};
 use lifelike_robot::Robot;
 
 use crate::commands::clips;
 use crate::commands::controller_file::Loaded;
+use crate::commands::families::Families;
 use crate::commands::motion::container_in;
 use crate::commands::physics::{self, Physics};
 use crate::error::CliError;
@@ -23,7 +24,8 @@ pub const STARTS: usize = 10_000;
 /// Evaluate a policy in physics: errors, survival, where and why it fell.
 ///
 /// Every clip is followed from several frames of it, without noise. The folder gets evaluation.json and report.html,
-/// which plays physics beside the reference.
+/// which plays physics beside the reference. With --protocol thesis, episodes of one length begin at random frames, and errors
+/// count in all of their frames (thesis 4.3.3 and 5.3.3). docs/evaluation.md defines every measure.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -31,7 +33,8 @@ Examples:
   lifelike eval --policy p.policy.safetensors --prior m.prior.safetensors --motions a.bvh b.bvh -o report
   lifelike eval --policy p.policy.safetensors --motions @experiments/track-20-test.txt -o report
   lifelike eval --policy p.policy.safetensors --motions data/lima -o report --json | jq .overall.survival
-  lifelike eval --policy p.policy.safetensors --motions kept/MDM --episodes 2048 --seconds 30 -o report
+  lifelike eval --policy p.policy.safetensors --motions kept/MDM --protocol thesis --episodes 2048 -o report
+  lifelike eval --policy p.policy.safetensors --motions data/g1 --families experiments/families.txt -o report
   lifelike eval --policy p.policy.safetensors --motions data/lima -o report --explain --apply data/repaired
 
 Motions may be *.motion.safetensors, or captured motion and keyframes, which are retargeted on the way.")]
@@ -51,19 +54,21 @@ pub struct Args {
     /// Folder of the results.
     #[arg(short, long)]
     pub output: PathBuf,
-    /// Longest episode (s).
-    #[arg(long, default_value_t = 10.0)]
-    pub seconds: f64,
+    /// clips: episodes on every clip, which end with a fall. thesis: episodes of one length, errors over all frames.
+    #[arg(long, value_enum, default_value_t = Protocol::Clips)]
+    pub protocol: Protocol,
+    /// Longest episode, 10 where not given; with --protocol thesis the length of all, 30 (s).
+    #[arg(long)]
+    pub seconds: Option<f64>,
     /// Episodes per clip, from frames spread over it.
     #[arg(long, default_value_t = 5)]
     pub starts: usize,
-    /// So many episodes of exactly --seconds in place of --starts on each clip: they begin anywhere in any clip, and where
-    /// one ends another begins where the robot stands (thesis 5.3.3).
-    #[arg(long, conflicts_with_all = ["starts", "explain"], value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
-    pub episodes: Option<u64>,
-    /// Key of the randomness of --episodes.
-    #[arg(long, default_value_t = 1)]
-    pub seed: u64,
+    /// Extent of --protocol thesis.
+    #[command(flatten)]
+    pub thesis: ThesisArgs,
+    /// File of families of clips, a row each in the tables: lines of a name and patterns of clip names.
+    #[arg(long, value_name = "FILE")]
+    pub families: Option<PathBuf>,
     /// Say of every clip that it falls on why, and try which change of the clip would help.
     #[arg(long)]
     pub explain: bool,
@@ -75,10 +80,78 @@ pub struct Args {
     pub physics: Physics,
 }
 
+/// Protocol of an evaluation.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum, serde::Deserialize, serde::Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Protocol {
+    /// Episodes on every clip that end with a fall.
+    Clips,
+    /// The thesis': episodes of one length, errors over all frames.
+    Thesis,
+}
+
+/// Extent and termination of the thesis' protocol, as options.
+#[derive(Debug, clap::Args)]
+pub struct ThesisArgs {
+    /// Episodes of --protocol thesis [default: 200].
+    #[arg(long, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
+    pub episodes: Option<u64>,
+    /// End-effector deviation without consequence, t^p; the robot's (thesis Table 4.1) where not given (m).
+    #[arg(long, value_name = "METRES")]
+    pub deviation: Option<f64>,
+    /// Longest time above it, f [default: 3] (s).
+    #[arg(long, value_name = "SECONDS")]
+    pub patience: Option<f64>,
+    /// Random seed of the frames of --protocol thesis [default: 1].
+    #[arg(long)]
+    pub seed: Option<u64>,
+}
+
+impl ThesisArgs {
+    /// Returns the protocol; its numbers must be in their ranges.
+    pub fn protocol(&self, seconds: Option<f64>) -> Result<ThesisProtocol, CliError> {
+        let otherwise = ThesisProtocol::default();
+        let protocol = ThesisProtocol {
+            episodes: self.episodes.map_or(otherwise.episodes, |n| n as usize),
+            seconds: seconds.unwrap_or(otherwise.seconds),
+            distance: self.deviation,
+            patience: self.patience.unwrap_or(otherwise.patience),
+            seed: self.seed.unwrap_or(otherwise.seed),
+        };
+        checked(&protocol).map_err(CliError::Usage)?;
+        Ok(protocol)
+    }
+
+    fn any(&self) -> bool {
+        self.episodes.is_some() || self.deviation.is_some() || self.patience.is_some() || self.seed.is_some()
+    }
+}
+
+/// Checks the numbers of the thesis' protocol.
+pub fn checked(protocol: &ThesisProtocol) -> Result<(), String> {
+    let within = |name: &str, value: f64, most: f64| {
+        let good = value > 0.0 && value <= most;
+        if good { Ok(()) } else { Err(format!("{name}: expected above 0 and at most {most}, got {value}")) }
+    };
+    within("episodes", protocol.episodes as f64, 1e6)?;
+    within("seconds", protocol.seconds, 3600.0)?;
+    within("patience", protocol.patience, 3600.0)?;
+    protocol.distance.map_or(Ok(()), |distance| within("deviation", distance, 100.0))
+}
+
 /// Runs the command.
 pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     physics::available(&args.physics.engine)?;
-    if !(args.seconds > 0.0 && args.seconds <= 3600.0 && (1..=STARTS).contains(&args.starts)) {
+    let by_thesis = args.protocol == Protocol::Thesis;
+    if args.thesis.any() && !by_thesis {
+        let text = "--episodes, --deviation, --patience and --seed: expected --protocol thesis beside them";
+        return Err(CliError::Usage(text.into()));
+    }
+    if by_thesis && (args.explain || args.families.is_some()) {
+        return Err(CliError::Usage("--explain and --families: expected --protocol clips".into()));
+    }
+    let seconds = args.seconds.unwrap_or(10.0);
+    if !(seconds > 0.0 && seconds <= 3600.0 && (1..=STARTS).contains(&args.starts)) {
         let text = format!("--seconds must be above 0 and at most 3600, --starts from 1 to {STARTS}");
         return Err(CliError::Usage(text));
     }
@@ -86,15 +159,20 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let robot = loaded.controller.robot();
     args.physics.require_ready(robot)?;
     let clips = clips::load(&args.motions, robot)?;
-    let chain = args.episodes.map(|episodes| Chain { episodes: episodes as usize, seed: args.seed });
-    let options =
-        EvaluationOptions { seconds: args.seconds, starts: args.starts, chain, ..EvaluationOptions::default() };
     let job = Job { loaded: &loaded, physics: &args.physics };
-    let mut evaluation = job.run(&clips, &options, output)?;
-    if args.episodes.is_none() {
-        by_feasibility(&mut evaluation, &clips, robot)?;
-    }
     let title = format!("{} on {} clips", args.policy.display(), clips.len());
+    if by_thesis {
+        let found = job.thesis(&clips, &args.thesis.protocol(args.seconds)?, output)?;
+        let report = save_thesis(&found, &title, &args.output)?;
+        return output.result(&found, || format!("{}report: {}\n", thesis_text(&found), report.display()));
+    }
+    let families = args.families.as_deref().map(Families::read).transpose()?;
+    let options = EvaluationOptions { seconds, starts: args.starts, ..EvaluationOptions::default() };
+    let mut evaluation = job.run(&clips, &options, output)?;
+    by_feasibility(&mut evaluation, &clips, robot)?;
+    if let Some(families) = families {
+        families.group(&mut evaluation);
+    }
     let explanations = args.explain.then(|| job.explain(&evaluation, &clips, &options, output)).transpose()?;
     let table = explanations.as_ref().and_then(|all| explain::table(all));
     let report = save(&evaluation, table, robot, &title, &args.output)?;
@@ -104,7 +182,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     }
     let sentences: String = explanations.iter().flatten().map(|e| e.words() + "\n").collect();
     let result = Explained { evaluation: &evaluation, explanations };
-    output.result(&result, || format!("{}\n{sentences}report: {}\n", text(&evaluation), report.display()))
+    output.result(&result, || format!("{}{sentences}report: {}\n", evaluation.text(), report.display()))
 }
 
 /// Adds what comes of clips that can be tracked, as far as can be told without physics, and of others, apart.
@@ -154,6 +232,22 @@ impl Job<'_> {
         Ok(evaluation)
     }
 
+    /// Evaluates on clips by the thesis' protocol.
+    pub fn thesis(
+        &self,
+        clips: &[MotionClip],
+        protocol: &ThesisProtocol,
+        output: &Output,
+    ) -> Result<ThesisEvaluation, CliError> {
+        let simulate = |terrain, n| self.physics.simulate(terrain, self.loaded.controller.robot(), n);
+        let mut progress = Progress::new(output, "evaluating", protocol.episodes as u64);
+        let found = self.loaded.setup(&simulate).evaluate_thesis(clips, protocol, |done, of| {
+            progress.update(done as u64, of as u64, String::new);
+        })?;
+        progress.finish();
+        Ok(found)
+    }
+
     /// Explains the falls of an evaluation on these clips.
     fn explain(
         &self,
@@ -180,10 +274,7 @@ pub fn save(
     title: &str,
     folder: &Path,
 ) -> Result<PathBuf, CliError> {
-    std::fs::create_dir_all(folder).map_err(CliError::write(folder))?;
-    let json = serde_json::to_string_pretty(evaluation).map_err(|e| CliError::Failed(e.to_string()))?;
-    let file = folder.join("evaluation.json");
-    std::fs::write(&file, json).map_err(CliError::write(&file))?;
+    write_json(evaluation, folder)?;
     let overall = &evaluation.overall;
     let page = ReportBuilder::new(title)
         .subtitle("Physics beside its reference: drag to turn, scroll to come closer, press space to pause.")
@@ -198,7 +289,36 @@ pub fn save(
     Ok(path)
 }
 
-/// The tables for people.
-pub fn text(evaluation: &Evaluation) -> String {
-    evaluation.tables().iter().map(|t| t.to_text() + "\n").collect()
+/// Writes `evaluation.json` and `report.html` of an evaluation by the thesis' protocol; returns the report's path.
+fn save_thesis(found: &ThesisEvaluation, title: &str, folder: &Path) -> Result<PathBuf, CliError> {
+    write_json(found, folder)?;
+    let page = ReportBuilder::new(title)
+        .subtitle("Fixed-length episodes that begin at random frames; errors over all of their frames.")
+        .fact("robot", found.robot.clone())
+        .fact("engine", found.engine.clone())
+        .fact("protocol", protocol_words(&found.protocol));
+    let page = thesis_tables([("all", &found.errors)]).into_iter().fold(page, ReportBuilder::table);
+    let path = folder.join("report.html");
+    page.write(&path)?;
+    Ok(path)
+}
+
+fn write_json(result: &impl serde::Serialize, folder: &Path) -> Result<(), CliError> {
+    std::fs::create_dir_all(folder).map_err(CliError::write(folder))?;
+    let json = serde_json::to_string_pretty(result).map_err(|e| CliError::Failed(e.to_string()))?;
+    let file = folder.join("evaluation.json");
+    std::fs::write(&file, json).map_err(CliError::write(&file))
+}
+
+/// Returns the protocol in a line.
+pub fn protocol_words(protocol: &ThesisProtocol) -> String {
+    let ThesisProtocol { episodes, seconds, patience, seed, .. } = protocol;
+    let distance = protocol.distance.map_or("the robot's".into(), |distance| format!("{distance} m"));
+    format!("{episodes} episodes of {seconds} s, t^p {distance} for {patience} s, seed {seed}")
+}
+
+fn thesis_text(found: &ThesisEvaluation) -> String {
+    let tables = thesis_tables([("all", &found.errors)]);
+    let tables: String = tables.iter().map(|table| format!("{}\n{}\n", table.title, table.to_text())).collect();
+    format!("{} clips, {}\n\n{tables}", found.clips, protocol_words(&found.protocol))
 }

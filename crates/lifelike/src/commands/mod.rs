@@ -8,6 +8,7 @@ pub mod dataset;
 pub mod demo;
 pub mod eval;
 pub mod export;
+mod families;
 pub mod inspect;
 pub(crate) mod machine;
 #[cfg(not(feature = "learning"))]

@@ -47,6 +47,8 @@ pub struct Episode {
     pub past_targets: Vec<f32>,
     /// Terms of the last step's reward.
     pub terms: TermValues,
+    /// Mean absolute joint error at the last step (rad).
+    pub joint_error: f32,
     /// Rule by which the last step ended the episode.
     pub failed: Option<Cause>,
     /// True when the last step was the episode's last because time or clip was over.
@@ -76,6 +78,7 @@ impl Episode {
             past_measurements: Vec::new(),
             past_targets: Vec::new(),
             terms: [0.0; TERMS.len()],
+            joint_error: 0.0,
             failed: None,
             truncated: false,
         }

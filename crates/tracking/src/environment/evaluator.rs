@@ -55,6 +55,7 @@ impl StepEvaluator<'_> {
         self.reward(i, episode, features, &offset);
         let reference = library.features_at(episode.frame);
         let error = TrackingError::between(&library.layout, features, reference, &offset);
+        episode.joint_error = error.joints;
         let limits = &self.stage.limits;
         let far = limits.persistent.is_some_and(|p| error.effector > p.distance);
         episode.deviated = if far { episode.deviated + 1 } else { 0 };

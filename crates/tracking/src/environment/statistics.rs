@@ -18,6 +18,8 @@ pub struct EpisodeStatistics {
     pub steps: u64,
     /// Sum of each reward term since then.
     pub terms: [f64; TERMS.len()],
+    /// Sum of the mean absolute joint errors since then (rad).
+    pub joint_error: f64,
     /// Failures by cause since then.
     pub causes: [u64; Cause::ALL.len()],
     /// Episodes that ended since then.
@@ -34,6 +36,7 @@ impl EpisodeStatistics {
         Self {
             steps: 0,
             terms: [0.0; TERMS.len()],
+            joint_error: 0.0,
             causes: [0; Cause::ALL.len()],
             episodes: 0,
             recent: VecDeque::new(),
@@ -45,6 +48,7 @@ impl EpisodeStatistics {
     pub fn start(&mut self) {
         self.steps = 0;
         self.terms = [0.0; TERMS.len()];
+        self.joint_error = 0.0;
         self.causes = [0; Cause::ALL.len()];
         self.episodes = 0;
     }
@@ -53,6 +57,7 @@ impl EpisodeStatistics {
     pub fn step(&mut self, episode: &Episode, clip: usize) {
         self.steps += 1;
         self.terms.iter_mut().zip(&episode.terms).for_each(|(sum, x)| *sum += f64::from(*x));
+        self.joint_error += f64::from(episode.joint_error);
         if !episode.ended() {
             return;
         }
@@ -81,13 +86,18 @@ impl EpisodeStatistics {
         seen().sum::<f64>() / seen().count() as f64
     }
 
-    /// Returns `Reward/<term>`, the mean per step of each term, and `Termination/<rule>`, the failures by each rule.
+    /// Returns `Train/joint_error_deg`, `Reward/<term>`, the mean per step of each term, and `Termination/<rule>`, the failures by each
+    /// rule.
     pub fn metrics(&self) -> impl Iterator<Item = (String, f64)> + '_ {
         let per_step = 1.0 / self.steps.max(1) as f64;
         let rewards = TERMS.iter().zip(self.terms);
         let rewards = rewards.map(move |(term, sum)| (format!("Reward/{}", term.name), sum * per_step));
         let causes = Cause::ALL.iter().zip(self.causes);
-        rewards.chain(causes.map(|(cause, count)| (format!("Termination/{}", cause.name()), count as f64)))
+        let joints = ("Train/joint_error_deg".to_string(), (self.joint_error * per_step).to_degrees());
+        [joints]
+            .into_iter()
+            .chain(rewards)
+            .chain(causes.map(|(cause, count)| (format!("Termination/{}", cause.name()), count as f64)))
     }
 
     /// Returns what a checkpoint holds between two iterations: the last episodes, and survival by clip.
@@ -121,6 +131,13 @@ mod tests {
         assert_eq!(statistics.recent(), [(49.0 * 2.0 + 51.0 * 4.0) / 100.0, (49.0 * 10.0 + 51.0 * 20.0) / 100.0]);
         assert_eq!((statistics.survival[0], statistics.survival[1]), (0.95, 0.0));
         assert_eq!((statistics.episodes, statistics.causes[2], statistics.steps), (151, 51, 151));
+        episode.joint_error = 0.5;
+        statistics.start();
+        statistics.step(&Episode { joint_error: 0.25, failed: None, ..episode.clone() }, 0);
+        statistics.step(&Episode { failed: None, ..episode.clone() }, 0);
+        let joints = statistics.metrics().next();
+        assert_eq!(joints, Some(("Train/joint_error_deg".into(), 0.375_f64.to_degrees())));
+        (statistics.steps, statistics.joint_error) = (151, 0.0);
         let (recent, survival) = statistics.save();
         let mut back = EpisodeStatistics::restored(&recent, survival);
         back.steps = 151;

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use lifelike_evaluation::ThesisErrors;
 use lifelike_generation::critic::Critic;
 use lifelike_generation::evaluator::{Evaluator, caption_kinds};
 use lifelike_generation::metrics::{Embeddings, Gaussian, Interval, Sample, Scores};
@@ -21,6 +22,8 @@ use crate::error::CliError;
 
 /// One motion, and what of it can be told without the others.
 pub struct Motion {
+    /// The motion itself, where a tracker is to follow it.
+    pub clip: Option<MotionClip>,
     rows: FeatureMatrix,
     realism: Option<f64>,
     findings: Vec<Finding>,
@@ -53,6 +56,8 @@ pub struct Measured {
     pub checks: Checks,
     /// The same of what entries are held out for, where they are.
     pub checks_of_held_out: BTreeMap<&'static str, Checks>,
+    /// Errors of the tracker that follows the motions, by the thesis' protocol (Table 5.3).
+    pub tracking: Option<ThesisErrors>,
     /// Plausibility, weighted by duration.
     pub plausibility: Option<Plausibility>,
     /// Time to make all motions and measure each (s).
@@ -75,6 +80,8 @@ pub struct Ruler<'a> {
     pub grammar: Grammar,
     /// Embeddings of the whole split, for the FID.
     pub reference: Option<Gaussian>,
+    /// Flag: motions keep their clips, for a tracker.
+    pub keep_clips: bool,
     /// Key of pools and pairs.
     pub seed: u64,
     /// Number of repetitions.
@@ -92,6 +99,7 @@ impl Ruler<'_> {
         };
         Ok(Motion {
             realism: self.critic.map(|critic| critic.realism(&rows)).transpose()?,
+            clip: self.keep_clips.then(|| clip.clone()),
             findings,
             plausibility: Plausibility::of(clip, character, anatomy, &self.robot.speeds())?,
             rows,
@@ -138,6 +146,7 @@ impl Ruler<'_> {
             realism_of_each,
             checks,
             checks_of_held_out: of_held_out,
+            tracking: None,
             plausibility: Plausibility::mean(&plausibility),
             seconds,
             failed,

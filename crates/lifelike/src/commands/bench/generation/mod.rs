@@ -8,6 +8,7 @@ mod tables;
 
 use std::path::PathBuf;
 
+use lifelike_evaluation::{ThesisErrors, ThesisProtocol};
 use lifelike_generation::critic::Critic;
 use lifelike_generation::data::CaptionedMotion;
 use lifelike_generation::evaluator::Evaluator;
@@ -16,14 +17,15 @@ use lifelike_generation::metrics::Gaussian;
 use lifelike_generation::representation::RepresentationSpec;
 use lifelike_language::grammar::Grammar;
 use lifelike_language::{CaptionedSet, Entry, Split};
+use lifelike_motion::MotionClip;
 use lifelike_robot::Robot;
 use serde::Serialize;
 
 use self::made::{Making, Task};
-use self::measured::{Measured, Ruler};
+use self::measured::{Measured, Motion, Ruler};
 use self::method::{Method, Named};
 use crate::commands::controller_file::Loaded;
-use crate::commands::eval::Job;
+use crate::commands::eval::{self, Job};
 use crate::commands::physics::{self, Physics};
 use crate::error::CliError;
 use crate::output::Output;
@@ -40,7 +42,8 @@ Examples:
   lifelike bench generation --data data/grammar --split held_out --evaluator motion.evaluator.safetensors \\
       --critic motion.critic.safetensors --generator MDM=mdm.generator.safetensors \\
       --generator RobotMDM=aligned.generator.safetensors --guided guided=mdm.generator.safetensors@0.02 --keep kept
-  lifelike eval --policy lima.policy.safetensors --motions kept/MDM            # Table 5.3 of what was kept
+  lifelike bench generation --data data/grammar --generator MDM=mdm.generator.safetensors \\
+      --tracker assets/lima-path.controller.safetensors --episodes 2048          # thesis Table 5.3
 
 Realism is the critic's mean value over a motion's rows; of what the same critic guided or aligned, it is no proof.
 Metrics of the learned evaluator are comparable only where evaluator, data, split and number of motions are the same.")]
@@ -64,9 +67,18 @@ pub struct Args {
     /// The controller that projects.
     #[arg(long)]
     policy: Option<PathBuf>,
-    /// Engine and threads of the projection.
+    /// Engine and threads of projection and tracker.
     #[command(flatten)]
     physics: Physics,
+    /// A controller that follows the motions of every method: thesis Table 5.3, by the thesis' protocol.
+    #[arg(long, value_name = "FILE")]
+    tracker: Option<PathBuf>,
+    /// Episodes of --tracker for each method.
+    #[arg(long, default_value_t = 200, requires = "tracker", value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
+    episodes: u64,
+    /// Length of each of these episodes (s).
+    #[arg(long, default_value_t = 30.0, requires = "tracker")]
+    seconds: f64,
     /// The evaluator: what `lifelike train evaluator` leaves. Without it there are no R-precision, FID and their like.
     #[arg(long)]
     evaluator: Option<PathBuf>,
@@ -123,6 +135,9 @@ struct Results {
     steps: Option<usize>,
     eta: f64,
     seed: u64,
+    /// The controller that followed the motions, and the protocol.
+    tracker: Option<PathBuf>,
+    protocol: ThesisProtocol,
     /// The data set, then every method.
     rows: Vec<Measured>,
 }
@@ -137,6 +152,10 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     critic.iter().try_for_each(|critic| critic.check(&spec))?;
     let methods = Method::load_all(args.generators.iter().chain(&args.guided).chain(&args.projected), &robot)?;
     let loaded = args.policy.as_deref().map(|file| Loaded::load(file, Some(&args.robot), None)).transpose()?;
+    let tracker = args.tracker.as_deref().map(|file| Loaded::load(file, Some(&args.robot), None)).transpose()?;
+    let protocol =
+        ThesisProtocol { episodes: args.episodes as usize, seconds: args.seconds, ..ThesisProtocol::default() };
+    eval::checked(&protocol).map_err(CliError::Usage)?;
     physics::available(&args.physics.engine)?;
     let set = CaptionedSet::read(&args.data)?;
     let all: Vec<(usize, &Entry)> =
@@ -165,6 +184,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
         critic: critic.as_ref(),
         grammar: Grammar::builtin()?,
         reference,
+        keep_clips: tracker.is_some(),
         seed: args.seed,
         repetitions: args.repetitions,
     };
@@ -181,14 +201,20 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
         keep: args.keep.as_deref(),
     };
     let physics = loaded.as_ref().map(|loaded| Job { loaded, physics: &args.physics });
-    let mut rows = vec![ruler.measure("data set", &tasks, &making.of_data(&set)?, None)?];
+    let tracker = tracker.as_ref().map(|loaded| Job { loaded, physics: &args.physics });
+    let measure = |name: &str, made: Vec<Motion>, seconds: Option<f64>| -> Result<Measured, CliError> {
+        let measured = ruler.measure(name, &tasks, &made, seconds)?;
+        let tracking = tracker.as_ref().map(|job| tracked(job, made, &protocol, output)).transpose()?;
+        Ok(Measured { tracking, ..measured })
+    };
+    let mut rows = vec![measure("data set", making.of_data(&set)?, None)?];
     for method in methods.iter().filter(|_| args.tokens) {
         let name = format!("data set as tokens of {}", method.name);
-        rows.push(ruler.measure(&name, &tasks, &making.of_tokens(method, &set)?, None)?);
+        rows.push(measure(&name, making.of_tokens(method, &set)?, None)?);
     }
     for method in &methods {
         let (made, seconds) = making.of(method, physics.as_ref(), output)?;
-        rows.push(ruler.measure(&method.name, &tasks, &made, Some(seconds))?);
+        rows.push(measure(&method.name, made, Some(seconds))?);
     }
     let results = Results {
         data: args.data.clone(),
@@ -203,6 +229,8 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
         steps: args.steps,
         eta: args.eta,
         seed: args.seed,
+        tracker: args.tracker.clone(),
+        protocol,
         rows,
     };
     if let Some(file) = &args.output {
@@ -210,6 +238,18 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
         std::fs::write(file, text).map_err(CliError::write(file))?;
     }
     output.result(&results, || tables::text(&results))
+}
+
+/// Lets a controller follow motions by the thesis' protocol; each has a name of its own.
+fn tracked(
+    job: &Job<'_>,
+    motions: Vec<Motion>,
+    protocol: &ThesisProtocol,
+    output: &Output,
+) -> Result<ThesisErrors, CliError> {
+    let clips = motions.into_iter().filter_map(|motion| motion.clip).enumerate();
+    let clips: Vec<_> = clips.map(|(i, clip)| MotionClip { name: format!("{i} {}", clip.name), ..clip }).collect();
+    Ok(job.thesis(&clips, protocol, output)?.errors)
 }
 
 /// Returns entries evenly from all of a split.

@@ -1,5 +1,6 @@
 //! The tables of a measurement.
 
+use lifelike_evaluation::thesis_tables;
 use lifelike_generation::metrics::{Interval, Scores};
 use lifelike_language::checks::Fact;
 use lifelike_motion::plausibility;
@@ -22,8 +23,15 @@ const THESIS: [(&str, [[f64; 2]; 6]); 5] = [
 pub fn text(results: &Results) -> String {
     let learned = results.evaluator.is_some() || results.critic.is_some();
     let metrics = learned.then(|| metrics(results));
-    let tables = metrics.into_iter().chain([language(results), physics(results)]);
+    let tables = metrics.into_iter().chain([language(results), physics(results)]).chain(tracking(results));
     tables.map(|table| format!("{}\n{}{}\n\n", table.title, table.to_text(), table.caption)).collect()
+}
+
+/// Thesis Table 5.3, where a tracker followed the motions.
+fn tracking(results: &Results) -> Vec<Table> {
+    let rows: Vec<_> =
+        results.rows.iter().filter_map(|row| Some((row.name.as_str(), row.tracking.as_ref()?))).collect();
+    if rows.is_empty() { Vec::new() } else { thesis_tables(rows).to_vec() }
 }
 
 fn columns(names: &[&str]) -> Vec<Column> {

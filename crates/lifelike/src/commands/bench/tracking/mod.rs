@@ -1,12 +1,14 @@
 //! `lifelike bench tracking`: variants of one plan, trained and evaluated alike (thesis Tables 4.3 and 4.4).
 
+mod curves;
 mod study;
 mod tables;
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use lifelike_evaluation::{Chain, ClipScore, CommonErrors, EpisodeScore, EvaluationOptions, on_common_frames};
+use lifelike_evaluation::{ClipScore, EvaluationOptions, ThesisErrors, ThesisProtocol};
+use lifelike_report::ReportBuilder;
 use lifelike_report::run::{RunFolder, read_metrics};
 use lifelike_robot::{ControllerFile, Robot};
 use lifelike_tracking::{TrackerPlan, Trainer};
@@ -36,14 +38,14 @@ Examples:
   lifelike bench tracking --study study-thesis -o runs/thesis --seeds 2                  # one seed of every variant
   lifelike bench tracking --study mine.toml -o runs/try budget.steps=200000
 
-The first table has errors over the frames before a fall, with survival and the share of the reference's steps that are taken beside
-them; the second errors over the frames that all policies of a stage survive. A study that says `episodes` is evaluated as the thesis
-does: episodes of `seconds` that go from clip to clip.")]
+The same policies are evaluated by two protocols (`protocol = \"clips\", \"thesis\" or \"both\"` in the study). Ours has errors over the
+frames before a fall, with survival and the share of the reference's steps that are taken beside them. The thesis' has errors over all
+frames of fixed-length episodes ([thesis] in the study). tracking.json has every number, report.html the learning curves.")]
 pub struct Args {
     /// The study: a file, or a built-in one by its name.
     #[arg(long)]
     study: PathBuf,
-    /// Folder of the runs and of tracking.json.
+    /// Folder of the runs, of tracking.json and report.html.
     #[arg(short, long)]
     output: PathBuf,
     /// Train only these variants, then evaluate others too that are trained already.
@@ -52,7 +54,7 @@ pub struct Args {
     /// Seeds of every variant, in place of the study's own: one replicate of the whole at a time.
     #[arg(long, value_delimiter = ',')]
     seeds: Vec<u64>,
-    /// Episodes of each clip, from starts spread evenly: how to evaluate in place of the study's own protocol.
+    /// Episodes of each clip by our own protocol, in place of the study's number.
     #[arg(long)]
     starts: Option<usize>,
     #[command(flatten)]
@@ -72,15 +74,31 @@ struct Run {
     seed: u64,
     steps: u64,
     minutes: f64,
-    /// By class, in the study's order.
+    /// Our protocol, by class in the study's order.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
     scores: Vec<ClipScore>,
-    /// By class, over the frames that every run of its stage survives.
-    common: Vec<CommonErrors>,
+    /// The thesis' protocol, likewise.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    thesis: Vec<ThesisErrors>,
+    /// End-effector deviation at which the thesis' protocol terminates (m).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    deviation: Option<f64>,
     /// Where the study has it.
     #[serde(skip)]
     place: usize,
-    #[serde(skip)]
-    episodes: Vec<Vec<EpisodeScore>>,
+}
+
+/// Everything that a study found.
+#[derive(Debug, Serialize)]
+struct Results<'a> {
+    study: &'a Path,
+    plan: &'a Path,
+    classes: Vec<&'a str>,
+    starts: usize,
+    seconds: f64,
+    thesis: &'a ThesisProtocol,
+    runs: &'a [Run],
+    curves: Vec<curves::SeedCurve>,
 }
 
 /// Runs the command.
@@ -91,7 +109,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     }
     let mut study = study::read(&args.study)?;
     if let Some(starts) = args.starts {
-        (study.starts, study.episodes) = (starts, None);
+        study.starts = starts;
     }
     study.check(&args.study)?;
     if let Some(twice) = study::named_twice(&args.seeds) {
@@ -105,7 +123,8 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
         return Err(CliError::Usage(format!("--only: expected some of {}, got '{unknown}'", known.join(", "))));
     }
     let wanted = |job: &Job| args.only.is_empty() || args.only.contains(&job.variant);
-    let (first, others): (Vec<_>, Vec<_>) = study.jobs().into_iter().partition(wanted);
+    let jobs = study.jobs();
+    let (first, others): (Vec<_>, Vec<_>) = jobs.iter().cloned().partition(wanted);
     let mut runs = Vec::new();
     for job in first.into_iter().chain(others) {
         let folder = args.output.join(&job.folder);
@@ -123,10 +142,22 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
         trained(&plan, &folder, args, output)?;
         runs.push(evaluated(&study, &job, &plan, &folder, args, output)?);
         runs.sort_by_key(|run: &Run| run.place);
-        compare(&study, &mut runs)?;
-        save(&runs, &args.output)?;
+        save(&results(&study, &jobs, &runs, args)?, &study, &args.output)?;
     }
-    output.result(&runs, || tables::all(&study, &runs))
+    output.result(&results(&study, &jobs, &runs, args)?, || tables::text(&study, &runs))
+}
+
+fn results<'a>(study: &'a Study, jobs: &[Job], runs: &'a [Run], args: &'a Args) -> Result<Results<'a>, CliError> {
+    Ok(Results {
+        study: &args.study,
+        plan: &study.plan,
+        classes: study.class.iter().map(|class| class.name.as_str()).collect(),
+        starts: study.starts,
+        seconds: study.seconds,
+        thesis: &study.thesis,
+        runs,
+        curves: curves::of(study, jobs, &args.output)?,
+    })
 }
 
 /// Returns the plan of a training.
@@ -135,21 +166,6 @@ fn plan_of(study: &Study, job: &Job, args: &Args) -> Result<TrackerPlan, CliErro
     let changes = job.changes.iter().chain(&args.overrides).cloned();
     let changes: Vec<String> = changes.chain([format!("seed={}", job.seed)]).chain(beginning).collect();
     plans::load(&study.plan, &changes)
-}
-
-/// Finds the errors over the frames that all runs of a stage so far survive.
-fn compare(study: &Study, runs: &mut [Run]) -> Result<(), CliError> {
-    runs.iter_mut().for_each(|run| run.common.clear());
-    for stage in study.stages() {
-        let name = stage.map(|stage| &stage.name);
-        let mut own: Vec<&mut Run> = runs.iter_mut().filter(|run| run.stage.as_ref() == name).collect();
-        for class in 0..study.class.len() {
-            let episodes: Vec<&[EpisodeScore]> = own.iter().map(|run| run.episodes[class].as_slice()).collect();
-            let common = on_common_frames(&episodes)?;
-            own.iter_mut().zip(common).for_each(|(run, errors)| run.common.push(errors));
-        }
-    }
-    Ok(())
 }
 
 /// Trains what is not trained yet. A folder of another plan is refused.
@@ -207,23 +223,43 @@ fn evaluated(
     let robot = Arc::new(Robot::load(&plan.robot)?);
     let loaded = Loaded::new(&policy_of(folder), Arc::clone(&robot), plan.prior.as_deref())?;
     let evaluation = eval::Job { loaded: &loaded, physics: &args.hardware.physics };
-    let chain = study.episodes.map(|episodes| Chain { episodes, seed: 1 });
     let (starts, seconds) = (study.starts, study.seconds);
-    let options = EvaluationOptions { starts, seconds, chain, keep: 0, ..EvaluationOptions::default() };
-    let (mut scores, mut episodes) = (Vec::new(), Vec::new());
+    let options = EvaluationOptions { starts, seconds, keep: 0, ..EvaluationOptions::default() };
+    let protocol = ThesisProtocol { distance: deviation(study, plan, &robot)?, ..study.thesis.clone() };
+    let (mut scores, mut thesis, mut deviation) = (Vec::new(), Vec::new(), None);
+    let (by_clips, by_thesis) = study.protocols();
     for class in &study.class {
         let clips = clips::load(&class.clips, &robot)?;
-        let found = evaluation.run(&clips, &options, output)?;
-        scores.push(ClipScore { clip: class.name.clone(), ..found.overall });
-        episodes.push(found.episodes);
+        if by_clips {
+            let found = evaluation.run(&clips, &options, output)?;
+            scores.push(ClipScore { clip: class.name.clone(), ..found.overall });
+        }
+        if by_thesis {
+            let found = evaluation.thesis(&clips, &protocol, output)?;
+            thesis.push(found.errors);
+            deviation = found.protocol.distance;
+        }
     }
     let (steps, minutes) = (loaded.controller.header().provenance.steps, minutes_of(folder)?);
     let (variant, stage, place) = (job.variant.clone(), job.stage.clone(), job.place);
-    Ok(Run { variant, stage, seed: plan.seed, steps, minutes, scores, common: Vec::new(), place, episodes })
+    Ok(Run { variant, stage, seed: plan.seed, steps, minutes, scores, thesis, deviation, place })
 }
 
-fn save(runs: &[Run], folder: &Path) -> Result<(), CliError> {
+/// Returns t^p of an evaluation: the study's, or the plan's, scaled to the robot; none for the robot's own.
+fn deviation(study: &Study, plan: &TrackerPlan, robot: &Robot) -> Result<Option<f64>, CliError> {
+    let of_plan = plan.scaled_to(robot)?.termination.persistent.map(|rule| f64::from(rule.distance));
+    Ok(study.thesis.distance.or(of_plan))
+}
+
+/// Writes tracking.json, and report.html with the tables and learning curves.
+fn save(results: &Results<'_>, study: &Study, folder: &Path) -> Result<(), CliError> {
     let file = folder.join("tracking.json");
-    let text = serde_json::to_string_pretty(runs).map_err(|e| CliError::Failed(e.to_string()))?;
-    std::fs::write(&file, text).map_err(CliError::write(&file))
+    let text = serde_json::to_string_pretty(results).map_err(|e| CliError::Failed(e.to_string()))?;
+    std::fs::write(&file, text).map_err(CliError::write(&file))?;
+    let page = ReportBuilder::new("Variants of one plan")
+        .subtitle("Each trained and evaluated alike; learning curves with the range over seeds.")
+        .fact("runs", results.runs.len().to_string());
+    let page = tables::all(study, results.runs).into_iter().fold(page, ReportBuilder::table);
+    let page = curves::charts(study, &results.curves).into_iter().fold(page, ReportBuilder::chart);
+    Ok(page.write(&folder.join("report.html"))?)
 }

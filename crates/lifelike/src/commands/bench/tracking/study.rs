@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
+use lifelike_evaluation::ThesisProtocol;
 use serde::Deserialize;
 
 use crate::commands::eval;
@@ -26,15 +27,31 @@ pub struct Study {
     /// Rows from elsewhere to stand above ours.
     #[serde(default)]
     pub published: Vec<Published>,
-    /// Episodes per clip.
+    /// Protocols that the same policies are evaluated by.
+    #[serde(default)]
+    pub protocol: StudyProtocol,
+    /// Episodes per clip, by our own protocol.
     #[serde(default = "five")]
     pub starts: usize,
-    /// In place of `starts`: episodes of one length for each class, that go from clip to clip (thesis 4.3.3).
-    #[serde(default)]
-    pub episodes: Option<usize>,
-    /// Longest episode, or the length of all `episodes` (s).
+    /// Longest episode, by our own protocol (s).
     #[serde(default = "ten")]
     pub seconds: f64,
+    /// Extent of the thesis' protocol, for each class.
+    #[serde(default)]
+    pub thesis: ThesisProtocol,
+}
+
+/// Protocols of a study's evaluation.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum StudyProtocol {
+    /// Ours: episodes on every clip that end with a fall.
+    Clips,
+    /// The thesis': fixed-length episodes, errors over all frames.
+    Thesis,
+    /// Both, side by side.
+    #[default]
+    Both,
 }
 
 #[derive(Debug, Deserialize)]
@@ -118,6 +135,11 @@ impl Study {
         jobs
     }
 
+    /// Returns whether it is evaluated by our own protocol, and by the thesis'.
+    pub fn protocols(&self) -> (bool, bool) {
+        (self.protocol != StudyProtocol::Thesis, self.protocol != StudyProtocol::Clips)
+    }
+
     /// Returns its stages; a study without has one of no name.
     pub fn stages(&self) -> Vec<Option<&Stage>> {
         if self.stage.is_empty() { vec![None] } else { self.stage.iter().map(Some).collect() }
@@ -131,12 +153,11 @@ impl Study {
                 return Err(CliError::Input(text));
             }
         }
-        for (key, value) in [("starts", Some(self.starts)), ("episodes", self.episodes)] {
-            if let Some(value) = value.filter(|value| !(1..=eval::STARTS).contains(value)) {
-                let text = format!("{}: expected {key} from 1 to {}, got {value}", file.display(), eval::STARTS);
-                return Err(CliError::Input(text));
-            }
+        if !(1..=eval::STARTS).contains(&self.starts) {
+            let (file, got) = (file.display(), self.starts);
+            return Err(CliError::Input(format!("{file}: expected starts from 1 to {}, got {got}", eval::STARTS)));
         }
+        eval::checked(&self.thesis).map_err(|e| CliError::Input(format!("{}: [thesis] {e}", file.display())))?;
         if !(self.seconds > 0.0 && self.seconds <= 3600.0) {
             let text = format!("{}: expected seconds above 0 and at most 3600, got {}", file.display(), self.seconds);
             return Err(CliError::Input(text));
@@ -196,6 +217,18 @@ mod tests {
             count += 1;
         }
         assert!(count > 0);
+    }
+
+    #[test]
+    fn a_study_says_which_protocols_and_how_far() {
+        let study = |more: &str| toml::from_str::<Study>(&format!("plan = 'p'\nvariant = []\nclass = []\n{more}"));
+        let both = study("").unwrap();
+        assert_eq!((both.protocols(), both.thesis.seconds, both.thesis.patience), ((true, true), 30.0, 3.0));
+        let only = study("protocol = 'thesis'\n[thesis]\nepisodes = 7\ndistance = 0.2").unwrap();
+        assert_eq!((only.protocols(), only.thesis.episodes, only.thesis.distance), ((false, true), 7, Some(0.2)));
+        let refused = study("[thesis]\nseconds = 0.0").unwrap().check(Path::new("file")).unwrap_err().to_string();
+        assert_eq!(refused, "file: [thesis] seconds: expected above 0 and at most 3600, got 0");
+        assert!(study("episodes = 200").unwrap_err().to_string().contains("unknown field `episodes`"));
     }
 
     #[test]
