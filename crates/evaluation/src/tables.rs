@@ -73,7 +73,7 @@ impl Evaluation {
 
     /// Place, contacts and smoothness.
     pub fn quality_table(&self) -> Table {
-        let caption = "drift and heading: from the reference's path. heat: squared torque over the continuous rating squared, mean \
+        let caption = "drift and heading: from the reference's path. of asked: jerk over the reference's. heat: squared torque over the continuous rating squared, mean \
                        and hottest joint; 1 is what the motors bear for any time.";
         self.sum_table(
             "Place and smoothness",
@@ -82,7 +82,7 @@ impl Evaluation {
                 ("drift", "m", 2, |s| s.position_drift_mean_m),
                 ("heading", "deg", 1, |s| s.heading_drift_mean_deg),
                 ("jerk", "rad/s³", 0, |s| s.jerk),
-                ("asked", "rad/s³", 0, |s| s.reference_jerk),
+                ("of asked", "", 1, |s| s.jerk / s.reference_jerk),
                 ("slip", "cm/s", 1, |s| 100.0 * s.sole_slip),
                 ("heat", "", 2, |s| s.heat),
                 ("hottest", "", 2, |s| s.worst_heat),
@@ -92,12 +92,13 @@ impl Evaluation {
 
     /// Root and limbs, in the terms of thesis Table 5.3, over the frames before a fall.
     pub fn root_table(&self) -> Table {
-        let caption = "Over the frames before a fall; --protocol thesis has them over all frames. root: heading included; tilt: without.";
+        let caption = "Over the frames before a fall; --protocol thesis has them over all frames. eff.: end effectors; lin., \
+                       ang.: root velocities; root: its rotation, heading included; tilt: without; upper, lower: joints.";
         self.sum_table(
             "Root and limbs",
             caption,
             &[
-                ("effectors", "m", 3, |s| s.effector_error_m),
+                ("eff.", "m", 3, |s| s.effector_error_m),
                 ("lin.", "m/s", 3, |s| s.root_velocity_error),
                 ("ang.", "rad/s", 3, |s| s.root_angular_velocity_error),
                 ("root", "deg", 2, |s| s.root_rotation_error_deg),
@@ -269,10 +270,9 @@ mod tests {
         assert_eq!(texts(&field.rows[0]), ["all", "50.0", "0.035", "0", "0", "0", "0"]);
         let falls = evaluation.failure_table().unwrap();
         assert_eq!(texts(&falls.rows[0])[..4], ["run", "0.50", "2.50", "root sank"]);
-        let shown = Evaluation {
-            clips: vec![ClipScore { clip: "c".repeat(30), ..evaluation.overall.clone() }],
-            ..evaluation.clone()
-        };
+        let named = |name: &str| ClipScore { clip: name.into(), jerk: 1234.0, ..evaluation.overall.clone() };
+        let (clips, groups) = (vec![named(&"c".repeat(30))], vec![named("HighlyDynamic")]);
+        let shown = Evaluation { clips, groups, ..evaluation.clone() };
         let text = shown.text();
         let body = text.split("\nFalls\n").next().unwrap();
         assert!(body.lines().all(|line| line.chars().count() <= 100), "{body}");

@@ -41,9 +41,16 @@ fn the_built_in_robots_are_those_of_the_thesis() {
     assert_eq!(lima.actuators.parameters.iter().filter(|p| p.torque_max == 34.0).count(), 10);
     assert_eq!(lima.actuators.parameters.iter().filter(|p| p.torque_max == 4.8).count(), 10);
     assert_eq!(lima.default_pose[knee], 0.5);
+    // Continuous torques: a third of the A1's largest, 1.4 N m of the Dynamixel. t^p of Table 4.1: 0.3 and 0.2 m.
+    let continuous = lima.continuous_torques();
+    assert!((continuous[knee] - 34.0 / 3.0).abs() < 1e-12, "{continuous:?}");
+    assert_eq!(continuous.iter().filter(|t| **t == 1.4).count(), 10);
+    assert_eq!(lima.deviation_limit(), 0.3);
     let humanoid = Robot::load("humanoid").unwrap();
     assert_eq!(humanoid.joints(), 36);
     assert!(humanoid.actuators.parameters.iter().all(|p| p.kp == 100.0 && p.torque_max == 500.0));
+    assert_eq!(humanoid.deviation_limit(), 0.2);
+    assert!(humanoid.continuous_torques().iter().all(|t| (t - 500.0 / 3.0).abs() < 1e-9));
     for robot in [lima, humanoid] {
         assert_eq!(robot.layout.end_effectors.len(), 4);
         let names: Vec<&str> = robot.character.scalar_joints().map(|j| j.name.as_str()).collect();

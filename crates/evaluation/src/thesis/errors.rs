@@ -1,6 +1,7 @@
 //! Errors over all frames, and the termination.
 
 use crate::accuracy::{effector_distances, mean};
+use crate::fall::fallen;
 use crate::interval::interval;
 use crate::rollout::Snapshot;
 use crate::root::{rotation, tilt, velocity_errors};
@@ -42,11 +43,20 @@ pub(super) struct ErrorSums {
     /// End-effector distance (m), velocity (m/s), angular velocity (rad/s), rotation and tilt (rad) of the root.
     others: [f64; 5],
     pub(super) terminations: usize,
+    /// A frame of it shows a fall, by our own rule.
+    pub(super) fell: bool,
 }
 
 impl ErrorSums {
     pub(super) fn new(legs: &[bool]) -> Self {
-        Self { legs: legs.to_vec(), frames: 0, joints: vec![0.0; legs.len()], others: [0.0; 5], terminations: 0 }
+        Self {
+            legs: legs.to_vec(),
+            frames: 0,
+            joints: vec![0.0; legs.len()],
+            others: [0.0; 5],
+            terminations: 0,
+            fell: false,
+        }
     }
 
     /// Adds a frame of reference and robot; `before` is the frame before.
@@ -59,6 +69,7 @@ impl ErrorSums {
         let effectors = mean(effector_distances(r, s).into_iter());
         let others = [effectors, velocity, angular_velocity, rotation(r, s), tilt(r, s)];
         self.others.iter_mut().zip(others).for_each(|(sum, x)| *sum += x);
+        self.fell |= fallen(r, s).is_some();
     }
 
     fn joint_error(&self, is: impl Fn(bool) -> bool) -> f64 {
@@ -72,6 +83,8 @@ impl ErrorSums {
 pub struct ThesisErrors {
     /// Frames that the means are over.
     pub frames: usize,
+    /// Share of episodes without a fall, by our own rule ([`fall`](crate::fall)).
+    pub survival: f64,
     /// Mean absolute joint error (deg): the first number of Table 4.3.
     pub joint_error_deg: f64,
     /// 95% interval of it, by resampling episodes (deg).
@@ -110,6 +123,7 @@ impl ThesisErrors {
         let [effectors, velocity, angular_velocity, rotation, tilt] = all.others.map(|sum| sum / all.frames as f64);
         Self {
             frames: all.frames,
+            survival: mean(episodes.iter().map(|e| if e.fell { 0.0 } else { 1.0 })),
             joint_error_deg: all.joint_error(|_| true),
             joint_error_interval_deg: interval(&each),
             effector_error_m: effectors,
@@ -171,6 +185,11 @@ mod tests {
         // The other turns by 0.5 rad, stands still and has joint errors of 0.9 rad.
         let mut other = ErrorSums::new(&[true, false]);
         other.add(&start, &(reference(0.0), with(0.0, [0.9, 0.9], yaw(0.5))), 10.0);
+        let mut fallen = other.clone();
+        let lies = with(0.0, [0.9, 0.9], Quat::from_euler_angles(1.1, 0.0, 0.0));
+        fallen.add(&start, &(reference(0.0), lies), 10.0);
+        fallen.add(&start, &start, 10.0);
+        assert_eq!(ThesisErrors::of(&[first.clone(), fallen], 10.0).survival, 0.5, "it stood up again, but fell");
         let errors = ThesisErrors::of(&[first, other], 10.0);
         let near = |a: f64, b: f64| assert!((a - b).abs() < 1e-9, "{a} and not {b}");
         near(errors.joint_error_deg, ((0.2 + 0.2 + 0.9) / 3.0_f64).to_degrees());
@@ -182,7 +201,7 @@ mod tests {
         near(errors.root_tilt_error_deg, (0.2 / 3.0_f64).to_degrees());
         // Two in 0.3 s.
         near(errors.terminations_per_minute, 400.0);
-        assert_eq!((errors.frames, errors.terminations), (3, 2));
+        assert_eq!((errors.frames, errors.terminations, errors.survival), (3, 2, 1.0));
         let [low, high] = errors.joint_error_interval_deg;
         near(low, 0.2_f64.to_degrees());
         near(high, 0.9_f64.to_degrees());

@@ -143,6 +143,7 @@ fn run(
             let next = frames.elsewhere(runner.moment(i).frame, &mut episode.rng);
             if terminated {
                 episode.sums.terminations += 1;
+                episode.sums.fell |= diverged;
                 runner.restart(i, next, &EpisodeConditions::default())?;
             } else {
                 runner.jump(i, next);

@@ -10,11 +10,12 @@ pub fn thesis_tables<'a>(rows: impl IntoIterator<Item = (&'a str, &'a ThesisErro
         let columns = columns.iter().map(|(name, unit)| Column::number(name, unit));
         [Column::text("motion")].into_iter().chain(columns).collect::<Vec<_>>()
     };
-    let head = numbers(&[("joints", "deg"), ("95%", "deg"), ("effectors", "m"), ("terminations", "1/min")]);
+    let head =
+        numbers(&[("joints", "deg"), ("95%", "deg"), ("effectors", "m"), ("survival", "%"), ("terminations", "1/min")]);
     let mut errors = Table::new("Thesis protocol: joints and end effectors (Table 4.3)", head);
     errors.caption = "Means over all frames of fixed-length episodes that begin at random frames. An episode goes on with another motion \
                       where its own ends, and from a reference state where an end effector stays beyond t^p for f. 95%: interval \
-                      over episodes."
+                      over episodes. survival: episodes without a fall."
         .into();
     let head = numbers(&[
         ("lin.", "m/s"),
@@ -35,6 +36,7 @@ pub fn thesis_tables<'a>(rows: impl IntoIterator<Item = (&'a str, &'a ThesisErro
             Cell::number(e.joint_error_deg, 2),
             Cell::text(if known { format!("{low:.2} to {high:.2}") } else { "–".into() }),
             Cell::number(e.effector_error_m, 3),
+            Cell::number(100.0 * e.survival, 1),
             Cell::number(e.terminations_per_minute, 2),
         ]);
         root.rows.push(vec![

@@ -193,8 +193,8 @@ fn by_feasibility(evaluation: &mut Evaluation, clips: &[MotionClip], robot: &Rob
         trackable.insert(clip.name.as_str(), found.trackable);
     }
     let is = |name: &str, wanted: bool| trackable.get(name).is_some_and(|own| *own == wanted);
-    evaluation.group("called trackable", |name| is(name, true));
-    evaluation.group("called untrackable", |name| is(name, false));
+    evaluation.group("trackable", |name| is(name, true));
+    evaluation.group("untrackable", |name| is(name, false));
     Ok(())
 }
 

@@ -39,10 +39,11 @@ fn clip_table(study: &Study, runs: &[Run]) -> Table {
 /// Joint error, end-effector error and terminations by class, by the thesis' protocol, below the rows that others publish.
 fn thesis_table(study: &Study, runs: &[Run]) -> Table {
     let title = "Thesis protocol: all frames (Table 4.3)";
-    let mut table = by_class(title, "deg | m | terminations/min", study, runs, |own, class| {
+    let mut table = by_class(title, "deg | m | survival % | ends/min", study, runs, |own, class| {
         let of = |value: fn(&ThesisErrors) -> f64| spread(own.iter().map(|r| value(&r.thesis[class])));
         let errors = [say(of(|e| e.joint_error_deg), 2), say(of(|e| e.effector_error_m), 3)];
-        format!("{} | {}", errors.join(" | "), say(of(|e| e.terminations_per_minute), 2))
+        let rates = [say(of(|e| 100.0 * e.survival), 0), say(of(|e| e.terminations_per_minute), 2)];
+        [errors, rates].concat().join(" | ")
     });
     let published = |row: &Published, class: &Class| {
         let errors = row.errors.get(&class.name);
@@ -55,7 +56,7 @@ fn thesis_table(study: &Study, runs: &[Run]) -> Table {
     table.rows.splice(0..0, above);
     table.caption = format!(
         "{} episodes of {} s a class that begin at random frames and go on with another motion where one ends or an end effector stays \
-         beyond t^p for {} s; errors over all frames.{SEEDS}",
+         beyond t^p for {} s; errors over all frames. survival: episodes without a fall; ends: terminations.{SEEDS}",
         study.thesis.episodes, study.thesis.seconds, study.thesis.patience
     );
     table
@@ -139,6 +140,7 @@ mod tests {
             scores: Vec::new(),
             thesis: vec![ThesisErrors {
                 frames: 100,
+                survival: 0.9,
                 joint_error_deg: degrees,
                 joint_error_interval_deg: [degrees; 2],
                 effector_error_m: 0.05,
@@ -159,10 +161,10 @@ mod tests {
         let rows: Vec<String> = tables[0].rows.iter().map(|row| format!("{}: {}", row[0].text, row[2].text)).collect();
         let expected = [
             "M (thesis): 8.63 | 0.044",
-            "M: 6.00 ± 1.00 | 0.050 | 0.50",
-            "  seed 1: 5.00 | 0.050 | 0.50",
-            "  seed 2: 7.00 | 0.050 | 0.50",
-            "L: 4.00 | 0.050 | 0.50",
+            "M: 6.00 ± 1.00 | 0.050 | 90 | 0.50",
+            "  seed 1: 5.00 | 0.050 | 90 | 0.50",
+            "  seed 2: 7.00 | 0.050 | 90 | 0.50",
+            "L: 4.00 | 0.050 | 90 | 0.50",
         ];
         assert_eq!(rows, expected);
         assert_eq!((tables.len(), tables[1].rows[0][2].text.as_str()), (2, "9.00 | 3.00 | 0.200"));
