@@ -133,8 +133,11 @@ fn an_episode_that_deviates_or_diverges_goes_on_with_another_motion() {
     assert_eq!(e.errors.frames, 400);
     assert!((40..=66).contains(&e.errors.terminations), "{}", e.errors.terminations);
     assert!((e.errors.terminations_per_minute - e.errors.terminations as f64 * 60.0 / 8.0).abs() < 1e-9);
-    let lax = ThesisProtocol { distance: Some(10.0), ..strict };
+    let lax = ThesisProtocol { distance: Some(10.0), ..strict.clone() };
     assert_eq!(thesis(&clips, 2, &lax, false).errors.terminations, 0);
+    // A deviation lasts on from clip to clip: f is longer than either of them.
+    let long = ThesisProtocol { seconds: 8.0, patience: 2.5, ..strict };
+    assert!((2..=6).contains(&thesis(&clips, 2, &long, false).errors.terminations));
     // A state that is no state has no error, and ends the motion at once.
     let diverged = thesis(&clips, 2, &lax, true);
     assert!(diverged.errors.terminations >= 1, "{:?}", diverged.errors);

@@ -14,8 +14,8 @@ mod tests;
 
 pub use self::declare::Kernel;
 pub use self::floors::Floors;
-pub use self::norm::Norm;
 pub use self::inputs::{ActionCost, RewardInputs, squared_distance, sum};
+pub use self::norm::Norm;
 pub use self::terms::{ExponentialReward, TERMS, ThesisReward};
 
 /// The value of each term of [`TERMS`], weighted; their sum is the reward.

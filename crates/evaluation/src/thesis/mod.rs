@@ -2,7 +2,8 @@
 //!
 //! The only termination is eq. t^p for f seconds: the largest end-effector deviation stays above t^p for longer than f. The
 //! episode then goes on with another motion, from a state of the reference. Where a clip ends, it goes on with another motion from where
-//! the robot is, as in training (4.2.2). Frames are drawn alike, not clips.
+//! the robot is (4.2.2); a deviation lasts on across the switch, so that a robot on the ground among short clips is not left there. Frames are
+//! drawn alike, not clips.
 
 mod draw;
 mod errors;
@@ -145,10 +146,10 @@ fn run(
                 episode.sums.terminations += 1;
                 episode.sums.fell |= diverged;
                 runner.restart(i, next, &EpisodeConditions::default())?;
+                episode.rule.forget();
             } else {
                 runner.jump(i, next);
             }
-            episode.rule.forget();
             // Velocities begin anew: nothing moved from one motion to the other.
             episode.before = recorder.both(&runner.moment(i), &mut kinematics);
         }

@@ -139,7 +139,9 @@ impl Pairs {
             codes: code(&rows),
             permuted: code(&others),
             present: DMatrix::from_fn(rows.len(), joints.len(), |i, joint| feature(rows[i], joints.start + joint)),
-            future: DMatrix::from_fn(rows.len(), joints.len(), |i, joint| feature(rows[i] + ahead, joints.start + joint)),
+            future: DMatrix::from_fn(rows.len(), joints.len(), |i, joint| {
+                feature(rows[i] + ahead, joints.start + joint)
+            }),
         })
     }
 

@@ -65,11 +65,17 @@ fn norms_are_sums_over_components_or_their_means() {
     let layout = layout();
     let (reference, divisor) = (rest(), vec![1.0; layout.size()]);
     // One standard deviation off in every normalised feature; the orientation is exact.
-    let simulated: Vec<f32> =
-        rest().iter().enumerate().map(|(i, x)| if FeatureLayout::ORIENTATION.contains(&i) { *x } else { x + 1.0 }).collect();
+    let simulated: Vec<f32> = rest()
+        .iter()
+        .enumerate()
+        .map(|(i, x)| if FeatureLayout::ORIENTATION.contains(&i) { *x } else { x + 1.0 })
+        .collect();
     let tracking = |norm: Norm| -> f32 {
         let terms = ThesisReward { norm, ..table_4_1() }.terms(&inputs(&layout, &simulated, &reference, &divisor));
-        ["height", "velocity", "joint_position", "joint_velocity", "effectors"].map(|name| term(&terms, name)).iter().sum()
+        ["height", "velocity", "joint_position", "joint_velocity", "effectors"]
+            .map(|name| term(&terms, name))
+            .iter()
+            .sum()
     };
     // 1 height, 6 velocities, 2 joints, 2 joint velocities, 3 coordinates of a foot.
     assert!((tracking(Norm::Sum) + 0.5 + 2.0 * 6.0 + 7.0 * 2.0 + 0.1 * 2.0 + 3.0).abs() < 1e-4);
