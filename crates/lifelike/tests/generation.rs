@@ -145,6 +145,17 @@ fn generators_are_measured_beside_the_data_set() {
     let text = String::from_utf8(run(at, &[&evaluator[..4], &one, &["--limit", "1"]].concat()).stdout).unwrap();
     assert!(!text.contains("R-Prec") && text.contains("skate (mm/s)"), "{text}");
 
+    // Thesis Table 5.3: a tracker follows every method's motions; every frame counts.
+    let policy = concat!(env!("CARGO_MANIFEST_DIR"), "/../../assets/lima-path.controller.safetensors");
+    let tracker = ["--tracker", policy, "--episodes", "2", "--seconds", "1", "--repetitions", "1"];
+    let found = json(at, &[&evaluator[..4], &one, &tracker].concat());
+    assert_eq!(found["protocol"]["episodes"], 2);
+    for row in found["rows"].as_array().unwrap() {
+        assert_eq!(row["tracking"]["frames"], 100, "{}", row["name"]);
+        assert!(row["tracking"]["root_tilt_error_deg"].as_f64().unwrap() > 0.0, "{}", row["tracking"]);
+    }
+    assert!(bare["rows"][1]["tracking"].is_null());
+
     let bench = |more: &[&'static str]| [&evaluator[..], more].concat();
     refused(at, &bench(&["--split", "exam"]), 2, "expected one of train, validation, test, held_out");
     refused(at, &bench(&["--split", "held_out"]), 3, "set: expected entries of the split held_out, got none");
