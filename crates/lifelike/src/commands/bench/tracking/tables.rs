@@ -74,7 +74,7 @@ fn root_table(study: &Study, runs: &[Run]) -> Table {
     table
 }
 
-const SEEDS: &str = " Of several seeds the mean ± half the range, below it each.";
+const SEEDS: &str = " With several seeds: mean ± half the range, each seed below.";
 
 /// A row for each variant that has runs, stage after stage, and one for each of its seeds where there are several; a column for each class.
 fn by_class(title: &str, unit: &str, study: &Study, runs: &[Run], cell: impl Fn(&[&Run], usize) -> String) -> Table {
