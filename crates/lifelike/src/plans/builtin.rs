@@ -42,6 +42,7 @@ pub fn builtin() -> impl Iterator<Item = BuiltinPlan> {
         "track-g1",
         "track-g1-long",
         "track-humanoid",
+        "track-thesis-humanoid",
         "prior",
         "prior-lima",
         "prior-small",
@@ -49,6 +50,10 @@ pub fn builtin() -> impl Iterator<Item = BuiltinPlan> {
         "prior-2s",
         "prior-spline",
         "prior-pca",
+        "prior-thesis-lima",
+        "prior-thesis-humanoid",
+        "prior-pca-lima",
+        "prior-pca-humanoid",
         "spline",
         "spline-lima",
         "critic",
@@ -61,6 +66,7 @@ pub fn builtin() -> impl Iterator<Item = BuiltinPlan> {
         "evaluator",
         "augmentation",
         "study-thesis",
+        "study-humanoid",
     ]
     .into_iter()
 }

@@ -86,7 +86,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let windows = plan.prior.windows();
     let all = clips::load(&plan.clips, &robot)?;
     let frames = |clips: &[MotionClip]| prior_file::frames(clips, &robot, windows.frame_rate);
-    let aside = clips::load(&plan.validation, &robot)?;
+    let aside = if plan.validation.is_empty() { Vec::new() } else { clips::load(&plan.validation, &robot)? };
     let (all, _): (Vec<_>, Vec<_>) = all.into_iter().partition(|clip| aside.iter().all(|a| a.name != clip.name));
     let (mut training, held_out) = match aside.is_empty() {
         true => split(windows, frames(&all)?),
