@@ -23,6 +23,7 @@
 //! | `explain` | a failure in plain words, and the change of the clip that would help |
 //! | `robustness` | all of it against the size of a disturbance |
 //! | `particles` | the motion that physics makes of a clip at its best |
+//! | `verdict` | one verdict a clip, with its thresholds |
 //! | `failure` | the body that left first, the joints at their limit, the moment the ground was lost |
 
 pub mod accuracy;
@@ -55,6 +56,7 @@ mod suite;
 mod tables;
 #[cfg(test)]
 mod tests;
+pub mod verdict;
 
 pub use chain::Chain;
 pub use common::{CommonErrors, on_common_frames};
@@ -68,3 +70,4 @@ pub use rollout::{Cause, Names, Outcome, Rollout, Snapshot};
 pub use score::{ClipScore, EpisodeScore};
 pub use setup::{EvaluationSetup, SimulationFactory};
 pub use suite::EvaluationSuite;
+pub use verdict::Verdict;

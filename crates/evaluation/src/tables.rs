@@ -1,7 +1,9 @@
 //! An evaluation as tables and playbacks.
 
+use std::collections::{BTreeMap, BTreeSet};
+
 use super::evaluation::Evaluation;
-use super::rollout::{Outcome, Rollout, Snapshot};
+use super::rollout::{Cause, Outcome, Rollout, Snapshot};
 use super::score::{ClipScore, EpisodeScore};
 use lifelike_report::{Cell, Column, Playback, Table, Tone};
 
@@ -12,11 +14,12 @@ impl Evaluation {
             "Tracking",
             vec![
                 Column::text("clip"),
-                Column::number("episodes", ""),
-                Column::number("length", "s"),
+                Column::text("verdict"),
                 Column::number("survival", "%"),
                 Column::number("success", "%"),
                 Column::number("joints", "deg"),
+                Column::number("episodes", ""),
+                Column::number("length", "s"),
                 Column::text("worst joint"),
                 Column::number("contacts", "%"),
                 Column::number("steps", "%"),
@@ -28,7 +31,8 @@ impl Evaluation {
                 Column::number("reference", "rad/s³"),
                 Column::number("slip", "cm/s"),
             ],
-        );
+        )
+        .main_columns(&["clip", "verdict", "survival", "success", "joints", "at end"]);
         table.caption = format!(
             "Episodes of at most {} s from states of the reference, no noise. survival: no fall (root below 60% of the \
              reference's height, or tilted more than 1 rad off). success: no fall, and the mean body error never above \
@@ -47,8 +51,11 @@ impl Evaluation {
                 percent(own.success)
             );
         }
-        table.rows = self.clips.iter().map(|clip| row(clip, &self.joints)).collect();
-        table.foot = self.groups.iter().chain([&self.overall]).map(|score| row(score, &self.joints)).collect();
+        table.rows = self.clips.iter().map(|clip| row(clip, clip.verdict.to_string(), &self.joints)).collect();
+        let group = |score| row(score, String::new(), &self.joints);
+        table.foot = self.groups.iter().map(group).collect();
+        let follow = self.clips.iter().filter(|clip| clip.verdict.is_good()).count();
+        table.foot.push(row(&self.overall, format!("{follow} of {} follow", self.clips.len()), &self.joints));
         table
     }
 
@@ -120,6 +127,28 @@ impl Evaluation {
         if table.rows.is_empty() { None } else { Some(table) }
     }
 
+    /// The falls in one line a cause; `None` when there are none.
+    pub fn fall_summary(&self) -> Option<Table> {
+        let columns = vec![Column::text("falls"), Column::number("episodes", ""), Column::number("clips", ""), Column::text("left first")];
+        let mut table = Table::new("Falls by cause", columns);
+        for cause in [Cause::Height, Cause::Tilt, Cause::Diverged] {
+            let of_cause = || self.failures().filter(move |failure| failure.cause == cause);
+            let clips: BTreeSet<&str> = of_cause().map(|failure| failure.clip.as_str()).collect();
+            let mut bodies: BTreeMap<&str, usize> = BTreeMap::new();
+            for first in of_cause().filter_map(|failure| failure.first_body.as_ref()) {
+                *bodies.entry(&first.body).or_default() += 1;
+            }
+            let first = bodies.into_iter().max_by_key(|(_, count)| *count);
+            let first = first.map_or_else(String::new, |(body, count)| format!("{body} ({count} times)"));
+            if !clips.is_empty() {
+                let numbers = [of_cause().count(), clips.len()].map(|n| Cell::number(n as f64, 0));
+                let words = [Cell::text(cause.words())].into_iter().chain(numbers);
+                table.rows.push(words.chain([Cell::text(first)]).collect());
+            }
+        }
+        if table.rows.is_empty() { None } else { Some(table) }
+    }
+
     /// All tables, for a report.
     pub fn tables(&self) -> Vec<Table> {
         [self.table(), self.root_table()].into_iter().chain(self.failure_table()).collect()
@@ -131,7 +160,7 @@ impl Evaluation {
     }
 }
 
-fn row(score: &ClipScore, joints: &[String]) -> Vec<Cell> {
+fn row(score: &ClipScore, verdict: String, joints: &[String]) -> Vec<Cell> {
     let worst = score
         .worst_joint
         .and_then(|j| joints.get(j))
@@ -142,11 +171,12 @@ fn row(score: &ClipScore, joints: &[String]) -> Vec<Cell> {
     };
     vec![
         Cell::text(&score.clip),
-        Cell::number(score.episodes as f64, 0),
-        Cell::number(score.seconds, 1),
+        Cell::text(verdict),
         rate(score.survival),
         rate(score.success),
         Cell::number(score.joint_error_deg, 2),
+        Cell::number(score.episodes as f64, 0),
+        Cell::number(score.seconds, 1),
         Cell::text(worst),
         Cell::number(100.0 * score.contact_agreement, 0),
         Cell::number(100.0 * score.steps_taken, 0),
@@ -194,7 +224,6 @@ mod tests {
     #![allow(clippy::unwrap_used)]
     use lifelike_character::Vec3;
 
-    use super::super::rollout::Cause;
     use super::super::rollout::example::{rollout, snapshot};
     use super::*;
 
@@ -209,11 +238,14 @@ mod tests {
         let evaluation = Evaluation::new(("post", &["knee".to_string()]), "none", 10.0, scores, vec![good, bad]);
         let table = evaluation.table();
         let texts = |row: &[Cell]| row.iter().map(|c| c.text.clone()).collect::<Vec<_>>();
-        assert_eq!(texts(&table.rows[0])[..6], ["walk", "1", "1.0", "100", "100", "2.00"]);
-        assert_eq!(texts(&table.foot[0])[..5], ["all", "2", "1.0", "50.0", "50.0"]);
+        assert_eq!(texts(&table.rows[0])[..7], ["walk", "follows", "100", "100", "2.00", "1", "1.0"]);
+        assert_eq!(texts(&table.rows[1])[1], "falls at 2.5 s");
+        assert_eq!(texts(&table.foot[0])[..7], ["all", "1 of 2 follow", "50.0", "50.0", "2.00", "2", "1.0"]);
         assert!(table.rows.iter().chain(&table.foot).all(|r| r.len() == table.columns.len()));
         let falls = evaluation.failure_table().unwrap();
         assert_eq!(texts(&falls.rows[0])[..4], ["run", "0.50", "2.50", "root sank"]);
+        let causes = evaluation.fall_summary().map(|table| table.rows).unwrap_or_default();
+        assert_eq!(texts(&causes[0])[..3], ["root sank", "1", "1"]);
         let playbacks = evaluation.playbacks();
         assert_eq!(playbacks[0].note, "2.0° · 0.0 cm · survived 1.0 s");
         assert_eq!((playbacks[1].fall, playbacks[1].simulated.len()), (Some(0.5), 11));

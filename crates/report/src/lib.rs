@@ -23,6 +23,7 @@ mod playback;
 pub mod run;
 mod scene;
 mod table;
+mod terminal;
 
 pub use atomic::write_atomically;
 pub use builder::ReportBuilder;
@@ -31,6 +32,7 @@ pub use drawing::{Drawing, Panel, Picture};
 pub use error::ReportError;
 pub use playback::{BodyPose, Playback};
 pub use table::{Align, Cell, Column, Table, Tone};
+pub use terminal::{Screen, wrapped};
 
 /// The README's examples, run as tests.
 #[cfg(doctest)]

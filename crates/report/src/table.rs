@@ -21,17 +21,20 @@ pub struct Column {
     pub unit: String,
     /// Side.
     pub align: Align,
+    /// Shown on a terminal only when all columns are asked for.
+    #[serde(skip)]
+    pub minor: bool,
 }
 
 impl Column {
     /// Returns a column of numbers.
     pub fn number(name: &str, unit: &str) -> Self {
-        Self { name: name.into(), unit: unit.into(), align: Align::Right }
+        Self { name: name.into(), unit: unit.into(), align: Align::Right, minor: false }
     }
 
     /// Returns a column of words.
     pub fn text(name: &str) -> Self {
-        Self { name: name.into(), unit: String::new(), align: Align::Left }
+        Self { name: name.into(), unit: String::new(), align: Align::Left, minor: false }
     }
 }
 
