@@ -102,6 +102,11 @@ impl Budget {
         Self { done, total, minutes: None }
     }
 
+    /// Returns the time that the budget's minutes leave after so many seconds of training (s); none where it has no minutes.
+    pub fn seconds_left(&self, seconds: f64) -> Option<f64> {
+        self.minutes.map(|minutes| (60.0 * minutes - seconds).max(0.0))
+    }
+
     /// Returns whether it is spent, after so many seconds of training.
     pub fn is_spent(&self, seconds: f64) -> bool {
         self.done >= self.total || self.minutes.is_some_and(|minutes| seconds >= 60.0 * minutes)

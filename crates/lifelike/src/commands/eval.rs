@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use lifelike_evaluation::explain::{self, Explanation};
+use lifelike_evaluation::verdict::summary;
 use lifelike_evaluation::{Chain, Evaluation, EvaluationOptions};
 use lifelike_motion::{MotionClip, container, feasibility};
 use lifelike_report::{ReportBuilder, Table};
@@ -14,7 +15,7 @@ use crate::commands::controller_file::Loaded;
 use crate::commands::motion::container_in;
 use crate::commands::physics::{self, Physics};
 use crate::error::CliError;
-use crate::output::Output;
+use crate::output::{Output, fitted, screen};
 use crate::progress::Progress;
 
 /// Most episodes of one clip: more is a mistake.
@@ -104,7 +105,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     }
     let sentences: String = explanations.iter().flatten().map(|e| e.words() + "\n").collect();
     let result = Explained { evaluation: &evaluation, explanations };
-    output.result(&result, || format!("{}\n{sentences}report: {}\n", text(&evaluation), report.display()))
+    output.result(&result, || format!("{sentences}{}report: {}\n", text(&evaluation), report.display()))
 }
 
 /// Adds what comes of clips that can be tracked, as far as can be told without physics, and of others, apart.
@@ -190,6 +191,7 @@ pub fn save(
         .fact("robot", evaluation.robot.clone())
         .fact("engine", evaluation.engine.clone())
         .fact("episodes", overall.episodes.to_string())
+        .fact("verdict", summary(evaluation.clips.iter().map(|clip| &clip.verdict)))
         .fact("survival", format!("{:.0}%", 100.0 * overall.survival))
         .fact("joint error", format!("{:.2} deg", overall.joint_error_deg));
     let page = evaluation.tables().into_iter().chain(more).fold(page, ReportBuilder::table);
@@ -198,7 +200,10 @@ pub fn save(
     Ok(path)
 }
 
-/// The tables for people.
+/// Returns the tables for people, and the verdicts in one line at their end: all falls and more measures are in the report.
 pub fn text(evaluation: &Evaluation) -> String {
-    evaluation.tables().iter().map(|t| t.to_text() + "\n").collect()
+    let more = screen().wide.then(|| evaluation.root_table());
+    let tables = [evaluation.table()].into_iter().chain(evaluation.fall_summary()).chain(more);
+    let tables: String = tables.map(|table| fitted(&table) + "\n").collect();
+    tables + &summary(evaluation.clips.iter().map(|clip| &clip.verdict)) + "\n"
 }

@@ -52,12 +52,25 @@ impl<'a> Driver<'a> {
         let began = Instant::now();
         let run = TrainingRun { folder: self.folder, stop: &stop, collective: self.collective };
         let mut summary = run.run(task, |now| {
-            progress.update(now.done, now.total, || words(now));
-            let late = self.minutes.is_some_and(|minutes| began.elapsed().as_secs_f64() > 60.0 * minutes);
+            let sitting = self.minutes.map(|minutes| 60.0 * minutes - began.elapsed().as_secs_f64());
+            let left = sitting.map_or(now.remaining_seconds, |sitting| now.remaining_seconds.min(sitting));
+            let share = now.seconds / (now.seconds + left).max(1e-9);
+            progress.update_time(share, left, || format!("{}  {}", words(now), steps_of(now.done, now.total)));
+            let late = sitting.is_some_and(|sitting| sitting < 0.0);
             stop.store(late || interrupted.load(Ordering::SeqCst), Ordering::SeqCst);
         })?;
         progress.finish();
         summary.interrupted &= self.collective.size() > 1 || interrupted.load(Ordering::SeqCst);
         Ok(summary)
     }
+}
+
+/// Returns the work done of all in a few characters.
+fn steps_of(done: u64, total: u64) -> String {
+    let short = |n: u64| match n {
+        0..10_000 => n.to_string(),
+        10_000..10_000_000 => format!("{}k", n / 1000),
+        _ => format!("{:.0}M", n as f64 / 1e6),
+    };
+    format!("{} of {}", short(done), short(total))
 }

@@ -116,12 +116,12 @@ fn train_distributed(
     let summary = driver.train(&mut trainer, |now| {
         let metrics = now.metrics;
         format!(
-            "{:.0} steps/s  iteration {}  survival {:.0}%  episode {:.1} s  reward {:.2}",
-            metrics.steps_per_second,
-            now.iteration,
+            "survival {:.0}%  {:.0} steps/s  reward {:.2}  episode {:.1} s  iteration {}",
             100.0 * metrics.survival,
+            metrics.steps_per_second,
+            metrics.ppo.reward,
             metrics.episode_seconds,
-            metrics.ppo.reward
+            now.iteration
         )
     })?;
     Ok(Some(summary).filter(|_| first))

@@ -23,7 +23,7 @@ pub fn text(results: &Results) -> String {
     let learned = results.evaluator.is_some() || results.critic.is_some();
     let metrics = learned.then(|| metrics(results));
     let tables = metrics.into_iter().chain([language(results), physics(results)]);
-    tables.map(|table| format!("{}\n{}{}\n\n", table.title, table.to_text(), table.caption)).collect()
+    tables.map(|table| format!("{}\n{}{}\n\n", table.title, crate::output::fitted(&table), table.caption)).collect()
 }
 
 fn columns(names: &[&str]) -> Vec<Column> {

@@ -6,10 +6,11 @@ use lifelike_report::{Cell, Column, Table};
 use super::Run;
 use super::study::{Class, Published, Study};
 use crate::commands::bench::seeds::spread;
+use crate::output::fitted;
 
 /// All tables as text.
 pub fn all(study: &Study, runs: &[Run]) -> String {
-    format!("{}\n{}", table(study, runs).to_text(), common_table(study, runs).to_text())
+    format!("{}\n{}", fitted(&table(study, runs)), fitted(&common_table(study, runs)))
 }
 
 /// Joint error, end-effector error, survival and steps taken by class, below what others publish; with several seeds the mean, and ± half
