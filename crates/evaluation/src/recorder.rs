@@ -35,6 +35,7 @@ impl<'a> Recorder<'a> {
             effectors: robot.layout.end_effectors.clone(),
             bodies: character.bodies.iter().map(|b| b.name.clone()).collect(),
             feet: robot.anatomy.soles.keys().map(|role| role_name(*role)).collect(),
+            soles: robot.anatomy.soles.values().map(|sole| (sole.body, sole.middle())).collect(),
         };
         Self {
             robot,

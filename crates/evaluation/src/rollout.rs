@@ -17,6 +17,8 @@ pub struct Names {
     pub bodies: Vec<String>,
     /// Feet whose ground force is recorded.
     pub feet: Vec<String>,
+    /// Body of each foot, and the middle of its sole in the body's frame (m).
+    pub soles: Vec<(usize, Vec3)>,
 }
 
 /// One instant of one character.
@@ -162,6 +164,7 @@ pub(super) mod example {
                 effectors: vec!["hand".into()],
                 bodies: vec!["world".into(), "pelvis".into(), "hand".into()],
                 feet: vec!["foot".into()],
+                soles: vec![(1, Vec3::zeros())],
             }),
             reference: (0..frames).map(|f| reference(at(f))).collect(),
             simulated: (0..frames).map(|f| simulated(at(f))).collect(),

@@ -5,7 +5,9 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::evaluation::Evaluation;
 use super::rollout::{Cause, Outcome, Rollout, Snapshot};
 use super::score::{ClipScore, EpisodeScore};
-use lifelike_report::{Cell, Column, Playback, Table, Tone};
+use super::verdict::Verdict;
+use lifelike_character::Vec3;
+use lifelike_report::{Cell, Column, Foot, Playback, Table, Tone};
 
 impl Evaluation {
     /// The table of clips.
@@ -208,22 +210,31 @@ pub(super) fn playback(rollout: &Rollout) -> Playback {
         None => format!("survived {:.1} s", score.planned_seconds),
     };
     let start = if rollout.start > 0.0 { format!(" from {:.1} s", rollout.start) } else { String::new() };
+    let columns = rollout.names.feet.len();
+    let foot = |(column, (body, middle)): (usize, &(usize, Vec3))| Foot {
+        body: *body,
+        middle: *middle,
+        force: rollout.foot_force.iter().skip(column).step_by(columns).copied().collect(),
+        down: rollout.planned_contact.iter().skip(column).step_by(columns).copied().collect(),
+    };
+    let joints = |frames: &[Snapshot]| frames.iter().map(|f| f.joints.clone()).collect();
     Playback {
-        labels: Playback::PHYSICS,
         name: format!("{}{start}", rollout.clip),
-        note: format!("{errors} · {end}"),
+        note: format!("{} · {errors} · {end}", Verdict::of(&[&score])),
         fps: rollout.fps,
         simulated: bodies(&rollout.simulated),
         reference: bodies(&rollout.reference),
         fall,
+        feet: rollout.names.soles.iter().enumerate().map(foot).collect(),
+        joint_names: rollout.names.joints.clone(),
+        joints: [joints(&rollout.simulated), joints(&rollout.reference)],
+        ..Playback::default()
     }
 }
 
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
-    use lifelike_character::Vec3;
-
     use super::super::rollout::example::{rollout, snapshot};
     use super::*;
 
@@ -247,7 +258,7 @@ mod tests {
         let causes = evaluation.fall_summary().map(|table| table.rows).unwrap_or_default();
         assert_eq!(texts(&causes[0])[..3], ["root sank", "1", "1"]);
         let playbacks = evaluation.playbacks();
-        assert_eq!(playbacks[0].note, "2.0° · 0.0 cm · survived 1.0 s");
+        assert_eq!(playbacks[0].note, "follows · 2.0° · 0.0 cm · survived 1.0 s");
         assert_eq!((playbacks[1].fall, playbacks[1].simulated.len()), (Some(0.5), 11));
     }
 }

@@ -19,9 +19,11 @@ mod builder;
 mod curve;
 mod drawing;
 mod error;
+mod live;
 mod playback;
 pub mod run;
 mod scene;
+mod surface;
 mod table;
 mod terminal;
 
@@ -30,7 +32,8 @@ pub use builder::ReportBuilder;
 pub use curve::{Curve, curves_from};
 pub use drawing::{Drawing, Panel, Picture};
 pub use error::ReportError;
-pub use playback::{BodyPose, Playback};
+pub use live::LivePage;
+pub use playback::{BodyPose, Foot, Playback};
 pub use table::{Align, Cell, Column, Table, Tone};
 pub use terminal::{Screen, wrapped};
 

@@ -79,6 +79,11 @@ pub trait TrainingTask {
         Ok(())
     }
 
+    /// Returns the names of the numbers that say best how it goes.
+    fn headlines(&self) -> &'static [&'static str] {
+        &[]
+    }
+
     /// Adds facts and tables to the report of the run, which has its curves.
     fn report(&self, report: ReportBuilder) -> ReportBuilder {
         report
