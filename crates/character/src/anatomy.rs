@@ -73,6 +73,13 @@ pub struct Sole {
     pub corners: Vec<Vec3>,
 }
 
+impl Sole {
+    /// Returns the middle of its corners in the body frame (m).
+    pub fn middle(&self) -> Vec3 {
+        self.corners.iter().sum::<Vec3>() / self.corners.len().max(1) as f64
+    }
+}
+
 /// The parts of a character. Robots without arms or head simply lack those roles.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Anatomy {

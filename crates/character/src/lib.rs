@@ -38,7 +38,7 @@ pub use anatomy::{Anatomy, Role};
 pub use error::{CharacterError, Location};
 pub use fitted::Fitted;
 pub use kinematics::Kinematics;
-pub use mesh::MeshFile;
+pub use mesh::{MeshFile, Triangles};
 pub use model::{Actuator, Body, Character, Equality, EqualityKind, Geom, GeomShape, Inertial, Joint, JointKind, Site};
 pub use rotation::{Mat3, Quat, Vec3};
 pub use symmetry::Symmetry;

@@ -27,6 +27,7 @@
 //! | `explain` | a failure in plain words, and the change of the clip that would help |
 //! | `robustness` | all of it against the size of a disturbance |
 //! | `particles` | the motion that physics makes of a clip at its best |
+//! | `verdict` | one verdict a clip, with its thresholds |
 //! | `failure` | the body that left first, the joints at their limit, the moment the ground was lost |
 
 pub mod accuracy;
@@ -60,6 +61,7 @@ mod tables;
 #[cfg(test)]
 mod tests;
 mod thesis;
+pub mod verdict;
 
 pub use episode::{Episode, EpisodeConditions, ReferenceSegment, TimedPush};
 pub use error::EvaluationError;
@@ -72,3 +74,4 @@ pub use score::{ClipScore, EpisodeScore};
 pub use setup::{EvaluationSetup, SimulationFactory};
 pub use suite::EvaluationSuite;
 pub use thesis::{ThesisErrors, ThesisEvaluation, ThesisProtocol, thesis_tables};
+pub use verdict::Verdict;

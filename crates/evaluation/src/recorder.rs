@@ -39,6 +39,7 @@ impl<'a> Recorder<'a> {
             bodies: character.bodies.iter().map(|b| b.name.clone()).collect(),
             feet: robot.anatomy.soles.keys().map(|role| role_name(*role)).collect(),
             field: FieldBodies::of(robot),
+            soles: robot.anatomy.soles.values().map(|sole| (sole.body, sole.middle())).collect(),
         };
         Self {
             robot,

@@ -21,6 +21,8 @@ pub struct Names {
     pub feet: Vec<String>,
     /// Bodies that the field's measures look at.
     pub field: FieldBodies,
+    /// Body of each foot, and the middle of its sole in the body's frame (m).
+    pub soles: Vec<(usize, Vec3)>,
 }
 
 /// One instant of one character.
@@ -174,6 +176,7 @@ pub(super) mod example {
                 bodies: vec!["world".into(), "pelvis".into(), "hand".into()],
                 feet: vec!["foot".into()],
                 field: FieldBodies { watched: vec![(2, Vec3::zeros())], keys: vec![1, 2] },
+                soles: vec![(1, Vec3::zeros())],
             }),
             reference: (0..frames).map(|f| reference(at(f))).collect(),
             simulated: (0..frames).map(|f| simulated(at(f))).collect(),

@@ -13,6 +13,7 @@ use super::root::root_errors;
 use super::slip::sole_slip;
 use super::smoothness::jerk;
 use super::steps::steps;
+use super::verdict::Verdict;
 
 /// The score of one episode. Errors are means over the frames before a fall; NaN (`null` in JSON) where it fell at once.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
@@ -154,6 +155,8 @@ impl EpisodeScore {
 pub struct ClipScore {
     /// The clip; `all` for the sum.
     pub clip: String,
+    /// Verdict on all of its episodes.
+    pub verdict: Verdict,
     /// Number of episodes.
     pub episodes: usize,
     /// Mean length that the episodes would have had (s).
@@ -237,6 +240,7 @@ impl ClipScore {
         let taken: usize = episodes.iter().map(|e| e.steps_taken).sum();
         Self {
             clip: name.into(),
+            verdict: Verdict::of(episodes),
             episodes: episodes.len(),
             seconds: mean(episodes.iter().map(|e| e.planned_seconds)),
             survival: share(|e| e.survived),

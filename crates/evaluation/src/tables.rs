@@ -1,12 +1,13 @@
 //! An evaluation as tables and playbacks.
 
-use super::evaluation::Evaluation;
-use super::rollout::{Outcome, Rollout, Snapshot};
-use super::score::{ClipScore, EpisodeScore};
-use lifelike_report::{Cell, Column, Playback, Table, Tone};
+use std::collections::{BTreeMap, BTreeSet};
 
-/// Columns of the table of clips that a terminal shows; a page shows all.
-const SHOWN: [&str; 7] = ["clip", "n", "length", "survival", "success", "joints", "steps"];
+use super::evaluation::Evaluation;
+use super::rollout::{Cause, Outcome, Rollout, Snapshot};
+use super::score::{ClipScore, EpisodeScore};
+use super::verdict::Verdict;
+use lifelike_character::Vec3;
+use lifelike_report::{Cell, Column, Foot, Playback, Table, Tone};
 
 impl Evaluation {
     /// The table of clips, with every column.
@@ -15,11 +16,12 @@ impl Evaluation {
             "Tracking",
             vec![
                 Column::text("clip"),
-                Column::number("n", ""),
-                Column::number("length", "s"),
+                Column::text("verdict"),
                 Column::number("survival", "%"),
                 Column::number("success", "%"),
                 Column::number("joints", "deg"),
+                Column::number("episodes", ""),
+                Column::number("length", "s"),
                 Column::text("worst joint"),
                 Column::number("contacts", "%"),
                 Column::number("steps", "%"),
@@ -33,7 +35,8 @@ impl Evaluation {
                 Column::number("heat", ""),
                 Column::text("hottest joint"),
             ],
-        );
+        )
+        .main_columns(&["clip", "verdict", "survival", "success", "joints", "at end"]);
         table.caption = format!(
             "Episodes of at most {} s from states of the reference, without noise. Errors are means over the frames before a fall. \
              docs/evaluation.md defines every column.",
@@ -48,8 +51,11 @@ impl Evaluation {
                 percent(own.success)
             );
         }
-        table.rows = self.clips.iter().map(|clip| row(clip, &self.joints)).collect();
-        table.foot = self.sums().map(|score| row(score, &self.joints)).collect();
+        table.rows = self.clips.iter().map(|clip| row(clip, clip.verdict.to_string(), &self.joints)).collect();
+        let group = |score| row(score, String::new(), &self.joints);
+        table.foot = self.groups.iter().map(group).collect();
+        let follow = self.clips.iter().filter(|clip| clip.verdict.is_good()).count();
+        table.foot.push(row(&self.overall, format!("{follow} of {} follow", self.clips.len()), &self.joints));
         table
     }
 
@@ -158,17 +164,36 @@ impl Evaluation {
         if table.rows.is_empty() { None } else { Some(table) }
     }
 
-    /// All tables, for a report.
-    pub fn tables(&self) -> Vec<Table> {
-        let all = [self.table(), self.quality_table(), self.root_table(), self.field_table()];
-        all.into_iter().chain(self.failure_table()).collect()
+    /// The falls in one line a cause; `None` when there are none.
+    pub fn fall_summary(&self) -> Option<Table> {
+        let columns = vec![Column::text("falls"), Column::number("episodes", ""), Column::number("clips", ""), Column::text("left first")];
+        let mut table = Table::new("Falls by cause", columns);
+        for cause in [Cause::Height, Cause::Tilt, Cause::Diverged] {
+            let of_cause = || self.failures().filter(move |failure| failure.cause == cause);
+            let clips: BTreeSet<&str> = of_cause().map(|failure| failure.clip.as_str()).collect();
+            let mut bodies: BTreeMap<&str, usize> = BTreeMap::new();
+            for first in of_cause().filter_map(|failure| failure.first_body.as_ref()) {
+                *bodies.entry(&first.body).or_default() += 1;
+            }
+            let first = bodies.into_iter().max_by_key(|(_, count)| *count);
+            let first = first.map_or_else(String::new, |(body, count)| format!("{body} ({count} times)"));
+            if !clips.is_empty() {
+                let numbers = [of_cause().count(), clips.len()].map(|n| Cell::number(n as f64, 0));
+                let words = [Cell::text(cause.words())].into_iter().chain(numbers);
+                table.rows.push(words.chain([Cell::text(first)]).collect());
+            }
+        }
+        if table.rows.is_empty() { None } else { Some(table) }
     }
 
-    /// All tables as text, the columns that matter: at most 100 characters wide, but for the reasons of falls.
-    pub fn text(&self) -> String {
-        let first = self.table().only(&SHOWN);
-        let tables = [first].into_iter().chain(self.tables().into_iter().skip(1));
-        tables.map(|table| format!("{}\n{}\n", table.title, table.to_text())).collect()
+    /// All tables, for a report.
+    pub fn tables(&self) -> Vec<Table> {
+        [self.table()].into_iter().chain(self.group_tables()).chain(self.failure_table()).collect()
+    }
+
+    /// Tables with a row for each group of clips: quality, root and limbs, the field's measures.
+    pub fn group_tables(&self) -> [Table; 3] {
+        [self.quality_table(), self.root_table(), self.field_table()]
     }
 
     /// The recorded rollouts, to look at.
@@ -180,7 +205,7 @@ impl Evaluation {
 /// Head, unit, digits and value of a column of [`Evaluation::sum_table`].
 type SumColumn = (&'static str, &'static str, usize, fn(&ClipScore) -> f64);
 
-fn row(score: &ClipScore, joints: &[String]) -> Vec<Cell> {
+fn row(score: &ClipScore, verdict: String, joints: &[String]) -> Vec<Cell> {
     let named = |joint: Option<usize>, value: String| {
         joint.and_then(|j| joints.get(j)).map_or_else(String::new, |name| format!("{name} {value}"))
     };
@@ -192,11 +217,12 @@ fn row(score: &ClipScore, joints: &[String]) -> Vec<Cell> {
     };
     vec![
         Cell::text(&score.clip),
-        Cell::number(score.episodes as f64, 0),
-        Cell::number(score.seconds, 1),
+        Cell::text(verdict),
         rate(score.survival),
         rate(score.success),
         Cell::number(score.joint_error_deg, 2),
+        Cell::number(score.episodes as f64, 0),
+        Cell::number(score.seconds, 1),
         Cell::text(worst),
         Cell::number(100.0 * score.contact_agreement, 0),
         Cell::number(100.0 * score.steps_taken, 0),
@@ -230,23 +256,31 @@ pub(super) fn playback(rollout: &Rollout) -> Playback {
         None => format!("survived {:.1} s", score.planned_seconds),
     };
     let start = if rollout.start > 0.0 { format!(" from {:.1} s", rollout.start) } else { String::new() };
+    let columns = rollout.names.feet.len();
+    let foot = |(column, (body, middle)): (usize, &(usize, Vec3))| Foot {
+        body: *body,
+        middle: *middle,
+        force: rollout.foot_force.iter().skip(column).step_by(columns).copied().collect(),
+        down: rollout.planned_contact.iter().skip(column).step_by(columns).copied().collect(),
+    };
+    let joints = |frames: &[Snapshot]| frames.iter().map(|f| f.joints.clone()).collect();
     Playback {
-        labels: Playback::PHYSICS,
         name: format!("{}{start}", rollout.clip),
-        note: format!("{errors} · {end}"),
+        note: format!("{} · {errors} · {end}", Verdict::of(&[&score])),
         fps: rollout.fps,
         simulated: bodies(&rollout.simulated),
         reference: bodies(&rollout.reference),
         fall,
+        feet: rollout.names.soles.iter().enumerate().map(foot).collect(),
+        joint_names: rollout.names.joints.clone(),
+        joints: [joints(&rollout.simulated), joints(&rollout.reference)],
+        ..Playback::default()
     }
 }
 
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
-    use lifelike_character::Vec3;
-
-    use super::super::rollout::Cause;
     use super::super::rollout::example::{rollout, snapshot};
     use super::*;
 
@@ -261,27 +295,20 @@ mod tests {
         let evaluation = Evaluation::new(("post", &["knee".to_string()]), "none", 10.0, scores, vec![good, bad]);
         let table = evaluation.table();
         let texts = |row: &[Cell]| row.iter().map(|c| c.text.clone()).collect::<Vec<_>>();
-        assert_eq!(texts(&table.rows[0])[..6], ["walk", "1", "1.0", "100", "100", "2.00"]);
-        assert_eq!(texts(&table.foot[0])[..5], ["all", "2", "1.0", "50.0", "50.0"]);
+        assert_eq!(texts(&table.rows[0])[..7], ["walk", "follows", "100", "100", "2.00", "1", "1.0"]);
+        assert_eq!(texts(&table.rows[1])[1], "falls at 2.5 s");
+        assert_eq!(texts(&table.foot[0])[..7], ["all", "1 of 2 follow", "50.0", "50.0", "2.00", "2", "1.0"]);
         assert!(table.rows.iter().chain(&table.foot).all(|r| r.len() == table.columns.len()));
         // Half of the continuous torque throughout: 0.2 squared in the example.
-        assert_eq!(texts(&table.foot[0])[16..], ["0.04", "knee 0.04"]);
+        assert_eq!(texts(&table.foot[0])[17..], ["0.04", "knee 0.04"]);
         let field = evaluation.field_table();
         assert_eq!(texts(&field.rows[0]), ["all", "50.0", "0.035", "0", "0", "0", "0"]);
         let falls = evaluation.failure_table().unwrap();
         assert_eq!(texts(&falls.rows[0])[..4], ["run", "0.50", "2.50", "root sank"]);
-        let named = |name: &str| ClipScore { clip: name.into(), jerk: 1234.0, ..evaluation.overall.clone() };
-        let (clips, groups) = (vec![named(&"c".repeat(30))], vec![named("HighlyDynamic")]);
-        let shown = Evaluation { clips, groups, ..evaluation.clone() };
-        let text = shown.text();
-        let body = text.split("\nFalls\n").next().unwrap();
-        assert!(body.lines().all(|line| line.chars().count() <= 100), "{body}");
-        assert!(
-            body.contains("survival [%]") && body.contains("r_mpkpe [mm]") && !body.contains("worst joint"),
-            "{body}"
-        );
+        let causes = evaluation.fall_summary().map(|table| table.rows).unwrap_or_default();
+        assert_eq!(texts(&causes[0])[..3], ["root sank", "1", "1"]);
         let playbacks = evaluation.playbacks();
-        assert_eq!(playbacks[0].note, "2.0° · 0.0 cm · survived 1.0 s");
+        assert_eq!(playbacks[0].note, "follows · 2.0° · 0.0 cm · survived 1.0 s");
         assert_eq!((playbacks[1].fall, playbacks[1].simulated.len()), (Some(0.5), 11));
     }
 }

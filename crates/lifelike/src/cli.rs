@@ -11,7 +11,7 @@ use tracing_subscriber::util::SubscriberInitExt;
 
 use crate::commands::Command;
 use crate::error::CliError;
-use crate::output::Output;
+use crate::output::{self, Output};
 
 /// Lifelike motion for robots and physics-based characters.
 ///
@@ -28,6 +28,9 @@ pub struct Cli {
     /// Say nothing but errors on standard error.
     #[arg(short, long, global = true, conflicts_with = "verbose")]
     pub quiet: bool,
+    /// Show all columns of tables, however wide they become.
+    #[arg(long, global = true)]
+    pub wide: bool,
     /// The command.
     #[command(subcommand)]
     pub command: Command,
@@ -56,6 +59,7 @@ impl Cli {
         #[cfg(feature = "learning")]
         lifelike_nn::memory::tune_allocator();
         self.start_logs();
+        output::show_all_columns(self.wide);
         let output = Output { json: self.json, quiet: self.quiet, silent: false };
         match self.command.run(&output) {
             Ok(()) => ExitCode::SUCCESS,

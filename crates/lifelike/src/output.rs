@@ -1,7 +1,9 @@
 //! Text for people, JSON for scripts.
 
 use std::io::{ErrorKind, Write};
+use std::sync::OnceLock;
 
+use lifelike_report::{Cell, Column, Screen, Table};
 use serde::Serialize;
 
 use crate::error::CliError;
@@ -55,25 +57,37 @@ fn print(text: &str) -> Result<(), CliError> {
     }
 }
 
-/// A table of text: the first column left, the others right, as wide as they need.
+/// Whether all columns are shown, as the command line said.
+static WIDE: OnceLock<bool> = OnceLock::new();
+
+/// Shows all columns of tables from now on, however long their lines become.
+pub(crate) fn show_all_columns(wide: bool) {
+    let _ = WIDE.set(wide);
+}
+
+/// Space for tables: that of the terminal, or what the variable COLUMNS says.
+pub fn screen() -> Screen {
+    let variable = std::env::var("COLUMNS").ok().and_then(|text| text.parse().ok()).filter(|n| *n > 0);
+    let terminal = || terminal_size::terminal_size_of(std::io::stdout()).map(|(width, _)| usize::from(width.0));
+    let columns = variable.or_else(terminal).unwrap_or(Screen::PIPED);
+    Screen { columns, wide: WIDE.get().copied().unwrap_or(false) }
+}
+
+/// Returns a table as text that fits the terminal.
+pub fn fitted(table: &Table) -> String {
+    table.to_terminal(screen())
+}
+
+/// A table of text that fits the terminal: columns of numbers on the right side, others on the left.
 pub fn table(head: &[&str], rows: &[Vec<String>]) -> String {
-    let width = |column: usize| {
-        let cells = rows.iter().filter_map(|r| r.get(column)).map(|c| c.chars().count());
-        cells.chain(head.get(column).map(|h| h.chars().count())).max().unwrap_or(0)
+    let is_number = |text: &String| text.is_empty() || text.starts_with(|c: char| c.is_ascii_digit() || "-+–".contains(c));
+    let column = |(i, name): (usize, &&str)| {
+        let numbers = i > 0 && rows.iter().filter_map(|row| row.get(i)).all(is_number);
+        if numbers { Column::number(name, "") } else { Column::text(name) }
     };
-    let widths: Vec<usize> = (0..head.len()).map(width).collect();
-    let line = |cells: &[String]| {
-        let padded = cells.iter().zip(&widths).enumerate().map(|(i, (cell, width))| {
-            let space = " ".repeat(width.saturating_sub(cell.chars().count()));
-            if i == 0 { format!("{cell}{space}") } else { format!("{space}{cell}") }
-        });
-        padded.collect::<Vec<_>>().join("  ").trim_end().to_string() + "\n"
-    };
-    let head: Vec<String> = head.iter().map(|h| (*h).to_string()).collect();
-    let rule: Vec<String> = widths.iter().map(|w| "-".repeat(*w)).collect();
-    let mut text = line(&head) + &line(&rule);
-    rows.iter().for_each(|row| text.push_str(&line(row)));
-    text
+    let mut table = Table::new("", head.iter().enumerate().map(column).collect());
+    table.rows = rows.iter().map(|row| row.iter().map(Cell::text).collect()).collect();
+    fitted(&table)
 }
 
 #[cfg(test)]
@@ -82,8 +96,8 @@ mod tests {
 
     #[test]
     fn columns_line_up() {
-        let rows = vec![vec!["walk".to_string(), "1.5".to_string()], vec!["é".to_string(), "10.25".to_string()]];
-        let expected = "clip  error\n----  -----\nwalk    1.5\né     10.25\n";
-        assert_eq!(table(&["clip", "error"], &rows), expected);
+        let rows = vec![vec!["walk".into(), "1.5".into(), "a b".into()], vec!["é".into(), "10.25".into(), "c".into()]];
+        let expected = "clip  error  why\n────  ─────  ───\nwalk    1.5  a b\né     10.25  c\n";
+        assert_eq!(table(&["clip", "error", "why"], &rows), expected);
     }
 }

@@ -9,7 +9,7 @@ use super::chart::Chart;
 use super::curve::Curve;
 use super::drawing::Drawing;
 use super::playback::Playback;
-use super::scene::describe;
+use super::scene::{describe, describe_skeleton};
 use super::table::{Table, escape};
 use crate::ReportError;
 use crate::write_atomically;
@@ -18,7 +18,7 @@ const PAGE: &str = include_str!("page/page.html");
 const PLAYER: &str = include_str!("page/player.html");
 const STYLE: &str = include_str!("page/style.css");
 /// In the order in which they use each other.
-const SCRIPTS: [&str; 8] = [
+const SCRIPTS: [&str; 9] = [
     include_str!("page/camera.js"),
     include_str!("page/poses.js"),
     include_str!("page/shapes.js"),
@@ -27,6 +27,7 @@ const SCRIPTS: [&str; 8] = [
     include_str!("page/viewer.js"),
     include_str!("page/strip.js"),
     include_str!("page/curves.js"),
+    include_str!("page/live.js"),
 ];
 const MAIN: &str = include_str!("page/main.js");
 
@@ -47,7 +48,9 @@ pub struct ReportBuilder {
     charts: Vec<Chart>,
     curves: Vec<Curve>,
     measured: bool,
-    characters: Vec<(String, Value)>,
+    headlines: Vec<String>,
+    curves_first: bool,
+    characters: Vec<Value>,
     playbacks: Vec<Value>,
 }
 
@@ -81,6 +84,18 @@ impl ReportBuilder {
         self
     }
 
+    /// Shows the curves of these names first, and folds the others.
+    pub fn headlines(mut self, names: &[&str]) -> Self {
+        self.headlines = names.iter().map(|name| (*name).to_string()).collect();
+        self
+    }
+
+    /// Puts the curves before the tables: for pages that are read by looking at signals.
+    pub fn curves_first(mut self) -> Self {
+        self.curves_first = true;
+        self
+    }
+
     /// Adds a table.
     pub fn table(mut self, table: Table) -> Self {
         self.tables.push(table);
@@ -101,21 +116,38 @@ impl ReportBuilder {
 
     /// Adds playbacks of a character. May be called for several characters.
     pub fn playback(mut self, character: &Character, playbacks: &[Playback]) -> Self {
-        let at = self.characters.iter().position(|(name, _)| *name == character.name).unwrap_or_else(|| {
-            self.characters.push((character.name.clone(), describe(character)));
-            self.characters.len() - 1
-        });
+        let drawn = describe(character);
         let whole = playbacks.iter().filter(|p| !(p.simulated.is_empty() && p.reference.is_empty()));
-        self.playbacks.extend(whole.map(|p| p.to_json(at, character.bodies.len())));
+        for playback in whole {
+            let own = self.character(&drawn);
+            let reference = playback.skeleton.as_ref().map_or(own, |skeleton| self.character(&describe_skeleton(skeleton)));
+            self.playbacks.push(playback.to_json(own, reference, character.bodies.len()));
+        }
         self
+    }
+
+    /// Returns the number of a character on the page, which is added where it is new.
+    fn character(&mut self, drawn: &Value) -> usize {
+        self.characters.iter().position(|known| known == drawn).unwrap_or_else(|| {
+            self.characters.push(drawn.clone());
+            self.characters.len() - 1
+        })
     }
 
     /// Returns the page.
     pub fn to_html(&self) -> String {
+        self.page(&Value::Null)
+    }
+
+    /// Returns the page; with `live`, one that reads its content from scripts beside it.
+    pub(super) fn page(&self, live: &Value) -> String {
+        let is_live = !live.is_null();
         let data = json!({
-            "characters": self.characters.iter().map(|(_, c)| c).collect::<Vec<_>>(),
+            "characters": self.characters,
             "playbacks": self.playbacks,
             "curves": self.curves,
+            "headlines": self.headlines,
+            "live": live,
         });
         // Nothing inside the data may end the element that holds it.
         let data = data.to_string().replace('<', "\\u003c");
@@ -126,20 +158,26 @@ impl ReportBuilder {
             .iter()
             .map(|(name, value)| format!("<div><dt>{}</dt><dd>{}</dd></div>\n", escape(name), escape(value)))
             .collect();
-        if !facts.is_empty() {
-            facts = format!("<dl>\n{facts}</dl>\n");
+        if is_live || !facts.is_empty() {
+            facts = format!("<dl data-is=\"facts\">\n{facts}</dl>\n");
         }
         let mut sections = String::new();
+        let hidden = |section: &str| section.replacen("<section", "<section hidden", 1);
         if !self.playbacks.is_empty() {
             sections.push_str(PLAYER);
+        } else if is_live {
+            sections.push_str(&hidden(PLAYER));
         }
-        self.tables.iter().for_each(|t| sections.push_str(&t.to_html()));
-        self.charts.iter().for_each(|c| sections.push_str(&c.to_html()));
-        self.drawings.iter().for_each(|d| sections.push_str(&d.to_html()));
-        if !self.curves.is_empty() {
-            let smoothing = if self.measured { "value=\"0\"" } else { SMOOTHED };
-            sections.push_str(&CURVES.replace(SMOOTHED, smoothing));
-        }
+        let smoothing = if self.measured { "value=\"0\"" } else { SMOOTHED };
+        let curves = match (self.curves.is_empty(), is_live) {
+            (false, _) => CURVES.replace(SMOOTHED, smoothing),
+            (true, true) => hidden(CURVES),
+            (true, false) => String::new(),
+        };
+        let tables = self.tables.iter().map(Table::to_html).chain(self.charts.iter().map(Chart::to_html));
+        let tables = tables.chain(self.drawings.iter().map(Drawing::to_html)).collect();
+        let [first, second] = if self.curves_first { [curves, tables] } else { [tables, curves] };
+        sections += &(first + &second);
         if sections.is_empty() {
             sections.push_str("<p class=\"quiet\">Nothing was recorded.</p>\n");
         }
@@ -156,6 +194,20 @@ impl ReportBuilder {
                 ("script", &script),
             ],
         )
+    }
+
+    /// Returns the content of a live page but for its motion, as a script.
+    pub(super) fn state(&self, motion: u64, done: bool) -> String {
+        let state = json!({
+            "facts": self.facts, "curves": self.curves, "headlines": self.headlines, "motion": motion, "done": done,
+        });
+        format!("window.lifelikeState({state});\n")
+    }
+
+    /// Returns the motion of a live page, as a script.
+    pub(super) fn motion(&self) -> String {
+        let motion = json!({ "characters": self.characters, "playbacks": self.playbacks });
+        format!("window.lifelikeMotion({motion});\n")
     }
 
     /// Writes the page.
@@ -193,7 +245,7 @@ mod tests {
 
     #[test]
     fn measured_curves_are_not_smoothed_at_first() {
-        let page = || ReportBuilder::new("").curves([Curve { name: "a".into(), x: vec![0.0], y: vec![1.0] }]);
+        let page = || ReportBuilder::new("").curves([Curve { name: "a".into(), x: vec![0.0], y: vec![1.0], ..Curve::default() }]);
         assert!(page().to_html().contains(SMOOTHED));
         let measured = page().measured().to_html();
         assert!(measured.contains("data-is=\"curves\"") && !measured.contains(SMOOTHED));
@@ -204,7 +256,7 @@ mod tests {
         let hostile = "</script><script>alert(1)</script>";
         let html = ReportBuilder::new(hostile)
             .fact("samples", hostile)
-            .curves([Curve { name: hostile.into(), x: vec![0.0, 1.0], y: vec![1.0, f64::NAN] }])
+            .curves([Curve { name: hostile.into(), x: vec![0.0, 1.0], y: vec![1.0, f64::NAN], ..Curve::default() }])
             .table(Table::new(hostile, vec![]))
             .to_html();
         assert!(!html.contains("alert(1)</script>"), "nothing from outside becomes markup");

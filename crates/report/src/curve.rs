@@ -6,10 +6,12 @@ use crate::run::MetricsRow;
 const MOST_POINTS: usize = 1500;
 
 /// One metric over the iterations. A name like `reward/joints` puts it into the group `reward`.
-#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+#[derive(Debug, Clone, PartialEq, Default, serde::Serialize)]
 pub struct Curve {
-    /// Name.
+    /// Name. Curves of one name share a panel and its axis.
     pub name: String,
+    /// Name among the curves of one panel, such as `measured`; empty where it is alone.
+    pub series: String,
     /// Iterations, or whatever stands below the curve; ascending.
     pub x: Vec<f64>,
     /// Values; what is not finite leaves a gap.
@@ -26,6 +28,7 @@ impl Curve {
         };
         Self {
             name: self.name.clone(),
+            series: self.series.clone(),
             x: self.x.chunks(group).map(mean).collect(),
             y: self.y.chunks(group).map(mean).collect(),
         }
@@ -39,7 +42,7 @@ pub fn curves_from(rows: &[MetricsRow]) -> Vec<Curve> {
     for row in rows {
         for (name, value) in &row.values {
             let at = curves.iter().position(|c| c.name == *name).unwrap_or_else(|| {
-                curves.push(Curve { name: name.clone(), x: Vec::new(), y: Vec::new() });
+                curves.push(Curve { name: name.clone(), ..Curve::default() });
                 curves.len() - 1
             });
             curves[at].x.push(row.iteration as f64);
@@ -71,7 +74,7 @@ mod tests {
     #[test]
     fn thinning_averages_what_is_finite() {
         let curve =
-            Curve { name: "a".into(), x: vec![0.0, 1.0, 2.0, 3.0, 4.0], y: vec![1.0, 3.0, f64::NAN, 5.0, f64::NAN] };
+            Curve { name: "a".into(), x: vec![0.0, 1.0, 2.0, 3.0, 4.0], y: vec![1.0, 3.0, f64::NAN, 5.0, f64::NAN], ..Curve::default() };
         let thin = curve.thinned(3);
         assert_eq!(thin.x, [0.5, 2.5, 4.0]);
         assert_eq!(thin.y[..2], [2.0, 5.0]);

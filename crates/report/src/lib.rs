@@ -20,10 +20,13 @@ mod chart;
 mod curve;
 mod drawing;
 mod error;
+mod live;
 mod playback;
 pub mod run;
 mod scene;
+mod surface;
 mod table;
+mod terminal;
 
 pub use atomic::write_atomically;
 pub use builder::ReportBuilder;
@@ -31,8 +34,10 @@ pub use chart::{Chart, Series};
 pub use curve::{Curve, curves_from};
 pub use drawing::{Drawing, Panel, Picture};
 pub use error::ReportError;
-pub use playback::{BodyPose, Playback};
+pub use live::LivePage;
+pub use playback::{BodyPose, Foot, Playback};
 pub use table::{Align, Cell, Column, Table, Tone};
+pub use terminal::{Screen, wrapped};
 
 /// The README's examples, run as tests.
 #[cfg(doctest)]

@@ -1,16 +1,35 @@
 //! A character's shapes, for the page.
 
+use std::collections::BTreeMap;
+
 use lifelike_character::rotation::to_wxyz;
 use lifelike_character::{Character, GeomShape, Kinematics, Quat, Vec3};
+use lifelike_motion::Skeleton;
 use serde_json::{Value, json};
+
+use super::surface::{pack, surfaces};
 
 /// Bodies (the world left out) and their shapes as JSON.
 pub(super) fn describe(character: &Character) -> Value {
     let mut geoms: Vec<Value> = Vec::new();
     let mut seen = vec![false; character.bodies.len()];
+    let height = height(character);
+    let surfaces = surfaces(character, height);
+    for geom in character.geoms.iter().filter(|geom| geom.body != 0 && geom.rgba[3] > 0.0) {
+        let GeomShape::Mesh(name) = &geom.shape else { continue };
+        if surfaces.contains_key(name) {
+            seen[geom.body] = true;
+            let mut value = shape_json(geom.body, "mesh", &[], &geom.position, &geom.orientation, geom.rgba);
+            value["mesh"] = json!(name);
+            geoms.push(value);
+        }
+    }
+    // Shapes that collide are hidden where there is a picture of the body.
+    let pictured = seen.clone();
     for geom in &character.geoms {
         let Some((shape, size)) = shape_of(&geom.shape) else { continue };
-        if geom.body == 0 || geom.rgba[3] <= 0.0 {
+        let collides = geom.contype != 0 || geom.conaffinity != 0;
+        if geom.body == 0 || geom.rgba[3] <= 0.0 || (pictured[geom.body] && collides) {
             continue;
         }
         seen[geom.body] = true;
@@ -29,7 +48,23 @@ pub(super) fn describe(character: &Character) -> Value {
         geoms.push(shape_json(body.parent, "capsule", &size, &(body.position / 2.0), &along, grey));
     }
     let names: Vec<&str> = character.bodies.iter().skip(1).map(|b| b.name.as_str()).collect();
-    json!({ "name": character.name, "bodies": names, "geoms": geoms, "height": height(character) })
+    let meshes: BTreeMap<&String, Value> = surfaces.iter().map(|(name, mesh)| (name, pack(mesh))).collect();
+    json!({ "name": character.name, "bodies": names, "geoms": geoms, "height": height, "meshes": meshes })
+}
+
+/// A captured skeleton as JSON: bones between joints.
+pub(super) fn describe_skeleton(skeleton: &Skeleton) -> Value {
+    let bone = |parent: usize, offset: &Vec3| {
+        let length = offset.norm();
+        let along = Quat::rotation_between(&Vec3::z(), offset)
+            .unwrap_or_else(|| Quat::from_axis_angle(&Vec3::x_axis(), std::f64::consts::PI));
+        let size = [(0.14 * length).clamp(0.006, 0.035), length / 2.0];
+        (length > 1e-3).then(|| shape_json(parent + 1, "capsule", &size, &(offset / 2.0), &along, [0.5, 0.5, 0.5, 1.0]))
+    };
+    let joints = skeleton.parents.iter().zip(&skeleton.offsets).filter_map(|(parent, offset)| bone((*parent)?, offset));
+    let geoms: Vec<Value> =
+        joints.chain(skeleton.ends.iter().filter_map(|(joint, offset)| bone(*joint, offset))).collect();
+    json!({ "name": "human", "bodies": skeleton.names, "geoms": geoms, "height": 1.0, "meshes": {} })
 }
 
 fn shape_of(shape: &GeomShape) -> Option<(&'static str, Vec<f64>)> {

@@ -21,17 +21,20 @@ pub struct Column {
     pub unit: String,
     /// Side.
     pub align: Align,
+    /// Shown on a terminal only when all columns are asked for.
+    #[serde(skip)]
+    pub minor: bool,
 }
 
 impl Column {
     /// Returns a column of numbers.
     pub fn number(name: &str, unit: &str) -> Self {
-        Self { name: name.into(), unit: unit.into(), align: Align::Right }
+        Self { name: name.into(), unit: unit.into(), align: Align::Right, minor: false }
     }
 
     /// Returns a column of words.
     pub fn text(name: &str) -> Self {
-        Self { name: name.into(), unit: String::new(), align: Align::Left }
+        Self { name: name.into(), unit: String::new(), align: Align::Left, minor: false }
     }
 }
 
@@ -108,20 +111,6 @@ impl Table {
     /// Returns an empty table.
     pub fn new(title: &str, columns: Vec<Column>) -> Self {
         Self { title: title.into(), caption: String::new(), columns, rows: Vec::new(), foot: Vec::new() }
-    }
-
-    /// Returns the table with only the columns of these names, in the table's order.
-    #[must_use]
-    pub fn only(&self, names: &[&str]) -> Self {
-        let kept: Vec<usize> =
-            (0..self.columns.len()).filter(|i| names.contains(&self.columns[*i].name.as_str())).collect();
-        let cells = |rows: &[Vec<Cell>]| {
-            let row = |row: &Vec<Cell>| kept.iter().filter_map(|i| row.get(*i).cloned()).collect();
-            rows.iter().map(row).collect()
-        };
-        let columns = kept.iter().map(|i| self.columns[*i].clone()).collect();
-        let (title, caption) = (self.title.clone(), self.caption.clone());
-        Self { title, caption, columns, rows: cells(&self.rows), foot: cells(&self.foot) }
     }
 
     /// Returns aligned plain text, a line each; widths counted in characters.
@@ -238,16 +227,6 @@ mod tests {
         table.rows.push(vec![Cell::text("a<b>"), Cell::number(f64::NAN, 1)]);
         table.foot.push(vec![Cell::text("all"), Cell::number(12.25, 1).tone(Some(Tone::Bad))]);
         table
-    }
-
-    #[test]
-    fn some_columns_of_a_table_keep_their_order() {
-        let mut table = Table::new("t", ["a", "b", "c"].map(Column::text).to_vec());
-        table.rows.push(["1", "2", "3"].map(Cell::text).to_vec());
-        table.foot.push(["4", "5", "6"].map(Cell::text).to_vec());
-        let part = table.only(&["c", "a", "none"]);
-        assert_eq!(part.to_text().split_whitespace().filter(|word| !word.contains('─')).collect::<String>(), "ac1346");
-        assert_eq!(part.title, "t");
     }
 
     #[test]

@@ -49,7 +49,7 @@ pub struct Progress<'a, M> {
     pub total: u64,
     /// Time spent training, all sittings together (s).
     pub seconds: f64,
-    /// Time that the rest will take at this sitting's rate (s).
+    /// Time until the end (s): the lesser of the work left, at this sitting's rate, and the minutes left.
     pub remaining_seconds: f64,
     /// Results of the step.
     pub metrics: &'a M,
@@ -122,12 +122,13 @@ impl TrainingRun<'_> {
                 }
             }
             let rate = (seconds - began.0) / (budget.done - began.1).max(1) as f64;
+            let by_work = rate * budget.total.saturating_sub(budget.done) as f64;
             each(&Progress {
                 iteration,
                 done: budget.done,
                 total: budget.total,
                 seconds,
-                remaining_seconds: rate * budget.total.saturating_sub(budget.done) as f64,
+                remaining_seconds: budget.seconds_left(seconds).map_or(by_work, |by_clock| by_work.min(by_clock)),
                 metrics: &metrics,
             });
             latest = Some(metrics);

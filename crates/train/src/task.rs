@@ -79,6 +79,11 @@ pub trait TrainingTask {
         Ok(())
     }
 
+    /// Returns the names of the numbers that say best how it goes.
+    fn headlines(&self) -> &'static [&'static str] {
+        &[]
+    }
+
     /// Adds facts and tables to the report of the run, which has its curves.
     fn report(&self, report: ReportBuilder) -> ReportBuilder {
         report
@@ -100,6 +105,11 @@ impl Budget {
     /// Returns the budget of a training that counts iterations.
     pub fn iterations(done: u64, total: u64) -> Self {
         Self { done, total, minutes: None }
+    }
+
+    /// Returns the time that the budget's minutes leave after so many seconds of training (s); none where it has no minutes.
+    pub fn seconds_left(&self, seconds: f64) -> Option<f64> {
+        self.minutes.map(|minutes| (60.0 * minutes - seconds).max(0.0))
     }
 
     /// Returns whether it is spent, after so many seconds of training.

@@ -1,5 +1,7 @@
 //! `<worldbody>` and the bodies in it.
 
+use std::collections::BTreeMap;
+
 use crate::error::CharacterError;
 use crate::inertia::{self, MIN_MASS};
 use crate::mjcf::attributes::{Attributes, Tristate};
@@ -38,6 +40,8 @@ struct Parts<'a> {
 pub(crate) struct Reader<'a> {
     pub compiler: &'a Compiler,
     pub defaults: &'a Defaults,
+    /// Colours of materials by name.
+    pub materials: BTreeMap<String, [f32; 4]>,
     pub tree: Tree,
 }
 
@@ -159,7 +163,12 @@ impl<'a> Reader<'a> {
                 }
                 "geom" => {
                     let a = self.defaults.resolve(child, class)?;
-                    parts.geoms.push(geoms::read(&a, body, frame, self.compiler)?);
+                    let mut read = geoms::read(&a, body, frame, self.compiler)?;
+                    let material = a.text("material").filter(|_| a.text("rgba").is_none());
+                    if let Some(colour) = material.and_then(|name| self.materials.get(name)) {
+                        read.geom.rgba = *colour;
+                    }
+                    parts.geoms.push(read);
                 }
                 "site" => {
                     let a = self.defaults.resolve(child, class)?;

@@ -19,6 +19,7 @@ mod joints;
 pub(crate) mod names;
 mod pose;
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use crate::error::CharacterError;
@@ -107,7 +108,8 @@ pub(crate) fn compile(mut root: Element, folder: Option<&Path>, meshes: Meshes) 
     let defaults = Defaults::read(&root)?;
     note_softness(&root, &mut notes);
 
-    let mut reader = Reader { compiler: &compiler, defaults: &defaults, tree: Tree::default() };
+    let materials = read_materials(&root)?;
+    let mut reader = Reader { compiler: &compiler, defaults: &defaults, materials, tree: Tree::default() };
     reader.read_world(&root)?;
     let mut tree = reader.tree;
     if tree.pictures > 0 {
@@ -150,6 +152,19 @@ pub(crate) fn compile(mut root: Element, folder: Option<&Path>, meshes: Meshes) 
     };
     character.equalities = equality::read(&root, &defaults, &character)?;
     Ok(character)
+}
+
+/// Reads the colours of materials.
+fn read_materials(root: &Element) -> Result<BTreeMap<String, [f32; 4]>, CharacterError> {
+    let mut colours = BTreeMap::new();
+    let materials = root.children_named("asset").flat_map(|section| section.children_named("material"));
+    for material in materials {
+        let a = Attributes::own(material);
+        if let (Some(name), Some(_)) = (a.text("name"), a.text("rgba")) {
+            colours.insert(name.to_string(), a.prefix("rgba", [0.5, 0.5, 0.5, 1.0])?.map(|x| x as f32));
+        }
+    }
+    Ok(colours)
 }
 
 fn check_sections(root: &Element, notes: &mut Vec<String>) -> Result<(), CharacterError> {

@@ -11,7 +11,7 @@
 //! moves and weighs nothing weighs next to nothing, and a joint that moves nothing that weighs is held. Meshes are looked for
 //! without the build system of their packages ([`package`]).
 //!
-//! Visual meshes of links that have no collision shape stay as pictures; other visuals, velocity limits, transmissions and simulator
+//! Visual meshes stay as pictures; other visuals, velocity limits, transmissions and simulator
 //! extensions are noted or left out. Planar joints are refused.
 
 mod inertial;
@@ -218,7 +218,7 @@ impl<'a> Translation<'a> {
             body.children.push(geom);
         }
         let before = body.children.len();
-        if child(link, "collision").is_none() && body.name == "body" {
+        if body.name == "body" {
             body.children.extend(link.children_named("visual").filter_map(|visual| self.picture(visual)));
         }
         self.visuals += link.children_named("visual").count() - (body.children.len() - before);
@@ -299,11 +299,15 @@ impl<'a> Translation<'a> {
         Ok(geom)
     }
 
-    /// Translates the mesh of a link that is only to be seen: it may have to stand in for a shape. Others are not used.
+    /// Translates a mesh that is only to be seen. It may have to stand in for a shape that is missing.
     fn picture(&mut self, visual: &Element) -> Option<Element> {
         child(child(visual, "geometry")?, "mesh")?;
         let mut geom = self.geom(visual).ok()?;
         geom.attributes.extend(["contype", "conaffinity", "mass"].map(|name| (name.to_string(), "0".to_string())));
+        let colour = child(visual, "material").and_then(|material| child(material, "color"));
+        if let Some(rgba) = colour.and_then(|colour| Attributes::own(colour).numbers::<4>("rgba").ok().flatten()) {
+            geom.attributes.push(("rgba".into(), numbers(&rgba)));
+        }
         Some(geom)
     }
 

@@ -56,7 +56,7 @@ impl Robustness {
             let mut points: Vec<(f64, f64)> = c.points.iter().map(|p| (p.size, value(&p.score))).collect();
             points.sort_by(|a, b| a.0.total_cmp(&b.0));
             let (x, y) = points.into_iter().unzip();
-            Curve { name: format!("{group}/{} [{}]", c.name, c.unit), x, y }
+            Curve { name: format!("{group}/{} [{}]", c.name, c.unit), x, y, ..Curve::default() }
         };
         let survival = self.curves.iter().map(|c| curve(c, "survival (%)", |s| 100.0 * s.survival));
         let error = self.curves.iter().map(|c| curve(c, "joint error (deg)", |s| s.joint_error_deg));

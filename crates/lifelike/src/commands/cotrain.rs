@@ -70,7 +70,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
         let (tracker, critic) = (stages.policy(last), stages.critic(last));
         format!(
             "{}\ngenerator: {}\ntracker:   {}\ncritic:    {}\n",
-            measure::table(rows).to_text(),
+            crate::output::fitted(&measure::table(rows)),
             generator.display(),
             tracker.display(),
             critic.display()

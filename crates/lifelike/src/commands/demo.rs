@@ -11,7 +11,7 @@ use serde_json::json;
 use crate::commands::assets;
 use crate::commands::clips;
 use crate::commands::controller_file::Loaded;
-use crate::commands::eval::{Job, save};
+use crate::commands::eval::{Job, save, text};
 use crate::commands::physics::{self, Physics};
 use crate::error::CliError;
 use crate::next::NextCommand;
@@ -70,7 +70,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     output.result(&value, || {
         format!(
             "{}\nfrom start to motion to look at: {seconds:.1} s\nopen this in a browser: {}\n",
-            evaluation.text(),
+            text(&evaluation),
             report.display()
         )
     })

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use lifelike_evaluation::explain::{self, Explanation};
+use lifelike_evaluation::verdict::summary;
 use lifelike_evaluation::{Evaluation, EvaluationOptions, ThesisEvaluation, ThesisProtocol, thesis_tables};
 use lifelike_motion::{MotionClip, container, feasibility};
 use lifelike_report::{ReportBuilder, Table};
@@ -15,7 +16,7 @@ use crate::commands::families::Families;
 use crate::commands::motion::container_in;
 use crate::commands::physics::{self, Physics};
 use crate::error::CliError;
-use crate::output::Output;
+use crate::output::{Output, fitted, screen};
 use crate::progress::Progress;
 
 /// Most episodes of one clip: more is a mistake.
@@ -182,7 +183,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     }
     let sentences: String = explanations.iter().flatten().map(|e| e.words() + "\n").collect();
     let result = Explained { evaluation: &evaluation, explanations };
-    output.result(&result, || format!("{}{sentences}report: {}\n", evaluation.text(), report.display()))
+    output.result(&result, || format!("{sentences}{}report: {}\n", text(&evaluation), report.display()))
 }
 
 /// Adds what comes of clips that can be tracked, as far as can be told without physics, and of others, apart.
@@ -281,6 +282,7 @@ pub fn save(
         .fact("robot", evaluation.robot.clone())
         .fact("engine", evaluation.engine.clone())
         .fact("episodes", overall.episodes.to_string())
+        .fact("verdict", summary(evaluation.clips.iter().map(|clip| &clip.verdict)))
         .fact("survival", format!("{:.0}%", 100.0 * overall.survival))
         .fact("joint error", format!("{:.2} deg", overall.joint_error_deg));
     let page = evaluation.tables().into_iter().chain(more).fold(page, ReportBuilder::table);
@@ -319,6 +321,15 @@ pub fn protocol_words(protocol: &ThesisProtocol) -> String {
 
 fn thesis_text(found: &ThesisEvaluation) -> String {
     let tables = thesis_tables([("all", &found.errors)]);
-    let tables: String = tables.iter().map(|table| format!("{}\n{}\n", table.title, table.to_text())).collect();
+    let tables: String = tables.iter().map(|table| format!("{}\n{}\n", table.title, fitted(table))).collect();
     format!("{} clips, {}\n\n{tables}", found.clips, protocol_words(&found.protocol))
+}
+
+/// Returns the tables for people, and the verdicts in one line at their end: all falls and more measures are in the report.
+pub fn text(evaluation: &Evaluation) -> String {
+    let by_group = screen().wide || !evaluation.groups.is_empty();
+    let more = by_group.then(|| evaluation.group_tables()).into_iter().flatten();
+    let tables = [evaluation.table()].into_iter().chain(evaluation.fall_summary()).chain(more);
+    let tables: String = tables.map(|table| fitted(&table) + "\n").collect();
+    tables + &summary(evaluation.clips.iter().map(|clip| &clip.verdict)) + "\n"
 }

@@ -50,7 +50,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
         format!(
             "{}\n`lifelike plans NAME` prints a plan; where data of yours is needed, its first lines say which. Every plan \
              takes other clips and robots:\n  lifelike train tracker --plan track robot=MY_ROBOT.xml 'clips=[\"data/mine\"]'\n",
-            table.to_text()
+            crate::output::fitted(&table)
         )
     })
 }

@@ -26,12 +26,13 @@ function smooth(y, amount) {
   });
 }
 
+// Lines of one quantity over one axis.
 class Panel {
   static W = 320;
   static H = 130;
 
   constructor(curve, hover) {
-    this.curve = curve;
+    this.lines = curve.lines;
     this.root = document.createElement("figure");
     const head = document.createElement("figcaption");
     const name = document.createElement("b");
@@ -43,24 +44,29 @@ class Panel {
     this.axis = document.createElement("div");
     this.axis.className = "axis";
     this.root.append(head, this.svg, this.axis);
+    if (this.lines.length > 1) this.root.append(legend(this.lines));
     this.svg.addEventListener("pointermove", (e) => {
       const box = this.svg.getBoundingClientRect();
       hover(this.x0 + (this.x1 - this.x0) * (e.clientX - box.left) / box.width);
     });
     this.svg.addEventListener("pointerleave", () => hover(null));
-    [this.x0, this.x1] = [curve.x[0], curve.x[curve.x.length - 1]];
+    const x = this.lines.flatMap((line) => [line.x[0], line.x[line.x.length - 1]]);
+    [this.x0, this.x1] = [Math.min(...x), Math.max(...x)];
   }
 
   draw(amount) {
-    const { x, y } = this.curve;
-    this.smoothed = smooth(y, amount);
-    // The middle 98% of the raw values decide the scale, so that one spike does not flatten the rest; the line that is
-    // drawn boldly always fits.
-    const sorted = y.filter((v) => v !== null).sort((a, b) => a - b);
-    const quantile = (q) => sorted[Math.round(q * (sorted.length - 1))];
-    const bold = this.smoothed.filter((v) => v !== null);
-    let low = Math.min(quantile(0.01), ...bold);
-    let high = Math.max(quantile(0.99), ...bold);
+    // The middle 98% of the raw values decide the scale, so that one spike does not flatten the rest; the lines that are
+    // drawn boldly always fit.
+    let [low, high] = [Infinity, -Infinity];
+    for (const line of this.lines) {
+      line.smoothed = smooth(line.y, amount);
+      const sorted = line.y.filter((v) => v !== null).sort((a, b) => a - b);
+      const quantile = (q) => sorted[Math.round(q * (sorted.length - 1))];
+      for (const v of [quantile(0.01), quantile(0.99), ...line.smoothed]) {
+        if (v === null || v === undefined) continue;
+        [low, high] = [Math.min(low, v), Math.max(high, v)];
+      }
+    }
     if (!(high > low)) [low, high] = [low - 1, low + 1];
     const margin = (high - low) * 0.06;
     this.px = (v) => (v - this.x0) / (this.x1 - this.x0 || 1) * Panel.W;
@@ -70,7 +76,7 @@ class Panel {
       const at = this.py(low + (high - low) * part);
       shape("line", { x1: 0, x2: Panel.W, y1: at, y2: at, class: "rule" }, this.svg);
     }
-    const path = (values) => {
+    const path = (x, values) => {
       let [text, pen] = ["", "M"];
       values.forEach((v, i) => {
         if (v === null) { pen = "M"; return; }
@@ -79,8 +85,10 @@ class Panel {
       });
       return text;
     };
-    if (amount > 0) shape("path", { d: path(y), class: "raw" }, this.svg);
-    shape("path", { d: path(this.smoothed), class: "bold" }, this.svg);
+    [...this.lines.entries()].reverse().forEach(([k, line]) => {
+      if (amount > 0) shape("path", { d: path(line.x, line.y), class: "raw" }, this.svg);
+      shape("path", { d: path(line.x, line.smoothed), class: `bold series-${k % 4}` }, this.svg);
+    });
     this.cross = shape("line", { y1: 0, y2: Panel.H, class: "cross", visibility: "hidden" }, this.svg);
     this.axis.replaceChildren(...[`${short(low)} … ${short(high)}`, `${short(this.x0)} – ${short(this.x1)}`].map((t) => {
       const span = document.createElement("span");
@@ -91,46 +99,85 @@ class Panel {
   }
 
   hover(at) {
-    const { x, y } = this.curve;
     this.cross.setAttribute("visibility", at === null ? "hidden" : "visible");
     if (at === null) {
-      this.value.textContent = short(this.smoothed[x.length - 1]);
+      this.value.textContent = this.lines.map((line) => short(line.smoothed[line.x.length - 1])).join(" / ");
       return;
     }
-    let nearest = 0;
-    for (let i = 1; i < x.length; i++) if (Math.abs(x[i] - at) < Math.abs(x[nearest] - at)) nearest = i;
-    this.cross.setAttribute("x1", this.px(x[nearest]));
-    this.cross.setAttribute("x2", this.px(x[nearest]));
-    this.value.textContent = `${short(y[nearest])} at ${short(x[nearest])}`;
+    const near = this.lines.map(({ x }) => {
+      let nearest = 0;
+      for (let i = 1; i < x.length; i++) if (Math.abs(x[i] - at) < Math.abs(x[nearest] - at)) nearest = i;
+      return nearest;
+    });
+    const place = this.lines[0].x[near[0]];
+    this.cross.setAttribute("x1", this.px(place));
+    this.cross.setAttribute("x2", this.px(place));
+    this.value.textContent = `${this.lines.map((line, k) => short(line.y[near[k]])).join(" / ")} at ${short(place)}`;
   }
 }
 
+function legend(lines) {
+  const root = document.createElement("div");
+  root.className = "axis key";
+  lines.forEach((line, k) => {
+    const item = document.createElement("span");
+    const mark = document.createElement("i");
+    mark.style.borderColor = `var(--${["accent", "reference", "force", "bad"][k % 4]})`;
+    item.append(mark, line.label);
+    root.append(item);
+  });
+  return root;
+}
+
+// Curves of one name share an axis; groups follow one another. Where some are headlines, the others are folded.
 function drawCurves(root) {
+  const named = new Map();
+  for (const { name, series, x, y } of data.curves) {
+    if (!named.has(name)) named.set(name, { name, lines: [] });
+    named.get(name).lines.push({ label: series, x, y });
+  }
+  const panels = [];
+  const hover = (at) => panels.forEach((p) => p.hover(at));
+  const grid = (curves, parent, kind = "") => {
+    const element = document.createElement("div");
+    element.className = `panels ${kind}`;
+    for (const curve of curves) {
+      const panel = new Panel(curve, hover);
+      panels.push(panel);
+      element.append(panel.root);
+    }
+    parent.append(element);
+  };
+  const open = root.querySelector("details")?.open ?? false;
+  root.replaceChildren();
+  const first = data.headlines.map((name) => named.get(name)).filter((curve) => curve);
+  let rest = root;
+  if (first.length) {
+    grid(first, root, "headline");
+    first.forEach((curve) => named.delete(curve.name));
+    rest = document.createElement("details");
+    rest.open = open;
+    const summary = document.createElement("summary");
+    summary.textContent = `${named.size} more curves`;
+    rest.append(summary);
+    if (named.size) root.append(rest);
+  }
   const groups = new Map();
-  for (const curve of data.curves) {
+  for (const curve of named.values()) {
     const group = curve.name.includes("/") ? curve.name.split("/")[0] : "";
     if (!groups.has(group)) groups.set(group, []);
     groups.get(group).push(curve);
   }
-  const panels = [];
-  const hover = (at) => panels.forEach((p) => p.hover(at));
   for (const [group, curves] of groups) {
     if (group) {
       const title = document.createElement("h3");
       title.textContent = group;
-      root.append(title);
+      rest.append(title);
     }
-    const grid = document.createElement("div");
-    grid.className = "panels";
-    for (const curve of curves) {
-      const panel = new Panel(curve, hover);
-      panels.push(panel);
-      grid.append(panel.root);
-    }
-    root.append(grid);
+    grid(curves, rest);
   }
   const slider = document.querySelector("[data-is=smoothing]");
   const redraw = () => panels.forEach((p) => p.draw(Number(slider.value)));
-  slider.addEventListener("input", redraw);
+  slider.oninput = redraw;
   redraw();
 }

@@ -55,6 +55,16 @@ class FlatStage {
       const style = item.ghost ? css(colours.ghost, item.ghost === "glass" ? 0.35 : 1) : css(geom.rgba.slice(0, 3));
       if (geom.shape === "capsule" || geom.shape === "cylinder") {
         stroke(at([0, 0, s[1]]), at([0, 0, -s[1]]), 2 * s[0], style);
+      } else if (geom.shape === "mesh") {
+        const { decoded } = decodeMesh(item.character.meshes[geom.mesh]);
+        const step = Math.max(Math.floor(decoded.length / 3 / 80), 1) * 3;
+        const points = [];
+        for (let i = 0; i < decoded.length; i += step) points.push(project(at(decoded.subarray(i, i + 3))));
+        if (points.some((p) => !p) || points.length < 3) continue;
+        c.fillStyle = style;
+        c.beginPath();
+        for (const p of hull(points)) c.lineTo(p[0], p[1]);
+        c.fill();
       } else if (geom.shape === "box") {
         const corners = [];
         for (let k = 0; k < 8; k++) corners.push(project(at(s.map((h, axis) => (k >> axis & 1 ? h : -h)))));

@@ -39,7 +39,16 @@ if (query.has("strip") && data.playbacks.length) {
   strip();
 } else {
   document.querySelectorAll("table").forEach(sortable);
-  if (data.playbacks.length) new Viewer(document.querySelector("#playback"));
+  const root = document.querySelector("#playback");
+  let viewer = data.playbacks.length ? new Viewer(root) : null;
   if (data.curves.length) drawCurves(document.querySelector("[data-is=curves]"));
+  if (data.live) {
+    live((motion) => {
+      Object.assign(data, motion);
+      root.hidden = false;
+      if (viewer) viewer.replace();
+      else viewer = new Viewer(root);
+    });
+  }
 }
 document.documentElement.dataset.ready = "1";

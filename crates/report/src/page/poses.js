@@ -4,11 +4,9 @@ class Track {
   // `base64` holds little-endian numbers: roots f32 [frames, 3]; then i16 [frames, bodies, 7]: position less root in
   // units of `unit` metres, and the quaternion wxyz in units of 1/32767.
   constructor(base64, frames, bodies, fps, unit) {
-    const text = atob(base64);
-    const bytes = new Uint8Array(text.length);
-    for (let i = 0; i < text.length; i++) bytes[i] = text.charCodeAt(i);
-    this.roots = new Float32Array(bytes.buffer, 0, frames * 3);
-    this.poses = new Int16Array(bytes.buffer, frames * 12, frames * bodies * 7);
+    const bytes = bytesOf(base64);
+    this.roots = new Float32Array(bytes, 0, frames * 3);
+    this.poses = new Int16Array(bytes, frames * 12, frames * bodies * 7);
     Object.assign(this, { frames, bodies, fps, unit });
     this.matrices = Array.from({ length: bodies }, () => new Float32Array(16));
   }
@@ -82,13 +80,15 @@ function bodyError(a, b) {
 }
 
 function decodePlayback(p) {
-  const bodies = data.characters[p.character].bodies.length;
-  const track = (t) => t && new Track(t.data, p.frames, bodies, p.fps, t.unit);
-  const simulated = track(p.simulated);
-  const reference = track(p.reference);
+  const track = (t, character) => t && new Track(t.data, p.frames, data.characters[character].bodies.length, p.fps, t.unit);
+  const simulated = track(p.simulated, p.character);
+  const reference = track(p.reference, p.referenceCharacter);
+  const own = p.character === p.referenceCharacter;
   return {
-    ...p, simulated, reference,
+    ...p, simulated, reference, own,
     duration: (p.frames - 1) / p.fps,
-    error: simulated && reference ? bodyError(simulated, reference) : null,
+    error: simulated && reference && own ? bodyError(simulated, reference) : null,
+    feet: p.feet.map((f) => ({ ...f, down: new Uint8Array(bytesOf(f.down)), force: new Uint8Array(bytesOf(f.force)) })),
+    joints: p.joints.map((j) => new Int16Array(bytesOf(j))),
   };
 }

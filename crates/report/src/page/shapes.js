@@ -21,6 +21,45 @@ class MeshBuilder {
   }
 }
 
+// Triangles of a mesh with a normal for each corner: faces that meet at less than CREASE degrees are smooth.
+const CREASE = Math.cos(38 * Math.PI / 180);
+
+function bytesOf(base64) {
+  const text = atob(base64);
+  const bytes = new Uint8Array(text.length);
+  for (let i = 0; i < text.length; i++) bytes[i] = text.charCodeAt(i);
+  return bytes.buffer;
+}
+
+function decodeMesh(mesh) {
+  if (mesh.corners) return mesh;
+  const packed = new Int16Array(bytesOf(mesh.points));
+  const faces = new Uint32Array(bytesOf(mesh.faces));
+  const points = Float32Array.from(packed, (v, i) => v * mesh.unit + mesh.middle[i % 3]);
+  const normals = new Float32Array(faces.length);
+  const around = Array.from({ length: points.length / 3 }, () => []);
+  for (let f = 0; f < faces.length; f += 3) {
+    const [a, b, c] = [0, 1, 2].map((k) => points.subarray(faces[f + k] * 3, faces[f + k] * 3 + 3));
+    const n = cross([b[0] - a[0], b[1] - a[1], b[2] - a[2]], [c[0] - a[0], c[1] - a[1], c[2] - a[2]]);
+    normals.set(n, f);
+    for (let k = 0; k < 3; k++) around[faces[f + k]].push(f);
+  }
+  const corners = new Float32Array(faces.length * 3);
+  for (let f = 0; f < faces.length; f += 3) {
+    const own = normals.subarray(f, f + 3);
+    const size = Math.hypot(...own) || 1;
+    for (let k = 0; k < 3; k++) {
+      const sum = [0, 0, 0];
+      for (const g of around[faces[f + k]]) {
+        const n = normals.subarray(g, g + 3);
+        if (dot(own, n) >= CREASE * size * Math.hypot(n[0], n[1], n[2])) for (let i = 0; i < 3; i++) sum[i] += n[i];
+      }
+      corners.set(normalize(sum), (f + k) * 3);
+    }
+  }
+  return Object.assign(mesh, { decoded: points, index: faces, corners });
+}
+
 function placement(position, [w, x, y, z]) {
   const turn = (v) => {
     const t = [2 * (y * v[2] - z * v[1]), 2 * (z * v[0] - x * v[2]), 2 * (x * v[1] - y * v[0])];
@@ -38,8 +77,17 @@ const onSphere = (u, v) => {
   return [Math.sin(a) * Math.cos(b), Math.sin(a) * Math.sin(b), Math.cos(a)];
 };
 
-function addShape(mesh, geom, colour) {
+function addMesh(out, { decoded, index, corners }, place, colour) {
+  for (let i = 0; i < index.length; i++) {
+    const p = decoded.subarray(index[i] * 3, index[i] * 3 + 3);
+    out.indices.push(out.vertices.length / 9);
+    out.vertices.push(...place.point(p), ...place.turn(corners.subarray(i * 3, i * 3 + 3)), ...colour);
+  }
+}
+
+function addShape(mesh, geom, colour, meshes) {
   const place = placement(geom.position, geom.orientation);
+  if (geom.shape === "mesh") return addMesh(mesh, decodeMesh(meshes[geom.mesh]), place, colour);
   const s = geom.size;
   if (geom.shape === "sphere") {
     mesh.surface(14, 24, (u, v) => { const n = onSphere(u, v); return [n.map((c) => c * s[0]), n]; }, place, colour);
@@ -102,7 +150,24 @@ function bodyMeshes(character, plain) {
   const meshes = character.bodies.map(() => new MeshBuilder());
   for (const geom of character.geoms) {
     const grey = geom.rgba.slice(0, 3).every((c) => Math.abs(c - 0.5) < 1e-3);
-    addShape(meshes[geom.body], geom, grey ? plain : geom.rgba.slice(0, 3));
+    addShape(meshes[geom.body], geom, grey ? plain : geom.rgba.slice(0, 3), character.meshes);
   }
   return meshes;
+}
+
+// An arrow of length 1 along z, and a disc of radius 1: marks of contacts.
+function markMeshes() {
+  const place = placement([0, 0, 0], [1, 0, 0, 0]);
+  const [arrow, pad] = [new MeshBuilder(), new MeshBuilder()];
+  const ring = (v) => [Math.cos(v * 2 * Math.PI), Math.sin(v * 2 * Math.PI)];
+  const cone = (low, high, from, to) => arrow.surface(1, 18, (u, v) => {
+    const [c, d] = ring(v);
+    const r = low + (high - low) * u;
+    return [[c * r, d * r, from + (to - from) * u], normalize([c, d, low - high])];
+  }, place, [1, 1, 1]);
+  cone(0.35, 0.35, 0, 0.8);
+  cone(1, 0.0001, 0.8, 1);
+  cone(0.35, 1, 0.8, 0.8);
+  pad.surface(1, 28, (u, v) => { const [c, d] = ring(v); return [[c * (1 - u), d * (1 - u), 0], [0, 0, 1]]; }, place, [1, 1, 1]);
+  return { arrow, pad };
 }

@@ -143,9 +143,26 @@ class Stage {
     });
   }
 
+  // Contacts: [{kind: "arrow" | "pad", at, size: [radius, length], colour, alpha}].
+  drawMarks(u, marks) {
+    const gl = this.gl;
+    this.marks ??= Object.fromEntries(Object.entries(markMeshes()).map(([k, m]) => [k, this.upload(m.vertices, m.indices)]));
+    gl.uniform1f(u.ghostly, 1);
+    gl.enable(gl.BLEND);
+    gl.blendFuncSeparate(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA, gl.ONE, gl.ONE);
+    for (const { kind, at, size: [radius, length], colour, alpha } of marks) {
+      gl.uniform3fv(u.ghost, colour);
+      gl.uniform1f(u.alpha, alpha);
+      gl.uniformMatrix4fv(u.model, false, [radius, 0, 0, 0, 0, radius, 0, 0, 0, 0, length, 0, ...at, 1]);
+      gl.bindVertexArray(this.marks[kind].vao);
+      gl.drawElements(gl.TRIANGLES, this.marks[kind].count, gl.UNSIGNED_INT, 0);
+    }
+    gl.disable(gl.BLEND);
+  }
+
   // Draws one view. `view`: {x, y, width, height} in device pixels from the lower left; `camera`: Camera;
   // `items`: [{character, pose, ghost: false | "solid" | "glass"}]; `reach`: size of what must be in the shadow (m).
-  draw(view, camera, items, colours, reach) {
+  draw(view, camera, items, colours, reach, marks = []) {
     const gl = this.gl;
     const sun = normalize([0.42, -0.28, 0.86]);
     const focus = camera.target;
@@ -213,6 +230,7 @@ class Stage {
       gl.disable(gl.BLEND);
     }
     gl.disable(gl.POLYGON_OFFSET_FILL);
+    this.drawMarks(u, marks);
     gl.bindVertexArray(null);
   }
 }

@@ -20,7 +20,9 @@ function strip() {
   make("h1", clip.name);
   if (clip.note) make("p", clip.note);
   const [upper, lower] = clip.labels;
-  const rows = [[upper, clip.simulated, false], [lower, clip.reference, "solid"]].filter(([, track]) => track);
+  const shadow = data.characters[clip.referenceCharacter];
+  const rows = [[upper, clip.simulated, false, character], [lower, clip.reference, "solid", shadow]]
+    .filter(([, track]) => track);
   const frame = make("div", "");
   const canvas = make("canvas", "", frame);
   canvas.style.aspectRatio = `${n} / ${1.5 * rows.length}`;
@@ -41,14 +43,14 @@ function strip() {
     const time = from + (to - from) * i / (n - 1);
     const item = make("li", `${time.toFixed(2)} s`, times);
     if (clip.fall !== null && time >= clip.fall) item.className = "fell";
-    rows.forEach(([, track, ghost], row) => {
+    rows.forEach(([, track, ghost, figure], row) => {
       const root = track.root(time);
       camera.target = [root[0], root[1], character.height * 0.5];
       const left = Math.round(width * i / n);
       const top = Math.round(height * row / rows.length);
       const bottom = Math.round(height * (row + 1) / rows.length);
       const view = { x: left, y: height - bottom, width: Math.round(width * (i + 1) / n) - left, height: bottom - top };
-      stage.draw(view, camera, [{ character, pose: track.pose(time, [0, 0, 0]), ghost }], stageColours(),
+      stage.draw(view, camera, [{ character: figure, pose: track.pose(time, [0, 0, 0]), ghost }], stageColours(),
         character.height * 1.2);
     });
   }

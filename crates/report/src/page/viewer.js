@@ -8,7 +8,7 @@ function stageColours() {
   };
   const dark = style.getPropertyValue("--dark").trim() === "1";
   return {
-    paper: rgb("--stage"), floor: rgb("--floor"), line: rgb("--grid"), ghost: rgb("--reference"),
+    force: rgb("--force"), paper: rgb("--stage"), floor: rgb("--floor"), line: rgb("--grid"), ghost: rgb("--reference"),
     sky: dark ? [0.5, 0.53, 0.6] : [0.74, 0.77, 0.82], shadow: dark ? 0.62 : 0.3,
   };
 }
@@ -76,6 +76,11 @@ class Viewer {
       item.setAttribute("aria-current", String(i === index));
     }
     for (const button of this.find("reference").children) button.disabled = !(this.clip.simulated && this.clip.reference);
+    this.find("joints").disabled = !this.clip.jointNames.length;
+    this.find("contacts").disabled = !this.clip.feet.length;
+    if (!this.clip.own && this.reference === "overlay") this.reference = "beside";
+    this.press("reference", this.reference);
+    this.drawJoints();
     this.find("note").textContent = this.clip.note;
     const [simulated, reference] = this.clip.labels;
     this.find("legend-physics").textContent = simulated;
@@ -85,6 +90,17 @@ class Viewer {
     this.find("legend-reference").hidden = !this.clip.reference;
     this.drawScrub();
     this.dirty = true;
+  }
+
+  // Other clips in place of those there are; the view stays.
+  replace() {
+    const { name } = this.clip;
+    this.decoded.clear();
+    this.find("select").replaceChildren();
+    this.find("list").replaceChildren();
+    this.list();
+    const index = Math.max(data.playbacks.findIndex((p) => p.name === name), 0);
+    this.choose(index, Math.min(this.time, (data.playbacks[index].frames - 1) / data.playbacks[index].fps));
   }
 
   list() {
@@ -121,6 +137,19 @@ class Viewer {
       this.find("follow").setAttribute("aria-pressed", String(this.follow));
       this.dirty = true;
     });
+    const toggle = (name, apply) => this.find(name).addEventListener("click", () => {
+      this[name] = !this[name];
+      this.find(name).setAttribute("aria-pressed", String(this[name]));
+      apply();
+      this.dirty = true;
+    });
+    this.contacts = true;
+    toggle("contacts", () => {});
+    this.joints = query.has("joints");
+    this.find("joints").setAttribute("aria-pressed", String(this.joints));
+    toggle("joints", () => this.drawJoints());
+    this.find("picture").addEventListener("click", () => savePicture(this));
+    this.find("video").addEventListener("click", () => saveVideo(this));
     this.find("home").addEventListener("click", () => { this.camera.home(this.character.height); this.dirty = true; });
     this.find("select").addEventListener("change", (e) => this.choose(Number(e.target.value)));
     const seek = (e) => {
@@ -166,7 +195,9 @@ class Viewer {
     const passed = Math.min(Math.max((now - this.before) / 1000, 0), 0.1);
     this.before = now;
     if (this.playing && !this.held && this.clip.duration > 0) {
-      this.time = (this.time + passed * this.speed) % this.clip.duration;
+      const time = this.time + passed * this.speed;
+      if (this.recorder && time >= this.clip.duration) this.recorder.stop();
+      this.time = time % this.clip.duration;
       this.dirty = true;
     }
     if (this.dirty) this.draw();
@@ -191,9 +222,12 @@ class Viewer {
         camera.target = camera.target.map((c, k) => c + offset[k] / 2);
       }
       const ghost = clip.simulated && !beside ? "glass" : "solid";
-      items.push({ character, pose: clip.reference.pose(this.time, offset), ghost });
+      const shadow = data.characters[clip.referenceCharacter];
+      items.push({ character: shadow, pose: clip.reference.pose(this.time, offset), ghost });
     }
-    this.stage.draw(fit(this.canvas), camera, items, stageColours(), reach);
+    const colours = stageColours();
+    this.stage.draw(fit(this.canvas), camera, items, colours, reach, this.contacts ? this.marks(items, colours) : []);
+    if (this.joints) this.panels.forEach((p) => p.hover(this.time));
     this.find("play").setAttribute("aria-label", this.playing ? "Pause" : "Play");
     this.find("play").classList.toggle("playing", this.playing);
     this.find("time").textContent = `${clock(this.time)} / ${clock(clip.duration)}`;
@@ -203,6 +237,51 @@ class Viewer {
     const fallen = clip.fall !== null && this.time >= clip.fall;
     this.find("fallen").hidden = !fallen;
     if (fallen) this.find("fallen").textContent = `fell at ${clip.fall.toFixed(2)} s`;
+  }
+
+  // Arrows: ground force in physics, half a robot's height for its weight. Pads: contacts of the reference.
+  marks(items, colours) {
+    const { clip, character: { height } } = this;
+    const frame = (clip.simulated || clip.reference).locate(this.time + 0.5 / clip.fps)[0];
+    const figure = items[0];
+    const robots = items.filter((item) => item.character === figure.character);
+    const planned = robots[robots.length - 1];
+    const at = ({ pose }, foot) => [0, 1, 2].map((r) => pose[foot.body][12 + r]
+      + [0, 1, 2].reduce((sum, k) => sum + pose[foot.body][k * 4 + r] * foot.at[k], 0));
+    const marks = [];
+    for (const foot of clip.feet) {
+      if (foot.down[frame]) {
+        const [x, y, z] = at(planned, foot);
+        marks.push({ kind: "pad", at: [x, y, Math.max(z, 0) + 0.003], size: [height * 0.075, 1], colour: colours.ghost, alpha: 0.5 });
+      }
+      const force = (foot.force[frame] || 0) / 100;
+      if (force > 0.02) {
+        marks.push({ kind: "arrow", at: at(figure, foot), size: [height * 0.02, force * height * 0.5], colour: colours.force, alpha: 0.9 });
+      }
+    }
+    return marks;
+  }
+
+  // Joints over time, those that are farthest off first.
+  drawJoints() {
+    const root = this.find("plots");
+    root.hidden = !this.joints || !this.clip.jointNames.length;
+    this.panels = [];
+    root.replaceChildren();
+    if (root.hidden) return;
+    const { clip } = this;
+    const n = clip.jointNames.length;
+    const column = (values, j) => Array.from({ length: values.length / n }, (_, f) => values[f * n + j] * 1e-4 * 180 / Math.PI);
+    const x = Array.from({ length: clip.frames }, (_, f) => f / clip.fps);
+    const curves = clip.jointNames.map((name, j) => {
+      const lines = clip.joints.map((values, k) => ({ label: clip.labels[k], x, y: column(values, j) })).filter((l) => l.y.length);
+      const off = lines.length > 1 ? lines[0].y.reduce((sum, y, f) => sum + Math.abs(y - lines[1].y[f]), 0) : 0;
+      return { name: `${name.replaceAll("_", " ")} (deg)`, lines, off };
+    });
+    const seek = (t) => { if (t !== null) { this.playing = false; this.time = t; this.dirty = true; } };
+    this.panels = curves.sort((a, b) => b.off - a.off).map((curve) => new Panel(curve, seek));
+    root.append(...this.panels.map((p) => p.root));
+    this.panels.forEach((p) => p.draw(0));
   }
 
   // The body error over time, behind the scrubber; where the fall happened.
@@ -229,4 +308,38 @@ class Viewer {
       c.fillRect(fall / duration * view.width - 1, 0, 2, view.height);
     }
   }
+}
+
+// Files from the page itself.
+function download(blob, name) {
+  const link = document.createElement("a");
+  link.href = URL.createObjectURL(blob);
+  link.download = name;
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(link.href), 60000);
+}
+
+const fileName = (viewer, ending) => `${viewer.clip.name.replace(/[^\w.-]+/g, "_")}.${ending}`;
+
+function savePicture(viewer) {
+  viewer.draw();
+  viewer.canvas.toBlob((blob) => download(blob, fileName(viewer, "png")), "image/png");
+}
+
+// The clip once, from its beginning, at 60 frames a second and in the time that it takes.
+function saveVideo(viewer) {
+  if (viewer.recorder) return viewer.recorder.stop();
+  const kinds = ["video/webm;codecs=vp9", "video/webm;codecs=vp8", "video/webm"];
+  const mimeType = window.MediaRecorder && kinds.find((kind) => MediaRecorder.isTypeSupported(kind));
+  if (!mimeType) return alert("This browser cannot record video.");
+  const recorder = new MediaRecorder(viewer.canvas.captureStream(60), { mimeType, videoBitsPerSecond: 12e6 });
+  const parts = [];
+  const button = viewer.find("video");
+  recorder.ondataavailable = (e) => parts.push(e.data);
+  recorder.onstop = () => {
+    [viewer.recorder, viewer.playing, button.textContent] = [null, false, "Video"];
+    download(new Blob(parts, { type: "video/webm" }), fileName(viewer, "webm"));
+  };
+  [viewer.recorder, viewer.time, viewer.playing, button.textContent] = [recorder, 0, true, "Stop"];
+  recorder.start();
 }

@@ -130,7 +130,12 @@ impl TrainingTask for Trainer {
         self.policy().save(&Self::policy_path(folder.path()))
     }
 
+    fn headlines(&self) -> &'static [&'static str] {
+        &["Train/survival", "Train/mean_step_reward", "Reward/joint_position", "Train/mean_episode_length"]
+    }
+
     fn report(&self, report: ReportBuilder) -> ReportBuilder {
-        report.fact("robot", self.plan.robot.clone()).table(self.clip_table())
+        let steps = format!("{} of {}", self.steps, self.plan.budget.steps);
+        report.fact("robot", self.plan.robot.clone()).fact("steps", steps).table(self.clip_table())
     }
 }

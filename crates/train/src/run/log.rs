@@ -85,7 +85,16 @@ impl RunLog {
         if self.timed < task.iteration() {
             self.time(task, metrics, seconds)?;
         }
-        let report = ReportBuilder::new(format!("Training of {}", folder.path().display()));
+        let mut report = ReportBuilder::new(format!("Training of {}", folder.path().display()))
+            .fact("iterations", task.iteration().to_string())
+            .fact("minutes", format!("{:.1}", seconds / 60.0))
+            .headlines(task.headlines());
+        for (name, value) in metrics.map(|metrics| task.scalars(metrics)).unwrap_or_default() {
+            if task.headlines().contains(&name.as_str()) {
+                let words = name.rsplit('/').next().unwrap_or(&name).replace('_', " ");
+                report = report.fact(&words, format!("{value:.3}"));
+            }
+        }
         task.report(report).curves(curves_from(&folder.metrics()?)).write(&folder.report_path())?;
         Ok(())
     }

@@ -81,8 +81,8 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
             true => String::new(),
             false => format!(
                 "simulation:\n{}\nestimate:\n{}\n",
-                page::summary(&before).to_text(),
-                page::summary(&after).to_text()
+                crate::output::fitted(&page::summary(&before)),
+                crate::output::fitted(&page::summary(&after))
             ),
         };
         format!("{tables}{} estimates in {}\nnext: {next}\n", logs.len(), args.output.display())

@@ -80,5 +80,5 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
         }
     }
     let value = json!({ "servo": servo, "file": args.output, "errors": errors });
-    output.result(&value, || format!("{}\nservo: {}\n", table.to_text(), args.output.display()))
+    output.result(&value, || format!("{}\nservo: {}\n", crate::output::fitted(&table), args.output.display()))
 }

@@ -73,7 +73,7 @@ pub fn save(
     for (name, gaps) in measured {
         report = report.table(each(name, gaps)).table(places(name, gaps)).table(spectra(name, gaps));
     }
-    let report = report.curves(curves(traces));
+    let report = report.curves(curves(traces)).curves_first().measured();
     Ok(report.write(&folder.join("report.html"))?)
 }
 
@@ -201,9 +201,9 @@ fn curves(traces: &[(&str, Vec<Trace>)]) -> Vec<Curve> {
                     let y = |values: &[f32]| -> Vec<f64> {
                         values.iter().skip(i).step_by(width).map(|v| factor * f64::from(*v)).collect()
                     };
-                    let group = format!("{} {} {column} ({unit}) over s", trace.name, block.name);
-                    let mut push = |name: &str, y: Vec<f64>| {
-                        curves.push(Curve { name: format!("{group}/{name}"), x: x.clone(), y });
+                    let panel = format!("{} over time (s)/{} {column} ({unit})", trace.name, block.name);
+                    let mut push = |series: &str, y: Vec<f64>| {
+                        curves.push(Curve { name: panel.clone(), series: series.into(), x: x.clone(), y });
                     };
                     if which == 0 {
                         push("measured", y(&block.measured.values));

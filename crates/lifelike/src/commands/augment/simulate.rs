@@ -85,7 +85,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
         let next = NextCommand::new("augment report").word(args.output.display()).word("-o").word("report");
         format!(
             "{}\n{} traces in {}\nnext: {next}\n",
-            page::summary(&summary).to_text(),
+            crate::output::fitted(&page::summary(&summary)),
             files.len(),
             args.output.display()
         )

@@ -74,6 +74,6 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     output.result(&value, || {
         let next = NextCommand::new("augment report").word(args.output.display()).word("-o").word("report");
         let runs = references.len();
-        format!("{}\n{runs} traces in {}\nnext: {next}\n", page::summary(&summary).to_text(), args.output.display())
+        format!("{}\n{runs} traces in {}\nnext: {next}\n", crate::output::fitted(&page::summary(&summary)), args.output.display())
     })
 }

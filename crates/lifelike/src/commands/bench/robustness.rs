@@ -75,7 +75,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     progress.finish();
     let report = save(&found, robot, &args.policy, &args.output)?;
     output.result(&found, || {
-        let tables: String = found.tables().iter().map(|t| t.to_text() + "\n").collect();
+        let tables: String = found.tables().iter().map(|t| crate::output::fitted(t) + "\n").collect();
         format!("{tables}report: {}\n", report.display())
     })
 }

@@ -180,6 +180,7 @@ impl Stages<'_> {
         let own = [format!("robot={}", self.plan.robot), format!("seed={}", self.plan.seed)];
         let keys = own.into_iter().chain(plan.keys.iter().cloned()).chain(keys);
         Source {
+            watch: false,
             plan: Some(plan.plan.clone()),
             output: Some(folder),
             resume,

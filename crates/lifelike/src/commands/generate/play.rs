@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use lifelike_evaluation::{EpisodeScore, Evaluation, EvaluationOptions};
+use lifelike_evaluation::{EpisodeScore, Evaluation, EvaluationOptions, Verdict};
 use lifelike_motion::MotionClip;
 use lifelike_robot::Robot;
 
@@ -66,7 +66,8 @@ impl<'a> Player<'a> {
         let report = save(&evaluation, None, robot, &title, folder)?;
         let mut lines = Vec::new();
         for (i, (episode, clip)) in evaluation.episodes.iter().zip(clips).enumerate() {
-            lines.push(line(episode));
+            let verdict = Verdict::of(&[episode]);
+            lines.push(line(episode, &verdict));
             // What fell was not softened.
             if let (None, Some(rollout)) = (&episode.failure, evaluation.rollouts.get(i)) {
                 lines.extend(softened(clip, &rollout.played(clip.provenance.clone()), robot)?);
@@ -78,13 +79,13 @@ impl<'a> Player<'a> {
 }
 
 /// Returns what became of one episode.
-fn line(episode: &EpisodeScore) -> String {
-    let error = format!("joint error {:.1} deg", episode.joint_error_deg);
+fn line(episode: &EpisodeScore, verdict: &Verdict) -> String {
+    let error = format!("{verdict}; {:.1} s, joint error {:.1} deg", episode.planned_seconds, episode.joint_error_deg);
     match &episode.failure {
-        None => format!("in physics: survived {:.1} s, {error}", episode.planned_seconds),
+        None => format!("in physics: {error}"),
         Some(fall) => {
             let why = Some(fall.why()).filter(|why| !why.is_empty()).map_or(String::new(), |why| format!("; {why}"));
-            format!("in physics: fell at {:.1} s ({}), {error} before{why}", fall.second, fall.cause.words())
+            format!("in physics: {error} before it {}{why}", fall.cause.words())
         }
     }
 }

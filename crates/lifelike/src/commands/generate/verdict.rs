@@ -2,10 +2,11 @@
 
 use std::cmp::Ordering;
 
+use lifelike_evaluation::verdict::finding_words;
 use lifelike_generation::critic::{Critic, RewardSurrogate};
 use lifelike_generation::representation::FeatureMatrix;
 use lifelike_motion::MotionClip;
-use lifelike_motion::feasibility::{self, Finding, Kind};
+use lifelike_motion::feasibility;
 use lifelike_motion::plausibility::{Collision, collisions};
 use lifelike_robot::Robot;
 
@@ -14,7 +15,7 @@ use crate::error::CliError;
 /// Overlap of two parts from which they are told to be inside of each other (m): shapes are padded, and a hand that
 /// rests on the body is no fault.
 const INSIDE: f64 = 0.02;
-/// A collision of at least this length (s) rules a motion out, as the other findings of [`Kind::patience`] do.
+/// A collision of at least this length (s) rules a motion out, as the other findings of [`feasibility::Kind::patience`] do.
 const PATIENCE: f64 = 0.15;
 
 /// A verdict on one motion.
@@ -67,7 +68,7 @@ impl Verdict {
         let inside = collisions(clip, &robot.character, INSIDE)?;
         let inside = inside.iter().filter(|collision| collision.seconds >= PATIENCE - 1e-9);
         let mut reasons: Vec<(f64, f64, String)> =
-            found.reasons().map(|f| (f.from, f.seconds, words(f))).chain(inside.map(collided)).collect();
+            found.reasons().map(|f| (f.from, f.seconds, finding_words(f))).chain(inside.map(collided)).collect();
         reasons.sort_by(|a, b| a.0.total_cmp(&b.0));
         Ok(Self {
             feasible: reasons.is_empty(),
@@ -97,20 +98,6 @@ impl Verdict {
         let more = if more > 0 { format!("; and {more} more") } else { String::new() };
         format!("not feasible: {}{more}", self.reasons[..self.reasons.len().min(MOST)].join("; ")) + &softened
     }
-}
-
-/// Returns a finding in a few words.
-fn words(finding: &Finding) -> String {
-    let part = finding.part.replace('_', " ");
-    let what = match finding.kind {
-        Kind::Unsupported => "held up by nothing".into(),
-        Kind::Unbalanced => "leans out of its support".into(),
-        Kind::Slipping => "slips".into(),
-        Kind::TooFast => format!("{part} faster than its motor"),
-        Kind::OtherParts => format!("{part} on the ground"),
-        Kind::Underground => format!("{part} in the ground"),
-    };
-    format!("{what} at {:.1} s", finding.from)
 }
 
 fn collided(collision: &Collision) -> (f64, f64, String) {

@@ -2,6 +2,8 @@
 
 use std::path::PathBuf;
 
+use lifelike_evaluation::Verdict;
+use lifelike_evaluation::verdict::summary;
 use lifelike_motion::feasibility::{Feasibility, Kind, check};
 use lifelike_report::{Cell, Column, Table, Tone};
 use lifelike_robot::{Robot, Shapes};
@@ -10,7 +12,7 @@ use serde_json::json;
 
 use crate::commands::clips;
 use crate::error::CliError;
-use crate::output::Output;
+use crate::output::{Output, fitted};
 
 /// Tell which clips a robot cannot execute, and why: from kinematics and masses, without physics.
 ///
@@ -52,27 +54,20 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
 }
 
 fn text(checked: &[(PathBuf, Feasibility)]) -> String {
-    let columns = ["verdict", "why"].map(Column::text);
-    let mut table =
-        Table::new("Clips", [vec![Column::text("clip"), Column::number("length", "s")], columns.into()].concat());
+    let columns =
+        vec![Column::text("clip"), Column::text("verdict"), Column::number("length", "s"), Column::text("worst of each kind")];
+    let mut table = Table::new("Clips", columns).main_columns(&["clip", "verdict", "length"]);
     table.rows = checked.iter().map(|(_, f)| row(f)).collect();
-    let mut text = table.to_text();
-    let untrackable = checked.iter().filter(|(_, f)| !f.trackable).count();
-    text += &format!(
-        "\n{} of {} clips can be tracked, as far as can be told without physics.\n",
-        checked.len() - untrackable,
-        checked.len()
-    );
-    for kind in Kind::ALL {
+    let verdicts: Vec<Verdict> = checked.iter().map(|(_, f)| Verdict::without_physics(f)).collect();
+    let kinds = Kind::ALL.into_iter().filter_map(|kind| {
         let clips = checked.iter().filter(|(_, f)| f.reasons().any(|r| r.kind == kind)).count();
-        if clips > 0 {
-            text += &format!("{}: {clips}\n", kind.words());
-        }
-    }
-    text
+        (clips > 0).then(|| format!("{}: {clips}\n", kind.words()))
+    });
+    let kinds: String = kinds.collect();
+    format!("{}\n{kinds}{}, as far as can be told without physics\n", fitted(&table), summary(verdicts.iter()))
 }
 
-/// The longest stretch of the first reason, and how many seconds there are of each.
+/// The verdict, and of each kind the longest stretch with the seconds of all of them.
 fn row(f: &Feasibility) -> Vec<Cell> {
     let kinds = Kind::ALL.into_iter().filter_map(|kind| {
         let all = || f.findings.iter().filter(move |x| x.kind == kind);
@@ -81,6 +76,7 @@ fn row(f: &Feasibility) -> Vec<Cell> {
         Some(format!("{} ({seconds:.2} s in all)", ruling.words()))
     });
     let why = kinds.collect::<Vec<_>>().join("; ");
-    let (verdict, tone) = if f.trackable { ("trackable", Tone::Good) } else { ("untrackable", Tone::Bad) };
-    vec![Cell::text(&f.clip), Cell::number(f.seconds, 1), Cell::text(verdict).tone(Some(tone)), Cell::text(why)]
+    let tone = if f.trackable { Tone::Good } else { Tone::Bad };
+    let verdict = Cell::text(Verdict::without_physics(f).to_string()).tone(Some(tone));
+    vec![Cell::text(&f.clip), verdict, Cell::number(f.seconds, 1), Cell::text(why)]
 }

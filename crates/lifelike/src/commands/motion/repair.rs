@@ -210,7 +210,7 @@ fn summary(reports: &[&Outcome], written: usize, args: &Args) -> String {
     let refused = reports.iter().filter(|r| !r.done()).count();
     format!(
         "{}\n{} of {} clips could be tracked as they were, as far as can be told without physics; {refused} are refused; {written} are in {}\n",
-        table.to_text(),
+        crate::output::fitted(&table),
         reports.len() - wrong,
         reports.len(),
         args.output.display()

@@ -7,10 +7,11 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 use std::time::Instant;
 
+use lifelike_evaluation::Verdict;
 use lifelike_motion::edit::{self, repair::Change};
 use lifelike_motion::formats::{self, CaptionTable, Format, ReadOptions};
 use lifelike_motion::retarget::{RetargetOptions, RetargetReport, retarget};
-use lifelike_motion::{MotionError, container, dataset};
+use lifelike_motion::{MotionError, container, dataset, feasibility};
 use lifelike_report::{Playback, ReportBuilder};
 use lifelike_robot::Robot;
 use rayon::prelude::*;
@@ -96,6 +97,9 @@ struct Done {
     output: Option<PathBuf>,
     #[serde(skip_serializing_if = "Option::is_none")]
     report: Option<RetargetReport>,
+    /// Verdict by kinematics and masses.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    verdict: Option<Verdict>,
     /// What `--feasible` changed.
     #[serde(skip_serializing_if = "Option::is_none")]
     repaired: Option<Change>,
@@ -134,11 +138,20 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
             Err(why) => Err(why.clone()),
         };
         bar.inc(1);
-        let done = Done { file: file.clone(), output: None, report: None, repaired: None, refused: None, seconds: 0.0 };
+        let done = Done {
+            file: file.clone(),
+            output: None,
+            report: None,
+            verdict: None,
+            repaired: None,
+            refused: None,
+            seconds: 0.0,
+        };
         let seconds = began.elapsed().as_secs_f64();
         Some(match converted {
             Ok(made) => {
-                Done { output: Some(made.file), report: Some(made.report), repaired: made.repaired, seconds, ..done }
+                let (output, report, verdict) = (Some(made.file), Some(made.report), Some(made.verdict));
+                Done { output, report, verdict, repaired: made.repaired, seconds, ..done }
             }
             Err(why) => Done { refused: Some(why), seconds, ..done },
         })
@@ -152,10 +165,8 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let json = serde_json::json!({ "summary": summary, "options": options, "clips": done });
     let text = serde_json::to_string_pretty(&json).map_err(|e| CliError::Failed(e.to_string()))?;
     std::fs::write(&report, text).map_err(CliError::write(&report))?;
-    if args.look {
-        look(&args.output, &robot, &done)?;
-    }
-    output.result(&json, || summary::text(&summary, &done, &report, &args.robot))?;
+    let page = args.look.then(|| look(&args.output, &robot, &read, &done)).transpose()?;
+    output.result(&json, || summary::text(&summary, &done, (&report, page.as_deref()), &args.robot))?;
     if stop.load(Ordering::SeqCst) {
         return Err(CliError::Interrupted(format!("{} of {} files done", done.len(), files.len())));
     }
@@ -180,6 +191,7 @@ fn options(args: &Args, robot: &Robot, changes: &[String]) -> Result<RetargetOpt
 struct Converted {
     file: PathBuf,
     report: RetargetReport,
+    verdict: Verdict,
     repaired: Option<Change>,
 }
 
@@ -209,17 +221,31 @@ fn convert(
     }
     let path = container_in(&args.output, &clip.name);
     container::write(&path, &clip).map_err(words)?;
-    Ok(Converted { file: path, report, repaired })
+    let found = feasibility::check(&clip, &robot.character, &robot.anatomy, &robot.speeds()).map_err(words)?;
+    Ok(Converted { file: path, report, verdict: Verdict::without_physics(&found), repaired })
 }
 
-/// A page that plays the first clips.
-fn look(folder: &Path, robot: &Robot, done: &[Done]) -> Result<(), CliError> {
-    let converted = done.iter().filter_map(|d| d.output.as_ref()).take(LOOK_CLIPS);
-    let playbacks = converted
-        .map(|path| Ok(Playback::from_clip(&robot.character, &container::read(path)?)?))
-        .collect::<Result<Vec<_>, CliError>>()?;
-    let page = ReportBuilder::new(format!("Motion of {}", robot.name)).playback(&robot.character, &playbacks);
-    Ok(page.write(&folder.join("report.html"))?)
+/// A page that plays the first clips beside the humans they come from, with numbers and a verdict for each clip. Returns its
+/// path.
+fn look(folder: &Path, robot: &Robot, read: &ReadOptions, done: &[Done]) -> Result<PathBuf, CliError> {
+    let (character, anatomy) = (&robot.character, &robot.anatomy);
+    let mut playbacks = Vec::new();
+    for one in done.iter().filter(|one| one.output.is_some()).take(LOOK_CLIPS) {
+        let (Some(path), Some(report)) = (&one.output, &one.report) else { continue };
+        let clip = container::read(path)?;
+        let source = formats::read_source(&one.file, read)?;
+        let playback = Playback::from_clip(character, &clip)?.with_contacts(character, anatomy, &clip);
+        let playback = playback.beside_source(&source, report.scale, report.tempo);
+        let note = one.verdict.as_ref().map_or_else(String::new, Verdict::to_string);
+        playbacks.push(Playback { note, ..playback });
+    }
+    let path = folder.join("report.html");
+    ReportBuilder::new(format!("Motion of {}", robot.name))
+        .subtitle("Captured motion beside the robot's, both in the robot's size.")
+        .playback(character, &playbacks)
+        .table(summary::table_of(done))
+        .write(&path)?;
+    Ok(path)
 }
 
 /// What is a file or folder, and what is an option: options have a `=` and are no file.

@@ -140,7 +140,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let controller = digest_of(&plan.controller)?;
     let data = CriticData { robot: robot.name.clone(), controller, representation, motions, records };
     let mut trainer = CriticTrainer::new(&plan.critic, plan.seed, data)?;
-    let summary = Driver::new(&run, output).train(&mut trainer, |now| {
+    let summary = Driver::new(&run, output).watched(args.source.watch).train(&mut trainer, |now| {
         let CriticMetrics { loss, target, .. } = now.metrics;
         format!("epoch {}  loss {loss:.4}  mean target {target:.2}", now.iteration)
     })?;

@@ -7,11 +7,12 @@ use lifelike_report::run::RunFolder;
 use lifelike_train::collective::{Alone, Collective};
 use lifelike_train::{Summary, TrainingRun, TrainingTask};
 
+use super::watch::{Look, Watch};
 use crate::commands::machine::Machine;
 use crate::error::CliError;
 use crate::interrupt;
 use crate::output::Output;
-use crate::progress::Progress;
+use crate::progress::{Progress, duration};
 
 /// Surroundings of a training.
 pub struct Driver<'a> {
@@ -23,12 +24,21 @@ pub struct Driver<'a> {
     pub minutes: Option<f64>,
     /// Destination of progress and results.
     pub output: &'a Output,
+    /// Write a page that follows the training.
+    pub watch: bool,
+    /// The policy that the page shows.
+    pub look: Option<&'a Look<'a>>,
 }
 
 impl<'a> Driver<'a> {
     /// Surroundings of one process, without a limit of time.
     pub fn new(folder: &'a RunFolder, output: &'a Output) -> Self {
-        Self { folder, collective: &Alone, minutes: None, output }
+        Self { folder, collective: &Alone, minutes: None, output, watch: false, look: None }
+    }
+
+    /// Writes a page that follows the training, if so.
+    pub fn watched(self, watch: bool) -> Self {
+        Self { watch, ..self }
     }
 
     /// Trains until the budget is spent, the minutes are over, or Ctrl-C, which alone counts as an interruption.
@@ -51,13 +61,55 @@ impl<'a> Driver<'a> {
         let mut progress = Progress::new(output, "training", task.budget().total);
         let began = Instant::now();
         let run = TrainingRun { folder: self.folder, stop: &stop, collective: self.collective };
+        let mut page = (first && self.watch).then(|| Watch::begin(self.folder, task.headlines(), self.look)).transpose()?;
         let mut summary = run.run(task, |now| {
-            progress.update(now.done, now.total, || words(now));
-            let late = self.minutes.is_some_and(|minutes| began.elapsed().as_secs_f64() > 60.0 * minutes);
+            let sitting = self.minutes.map(|minutes| 60.0 * minutes - began.elapsed().as_secs_f64());
+            let left = sitting.map_or(now.remaining_seconds, |sitting| now.remaining_seconds.min(sitting));
+            let share = now.seconds / (now.seconds + left).max(1e-9);
+            progress.update_time(share, left, || format!("{}  {}", words(now), steps_of(now.done, now.total)));
+            if let Some(page) = page.as_mut().filter(|page| page.is_due()) {
+                let facts = facts("trains", now.done, now.total, now.seconds, Some(left), &words(now));
+                // A page that cannot be written is no reason to stop.
+                if let Err(error) = page.show(now.iteration, &facts, false) {
+                    tracing::warn!("live page: {error}");
+                }
+            }
+            let late = sitting.is_some_and(|sitting| sitting < 0.0);
             stop.store(late || interrupted.load(Ordering::SeqCst), Ordering::SeqCst);
         })?;
         progress.finish();
+        if let Some(page) = &mut page {
+            let state = if interrupted.load(Ordering::SeqCst) { "stopped" } else { "done" };
+            let facts = facts(state, summary.done, task.budget().total, summary.seconds, None, "");
+            page.show(summary.iteration, &facts, true)?;
+        }
         summary.interrupted &= self.collective.size() > 1 || interrupted.load(Ordering::SeqCst);
         Ok(summary)
     }
+}
+
+/// Facts at the top of the live page.
+fn facts(
+    state: &str,
+    done: u64,
+    total: u64,
+    seconds: f64,
+    left: Option<f64>,
+    words: &str,
+) -> Vec<(&'static str, String)> {
+    let left = left.map(|left| ("left", duration(left)));
+    let mut facts = vec![("state", state.to_string()), ("done", steps_of(done, total)), ("trained", duration(seconds))];
+    facts.extend(left);
+    facts.extend((!words.is_empty()).then(|| ("now", words.to_string())));
+    facts
+}
+
+/// Returns the work done of all in a few characters.
+fn steps_of(done: u64, total: u64) -> String {
+    let short = |n: u64| match n {
+        0..10_000 => n.to_string(),
+        10_000..10_000_000 => format!("{}k", n / 1000),
+        _ => format!("{:.0}M", n as f64 / 1e6),
+    };
+    format!("{} of {}", short(done), short(total))
 }

@@ -15,7 +15,7 @@ pub fn tracker(output: &Output) -> Result<(), CliError> {
     output.result(&values, || {
         let mut table = Table::new("Keys", ["key", "default", "unit", "meaning"].map(Column::text).into());
         table.rows = keys.iter().map(|k| [&k.key, &k.default, &k.unit, &k.meaning].map(Cell::text).into()).collect();
-        table.to_text()
+        crate::output::fitted(&table)
             + "\nGive them as KEY=VALUE on the command line, or in a plan's file: `lifelike plans track > my.toml` begins one. \
                KEY= takes a value out of a plan.\n"
     })

@@ -13,6 +13,7 @@ pub mod processes;
 pub mod source;
 pub mod spline;
 pub mod tracker;
+pub mod watch;
 
 use clap::Subcommand;
 

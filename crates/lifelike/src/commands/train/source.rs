@@ -21,6 +21,9 @@ pub struct Source {
     /// Go on with the run in the folder.
     #[arg(long)]
     pub resume: bool,
+    /// Write live.html into the run's folder: a page that follows the training while it is open in a browser.
+    #[arg(long)]
+    pub watch: bool,
     /// Changes to the plan, by dotted path.
     #[arg(value_name = "KEY=VALUE")]
     pub overrides: Vec<String>,

@@ -17,6 +17,7 @@ use super::hardware::Hardware;
 use super::keys;
 use super::processes;
 use super::source::Source;
+use super::watch::Look;
 use crate::commands::clips;
 use crate::commands::export;
 use crate::commands::physics;
@@ -36,6 +37,7 @@ const STANDING_SECONDS: f64 = 4.0;
 #[command(after_help = "\
 Examples:
   lifelike train tracker --plan track -o runs/first budget.minutes=5        # our own clips: needs no data
+  lifelike train tracker --plan track -o runs/first --watch                 # with a page that shows how it goes
   lifelike train tracker --plan track -o runs/mine robot=MY_ROBOT.xml 'clips=[\"data/mine\"]'
   lifelike train tracker --plan my.toml -o runs/other seed=2 ppo.environments=512
   lifelike train tracker --resume -o runs/first budget.minutes=20
@@ -64,7 +66,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     }
     let folder = args.source.folder()?;
     let plan: TrackerPlan = args.source.renamed(present_name).changeable(&folder)?;
-    let Some(summary) = train(&plan, &folder, args.source.resume, &args.hardware, output)? else { return Ok(()) };
+    let Some(summary) = train(&plan, &folder, args.source.resume, args.source.watch, &args.hardware, output)? else { return Ok(()) };
     report(&summary, &plan, &folder, output)?;
     if summary.interrupted {
         let next = NextCommand::new("train tracker").word("--resume").path("-o", &folder);
@@ -79,11 +81,12 @@ pub fn train(
     plan: &TrackerPlan,
     folder: &Path,
     resume: bool,
+    watch: bool,
     hardware: &Hardware,
     output: &Output,
 ) -> Result<Option<Summary<TrackerMetrics>>, CliError> {
     let all = processes::all()?;
-    let done = train_distributed(plan, folder, resume, hardware, output, &all);
+    let done = train_distributed(plan, folder, (resume, watch), hardware, output, &all);
     if let (Err(error), true) = (&done, all.size() > 1) {
         tracing::error!("process {} of {}: {error}", all.rank() + 1, all.size());
         all.abort();
@@ -94,7 +97,7 @@ pub fn train(
 fn train_distributed(
     plan: &TrackerPlan,
     folder: &Path,
-    resume: bool,
+    (resume, watch): (bool, bool),
     hardware: &Hardware,
     output: &Output,
     all: &Arc<dyn Collective>,
@@ -112,19 +115,27 @@ fn train_distributed(
         return Err(CliError::Failed("the first process could not make the run's folder".into()));
     }
     let run = created.unwrap_or_else(|| RunFolder::open(folder))?;
-    let driver = Driver { collective: all.as_ref(), ..Driver::new(&run, output) };
+    let look = (watch && first).then(|| look(plan, folder, hardware)).transpose()?;
+    let driver = Driver { collective: all.as_ref(), watch, look: look.as_ref(), ..Driver::new(&run, output) };
     let summary = driver.train(&mut trainer, |now| {
         let metrics = now.metrics;
         format!(
-            "{:.0} steps/s  iteration {}  survival {:.0}%  episode {:.1} s  reward {:.2}",
-            metrics.steps_per_second,
-            now.iteration,
+            "survival {:.0}%  {:.0} steps/s  reward {:.2}  episode {:.1} s  iteration {}",
             100.0 * metrics.survival,
+            metrics.steps_per_second,
+            metrics.ppo.reward,
             metrics.episode_seconds,
-            metrics.ppo.reward
+            now.iteration
         )
     })?;
     Ok(Some(summary).filter(|_| first))
+}
+
+/// Clips and physics by which the policy is seen at each checkpoint.
+fn look<'a>(plan: &'a TrackerPlan, folder: &Path, hardware: &'a Hardware) -> Result<Look<'a>, CliError> {
+    let robot = Arc::new(Robot::load(&plan.robot)?);
+    let clips = if plan.clips.is_empty() { clips::builtin(&robot) } else { clips::load(&plan.clips, &robot)? };
+    Ok(Look::new(Trainer::policy_path(folder), plan.prior.as_deref(), robot, clips, &hardware.physics))
 }
 
 /// Says what of another training this one begins with.

@@ -51,7 +51,7 @@ pub fn run<E: Experiment>(
     let report = shared.output.join("report.html");
     output.result(&value(&columns, shared, &results), || {
         let all = tables::all(&columns, &results, &E::WORDS, shared.sweeps());
-        let tables: String = all.iter().map(|t| t.to_text() + &t.caption + "\n\n").collect();
+        let tables: String = all.iter().map(|t| crate::output::fitted(t) + &t.caption + "\n\n").collect();
         format!("{tables}report: {}\n", report.display())
     })
 }

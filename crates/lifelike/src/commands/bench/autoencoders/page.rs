@@ -34,13 +34,8 @@ pub fn report<P>(
 /// Logarithms, because the errors of good and bad runs are orders of magnitude apart.
 fn losses(runs: &[Run], against: &str, x: impl Fn(&ValidationPoint) -> f64 + Copy) -> Vec<Curve> {
     let curve = |run: &Run| Curve {
-        name: format!(
-            "log10 of the validation error against {against}/{}, {}{}, seed {}",
-            run.title,
-            run.method.title(),
-            rate(run),
-            run.seed
-        ),
+        name: format!("log10 of the validation error against {against}/{}", run.title),
+        series: format!("{}{}, seed {}", run.method.title(), rate(run), run.seed),
         x: run.looks.iter().map(x).collect(),
         y: run.looks.iter().map(|look| look.mse.log10()).collect(),
     };

@@ -193,7 +193,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     if let Some(folder) = &args.output {
         page::save(folder, &result, &table, &windows, &predicted)?;
     }
-    output.result(&result, || format!("{}\n{}\n{}\n", table.title, table.to_text(), table.caption))
+    output.result(&result, || format!("{}\n{}\n{}\n", table.title, crate::output::fitted(&table), table.caption))
 }
 
 fn pick_index(from: &[usize], at: &[usize]) -> Vec<usize> {

@@ -8,6 +8,7 @@ use lifelike_report::{Cell, Column, Table};
 
 use super::Results;
 use super::language::{Checks, Kept};
+use crate::output::fitted;
 
 /// Rows of thesis Table 5.2, after the method: R-precision top 3, FID, MM-dist, diversity, multimodality, Realism;
 /// means and half the 95% interval.
@@ -24,7 +25,7 @@ pub fn text(results: &Results) -> String {
     let learned = results.evaluator.is_some() || results.critic.is_some();
     let metrics = learned.then(|| metrics(results));
     let tables = metrics.into_iter().chain([language(results), physics(results)]).chain(tracking(results));
-    tables.map(|table| format!("{}\n{}{}\n\n", table.title, table.to_text(), table.caption)).collect()
+    tables.map(|table| format!("{}\n{}{}\n\n", table.title, fitted(&table), table.caption)).collect()
 }
 
 /// Thesis Table 5.3, where a tracker followed the motions.

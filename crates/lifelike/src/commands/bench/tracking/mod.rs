@@ -181,7 +181,7 @@ fn trained(plan: &TrackerPlan, folder: &Path, args: &Args, output: &Output) -> R
             return Ok(());
         }
     }
-    let Some(summary) = train::tracker::train(plan, folder, exists, &args.hardware, output)? else {
+    let Some(summary) = train::tracker::train(plan, folder, exists, false, &args.hardware, output)? else {
         return Err(CliError::Usage("start a study as one process".into()));
     };
     if summary.interrupted {

@@ -6,6 +6,7 @@ use lifelike_report::{Cell, Column, Table};
 use super::Run;
 use super::study::{Class, Published, Study};
 use crate::commands::bench::seeds::spread;
+use crate::output::fitted;
 
 /// Returns the tables of the study's protocols.
 pub fn all(study: &Study, runs: &[Run]) -> Vec<Table> {
@@ -17,7 +18,7 @@ pub fn all(study: &Study, runs: &[Run]) -> Vec<Table> {
 
 /// Returns the same as text.
 pub fn text(study: &Study, runs: &[Run]) -> String {
-    all(study, runs).iter().map(|table| format!("{}\n{}\n", table.title, table.to_text())).collect()
+    all(study, runs).iter().map(|table| format!("{}\n{}\n", table.title, fitted(table))).collect()
 }
 
 /// Joint error, end-effector error, survival and steps taken by class, by our own protocol.

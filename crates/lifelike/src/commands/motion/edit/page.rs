@@ -127,7 +127,8 @@ fn joints([before, after]: [&MotionClip; 2]) -> Vec<Curve> {
     let mut names: Vec<&String> = before.joint_names.iter().collect();
     names.sort_by(|a, b| change(b).total_cmp(&change(a)));
     let of = |name: &str, which: &str, clip: &MotionClip| Curve {
-        name: format!("{name} (deg) over time (s)/{which}"),
+        name: format!("joints over time (s)/{name} (deg)"),
+        series: which.into(),
         x: (0..clip.len()).map(|f| f as f64 / clip.fps).collect(),
         y: column(clip, name),
     };

@@ -2,12 +2,15 @@
 
 use std::path::Path;
 
+use lifelike_evaluation::Verdict;
+use lifelike_evaluation::verdict;
 use lifelike_motion::retarget::{RetargetReport, Spread};
+use lifelike_report::{Cell, Column, Table, Tone};
 use serde::Serialize;
 
 use super::Done;
 use crate::next::{self, NextCommand};
-use crate::output::table;
+use crate::output::fitted;
 
 /// All clips together. Medians are over the converted clips.
 #[derive(Debug, Serialize)]
@@ -67,23 +70,36 @@ impl Summary {
     }
 }
 
-/// The whole for people.
-pub(super) fn text(summary: &Summary, done: &[Done], report: &Path, robot: &str) -> String {
-    let rows: Vec<Vec<String>> = done.iter().filter_map(|d| d.report.as_ref()).map(row).collect();
-    let head = [
-        "clip",
-        "s",
-        "position (cm)",
-        "angle (deg)",
-        "skate (cm/s)",
-        "sunk (cm)",
-        "float (cm)",
-        "at limit (%)",
-        "self (cm)",
-        "frames/s",
+/// The table of clips: a verdict and the numbers of each.
+pub(super) fn table_of(done: &[Done]) -> Table {
+    let columns = [
+        ("position", "cm"),
+        ("angle", "deg"),
+        ("skate", "cm/s"),
+        ("sunk", "cm"),
+        ("float", "cm"),
+        ("at limit", "%"),
+        ("self", "cm"),
+        ("frames/s", ""),
     ];
+    let head = [Column::text("clip"), Column::text("verdict"), Column::number("length", "s")];
+    let head = head.into_iter().chain(columns.map(|(name, unit)| Column::number(name, unit)));
+    let mut table = Table::new("Clips", head.collect()).main_columns(&["clip", "verdict", "length", "position", "angle", "skate"]);
+    table.caption = "position and angle: distance of key bodies from where the human has them, and of orientations. skate: \
+                     speed of standing soles. sunk: lowest point below the ground. float: height of standing soles. at limit: \
+                     frames of the joint that is most often at an end of its range. self: overlap of the robot's own parts."
+        .into();
+    let rows = done.iter().filter_map(|one| Some(row(one.report.as_ref()?, one.verdict.as_ref()?)));
+    table.rows = rows.collect();
+    table
+}
+
+/// The whole for people. `files` are the report, and the page where there is one.
+pub(super) fn text(summary: &Summary, done: &[Done], files: (&Path, Option<&Path>), robot: &str) -> String {
+    let (report, page) = files;
+    let table = table_of(done);
     let folder = report.parent().unwrap_or(Path::new("."));
-    let mut text = if rows.is_empty() { String::new() } else { table(&head, &rows) + "\n" };
+    let mut text = if table.rows.is_empty() { String::new() } else { fitted(&table) + "\n" };
     for (file, why) in done.iter().filter_map(|d| d.refused.as_ref().map(|why| (&d.file, why))) {
         text += &format!("refused {}: {why}\n", file.display());
     }
@@ -95,7 +111,7 @@ pub(super) fn text(summary: &Summary, done: &[Done], report: &Path, robot: &str)
     if s.converted > 0 {
         text += &format!(
             "medians: position {:.1} cm, angle {:.1} deg, skate {:.2} cm/s, deepest {:.2} cm, float {:.2} cm\n\
-             joints outside of their range: {:.1e} rad at most; {:.0} frames per second of one core\n",
+             joints outside of their range: {:.1} rad at most; {:.0} frames per second of one core\n",
             100.0 * s.median_position_error,
             s.median_orientation_error,
             100.0 * s.median_foot_skate,
@@ -105,7 +121,13 @@ pub(super) fn text(summary: &Summary, done: &[Done], report: &Path, robot: &str)
             s.frames_per_second_per_core
         );
     }
+    let verdicts: Vec<&Verdict> = done.iter().filter_map(|one| one.verdict.as_ref()).collect();
+    text += &format!("{}, as far as can be told without physics\n", verdict::summary(verdicts.iter().copied()));
     text += &format!("details: {}\n", report.display());
+    if let Some(page) = page {
+        let page = std::path::absolute(page).unwrap_or_else(|_| page.to_path_buf());
+        text += &format!("open this in a browser: {}\n", page.display());
+    }
     if s.converted > 0 {
         let check = NextCommand::new("motion check").word(folder.display()).word("--robot").word(robot);
         let train = NextCommand::new("train tracker").word("--plan").word("track").word(format!("robot={robot}"));
@@ -115,7 +137,7 @@ pub(super) fn text(summary: &Summary, done: &[Done], report: &Path, robot: &str)
     text
 }
 
-fn row(r: &RetargetReport) -> Vec<String> {
+fn row(r: &RetargetReport, verdict: &Verdict) -> Vec<Cell> {
     let numbers = [
         100.0 * mean(r.position_error.values()),
         mean(r.orientation_error.values()),
@@ -125,10 +147,10 @@ fn row(r: &RetargetReport) -> Vec<String> {
         100.0 * r.limit_hits.values().copied().fold(0.0, f64::max),
         100.0 * r.self_penetration.max,
     ];
-    let mut row = vec![r.clip.clone(), format!("{:.1}", r.seconds)];
-    row.extend(numbers.iter().map(|n| format!("{n:.2}")));
-    row.push(format!("{:.0}", r.frames_per_second));
-    row
+    let tone = if verdict.is_good() { Tone::Good } else { Tone::Bad };
+    let words = [Cell::text(&r.clip), Cell::text(verdict.to_string()).tone(Some(tone)), Cell::number(r.seconds, 1)];
+    let numbers = numbers.map(|n| Cell::number(n, 2)).into_iter().chain([Cell::number(r.frames_per_second, 0)]);
+    words.into_iter().chain(numbers).collect()
 }
 
 fn mean<'a>(spreads: impl Iterator<Item = &'a Spread>) -> f64 {
