@@ -62,7 +62,7 @@ fn critic(robot: &Robot) -> Critic {
         }
     }
     let (robot, controller) = (robot.name.clone(), String::new());
-    let data = CriticData { robot, controller, representation: spec, motions: rows, records };
+    let data = CriticData { robot, controller, representation: spec, motions: rows, others: Vec::new(), records };
     let plan = CriticPlan { window: 0.1, hidden: vec![32], learning_rate: 3e-3, minibatch: 128, ..Default::default() };
     let mut trainer = CriticTrainer::new(&plan, 1, data).unwrap();
     for _ in 0..40 {
@@ -157,6 +157,7 @@ fn a_critic_of_another_robot_is_refused() {
         controller: String::new(),
         representation: RepresentationSpec::new(vec!["knee".into()]),
         motions: vec![lifelike_generation::representation::FeatureMatrix::new(vec![0.5; 90], 9).unwrap()],
+        others: Vec::new(),
         records: RewardRecords {
             sequence: vec![0],
             frame: vec![0],
