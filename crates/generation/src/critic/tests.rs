@@ -115,7 +115,14 @@ fn data(motions: usize) -> CriticData {
         }
     }
     let (robot, controller) = ("post".into(), "00".into());
-    CriticData { robot, controller, representation: spec(), motions: (0..motions).map(rows).collect(), others: Vec::new(), records }
+    CriticData {
+        robot,
+        controller,
+        representation: spec(),
+        motions: (0..motions).map(rows).collect(),
+        others: Vec::new(),
+        records,
+    }
 }
 
 fn plan() -> CriticPlan {
@@ -194,7 +201,8 @@ fn the_least_of_three_members_is_the_value_and_has_its_gradient_and_a_file_carri
 fn other_rows_share_the_records_of_their_sequence() {
     // Rewards are told by the first column of the raw rows alone; the grounded ones have nothing that tells them.
     let blind = |mut data: CriticData| {
-        data.others = (0..data.motions.len()).map(|s| OtherRows { sequence: s, rows: data.motions[s].clone() }).collect();
+        data.others =
+            (0..data.motions.len()).map(|s| OtherRows { sequence: s, rows: data.motions[s].clone() }).collect();
         data.motions.iter_mut().for_each(|motion| motion.rows.iter_mut().step_by(9).for_each(|x| *x = 0.0));
         data
     };
