@@ -8,6 +8,7 @@ use lifelike_generation::critic::{CriticData, CriticMetrics, CriticPlan, CriticT
 use lifelike_motion::MotionClip;
 use lifelike_report::run::RunFolder;
 use lifelike_robot::Robot;
+use lifelike_tracking::TrackerPlan;
 use lifelike_tracking::plan::EpisodeSpec;
 use lifelike_train::limits::{range, whole};
 use serde::{Deserialize, Serialize};
@@ -155,11 +156,14 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let robot = loaded.controller.robot();
     args.physics.require_ready(robot)?;
     let (clips, own) = plan.motions(robot)?;
+    let named = plan.environment.as_deref();
+    let mut tracker = environment_of(named, &plan.controller, &loaded.controller, &plan.robot, plan.seed)?;
+    tracker.rsi.random_start_share = plan.rollouts.random_start_share;
     let run = if source.resume { RunFolder::open(&folder)? } else { RunFolder::create(&folder, &plan)? };
     let records = if folder.join(RECORDS).exists() {
         CriticTrainingPlan::records(&folder)?
     } else {
-        record(&plan, &loaded, (&clips, own), args, &folder, output)?
+        record(&plan, &loaded, &tracker, (&clips, own), args, &folder, output)?
     };
     let failures = records.end.iter().filter(|end| **end == StepEnd::Failed).count();
     let (steps, reward) = (records.len(), records.reward.iter().sum::<f32>() / records.len() as f32);
@@ -208,15 +212,13 @@ pub fn discard_records(folder: &Path) -> Result<(), CliError> {
 fn record(
     plan: &CriticTrainingPlan,
     loaded: &Loaded,
+    tracker: &TrackerPlan,
     (clips, own): (&[MotionClip], usize),
     args: &Args,
     folder: &Path,
     output: &Output,
 ) -> Result<RewardRecords, CliError> {
-    let mut tracker =
-        environment_of(plan.environment.as_deref(), &plan.controller, &loaded.controller, &plan.robot, plan.seed)?;
-    tracker.rsi.random_start_share = plan.rollouts.random_start_share;
-    let rollouts = Rollouts { controller: &loaded.controller, clips, tracker: &tracker, physics: &args.physics };
+    let rollouts = Rollouts { controller: &loaded.controller, clips, tracker, physics: &args.physics };
     let episode = EpisodeSpec { seconds: plan.rollouts.seconds, switch_clips: true, ..tracker.episode };
     let mut environment = rollouts.environment(episode, plan.rollouts.environments)?;
     let made: Vec<bool> = (0..clips.len()).map(|clip| clip >= own).collect();
