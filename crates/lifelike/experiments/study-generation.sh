@@ -20,8 +20,8 @@ set_name=${1:?SET} out=${2:?OUT}
 lifelike=${LIFELIKE:-target/release/lifelike} seeds=${SEEDS:-1 2 3} core=${CORE:-0} mujoco=${MUJOCO:-0}
 robot_name=${set_name%-*} kind=${set_name#*-}
 case $robot_name in
-  lima) robot=lima policy=assets/lima-path environment=track-long hours=8 ;;
-  g1) robot=third_party/robots/unitree_g1/g1.xml policy=assets/g1-long environment=track-g1-long hours=1.5 ;;
+  lima) robot=lima policy=assets/lima-path environment=track-long hours=${HOURS:-8} ;;
+  g1) robot=third_party/robots/unitree_g1/g1.xml policy=assets/g1-long environment=track-g1-long hours=${HOURS:-1.5} ;;
   *) echo "expected lima-... or g1-..., got '$set_name'" >&2; exit 3 ;;
 esac
 case $kind in
@@ -32,7 +32,18 @@ esac
 data=$out/data
 mkdir -p "$out/done" "$out/log"
 
-low() { nice -n 19 taskset -c "$core" "$@"; }
+# One at a time: what it starts holds the lock too.
+exec 9>"$out/lock"
+flock -n 9 || { echo "$out: another study runs there" >&2; exit 1; }
+
+# Stopped, it stops what it runs, which saves first.
+child=
+trap '[ -z "$child" ] || { kill -TERM "$child" 2>/dev/null; wait "$child"; }; exit 130' INT TERM
+low() {
+  nice -n 19 taskset -c "$core" "$@" &
+  child=$!
+  wait "$child"
+}
 
 # step NAME COMMAND...: once.
 step() {
