@@ -14,7 +14,7 @@
 # Time of each step on one core that nobody else uses, captures: motion 20 to 40 min once, evaluator 15 min once; for each seed generator
 # 50 min, cotrain 1.5 to 2 h (a round: motion 5 min, 2 x 10^7 control steps 5 min, critic 3 to 10 min, alignment 2 min, measured 1 min),
 # Table 5.2 60 min, retrained policies 15 min, Table 5.3 30 min (MuJoCo 60 min more). Three seeds: some 15 h. Control steps (70,000 a second)
-# and critic (46,000 windows a second and network) were measured, the rest is an estimate.
+# and critic (46,000 windows a second for one network) were measured, the rest is an estimate.
 set -euo pipefail
 
 set_name=${1:?SET} out=${2:?OUT}
