@@ -103,7 +103,7 @@ layers() { if [ "$robot_name" = g1 ]; then echo '[256,256,128]'; else echo '[512
 
 # played SEED POLICY MOTIONS NAME ENGINE EPISODES: a row of Table 5.3.
 played() {
-  low "$lifelike" eval --policy "$2" --robot "$robot" --motions "$3" --engine "$5" --episodes "$6" --seconds 30 --seed "$1" \
+  low "$lifelike" eval --policy "$2" --robot "$robot" --motions "$3" --engine "$5" --protocol thesis --episodes "$6" --seconds 30 --seed "$1" \
     -o "$out/seed-$1/table-5.3/$4-$5"
 }
 

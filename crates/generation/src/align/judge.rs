@@ -13,10 +13,10 @@ const FALLS_FLOOR: f64 = 0.01;
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PhysicsMarks {
-    /// Share of episodes that end in a fall.
+    /// Share of episodes with a fall.
     pub falls: f64,
-    /// Errors of thesis Table 5.3: root's linear velocity (m/s), angular velocity (rad/s) and rotation (deg), joints of the
-    /// upper and of the lower body (deg). Not a number, `null` in JSON, where everything fell at once.
+    /// Errors of thesis Table 5.3: root's linear velocity (m/s), angular velocity (rad/s) and rotation without
+    /// heading (deg), joints of the upper and of the lower body (deg); over all frames. Not a number, `null` in JSON, where everything fell at once.
     #[serde(deserialize_with = "null_is_nan")]
     pub errors: [f64; 5],
 }
@@ -67,7 +67,7 @@ pub struct JudgePlan {
     pub sentences: usize,
     /// Their split.
     pub split: Split,
-    /// Episodes, from random frames and from motion to motion (thesis 5.3.3).
+    /// Episodes of the thesis' protocol (5.3.3): from random frames, on after a fall.
     pub episodes: usize,
     /// Length of an episode (s).
     pub seconds: f64,

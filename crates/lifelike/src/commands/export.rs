@@ -146,7 +146,7 @@ mod tests {
         )
         .unwrap();
         let text = environment_text(plan, "x").unwrap();
-        assert_eq!(text, "robot = \"x\"\nclips = []\n\n[reward]\nkind = \"thesis\"\n");
+        assert_eq!(text, "clips = []\nrobot = \"x\"\n\n[reward]\nkind = \"thesis\"\n");
     }
 
     #[test]

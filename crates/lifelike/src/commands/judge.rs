@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use lifelike_evaluation::{Chain, Evaluation, EvaluationOptions};
+use lifelike_evaluation::{ThesisErrors, ThesisProtocol};
 use lifelike_generation::GenerationError;
 use lifelike_generation::align::{JudgePlan, PhysicsJudge, PhysicsMarks};
 use lifelike_generation::data::CaptionedMotion;
@@ -52,17 +52,16 @@ pub fn motions(
     sentences.par_iter().enumerate().map(make).collect()
 }
 
-/// Sums up an evaluation.
-pub fn marks_of(evaluation: &Evaluation) -> PhysicsMarks {
-    let all = &evaluation.overall;
+/// Returns falls and the errors of Table 5.3, root rotation without heading.
+pub fn marks_of(errors: &ThesisErrors) -> PhysicsMarks {
     PhysicsMarks {
-        falls: 1.0 - all.survival,
+        falls: 1.0 - errors.survival,
         errors: [
-            all.root_velocity_error,
-            all.root_angular_velocity_error,
-            all.root_rotation_error_deg,
-            all.upper_joint_error_deg,
-            all.lower_joint_error_deg,
+            errors.root_velocity_error,
+            errors.root_angular_velocity_error,
+            errors.root_tilt_error_deg,
+            errors.upper_joint_error_deg,
+            errors.lower_joint_error_deg,
         ],
     }
 }
@@ -102,10 +101,10 @@ impl<'a> Judge<'a> {
         let robot = self.job.loaded.controller.robot();
         let made = motions(generator, robot, &self.sentences, self.seed, "judged")?;
         let clips: Vec<MotionClip> = made.into_iter().map(|(_, clip)| clip).collect();
-        let chain = Some(Chain { episodes: self.plan.episodes, seed: self.seed });
-        let options = EvaluationOptions { seconds: self.plan.seconds, keep: 0, chain, ..EvaluationOptions::default() };
+        let JudgePlan { episodes, seconds, .. } = self.plan;
+        let protocol = ThesisProtocol { episodes, seconds, seed: self.seed, ..ThesisProtocol::default() };
         let silent = Output { json: false, quiet: true, silent: true };
-        Ok(marks_of(&self.job.run(&clips, &options, &silent)?))
+        Ok(marks_of(&self.job.thesis(&clips, &protocol, &silent)?.errors))
     }
 }
 

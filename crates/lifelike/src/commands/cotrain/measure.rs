@@ -79,7 +79,7 @@ pub fn table(pairs: &[Pair]) -> Table {
         ("falls", "%"),
         ("lin. vel.", "m/s"),
         ("ang. vel.", "rad/s"),
-        ("root rot.", "deg"),
+        ("tilt", "deg"),
         ("upper", "deg"),
         ("lower", "deg"),
     ];
@@ -87,7 +87,7 @@ pub fn table(pairs: &[Pair]) -> Table {
     let mut table = Table::new("Every generator with every tracker", columns);
     table.caption = "By their rounds; 0 is what the run began with. Motions of sentences that nothing was trained on, \
                      whole, from their start, without noise; errors are means before a fall. The columns from falls on are \
-                     the judge's episodes, which go from motion to motion (thesis Table 5.3)."
+                     the judge's episodes by the thesis' protocol, errors over all frames (thesis Table 5.3)."
         .into();
     let row = |pair: &Pair| {
         let judged = |marks: PhysicsMarks| {
