@@ -32,6 +32,9 @@ pub enum GenerationError {
         /// The reason.
         why: String,
     },
+    /// A judge of generated motion failed.
+    #[error("physics of generated motion: {0}")]
+    Judge(String),
     /// A clip is the problem.
     #[error(transparent)]
     Motion(#[from] lifelike_motion::MotionError),

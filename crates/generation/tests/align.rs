@@ -4,7 +4,8 @@
 
 use std::path::PathBuf;
 
-use lifelike_generation::align::{AlignPlan, AlignTrainer};
+use lifelike_generation::GenerationError;
+use lifelike_generation::align::{AlignPlan, AlignTrainer, JudgePlan, PhysicsJudge, PhysicsMarks};
 use lifelike_generation::critic::{Critic, CriticData, CriticPlan, CriticTrainer, RewardRecords, StepEnd};
 use lifelike_generation::data::CaptionedMotion;
 use lifelike_generation::generator::{Generator, SampleOptions};
@@ -62,7 +63,7 @@ fn critic(robot: &Robot) -> Critic {
         }
     }
     let (robot, controller) = (robot.name.clone(), String::new());
-    let data = CriticData { robot, controller, representation: spec, motions: rows, records };
+    let data = CriticData { robot, controller, representation: spec, motions: rows, others: Vec::new(), records };
     let plan = CriticPlan { window: 0.1, hidden: vec![32], learning_rate: 3e-3, minibatch: 128, ..Default::default() };
     let mut trainer = CriticTrainer::new(&plan, 1, data).unwrap();
     for _ in 0..40 {
@@ -91,6 +92,8 @@ fn plan() -> AlignPlan {
         validate_every: 10,
         tolerance: 10.0,
         prompts: 4,
+        policy: None,
+        judge: JudgePlan::default(),
     }
 }
 
@@ -99,9 +102,9 @@ fn alignment_raises_realism_within_the_tolerance_and_guidance_does_without_train
     let robot = Robot::load("lima").unwrap();
     let (generator, critic) = (generator(&robot, true), critic(&robot));
     let new = |plan: &AlignPlan| {
-        AlignTrainer::new(plan, &robot, generator.clone(), critic.clone(), &motions(&robot)).unwrap()
+        AlignTrainer::new(plan, &robot, generator.clone(), critic.clone(), &motions(&robot), None).unwrap()
     };
-    let steps = |trainer: &mut AlignTrainer, count: u64| {
+    let steps = |trainer: &mut AlignTrainer<'_>, count: u64| {
         for _ in 0..count {
             trainer.step().unwrap();
             if trainer.iteration().is_multiple_of(10) {
@@ -112,14 +115,14 @@ fn alignment_raises_realism_within_the_tolerance_and_guidance_does_without_train
     let mut whole = new(&plan());
     steps(&mut whole, 40);
     let [before, after] = whole.marks();
-    assert!(after[1] > before[1] + 0.1, "Realism {before:?} → {after:?}");
+    assert!(after.realism > before.realism + 0.1, "Realism {before:?} → {after:?}");
 
     let mut first = new(&plan());
     steps(&mut first, 20);
     let mut second = new(&plan());
     second.restore(&first.checkpoint().unwrap()).unwrap();
     steps(&mut second, 20);
-    let bytes = |trainer: &AlignTrainer| trainer.checkpoint().unwrap().to_bytes().unwrap();
+    let bytes = |trainer: &AlignTrainer<'_>| trainer.checkpoint().unwrap().to_bytes().unwrap();
     assert!(bytes(&whole) == bytes(&second));
 
     // Only the critic, a large step, and no rise of the loss allowed: the guard ends it and the weights stay as they were.
@@ -139,13 +142,43 @@ fn alignment_raises_realism_within_the_tolerance_and_guidance_does_without_train
     assert_eq!(free, unguided);
 }
 
+/// Falls less the further the weights are from where they began, up to a number of iterations.
+#[derive(Debug)]
+struct Turning(u64);
+
+impl PhysicsJudge for Turning {
+    fn judge(&self, generator: &Generator) -> Result<PhysicsMarks, GenerationError> {
+        let off = generator.header().iterations.abs_diff(self.0) as f64;
+        Ok(PhysicsMarks { falls: 0.1 + 0.01 * off, errors: [1.0; 5] })
+    }
+}
+
+#[test]
+fn the_weights_that_fall_least_are_kept_and_not_those_that_the_critic_praises_most() {
+    let robot = Robot::load("lima").unwrap();
+    let generator = generator(&robot, true);
+    let judge = Some(Box::new(Turning(20)) as Box<dyn PhysicsJudge>);
+    let motions = motions(&robot);
+    let mut trainer = AlignTrainer::new(&plan(), &robot, generator, critic(&robot), &motions, judge).unwrap();
+    for _ in 0..40 {
+        trainer.step().unwrap();
+        if trainer.iteration().is_multiple_of(10) {
+            trainer.validate().unwrap();
+        }
+    }
+    let [_, best] = trainer.marks();
+    assert!((best.physics.unwrap().falls - 0.1).abs() < 1e-12, "{best:?}");
+    let checkpoint = trainer.checkpoint().unwrap();
+    assert_eq!(checkpoint.u64s("align.best.iterations", &[1]).unwrap(), [20]);
+}
+
 /// Generators of before there was that token.
 #[test]
 fn one_that_is_not_told_the_duration_is_aligned_too() {
     let robot = Robot::load("lima").unwrap();
     let generator = generator(&robot, false);
     assert!(!generator.header().sizes.duration);
-    let mut trainer = AlignTrainer::new(&plan(), &robot, generator, critic(&robot), &motions(&robot)).unwrap();
+    let mut trainer = AlignTrainer::new(&plan(), &robot, generator, critic(&robot), &motions(&robot), None).unwrap();
     assert!(trainer.step().unwrap().loss.is_finite());
 }
 
@@ -157,6 +190,7 @@ fn a_critic_of_another_robot_is_refused() {
         controller: String::new(),
         representation: RepresentationSpec::new(vec!["knee".into()]),
         motions: vec![lifelike_generation::representation::FeatureMatrix::new(vec![0.5; 90], 9).unwrap()],
+        others: Vec::new(),
         records: RewardRecords {
             sequence: vec![0],
             frame: vec![0],
@@ -167,7 +201,8 @@ fn a_critic_of_another_robot_is_refused() {
     };
     let critic = CriticTrainer::new(&CriticPlan::default(), 1, other).unwrap().critic();
     assert_eq!(critic.header().standardizer.std, vec![Standardizer::FLOOR as f32; 9]);
-    let error =
-        AlignTrainer::new(&plan(), &robot, generator(&robot, true), critic, &motions(&robot)).unwrap_err().to_string();
+    let error = AlignTrainer::new(&plan(), &robot, generator(&robot, true), critic, &motions(&robot), None)
+        .unwrap_err()
+        .to_string();
     assert!(error.contains("rows for the critic") && error.contains("knee"), "{error}");
 }

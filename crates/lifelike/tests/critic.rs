@@ -26,7 +26,7 @@ fn refused(arguments: &[&str]) -> (i32, String) {
     (output.status.code().unwrap(), String::from_utf8(output.stderr).unwrap())
 }
 
-const CRITIC: &str = "robot = 'lima'\ncontroller = 'assets/lima-all.controller.safetensors'\nenvironment = 'track-all'\n\
+const CRITIC: &str = "robot = 'lima'\ncontroller = 'assets/lima-all.controller.safetensors'\nenvironment = 'track-all-first'\n\
     clips = ['motions/wa[lv][ke].keys.toml', 'motions/weight_shift.keys.toml', 'motions/march.keys.toml']\n\
     [rollouts]\nenvironments = 8\nsteps = 150\n\
     [critic]\nhidden = [16]\nepochs = 4\nminibatch = 64\nvalidation = 0.25\n";
@@ -59,18 +59,32 @@ fn a_critic_is_trained_measured_and_aligns_a_generator() {
     let made = json(&["train", "generator", "--plan", &at("generator.toml"), "-o", &at("generator")]);
     let generator = made["generator"].as_str().unwrap();
     let aligned = at("aligned");
+    let judge = ["judge.sentences=3", "judge.split=train", "judge.episodes=6", "judge.seconds=1"];
     let small = ["iterations=6", "batch=8", "validate_every=3", "prompts=2", "warmup=0", "tolerance=5"];
+    let small = [&small[..], &judge].concat();
     let align = ["align", "--generator", generator, "--critic", critic, "-o", &aligned];
     let first = json(&[&align[..], &small].concat());
     assert_eq!(first["iterations"], 6);
+    let falls: Vec<f64> = (0..2).map(|i| first["physics"][i]["falls"].as_f64().unwrap()).collect();
+    assert!(falls.iter().all(|falls| (0.0..=1.0).contains(falls)), "{first}");
     let resumed = json(&["align", "--resume", "-o", &aligned]);
-    assert_eq!(resumed["realism"], first["realism"]);
+    assert_eq!((&resumed["realism"], &resumed["physics"]), (&first["realism"], &first["physics"]));
     let motion = at("a.motion.safetensors");
     let network = first["generator"].as_str().unwrap();
     let words = ["generate", "a person walks", "--seconds", "1.5", "-o", &motion, "--generator", network];
     let free = json(&[&words[..], &["--critic", critic, "--critic-strength", "0"]].concat());
     let opinion = &free["motions"][0]["verdicts"][0]["critic"];
     assert!(opinion["lowest"].as_f64().unwrap() <= opinion["realism"].as_f64().unwrap(), "{free}");
+
+    let best = |by: &str| {
+        json(&[&words[..], &["--critic", critic, "--critic-strength", "0", "--best-of", "3", "--by", by]].concat())
+    };
+    let (praised, followed) = (best("critic"), best("physics"));
+    assert_eq!((&praised["motions"][0]["candidates"], &followed["motions"][0]["candidates"]), (&3.into(), &3.into()));
+    let realism = |made: &Value| made["motions"][0]["verdicts"][0]["critic"]["realism"].as_f64().unwrap();
+    assert!(realism(&praised) >= realism(&followed) && realism(&praised) >= realism(&free), "{praised}");
+    let (code, error) = refused(&[&words[..], &["--policy", "assets/lima-all.controller.safetensors"]].concat());
+    assert!(code == 2 && error.contains("--by physics"), "{code} {error}");
 
     let (code, error) = refused(&["train", "critic", "--plan", &at("critic.toml"), "-o", &at("no"), "critic.gamma=1"]);
     assert!(code == 3 && error.contains("critic.gamma"), "{code} {error}");
@@ -80,6 +94,28 @@ fn a_critic_is_trained_measured_and_aligns_a_generator() {
     assert!(code == 3 && error.contains("controller"), "{code} {error}");
     let (code, error) = refused(&[&words[..], &["--critic", generator]].concat());
     assert!(code == 3 && error.contains("critic"), "{code} {error}");
+}
+
+#[test]
+fn a_controller_carries_the_environment_that_it_was_trained_in() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name).to_string_lossy().into_owned();
+    std::fs::write(at("critic.toml"), CRITIC).unwrap();
+    let (plan, out) = (at("critic.toml"), at("out"));
+    let critic = ["train", "critic", "--plan", &plan, "environment=", "-o", &out, "--controller"];
+    let (code, error) = refused(&[&critic[..], &["assets/lima-all.controller.safetensors"]].concat());
+    assert!(code == 3 && error.contains("environment=PLAN") && error.contains("lima-all.controller"), "{code} {error}");
+
+    let own = at("own.controller.safetensors");
+    let policy = "assets/lima-all.policy.safetensors";
+    let exported = json(&["export", policy, "--environment", "track-all-first", "-o", &own]);
+    let environment = exported["header"]["environment"].as_str().unwrap();
+    assert!(environment.contains("weight = 0.15") && environment.contains("clips = []"), "{environment}");
+    assert_eq!(json(&["inspect", &own])["header"]["environment"], exported["header"]["environment"]);
+    let trained = json(&[&critic[..], &[&own]].concat());
+    // The same environment by name: the same rewards.
+    let named = json(&["train", "critic", "--plan", &at("critic.toml"), "-o", &at("named")]);
+    assert_eq!((&trained["mean_reward"], &trained["failures"]), (&named["mean_reward"], &named["failures"]));
 }
 
 /// Which generator was played by which tracker.
@@ -100,6 +136,7 @@ fn generator_tracker_and_critic_are_trained_in_turn() {
     let plan = format!(
         "robot = 'lima'\ngenerator = {}\ninit = 'assets/lima-all.policy.safetensors'\ndataset = '{set}'\n\
          clips = ['motions/walk.keys.toml']\nseed = 1\nrounds = 1\nprompts = 3\nmeasured = 2\nsplit = 'train'\n\
+         judge = {{ sentences = 2, split = 'train', episodes = 4, seconds = 1.0 }}\n\
          [tracker]\nplan = 'track-all'\nkeys = ['budget.steps=500', 'ppo.environments=16', 'ppo.minibatch=32']\n\
          [critic]\nplan = '{}'\n\
          [align]\nplan = 'align'\nkeys = ['iterations=2', 'batch=4', 'prompts=2', 'tolerance=100.0']\n",
@@ -109,7 +146,22 @@ fn generator_tracker_and_critic_are_trained_in_turn() {
     std::fs::write(at("cotrain.toml"), &plan).unwrap();
     let done = json(&["cotrain", "--plan", &at("cotrain.toml"), "-o", &run]);
     assert_eq!(pairs(&done), [[0, 0], [0, 1], [1, 0], [1, 1]]);
-    assert!(Path::new(done["generator"].as_str().unwrap()).starts_with(folder.path().join("run/round-1/aligned")));
+    let best = match done["best_round"].as_u64().unwrap() {
+        0 => Path::new(made["generator"].as_str().unwrap()).to_path_buf(),
+        round => folder.path().join(format!("run/round-{round}/aligned/motion.generator.safetensors")),
+    };
+    let bytes = |file: &Path| std::fs::read(file).unwrap();
+    assert!(bytes(Path::new(done["generator"].as_str().unwrap())) == bytes(&best), "{done}");
+    assert!(
+        done["measured"][0]["physics"]["falls"].is_number()
+            && !folder.path().join("run/round-1/critic/records.safetensors").exists()
+    );
+    assert!(folder.path().join("run/round-1/motions/generated.rows.safetensors").exists());
+    let critic = std::fs::read_to_string(folder.path().join("run/round-1/critic/plan.toml")).unwrap();
+    assert!(
+        critic.contains("round-1/tracker/plan.toml"),
+        "a policy trained here is judged in its own environment: {critic}"
+    );
 
     // As if it had been stopped in the middle of the alignment: only that is done again, by its own run's --resume.
     let record = folder.path().join("run/cotrain.json");

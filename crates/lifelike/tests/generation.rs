@@ -89,7 +89,7 @@ fn critic(set: &CaptionedSet, robot: &Robot, file: &Path) {
         ..RewardRecords::new(vec!["a".into()], 20.0, 1)
     };
     let (robot, controller) = (robot.name.clone(), String::new());
-    let data = CriticData { robot, controller, representation, motions, records };
+    let data = CriticData { robot, controller, representation, motions, others: Vec::new(), records };
     let plan = CriticPlan { hidden: vec![8], ..CriticPlan::default() };
     CriticTrainer::new(&plan, 1, data).unwrap().critic().save(file).unwrap();
 }

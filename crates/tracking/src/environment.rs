@@ -7,6 +7,7 @@ mod checkpoint;
 mod episode;
 mod evaluator;
 mod frozen;
+mod reserved;
 mod reset;
 mod sensor_model;
 mod setup;
@@ -29,6 +30,7 @@ use rayon::prelude::*;
 
 pub use self::episode::Episode;
 use self::evaluator::StepEvaluator;
+use self::reserved::Reserved;
 use self::sensor_model::delay_targets;
 use self::setup::{Setup, expect};
 use self::soles::Soles;
@@ -50,6 +52,8 @@ pub struct Environment {
     simulation: Box<dyn Simulation>,
     stage: Stage,
     rsi: RsiSampler,
+    /// Samplers of environments that are kept for some of the clips, where some are.
+    reserved: Option<Reserved>,
     /// One schedule per environment where the plan has pushes, else none.
     pushes: Vec<PushSchedule>,
     episodes: Vec<Episode>,
@@ -108,6 +112,7 @@ impl Environment {
         let mut environment = Self {
             stage: Stage::at(plan, 0),
             rsi: RsiSampler::new(plan.rsi, &setup.library.starts, bin, 2 * bin),
+            reserved: None,
             pushes: vec![idle; if plan.randomization.pushes.is_some() { n } else { 0 }],
             episodes: vec![Episode::new(joints); n],
             rows: Rows {
@@ -299,8 +304,10 @@ impl Environment {
 
     /// Computes rewards, terminations and observations after a step, each environment by itself.
     fn evaluate(&mut self) {
-        let (setup, stage, rsi, soles) = (&self.setup, &self.stage, &self.rsi, &self.soles);
-        let evaluator = StepEvaluator { setup, stage, rsi, soles, state: self.simulation.state(), step: self.steps };
+        let (setup, stage, soles) = (&self.setup, &self.stage, &self.soles);
+        let (rsi, reserved) = (&self.rsi, self.reserved.as_ref());
+        let (state, step) = (self.simulation.state(), self.steps);
+        let evaluator = StepEvaluator { setup, stage, rsi, reserved, soles, state, step };
         let (a, c) = (setup.observer.actor_size(), setup.observer.critic_size());
         let Rows { actor, critic, features, .. } = &mut self.rows;
         self.episodes

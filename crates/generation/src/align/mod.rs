@@ -2,15 +2,18 @@
 //! frozen [`RewardSurrogate`].
 //!
 //! [`AlignTrainer`] is a [`crate::training::GeneratorTrainer`] that begins with the generator's weights and has the
-//! surrogate's gradient in its loss, and a guard against a surrogate that is exploited.
+//! surrogate's gradient in its loss, and a guard against a surrogate that is exploited: a [`PhysicsJudge`], which the command
+//! passes in, chooses the weights.
 
+mod judge;
 mod plan;
 mod task;
 
 use std::sync::Arc;
 
+pub use judge::{JudgePlan, PhysicsJudge, PhysicsMarks};
 pub use plan::AlignPlan;
-pub use task::AlignTrainer;
+pub use task::{AlignMarks, AlignTrainer};
 
 use crate::GenerationError;
 use crate::critic::RewardSurrogate;

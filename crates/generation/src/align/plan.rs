@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use lifelike_train::limits::{range, whole};
 
+use super::JudgePlan;
 use crate::GenerationError;
 use crate::generator::GeneratorHeader;
 use crate::training::GeneratorPlan;
@@ -51,6 +52,12 @@ pub struct AlignPlan {
     pub tolerance: f64,
     /// Prompts of the training set that Realism is measured on.
     pub prompts: usize,
+    /// Policy that chooses the best weights in physics at every validation; none: the critic's Realism chooses.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub policy: Option<PathBuf>,
+    /// Motion that it plays.
+    #[serde(default)]
+    pub judge: JudgePlan,
 }
 
 impl AlignPlan {
@@ -62,6 +69,7 @@ impl AlignPlan {
         range("beta", self.beta, 0.0, 1e3)?;
         range("tolerance", self.tolerance, 0.0, 1e3)?;
         whole("prompts", self.prompts as u64, 1, 10_000)?;
+        self.judge.check()?;
         let encoder = generator.sizes.encoder;
         let plan = GeneratorPlan {
             robot: self.robot.clone(),

@@ -6,7 +6,16 @@ use sha2::{Digest, Sha256};
 use crate::GenerationError;
 use crate::representation::{FeatureMatrix, RepresentationSpec};
 
-/// What a critic learns from.
+/// Other rows of a sequence that the same rewards are learned for: a generated motion before it was put on the ground.
+#[derive(Debug, Clone)]
+pub struct OtherRows {
+    /// Number of the sequence in the records.
+    pub sequence: usize,
+    /// Its rows, in SI units, at the same times.
+    pub rows: FeatureMatrix,
+}
+
+/// Records and rows that a critic learns from.
 #[derive(Debug, Clone)]
 pub struct CriticData {
     /// Name of the robot.
@@ -17,6 +26,8 @@ pub struct CriticData {
     pub representation: RepresentationSpec,
     /// Rows of each of the records' sequences, in SI units.
     pub motions: Vec<FeatureMatrix>,
+    /// Other rows of some of the sequences.
+    pub others: Vec<OtherRows>,
     /// Rewards along them.
     pub records: RewardRecords,
 }
@@ -42,6 +53,16 @@ impl CriticData {
                 format!("at least one of {width}"),
                 got,
             ));
+        }
+        for OtherRows { sequence, rows } in &self.others {
+            let own = self.motions.get(*sequence).map_or(0, |motion| motion.n);
+            // Rounding of a duration may add or take a row.
+            if rows.width != width || rows.n == 0 || own == 0 || rows.n.abs_diff(own) > 1 {
+                let name = records.names.get(*sequence).map_or("no sequence", String::as_str);
+                let expected = format!("{own} rows of {width}");
+                let got = format!("{} of {}", rows.n, rows.width);
+                return Err(GenerationError::mismatch(format!("other rows of '{name}'"), expected, got));
+            }
         }
         if records.is_empty() {
             return Err(GenerationError::mismatch("records of rewards", "at least one step", 0));
@@ -70,6 +91,14 @@ impl CriticData {
         (self.place(frame).round() as usize).min(self.motions[sequence as usize].n - 1)
     }
 
+    /// Returns the number of rows of a motion: of the sequences, then of [`Self::others`].
+    pub(super) fn rows_of(&self, motion: usize) -> usize {
+        match motion.checked_sub(self.motions.len()) {
+            None => self.motions[motion].n,
+            Some(other) => self.others[other].rows.n,
+        }
+    }
+
     fn place(&self, frame: u32) -> f64 {
         f64::from(frame) * self.representation.fps / self.records.rate
     }
@@ -81,7 +110,8 @@ impl CriticData {
             hash.update((text.len() as u64).to_le_bytes());
             hash.update(text.as_bytes());
         }
-        let rows = self.motions.iter().flat_map(|motion| &motion.rows);
+        let rows = self.motions.iter().chain(self.others.iter().map(|other| &other.rows));
+        let rows = rows.flat_map(|motion| &motion.rows);
         rows.chain(&self.records.reward).for_each(|x| hash.update(x.to_le_bytes()));
         let places = self.records.sequence.iter().chain(&self.records.frame);
         places.for_each(|x| hash.update(x.to_le_bytes()));

@@ -4,6 +4,8 @@ use std::path::Path;
 
 use lifelike_checkpoint::Checkpoint;
 
+use super::ensemble;
+use super::member::named;
 use super::network::{Bounds, CriticNetwork};
 use super::surrogate::RewardSurrogate;
 use super::windows::PaddedRows;
@@ -17,6 +19,8 @@ const KEY: &str = "critic";
 const NETWORK: &str = "network";
 /// The widest window and layer that a file is believed.
 const LARGEST: usize = 1 << 16;
+/// Most networks that a file is believed.
+pub(super) const MAX_MEMBERS: usize = 16;
 
 /// Description of a critic.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -42,23 +46,35 @@ pub struct CriticHeader {
     pub control_hz: f64,
     /// Control steps of the records that it learned from.
     pub steps: u64,
+    /// Networks; a value is their least. Files of one network do not say so.
+    #[serde(default = "one", skip_serializing_if = "is_one")]
+    pub members: usize,
+}
+
+fn one() -> usize {
+    1
+}
+
+#[allow(clippy::trivially_copy_pass_by_ref)] // serde passes a reference
+fn is_one(members: &usize) -> bool {
+    *members == 1
 }
 
 /// A frozen critic.
 #[derive(Debug, Clone)]
 pub struct Critic {
     header: CriticHeader,
-    network: CriticNetwork,
+    networks: Vec<CriticNetwork>,
 }
 
 impl Critic {
-    pub(super) fn new(header: CriticHeader, network: CriticNetwork) -> Self {
-        Self { header, network }
+    pub(super) fn new(header: CriticHeader, networks: Vec<CriticNetwork>) -> Self {
+        Self { header, networks }
     }
 
     #[cfg(test)]
-    pub(super) fn network(&self) -> &CriticNetwork {
-        &self.network
+    pub(super) fn networks(&self) -> &[CriticNetwork] {
+        &self.networks
     }
 
     /// Returns the description.
@@ -83,8 +99,10 @@ impl Critic {
     pub fn save(&self, path: &Path) -> Result<(), GenerationError> {
         let mut file = Checkpoint::new();
         file.set_meta(KEY, &self.header)?;
-        let parameters = self.network.parameters();
-        file.put_f32(NETWORK, &[parameters.len()], parameters.to_vec())?;
+        for (number, network) in self.networks.iter().enumerate() {
+            let parameters = network.parameters();
+            file.put_f32(&named(NETWORK, number), &[parameters.len()], parameters.to_vec())?;
+        }
         Ok(file.save(path)?)
     }
 
@@ -116,8 +134,15 @@ impl Critic {
             return Err(GenerationError::mismatch(what("layer sizes"), format!("1 to {LARGEST}"), size));
         }
         let sizes = CriticNetwork::sizes(inputs, &header.hidden);
-        let parameters = file.f32s(NETWORK, &[sizes.parameters()])?;
-        Ok(Self { network: CriticNetwork::new(sizes, parameters, header.bounds), header })
+        if !(1..=MAX_MEMBERS).contains(&header.members) {
+            return Err(GenerationError::mismatch(what("members"), format!("1 to {MAX_MEMBERS}"), header.members));
+        }
+        let network = |number: usize| -> Result<CriticNetwork, GenerationError> {
+            let parameters = file.f32s(&named(NETWORK, number), &[sizes.parameters()])?;
+            Ok(CriticNetwork::new(sizes.clone(), parameters, header.bounds))
+        };
+        let networks = (0..header.members).map(network).collect::<Result<_, _>>()?;
+        Ok(Self { networks, header })
     }
 
     /// Checks that it judges motion of these joints at this rate.
@@ -132,13 +157,13 @@ impl Critic {
 impl RewardSurrogate for Critic {
     fn values(&self, motion: &FeatureMatrix) -> Result<Vec<f32>, GenerationError> {
         let padded = PaddedRows::new(motion, &self.header.standardizer, self.header.radius)?;
-        Ok(self.network.values(&padded))
+        Ok(ensemble::least(&self.networks, &padded).0)
     }
 
     fn gradient(&self, motion: &FeatureMatrix) -> Result<(Vec<f32>, FeatureMatrix), GenerationError> {
         let standardizer = &self.header.standardizer;
         let padded = PaddedRows::new(motion, standardizer, self.header.radius)?;
-        let (values, by) = self.network.gradient(&padded, motion.width);
+        let (values, by) = ensemble::gradient(&self.networks, &padded, motion.width);
         Ok((values, FeatureMatrix::new(padded.fold(&by, standardizer), motion.width)?))
     }
 }

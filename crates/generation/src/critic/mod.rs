@@ -1,5 +1,5 @@
 //! The critic v(m) of a tracking policy (thesis 5.2.1): the discounted reward that a window of motion promises, by the
-//! motion alone and differentiable by it.
+//! motion alone and differentiable by it. Several networks are one critic, whose value is their least.
 //!
 //! The main path: [`RewardRecords`] of a frozen controller and its clips' rows → [`CriticData`] → [`CriticTrainer`] (a
 //! [`lifelike_train::TrainingTask`]) → [`Critic`] (`*.critic.safetensors`), a [`RewardSurrogate`]. Everything
@@ -7,7 +7,9 @@
 
 pub mod calibration;
 mod data;
+mod ensemble;
 mod file;
+mod member;
 mod network;
 mod plan;
 mod surrogate;
@@ -17,7 +19,7 @@ mod tests;
 mod trainer;
 mod windows;
 
-pub use data::CriticData;
+pub use data::{CriticData, OtherRows};
 pub use file::{Critic, CriticHeader, EXTENSION};
 pub use lifelike_train::{RewardRecords, StepEnd};
 pub use network::Bounds;

@@ -124,18 +124,19 @@ impl CriticNetwork {
         values
     }
 
-    /// Returns the value at every row, and the gradient of their sum by the padded rows.
-    pub fn gradient(&self, motion: &PaddedRows, width: usize) -> (Vec<f32>, Vec<f32>) {
+    /// Returns the value at every row, and the gradient of their sum with these weights by the padded rows.
+    pub fn gradient(&self, motion: &PaddedRows, width: usize, weights: &[f32]) -> (Vec<f32>, Vec<f32>) {
         let mut values = vec![0.0; motion.len()];
         let size = motion.window_size();
         let parts: Vec<Vec<f32>> = values
             .par_chunks_mut(ROWS)
+            .zip(weights.par_chunks(ROWS))
             .enumerate()
             .map_init(
                 || vec![Channel::ZERO; self.packed.channels()],
-                |panel, (i, values)| {
+                |panel, (i, (values, weights))| {
                     self.forward(panel, (i * ROWS..i * ROWS + values.len()).map(|row| motion.window(row)), values);
-                    self.backward(panel, values, &vec![1.0; values.len()], true);
+                    self.backward(panel, values, weights, true);
                     let mut windows = vec![0.0; values.len() * size];
                     unpack(self.packed.by_inputs(panel), &mut windows);
                     let mut part = vec![0.0; (values.len() - 1) * width + size];

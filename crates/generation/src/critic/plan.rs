@@ -3,6 +3,7 @@
 use lifelike_train::gae::Discounts;
 use lifelike_train::limits::{range, whole};
 
+use super::file::MAX_MEMBERS;
 use crate::GenerationError;
 use crate::representation::RepresentationSpec;
 
@@ -12,6 +13,8 @@ use crate::representation::RepresentationSpec;
 pub struct CriticPlan {
     /// Motion that the critic sees on either side of t (s); 0: the row at t alone.
     pub window: f64,
+    /// Networks, each with first weights and a bootstrap sample of the clips of its own; the value is their least.
+    pub members: usize,
     /// Hidden layers, ELU between them.
     pub hidden: Vec<usize>,
     /// Discount γ of a control step.
@@ -38,6 +41,7 @@ impl Default for CriticPlan {
     fn default() -> Self {
         Self {
             window: 0.3,
+            members: 3,
             hidden: vec![256; 3],
             gamma: 0.9,
             lambda: 0.95,
@@ -59,6 +63,7 @@ impl CriticPlan {
     /// [`GenerationError::Plan`] with the key, the range and the value.
     pub fn check(&self) -> Result<(), GenerationError> {
         range("critic.window", self.window, 0.0, 10.0)?;
+        whole("critic.members", self.members as u64, 1, MAX_MEMBERS as u64)?;
         for width in &self.hidden {
             whole("critic.hidden", *width as u64, 1, 4096)?;
         }

@@ -40,8 +40,9 @@ fn critic(radius: usize, hidden: &[usize]) -> Critic {
         gamma: 0.9,
         control_hz: 50.0,
         steps: 0,
+        members: 1,
     };
-    Critic::new(header, network)
+    Critic::new(header, vec![network])
 }
 
 /// The sum of values in double precision, written out once more.
@@ -76,7 +77,7 @@ fn the_gradient_by_the_motion_is_that_of_differences_in_double_precision() {
         let (critic, motion) = (critic(radius, hidden), motion(n, 3));
         let (values, by) = critic.gradient(&motion).unwrap();
         assert_eq!(values, critic.values(&motion).unwrap());
-        let parameters = critic.network().parameters().to_vec();
+        let parameters = critic.networks()[0].parameters().to_vec();
         let rows: Vec<f64> = motion.rows.iter().map(|x| f64::from(*x)).collect();
         let sum: f64 = values.iter().map(|v| f64::from(*v)).sum();
         assert!((sum - exact_sum(&critic, &parameters, &rows)).abs() < 2e-5 * n as f64);
@@ -114,7 +115,14 @@ fn data(motions: usize) -> CriticData {
         }
     }
     let (robot, controller) = ("post".into(), "00".into());
-    CriticData { robot, controller, representation: spec(), motions: (0..motions).map(rows).collect(), records }
+    CriticData {
+        robot,
+        controller,
+        representation: spec(),
+        motions: (0..motions).map(rows).collect(),
+        others: Vec::new(),
+        records,
+    }
 }
 
 fn plan() -> CriticPlan {
@@ -126,6 +134,7 @@ fn plan() -> CriticPlan {
         epochs: 80,
         minibatch: 96,
         validation: 0.2,
+        members: 1,
         ..Default::default()
     }
 }
@@ -146,6 +155,68 @@ fn a_critic_learns_what_a_motion_promises_and_keeps_its_best_network() {
     let critic = trainer.critic();
     let realism = |m: usize| critic.realism(&data(30).motions[m]).unwrap();
     assert!((realism(3) - 2.8).abs() < 0.8 && (realism(27) - 9.2).abs() < 0.8, "{} {}", realism(3), realism(27));
+}
+
+#[test]
+fn the_least_of_three_members_is_the_value_and_has_its_gradient_and_a_file_carries_all() {
+    let mut trainer = CriticTrainer::new(&CriticPlan { members: 3, ..plan() }, 1, data(12)).unwrap();
+    for _ in 0..4 {
+        trainer.epoch_once();
+        trainer.validate_once().unwrap();
+    }
+    let critic = trainer.critic();
+    assert_eq!((critic.header().members, critic.networks().len()), (3, 3));
+    let single = |member: usize| {
+        let header = CriticHeader { members: 1, ..critic.header().clone() };
+        Critic::new(header, vec![critic.networks()[member].clone()])
+    };
+    let motion = motion(70, 9);
+    let all: Vec<_> = (0..3).map(|member| single(member).values(&motion).unwrap()).collect();
+    let least: Vec<f32> = (0..70).map(|row| all[0][row].min(all[1][row]).min(all[2][row])).collect();
+    let (values, by) = critic.gradient(&motion).unwrap();
+    assert!(values == least && critic.values(&motion).unwrap() == least);
+    assert!((0..3).filter(|member| all[*member] == least).count() == 0, "no member is the least everywhere");
+    // By differences: members change places at no row between two values so near.
+    let sum = |rows: Vec<f32>| -> f64 {
+        let values = critic.values(&FeatureMatrix::new(rows, 9).unwrap()).unwrap();
+        values.iter().map(|v| f64::from(*v)).sum()
+    };
+    let largest = by.rows.iter().fold(0.0_f32, |most, x| most.max(x.abs()));
+    for i in (0..motion.rows.len()).step_by(37) {
+        let at = |delta: f32| {
+            let mut rows = motion.rows.clone();
+            rows[i] += delta;
+            sum(rows)
+        };
+        let expected = ((at(0.01) - at(-0.01)) / 0.02) as f32;
+        assert!((by.rows[i] - expected).abs() < 0.02 * largest, "{i}: {} for {expected}", by.rows[i]);
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("three.critic.safetensors");
+    critic.save(&path).unwrap();
+    assert_eq!(Critic::load(&path).unwrap().values(&motion).unwrap(), least);
+}
+
+#[test]
+fn other_rows_share_the_records_of_their_sequence() {
+    // Rewards are told by the first column of the raw rows alone; the grounded ones have nothing that tells them.
+    let blind = |mut data: CriticData| {
+        data.others =
+            (0..data.motions.len()).map(|s| OtherRows { sequence: s, rows: data.motions[s].clone() }).collect();
+        data.motions.iter_mut().for_each(|motion| motion.rows.iter_mut().step_by(9).for_each(|x| *x = 0.0));
+        data
+    };
+    let mut trainer = CriticTrainer::new(&plan(), 1, blind(data(30))).unwrap();
+    for _ in 0..80 {
+        trainer.epoch_once();
+    }
+    let critic = trainer.critic();
+    let realism = |m: usize| critic.realism(&data(30).motions[m]).unwrap();
+    // 1 / (1 - 0.9) = 10 times the levels 0.28 and 0.92.
+    assert!((realism(3) - 2.8).abs() < 1.2 && (realism(27) - 9.2).abs() < 1.2, "{} {}", realism(3), realism(27));
+    let mut wrong = blind(data(5));
+    wrong.others[2].rows = motion(70, 1);
+    assert!(CriticTrainer::new(&plan(), 1, wrong).err().unwrap().to_string().contains("other rows of 'clip 2'"));
 }
 
 #[test]
@@ -200,7 +271,7 @@ fn a_file_gives_the_same_values_and_another_file_is_refused() {
     assert!(Critic::load(&path).is_err());
     let mut header = saved.header().clone();
     header.standardizer.std[2] = 0.0;
-    Critic::new(header, saved.network().clone()).save(&path).unwrap();
+    Critic::new(header, saved.networks().to_vec()).save(&path).unwrap();
     assert!(Critic::load(&path).unwrap_err().to_string().contains("above 0"));
 }
 

@@ -4,19 +4,19 @@ use std::collections::BTreeSet;
 
 use lifelike_checkpoint::Checkpoint;
 use lifelike_checkpoint::rng::stream;
-use lifelike_dense::{AdamStep, Channel, ROWS, Slices, norm};
-use lifelike_nn::adam::AdamConfig;
-use lifelike_simd::InstructionSet;
 use rand::seq::SliceRandom;
-use rayon::prelude::*;
 
 use super::data::CriticData;
 use super::file::{Critic, CriticHeader};
+use super::member::{Member, Sample, bootstrap, original};
 use super::network::{Bounds, CriticNetwork};
 use super::plan::CriticPlan;
 use super::windows::PaddedRows;
 use crate::GenerationError;
 use crate::representation::Standardizer;
+
+/// Distance of the keys of two members' first weights.
+const NEXT_MEMBER: u64 = 0x9E37_79B9_7F4A_7C15;
 
 /// Numbers of one epoch.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -29,34 +29,22 @@ pub struct CriticMetrics {
     pub gradient_norm: f64,
 }
 
-/// A window with what its records say.
-#[derive(Debug, Clone, Copy)]
-struct Sample {
-    motion: usize,
-    row: usize,
-    target: f32,
-    /// Records of this window.
-    weight: f32,
-}
-
-/// Network, optimizer and records of one plan, between two epochs.
+/// Networks, optimizers and records of one plan, between two epochs.
 pub struct CriticTrainer {
     plan: CriticPlan,
     seed: u64,
     pub(super) data: CriticData,
     standardizer: Standardizer,
+    /// Rows of every sequence, then [`CriticData::others`].
     motions: Vec<PaddedRows>,
-    /// Motions that are not learned from.
+    /// Sequence of each of the motions.
+    sequence_of: Vec<usize>,
+    /// Sequences that are not learned from.
     held_out: Vec<bool>,
-    /// Measured returns with their motion and row, of motions held out.
+    /// Measured returns with their motion and row, of sequences held out.
     measured: Vec<(usize, usize, f32)>,
-    network: CriticNetwork,
-    moments: [Vec<f32>; 2],
-    steps: u64,
+    members: Vec<Member>,
     epoch: u64,
-    /// The best network on what was held out, with its score.
-    best: Option<(f64, Vec<f32>)>,
-    memory: Vec<Channel>,
 }
 
 impl CriticTrainer {
@@ -68,36 +56,30 @@ impl CriticTrainer {
         plan.check()?;
         data.check()?;
         let held_out = held_out(&data.records.names, plan.validation, seed);
-        let learned = data.motions.iter().zip(&held_out).filter(|(_, out)| !**out).map(|(motion, _)| motion);
-        let standardizer = Standardizer::of(learned, Standardizer::FLOOR)?;
+        let sequence_of: Vec<usize> = (0..data.motions.len()).chain(data.others.iter().map(|o| o.sequence)).collect();
+        let rows = || data.motions.iter().chain(data.others.iter().map(|other| &other.rows));
+        let learned = rows().zip(&sequence_of).filter(|(_, sequence)| !held_out[**sequence]);
+        let standardizer = Standardizer::of(learned.map(|(rows, _)| rows), Standardizer::FLOOR)?;
         let radius = plan.radius(&data.representation);
-        let padded = data.motions.iter().map(|motion| PaddedRows::new(motion, &standardizer, radius));
+        let padded = rows().map(|motion| PaddedRows::new(motion, &standardizer, radius));
         let motions = padded.collect::<Result<Vec<_>, _>>()?;
         let mean = data.records.reward.iter().map(|r| f64::from(*r)).sum::<f64>() / data.records.len() as f64;
         let sizes = CriticNetwork::sizes((2 * radius + 1) * data.representation.width(), &plan.hidden);
         let bounds = Bounds::of_rewards(&data.records.reward, plan.gamma);
-        let network = CriticNetwork::init(sizes, seed, (mean / (1.0 - plan.gamma)) as f32, bounds);
-        let zeros = vec![0.0; network.parameters().len()];
+        let level = (mean / (1.0 - plan.gamma)) as f32;
+        let member = |number: usize| {
+            let own = seed.wrapping_add(NEXT_MEMBER.wrapping_mul(number as u64));
+            let names = &data.records.names;
+            let single = || held_out.iter().map(|out| u32::from(!out)).collect();
+            let copies = if plan.members > 1 { bootstrap(names, &held_out, seed, number) } else { single() };
+            Member::new(CriticNetwork::init(sizes.clone(), own, level, bounds), copies)
+        };
+        let members = (0..plan.members).map(member).collect();
         // The rest of a return beyond this is less than 1% of it.
         let horizon = (0.01_f64.ln() / plan.gamma.max(1e-9).ln()).ceil().max(1.0) as usize;
         let measured = measured(&data, &held_out, plan.gamma, horizon);
-        let moments = [zeros.clone(), zeros];
-        let (plan, memory) = (plan.clone(), Vec::new());
-        Ok(Self {
-            plan,
-            seed,
-            data,
-            standardizer,
-            motions,
-            held_out,
-            measured,
-            network,
-            moments,
-            steps: 0,
-            epoch: 0,
-            best: None,
-            memory,
-        })
+        let (plan, epoch) = (plan.clone(), 0);
+        Ok(Self { plan, seed, data, standardizer, motions, sequence_of, held_out, measured, members, epoch })
     }
 
     /// Returns the plan.
@@ -110,27 +92,30 @@ impl CriticTrainer {
         self.epoch
     }
 
-    /// Takes one epoch.
+    /// Takes one epoch of every member; returns the means over them.
     pub fn epoch_once(&mut self) -> CriticMetrics {
-        let mut samples = self.samples();
-        samples.shuffle(&mut stream(self.seed, "critic epoch", 0, self.epoch));
         let (mut loss, mut weight, mut target, mut norms, mut steps) = (0.0, 0.0, 0.0, 0.0, 0_u32);
-        for batch in samples.chunks(self.plan.minibatch) {
-            let (error, norm) = self.improve(batch);
-            loss += error;
-            weight += batch.iter().map(|s| f64::from(s.weight)).sum::<f64>();
-            target += batch.iter().map(|s| f64::from(s.weight * s.target)).sum::<f64>();
-            norms += norm;
-            steps += 1;
+        for number in 0..self.members.len() {
+            let mut samples = self.samples(&self.members[number]);
+            samples.shuffle(&mut stream(self.seed, "critic epoch", number as u64, self.epoch));
+            for batch in samples.chunks(self.plan.minibatch) {
+                let (error, norm) = self.members[number].improve(&self.plan, &self.motions, batch);
+                loss += error;
+                weight += batch.iter().map(|s| f64::from(s.weight)).sum::<f64>();
+                target += batch.iter().map(|s| f64::from(s.weight * s.target)).sum::<f64>();
+                norms += norm;
+                steps += 1;
+            }
         }
         self.epoch += 1;
         CriticMetrics { loss: loss / weight, target: target / weight, gradient_norm: norms / f64::from(steps) }
     }
 
-    /// Returns the windows that are learned from. Records of one window are one sample, their mean target weighted by
-    /// their number: the gradient of eq. 5.5 is the same.
-    fn samples(&self) -> Vec<Sample> {
-        let values: Vec<Vec<f32>> = self.motions.iter().map(|motion| self.network.values(motion)).collect();
+    /// Returns the windows that a member learns from. Records of one window are one sample, their mean target weighted by
+    /// their number: the gradient of eq. 5.5 is the same. All rows of one sequence share its records evenly.
+    fn samples(&self, member: &Member) -> Vec<Sample> {
+        let sequences = &self.motions[..self.data.motions.len()];
+        let values: Vec<Vec<f32>> = sequences.iter().map(|motion| member.network.values(motion)).collect();
         let value = |sequence: u32, frame: u32| values[sequence as usize][self.data.row(sequence, frame)];
         let records = &self.data.records;
         let targets = records.targets(self.plan.discounts(), self.plan.across_jumps, value);
@@ -140,89 +125,50 @@ impl CriticTrainer {
             *sum += f64::from(*target);
             *count += 1.0;
         }
-        let learned = sums.iter().enumerate().filter(|(motion, _)| !self.held_out[*motion]);
-        let rows = learned.flat_map(|(motion, rows)| rows.iter().enumerate().map(move |(row, sum)| (motion, row, sum)));
-        let sample = |(motion, row, &(sum, weight)): (usize, usize, &(f64, f32))| Sample {
-            motion,
-            row,
-            target: (sum / f64::from(weight)) as f32,
-            weight,
-        };
-        rows.filter(|(_, _, sum)| sum.1 > 0.0).map(sample).collect()
-    }
-
-    /// Takes one gradient step; returns the weighted sum of squared errors before it, and the gradient's norm.
-    fn improve(&mut self, batch: &[Sample]) -> (f64, f64) {
-        let (network, motions) = (&self.network, &self.motions);
-        let total: f32 = batch.iter().map(|s| s.weight).sum();
-        let channels = network.channels();
-        let all = batch.len().div_ceil(ROWS) * channels;
-        if self.memory.len() < all {
-            self.memory.resize(all, Channel::ZERO);
-        }
-        let panels = &mut self.memory[..all];
-        let losses: Vec<f64> = panels
-            .par_chunks_mut(channels)
-            .zip(batch.par_chunks(ROWS))
-            .with_max_len(1)
-            .map(|(panel, samples)| {
-                let mut values = vec![0.0; samples.len()];
-                network.forward(panel, samples.iter().map(|s| motions[s.motion].window(s.row)), &mut values);
-                let errors = || values.iter().zip(samples).map(|(v, s)| (v - s.target, s.weight));
-                let by: Vec<f32> = errors().map(|(error, weight)| 2.0 * error * weight / total).collect();
-                let loss = errors().map(|(error, weight)| f64::from(error).powi(2) * f64::from(weight)).sum();
-                network.backward(panel, &values, &by, false);
-                loss
-            })
-            .collect();
-        let mut gradient = vec![0.0; network.parameters().len()];
-        network.by_parameters(panels, &mut gradient);
-        let set = InstructionSet::chosen();
-        self.steps += 1;
-        let AdamConfig { beta_1, beta_2, epsilon, .. } = AdamConfig::adam();
-        let (rate, decay) = (self.plan.learning_rate, self.plan.learning_rate * self.plan.weight_decay);
-        let step = AdamStep { beta_1, beta_2, epsilon, step: self.steps, rate, scale: 1.0 };
-        let [first, second] = &mut self.moments;
-        let weights: Vec<_> = network.layers().layers().iter().map(|layer| layer.weight()).collect();
-        let norm = norm(set, &gradient);
-        self.network.update(|values| {
-            for range in weights {
-                values[range].iter_mut().for_each(|w| *w *= 1.0 - decay as f32);
+        let mut kinds = vec![0_u32; sums.len()];
+        self.sequence_of.iter().for_each(|sequence| kinds[*sequence] += 1);
+        let mut samples = Vec::new();
+        for (motion, &sequence) in self.sequence_of.iter().enumerate().filter(|(_, s)| !self.held_out[**s]) {
+            let share = member.copies[sequence] as f32 / kinds[sequence] as f32;
+            for (row, (sum, count)) in sums[sequence].iter().enumerate().take(self.motions[motion].len()) {
+                if share * count > 0.0 {
+                    let target = (sum / f64::from(*count)) as f32;
+                    samples.push(Sample { motion, row, target, weight: share * count });
+                }
             }
-            step.take(set, Slices { values, gradient: &gradient, first, second });
-        });
-        (losses.iter().sum(), norm)
+        }
+        samples
     }
 
-    /// Returns how much of the variance of the returns measured on motion held out the network explains, and the mean of
-    /// both; `None` where nothing is held out. The best network is remembered.
+    /// Returns how much of the variance of the returns measured on motion held out the least of the members explains, and
+    /// the mean of both; `None` where nothing is held out. The best network of each member is remembered.
     pub fn validate_once(&mut self) -> Option<[f64; 3]> {
         if self.measured.is_empty() {
             return None;
         }
-        let value = |m: usize| if self.held_out[m] { self.network.values(&self.motions[m]) } else { Vec::new() };
-        let values: Vec<Vec<f32>> = (0..self.motions.len()).map(value).collect();
-        let n = self.measured.len() as f64;
-        let pairs = || self.measured.iter().map(|(m, row, g)| (f64::from(values[*m][*row]), f64::from(*g)));
-        let (predicted, returned) = (pairs().map(|p| p.0).sum::<f64>() / n, pairs().map(|p| p.1).sum::<f64>() / n);
-        let error: f64 = pairs().map(|(v, g)| (v - g).powi(2)).sum();
-        let variance: f64 = pairs().map(|(_, g)| (g - returned).powi(2)).sum();
-        let explained = 1.0 - error / variance.max(f64::MIN_POSITIVE);
-        if self.best.as_ref().is_none_or(|(best, _)| explained > *best) {
-            self.best = Some((explained, self.network.parameters().to_vec()));
+        let returns: Vec<f64> = self.measured.iter().map(|(_, _, g)| f64::from(*g)).collect();
+        let mut least = vec![f64::INFINITY; returns.len()];
+        for member in &mut self.members {
+            let value = |m: usize| match self.held_out[self.sequence_of[m]] {
+                true => member.network.values(&self.motions[m]),
+                false => Vec::new(),
+            };
+            let values: Vec<Vec<f32>> = (0..self.motions.len()).map(value).collect();
+            let predicted: Vec<f64> = self.measured.iter().map(|(m, row, _)| f64::from(values[*m][*row])).collect();
+            least.iter_mut().zip(&predicted).for_each(|(least, own)| *least = least.min(*own));
+            let score = explained(&predicted, &returns);
+            if member.best.as_ref().is_none_or(|(best, _)| score > *best) {
+                member.best = Some((score, member.network.parameters().to_vec()));
+            }
         }
-        Some([explained, predicted, returned])
+        let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
+        Some([explained(&least, &returns), mean(&least), mean(&returns)])
     }
 
-    /// Returns the critic: the best on motion held out, else the latest.
+    /// Returns the critic: of every member the best on motion held out, else the latest.
     pub fn critic(&self) -> Critic {
-        let network = match &self.best {
-            Some((_, parameters)) => {
-                CriticNetwork::new(self.network.layers().clone(), parameters.clone(), self.network.bounds())
-            }
-            None => self.network.clone(),
-        };
         let data = &self.data;
+        let networks: Vec<CriticNetwork> = self.members.iter().map(Member::chosen).collect();
         let header = CriticHeader {
             robot: data.robot.clone(),
             controller: data.controller.clone(),
@@ -230,57 +176,67 @@ impl CriticTrainer {
             standardizer: self.standardizer.clone(),
             radius: self.plan.radius(&data.representation),
             hidden: self.plan.hidden.clone(),
-            bounds: self.network.bounds(),
+            bounds: self.members[0].network.bounds(),
             gamma: self.plan.gamma,
             control_hz: data.records.rate,
             steps: data.records.len() as u64,
+            members: networks.len(),
         };
-        Critic::new(header, network)
+        Critic::new(header, networks)
     }
 
     pub(super) fn save(&self) -> Result<Checkpoint, GenerationError> {
         let mut checkpoint = Checkpoint::new();
-        let n = self.network.parameters().len();
-        checkpoint.put_u64("progress", &[2], vec![self.epoch, self.steps])?;
-        checkpoint.put_f32("network", &[n], self.network.parameters().to_vec())?;
-        checkpoint.put_f32("adam.first", &[n], self.moments[0].clone())?;
-        checkpoint.put_f32("adam.second", &[n], self.moments[1].clone())?;
-        if let Some((score, parameters)) = &self.best {
-            checkpoint.put_f64("best.score", &[1], vec![*score])?;
-            checkpoint.put_f32("best.network", &[n], parameters.clone())?;
-        }
+        checkpoint.put_u64("progress", &[2], vec![self.epoch, self.members.len() as u64])?;
+        let mut members = self.members.iter().enumerate();
+        members.try_for_each(|(number, member)| member.save_into(&mut checkpoint, number))?;
         Ok(checkpoint)
     }
 
     pub(super) fn load(&mut self, checkpoint: &Checkpoint) -> Result<(), GenerationError> {
-        let n = self.network.parameters().len();
         let progress = checkpoint.u64s("progress", &[2])?;
-        let parameters = checkpoint.f32s("network", &[n])?;
-        self.moments = [checkpoint.f32s("adam.first", &[n])?, checkpoint.f32s("adam.second", &[n])?];
-        self.network.update(|values| values.copy_from_slice(&parameters));
-        self.best = match checkpoint.contains("best.score") {
-            true => Some((checkpoint.f64s("best.score", &[1])?[0], checkpoint.f32s("best.network", &[n])?)),
-            false => None,
-        };
-        (self.epoch, self.steps) = (progress[0], progress[1]);
+        for (number, member) in self.members.iter_mut().enumerate() {
+            member.load(checkpoint, number)?;
+        }
+        self.epoch = progress[0];
         Ok(())
     }
 }
 
-/// Draws the motions that are not learned from, a clip always with its mirror image; at least one is learned from.
-fn held_out(names: &[String], share: f64, seed: u64) -> Vec<bool> {
-    let original = |name: &String| name.trim_end_matches("+mirror").to_string();
-    let mut clips: Vec<String> = names.iter().map(original).collect::<BTreeSet<_>>().into_iter().collect();
-    clips.shuffle(&mut stream(seed, "critic validation", 0, 0));
-    clips.truncate(((clips.len() as f64 * share).round() as usize).min(clips.len().saturating_sub(1)));
-    names.iter().map(|name| clips.contains(&original(name))).collect()
+/// Returns the share of the variance of what was measured that predictions explain.
+fn explained(predicted: &[f64], measured: &[f64]) -> f64 {
+    let mean = measured.iter().sum::<f64>() / measured.len() as f64;
+    let error: f64 = predicted.iter().zip(measured).map(|(v, g)| (v - g).powi(2)).sum();
+    let variance: f64 = measured.iter().map(|g| (g - mean).powi(2)).sum();
+    1.0 - error / variance.max(f64::MIN_POSITIVE)
 }
 
+/// Draws the motions that are not learned from, a clip always with its mirror image; at least one is learned from.
+fn held_out(names: &[String], share: f64, seed: u64) -> Vec<bool> {
+    let own = |name: &String| original(name).to_string();
+    let mut clips: Vec<String> = names.iter().map(own).collect::<BTreeSet<_>>().into_iter().collect();
+    clips.shuffle(&mut stream(seed, "critic validation", 0, 0));
+    clips.truncate(((clips.len() as f64 * share).round() as usize).min(clips.len().saturating_sub(1)));
+    names.iter().map(|name| clips.contains(&own(name))).collect()
+}
+
+/// Returns the returns measured on sequences held out, with motion and row: once for all rows of a sequence.
 fn measured(data: &CriticData, held_out: &[bool], gamma: f64, horizon: usize) -> Vec<(usize, usize, f32)> {
     let records = &data.records;
-    let places = records.sequence.iter().zip(&records.frame).zip(records.returns(gamma, horizon));
-    let out = places.filter(|((sequence, _), g)| held_out[**sequence as usize] && !g.is_nan());
-    out.map(|((sequence, frame), g)| (*sequence as usize, data.row(*sequence, *frame), g)).collect()
+    let mut rows_of: Vec<Vec<usize>> = (0..data.motions.len()).map(|sequence| vec![sequence]).collect();
+    for (number, other) in data.others.iter().enumerate() {
+        rows_of[other.sequence].push(data.motions.len() + number);
+    }
+    let mut all = Vec::new();
+    for ((sequence, frame), g) in records.sequence.iter().zip(&records.frame).zip(records.returns(gamma, horizon)) {
+        let number = *sequence as usize;
+        if held_out[number] && !g.is_nan() {
+            let row = data.row(*sequence, *frame);
+            let last = |motion: &usize| data.rows_of(*motion) - 1;
+            all.extend(rows_of[number].iter().map(|motion| (*motion, row.min(last(motion)), g)));
+        }
+    }
+    all
 }
 
 #[cfg(test)]
@@ -294,5 +250,11 @@ mod tests {
         assert_eq!(out.iter().filter(|out| **out).count(), 8);
         assert!(out.chunks(2).all(|pair| pair[0] == pair[1]));
         assert_eq!(held_out(&names[..1], 0.9, 4), [false]);
+    }
+
+    #[test]
+    fn explained_variance_by_hand() {
+        // Mean 2, variance sum 2; errors 0, 1, 0.
+        assert_eq!(explained(&[1.0, 3.0, 3.0], &[1.0, 2.0, 3.0]), 0.5);
     }
 }

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use lifelike_generation::align::{AlignPlan, AlignTrainer};
+use lifelike_generation::align::{AlignMarks, AlignPlan, AlignTrainer, PhysicsJudge};
 use lifelike_generation::critic::Critic;
 use lifelike_generation::data::CaptionedMotion;
 use lifelike_generation::generator::{FILE, Generator};
@@ -11,6 +11,10 @@ use lifelike_robot::Robot;
 use lifelike_train::TrainingTask;
 use serde_json::json;
 
+use crate::commands::controller_file::Loaded;
+use crate::commands::eval::Job;
+use crate::commands::judge::Judge;
+use crate::commands::physics::{self, Physics};
 use crate::commands::train::driver::Driver;
 use crate::commands::train::source::Source;
 use crate::error::CliError;
@@ -22,9 +26,11 @@ const PLAN: &str = "align";
 
 /// Align a generator with a critic: fine-tune it so that what it makes is motion that the critic's policy can execute.
 ///
-/// The loss is the generator's own less beta times the critic's values (RobotMDM). At every validation the generator's own loss on
-/// motion that it was not trained on stands beside Realism, the critic's mean value; when that loss has risen by more than the
-/// plan's tolerance, the run stops, and the most realistic weights before it are the result. Ctrl-C saves; --resume goes on.
+/// The loss is the generator's own less beta times the critic's values (RobotMDM). At every validation the plan's policy plays
+/// motion of validation sentences in physics: the weights with the fewest falls and the least errors of thesis Table 5.3 are the
+/// result, as long as the generator's own loss on motion that it was not trained on has not risen by more than the plan's
+/// tolerance; beyond it the run stops. Without a policy the critic's mean value (Realism) chooses, which an alignment can exploit.
+/// Ctrl-C saves; --resume goes on.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -38,9 +44,15 @@ pub struct Args {
     /// The critic, frozen; the plan's where not given.
     #[arg(long)]
     pub critic: Option<PathBuf>,
+    /// The policy that chooses the weights in physics (controller, policy or run); the plan's where not given.
+    #[arg(long)]
+    pub policy: Option<PathBuf>,
     /// Plan and folder.
     #[command(flatten)]
     pub source: Source,
+    /// Engine and threads.
+    #[command(flatten)]
+    pub physics: Physics,
 }
 
 /// Runs the command.
@@ -48,7 +60,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let mut source = args.source.clone();
     if !source.resume {
         source.plan.get_or_insert_with(|| PLAN.into());
-        for (key, path) in [("generator", &args.generator), ("critic", &args.critic)] {
+        for (key, path) in [("generator", &args.generator), ("critic", &args.critic), ("policy", &args.policy)] {
             source.overrides.extend(path.iter().map(|path| format!("{key}={}", path.display())));
         }
     }
@@ -57,7 +69,18 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let robot = Robot::load(&plan.robot)?;
     let (generator, critic) = (Generator::load(&plan.generator)?, Critic::load(&plan.critic)?);
     let motions = CaptionedMotion::load(&plan.clips, &robot, generator.header().max_seconds)?;
-    let mut trainer = AlignTrainer::new(&plan, &robot, generator, critic, &motions)?;
+    physics::available(&args.physics.engine)?;
+    let loaded = plan.policy.as_deref().map(|policy| Loaded::load(policy, Some(&plan.robot), None)).transpose()?;
+    if loaded.is_none() {
+        tracing::warn!(
+            "no policy judges in physics: the critic chooses the weights, which an alignment can exploit (policy=FILE)"
+        );
+    }
+    let judge = loaded.as_ref().map(|loaded| {
+        let job = Job { loaded, physics: &args.physics };
+        Box::new(Judge::of(job, &motions, plan.judge, plan.seed)) as Box<dyn PhysicsJudge>
+    });
+    let mut trainer = AlignTrainer::new(&plan, &robot, generator, critic, &motions, judge)?;
     drop(motions);
     let run = if source.resume { RunFolder::open(&folder)? } else { RunFolder::create(&folder, &plan)? };
     let summary = Driver::new(&run, output).train(&mut trainer, |now| {
@@ -66,7 +89,8 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let (path, [before, best]) = (folder.join(FILE), trainer.marks());
     let value = json!({
         "run": folder, "generator": path, "iterations": trainer.iteration(), "stopped_by_guard": trainer.stopped(),
-        "loss": [before[0], best[0]], "realism": [before[1], best[1]], "interrupted": summary.interrupted,
+        "loss": [before.loss, best.loss], "realism": [before.realism, best.realism],
+        "physics": [before.physics, best.physics], "interrupted": summary.interrupted,
     });
     output.result(&value, || report(&trainer, &path, before, best, &plan.robot))?;
     if summary.interrupted {
@@ -76,15 +100,13 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     Ok(())
 }
 
-fn report(trainer: &AlignTrainer, path: &Path, before: [f64; 2], best: [f64; 2], robot: &str) -> String {
+fn report(trainer: &AlignTrainer<'_>, path: &Path, before: AlignMarks, best: AlignMarks, robot: &str) -> String {
     let end = if trainer.stopped() { ", ended by the guard" } else { "" };
     format!(
-        "{} iterations{end}: Realism {:.3} → {:.3}, loss on motion not trained on {:.4} → {:.4}\ngenerator: {}\nnext:      {}\n",
+        "{} iterations{end}; the loss is that on motion not trained on\nbefore:    {}\nbest:      {}\ngenerator: {}\nnext:      {}\n",
         trainer.iteration(),
-        before[1],
-        best[1],
-        before[0],
-        best[0],
+        before.words(),
+        best.words(),
         path.display(),
         NextCommand::new("generate")
             .word("a person walks")

@@ -22,13 +22,17 @@ use crate::output::Output;
 /// The built-in plan that is taken where none is named.
 const PLAN: &str = "cotrain";
 
+/// The best generator in a run's folder.
+const BEST: &str = "best.generator.safetensors";
+
 /// Let generator, tracker and critic improve each other, round after round.
 ///
 /// A round: the generator makes motion of sentences; the tracker goes on learning from it and from its own clips; a critic is
 /// trained on the new tracker; the generator is aligned with the new critic. A plan without [tracker] leaves the tracker as it
 /// is: a critic that is trained on generated motion is what keeps an alignment from being fooled by one that never saw any.
 /// Every generator is then played by every tracker on
-/// sentences of another split, so that it shows which of them improved. The run's folder has a folder for each stage of each
+/// sentences of another split, so that it shows which of them improved, and the round with the fewest falls and the least errors
+/// is the result; the last ones need not be. The run's folder has a folder for each stage of each
 /// round; Ctrl-C saves, and --resume goes on in the middle of a stage.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
@@ -64,13 +68,16 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
         Stages { plan: &plan, folder: &folder, hardware: &args.hardware, output, done: Done::read(&folder)? };
     stages.all().map_err(|error| in_loop(error, &folder))?;
     let rows = &stages.done.measured;
-    let (last, generator) = (plan.rounds, stages.generator(plan.rounds));
-    let value = json!({ "run": folder, "rounds": last, "generator": generator, "measured": rows });
+    let (last, best) = (plan.rounds, stages.best());
+    let generator = folder.join(BEST);
+    std::fs::copy(stages.generator(best), &generator).map_err(CliError::write(&generator))?;
+    let value = json!({ "run": folder, "rounds": last, "best_round": best, "generator": generator, "measured": rows });
     output.result(&value, || {
         let (tracker, critic) = (stages.policy(last), stages.critic(last));
         format!(
-            "{}\ngenerator: {}\ntracker:   {}\ncritic:    {}\n",
+            "{}\nbest:      round {best}, by physics on the split {}\ngenerator: {}\ntracker:   {}\ncritic:    {}\n",
             crate::output::fitted(&measure::table(rows)),
+            plan.judge.split.name(),
             generator.display(),
             tracker.display(),
             critic.display()

@@ -12,10 +12,13 @@ use crate::error::CliError;
 use crate::next::{self, NextCommand};
 use crate::output::Output;
 
+/// The policy in the folder of a run.
+const POLICY_OF_RUN: &str = "tracker.policy.safetensors";
+
 /// Write a trained policy as one controller file, for deployment.
 ///
 /// The file holds the network, the encoder of the motion prior where the policy asks for latent codes, what inputs are
-/// normalised with, the layout of inputs and outputs by name, the robot's gains, limits and rates with a digest, and golden
+/// normalised with, the plan of the environment that it was trained in, the layout of inputs and outputs by name, the robot's gains, limits and rates with a digest, and golden
 /// vectors that are replayed whenever it is read. It is run without the training framework.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
@@ -34,6 +37,10 @@ pub struct Args {
     /// The robot: a name, or an MJCF or URDF file; what the policy was trained for where not given.
     #[arg(short, long)]
     pub robot: Option<String>,
+    /// The plan of the environment that it was trained in, by name or file; a run has its own.
+    #[cfg(feature = "learning")]
+    #[arg(long, value_name = "PLAN")]
+    pub environment: Option<PathBuf>,
     /// The controller's file; beside the policy where not given.
     #[arg(short, long)]
     pub output: Option<PathBuf>,
@@ -44,10 +51,16 @@ pub struct Args {
 /// # Errors
 /// There is no policy; its prior is missing; robot and policy do not fit each other; the file cannot be written.
 pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
-    let Source { policy, prior, robot } = Source::of(&args.input)?;
+    let Source { policy, prior, robot, environment } = Source::of(&args.input)?;
+    #[cfg(feature = "learning")]
+    let environment = args.environment.as_deref().map(named_environment).transpose()?.or(environment);
     let prior = args.prior.clone().or(prior);
-    let file = ControllerFile::load(&policy, prior.as_deref())?;
+    let mut file = ControllerFile::load(&policy, prior.as_deref())?;
     let name = args.robot.clone().or(robot).unwrap_or_else(|| file.header().robot.clone());
+    if let Some(plan) = environment {
+        let text = environment_text(plan, &file.header().robot)?;
+        file = file.trained_in(text)?;
+    }
     let controller = Controller::new(file, Arc::new(Robot::load(&name)?))?;
     let path = args.output.clone().unwrap_or_else(|| beside(&policy));
     controller.save(&path)?;
@@ -63,6 +76,21 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     output.result(&value, || format!("controller: {}\n{}", path.display(), next::lines(&steps)))
 }
 
+/// Reads a tracking plan by name or file, with all of its defaults.
+#[cfg(feature = "learning")]
+fn named_environment(name: &Path) -> Result<toml::Table, CliError> {
+    let plan = crate::commands::rollouts::tracker_plan(name, "", 0)?;
+    toml::Table::try_from(&plan).map_err(|e| CliError::Failed(e.to_string()))
+}
+
+/// Returns a tracking plan as a controller carries it: without clips and networks, which are files of one machine.
+pub(crate) fn environment_text(mut plan: toml::Table, robot: &str) -> Result<String, CliError> {
+    ["prior", "init", "teachers"].iter().for_each(|key| drop(plan.remove(*key)));
+    plan.insert("clips".into(), toml::Value::Array(Vec::new()));
+    plan.insert("robot".into(), robot.into());
+    toml::to_string(&plan).map_err(|e| CliError::Failed(e.to_string()))
+}
+
 /// A policy, and what its run says about it.
 pub(crate) struct Source {
     /// The policy's or controller's file.
@@ -71,6 +99,8 @@ pub(crate) struct Source {
     pub prior: Option<PathBuf>,
     /// The robot that the run's plan names.
     pub robot: Option<String>,
+    /// The run's plan.
+    pub environment: Option<toml::Table>,
 }
 
 impl Source {
@@ -80,16 +110,20 @@ impl Source {
     /// The folder is no run of `train tracker`, or has no policy yet.
     pub fn of(input: &Path) -> Result<Self, CliError> {
         if !input.is_dir() {
-            return Ok(Self { policy: input.to_path_buf(), prior: None, robot: None });
+            // A run's policy by its own name: the plan is beside it.
+            let run = input.parent().filter(|_| input.file_name().is_some_and(|name| name == POLICY_OF_RUN));
+            let environment = run.and_then(|run| RunFolder::open(run).ok()?.plan().ok());
+            return Ok(Self { policy: input.to_path_buf(), prior: None, robot: None, environment });
         }
         let plan: toml::Table = RunFolder::open(input)?.plan()?;
         let text = |key: &str| plan.get(key).and_then(toml::Value::as_str);
-        let policy = input.join(format!("tracker{POLICY_EXTENSION}"));
+        let policy = input.join(POLICY_OF_RUN);
         if !policy.is_file() {
             let expected = "`train tracker` writes it with each checkpoint and when a run ends or is interrupted";
             return Err(CliError::Input(format!("{}: expected a policy, got no file; {expected}", policy.display())));
         }
-        Ok(Self { policy, prior: text("prior").map(PathBuf::from), robot: text("robot").map(str::to_owned) })
+        let (prior, robot) = (text("prior").map(PathBuf::from), text("robot").map(str::to_owned));
+        Ok(Self { policy, prior, robot, environment: Some(plan) })
     }
 }
 
@@ -102,7 +136,18 @@ fn beside(policy: &Path) -> PathBuf {
 
 #[cfg(test)]
 mod tests {
+    #![allow(clippy::unwrap_used)]
     use super::*;
+
+    #[test]
+    fn a_plan_in_a_controller_names_no_file() {
+        let plan: toml::Table = toml::from_str(
+            "robot = 'robots/x.xml'\nclips = ['data/a']\ninit = 'runs/b'\nprior = 'c'\n[reward]\nkind = 'thesis'",
+        )
+        .unwrap();
+        let text = environment_text(plan, "x").unwrap();
+        assert_eq!(text, "clips = []\nrobot = \"x\"\n\n[reward]\nkind = \"thesis\"\n");
+    }
 
     #[test]
     fn a_controller_stands_beside_its_policy() {

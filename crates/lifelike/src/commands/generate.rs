@@ -17,9 +17,10 @@ use lifelike_robot::Robot;
 use serde_json::json;
 
 use self::made::Made;
-use self::maker::{Kept, Maker};
+use self::maker::{Kept, Maker, sort_by_realism};
 use self::play::Player;
 use crate::commands::assets;
+use crate::commands::best_of::By;
 use crate::commands::motion::container_in;
 use crate::commands::physics::Physics;
 use crate::error::CliError;
@@ -40,6 +41,7 @@ const STRENGTH: f64 = 0.02;
 Examples:
   lifelike generate \"a person waves with the right hand\" -o wave.motion.safetensors --physics
   lifelike generate \"a person walks\" --then \"a person turns left\" --candidates 8 -o walk.motion.safetensors
+  lifelike generate \"a person kicks\" --best-of 16 --by physics -o kick.motion.safetensors
   lifelike generate \"a person waves\" --keep-legs walk.motion.safetensors -o both.motion.safetensors
   lifelike generate --prompts prompts.txt --generator runs/g/motion.generator.safetensors -o data/generated")]
 pub struct Args {
@@ -79,6 +81,12 @@ pub struct Args {
     /// Number of motions to choose from.
     #[arg(long, default_value_t = 1)]
     pub candidates: usize,
+    /// Make N motions and keep the best, as --candidates; --by says who chooses.
+    #[arg(long, value_name = "N", conflicts_with = "candidates")]
+    pub best_of: Option<usize>,
+    /// Choose by the critic's mean value, or by physics: the policy follows every candidate. By the verdict where not given.
+    #[arg(long, value_enum)]
+    pub by: Option<By>,
     /// Write all candidates, those after the best numbered by their rank.
     #[arg(long)]
     pub keep_all: bool,
@@ -102,8 +110,8 @@ pub struct Args {
     /// robot to stay on its feet.
     #[arg(long, group = "tracked")]
     pub project: bool,
-    /// The controller of --physics and --project; the robot's in assets/ where not given.
-    #[arg(long, requires = "tracked")]
+    /// The controller of --physics, --project and --by physics; the robot's in assets/ where not given.
+    #[arg(long)]
     pub policy: Option<PathBuf>,
     /// Folder of that page; beside the output where not given.
     #[arg(long, value_name = "FOLDER", requires = "play")]
@@ -127,8 +135,16 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
         }
         familiarity.push(found);
     }
-    let player =
-        (args.play || args.project).then(|| Player::new(args.policy.as_deref(), &robot, &args.robot, &args.physics));
+    let chosen_in_physics = args.by == Some(By::Physics);
+    let tracked = args.play || args.project || chosen_in_physics;
+    if args.policy.is_some() && !tracked {
+        return Err(CliError::Usage("--policy needs --physics, --project or --by physics".into()));
+    }
+    if args.by == Some(By::Critic) && maker.critic.is_none() {
+        let text = format!("--by critic: '{}' has no critic in assets/; name one with --critic", robot.name);
+        return Err(CliError::Usage(text));
+    }
+    let player = tracked.then(|| Player::new(args.policy.as_deref(), &robot, &args.robot, &args.physics));
     let player = player.transpose()?;
     let mut made = Vec::with_capacity(jobs.len());
     for (prompts, file) in &jobs {
@@ -136,6 +152,11 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
         let mut candidates = maker.make(prompts)?;
         if let Some(player) = player.as_ref().filter(|_| args.project) {
             candidates = maker.projected(candidates, |clips| player.project(clips, output))?;
+        }
+        match (args.by, &player) {
+            (Some(By::Critic), _) => sort_by_realism(&mut candidates),
+            (Some(By::Physics), Some(player)) => candidates = player.sorted(candidates, output)?,
+            _ => {}
         }
         made.push(Made::write(prompts, candidates, file, args.keep_all, began.elapsed().as_secs_f64())?);
     }
@@ -196,7 +217,7 @@ fn maker(args: &Args, robot: &Arc<Robot>) -> Result<Maker, CliError> {
         guidance: args.guidance,
         steps: args.steps,
         eta: args.eta,
-        candidates: args.candidates,
+        candidates: args.best_of.unwrap_or(args.candidates),
     };
     let legs = args.keep_legs.as_deref().map(|file| (file, "legs", true));
     let part = legs.or(args.keep_arms.as_deref().map(|file| (file, "arms", false)));

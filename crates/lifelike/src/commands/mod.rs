@@ -24,9 +24,15 @@ pub mod align;
 #[cfg(feature = "learning")]
 pub mod augment;
 #[cfg(feature = "learning")]
+mod best_of;
+#[cfg(feature = "learning")]
 pub mod cotrain;
 #[cfg(feature = "learning")]
 pub mod generate;
+#[cfg(feature = "learning")]
+mod generated;
+#[cfg(feature = "learning")]
+mod judge;
 #[cfg(feature = "learning")]
 mod prior_file;
 #[cfg(feature = "learning")]

@@ -1,6 +1,6 @@
 //! Rollouts of a frozen controller in a tracker plan's environments, for commands.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 
 use lifelike_generation::critic::RewardRecords;
@@ -12,6 +12,7 @@ use lifelike_tracking::{Environment, TrackerPlan};
 use rayon::prelude::*;
 use sha2::{Digest, Sha256};
 
+use crate::commands::export::{Source, environment_text};
 use crate::commands::physics::Physics;
 use crate::error::CliError;
 use crate::output::Output;
@@ -25,6 +26,36 @@ pub fn tracker_plan(name: &Path, robot: &str, seed: u64) -> Result<TrackerPlan, 
     (plan.robot, plan.seed) = (robot.into(), seed);
     (plan.prior, plan.init) = (None, None);
     Ok(plan)
+}
+
+/// Returns the plan of the environment that a controller was trained in: the one named, else the one that the file or the
+/// run carries.
+///
+/// # Errors
+/// [`CliError::Input`] where there is none, or a plan of another version.
+pub fn environment_of(
+    named: Option<&Path>,
+    file: &Path,
+    controller: &Controller,
+    robot: &str,
+    seed: u64,
+) -> Result<TrackerPlan, CliError> {
+    if let Some(name) = named {
+        return tracker_plan(name, robot, seed);
+    }
+    let shown = file.display();
+    let own = controller.header().environment.clone();
+    let of_run = || Source::of(file)?.environment.map(|plan| environment_text(plan, robot)).transpose();
+    let text = own.map_or_else(of_run, |text| Ok(Some(text)))?.ok_or_else(|| {
+        CliError::Input(format!(
+            "{shown}: expected the plan of the environment that it was trained in, got a file without one; name it with \
+             environment=PLAN (a file, or a name of `lifelike plans`), or write the controller anew with `lifelike export \
+             RUN`"
+        ))
+    })?;
+    let plan: TrackerPlan =
+        toml::from_str(&text).map_err(|e| CliError::Input(format!("{shown}: plan of its environment: {e}")))?;
+    Ok(TrackerPlan { robot: robot.into(), seed, ..plan })
 }
 
 /// A controller among clips.
@@ -67,8 +98,9 @@ pub fn rows_of(clips: &[MotionClip], robot: &Robot) -> Result<(RepresentationSpe
     Ok((spec, rows))
 }
 
-/// SHA-256 of a file, hexadecimal.
-pub fn digest_of(path: &PathBuf) -> Result<String, CliError> {
+/// SHA-256 of a controller, of the policy where it is a run; hexadecimal.
+pub fn digest_of(path: &Path) -> Result<String, CliError> {
+    let path = &Source::of(path)?.policy;
     let bytes = std::fs::read(path).map_err(|e| CliError::Input(format!("{}: {e}", path.display())))?;
     Ok(Sha256::digest(&bytes).iter().map(|byte| format!("{byte:02x}")).collect())
 }

@@ -9,9 +9,9 @@ use crate::error::CliError;
 use lifelike_robot::clips::is_builtin;
 
 /// Keys whose values are motion: files, folders, patterns, `@list.txt`, built-in clips.
-const MOTION: [&str; 3] = ["clips", "validation", "test"];
+const MOTION: [&str; 4] = ["clips", "generated", "validation", "test"];
 /// Keys whose values are trained networks.
-const NETWORKS: [&str; 5] = ["prior", "init", "controller", "generator", "critic"];
+const NETWORKS: [&str; 6] = ["prior", "init", "controller", "generator", "critic", POLICY];
 /// Key of a list of trained networks, and what the file of each is under.
 const TEACHERS: &str = "teachers";
 const POLICY: &str = "policy";

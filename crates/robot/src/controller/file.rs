@@ -153,6 +153,16 @@ impl ControllerFile {
         Ok(file)
     }
 
+    /// Returns the controller with the plan of the environment that it was trained in (TOML).
+    ///
+    /// # Errors
+    /// The plan is longer than [`ControllerHeader::MAX_ENVIRONMENT`].
+    pub fn trained_in(mut self, environment: String) -> Result<Self, RobotError> {
+        self.header.environment = Some(environment);
+        self.header.check()?;
+        Ok(self)
+    }
+
     /// Checks that it may drive a robot.
     ///
     /// # Errors

@@ -29,6 +29,9 @@ pub struct ControllerHeader {
     pub prior: Option<PriorHeader>,
     /// Training that it comes from.
     pub provenance: Provenance,
+    /// Plan of the environment that it was trained in, as TOML without clips and networks; none in older files.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub environment: Option<String>,
 }
 
 /// Origin of a controller.
@@ -46,6 +49,8 @@ pub struct Provenance {
 impl ControllerHeader {
     /// Version of the file.
     pub const VERSION: u32 = 1;
+    /// Longest plan of an environment (bytes).
+    pub const MAX_ENVIRONMENT: usize = 1 << 16;
 
     /// Parts of a layout as a header names them.
     pub(super) fn parts_of(observation: &ObservationSpec) -> Vec<(String, usize)> {
@@ -59,6 +64,11 @@ impl ControllerHeader {
         };
         if self.version != Self::VERSION {
             return mismatch("version", Self::VERSION.to_string(), self.version.to_string());
+        }
+        let bytes = self.environment.as_ref().map_or(0, String::len);
+        if bytes > Self::MAX_ENVIRONMENT {
+            let expected = format!("at most {} bytes", Self::MAX_ENVIRONMENT);
+            return mismatch("plan of its environment", expected, bytes.to_string());
         }
         self.observation.check_sizes()?;
         if !(self.control_hz.is_finite() && self.control_hz > 0.0) {

@@ -69,6 +69,7 @@ impl ControllerFile {
             encoder: of.encoder,
             prior: prior.as_ref().map(|prior| prior.header().clone()),
             provenance: Provenance { policy: digest, prior: of.prior, steps: of.steps },
+            environment: None,
         };
         header.check()?;
         let policy = FrozenPolicy::load(policy, &header)?;

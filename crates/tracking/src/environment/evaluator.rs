@@ -5,6 +5,7 @@ use lifelike_robot::{Alignment, ObservationSpec};
 use lifelike_sim::BatchState;
 
 use super::episode::Episode;
+use super::reserved::Reserved;
 use super::setup::Setup;
 use super::soles::Soles;
 use super::stage::Stage;
@@ -20,6 +21,7 @@ pub(super) struct StepEvaluator<'a> {
     pub(super) setup: &'a Setup,
     pub(super) stage: &'a Stage,
     pub(super) rsi: &'a RsiSampler,
+    pub(super) reserved: Option<&'a Reserved>,
     pub(super) soles: &'a Soles,
     pub(super) state: &'a BatchState,
     /// Steps done, this one included.
@@ -114,7 +116,7 @@ impl StepEvaluator<'_> {
         let Setup { plan, robot, library, .. } = self.setup;
         let mut rng = self.setup.stream("switch", i, self.step);
         episode.finished_segment = Some((episode.segment_start, episode.frame));
-        episode.frame = self.rsi.draw(&mut rng);
+        episode.frame = self.reserved.map_or(self.rsi, |reserved| reserved.sampler(i)).draw(&mut rng);
         episode.segment_start = episode.frame;
         episode.grace = (plan.episode.grace_seconds * robot.control_hz).round() as u64;
         episode.deviated = 0;

@@ -27,15 +27,24 @@ impl Environment {
         let mut positions = vec![0.0; ids.len() * nq];
         let mut velocities = vec![0.0; ids.len() * nv];
         let (rsi, sensors) = (self.setup.plan.rsi, self.setup.plan.sensors);
+        let grace = (self.setup.plan.episode.grace_seconds * robot.control_hz).round() as u64;
         for (k, &i) in ids.iter().enumerate() {
             let mut rng = self.setup.stream("reset", i, self.episodes[i].number);
-            let start = given.map_or_else(|| Start::at(self.rsi.draw(&mut rng)), |starts| starts[k].clone());
+            let start = given.map_or_else(|| Start::at(self.draw(i, &mut rng)), |starts| starts[k].clone());
             let frame = start.frame;
+            let other = given.is_none() && rsi.random_start_share > 0.0;
+            let pose = (other && rng.random_bool(rsi.random_start_share)).then(|| self.draw(i, &mut rng));
             let position = start.position.unwrap_or_else(|| self.setup.ground.spot(&mut rng));
             let parameters = start.parameters.unwrap_or_else(|| self.stage.randomization.sample(&robot, &mut rng));
             let episode = &mut self.episodes[i];
             episode.begin(frame);
             episode.alignment = beside(&library, frame, position, rsi.path_noise, rsi.heading_noise, &mut rng);
+            if let Some(pose) = pose {
+                let root = |frame: usize| (library.position_at(frame), library.orientation_at(frame));
+                let ((p, q), (at, facing)) = (root(frame), root(pose));
+                episode.alignment.yaw += Alignment::between(p, q, at, facing).yaw;
+                episode.grace = grace;
+            }
             if !parameters.joint_offset.is_empty() {
                 episode.offset.copy_from_slice(&parameters.joint_offset);
             }
@@ -51,7 +60,7 @@ impl Environment {
             episode.past_targets.resize(sensors.action_delay as usize * robot.joints(), 0.0);
             let q = &mut positions[k * nq..(k + 1) * nq];
             let v = &mut velocities[k * nv..(k + 1) * nv];
-            self.write_start(frame, position, &mut rng, q, v);
+            self.write_start(pose.unwrap_or(frame), position, &mut rng, q, v);
         }
         self.simulation.reset(ids, &positions, &velocities)?;
         for &i in ids {

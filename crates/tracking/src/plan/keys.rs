@@ -147,6 +147,7 @@ const ENVIRONMENT: &[(&str, &str, &str)] = &[
     ("rsi.velocity_noise", "m/s, rad/s", "standard deviation of the noise on the root's velocities at the beginning"),
     ("rsi.path_noise", "m", "standard deviation of the offset from the reference on the ground at the beginning"),
     ("rsi.heading_noise", "rad", "standard deviation of the heading offset from the reference at the beginning"),
+    ("rsi.random_start_share", "1", "share of episodes that begin in the state of another frame than the one followed"),
 ];
 
 const SURROUNDINGS: &[(&str, &str, &str)] = &[

@@ -22,6 +22,8 @@ pub struct RsiSpec {
     pub path_noise: f32,
     /// Heading offset from the reference, standard deviation (rad).
     pub heading_noise: f32,
+    /// Share of episodes that begin in the state of another frame than the one followed (thesis Algorithm 1, line 5).
+    pub random_start_share: f64,
 }
 
 impl Default for RsiSpec {
@@ -34,6 +36,7 @@ impl Default for RsiSpec {
             velocity_noise: 0.09,
             path_noise: 0.03,
             heading_noise: 0.05,
+            random_start_share: 0.0,
         }
     }
 }
@@ -100,6 +103,16 @@ impl RsiSampler {
         };
         sampler.refresh();
         sampler
+    }
+
+    /// Returns a sampler of the frames of these clips alone, one flag per clip; none where no frame is left.
+    pub fn only(&self, clips: &[bool]) -> Option<Self> {
+        let mut own = self.clone();
+        for (bins, _) in self.first.windows(2).zip(clips).filter(|(_, kept)| !**kept) {
+            own.bins[bins[0]..bins[1]].iter_mut().for_each(|bin| bin.allowed = 0);
+        }
+        own.refresh();
+        own.bins.iter().any(|bin| bin.allowed > 0).then_some(own)
     }
 
     fn bin_of(&self, frame: usize) -> usize {
@@ -221,6 +234,16 @@ mod tests {
         // 100 allowed frames, 400 expected in each; five standard deviations.
         let allowed = counts[..80].iter().chain(&counts[100..120]);
         assert!(allowed.clone().count() == 100 && allowed.clone().all(|c| c.abs_diff(400) < 100), "{counts:?}");
+    }
+
+    #[test]
+    fn a_sampler_of_some_clips_draws_no_frame_of_the_others() {
+        let all = RsiSampler::new(RsiSpec { failure_share: 0.0, ..RsiSpec::default() }, &[0, 100, 140, 200], 25, 0);
+        let counts = histogram(&all.only(&[false, true, false]).unwrap(), 200);
+        assert_eq!(counts[100..140].iter().sum::<usize>(), 40_000);
+        // 40 frames, 1000 expected in each; five standard deviations.
+        assert!(counts[100..140].iter().all(|c| c.abs_diff(1000) < 160), "{counts:?}");
+        assert!(all.only(&[false; 3]).is_none());
     }
 
     #[test]

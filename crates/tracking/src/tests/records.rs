@@ -67,3 +67,34 @@ fn a_controller_that_sees_something_else_is_refused() {
     plan.action = ActionSpec::DefaultPose { scale: 0.5 };
     assert!(environment(&plan).record(&controller(), 1, |_| {}).is_err());
 }
+
+#[test]
+fn an_exact_share_of_the_steps_is_on_the_clips_that_environments_are_kept_for() {
+    let controller = controller();
+    let mut environment = environment(&switching().frozen(&controller, 6));
+    environment.reserve(&[false, true], 1.0 / 3.0).unwrap();
+    let records = environment.record(&controller, 300, |_| {}).unwrap();
+    let of_second = records.sequence.iter().filter(|clip| **clip == 1).count();
+    assert_eq!((of_second, records.len()), (600, 1800));
+    assert!(environment.reserve(&[true, false], 1.5).unwrap_err().to_string().contains("share"));
+    environment.reserve(&[true, true], 0.5).unwrap();
+}
+
+#[test]
+fn a_start_in_another_frames_state_is_off_its_reference_and_has_time_to_reach_it() {
+    let (controller, library) = (controller(), library(&robot()));
+    let begun = |share: f64| {
+        let mut plan = exact(switching().frozen(&controller, 40));
+        plan.rsi.random_start_share = share;
+        let environment = environment(&plan);
+        let joints = environment.state().joint_position.chunks_exact(2);
+        let off = joints.zip(environment.episodes()).filter(|(now, episode)| {
+            now.iter().zip(library.joints_at(episode.frame)).any(|(a, b)| (a - b).abs() > 1e-6)
+        });
+        (environment.episodes().iter().filter(|episode| episode.grace > 0).count(), off.count())
+    };
+    assert_eq!(begun(0.0), (0, 0));
+    let (grace, off) = begun(1.0);
+    // Another frame may have the same joints, seldom.
+    assert!(grace == 40 && off > 30, "{grace} {off}");
+}

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use lifelike_generation::align::JudgePlan;
 use lifelike_language::Split;
 use lifelike_train::limits::whole;
 use serde::{Deserialize, Serialize};
@@ -33,6 +34,9 @@ pub struct CotrainPlan {
     pub measured: usize,
     /// Their split.
     pub split: Split,
+    /// Motion that chooses the weights within a round and the best round, in physics.
+    #[serde(default)]
+    pub judge: JudgePlan,
     /// Training of the tracker; none: it stays as it is, and only generator and critic learn.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tracker: Option<StagePlan>,
@@ -56,6 +60,7 @@ pub struct StagePlan {
 impl CotrainPlan {
     /// Checks every range.
     pub fn check(&self) -> Result<(), CliError> {
+        self.judge.check()?;
         whole("rounds", self.rounds as u64, 1, 1000)?;
         whole("prompts", self.prompts as u64, 1, 100_000)?;
         Ok(whole("measured", self.measured as u64, 1, 100_000)?)

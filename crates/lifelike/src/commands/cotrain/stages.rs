@@ -1,22 +1,22 @@
 //! The stages of every round, each run once.
 
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
+use lifelike_generation::align::JudgePlan;
 use lifelike_generation::critic::CriticTrainer;
-use lifelike_generation::generator::{FILE, Generator, SampleOptions};
+use lifelike_generation::generator::{FILE, Generated, Generator};
 use lifelike_language::{CaptionedSet, Entry, Split};
-use lifelike_motion::{MotionClip, container};
+use lifelike_motion::MotionClip;
 use lifelike_robot::Robot;
 use lifelike_tracking::Trainer;
-use rayon::prelude::*;
 
-use super::measure::{Pair, episodes};
+use super::measure::{Pair, best_round, episodes};
 use super::plan::{CotrainPlan, StagePlan};
 use super::progress::Done;
 use crate::commands::controller_file::Loaded;
 use crate::commands::eval::Job;
-use crate::commands::motion::container_in;
+use crate::commands::generated;
+use crate::commands::judge::{Judge, Sentence, evenly, motions};
 use crate::commands::train::hardware::Hardware;
 use crate::commands::train::source::Source;
 use crate::commands::{align, train};
@@ -93,9 +93,9 @@ impl Stages<'_> {
 
     /// Motion of sentences that the generator was trained on.
     fn motions(&mut self, round: usize) -> Result<(), CliError> {
-        let folder = self.at(round, "motions");
         let made = self.generated(round - 1, Split::Train, self.plan.prompts, self.plan.seed + round as u64)?;
-        made.par_iter().try_for_each(|clip| Ok(container::write(&container_in(&folder, &clip.name), clip)?))
+        let spec = Generator::load(&self.generator(round - 1))?.header().spec.clone();
+        generated::write(&self.at(round, "motions"), &spec, &made)
     }
 
     fn tracker(&mut self, round: usize) -> Result<(), CliError> {
@@ -103,7 +103,9 @@ impl Stages<'_> {
         // A run has the value function too; a policy alone has to learn one anew before it learns anything else.
         let before = if round == 1 { self.plan.init.clone() } else { self.at(round - 1, "tracker") };
         let init = format!("init={}", before.display());
-        let source = self.source(round, "tracker", plan, [self.clips_with_motions(round), init]);
+        let motions = self.motions_so_far(round);
+        let clips = list("clips", self.plan.clips.iter().chain(&motions).map(PathBuf::as_path));
+        let source = self.source(round, "tracker", plan, [clips, init]);
         train::tracker::run(
             &train::tracker::Args { keys: false, source, hardware: self.hardware.clone() },
             &self.progress_only(),
@@ -112,17 +114,44 @@ impl Stages<'_> {
 
     fn critic_stage(&mut self, round: usize) -> Result<(), CliError> {
         let controller = format!("controller={}", self.policy(round).display());
-        let source = self.source(round, "critic", &self.plan.critic, [self.clips_with_motions(round), controller]);
+        let motions = self.motions_so_far(round);
+        let mut keys = vec![
+            controller,
+            list("clips", self.plan.clips.iter().map(PathBuf::as_path)),
+            list("generated", motions.iter().map(PathBuf::as_path)),
+        ];
+        // A tracker that was trained here is judged in the environment that it was trained in.
+        if self.plan.tracker.is_some() {
+            keys.push(format!("environment={}", self.at(round, "tracker").join("plan.toml").display()));
+        }
+        let source = self.source(round, "critic", &self.plan.critic, keys);
         let physics = self.hardware.physics.clone();
         train::critic::run(&train::critic::Args { source, controller: None, physics }, &self.progress_only())
     }
 
     fn align(&mut self, round: usize) -> Result<(), CliError> {
-        let networks = [("generator", self.generator(round - 1)), ("critic", self.critic(round))];
+        // The records of a complete critic are the largest files of a run, and nothing reads them again.
+        train::critic::discard_records(&self.at(round, "critic"))?;
+        let networks =
+            [("generator", self.generator(round - 1)), ("critic", self.critic(round)), ("policy", self.policy(round))];
         let keys = networks.map(|(key, file)| format!("{key}={}", file.display()));
+        let JudgePlan { sentences, split, episodes, seconds } = self.plan.judge;
+        let judge = [
+            format!("judge.sentences={sentences}"),
+            format!("judge.split={}", split.name()),
+            format!("judge.episodes={episodes}"),
+            format!("judge.seconds={seconds:?}"),
+        ];
         let dataset = list("clips", [self.plan.dataset.as_path()]);
-        let source = self.source(round, "aligned", &self.plan.align, keys.into_iter().chain([dataset]));
-        align::run(&align::Args { generator: None, critic: None, source }, &self.progress_only())
+        let source = self.source(round, "aligned", &self.plan.align, keys.into_iter().chain(judge).chain([dataset]));
+        let physics = self.hardware.physics.clone();
+        let args = align::Args { generator: None, critic: None, policy: None, source, physics };
+        align::run(&args, &self.progress_only())
+    }
+
+    /// Returns the round whose generator is the best in physics by the last tracker.
+    pub fn best(&self) -> usize {
+        best_round(&self.done.measured, self.tracker_of(self.plan.rounds))
     }
 
     /// Plays the round's generator by all trackers so far, and its tracker on all generators before.
@@ -131,46 +160,58 @@ impl Stages<'_> {
             for (generator, tracker) in [(other, self.tracker_of(round)), (round, self.tracker_of(other))] {
                 let known = |pair: &Pair| (pair.generator, pair.tracker) == (generator, tracker);
                 if !self.done.measured.iter().any(known) {
-                    let clips = self.generated(generator, self.plan.split, self.plan.measured, self.plan.seed)?;
-                    let loaded = Loaded::load(&self.policy(tracker), Some(&self.plan.robot), None)?;
-                    let job = Job { loaded: &loaded, physics: &self.hardware.physics };
-                    let evaluation = job.run(&clips, &episodes(&clips), self.output)?;
-                    self.done.measured.push(Pair::of(generator, tracker, &evaluation));
+                    let pair = self.pair(generator, tracker)?;
+                    self.done.measured.push(pair);
                 }
             }
         }
         Ok(())
     }
 
-    /// Returns motions of sentences, evenly taken from a split, as long as their entries.
-    fn generated(&self, round: usize, split: Split, count: usize, seed: u64) -> Result<Vec<MotionClip>, CliError> {
-        let robot = Arc::new(Robot::load(&self.plan.robot)?);
+    /// Plays the motion of one generator by one tracker.
+    fn pair(&self, generator: usize, tracker: usize) -> Result<Pair, CliError> {
+        let made = self.generated(generator, self.plan.split, self.plan.measured, self.plan.seed)?;
+        let clips: Vec<MotionClip> = made.into_iter().map(|(_, clip)| clip).collect();
+        let loaded = Loaded::load(&self.policy(tracker), Some(&self.plan.robot), None)?;
+        let job = || Job { loaded: &loaded, physics: &self.hardware.physics };
+        let evaluation = job().run(&clips, &episodes(&clips), self.output)?;
+        let judge = self.plan.judge;
+        let sentences = self.sentences(judge.split, judge.sentences)?;
+        let judge = Judge { job: job(), sentences, plan: judge, seed: self.plan.seed };
+        let physics = Some(judge.play(&Generator::load(&self.generator(generator))?)?);
+        Ok(Pair { physics, ..Pair::of(generator, tracker, &evaluation) })
+    }
+
+    /// Returns motions of sentences of a split, as long as their entries.
+    fn generated(
+        &self,
+        round: usize,
+        split: Split,
+        count: usize,
+        seed: u64,
+    ) -> Result<Vec<(Generated, MotionClip)>, CliError> {
+        let robot = Robot::load(&self.plan.robot)?;
         let generator = Generator::load(&self.generator(round))?;
+        let sentences = self.sentences(split, count)?;
+        Ok(motions(&generator, &robot, &sentences, seed, &format!("generated-{round}"))?)
+    }
+
+    /// Returns sentences, evenly taken from a split.
+    fn sentences(&self, split: Split, count: usize) -> Result<Vec<Sentence>, CliError> {
         let set = CaptionedSet::read(&self.plan.dataset)?;
-        let longest = generator.header().max_seconds;
         let all: Vec<&Entry> =
             set.entries.iter().filter(|entry| entry.split == split && !entry.captions.is_empty()).collect();
         if all.is_empty() {
             let (file, split) = (self.plan.dataset.display(), split.name());
             return Err(CliError::Input(format!("{file}: expected captioned entries of the split {split}, got none")));
         }
-        let count = count.min(all.len());
-        let make = |i: usize| {
-            let entry = all[i * all.len() / count];
-            let (prompt, seconds) = (entry.captions[0].as_str(), Some(entry.seconds.min(longest)));
-            let options = SampleOptions { seconds, seed: seed.wrapping_add(i as u64), ..SampleOptions::default() };
-            let made = generator.sample(prompt, &options)?;
-            let mut clip = generator.clip(&made[0], prompt, &robot)?;
-            clip.name = format!("generated-{round}-{i:05}");
-            Ok(clip)
-        };
-        (0..count).into_par_iter().map(make).collect()
+        let sentence = |entry: &&Entry| Sentence { text: entry.captions[0].clone(), seconds: entry.seconds };
+        Ok(evenly(&all, count).map(sentence).collect())
     }
 
-    /// The tracker's own clips and the motions of all rounds so far, as a change to a plan.
-    fn clips_with_motions(&self, round: usize) -> String {
-        let motions: Vec<PathBuf> = (1..=round).map(|round| self.at(round, "motions")).collect();
-        list("clips", self.plan.clips.iter().chain(&motions).map(PathBuf::as_path))
+    /// Returns the folders of the motions of all rounds so far.
+    fn motions_so_far(&self, round: usize) -> Vec<PathBuf> {
+        (1..=round).map(|round| self.at(round, "motions")).collect()
     }
 
     /// The plan of a stage with its changes, or the run that was interrupted.

@@ -157,6 +157,12 @@ fn ranked(mut made: Vec<Candidate>) -> Vec<Candidate> {
     made
 }
 
+/// Sorts candidates by the critic's mean value, the highest first.
+pub fn sort_by_realism(made: &mut [Candidate]) {
+    let realism = |one: &Candidate| one.verdict.critic.as_ref().map_or(f64::NEG_INFINITY, |opinion| opinion.realism);
+    made.sort_by(|a, b| realism(b).total_cmp(&realism(a)).then(a.candidate.cmp(&b.candidate)));
+}
+
 fn tail(rows: &FeatureMatrix, count: usize) -> Result<FeatureMatrix, CliError> {
     Ok(FeatureMatrix::new(rows.rows[(rows.n - count) * rows.width..].to_vec(), rows.width)?)
 }

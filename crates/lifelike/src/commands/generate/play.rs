@@ -7,8 +7,10 @@ use lifelike_evaluation::{EpisodeScore, Evaluation, EvaluationOptions, Verdict};
 use lifelike_motion::MotionClip;
 use lifelike_robot::Robot;
 
+use super::maker::Candidate;
 use super::softened::softened;
 use crate::commands::assets;
+use crate::commands::best_of;
 use crate::commands::controller_file::Loaded;
 use crate::commands::eval::{Job, save};
 use crate::commands::physics::{self, Physics};
@@ -51,6 +53,15 @@ impl<'a> Player<'a> {
     /// Returns what physics makes of clips.
     pub fn project(&self, clips: &[MotionClip], output: &Output) -> Result<Vec<MotionClip>, CliError> {
         project(&Job { loaded: &self.loaded, physics: self.physics }, clips, output)
+    }
+
+    /// Sorts candidates by how the policy follows them in physics, the best first.
+    pub fn sorted(&self, candidates: Vec<Candidate>, output: &Output) -> Result<Vec<Candidate>, CliError> {
+        let clips: Vec<MotionClip> = candidates.iter().map(|one| one.clip.clone()).collect();
+        let costs = best_of::costs(&Job { loaded: &self.loaded, physics: self.physics }, &clips, output)?;
+        let mut pairs: Vec<(f64, Candidate)> = costs.into_iter().zip(candidates).collect();
+        pairs.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.candidate.cmp(&b.1.candidate)));
+        Ok(pairs.into_iter().map(|(_, one)| one).collect())
     }
 
     /// Plays clips from their first frame to their end.

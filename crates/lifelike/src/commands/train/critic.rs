@@ -1,5 +1,6 @@
 //! `lifelike train critic`: the reward that a policy will get for a motion, from the motion alone.
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use lifelike_checkpoint::Checkpoint;
@@ -7,6 +8,7 @@ use lifelike_generation::critic::{CriticData, CriticMetrics, CriticPlan, CriticT
 use lifelike_motion::MotionClip;
 use lifelike_report::run::RunFolder;
 use lifelike_robot::Robot;
+use lifelike_tracking::TrackerPlan;
 use lifelike_tracking::plan::EpisodeSpec;
 use lifelike_train::limits::{range, whole};
 use serde::{Deserialize, Serialize};
@@ -16,8 +18,9 @@ use super::driver::Driver;
 use super::source::Source;
 use crate::commands::clips;
 use crate::commands::controller_file::Loaded;
+use crate::commands::generated;
 use crate::commands::physics::Physics;
-use crate::commands::rollouts::{Rollouts, digest_of, rows_of, tracker_plan};
+use crate::commands::rollouts::{Rollouts, digest_of, environment_of, rows_of};
 use crate::error::CliError;
 use crate::next::NextCommand;
 use crate::output::Output;
@@ -54,8 +57,13 @@ pub struct CriticTrainingPlan {
     pub robot: String,
     /// The frozen controller.
     pub controller: PathBuf,
-    /// The tracker's plan, by name or file, whose reward, terminations, randomisation and pushes hold.
-    pub environment: PathBuf,
+    /// The tracker's plan, by name or file, whose reward, terminations, randomisation and pushes hold; none: the one that
+    /// the controller carries.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub environment: Option<PathBuf>,
+    /// Folders of generated motion, as `cotrain` writes them: followed too, and their rows before grounding are learned.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub generated: Vec<PathBuf>,
     /// Clips to follow: files, folders, patterns.
     pub clips: Vec<PathBuf>,
     /// Follow the mirror image of every clip too.
@@ -82,11 +90,15 @@ pub struct RolloutPlan {
     pub steps: u64,
     /// Longest episode (s); a clip that ends before is followed by another.
     pub seconds: f64,
+    /// Share of the steps on generated motion, where there is some.
+    pub generated_share: f64,
+    /// Share of episodes that begin in the state of another frame (thesis Algorithm 1, line 5).
+    pub random_start_share: f64,
 }
 
 impl Default for RolloutPlan {
     fn default() -> Self {
-        Self { environments: 512, steps: 2000, seconds: 20.0 }
+        Self { environments: 1024, steps: 20_000, seconds: 20.0, generated_share: 0.5, random_start_share: 0.2 }
     }
 }
 
@@ -96,13 +108,29 @@ impl CriticTrainingPlan {
         self.critic.check()?;
         whole("rollouts.environments", self.rollouts.environments as u64, 1, 1 << 20)?;
         whole("rollouts.steps", self.rollouts.steps, 1, 1 << 32)?;
+        range("rollouts.generated_share", self.rollouts.generated_share, 0.0, 1.0)?;
+        range("rollouts.random_start_share", self.rollouts.random_start_share, 0.0, 1.0)?;
         Ok(range("rollouts.seconds", self.rollouts.seconds, 0.02, 1e5)?)
     }
 
-    /// Reads its clips.
-    pub fn motions(&self, robot: &Robot) -> Result<Vec<MotionClip>, CliError> {
-        let clips = clips::load(&self.clips, robot)?;
-        if self.mirror { Ok(clips::with_mirror_images(clips, robot)?) } else { Ok(clips) }
+    /// Reads its clips, the generated ones last, and returns the number of the others with them.
+    pub fn motions(&self, robot: &Robot) -> Result<(Vec<MotionClip>, usize), CliError> {
+        let mut clips = clips::load(&self.clips, robot)?;
+        if self.mirror {
+            clips = clips::with_mirror_images(clips, robot)?;
+        }
+        let own = clips.len();
+        if !self.generated.is_empty() {
+            clips.extend(clips::load(&self.generated, robot)?);
+        }
+        let mut names = BTreeSet::new();
+        match clips.iter().find(|clip| !names.insert(clip.name.as_str())) {
+            Some(clip) => Err(CliError::Input(format!(
+                "generated: expected names that no clip has, got '{}' in clips too",
+                clip.name
+            ))),
+            None => Ok((clips, own)),
+        }
     }
 
     /// Returns the records of a run.
@@ -127,18 +155,22 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let loaded = Loaded::load(&plan.controller, Some(&plan.robot), None)?;
     let robot = loaded.controller.robot();
     args.physics.require_ready(robot)?;
-    let clips = plan.motions(robot)?;
+    let (clips, own) = plan.motions(robot)?;
+    let named = plan.environment.as_deref();
+    let mut tracker = environment_of(named, &plan.controller, &loaded.controller, &plan.robot, plan.seed)?;
+    tracker.rsi.random_start_share = plan.rollouts.random_start_share;
     let run = if source.resume { RunFolder::open(&folder)? } else { RunFolder::create(&folder, &plan)? };
     let records = if folder.join(RECORDS).exists() {
         CriticTrainingPlan::records(&folder)?
     } else {
-        record(&plan, &loaded, &clips, args, &folder, output)?
+        record(&plan, &loaded, &tracker, (&clips, own), args, &folder, output)?
     };
     let failures = records.end.iter().filter(|end| **end == StepEnd::Failed).count();
     let (steps, reward) = (records.len(), records.reward.iter().sum::<f32>() / records.len() as f32);
     let (representation, motions) = rows_of(&clips, robot)?;
+    let others = generated::rows_of(&plan.generated, &representation, &clips)?;
     let controller = digest_of(&plan.controller)?;
-    let data = CriticData { robot: robot.name.clone(), controller, representation, motions, records };
+    let data = CriticData { robot: robot.name.clone(), controller, representation, motions, others, records };
     let mut trainer = CriticTrainer::new(&plan.critic, plan.seed, data)?;
     let summary = Driver::new(&run, output).watched(args.source.watch).train(&mut trainer, |now| {
         let CriticMetrics { loss, target, .. } = now.metrics;
@@ -170,19 +202,27 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     Ok(())
 }
 
+/// Removes the records of a run whose critic is complete.
+pub fn discard_records(folder: &Path) -> Result<(), CliError> {
+    let path = folder.join(RECORDS);
+    if path.exists() { std::fs::remove_file(&path).map_err(CliError::write(&path)) } else { Ok(()) }
+}
+
 /// Collects the records of a run, and keeps them in its folder.
 fn record(
     plan: &CriticTrainingPlan,
     loaded: &Loaded,
-    clips: &[MotionClip],
+    tracker: &TrackerPlan,
+    (clips, own): (&[MotionClip], usize),
     args: &Args,
     folder: &Path,
     output: &Output,
 ) -> Result<RewardRecords, CliError> {
-    let tracker = tracker_plan(&plan.environment, &plan.robot, plan.seed)?;
-    let rollouts = Rollouts { controller: &loaded.controller, clips, tracker: &tracker, physics: &args.physics };
+    let rollouts = Rollouts { controller: &loaded.controller, clips, tracker, physics: &args.physics };
     let episode = EpisodeSpec { seconds: plan.rollouts.seconds, switch_clips: true, ..tracker.episode };
-    let environment = rollouts.environment(episode, plan.rollouts.environments)?;
+    let mut environment = rollouts.environment(episode, plan.rollouts.environments)?;
+    let made: Vec<bool> = (0..clips.len()).map(|clip| clip >= own).collect();
+    environment.reserve(&made, plan.rollouts.generated_share)?;
     let records = rollouts.record(environment, plan.rollouts.steps, output)?;
     let mut file = Checkpoint::new();
     records.save_into(&mut file, KEY)?;

@@ -18,7 +18,7 @@ use self::predictors::{Predictor, predictors};
 use crate::commands::clips;
 use crate::commands::controller_file::Loaded;
 use crate::commands::physics::Physics;
-use crate::commands::rollouts::{Rollouts, digest_of, rows_of, tracker_plan};
+use crate::commands::rollouts::{Rollouts, digest_of, environment_of, rows_of};
 use crate::commands::train::critic::CriticTrainingPlan;
 use crate::error::CliError;
 use crate::output::Output;
@@ -134,7 +134,8 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     args.physics.require_ready(robot)?;
     let motions = clips::load(&args.motions, robot)?;
     let predictors = predictors(critic, &plan, &args.run, &motions, robot)?;
-    let tracker = tracker_plan(&plan.environment, &plan.robot, args.seed)?;
+    let environment = plan.environment.as_deref();
+    let tracker = environment_of(environment, &plan.controller, &loaded.controller, &plan.robot, args.seed)?;
     let rollouts =
         Rollouts { controller: &loaded.controller, clips: &motions, tracker: &tracker, physics: &args.physics };
     let random = EpisodeSpec { seconds: args.seconds, switch_clips: false, ..tracker.episode };

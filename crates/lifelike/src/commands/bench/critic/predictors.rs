@@ -80,7 +80,7 @@ pub fn predictors(
 /// Fits the regression to the windows' returns of the critic's own records.
 fn regression(plan: &CriticTrainingPlan, run: &Path, radius: usize, robot: &Robot) -> Result<Ridge, CliError> {
     let records = CriticTrainingPlan::records(run)?;
-    let (spec, rows) = rows_of(&plan.motions(robot)?, robot)?;
+    let (spec, rows) = rows_of(&plan.motions(robot)?.0, robot)?;
     if rows.len() != records.names.len() {
         let got = format!("{} clips, {} in its records", rows.len(), records.names.len());
         return Err(CliError::Input(format!(

@@ -14,6 +14,7 @@ use rayon::prelude::*;
 
 use super::measured::{Motion, Ruler};
 use super::method::Method;
+use crate::commands::best_of::{self, By};
 use crate::commands::eval::Job;
 use crate::commands::projection::project;
 use crate::error::CliError;
@@ -93,7 +94,7 @@ impl Making<'_> {
         if let Some(folder) = &folder {
             std::fs::create_dir_all(folder).map_err(CliError::write(folder))?;
         }
-        let make = |(task, repetition): &(&Task, u64)| self.clip(method, task, *repetition);
+        let make = |(task, repetition): &(&Task, u64)| self.candidates(method, task, *repetition);
         let measure = |((task, _), clip): (&(&Task, u64), &MotionClip)| {
             if let Some(folder) = &folder {
                 container::write(&folder.join(format!("{}.motion.safetensors", clip.name)), clip)?;
@@ -105,9 +106,14 @@ impl Making<'_> {
         let mut progress = Progress::new(output, "generating", all.len() as u64);
         let (mut made, began) = (Vec::with_capacity(all.len()), Instant::now());
         for chunk in all.chunks(CHUNK) {
-            let mut clips = chunk.par_iter().map(make).collect::<Result<Vec<_>, CliError>>()?;
+            let quiet = Output { quiet: true, ..*output };
+            let candidates = chunk.par_iter().map(make).collect::<Result<Vec<_>, CliError>>()?;
+            let mut clips = match (method.best_of, physics) {
+                (Some((_, By::Physics)), Some(job)) => best_of::chosen(job, candidates, &quiet)?,
+                _ => candidates.into_iter().flatten().collect(),
+            };
             if let Some(job) = physics.filter(|_| method.projected) {
-                clips = project(job, &clips, &Output { quiet: true, ..*output })?;
+                clips = project(job, &clips, &quiet)?;
             }
             made.extend(chunk.par_iter().zip(&clips).map(measure).collect::<Result<Vec<_>, CliError>>()?);
             progress.update(made.len() as u64, all.len() as u64, || method.name.clone());
@@ -116,19 +122,29 @@ impl Making<'_> {
         Ok((made, began.elapsed().as_secs_f64()))
     }
 
-    fn clip(&self, method: &Method, task: &Task, repetition: u64) -> Result<MotionClip, CliError> {
+    /// Returns the motions of a task among which physics chooses: one where it does not.
+    fn candidates(&self, method: &Method, task: &Task, repetition: u64) -> Result<Vec<MotionClip>, CliError> {
         let (generator, prompt) = (&method.generator, task.prompt());
         let seed = task.seed(self.options.seed, repetition);
-        let options = SampleOptions { seconds: Some(task.entry.seconds), seed, ..self.options };
+        let candidates = method.best_of.map_or(1, |(count, _)| count);
+        let options = SampleOptions { seconds: Some(task.entry.seconds), seed, candidates, ..self.options };
         let critic = self.ruler.critic.map(|critic| critic as &dyn RewardSurrogate);
-        let generated = generator.sample_towards(prompt, &options, critic.zip(method.strength))?;
-        let Some(first) = generated.first() else {
-            return Err(CliError::Failed(format!("'{prompt}': expected one motion, got none")));
-        };
-        let mut clip = generator.clip(first, prompt, self.ruler.robot)?;
-        let stem =
+        let mut generated = generator.sample_towards(prompt, &options, critic.zip(method.strength))?;
+        if let (Some((_, By::Critic)), Some(critic)) = (method.best_of, self.ruler.critic) {
+            let costs =
+                generated.iter().map(|one| Ok(-critic.realism(&one.rows)?)).collect::<Result<Vec<_>, CliError>>()?;
+            generated = best_of::least(&costs).map(|best| generated.swap_remove(best)).into_iter().collect();
+        }
+        if generated.is_empty() {
+            return Err(CliError::Failed(format!("'{prompt}': expected a motion, got none")));
+        }
+        let file =
             Path::new(&task.entry.file).file_name().map_or_else(String::new, |s| s.to_string_lossy().into_owned());
-        clip.name = format!("{}-{repetition}", stem.trim_end_matches(".motion.safetensors"));
-        Ok(clip)
+        let name = format!("{}-{repetition}", file.trim_end_matches(".motion.safetensors"));
+        let clip = |one: &Generated| {
+            let clip = generator.clip(one, prompt, self.ruler.robot)?;
+            Ok(MotionClip { name: name.clone(), ..clip })
+        };
+        generated.iter().map(clip).collect()
     }
 }

@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use lifelike_generation::generator::Generator;
 use lifelike_robot::Robot;
 
+use crate::commands::best_of::By;
 use crate::error::CliError;
 
 /// A generator's file as the command line names it.
@@ -15,6 +16,15 @@ pub struct Named {
     file: PathBuf,
     strength: Option<f64>,
     projected: bool,
+    best_of: Option<(usize, By)>,
+}
+
+impl Named {
+    /// Returns the same generator as a row of the best of several motions.
+    pub fn best_of(&self, count: usize, by: By) -> Self {
+        let name = format!("{} best of {count} by {}", self.name, by.name());
+        Self { name, best_of: Some((count, by)), ..self.clone() }
+    }
 }
 
 /// A loaded generator.
@@ -28,6 +38,8 @@ pub struct Method {
     pub strength: Option<f64>,
     /// Flag: what physics makes of its motions takes their place.
     pub projected: bool,
+    /// Number of motions of which one is kept, and who chooses.
+    pub best_of: Option<(usize, By)>,
 }
 
 impl Method {
@@ -40,7 +52,8 @@ impl Method {
             }
             let generator = Generator::load(&named.file)?;
             generator.check_robot(robot)?;
-            Ok(Self { name: named.name.clone(), generator, strength: named.strength, projected: named.projected })
+            let Named { name, strength, projected, best_of, .. } = named.clone();
+            Ok(Self { name, generator, strength, projected, best_of })
         };
         all.map(load).collect()
     }
@@ -58,7 +71,7 @@ pub fn named(text: &str) -> Result<Named, String> {
     if name.trim().is_empty() || !plain || file.is_empty() {
         return Err(format!("expected NAME=FILE with a name of letters, digits, spaces and -_+., got '{text}'"));
     }
-    Ok(Named { name: name.into(), file: file.into(), strength: None, projected: false })
+    Ok(Named { name: name.into(), file: file.into(), strength: None, projected: false, best_of: None })
 }
 
 /// Reads `NAME=FILE` of a generator whose motions are projected.
@@ -82,8 +95,12 @@ mod tests {
     fn names_files_and_strengths_are_told_apart() {
         let found = guided("critic guidance=runs@2/a=b.safetensors@0.02").unwrap();
         let file = PathBuf::from("runs@2/a=b.safetensors");
-        assert_eq!(found, Named { name: "critic guidance".into(), file, strength: Some(0.02), projected: false });
+        assert_eq!(
+            found,
+            Named { name: "critic guidance".into(), file, strength: Some(0.02), projected: false, best_of: None }
+        );
         assert!(projected("a=b").unwrap().projected);
+        assert_eq!(named("MDM=x").unwrap().best_of(8, By::Physics).name, "MDM best of 8 by physics");
         assert_eq!(named("MDM=x").unwrap().strength, None);
         for text in ["MDM", "=x", "../up=x", "a/b=x", "..=x", "MDM="] {
             assert!(named(text).unwrap_err().contains("expected NAME=FILE"), "{text}");

@@ -24,6 +24,7 @@ use serde::Serialize;
 use self::made::{Making, Task};
 use self::measured::{Measured, Motion, Ruler};
 use self::method::{Method, Named};
+use crate::commands::best_of::By;
 use crate::commands::controller_file::Loaded;
 use crate::commands::eval::{self, Job};
 use crate::commands::physics::{self, Physics};
@@ -44,6 +45,8 @@ Examples:
       --generator RobotMDM=aligned.generator.safetensors --guided guided=mdm.generator.safetensors@0.02 --keep kept
   lifelike bench generation --data data/grammar --generator MDM=mdm.generator.safetensors \\
       --tracker assets/lima-path.controller.safetensors --episodes 2048          # thesis Table 5.3
+  lifelike bench generation --data data/captures --critic c.critic.safetensors --policy p.controller.safetensors --best-of 8 \\
+      --generator MDM=mdm.generator.safetensors --generator RobotMDM=aligned.generator.safetensors
 
 Realism is the critic's mean value over a motion's rows; of what the same critic guided or aligned, it is no proof.
 Metrics of the learned evaluator are comparable only where evaluator, data, split and number of motions are the same.")]
@@ -64,10 +67,14 @@ pub struct Args {
     /// step.
     #[arg(long, value_name = "NAME=FILE", value_parser = method::projected, requires = "policy")]
     projected: Vec<Named>,
-    /// The controller that projects.
+    /// Rows more for each --generator: of N motions of a sentence the best by the critic and the best by physics, as far as
+    /// there are --critic and --policy.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(2..=1000))]
+    best_of: Option<u64>,
+    /// The controller that projects, and that chooses the best of N by physics.
     #[arg(long)]
     policy: Option<PathBuf>,
-    /// Engine and threads of projection and tracker.
+    /// Engine and threads of projection, best of N and tracker.
     #[command(flatten)]
     physics: Physics,
     /// A controller that follows the motions of every method: thesis Table 5.3, by the thesis' protocol.
@@ -150,7 +157,12 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     evaluator.iter().try_for_each(|evaluator| evaluator.check(&spec))?;
     let critic = args.critic.as_deref().map(Critic::load).transpose()?;
     critic.iter().try_for_each(|critic| critic.check(&spec))?;
-    let methods = Method::load_all(args.generators.iter().chain(&args.guided).chain(&args.projected), &robot)?;
+    if args.best_of.is_some() && critic.is_none() && args.policy.is_none() {
+        return Err(CliError::Usage("--best-of needs --critic or --policy to choose by".into()));
+    }
+    let best = best_of(args);
+    let named = args.generators.iter().chain(&best).chain(&args.guided).chain(&args.projected);
+    let methods = Method::load_all(named, &robot)?;
     let loaded = args.policy.as_deref().map(|file| Loaded::load(file, Some(&args.robot), None)).transpose()?;
     let tracker = args.tracker.as_deref().map(|file| Loaded::load(file, Some(&args.robot), None)).transpose()?;
     let protocol =
@@ -250,6 +262,14 @@ fn tracked(
     let clips = motions.into_iter().filter_map(|motion| motion.clip).enumerate();
     let clips: Vec<_> = clips.map(|(i, clip)| MotionClip { name: format!("{i} {}", clip.name), ..clip }).collect();
     Ok(job.thesis(&clips, protocol, output)?.errors)
+}
+
+/// Returns the rows of the best of several motions: by critic and by physics, as far as there are such.
+fn best_of(args: &Args) -> Vec<Named> {
+    let judges = [(By::Critic, args.critic.is_some()), (By::Physics, args.policy.is_some())];
+    let there = judges.into_iter().filter(|(_, there)| *there).map(|(by, _)| by);
+    let of = |(count, by): (u64, By)| args.generators.iter().map(move |named| named.best_of(count as usize, by));
+    there.filter_map(|by| Some((args.best_of?, by))).flat_map(of).collect()
 }
 
 /// Returns entries evenly from all of a split.
