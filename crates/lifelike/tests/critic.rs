@@ -26,7 +26,7 @@ fn refused(arguments: &[&str]) -> (i32, String) {
     (output.status.code().unwrap(), String::from_utf8(output.stderr).unwrap())
 }
 
-const CRITIC: &str = "robot = 'lima'\ncontroller = 'assets/lima-all.controller.safetensors'\nenvironment = 'track-all'\n\
+const CRITIC: &str = "robot = 'lima'\ncontroller = 'assets/lima-path.controller.safetensors'\nenvironment = 'track-all'\n\
     clips = ['motions/wa[lv][ke].keys.toml', 'motions/weight_shift.keys.toml', 'motions/march.keys.toml']\n\
     [rollouts]\nenvironments = 8\nsteps = 150\n\
     [critic]\nhidden = [16]\nepochs = 4\nminibatch = 64\nvalidation = 0.25\n";
@@ -98,7 +98,7 @@ fn generator_tracker_and_critic_are_trained_in_turn() {
     std::fs::write(at("critic.toml"), CRITIC).unwrap();
     let made = json(&["train", "generator", "--plan", &at("generator.toml"), "-o", &at("generator")]);
     let plan = format!(
-        "robot = 'lima'\ngenerator = {}\ninit = 'assets/lima-all.policy.safetensors'\ndataset = '{set}'\n\
+        "robot = 'lima'\ngenerator = {}\ninit = 'assets/lima-path.policy.safetensors'\ndataset = '{set}'\n\
          clips = ['motions/walk.keys.toml']\nseed = 1\nrounds = 1\nprompts = 3\nmeasured = 2\nsplit = 'train'\n\
          [tracker]\nplan = 'track-all'\nkeys = ['budget.steps=500', 'ppo.environments=16', 'ppo.minibatch=32']\n\
          [critic]\nplan = '{}'\n\

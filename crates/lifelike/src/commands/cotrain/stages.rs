@@ -22,6 +22,7 @@ use crate::commands::train::source::Source;
 use crate::commands::{align, train};
 use crate::error::CliError;
 use crate::output::Output;
+use crate::shipped::{self, Kind};
 
 /// A co-training under way.
 pub struct Stages<'a> {
@@ -145,7 +146,7 @@ impl Stages<'_> {
     /// Returns motions of sentences, evenly taken from a split, as long as their entries.
     fn generated(&self, round: usize, split: Split, count: usize, seed: u64) -> Result<Vec<MotionClip>, CliError> {
         let robot = Arc::new(Robot::load(&self.plan.robot)?);
-        let generator = Generator::load(&self.generator(round))?;
+        let generator = Generator::load(&shipped::file(&self.generator(round), Kind::Generator)?)?;
         let set = CaptionedSet::read(&self.plan.dataset)?;
         let longest = generator.header().max_seconds;
         let all: Vec<&Entry> =

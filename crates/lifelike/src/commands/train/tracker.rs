@@ -99,6 +99,13 @@ fn train_distributed(
     output: &Output,
     all: &Arc<dyn Collective>,
 ) -> Result<Option<Summary<TrackerMetrics>>, CliError> {
+    if let Some(init) = plan.init.as_deref().filter(|init| !init.exists()) {
+        return Err(CliError::Input(format!(
+            "init: expected a policy's file or the folder of a run, got nothing at '{}'; a controller that comes with the \
+             program cannot be gone on with, for it has no value function, but it can teach: teachers=[{{policy=\"NAME\"}}]",
+            init.display()
+        )));
+    }
     let mut trainer = prepare(plan, hardware, Arc::clone(all))?;
     if !resume {
         let beginning;

@@ -7,6 +7,7 @@ use lifelike_generation::generator::Generator;
 use lifelike_robot::Robot;
 
 use crate::error::CliError;
+use crate::shipped::{self, Kind};
 
 /// A generator's file as the command line names it.
 #[derive(Debug, Clone, PartialEq)]
@@ -38,7 +39,7 @@ impl Method {
             if !names.insert(named.name.clone()) {
                 return Err(CliError::Usage(format!("expected every name once, got '{}' again", named.name)));
             }
-            let generator = Generator::load(&named.file)?;
+            let generator = Generator::load(&shipped::file(&named.file, Kind::Generator)?)?;
             generator.check_robot(robot)?;
             Ok(Self { name: named.name.clone(), generator, strength: named.strength, projected: named.projected })
         };
