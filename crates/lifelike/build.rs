@@ -1,8 +1,16 @@
 //! Lets this package's own programs (tests, benches, examples) find the MuJoCo library where `cargo xtask mujoco` put it.
 //! Cargo passes no linker arguments on to the packages above, so each package with programs has this file.
+//! This one also says which version it is of: commit and features.
+
+use std::process::Command;
+
+/// Optional features that `--version` names.
+const FEATURES: [&str; 5] = ["learning", "mujoco", "mpi", "wgpu", "cuda"];
 
 fn main() {
     println!("cargo::rerun-if-changed=build.rs");
+    println!("cargo::rerun-if-env-changed=LIFELIKE_COMMIT");
+    println!("cargo::rustc-env=LIFELIKE_VERSION={}", version());
     println!("cargo::rerun-if-env-changed=MUJOCO_DYNAMIC_LINK_DIR");
     if std::env::var_os("CARGO_FEATURE_MUJOCO").is_none() || std::env::var_os("CARGO_CFG_UNIX").is_none() {
         return;
@@ -11,4 +19,18 @@ fn main() {
     if let Some(folder) = folder.and_then(|folder| std::path::absolute(folder).ok()) {
         println!("cargo::rustc-link-arg=-Wl,-rpath,{}", folder.display());
     }
+}
+
+/// Version, commit and features, as in `0.1.0 (23f8333; learning)`. The commit is LIFELIKE_COMMIT, or that of the checkout when this
+/// was last run: a new commit alone compiles nothing anew.
+fn version() -> String {
+    let commit = std::env::var("LIFELIKE_COMMIT").ok().or_else(|| {
+        let git = Command::new("git").args(["rev-parse", "--short", "HEAD"]).output().ok()?;
+        git.status.success().then(|| String::from_utf8_lossy(&git.stdout).trim().to_owned())
+    });
+    let is_on = |name: &&str| std::env::var_os(format!("CARGO_FEATURE_{}", name.to_uppercase())).is_some();
+    let features: Vec<&str> = FEATURES.into_iter().filter(is_on).collect();
+    let number = std::env::var("CARGO_PKG_VERSION").unwrap_or_default();
+    let features = if features.is_empty() { "no features".to_owned() } else { features.join(", ") };
+    format!("{number} ({}; {features})", commit.unwrap_or_else(|| "no commit".to_owned()))
 }

@@ -25,7 +25,8 @@ pub fn test(arguments: &[String]) -> Result<(), String> {
     match arguments.split_first() {
         Some((first, rest)) if first == "--mujoco" => {
             let library = mujoco::ensure()?;
-            fetch::models()?;
+            // The gates measure these models; meshes are not needed.
+            lifelike_fetch::NAMES.iter().try_for_each(|name| fetch(name, false))?;
             cargo(Some(&library), &[&command[..], &["--features", "lifelike/mujoco"]].concat(), rest)
         }
         _ => cargo(None, &command, arguments),

@@ -1,10 +1,8 @@
 //! The parts of `cargo xtask`. Errors are sentences: whoever reads them is a person at a terminal.
 
 pub mod build;
-pub mod fetch;
+pub mod dist;
 pub mod mujoco;
-pub mod text_model;
-pub mod wheel;
 
 use std::path::{Path, PathBuf};
 
@@ -13,7 +11,16 @@ pub fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).parent().map_or_else(|| PathBuf::from("."), Path::to_path_buf)
 }
 
-/// Prefixes an I/O error with the path it is about.
-pub fn at<E: std::fmt::Display>(path: &Path) -> impl FnOnce(E) -> String {
-    move |error| format!("{}: {error}", path.display())
+/// Folder of what is fetched.
+pub fn third_party() -> PathBuf {
+    root().join("third_party")
+}
+
+/// Fetches somebody else's robot into `third_party/robots`.
+///
+/// # Errors
+/// As [`lifelike_fetch::robot`].
+pub fn fetch(name: &str, meshes: bool) -> Result<(), String> {
+    let profile = include_str!("../../robots/unitree_g1.toml");
+    lifelike_fetch::robot(name, meshes, &third_party().join("robots"), profile).map(|_| ())
 }

@@ -3,7 +3,8 @@
 
 use std::process::ExitCode;
 
-use xtask::{build, fetch, mujoco, text_model};
+use lifelike_fetch::text_model;
+use xtask::{build, dist, mujoco};
 
 const HELP: &str = "\
 cargo xtask COMMAND
@@ -15,6 +16,8 @@ cargo xtask COMMAND
   mujoco              fetch MuJoCo 3.17.0 into third_party/mujoco and check it (needs python3 with pip, once)
   fetch NAME          fetch somebody else's robot into third_party/robots (unitree_g1 [--without-meshes], dm_control),
                       or the text encoder of text to motion into third_party/minilm (minilm, 83 MB)
+  dist                build a stripped program with completions and manual pages: a tarball, and a Debian package
+                      where dpkg is there
   help                this text
 
 Nothing else of this project touches the network. What is fetched has a fixed version and a fixed SHA-256.";
@@ -26,8 +29,8 @@ fn main() -> ExitCode {
         Some("demo") => build::demo(rest),
         Some("test") => build::test(rest),
         Some("mujoco") => mujoco::ensure().map(|_| ()),
-        Some("fetch") if rest == [text_model::NAME] => text_model::ensure(),
-        Some("fetch") => fetch::robot(rest),
+        Some("fetch") => fetch(rest),
+        Some("dist") => dist::dist(),
         Some("help" | "--help" | "-h") => {
             println!("{HELP}");
             Ok(())
@@ -44,5 +47,16 @@ fn main() -> ExitCode {
             eprintln!("cargo xtask: {message}");
             ExitCode::FAILURE
         }
+    }
+}
+
+/// `cargo xtask fetch NAME [--without-meshes]`.
+fn fetch(arguments: &[String]) -> Result<(), String> {
+    let meshes = !arguments.iter().any(|a| a == "--without-meshes");
+    let names: Vec<&str> = arguments.iter().map(String::as_str).filter(|a| *a != "--without-meshes").collect();
+    match names[..] {
+        [text_model::NAME] => text_model::ensure(&xtask::third_party()).map(|_| ()),
+        [name] => xtask::fetch(name, meshes),
+        _ => Err(format!("expected one name, one of: {}, {}", lifelike_fetch::NAMES.join(", "), text_model::NAME)),
     }
 }

@@ -3,8 +3,10 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use crate::wheel::{Wheel, digest, unpack, verify};
-use crate::{at, root};
+use lifelike_fetch::at;
+use lifelike_fetch::wheel::{Wheel, digest, unpack, verify};
+
+use crate::root;
 
 /// What we know about one platform.
 struct Platform {

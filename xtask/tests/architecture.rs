@@ -7,9 +7,10 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Floors: a crate may import crates on LOWER floors only.
-const FLOORS: [(&str, u32); 18] = [
+const FLOORS: [(&str, u32); 19] = [
     ("character", 0),
     ("checkpoint", 0),
+    ("fetch", 0),
     ("simd", 0),
     ("dense", 1),
     ("motion", 1),
@@ -142,7 +143,8 @@ fn every_crate_has_a_floor_and_every_manifest_points_down() {
 fn every_use_points_down() {
     for (path, text) in sources() {
         let Some(name) = path.strip_prefix("crates/").and_then(|p| p.split('/').next()) else {
-            assert!(code(&text).all(|(_, l)| imports(&l).is_empty()), "{path}: xtask stands outside of the house");
+            let others = code(&text).flat_map(|(_, l)| imports(&l)).find(|other| other != "fetch");
+            assert_eq!(others, None, "{path}: xtask stands outside of the house, and imports nothing but `fetch`");
             continue;
         };
         for (line, content) in code(&text) {

@@ -1,5 +1,5 @@
 //! A controller on our own clips:
-//! `cargo run --release -p lifelike-evaluation --example evaluate -- lima assets/lima.controller.safetensors`.
+//! `cargo run --release -p lifelike-evaluation --example evaluate -- lima assets/lima-path.controller.safetensors`.
 
 use std::path::Path;
 use std::sync::Arc;

@@ -166,7 +166,12 @@ impl Evaluation {
 
     /// The falls in one line a cause; `None` when there are none.
     pub fn fall_summary(&self) -> Option<Table> {
-        let columns = vec![Column::text("falls"), Column::number("episodes", ""), Column::number("clips", ""), Column::text("left first")];
+        let columns = vec![
+            Column::text("falls"),
+            Column::number("episodes", ""),
+            Column::number("clips", ""),
+            Column::text("left first"),
+        ];
         let mut table = Table::new("Falls by cause", columns);
         for cause in [Cause::Height, Cause::Tilt, Cause::Diverged] {
             let of_cause = || self.failures().filter(move |failure| failure.cause == cause);

@@ -117,7 +117,9 @@ impl Display for Verdict {
     fn fmt(&self, f: &mut Formatter<'_>) -> std::fmt::Result {
         match self {
             Self::Falls { second, episodes: 1, .. } => write!(f, "falls at {second:.1} s"),
-            Self::Falls { second, falls, episodes } => write!(f, "falls at {second:.1} s ({falls} of {episodes} starts)"),
+            Self::Falls { second, falls, episodes } => {
+                write!(f, "falls at {second:.1} s ({falls} of {episodes} starts)")
+            }
             Self::Stands { taken, planned } => write!(f, "stands instead of walking ({taken} of {planned} steps)"),
             Self::SkipsSteps { taken, planned } => write!(f, "skips steps (takes {taken} of {planned})"),
             Self::Lags { metres } => write!(f, "lags {metres:.1} m"),

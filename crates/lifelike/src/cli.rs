@@ -17,7 +17,7 @@ use crate::output::{self, Output};
 ///
 /// Retarget human motion to any robot, learn a motion prior and a policy that follows it in physics, and look at it.
 #[derive(Debug, Parser)]
-#[command(name = "lifelike", version, propagate_version = true, max_term_width = 100, after_help = AFTER)]
+#[command(name = "lifelike", version = VERSION, propagate_version = true, max_term_width = 100, after_help = AFTER)]
 pub struct Cli {
     /// Print JSON for scripts instead of text.
     #[arg(long, global = true)]
@@ -36,15 +36,22 @@ pub struct Cli {
     pub command: Command,
 }
 
+/// Version, commit and features.
+const VERSION: &str = env!("LIFELIKE_VERSION");
+
 const AFTER: &str = "\
-A first policy in minutes, on our own keyframed clips, without any download:
+See a robot follow motion in physics, and make motion from a sentence, without any download:
+  lifelike demo
+  lifelike generate \"a person waves with the right hand\" --physics
+
+A first policy in minutes, on our own keyframed clips:
   lifelike train tracker --plan track -o runs/first budget.minutes=5
-  lifelike eval --policy runs/first/tracker.policy.safetensors --motions builtin -o runs/first/evaluation
+  lifelike eval --policy runs/first --motions builtin -o runs/first/evaluation
 
 From captured motion to a robot that follows it:
   lifelike motion retarget walk.bvh --robot lima -o data/lima
   lifelike train tracker --plan track 'clips=[\"data/lima\"]' -o runs/mine
-  lifelike eval --policy runs/mine/tracker.policy.safetensors --motions data/lima -o report
+  lifelike eval --policy runs/mine --motions data/lima -o report
 
 `lifelike plans` lists the training plans that come with the program.
 

@@ -30,12 +30,15 @@
 mod cli;
 pub mod commands;
 mod error;
+mod folders;
 mod interrupt;
+mod nearest;
 mod next;
 mod output;
 pub mod overrides;
 pub mod plans;
 mod progress;
+mod shipped;
 
 pub use cli::{Cli, run};
 pub use error::CliError;

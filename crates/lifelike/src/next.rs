@@ -3,7 +3,7 @@
 use std::fmt::Display;
 use std::path::Path;
 
-use lifelike_robot::load::NAMES;
+use lifelike_robot::load::{FETCHED, NAMES};
 
 /// Clips that a printed command names at most.
 const MAX_CLIPS: usize = 3;
@@ -45,6 +45,11 @@ impl NextCommand {
         }
         clips.iter().take(MAX_CLIPS).fold(start, |line, clip| line.word(clip.as_ref().display()))
     }
+}
+
+/// Returns whether a robot is known by name, wherever a command runs.
+pub fn is_known(robot: &str) -> bool {
+    NAMES.contains(&robot) || FETCHED.iter().any(|(name, _)| *name == robot)
 }
 
 /// Returns the commands as lines for people, under a heading; nothing where there are none.

@@ -80,7 +80,8 @@ pub fn fitted(table: &Table) -> String {
 
 /// A table of text that fits the terminal: columns of numbers on the right side, others on the left.
 pub fn table(head: &[&str], rows: &[Vec<String>]) -> String {
-    let is_number = |text: &String| text.is_empty() || text.starts_with(|c: char| c.is_ascii_digit() || "-+–".contains(c));
+    let is_number =
+        |text: &String| text.is_empty() || text.starts_with(|c: char| c.is_ascii_digit() || "-+–".contains(c));
     let column = |(i, name): (usize, &&str)| {
         let numbers = i > 0 && rows.iter().filter_map(|row| row.get(i)).all(is_number);
         if numbers { Column::number(name, "") } else { Column::text(name) }

@@ -111,10 +111,15 @@ mod tests {
             bar.set_style(ProgressStyle::with_template(TEMPLATE).unwrap_or_else(|_| ProgressStyle::default_bar()));
             bar.set_prefix("training");
             let mut progress = Progress { bar, what: "training", lines: false, began: now, last: now };
-            progress.update_time(0.5, 61.0, || "survival 93%  26000 steps/s  iteration 1234  episode 8.2 s  reward 0.81 and more".into());
+            progress.update_time(0.5, 61.0, || {
+                "survival 93%  26000 steps/s  iteration 1234  episode 8.2 s  reward 0.81 and more".into()
+            });
             let shown = terminal.contents();
             assert_eq!(shown.lines().count(), 1, "{shown}");
-            assert!(shown.starts_with("training ██████████") && shown.contains("50%  1 min 1 s left  survival 93%"), "{shown}");
+            assert!(
+                shown.starts_with("training ██████████") && shown.contains("50%  1 min 1 s left  survival 93%"),
+                "{shown}"
+            );
         }
     }
 }

@@ -99,7 +99,7 @@ fn a_robots_table_becomes_a_correction_that_a_policy_is_evaluated_with() {
     std::fs::write(at("plan.toml"), plan + "[augmentation.model]\nwidth = 8\nheads = 2\nhistory = 16\n").unwrap();
     let trained = result(&["train", "augmentation", "--plan", &at("plan.toml"), "-o", &at("run")]);
     let file = trained["augmentation"].as_str().unwrap();
-    let policy = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../assets/lima-all.controller.safetensors");
+    let policy = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../assets/lima-path.controller.safetensors");
     let policy = policy.to_str().unwrap();
     let eval = |more: &[&str]| {
         let clip = ["eval", "--policy", policy, "--motions", "builtin:wave", "--starts", "1", "-o", &at("eval")];

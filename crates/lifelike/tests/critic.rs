@@ -26,7 +26,7 @@ fn refused(arguments: &[&str]) -> (i32, String) {
     (output.status.code().unwrap(), String::from_utf8(output.stderr).unwrap())
 }
 
-const CRITIC: &str = "robot = 'lima'\ncontroller = 'assets/lima-all.controller.safetensors'\nenvironment = 'track-all-first'\n\
+const CRITIC: &str = "robot = 'lima'\ncontroller = 'lima'\nenvironment = 'track-long'\n\
     clips = ['motions/wa[lv][ke].keys.toml', 'motions/weight_shift.keys.toml', 'motions/march.keys.toml']\n\
     [rollouts]\nenvironments = 8\nsteps = 150\n\
     [critic]\nhidden = [16]\nepochs = 4\nminibatch = 64\nvalidation = 0.25\n";
@@ -83,7 +83,7 @@ fn a_critic_is_trained_measured_and_aligns_a_generator() {
     assert_eq!((&praised["motions"][0]["candidates"], &followed["motions"][0]["candidates"]), (&3.into(), &3.into()));
     let realism = |made: &Value| made["motions"][0]["verdicts"][0]["critic"]["realism"].as_f64().unwrap();
     assert!(realism(&praised) >= realism(&followed) && realism(&praised) >= realism(&free), "{praised}");
-    let (code, error) = refused(&[&words[..], &["--policy", "assets/lima-all.controller.safetensors"]].concat());
+    let (code, error) = refused(&[&words[..], &["--policy", "assets/lima-path.controller.safetensors"]].concat());
     assert!(code == 2 && error.contains("--by physics"), "{code} {error}");
 
     let (code, error) = refused(&["train", "critic", "--plan", &at("critic.toml"), "-o", &at("no"), "critic.gamma=1"]);
@@ -103,14 +103,17 @@ fn a_controller_carries_the_environment_that_it_was_trained_in() {
     std::fs::write(at("critic.toml"), CRITIC).unwrap();
     let (plan, out) = (at("critic.toml"), at("out"));
     let critic = ["train", "critic", "--plan", &plan, "environment=", "-o", &out, "--controller"];
-    let (code, error) = refused(&[&critic[..], &["assets/lima-all.controller.safetensors"]].concat());
-    assert!(code == 3 && error.contains("environment=PLAN") && error.contains("lima-all.controller"), "{code} {error}");
+    let (code, error) = refused(&[&critic[..], &["assets/lima-path.controller.safetensors"]].concat());
+    assert!(
+        code == 3 && error.contains("environment=PLAN") && error.contains("lima-path.controller"),
+        "{code} {error}"
+    );
 
     let own = at("own.controller.safetensors");
-    let policy = "assets/lima-all.policy.safetensors";
-    let exported = json(&["export", policy, "--environment", "track-all-first", "-o", &own]);
+    let policy = "assets/lima-path.policy.safetensors";
+    let exported = json(&["export", policy, "--environment", "track-long", "-o", &own]);
     let environment = exported["header"]["environment"].as_str().unwrap();
-    assert!(environment.contains("weight = 0.15") && environment.contains("clips = []"), "{environment}");
+    assert!(environment.contains("switch_clips = true") && environment.contains("clips = []"), "{environment}");
     assert_eq!(json(&["inspect", &own])["header"]["environment"], exported["header"]["environment"]);
     let trained = json(&[&critic[..], &[&own]].concat());
     // The same environment by name: the same rewards.
@@ -134,7 +137,7 @@ fn generator_tracker_and_critic_are_trained_in_turn() {
     std::fs::write(at("critic.toml"), CRITIC).unwrap();
     let made = json(&["train", "generator", "--plan", &at("generator.toml"), "-o", &at("generator")]);
     let plan = format!(
-        "robot = 'lima'\ngenerator = {}\ninit = 'assets/lima-all.policy.safetensors'\ndataset = '{set}'\n\
+        "robot = 'lima'\ngenerator = {}\ninit = 'assets/lima-path.policy.safetensors'\ndataset = '{set}'\n\
          clips = ['motions/walk.keys.toml']\nseed = 1\nrounds = 1\nprompts = 3\nmeasured = 2\nsplit = 'train'\n\
          judge = {{ sentences = 2, split = 'train', episodes = 4, seconds = 1.0 }}\n\
          [tracker]\nplan = 'track-all'\nkeys = ['budget.steps=500', 'ppo.environments=16', 'ppo.minibatch=32']\n\

@@ -152,7 +152,7 @@ fn an_inspection_ends_with_steps_that_work() {
     std::fs::copy(root().join("motions/wave.keys.toml"), desk.path("it's a wave.keys.toml")).unwrap();
     assert_eq!(desk.follow("it's a wave.keys.toml"), 1);
     assert_eq!(desk.follow("data/lima/it_s_a_wave.motion.safetensors"), 3);
-    for asset in ["lima.policy", "lima.prior"] {
+    for asset in ["lima-path.policy", "lima.prior"] {
         let file = root().join(format!("assets/{asset}.safetensors"));
         assert_eq!(desk.follow(file.to_str().unwrap()), 1, "{asset}");
     }

@@ -30,7 +30,7 @@ fn motion_comes_back_as_physics_makes_it() {
         "-o",
         &at("clips"),
     ]);
-    let policy = ["--policy", "assets/lima-long.controller.safetensors", "--particles", "24"];
+    let policy = ["--policy", "assets/lima-path.controller.safetensors", "--particles", "24"];
     let run = |out: &str| result(&[&["motion", "repair", &at("clips"), "-o", &at(out)], &policy[..]].concat());
     let made = run("executed");
     assert_eq!(made["written"], 2);

@@ -44,7 +44,7 @@ fn one_bad_clip_and_one_doubled_do_not_stop_an_evaluation() {
     let root = tempfile::tempdir().unwrap();
     let (clips, report) = (folder(root.path()), root.path().join("report"));
     let (clips, report) = (clips.to_str().unwrap(), report.to_str().unwrap());
-    let policy = ["eval", "--policy", "assets/lima.policy.safetensors", "--prior", "assets/lima.prior.safetensors"];
+    let policy = ["eval", "--policy", "lima"];
     let rest = ["--starts", "1", "--seconds", "0.2", "-o", report];
     let output = lifelike(&[&["--json"], &policy[..], &["--motions", clips], &rest].concat());
     let names: Vec<String> = json(&output)["clips"]

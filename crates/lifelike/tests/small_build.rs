@@ -31,7 +31,7 @@ fn what_learns_is_refused_with_how_to_get_it() {
 fn robots_motion_physics_and_policies_are_there() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().to_str().unwrap();
-    let policy = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../assets/lima.policy.safetensors");
+    let policy = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../assets/lima-path.policy.safetensors");
     for arguments in [
         &["robots"][..],
         &["plans"],

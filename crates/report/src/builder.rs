@@ -120,7 +120,8 @@ impl ReportBuilder {
         let whole = playbacks.iter().filter(|p| !(p.simulated.is_empty() && p.reference.is_empty()));
         for playback in whole {
             let own = self.character(&drawn);
-            let reference = playback.skeleton.as_ref().map_or(own, |skeleton| self.character(&describe_skeleton(skeleton)));
+            let reference =
+                playback.skeleton.as_ref().map_or(own, |skeleton| self.character(&describe_skeleton(skeleton)));
             self.playbacks.push(playback.to_json(own, reference, character.bodies.len()));
         }
         self
@@ -245,7 +246,9 @@ mod tests {
 
     #[test]
     fn measured_curves_are_not_smoothed_at_first() {
-        let page = || ReportBuilder::new("").curves([Curve { name: "a".into(), x: vec![0.0], y: vec![1.0], ..Curve::default() }]);
+        let page = || {
+            ReportBuilder::new("").curves([Curve { name: "a".into(), x: vec![0.0], y: vec![1.0], ..Curve::default() }])
+        };
         assert!(page().to_html().contains(SMOOTHED));
         let measured = page().measured().to_html();
         assert!(measured.contains("data-is=\"curves\"") && !measured.contains(SMOOTHED));

@@ -73,8 +73,12 @@ mod tests {
 
     #[test]
     fn thinning_averages_what_is_finite() {
-        let curve =
-            Curve { name: "a".into(), x: vec![0.0, 1.0, 2.0, 3.0, 4.0], y: vec![1.0, 3.0, f64::NAN, 5.0, f64::NAN], ..Curve::default() };
+        let curve = Curve {
+            name: "a".into(),
+            x: vec![0.0, 1.0, 2.0, 3.0, 4.0],
+            y: vec![1.0, 3.0, f64::NAN, 5.0, f64::NAN],
+            ..Curve::default()
+        };
         let thin = curve.thinned(3);
         assert_eq!(thin.x, [0.5, 2.5, 4.0]);
         assert_eq!(thin.y[..2], [2.0, 5.0]);

@@ -171,7 +171,8 @@ impl Playback {
         let shadow = self.skeleton.as_ref().map_or(bodies, |skeleton| skeleton.names.len() + 1);
         let foot = |foot: &Foot| {
             let down: Vec<u8> = kept.iter().map(|f| u8::from(foot.down.get(*f).copied().unwrap_or(false))).collect();
-            let share = |f: &usize| (foot.force.get(*f).copied().unwrap_or(0.0) * 100.0).round().clamp(0.0, 255.0) as u8;
+            let share =
+                |f: &usize| (foot.force.get(*f).copied().unwrap_or(0.0) * 100.0).round().clamp(0.0, 255.0) as u8;
             let force: Vec<u8> = kept.iter().filter(|_| !foot.force.is_empty()).map(share).collect();
             let at = [foot.middle.x, foot.middle.y, foot.middle.z];
             json!({ "body": foot.body.saturating_sub(1), "at": at, "down": encode(&down), "force": encode(&force) })
@@ -270,7 +271,11 @@ mod tests {
         let json = playback.to_json(0, 0, 3);
         let mut force = vec![0_u8; 45];
         (force[0], force[1]) = (50, 120);
-        assert_eq!(json["feet"][0]["force"], encode(&force), "per cent of the weight; nothing where nothing was recorded");
+        assert_eq!(
+            json["feet"][0]["force"],
+            encode(&force),
+            "per cent of the weight; nothing where nothing was recorded"
+        );
         assert_eq!(json["joints"][0], encode(&[0xc4, 0x09, 0xc4, 0x09]), "2500 of ten thousandths, frames 0 and 2");
         assert_eq!(json["fps"], 25.0);
         assert_eq!(json["frames"], 45, "the shorter of the two, every second frame");

@@ -108,7 +108,8 @@ fn simplified(mesh: &Triangles, cell: f64) -> Triangles {
 
 /// Returns a mesh for the page: points around `middle` in units of `unit` metres as i16, indices as u32.
 pub(super) fn pack(mesh: &Triangles) -> Value {
-    let bound = |axis: usize, pick: fn(f32, f32) -> f32, start: f32| mesh.points.iter().map(|p| p[axis]).fold(start, pick);
+    let bound =
+        |axis: usize, pick: fn(f32, f32) -> f32, start: f32| mesh.points.iter().map(|p| p[axis]).fold(start, pick);
     let [low, high] = [bounds(&bound, f32::min, f32::INFINITY), bounds(&bound, f32::max, f32::NEG_INFINITY)];
     let middle = [0, 1, 2].map(|k| if mesh.points.is_empty() { 0.0 } else { 0.5 * (low[k] + high[k]) });
     let reach = (0..3).map(|k| high[k] - middle[k]).fold(1e-6, f32::max);
@@ -159,7 +160,10 @@ mod tests {
             let nearest = small.points.iter().map(distance).fold(f32::INFINITY, f32::min);
             assert!(nearest < 0.03, "corner {at:?} is {nearest} away: quadrics put vertices where planes meet");
         }
-        assert!(small.points.iter().all(|p| p.iter().any(|x| x.abs() < 0.02 || (x - 1.0).abs() < 0.02)), "on the surface");
+        assert!(
+            small.points.iter().all(|p| p.iter().any(|x| x.abs() < 0.02 || (x - 1.0).abs() < 0.02)),
+            "on the surface"
+        );
     }
 
     #[test]
@@ -170,10 +174,12 @@ mod tests {
 
     #[test]
     fn packed_points_are_within_half_a_unit() {
-        let mesh = Triangles { points: vec![[0.0, 1.0, 5.0], [2.0, 1.0, 5.0], [1.0, 3.0, 5.0]], faces: vec![[0, 1, 2]] };
+        let mesh =
+            Triangles { points: vec![[0.0, 1.0, 5.0], [2.0, 1.0, 5.0], [1.0, 3.0, 5.0]], faces: vec![[0, 1, 2]] };
         let packed = pack(&mesh);
         assert_eq!(packed["middle"], json!([1.0, 2.0, 5.0]));
-        let x: Vec<u8> = [-32_767_i16, -32_767, 0, 32_767, -32_767, 0, 0, 32_767, 0].iter().flat_map(|x| x.to_le_bytes()).collect();
+        let x: Vec<u8> =
+            [-32_767_i16, -32_767, 0, 32_767, -32_767, 0, 0, 32_767, 0].iter().flat_map(|x| x.to_le_bytes()).collect();
         assert_eq!(packed["points"], encode(&x));
         assert_eq!(packed["faces"], encode(&[0, 0, 0, 0, 1, 0, 0, 0, 2, 0, 0, 0]));
     }

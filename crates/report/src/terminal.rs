@@ -181,7 +181,9 @@ mod tests {
         let mut columns = vec![Column::text("clip"), Column::text("verdict")];
         columns.extend(["survival", "joints", "drift", "jerk", "slip"].map(|name| Column::number(name, "deg")));
         let mut table = Table::new("", columns).main_columns(&["clip", "verdict", "survival", "joints", "drift"]);
-        for (clip, verdict) in [("walk", "follows"), ("a_very_long_name_of_a_clip", "stands instead of walking (0 of 14 steps)")] {
+        for (clip, verdict) in
+            [("walk", "follows"), ("a_very_long_name_of_a_clip", "stands instead of walking (0 of 14 steps)")]
+        {
             let numbers = [100.0, 2.5, 0.11, 5000.0, 3.0].map(|n| Cell::number(n, 2));
             table.rows.push([Cell::text(clip), Cell::text(verdict)].into_iter().chain(numbers).collect());
         }

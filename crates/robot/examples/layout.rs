@@ -1,5 +1,5 @@
 //! Inputs of a controller, in their order and with the sensor of each:
-//! `cargo run --release -p lifelike-robot --example layout -- assets/lima.controller.safetensors`.
+//! `cargo run --release -p lifelike-robot --example layout -- assets/lima-path.controller.safetensors`.
 
 use std::path::Path;
 

@@ -30,6 +30,12 @@ pub enum RobotError {
         /// The built-in ones.
         available: String,
     },
+    /// A robot of other people that is not on this machine yet.
+    #[error("robot '{name}' is not in the box, being somebody else's; fetch it once:\n  lifelike fetch {name}")]
+    NotFetched {
+        /// The name.
+        name: String,
+    },
     /// Two things that must carry the same names do not.
     #[error("{what}: expected {expected}, got {got}")]
     Mismatch {

@@ -1,6 +1,6 @@
 //! A robot by its name or file: those that come with the program, and everybody else's.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use lifelike_character::Character;
 
@@ -10,6 +10,36 @@ use crate::robot::Robot;
 
 /// Their names.
 pub const NAMES: [&str; 2] = ["lima", "humanoid"];
+
+/// Profile of the Unitree G1, which stands beside its fetched model.
+pub const G1_PROFILE: &str = include_str!("../robots/unitree_g1.toml");
+
+/// Robots of other people that `lifelike fetch` gets: name, and file in the folder of robots.
+pub const FETCHED: [(&str, &str); 1] = [("g1", "unitree_g1/g1.xml")];
+
+/// Folder of fetched robots in a checkout.
+const CHECKOUT: &str = "third_party/robots";
+
+/// Returns the folder of the user's fetched files: `$XDG_DATA_HOME/lifelike`, or what the system has in its place.
+pub fn data_folder() -> PathBuf {
+    let set = |name: &str| std::env::var_os(name).filter(|value| !value.is_empty()).map(PathBuf::from);
+    let home = || set("HOME");
+    let found = set("XDG_DATA_HOME").or_else(|| match std::env::consts::OS {
+        "windows" => set("LOCALAPPDATA"),
+        "macos" => home().map(|home| home.join("Library/Application Support")),
+        _ => home().map(|home| home.join(".local/share")),
+    });
+    found.unwrap_or_else(std::env::temp_dir).join("lifelike")
+}
+
+/// Returns the file of a fetched robot: in the checkout around the working directory, else in [`data_folder`]. A name that
+/// is not one of [`FETCHED`], and a robot that was not fetched, have none.
+pub fn fetched(name: &str) -> Option<PathBuf> {
+    let (_, file) = FETCHED.iter().find(|(known, _)| *known == name)?;
+    let here = std::env::current_dir().unwrap_or_default();
+    let checkouts = here.ancestors().map(|folder| folder.join(CHECKOUT));
+    checkouts.chain([data_folder().join("robots")]).map(|folder| folder.join(file)).find(|path| path.is_file())
+}
 
 /// Returns the MJCF and profile of a built-in robot.
 fn texts(name: &str) -> Option<(&'static str, &'static str)> {
@@ -30,9 +60,13 @@ impl Robot {
         if let Some(built_in) = builtin(name_or_path) {
             return built_in;
         }
-        let path = Path::new(name_or_path);
+        let path = fetched(name_or_path).unwrap_or_else(|| PathBuf::from(name_or_path));
+        let path = path.as_path();
         if !path.is_file() {
-            return Err(RobotError::Unknown { name: name_or_path.to_string(), available: NAMES.join(", ") });
+            if FETCHED.iter().any(|(name, _)| *name == name_or_path) {
+                return Err(RobotError::NotFetched { name: name_or_path.to_string() });
+            }
+            return Err(RobotError::Unknown { name: name_or_path.to_string(), available: available() });
         }
         let character = Character::load(path)?;
         let beside = path.with_extension("toml");
@@ -46,6 +80,12 @@ impl Robot {
         }
         Ok(robot)
     }
+}
+
+/// Returns the names that [`Robot::load`] takes, as a list.
+fn available() -> String {
+    let fetched = FETCHED.iter().map(|(name, _)| *name);
+    NAMES.into_iter().chain(fetched).collect::<Vec<_>>().join(", ")
 }
 
 /// Returns the built-in robot of this name, if there is one. The texts are part of the program, so a test makes sure

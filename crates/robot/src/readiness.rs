@@ -132,7 +132,7 @@ fn contact(robot: &Robot, shapes: Shapes, readiness: &mut Readiness) {
     let touching: Vec<bool> = touching(character, shapes);
     let geoms = character.geoms.iter().filter(|g| g.body != 0).count();
     if !touching.contains(&true) {
-        let other = character.geoms.iter().filter(|g| meets_ground(character, g)).count();
+        let other = character.geoms.iter().filter(|g| g.body != 0 && meets_ground(character, g)).count();
         let why = match (geoms, other) {
             (0, _) => "it has no geoms".to_string(),
             (_, 0) => format!(

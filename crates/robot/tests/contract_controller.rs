@@ -112,16 +112,15 @@ fn bend(robot: &Robot) -> lifelike_motion::MotionClip {
 fn shipped_policies_load_by_names_and_become_one_file_that_gives_the_same_numbers() {
     let (robot, folder) = (lima(), tempfile::tempdir().unwrap());
     let library = ReferenceLibrary::new(&robot, &[bend(&robot)], None).unwrap();
-    for name in ["lima.policy.safetensors", "lima-all.policy.safetensors"] {
-        let policy = Controller::load(&asset(name), None, robot.clone()).unwrap();
-        let path = folder.path().join("x.controller.safetensors");
-        policy.save(&path).unwrap();
-        let controller = Controller::load(&path, None, robot.clone()).unwrap();
-        let (expected, got) = (run(&policy, &library, 20), run(&controller, &library, 20));
-        assert!(expected.iter().all(|x| x.is_finite()));
-        assert_eq!(expected, got, "{name}");
-        assert_eq!(policy.header(), controller.header());
-    }
+    let name = "lima-path.policy.safetensors";
+    let policy = Controller::load(&asset(name), None, robot.clone()).unwrap();
+    let path = folder.path().join("x.controller.safetensors");
+    policy.save(&path).unwrap();
+    let controller = Controller::load(&path, None, robot.clone()).unwrap();
+    let (expected, got) = (run(&policy, &library, 20), run(&controller, &library, 20));
+    assert!(expected.iter().all(|x| x.is_finite()));
+    assert_eq!(expected, got, "{name}");
+    assert_eq!(policy.header(), controller.header());
 }
 
 #[test]
@@ -150,7 +149,7 @@ fn one_file_holds_the_priors_encoder_and_codes_made_live_are_those_made_beforeha
 fn a_step_allocates_nothing() {
     let robot = lima();
     let prior = Checkpoint::load(&asset("lima.prior.safetensors")).unwrap();
-    let plain = Controller::load(&asset("lima.policy.safetensors"), None, robot.clone()).unwrap();
+    let plain = Controller::load(&asset("lima-path.policy.safetensors"), None, robot.clone()).unwrap();
     let curious = Controller::from_policy(&curious(&robot), Some(&prior), robot.clone()).unwrap();
     let library = ReferenceLibrary::new(&robot, &[bend(&robot)], None).unwrap();
     let (q, v) = (vec![0.1; robot.joints()], vec![0.0; robot.joints()]);
@@ -247,7 +246,7 @@ fn refusal(file: &Checkpoint, robot: &Arc<Robot>) -> String {
 #[test]
 fn every_mismatch_is_refused_in_plain_words() {
     let robot = lima();
-    let controller = Controller::load(&asset("lima.policy.safetensors"), None, robot.clone()).unwrap();
+    let controller = Controller::load(&asset("lima-path.policy.safetensors"), None, robot.clone()).unwrap();
     let file = controller.file().to_checkpoint(&robot).unwrap();
     Controller::new(ControllerFile::from_checkpoint(&file, "x").unwrap(), robot.clone()).unwrap();
 

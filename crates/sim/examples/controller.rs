@@ -1,6 +1,6 @@
 //! A shipped controller in physics, without the training framework:
 //! `cargo run --release -p lifelike-sim --example controller -- ROBOT CONTROLLER [CLIP]`, such as
-//! `-- lima assets/lima.controller.safetensors walk.motion.safetensors`. Without a clip the robot stands.
+//! `-- lima assets/lima-path.controller.safetensors walk.motion.safetensors`. Without a clip the robot stands.
 
 use std::path::Path;
 use std::sync::Arc;

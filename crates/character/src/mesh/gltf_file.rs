@@ -33,7 +33,8 @@ pub(super) fn read(path: &Path) -> Result<Triangles, String> {
         nodes.extend(node.children().map(|child| (child, place)));
         for part in node.mesh().iter().flat_map(gltf::Mesh::primitives).filter(|part| part.mode() == Mode::Triangles) {
             let reader = part.reader(|buffer| buffers.get(buffer.index()).map(Vec::as_slice));
-            let points: Vec<[f32; 3]> = reader.read_positions().into_iter().flatten().map(|p| moved(&place, p)).collect();
+            let points: Vec<[f32; 3]> =
+                reader.read_positions().into_iter().flatten().map(|p| moved(&place, p)).collect();
             let indices: Vec<u32> = match reader.read_indices() {
                 Some(indices) => indices.into_u32().collect(),
                 None => (0..points.len() as u32).collect(),

@@ -20,6 +20,7 @@ use crate::commands::train::source::Source;
 use crate::error::CliError;
 use crate::next::NextCommand;
 use crate::output::Output;
+use crate::shipped::{self, Kind};
 
 /// The built-in plan that is taken where none is named.
 const PLAN: &str = "align";
@@ -67,7 +68,8 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let folder = source.folder()?;
     let plan: AlignPlan = source.fixed(&folder)?;
     let robot = Robot::load(&plan.robot)?;
-    let (generator, critic) = (Generator::load(&plan.generator)?, Critic::load(&plan.critic)?);
+    let generator = Generator::load(&shipped::file(&plan.generator, Kind::Generator)?)?;
+    let critic = Critic::load(&shipped::file(&plan.critic, Kind::Critic)?)?;
     let motions = CaptionedMotion::load(&plan.clips, &robot, generator.header().max_seconds)?;
     physics::available(&args.physics.engine)?;
     let loaded = plan.policy.as_deref().map(|policy| Loaded::load(policy, Some(&plan.robot), None)).transpose()?;

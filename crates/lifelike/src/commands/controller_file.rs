@@ -4,11 +4,11 @@ use std::path::Path;
 use std::sync::Arc;
 
 use lifelike_evaluation::{EvaluationSetup, SimulationFactory};
-use lifelike_robot::load::NAMES;
 use lifelike_robot::{Controller, ControllerFile, LatentEncoder, Robot};
 
 use crate::commands::export::Source;
 use crate::error::CliError;
+use crate::next::is_known;
 
 /// Most episodes that run at once.
 const ENVIRONMENTS: usize = 128;
@@ -27,16 +27,12 @@ impl Loaded {
         let source = Source::of(path)?;
         let name = match robot.map(str::to_owned).or(source.robot) {
             Some(name) => name,
-            None => {
-                let name = ControllerFile::read(&source.policy)?.header().robot.clone();
-                if !NAMES.contains(&name.as_str()) {
-                    return Err(CliError::Usage(format!(
-                        "{}: made for '{name}', which does not come with the program; name its MJCF or URDF file with --robot",
-                        source.policy.display()
-                    )));
-                }
-                name
-            }
+            None => robot_of(&ControllerFile::read(&source.policy)?).map_err(|reason| {
+                CliError::Usage(format!(
+                    "{}: {reason}; name its MJCF or URDF file with --robot",
+                    source.policy.display()
+                ))
+            })?,
         };
         Self::new(&source.policy, Arc::new(Robot::load(&name)?), prior.or(source.prior.as_deref()))
     }
@@ -61,4 +57,22 @@ impl Loaded {
         let encoder = self.encoder.as_deref();
         EvaluationSetup { controller: &self.controller, encoder, simulate, environments: ENVIRONMENTS }
     }
+}
+
+/// Returns the name of the robot that a controller was made for, where that is one with its joints: names in robots' files
+/// repeat.
+///
+/// # Errors
+/// The robot is none of those that are found by name.
+pub fn robot_of(file: &ControllerFile) -> Result<String, String> {
+    let header = file.header();
+    let name = &header.robot;
+    if is_known(name) {
+        match Robot::load(name) {
+            Ok(robot) if robot.layout.joints == header.observation.joints => return Ok(name.clone()),
+            Ok(_) => return Err(format!("made for a robot called '{name}' that is not the built-in one of that name")),
+            Err(error) => return Err(error.to_string()),
+        }
+    }
+    Err(format!("made for '{name}', which does not come with the program"))
 }

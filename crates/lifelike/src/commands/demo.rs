@@ -8,23 +8,25 @@ use lifelike_evaluation::EvaluationOptions;
 use lifelike_robot::Robot;
 use serde_json::json;
 
-use crate::commands::assets;
 use crate::commands::clips;
 use crate::commands::controller_file::Loaded;
 use crate::commands::eval::{Job, save, text};
+use crate::commands::export::Source;
 use crate::commands::physics::{self, Physics};
 use crate::error::CliError;
 use crate::next::NextCommand;
 use crate::output::Output;
+use crate::shipped;
 
 /// See a robot follow motion in physics: a pretrained policy, our own clips, one page to look at.
 ///
-/// Needs no download: the clips are ours and the policy is in assets/. Name files to see the policy on your own motion.
+/// Needs no download: clips and policies of lima and humanoid are in the program. Name files to see the policy on your own motion.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
   cargo xtask demo                         # build and run
   lifelike demo
+  lifelike demo --robot g1                 # the Unitree G1, once fetched: lifelike fetch g1
   lifelike demo my_walk.bvh my_wave.bvh -o runs/mine")]
 pub struct Args {
     /// Motion to follow instead of our own clips: captured motion, keyframes or *.motion.safetensors.
@@ -32,7 +34,7 @@ pub struct Args {
     /// Folder of the report.
     #[arg(short, long, default_value = "runs/demo")]
     pub output: PathBuf,
-    /// Another policy than the one in assets/.
+    /// Another policy than the one that comes with the program: a name, a file, or the folder of a run.
     #[arg(long)]
     pub policy: Option<PathBuf>,
     /// The motion prior of that policy, where it has one.
@@ -54,8 +56,10 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     physics::available(&args.physics.engine)?;
     let began = Instant::now();
     let robot = Arc::new(Robot::load(&args.robot)?);
-    let file = assets::controller(args.policy.as_deref(), &robot, &args.robot, || NextCommand::new("demo"))?;
-    let prior = args.prior.clone().or_else(|| assets::asset(&robot, "prior"));
+    args.physics.require_ready(&robot)?;
+    let file = shipped::controller(args.policy.as_deref(), &robot, &args.robot, || NextCommand::new("demo"))?;
+    let Source { policy: file, prior, .. } = Source::of(&file)?;
+    let prior = args.prior.clone().or(prior);
     let loaded = Loaded::new(&file, Arc::clone(&robot), prior.as_deref())?;
     let clips = if args.motions.is_empty() { clips::builtin(&robot) } else { clips::load(&args.motions, &robot)? };
     tracing::info!("{} clips retargeted to {} in {:.1} s", clips.len(), robot.name, began.elapsed().as_secs_f64());

@@ -8,9 +8,11 @@ use lifelike_robot::Robot;
 use lifelike_robot::controller::{Controller, ControllerFile, EXTENSION, POLICY_EXTENSION};
 use serde_json::json;
 
+use crate::commands::controller_file::robot_of;
 use crate::error::CliError;
-use crate::next::{self, NextCommand};
+use crate::next::{self, NextCommand, is_known};
 use crate::output::Output;
+use crate::shipped::{self, Kind};
 
 /// The policy in the folder of a run.
 const POLICY_OF_RUN: &str = "tracker.policy.safetensors";
@@ -56,7 +58,12 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let environment = args.environment.as_deref().map(named_environment).transpose()?.or(environment);
     let prior = args.prior.clone().or(prior);
     let mut file = ControllerFile::load(&policy, prior.as_deref())?;
-    let name = args.robot.clone().or(robot).unwrap_or_else(|| file.header().robot.clone());
+    let name = match args.robot.clone().or(robot) {
+        Some(name) => name,
+        None => robot_of(&file).map_err(|reason| {
+            CliError::Usage(format!("{}: {reason}; name its MJCF or URDF file with --robot", policy.display()))
+        })?,
+    };
     if let Some(plan) = environment {
         let text = environment_text(plan, &file.header().robot)?;
         file = file.trained_in(text)?;
@@ -109,11 +116,18 @@ impl Source {
     /// # Errors
     /// The folder is no run of `train tracker`, or has no policy yet.
     pub fn of(input: &Path) -> Result<Self, CliError> {
+        if let Some(network) = shipped::named(input, Kind::Controller).filter(|_| !input.exists()) {
+            let robot = Some(network.name).filter(|name| is_known(name)).map(str::to_owned);
+            return Ok(Self { policy: network.file()?, prior: None, robot, environment: None });
+        }
         if !input.is_dir() {
             // A run's policy by its own name: the plan is beside it.
-            let run = input.parent().filter(|_| input.file_name().is_some_and(|name| name == POLICY_OF_RUN));
-            let environment = run.and_then(|run| RunFolder::open(run).ok()?.plan().ok());
-            return Ok(Self { policy: input.to_path_buf(), prior: None, robot: None, environment });
+            let policy = shipped::file(input, Kind::Controller)?;
+            let environment = plan_around(&policy);
+            let text = |key: &str| environment.as_ref()?.get(key)?.as_str();
+            let robot = text("robot").filter(|robot| is_known(robot) || Path::new(robot).is_file()).map(str::to_owned);
+            let prior = text("prior").map(PathBuf::from).filter(|prior| prior.is_file());
+            return Ok(Self { robot, prior, policy, environment });
         }
         let plan: toml::Table = RunFolder::open(input)?.plan()?;
         let text = |key: &str| plan.get(key).and_then(toml::Value::as_str);
@@ -125,6 +139,12 @@ impl Source {
         let (prior, robot) = (text("prior").map(PathBuf::from), text("robot").map(str::to_owned));
         Ok(Self { policy, prior, robot, environment: Some(plan) })
     }
+}
+
+/// Returns the plan of the run in whose folder a policy's file is.
+fn plan_around(policy: &Path) -> Option<toml::Table> {
+    let is_policy = policy.file_name()?.to_str()?.starts_with("tracker.");
+    RunFolder::open(policy.parent()?).ok().filter(|_| is_policy)?.plan().ok()
 }
 
 /// The controller's file beside its policy's.

@@ -19,13 +19,13 @@ use serde_json::json;
 use self::made::Made;
 use self::maker::{Kept, Maker, sort_by_realism};
 use self::play::Player;
-use crate::commands::assets;
 use crate::commands::best_of::By;
 use crate::commands::motion::container_in;
 use crate::commands::physics::Physics;
 use crate::error::CliError;
 use crate::next::NextCommand;
 use crate::output::Output;
+use crate::shipped::{self, Kind};
 
 /// Strength of guidance where a critic is named and no strength.
 const STRENGTH: f64 = 0.02;
@@ -54,7 +54,7 @@ pub struct Args {
     /// A file with a sentence per line, each of which becomes a clip in the folder of --output.
     #[arg(long, value_name = "FILE", conflicts_with = "prompt")]
     pub prompts: Option<PathBuf>,
-    /// The generator, what `lifelike train generator` leaves; the robot's in assets/ where not given.
+    /// The generator, what `lifelike train generator` leaves; a name, a file, or the robot's own that comes with the program where not given.
     #[arg(long)]
     pub generator: Option<PathBuf>,
     /// The robot: a built-in one's name, or its MJCF or URDF file.
@@ -91,7 +91,7 @@ pub struct Args {
     #[arg(long)]
     pub keep_all: bool,
     /// A critic that ranks and guides towards motion that its policy can execute: what `lifelike train critic` leaves.
-    /// The robot's in assets/ only ranks, unless there is a strength.
+    /// The robot's that comes with the program only ranks, unless there is a strength.
     #[arg(long)]
     pub critic: Option<PathBuf>,
     /// Strength of the critic's guidance; 0 only ranks. 0.02 where a critic is named.
@@ -110,7 +110,7 @@ pub struct Args {
     /// robot to stay on its feet.
     #[arg(long, group = "tracked")]
     pub project: bool,
-    /// The controller of --physics, --project and --by physics; the robot's in assets/ where not given.
+    /// The controller of --physics, --project and --by physics; a name, a file, or the robot's own that comes with the program where not given.
     #[arg(long)]
     pub policy: Option<PathBuf>,
     /// Folder of that page; beside the output where not given.
@@ -190,25 +190,31 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
 
 /// Loads what motions are made with.
 fn maker(args: &Args, robot: &Arc<Robot>) -> Result<Maker, CliError> {
-    let generator = args.generator.clone().or_else(|| assets::asset(robot, "generator"));
-    let generator = Generator::load(&generator.ok_or_else(|| no_generator(robot, &args.robot))?)?;
+    let generator = match &args.generator {
+        Some(given) => shipped::file(given, Kind::Generator)?,
+        None => shipped::of_robot(robot, Kind::Generator).ok_or_else(|| no_generator(robot, &args.robot))?.file()?,
+    };
+    let generator = Generator::load(&generator)?;
     generator.check_robot(robot)?;
     let spec = &generator.header().spec;
     let (critic, strength) = match &args.critic {
         Some(file) => {
-            let critic = Critic::load(file)?;
+            let critic = Critic::load(&shipped::file(file, Kind::Critic)?)?;
             critic.check(spec)?;
             (Some(critic), args.critic_strength.unwrap_or(STRENGTH))
         }
         None => {
-            let shipped = assets::asset(robot, "critic").map(|file| Critic::load(&file)).transpose()?;
+            let own = shipped::of_robot(robot, Kind::Critic).map(shipped::Shipped::file).transpose()?;
+            let own = own.map(|file| Critic::load(&file)).transpose()?;
             // A generator of other rows is judged without it.
-            (shipped.filter(|critic| critic.check(spec).is_ok()), args.critic_strength.unwrap_or(0.0))
+            (own.filter(|critic| critic.check(spec).is_ok()), args.critic_strength.unwrap_or(0.0))
         }
     };
     if critic.is_none() && strength != 0.0 {
-        let text =
-            format!("--critic-strength needs a critic: '{}' has none in assets/; name one with --critic", robot.name);
+        let text = format!(
+            "--critic-strength needs a critic: no critic for '{}' comes with the program; name one with --critic",
+            robot.name
+        );
         return Err(CliError::Usage(text));
     }
     let mut options = SampleOptions {
@@ -246,10 +252,9 @@ fn no_generator(robot: &Robot, file: &str) -> CliError {
     let train = NextCommand::new("train generator").word("--plan").word("generator").word(format!("robot={file}"));
     let again = NextCommand::new("generate").word("a person walks").word("--generator");
     CliError::Input(format!(
-        "no pretrained generator for '{}' (assets/{}.generator.safetensors). Train one and name it:\n\
+        "no pretrained generator for '{}' comes with the program: none has its joints. Train one and name it:\n\
          \x20 {}\n\
          \x20 {}",
-        robot.name,
         robot.name,
         train.word("-o").word("runs/generator"),
         again

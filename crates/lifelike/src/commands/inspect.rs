@@ -16,6 +16,7 @@ use lifelike_motion::formats::{self, FileMotion, ReadOptions};
 
 use crate::error::CliError;
 use crate::output::Output;
+use crate::shipped;
 
 /// Say what is in a robot, a motion, a network or the folder of a run, and what can be done with it next; or what this
 /// machine can do.
@@ -23,11 +24,11 @@ use crate::output::Output;
 #[command(after_help = "\
 Examples:
   lifelike inspect lima                             # a robot that comes with the program
-  lifelike inspect third_party/robots/unitree_g1/g1.xml
+  lifelike inspect g1                               # the Unitree G1, once fetched: lifelike fetch g1
   lifelike inspect walk.bvh                         # captured motion, in any format that is read
   lifelike inspect walk.motion.safetensors          # motion of a robot
   lifelike inspect runs/tracker                     # a run: plan, progress, checkpoints
-  lifelike inspect --json assets/lima.controller.safetensors    # what a policy sees, and in which order
+  lifelike inspect --json lima.controller           # of the networks that come with the program: what a policy sees, and in which order
   lifelike inspect --machine                        # vector instructions, cores, peak rates, memory, devices
   LIFELIKE_SIMD=portable lifelike inspect --machine    # the same with the instructions that every machine has")]
 pub struct Args {
@@ -62,6 +63,8 @@ fn kind(path: &Path) -> Kind {
 /// Runs the command.
 pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let Some(path) = args.what.as_deref() else { return machine::inspect(output) };
+    let network = shipped::with_full_name(path).filter(|_| !path.exists()).map(shipped::Shipped::file).transpose()?;
+    let path = network.as_deref().unwrap_or(path);
     match kind(path) {
         Kind::Robot => robot::inspect(&path.to_string_lossy(), output),
         Kind::Run => run::inspect(path, output),

@@ -1,16 +1,19 @@
 //! The commands, one file each: arguments as a type, and a function `run` that takes them.
 
-mod assets;
 pub mod bench;
 pub(crate) mod clips;
+pub mod completions;
+pub mod config;
 mod controller_file;
 pub mod dataset;
 pub mod demo;
 pub mod eval;
 pub mod export;
 mod families;
+pub mod fetch;
 pub mod inspect;
 pub(crate) mod machine;
+pub mod man;
 #[cfg(not(feature = "learning"))]
 mod missing;
 pub mod motion;
@@ -83,6 +86,11 @@ pub enum Command {
     Export(export::Args),
     #[command(subcommand)]
     Bench(bench::Bench),
+    Fetch(fetch::Args),
+    Config(config::Args),
+    Completions(completions::Args),
+    #[command(hide = true)]
+    Man(man::Args),
 }
 
 impl Command {
@@ -111,6 +119,10 @@ impl Command {
             Self::Demo(args) => demo::run(&args, output),
             Self::Export(args) => export::run(&args, output),
             Self::Bench(bench) => bench.run(output),
+            Self::Fetch(args) => fetch::run(&args, output),
+            Self::Config(args) => config::run(&args, output),
+            Self::Completions(args) => completions::run(&args),
+            Self::Man(args) => man::run(&args),
         }
     }
 }

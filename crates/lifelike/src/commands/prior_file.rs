@@ -10,6 +10,7 @@ use lifelike_robot::{Controller, LatentEncoder, Robot, RobotError};
 use sha2::{Digest, Sha256};
 
 use crate::error::CliError;
+use crate::shipped::{self, Kind};
 
 /// The prior and the digest of its file, by which a policy remembers it.
 pub struct Prior {
@@ -20,6 +21,7 @@ pub struct Prior {
 impl Prior {
     /// Reads it.
     pub fn load(path: &Path) -> Result<Self, CliError> {
+        let path = &shipped::file(path, Kind::Prior)?;
         let bytes = std::fs::read(path).map_err(|e| CliError::Input(format!("{}: {e}", path.display())))?;
         let digest = Sha256::digest(&bytes).iter().map(|b| format!("{b:02x}")).collect();
         Ok(Self { prior: MotionPrior::load(path)?, digest })
@@ -78,7 +80,7 @@ impl Prior {
 /// # Errors
 /// No prior in the file, or one of a robot with other joints or end effectors.
 pub fn load_for(path: &Path, robot: &Robot) -> Result<MotionPrior, CliError> {
-    let prior = MotionPrior::load(path)?;
+    let prior = MotionPrior::load(&shipped::file(path, Kind::Prior)?)?;
     check(&prior, path, robot)?;
     Ok(prior)
 }

@@ -37,7 +37,6 @@ pub fn builtin() -> impl Iterator<Item = BuiltinPlan> {
         "track-20",
         "track-56",
         "track-all",
-        "track-all-first",
         "track-long",
         "track-thesis",
         "track-g1",

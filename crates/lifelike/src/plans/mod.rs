@@ -74,8 +74,10 @@ pub fn load<T: Serialize + DeserializeOwned>(name_or_path: &Path, changes: &[Str
     }
     let read = T::deserialize(Value::Table(tree)).map_err(|e| wrong(&e))?;
     let changed = overrides::apply(read, changes)?;
-    paths::check(&Table::try_from(&changed).map_err(|e| wrong(&e))?, &plan.source)?;
-    Ok(changed)
+    let mut tree = Table::try_from(&changed).map_err(|e| wrong(&e))?;
+    paths::name_networks(&mut tree)?;
+    paths::check(&tree, &plan.source)?;
+    T::deserialize(Value::Table(tree)).map_err(|e| wrong(&e))
 }
 
 #[cfg(test)]

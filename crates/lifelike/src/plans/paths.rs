@@ -6,12 +6,15 @@ use lifelike_robot::load::NAMES;
 use toml::{Table, Value};
 
 use crate::error::CliError;
+use crate::shipped::{self, Kind};
 use lifelike_robot::clips::is_builtin;
 
 /// Keys whose values are motion: files, folders, patterns, `@list.txt`, built-in clips.
 const MOTION: [&str; 4] = ["clips", "generated", "validation", "test"];
 /// Keys whose values are trained networks.
-const NETWORKS: [&str; 6] = ["prior", "init", "controller", "generator", "critic", POLICY];
+const NETWORKS: [&str; 6] = ["prior", INIT, "controller", "generator", "critic", POLICY];
+/// Key of what a training begins with; its value function is not in the networks that come with the program.
+const INIT: &str = "init";
 /// Key of a list of trained networks, and what the file of each is under.
 const TEACHERS: &str = "teachers";
 const POLICY: &str = "policy";
@@ -42,6 +45,39 @@ pub(super) fn locate_all(tree: &mut Table, folder: &Path) {
     }
     let teachers = tree.get_mut(TEACHERS).and_then(Value::as_array_mut).into_iter().flatten();
     teachers.filter_map(|teacher| teacher.get_mut(POLICY).and_then(text_mut)).for_each(locate);
+}
+
+/// Puts the files of networks that come with the program in the place of their names.
+///
+/// # Errors
+/// As [`shipped::Shipped::file`].
+pub(super) fn name_networks(tree: &mut Table) -> Result<(), CliError> {
+    for key in NETWORKS.into_iter().filter(|key| *key != INIT) {
+        if let Some(text) = tree.get_mut(key).and_then(text_mut) {
+            put_file(text, kind_of(key))?;
+        }
+    }
+    let teachers = tree.get_mut(TEACHERS).and_then(Value::as_array_mut).into_iter().flatten();
+    let mut policies = teachers.filter_map(|teacher| teacher.get_mut(POLICY).and_then(text_mut));
+    policies.try_for_each(|text| put_file(text, Kind::Controller))
+}
+
+fn put_file(text: &mut String, kind: Kind) -> Result<(), CliError> {
+    let path = Path::new(text.as_str());
+    if let Some(network) = shipped::named(path, kind).filter(|_| !path.exists()) {
+        *text = network.file()?.display().to_string();
+    }
+    Ok(())
+}
+
+/// Returns the kind of network that a key of a plan names.
+fn kind_of(key: &str) -> Kind {
+    match key {
+        "prior" => Kind::Prior,
+        "generator" => Kind::Generator,
+        "critic" => Kind::Critic,
+        _ => Kind::Controller,
+    }
 }
 
 /// Checks that what a plan names is there.
@@ -76,7 +112,7 @@ pub(super) fn check(tree: &Table, source: &str) -> Result<(), CliError> {
     let teachers = tree.get(TEACHERS).and_then(Value::as_array).into_iter().flatten();
     let teachers = teachers.filter_map(|teacher| Some((TEACHERS, teacher.get(POLICY)?.as_str()?)));
     let networks = NETWORKS.iter().filter_map(|key| Some((*key, tree.get(*key)?.as_str()?)));
-    if let Some((key, file)) = networks.chain(teachers).find(|(_, file)| !Path::new(file).exists()) {
+    if let Some((key, file)) = networks.chain(teachers).find(|(key, file)| is_missing(key, file)) {
         return Err(CliError::Input(format!(
             "{source}: {key}: expected a file or folder of a training, got nothing at '{file}'; train it first, as \
              the plan's comments say, or name another with {key}=..."
@@ -89,6 +125,10 @@ pub(super) fn check(tree: &Table, source: &str) -> Result<(), CliError> {
         )));
     }
     Ok(())
+}
+
+fn is_missing(key: &str, file: &str) -> bool {
+    !Path::new(file).exists() && !(key == INIT && shipped::named(Path::new(file), Kind::Controller).is_some())
 }
 
 fn text_mut(value: &mut Value) -> Option<&mut String> {

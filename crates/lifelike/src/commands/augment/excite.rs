@@ -88,7 +88,12 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
             .word(&args.robot)
             .word("-o")
             .word("traces");
-        format!("{}\n{} runs in {}\nnext: {next}\n", crate::output::fitted(&table(&covered)), references.len(), args.output.display())
+        format!(
+            "{}\n{} runs in {}\nnext: {next}\n",
+            crate::output::fitted(&table(&covered)),
+            references.len(),
+            args.output.display()
+        )
     })
 }
 

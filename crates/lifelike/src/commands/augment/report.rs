@@ -58,7 +58,9 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
         page::save(folder, &value, &shown, &measured)?;
     }
     output.result(&value, || {
-        let tables = summaries.iter().map(|(name, summary)| format!("{name}:\n{}\n", crate::output::fitted(&page::summary(summary))));
+        let tables = summaries
+            .iter()
+            .map(|(name, summary)| format!("{name}:\n{}\n", crate::output::fitted(&page::summary(summary))));
         let page = args.output.as_ref().map_or(String::new(), |folder| {
             format!("open this in a browser: {}\n", folder.join("report.html").display())
         });

@@ -74,6 +74,10 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     output.result(&value, || {
         let next = NextCommand::new("augment report").word(args.output.display()).word("-o").word("report");
         let runs = references.len();
-        format!("{}\n{runs} traces in {}\nnext: {next}\n", crate::output::fitted(&page::summary(&summary)), args.output.display())
+        format!(
+            "{}\n{runs} traces in {}\nnext: {next}\n",
+            crate::output::fitted(&page::summary(&summary)),
+            args.output.display()
+        )
     })
 }

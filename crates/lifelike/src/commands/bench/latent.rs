@@ -149,7 +149,8 @@ fn save(value: &Value, folder: &Path) -> Result<(), CliError> {
 
 fn text(scores: &[LatentScore], reconstructions: &[Reconstruction], probes: &[Probe], clips: usize) -> String {
     let compared = comparison::table(scores);
-    let mut text = format!("{}, {clips} clips\n\n{}\n{}\n", compared.title, crate::output::fitted(&compared), compared.caption);
+    let mut text =
+        format!("{}, {clips} clips\n\n{}\n{}\n", compared.title, crate::output::fitted(&compared), compared.caption);
     for r in reconstructions {
         let rows = [
             reconstruction::row("whole windows", &r.report.window),

@@ -9,15 +9,16 @@ use lifelike_robot::Robot;
 
 use super::maker::Candidate;
 use super::softened::softened;
-use crate::commands::assets;
 use crate::commands::best_of;
 use crate::commands::controller_file::Loaded;
 use crate::commands::eval::{Job, save};
+use crate::commands::export::Source;
 use crate::commands::physics::{self, Physics};
 use crate::commands::projection::project;
 use crate::error::CliError;
 use crate::next::NextCommand;
 use crate::output::Output;
+use crate::shipped;
 
 /// A controller that stands ready to play.
 pub struct Player<'a> {
@@ -45,8 +46,8 @@ impl<'a> Player<'a> {
         physics::available(&physics.engine)?;
         physics.require_ready(robot)?;
         let again = || NextCommand::new("generate").word("a person walks").word("--physics");
-        let policy = assets::controller(policy, robot, file, again)?;
-        let prior = assets::asset(robot, "prior");
+        let policy = shipped::controller(policy, robot, file, again)?;
+        let Source { policy, prior, .. } = Source::of(&policy)?;
         Ok(Self { loaded: Loaded::new(&policy, Arc::clone(robot), prior.as_deref())?, policy, physics })
     }
 

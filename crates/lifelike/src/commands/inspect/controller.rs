@@ -19,13 +19,14 @@ pub fn inspect(path: &Path, checkpoint: &Checkpoint, numbers: usize, output: &Ou
         return Some(file.map_err(CliError::from).and_then(|file| controller(path, &file, numbers, output)));
     }
     let header: PolicyHeader = checkpoint.meta("policy").ok()?;
-    Some(policy(path, &header, numbers, output))
+    let file = ControllerFile::from_policy(checkpoint, None).map_err(CliError::from);
+    Some(file.and_then(|file| policy(path, &file, &header, numbers, output)))
 }
 
 /// Prints a controller. Its golden vectors were replayed when it was read.
 fn controller(path: &Path, file: &ControllerFile, numbers: usize, output: &Output) -> Result<(), CliError> {
     let header: &ControllerHeader = file.header();
-    let steps = next_steps::of_policy(path, &header.robot, false);
+    let steps = next_steps::of_policy(path, file, false);
     let layout = layout(&header.observation);
     let robot = file.robot();
     let value = json!({
@@ -59,8 +60,14 @@ fn controller(path: &Path, file: &ControllerFile, numbers: usize, output: &Outpu
 }
 
 /// Prints a policy as training writes it.
-fn policy(path: &Path, header: &PolicyHeader, numbers: usize, output: &Output) -> Result<(), CliError> {
-    let steps = next_steps::of_policy(path, &header.robot, !header.prior.is_empty());
+fn policy(
+    path: &Path,
+    file: &ControllerFile,
+    header: &PolicyHeader,
+    numbers: usize,
+    output: &Output,
+) -> Result<(), CliError> {
+    let steps = next_steps::of_policy(path, file, !header.prior.is_empty());
     let layout = layout(&header.observation);
     let value = json!({
         "kind": "policy", "numbers": numbers, "header": header, "observation": layout, "next": next::texts(&steps),

@@ -3,8 +3,11 @@
 use std::path::Path;
 
 use lifelike_motion::MotionClip;
+use lifelike_robot::ControllerFile;
 use lifelike_robot::load::NAMES;
 
+use crate::commands::controller_file::robot_of;
+use crate::commands::export::Source;
 use crate::next::NextCommand;
 
 /// Returns the steps with a robot: how our own clips suit it, and its first policy.
@@ -43,12 +46,15 @@ pub fn of_motion(file: &Path, clip: &MotionClip) -> Vec<NextCommand> {
     [Some(check), demo, Some(table)].into_iter().flatten().collect()
 }
 
-/// Returns the step with a policy: an evaluation on our own clips. The file of a robot that is no built-in one, and that
-/// of a prior, are known only to whoever asks.
-pub fn of_policy(file: &Path, robot: &str, prior: bool) -> Vec<NextCommand> {
-    let known = NAMES.contains(&robot) || Path::new(robot).is_file();
-    let eval = NextCommand::new("eval").path("--policy", file).robot(if known { robot } else { "MY_ROBOT.xml" });
-    let eval = if prior { eval.word("--prior").word("PRIOR.prior.safetensors") } else { eval };
+/// Returns the step with a policy: an evaluation on our own clips. The robot is the one of the policy's run, else one that
+/// is found by the policy's joints; a file that only the user knows is written in capitals.
+pub fn of_policy(path: &Path, file: &ControllerFile, prior: bool) -> Vec<NextCommand> {
+    let source = Source::of(path).ok();
+    let of_run = source.as_ref().and_then(|source| source.robot.clone());
+    let robot = of_run.or_else(|| robot_of(file).ok()).unwrap_or_else(|| "MY_ROBOT.xml".into());
+    let eval = NextCommand::new("eval").path("--policy", path).robot(&robot);
+    let of_run = source.and_then(|source| source.prior).map(|prior| prior.display().to_string());
+    let eval = if prior { eval.word("--prior").word(of_run.unwrap_or("PRIOR.prior.safetensors".into())) } else { eval };
     vec![eval.word("--motions").word("builtin").word("-o").word("report")]
 }
 

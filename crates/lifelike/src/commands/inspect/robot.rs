@@ -39,7 +39,11 @@ pub fn inspect(name: &str, output: &Output) -> Result<(), CliError> {
             value["next"] = json!(next::texts(&steps));
             output.result(&value, || {
                 judged(&robot.name, &readiness) + &text(&robot.character) + &control(&robot) + &next::lines(&steps)
-            })
+            })?;
+            if readiness.can_train() {
+                return Ok(());
+            }
+            Err(RobotError::Unfit { robot: robot.name.clone(), message: readiness.verdict() }.into())
         }
         // A character that cannot be controlled (ball joints, no joints) can still be looked at.
         Err(error @ RobotError::Unknown { .. }) => Err(error.into()),
@@ -49,7 +53,8 @@ pub fn inspect(name: &str, output: &Output) -> Result<(), CliError> {
                 let mut value = character(&seen);
                 value["verdict"] = json!(verdict);
                 value["not_a_robot"] = json!(error.to_string());
-                output.result(&value, || format!("{}: {verdict}\n\n", seen.name) + &text(&seen))
+                output.result(&value, || format!("{}: {verdict}\n\n", seen.name) + &text(&seen))?;
+                Err(error.into())
             }
             Err(_) => Err(error.into()),
         },

@@ -54,8 +54,12 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
 }
 
 fn text(checked: &[(PathBuf, Feasibility)]) -> String {
-    let columns =
-        vec![Column::text("clip"), Column::text("verdict"), Column::number("length", "s"), Column::text("worst of each kind")];
+    let columns = vec![
+        Column::text("clip"),
+        Column::text("verdict"),
+        Column::number("length", "s"),
+        Column::text("worst of each kind"),
+    ];
     let mut table = Table::new("Clips", columns).main_columns(&["clip", "verdict", "length"]);
     table.rows = checked.iter().map(|(_, f)| row(f)).collect();
     let verdicts: Vec<Verdict> = checked.iter().map(|(_, f)| Verdict::without_physics(f)).collect();

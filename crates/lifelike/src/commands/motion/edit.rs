@@ -16,6 +16,7 @@ use serde_json::json;
 use super::direct::{Common, Stage};
 use crate::error::CliError;
 use crate::output::{Output, table};
+use crate::shipped::{self, Kind};
 
 /// Edit a clip by the control points of its latent curves: exaggerate, tone down, move, retime, super-sample, blend.
 ///
@@ -167,7 +168,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
 
 /// A motion spline for this robot.
 fn model_for(path: &Path, stage: &Stage) -> Result<MotionSpline, CliError> {
-    let model = MotionSpline::load(path)?;
+    let model = MotionSpline::load(&shipped::file(path, Kind::Spline)?)?;
     let wanted: Vec<&str> = stage.robot.character.scalar_joints().map(|j| j.name.as_str()).collect();
     let mut own: Vec<&str> = model.joints().iter().map(String::as_str).collect();
     let mut sorted = wanted.clone();

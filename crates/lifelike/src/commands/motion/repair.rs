@@ -15,6 +15,7 @@ use rayon::prelude::*;
 use serde_json::json;
 
 use super::container_in;
+use crate::commands::export::Source;
 use crate::commands::physics::Physics;
 use crate::commands::{clips, controller_file};
 use crate::error::CliError;
@@ -151,7 +152,8 @@ fn executed(
     loaded: &Loaded,
     output: &Output,
 ) -> Result<Vec<(MotionClip, Outcome)>, CliError> {
-    let controller = controller_file::Loaded::new(policy, Arc::clone(robot), args.prior.as_deref())?;
+    let controller =
+        controller_file::Loaded::new(&Source::of(policy)?.policy, Arc::clone(robot), args.prior.as_deref())?;
     let simulate = |terrain, n| args.physics.simulate(terrain, robot, n);
     let setup = controller.setup(&simulate);
     let search = ParticleOptions {

@@ -53,7 +53,9 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let (learn, validation) = (traces(&plan.traces)?, traces(&plan.validation)?);
     let mut trainer = AugmentationTrainer::new(&plan.augmentation, &learn, &validation)?;
     let run = RunFolder::open_or_create(&folder, &plan)?;
-    let summary = Driver::new(&run, output).watched(args.source.watch).train(&mut trainer, |now| format!("loss {:.4}", now.metrics.loss))?;
+    let summary = Driver::new(&run, output)
+        .watched(args.source.watch)
+        .train(&mut trainer, |now| format!("loss {:.4}", now.metrics.loss))?;
     let path = trainer.path(&folder);
     let [blocks, validated] = trainer.blocks();
     let value = json!({

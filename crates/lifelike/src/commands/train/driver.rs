@@ -61,7 +61,8 @@ impl<'a> Driver<'a> {
         let mut progress = Progress::new(output, "training", task.budget().total);
         let began = Instant::now();
         let run = TrainingRun { folder: self.folder, stop: &stop, collective: self.collective };
-        let mut page = (first && self.watch).then(|| Watch::begin(self.folder, task.headlines(), self.look)).transpose()?;
+        let mut page =
+            (first && self.watch).then(|| Watch::begin(self.folder, task.headlines(), self.look)).transpose()?;
         let mut summary = run.run(task, |now| {
             let sitting = self.minutes.map(|minutes| 60.0 * minutes - began.elapsed().as_secs_f64());
             let left = sitting.map_or(now.remaining_seconds, |sitting| now.remaining_seconds.min(sitting));

@@ -55,7 +55,9 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let run = RunFolder::open_or_create(&folder, &plan)?;
     let seed = plan.evaluator.seed;
     let mut trainer = EvaluatorTrainer::new(plan.evaluator, spec.clone(), data)?.to_device(&args.networks.open()?);
-    let summary = Driver::new(&run, output).watched(args.source.watch).train(&mut trainer, |now| format!("loss {:.3}", now.metrics.loss))?;
+    let summary = Driver::new(&run, output)
+        .watched(args.source.watch)
+        .train(&mut trainer, |now| format!("loss {:.3}", now.metrics.loss))?;
     let evaluator = trainer.evaluator();
     let mut scores: Vec<(&str, Scores)> = Vec::new();
     for split in Split::ALL {

@@ -45,7 +45,9 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     drop(motions);
     let run = if args.source.resume { RunFolder::open(&folder)? } else { RunFolder::create(&folder, &plan)? };
     let mut trainer = GeneratorTrainer::new(plan, &robot, data)?;
-    let summary = Driver::new(&run, output).watched(args.source.watch).train(&mut trainer, |now| format!("loss {:.4}", now.metrics.loss))?;
+    let summary = Driver::new(&run, output)
+        .watched(args.source.watch)
+        .train(&mut trainer, |now| format!("loss {:.4}", now.metrics.loss))?;
     let path = folder.join(FILE);
     let validation = trainer.validation_loss()?;
     let value = json!({

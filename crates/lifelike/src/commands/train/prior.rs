@@ -101,7 +101,8 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let (trained_on, held_out_names) = (names(&training), names(&held_out));
     let run = if args.source.resume { RunFolder::open(&folder)? } else { RunFolder::create(&folder, &plan)? };
     let data = PriorData { layout: robot.layout.clone(), training, held_out };
-    let done = plan.prior.train(data, &args.networks.open()?, Run(Driver::new(&run, output).watched(args.source.watch)))??;
+    let done =
+        plan.prior.train(data, &args.networks.open()?, Run(Driver::new(&run, output).watched(args.source.watch)))??;
     let path = folder.join("motion.prior.safetensors");
     done.prior.save(&path)?;
     let value = json!({

@@ -63,7 +63,9 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let total = plan.training.iterations;
     let run = RunFolder::open_or_create(&folder, &plan)?;
     let mut trainer = SequenceTrainer::new(plan.training.clone(), data)?.to_device(&device);
-    let summary = Driver::new(&run, output).watched(args.source.watch).train(&mut trainer, |now| format!("error {:.3}", now.metrics.loss))?;
+    let summary = Driver::new(&run, output)
+        .watched(args.source.watch)
+        .train(&mut trainer, |now| format!("error {:.3}", now.metrics.loss))?;
     let (robot_name, clip) = (plan.robot.clone(), plan.clips.first().cloned().unwrap_or_default());
     // A folder or pattern has many clips; `motion edit` takes one.
     let clip = if clip.is_file() { clip } else { "builtin:march".into() };

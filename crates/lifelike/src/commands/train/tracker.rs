@@ -66,7 +66,9 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     }
     let folder = args.source.folder()?;
     let plan: TrackerPlan = args.source.renamed(present_name).changeable(&folder)?;
-    let Some(summary) = train(&plan, &folder, args.source.resume, args.source.watch, &args.hardware, output)? else { return Ok(()) };
+    let Some(summary) = train(&plan, &folder, args.source.resume, args.source.watch, &args.hardware, output)? else {
+        return Ok(());
+    };
     report(&summary, &plan, &folder, output)?;
     if summary.interrupted {
         let next = NextCommand::new("train tracker").word("--resume").path("-o", &folder);
@@ -102,6 +104,13 @@ fn train_distributed(
     output: &Output,
     all: &Arc<dyn Collective>,
 ) -> Result<Option<Summary<TrackerMetrics>>, CliError> {
+    if let Some(init) = plan.init.as_deref().filter(|init| !init.exists()) {
+        return Err(CliError::Input(format!(
+            "init: expected a policy's file or the folder of a run, got nothing at '{}'; a controller that comes with the \
+             program cannot be gone on with, for it has no value function, but it can teach: teachers=[{{policy=\"NAME\"}}]",
+            init.display()
+        )));
+    }
     let mut trainer = prepare(plan, hardware, Arc::clone(all))?;
     if !resume {
         let beginning;

@@ -39,7 +39,13 @@ pub struct Look<'a> {
 
 impl<'a> Look<'a> {
     /// Chooses a few clips of those that are learned, spread over them.
-    pub fn new(policy: PathBuf, prior: Option<&'a Path>, robot: Arc<Robot>, clips: Vec<MotionClip>, physics: &'a Physics) -> Self {
+    pub fn new(
+        policy: PathBuf,
+        prior: Option<&'a Path>,
+        robot: Arc<Robot>,
+        clips: Vec<MotionClip>,
+        physics: &'a Physics,
+    ) -> Self {
         let every = clips.len().div_ceil(CLIPS).max(1);
         Self { policy, prior, robot, clips: clips.into_iter().step_by(every).collect(), physics }
     }
@@ -69,7 +75,11 @@ pub struct Watch<'a> {
 
 impl<'a> Watch<'a> {
     /// Writes the page, and says where it is.
-    pub fn begin(folder: &'a RunFolder, headlines: &'static [&'static str], look: Option<&'a Look<'a>>) -> Result<Self, CliError> {
+    pub fn begin(
+        folder: &'a RunFolder,
+        headlines: &'static [&'static str],
+        look: Option<&'a Look<'a>>,
+    ) -> Result<Self, CliError> {
         let title = format!("Training of {}", folder.path().display());
         let page = LivePage::begin(folder.path(), &ReportBuilder::new(title).fact("state", "begins"))?;
         let path = std::path::absolute(page.path()).unwrap_or_else(|_| page.path());

@@ -8,6 +8,7 @@ use lifelike_robot::Robot;
 
 use crate::commands::best_of::By;
 use crate::error::CliError;
+use crate::shipped::{self, Kind};
 
 /// A generator's file as the command line names it.
 #[derive(Debug, Clone, PartialEq)]
@@ -50,7 +51,7 @@ impl Method {
             if !names.insert(named.name.clone()) {
                 return Err(CliError::Usage(format!("expected every name once, got '{}' again", named.name)));
             }
-            let generator = Generator::load(&named.file)?;
+            let generator = Generator::load(&shipped::file(&named.file, Kind::Generator)?)?;
             generator.check_robot(robot)?;
             let Named { name, strength, projected, best_of, .. } = named.clone();
             Ok(Self { name, generator, strength, projected, best_of })

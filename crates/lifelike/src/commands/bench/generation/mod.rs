@@ -6,7 +6,7 @@ mod measured;
 mod method;
 mod tables;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use lifelike_evaluation::{ThesisErrors, ThesisProtocol};
 use lifelike_generation::critic::Critic;
@@ -30,6 +30,7 @@ use crate::commands::eval::{self, Job};
 use crate::commands::physics::{self, Physics};
 use crate::error::CliError;
 use crate::output::Output;
+use crate::shipped::{self, Kind};
 
 /// Measure generators on the sentences of a data set: thesis Table 5.2, exact checks of language, and plausibility.
 ///
@@ -149,11 +150,16 @@ struct Results {
     rows: Vec<Measured>,
 }
 
+/// Loads an evaluator from its file or by its name.
+fn load_evaluator(path: &Path) -> Result<Evaluator, CliError> {
+    Ok(Evaluator::load(&shipped::file(path, Kind::Evaluator)?)?)
+}
+
 /// Runs the command.
 pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let robot = Robot::load(&args.robot)?;
     let spec = RepresentationSpec::of(&robot.layout);
-    let evaluator = args.evaluator.as_deref().map(Evaluator::load).transpose()?;
+    let evaluator = args.evaluator.as_deref().map(load_evaluator).transpose()?;
     evaluator.iter().try_for_each(|evaluator| evaluator.check(&spec))?;
     let critic = args.critic.as_deref().map(Critic::load).transpose()?;
     critic.iter().try_for_each(|critic| critic.check(&spec))?;

@@ -84,7 +84,8 @@ pub(super) fn table_of(done: &[Done]) -> Table {
     ];
     let head = [Column::text("clip"), Column::text("verdict"), Column::number("length", "s")];
     let head = head.into_iter().chain(columns.map(|(name, unit)| Column::number(name, unit)));
-    let mut table = Table::new("Clips", head.collect()).main_columns(&["clip", "verdict", "length", "position", "angle", "skate"]);
+    let mut table =
+        Table::new("Clips", head.collect()).main_columns(&["clip", "verdict", "length", "position", "angle", "skate"]);
     table.caption = "position and angle: distance of key bodies from where the human has them, and of orientations. skate: \
                      speed of standing soles. sunk: lowest point below the ground. float: height of standing soles. at limit: \
                      frames of the joint that is most often at an end of its range. self: overlap of the robot's own parts."

