@@ -26,12 +26,12 @@ fn main() -> Result<(), Box<dyn Error>> {
         force: Columns::new(&[("load", &wave(0.05))]),
         reference: Columns::new(&[("position", &wave(0.06)), ("enabled", &wave(0.07))]),
         measured: Columns::new(&[("position", &wave(0.08)), ("velocity", &wave(0.09))]),
-        selection: Vec::new(),
+        ..BlockTrace::default()
     };
     block.selection = block.by_name();
     let trace = Trace { name: "waves".into(), source: "waves".into(), rate: 250.0, blocks: vec![block] };
     // As PyTorch's: one pass, L1 alone.
-    let feedback = FeedbackShares { measured: 0.0, predicted: 0.0 };
+    let feedback = FeedbackShares { measured: 0.0, predicted: 0.0, ramp: 0.0 };
     let model = SatSizes { embedding: 8, width: 32, ..SatSizes::default() };
     let plan = AugmentationPlan {
         loss: LossKind::L1,

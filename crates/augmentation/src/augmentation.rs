@@ -7,7 +7,7 @@ use lifelike_sim::trace::{BlockTrace, Trace};
 use rayon::prelude::*;
 
 use crate::AugmentationError;
-use crate::model::{Inputs, Network, SatSizes, Scales, Stream};
+use crate::model::{Inputs, Network, NetworkPass, SatSizes, Scales, Stream};
 use crate::training::LossKind;
 
 /// Ending of the files' names.
@@ -87,24 +87,39 @@ impl Augmentation {
     /// # Errors
     /// [`AugmentationError::Mismatch`] for a block of another class, with other columns, or that lacks what is to be fed back.
     pub fn errors(&self, block: &BlockTrace, feedback: Feedback) -> Result<Vec<f32>, AugmentationError> {
-        let AugmentationHeader { inputs, scales, loss, .. } = &self.header;
+        let AugmentationHeader { inputs, scales, .. } = &self.header;
+        let (mut out, _) = self.pass(block, feedback)?;
+        self.guard(&mut out);
+        let outputs = scales.error.len();
+        out.chunks_exact_mut(outputs).for_each(|row| row.iter_mut().zip(&scales.error).for_each(|(x, s)| *x *= s));
+        inputs.frame.leave(block, &inputs.outputs(), &mut out)?;
+        Ok(out)
+    }
+
+    /// Returns the mean weight of attention on each history step, from the latest to the oldest, and last on the present step
+    /// (Fig. 2.11), with this feedback; none without attention.
+    ///
+    /// # Errors
+    /// As [`Self::errors`].
+    pub fn attention(&self, block: &BlockTrace, feedback: Feedback) -> Result<Option<Vec<f64>>, AugmentationError> {
+        let (_, pass) = self.pass(block, feedback)?;
+        Ok(self.network.profile(&pass))
+    }
+
+    /// Predictions of all steps of a block, in units of the scales.
+    fn pass(&self, block: &BlockTrace, feedback: Feedback) -> Result<(Vec<f32>, NetworkPass), AugmentationError> {
+        let AugmentationHeader { inputs, scales, loss, sizes, .. } = &self.header;
         let sequence = inputs.sequence("", block, scales)?;
         let (width, outputs) = (inputs.fields.len(), inputs.selection.len());
         let steps = sequence.rows.len() / width;
         let mut fed_back = vec![0.0; steps * (outputs + 1)];
-        let mut out = match feedback {
-            Feedback::None => loss.predictions(self.network.forward(&sequence.rows, &fed_back, 1).0),
-            Feedback::Measured => {
-                if sequence.error.is_empty() {
-                    let what = format!("what is fed back to '{}'", block.name);
-                    return Err(AugmentationError::mismatch(what, "measured columns", "none"));
-                }
-                for (fed, error) in fed_back.chunks_exact_mut(outputs + 1).zip(sequence.error.chunks_exact(outputs)) {
-                    fed[..outputs].copy_from_slice(error);
-                    fed[outputs] = 1.0;
-                }
-                loss.predictions(self.network.forward(&sequence.rows, &fed_back, 1).0)
+        match feedback {
+            Feedback::None => {}
+            Feedback::Measured if sequence.error.is_empty() => {
+                let what = format!("what is fed back to '{}'", block.name);
+                return Err(AugmentationError::mismatch(what, "measured columns", "none"));
             }
+            Feedback::Measured => feed(&mut fed_back, &sequence.error, sizes.known(true)),
             Feedback::Predicted => {
                 let stream = self.stream();
                 let (mut records, mut out) = (Vec::new(), Vec::with_capacity(steps * outputs));
@@ -113,12 +128,11 @@ impl Augmentation {
                     out.extend(self.step(&stream, row, Feedback::Predicted, |_| past(&records, &stream), &mut record));
                     records.push(record);
                 }
-                out
+                feed(&mut fed_back, &out, sizes.known(false));
             }
-        };
-        self.guard(&mut out);
-        out.chunks_exact_mut(outputs).for_each(|row| row.iter_mut().zip(&scales.error).for_each(|(x, s)| *x *= s));
-        Ok(out)
+        }
+        let (out, pass) = self.network.forward(&sequence.rows, &fed_back, 1);
+        Ok((loss.predictions(out), pass))
     }
 
     /// Returns the network for passes step by step.
@@ -170,10 +184,7 @@ impl Augmentation {
         self.guard(&mut out);
         let mut fed_back = vec![0.0; out.len() / outputs * (outputs + 1)];
         if feedback == Feedback::Predicted {
-            for (fed, out) in fed_back.chunks_exact_mut(outputs + 1).zip(out.chunks_exact(outputs)) {
-                fed[..outputs].copy_from_slice(out);
-                fed[outputs] = -1.0;
-            }
+            feed(&mut fed_back, &out, self.header.sizes.known(false));
         }
         stream.remember(rows, &fed_back, past, records);
         out
@@ -261,6 +272,15 @@ impl Augmentation {
         }
         let values = sizes.layout().load_from(&file, NETWORK)?;
         Ok(Self::new(header, &values))
+    }
+}
+
+/// Writes errors of rows, `[rows, outputs]`, as the network is fed them, `[rows, outputs + 1]`.
+fn feed(fed_back: &mut [f32], errors: &[f32], known: f32) {
+    let outputs = errors.len() / (fed_back.len() - errors.len()).max(1);
+    for (fed, errors) in fed_back.chunks_exact_mut(outputs + 1).zip(errors.chunks_exact(outputs.max(1))) {
+        fed[..outputs].copy_from_slice(errors);
+        fed[outputs] = known;
     }
 }
 

@@ -6,7 +6,7 @@
 use std::sync::Arc;
 
 use lifelike_augmentation::model::SatSizes;
-use lifelike_augmentation::training::{AugmentationPlan, AugmentationTrainer};
+use lifelike_augmentation::training::{AugmentationPlan, AugmentationTrainer, FeedbackShares};
 use lifelike_augmentation::{ActuatorCorrection, Augmentation, Feedback, gap};
 use lifelike_robot::Robot;
 use lifelike_sim::augmented::Augmented;
@@ -97,6 +97,42 @@ fn robots_it_does_not_fit_are_refused() {
     let plan = AugmentationPlan { stretch: 60, iterations: 1, ..Default::default() };
     let other = AugmentationTrainer::new(&plan, &[trace], &[]).unwrap().augmentation();
     assert!(refused(&other, &[], Feedback::None).contains("50 Hz, got 200 Hz"));
+}
+
+/// In the thesis' form the network learns in its own closed loop, and closes the gap with what it predicts and with what is measured.
+#[test]
+fn the_thesis_form_closes_a_gap_in_its_own_loop() {
+    let robot = Arc::new(Robot::load("lima").unwrap());
+    let trace = trace(&robot);
+    let model = SatSizes { width: 8, heads: 2, embedding: 4, history: 16, carry: false, ..SatSizes::default() };
+    let feedback = FeedbackShares::THESIS;
+    let hysteresis = Vec::new();
+    let plan = AugmentationPlan {
+        stretch: 60,
+        iterations: 200,
+        noise: 0.0,
+        model,
+        feedback,
+        hysteresis,
+        ..Default::default()
+    };
+    let mut trainer =
+        AugmentationTrainer::new(&plan, std::slice::from_ref(&trace), std::slice::from_ref(&trace)).unwrap();
+    for _ in 0..plan.iterations {
+        trainer.iterate();
+    }
+    let validated = trainer.validate_once().unwrap()[0];
+    let augmentation = trainer.augmentation();
+    let error = |trace: &Trace| gap::summary(&gap::gaps(trace))[0].mae[0];
+    let before = error(&trace);
+    for feedback in [Feedback::Predicted, Feedback::Measured] {
+        let after = error(&augmentation.corrected(&trace, feedback).unwrap());
+        assert!(after < 0.5 * before, "{feedback:?}: {after} of {before}");
+    }
+    // What validation says is the error of the closed loop, in units of the error's scale.
+    let own = error(&augmentation.corrected(&trace, Feedback::Predicted).unwrap());
+    let scale = f64::from(augmentation.header().scales.error[0]);
+    assert!((own - validated * scale).abs() < 1e-4 * before, "{own} and {}", validated * scale);
 }
 
 /// Ten minutes of its own predictions: whatever a network says of itself, corrections stay below the stated guard.

@@ -5,7 +5,7 @@
 
 use std::collections::BTreeMap;
 
-use lifelike_augmentation::model::{Backbone, Network, SatSizes, Stream};
+use lifelike_augmentation::model::{Backbone, ClosedLoop, Network, SatSizes, Stream};
 
 const SEQUENCES: usize = 2;
 const KINDS: [(&str, Backbone, bool); 4] = [
@@ -16,7 +16,8 @@ const KINDS: [(&str, Backbone, bool); 4] = [
 ];
 
 fn sizes(backbone: Backbone, attention: bool) -> SatSizes {
-    SatSizes { inputs: 3, outputs: 2, quantiles: 1, embedding: 2, width: 6, heads: 2, history: 5, backbone, attention }
+    let kind = SatSizes { backbone, attention, ..SatSizes::default() };
+    SatSizes { inputs: 3, outputs: 2, quantiles: 1, embedding: 2, width: 6, heads: 2, history: 5, ..kind }
 }
 
 struct Fixture(BTreeMap<String, Vec<f64>>);
@@ -88,5 +89,57 @@ fn step_by_step_is_the_same_as_all_steps_at_once() {
             stream.remember(&row, &fed, past, &mut new);
             new.chunks_exact(width).zip(&mut records).for_each(|(record, all)| all.push(record.to_vec()));
         }
+    }
+}
+
+/// Numbers around 0 that nothing else uses.
+fn numbers(count: usize, key: f32) -> Vec<f32> {
+    (0..count).map(|i| (i as f32 * key).sin()).collect()
+}
+
+/// PyTorch's network (above) less the measured errors of the step before, which the carried form adds outside of the network.
+#[test]
+fn without_carry_the_last_measured_error_is_an_input_and_no_more() {
+    for (name, backbone, attention) in KINDS {
+        let carried = sizes(backbone, attention);
+        let plain = SatSizes { carry: false, ..carried };
+        let layout = carried.layout();
+        let values = layout.init(5, "test");
+        let (rows, fed) = (numbers(12 * SEQUENCES * 3, 0.7), numbers(12 * SEQUENCES * 3, 1.3));
+        let of = |sizes: SatSizes| Network::new(sizes, &layout, &values).forward(&rows, &fed, SEQUENCES).0;
+        let (with, without) = (of(carried), of(plain));
+        assert_eq!(with[..2 * SEQUENCES], without[..2 * SEQUENCES], "{name}: nothing was before the first step");
+        for (i, (a, b)) in with.iter().zip(&without).enumerate().skip(2 * SEQUENCES) {
+            let before = &fed[(i / 2 - SEQUENCES) * 3..][..3];
+            let expected = before[i % 2] * before[2].max(0.0);
+            assert!((a - b - expected).abs() < 1e-5, "{name}, number {i}: {a} less {b}, not {expected}");
+        }
+    }
+    assert_eq!([true, false].map(|measured| SatSizes::default().known(measured)), [1.0, -1.0]);
+    assert_eq!(SatSizes { carry: false, ..SatSizes::default() }.known(false), 1.0);
+}
+
+/// A closed loop's predictions, fed back all at once, give the same predictions: training learns from the loop that runs.
+#[test]
+fn a_closed_loop_is_the_pass_that_is_fed_its_predictions() {
+    for (name, backbone, attention) in KINDS {
+        let sizes = SatSizes { carry: false, ..sizes(backbone, attention) };
+        let layout = sizes.layout();
+        let network = Network::new(sizes, &layout, &layout.init(5, "test"));
+        let rows = numbers(40 * SEQUENCES * 3, 0.7);
+        let mut closed = ClosedLoop::new(network.clone(), SEQUENCES);
+        let (mut out, mut fed) = (Vec::new(), Vec::new());
+        for row in rows.chunks_exact(SEQUENCES * 3) {
+            let y = closed.predict(row);
+            let own: Vec<f32> = y.chunks_exact(2).flat_map(|y| [y[0], y[1], 1.0]).collect();
+            closed.remember(row, &own);
+            out.extend(y);
+            fed.extend(own);
+        }
+        let (expected, _) = network.forward(&rows, &fed, SEQUENCES);
+        let off = out.iter().zip(&expected).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+        assert!(off < 1e-5, "{name}: {off}");
+        let (silent, _) = network.forward(&rows, &vec![0.0; fed.len()], SEQUENCES);
+        assert!(out.iter().zip(&silent).any(|(a, b)| (a - b).abs() > 1e-3), "{name}: feedback matters");
     }
 }

@@ -144,7 +144,7 @@ fn whole_networks_by_hand() {
 #[test]
 fn gradients_by_hand_are_those_of_automatic_differentiation() {
     for (heads, width, tokens, batch, factor) in [(4, 64, 37, 21, 1), (3, 24, 70, 2, 2), (1, 20, 1, 3, 1)] {
-        for (kind, latent_tokens) in each_kind() {
+        for (kind, latent_tokens) in each_kind().into_iter().chain([("wide", LatentTokens::AlibiCatWide)]) {
             let config = AutoencoderConfig {
                 factor,
                 ..AutoencoderConfig::new(5, 6, 2, heads, width).with_tokens(latent_tokens.clone())

@@ -81,6 +81,19 @@ fn baselines_differ_by_their_latent_tokens_only() {
     assert_eq!(differing(&b, &c), ["from_latent.weight"]);
 }
 
+/// By hand, Lissajous' row: n = 4, c = 64, d = 3, elements of 2 numbers.
+#[test]
+fn a_decoder_twice_as_wide_has_the_parameters_counted_by_hand() {
+    let narrow = AutoencoderConfig::new(2, 3, 4, 4, 64).with_tokens(LatentTokens::AlibiCat);
+    let wide = narrow.clone().with_tokens(LatentTokens::AlibiCatWide);
+    let encoder = (2 * 64 + 64) + (64 * 64 + 64) + 64 + 4 * (6 * 64 * 64 + 2 * 64) + 64 + (64 * 3 + 3);
+    assert_eq!(count(&narrow), encoder + (6 * 64 + 64) + 4 * (6 * 64 * 64 + 2 * 64) + 64 + (64 * 2 + 2));
+    assert_eq!(count(&wide), encoder + (6 * 128 + 128) + 4 * (6 * 128 * 128 + 2 * 128) + 128 + (128 * 2 + 2));
+    assert_eq!([count(&narrow), count(&wide)], [202_949, 499_013]);
+    // Table A.1's count, 0.20 million, is that of the narrow decoder.
+    assert!((millions(count(&narrow)) - 0.20).abs() <= 0.005 && millions(count(&wide)) > 2.0 * 0.20);
+}
+
 #[test]
 fn the_same_seed_gives_the_same_network_and_another_one_another() {
     let config = AutoencoderConfig::new(2, 3, 1, 2, 8);

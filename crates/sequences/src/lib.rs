@@ -15,6 +15,7 @@ pub mod humans;
 mod image_folder;
 mod images;
 mod pixels;
+mod roughness;
 mod strands;
 mod subjects;
 

@@ -2,16 +2,18 @@
 
 use std::ops::Range;
 
+use lifelike_character::Vec3;
 use lifelike_checkpoint::rng::stream;
 use rand::Rng;
 
 use super::data_plan::DataPlan;
 use super::experiments::Experiment;
 use super::hairstyles::{Hairstyle, Strand};
+use super::roughness::Roughness;
 use crate::SequencesError;
 use lifelike_representation::spline_transformer::SequencePlan;
 use lifelike_representation::spline_transformer::{HeldOut, Sequences};
-use lifelike_train::limits::whole;
+use lifelike_train::limits::{range, whole};
 
 /// Hairstyles of the table, and as many that the loss is watched on.
 const HELD_OUT_STYLES: usize = 10;
@@ -31,6 +33,9 @@ pub struct StrandsPlan {
     /// Points of each strand.
     #[serde(default = "points")]
     pub points: usize,
+    /// Roughness of the strands: deviation of their direction by flyaway waves and kinks (rad). 0: as smooth as the hairstyles say.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub roughness: f64,
     /// Strands of each hairstyle that the loss is watched on.
     #[serde(default = "validation")]
     pub validation: usize,
@@ -39,6 +44,11 @@ pub struct StrandsPlan {
     pub test: usize,
     /// Network and training.
     pub training: SequencePlan,
+}
+
+#[allow(clippy::trivially_copy_pass_by_ref)] // what serde calls it with
+fn is_zero(x: &f64) -> bool {
+    *x == 0.0
 }
 
 fn hairstyles() -> usize {
@@ -62,7 +72,7 @@ impl StrandsPlan {
     pub fn new(latent: usize) -> Self {
         let training = SequencePlan { latent, ..Experiment::Strands.plan() };
         let (hairstyles, strands, points, validation) = (hairstyles(), strands(), points(), validation());
-        Self { hairstyles, strands, points, validation, test: strands, training }
+        Self { hairstyles, strands, points, roughness: 0.0, validation, test: strands, training }
     }
 }
 
@@ -79,6 +89,7 @@ impl DataPlan for StrandsPlan {
         whole("hairstyles", self.hairstyles as u64, 2 * HELD_OUT_STYLES as u64 + 1, 1 << 20)?;
         whole("strands", self.strands as u64, 1, 1 << 30)?;
         whole("points", self.points as u64, 2, 1 << 14)?;
+        range("roughness", self.roughness, 0.0, 2.0)?;
         whole("validation", self.validation as u64, 1, 1 << 20)?;
         whole("test", self.test as u64, 1, 1 << 20)?;
         Ok(self.training.check()?)
@@ -109,6 +120,18 @@ impl StrandSequences {
         self.styles[style].strand(&mut stream(DATA_SEED, "strands.strand", style as u64, strand as u64))
     }
 
+    /// Returns the points of one strand, roughened where the plan says so.
+    fn points(&self, style: usize, strand: usize) -> Vec<Vec3> {
+        let own = self.strand(style, strand);
+        let mut points = own.points(self.plan.points);
+        if self.plan.roughness > 0.0 {
+            // A stream of its own: the smooth strand is the same one.
+            let mut rng = stream(DATA_SEED, "strands.roughness", style as u64, strand as u64);
+            Roughness::draw(self.plan.roughness, own.length, &mut rng).apply(&mut points, own.length);
+        }
+        points
+    }
+
     /// Returns the hairstyle and strand of one training sequence.
     fn training(&self, iteration: u64, i: u64) -> (usize, usize) {
         let mut rng = stream(self.plan.training.seed, "strands.training", i, iteration);
@@ -126,7 +149,7 @@ impl StrandSequences {
     }
 
     fn rows(&self, which: impl Iterator<Item = (usize, usize)>) -> Vec<f32> {
-        let points = |(style, strand)| self.strand(style, strand).points(self.plan.points);
+        let points = |(style, strand)| self.points(style, strand);
         which.flat_map(points).flat_map(|p| [p.x, p.y, p.z].map(|x| (Self::PER_METRE * x) as f32)).collect()
     }
 }
@@ -134,7 +157,14 @@ impl StrandSequences {
 impl Sequences for StrandSequences {
     fn describe(&self) -> String {
         let StrandsPlan { hairstyles, strands, points, .. } = self.plan;
-        format!("{hairstyles} hairstyles of {strands} strands, {points} points, seed {}", self.plan.training.seed)
+        let rough = match self.plan.roughness {
+            0.0 => String::new(),
+            roughness => format!(", roughness {roughness}"),
+        };
+        format!(
+            "{hairstyles} hairstyles of {strands} strands, {points} points{rough}, seed {}",
+            self.plan.training.seed
+        )
     }
 
     fn width(&self) -> usize {
@@ -167,6 +197,8 @@ mod tests {
     #![allow(clippy::unwrap_used)]
     use std::collections::BTreeSet;
 
+    use lifelike_representation::spline_transformer::Plain;
+
     use super::*;
 
     #[test]
@@ -198,6 +230,27 @@ mod tests {
             assert_eq!(strand[..3], [0.0; 3]);
             assert!(strand[12..].iter().all(|x| x.abs() < 5.5), "{strand:?}");
         }
+    }
+
+    /// By components alone, with 32 numbers: rough strands leave more than 2 mm of a coordinate, smooth ones less than 1.
+    #[test]
+    fn roughness_leaves_components_a_visible_error_and_0_is_the_smooth_data() {
+        let plan = StrandsPlan { test: 20, ..StrandsPlan::new(8) };
+        let rough = StrandsPlan { roughness: 1.0, ..plan.clone() };
+        let data = [&plan, &rough].map(|plan| StrandSequences::new(plan).unwrap());
+        let smooth = StrandSequences::new(&StrandsPlan { roughness: 0.0, ..plan.clone() }).unwrap();
+        assert_eq!(data[0].held_out(HeldOut::Test, 0..3), smooth.held_out(HeldOut::Test, 0..3));
+        assert!(data[1].describe().contains("roughness 1") && !data[0].describe().contains("rough"));
+        assert!(!toml::to_string(&plan).unwrap().contains("rough"), "old plans go on");
+        let left = data.each_ref().map(|data| {
+            let plain = Plain::all(data, 8, &[32]).unwrap();
+            let components = plain.iter().find(|own| own.numbers == 32 && own.name == "PCA").unwrap();
+            let x = data.held_out(HeldOut::Test, 0..200);
+            let y = components.reconstruct(&x).unwrap();
+            let squares: f64 = x.iter().zip(&y).map(|(a, b)| f64::from(a - b).powi(2)).sum();
+            (squares / x.len() as f64).sqrt() / StrandSequences::PER_METRE
+        });
+        assert!(left[0] < 1e-3 && left[1] > 2e-3, "{left:?} m");
     }
 
     #[test]

@@ -9,7 +9,7 @@
 pub mod container;
 mod record;
 
-pub use record::{ACTUATOR, BODY, BODY_FORCE, Recorder};
+pub use record::{ACTUATOR, BODY, BODY_FORCE, FRAME, Recorder};
 
 use crate::error::SimError;
 
@@ -78,6 +78,8 @@ pub struct BlockTrace {
     pub measured: Columns,
     /// S, a row for each measured column.
     pub selection: Vec<Selected>,
+    /// Simulated pose of a body's parent ([`FRAME`]), in which its numbers may be expressed; without columns for other blocks.
+    pub frame: Columns,
 }
 
 impl BlockTrace {
@@ -150,6 +152,7 @@ impl Trace {
                 ("force", &block.force),
                 ("reference", &block.reference),
                 ("measured", &block.measured),
+                ("frame", &block.frame),
             ];
             for (part, columns) in parts {
                 let width = columns.names.len();

@@ -9,6 +9,7 @@
 mod drive_train;
 mod spec;
 
+use std::collections::VecDeque;
 use std::sync::Arc;
 
 use lifelike_robot::Robot;
@@ -34,7 +35,7 @@ pub struct Electric {
     pub voltage: f32,
 }
 
-/// Numbers of a servo in a saved state, beside the commands that it has not heard yet.
+/// Numbers of a servo in a saved state, beside the commands that it has not heard yet and its encoder's readings.
 const SAVED: usize = 9;
 
 /// N twins of one robot, side by side. Commands are targets; torques cannot be commanded.
@@ -72,6 +73,8 @@ pub struct Twin {
     drawn: Vec<f64>,
     /// The latest commands, the newest first, `[steps][N, J]`.
     commands: Vec<Vec<f32>>,
+    /// Encoder readings of the last control steps, the newest first, `[window][N, J]`: what reported velocities are differences of.
+    readings: VecDeque<Vec<f64>>,
     /// Environments whose commands of before are none, `[N]`.
     fresh: Vec<bool>,
     torques: Vec<f32>,
@@ -111,6 +114,7 @@ impl Twin {
             trains: vec![DriveTrain::default(); n * joints],
             drawn: vec![0.0; n],
             commands: vec![vec![0.0; n * joints]; kept],
+            readings: vec![vec![0.0; n * joints]; window_steps(spec.velocity_window, robot.control_hz)].into(),
             fresh: vec![true; n],
             torques: vec![0.0; n * joints],
             parameters: vec![EnvironmentParameters::default(); n],
@@ -138,6 +142,12 @@ impl Twin {
             .zip(state.joint_position[row.clone()].iter().zip(&state.joint_velocity[row.clone()]))
         {
             *train = DriveTrain { velocity: f64::from(*velocity), ..DriveTrain::at(f64::from(*angle)) };
+        }
+        // As if it had moved at that velocity before.
+        for (steps, readings) in self.readings.iter_mut().enumerate() {
+            let ago = steps as f64 / self.robot.control_hz;
+            let trains = &self.trains[row.clone()];
+            readings[row.clone()].iter_mut().zip(trains).for_each(|(x, own)| *x = own.encoder - ago * own.velocity);
         }
         self.electric[row.clone()].fill(Electric::default());
         self.torques[row].fill(0.0);
@@ -204,6 +214,7 @@ fn check(spec: &TwinSpec) -> Result<(), SimError> {
         ("link_flex", spec.link_flex, 1.0),
         ("delay", spec.delay[0].min(spec.delay[1]), 1.0),
         ("delay", spec.delay[1].max(spec.delay[0]), 1.0),
+        ("velocity_window", spec.velocity_window, 1.0),
         ("velocity_step", spec.velocity_step, 10.0),
         ("current_step", spec.current_step, 1.0),
     ];
@@ -224,6 +235,16 @@ fn check(spec: &TwinSpec) -> Result<(), SimError> {
         4..=32 => Ok(()),
         bits => Err(SimError::State { expected: "'encoder_bits' from 4 to 32".into(), got: bits.to_string() }),
     }
+}
+
+/// Control steps of a velocity's window.
+fn window_steps(window: f64, control_hz: f64) -> usize {
+    ((window * control_hz).round() as usize).max(1)
+}
+
+/// Returns the velocity that firmware reports: the encoder's difference over a window of control steps, then in steps of the register.
+fn reported_velocity([before, now]: [f64; 2], steps: usize, control_hz: f64, step: f64) -> f32 {
+    stepped((now - before) * control_hz / steps as f64, step)
 }
 
 /// A number in steps of a sensor.
@@ -294,13 +315,14 @@ impl Simulation for Twin {
                     .for_each(|command| command[row.clone()].copy_from_slice(&targets[row.clone()]));
             }
         }
-        let before: Vec<f64> = self.trains.iter().map(|train| train.encoder).collect();
         let mut squared = vec![0.0_f32; self.torques.len()];
         for substep in 0..self.substeps {
             self.drive(substep);
             self.parts.step(Drive::Torques(&self.torques))?;
             squared.iter_mut().zip(&self.torques).for_each(|(sum, torque)| *sum += torque * torque);
         }
+        let before = self.readings.back().cloned().unwrap_or_default();
+        self.readings.rotate_right(1);
         for id in 0..self.len() {
             self.copy(id);
             if self.state.diverged[id] {
@@ -309,8 +331,10 @@ impl Simulation for Twin {
             for i in id * joints..(id + 1) * joints {
                 let train = &self.trains[i];
                 self.state.joint_position[i] = train.encoder as f32;
+                let (rate, step) = (self.robot.control_hz, self.spec.velocity_step);
                 self.state.joint_velocity[i] =
-                    stepped((train.encoder - before[i]) * self.robot.control_hz, self.spec.velocity_step);
+                    reported_velocity([before[i], train.encoder], self.readings.len(), rate, step);
+                self.readings[0][i] = train.encoder;
                 self.state.torque_squared[i] = squared[i] / self.substeps as f32;
                 let current_step = self.servos[i % joints].current_step;
                 self.electric[i] =
@@ -337,6 +361,7 @@ impl Simulation for Twin {
                 values.extend([t.angle, t.velocity, t.torque, t.current, t.voltage, t.drawn, t.encoder]);
                 values.extend([position, velocity].map(f64::from));
                 values.extend(self.commands.iter().map(|command| f64::from(command[i])));
+                values.extend(self.readings.iter().map(|readings| readings[i]));
             }
             values.extend([self.drawn[id], f64::from(u8::from(self.fresh[id]))]);
         }
@@ -358,8 +383,9 @@ impl Simulation for Twin {
         let (joints, kept) = (self.servos.len(), self.commands.len());
         for (id, row) in rows.enumerate() {
             self.copy(id);
-            let (own, rest) = row[width..].split_at(joints * (SAVED + kept));
-            for (j, numbers) in own.chunks_exact(SAVED + kept).enumerate() {
+            let each = SAVED + kept + self.readings.len();
+            let (own, rest) = row[width..].split_at(joints * each);
+            for (j, numbers) in own.chunks_exact(each).enumerate() {
                 let i = id * joints + j;
                 let [angle, velocity, torque, current, voltage, drawn, encoder] = std::array::from_fn(|k| numbers[k]);
                 self.trains[i] = DriveTrain { angle, velocity, torque, current, voltage, drawn, encoder };
@@ -369,6 +395,7 @@ impl Simulation for Twin {
                 let step = self.servos[j].current_step;
                 self.electric[i] = Electric { current: stepped(current, step), voltage: voltage as f32 };
                 self.commands.iter_mut().zip(&numbers[SAVED..]).for_each(|(command, x)| command[i] = *x as f32);
+                self.readings.iter_mut().zip(&numbers[SAVED + kept..]).for_each(|(readings, x)| readings[i] = *x);
             }
             (self.drawn[id], self.fresh[id]) = (rest[0], rest[1] != 0.0);
         }
@@ -379,6 +406,27 @@ impl Simulation for Twin {
 impl Twin {
     /// Numbers of one environment in a saved state beside the engine's own.
     fn own_width(&self) -> usize {
-        self.servos.len() * (SAVED + self.commands.len()) + 2
+        self.servos.len() * (SAVED + self.commands.len() + self.readings.len()) + 2
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// One count of a 12-bit encoder over 16 steps of 4 ms is 0.2289 rpm, and so is one step of the register; over one step it is 16.
+    #[test]
+    fn velocities_are_differences_over_the_window_in_steps_of_the_register() {
+        let (count, step) = (std::f64::consts::TAU / 4096.0, TwinSpec::default().velocity_step);
+        let of = |counts: f64, steps| {
+            f64::from(reported_velocity([7.0 * count, (7.0 + counts) * count], steps, 250.0, step))
+        };
+        assert_eq!(window_steps(0.064, 250.0), 16);
+        assert_eq!([window_steps(0.064, 50.0), window_steps(0.0, 250.0)], [3, 1]);
+        for (counts, steps, registers) in
+            [(0.0, 16, 0.0), (1.0, 16, 1.0), (5.0, 16, 5.0), (-3.0, 8, -6.0), (1.0, 1, 16.0)]
+        {
+            assert!((of(counts, steps) - registers * step).abs() < 1e-6, "{counts} counts in {steps} steps");
+        }
     }
 }

@@ -77,6 +77,31 @@ fn encoders_have_steps_and_currents_are_ohms() {
     assert!(twin.electric().iter().all(|own| own.voltage.abs() <= 12.0));
 }
 
+/// What is reported is what firmware would make of the reported positions: their difference over 16 steps of 4 ms, in steps of 0.229 rpm.
+#[test]
+fn velocities_are_those_of_the_encoder_over_64_ms() {
+    let robot = robot("kickbot");
+    let mut twin = twin(&robot, 1, 1, 1);
+    let mut positions: Vec<Vec<f64>> = Vec::new();
+    let register = 0.229 * std::f64::consts::TAU / 60.0;
+    let mut moved = 0.0_f64;
+    for step in 0..60 {
+        twin.step(Drive::Targets(&targets(&robot, 1, step))).unwrap();
+        positions.push(twin.state().joint_position.iter().map(|q| f64::from(*q)).collect());
+        let Some(before) = step.checked_sub(16) else { continue };
+        for (j, velocity) in twin.state().joint_velocity.iter().enumerate() {
+            let difference = (positions[step][j] - positions[before][j]) / 0.064;
+            let expected = (difference / register).round() * register;
+            assert!(
+                (f64::from(*velocity) - expected).abs() < 1e-4,
+                "joint {j}, step {step}: {velocity} for {expected}"
+            );
+            moved = moved.max(velocity.abs().into());
+        }
+    }
+    assert!(moved > 0.1, "it moves");
+}
+
 #[test]
 fn what_it_cannot_be_is_refused() {
     let robot = robot("kickbot");
@@ -86,6 +111,7 @@ fn what_it_cannot_be_is_refused() {
     for (spec, word) in [
         (TwinSpec { physics_hz: f64::NAN, ..TwinSpec::default() }, "'physics_hz' of a twin"),
         (TwinSpec { mass: -0.1, ..TwinSpec::default() }, "'mass' of a twin from 0 to 1"),
+        (TwinSpec { velocity_window: -0.1, ..TwinSpec::default() }, "'velocity_window' of a twin from 0 to 1"),
         (TwinSpec { encoder_bits: 1, ..TwinSpec::default() }, "'encoder_bits' from 4 to 32"),
         (TwinSpec { resistance: f64::NAN, ..TwinSpec::default() }, "'resistance'"),
     ] {

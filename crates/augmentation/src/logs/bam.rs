@@ -211,7 +211,7 @@ impl BenchRun {
             force: Columns::new(&[("load", &motion.load)]),
             reference: Columns::new(&[("position", &self.goal), ("enabled", &enabled)]),
             measured: Columns::new(&measured),
-            selection: Vec::new(),
+            ..BlockTrace::default()
         };
         block.selection = block.by_name();
         let source = format!("bench: {} kg on {} m, kp {}, {} V", log.mass, log.arm, log.gain, log.supply);

@@ -2,6 +2,7 @@
 
 use lifelike_sim::trace::{BlockTrace, Columns, Selected};
 
+use super::frame::{Frame, vectors};
 use crate::AugmentationError;
 
 /// Where a number of a row comes from.
@@ -54,6 +55,9 @@ pub struct Inputs {
     pub fields: Vec<Field>,
     /// What is measured and predicted, with S.
     pub selection: Vec<Selected>,
+    /// Axes of bodies.
+    #[serde(default)]
+    pub frame: Frame,
 }
 
 /// Factors of what goes in and comes out.
@@ -111,7 +115,26 @@ impl Inputs {
                 "nothing",
             ));
         }
-        Ok(Self { class: block.class.clone(), rate, fields, selection })
+        Ok(Self { class: block.class.clone(), rate, fields, selection, frame: Frame::World })
+    }
+
+    /// Expresses bodies in another frame.
+    ///
+    /// # Errors
+    /// [`AugmentationError::Mismatch`] for outputs that are single coordinates of a body: they cannot be turned.
+    pub fn in_frame(self, frame: Frame) -> Result<Self, AugmentationError> {
+        let names: Vec<&str> = self.outputs();
+        let is_body = self.fields.iter().any(|field| field.name() == "position_x");
+        if frame == Frame::Parent && is_body && 3 * vectors(&names).len() != names.len() {
+            let expected = "x, y and z of each vector, side by side (or augmentation.frame='world')";
+            return Err(AugmentationError::mismatch("outputs in the parent's frame", expected, format!("{names:?}")));
+        }
+        Ok(Self { frame, ..self })
+    }
+
+    /// Returns the names of the predicted columns.
+    pub fn outputs(&self) -> Vec<&str> {
+        self.selection.iter().map(|row| row.measured.as_str()).collect()
     }
 
     /// Returns the numbers of a row, in SI units, of all steps.
@@ -119,6 +142,7 @@ impl Inputs {
     /// # Errors
     /// [`AugmentationError::Mismatch`] for a block that lacks a column.
     pub fn rows(&self, block: &BlockTrace) -> Result<Vec<f32>, AugmentationError> {
+        let block = &self.frame.of(block)?;
         let columns = self.fields.iter().map(|field| self.column(block, field)).collect::<Result<Vec<_>, _>>()?;
         let rows = columns.first().map_or(0, Vec::len);
         Ok((0..rows).flat_map(|row| columns.iter().map(move |column| column[row])).collect())
@@ -158,6 +182,7 @@ impl Inputs {
         if block.measured.names.is_empty() {
             return Ok(Vec::new());
         }
+        let block = &self.frame.of(block)?;
         let columns = self.selection.iter().map(|row| block.measured.index(&row.measured).ok_or(row));
         let columns = columns.collect::<Result<Vec<_>, _>>().map_err(|row| {
             let what = format!("measured of '{}'", block.name);
@@ -280,7 +305,7 @@ mod tests {
             force: Columns::new(&[("f_x", &[3.0, 5.0, 3.0]), ("f_y", &[0.0, 0.0, 3.0])]),
             reference: Columns::new(&[("position", &[0.5, 1.0, 1.25])]),
             measured: Columns::new(&[("position", &[0.0, 1.5, 2.5])]),
-            selection: Vec::new(),
+            ..BlockTrace::default()
         };
         block.selection = block.by_name();
         block

@@ -36,6 +36,7 @@ pub fn merged(trace: &Trace, class: &str) -> Trace {
         reference: side_by_side(|block| &block.reference),
         measured: side_by_side(|block| &block.measured),
         selection: own.iter().flat_map(selected).collect(),
+        ..BlockTrace::default()
     };
     Trace { blocks: vec![block], ..trace.clone() }
 }

@@ -3,14 +3,16 @@
 //! A [`BlockTrace`](lifelike_sim::trace::BlockTrace) becomes rows of numbers ([`Inputs`]) → [`Network`] (all steps at once, for
 //! training and for traces) or [`Stream`] (step by step, for a running simulation) → Δs.
 
+mod frame;
 mod inputs;
 mod merged;
 mod network;
 mod sizes;
 mod stream;
 
+pub use frame::{Frame, in_parents};
 pub use inputs::{Field, Inputs, Scales, Sequence, drag};
 pub use merged::{merged, split};
 pub use network::{Network, NetworkPass};
 pub use sizes::{Backbone, SatSizes};
-pub use stream::Stream;
+pub use stream::{ClosedLoop, Stream};

@@ -108,7 +108,7 @@ impl Network {
     /// Returns Δs of all steps.
     ///
     /// `rows` is what is known at a step, `fed_back` is Δs of the step and how it is known (1: measured, -1: predicted, 0: not at all): only
-    /// later steps see it. Where it was measured the network predicts the change since then.
+    /// later steps see it. Where it was measured the network predicts the change since then, if its sizes say `carry`.
     ///
     /// # Shapes
     /// `rows: [steps, sequences, inputs]`, `fed_back: [steps, sequences, outputs + 1]` to `[steps, sequences, outputs ·
@@ -216,7 +216,10 @@ impl Network {
 
 /// Adds the measured errors of rows to predictions for the rows after them; those that were not measured are left out.
 pub(super) fn carry(sizes: SatSizes, fed_back: &[f32], out: &mut [f32]) {
-    let SatSizes { outputs, quantiles, .. } = sizes;
+    let SatSizes { outputs, quantiles, carry, .. } = sizes;
+    if !carry {
+        return;
+    }
     for (fed, out) in fed_back.chunks_exact(outputs + 1).zip(out.chunks_exact_mut(outputs * quantiles)) {
         let measured = fed[outputs].max(0.0);
         for (x, out) in fed.iter().zip(out.chunks_exact_mut(quantiles)) {

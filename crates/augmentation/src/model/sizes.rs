@@ -40,8 +40,11 @@ pub struct SatSizes {
     pub history: usize,
     /// What stands before attention.
     pub backbone: Backbone,
-    /// Whether there is attention.
+    /// True with attention.
     pub attention: bool,
+    /// True where a measured error of the step before is added to the output, so that the network predicts its change. False is the
+    /// thesis' form: errors are inputs of the encoder, measured and predicted ones alike.
+    pub carry: bool,
 }
 
 impl Default for SatSizes {
@@ -56,6 +59,7 @@ impl Default for SatSizes {
             history: 128,
             backbone: Backbone::Lstm,
             attention: true,
+            carry: true,
         }
     }
 }
@@ -78,6 +82,12 @@ impl SatSizes {
             return Err(wrong("model.attention", "true where there is no LSTM: nothing would look back", false));
         }
         Ok(())
+    }
+
+    /// Returns the number beside an error that is fed back: 1 where it was measured. A predicted one is -1; without `carry` the encoder
+    /// cannot tell them apart, as in the thesis.
+    pub fn known(self, measured: bool) -> f32 {
+        if measured || !self.carry { 1.0 } else { -1.0 }
     }
 
     /// Variables of the encoder: the row, Δs of that step, and whether it is known.

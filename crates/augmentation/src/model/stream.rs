@@ -1,5 +1,7 @@
 //! The network step by step, for a running simulation.
 
+use std::collections::VecDeque;
+
 use lifelike_nn::fusion::LstmState;
 
 use super::network::{Layers, Network, Recurrent, carry, rectified};
@@ -132,5 +134,41 @@ impl Stream {
             }
         }
         state
+    }
+}
+
+/// A network that runs over some rows from their first step on: records of the last steps are its own.
+#[derive(Debug, Clone)]
+pub struct ClosedLoop {
+    stream: Stream,
+    /// `[steps][rows, record width]`, the oldest first.
+    records: VecDeque<Vec<f32>>,
+    rows: usize,
+}
+
+impl ClosedLoop {
+    /// Begins with `rows` rows that have no past.
+    pub fn new(network: Network, rows: usize) -> Self {
+        Self { stream: Stream::new(network), records: VecDeque::new(), rows }
+    }
+
+    /// As [`Stream::predict`].
+    pub fn predict(&self, rows: &[f32]) -> Vec<f32> {
+        self.stream.predict(rows, |row| self.past(row))
+    }
+
+    /// Ends a step, as [`Stream::remember`].
+    pub fn remember(&mut self, rows: &[f32], fed_back: &[f32]) {
+        let mut record = vec![0.0; self.rows * self.stream.record_width()];
+        self.stream.remember(rows, fed_back, |row| self.past(row), &mut record);
+        if self.records.len() == self.stream.history() {
+            self.records.pop_front();
+        }
+        self.records.push_back(record);
+    }
+
+    fn past(&self, row: usize) -> impl DoubleEndedIterator<Item = &[f32]> {
+        let width = self.stream.record_width();
+        self.records.iter().map(move |record| &record[row * width..][..width])
     }
 }

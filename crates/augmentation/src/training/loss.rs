@@ -2,7 +2,7 @@
 
 use lifelike_sim::trace::Selected;
 
-use crate::model::{Inputs, Scales};
+use crate::model::{Frame, Inputs, Scales};
 
 /// Kinds of losses (Fig. 2.12).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
@@ -54,6 +54,8 @@ impl Loss {
             Some((p, v, scales.error[p] * inputs.rate as f32 / (2.0 * scales.error[v])))
         };
         let pairs = match kind {
+            // In axes that turn, a place's change is not its velocity.
+            LossKind::Physics if inputs.frame == Frame::Parent && named("position_x").is_some() => Vec::new(),
             LossKind::Physics => inputs.selection.iter().enumerate().filter_map(pair).collect(),
             LossKind::L1 | LossKind::Quantile => Vec::new(),
         };

@@ -1,6 +1,7 @@
 //! Learning a class' augmentation from traces: [`AugmentationPlan`], [`AugmentationTrainer`] (a
 //! [`lifelike_train::TrainingTask`]).
 
+mod feedback;
 mod loss;
 mod plan;
 mod task;

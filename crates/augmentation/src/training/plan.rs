@@ -5,7 +5,8 @@ use lifelike_train::limits::{range, whole, wrong};
 
 use super::loss::LossKind;
 use crate::AugmentationError;
-use crate::model::SatSizes;
+use crate::augmentation::Feedback;
+use crate::model::{Frame, SatSizes};
 
 /// What training tells the encoder of the errors before.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -13,13 +14,37 @@ use crate::model::SatSizes;
 pub struct FeedbackShares {
     /// Share of the stretches with the measured errors (teacher forcing).
     pub measured: f64,
-    /// Share with the network's own predictions.
+    /// Share with the network's own predictions, step after step from the stretch's begin (closed loop).
     pub predicted: f64,
+    /// Scheduled sampling (Bengio et al. 2015): in these stretches each step gets its own prediction with a probability that rises
+    /// linearly over this share of the iterations, else the measured error. 0: predictions from the first iteration on.
+    pub ramp: f64,
 }
 
 impl Default for FeedbackShares {
     fn default() -> Self {
-        Self { measured: 0.25, predicted: 0.25 }
+        Self { measured: 0.25, predicted: 0.25, ramp: 0.5 }
+    }
+}
+
+impl FeedbackShares {
+    /// The thesis' encoder always gets an error, measured or its own (2.4): half of the stretches each.
+    pub const THESIS: Self = Self { measured: 0.5, predicted: 0.5, ramp: 0.5 };
+
+    /// Returns the probability that a closed-loop step gets its own prediction.
+    pub fn own_at(self, iteration: u64, iterations: u64) -> f64 {
+        let risen = self.ramp * iterations as f64;
+        if risen > 0.0 { (iteration as f64 / risen).min(1.0) } else { 1.0 }
+    }
+
+    /// Returns the feedback that validation uses: nothing where some stretches are trained so, else its own predictions, else
+    /// measurements.
+    pub fn validated(self) -> Feedback {
+        match self.measured + self.predicted < 1.0 {
+            true => Feedback::None,
+            false if self.predicted > 0.0 => Feedback::Predicted,
+            false => Feedback::Measured,
+        }
     }
 }
 
@@ -37,6 +62,8 @@ pub struct AugmentationPlan {
     pub leave_out: Vec<String>,
     /// Half widths of the play operators that the network is shown of what has a reference (rad): hysteresis. Empty: none.
     pub hysteresis: Vec<f64>,
+    /// Axes of rigid bodies, world or parent; actuators have none.
+    pub frame: Frame,
     /// The network.
     pub model: SatSizes,
     /// The loss.
@@ -78,6 +105,7 @@ impl Default for AugmentationPlan {
             outputs: Vec::new(),
             leave_out: Vec::new(),
             hysteresis: vec![0.003, 0.01, 0.03],
+            frame: Frame::Parent,
             model: SatSizes::default(),
             loss: LossKind::Physics,
             physics_weight: 1.0,
@@ -110,6 +138,7 @@ impl AugmentationPlan {
         range("physics_weight", self.physics_weight, 0.0, 1e3)?;
         range("feedback.measured", self.feedback.measured, 0.0, 1.0)?;
         range("feedback.predicted", self.feedback.predicted, 0.0, 1.0)?;
+        range("feedback.ramp", self.feedback.ramp, 0.0, 1.0)?;
         if self.feedback.measured + self.feedback.predicted > 1.0 {
             let sum = self.feedback.measured + self.feedback.predicted;
             return Err(wrong("feedback", "shares that sum to at most 1", sum).into());
@@ -133,5 +162,20 @@ impl AugmentationPlan {
     pub fn learning_rate_at(&self, iteration: u64) -> f64 {
         let risen = if iteration < self.warmup { (iteration + 1) as f64 / self.warmup as f64 } else { 1.0 };
         self.learning_rate * risen * cosine(iteration, self.iterations, 0.01)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn own_predictions_replace_measured_errors_along_the_ramp() {
+        let shares = FeedbackShares::THESIS;
+        assert_eq!([0, 25, 50, 99].map(|i| shares.own_at(i, 100)), [0.0, 0.5, 1.0, 1.0]);
+        assert_eq!(FeedbackShares { ramp: 0.0, ..shares }.own_at(0, 100), 1.0);
+        let forced = FeedbackShares { measured: 1.0, predicted: 0.0, ramp: 0.0 };
+        let validated = [FeedbackShares::default(), shares, forced].map(FeedbackShares::validated);
+        assert_eq!(validated, [Feedback::None, Feedback::Predicted, Feedback::Measured]);
     }
 }

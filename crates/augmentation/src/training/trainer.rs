@@ -28,9 +28,12 @@ pub struct AugmentationMetrics {
     pub learning_rate: f64,
 }
 
+/// Validation sequences that run side by side.
+const SIDE_BY_SIDE: usize = 12;
+
 /// What the encoder is told in a stretch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Told {
+pub(super) enum Told {
     Nothing,
     Measured,
     Predicted,
@@ -38,25 +41,25 @@ enum Told {
 
 /// A stretch of a sequence.
 #[derive(Debug, Clone, Copy)]
-struct Stretch {
+pub(super) struct Stretch {
     sequence: usize,
     first: usize,
-    told: Told,
+    pub(super) told: Told,
 }
 
 /// Network, optimizer and traces of one plan, between two iterations.
 pub struct AugmentationTrainer {
-    plan: AugmentationPlan,
-    inputs: Inputs,
+    pub(super) plan: AugmentationPlan,
+    pub(super) inputs: Inputs,
     scales: Scales,
-    sizes: SatSizes,
+    pub(super) sizes: SatSizes,
     layout: Layout,
     loss: Loss,
     sequences: Vec<Sequence>,
     validation: Vec<Sequence>,
     values: Vec<f32>,
     moments: [Vec<f32>; 2],
-    iteration: u64,
+    pub(super) iteration: u64,
     /// The best weights on the validation traces, with their score.
     best: Option<(f64, Vec<f32>)>,
     digest: String,
@@ -88,7 +91,7 @@ impl AugmentationTrainer {
             let what = format!("rate of trace '{}'", other.name);
             return Err(AugmentationError::mismatch(what, format!("{rate} Hz"), format!("{} Hz", other.rate)));
         }
-        let mut inputs = Inputs::of(first, rate, &plan.outputs, &plan.hysteresis)?;
+        let mut inputs = Inputs::of(first, rate, &plan.outputs, &plan.hysteresis)?.in_frame(plan.frame)?;
         if let Some(name) = plan.leave_out.iter().find(|name| inputs.fields.iter().all(|field| field.name() != *name)) {
             let known: Vec<&str> = inputs.fields.iter().map(|field| field.name()).collect();
             return Err(AugmentationError::mismatch("leave_out", format!("some of {known:?}"), format!("'{name}'")));
@@ -228,23 +231,7 @@ impl AugmentationTrainer {
         let noise = self.plan.noise as f32;
         // Uniform of that deviation: cheap, and bounded.
         rows.iter_mut().for_each(|x| *x += noise * 3.0_f32.sqrt() * (2.0 * rng.random::<f32>() - 1.0));
-        let mut fed_back = vec![0.0; steps * stretches.len() * (outputs + 1)];
-        let mut tell = |told: Told, numbers: &[f32]| {
-            for (i, fed) in fed_back.chunks_exact_mut(outputs + 1).enumerate() {
-                if stretches[i % stretches.len()].told == told {
-                    fed[..outputs].copy_from_slice(&numbers[i * outputs..][..outputs]);
-                    // As `Network::forward` wants it.
-                    fed[outputs] = if told == Told::Measured { 1.0 } else { -1.0 };
-                }
-            }
-        };
-        tell(Told::Measured, &error);
-        if stretches.iter().any(|own| own.told == Told::Predicted) {
-            // What it would say if it were told nothing stands for what it says of itself.
-            let silent = vec![0.0; steps * stretches.len() * (outputs + 1)];
-            let (out, _) = network.forward(&rows, &silent, stretches.len());
-            tell(Told::Predicted, &self.plan.loss.predictions(out));
-        }
+        let fed_back = self.fed_back(network, number, stretches, &rows, &error);
         let (out, pass) = network.forward(&rows, &fed_back, stretches.len());
         let (loss, gradient) = self.loss.of(&out, &error, stretches.len());
         let mut sums = vec![0.0; self.values.len()];
@@ -252,28 +239,25 @@ impl AugmentationTrainer {
         (loss, sums)
     }
 
-    /// Returns the mean absolute error of each output that is left on the validation traces when nothing is fed back, in units
-    /// of the errors' scales; none without validation traces. The best weights are remembered.
+    /// Returns the mean absolute error of each output that is left on the validation traces with the plan's feedback
+    /// ([`FeedbackShares::validated`](super::FeedbackShares::validated)), in units of the errors' scales; none without validation traces. The best weights are remembered.
     pub fn validate_once(&mut self) -> Option<Vec<f64>> {
         if self.validation.is_empty() {
             return None;
         }
         let network = Network::new(self.sizes, &self.layout, &self.values);
         let outputs = self.inputs.selection.len();
-        let errors: Vec<(Vec<f64>, f64)> = self
-            .validation
-            .par_iter()
-            .map(|own| {
-                let steps = own.error.len() / outputs;
-                let (out, _) = network.forward(&own.rows, &vec![0.0; steps * (outputs + 1)], 1);
+        let chunk = |own: &[Sequence]| -> Vec<(Vec<f64>, f64)> {
+            let errors = |(own, out): (&Sequence, Vec<f32>)| {
                 let mut sums = vec![0.0; outputs];
-                let out = self.plan.loss.predictions(out);
                 for (out, error) in out.chunks_exact(outputs).zip(own.error.chunks_exact(outputs)) {
                     out.iter().zip(error).zip(&mut sums).for_each(|((a, b), sum)| *sum += f64::from((a - b).abs()));
                 }
-                (sums, steps as f64)
-            })
-            .collect();
+                (sums, (own.error.len() / outputs) as f64)
+            };
+            own.iter().zip(self.validated(&network, own)).map(errors).collect()
+        };
+        let errors: Vec<(Vec<f64>, f64)> = self.validation.par_chunks(SIDE_BY_SIDE).flat_map_iter(chunk).collect();
         let steps: f64 = errors.iter().map(|(_, steps)| steps).sum();
         let means: Vec<f64> =
             (0..outputs).map(|i| errors.iter().map(|(sums, _)| sums[i]).sum::<f64>() / steps).collect();

@@ -14,8 +14,10 @@ pub enum LatentTokens {
     Spline(Spline),
     /// One latent vector for all tokens, sinusoids of the position added.
     Alibi,
-    /// One latent vector for all tokens, sinusoids of the position beside it: tokens twice as wide.
+    /// One latent vector for all tokens, sinusoids of the position beside it: tokens twice as wide, which a linear map brings to c.
     AlibiCat,
+    /// As [`Self::AlibiCat`] with a decoder of blocks of width 2 c (thesis 3.3: "doubling the size of the transformer decoder blocks").
+    AlibiCatWide,
 }
 
 impl LatentTokens {
@@ -23,7 +25,7 @@ impl LatentTokens {
     pub fn control_points(&self) -> usize {
         match self {
             Self::Spline(spline) => spline.control_points(),
-            Self::Alibi | Self::AlibiCat => 1,
+            Self::Alibi | Self::AlibiCat | Self::AlibiCatWide => 1,
         }
     }
 
@@ -31,7 +33,15 @@ impl LatentTokens {
     pub fn width(&self, latent: usize) -> usize {
         match self {
             Self::Spline(_) | Self::Alibi => latent,
-            Self::AlibiCat => 2 * latent,
+            Self::AlibiCat | Self::AlibiCatWide => 2 * latent,
+        }
+    }
+
+    /// Returns the width of the decoder's blocks, for an encoder of `width`.
+    pub fn decoder_width(&self, width: usize) -> usize {
+        match self {
+            Self::Spline(_) | Self::Alibi | Self::AlibiCat => width,
+            Self::AlibiCatWide => 2 * width,
         }
     }
 
@@ -50,7 +60,7 @@ impl LatentTokens {
         match self {
             Self::Spline(spline) => spline.evaluate_at(control_points, &sampling.parameters(), 0),
             Self::Alibi => Ok(waves() + control_points.expand([b, samples, d])),
-            Self::AlibiCat => Ok(Tensor::cat(
+            Self::AlibiCat | Self::AlibiCatWide => Ok(Tensor::cat(
                 vec![control_points.clone().expand([b, samples, d]), waves().expand([b, samples, d])],
                 2,
             )),

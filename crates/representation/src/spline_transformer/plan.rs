@@ -20,13 +20,17 @@ pub enum Method {
     Spline,
     /// One latent vector, sinusoids of the position added.
     Alibi,
-    /// One latent vector, sinusoids of the position beside it.
+    /// One latent vector, sinusoids of the position beside it, in a decoder as wide as the encoder.
     AlibiCat,
+    /// As [`Self::AlibiCat`], in a decoder of twice that width.
+    AlibiCatWide,
 }
 
 impl Method {
-    /// In Table 3.1's order.
-    pub const ALL: [Self; 3] = [Self::Alibi, Self::AlibiCat, Self::Spline];
+    /// All methods.
+    pub const ALL: [Self; 4] = [Self::Alibi, Self::AlibiCat, Self::AlibiCatWide, Self::Spline];
+    /// The thesis', in Table 3.1's order; its ALiBi-Cat may be of either width.
+    pub const THESIS: [Self; 3] = [Self::Alibi, Self::AlibiCat, Self::Spline];
 
     /// Returns its name on the command line and in files.
     pub fn name(self) -> &'static str {
@@ -34,6 +38,7 @@ impl Method {
             Self::Spline => "spline",
             Self::Alibi => "alibi",
             Self::AlibiCat => "alibi-cat",
+            Self::AlibiCatWide => "alibi-cat-wide",
         }
     }
 
@@ -43,6 +48,7 @@ impl Method {
             Self::Spline => "Spline",
             Self::Alibi => "ALiBi",
             Self::AlibiCat => "ALiBi-Cat",
+            Self::AlibiCatWide => "ALiBi-Cat, decoder of 2c",
         }
     }
 
@@ -57,6 +63,7 @@ impl Method {
             Self::Spline => LatentTokens::Spline(Spline::default()),
             Self::Alibi => LatentTokens::Alibi,
             Self::AlibiCat => LatentTokens::AlibiCat,
+            Self::AlibiCatWide => LatentTokens::AlibiCatWide,
         }
     }
 }
@@ -225,7 +232,7 @@ mod tests {
         assert_eq!(error("iterations = 10\nwarmup = 11"), "plan: warmup: expected 0 to 10, got 11");
         assert!(error("max_gradient_norm = 0.0").starts_with("plan: max_gradient_norm: expected a number from"));
         let error = "sine".parse::<Method>().unwrap_err().to_string();
-        assert!(error.contains("alibi, alibi-cat, spline") && error.contains("'sine'"), "{error}");
+        assert!(error.contains("alibi, alibi-cat, alibi-cat-wide, spline") && error.contains("'sine'"), "{error}");
     }
 
     #[test]

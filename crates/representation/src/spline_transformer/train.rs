@@ -13,6 +13,7 @@ use lifelike_nn::transformer::backprop::{PassError, Weights};
 use lifelike_nn::transformer::{Sampling, SplineAutoencoder};
 use rayon::prelude::*;
 
+use super::passes;
 use super::plan::SequencePlan;
 use super::sequences::{HeldOut, Sequences};
 use super::spread;
@@ -209,6 +210,18 @@ impl<S: Sequences> SequenceTrainer<S> {
             sequences.extend(sequence);
         }
         Ok((points, sequences))
+    }
+
+    /// Decodes control points, on the CPU.
+    ///
+    /// # Shapes
+    /// `[B, control points, d]` to `[B, tokens, width]`.
+    ///
+    /// # Errors
+    /// Tensor data that cannot be read from the device.
+    pub fn decode(&self, points: &[f32]) -> Result<Vec<f32>, RepresentationError> {
+        let network = self.network.valid().fork(&device::inference());
+        passes::sequences(&network, points, self.plan.latent, &Sampling::each(self.data.tokens()))
     }
 
     /// Control points and reconstruction of each part, a core for each.

@@ -1,7 +1,7 @@
 //! Traces as files: `NAME.trace.safetensors`.
 //!
 //! A [safetensors](https://github.com/huggingface/safetensors) file. For block number B it has the arrays `B.simulated`,
-//! `B.force`, `B.reference` and `B.measured`, f32 `[rows, columns]`, SI units; the metadata's entry `trace` is a JSON header with
+//! `B.force`, `B.reference`, `B.measured` and, of bodies, `B.frame`, f32 `[rows, columns]`, SI units; the metadata's entry `trace` is a JSON header with
 //! names, classes, rate and the selections S.
 
 use std::path::Path;
@@ -37,6 +37,8 @@ struct BlockHeader {
     reference: Vec<String>,
     measured: Vec<String>,
     selection: Vec<Selected>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    frame: Vec<String>,
 }
 
 /// Saves a trace.
@@ -49,7 +51,8 @@ pub fn save(trace: &Trace, path: &Path) -> Result<(), SimError> {
     let mut file = Checkpoint::new();
     let mut blocks = Vec::with_capacity(trace.blocks.len());
     for (i, block) in trace.blocks.iter().enumerate() {
-        for (part, columns) in parts(block) {
+        for (part, columns) in parts(block).into_iter().filter(|(part, own)| *part != "frame" || !own.names.is_empty())
+        {
             file.put_f32(&format!("{i}.{part}"), &[rows, columns.names.len()], columns.values.clone())?;
         }
         blocks.push(BlockHeader {
@@ -60,6 +63,7 @@ pub fn save(trace: &Trace, path: &Path) -> Result<(), SimError> {
             reference: block.reference.names.clone(),
             measured: block.measured.names.clone(),
             selection: block.selection.clone(),
+            frame: block.frame.names.clone(),
         });
     }
     let Trace { name, source, rate, .. } = trace.clone();
@@ -92,6 +96,10 @@ pub fn load(path: &Path) -> Result<Trace, SimError> {
             reference: columns(i, "reference", block.reference)?,
             measured: columns(i, "measured", block.measured)?,
             selection: block.selection,
+            frame: match block.frame.is_empty() {
+                true => Columns::default(),
+                false => columns(i, "frame", block.frame)?,
+            },
         });
     }
     let trace = Trace { name: header.name, source: header.source, rate: header.rate, blocks };
@@ -99,12 +107,13 @@ pub fn load(path: &Path) -> Result<Trace, SimError> {
     Ok(trace)
 }
 
-fn parts(block: &BlockTrace) -> [(&'static str, &Columns); 4] {
+fn parts(block: &BlockTrace) -> [(&'static str, &Columns); 5] {
     [
         ("simulated", &block.simulated),
         ("force", &block.force),
         ("reference", &block.reference),
         ("measured", &block.measured),
+        ("frame", &block.frame),
     ]
 }
 
@@ -122,6 +131,7 @@ mod tests {
             reference: Columns::new(&[("position", &[0.3, 0.4])]),
             measured: Columns::new(&[("position", &[0.25, 0.5])]),
             selection: Vec::new(),
+            frame: Columns::new(&[("position_x", &[0.5, 1.0])]),
         };
         block.selection = block.by_name();
         Trace { name: "run".into(), source: "test".into(), rate: 50.0, blocks: vec![block] }

@@ -35,19 +35,23 @@ pub const BODY: [&str; 15] = [
 /// Columns of what holds a rigid body in the robot, about its centre of mass: torque (N m), then force (N).
 pub const BODY_FORCE: [&str; 6] = ["torque_x", "torque_y", "torque_z", "force_x", "force_y", "force_z"];
 
+/// Columns of the pose of a body's parent in the world: position (m) and quaternion.
+pub const FRAME: [&str; 7] =
+    ["position_x", "position_y", "position_z", "orientation_w", "orientation_x", "orientation_y", "orientation_z"];
+
 /// Writes down one environment, step by step: after each step its actuators' state, the load that the rest of the robot is to
 /// them (f_C), and the targets that led there; and where its bodies are and what holds them.
 #[derive(Debug, Clone)]
 pub struct Recorder {
     joints: Vec<String>,
-    bodies: Vec<(usize, String)>,
+    bodies: Vec<Moving>,
     environment: usize,
     rate: f64,
     source: String,
     /// Position, velocity, torque, load and target of each joint, a row for each step.
     rows: Vec<Vec<[f32; 5]>>,
-    /// Position, orientation and wrench of each body that moves.
-    body_rows: Vec<Vec<[f32; 13]>>,
+    /// Position, orientation and wrench of each body that moves, and its parent's pose.
+    body_rows: Vec<Vec<[f32; 20]>>,
 }
 
 impl Recorder {
@@ -87,12 +91,15 @@ impl Recorder {
         self.rows.push((0..n).map(row).collect());
         let environments = state.diverged.len().max(1);
         let count = state.body_position.len() / 3 / environments;
-        let row = |(body, _): &(usize, String)| {
-            let i = id * count + body;
-            let mut row = [0.0; 13];
-            row[..3].copy_from_slice(&state.body_position[3 * i..3 * i + 3]);
-            row[3..7].copy_from_slice(&state.body_orientation[4 * i..4 * i + 4]);
-            row[7..].copy_from_slice(&wrenches.constraint[6 * i..6 * i + 6]);
+        let row = |own: &Moving| {
+            let mut row = [0.0; 20];
+            for (body, first) in [(own.body, 0), (own.parent, 13)] {
+                let i = id * count + body;
+                row[first..first + 3].copy_from_slice(&state.body_position[3 * i..3 * i + 3]);
+                row[first + 3..first + 7].copy_from_slice(&state.body_orientation[4 * i..4 * i + 4]);
+            }
+            let i = id * count + own.body;
+            row[7..13].copy_from_slice(&wrenches.constraint[6 * i..6 * i + 6]);
             row
         };
         self.body_rows.push(self.bodies.iter().map(row).collect());
@@ -120,11 +127,11 @@ impl Recorder {
 
     /// Returns the trace of the bodies that move, all of one class. Velocities are the poses' change since the step before.
     pub fn bodies(&self, name: &str, class: &str) -> Trace {
-        let block = |(i, (_, name)): (usize, &(usize, String))| {
-            let orientation = |row: &[f32; 13]| {
+        let block = |(i, own): (usize, &Moving)| {
+            let orientation = |row: &[f32; 20]| {
                 from_wxyz([row[3], row[4], row[5], row[6]].map(f64::from)).unwrap_or_else(Quat::identity)
             };
-            let (mut state, mut force) = (Vec::new(), Vec::new());
+            let (mut state, mut force, mut frame) = (Vec::new(), Vec::new(), Vec::new());
             for (step, rows) in self.body_rows.iter().enumerate() {
                 let (row, before) = (&rows[i], &self.body_rows[step.saturating_sub(1)][i]);
                 let turn = (orientation(row) * orientation(before).inverse()).scaled_axis() * self.rate;
@@ -132,11 +139,13 @@ impl Recorder {
                 state.extend(to_6d(&orientation(row)).map(|x| x as f32));
                 state.extend((0..3).map(|k| (row[k] - before[k]) * self.rate as f32));
                 state.extend(turn.iter().map(|x| *x as f32));
-                force.extend(&row[7..]);
+                force.extend(&row[7..13]);
+                frame.extend(&row[13..]);
             }
             BlockTrace {
-                name: name.clone(),
+                name: own.name.clone(),
                 class: class.into(),
+                frame: Columns { names: FRAME.map(String::from).to_vec(), values: frame },
                 simulated: Columns { names: BODY.map(String::from).to_vec(), values: state },
                 force: Columns { names: BODY_FORCE.map(String::from).to_vec(), values: force },
                 ..BlockTrace::default()
@@ -147,12 +156,24 @@ impl Recorder {
     }
 }
 
-/// Bodies that some joint moves.
-fn moving(robot: &Robot) -> Vec<(usize, String)> {
+/// A body that some joint moves.
+#[derive(Debug, Clone)]
+struct Moving {
+    body: usize,
+    parent: usize,
+    name: String,
+}
+
+fn moving(robot: &Robot) -> Vec<Moving> {
     let bodies = &robot.character.bodies;
     let mut moves = vec![false; bodies.len()];
     for (i, body) in bodies.iter().enumerate().skip(1) {
         moves[i] = moves[body.parent] || !body.joints.is_empty();
     }
-    bodies.iter().enumerate().filter(|(i, _)| moves[*i]).map(|(i, body)| (i, body.name.clone())).collect()
+    let of = |(i, body): (usize, &lifelike_character::Body)| Moving {
+        body: i,
+        parent: body.parent,
+        name: body.name.clone(),
+    };
+    bodies.iter().enumerate().filter(|(i, _)| moves[*i]).map(of).collect()
 }

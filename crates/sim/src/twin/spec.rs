@@ -62,7 +62,10 @@ pub struct TwinSpec {
     pub delay: [f64; 2],
     /// Bits of a turn of the encoder.
     pub encoder_bits: u32,
-    /// Step of the velocity that a servo tells (rad/s).
+    /// Time over which the firmware differences its encoder for the velocity that a servo reports (s), in whole control steps, at least
+    /// one. 64 ms are 16 steps at 250 Hz.
+    pub velocity_window: f64,
+    /// Step of the reported velocity (rad/s), applied after the window.
     pub velocity_step: f64,
     /// Step of the current that a servo tells, as a share of its stall current.
     pub current_step: f64,
@@ -85,7 +88,8 @@ impl Default for TwinSpec {
             link_flex: 0.012,
             delay: [0.004, 0.008],
             encoder_bits: 12,
-            // 0.229 rpm and 2.69 mA of 2.3 A: XM430's registers.
+            // XM430's registers: 0.229 rpm and 2.69 mA of 2.3 A. One count of 4096 in 64 ms is 0.2289 rpm, the velocity's unit.
+            velocity_window: 0.064,
             velocity_step: 0.229 * std::f64::consts::TAU / 60.0,
             current_step: 0.00117,
         }

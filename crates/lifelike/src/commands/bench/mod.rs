@@ -20,11 +20,11 @@ mod seeds;
 pub mod tracking;
 #[cfg(not(feature = "learning"))]
 use crate::commands::missing::{
-    self as critic, self as curves, self as generation, self as images, self as latent, self as learning,
-    self as reconstruction, self as strands, self as tracking,
+    self as control_points, self as critic, self as curves, self as generation, self as images, self as latent,
+    self as learning, self as reconstruction, self as strands, self as tracking,
 };
 #[cfg(feature = "learning")]
-pub use autoencoders::{curves, images, reconstruction, strands};
+pub use autoencoders::{control_points, curves, images, reconstruction, strands};
 
 use clap::Subcommand;
 
@@ -35,6 +35,7 @@ use crate::output::Output;
 #[derive(Debug, Subcommand)]
 #[allow(missing_docs)] // a comment on a variant would take the place of the command's help text
 pub enum Bench {
+    ControlPoints(control_points::Args),
     Critic(critic::Args),
     Curves(curves::Args),
     Engine(engine::Args),
@@ -55,6 +56,7 @@ impl Bench {
     /// As the command.
     pub fn run(self, output: &Output) -> Result<(), CliError> {
         match self {
+            Self::ControlPoints(args) => control_points::run(&args, output),
             Self::Critic(args) => critic::run(&args, output),
             Self::Curves(args) => curves::run(&args, output),
             Self::Engine(args) => engine::run(&args, output),

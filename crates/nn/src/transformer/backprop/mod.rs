@@ -100,16 +100,17 @@ impl Weights {
     pub fn of(network: &SplineAutoencoder) -> Result<Self, Unreadable> {
         let places = Places::of(network)?;
         let ([inputs, c], d) = (network.input.hidden.weight.dims(), network.to_latent.bias.dims()[0]);
-        let stack = |name: &str, layers: usize| Stack::new(&places, name, layers, c, network.heads);
+        let stack = |name: &str, layers: usize, width: usize| Stack::new(&places, name, layers, width, network.heads);
+        let wide = network.tokens.decoder_width(c);
         Ok(Self {
             input: [Linear::affine(&places, "input.hidden", inputs), Linear::affine(&places, "input.output", c)],
             inputs,
             control: places.range("control"),
-            encoder: stack("encoder", network.encoder.blocks.len()),
+            encoder: stack("encoder", network.encoder.blocks.len(), c),
             to_latent: Linear::affine(&places, "to_latent", c),
             from_latent: Linear::affine(&places, "from_latent", network.tokens.width(d)),
-            decoder: stack("decoder", network.decoder.blocks.len()),
-            output: Linear::affine(&places, "output", c),
+            decoder: stack("decoder", network.decoder.blocks.len(), wide),
+            output: Linear::affine(&places, "output", wide),
             tokens: network.tokens.clone(),
             device: network.control.val().device().inner(),
             places,

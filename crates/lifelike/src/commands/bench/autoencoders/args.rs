@@ -13,9 +13,12 @@ use crate::error::CliError;
 /// Methods that are compared, and their budget.
 #[derive(Debug, clap::Args)]
 pub struct Shared {
-    /// Methods; all where not given.
+    /// Methods; the thesis' three where not given.
     #[arg(long, value_delimiter = ',')]
     pub methods: Vec<Method>,
+    /// Add to each column one in which every method keeps as many numbers of a sequence as the spline.
+    #[arg(long, conflicts_with = "rates")]
+    pub equal_numbers: bool,
     /// Only the plain baselines (mean, cubic for each channel, principal components, cubics of a frame's): no network is trained.
     #[arg(long, conflicts_with_all = ["methods", "rates"])]
     pub plain: bool,

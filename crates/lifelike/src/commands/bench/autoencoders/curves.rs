@@ -28,7 +28,8 @@ Examples:
   lifelike bench curves --families lissajous --seed 0,1,2 -o runs/seeds                # mean and half the range of three
   lifelike bench curves -o runs/other training.batch=64 training.max_gradient_norm=1.0
 
-Families: lissajous, hypotrochoids, bezier-2, bezier-64. Methods: spline, alibi, alibi-cat.
+Families: lissajous, hypotrochoids, bezier-2, bezier-64. Methods: spline, alibi, alibi-cat, alibi-cat-wide
+(a decoder twice as wide, which the thesis' text says of ALiBi-Cat).
 With --rates the learning rate is swept (thesis 3.3.5, Fig. 3.7b) and errors are those of validation, so that a rate can be chosen
 without the test set; --warmup 0,50 runs each rate without and with a linear rise over 50 iterations.")]
 pub struct Args {
@@ -98,6 +99,7 @@ impl Experiment for Curves<'_> {
             title: family.title().into(),
             thesis: Some(thesis(family)),
             plan: plan(budget, family),
+            equal: false,
         };
         chosen.map(column).collect()
     }
@@ -138,7 +140,7 @@ mod tests {
     /// Names of folders, learning rates and warm-ups.
     fn runs(arguments: &str) -> Vec<(String, f64, u64)> {
         let Args { families, shared, overrides } = Command::parse_from(arguments.split(' ')).args;
-        let columns = Curves { families: &families }.columns(shared.budget);
+        let columns = driver::columns(&Curves { families: &families }, &shared);
         let places = driver::places::<Curves<'_>>(&columns, &shared, &overrides).unwrap();
         places.into_iter().map(|p| (p.name, p.plan.training.learning_rate, p.plan.training.warmup)).collect()
     }
@@ -157,6 +159,24 @@ mod tests {
         let both = [run("-rate-1e-1", 0.1, 0), run("-rate-1e-1-warmup-7", 0.1, 7)];
         assert_eq!(runs(&format!("{one} --rates 0.1 --warmup 0,7")), both);
         assert_eq!(runs(&format!("{one} --rates 0.1 --warmup 7")), both[1..]);
+    }
+
+    /// Lissajous curves: three numbers for ALiBi and 12 for the spline; with equal numbers 12 for all, and one run of the spline.
+    #[test]
+    fn equal_numbers_are_the_splines() {
+        let text = "curves --families lissajous --methods alibi,alibi-cat-wide,spline --equal-numbers -o runs";
+        let Args { families, shared, overrides } = Command::parse_from(text.split(' ')).args;
+        let columns = driver::columns(&Curves { families: &families }, &shared);
+        let places = driver::places::<Curves<'_>>(&columns, &shared, &overrides).unwrap();
+        let of = |place: &super::super::results::Place<CurvesPlan>| {
+            let training = &place.plan.training;
+            (place.name.clone(), training.method.numbers(training.latent))
+        };
+        let run = |name: &str, numbers| (format!("lissajous{name}-warmup-500-0"), numbers);
+        let found: Vec<_> = places.iter().map(of).collect();
+        let own = [run("-alibi", 3), run("-alibi-cat-wide", 3), run("-spline", 12)];
+        assert_eq!(found[..3], own);
+        assert_eq!(found[3..], [run("-equal-alibi", 12), run("-equal-alibi-cat-wide", 12), run("-spline", 12)]);
     }
 
     /// Runs that were begun with this plan must go on.

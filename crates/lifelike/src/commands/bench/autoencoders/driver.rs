@@ -26,7 +26,7 @@ pub fn run<E: Experiment>(
     output: &Output,
 ) -> Result<(), CliError> {
     shared.check()?;
-    let columns = experiment.columns(shared.budget);
+    let columns = columns(experiment, shared);
     let places = places::<E>(&columns, shared, changes)?;
     let device = shared.networks.open()?;
     let source = experiment.read(output)?;
@@ -35,7 +35,8 @@ pub fn run<E: Experiment>(
         let data = E::data(&source, &place.plan)?;
         // A sweep chooses by validation, and looks at no test set.
         if !shared.sweeps() && !results.plain.iter().any(|plain| plain.column == place.column) {
-            results.plain.extend(PlainRun::all::<E>(place, &data)?);
+            let equal = columns.iter().any(|column| column.key == place.column && column.equal);
+            results.plain.extend(PlainRun::all::<E>(place, &data, equal)?);
         }
         if shared.plain {
             std::fs::create_dir_all(&shared.output).map_err(CliError::write(&shared.output))?;
@@ -56,6 +57,21 @@ pub fn run<E: Experiment>(
     })
 }
 
+/// The experiment's columns, and beside each, where asked for, one with equal numbers.
+pub(super) fn columns<E: Experiment>(experiment: &E, shared: &Shared) -> Vec<Column<E::Plan>> {
+    let both = |column: Column<E::Plan>| {
+        let equal = shared.equal_numbers.then(|| Column {
+            key: format!("{}-equal", column.key),
+            title: format!("{}, equal numbers", column.title),
+            thesis: None,
+            equal: true,
+            ..column.clone()
+        });
+        [column].into_iter().chain(equal)
+    };
+    experiment.columns(shared.budget).into_iter().flat_map(both).collect()
+}
+
 /// Every run's folder name and plan, checked before the first begins.
 pub(super) fn places<E: Experiment>(
     columns: &[Column<E::Plan>],
@@ -65,7 +81,8 @@ pub(super) fn places<E: Experiment>(
     // None stands for the budget's.
     let told: BTreeSet<Option<u64>> = shared.warmup.iter().copied().map(Some).collect();
     let warmups = if told.is_empty() { [shared.sweeps().then_some(0)].into() } else { told };
-    let methods = Method::ALL.into_iter().filter(|m| shared.methods.is_empty() || shared.methods.contains(m));
+    let default = |method| shared.methods.is_empty() && Method::THESIS.contains(&method);
+    let methods = Method::ALL.into_iter().filter(|own| default(*own) || shared.methods.contains(own));
     // All of one seed first: a table that is stopped on the way has all methods.
     let columns = shared.seed.iter().flat_map(|seed| columns.iter().map(move |column| (*seed, column)));
     let mut places = Vec::new();
@@ -76,6 +93,9 @@ pub(super) fn places<E: Experiment>(
                     let mut plan = column.plan.clone();
                     let training = plan.training_mut();
                     (training.method, training.seed) = (method, seed);
+                    if column.equal {
+                        training.latent = Method::Spline.numbers(training.latent) / method.numbers(1);
+                    }
                     let iterations = shared.iterations.unwrap_or(training.iterations);
                     // The budget's keeps its share of the iterations.
                     let share = training.warmup * iterations / training.iterations;
@@ -86,7 +106,12 @@ pub(super) fn places<E: Experiment>(
                     let warmup = plan.training().warmup;
                     let rate = rate.map_or(String::new(), |rate| format!("-rate-{rate:e}"));
                     let rise = if warmup > 0 { format!("-warmup-{warmup}") } else { String::new() };
-                    let name = format!("{}-{method}{rate}{rise}-{seed}", column.key);
+                    // The spline's own run serves both columns.
+                    let key = match column.equal && method == Method::Spline {
+                        true => column.key.trim_end_matches("-equal"),
+                        false => &column.key,
+                    };
+                    let name = format!("{key}-{method}{rate}{rise}-{seed}");
                     places.push(Place { name, column: column.key.clone(), title: column.title.clone(), plan });
                 }
             }
@@ -120,7 +145,7 @@ fn value<P>(columns: &[Column<P>], shared: &Shared, results: &Results) -> serde_
     let of = |i: usize| -> BTreeMap<&str, Option<f64>> {
         columns.iter().map(|column| (column.key.as_str(), column.thesis.map(|errors| errors[i]))).collect()
     };
-    let thesis: BTreeMap<&str, _> = Method::ALL.iter().enumerate().map(|(i, m)| (m.name(), of(i))).collect();
+    let thesis: BTreeMap<&str, _> = Method::THESIS.iter().enumerate().map(|(i, m)| (m.name(), of(i))).collect();
     json!({ "budget": shared.budget.name(), "thesis": thesis, "plain": results.plain, "runs": results.runs })
 }
 

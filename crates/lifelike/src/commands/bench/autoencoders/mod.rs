@@ -4,6 +4,7 @@
 
 mod args;
 mod budget;
+pub mod control_points;
 pub mod curves;
 mod driver;
 pub mod images;
@@ -104,6 +105,8 @@ pub struct Column<P> {
     pub thesis: Option<[f64; 3]>,
     /// The plan, but for method, seed, rate and warm-up.
     pub plan: P,
+    /// True where each method keeps as many numbers of a sequence as the spline of this plan.
+    pub equal: bool,
 }
 
 /// A test sequence in pictures.
@@ -127,6 +130,7 @@ fn latent_columns<P>(chosen: &[usize], thesis: &[(usize, [f64; 3])], plan: impl 
         title: format!("{latent}D"),
         thesis: thesis.iter().find(|(l, _)| l == latent).map(|(_, errors)| *errors),
         plan: plan(*latent),
+        equal: false,
     };
     chosen.iter().map(column).collect()
 }

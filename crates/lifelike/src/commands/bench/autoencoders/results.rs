@@ -100,9 +100,14 @@ pub struct PlainRun {
 impl PlainRun {
     /// The plain baselines of a column's data. Principal components have as many numbers as the baselines' latent vector, and as many
     /// as the curve's control points.
-    pub fn all<E: Experiment>(place: &Place<E::Plan>, data: &E::Data) -> Result<Vec<Self>, CliError> {
-        let latent = place.plan.training().latent;
-        let counts: BTreeSet<usize> = Method::ALL.into_iter().map(|method| method.numbers(latent)).collect();
+    pub fn all<E: Experiment>(place: &Place<E::Plan>, data: &E::Data, equal: bool) -> Result<Vec<Self>, CliError> {
+        let training = place.plan.training();
+        // A column of equal numbers has one count, whichever method is first in it.
+        let (latent, own) = (training.latent, training.method.numbers(training.latent));
+        let counts: BTreeSet<usize> = match equal {
+            true => [own].into(),
+            false => Method::ALL.into_iter().map(|method| method.numbers(latent)).collect(),
+        };
         let measured = |plain: Plain| {
             let test = measure::<E>(data, |x| Ok(plain.reconstruct(x)?), 0.0)?;
             Ok(Self { column: place.column.clone(), name: plain.name, numbers: plain.numbers, test })
