@@ -146,10 +146,13 @@ pub fn finding_words(finding: &Finding) -> String {
     format!("{what} at {:.1} s", finding.from)
 }
 
+/// Test whether a verdict is of a kind.
+type IsKind = fn(&Verdict) -> bool;
+
 /// Returns the verdicts of several clips in one line: the number that follow, and the number of each other kind.
 pub fn summary<'a>(verdicts: impl Iterator<Item = &'a Verdict> + Clone) -> String {
     let total = verdicts.clone().count();
-    let kinds: [(&str, fn(&Verdict) -> bool); 9] = [
+    let kinds: [(&str, IsKind); 9] = [
         ("follow", |v| matches!(v, Verdict::Follows)),
         ("trackable", |v| matches!(v, Verdict::Trackable)),
         ("fall", |v| matches!(v, Verdict::Falls { .. })),

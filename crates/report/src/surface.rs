@@ -108,9 +108,8 @@ fn simplified(mesh: &Triangles, cell: f64) -> Triangles {
 
 /// Returns a mesh for the page: points around `middle` in units of `unit` metres as i16, indices as u32.
 pub(super) fn pack(mesh: &Triangles) -> Value {
-    let bound =
-        |axis: usize, pick: fn(f32, f32) -> f32, start: f32| mesh.points.iter().map(|p| p[axis]).fold(start, pick);
-    let [low, high] = [bounds(&bound, f32::min, f32::INFINITY), bounds(&bound, f32::max, f32::NEG_INFINITY)];
+    let low = bounds(&mesh.points, f32::min, f32::INFINITY);
+    let high = bounds(&mesh.points, f32::max, f32::NEG_INFINITY);
     let middle = [0, 1, 2].map(|k| if mesh.points.is_empty() { 0.0 } else { 0.5 * (low[k] + high[k]) });
     let reach = (0..3).map(|k| high[k] - middle[k]).fold(1e-6, f32::max);
     let unit = reach / f32::from(i16::MAX);
@@ -120,8 +119,9 @@ pub(super) fn pack(mesh: &Triangles) -> Value {
     json!({ "unit": unit, "middle": middle, "points": encode(&points), "faces": encode(&faces) })
 }
 
-fn bounds(bound: &dyn Fn(usize, fn(f32, f32) -> f32, f32) -> f32, pick: fn(f32, f32) -> f32, start: f32) -> [f32; 3] {
-    [0, 1, 2].map(|axis| bound(axis, pick, start))
+/// Returns the least or greatest coordinates, as `pick` says.
+fn bounds(points: &[[f32; 3]], pick: fn(f32, f32) -> f32, start: f32) -> [f32; 3] {
+    [0, 1, 2].map(|axis| points.iter().map(|p| p[axis]).fold(start, pick))
 }
 
 #[cfg(test)]

@@ -128,7 +128,9 @@ pub(super) fn check(tree: &Table, source: &str) -> Result<(), CliError> {
 }
 
 fn is_missing(key: &str, file: &str) -> bool {
-    !Path::new(file).exists() && !(key == INIT && shipped::named(Path::new(file), Kind::Controller).is_some())
+    let path = Path::new(file);
+    let comes_with_the_program = key == INIT && shipped::named(path, Kind::Controller).is_some();
+    !(comes_with_the_program || path.exists())
 }
 
 fn text_mut(value: &mut Value) -> Option<&mut String> {
