@@ -7,7 +7,7 @@ use lifelike_sim::trace::{BlockTrace, Trace};
 use rayon::prelude::*;
 
 use crate::AugmentationError;
-use crate::model::{Inputs, Network, NetworkPass, SatSizes, Scales, Stream};
+use crate::model::{Inputs, Network, NetworkPass, SatSizes, Scales, Stream, closed_loop};
 use crate::training::LossKind;
 
 /// Ending of the files' names.
@@ -87,13 +87,43 @@ impl Augmentation {
     /// # Errors
     /// [`AugmentationError::Mismatch`] for a block of another class, with other columns, or that lacks what is to be fed back.
     pub fn errors(&self, block: &BlockTrace, feedback: Feedback) -> Result<Vec<f32>, AugmentationError> {
+        Ok(self.errors_of(&[block], feedback)?.swap_remove(0))
+    }
+
+    /// Returns Δs of some blocks, as [`Self::errors`]; with its own predictions they run side by side.
+    ///
+    /// # Errors
+    /// As [`Self::errors`], for the first block that does not fit.
+    pub fn errors_of(&self, blocks: &[&BlockTrace], feedback: Feedback) -> Result<Vec<Vec<f32>>, AugmentationError> {
         let AugmentationHeader { inputs, scales, .. } = &self.header;
-        let (mut out, _) = self.pass(block, feedback)?;
-        self.guard(&mut out);
-        let outputs = scales.error.len();
-        out.chunks_exact_mut(outputs).for_each(|row| row.iter_mut().zip(&scales.error).for_each(|(x, s)| *x *= s));
-        inputs.frame.leave(block, &inputs.outputs(), &mut out)?;
-        Ok(out)
+        let mut all = match feedback {
+            Feedback::Predicted => {
+                let rows = |block: &&BlockTrace| Ok(inputs.sequence("", block, scales)?.rows);
+                self.closed_loop(&blocks.iter().map(rows).collect::<Result<Vec<_>, AugmentationError>>()?)
+            }
+            Feedback::None | Feedback::Measured => {
+                let own = |block: &&BlockTrace| Ok(self.pass(block, feedback)?.0);
+                blocks.iter().map(own).collect::<Result<_, AugmentationError>>()?
+            }
+        };
+        for (block, out) in blocks.iter().zip(&mut all) {
+            self.guard(out);
+            for row in out.chunks_exact_mut(scales.error.len()) {
+                row.iter_mut().zip(&scales.error).for_each(|(x, s)| *x *= s);
+            }
+            inputs.frame.leave(block, &inputs.outputs(), out)?;
+        }
+        Ok(all)
+    }
+
+    /// Guarded predictions of sequences that are fed them.
+    fn closed_loop(&self, rows: &[Vec<f32>]) -> Vec<Vec<f32>> {
+        let rows: Vec<&[f32]> = rows.iter().map(Vec::as_slice).collect();
+        closed_loop(&self.network, &rows, self.header.sizes.known(false), |out| {
+            let mut out = self.header.loss.predictions(out);
+            self.guard(&mut out);
+            out
+        })
     }
 
     /// Returns the mean weight of attention on each history step, from the latest to the oldest, and last on the present step
@@ -121,14 +151,8 @@ impl Augmentation {
             }
             Feedback::Measured => feed(&mut fed_back, &sequence.error, sizes.known(true)),
             Feedback::Predicted => {
-                let stream = self.stream();
-                let (mut records, mut out) = (Vec::new(), Vec::with_capacity(steps * outputs));
-                for row in sequence.rows.chunks_exact(width) {
-                    let mut record = vec![0.0; stream.record_width()];
-                    out.extend(self.step(&stream, row, Feedback::Predicted, |_| past(&records, &stream), &mut record));
-                    records.push(record);
-                }
-                feed(&mut fed_back, &out, sizes.known(false));
+                let own = self.closed_loop(std::slice::from_ref(&sequence.rows));
+                feed(&mut fed_back, &own[0], sizes.known(false));
             }
         }
         let (out, pass) = self.network.forward(&sequence.rows, &fed_back, 1);
@@ -201,13 +225,21 @@ impl Augmentation {
             let what = format!("rate of trace '{}'", trace.name);
             return Err(AugmentationError::mismatch(what, format!("{} Hz", inputs.rate), format!("{} Hz", trace.rate)));
         }
+        let own: Vec<&BlockTrace> = trace.blocks.iter().filter(|block| block.class == inputs.class).collect();
+        let errors = match feedback {
+            Feedback::Measured => {
+                let of = |block: &&BlockTrace| match block.measured.names.is_empty() {
+                    true => self.errors(block, Feedback::None),
+                    false => self.errors(block, Feedback::Measured),
+                };
+                own.iter().map(of).collect::<Result<Vec<_>, _>>()?
+            }
+            other => self.errors_of(&own, other)?,
+        };
         let mut trace = trace.clone();
-        for block in trace.blocks.iter_mut().filter(|block| block.class == inputs.class) {
-            let feedback = match feedback {
-                Feedback::Measured if block.measured.names.is_empty() => Feedback::None,
-                other => other,
-            };
-            let (errors, width) = (self.errors(block, feedback)?, block.simulated.names.len());
+        let blocks = trace.blocks.iter_mut().filter(|block| block.class == inputs.class);
+        for (block, errors) in blocks.zip(errors) {
+            let width = block.simulated.names.len();
             for (i, row) in inputs.selection.iter().enumerate() {
                 // A measured number that is one column of the state tells that column; sums do not tell their parts.
                 let [(name, factor)] = &row.state[..] else { continue };
@@ -282,9 +314,4 @@ fn feed(fed_back: &mut [f32], errors: &[f32], known: f32) {
         fed[..outputs].copy_from_slice(errors);
         fed[outputs] = known;
     }
-}
-
-/// The latest records, as many as are looked back on.
-fn past<'a>(records: &'a [Vec<f32>], stream: &Stream) -> impl DoubleEndedIterator<Item = &'a [f32]> + use<'a> {
-    records[records.len().saturating_sub(stream.history())..].iter().map(Vec::as_slice)
 }

@@ -15,4 +15,4 @@ pub use inputs::{Field, Inputs, Scales, Sequence, drag};
 pub use merged::{merged, split};
 pub use network::{Network, NetworkPass};
 pub use sizes::{Backbone, SatSizes};
-pub use stream::{ClosedLoop, Stream};
+pub use stream::{ClosedLoop, Stream, closed_loop};

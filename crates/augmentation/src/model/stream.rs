@@ -172,3 +172,39 @@ impl ClosedLoop {
         self.records.iter().map(move |record| &record[row * width..][..width])
     }
 }
+
+/// Runs sequences side by side, each step fed the predictions of the steps before, and returns these.
+///
+/// `predictions` makes Δs of the network's numbers of a step, `[rows, outputs]`, and `known` stands beside what is fed back. A sequence that has ended
+/// keeps its last row, and its predictions are left out.
+///
+/// # Shapes
+/// `rows: [steps, inputs]` of each sequence to `[steps, outputs]` of each.
+pub fn closed_loop(
+    network: &Network,
+    rows: &[&[f32]],
+    known: f32,
+    predictions: impl Fn(Vec<f32>) -> Vec<f32>,
+) -> Vec<Vec<f32>> {
+    let (width, outputs) = (network.sizes.inputs, network.sizes.outputs);
+    let mut closed = ClosedLoop::new(network.clone(), rows.len());
+    let mut out = vec![Vec::new(); rows.len()];
+    for step in 0..rows.iter().map(|own| own.len() / width).max().unwrap_or(0) {
+        let at = |own: &&[f32]| {
+            let last = (own.len() / width).saturating_sub(1);
+            own.get(step.min(last) * width..)
+                .and_then(|rest| rest.get(..width))
+                .map_or(vec![0.0; width], <[f32]>::to_vec)
+        };
+        let present: Vec<f32> = rows.iter().flat_map(at).collect();
+        let predicted = predictions(closed.predict(&present));
+        let fed: Vec<f32> = predicted.chunks_exact(outputs).flat_map(|own| [own, &[known]].concat()).collect();
+        closed.remember(&present, &fed);
+        for ((out, own), rows) in out.iter_mut().zip(predicted.chunks_exact(outputs)).zip(rows) {
+            if step < rows.len() / width {
+                out.extend_from_slice(own);
+            }
+        }
+    }
+    out
+}

@@ -5,7 +5,7 @@ use rand::Rng;
 
 use super::trainer::{AugmentationTrainer, Stretch, Told};
 use crate::augmentation::Feedback;
-use crate::model::{ClosedLoop, Network, Sequence};
+use crate::model::{ClosedLoop, Network, Sequence, closed_loop};
 
 impl AugmentationTrainer {
     /// What the encoder is fed in some stretches, as [`Network::forward`] wants it.
@@ -56,10 +56,11 @@ impl AugmentationTrainer {
 
     /// Predictions of some whole sequences with the plan's feedback.
     pub(super) fn validated(&self, network: &Network, all: &[Sequence]) -> Vec<Vec<f32>> {
-        let (width, outputs) = (self.inputs.fields.len(), self.inputs.selection.len());
+        let outputs = self.inputs.selection.len();
         let feedback = self.plan.feedback.validated();
         if feedback == Feedback::Predicted {
-            return self.closed_loop(network, all, width, outputs);
+            let rows: Vec<&[f32]> = all.iter().map(|own| &own.rows[..]).collect();
+            return closed_loop(network, &rows, self.sizes.known(false), |out| self.plan.loss.predictions(out));
         }
         let one = |own: &Sequence| {
             let mut fed_back = vec![0.0; own.error.len() / outputs * (outputs + 1)];
@@ -72,26 +73,5 @@ impl AugmentationTrainer {
             self.plan.loss.predictions(network.forward(&own.rows, &fed_back, 1).0)
         };
         all.iter().map(one).collect()
-    }
-
-    /// Predictions of sequences side by side, each step fed the ones before.
-    fn closed_loop(&self, network: &Network, all: &[Sequence], width: usize, outputs: usize) -> Vec<Vec<f32>> {
-        let (mut closed, known) = (ClosedLoop::new(network.clone(), all.len()), self.sizes.known(false));
-        let lengths: Vec<usize> = all.iter().map(|own| own.rows.len() / width).collect();
-        let mut out = vec![Vec::new(); all.len()];
-        for step in 0..lengths.iter().copied().max().unwrap_or(0) {
-            // A sequence that has ended keeps its last row, and its predictions are left out.
-            let at = |(own, length): (&Sequence, &usize)| own.rows[step.min(length - 1) * width..][..width].to_vec();
-            let rows: Vec<f32> = all.iter().zip(&lengths).flat_map(at).collect();
-            let predicted = self.plan.loss.predictions(closed.predict(&rows));
-            let fed: Vec<f32> = predicted.chunks_exact(outputs).flat_map(|own| [own, &[known]].concat()).collect();
-            closed.remember(&rows, &fed);
-            for ((out, own), length) in out.iter_mut().zip(predicted.chunks_exact(outputs)).zip(&lengths) {
-                if step < *length {
-                    out.extend_from_slice(own);
-                }
-            }
-        }
-        out
     }
 }
