@@ -21,8 +21,10 @@ pub enum Kind {
     Controller,
     Generator,
     Critic,
+    #[cfg(feature = "learning")]
     Evaluator,
     Prior,
+    #[cfg(feature = "learning")]
     Spline,
 }
 
@@ -33,8 +35,10 @@ impl Kind {
             Self::Controller => "controller",
             Self::Generator => "generator",
             Self::Critic => "critic",
+            #[cfg(feature = "learning")]
             Self::Evaluator => "evaluator",
             Self::Prior => "prior",
+            #[cfg(feature = "learning")]
             Self::Spline => "spline",
         }
     }
