@@ -42,7 +42,7 @@ const VERSION: &str = env!("LIFELIKE_VERSION");
 const AFTER: &str = "\
 See a robot follow motion in physics, and make motion from a sentence, without any download:
   lifelike demo
-  lifelike generate \"a person waves with the right hand\" --physics
+  lifelike generate \"a person waves with the right hand\" --physics -o wave.motion.safetensors
 
 A first policy in minutes, on our own keyframed clips:
   lifelike train tracker --plan track -o runs/first budget.minutes=5

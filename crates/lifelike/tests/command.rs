@@ -370,6 +370,12 @@ fn a_policy_sees_the_codes_of_a_spline_prior() {
     assert_eq!(evaluation["overall"]["episodes"], 2);
     assert!(evaluation["overall"]["joint_error_deg"].as_f64().unwrap() > 0.0);
 
+    // In its run's folder a policy's prior is found by the plan beside it; elsewhere it has to be named.
+    assert!(lifelike(&eval).status.success());
+    let alone = path("alone.policy.safetensors");
+    std::fs::copy(&policy, &alone).unwrap();
+    let eval =
+        ["eval", "--policy", &alone, "--motions", "motions/nod.keys.toml", "-o", &path("report"), "--starts", "2"];
     let without = lifelike(&eval);
     let digest = json(&["inspect", &policy])["header"]["prior"].as_str().unwrap().to_owned();
     assert_eq!(without.status.code(), Some(2));

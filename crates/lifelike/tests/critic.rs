@@ -140,7 +140,7 @@ fn generator_tracker_and_critic_are_trained_in_turn() {
         "robot = 'lima'\ngenerator = {}\ninit = 'assets/lima-path.policy.safetensors'\ndataset = '{set}'\n\
          clips = ['motions/walk.keys.toml']\nseed = 1\nrounds = 1\nprompts = 3\nmeasured = 2\nsplit = 'train'\n\
          judge = {{ sentences = 2, split = 'train', episodes = 4, seconds = 1.0 }}\n\
-         [tracker]\nplan = 'track-all'\nkeys = ['budget.steps=500', 'ppo.environments=16', 'ppo.minibatch=32']\n\
+         [tracker]\nplan = 'track-long'\nkeys = ['budget.steps=500', 'ppo.environments=16', 'ppo.minibatch=32']\n\
          [critic]\nplan = '{}'\n\
          [align]\nplan = 'align'\nkeys = ['iterations=2', 'batch=4', 'prompts=2', 'tolerance=100.0']\n",
         made["generator"],
