@@ -57,7 +57,7 @@ fn print(text: &str) -> Result<(), CliError> {
     }
 }
 
-/// Whether all columns are shown, as the command line said.
+/// True where the command line asks for all columns.
 static WIDE: OnceLock<bool> = OnceLock::new();
 
 /// Shows all columns of tables from now on, however long their lines become.

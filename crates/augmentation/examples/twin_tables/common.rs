@@ -77,7 +77,7 @@ impl Form {
         }
     }
 
-    /// What it is tested with: the thesis feeds actuators measurements, bodies their own predictions or nothing.
+    /// Feedback in tests: the thesis feeds actuators measurements, bodies their own predictions or nothing.
     pub fn feedbacks(self, class: &str) -> Vec<Feedback> {
         match (self, class == BODY) {
             (Self::Ours, true) => vec![Feedback::None, Feedback::Predicted],
@@ -118,7 +118,7 @@ pub fn random_runs(name: &str, runs: usize, seed: u64, bodies: bool) -> Outcome<
     Ok(on_twin(&random::draw(&robot, &spec)?, &robot, &robot, &twin(name), &measuring(bodies))?)
 }
 
-/// What is learned from, and what the best weights are chosen on: random motions of KickBot, never the tests'.
+/// Motions for training and for choosing the best weights: random ones of KickBot, never the tests'.
 pub fn training(settings: Settings, bodies: bool) -> Outcome<[Vec<Trace>; 2]> {
     Ok([random_runs("kickbot", settings.runs, 1, bodies)?, random_runs("kickbot", 5, 2, bodies)?])
 }

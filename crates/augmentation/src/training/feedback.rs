@@ -8,7 +8,7 @@ use crate::augmentation::Feedback;
 use crate::model::{ClosedLoop, Network, Sequence, closed_loop};
 
 impl AugmentationTrainer {
-    /// What the encoder is fed in some stretches, as [`Network::forward`] wants it.
+    /// Feedback to the encoder in some stretches, as [`Network::forward`] wants it.
     ///
     /// In closed-loop stretches the network runs step by step from the stretch's begin and gets its own predictions; no gradient goes
     /// through these numbers (as in scheduled sampling), while memory and attention carry gradients over the whole stretch.

@@ -23,7 +23,7 @@ Examples:
   lifelike fetch dm_control              # the humanoids of dm_control (Apache-2.0)
   lifelike fetch minilm                  # text encoder all-MiniLM-L6-v2 (Apache-2.0), 83 MB")]
 pub struct Args {
-    /// What to fetch: g1, dm_control or minilm.
+    /// Name: g1, dm_control or minilm.
     pub name: String,
     /// Skip the meshes of a robot: physics needs none of them.
     #[arg(long)]
