@@ -43,3 +43,5 @@ train prior prior-thesis-lima --plan prior-thesis-lima                          
 for set in lima-captures g1-grammar lima-grammar g1-captures; do
     MOCAP="$captures" LIFELIKE="$lifelike" "$here/study-generation.sh" "$set" "runs/generation-$set"    # 15 hours each
 done
+# Thesis chapter 2 in the thesis' form: docs/results/augmentation.md has the command (in a checkout, `--example twin_tables`).
+# Thesis chapter 3's long rows: docs/results/spline-transformers.md has the commands and their times.
