@@ -18,7 +18,8 @@ cargo xtask COMMAND
                       or the text encoder of text to motion into third_party/minilm (minilm, 83 MB)
   dist                build a stripped program with completions and manual pages: a tarball, and a Debian package
                       where dpkg is there
-  docs                build the documentation site into target/book/html (needs mdBook: cargo install mdbook)
+  docs                build the documentation site into target/book/html with mdBook, which is installed into third_party where it
+                      is missing
   help                this text
 
 Nothing else of this project touches the network. What is fetched has a fixed version and a fixed SHA-256.";

@@ -91,6 +91,35 @@ fn every_link_leads_somewhere() {
     assert!(broken.is_empty(), "{broken:#?}");
 }
 
+#[test]
+fn every_guide_says_how_long_its_steps_take() {
+    let summary = fs::read_to_string(docs().join("SUMMARY.md")).unwrap();
+    let guides = links(summary.split("\n# ").find(|part| part.starts_with("Guides")).unwrap());
+    assert!(guides.len() >= 6, "{guides:?}");
+    for guide in guides {
+        let text = fs::read_to_string(docs().join(&guide)).unwrap();
+        assert!(text.lines().take(4).any(|line| line.starts_with("**Time:** ")), "{guide}: expected '**Time:** ...'");
+    }
+}
+
+#[test]
+fn the_site_has_every_page_that_its_pages_link_to() {
+    let site = tempfile::tempdir().unwrap();
+    xtask::docs::collect(&xtask::root(), site.path()).unwrap();
+    let mut broken = Vec::new();
+    for page in pages(site.path()) {
+        for link in links(&fs::read_to_string(&page).unwrap()) {
+            let file = link.split('#').next().unwrap_or_default();
+            // Source files are no pages, and the command reference comes from the program.
+            let is_page = file.ends_with(".md") && file != "commands.md" && !link.contains("://");
+            if is_page && !page.parent().unwrap().join(file).exists() {
+                broken.push(format!("{}: {link}", page.display()));
+            }
+        }
+    }
+    assert!(broken.is_empty(), "{broken:#?}");
+}
+
 /// Returns the sentences of a page's paragraphs and lists; tables, code and headings have none.
 fn sentences(text: &str) -> Vec<String> {
     let (mut paragraphs, mut in_code) = (vec![String::new()], false);
