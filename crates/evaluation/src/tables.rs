@@ -256,9 +256,10 @@ pub(super) fn playback(rollout: &Rollout) -> Playback {
     } else {
         "no frame survived".into()
     };
-    let end = match &score.failure {
-        Some(failure) => format!("fell at {:.2} s: {}", failure.second, failure.cause.words()),
-        None => format!("survived {:.1} s", score.planned_seconds),
+    let verdict = Verdict::of(&[&score]);
+    let verdict = match &score.failure {
+        Some(failure) => format!("{verdict}: {}", failure.cause.words()),
+        None => verdict.to_string(),
     };
     let start = if rollout.start > 0.0 { format!(" from {:.1} s", rollout.start) } else { String::new() };
     let columns = rollout.names.feet.len();
@@ -271,7 +272,7 @@ pub(super) fn playback(rollout: &Rollout) -> Playback {
     let joints = |frames: &[Snapshot]| frames.iter().map(|f| f.joints.clone()).collect();
     Playback {
         name: format!("{}{start}", rollout.clip),
-        note: format!("{} · {errors} · {end}", Verdict::of(&[&score])),
+        note: format!("{verdict} · {errors} · {:.1} s", score.planned_seconds),
         fps: rollout.fps,
         simulated: bodies(&rollout.simulated),
         reference: bodies(&rollout.reference),
@@ -313,7 +314,7 @@ mod tests {
         let causes = evaluation.fall_summary().map(|table| table.rows).unwrap_or_default();
         assert_eq!(texts(&causes[0])[..3], ["root sank", "1", "1"]);
         let playbacks = evaluation.playbacks();
-        assert_eq!(playbacks[0].note, "follows · 2.0° · 0.0 cm · survived 1.0 s");
+        assert_eq!(playbacks[0].note, "follows · 2.0° · 0.0 cm · 1.0 s");
         assert_eq!((playbacks[1].fall, playbacks[1].simulated.len()), (Some(0.5), 11));
     }
 }

@@ -162,13 +162,12 @@ impl ReportBuilder {
         if is_live || !facts.is_empty() {
             facts = format!("<dl data-is=\"facts\">\n{facts}</dl>\n");
         }
-        let mut sections = String::new();
         let hidden = |section: &str| section.replacen("<section", "<section hidden", 1);
-        if !self.playbacks.is_empty() {
-            sections.push_str(PLAYER);
-        } else if is_live {
-            sections.push_str(&hidden(PLAYER));
-        }
+        let player = match (self.playbacks.is_empty(), is_live) {
+            (false, _) => PLAYER.to_string(),
+            (true, true) => hidden(PLAYER),
+            (true, false) => String::new(),
+        };
         let smoothing = if self.measured { "value=\"0\"" } else { SMOOTHED };
         let curves = match (self.curves.is_empty(), is_live) {
             (false, _) => CURVES.replace(SMOOTHED, smoothing),
@@ -176,9 +175,13 @@ impl ReportBuilder {
             (true, false) => String::new(),
         };
         let tables = self.tables.iter().map(Table::to_html).chain(self.charts.iter().map(Chart::to_html));
-        let tables = tables.chain(self.drawings.iter().map(Drawing::to_html)).collect();
-        let [first, second] = if self.curves_first { [curves, tables] } else { [tables, curves] };
-        sections += &(first + &second);
+        let tables: String = tables.chain(self.drawings.iter().map(Drawing::to_html)).collect();
+        // Of a training that goes on, survival is of more interest than how the robot moves.
+        let mut sections = match (is_live, self.curves_first) {
+            (true, _) => curves + &player + &tables,
+            (false, true) => player + &curves + &tables,
+            (false, false) => player + &tables + &curves,
+        };
         if sections.is_empty() {
             sections.push_str("<p class=\"quiet\">Nothing was recorded.</p>\n");
         }
@@ -187,6 +190,7 @@ impl ReportBuilder {
             PAGE,
             &[
                 ("title", &escape(&self.title)),
+                ("kind", if is_live { "live" } else { "report" }),
                 ("style", STYLE),
                 ("subtitle", &subtitle),
                 ("facts", &facts),

@@ -52,19 +52,41 @@ pub(super) fn describe(character: &Character) -> Value {
     json!({ "name": character.name, "bodies": names, "geoms": geoms, "height": height, "meshes": meshes })
 }
 
-/// A captured skeleton as JSON: bones between joints.
+/// A captured skeleton as JSON: bones between joints, and a head.
 pub(super) fn describe_skeleton(skeleton: &Skeleton) -> Value {
+    let height = rest_height(skeleton);
     let bone = |parent: usize, offset: &Vec3| {
         let length = offset.norm();
         let along = Quat::rotation_between(&Vec3::z(), offset)
             .unwrap_or_else(|| Quat::from_axis_angle(&Vec3::x_axis(), std::f64::consts::PI));
-        let size = [(0.14 * length).clamp(0.006, 0.035), length / 2.0];
+        let size = [(0.14 * length).clamp(0.006 * height, 0.03 * height), length / 2.0];
         (length > 1e-3).then(|| shape_json(parent + 1, "capsule", &size, &(offset / 2.0), &along, [0.5, 0.5, 0.5, 1.0]))
     };
     let joints = skeleton.parents.iter().zip(&skeleton.offsets).filter_map(|(parent, offset)| bone((*parent)?, offset));
-    let geoms: Vec<Value> =
-        joints.chain(skeleton.ends.iter().filter_map(|(joint, offset)| bone(*joint, offset))).collect();
-    json!({ "name": "human", "bodies": skeleton.names, "geoms": geoms, "height": 1.0, "meshes": {} })
+    let is_head = |joint: &usize| skeleton.names[*joint].to_lowercase().ends_with("head");
+    let head = (0..skeleton.names.len()).find(is_head).map(|joint| {
+        let middle = Vec3::new(0.01, 0.0, 0.06) * height;
+        let size = [0.052, 0.042, 0.07].map(|half| half * height);
+        shape_json(joint + 1, "ellipsoid", &size, &middle, &Quat::identity(), [0.5, 0.5, 0.5, 1.0])
+    });
+    let ends = skeleton.ends.iter().filter(|(joint, _)| !is_head(joint));
+    let geoms: Vec<Value> = joints.chain(ends.filter_map(|(joint, offset)| bone(*joint, offset))).chain(head).collect();
+    json!({ "name": "human", "bodies": skeleton.names, "geoms": geoms, "height": height, "meshes": {} })
+}
+
+/// Returns the height of a skeleton in its rest pose (m).
+fn rest_height(skeleton: &Skeleton) -> f64 {
+    let mut heights: Vec<f64> = Vec::with_capacity(skeleton.offsets.len());
+    for (parent, offset) in skeleton.parents.iter().zip(&skeleton.offsets) {
+        heights.push(parent.map_or(0.0, |parent| heights[parent] + offset.z));
+    }
+    let ends = skeleton.ends.iter().map(|(joint, offset)| heights[*joint] + offset.z);
+    let (low, high) = heights
+        .iter()
+        .copied()
+        .chain(ends)
+        .fold((0.0, 0.0_f64), |(low, high): (f64, f64), z| (low.min(z), high.max(z)));
+    (high - low).max(0.05)
 }
 
 fn shape_of(shape: &GeomShape) -> Option<(&'static str, Vec<f64>)> {
@@ -106,4 +128,29 @@ fn height(character: &Character) -> f64 {
         }
     }
     if high > low { (high - low).max(0.05) } else { 1.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_human_has_a_head_in_proportion() {
+        let up = |z: f64| Vec3::new(0.0, 0.0, z);
+        let skeleton = Skeleton {
+            names: ["Hips", "Spine", "Head", "Foot"].map(String::from).to_vec(),
+            parents: vec![None, Some(0), Some(1), Some(0)],
+            offsets: vec![up(0.0), up(0.5), up(0.3), up(-0.9)],
+            ends: vec![(2, up(0.2)), (3, up(-0.1))],
+        };
+        let human = describe_skeleton(&skeleton);
+        // From the end of the foot at -1 m to that of the head at 1 m.
+        assert_eq!(human["height"], 2.0);
+        let shapes: Vec<&str> =
+            human["geoms"].as_array().into_iter().flatten().filter_map(|g| g["shape"].as_str()).collect();
+        // Spine, neck, leg and foot are bones; the head's own bone is inside of the head.
+        assert_eq!(shapes, ["capsule", "capsule", "capsule", "capsule", "ellipsoid"]);
+        let head = &human["geoms"][4];
+        assert_eq!((head["body"].as_u64(), head["size"][2].as_f64()), (Some(2), Some(0.14)));
+    }
 }

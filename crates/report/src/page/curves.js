@@ -31,8 +31,9 @@ class Panel {
   static W = 320;
   static H = 130;
 
-  constructor(curve, hover) {
-    this.lines = curve.lines;
+  // `words` writes a value.
+  constructor(curve, hover, words = short) {
+    Object.assign(this, { lines: curve.lines, words });
     this.root = document.createElement("figure");
     const head = document.createElement("figcaption");
     const name = document.createElement("b");
@@ -59,7 +60,8 @@ class Panel {
     // drawn boldly always fit.
     let [low, high] = [Infinity, -Infinity];
     for (const line of this.lines) {
-      line.smoothed = smooth(line.y, amount);
+      // A few points are no trend.
+      line.smoothed = smooth(line.y, line.y.length < 20 ? 0 : amount);
       const sorted = line.y.filter((v) => v !== null).sort((a, b) => a - b);
       const quantile = (q) => sorted[Math.round(q * (sorted.length - 1))];
       for (const v of [quantile(0.01), quantile(0.99), ...line.smoothed]) {
@@ -90,7 +92,7 @@ class Panel {
       shape("path", { d: path(line.x, line.smoothed), class: `bold series-${k % 4}` }, this.svg);
     });
     this.cross = shape("line", { y1: 0, y2: Panel.H, class: "cross", visibility: "hidden" }, this.svg);
-    this.axis.replaceChildren(...[`${short(low)} … ${short(high)}`, `${short(this.x0)} – ${short(this.x1)}`].map((t) => {
+    this.axis.replaceChildren(...[`${this.words(low)} … ${this.words(high)}`, `${short(this.x0)} – ${short(this.x1)}`].map((t) => {
       const span = document.createElement("span");
       span.textContent = t;
       return span;
@@ -101,7 +103,7 @@ class Panel {
   hover(at) {
     this.cross.setAttribute("visibility", at === null ? "hidden" : "visible");
     if (at === null) {
-      this.value.textContent = this.lines.map((line) => short(line.smoothed[line.x.length - 1])).join(" / ");
+      this.value.textContent = this.lines.map((line) => this.words(line.smoothed[line.x.length - 1])).join(" / ");
       return;
     }
     const near = this.lines.map(({ x }) => {
@@ -112,7 +114,8 @@ class Panel {
     const place = this.lines[0].x[near[0]];
     this.cross.setAttribute("x1", this.px(place));
     this.cross.setAttribute("x2", this.px(place));
-    this.value.textContent = `${this.lines.map((line, k) => short(line.y[near[k]])).join(" / ")} at ${short(place)}`;
+    const values = this.lines.map((line, k) => this.words(line.y[near[k]])).join(" / ");
+    this.value.textContent = this.words === short ? `${values} at ${short(place)}` : values;
   }
 }
 

@@ -82,6 +82,7 @@ class Viewer {
     this.press("reference", this.reference);
     this.drawJoints();
     this.find("note").textContent = this.clip.note;
+    this.find("shade").hidden = !this.clip.error;
     const [simulated, reference] = this.clip.labels;
     this.find("legend-physics").textContent = simulated;
     this.find("legend-reference").textContent = reference;
@@ -276,10 +277,11 @@ class Viewer {
     const curves = clip.jointNames.map((name, j) => {
       const lines = clip.joints.map((values, k) => ({ label: clip.labels[k], x, y: column(values, j) })).filter((l) => l.y.length);
       const off = lines.length > 1 ? lines[0].y.reduce((sum, y, f) => sum + Math.abs(y - lines[1].y[f]), 0) : 0;
-      return { name: `${name.replaceAll("_", " ")} (deg)`, lines, off };
+      return { name: name.replaceAll("_", " ").replace(/ joint$/, ""), lines, off };
     });
+    const degrees = (v) => `${v.toFixed(1)}°`;
     const seek = (t) => { if (t !== null) { this.playing = false; this.time = t; this.dirty = true; } };
-    this.panels = curves.sort((a, b) => b.off - a.off).map((curve) => new Panel(curve, seek));
+    this.panels = curves.sort((a, b) => b.off - a.off).map((curve) => new Panel(curve, seek, degrees));
     root.append(...this.panels.map((p) => p.root));
     this.panels.forEach((p) => p.draw(0));
   }

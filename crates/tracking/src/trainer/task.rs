@@ -131,7 +131,7 @@ impl TrainingTask for Trainer {
     }
 
     fn headlines(&self) -> &'static [&'static str] {
-        &["Train/survival", "Train/mean_step_reward", "Reward/joint_position", "Train/mean_episode_length"]
+        &["Train/survival", "Train/mean_step_reward", "Train/joint_error_deg", "Train/mean_episode_length"]
     }
 
     fn report(&self, report: ReportBuilder) -> ReportBuilder {

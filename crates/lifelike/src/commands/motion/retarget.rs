@@ -236,7 +236,9 @@ fn look(folder: &Path, robot: &Robot, read: &ReadOptions, done: &[Done]) -> Resu
         let source = formats::read_source(&one.file, read)?;
         let playback = Playback::from_clip(character, &clip)?.with_contacts(character, anatomy, &clip);
         let playback = playback.beside_source(&source, report.scale, report.tempo);
-        let note = one.verdict.as_ref().map_or_else(String::new, Verdict::to_string);
+        let verdict = one.verdict.as_ref().map_or_else(String::new, Verdict::to_string);
+        let (position, angle) = summary::errors(report);
+        let note = format!("{verdict} · {angle:.1}° · {:.1} cm · {:.1} s", 100.0 * position, report.seconds);
         playbacks.push(Playback { note, ..playback });
     }
     let path = folder.join("report.html");

@@ -77,7 +77,7 @@ impl<'a> Driver<'a> {
             if let Some(page) = page.as_mut().filter(|page| page.is_due()) {
                 let facts = facts("trains", now.done, now.total, now.seconds, Some(left), &words(now));
                 // A page that cannot be written is no reason to stop.
-                if let Err(error) = page.show(now.iteration, &facts, false) {
+                if let Err(error) = page.show(&facts, false) {
                     tracing::warn!("live page: {error}");
                 }
             }
@@ -95,7 +95,7 @@ impl<'a> Driver<'a> {
         if let Some(page) = &mut page {
             let state = if interrupted.load(Ordering::SeqCst) { "stopped" } else { "done" };
             let facts = facts(state, summary.done, task.budget().total, summary.seconds, None, "");
-            page.show(summary.iteration, &facts, true)?;
+            page.show(&facts, true)?;
         }
         summary.interrupted &= self.collective.size() > 1 || interrupted.load(Ordering::SeqCst);
         Ok(Some(summary))
@@ -111,11 +111,10 @@ fn facts(
     left: Option<f64>,
     words: &str,
 ) -> Vec<(&'static str, String)> {
-    let left = left.map(|left| ("left", duration(left)));
-    let mut facts = vec![("state", state.to_string()), ("done", steps_of(done, total)), ("trained", duration(seconds))];
-    facts.extend(left);
-    facts.extend((!words.is_empty()).then(|| ("now", words.to_string())));
-    facts
+    let now = (!words.is_empty()).then(|| ("now", words.to_string()));
+    let left = left.map(|left| ("time left", duration(left)));
+    let steps = [("steps", steps_of(done, total)), ("trained", duration(seconds))];
+    now.into_iter().chain(steps).chain(left).chain([("state", state.to_string())]).collect()
 }
 
 /// Returns the work done of all in a few characters.

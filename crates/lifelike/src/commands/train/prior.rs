@@ -21,12 +21,12 @@ use crate::output::{Output, table};
 
 /// Train a motion prior: a code z_t for the second of motion around every frame.
 ///
-/// A plan with a table [prior] trains the convolutional beta-VAE of thesis 4.2.1; with [spline], the Spline-based Transformer of
-/// chapter 3 on the same windows, whose latent control points are the code; with [pca], principal components, the plain baseline
-/// (latent, iterations, [pca.windows]). Each becomes motion.prior.safetensors, and whatever takes one takes the others: train tracker (prior = and inputs.latent = of its plan), eval, motion search, bench latent.
+/// The plan's table selects the encoder. [prior] is the convolutional beta-VAE of thesis 4.2.1. [spline] is the
+/// Spline-based Transformer of chapter 3 on the same windows; its latent control points are the code. [pca] is
+/// principal components, the plain baseline. Every command that takes a motion.prior.safetensors takes all three.
 ///
-/// The run is a folder: plan.toml, metrics.jsonl, TensorBoard events, checkpoints, and at the end motion.prior.safetensors and
-/// reconstruction.json. Ctrl-C saves and stops; --resume goes on as if nothing had happened.
+/// The run is a folder: plan.toml, metrics.jsonl, TensorBoard events, checkpoints, motion.prior.safetensors and
+/// reconstruction.json. Ctrl-C saves and stops; --resume continues with the same results as an uninterrupted run.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:

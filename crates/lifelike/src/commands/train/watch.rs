@@ -7,7 +7,7 @@ use std::time::{Duration, Instant, SystemTime};
 use lifelike_evaluation::EvaluationOptions;
 use lifelike_motion::MotionClip;
 use lifelike_report::run::RunFolder;
-use lifelike_report::{Curve, LivePage, ReportBuilder, curves_from};
+use lifelike_report::{LivePage, ReportBuilder, curves_from};
 use lifelike_robot::Robot;
 
 use crate::commands::controller_file::Loaded;
@@ -50,14 +50,13 @@ impl<'a> Look<'a> {
         Self { policy, prior, robot, clips: clips.into_iter().step_by(every).collect(), physics }
     }
 
-    /// Lets the policy follow the clips; returns a report with what came of it, and the mean joint error (deg).
-    fn play(&self) -> Result<(ReportBuilder, f64), CliError> {
+    /// Lets the policy follow the clips; returns a report that plays them.
+    fn play(&self) -> Result<ReportBuilder, CliError> {
         let loaded = Loaded::new(&self.policy, Arc::clone(&self.robot), self.prior)?;
         let options = EvaluationOptions { seconds: SECONDS, starts: 1, ..EvaluationOptions::default() };
         let quiet = Output { json: false, quiet: true, silent: true };
         let evaluation = Job { loaded: &loaded, physics: self.physics }.run(&self.clips, &options, &quiet)?;
-        let report = ReportBuilder::new("").playback(&self.robot.character, &evaluation.playbacks());
-        Ok((report, evaluation.overall.joint_error_deg))
+        Ok(ReportBuilder::new("").playback(&self.robot.character, &evaluation.playbacks()))
     }
 }
 
@@ -69,7 +68,6 @@ pub struct Watch<'a> {
     look: Option<&'a Look<'a>>,
     /// When the policy that was seen last was written.
     seen: Option<SystemTime>,
-    joint_error: Curve,
     last: Instant,
 }
 
@@ -84,8 +82,7 @@ impl<'a> Watch<'a> {
         let page = LivePage::begin(folder.path(), &ReportBuilder::new(title).fact("state", "begins"))?;
         let path = std::path::absolute(page.path()).unwrap_or_else(|_| page.path());
         tracing::info!("open this in a browser: {}", path.display());
-        let joint_error = Curve { name: "joint error at checkpoints (deg)".into(), ..Curve::default() };
-        Ok(Self { page, folder, headlines, look, seen: None, joint_error, last: Instant::now() })
+        Ok(Self { page, folder, headlines, look, seen: None, last: Instant::now() })
     }
 
     /// Returns whether it is time to show more.
@@ -94,22 +91,18 @@ impl<'a> Watch<'a> {
     }
 
     /// Shows these facts and the curves so far; a policy that was not seen yet, too.
-    pub fn show(&mut self, iteration: u64, facts: &[(&str, String)], done: bool) -> Result<(), CliError> {
+    pub fn show(&mut self, facts: &[(&str, String)], done: bool) -> Result<(), CliError> {
         self.last = Instant::now();
         if let Some(look) = self.look
             && let Some(written) = std::fs::metadata(&look.policy).and_then(|file| file.modified()).ok()
             && self.seen != Some(written)
         {
             self.seen = Some(written);
-            let (report, joint_error) = look.play()?;
-            self.page.show_motion(&report)?;
-            self.joint_error.x.push(iteration as f64);
-            self.joint_error.y.push(joint_error);
+            self.page.show_motion(&look.play()?)?;
         }
-        let names: Vec<&str> = self.headlines.iter().copied().chain([self.joint_error.name.as_str()]).collect();
         let report = facts.iter().fold(ReportBuilder::new(""), |report, (name, text)| report.fact(name, text.as_str()));
-        let curves = curves_from(&self.folder.metrics()?).into_iter().chain([self.joint_error.clone()]);
-        self.page.show(&report.headlines(&names).curves(curves), done)?;
+        let curves = curves_from(&self.folder.metrics()?);
+        self.page.show(&report.headlines(self.headlines).curves(curves), done)?;
         Ok(())
     }
 }

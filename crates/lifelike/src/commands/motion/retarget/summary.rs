@@ -70,6 +70,11 @@ impl Summary {
     }
 }
 
+/// Returns the mean distance (m) and angle (deg) of key bodies from their targets.
+pub(super) fn errors(report: &RetargetReport) -> (f64, f64) {
+    (mean(report.position_error.values()), mean(report.orientation_error.values()))
+}
+
 /// The table of clips: a verdict and the numbers of each.
 pub(super) fn table_of(done: &[Done]) -> Table {
     let columns = [

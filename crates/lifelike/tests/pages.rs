@@ -1,0 +1,145 @@
+//! The pages in a browser: no console error, something on the canvas, curves that can be told apart, and exports that are files.
+//!
+//! Needs Chromium (`apt install chromium`) and is skipped, with a word, where there is none.
+
+#![cfg(unix)]
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
+#[path = "pages/browser.rs"]
+mod browser;
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use browser::{Browser, within};
+use serde_json::json;
+
+/// Sizes and themes in which every page is opened.
+const SCREENS: [(u32, u32, &str); 2] = [(1280, 800, "light"), (390, 844, "dark")];
+/// Number of colours, in 32 steps a channel, on the canvas of 64 x 64 pixels that the scene is drawn on again.
+const COLOURS: &str = r#"(() => {
+    const small = document.createElement("canvas");
+    [small.width, small.height] = [64, 64];
+    const context = small.getContext("2d");
+    context.drawImage(document.querySelector("[data-is=canvas]"), 0, 0, 64, 64);
+    const { data } = context.getImageData(0, 0, 64, 64);
+    const seen = new Set();
+    for (let i = 0; i < data.length; i += 4) seen.add(data[i] >> 3 << 10 | data[i + 1] >> 3 << 5 | data[i + 2] >> 3);
+    return seen.size;
+})()"#;
+/// Colours of the lines in the first plot of joints.
+const STROKES: &str = r#"(() => {
+    const lines = document.querySelector("[data-is=plots] svg").querySelectorAll("path.bold");
+    return [...lines].map((line) => getComputedStyle(line).stroke);
+})()"#;
+
+fn lifelike(folder: &Path, arguments: &[&str]) {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_lifelike"));
+    let output =
+        command.args(arguments).current_dir(folder).env("XDG_CACHE_HOME", folder.join("cache")).output().unwrap();
+    assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
+}
+
+fn repository(path: &str) -> String {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").join(path).display().to_string()
+}
+
+/// Opens a page that plays motion in every size and theme, with WebGL and without.
+fn plays(browser: &mut Browser, page: &Path) {
+    for (width, height, theme) in SCREENS {
+        for query in ["", "?flat"] {
+            browser.open(page, query, (width, height), theme);
+            let place = format!("{}{query} at {width}x{height}", page.display());
+            // A canvas that nothing was drawn on has one colour.
+            within(40, &format!("{place}: a picture on the canvas"), || browser.number(COLOURS) > 8.0);
+            let over = browser.number("document.documentElement.scrollWidth - innerWidth");
+            assert!(over <= 0.0, "{place}: {over} pixels wider than the screen");
+            assert!(browser.errors.is_empty(), "{place}: {:?}", browser.errors);
+        }
+    }
+}
+
+/// Clicks a button of the player, and returns the file that it leaves in the folder of downloads.
+fn export(browser: &mut Browser, button: &str, ending: &str) -> Vec<u8> {
+    browser.evaluate(&format!("document.querySelector('[data-is={button}]').click()"));
+    let mut found: Option<PathBuf> = None;
+    within(120, &format!("a file *.{ending}"), || {
+        // What is still being written has another ending.
+        let files = std::fs::read_dir(&browser.downloads).unwrap().map(|file| file.unwrap().path());
+        found = files.filter(|file| file.extension().is_some_and(|e| e == ending)).last();
+        browser.evaluate("1");
+        found.is_some()
+    });
+    std::fs::read(found.unwrap()).unwrap()
+}
+
+#[test]
+fn results_play_and_are_exported() {
+    let folder = tempfile::tempdir().unwrap();
+    let Some(mut browser) = Browser::start(folder.path()) else { return };
+    let at = |page: &str| folder.path().join(page);
+    lifelike(folder.path(), &["motion", "trim", "builtin:wave", "--end", "1", "-o", "clips"]);
+    lifelike(folder.path(), &["eval", "--policy", "lima", "--motions", "clips", "--starts", "1", "-o", "eval"]);
+    let keys = repository("crates/motion/motions/wave.keys.toml");
+    lifelike(folder.path(), &["motion", "retarget", &keys, "--robot", "lima", "-o", "retargeted", "--look"]);
+
+    plays(&mut browser, &at("retargeted/report.html"));
+    let legend = browser.evaluate("[...document.querySelectorAll('.legend span')].map((part) => part.textContent)");
+    assert_eq!(legend, json!(["robot", "human"]));
+    let note = browser.evaluate("document.querySelector('[data-is=note]').textContent");
+    assert!(note.as_str().is_some_and(|note| note.contains(" · ") && note.contains(" cm")), "{note}");
+
+    plays(&mut browser, &at("eval/report.html"));
+    browser.open(&at("eval/report.html"), "?joints", (1280, 800), "light");
+    let strokes = browser.evaluate(STROKES);
+    let strokes: Vec<&str> = strokes.as_array().unwrap().iter().map(|s| s.as_str().unwrap()).collect();
+    assert!(strokes.len() == 2 && strokes[0] != strokes[1], "physics and reference on one axis: {strokes:?}");
+    let picture = export(&mut browser, "picture", "png");
+    assert!(picture.starts_with(b"\x89PNG\r\n\x1a\n") && picture.len() > 5_000, "{} bytes", picture.len());
+    let video = export(&mut browser, "video", "webm");
+    // The first element of every WebM file.
+    assert!(video.starts_with(&[0x1a, 0x45, 0xdf, 0xa3]) && video.len() > 5_000, "{} bytes", video.len());
+    assert!(browser.errors.is_empty(), "{:?}", browser.errors);
+}
+
+#[cfg(feature = "learning")]
+#[test]
+fn a_training_and_a_sentence_can_be_watched() {
+    let folder = tempfile::tempdir().unwrap();
+    let Some(mut browser) = Browser::start(folder.path()) else { return };
+    let plan = ["train", "tracker", "--plan", "track", "-o", "run", "--watch", "clips=[\"builtin:wave\"]"];
+    lifelike(folder.path(), &[&plan[..], &["budget.steps=20000", "checkpoint_every=2"]].concat());
+    lifelike(folder.path(), &["generate", "a person waves", "--physics", "-o", "wave.motion.safetensors"]);
+
+    plays(&mut browser, &folder.path().join("wave-physics/report.html"));
+    let live = folder.path().join("run/live.html");
+    browser.open(&live, "", (1280, 800), "light");
+    within(40, "the robot moved by the newest policy", || {
+        let shown = browser.evaluate("!document.querySelector('#playback').hidden") == json!(true);
+        shown && browser.number(COLOURS) > 8.0
+    });
+    let headlines =
+        "[...document.querySelectorAll('.headline figcaption b')].slice(0, 3).map((name) => name.textContent)";
+    assert_eq!(browser.evaluate(headlines), json!(["survival", "mean_step_reward", "joint_error_deg"]));
+    let facts = browser.evaluate("document.querySelector('[data-is=facts]').textContent");
+    assert!(facts.as_str().is_some_and(|facts| facts.contains("steps")), "{facts}");
+    assert!(browser.errors.is_empty(), "{:?}", browser.errors);
+
+    let report = folder.path().join("run/report.html");
+    browser.open(&report, "", (390, 844), "dark");
+    assert!(browser.number("document.querySelectorAll('figure svg path.bold').length") > 2.0);
+    assert!(browser.errors.is_empty(), "{:?}", browser.errors);
+}
+
+#[test]
+fn errors_of_a_page_and_an_empty_canvas_are_seen() {
+    let folder = tempfile::tempdir().unwrap();
+    let Some(mut browser) = Browser::start(folder.path()) else { return };
+    let page = folder.path().join("broken.html");
+    let text =
+        "<canvas data-is=canvas></canvas><script>document.documentElement.dataset.ready = '1'; missing();</script>";
+    std::fs::write(&page, text).unwrap();
+    browser.open(&page, "", (1280, 800), "light");
+    assert_eq!(browser.number(COLOURS) as u64, 1);
+    assert!(browser.errors.iter().any(|error| error.contains("missing is not defined")), "{:?}", browser.errors);
+}
