@@ -26,11 +26,11 @@ const PLAN: &str = "align";
 
 /// Align a generator with a critic: fine-tune it so that what it makes is motion that the critic's policy can execute.
 ///
-/// The loss is the generator's own less beta times the critic's values (RobotMDM). At every validation the plan's policy plays
-/// motion of validation sentences in physics: the weights with the fewest falls and the least errors of thesis Table 5.3 are the
-/// result, as long as the generator's own loss on motion that it was not trained on has not risen by more than the plan's
-/// tolerance; beyond it the run stops. Without a policy the critic's mean value (Realism) chooses, which an alignment can exploit.
-/// Ctrl-C saves; --resume goes on.
+/// The loss is the generator's own minus beta times the critic's values (RobotMDM). At every validation, the plan's
+/// policy executes motion of validation sentences in physics. The weights with the fewest falls and the smallest errors
+/// of thesis Table 5.3 are kept. The run stops when the generator's own validation loss rises beyond the plan's
+/// tolerance. Without a policy, the critic's mean value (Realism) selects the weights, which an alignment can exploit.
+/// Ctrl-C saves; --resume continues.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:

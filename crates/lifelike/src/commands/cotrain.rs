@@ -26,13 +26,13 @@ const BEST: &str = "best.generator.safetensors";
 
 /// Let generator, tracker and critic improve each other, round after round.
 ///
-/// A round: the generator makes motion of sentences; the tracker goes on learning from it and from its own clips; a critic is
-/// trained on the new tracker; the generator is aligned with the new critic. A plan without [tracker] leaves the tracker as it
-/// is: a critic that is trained on generated motion is what keeps an alignment from being fooled by one that never saw any.
-/// Every generator is then played by every tracker on
-/// sentences of another split, so that it shows which of them improved, and the round with the fewest falls and the least errors
-/// is the result; the last ones need not be. The run's folder has a folder for each stage of each
-/// round; Ctrl-C saves, and --resume goes on in the middle of a stage.
+/// Each round has four stages. The generator makes motion of sentences. The tracker continues to learn from it and from
+/// its own clips. A critic is trained on the new tracker. The generator is aligned with the new critic.
+///
+/// A plan without [tracker] keeps the tracker as it is. A critic that learned from generated motion is harder to
+/// exploit. Every tracker then executes the motion of every generator on sentences of another split. The round with the
+/// fewest falls and the smallest errors is the result. The run's folder has a folder for each stage of each round.
+/// Ctrl-C saves, and --resume continues in the middle of a stage.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:

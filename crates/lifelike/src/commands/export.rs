@@ -19,9 +19,9 @@ const POLICY_OF_RUN: &str = "tracker.policy.safetensors";
 
 /// Write a trained policy as one controller file, for deployment.
 ///
-/// The file holds the network, the encoder of the motion prior where the policy asks for latent codes, what inputs are
-/// normalised with, the plan of the environment that it was trained in, the layout of inputs and outputs by name, the robot's gains, limits and rates with a digest, and golden
-/// vectors that are replayed whenever it is read. It is run without the training framework.
+/// The file contains the network, the encoder of the motion prior if the policy reads latent codes, and the normaliser.
+/// It also contains the environment's plan, the layout of inputs and outputs by name, gains, limits and rates. A digest
+/// of the robot and golden vectors are verified by every reader. A controller runs without the training framework.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:

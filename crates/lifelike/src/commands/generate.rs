@@ -33,10 +33,10 @@ const STRENGTH: f64 = 0.02;
 
 /// Make motion of a robot from a sentence (thesis chapter 5).
 ///
-/// What comes out is a clip like any other, with the sentence as its caption and a verdict in its provenance: feasible,
-/// or what speaks against it and when, as far as can be told without physics. The same sentence, seed and settings give
-/// the same motion. Of several candidates the best is kept: by how much of it is not feasible, then by the critic's
-/// lowest value where there is a critic.
+/// The result is a clip like any other. Its provenance has the sentence as caption and a verdict without physics:
+/// feasible, or the reason against it with its time. The same sentence, seed and settings give the same motion. Of
+/// several candidates the best is kept: the most feasible one, then the one with the highest lowest value of the
+/// critic.
 #[derive(Debug, clap::Args)]
 #[command(group = clap::ArgGroup::new("tracked").multiple(true), after_help = "\
 Examples:

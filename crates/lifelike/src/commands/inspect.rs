@@ -18,8 +18,7 @@ use crate::error::CliError;
 use crate::output::Output;
 use crate::shipped;
 
-/// Say what is in a robot, a motion, a network or the folder of a run, and what can be done with it next; or what this
-/// machine can do.
+/// Describe a robot, a motion, a network, a run or this machine, and print the next step.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -35,8 +34,8 @@ pub struct Args {
     /// A file, the folder of a run, or the name of a robot that comes with the program.
     #[arg(required_unless_present = "machine")]
     pub what: Option<PathBuf>,
-    /// This machine: which vector instructions it has and which are used (the environment variable LIFELIKE_SIMD forces
-    /// others), cores, what one core can do at most (measured), memory, devices that networks learn on.
+    /// This machine: vector instructions, cores, peak speed of one core (measured), memory, devices for networks.
+    /// LIFELIKE_SIMD forces other vector instructions.
     #[arg(long, conflicts_with = "what")]
     pub machine: bool,
 }

@@ -57,6 +57,7 @@ fn add(page: &mut String, command: &mut Command) {
 }
 
 #[cfg(test)]
+#[allow(clippy::unwrap_used)]
 mod tests {
     use super::*;
 
@@ -67,5 +68,54 @@ mod tests {
             assert!(page.lines().any(|line| line.trim_start_matches('#').trim() == command), "{command}");
         }
         assert!(!page.contains("lifelike man\n"), "hidden commands are left out");
+    }
+
+    /// Longest sentence of a help text (words).
+    const WORDS: usize = 25;
+    /// Words that begin a question, and no other sentence.
+    const QUESTIONS: [&str; 5] = ["What", "How", "Where", "Whether", "Who"];
+
+    /// Returns the sentences of a text; indented lines are examples, and have none.
+    fn sentences(text: &str) -> Vec<Vec<&str>> {
+        let mut found = vec![Vec::new()];
+        for line in text.lines() {
+            if line.trim().is_empty() || line.starts_with(' ') {
+                found.push(Vec::new());
+                continue;
+            }
+            for word in line.split_whitespace() {
+                found.last_mut().unwrap().push(word);
+                if word.trim_end_matches([')', '"', '`']).ends_with(['.', '?', '!', ':']) {
+                    found.push(Vec::new());
+                }
+            }
+        }
+        found.retain(|words| !words.is_empty());
+        found
+    }
+
+    /// Returns the sentences of a command's help, and of its subcommands', that are long or begin as questions do.
+    fn unreadable(command: &Command) -> Vec<String> {
+        let texts = [command.get_long_about().or(command.get_about()), command.get_after_help()];
+        let arguments = command.get_arguments().map(|argument| argument.get_long_help().or(argument.get_help()));
+        let texts: Vec<String> = texts.into_iter().chain(arguments).flatten().map(ToString::to_string).collect();
+        let is_wrong = |words: &Vec<&str>| {
+            let is_question = words.last().is_some_and(|word| word.ends_with('?'));
+            words.len() > WORDS || (QUESTIONS.contains(&words[0]) && !is_question)
+        };
+        let name = command.get_bin_name().unwrap_or_else(|| command.get_name());
+        let wrong = texts.iter().flat_map(|text| sentences(text)).filter(is_wrong);
+        let own = wrong.map(|words| format!("{name}: {}", words.join(" "))).collect();
+        let shown = command.get_subcommands().filter(|sub| !sub.is_hide_set());
+        std::iter::once(own).chain(shown.map(unreadable)).flatten().collect()
+    }
+
+    #[test]
+    fn sentences_of_help_are_short_and_begin_with_their_subject() {
+        assert_eq!(sentences("One two. Three\nfour:\n  an example\nfive").len(), 3);
+        let mut root = Cli::command();
+        root.build();
+        let wrong = unreadable(&root);
+        assert!(wrong.is_empty(), "{wrong:#?}");
     }
 }

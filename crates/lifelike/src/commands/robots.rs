@@ -8,8 +8,8 @@ use crate::output::{Output, table};
 
 /// List the robots that come with the program.
 ///
-/// Any other robot is named by the path of its MJCF or URDF file wherever a robot is asked for; a profile beside it
-/// (robot.toml beside robot.xml) says what the file cannot: actuators, tracked sites, default pose.
+/// Name any other robot by the path of its MJCF or URDF file. A profile beside it (robot.toml beside robot.xml) adds
+/// what the file does not contain: actuators, tracked sites, default pose.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:

@@ -22,7 +22,7 @@ pub struct Args {
     /// The correction: what `lifelike train augmentation` leaves.
     #[arg(long)]
     pub augmentation: PathBuf,
-    /// What it is told of the errors before.
+    /// Earlier errors that the correction reads.
     #[arg(long, value_enum, default_value = "none")]
     pub feedback: FeedbackName,
     /// Folder of the corrected traces.

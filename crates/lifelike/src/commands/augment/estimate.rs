@@ -17,8 +17,9 @@ use crate::output::Output;
 
 /// Estimate joints and bodies of a robot from logs of its joints alone.
 ///
-/// The log's commands are simulated, and the simulation is corrected: actuators by what was learned of their class, fed with the log's
-/// own measurements where it has some, bodies by what was learned of theirs from markers, which the log need not have.
+/// The log's commands are simulated, and the simulation is corrected. Actuators are corrected by what was learned of
+/// their class, and read the log's own measurements if it has some. Bodies are corrected by what was learned from
+/// markers; the log needs none.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -32,13 +33,13 @@ pub struct Args {
     /// The robot: a built-in one's name, or its MJCF or URDF file.
     #[arg(short = 'R', long)]
     pub robot: String,
-    /// What the tables' columns are (TOML), as for `lifelike augment simulate`.
+    /// Map of the tables' columns (TOML), as for `lifelike augment simulate`.
     #[arg(long, value_name = "FILE")]
     pub map: Option<PathBuf>,
     /// Corrections, once for each class of actuators or bodies.
     #[arg(long, required = true, value_name = "FILE")]
     pub augmentation: Vec<PathBuf>,
-    /// What corrections of measured blocks are told of the errors before; blocks that were not measured are told nothing.
+    /// Earlier errors that corrections of measured blocks read; corrections of other blocks read none.
     #[arg(long, value_enum, default_value = "measured")]
     pub feedback: FeedbackName,
     /// Engine and threads.

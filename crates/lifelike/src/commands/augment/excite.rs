@@ -17,10 +17,11 @@ use crate::output::Output;
 
 /// Make reference motions for logging a robot that is fixed to the world (thesis 2.3.3).
 ///
-/// Random: end effectors along B-splines of order 0 to 4 between places that they can reach, joints by inverse kinematics; or, with
-/// --poses, what a person wrote as poses at times. Classes are the profile's groups of actuators ([actuator.NAME]): one network learns to
-/// serve a group. Shown is what of each joint's range and speed they reach. Send the targets to the
-/// robot and log what it does (`augment simulate` reads logs), or try everything on a twin first (`augment twin`).
+/// Random motions move end effectors along B-splines of order 0 to 4 between reachable places, by inverse kinematics.
+/// With --poses, they follow authored poses at given times. Classes are the profile's groups of actuators
+/// ([actuator.NAME]); one network serves a group. The table shows the covered share of each joint's range and speed.
+/// Send the targets to the robot and log its response (`augment simulate` reads logs), or try everything on a twin
+/// first (`augment twin`).
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:

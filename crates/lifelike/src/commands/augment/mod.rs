@@ -20,9 +20,10 @@ use crate::output::Output;
 
 /// Compare a simulation with logs of the real thing, and correct it.
 ///
-/// Reference motions (`excite`) are run on a robot, or on a `twin` that stands in for one. Logs become traces (`simulate`), which have simulated and measured states side by side; `report` shows the gap; `identify` fits the
-/// parameters of a servo's model; `lifelike train augmentation` learns what remains, and `apply` corrects traces with it; `estimate` goes from a
-/// log of joints to the state of the whole robot.
+/// `excite` makes reference motions; run them on a robot, or on a `twin` that replaces one. `simulate` turns logs into
+/// traces with simulated and measured states side by side. `report` shows the gap. `identify` fits the parameters of a
+/// servo's model. `lifelike train augmentation` learns the remaining error, and `apply` corrects traces with it.
+/// `estimate` computes the state of the whole robot from a log of its joints.
 #[derive(Debug, Subcommand)]
 #[allow(missing_docs)] // a comment on a variant would take the place of the command's help text
 pub enum Augment {
@@ -53,14 +54,14 @@ impl Augment {
     }
 }
 
-/// What the network is told of the errors before.
+/// Earlier errors that the network reads.
 #[derive(Debug, Clone, Copy, clap::ValueEnum)]
 pub enum FeedbackName {
     /// Nothing: corrections follow from the simulation alone.
     None,
     /// Its own predictions.
     Predicted,
-    /// What was measured.
+    /// Measured errors.
     Measured,
 }
 

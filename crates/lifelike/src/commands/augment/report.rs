@@ -11,8 +11,8 @@ use crate::output::Output;
 
 /// Show how far a simulation is from what was measured: how much, where, how fast, how late; also after a correction.
 ///
-/// Per joint: mean absolute and largest error, concordance correlation (CCC, 1 is agreement), delay between both; the error by
-/// frequency, and where it happens (at rest, under load, at changes of direction).
+/// Each joint gets its mean absolute and largest error, concordance correlation (CCC, 1 is agreement) and delay. The
+/// error is also split by frequency, and by condition: at rest, under load, at changes of direction.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -26,7 +26,7 @@ pub struct Args {
     /// A correction to be shown beside the plain simulation: what `lifelike train augmentation` leaves.
     #[arg(long)]
     pub augmentation: Option<PathBuf>,
-    /// What the correction is told of the errors before.
+    /// Earlier errors that the correction reads.
     #[arg(long, value_enum, default_value = "none", requires = "augmentation")]
     pub feedback: FeedbackName,
     /// Folder for gap.json and report.html.

@@ -17,9 +17,9 @@ use crate::output::Output;
 
 /// Simulate the commands of logs, and write traces that have simulated and measured states side by side.
 ///
-/// Logs are those of BAM's test benches (a servo that turns a weight on an arm, JSON), taken to equal time steps of --rate; or, with
-/// --robot and --map, tables of a whole robot (CSV) whose columns the map names with their units. The simulation begins where the
-/// log does and runs freely.
+/// Logs are those of BAM's test benches (a servo that turns a weight on an arm, JSON), resampled to --rate. With
+/// --robot and --map, they are tables of a whole robot (CSV); the map names columns and units. The simulation starts in
+/// the log's first state and runs freely.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -48,7 +48,7 @@ pub struct Args {
     /// The robot of tables: a built-in one's name, or its MJCF or URDF file.
     #[arg(short = 'R', long, requires = "map")]
     pub robot: Option<String>,
-    /// What the tables' columns are (TOML).
+    /// Map of the tables' columns (TOML).
     #[arg(long, requires = "robot", value_name = "FILE")]
     pub map: Option<PathBuf>,
     /// Engine and threads.

@@ -17,9 +17,10 @@ use crate::output::Output;
 
 /// Try everything before a robot is measured: run references in the nominal simulation and on a twin, whose truth is hidden.
 ///
-/// A twin is a simulation richer than the nominal one: motors with resistance and back-EMF behind a 12-bit encoder, friction under load (BAM's
-/// M6), play and flex in the gears, late commands, a supply that sags, crooked parts of other weights. One seed is one robot. What
-/// comes out are traces as of a real robot: positions, velocities, currents, and of its bodies what markers would tell.
+/// A twin is a simulation richer than the nominal one. It has motors with resistance and back-EMF, 12-bit encoders, and
+/// friction under load (BAM's M6). Gears have play and flex, commands arrive late, the supply sags, and parts differ in
+/// mass and shape. One seed is one robot. The traces contain positions, velocities, currents, and the positions of
+/// markers on bodies.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -37,7 +38,7 @@ pub struct Args {
     /// Which robot of its kind.
     #[arg(long)]
     pub seed: Option<u64>,
-    /// What its truth is drawn from (TOML); what is left away stays as it is.
+    /// Distribution of the twin's parameters (TOML); missing keys keep their defaults.
     #[arg(long, value_name = "FILE")]
     pub spec: Option<PathBuf>,
     /// Write the actuators alone, without bodies.

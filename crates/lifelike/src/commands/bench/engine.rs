@@ -19,8 +19,8 @@ use crate::output::{Output, table};
 
 /// Count physics steps per second, beside MuJoCo where this build has it.
 ///
-/// Robots hold their default pose under noise; every environment is reset once a second of its own time, and everything a
-/// policy could observe is written out. Steps per core-second count processor time, so other programs matter little.
+/// Robots keep their default pose under noise. Every environment is reset once per simulated second, and all observable
+/// state is written out. Steps per core-second count processor time, so other programs matter little.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:

@@ -21,8 +21,8 @@ use crate::progress::Progress;
 
 /// Measure latent codes: how well they tell motions apart, how much they know of the motion, what comes back from them.
 ///
-/// Linear discriminant analysis and mutual information as in the thesis' Table 4.2, whose rows stand above; then the errors of
-/// encoding and decoding the motions, and motions that were never trained on.
+/// The first table has linear discriminant analysis and mutual information, as thesis Table 4.2, whose rows are
+/// repeated above. The second has reconstruction errors of the motions, and of motions that were not used in training.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:

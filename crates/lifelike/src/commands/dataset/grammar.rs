@@ -17,10 +17,10 @@ use crate::progress::Progress;
 
 /// Make captioned motion of our own: sentences of a grammar, and clips that do what they say.
 ///
-/// Verbs, sides, directions, counts, speeds, sizes, moods, two actions in a row or at once are drawn; keyframed clips
-/// are changed accordingly and retargeted to the robot; every clip is checked by forward kinematics, and those whose
-/// captions are not true are dropped and counted. No captured motion is needed, and everything made is free to use.
-/// Some combinations and some words are held out: they are never trained on.
+/// The grammar draws verbs, sides, directions, counts, speeds, sizes, moods, and pairs of actions. Keyframed clips are
+/// changed accordingly and retargeted to the robot. Forward kinematics verifies every clip; clips that contradict their
+/// captions are dropped and counted. No captured motion is needed, and the result is free to use. Some combinations and
+/// words are held out for tests.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:

@@ -29,8 +29,8 @@ Examples:
   lifelike dataset humanml3d HumanML3D data/lima/cmu_amc --robot lima -o data/lima/humanml3d_cmu
 
 HumanML3D is the folder with index.csv, texts/, train.txt, val.txt and test.txt. AMASS is the folder with its
-collections as they were unpacked (CMU, KIT, BMLrub, ...), the edition SMPL+H G or SMPL-X; their names and those of the
-persons' folders in them tell recordings apart, so keep them. Clips must have the captured tempo.")]
+collections as unpacked (CMU, KIT, BMLrub, ...), the edition SMPL+H G or SMPL-X. Keep the names of its folders: they
+identify the recordings. Clips must have the captured tempo.")]
 pub struct Args {
     /// HumanML3D's folder.
     pub humanml3d: PathBuf,

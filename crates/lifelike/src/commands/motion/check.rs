@@ -18,9 +18,9 @@ use crate::shipped;
 
 /// Tell which clips a robot cannot execute, and why: from kinematics and masses, without physics.
 ///
-/// A clip is untrackable where nothing holds it up, where the ground's force would have to act beside the feet or to be rougher,
-/// where joints are too fast, or where something else than the soles is on the ground or in it. A clip that passes may still
-/// be too hard for motors or policy.
+/// A clip is untrackable if the robot has no support, or needs a ground force beside its feet or beyond friction. It is
+/// also untrackable if joints are too fast, or if other parts than the soles touch the ground. A clip that passes may
+/// still be too hard for motors or policy.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:

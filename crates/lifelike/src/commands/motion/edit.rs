@@ -20,10 +20,10 @@ use crate::shipped::{self, Kind};
 
 /// Edit a clip by the control points of its latent curves: exaggerate, tone down, move, retime, super-sample, blend.
 ///
-/// A trained motion spline (`lifelike train spline`) makes four control points of every two seconds of motion. They are changed, and
-/// motion is made of them again. What control points leave out of the clip is carried along (--bare leaves it out), so the clip
-/// without changes stays as it is. Joints stay within their ranges, and feet that stood are put back on the ground; the result is a
-/// clip like any other.
+/// A trained motion spline (`lifelike train spline`) encodes every two seconds of motion as four control points. The
+/// command changes these points and decodes them. The reconstruction error of the clip is added again (unless --bare),
+/// so a clip without changes stays as it is. Joints are clamped to their ranges, and standing feet are put back on the
+/// ground.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:

@@ -21,9 +21,9 @@ use crate::output::{Output, table};
 
 /// Make a motion between two clips: their latent codes are interpolated, and every code's window is decoded.
 ///
-/// The middle frames of the decoded windows become a clip; the path on the ground is integrated from the decoded velocities,
-/// joints are kept in their ranges. It is kinematic motion: feet may slide, and the table says how much, beside the
-/// originals and what is decoded of the originals alone.
+/// The middle frames of the decoded windows become a clip. The path on the ground is integrated from the decoded
+/// velocities, and joints are clamped to their ranges. The result is kinematic: feet may slide, and the table reports
+/// how much, beside the originals and their reconstructions.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:

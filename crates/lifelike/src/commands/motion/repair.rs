@@ -25,13 +25,13 @@ use crate::progress::Progress;
 
 /// Make motion feasible for a robot with as little change as it takes, or refuse it with the reason.
 ///
-/// Without a policy, from kinematics and masses: jumps that fall slower than things do and joints that are too fast get another pace; what
-/// hovers comes down; where the ground's force would have to act beside the feet, the body sways above its steps. Arms, trunk and steps
-/// stay. Clips that can be tracked are written as they are. What lies, rolls or climbs is refused.
+/// Without a policy, the repair uses kinematics and masses. It retimes jumps and joints that are too fast, and
+/// lowers a robot that hovers. It sways the body to keep the ground's force below the feet. Arms, trunk and steps stay.
+/// Trackable clips are copied unchanged. Clips that lie, roll or climb are refused.
 ///
-/// With --policy, by physics: many robots try the motion at once, each with other noise on its actions; those that follow best go on, those
-/// that fall go on from the others. What remains is a motion that physics made from beginning to end, and takes the clip's place.
-/// Clips that nobody stays on its feet in are refused.
+/// With --policy, the repair uses physics. Many robots execute the motion at once, each with its own noise on actions.
+/// Those that follow best are copied over those that fall. The result is a motion that was simulated from beginning to
+/// end. A clip on which every robot falls is refused.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -64,7 +64,7 @@ pub struct Args {
     /// Key of the noise.
     #[arg(long, default_value_t = 1, requires = "policy")]
     pub seed: u64,
-    /// What is faster than this is taken out of executed motion (Hz).
+    /// Cutoff of the low-pass filter on executed motion (Hz).
     #[arg(long, default_value_t = 4.0, requires = "policy")]
     pub cutoff: f64,
     /// Engine and threads.

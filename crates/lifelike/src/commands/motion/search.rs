@@ -14,8 +14,8 @@ use crate::output::{Output, table};
 
 /// Find the windows of motion most similar to one of a clip, by the cosine of their latent codes.
 ///
-/// The query may be one of the motions, whose own surroundings are then left out, or any other clip, such as captured motion
-/// that was never trained on.
+/// The query may be one of the searched motions; its own surroundings are then left out. It may also be any other clip,
+/// such as captured motion that was not used in training.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:

@@ -18,8 +18,8 @@ Examples:
   lifelike motion stylize data/lima/walk.motion.safetensors --smooth 4 -o data/directed
 
 --joints takes joints by name and parts of the body: all, upper_body, arms, left_arm, right_arm, legs, left_leg,
-right_leg, head, torso. Joints stay within their ranges. Where legs change, the feet that stood are put back on the
-ground. With both, smoothing comes before --gain. Results are called NAME-stylized where no --name is given.")]
+right_leg, head, torso. Joints stay within their ranges. If legs change, standing feet are put back on the
+ground. With both, smoothing comes before --gain. Without --name, results are named NAME-stylized.")]
 pub struct Args {
     /// Clips: files, folders of them, or patterns; anything but *.motion.safetensors is retargeted first.
     #[arg(required = true)]

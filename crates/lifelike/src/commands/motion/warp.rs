@@ -15,10 +15,10 @@ Examples:
   lifelike motion warp motions/bow.keys.toml --speed 0.8 -o data/directed
   lifelike motion warp motions/wave.keys.toml --key 1.3=2.0 --key 2.9=3.2 -o data/directed --name late_wave
 
---key IN=OUT puts what happens at IN seconds at OUT seconds. Between keys time runs smoothly and never backwards; before
-the first the clip fits itself to it, after the last it goes on at its own pace. Gravity is not warped: jumps and fast
-steps stand little of it. Joints that become too fast for their actuators are listed.
-Where no --name is given, results are called NAME-x0.8 by their speed, NAME-warped by keys: speeds of one clip go together.")]
+--key IN=OUT moves the event at IN seconds to OUT seconds. Between keys, time is smooth and never runs backwards. Before the
+first key the clip is stretched to it; after the last one it continues at its own pace. Gravity is not warped, so jumps and
+fast steps tolerate little. Joints that become too fast for their actuators are listed.
+Without --name, results are named NAME-x0.8 (speed) or NAME-warped (keys); several speeds of one clip fit in one folder.")]
 pub struct Args {
     /// Clips: files, folders of them, or patterns; anything but *.motion.safetensors is retargeted first.
     #[arg(required = true)]

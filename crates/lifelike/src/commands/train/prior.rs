@@ -37,10 +37,9 @@ Examples:
   lifelike train prior --plan my-spline.toml -o runs/wide spline.training.width=128 spline.training.heads=8
   lifelike train prior -o runs/small --resume
 
-A plan names robot and clips, mirror = true to learn from mirror images too, validation = [...] for clips to measure the reconstruction
-on and never train on (in place of the share held_out), and under [prior] whatever differs from the thesis' settings. Under
-[spline] instead:
-[spline.windows] says which windows (seed, frame_rate, half_width, window_seconds, held_out, floors, as under [prior]), and
+A plan names robot and clips. mirror = true adds mirror images. validation = [...] names clips that only measure the
+reconstruction, instead of the share held_out. [prior] has the changes to the thesis' settings. Under [spline] instead:
+[spline.windows] selects windows (seed, frame_rate, half_width, window_seconds, held_out, floors, as under [prior]), and
 [spline.training] the network and its training (latent: numbers of each of the 4 control points; layers, heads, width, batch,
 iterations, optimizer, learning_rate, ...). `lifelike inspect motion.prior.safetensors --json` shows all keys of a trained one.")]
 pub struct Args {

@@ -16,9 +16,9 @@ use crate::output::Output;
 
 /// Compare curves with their latent control points, and move one control point (thesis Figs. A.1 and A.2).
 ///
-/// Runs are folders of `lifelike bench curves`. Unseen curves are encoded; the table says whether curves that are near each other have control
-/// points that are near each other, and whether smooth curves have smooth latent trajectories. Runs of the spline also get C2 moved to C1 in
-/// steps, decoded. The folder gets control-points.json and report.html.
+/// Runs are folders of `lifelike bench curves`. Unseen curves are encoded. The table reports two rank correlations: of
+/// distances between curves and between their control points, and of the curvedness of both. For runs of the spline, C2
+/// is also moved to C1 in steps and decoded. The folder gets control-points.json and report.html.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:

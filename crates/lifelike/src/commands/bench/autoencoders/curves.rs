@@ -30,8 +30,8 @@ Examples:
 
 Families: lissajous, hypotrochoids, bezier-2, bezier-64. Methods: spline, alibi, alibi-cat, alibi-cat-wide
 (a decoder twice as wide, which the thesis' text says of ALiBi-Cat).
-With --rates the learning rate is swept (thesis 3.3.5, Fig. 3.7b) and errors are those of validation, so that a rate can be chosen
-without the test set; --warmup 0,50 runs each rate without and with a linear rise over 50 iterations.")]
+With --rates the learning rate is swept (thesis 3.3.5, Fig. 3.7b). Errors are then those of validation, so that the test set is
+not used to choose a rate. --warmup 0,50 runs each rate without and with a linear rise over 50 iterations.")]
 pub struct Args {
     /// Families of curves; all where not given.
     #[arg(long, value_delimiter = ',')]

@@ -16,10 +16,10 @@ use crate::output::Output;
 
 /// Train the Spline-based Transformer and its baselines on a folder of images, and print thesis Table 3.2 with ours below it.
 ///
-/// The folder has train/ and test/, with PNG or JPEG images of one size at any depth. An image is a sequence of patches, row by row: 64
-/// of 4 x 4 pixels for CIFAR-10. Every so many images of train/ (500 in all) are not trained on but watched; the errors are those of
-/// test/, of pixels from 0 to 1. Each run has its folder; the same command goes on with what was stopped and leaves alone what is done.
-/// The folder gets images.json and report.html, with test images beside what came back of them.
+/// The folder has train/ and test/, with PNG or JPEG images of one size at any depth. An image is a sequence of
+/// patches, row by row: 64 of 4 x 4 pixels for CIFAR-10. 500 images of train/, evenly spread, are used for validation.
+/// Errors are those of test/, of pixels from 0 to 1. Each run has its folder; the same command resumes stopped runs and
+/// skips finished ones. The folder gets images.json and report.html, with test images beside their reconstructions.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:

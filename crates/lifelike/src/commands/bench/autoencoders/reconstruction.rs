@@ -22,12 +22,12 @@ use crate::output::Output;
 
 /// Train the Spline-based Transformer and its baselines on captured motion of people, and print thesis Table 3.4 with ours below it.
 ///
-/// Clips (BVH, AMC, DeepMimic) become rows of joint rotations of fifteen segments at 30 Hz, whatever skeleton they came with: six numbers
-/// for each, relative to the segment that carries it, the pelvis' without its heading, all normalised. Sequences are windows of 64
-/// frames. Subjects are split, never windows: CMU's 07, 10 and 12 and some kinds of Bandai-Namco's motion are tested on, others are
-/// watched, the rest is trained on (`test` and `validation` of the plan). The errors are means of the angle between true and
-/// reconstructed rotation (deg) and of its square (deg²). Each run has its folder; the same command goes on with what was stopped and
-/// leaves alone what is done. The folder gets reconstruction.json and report.html.
+/// Clips (BVH, AMC, DeepMimic) become rows of joint rotations of fifteen segments at 30 Hz. Each rotation is six
+/// normalised numbers relative to its parent segment; the pelvis' heading is removed. Sequences are windows of 64
+/// frames. Subjects are split, never windows. CMU's 07, 10 and 12 and some kinds of Bandai-Namco's motion are for tests
+/// (`test` and `validation` of the plan). Errors are means of the angle between true and reconstructed rotation (deg)
+/// and of its square (deg²). Each run has its folder; the same command resumes stopped runs and skips finished ones.
+/// The folder gets reconstruction.json and report.html.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
