@@ -22,6 +22,7 @@
 //! ```
 
 pub mod anatomy;
+mod drive;
 pub mod error;
 mod fitted;
 pub mod inertia;
@@ -35,6 +36,7 @@ pub mod symmetry;
 pub mod urdf;
 
 pub use anatomy::{Anatomy, Role};
+pub use drive::{Command, Drive};
 pub use error::{CharacterError, Location};
 pub use fitted::Fitted;
 pub use kinematics::Kinematics;

@@ -7,7 +7,7 @@ use crate::mjcf::attributes::{Attributes, overlay};
 use crate::mjcf::document::Element;
 
 /// Kinds of elements in a class. All actuators share one kind: `<general>` values reach a `<motor>`, as in MuJoCo.
-const ACTUATORS: [&str; 11] = [
+const ACTUATORS: [&str; 12] = [
     "general",
     "motor",
     "position",
@@ -19,6 +19,7 @@ const ACTUATORS: [&str; 11] = [
     "adhesion",
     "plugin",
     "dcmotor",
+    "pid",
 ];
 const OTHERS: [&str; 10] =
     ["joint", "geom", "site", "camera", "light", "mesh", "material", "pair", "equality", "tendon"];
@@ -26,8 +27,17 @@ const OTHERS: [&str; 10] =
 /// All equality constraints share one kind: `<default>` knows `<equality>` only.
 const EQUALITIES: [&str; 2] = ["connect", "weld"];
 
-/// For each kind of element, the attribute values of one class.
-type Class = BTreeMap<&'static str, Vec<(String, String)>>;
+/// So do all tendons.
+const TENDONS: [&str; 2] = ["fixed", "spatial"];
+
+/// One class.
+#[derive(Debug, Clone, Default)]
+struct Class {
+    /// For each kind of element, the attribute values.
+    values: BTreeMap<&'static str, Vec<(String, String)>>,
+    /// Elements of actuators, outermost class first: each changes the force law of the one before.
+    actuators: Vec<Element>,
+}
 
 /// All default classes by name. The outermost is `main`.
 #[derive(Debug)]
@@ -42,13 +52,16 @@ fn kind(tag: &str) -> Option<&'static str> {
     if EQUALITIES.contains(&tag) {
         return Some("equality");
     }
+    if TENDONS.contains(&tag) {
+        return Some("tendon");
+    }
     OTHERS.into_iter().find(|k| *k == tag)
 }
 
 impl Defaults {
     /// Reads every `<default>` section of the model.
     pub fn read(root: &Element) -> Result<Self, CharacterError> {
-        let mut defaults = Self { classes: BTreeMap::from([("main".to_string(), Class::new())]) };
+        let mut defaults = Self { classes: BTreeMap::from([("main".to_string(), Class::default())]) };
         for section in root.children_named("default") {
             // The outermost class may be given a name; it is the one class that may be continued.
             let name = section.attribute("class").unwrap_or("main").to_string();
@@ -73,8 +86,11 @@ impl Defaults {
             let Some(kind) = kind(&element.name) else {
                 return Err(element.unsupported("element in <default>"));
             };
-            let values = class.entry(kind).or_default();
+            let values = class.values.entry(kind).or_default();
             *values = overlay(values, &element.attributes);
+            if kind == "actuator" {
+                class.actuators.push(element.clone());
+            }
         }
         self.classes.insert(name.to_string(), class.clone());
         for child in section.children_named("default") {
@@ -98,8 +114,13 @@ impl Defaults {
             let known = self.classes.keys().cloned().collect::<Vec<_>>().join(", ");
             element.invalid(format!("a default class (there are: {known})"), format!("'{name}'"))
         })?;
-        let inherited = kind(&element.name).and_then(|k| class.get(k)).map_or(&[][..], Vec::as_slice);
+        let inherited = kind(&element.name).and_then(|k| class.values.get(k)).map_or(&[][..], Vec::as_slice);
         Ok(Attributes::over(inherited, element))
+    }
+
+    /// Returns the default elements that form the force law of an actuator before it does.
+    pub fn actuators(&self, element: &Element) -> &[Element] {
+        self.classes.get(element.attribute("class").unwrap_or("main")).map_or(&[], |class| &class.actuators)
     }
 
     /// Returns whether there is a class of this name.
