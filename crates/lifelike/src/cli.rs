@@ -1,6 +1,5 @@
 //! The command line as one value: parsed arguments, logs, exit code.
 
-use std::io::IsTerminal;
 use std::process::ExitCode;
 
 use clap::{ArgAction, Parser};
@@ -79,7 +78,7 @@ impl Cli {
 
     fn start_logs(&self) {
         let lines = tracing_subscriber::fmt::layer().with_writer(std::io::stderr).with_target(false).without_time();
-        let lines = lines.with_ansi(std::io::stderr().is_terminal());
+        let lines = lines.with_ansi(output::colours(&std::io::stderr()));
         tracing_subscriber::registry().with(lines.with_filter(self.logs())).init();
     }
 

@@ -29,10 +29,10 @@
 
 mod cli;
 pub mod commands;
+mod destination;
 mod error;
 mod folders;
 mod interrupt;
-mod nearest;
 mod next;
 mod output;
 pub mod overrides;

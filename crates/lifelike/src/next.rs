@@ -6,7 +6,7 @@ use std::path::Path;
 use lifelike_robot::load::{FETCHED, NAMES};
 
 /// Clips that a printed command names at most.
-const MAX_CLIPS: usize = 3;
+pub const MAX_CLIPS: usize = 3;
 
 /// A command line that grows word by word, each quoted as a shell needs it.
 #[derive(Debug, Clone)]
@@ -16,6 +16,13 @@ impl NextCommand {
     /// Begins with the words of a subcommand (`train tracker`).
     pub fn new(subcommand: &str) -> Self {
         Self(format!("lifelike {subcommand}"))
+    }
+
+    /// Returns the same words for another subcommand.
+    #[must_use]
+    pub fn with_subcommand(self, subcommand: &str) -> Self {
+        let words = self.0.split_once(" --").map_or("", |(_, words)| words);
+        Self(format!("lifelike {subcommand} --{words}"))
     }
 
     /// Adds a word.

@@ -1,6 +1,6 @@
 //! Text for people, JSON for scripts.
 
-use std::io::{ErrorKind, Write};
+use std::io::{ErrorKind, IsTerminal, Write};
 use std::sync::OnceLock;
 
 use lifelike_report::{Cell, Column, Screen, Table};
@@ -70,7 +70,13 @@ pub fn screen() -> Screen {
     let variable = std::env::var("COLUMNS").ok().and_then(|text| text.parse().ok()).filter(|n| *n > 0);
     let terminal = || terminal_size::terminal_size_of(std::io::stdout()).map(|(width, _)| usize::from(width.0));
     let columns = variable.or_else(terminal).unwrap_or(Screen::PIPED);
-    Screen { columns, wide: WIDE.get().copied().unwrap_or(false) }
+    Screen { columns, wide: WIDE.get().copied().unwrap_or(false), colours: colours(&std::io::stdout()) }
+}
+
+/// Returns whether colours may be written to a stream: a terminal that knows them, and nobody who set NO_COLOR (no-color.org).
+pub fn colours(stream: &impl IsTerminal) -> bool {
+    let is_set = |name| std::env::var_os(name).is_some_and(|value| !value.is_empty());
+    stream.is_terminal() && !is_set("NO_COLOR") && std::env::var_os("TERM").is_none_or(|term| term != "dumb")
 }
 
 /// Returns a table as text that fits the terminal.

@@ -1,11 +1,12 @@
 //! `key=value` on the command line over a plan from a file.
 //!
 //! The plan is first read with all its defaults, so every key that exists is known; then values are put in by their
-//! dotted path, and the whole is checked again by its type. What does not exist is refused with what does. `key=` takes a value out:
-//! the default is back.
+//! dotted path, and the whole is checked again by its type. Unknown keys are refused with the known ones. A single value for a list
+//! becomes a list of one. `key=` removes a value: the default is back.
 
 use std::path::Path;
 
+use lifelike_robot::nearest::hint;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use toml::{Table, Value};
@@ -42,7 +43,21 @@ pub fn apply<T: Serialize + DeserializeOwned>(plan: T, overrides: &[String]) -> 
         done.map_err(|e| CliError::Input(format!("'{text}': {e}")))?;
     }
     let said = overrides.join(" ");
-    T::deserialize(Value::Table(tree)).map_err(|e| CliError::Input(format!("{said}: {}", e.to_string().trim_end())))
+    T::deserialize(Value::Table(tree)).map_err(|e| {
+        let error = e.to_string();
+        CliError::Input(format!("{said}: {}{}", error.trim_end(), cure(&error)))
+    })
+}
+
+/// Returns what cures an error of a plan's type, from its text: the nearest key, or how a list is written.
+fn cure(error: &str) -> String {
+    if error.contains("expected a sequence") {
+        return "; write a list as 'key=[\"a\", \"b\"]'".into();
+    }
+    // serde's text: unknown field `gama`, expected one of `gamma`, `epochs`
+    let mut names = error.split('`').skip(1).step_by(2);
+    let unknown = names.next().filter(|_| error.contains("unknown field") || error.contains("unknown variant"));
+    unknown.map_or_else(String::new, |unknown| hint(unknown, names))
 }
 
 /// Returns the name that a key of a tracker's plan has today; no other plan has keys of those former names.
@@ -73,6 +88,8 @@ fn take_out(tree: &mut Table, path: &str) -> Result<(), String> {
 fn put(tree: &mut Table, path: &str, value: Value) -> Result<(), String> {
     let (head, rest) = path.split_once('.').map_or((path, None), |(head, rest)| (head, Some(rest)));
     let Some(rest) = rest else {
+        let is_list = matches!(tree.get(head), Some(Value::Array(_)));
+        let value = if is_list && !value.is_array() { Value::Array(vec![value]) } else { value };
         tree.insert(head.to_string(), value);
         return Ok(());
     };
@@ -106,14 +123,18 @@ mod tests {
     struct Plan {
         seed: u64,
         #[serde(default)]
+        clips: Vec<String>,
+        #[serde(default)]
         prior: Option<String>,
+        #[serde(default)]
+        sizes: Option<Vec<usize>>,
         ppo: Ppo,
         #[serde(default)]
         other: Option<Ppo>,
     }
 
     fn plan() -> Plan {
-        Plan { seed: 1, prior: None, ppo: Ppo { gamma: 0.99, epochs: 4 }, other: None }
+        Plan { seed: 1, clips: Vec::new(), prior: None, sizes: None, ppo: Ppo { gamma: 0.99, epochs: 4 }, other: None }
     }
 
     fn with(overrides: &[&str]) -> Result<Plan, CliError> {
@@ -124,12 +145,22 @@ mod tests {
     fn values_are_put_where_they_belong() {
         let changed = with(&["ppo.gamma=0.9", "prior=runs/prior 1", "seed = 7", "ppo.epochs=2"]).unwrap();
         let ppo = Ppo { gamma: 0.9, epochs: 2 };
-        let expected = Plan { seed: 7, prior: Some("runs/prior 1".into()), ppo, other: None };
+        let expected = Plan { seed: 7, prior: Some("runs/prior 1".into()), ppo, ..plan() };
         assert_eq!(changed, expected);
         assert_eq!(with(&["ppo.gamma=1"]).unwrap().ppo.gamma, 1.0, "an integer where a number is expected");
         assert_eq!(with(&["ppo={gamma=0.5,epochs=3}"]).unwrap().ppo.epochs, 3);
         assert_eq!(with(&["other.gamma=0.5", "other.epochs=3"]).unwrap().other, Some(Ppo { gamma: 0.5, epochs: 3 }));
         assert_eq!(with(&[]).unwrap(), plan());
+    }
+
+    #[test]
+    fn a_list_of_one_needs_no_brackets() {
+        for text in ["clips=data/mine", "clips=[\"data/mine\"]"] {
+            assert_eq!(with(&[text]).unwrap().clips, ["data/mine"], "{text}");
+        }
+        assert_eq!(with(&["clips=[\"a\", \"b\"]"]).unwrap().clips, ["a", "b"]);
+        let told = with(&["sizes=3"]).unwrap_err().to_string();
+        assert!(told.ends_with("; write a list as 'key=[\"a\", \"b\"]'"), "{told}");
     }
 
     #[test]
@@ -146,7 +177,7 @@ mod tests {
     fn what_does_not_exist_is_refused_with_what_does() {
         let message = |o: &str| with(&[o]).unwrap_err().to_string();
         let told = message("ppo.gama=0.9");
-        assert!(told.contains("gama") && told.contains("gamma") && told.contains("epochs"), "{told}");
+        assert!(told.contains("epochs") && told.ends_with("; did you mean 'gamma'?"), "{told}");
         assert!(message("pro.gamma=0.9").contains("ppo"));
         assert!(message("other.epochs=3").contains("gamma"), "an optional table is whole or not there");
         assert!(message("seed.x=1").contains("seed"));

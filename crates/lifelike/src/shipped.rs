@@ -6,12 +6,12 @@
 use std::path::{Path, PathBuf};
 
 use lifelike_checkpoint::Checkpoint;
+use lifelike_robot::nearest::hint;
 use lifelike_robot::{ControllerFile, Robot};
 use sha2::{Digest, Sha256};
 
 use crate::error::CliError;
 use crate::folders;
-use crate::nearest::hint;
 use crate::next::NextCommand;
 
 /// Kind of a network.
@@ -189,6 +189,21 @@ pub fn of_robot(robot: &Robot, kind: Kind) -> Option<&'static Shipped> {
     name_of(robot).and_then(|name| named(Path::new(name), kind))
 }
 
+/// Returns whether a controller for the robot comes with the program.
+pub fn has_controller(robot: &Robot) -> bool {
+    fitting_controller(robot).is_ok()
+}
+
+/// Returns the controller for the robot's joints, gains and limits, or the reason that there is none.
+fn fitting_controller(robot: &Robot) -> Result<&'static Shipped, String> {
+    let network = of_robot(robot, Kind::Controller).ok_or("none has its joints")?;
+    let file = network.controller().map_err(|error| error.to_string())?;
+    match file.robot().map(|description| description.check(robot)) {
+        Some(Err(mismatch)) => Err(format!("'{}' has its joints, but: {mismatch}", network.name)),
+        _ => Ok(network),
+    }
+}
+
 /// Returns the file of a robot's controller: the given one, or the one that comes with the program.
 ///
 /// # Errors
@@ -203,12 +218,9 @@ pub fn controller(
     if let Some(given) = given {
         return file(given, Kind::Controller);
     }
-    let reason = match of_robot(robot, Kind::Controller) {
-        None => "none has its joints".to_string(),
-        Some(network) => match network.controller()?.robot().map(|description| description.check(robot)) {
-            Some(Err(mismatch)) => format!("'{}' has its joints, but: {mismatch}", network.name),
-            _ => return network.file(),
-        },
+    let reason = match fitting_controller(robot) {
+        Ok(network) => return network.file(),
+        Err(reason) => reason,
     };
     let names: Vec<&str> = all().filter(|n| n.kind == Kind::Controller).map(|n| n.name).collect();
     let train = NextCommand::new("train tracker").word("--plan").word("track").word(format!("robot={robot_file}"));

@@ -51,8 +51,8 @@ impl Desk {
         String::from_utf8(output.stderr).unwrap()
     }
 
-    /// Pastes a line into a shell.
-    fn paste(&self, line: &str) {
+    /// Pastes a line into a shell; returns what it prints.
+    fn paste(&self, line: &str) -> String {
         let program = Path::new(env!("CARGO_BIN_EXE_lifelike")).parent().unwrap();
         let path = std::env::join_paths(
             std::iter::once(program.to_path_buf()).chain(std::env::split_paths(&std::env::var_os("PATH").unwrap())),
@@ -61,6 +61,7 @@ impl Desk {
             Command::new("sh").args(["-c", line]).env("PATH", path.unwrap()).current_dir(self.0.path()).output();
         let output = output.unwrap();
         assert!(output.status.success(), "{line}: {}", String::from_utf8_lossy(&output.stderr));
+        String::from_utf8(output.stdout).unwrap()
     }
 
     /// Pastes every next step of an inspection; trainings are cut short.
@@ -169,4 +170,102 @@ fn every_key_of_a_plan_is_told_with_meaning_and_default() {
     let keys = keys.as_array().unwrap();
     assert!(keys.len() > 60, "{}", keys.len());
     assert!(keys.iter().all(|key| !key["meaning"].as_str().unwrap().is_empty()), "{keys:?}");
+}
+
+/// Returns the commands that a result proposes next.
+fn proposed(printed: &str) -> Vec<String> {
+    let lines = printed.lines().map(|line| line.trim().trim_start_matches("next:").trim());
+    lines.filter(|line| line.starts_with("lifelike ")).map(str::to_owned).collect()
+}
+
+/// The hour of somebody with a robot that nobody knows and a capture from elsewhere: after the first command, each is copied
+/// from what the one before printed. Trainings are cut short, nothing else is changed.
+#[test]
+fn the_first_hour_by_printed_commands_alone() {
+    let desk = Desk::new();
+    std::fs::copy(root().join("robots/lima.xml"), desk.path("strider.xml")).unwrap();
+    // The skeleton of our smallest capture, upright for a second.
+    let capture = std::fs::read_to_string(root().join("crates/motion/src/formats/tests/small.bvh")).unwrap();
+    let (skeleton, rows) = capture.split_once("Frames: 2\n").unwrap();
+    let numbers = rows.lines().last().unwrap().split_whitespace().count();
+    let upright = format!("0 90 0{}\n", " 0".repeat(numbers - 3)).repeat(120);
+    std::fs::write(desk.path("walk.bvh"), format!("{skeleton}Frames: 120\nFrame Time: 0.0083333\n{upright}")).unwrap();
+    let mut waiting = vec!["lifelike inspect strider.xml".to_string(), "lifelike inspect walk.bvh".to_string()];
+    let mut done: Vec<String> = Vec::new();
+    while let Some(line) = waiting.pop() {
+        // A capture goes to our robot by default; here it goes to the user's own.
+        let line = line.replace("--robot lima -o data/lima", "--robot strider.xml -o data/strider");
+        if done.contains(&line) || done.len() > 20 {
+            continue;
+        }
+        let short = line.replace("budget.minutes=5", &quoted(&TINY));
+        let short = if short.contains("train tracker --plan") && !short.contains("ppo") {
+            format!("{short} -o runs/{} {}", done.len(), quoted(&TINY))
+        } else {
+            short
+        };
+        let began = std::time::Instant::now();
+        let printed = desk.paste(&short);
+        println!("{:5.1} s  {short}", began.elapsed().as_secs_f64());
+        let next = proposed(&printed);
+        done.push(line);
+        waiting.extend(next);
+    }
+    let ran =
+        |words: &str| assert!(done.iter().any(|line| line.contains(words)), "{words} is never proposed: {done:#?}");
+    for words in ["motion check", "motion retarget walk.bvh", "train tracker", "eval --policy", "--explain"] {
+        ran(words);
+    }
+}
+
+#[test]
+fn a_dry_run_prints_plan_speed_and_time_and_writes_nothing() {
+    let desk = Desk::new();
+    let arguments =
+        ["train", "tracker", "--plan", "track", "--robot", "my robots/bot 1.xml", "clips=builtin:nod", "--dry-run"];
+    let printed = desk.out(&[&arguments[..], &TINY[..2], &["budget.minutes=7"]].concat());
+    for part in
+        ["robot = \"my robots/bot 1.xml\"", "clips = [\"builtin:nod\"]", "7 min, whichever ends first", "memory:"]
+    {
+        assert!(printed.contains(part), "{part}: {printed}");
+    }
+    assert!(!desk.path("runs").exists(), "nothing was written");
+    let value = desk.json(&[&arguments[..], &TINY[..2], &["budget.steps=100000000"]].concat());
+    let [total, rate, seconds] = ["total", "per_second", "seconds"].map(|key| value[key].as_f64().unwrap());
+    assert!(rate > 0.0 && (seconds - total / rate).abs() < 1e-6 * seconds, "{value}");
+}
+
+#[test]
+fn a_run_resumes_with_its_own_plan_only() {
+    let desk = Desk::new();
+    fn train<'a>(more: &[&'a str]) -> Vec<&'a str> {
+        [&["train", "tracker", "-o", "run", "--plan", "track"], more].concat()
+    }
+    desk.out(&train(&TINY));
+    let error = desk.refused(&train(&["--resume", "ppo.gamma=0.5"]));
+    assert!(error.contains("budget.steps: 192 in the run") && error.contains("leave --plan out"), "{error}");
+    desk.out(&train(&[&["--resume"], &TINY[..]].concat()));
+    desk.out(&["train", "tracker", "-o", "run", "--resume", "budget.steps=384"]);
+}
+
+#[test]
+fn outputs_keep_their_kind_and_names_are_guessed() {
+    let desk = Desk::new();
+    let usage = |arguments: &[&str]| {
+        let output = desk.run(arguments);
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}");
+        String::from_utf8(output.stderr).unwrap()
+    };
+    let error = usage(&["generate", "a person waves", "-o", "wave.mp4"]);
+    assert!(error.contains("NAME.motion.safetensors"), "{error}");
+    assert!(usage(&["eval", "--policy", "lima", "-m", "builtin", "-o", "a.html"]).contains("expected a folder"));
+    assert!(!desk.path("wave.mp4").exists());
+    let out = desk.out(&["motion", "mirror", "builtin:wave", "-o", "here/left.motion.safetensors"]);
+    assert!(desk.path("here/left.motion.safetensors").is_file() && out.contains("demo here/left.motion"), "{out}");
+    desk.paste(&proposed(&out)[0]);
+    assert!(desk.refused(&["inspect", "limma"]).contains("did you mean 'lima'?"));
+    assert!(desk.refused(&["train", "tracker", "--plan", "trakc"]).contains("did you mean 'track'?"));
+    assert!(desk.refused(&["motion", "check", "builtin:wavee"]).contains("did you mean 'builtin:wave'?"));
+    let error = desk.refused(&["train", "tracker", "--plan", "track", "pppo.gamma=1"]);
+    assert!(error.contains("did you mean 'ppo'?"), "{error}");
 }

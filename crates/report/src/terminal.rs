@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use crate::table::{Align, Table};
+use crate::table::{Align, Cell, Table, Tone};
 
 /// Characters between two columns.
 const GAP: usize = 2;
@@ -18,6 +18,8 @@ pub struct Screen {
     pub columns: usize,
     /// Show every column, however long the lines become.
     pub wide: bool,
+    /// Colour cells by their tone.
+    pub colours: bool,
 }
 
 impl Screen {
@@ -43,21 +45,21 @@ impl Table {
         if !screen.wide {
             self.fit(&mut shown, &mut widths, screen.columns);
         }
-        let layout = Layout { table: self, shown: &shown, widths: &widths };
-        let mut out = layout.line(&|i| self.columns[i].name.clone());
+        let layout = Layout { table: self, shown: &shown, widths: &widths, colours: screen.colours };
+        let mut out = layout.line(&|i| (self.columns[i].name.as_str(), None));
         if shown.iter().any(|i| !self.columns[*i].unit.is_empty()) {
-            out += &layout.line(&|i| self.columns[i].unit.clone());
+            out += &layout.line(&|i| (self.columns[i].unit.as_str(), None));
         }
         let rule: String = widths.iter().map(|w| "─".repeat(*w)).collect::<Vec<_>>().join(&" ".repeat(GAP));
         out += &format!("{rule}\n");
         for row in &self.rows {
-            out += &layout.line(&|i| row.get(i).map_or_else(String::new, |cell| cell.text.clone()));
+            out += &layout.line(&|i| cell_of(row, i));
         }
         if !self.foot.is_empty() {
             out += &format!("{rule}\n");
         }
         for row in &self.foot {
-            out += &layout.line(&|i| row.get(i).map_or_else(String::new, |cell| cell.text.clone()));
+            out += &layout.line(&|i| cell_of(row, i));
         }
         match self.columns.len() - shown.len() {
             0 => {}
@@ -111,17 +113,32 @@ impl Table {
     }
 }
 
+/// Returns the text and the tone of a cell; no text where a row is too short.
+fn cell_of(row: &[Cell], column: usize) -> (&str, Option<Tone>) {
+    row.get(column).map_or(("", None), |cell| (cell.text.as_str(), cell.tone))
+}
+
+/// Returns text in the colour of a tone, as terminals do it (ECMA-48).
+fn coloured(text: &str, tone: Tone) -> String {
+    let code = match tone {
+        Tone::Good => 32,
+        Tone::Bad => 31,
+    };
+    format!("\x1b[{code}m{text}\x1b[0m")
+}
+
 struct Layout<'a> {
     table: &'a Table,
     shown: &'a [usize],
     widths: &'a [usize],
+    colours: bool,
 }
 
 impl Layout<'_> {
     /// Returns one row, in as many lines as its longest cell needs.
-    fn line(&self, cell: &dyn Fn(usize) -> String) -> String {
+    fn line<'t>(&self, cell: &dyn Fn(usize) -> (&'t str, Option<Tone>)) -> String {
         let cells: Vec<Vec<String>> =
-            self.shown.iter().zip(self.widths).map(|(i, width)| wrapped(&cell(*i), *width)).collect();
+            self.shown.iter().zip(self.widths).map(|(i, width)| wrapped(cell(*i).0, *width)).collect();
         let lines = cells.iter().map(Vec::len).max().unwrap_or(1);
         let mut out = String::new();
         for k in 0..lines {
@@ -130,6 +147,8 @@ impl Layout<'_> {
                 let part = lines.get(k).map_or("", String::as_str);
                 let space = " ".repeat(width.saturating_sub(part.chars().count()));
                 let gap = " ".repeat(GAP);
+                let tone = cell(*i).1.filter(|_| self.colours && !part.is_empty());
+                let part = tone.map_or_else(|| part.to_string(), |tone| coloured(part, tone));
                 let _ = match self.table.columns[*i].align {
                     Align::Left => write!(text, "{part}{space}{gap}"),
                     Align::Right => write!(text, "{space}{part}{gap}"),
@@ -197,7 +216,7 @@ mod tests {
     #[test]
     fn no_line_is_longer_than_the_screen_and_nothing_goes_in_silence() {
         for columns in [1, 7, 20, 40, 80, 100, 160] {
-            let text = example().to_terminal(Screen { columns, wide: false });
+            let text = example().to_terminal(Screen { columns, wide: false, colours: false });
             assert!(longest(&text) <= columns.max("9 more columns: --wide".len()), "{columns}:\n{text}");
             let heads = ["clip", "verdict", "survival", "joints", "drift", "jerk", "slip"];
             let first = text.lines().next().unwrap_or_default();
@@ -210,8 +229,18 @@ mod tests {
     }
 
     #[test]
+    fn colours_change_no_width() {
+        let mut table = example();
+        table.rows[0][1] = Cell::text("follows").tone(Some(Tone::Good));
+        let [plain, coloured] =
+            [false, true].map(|colours| table.to_terminal(Screen { columns: 80, wide: false, colours }));
+        assert!(coloured.contains("\x1b[32mfollows\x1b[0m  "), "{coloured:?}");
+        assert_eq!(coloured.replace("\x1b[32m", "").replace("\x1b[0m", ""), plain);
+    }
+
+    #[test]
     fn a_row_is_one_line_at_80_and_everything_is_there_when_asked_for() {
-        let narrow = example().to_terminal(Screen { columns: 80, wide: false });
+        let narrow = example().to_terminal(Screen { columns: 80, wide: false, colours: false });
         let expected = "\
 clip                        verdict                                    survival
                                                                             deg
@@ -221,7 +250,7 @@ a_very_long_name_of_a_clip  stands instead of walking (0 of 14 steps)    100.00
 4 more columns: --wide
 ";
         assert_eq!(narrow, expected);
-        let wide = example().to_terminal(Screen { columns: 80, wide: true });
+        let wide = example().to_terminal(Screen { columns: 80, wide: true, colours: false });
         assert!(wide.contains("slip") && !wide.contains("more column"), "{wide}");
     }
 

@@ -13,6 +13,7 @@ use lifelike_motion::{MotionClip, MotionError, SourceClip, dataset, keyframes};
 use rayon::prelude::*;
 
 use crate::error::RobotError;
+use crate::nearest::hint;
 use crate::robot::Robot;
 
 /// Share of an actuator's largest speed that a retargeted joint may have, so that the policy has room to correct.
@@ -176,10 +177,12 @@ fn builtin_by(words: &[PathBuf], robot: &Robot) -> Result<LoadedClips, RobotErro
     if let Some(unknown) =
         words.iter().find(|word| word.as_os_str() != BUILTIN && word.as_os_str() != ALL && !names.contains(word))
     {
+        let (names, got) = (names.iter().filter_map(|name| name.to_str()), unknown.display().to_string());
+        let near = hint(&got, names.clone().chain([ALL]));
         return Err(RobotError::Mismatch {
             what: "our own clips".into(),
-            expected: names.iter().map(|name| name.display().to_string()).collect::<Vec<_>>().join(", "),
-            got: unknown.display().to_string(),
+            expected: names.collect::<Vec<_>>().join(", "),
+            got: got + &near,
         });
     }
     let (basic, all) = (is(BUILTIN), is(ALL));

@@ -23,12 +23,14 @@ pub enum RobotError {
         message: String,
     },
     /// No robot of this name.
-    #[error("no robot named '{name}': not a file, and not one of {available}")]
+    #[error("no robot named '{name}': not a file, and not one of {available}{hint}")]
     Unknown {
         /// The name.
         name: String,
         /// The built-in ones.
         available: String,
+        /// The nearest of them, as a question.
+        hint: String,
     },
     /// A robot of other people that is not on this machine yet.
     #[error("robot '{name}' is not in the box, being somebody else's; fetch it once:\n  lifelike fetch {name}")]

@@ -15,6 +15,7 @@ pub mod controller;
 pub mod error;
 mod guess;
 pub mod load;
+pub mod nearest;
 pub mod network;
 pub mod observation;
 pub mod profile;

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use lifelike_character::Character;
 
 use crate::error::RobotError;
+use crate::nearest::hint;
 use crate::profile::Profile;
 use crate::robot::Robot;
 
@@ -66,7 +67,11 @@ impl Robot {
             if FETCHED.iter().any(|(name, _)| *name == name_or_path) {
                 return Err(RobotError::NotFetched { name: name_or_path.to_string() });
             }
-            return Err(RobotError::Unknown { name: name_or_path.to_string(), available: available() });
+            return Err(RobotError::Unknown {
+                name: name_or_path.to_string(),
+                available: known().collect::<Vec<_>>().join(", "),
+                hint: hint(name_or_path, known()),
+            });
         }
         let character = Character::load(path)?;
         let beside = path.with_extension("toml");
@@ -82,10 +87,9 @@ impl Robot {
     }
 }
 
-/// Returns the names that [`Robot::load`] takes, as a list.
-fn available() -> String {
-    let fetched = FETCHED.iter().map(|(name, _)| *name);
-    NAMES.into_iter().chain(fetched).collect::<Vec<_>>().join(", ")
+/// Returns the names that [`Robot::load`] takes.
+pub fn known() -> impl Iterator<Item = &'static str> {
+    NAMES.into_iter().chain(FETCHED.iter().map(|(name, _)| *name))
 }
 
 /// Returns the built-in robot of this name, if there is one. The texts are part of the program, so a test makes sure

@@ -6,7 +6,6 @@ use lifelike_generation::align::{AlignMarks, AlignPlan, AlignTrainer, PhysicsJud
 use lifelike_generation::critic::Critic;
 use lifelike_generation::data::CaptionedMotion;
 use lifelike_generation::generator::{FILE, Generator};
-use lifelike_report::run::RunFolder;
 use lifelike_robot::Robot;
 use lifelike_train::TrainingTask;
 use serde_json::json;
@@ -84,10 +83,11 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     });
     let mut trainer = AlignTrainer::new(&plan, &robot, generator, critic, &motions, judge)?;
     drop(motions);
-    let run = if source.resume { RunFolder::open(&folder)? } else { RunFolder::create(&folder, &plan)? };
-    let summary = Driver::new(&run, output).train(&mut trainer, |now| {
+    let run = source.run(&folder, &plan)?;
+    let summary = Driver::of(&source, &run, output).train(&mut trainer, |now| {
         format!("loss {:.4}  Realism {:.3}", now.metrics.loss, now.metrics.realism.unwrap_or(f64::NAN))
     })?;
+    let Some(summary) = summary else { return Ok(()) };
     let (path, [before, best]) = (folder.join(FILE), trainer.marks());
     let value = json!({
         "run": folder, "generator": path, "iterations": trainer.iteration(), "stopped_by_guard": trainer.stopped(),

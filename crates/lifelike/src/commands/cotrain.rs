@@ -7,7 +7,6 @@ mod stages;
 
 use std::path::Path;
 
-use lifelike_report::run::RunFolder;
 use serde_json::json;
 
 use self::plan::CotrainPlan;
@@ -59,11 +58,10 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let folder = source.folder()?;
     let plan: CotrainPlan = source.fixed(&folder)?;
     plan.check()?;
-    if source.resume {
-        RunFolder::open(&folder)?
-    } else {
-        RunFolder::create(&folder, &plan)?
-    };
+    let run = source.run(&folder, &plan)?;
+    if run.is_rehearsal() {
+        return rehearse(&plan, output);
+    }
     let mut stages =
         Stages { plan: &plan, folder: &folder, hardware: &args.hardware, output, done: Done::read(&folder)? };
     stages.all().map_err(|error| in_loop(error, &folder))?;
@@ -81,6 +79,19 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
             generator.display(),
             tracker.display(),
             critic.display()
+        )
+    })
+}
+
+/// Prints the resolved plan of a dry run. Its stages are trainings of their own, of which each is timed by its own command.
+fn rehearse(plan: &CotrainPlan, output: &Output) -> Result<(), CliError> {
+    let text = toml::to_string_pretty(plan).map_err(|e| CliError::Failed(e.to_string()))?;
+    let value = json!({ "plan": text, "rounds": plan.rounds });
+    output.result(&value, || {
+        format!(
+            "{text}\nrounds:  {}, each of several trainings; --dry-run of `train tracker`, `train critic` and `align` times them\n\
+             Nothing was written. Run the same without --dry-run to train.\n",
+            plan.rounds
         )
     })
 }

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use lifelike_evaluation::EvaluationOptions;
+use lifelike_motion::MotionClip;
 use lifelike_robot::Robot;
 use serde_json::json;
 
@@ -14,9 +15,9 @@ use crate::commands::eval::{Job, save, text};
 use crate::commands::export::Source;
 use crate::commands::physics::{self, Physics};
 use crate::error::CliError;
-use crate::next::NextCommand;
+use crate::next::{self, NextCommand};
 use crate::output::Output;
-use crate::shipped;
+use crate::shipped::{self, Kind};
 
 /// See a robot follow motion in physics: a pretrained policy, our own clips, one page to look at.
 ///
@@ -24,7 +25,6 @@ use crate::shipped;
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
-  cargo xtask demo                         # build and run
   lifelike demo
   lifelike demo --robot g1                 # the Unitree G1, once fetched: lifelike fetch g1
   lifelike demo my_walk.bvh my_wave.bvh -o runs/mine")]
@@ -32,7 +32,7 @@ pub struct Args {
     /// Motion to follow instead of our own clips: captured motion, keyframes or *.motion.safetensors.
     pub motions: Vec<PathBuf>,
     /// Folder of the report.
-    #[arg(short, long, default_value = "runs/demo")]
+    #[arg(short, long, default_value = "runs/demo", value_parser = crate::destination::folder)]
     pub output: PathBuf,
     /// Another policy than the one that comes with the program: a name, a file, or the folder of a run.
     #[arg(long)]
@@ -71,11 +71,38 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let seconds = began.elapsed().as_secs_f64();
     let report = std::path::absolute(&report).unwrap_or(report);
     let value = json!({ "evaluation": evaluation, "report": report, "policy": file, "seconds": seconds });
+    let next = next_steps(args);
     output.result(&value, || {
         format!(
-            "{}\nfrom start to motion to look at: {seconds:.1} s\nopen this in a browser: {}\n",
+            "{}{}\nfrom start to motion to look at: {seconds:.1} s\nopen this in a browser: {}\n{}",
             text(&evaluation),
-            report.display()
+            shortened(&clips, args.seconds),
+            report.display(),
+            next::lines(&next)
         )
     })
+}
+
+/// Returns a line on clips that are longer than what is played of them; nothing where there are none.
+fn shortened(clips: &[MotionClip], seconds: f64) -> String {
+    let longest = clips.iter().map(MotionClip::seconds).fold(0.0, f64::max);
+    let count = clips.iter().filter(|clip| clip.seconds() > seconds).count();
+    if count == 0 {
+        return String::new();
+    }
+    format!(
+        "{count} of {} clips are longer than {seconds} s and were cut; play all with --seconds {:.0}\n",
+        clips.len(),
+        longest.ceil()
+    )
+}
+
+/// Returns the steps after the demo: motion from a sentence, and a policy of one's own.
+fn next_steps(args: &Args) -> Vec<NextCommand> {
+    let robot = args.robot.as_str();
+    let has_generator = Robot::load(robot).is_ok_and(|robot| shipped::of_robot(&robot, Kind::Generator).is_some());
+    let say = NextCommand::new("generate").word("a person waves with the right hand").word("--physics");
+    let say = if robot == "lima" { say } else { say.word("--robot").word(robot) };
+    let train = NextCommand::new("train tracker").word("--plan").word("track").word("--robot").word(robot);
+    has_generator.then_some(say).into_iter().chain([train.word("budget.minutes=5")]).collect()
 }

@@ -16,6 +16,7 @@ use crate::commands::families::Families;
 use crate::commands::motion::container_in;
 use crate::commands::physics::{self, Physics};
 use crate::error::CliError;
+use crate::next::{self, NextCommand};
 use crate::output::{Output, fitted, screen};
 use crate::progress::Progress;
 
@@ -53,7 +54,7 @@ pub struct Args {
     #[arg(short, long, required = true, num_args = 1..)]
     pub motions: Vec<PathBuf>,
     /// Folder of the results.
-    #[arg(short, long)]
+    #[arg(short, long, value_parser = crate::destination::folder)]
     pub output: PathBuf,
     /// clips: episodes on every clip, which end with a fall. thesis: episodes of one length, errors over all frames.
     #[arg(long, value_enum, default_value_t = Protocol::Clips)]
@@ -70,6 +71,9 @@ pub struct Args {
     /// File of families of clips, a row each in the tables: lines of a name and patterns of clip names.
     #[arg(long, value_name = "FILE")]
     pub families: Option<PathBuf>,
+    /// Give every frame the latent code of another one, drawn by this seed: what a policy loses by it is what it gets from codes.
+    #[arg(long, value_name = "SEED")]
+    pub permute_codes: Option<u64>,
     /// Say of every clip that it falls on why, and try which change of the clip would help.
     #[arg(long)]
     pub explain: bool,
@@ -79,6 +83,26 @@ pub struct Args {
     /// Engine and threads.
     #[command(flatten)]
     pub physics: Physics,
+}
+
+impl Args {
+    /// Returns the command with the same policy on the same clips.
+    fn again(&self) -> NextCommand {
+        let line = NextCommand::new("eval").path("--policy", &self.policy);
+        let line = self.robot.iter().fold(line, |line, robot| line.robot(robot));
+        let line = self.prior.iter().fold(line, |line, prior| line.path("--prior", prior));
+        line.motions(&self.motions)
+    }
+
+    /// Returns the step after this evaluation: the reasons for falls, else how much the policy withstands.
+    fn next(&self, falls: bool) -> NextCommand {
+        let folder = |name: &str| self.output.join(name);
+        if falls && !self.explain {
+            return self.again().word("--explain").path("-o", &folder("explained"));
+        }
+        let sweep = self.again().with_subcommand("bench robustness");
+        sweep.word("--quick").path("-o", &folder("robustness"))
+    }
 }
 
 /// Protocol of an evaluation.
@@ -148,8 +172,8 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
         let text = "--episodes, --deviation, --patience and --seed: expected --protocol thesis beside them";
         return Err(CliError::Usage(text.into()));
     }
-    if by_thesis && (args.explain || args.families.is_some()) {
-        return Err(CliError::Usage("--explain and --families: expected --protocol clips".into()));
+    if by_thesis && (args.explain || args.families.is_some() || args.permute_codes.is_some()) {
+        return Err(CliError::Usage("--explain, --families and --permute-codes: expected --protocol clips".into()));
     }
     let seconds = args.seconds.unwrap_or(10.0);
     if !(seconds > 0.0 && seconds <= 3600.0 && (1..=STARTS).contains(&args.starts)) {
@@ -165,10 +189,17 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     if by_thesis {
         let found = job.thesis(&clips, &args.thesis.protocol(args.seconds)?, output)?;
         let report = save_thesis(&found, &title, &args.output)?;
-        return output.result(&found, || format!("{}report: {}\n", thesis_text(&found), report.display()));
+        let next = [args.again().word("-o").word(args.output.display())];
+        return output
+            .result(&found, || format!("{}report: {}\n{}", thesis_text(&found), report.display(), next::lines(&next)));
     }
     let families = args.families.as_deref().map(Families::read).transpose()?;
-    let options = EvaluationOptions { seconds, starts: args.starts, ..EvaluationOptions::default() };
+    let options = EvaluationOptions {
+        seconds,
+        starts: args.starts,
+        permute_codes: args.permute_codes,
+        ..EvaluationOptions::default()
+    };
     let mut evaluation = job.run(&clips, &options, output)?;
     by_feasibility(&mut evaluation, &clips, robot)?;
     if let Some(families) = families {
@@ -183,7 +214,10 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     }
     let sentences: String = explanations.iter().flatten().map(|e| e.words() + "\n").collect();
     let result = Explained { evaluation: &evaluation, explanations };
-    output.result(&result, || format!("{sentences}{}report: {}\n", text(&evaluation), report.display()))
+    let next = args.next(evaluation.clips.iter().any(|clip| clip.survival < 1.0));
+    output.result(&result, || {
+        format!("{sentences}{}report: {}\n{}", text(&evaluation), report.display(), next::lines(&[next]))
+    })
 }
 
 /// Adds what comes of clips that can be tracked, as far as can be told without physics, and of others, apart.

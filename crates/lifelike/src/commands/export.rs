@@ -44,7 +44,7 @@ pub struct Args {
     #[arg(long, value_name = "PLAN")]
     pub environment: Option<PathBuf>,
     /// The controller's file; beside the policy where not given.
-    #[arg(short, long)]
+    #[arg(short, long, value_parser = crate::destination::network)]
     pub output: Option<PathBuf>,
 }
 

@@ -29,7 +29,7 @@ pub struct Args {
     #[arg(long)]
     pub without_meshes: bool,
     /// Folder to put it into; the user's data folder where not given (see `lifelike config`).
-    #[arg(short, long)]
+    #[arg(short, long, value_parser = crate::destination::folder)]
     pub output: Option<PathBuf>,
 }
 
@@ -41,7 +41,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let known = || ["g1"].into_iter().chain(lifelike_fetch::NAMES).chain([text_model::NAME]);
     if !known().any(|name| name == args.name) {
         let names = known().collect::<Vec<_>>().join(", ");
-        let near = crate::nearest::hint(&args.name, known());
+        let near = lifelike_robot::nearest::hint(&args.name, known());
         return Err(CliError::Usage(format!("expected one of {names}; got '{}'{near}", args.name)));
     }
     let folder = |below: &str| args.output.clone().unwrap_or_else(|| folders::data().join(below));

@@ -22,6 +22,7 @@ use self::play::Player;
 use crate::commands::best_of::By;
 use crate::commands::motion::container_in;
 use crate::commands::physics::Physics;
+use crate::destination;
 use crate::error::CliError;
 use crate::next::NextCommand;
 use crate::output::Output;
@@ -39,7 +40,7 @@ const STRENGTH: f64 = 0.02;
 #[derive(Debug, clap::Args)]
 #[command(group = clap::ArgGroup::new("tracked").multiple(true), after_help = "\
 Examples:
-  lifelike generate \"a person waves with the right hand\" -o wave.motion.safetensors --physics
+  lifelike generate \"a person waves with the right hand\" --physics             # into runs/generated
   lifelike generate \"a person walks\" --then \"a person turns left\" --candidates 8 -o walk.motion.safetensors
   lifelike generate \"a person kicks\" --best-of 16 --by physics -o kick.motion.safetensors
   lifelike generate \"a person waves\" --keep-legs walk.motion.safetensors -o both.motion.safetensors
@@ -60,8 +61,8 @@ pub struct Args {
     /// The robot: a built-in one's name, or its MJCF or URDF file.
     #[arg(short, long, default_value = "lima")]
     pub robot: String,
-    /// The file to write; with --prompts the folder.
-    #[arg(short, long)]
+    /// The file (NAME.motion.safetensors) or folder to write; with --prompts the folder.
+    #[arg(short, long, default_value = "runs/generated", value_parser = crate::destination::motion)]
     pub output: PathBuf,
     /// Duration of each part (s); what its sentence asks for, or that of the clip that is kept, where not given.
     #[arg(long)]
@@ -164,7 +165,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
         let clips: Vec<_> = made.iter().map(|one| one.best.clone()).collect();
         let beside = match &args.prompts {
             Some(_) => args.output.join("physics"),
-            None => args.output.with_file_name(format!("{}-physics", made::stem(&args.output))),
+            None => jobs[0].1.with_file_name(format!("{}-physics", made::stem(&jobs[0].1))),
         };
         player.play(&clips, args.report.as_deref().unwrap_or(&beside), output)
     });
@@ -237,9 +238,16 @@ fn maker(args: &Args, robot: &Arc<Robot>) -> Result<Maker, CliError> {
 
 /// Returns the sentences of each motion, and its file.
 fn jobs(args: &Args) -> Result<Vec<(Vec<String>, PathBuf)>, CliError> {
+    if args.prompts.is_some() && destination::is_motion(&args.output) {
+        let file = args.output.display();
+        return Err(CliError::Usage(format!("-o: expected a folder with --prompts, got '{file}'")));
+    }
     let Some(file) = &args.prompts else {
         let prompts = args.prompt.iter().chain(&args.then).map(|prompt| prompt.trim().to_string()).collect();
-        return Ok(vec![(prompts, args.output.clone())]);
+        let prompts: Vec<String> = prompts;
+        let named = || container_in(&args.output, &prompts::slug(&prompts.join(" then ")));
+        let file = if destination::is_motion(&args.output) { args.output.clone() } else { named() };
+        return Ok(vec![(prompts, file)]);
     };
     let named = |(i, prompt): (usize, String)| {
         let file = container_in(&args.output, &prompts::name(i + 1, &prompt));

@@ -53,6 +53,12 @@ pub fn memory() -> Option<[u64; 2]> {
     Some([bytes("MemAvailable")?, bytes("MemTotal")?])
 }
 
+/// Returns the largest amount of memory that this process has used so far (bytes), where the system tells it (Linux).
+#[cfg(feature = "learning")]
+pub fn peak_memory() -> Option<u64> {
+    line("/proc/self/status", "VmHWM")?.strip_suffix(" kB")?.trim().parse::<u64>().ok().map(|kib| 1024 * kib)
+}
+
 /// Returns the value of the first line `key : value` of a file of the system.
 fn line(file: &str, key: &str) -> Option<String> {
     let text = std::fs::read_to_string(file).ok()?;

@@ -44,13 +44,7 @@ impl RunFolder {
     /// [`ReportError::Mismatch`] when there is a run already: nothing is ever overwritten.
     pub fn create<P: Serialize>(path: impl Into<PathBuf>, plan: &P) -> Result<Self, ReportError> {
         let folder = Self { path: path.into() };
-        if folder.plan_path().exists() {
-            return Err(ReportError::Mismatch {
-                what: folder.path.display().to_string(),
-                expected: "a folder without a run".into(),
-                got: "a run (resume it, or name another folder)".into(),
-            });
-        }
+        Self::require_new(&folder.path)?;
         let text = toml::to_string_pretty(plan).map_err(|e| ReportError::Format {
             path: folder.plan_path().display().to_string(),
             expected: "a plan that can be written as TOML".into(),
@@ -59,6 +53,21 @@ impl RunFolder {
         fs::create_dir_all(&folder.path).map_err(ReportError::io(&folder.path))?;
         write_atomically(&folder.plan_path(), text.as_bytes())?;
         Ok(folder)
+    }
+
+    /// Checks that no run is in a folder.
+    ///
+    /// # Errors
+    /// [`ReportError::Mismatch`] when there is one.
+    pub fn require_new(path: &Path) -> Result<(), ReportError> {
+        if !(Self { path: path.into() }).plan_path().exists() {
+            return Ok(());
+        }
+        Err(ReportError::Mismatch {
+            what: path.display().to_string(),
+            expected: "a folder without a run".into(),
+            got: "a run (resume it with --resume, or name another folder)".into(),
+        })
     }
 
     /// Opens the folder of a run.

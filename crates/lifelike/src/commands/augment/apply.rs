@@ -26,7 +26,7 @@ pub struct Args {
     #[arg(long, value_enum, default_value = "none")]
     pub feedback: FeedbackName,
     /// Folder of the corrected traces.
-    #[arg(short, long)]
+    #[arg(short, long, value_parser = crate::destination::folder)]
     pub output: PathBuf,
 }
 

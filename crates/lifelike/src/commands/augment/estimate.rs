@@ -45,7 +45,7 @@ pub struct Args {
     #[command(flatten)]
     pub physics: Physics,
     /// Folder of the estimates: traces whose states are corrected.
-    #[arg(short, long)]
+    #[arg(short, long, value_parser = crate::destination::folder)]
     pub output: PathBuf,
 }
 

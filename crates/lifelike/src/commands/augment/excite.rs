@@ -47,7 +47,7 @@ pub struct Args {
     #[arg(long, default_value_t = 1.0, requires = "poses")]
     pub speed: f64,
     /// Folder of the references, a trace each.
-    #[arg(short, long)]
+    #[arg(short, long, value_parser = crate::destination::folder)]
     pub output: PathBuf,
 }
 

@@ -44,7 +44,7 @@ pub struct Args {
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
     /// The file to write (TOML).
-    #[arg(short, long)]
+    #[arg(short, long, value_parser = crate::destination::toml)]
     pub output: PathBuf,
 }
 

@@ -30,7 +30,7 @@ pub struct Args {
     #[arg(long, value_enum, default_value = "none", requires = "augmentation")]
     pub feedback: FeedbackName,
     /// Folder for gap.json and report.html.
-    #[arg(short, long)]
+    #[arg(short, long, value_parser = crate::destination::folder)]
     pub output: Option<PathBuf>,
 }
 

@@ -55,7 +55,7 @@ pub struct Args {
     #[command(flatten)]
     pub physics: Physics,
     /// Folder of the traces.
-    #[arg(short, long)]
+    #[arg(short, long, value_parser = crate::destination::folder)]
     pub output: PathBuf,
 }
 

@@ -44,7 +44,7 @@ pub struct Args {
     #[arg(long)]
     pub no_bodies: bool,
     /// Folder of the traces.
-    #[arg(short, long)]
+    #[arg(short, long, value_parser = crate::destination::folder)]
     pub output: PathBuf,
 }
 

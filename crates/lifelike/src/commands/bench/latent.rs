@@ -46,7 +46,7 @@ pub struct Args {
     #[arg(long, num_args = 1..)]
     unseen: Vec<PathBuf>,
     /// Folder for latent.json.
-    #[arg(short, long)]
+    #[arg(short, long, value_parser = crate::destination::folder)]
     output: Option<PathBuf>,
     /// Key of the shuffled codes.
     #[arg(long, default_value_t = 0)]

@@ -6,11 +6,13 @@ use lifelike_evaluation::EvaluationOptions;
 use lifelike_evaluation::robustness::{Disturbance, Robustness, RobustnessOptions, sweep};
 use lifelike_report::ReportBuilder;
 use lifelike_robot::Robot;
+use lifelike_robot::controller::EXTENSION;
 
 use crate::commands::controller_file::Loaded;
 use crate::commands::physics::{self, Physics};
 use crate::commands::{clips, eval};
 use crate::error::CliError;
+use crate::next::{self, NextCommand};
 use crate::output::Output;
 use crate::progress::Progress;
 
@@ -39,7 +41,7 @@ pub struct Args {
     #[arg(short, long, required = true, num_args = 1..)]
     motions: Vec<PathBuf>,
     /// Folder of the results.
-    #[arg(short, long)]
+    #[arg(short, long, value_parser = crate::destination::folder)]
     output: PathBuf,
     /// Few sizes, short episodes.
     #[arg(long)]
@@ -76,7 +78,11 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let report = save(&found, robot, &args.policy, &args.output)?;
     output.result(&found, || {
         let tables: String = found.tables().iter().map(|t| crate::output::fitted(t) + "\n").collect();
-        format!("{tables}report: {}\n", report.display())
+        // A controller is what an export makes.
+        let is_policy = args.policy.exists() && !args.policy.to_string_lossy().ends_with(EXTENSION);
+        let export = NextCommand::new("export").word(args.policy.display());
+        let next = is_policy.then(|| args.robot.iter().fold(export, |line, robot| line.robot(robot)));
+        format!("{tables}report: {}\n{}", report.display(), next::lines(next.as_slice()))
     })
 }
 

@@ -221,11 +221,11 @@ impl Stages<'_> {
         let own = [format!("robot={}", self.plan.robot), format!("seed={}", self.plan.seed)];
         let keys = own.into_iter().chain(plan.keys.iter().cloned()).chain(keys);
         Source {
-            watch: false,
-            plan: Some(plan.plan.clone()),
+            plan: (!resume).then(|| plan.plan.clone()),
             output: Some(folder),
             resume,
             overrides: if resume { Vec::new() } else { keys.collect() },
+            ..Source::default()
         }
     }
 

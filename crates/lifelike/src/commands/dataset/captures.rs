@@ -40,7 +40,7 @@ pub struct Args {
     #[arg(short, long, default_value = "lima")]
     pub robot: String,
     /// Folder of the data set.
-    #[arg(short, long)]
+    #[arg(short, long, value_parser = crate::destination::folder)]
     pub output: PathBuf,
     /// A table of captions (tab-separated) instead of the clips' own; given more than once, a clip takes those of the first
     /// that knows it.

@@ -36,7 +36,7 @@ pub struct Args {
     #[arg(short, long, default_value = "lima")]
     pub robot: String,
     /// Folder of the data set; new or empty.
-    #[arg(short, long)]
+    #[arg(short, long, value_parser = crate::destination::folder)]
     pub output: PathBuf,
     /// Duration of all clips together.
     #[arg(long, default_value_t = 8.0)]

@@ -41,7 +41,7 @@ pub struct Args {
     #[arg(short, long, default_value = "lima")]
     pub robot: String,
     /// Folder of the data set.
-    #[arg(short, long)]
+    #[arg(short, long, value_parser = crate::destination::folder)]
     pub output: PathBuf,
 }
 

@@ -32,9 +32,14 @@ pub fn read(path: &Path) -> Result<Vec<String>, CliError> {
 
 /// Returns a name for the motion of the prompt with this number, from 1: sorted by name they keep their order.
 pub fn name(number: usize, prompt: &str) -> String {
+    format!("{number:03}-{}", slug(prompt))
+}
+
+/// Returns a prompt as a part of a file's name: its words, joined by dashes.
+pub fn slug(prompt: &str) -> String {
     let words = prompt::words(prompt).join("-");
     let short: String = words.chars().take(LETTERS).collect();
-    format!("{number:03}-{}", short.trim_end_matches('-'))
+    short.trim_end_matches('-').to_string()
 }
 
 #[cfg(test)]

@@ -3,12 +3,13 @@
 use std::path::Path;
 
 use lifelike_motion::MotionClip;
-use lifelike_robot::ControllerFile;
 use lifelike_robot::load::NAMES;
+use lifelike_robot::{ControllerFile, Robot};
 
 use crate::commands::controller_file::robot_of;
 use crate::commands::export::Source;
 use crate::next::NextCommand;
+use crate::shipped;
 
 /// Returns the steps with a robot: how our own clips suit it, and its first policy.
 pub fn of_robot(robot: &str) -> Vec<NextCommand> {
@@ -41,8 +42,8 @@ pub fn of_motion(file: &Path, clip: &MotionClip) -> Vec<NextCommand> {
         return vec![table];
     }
     let check = NextCommand::new("motion check").word(file.display()).word("--robot").word(robot);
-    // The policy that comes with the program is Lima's.
-    let demo = (robot == "lima").then(|| NextCommand::new("demo").word(file.display()));
+    let has_policy = Robot::load(robot).is_ok_and(|robot| shipped::has_controller(&robot));
+    let demo = has_policy.then(|| NextCommand::new("demo").word(file.display()).word("--robot").word(robot));
     [Some(check), demo, Some(table)].into_iter().flatten().collect()
 }
 

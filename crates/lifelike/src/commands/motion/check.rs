@@ -12,7 +12,9 @@ use serde_json::json;
 
 use crate::commands::clips;
 use crate::error::CliError;
+use crate::next::{self, MAX_CLIPS, NextCommand};
 use crate::output::{Output, fitted};
+use crate::shipped;
 
 /// Tell which clips a robot cannot execute, and why: from kinematics and masses, without physics.
 ///
@@ -50,7 +52,25 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
         return output.result(&trackable, || trackable.iter().map(|f| f.display().to_string() + "\n").collect());
     }
     let value: Vec<_> = checked.iter().map(|(file, f)| json!({ "file": file, "feasibility": f })).collect();
-    output.result(&value, || text(&checked))
+    let untrackable = checked.iter().any(|(_, found)| !found.trackable);
+    let next = next(args, &robot, untrackable);
+    output.result(&value, || text(&checked) + &next::lines(&next))
+}
+
+/// Returns the step after a check: a repair of what cannot be tracked, else physics.
+fn next(args: &Args, robot: &Robot, untrackable: bool) -> Vec<NextCommand> {
+    let clips =
+        |line: NextCommand| args.motions.iter().take(MAX_CLIPS).fold(line, |line, clip| line.word(clip.display()));
+    if untrackable {
+        let repair = clips(NextCommand::new("motion repair")).word("--robot").word(&args.robot);
+        return vec![repair.word("-o").word("repaired")];
+    }
+    if shipped::has_controller(robot) {
+        return vec![clips(NextCommand::new("demo")).robot(&args.robot)];
+    }
+    let list = args.motions.iter().map(|clip| format!("\"{}\"", clip.display())).collect::<Vec<_>>().join(", ");
+    let train = NextCommand::new("train tracker").word("--plan").word("track").word("--robot").word(&args.robot);
+    vec![train.word(format!("clips=[{list}]"))]
 }
 
 fn text(checked: &[(PathBuf, Feasibility)]) -> String {

@@ -7,16 +7,19 @@ use lifelike_motion::retarget::RetargetOptions;
 use lifelike_motion::{MotionClip, container, dataset};
 use lifelike_robot::Robot;
 
-use super::container_in;
+use super::file_of;
 use crate::commands::clips;
+use crate::destination;
 use crate::error::CliError;
+use crate::next::NextCommand;
 use crate::output::{Output, table};
+use crate::shipped;
 
 /// Folder, name and robot of the result.
 #[derive(Debug, clap::Args)]
 pub struct Common {
-    /// Folder of the result.
-    #[arg(short, long)]
+    /// Folder of the result, or its file (NAME.motion.safetensors).
+    #[arg(short, long, value_parser = crate::destination::motion)]
     pub output: PathBuf,
     /// Name of the result, so of its file; told from the inputs where not given.
     #[arg(long)]
@@ -28,6 +31,8 @@ pub struct Common {
 
 /// A robot, and how its motion is to be solved for.
 pub struct Stage {
+    /// Name or file of the robot.
+    name: String,
     pub robot: Robot,
     /// At the robot's rate, with the speeds that its actuators allow.
     pub options: RetargetOptions,
@@ -43,22 +48,29 @@ pub struct Made {
     file: PathBuf,
     /// Joints that are faster than retargeting would let them be.
     too_fast: Vec<TooFast>,
+    /// The step after this one.
+    next: String,
 }
 
 impl Common {
     /// The robot that is asked for, else the one of the first clip that names one, else the default of retargeting.
     pub fn stage<'a>(&self, inputs: impl IntoIterator<Item = &'a Path>) -> Result<Stage, CliError> {
-        let robot = match &self.robot {
-            Some(name) => Robot::load(name)?,
-            None => match character_of(inputs)? {
-                Some(name) => Robot::load(&name)
-                    .map_err(|e| CliError::Input(format!("{e}; say whose motion it is with --robot")))?,
-                None => Robot::load("lima")?,
-            },
+        let given = self.robot.is_some();
+        let name = match &self.robot {
+            Some(name) => name.clone(),
+            None => character_of(inputs)?.unwrap_or_else(|| "lima".into()),
         };
+        let whose = |error| {
+            if given {
+                CliError::from(error)
+            } else {
+                CliError::Input(format!("{error}; name the motion's robot with --robot"))
+            }
+        };
+        let robot = Robot::load(&name).map_err(whose)?;
         let mut options = clips::retarget_options(&robot);
         clips::limit_speeds(&mut options, &robot);
-        Ok(Stage { robot, options })
+        Ok(Stage { name, robot, options })
     }
 
     /// Changes each clip of the inputs and writes it, under the given name or its own with `suffix`.
@@ -71,8 +83,10 @@ impl Common {
     ) -> Result<(), CliError> {
         let stage = self.stage(inputs.iter().map(PathBuf::as_path))?;
         let clips = stage.clips(inputs)?;
-        if let (Some(name), true) = (&self.name, clips.len() > 1) {
-            let message = format!("--name '{name}' is for one clip, but the inputs hold {}", clips.len());
+        let one = self.name.as_ref().map(|name| format!("--name '{name}'"));
+        let one = one.or(destination::is_motion(&self.output).then(|| format!("-o '{}'", self.output.display())));
+        if let (Some(one), true) = (one, clips.len() > 1) {
+            let message = format!("{one} is for one clip, but the inputs hold {}; name a folder with -o", clips.len());
             return Err(CliError::Usage(message));
         }
         let mut made = Vec::with_capacity(clips.len());
@@ -81,7 +95,10 @@ impl Common {
             changed.name = format!("{}-{suffix}", clip.name);
             made.push(self.write(changed, &stage)?);
         }
-        output.result(&made, || made.iter().map(Made::text).collect::<Vec<_>>().join("\n"))
+        output.result(&made, || {
+            let lines: String = made.iter().map(Made::line).collect();
+            lines + &made.last().map_or_else(String::new, Made::next)
+        })
     }
 
     /// Writes a clip under the given name, else under its own.
@@ -90,14 +107,22 @@ impl Common {
             clip.name.clone_from(name);
         }
         clip.provenance.character.clone_from(&stage.robot.character.name);
-        let file = container_in(&self.output, &clip.name);
+        let file = file_of(&self.output, &mut clip);
         container::write(&file, &clip)?;
         let too_fast = too_fast(&clip, &stage.options.velocity_limit);
-        Ok(Made { fps: clip.fps, frames: clip.len(), seconds: clip.seconds(), file, too_fast, clip: clip.name })
+        let next = stage.next(&file);
+        Ok(Made { fps: clip.fps, frames: clip.len(), seconds: clip.seconds(), file, too_fast, next, clip: clip.name })
     }
 }
 
 impl Stage {
+    /// Returns the step with a clip: physics where the robot has a policy, else a check without.
+    fn next(&self, file: &Path) -> String {
+        let has_policy = shipped::has_controller(&self.robot);
+        let line = NextCommand::new(if has_policy { "demo" } else { "motion check" });
+        line.word(file.display()).robot(&self.name).to_string()
+    }
+
     /// The clips of the inputs: all of them, since the result would be another motion without one.
     pub fn clips(&self, inputs: &[PathBuf]) -> Result<Vec<MotionClip>, CliError> {
         Ok(lifelike_robot::clips::load(inputs, &self.robot)?.all()?)
@@ -115,8 +140,16 @@ impl Stage {
 }
 
 impl Made {
-    /// For people.
+    /// Returns all of it for people.
     pub fn text(&self) -> String {
+        self.line() + &self.next()
+    }
+
+    fn next(&self) -> String {
+        format!("next:\n  {}\n", self.next)
+    }
+
+    fn line(&self) -> String {
         let mut text = format!(
             "{}: {:.2} s, {} frames at {} Hz: {}\n",
             self.clip,

@@ -13,8 +13,9 @@ use lifelike_robot::Robot;
 use serde::Serialize;
 use serde_json::json;
 
-use super::container_in;
+use super::file_of;
 use crate::commands::{clips, prior_file};
+use crate::destination;
 use crate::error::CliError;
 use crate::output::{Output, table};
 
@@ -45,8 +46,8 @@ pub struct Args {
     /// From the first clip at the begin to the second at the end.
     #[arg(long)]
     pub ramp: bool,
-    /// Folder of the result.
-    #[arg(short, long)]
+    /// Folder of the result, or its file (NAME.motion.safetensors).
+    #[arg(short, long, value_parser = crate::destination::motion)]
     pub output: PathBuf,
     /// Write report.html, where clips and result can be played and looked at from all sides.
     #[arg(long)]
@@ -79,8 +80,8 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let (a, b) = (codes(&prior, &robot, &first)?, codes(&prior, &robot, &second)?);
     let between = |how| interpolate(&prior, &robot.character, a.rows(), b.rows(), how);
     let how = if args.ramp { Blend::Ramp } else { Blend::Constant(args.weight) };
-    let made = named(between(how)?, &first, &second, args);
-    let path = container_in(&args.output, &made.clip.name);
+    let mut made = named(between(how)?, &first, &second, args);
+    let path = file_of(&args.output, &mut made.clip);
     container::write(&path, &made.clip)?;
     let rows = [
         row(&robot, first.name.clone(), &first, None)?,
@@ -90,7 +91,9 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
         row(&robot, made.clip.name.clone(), &made.clip, Some(&made))?,
     ];
     if args.look {
-        look(&args.output, &robot, [&first, &second, &made.clip])?;
+        let beside = || path.with_file_name(format!("{}-look", made.clip.name));
+        let folder = if destination::is_motion(&args.output) { beside() } else { args.output.clone() };
+        look(&folder, &robot, [&first, &second, &made.clip])?;
     }
     output.result(&json!({ "clip": made.clip.name, "file": path, "motions": rows }), || text(&rows, &path))
 }

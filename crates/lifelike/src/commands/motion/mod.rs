@@ -27,8 +27,10 @@ use crate::commands::missing::{self as edit, self as interpolate, self as search
 use std::path::{Path, PathBuf};
 
 use clap::Subcommand;
+use lifelike_motion::MotionClip;
 use lifelike_motion::container::EXTENSION;
 
+use crate::destination;
 use crate::error::CliError;
 use crate::output::Output;
 
@@ -84,6 +86,21 @@ impl Motion {
 fn target(folder: &Path, name: &str, extension: &str) -> PathBuf {
     let safe: String = name.chars().map(|c| if c.is_alphanumeric() || "-_.+".contains(c) { c } else { '_' }).collect();
     folder.join(format!("{}{extension}", safe.trim_start_matches('.')))
+}
+
+/// Returns the file of a clip: the one that was asked for, else one of its name in the folder. A clip goes by its file's name.
+pub fn file_of(output: &Path, clip: &mut MotionClip) -> PathBuf {
+    if !destination::is_motion(output) {
+        return container_in(output, &clip.name);
+    }
+    clip.name = clip_name(output);
+    output.to_path_buf()
+}
+
+/// Returns the name of the clip in a file.
+pub fn clip_name(file: &Path) -> String {
+    let name = file.file_name().unwrap_or_default().to_string_lossy();
+    name.strip_suffix(EXTENSION).unwrap_or(&name).to_string()
 }
 
 /// Returns the file of a clip's container.

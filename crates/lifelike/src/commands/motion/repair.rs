@@ -19,6 +19,7 @@ use crate::commands::export::Source;
 use crate::commands::physics::Physics;
 use crate::commands::{clips, controller_file};
 use crate::error::CliError;
+use crate::next::{self, NextCommand};
 use crate::output::Output;
 use crate::progress::Progress;
 
@@ -70,7 +71,7 @@ pub struct Args {
     #[command(flatten)]
     pub physics: Physics,
     /// Folder of the results.
-    #[arg(short, long)]
+    #[arg(short, long, value_parser = crate::destination::folder)]
     pub output: PathBuf,
 }
 
@@ -211,10 +212,12 @@ fn summary(reports: &[&Outcome], written: usize, args: &Args) -> String {
     let wrong = reports.iter().filter(|r| !r.repaired.before.trackable).count();
     let refused = reports.iter().filter(|r| !r.done()).count();
     format!(
-        "{}\n{} of {} clips could be tracked as they were, as far as can be told without physics; {refused} are refused; {written} are in {}\n",
+        "{}\n{} of {} clips could be tracked as they were, as far as can be told without physics; {refused} are refused; \
+         {written} are in {}\n{}",
         crate::output::fitted(&table),
         reports.len() - wrong,
         reports.len(),
-        args.output.display()
+        args.output.display(),
+        next::lines(&[NextCommand::new("motion check").word(args.output.display()).robot(&args.robot)])
     )
 }

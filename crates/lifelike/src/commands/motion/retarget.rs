@@ -40,7 +40,7 @@ pub struct Args {
     #[arg(short, long, default_value = "lima")]
     pub robot: String,
     /// Folder of the results.
-    #[arg(short, long)]
+    #[arg(short, long, value_parser = crate::destination::folder)]
     pub output: PathBuf,
     /// Options in a TOML file: rates, limits, contact detection, [correspondence.roles] of the source's joints.
     #[arg(long)]

@@ -3,7 +3,6 @@
 use std::path::PathBuf;
 
 use lifelike_augmentation::training::{AugmentationPlan, AugmentationTrainer};
-use lifelike_report::run::RunFolder;
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 
@@ -52,10 +51,10 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let plan: AugmentationTrainingPlan = args.source.fixed(&folder)?;
     let (learn, validation) = (traces(&plan.traces)?, traces(&plan.validation)?);
     let mut trainer = AugmentationTrainer::new(&plan.augmentation, &learn, &validation)?;
-    let run = RunFolder::open_or_create(&folder, &plan)?;
-    let summary = Driver::new(&run, output)
-        .watched(args.source.watch)
-        .train(&mut trainer, |now| format!("loss {:.4}", now.metrics.loss))?;
+    let run = args.source.run_or_resume(&folder, &plan)?;
+    let summary =
+        Driver::of(&args.source, &run, output).train(&mut trainer, |now| format!("loss {:.4}", now.metrics.loss))?;
+    let Some(summary) = summary else { return Ok(()) };
     let path = trainer.path(&folder);
     let [blocks, validated] = trainer.blocks();
     let value = json!({

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
+use std::time::Instant;
 
 use lifelike_checkpoint::Checkpoint;
 use lifelike_generation::critic::{CriticData, CriticMetrics, CriticPlan, CriticTrainer, RewardRecords, StepEnd};
@@ -24,6 +25,7 @@ use crate::commands::rollouts::{Rollouts, digest_of, environment_of, rows_of};
 use crate::error::CliError;
 use crate::next::NextCommand;
 use crate::output::Output;
+use crate::progress::duration;
 
 /// Train the critic of a frozen controller: the discounted reward that a motion promises, differentiable by the motion.
 ///
@@ -159,7 +161,10 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let named = plan.environment.as_deref();
     let mut tracker = environment_of(named, &plan.controller, &loaded.controller, &plan.robot, plan.seed)?;
     tracker.rsi.random_start_share = plan.rollouts.random_start_share;
-    let run = if source.resume { RunFolder::open(&folder)? } else { RunFolder::create(&folder, &plan)? };
+    let run = source.run(&folder, &plan)?;
+    if run.is_rehearsal() {
+        return rehearse(&plan, &run, &loaded, &tracker, (&clips, own), args, output);
+    }
     let records = if folder.join(RECORDS).exists() {
         CriticTrainingPlan::records(&folder)?
     } else {
@@ -172,10 +177,11 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let controller = digest_of(&plan.controller)?;
     let data = CriticData { robot: robot.name.clone(), controller, representation, motions, others, records };
     let mut trainer = CriticTrainer::new(&plan.critic, plan.seed, data)?;
-    let summary = Driver::new(&run, output).watched(args.source.watch).train(&mut trainer, |now| {
+    let summary = Driver::of(&source, &run, output).train(&mut trainer, |now| {
         let CriticMetrics { loss, target, .. } = now.metrics;
         format!("epoch {}  loss {loss:.4}  mean target {target:.2}", now.iteration)
     })?;
+    let Some(summary) = summary else { return Ok(()) };
     let path = CriticTrainer::critic_path(&folder);
     let validation = trainer.validate_once();
     let value = json!({
@@ -200,6 +206,45 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
         return Err(CliError::Interrupted(format!("go on with {next}")));
     }
     Ok(())
+}
+
+/// Control steps of a dry run.
+const REHEARSED: u64 = 50;
+
+/// Prints the resolved plan, and what its rollouts take on this machine.
+fn rehearse(
+    plan: &CriticTrainingPlan,
+    run: &RunFolder,
+    loaded: &Loaded,
+    tracker: &TrackerPlan,
+    clips: (&[MotionClip], usize),
+    args: &Args,
+    output: &Output,
+) -> Result<(), CliError> {
+    let short = RolloutPlan { steps: plan.rollouts.steps.min(REHEARSED), ..plan.rollouts };
+    let begun = Instant::now();
+    let records = record(
+        &CriticTrainingPlan { rollouts: short, ..plan.clone() },
+        loaded,
+        tracker,
+        clips,
+        args,
+        run.path(),
+        output,
+    )?;
+    let rate = records.len() as f64 / begun.elapsed().as_secs_f64().max(1e-9);
+    let total = plan.rollouts.environments as u64 * plan.rollouts.steps;
+    let seconds = total as f64 / rate;
+    let text = toml::to_string_pretty(plan).map_err(|e| CliError::Failed(e.to_string()))?;
+    let value = json!({ "plan": text, "control_steps": total, "per_second": rate, "rollout_seconds": seconds });
+    output.result(&value, || {
+        format!(
+            "{text}\nspeed:    {rate:.0} control steps per second (measured here, now)\n\
+             rollouts: {total} control steps, {}; learning from them comes on top\n\
+             Nothing was written. Run the same without --dry-run to train.\n",
+            duration(seconds)
+        )
+    })
 }
 
 /// Removes the records of a run whose critic is complete.

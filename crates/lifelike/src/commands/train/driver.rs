@@ -7,6 +7,8 @@ use lifelike_report::run::RunFolder;
 use lifelike_train::collective::{Alone, Collective};
 use lifelike_train::{Summary, TrainingRun, TrainingTask};
 
+use super::rehearsal::Rehearsal;
+use super::source::{Run, Source};
 use super::watch::{Look, Watch};
 use crate::commands::machine::Machine;
 use crate::error::CliError;
@@ -28,25 +30,28 @@ pub struct Driver<'a> {
     pub watch: bool,
     /// The policy that the page shows.
     pub look: Option<&'a Look<'a>>,
+    /// Train for a few seconds only, and report speed, memory and total time.
+    pub rehearsal: bool,
 }
 
 impl<'a> Driver<'a> {
     /// Surroundings of one process, without a limit of time.
     pub fn new(folder: &'a RunFolder, output: &'a Output) -> Self {
-        Self { folder, collective: &Alone, minutes: None, output, watch: false, look: None }
+        Self { folder, collective: &Alone, minutes: None, output, watch: false, look: None, rehearsal: false }
     }
 
-    /// Writes a page that follows the training, if so.
-    pub fn watched(self, watch: bool) -> Self {
-        Self { watch, ..self }
+    /// Surroundings of one process, as its arguments say.
+    pub fn of(source: &Source, run: &'a Run, output: &'a Output) -> Self {
+        Self { watch: source.watch, rehearsal: run.is_rehearsal(), ..Self::new(run, output) }
     }
 
     /// Trains until the budget is spent, the minutes are over, or Ctrl-C, which alone counts as an interruption.
+    /// Returns nothing after a dry run, whose report is printed.
     pub fn train<T: TrainingTask>(
         &self,
         task: &mut T,
         words: impl Fn(&lifelike_train::Progress<'_, T::Metrics>) -> String,
-    ) -> Result<Summary<T::Metrics>, CliError>
+    ) -> Result<Option<Summary<T::Metrics>>, CliError>
     where
         CliError: From<T::Error>,
     {
@@ -63,6 +68,7 @@ impl<'a> Driver<'a> {
         let run = TrainingRun { folder: self.folder, stop: &stop, collective: self.collective };
         let mut page =
             (first && self.watch).then(|| Watch::begin(self.folder, task.headlines(), self.look)).transpose()?;
+        let mut rehearsal = self.rehearsal.then(Rehearsal::begin);
         let mut summary = run.run(task, |now| {
             let sitting = self.minutes.map(|minutes| 60.0 * minutes - began.elapsed().as_secs_f64());
             let left = sitting.map_or(now.remaining_seconds, |sitting| now.remaining_seconds.min(sitting));
@@ -75,17 +81,24 @@ impl<'a> Driver<'a> {
                     tracing::warn!("live page: {error}");
                 }
             }
-            let late = sitting.is_some_and(|sitting| sitting < 0.0);
+            let rehearsed = rehearsal.as_mut().is_some_and(|rehearsal| rehearsal.is_enough(now.done));
+            let late = rehearsed || sitting.is_some_and(|sitting| sitting < 0.0);
             stop.store(late || interrupted.load(Ordering::SeqCst), Ordering::SeqCst);
         })?;
         progress.finish();
+        if let Some(rehearsal) = rehearsal {
+            if first {
+                rehearsal.report(&task.budget(), self.folder, self.output)?;
+            }
+            return Ok(None);
+        }
         if let Some(page) = &mut page {
             let state = if interrupted.load(Ordering::SeqCst) { "stopped" } else { "done" };
             let facts = facts(state, summary.done, task.budget().total, summary.seconds, None, "");
             page.show(summary.iteration, &facts, true)?;
         }
         summary.interrupted &= self.collective.size() > 1 || interrupted.load(Ordering::SeqCst);
-        Ok(summary)
+        Ok(Some(summary))
     }
 }
 

@@ -5,7 +5,6 @@ use lifelike_generation::evaluator::{EvaluatorData, EvaluatorTrainer, EvaluatorT
 use lifelike_generation::metrics::{HEAD, Scores};
 use lifelike_generation::representation::RepresentationSpec;
 use lifelike_language::{CaptionedSet, Split};
-use lifelike_report::run::RunFolder;
 use lifelike_robot::Robot;
 use serde_json::{Map, json};
 
@@ -52,12 +51,12 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let set = CaptionedSet::read(&plan.dataset)?;
     let data = EvaluatorData::read(&set, &spec)?;
     let motions = data.training.len();
-    let run = RunFolder::open_or_create(&folder, &plan)?;
+    let run = args.source.run_or_resume(&folder, &plan)?;
     let seed = plan.evaluator.seed;
     let mut trainer = EvaluatorTrainer::new(plan.evaluator, spec.clone(), data)?.to_device(&args.networks.open()?);
-    let summary = Driver::new(&run, output)
-        .watched(args.source.watch)
-        .train(&mut trainer, |now| format!("loss {:.3}", now.metrics.loss))?;
+    let summary =
+        Driver::of(&args.source, &run, output).train(&mut trainer, |now| format!("loss {:.3}", now.metrics.loss))?;
+    let Some(summary) = summary else { return Ok(()) };
     let evaluator = trainer.evaluator();
     let mut scores: Vec<(&str, Scores)> = Vec::new();
     for split in Split::ALL {

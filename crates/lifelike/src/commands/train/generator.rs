@@ -3,7 +3,6 @@
 use lifelike_generation::data::CaptionedMotion;
 use lifelike_generation::generator::FILE;
 use lifelike_generation::training::{GeneratorPlan, GeneratorTrainer, TrainingData};
-use lifelike_report::run::RunFolder;
 use lifelike_robot::Robot;
 use serde_json::json;
 
@@ -43,11 +42,11 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let motions = CaptionedMotion::load(&plan.clips, &robot, plan.max_seconds)?;
     let data = TrainingData::new(&plan, &robot, &motions)?;
     drop(motions);
-    let run = if args.source.resume { RunFolder::open(&folder)? } else { RunFolder::create(&folder, &plan)? };
+    let run = args.source.run(&folder, &plan)?;
     let mut trainer = GeneratorTrainer::new(plan, &robot, data)?;
-    let summary = Driver::new(&run, output)
-        .watched(args.source.watch)
-        .train(&mut trainer, |now| format!("loss {:.4}", now.metrics.loss))?;
+    let summary =
+        Driver::of(&args.source, &run, output).train(&mut trainer, |now| format!("loss {:.4}", now.metrics.loss))?;
+    let Some(summary) = summary else { return Ok(()) };
     let path = folder.join(FILE);
     let validation = trainer.validation_loss()?;
     let value = json!({

@@ -10,6 +10,7 @@ pub mod hardware;
 mod keys;
 pub mod prior;
 pub mod processes;
+pub mod rehearsal;
 pub mod source;
 pub mod spline;
 pub mod tracker;

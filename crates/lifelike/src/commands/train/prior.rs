@@ -3,7 +3,6 @@
 use std::path::Path;
 
 use lifelike_motion::MotionClip;
-use lifelike_report::run::RunFolder;
 use lifelike_representation::prior::{
     PriorData, PriorTraining, PriorTrainingPlan, ReconstructionReport, WithTrainer, split,
 };
@@ -66,14 +65,16 @@ struct Trained {
 struct Run<'a>(Driver<'a>);
 
 impl WithTrainer for Run<'_> {
-    type Output = Result<Trained, CliError>;
+    type Output = Result<Option<Trained>, CliError>;
 
     /// Trains until the plan is done or Ctrl-C.
-    fn run<T: PriorTraining>(self, mut trainer: T) -> Result<Trained, CliError> {
+    fn run<T: PriorTraining>(self, mut trainer: T) -> Result<Option<Trained>, CliError> {
         let summary = self.0.train(&mut trainer, |now| T::describe(now.metrics))?;
+        let Some(summary) = summary else { return Ok(None) };
         let (prior, parameters) = (trainer.prior()?, trainer.parameters());
         let report = prior.reconstruct(trainer.watched())?;
-        Ok(Trained { prior, report, iterations: summary.iteration, parameters, interrupted: summary.interrupted })
+        let (iterations, interrupted) = (summary.iteration, summary.interrupted);
+        Ok(Some(Trained { prior, report, iterations, parameters, interrupted }))
     }
 }
 
@@ -99,10 +100,10 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     }
     let names = |clips: &[PriorClip]| clips.iter().map(|c| c.name.clone()).collect::<Vec<_>>();
     let (trained_on, held_out_names) = (names(&training), names(&held_out));
-    let run = if args.source.resume { RunFolder::open(&folder)? } else { RunFolder::create(&folder, &plan)? };
+    let run = args.source.run(&folder, &plan)?;
     let data = PriorData { layout: robot.layout.clone(), training, held_out };
-    let done =
-        plan.prior.train(data, &args.networks.open()?, Run(Driver::new(&run, output).watched(args.source.watch)))??;
+    let driver = Run(Driver::of(&args.source, &run, output));
+    let Some(done) = plan.prior.train(data, &args.networks.open()?, driver)?? else { return Ok(()) };
     let path = folder.join("motion.prior.safetensors");
     done.prior.save(&path)?;
     let value = json!({

@@ -2,7 +2,6 @@
 
 use std::path::PathBuf;
 
-use lifelike_report::run::RunFolder;
 use lifelike_representation::motion_spline::{
     ClipErrors, MotionSpline, MotionSplinePlan, SplinedClip, SplitClips, WindowErrors,
 };
@@ -61,11 +60,11 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let windows = data.training_len();
     let device = args.networks.open()?;
     let total = plan.training.iterations;
-    let run = RunFolder::open_or_create(&folder, &plan)?;
+    let run = args.source.run_or_resume(&folder, &plan)?;
     let mut trainer = SequenceTrainer::new(plan.training.clone(), data)?.to_device(&device);
-    let summary = Driver::new(&run, output)
-        .watched(args.source.watch)
-        .train(&mut trainer, |now| format!("error {:.3}", now.metrics.loss))?;
+    let summary =
+        Driver::of(&args.source, &run, output).train(&mut trainer, |now| format!("error {:.3}", now.metrics.loss))?;
+    let Some(summary) = summary else { return Ok(()) };
     let (robot_name, clip) = (plan.robot.clone(), plan.clips.first().cloned().unwrap_or_default());
     // A folder or pattern has many clips; `motion edit` takes one.
     let clip = if clip.is_file() { clip } else { "builtin:march".into() };

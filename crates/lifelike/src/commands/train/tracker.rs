@@ -66,9 +66,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     }
     let folder = args.source.folder()?;
     let plan: TrackerPlan = args.source.renamed(present_name).changeable(&folder)?;
-    let Some(summary) = train(&plan, &folder, args.source.resume, args.source.watch, &args.hardware, output)? else {
-        return Ok(());
-    };
+    let Some(summary) = train(&plan, &folder, &args.source, &args.hardware, output)? else { return Ok(()) };
     report(&summary, &plan, &folder, output)?;
     if summary.interrupted {
         let next = NextCommand::new("train tracker").word("--resume").path("-o", &folder);
@@ -77,18 +75,17 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     Ok(())
 }
 
-/// Trains by a plan in a run's folder. The run is begun, or gone on with.
-/// Of several processes only the first has something to tell.
+/// Trains by a plan in a run's folder, from its beginning or from its latest checkpoint.
+/// Returns nothing after a dry run, and from all processes but the first.
 pub fn train(
     plan: &TrackerPlan,
     folder: &Path,
-    resume: bool,
-    watch: bool,
+    source: &Source,
     hardware: &Hardware,
     output: &Output,
 ) -> Result<Option<Summary<TrackerMetrics>>, CliError> {
     let all = processes::all()?;
-    let done = train_distributed(plan, folder, (resume, watch), hardware, output, &all);
+    let done = train_distributed(plan, folder, source, hardware, output, &all);
     if let (Err(error), true) = (&done, all.size() > 1) {
         tracing::error!("process {} of {}: {error}", all.rank() + 1, all.size());
         all.abort();
@@ -99,11 +96,14 @@ pub fn train(
 fn train_distributed(
     plan: &TrackerPlan,
     folder: &Path,
-    (resume, watch): (bool, bool),
+    source: &Source,
     hardware: &Hardware,
     output: &Output,
     all: &Arc<dyn Collective>,
 ) -> Result<Option<Summary<TrackerMetrics>>, CliError> {
+    if source.dry_run && all.size() > 1 {
+        return Err(CliError::Usage(format!("--dry-run: expected one process, got {}", all.size())));
+    }
     if let Some(init) = plan.init.as_deref().filter(|init| !init.exists()) {
         return Err(CliError::Input(format!(
             "init: expected a policy's file or the folder of a run, got nothing at '{}'; a controller that comes with the \
@@ -112,20 +112,20 @@ fn train_distributed(
         )));
     }
     let mut trainer = prepare(plan, hardware, Arc::clone(all))?;
-    if !resume {
+    if !source.resume {
         let beginning;
         (trainer, beginning) = trainer.initialised()?;
         tell_beginning(plan, beginning.as_ref());
     }
     // The first process makes the folder; the others wait for it.
     let first = all.rank() == 0;
-    let created = if first && !resume { Some(RunFolder::create(folder, plan)) } else { None };
+    let created = (first && !source.resume).then(|| source.run(folder, plan));
     if all.any(matches!(created, Some(Err(_)))) && !first {
         return Err(CliError::Failed("the first process could not make the run's folder".into()));
     }
-    let run = created.unwrap_or_else(|| RunFolder::open(folder))?;
-    let look = (watch && first).then(|| look(plan, folder, hardware)).transpose()?;
-    let driver = Driver { collective: all.as_ref(), watch, look: look.as_ref(), ..Driver::new(&run, output) };
+    let run = created.unwrap_or_else(|| Ok(RunFolder::open(folder)?.into()))?;
+    let look = (source.watch && first).then(|| look(plan, folder, hardware)).transpose()?;
+    let driver = Driver { collective: all.as_ref(), look: look.as_ref(), ..Driver::of(source, &run, output) };
     let summary = driver.train(&mut trainer, |now| {
         let metrics = now.metrics;
         format!(
@@ -137,7 +137,7 @@ fn train_distributed(
             now.iteration
         )
     })?;
-    Ok(Some(summary).filter(|_| first))
+    Ok(summary.filter(|_| first))
 }
 
 /// Clips and physics by which the policy is seen at each checkpoint.

@@ -45,7 +45,7 @@ pub struct Shared {
     #[arg(long, value_delimiter = ',', value_name = "SEEDS", default_value = "0")]
     pub seed: Vec<u64>,
     /// Folder of the runs, of the results as JSON and of report.html.
-    #[arg(short, long)]
+    #[arg(short, long, value_parser = crate::destination::folder)]
     pub output: PathBuf,
     /// Processor of the networks.
     #[command(flatten)]

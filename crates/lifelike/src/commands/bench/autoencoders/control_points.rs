@@ -32,7 +32,7 @@ pub struct Args {
     #[arg(long, default_value_t = 500, value_parser = clap::value_parser!(u64).range(8..=10_000))]
     curves: u64,
     /// Folder of the results.
-    #[arg(short, long)]
+    #[arg(short, long, value_parser = crate::destination::folder)]
     output: PathBuf,
 }
 

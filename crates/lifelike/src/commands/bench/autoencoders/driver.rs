@@ -135,7 +135,7 @@ fn trained<E: Experiment>(
     let driver = Driver { minutes: shared.minutes, ..Driver::new(&run, output) };
     let summary =
         driver.train(&mut trainer, |now| format!("{} {} {:.2e}", place.column, training.method, now.metrics.loss))?;
-    if summary.interrupted {
+    if summary.is_some_and(|summary| summary.interrupted) {
         return Err(CliError::Interrupted("the same command goes on".into()));
     }
     Ok(trainer)

@@ -56,7 +56,7 @@ pub struct Args {
     #[arg(long, default_value_t = 7)]
     seed: u64,
     /// Folder for critic.json and report.html.
-    #[arg(short, long)]
+    #[arg(short, long, value_parser = crate::destination::folder)]
     output: Option<PathBuf>,
     /// Engine and threads.
     #[command(flatten)]

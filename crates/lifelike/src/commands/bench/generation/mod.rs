@@ -122,7 +122,7 @@ pub struct Args {
     #[arg(long)]
     keep: Option<PathBuf>,
     /// A JSON file of all numbers, with every check that failed.
-    #[arg(short, long)]
+    #[arg(short, long, value_parser = crate::destination::json)]
     output: Option<PathBuf>,
 }
 

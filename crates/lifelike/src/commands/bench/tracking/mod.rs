@@ -18,6 +18,7 @@ use tracing::info;
 use crate::commands::controller_file::Loaded;
 use crate::commands::physics;
 use crate::commands::train::hardware::Hardware;
+use crate::commands::train::source::Source;
 use crate::commands::{clips, eval, train};
 use crate::error::CliError;
 use crate::output::Output;
@@ -46,7 +47,7 @@ pub struct Args {
     #[arg(long)]
     study: PathBuf,
     /// Folder of the runs, of tracking.json and report.html.
-    #[arg(short, long)]
+    #[arg(short, long, value_parser = crate::destination::folder)]
     output: PathBuf,
     /// Train only these variants, then evaluate others too that are trained already.
     #[arg(long, value_delimiter = ',')]
@@ -181,7 +182,9 @@ fn trained(plan: &TrackerPlan, folder: &Path, args: &Args, output: &Output) -> R
             return Ok(());
         }
     }
-    let Some(summary) = train::tracker::train(plan, folder, exists, false, &args.hardware, output)? else {
+    let Some(summary) =
+        train::tracker::train(plan, folder, &Source { resume: exists, ..Source::default() }, &args.hardware, output)?
+    else {
         return Err(CliError::Usage("start a study as one process".into()));
     };
     if summary.interrupted {
