@@ -27,7 +27,7 @@ def overlap(a, b):
 def drive(model, joint):
     """The sum of a joint's actuators; None where none moves it."""
     stiffness, damping, torque, moved = 0.0, 0.0, [0.0, 0.0], False
-    for i in range(model.nu):
+    for i in range(len(model.actuator_trntype)):
         if model.actuator_trntype[i] not in ON_JOINT or model.actuator_trnid[i, 0] != joint:
             continue
         gear = model.actuator_gear[i, 0]
@@ -41,7 +41,7 @@ def drive(model, joint):
         damping -= bias[2] * gear**2
         own = list(model.actuator_forcerange[i] * gear) if model.actuator_forcelimited[i] else None
         servo = bias[1] != 0.0 or (bias[2] != 0.0 and gain == -bias[2])
-        if model.actuator_ctrllimited[i] and not servo:
+        if not servo and model.actuator_ctrllimited[i]:
             own = overlap(own and sorted(own), sorted(model.actuator_ctrlrange[i] * gear * gain))
         own = own and sorted(own)
         torque = [torque[0] + own[0], torque[1] + own[1]] if torque and own else None

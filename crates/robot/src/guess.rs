@@ -14,6 +14,9 @@ const NOTHING: f64 = 1e-6;
 /// 0.5 to 3 of it; files have placeholders of 1000 to 100000 N m.
 const MAX_TORQUE: f64 = 10.0;
 
+/// Torque that any small servo may have (N m), whatever the robot weighs.
+const SERVO_TORQUE: f64 = 10.0;
+
 /// Speed (rad/s) at which an actuator of unknown speed has no torque left.
 const SPEED: f64 = 30.0;
 
@@ -206,7 +209,7 @@ impl<'a> Guesser<'a> {
         let most = MAX_TORQUE * 0.6 * self.character.mass() * gravity * reach(self.character, &self.kinematics);
         match self.torque_range(joint).map(|(low, high)| (-low).min(high).max(0.0)) {
             None => Limit::Unknown,
-            Some(torque) if torque > most.max(1.0) => Limit::Placeholder(torque),
+            Some(torque) if torque > most.max(SERVO_TORQUE) => Limit::Placeholder(torque),
             Some(torque) => Limit::Known(torque),
         }
     }

@@ -7,7 +7,7 @@ mod numbers;
 
 use std::f64::consts::PI;
 
-use lifelike_character::{Character, Geom, GeomShape, Joint};
+use lifelike_character::{Anatomy, Character, Geom, GeomShape, Joint};
 
 use crate::actuator::ActuatorParameters;
 use crate::error::RobotError;
@@ -29,7 +29,7 @@ const TORQUE_REMEDY: &str = "check torque_max in its profile, or forcerange and 
 /// Shapes that a physics engine lets touch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Shapes {
-    /// Spheres, capsules and boxes: those of our engine.
+    /// Spheres, capsules, boxes, cylinders and ellipsoids: those of our engine.
     Primitives,
     /// All, meshes whose files are there included: those of MuJoCo.
     All,
@@ -126,6 +126,11 @@ fn base(character: &Character, readiness: &mut Readiness) {
             "give its root a <freejoint/>, or simulate it under torques and targets",
         );
     }
+    let legs = Anatomy::legs(character);
+    if legs > 2 {
+        let problem = format!("it has {legs} legs: it can be simulated, and motion and plans here are for two");
+        readiness.add(Severity::Warning, problem, "expect no policy that walks");
+    }
     let loops = character.equalities.iter().filter(|e| e.active).count();
     if loops > 0 && character.root_joint().is_some() {
         let problem =
@@ -146,7 +151,7 @@ fn contact(robot: &Robot, shapes: Shapes, readiness: &mut Readiness) {
             (_, 0) => format!(
                 "none of its {geoms} geoms collides (contype and conaffinity do not match the ground's, or they are meshes)"
             ),
-            (_, n) => format!("{n} geoms would collide, but their shapes are not spheres, capsules or boxes"),
+            (_, n) => format!("{n} geoms would collide, but their shapes are meshes, planes or height fields"),
         };
         let remedy = "give its feet geoms of type box, sphere or capsule with contype and conaffinity 1";
         readiness.add(Severity::CannotTrain, format!("nothing of it can touch the ground: {why}"), remedy);
@@ -200,13 +205,15 @@ fn torque(robot: &Robot, readiness: &mut Readiness) {
     if let Some((name, torque, share, load, soft)) = strongest.filter(|s| s.2 < LOW_TORQUE) {
         let severity = if share < MIN_TORQUE { Severity::CannotTrain } else { Severity::Warning };
         let (what, remedy) = match soft {
-            true => {
-                ("gains of its legs are too soft", "check kp in its profile, or kp and gear of its actuators (N m/rad)")
-            }
-            false => ("legs are too weak", TORQUE_REMEDY),
+            _ if torque <= 0.0 => ("its legs have no motors", "give them actuators, or torque_max in its profile"),
+            true => (
+                "the gains of its legs are too soft",
+                "check kp in its profile, or kp and gear of its actuators (N m/rad)",
+            ),
+            false => ("its legs are too weak", TORQUE_REMEDY),
         };
         let problem =
-            format!("its {what}: the strongest joint, '{name}', has {torque:.3} N m where standing takes {load:.3}");
+            format!("{what}: the strongest joint, '{name}', has {torque:.3} N m where standing takes {load:.3}");
         readiness.add(severity, problem, remedy);
     } else if !weak.is_empty() {
         readiness.add(Severity::Warning, format!("joints without torque: {}", weak.join(", ")), TORQUE_REMEDY);
@@ -217,7 +224,7 @@ fn torque(robot: &Robot, readiness: &mut Readiness) {
 fn touching(character: &Character, shapes: Shapes) -> Vec<bool> {
     let mut touching = vec![false; character.bodies.len()];
     for geom in character.geoms.iter().filter(|g| meets_ground(character, g)) {
-        let primitive = matches!(geom.shape, GeomShape::Sphere(_) | GeomShape::Capsule(..) | GeomShape::Box(_));
+        let primitive = !matches!(geom.shape, GeomShape::Mesh(_) | GeomShape::HeightField(_) | GeomShape::Plane);
         touching[geom.body] |= primitive || shapes == Shapes::All;
     }
     touching

@@ -1,7 +1,7 @@
 //! `<actuator>`: the force law that MuJoCo compiles from each of its shortcuts.
 //!
-//! A default class holds one force law: each element of it changes that law, whatever its tag, and so does the actuator itself. A
-//! `<position>` therefore inherits the gain of a `<general>` default.
+//! A default class has one force law: that of its last actuator. An actuator begins with the law of the innermost class around it
+//! that has its own tag, or `<general>`, whose numbers reach every shortcut.
 
 use crate::error::CharacterError;
 use crate::kinematics::Kinematics;
@@ -10,9 +10,6 @@ use crate::mjcf::compiler::Compiler;
 use crate::mjcf::defaults::Defaults;
 use crate::mjcf::document::Element;
 use crate::model::{Actuator, Character, Joint};
-
-/// Tags whose force laws are read.
-const KINDS: [&str; 8] = ["motor", "position", "velocity", "general", "intvelocity", "damper", "cylinder", "pid"];
 
 /// Force law of one actuator or default class.
 #[derive(Debug, Clone, Copy)]
@@ -40,6 +37,25 @@ impl Law {
         inherited_range: 0.0,
     };
 
+    /// Returns the law of an element within classes, given from the inside out.
+    fn of(element: &Element, classes: &[&[Element]]) -> Result<Self, CharacterError> {
+        let tag = element.name.as_str();
+        let is_alone = matches!(tag, "pid" | "damper");
+        for (i, class) in classes.iter().enumerate() {
+            if let Some((last, before)) = class.split_last()
+                && (tag == "general" || last.name == tag || (last.name == "general" && !is_alone))
+            {
+                let mut around = classes[i..].to_vec();
+                around[0] = before;
+                return Self::of(last, &around)?.with(element);
+            }
+        }
+        match tag {
+            "pid" => Self { bias: [0.0, -1.0, 0.0], ..Self::MOTOR }.with(element),
+            _ => Self::MOTOR.with(element),
+        }
+    }
+
     /// Returns the law that the element makes of this one.
     fn with(self, element: &Element) -> Result<Self, CharacterError> {
         let a = Attributes::own(element);
@@ -52,7 +68,7 @@ impl Law {
                 Ok(Self { gain: [kv, 0.0, 0.0], bias: [0.0, 0.0, -kv], bias_is_affine: true, ..Self::MOTOR })
             }
             "damper" => {
-                let kv = not_negative(&a, "kv")?.unwrap_or(0.0);
+                let kv = not_negative(&a, "kv")?.unwrap_or(-self.gain[2]);
                 Ok(Self { gain: [0.0, 0.0, -kv], gain_is_affine: true, ..Self::MOTOR })
             }
             "cylinder" => {
@@ -137,11 +153,7 @@ pub(crate) fn read(
     let mut actuators = Vec::new();
     for element in root.children_named("actuator").flat_map(|s| &s.children) {
         let a = defaults.resolve(element, None)?;
-        let mut law = Law::MOTOR;
-        for before in defaults.actuators(element) {
-            law = if KINDS.contains(&before.name.as_str()) { law.with(before)? } else { law };
-        }
-        law = law.with(element)?;
+        let law = Law::of(element, &defaults.actuators(element))?;
         let Some(target) = a.text("joint").or(a.text("jointinparent")) else {
             let name = a.text("name").unwrap_or("");
             notes.push(format!("{}: actuator '{name}' does not drive a joint: left out", a.at));

@@ -35,8 +35,10 @@ const TENDONS: [&str; 2] = ["fixed", "spatial"];
 struct Class {
     /// For each kind of element, the attribute values.
     values: BTreeMap<&'static str, Vec<(String, String)>>,
-    /// Elements of actuators, outermost class first: each changes the force law of the one before.
+    /// Its own elements of actuators.
     actuators: Vec<Element>,
+    /// Name of the class around it.
+    outer: Option<String>,
 }
 
 /// All default classes by name. The outermost is `main`.
@@ -100,7 +102,8 @@ impl Defaults {
             if self.classes.contains_key(inner) {
                 return Err(child.invalid("a class name that is not taken", format!("'{inner}'")));
             }
-            self.classes.insert(inner.to_string(), class.clone());
+            let start = Class { values: class.values.clone(), actuators: Vec::new(), outer: Some(name.to_string()) };
+            self.classes.insert(inner.to_string(), start);
             self.fill(child, inner)?;
         }
         Ok(())
@@ -118,9 +121,15 @@ impl Defaults {
         Ok(Attributes::over(inherited, element))
     }
 
-    /// Returns the default elements that form the force law of an actuator before it does.
-    pub fn actuators(&self, element: &Element) -> &[Element] {
-        self.classes.get(element.attribute("class").unwrap_or("main")).map_or(&[], |class| &class.actuators)
+    /// Returns the actuators' elements in an actuator's class and in the classes around it, from the inside out.
+    pub fn actuators(&self, element: &Element) -> Vec<&[Element]> {
+        let mut class = self.classes.get(element.attribute("class").unwrap_or("main"));
+        let mut all = Vec::new();
+        while let Some(own) = class {
+            all.push(own.actuators.as_slice());
+            class = own.outer.as_ref().and_then(|outer| self.classes.get(outer));
+        }
+        all
     }
 
     /// Returns whether there is a class of this name.

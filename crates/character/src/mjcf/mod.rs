@@ -131,7 +131,7 @@ pub(crate) fn compile(mut root: Element, folder: Option<&Path>, meshes: Meshes) 
     if let Some(total) = compiler.settotalmass {
         scale_mass(&mut tree.bodies, total);
     }
-    let home = keyframes::read(&root, nq, &mut notes)?;
+    let home = keyframes::read(&root, nq, &mut notes, &mut warnings)?;
     let actuators = actuators::read(&root, &defaults, &compiler, &mut tree.joints, &mut notes)?;
     let excludes = read_excludes(&root, &tree.bodies, &mut notes)?;
     let name = root.attribute("model").unwrap_or("MuJoCo Model").to_string();
