@@ -31,6 +31,7 @@ mod load;
 mod mesh;
 pub mod mjcf;
 pub mod model;
+mod reorder;
 pub mod rotation;
 pub mod symmetry;
 pub mod urdf;

@@ -1,5 +1,6 @@
 //! A robot: a character and all that its control needs, by name.
 
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use lifelike_character::{Anatomy, Character, Joint, JointKind, Role, Vec3};
@@ -115,6 +116,21 @@ impl Robot {
             notes,
             character,
         })
+    }
+
+    /// Returns the robot with its joints in the order of a policy that has the same ones: they are matched by name. A robot with
+    /// other joints stays as it is.
+    ///
+    /// # Errors
+    /// No order of its limbs gives that order of its joints.
+    pub fn in_joint_order(self, joints: &[String]) -> Result<Self, RobotError> {
+        let set = |names: &[String]| names.iter().cloned().collect::<BTreeSet<String>>();
+        if self.layout.joints == joints || set(&self.layout.joints) != set(joints) {
+            return Ok(self);
+        }
+        let mut robot = Self::from_character(self.character.in_joint_order(joints)?, self.profile)?;
+        robot.notes.push("its joints are in the policy's order, not the file's".into());
+        Ok(robot)
     }
 
     /// Returns the number of scalar joints J.

@@ -163,6 +163,8 @@ fn numbers_of_other_units_are_called_so() {
         Severity::Warning,
         "more than two turns, which look like degrees taken for radians: left_ankle",
     );
+    let endless = |text: &str| text.replace("-.8 .8", "-1e16 1e16");
+    assert_eq!(changed(endless), Readiness::default());
     let slope = |text: &str| text.replace("gravity=\"0 0 -9.81\"", "gravity=\"-1.7 0 -9.66\"");
     assert_eq!(changed(slope), Readiness::default());
     let none =

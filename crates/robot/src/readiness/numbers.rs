@@ -10,8 +10,8 @@ use crate::guess;
 /// Mass by the cube of the reach (kg/m³) of robots from 0.4 to 2 m is 80 to 400. Grams give 1000 times as much, millimetres a
 /// billionth.
 const DENSITY: std::ops::Range<f64> = 0.05..20_000.0;
-/// Angle that no limited joint of a robot reaches (rad): two turns.
-const MAX_ANGLE: f64 = 4.0 * PI;
+/// Angles that no limited joint of a robot has (rad), from two turns up; what is beyond means no limit.
+const DEGREES: std::ops::Range<f64> = 4.0 * PI..1000.0;
 /// Range below which a joint hardly moves (rad).
 const MIN_RANGE: f64 = 0.12;
 /// Share of gravity that must point down.
@@ -66,13 +66,13 @@ fn ranges(character: &Character, readiness: &mut Readiness) {
         readiness.add(severity, format!("{what}: {}", list(&chosen)), remedy);
     };
     judge(
-        limited.iter().filter(|(_, low, high)| low.abs().max(high.abs()) > MAX_ANGLE).collect(),
+        limited.iter().filter(|(_, low, high)| DEGREES.contains(&low.abs().max(high.abs()))).collect(),
         "ranges of more than two turns, which look like degrees taken for radians",
         "write them in radians (MJCF: or set <compiler angle=\"degree\"/>)",
     );
     judge(
         limited.iter().filter(|(_, low, high)| high - low < MIN_RANGE).collect(),
-        "joints that can hardly move, whose ranges look like radians taken for degrees",
+        "joints that can hardly move (radians taken for degrees?)",
         "write them in degrees, or set <compiler angle=\"radian\"/>",
     );
 }
