@@ -57,7 +57,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
         None => sources::traces(&args.logs)?,
         Some(map) => {
             let columns: TableMap = sources::described(map)?;
-            let files = sources::files(&args.logs, ".csv")?;
+            let files = sources::files(&args.logs, &[".csv"])?;
             files.iter().map(|file| table::read(file, &columns)).collect::<Result<Vec<_>, _>>()?
         }
     };

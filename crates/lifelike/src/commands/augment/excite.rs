@@ -70,7 +70,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
             random::draw(&robot, &spec)?
         }
         poses => {
-            let files = sources::files(poses, authored::EXTENSION)?;
+            let files = sources::files(poses, &[authored::EXTENSION])?;
             let load = |file: &PathBuf| authored::load(file, &robot, args.seconds, args.speed);
             files.iter().map(load).collect::<Result<Vec<_>, _>>()?
         }

@@ -97,7 +97,7 @@ fn of_robot(args: &Args, robot: &str, map: &Path) -> Result<Vec<Trace>, CliError
     let columns: TableMap = sources::described(map)?;
     let robot = Arc::new(Robot::load(robot)?);
     let mut simulation = args.physics.simulate(None, &robot, 1)?;
-    let files = sources::files(&args.logs, ".csv")?;
+    let files = sources::files(&args.logs, &[".csv"])?;
     let one = |file: &PathBuf| Ok(replay::replayed(&table::read(file, &columns)?, &mut simulation, None)?);
     files.iter().map(one).collect()
 }
