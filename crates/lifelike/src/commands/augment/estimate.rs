@@ -71,7 +71,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
             trace = augmentation.corrected(&trace, args.feedback.into())?;
         }
         after.extend(gap::gaps(&trace));
-        container::save(&trace, &args.output.join(format!("{}{}", trace.name, container::EXTENSION)))?;
+        container::save(&trace, &crate::destination::named(&args.output, &trace.name, container::EXTENSION)?)?;
     }
     let (before, after) = (gap::summary(&before), gap::summary(&after));
     let value = json!({ "runs": logs.len(), "folder": args.output, "simulation": before, "estimate": after });

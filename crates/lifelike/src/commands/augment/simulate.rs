@@ -75,7 +75,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     std::fs::create_dir_all(&args.output).map_err(CliError::write(&args.output))?;
     let mut files = Vec::with_capacity(traces.len());
     for trace in &traces {
-        let file = args.output.join(format!("{}{}", trace.name, container::EXTENSION));
+        let file = crate::destination::named(&args.output, &trace.name, container::EXTENSION)?;
         container::save(trace, &file)?;
         files.push(file);
     }

@@ -49,7 +49,8 @@ pub fn servo(name: Option<&str>, logs: &[BenchLog]) -> Result<Servo, CliError> {
 
 /// Reads what a TOML file describes: a servo, a map of columns, a twin.
 pub fn described<T: serde::de::DeserializeOwned>(path: &Path) -> Result<T, CliError> {
-    let text = std::fs::read_to_string(path).map_err(CliError::write(path))?;
+    let text =
+        std::fs::read_to_string(path).map_err(|error| CliError::Input(format!("{}: {error}", path.display())))?;
     toml::from_str(&text).map_err(|error| CliError::Input(format!("{}: {error}", path.display())))
 }
 
