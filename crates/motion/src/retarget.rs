@@ -100,6 +100,9 @@ pub fn retarget(
     Ok((make_clip(source, &rig, poses, &stances, (fps, tempo)), report))
 }
 
+/// Rates that motion can be retargeted at (Hz): more would fill the memory with frames between frames.
+const FPS: std::ops::RangeInclusive<f64> = 1.0..=1000.0;
+
 fn check_options(source: &SourceClip, options: &RetargetOptions) -> Result<(), MotionError> {
     let positive = |what: &str, value: f64| {
         if value.is_finite() && value > 0.0 {
@@ -109,7 +112,11 @@ fn check_options(source: &SourceClip, options: &RetargetOptions) -> Result<(), M
             Err(MotionError::Unfit { clip: source.name.clone(), message })
         }
     };
-    positive("fps", options.fps)?;
+    if !FPS.contains(&options.fps) {
+        let message =
+            format!("retargeting option fps is {}; it must be from {} to {} Hz", options.fps, FPS.start(), FPS.end());
+        return Err(MotionError::Unfit { clip: source.name.clone(), message });
+    }
     positive("tempo", options.tempo.factor(1.0, 1.0))?;
     positive("default_velocity_limit", options.default_velocity_limit)?;
     options.velocity_limit.iter().try_for_each(|(name, v)| positive(&format!("velocity_limit.{name}"), *v))
