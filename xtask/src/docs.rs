@@ -21,16 +21,17 @@ const TOP: [(&str, &str, &str); 3] = [
     ("CHANGELOG.md", "changelog.md", "Changelog"),
 ];
 
-/// Collects the pages, writes the command reference from the program, and builds the site into `target/book/html`.
+/// Collects the pages, writes the command reference by the program (built where none is named), and builds the site into
+/// `target/book/html`.
 ///
 /// # Errors
 /// When the program or mdBook fails or cannot be installed, or a file cannot be written.
-pub fn build() -> Result<(), String> {
+pub fn build(program: Option<&String>) -> Result<(), String> {
     let source = root().join(SOURCE);
     let _ = fs::remove_dir_all(&source);
     collect(&root(), &source)?;
-    let man = ["run", "--release", "--package", "lifelike", "--bin", "lifelike", "--", "man", "--markdown", "-o"];
-    succeed(cargo(&man).arg(&source))?;
+    let mut reference = program.map_or_else(built, Command::new);
+    succeed(reference.args(["man", "--markdown", "-o"]).arg(&source).current_dir(root()))?;
     succeed(Command::new(mdbook()?).arg("build").arg(root()))?;
     println!("{}", root().join("target/book/html/index.html").display());
     Ok(())
@@ -66,6 +67,11 @@ fn mdbook() -> Result<PathBuf, String> {
         succeed(cargo(&install).args(["search", "--root"]).arg(&folder))?;
     }
     Ok(program)
+}
+
+/// Returns the program of this checkout.
+fn built() -> Command {
+    cargo(&["run", "--release", "--package", "lifelike", "--bin", "lifelike", "--"])
 }
 
 fn cargo(arguments: &[&str]) -> Command {

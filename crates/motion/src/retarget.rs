@@ -7,6 +7,7 @@
 //!
 //! Limbs are compared by the DIRECTIONS of their segments, never by rotations, so rest poses need not agree.
 
+mod bounds;
 mod correspondence;
 mod feet;
 mod ground;
@@ -27,6 +28,7 @@ use std::time::Instant;
 
 use lifelike_character::{Anatomy, Character, Quat, Vec3};
 
+pub use bounds::Bounds;
 pub use correspondence::{Correspondence, SourceRoles};
 pub use options::{RetargetOptions, Tempo, TempoRule};
 pub(crate) use report::Gather;
@@ -45,8 +47,8 @@ use shapes::Shapes;
 /// Converts a captured clip into a motion of this character, and says how well that went.
 ///
 /// # Errors
-/// [`MotionError::Unfit`] with the reason when the clip cannot be converted: too short, not finite, without legs, or
-/// carried by things other than flat ground. [`MotionError::Mismatch`] when the character cannot be: no free root, ball
+/// [`MotionError::Unfit`] with the reason when the clip cannot be converted: too short, not finite, without legs,
+/// carried by things other than flat ground, or beyond the [`Bounds`] of a conversion's errors. [`MotionError::Mismatch`] when the character cannot be: no free root, ball
 /// joints, a leg or a sole missing.
 pub fn retarget(
     source: &SourceClip,
@@ -94,8 +96,12 @@ pub fn retarget(
     let seconds = started.elapsed().as_secs_f64();
     let mut report = report::measure(&outcome, &human, &source.name);
     report.frames_per_second = human.frames.len() as f64 / seconds.max(1e-9);
+    options.bounds.check(&report, rig.leg_length)?;
     Ok((make_clip(source, &rig, poses, &stances, (fps, tempo)), report))
 }
+
+/// Rates that motion can be retargeted at (Hz): more would fill the memory with frames between frames.
+const FPS: std::ops::RangeInclusive<f64> = 1.0..=1000.0;
 
 fn check_options(source: &SourceClip, options: &RetargetOptions) -> Result<(), MotionError> {
     let positive = |what: &str, value: f64| {
@@ -106,7 +112,11 @@ fn check_options(source: &SourceClip, options: &RetargetOptions) -> Result<(), M
             Err(MotionError::Unfit { clip: source.name.clone(), message })
         }
     };
-    positive("fps", options.fps)?;
+    if !FPS.contains(&options.fps) {
+        let message =
+            format!("retargeting option fps is {}; it must be from {} to {} Hz", options.fps, FPS.start(), FPS.end());
+        return Err(MotionError::Unfit { clip: source.name.clone(), message });
+    }
     positive("tempo", options.tempo.factor(1.0, 1.0))?;
     positive("default_velocity_limit", options.default_velocity_limit)?;
     options.velocity_limit.iter().try_for_each(|(name, v)| positive(&format!("velocity_limit.{name}"), *v))

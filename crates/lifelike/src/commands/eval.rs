@@ -210,7 +210,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let report = save(&evaluation, table, robot, &title, &args.output)?;
     for repaired in explanations.iter().flatten().filter_map(|e| e.repaired.as_ref()) {
         let Some(folder) = &args.apply else { break };
-        container::write(&container_in(folder, &repaired.name), repaired)?;
+        container::write(&container_in(folder, &repaired.name)?, repaired)?;
     }
     let sentences: String = explanations.iter().flatten().map(|e| e.words() + "\n").collect();
     let result = Explained { evaluation: &evaluation, explanations };
@@ -343,7 +343,7 @@ fn write_json(result: &impl serde::Serialize, folder: &Path) -> Result<(), CliEr
     std::fs::create_dir_all(folder).map_err(CliError::write(folder))?;
     let json = serde_json::to_string_pretty(result).map_err(|e| CliError::Failed(e.to_string()))?;
     let file = folder.join("evaluation.json");
-    std::fs::write(&file, json).map_err(CliError::write(&file))
+    crate::output::write(&file, json)
 }
 
 /// Returns the protocol in a line.

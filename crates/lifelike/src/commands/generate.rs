@@ -159,10 +159,13 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
             (Some(By::Physics), Some(player)) => candidates = player.sorted(candidates, output)?,
             _ => {}
         }
-        made.push(Made::write(prompts, candidates, file, args.keep_all, began.elapsed().as_secs_f64())?);
+        let mut one = Made::write(prompts, candidates, file, args.keep_all, began.elapsed().as_secs_f64())?;
+        // Thousands of prompts would fill the memory with clips that nobody plays.
+        one.best = one.best.filter(|_| args.play);
+        made.push(one);
     }
     let played = player.filter(|_| args.play).map(|player| {
-        let clips: Vec<_> = made.iter().map(|one| one.best.clone()).collect();
+        let clips: Vec<_> = made.iter().filter_map(|one| one.best.clone()).collect();
         let beside = match &args.prompts {
             Some(_) => args.output.join("physics"),
             None => jobs[0].1.with_file_name(format!("{}-physics", made::stem(&jobs[0].1))),
@@ -243,17 +246,17 @@ fn jobs(args: &Args) -> Result<Vec<(Vec<String>, PathBuf)>, CliError> {
         return Err(CliError::Usage(format!("-o: expected a folder with --prompts, got '{file}'")));
     }
     let Some(file) = &args.prompts else {
-        let prompts = args.prompt.iter().chain(&args.then).map(|prompt| prompt.trim().to_string()).collect();
-        let prompts: Vec<String> = prompts;
+        let prompts: Vec<String> =
+            args.prompt.iter().chain(&args.then).map(|prompt| prompt.trim().to_string()).collect();
         let named = || container_in(&args.output, &prompts::slug(&prompts.join(" then ")));
-        let file = if destination::is_motion(&args.output) { args.output.clone() } else { named() };
+        let file = if destination::is_motion(&args.output) { args.output.clone() } else { named()? };
         return Ok(vec![(prompts, file)]);
     };
     let named = |(i, prompt): (usize, String)| {
-        let file = container_in(&args.output, &prompts::name(i + 1, &prompt));
-        (vec![prompt], file)
+        let file = container_in(&args.output, &prompts::name(i + 1, &prompt))?;
+        Ok((vec![prompt], file))
     };
-    Ok(prompts::read(file)?.into_iter().enumerate().map(named).collect())
+    prompts::read(file)?.into_iter().enumerate().map(named).collect()
 }
 
 fn no_generator(robot: &Robot, file: &str) -> CliError {

@@ -32,7 +32,7 @@ pub fn run(args: &Args) -> Result<(), CliError> {
         return clap_mangen::generate_to(Cli::command(), &args.output).map_err(CliError::write(&args.output));
     }
     let file = args.output.join("commands.md");
-    std::fs::write(&file, markdown()).map_err(CliError::write(&file))
+    crate::output::write(&file, markdown())
 }
 
 /// Returns the help texts of all commands as one page, a section each.
