@@ -13,6 +13,11 @@ pub enum Kind {
     Slipping,
     /// A joint is faster than its actuator. Measured as a share of the largest speed.
     TooFast,
+    /// A joint turns by half a turn or more from one frame to the next, faster than its actuator: an angle that was
+    /// wrapped, or frames that do not belong together. Measured by how far (rad).
+    Jump,
+    /// A joint is out of its range. Measured by how far (rad or m).
+    BeyondRange,
     /// Something else than a sole is on the ground: the clip lies, rolls or crawls. Measured by how low it is below the
     /// height at which things touch (m).
     OtherParts,
@@ -22,8 +27,16 @@ pub enum Kind {
 
 impl Kind {
     /// All of them.
-    pub const ALL: [Self; 6] =
-        [Self::Unsupported, Self::Unbalanced, Self::Slipping, Self::TooFast, Self::OtherParts, Self::Underground];
+    pub const ALL: [Self; 8] = [
+        Self::Unsupported,
+        Self::Unbalanced,
+        Self::Slipping,
+        Self::TooFast,
+        Self::Jump,
+        Self::BeyondRange,
+        Self::OtherParts,
+        Self::Underground,
+    ];
 
     /// Returns the limit beyond which a frame counts.
     pub fn limit(self) -> f64 {
@@ -36,6 +49,10 @@ impl Kind {
             // Rubber on a dry floor holds this much, and our robots' soles a little less.
             Self::Slipping => 1.0,
             Self::TooFast => 1.0,
+            Self::Jump => std::f64::consts::PI,
+            // Limits of simulators and gears give in by some hundredths of a radian under load, so a recorded motion is
+            // beyond them now and then.
+            Self::BeyondRange => 0.1,
             // What touches is told by `touch::TOUCH`; any depth counts.
             Self::OtherParts => 0.0,
             // Soft soles and captured feet are some millimetres deep now and then.
@@ -53,6 +70,9 @@ impl Kind {
             Self::Unbalanced => 0.4,
             Self::Slipping => 0.15,
             Self::TooFast => 0.05,
+            // One frame is too many.
+            Self::Jump => 0.0,
+            Self::BeyondRange => 0.15,
             // A stumble or a pat on the ground is no crawl.
             Self::OtherParts => 0.15,
             Self::Underground => 0.15,
@@ -66,6 +86,8 @@ impl Kind {
             Self::Unbalanced => "support needed outside of the feet",
             Self::Slipping => "slips",
             Self::TooFast => "faster than the actuator",
+            Self::Jump => "jumps",
+            Self::BeyondRange => "beyond the range",
             Self::OtherParts => "not only the soles on the ground",
             Self::Underground => "in the ground",
         }
@@ -75,6 +97,7 @@ impl Kind {
     pub fn unit(self) -> &'static str {
         match self {
             Self::Unsupported => "m/s²",
+            Self::Jump | Self::BeyondRange => "rad",
             Self::Unbalanced | Self::OtherParts | Self::Underground => "m",
             Self::Slipping | Self::TooFast => "",
         }
@@ -112,6 +135,7 @@ impl Finding {
             Kind::Unbalanced => format!("by {:.2} m", self.worst),
             Kind::Slipping => format!("needs a friction of {:.1}", self.worst),
             Kind::TooFast => format!("{:.1} times its largest speed", self.worst),
+            Kind::Jump | Kind::BeyondRange => format!("by {:.2} rad", self.worst),
             Kind::OtherParts | Kind::Underground => format!("{:.2} m", self.worst),
         };
         format!("{}{part} for {:.2} s from {:.2} s: {worst}", self.kind.words(), self.seconds, self.from)

@@ -149,3 +149,25 @@ fn other_characters_and_other_numbers_of_speeds_are_refused() {
     other.joint_names[0] = "knee".into();
     assert!(matches!(check(&other, &character, &anatomy, &[1.0; 2]), Err(MotionError::Mismatch { .. })));
 }
+
+#[test]
+fn a_wrapped_angle_and_one_out_of_range_rule_a_clip_out() {
+    let (mut character, anatomy) = cube();
+    let turn = 2.0 * std::f64::consts::PI;
+    let on_ground = |_: f64| Vec3::new(0.0, 0.0, 0.1);
+    let wrapped = clip(on_ground, |_| 0.0, |t| if t > 0.5 { turn } else { 0.0 });
+    let finding = found(&wrapped).findings.into_iter().find(|f| f.kind == Kind::Jump).unwrap();
+    assert_eq!((finding.part.as_str(), finding.rules_out()), ("hinge", true));
+    assert!((finding.worst - turn).abs() < 1e-12, "{}", finding.worst);
+
+    let hinge = character.joints.iter().position(|joint| joint.name == "hinge").unwrap();
+    character.joints[hinge].range = Some((-1.0, 1.0));
+    let beyond = |angle: f64| {
+        let found = check(&clip(on_ground, |_| 0.0, |_| angle), &character, &anatomy, &[10.0; 2]).unwrap();
+        found.findings.into_iter().find(|f| f.kind == Kind::BeyondRange)
+    };
+    assert_eq!(beyond(1.05), None);
+    let finding = beyond(-3.5).unwrap();
+    assert!((finding.worst - 2.5).abs() < 1e-12 && finding.rules_out());
+    assert_eq!(finding.words(), "beyond the range (hinge) for 1.02 s from 0.00 s: by 2.50 rad");
+}
