@@ -23,6 +23,7 @@ use crate::TrackerError;
 pub use crate::reference::RsiSpec;
 use crate::rewards::Reward;
 pub use crate::terminations::{Persistent, Termination};
+use lifelike_train::PlanError;
 use lifelike_train::limits::{range, whole, wrong};
 pub use lifelike_train::ppo::{NetworkSpec, PpoSpec};
 
@@ -254,7 +255,7 @@ impl TrackerPlan {
 
     fn check_reward(&self) -> Result<(), TrackerError> {
         let expected = "a plan that can be written as TOML";
-        let reward = toml::Value::try_from(&self.reward).map_err(|error| wrong("reward", expected, error))?;
+        let reward = toml::Value::try_from(self.reward).map_err(|error| wrong("reward", expected, error))?;
         Ok(numbers("reward", &reward)?)
     }
 
@@ -290,7 +291,7 @@ const MAX_REWARD: f64 = 1e6;
 fn numbers(key: &str, value: &toml::Value) -> Result<(), PlanError> {
     match value {
         toml::Value::Float(x) if x.is_nan() || (x.abs() > MAX_REWARD && key != "reward.term_limit") => {
-            Err(wrong(key, format!("a number from -{MAX_REWARD:e} to {MAX_REWARD:e}"), x))
+            Err(wrong(key, &format!("a number from -{MAX_REWARD:e} to {MAX_REWARD:e}"), x))
         }
         toml::Value::Table(table) => {
             table.iter().try_for_each(|(name, value)| numbers(&format!("{key}.{name}"), value))
