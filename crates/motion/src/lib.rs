@@ -35,6 +35,7 @@ pub mod keyframes;
 pub mod plausibility;
 pub mod resample;
 pub mod retarget;
+mod roles;
 pub mod source;
 pub mod window;
 

@@ -19,22 +19,27 @@ use std::path::{Path, PathBuf};
 
 use crate::clip::MotionClip;
 use crate::error::MotionError;
+use crate::retarget::Correspondence;
 use crate::source::SourceClip;
 use crate::{container, keyframes};
 
 pub mod amass;
 pub mod amc;
+mod anatomy;
 pub mod asf;
+mod axes;
 pub mod bvh;
 pub mod captions;
 pub mod deepmimic;
 mod format;
 mod raw;
 mod rest;
+mod standing;
 mod text;
 
 pub(crate) use text::decode;
 
+pub use axes::Axis;
 pub use captions::CaptionTable;
 pub use format::{Format, Reader, clip_name, of_file, of_found, supported};
 
@@ -52,20 +57,49 @@ pub struct ReadOptions {
     /// Frames to leave out at the start of a BVH file. `None`: seven for the Daz-friendly skeleton (frame 0 is a rest
     /// pose, and the conversion's filter smeared it over the six that follow), none for the others.
     pub skip_frames: Option<usize>,
-    /// Frames per second of an AMC file, which does not say (CMU: 120 but for a few at 60).
-    pub amc_fps: f64,
+    /// Frames per second of the capture. `None`: as the file says; 120 for an AMC file that does not.
+    pub fps: Option<f64>,
     /// The skeleton that goes with the motion: the ASF of an AMC, the character file of a DeepMimic clip. `None`: found
     /// beside the motion (`SS.asf` for `SS_TT.amc`, or the only ASF there; `humanoid3d.txt`).
     pub skeleton: Option<PathBuf>,
     /// Bring the rest pose to the T-pose (see the module's documentation).
     pub t_pose: bool,
+    /// Axis of the file that is up. `None`: found from rest pose and motion.
+    pub up: Option<Axis>,
+    /// Axis of the file that the rest pose faces, or the motion at first. `None`: found.
+    pub forward: Option<Axis>,
+    /// Unit of a BVH file's angles. `None`: degrees, unless the motion shows radians.
+    pub angles: Option<Angles>,
+    /// Joints of roles that names do not tell.
+    pub correspondence: Correspondence,
     /// Captions of the clips, found by the file's name.
     pub captions: Option<CaptionTable>,
 }
 
+/// A unit of angles.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Angles {
+    /// Degrees.
+    Degrees,
+    /// Radians.
+    Radians,
+}
+
+impl std::str::FromStr for Angles {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text {
+            "degrees" => Ok(Self::Degrees),
+            "radians" => Ok(Self::Radians),
+            _ => Err(format!("expected degrees or radians, got '{text}'")),
+        }
+    }
+}
+
 impl Default for ReadOptions {
     fn default() -> Self {
-        Self { scale: None, skip_frames: None, amc_fps: 120.0, skeleton: None, t_pose: true, captions: None }
+        Self { scale: None, skip_frames: None, fps: None, skeleton: None, t_pose: true, up: None, forward: None, angles: None, correspondence: Correspondence::default(), captions: None }
     }
 }
 

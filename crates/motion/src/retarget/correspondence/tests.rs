@@ -1,6 +1,7 @@
 //! Skeletons of the data sets that people use.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 use super::*;
+use crate::source::Skeleton;
 use lifelike_character::Vec3;
 
 fn clip(tree: &[(&str, Option<usize>)]) -> SourceClip {
@@ -18,6 +19,7 @@ fn clip(tree: &[(&str, Option<usize>)]) -> SourceClip {
         cyclic: false,
         captions: Vec::new(),
         provenance: String::new(),
+        notes: Vec::new(),
     }
 }
 
