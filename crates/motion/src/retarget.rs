@@ -42,6 +42,9 @@ use human::Human;
 use rig::Rig;
 use shapes::Shapes;
 
+/// Most frames of a result: more than five hours at 50 per second.
+const MOST_FRAMES: f64 = 1e6;
+
 /// Converts a captured clip into a motion of this character, and says how well that went.
 ///
 /// # Errors
@@ -93,6 +96,7 @@ pub fn retarget(
     };
     let seconds = started.elapsed().as_secs_f64();
     let mut report = report::measure(&outcome, &human, &source.name);
+    report.notes = [source.notes.clone(), report.notes].concat();
     report.frames_per_second = human.frames.len() as f64 / seconds.max(1e-9);
     Ok((make_clip(source, &rig, poses, &stances, (fps, tempo)), report))
 }
@@ -107,6 +111,15 @@ fn check_options(source: &SourceClip, options: &RetargetOptions) -> Result<(), M
         }
     };
     positive("fps", options.fps)?;
+    if options.fps * source.seconds() > MOST_FRAMES {
+        let message = format!(
+            "{:.0} s are {:.0} frames at {} per second, more than {MOST_FRAMES:.0}: is the capture's rate right (--fps)?",
+            source.seconds(),
+            options.fps * source.seconds(),
+            options.fps
+        );
+        return Err(MotionError::Unfit { clip: source.name.clone(), message });
+    }
     positive("tempo", options.tempo.factor(1.0, 1.0))?;
     positive("default_velocity_limit", options.default_velocity_limit)?;
     options.velocity_limit.iter().try_for_each(|(name, v)| positive(&format!("velocity_limit.{name}"), *v))

@@ -16,7 +16,7 @@ use crate::roles::{self, ARMS, LEGS, Roles, Tree};
 
 /// A frame's axis within this angle (rad) of where it would point is taken to point there exactly.
 const NEAR: f64 = 0.35;
-/// Dip (rad) of the line from ankle to toes of a flat foot, where the toes have no bone of their own.
+/// Dip (rad) of the line from ankle to toes of a flat foot, where neither toes nor stance show it.
 const USUAL_DIP: f64 = 0.4;
 
 /// What the file means by its axes and frames.
@@ -341,20 +341,25 @@ impl<'a> Solver<'a> {
         directions
     }
 
-    /// Returns the way from ankle to toes of a flat foot: it dips by the angle against the toes' own bone.
+    /// Returns the way from ankle to toes of a flat foot. It dips by the angle against the toes' own bone; without one, as
+    /// it does while the ankle is low.
     fn foot_direction(&self, side: usize) -> Vec3 {
-        let joints = self.roles.get(LEGS[side][2]).zip(self.roles.toes[side].or_else(|| {
-            self.roles.get(LEGS[side][2]).and_then(|foot| self.children[foot])
-        }));
-        let dip = joints.and_then(|(foot, toe)| {
-            let bones = self.bone(foot).zip(self.bone(toe))?;
-            let angles = self.samples.frames.iter().map(|frames| (frames[foot] * bones.0).angle(&(frames[toe] * bones.1)));
-            let mut angles: Vec<f64> = angles.collect();
-            angles.sort_by(f64::total_cmp);
-            angles.get(angles.len() / 2).copied().filter(|dip| *dip < 1.0)
+        let Some(foot) = self.roles.get(LEGS[side][2]) else { return self.axes.forward() };
+        let up = self.axes.up;
+        let toe = self.roles.toes[side].or(self.children[foot]).and_then(|toe| Some((toe, self.bone(toe)?)));
+        let dip = self.bone(foot).and_then(|bone| {
+            let points = |frames: &[Quat]| frames[foot] * bone;
+            if let Some((toe, own)) = toe {
+                let angles = self.samples.frames.iter().map(|frames| points(frames).angle(&(frames[toe] * own)));
+                return median(angles.collect());
+            }
+            let heights: Vec<f64> = self.samples.places.iter().map(|places| places[foot].dot(&up)).collect();
+            let low = median(heights.clone())?;
+            let standing = self.samples.frames.iter().zip(heights).filter(|(_, height)| *height <= low);
+            median(standing.map(|(frames, _)| (-points(frames).dot(&up)).clamp(-1.0, 1.0).asin()).collect())
         });
-        let dip = dip.unwrap_or(USUAL_DIP);
-        self.axes.forward() * dip.cos() - self.axes.up * dip.sin()
+        let dip = dip.filter(|dip| (0.0..1.0).contains(dip)).unwrap_or(USUAL_DIP);
+        self.axes.forward() * dip.cos() - up * dip.sin()
     }
 
     /// Returns the direction of a joint's bone in the joint's frame: to its main child, or its end.
@@ -448,6 +453,11 @@ impl<'a> Solver<'a> {
         let mean = Quat::new_normalize(nalgebra::Quaternion::from(sum));
         snapped(if sum.norm() > 1e-9 { mean } else { parent_rest }, self.axes)
     }
+}
+
+fn median(mut values: Vec<f64>) -> Option<f64> {
+    values.sort_by(f64::total_cmp);
+    values.get(values.len() / 2).copied()
 }
 
 /// Returns a unit vector across another.

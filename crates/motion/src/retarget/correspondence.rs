@@ -31,6 +31,15 @@ pub struct Correspondence {
 }
 
 impl Correspondence {
+    /// Adds roles, which replace the ones that are there.
+    pub fn merge(&mut self, other: &Self) {
+        self.roles.extend(other.roles.iter().map(|(role, name)| (*role, name.clone())));
+        let toes = [(&mut self.left_toe, &other.left_toe), (&mut self.right_toe, &other.right_toe)];
+        for (toe, other) in toes.into_iter().filter(|(_, other)| other.is_some()) {
+            toe.clone_from(other);
+        }
+    }
+
     /// Returns the named joints' indices: those of roles, and the toes (left, right).
     pub(crate) fn joints(&self, names: &[String]) -> Result<(BTreeMap<Role, usize>, [Option<usize>; 2]), String> {
         let named = |name: &String| {

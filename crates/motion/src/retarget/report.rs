@@ -86,6 +86,63 @@ pub struct RetargetReport {
     pub largest_acceleration: f64,
     /// Frames solved per second of one core, everything included.
     pub frames_per_second: f64,
+    /// Guesses of the reader, and limbs of either side that nothing follows.
+    #[serde(default)]
+    pub notes: Vec<String>,
+    /// Reasons to doubt the conversion as a whole; see [`Bounds`].
+    #[serde(default)]
+    pub doubts: Vec<String>,
+}
+
+/// Bounds beyond which a conversion is doubtful, whatever the cause: means over the key bodies and frames of a clip.
+///
+/// People's motion on the project's robots stays below half of each; a wrong axis, side, unit or rest pose is far beyond
+/// (17 cm and 63 degrees for a robot with legs of 0.44 m whose source lay on its side).
+struct Bounds;
+
+impl Bounds {
+    /// Position error, as a share of the robot's legs.
+    const POSITION: f64 = 0.15;
+    /// Orientation error (deg).
+    const ORIENTATION: f64 = 25.0;
+    /// Speed of standing soles (m/s), for a leg of 0.44 m; longer legs may skate faster in proportion.
+    const SKATE: f64 = 0.1;
+
+    fn doubts(report: &RetargetReport, leg: f64) -> Vec<String> {
+        let checks = [
+            ("position error", mean(&report.position_error), Self::POSITION * leg, "m"),
+            ("orientation error", mean(&report.orientation_error), Self::ORIENTATION, "deg"),
+            ("speed of standing soles", report.foot_skate.mean, Self::SKATE * leg / 0.44, "m/s"),
+        ];
+        let beyond = checks.into_iter().filter(|(_, value, bound, _)| value > bound);
+        beyond.map(|(what, value, bound, unit)| format!("mean {what} {value:.3} {unit}, above {bound:.3}")).collect()
+    }
+}
+
+fn mean(spreads: &BTreeMap<Role, Spread>) -> f64 {
+    spreads.values().map(|spread| spread.mean).sum::<f64>() / spreads.len().max(1) as f64
+}
+
+/// Says which limbs nothing follows.
+fn unfollowed(rig: &Rig, frames: &[HumanFrame]) -> Vec<String> {
+    let Some(frame) = frames.first() else { return Vec::new() };
+    let mut notes = Vec::new();
+    for (side, name) in ["left", "right"].into_iter().enumerate() {
+        match (&rig.arms[side], &frame.arms[side]) {
+            (Some(_), None) => notes.push(format!(
+                "the robot's {name} arm follows nothing: no shoulder, elbow and wrist among the source's joints (name \
+                 them: --roles {name}_upper_arm=JOINT,{name}_forearm=JOINT,{name}_hand=JOINT)"
+            )),
+            (None, Some(_)) => notes.push(format!("the source's {name} arm is not followed: the robot has none")),
+            _ => {}
+        }
+    }
+    match (&rig.head, &frame.head) {
+        (Some(_), None) => notes.push("the robot's head follows nothing (--roles head=JOINT)".into()),
+        (None, Some(_)) => notes.push("the source's head is not followed: the robot's cannot move".into()),
+        _ => {}
+    }
+    notes
 }
 
 /// A retargeted clip before it is given away.
@@ -126,7 +183,7 @@ pub(super) fn measure(outcome: &Outcome, human: &Human, clip: &str) -> RetargetR
     }
     let standing = (0..poses.len()).filter(|&t| outcome.stances.iter().any(|s| s.any(t))).count();
     let motion = Motion::measure(rig, poses, fps);
-    RetargetReport {
+    let mut report = RetargetReport {
         clip: clip.to_string(),
         character: rig.character.name.clone(),
         frames: poses.len(),
@@ -147,7 +204,11 @@ pub(super) fn measure(outcome: &Outcome, human: &Human, clip: &str) -> RetargetR
         joint_jerk: motion.jerk,
         largest_acceleration: motion.acceleration,
         frames_per_second: 0.0,
-    }
+        notes: unfollowed(rig, outcome.frames),
+        doubts: Vec::new(),
+    };
+    report.doubts = Bounds::doubts(&report, rig.leg_length);
+    report
 }
 
 #[derive(Default)]

@@ -11,10 +11,10 @@ pub(super) const HAND: &[&str] = &["wrist", "hand"];
 pub(super) const HEAD: &[&str] = &["head", "neck", "upperneck", "lowerneck"];
 /// Sided words that no role has; a side's letter may be glued to them.
 const OTHERS: &[&str] = &["collar", "clavicle", "hipjoint", "buttock"];
-/// Words after a part's that make something else of it: helper bones, controls, ends, sockets.
+/// Words beside a part's that make something else of it: helper bones, controls, ends.
 const HELPERS: &[&str] = &[
-    "joint", "roll", "twist", "helper", "end", "nub", "tip", "site", "ik", "fk", "pole", "target", "ctrl", "control",
-    "offset", "volume", "share", "stretch", "tweak",
+    "roll", "twist", "helper", "end", "nub", "tip", "site", "ik", "fk", "pole", "target", "ctrl", "control",
+    "volume", "share", "stretch", "tweak",
 ];
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -48,8 +48,11 @@ impl Name {
             if self.words[from..to].concat() != part {
                 return None;
             }
+            let is_helper = |words: &[String]| words.iter().any(|word| HELPERS.contains(&word.as_str()));
             let after = &self.words[to..];
-            (!after.iter().any(|word| HELPERS.contains(&word.as_str()))).then_some(from + 8 * after.len())
+            let is_socket = after.first().is_some_and(|word| word == "joint");
+            let fits = !is_socket && !is_helper(&self.words[..from]) && !is_helper(after);
+            fits.then_some(from + 8 * after.len())
         })
     }
 }

@@ -265,7 +265,7 @@ fn what_is_wrong_is_told_with_file_and_array() {
         (spoilt(f64::NAN), "array 'poses' of finite numbers below a million, got NaN in row 1, column 7"),
         (spoilt(f64::NEG_INFINITY), "got -inf in row 1, column 7"),
         (vec![object].into_iter().chain(without("poses")).collect(), "values of type '|O', not f4, f8, i4 or i8"),
-        (rate(0.0), "1 to 1000 frames per second in array 'mocap_framerate', got 0"),
+        (rate(0.0), "1 to 1000 frames per second in array 'mocap_framerate', or --fps RATE, got 0"),
         (rate(f64::NAN), "got NaN"),
         (with(array("mocap_framerate", &[2], vec![120.0; 2])), "of one number (frames per second), got [2]"),
     ] {
@@ -369,4 +369,20 @@ proptest! {
 /// The bytes of a small file, for the tests of all formats.
 pub(super) fn sample() -> Vec<u8> {
     npz(&standing(3, 156), CompressionMethod::Stored)
+}
+
+/// SMPL-X' code, GVHMR and GMR keep the root and the body apart.
+#[test]
+fn parts_of_poses_are_read_as_the_whole() {
+    let whole = standing(3, 156);
+    let poses = whole.iter().find(|a| a.name == "poses").unwrap().values.clone();
+    let part = |from: usize, to: usize| poses.chunks(156).flat_map(|row| row[from..to].to_vec()).collect::<Vec<f64>>();
+    let mut parts: Vec<Array> = standing(3, 156).into_iter().filter(|a| a.name != "poses").collect();
+    parts.push(array("root_orient", &[3, 3], part(0, 3)));
+    parts.push(array("pose_body", &[3, 63], part(3, 66)));
+    assert_eq!(read_arrays(&parts).unwrap(), read_arrays(&whole).unwrap());
+    parts.pop();
+    parts.push(array("pose_body", &[2, 63], vec![0.0; 126]));
+    let message = read_arrays(&parts).unwrap_err().to_string();
+    assert!(message.contains("'pose_body' of shape [3, 63]"), "{message}");
 }
