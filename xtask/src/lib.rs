@@ -2,6 +2,7 @@
 
 pub mod build;
 pub mod dist;
+pub mod docs;
 pub mod mujoco;
 
 use std::path::{Path, PathBuf};

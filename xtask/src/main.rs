@@ -4,7 +4,7 @@
 use std::process::ExitCode;
 
 use lifelike_fetch::text_model;
-use xtask::{build, dist, mujoco};
+use xtask::{build, dist, docs, mujoco};
 
 const HELP: &str = "\
 cargo xtask COMMAND
@@ -18,6 +18,7 @@ cargo xtask COMMAND
                       or the text encoder of text to motion into third_party/minilm (minilm, 83 MB)
   dist                build a stripped program with completions and manual pages: a tarball, and a Debian package
                       where dpkg is there
+  docs                build the documentation site into target/book/html (needs mdBook: cargo install mdbook)
   help                this text
 
 Nothing else of this project touches the network. What is fetched has a fixed version and a fixed SHA-256.";
@@ -31,6 +32,7 @@ fn main() -> ExitCode {
         Some("mujoco") => mujoco::ensure().map(|_| ()),
         Some("fetch") => fetch(rest),
         Some("dist") => dist::dist(),
+        Some("docs") => docs::build(),
         Some("help" | "--help" | "-h") => {
             println!("{HELP}");
             Ok(())

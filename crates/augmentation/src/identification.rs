@@ -125,6 +125,7 @@ impl Servo {
     pub fn bench(&self, log: &BenchLog) -> PendulumBench {
         PendulumBench {
             mass: log.mass,
+            arm_mass: log.arm_mass,
             arm: log.arm,
             goal_speed: self.goal_speed,
             armature: self.armature,
@@ -354,6 +355,7 @@ mod tests {
             motor: "servo".into(),
             trajectory: "sine".into(),
             mass: 0.4,
+            arm_mass: 0.0,
             arm: 0.1,
             gain: 300.0,
             supply: 7.4,

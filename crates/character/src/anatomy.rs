@@ -6,11 +6,11 @@ pub(crate) mod limbs;
 mod sole;
 pub(crate) mod words;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use crate::error::CharacterError;
 use crate::kinematics::Kinematics;
-use crate::model::{Character, GeomShape};
+use crate::model::{Character, GeomShape, welded};
 use crate::rotation::Vec3;
 
 pub use sole::{lowest, outline};
@@ -101,6 +101,9 @@ const ARMS: [(Side, [Role; 3]); 2] = [
     (Side::Right, [Role::RightUpperArm, Role::RightForearm, Role::RightHand]),
 ];
 
+/// Share of the height within which a body is near the ground.
+const NEAR_GROUND: f64 = 0.15;
+
 impl Anatomy {
     /// Returns the foot, as an index into [`Self::soles`], that a body is or hangs from.
     pub fn foot_of(&self, character: &Character, mut body: usize) -> Option<usize> {
@@ -158,6 +161,29 @@ impl Anatomy {
 
     fn put(&mut self, finder: &Finder<'_>, role: Role, (body, point_w): (usize, Vec3)) {
         self.places.insert(role, Place { body, point: finder.local(body, &point_w) });
+    }
+
+    /// Returns the number of legs: limbs that hang on the root, have two joints or more, and end near the lowest body.
+    pub fn legs(character: &Character) -> usize {
+        let kinematics = Kinematics::new(character);
+        let z = |body: usize| kinematics.body_position[body].z;
+        let bodies = 1..character.bodies.len();
+        let (low, high) = bodies.clone().fold((f64::MAX, f64::MIN), |(low, high), b| (low.min(z(b)), high.max(z(b))));
+        let trunk = welded(&character.bodies, character.root_body());
+        // Joints on the way from the trunk to a body, and the body of the limb that hangs on the trunk.
+        let way = |mut body: usize| {
+            let mut joints = 0;
+            while body != 0 && !trunk[body] {
+                joints += character.bodies[body].joints.len();
+                if trunk[character.bodies[body].parent] {
+                    return Some((body, joints));
+                }
+                body = character.bodies[body].parent;
+            }
+            None
+        };
+        let near = bodies.filter(|b| z(*b) - low <= NEAR_GROUND * (high - low)).filter_map(way);
+        near.filter(|(_, joints)| *joints >= 2).map(|(limb, _)| limb).collect::<BTreeSet<usize>>().len()
     }
 
     /// Finds the trunk: the pelvis carries both hips, the chest both shoulders.

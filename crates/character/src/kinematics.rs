@@ -3,7 +3,7 @@
 use nalgebra::DMatrix;
 
 use crate::model::{Character, JointKind};
-use crate::rotation::{Quat, Vec3, from_wxyz};
+use crate::rotation::{Mat3, Quat, Vec3, from_wxyz};
 
 /// Poses of all bodies at one generalised position. A reusable workspace: make it once, update it often.
 #[derive(Debug, Clone)]
@@ -88,6 +88,33 @@ impl Kinematics {
             jacobian.fixed_view_mut::<3, 1>(3, column).copy_from(&angular);
         });
         jacobian
+    }
+
+    /// Returns the inertia that each velocity's actuator feels (kg m², or kg of a slide): the inverse of the diagonal of the inverse
+    /// mass matrix, so that it counts what gives way on both sides of the joint. `None` where the mass matrix is singular.
+    pub fn effective_inertias(&self, character: &Character) -> Option<Vec<f64>> {
+        let factor = self.mass_matrix(character).cholesky()?;
+        Some(factor.inverse().diagonal().iter().map(|inverse| 1.0 / inverse).collect())
+    }
+
+    /// Returns the mass matrix with armature, `[nv, nv]`.
+    fn mass_matrix(&self, character: &Character) -> DMatrix<f64> {
+        let mut mass = DMatrix::<f64>::zeros(character.nv, character.nv);
+        for (i, body) in character.bodies.iter().enumerate().skip(1) {
+            let inertial = &body.inertial;
+            let jacobian = self.jacobian(character, i, &self.point(i, &inertial.com));
+            let axes = (self.body_orientation[i] * inertial.orientation).to_rotation_matrix().into_inner();
+            let inertia = axes * Mat3::from_diagonal(&inertial.diagonal) * axes.transpose();
+            let (linear, angular) = (jacobian.rows(0, 3), jacobian.rows(3, 3));
+            mass += inertial.mass * linear.transpose() * linear;
+            mass += angular.transpose() * inertia * angular;
+        }
+        for joint in &character.joints {
+            for dof in joint.v_index..joint.v_index + joint.kind.nv() {
+                mass[(dof, dof)] += joint.armature;
+            }
+        }
+        mass
     }
 
     /// Visits the non-zero columns of [`Self::jacobian`], without allocating: `visit(column, linear, angular)`.

@@ -22,6 +22,7 @@
 //! ```
 
 pub mod anatomy;
+mod drive;
 pub mod error;
 mod fitted;
 pub mod inertia;
@@ -30,11 +31,13 @@ mod load;
 mod mesh;
 pub mod mjcf;
 pub mod model;
+mod reorder;
 pub mod rotation;
 pub mod symmetry;
 pub mod urdf;
 
 pub use anatomy::{Anatomy, Role};
+pub use drive::{Command, Drive};
 pub use error::{CharacterError, Location};
 pub use fitted::Fitted;
 pub use kinematics::Kinematics;

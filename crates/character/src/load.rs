@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use crate::error::CharacterError;
-use crate::mjcf::document;
+use crate::mjcf::{document, xml_text};
 use crate::model::Character;
 use crate::{mjcf, urdf};
 
@@ -14,8 +14,7 @@ impl Character {
     /// [`CharacterError`] with file, line and element.
     pub fn load(path: impl AsRef<Path>) -> Result<Self, CharacterError> {
         let path = path.as_ref();
-        let text =
-            std::fs::read_to_string(path).map_err(|source| CharacterError::Io { path: path.to_path_buf(), source })?;
+        let text = xml_text::read(path)?;
         let folder = path.parent().map(|p| if p.as_os_str().is_empty() { Path::new(".") } else { p });
         let document = document::parse(&text, path, folder)?;
         let root = &document.root;

@@ -49,6 +49,9 @@ impl MeshFile {
             if self.is_one_of(&["dae"]) {
                 upright(&self.path).map_err(say)?;
             }
+            if self.is_one_of(&["stl"]) {
+                whole(&self.path).map_err(say)?;
+            }
             // The reader panics on some files that are cut.
             let read = std::panic::catch_unwind(|| mesh_loader::Loader::default().load(&self.path));
             let read = read.map_err(|_| say("not well-formed".into()))?;
@@ -85,14 +88,85 @@ impl Triangles {
     }
 }
 
+/// Most levels of elements in a COLLADA file.
+const MOST_LEVELS: usize = 200;
+
+/// Refuses a binary STL file that holds another number of triangles than it says: one that was cut, most often.
+fn whole(path: &Path) -> Result<(), String> {
+    let bytes = std::fs::read(path).map_err(|e| e.to_string())?;
+    // 80 bytes of text and a count come before triangles of 50 bytes. A text that begins with "solid" may be either kind.
+    let (Some(count), false) = (bytes.get(80..84), bytes.starts_with(b"solid")) else { return Ok(()) };
+    let count = u64::from(u32::from_le_bytes(count.try_into().unwrap_or_default()));
+    let (expected, got) = (84 + 50 * count, bytes.len() as u64);
+    if expected == got {
+        return Ok(());
+    }
+    Err(format!("expected the {count} triangles that it says, in {expected} bytes, got {got} bytes"))
+}
+
 /// Refuses COLLADA whose up axis is not z, as it is without a word: some programs turn such a mesh and others do not, so nobody
 /// knows how its robot was meant.
 fn upright(path: &Path) -> Result<(), String> {
     let text = std::fs::read_to_string(path).map_err(|e| e.to_string())?;
     let document = roxmltree::Document::parse(&text).map_err(|e| e.to_string())?;
+    // Its reader goes down by recursion.
+    if document.descendants().any(|node| node.ancestors().nth(MOST_LEVELS).is_some()) {
+        return Err(format!("expected at most {MOST_LEVELS} levels of elements, got more"));
+    }
     let axis = document.descendants().find(|node| node.tag_name().name() == "up_axis").and_then(|node| node.text());
     match axis.map(str::trim) {
         Some("Z_UP") => Ok(()),
         other => Err(format!("expected COLLADA with <up_axis> Z_UP, got {}", other.unwrap_or("none (which is Y_UP)"))),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    fn read(name: &str, bytes: &[u8]) -> Result<Triangles, String> {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join(name);
+        std::fs::write(&path, bytes).unwrap();
+        MeshFile { path, scale: [1.0; 3], collides: true }.triangles()
+    }
+
+    #[test]
+    fn an_stl_that_was_cut_is_refused_wherever() {
+        let triangle = |z: f32| {
+            let mut bytes: Vec<u8> = [0.0_f32, 0.0, 1.0, 0.0, 0.0, z, 1.0, 0.0, z, 0.0, 1.0, z]
+                .iter()
+                .flat_map(|x| x.to_le_bytes())
+                .collect();
+            bytes.extend([0, 0]);
+            bytes
+        };
+        let file = [vec![b' '; 80], 2_u32.to_le_bytes().to_vec(), triangle(0.0), triangle(1.0)].concat();
+        assert_eq!(read("a.stl", &file).unwrap().faces.len(), 2);
+        for length in [84, 133, 134, 183] {
+            let error = read("a.stl", &file[..length]).unwrap_err();
+            assert!(error.contains("2 triangles") && error.contains(&format!("got {length} bytes")), "{error}");
+        }
+    }
+
+    #[test]
+    fn collada_of_many_levels_is_refused() {
+        let nested = |levels: usize| {
+            let (open, close) = ("<node>".repeat(levels), "</node>".repeat(levels));
+            format!("<COLLADA><asset><up_axis>Z_UP</up_axis></asset>{open}{close}</COLLADA>")
+        };
+        let error = read("a.dae", nested(16_000).as_bytes()).unwrap_err();
+        assert!(error.contains("at most 200 levels"), "{error}");
+        assert!(!read("a.dae", nested(100).as_bytes()).unwrap_err().contains("levels"));
+    }
+
+    #[test]
+    fn points_that_are_no_numbers_are_refused() {
+        let obj = |x: &str| format!("v {x} 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+        assert_eq!(read("a.obj", obj("0").as_bytes()).unwrap().points.len(), 3);
+        for x in ["-nan", "inf", "nan"] {
+            assert!(read("a.obj", obj(x).as_bytes()).unwrap_err().contains("not finite"), "{x}");
+        }
     }
 }

@@ -35,6 +35,8 @@ pub struct Character {
     pub excludes: Vec<(usize, usize)>,
     /// What closes kinematic loops (`<equality>`), in document order.
     pub equalities: Vec<Equality>,
+    /// Position of the keyframe `home`, if there is one (`nq` numbers): the default pose.
+    pub home: Option<Vec<f64>>,
     /// Files of meshes by the mesh's name, as far as they are there: what boxes can be fitted to.
     pub meshes: BTreeMap<String, MeshFile>,
     /// Number of generalised positions.
@@ -148,6 +150,8 @@ pub struct Joint {
     pub spring_reference: f64,
     /// Largest actuator force through this joint (`actuatorfrcrange`).
     pub actuator_force_range: Option<(f64, f64)>,
+    /// Largest speed of its actuator (rad/s or m/s), where the file says one.
+    pub velocity_limit: Option<f64>,
 }
 
 /// The shape of a geom. Sizes in metres, MuJoCo's meaning (half lengths, radii).
@@ -219,11 +223,14 @@ pub struct Site {
     pub orientation: Quat,
 }
 
-/// An actuator as far as its text tells: which joint, and which limits.
+/// An actuator as MuJoCo compiles it. Its force is `gain · control + bias · (1, length, velocity)`, where length and velocity are
+/// the joint's times the gear; the gear times the force acts on the joint.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Actuator {
     /// Unique name.
     pub name: String,
+    /// Tag of its element, such as `position`.
+    pub kind: String,
     /// The joint it drives, as an index.
     pub joint: usize,
     /// Gear ratio (first number of `gear`).
@@ -232,10 +239,12 @@ pub struct Actuator {
     pub ctrl_range: Option<(f64, f64)>,
     /// Limits of the force (N m).
     pub force_range: Option<(f64, f64)>,
-    /// Proportional gain (N m/rad), where it is a position servo.
-    pub kp: Option<f64>,
-    /// Derivative gain (N m s/rad), where it is a position servo.
-    pub kv: Option<f64>,
+    /// Force per control.
+    pub gain: f64,
+    /// Force without control: constant, per length, per velocity.
+    pub bias: [f64; 3],
+    /// Damping per control, of a `<damper>`.
+    pub damper: f64,
 }
 
 /// What an equality constraint holds together.

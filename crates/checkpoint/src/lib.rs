@@ -1,14 +1,17 @@
 //! Named arrays and metadata in one verified file, and addressed random streams: state that continues bit for bit (floor 0).
 //!
 //! [`Checkpoint`] is named arrays and JSON metadata in one safetensors file with a digest inside; [`rng::stream`] is
-//! randomness by address, so that a resumed run draws what an uninterrupted one would have drawn.
+//! randomness by address, so that a resumed run draws what an uninterrupted one would have drawn. [`write_file`] replaces a file
+//! whole or not at all.
 //!
 //! Imports none of our other crates, and no training framework: what a robot loads is such a file, too.
 
 mod checkpoint;
 pub mod rng;
+mod whole_file;
 
 pub use checkpoint::{Checkpoint, CheckpointError, Entry, Kind};
+pub use whole_file::{PARTIAL, write_file};
 
 /// The README's examples, run as tests.
 #[cfg(doctest)]

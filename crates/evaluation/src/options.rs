@@ -12,10 +12,13 @@ pub struct EvaluationOptions {
     pub keep: usize,
     /// Time for which a fall is recorded (s).
     pub after_fall: f64,
+    /// Seed by which the motion prior's codes are given to other frames: a policy that does as well with them does not use them.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub permute_codes: Option<u64>,
 }
 
 impl Default for EvaluationOptions {
     fn default() -> Self {
-        Self { seconds: 10.0, starts: 5, keep: 1, after_fall: 1.0 }
+        Self { seconds: 10.0, starts: 5, keep: 1, after_fall: 1.0, permute_codes: None }
     }
 }

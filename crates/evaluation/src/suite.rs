@@ -67,7 +67,10 @@ impl<'a> EvaluationSuite<'a> {
             lift.extend(heights);
             long.push(clip);
         }
-        let library = ReferenceLibrary::new(robot, &long, encoder)?;
+        let mut library = ReferenceLibrary::new(robot, &long, encoder)?;
+        if let Some(seed) = options.permute_codes {
+            library.permute_codes(seed)?;
+        }
         let mut episodes = Vec::new();
         for (clip, length) in lengths.iter().enumerate() {
             let range = library.range(clip);

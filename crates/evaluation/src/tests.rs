@@ -71,7 +71,8 @@ fn run(controller: &Controller, clips: &[MotionClip], environments: usize, optio
 
 #[test]
 fn the_joints_of_a_follower_lag_and_nothing_else_is_wrong() {
-    let options = EvaluationOptions { seconds: 3.0, starts: 2, keep: 1, after_fall: 0.5 };
+    let options =
+        EvaluationOptions { seconds: 3.0, starts: 2, keep: 1, after_fall: 0.5, ..EvaluationOptions::default() };
     let clips = [clip("once", 2.0, false), clip("cycle", 1.0, true)];
     let e = run(&controller(1e-6), &clips, 3, &options);
     let lengths: Vec<(f64, f64)> = e.episodes.iter().map(|s| (s.start, s.planned_seconds)).collect();
@@ -147,7 +148,8 @@ fn an_episode_that_deviates_or_diverges_goes_on_with_another_motion() {
 
 #[test]
 fn scores_do_not_depend_on_how_many_run_at_once() {
-    let options = EvaluationOptions { seconds: 1.0, starts: 3, keep: 0, after_fall: 0.5 };
+    let options =
+        EvaluationOptions { seconds: 1.0, starts: 3, keep: 0, after_fall: 0.5, ..EvaluationOptions::default() };
     let clips = [clip("once", 2.0, false), clip("cycle", 1.0, true)];
     let of = |n: usize| serde_json::to_string(&run(&controller(0.5), &clips, n, &options)).unwrap();
     let alone = of(1);
@@ -157,7 +159,8 @@ fn scores_do_not_depend_on_how_many_run_at_once() {
 
 #[test]
 fn a_diverged_episode_has_fallen_and_its_neighbours_have_not() {
-    let options = EvaluationOptions { seconds: 1.0, starts: 2, keep: 1, after_fall: 0.5 };
+    let options =
+        EvaluationOptions { seconds: 1.0, starts: 2, keep: 1, after_fall: 0.5, ..EvaluationOptions::default() };
     let simulate = |_, environments| {
         let mut simulation = Followers::new(environments);
         simulation.diverge = Some((1, 7));

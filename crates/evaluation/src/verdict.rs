@@ -142,6 +142,9 @@ pub fn finding_words(finding: &Finding) -> String {
         Kind::TooFast => format!("{part} faster than its motor"),
         Kind::OtherParts => format!("{part} on the ground"),
         Kind::Underground => format!("{part} in the ground"),
+        Kind::OutOfRange => format!("{part} beyond its range"),
+        Kind::Jumping => format!("{part} jumps"),
+        Kind::QuaternionOrder => "quaternions perhaps x y z w".into(),
     };
     format!("{what} at {:.1} s", finding.from)
 }

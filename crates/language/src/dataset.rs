@@ -1,9 +1,9 @@
 //! Captioned clips as a folder: `*.motion.safetensors` and an index, `dataset.jsonl`, a JSON object per line.
 
 use std::collections::BTreeSet;
-use std::io::Write;
 use std::path::{Path, PathBuf};
 
+use lifelike_checkpoint::write_file;
 use lifelike_motion::{MotionClip, container};
 use serde::{Deserialize, Serialize};
 
@@ -100,11 +100,7 @@ impl CaptionedSet {
             text.push('\n');
         }
         parse(&text, &path)?;
-        // A reader sees the old index or the new one, never half of it.
-        let unfinished = path.with_extension("jsonl.part");
-        let mut file = std::fs::File::create(&unfinished).map_err(LanguageError::io(&unfinished))?;
-        file.write_all(text.as_bytes()).map_err(LanguageError::io(&unfinished))?;
-        std::fs::rename(&unfinished, &path).map_err(LanguageError::io(&path))
+        write_file(&path, text.as_bytes()).map_err(LanguageError::io(&path))
     }
 
     /// Returns the entries of a split.

@@ -123,6 +123,12 @@ pub fn read(folder: &Path) -> Result<Vec<Item>, LanguageError> {
             let text = cell(which)?;
             text.parse::<u32>().map_err(|_| bad(format!("expected a frame number, got '{text}'")))
         };
+        // It becomes a part of file names.
+        let name = cell(3)?.trim();
+        let stem = name.strip_suffix(".npy").unwrap_or(name);
+        if stem.is_empty() || !stem.chars().all(|c| c.is_alphanumeric() || "-_".contains(c)) {
+            return Err(bad(format!("expected letters and digits as new_name, got '{name}'")));
+        }
         let frames = [frame(1)?, frame(2)?];
         if frames[0] >= frames[1] {
             return Err(bad(format!("expected start_frame < end_frame, got {} and {}", frames[0], frames[1])));
@@ -278,6 +284,11 @@ mod tests {
                 "index.csv:2: expected start_frame <",
             ),
             ("index.csv", "source_path,start_frame,end_frame,new_name\na,x,5,b\n", "got 'x'"),
+            (
+                "index.csv",
+                "source_path,start_frame,end_frame,new_name\na,1,5,../../b.npy\n",
+                "index.csv:2: expected letters and digits as new_name, got '../../b.npy'",
+            ),
             ("texts/000004.txt", "a#b#0.0\n", "000004.txt:1: expected caption#tokens#start#end"),
             ("test.txt", "000004\n", "test.txt:1: expected '000004' in one list"),
         ] {

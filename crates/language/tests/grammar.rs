@@ -3,12 +3,13 @@
 #![allow(clippy::unwrap_used)]
 
 use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use lifelike_character::anatomy::Overrides;
 use lifelike_character::{Anatomy, Character};
 use lifelike_language::checks::{Fact, Tracks, check};
 use lifelike_language::facts::{Relation, Side};
-use lifelike_language::grammar::{Generator, Grammar};
+use lifelike_language::grammar::{Generator, Grammar, Options, write};
 use lifelike_motion::edit::mirror;
 use lifelike_motion::retarget::RetargetOptions;
 
@@ -64,4 +65,25 @@ fn sentences_are_true_of_their_clips_and_not_of_mirror_images() {
     }
     assert!(held * 100 >= made * 93, "{held} of {made}");
     assert!(sided >= 10 && fooled == 0 && miscounted == 0, "{sided} {fooled} {miscounted}");
+}
+
+#[test]
+fn a_set_that_was_interrupted_becomes_the_one_that_was_not() {
+    let (character, anatomy, options) = lima();
+    let grammar = Grammar::builtin().unwrap();
+    let generator = Generator::new(&grammar, &character, &anatomy, options).unwrap();
+    let (whole, cut) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+    let extent = |seed, resume| Options { hours: 0.12, seed, resume };
+    let index = |folder: &Path| std::fs::read_to_string(folder.join("dataset.jsonl")).unwrap();
+
+    write(&generator, whole.path(), &extent(5, false), &AtomicBool::new(false), |_| {}).unwrap();
+    let stop = AtomicBool::new(false);
+    let half = write(&generator, cut.path(), &extent(5, false), &stop, |_| stop.store(true, Ordering::SeqCst)).unwrap();
+    assert!(half.hours < 0.12 && index(cut.path()) != index(whole.path()));
+    let other = write(&generator, cut.path(), &extent(6, true), &AtomicBool::new(false), |_| {}).unwrap_err();
+    assert!(other.to_string().contains("begun with"), "{other}");
+    let done = write(&generator, cut.path(), &extent(5, true), &AtomicBool::new(false), |_| {}).unwrap();
+    assert!(done.hours >= 0.12);
+    assert!(index(cut.path()) == index(whole.path()), "the same clips under the same sentences");
+    assert!(!cut.path().join("unfinished.json").exists());
 }

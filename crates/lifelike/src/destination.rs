@@ -4,6 +4,8 @@ use std::path::{Path, PathBuf};
 
 use lifelike_motion::container::EXTENSION as MOTION;
 
+use crate::error::CliError;
+
 /// Suffixes of files that people ask for where a command writes a folder.
 const FILE_SUFFIXES: [&str; 19] = [
     "avi",
@@ -92,6 +94,22 @@ pub fn is_motion(path: &Path) -> bool {
     path.to_str().is_some_and(|text| text.ends_with(MOTION)) && !path.is_dir()
 }
 
+/// Returns the file of something that has a name of its own, such as a clip or a trace, in a folder.
+///
+/// Names may come from files of others, so they must be plain: nothing in them leads to another folder.
+///
+/// # Errors
+/// [`CliError::Input`] for a name that is empty, hidden, or holds a separator or a control character.
+pub fn named(folder: &Path, name: &str, extension: &str) -> Result<PathBuf, CliError> {
+    let is_plain = |c: char| !"/\\:".contains(c) && !c.is_control();
+    if name.is_empty() || name.starts_with('.') || !name.chars().all(is_plain) {
+        return Err(CliError::Input(format!("expected a name that a file can have, got {name:?}")));
+    }
+    // What a shell would need quotes for.
+    let safe: String = name.chars().map(|c| if c.is_alphanumeric() || "-_.+".contains(c) { c } else { '_' }).collect();
+    Ok(folder.join(safe + extension))
+}
+
 fn with_suffix(text: &str, expected: &str) -> Result<PathBuf, String> {
     let path = PathBuf::from(text);
     if path.is_dir() {
@@ -127,6 +145,16 @@ mod tests {
             assert!(motion(name).is_err_and(|error| error.contains("NAME.motion.safetensors")), "{name}");
         }
         assert!(is_motion(Path::new("a.motion.safetensors")) && !is_motion(Path::new("a")));
+    }
+
+    #[test]
+    fn a_name_cannot_choose_its_folder() {
+        let at = |name| named(Path::new("out"), name, ".motion.safetensors").map_err(|e| e.to_string());
+        assert_eq!(at("07_01"), Ok("out/07_01.motion.safetensors".into()));
+        assert_eq!(at("it's a wave"), Ok("out/it_s_a_wave.motion.safetensors".into()));
+        for bad in ["", "..", "../../etc/x", "a/b", "a\\b", "C:x", ".hidden", "a\0b", "a\nb"] {
+            assert!(at(bad).is_err_and(|error| error.contains("got")), "{bad:?}");
+        }
     }
 
     #[test]

@@ -44,6 +44,14 @@ impl CliError {
         }
     }
 
+    /// A file that cannot be read or written: bad input where there is no such file or where it holds something else, a failure where
+    /// the machine refuses (a full disk, missing permission).
+    fn io(source: &std::io::Error, message: String) -> Self {
+        use std::io::ErrorKind::{InvalidData, IsADirectory, NotADirectory, NotFound, UnexpectedEof};
+        let is_input = matches!(source.kind(), InvalidData | IsADirectory | NotADirectory | NotFound | UnexpectedEof);
+        if is_input { Self::Input(message) } else { Self::Failed(message) }
+    }
+
     /// A file that cannot be written.
     pub fn write(path: &std::path::Path) -> impl FnOnce(std::io::Error) -> Self {
         let path = path.to_path_buf();
@@ -53,31 +61,46 @@ impl CliError {
 
 impl From<MotionError> for CliError {
     fn from(error: MotionError) -> Self {
-        Self::Input(error.to_string())
+        match &error {
+            MotionError::Io { source, .. } => Self::io(source, error.to_string()),
+            _ => Self::Input(error.to_string()),
+        }
     }
 }
 
 impl From<LanguageError> for CliError {
     fn from(error: LanguageError) -> Self {
-        Self::Input(error.to_string())
+        match &error {
+            LanguageError::Io { source, .. } => Self::io(source, error.to_string()),
+            _ => Self::Input(error.to_string()),
+        }
     }
 }
 
 impl From<CharacterError> for CliError {
     fn from(error: CharacterError) -> Self {
-        Self::Input(error.to_string())
+        match &error {
+            CharacterError::Io { source, .. } => Self::io(source, error.to_string()),
+            _ => Self::Input(error.to_string()),
+        }
     }
 }
 
 impl From<RobotError> for CliError {
     fn from(error: RobotError) -> Self {
-        Self::Input(error.to_string())
+        match &error {
+            RobotError::Io { source, .. } => Self::io(source, error.to_string()),
+            _ => Self::Input(error.to_string()),
+        }
     }
 }
 
 impl From<CheckpointError> for CliError {
     fn from(error: CheckpointError) -> Self {
-        Self::Input(error.to_string())
+        match &error {
+            CheckpointError::Io { source, .. } => Self::io(source, error.to_string()),
+            _ => Self::Input(error.to_string()),
+        }
     }
 }
 
@@ -102,9 +125,28 @@ impl From<EvaluationError> for CliError {
 
 impl From<ReportError> for CliError {
     fn from(error: ReportError) -> Self {
-        match error {
-            ReportError::Io { .. } => Self::Failed(error.to_string()),
+        match &error {
+            ReportError::Io { source, .. } => Self::io(source, error.to_string()),
             _ => Self::Input(error.to_string()),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn codes_say_whose_fault_it_is() {
+        use std::io::{Error, ErrorKind};
+        let code = |kind: ErrorKind| {
+            let source = Error::from(kind);
+            CliError::from(MotionError::Io { path: "a.bvh".into(), source }).code()
+        };
+        assert_eq!([ErrorKind::NotFound, ErrorKind::InvalidData, ErrorKind::IsADirectory].map(code), [3; 3]);
+        assert_eq!(
+            [ErrorKind::StorageFull, ErrorKind::PermissionDenied, ErrorKind::ReadOnlyFilesystem].map(code),
+            [1; 3]
+        );
     }
 }

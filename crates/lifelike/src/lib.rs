@@ -27,6 +27,7 @@
 //! other commands answer with exit code 4. `mujoco`, `mpi`, `wgpu` and `cuda`
 //! add an engine, several processes, and graphics cards.
 
+mod bounds;
 mod cli;
 pub mod commands;
 mod destination;

@@ -1,6 +1,7 @@
 //! Text for people, JSON for scripts.
 
 use std::io::{ErrorKind, IsTerminal, Write};
+use std::path::Path;
 use std::sync::OnceLock;
 
 use lifelike_report::{Cell, Column, Screen, Table};
@@ -55,6 +56,14 @@ fn print(text: &str) -> Result<(), CliError> {
         }
         _ => Ok(()),
     }
+}
+
+/// Writes a file of a result, whole or not at all; a symbolic link or a pipe at its place is refused.
+///
+/// # Errors
+/// [`CliError::Failed`] with the file and the reason.
+pub fn write(path: &Path, content: impl AsRef<[u8]>) -> Result<(), CliError> {
+    lifelike_checkpoint::write_file(path, content.as_ref()).map_err(CliError::write(path))
 }
 
 /// True where the command line asks for all columns.

@@ -160,10 +160,7 @@ impl Shipped {
             return Ok(path);
         }
         std::fs::create_dir_all(folder).map_err(CliError::write(folder))?;
-        // Whoever reads at the same time sees the whole file or none.
-        let partial = folder.join(format!("{}.{}.partial", self.file, std::process::id()));
-        std::fs::write(&partial, self.bytes).map_err(CliError::write(&partial))?;
-        std::fs::rename(&partial, &path).map_err(CliError::write(&path))?;
+        crate::output::write(&path, self.bytes)?;
         Ok(path)
     }
 

@@ -46,8 +46,15 @@ fn main() {
                 };
                 println!(
                     "{short:32} frames {:5} joints mean {:6.2} max {:6.2} deg, root {:.4} m {:.2} deg, bodies {:.4} m | pos {:.3} ang {:.1} skate {:.3} | {}",
-                    clip.len(), sum / (n * width) as f64, max, place, turn, body,
-                    mean(&report.position_error), mean(&report.orientation_error), report.foot_skate.mean,
+                    clip.len(),
+                    sum / (n * width) as f64,
+                    max,
+                    place,
+                    turn,
+                    body,
+                    mean(&report.position_error),
+                    mean(&report.orientation_error),
+                    report.foot_skate.mean,
                     source.notes.join("; ")
                 );
             }

@@ -10,18 +10,22 @@
 //! | `joints` | `[T, J]` f64 | rad or m, in the order of the header's `joint_names` |
 //! | `contacts` | `[T, P]` u8 | 0 or 1, in the order of the header's `contact_names`; absent where unknown |
 //!
-//! The entry `motion` of the file's metadata is the header as JSON: version, names, rate, conventions, provenance.
+//! The entry `motion` of the file's metadata is the header as JSON: version, names, rate, conventions, provenance, digest.
 //! Arrays may also be f32 when others write such a file.
+//!
+//! Version 2 has a digest, `sha256`, of the header's text with 64 zeros in its place, then of each array's name, shape and bytes, sorted by
+//! name. Version 1 is the same without a digest: what other programs may write.
 
 use std::collections::HashMap;
 use std::fs;
-use std::io::Write;
 use std::path::Path;
 
 use lifelike_character::rotation::to_wxyz;
 use lifelike_character::{Quat, Vec3};
+use lifelike_checkpoint::write_file;
 use safetensors::tensor::TensorView;
 use safetensors::{Dtype, SafeTensors};
+use sha2::{Digest, Sha256};
 
 use crate::clip::{Contacts, MotionClip, Provenance};
 use crate::error::MotionError;
@@ -45,7 +49,11 @@ pub const FORMAT: Format = Format {
 
 const KEY: &str = "motion";
 const ID: &str = "lifelike-motion";
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
+/// The version without a digest.
+const WITHOUT_DIGEST: u32 = 1;
+/// Stands for the digest while it is computed.
+const NO_DIGEST: &str = "0000000000000000000000000000000000000000000000000000000000000000";
 const UNITS: &str = "SI: m, rad, s";
 const CONVENTION: &str = "right-handed, z up, x forward, y left; quaternions wxyz; root pose in the world";
 
@@ -63,6 +71,9 @@ struct Header {
     contact_names: Option<Vec<String>>,
     cyclic: bool,
     provenance: Provenance,
+    /// Of version 2 on.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    sha256: Option<String>,
 }
 
 /// The part of the header that is read first: a newer version may have fields that we do not know.
@@ -94,6 +105,7 @@ pub fn to_bytes(clip: &MotionClip) -> Result<Vec<u8>, MotionError> {
         contact_names: clip.contacts.as_ref().map(|c| c.names.clone()),
         cyclic: clip.cyclic,
         provenance: clip.provenance.clone(),
+        sha256: Some(NO_DIGEST.into()),
     };
     let unfit =
         |why: String| MotionError::Unfit { clip: clip.name.clone(), message: format!("cannot be written: {why}") };
@@ -107,8 +119,26 @@ pub fn to_bytes(clip: &MotionClip) -> Result<Vec<u8>, MotionError> {
     if let (Some(contacts), Some(flags)) = (&clip.contacts, &flags) {
         arrays.push(("contacts", view(Dtype::U8, vec![frames, contacts.names.len()], flags)?));
     }
-    let metadata = HashMap::from([(KEY.to_string(), header)]);
+    let of_all = digest(&header, arrays.iter().map(|(name, view)| (*name, view)));
+    let metadata = HashMap::from([(KEY.to_string(), header.replacen(NO_DIGEST, &of_all, 1))]);
     safetensors::serialize(arrays, Some(metadata)).map_err(|e| unfit(e.to_string()))
+}
+
+/// Returns the digest of a header and arrays (hexadecimal).
+fn digest<'a, 'v, V>(header: &str, arrays: impl Iterator<Item = (&'a str, V)>) -> String
+where
+    V: std::borrow::Borrow<TensorView<'v>>,
+{
+    let mut arrays: Vec<_> = arrays.collect();
+    arrays.sort_by_key(|(name, _)| *name);
+    let mut hash = Sha256::new();
+    hash.update(header);
+    for (name, view) in arrays {
+        let view = view.borrow();
+        hash.update(format!("{name} {:?} {:?}", view.dtype(), view.shape()));
+        hash.update(view.data());
+    }
+    hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 /// Writes the clip. The file appears under its name only when it is complete.
@@ -121,16 +151,7 @@ pub fn write(path: &Path, clip: &MotionClip) -> Result<(), MotionError> {
     if let Some(folder) = path.parent().filter(|f| !f.as_os_str().is_empty()) {
         fs::create_dir_all(folder).map_err(io)?;
     }
-    let mut partial = path.as_os_str().to_owned();
-    partial.push(format!(".{}.partial", std::process::id()));
-    let done = fs::File::create(&partial)
-        .and_then(|mut file| file.write_all(&bytes).and_then(|()| file.sync_all()))
-        .and_then(|()| fs::rename(&partial, path));
-    if done.is_err() {
-        // The first error is the one worth telling.
-        let _ = fs::remove_file(&partial);
-    }
-    done.map_err(io)
+    write_file(path, &bytes).map_err(io)
 }
 
 /// Reads a clip.
@@ -159,11 +180,22 @@ pub fn from_bytes(bytes: &[u8], file: &Path) -> Result<MotionClip, MotionError> 
         .ok_or_else(|| error(format!("a motion file, with the entry '{KEY}' in its metadata"), "none".into()))?;
     let bad_json = |e: serde_json::Error| error("a header of our format".into(), e.to_string());
     let version: Version = serde_json::from_str(header).map_err(bad_json)?;
-    if version.format != ID || version.version != VERSION {
+    if version.format != ID || ![WITHOUT_DIGEST, VERSION].contains(&version.version) {
         let got = format!("'{}' version {}", version.format, version.version);
         return Err(error(format!("'{ID}' version {VERSION}"), got));
     }
-    let header: Header = serde_json::from_str(header).map_err(bad_json)?;
+    let text = header;
+    let header: Header = serde_json::from_str(text).map_err(bad_json)?;
+    if version.version != WITHOUT_DIGEST {
+        let written = header.sha256.as_deref().unwrap_or_default();
+        let got = digest(&text.replacen(written, NO_DIGEST, 1), arrays.iter());
+        if got != written {
+            return Err(error(
+                format!("contents of digest '{written}', as its header says"),
+                format!("'{got}': the file is damaged"),
+            ));
+        }
+    }
     for (what, expected, got) in [("units", UNITS, &header.units), ("convention", CONVENTION, &header.convention)] {
         if expected != got {
             return Err(error(format!("{what} '{expected}'"), format!("'{got}'")));
@@ -291,7 +323,7 @@ mod tests {
     fn a_file_of_another_hand_may_be_f32() {
         let mut other = clip();
         other.contacts = None;
-        let bytes = to_bytes(&other).unwrap();
+        let bytes = replaced(&to_bytes(&other).unwrap(), "\\\"version\\\":2", "\\\"version\\\":1");
         let arrays = SafeTensors::deserialize(&bytes).unwrap();
         let narrow: Vec<(String, Vec<usize>, Vec<u8>)> = arrays
             .iter()
@@ -307,18 +339,35 @@ mod tests {
         assert!((back.root_orientation[1].norm() - 1.0).abs() < 1e-15, "normalised");
     }
 
+    /// Returns bytes with the first occurrence of a text replaced.
+    fn replaced(bytes: &[u8], from: &str, to: &str) -> Vec<u8> {
+        assert_eq!(from.len(), to.len(), "lengths are part of the format");
+        let at = bytes.windows(from.len()).position(|w| w == from.as_bytes()).unwrap();
+        let mut bytes = bytes.to_vec();
+        bytes[at..at + to.len()].copy_from_slice(to.as_bytes());
+        bytes
+    }
+
+    #[test]
+    fn a_file_of_which_any_bit_differs_is_refused() {
+        let good = to_bytes(&clip()).unwrap();
+        assert_eq!(parse(&good).unwrap(), clip());
+        for bit in 0..8 * good.len() {
+            let mut damaged = good.clone();
+            damaged[bit / 8] ^= 1 << (bit % 8);
+            assert!(parse(&damaged).is_err(), "bit {} of byte {}", bit % 8, bit / 8);
+        }
+        let error = parse(&replaced(&good, "29.97", "29.98")).unwrap_err().to_string();
+        assert!(error.contains("the file is damaged"), "{error}");
+    }
+
     #[test]
     fn errors_say_what_was_expected_and_what_came() {
         let message = |bytes: &[u8]| parse(bytes).unwrap_err().to_string();
         assert!(message(b"BVH").contains("safetensors"));
-        let good = to_bytes(&clip()).unwrap();
-        let text = |from: &str, to: &str| {
-            assert_eq!(from.len(), to.len(), "lengths are part of the format");
-            let at = good.windows(from.len()).position(|w| w == from.as_bytes()).unwrap();
-            let mut bytes = good.clone();
-            bytes[at..at + to.len()].copy_from_slice(to.as_bytes());
-            message(&bytes)
-        };
+        // Without a digest, as other programs may write: then every part is checked for itself.
+        let good = replaced(&to_bytes(&clip()).unwrap(), "\\\"version\\\":2", "\\\"version\\\":1");
+        let text = |from: &str, to: &str| message(&replaced(&good, from, to));
         assert!(text("\\\"version\\\":1", "\\\"version\\\":7").contains("version 7"));
         assert!(text("z up", "y up").contains("y up"));
         assert!(text("root_position", "root_positiom").contains("root_position"));

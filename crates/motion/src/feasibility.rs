@@ -7,6 +7,7 @@
 
 mod finding;
 mod momentum;
+mod order;
 mod touch;
 
 use lifelike_character::{Anatomy, Character, Kinematics};
@@ -75,9 +76,27 @@ pub fn check(
     };
     let joints: Vec<&str> = character.scalar_joints().map(|j| j.name.as_str()).collect();
     tell(Kind::TooFast, &speed, &|joint| joints[joint].to_string());
+    let change = |frame: usize| {
+        let (a, b) = (clip.joints_at(frame.checked_sub(1)?), clip.joints_at(frame));
+        worst(columns.iter().map(|c| (b[*c] - a[*c]).abs()))
+    };
+    tell(Kind::Jumping, &change, &|joint| joints[joint].to_string());
+    let ranges: Vec<Option<(f64, f64)>> = character.scalar_joints().map(|j| j.range).collect();
+    let excess = |frame: usize| {
+        let values = columns.iter().map(|c| clip.joints_at(frame)[*c]);
+        worst(values.zip(&ranges).map(|(q, range)| range.map_or(0.0, |(low, high)| (low - q).max(q - high))))
+    };
+    tell(Kind::OutOfRange, &excess, &|joint| joints[joint].to_string());
+    let share = order::backwards(clip);
+    tell(Kind::QuaternionOrder, &|_| Some((share, 0)), &nameless);
     findings.sort_by(|a, b| b.seconds.total_cmp(&a.seconds));
     let trackable = !findings.iter().any(Finding::rules_out);
     Ok(Feasibility { clip: clip.name.clone(), seconds: clip.seconds(), trackable, findings })
+}
+
+/// Returns the largest value and its place.
+fn worst(values: impl Iterator<Item = f64>) -> Option<(f64, usize)> {
+    values.enumerate().map(|(at, value)| (value, at)).max_by(|a, b| a.0.total_cmp(&b.0))
 }
 
 /// Returns the frames in a row in which the measure is above the limit of its kind.

@@ -30,6 +30,7 @@ fn joint(name: &str, body: usize, kind: JointKind, axis: Vec3, q_index: usize, v
         stiffness: 0.0,
         spring_reference: 0.0,
         actuator_force_range: None,
+        velocity_limit: None,
     }
 }
 
@@ -54,6 +55,7 @@ pub fn swing() -> Character {
         actuators: vec![],
         excludes: vec![],
         equalities: vec![],
+        home: None,
         meshes: BTreeMap::new(),
         nq: 9,
         nv: 8,

@@ -101,6 +101,9 @@ pub fn retarget(
     Ok((make_clip(source, &rig, poses, &stances, (fps, tempo)), report))
 }
 
+/// Rates that motion can be retargeted at (Hz): more would fill the memory with frames between frames.
+const FPS: std::ops::RangeInclusive<f64> = 1.0..=1000.0;
+
 fn check_options(source: &SourceClip, options: &RetargetOptions) -> Result<(), MotionError> {
     let positive = |what: &str, value: f64| {
         if value.is_finite() && value > 0.0 {
@@ -110,12 +113,16 @@ fn check_options(source: &SourceClip, options: &RetargetOptions) -> Result<(), M
             Err(MotionError::Unfit { clip: source.name.clone(), message })
         }
     };
-    positive("fps", options.fps)?;
-    if options.fps * source.seconds() > MOST_FRAMES {
+    if !FPS.contains(&options.fps) {
+        let message =
+            format!("retargeting option fps is {}; it must be from {} to {} Hz", options.fps, FPS.start(), FPS.end());
+        return Err(MotionError::Unfit { clip: source.name.clone(), message });
+    }
+    let frames = options.fps * source.seconds();
+    if frames > MOST_FRAMES {
         let message = format!(
-            "{:.0} s are {:.0} frames at {} per second, more than {MOST_FRAMES:.0}: is the capture's rate right (--fps)?",
+            "{:.0} s are {frames:.0} frames at {} Hz, more than {MOST_FRAMES:.0}: is the capture's rate right (--fps)?",
             source.seconds(),
-            options.fps * source.seconds(),
             options.fps
         );
         return Err(MotionError::Unfit { clip: source.name.clone(), message });

@@ -76,10 +76,10 @@ pub(crate) fn find(tree: Tree<'_>, given: &BTreeMap<Role, usize>) -> Roles {
     let names: Vec<Name> = tree.names.iter().map(|name| Name::read(name)).collect();
     let mut roles = Roles { joints: given.clone(), ..Roles::default() };
     for (side, at) in [(Side::Left, 0), (Side::Right, 1)] {
-        let limbs = [(LEGS[at], [words::THIGH, words::SHANK, words::FOOT]), (
-            ARMS[at],
-            [words::UPPER_ARM, words::FOREARM, words::HAND],
-        )];
+        let limbs = [
+            (LEGS[at], [words::THIGH, words::SHANK, words::FOOT]),
+            (ARMS[at], [words::UPPER_ARM, words::FOREARM, words::HAND]),
+        ];
         for (limb, parts) in limbs {
             for (role, joint) in by_words(tree, &names, side, limb, parts, given) {
                 roles.joints.entry(role).or_insert(joint);
@@ -96,15 +96,20 @@ pub(crate) fn find(tree: Tree<'_>, given: &BTreeMap<Role, usize>) -> Roles {
     if roles.legs().is_none() && given.is_empty() {
         place::fill(tree, &mut roles);
     }
-    for (middle, [left, right]) in [
-        (Role::Pelvis, [Role::LeftThigh, Role::RightThigh]),
-        (Role::Chest, [Role::LeftUpperArm, Role::RightUpperArm]),
-    ] {
+    for (middle, [left, right]) in
+        [(Role::Pelvis, [Role::LeftThigh, Role::RightThigh]), (Role::Chest, [Role::LeftUpperArm, Role::RightUpperArm])]
+    {
         if let (Some(a), Some(b)) = (roles.get(left), roles.get(right))
             && let Some(joint) = common_ancestor(tree.parents, a, b)
         {
             roles.joints.entry(middle).or_insert(joint);
         }
+    }
+    if let (None, Some(chest)) = (roles.get(Role::Head), roles.get(Role::Chest)) {
+        let limbs = [LEGS, ARMS].concat();
+        let limbs: Vec<usize> = limbs.iter().filter_map(|limb| roles.get(limb[0])).collect();
+        let head = place::head(tree, chest, &limbs);
+        head.map(|head| roles.joints.insert(Role::Head, head));
     }
     let pelvis = *roles.joints.entry(Role::Pelvis).or_insert(0);
     roles.joints.entry(Role::Chest).or_insert(pelvis);

@@ -3,8 +3,13 @@
 //! A robot that nothing can hold up falls through the ground, and a policy that cannot do anything about it still collects
 //! reward; so commands that simulate ask [`Robot::require_ready`] first.
 
-use lifelike_character::{Character, Geom, GeomShape};
+mod numbers;
 
+use std::f64::consts::PI;
+
+use lifelike_character::{Anatomy, Character, Geom, GeomShape, Joint};
+
+use crate::actuator::ActuatorParameters;
 use crate::error::RobotError;
 use crate::guess;
 use crate::robot::Robot;
@@ -18,11 +23,13 @@ const MAX_MASS: f64 = 2000.0;
 const MIN_TORQUE: f64 = 0.05;
 /// The same, below which motion is doubtful.
 const LOW_TORQUE: f64 = 0.25;
+/// Remedy for joints that are too weak.
+const TORQUE_REMEDY: &str = "check torque_max in its profile, or forcerange and gear of its actuators (N m)";
 
 /// Shapes that a physics engine lets touch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Shapes {
-    /// Spheres, capsules and boxes: those of our engine.
+    /// Spheres, capsules, boxes, cylinders and ellipsoids: those of our engine.
     Primitives,
     /// All, meshes whose files are there included: those of MuJoCo.
     All,
@@ -84,6 +91,7 @@ impl Robot {
     pub fn readiness(&self, shapes: Shapes) -> Readiness {
         let mut readiness = Readiness::default();
         base(&self.character, &mut readiness);
+        numbers::check(&self.character, &mut readiness);
         contact(self, shapes, &mut readiness);
         mass(&self.character, &mut readiness);
         torque(self, &mut readiness);
@@ -118,6 +126,11 @@ fn base(character: &Character, readiness: &mut Readiness) {
             "give its root a <freejoint/>, or simulate it under torques and targets",
         );
     }
+    let legs = Anatomy::legs(character);
+    if legs > 2 {
+        let problem = format!("it has {legs} legs: it can be simulated, and motion and plans here are for two");
+        readiness.add(Severity::Warning, problem, "expect no policy that walks");
+    }
     let loops = character.equalities.iter().filter(|e| e.active).count();
     if loops > 0 && character.root_joint().is_some() {
         let problem =
@@ -138,7 +151,7 @@ fn contact(robot: &Robot, shapes: Shapes, readiness: &mut Readiness) {
             (_, 0) => format!(
                 "none of its {geoms} geoms collides (contype and conaffinity do not match the ground's, or they are meshes)"
             ),
-            (_, n) => format!("{n} geoms would collide, but their shapes are not spheres, capsules or boxes"),
+            (_, n) => format!("{n} geoms would collide, but their shapes are meshes, planes or height fields"),
         };
         let remedy = "give its feet geoms of type box, sphere or capsule with contype and conaffinity 1";
         readiness.add(Severity::CannotTrain, format!("nothing of it can touch the ground: {why}"), remedy);
@@ -170,29 +183,40 @@ fn mass(character: &Character, readiness: &mut Readiness) {
     } else if mass > MAX_MASS {
         readiness.add(Severity::Warning, format!("it weighs {mass:.0} kg"), "masses are kg, and lengths m");
     }
-    if character.gravity.norm() == 0.0 {
-        readiness.add(Severity::Warning, "its model has no gravity".into(), "set <option gravity=\"0 0 -9.81\"/>");
-    }
 }
 
 /// Checks the strength of the legs against the weight, and joints without any.
 fn torque(robot: &Robot, readiness: &mut Readiness) {
     let character = &robot.character;
-    let torques =
-        || robot.actuators.joints.iter().zip(&robot.actuators.parameters).map(|(name, p)| (name, p.torque_max));
-    let weak: Vec<&str> = torques().filter(|(_, torque)| *torque <= 0.0).map(|(name, _)| name.as_str()).collect();
+    let joints = || robot.actuators.joints.iter().zip(&robot.actuators.parameters).zip(character.scalar_joints());
+    let idle = |p: &ActuatorParameters| p.torque_max <= 0.0 && p.kp > 0.0;
+    let weak: Vec<&str> = joints().filter(|((_, p), _)| idle(p)).map(|((name, _), _)| name.as_str()).collect();
     let needed = guess::standing_loads(character, &robot.anatomy);
-    let share = torques().zip(needed).filter_map(|((name, torque), load)| Some((name, torque, torque / load?, load?)));
-    let strongest = share.max_by(|a, b| a.2.total_cmp(&b.2));
-    let remedy = "check torque_max in its profile, or forcerange and gear of its actuators (N m)";
-    if let Some((name, torque, share, load)) = strongest.filter(|s| s.2 < LOW_TORQUE) {
+    // A servo cannot ask for more than its gain gives over the joint's whole range.
+    let strength = |p: &ActuatorParameters, joint: &Joint| {
+        let span = joint.range.map_or(PI, |(low, high)| high - low);
+        (p.torque_max.min(p.kp * span), p.kp * span < p.torque_max)
+    };
+    let shares = joints().zip(needed).filter_map(|(((name, p), joint), load)| {
+        let (torque, soft) = strength(p, joint);
+        Some((name, torque, torque / load?, load?, soft))
+    });
+    let strongest = shares.max_by(|a, b| a.2.total_cmp(&b.2));
+    if let Some((name, torque, share, load, soft)) = strongest.filter(|s| s.2 < LOW_TORQUE) {
         let severity = if share < MIN_TORQUE { Severity::CannotTrain } else { Severity::Warning };
-        let problem = format!(
-            "its legs are too weak: the strongest joint, '{name}', has {torque:.3} N m where standing takes {load:.3}"
-        );
+        let (what, remedy) = match soft {
+            _ if torque <= 0.0 => ("its legs have no motors", "give them actuators, or torque_max in its profile"),
+            true => (
+                "the gains of its legs are too soft",
+                "check kp in its profile, or kp and gear of its actuators (N m/rad)",
+            ),
+            false => ("its legs are too weak", TORQUE_REMEDY),
+        };
+        let problem =
+            format!("{what}: the strongest joint, '{name}', has {torque:.3} N m where standing takes {load:.3}");
         readiness.add(severity, problem, remedy);
     } else if !weak.is_empty() {
-        readiness.add(Severity::Warning, format!("joints without torque: {}", weak.join(", ")), remedy);
+        readiness.add(Severity::Warning, format!("joints without torque: {}", weak.join(", ")), TORQUE_REMEDY);
     }
 }
 
@@ -200,7 +224,7 @@ fn torque(robot: &Robot, readiness: &mut Readiness) {
 fn touching(character: &Character, shapes: Shapes) -> Vec<bool> {
     let mut touching = vec![false; character.bodies.len()];
     for geom in character.geoms.iter().filter(|g| meets_ground(character, g)) {
-        let primitive = matches!(geom.shape, GeomShape::Sphere(_) | GeomShape::Capsule(..) | GeomShape::Box(_));
+        let primitive = !matches!(geom.shape, GeomShape::Mesh(_) | GeomShape::HeightField(_) | GeomShape::Plane);
         touching[geom.body] |= primitive || shapes == Shapes::All;
     }
     touching

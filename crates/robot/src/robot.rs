@@ -1,5 +1,6 @@
 //! A robot: a character and all that its control needs, by name.
 
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use lifelike_character::{Anatomy, Character, Joint, JointKind, Role, Vec3};
@@ -7,7 +8,7 @@ use lifelike_motion::FeatureLayout;
 
 use crate::actuator::ActuatorSet;
 use crate::error::RobotError;
-use crate::guess;
+use crate::guess::{self, Guesser};
 use crate::profile::{ActuatorGroup, CONTINUOUS_SHARE, Profile, glob};
 use crate::standing::standing;
 
@@ -43,6 +44,12 @@ pub struct Robot {
 /// Roles whose sites are tracked where the profile names none.
 const HANDS_AND_FEET: [Role; 4] = [Role::LeftHand, Role::RightHand, Role::LeftFoot, Role::RightFoot];
 
+/// No policy acts faster (Hz).
+const MAX_CONTROL_HZ: f64 = 2000.0;
+
+/// No physics of a robot has shorter steps (Hz).
+const MAX_PHYSICS_HZ: f64 = 20_000.0;
+
 /// t^p of robots whose profile does not say (m): that of the thesis' robot (Table 4.1).
 const DEVIATION_LIMIT: f64 = 0.3;
 
@@ -60,11 +67,16 @@ impl Robot {
         let (control_hz, substeps) = rates(&character, &profile, &mut notes)?;
         let joints: Vec<String> = character.scalar_joints().map(|j| j.name.clone()).collect();
         let parameters = if profile.actuator.is_empty() {
-            let drives = guess::drive_gains(&character, &mut notes);
+            let drives = tell(&mut notes, Guesser::new(&character, &anatomy), Guesser::drive_gains);
             character = with_joints(character, &drives, |joint, _| (joint.stiffness, joint.damping) = (0.0, 0.0));
-            let rotors = guess::rotors(&character, &anatomy, &mut notes);
+            let rotors = tell(&mut notes, Guesser::new(&character, &anatomy), Guesser::rotors);
             character = with_joints(character, &rotors, |joint, armature| joint.armature = *armature);
-            guess::actuators(&character, &anatomy, &drives, control_hz * substeps as f64, &mut notes)
+            let mut guesser = Guesser::new(&character, &anatomy);
+            let parameters = guesser.actuators(&drives, control_hz * substeps as f64);
+            let warnings = guesser.warnings();
+            notes.append(&mut guesser.notes);
+            Arc::make_mut(&mut character).warnings.extend(warnings);
+            parameters
         } else {
             let groups = grouped(&character, &profile)?;
             let armatures: Vec<Option<f64>> = groups.iter().map(|group| group.armature).collect();
@@ -87,6 +99,9 @@ impl Robot {
         };
         let key_bodies = sites(&character, &anatomy, &profile.key_bodies)?;
         let default_pose = default_pose(&character, &profile)?;
+        if character.home.is_some() && profile.default_pose.is_empty() {
+            notes.push("default pose: the model's keyframe 'home'".into());
+        }
         Ok(Self {
             name: character.name.clone(),
             anatomy,
@@ -101,6 +116,21 @@ impl Robot {
             notes,
             character,
         })
+    }
+
+    /// Returns the robot with its joints in the order of a policy that has the same ones: they are matched by name. A robot with
+    /// other joints stays as it is.
+    ///
+    /// # Errors
+    /// No order of its limbs gives that order of its joints.
+    pub fn in_joint_order(self, joints: &[String]) -> Result<Self, RobotError> {
+        let set = |names: &[String]| names.iter().cloned().collect::<BTreeSet<String>>();
+        if self.layout.joints == joints || set(&self.layout.joints) != set(joints) {
+            return Ok(self);
+        }
+        let mut robot = Self::from_character(self.character.in_joint_order(joints)?, self.profile)?;
+        robot.notes.push("its joints are in the policy's order, not the file's".into());
+        Ok(robot)
     }
 
     /// Returns the number of scalar joints J.
@@ -141,9 +171,11 @@ impl Robot {
         1.0 / (self.control_hz * self.substeps as f64)
     }
 
-    /// Returns the default pose as a generalised position (MuJoCo's layout), the root where the model puts it.
+    /// Returns the default pose as a generalised position (MuJoCo's layout), the root where the model or its keyframe `home` puts
+    /// it.
     pub fn default_position(&self) -> Vec<f64> {
-        let mut q = self.character.reference_position();
+        let home = self.character.home.clone().filter(|_| self.profile.default_pose.is_empty());
+        let mut q = home.unwrap_or_else(|| self.character.reference_position());
         for (joint, &angle) in self.character.scalar_joints().zip(&self.default_pose) {
             q[joint.q_index] = angle;
         }
@@ -191,25 +223,33 @@ fn controllable(character: &Character) -> Result<(), RobotError> {
 }
 
 fn rates(character: &Character, profile: &Profile, notes: &mut Vec<String>) -> Result<(f64, usize), RobotError> {
-    let mut rate = |given: Option<f64>, key: &str, otherwise: f64| {
+    let mut rate = |given: Option<f64>, key: &str, otherwise: f64, most: f64| {
         let rate = given.unwrap_or(otherwise);
         if given.is_none() {
             notes.push(format!("{key}: {otherwise}"));
         }
-        if rate.is_finite() && rate > 0.0 {
+        if rate > 0.0 && rate <= most {
             Ok(rate)
         } else {
-            Err(unfit(character, format!("{key}: expected a rate above 0 Hz, got {rate}")))
+            Err(unfit(character, format!("{key}: expected a rate above 0 and at most {most} Hz, got {rate}")))
         }
     };
-    let control = rate(profile.control_hz, "control_hz", 50.0)?;
-    let physics = rate(profile.physics_hz, "physics_hz", (200.0 / control).ceil().max(1.0) * control)?;
+    let control = rate(profile.control_hz, "control_hz", 50.0, MAX_CONTROL_HZ)?;
+    let physics = (200.0 / control).ceil().max(1.0) * control;
+    let physics = rate(profile.physics_hz, "physics_hz", physics, MAX_PHYSICS_HZ)?;
     let substeps = (physics / control).round();
     if substeps < 1.0 || (substeps * control - physics).abs() > 1e-9 * physics {
         let message = format!("physics_hz: expected a multiple of control_hz ({control}), got {physics}");
         return Err(unfit(character, message));
     }
     Ok((control, substeps as usize))
+}
+
+/// Returns a guess, and adds its lines to `notes`.
+fn tell<'a, T>(notes: &mut Vec<String>, mut guesser: Guesser<'a>, guess: impl Fn(&mut Guesser<'a>) -> T) -> T {
+    let guessed = guess(&mut guesser);
+    notes.append(&mut guesser.notes);
+    guessed
 }
 
 /// Returns the character with its scalar joints changed by these values; `None` leaves a joint as it is.
@@ -274,10 +314,14 @@ fn default_pose(character: &Character, profile: &Profile) -> Result<Vec<f64>, Ro
             return Err(unfit(character, format!("default_pose: '{name}' is not a hinge or slide")));
         }
     }
-    let of_joint = |joint: &lifelike_character::Joint| {
+    let home = |joint: &Joint| {
+        let home = character.home.as_ref().filter(|_| profile.default_pose.is_empty())?;
+        home.get(joint.q_index).copied()
+    };
+    let of_joint = |joint: &Joint| {
         let (low, high) = joint.range.unwrap_or((f64::NEG_INFINITY, f64::INFINITY));
         match profile.default_pose.get(&joint.name) {
-            None => Ok(0.0_f64.max(low).min(high)),
+            None => Ok(home(joint).unwrap_or(0.0).max(low).min(high)),
             Some(&angle) if (low..=high).contains(&angle) => Ok(angle),
             Some(angle) => {
                 let name = &joint.name;

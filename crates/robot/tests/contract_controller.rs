@@ -139,6 +139,19 @@ fn one_file_holds_the_priors_encoder_and_codes_made_live_are_those_made_beforeha
     }
     assert!(with_codes.latents.iter().any(|z| z.abs() > 0.1), "codes say something");
 
+    let (mut permuted, mut without_codes) = (with_codes.clone(), without.clone());
+    permuted.permute_codes(1).unwrap();
+    let sorted = |library: &ReferenceLibrary| {
+        let mut rows: Vec<Vec<u32>> =
+            library.latents.chunks(library.latent).map(|row| row.iter().map(|z| z.to_bits()).collect()).collect();
+        rows.sort();
+        rows
+    };
+    assert_eq!(sorted(&permuted), sorted(&with_codes), "every code is used once");
+    assert_ne!(run(&loaded, &permuted, 30), beforehand, "and by another frame");
+    assert_eq!(permuted.features, with_codes.features);
+    assert!(without_codes.permute_codes(1).is_err());
+
     let blind = Controller::from_policy(&curious(&robot), None, robot.clone()).unwrap();
     assert_eq!(run(&blind, &with_codes, 5), beforehand[..5 * robot.joints()]);
     let error = blind.save(&path).unwrap_err().to_string();

@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 use lifelike_character::{Character, Kinematics};
+use lifelike_robot::controller::RobotDescription;
 use lifelike_robot::reference::standing_clip;
 use lifelike_robot::{Profile, ReferenceLibrary, Robot, RobotError};
 
@@ -192,4 +193,35 @@ fn soles_are_down_in_the_frames_in_which_they_touch_the_ground() {
     assert_eq!(down(0.0), vec![true; 2 * clip.len()]);
     assert_eq!(down(0.004), vec![true; 2 * clip.len()]);
     assert_eq!(down(0.006), vec![false; 2 * clip.len()]);
+}
+
+#[test]
+fn joints_are_matched_by_name_and_not_by_their_place_in_the_file() {
+    let lima = Robot::load("lima").unwrap();
+    let order = lima.layout.joints.clone();
+    // As a file whose right limbs come first.
+    let mut mirrored = order.clone();
+    let of_side = |name: &String, side: &str| name.starts_with(side);
+    mirrored.sort_by_key(|name| (of_side(name, "left"), !of_side(name, "right")));
+    assert_ne!(mirrored, order);
+    let other = lima.clone().in_joint_order(&mirrored).unwrap();
+    assert_eq!(other.layout.joints, mirrored);
+    for (joint, parameters) in other.actuators.joints.iter().zip(&other.actuators.parameters) {
+        let index = order.iter().position(|name| name == joint).unwrap();
+        assert_eq!(*parameters, lima.actuators.parameters[index], "{joint}");
+    }
+    let (ours, theirs) = (Kinematics::new(&lima.character), Kinematics::new(&other.character));
+    for (i, body) in lima.character.bodies.iter().enumerate() {
+        let j = other.character.body(&body.name).unwrap();
+        assert!((ours.body_position[i] - theirs.body_position[j]).norm() < 1e-15, "{}", body.name);
+        assert_eq!(body.inertial, other.character.bodies[j].inertial);
+    }
+    let back = other.in_joint_order(&order).unwrap();
+    assert_eq!(RobotDescription::of(&back), RobotDescription::of(&lima));
+
+    // A knee does not come before its hip, and other joints are another robot's.
+    let mut swapped = order.clone();
+    swapped.swap(0, 1);
+    assert!(lima.clone().in_joint_order(&swapped).is_err());
+    assert_eq!(lima.clone().in_joint_order(&["hip".into()]).unwrap().layout.joints, order);
 }

@@ -67,13 +67,9 @@ fn what_nothing_holds_up_cannot_be_trained() {
     let meshes = biped(MESH, MESH, 30.0).readiness(Shapes::Primitives);
     says(&meshes, Severity::Warning, "3 mesh geoms would collide, but their files are missing");
 
-    let cylinder = r#"type="cylinder" size=".05 .02""#;
-    assert!(biped(cylinder, cylinder, 30.0).readiness(Shapes::All).can_train());
-    says(
-        &biped(cylinder, cylinder, 30.0).readiness(Shapes::Primitives),
-        Severity::CannotTrain,
-        "not spheres, capsules or",
-    );
+    for round in [r#"type="cylinder" size=".05 .02""#, r#"type="ellipsoid" size=".08 .04 .02""#] {
+        assert!(biped(round, round, 30.0).readiness(Shapes::Primitives).can_train(), "{round}");
+    }
     let lame = biped(BOX, PICTURE, 30.0).readiness(Shapes::Primitives);
     says(&lame, Severity::CannotTrain, "no geom of its feet (left_foot, right_foot)");
 }
@@ -114,4 +110,130 @@ fn legs_that_cannot_carry_the_weight_are_told() {
     says(&verdict(2.0), Severity::Warning, "has 2.000 N m");
     assert!(verdict(2.0).verdict().starts_with("ready to train, with 1 warning"));
     says(&verdict(0.1), Severity::CannotTrain, "too weak");
+}
+
+/// A biped whose numbers are changed in its text.
+fn changed(change: impl Fn(&str) -> String) -> Readiness {
+    let leg = |side: &str, y: f64| {
+        format!(
+            r#"<body name="{side}_thigh" pos="0 {y} -.1"><joint name="{side}_hip" axis="0 1 0" range="-1.8 1.2"/>
+            <inertial pos="0 0 -.1" mass="1" diaginertia=".01 .01 .01"/>
+            <body name="{side}_shank" pos="0 0 -.2"><joint name="{side}_knee" axis="0 1 0" range="0 2.3"/>
+            <inertial pos="0 0 -.1" mass="1" diaginertia=".01 .01 .01"/>
+            <body name="{side}_foot" pos="0 0 -.2"><joint name="{side}_ankle" axis="0 1 0" range="-.8 .8"/>
+            <inertial pos="0 0 0" mass=".5" diaginertia=".001 .001 .001"/><geom {BOX}/></body></body></body>"#
+        )
+    };
+    let text = format!(
+        r#"<mujoco model="biped"><compiler angle="radian"/><option gravity="0 0 -9.81"/>
+        <default><joint actuatorfrcrange="-30 30"/></default><worldbody><geom type="plane" size="1 1 1"/>
+        <body name="pelvis" pos="0 0 .6"><freejoint/><inertial pos="0 0 0" mass="3" diaginertia=".02 .02 .02"/>
+        {}{}</body></worldbody></mujoco>"#,
+        leg("left", 0.1),
+        leg("right", -0.1)
+    );
+    let character = Character::from_mjcf(&change(&text), "biped.xml", None).unwrap();
+    Robot::from_character(character, Profile::default()).unwrap().readiness(Shapes::Primitives)
+}
+
+#[test]
+fn numbers_of_other_units_are_called_so() {
+    assert_eq!(changed(str::to_string), Readiness::default());
+    let refused = |change: &dyn Fn(&str) -> String, words: &[&str]| {
+        let readiness = changed(change);
+        let verdict = readiness.verdict();
+        assert!(!readiness.can_train() && words.iter().all(|word| verdict.contains(word)), "{words:?}: {verdict}");
+    };
+    let grams = |text: &str| text.replace("mass=\"1\"", "mass=\"1000\"").replace("mass=\"3\"", "mass=\"3000\"");
+    refused(&grams, &["masses look like grams", "weighs 7001", "masses in kg"]);
+    let millimetres = |text: &str| text.replace(" -.2\"", " -200\"").replace(" -.1\"", " -100\"");
+    refused(&millimetres, &["lengths look like millimetres", "weighs 8.000000 kg"]);
+    // 1.8 rad as 103 degrees, read as radians; and radians read as degrees.
+    let degrees =
+        |text: &str| text.replace("-1.8 1.2", "-103 69").replace("0 2.3", "0 132").replace("-.8 .8", "-46 46");
+    refused(&degrees, &["more than two turns", "left_knee (0.0000 to 132.0000 rad)", "write them in radians"]);
+    let radians = |text: &str| text.replace("<compiler angle=\"radian\"/>", "");
+    refused(&radians, &["can hardly move", "left_knee (0.0000 to 0.0401 rad)", "set <compiler angle=\"radian\"/>"]);
+    let sideways = |text: &str| text.replace("gravity=\"0 0 -9.81\"", "gravity=\"0 -9.81 0\"");
+    refused(&sideways, &["its gravity is 0 -9.81 0 m/s2: not down"]);
+    // One joint is a doubt, not a mistake of units; a slope is none.
+    let one = |text: &str| text.replacen("-.8 .8", "-46 46", 1);
+    says(
+        &changed(one),
+        Severity::Warning,
+        "more than two turns, which look like degrees taken for radians: left_ankle",
+    );
+    let endless = |text: &str| text.replace("-.8 .8", "-1e16 1e16");
+    assert_eq!(changed(endless), Readiness::default());
+    let slope = |text: &str| text.replace("gravity=\"0 0 -9.81\"", "gravity=\"-1.7 0 -9.66\"");
+    assert_eq!(changed(slope), Readiness::default());
+    let none =
+        |text: &str| text.replace("<option gravity=\"0 0 -9.81\"/>", "<option><flag gravity=\"disable\"/></option>");
+    says(&changed(none), Severity::Warning, "remove <flag gravity=\"disable\"/>");
+}
+
+#[test]
+fn torques_that_no_motor_has_are_placeholders() {
+    for torque in ["100000", "1000"] {
+        let placeholder = |text: &str| text.replace("-30 30", &format!("-{torque} {torque}"));
+        let readiness = changed(placeholder);
+        says(&readiness, Severity::Warning, &format!("left_hip ({torque} N m)"));
+    }
+    // Ten times what standing takes is much, and what a strong robot has.
+    assert_eq!(changed(|text| text.replace("-30 30", "-150 150")), Readiness::default());
+}
+
+#[test]
+fn a_speed_limit_of_the_file_is_the_actuators() {
+    let text = r#"<robot name="r"><link name="base"><inertial><mass value="1"/><inertia ixx="1e-2" iyy="1e-2" izz="1e-2"
+        ixy="0" ixz="0" iyz="0"/></inertial></link><link name="arm"><inertial><mass value="1"/><inertia ixx="1e-2" iyy="1e-2"
+        izz="1e-2" ixy="0" ixz="0" iyz="0"/></inertial></link><joint name="a" type="revolute"><parent link="base"/>
+        <child link="arm"/><limit lower="-1" upper="1" effort="3" velocity="12"/></joint></robot>"#;
+    let robot = |text: &str| {
+        Robot::from_character(Character::from_urdf(text, "r.urdf", None).unwrap(), Profile::default()).unwrap()
+    };
+    let p = robot(text).actuators.parameters[0];
+    assert_eq!((p.velocity_max, p.full_torque_velocity, p.torque_max), (12.0, 4.0, 3.0));
+    let p = robot(&text.replace("velocity=\"12\"", "")).actuators.parameters[0];
+    assert_eq!((p.velocity_max, p.full_torque_velocity), (30.0, 10.0));
+}
+
+#[test]
+fn rates_that_no_robot_has_are_refused() {
+    let with = |profile: &str| {
+        let profile = Profile::from_toml(profile, Path::new("r.toml")).unwrap();
+        let character = biped(BOX, BOX, 30.0).character;
+        Robot::from_character(character, profile).map(|robot| robot.substeps).map_err(|e| e.to_string())
+    };
+    assert!(
+        with("physics_hz = 1e9\n").unwrap_err().contains("physics_hz: expected a rate above 0 and at most 20000 Hz")
+    );
+    assert!(
+        with("control_hz = 1e9\n").unwrap_err().contains("control_hz: expected a rate above 0 and at most 2000 Hz")
+    );
+    assert_eq!(with("physics_hz = 1000\n"), Ok(20));
+}
+
+#[test]
+fn four_legs_are_told_from_two() {
+    let leg = |name: &str, x: f64, y: f64| {
+        format!(
+            r#"<body name="{name}_thigh" pos="{x} {y} 0"><joint name="{name}_hip" axis="0 1 0"/><geom size=".03" mass=".5"/>
+            <body name="{name}_calf" pos="0 0 -.2"><joint name="{name}_knee" axis="0 1 0"/>
+            <geom type="capsule" fromto="0 0 0 0 0 -.2" size=".02" mass=".3"/></body></body>"#
+        )
+    };
+    let readiness = |legs: &[(&str, f64, f64)]| {
+        let legs: String = legs.iter().map(|(name, x, y)| leg(name, *x, *y)).collect();
+        let text = format!(
+            r#"<mujoco><worldbody><body name="trunk" pos="0 0 .42"><freejoint/><geom type="box" size=".2 .1 .05" mass="6"/>
+            {legs}</body></worldbody></mujoco>"#
+        );
+        let character = Character::from_mjcf(&text, "dog.xml", None).unwrap();
+        Robot::from_character(character, Profile::default()).unwrap().readiness(Shapes::Primitives)
+    };
+    let four = [("FL", 0.2, 0.1), ("FR", 0.2, -0.1), ("RL", -0.2, 0.1), ("RR", -0.2, -0.1)];
+    says(&readiness(&four), Severity::Warning, "it has 4 legs");
+    let two = readiness(&[("left", 0.0, 0.1), ("right", 0.0, -0.1)]);
+    assert!(two.problems.iter().all(|p| !p.problem.contains("legs:")), "{two:?}");
 }

@@ -14,6 +14,9 @@ pub const GRAVITY: f64 = 9.806_65;
 pub struct PendulumBench {
     /// Weight (kg).
     pub mass: f64,
+    /// Mass of the arm, a uniform rod (kg).
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub arm_mass: f64,
     /// From the axis to the weight (m).
     pub arm: f64,
     /// The controller's own reference follows commands no faster (rad/s); it begins where the servo does.
@@ -29,6 +32,10 @@ pub struct PendulumBench {
     pub friction: ExtendedFriction,
     /// Commands take effect so much later (s).
     pub delay: f64,
+}
+
+fn is_zero(x: &f64) -> bool {
+    *x == 0.0
 }
 
 /// Commands along a log, at equal time steps.
@@ -65,13 +72,14 @@ impl PendulumBench {
     /// the mean of both. The state of a step is that before its command acts.
     pub fn run(&self, commands: BenchCommands<'_>, position: f64, velocity: f64) -> BenchMotion {
         let dt = commands.step;
-        let inertia = self.mass * self.arm * self.arm + self.armature;
+        let inertia = (self.mass + self.arm_mass / 3.0) * self.arm * self.arm + self.armature;
+        let weight = (self.mass + 0.5 * self.arm_mass) * GRAVITY;
         let (mut q, mut v, mut integral) = (position, velocity, 0.0);
         let mut motion = BenchMotion::default();
         let (mut goal, farthest) = (position, self.goal_speed.map_or(f64::INFINITY, |speed| speed * dt));
         for (i, enabled) in commands.enabled.iter().enumerate() {
             goal = self.delayed(commands.goal, i, dt).clamp(goal - farthest, goal + farthest);
-            let load = -self.mass * GRAVITY * self.arm * (q + self.offset).sin();
+            let load = -weight * self.arm * (q + self.offset).sin();
             let error = goal - q;
             let state = match enabled {
                 true => self.motor.drive(self.motor.duty(error, integral, v), v),
@@ -97,5 +105,47 @@ impl PendulumBench {
         let (before, share) = (at.floor() as usize, at.fract());
         let next = goal.get(before + 1).copied().unwrap_or(goal[before]);
         goal[before] + share * (next - goal[before])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_arm_swings_as_a_rod() {
+        // Without a weight a rod swings by 2 pi sqrt(2 l / 3 g); with one of 0.2 kg on a rod of 0.3 kg, by
+        // 2 pi sqrt((0.2 + 0.3 / 3) l / ((0.2 + 0.3 / 2) g)).
+        for (mass, arm_mass, length) in [(0.0, 0.3, 2.0 / 3.0 * 0.2), (0.2, 0.3, 0.3 / 0.35 * 0.2), (0.2, 0.0, 0.2)] {
+            let motor = DcMotor {
+                proportional: 0.0,
+                integral: 0.0,
+                derivative: 0.0,
+                duty_max: 1.0,
+                supply: 7.4,
+                supply_resistance: 0.0,
+                resistance: 4.0,
+                torque_constant: 0.35,
+                current_max: f64::INFINITY,
+            };
+            let friction = ExtendedFriction::default();
+            let bench = PendulumBench {
+                mass,
+                arm_mass,
+                arm: 0.2,
+                goal_speed: None,
+                armature: 0.0,
+                offset: 0.0,
+                motor,
+                friction,
+                delay: 0.0,
+            };
+            let (step, quarter) = (1e-5, 0.25 * std::f64::consts::TAU * f64::sqrt(length / GRAVITY));
+            let rows = (quarter / step) as usize;
+            let (goal, enabled) = (vec![0.0; rows + 2], vec![false; rows + 2]);
+            let motion = bench.run(BenchCommands { step, goal: &goal, enabled: &enabled }, 1e-3, 0.0);
+            // A quarter of a period after the small angle it hangs.
+            assert!(motion.position[rows].abs() < 1e-6, "{mass} {arm_mass}: {}", motion.position[rows]);
+        }
     }
 }

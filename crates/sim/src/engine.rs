@@ -22,6 +22,7 @@ mod command;
 mod constraint_wrenches;
 mod constraints;
 mod contact;
+mod curved;
 mod dispatch;
 mod dof_chain;
 mod factors;

@@ -46,6 +46,7 @@ fn joint(name: &str, body: usize, kind: JointKind, q_index: usize, v_index: usiz
         stiffness: 0.0,
         spring_reference: 0.0,
         actuator_force_range: Some((-10.0, 10.0)),
+        velocity_limit: None,
     }
 }
 
@@ -71,6 +72,7 @@ pub fn robot() -> Arc<Robot> {
         actuators: vec![],
         excludes: vec![],
         equalities: vec![],
+        home: None,
         meshes: BTreeMap::new(),
         nq: 9,
         nv: 8,

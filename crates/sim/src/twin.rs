@@ -92,6 +92,10 @@ impl Twin {
         check(spec)?;
         let substeps = (spec.physics_hz / robot.control_hz - 1e-9).ceil().max(1.0);
         let spec = TwinSpec { physics_hz: substeps * robot.control_hz, ..spec.clone() };
+        if let Some(i) = robot.actuators.parameters.iter().position(|nominal| nominal.torque_max <= 0.0) {
+            let expected = format!("a motor for joint '{}' of a twin", robot.layout.joints[i]);
+            return Err(SimError::State { expected, got: "none".into() });
+        }
         let servos: Vec<TwinServo> = robot
             .character
             .scalar_joints()

@@ -41,6 +41,7 @@ fn all_six_friction_models_turn_the_arm_as_their_authors_say() {
         };
         let bench = PendulumBench {
             mass: fixture.mass,
+            arm_mass: 0.0,
             arm: fixture.arm,
             goal_speed: None,
             armature: number("armature"),
@@ -82,6 +83,7 @@ fn all_six_friction_models_turn_the_arm_as_their_authors_say() {
 fn commands_come_later_by_the_delay() {
     let bench = |delay: f64, goal_speed: Option<f64>| PendulumBench {
         mass: 0.2,
+        arm_mass: 0.0,
         arm: 0.1,
         goal_speed,
         armature: 1e-3,

@@ -248,7 +248,14 @@ impl TrackerPlan {
         self.curriculum.check()?;
         self.termination.check()?;
         self.teachers.iter().try_for_each(TeacherSpec::check)?;
+        self.check_reward()?;
         self.check_inputs()
+    }
+
+    fn check_reward(&self) -> Result<(), TrackerError> {
+        let expected = "a plan that can be written as TOML";
+        let reward = toml::Value::try_from(&self.reward).map_err(|error| wrong("reward", expected, error))?;
+        Ok(numbers("reward", &reward)?)
     }
 
     fn check_inputs(&self) -> Result<(), TrackerError> {
@@ -276,6 +283,22 @@ impl TrackerPlan {
     }
 }
 
+/// Largest weight or tolerance of a reward.
+const MAX_REWARD: f64 = 1e6;
+
+/// Checks every number of a reward; the loss of a term may be without limit.
+fn numbers(key: &str, value: &toml::Value) -> Result<(), PlanError> {
+    match value {
+        toml::Value::Float(x) if x.is_nan() || (x.abs() > MAX_REWARD && key != "reward.term_limit") => {
+            Err(wrong(key, format!("a number from -{MAX_REWARD:e} to {MAX_REWARD:e}"), x))
+        }
+        toml::Value::Table(table) => {
+            table.iter().try_for_each(|(name, value)| numbers(&format!("{key}.{name}"), value))
+        }
+        _ => Ok(()),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
@@ -290,6 +313,24 @@ mod tests {
         // What is switched off stays off: the run's own plan is what it is resumed with.
         let off = TrackerPlan { termination: Termination { height: Some(0.5), ..Termination::NONE }, ..plan };
         assert_eq!(toml::from_str::<TrackerPlan>(&toml::to_string_pretty(&off).unwrap()).unwrap(), off);
+    }
+
+    #[test]
+    fn a_reward_that_is_no_number_is_refused_by_its_key() {
+        let check = |reward: &str| {
+            let text = format!("robot = \"lima\"\nclips = []\n[reward]\nkind = \"exponential\"\n{reward}");
+            toml::from_str::<TrackerPlan>(&text).unwrap().check().map_err(|error| error.to_string())
+        };
+        for (reward, key) in [
+            ("slip = nan", "reward.slip"),
+            ("slip = -inf", "reward.slip"),
+            ("angular_share = nan", "reward.angular_share"),
+            ("height = { weight = nan, sharpness = 150.0 }", "reward.height.weight"),
+        ] {
+            let error = check(reward).unwrap_err();
+            assert!(error.contains(key) && error.contains("-1e6 to 1e6"), "{error}");
+        }
+        check("slip = 2.0").unwrap();
     }
 
     #[test]

@@ -1,22 +1,22 @@
-//! Logs of BAM's test benches (github.com/Rhoban/bam): a servo that turns a weight on an arm, as JSON.
+//! Logs of test benches: a servo that turns a weight on an arm.
 //!
-//! A log is an object with `mass` (kg), `length` (m), `kp` (the servo's own unit), `vin` (V), `motor`, `trajectory`, and
-//! `entries`: `timestamp` (s), `goal_position` and `position` (rad), `speed` (rad/s), `load` (the duty in 885ths, negative numbers
-//! perhaps as unsigned 16 bits; 0 throughout where a servo does not tell it), `input_volts` (V), `torque_enable`.
+//! BAM's (github.com/Rhoban/bam) are JSON: an object with `mass` (kg), `arm_mass` (kg, 0 where not said), `length` (m), `kp` (the
+//! servo's own unit), `vin` (V), `motor`, `trajectory`, and `entries`: `timestamp` (s), `goal_position` and `position` (rad), `speed`
+//! (rad/s), `load` (the duty in 885ths, negative numbers perhaps as unsigned 16 bits, or the duty itself where no number exceeds 1; 0
+//! throughout where a servo does not tell it), `input_volts` (V), `torque_enable`. Those of other servos are tables
+//! ([`super::bench_table`]).
 
-use std::f64::consts::TAU;
 use std::path::Path;
 
 use lifelike_sim::bench::{BenchCommands, PendulumBench};
 use lifelike_sim::trace::{BlockTrace, Columns, Trace};
 
 use super::clock::Clock;
+use super::{bench_checks, bench_table};
 use crate::AugmentationError;
 
 /// Units of a Dynamixel's duty of 1.
 pub(crate) const DYNAMIXEL_DUTY_UNITS: f64 = 885.0;
-/// No bench turns further (rad): what does is in degrees or ticks.
-const FARTHEST: f64 = 4.0 * TAU;
 
 /// What a bench's log says, at the times it was written.
 #[derive(Debug, Clone, PartialEq)]
@@ -29,6 +29,8 @@ pub struct BenchLog {
     pub trajectory: String,
     /// Weight (kg).
     pub mass: f64,
+    /// Mass of the arm, a rod from the axis to the weight (kg).
+    pub arm_mass: f64,
     /// From the axis to the weight (m).
     pub arm: f64,
     /// Proportional gain in the servo's own unit.
@@ -52,9 +54,29 @@ pub struct BenchLog {
     pub clock: Clock,
 }
 
+/// A log as it stands in its file, in SI units.
+#[derive(Debug, Default)]
+pub(crate) struct RawLog {
+    pub motor: String,
+    pub trajectory: String,
+    pub mass: f64,
+    pub arm_mass: f64,
+    pub arm: f64,
+    pub gain: f64,
+    pub supply: f64,
+    pub time: Vec<f64>,
+    pub goal: Vec<f64>,
+    pub position: Vec<f64>,
+    pub velocity: Vec<f64>,
+    pub voltage: Option<Vec<f64>>,
+    pub enabled: Vec<bool>,
+}
+
 #[derive(serde::Deserialize)]
 struct File {
     mass: f64,
+    #[serde(default)]
+    arm_mass: f64,
     length: f64,
     kp: f64,
     vin: f64,
@@ -76,66 +98,73 @@ struct Entry {
     torque_enable: bool,
 }
 
-impl BenchLog {
-    /// Reads a log.
-    ///
-    /// # Errors
-    /// [`AugmentationError::Io`]; [`AugmentationError::Log`] with line or entry for what is no such log: missing keys, numbers that
-    /// are not finite, times that do not rise, gaps, positions that cannot be radians.
-    pub fn read(path: &Path) -> Result<Self, AugmentationError> {
-        let text = std::fs::read_to_string(path).map_err(AugmentationError::io(path))?;
-        let file: File = serde_json::from_str(&text).map_err(|error| {
-            let place = format!("line {}, column {}", error.line(), error.column());
-            AugmentationError::log(path, place, "a log of a BAM bench", error)
-        })?;
-        let positive = [("mass", file.mass), ("length", file.length), ("kp", file.kp), ("vin", file.vin)];
-        if let Some((key, value)) = positive.into_iter().find(|(_, value)| !(value.is_finite() && *value > 0.0)) {
-            return Err(AugmentationError::log(path, key, "a number above 0", value));
-        }
-        for (i, entry) in file.entries.iter().enumerate() {
-            let place = |key: &str| format!("entry {i}, {key}");
-            for (key, value) in [
-                ("timestamp", entry.timestamp),
-                ("goal_position", entry.goal_position),
-                ("position", entry.position),
-                ("speed", entry.speed),
-                ("load", entry.load),
-                ("input_volts", entry.input_volts),
-            ] {
-                if !value.is_finite() {
-                    return Err(AugmentationError::log(path, place(key), "a finite number", value));
-                }
-            }
-            for (key, value) in [("goal_position", entry.goal_position), ("position", entry.position)] {
-                if value.abs() > FARTHEST {
-                    let expected = format!("radians, at most two turns ({FARTHEST:.1})");
-                    let got = format!("{value} (degrees, or raw ticks?)");
-                    return Err(AugmentationError::log(path, place(key), expected, got));
-                }
-            }
-        }
-        let column = |of: fn(&Entry) -> f64| file.entries.iter().map(of).collect::<Vec<f64>>();
-        let time = column(|entry| entry.timestamp);
-        let clock = Clock::of(&time).map_err(|(i, expected, got)| {
-            AugmentationError::log(path, format!("entry {i}, timestamp"), expected, got)
-        })?;
-        let signed = |load: f64| if load > 32767.0 { load - 65536.0 } else { load };
-        let voltage = || file.entries.iter().map(|e| signed(e.load) / DYNAMIXEL_DUTY_UNITS * e.input_volts).collect();
-        let told = file.dt.is_none() && file.entries.iter().any(|entry| entry.load != 0.0);
-        Ok(Self {
-            name: path.file_stem().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default(),
-            trajectory: file.trajectory.clone(),
-            motor: file.motor.clone(),
-            mass: file.mass,
-            arm: file.length,
-            gain: file.kp,
-            supply: file.vin,
+impl File {
+    fn raw(self) -> RawLog {
+        let column = |of: fn(&Entry) -> f64| self.entries.iter().map(of).collect::<Vec<f64>>();
+        RawLog {
+            mass: self.mass,
+            arm_mass: self.arm_mass,
+            arm: self.length,
+            gain: self.kp,
+            supply: self.vin,
+            time: column(|entry| entry.timestamp),
             goal: column(|entry| entry.goal_position),
             position: column(|entry| entry.position),
             velocity: column(|entry| entry.speed),
-            voltage: told.then(voltage),
-            enabled: file.entries.iter().map(|entry| entry.torque_enable).collect(),
-            time,
+            voltage: self.voltage(),
+            enabled: self.entries.iter().map(|entry| entry.torque_enable).collect(),
+            motor: self.motor,
+            trajectory: self.trajectory,
+        }
+    }
+
+    fn voltage(&self) -> Option<Vec<f64>> {
+        let signed = |load: f64| if load > 32767.0 { load - 65536.0 } else { load };
+        let largest = self.entries.iter().map(|entry| signed(entry.load).abs()).fold(0.0, f64::max);
+        let told = self.dt.is_none() && (largest > 0.0 || self.entries.iter().any(|entry| entry.load.is_nan()));
+        // No motor moves by a few 885ths of its supply, so small numbers are the duty itself.
+        let unit = if largest <= 1.0 { 1.0 } else { DYNAMIXEL_DUTY_UNITS };
+        told.then(|| self.entries.iter().map(|entry| signed(entry.load) / unit * entry.input_volts).collect())
+    }
+}
+
+impl BenchLog {
+    /// Reads a log: BAM's JSON, or a table (`.csv`).
+    ///
+    /// # Errors
+    /// [`AugmentationError::Io`]; [`AugmentationError::Log`] with line or entry for what is no such log: missing keys, numbers that
+    /// are not finite, times that do not rise, gaps, and numbers of another unit or sign.
+    pub fn read(path: &Path) -> Result<Self, AugmentationError> {
+        let text = std::fs::read_to_string(path).map_err(AugmentationError::io(path))?;
+        let raw = if path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("csv")) {
+            bench_table::read(&text, path)?
+        } else {
+            let file: File = serde_json::from_str(&text).map_err(|error| {
+                let place = format!("line {}, column {}", error.line(), error.column());
+                AugmentationError::log(path, place, "a log of a BAM bench", error)
+            })?;
+            file.raw()
+        };
+        let fail = |(place, expected, got): bench_checks::Fault| AugmentationError::log(path, place, expected, got);
+        bench_checks::numbers(&raw).map_err(fail)?;
+        let clock = Clock::of(&raw.time)
+            .map_err(|(i, expected, got)| fail((format!("entry {i}, timestamp"), expected, got)))?;
+        bench_checks::units(&raw, &clock).map_err(fail)?;
+        Ok(Self {
+            name: path.file_stem().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default(),
+            trajectory: raw.trajectory,
+            motor: raw.motor,
+            mass: raw.mass,
+            arm_mass: raw.arm_mass,
+            arm: raw.arm,
+            gain: raw.gain,
+            supply: raw.supply,
+            goal: raw.goal,
+            position: raw.position,
+            velocity: raw.velocity,
+            voltage: raw.voltage,
+            enabled: raw.enabled,
+            time: raw.time,
             clock,
         })
     }
@@ -214,7 +243,8 @@ impl BenchRun {
             ..BlockTrace::default()
         };
         block.selection = block.by_name();
-        let source = format!("bench: {} kg on {} m, kp {}, {} V", log.mass, log.arm, log.gain, log.supply);
+        let arm = if log.arm_mass > 0.0 { format!(" of {} kg", log.arm_mass) } else { String::new() };
+        let source = format!("bench: {} kg on {} m{arm}, kp {}, {} V", log.mass, log.arm, log.gain, log.supply);
         Trace { name: log.name.clone(), source, rate: self.rate, blocks: vec![block] }
     }
 }

@@ -21,6 +21,8 @@ pub(crate) struct Tree {
     pub joints: Vec<Joint>,
     pub geoms: Vec<Geom>,
     pub sites: Vec<Site>,
+    /// Bodies that a program moves.
+    pub mocap: usize,
     /// Lights and cameras.
     pub pictures: usize,
     /// Meshes whose mass stays unknown because the body says its own.
@@ -89,13 +91,15 @@ impl<'a> Reader<'a> {
         let mut known = vec!["name", "childclass", "mocap", "gravcomp", "user", "sleep"];
         known.extend(POSE);
         a.only(&known)?;
-        if a.boolean("mocap", false)? {
-            return Err(a.unsupported("attribute 'mocap' that is true"));
-        }
+        let mocap = a.boolean("mocap", false)?;
         let class = self.childclass(element, class)?;
         let index = self.tree.bodies.len();
         let mut parts = Parts::new();
         self.collect(element, index, class, &Pose::identity(), &mut parts)?;
+        if mocap && (parent != 0 || !parts.joints.is_empty()) {
+            return Err(a.invalid("a mocap body in the world, without joints", "another arrangement"));
+        }
+        self.tree.mocap += usize::from(mocap);
         if parts.joints.iter().any(|j| j.kind == JointKind::Free) && (parent != 0 || parts.joints.len() > 1) {
             return Err(a.invalid("a free joint as the only joint of a body in the world", "another arrangement"));
         }

@@ -120,7 +120,7 @@ pub(crate) struct PhysicsOption {
 
 impl PhysicsOption {
     /// Reads every `<option>` section; adds to `notes` what only the engine that compiles the text itself obeys.
-    pub fn read(root: &Element, notes: &mut Vec<String>) -> Result<Self, CharacterError> {
+    pub fn read(root: &Element, notes: &mut Vec<String>, warnings: &mut Vec<String>) -> Result<Self, CharacterError> {
         let mut option = Self { timestep: 0.002, gravity: Vec3::new(0.0, 0.0, -9.81) };
         for section in root.children_named("option") {
             let a = Attributes::own(section);
@@ -164,7 +164,9 @@ impl PhysicsOption {
             option.gravity = a.numbers::<3>("gravity")?.map_or(option.gravity, Vec3::from);
             for medium in ["density", "viscosity"] {
                 if a.number(medium)?.is_some_and(|x| x != 0.0) {
-                    return Err(a.unsupported(format!("attribute '{medium}': forces of a fluid")));
+                    warnings.push(format!(
+                        "option {medium} asks for forces of a fluid: MuJoCo has them, our engine has not"
+                    ));
                 }
             }
             for (attribute, own) in
@@ -180,14 +182,27 @@ impl PhysicsOption {
                 }
                 for (flag, value) in &child.attributes {
                     match (flag.as_str(), value.as_str()) {
-                        ("gravity", "disable") => option.gravity = Vec3::zeros(),
+                        ("gravity", "disable") => {
+                            option.gravity = Vec3::zeros();
+                            warnings.push("gravity is off: remove <flag gravity=\"disable\"/>".into());
+                        }
                         ("gravity", "enable") => {}
+                        (flag, "disable") if DYNAMICS.contains(&flag) => warnings.push(format!(
+                            "{flag} is off in MuJoCo and on in our engine: remove <flag {flag}=\"disable\"/>"
+                        )),
                         (_, "enable" | "disable") => notes.push(format!("option flag {flag} is set to {value}")),
                         _ => return Err(child.invalid("'enable' or 'disable'", format!("{flag}='{value}'"))),
                     }
                 }
             }
         }
+        if option.gravity == Vec3::zeros() && warnings.iter().all(|w| !w.starts_with("gravity")) {
+            warnings.push("gravity is 0 0 0: set <option gravity=\"0 0 -9.81\"/>".into());
+        }
         Ok(option)
     }
 }
+
+/// Flags without which a model moves otherwise.
+const DYNAMICS: [&str; 8] =
+    ["contact", "constraint", "equality", "frictionloss", "limit", "passive", "spring", "damper"];

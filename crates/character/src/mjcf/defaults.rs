@@ -7,7 +7,7 @@ use crate::mjcf::attributes::{Attributes, overlay};
 use crate::mjcf::document::Element;
 
 /// Kinds of elements in a class. All actuators share one kind: `<general>` values reach a `<motor>`, as in MuJoCo.
-const ACTUATORS: [&str; 11] = [
+const ACTUATORS: [&str; 12] = [
     "general",
     "motor",
     "position",
@@ -19,6 +19,7 @@ const ACTUATORS: [&str; 11] = [
     "adhesion",
     "plugin",
     "dcmotor",
+    "pid",
 ];
 const OTHERS: [&str; 10] =
     ["joint", "geom", "site", "camera", "light", "mesh", "material", "pair", "equality", "tendon"];
@@ -26,8 +27,19 @@ const OTHERS: [&str; 10] =
 /// All equality constraints share one kind: `<default>` knows `<equality>` only.
 const EQUALITIES: [&str; 2] = ["connect", "weld"];
 
-/// For each kind of element, the attribute values of one class.
-type Class = BTreeMap<&'static str, Vec<(String, String)>>;
+/// So do all tendons.
+const TENDONS: [&str; 2] = ["fixed", "spatial"];
+
+/// One class.
+#[derive(Debug, Clone, Default)]
+struct Class {
+    /// For each kind of element, the attribute values.
+    values: BTreeMap<&'static str, Vec<(String, String)>>,
+    /// Its own elements of actuators.
+    actuators: Vec<Element>,
+    /// Name of the class around it.
+    outer: Option<String>,
+}
 
 /// All default classes by name. The outermost is `main`.
 #[derive(Debug)]
@@ -42,13 +54,16 @@ fn kind(tag: &str) -> Option<&'static str> {
     if EQUALITIES.contains(&tag) {
         return Some("equality");
     }
+    if TENDONS.contains(&tag) {
+        return Some("tendon");
+    }
     OTHERS.into_iter().find(|k| *k == tag)
 }
 
 impl Defaults {
     /// Reads every `<default>` section of the model.
     pub fn read(root: &Element) -> Result<Self, CharacterError> {
-        let mut defaults = Self { classes: BTreeMap::from([("main".to_string(), Class::new())]) };
+        let mut defaults = Self { classes: BTreeMap::from([("main".to_string(), Class::default())]) };
         for section in root.children_named("default") {
             // The outermost class may be given a name; it is the one class that may be continued.
             let name = section.attribute("class").unwrap_or("main").to_string();
@@ -73,8 +88,11 @@ impl Defaults {
             let Some(kind) = kind(&element.name) else {
                 return Err(element.unsupported("element in <default>"));
             };
-            let values = class.entry(kind).or_default();
+            let values = class.values.entry(kind).or_default();
             *values = overlay(values, &element.attributes);
+            if kind == "actuator" {
+                class.actuators.push(element.clone());
+            }
         }
         self.classes.insert(name.to_string(), class.clone());
         for child in section.children_named("default") {
@@ -84,7 +102,8 @@ impl Defaults {
             if self.classes.contains_key(inner) {
                 return Err(child.invalid("a class name that is not taken", format!("'{inner}'")));
             }
-            self.classes.insert(inner.to_string(), class.clone());
+            let start = Class { values: class.values.clone(), actuators: Vec::new(), outer: Some(name.to_string()) };
+            self.classes.insert(inner.to_string(), start);
             self.fill(child, inner)?;
         }
         Ok(())
@@ -98,8 +117,19 @@ impl Defaults {
             let known = self.classes.keys().cloned().collect::<Vec<_>>().join(", ");
             element.invalid(format!("a default class (there are: {known})"), format!("'{name}'"))
         })?;
-        let inherited = kind(&element.name).and_then(|k| class.get(k)).map_or(&[][..], Vec::as_slice);
+        let inherited = kind(&element.name).and_then(|k| class.values.get(k)).map_or(&[][..], Vec::as_slice);
         Ok(Attributes::over(inherited, element))
+    }
+
+    /// Returns the actuators' elements in an actuator's class and in the classes around it, from the inside out.
+    pub fn actuators(&self, element: &Element) -> Vec<&[Element]> {
+        let mut class = self.classes.get(element.attribute("class").unwrap_or("main"));
+        let mut all = Vec::new();
+        while let Some(own) = class {
+            all.push(own.actuators.as_slice());
+            class = own.outer.as_ref().and_then(|outer| self.classes.get(outer));
+        }
+        all
     }
 
     /// Returns whether there is a class of this name.

@@ -4,6 +4,7 @@ use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use crate::error::{CharacterError, Location};
+use crate::mjcf::xml_text;
 
 /// Deeper nesting than any robot has; keeps recursion within the stack whatever the file says.
 const MAX_DEPTH: usize = 200;
@@ -116,16 +117,39 @@ fn parse_file(
     place: Option<&str>,
     depth: usize,
 ) -> Result<Vec<Element>, CharacterError> {
-    let document = roxmltree::Document::parse(text).map_err(|e| CharacterError::Xml {
-        file: file.to_path_buf(),
-        line: e.pos().row,
-        message: e.to_string(),
+    let text = &xml_text::without_late_declaration(text);
+    let document = roxmltree::Document::parse(text).map_err(|e| match e {
+        roxmltree::Error::UnknownNamespace(prefix, at) if prefix == "xacro" => xacro(file, at.row, &prefix),
+        _ => CharacterError::Xml { file: file.to_path_buf(), line: e.pos().row, message: e.to_string() },
     })?;
     let root = document.root_element();
+    if let Some((node, what)) = root.descendants().find_map(|node| Some((node, macro_in(&node)?))) {
+        return Err(xacro(file, document.text_pos_at(node.range().start).row, &what));
+    }
     let place = place.unwrap_or(root.tag_name().name());
     let mut roots = Vec::new();
     Builder { document: &document, file, folder, includes, place }.add(root, "", depth, &mut roots)?;
     Ok(roots)
+}
+
+/// Returns what is left of the macro language of ROS in an element.
+fn macro_in(node: &roxmltree::Node<'_, '_>) -> Option<String> {
+    let (tag, namespace) = (node.tag_name().name(), node.tag_name().namespace());
+    let value = || node.attributes().map(|a| a.value()).find(|value| value.contains("${") || value.contains("$("));
+    match namespace.filter(|name| name.contains("xacro")) {
+        Some(_) => Some(format!("<xacro:{tag}>")),
+        None => value().map(|value| format!("'{value}'")),
+    }
+}
+
+/// Returns the error for a file that is to be expanded first.
+fn xacro(file: &Path, line: u32, got: &str) -> CharacterError {
+    let at = Location { file: file.to_path_buf(), line, element: "xacro".into() };
+    let expected = format!(
+        "URDF without macros; this is xacro, so expand it (`xacro {} > robot.urdf`) and give robot.urdf",
+        file.display()
+    );
+    CharacterError::Invalid { at, expected, got: got.into() }
 }
 
 struct Builder<'a, 'input> {
@@ -183,15 +207,18 @@ impl Builder<'_, '_> {
             return Err(element.invalid("a file that was not included before", name));
         }
         self.includes.seen.push(path.clone());
-        let text = match std::fs::read_to_string(&path) {
+        let text = match xml_text::read(&path) {
             Ok(text) => text,
-            Err(error) if error.kind() == ErrorKind::NotFound && LOOKS.contains(&parent) => {
+            Err(CharacterError::Io { source, .. })
+                if source.kind() == ErrorKind::NotFound && LOOKS.contains(&parent) =>
+            {
                 self.includes.missing.push(element);
                 return Ok(());
             }
-            Err(error) => {
-                return Err(element.invalid("a file that can be read", format!("'{}': {error}", path.display())));
+            Err(CharacterError::Io { source, .. }) => {
+                return Err(element.invalid("a file that can be read", format!("'{}': {source}", path.display())));
             }
+            Err(error) => return Err(error),
         };
         // MuJoCo resolves nested includes from the folder of the MAIN file, so the folder stays the same.
         for root in parse_file(&text, &path, self.folder, self.includes, Some(parent), depth + 1)? {

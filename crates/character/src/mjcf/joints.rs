@@ -120,5 +120,6 @@ fn blank(a: &Attributes, kind: JointKind, body: usize) -> Joint {
         stiffness: 0.0,
         spring_reference: 0.0,
         actuator_force_range: None,
+        velocity_limit: None,
     }
 }

@@ -10,14 +10,19 @@ mod actuators;
 pub(crate) mod attributes;
 mod bodies;
 mod compiler;
+mod coupling;
 mod defaults;
 pub(crate) mod document;
 mod engine_text;
 mod equality;
 mod geoms;
 mod joints;
+mod keyframes;
 pub(crate) mod names;
 mod pose;
+mod replicate;
+mod tendons;
+pub(crate) mod xml_text;
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -102,16 +107,22 @@ pub(crate) fn compile(mut root: Element, folder: Option<&Path>, meshes: Meshes) 
     let (mut notes, mut warnings) = (Vec::new(), Vec::new());
     Attributes::own(&root).only(&["model", "noNamespaceSchemaLocation"])?;
     check_sections(&root, &mut notes)?;
-    names::all_different(&root)?;
     let compiler = Compiler::read(&root)?;
-    let option = PhysicsOption::read(&root, &mut notes)?;
+    replicate::expand(&mut root, &compiler)?;
+    names::all_different(&root)?;
+    let option = PhysicsOption::read(&root, &mut notes, &mut warnings)?;
     let defaults = Defaults::read(&root)?;
+    coupling::hold(&mut root, &mut warnings)?;
+    tendons::read(&root, &defaults, compiler.autolimits, &mut notes, &mut warnings)?;
     note_softness(&root, &mut notes);
 
     let materials = read_materials(&root)?;
     let mut reader = Reader { compiler: &compiler, defaults: &defaults, materials, tree: Tree::default() };
     reader.read_world(&root)?;
     let mut tree = reader.tree;
+    if tree.mocap > 0 {
+        notes.push(format!("{} mocap bodies stay where they are", tree.mocap));
+    }
     if tree.pictures > 0 {
         notes.push(format!("{} lights and cameras are pictures only", tree.pictures));
     }
@@ -120,7 +131,8 @@ pub(crate) fn compile(mut root: Element, folder: Option<&Path>, meshes: Meshes) 
     if let Some(total) = compiler.settotalmass {
         scale_mass(&mut tree.bodies, total);
     }
-    let actuators = actuators::read(&root, &defaults, &compiler, &tree.joints, &mut notes)?;
+    let home = keyframes::read(&root, nq, &mut notes, &mut warnings)?;
+    let actuators = actuators::read(&root, &defaults, &compiler, &mut tree.joints, &mut notes)?;
     let excludes = read_excludes(&root, &tree.bodies, &mut notes)?;
     let name = root.attribute("model").unwrap_or("MuJoCo Model").to_string();
     let outcome = engine_text::prepare(&mut root, meshes, &compiler, &defaults, folder, &mut notes, &mut warnings)?;
@@ -142,6 +154,7 @@ pub(crate) fn compile(mut root: Element, folder: Option<&Path>, meshes: Meshes) 
         actuators,
         excludes,
         equalities: Vec::new(),
+        home,
         meshes: outcome.files,
         nq,
         nv,
@@ -150,6 +163,7 @@ pub(crate) fn compile(mut root: Element, folder: Option<&Path>, meshes: Meshes) 
         notes,
         warnings,
     };
+    actuators::resolve_damping(&mut character);
     character.equalities = equality::read(&root, &defaults, &character)?;
     Ok(character)
 }
@@ -170,14 +184,15 @@ fn read_materials(root: &Element) -> Result<BTreeMap<String, [f32; 4]>, Characte
 fn check_sections(root: &Element, notes: &mut Vec<String>) -> Result<(), CharacterError> {
     for section in &root.children {
         match section.name.as_str() {
-            "compiler" | "option" | "default" | "asset" | "worldbody" | "contact" | "actuator" | "equality" => {}
+            "compiler" | "option" | "default" | "asset" | "worldbody" | "contact" | "actuator" | "equality"
+            | "tendon" => {}
             name if PICTURES.contains(&name) => {
-                if name == "sensor" || name == "keyframe" {
+                if name == "sensor" {
                     notes.push(format!("{} <{name}> entries are not used", section.children.len()));
                 }
             }
             // Empty sections say nothing; anything in them would be a force or a constraint of its own.
-            "tendon" | "extension" | "deformable" => {
+            "extension" | "deformable" => {
                 if let Some(child) = section.children.first() {
                     return Err(child.unsupported(format!("element in <{}>", section.name)));
                 }

@@ -41,3 +41,10 @@ fn check<'a>(element: &'a Element, seen: &mut BTreeSet<(&'a str, &'a str)>) -> R
     }
     Ok(())
 }
+
+/// Returns whether the model has a joint of this name.
+pub(crate) fn has_joint(root: &Element, name: &str) -> bool {
+    let is_it = |e: &Element| matches!(e.name.as_str(), "joint" | "freejoint") && e.attribute("name") == Some(name);
+    let places = root.children.iter().filter(|c| matches!(c.name.as_str(), "worldbody" | "body" | "frame"));
+    root.children.iter().any(is_it) || places.into_iter().any(|place| has_joint(place, name))
+}

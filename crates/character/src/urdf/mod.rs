@@ -11,12 +11,14 @@
 //! moves and weighs nothing weighs next to nothing, and a joint that moves nothing that weighs is held. Meshes are looked for
 //! without the build system of their packages ([`package`]).
 //!
-//! Visual meshes stay as pictures; other visuals, velocity limits, transmissions and simulator
-//! extensions are noted or left out. Planar joints are refused.
+//! Visual meshes stay as pictures; other visuals, transmissions and simulator extensions are noted or left out. Planar joints are
+//! refused. A root on which a floating joint hangs is the world, whatever its name.
 
 mod inertial;
+mod limits;
 mod mimic;
 mod package;
+mod tree;
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -28,7 +30,11 @@ use crate::mjcf::document::{self, Element, numbers};
 use crate::model::Character;
 use crate::rotation::{Quat, Vec3, to_wxyz};
 
+type Isometry = nalgebra::Isometry3<f64>;
+
+use limits::Limits;
 use mimic::Held;
+use tree::Tree;
 
 /// Deeper chains of links than any robot has.
 const MAX_DEPTH: usize = 150;
@@ -49,6 +55,9 @@ pub(crate) fn compile(robot: &Element, folder: Option<&Path>) -> Result<Characte
     let mut translation = Translation::new(robot, folder)?;
     let mjcf = translation.model(robot)?;
     let mut character = crate::mjcf::compile(mjcf, folder, Meshes::None)?;
+    for joint in &mut character.joints {
+        joint.velocity_limit = translation.limits.velocity(&joint.name);
+    }
     character.notes.splice(0..0, translation.notes());
     character.warnings.splice(0..0, translation.warnings());
     Ok(character)
@@ -61,6 +70,9 @@ struct Translation<'a> {
     root: &'a Element,
     folder: Option<&'a Path>,
     held: Held<'a>,
+    limits: Limits,
+    /// Bodies that float, of which none hangs on another.
+    floating: Vec<Element>,
     meshes: Vec<Element>,
     visuals: usize,
     without_inertial: usize,
@@ -70,53 +82,28 @@ struct Translation<'a> {
     weightless: Vec<&'a str>,
     /// Joints that move nothing that weighs.
     idle: Vec<&'a str>,
+    /// Links with a shape of size 0.
+    sizeless: Vec<&'a str>,
 }
 
 impl<'a> Translation<'a> {
     fn new(robot: &'a Element, folder: Option<&'a Path>) -> Result<Self, CharacterError> {
-        let mut links = BTreeMap::new();
-        for link in robot.children_named("link") {
-            let name = link.attribute("name").ok_or_else(|| link.invalid("attribute 'name'", "none"))?;
-            if links.insert(name, link).is_some() {
-                return Err(link.invalid("a link name that is not taken", format!("'{name}'")));
-            }
-        }
-        let mut joints: BTreeMap<&str, Vec<&Element>> = BTreeMap::new();
-        let mut parents: BTreeMap<&str, &Element> = BTreeMap::new();
-        for joint in robot.children_named("joint") {
-            let end = |tag: &'static str| {
-                let name = child(joint, tag).and_then(|c| c.attribute("link"));
-                let name = name.ok_or_else(|| joint.invalid(format!("<{tag} link=...>"), "none"))?;
-                let known = links.contains_key(name);
-                if known {
-                    Ok(name)
-                } else {
-                    Err(joint.invalid(format!("a known link for <{tag}>"), format!("'{name}'")))
-                }
-            };
-            let (parent, below) = (end("parent")?, end("child")?);
-            if parents.insert(below, joint).is_some() {
-                return Err(joint.invalid("a child link that no other joint moves", format!("'{below}'")));
-            }
-            joints.entry(parent).or_default().push(joint);
-        }
-        let mut roots = links.iter().filter(|(name, _)| !parents.contains_key(*name)).map(|(_, link)| *link);
-        let root = roots.next().ok_or_else(|| robot.invalid("a link that is no joint's child", "none"))?;
-        if let Some(second) = roots.next() {
-            return Err(second.invalid("one link that is no joint's child", "a second one"));
-        }
+        let Tree { links, joints, root } = Tree::read(robot)?;
         let mut translation = Self {
             links,
             joints,
             root,
             folder,
             held: Held::default(),
+            limits: Limits::default(),
+            floating: Vec::new(),
             meshes: Vec::new(),
             visuals: 0,
             without_inertial: 0,
             balanced: Vec::new(),
             weightless: Vec::new(),
             idle: Vec::new(),
+            sizeless: Vec::new(),
         };
         let joints: Vec<&Element> = robot.children_named("joint").collect();
         translation.held = Held::read(&joints, |joint| translation.mass_below(joint))?;
@@ -164,6 +151,7 @@ impl<'a> Translation<'a> {
 
     fn warnings(&self) -> Vec<String> {
         let mut warnings = self.held.warnings.clone();
+        warnings.extend(self.limits.warnings());
         let mut say = |what: &str, names: &[&str]| {
             if !names.is_empty() {
                 warnings.push(format!("{what}: {}", names.join(", ")));
@@ -172,20 +160,22 @@ impl<'a> Translation<'a> {
         say("moments of inertia that no body has were replaced, of links", &self.balanced);
         say("links that move and weigh nothing weigh next to nothing now", &self.weightless);
         say("joints that move nothing that weighs are held", &self.idle);
+        say("shapes of size 0 are left out, of links", &self.sizeless);
         warnings
     }
 
     fn model(&mut self, robot: &'a Element) -> Result<Element, CharacterError> {
         let mut world = element(robot, "worldbody", &[]);
-        if self.root.attribute("name") == Some("world") {
-            self.fill(self.root, &mut world, 0)?;
+        if self.root.attribute("name") == Some("world") || self.floats_below(self.root) {
+            self.fill(self.root, &mut world, Some(Isometry::identity()), 0)?;
         } else {
             let name = self.root.attribute("name").unwrap_or("").to_string();
             let mut body = element(self.root, "body", &[("name", name)]);
             body.children.push(element(self.root, "freejoint", &[]));
-            self.fill(self.root, &mut body, 0)?;
+            self.fill(self.root, &mut body, None, 0)?;
             world.children.push(body);
         }
+        world.children.append(&mut self.floating);
         let mut compiler = element(
             robot,
             "compiler",
@@ -204,8 +194,22 @@ impl<'a> Translation<'a> {
         Ok(model)
     }
 
-    /// Puts what a link holds, and the links that hang on it, into a body.
-    fn fill(&mut self, link: &'a Element, body: &mut Element, depth: usize) -> Result<(), CharacterError> {
+    /// Returns whether a floating joint hangs on a link by fixed joints only: such a root is the world, whatever its name.
+    fn floats_below(&self, link: &'a Element) -> bool {
+        let fixed = self.from(link, &|joint| joint.attribute("type") == Some("fixed"));
+        let joints = fixed.into_iter().filter_map(|link| self.joints.get(link.attribute("name")?));
+        joints.flatten().any(|joint| joint.attribute("type") == Some("floating"))
+    }
+
+    /// Puts what a link holds, and the links that hang on it, into a body. `place` is the link's pose in the world where it does
+    /// not move.
+    fn fill(
+        &mut self,
+        link: &'a Element,
+        body: &mut Element,
+        place: Option<Isometry>,
+        depth: usize,
+    ) -> Result<(), CharacterError> {
         if depth > MAX_DEPTH {
             return Err(link.invalid(format!("a chain of at most {MAX_DEPTH} links"), "more"));
         }
@@ -215,7 +219,10 @@ impl<'a> Translation<'a> {
         }
         for collision in link.children_named("collision") {
             let geom = self.geom(collision)?;
-            body.children.push(geom);
+            match has_size(&geom) {
+                true => body.children.push(geom),
+                false => self.sizeless.push(link.attribute("name").unwrap_or_default()),
+            }
         }
         let before = body.children.len();
         if body.name == "body" {
@@ -230,15 +237,25 @@ impl<'a> Translation<'a> {
             if idle {
                 self.idle.push(joint.attribute("name").unwrap_or_default());
             }
-            inner.attributes.extend(match self.held.position(joint) {
+            let origin = match self.held.position(joint) {
                 Some(position) if position != 0.0 => held_at(joint, position)?,
                 _ => origin(joint)?,
-            });
+            };
+            let floats = joint.attribute("type") == Some("floating") && !self.is_fixed(joint) && !idle;
+            let here = if floats {
+                place.map(|place| place * origin).ok_or_else(|| {
+                    joint.invalid("a floating joint on links that do not move", "one that hangs on a moving link")
+                })?
+            } else {
+                origin
+            };
+            inner.attributes.extend(placed(&here));
             if !idle && !self.is_fixed(joint) {
-                inner.children.push(Self::joint(joint)?);
+                inner.children.push(self.joint(joint)?);
             }
-            self.fill(link, &mut inner, depth + 1)?;
-            body.children.push(inner);
+            let place = place.filter(|_| idle || self.is_fixed(joint)).map(|place| place * origin);
+            self.fill(link, &mut inner, place, depth + 1)?;
+            if floats { self.floating.push(inner) } else { body.children.push(inner) }
         }
         Ok(())
     }
@@ -295,7 +312,7 @@ impl<'a> Translation<'a> {
             }
             _ => return Err(shape.unsupported("shape")),
         }
-        geom.attributes.extend(origin(collision)?);
+        geom.attributes.extend(placed(&origin(collision)?));
         Ok(geom)
     }
 
@@ -311,7 +328,7 @@ impl<'a> Translation<'a> {
         Some(geom)
     }
 
-    fn joint(joint: &Element) -> Result<Element, CharacterError> {
+    fn joint(&mut self, joint: &Element) -> Result<Element, CharacterError> {
         let a = Attributes::own(joint);
         let kind = match a.required("type")? {
             "revolute" | "continuous" => "hinge",
@@ -325,16 +342,7 @@ impl<'a> Translation<'a> {
             "joint",
             &[("name", a.required("name")?.to_string()), ("type", kind.into()), ("axis", numbers(axis.as_slice()))],
         );
-        if let Some(limit) = child(joint, "limit") {
-            let b = Attributes::own(limit);
-            let (low, high) = (b.number("lower")?.unwrap_or(0.0), b.number("upper")?.unwrap_or(0.0));
-            if a.text("type") != Some("continuous") && low < high {
-                out.attributes.push(("range".into(), numbers(&[low, high])));
-            }
-            if let Some(effort) = b.number("effort")?.filter(|e| *e > 0.0) {
-                out.attributes.push(("actuatorfrcrange".into(), numbers(&[-effort, effort])));
-            }
-        }
+        out.attributes.extend(self.limits.read(joint)?);
         if let Some(dynamics) = child(joint, "dynamics") {
             let b = Attributes::own(dynamics);
             for (from, to) in [("damping", "damping"), ("friction", "frictionloss")] {
@@ -345,6 +353,12 @@ impl<'a> Translation<'a> {
         }
         Ok(out)
     }
+}
+
+/// Returns whether a geom is more than a point, line or sheet.
+fn has_size(geom: &Element) -> bool {
+    let sizes = geom.attribute("size").into_iter().flat_map(str::split_whitespace);
+    sizes.filter_map(|size| size.parse::<f64>().ok()).all(|size| size != 0.0)
 }
 
 /// Returns whether a link has mass, of its own or of its shapes.
@@ -377,9 +391,18 @@ fn pose(element: &Element) -> Result<(Vec3, Vec3), CharacterError> {
     Ok((get("xyz")?, get("rpy")?))
 }
 
-fn origin(element: &Element) -> Result<Vec<(String, String)>, CharacterError> {
+/// Returns the pose of an element's `<origin>`.
+fn origin(element: &Element) -> Result<Isometry, CharacterError> {
     let (position, rpy) = pose(element)?;
-    Ok(vec![("pos".into(), numbers(position.as_slice())), ("euler".into(), numbers(rpy.as_slice()))])
+    Ok(Isometry::from_parts(position.into(), Quat::from_euler_angles(rpy.x, rpy.y, rpy.z)))
+}
+
+/// Returns a pose as attributes of a body or geom.
+fn placed(pose: &Isometry) -> Vec<(String, String)> {
+    vec![
+        ("pos".into(), numbers(pose.translation.vector.as_slice())),
+        ("quat".into(), numbers(&to_wxyz(&pose.rotation))),
+    ]
 }
 
 /// Returns a joint's axis in its own frame.
@@ -390,14 +413,12 @@ fn axis(joint: &Element) -> Result<Vec3, CharacterError> {
 }
 
 /// Returns the place of a link whose joint is held at a position (rad or m).
-fn held_at(joint: &Element, at: f64) -> Result<Vec<(String, String)>, CharacterError> {
-    let (mut position, rpy) = pose(joint)?;
-    let mut turn = Quat::from_euler_angles(rpy.x, rpy.y, rpy.z);
+fn held_at(joint: &Element, at: f64) -> Result<Isometry, CharacterError> {
+    let origin = origin(joint)?;
     let axis = axis(joint)?.try_normalize(1e-12).unwrap_or_else(Vec3::x);
-    if joint.attribute("type") == Some("prismatic") {
-        position += turn * axis * at;
-    } else {
-        turn *= Quat::from_scaled_axis(axis * at);
-    }
-    Ok(vec![("pos".into(), numbers(position.as_slice())), ("quat".into(), numbers(&to_wxyz(&turn)))])
+    Ok(origin
+        * match joint.attribute("type") {
+            Some("prismatic") => Isometry::from_parts((axis * at).into(), Quat::identity()),
+            _ => Isometry::from_parts(Vec3::zeros().into(), Quat::from_scaled_axis(axis * at)),
+        })
 }

@@ -2,7 +2,6 @@
 
 use std::collections::{BTreeMap, HashMap};
 use std::fs;
-use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use safetensors::{Dtype, SafeTensors, View};
@@ -65,30 +64,14 @@ impl Checkpoint {
         safetensors::serialize(raw.iter(), header).map_err(|e| fail(e.to_string()))
     }
 
-    /// Writes the checkpoint: into a temporary file in the same folder, synced, then renamed over `path`, so that a
-    /// reader (and a run killed at any moment) finds either the old file or the new one, whole.
+    /// Writes the checkpoint as [`write_file`](crate::write_file) does: a reader finds the old file or the new one, whole.
     ///
     /// # Errors
     /// The folder does not exist or cannot be written.
     pub fn save(&self, path: &Path) -> Result<(), CheckpointError> {
         let io = |source| CheckpointError::Io { path: path.to_path_buf(), source };
         let bytes = self.to_bytes()?;
-        let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        let name = path.file_name().ok_or_else(|| io(std::io::ErrorKind::InvalidInput.into()))?;
-        let temporary = folder.join(format!(".{}.{}.tmp", name.to_string_lossy(), std::process::id()));
-        let written = (|| {
-            let mut file = fs::File::create(&temporary)?;
-            file.write_all(&bytes)?;
-            file.sync_all()?;
-            fs::rename(&temporary, path)?;
-            // The rename itself lasts only when the folder is synced; not every system lets a folder be opened.
-            fs::File::open(folder).and_then(|f| f.sync_all()).or(Ok(()))
-        })();
-        if written.is_err() {
-            // What matters is the first failure; a temporary file that stays behind is harmless.
-            let _ = fs::remove_file(&temporary);
-        }
-        written.map_err(io)
+        crate::write_file(path, &bytes).map_err(io)
     }
 
     /// Reads a checkpoint.

@@ -11,7 +11,7 @@ use lifelike_sim::Simulation;
 use lifelike_sim::testing::Followers;
 
 fn options() -> EvaluationOptions {
-    EvaluationOptions { seconds: 1.0, starts: 2, keep: 0, after_fall: 0.2 }
+    EvaluationOptions { seconds: 1.0, starts: 2, keep: 0, after_fall: 0.2, ..EvaluationOptions::default() }
 }
 
 /// Environment 1 diverges at its 7th step, in the first `bad` simulations.

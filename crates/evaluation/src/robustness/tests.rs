@@ -20,7 +20,13 @@ fn run(width: usize) -> Robustness {
         seed: 7,
         few: true,
         disturbances: Disturbance::ALL.to_vec(),
-        evaluation: EvaluationOptions { seconds: 1.5, starts: 2, keep: 1, after_fall: 0.2 },
+        evaluation: EvaluationOptions {
+            seconds: 1.5,
+            starts: 2,
+            keep: 1,
+            after_fall: 0.2,
+            ..EvaluationOptions::default()
+        },
     };
     let clips = [clip("once", 2.0, false), clip("cycle", 1.0, true)];
     let simulate = |terrain, n| {

@@ -66,6 +66,16 @@ impl Made {
 }
 
 impl<'a> Generator<'a> {
+    /// Returns the grammar.
+    pub(super) fn grammar(&self) -> &Grammar {
+        self.grammar
+    }
+
+    /// Returns the robot.
+    pub(super) fn character(&self) -> &Character {
+        self.character
+    }
+
     /// Prepares a grammar for a robot: every verb is made once and measured. `options` are those of retargeting.
     ///
     /// # Errors

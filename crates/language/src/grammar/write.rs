@@ -4,18 +4,23 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use lifelike_checkpoint::write_file;
 use lifelike_motion::container;
 use rayon::prelude::*;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
 
 use super::generator::{Generator, Made};
-use crate::dataset::{CaptionedSet, Split};
+use crate::dataset::{CaptionedSet, Entry, Split};
 use crate::error::LanguageError;
 
 /// Clips that are drawn between two looks at how many hours there are.
 const CHUNK: u64 = 64;
 /// Draws after which there must be clips.
 const TRIAL: u64 = 1024;
+
+/// File of a data set that is being made: what to go on from.
+const JOURNAL: &str = "unfinished.json";
 
 /// Extent of a data set.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -24,10 +29,46 @@ pub struct Options {
     pub hours: f64,
     /// Seed.
     pub seed: u64,
+    /// Go on with the data set that is unfinished in the folder.
+    pub resume: bool,
+}
+
+/// A data set that is being made, as it was after the last chunk.
+#[derive(Debug, Default, Serialize, Deserialize)]
+struct Journal {
+    /// Digest of grammar, robot and seed.
+    origin: String,
+    seconds: f64,
+    summary: Summary,
+    entries: Vec<Entry>,
+}
+
+impl Journal {
+    /// Reads the journal to resume from, or begins one.
+    fn open(folder: &Path, origin: String, resume: bool) -> Result<Self, LanguageError> {
+        if !resume {
+            return Ok(Self { origin, ..Self::default() });
+        }
+        let path = folder.join(JOURNAL);
+        let text = std::fs::read_to_string(&path).map_err(LanguageError::io(&path))?;
+        let bad = |message: String| LanguageError::line(&path, 1, message);
+        let own: Self =
+            serde_json::from_str(&text).map_err(|e| bad(format!("expected an unfinished data set, got {e}")))?;
+        if own.origin == origin {
+            return Ok(own);
+        }
+        Err(bad("expected the grammar, robot and seed that the data set was begun with, got others".into()))
+    }
+
+    fn save(&self, folder: &Path) -> Result<(), LanguageError> {
+        let path = folder.join(JOURNAL);
+        let text = serde_json::to_vec(self).map_err(|e| LanguageError::line(&path, 1, e.to_string()))?;
+        write_file(&path, &text).map_err(LanguageError::io(&path))
+    }
 }
 
 /// What was made, and what was not.
-#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Summary {
     /// Clips.
     pub clips: usize,
@@ -50,12 +91,12 @@ pub struct Summary {
     /// Clips dropped because a check failed.
     pub dropped: usize,
     /// Hours of each split.
-    pub splits: BTreeMap<&'static str, f64>,
+    pub splits: BTreeMap<String, f64>,
 }
 
 /// Makes clips until they reach the hours asked for and writes those that pass all checks. The result depends on the grammar,
 /// the robot and the seed, not on the number of threads. `progress` gets the seconds so far; when `stop` is set, what
-/// is done is written.
+/// is done is written, and [`Options::resume`] goes on from there, as it does after a kill.
 ///
 /// # Errors
 /// [`LanguageError::Io`] for a folder that cannot be written; [`LanguageError::Grammar`] when hardly a clip is true.
@@ -70,9 +111,10 @@ pub fn write(
         let path = folder.join(split.name());
         std::fs::create_dir_all(&path).map_err(LanguageError::io(&path))?;
     }
-    let mut set = CaptionedSet { folder: folder.to_path_buf(), entries: Vec::new() };
-    let mut summary = Summary::default();
-    let (mut seconds, wanted) = (0.0, 3600.0 * options.hours);
+    let journal = Journal::open(folder, generator.origin(options.seed), options.resume)?;
+    let Journal { origin, mut seconds, mut summary, entries } = journal;
+    let mut set = CaptionedSet { folder: folder.to_path_buf(), entries };
+    let wanted = 3600.0 * options.hours;
     while seconds < wanted && !stop.load(Ordering::SeqCst) {
         let indices = summary.drawn..summary.drawn + CHUNK;
         let made: Vec<Result<Option<Made>, LanguageError>> =
@@ -114,6 +156,8 @@ pub fn write(
             return Err(LanguageError::Grammar(message));
         }
         progress(seconds);
+        let (state, entries) = (summary.clone(), set.entries.clone());
+        Journal { origin: origin.clone(), seconds, summary: state, entries }.save(folder)?;
     }
     set.write()?;
     summary.clips = set.entries.len();
@@ -121,8 +165,20 @@ pub fn write(
     summary.captions = captions.len();
     summary.different_captions = captions.iter().collect::<std::collections::BTreeSet<_>>().len();
     summary.hours = seconds / 3600.0;
-    summary.splits = Split::ALL.iter().map(|split| (split.name(), set.seconds(*split) / 3600.0)).collect();
+    summary.splits = Split::ALL.iter().map(|split| (split.name().to_string(), set.seconds(*split) / 3600.0)).collect();
+    if seconds >= wanted {
+        let path = folder.join(JOURNAL);
+        let _ = std::fs::remove_file(path);
+    }
     Ok(summary)
+}
+
+impl Generator<'_> {
+    /// Returns a digest of all that decides the clips of a seed.
+    fn origin(&self, seed: u64) -> String {
+        let text = format!("{:?} {} {:?} {seed}", self.grammar(), self.character().name, self.character().joints);
+        Sha256::digest(text).iter().map(|byte| format!("{byte:02x}")).collect()
+    }
 }
 
 /// Makes clip `index` and writes it where it is true.

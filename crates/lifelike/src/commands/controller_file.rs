@@ -34,7 +34,9 @@ impl Loaded {
                 ))
             })?,
         };
-        Self::new(&source.policy, Arc::new(Robot::load(&name)?), prior.or(source.prior.as_deref()))
+        let file = ControllerFile::read(&source.policy)?;
+        let robot = Robot::load(&name)?.in_joint_order(&file.header().observation.joints)?;
+        Self::new(&source.policy, Arc::new(robot), prior.or(source.prior.as_deref()))
     }
 
     /// Reads a controller or a policy for a robot that was loaded before.

@@ -71,6 +71,9 @@ pub struct Args {
     /// File of families of clips, a row each in the tables: lines of a name and patterns of clip names.
     #[arg(long, value_name = "FILE")]
     pub families: Option<PathBuf>,
+    /// Give every frame the latent code of another one, drawn by this seed: what a policy loses by it is what it gets from codes.
+    #[arg(long, value_name = "SEED")]
+    pub permute_codes: Option<u64>,
     /// Say of every clip that it falls on why, and try which change of the clip would help.
     #[arg(long)]
     pub explain: bool,
@@ -169,8 +172,8 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
         let text = "--episodes, --deviation, --patience and --seed: expected --protocol thesis beside them";
         return Err(CliError::Usage(text.into()));
     }
-    if by_thesis && (args.explain || args.families.is_some()) {
-        return Err(CliError::Usage("--explain and --families: expected --protocol clips".into()));
+    if by_thesis && (args.explain || args.families.is_some() || args.permute_codes.is_some()) {
+        return Err(CliError::Usage("--explain, --families and --permute-codes: expected --protocol clips".into()));
     }
     let seconds = args.seconds.unwrap_or(10.0);
     if !(seconds > 0.0 && seconds <= 3600.0 && (1..=STARTS).contains(&args.starts)) {
@@ -191,7 +194,12 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
             .result(&found, || format!("{}report: {}\n{}", thesis_text(&found), report.display(), next::lines(&next)));
     }
     let families = args.families.as_deref().map(Families::read).transpose()?;
-    let options = EvaluationOptions { seconds, starts: args.starts, ..EvaluationOptions::default() };
+    let options = EvaluationOptions {
+        seconds,
+        starts: args.starts,
+        permute_codes: args.permute_codes,
+        ..EvaluationOptions::default()
+    };
     let mut evaluation = job.run(&clips, &options, output)?;
     by_feasibility(&mut evaluation, &clips, robot)?;
     if let Some(families) = families {
@@ -202,7 +210,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let report = save(&evaluation, table, robot, &title, &args.output)?;
     for repaired in explanations.iter().flatten().filter_map(|e| e.repaired.as_ref()) {
         let Some(folder) = &args.apply else { break };
-        container::write(&container_in(folder, &repaired.name), repaired)?;
+        container::write(&container_in(folder, &repaired.name)?, repaired)?;
     }
     let sentences: String = explanations.iter().flatten().map(|e| e.words() + "\n").collect();
     let result = Explained { evaluation: &evaluation, explanations };
@@ -335,7 +343,7 @@ fn write_json(result: &impl serde::Serialize, folder: &Path) -> Result<(), CliEr
     std::fs::create_dir_all(folder).map_err(CliError::write(folder))?;
     let json = serde_json::to_string_pretty(result).map_err(|e| CliError::Failed(e.to_string()))?;
     let file = folder.join("evaluation.json");
-    std::fs::write(&file, json).map_err(CliError::write(&file))
+    crate::output::write(&file, json)
 }
 
 /// Returns the protocol in a line.

@@ -243,17 +243,17 @@ fn jobs(args: &Args) -> Result<Vec<(Vec<String>, PathBuf)>, CliError> {
         return Err(CliError::Usage(format!("-o: expected a folder with --prompts, got '{file}'")));
     }
     let Some(file) = &args.prompts else {
-        let prompts = args.prompt.iter().chain(&args.then).map(|prompt| prompt.trim().to_string()).collect();
-        let prompts: Vec<String> = prompts;
+        let prompts: Vec<String> =
+            args.prompt.iter().chain(&args.then).map(|prompt| prompt.trim().to_string()).collect();
         let named = || container_in(&args.output, &prompts::slug(&prompts.join(" then ")));
-        let file = if destination::is_motion(&args.output) { args.output.clone() } else { named() };
+        let file = if destination::is_motion(&args.output) { args.output.clone() } else { named()? };
         return Ok(vec![(prompts, file)]);
     };
     let named = |(i, prompt): (usize, String)| {
-        let file = container_in(&args.output, &prompts::name(i + 1, &prompt));
-        (vec![prompt], file)
+        let file = container_in(&args.output, &prompts::name(i + 1, &prompt))?;
+        Ok((vec![prompt], file))
     };
-    Ok(prompts::read(file)?.into_iter().enumerate().map(named).collect())
+    prompts::read(file)?.into_iter().enumerate().map(named).collect()
 }
 
 fn no_generator(robot: &Robot, file: &str) -> CliError {

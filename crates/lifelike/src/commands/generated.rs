@@ -22,7 +22,7 @@ pub fn write(folder: &Path, spec: &RepresentationSpec, made: &[(Generated, Motio
     let mut file = Checkpoint::new();
     file.set_meta(KEY, spec)?;
     for (generated, clip) in made {
-        container::write(&container_in(folder, &clip.name), clip)?;
+        container::write(&container_in(folder, &clip.name)?, clip)?;
         let rows = &generated.rows;
         file.put_f32(&clip.name, &[rows.n, rows.width], rows.rows.clone())?;
     }

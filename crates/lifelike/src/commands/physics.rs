@@ -22,7 +22,7 @@ pub struct Physics {
     #[arg(long, default_value_t)]
     pub engine: EngineKind,
     /// Threads of the physics; one per processor where not given. Results do not depend on it.
-    #[arg(long, default_value_t = 0)]
+    #[arg(long, default_value_t = 0, value_parser = crate::bounds::threads)]
     pub threads: usize,
     /// Correct the simulated joints by what was learned from logs: an augmentation of `lifelike train augmentation`. It corrects the joints of
     /// the profile's group of actuators that has its class' name; all joints where no group has. May be given once for each class.

@@ -11,7 +11,13 @@ use crate::output::Output;
 /// Returns what physics makes of clips, each from its first frame.
 pub fn project(job: &Job<'_>, clips: &[MotionClip], output: &Output) -> Result<Vec<MotionClip>, CliError> {
     let seconds = clips.iter().map(MotionClip::seconds).fold(0.0, f64::max);
-    let options = EvaluationOptions { seconds, starts: 1, keep: clips.len(), after_fall: seconds };
+    let options = EvaluationOptions {
+        seconds,
+        starts: 1,
+        keep: clips.len(),
+        after_fall: seconds,
+        ..EvaluationOptions::default()
+    };
     let evaluation = job.run(clips, &options, output)?;
     if evaluation.rollouts.len() != clips.len() {
         let message = format!("expected {} motions out of physics, got {}", clips.len(), evaluation.rollouts.len());

@@ -48,7 +48,7 @@ impl From<GenerationError> for CliError {
 impl From<AugmentationError> for CliError {
     fn from(error: AugmentationError) -> Self {
         match error {
-            AugmentationError::Io { .. } => Self::Failed(error.to_string()),
+            AugmentationError::Io { ref source, .. } => Self::io(source, error.to_string()),
             AugmentationError::Report(error) => error.into(),
             AugmentationError::Train(error) => error.into(),
             AugmentationError::Sim(error) => error.into(),
@@ -60,7 +60,7 @@ impl From<AugmentationError> for CliError {
 impl From<SequencesError> for CliError {
     fn from(error: SequencesError) -> Self {
         match error {
-            SequencesError::Io { .. } => Self::Failed(error.to_string()),
+            SequencesError::Io { ref source, .. } => Self::io(source, error.to_string()),
             SequencesError::Representation(error) => error.into(),
             _ => Self::Input(error.to_string()),
         }
@@ -70,7 +70,7 @@ impl From<SequencesError> for CliError {
 impl From<TrackerError> for CliError {
     fn from(error: TrackerError) -> Self {
         match error {
-            TrackerError::Io { .. } => Self::Failed(error.to_string()),
+            TrackerError::Io { ref source, .. } => Self::io(source, error.to_string()),
             TrackerError::Simulation(error) => error.into(),
             TrackerError::Report(error) => error.into(),
             TrackerError::Train(error) => error.into(),

@@ -18,12 +18,28 @@ pub enum Kind {
     OtherParts,
     /// Something is in the ground. Measured by how deep (m).
     Underground,
+    /// A joint is beyond its range. Measured by how far (rad or m).
+    OutOfRange,
+    /// A joint jumps, as an angle does that is kept within one turn. Measured from one frame to the next (rad or m).
+    Jumping,
+    /// The root goes backwards with its orientation as it is, and forwards with the quaternion's parts in the order
+    /// `x y z w`. Measured by the share of the way.
+    QuaternionOrder,
 }
 
 impl Kind {
     /// All of them.
-    pub const ALL: [Self; 6] =
-        [Self::Unsupported, Self::Unbalanced, Self::Slipping, Self::TooFast, Self::OtherParts, Self::Underground];
+    pub const ALL: [Self; 9] = [
+        Self::Unsupported,
+        Self::Unbalanced,
+        Self::Slipping,
+        Self::TooFast,
+        Self::OtherParts,
+        Self::Underground,
+        Self::OutOfRange,
+        Self::Jumping,
+        Self::QuaternionOrder,
+    ];
 
     /// Returns the limit beyond which a frame counts.
     pub fn limit(self) -> f64 {
@@ -40,6 +56,11 @@ impl Kind {
             Self::OtherParts => 0.0,
             // Soft soles and captured feet are some millimetres deep now and then.
             Self::Underground => 0.03,
+            // Calibrations of captures and other models of a robot differ by a few degrees.
+            Self::OutOfRange => 0.1,
+            // No joint turns by this much from one frame to the next, at any usual rate.
+            Self::Jumping => 2.0,
+            Self::QuaternionOrder => 0.8,
         }
     }
 
@@ -56,6 +77,10 @@ impl Kind {
             // A stumble or a pat on the ground is no crawl.
             Self::OtherParts => 0.15,
             Self::Underground => 0.15,
+            Self::OutOfRange => 0.15,
+            Self::Jumping => 0.0,
+            // People do walk backwards: told, and no reason by itself.
+            Self::QuaternionOrder => f64::INFINITY,
         }
     }
 
@@ -68,6 +93,9 @@ impl Kind {
             Self::TooFast => "faster than the actuator",
             Self::OtherParts => "not only the soles on the ground",
             Self::Underground => "in the ground",
+            Self::OutOfRange => "beyond its range",
+            Self::Jumping => "jumps",
+            Self::QuaternionOrder => "goes backwards, forwards if its quaternions are x y z w",
         }
     }
 
@@ -76,7 +104,8 @@ impl Kind {
         match self {
             Self::Unsupported => "m/s²",
             Self::Unbalanced | Self::OtherParts | Self::Underground => "m",
-            Self::Slipping | Self::TooFast => "",
+            Self::Slipping | Self::TooFast | Self::QuaternionOrder => "",
+            Self::OutOfRange | Self::Jumping => "rad or m",
         }
     }
 }
@@ -113,6 +142,9 @@ impl Finding {
             Kind::Slipping => format!("needs a friction of {:.1}", self.worst),
             Kind::TooFast => format!("{:.1} times its largest speed", self.worst),
             Kind::OtherParts | Kind::Underground => format!("{:.2} m", self.worst),
+            Kind::OutOfRange => format!("by {:.2} rad", self.worst),
+            Kind::Jumping => format!("by {:.2} rad from one frame to the next", self.worst),
+            Kind::QuaternionOrder => format!("{:.0}% of the way", 100.0 * self.worst),
         };
         format!("{}{part} for {:.2} s from {:.2} s: {worst}", self.kind.words(), self.seconds, self.from)
     }

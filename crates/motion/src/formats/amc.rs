@@ -7,9 +7,9 @@ use lifelike_character::{Quat, Role, Vec3};
 
 use super::asf::{AsfSkeleton, Dof};
 use super::raw::{self, RawClip};
+use super::standing::Known;
 use super::text::{self, Lines};
 use super::{Format, ReadOptions, Reader, asf, clip_name, rest};
-use super::standing::Known;
 use crate::error::MotionError;
 use crate::roles::{self, Tree};
 use crate::source::SourceClip;

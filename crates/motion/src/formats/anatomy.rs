@@ -66,9 +66,8 @@ impl<'a> Body<'a> {
 
     /// Returns the length of thigh and shank, mean of both sides.
     pub fn leg_length(&self) -> f64 {
-        let bones = |[a, b, c]: [usize; 3]| {
-            (self.places[b] - self.places[a]).norm() + (self.places[c] - self.places[b]).norm()
-        };
+        let bones =
+            |[a, b, c]: [usize; 3]| (self.places[b] - self.places[a]).norm() + (self.places[c] - self.places[b]).norm();
         0.5 * (bones(self.legs[0]) + bones(self.legs[1]))
     }
 

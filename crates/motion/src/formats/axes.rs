@@ -51,6 +51,8 @@ impl FromStr for Axis {
             None => (false, text.strip_prefix('+').unwrap_or(text)),
         };
         let index = ["x", "y", "z"].iter().position(|axis| name.eq_ignore_ascii_case(axis));
-        index.map(|index| Self { index, negative }).ok_or_else(|| format!("expected x, -x, y, -y, z or -z, got '{text}'"))
+        index
+            .map(|index| Self { index, negative })
+            .ok_or_else(|| format!("expected x, -x, y, -y, z or -z, got '{text}'"))
     }
 }

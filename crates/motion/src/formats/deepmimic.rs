@@ -10,8 +10,8 @@ use std::path::{Path, PathBuf};
 use lifelike_character::{Quat, Vec3, rotation};
 
 use super::raw::{self, RawClip};
-use super::{Format, ReadOptions, Reader, clip_name, rest, text};
 use super::standing::Known;
+use super::{Format, ReadOptions, Reader, clip_name, rest, text};
 use crate::error::MotionError;
 use crate::source::SourceClip;
 
@@ -214,7 +214,10 @@ pub fn parse(
         parents: character.iter().map(|j| j.parent).collect(),
         offsets: character.iter().map(|j| j.offset).collect(),
         ends: Vec::new(),
-        known: Some(Known { basis: raw::about(0, std::f64::consts::FRAC_PI_2), rest: vec![Quat::identity(); character.len()] }),
+        known: Some(Known {
+            basis: raw::about(0, std::f64::consts::FRAC_PI_2),
+            rest: vec![Quat::identity(); character.len()],
+        }),
         hints: rest::Hints::default(),
         root_position,
         rotations,

@@ -71,7 +71,9 @@ impl RawClip {
     fn find_roles(&mut self, given: &BTreeMap<Role, usize>) -> Roles {
         let mut roles = roles::find(self.tree(), given);
         for [first, second, third] in roles::LEGS.into_iter().chain(roles::ARMS) {
-            let (Some(_), Some(joint), None) = (roles.get(first), roles.get(second), roles.get(third)) else { continue };
+            let (Some(_), Some(joint), None) = (roles.get(first), roles.get(second), roles.get(third)) else {
+                continue;
+            };
             let Some(at) = self.ends.iter().position(|(j, _)| *j == joint) else { continue };
             let (_, offset) = self.ends.swap_remove(at);
             self.names.push(format!("{}_end", self.names[joint]));
@@ -97,7 +99,8 @@ impl RawClip {
             names: self.names,
             parents: self.parents,
         };
-        let straight = if t_pose { rest::straighten(&mut skeleton, roles, &self.hints) } else { vec![Quat::identity(); n] };
+        let straight =
+            if t_pose { rest::straighten(&mut skeleton, roles, &self.hints) } else { vec![Quat::identity(); n] };
 
         let frames: Vec<Quat> = (0..n).map(|j| straight[j] * basis * rest[j]).collect();
         let before: Vec<Quat> = skeleton.parents.iter().map(|p| p.map_or(basis, |p| frames[p])).collect();

@@ -222,7 +222,9 @@ fn facing(samples: &Samples, roles: &Roles, up: Axis, stated: Stated) -> Result<
     let bodies = samples.places.iter().filter_map(|places| Body::new(places, roles));
     let found = bodies.filter(|body| body.axis().is_some_and(|axis| axis.angle(&up.unit()) < 0.8));
     let found = found.map(|body| body.left()).find_map(|left| left_across(&left, up));
-    found.ok_or_else(|| "the motion does not show where the body faces: state it, --forward x, -x, y, -y, z or -z".into())
+    found.ok_or_else(|| {
+        "the motion does not show where the body faces: state it, --forward x, -x, y, -y, z or -z".into()
+    })
 }
 
 /// Returns the share (-1 to 1) of the left direction that is left of where toes and knees point.
@@ -381,11 +383,8 @@ impl<'a> Solver<'a> {
         let apart = offsets[branches[0]] - offsets[branches[1]];
         let size = offsets[branches[0]].norm() + offsets[branches[1]].norm();
         // Collar bones may begin in one place.
-        let ends = if apart.norm() > 0.05 * size {
-            branches
-        } else {
-            [self.roles.get(limbs[0])?, self.roles.get(limbs[1])?]
-        };
+        let ends =
+            if apart.norm() > 0.05 * size { branches } else { [self.roles.get(limbs[0])?, self.roles.get(limbs[1])?] };
         let left = self.seen_from(joint, |places| places[ends[0]] - places[ends[1]])?;
         let middle = |places: &[Vec3]| 0.5 * (places[ends[0]] + places[ends[1]]);
         let next = self.roles.get(Role::Head).and_then(|head| {
@@ -395,7 +394,7 @@ impl<'a> Solver<'a> {
         let up = match next {
             Some(next) if is_pelvis => self.seen_from(joint, |places| places[next] - middle(places))?,
             Some(next) => self.seen_from(joint, |places| places[next] - places[joint])?,
-            None => self.seen_from(joint, |places| middle(places) - places[0])?,
+            None => self.seen_from(joint, |_| self.axes.up)?,
         };
         let up = (up - left * up.dot(&left)).try_normalize(1e-6)?;
         let own = from_axes(left.cross(&up), left, up);
@@ -430,9 +429,7 @@ impl<'a> Solver<'a> {
             Some(side.dot(&direction.cross(&flat)).atan2(side.dot(&flat)))
         });
         // The turn that brings an axis of the frame to the side, or to a quarter from it, next to the mean twist.
-        let exact = candidates.map(|angle| {
-            angle + ((twist - angle) / FRAC_PI_2).round() * FRAC_PI_2
-        });
+        let exact = candidates.map(|angle| angle + ((twist - angle) / FRAC_PI_2).round() * FRAC_PI_2);
         let nearest = exact.min_by(|a, b| (a - twist).abs().total_cmp(&(b - twist).abs()));
         about(nearest.filter(|angle| (angle - twist).abs() < NEAR).unwrap_or(twist))
     }

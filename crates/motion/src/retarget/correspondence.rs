@@ -62,8 +62,7 @@ impl FromStr for Correspondence {
         let mut table = toml::Table::new();
         let mut joints = toml::Table::new();
         for pair in text.split(',') {
-            let (role, name) =
-                pair.split_once('=').ok_or_else(|| format!("expected ROLE=JOINT,..., got '{pair}'"))?;
+            let (role, name) = pair.split_once('=').ok_or_else(|| format!("expected ROLE=JOINT,..., got '{pair}'"))?;
             let (role, name) = (role.trim().to_owned(), toml::Value::from(name.trim()));
             let joints = if role.ends_with("_toe") { &mut table } else { &mut joints };
             joints.insert(role, name);

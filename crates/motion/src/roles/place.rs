@@ -54,6 +54,16 @@ pub(super) fn fill(tree: Tree<'_>, roles: &mut Roles) {
     roles.unsided = true;
 }
 
+/// Returns the head of a skeleton in which no name tells it: the end of the longest chain from the chest that is no
+/// limb's.
+pub(super) fn head(tree: Tree<'_>, chest: usize, limbs: &[usize]) -> Option<usize> {
+    let branches: Vec<usize> = limbs
+        .iter()
+        .filter_map(|&limb| super::ancestors(tree.parents, limb).find(|&j| tree.parents[j] == Some(chest)))
+        .collect();
+    Chains::new(tree).below(chest, &branches).last().copied()
+}
+
 /// The longest chain below each joint.
 struct Chains {
     /// Children of each joint.
@@ -91,8 +101,10 @@ impl Chains {
 fn pairs(tree: Tree<'_>, all: &Chains) -> Vec<Pair> {
     let mut pairs = Vec::new();
     for at in 0..tree.parents.len() {
-        let chains: Vec<Vec<usize>> =
-            all.children[at].iter().map(|&child| std::iter::once(child).chain(all.below(child, &[])).collect()).collect();
+        let chains: Vec<Vec<usize>> = all.children[at]
+            .iter()
+            .map(|&child| std::iter::once(child).chain(all.below(child, &[])).collect())
+            .collect();
         for (i, a) in chains.iter().enumerate() {
             for b in &chains[i + 1..] {
                 if a.len() >= 3 && a.len() == b.len() && a.iter().zip(b).all(|(&a, &b)| same(tree, a, b)) {

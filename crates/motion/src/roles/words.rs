@@ -13,8 +13,8 @@ pub(super) const HEAD: &[&str] = &["head", "neck", "upperneck", "lowerneck"];
 const OTHERS: &[&str] = &["collar", "clavicle", "hipjoint", "buttock"];
 /// Words beside a part's that make something else of it: helper bones, controls, ends.
 const HELPERS: &[&str] = &[
-    "roll", "twist", "helper", "end", "nub", "tip", "site", "ik", "fk", "pole", "target", "ctrl", "control",
-    "volume", "share", "stretch", "tweak",
+    "roll", "twist", "helper", "end", "nub", "tip", "site", "ik", "fk", "pole", "target", "ctrl", "control", "volume",
+    "share", "stretch", "tweak",
 ];
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

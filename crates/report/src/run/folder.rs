@@ -1,6 +1,6 @@
 //! The folder of a run.
 
-use std::fs::{self, OpenOptions};
+use std::fs::{self, File, OpenOptions, TryLockError};
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
@@ -35,6 +35,15 @@ use crate::atomic::write_atomically;
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct RunFolder {
     path: PathBuf,
+}
+
+/// File whose lock says that a training writes into the folder.
+const LOCK: &str = ".lock";
+
+/// The right to train in a folder; the system takes it back when the process ends, however it ends.
+#[derive(Debug)]
+pub struct RunLock {
+    _file: File,
 }
 
 impl RunFolder {
@@ -106,6 +115,25 @@ impl RunFolder {
             expected: "the plan that is asked for".into(),
             got: "another one (name another folder)".into(),
         })
+    }
+
+    /// Locks the folder for a training that writes into it, until the lock is dropped or the process ends.
+    ///
+    /// # Errors
+    /// [`ReportError::Mismatch`] while another process has the lock; [`ReportError::Io`] where the folder cannot be written.
+    pub fn lock(&self) -> Result<RunLock, ReportError> {
+        let path = self.path.join(LOCK);
+        let file =
+            OpenOptions::new().create(true).truncate(false).write(true).open(&path).map_err(ReportError::io(&path))?;
+        match file.try_lock() {
+            Ok(()) => Ok(RunLock { _file: file }),
+            Err(TryLockError::WouldBlock) => Err(ReportError::Mismatch {
+                what: self.path.display().to_string(),
+                expected: "a run that nobody trains".into(),
+                got: "one that another process is training; wait for it, or name another folder".into(),
+            }),
+            Err(TryLockError::Error(error)) => Err(ReportError::io(&path)(error)),
+        }
     }
 
     /// Returns the plan that the run was started with.
@@ -225,6 +253,17 @@ mod tests {
     struct Plan {
         seed: u64,
         rate: f64,
+    }
+
+    #[test]
+    fn only_one_process_trains_in_a_folder() {
+        let folder = tempfile::tempdir().unwrap();
+        let run =
+            RunFolder::create(folder.path().join("a"), &std::collections::BTreeMap::from([("steps", 1)])).unwrap();
+        let lock = run.lock().unwrap();
+        assert!(run.lock().unwrap_err().to_string().contains("another process"));
+        drop(lock);
+        run.lock().unwrap();
     }
 
     #[test]

@@ -4,9 +4,11 @@ use std::collections::BTreeSet;
 
 use lifelike_character::rotation::{from_wxyz, to_wxyz};
 use lifelike_character::{JointKind, Kinematics, Vec3};
+use lifelike_checkpoint::rng::stream;
 use lifelike_motion::features::frames_of;
 use lifelike_motion::resample::resample;
 use lifelike_motion::{FeatureLayout, MotionClip};
+use rand::seq::SliceRandom;
 use sha2::{Digest, Sha256};
 
 use super::encoder::LatentEncoder;
@@ -123,6 +125,20 @@ impl ReferenceLibrary {
         self.clip.extend(std::iter::repeat_n(self.names.len() as u32, frames.len()));
         self.names.push(clip.name.clone());
         self.starts.push(self.len() + frames.len());
+        Ok(())
+    }
+
+    /// Gives every frame the latent code of another one, drawn by a seed: each code is used once.
+    ///
+    /// # Errors
+    /// [`RobotError::Mismatch`] for a library without codes.
+    pub fn permute_codes(&mut self, seed: u64) -> Result<(), RobotError> {
+        if self.latent == 0 {
+            return Err(mismatch("permuted codes".into(), "a policy that sees latent codes", "one without".into()));
+        }
+        let mut order: Vec<usize> = (0..self.len()).collect();
+        order.shuffle(&mut stream(seed, "permuted codes", 0, 0));
+        self.latents = order.iter().flat_map(|frame| self.latent_at(*frame).to_vec()).collect();
         Ok(())
     }
 

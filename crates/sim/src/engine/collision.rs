@@ -70,7 +70,7 @@ impl<V: Lanes> Detector<V> {
         let mut slot = 0;
         for shape in &s.tree.ground_shapes {
             collide_ground(s, shape, slot, forces, contacts);
-            slot += shape.points.len();
+            slot += shape.count();
         }
         self.update(s);
         self.find_near(s, forces);
@@ -244,7 +244,7 @@ fn collide_ground<V: Lanes>(
             let height = s.dynamics.origin[2] - V::splat(top);
             if !(V::splat(shape.reach) * V::splat(slant) + V::splat_f64(ROUNDING) - height - position[2]).any_positive()
             {
-                for slot in first..first + shape.points.len() {
+                for slot in first..first + shape.count() {
                     forces.keep(slot, zero);
                 }
                 return;
@@ -252,25 +252,17 @@ fn collide_ground<V: Lanes>(
             let middle = shape.middle.map(|m| add(position, &rotate_constant(rotation, &m)));
             let axis = shape.axis.map(|a| rotate_constant(rotation, &a));
             let (radius, margin) = (V::splat(shape.radius), V::splat(shape.mixed.margin));
-            for (k, local) in shape.points.iter().enumerate() {
-                let point = add(position, &rotate_constant(rotation, local));
-                let (above, normal) = match s.terrain {
-                    None => (point[2] + height, [zero, zero, one]),
-                    Some(terrain) => {
-                        let mut above = zero;
-                        let mut normal = [zero, zero, one];
-                        for lane in 0..V::LANES {
-                            let world = [0, 1, 2]
-                                .map(|k| s.dynamics.origin[k].lane(lane).to_f64() + point[k].lane(lane).to_f64());
-                            let (distance, n) = terrain.clearance(world);
-                            above.set_lane(lane, Scalar::new(distance));
-                            for k in 0..3 {
-                                normal[k].set_lane(lane, Scalar::new(n[k]));
-                            }
-                        }
-                        (above, normal)
-                    }
+            let curved = shape.curved.as_ref().map(|curved| {
+                let center = add(position, &rotate_constant(rotation, &curved.center));
+                let (_, normal) = ground_below(s, &center, height);
+                curved.points(rotation, &normal).map(|point| add(&center, &point))
+            });
+            for k in 0..shape.count() {
+                let point = match &curved {
+                    Some(points) => points[k],
+                    None => add(position, &rotate_constant(rotation, &shape.points[k])),
                 };
+                let (above, normal) = ground_below(s, &point, height);
                 let distance = above - radius;
                 let penetration = margin - distance;
                 let touching = match middle {
@@ -307,6 +299,24 @@ fn collide_ground<V: Lanes>(
             }
         },
     );
+}
+
+/// Returns the height of a point above the ground and the ground's normal; `height` is the root's above level ground.
+#[inline(always)]
+fn ground_below<V: Lanes>(s: &SolverContext<'_, V>, point: &Vec3<V>, height: V) -> (V, Vec3<V>) {
+    let (zero, one) = (V::zero(), V::splat_f64(1.0));
+    let Some(terrain) = s.terrain else { return (point[2] + height, [zero, zero, one]) };
+    let mut above = zero;
+    let mut normal = [zero, zero, one];
+    for lane in 0..V::LANES {
+        let world = [0, 1, 2].map(|k| s.dynamics.origin[k].lane(lane).to_f64() + point[k].lane(lane).to_f64());
+        let (distance, n) = terrain.clearance(world);
+        above.set_lane(lane, Scalar::new(distance));
+        for k in 0..3 {
+            normal[k].set_lane(lane, Scalar::new(n[k]));
+        }
+    }
+    (above, normal)
 }
 
 impl<T: Scalar> Pair<T> {

@@ -128,11 +128,11 @@ impl<V: Lanes> Columns<'_, V> {
             let (mut sum, mut slot) = (V::zero(), 0);
             for shape in &model.tree.ground_shapes {
                 if shape.foot == Some(foot) {
-                    for [a, b, c, d] in &block.forces.contact[slot..slot + shape.points.len()] {
+                    for [a, b, c, d] in &block.forces.contact[slot..slot + shape.count()] {
                         sum += *a + *b + *c + *d;
                     }
                 }
-                slot += shape.points.len();
+                slot += shape.count();
             }
             self.put(sum);
         }

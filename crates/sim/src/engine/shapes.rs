@@ -3,6 +3,7 @@
 use lifelike_character::{Character, Geom, GeomShape, Vec3};
 use lifelike_robot::Robot;
 
+use super::curved::{Curved, Form};
 use super::dof_chain::DofChain;
 use super::lanes::Scalar;
 use super::surface::{Mixed, Surface};
@@ -28,6 +29,8 @@ pub struct GroundShape<T> {
     pub body: usize,
     /// Points in the body frame (m).
     pub points: Vec<[T; 3]>,
+    /// In place of fixed points, of a cylinder or ellipsoid.
+    pub curved: Option<Curved<T>>,
     /// Every point is the centre of a ball of this radius (m).
     pub radius: T,
     /// Middle of the shape in the body frame (m): of a box only corners below it touch (MuJoCo's rule).
@@ -64,8 +67,20 @@ pub const ROUNDING: f64 = 1e-5;
 const BOX_BOX: usize = 4;
 const BOX_ROUND: usize = 2;
 
-/// Returns true for shapes that the engine collides.
-pub fn known(geom: &Geom) -> bool {
+impl<T: Scalar> GroundShape<T> {
+    /// Greatest number of its contacts.
+    pub fn count(&self) -> usize {
+        self.curved.as_ref().map_or(self.points.len(), Curved::count)
+    }
+}
+
+/// Returns true for shapes that touch the ground.
+pub fn touches_ground(geom: &Geom) -> bool {
+    touches_parts(geom) || matches!(geom.shape, GeomShape::Cylinder(..) | GeomShape::Ellipsoid(_))
+}
+
+/// Returns true for shapes that touch the ground and other parts of the robot.
+pub fn touches_parts(geom: &Geom) -> bool {
     matches!(geom.shape, GeomShape::Sphere(_) | GeomShape::Capsule(..) | GeomShape::Box(_))
 }
 
@@ -103,7 +118,7 @@ pub fn ground_shapes<T: Scalar>(robot: &Robot, ground: &Surface) -> Vec<GroundSh
     let character = &robot.character;
     let excluded = |g: &Geom| character.excludes.iter().any(|pair| [(0, g.body), (g.body, 0)].contains(pair));
     solid(character)
-        .filter(|g| known(g) && Surface::of(g).can_collide(ground) && !excluded(g))
+        .filter(|g| touches_ground(g) && Surface::of(g).can_collide(ground) && !excluded(g))
         .map(|geom| {
             let mixed = Surface::of(geom).mix(ground, robot.timestep());
             ground_shape(geom, mixed, robot.anatomy.foot_of(character, geom.body))
@@ -121,7 +136,7 @@ pub fn pairs<'a, T: Scalar>(
 ) -> (Vec<Shape<T>>, Vec<Pair<T>>) {
     let (mut geoms, mut shapes, mut pairs) = (Vec::<&Geom>::new(), Vec::<Shape<T>>::new(), Vec::new());
     let is_box = |g: &Geom| matches!(g.shape, GeomShape::Box(_));
-    for (a, b) in collision_pairs(&robot.character).into_iter().filter(|(a, b)| known(a) && known(b)) {
+    for (a, b) in collision_pairs(&robot.character).into_iter().filter(|(a, b)| touches_parts(a) && touches_parts(b)) {
         let (a, b) = if is_box(a) && !is_box(b) { (b, a) } else { (a, b) };
         let bodies = [a.body, b.body];
         let dof_chain = DofChain::between(chain(bodies[0]), chain(bodies[1]));
@@ -190,7 +205,15 @@ fn ground_shape<T: Scalar>(geom: &Geom, mixed: Mixed<T>, foot: Option<usize>) ->
         _ => (Vec::new(), 0.0),
     };
     let points: Vec<Vec3> = local.into_iter().map(|p| geom.position + geom.orientation * p).collect();
-    let reach = points.iter().map(|p| p.norm()).fold(0.0, f64::max) + radius + mixed.margin.to_f64();
+    let form = match geom.shape {
+        GeomShape::Cylinder(radius, half) => Some((Form::Cylinder(T::new(radius), T::new(half)), radius.hypot(half))),
+        GeomShape::Ellipsoid(half) => Some((Form::Ellipsoid(numbers(half)), half.max())),
+        _ => None,
+    };
+    let axes = || [Vec3::x(), Vec3::y(), Vec3::z()].map(|axis| numbers(geom.orientation * axis));
+    let curved = form.map(|(form, _)| Curved { center: numbers(geom.position), axes: axes(), form });
+    let bound = form.map_or(0.0, |(_, bound)| geom.position.norm() + bound);
+    let reach = points.iter().map(|p| p.norm()).fold(bound, f64::max) + radius + mixed.margin.to_f64();
     let z = || numbers(geom.orientation * Vec3::z());
     GroundShape {
         body: geom.body,
@@ -199,6 +222,7 @@ fn ground_shape<T: Scalar>(geom: &Geom, mixed: Mixed<T>, foot: Option<usize>) ->
         axis: matches!(geom.shape, GeomShape::Capsule(..)).then(z),
         reach: T::new(reach),
         points: points.into_iter().map(numbers).collect(),
+        curved,
         mixed,
         foot,
     }

@@ -183,7 +183,7 @@ impl<T: Scalar> Tree<T> {
             })
             .collect();
         tree.ground_shapes = shapes::ground_shapes(robot, &surface);
-        tree.contacts = tree.ground_shapes.iter().map(|shape| shape.points.len()).sum();
+        tree.contacts = tree.ground_shapes.iter().map(|shape| shape.count()).sum();
         let chains: Vec<&[usize]> =
             tree.bodies.iter().map(|b| b.last_dof.map_or(&[][..], |dof| tree.dofs[dof].chain.as_slice())).collect();
         (tree.shapes, tree.pairs) = shapes::pairs(robot, |body| chains[body], &mut tree.dof_chains, &mut tree.contacts);

@@ -3,15 +3,18 @@
 use lifelike_character::{GeomShape, JointKind};
 use lifelike_robot::Robot;
 
-use super::shapes::{known, solid};
+use super::shapes::{collision_pairs, solid, touches_ground, touches_parts};
 
 /// Returns the properties of a robot that this engine does not simulate, a line each.
 pub fn unsupported(robot: &Robot) -> Vec<String> {
     let mut lines = Vec::new();
     let character = &robot.character;
     for geom in solid(character) {
-        if !known(geom) {
+        let pairs = || collision_pairs(character).into_iter().any(|(a, b)| a.name == geom.name || b.name == geom.name);
+        if !touches_ground(geom) {
             lines.push(format!("geom '{}': its shape touches nothing", geom.name));
+        } else if !touches_parts(geom) && pairs() {
+            lines.push(format!("geom '{}': its shape touches the ground and no other parts", geom.name));
         }
         if geom.condim > 3 {
             lines.push(format!("geom '{}': no torsional or rolling friction", geom.name));

@@ -80,6 +80,12 @@ pub fn latest_of_all(
     };
     match found {
         Some((info, bytes)) => Ok(Some(Checkpoint::from_bytes(&bytes, &checkpoints.path(info.iteration))?)),
+        // Beginning anew would overwrite what may still be saved.
+        None if !checkpoints.list().is_empty() && collective.size() == 1 => Err(TrainError::Mismatch {
+            what: folder.path().display().to_string(),
+            expected: "a checkpoint that is whole".into(),
+            got: "damaged ones only; put back a copy of checkpoints/, or begin anew in another folder".into(),
+        }),
         None if folder.path().join(OLD_FILE).is_file() => Err(TrainError::Mismatch {
             what: folder.path().display().to_string(),
             expected: "a run with its checkpoints in the folder checkpoints/".into(),

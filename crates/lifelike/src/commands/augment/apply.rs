@@ -36,7 +36,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     std::fs::create_dir_all(&args.output).map_err(CliError::write(&args.output))?;
     let mut files = Vec::with_capacity(traces.len());
     for trace in &traces {
-        let file = args.output.join(format!("{}{}", trace.name, container::EXTENSION));
+        let file = crate::destination::named(&args.output, &trace.name, container::EXTENSION)?;
         container::save(&augmentation.corrected(trace, args.feedback.into())?, &file)?;
         files.push(file);
     }

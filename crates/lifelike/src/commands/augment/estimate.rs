@@ -57,7 +57,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
         None => sources::traces(&args.logs)?,
         Some(map) => {
             let columns: TableMap = sources::described(map)?;
-            let files = sources::files(&args.logs, ".csv")?;
+            let files = sources::files(&args.logs, &[".csv"])?;
             files.iter().map(|file| table::read(file, &columns)).collect::<Result<Vec<_>, _>>()?
         }
     };
@@ -71,7 +71,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
             trace = augmentation.corrected(&trace, args.feedback.into())?;
         }
         after.extend(gap::gaps(&trace));
-        container::save(&trace, &args.output.join(format!("{}{}", trace.name, container::EXTENSION)))?;
+        container::save(&trace, &crate::destination::named(&args.output, &trace.name, container::EXTENSION)?)?;
     }
     let (before, after) = (gap::summary(&before), gap::summary(&after));
     let value = json!({ "runs": logs.len(), "folder": args.output, "simulation": before, "estimate": after });

@@ -70,7 +70,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
             random::draw(&robot, &spec)?
         }
         poses => {
-            let files = sources::files(poses, authored::EXTENSION)?;
+            let files = sources::files(poses, &[authored::EXTENSION])?;
             let load = |file: &PathBuf| authored::load(file, &robot, args.seconds, args.speed);
             files.iter().map(load).collect::<Result<Vec<_>, _>>()?
         }
@@ -78,7 +78,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let covered = coverage(&robot, &references)?;
     std::fs::create_dir_all(&args.output).map_err(CliError::write(&args.output))?;
     for trace in &references {
-        container::save(trace, &args.output.join(format!("{}{}", trace.name, container::EXTENSION)))?;
+        container::save(trace, &crate::destination::named(&args.output, &trace.name, container::EXTENSION)?)?;
     }
     let value = json!({ "runs": references.len(), "folder": args.output, "coverage": covered });
     output.result(&value, || {

@@ -66,7 +66,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let text = toml::to_string(&servo).map_err(|error| CliError::Failed(error.to_string()))?;
     let names: Vec<&str> = learn.iter().map(|(log, _)| log.name.as_str()).collect();
     let text = format!("# Fitted ({}) to {}.\n{text}", model.name(), names.join(", "));
-    std::fs::write(&args.output, text).map_err(CliError::write(&args.output))?;
+    crate::output::write(&args.output, text)?;
     let mut table = Table::new(
         "Mean absolute error of the position",
         vec![Column::text("log"), Column::text("used to"), Column::number("error", "deg")],

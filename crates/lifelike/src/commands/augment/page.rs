@@ -63,7 +63,7 @@ pub fn save(
     std::fs::create_dir_all(folder).map_err(CliError::write(folder))?;
     let text = serde_json::to_string_pretty(value).map_err(|e| CliError::Failed(e.to_string()))?;
     let file = folder.join("gap.json");
-    std::fs::write(&file, text).map_err(CliError::write(&file))?;
+    crate::output::write(&file, text)?;
     let mut report = ReportBuilder::new("Simulation and measurement");
     for (name, gaps) in measured {
         let mut own = summary(&lifelike_augmentation::gap::summary(gaps));

@@ -75,7 +75,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     std::fs::create_dir_all(&args.output).map_err(CliError::write(&args.output))?;
     let mut files = Vec::with_capacity(traces.len());
     for trace in &traces {
-        let file = args.output.join(format!("{}{}", trace.name, container::EXTENSION));
+        let file = crate::destination::named(&args.output, &trace.name, container::EXTENSION)?;
         container::save(trace, &file)?;
         files.push(file);
     }
@@ -97,7 +97,7 @@ fn of_robot(args: &Args, robot: &str, map: &Path) -> Result<Vec<Trace>, CliError
     let columns: TableMap = sources::described(map)?;
     let robot = Arc::new(Robot::load(robot)?);
     let mut simulation = args.physics.simulate(None, &robot, 1)?;
-    let files = sources::files(&args.logs, ".csv")?;
+    let files = sources::files(&args.logs, &[".csv"])?;
     let one = |file: &PathBuf| Ok(replay::replayed(&table::read(file, &columns)?, &mut simulation, None)?);
     files.iter().map(one).collect()
 }

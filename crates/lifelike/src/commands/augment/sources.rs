@@ -10,13 +10,13 @@ use crate::error::CliError;
 
 /// Reads traces: files, and folders of them, in the order of their names.
 pub fn traces(paths: &[PathBuf]) -> Result<Vec<Trace>, CliError> {
-    let files = files(paths, container::EXTENSION)?;
+    let files = files(paths, &[container::EXTENSION])?;
     Ok(files.iter().map(|file| container::load(file)).collect::<Result<Vec<_>, _>>()?)
 }
 
 /// Reads logs of a bench: files, and folders of them.
 pub fn bench_logs(paths: &[PathBuf]) -> Result<Vec<BenchLog>, CliError> {
-    let files = files(paths, ".json")?;
+    let files = files(paths, &[".json", ".csv"])?;
     Ok(files.iter().map(|file| BenchLog::read(file)).collect::<Result<Vec<_>, _>>()?)
 }
 
@@ -49,12 +49,13 @@ pub fn servo(name: Option<&str>, logs: &[BenchLog]) -> Result<Servo, CliError> {
 
 /// Reads what a TOML file describes: a servo, a map of columns, a twin.
 pub fn described<T: serde::de::DeserializeOwned>(path: &Path) -> Result<T, CliError> {
-    let text = std::fs::read_to_string(path).map_err(CliError::write(path))?;
+    let text =
+        std::fs::read_to_string(path).map_err(|error| CliError::Input(format!("{}: {error}", path.display())))?;
     toml::from_str(&text).map_err(|error| CliError::Input(format!("{}: {error}", path.display())))
 }
 
-/// Returns files, and those of folders that end in `ending`, in the order of their names.
-pub fn files(paths: &[PathBuf], ending: &str) -> Result<Vec<PathBuf>, CliError> {
+/// Returns files, and those of folders that have one of the `endings`, in the order of their names.
+pub fn files(paths: &[PathBuf], endings: &[&str]) -> Result<Vec<PathBuf>, CliError> {
     let mut files = Vec::new();
     for path in paths {
         if path.is_dir() {
@@ -62,11 +63,12 @@ pub fn files(paths: &[PathBuf], ending: &str) -> Result<Vec<PathBuf>, CliError> 
             let mut inside: Vec<PathBuf> = entries
                 .map(|entry| Ok(entry.map_err(CliError::write(path))?.path()))
                 .collect::<Result<Vec<_>, CliError>>()?;
-            inside.retain(|file| file.to_string_lossy().ends_with(ending));
+            inside.retain(|file| endings.iter().any(|ending| file.to_string_lossy().ends_with(ending)));
             inside.sort();
             if inside.is_empty() {
+                let expected = endings.join(" or ");
                 return Err(CliError::Input(format!(
-                    "{}: expected files ending in {ending}, got none",
+                    "{}: expected files ending in {expected}, got none",
                     path.display()
                 )));
             }

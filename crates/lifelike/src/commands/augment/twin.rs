@@ -65,7 +65,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let mut gaps = Vec::new();
     for some in references.chunks(measuring.environments) {
         for trace in on_twin(some, &robot, &robot, &spec, &measuring)? {
-            container::save(&trace, &args.output.join(format!("{}{}", trace.name, container::EXTENSION)))?;
+            container::save(&trace, &crate::destination::named(&args.output, &trace.name, container::EXTENSION)?)?;
             gaps.extend(gap::gaps(&trace));
         }
     }

@@ -33,7 +33,7 @@ pub struct Args {
     #[arg(default_value = "lima")]
     robots: Vec<String>,
     /// Numbers of environments.
-    #[arg(long, value_delimiter = ',', default_value = "256")]
+    #[arg(long, value_delimiter = ',', default_value = "256", value_parser = crate::bounds::environments)]
     environments: Vec<usize>,
     /// Kinds of ground: flat, or hills 15 cm high.
     #[arg(long, value_delimiter = ',', default_value = "flat")]
@@ -45,7 +45,7 @@ pub struct Args {
     #[arg(long)]
     self_collision: bool,
     /// Threads; 0 for one per processor.
-    #[arg(long, default_value_t = 1)]
+    #[arg(long, default_value_t = 1, value_parser = crate::bounds::threads)]
     threads: usize,
     /// Seconds of each of four rounds; the first one does not count.
     #[arg(long, default_value_t = 1.0)]

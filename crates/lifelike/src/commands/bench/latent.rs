@@ -144,7 +144,7 @@ fn save(value: &Value, folder: &Path) -> Result<(), CliError> {
     std::fs::create_dir_all(folder).map_err(CliError::write(folder))?;
     let text = serde_json::to_string_pretty(value).map_err(|e| CliError::Failed(e.to_string()))?;
     let file = folder.join("latent.json");
-    std::fs::write(&file, text).map_err(CliError::write(&file))
+    crate::output::write(&file, text)
 }
 
 fn text(scores: &[LatentScore], reconstructions: &[Reconstruction], probes: &[Probe], clips: usize) -> String {

@@ -112,7 +112,7 @@ fn save(found: &Robustness, robot: &Robot, policy: &Path, folder: &Path) -> Resu
     std::fs::create_dir_all(folder).map_err(CliError::write(folder))?;
     let json = serde_json::to_string_pretty(found).map_err(|e| CliError::Failed(e.to_string()))?;
     let file = folder.join("robustness.json");
-    std::fs::write(&file, json).map_err(CliError::write(&file))?;
+    crate::output::write(&file, json)?;
     let page = ReportBuilder::new(format!("Disturbances that {} withstands", policy.display()))
         .subtitle("Survival and tracking error against the size of disturbances; the page draws all ground level.")
         .fact("robot", found.robot.clone())

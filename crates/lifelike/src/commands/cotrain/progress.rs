@@ -43,7 +43,7 @@ impl Done {
     pub fn add(&mut self, stage: String) -> Result<(), CliError> {
         self.stages.insert(stage);
         let text = serde_json::to_string_pretty(self).map_err(|e| CliError::Failed(e.to_string()))?;
-        std::fs::write(&self.file, text).map_err(CliError::write(&self.file))
+        crate::output::write(&self.file, text)
     }
 }
 

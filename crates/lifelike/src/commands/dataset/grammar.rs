@@ -26,6 +26,7 @@ use crate::progress::Progress;
 Examples:
   lifelike dataset grammar --robot lima -o data/lima/grammar                 # 8 hours, in minutes
   lifelike dataset grammar --robot g1 -o data/g1/small --hours 0.2 --seed 3
+  lifelike dataset grammar --robot g1 -o data/g1/small --hours 0.2 --seed 3 --resume
   lifelike dataset grammar --grammar my_grammar.toml -o data/lima/mine       # other verbs, other words
   lifelike dataset check data/lima/grammar
 
@@ -44,6 +45,9 @@ pub struct Args {
     /// Seed: another one makes other clips.
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
+    /// Go on with the unfinished data set in the folder, after Ctrl-C or a kill.
+    #[arg(long)]
+    pub resume: bool,
     /// A grammar of your own (TOML) instead of the built-in one.
     #[arg(long)]
     pub grammar: Option<PathBuf>,
@@ -58,7 +62,9 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let robot = Robot::load(&args.robot)?;
     let mut options = clips::retarget_options(&robot);
     clips::limit_speeds(&mut options, &robot);
-    make_folders(&args.output)?;
+    if !args.resume {
+        make_folders(&args.output)?;
+    }
     let generator = Generator::new(&grammar, &robot.character, &robot.anatomy, options)?;
     for (verb, why) in &generator.left_out {
         tracing::warn!("{} cannot do '{verb}': {why}", robot.name);
@@ -66,7 +72,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let stop = interrupt::flag()?;
     let wanted = (3600.0 * args.hours).ceil() as u64;
     let mut progress = Progress::new(output, "seconds of motion", wanted);
-    let limits = Options { hours: args.hours, seed: args.seed };
+    let limits = Options { hours: args.hours, seed: args.seed, resume: args.resume };
     let started = Instant::now();
     let summary = write(&generator, &args.output, &limits, &stop, |seconds| {
         progress.update(seconds as u64, wanted, || format!("{:.2} h", seconds / 3600.0));
@@ -99,7 +105,10 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
         )
     })?;
     if stop.load(std::sync::atomic::Ordering::SeqCst) {
-        return Err(CliError::Interrupted(format!("{:.2} of {} hours are in the data set", summary.hours, args.hours)));
+        return Err(CliError::Interrupted(format!(
+            "{:.2} of {} hours are in the data set; go on with the same command and --resume",
+            summary.hours, args.hours
+        )));
     }
     Ok(())
 }

@@ -30,7 +30,9 @@ pub fn inspect(name: &str, output: &Output) -> Result<(), CliError> {
             value["not_simulated"] = json!(unsupported(&robot));
             value["default_pose"] = json!(robot.default_pose);
             let actuators = robot.actuators.joints.iter().zip(&robot.actuators.parameters);
-            value["actuators"] = actuators.map(|(joint, p)| json!({ "joint": joint, "parameters": p })).collect();
+            let drive = |joint: &str| robot.character.drive(robot.character.joint(joint).ok()?);
+            let actuator = |(joint, p): (&String, _)| json!({ "joint": joint, "parameters": p, "model": drive(joint) });
+            value["actuators"] = actuators.map(actuator).collect();
             let roles = robot.anatomy.places.iter();
             value["anatomy"] = roles
                 .map(|(role, place)| json!({ "role": role, "body": robot.character.bodies[place.body].name }))

@@ -95,7 +95,9 @@ fn text(checked: &[(PathBuf, Feasibility)]) -> String {
 fn row(f: &Feasibility) -> Vec<Cell> {
     let kinds = Kind::ALL.into_iter().filter_map(|kind| {
         let all = || f.findings.iter().filter(move |x| x.kind == kind);
-        let ruling = f.reasons().find(|x| x.kind == kind)?;
+        // What never rules a clip out is told all the same.
+        let ruling = f.reasons().find(|x| x.kind == kind);
+        let ruling = ruling.or_else(|| all().find(|x| x.kind.patience().is_infinite()))?;
         let seconds: f64 = all().map(|x| x.seconds).sum();
         Some(format!("{} ({seconds:.2} s in all)", ruling.words()))
     });

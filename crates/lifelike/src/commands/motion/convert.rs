@@ -9,7 +9,8 @@ use lifelike_motion::resample::resample;
 use lifelike_motion::{MotionClip, container, dataset};
 use serde_json::json;
 
-use super::{container_in, target};
+use super::container_in;
+use crate::destination;
 use crate::error::CliError;
 use crate::output::{Output, table};
 
@@ -52,13 +53,13 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
         let clip = args.fps.map_or_else(|| Ok(clip.clone()), |fps| resample(&clip, fps))?;
         let path = match args.to {
             Format::Motion => {
-                let path = container_in(&args.output, &clip.name);
+                let path = container_in(&args.output, &clip.name)?;
                 container::write(&path, &clip)?;
                 path
             }
             Format::Csv => {
-                let path = target(&args.output, &clip.name, ".csv");
-                std::fs::write(&path, csv(&clip)).map_err(CliError::write(&path))?;
+                let path = destination::named(&args.output, &clip.name, ".csv")?;
+                crate::output::write(&path, csv(&clip))?;
                 path
             }
         };

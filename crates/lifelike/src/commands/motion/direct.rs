@@ -107,7 +107,7 @@ impl Common {
             clip.name.clone_from(name);
         }
         clip.provenance.character.clone_from(&stage.robot.character.name);
-        let file = file_of(&self.output, &mut clip);
+        let file = file_of(&self.output, &mut clip)?;
         container::write(&file, &clip)?;
         let too_fast = too_fast(&clip, &stage.options.velocity_limit);
         let next = stage.next(&file);

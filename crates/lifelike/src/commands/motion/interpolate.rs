@@ -81,7 +81,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let between = |how| interpolate(&prior, &robot.character, a.rows(), b.rows(), how);
     let how = if args.ramp { Blend::Ramp } else { Blend::Constant(args.weight) };
     let mut made = named(between(how)?, &first, &second, args);
-    let path = file_of(&args.output, &mut made.clip);
+    let path = file_of(&args.output, &mut made.clip)?;
     container::write(&path, &made.clip)?;
     let rows = [
         row(&robot, first.name.clone(), &first, None)?,

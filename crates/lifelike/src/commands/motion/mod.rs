@@ -82,19 +82,13 @@ impl Motion {
     }
 }
 
-/// Returns the file of a clip of this name. Names become file names without anything that could lead to another folder.
-fn target(folder: &Path, name: &str, extension: &str) -> PathBuf {
-    let safe: String = name.chars().map(|c| if c.is_alphanumeric() || "-_.+".contains(c) { c } else { '_' }).collect();
-    folder.join(format!("{}{extension}", safe.trim_start_matches('.')))
-}
-
 /// Returns the file of a clip: the one that was asked for, else one of its name in the folder. A clip goes by its file's name.
-pub fn file_of(output: &Path, clip: &mut MotionClip) -> PathBuf {
+pub fn file_of(output: &Path, clip: &mut MotionClip) -> Result<PathBuf, CliError> {
     if !destination::is_motion(output) {
         return container_in(output, &clip.name);
     }
     clip.name = clip_name(output);
-    output.to_path_buf()
+    Ok(output.to_path_buf())
 }
 
 /// Returns the name of the clip in a file.
@@ -104,18 +98,9 @@ pub fn clip_name(file: &Path) -> String {
 }
 
 /// Returns the file of a clip's container.
-pub fn container_in(folder: &Path, name: &str) -> PathBuf {
-    target(folder, name, EXTENSION)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_clip_cannot_choose_its_folder() {
-        let at = |name| container_in(Path::new("out"), name).to_string_lossy().into_owned();
-        assert_eq!(at("07_01"), "out/07_01.motion.safetensors");
-        assert_eq!(at("../../etc/x y"), "out/_.._etc_x_y.motion.safetensors");
-    }
+///
+/// # Errors
+/// As [`destination::named`].
+pub fn container_in(folder: &Path, name: &str) -> Result<PathBuf, CliError> {
+    destination::named(folder, name, EXTENSION)
 }

@@ -95,14 +95,14 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     std::fs::create_dir_all(&args.output).map_err(CliError::write(&args.output))?;
     let mut written = 0;
     for (clip, _) in repaired.iter().filter(|(_, r)| args.keep_all || r.done()) {
-        container::write(&container_in(&args.output, &clip.name), clip)?;
+        container::write(&container_in(&args.output, &clip.name)?, clip)?;
         written += 1;
     }
     let reports: Vec<&Outcome> = repaired.iter().map(|(_, report)| report).collect();
     let file = args.output.join("repair.json");
     let value = json!({ "folder": args.output, "written": written, "clips": reports });
     let text = serde_json::to_string_pretty(&value).map_err(|error| CliError::Failed(error.to_string()))?;
-    std::fs::write(&file, text).map_err(CliError::write(&file))?;
+    crate::output::write(&file, text)?;
     output.result(&value, || summary(&reports, written, args))?;
     if written == 0 { Err(CliError::Input("every clip was refused".into())) } else { Ok(()) }
 }

@@ -181,7 +181,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let report = args.output.join("retarget.json");
     let json = serde_json::json!({ "summary": summary, "options": options, "clips": done });
     let text = serde_json::to_string_pretty(&json).map_err(|e| CliError::Failed(e.to_string()))?;
-    std::fs::write(&report, text).map_err(CliError::write(&report))?;
+    crate::output::write(&report, text)?;
     let page = args.look.then(|| look(&args.output, &robot, &read, &done)).transpose()?;
     output.result(&json, || summary::text(&summary, &done, (&report, page.as_deref()), &args.robot))?;
     if stop.load(Ordering::SeqCst) {
@@ -240,7 +240,7 @@ fn convert(
             (clip, repaired) = (made, Some(told.change));
         }
     }
-    let path = container_in(&args.output, &clip.name);
+    let path = container_in(&args.output, &clip.name).map_err(|error| error.to_string())?;
     container::write(&path, &clip).map_err(words)?;
     let found = feasibility::check(&clip, &robot.character, &robot.anatomy, &robot.speeds()).map_err(words)?;
     Ok(Converted { file: path, report, verdict: Verdict::without_physics(&found), repaired })

@@ -50,7 +50,7 @@ impl<'a> Driver<'a> {
     pub fn train<T: TrainingTask>(
         &self,
         task: &mut T,
-        words: impl Fn(&lifelike_train::Progress<'_, T::Metrics>) -> String,
+        mut words: impl FnMut(&lifelike_train::Progress<'_, T::Metrics>) -> String,
     ) -> Result<Option<Summary<T::Metrics>>, CliError>
     where
         CliError: From<T::Error>,
@@ -59,6 +59,7 @@ impl<'a> Driver<'a> {
         let stop = AtomicBool::new(interrupted.load(Ordering::SeqCst));
         let quiet = Output { quiet: true, ..*self.output };
         let first = self.collective.rank() == 0;
+        let _lock = first.then(|| self.folder.lock()).transpose()?;
         if first {
             Machine::this().record(self.folder)?;
         }
@@ -73,9 +74,10 @@ impl<'a> Driver<'a> {
             let sitting = self.minutes.map(|minutes| 60.0 * minutes - began.elapsed().as_secs_f64());
             let left = sitting.map_or(now.remaining_seconds, |sitting| now.remaining_seconds.min(sitting));
             let share = now.seconds / (now.seconds + left).max(1e-9);
-            progress.update_time(share, left, || format!("{}  {}", words(now), steps_of(now.done, now.total)));
+            let words = words(now);
+            progress.update_time(share, left, || format!("{words}  {}", steps_of(now.done, now.total)));
             if let Some(page) = page.as_mut().filter(|page| page.is_due()) {
-                let facts = facts("trains", now.done, now.total, now.seconds, Some(left), &words(now));
+                let facts = facts("trains", now.done, now.total, now.seconds, Some(left), &words);
                 // A page that cannot be written is no reason to stop.
                 if let Err(error) = page.show(now.iteration, &facts, false) {
                     tracing::warn!("live page: {error}");

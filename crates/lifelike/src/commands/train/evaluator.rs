@@ -72,7 +72,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     });
     let file = folder.join("scores.json");
     let text = serde_json::to_string_pretty(&value).map_err(|e| CliError::Failed(e.to_string()))?;
-    std::fs::write(&file, text).map_err(CliError::write(&file))?;
+    crate::output::write(&file, text)?;
     output.result(&value, || {
         format!(
             "{} iterations, {} parameters, {motions} motions; real motion under its own sentences:\n\n{}\nevaluator: {}\n",

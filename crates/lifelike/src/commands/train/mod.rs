@@ -13,6 +13,7 @@ pub mod processes;
 pub mod rehearsal;
 pub mod source;
 pub mod spline;
+mod stall;
 pub mod tracker;
 pub mod watch;
 

@@ -87,7 +87,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     });
     let text = serde_json::to_string_pretty(&value).map_err(|e| CliError::Failed(e.to_string()))?;
     let file = folder.join("reconstruction.json");
-    std::fs::write(&file, text).map_err(CliError::write(&file))?;
+    crate::output::write(&file, text)?;
     output.result(&value, || {
         format!(
             "{} of {total} iterations, {} parameters, {} clips with {windows} windows; from control points alone, {} {of}:\n\n{}\n{}model: {}\nnext:  {}\n",

@@ -17,6 +17,7 @@ use super::hardware::Hardware;
 use super::keys;
 use super::processes;
 use super::source::Source;
+use super::stall::Stall;
 use super::watch::Look;
 use crate::commands::clips;
 use crate::commands::export;
@@ -126,8 +127,12 @@ fn train_distributed(
     let run = created.unwrap_or_else(|| Ok(RunFolder::open(folder)?.into()))?;
     let look = (source.watch && first).then(|| look(plan, folder, hardware)).transpose()?;
     let driver = Driver { collective: all.as_ref(), look: look.as_ref(), ..Driver::of(source, &run, output) };
+    let mut stall = Stall::default();
     let summary = driver.train(&mut trainer, |now| {
         let metrics = now.metrics;
+        if let Some(warning) = stall.note(now.done, metrics.survival).filter(|_| first) {
+            tracing::warn!("{warning}");
+        }
         format!(
             "survival {:.0}%  {:.0} steps/s  reward {:.2}  episode {:.1} s  iteration {}",
             100.0 * metrics.survival,

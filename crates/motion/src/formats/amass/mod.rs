@@ -17,8 +17,8 @@ use std::path::Path;
 use lifelike_character::{Quat, Vec3};
 
 use super::raw::{self, RawClip};
-use super::{Format, ReadOptions, Reader, clip_name, rest};
 use super::standing::Known;
+use super::{Format, ReadOptions, Reader, clip_name, rest};
 use crate::error::MotionError;
 use crate::source::SourceClip;
 
@@ -114,7 +114,9 @@ fn poses(archive: &mut Archive<'_>) -> Result<(usize, Vec<f64>), MotionError> {
     let root = root.rows(3)?;
     let body = archive.array("pose_body")?;
     if body.shape() != [frames, width - 3] {
-        return Err(body.wrong_shape(&format!("of shape [{frames}, {}], as 'root_orient' has {frames} frames", width - 3)));
+        return Err(
+            body.wrong_shape(&format!("of shape [{frames}, {}], as 'root_orient' has {frames} frames", width - 3))
+        );
     }
     let body = body.rows(width - 3)?;
     let rows = root.chunks_exact(3).zip(body.chunks_exact(width - 3));

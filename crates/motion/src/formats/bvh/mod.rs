@@ -60,7 +60,8 @@ pub fn parse(bytes: &[u8], file: &Path, options: &ReadOptions) -> Result<SourceC
     let read = |angles| Motion::parse(lines.clone(), &hierarchy, &header, skip, angles);
     let mut motion = read(options.angles.unwrap_or(Angles::Degrees))?;
     if options.angles.is_none() && motion.shows_radians(&hierarchy) {
-        notes.push("no angle is above 6.3 although the body travels: angles were read as radians (--angles)".to_owned());
+        notes
+            .push("no angle is above 6.3 although the body travels: angles were read as radians (--angles)".to_owned());
         motion = read(Angles::Radians)?;
     }
     if motion.seen > header.frames {
@@ -218,7 +219,11 @@ fn assemble(
         notes: Vec::new(),
     };
     let scale = match options.scale {
-        Some(scale) => scale,
+        Some(scale) if scale.is_finite() && scale > 0.0 => scale,
+        Some(scale) => {
+            let expected = "a positive number of metres per unit (--scale)".to_owned();
+            return Err(MotionError::Container { file: file.to_path_buf(), expected, got: scale.to_string() });
+        }
         None => unit::guess(file, &raw, &mut notes)?,
     };
     let places = raw.offsets.iter_mut().chain(raw.ends.iter_mut().map(|(_, o)| o)).chain(raw.root_position.iter_mut());

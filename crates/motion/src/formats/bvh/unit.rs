@@ -25,9 +25,7 @@ pub(super) fn guess(file: &Path, clip: &RawClip, notes: &mut Vec<String>) -> Res
     }
     // Inches begin at 39.4 units.
     if (18.0..39.0).contains(&size) {
-        notes.push(format!(
-            "a body of {size:.1} units: read in the CMU's unit of {CMU:.5} m (--scale overrides it)"
-        ));
+        notes.push(format!("a body of {size:.1} units: read in the CMU's unit of {CMU:.5} m (--scale overrides it)"));
         return Ok(CMU);
     }
     let offer = OTHERS.iter().find(|(scale, _)| PEOPLE.contains(&(size * scale)));

@@ -243,10 +243,16 @@ fn what_is_wrong_is_told_with_file_and_array() {
     let rate = |value: f64| with(array("mocap_framerate", &[], vec![value]));
     let object = Array { descr: "|O", ..array("poses", &[3, 156], vec![0.0; 468]) };
     for (arrays, part) in [
-        (without("poses"), "expected array 'poses' of AMASS (or 'root_orient' and 'pose_body'), got arrays betas, mocap_framerate, trans"),
+        (
+            without("poses"),
+            "expected array 'poses' of AMASS (or 'root_orient' and 'pose_body'), got arrays betas, mocap_framerate, trans",
+        ),
         (without("trans"), "expected array 'trans' of AMASS, got arrays betas, mocap_framerate, poses"),
         (without("mocap_framerate"), "expected array 'mocap_framerate' or 'mocap_frame_rate'"),
-        (vec![array("arr_0", &[2, 22, 3], vec![0.0; 132])], "expected array 'poses' of AMASS (or 'root_orient' and 'pose_body'), got array arr_0"),
+        (
+            vec![array("arr_0", &[2, 22, 3], vec![0.0; 132])],
+            "expected array 'poses' of AMASS (or 'root_orient' and 'pose_body'), got array arr_0",
+        ),
         (vec![], "got no array"),
         (
             vec![array("gender", &[1], vec![0.0]), array("betas", &[16], vec![0.0; 16])],
@@ -258,7 +264,10 @@ fn what_is_wrong_is_told_with_file_and_array() {
         (with(array("poses", &[0, 156], vec![])), "array 'poses' of 1 to 432000 frames, got [0, 156]"),
         (with(array("poses", &[usize::MAX / 8, 156], vec![])), "array 'poses' of 1 to 432000 frames"),
         (with(array("poses", &[400_000, 156], vec![0.0; 156])), "got the end after 156 of 62400000 numbers"),
-        (with(array("poses", &[2, 156], vec![0.0; 312])), "array 'trans' of shape [2, 3], as there are 2 frames of poses"),
+        (
+            with(array("poses", &[2, 156], vec![0.0; 312])),
+            "array 'trans' of shape [2, 3], as there are 2 frames of poses",
+        ),
         (with(array("trans", &[3, 4], vec![0.0; 12])), "array 'trans' of shape [3, 3]"),
         (with(array("trans", &[3, 3], vec![0.0; 12])), "array 'trans' of shape [3, 3], got more than 9 numbers"),
         (with(array("trans", &[3, 3], vec![2e6; 9])), "below a million, got 2000000 in row 0, column 0"),

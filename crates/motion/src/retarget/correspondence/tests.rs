@@ -253,19 +253,55 @@ fn writers_names_lead_to_the_same_roles() {
     const PARENTS: [Option<usize>; 12] =
         [None, Some(0), Some(1), Some(2), Some(3), Some(0), Some(5), Some(6), Some(2), Some(8), Some(9), Some(10)];
     for (middle, limbs, [left, right]) in [
-        ("Bip01", "Bip01_?_Thigh Bip01_?_Calf Bip01_?_Foot Bip01_?_Clavicle Bip01_?_UpperArm Bip01_?_Forearm Bip01_?_Hand", ["L", "R"]),
-        ("Bip001 Pelvis", "Bip001·?·Thigh Bip001·?·Calf Bip001·?·Foot Bip001·?·Clavicle Bip001·?·UpperArm Bip001·?·Forearm Bip001·?·Hand", ["L", "R"]),
-        ("CC_Base_Hip", "CC_Base_?_Thigh CC_Base_?_Calf CC_Base_?_Foot CC_Base_?_Clavicle CC_Base_?_Upperarm CC_Base_?_Forearm CC_Base_?_Hand", ["L", "R"]),
-        ("m_avg_Pelvis", "m_avg_?_Hip m_avg_?_Knee m_avg_?_Ankle m_avg_?_Collar m_avg_?_Shoulder m_avg_?_Elbow m_avg_?_Wrist", ["L", "R"]),
-        ("J_Bip_C_Hips", "J_Bip_?_UpperLeg J_Bip_?_LowerLeg J_Bip_?_Foot J_Bip_?_Shoulder J_Bip_?_UpperArm J_Bip_?_LowerArm J_Bip_?_Hand", ["L", "R"]),
-        ("Character1_Hips", "Character1_?UpLeg Character1_?Leg Character1_?Foot Character1_?Shoulder Character1_?Arm Character1_?ForeArm Character1_?Hand", ["Left", "Right"]),
-        ("Armature_Pelvis", "Armature_?Thigh Armature_?Calf Armature_?Foot Armature_?Clavicle Armature_?UpperArm Armature_?Forearm Armature_?Hand", ["Left", "Right"]),
-        ("def_Pelvis", "def_?_Thigh def_?_Calf def_?_Foot def_?_Clavicle def_?_UpperArm def_?_Forearm def_?_Hand", ["l", "r"]),
+        (
+            "Bip01",
+            "Bip01_?_Thigh Bip01_?_Calf Bip01_?_Foot Bip01_?_Clavicle Bip01_?_UpperArm Bip01_?_Forearm Bip01_?_Hand",
+            ["L", "R"],
+        ),
+        (
+            "Bip001 Pelvis",
+            "Bip001·?·Thigh Bip001·?·Calf Bip001·?·Foot Bip001·?·Clavicle Bip001·?·UpperArm Bip001·?·Forearm Bip001·?·Hand",
+            ["L", "R"],
+        ),
+        (
+            "CC_Base_Hip",
+            "CC_Base_?_Thigh CC_Base_?_Calf CC_Base_?_Foot CC_Base_?_Clavicle CC_Base_?_Upperarm CC_Base_?_Forearm CC_Base_?_Hand",
+            ["L", "R"],
+        ),
+        (
+            "m_avg_Pelvis",
+            "m_avg_?_Hip m_avg_?_Knee m_avg_?_Ankle m_avg_?_Collar m_avg_?_Shoulder m_avg_?_Elbow m_avg_?_Wrist",
+            ["L", "R"],
+        ),
+        (
+            "J_Bip_C_Hips",
+            "J_Bip_?_UpperLeg J_Bip_?_LowerLeg J_Bip_?_Foot J_Bip_?_Shoulder J_Bip_?_UpperArm J_Bip_?_LowerArm J_Bip_?_Hand",
+            ["L", "R"],
+        ),
+        (
+            "Character1_Hips",
+            "Character1_?UpLeg Character1_?Leg Character1_?Foot Character1_?Shoulder Character1_?Arm Character1_?ForeArm Character1_?Hand",
+            ["Left", "Right"],
+        ),
+        (
+            "Armature_Pelvis",
+            "Armature_?Thigh Armature_?Calf Armature_?Foot Armature_?Clavicle Armature_?UpperArm Armature_?Forearm Armature_?Hand",
+            ["Left", "Right"],
+        ),
+        (
+            "def_Pelvis",
+            "def_?_Thigh def_?_Calf def_?_Foot def_?_Clavicle def_?_UpperArm def_?_Forearm def_?_Hand",
+            ["l", "r"],
+        ),
         ("Hip", "?Thigh ?Shin ?Foot ?Shoulder ?UArm ?FArm ?Hand", ["L", "R"]),
         ("hip", "?Thigh ?Shin ?Foot ?Collar ?Shldr ?ForeArm ?Hand", ["l", "r"]),
         ("pelvis", "?hip ?knee ?ankle ?clavicle ?shoulder ?elbow ?wrist", ["l", "r"]),
         ("pelvis", "thigh_? calf_? foot_? clavicle_? upperarm_? lowerarm_? hand_?", ["l", "r"]),
-        ("DEF-spine", "DEF-thigh.? DEF-shin.? DEF-foot.? DEF-shoulder.? DEF-upper_arm.? DEF-forearm.? DEF-hand.?", ["L", "R"]),
+        (
+            "DEF-spine",
+            "DEF-thigh.? DEF-shin.? DEF-foot.? DEF-shoulder.? DEF-upper_arm.? DEF-forearm.? DEF-hand.?",
+            ["L", "R"],
+        ),
         ("root", "upperleg01.? lowerleg01.? foot.? clavicle.? upperarm01.? lowerarm01.? wrist.?", ["L", "R"]),
         ("pelvis", "?_leg_upper_leg ?_leg_shin ?_foot ?_shoulder ?_upper_arm ?_lower_arm ?_hand", ["left", "right"]),
         ("LOWERTORSO", "?THIGH ?SHIN ?FOOT ?SHOULDER ?UPPERARM ?FOREARM ?HAND", ["LEFT", "RIGHT"]),
@@ -284,7 +320,23 @@ fn writers_names_lead_to_the_same_roles() {
         let named: Vec<(&str, Option<usize>)> = tree.iter().map(|(name, parent)| (name.as_str(), *parent)).collect();
         let roles = SourceRoles::guess(&clip(&named), &Correspondence::default()).unwrap_or_else(|e| panic!("{e}"));
         use Role::*;
-        let wanted = [LeftThigh, LeftShank, LeftFoot, LeftUpperArm, LeftForearm, LeftHand, RightThigh, RightShank, RightFoot, RightUpperArm, RightForearm, RightHand, Pelvis, Chest, Head];
+        let wanted = [
+            LeftThigh,
+            LeftShank,
+            LeftFoot,
+            LeftUpperArm,
+            LeftForearm,
+            LeftHand,
+            RightThigh,
+            RightShank,
+            RightFoot,
+            RightUpperArm,
+            RightForearm,
+            RightHand,
+            Pelvis,
+            Chest,
+            Head,
+        ];
         let joints = wanted.map(|role| roles.get(role));
         assert_eq!(joints, [5, 6, 7, 9, 10, 11, 12, 13, 14, 16, 17, 18, 0, 2, 4].map(Some), "{limbs}: {joints:?}");
     }

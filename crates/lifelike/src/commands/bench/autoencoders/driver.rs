@@ -154,7 +154,7 @@ fn save<P>(columns: &[Column<P>], shared: &Shared, results: &Results, words: sup
     let text = serde_json::to_string_pretty(&value(columns, shared, results));
     let text = text.map_err(|e| CliError::Failed(e.to_string()))?;
     let file = shared.output.join(format!("{}.json", words.name));
-    std::fs::write(&file, text).map_err(CliError::write(&file))?;
+    crate::output::write(&file, text)?;
     let page = page::report(columns, results, &words, shared.budget, shared.sweeps());
     Ok(page.write(&shared.output.join("report.html"))?)
 }

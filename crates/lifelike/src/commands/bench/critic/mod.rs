@@ -41,7 +41,7 @@ pub struct Args {
     #[arg(short, long, required = true, num_args = 1..)]
     motions: Vec<PathBuf>,
     /// Environments that begin at random frames.
-    #[arg(long, default_value_t = 256)]
+    #[arg(long, default_value_t = 256, value_parser = crate::bounds::environments)]
     environments: usize,
     /// Control steps of each.
     #[arg(long, default_value_t = 1500)]

@@ -253,7 +253,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     };
     if let Some(file) = &args.output {
         let text = serde_json::to_string_pretty(&results).map_err(|e| CliError::Failed(e.to_string()))?;
-        std::fs::write(file, text).map_err(CliError::write(file))?;
+        crate::output::write(file, text)?;
     }
     output.result(&results, || tables::text(&results))
 }

@@ -147,6 +147,12 @@ impl Study {
 
     /// Checks its seeds and the extent of its evaluations; `file` is where it was read from.
     pub fn check(&self, file: &Path) -> Result<(), CliError> {
+        let stages = self.stage.iter().map(|stage| &stage.name);
+        for name in self.variant.iter().map(|variant| &variant.name).chain(stages) {
+            // Names of folders.
+            crate::destination::named(Path::new(""), name, "")
+                .map_err(|error| CliError::Input(format!("{}: variant or stage: {error}", file.display())))?;
+        }
         for Variant { name, seeds, .. } in &self.variant {
             if let Some(twice) = named_twice(seeds) {
                 let text = format!("{}: expected every seed of {name} once, got {twice} twice", file.display());

@@ -19,7 +19,7 @@ struct Points {
 pub fn write(file: &Path, clip: &SplinedClip) -> Result<(), CliError> {
     let points = Points { clip: clip.clip().name.clone(), segments: clip.segments().to_vec() };
     let text = serde_json::to_string_pretty(&points).map_err(|e| CliError::Failed(e.to_string()))?;
-    std::fs::write(file, text).map_err(CliError::write(file))
+    crate::output::write(file, text)
 }
 
 /// Puts a file's control points into the clip; they need not be of this clip, but as many.

@@ -116,7 +116,13 @@ pub(super) fn text(summary: &Summary, done: &[Done], files: (&Path, Option<&Path
     let doubtful = if s.doubtful > 0 { format!(" ({} doubtful)", s.doubtful) } else { String::new() };
     text += &format!(
         "\n{} ({:.1} s, {} frames) converted to '{}'{doubtful}, {} refused, in {:.1} s on {} threads\n",
-        counted(s.converted), s.seconds, s.frames, s.robot, s.refused, s.wall_seconds, s.threads
+        counted(s.converted),
+        s.seconds,
+        s.frames,
+        s.robot,
+        s.refused,
+        s.wall_seconds,
+        s.threads
     );
     text += &format!(
         "medians: position {:.1} cm, angle {:.1} deg, skate {:.2} cm/s, deepest {:.2} cm, float {:.2} cm\n\

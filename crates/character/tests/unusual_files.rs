@@ -1,0 +1,259 @@
+//! Files as people have them: other encodings, roots, loops, macros, copies, tendons. Each is read as MuJoCo reads it, or refused
+//! with the reason.
+#![allow(clippy::unwrap_used)]
+
+use lifelike_character::{Character, Quat, Vec3};
+
+const INERTIAL: &str =
+    r#"<inertial><mass value="1"/><inertia ixx="1e-2" iyy="1e-2" izz="1e-2" ixy="0" ixz="0" iyz="0"/></inertial>"#;
+
+fn link(name: &str) -> String {
+    format!("<link name=\"{name}\">{INERTIAL}</link>\n")
+}
+
+fn joint(name: &str, kind: &str, [parent, child]: [&str; 2], more: &str) -> String {
+    format!(
+        "<joint name=\"{name}\" type=\"{kind}\"><parent link=\"{parent}\"/><child link=\"{child}\"/>{more}</joint>\n"
+    )
+}
+
+fn urdf(body: &str) -> Result<Character, String> {
+    Character::from_urdf(&format!("<robot name=\"r\">\n{body}</robot>"), "r.urdf", None).map_err(|e| e.to_string())
+}
+
+fn mjcf(sections: &str, bodies: &str) -> Result<Character, String> {
+    let text = format!("<mujoco>\n{sections}<worldbody>{bodies}</worldbody></mujoco>");
+    Character::from_mjcf(&text, "r.xml", None).map_err(|e| e.to_string())
+}
+
+const LIMIT: &str = "<limit lower=\"-1\" upper=\"1\" effort=\"3\" velocity=\"2\"/>";
+
+#[test]
+fn a_root_with_a_floating_joint_is_the_world_whatever_its_name() {
+    for root in ["world", "World", "odom"] {
+        let body =
+            format!("<link name=\"{root}\"/>{}{}", link("pelvis"), joint("root", "floating", [root, "pelvis"], ""));
+        let c = urdf(&(body + &link("leg") + &joint("hip", "revolute", ["pelvis", "leg"], LIMIT))).unwrap();
+        assert_eq!((c.nq, c.joints[0].name.as_str(), c.joints[1].name.as_str()), (8, "root", "hip"));
+        assert_eq!(c.bodies[1].name, "pelvis");
+    }
+    // Through a fixed link, with a pose: the floating body begins there.
+    let origin = "<origin xyz=\"1 0 0\" rpy=\"0 0 1.5707963267948966\"/>";
+    let fixed = joint("w", "fixed", ["world", "odom"], origin);
+    let root = joint("root", "floating", ["odom", "pelvis"], "<origin xyz=\"2 0 0.5\"/>");
+    let c = urdf(&format!("<link name=\"world\"/><link name=\"odom\"/>{}{fixed}{root}", link("pelvis"))).unwrap();
+    let pelvis = &c.bodies[c.body("pelvis").unwrap()];
+    assert_eq!((pelvis.parent, c.nq), (0, 7));
+    assert!((pelvis.position - Vec3::new(1.0, 2.0, 0.5)).norm() < 1e-12, "{}", pelvis.position);
+    let quarter = Quat::from_euler_angles(0.0, 0.0, std::f64::consts::FRAC_PI_2);
+    assert!(pelvis.orientation.angle_to(&quarter) < 1e-12);
+
+    let hanging = joint("hip", "revolute", ["pelvis", "leg"], LIMIT) + &joint("lost", "floating", ["leg", "foot"], "");
+    let error = urdf(&(link("pelvis") + &link("leg") + &link("foot") + &hanging)).unwrap_err();
+    assert!(error.contains("expected a floating joint on links that do not move"), "{error}");
+}
+
+#[test]
+fn links_that_do_not_hang_on_the_root_are_named() {
+    let hip = joint("hip", "revolute", ["pelvis", "leg"], LIMIT);
+    let error = urdf(&(link("pelvis") + &link("leg") + &hip + &link("lost"))).unwrap_err();
+    assert!(error.starts_with("r.urdf:5: <link>: expected one link that is no joint's child"), "{error}");
+    assert!(error.contains("'pelvis' has most links below it") && error.contains("1 more: 'lost'"), "{error}");
+
+    let links = link("pelvis") + &link("leg") + &link("shank") + &link("foot");
+    let ankle = joint("ankle", "revolute", ["shank", "foot"], LIMIT);
+    for parent in ["shank", "foot"] {
+        let knee = joint("knee", "revolute", [parent, "shank"], LIMIT);
+        let error = urdf(&(links.clone() + &hip + &knee + &ankle)).unwrap_err();
+        assert!(error.contains("expected links that all hang on the root 'pelvis'"), "{error}");
+        assert!(error.contains("a loop of joints that carries 'foot', 'shank'"), "{error}");
+    }
+}
+
+#[test]
+fn an_element_that_stands_twice_is_refused() {
+    let twice = format!("<link name=\"pelvis\">{INERTIAL}\n{INERTIAL}</link>");
+    let error = urdf(&twice).unwrap_err();
+    assert!(
+        error.starts_with("r.urdf:3: <inertial>: expected one <inertial> in link 'pelvis', got a second one"),
+        "{error}"
+    );
+    let hip = joint("hip", "revolute", ["pelvis", "leg"], &(LIMIT.to_string() + LIMIT));
+    assert!(urdf(&(link("pelvis") + &link("leg") + &hip)).unwrap_err().contains("one <limit> in joint 'hip'"));
+}
+
+#[test]
+fn limits_are_read_or_told() {
+    let with = |kind: &str, limit: &str| {
+        urdf(&(link("pelvis") + &link("leg") + &joint("hip", kind, ["pelvis", "leg"], limit)))
+    };
+    let c = with("revolute", LIMIT).unwrap();
+    let hip = &c.joints[c.joint("hip").unwrap()];
+    assert_eq!(
+        (hip.range, hip.velocity_limit, hip.actuator_force_range),
+        (Some((-1.0, 1.0)), Some(2.0), Some((-3.0, 3.0)))
+    );
+    assert!(c.warnings.is_empty(), "{:?}", c.warnings);
+    // No range: it turns without end, and that is said; a continuous joint is meant to.
+    for limit in
+        ["", "<limit effort=\"3\" velocity=\"2\"/>", "<limit lower=\"1\" upper=\"1\" effort=\"3\" velocity=\"2\"/>"]
+    {
+        let c = with("revolute", limit).unwrap();
+        assert_eq!(c.joints[1].range, None);
+        assert!(
+            c.warnings[0].contains("joints without a range") && c.warnings[0].ends_with(": hip"),
+            "{:?}",
+            c.warnings
+        );
+    }
+    assert!(with("continuous", "").unwrap().warnings.is_empty());
+    let zeros = with("continuous", "<limit effort=\"0\" velocity=\"0\"/>").unwrap();
+    assert_eq!((zeros.joints[1].velocity_limit, zeros.joints[1].actuator_force_range), (None, None));
+    assert!(zeros.warnings[0].contains("effort of hip, velocity of hip"), "{:?}", zeros.warnings);
+    let error = with("revolute", "<limit lower=\"1\" upper=\"-1\" effort=\"3\" velocity=\"2\"/>").unwrap_err();
+    assert!(error.contains("<limit>: expected 'lower' below 'upper' for joint 'hip', got 1 and -1"), "{error}");
+}
+
+#[test]
+fn macros_are_called_macros() {
+    let of = |attributes: &str, inside: &str| {
+        let text = format!("<robot name=\"r\" {attributes}>\n{inside}</robot>");
+        Character::from_urdf(&text, "r.xacro", None).unwrap_err().to_string()
+    };
+    let namespace = "xmlns:xacro=\"http://www.ros.org/wiki/xacro\"";
+    for (attributes, inside) in [
+        (namespace, "<xacro:include filename=\"leg.xacro\"/>".to_string()),
+        ("", "<xacro:leg/>".to_string()),
+        (namespace, format!("<link name=\"${{side}}_leg\">{INERTIAL}</link>")),
+    ] {
+        let error = of(attributes, &inside);
+        assert!(error.starts_with("r.xacro:2: <xacro>: expected URDF without macros"), "{error}");
+        assert!(error.contains("`xacro r.xacro > robot.urdf`"), "{error}");
+    }
+    // An expanded file still names the language.
+    let text = format!("<robot name=\"r\" {namespace}>{}</robot>", link("pelvis"));
+    assert!(Character::from_urdf(&text, "r.urdf", None).is_ok());
+}
+
+#[test]
+fn a_file_may_begin_late_or_be_latin() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("r.urdf");
+    let body = format!("<robot name=\"r\">{}</robot>", link("pelvis"));
+    let write = |bytes: &[u8]| std::fs::write(&path, bytes).unwrap();
+    write(format!("\n<?xml version=\"1.0\"?>\n{body}").as_bytes());
+    assert_eq!(Character::load(&path).unwrap().mass(), 1.0);
+    write(&[b"<?xml version=\"1.0\" encoding=\"ISO-8859-1\"?><!-- f\xfcr -->", body.as_bytes()].concat());
+    assert_eq!(Character::load(&path).unwrap().mass(), 1.0);
+    write(&[b"<!--\n f\xfcr -->", body.as_bytes()].concat());
+    let error = Character::load(&path).unwrap_err().to_string();
+    assert!(error.contains("r.urdf:2: ") && error.contains("byte 0xfc") && error.contains("ISO-8859-1"), "{error}");
+    // Errors keep their lines behind a late declaration.
+    write(b"\n<?xml version=\"1.0\"?>\n<robot name=\"r\"><link/></robot>");
+    assert!(Character::load(&path).unwrap_err().to_string().contains("r.urdf:3: <link>"));
+}
+
+const PELVIS: &str = "<body name=\"pelvis\"><freejoint/><geom size=\".1\" mass=\"2\"/>\
+    <body name=\"arm\"><joint name=\"a\" axis=\"0 1 0\"/><geom size=\".1\" mass=\"1\"/>\
+    <body name=\"hand\"><joint name=\"b\" axis=\"0 1 0\"/><geom size=\".1\" mass=\"1\"/></body></body></body>";
+
+#[test]
+fn copies_are_moved_and_turned_one_after_the_other() {
+    // As MuJoCo 4.0 compiles it: each copy half a metre ahead of the one before, and turned by 30 degrees more.
+    let copies = "<replicate count=\"12\" offset=\".5 0 0\" euler=\"0 0 30\" sep=\"-\"><geom name=\"g\" size=\".01\"/></replicate>";
+    let c = mjcf("", &(copies.to_string() + PELVIS)).unwrap();
+    let geom = |name: &str| &c.geoms[c.geom(name).unwrap()];
+    for (name, x, y, angle) in [
+        ("g-00", 0.0, 0.0, 0.0),
+        ("g-02", 0.933_012_7, 0.25, 60.0),
+        ("g-05", 0.933_012_7, 1.616_025_4, 150.0),
+        ("g-11", -0.433_012_7, 0.25, 330.0),
+    ] {
+        let geom = geom(name);
+        assert!((geom.position - Vec3::new(x, y, 0.0)).norm() < 1e-7, "{name}: {}", geom.position);
+        let expected = Quat::from_euler_angles(0.0, 0.0, f64::to_radians(angle));
+        assert!(geom.orientation.angle_to(&expected) < 1e-7, "{name}");
+    }
+    let bodies = "<replicate count=\"3\" offset=\"0 0 .1\"><body name=\"b\"><joint name=\"k\"/><geom size=\".01\"/></body></replicate>";
+    let c = mjcf("", bodies).unwrap();
+    let names: Vec<&str> = c.joints.iter().map(|j| j.name.as_str()).collect();
+    assert_eq!(names, ["k0", "k1", "k2"]);
+    assert!(c.mjcf.unwrap().contains("name=\"b2\""), "the text for MuJoCo has the copies");
+    let many = "<replicate count=\"1000\"><replicate count=\"1000\"><geom size=\".1\"/></replicate></replicate>";
+    assert!(mjcf("", many).unwrap_err().contains("at most 200000 elements of all copies"));
+}
+
+#[test]
+fn tendons_without_forces_change_nothing_and_others_are_told() {
+    let tendon = |attributes: &str| {
+        format!(
+            "<tendon><fixed name=\"t\" {attributes}><joint joint=\"a\" coef=\"1\"/><joint joint=\"b\" coef=\"-1\"/></fixed></tendon>"
+        )
+    };
+    let c = mjcf(&tendon("stiffness=\"0\""), PELVIS).unwrap();
+    assert!(
+        c.warnings.is_empty() && c.notes.contains(&"1 tendons have neither stiffness nor limits".to_string()),
+        "{:?}",
+        c.notes
+    );
+    for (attributes, why) in
+        [("stiffness=\"3\"", "t (stiffness)"), ("range=\"-1 1\" damping=\"2\"", "t (damping, range)")]
+    {
+        let c = mjcf(&tendon(attributes), PELVIS).unwrap();
+        assert!(c.warnings[0].contains("tendons with forces") && c.warnings[0].ends_with(why), "{:?}", c.warnings);
+    }
+    let sites = PELVIS.replace("<freejoint/>", "<freejoint/><site name=\"s\"/>");
+    assert!(mjcf("<tendon><spatial><site site=\"s\"/></spatial></tendon>", &sites).unwrap().warnings.is_empty());
+}
+
+#[test]
+fn a_joint_that_follows_another_is_held() {
+    let equality = "<equality><joint joint1=\"b\" joint2=\"a\" polycoef=\"0 1 0 0 0\"/></equality>\
+        <actuator><motor joint=\"a\"/><motor joint=\"b\"/></actuator><sensor><jointpos joint=\"b\"/></sensor>";
+    let c = mjcf(equality, PELVIS).unwrap();
+    assert_eq!((c.nq, c.actuators.len(), c.bodies.len()), (8, 1, 4));
+    assert!(c.warnings[0].contains("are held: b (follows a)"), "{:?}", c.warnings);
+    let text = c.mjcf.unwrap();
+    assert!(!text.contains("name=\"b\"") && !text.contains("<equality>\n") && !text.contains("jointpos"), "{text}");
+    let inactive = equality.replace("polycoef", "active=\"false\" polycoef");
+    let c = mjcf(&inactive, PELVIS).unwrap();
+    assert_eq!((c.nq, c.warnings.len()), (9, 0));
+}
+
+#[test]
+fn the_keyframe_home_is_the_default_pose() {
+    let key = |name: &str, qpos: &str| format!("<keyframe><key name=\"{name}\" qpos=\"{qpos}\"/></keyframe>");
+    let c = mjcf(&key("home", "0 0 .7 1 0 0 0 .3 -.2"), PELVIS).unwrap();
+    assert_eq!(c.home, Some(vec![0.0, 0.0, 0.7, 1.0, 0.0, 0.0, 0.0, 0.3, -0.2]));
+    let other = mjcf(&key("squat", "0 0 .7 1 0 0 0 .3 -.2"), PELVIS).unwrap();
+    assert!(
+        other.home.is_none() && other.notes[0].contains("the default pose is the one named 'home'"),
+        "{:?}",
+        other.notes
+    );
+    assert!(mjcf(&key("home", "0 0 nan"), PELVIS).unwrap_err().contains("finite numbers for 'qpos'"));
+    for name in ["home", "squat"] {
+        let c = mjcf(&key(name, "0 0 .7 1 0 0 0"), PELVIS).unwrap();
+        let said = format!("r.xml:2: <key>: expected 9 numbers for 'qpos' of keyframe '{name}', got 7");
+        assert!(c.home.is_none() && c.warnings[0].contains(&said), "{:?}", c.warnings);
+    }
+}
+
+#[test]
+fn options_that_change_the_motion_are_told() {
+    let warnings = |sections: &str| mjcf(sections, PELVIS).unwrap().warnings;
+    let is = |sections: &str, text: &str| {
+        let warnings = warnings(sections);
+        assert!(warnings.len() == 1 && warnings[0].contains(text), "{warnings:?}");
+    };
+    is("<option><flag gravity=\"disable\"/></option>", "remove <flag gravity=\"disable\"/>");
+    is("<option gravity=\"0 0 0\"/>", "set <option gravity=\"0 0 -9.81\"/>");
+    is("<option><flag contact=\"disable\"/></option>", "contact is off in MuJoCo and on in our engine");
+    is("<option density=\"1.2\" wind=\"1 0 0\"/>", "option density asks for forces of a fluid");
+    assert!(warnings("<option gravity=\"0 0 -1.6\"><flag warmstart=\"disable\"/></option>").is_empty());
+    // A body that a program moves is a fixed one.
+    let target = format!("{PELVIS}<body name=\"target\" mocap=\"true\" pos=\"0 0 1\"><geom size=\".02\"/></body>");
+    let c = mjcf("", &target).unwrap();
+    assert_eq!((c.nq, c.bodies.len()), (9, 5));
+    assert!(c.notes.iter().any(|note| note.contains("1 mocap bodies stay where they are")), "{:?}", c.notes);
+}
