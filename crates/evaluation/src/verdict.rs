@@ -140,11 +140,10 @@ pub fn finding_words(finding: &Finding) -> String {
         Kind::Unbalanced => "leans out of its support".into(),
         Kind::Slipping => "slips".into(),
         Kind::TooFast => format!("{part} faster than its motor"),
+        Kind::Jump => format!("{part} jumps by {:.1} rad", finding.worst),
+        Kind::BeyondRange => format!("{part} {:.1} rad beyond its range", finding.worst),
         Kind::OtherParts => format!("{part} on the ground"),
         Kind::Underground => format!("{part} in the ground"),
-        Kind::OutOfRange => format!("{part} beyond its range"),
-        Kind::Jumping => format!("{part} jumps"),
-        Kind::QuaternionOrder => "quaternions perhaps x y z w".into(),
     };
     format!("{what} at {:.1} s", finding.from)
 }

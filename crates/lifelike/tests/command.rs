@@ -57,6 +57,7 @@ fn every_command_teaches_by_example() {
         &["motion", "mirror"],
         &["motion", "trim"],
         &["motion", "check"],
+        &["motion", "lint"],
         &["bench", "robustness"],
         &["train", "prior"],
         &["train", "tracker"],

@@ -92,13 +92,6 @@ impl MotionClip {
         if !(self.fps.is_finite() && self.fps > 0.0) {
             return unfit(format!("expected a positive number of frames per second, got {}", self.fps));
         }
-        if self.fps < 1.0 {
-            let rate = 1.0 / self.fps;
-            return unfit(format!(
-                "expected 1 frame per second or more, got {}: if that is the time between frames, the rate is {rate:.1}",
-                self.fps
-            ));
-        }
         if self.root_orientation.len() != frames {
             return unfit(format!("expected {frames} root orientations, got {}", self.root_orientation.len()));
         }

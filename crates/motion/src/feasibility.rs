@@ -3,11 +3,10 @@
 //! Momentum tells what the ground must do: its force is M (c̈ − g) for a centre of mass c, and it must act where it gives the
 //! whole body the rate of its angular momentum (the zero moment point of Vukobratović). [`momentum`] measures both,
 //! [`touches`] what of the body could receive such a force, and here they are compared, frame by frame on level ground at
-//! height 0; [`Kind`] has the limits and their reasons. There are no torques in it: a clip that passes may still be too hard for its motors.
+//! height 0; [`Kind`] has the limits and their reasons. Joints are held to their ranges and speeds. There are no torques in it: a clip that passes may still be too hard for its motors.
 
 mod finding;
 mod momentum;
-mod order;
 mod touch;
 
 use lifelike_character::{Anatomy, Character, Kinematics};
@@ -76,27 +75,26 @@ pub fn check(
     };
     let joints: Vec<&str> = character.scalar_joints().map(|j| j.name.as_str()).collect();
     tell(Kind::TooFast, &speed, &|joint| joints[joint].to_string());
-    let change = |frame: usize| {
+    let jump = |frame: usize| {
         let (a, b) = (clip.joints_at(frame.checked_sub(1)?), clip.joints_at(frame));
-        worst(columns.iter().map(|c| (b[*c] - a[*c]).abs()))
+        let steps = columns.iter().zip(speeds).map(|(c, most)| ((b[*c] - a[*c]).abs(), *most));
+        let fast = steps.enumerate().filter(|(_, (step, most))| step * clip.fps > *most);
+        fast.map(|(joint, (step, _))| (step, joint)).max_by(|a, b| a.0.total_cmp(&b.0))
     };
-    tell(Kind::Jumping, &change, &|joint| joints[joint].to_string());
-    let ranges: Vec<Option<(f64, f64)>> = character.scalar_joints().map(|j| j.range).collect();
-    let excess = |frame: usize| {
-        let values = columns.iter().map(|c| clip.joints_at(frame)[*c]);
-        worst(values.zip(&ranges).map(|(q, range)| range.map_or(0.0, |(low, high)| (low - q).max(q - high))))
+    tell(Kind::Jump, &jump, &|joint| joints[joint].to_string());
+    let ranges: Vec<Option<(f64, f64)>> = character.scalar_joints().map(|joint| joint.range).collect();
+    let beyond = |frame: usize| {
+        let row = clip.joints_at(frame);
+        let excess = columns.iter().zip(&ranges).enumerate().filter_map(|(joint, (c, range))| {
+            let (low, high) = (*range)?;
+            Some(((low - row[*c]).max(row[*c] - high), joint))
+        });
+        excess.max_by(|a, b| a.0.total_cmp(&b.0))
     };
-    tell(Kind::OutOfRange, &excess, &|joint| joints[joint].to_string());
-    let share = order::backwards(clip);
-    tell(Kind::QuaternionOrder, &|_| Some((share, 0)), &nameless);
+    tell(Kind::BeyondRange, &beyond, &|joint| joints[joint].to_string());
     findings.sort_by(|a, b| b.seconds.total_cmp(&a.seconds));
     let trackable = !findings.iter().any(Finding::rules_out);
     Ok(Feasibility { clip: clip.name.clone(), seconds: clip.seconds(), trackable, findings })
-}
-
-/// Returns the largest value and its place.
-fn worst(values: impl Iterator<Item = f64>) -> Option<(f64, usize)> {
-    values.enumerate().map(|(at, value)| (value, at)).max_by(|a, b| a.0.total_cmp(&b.0))
 }
 
 /// Returns the frames in a row in which the measure is above the limit of its kind.

@@ -32,6 +32,7 @@ pub mod features;
 mod fixtures;
 pub mod formats;
 pub mod keyframes;
+pub mod lint;
 pub mod plausibility;
 pub mod resample;
 pub mod retarget;

@@ -177,7 +177,7 @@ fn unexplained(feasibility: &Feasibility, clip: &MotionClip) -> f64 {
 
 /// Returns the height of the lowest point that can touch the ground (m): of shapes that collide, or of all shapes of a
 /// character without such, and of soles.
-fn lowest_point(character: &Character, anatomy: &Anatomy, pose: &Kinematics) -> f64 {
+pub(crate) fn lowest_point(character: &Character, anatomy: &Anatomy, pose: &Kinematics) -> f64 {
     let solid = |g: &&Geom| g.body != 0 && (g.contype | g.conaffinity) != 0;
     let any = character.geoms.iter().any(|g| solid(&g));
     let shapes = character.geoms.iter().filter(|g| if any { solid(g) } else { g.body != 0 });

@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 
 use lifelike_motion::edit::mirror;
 use lifelike_motion::formats::{self, FileMotion, ReadOptions};
+use lifelike_motion::lint::MIN_FPS;
 use lifelike_motion::retarget::{RetargetOptions, retarget};
 use lifelike_motion::{MotionClip, MotionError, SourceClip, dataset, keyframes};
 use rayon::prelude::*;
@@ -236,9 +237,18 @@ fn retargeted(source: &SourceClip, robot: &Robot, options: &RetargetOptions) -> 
     Ok(retarget(source, &robot.character, &robot.anatomy, options)?.0)
 }
 
-/// Checks that a clip is of this robot, and long enough to be followed.
+/// Checks that a clip is of this robot, has a rate that is one, and is long enough to be followed.
 fn usable(clip: &MotionClip, robot: &Robot) -> Result<(), MotionError> {
     clip.columns_for(&robot.character)?;
+    if clip.fps < MIN_FPS {
+        let message = format!(
+            "expected at least {MIN_FPS} frame per second, got {}: a frame time? `lifelike motion lint FILE --fix -o FOLDER` \
+             makes it {:.3} frames per second",
+            clip.fps,
+            1.0 / clip.fps
+        );
+        return Err(MotionError::Unfit { clip: clip.name.clone(), message });
+    }
     let frames = (clip.seconds() * robot.control_hz + 1e-6).floor() + 1.0;
     if frames < MIN_FRAMES {
         let message = format!("expected at least {MIN_FRAMES} frames at the policy's rate, got {frames}");

@@ -9,7 +9,8 @@ use lifelike_robot::{Robot, RobotError};
 
 const BROKEN: &str = "HIERARCHY\nROOT Hips\n{\n  OFFSET 0 0 zero\n";
 
-/// A folder with two of our clips, one of them twice, a broken file, a clip of another robot and one that is too short.
+/// A folder with two of our clips, one of them twice, a broken file, a clip of another robot, one that is too short and one whose
+/// rate is a frame time.
 fn folder(robot: &Robot) -> (tempfile::TempDir, Vec<MotionClip>) {
     let own = clips::builtin(robot).clips;
     let root = tempfile::tempdir().unwrap();
@@ -28,6 +29,7 @@ fn folder(robot: &Robot) -> (tempfile::TempDir, Vec<MotionClip>) {
     short.root_orientation.truncate(2);
     short.contacts = None;
     write("short.motion.safetensors", &short);
+    write("slow.motion.safetensors", &MotionClip { fps: 0.02, ..own[3].clone() });
     (root, own)
 }
 
@@ -43,6 +45,7 @@ fn what_is_no_use_is_left_out_with_the_reason() {
         ("b/first.motion.safetensors", "a/z.motion.safetensors"),
         ("foreign.motion.safetensors", "tail"),
         ("short.motion.safetensors", "3 frames"),
+        ("slow.motion.safetensors", "makes it 50.000 frames per second"),
     ];
     assert_eq!(loaded.left_out.len(), expected.len(), "{:?}", loaded.left_out);
     for (left, (file, reason)) in loaded.left_out.iter().zip(expected) {
@@ -53,7 +56,7 @@ fn what_is_no_use_is_left_out_with_the_reason() {
     assert!(expected.iter().all(|(file, _)| strict.contains(file)), "{strict}");
 
     let by_file = clips::load_files(&[root.path().to_path_buf()], &robot).unwrap();
-    assert_eq!((by_file.clips.len(), by_file.left_out.len()), (3, 3), "with files, names may repeat");
+    assert_eq!((by_file.clips.len(), by_file.left_out.len()), (3, 4), "with files, names may repeat");
 }
 
 #[test]

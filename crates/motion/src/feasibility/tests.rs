@@ -151,51 +151,23 @@ fn other_characters_and_other_numbers_of_speeds_are_refused() {
 }
 
 #[test]
-fn angles_beyond_a_range_and_jumps_by_a_turn_rule_a_clip_out() {
+fn a_wrapped_angle_and_one_out_of_range_rule_a_clip_out() {
     let (mut character, anatomy) = cube();
+    let turn = 2.0 * std::f64::consts::PI;
+    let on_ground = |_: f64| Vec3::new(0.0, 0.0, 0.1);
+    let wrapped = clip(on_ground, |_| 0.0, |t| if t > 0.5 { turn } else { 0.0 });
+    let finding = found(&wrapped).findings.into_iter().find(|f| f.kind == Kind::Jump).unwrap();
+    assert_eq!((finding.part.as_str(), finding.rules_out()), ("hinge", true));
+    assert!((finding.worst - turn).abs() < 1e-12, "{}", finding.worst);
+
     let hinge = character.joints.iter().position(|joint| joint.name == "hinge").unwrap();
     character.joints[hinge].range = Some((-1.0, 1.0));
-    let kinds = |angle: &dyn Fn(f64) -> f64| {
-        let clip = clip(|_| Vec3::new(0.0, 0.0, 0.1), |_| 0.0, angle);
-        let found = check(&clip, &character, &anatomy, &[1e9, 1e9]).unwrap();
-        let kinds = [Kind::OutOfRange, Kind::Jumping].map(|kind| found.reasons().find(|f| f.kind == kind).cloned());
-        kinds.map(|finding| finding.map(|f| (f.part.clone(), f.worst)))
+    let beyond = |angle: f64| {
+        let found = check(&clip(on_ground, |_| 0.0, |_| angle), &character, &anatomy, &[10.0; 2]).unwrap();
+        found.findings.into_iter().find(|f| f.kind == Kind::BeyondRange)
     };
-    assert_eq!(kinds(&|t| t.sin()), [None, None]);
-    assert_eq!(kinds(&|t| 1.05 * t), [None, None], "less than 0.1 rad beyond");
-    let [beyond, jumping] = kinds(&|t| 2.0 * t);
-    assert!(jumping.is_none() && beyond.as_ref().is_some_and(|(part, by)| part == "hinge" && (by - 1.0).abs() < 1e-9));
-    let turn = 2.0 * std::f64::consts::PI;
-    let [_, jumping] = kinds(&|t| if t > 0.5 { turn } else { 0.0 });
-    assert!(jumping.is_some_and(|(part, by)| part == "hinge" && (by - turn).abs() < 1e-9));
-}
-
-/// A root that walks along x with a little yaw: (w, 0, 0, z). With the parts as x y z w it is written (0, 0, z, w).
-#[test]
-fn quaternions_in_another_order_are_told() {
-    let yaw = |t: f64| 0.1 * (6.0 * t).sin();
-    let walk = |turn: &dyn Fn(f64) -> Quat| {
-        let mut walk = clip(|t| Vec3::new(t, 0.0, 0.1), |_| 0.0, |_| 0.0);
-        let times = (0..walk.len()).map(|frame| frame as f64 / FPS);
-        walk.root_orientation = times.map(turn).collect();
-        let found = found(&walk);
-        found.findings.iter().filter(|f| f.kind == Kind::QuaternionOrder).map(|f| (f.worst, f.rules_out())).next()
-    };
-    let right = |t: f64| Quat::from_axis_angle(&Vec3::z_axis(), yaw(t));
-    let wrong = |t: f64| {
-        let (sin, cos) = (0.5 * yaw(t)).sin_cos();
-        Quat::new_unchecked(nalgebra::Quaternion::new(0.0, 0.0, sin, cos))
-    };
-    let backwards = |t: f64| Quat::from_axis_angle(&Vec3::z_axis(), 2.5 + yaw(t));
-    assert_eq!(walk(&right), None);
-    assert_eq!(walk(&wrong), Some((1.0, false)));
-    assert_eq!(walk(&backwards), None);
-}
-
-#[test]
-fn a_rate_that_is_the_time_between_frames_is_refused() {
-    let mut slow = clip(|_| Vec3::zeros(), |_| 0.0, |_| 0.0);
-    slow.fps = 0.02;
-    let message = slow.check().unwrap_err().to_string();
-    assert!(message.contains("the rate is 50.0"), "{message}");
+    assert_eq!(beyond(1.05), None);
+    let finding = beyond(-3.5).unwrap();
+    assert!((finding.worst - 2.5).abs() < 1e-12 && finding.rules_out());
+    assert_eq!(finding.words(), "beyond the range (hinge) for 1.02 s from 0.00 s: by 2.50 rad");
 }

@@ -10,6 +10,8 @@ use super::human::{ARM_ROLES, Human, HumanFrame, LEG_ROLES};
 use super::rig::{Rig, Segment};
 use super::shapes::Shapes;
 
+mod unfollowed;
+
 /// Mean and maximum of something over a clip.
 #[derive(Debug, Clone, Copy, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -59,8 +61,15 @@ pub struct RetargetReport {
     /// path was scaled); knees and feet from the hip joint, elbows and hands from the shoulder, with the character's
     /// own segment lengths along the human's directions.
     pub position_error: BTreeMap<Role, Spread>,
-    /// Angle (deg) between orientations: pelvis, chest and feet whole, the head's gaze.
+    /// Angle (deg) between orientations: pelvis, chest and feet whole, the head's gaze. Arms that the character lacks
+    /// count by how far the human's turn from their mean direction in the chest's frame.
     pub orientation_error: BTreeMap<Role, Spread>,
+    /// Limbs of the capture that nothing of the character follows, and the reverse.
+    #[serde(default)]
+    pub unfollowed: Vec<String>,
+    /// Guesses and repairs of the capture's reader.
+    #[serde(default)]
+    pub notes: Vec<String>,
     /// Mean and largest horizontal speed (m/s) of sole corners within 5 mm of the ground, over frames in which their
     /// foot is labelled as standing.
     pub foot_skate: Spread,
@@ -86,63 +95,22 @@ pub struct RetargetReport {
     pub largest_acceleration: f64,
     /// Frames solved per second of one core, everything included.
     pub frames_per_second: f64,
-    /// Guesses of the reader, and limbs of either side that nothing follows.
-    #[serde(default)]
-    pub notes: Vec<String>,
-    /// Reasons to doubt the conversion as a whole; see [`Bounds`].
-    #[serde(default)]
-    pub doubts: Vec<String>,
 }
 
-/// Bounds beyond which a conversion is doubtful, whatever the cause: means over the key bodies and frames of a clip.
-///
-/// People's motion on the project's robots stays below half of each; a wrong axis, side, unit or rest pose is far beyond
-/// (17 cm and 63 degrees for a robot with legs of 0.44 m whose source lay on its side).
-struct Bounds;
+impl RetargetReport {
+    /// Returns the mean of the position errors over roles (m).
+    pub fn mean_position_error(&self) -> f64 {
+        mean(&self.position_error)
+    }
 
-impl Bounds {
-    /// Position error, as a share of the robot's legs.
-    const POSITION: f64 = 0.15;
-    /// Orientation error (deg).
-    const ORIENTATION: f64 = 25.0;
-    /// Speed of standing soles (m/s), for a leg of 0.44 m; longer legs may skate faster in proportion.
-    const SKATE: f64 = 0.1;
-
-    fn doubts(report: &RetargetReport, leg: f64) -> Vec<String> {
-        let checks = [
-            ("position error", mean(&report.position_error), Self::POSITION * leg, "m"),
-            ("orientation error", mean(&report.orientation_error), Self::ORIENTATION, "deg"),
-            ("speed of standing soles", report.foot_skate.mean, Self::SKATE * leg / 0.44, "m/s"),
-        ];
-        let beyond = checks.into_iter().filter(|(_, value, bound, _)| value > bound);
-        beyond.map(|(what, value, bound, unit)| format!("mean {what} {value:.3} {unit}, above {bound:.3}")).collect()
+    /// Returns the mean of the orientation errors over roles (deg).
+    pub fn mean_orientation_error(&self) -> f64 {
+        mean(&self.orientation_error)
     }
 }
 
-fn mean(spreads: &BTreeMap<Role, Spread>) -> f64 {
-    spreads.values().map(|spread| spread.mean).sum::<f64>() / spreads.len().max(1) as f64
-}
-
-/// Says which limbs nothing follows.
-fn unfollowed(rig: &Rig, frames: &[HumanFrame]) -> Vec<String> {
-    let Some(frame) = frames.first() else { return Vec::new() };
-    let mut notes = Vec::new();
-    for (side, name) in ["left", "right"].into_iter().enumerate() {
-        match (&rig.arms[side], &frame.arms[side]) {
-            (Some(_), None) => notes.push(format!(
-                "the robot's {name} arm follows nothing: no shoulder, elbow and wrist among the source's joints (name \
-                 them: --roles {name}_upper_arm=JOINT,{name}_forearm=JOINT,{name}_hand=JOINT)"
-            )),
-            (None, Some(_)) => notes.push(format!("the source's {name} arm is not followed: the robot has none")),
-            _ => {}
-        }
-    }
-    match (&rig.head, &frame.head) {
-        (Some(_), None) => notes.push("the robot's head follows nothing (--roles head=JOINT)".into()),
-        (None, Some(_)) => notes.push("the source's head is not followed: the robot's cannot move".into()),
-        _ => {}
-    }
-    notes
+fn mean(errors: &BTreeMap<Role, Spread>) -> f64 {
+    errors.values().map(|spread| spread.mean).sum::<f64>() / errors.len().max(1) as f64
 }
 
 /// A retargeted clip before it is given away.
@@ -181,9 +149,11 @@ pub(super) fn measure(outcome: &Outcome, human: &Human, clip: &str) -> RetargetR
         }
         before = Some(corners);
     }
+    let unfollowed = unfollowed::limbs(rig, outcome.frames);
+    errors.orientation.extend(unfollowed::arm_errors(rig, outcome.frames));
     let standing = (0..poses.len()).filter(|&t| outcome.stances.iter().any(|s| s.any(t))).count();
     let motion = Motion::measure(rig, poses, fps);
-    let mut report = RetargetReport {
+    RetargetReport {
         clip: clip.to_string(),
         character: rig.character.name.clone(),
         frames: poses.len(),
@@ -192,6 +162,8 @@ pub(super) fn measure(outcome: &Outcome, human: &Human, clip: &str) -> RetargetR
         tempo: outcome.tempo,
         position_error: errors.position.iter().map(|(r, g)| (*r, g.spread())).collect(),
         orientation_error: errors.orientation.iter().map(|(r, g)| (*r, g.spread())).collect(),
+        unfollowed,
+        notes: Vec::new(),
         foot_skate: ground.skate.spread(),
         touching_skate: ground.touching.spread(),
         contact_share: standing as f64 / poses.len() as f64,
@@ -204,11 +176,7 @@ pub(super) fn measure(outcome: &Outcome, human: &Human, clip: &str) -> RetargetR
         joint_jerk: motion.jerk,
         largest_acceleration: motion.acceleration,
         frames_per_second: 0.0,
-        notes: unfollowed(rig, outcome.frames),
-        doubts: Vec::new(),
-    };
-    report.doubts = Bounds::doubts(&report, rig.leg_length);
-    report
+    }
 }
 
 #[derive(Default)]

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use lifelike_evaluation::Verdict;
 use lifelike_evaluation::verdict::summary;
 use lifelike_motion::feasibility::{Feasibility, Kind, check};
+use lifelike_motion::lint::{Flaw, lint};
 use lifelike_report::{Cell, Column, Table, Tone};
 use lifelike_robot::{Robot, Shapes};
 use rayon::prelude::*;
@@ -18,7 +19,7 @@ use crate::shipped;
 
 /// Tell which clips a robot cannot execute, and why: from kinematics and masses, without physics.
 ///
-/// A clip is untrackable where nothing holds it up, where the ground's force would have to act beside the feet or to be rougher,
+/// A clip with a mistake of convention (`motion lint`) is named so. A clip is untrackable where nothing holds it up, where the ground's force would have to act beside the feet or to be rougher,
 /// where joints are too fast, or where something else than the soles is on the ground or in it. A clip that passes may still
 /// be too hard for motors or policy.
 #[derive(Debug, clap::Args)]
@@ -45,16 +46,51 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     robot.require_ready(Shapes::All)?;
     let checked = clips::load_files(&args.motions, &robot)?
         .into_par_iter()
-        .map(|(file, clip)| Ok((file, check(&clip, &robot.character, &robot.anatomy, &robot.speeds())?)))
-        .collect::<Result<Vec<(PathBuf, Feasibility)>, CliError>>()?;
+        .map(|(file, clip)| {
+            let found = check(&clip, &robot.character, &robot.anatomy, &robot.speeds())?;
+            let mistakes = lint(&clip, &robot.character, &robot.anatomy)?.1;
+            Ok(Checked { file, found, mistakes })
+        })
+        .collect::<Result<Vec<Checked>, CliError>>()?;
     if args.list_trackable {
-        let trackable: Vec<&PathBuf> = checked.iter().filter(|(_, f)| f.trackable).map(|(file, _)| file).collect();
+        let trackable: Vec<&PathBuf> = checked.iter().filter(|c| c.is_good()).map(|c| &c.file).collect();
         return output.result(&trackable, || trackable.iter().map(|f| f.display().to_string() + "\n").collect());
     }
-    let value: Vec<_> = checked.iter().map(|(file, f)| json!({ "file": file, "feasibility": f })).collect();
-    let untrackable = checked.iter().any(|(_, found)| !found.trackable);
-    let next = next(args, &robot, untrackable);
+    let value = |c: &Checked| json!({ "file": c.file, "feasibility": c.found, "mistakes": c.mistakes });
+    let value: Vec<_> = checked.iter().map(value).collect();
+    let untrackable = checked.iter().any(|c| !c.found.trackable);
+    let next = match checked.iter().any(|c| !c.mistakes.is_empty()) {
+        true => vec![fix(args)],
+        false => next(args, &robot, untrackable),
+    };
     output.result(&value, || text(&checked) + &next::lines(&next))
+}
+
+/// A clip, its findings and its mistakes of convention.
+struct Checked {
+    file: PathBuf,
+    found: Feasibility,
+    mistakes: Vec<Flaw>,
+}
+
+impl Checked {
+    fn verdict(&self) -> Verdict {
+        match self.mistakes.first() {
+            Some(flaw) => Verdict::Untrackable { reason: flaw.mistake.words() },
+            None => Verdict::without_physics(&self.found),
+        }
+    }
+
+    fn is_good(&self) -> bool {
+        self.verdict().is_good()
+    }
+}
+
+/// Returns the command that corrects mistakes of convention.
+fn fix(args: &Args) -> NextCommand {
+    let clips = args.motions.iter().take(MAX_CLIPS);
+    let line = clips.fold(NextCommand::new("motion lint"), |line, clip| line.word(clip.display()));
+    line.word("--robot").word(&args.robot).word("--fix").word("-o").word("fixed")
 }
 
 /// Returns the step after a check: a repair of what cannot be tracked, else physics.
@@ -73,7 +109,7 @@ fn next(args: &Args, robot: &Robot, untrackable: bool) -> Vec<NextCommand> {
     vec![train.word(format!("clips=[{list}]"))]
 }
 
-fn text(checked: &[(PathBuf, Feasibility)]) -> String {
+fn text(checked: &[Checked]) -> String {
     let columns = vec![
         Column::text("clip"),
         Column::text("verdict"),
@@ -81,28 +117,33 @@ fn text(checked: &[(PathBuf, Feasibility)]) -> String {
         Column::text("worst of each kind"),
     ];
     let mut table = Table::new("Clips", columns).main_columns(&["clip", "verdict", "length"]);
-    table.rows = checked.iter().map(|(_, f)| row(f)).collect();
-    let verdicts: Vec<Verdict> = checked.iter().map(|(_, f)| Verdict::without_physics(f)).collect();
+    table.rows = checked.iter().map(row).collect();
+    let verdicts: Vec<Verdict> = checked.iter().map(Checked::verdict).collect();
     let kinds = Kind::ALL.into_iter().filter_map(|kind| {
-        let clips = checked.iter().filter(|(_, f)| f.reasons().any(|r| r.kind == kind)).count();
+        let clips = checked.iter().filter(|c| c.found.reasons().any(|r| r.kind == kind)).count();
         (clips > 0).then(|| format!("{}: {clips}\n", kind.words()))
     });
     let kinds: String = kinds.collect();
-    format!("{}\n{kinds}{}, as far as can be told without physics\n", fitted(&table), summary(verdicts.iter()))
+    let mistakes = checked.iter().flat_map(|c| c.mistakes.iter().map(move |flaw| (c, flaw)));
+    let mistakes: String = mistakes.map(|(c, flaw)| format!("{}: {}\n", c.found.clip, flaw.words())).collect();
+    format!(
+        "{}\n{kinds}{mistakes}{}, as far as can be told without physics\n",
+        fitted(&table),
+        summary(verdicts.iter())
+    )
 }
 
 /// The verdict, and of each kind the longest stretch with the seconds of all of them.
-fn row(f: &Feasibility) -> Vec<Cell> {
+fn row(checked: &Checked) -> Vec<Cell> {
+    let f = &checked.found;
     let kinds = Kind::ALL.into_iter().filter_map(|kind| {
         let all = || f.findings.iter().filter(move |x| x.kind == kind);
-        // What never rules a clip out is told all the same.
-        let ruling = f.reasons().find(|x| x.kind == kind);
-        let ruling = ruling.or_else(|| all().find(|x| x.kind.patience().is_infinite()))?;
+        let ruling = f.reasons().find(|x| x.kind == kind)?;
         let seconds: f64 = all().map(|x| x.seconds).sum();
         Some(format!("{} ({seconds:.2} s in all)", ruling.words()))
     });
     let why = kinds.collect::<Vec<_>>().join("; ");
-    let tone = if f.trackable { Tone::Good } else { Tone::Bad };
-    let verdict = Cell::text(Verdict::without_physics(f).to_string()).tone(Some(tone));
+    let tone = if checked.is_good() { Tone::Good } else { Tone::Bad };
+    let verdict = Cell::text(checked.verdict().to_string()).tone(Some(tone));
     vec![Cell::text(&f.clip), verdict, Cell::number(f.seconds, 1), Cell::text(why)]
 }

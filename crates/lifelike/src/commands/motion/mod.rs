@@ -5,6 +5,7 @@ pub mod check;
 pub mod compose;
 pub mod convert;
 mod direct;
+pub mod lint;
 pub mod mirror;
 pub mod place;
 pub mod repair;
@@ -42,6 +43,7 @@ pub enum Motion {
     Retarget(retarget::Args),
     Convert(convert::Args),
     Check(check::Args),
+    Lint(lint::Args),
     Repair(repair::Args),
     Search(search::Args),
     Interpolate(interpolate::Args),
@@ -66,6 +68,7 @@ impl Motion {
             Self::Retarget(args) => retarget::run(&args, output),
             Self::Convert(args) => convert::run(&args, output),
             Self::Check(args) => check::run(&args, output),
+            Self::Lint(args) => lint::run(&args, output),
             Self::Repair(args) => repair::run(&args, output),
             Self::Search(args) => search::run(&args, output),
             Self::Interpolate(args) => interpolate::run(&args, output),

@@ -78,7 +78,7 @@ pub struct Args {
     /// Write report.html, where the first clips can be played and looked at from all sides.
     #[arg(long)]
     pub look: bool,
-    /// Fail (exit code 3) when any clip is refused or doubtful, not only when all are refused.
+    /// Fail (exit code 3) when any clip is refused, not only when all are.
     #[arg(long)]
     pub strict: bool,
 }
@@ -187,11 +187,10 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     if stop.load(Ordering::SeqCst) {
         return Err(CliError::Interrupted(format!("{} of {} files done", done.len(), files.len())));
     }
-    match (summary.refused, summary.doubtful) {
-        (n, _) if n == done.len() => Err(CliError::Input("every clip was refused".into())),
-        (n, doubtful) if args.strict && n + doubtful > 0 => {
-            Err(CliError::Input(format!("{n} clips were refused, {doubtful} are doubtful")))
-        }
+    match summary.refused {
+        0 => Ok(()),
+        n if n == done.len() => Err(CliError::Input("every clip was refused".into())),
+        n if args.strict => Err(CliError::Input(format!("{n} clips were refused"))),
         _ => Ok(()),
     }
 }

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use lifelike_evaluation::Verdict;
 use lifelike_evaluation::verdict;
-use lifelike_motion::retarget::{RetargetReport, Spread};
+use lifelike_motion::retarget::RetargetReport;
 use lifelike_report::{Cell, Column, Table, Tone};
 use serde::Serialize;
 
@@ -19,8 +19,6 @@ pub struct Summary {
     converted: usize,
     /// Clips that were refused.
     pub refused: usize,
-    /// Converted clips whose errors are beyond the bounds.
-    pub doubtful: usize,
     frames: usize,
     /// Motion (s).
     seconds: f64,
@@ -56,11 +54,10 @@ impl Summary {
             robot: robot.into(),
             converted: reports.len(),
             refused: done.len() - reports.len(),
-            doubtful: reports.iter().filter(|r| !r.doubts.is_empty()).count(),
             frames,
             seconds: reports.iter().map(|r| r.seconds).sum(),
-            median_position_error: of(&|r| mean(r.position_error.values())),
-            median_orientation_error: of(&|r| mean(r.orientation_error.values())),
+            median_position_error: of(&RetargetReport::mean_position_error),
+            median_orientation_error: of(&RetargetReport::mean_orientation_error),
             median_foot_skate: of(&|r| r.foot_skate.mean),
             median_ground_penetration: of(&|r| r.ground_penetration.max),
             median_ground_float: of(&|r| r.ground_float.mean),
@@ -104,18 +101,20 @@ pub(super) fn text(summary: &Summary, done: &[Done], files: (&Path, Option<&Path
     let table = table_of(done);
     let folder = report.parent().unwrap_or(Path::new("."));
     let mut text = if table.rows.is_empty() { String::new() } else { fitted(&table) + "\n" };
-    text += &remarks(done);
     for (file, why) in done.iter().filter_map(|d| d.refused.as_ref().map(|why| (&d.file, why))) {
         text += &format!("refused {}: {why}\n", file.display());
+    }
+    text += &notes(done);
+    for report in done.iter().filter_map(|d| d.report.as_ref()) {
+        text += &report.unfollowed.iter().map(|limb| format!("warning {}: {limb}\n", report.clip)).collect::<String>();
     }
     let s = summary;
     if s.converted == 0 {
         text += &format!("\nnothing was converted to '{}': {} refused\n", s.robot, counted(s.refused));
         return text + &format!("details: {}\n", report.display());
     }
-    let doubtful = if s.doubtful > 0 { format!(" ({} doubtful)", s.doubtful) } else { String::new() };
     text += &format!(
-        "\n{} ({:.1} s, {} frames) converted to '{}'{doubtful}, {} refused, in {:.1} s on {} threads\n",
+        "\n{} ({:.1} s, {} frames) converted to '{}', {} refused, in {:.1} s on {} threads\n",
         counted(s.converted),
         s.seconds,
         s.frames,
@@ -124,17 +123,19 @@ pub(super) fn text(summary: &Summary, done: &[Done], files: (&Path, Option<&Path
         s.wall_seconds,
         s.threads
     );
-    text += &format!(
-        "medians: position {:.1} cm, angle {:.1} deg, skate {:.2} cm/s, deepest {:.2} cm, float {:.2} cm\n\
-         joints outside of their range: {:.1} rad at most; {:.0} frames per second of one core\n",
-        100.0 * s.median_position_error,
-        s.median_orientation_error,
-        100.0 * s.median_foot_skate,
-        100.0 * s.median_ground_penetration,
-        100.0 * s.median_ground_float,
-        s.largest_range_excess,
-        s.frames_per_second_per_core
-    );
+    if s.converted > 0 {
+        text += &format!(
+            "medians: position {:.1} cm, angle {:.1} deg, skate {:.2} cm/s, deepest {:.2} cm, float {:.2} cm\n\
+             joints outside of their range: {:.1} rad at most; {:.0} frames per second of one core\n",
+            100.0 * s.median_position_error,
+            s.median_orientation_error,
+            100.0 * s.median_foot_skate,
+            100.0 * s.median_ground_penetration,
+            100.0 * s.median_ground_float,
+            s.largest_range_excess,
+            s.frames_per_second_per_core
+        );
+    }
     let verdicts: Vec<&Verdict> = done.iter().filter_map(|one| one.verdict.as_ref()).collect();
     text += &format!("{}, as far as can be told without physics\n", verdict::summary(verdicts.iter().copied()));
     text += &format!("details: {}\n", report.display());
@@ -142,24 +143,23 @@ pub(super) fn text(summary: &Summary, done: &[Done], files: (&Path, Option<&Path
         let page = std::path::absolute(page).unwrap_or_else(|_| page.to_path_buf());
         text += &format!("open this in a browser: {}\n", page.display());
     }
-    let check = NextCommand::new("motion check").word(folder.display()).word("--robot").word(robot);
-    let train = NextCommand::new("train tracker").word("--plan").word("track").word(format!("robot={robot}"));
-    let clips = toml::Value::from(vec![folder.display().to_string()]);
-    text + &next::lines(&[check, train.word(format!("clips={clips}"))])
+    if s.converted > 0 {
+        let check = NextCommand::new("motion check").word(folder.display()).word("--robot").word(robot);
+        let train = NextCommand::new("train tracker").word("--plan").word("track").word(format!("robot={robot}"));
+        let clips = toml::Value::from(vec![folder.display().to_string()]);
+        text += &next::lines(&[check, train.word(format!("clips={clips}"))]);
+    }
+    text
 }
 
 fn counted(clips: usize) -> String {
     format!("{clips} {}", if clips == 1 { "clip" } else { "clips" })
 }
 
-/// Doubts of each clip, and each note once with the clips that it is for.
-fn remarks(done: &[Done]) -> String {
-    let mut text = String::new();
+/// Each note of the readers once, with the clips that it is for.
+fn notes(done: &[Done]) -> String {
     let mut notes: Vec<(&str, Vec<&str>)> = Vec::new();
     for report in done.iter().filter_map(|one| one.report.as_ref()) {
-        for doubt in &report.doubts {
-            text += &format!("DOUBTFUL {}: {doubt}; look at it with --look before you use it\n", report.clip);
-        }
         for note in &report.notes {
             match notes.iter_mut().find(|(known, _)| known == note) {
                 Some((_, clips)) => clips.push(&report.clip),
@@ -167,6 +167,7 @@ fn remarks(done: &[Done]) -> String {
             }
         }
     }
+    let mut text = String::new();
     for (note, clips) in notes {
         let others = if clips.len() > 1 { format!(" and {} more", clips.len() - 1) } else { String::new() };
         text += &format!("note {}{others}: {note}\n", clips[0]);
@@ -176,25 +177,18 @@ fn remarks(done: &[Done]) -> String {
 
 fn row(r: &RetargetReport, verdict: &Verdict) -> Vec<Cell> {
     let numbers = [
-        100.0 * mean(r.position_error.values()),
-        mean(r.orientation_error.values()),
+        100.0 * r.mean_position_error(),
+        r.mean_orientation_error(),
         100.0 * r.foot_skate.mean,
         100.0 * r.ground_penetration.max,
         100.0 * r.ground_float.mean,
         100.0 * r.limit_hits.values().copied().fold(0.0, f64::max),
         100.0 * r.self_penetration.max,
     ];
-    let is_sure = r.doubts.is_empty();
-    let tone = if verdict.is_good() && is_sure { Tone::Good } else { Tone::Bad };
-    let judged = if is_sure { verdict.to_string() } else { format!("doubtful ({verdict})") };
-    let words = [Cell::text(&r.clip), Cell::text(judged).tone(Some(tone)), Cell::number(r.seconds, 1)];
+    let tone = if verdict.is_good() { Tone::Good } else { Tone::Bad };
+    let words = [Cell::text(&r.clip), Cell::text(verdict.to_string()).tone(Some(tone)), Cell::number(r.seconds, 1)];
     let numbers = numbers.map(|n| Cell::number(n, 2)).into_iter().chain([Cell::number(r.frames_per_second, 0)]);
     words.into_iter().chain(numbers).collect()
-}
-
-fn mean<'a>(spreads: impl Iterator<Item = &'a Spread>) -> f64 {
-    let (sum, count) = spreads.fold((0.0, 0_usize), |(sum, n), s| (sum + s.mean, n + 1));
-    if count == 0 { 0.0 } else { sum / count as f64 }
 }
 
 /// The middle of the values (of an even number, the mean of the two middle ones); 0 of none.

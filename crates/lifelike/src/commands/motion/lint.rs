@@ -1,0 +1,115 @@
+//! `lifelike motion lint`: mistakes of convention in motion of a robot, and their correction.
+
+use std::path::PathBuf;
+
+use lifelike_motion::feasibility::{self, Feasibility};
+use lifelike_motion::formats::{self, FileMotion, ReadOptions};
+use lifelike_motion::lint::{Flaw, lint};
+use lifelike_motion::{MotionClip, MotionError, container, dataset};
+use lifelike_report::{Cell, Column, Table, Tone};
+use lifelike_robot::{Robot, Shapes};
+use rayon::prelude::*;
+use serde::Serialize;
+
+use super::container_in;
+use crate::error::CliError;
+use crate::output::{Output, fitted};
+
+/// Find mistakes in motion of a robot: quaternion order, units, axes, rate, whole turns, exchanged joints, height.
+///
+/// A mistake is reported when its correction puts the robot on the ground, upright and within its joints' ranges. What no
+/// correction explains is listed as `motion check` does. The exit code is 3 when any clip has a mistake that is not fixed.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+Examples:
+  lifelike motion lint data/lima --robot lima
+  lifelike motion lint data/others --robot g1 --fix -o data/fixed
+  lifelike --json motion lint walk.motion.safetensors | jq '.[0].mistakes'")]
+pub struct Args {
+    /// Motion of the robot: files, folders, patterns, or @list.txt with one of them per line.
+    #[arg(required = true)]
+    pub motions: Vec<PathBuf>,
+    /// The robot: a name, or an MJCF or URDF file.
+    #[arg(short, long, default_value = "lima")]
+    pub robot: String,
+    /// Write corrected clips into the folder of --output.
+    #[arg(long, requires = "output")]
+    pub fix: bool,
+    /// Folder of the corrected clips.
+    #[arg(short, long, requires = "fix", value_parser = crate::destination::folder)]
+    pub output: Option<PathBuf>,
+}
+
+/// Outcome of one clip.
+#[derive(Debug, Serialize)]
+struct Linted {
+    file: PathBuf,
+    clip: String,
+    mistakes: Vec<Flaw>,
+    /// Findings that remain after the corrections.
+    remaining: Feasibility,
+    /// File of the corrected clip.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    fixed: Option<PathBuf>,
+}
+
+/// Runs the command.
+pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
+    let robot = Robot::load(&args.robot)?;
+    robot.require_ready(Shapes::All)?;
+    let is_of_robot = |format: &formats::Format| matches!(format.reader, formats::Reader::Robot(_));
+    let files = dataset::find_motion(&dataset::with_lists(&args.motions)?, is_of_robot)?;
+    let linted = files.par_iter().map(|file| look_at(file, &robot, args)).collect::<Result<Vec<_>, CliError>>()?;
+    output.result(&linted, || text(&linted))?;
+    let open = linted.iter().filter(|one| !one.mistakes.is_empty() && one.fixed.is_none()).count();
+    if open == 0 {
+        return Ok(());
+    }
+    Err(CliError::Input(format!("{open} of {} clips have mistakes; --fix -o FOLDER corrects them", linted.len())))
+}
+
+fn look_at(file: &PathBuf, robot: &Robot, args: &Args) -> Result<Linted, CliError> {
+    let clip = read(file)?;
+    let (fixed, mistakes) = lint(&clip, &robot.character, &robot.anatomy)?;
+    let remaining = feasibility::check(&fixed, &robot.character, &robot.anatomy, &robot.speeds())?;
+    let target = args.output.as_ref().map(|folder| container_in(folder, &clip.name)).filter(|_| args.fix);
+    if let Some(target) = &target {
+        container::write(target, &fixed)?;
+    }
+    Ok(Linted { file: file.clone(), clip: clip.name, mistakes, remaining, fixed: target })
+}
+
+fn read(file: &PathBuf) -> Result<MotionClip, MotionError> {
+    match formats::read(file, &ReadOptions::default())? {
+        FileMotion::Robot(clip) => Ok(clip),
+        FileMotion::Source(_) => Err(MotionError::Container {
+            file: file.clone(),
+            expected: "motion of a robot".into(),
+            got: "human motion, which `lifelike motion retarget` reads".into(),
+        }),
+    }
+}
+
+fn text(linted: &[Linted]) -> String {
+    let columns = vec![Column::text("clip"), Column::text("mistakes"), Column::text("remaining")];
+    let mut table = Table::new("Clips", columns).main_columns(&["clip", "mistakes"]);
+    table.rows = linted.iter().map(row).collect();
+    let wrong = linted.iter().filter(|one| !one.mistakes.is_empty()).count();
+    let evidence = linted.iter().flat_map(|one| one.mistakes.iter().map(move |flaw| (one, flaw)));
+    let evidence: String = evidence.map(|(one, flaw)| format!("{}: {}\n", one.clip, flaw.words())).collect();
+    let fixed = linted.iter().filter_map(|one| one.fixed.as_ref()).map(|file| format!("wrote {}\n", file.display()));
+    format!(
+        "{}\n{evidence}{}{wrong} of {} clips have mistakes\n",
+        fitted(&table),
+        fixed.collect::<String>(),
+        linted.len()
+    )
+}
+
+fn row(one: &Linted) -> Vec<Cell> {
+    let mistakes: Vec<String> = one.mistakes.iter().map(|flaw| flaw.mistake.words()).collect();
+    let tone = if mistakes.is_empty() { Tone::Good } else { Tone::Bad };
+    let words = if mistakes.is_empty() { "none".into() } else { mistakes.join("; ") };
+    let remaining: Vec<String> = one.remaining.reasons().map(feasibility::Finding::words).collect();
+    vec![Cell::text(&one.clip), Cell::text(words).tone(Some(tone)), Cell::text(remaining.join("; "))]
+}
