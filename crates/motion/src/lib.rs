@@ -36,6 +36,7 @@ pub mod lint;
 pub mod plausibility;
 pub mod resample;
 pub mod retarget;
+mod roles;
 pub mod source;
 pub mod window;
 

@@ -44,6 +44,9 @@ use human::Human;
 use rig::Rig;
 use shapes::Shapes;
 
+/// Most frames of a result: more than five hours at 50 per second.
+const MOST_FRAMES: f64 = 1e6;
+
 /// Converts a captured clip into a motion of this character, and says how well that went.
 ///
 /// # Errors
@@ -95,6 +98,7 @@ pub fn retarget(
     };
     let seconds = started.elapsed().as_secs_f64();
     let mut report = report::measure(&outcome, &human, &source.name);
+    report.notes.clone_from(&source.notes);
     report.frames_per_second = human.frames.len() as f64 / seconds.max(1e-9);
     options.bounds.check(&report, rig.leg_length)?;
     Ok((make_clip(source, &rig, poses, &stances, (fps, tempo)), report))
@@ -115,6 +119,15 @@ fn check_options(source: &SourceClip, options: &RetargetOptions) -> Result<(), M
     if !FPS.contains(&options.fps) {
         let message =
             format!("retargeting option fps is {}; it must be from {} to {} Hz", options.fps, FPS.start(), FPS.end());
+        return Err(MotionError::Unfit { clip: source.name.clone(), message });
+    }
+    let frames = options.fps * source.seconds();
+    if frames > MOST_FRAMES {
+        let message = format!(
+            "{:.0} s are {frames:.0} frames at {} Hz, more than {MOST_FRAMES:.0}: is the capture's rate right (--fps)?",
+            source.seconds(),
+            options.fps
+        );
         return Err(MotionError::Unfit { clip: source.name.clone(), message });
     }
     positive("tempo", options.tempo.factor(1.0, 1.0))?;

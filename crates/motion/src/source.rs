@@ -4,6 +4,7 @@ use lifelike_character::{Quat, Vec3};
 
 use crate::clip::Caption;
 use crate::error::MotionError;
+use crate::roles::{Roles, Tree};
 
 /// The skeleton that a capture came with. All of it in the rest pose, in metres, z up, x forward, y left.
 #[derive(Debug, Clone, PartialEq)]
@@ -16,6 +17,27 @@ pub struct Skeleton {
     pub offsets: Vec<Vec3>,
     /// End sites (finger tips, toes): the joint they hang on, and the offset (m).
     pub ends: Vec<(usize, Vec3)>,
+}
+
+impl Skeleton {
+    pub(crate) fn tree(&self) -> Tree<'_> {
+        Tree { names: &self.names, parents: &self.parents, offsets: &self.offsets }
+    }
+
+    /// Returns whether the left leg of these roles is on the right side.
+    pub(crate) fn is_mirrored(&self, roles: &Roles) -> bool {
+        let places = self.rest_positions();
+        roles.legs().is_some_and(|[left, right]| places[left[0]].y < places[right[0]].y)
+    }
+
+    /// Returns the positions of the joints in the rest pose, the root at the origin (m).
+    pub(crate) fn rest_positions(&self) -> Vec<Vec3> {
+        let mut positions: Vec<Vec3> = Vec::with_capacity(self.names.len());
+        for (offset, parent) in self.offsets.iter().zip(&self.parents) {
+            positions.push(parent.map_or_else(Vec3::zeros, |p| positions[p] + offset));
+        }
+        positions
+    }
 }
 
 /// A captured clip: rotations of each joint's frame, which in the rest pose is aligned with the world (z up, x
@@ -40,6 +62,8 @@ pub struct SourceClip {
     pub captions: Vec<Caption>,
     /// Source and terms of use, as far as known.
     pub provenance: String,
+    /// Guesses and repairs of the reader that a user should know of.
+    pub notes: Vec<String>,
 }
 
 impl SourceClip {

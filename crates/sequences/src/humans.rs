@@ -149,6 +149,7 @@ mod tests {
             cyclic: false,
             captions: vec![],
             provenance: String::new(),
+            notes: vec![],
         }
     }
 

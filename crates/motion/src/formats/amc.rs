@@ -1,15 +1,23 @@
 //! AMC (Acclaim motion capture): the degrees of freedom of an ASF's bones, frame by frame.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use lifelike_character::{Quat, Vec3};
+use lifelike_character::{Quat, Role, Vec3};
 
 use super::asf::{AsfSkeleton, Dof};
 use super::raw::{self, RawClip};
+use super::standing::Known;
 use super::text::{self, Lines};
 use super::{Format, ReadOptions, Reader, asf, clip_name, rest};
 use crate::error::MotionError;
+use crate::roles::{self, Tree};
 use crate::source::SourceClip;
+
+/// Rates that a file may state (frames per second).
+const RATES: std::ops::RangeInclusive<f64> = 1.0..=10_000.0;
+/// Rate of the CMU's files, which do not state it, but for a few at 60.
+const USUAL_FPS: f64 = 120.0;
 
 /// The format, for the table of all.
 pub const FORMAT: Format = Format {
@@ -74,20 +82,25 @@ pub fn parse(
     options: &ReadOptions,
 ) -> Result<SourceClip, MotionError> {
     let mut lines = Lines::new(text::decode(bytes, file)?, file);
-    if !(1.0..=10_000.0).contains(&options.amc_fps) {
-        let expected = "a rate between 1 and 10000 frames per second in the options".to_owned();
-        return Err(MotionError::Container { file: file.to_path_buf(), expected, got: options.amc_fps.to_string() });
-    }
     let mut reader = FrameReader::new(skeleton);
+    let mut stated_fps = None;
     while let Some(line) = lines.next_line() {
         match line.as_bytes()[0] {
             b'#' => {}
             b':' if reader.root_position.is_empty() && reader.number.is_none() => {
-                match line.to_ascii_uppercase().as_str() {
+                let mut words = line.split_ascii_whitespace();
+                match words.next().unwrap_or_default().to_ascii_uppercase().as_str() {
                     ":DEGREES" => reader.angle = 1.0_f64.to_radians(),
                     ":RADIANS" => reader.angle = 1.0,
                     ":FULLY-SPECIFIED" => {}
-                    _ => return Err(lines.error(":FULLY-SPECIFIED, :DEGREES or :RADIANS", line)),
+                    ":SAMPLES-PER-SECOND" => {
+                        let rate = lines.number_in(words.next(), "frames per second")?;
+                        if !RATES.contains(&rate) {
+                            return Err(lines.error("1 to 10000 frames per second", line));
+                        }
+                        stated_fps = Some(rate);
+                    }
+                    _ => return Err(lines.error(":FULLY-SPECIFIED, :DEGREES, :RADIANS or :SAMPLES-PER-SECOND", line)),
                 }
             }
             b'0'..=b'9' => {
@@ -109,24 +122,27 @@ pub fn parse(
         provenance: "ASF/AMC: CMU Graphics Lab Motion Capture Database (mocap.cs.cmu.edu, NSF EIA-0196217), free for \
                      research, not for resale"
             .to_owned(),
-        fps: options.amc_fps,
+        fps: options.fps.or(stated_fps).unwrap_or(USUAL_FPS),
         cyclic: false,
         hints: rest::Hints { elbow_tilt: elbow_tilt(skeleton, &names), ..Default::default() },
         names,
         parents: bones.iter().map(|b| b.parent).collect(),
         offsets: bones.iter().map(|b| b.parent.map_or_else(Vec3::zeros, |p| bones[p].vector)).collect(),
         ends: leaves.map(|b| (b, bones[b].vector)).collect(),
-        rest: vec![Quat::identity(); bones.len()],
-        basis: raw::from_y_up_z_forward(),
+        known: Some(Known { basis: raw::from_y_up_z_forward(), rest: vec![Quat::identity(); bones.len()] }),
         root_position: reader.root_position,
         rotations: reader.rotations,
+        notes: Vec::new(),
     };
-    Ok(raw.finish(options.t_pose))
+    raw.finish(options)
 }
 
 /// Returns the tilt of the left elbow's hinge (see [`rest::Hints`]), if that is a joint with one rotation.
 fn elbow_tilt(skeleton: &AsfSkeleton, names: &[String]) -> f64 {
-    let Some([[.., fore, _], _]) = rest::limbs(names) else { return 0.0 };
+    let parents: Vec<Option<usize>> = skeleton.bones.iter().map(|bone| bone.parent).collect();
+    let offsets = vec![Vec3::zeros(); names.len()];
+    let tree = Tree { names, parents: &parents, offsets: &offsets };
+    let Some(fore) = roles::find(tree, &BTreeMap::new()).get(Role::LeftForearm) else { return 0.0 };
     let bone = &skeleton.bones[fore];
     let [Dof::Rotation(axis)] = bone.dofs.as_slice() else { return 0.0 };
     let mut hinge = Vec3::zeros();

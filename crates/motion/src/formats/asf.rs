@@ -84,7 +84,7 @@ pub fn parse(bytes: &[u8], file: &Path) -> Result<AsfSkeleton, MotionError> {
         angle: 1.0_f64.to_radians(),
         root_position: Vec3::zeros(),
     };
-    let mut section = "";
+    let mut section = String::new();
     let mut linked = false;
     let (mut order, mut orientation) = ([0, 1, 2], [0.0; 3]);
     while let Some(line) = lines.next_line() {
@@ -92,7 +92,7 @@ pub fn parse(bytes: &[u8], file: &Path) -> Result<AsfSkeleton, MotionError> {
             continue;
         }
         if let Some(keyword) = line.strip_prefix(':') {
-            section = keyword.split_ascii_whitespace().next().unwrap_or_default();
+            section = keyword.split_ascii_whitespace().next().unwrap_or_default().to_ascii_lowercase();
             if section == "hierarchy" {
                 linked = true;
             }
@@ -100,7 +100,9 @@ pub fn parse(bytes: &[u8], file: &Path) -> Result<AsfSkeleton, MotionError> {
         }
         let mut tokens = line.split_ascii_whitespace();
         let word = tokens.next().unwrap_or_default();
-        match (section, word) {
+        // Keywords are read in any case; in the hierarchy words are names.
+        let keyword = if section == "hierarchy" { word.to_owned() } else { word.to_ascii_lowercase() };
+        match (section.as_str(), keyword.as_str()) {
             ("units", "length") => {
                 let [length] = lines.numbers::<1>(tokens, "a unit of length")?;
                 if !(1e-3..=1e3).contains(&length) {
@@ -117,7 +119,7 @@ pub fn parse(bytes: &[u8], file: &Path) -> Result<AsfSkeleton, MotionError> {
             }
             ("root", "orientation") => orientation = lines.numbers(tokens, "three angles of the root")?,
             ("bonedata", "begin") => bone(&mut lines, &mut skeleton)?,
-            ("hierarchy", "begin" | "end") => {}
+            ("hierarchy", word) if ["begin", "end"].iter().any(|k| word.eq_ignore_ascii_case(k)) => {}
             ("hierarchy", parent) => link(&lines, &mut skeleton, parent, tokens)?,
             ("units" | "documentation" | "version" | "name" | "skin", _) => {}
             _ => return Err(lines.error("the keywords of an ASF file", line)),
@@ -141,7 +143,7 @@ fn bone(lines: &mut Lines<'_>, skeleton: &mut AsfSkeleton) -> Result<(), MotionE
     loop {
         let line = lines.expect("'end' of a bone")?;
         let mut tokens = line.split_ascii_whitespace();
-        match tokens.next().unwrap_or_default() {
+        match tokens.next().unwrap_or_default().to_ascii_lowercase().as_str() {
             "name" => name = tokens.next().map(str::to_owned),
             "direction" => direction = Some(Vec3::from(lines.numbers::<3>(tokens, "three numbers of a direction")?)),
             "length" => length = Some(lines.numbers::<1>(tokens, "a length")?[0]),

@@ -10,6 +10,7 @@ use std::path::{Path, PathBuf};
 use lifelike_character::{Quat, Vec3, rotation};
 
 use super::raw::{self, RawClip};
+use super::standing::Known;
 use super::{Format, ReadOptions, Reader, clip_name, rest, text};
 use crate::error::MotionError;
 use crate::source::SourceClip;
@@ -213,13 +214,16 @@ pub fn parse(
         parents: character.iter().map(|j| j.parent).collect(),
         offsets: character.iter().map(|j| j.offset).collect(),
         ends: Vec::new(),
-        rest: vec![Quat::identity(); character.len()],
+        known: Some(Known {
+            basis: raw::about(0, std::f64::consts::FRAC_PI_2),
+            rest: vec![Quat::identity(); character.len()],
+        }),
         hints: rest::Hints::default(),
-        basis: raw::about(0, std::f64::consts::FRAC_PI_2),
         root_position,
         rotations,
+        notes: Vec::new(),
     };
-    Ok(raw.finish(options.t_pose))
+    raw.finish(options)
 }
 
 fn numbers_of(kind: JointType) -> usize {

@@ -6,35 +6,40 @@
 //! | --- | --- | --- | --- |
 //! | [`bvh`] | Daz-friendly CMU | y up, z forward, cm | T-pose, forearms drawn bent by 17 degrees; frames 0 to 6 are skipped |
 //! | | Bandai-Namco | y up, z forward, cm | none (zero rotations lay bones along x): a table of joint frames |
-//! | | any other | from names and geometry | zero rotations |
+//! | | any other | found from the places of joints over time | zero rotations where these stand, else found |
 //! | [`asf`], [`amc`] | CMU originals | y up, z forward, inches / 0.45 | T-pose, legs spread by 20 degrees |
 //! | [`deepmimic`] | humanoid3d | y up, x forward, z right, m | standing, arms hanging |
 //! | [`amass`] | AMASS' .npz (SMPL, SMPL-H, SMPL-X) | z up, m; joints' frames y up, z forward | none in the file: the mean body's |
 //!
-//! The result is always z up, x forward, y left, in metres, and (unless [`ReadOptions::t_pose`] is off, or the limbs'
-//! names are unknown) with the SAME rest pose: a T-pose, legs straight down, feet forward and flat, arms straight to the
+//! The result is always z up, x forward, y left, in metres, and (unless [`ReadOptions::t_pose`] is off, or limbs
+//! are missing) with the SAME rest pose: a T-pose, legs straight down, feet forward and flat, arms straight to the
 //! sides with palms down. Only the world position and heading at which a clip starts stay as they were captured.
 
 use std::path::{Path, PathBuf};
 
 use crate::clip::MotionClip;
 use crate::error::MotionError;
+use crate::retarget::Correspondence;
 use crate::source::SourceClip;
 use crate::{container, keyframes};
 
 pub mod amass;
 pub mod amc;
+mod anatomy;
 pub mod asf;
+mod axes;
 pub mod bvh;
 pub mod captions;
 pub mod deepmimic;
 mod format;
 mod raw;
 mod rest;
+mod standing;
 mod text;
 
 pub(crate) use text::decode;
 
+pub use axes::Axis;
 pub use captions::CaptionTable;
 pub use format::{Format, Reader, clip_name, of_file, of_found, supported};
 
@@ -46,26 +51,67 @@ pub const FORMATS: &[&Format] =
 /// Options of reading a file. The default guesses all of it.
 #[derive(Debug, Clone)]
 pub struct ReadOptions {
-    /// Metres per unit of length of a BVH file. `None`: guessed from the skeleton's size among m, cm and mm (a body of
-    /// 1 to 2.5 m); inches must be stated. The other formats say or fix their unit.
+    /// Metres per unit of length of a BVH file. `None`: guessed from the skeleton's size among m, cm, mm and the CMU's
+    /// unit (a body of 1 to 2.5 m); inches must be stated. The other formats say or fix their unit.
     pub scale: Option<f64>,
     /// Frames to leave out at the start of a BVH file. `None`: seven for the Daz-friendly skeleton (frame 0 is a rest
-    /// pose, and the conversion's filter smeared it over the six that follow), none for the others.
+    /// pose, and the conversion's filter smeared it over the six that follow); for the others a rest pose that the motion
+    /// leaves by a jump.
     pub skip_frames: Option<usize>,
-    /// Frames per second of an AMC file, which does not say (CMU: 120 but for a few at 60).
-    pub amc_fps: f64,
+    /// Frames per second of the capture. `None`: as the file says; 120 for an AMC file that does not.
+    pub fps: Option<f64>,
     /// The skeleton that goes with the motion: the ASF of an AMC, the character file of a DeepMimic clip. `None`: found
     /// beside the motion (`SS.asf` for `SS_TT.amc`, or the only ASF there; `humanoid3d.txt`).
     pub skeleton: Option<PathBuf>,
     /// Bring the rest pose to the T-pose (see the module's documentation).
     pub t_pose: bool,
+    /// Axis of the file that is up. `None`: found from rest pose and motion.
+    pub up: Option<Axis>,
+    /// Axis of the file that the rest pose faces, or the motion at first. `None`: found.
+    pub forward: Option<Axis>,
+    /// Unit of a BVH file's angles. `None`: degrees, unless the motion shows radians.
+    pub angles: Option<Angles>,
+    /// Joints of roles that names do not tell.
+    pub correspondence: Correspondence,
     /// Captions of the clips, found by the file's name.
     pub captions: Option<CaptionTable>,
 }
 
+/// A unit of angles.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Angles {
+    /// Degrees.
+    Degrees,
+    /// Radians.
+    Radians,
+}
+
+impl std::str::FromStr for Angles {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text {
+            "degrees" => Ok(Self::Degrees),
+            "radians" => Ok(Self::Radians),
+            _ => Err(format!("expected degrees or radians, got '{text}'")),
+        }
+    }
+}
+
 impl Default for ReadOptions {
     fn default() -> Self {
-        Self { scale: None, skip_frames: None, amc_fps: 120.0, skeleton: None, t_pose: true, captions: None }
+        Self {
+            scale: None,
+            skip_frames: None,
+            fps: None,
+            skeleton: None,
+            t_pose: true,
+            up: None,
+            forward: None,
+            angles: None,
+            correspondence: Correspondence::default(),
+            captions: None,
+        }
     }
 }
 

@@ -8,50 +8,19 @@
 
 use lifelike_character::{Quat, Vec3};
 
+use crate::roles::Roles;
 use crate::source::Skeleton;
-
-/// Thigh, shin, foot, upper arm, forearm, hand of the left side, in the names of one family of files. Compared in lower
-/// case without punctuation.
-const FAMILIES: [[&str; 6]; 6] = [
-    ["lfemur", "ltibia", "lfoot", "lhumerus", "lradius", "lwrist"],
-    ["lthigh", "lshin", "lfoot", "lshldr", "lforearm", "lhand"],
-    ["upperlegl", "lowerlegl", "footl", "upperarml", "lowerarml", "handl"],
-    ["leftupleg", "leftleg", "leftfoot", "leftarm", "leftforearm", "lefthand"],
-    ["lefthip", "leftknee", "leftankle", "leftshoulder", "leftelbow", "leftwrist"],
-    ["leftthigh", "leftshin", "leftfoot", "leftupperarm", "leftforearm", "lefthand"],
-];
 
 /// The joints of one side: thigh, shin, foot, upper arm, forearm, hand.
 pub(crate) type Limbs = [usize; 6];
 
-/// Returns the left and the right limbs of a skeleton whose names are known.
-pub(crate) fn limbs(names: &[String]) -> Option<[Limbs; 2]> {
-    let plain: Vec<String> = names.iter().map(|n| plain(n)).collect();
-    FAMILIES.iter().find_map(|family| {
-        let find = |name: &str| plain.iter().position(|n| n == name);
-        let mut sides = [[0; 6]; 2];
-        for (at, left) in family.iter().enumerate() {
-            sides[0][at] = find(left)?;
-            sides[1][at] = find(&mirrored(left))?;
-        }
-        Some(sides)
-    })
-}
-
-/// Returns the lower case letters and digits only, without a prefix up to a colon (`mixamorig:LeftLeg`).
-fn plain(name: &str) -> String {
-    let name = name.rsplit(':').next().unwrap_or(name);
-    name.chars().filter(char::is_ascii_alphanumeric).map(|c| c.to_ascii_lowercase()).collect()
-}
-
-/// Returns the right-hand name of a left-hand name of [`FAMILIES`].
-fn mirrored(left: &str) -> String {
-    if let Some(rest) = left.strip_prefix("left") {
-        format!("right{rest}")
-    } else if let Some(rest) = left.strip_suffix('l') {
-        format!("{rest}r")
-    } else {
-        left.replacen('l', "r", 1)
+/// Returns the left and the right limbs of a skeleton, if it has all of them.
+pub(crate) fn limbs(roles: &Roles) -> Option<[Limbs; 2]> {
+    let [left, right] = roles.legs()?;
+    let side = |[a, b, c]: [usize; 3], arm: [usize; 3]| [a, b, c, arm[0], arm[1], arm[2]];
+    match roles.arms() {
+        [Some(arm), Some(other)] => Some([side(left, arm), side(right, other)]),
+        _ => None,
     }
 }
 
@@ -68,16 +37,16 @@ pub(crate) struct Hints {
 
 /// Changes the rest pose of a skeleton (z up, x forward, y left) to the T-pose, as far as its limbs are known by name.
 /// Returns the world rotation by which each joint's segment was turned.
-pub(crate) fn straighten(skeleton: &mut Skeleton, hints: &Hints) -> Vec<Quat> {
+pub(crate) fn straighten(skeleton: &mut Skeleton, roles: &Roles, hints: &Hints) -> Vec<Quat> {
     let n = skeleton.names.len();
     let mut own: Vec<Option<Quat>> = vec![None; n];
-    if let Some(sides) = limbs(&skeleton.names) {
+    if let Some(sides) = limbs(roles) {
         if hints.drawn_bent {
             for [.., upper, fore, hand] in sides {
                 unbend(skeleton, upper, fore, hand);
             }
         }
-        let positions = positions(skeleton);
+        let positions = skeleton.rest_positions();
         let bone = |from: usize, to: usize| positions[to] - positions[from];
         let hinge = Quat::from_axis_angle(&Vec3::y_axis(), hints.elbow_tilt);
         for (side, [thigh, shin, foot, upper, fore, hand]) in sides.into_iter().enumerate() {
@@ -124,13 +93,4 @@ fn unbend(skeleton: &mut Skeleton, upper: usize, fore: usize, hand: usize) {
             *offset = turn * *offset;
         }
     }
-}
-
-/// Returns the positions of the joints in the rest pose, the root at the origin (m).
-pub(crate) fn positions(skeleton: &Skeleton) -> Vec<Vec3> {
-    let mut positions: Vec<Vec3> = Vec::with_capacity(skeleton.names.len());
-    for (offset, parent) in skeleton.offsets.iter().zip(&skeleton.parents) {
-        positions.push(parent.map_or_else(Vec3::zeros, |p| positions[p] + offset));
-    }
-    positions
 }

@@ -44,16 +44,23 @@ pub(crate) fn parse_error(file: &Path, line: usize, expected: impl Into<String>,
     MotionError::Parse { file: file.to_path_buf(), line, expected: expected.into(), got }
 }
 
-/// Lines of a text, with numbers. Blank lines are skipped.
+/// Lines of a text, with numbers. Blank lines are skipped, and comments on lines of their own.
+#[derive(Clone)]
 pub(crate) struct Lines<'a> {
     file: PathBuf,
     lines: std::str::Lines<'a>,
     number: usize,
+    comments: &'static [&'static str],
 }
 
 impl<'a> Lines<'a> {
     pub(crate) fn new(text: &'a str, file: &Path) -> Self {
-        Self { file: file.to_path_buf(), lines: text.lines(), number: 0 }
+        Self { file: file.to_path_buf(), lines: text.lines(), number: 0, comments: &[] }
+    }
+
+    /// Skips lines that begin with one of these.
+    pub(crate) fn without_comments(self, comments: &'static [&'static str]) -> Self {
+        Self { comments, ..self }
     }
 
     /// Returns the number of the line that came last (from 1).
@@ -67,7 +74,7 @@ impl<'a> Lines<'a> {
             let line = self.lines.next()?;
             self.number += 1;
             let line = line.trim();
-            if !line.is_empty() {
+            if !line.is_empty() && !self.comments.iter().any(|mark| line.starts_with(mark)) {
                 return Some(line);
             }
         }
@@ -84,6 +91,11 @@ impl<'a> Lines<'a> {
     /// Returns an error at the line that came last.
     pub(crate) fn error(&self, expected: impl Into<String>, got: &str) -> MotionError {
         parse_error(&self.file, self.number, expected, got)
+    }
+
+    /// Returns an error at another line.
+    pub(crate) fn error_at(&self, line: usize, expected: impl Into<String>, got: &str) -> MotionError {
+        parse_error(&self.file, line, expected, got)
     }
 
     /// Returns a finite number of a size that makes sense.

@@ -52,6 +52,7 @@ pub(super) fn animate(script: &Script, name: &str) -> Result<SourceClip, MotionE
         cyclic: script.cyclic,
         captions: Vec::new(),
         provenance: "keyframed for lifelike, MIT OR Apache-2.0".to_owned(),
+        notes: Vec::new(),
     };
     for (frame, centre) in wanted.iter().enumerate() {
         let time = frame as f64 / script.fps;

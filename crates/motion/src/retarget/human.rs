@@ -4,8 +4,9 @@
 use lifelike_character::rotation::heading_angle;
 use lifelike_character::{Quat, Role, Vec3};
 
-use super::correspondence::{SourceRoles, ancestors};
+use super::correspondence::SourceRoles;
 use crate::contacts::ground_level;
+use crate::roles::ancestors;
 use crate::source::SourceClip;
 
 /// Arm directions of one frame (unit vectors, world), for one side.
@@ -63,12 +64,7 @@ pub(super) struct Human {
     pub padding: usize,
 }
 
-pub(super) const LEG_ROLES: [[Role; 3]; 2] =
-    [[Role::LeftThigh, Role::LeftShank, Role::LeftFoot], [Role::RightThigh, Role::RightShank, Role::RightFoot]];
-pub(super) const ARM_ROLES: [[Role; 3]; 2] = [
-    [Role::LeftUpperArm, Role::LeftForearm, Role::LeftHand],
-    [Role::RightUpperArm, Role::RightForearm, Role::RightHand],
-];
+pub(super) use crate::roles::{ARMS as ARM_ROLES, LEGS as LEG_ROLES};
 
 /// Geometry of one foot in the rest pose.
 struct FootShape {
@@ -187,7 +183,7 @@ impl<'a> Reader<'a> {
         }
         let mut needed = vec![false; n];
         for &joint in roles.joints.values().chain(roles.toes.iter().flatten()) {
-            ancestors(skeleton, joint).for_each(|j| needed[j] = true);
+            ancestors(&skeleton.parents, joint).for_each(|j| needed[j] = true);
         }
         let mut reader = Self {
             clip,
@@ -217,7 +213,7 @@ impl<'a> Reader<'a> {
     /// Returns the rest positions of all joints and end sites that hang on this joint.
     fn hanging_on(&self, joint: usize) -> Vec<Vec3> {
         let skeleton = &self.clip.skeleton;
-        let below = |j: usize| ancestors(skeleton, j).any(|a| a == joint);
+        let below = |j: usize| ancestors(&skeleton.parents, j).any(|a| a == joint);
         let joints = (0..self.rest.len()).filter(|&j| j != joint && below(j)).map(|j| self.rest[j]);
         let ends = skeleton.ends.iter().filter(|(j, _)| below(*j)).map(|(j, o)| self.rest[*j] + o);
         joints.chain(ends).collect()

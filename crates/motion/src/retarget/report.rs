@@ -67,6 +67,9 @@ pub struct RetargetReport {
     /// Limbs of the capture that nothing of the character follows, and the reverse.
     #[serde(default)]
     pub unfollowed: Vec<String>,
+    /// Guesses and repairs of the capture's reader.
+    #[serde(default)]
+    pub notes: Vec<String>,
     /// Mean and largest horizontal speed (m/s) of sole corners within 5 mm of the ground, over frames in which their
     /// foot is labelled as standing.
     pub foot_skate: Spread,
@@ -160,6 +163,7 @@ pub(super) fn measure(outcome: &Outcome, human: &Human, clip: &str) -> RetargetR
         position_error: errors.position.iter().map(|(r, g)| (*r, g.spread())).collect(),
         orientation_error: errors.orientation.iter().map(|(r, g)| (*r, g.spread())).collect(),
         unfollowed,
+        notes: Vec::new(),
         foot_skate: ground.skate.spread(),
         touching_skate: ground.touching.spread(),
         contact_share: standing as f64 / poses.len() as f64,

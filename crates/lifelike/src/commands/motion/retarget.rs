@@ -9,8 +9,8 @@ use std::time::Instant;
 
 use lifelike_evaluation::Verdict;
 use lifelike_motion::edit::{self, repair::Change};
-use lifelike_motion::formats::{self, CaptionTable, Format, ReadOptions};
-use lifelike_motion::retarget::{RetargetOptions, RetargetReport, retarget};
+use lifelike_motion::formats::{self, Angles, Axis, CaptionTable, Format, ReadOptions};
+use lifelike_motion::retarget::{Correspondence, RetargetOptions, RetargetReport, retarget};
 use lifelike_motion::{MotionError, container, dataset, feasibility};
 use lifelike_report::{Playback, ReportBuilder};
 use lifelike_robot::Robot;
@@ -48,12 +48,24 @@ pub struct Args {
     /// Skeleton of the inputs: the .asf of .amc files, the character file of DeepMimic clips.
     #[arg(long)]
     pub skeleton: Option<PathBuf>,
-    /// Metres per unit of length of BVH files; guessed where not given.
-    #[arg(long)]
+    /// Metres per unit of length of BVH files, where the guess (m, cm, mm, the CMU's unit) is wrong.
+    #[arg(long, value_name = "METRES")]
     pub scale: Option<f64>,
-    /// Frames per second of AMC files, which do not say.
-    #[arg(long, default_value_t = 120.0)]
-    pub amc_fps: f64,
+    /// Frames per second of the inputs, where the files say nothing (AMC: 120) or something wrong.
+    #[arg(long, alias = "amc-fps", value_name = "RATE")]
+    pub fps: Option<f64>,
+    /// Axis of the inputs that is up: x, y, z, -x, -y or -z; found from rest pose and motion where not given.
+    #[arg(long, value_name = "AXIS", allow_hyphen_values = true)]
+    pub up: Option<Axis>,
+    /// Axis that the inputs' rest pose (or else the motion at first) faces; found where not given.
+    #[arg(long, value_name = "AXIS", allow_hyphen_values = true)]
+    pub forward: Option<Axis>,
+    /// Unit of the angles of BVH files, degrees or radians; degrees where the motion does not show radians.
+    #[arg(long, value_name = "UNIT")]
+    pub angles: Option<Angles>,
+    /// Joints that names do not tell: ROLE=JOINT,... (roles as in [correspondence.roles], left_toe, right_toe).
+    #[arg(long, value_name = "ROLE=JOINT,...")]
+    pub roles: Option<Correspondence>,
     /// A table of captions (tab-separated) that are kept with the clips.
     #[arg(long)]
     pub captions: Option<PathBuf>,
@@ -80,6 +92,7 @@ Examples:
   lifelike motion retarget mocap/cmu 'mocap/bandai/*walk*.bvh' --robot humanoid -o motions/humanoid
   lifelike motion retarget motions --robot lima -o data/own --look      # our own keyframed clips
   lifelike motion retarget mocap/cmu --feasible --robot lima -o motions/lima
+  lifelike motion retarget dance.bvh --up z --forward=-y --roles left_hand=L_Palm,right_hand=R_Palm -o out
   lifelike motion retarget dance.amc --skeleton 05.asf --robot my_robot.xml -o out swing_clearance=0.03
 
 Formats: {}.
@@ -116,7 +129,11 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let options = options(args, &robot, &changes)?;
     let read = ReadOptions {
         scale: args.scale,
-        amc_fps: args.amc_fps,
+        fps: args.fps,
+        up: args.up,
+        forward: args.forward,
+        angles: args.angles,
+        correspondence: options.correspondence.clone(),
         skeleton: args.skeleton.clone(),
         captions: args.captions.as_deref().map(CaptionTable::load).transpose()?,
         ..ReadOptions::default()
@@ -183,6 +200,9 @@ fn options(args: &Args, robot: &Robot, changes: &[String]) -> Result<RetargetOpt
         Some(path) => overrides::load(path, changes)?,
         None => overrides::apply(clips::retarget_options(robot), changes)?,
     };
+    if let Some(roles) = &args.roles {
+        options.correspondence.merge(roles);
+    }
     clips::limit_speeds(&mut options, robot);
     Ok(options)
 }

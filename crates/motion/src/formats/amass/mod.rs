@@ -1,8 +1,8 @@
 //! AMASS (Mahmood et al. 2019): motion capture as poses of SMPL bodies, one `.npz` for each recording.
 //!
 //! `poses` is one row per frame: a rotation vector (rad) for each joint, of which the first 22 are the body's in SMPL (72
-//! numbers), SMPL-H (156) and SMPL-X (165) alike; fingers, jaw and eyes are not read, hands are rigid. `trans` (m) moves
-//! the whole body, and `mocap_framerate` (older files) or `mocap_frame_rate` is in frames per second. The file's world is
+//! numbers), SMPL-H (156) and SMPL-X (165) alike; fingers, jaw and eyes are not read, hands are rigid. `root_orient` and
+//! `pose_body` may stand in its place. `trans` (m) moves the whole body, and `mocap_framerate` (older files) or `mocap_frame_rate` is in frames per second. The file's world is
 //! z up; the frames of the joints are y up and z forward when the body rests, so the root's rotation also stands the body
 //! up.
 //!
@@ -17,6 +17,7 @@ use std::path::Path;
 use lifelike_character::{Quat, Vec3};
 
 use super::raw::{self, RawClip};
+use super::standing::Known;
 use super::{Format, ReadOptions, Reader, clip_name, rest};
 use crate::error::MotionError;
 use crate::source::SourceClip;
@@ -45,7 +46,7 @@ pub const FORMAT: Format = Format {
 /// Numbers in a row of `poses`: SMPL's, SMPL-H's and SMPL-X's.
 const WIDTHS: [usize; 3] = [72, 156, 165];
 /// Names of the frame rate, older files first.
-const RATES: [&str; 2] = ["mocap_framerate", "mocap_frame_rate"];
+const RATES: [&str; 3] = ["mocap_framerate", "mocap_frame_rate", "fps"];
 /// An hour at 120 frames per second. A small compressed file cannot stand for a longer motion.
 const MOST_FRAMES: usize = 432_000;
 
@@ -56,19 +57,11 @@ const MOST_FRAMES: usize = 432_000;
 pub fn parse(bytes: &[u8], file: &Path, options: &ReadOptions) -> Result<SourceClip, MotionError> {
     let mut archive = Archive::open(bytes, file)?;
     check_arrays(&archive)?;
-    let fps = frame_rate(&mut archive)?;
-    let poses = archive.array("poses")?;
-    let frames = match poses.shape() {
-        [frames, width] if WIDTHS.contains(width) => *frames,
-        _ => return Err(poses.wrong_shape("of shape [frames, 72], [frames, 156] or [frames, 165]")),
-    };
-    if !(1..=MOST_FRAMES).contains(&frames) {
-        return Err(poses.wrong_shape(&format!("of 1 to {MOST_FRAMES} frames")));
-    }
-    let poses = poses.rows(3 * body::JOINTS.len())?;
+    let fps = frame_rate(&mut archive, options.fps)?;
+    let (frames, poses) = poses(&mut archive)?;
     let places = archive.array("trans")?;
     if places.shape() != [frames, 3] {
-        return Err(places.wrong_shape(&format!("of shape [{frames}, 3], as 'poses' has {frames} frames")));
+        return Err(places.wrong_shape(&format!("of shape [{frames}, 3], as there are {frames} frames of poses")));
     }
     let places = places.rows(3)?;
 
@@ -88,39 +81,84 @@ pub fn parse(bytes: &[u8], file: &Path, options: &ReadOptions) -> Result<SourceC
         parents: joints.iter().map(|(_, parent, _)| *parent).collect(),
         offsets: joints.iter().map(|(.., offset)| Vec3::from(*offset)).collect(),
         ends: body::HANDS.map(|(wrist, offset)| (wrist, Vec3::from(offset))).to_vec(),
-        rest: vec![raw::from_y_up_z_forward(); joints.len()],
+        known: Some(Known { basis: Quat::identity(), rest: vec![raw::from_y_up_z_forward(); joints.len()] }),
         hints: rest::Hints::default(),
-        basis: Quat::identity(),
         // SMPL turns the body about its pelvis, and moves it then: the pelvis' place is never turned.
         root_position: places.chunks_exact(3).map(|v| pelvis + Vec3::from_column_slice(v)).collect(),
         rotations: poses.chunks_exact(3 * joints.len()).map(rotations).collect(),
+        notes: Vec::new(),
     };
-    Ok(raw.finish(options.t_pose))
+    raw.finish(options)
+}
+
+/// Returns the number of frames and the body's joints as rows of rotation vectors: from `poses`, or from the parts into
+/// which SMPL-X' own code, GVHMR and GMR take it, `root_orient` and `pose_body`.
+fn poses(archive: &mut Archive<'_>) -> Result<(usize, Vec<f64>), MotionError> {
+    let width = 3 * body::JOINTS.len();
+    if archive.has("poses") {
+        let poses = archive.array("poses")?;
+        return match poses.shape() {
+            [frames, given] if WIDTHS.contains(given) => {
+                check_length(*frames, &poses)?;
+                Ok((*frames, poses.rows(width)?))
+            }
+            _ => Err(poses.wrong_shape("of shape [frames, 72], [frames, 156] or [frames, 165]")),
+        };
+    }
+    let root = archive.array("root_orient")?;
+    let frames = match root.shape() {
+        [frames, 3] => *frames,
+        _ => return Err(root.wrong_shape("of shape [frames, 3]")),
+    };
+    check_length(frames, &root)?;
+    let root = root.rows(3)?;
+    let body = archive.array("pose_body")?;
+    if body.shape() != [frames, width - 3] {
+        return Err(
+            body.wrong_shape(&format!("of shape [{frames}, {}], as 'root_orient' has {frames} frames", width - 3))
+        );
+    }
+    let body = body.rows(width - 3)?;
+    let rows = root.chunks_exact(3).zip(body.chunks_exact(width - 3));
+    Ok((frames, rows.flat_map(|(root, body)| root.iter().chain(body).copied()).collect()))
+}
+
+fn check_length(frames: usize, array: &npz::Array<'_, '_>) -> Result<(), MotionError> {
+    if (1..=MOST_FRAMES).contains(&frames) {
+        return Ok(());
+    }
+    Err(array.wrong_shape(&format!("of 1 to {MOST_FRAMES} frames")))
 }
 
 /// Checks that the arrays of a motion are there, and says what the file is where that can be told.
 fn check_arrays(archive: &Archive<'_>) -> Result<(), MotionError> {
     let has = |name: &str| archive.has(name);
-    if !has("poses") && !has("trans") && has("betas") {
+    let has_poses = has("poses") || (has("root_orient") && has("pose_body"));
+    if !has_poses && !has("trans") && has("betas") {
         let got = format!("the shape of a person ({}), which AMASS keeps beside the motions", archive.listed());
         return Err(archive.wrong("a motion of AMASS (arrays poses, trans, mocap_framerate)".to_owned(), got));
     }
-    for name in ["poses", "trans"] {
-        if !has(name) {
-            return Err(archive.wrong(format!("array '{name}' of AMASS"), archive.listed()));
-        }
+    if !has_poses {
+        let expected = "array 'poses' of AMASS (or 'root_orient' and 'pose_body')".to_owned();
+        return Err(archive.wrong(expected, archive.listed()));
     }
-    if !RATES.into_iter().any(has) {
-        let expected = format!("array '{}' or '{}' (frames per second), as AMASS publishes it", RATES[0], RATES[1]);
-        let got = format!("{}: a file that was processed since says nothing of its rate", archive.listed());
-        return Err(archive.wrong(expected, got));
+    if !has("trans") {
+        return Err(archive.wrong("array 'trans' of AMASS".to_owned(), archive.listed()));
     }
     Ok(())
 }
 
 /// Returns the frames per second.
-fn frame_rate(archive: &mut Archive<'_>) -> Result<f64, MotionError> {
-    let name = if archive.has(RATES[0]) { RATES[0] } else { RATES[1] };
+fn frame_rate(archive: &mut Archive<'_>, given: Option<f64>) -> Result<f64, MotionError> {
+    if let Some(fps) = given {
+        return Ok(fps);
+    }
+    let Some(name) = RATES.into_iter().find(|name| archive.has(name)) else {
+        let names = RATES.map(|name| format!("'{name}'")).join(" or ");
+        let expected = format!("array {names} (frames per second), as AMASS publishes it, or --fps RATE");
+        let got = format!("{}: a file that was processed since says nothing of its rate", archive.listed());
+        return Err(archive.wrong(expected, got));
+    };
     let array = archive.array(name)?;
     if !matches!(array.shape(), [] | [1]) {
         return Err(array.wrong_shape("of one number (frames per second)"));
@@ -129,5 +167,5 @@ fn frame_rate(archive: &mut Archive<'_>) -> Result<f64, MotionError> {
     if (1.0..=1000.0).contains(&rate) {
         return Ok(rate);
     }
-    Err(archive.wrong(format!("1 to 1000 frames per second in array '{name}'"), rate.to_string()))
+    Err(archive.wrong(format!("1 to 1000 frames per second in array '{name}', or --fps RATE"), rate.to_string()))
 }

@@ -3,6 +3,7 @@
 use lifelike_character::{Quat, Vec3};
 
 use super::hierarchy::Joint;
+use crate::formats::standing::Known;
 use crate::formats::{raw, rest};
 
 /// The families of files that are told apart by their joints' names.
@@ -56,9 +57,14 @@ impl Convention {
         }
     }
 
-    /// Returns the world rotation of the joints' frames (the file's axes) in the rest pose.
-    pub(super) fn rest(self, joints: &[Joint]) -> Vec<Quat> {
-        joints.iter().map(|j| if self == Self::Bandai { bandai_rest(&j.name) } else { Quat::identity() }).collect()
+    /// Returns axes and rest pose. Daz and Bandai figures stand along y and face z; those of others are to be found.
+    pub(super) fn known(self, joints: &[Joint]) -> Option<Known> {
+        let rest = match self {
+            Self::Daz => vec![Quat::identity(); joints.len()],
+            Self::Bandai => joints.iter().map(|joint| bandai_rest(&joint.name)).collect(),
+            Self::Other => return None,
+        };
+        Some(Known { basis: raw::from_y_up_z_forward(), rest })
     }
 
     /// Facts that the zero pose does not show: found by comparing the Daz files with the CMU originals of the same
@@ -74,41 +80,6 @@ impl Convention {
             looks_up: head.map(|head| (head, DAZ_HEAD_LOOKS_UP)),
         }
     }
-
-    /// Returns the turn from the file's axes to ours. Daz and Bandai figures stand along y and face z. Another
-    /// skeleton's up is the axis along which its hips lie farthest above its feet, its left the one along which its
-    /// left joints lie farthest from its right ones; where the names do not tell, y is up and z forward.
-    pub(super) fn basis(self, joints: &[Joint], parents: &[Option<usize>], offsets: &[Vec3]) -> Quat {
-        let guessed = if self == Self::Other { guess(joints, parents, offsets) } else { None };
-        guessed.unwrap_or_else(raw::from_y_up_z_forward)
-    }
-}
-
-fn guess(joints: &[Joint], parents: &[Option<usize>], offsets: &[Vec3]) -> Option<Quat> {
-    let names: Vec<String> = joints.iter().map(|j| j.name.clone()).collect();
-    let [left, right] = rest::limbs(&names)?;
-    let mut places: Vec<Vec3> = Vec::with_capacity(offsets.len());
-    for (offset, parent) in offsets.iter().zip(parents) {
-        places.push(parent.map_or_else(Vec3::zeros, |p| places[p] + offset));
-    }
-    let (thigh, foot) = (0, 2);
-    let up = nearest_axis(places[left[thigh]] + places[right[thigh]] - places[left[foot]] - places[right[foot]])?;
-    let aside = left.iter().zip(&right).fold(Vec3::zeros(), |sum, (l, r)| sum + places[*l] - places[*r]);
-    let aside = nearest_axis(aside - up * up.dot(&aside))?;
-    // The rows of the turn are our axes in the file's.
-    let rows = [aside.cross(&up).transpose(), aside.transpose(), up.transpose()];
-    Some(Quat::from_matrix(&nalgebra::Matrix3::from_rows(&rows)))
-}
-
-/// Returns the signed coordinate axis next to a direction.
-fn nearest_axis(direction: Vec3) -> Option<Vec3> {
-    let axis = direction.iamax();
-    let sign = direction[axis];
-    (sign.abs() > 1e-9).then(|| {
-        let mut unit = Vec3::zeros();
-        unit[axis] = sign.signum();
-        unit
-    })
 }
 
 /// Returns the frames of the Bandai skeleton in a T-pose, found from what its joints do: bones lie along x (left) or -x

@@ -37,12 +37,16 @@ pub(super) struct Joint {
     pub name: String,
     pub parent: Option<usize>,
     pub offset: Vec3,
+    /// Empty for a joint that never moves.
     pub channels: Vec<Channel>,
 }
 
 pub(super) struct Hierarchy {
     pub joints: Vec<Joint>,
     pub ends: Vec<(usize, Vec3)>,
+    /// The joint that moves as the root: the first of the chain on top that has a branch below it, or whose child has no
+    /// position channels.
+    pub root: usize,
 }
 
 /// Owner of an open brace.
@@ -52,86 +56,131 @@ enum Open {
     End(usize),
 }
 
+/// Statements of the first half of a file: lines, cut at braces. A brace stands on a line of its own or ends another.
+struct Statements<'l, 'a> {
+    lines: &'l mut Lines<'a>,
+    rest: &'a str,
+}
+
+impl<'a> Statements<'_, 'a> {
+    /// Returns the next statement, or an error that says what should have been there.
+    fn expect(&mut self, expected: &str) -> Result<&'a str, MotionError> {
+        if self.rest.is_empty() {
+            self.rest = self.lines.expect(expected)?;
+        }
+        let end = match self.rest.find(['{', '}']) {
+            Some(0) => 1,
+            Some(brace) => brace,
+            None => self.rest.len(),
+        };
+        let (statement, rest) = self.rest.split_at(end);
+        self.rest = rest.trim_start();
+        Ok(statement.trim_end())
+    }
+}
+
+/// Removes a keyword in any case from the start of a statement; returns what follows.
+fn after_keyword<'a>(statement: &'a str, keyword: &str) -> Option<&'a str> {
+    let (word, rest) = statement.split_once(|c: char| c.is_ascii_whitespace()).unwrap_or((statement, ""));
+    word.eq_ignore_ascii_case(keyword).then(|| rest.trim())
+}
+
 impl Hierarchy {
-    /// Reads up to and with the line `MOTION`.
+    /// Reads up to and with the line `MOTION`. Keywords are read in any case, names may hold spaces.
     pub(super) fn parse(lines: &mut Lines<'_>) -> Result<Self, MotionError> {
         let first = lines.expect("'HIERARCHY'")?;
-        if first != "HIERARCHY" {
+        if !first.eq_ignore_ascii_case("HIERARCHY") {
             return Err(lines.error("'HIERARCHY'", first));
         }
-        let mut tree = Self { joints: Vec::new(), ends: Vec::new() };
+        let mut tree = Self { joints: Vec::new(), ends: Vec::new(), root: 0 };
+        let mut statements = Statements { lines, rest: "" };
         let mut open: Vec<Open> = Vec::new();
         let mut described: Option<Open> = None;
         loop {
-            let line = lines.expect("a joint, '}' or 'MOTION'")?;
-            let mut tokens = line.split_ascii_whitespace();
-            match (tokens.next().unwrap_or_default(), open.last().copied()) {
-                ("{", _) => match described.take() {
-                    Some(node) => open.push(node),
-                    None => return Err(lines.error("a joint before '{'", line)),
-                },
-                (_, _) if described.is_some() => return Err(lines.error("'{'", line)),
-                ("}", Some(node)) => {
-                    tree.check_complete(lines, node)?;
+            let statement = statements.expect("a joint, '}' or 'MOTION'")?;
+            let lines = &*statements.lines;
+            match (statement, described.take()) {
+                ("{", Some(node)) => open.push(node),
+                ("{", None) => return Err(lines.error("a joint before '{'", statement)),
+                (_, Some(_)) => return Err(lines.error("'{'", statement)),
+                ("}", None) if !open.is_empty() => {
                     open.pop();
                 }
-                ("ROOT", None) if tree.joints.is_empty() => {
-                    described = Some(tree.add(lines, None, tokens.next())?);
+                _ if open.is_empty() && !tree.joints.is_empty() && after_keyword(statement, "MOTION") == Some("") => {
+                    return tree.complete(lines);
                 }
-                ("JOINT", Some(Open::Joint(parent))) => {
-                    described = Some(tree.add(lines, Some(parent), tokens.next())?);
-                }
-                ("End", Some(Open::Joint(parent))) => {
-                    tree.ends.push((parent, Vec3::zeros()));
-                    described = Some(Open::End(tree.ends.len() - 1));
-                }
-                ("OFFSET", Some(node)) => {
-                    let offset = Vec3::from(lines.numbers::<3>(tokens, "three numbers of an offset")?);
-                    match node {
-                        Open::Joint(joint) => tree.joints[joint].offset = offset,
-                        Open::End(end) => tree.ends[end].1 = offset,
-                    }
-                }
-                ("CHANNELS", Some(Open::Joint(joint))) => tree.joints[joint].channels = channels(lines, tokens)?,
-                ("MOTION", None) if !tree.joints.is_empty() => return Ok(tree),
-                _ => {
-                    let expected = match open.last() {
-                        None if tree.joints.is_empty() => "'ROOT <name>'",
-                        None => "'MOTION'",
-                        Some(Open::Joint(_)) => "OFFSET, CHANNELS, JOINT, End Site or '}'",
-                        Some(Open::End(_)) => "OFFSET or '}'",
-                    };
-                    return Err(lines.error(expected, line));
-                }
+                _ => described = tree.describe(lines, statement, open.last().copied())?,
             }
         }
     }
 
-    fn add(&mut self, lines: &Lines<'_>, parent: Option<usize>, name: Option<&str>) -> Result<Open, MotionError> {
-        let Some(name) = name else { return Err(lines.error("a joint's name", "")) };
+    /// Reads a statement other than a brace. Returns the owner of the brace that must follow, if one must.
+    fn describe(
+        &mut self,
+        lines: &Lines<'_>,
+        statement: &str,
+        open: Option<Open>,
+    ) -> Result<Option<Open>, MotionError> {
+        let is = |keyword| after_keyword(statement, keyword);
+        match open {
+            None if self.joints.is_empty() => match is("ROOT") {
+                Some(name) => self.add(lines, None, name).map(Some),
+                None => Err(lines.error("'ROOT <name>'", statement)),
+            },
+            None => Err(lines.error("'MOTION'", statement)),
+            Some(Open::Joint(joint)) => {
+                if let Some(name) = is("JOINT") {
+                    return self.add(lines, Some(joint), name).map(Some);
+                }
+                if is("End").is_some() {
+                    self.ends.push((joint, Vec3::zeros()));
+                    return Ok(Some(Open::End(self.ends.len() - 1)));
+                }
+                if let Some(numbers) = is("OFFSET") {
+                    self.joints[joint].offset = offset(lines, numbers)?;
+                } else if let Some(names) = is("CHANNELS") {
+                    self.joints[joint].channels = channels(lines, names)?;
+                } else {
+                    return Err(lines.error("OFFSET, CHANNELS, JOINT, End Site or '}'", statement));
+                }
+                Ok(None)
+            }
+            Some(Open::End(end)) => {
+                if let Some(numbers) = is("OFFSET") {
+                    self.ends[end].1 = offset(lines, numbers)?;
+                } else if is("CHANNELS").is_none_or(|names| names != "0") {
+                    return Err(lines.error("OFFSET or '}'", statement));
+                }
+                Ok(None)
+            }
+        }
+    }
+
+    fn add(&mut self, lines: &Lines<'_>, parent: Option<usize>, name: &str) -> Result<Open, MotionError> {
+        let name = name.split_ascii_whitespace().collect::<Vec<_>>().join(" ");
+        if name.is_empty() {
+            return Err(lines.error("a joint's name", ""));
+        }
         if self.joints.len() == MOST_JOINTS {
-            return Err(lines.error(format!("at most {MOST_JOINTS} joints"), name));
+            return Err(lines.error(format!("at most {MOST_JOINTS} joints"), &name));
         }
         if self.joints.iter().any(|j| j.name == name) {
-            return Err(lines.error("a name that no other joint has", name));
+            return Err(lines.error("a name that no other joint has", &name));
         }
-        self.joints.push(Joint { name: name.to_owned(), parent, offset: Vec3::zeros(), channels: Vec::new() });
+        self.joints.push(Joint { name, parent, offset: Vec3::zeros(), channels: Vec::new() });
         Ok(Open::Joint(self.joints.len() - 1))
     }
 
-    /// Checks that every joint has a number per frame, so that a small file cannot stand for a huge motion.
-    fn check_complete(&self, lines: &Lines<'_>, node: Open) -> Result<(), MotionError> {
-        match node {
-            Open::Joint(joint) if self.joints[joint].channels.is_empty() => {
-                Err(lines.error(format!("CHANNELS of joint '{}'", self.joints[joint].name), "'}'"))
-            }
-            _ => Ok(()),
+    /// Checks that something moves.
+    fn complete(mut self, lines: &Lines<'_>) -> Result<Self, MotionError> {
+        if self.joints.iter().all(|joint| joint.channels.is_empty()) {
+            return Err(lines.error("CHANNELS of some joint before 'MOTION'", "none in the whole hierarchy"));
         }
+        self.root = self.find_root();
+        Ok(self)
     }
 
-    /// Returns the joint that moves as the root: the first of the chain on top that has a branch below it, or whose
-    /// child has no position channels.
-    pub(super) fn root(&self) -> usize {
+    fn find_root(&self) -> usize {
         let mut root = 0;
         loop {
             let mut children = (root + 1..self.joints.len()).filter(|j| self.joints[*j].parent == Some(root));
@@ -148,8 +197,13 @@ impl Hierarchy {
     }
 }
 
-/// Reads `CHANNELS <count> <name>...`
-fn channels(lines: &Lines<'_>, mut tokens: std::str::SplitAsciiWhitespace<'_>) -> Result<Vec<Channel>, MotionError> {
+fn offset(lines: &Lines<'_>, numbers: &str) -> Result<Vec3, MotionError> {
+    Ok(Vec3::from(lines.numbers::<3>(numbers.split_ascii_whitespace(), "three numbers of an offset")?))
+}
+
+/// Reads `<count> <name>...`
+fn channels(lines: &Lines<'_>, text: &str) -> Result<Vec<Channel>, MotionError> {
+    let mut tokens = text.split_ascii_whitespace();
     let stated = tokens.next().unwrap_or_default();
     let mut channels = Vec::with_capacity(6);
     for token in tokens {
@@ -158,7 +212,7 @@ fn channels(lines: &Lines<'_>, mut tokens: std::str::SplitAsciiWhitespace<'_>) -
             _ => return Err(lines.error("a channel such as Xposition or Zrotation, each once", token)),
         }
     }
-    if stated.parse() == Ok(channels.len()) && !channels.is_empty() {
+    if stated.parse() == Ok(channels.len()) {
         Ok(channels)
     } else {
         Err(lines.error("the count of channels, then their names", &format!("{stated} and {} names", channels.len())))

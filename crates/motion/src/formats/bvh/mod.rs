@@ -4,20 +4,32 @@
 //! rotation channels from first to last, angles in degrees. A chain of single-child joints on top that ends in a joint
 //! with position channels (Bandai's static `joint_Root` above `Hips`) is merged into that joint.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use lifelike_character::{Quat, Vec3};
 
 use super::raw::{self, RawClip};
-use super::{Format, ReadOptions, Reader, clip_name, text};
+use super::text::{self, Lines};
+use super::{Angles, Format, ReadOptions, Reader, clip_name};
 use crate::error::MotionError;
+use crate::roles::{self, Tree};
 use crate::source::SourceClip;
 
 mod convention;
+mod header;
 mod hierarchy;
+mod lead;
+mod unit;
 
 use convention::Convention;
+use header::Header;
 use hierarchy::{Channel, Hierarchy};
+
+/// Most rotations of a clip, all joints and frames together (1 GB): an hour of 60 joints at 120 frames per second.
+const MOST_ROTATIONS: usize = 30_000_000;
+/// Most frames of a clip: an hour and more at 240 frames per second.
+const MOST_FRAMES: usize = 1_000_000;
 
 /// The format, for the table of all.
 pub const FORMAT: Format = Format {
@@ -27,7 +39,7 @@ pub const FORMAT: Format = Format {
     companion: "",
     not_motion: &[],
     clip_name: |_| None,
-    sniff: |start| start.starts_with(b"HIERARCHY"),
+    sniff: |start| start.get(..9).is_some_and(|word| word.eq_ignore_ascii_case(b"HIERARCHY")),
     reader: Reader::Source(parse),
 };
 
@@ -37,70 +49,95 @@ pub const FORMAT: Format = Format {
 /// [`MotionError::Parse`] with the line; [`MotionError::Container`] when the unit of length cannot be guessed.
 pub fn parse(bytes: &[u8], file: &Path, options: &ReadOptions) -> Result<SourceClip, MotionError> {
     let content = text::decode(bytes, file)?;
-    let mut lines = text::Lines::new(content, file);
+    let mut lines = Lines::new(content, file).without_comments(&["#", "//"]);
     let hierarchy = Hierarchy::parse(&mut lines)?;
     let convention = Convention::of(&hierarchy);
-
-    let frames = lines.expect("'Frames: <count>'")?;
-    let frames: usize = match frames.strip_prefix("Frames:").map(|n| n.trim().parse()) {
-        Some(Ok(frames)) => frames,
-        _ => return Err(lines.error("'Frames: <count>'", frames)),
-    };
-    let count_line = lines.number();
-    let time = lines.expect("'Frame Time: <seconds>'")?;
-    let time = lines.number_in(time.strip_prefix("Frame Time:").map(str::trim), "'Frame Time: <seconds>'")?;
-    if time <= 1e-5 {
-        return Err(lines.error("a frame time above 0.00001 s", &time.to_string()));
-    }
+    let mut notes = Vec::new();
+    let most_frames = MOST_FRAMES.min(MOST_ROTATIONS / hierarchy.joints.len().max(1));
+    let header = Header::parse(&mut lines, most_frames, options.fps, &mut notes)?;
 
     let skip = options.skip_frames.unwrap_or_else(|| convention.rest_frames());
-    let root = hierarchy.root();
-    let mut motion = Motion { root_position: Vec::new(), rotations: Vec::new() };
-    let mut offsets: Vec<Vec3> = hierarchy.joints.iter().map(|j| j.offset).collect();
-    let mut channels = vec![0.0; hierarchy.joints.iter().map(|j| j.channels.len()).sum()];
-    let mut seen = 0_usize;
-    while let Some(line) = lines.next_line() {
-        if seen == frames {
-            return Err(lines.error(format!("{frames} frames, as line {count_line} says"), "one more"));
-        }
-        let mut tokens = line.split_ascii_whitespace();
-        for value in &mut channels {
-            *value = lines.number_in(tokens.next(), "a number for each channel")?;
-        }
-        if let Some(extra) = tokens.next() {
-            return Err(lines.error(format!("{} numbers", channels.len()), extra));
-        }
-        if seen >= skip {
-            motion.push(&hierarchy, root, &channels, &mut offsets);
-        }
-        seen += 1;
+    let read = |angles| Motion::parse(lines.clone(), &hierarchy, &header, skip, angles);
+    let mut motion = read(options.angles.unwrap_or(Angles::Degrees))?;
+    if options.angles.is_none() && motion.shows_radians(&hierarchy) {
+        notes
+            .push("no angle is above 6.3 although the body travels: angles were read as radians (--angles)".to_owned());
+        motion = read(Angles::Radians)?;
     }
-    if seen < frames {
-        let got = format!("the end of the file after {seen}");
-        return Err(text::parse_error(
-            file,
-            lines.number(),
-            format!("{frames} frames, as line {count_line} says"),
-            &got,
-        ));
+    if motion.seen > header.frames {
+        notes.push(format!("line {} counts {} frames, {} were read", header.line, header.frames, motion.seen));
     }
-    if motion.root_position.is_empty() {
-        let got = format!("{frames} of which {skip} are left out");
-        return Err(text::parse_error(file, count_line, "at least one frame of motion", &got));
+    if options.skip_frames.is_none() && convention.rest_frames() == 0 {
+        lead::drop_rest_pose(&mut motion.root_position, &mut motion.rotations, header.fps, &mut notes);
     }
-    assemble(file, options, &hierarchy, convention, offsets, raw::rate(time), motion)
+    assemble(file, options, &hierarchy, convention, header.fps, motion, notes)
 }
 
 /// Motion in the file's axes and unit, joints from the (merged) root on.
 struct Motion {
     root_position: Vec<Vec3>,
     rotations: Vec<Vec<Quat>>,
+    /// Offsets of all joints of the file.
+    offsets: Vec<Vec3>,
+    /// Frames of the file, with those left out.
+    seen: usize,
+    /// Largest angle, in the file's unit.
+    largest_angle: f64,
 }
 
 impl Motion {
+    /// Reads the frames.
+    fn parse(
+        mut lines: Lines<'_>,
+        hierarchy: &Hierarchy,
+        header: &Header,
+        skip: usize,
+        angles: Angles,
+    ) -> Result<Self, MotionError> {
+        let mut motion = Self {
+            root_position: Vec::new(),
+            rotations: Vec::new(),
+            offsets: hierarchy.joints.iter().map(|j| j.offset).collect(),
+            seen: 0,
+            largest_angle: 0.0,
+        };
+        let counted = || format!("{} frames, as line {} says", header.frames, header.line);
+        let mut channels = vec![0.0; hierarchy.joints.iter().map(|j| j.channels.len()).sum()];
+        while let Some(line) = lines.next_line() {
+            let mut tokens = line.split_ascii_whitespace();
+            for value in &mut channels {
+                *value = lines.number_in(tokens.next(), "a number for each channel")?;
+            }
+            if let Some(extra) = tokens.next() {
+                return Err(lines.error(format!("{} numbers", channels.len()), extra));
+            }
+            // Rokoko's exports count one frame too few.
+            if motion.seen > header.frames {
+                return Err(lines.error(counted(), "more"));
+            }
+            if motion.seen >= skip {
+                motion.push(hierarchy, &channels, angles);
+            }
+            motion.seen += 1;
+        }
+        if motion.seen < header.frames {
+            return Err(lines.error(counted(), &format!("the end of the file after {}", motion.seen)));
+        }
+        if motion.root_position.is_empty() {
+            let got = format!("{} of which {skip} are left out", header.frames);
+            return Err(lines.error_at(header.line, "at least one frame of motion", &got));
+        }
+        Ok(motion)
+    }
+
     /// Adds a frame. The first one also fixes the offsets of joints that have position channels of their own.
-    fn push(&mut self, hierarchy: &Hierarchy, root: usize, channels: &[f64], offsets: &mut [Vec3]) {
+    fn push(&mut self, hierarchy: &Hierarchy, channels: &[f64], angles: Angles) {
         let first = self.root_position.is_empty();
+        let root = hierarchy.root;
+        let unit = match angles {
+            Angles::Degrees => std::f64::consts::PI / 180.0,
+            Angles::Radians => 1.0,
+        };
         let mut values = channels.iter();
         let (mut position, mut orientation) = (Vec3::zeros(), Quat::identity());
         let mut rotations = Vec::with_capacity(hierarchy.joints.len() - root);
@@ -110,7 +147,10 @@ impl Motion {
             for (channel, value) in joint.channels.iter().zip(&mut values) {
                 match channel {
                     Channel::Position(axis) => place[*axis] = *value,
-                    Channel::Rotation(axis) => rotation *= raw::about(*axis, value.to_radians()),
+                    Channel::Rotation(axis) => {
+                        self.largest_angle = self.largest_angle.max(value.abs());
+                        rotation *= raw::about(*axis, value * unit);
+                    }
                 }
             }
             if at <= root {
@@ -121,13 +161,27 @@ impl Motion {
                 }
             } else {
                 if first {
-                    offsets[at] = place;
+                    self.offsets[at] = place;
                 }
                 rotations.push(rotation);
             }
         }
         self.root_position.push(position);
         self.rotations.push(rotations);
+    }
+
+    /// Returns whether angles cannot be degrees: none is above 2 pi, although the body travels by more than a leg.
+    fn shows_radians(&self, hierarchy: &Hierarchy) -> bool {
+        if !(0.1..=6.3).contains(&self.largest_angle) {
+            return false;
+        }
+        let names: Vec<String> = hierarchy.joints.iter().map(|joint| joint.name.clone()).collect();
+        let parents: Vec<Option<usize>> = hierarchy.joints.iter().map(|joint| joint.parent).collect();
+        let tree = Tree { names: &names, parents: &parents, offsets: &self.offsets };
+        let Some([[_, shank, foot], _]) = roles::find(tree, &BTreeMap::new()).legs() else { return false };
+        let leg = self.offsets[shank].norm() + self.offsets[foot].norm();
+        let travel = self.root_position.iter().map(|place| (place - self.root_position[0]).norm()).fold(0.0, f64::max);
+        travel > leg
     }
 }
 
@@ -137,67 +191,43 @@ fn assemble(
     options: &ReadOptions,
     hierarchy: &Hierarchy,
     convention: Convention,
-    mut offsets: Vec<Vec3>,
     fps: f64,
-    mut motion: Motion,
+    motion: Motion,
+    mut notes: Vec<String>,
 ) -> Result<SourceClip, MotionError> {
-    let root = hierarchy.root();
-    offsets.drain(..root);
+    let root = hierarchy.root;
+    let offsets = motion.offsets[root..].to_vec();
     let joints = &hierarchy.joints[root..];
     let parents: Vec<Option<usize>> =
         joints.iter().enumerate().map(|(at, j)| j.parent.filter(|_| at > 0).map(|p| p - root)).collect();
-    let rest = convention.rest(joints);
-    let mut ends: Vec<(usize, Vec3)> =
+    let ends: Vec<(usize, Vec3)> =
         hierarchy.ends.iter().filter(|(j, _)| *j >= root).map(|(j, o)| (j - root, *o)).collect();
-
-    let scale = match options.scale {
-        Some(scale) => scale,
-        None => guess_scale(file, &rest, &parents, &offsets, &ends)?,
-    };
-    let scaled = offsets.iter_mut().chain(ends.iter_mut().map(|(_, o)| o)).chain(motion.root_position.iter_mut());
-    scaled.for_each(|v| *v *= scale);
-    let raw = RawClip {
+    let known = convention.known(joints);
+    let mut raw = RawClip {
         name: clip_name(file),
         provenance: convention.provenance().to_owned(),
         fps,
         cyclic: false,
         names: joints.iter().map(|j| j.name.clone()).collect(),
-        basis: convention.basis(joints, &parents, &offsets),
+        known,
         parents,
         offsets,
         ends,
-        rest,
         hints: convention.hints(joints),
         root_position: motion.root_position,
         rotations: motion.rotations,
+        notes: Vec::new(),
     };
-    Ok(raw.finish(options.t_pose))
-}
-
-/// Returns the metres per unit, from the longest side of the box around the rest pose: a body of 1 to 2.5 m in m, cm or
-/// mm.
-fn guess_scale(
-    file: &Path,
-    rest: &[Quat],
-    parents: &[Option<usize>],
-    offsets: &[Vec3],
-    ends: &[(usize, Vec3)],
-) -> Result<f64, MotionError> {
-    let mut places: Vec<Vec3> = Vec::with_capacity(offsets.len() + ends.len());
-    for (offset, parent) in offsets.iter().zip(parents) {
-        places.push(parent.map_or_else(Vec3::zeros, |p| places[p] + rest[p] * offset));
-    }
-    for (joint, offset) in ends {
-        places.push(places[*joint] + rest[*joint] * offset);
-    }
-    let low = places.iter().fold(Vec3::zeros(), |a, b| a.inf(b));
-    let high = places.iter().fold(Vec3::zeros(), |a, b| a.sup(b));
-    let size = (high - low).max();
-    [1.0, 0.01, 0.001].into_iter().find(|scale| (1.0..2.5).contains(&(size * scale))).ok_or_else(|| {
-        MotionError::Container {
-            file: file.to_path_buf(),
-            expected: "a skeleton of 1 to 2.5 m in m, cm or mm (state the scale otherwise)".to_owned(),
-            got: format!("one of {size} units"),
+    let scale = match options.scale {
+        Some(scale) if scale.is_finite() && scale > 0.0 => scale,
+        Some(scale) => {
+            let expected = "a positive number of metres per unit (--scale)".to_owned();
+            return Err(MotionError::Container { file: file.to_path_buf(), expected, got: scale.to_string() });
         }
-    })
+        None => unit::guess(file, &raw, &mut notes)?,
+    };
+    let places = raw.offsets.iter_mut().chain(raw.ends.iter_mut().map(|(_, o)| o)).chain(raw.root_position.iter_mut());
+    places.for_each(|v| *v *= scale);
+    raw.notes = notes;
+    raw.finish(options)
 }

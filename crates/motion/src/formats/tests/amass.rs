@@ -167,7 +167,7 @@ fn the_mean_body_is_symmetric_and_rests_as_all_do() {
         let off = Vec3::new(left.x - right.x, left.y + right.y, left.z - right.z).norm();
         assert!(off < 0.015, "{name}: {off} m");
     }
-    let places = rest::positions(&skeleton);
+    let places = skeleton.rest_positions();
     for (side, aside) in [("left", Vec3::y()), ("right", -Vec3::y())] {
         let bone = |from: &str, to: &str| {
             (places[find(&format!("{side}_{to}"))] - places[find(&format!("{side}_{from}"))]).normalize()
@@ -243,10 +243,16 @@ fn what_is_wrong_is_told_with_file_and_array() {
     let rate = |value: f64| with(array("mocap_framerate", &[], vec![value]));
     let object = Array { descr: "|O", ..array("poses", &[3, 156], vec![0.0; 468]) };
     for (arrays, part) in [
-        (without("poses"), "expected array 'poses' of AMASS, got arrays betas, mocap_framerate, trans"),
+        (
+            without("poses"),
+            "expected array 'poses' of AMASS (or 'root_orient' and 'pose_body'), got arrays betas, mocap_framerate, trans",
+        ),
         (without("trans"), "expected array 'trans' of AMASS, got arrays betas, mocap_framerate, poses"),
         (without("mocap_framerate"), "expected array 'mocap_framerate' or 'mocap_frame_rate'"),
-        (vec![array("arr_0", &[2, 22, 3], vec![0.0; 132])], "expected array 'poses' of AMASS, got array arr_0"),
+        (
+            vec![array("arr_0", &[2, 22, 3], vec![0.0; 132])],
+            "expected array 'poses' of AMASS (or 'root_orient' and 'pose_body'), got array arr_0",
+        ),
         (vec![], "got no array"),
         (
             vec![array("gender", &[1], vec![0.0]), array("betas", &[16], vec![0.0; 16])],
@@ -258,14 +264,17 @@ fn what_is_wrong_is_told_with_file_and_array() {
         (with(array("poses", &[0, 156], vec![])), "array 'poses' of 1 to 432000 frames, got [0, 156]"),
         (with(array("poses", &[usize::MAX / 8, 156], vec![])), "array 'poses' of 1 to 432000 frames"),
         (with(array("poses", &[400_000, 156], vec![0.0; 156])), "got the end after 156 of 62400000 numbers"),
-        (with(array("poses", &[2, 156], vec![0.0; 312])), "array 'trans' of shape [2, 3], as 'poses' has 2 frames"),
+        (
+            with(array("poses", &[2, 156], vec![0.0; 312])),
+            "array 'trans' of shape [2, 3], as there are 2 frames of poses",
+        ),
         (with(array("trans", &[3, 4], vec![0.0; 12])), "array 'trans' of shape [3, 3]"),
         (with(array("trans", &[3, 3], vec![0.0; 12])), "array 'trans' of shape [3, 3], got more than 9 numbers"),
         (with(array("trans", &[3, 3], vec![2e6; 9])), "below a million, got 2000000 in row 0, column 0"),
         (spoilt(f64::NAN), "array 'poses' of finite numbers below a million, got NaN in row 1, column 7"),
         (spoilt(f64::NEG_INFINITY), "got -inf in row 1, column 7"),
         (vec![object].into_iter().chain(without("poses")).collect(), "values of type '|O', not f4, f8, i4 or i8"),
-        (rate(0.0), "1 to 1000 frames per second in array 'mocap_framerate', got 0"),
+        (rate(0.0), "1 to 1000 frames per second in array 'mocap_framerate', or --fps RATE, got 0"),
         (rate(f64::NAN), "got NaN"),
         (with(array("mocap_framerate", &[2], vec![120.0; 2])), "of one number (frames per second), got [2]"),
     ] {
@@ -369,4 +378,20 @@ proptest! {
 /// The bytes of a small file, for the tests of all formats.
 pub(super) fn sample() -> Vec<u8> {
     npz(&standing(3, 156), CompressionMethod::Stored)
+}
+
+/// SMPL-X' code, GVHMR and GMR keep the root and the body apart.
+#[test]
+fn parts_of_poses_are_read_as_the_whole() {
+    let whole = standing(3, 156);
+    let poses = whole.iter().find(|a| a.name == "poses").unwrap().values.clone();
+    let part = |from: usize, to: usize| poses.chunks(156).flat_map(|row| row[from..to].to_vec()).collect::<Vec<f64>>();
+    let mut parts: Vec<Array> = standing(3, 156).into_iter().filter(|a| a.name != "poses").collect();
+    parts.push(array("root_orient", &[3, 3], part(0, 3)));
+    parts.push(array("pose_body", &[3, 63], part(3, 66)));
+    assert_eq!(read_arrays(&parts).unwrap(), read_arrays(&whole).unwrap());
+    parts.pop();
+    parts.push(array("pose_body", &[2, 63], vec![0.0; 126]));
+    let message = read_arrays(&parts).unwrap_err().to_string();
+    assert!(message.contains("'pose_body' of shape [3, 63]"), "{message}");
 }

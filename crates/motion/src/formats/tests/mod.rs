@@ -13,6 +13,7 @@ mod broken;
 mod fuzz;
 mod numbers;
 mod table;
+mod written;
 
 /// 14 joints with common names, orders of axes all different, random angles.
 const BVH: &str = include_str!("small.bvh");

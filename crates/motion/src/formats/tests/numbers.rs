@@ -195,7 +195,7 @@ fn units_are_guessed_or_stated() {
         assert!((thigh(&bvh(scaled(factor).as_bytes()).unwrap()) - want).abs() < 1e-12, "times {factor}");
     }
     let inches = scaled(1.0 / 2.54);
-    assert!(bvh(inches.as_bytes()).unwrap_err().to_string().contains("state the scale"));
+    assert!(bvh(inches.as_bytes()).unwrap_err().to_string().contains("--scale 0.0254"));
     let options = ReadOptions { scale: Some(0.0254), ..ReadOptions::default() };
     assert!((thigh(&bvh::parse(inches.as_bytes(), Path::new("x.bvh"), &options).unwrap()) - want).abs() < 1e-12);
 }

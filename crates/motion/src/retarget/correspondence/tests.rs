@@ -1,6 +1,7 @@
 //! Skeletons of the data sets that people use.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 use super::*;
+use crate::source::Skeleton;
 use lifelike_character::Vec3;
 
 fn clip(tree: &[(&str, Option<usize>)]) -> SourceClip {
@@ -18,6 +19,7 @@ fn clip(tree: &[(&str, Option<usize>)]) -> SourceClip {
         cyclic: false,
         captions: Vec::new(),
         provenance: String::new(),
+        notes: Vec::new(),
     }
 }
 
@@ -243,4 +245,137 @@ fn overrides_are_text_and_unknown_keys_are_refused() {
     assert!(toml::from_str::<Correspondence>("left_tow = \"t\"").is_err());
     let error = SourceRoles::guess(&clip(&[("root", None)]), &given).unwrap_err().to_string();
     assert!(error.contains("'a'"), "{error}");
+}
+
+#[test]
+fn writers_names_lead_to_the_same_roles() {
+    // Hips, spine, chest, neck, head; left thigh to hand; the right ones by swapping the marks.
+    const PARENTS: [Option<usize>; 12] =
+        [None, Some(0), Some(1), Some(2), Some(3), Some(0), Some(5), Some(6), Some(2), Some(8), Some(9), Some(10)];
+    for (middle, limbs, [left, right]) in [
+        (
+            "Bip01",
+            "Bip01_?_Thigh Bip01_?_Calf Bip01_?_Foot Bip01_?_Clavicle Bip01_?_UpperArm Bip01_?_Forearm Bip01_?_Hand",
+            ["L", "R"],
+        ),
+        (
+            "Bip001 Pelvis",
+            "Bip001·?·Thigh Bip001·?·Calf Bip001·?·Foot Bip001·?·Clavicle Bip001·?·UpperArm Bip001·?·Forearm Bip001·?·Hand",
+            ["L", "R"],
+        ),
+        (
+            "CC_Base_Hip",
+            "CC_Base_?_Thigh CC_Base_?_Calf CC_Base_?_Foot CC_Base_?_Clavicle CC_Base_?_Upperarm CC_Base_?_Forearm CC_Base_?_Hand",
+            ["L", "R"],
+        ),
+        (
+            "m_avg_Pelvis",
+            "m_avg_?_Hip m_avg_?_Knee m_avg_?_Ankle m_avg_?_Collar m_avg_?_Shoulder m_avg_?_Elbow m_avg_?_Wrist",
+            ["L", "R"],
+        ),
+        (
+            "J_Bip_C_Hips",
+            "J_Bip_?_UpperLeg J_Bip_?_LowerLeg J_Bip_?_Foot J_Bip_?_Shoulder J_Bip_?_UpperArm J_Bip_?_LowerArm J_Bip_?_Hand",
+            ["L", "R"],
+        ),
+        (
+            "Character1_Hips",
+            "Character1_?UpLeg Character1_?Leg Character1_?Foot Character1_?Shoulder Character1_?Arm Character1_?ForeArm Character1_?Hand",
+            ["Left", "Right"],
+        ),
+        (
+            "Armature_Pelvis",
+            "Armature_?Thigh Armature_?Calf Armature_?Foot Armature_?Clavicle Armature_?UpperArm Armature_?Forearm Armature_?Hand",
+            ["Left", "Right"],
+        ),
+        (
+            "def_Pelvis",
+            "def_?_Thigh def_?_Calf def_?_Foot def_?_Clavicle def_?_UpperArm def_?_Forearm def_?_Hand",
+            ["l", "r"],
+        ),
+        ("Hip", "?Thigh ?Shin ?Foot ?Shoulder ?UArm ?FArm ?Hand", ["L", "R"]),
+        ("hip", "?Thigh ?Shin ?Foot ?Collar ?Shldr ?ForeArm ?Hand", ["l", "r"]),
+        ("pelvis", "?hip ?knee ?ankle ?clavicle ?shoulder ?elbow ?wrist", ["l", "r"]),
+        ("pelvis", "thigh_? calf_? foot_? clavicle_? upperarm_? lowerarm_? hand_?", ["l", "r"]),
+        (
+            "DEF-spine",
+            "DEF-thigh.? DEF-shin.? DEF-foot.? DEF-shoulder.? DEF-upper_arm.? DEF-forearm.? DEF-hand.?",
+            ["L", "R"],
+        ),
+        ("root", "upperleg01.? lowerleg01.? foot.? clavicle.? upperarm01.? lowerarm01.? wrist.?", ["L", "R"]),
+        ("pelvis", "?_leg_upper_leg ?_leg_shin ?_foot ?_shoulder ?_upper_arm ?_lower_arm ?_hand", ["left", "right"]),
+        ("LOWERTORSO", "?THIGH ?SHIN ?FOOT ?SHOULDER ?UPPERARM ?FOREARM ?HAND", ["LEFT", "RIGHT"]),
+    ] {
+        let mut tree: Vec<(String, Option<usize>)> = [middle, "Spine", "Chest", "Neck", "Head"]
+            .into_iter()
+            .zip(PARENTS)
+            .map(|(name, parent)| (name.to_owned(), parent))
+            .collect();
+        for (side, mark) in [left, right].into_iter().enumerate() {
+            for (at, name) in limbs.split(' ').enumerate() {
+                let parent = PARENTS[5 + at].map(|parent| if parent < 5 { parent } else { parent + 7 * side });
+                tree.push((name.replace('?', mark).replace('·', " "), parent));
+            }
+        }
+        let named: Vec<(&str, Option<usize>)> = tree.iter().map(|(name, parent)| (name.as_str(), *parent)).collect();
+        let roles = SourceRoles::guess(&clip(&named), &Correspondence::default()).unwrap_or_else(|e| panic!("{e}"));
+        use Role::*;
+        let wanted = [
+            LeftThigh,
+            LeftShank,
+            LeftFoot,
+            LeftUpperArm,
+            LeftForearm,
+            LeftHand,
+            RightThigh,
+            RightShank,
+            RightFoot,
+            RightUpperArm,
+            RightForearm,
+            RightHand,
+            Pelvis,
+            Chest,
+            Head,
+        ];
+        let joints = wanted.map(|role| roles.get(role));
+        assert_eq!(joints, [5, 6, 7, 9, 10, 11, 12, 13, 14, 16, 17, 18, 0, 2, 4].map(Some), "{limbs}: {joints:?}");
+    }
+}
+
+#[test]
+fn helper_bones_are_no_limbs() {
+    check(
+        &[
+            ("pelvis", None),
+            ("spine_03", Some(0)),
+            ("head", Some(1)),
+            ("thigh_l", Some(0)),
+            ("thigh_twist_01_l", Some(3)),
+            ("calf_l", Some(3)),
+            ("calf_twist_01_l", Some(5)),
+            ("ik_foot_l", Some(0)),
+            ("foot_l", Some(5)),
+            ("thigh_r", Some(0)),
+            ("calf_r", Some(9)),
+            ("foot_r", Some(10)),
+            ("upperarm_l", Some(1)),
+            ("upperarm_twist_01_l", Some(12)),
+            ("lowerarm_l", Some(12)),
+            ("lowerarm_twist_01_l", Some(14)),
+            ("ik_hand_l", Some(0)),
+            ("hand_l", Some(14)),
+            ("upperarm_r", Some(1)),
+            ("lowerarm_r", Some(18)),
+            ("hand_r", Some(19)),
+        ],
+        ["thigh_l", "calf_l", "foot_l", "upperarm_l", "lowerarm_l", "hand_l", "pelvis", "spine_03", "head"],
+    );
+}
+
+#[test]
+fn roles_on_a_command_line() {
+    let given: Correspondence = "left_thigh=L Hip, right_toe=R_Ball".parse().unwrap();
+    assert_eq!((given.roles[&Role::LeftThigh].as_str(), given.right_toe.as_deref()), ("L Hip", Some("R_Ball")));
+    assert!("left_thig=a".parse::<Correspondence>().unwrap_err().contains("left_thig"));
+    assert!("left_thigh".parse::<Correspondence>().is_err());
 }

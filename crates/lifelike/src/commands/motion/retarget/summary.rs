@@ -109,13 +109,24 @@ pub(super) fn text(summary: &Summary, done: &[Done], files: (&Path, Option<&Path
     for (file, why) in done.iter().filter_map(|d| d.refused.as_ref().map(|why| (&d.file, why))) {
         text += &format!("refused {}: {why}\n", file.display());
     }
+    text += &notes(done);
     for report in done.iter().filter_map(|d| d.report.as_ref()) {
         text += &report.unfollowed.iter().map(|limb| format!("warning {}: {limb}\n", report.clip)).collect::<String>();
     }
     let s = summary;
+    if s.converted == 0 {
+        text += &format!("\nnothing was converted to '{}': {} refused\n", s.robot, counted(s.refused));
+        return text + &format!("details: {}\n", report.display());
+    }
     text += &format!(
-        "\n{} clips ({:.1} s, {} frames) converted to '{}', {} refused, in {:.1} s on {} threads\n",
-        s.converted, s.seconds, s.frames, s.robot, s.refused, s.wall_seconds, s.threads
+        "\n{} ({:.1} s, {} frames) converted to '{}', {} refused, in {:.1} s on {} threads\n",
+        counted(s.converted),
+        s.seconds,
+        s.frames,
+        s.robot,
+        s.refused,
+        s.wall_seconds,
+        s.threads
     );
     if s.converted > 0 {
         text += &format!(
@@ -142,6 +153,29 @@ pub(super) fn text(summary: &Summary, done: &[Done], files: (&Path, Option<&Path
         let train = NextCommand::new("train tracker").word("--plan").word("track").word(format!("robot={robot}"));
         let clips = toml::Value::from(vec![folder.display().to_string()]);
         text += &next::lines(&[check, train.word(format!("clips={clips}"))]);
+    }
+    text
+}
+
+fn counted(clips: usize) -> String {
+    format!("{clips} {}", if clips == 1 { "clip" } else { "clips" })
+}
+
+/// Each note of the readers once, with the clips that it is for.
+fn notes(done: &[Done]) -> String {
+    let mut notes: Vec<(&str, Vec<&str>)> = Vec::new();
+    for report in done.iter().filter_map(|one| one.report.as_ref()) {
+        for note in &report.notes {
+            match notes.iter_mut().find(|(known, _)| known == note) {
+                Some((_, clips)) => clips.push(&report.clip),
+                None => notes.push((note, vec![&report.clip])),
+            }
+        }
+    }
+    let mut text = String::new();
+    for (note, clips) in notes {
+        let others = if clips.len() > 1 { format!(" and {} more", clips.len() - 1) } else { String::new() };
+        text += &format!("note {}{others}: {note}\n", clips[0]);
     }
     text
 }
