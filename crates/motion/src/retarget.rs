@@ -7,7 +7,6 @@
 //!
 //! Limbs are compared by the DIRECTIONS of their segments, never by rotations, so rest poses need not agree.
 
-mod bounds;
 mod correspondence;
 mod feet;
 mod ground;
@@ -28,7 +27,6 @@ use std::time::Instant;
 
 use lifelike_character::{Anatomy, Character, Quat, Vec3};
 
-pub use bounds::Bounds;
 pub use correspondence::{Correspondence, SourceRoles};
 pub use options::{RetargetOptions, Tempo, TempoRule};
 pub(crate) use report::Gather;
@@ -47,8 +45,8 @@ use shapes::Shapes;
 /// Converts a captured clip into a motion of this character, and says how well that went.
 ///
 /// # Errors
-/// [`MotionError::Unfit`] with the reason when the clip cannot be converted: too short, not finite, without legs,
-/// carried by things other than flat ground, or beyond the [`Bounds`] of a conversion's errors. [`MotionError::Mismatch`] when the character cannot be: no free root, ball
+/// [`MotionError::Unfit`] with the reason when the clip cannot be converted: too short, not finite, without legs, or
+/// carried by things other than flat ground. [`MotionError::Mismatch`] when the character cannot be: no free root, ball
 /// joints, a leg or a sole missing.
 pub fn retarget(
     source: &SourceClip,
@@ -96,7 +94,6 @@ pub fn retarget(
     let seconds = started.elapsed().as_secs_f64();
     let mut report = report::measure(&outcome, &human, &source.name);
     report.frames_per_second = human.frames.len() as f64 / seconds.max(1e-9);
-    options.bounds.check(&report, rig.leg_length)?;
     Ok((make_clip(source, &rig, poses, &stances, (fps, tempo)), report))
 }
 

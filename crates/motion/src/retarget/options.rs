@@ -2,7 +2,6 @@
 
 use std::collections::BTreeMap;
 
-use super::bounds::Bounds;
 use super::correspondence::Correspondence;
 use crate::contacts::ContactOptions;
 
@@ -30,8 +29,6 @@ pub struct RetargetOptions {
     pub contact: ContactOptions,
     /// Convert also clips in which the human stands on or hangs from things that are not there.
     pub allow_off_ground: bool,
-    /// Largest mean errors; a conversion beyond them is refused.
-    pub bounds: Bounds,
     /// Overrides of the guessed correspondence between the source's joints and the roles.
     pub correspondence: Correspondence,
 }
@@ -49,7 +46,6 @@ impl Default for RetargetOptions {
             smoothing: 0.02,
             contact: ContactOptions::default(),
             allow_off_ground: false,
-            bounds: Bounds::default(),
             correspondence: Correspondence::default(),
         }
     }

@@ -10,8 +10,6 @@ use super::human::{ARM_ROLES, Human, HumanFrame, LEG_ROLES};
 use super::rig::{Rig, Segment};
 use super::shapes::Shapes;
 
-mod unfollowed;
-
 /// Mean and maximum of something over a clip.
 #[derive(Debug, Clone, Copy, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -61,12 +59,8 @@ pub struct RetargetReport {
     /// path was scaled); knees and feet from the hip joint, elbows and hands from the shoulder, with the character's
     /// own segment lengths along the human's directions.
     pub position_error: BTreeMap<Role, Spread>,
-    /// Angle (deg) between orientations: pelvis, chest and feet whole, the head's gaze. Arms that the character lacks
-    /// count by how far the human's turn from their mean direction in the chest's frame.
+    /// Angle (deg) between orientations: pelvis, chest and feet whole, the head's gaze.
     pub orientation_error: BTreeMap<Role, Spread>,
-    /// Limbs of the capture that nothing of the character follows, and the reverse.
-    #[serde(default)]
-    pub unfollowed: Vec<String>,
     /// Mean and largest horizontal speed (m/s) of sole corners within 5 mm of the ground, over frames in which their
     /// foot is labelled as standing.
     pub foot_skate: Spread,
@@ -92,22 +86,6 @@ pub struct RetargetReport {
     pub largest_acceleration: f64,
     /// Frames solved per second of one core, everything included.
     pub frames_per_second: f64,
-}
-
-impl RetargetReport {
-    /// Returns the mean of the position errors over roles (m).
-    pub fn mean_position_error(&self) -> f64 {
-        mean(&self.position_error)
-    }
-
-    /// Returns the mean of the orientation errors over roles (deg).
-    pub fn mean_orientation_error(&self) -> f64 {
-        mean(&self.orientation_error)
-    }
-}
-
-fn mean(errors: &BTreeMap<Role, Spread>) -> f64 {
-    errors.values().map(|spread| spread.mean).sum::<f64>() / errors.len().max(1) as f64
 }
 
 /// A retargeted clip before it is given away.
@@ -146,8 +124,6 @@ pub(super) fn measure(outcome: &Outcome, human: &Human, clip: &str) -> RetargetR
         }
         before = Some(corners);
     }
-    let unfollowed = unfollowed::limbs(rig, outcome.frames);
-    errors.orientation.extend(unfollowed::arm_errors(rig, outcome.frames));
     let standing = (0..poses.len()).filter(|&t| outcome.stances.iter().any(|s| s.any(t))).count();
     let motion = Motion::measure(rig, poses, fps);
     RetargetReport {
@@ -159,7 +135,6 @@ pub(super) fn measure(outcome: &Outcome, human: &Human, clip: &str) -> RetargetR
         tempo: outcome.tempo,
         position_error: errors.position.iter().map(|(r, g)| (*r, g.spread())).collect(),
         orientation_error: errors.orientation.iter().map(|(r, g)| (*r, g.spread())).collect(),
-        unfollowed,
         foot_skate: ground.skate.spread(),
         touching_skate: ground.touching.spread(),
         contact_share: standing as f64 / poses.len() as f64,

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use lifelike_evaluation::Verdict;
 use lifelike_evaluation::verdict;
-use lifelike_motion::retarget::RetargetReport;
+use lifelike_motion::retarget::{RetargetReport, Spread};
 use lifelike_report::{Cell, Column, Table, Tone};
 use serde::Serialize;
 
@@ -56,8 +56,8 @@ impl Summary {
             refused: done.len() - reports.len(),
             frames,
             seconds: reports.iter().map(|r| r.seconds).sum(),
-            median_position_error: of(&RetargetReport::mean_position_error),
-            median_orientation_error: of(&RetargetReport::mean_orientation_error),
+            median_position_error: of(&|r| mean(r.position_error.values())),
+            median_orientation_error: of(&|r| mean(r.orientation_error.values())),
             median_foot_skate: of(&|r| r.foot_skate.mean),
             median_ground_penetration: of(&|r| r.ground_penetration.max),
             median_ground_float: of(&|r| r.ground_float.mean),
@@ -104,9 +104,6 @@ pub(super) fn text(summary: &Summary, done: &[Done], files: (&Path, Option<&Path
     for (file, why) in done.iter().filter_map(|d| d.refused.as_ref().map(|why| (&d.file, why))) {
         text += &format!("refused {}: {why}\n", file.display());
     }
-    for report in done.iter().filter_map(|d| d.report.as_ref()) {
-        text += &report.unfollowed.iter().map(|limb| format!("warning {}: {limb}\n", report.clip)).collect::<String>();
-    }
     let s = summary;
     text += &format!(
         "\n{} clips ({:.1} s, {} frames) converted to '{}', {} refused, in {:.1} s on {} threads\n",
@@ -143,8 +140,8 @@ pub(super) fn text(summary: &Summary, done: &[Done], files: (&Path, Option<&Path
 
 fn row(r: &RetargetReport, verdict: &Verdict) -> Vec<Cell> {
     let numbers = [
-        100.0 * r.mean_position_error(),
-        r.mean_orientation_error(),
+        100.0 * mean(r.position_error.values()),
+        mean(r.orientation_error.values()),
         100.0 * r.foot_skate.mean,
         100.0 * r.ground_penetration.max,
         100.0 * r.ground_float.mean,
@@ -155,6 +152,11 @@ fn row(r: &RetargetReport, verdict: &Verdict) -> Vec<Cell> {
     let words = [Cell::text(&r.clip), Cell::text(verdict.to_string()).tone(Some(tone)), Cell::number(r.seconds, 1)];
     let numbers = numbers.map(|n| Cell::number(n, 2)).into_iter().chain([Cell::number(r.frames_per_second, 0)]);
     words.into_iter().chain(numbers).collect()
+}
+
+fn mean<'a>(spreads: impl Iterator<Item = &'a Spread>) -> f64 {
+    let (sum, count) = spreads.fold((0.0, 0_usize), |(sum, n), s| (sum + s.mean, n + 1));
+    if count == 0 { 0.0 } else { sum / count as f64 }
 }
 
 /// The middle of the values (of an even number, the mean of the two middle ones); 0 of none.
