@@ -11,22 +11,29 @@ use crate::root;
 /// Source folder of the book, as `book.toml` names it.
 const SOURCE: &str = "target/book/source";
 
-/// Collects the pages, writes the command reference from the program, and builds the site into `target/book/html`.
+/// Collects the pages, writes the command reference by the program (built where none is named), and builds the site into
+/// `target/book/html`.
 ///
 /// # Errors
 /// When the program or mdBook fails, mdBook is missing, or a file cannot be written.
-pub fn build() -> Result<(), String> {
+pub fn build(program: Option<&String>) -> Result<(), String> {
     let source = root().join(SOURCE);
     let _ = fs::remove_dir_all(&source);
     copy(&root().join("docs"), &source)?;
-    let mut cargo = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
-    cargo.args(["run", "--release", "--package", "lifelike", "--bin", "lifelike", "--", "man", "--markdown", "-o"]);
-    succeed(cargo.arg(&source).current_dir(root()))?;
+    let mut reference = program.map_or_else(built, Command::new);
+    succeed(reference.args(["man", "--markdown", "-o"]).arg(&source).current_dir(root()))?;
     let missing = |_| "mdBook is missing: cargo install mdbook --locked".to_string();
     Command::new("mdbook").arg("--version").output().map_err(missing)?;
     succeed(Command::new("mdbook").arg("build").arg(root()))?;
     println!("{}", root().join("target/book/html/index.html").display());
     Ok(())
+}
+
+/// Returns the program of this checkout.
+fn built() -> Command {
+    let mut cargo = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
+    cargo.args(["run", "--release", "--package", "lifelike", "--bin", "lifelike", "--"]);
+    cargo
 }
 
 /// Copies a folder of pages and pictures.

@@ -18,7 +18,8 @@ cargo xtask COMMAND
                       or the text encoder of text to motion into third_party/minilm (minilm, 83 MB)
   dist                build a stripped program with completions and manual pages: a tarball, and a Debian package
                       where dpkg is there
-  docs                build the documentation site into target/book/html (needs mdBook: cargo install mdbook)
+  docs [PROGRAM]      build the documentation site into target/book/html (needs mdBook: cargo install mdbook); the command
+                      reference is what the program prints, built where none is named
   help                this text
 
 Nothing else of this project touches the network. What is fetched has a fixed version and a fixed SHA-256.";
@@ -32,7 +33,7 @@ fn main() -> ExitCode {
         Some("mujoco") => mujoco::ensure().map(|_| ()),
         Some("fetch") => fetch(rest),
         Some("dist") => dist::dist(),
-        Some("docs") => docs::build(),
+        Some("docs") => docs::build(rest.first()),
         Some("help" | "--help" | "-h") => {
             println!("{HELP}");
             Ok(())

@@ -115,6 +115,10 @@ fn with_suffix(text: &str, expected: &str) -> Result<PathBuf, String> {
     if path.is_dir() {
         return Err(format!("expected a file NAME{expected}, got a folder"));
     }
+    // Found now rather than after the work.
+    if let Some(folder) = path.parent().filter(|folder| !folder.as_os_str().is_empty() && !folder.is_dir()) {
+        return Err(format!("expected a folder '{}' for the file, got none", folder.display()));
+    }
     if text.ends_with(expected) { Ok(path) } else { Err(format!("expected a file NAME{expected}, got '{text}'")) }
 }
 
@@ -161,6 +165,7 @@ mod tests {
     fn other_files_keep_their_suffix() {
         assert_eq!(toml("servo.toml"), Ok("servo.toml".into()));
         assert!(toml("servo.json").is_err() && toml("src").is_err());
+        assert!(toml("no/such/servo.toml").is_err_and(|error| error.contains("'no/such'")));
         assert!(network("a.controller.safetensors").is_ok() && network("a.onnx").is_err());
     }
 }

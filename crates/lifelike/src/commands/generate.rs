@@ -159,10 +159,13 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
             (Some(By::Physics), Some(player)) => candidates = player.sorted(candidates, output)?,
             _ => {}
         }
-        made.push(Made::write(prompts, candidates, file, args.keep_all, began.elapsed().as_secs_f64())?);
+        let mut one = Made::write(prompts, candidates, file, args.keep_all, began.elapsed().as_secs_f64())?;
+        // Thousands of prompts would fill the memory with clips that nobody plays.
+        one.best = one.best.filter(|_| args.play);
+        made.push(one);
     }
     let played = player.filter(|_| args.play).map(|player| {
-        let clips: Vec<_> = made.iter().map(|one| one.best.clone()).collect();
+        let clips: Vec<_> = made.iter().filter_map(|one| one.best.clone()).collect();
         let beside = match &args.prompts {
             Some(_) => args.output.join("physics"),
             None => jobs[0].1.with_file_name(format!("{}-physics", made::stem(&jobs[0].1))),

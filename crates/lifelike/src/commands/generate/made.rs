@@ -25,7 +25,7 @@ pub struct Made {
     pub verdicts: Vec<Verdict>,
     /// The best clip.
     #[serde(skip)]
-    pub best: MotionClip,
+    pub best: Option<MotionClip>,
 }
 
 impl Made {
@@ -52,7 +52,7 @@ impl Made {
         }
         let best = best.ok_or_else(|| CliError::Failed("expected a candidate, got none".into()))?;
         let (prompts, seconds) = (prompts.to_vec(), best.seconds());
-        Ok(Self { prompts, files, seconds, sampling_seconds, candidates: count, verdicts, best })
+        Ok(Self { prompts, files, seconds, sampling_seconds, candidates: count, verdicts, best: Some(best) })
     }
 
     /// Returns a line for each file.

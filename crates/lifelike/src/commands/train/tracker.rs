@@ -21,6 +21,7 @@ use super::stall::Stall;
 use super::watch::Look;
 use crate::commands::clips;
 use crate::commands::export;
+use crate::commands::machine::memory;
 use crate::commands::physics;
 use crate::commands::prior_file::Prior;
 use crate::error::CliError;
@@ -186,6 +187,9 @@ pub fn prepare(plan: &TrackerPlan, hardware: &Hardware, all: Arc<dyn Collective>
     let device = hardware.networks.open()?;
     let robot = Arc::new(Robot::load(&plan.robot)?);
     hardware.physics.require_ready(&robot)?;
+    if let Some([_, total]) = memory() {
+        require_memory(plan, &robot, total)?;
+    }
     tell_scale(plan, &robot);
     let prior = plan.prior.as_deref().map(|path| Prior::load_for(path, &robot)).transpose()?;
     let library = if plan.clips.is_empty() {
@@ -207,6 +211,23 @@ pub fn prepare(plan: &TrackerPlan, hardware: &Hardware, all: Arc<dyn Collective>
         None => trainer,
     };
     Ok(trainer.taught_by(teachers)?)
+}
+
+/// Refuses a plan whose samples of one iteration do not fit into the memory of a machine (bytes).
+fn require_memory(plan: &TrackerPlan, robot: &Robot, total: u64) -> Result<(), CliError> {
+    // A sample has at least the motion's features, as the policy and as the value function sees them, and three numbers a joint.
+    let numbers = 2 * robot.layout.size() + 3 * robot.joints();
+    let (environments, steps) = (plan.ppo.environments, plan.ppo.steps);
+    let needed = 4.0 * environments as f64 * steps as f64 * numbers as f64;
+    if needed <= total as f64 {
+        return Ok(());
+    }
+    Err(CliError::Input(format!(
+        "ppo.environments x ppo.steps: {environments} x {steps} samples of at least {numbers} numbers need {:.0} GB, this machine \
+         has {:.0} GB",
+        needed / 1e9,
+        total as f64 / 1e9
+    )))
 }
 
 /// Reads a teacher from its file, or from the folder of its run.
@@ -257,4 +278,20 @@ fn report(
             evaluation_of(plan, &policy, folder)
         )
     })
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    #[test]
+    fn a_plan_that_no_memory_holds_is_refused_with_its_product() {
+        let robot = Robot::load("lima").unwrap();
+        let mut plan: TrackerPlan = crate::plans::load(Path::new("track"), &[]).unwrap();
+        assert!(require_memory(&plan, &robot, 1 << 30).is_ok());
+        (plan.ppo.environments, plan.ppo.steps) = (1 << 20, 4096);
+        let error = require_memory(&plan, &robot, 24 << 30).unwrap_err().to_string();
+        assert!(error.contains("1048576 x 4096") && error.ends_with("has 26 GB"), "{error}");
+    }
 }
