@@ -18,7 +18,7 @@ pub use columns::JointOrder;
 pub use fit::Fit;
 pub use mistake::{MIN_FPS, Mistake};
 
-/// Mistakes may stand on each other; more than this many in one clip are left to a person.
+/// Largest number of mistakes that are corrected one after the other.
 const MAX_ROUNDS: usize = 4;
 
 /// A mistake in a clip.

@@ -1,4 +1,4 @@
-//! Columns of joints under the names of others.
+//! Columns that carry the names of other joints.
 
 use lifelike_character::Character;
 
@@ -27,7 +27,7 @@ impl JointOrder {
             character.scalar_joints().map(|joint| (joint.name.as_str(), depth(character, joint.body))).collect();
         let mut levels: Vec<usize> = (0..joints.len()).collect();
         levels.sort_by_key(|&joint| joints[joint].1);
-        // Place among the character's joints of what stands at each place.
+        // Joint whose values each place holds.
         let held: Vec<usize> = match self {
             Self::OtherSide => joints
                 .iter()

@@ -40,7 +40,7 @@ pub enum Mistake {
     FrameTime,
     /// Joint angles differ by whole turns from angles in their range.
     WholeTurns,
-    /// Columns stand under the names of other joints.
+    /// Columns carry the names of other joints.
     Columns(JointOrder),
     /// All heights are off by the same.
     Height {

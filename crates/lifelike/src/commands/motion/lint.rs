@@ -1,6 +1,7 @@
 //! `lifelike motion lint`: mistakes of convention in motion of a robot, and their correction.
 
-use std::path::PathBuf;
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
 
 use lifelike_motion::feasibility::{self, Feasibility};
 use lifelike_motion::formats::{self, FileMotion, ReadOptions};
@@ -11,14 +12,14 @@ use lifelike_robot::{Robot, Shapes};
 use rayon::prelude::*;
 use serde::Serialize;
 
-use super::container_in;
+use super::{clip_name, container_in};
 use crate::error::CliError;
 use crate::output::{Output, fitted};
 
 /// Find mistakes in motion of a robot: quaternion order, units, axes, rate, whole turns, exchanged joints, height.
 ///
-/// A mistake is reported when its correction puts the robot on the ground, upright and within its joints' ranges. Other
-/// findings are listed as by `motion check`. The exit code is 3 when any clip has a mistake that is not fixed.
+/// A mistake is reported when its correction puts the robot on the ground, upright and within its joints' ranges. What no
+/// correction explains is listed as `motion check` does. The exit code is 3 when any clip has a mistake that is not fixed.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -59,7 +60,9 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     robot.require_ready(Shapes::All)?;
     let is_of_robot = |format: &formats::Format| matches!(format.reader, formats::Reader::Robot(_));
     let files = dataset::find_motion(&dataset::with_lists(&args.motions)?, is_of_robot)?;
-    let linted = files.par_iter().map(|file| look_at(file, &robot, args)).collect::<Result<Vec<_>, CliError>>()?;
+    let targets = targets(&files, args)?;
+    let linted = files.par_iter().zip(&targets).map(|(file, target)| look_at(file, target.as_deref(), &robot));
+    let linted = linted.collect::<Result<Vec<_>, CliError>>()?;
     output.result(&linted, || text(&linted))?;
     let open = linted.iter().filter(|one| !one.mistakes.is_empty() && one.fixed.is_none()).count();
     if open == 0 {
@@ -68,22 +71,37 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     Err(CliError::Input(format!("{open} of {} clips have mistakes; --fix -o FOLDER corrects them", linted.len())))
 }
 
-fn look_at(file: &PathBuf, robot: &Robot, args: &Args) -> Result<Linted, CliError> {
+/// Returns the file of each corrected clip: each its own, and none of them an input.
+fn targets(files: &[PathBuf], args: &Args) -> Result<Vec<Option<PathBuf>>, CliError> {
+    let Some(folder) = &args.output else { return Ok(vec![None; files.len()]) };
+    let mut taken: BTreeSet<PathBuf> = files.iter().cloned().collect();
+    let target = |file: &PathBuf| {
+        let target = container_in(folder, &clip_name(file))?;
+        if !taken.insert(target.clone()) {
+            let message = format!("{}: {} is taken; choose another --output", file.display(), target.display());
+            return Err(CliError::Input(message));
+        }
+        Ok(Some(target))
+    };
+    files.iter().map(target).collect()
+}
+
+fn look_at(file: &Path, target: Option<&Path>, robot: &Robot) -> Result<Linted, CliError> {
     let clip = read(file)?;
     let (fixed, mistakes) = lint(&clip, &robot.character, &robot.anatomy)?;
     let remaining = feasibility::check(&fixed, &robot.character, &robot.anatomy, &robot.speeds())?;
-    let target = args.output.as_ref().map(|folder| container_in(folder, &clip.name)).filter(|_| args.fix);
-    if let Some(target) = &target {
+    if let Some(target) = target {
         container::write(target, &fixed)?;
     }
-    Ok(Linted { file: file.clone(), clip: clip.name, mistakes, remaining, fixed: target })
+    let (file, fixed) = (file.to_path_buf(), target.map(Path::to_path_buf));
+    Ok(Linted { file, clip: clip.name, mistakes, remaining, fixed })
 }
 
-fn read(file: &PathBuf) -> Result<MotionClip, MotionError> {
+fn read(file: &Path) -> Result<MotionClip, MotionError> {
     match formats::read(file, &ReadOptions::default())? {
         FileMotion::Robot(clip) => Ok(clip),
         FileMotion::Source(_) => Err(MotionError::Container {
-            file: file.clone(),
+            file: file.to_path_buf(),
             expected: "motion of a robot".into(),
             got: "human motion, which `lifelike motion retarget` reads".into(),
         }),
