@@ -72,7 +72,7 @@ impl Summary {
 
 /// Returns the mean distance (m) and angle (deg) of key bodies from their targets.
 pub(super) fn errors(report: &RetargetReport) -> (f64, f64) {
-    (mean(report.position_error.values()), mean(report.orientation_error.values()))
+    (report.mean_position_error(), report.mean_orientation_error())
 }
 
 /// The table of clips: a verdict and the numbers of each.
