@@ -37,7 +37,7 @@ fn retargeted(folder: &Path) -> Value {
 
 #[test]
 fn every_command_teaches_by_example() {
-    let commands: [&[&str]; 24] = [
+    let commands: [&[&str]; 25] = [
         &["robots"],
         &["inspect"],
         &["motion", "retarget"],
