@@ -46,7 +46,7 @@ fn orders_of_quaternions_are_told_apart_and_mended() {
         }
     });
     assert!(text(&lifelike(&["motion", "check", &at("bad")]).stdout).contains("root orientations are xyzw, not wxyz"));
-    assert_eq!(text(&lifelike(&["motion", "check", &at("bad"), "--list-trackable"]).stdout), "");
+    assert_eq!(text(&lifelike(&["motion", "check", &at("bad"), "--list-trackable"]).stdout).trim(), "");
 
     let found = lifelike(&["motion", "lint", &at("bad")]);
     assert_eq!(found.status.code(), Some(3), "{}", text(&found.stdout));

@@ -74,9 +74,11 @@ impl RawClip {
             let (Some(_), Some(joint), None) = (roles.get(first), roles.get(second), roles.get(third)) else {
                 continue;
             };
-            let Some(at) = self.ends.iter().position(|(j, _)| *j == joint) else { continue };
+            let is_taken = self.names.iter().any(|name| *name == format!("{third:?}"));
+            let Some(at) = self.ends.iter().position(|(j, _)| *j == joint).filter(|_| !is_taken) else { continue };
             let (_, offset) = self.ends.swap_remove(at);
-            self.names.push(format!("{}_end", self.names[joint]));
+            // By this name it has its role wherever the skeleton is read again.
+            self.names.push(format!("{third:?}"));
             self.parents.push(Some(joint));
             self.offsets.push(offset);
             self.rotations.iter_mut().for_each(|frame| frame.push(Quat::identity()));
