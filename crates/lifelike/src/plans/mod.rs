@@ -52,7 +52,7 @@ pub fn find(name_or_path: &Path) -> Result<PlanText, CliError> {
         Some(plan) => Ok(PlanText { source: format!("plan '{name}'"), text: plan.text.into(), folder: None }),
         None => {
             let names: Vec<&str> = builtin().map(|plan| plan.name).collect();
-            let near = hint(&name, names.iter().copied());
+            let near = hint(name, names.iter().copied());
             Err(CliError::Input(format!(
                 "expected a plan's file or the name of a built-in plan ({}), got '{shown}'{near}",
                 names.join(", ")

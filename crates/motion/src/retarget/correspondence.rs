@@ -9,6 +9,9 @@ use crate::error::MotionError;
 use crate::roles;
 use crate::source::SourceClip;
 
+/// Joints of roles, and those at the balls of the feet (left, right).
+type RolesAndToes = (BTreeMap<Role, usize>, [Option<usize>; 2]);
+
 /// Overrides of the guess, as TOML:
 ///
 /// ```toml
@@ -41,7 +44,7 @@ impl Correspondence {
     }
 
     /// Returns the named joints' indices: those of roles, and the toes (left, right).
-    pub(crate) fn joints(&self, names: &[String]) -> Result<(BTreeMap<Role, usize>, [Option<usize>; 2]), String> {
+    pub(crate) fn joints(&self, names: &[String]) -> Result<RolesAndToes, String> {
         let named = |name: &String| {
             let joint = names.iter().position(|n| n == name);
             joint.ok_or_else(|| {

@@ -18,8 +18,8 @@ use crate::output::{Output, fitted};
 
 /// Find mistakes in motion of a robot: quaternion order, units, axes, rate, whole turns, exchanged joints, height.
 ///
-/// A mistake is reported when its correction puts the robot on the ground, upright and within its joints' ranges. What no
-/// correction explains is listed as `motion check` does. The exit code is 3 when any clip has a mistake that is not fixed.
+/// A mistake is reported when its correction puts the robot on the ground, upright and within its joints' ranges. Other
+/// findings are listed as `motion check` lists them. The exit code is 3 when any clip has a mistake that is not fixed.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
