@@ -76,6 +76,7 @@ pub fn network(text: &str) -> Result<PathBuf, String> {
 ///
 /// # Errors
 /// The name has another suffix.
+#[cfg(any(test, feature = "learning"))]
 pub fn toml(text: &str) -> Result<PathBuf, String> {
     with_suffix(text, ".toml")
 }
