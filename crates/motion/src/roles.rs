@@ -135,6 +135,9 @@ fn by_words(
     for &a in &first {
         for &b in second.iter().filter(|&&b| below(b, a)) {
             if let Some(&c) = third.iter().find(|&&c| below(c, b)) {
+                // A shoulder above a joint whose name says nothing: that joint is the upper arm.
+                let between = tree.parents[b].filter(|m| *m != a && names[*m].says_nothing());
+                let a = between.filter(|_| !given.contains_key(&limb[0])).unwrap_or(a);
                 return limb.into_iter().zip([a, b, c]).collect();
             }
         }

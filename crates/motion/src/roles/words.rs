@@ -40,6 +40,14 @@ impl Name {
         Self { side, words }
     }
 
+    /// Returns whether no word of the name is known: neither a part's nor a helper's.
+    pub fn says_nothing(&self) -> bool {
+        let parts = [THIGH, SHANK, FOOT, TOE, UPPER_ARM, FOREARM, HAND, HEAD, OTHERS];
+        let is_known =
+            |word: &String| HELPERS.contains(&word.as_str()) || parts.iter().any(|p| p.contains(&word.as_str()));
+        !self.words.iter().any(is_known) && parts.iter().all(|part| part.iter().all(|word| self.misfit(word).is_none()))
+    }
+
     /// Returns how badly the name fits a part's word: 0 for the word itself, more for what stands before and after it;
     /// `None` for another part, or a helper of this one.
     fn misfit(&self, part: &str) -> Option<usize> {
