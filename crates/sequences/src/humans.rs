@@ -225,8 +225,9 @@ mod tests {
         let still = |_: f64, _: &str| Quat::identity();
         let mut headless = clip(30.0, 30, still);
         headless.skeleton.names[2] = "box".into();
-        let error = recording(&headless).unwrap_err().to_string();
-        assert!(error.contains("one") && error.contains("no Head among the joints: hips, chest"), "{error}");
+        // A head whose name says nothing is found by its place.
+        let named = recording(&clip(30.0, 30, still)).unwrap();
+        assert_eq!(recording(&headless).unwrap().rows, named.rows);
         let mut broken = clip(30.0, 30, still);
         broken.rotations[7].pop();
         assert!(recording(&broken).unwrap_err().to_string().contains("rotations"));
