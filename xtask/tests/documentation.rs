@@ -62,7 +62,8 @@ fn the_site_lists_every_page_and_only_pages_that_exist() {
         let name = page.strip_prefix(docs()).unwrap().display().to_string();
         assert!(name == "SUMMARY.md" || listed.contains(&name), "{name} is not in docs/SUMMARY.md");
     }
-    for name in &listed {
+    for (at, name) in listed.iter().enumerate() {
+        assert!(!listed[..at].contains(name), "docs/SUMMARY.md: {name} is listed twice");
         // Written by the program when the site is built.
         assert!(name == "commands.md" || docs().join(name).is_file(), "docs/SUMMARY.md: {name} is not there");
     }
