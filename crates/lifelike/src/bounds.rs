@@ -1,4 +1,4 @@
-//! Numbers of options that a machine must be able to bear, checked while arguments are parsed.
+//! Bounds of options, checked while arguments are parsed.
 
 /// Most threads: more than any machine has cores for.
 const THREADS: usize = 1024;
@@ -31,7 +31,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn numbers_that_no_machine_bears_are_refused() {
+    fn numbers_beyond_any_machine_are_refused() {
         assert_eq!((threads("0"), threads("1024"), environments("1")), (Ok(0), Ok(1024), Ok(1)));
         for text in ["10000000", "-1", "18446744073709551615", "18446744073709551616", "two"] {
             assert!(threads(text).is_err() && environments(text).is_err(), "{text}");

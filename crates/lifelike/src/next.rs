@@ -18,13 +18,6 @@ impl NextCommand {
         Self(format!("lifelike {subcommand}"))
     }
 
-    /// Returns the same words for another subcommand.
-    #[must_use]
-    pub fn with_subcommand(self, subcommand: &str) -> Self {
-        let words = self.0.split_once(" --").map_or("", |(_, words)| words);
-        Self(format!("lifelike {subcommand} --{words}"))
-    }
-
     /// Adds a word.
     #[must_use]
     pub fn word(self, word: impl Display) -> Self {

@@ -35,7 +35,7 @@ fn changed(folder: &Path, change: impl Fn(&mut MotionClip)) -> MotionClip {
 }
 
 #[test]
-fn orders_of_quaternions_are_told_apart_and_mended() {
+fn orders_of_quaternions_are_told_apart_and_repaired() {
     let folder = tempfile::tempdir().unwrap();
     let at = |name: &str| folder.path().join(name).to_str().unwrap().to_string();
     // Written as xyzw and read as wxyz a walk goes backwards.
@@ -60,7 +60,7 @@ fn orders_of_quaternions_are_told_apart_and_mended() {
 }
 
 #[test]
-fn a_frame_time_in_the_place_of_a_rate_is_refused_and_mended() {
+fn a_frame_time_in_the_place_of_a_rate_is_refused_and_repaired() {
     let folder = tempfile::tempdir().unwrap();
     let at = |name: &str| folder.path().join(name).to_str().unwrap().to_string();
     let good = changed(folder.path(), |clip| clip.fps = 0.02);

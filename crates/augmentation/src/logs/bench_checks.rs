@@ -1,4 +1,4 @@
-//! Whether a bench's log can be right: numbers, units, signs.
+//! Plausibility of a bench's log: numbers, units, signs.
 
 use std::f64::consts::TAU;
 

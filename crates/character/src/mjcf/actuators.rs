@@ -18,11 +18,11 @@ struct Law {
     gain: [f64; 3],
     /// Force without control: constant, per length, per velocity (a positive last number of a position servo is its damping ratio).
     bias: [f64; 3],
-    /// Whether the second and third number of `gain` count.
+    /// Flag that the second and third number of `gain` count.
     gain_is_affine: bool,
-    /// Whether `bias` counts.
+    /// Flag that `bias` counts.
     bias_is_affine: bool,
-    /// Whether the control or its integral or filtered value acts.
+    /// Flag that an integral or filtered value of the control acts.
     filtered: bool,
     inherited_range: f64,
 }

@@ -86,9 +86,9 @@ pub struct Args {
 }
 
 impl Args {
-    /// Returns the command with the same policy on the same clips.
-    fn again(&self) -> NextCommand {
-        let line = NextCommand::new("eval").path("--policy", &self.policy);
+    /// Returns a subcommand with the same policy on the same clips.
+    fn again(&self, subcommand: &str) -> NextCommand {
+        let line = NextCommand::new(subcommand).path("--policy", &self.policy);
         let line = self.robot.iter().fold(line, |line, robot| line.robot(robot));
         let line = self.prior.iter().fold(line, |line, prior| line.path("--prior", prior));
         line.motions(&self.motions)
@@ -98,10 +98,9 @@ impl Args {
     fn next(&self, falls: bool) -> NextCommand {
         let folder = |name: &str| self.output.join(name);
         if falls && !self.explain {
-            return self.again().word("--explain").path("-o", &folder("explained"));
+            return self.again("eval").word("--explain").path("-o", &folder("explained"));
         }
-        let sweep = self.again().with_subcommand("bench robustness");
-        sweep.word("--quick").path("-o", &folder("robustness"))
+        self.again("bench robustness").word("--quick").path("-o", &folder("robustness"))
     }
 }
 
@@ -189,7 +188,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     if by_thesis {
         let found = job.thesis(&clips, &args.thesis.protocol(args.seconds)?, output)?;
         let report = save_thesis(&found, &title, &args.output)?;
-        let next = [args.again().word("-o").word(args.output.display())];
+        let next = [args.again("eval").path("-o", &args.output)];
         return output
             .result(&found, || format!("{}report: {}\n{}", thesis_text(&found), report.display(), next::lines(&next)));
     }

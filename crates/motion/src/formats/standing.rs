@@ -1,6 +1,6 @@
 //! The standing pose of a skeleton whose file does not say it: axes of the world and the frame of every joint.
 //!
-//! Where zero rotations make a body that stands, they are the rest pose. Elsewhere (bones along one axis, as in LAFAN1,
+//! Zero rotations are the rest pose if they make a body that stands. Else (bones along one axis, as in LAFAN1,
 //! Rokoko's exports and bone-aligned rigs) every joint's frame is found from the places of joints over time. A frame has
 //! two parts: the direction of its bone is exact; the turn about the bone is such that the joint on average does not
 //! twist against its parent, set to the nearest axis of the frame where one is near.

@@ -145,14 +145,14 @@ fn own_clips_have_no_mistakes() {
 }
 
 #[test]
-fn broken_clips_are_named_and_mended() {
+fn broken_clips_are_named_and_repaired() {
     let robot = robot("lima");
     let mut found: BTreeMap<&str, (usize, usize)> = BTreeMap::new();
     let mut wrong = Vec::new();
     for (title, text) in keyframes::builtin() {
         let clip = own(title, text, &robot);
         for (how, mistake, broken) in broken(&clip) {
-            let (mended, flaws) = lint(&broken, &robot.0, &robot.1).unwrap();
+            let (repaired, flaws) = lint(&broken, &robot.0, &robot.1).unwrap();
             let right = matches!(flaws.as_slice(), [flaw] if same(flaw.mistake, mistake));
             let (rights, all) = found.entry(how).or_default();
             (*rights, *all) = (*rights + usize::from(right), *all + 1);
@@ -161,9 +161,9 @@ fn broken_clips_are_named_and_mended() {
                 continue;
             }
             // A float of millimetres is the clip's own.
-            let far = mended.root_position.iter().zip(&clip.root_position).map(|(a, b)| (a - b).norm());
+            let far = repaired.root_position.iter().zip(&clip.root_position).map(|(a, b)| (a - b).norm());
             assert!(far.fold(0.0, f64::max) < 0.02, "{how} {title}");
-            let apart = mended.joints.iter().zip(&clip.joints).map(|(a, b)| (a - b).abs());
+            let apart = repaired.joints.iter().zip(&clip.joints).map(|(a, b)| (a - b).abs());
             assert!(apart.fold(0.0, f64::max) < 1e-9, "{how} {title}");
         }
     }
