@@ -43,8 +43,8 @@ pub const FORMAT: Format = Format {
     not_motion: &[],
     clip_name: |_| None,
     // No text has the zeros of a safetensors file's first number; the header that follows says what it is.
-    sniff: |start| start.contains(&0) && start.windows(ID.len()).any(|w| w == ID.as_bytes()),
-    reader: Reader::Robot(from_bytes),
+    sniff: |sample| sample.start.contains(&0) && sample.start.windows(ID.len()).any(|w| w == ID.as_bytes()),
+    reader: Reader::Robot(|bytes, file, _| from_bytes(bytes, file)),
 };
 
 const KEY: &str = "motion";

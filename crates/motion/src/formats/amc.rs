@@ -27,7 +27,7 @@ pub const FORMAT: Format = Format {
     companion: "skeleton, an .asf",
     not_motion: &[],
     clip_name: |_| None,
-    sniff: |start| start.starts_with(b"#!OML:ASF"),
+    sniff: |sample| sample.start.starts_with(b"#!OML:ASF"),
     reader: Reader::Source(read),
 };
 

@@ -24,7 +24,7 @@ pub const FORMAT: Format = Format {
     not_motion: &[],
     clip_name: |_| None,
     // Notes end in .txt too, and a character file is such JSON without frames.
-    sniff: |start| start.starts_with(b"{") && start.windows(8).any(|w| w == b"\"Frames\""),
+    sniff: |sample| sample.start.starts_with(b"{") && sample.start.windows(8).any(|w| w == b"\"Frames\""),
     reader: Reader::Source(read),
 };
 

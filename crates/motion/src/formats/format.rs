@@ -2,8 +2,10 @@
 
 use std::fmt::Write as _;
 use std::fs::File;
-use std::io::Read;
+use std::io::{Cursor, Read, Seek};
 use std::path::Path;
+
+use zip::ZipArchive;
 
 use super::{FORMATS, ReadOptions};
 use crate::clip::MotionClip;
@@ -11,7 +13,7 @@ use crate::error::MotionError;
 use crate::source::SourceClip;
 
 /// Bytes at the start of a file that tell its format.
-const SNIFFED: usize = 4096;
+const SNIFFED: u64 = 4096;
 
 /// A file format: its names and its reader.
 #[derive(Debug)]
@@ -29,10 +31,35 @@ pub struct Format {
     pub not_motion: &'static [&'static str],
     /// Name of a clip where the file's own name does not tell it from others; mostly there is none.
     pub clip_name: fn(&Path) -> Option<String>,
-    /// Test of a file's first bytes (white space and byte-order mark removed).
-    pub sniff: fn(&[u8]) -> bool,
+    /// Test of a file's content.
+    pub sniff: fn(&Sample) -> bool,
     /// Reader of the whole file.
     pub reader: Reader,
+}
+
+/// The part of a file's content that tells its format.
+#[derive(Debug, Default)]
+pub struct Sample {
+    /// First bytes (white space and byte-order mark removed).
+    pub start: Vec<u8>,
+    /// Names of the files in a zip; none of anything else.
+    pub entries: Vec<String>,
+}
+
+impl Sample {
+    fn new(content: impl Read + Seek) -> Self {
+        let mut content = content;
+        let mut start = Vec::new();
+        // A file that cannot be read has no start; whoever reads it reports why.
+        if content.by_ref().take(SNIFFED).read_to_end(&mut start).is_err() {
+            return Self::default();
+        }
+        let is_zip = start.starts_with(b"PK\x03\x04");
+        let zip = is_zip.then(|| ZipArchive::new(content).ok()).flatten();
+        let entries = zip.map(|zip| zip.file_names().map(str::to_owned).collect()).unwrap_or_default();
+        let text = start.strip_prefix(&[0xef, 0xbb, 0xbf]).unwrap_or(&start).trim_ascii_start();
+        Self { start: text.to_vec(), entries }
+    }
 }
 
 /// The reader of a format: from the file's bytes, its path (for names, messages and companions) and options.
@@ -41,7 +68,7 @@ pub enum Reader {
     /// Reader of captured or written human motion, which is to be retargeted.
     Source(fn(&[u8], &Path, &ReadOptions) -> Result<SourceClip, MotionError>),
     /// Reader of motion that is already a robot's.
-    Robot(fn(&[u8], &Path) -> Result<MotionClip, MotionError>),
+    Robot(fn(&[u8], &Path, &ReadOptions) -> Result<MotionClip, MotionError>),
 }
 
 impl Format {
@@ -58,19 +85,17 @@ impl Format {
 
 /// Returns the format of a file that somebody named: its ending decides, and the content where the ending says nothing.
 pub fn of_file(path: &Path) -> Option<&'static Format> {
-    by_name(path).or_else(|| by_content(&start_of(path)))
+    by_claim(path, || sample_of(path)).or_else(|| by_name(path)).or_else(|| by_sample(&sample_of(path)))
 }
 
 /// Returns the format of a file that was found in a folder. Only files whose ending some format has are looked at:
 /// notes end in `.txt` as DeepMimic's motions do.
 pub fn of_found(path: &Path) -> Option<&'static Format> {
-    let shares = |format: &&Format| ending_of(path, format.shared_suffixes).is_some();
     let name = path.file_name()?.to_string_lossy().to_ascii_lowercase();
     if FORMATS.iter().any(|format| format.not_motion.contains(&name.as_str())) {
         return None;
     }
-    by_name(path)
-        .or_else(|| FORMATS.iter().copied().any(|f| shares(&f)).then(|| by_content(&start_of(path)))?.filter(shares))
+    by_claim(path, || sample_of(path)).or_else(|| by_name(path))
 }
 
 /// Returns a clip's name by its file: the format's own name for it, the file's without the format's ending, or else
@@ -102,14 +127,26 @@ pub fn supported(accepts: impl Fn(&Format) -> bool) -> String {
     text
 }
 
-/// Returns the format that content itself tells.
-pub(super) fn by_content(bytes: &[u8]) -> Option<&'static Format> {
-    let bytes = &bytes[..bytes.len().min(SNIFFED)];
-    let start = bytes.strip_prefix(&[0xef, 0xbb, 0xbf]).unwrap_or(bytes).trim_ascii_start();
-    FORMATS.iter().copied().find(|format| (format.sniff)(start))
+/// Returns the format of a file whose whole content is here.
+pub(super) fn of_content(path: &Path, bytes: &[u8]) -> Option<&'static Format> {
+    let sample = || Sample::new(Cursor::new(bytes));
+    by_claim(path, sample).or_else(|| by_name(path)).or_else(|| by_sample(&sample()))
 }
 
-pub(super) fn by_name(path: &Path) -> Option<&'static Format> {
+/// Returns the format that has a file's ending, with others, and its content.
+fn by_claim(path: &Path, sample: impl Fn() -> Sample) -> Option<&'static Format> {
+    let shares = |format: &&&Format| ending_of(path, format.shared_suffixes).is_some();
+    FORMATS.iter().find(shares)?;
+    let sample = sample();
+    FORMATS.iter().filter(shares).copied().find(|format| (format.sniff)(&sample))
+}
+
+/// Returns the format that content itself tells.
+fn by_sample(sample: &Sample) -> Option<&'static Format> {
+    FORMATS.iter().copied().find(|format| (format.sniff)(sample))
+}
+
+fn by_name(path: &Path) -> Option<&'static Format> {
     FORMATS.iter().copied().find(|format| format.is_named(path))
 }
 
@@ -119,11 +156,6 @@ fn ending_of(path: &Path, endings: &[&'static str]) -> Option<&'static str> {
     endings.iter().find(|ending| name.ends_with(*ending)).copied()
 }
 
-/// Returns the first bytes of a file; none of one that cannot be read, which whoever reads it reports.
-fn start_of(path: &Path) -> Vec<u8> {
-    let mut start = Vec::new();
-    match File::open(path).and_then(|file| file.take(SNIFFED as u64).read_to_end(&mut start)) {
-        Ok(_) => start,
-        Err(_) => Vec::new(),
-    }
+fn sample_of(path: &Path) -> Sample {
+    File::open(path).map(Sample::new).unwrap_or_default()
 }

@@ -16,6 +16,9 @@
 //! sides with palms down. Only the world position and heading at which a clip starts stay as they were captured.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use lifelike_character::Character;
 
 use crate::clip::MotionClip;
 use crate::error::MotionError;
@@ -32,8 +35,10 @@ pub mod bvh;
 pub mod captions;
 pub mod deepmimic;
 mod format;
+mod npz;
 mod raw;
 mod rest;
+pub mod robot_motion;
 mod standing;
 mod text;
 
@@ -41,12 +46,19 @@ pub(crate) use text::decode;
 
 pub use axes::Axis;
 pub use captions::CaptionTable;
-pub use format::{Format, Reader, clip_name, of_file, of_found, supported};
+pub use format::{Format, Reader, Sample, clip_name, of_file, of_found, supported};
 
 /// Every format that is read, in the order in which contents are tried. A new format is one file with its reader and
 /// its `FORMAT`, its `mod` above and its name here; dispatch, search in folders, messages and help texts follow.
-pub const FORMATS: &[&Format] =
-    &[&bvh::FORMAT, &amc::FORMAT, &deepmimic::FORMAT, &amass::FORMAT, &keyframes::FORMAT, &container::FORMAT];
+pub const FORMATS: &[&Format] = &[
+    &bvh::FORMAT,
+    &amc::FORMAT,
+    &deepmimic::FORMAT,
+    &robot_motion::FORMAT,
+    &amass::FORMAT,
+    &keyframes::FORMAT,
+    &container::FORMAT,
+];
 
 /// Options of reading a file. The default guesses all of it.
 #[derive(Debug, Clone)]
@@ -75,6 +87,10 @@ pub struct ReadOptions {
     pub correspondence: Correspondence,
     /// Captions of the clips, found by the file's name.
     pub captions: Option<CaptionTable>,
+    /// Layout of a robot's motion. `None`: found from the content.
+    pub layout: Option<&'static robot_motion::Layout>,
+    /// Robot of a robot's motion: names of joints that come in its order, and kinematics that tell layouts apart.
+    pub robot: Option<Arc<Character>>,
 }
 
 /// A unit of angles.
@@ -111,6 +127,8 @@ impl Default for ReadOptions {
             angles: None,
             correspondence: Correspondence::default(),
             captions: None,
+            layout: None,
+            robot: None,
         }
     }
 }
@@ -131,7 +149,7 @@ pub enum FileMotion {
 /// format's, [`MotionError::Container`] where no line is to blame (an unknown format, no skeleton beside the motion).
 pub fn read(path: &Path, options: &ReadOptions) -> Result<FileMotion, MotionError> {
     let bytes = text::read_bytes(path)?;
-    let Some(format) = format::by_name(path).or_else(|| format::by_content(&bytes)) else {
+    let Some(format) = format::of_content(path, &bytes) else {
         let start: String = String::from_utf8_lossy(&bytes).trim_start().chars().take(40).collect();
         return Err(MotionError::Container {
             file: path.to_path_buf(),
@@ -140,7 +158,7 @@ pub fn read(path: &Path, options: &ReadOptions) -> Result<FileMotion, MotionErro
         });
     };
     Ok(match format.reader {
-        Reader::Robot(read) => FileMotion::Robot(read(&bytes, path)?),
+        Reader::Robot(read) => FileMotion::Robot(read(&bytes, path, options)?),
         Reader::Source(read) => {
             let mut clip = read(&bytes, path, options)?;
             if let Some(table) = &options.captions {

@@ -38,7 +38,7 @@ pub struct Fit {
 
 impl Fit {
     /// Measures a clip. `columns` is from [`MotionClip::columns_for`].
-    pub(super) fn of(clip: &MotionClip, character: &Character, anatomy: &Anatomy, columns: &[usize]) -> Self {
+    pub(crate) fn of(clip: &MotionClip, character: &Character, anatomy: &Anatomy, columns: &[usize]) -> Self {
         let mut pose = Pose::new(character, anatomy, columns);
         let size = pose.standing_height();
         let pairs = clip.len().saturating_sub(1).clamp(1, MAX_PAIRS);

@@ -16,6 +16,7 @@ use std::path::Path;
 
 use lifelike_character::{Quat, Vec3};
 
+use super::npz::{self, Archive};
 use super::raw::{self, RawClip};
 use super::standing::Known;
 use super::{Format, ReadOptions, Reader, clip_name, rest};
@@ -24,11 +25,8 @@ use crate::source::SourceClip;
 
 mod body;
 mod names;
-mod npz;
 
 pub use names::recording;
-
-use npz::Archive;
 
 /// The format, for the table of all.
 pub const FORMAT: Format = Format {
@@ -39,7 +37,7 @@ pub const FORMAT: Format = Format {
     // Beside the motions of a person AMASS keeps the person's shape.
     not_motion: &["shape.npz", "male_stagei.npz", "female_stagei.npz", "neutral_stagei.npz"],
     clip_name: |path| recording(&std::path::absolute(path).ok()?),
-    sniff: npz::is_start,
+    sniff: |sample| npz::is_start(&sample.start),
     reader: Reader::Source(parse),
 };
 
@@ -123,7 +121,7 @@ fn poses(archive: &mut Archive<'_>) -> Result<(usize, Vec<f64>), MotionError> {
     Ok((frames, rows.flat_map(|(root, body)| root.iter().chain(body).copied()).collect()))
 }
 
-fn check_length(frames: usize, array: &npz::Array<'_, '_>) -> Result<(), MotionError> {
+fn check_length(frames: usize, array: &npz::Array<'_, '_, '_>) -> Result<(), MotionError> {
     if (1..=MOST_FRAMES).contains(&frames) {
         return Ok(());
     }

@@ -39,7 +39,7 @@ pub const FORMAT: Format = Format {
     companion: "",
     not_motion: &[],
     clip_name: |_| None,
-    sniff: |start| start.get(..9).is_some_and(|word| word.eq_ignore_ascii_case(b"HIERARCHY")),
+    sniff: |sample| sample.start.get(..9).is_some_and(|word| word.eq_ignore_ascii_case(b"HIERARCHY")),
     reader: Reader::Source(parse),
 };
 

@@ -30,7 +30,7 @@ fn all_readers(bytes: &[u8]) -> Result<(), TestCaseError> {
         // Readers that need a file beside theirs fail for want of it; further down they have one.
         match format.reader {
             Reader::Source(read) => drop(read(bytes, Path::new("no/folder/x"), &ReadOptions::default())),
-            Reader::Robot(read) => drop(read(bytes, Path::new("no/folder/x"))),
+            Reader::Robot(read) => drop(read(bytes, Path::new("no/folder/x"), &ReadOptions::default())),
         }
     }
     check(bvh(bytes), bytes)?;

@@ -1,14 +1,16 @@
 //! NumPy's `.npz`: a zip of arrays, each a `.npy` file.
 //!
-//! Only numbers are read, never pickled objects. A header has three keys, so it is read here: the crates that do it bring
-//! a parser generator and, for the zip, C libraries.
+//! Numbers and texts are read; lists of texts that NumPy pickled go through [`Pickle`], which executes nothing. A header
+//! has three keys, so it is read here: the crates that do it bring a parser generator and, for the zip, C libraries.
 
-use std::io::{BufReader, Cursor, Read};
+use std::io::{BufReader, Cursor, Read, Write};
 use std::path::Path;
 
-use zip::ZipArchive;
 use zip::read::ZipFile;
+use zip::write::SimpleFileOptions;
+use zip::{CompressionMethod, ZipArchive, ZipWriter};
 
+use super::robot_motion::Pickle;
 use crate::error::MotionError;
 
 /// The first bytes of a `.npy` file.
@@ -19,6 +21,10 @@ const LONGEST_HEADER: usize = 1 << 16;
 const LARGEST: f64 = 1e6;
 /// Arrays that a message lists.
 const LISTED: usize = 12;
+/// Numbers that are kept of one array: five hours of a robot's bodies at 50 frames per second.
+const MOST_NUMBERS: usize = 1 << 26;
+/// Bytes of the texts of one array.
+const MOST_TEXT: u64 = 1 << 22;
 
 /// Returns whether these are the first bytes of a zip of arrays, or of one array.
 pub(super) fn is_start(start: &[u8]) -> bool {
@@ -68,7 +74,7 @@ impl<'a> Archive<'a> {
     }
 
     /// Opens an array and reads its header.
-    pub(super) fn array(&mut self, name: &'static str) -> Result<Array<'_, 'a>, MotionError> {
+    pub(super) fn array<'n>(&mut self, name: &'n str) -> Result<Array<'_, 'a, 'n>, MotionError> {
         let file = self.file;
         let broken = |got: String| wrong(file, format!("array '{name}' as NumPy writes it"), got);
         let entry = self.zip.by_name(&format!("{name}.npy")).map_err(|e| broken(shortened(&e.to_string())))?;
@@ -83,14 +89,14 @@ impl<'a> Archive<'a> {
 }
 
 /// An array whose numbers are still to be read.
-pub(super) struct Array<'z, 'a> {
+pub(super) struct Array<'z, 'a, 'n> {
     file: &'a Path,
-    name: &'static str,
+    name: &'n str,
     header: Header,
     values: BufReader<ZipFile<'z, Cursor<&'a [u8]>>>,
 }
 
-impl Array<'_, '_> {
+impl Array<'_, '_, '_> {
     pub(super) fn shape(&self) -> &[usize] {
         &self.header.shape
     }
@@ -100,24 +106,36 @@ impl Array<'_, '_> {
         wrong(self.file, format!("array '{}' {expected}", self.name), format!("{:?}", self.header.shape))
     }
 
-    /// Reads a table, or a single number as a table of one: the first `columns` of each row, row after row. Memory grows
-    /// with what is there, not with what the header says.
-    pub(super) fn rows(mut self, columns: usize) -> Result<Vec<f64>, MotionError> {
-        let (rows, width) = match *self.header.shape.as_slice() {
-            [rows, width] => (rows, width),
-            _ => (1, 1),
+    /// Reads a table, or a single number as a table of one: the first `columns` of each row, row after row.
+    pub(super) fn rows(self, columns: usize) -> Result<Vec<f64>, MotionError> {
+        self.select(|_, column| column < columns)
+    }
+
+    /// Reads the numbers of these rows and columns, row after row: all axes after the first are columns. Memory grows with
+    /// the numbers that are in the file, not with the header's shape.
+    pub(super) fn select(mut self, keep: impl Fn(usize, usize) -> bool) -> Result<Vec<f64>, MotionError> {
+        let shape = &self.header.shape;
+        let rows = shape.first().copied().unwrap_or(1);
+        let width = shape.iter().skip(1).try_fold(1, |product: usize, size| product.checked_mul(*size));
+        let Some((width, count)) = width.and_then(|width| Some((width, rows.checked_mul(width)?))) else {
+            return Err(self.wrong_shape("that fits into memory"));
         };
-        let Some(count) = rows.checked_mul(width) else { return Err(self.wrong_shape("that fits into memory")) };
+        if matches!(self.header.kind, Kind::Text(_) | Kind::Object) || (self.header.fortran && shape.len() > 2) {
+            return Err(self.broken("texts, objects or Fortran order where numbers in C order are expected".to_owned()));
+        }
         let mut kept = Vec::new();
         for at in 0..count {
             let value = self.next_value(|| format!("the end after {at} of {count} numbers"))?;
             let (row, column) = if self.header.fortran { (at % rows, at / rows) } else { (at / width, at % width) };
-            if column >= columns {
+            if !keep(row, column) {
                 continue;
             }
             if value.is_nan() || value.abs() > LARGEST {
                 let expected = format!("array '{}' of finite numbers below a million", self.name);
                 return Err(wrong(self.file, expected, format!("{value} in row {row}, column {column}")));
+            }
+            if kept.len() >= MOST_NUMBERS {
+                return Err(self.broken(format!("more than {MOST_NUMBERS} numbers, which is the limit")));
             }
             kept.push(value);
         }
@@ -131,6 +149,24 @@ impl Array<'_, '_> {
             return Ok((0..kept.len()).map(|at| kept[at % columns * rows + at / columns]).collect());
         }
         Ok(kept)
+    }
+
+    /// Reads texts: of fixed width, or a list that NumPy pickled.
+    pub(super) fn texts(mut self) -> Result<Vec<String>, MotionError> {
+        let mut bytes = Vec::new();
+        let read = (&mut self.values).take(MOST_TEXT).read_to_end(&mut bytes);
+        read.map_err(|e| self.broken(shortened(&e.to_string())))?;
+        match self.header.kind {
+            Kind::Text(width) if width > 0 => {
+                let big_endian = self.header.big_endian;
+                let letter = |c: &[u8; 4]| if big_endian { u32::from_be_bytes(*c) } else { u32::from_le_bytes(*c) };
+                let letters: Vec<u32> = bytes.as_chunks::<4>().0.iter().map(letter).collect();
+                let text = |text: &[u32]| text.iter().filter(|c| **c != 0).filter_map(|c| char::from_u32(*c)).collect();
+                Ok(letters.chunks_exact(width).map(text).collect())
+            }
+            Kind::Object => Pickle::parse(&bytes, self.file)?.top_texts(),
+            _ => Err(self.broken("numbers where texts are expected".to_owned())),
+        }
     }
 
     fn next_value(&mut self, at_end: impl Fn() -> String) -> Result<f64, MotionError> {
@@ -150,23 +186,45 @@ impl Array<'_, '_> {
 
 /// What an array's numbers are, as NumPy's `descr` says after the order of bytes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Kind {
+pub(super) enum Kind {
     F4,
     F8,
     I4,
     I8,
+    /// A byte or a flag.
+    U1,
+    /// Texts of a fixed number of letters.
+    Text(usize),
+    /// Pickled objects.
+    Object,
 }
 
 impl Kind {
-    fn size(self) -> usize {
+    /// Returns the kind of a `descr` without the order of bytes.
+    pub(super) fn of(letters: &str) -> Option<Self> {
+        Some(match letters {
+            "f4" => Self::F4,
+            "f8" => Self::F8,
+            "i4" => Self::I4,
+            "i8" => Self::I8,
+            "u1" | "b1" => Self::U1,
+            "O" | "O8" => Self::Object,
+            text => Self::Text(text.strip_prefix('U')?.parse().ok().filter(|width| *width < 1 << 16)?),
+        })
+    }
+
+    /// Returns the bytes of a number; 0 for texts and objects, which are no numbers.
+    pub(super) fn size(self) -> usize {
         match self {
             Self::F4 | Self::I4 => 4,
             Self::F8 | Self::I8 => 8,
+            Self::U1 => 1,
+            Self::Text(_) | Self::Object => 0,
         }
     }
 
     /// Returns the number that these bytes are; there are [`Self::size`] of them.
-    fn value(self, bytes: &[u8], big_endian: bool) -> f64 {
+    pub(super) fn value(self, bytes: &[u8], big_endian: bool) -> f64 {
         let bits = |all: u64, byte: &u8| (all << 8) | u64::from(*byte);
         let bits = if big_endian { bytes.iter().fold(0, bits) } else { bytes.iter().rev().fold(0, bits) };
         match self {
@@ -174,6 +232,8 @@ impl Kind {
             Self::F8 => f64::from_bits(bits),
             Self::I4 => f64::from(bits as u32 as i32),
             Self::I8 => bits as i64 as f64,
+            Self::U1 => bits as f64,
+            Self::Text(_) | Self::Object => f64::NAN,
         }
     }
 }
@@ -219,13 +279,8 @@ impl Header {
         let kind = value("descr").ok_or_else(odd)?;
         let kind = kind.strip_prefix(['\'', '"']).and_then(|kind| kind.split(['\'', '"']).next()).ok_or_else(odd)?;
         let (order, letters) = kind.split_at_checked(1).ok_or_else(odd)?;
-        let number = match letters {
-            "f4" => Kind::F4,
-            "f8" => Kind::F8,
-            "i4" => Kind::I4,
-            "i8" => Kind::I8,
-            _ => return Err(format!("values of type '{}', not f4, f8, i4 or i8", shortened(kind))),
-        };
+        let number = Kind::of(letters);
+        let number = number.ok_or_else(|| format!("values of type '{}', not f4, f8, i4 or i8", shortened(kind)))?;
         let fortran = value("fortran_order").ok_or_else(odd)?.starts_with("True");
         let shape = value("shape").and_then(|s| s.strip_prefix('(')?.split_once(')')).ok_or_else(odd)?.0;
         // Python 2 wrote 100L.
@@ -235,11 +290,81 @@ impl Header {
     }
 }
 
+/// An array to be written, in C order and with the lowest byte first.
+pub(super) struct Written {
+    pub(super) name: &'static str,
+    /// NumPy's `descr`.
+    pub(super) descr: String,
+    pub(super) shape: Vec<usize>,
+    pub(super) bytes: Vec<u8>,
+}
+
+impl Written {
+    /// Returns an array of 32-bit numbers.
+    pub(super) fn f32(name: &'static str, shape: &[usize], values: &[f64]) -> Self {
+        let bytes = values.iter().flat_map(|value| (*value as f32).to_le_bytes()).collect();
+        Self { name, descr: "<f4".to_owned(), shape: shape.to_vec(), bytes }
+    }
+
+    /// Returns an array of 64-bit numbers.
+    pub(super) fn f64(name: &'static str, shape: &[usize], values: &[f64]) -> Self {
+        let bytes = values.iter().flat_map(|value| value.to_le_bytes()).collect();
+        Self { name, descr: "<f8".to_owned(), shape: shape.to_vec(), bytes }
+    }
+
+    /// Returns an array of whole numbers.
+    pub(super) fn i64(name: &'static str, values: &[i64]) -> Self {
+        let bytes = values.iter().flat_map(|value| value.to_le_bytes()).collect();
+        Self { name, descr: "<i8".to_owned(), shape: vec![values.len()], bytes }
+    }
+
+    /// Returns an array of flags, 0 or 1.
+    pub(super) fn flags(name: &'static str, shape: &[usize], bytes: Vec<u8>) -> Self {
+        Self { name, descr: "|b1".to_owned(), shape: shape.to_vec(), bytes }
+    }
+
+    /// Returns an array of texts.
+    pub(super) fn texts(name: &'static str, texts: &[String]) -> Self {
+        let width = texts.iter().map(|text| text.chars().count()).max().unwrap_or(0).max(1);
+        let letters = |text: &String| -> Vec<u32> {
+            text.chars().map(u32::from).chain(std::iter::repeat(0)).take(width).collect()
+        };
+        let bytes = texts.iter().flat_map(letters).flat_map(u32::to_le_bytes).collect();
+        Self { name, descr: format!("<U{width}"), shape: vec![texts.len()], bytes }
+    }
+
+    fn npy(&self) -> Vec<u8> {
+        let shape: String = self.shape.iter().map(|size| format!("{size}, ")).collect();
+        let header =
+            format!("{{'descr': '{}', 'fortran_order': False, 'shape': ({}), }}", self.descr, shape.trim_end());
+        let padding = 63 - (MAGIC.len() + 4 + header.len()) % 64;
+        let header = header + &" ".repeat(padding) + "\n";
+        let length = (header.len() as u16).to_le_bytes();
+        [MAGIC, &[1, 0], &length, header.as_bytes(), &self.bytes].concat()
+    }
+}
+
+/// Returns an `.npz` of arrays, as `numpy.savez` writes it.
+pub(super) fn npz(arrays: &[Written]) -> std::io::Result<Vec<u8>> {
+    zipped(arrays.iter().map(|array| (format!("{}.npy", array.name), array.npy())))
+}
+
+/// Returns a zip of files that are not compressed.
+pub(super) fn zipped(files: impl Iterator<Item = (String, Vec<u8>)>) -> std::io::Result<Vec<u8>> {
+    let mut zip = ZipWriter::new(Cursor::new(Vec::new()));
+    let options = SimpleFileOptions::default().compression_method(CompressionMethod::Stored);
+    for (name, bytes) in files {
+        zip.start_file(name, options)?;
+        zip.write_all(&bytes)?;
+    }
+    Ok(zip.finish()?.into_inner())
+}
+
 fn wrong(file: &Path, expected: String, got: String) -> MotionError {
     MotionError::Container { file: file.to_path_buf(), expected, got }
 }
 
 /// Returns the beginning of a text, so that no message carries a whole file.
-fn shortened(text: &str) -> String {
+pub(super) fn shortened(text: &str) -> String {
     text.chars().take(80).collect()
 }

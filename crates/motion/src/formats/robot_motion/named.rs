@@ -1,0 +1,76 @@
+//! Our table: time, root, and the joints by name.
+
+use std::iter::once;
+
+use lifelike_character::Vec3;
+
+use super::quaternions::Order;
+use super::table::{self, Table};
+use super::{Content, Context, Fit, Layout, Part, Rate, RobotMotion, container, unfit};
+use crate::clip::MotionClip;
+use crate::error::MotionError;
+
+/// Columns before the joints.
+const LEAD: [&str; 8] = ["time_s", "root_x_m", "root_y_m", "root_z_m", "root_qw", "root_qx", "root_qy", "root_qz"];
+
+pub(super) const CSV: Layout = Layout {
+    name: "csv",
+    title: "lifelike's CSV",
+    endings: &[".csv"],
+    rate: Rate::Stated,
+    holds: &[Part::Names],
+    needs_robot: false,
+    fits: |content, _| Ok(if is_ours(content) { Fit::Yes } else { Fit::No }),
+    read,
+    write,
+};
+
+/// Returns whether a column is one that only this layout has.
+pub(super) fn is_column(name: &str) -> bool {
+    name == LEAD[1]
+}
+
+fn is_ours(content: &Content<'_>) -> bool {
+    let Content::Table(Table { header: Some(header), .. }) = content else { return false };
+    header.iter().zip(LEAD).filter(|(column, lead)| column == lead).count() == LEAD.len()
+}
+
+fn read(content: &mut Content<'_>, context: &Context<'_>) -> Result<RobotMotion, MotionError> {
+    let Content::Table(table) = content else { return Err(context.expected("a table of numbers")) };
+    let header = table.header.clone().filter(|header| header.len() >= LEAD.len());
+    let header =
+        header.ok_or_else(|| context.expected("columns time_s, root_x_m and so on, then the joints by name"))?;
+    let turns: Vec<f64> = table.rows().flat_map(|row| row[4..LEAD.len()].iter().copied()).collect();
+    let times: Vec<f64> = table.rows().map(|row| row[0]).collect();
+    Ok(RobotMotion {
+        fps: Some(rate(&times).ok_or_else(|| {
+            let expected = "times in column time_s that rise evenly".to_owned();
+            container(context.file, expected, "others".to_owned())
+        })?),
+        root_position: table.rows().map(|row| Vec3::new(row[1], row[2], row[3])).collect(),
+        root_orientation: Order::Wxyz.rotations(&turns, context.file)?,
+        joints: table.rows().flat_map(|row| row[LEAD.len()..].iter().copied()).collect(),
+        joint_names: header[LEAD.len()..].to_vec(),
+        said: format!("{} columns with names, quaternion w x y z", header.len()),
+        ..RobotMotion::default()
+    })
+}
+
+/// Returns the rate of times with equal distances (frames per second).
+fn rate(times: &[f64]) -> Option<f64> {
+    let (first, last) = (times.first()?, times.last()?);
+    let step = (last - first) / (times.len() - 1) as f64;
+    let is_even = times.windows(2).all(|pair| (pair[1] - pair[0] - step).abs() < 1e-3 * step);
+    let rate = 1.0 / step;
+    // Times are rounded, so a rate within a millionth of a whole number is that.
+    (is_even && step > 0.0).then(|| if (rate - rate.round()).abs() < 1e-6 * rate { rate.round() } else { rate })
+}
+
+fn write(clip: &MotionClip, _: &Context<'_>) -> Result<Vec<u8>, MotionError> {
+    let header: Vec<String> = LEAD.into_iter().map(str::to_owned).chain(clip.joint_names.iter().cloned()).collect();
+    let rows = (0..clip.len()).map(|frame| {
+        let root = clip.root_position[frame].iter().copied().chain(Order::Wxyz.numbers(&clip.root_orientation[frame]));
+        once(frame as f64 / clip.fps).chain(root).chain(clip.joints_at(frame).iter().copied()).collect()
+    });
+    table::write(Some(&header), rows).map_err(|why| unfit(clip, why))
+}
