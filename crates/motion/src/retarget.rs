@@ -20,6 +20,7 @@ mod refuse;
 mod report;
 mod restart;
 pub(crate) mod rig;
+mod robot_source;
 pub(crate) mod shapes;
 pub(crate) mod smooth;
 pub(crate) mod solver;
@@ -33,6 +34,7 @@ pub use correspondence::{Correspondence, SourceRoles};
 pub use options::{RetargetOptions, Tempo, TempoRule};
 pub(crate) use report::Gather;
 pub use report::{RetargetReport, Spread};
+pub use robot_source::source_of_robot;
 
 pub(crate) use plant::{replant, stand_as};
 

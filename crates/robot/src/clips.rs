@@ -5,9 +5,10 @@
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use lifelike_motion::edit::mirror;
-use lifelike_motion::formats::{self, FileMotion, ReadOptions};
+use lifelike_motion::formats::{self, FileMotion, ReadOptions, robot_motion};
 use lifelike_motion::lint::MIN_FPS;
 use lifelike_motion::retarget::{RetargetOptions, retarget};
 use lifelike_motion::{MotionClip, MotionError, SourceClip, dataset, keyframes};
@@ -103,9 +104,15 @@ pub fn load_files(inputs: &[PathBuf], robot: &Robot) -> Result<LoadedClips, Robo
     let own = builtin_by(&words, robot)?;
     let files = if paths.is_empty() { Vec::new() } else { dataset::find_motion(&paths, |_| true)? };
     let options = speed_limited(robot);
+    let reading = ReadOptions { robot: Some(Arc::new(robot.character.clone())), ..ReadOptions::default() };
     let read = |file: &PathBuf| {
-        let clip = match formats::read(file, &ReadOptions::default())? {
-            FileMotion::Robot(clip) => clip,
+        let clip = match formats::read(file, &reading)? {
+            FileMotion::Robot(clip) => {
+                if formats::of_file(file).is_some_and(|format| format.name == robot_motion::FORMAT.name) {
+                    tracing::info!("{}", clip.provenance.source);
+                }
+                clip
+            }
             FileMotion::Source(source) => retargeted(&source, robot, &options)?,
         };
         usable(&clip, robot)?;

@@ -11,9 +11,11 @@ mod robot;
 mod run;
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use lifelike_motion::formats::{self, FileMotion, ReadOptions};
 
+use crate::commands::motion::fetched_g1;
 use crate::error::CliError;
 use crate::output::Output;
 use crate::shipped;
@@ -68,9 +70,15 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
         Kind::Robot => robot::inspect(&path.to_string_lossy(), output),
         Kind::Run => run::inspect(path, output),
         Kind::Checkpoint => checkpoint::inspect(path, output),
-        Kind::Motion => match formats::read(path, &ReadOptions::default())? {
+        Kind::Motion => match formats::read(path, &reading())? {
             FileMotion::Robot(clip) => clip::inspect_motion(path, &clip, output),
             FileMotion::Source(clip) => clip::inspect_source(path, &clip, output),
         },
     }
+}
+
+/// Returns options of reading, with the robot of most files that name none.
+fn reading() -> ReadOptions {
+    let robot = fetched_g1().map(|robot| Arc::new(robot.character));
+    ReadOptions { robot, ..ReadOptions::default() }
 }

@@ -128,7 +128,7 @@ pub fn supported(accepts: impl Fn(&Format) -> bool) -> String {
 }
 
 /// Returns the format of a file whose whole content is here.
-pub(super) fn of_content(path: &Path, bytes: &[u8]) -> Option<&'static Format> {
+pub(crate) fn of_content(path: &Path, bytes: &[u8]) -> Option<&'static Format> {
     let sample = || Sample::new(Cursor::new(bytes));
     by_claim(path, sample).or_else(|| by_name(path)).or_else(|| by_sample(&sample()))
 }

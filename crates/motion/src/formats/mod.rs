@@ -36,12 +36,14 @@ pub mod captions;
 pub mod deepmimic;
 mod format;
 mod npz;
-mod raw;
+pub(crate) mod raw;
 mod rest;
 pub mod robot_motion;
 mod standing;
 mod text;
 
+pub(crate) use rest::Hints;
+pub(crate) use standing::Known;
 pub(crate) use text::decode;
 
 pub use axes::Axis;
@@ -179,7 +181,7 @@ pub fn read_source(path: &Path, options: &ReadOptions) -> Result<SourceClip, Mot
         FileMotion::Robot(clip) => Err(MotionError::Container {
             file: path.to_path_buf(),
             expected: format!("human motion as {}", supported(Format::is_source)),
-            got: format!("motion of '{}', which is retargeted already", clip.provenance.character),
+            got: format!("motion of robot '{}'", clip.provenance.character),
         }),
     }
 }

@@ -121,7 +121,7 @@ impl Array<'_, '_, '_> {
             return Err(self.wrong_shape("that fits into memory"));
         };
         if matches!(self.header.kind, Kind::Text(_) | Kind::Object) || (self.header.fortran && shape.len() > 2) {
-            return Err(self.broken("texts, objects or Fortran order where numbers in C order are expected".to_owned()));
+            return Err(self.broken(format!("values of type '{}', not f4, f8, i4 or i8 in C order", self.header.descr)));
         }
         let mut kept = Vec::new();
         for at in 0..count {
@@ -240,6 +240,8 @@ impl Kind {
 
 /// The header of an array.
 struct Header {
+    /// Kind of numbers as the file writes it.
+    descr: String,
     kind: Kind,
     big_endian: bool,
     /// The first index runs fastest, not the last.
@@ -286,7 +288,13 @@ impl Header {
         // Python 2 wrote 100L.
         let sizes = shape.split(',').map(|size| size.trim().trim_end_matches('L')).filter(|size| !size.is_empty());
         let shape: Result<Vec<usize>, _> = sizes.map(str::parse).collect();
-        Ok(Self { kind: number, big_endian: order == ">", fortran, shape: shape.map_err(|_| odd())? })
+        Ok(Self {
+            descr: shortened(kind),
+            kind: number,
+            big_endian: order == ">",
+            fortran,
+            shape: shape.map_err(|_| odd())?,
+        })
     }
 }
 

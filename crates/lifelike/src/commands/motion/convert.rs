@@ -1,105 +1,194 @@
-//! `lifelike motion convert`: the motion of a robot at another rate, or as a table.
+//! `lifelike motion convert`: the motion of a robot in another layout, or at another rate.
 
-use std::fmt::Write as _;
-use std::path::PathBuf;
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
-use clap::ValueEnum;
-use lifelike_character::rotation::to_wxyz;
+use lifelike_character::Character;
+use lifelike_motion::formats::ReadOptions;
+use lifelike_motion::formats::robot_motion::{self, Layout, Rate, Reading};
 use lifelike_motion::resample::resample;
-use lifelike_motion::{MotionClip, container, dataset};
-use serde_json::json;
+use lifelike_motion::{MotionClip, dataset};
+use lifelike_robot::Robot;
+use serde::Serialize;
 
-use super::container_in;
+use super::{fetched_g1, robot_of};
 use crate::destination;
 use crate::error::CliError;
 use crate::output::{Output, table};
 
-/// Convert the motion of robots: to another rate, or to a table that spreadsheets and scripts read.
+/// Convert the motion of robots: to the layout of another program, to a table, or to another rate.
+///
+/// The layout of an input is found from its content and printed. What the new layout does not hold is printed too.
+/// Velocities and poses of bodies are computed anew, as the programs compute them.
 #[derive(Debug, clap::Args)]
-#[command(after_help = "\
-Examples:
-  lifelike motion convert motions/lima --fps 100 -o motions/lima-100
-  lifelike motion convert wave.motion.safetensors --to csv -o tables")]
+#[command(after_help = after_help())]
 pub struct Args {
-    /// *.motion.safetensors files, folders of them, or patterns such as 'lima/walk*.safetensors'.
-    #[arg(required = true)]
+    /// A file and the file to write; with --output files, folders of them, or patterns.
+    #[arg(required = true, value_name = "A B")]
     pub inputs: Vec<PathBuf>,
-    /// Folder of the results.
+    /// Folder of the results, for any number of inputs.
     #[arg(short, long, value_parser = crate::destination::folder)]
-    pub output: PathBuf,
-    /// Frames per second; as they are where not given.
-    #[arg(long)]
+    pub output: Option<PathBuf>,
+    /// Layout of the results; by the ending of B or `motion` where not given.
+    #[arg(long, value_name = "LAYOUT", value_parser = robot_motion::by_name)]
+    pub to: Option<&'static Layout>,
+    /// Layout of the inputs; found from their content where not given.
+    #[arg(long, value_name = "LAYOUT", value_parser = robot_motion::by_name)]
+    pub layout: Option<&'static Layout>,
+    /// Frames per second of the results; the layout's own where not given, else as they are.
+    #[arg(long, value_name = "RATE")]
     pub fps: Option<f64>,
-    /// Format of the results.
-    #[arg(long, value_enum, default_value = "motion")]
-    pub to: Format,
+    /// Frames per second of the inputs, where they say nothing or something wrong.
+    #[arg(long, value_name = "RATE")]
+    pub input_fps: Option<f64>,
+    /// The robot: a name, or an MJCF or URDF file; the clip's, or a fetched G1, where not given.
+    #[arg(short, long)]
+    pub robot: Option<String>,
 }
 
-/// Formats of results.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum Format {
-    /// *.motion.safetensors
-    Motion,
-    /// Comma-separated: time, root position (m), root quaternion (wxyz), then the joints by name (rad).
-    Csv,
+/// Examples, and the layouts.
+fn after_help() -> String {
+    let layouts = robot_motion::LAYOUTS.iter().map(|layout| format!("  {:14} {}", layout.name, layout.title));
+    format!(
+        "\
+Examples:
+  lifelike motion convert dance.csv dance.motion.safetensors           # the layout of dance.csv is printed
+  lifelike motion convert dance.csv dance.npz --to mjlab --robot g1
+  lifelike motion convert dance.csv dance.npz --layout kimodo --to holosoma --robot g1 --fps 50
+  lifelike motion convert motions/lima --fps 100 -o motions/lima-100
+  lifelike motion convert wave.motion.safetensors --to csv -o tables
+
+Layouts:
+{}",
+        layouts.collect::<Vec<_>>().join("\n")
+    )
+}
+
+/// A clip that was written.
+#[derive(Debug, Serialize)]
+struct Done {
+    clip: String,
+    /// Layout of the input, and its features.
+    read_as: String,
+    fps: f64,
+    frames: usize,
+    layout: &'static str,
+    file: PathBuf,
+    /// What the result does not hold, and what else to know of it.
+    notes: Vec<String>,
 }
 
 /// Runs the command.
 pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
-    let clips = dataset::load_clips(&args.inputs)?;
-    std::fs::create_dir_all(&args.output).map_err(CliError::write(&args.output))?;
-    let mut done = Vec::new();
-    for clip in clips {
-        let clip = args.fps.map_or_else(|| Ok(clip.clone()), |fps| resample(&clip, fps))?;
-        let path = match args.to {
-            Format::Motion => {
-                let path = container_in(&args.output, &clip.name)?;
-                container::write(&path, &clip)?;
-                path
-            }
-            Format::Csv => {
-                let path = destination::named(&args.output, &clip.name, ".csv")?;
-                crate::output::write(&path, csv(&clip))?;
-                path
-            }
-        };
-        done.push((clip.name, clip.fps, clip.root_position.len(), path));
-    }
-    let value: Vec<_> = done
-        .iter()
-        .map(|(name, fps, frames, path)| json!({ "clip": name, "fps": fps, "frames": frames, "file": path }))
-        .collect();
-    output.result(&value, || {
-        let rows: Vec<Vec<String>> = done
-            .iter()
-            .map(|(name, fps, frames, path)| {
-                vec![name.clone(), fps.to_string(), frames.to_string(), path.display().to_string()]
-            })
-            .collect();
-        table(&["clip", "frames/s", "frames", "file"], &rows)
-    })
+    let own = args.robot.as_deref().map(Robot::load).transpose()?.map(|robot| Arc::new(robot.character));
+    let reader = own.clone().or_else(|| Some(Arc::new(fetched_g1()?.character)));
+    let options = ReadOptions { fps: args.input_fps, layout: args.layout, robot: reader, ..ReadOptions::default() };
+    let done = match &args.output {
+        None => vec![one(args, &options, own.as_deref())?],
+        Some(folder) => all(args, folder, &options, own.as_deref())?,
+    };
+    output.result(&done, || text(&done))
 }
 
-/// One row per frame. Numbers are written so that they read back to the same value.
-fn csv(clip: &MotionClip) -> String {
-    let mut text = String::from("time_s,root_x_m,root_y_m,root_z_m,root_qw,root_qx,root_qy,root_qz");
-    for name in &clip.joint_names {
-        let _ = write!(text, ",{}", name.replace([',', '"', '\n'], "_"));
+/// Converts A to B.
+fn one(args: &Args, options: &ReadOptions, robot: Option<&Character>) -> Result<Done, CliError> {
+    let [input, file] = args.inputs.as_slice() else {
+        return Err(CliError::Usage("expected A B, or inputs and --output FOLDER".into()));
+    };
+    let layout = args.to.map_or_else(|| robot_motion::by_ending(file).map_err(CliError::Input), Ok)?;
+    let mut reading = robot_motion::open(input, options)?;
+    let (Some(mut clip), true) = (reading.clips.pop(), reading.clips.is_empty()) else {
+        let message = format!("{}: a bundle of clips; -o FOLDER writes each into a file of its own", input.display());
+        return Err(CliError::Input(message));
+    };
+    clip.name = lifelike_motion::formats::clip_name(file);
+    convert(&clip, &reading, layout, file.clone(), args.fps, robot)
+}
+
+/// Converts every clip of the inputs into a file of the folder.
+fn all(args: &Args, folder: &Path, options: &ReadOptions, robot: Option<&Character>) -> Result<Vec<Done>, CliError> {
+    let layout = args.to.map_or_else(|| robot_motion::by_name("motion").map_err(CliError::Failed), Ok)?;
+    let ending = layout.endings.first().copied().unwrap_or_default();
+    let files = dataset::find_motion(&args.inputs, |format| !format.is_source())?;
+    std::fs::create_dir_all(folder).map_err(CliError::write(folder))?;
+    let mut taken = BTreeSet::new();
+    let mut done = Vec::new();
+    for input in files {
+        let reading = robot_motion::open(&input, options)?;
+        for clip in &reading.clips {
+            let file = destination::named(folder, &clip.name, ending)?;
+            if !taken.insert(file.clone()) {
+                let message =
+                    format!("{}: another clip is named '{}'; use another --output", input.display(), clip.name);
+                return Err(CliError::Input(message));
+            }
+            done.push(convert(clip, &reading, layout, file, args.fps, robot)?);
+        }
     }
-    text.push('\n');
-    for i in 0..clip.len() {
-        let _ = write!(text, "{}", i as f64 / clip.fps);
-        let root = clip.root_position[i].iter().copied().chain(to_wxyz(&clip.root_orientation[i]));
-        root.chain(clip.joints_at(i).iter().copied()).for_each(|v| {
-            let _ = write!(text, ",{v}");
-        });
-        text.push('\n');
+    Ok(done)
+}
+
+fn convert(
+    clip: &MotionClip,
+    reading: &Reading,
+    layout: &'static Layout,
+    file: PathBuf,
+    fps: Option<f64>,
+    robot: Option<&Character>,
+) -> Result<Done, CliError> {
+    let rate = fps.unwrap_or_else(|| layout.rate.written(clip.fps));
+    let resampled = resample(clip, rate)?;
+    let known = if robot.is_none() { robot_of(clip) } else { None };
+    let robot = robot.or(known.as_ref().map(|robot| &robot.character));
+    let bytes = robot_motion::write(&resampled, layout, robot)?;
+    crate::output::write(&file, bytes)?;
+    let notes = notes(clip, reading, layout, rate);
+    let (clip, frames) = (resampled.name, resampled.root_position.len());
+    Ok(Done { clip, read_as: reading.said.clone(), fps: rate, frames, layout: layout.name, file, notes })
+}
+
+fn notes(clip: &MotionClip, reading: &Reading, layout: &Layout, rate: f64) -> Vec<String> {
+    let mut notes = Vec::new();
+    if rate != clip.fps {
+        notes.push(format!("resampled from {} to {rate} frames per second", clip.fps));
+    }
+    match layout.rate {
+        Rate::Fixed(own) | Rate::Usual(own) if own != rate => {
+            notes.push(format!("players of {} take {own} frames per second, this is at {rate}", layout.title));
+        }
+        _ => {}
+    }
+    if !reading.left_out.is_empty() {
+        notes.push(format!("not kept of the input, or computed anew: {}", reading.left_out.join(", ")));
+    }
+    let lost = robot_motion::lost(clip, layout);
+    if !lost.is_empty() {
+        notes.push(format!("not held by {}: {}", layout.title, lost.join(", ")));
+    }
+    notes
+}
+
+fn text(done: &[Done]) -> String {
+    let row = |one: &Done| {
+        let Done { clip, fps, frames, layout, file, .. } = one;
+        vec![clip.clone(), fps.to_string(), frames.to_string(), (*layout).to_owned(), file.display().to_string()]
+    };
+    let rows: Vec<Vec<String>> = done.iter().map(row).collect();
+    let mut text = table(&["clip", "frames/s", "frames", "layout", "file"], &rows);
+    // Files of one data set have the same to say, so each sentence comes once.
+    let mut said = BTreeSet::new();
+    let sentences =
+        done.iter().flat_map(|one| std::iter::once(format!("read as {}", one.read_as)).chain(one.notes.clone()));
+    for sentence in sentences.filter(|sentence| said.insert(sentence.clone())) {
+        text += &format!("{sentence}\n");
     }
     text
 }
 
 #[cfg(test)]
 mod tests {
+    #![allow(clippy::unwrap_used)]
     use super::*;
     use lifelike_character::{Quat, Vec3};
     use lifelike_motion::Provenance;
@@ -117,9 +206,10 @@ mod tests {
             cyclic: false,
             provenance: Provenance::default(),
         };
-        let text = csv(&clip);
+        let bytes = robot_motion::write(&clip, robot_motion::by_name("csv").unwrap(), None).unwrap();
+        let text = String::from_utf8(bytes).unwrap();
         let lines: Vec<&str> = text.lines().collect();
-        assert!(lines[0].ends_with("root_qz,knee,a_b"));
+        assert!(lines[0].ends_with("root_qz,knee,\"a,b\""));
         assert_eq!(lines[1], "0,1,2,0.1,1,0,0,0,0.5,-0.25");
         assert_eq!(lines[2], "0.25,0,0,0,1,0,0,0,1,2");
     }

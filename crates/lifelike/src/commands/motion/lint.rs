@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use lifelike_motion::feasibility::{self, Feasibility};
 use lifelike_motion::formats::{self, FileMotion, ReadOptions};
@@ -87,7 +88,7 @@ fn targets(files: &[PathBuf], args: &Args) -> Result<Vec<Option<PathBuf>>, CliEr
 }
 
 fn look_at(file: &Path, target: Option<&Path>, robot: &Robot) -> Result<Linted, CliError> {
-    let clip = read(file)?;
+    let clip = read(file, robot)?;
     let (fixed, mistakes) = lint(&clip, &robot.character, &robot.anatomy)?;
     let remaining = feasibility::check(&fixed, &robot.character, &robot.anatomy, &robot.speeds())?;
     if let Some(target) = target {
@@ -97,8 +98,9 @@ fn look_at(file: &Path, target: Option<&Path>, robot: &Robot) -> Result<Linted, 
     Ok(Linted { file, clip: clip.name, mistakes, remaining, fixed })
 }
 
-fn read(file: &Path) -> Result<MotionClip, MotionError> {
-    match formats::read(file, &ReadOptions::default())? {
+fn read(file: &Path, robot: &Robot) -> Result<MotionClip, MotionError> {
+    let options = ReadOptions { robot: Some(Arc::new(robot.character.clone())), ..ReadOptions::default() };
+    match formats::read(file, &options)? {
         FileMotion::Robot(clip) => Ok(clip),
         FileMotion::Source(_) => Err(MotionError::Container {
             file: file.to_path_buf(),

@@ -30,6 +30,7 @@ use std::path::{Path, PathBuf};
 use clap::Subcommand;
 use lifelike_motion::MotionClip;
 use lifelike_motion::container::EXTENSION;
+use lifelike_robot::{Robot, load};
 
 use crate::destination;
 use crate::error::CliError;
@@ -106,4 +107,17 @@ pub fn clip_name(file: &Path) -> String {
 /// As [`destination::named`].
 pub fn container_in(folder: &Path, name: &str) -> Result<PathBuf, CliError> {
     destination::named(folder, name, EXTENSION)
+}
+
+/// Returns the Unitree G1 if it was fetched: the robot of most files that name neither robot nor joints.
+pub fn fetched_g1() -> Option<Robot> {
+    load::fetched("g1")?;
+    Robot::load("g1").ok()
+}
+
+/// Returns the robot that a clip names, or the G1 if the joints are its, where it comes with the program or was fetched.
+pub fn robot_of(clip: &MotionClip) -> Option<Robot> {
+    let named = load::NAMES.into_iter().find(|name| *name == clip.provenance.character);
+    let robot = named.and_then(|name| Robot::load(name).ok()).or_else(fetched_g1)?;
+    clip.columns_for(&robot.character).is_ok().then_some(robot)
 }

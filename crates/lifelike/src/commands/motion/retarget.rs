@@ -4,19 +4,21 @@ mod summary;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
 
 use lifelike_evaluation::Verdict;
 use lifelike_motion::edit::{self, repair::Change};
-use lifelike_motion::formats::{self, Angles, Axis, CaptionTable, Format, ReadOptions};
-use lifelike_motion::retarget::{Correspondence, RetargetOptions, RetargetReport, retarget};
-use lifelike_motion::{MotionError, container, dataset, feasibility};
+use lifelike_motion::formats::robot_motion::Layout;
+use lifelike_motion::formats::{self, Angles, Axis, CaptionTable, FileMotion, Format, ReadOptions};
+use lifelike_motion::retarget::{Correspondence, RetargetOptions, RetargetReport, retarget, source_of_robot};
+use lifelike_motion::{MotionError, SourceClip, container, dataset, feasibility};
 use lifelike_report::{Playback, ReportBuilder};
 use lifelike_robot::Robot;
 use rayon::prelude::*;
 
-use super::container_in;
+use super::{container_in, robot_of};
 use crate::commands::clips;
 use crate::error::CliError;
 use crate::output::Output;
@@ -26,7 +28,7 @@ use crate::{interrupt, overrides};
 /// Clips that `--look` shows: a page with all of a data set would be too large for a browser.
 const LOOK_CLIPS: usize = 24;
 
-/// Retarget captured human motion to a robot.
+/// Retarget captured human motion, or the motion of another robot, to a robot.
 ///
 /// Every clip is either converted or refused with the reason. Clips come out as *.motion.safetensors together with
 /// retarget.json, the report of all of them.
@@ -66,6 +68,12 @@ pub struct Args {
     /// Joints that names do not tell: ROLE=JOINT,... (roles as in [correspondence.roles], left_toe, right_toe).
     #[arg(long, value_name = "ROLE=JOINT,...")]
     pub roles: Option<Correspondence>,
+    /// Robot of inputs that are a robot's motion: a name, or an MJCF or URDF file; the inputs' own where not given.
+    #[arg(long, value_name = "ROBOT")]
+    pub source_robot: Option<String>,
+    /// Layout of inputs that are a robot's motion (see `lifelike motion convert --help`); found where not given.
+    #[arg(long, value_name = "LAYOUT", value_parser = formats::robot_motion::by_name)]
+    pub layout: Option<&'static Layout>,
     /// A table of captions (tab-separated) that are kept with the clips.
     #[arg(long)]
     pub captions: Option<PathBuf>,
@@ -93,6 +101,7 @@ Examples:
   lifelike motion retarget motions --robot lima -o data/own --look      # our own keyframed clips
   lifelike motion retarget mocap/cmu --feasible --robot lima -o motions/lima
   lifelike motion retarget dance.bvh --up z --forward=-y --roles left_hand=L_Palm,right_hand=R_Palm -o out
+  lifelike motion retarget g1_dance.csv --source-robot g1 --robot lima -o out     # from one robot to another
   lifelike motion retarget dance.amc --skeleton 05.asf --robot my_robot.xml -o out swing_clearance=0.03
 
 Formats: {}.
@@ -126,6 +135,7 @@ struct Done {
 pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let (inputs, changes) = split(&args.inputs);
     let robot = Robot::load(&args.robot)?;
+    let other = args.source_robot.as_deref().map(Robot::load).transpose()?;
     let options = options(args, &robot, &changes)?;
     let read = ReadOptions {
         scale: args.scale,
@@ -136,9 +146,12 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
         correspondence: options.correspondence.clone(),
         skeleton: args.skeleton.clone(),
         captions: args.captions.as_deref().map(CaptionTable::load).transpose()?,
+        layout: args.layout,
+        robot: other.as_ref().map(|other| Arc::new(other.character.clone())),
         ..ReadOptions::default()
     };
-    let files = dataset::find_motion(&inputs, Format::is_source)?;
+    let reads = Reads { options: read, robot: &robot, other };
+    let files = dataset::find_motion(&inputs, |format| format.is_source() || reads.other.is_some())?;
     std::fs::create_dir_all(&args.output).map_err(CliError::write(&args.output))?;
     let pool = rayon::ThreadPoolBuilder::new().num_threads(args.threads.unwrap_or(0)).build();
     let pool = pool.map_err(|e| CliError::Failed(e.to_string()))?;
@@ -151,7 +164,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
         }
         let began = Instant::now();
         let converted = match name {
-            Ok(name) => convert(file, name, &robot, &read, &options, args),
+            Ok(name) => convert(file, name, &reads, &options, args),
             Err(why) => Err(why.clone()),
         };
         bar.inc(1);
@@ -182,7 +195,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let json = serde_json::json!({ "summary": summary, "options": options, "clips": done });
     let text = serde_json::to_string_pretty(&json).map_err(|e| CliError::Failed(e.to_string()))?;
     crate::output::write(&report, text)?;
-    let page = args.look.then(|| look(&args.output, &robot, &read, &done)).transpose()?;
+    let page = args.look.then(|| look(&args.output, &reads, &done)).transpose()?;
     output.result(&json, || summary::text(&summary, &done, (&report, page.as_deref()), &args.robot))?;
     if stop.load(Ordering::SeqCst) {
         return Err(CliError::Interrupted(format!("{} of {} files done", done.len(), files.len())));
@@ -207,6 +220,37 @@ fn options(args: &Args, robot: &Robot, changes: &[String]) -> Result<RetargetOpt
     Ok(options)
 }
 
+/// Reading of inputs.
+struct Reads<'a> {
+    options: ReadOptions,
+    /// The robot that the motion goes to.
+    robot: &'a Robot,
+    /// The robot of inputs that are a robot's motion.
+    other: Option<Robot>,
+}
+
+impl Reads<'_> {
+    /// Reads captured motion; or the motion of another robot as a source, with the roles of its joints.
+    fn source(&self, file: &Path) -> Result<(SourceClip, Correspondence), CliError> {
+        let clip = match formats::read(file, &self.options)? {
+            FileMotion::Source(source) => return Ok((source, Correspondence::default())),
+            FileMotion::Robot(clip) => clip,
+        };
+        let from = |robot: &Robot| Ok(source_of_robot(&clip, &robot.character, &robot.anatomy)?);
+        if let Some(other) = &self.other {
+            return from(other);
+        }
+        if clip.columns_for(&self.robot.character).is_ok() {
+            let message = format!("{}: motion of {} already: nothing to retarget", file.display(), self.robot.name);
+            return Err(CliError::Input(message));
+        }
+        from(&robot_of(&clip).ok_or_else(|| {
+            let robot = &clip.provenance.character;
+            CliError::Input(format!("{}: motion of robot '{robot}': expected --source-robot ROBOT", file.display()))
+        })?)
+    }
+}
+
 /// A clip that was written.
 struct Converted {
     file: PathBuf,
@@ -219,14 +263,17 @@ struct Converted {
 fn convert(
     file: &Path,
     name: &str,
-    robot: &Robot,
-    read: &ReadOptions,
+    reads: &Reads<'_>,
     options: &RetargetOptions,
     args: &Args,
 ) -> Result<Converted, String> {
     let words = |error: MotionError| error.to_string();
-    let mut source = formats::read_source(file, read).map_err(words)?;
+    let robot = reads.robot;
+    let (mut source, roles) = reads.source(file).map_err(|error| error.to_string())?;
     source.name = name.to_string();
+    let mut options = options.clone();
+    options.correspondence.merge(&roles);
+    let options = &options;
     let (mut clip, report) = retarget(&source, &robot.character, &robot.anatomy, options).map_err(words)?;
     let mut repaired = None;
     if args.feasible {
@@ -247,13 +294,14 @@ fn convert(
 
 /// A page that plays the first clips beside the humans they come from, with numbers and a verdict for each clip. Returns its
 /// path.
-fn look(folder: &Path, robot: &Robot, read: &ReadOptions, done: &[Done]) -> Result<PathBuf, CliError> {
+fn look(folder: &Path, reads: &Reads<'_>, done: &[Done]) -> Result<PathBuf, CliError> {
+    let robot = reads.robot;
     let (character, anatomy) = (&robot.character, &robot.anatomy);
     let mut playbacks = Vec::new();
     for one in done.iter().filter(|one| one.output.is_some()).take(LOOK_CLIPS) {
         let (Some(path), Some(report)) = (&one.output, &one.report) else { continue };
         let clip = container::read(path)?;
-        let source = formats::read_source(&one.file, read)?;
+        let (source, _) = reads.source(&one.file)?;
         let playback = Playback::from_clip(character, &clip)?.with_contacts(character, anatomy, &clip);
         let playback = playback.beside_source(&source, report.scale, report.tempo);
         let verdict = one.verdict.as_ref().map_or_else(String::new, Verdict::to_string);

@@ -6,12 +6,14 @@
 
 mod arrays;
 mod bones;
+mod bvh;
 mod encode;
 mod gmr;
 mod holosoma;
 mod kinematics;
 mod mjlab;
 mod named;
+mod own;
 mod pickle;
 mod protomotions;
 mod quaternions;
@@ -30,7 +32,7 @@ use arrays::Arrays;
 pub(super) use pickle::Pickle;
 use table::Table;
 
-/// Every layout. The first of a medium is the one that a suffix alone stands for.
+/// Every layout.
 pub const LAYOUTS: &[&Layout] = &[
     &rows::LAFAN1,
     &rows::KIMODO,
@@ -42,6 +44,8 @@ pub const LAYOUTS: &[&Layout] = &[
     &holosoma::HOLOSOMA,
     &gmr::GMR,
     &protomotions::PROTOMOTIONS,
+    &own::MOTION,
+    &bvh::BVH,
 ];
 
 /// All layouts as one format, for the table of all.
@@ -114,6 +118,8 @@ pub enum Part {
     Names,
     /// Contacts with the ground.
     Contacts,
+    /// Cycle, captions, source and licence.
+    Origin,
 }
 
 /// Fit of a layout to a file.
@@ -167,8 +173,14 @@ struct RobotMotion {
 
 impl RobotMotion {
     fn into_clip(self, context: &Context<'_>, fps: f64) -> MotionClip {
-        let robot = context.robot.filter(|robot| names_of(robot) == self.joint_names).map(|robot| robot.name.clone());
-        let known = if self.robot.is_empty() { "g1".to_owned() } else { self.robot };
+        let is_of = |names: Vec<String>| {
+            names.len() == self.joint_names.len() && names.iter().all(|name| self.joint_names.contains(name))
+        };
+        let character = match context.robot.filter(|robot| is_of(names_of(robot))) {
+            Some(robot) => robot.name.clone(),
+            None if self.robot.is_empty() && is_of(g1_names()) => "g1".to_owned(),
+            None => self.robot,
+        };
         MotionClip {
             name: super::clip_name(context.file),
             fps: self.fps.unwrap_or(fps),
@@ -178,7 +190,7 @@ impl RobotMotion {
             joints: self.joints,
             contacts: self.contacts,
             cyclic: false,
-            provenance: Provenance { character: robot.unwrap_or(known), ..Provenance::default() },
+            provenance: Provenance { character, ..Provenance::default() },
         }
     }
 }
@@ -221,6 +233,11 @@ pub fn by_name(name: &str) -> Result<&'static Layout, String> {
 /// [`MotionError::Container`] where no layout fits or more than one does, with the option that decides; the layout's own
 /// errors.
 pub fn read(bytes: &[u8], file: &Path, options: &ReadOptions) -> Result<Reading, MotionError> {
+    if options.layout.is_none_or(|layout| layout.name == own::MOTION.name) && is_own(bytes) {
+        let clip = crate::container::from_bytes(bytes, file)?;
+        let said = format!("{}: {} frames per second", own::MOTION.title, clip.fps);
+        return Ok(Reading { layout: &own::MOTION, said, clips: vec![clip], left_out: Vec::new() });
+    }
     let robot = options.robot.as_deref();
     let context = Context { file, robot };
     let mut content = match bytes {
@@ -249,6 +266,40 @@ pub fn read(bytes: &[u8], file: &Path, options: &ReadOptions) -> Result<Reading,
     Ok(Reading { layout, said, clips, left_out })
 }
 
+fn is_own(bytes: &[u8]) -> bool {
+    (crate::container::FORMAT.sniff)(&Sample { start: bytes[..bytes.len().min(4096)].to_vec(), entries: Vec::new() })
+}
+
+/// Reads a file of robot motion: in any layout, or our own container.
+///
+/// # Errors
+/// As [`read`]; [`MotionError::Container`] for human motion.
+pub fn open(file: &Path, options: &ReadOptions) -> Result<Reading, MotionError> {
+    let bytes = super::text::read_bytes(file)?;
+    let is_human = || super::format::of_content(file, &bytes).is_some_and(Format::is_source);
+    if options.layout.is_none() && is_human() {
+        let cure = "motion of a robot, or --layout NAME; `lifelike motion retarget` reads human motion";
+        return Err(container(file, cure.to_owned(), "human motion".to_owned()));
+    }
+    read(&bytes, file, options)
+}
+
+/// Returns the layout that a file's name stands for.
+///
+/// # Errors
+/// A message with the names of layouts that share the ending, or of all.
+pub fn by_ending(file: &Path) -> Result<&'static Layout, String> {
+    let name = file.file_name().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
+    let has_ending = |layout: &&&Layout| layout.endings.iter().any(|ending| name.ends_with(ending));
+    let fitting: Vec<&'static Layout> = LAYOUTS.iter().filter(has_ending).copied().collect();
+    let names = |layouts: &[&Layout]| layouts.iter().map(|layout| layout.name).collect::<Vec<_>>().join(", ");
+    match fitting.as_slice() {
+        [layout] => Ok(layout),
+        [] => Err(format!("{}: expected --to NAME, one of {}", file.display(), names(LAYOUTS))),
+        several => Err(format!("{}: the ending stands for {}; expected --to NAME", file.display(), names(several))),
+    }
+}
+
 /// Writes a clip in a layout, at the clip's rate.
 ///
 /// # Errors
@@ -268,13 +319,14 @@ pub fn write(clip: &MotionClip, layout: &Layout, robot: Option<&Character>) -> R
 /// Returns the parts of a clip that a layout does not hold.
 pub fn lost(clip: &MotionClip, layout: &Layout) -> Vec<&'static str> {
     let provenance = &clip.provenance;
+    let origin = !layout.holds.contains(&Part::Origin);
     let parts = [
         (!layout.holds.contains(&Part::Names), "names of joints"),
         (!layout.holds.contains(&Part::Contacts) && clip.contacts.is_some(), "contacts"),
         (matches!(layout.rate, Rate::Fixed(_)), "rate"),
-        (clip.cyclic, "flag of a cycle"),
-        (!provenance.captions.is_empty(), "captions"),
-        (!provenance.source.is_empty() || !provenance.licence.is_empty(), "source and licence"),
+        (origin && clip.cyclic, "flag of a cycle"),
+        (origin && !provenance.captions.is_empty(), "captions"),
+        (origin && !(provenance.source.is_empty() && provenance.licence.is_empty()), "source and licence"),
     ];
     parts.into_iter().filter(|(is_lost, _)| *is_lost).map(|(_, part)| part).collect()
 }
@@ -295,7 +347,12 @@ fn detect(content: &mut Content<'_>, context: &Context<'_>) -> Result<&'static L
     }
     let all = [fitting, doubtful].concat();
     if all.is_empty() {
-        let titles = LAYOUTS.iter().map(|layout| layout.title).collect::<Vec<_>>().join(", ");
+        let titles = LAYOUTS
+            .iter()
+            .filter(|layout| layout.name != bvh::BVH.name)
+            .map(|layout| layout.title)
+            .collect::<Vec<_>>()
+            .join(", ");
         let got = if wrong.is_empty() { content.described() } else { wrong.join("; ") };
         return Err(container(context.file, format!("robot motion as {titles}"), got));
     }

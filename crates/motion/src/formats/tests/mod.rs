@@ -12,6 +12,7 @@ mod amass;
 mod broken;
 mod fuzz;
 mod numbers;
+mod robot_motion;
 mod table;
 mod written;
 

@@ -58,7 +58,7 @@ fn content_tells_a_format_under_any_name() {
     let (_folder, path) = file("r", &robot);
     assert!(matches!(read(&path, &ReadOptions::default()), Ok(FileMotion::Robot(_))));
     let refused = read_source(&path, &ReadOptions::default()).unwrap_err().to_string();
-    assert!(refused.contains("retargeted already"), "{refused}");
+    assert!(refused.contains("motion of robot 'swing'"), "{refused}");
 }
 
 #[test]
