@@ -5,7 +5,6 @@
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
 use lifelike_motion::edit::mirror;
 use lifelike_motion::formats::{self, FileMotion, ReadOptions, robot_motion};
@@ -104,7 +103,7 @@ pub fn load_files(inputs: &[PathBuf], robot: &Robot) -> Result<LoadedClips, Robo
     let own = builtin_by(&words, robot)?;
     let files = if paths.is_empty() { Vec::new() } else { dataset::find_motion(&paths, |_| true)? };
     let options = speed_limited(robot);
-    let reading = ReadOptions { robot: Some(Arc::new(robot.character.clone())), ..ReadOptions::default() };
+    let reading = ReadOptions { robot: Some(robot.character.clone()), ..ReadOptions::default() };
     let read = |file: &PathBuf| {
         let clip = match formats::read(file, &reading)? {
             FileMotion::Robot(clip) => {

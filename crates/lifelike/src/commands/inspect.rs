@@ -11,7 +11,6 @@ mod robot;
 mod run;
 
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
 use lifelike_motion::formats::{self, FileMotion, ReadOptions};
 
@@ -79,6 +78,6 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
 
 /// Returns options of reading, with the robot of most files that name none.
 fn reading() -> ReadOptions {
-    let robot = fetched_g1().map(|robot| Arc::new(robot.character));
+    let robot = fetched_g1().map(|robot| robot.character);
     ReadOptions { robot, ..ReadOptions::default() }
 }

@@ -2,7 +2,6 @@
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
 use lifelike_character::Character;
 use lifelike_motion::formats::ReadOptions;
@@ -81,8 +80,8 @@ struct Done {
 
 /// Runs the command.
 pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
-    let own = args.robot.as_deref().map(Robot::load).transpose()?.map(|robot| Arc::new(robot.character));
-    let reader = own.clone().or_else(|| Some(Arc::new(fetched_g1()?.character)));
+    let own = args.robot.as_deref().map(Robot::load).transpose()?.map(|robot| robot.character);
+    let reader = own.clone().or_else(|| fetched_g1().map(|robot| robot.character));
     let options = ReadOptions { fps: args.input_fps, layout: args.layout, robot: reader, ..ReadOptions::default() };
     let done = match &args.output {
         None => vec![one(args, &options, own.as_deref())?],
@@ -140,7 +139,7 @@ fn convert(
     let rate = fps.unwrap_or_else(|| layout.rate.written(clip.fps));
     let resampled = resample(clip, rate)?;
     let known = if robot.is_none() { robot_of(clip) } else { None };
-    let robot = robot.or(known.as_ref().map(|robot| &robot.character));
+    let robot = robot.or(known.as_ref().map(|robot| robot.character.as_ref()));
     let bytes = robot_motion::write(&resampled, layout, robot)?;
     crate::output::write(&file, bytes)?;
     let notes = notes(clip, reading, layout, rate);

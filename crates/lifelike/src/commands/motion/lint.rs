@@ -2,7 +2,6 @@
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
 use lifelike_motion::feasibility::{self, Feasibility};
 use lifelike_motion::formats::{self, FileMotion, ReadOptions};
@@ -99,7 +98,7 @@ fn look_at(file: &Path, target: Option<&Path>, robot: &Robot) -> Result<Linted, 
 }
 
 fn read(file: &Path, robot: &Robot) -> Result<MotionClip, MotionError> {
-    let options = ReadOptions { robot: Some(Arc::new(robot.character.clone())), ..ReadOptions::default() };
+    let options = ReadOptions { robot: Some(robot.character.clone()), ..ReadOptions::default() };
     match formats::read(file, &options)? {
         FileMotion::Robot(clip) => Ok(clip),
         FileMotion::Source(_) => Err(MotionError::Container {

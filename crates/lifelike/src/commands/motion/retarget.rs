@@ -4,7 +4,6 @@ mod summary;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
 
@@ -147,7 +146,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
         skeleton: args.skeleton.clone(),
         captions: args.captions.as_deref().map(CaptionTable::load).transpose()?,
         layout: args.layout,
-        robot: other.as_ref().map(|other| Arc::new(other.character.clone())),
+        robot: other.as_ref().map(|other| other.character.clone()),
         ..ReadOptions::default()
     };
     let reads = Reads { options: read, robot: &robot, other };
