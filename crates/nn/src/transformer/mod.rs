@@ -1,8 +1,8 @@
 //! Transformers over sequences of fixed length, and the Spline-based Transformer (thesis chapter 3, appendix A).
 //!
 //! From small to large: [`RmsNorm`], [`Attention`] with the [`alibi`] bias, [`FeedForward`] → [`Block`] → [`Stack`] →
-//! [`SplineAutoencoder`], whose [`LatentTokens`] are the one thing that differs between the method and its baselines.
-//! Images become sequences by [`patches`].
+//! [`SplineAutoencoder`]. The method and its baselines differ in their [`LatentTokens`] only. [`patches`] turns images
+//! into sequences.
 
 pub mod alibi;
 mod attention;
