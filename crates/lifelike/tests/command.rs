@@ -148,6 +148,55 @@ fn motion_becomes_a_table() {
     assert_eq!(text.lines().count(), 1 + 51);
 }
 
+/// Through Unitree's layout and back; what is read is said, what is in doubt is refused.
+#[test]
+fn motion_goes_through_the_layouts_of_others() {
+    let folder = tempfile::tempdir().unwrap();
+    retargeted(folder.path());
+    let at = |name: &str| folder.path().join(name).to_str().unwrap().to_string();
+    let wave = at("wave.motion.safetensors");
+    let csv = json(&["motion", "convert", &wave, &at("wave.csv"), "--to", "lafan1", "--robot", "lima"]);
+    assert_eq!((&csv[0]["fps"], &csv[0]["layout"]), (&30.0.into(), &"lafan1".into()));
+    let notes = csv[0]["notes"].to_string();
+    assert!(notes.contains("resampled from 50 to 30") && notes.contains("names of joints"), "{notes}");
+
+    let back = lifelike(&[
+        "motion",
+        "convert",
+        &at("wave.csv"),
+        &at("back.motion.safetensors"),
+        "--layout",
+        "lafan1",
+        "--robot",
+        "lima",
+    ]);
+    assert!(back.status.success(), "{}", err(&back));
+    let said = "Unitree LAFAN1 CSV: 27 columns, quaternion x y z w, 30 frames per second";
+    assert!(String::from_utf8_lossy(&back.stdout).contains(said));
+    let [slow, back] = ["wave", "back"]
+        .map(|name| lifelike_motion::container::read(at(&format!("{name}.motion.safetensors")).as_ref()).unwrap());
+    let slow = lifelike_motion::resample::resample(&slow, 30.0).unwrap();
+    assert_eq!((slow.len(), &slow.joint_names), (back.len(), &back.joint_names));
+    assert!(slow.joints.iter().zip(&back.joints).all(|(a, b)| (a - b).abs() < 1e-12));
+    assert!(slow.root_position.iter().zip(&back.root_position).all(|(a, b)| (a - b).norm() < 1e-12));
+
+    let refused = |arguments: &[&str], cure: &str| {
+        let output = lifelike(arguments);
+        assert_eq!(output.status.code(), Some(3), "{arguments:?}");
+        assert!(err(&output).contains(cure), "{}", err(&output));
+    };
+    let all = at("all");
+    refused(&["motion", "convert", &at("wave.csv"), &at("a.csv")], "expected --to NAME");
+    refused(&["motion", "convert", &wave, &wave], "another file than the input");
+    refused(&["motion", "convert", &at("wave.csv"), "--to", "gmr", "-o", &all], "--layout lafan1 or --layout kimodo");
+    refused(&["motion", "retarget", &at("wave.csv"), "--layout", "lafan1", "-o", &all], "every clip was refused");
+
+    // From one robot to another.
+    let other = ["motion", "retarget", &wave, "--source-robot", "lima", "--robot", "humanoid", "-o", &all, "fps=25"];
+    let report = json(&other);
+    assert_eq!(report["summary"]["converted"], 1, "{report}");
+}
+
 /// Our own clips can be executed; one that is lifted off the ground cannot.
 #[test]
 fn clips_are_checked_before_anybody_trains_on_them() {

@@ -9,6 +9,7 @@
 //! | | any other | found from the places of joints over time | zero rotations where these stand, else found |
 //! | [`asf`], [`amc`] | CMU originals | y up, z forward, inches / 0.45 | T-pose, legs spread by 20 degrees |
 //! | [`deepmimic`] | humanoid3d | y up, x forward, z right, m | standing, arms hanging |
+//! | [`humanml3d`] | HumanML3D's features or joints (.npy) | y up, z forward, m | none in the file: the mean body's |
 //! | [`amass`] | AMASS' .npz (SMPL, SMPL-H, SMPL-X) | z up, m; joints' frames y up, z forward | none in the file: the mean body's |
 //!
 //! The result is always z up, x forward, y left, in metres. It always has the SAME rest pose, unless
@@ -35,6 +36,7 @@ pub mod bvh;
 pub mod captions;
 pub mod deepmimic;
 mod format;
+pub mod humanml3d;
 mod npz;
 pub(crate) mod raw;
 mod rest;
@@ -57,6 +59,7 @@ pub const FORMATS: &[&Format] = &[
     &amc::FORMAT,
     &deepmimic::FORMAT,
     &robot_motion::FORMAT,
+    &humanml3d::FORMAT,
     &amass::FORMAT,
     &keyframes::FORMAT,
     &container::FORMAT,

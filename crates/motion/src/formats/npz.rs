@@ -6,7 +6,6 @@
 use std::io::{BufReader, Cursor, Read, Write};
 use std::path::Path;
 
-use zip::read::ZipFile;
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, ZipArchive, ZipWriter};
 
@@ -78,7 +77,7 @@ impl<'a> Archive<'a> {
         let file = self.file;
         let broken = |got: String| wrong(file, format!("array '{name}' as NumPy writes it"), got);
         let entry = self.zip.by_name(&format!("{name}.npy")).map_err(|e| broken(shortened(&e.to_string())))?;
-        let mut values = BufReader::new(entry);
+        let mut values: BufReader<Box<dyn Read>> = BufReader::new(Box::new(entry));
         let header = Header::read(&mut values).map_err(broken)?;
         Ok(Array { file, name, header, values })
     }
@@ -88,12 +87,21 @@ impl<'a> Archive<'a> {
     }
 }
 
+/// Opens a file of one array (`.npy`).
+pub(super) fn single<'a>(bytes: &'a [u8], file: &'a Path) -> Result<Array<'a, 'a, 'static>, MotionError> {
+    let name = "file";
+    let broken = |got: String| wrong(file, "an array as NumPy writes it (.npy)".to_owned(), got);
+    let mut values: BufReader<Box<dyn Read>> = BufReader::new(Box::new(bytes));
+    let header = Header::read(&mut values).map_err(broken)?;
+    Ok(Array { file, name, header, values })
+}
+
 /// An array whose numbers are still to be read.
 pub(super) struct Array<'z, 'a, 'n> {
     file: &'a Path,
     name: &'n str,
     header: Header,
-    values: BufReader<ZipFile<'z, Cursor<&'a [u8]>>>,
+    values: BufReader<Box<dyn Read + 'z>>,
 }
 
 impl Array<'_, '_, '_> {

@@ -96,6 +96,7 @@ fn one(args: &Args, options: &ReadOptions, robot: Option<&Character>) -> Result<
         return Err(CliError::Usage("expected A B, or inputs and --output FOLDER".into()));
     };
     let layout = args.to.map_or_else(|| robot_motion::by_ending(file).map_err(CliError::Input), Ok)?;
+    keep(input, file)?;
     let mut reading = robot_motion::open(input, options)?;
     let (Some(mut clip), true) = (reading.clips.pop(), reading.clips.is_empty()) else {
         let message = format!("{}: a bundle of clips; -o FOLDER writes each into a file of its own", input.display());
@@ -117,6 +118,7 @@ fn all(args: &Args, folder: &Path, options: &ReadOptions, robot: Option<&Charact
         let reading = robot_motion::open(&input, options)?;
         for clip in &reading.clips {
             let file = destination::named(folder, &clip.name, ending)?;
+            keep(&input, &file)?;
             if !taken.insert(file.clone()) {
                 let message =
                     format!("{}: another clip is named '{}'; use another --output", input.display(), clip.name);
@@ -126,6 +128,15 @@ fn all(args: &Args, folder: &Path, options: &ReadOptions, robot: Option<&Charact
         }
     }
     Ok(done)
+}
+
+/// Checks that a result does not replace its input.
+fn keep(input: &Path, file: &Path) -> Result<(), CliError> {
+    let is_same = file.canonicalize().is_ok_and(|file| input.canonicalize().is_ok_and(|input| input == file));
+    if is_same {
+        return Err(CliError::Input(format!("{}: expected another file than the input", file.display())));
+    }
+    Ok(())
 }
 
 fn convert(

@@ -17,7 +17,7 @@ use lifelike_report::{Playback, ReportBuilder};
 use lifelike_robot::Robot;
 use rayon::prelude::*;
 
-use super::{container_in, robot_of};
+use super::{container_in, fetched_g1, robot_of};
 use crate::commands::clips;
 use crate::error::CliError;
 use crate::output::Output;
@@ -146,7 +146,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
         skeleton: args.skeleton.clone(),
         captions: args.captions.as_deref().map(CaptionTable::load).transpose()?,
         layout: args.layout,
-        robot: other.as_ref().map(|other| other.character.clone()),
+        robot: other.as_ref().map(|other| other.character.clone()).or_else(|| Some(fetched_g1()?.character)),
         ..ReadOptions::default()
     };
     let reads = Reads { options: read, robot: &robot, other };

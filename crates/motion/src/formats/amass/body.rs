@@ -5,10 +5,10 @@
 //! T-pose, y up, z forward, x left. It was averaged from scans, so left and right differ by some millimetres.
 
 /// Place of the pelvis in the body's own frame (m): the point about which the root's rotation turns.
-pub(super) const PELVIS: [f64; 3] = [-0.0018, -0.2233, 0.0282];
+pub(in crate::formats) const PELVIS: [f64; 3] = [-0.0018, -0.2233, 0.0282];
 
 /// Name, parent, and offset from the parent (m) of each joint, in the order of `poses`.
-pub(super) const JOINTS: [(&str, Option<usize>, [f64; 3]); 22] = [
+pub(in crate::formats) const JOINTS: [(&str, Option<usize>, [f64; 3]); 22] = [
     ("pelvis", None, [0.0, 0.0, 0.0]),
     ("left_hip", Some(0), [0.0695, -0.0914, -0.0068]),
     ("right_hip", Some(0), [-0.0677, -0.0905, -0.0043]),
@@ -34,4 +34,5 @@ pub(super) const JOINTS: [(&str, Option<usize>, [f64; 3]); 22] = [
 ];
 
 /// The wrists, and from there the middle of the knuckles (m): SMPL's last two joints. They make the hands' direction.
-pub(super) const HANDS: [(usize, [f64; 3]); 2] = [(20, [0.0840, -0.0082, -0.0149]), (21, [-0.0846, -0.0061, -0.0103])];
+pub(in crate::formats) const HANDS: [(usize, [f64; 3]); 2] =
+    [(20, [0.0840, -0.0082, -0.0149]), (21, [-0.0846, -0.0061, -0.0103])];

@@ -23,7 +23,7 @@ use super::{Format, ReadOptions, Reader, clip_name, rest};
 use crate::error::MotionError;
 use crate::source::SourceClip;
 
-mod body;
+pub(super) mod body;
 mod names;
 
 pub use names::recording;

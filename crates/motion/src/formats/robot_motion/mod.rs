@@ -62,6 +62,8 @@ pub const FORMAT: Format = Format {
 
 /// Rates that a file may have (frames per second).
 const RATES: std::ops::RangeInclusive<f64> = 1.0..=1000.0;
+/// Option that names the robot of a file.
+const ROBOT: &str = "--robot ROBOT (for `motion retarget`: --source-robot)";
 /// Joints of Unitree's G1 with 29, in MuJoCo's order, without their ending `_joint`.
 const G1: &str = "left_hip_pitch left_hip_roll left_hip_yaw left_knee left_ankle_pitch left_ankle_roll \
     right_hip_pitch right_hip_roll right_hip_yaw right_knee right_ankle_pitch right_ankle_roll \
@@ -358,8 +360,10 @@ fn detect(content: &mut Content<'_>, context: &Context<'_>) -> Result<&'static L
     }
     let names = all.iter().map(|layout| format!("--layout {}", layout.name)).collect::<Vec<_>>().join(" or ");
     let titles = all.iter().map(|layout| layout.title).collect::<Vec<_>>().join(" and ");
-    let robot = if context.robot.is_none() { ", or --robot ROBOT, whose kinematics may decide" } else { "" };
-    Err(container(context.file, format!("{names}{robot}"), format!("content that fits {titles}")))
+    let robot =
+        if context.robot.is_none() { format!(", or {ROBOT}, whose kinematics may decide") } else { String::new() };
+    let cure = format!("{names} of `lifelike motion convert`{robot}");
+    Err(container(context.file, cure, format!("content that fits {titles}")))
 }
 
 impl Content<'_> {

@@ -85,14 +85,19 @@ pub(super) fn without_flips(rotations: &mut [Quat]) {
 /// backward and has roll and turn exchanged. There a large turn decides, else the soles: they slip in the wrong reading.
 pub(super) fn find_order(xyzw: &RobotMotion, wxyz: &RobotMotion, context: &Context<'_>) -> Option<Order> {
     let tilts = [xyzw, wxyz].map(|motion| tilt(&motion.root_orientation));
-    if tilts[0] < UPRIGHT && tilts[1] > TILTED {
-        return Some(Order::Xyzw);
+    let by_tilt = match tilts {
+        [xyzw, wxyz] if xyzw < UPRIGHT && wxyz > TILTED => Some(Order::Xyzw),
+        [xyzw, wxyz] if wxyz < UPRIGHT && xyzw > TILTED => Some(Order::Wxyz),
+        _ => None,
+    };
+    let by_soles = by_soles(xyzw, wxyz, context);
+    match (by_tilt, by_soles) {
+        // A robot that lies on its side is upright in the wrong order.
+        (Some(tilt), Some(soles)) => (tilt == soles).then_some(tilt),
+        (Some(order), None) | (None, Some(order)) => Some(order),
+        (None, None) if tilts.iter().all(|tilt| *tilt < UPRIGHT) => by_turn(xyzw),
+        (None, None) => None,
     }
-    if tilts[1] < UPRIGHT && tilts[0] > TILTED {
-        return Some(Order::Wxyz);
-    }
-    by_soles(xyzw, wxyz, context)
-        .or_else(|| if tilts.iter().all(|tilt| *tilt < UPRIGHT) { by_turn(xyzw) } else { None })
 }
 
 /// Returns the mean angle from upright (rad).

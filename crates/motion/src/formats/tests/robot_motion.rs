@@ -346,7 +346,10 @@ fn other_contents_are_refused_with_a_cure() {
     assert!(message(b"a,b,c,d,e,f,g,h\n1,2,3,4,5,6,7,8\n", None).contains("8 columns: a b c"));
     assert!(message(b"", None).contains("rows of numbers"));
     let error = message(FIXTURES[3].2, None);
-    assert!(error.contains("--layout mjlab or --layout beyondmimic, or --robot ROBOT"), "{error}");
+    assert!(
+        error.contains("--layout mjlab or --layout beyondmimic of `lifelike motion convert`, or --robot ROBOT"),
+        "{error}"
+    );
     // Another robot's kinematics.
     let mut other = (*lima()).clone();
     other.bodies.iter_mut().skip(2).for_each(|body| body.position *= 1.5);
