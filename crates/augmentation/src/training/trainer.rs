@@ -235,7 +235,7 @@ impl AugmentationTrainer {
         let (out, pass) = network.forward(&rows, &fed_back, stretches.len());
         let (loss, gradient) = self.loss.of(&out, &error, stretches.len());
         let mut sums = vec![0.0; self.values.len()];
-        network.backward(pass, &gradient, &self.layout, &mut sums);
+        network.backward(pass, &gradient, &mut sums);
         (loss, sums)
     }
 

@@ -1,29 +1,19 @@
 //! Transformers over sequences of fixed length, and the Spline-based Transformer (thesis chapter 3, appendix A).
 //!
-//! From small to large: [`RmsNorm`], [`Attention`] with the [`alibi`] bias, [`FeedForward`] → [`Block`] → [`Stack`] →
-//! [`SplineAutoencoder`], whose [`LatentTokens`] are the one thing that differs between the method and its baselines.
-//! Images become sequences by [`patches`].
+//! [`SplineAutoencoder`] is a network's sizes and parameters; [`LatentTokens`] are the one thing in which the method and its
+//! baselines differ. [`passes`] runs it forward and backward. [`encoder`] is the encoder of Vaswani et al. for sequences of different
+//! lengths. Images become sequences by [`patches`].
 
 pub mod alibi;
-mod attention;
 mod autoencoder;
-pub mod backprop;
-mod block;
 mod config;
 pub mod encoder;
-mod feed_forward;
-mod heads;
 mod latent;
-mod norm;
+pub mod passes;
 pub mod patches;
 mod sampling;
 
-pub use attention::Attention;
 pub use autoencoder::SplineAutoencoder;
-pub use block::{Block, Stack};
 pub use config::{AutoencoderConfig, NetworkError};
-pub use feed_forward::FeedForward;
-pub use heads::{Affine, InputHead};
 pub use latent::LatentTokens;
-pub use norm::RmsNorm;
 pub use sampling::Sampling;
