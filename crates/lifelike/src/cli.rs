@@ -62,7 +62,6 @@ Exit codes: 0 done, 1 failed, 2 wrong usage, 3 bad input, 4 this build cannot do
 impl Cli {
     /// Runs the command, prints its result or its error, and returns the exit code.
     pub fn execute(self) -> ExitCode {
-        #[cfg(feature = "learning")]
         lifelike_nn::memory::tune_allocator();
         self.start_logs();
         output::show_all_columns(self.wide);

@@ -75,8 +75,8 @@ impl Plain {
         match &self.kind {
             Kind::Mean(mean) => Ok(mean.iter().copied().cycle().take(x.len()).collect()),
             Kind::Cubic(values) => Ok(self.cubics(values, x)),
-            Kind::Components(components) => components.decode(&components.encode(x.to_vec())?),
-            Kind::ComponentCubics(values, frames) => frames.decode(&self.cubics(values, &frames.encode(x.to_vec())?)),
+            Kind::Components(components) => Ok(components.decode(&components.encode(x))),
+            Kind::ComponentCubics(values, frames) => Ok(frames.decode(&self.cubics(values, &frames.encode(x)))),
         }
     }
 
