@@ -5,7 +5,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Longest sentence of guides and README (words).
+/// Longest sentence of every page of the documentation (words).
 const WORDS: usize = 25;
 
 fn docs() -> PathBuf {
@@ -168,19 +168,46 @@ fn sentences_are_split_at_their_ends() {
 /// Words that begin a question, and no other sentence.
 const QUESTIONS: [&str; 5] = ["What", "How", "Where", "Whether", "Who"];
 
+/// Returns the sentences that are too long, or that begin like a question, with the name of their page.
+fn hard_sentences(page: &Path, text: &str) -> Vec<String> {
+    let is_hard = |sentence: &String| {
+        let first = sentence.split_whitespace().next().unwrap_or_default();
+        let is_question = QUESTIONS.contains(&first) && !sentence.ends_with('?');
+        is_question || sentence.split_whitespace().count() > WORDS
+    };
+    sentences(text).into_iter().filter(is_hard).map(|sentence| format!("{}: {sentence}", page.display())).collect()
+}
+
 #[test]
 fn sentences_are_short_and_begin_with_their_subject() {
-    let guides = fs::read_dir(docs()).unwrap().map(|entry| entry.unwrap().path());
-    let guides = guides.filter(|path| path.extension().is_some_and(|extension| extension == "md"));
     let mut wrong = Vec::new();
-    for page in guides.chain([xtask::root().join("README.md")]) {
-        for sentence in sentences(&fs::read_to_string(&page).unwrap()) {
-            let first = sentence.split_whitespace().next().unwrap_or_default();
-            let is_question = QUESTIONS.contains(&first) && !sentence.ends_with('?');
-            if is_question || sentence.split_whitespace().count() > WORDS {
-                wrong.push(format!("{}: {sentence}", page.display()));
-            }
+    for page in pages(&docs()).into_iter().chain(["README.md", "ARCHITECTURE.md"].map(|name| xtask::root().join(name)))
+    {
+        wrong.extend(hard_sentences(&page, &fs::read_to_string(&page).unwrap()));
+    }
+    assert!(wrong.is_empty(), "{wrong:#?}");
+}
+
+/// Returns the crates' front files: `lib.rs`, and the modules directly below it.
+fn fronts() -> Vec<PathBuf> {
+    let mut found = Vec::new();
+    for entry in fs::read_dir(xtask::root().join("crates")).unwrap() {
+        for file in fs::read_dir(entry.unwrap().path().join("src")).into_iter().flatten() {
+            let path = file.unwrap().path();
+            let front = if path.is_dir() { path.join("mod.rs") } else { path };
+            found.extend(front.is_file().then_some(front));
         }
+    }
+    found
+}
+
+#[test]
+fn doc_comments_of_modules_are_short_and_begin_with_their_subject() {
+    let mut wrong = Vec::new();
+    for file in fronts() {
+        let text = fs::read_to_string(&file).unwrap();
+        let doc: Vec<&str> = text.lines().filter_map(|line| line.strip_prefix("//!")).collect();
+        wrong.extend(hard_sentences(&file, &doc.join("\n")));
     }
     assert!(wrong.is_empty(), "{wrong:#?}");
 }

@@ -1,8 +1,8 @@
 //! The classical alternative to a network: the parameters of a servo's model by least squares on its logs.
 //!
-//! What is fitted: torque constant, resistance of winding and supply, armature, how crooked the arm sits, delay, and the friction of
-//! [`ExtendedFriction`] in one of its sizes. Residuals are the positions of whole simulated runs, so the fit is of what it is used
-//! for; the method is Levenberg and Marquardt's, from several starts.
+//! Fitted parameters: torque constant, resistance of winding and supply, armature, offset of the arm, delay, and the
+//! friction of [`ExtendedFriction`] in one of its sizes. Residuals are position errors of whole simulated runs. The
+//! method is Levenberg-Marquardt from several starts.
 
 use std::f64::consts::TAU;
 

@@ -1,8 +1,10 @@
 //! Floor 6: chapter 2, simulation augmentation.
 //!
-//! The main path: logs of a robot ([`logs`]) and its simulation are a [`lifelike_sim::trace::Trace`] → the gap between both
-//! ([`gap`]) → a network that predicts it from the simulated state, block by block ([`model`], learned by [`training`]) → one file
-//! ([`Augmentation`]) that corrects traces, and any simulation as a [`lifelike_sim::StateCorrection`] ([`correction`]).
+//! The main path: [`logs`] of a robot and its simulation → [`lifelike_sim::trace::Trace`] → [`gap`] → [`model`],
+//! trained by [`training`] → [`Augmentation`].
+//!
+//! The network predicts the gap between both from the simulated state, block by block. An [`Augmentation`] is one file
+//! that corrects traces. As a [`lifelike_sim::StateCorrection`] it corrects any simulation ([`correction`]).
 //! [`identification`] is the classical alternative: the parameters of an actuator's model by least squares.
 
 pub mod augmentation;

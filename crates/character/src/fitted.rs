@@ -1,7 +1,7 @@
-//! Boxes around meshes, where nothing else of a body can touch the ground.
+//! Boxes around meshes of bodies that have no other collision shape.
 //!
-//! Most robots' feet come as meshes only. A box around a foot has its sole, and is a shape that every engine knows; so the text
-//! for engines that compile MJCF themselves gets it as well, in the mesh's place.
+//! Most robots' feet are meshes only. A box around a foot has its sole, and every engine supports boxes. The text for
+//! engines that compile MJCF themselves has the box instead of the mesh.
 
 use std::collections::BTreeMap;
 use std::path::Path;

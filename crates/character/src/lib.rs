@@ -1,10 +1,10 @@
 //! Floor 0: what a character *is*.
 //!
 //! A [`Character`] is a constant: a kinematic tree of bodies with joints, inertias, geoms and sites, read from MJCF or
-//! URDF text. Everything that moves (poses, velocities) lives elsewhere and refers to the character by name.
+//! URDF text. State (poses, velocities) is stored elsewhere and refers to the character by name.
 //!
-//! The main path: [`Character::load`] → [`Kinematics`] (where every body is, for a generalised position) →
-//! [`Anatomy`] (which body is the left foot) → [`Symmetry`] (what is left of what).
+//! The main path: [`Character::load`] → [`Kinematics`] (poses of all bodies) → [`Anatomy`] (roles of bodies, such as
+//! the left foot) → [`Symmetry`] (pairs of left and right).
 //!
 //! Conventions of the whole project: SI units, radians, z up, x forward, right-handed; quaternions `wxyz`.
 //!

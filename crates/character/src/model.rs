@@ -1,8 +1,8 @@
 //! The character itself: a constant tree of named parts, in MuJoCo's terms.
 //!
-//! Generalised coordinates have MuJoCo's layout. A free joint has 7 positions (x y z, then the quaternion `wxyz`) and
-//! 6 velocities (linear in the WORLD frame, angular in the BODY frame); a ball joint has 4 and 3; hinge and slide have
-//! 1 and 1.
+//! Generalised coordinates have MuJoCo's layout. A free joint has 7 positions (x y z, then the quaternion `wxyz`). Its
+//! 6 velocities are linear in the WORLD frame, then angular in the BODY frame. A ball joint has 4 and 3; hinge and
+//! slide have 1 and 1.
 
 use std::collections::BTreeMap;
 use std::ops::Range;

@@ -1,7 +1,7 @@
-//! Checkpoints: named tensors and JSON metadata in one safetensors file with a digest inside.
+//! Checkpoints: named tensors and JSON metadata in one safetensors file with a digest.
 //!
-//! A checkpoint holds everything a run needs to continue bit for bit; [`Checkpoint::save`] replaces the file at once or
-//! not at all, and [`Checkpoint::load`] refuses a file of which a single bit differs from what was written.
+//! A checkpoint holds everything a run needs to continue bit for bit. [`Checkpoint::save`] replaces the file
+//! atomically. [`Checkpoint::load`] refuses a file with a single changed bit.
 
 mod entry;
 mod error;

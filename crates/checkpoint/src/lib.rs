@@ -1,10 +1,10 @@
 //! Named arrays and metadata in one verified file, and addressed random streams: state that continues bit for bit (floor 0).
 //!
-//! [`Checkpoint`] is named arrays and JSON metadata in one safetensors file with a digest inside; [`rng::stream`] is
-//! randomness by address, so that a resumed run draws what an uninterrupted one would have drawn. [`write_file`] replaces a file
-//! whole or not at all.
+//! [`Checkpoint`] is named arrays and JSON metadata in one safetensors file with a digest. [`rng::stream`] is
+//! randomness by address, so that a resumed run draws the same numbers as an uninterrupted one. [`write_file`] replaces
+//! a file atomically.
 //!
-//! Imports none of our other crates, and no training framework: what a robot loads is such a file, too.
+//! Imports none of our other crates, and no training framework: robots load such files too.
 
 mod checkpoint;
 pub mod rng;

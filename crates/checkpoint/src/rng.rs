@@ -1,5 +1,5 @@
-//! Addressed randomness: every stream is keyed by what it is for, so results do not depend on the number of threads or
-//! on who drew first, and a resumed run draws what an uninterrupted one would have drawn.
+//! Addressed randomness: every stream is keyed by its purpose. Results do not depend on the number of threads or on the
+//! order of draws. A resumed run draws the same numbers as an uninterrupted one.
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;

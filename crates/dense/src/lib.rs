@@ -1,8 +1,8 @@
 //! Floor 1: dense kernels in single precision, for networks that learn on this machine and for frozen ones.
 //!
-//! Every sum is taken in one order, with multiply-adds that are rounded once, whatever the instruction set
-//! ([`lifelike_simd::InstructionSet`]), the number of rows and the number of threads: a frozen [`Perceptron`] gives the numbers
-//! of the [`PackedPerceptron`] that learned, bit for bit.
+//! Every sum has one order, with multiply-adds that are rounded once. It does not depend on the instruction set
+//! ([`lifelike_simd::InstructionSet`]), the number of rows or the number of threads. A frozen [`Perceptron`] equals the
+//! trained [`PackedPerceptron`] bit for bit.
 
 mod adam;
 mod elu;

@@ -1,8 +1,8 @@
 //! Rows of numbers in the order in which the kernels read them.
 //!
-//! Forty-eight rows are a panel: for each channel (input, hidden unit, output) its number in all of these rows, one after
-//! another. A vector holds one channel of several rows, so products, biases and ELUs of a layer read what the one before
-//! has written, and nothing is transposed between layers. Channels are filled up with zeros to a multiple of [`GROUP`].
+//! Forty-eight rows are a panel: for each channel (input, hidden unit, output) its number in all of these rows, one
+//! after another. A vector holds one channel of several rows. Products, biases and ELUs of a layer read the output of
+//! the layer before without transposing it. Channels are padded with zeros to a multiple of [`GROUP`].
 
 use std::ops::{Deref, DerefMut};
 

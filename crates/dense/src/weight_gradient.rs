@@ -1,7 +1,7 @@
 //! The gradient by a weight: sums over all rows of inputs times gradients, without transposing either.
 //!
-//! A vector holds one channel of sixteen rows, so a sum here is sixteen partial ones, lane by lane, over the panels from the
-//! first to the last. At the end the lanes are added up in halves. The order is the same whatever the instruction set.
+//! A vector holds one channel of sixteen rows. A sum has sixteen partial sums, one per lane, over the panels from first
+//! to last. At the end the lanes are added in halves. The order is the same for every instruction set.
 
 use lifelike_simd::vectors::{f32x4, f32x8, f64x2};
 use lifelike_simd::{Simd, Task, prelude::*};

@@ -1,9 +1,10 @@
 //! Definition of a fall.
 //!
-//! Not following well is not falling: the limits are far beyond the deviations at which training gives up (a height off
-//! by 12 cm, a tilt off by 0.7 rad), so that a policy is not called fallen for lagging, crouching or drifting. Both are
-//! relative to the reference, so a clip may itself lie down; heights are those above each one's own ground. A root within
-//! [`HEIGHT_MARGIN`] of the reference has not fallen: 60% of a lying reference's height are less than what retargeting is off by.
+//! Poor tracking is not a fall. The limits are far beyond the deviations at which training terminates (a height off by
+//! 12 cm, a tilt off by 0.7 rad). A policy that lags, crouches or drifts has therefore not fallen. Both limits are
+//! relative to the reference, which may lie down; heights are above the respective ground. A root within
+//! [`HEIGHT_MARGIN`] of the reference has not fallen: 60% of a lying reference's height is less than the error of
+//! retargeting.
 
 use super::rollout::{Cause, Snapshot};
 use super::root::tilt;

@@ -1,11 +1,13 @@
-//! Floor 4: evaluation of controllers: the measures of thesis Table 4.3 and of today's trackers, and explanations of falls.
-//! It runs the frozen controller, as a robot does, and knows nothing of training.
+//! Floor 4: evaluation of controllers: the measures of thesis Table 4.3 and of today's trackers, and explanations of
+//! falls. It runs the frozen controller, as a robot does, without training code.
 //!
-//! The main path: [`EvaluationSetup::evaluate`] makes an [`EvaluationSuite`] (the episodes) and runs a
-//! [`Controller`](lifelike_robot::Controller) on it in physics, from states of the reference, under [`EpisodeConditions`]
-//! where they are asked for → [`Rollout`] (the motion asked for and the motion that came of it, frame by frame) →
-//! [`EpisodeScore`] → [`Evaluation`] (per clip and overall) → [`Evaluation::tables`] and [`Evaluation::playbacks`] for
-//! terminal and report, `serde` for `--json`.
+//! The main path: [`EvaluationSetup::evaluate`] → [`Rollout`] (reference and executed motion, frame by frame) →
+//! [`EpisodeScore`] → [`Evaluation`] (per clip and overall). [`Evaluation::tables`] and [`Evaluation::playbacks`] serve
+//! terminal and report, `serde` serves `--json`.
+//!
+//! [`EvaluationSetup::evaluate`] creates an [`EvaluationSuite`] (the episodes) and runs a
+//! [`Controller`](lifelike_robot::Controller) on it in physics. Episodes start from states of the reference, optionally
+//! under [`EpisodeConditions`].
 //!
 //! [`EvaluationSetup::evaluate_thesis`] is the thesis' own protocol beside it: fixed-length episodes, errors over all frames.
 //!

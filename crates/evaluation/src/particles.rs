@@ -1,9 +1,10 @@
-//! A motion as a robot executes it at its best: many robots try it at once, and those that follow best go on.
+//! Best execution of a motion by a robot: many robots try it at once, and the best followers continue.
 //!
-//! A controller that is asked for what cannot be done falls, or follows as it can, once. Here `particles` robots are asked for the same, each
-//! with other noise on its actions (correlated over a tenth of a second); after every window those that fell are replaced by copies of those
-//! that follow closest (sequential Monte Carlo), and where all fell it goes back and tries with more noise. What remains is one motion from
-//! beginning to end that physics made: nothing floats, slips through or is held by nothing, whatever the reference asked for.
+//! A controller with an infeasible reference falls, or follows poorly, once. Here `particles` robots get the same
+//! reference, each with other noise on its actions (correlated over a tenth of a second). After every window copies of
+//! the closest followers replace those that fell (sequential Monte Carlo). If all fell, the search goes back and uses
+//! more noise. The result is one simulated motion from beginning to end: no floating, penetration or missing support,
+//! whatever the reference.
 
 use lifelike_character::rotation::from_wxyz;
 use lifelike_character::{Kinematics, Quat, Vec3};

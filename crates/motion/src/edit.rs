@@ -1,10 +1,14 @@
 //! Direction (thesis 4.3.4): motion made from motion, without retraining anything.
 //!
-//! Every operation takes clips of a robot and gives a [`MotionClip`](crate::MotionClip) like any other, joints by name:
-//! [`sequence`] and [`blend`](mod@blend) put clips together in time, [`compose`](mod@compose) in space (the arms of
-//! another clip); [`warp`](mod@warp) moves events in time, [`place`](mod@place) puts a body exactly where it is to be;
-//! [`amplify`](mod@amplify), [`smooth`](mod@smooth), [`mirror`](mod@mirror) and [`trim`](mod@trim) change how the whole
-//! looks, and [`settle`] finishes what others have changed. [`speed`] says what an actuator could not follow.
+//! Every operation takes clips of a robot and returns a [`MotionClip`](crate::MotionClip), joints by name:
+//!
+//! - [`sequence`] and [`blend`](mod@blend) combine clips in time, [`compose`](mod@compose) in space (the arms of
+//!   another clip);
+//! - [`warp`](mod@warp) moves events in time, [`place`](mod@place) moves a body to a given position;
+//! - [`amplify`](mod@amplify), [`smooth`](mod@smooth), [`mirror`](mod@mirror) and [`trim`](mod@trim) change the whole
+//!   clip;
+//! - [`settle`] restores joint ranges and ground contact after other edits;
+//! - [`speed`] lists joints that are too fast for their actuators.
 
 pub mod amplify;
 pub mod blend;

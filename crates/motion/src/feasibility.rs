@@ -1,9 +1,10 @@
-//! Why a clip cannot be executed, from kinematics and masses alone.
+//! Reasons for which a clip cannot be executed, from kinematics and masses alone.
 //!
-//! Momentum tells what the ground must do: its force is M (c̈ − g) for a centre of mass c, and it must act where it gives the
-//! whole body the rate of its angular momentum (the zero moment point of Vukobratović). [`momentum`] measures both,
-//! [`touches`] what of the body could receive such a force, and here they are compared, frame by frame on level ground at
-//! height 0; [`Kind`] has the limits and their reasons. Joints are held to their ranges and speeds. There are no torques in it: a clip that passes may still be too hard for its motors.
+//! Momentum determines the force of the ground: M (c̈ − g) for a centre of mass c. It acts at the zero moment point of
+//! Vukobratović, which gives the body its rate of angular momentum. [`momentum`] measures both, and [`touches`] finds
+//! the parts of the body that can receive the force. This module compares them frame by frame on level ground at height
+//! 0. [`Kind`] has the limits and their reasons. Joints are checked for range and speed. Torques are not checked: a
+//! feasible clip may still exceed its motors.
 
 mod finding;
 mod momentum;

@@ -1,9 +1,9 @@
 //! Clips of our own, written as poses at times in a readable text.
 //!
-//! A `*.keys.toml` file says what a person would: at these times the chest leans by so many degrees, then this foot steps
-//! there. The main path of [`parse`]: text → `text::Script` (checked numbers) → curves of every joint (`curve`) and
-//! both feet (`feet`) → where the weight must be for that (`balance`) → a small human `figure` whose legs reach its
-//! feet (`legs`) → [`SourceClip`], which goes through the same retargeting as captured motion.
+//! A `*.keys.toml` file describes motion as a person would: at a time the chest leans by an angle, then a foot steps to
+//! a place. The main path of [`parse`]: text → `text::Script` (checked numbers) → curves of every joint (`curve`) and
+//! both feet (`feet`) → `balance` (position of the weight) → `figure` → [`SourceClip`]. The figure is a small human
+//! whose legs reach its feet (`legs`). The source clip is retargeted like captured motion.
 //!
 //! # The text
 //! ```toml

@@ -1,9 +1,9 @@
 //! Floor 1: motion as data.
 //!
-//! The main path: bytes → [`formats`] → [`SourceClip`] (the human skeleton it came with) → [`retarget`] →
-//! [`MotionClip`] (a character's joints by name, SI units; kept in a [`container`], gathered by [`dataset`]) →
-//! [`features`] (thesis eq. 4.1) → [`window`] (eq. 4.2), at any rate by [`resample`]. [`edit`] makes clips from clips
-//! (thesis 4.3.4: direction).
+//! The main path: bytes → [`formats`] → [`SourceClip`] (with its human skeleton) → [`retarget`] → [`MotionClip`] (a
+//! character's joints by name, SI units) → [`features`] (thesis eq. 4.1) → [`window`] (eq. 4.2). A [`container`] stores
+//! clips, [`dataset`] collects them, and [`resample`] changes their rate. [`edit`] makes clips from clips (thesis
+//! 4.3.4: direction).
 //!
 //! ```
 //! use std::path::Path;

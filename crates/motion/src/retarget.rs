@@ -1,9 +1,14 @@
 //! Whole-body inverse kinematics from a captured human onto a character.
 //!
-//! The main path of [`retarget`]: the source's joints get roles ([`Correspondence`]) → the human as directions of limbs,
-//! orientations of trunk, head and feet, and soles on the ground → contacts → pass A follows the human (damped
-//! Gauss-Newton over all joints, within ranges and speeds) → zero-phase smoothing → pass B locks the standing soles to
-//! the ground with root and legs → a last shift in height → [`RetargetReport`], measured on the result.
+//! The main path of [`retarget`]:
+//!
+//! 1. The source's joints get roles ([`Correspondence`]).
+//! 2. The human becomes directions of limbs, orientations of trunk, head and feet, and soles on the ground.
+//! 3. Contacts are found.
+//! 4. Pass A follows the human: damped Gauss-Newton over all joints, within ranges and speeds. Zero-phase smoothing
+//!    follows.
+//! 5. Pass B locks the stance soles to the ground with root and legs.
+//! 6. A last shift in height; [`RetargetReport`] is measured on the result.
 //!
 //! Limbs are compared by the DIRECTIONS of their segments, never by rotations, so rest poses need not agree.
 

@@ -1,10 +1,9 @@
-//! Network blocks, losses, schedules and optimizers for learned motion, with forward and backward passes of our own (floor 3; of our
-//! crates it imports only `checkpoint`, `dense` and `simd`).
+//! Network blocks, losses, schedules and optimizers for learned motion (floor 3).
 //!
-//! The main path: a network lists its parameters ([`parameters::ParameterList`], [`rows::Layout`]) → packs them into blocks
-//! ([`mlp`], [`conv_resnet`], [`transformer`], [`fusion`]) → forward, a loss ([`losses`]), backward, which adds to a row of gradients →
-//! [`adam::Adam::step`] with a learning rate from [`schedules`] → [`lifelike_checkpoint::Checkpoint::save`]. Names, not positions, tie
-//! parameters, moments and files together.
+//! Of our crates it imports only `checkpoint`, `dense` and `simd`. A network lists its parameters
+//! ([`parameters::ParameterList`], [`rows::Layout`]) and packs them into blocks: [`mlp`], [`conv_resnet`], [`transformer`],
+//! [`fusion`]. A forward pass, a loss ([`losses`]) and a backward pass fill a row of gradients. [`adam::Adam::step`] takes the
+//! step, with a learning rate from [`schedules`]. Names, not positions, tie parameters, moments and files together.
 
 pub mod adam;
 pub mod conv_resnet;

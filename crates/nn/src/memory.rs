@@ -1,5 +1,7 @@
-//! Memory that is given back to the system after every layer must be faulted in again for the next one; for networks
-//! this costs up to half of the time. Keeping it fixes that.
+//! Allocator settings that keep freed memory.
+//!
+//! Memory returned to the system after every layer must be faulted in again for the next one. For networks that costs
+//! up to half of the time.
 
 /// Tells the C library to keep freed memory instead of returning it to the system. Call once, first thing in `main`,
 /// before other threads run. Returns whether the allocator took the setting; elsewhere than on Linux with glibc there is

@@ -3,8 +3,8 @@
 //!
 //! [`run`] is the folder of a run: plan, metrics, checkpoints.
 //!
-//! `report.html` needs nothing but a browser: no network, no other file. Its parts lie in `page/` as plain HTML, CSS and
-//! JavaScript and are put together here; numbers travel inside it as JSON and base64.
+//! `report.html` needs only a browser: no network, no other file. Its parts are plain HTML, CSS and JavaScript in
+//! `page/`, assembled here; it embeds numbers as JSON and base64.
 //!
 //! The main path: [`ReportBuilder::new`] → [`ReportBuilder::playback`], [`ReportBuilder::table`],
 //! [`ReportBuilder::curves`] → [`ReportBuilder::write`].

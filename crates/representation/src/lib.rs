@@ -3,9 +3,9 @@
 //! - [`prior`] (4.2.1): a latent code z_t for the second of motion around every frame. Clips → windows → a trained
 //!   [`MotionPrior`], one file that encodes any clip of the same character.
 //! - [`spline_transformer`] (3.2): whole sequences as a few control points of a latent curve, and the baselines.
-//! - [`components`]: principal components, the plain baseline of both.
+//! - [`components`]: principal components, the simple baseline of both.
 //! - [`motion_spline`]: a robot's clips as such curves, to be edited by their control points.
-//! - [`latent`]: measures of codes from outside, whoever made them: search, interpolation, class separation.
+//! - [`latent`]: measures of any encoder's codes: search, interpolation, class separation.
 
 pub mod components;
 mod error;

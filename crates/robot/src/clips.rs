@@ -1,7 +1,7 @@
-//! Clips of a robot from whatever names them: motion of its own, captured motion, or our keyframed clips.
+//! Clips of a robot from any kind of name: motion of the robot, captured motion, or our keyframed clips.
 //!
-//! Files of a data set differ in quality, so a clip that is no use is left out with the reason and the others are loaded;
-//! whoever calls tells what was left out ([`LoadedClips::left_out`]), or takes all or nothing ([`LoadedClips::all`]).
+//! Files of a data set differ in quality. A clip that cannot be used is skipped with its reason
+//! ([`LoadedClips::left_out`]) and the others are loaded. [`LoadedClips::all`] fails instead.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};

@@ -1,12 +1,12 @@
-//! Floor 2: the robot — what training, evaluation, the studio and the hardware share.
+//! Floor 2: the robot, shared by training, evaluation, simulation and hardware.
 //!
-//! It lies BELOW the simulation, so that one observation builder, one actuator model and one action definition serve all
-//! of them: a policy fed with another layout than it was trained on cannot be written down. No training framework stands
-//! below this line.
+//! It is below the simulation, so that one observation builder, one actuator model and one action definition serve all
+//! of them. A policy runs only with the layout of its training. The crate needs no training framework.
 //!
-//! The main path: [`Robot::load`] → [`Controller`] (measured state and a [`ReferenceStream`] in, joint targets out), which
-//! owns [`observation`] (state and reference → policy input), the frozen [`network`]s and [`action`] (policy output →
-//! joint targets) → [`actuator`] (targets → torques). Motion for it comes from [`clips`].
+//! The main path: [`Robot::load`] → [`Controller`] → [`actuator`] (targets → torques). A [`Controller`] reads the
+//! measured state and a [`ReferenceStream`] and returns joint targets. It owns [`observation`] (state and reference →
+//! policy input), the frozen [`network`]s and [`action`] (policy output → joint targets). Its motion comes from
+//! [`clips`].
 
 pub mod action;
 pub mod actuator;

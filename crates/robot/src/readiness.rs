@@ -1,7 +1,7 @@
-//! Readiness of a robot for training: what makes it impossible or doubtful, found before any time is spent on it.
+//! Readiness of a robot for training: defects that prevent or endanger it, found before training.
 //!
-//! A robot that nothing can hold up falls through the ground, and a policy that cannot do anything about it still collects
-//! reward; so commands that simulate ask [`Robot::require_ready`] first.
+//! A robot without collision shapes falls through the ground, and its policy still collects reward. Commands that
+//! simulate therefore call [`Robot::require_ready`] first.
 
 mod numbers;
 

@@ -1,4 +1,4 @@
-//! How a character stands: upright, on feet that can touch the ground.
+//! Tests of a character's default pose: upright, on feet that can touch the ground.
 
 use std::sync::Arc;
 

@@ -1,10 +1,10 @@
-//! The families of curves of thesis 3.3.1: a few parameters each, of which everything else follows.
+//! The families of curves of thesis 3.3.1: a few parameters each, which determine the curve.
 //!
-//! The thesis names the families and how many parameters each has (the latent dimension is that number), and says that
-//! parameters are drawn "in a pre-determined domain", which it does not state. The domains here are ours, so a number of
-//! Table 3.1 is of the same kind as one of ours, not of the same data. What guided them: every curve lies within about
-//! [-1.25, 1.25]², parameters are drawn uniformly and independently, and the curve is a continuous function of them without
-//! a seam (an angle over the full circle would need two latent numbers).
+//! The thesis names the families and their number of parameters, which is the latent dimension. It draws parameters "in
+//! a pre-determined domain" that it does not state. The domains here are ours, so numbers are comparable in kind with
+//! Table 3.1, not in data. Every curve is within about [-1.25, 1.25]², and parameters are drawn uniformly and
+//! independently. The curve is a continuous function of them without a seam: an angle over the full circle would need
+//! two latent numbers.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::fmt;

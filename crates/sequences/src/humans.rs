@@ -1,16 +1,17 @@
 //! Captured people as rows of joint rotations, whatever skeleton they came with (thesis 3.3.3).
 //!
 //! The thesis reports "per-frame joint positions measured in degrees" and a "mean squared error between joint angles
-//! \[deg\]" and says nothing of how rotations of ball joints are made numbers; HumanML3D and SMPL are not ours to use. So
-//! the definition is ours:
+//! \[deg\]". It does not state its representation of ball joints, and HumanML3D and SMPL are not ours to use. The
+//! definition is therefore ours:
 //!
 //! - Fifteen segments by their roles ([`SEGMENTS`]), at [`FPS`].
-//! - Each segment's rotation relative to its parent's, since the T-pose that all readers bring a skeleton to; the pelvis' relative to
-//!   the world without its heading (the turn about the vertical). Each in the continuous 6D representation of Zhou et al. 2019: the first
-//!   two columns of its matrix. A rotation vector would jump where a segment turns past half a turn.
+//! - Each segment's rotation relative to its parent's, from the common T-pose of all readers. The pelvis' rotation is
+//!   relative to the world, without its heading (the turn about the vertical). Each is in the continuous 6D
+//!   representation of Zhou et al. 2019: the first two columns of its matrix. A rotation vector would jump at half a
+//!   turn.
 //!
-//! Two poses of a segment differ by the angle of the rotation between them ([`angles`]), whichever numbers they are written in: the errors
-//! are means of it and of its square.
+//! The error of a segment is the angle of the rotation between its two poses ([`angles`]), in any representation.
+//! Reported are means of it and of its square.
 
 use lifelike_character::rotation::{from_6d, to_6d};
 use lifelike_character::{Quat, Role};

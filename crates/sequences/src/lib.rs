@@ -1,9 +1,9 @@
 //! Data sets of thesis chapter 3 (curves, images, hair strands, captured people), as
 //! [`Sequences`](lifelike_representation::spline_transformer::Sequences).
 //!
-//! [`CurveSequences`] are the families of 3.3.1, [`ImageSequences`] the patches of 3.3.2, [`HumansPlan`] makes windows
-//! of people's joint rotations ([`humans`], 3.3.3), [`StrandSequences`] are the strands of 3.3.4. Table A.1's rows are
-//! [`Experiment`]s. Nothing that trains or runs a policy needs this crate.
+//! [`CurveSequences`] are the families of 3.3.1, [`ImageSequences`] the patches of 3.3.2. [`HumansPlan`] makes windows
+//! of people's joint rotations ([`humans`], 3.3.3). [`StrandSequences`] are the strands of 3.3.4. Table A.1's rows are
+//! [`Experiment`]s. Policies do not need this crate.
 
 mod curves;
 mod data_plan;

@@ -1,7 +1,8 @@
-//! Flyaway waves and kinks on strands: what a smooth drawing of hair lacks.
+//! Flyaway waves and kinks on strands, which a smooth drawing of hair lacks.
 //!
-//! Smooth strands are within millimetres of a cubic for each channel, so no method can be told from another. Two things are added, both of a few
-//! numbers a strand, so an autoencoder can keep them, and neither a linear function of these numbers, so components cannot:
+//! Smooth strands are within millimetres of a cubic for each channel, so methods cannot be compared on them. Two
+//! details are added. Both have a few parameters a strand, which an autoencoder can encode. Neither is a linear
+//! function of its parameters, so principal components cannot:
 //!
 //! | | of each strand |
 //! | --- | --- |

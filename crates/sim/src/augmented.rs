@@ -1,17 +1,18 @@
 //! A simulation whose reported states are corrected towards a real robot's: simulation augmentation (thesis chapter 2).
 //!
-//! The main path: [`Augmented`] steps any [`Simulation`], asks it for constraint wrenches, hands both with each
-//! environment's history to a [`StateCorrection`], and reports what comes back as its own [`BatchState`].
+//! The main path: [`Augmented`] steps any [`Simulation`] and reads its constraint wrenches. It passes both, with each
+//! environment's history, to a [`StateCorrection`] and reports the result as its own [`BatchState`].
 //!
 //! # Why nothing is fed back into the simulation
-//! In the thesis the augmentation is a residual on a simulation that runs freely: one first simulates the time-varying
-//! state, then adds Δs(t) to it "at every time step" (2.2). Its network is trained on Δs(t) = measured − simulated at the same
-//! instant (eq. 2.2) of recordings that nobody corrected, and its encoder reads "the previous simulation states" and the errors
-//! predicted before (2.4), not corrected states. So Δs(t) is the whole error that has gathered since the start. Written
-//! back it would be gathered again: the next state would contain the correction and be corrected by as much once more, and the
-//! network would see states that it was never trained on. Constraint forces, too, are those of the simulated state, in which
-//! they balance (2.3.1); in a corrected one they do not. Hence the simulation never sees a correction, warm starts and contacts
-//! stay as they are, and what remembers is the history.
+//! In the thesis the augmentation is a residual on a freely running simulation: Δs(t) is added to the simulated state
+//! "at every time step" (2.2). The network is trained on Δs(t) = measured − simulated at the same instant (eq. 2.2), on
+//! uncorrected recordings. Its encoder reads "the previous simulation states" and earlier predicted errors (2.4), not
+//! corrected states. Δs(t) is thus the error accumulated since the start.
+//!
+//! Written back, it would be counted twice: the next state would contain the correction and be corrected again. The
+//! network would also read states outside of its training data. Constraint forces balance in the simulated state
+//! (2.3.1), not in a corrected one. Therefore the simulation never reads a correction, warm starts and contacts are
+//! unchanged, and the history alone has memory.
 
 mod correction;
 mod history;

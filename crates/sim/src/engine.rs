@@ -1,17 +1,21 @@
 //! Our own engine: MuJoCo's model of the dynamics, many environments at once on SIMD vectors, nothing but Rust.
 //!
-//! The main path: [`tree`] (what of a robot is the same everywhere) → [`block`] (the environments of a vector and their physics
-//! step: actuators, [`rigid_body`], [`constraints`], integration) → [`vector_engine`] (all blocks, on all cores) →
-//! [`dispatch`] (with which vectors) → [`LifelikeSimulation`]. Numbers are [`lanes`], one environment each; [`spatial`] is
-//! their algebra.
+//! The main path: [`tree`] (constants of a robot) → [`block`] → [`vector_engine`] (all blocks, on all cores) →
+//! [`dispatch`] (choice of vectors) → [`LifelikeSimulation`]. A [`block`] is the environments of a vector and their
+//! physics step: actuators, [`rigid_body`], [`constraints`], integration. Numbers are [`lanes`], one environment each;
+//! [`spatial`] is their algebra.
 //!
-//! A block's result is a function of its own numbers, lane by lane. So results are bit for bit the same for any number of
-//! threads and any place in the batch, and one environment never affects another.
+//! A block's result is a function of its own numbers, lane by lane. Results are therefore bit-identical for any number
+//! of threads and any place in the batch. One environment never affects another.
 //!
-//! The model: trees of free, ball, hinge and slide joints with armature, damping, springs, dry friction and limits, fixed to
-//! the world or not, whose loops are closed by welds and ball joints (`<equality>`);
-//! the actuator law of `robot::actuator` at every substep; spheres, capsules and boxes that touch level or uneven ground and
-//! each other, with pyramids of friction. [`unsupported`] lists what of a robot is left out.
+//! The model:
+//!
+//! - trees of free, ball, hinge and slide joints with armature, damping, springs, dry friction and limits;
+//! - a fixed or floating root, and loops closed by welds and ball joints (`<equality>`);
+//! - the actuator law of `robot::actuator` at every substep;
+//! - spheres, capsules and boxes in contact with level or uneven ground and each other, with pyramids of friction.
+//!
+//! [`unsupported`] lists the parts of a robot that are not simulated.
 
 mod block;
 mod box_collision;

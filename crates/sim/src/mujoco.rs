@@ -1,11 +1,12 @@
 //! MuJoCo 3.17.
 //!
-//! The main path: [`model`] (the text MuJoCo compiles, and where in it the robot's parts are) → [`worker`] (one thread's
-//! model and data: loads an environment, steps it, stores it) → [`wrenches`] (constraint forces, those of [`closures`] apart).
+//! The main path: [`model`] → [`worker`] → [`wrenches`] (constraint forces, without those of [`closures`]). [`model`]
+//! is the text that MuJoCo compiles, with the indices of the robot's parts. A [`worker`] is one thread's model and
+//! data: it loads an environment, steps it and stores it.
 //!
 //! Environments share the workers' `mjData`: each is only its integration state, a compact row of numbers. Thousands of
-//! full `mjData` would fall out of the cache at every step, and a row is all there is to save. A worker's result is a
-//! function of the row alone, so results are bit for bit the same for any number of threads and any place in the batch.
+//! full `mjData` would exceed the cache at every step. A worker's result is a function of the row alone. Results are
+//! therefore bit-identical for any number of threads and any place in the batch.
 
 mod closures;
 mod log;

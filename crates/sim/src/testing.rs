@@ -1,5 +1,7 @@
-//! A robot and a simulation small enough for tests: a floating base with two joints, each a critically damped follower of
-//! its target; the base falls when the joints are far from the reference it was begun with.
+//! A robot and a simulation small enough for tests.
+//!
+//! A floating base has two joints, each a critically damped follower of its target. The base falls when the joints are
+//! far from its initial reference.
 
 #![allow(clippy::unwrap_used)] // its robot is known to be sound
 

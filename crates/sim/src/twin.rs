@@ -1,10 +1,15 @@
-//! A stand-in for a real robot: a simulation richer than the nominal one, whose parameters nobody is told.
+//! A substitute for a real robot: a simulation richer than the nominal one, with hidden parameters.
 //!
-//! Where no robot can be measured, a [`Twin`] is: its servos have a motor with a resistance and a back-EMF behind a firmware that reads
-//! a 12-bit encoder, friction that grows at rest and under load (BAM's model M6), play in the gear, flex before and behind the
-//! encoder, commands that come late, and a supply that sags when all of them pull; its parts weigh a little else than they should.
-//! [`TwinSpec`] says what all that is drawn from, [`DriveTrain`] is one servo, the engine moves the parts. What it reports is what
-//! sensors would: joints as their encoders tell, bodies where they are.
+//! A [`Twin`] adds these effects to the servos:
+//!
+//! - a motor with resistance and back-EMF behind firmware that reads a 12-bit encoder;
+//! - friction that grows at rest and under load (BAM's model M6);
+//! - play in the gear, and flex before and behind the encoder;
+//! - delayed commands, and a supply whose voltage sags under the load of all servos.
+//!
+//! Masses of its parts differ slightly. [`TwinSpec`] has the distributions of all parameters, [`DriveTrain`] is one
+//! servo, and the engine moves the parts. The output is that of sensors: joints by their encoders, bodies by their true
+//! poses.
 
 mod drive_train;
 mod spec;

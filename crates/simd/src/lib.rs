@@ -1,8 +1,8 @@
-//! Floor 0: which vector instructions this machine has, chosen once, and numbers that are scalars or vectors.
+//! Floor 0: choice of the machine's vector instructions, and numbers that are scalars or vectors.
 //!
-//! A program made for every x86-64 machine may use SSE2 only. So whatever is worth vectors is compiled once for each
-//! [`InstructionSet`] (a [`Task`]) and the one to run is chosen when the program starts. Vectors are `fearless_simd`'s; where
-//! results must be the same on every machine, multiply-adds are its `mul_add_precise`, rounded once everywhere.
+//! A program for every x86-64 machine may use SSE2 only. Vector code is therefore compiled once for each
+//! [`InstructionSet`] (a [`Task`]), and the program chooses one at start. Vectors are `fearless_simd`'s. Results that
+//! must be the same on every machine use its `mul_add_precise`, which is rounded once.
 
 mod instruction_set;
 mod number;

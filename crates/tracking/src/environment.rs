@@ -1,7 +1,7 @@
 //! Many environments in which a policy follows references: PPO collects its experience here.
 //!
-//! Time: the state at t is compared with frame t. The policy sees the state at t and frame t+1 (and z_{t+1}), acts, the
-//! simulation goes one step, and the reward compares the state at t+1 with frame t+1.
+//! Time: the state at t is compared with frame t. The policy observes the state at t and frame t+1 (and z_{t+1}) and
+//! acts. The simulation makes one step, and the reward compares the state at t+1 with frame t+1.
 
 mod checkpoint;
 mod episode;

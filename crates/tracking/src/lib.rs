@@ -2,13 +2,13 @@
 //!
 //! A policy that tracks any motion (thesis chapter 4, second stage), trained by PPO in physics.
 //!
-//! The main path: [`TrackerPlan`] → [`lifelike_robot::ReferenceLibrary`] (all motion at the policy's rate) → [`Environment`]
-//! (many simulated robots, each following a reference) → [`Trainer`] (PPO in them, a [`lifelike_train::TrainingTask`]) →
-//! [`Policy`] (the file of which a [`lifelike_robot::Controller`] is made).
+//! The main path: [`TrackerPlan`] → [`lifelike_robot::ReferenceLibrary`] (all motion at the policy's rate) →
+//! [`Environment`] → [`Trainer`] → [`Policy`]. An [`Environment`] has many simulated robots, each following a
+//! reference. The [`Trainer`] runs PPO in it, as a [`lifelike_train::TrainingTask`]. A [`Policy`] is the file from
+//! which a [`lifelike_robot::Controller`] is made.
 //!
-//! Declared once, each in the list of one file: reward terms in [`rewards::terms`], rules by which an episode fails in
-//! [`terminations`]. [`plan::keys`] lists every key of a plan with unit, default and meaning. Episodes begin where
-//! [`reference::rsi`] draws them.
+//! Reward terms are declared in [`rewards::terms`], terminations in [`terminations`], each once. [`plan::keys`] lists
+//! every key of a plan with unit, default and meaning. [`reference::rsi`] draws the starts of episodes.
 
 pub mod environment;
 mod error;

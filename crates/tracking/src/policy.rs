@@ -1,7 +1,7 @@
 //! A trained policy as a file (`*.policy.safetensors`), of which controllers are made.
 //!
-//! It carries the network, the normaliser of its inputs, and the layout of inputs and outputs with all names, so it cannot
-//! be run on a robot whose joints are others or in another order.
+//! It has the network, the normaliser of its inputs, and the layout of inputs and outputs with all names. Robots with
+//! other joints, or joints in another order, are therefore refused.
 
 use std::path::Path;
 

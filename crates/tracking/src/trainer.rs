@@ -178,7 +178,7 @@ impl Trainer {
     /// Returns everything that the rest of the run depends on.
     ///
     /// # Errors
-    /// Tensor data could not be read from the device.
+    /// Two entries of one name.
     pub fn checkpoint(&self) -> Result<Checkpoint, TrackerError> {
         let mut checkpoint = Checkpoint::new();
         checkpoint.set_meta("plan", &self.resumable_plan())?;

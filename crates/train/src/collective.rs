@@ -1,8 +1,8 @@
 //! Learning in several processes at once: each has environments of its own, and all take the same gradient steps.
 //!
-//! What must be the same everywhere is summed over the processes: gradients, the moments of observations and advantages, the
-//! divergence that steers the learning rate, and the wish to stop. Everything else stays where it is. The engine is MPI, which
-//! clusters already run (cargo feature `mpi`).
+//! Shared quantities are summed over the processes: gradients, the moments of observations and advantages, the
+//! divergence that controls the learning rate, and stop requests. All other data stays local. The transport is MPI,
+//! which clusters already run (cargo feature `mpi`).
 
 #[cfg(feature = "mpi")]
 pub mod mpi;

@@ -1,8 +1,7 @@
 //! Generalized advantage estimation (Schulman et al. 2016), with the two ends of an episode kept apart.
 //!
-//! A *terminated* episode is over: nothing follows, its future is worth zero. A *truncated* one was only cut (time limit,
-//! end of a clip): its future is worth what the value function says about the state that was reached, and no more is
-//! known, so the sum of later errors stops there too.
+//! A *terminated* episode has a future value of zero. A *truncated* one was only cut (time limit, end of a clip): its
+//! future value is the value function of its last state. No later error is known, so the sum of errors stops there too.
 
 /// Discounts of [`advantages`].
 #[derive(Debug, Clone, Copy, PartialEq)]

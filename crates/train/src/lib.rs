@@ -1,8 +1,9 @@
-//! Floor 4: training that knows no task.
+//! Floor 4: training for any task.
 //!
-//! Two main paths. [`VectorEnvironment`] (many environments that step together) and [`ppo::PpoSpec`] → [`ppo::Learner`], which
-//! learns a policy in it. [`TrainingTask`] (one step, its numbers, its checkpoint) and a run's folder → [`TrainingRun::run`], the
-//! one loop of all trainings: metrics, validation, checkpoints, Ctrl-C, resume bit for bit, final report.
+//! There are two main paths. [`VectorEnvironment`] (many environments that step together) and [`ppo::PpoSpec`] →
+//! [`ppo::Learner`], which learns a policy in it. [`TrainingTask`] (one step, its numbers, its checkpoint) and a run's
+//! folder → [`TrainingRun::run`]. That is the one loop of all trainings: metrics, validation, checkpoints, Ctrl-C,
+//! resume bit for bit, final report.
 //!
 //! ```
 //! use std::sync::Arc;

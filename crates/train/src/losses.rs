@@ -1,5 +1,7 @@
-//! The derivatives of the losses by what the networks say, PPO's two and that of a policy with a teacher, written out (tests hold
-//! them against finite differences and against hand arithmetic). What lies behind the networks' outputs is `lifelike_dense`'s.
+//! Derivatives of the losses by the networks' outputs: PPO's two, and that of a policy with a teacher.
+//!
+//! They are written by hand; tests compare them with finite differences and hand arithmetic. Backward passes through the
+//! networks are `lifelike_dense`'s.
 
 /// What a policy is to maximise over a minibatch, with its gradient.
 #[derive(Debug, Clone, PartialEq)]

@@ -1,12 +1,13 @@
 //! Proximal policy optimization (Schulman et al. 2017), whole: [`Learner::iterate`] is the algorithm.
 //!
-//! As in the thesis (4.3.1): a Gaussian policy, GAE, the clipped surrogate, a learning rate steered by the KL divergence,
-//! a bound on the gradient's norm. Policy and value function share nothing, so they learn on two threads at once.
+//! As in the thesis (4.3.1): a Gaussian policy, GAE, the clipped surrogate, a learning rate controlled by the KL
+//! divergence, a bound on the gradient's norm. Policy and value function share no parameters, so they learn on two
+//! threads at once.
 //!
-//! Where the environment has a teacher, the policy learns to do as it says instead (DAgger); the value function learns as ever.
+//! If the environment has a teacher, the policy imitates it instead (DAgger); the value function learns as usual.
 //!
-//! With `ppo.overlap` the next rollout is collected while the last one is learned from: what acts is one update behind, which
-//! the surrogate's ratio accounts for, and the numbers do not depend on which of the two is faster.
+//! With `ppo.overlap` the next rollout is collected during the update. The acting policy is one update behind, which
+//! the surrogate's ratio accounts for. The numbers do not depend on which of the two is faster.
 
 mod adopt;
 mod average;

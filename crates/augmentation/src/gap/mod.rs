@@ -1,4 +1,4 @@
-//! How far a simulation is from what was measured, and where.
+//! Differences between simulation and measurement, by block and column.
 //!
 //! [`Gap`] has the numbers of one measured column of one block; [`ColumnGap`] those of all blocks and runs together.
 

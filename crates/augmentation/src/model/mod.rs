@@ -1,7 +1,8 @@
-//! The State Augmentation Transformer (thesis 2.4, Fig. 2.3) and what it is compared with (Table 2.1).
+//! The State Augmentation Transformer (thesis 2.4, Fig. 2.3) and its baselines (Table 2.1).
 //!
-//! A [`BlockTrace`](lifelike_sim::trace::BlockTrace) becomes rows of numbers ([`Inputs`]) → [`Network`] (all steps at once, for
-//! training and for traces) or [`Stream`] (step by step, for a running simulation) → Δs.
+//! The main path: [`BlockTrace`](lifelike_sim::trace::BlockTrace) → [`Inputs`] (rows of numbers) → [`Network`] or
+//! [`Stream`] → Δs. [`Network`] computes all steps at once, for training and traces; [`Stream`] goes step by step, for
+//! a running simulation.
 
 mod frame;
 mod inputs;

@@ -1,10 +1,11 @@
 //! MJCF in: MuJoCo's own description of a model, compiled as MuJoCo's compiler does.
 //!
-//! What would change the dynamics and is not understood is refused with file, line and element. What is read but not
-//! simulated (pictures, sensors, key frames) becomes a line of [`Character::notes`].
+//! Unsupported elements that would change the dynamics are refused with file, line and element. Elements that are not
+//! simulated (pictures, sensors, key frames) are listed in [`Character::notes`].
 //!
 //! Main path: `document` (XML with includes) → `defaults`, `compiler` (settings) → `bodies` (with `joints` and `geoms`)
-//! → `actuators` → [`Character`] → `equality` (whose frames come from its kinematics); `engine_text` makes the text for engines that compile MJCF themselves.
+//! → `actuators` → [`Character`] → `equality`. Frames of equalities come from the character's kinematics. `engine_text`
+//! writes the text for engines that compile MJCF themselves.
 
 mod actuators;
 pub(crate) mod attributes;

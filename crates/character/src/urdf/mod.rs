@@ -1,18 +1,22 @@
 //! URDF in: translated to MJCF and compiled as such.
 //!
-//! As MuJoCo's own import, except: fixed links stay bodies (MuJoCo's `fusestatic` merges them), so that every link can
-//! be referred to by name; and the root link floats, as it does for every legged robot, unless it is called `world`
-//! (MuJoCo fixes it). `effort` limits become `actuatorfrcrange`. Links without `<inertial>` get the mass of their
-//! collision shapes at 1000 kg/m³. Meshes touch nothing, in no engine, until [`Character::fit_boxes`] puts boxes in their place:
-//! convex hulls of neighbours overlap, and URDF does not say which bodies may.
+//! Differences from MuJoCo's own import:
 //!
-//! What files of real robots have and no simulation can do is put right, with a line of [`Character::warnings`] each: of joints
-//! that mimic each other one moves ([`mimic`]), moments of inertia that no body has are replaced ([`inertial`]), a link that
-//! moves and weighs nothing weighs next to nothing, and a joint that moves nothing that weighs is held. Meshes are looked for
-//! without the build system of their packages ([`package`]).
+//! - Fixed links stay bodies (MuJoCo's `fusestatic` merges them), so that every link has a name.
+//! - The root link floats unless it is called `world` (MuJoCo fixes it).
+//! - Meshes do not collide until [`Character::fit_boxes`] replaces them by boxes: convex hulls of neighbours overlap,
+//!   and URDF does not state which bodies may.
 //!
-//! Visual meshes stay as pictures; other visuals, transmissions and simulator extensions are noted or left out. Planar joints are
-//! refused. A root on which a floating joint hangs is the world, whatever its name.
+//! `effort` limits become `actuatorfrcrange`. Links without `<inertial>` get the mass of their collision shapes at 1000
+//! kg/m³.
+//!
+//! Defects of real files are repaired, with a line of [`Character::warnings`] each. Of joints that mimic each other one
+//! moves ([`mimic`]). Impossible moments of inertia are replaced ([`inertial`]). Massless moving links get a negligible
+//! mass; joints whose subtree has no mass are fixed. Meshes are found without the build system of their packages
+//! ([`package`]).
+//!
+//! Visual meshes are kept for pictures; other visuals, transmissions and simulator extensions are noted or ignored.
+//! Planar joints are refused. A root with a floating joint is the world, whatever its name.
 
 mod inertial;
 mod limits;

@@ -1,9 +1,11 @@
-//! Why a policy fails on a clip, in plain words, and what smallest change of the clip would help.
+//! Explanations of a policy's failure on a clip, and the smallest change of the clip that would help.
 //!
-//! The main path: an [`Evaluation`](super::Evaluation) with falls → [`explain`] → an [`Explanation`] per clip: where and how it
-//! fell ([`Failure`]), what is wrong with the clip itself around that moment
-//! ([`feasibility`](lifelike_motion::feasibility)), and the mildest [`ClipModification`] with which it survives from all starts, tried in
-//! physics.
+//! The main path: an [`Evaluation`](super::Evaluation) with falls → [`explain`] → an [`Explanation`] per clip, which
+//! has:
+//!
+//! - [`Failure`]: time and kind of the fall;
+//! - defects of the clip at that time ([`feasibility`](lifelike_motion::feasibility));
+//! - the mildest [`ClipModification`] with which it survives from all starts, tried in physics.
 
 mod modification;
 mod table;

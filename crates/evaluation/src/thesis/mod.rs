@@ -1,9 +1,9 @@
 //! The thesis' protocol (4.3.3, 5.3.3): episodes of one length that begin at random frames, errors over all of their frames.
 //!
-//! The only termination is eq. t^p for f seconds: the largest end-effector deviation stays above t^p for longer than f. The
-//! episode then goes on with another motion, from a state of the reference. Where a clip ends, it goes on with another motion from where
-//! the robot is (4.2.2); a deviation lasts on across the switch, so that a robot on the ground among short clips is not left there. Frames are
-//! drawn alike, not clips.
+//! The only termination is eq. t^p for f seconds: the largest end-effector deviation stays above t^p for longer than f.
+//! The episode then goes on with another motion, from a state of the reference. At the end of a clip it continues with
+//! another motion from the robot's pose (4.2.2). The time of a deviation continues across that switch, so a fallen
+//! robot among short clips is terminated too. Frames are drawn uniformly, not clips.
 
 mod draw;
 mod errors;

@@ -1,9 +1,9 @@
 //! Physical alignment (thesis 5.2.2): a trained generator is fine-tuned with L_MDM − β Σ_t v(m_t) (eq. 5.7), v being a
 //! frozen [`RewardSurrogate`].
 //!
-//! [`AlignTrainer`] is a [`crate::training::GeneratorTrainer`] that begins with the generator's weights and has the
-//! surrogate's gradient in its loss, and a guard against a surrogate that is exploited: a [`PhysicsJudge`], which the command
-//! passes in, chooses the weights.
+//! [`AlignTrainer`] is a [`crate::training::GeneratorTrainer`] that starts from the generator's weights and adds the
+//! surrogate's gradient to its loss. A [`PhysicsJudge`], which the command passes in, chooses the weights and so guards
+//! against an exploited surrogate.
 
 mod judge;
 mod plan;

@@ -1,10 +1,10 @@
-//! The evaluator: encoders of sentences and motions whose embeddings are near where they belong together (in the manner
-//! of Guo et al. 2022). [`crate::metrics`] are taken on its embeddings, for whatever method.
+//! The evaluator: encoders of sentences and motions with close embeddings for matching pairs (in the manner of Guo et
+//! al. 2022). [`crate::metrics`] use its embeddings for every method.
 //!
-//! The main path: [`crate::data::CaptionedMotion`]s → [`EvaluatorTrainer`] (a `TrainingTask`) → [`Evaluator`], one file. Guo et al.
-//! pre-train a convolutional snippet encoder for a GRU and push pairs apart by a margin; here strided and residual
-//! convolutions see the whole motion, and every pair of a batch is told from all others at once (`contrastive.rs`),
-//! which needs minutes on two cores.
+//! The main path: [`crate::data::CaptionedMotion`]s → [`EvaluatorTrainer`] (a `TrainingTask`) → [`Evaluator`], one
+//! file. Guo et al. pre-train a convolutional snippet encoder for a GRU and separate pairs by a margin. Here strided
+//! and residual convolutions see the whole motion. The loss (`contrastive.rs`) separates every pair of a batch from all
+//! others at once, which takes minutes on two cores.
 
 mod contrastive;
 mod data;

@@ -1,5 +1,4 @@
-//! Numbers by which text-to-motion methods are compared (Guo et al. 2022): pure functions of embeddings, whoever made
-//! them.
+//! Metrics of text-to-motion methods (Guo et al. 2022): pure functions of any encoder's embeddings.
 //!
 //! | metric | function | good |
 //! | --- | --- | --- |

@@ -1,6 +1,6 @@
-//! What the denoiser's tokens are: rows of the representation, or control points of splines through them.
+//! Tokens of the denoiser: rows of the representation, or control points of splines through them.
 //!
-//! Both ways are linear, so a gradient by rows becomes one by tokens ([`MotionSpace::transposed`]).
+//! Both are linear, so [`MotionSpace::transposed`] turns a gradient by rows into one by tokens.
 
 mod basis;
 

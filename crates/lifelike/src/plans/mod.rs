@@ -1,8 +1,8 @@
 //! Plans: by name, for those that come with the program, or from a file, with `key=value` changes.
 //!
-//! A plan's own relative paths are looked for in the folder of its file, then in the one above, then in the working
-//! directory ([`paths`]), so a plan means the same wherever the command runs. Paths in changes are the command line's, so
-//! they begin in the working directory.
+//! A plan's own relative paths are resolved in the folder of its file, then in its parent, then in the working
+//! directory ([`paths`]). A plan therefore means the same in every working directory. Paths in changes are relative to
+//! the working directory.
 
 mod builtin;
 mod paths;

@@ -11,9 +11,9 @@
 //! | [`deepmimic`] | humanoid3d | y up, x forward, z right, m | standing, arms hanging |
 //! | [`amass`] | AMASS' .npz (SMPL, SMPL-H, SMPL-X) | z up, m; joints' frames y up, z forward | none in the file: the mean body's |
 //!
-//! The result is always z up, x forward, y left, in metres, and (unless [`ReadOptions::t_pose`] is off, or limbs
-//! are missing) with the SAME rest pose: a T-pose, legs straight down, feet forward and flat, arms straight to the
-//! sides with palms down. Only the world position and heading at which a clip starts stay as they were captured.
+//! The result is always z up, x forward, y left, in metres. It always has the SAME rest pose, unless
+//! [`ReadOptions::t_pose`] is off or limbs are missing. That is a T-pose: legs straight down, feet forward and flat,
+//! arms straight to the sides with palms down. Only the initial world position and heading of a clip stay as captured.
 
 use std::path::{Path, PathBuf};
 

@@ -1,9 +1,9 @@
-//! Networks written out by hand on rows of numbers, for a CPU: what their parts share.
+//! Shared parts of the networks written by hand on rows of numbers, for a CPU.
 //!
-//! All parameters stand in one row of numbers by name ([`Layout`]), where Adam and averages are plain loops. A part packs its
-//! weights once ([`PackedWeight`]), goes forward and keeps what the way back needs, and adds its parameters' gradients to a row
-//! like the parameters'. One pass is one thread's work; who has several cores splits a batch into parts and adds gradients in
-//! the parts' order, and so gets the same numbers on any number of threads.
+//! All parameters are one row of numbers by name ([`Layout`]), on which Adam and averages are plain loops. A part packs
+//! its weights once ([`PackedWeight`]) and goes forward, keeping the intermediate results of the backward pass. It adds
+//! its parameters' gradients to a row of the same layout. One pass runs in one thread. On several cores split a batch
+//! into parts and add gradients in the parts' order: the numbers do not depend on the number of threads.
 
 pub(crate) mod elementary;
 pub(crate) mod gelu;

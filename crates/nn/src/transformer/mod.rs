@@ -1,8 +1,8 @@
 //! Transformers over sequences of fixed length, and the Spline-based Transformer (thesis chapter 3, appendix A).
 //!
-//! [`SplineAutoencoder`] is a network's sizes and parameters; [`LatentTokens`] are the one thing in which the method and its
-//! baselines differ. [`passes`] runs it forward and backward. [`encoder`] is the encoder of Vaswani et al. for sequences of different
-//! lengths. Images become sequences by [`patches`].
+//! [`SplineAutoencoder`] holds a network's sizes and parameters; [`passes`] runs it forward and backward. The method and its
+//! baselines differ in their [`LatentTokens`] only. [`encoder`] is the encoder of Vaswani et al. for sequences of different
+//! lengths. [`patches`] turns images into sequences.
 
 pub mod alibi;
 mod autoencoder;

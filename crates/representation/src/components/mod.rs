@@ -1,5 +1,6 @@
-//! Principal components: the best linear encoder and decoder of a size (Eckart and Young 1936), and so the plain baseline of everything
-//! that puts windows or sequences into a few numbers.
+//! Principal components: the best linear encoder and decoder of a given size (Eckart and Young 1936).
+//!
+//! They are the simple baseline of every encoder of windows or sequences.
 
 mod coefficients;
 mod subspace;

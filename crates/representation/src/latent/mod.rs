@@ -1,9 +1,9 @@
-//! Measures of a space of latent codes (thesis 4.3.2): which motion it calls similar, how well it tells motions apart,
-//! how much it knows of the motion, and whether the way from one code to another is motion too.
+//! Measures of a space of latent codes (thesis 4.3.2): similarity, class separation, information about the motion, and
+//! interpolation.
 //!
-//! The main path: any encoder's output as [`Codes`] → [`lda`] and [`mutual_information`] → [`comparison`] (Table 4.2);
-//! [`search`] (Fig. 4.3) and [`probe`] (what a code knows that its frame does not) on the same codes. [`interpolation`] needs a prior's decoder as well; [`unroll`] makes a clip of what
-//! it decodes and [`footing`] says how that clip stands on its feet.
+//! The main path: any encoder's output as [`Codes`] → [`lda`] and [`mutual_information`] → [`comparison`] (Table 4.2).
+//! [`search`] (Fig. 4.3) and [`probe`] (information beyond the frame) use the same codes. [`interpolation`] also needs
+//! a prior's decoder; [`unroll`] turns its output into a clip and [`footing`] measures the clip's ground contact.
 
 pub mod codes;
 pub mod comparison;

@@ -1,9 +1,8 @@
 //! Motion as a few control points of a latent curve, and editing by them (thesis 3.3.3, Fig. 3.6).
 //!
-//! The main path: clips → [`Poses`] (numbers that do not depend on where on the ground a clip happens) →
-//! [`MotionSplinePlan`] and [`super::spline_transformer::SequenceTrainer`] → [`MotionSpline`], one file →
-//! [`SplinedClip`], a clip as segments of control points with what they leave out → [`Edit`]s of the control points →
-//! a clip again.
+//! The main path: clips → [`Poses`] → [`MotionSplinePlan`] and [`super::spline_transformer::SequenceTrainer`] →
+//! [`MotionSpline`], one file → [`SplinedClip`] → [`Edit`]s → a clip. [`Poses`] do not depend on a clip's place on the
+//! ground. A [`SplinedClip`] has segments of control points and their residual; [`Edit`]s change the control points.
 
 mod comparison;
 mod edit;

@@ -1,12 +1,12 @@
 //! The motion prior (thesis 4.2.1): a latent code for the second of motion around every frame.
 //!
 //! The main path: clips' frames ([`PriorClip`]) → [`Windows`] (eq. 4.2, normalised by [`FeatureStatistics`]) → a
-//! trainer of some kind ([`vae::VaeTrainer`], [`spline::WindowSequences`] for a
-//! [`crate::spline_transformer::SequenceTrainer`], [`pca::PcaTrainer`]) → [`MotionPrior`], one file that encodes any clip of the same
-//! character into one z_t per frame.
+//! trainer → [`MotionPrior`]. A [`MotionPrior`] is one file that encodes any clip of the same character into one z_t
+//! per frame. Trainers are [`vae::VaeTrainer`], [`pca::PcaTrainer`], and a
+//! [`crate::spline_transformer::SequenceTrainer`] on [`spline::WindowSequences`].
 //!
-//! A kind of prior is a folder ([`vae`], [`spline`], [`pca`]) with an implementation of [`PriorKind`] and a line in `kinds.rs`.
-//! Whoever takes a [`MotionPrior`] takes all of them.
+//! A kind of prior is a folder ([`vae`], [`spline`], [`pca`]) with an implementation of [`PriorKind`] and a line in
+//! `kinds.rs`. All users of a [`MotionPrior`] support every kind.
 
 mod dataset;
 mod kind;

@@ -1,13 +1,13 @@
 //! The controller: measured state and a reference in, joint targets out.
 //!
-//! [`Controller`] is constant and [`ControllerState`] is what one robot's run of it remembers, as in `mj_step(model, data)`.
-//! It owns the observation, the history of actions, the normalisation, the frozen policy, the frozen encoder of the motion
-//! prior where the policy asks for z_t, and the action map with its clamps. Training makes it; evaluation, simulation and
-//! the robot run it.
+//! [`Controller`] is constant and [`ControllerState`] is the state of one run, as in `mj_step(model, data)`. It owns
+//! the observation, the history of actions, the normalisation, the frozen policy, and the action map with its clamps.
+//! For a policy that reads z_t it also owns the frozen encoder of the motion prior. Training creates it; evaluation,
+//! simulation and the robot run it.
 //!
 //! The main path: [`Controller::load`] → [`Controller::step`], which is [`Controller::observe`] →
-//! [`Controller::outputs`] → [`Controller::act`]; many robots at once call the three themselves, with the rows of all of
-//! them in the middle. A [`ControllerFile`] is a controller apart from any robot.
+//! [`Controller::outputs`] → [`Controller::act`]. For many robots at once call the three directly, with the rows of all
+//! robots in the middle. A [`ControllerFile`] is a controller without a robot.
 
 mod description;
 mod file;

@@ -80,7 +80,7 @@ impl Verdict {
     }
 
     /// Compares two candidates, the better one first: fewer seconds that rule a motion out, then the critic's higher lowest
-    /// value. A critic alone tells falls no better than plain kinematics do (docs/results/generation.md), so it does not overrule them.
+    /// value. A critic alone tells falls no better than plain kinematics do (docs/results/critic.md), so it does not overrule them.
     pub fn compare(&self, other: &Self) -> Ordering {
         let lowest = |verdict: &Self| verdict.critic.as_ref().map_or(0.0, |opinion| opinion.lowest);
         self.bad_seconds.total_cmp(&other.bad_seconds).then(lowest(other).total_cmp(&lowest(self)))

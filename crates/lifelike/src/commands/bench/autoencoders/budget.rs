@@ -35,7 +35,7 @@ impl Budget {
             }
             Self::Cpu => {
                 // A token no wider than its control point has room for nothing else: at width 64, vectors of 64 numbers did no better than
-                // those of 32 (docs/results/spline-transformers.md). Heads of a narrower network have as many numbers as the thesis'.
+                // those of 32 (docs/results/spline-motion.md). Heads of a narrower network have as many numbers as the thesis'.
                 let width = if 2 * thesis.latent > WIDTH { thesis.width } else { thesis.width.min(WIDTH) };
                 let sizes = SequencePlan { heads: thesis.heads * width / thesis.width, width, ..thesis };
                 // The best of three rates for nearly every method on curves, images, strands and people.
