@@ -1,6 +1,5 @@
 //! Errors of the command line, and the exit codes that scripts see.
 
-#[cfg(feature = "learning")]
 mod learning;
 
 use lifelike_character::CharacterError;

@@ -18,11 +18,9 @@ fn json(output: &Output) -> serde_json::Value {
     serde_json::from_slice(&output.stdout).unwrap()
 }
 
-#[cfg(feature = "learning")]
 const BROKEN: &str = "HIERARCHY\nROOT Hips\n{\n  OFFSET 0 0 zero\n";
 
 /// Two of our clips, one of them in two folders, and a broken file.
-#[cfg(feature = "learning")]
 fn folder(root: &Path) -> std::path::PathBuf {
     let clips = root.join("clips");
     let copy = |name: &str, to: &str| {
@@ -38,7 +36,6 @@ fn folder(root: &Path) -> std::path::PathBuf {
     clips
 }
 
-#[cfg(feature = "learning")]
 #[test]
 fn one_bad_clip_and_one_doubled_do_not_stop_an_evaluation() {
     let root = tempfile::tempdir().unwrap();
@@ -111,7 +108,7 @@ fn a_robot_that_nothing_holds_up_is_refused_before_it_trains() {
     .unwrap();
     let train = ["train", "tracker", "--plan", plan.to_str().unwrap(), "-o", out.to_str().unwrap()];
     let check = ["motion", "check", "motions/nod.keys.toml", "--robot", &duck];
-    let commands: &[&[&str]] = if cfg!(feature = "learning") { &[&train, &check] } else { &[&check] };
+    let commands: &[&[&str]] = &[&train, &check];
     for command in commands {
         let output = lifelike(command);
         assert_eq!(output.status.code(), Some(3), "{command:?}: {}", err(&output));
