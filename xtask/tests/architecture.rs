@@ -31,7 +31,7 @@ const FLOORS: [(&str, u32); 19] = [
 
 /// Crates that stand on a floor for their use, but must know little of what is below them.
 const ONLY: [(&str, &[&str]); 6] = [
-    ("augmentation", &["character", "checkpoint", "dense", "motion", "nn", "report", "robot", "sim", "simd", "train"]),
+    ("augmentation", &["character", "checkpoint", "motion", "nn", "report", "robot", "sim", "train"]),
     ("language", &["character", "checkpoint", "motion"]),
     ("nn", &["checkpoint", "dense", "simd"]),
     ("train", &["checkpoint", "dense", "nn", "report", "simd"]),

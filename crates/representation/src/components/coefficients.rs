@@ -71,17 +71,20 @@ impl Components {
     /// `[N, size]` to `[N, k]`, row-major.
     pub fn encode(&self, rows: &[f32]) -> Vec<f32> {
         let size = self.mean.len();
-        // x · row / |row|² is the component in standard deviations.
         let mut columns = vec![0.0; self.directions.len()];
         for (k, row) in self.directions.chunks_exact(size).enumerate() {
-            let square = row.iter().map(|x| x * x).sum::<f32>().max(f32::MIN_POSITIVE);
-            row.iter().enumerate().for_each(|(i, x)| columns[i * self.latent + k] = x / square);
+            row.iter().enumerate().for_each(|(i, x)| columns[i * self.latent + k] = *x);
         }
         let columns = PackedWeight::new(&columns, [size, self.latent]);
+        let square = |row: &[f32]| row.iter().map(|x| x * x).sum::<f32>().max(f32::MIN_POSITIVE);
+        let squares: Vec<f32> = self.directions.chunks_exact(size).map(square).collect();
+        // x · row / |row|² is the component in standard deviations.
         let part = |rows: &[f32]| {
             let mut rows = rows.to_vec();
             rows.chunks_exact_mut(size).for_each(|row| row.iter_mut().zip(&self.mean).for_each(|(x, mean)| *x -= mean));
-            columns.forward(&rows, &[])
+            let mut codes = columns.forward(&rows, &[]);
+            codes.iter_mut().zip(squares.iter().cycle()).for_each(|(code, square)| *code /= square);
+            codes
         };
         rows.par_chunks(PART * size).map(part).collect::<Vec<_>>().concat()
     }
