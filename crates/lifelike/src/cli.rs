@@ -126,7 +126,9 @@ mod tests {
             (&["-v"], Level::DEBUG, Level::WARN),
             (&["-vv"], Level::TRACE, Level::TRACE),
         ] {
-            for (target, least) in [("lifelike::cli", own), ("lifelike_report::run", own), ("symphonia_core", libraries)] {
+            for (target, least) in
+                [("lifelike::cli", own), ("lifelike_report::run", own), ("symphonia_core", libraries)]
+            {
                 for level in [Level::ERROR, Level::WARN, Level::INFO, Level::DEBUG, Level::TRACE] {
                     assert_eq!(says(flags, target, level), level <= least, "{flags:?} {target} {level}");
                 }

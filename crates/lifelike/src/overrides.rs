@@ -65,7 +65,6 @@ fn present_name(key: &str) -> String {
     lifelike_tracking::plan::keys::present_name(key)
 }
 
-
 /// A TOML value; what is none is a text, so that paths need no quotes.
 fn parse(value: &str) -> Value {
     let table: Result<Table, _> = format!("value = {value}").parse();

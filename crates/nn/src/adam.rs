@@ -162,7 +162,8 @@ impl Adam {
             let range = layout.range(&entry.name);
             match muon::matrix(&entry.name, &entry.shape) {
                 Some(shape) => {
-                    let gathered = muon::gathered(&mut self.first[range.clone()], &gradient[range.clone()], scale as f32);
+                    let gathered =
+                        muon::gathered(&mut self.first[range.clone()], &gradient[range.clone()], scale as f32);
                     matrices.push((range, shape, gathered));
                 }
                 None => self.adam(range, values, gradient, scale, rate),

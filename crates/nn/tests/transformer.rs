@@ -130,7 +130,9 @@ fn gradients_are_those_of_finite_differences_along_random_directions() {
                 let moved = |by: f64| {
                     let mut network = network.clone();
                     let values = network.parameters_mut().get_mut(&entry.name).iter_mut();
-                    values.zip(&sums[range.clone()]).for_each(|(x, along)| *x += (by * f64::from(*along) / size) as f32);
+                    values
+                        .zip(&sums[range.clone()])
+                        .for_each(|(x, along)| *x += (by * f64::from(*along) / size) as f32);
                     loss(&network)
                 };
                 let slope = (moved(0.02) - moved(-0.02)) / 0.04;

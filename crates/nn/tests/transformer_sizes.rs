@@ -98,9 +98,7 @@ fn a_decoder_twice_as_wide_has_the_parameters_counted_by_hand() {
 #[test]
 fn the_same_seed_gives_the_same_network_and_another_one_another() {
     let config = AutoencoderConfig::new(2, 3, 1, 2, 8);
-    let control = |seed| {
-        config.init(seed, "test").unwrap().forward(&[1.0; 8], 4).unwrap()
-    };
+    let control = |seed| config.init(seed, "test").unwrap().forward(&[1.0; 8], 4).unwrap();
     assert_eq!(control(1), control(1));
     assert_ne!(control(1), control(2));
 }

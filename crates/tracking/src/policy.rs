@@ -123,8 +123,7 @@ impl Policy {
                 spec.write_frames(&frames, &mut row[width - window..])?;
             }
             self.normalizer.normalize(&mut rows);
-            let windows: Vec<f32> =
-                rows.chunks_exact(width).flat_map(|row| &row[width - window..]).copied().collect();
+            let windows: Vec<f32> = rows.chunks_exact(width).flat_map(|row| &row[width - window..]).copied().collect();
             codes.extend(self.actor.codes(&windows));
         }
         Ok(codes)

@@ -16,9 +16,10 @@ pub fn log_probability_of_noise(noise: &[f32], log_std: &[f32]) -> f32 {
 pub fn divergence(old: (&[f32], &[f32]), new: (&[f32], &[f32])) -> Vec<f64> {
     let ((old_means, old_log_std), (new_means, new_log_std)) = (old, new);
     let precision = |log_std: &f32| 0.5 * f64::from(-2.0 * log_std).exp();
-    let scales = old_log_std.iter().zip(new_log_std).map(|(old, new)| {
-        f64::from(2.0 * old).exp() * precision(new) + f64::from(new - old) - 0.5
-    });
+    let scales = old_log_std
+        .iter()
+        .zip(new_log_std)
+        .map(|(old, new)| f64::from(2.0 * old).exp() * precision(new) + f64::from(new - old) - 0.5);
     let scale: f64 = scales.sum();
     let rows = old_means.chunks_exact(old_log_std.len()).zip(new_means.chunks_exact(new_log_std.len()));
     let shift = |(old, new): (&[f32], &[f32])| -> f64 {

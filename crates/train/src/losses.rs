@@ -101,9 +101,8 @@ mod tests {
         };
         // Ratios on both sides of both bounds.
         let old: Vec<f32> = (0..batch).map(|i| probability(i) + 0.4 * wave(i, 1.9)).collect();
-        let value = |means: &[f32], log_std: &[f32]| {
-            surrogate(means, log_std, &actions, &old, &advantages, 0.2, batch).value
-        };
+        let value =
+            |means: &[f32], log_std: &[f32]| surrogate(means, log_std, &actions, &old, &advantages, 0.2, batch).value;
         let got = surrogate(&means, &log_std, &actions, &old, &advantages, 0.2, batch);
         // By hand: the mean of the smaller of two products.
         let smaller = |i: usize| {

@@ -305,8 +305,10 @@ impl Learner {
         self.actor_normalizer = normalizer(&names.actor_normalizer, self.actor_normalizer.size())?;
         self.critic_normalizer = normalizer(&names.critic_normalizer, self.critic_normalizer.size())?;
         let adam = AdamConfig::adam();
-        self.actor_adam = Adam::load_from(adam, self.actor.parameters().layout(), checkpoint, &format!("{prefix}.actor_adam"))?;
-        self.critic_adam = Adam::load_from(adam, self.critic.parameters().layout(), checkpoint, &format!("{prefix}.critic_adam"))?;
+        self.actor_adam =
+            Adam::load_from(adam, self.actor.parameters().layout(), checkpoint, &format!("{prefix}.actor_adam"))?;
+        self.critic_adam =
+            Adam::load_from(adam, self.critic.parameters().layout(), checkpoint, &format!("{prefix}.critic_adam"))?;
         self.learning_rate = checkpoint.f64s(&format!("{prefix}.rate"), &[1])?[0];
         let pending = Rollout::load(checkpoint, &format!("{prefix}.pending"))?;
         let iteration = || checkpoint.u64s(&format!("{prefix}.pending_iteration"), &[1]);

@@ -84,8 +84,10 @@ mod tests {
             rows
         };
         for at in 0..15 {
-            let by_text = loss(&moved(&text, at, 1e-3), &motion, &kinds) - loss(&moved(&text, at, -1e-3), &motion, &kinds);
-            let by_motion = loss(&text, &moved(&motion, at, 1e-3), &kinds) - loss(&text, &moved(&motion, at, -1e-3), &kinds);
+            let by_text =
+                loss(&moved(&text, at, 1e-3), &motion, &kinds) - loss(&moved(&text, at, -1e-3), &motion, &kinds);
+            let by_motion =
+                loss(&text, &moved(&motion, at, 1e-3), &kinds) - loss(&text, &moved(&motion, at, -1e-3), &kinds);
             assert!((by_text / 2e-3 - f64::from(got.by_text[at])).abs() < 1e-4, "{at}");
             assert!((by_motion / 2e-3 - f64::from(got.by_motion[at])).abs() < 1e-4, "{at}");
         }

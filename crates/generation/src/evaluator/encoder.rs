@@ -52,9 +52,7 @@ impl PooledEncoder {
         let out = [2 * channels, width];
         Self {
             channels,
-            blocks: (0..blocks)
-                .map(|i| ResBlock::new(&format!("{prefix}.blocks.{i}"), channels, parameters))
-                .collect(),
+            blocks: (0..blocks).map(|i| ResBlock::new(&format!("{prefix}.blocks.{i}"), channels, parameters)).collect(),
             norm: ChannelNorm::new(&format!("{prefix}.norm"), parameters),
             out: Linear::new(&format!("{prefix}.out"), out, parameters.layout(), parameters.values()),
         }

@@ -193,7 +193,8 @@ impl EvaluatorTrainer {
         }
         *self.best.network.parameters_mut() = self.best.network.parameters().load_from(checkpoint, BEST)?;
         *self.network.parameters_mut() = self.network.parameters().load_from(checkpoint, NETWORK)?;
-        self.optimizer = Adam::load_from(AdamConfig::adam(), self.network.parameters().layout(), checkpoint, "optimizer")?;
+        self.optimizer =
+            Adam::load_from(AdamConfig::adam(), self.network.parameters().layout(), checkpoint, "optimizer")?;
         self.score = Some(checkpoint.f64s("score", &[1])?[0]).filter(|score| !score.is_nan());
         let progress = checkpoint.u64s("progress", &[2])?;
         (self.iteration, self.skipped) = (progress[0], progress[1]);

@@ -235,12 +235,7 @@ impl HistoryAttention {
     }
 
     /// Adds the parameters' gradients; returns those by past and present.
-    pub fn backward(
-        &self,
-        pass: AttentionPass,
-        gradient: &[f32],
-        sums: &mut [f32],
-    ) -> (Vec<f32>, Vec<f32>) {
+    pub fn backward(&self, pass: AttentionPass, gradient: &[f32], sums: &mut [f32]) -> (Vec<f32>, Vec<f32>) {
         let AttentionPass { sequences, past, present, query, before, own, mixed } = pass;
         let sizes = self.sizes;
         let by_mixed = self.output.backward(&mixed, gradient, sums);

@@ -88,7 +88,8 @@ impl Layout {
 
     /// Returns the place of all parameters whose names begin with a prefix; they are neighbours.
     pub fn range_under(&self, prefix: &str) -> Range<usize> {
-        let mut places = self.entries.iter().filter(|entry| entry.name.starts_with(prefix)).map(|e| self.range(&e.name));
+        let mut places =
+            self.entries.iter().filter(|entry| entry.name.starts_with(prefix)).map(|e| self.range(&e.name));
         let first = places.next().unwrap_or(0..0);
         first.start..places.next_back().map_or(first.end, |last| last.end)
     }

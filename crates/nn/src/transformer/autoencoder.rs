@@ -4,9 +4,9 @@ use lifelike_checkpoint::rng;
 
 use super::config::{AutoencoderConfig, NetworkError};
 use super::latent::LatentTokens;
+use super::passes::PassError;
 use super::passes::Weights;
 use super::sampling::Sampling;
-use super::passes::PassError;
 use crate::init;
 use crate::parameters::{ParameterList, Parameters};
 

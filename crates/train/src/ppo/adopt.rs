@@ -62,7 +62,8 @@ impl Learner {
         inputs: Option<Inputs<'_>>,
     ) -> Result<bool, TrainError> {
         let (policy, value) = inputs.map(|inputs| (inputs.policy, inputs.value)).unzip();
-        *self.actor.parameters_mut() = load(checkpoint, &names.actor, FIRST_OF_POLICY, self.actor.parameters(), policy)?;
+        *self.actor.parameters_mut() =
+            load(checkpoint, &names.actor, FIRST_OF_POLICY, self.actor.parameters(), policy)?;
         self.average = PolicyAverage::new(&self.actor);
         self.actor_normalizer = normalizer(checkpoint, &names.actor_normalizer, &self.actor_normalizer, policy)?;
         let has = checkpoint.contains(&format!("{}.mean", names.critic_normalizer));

@@ -10,8 +10,8 @@ use lifelike_train::collective::Alone;
 use serde::Serialize;
 
 use crate::commands::machine::{Machine, peak};
-use crate::commands::train;
 use crate::commands::physics::Physics;
+use crate::commands::train;
 use crate::error::CliError;
 use crate::output::{Output, table};
 use crate::plans;

@@ -13,7 +13,6 @@ use lifelike_train::collective::Collective;
 use serde_json::json;
 
 use super::driver::Driver;
-use crate::commands::physics::Physics;
 use super::keys;
 use super::processes;
 use super::source::Source;
@@ -23,6 +22,7 @@ use crate::commands::clips;
 use crate::commands::export;
 use crate::commands::machine::memory;
 use crate::commands::physics;
+use crate::commands::physics::Physics;
 use crate::commands::prior_file::Prior;
 use crate::error::CliError;
 use crate::next::NextCommand;

@@ -81,13 +81,7 @@ impl Layer {
     }
 
     /// Adds the gradients of the layer's parameters; returns the gradient by x.
-    pub(super) fn backward(
-        &self,
-        pass: LayerPass,
-        gradient: &[f32],
-        lengths: &[usize],
-        sums: &mut [f32],
-    ) -> Vec<f32> {
+    pub(super) fn backward(&self, pass: LayerPass, gradient: &[f32], lengths: &[usize], sums: &mut [f32]) -> Vec<f32> {
         let LayerPass { x, projected, attention, mixed, sums: [first, second], inner } = pass;
         let [projection, output, into, out_of] = &self.maps;
         let mut by_second = self.norms[1].backward(&second, gradient, sums);

@@ -2,8 +2,8 @@
 
 use super::attention::{self, Shape, padded_bias};
 use super::norm::Norm;
-use crate::rows::gelu::gelu_and_gradient;
 use crate::parameters::Parameters;
+use crate::rows::gelu::gelu_and_gradient;
 use crate::rows::{Linear, activated, add};
 use crate::transformer::alibi;
 

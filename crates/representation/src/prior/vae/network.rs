@@ -122,9 +122,8 @@ impl MotionVae {
     pub(super) fn weights(&self) -> VaeWeights<'_> {
         let (p, Sizes { features, channels: c, latent, .. }) = (&self.parameters, self.sizes);
         let flat = c * self.sizes.steps();
-        let blocks = |side: &str| {
-            (0..self.sizes.blocks).map(|i| ResBlock::new(&format!("{side}_blocks.{i}"), c, p)).collect()
-        };
+        let blocks =
+            |side: &str| (0..self.sizes.blocks).map(|i| ResBlock::new(&format!("{side}_blocks.{i}"), c, p)).collect();
         VaeWeights {
             sizes: self.sizes,
             linear_path: self.linear_path.as_ref(),

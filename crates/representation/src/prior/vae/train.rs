@@ -163,7 +163,8 @@ impl VaeTrainer {
 
     /// The share of some windows in losses and gradient.
     fn part(&self, weights: &VaeWeights<'_>, rows: &[f32], noise: &[f32], kl_weight: f64) -> (Losses, Vec<f32>) {
-        let (batch, samples, latent) = (self.plan.batch as f64, self.plan.windows.window().len() as f64, self.plan.latent);
+        let (batch, samples, latent) =
+            (self.plan.batch as f64, self.plan.windows.window().len() as f64, self.plan.latent);
         let mut sums = vec![0.0; self.vae.parameters().len()];
         let (encoded, encoder) = weights.encode(rows);
         let Encoded { mean, log_variance } = &encoded;
