@@ -46,9 +46,6 @@ impl Loaded {
         Ok(Self { controller, encoder: prior.map(|prior| Box::new(prior) as Box<dyn LatentEncoder>) })
     }
 
-    /// Reads a controller or a policy for a robot that was loaded before. Without the training framework the prior of a
-    /// policy must be a convolutional one, which a controller runs by itself.
-
     /// Sets up evaluations in this physics.
     pub fn setup<'a>(&'a self, simulate: &'a SimulationFactory<'a>) -> EvaluationSetup<'a> {
         let encoder = self.encoder.as_deref();
