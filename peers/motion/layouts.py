@@ -1,11 +1,17 @@
 """One motion in the layouts of robot motion, as NumPy, pickle, PyTorch and MuJoCo write and read them.
 
     python layouts.py --write FOLDER    writes the fixtures of crates/motion/src/formats/tests/robot_motion
-    python layouts.py --check FOLDER    reads one clip that `lifelike motion convert` wrote in every layout, and compares
+    python layouts.py --check FOLDER    reads what `lifelike motion convert` wrote in every layout, and compares
 
-The motion is of lima (robots/lima.xml): a turn with steps, 5 frames at 50 frames per second, made up. Poses and velocities of bodies are
-MuJoCo's: velocities of joints and root are numpy.gradient (as torch.gradient), the root's angular velocity is a central
-difference of rotations repeated at the ends, bodies move at the origins of their frames. Needs numpy, torch, mujoco 4.0, scipy.
+The files of --check come from lafan1.csv of --write, each by
+
+    lifelike motion convert lafan1.csv FOLDER/LAYOUT.SUFFIX --to LAYOUT \\
+        --layout lafan1 --input-fps 50 --fps 50 --robot lima
+
+The motion is of lima (robots/lima.xml): a turn with steps, 5 frames at 50 frames per second, made up. Poses and
+velocities of bodies are MuJoCo's: velocities of joints and root are numpy.gradient (as torch.gradient), the root's
+angular velocity is a central difference of rotations repeated at the ends, bodies move at the origins of their
+frames. Needs numpy, torch, mujoco 4.0, scipy.
 """
 
 import argparse
@@ -91,7 +97,8 @@ def write(folder):
     np.savez_compressed(folder / "mjlab.npz", fps=[FPS], **mjlab)
     level, order = breadth_first(m, joints)
     level = [b - 1 for b in level]
-    beyond = {"joint_pos": q[:, order], "joint_vel": joint_vel[:, order], **{name: v[:, level] for name, v in robot.items()}}
+    beyond = {"joint_pos": q[:, order], "joint_vel": joint_vel[:, order]}
+    beyond.update({name: value[:, level] for name, value in robot.items()})
     np.savez_compressed(folder / "beyondmimic.npz", fps=[FPS], **f32(beyond))
     names = {"joint_names": np.asarray(joints, dtype=object), "robot": np.asarray("lima", dtype=object)}
     twice = {name: np.concatenate([value, value[:3]]) for name, value in mjlab.items()}
@@ -105,7 +112,8 @@ def write(folder):
         folder / "holosoma.npz", fps=np.array([FPS]), joint_pos=qpos, joint_vel=qvel, **world,
         joint_names=np.array(joints), body_names=np.array(bodies),
     )
-    gmr = {"fps": FPS, "root_pos": place, "root_rot": xyzw, "dof_pos": q, "local_body_pos": None, "link_body_list": None}
+    gmr = {"fps": FPS, "root_pos": place, "root_rot": xyzw, "dof_pos": q}
+    gmr |= {"local_body_pos": None, "link_body_list": None}
     for protocol in (2, 4, 5):
         (folder / f"gmr{protocol}.pkl").write_bytes(pickle.dumps(gmr, protocol=protocol))
     fortran = {**gmr, "fps": np.float64(FPS), "dof_pos": np.asfortranarray(q), "joint_names": joints}
@@ -115,9 +123,11 @@ def write(folder):
     tensor = lambda value: torch.tensor(value, dtype=torch.float32)
     torch.save(
         {
-            "dof_pos": tensor(q.T).T, "dof_vel": tensor(joint_vel), "rigid_body_pos": tensor(robot["body_pos_w"]),
-            "rigid_body_rot": tensor(robot["body_quat_w"][..., [1, 2, 3, 0]]), "rigid_body_vel": tensor(robot["body_lin_vel_w"]),
-            "rigid_body_ang_vel": tensor(robot["body_ang_vel_w"]), "rigid_body_contacts": contacts, "fps": FPS,
+            "dof_pos": tensor(q.T).T, "dof_vel": tensor(joint_vel), "fps": FPS, "rigid_body_contacts": contacts,
+            "rigid_body_pos": tensor(robot["body_pos_w"]),
+            "rigid_body_rot": tensor(robot["body_quat_w"][..., [1, 2, 3, 0]]),
+            "rigid_body_vel": tensor(robot["body_lin_vel_w"]),
+            "rigid_body_ang_vel": tensor(robot["body_ang_vel_w"]),
         },
         folder / "protomotions.motion",
     )
@@ -142,7 +152,8 @@ def check(folder):
     signed = lambda got, expected: got * np.sign((got * expected).sum(-1, keepdims=True))
     for name, root in (("lafan1", xyzw), ("kimodo", wxyz)):
         same(name, np.loadtxt(folder / f"{name}.csv", delimiter=","), np.concatenate([place, root, q], 1))
-    for name, b, j in (("mjlab", list(range(m.nbody - 1)), list(range(len(joints)))), ("beyondmimic", level, order)):
+    depth_first = list(range(m.nbody - 1)), list(range(len(joints)))
+    for name, b, j in (("mjlab", *depth_first), ("beyondmimic", level, order)):
         file = np.load(folder / f"{name}.npz")
         assert file["fps"].tolist() == [FPS] and file["joint_pos"].dtype == np.float32
         same(f"{name} joint_pos", file["joint_pos"], q[:, j])
@@ -155,7 +166,8 @@ def check(folder):
     assert file["joint_names"].tolist() == joints and file["segment_length"].tolist() == [len(q)]
     same("wbc joint_pos", file["joint_pos"], q)
     file = np.load(folder / "holosoma.npz")
-    assert file["joint_names"].tolist() == joints and file["body_names"].tolist() == bodies and file["fps"].tolist() == [FPS]
+    assert file["joint_names"].tolist() == joints and file["body_names"].tolist() == bodies
+    assert file["fps"].tolist() == [FPS]
     same("holosoma joint_pos", file["joint_pos"], np.concatenate([place, wxyz, q], 1))
     same("holosoma joint_vel", file["joint_vel"], np.concatenate([linear, angular, joint_vel], 1), 1e-4)
     for key in ("body_pos_w", "body_lin_vel_w", "body_ang_vel_w"):

@@ -1,11 +1,11 @@
 //! HumanML3D (Guo et al. 2022): motion of SMPL's 22 joints at 20 frames per second, y up, as one `.npy`.
 //!
-//! Two kinds of files are read. `new_joint_vecs` has 263 features a frame, of which the first 67 say where the joints are: the
-//! root's turn (half angle per frame) and velocity in its own heading, its height, and the other joints beside it.
-//! `new_joints` has the positions themselves, `[frames, 22, 3]`.
+//! Two kinds of files are read. `new_joint_vecs` has 263 features a frame, of which the first 67 say where the joints
+//! are: the root's turn (half angle per frame) and velocity in its own heading, its height, and the other joints
+//! beside it. `new_joints` has the positions themselves, `[frames, 22, 3]`.
 //!
-//! Positions have no twist about a bone. A joint with several children turns as they do; any other turns from its parent by the
-//! shortest way.
+//! Positions have no twist about a bone. A joint with several children turns as they do; any other turns from its
+//! parent by the shortest way.
 
 use std::path::Path;
 

@@ -1,7 +1,8 @@
 //! NumPy's `.npz`: a zip of arrays, each a `.npy` file.
 //!
-//! Numbers and texts are read; lists of texts that NumPy pickled go through [`Pickle`], which executes nothing. A header
-//! has three keys, so it is read here: the crates that do it bring a parser generator and, for the zip, C libraries.
+//! Numbers and texts are read; lists of texts that NumPy pickled go through [`Pickle`], which executes nothing. A
+//! header has three keys, so it is read here: the crates that do it bring a parser generator and, for the zip, C
+//! libraries.
 
 use std::io::{BufReader, Cursor, Read, Write};
 use std::path::Path;
@@ -119,8 +120,8 @@ impl Array<'_, '_, '_> {
         self.select(|_, column| column < columns)
     }
 
-    /// Reads the numbers of these rows and columns, row after row: all axes after the first are columns. Memory grows with
-    /// the numbers that are in the file, not with the header's shape.
+    /// Reads the numbers of these rows and columns, row after row: all axes after the first are columns. Memory grows
+    /// with the numbers that are in the file, not with the header's shape.
     pub(super) fn select(mut self, keep: impl Fn(usize, usize) -> bool) -> Result<Vec<f64>, MotionError> {
         let shape = &self.header.shape;
         let rows = shape.first().copied().unwrap_or(1);

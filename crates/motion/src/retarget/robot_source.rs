@@ -9,12 +9,12 @@ use crate::formats::raw::RawClip;
 use crate::formats::{Hints, Known, ReadOptions};
 use crate::source::SourceClip;
 
-/// Returns a robot's motion as a source, with the roles of its joints: a joint for each body, roles by the robot's anatomy, the
-/// reference pose at rest.
+/// Returns a robot's motion as a source, with the roles of its joints: a joint for each body, roles by the robot's
+/// anatomy, the reference pose at rest.
 ///
 /// # Errors
-/// [`MotionError::Mismatch`] where clip and robot name different joints; [`MotionError::Unfit`] for a robot without legs that
-/// are known.
+/// [`MotionError::Mismatch`] where clip and robot name different joints; [`MotionError::Unfit`] for a robot without
+/// legs that are known.
 pub fn source_of_robot(
     clip: &MotionClip,
     robot: &Character,

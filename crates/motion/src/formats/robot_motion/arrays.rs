@@ -204,7 +204,8 @@ fn collect(
     Ok(kept)
 }
 
-/// Returns a tensor's numbers by their place in C order: none if they reach beyond the storage, or repeat what is there.
+/// Returns a tensor's numbers by their place in C order: none if they reach beyond the storage, or repeat what is
+/// there.
 fn tensor_view<'t>(tensor: &'t Tensor, bytes: &'t [u8]) -> Option<impl Fn(usize) -> f64 + use<'t>> {
     let size = tensor.kind.size();
     let count = tensor.shape.iter().try_fold(1, |product: usize, size| product.checked_mul(*size))?;

@@ -1,7 +1,9 @@
-//! holosoma's npz: joint_pos is root position, quaternion w x y z and joints; names of joints and bodies, the world first.
+//! holosoma's npz: joint_pos is root position, quaternion w x y z and joints; names of joints and bodies, the world
+//! first.
 //!
-//! holosoma's own converter (0.1.0) turns the bodies' angular velocities once more by the root, and takes linear velocities at the
-//! centres of mass. Files written here have those of the bodies' frames in the world, as the arrays' names say.
+//! holosoma's own converter (0.1.0) turns the bodies' angular velocities once more by the root, and takes linear
+//! velocities at the centres of mass. Files written here have those of the bodies' frames in the world, as the
+//! arrays' names say.
 
 use super::arrays::Kind;
 use super::kinematics::{self, Traversal};

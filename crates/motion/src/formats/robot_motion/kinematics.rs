@@ -1,7 +1,8 @@
 //! Poses and velocities of a robot's bodies, as the field's converters compute them.
 //!
-//! Velocities of joints and root are those of `torch.gradient`: central differences, one-sided at the ends. The root's angular
-//! velocity is a central difference of rotations, repeated at the ends. Bodies move at the origins of their frames.
+//! Velocities of joints and root are those of `torch.gradient`: central differences, one-sided at the ends. The
+//! root's angular velocity is a central difference of rotations, repeated at the ends. Bodies move at the origins of
+//! their frames.
 
 use lifelike_character::{Character, JointKind, Kinematics, Quat, Vec3};
 
@@ -158,8 +159,8 @@ fn angular(rotations: &[Quat], fps: f64) -> Vec<Vec3> {
     (0..rotations.len()).map(between).collect()
 }
 
-/// Returns the mean distance (m) of bodies in a file from where the robot's joints put them, in one order. None where the robot has
-/// other numbers of bodies or joints.
+/// Returns the mean distance (m) of bodies in a file from where the robot's joints put them, in one order. None where
+/// the robot has other numbers of bodies or joints.
 pub(super) fn distance(clip: &Sampled<'_>, context: &Context<'_>, order: Traversal) -> Option<f64> {
     let robot = context.robot?;
     let bodies = order.bodies(robot);

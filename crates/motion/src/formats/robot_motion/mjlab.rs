@@ -1,8 +1,8 @@
 //! `motion.npz` of mjlab and BeyondMimic, and wbc-mjlab's bundles: joints, and poses and velocities of all bodies.
 //!
-//! mjlab and BeyondMimic have the same arrays without names. mjlab numbers bodies and joints depth-first, BeyondMimic (Isaac Lab)
-//! breadth-first. The robot's forward kinematics tells which: only in the right order are the bodies where the joints put
-//! them.
+//! mjlab and BeyondMimic have the same arrays without names. mjlab numbers bodies and joints depth-first, BeyondMimic
+//! (Isaac Lab) breadth-first. The robot's forward kinematics tells which: only in the right order are the bodies
+//! where the joints put them.
 
 use super::arrays::{Arrays, Kind};
 use super::kinematics::{self, Sampled, Traversal};
@@ -14,7 +14,8 @@ use crate::formats::npz::{self, Written};
 
 /// Frames at which bodies are compared with forward kinematics.
 const SAMPLES: usize = 16;
-/// Mean distance (m) up to which bodies are where the joints put them: files have 32-bit numbers, models differ by mm.
+/// Mean distance (m) up to which bodies are where the joints put them: files have 32-bit numbers, models differ by
+/// mm.
 const NEAR: f64 = 0.01;
 /// Arrays of poses.
 const POSES: [&str; 3] = ["joint_pos", "body_pos_w", "body_quat_w"];

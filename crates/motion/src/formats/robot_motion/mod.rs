@@ -1,8 +1,8 @@
 //! Layouts in which other programs keep the motion of robots, read and written.
 //!
 //! A [`Layout`] is one constant: its name, a test of the content, a reader into [`RobotMotion`] and a writer from a
-//! [`MotionClip`]. [`LAYOUTS`] is the one list; a new layout is one file and its name there. The layout of a file is found from
-//! its content. Where two fit, the file is refused with the option that decides.
+//! [`MotionClip`]. [`LAYOUTS`] is the one list; a new layout is one file and its name there. The layout of a file is
+//! found from its content. Where two fit, the file is refused with the option that decides.
 
 mod arrays;
 mod bones;
@@ -232,8 +232,8 @@ pub fn by_name(name: &str) -> Result<&'static Layout, String> {
 /// Reads a file in any layout.
 ///
 /// # Errors
-/// [`MotionError::Container`] where no layout fits or more than one does, with the option that decides; the layout's own
-/// errors.
+/// [`MotionError::Container`] where no layout fits or more than one does, with the option that decides; the layout's
+/// own errors.
 pub fn read(bytes: &[u8], file: &Path, options: &ReadOptions) -> Result<Reading, MotionError> {
     if options.layout.is_none_or(|layout| layout.name == own::MOTION.name) && is_own(bytes) {
         let clip = crate::container::from_bytes(bytes, file)?;
@@ -255,7 +255,7 @@ pub fn read(bytes: &[u8], file: &Path, options: &ReadOptions) -> Result<Reading,
     motion.fps = Some(rate(stated, layout, options.fps, file)?);
     let fps = motion.fps.unwrap_or_default();
     let from = match (options.fps, stated) {
-        (Some(_), _) => " (--fps)",
+        (Some(_), _) => " (as given)",
         (None, Some(_)) => "",
         (None, None) => " (the layout's own)",
     };
@@ -305,8 +305,8 @@ pub fn by_ending(file: &Path) -> Result<&'static Layout, String> {
 /// Writes a clip in a layout, at the clip's rate.
 ///
 /// # Errors
-/// [`MotionError::Unfit`] where the layout needs a robot and none is given; [`MotionError::Mismatch`] where clip and robot
-/// differ.
+/// [`MotionError::Unfit`] where the layout needs a robot and none is given; [`MotionError::Mismatch`] where clip and
+/// robot differ.
 pub fn write(clip: &MotionClip, layout: &Layout, robot: Option<&Character>) -> Result<Vec<u8>, MotionError> {
     clip.check()?;
     if layout.needs_robot && robot.is_none() {

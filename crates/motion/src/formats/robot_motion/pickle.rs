@@ -1,11 +1,11 @@
 //! Pickles of NumPy and PyTorch, read without executing anything.
 //!
-//! A pickle is a program for a stack machine that may call any function. This reader knows the operations that build numbers,
-//! texts, lists, dicts and arrays, and a fixed list of names ([`Global::of`]). Each name is data here: no function is called.
-//! Any other operation or name is refused.
+//! A pickle is a program for a stack machine that may call any function. This reader knows the operations that build
+//! numbers, texts, lists, dicts and arrays, and a fixed list of names ([`Global::of`]). Each name is data here: no
+//! function is called. Any other operation or name is refused.
 //!
-//! Values are in one arena and refer to each other by index, so a value that is repeated is there once, nesting costs no
-//! stack, and memory is at most proportional to the file.
+//! Values are in one arena and refer to each other by index, so a value that is repeated is there once, nesting costs
+//! no stack, and memory is at most proportional to the file.
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -132,7 +132,8 @@ impl Pickle {
     /// Reads a pickle.
     ///
     /// # Errors
-    /// [`MotionError::Container`] for an operation or a name that is not on the list, and for anything that is broken.
+    /// [`MotionError::Container`] for an operation or a name that is not on the list, and for anything that is
+    /// broken.
     pub fn parse(bytes: &[u8], file: &Path) -> Result<Self, MotionError> {
         let mut machine =
             Machine { bytes, at: 0, values: Vec::new(), stack: Vec::new(), marks: Vec::new(), memo: HashMap::new() };
@@ -513,7 +514,8 @@ impl<'a> Machine<'a> {
         }
     }
 
-    /// Returns the bytes that a text of Latin letters stands for. The text is used up: repeated, it would be copied each time.
+    /// Returns the bytes that a text of Latin letters stands for. The text is used up: repeated, it would be copied
+    /// each time.
     fn encoded(&mut self, id: Id) -> Step<Vec<u8>> {
         let bytes = self.text(id)?.chars().map(|c| u8::try_from(c).map_err(|_| "bytes of no Latin letters".to_owned()));
         let bytes = bytes.collect::<Step<Vec<u8>>>()?;

@@ -1,4 +1,5 @@
-//! ProtoMotions' `.motion`: a dict of tensors by `torch.save`, bodies and joints in the order of the model, quaternions x y z w.
+//! ProtoMotions' `.motion`: a dict of tensors by `torch.save`, bodies and joints in the order of the model,
+//! quaternions x y z w.
 
 use super::arrays::Kind;
 use super::encode::{self, Entry};

@@ -82,7 +82,8 @@ pub(super) fn without_flips(rotations: &mut [Quat]) {
 /// Finds which of two readings of the same numbers is right: none where both are possible.
 ///
 /// A robot is upright. A quaternion of a robot that faces along x is upright in the other order as well, but faces
-/// backward and has roll and turn exchanged. There a large turn decides, else the soles: they slip in the wrong reading.
+/// backward and has roll and turn exchanged. There a large turn decides, else the soles: they slip in the wrong
+/// reading.
 pub(super) fn find_order(xyzw: &RobotMotion, wxyz: &RobotMotion, context: &Context<'_>) -> Option<Order> {
     let tilts = [xyzw, wxyz].map(|motion| tilt(&motion.root_orientation));
     let by_tilt = match tilts {
@@ -106,7 +107,8 @@ fn tilt(rotations: &[Quat]) -> f64 {
     angles.sum::<f64>() / rotations.len().max(1) as f64
 }
 
-/// Decides by the deviation of the first number against that of the third: the one is the turn where the other is the roll.
+/// Decides by the deviation of the first number against that of the third: the one is the turn where the other is the
+/// roll.
 fn by_turn(xyzw: &RobotMotion) -> Option<Order> {
     let numbers: Vec<[f64; 4]> = xyzw.root_orientation.iter().map(|q| Order::Xyzw.numbers(q)).collect();
     let deviation = |at: usize| {

@@ -1,4 +1,5 @@
-//! Rows without names: root position, root quaternion, joints. Unitree's LAFAN1 has the quaternion as x y z w, kimodo as w x y z.
+//! Rows without names: root position, root quaternion, joints. Unitree's LAFAN1 has the quaternion as x y z w, kimodo
+//! as w x y z.
 //!
 //! Norm and columns are the same, so the order is found from the motion ([`find_order`]).
 

@@ -1,5 +1,5 @@
-//! Layouts of robot motion: against files that NumPy, pickle, PyTorch and MuJoCo wrote (`peers/motion/layouts.py`), round trips,
-//! detection, and files that are hostile.
+//! Layouts of robot motion: against files that NumPy, pickle, PyTorch and MuJoCo wrote (`peers/motion/layouts.py`),
+//! round trips, detection, and files that are hostile.
 
 use std::fmt::Write as _;
 use std::sync::Arc;
@@ -107,7 +107,7 @@ fn the_layout_is_said() {
     let reading = open(FIXTURES[0].2, "a.csv", &rate).unwrap();
     assert_eq!(reading.clips[0].fps, 60.0);
     assert!(
-        reading.said.ends_with("60 frames per second (--fps)") && reading.clips[0].provenance.source.contains("LAFAN1")
+        reading.said.ends_with("60 frames per second (as given)") && reading.clips[0].provenance.source.contains("LAFAN1")
     );
 }
 
