@@ -257,3 +257,48 @@ fn options_that_change_the_motion_are_told() {
     assert_eq!((c.nq, c.bodies.len()), (9, 5));
     assert!(c.notes.iter().any(|note| note.contains("1 mocap bodies stay where they are")), "{:?}", c.notes);
 }
+
+#[test]
+fn tendons_of_one_joint_drive_it_and_others_are_told() {
+    let model = |coefficients: &[(&str, f64)], actuator: &str| {
+        let joints: String =
+            coefficients.iter().map(|(joint, c)| format!("<joint joint=\"{joint}\" coef=\"{c}\"/>")).collect();
+        let tendon = format!("<tendon><fixed name=\"t\">{joints}</fixed></tendon>");
+        mjcf(&format!("{tendon}<actuator>{actuator}</actuator>"), PELVIS).unwrap()
+    };
+    let servo = "<position name=\"servo\" tendon=\"t\" kp=\"90\" kv=\"3\" forcerange=\"-50 50\"/>";
+    // The tendon's length is twice the angle, and its force acts at an arm of 2: gains times four, torque times two.
+    let drive = model(&[("a", 2.0)], servo).drive(1).unwrap();
+    assert_eq!((drive.stiffness, drive.damping, drive.torque), (360.0, 12.0, Some((-100.0, 100.0))));
+    let c = model(&[("a", 1.0), ("b", -1.0)], servo);
+    assert!(c.drive(1).is_none());
+    assert!(c.warnings[0].contains("pull several joints by a tendon") && c.warnings[0].ends_with(": servo"));
+    assert!(mjcf("<actuator><motor tendon=\"x\"/></actuator>", PELVIS).unwrap_err().contains("name of a tendon"));
+    let push = "<general joint=\"a\" gear=\"2\" gainprm=\"80\" biastype=\"affine\" biasprm=\"5 -80 -4\"/>";
+    let warnings = model(&[("a", 1.0)], push).warnings;
+    assert!(warnings[0].contains("constant forces") && warnings[0].ends_with("a (10 N m)"), "{warnings:?}");
+}
+
+#[test]
+fn ground_of_height_fields_is_told() {
+    let field = "<asset><hfield name=\"h\" nrow=\"3\" ncol=\"3\" size=\"5 5 1 .1\"/></asset>";
+    let c = mjcf(field, &format!("<geom type=\"hfield\" hfield=\"h\"/>{PELVIS}")).unwrap();
+    assert!(c.warnings[0].contains("height fields are ground in MuJoCo alone"), "{:?}", c.warnings);
+}
+
+#[test]
+fn document_types_are_read_and_pages_and_pointers_called_so() {
+    let of = |text: &str| Character::from_urdf(text, "r.urdf", None).map(|c| c.mass()).map_err(|e| e.to_string());
+    let body = format!("<robot name=\"r\">{}</robot>", link("pelvis"));
+    assert_eq!(of(&format!("<!DOCTYPE robot>{body}")), Ok(1.0));
+    let page = of("<!DOCTYPE html><html><body>404: Not Found</body></html>").unwrap_err();
+    assert!(page.contains("expected root element") && page.contains("'html'"), "{page}");
+    let pointer = of("version https://git-lfs.github.com/spec/v1\noid sha256:4d7a\nsize 12345\n").unwrap_err();
+    assert!(pointer.contains("git lfs pull"), "{pointer}");
+    // Entities that become a gigabyte are refused before they do.
+    let mut bomb = "<!DOCTYPE robot [<!ENTITY a0 \"<link name='x'/>\">".to_string();
+    for i in 1..12 {
+        bomb += &format!("<!ENTITY a{i} \"{}\">", format!("&a{};", i - 1).repeat(10));
+    }
+    assert!(of(&format!("{bomb}]><robot name=\"r\">&a11;</robot>")).is_err());
+}

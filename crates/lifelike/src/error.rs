@@ -47,8 +47,11 @@ impl CliError {
     /// A file that cannot be read or written: bad input where there is no such file or where it holds something else, a failure where
     /// the machine refuses (a full disk, missing permission).
     fn io(source: &std::io::Error, message: String) -> Self {
-        use std::io::ErrorKind::{InvalidData, IsADirectory, NotADirectory, NotFound, UnexpectedEof};
-        let is_input = matches!(source.kind(), InvalidData | IsADirectory | NotADirectory | NotFound | UnexpectedEof);
+        use std::io::ErrorKind::{InvalidData, InvalidInput, IsADirectory, NotADirectory, NotFound, UnexpectedEof};
+        let is_input = matches!(
+            source.kind(),
+            InvalidData | InvalidInput | IsADirectory | NotADirectory | NotFound | UnexpectedEof
+        );
         if is_input { Self::Input(message) } else { Self::Failed(message) }
     }
 
@@ -144,6 +147,7 @@ mod tests {
             CliError::from(MotionError::Io { path: "a.bvh".into(), source }).code()
         };
         assert_eq!([ErrorKind::NotFound, ErrorKind::InvalidData, ErrorKind::IsADirectory].map(code), [3; 3]);
+        assert_eq!(code(ErrorKind::InvalidInput), 3, "a pipe or a link at the place of an output");
         assert_eq!(
             [ErrorKind::StorageFull, ErrorKind::PermissionDenied, ErrorKind::ReadOnlyFilesystem].map(code),
             [1; 3]

@@ -9,6 +9,7 @@ use crate::mjcf::attributes::Attributes;
 use crate::mjcf::compiler::Compiler;
 use crate::mjcf::defaults::Defaults;
 use crate::mjcf::document::Element;
+use crate::mjcf::tendons;
 use crate::model::{Actuator, Character, Joint};
 
 /// Force law of one actuator or default class.
@@ -142,28 +143,45 @@ fn first_three(a: &Attributes, name: &str, otherwise: [f64; 3]) -> Result<[f64; 
     Ok([first, second, third])
 }
 
-/// Reads every actuator that drives a joint; others become notes. Damping ratios are resolved by [`resolve_damping`].
+/// Reads every actuator that drives one joint, by itself or by a tendon; others become notes or warnings. Damping ratios are
+/// resolved by [`resolve_damping`].
 pub(crate) fn read(
     root: &Element,
     defaults: &Defaults,
     compiler: &Compiler,
     joints: &mut [Joint],
     notes: &mut Vec<String>,
+    warnings: &mut Vec<String>,
 ) -> Result<Vec<Actuator>, CharacterError> {
-    let mut actuators = Vec::new();
+    let mut actuators: Vec<Actuator> = Vec::new();
+    let (mut shared, mut pushing) = (Vec::new(), Vec::new());
     for element in root.children_named("actuator").flat_map(|s| &s.children) {
         let a = defaults.resolve(element, None)?;
         let law = Law::of(element, &defaults.actuators(element))?;
-        let Some(target) = a.text("joint").or(a.text("jointinparent")) else {
-            let name = a.text("name").unwrap_or("");
-            notes.push(format!("{}: actuator '{name}' does not drive a joint: left out", a.at));
-            continue;
+        let name = a.text("name").unwrap_or("");
+        let (target, arm) = match (a.text("joint").or(a.text("jointinparent")), a.text("tendon")) {
+            (Some(joint), _) => (joint, None),
+            (None, Some(tendon)) => match tendons::only_joint(root, tendon, &a)? {
+                Some((joint, coefficient)) => (joint, Some(coefficient)),
+                None => {
+                    shared.push(if name.is_empty() { tendon } else { name }.to_string());
+                    continue;
+                }
+            },
+            (None, None) => {
+                notes.push(format!("{}: actuator '{name}' does not drive a joint: left out", a.at));
+                continue;
+            }
         };
         let joint = joints
             .iter()
             .position(|j| j.name == target)
             .ok_or_else(|| a.invalid("the name of a joint", format!("'{target}'")))?;
-        let actuator = one(&a, &element.name, &law, joint, joints, compiler)?;
+        let mut actuator = one(&a, &element.name, &law, joint, joints, compiler)?;
+        actuator.gear *= arm.unwrap_or(1.0);
+        if actuator.bias[0] != 0.0 {
+            pushing.push(format!("{target} ({} N m)", actuator.bias[0] * actuator.gear));
+        }
         if law.filtered {
             notes.push(format!(
                 "actuator of '{target}' ({}) filters or integrates its control: our engine applies the control at once",
@@ -172,6 +190,17 @@ pub(crate) fn read(
         }
         joints[joint].armature += actuator.gear * actuator.gear * a.number("armature")?.unwrap_or(0.0);
         actuators.push(actuator);
+    }
+    for (what, which) in [
+        (
+            "actuators that pull several joints by a tendon are left out, give these joints actuators of their own",
+            shared,
+        ),
+        ("constant forces of actuators, which MuJoCo has and our engine has not", pushing),
+    ] {
+        if !which.is_empty() {
+            warnings.push(format!("{what}: {}", which.join(", ")));
+        }
     }
     for i in 0..actuators.len() {
         if actuators[i].name.is_empty() {

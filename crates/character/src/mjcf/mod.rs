@@ -28,7 +28,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use crate::error::CharacterError;
-use crate::model::{Body, Character, GeomShape, JointKind};
+use crate::model::{Body, Character, Geom, GeomShape, JointKind};
 
 use attributes::Attributes;
 use bodies::{Reader, Tree};
@@ -126,13 +126,19 @@ pub(crate) fn compile(mut root: Element, folder: Option<&Path>, meshes: Meshes) 
     if tree.pictures > 0 {
         notes.push(format!("{} lights and cameras are pictures only", tree.pictures));
     }
+    let is_field =
+        |geom: &Geom| matches!(geom.shape, GeomShape::HeightField(_)) && geom.contype | geom.conaffinity != 0;
+    if tree.geoms.iter().any(is_field) {
+        warnings
+            .push("height fields are ground in MuJoCo alone: our engine has level ground, or that of --terrain".into());
+    }
     name_all(&mut tree);
     let (nq, nv) = count_coordinates(&mut tree);
     if let Some(total) = compiler.settotalmass {
         scale_mass(&mut tree.bodies, total);
     }
     let home = keyframes::read(&root, nq, &mut notes, &mut warnings)?;
-    let actuators = actuators::read(&root, &defaults, &compiler, &mut tree.joints, &mut notes)?;
+    let actuators = actuators::read(&root, &defaults, &compiler, &mut tree.joints, &mut notes, &mut warnings)?;
     let excludes = read_excludes(&root, &tree.bodies, &mut notes)?;
     let name = root.attribute("model").unwrap_or("MuJoCo Model").to_string();
     let outcome = engine_text::prepare(&mut root, meshes, &compiler, &defaults, folder, &mut notes, &mut warnings)?;
