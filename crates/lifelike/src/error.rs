@@ -55,10 +55,16 @@ impl CliError {
         if is_input { Self::Input(message) } else { Self::Failed(message) }
     }
 
-    /// A file that cannot be written.
+    /// A file that cannot be written: bad input where a pipe or a link has its name, else a failure.
     pub fn write(path: &std::path::Path) -> impl FnOnce(std::io::Error) -> Self {
         let path = path.to_path_buf();
-        move |error| Self::Failed(format!("{}: {error}", path.display()))
+        move |error| {
+            let message = format!("{}: {error}", path.display());
+            match error.kind() {
+                std::io::ErrorKind::InvalidInput => Self::Input(message),
+                _ => Self::Failed(message),
+            }
+        }
     }
 }
 

@@ -181,11 +181,8 @@ fn names_inside_of_files_lead_nowhere() {
         clip.name = name.into();
         container::write(&file, &clip).unwrap();
         let motion = file.to_str().unwrap();
-        for rest in [&["motion", "convert", motion, "--to", "csv"][..], &["dataset", "captures", motion, "--no-mirror"]]
-        {
-            let message = refused(&[rest, &["-o", to]].concat(), 3);
-            assert!(message.contains("expected a name that a file can have"), "{rest:?} {name}: {message}");
-        }
+        let message = refused(&["motion", "convert", motion, "--to", "csv", "-o", to], 3);
+        assert!(message.contains("expected a name that a file can have"), "{name}: {message}");
         // A file of HumanML3D gives the name of its clip and of its texts.
         let row = format!("./pose_data/CMU/80/80_63_poses.npy,0,50,{name}.npy\n");
         let index = format!("source_path,start_frame,end_frame,new_name\n{row}");
@@ -265,7 +262,6 @@ fn numbers_beyond_any_machine_are_refused_at_once() {
         (&["bench", "engine", "--environments", "18446744073709551615"], 2, "expected a number from 1 to 1048576"),
         (&["bench", "engine", "--seconds", "1e30"], 2, "at most 3600"),
         (&["dataset", "grammar", "--hours", "1e12", "-o", &to], 2, "at most 1000"),
-        (&["generate", "a person waves", "--seconds", "1e9", "-o", &to], 3, "expected 0.5 to 10"),
         (&["eval", "--policy", "lima", "--motions", "builtin:wave", "--starts", "999999999"], 2, "from 1 to 10000"),
     ] {
         let message = refused(arguments, code);

@@ -41,7 +41,7 @@ impl Law {
     /// Returns the law of an element within classes, given from the inside out.
     fn of(element: &Element, classes: &[&[Element]]) -> Result<Self, CharacterError> {
         let tag = element.name.as_str();
-        let is_alone = matches!(tag, "pid" | "damper");
+        let is_alone = matches!(tag, "pid" | "damper" | "dcmotor");
         for (i, class) in classes.iter().enumerate() {
             if let Some((last, before)) = class.split_last()
                 && (tag == "general" || last.name == tag || (last.name == "general" && !is_alone))
@@ -72,6 +72,7 @@ impl Law {
                 let kv = not_negative(&a, "kv")?.unwrap_or(-self.gain[2]);
                 Ok(Self { gain: [0.0, 0.0, -kv], gain_is_affine: true, ..Self::MOTOR })
             }
+            "dcmotor" => self.direct_current(&a),
             "cylinder" => {
                 let area = a.number("area")?.unwrap_or(self.gain[0]);
                 let diameter = a.number("diameter")?.filter(|diameter| *diameter > 0.0);
@@ -97,6 +98,42 @@ impl Law {
         self.filtered = a.text("dyntype").map_or(self.filtered, |kind| kind != "none");
         self.gain = first_three(a, "gainprm", self.gain)?;
         self.bias = first_three(a, "biasprm", self.bias)?;
+        Ok(self)
+    }
+
+    /// Returns the law of a motor behind its voltage: its current is what the voltage leaves over the back EMF, by its resistance.
+    fn direct_current(mut self, a: &Attributes) -> Result<Self, CharacterError> {
+        let other =
+            ["cogging", "saturation", "thermal", "lugre", "controller"].into_iter().find(|n| a.text(n).is_some());
+        if let Some(name) = other {
+            return Err(a.unsupported(format!("attribute '{name}'")));
+        }
+        if a.text("input").is_some_and(|input| input != "voltage") {
+            return Err(a.unsupported("attribute 'input' other than 'voltage'"));
+        }
+        let given = a.prefix("motorconst", [0.0; 2])?;
+        let nominal = a.numbers::<3>("nominal")?;
+        let inherited = -self.bias[2] / self.gain[0];
+        let constant = match (given, nominal) {
+            ([torque, emf], _) if torque > 0.0 && emf > 0.0 => (torque * emf).sqrt(),
+            ([torque, emf], _) if torque > 0.0 || emf > 0.0 => torque.max(emf),
+            (_, Some([voltage, _, speed])) => voltage / speed,
+            _ => inherited,
+        };
+        let resistance = match (a.number("resistance")?.filter(|r| *r > 0.0), nominal) {
+            (Some(resistance), _) => resistance,
+            (None, Some([voltage, stall, _])) => constant * voltage / stall,
+            (None, None) => inherited / self.gain[0],
+        };
+        let per_volt = constant / resistance;
+        if !(constant > 0.0 && per_volt > 0.0 && per_volt.is_finite()) {
+            return Err(a.invalid("'motorconst' and 'resistance', or 'nominal', above zero", "none"));
+        }
+        (self.gain, self.bias) = ([per_volt, 0.0, 0.0], [0.0, 0.0, -constant * per_volt]);
+        (self.gain_is_affine, self.bias_is_affine) = (false, true);
+        if let Some(time) = not_negative(a, "inductance")? {
+            self.filtered = time > 0.0;
+        }
         Ok(self)
     }
 
