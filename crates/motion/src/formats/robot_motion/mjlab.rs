@@ -88,7 +88,7 @@ fn distances(
     let shape = arrays.shape("joint_pos")?;
     let frames = shape.first().copied().unwrap_or(0);
     let stride = (frames / SAMPLES).max(1);
-    let is_sample = |row: usize| row % stride == 0;
+    let is_sample = |row: usize| row.is_multiple_of(stride);
     let joints = arrays.select("joint_pos", |row, _| is_sample(row))?;
     let bodies = vectors(&arrays.select("body_pos_w", |row, _| is_sample(row))?);
     let turns = arrays.select("body_quat_w", |row, column| is_sample(row) && column < 4)?;

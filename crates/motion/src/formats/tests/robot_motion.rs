@@ -107,7 +107,8 @@ fn the_layout_is_said() {
     let reading = open(FIXTURES[0].2, "a.csv", &rate).unwrap();
     assert_eq!(reading.clips[0].fps, 60.0);
     assert!(
-        reading.said.ends_with("60 frames per second (as given)") && reading.clips[0].provenance.source.contains("LAFAN1")
+        reading.said.ends_with("60 frames per second (as given)")
+            && reading.clips[0].provenance.source.contains("LAFAN1")
     );
 }
 
