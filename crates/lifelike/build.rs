@@ -5,7 +5,7 @@
 use std::process::Command;
 
 /// Optional features that `--version` names.
-const FEATURES: [&str; 5] = ["learning", "mujoco", "mpi", "wgpu", "cuda"];
+const FEATURES: [&str; 2] = ["mujoco", "mpi"];
 
 fn main() {
     println!("cargo::rerun-if-changed=build.rs");
@@ -21,7 +21,7 @@ fn main() {
     }
 }
 
-/// Version, commit and features, as in `0.1.0 (23f8333; learning)`. The commit is LIFELIKE_COMMIT, or that of the checkout when this
+/// Version, commit and features, as in `0.1.0 (23f8333; mujoco)`. The commit is LIFELIKE_COMMIT, or that of the checkout when this
 /// was last run: a new commit alone compiles nothing anew.
 fn version() -> String {
     let commit = std::env::var("LIFELIKE_COMMIT").ok().or_else(|| {

@@ -34,13 +34,16 @@ def drive(model, joint):
         affine = model.actuator_biastype[i] == int(mujoco.mjtBias.mjBIAS_AFFINE)
         bias = model.actuator_biasprm[i, :3] if affine else [0.0, 0.0, 0.0]
         gain = model.actuator_gainprm[i, 0]
+        if model.actuator_gaintype[i] == int(mujoco.mjtGain.mjGAIN_DCMOTOR):
+            resistance, constant = model.actuator_gainprm[i, :2]
+            gain, bias = constant / resistance, [0.0, 0.0, -(constant**2) / resistance]
         if gain == 0.0 and bias[1] == 0.0:
             continue  # a damper
         moved = True
         stiffness -= bias[1] * gear**2
         damping -= bias[2] * gear**2
         own = list(model.actuator_forcerange[i] * gear) if model.actuator_forcelimited[i] else None
-        servo = bias[1] != 0.0 or (bias[2] != 0.0 and gain == -bias[2])
+        servo = bias[1] != 0.0 or (affine and bias[2] != 0.0 and gain == -bias[2])
         if not servo and model.actuator_ctrllimited[i]:
             own = overlap(own and sorted(own), sorted(model.actuator_ctrlrange[i] * gear * gain))
         own = own and sorted(own)
@@ -118,4 +121,5 @@ def main(arguments):
         print(json.dumps({os.path.basename(path): joints(path) for path in arguments}, indent=1))
 
 
-main(sys.argv[1:])
+if __name__ == "__main__":
+    main(sys.argv[1:])

@@ -6,12 +6,12 @@ use std::process::Command;
 
 use crate::{fetch, mujoco, root};
 
-/// `cargo xtask demo [ARGUMENTS]`: needs nothing but cargo, and builds nothing of the training framework.
+/// `cargo xtask demo [ARGUMENTS]`: needs nothing but cargo.
 ///
 /// # Errors
 /// When the build fails or the demo does.
 pub fn demo(arguments: &[String]) -> Result<(), String> {
-    let package = ["run", "--release", "--package", "lifelike", "--no-default-features"];
+    let package = ["run", "--release", "--package", "lifelike"];
     cargo(None, &[&package[..], &["--bin", "lifelike", "--", "demo"]].concat(), arguments)
 }
 

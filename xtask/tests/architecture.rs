@@ -31,7 +31,7 @@ const FLOORS: [(&str, u32); 19] = [
 
 /// Crates that stand on a floor for their use, but must know little of what is below them.
 const ONLY: [(&str, &[&str]); 6] = [
-    ("augmentation", &["character", "checkpoint", "dense", "motion", "nn", "report", "robot", "sim", "simd", "train"]),
+    ("augmentation", &["character", "checkpoint", "motion", "nn", "report", "robot", "sim", "train"]),
     ("language", &["character", "checkpoint", "motion"]),
     ("nn", &["checkpoint", "dense", "simd"]),
     ("train", &["checkpoint", "dense", "nn", "report", "simd"]),
@@ -40,8 +40,7 @@ const ONLY: [(&str, &[&str]); 6] = [
 ];
 
 /// Dependencies that no line of code names, and why they are there all the same.
-const UNNAMED: [(&str, &str); 1] =
-    [("nn", "one set of features for burn, whatever selection of packages is built: see its manifest")];
+const UNNAMED: [(&str, &str); 0] = [];
 
 /// The only files with `unsafe`, and why.
 const UNSAFE: [(&str, &str); 5] = [
@@ -180,32 +179,42 @@ fn every_dependency_is_used() {
 const WITHOUT_TRAINING: [&str; 5] =
     ["lifelike-dense", "lifelike-robot", "lifelike-sim", "lifelike-report", "lifelike-evaluation"];
 
-/// The training framework, and our crates that need it.
-const TRAINING: [&str; 6] =
-    ["burn", "lifelike-nn", "lifelike-train", "lifelike-representation", "lifelike-sequences", "lifelike-tracking"];
+/// Our crates that train.
+const TRAINING: [&str; 5] =
+    ["lifelike-nn", "lifelike-train", "lifelike-representation", "lifelike-sequences", "lifelike-tracking"];
+
+/// Frameworks with automatic differentiation: none is part of any build, tests included.
+const FRAMEWORKS: [&str; 5] = ["burn", "candle-core", "tch", "dfdx", "tract-core"];
+
+/// Returns the packages that a selection needs, one line for each.
+fn tree(arguments: &[&str]) -> Vec<String> {
+    let cargo = std::env::var("CARGO").unwrap_or_else(|_| "cargo".into());
+    let common = ["tree", "--offline", "--prefix", "none", "--format", "{p}"];
+    let output = std::process::Command::new(cargo).args(common).args(arguments).current_dir(root()).output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let text = String::from_utf8(output.stdout).unwrap();
+    text.lines().filter_map(|line| line.split(' ').next()).map(str::to_string).collect()
+}
 
 #[test]
-fn what_a_robot_runs_holds_no_training_framework() {
-    let tree = |arguments: &[&str]| {
-        let cargo = std::env::var("CARGO").unwrap_or_else(|_| "cargo".into());
-        let common = ["tree", "--offline", "--edges", "normal", "--prefix", "none", "--format", "{p}", "--package"];
-        let output =
-            std::process::Command::new(cargo).args(common).args(arguments).current_dir(root()).output().unwrap();
-        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-        String::from_utf8(output.stdout).unwrap()
-    };
-    let trains = |text: &str| {
-        let names = text.lines().filter_map(|line| line.split(' ').next());
-        names
-            .filter(|name| TRAINING.contains(name) || name.starts_with("burn-"))
-            .map(str::to_string)
-            .collect::<Vec<_>>()
-    };
+fn what_a_robot_runs_holds_nothing_that_trains() {
     for name in WITHOUT_TRAINING {
-        assert_eq!(trains(&tree(&[name])), [""; 0], "{name}");
+        let found: Vec<String> = tree(&["--edges", "normal", "--package", name])
+            .into_iter()
+            .filter(|package| TRAINING.contains(&package.as_str()))
+            .collect();
+        assert_eq!(found, [""; 0], "{name}");
     }
-    assert_eq!(trains(&tree(&["lifelike", "--no-default-features"])), [""; 0], "lifelike without `learning`");
-    assert!(trains(&tree(&["lifelike-tracking"])).contains(&"burn".to_string()), "the check sees a framework");
+    let tracking = tree(&["--edges", "normal", "--package", "lifelike-tracking"]);
+    assert!(tracking.contains(&"lifelike-nn".to_string()), "the check sees what trains");
+}
+
+#[test]
+fn no_build_has_a_framework_of_automatic_differentiation() {
+    let all = tree(&["--edges", "all", "--workspace", "--features", "lifelike/mujoco"]);
+    assert!(all.len() > 100, "the check sees packages: {}", all.len());
+    let found: Vec<&String> = all.iter().filter(|package| FRAMEWORKS.contains(&package.as_str())).collect();
+    assert!(found.is_empty(), "{found:?}");
 }
 
 #[test]

@@ -56,7 +56,7 @@ fn every_architecture_is_pytorchs_forward_and_backward() {
         let (y, pass) = network.forward(&rows, &fed, SEQUENCES);
         fixture.close(&format!("{name}.y"), &y);
         let mut sums = vec![0.0; values.len()];
-        network.backward(pass, &fixture.f32s(&format!("{name}.dy")), &layout, &mut sums);
+        network.backward(pass, &fixture.f32s(&format!("{name}.dy")), &mut sums);
         for entry in layout.entries() {
             fixture.close(&format!("{name}.d.{}", entry.name), &sums[layout.range(&entry.name)]);
         }

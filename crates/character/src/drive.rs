@@ -31,6 +31,8 @@ impl Actuator {
     pub fn command(&self) -> Command {
         match self {
             Self { gain: 0.0, .. } => Command::Damping,
+            // Its damping is that of the back EMF, not of a servo.
+            Self { kind, .. } if kind == "dcmotor" => Command::Force,
             Self { bias: [_, stiffness, _], .. } if *stiffness != 0.0 => Command::Position,
             Self { bias: [_, _, damping], gain, .. } if *damping != 0.0 && *gain == -damping => Command::Velocity,
             _ => Command::Force,

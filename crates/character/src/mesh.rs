@@ -2,8 +2,10 @@
 
 mod gltf_file;
 
+use std::io::Read;
 use std::path::{Path, PathBuf};
 
+use crate::mjcf::document::POINTER;
 use crate::rotation::Vec3;
 
 /// The file of a mesh, and how large it is meant to be.
@@ -43,6 +45,9 @@ impl MeshFile {
     /// A sentence: the file cannot be read, or has no finite points.
     pub fn triangles(&self) -> Result<Triangles, String> {
         let say = |problem: String| format!("mesh '{}': {problem}", self.path.display());
+        if is_pointer(&self.path) {
+            return Err(say("a pointer of Git LFS in place of the file; fetch it with `git lfs pull`".into()));
+        }
         let mut all = if self.is_one_of(&["glb", "gltf"]) {
             gltf_file::read(&self.path).map_err(say)?
         } else {
@@ -86,6 +91,13 @@ impl Triangles {
         let whole = faces.into_iter().filter(|face| face.iter().all(|i| *i < count));
         self.faces.extend(whole.map(|face| face.map(|i| i + first)));
     }
+}
+
+/// Returns whether a file holds what Git LFS leaves in place of one.
+fn is_pointer(path: &Path) -> bool {
+    let mut start = [0; POINTER.len()];
+    let read = std::fs::File::open(path).and_then(|mut file| file.read_exact(&mut start));
+    read.is_ok() && start == *POINTER.as_bytes()
 }
 
 /// Most levels of elements in a COLLADA file.
@@ -147,6 +159,14 @@ mod tests {
         for length in [84, 133, 134, 183] {
             let error = read("a.stl", &file[..length]).unwrap_err();
             assert!(error.contains("2 triangles") && error.contains(&format!("got {length} bytes")), "{error}");
+        }
+    }
+
+    #[test]
+    fn a_pointer_of_git_lfs_is_called_so() {
+        let pointer = format!("{POINTER}.github.com/spec/v1\noid sha256:4d7a\nsize 12345\n");
+        for name in ["a.stl", "a.obj", "a.dae", "a.glb"] {
+            assert!(read(name, pointer.as_bytes()).unwrap_err().contains("git lfs pull"), "{name}");
         }
     }
 

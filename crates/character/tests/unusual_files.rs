@@ -257,3 +257,114 @@ fn options_that_change_the_motion_are_told() {
     assert_eq!((c.nq, c.bodies.len()), (9, 5));
     assert!(c.notes.iter().any(|note| note.contains("1 mocap bodies stay where they are")), "{:?}", c.notes);
 }
+
+#[test]
+fn tendons_of_one_joint_drive_it_and_others_are_told() {
+    let model = |coefficients: &[(&str, f64)], actuator: &str| {
+        let joints: String =
+            coefficients.iter().map(|(joint, c)| format!("<joint joint=\"{joint}\" coef=\"{c}\"/>")).collect();
+        let tendon = format!("<tendon><fixed name=\"t\">{joints}</fixed></tendon>");
+        mjcf(&format!("{tendon}<actuator>{actuator}</actuator>"), PELVIS).unwrap()
+    };
+    let servo = "<position name=\"servo\" tendon=\"t\" kp=\"90\" kv=\"3\" forcerange=\"-50 50\"/>";
+    // The tendon's length is twice the angle, and its force acts at an arm of 2: gains times four, torque times two.
+    let drive = model(&[("a", 2.0)], servo).drive(1).unwrap();
+    assert_eq!((drive.stiffness, drive.damping, drive.torque), (360.0, 12.0, Some((-100.0, 100.0))));
+    let c = model(&[("a", 1.0), ("b", -1.0)], servo);
+    assert!(c.drive(1).is_none());
+    assert!(c.warnings[0].contains("pull several joints by a tendon") && c.warnings[0].ends_with(": servo"));
+    assert!(mjcf("<actuator><motor tendon=\"x\"/></actuator>", PELVIS).unwrap_err().contains("name of a tendon"));
+    let push = "<general joint=\"a\" gear=\"2\" gainprm=\"80\" biastype=\"affine\" biasprm=\"5 -80 -4\"/>";
+    let warnings = model(&[("a", 1.0)], push).warnings;
+    assert!(warnings[0].contains("constant forces") && warnings[0].ends_with("a (10 N m)"), "{warnings:?}");
+}
+
+#[test]
+fn ground_of_height_fields_is_told() {
+    let field = "<asset><hfield name=\"h\" nrow=\"3\" ncol=\"3\" size=\"5 5 1 .1\"/></asset>";
+    let c = mjcf(field, &format!("<geom type=\"hfield\" hfield=\"h\"/>{PELVIS}")).unwrap();
+    assert!(c.warnings[0].contains("height fields are ground in MuJoCo alone"), "{:?}", c.warnings);
+}
+
+#[test]
+fn document_types_are_read_and_pages_and_pointers_called_so() {
+    let of = |text: &str| Character::from_urdf(text, "r.urdf", None).map(|c| c.mass()).map_err(|e| e.to_string());
+    let body = format!("<robot name=\"r\">{}</robot>", link("pelvis"));
+    assert_eq!(of(&format!("<!DOCTYPE robot>{body}")), Ok(1.0));
+    let page = of("<!DOCTYPE html><html><body>404: Not Found</body></html>").unwrap_err();
+    assert!(page.contains("expected root element") && page.contains("'html'"), "{page}");
+    let pointer = of("version https://git-lfs.github.com/spec/v1\noid sha256:4d7a\nsize 12345\n").unwrap_err();
+    assert!(pointer.contains("git lfs pull"), "{pointer}");
+    // Entities that become a gigabyte are refused before they do.
+    let mut bomb = "<!DOCTYPE robot [<!ENTITY a0 \"<link name='x'/>\">".to_string();
+    for i in 1..12 {
+        bomb += &format!("<!ENTITY a{i} \"{}\">", format!("&a{};", i - 1).repeat(10));
+    }
+    assert!(of(&format!("{bomb}]><robot name=\"r\">&a11;</robot>")).is_err());
+}
+
+/// A box of 20 by 10 by 10 cm with a dent in its upper side.
+const DENTED: &str = "vertex=\"0 0 0 .2 0 0 .2 .1 0 0 .1 0 0 0 .1 .2 0 .1 .2 .1 .1 0 .1 .1 .1 .05 .03\" \
+    face=\"0 2 1 0 3 2 0 1 5 0 5 4 1 2 6 1 6 5 2 3 7 2 7 6 3 0 4 3 4 7 4 5 8 5 6 8 6 7 8 7 4 8\"";
+
+#[test]
+fn meshes_weigh_what_mujoco_says() {
+    let model = |mesh: &str, geom: &str| {
+        let assets = format!("<asset><mesh name=\"m\" {DENTED} {mesh}/></asset>");
+        let geom = format!("<geom type=\"mesh\" mesh=\"m\" pos=\".1 .2 .3\" euler=\"10 20 30\" {geom}/>");
+        mjcf(&assets, &format!("<body name=\"b\"><freejoint/>{geom}</body>"))
+    };
+    // MuJoCo 4.0's body_mass, body_ipos and body_inertia.
+    let legacy = ([0.172_968_11, 0.288_347_57, 0.336_256_66], [0.007_636_43, 0.007_221_78, 0.002_639_93]);
+    let exact = ([0.171_605_44, 0.288_997_69, 0.332_569_63], [0.007_166_67, 0.006_671_32, 0.002_371_32]);
+    let stretched = ([0.254_296_09, 0.342_756_09, 0.315_629_13], [0.051_893_4, 0.051_061_48, 0.005_273_18]);
+    let times = |moments: [f64; 3], factor: f64| moments.map(|moment| moment * factor);
+    for (mesh, geom, mass, com, moments) in [
+        ("", "", 1.721_238_52, legacy.0, legacy.1),
+        ("inertia=\"exact\"", "", 1.533_333_39, exact.0, exact.1),
+        ("", "mass=\"3\"", 3.0, legacy.0, [0.013_309_77, 0.012_587_07, 0.004_601_21]),
+        ("", "density=\"500\"", 0.860_619_26, legacy.0, times(legacy.1, 0.5)),
+        ("scale=\"2 1 1\"", "", 3.438_439_43, stretched.0, stretched.1),
+        ("", "contype=\"0\" conaffinity=\"0\"", 1.721_238_52, legacy.0, legacy.1),
+    ] {
+        let read = model(mesh, geom).unwrap();
+        // The text for engines has no pictures, and the same bodies.
+        let again = Character::from_mjcf(read.mjcf.as_deref().unwrap(), "again", None).unwrap();
+        for c in [&read, &again] {
+            let inertial = &c.bodies[1].inertial;
+            assert!((inertial.mass - mass).abs() < 1e-7 * mass, "{mesh} {geom}: {}", inertial.mass);
+            assert!((inertial.com - Vec3::from(com)).norm() < 2e-8, "{mesh} {geom}: {}", inertial.com);
+            let apart = (inertial.diagonal - Vec3::from(moments)).abs().max();
+            assert!(apart < 1e-8, "{mesh} {geom}: {}", inertial.diagonal);
+        }
+    }
+    let error = model("inertia=\"shell\"", "").unwrap_err();
+    assert!(error.contains("inertia of its meshes is unknown") && error.contains("\"shell\""), "{error}");
+    assert!(model("refpos=\"0 0 1\"", "").unwrap_err().contains("'refpos'"));
+}
+
+#[test]
+fn direct_current_motors_have_mujocos_law() {
+    let drive = |default: &str, attributes: &str| {
+        let sections = format!(
+            "<default>{default}</default><actuator><dcmotor joint=\"a\" ctrlrange=\"-12 12\" {attributes}/></actuator>"
+        );
+        mjcf(&sections, PELVIS).map(|c| (c.actuators[0].gain, c.drive(1).unwrap()))
+    };
+    // MuJoCo 4.0's forces at 1 V and at 1 rad/s.
+    for (default, attributes, per_volt, per_speed) in [
+        ("", "motorconst=\"0.5 0.4\" resistance=\"2\" gear=\"20\"", 4.472_136, 40.0),
+        ("", "motorconst=\"0.5\" resistance=\"2\"", 0.25, 0.125),
+        ("", "nominal=\"24 3 100\"", 0.125, 0.03),
+        ("<dcmotor motorconst=\"0.5\" resistance=\"2\"/>", "", 0.25, 0.125),
+        ("", "motorconst=\"1\" resistance=\"2\"", 0.5, 0.5),
+    ] {
+        let (gain, drive) = drive(default, attributes).unwrap();
+        let gear = if attributes.contains("gear") { 20.0 } else { 1.0 };
+        assert!((gain * gear - per_volt).abs() < 1e-6 && (drive.damping - per_speed).abs() < 1e-9, "{attributes}");
+        let (low, high) = drive.torque.unwrap();
+        assert!((high - 12.0 * per_volt).abs() < 1e-5 && low == -high && drive.stiffness == 0.0, "{attributes}");
+    }
+    assert!(drive("", "motorconst=\"1\" resistance=\"2\" cogging=\"1 6 0\"").unwrap_err().contains("'cogging'"));
+    assert!(drive("", "resistance=\"2\"").unwrap_err().contains("above zero"));
+}

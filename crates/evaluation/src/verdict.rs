@@ -141,6 +141,7 @@ pub fn finding_words(finding: &Finding) -> String {
         Kind::Slipping => "slips".into(),
         Kind::TooFast => format!("{part} faster than its motor"),
         Kind::Jump => format!("{part} jumps by {:.1} rad", finding.worst),
+        Kind::Spike => format!("{part} {:.1} rad off its path in one frame", finding.worst),
         Kind::BeyondRange => format!("{part} {:.1} rad beyond its range", finding.worst),
         Kind::OtherParts => format!("{part} on the ground"),
         Kind::Underground => format!("{part} in the ground"),

@@ -47,9 +47,6 @@ pub enum GenerationError {
     /// A plan asks for something impossible.
     #[error(transparent)]
     Plan(#[from] lifelike_train::PlanError),
-    /// Tensor data could not be read from the device.
-    #[error(transparent)]
-    Numbers(#[from] lifelike_nn::numbers::Unreadable),
     /// A model file or checkpoint is the problem.
     #[error(transparent)]
     Checkpoint(#[from] lifelike_checkpoint::CheckpointError),

@@ -62,7 +62,6 @@ Exit codes: 0 done, 1 failed, 2 wrong usage, 3 bad input, 4 this build cannot do
 impl Cli {
     /// Runs the command, prints its result or its error, and returns the exit code.
     pub fn execute(self) -> ExitCode {
-        #[cfg(feature = "learning")]
         lifelike_nn::memory::tune_allocator();
         self.start_logs();
         output::show_all_columns(self.wide);
@@ -127,7 +126,9 @@ mod tests {
             (&["-v"], Level::DEBUG, Level::WARN),
             (&["-vv"], Level::TRACE, Level::TRACE),
         ] {
-            for (target, least) in [("lifelike::cli", own), ("lifelike_report::run", own), ("cubecl_cuda", libraries)] {
+            for (target, least) in
+                [("lifelike::cli", own), ("lifelike_report::run", own), ("symphonia_core", libraries)]
+            {
                 for level in [Level::ERROR, Level::WARN, Level::INFO, Level::DEBUG, Level::TRACE] {
                     assert_eq!(says(flags, target, level), level <= least, "{flags:?} {target} {level}");
                 }

@@ -76,7 +76,6 @@ pub fn network(text: &str) -> Result<PathBuf, String> {
 ///
 /// # Errors
 /// The name has another suffix.
-#[cfg(any(test, feature = "learning"))]
 pub fn toml(text: &str) -> Result<PathBuf, String> {
     with_suffix(text, ".toml")
 }
@@ -85,7 +84,6 @@ pub fn toml(text: &str) -> Result<PathBuf, String> {
 ///
 /// # Errors
 /// The name has another suffix.
-#[cfg(feature = "learning")]
 pub fn json(text: &str) -> Result<PathBuf, String> {
     with_suffix(text, ".json")
 }

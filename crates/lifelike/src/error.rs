@@ -1,6 +1,5 @@
 //! Errors of the command line, and the exit codes that scripts see.
 
-#[cfg(feature = "learning")]
 mod learning;
 
 use lifelike_character::CharacterError;
@@ -47,15 +46,24 @@ impl CliError {
     /// A file that cannot be read or written: bad input where there is no such file or where it holds something else, a failure where
     /// the machine refuses (a full disk, missing permission).
     fn io(source: &std::io::Error, message: String) -> Self {
-        use std::io::ErrorKind::{InvalidData, IsADirectory, NotADirectory, NotFound, UnexpectedEof};
-        let is_input = matches!(source.kind(), InvalidData | IsADirectory | NotADirectory | NotFound | UnexpectedEof);
+        use std::io::ErrorKind::{InvalidData, InvalidInput, IsADirectory, NotADirectory, NotFound, UnexpectedEof};
+        let is_input = matches!(
+            source.kind(),
+            InvalidData | InvalidInput | IsADirectory | NotADirectory | NotFound | UnexpectedEof
+        );
         if is_input { Self::Input(message) } else { Self::Failed(message) }
     }
 
-    /// A file that cannot be written.
+    /// A file that cannot be written: bad input where a pipe or a link has its name, else a failure.
     pub fn write(path: &std::path::Path) -> impl FnOnce(std::io::Error) -> Self {
         let path = path.to_path_buf();
-        move |error| Self::Failed(format!("{}: {error}", path.display()))
+        move |error| {
+            let message = format!("{}: {error}", path.display());
+            match error.kind() {
+                std::io::ErrorKind::InvalidInput => Self::Input(message),
+                _ => Self::Failed(message),
+            }
+        }
     }
 }
 
@@ -144,6 +152,7 @@ mod tests {
             CliError::from(MotionError::Io { path: "a.bvh".into(), source }).code()
         };
         assert_eq!([ErrorKind::NotFound, ErrorKind::InvalidData, ErrorKind::IsADirectory].map(code), [3; 3]);
+        assert_eq!(code(ErrorKind::InvalidInput), 3, "a pipe or a link at the place of an output");
         assert_eq!(
             [ErrorKind::StorageFull, ErrorKind::PermissionDenied, ErrorKind::ReadOnlyFilesystem].map(code),
             [1; 3]

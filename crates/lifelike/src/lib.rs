@@ -22,10 +22,7 @@
 //! ```
 //!
 //! # Features
-//! `learning` (on by default): training, and editing or searching motion by a network. Without it the crate has robots,
-//! motion, physics, and policies to run, evaluate and export. It then builds in a fraction of the time, and its other
-//! commands end with exit code 4. `mujoco`, `mpi`, `wgpu` and `cuda` add an engine, several processes, and graphics
-//! cards.
+//! `mujoco` adds a second engine, `mpi` several processes that train one policy.
 
 mod bounds;
 mod cli;

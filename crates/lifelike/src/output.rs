@@ -61,7 +61,7 @@ fn print(text: &str) -> Result<(), CliError> {
 /// Writes a file of a result, whole or not at all; a symbolic link or a pipe at its place is refused.
 ///
 /// # Errors
-/// [`CliError::Failed`] with the file and the reason.
+/// [`CliError::Failed`] with the file and the reason; [`CliError::Input`] where the place is taken.
 pub fn write(path: &Path, content: impl AsRef<[u8]>) -> Result<(), CliError> {
     lifelike_checkpoint::write_file(path, content.as_ref()).map_err(CliError::write(path))
 }

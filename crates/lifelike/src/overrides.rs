@@ -61,14 +61,8 @@ fn cure(error: &str) -> String {
 }
 
 /// Returns the name that a key of a tracker's plan has today; no other plan has keys of those former names.
-#[cfg(feature = "learning")]
 fn present_name(key: &str) -> String {
     lifelike_tracking::plan::keys::present_name(key)
-}
-
-#[cfg(not(feature = "learning"))]
-fn present_name(key: &str) -> String {
-    key.into()
 }
 
 /// A TOML value; what is none is a text, so that paths need no quotes.

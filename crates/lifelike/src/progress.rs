@@ -11,7 +11,6 @@ const LINE_EVERY: Duration = Duration::from_secs(15);
 /// A bar of fixed width, then the rest of the line for the message, cut where it does not fit.
 const TEMPLATE: &str = "{prefix} {bar:20} {percent:>3}%  {wide_msg}";
 /// Parts of a bar that goes by time.
-#[cfg(feature = "learning")]
 const PARTS: u64 = 1000;
 
 /// Progress of one piece of work, on standard error.
@@ -59,7 +58,6 @@ impl Progress {
     }
 
     /// This share of the time is over, and so many seconds are left: for work that has several ends.
-    #[cfg(feature = "learning")]
     pub fn update_time(&mut self, share: f64, left: f64, message: impl FnOnce() -> String) {
         self.bar.set_length(PARTS);
         self.bar.set_position((share.clamp(0.0, 1.0) * PARTS as f64) as u64);
@@ -102,7 +100,6 @@ mod tests {
         assert_eq!([0.4, 59.4, 61.0, 3725.0].map(duration), ["0 s", "59 s", "1 min 1 s", "1 h 2 min"]);
     }
 
-    #[cfg(feature = "learning")]
     #[test]
     fn the_bar_stays_at_80_columns_and_is_one_line() {
         use indicatif::{InMemoryTerm, ProgressDrawTarget};

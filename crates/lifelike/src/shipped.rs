@@ -21,10 +21,8 @@ pub enum Kind {
     Controller,
     Generator,
     Critic,
-    #[cfg(feature = "learning")]
     Evaluator,
     Prior,
-    #[cfg(feature = "learning")]
     Spline,
 }
 
@@ -35,10 +33,8 @@ impl Kind {
             Self::Controller => "controller",
             Self::Generator => "generator",
             Self::Critic => "critic",
-            #[cfg(feature = "learning")]
             Self::Evaluator => "evaluator",
             Self::Prior => "prior",
-            #[cfg(feature = "learning")]
             Self::Spline => "spline",
         }
     }
@@ -79,19 +75,12 @@ static ALL: &[Shipped] = &[
     shipped!("humanoid", Controller, "humanoid.controller.safetensors", None),
     shipped!("g1", Controller, "g1-nc.controller.safetensors", NON_COMMERCIAL),
     shipped!("toddlerbot", Controller, "toddlerbot_active.controller.safetensors", None),
-    #[cfg(feature = "learning")]
     shipped!("lima", Generator, "lima.generator.safetensors", None),
-    #[cfg(feature = "learning")]
     shipped!("g1", Generator, "g1.generator.safetensors", None),
-    #[cfg(feature = "learning")]
     shipped!("lima", Critic, "lima.critic.safetensors", None),
-    #[cfg(feature = "learning")]
     shipped!("g1", Critic, "g1.critic.safetensors", None),
-    #[cfg(feature = "learning")]
     shipped!("lima", Evaluator, "lima.evaluator.safetensors", None),
-    #[cfg(feature = "learning")]
     shipped!("lima", Prior, "lima.prior.safetensors", None),
-    #[cfg(feature = "learning")]
     shipped!("lima", Spline, "lima.spline.safetensors", None),
 ];
 

@@ -1,6 +1,5 @@
 //! From logs of a test bench to traces, a report, fitted parameters and a trained augmentation.
 
-#![cfg(feature = "learning")]
 #![allow(clippy::unwrap_used)]
 
 use std::path::Path;

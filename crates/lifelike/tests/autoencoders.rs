@@ -1,6 +1,5 @@
 //! `lifelike bench images`, `strands` and `reconstruction` with the smallest budget: the frame itself is tested with `bench curves`.
 
-#![cfg(feature = "learning")]
 #![allow(clippy::unwrap_used)]
 
 use std::path::Path;

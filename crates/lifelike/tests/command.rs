@@ -1,6 +1,5 @@
 //! The command as people and scripts meet it: arguments in, text or JSON and exit codes out.
 
-#![cfg(feature = "learning")]
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 use std::path::{Path, PathBuf};

@@ -4,7 +4,6 @@
 //! `LIFELIKE_KILLS` sets how often the run is killed (6 where not set).
 
 #![cfg(unix)]
-#![cfg(feature = "learning")]
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 use std::path::{Path, PathBuf};

@@ -1,6 +1,5 @@
 //! A critic from rollouts of a frozen controller to its marks and to the motion that it aligns.
 
-#![cfg(feature = "learning")]
 #![allow(clippy::unwrap_used)]
 
 use std::path::Path;

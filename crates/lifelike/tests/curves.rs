@@ -1,6 +1,5 @@
 //! `lifelike bench curves` with the smallest budget: tables, files, going on, and what is refused.
 
-#![cfg(feature = "learning")]
 #![allow(clippy::unwrap_used)]
 
 use std::path::Path;

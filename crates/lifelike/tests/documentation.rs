@@ -3,7 +3,6 @@
 //! A block is fenced as `sh`. One that needs data, the network or hours says so (`sh not-run: needs captures of yours`). The blocks of a
 //! page are run one after the other in one folder, as a reader would. Budgets of trainings are cut short; nothing else is changed.
 
-#![cfg(feature = "learning")]
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 use std::path::{Path, PathBuf};

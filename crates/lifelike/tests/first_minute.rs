@@ -1,6 +1,5 @@
 //! The places where somebody new gave up: without data, with a robot of their own, from a folder of their own.
 
-#![cfg(feature = "learning")]
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 use std::path::{Path, PathBuf};

@@ -1,6 +1,5 @@
 //! `lifelike train generator` and `lifelike generate`: a tiny training, its file, motion from it, and what is refused.
 
-#![cfg(feature = "learning")]
 #![allow(clippy::unwrap_used)]
 
 mod in_folder;

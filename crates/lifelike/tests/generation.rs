@@ -1,6 +1,5 @@
 //! `lifelike bench generation`: tiny networks from data set to tables, and what is refused.
 
-#![cfg(feature = "learning")]
 #![allow(clippy::unwrap_used)]
 
 mod in_folder;

@@ -102,7 +102,6 @@ fn results_play_and_are_exported() {
     assert!(browser.errors.is_empty(), "{:?}", browser.errors);
 }
 
-#[cfg(feature = "learning")]
 #[test]
 fn a_training_and_a_sentence_can_be_watched() {
     let folder = tempfile::tempdir().unwrap();

@@ -1,6 +1,5 @@
 //! What several processes promise, started by MPI itself.
 #![cfg(feature = "mpi")]
-#![cfg(feature = "learning")]
 #![allow(clippy::unwrap_used)]
 
 use std::path::Path;

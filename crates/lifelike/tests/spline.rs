@@ -1,6 +1,5 @@
 //! A motion spline from its training to edited clips, as an animator meets it.
 
-#![cfg(feature = "learning")]
 #![allow(clippy::unwrap_used)]
 
 use std::path::Path;

@@ -83,6 +83,28 @@ pub fn check(
         fast.map(|(joint, (step, _))| (step, joint)).max_by(|a, b| a.0.total_cmp(&b.0))
     };
     tell(Kind::Jump, &jump, &|joint| joints[joint].to_string());
+    // How far an angle is from the middle between the frames beside it.
+    let bend = |frame: usize, column: usize| {
+        let at = |frame: usize| clip.joints_at(frame)[column];
+        (at(frame) - 0.5 * (at(frame - 1) + at(frame + 1))).abs()
+    };
+    let spike = |frame: usize| {
+        let inside = |f: &usize| (1..clip.len() - 1).contains(f);
+        if !inside(&frame) {
+            return None;
+        }
+        let near: Vec<usize> =
+            (frame.saturating_sub(4)..frame + 5).filter(|f| f.abs_diff(frame) > 1 && inside(f)).collect();
+        // A step bends the path as much at the frame beside it.
+        let is_peak = |column: usize| {
+            [frame - 1, frame + 1].iter().filter(|f| inside(f)).all(|f| bend(*f, column) < 0.75 * bend(frame, column))
+        };
+        let lone =
+            |column: &usize| is_peak(*column) && near.iter().all(|f| bend(*f, *column) < 0.1 * bend(frame, *column));
+        let spikes = columns.iter().enumerate().filter(|(_, column)| !near.is_empty() && lone(column));
+        spikes.map(|(joint, column)| (bend(frame, *column), joint)).max_by(|a, b| a.0.total_cmp(&b.0))
+    };
+    tell(Kind::Spike, &spike, &|joint| joints[joint].to_string());
     let ranges: Vec<Option<(f64, f64)>> = character.scalar_joints().map(|joint| joint.range).collect();
     let beyond = |frame: usize| {
         let row = clip.joints_at(frame);

@@ -107,7 +107,9 @@ pub fn retarget(
     let mut report = report::measure(&outcome, &human, &source.name);
     report.notes.clone_from(&source.notes);
     report.frames_per_second = human.frames.len() as f64 / seconds.max(1e-9);
-    options.bounds.check(&report, rig.leg_length)?;
+    let path = source.root_position.iter().map(|place| (place - source.root_position[0]).norm());
+    let travels = path.fold(0.0, f64::max) > 0.1 * leg;
+    options.bounds.check(&report, rig.leg_length, travels)?;
     Ok((make_clip(source, &rig, poses, &stances, (fps, tempo)), report))
 }
 

@@ -8,7 +8,7 @@ use std::path::Path;
 
 use lifelike_character::{Anatomy, Character, Kinematics, Quat, Vec3};
 use lifelike_motion::formats::{Axis, ReadOptions, bvh};
-use lifelike_motion::retarget::{Correspondence, RetargetOptions, RetargetReport, retarget};
+use lifelike_motion::retarget::{Bounds, Correspondence, RetargetOptions, RetargetReport, retarget};
 use lifelike_motion::{MotionClip, MotionError, SourceClip, keyframes};
 
 /// Parent, offset (m; x forward, y left, z up), joint of the keyframed figure whose rotation it has.
@@ -398,6 +398,74 @@ fn without(text: &str, names: &[&str], joints: &[usize]) -> String {
     format!("{}\nMOTION\n{}\n", lines.join("\n"), rows.join("\n"))
 }
 
+/// Changes a file's hierarchy, and each row of its motion.
+fn changed(text: &str, tree: impl Fn(&str) -> String, row: impl Fn(usize, &[&str]) -> String) -> String {
+    let (head, motion) = text.split_once("MOTION\n").unwrap();
+    let (counts, rows) = motion.split_at(motion.match_indices('\n').nth(1).unwrap().0);
+    let rows = rows.trim().lines().enumerate().map(|(t, line)| row(t, &line.split(' ').collect::<Vec<_>>()));
+    format!("{}MOTION\n{counts}\n{}\n", tree(head), rows.collect::<Vec<_>>().join("\n"))
+}
+
+#[test]
+fn a_root_above_the_body_and_targets_beside_it_change_nothing() {
+    let unreal = layouts().into_iter().find(|layout| layout.writer == "Unreal").unwrap();
+    let plain = write(&unreal, &axes(true, 0));
+    let (wanted, plainly) = converted(&plain).unwrap();
+    let joint = |name: &str, inside: &str| {
+        format!("JOINT {name}\n{{\nOFFSET 0 0 0\nCHANNELS 3 Zrotation Xrotation Yrotation\n{inside}}}\n")
+    };
+    let targets = |names: [&str; 3]| joint(names[0], &(joint(names[1], "") + &joint(names[2], "")));
+    let rig = |body: &str| {
+        let body = body.replace("HIERARCHY\n", "").replace("ROOT", "JOINT");
+        let [feet, hands] = [["ik_foot_root", "ik_foot_l", "ik_foot_r"], ["ik_hand_root", "ik_hand_l", "ik_hand_r"]];
+        let channels = "CHANNELS 6 Xposition Yposition Zposition Zrotation Xrotation Yrotation";
+        format!("HIERARCHY\nROOT root\n{{\nOFFSET 0 0 0\n{channels}\n{}{body}{}}}\n", targets(feet), targets(hands))
+    };
+    let zeros = |count: usize| vec!["0"; count].join(" ");
+    let text = changed(&plain, rig, |_, row| format!("{} {} {}", zeros(6 + 9), row.join(" "), zeros(9)));
+    let (clip, report) = converted(&text).unwrap();
+    let (angle, place) = difference(&clip, &wanted);
+    assert!(angle < 1e-6 && place < 1e-9, "{angle} {place}");
+    assert_eq!(report.notes, plainly.notes);
+}
+
+#[test]
+fn positions_of_all_joints_are_offsets_or_changes_of_them() {
+    let plain = write(&base(), &axes(false, 0));
+    let (wanted, _) = converted(&plain).unwrap();
+    let offsets: Vec<Vec<String>> = plain
+        .lines()
+        .map(str::trim)
+        .scan(String::new(), |before, line| Some((std::mem::replace(before, line.to_owned()), line)))
+        .filter(|(before, line)| line.starts_with("CHANNELS") && before.starts_with("OFFSET"))
+        .map(|(offset, _)| offset.split(' ').skip(1).map(str::to_owned).collect())
+        .collect();
+    let with_positions = |place: &dyn Fn(usize, usize) -> Vec<String>| {
+        let tree = |head: &str| head.replace("CHANNELS 3", "CHANNELS 6 Xposition Yposition Zposition");
+        let row = |t: usize, row: &[&str]| {
+            let mut all: Vec<String> = row[..6].iter().map(|value| (*value).to_owned()).collect();
+            for joint in 1..21 {
+                all.extend(place(t, joint));
+                all.extend(row[3 + 3 * joint..6 + 3 * joint].iter().map(|value| (*value).to_owned()));
+            }
+            all.join(" ")
+        };
+        converted(&changed(&plain, tree, row)).unwrap()
+    };
+    let (clip, report) = with_positions(&|_, joint| offsets[joint].clone());
+    assert!(difference(&clip, &wanted).1 < 1e-9 && report.notes.is_empty(), "{:?}", report.notes);
+    let (clip, report) = with_positions(&|_, _| vec!["0".to_owned(); 3]);
+    assert!(difference(&clip, &wanted).1 < 1e-9);
+    assert!(report.notes[0].contains("added to the offsets"), "{:?}", report.notes);
+    // Bones that become longer: said, and left as they were at first.
+    let (clip, report) = with_positions(&|t, joint| match (t, joint) {
+        (9, 16) => vec!["40".to_owned(); 3],
+        _ => offsets[joint].clone(),
+    });
+    assert!(difference(&clip, &wanted).1 < 1e-9);
+    assert!(report.notes[0].contains("but 'mixamorig:LeftHand' moves by"), "{:?}", report.notes);
+}
+
 #[test]
 fn what_cannot_be_is_refused_with_the_option_that_cures_it() {
     let refused = |text: &str, part: &str| {
@@ -429,6 +497,18 @@ fn what_cannot_be_is_refused_with_the_option_that_cures_it() {
         "HIERARCHY\nROOT tail\n{\nOFFSET 0 0 0\nCHANNELS 3 Xrotation Yrotation Zrotation\nEnd Site\n{\nOFFSET 0 150 0\n}\n}\nMOTION\nFrames: 9\nFrame Time: 0.04\n0 0 0\n1 0 0\n2 0 0\n3 0 0\n4 0 0\n5 0 0\n6 0 0\n7 0 0\n8 0 0\n",
         "--roles left_thigh=JOINT",
     );
+}
+
+#[test]
+fn a_root_that_stays_is_named_where_soles_slide() {
+    let row = |_: usize, row: &[&str]| format!("0 90 0 {}", row[3..].join(" "));
+    let still = changed(&write(&base(), &axes(false, 0)), str::to_owned, row);
+    let (character, anatomy) = robot();
+    let source = read(&still, &ReadOptions::default()).unwrap();
+    let strict = Bounds { skate: 1e-6, ..Bounds::default() };
+    let options = RetargetOptions { bounds: strict, ..RetargetOptions::default() };
+    let message = retarget(&source, &character, &anatomy, &options).unwrap_err().to_string();
+    assert!(message.contains("The root stays at its place: a treadmill, or a capture without"), "{message}");
 }
 
 #[test]

@@ -2,7 +2,7 @@
 //! --release -p lifelike-nn --example encoder -- [0, 1 or 2: one of the sizes only]`. `peers/encoder/step.py` is
 //! PyTorch's.
 
-#[allow(dead_code)] // its tensors are for the other examples
+#[allow(dead_code)] // its random numbers are for the other examples
 mod stopwatch;
 
 use lifelike_nn::memory;
@@ -35,7 +35,7 @@ fn main() {
                     let x = (0..rows * width).map(|i| ((i * 31) % 101) as f32 * 0.02 - 1.0).collect();
                     let (y, pass) = encoder.forward(x, lengths);
                     let mut sums = vec![0.0; layout.len()];
-                    encoder.backward(pass, y, &layout, &mut sums);
+                    encoder.backward(pass, y, &mut sums);
                     sums
                 })
                 .collect();

@@ -1,55 +1,38 @@
-//! Times of a training step, with or without the allocator setting:
-//! `cargo run --release -p lifelike-nn --example layers -- [tune]`.
+//! Times of a residual block, forward and backward: `cargo run --release -p lifelike-nn --example layers -- [tune]` (`tune`: with the
+//! allocator setting).
 //!
-//! Prints the median and the best of several steps, and for the convolutions also burn's own `conv1d` on the same job.
+//! Prints the median and the best of several steps.
 
 mod stopwatch;
 
-use burn::module::Module;
-use burn::tensor::ops::ConvOptions;
-use lifelike_nn::adam::{Adam, AdamConfig};
-use lifelike_nn::conv_resnet::{Conv3, ResBlock};
-use lifelike_nn::gradients::Gradients;
-use lifelike_nn::mlp::MlpConfig;
-use lifelike_nn::{device, memory};
+use lifelike_nn::conv_resnet::{Conv3, ResBlock, add_block, add_conv3};
+use lifelike_nn::memory;
+use lifelike_nn::parameters::ParameterList;
 use stopwatch::{random, time};
+
+/// Time steps.
+const STEPS: usize = 16;
 
 fn main() {
     if std::env::args().any(|a| a == "tune") {
         println!("allocator tuned: {}", memory::tune_allocator());
     }
-    for (name, inputs, hidden, batch) in
-        [("256x128", 244, vec![256, 128], 1536), ("512x3", 244, vec![512; 3], 1536), ("512x3", 244, vec![512; 3], 8192)]
-    {
-        let mut mlp = MlpConfig::new(inputs, &hidden, 20).init(0, "bench", &device::training());
-        let mut adam = Adam::new(AdamConfig::adam());
-        let x = random([batch, inputs]);
-        time(&format!("MLP {name}, batch {batch}, forward + backward + Adam"), 15, || {
-            let gradients = Gradients::of(&mlp, mlp.forward(x.clone()).square().mean().backward());
-            mlp = adam.step(mlp.clone(), gradients, 1e-4);
-        });
-        let fixed = mlp.valid();
-        let x = random([256, inputs]).inner();
-        time(&format!("MLP {name}, inference of 256"), 15, || {
-            std::hint::black_box(fixed.forward(x.clone()).into_data());
-        });
-    }
     for (batch, channels) in [(128, 48), (512, 104)] {
-        let block = ResBlock::new(channels, 0, "bench", &device::training());
-        let x = random([16, batch, channels]);
-        time(&format!("ResBlock {channels} channels, {batch} x 16 steps, forward + backward"), 15, || {
-            Gradients::of(&block, block.forward(x.clone()).square().mean().backward());
+        let mut list = ParameterList::default();
+        add_block(&mut list, "block", channels, 0, "bench");
+        add_conv3(&mut list, "conv", [channels; 2], 0, "bench");
+        let parameters = list.finish();
+        let x = random(STEPS * batch * channels);
+        let block = ResBlock::new("block", channels, &parameters);
+        let mut sums = vec![0.0; parameters.len()];
+        time(&format!("ResBlock {channels} channels, {batch} x {STEPS} steps, one thread, both ways"), 15, || {
+            let (y, pass) = block.forward(x.clone(), STEPS);
+            block.backward(&pass, y, STEPS, &mut sums);
         });
-        let conv = Conv3::new(channels, channels, 0, "bench", &device::training());
+        let conv = Conv3::new("conv", [channels; 2], &parameters);
         time("  of it Conv3", 15, || {
-            Gradients::of(&conv, conv.forward(x.clone()).square().mean().backward());
-        });
-        let weight = random([channels, channels, 3]).require_grad();
-        let x = random([batch, channels, 16]).require_grad();
-        time("  burn's conv1d for the same", 15, || {
-            let options = ConvOptions::new([1], [1], [1], 1);
-            let y = burn::tensor::module::conv1d(x.clone(), weight.clone(), None, options);
-            std::hint::black_box(y.square().mean().backward());
+            let y = conv.forward(&x, STEPS);
+            conv.backward(&x, &y, STEPS, &mut sums);
         });
     }
 }

@@ -1,18 +1,14 @@
 //! Adam (Kingma & Ba 2015) and RAdam (Liu et al. 2020), with PyTorch's formulas and defaults, and Muon beside Adam.
 //!
-//! State is kept by parameter name and saved bit for bit, so a resumed run continues as if it had not stopped.
+//! The moments stand in rows like the parameters'. They are saved bit for bit by name, so a resumed run continues as if it had not
+//! stopped.
 
-use std::collections::{BTreeMap, BTreeSet};
-
-use burn::module::{Module, ModuleMapper, Param};
-use burn::tensor::{Device, Tensor, TensorData};
-
-use crate::checkpoint::ModuleCheckpoint;
-use crate::gradients::Gradients;
-use crate::muon;
-use crate::names::{Path, parameters};
-use crate::numbers::{Unreadable, read};
 use lifelike_checkpoint::{Checkpoint, CheckpointError};
+use lifelike_dense::{AdamStep, Slices, norm};
+use lifelike_simd::InstructionSet;
+
+use crate::muon;
+use crate::rows::Layout;
 
 /// Update rule.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
@@ -52,32 +48,41 @@ impl AdamConfig {
     }
 }
 
-/// First and second moment of one parameter, flattened, and the steps it has seen. Muon leaves a matrix' second moment at 0.
-#[derive(Debug, Clone)]
-struct Moments {
-    step: u64,
-    first: Tensor<1>,
-    second: Tensor<1>,
+/// Gradient of one step, and how far it may go.
+#[derive(Debug, Clone, Copy)]
+pub struct Descent<'a> {
+    /// Derivative of the loss by each parameter.
+    pub gradient: &'a [f32],
+    /// Bound on the gradient's norm, as PyTorch's `clip_grad_norm_`: it is scaled by `max_norm / (norm + 1e-6)` where that is below one.
+    pub max_norm: f64,
+    /// Learning rate.
+    pub rate: f64,
 }
 
-impl Moments {
-    /// Those of a parameter that has seen no gradient yet.
-    fn before(gradient: &Tensor<1>) -> Self {
-        Self { step: 0, first: gradient.zeros_like(), second: gradient.zeros_like() }
-    }
+/// What a step met.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Stepped {
+    /// Norm of the gradient before clipping.
+    pub norm: f64,
+    /// False where the norm was not finite: then neither parameters nor moments have changed.
+    pub taken: bool,
 }
 
-/// The optimizer with its state.
-#[derive(Debug, Clone)]
+/// The optimizer with its state, for one row of parameters.
+#[derive(Debug, Clone, PartialEq)]
 pub struct Adam {
     config: AdamConfig,
-    moments: BTreeMap<String, Moments>,
+    steps: u64,
+    /// First moments. Those of Muon's matrices are their momentum.
+    first: Vec<f32>,
+    /// Second moments. Muon leaves a matrix' at 0.
+    second: Vec<f32>,
 }
 
 impl Adam {
-    /// Returns an optimizer that has not stepped yet.
-    pub fn new(config: AdamConfig) -> Self {
-        Self { config, moments: BTreeMap::new() }
+    /// Returns an optimizer of `count` parameters that has not stepped yet.
+    pub fn new(config: AdamConfig, count: usize) -> Self {
+        Self { config, steps: 0, first: vec![0.0; count], second: vec![0.0; count] }
     }
 
     /// Returns the constants.
@@ -85,120 +90,123 @@ impl Adam {
         self.config
     }
 
-    /// Moves its state to another device.
-    #[must_use]
-    pub fn to_device(mut self, device: &Device) -> Self {
-        for moments in self.moments.values_mut() {
-            moments.first = moments.first.clone().to_device(device);
-            moments.second = moments.second.clone().to_device(device);
-        }
-        self
+    /// Returns the steps taken, and both moments.
+    pub fn state(&self) -> (u64, [&[f32]; 2]) {
+        (self.steps, [&self.first, &self.second])
     }
 
-    /// Returns one step with learning rate `rate`. Parameters without a gradient stay as they are.
-    pub fn step<M: Module>(&mut self, module: M, mut gradients: Gradients, rate: f64) -> M {
-        let orthogonal = match self.config.rule {
-            Rule::Adam | Rule::Radam => BTreeSet::new(),
-            Rule::Muon => self.orthogonalize(&module, &mut gradients),
+    /// Continues with this state.
+    ///
+    /// # Panics
+    /// The moments are of another number of parameters.
+    pub fn set_state(&mut self, steps: u64, [first, second]: [Vec<f32>; 2]) {
+        assert_eq!((first.len(), second.len()), (self.first.len(), self.second.len()), "moments");
+        (self.steps, self.first, self.second) = (steps, first, second);
+    }
+
+    /// Takes one step, unless the gradient is not finite.
+    ///
+    /// # Panics
+    /// Parameters or gradient of another number than the optimizer's.
+    pub fn step(&mut self, layout: &Layout, values: &mut [f32], descent: Descent<'_>) -> Stepped {
+        let Descent { gradient, max_norm, rate } = descent;
+        assert_eq!((values.len(), gradient.len()), (self.first.len(), self.first.len()), "sizes of a step");
+        let norm = norm(InstructionSet::chosen(), gradient);
+        if !norm.is_finite() {
+            return Stepped { norm, taken: false };
+        }
+        self.steps += 1;
+        let scale = (max_norm / (norm + 1e-6)).min(1.0);
+        match self.config.rule {
+            Rule::Adam => self.adam(0..values.len(), values, gradient, scale, rate),
+            Rule::Radam => self.radam(values, gradient, scale as f32, rate),
+            Rule::Muon => self.muon(layout, values, gradient, scale, rate),
+        }
+        Stepped { norm, taken: true }
+    }
+
+    fn adam(&mut self, range: std::ops::Range<usize>, values: &mut [f32], gradient: &[f32], scale: f64, rate: f64) {
+        let AdamConfig { beta_1, beta_2, epsilon, .. } = self.config;
+        let slices = Slices {
+            values: &mut values[range.clone()],
+            gradient: &gradient[range.clone()],
+            first: &mut self.first[range.clone()],
+            second: &mut self.second[range],
         };
-        module.map(&mut Update { path: Path::default(), adam: self, orthogonal, gradients, rate })
+        AdamStep { beta_1, beta_2, epsilon, step: self.steps, rate, scale }.take(InstructionSet::chosen(), slices);
     }
 
-    /// Puts Muon's steps for a rate of 1 in the place of its matrices' gradients; returns their names.
-    fn orthogonalize<M: Module>(&mut self, module: &M, gradients: &mut Gradients) -> BTreeSet<String> {
-        let mut gathered = Vec::new();
-        for (name, shape) in parameters(module) {
-            let Some(shape) = muon::matrix(&name, &shape) else { continue };
-            let Some(gradient) = gradients.take(&name) else { continue };
-            let moments = self.moments.entry(name.clone()).or_insert_with(|| Moments::before(&gradient));
-            moments.step += 1;
-            gathered.push((name, shape, muon::gathered(&mut moments.first, gradient)));
+    fn radam(&mut self, values: &mut [f32], gradient: &[f32], scale: f32, rate: f64) {
+        let AdamConfig { beta_1, beta_2, epsilon, .. } = self.config;
+        let t = self.steps as f64;
+        let bias_1 = 1.0 - beta_1.powf(t);
+        let rectified = rectification(beta_2, t).map(|r| (rate / bias_1 * (1.0 - beta_2.powf(t)).sqrt() * r) as f32);
+        let plain = (rate / bias_1) as f32;
+        let [keep_1, take_1] = [beta_1 as f32, (1.0 - beta_1) as f32];
+        let [keep_2, take_2] = [beta_2 as f32, (1.0 - beta_2) as f32];
+        let moments = self.first.iter_mut().zip(&mut self.second);
+        for ((value, gradient), (first, second)) in values.iter_mut().zip(gradient).zip(moments) {
+            let gradient = gradient * scale;
+            *first = *first * keep_1 + gradient * take_1;
+            *second = *second * keep_2 + gradient * gradient * take_2;
+            *value -= match rectified {
+                Some(rate) => *first / (second.sqrt() + epsilon as f32) * rate,
+                None => *first * plain,
+            };
         }
-        let steps = muon::steps(gathered);
-        let names = steps.keys().cloned().collect();
-        steps.into_iter().for_each(|(name, step)| gradients.insert(name, step));
-        names
     }
 
-    fn update(&mut self, name: String, value: Tensor<1>, gradient: Tensor<1>, rate: f64) -> Tensor<1> {
-        let c = self.config;
-        let mut moments = self.moments.remove(&name).unwrap_or_else(|| Moments::before(&gradient));
-        moments.step += 1;
-        let t = moments.step as f64;
-        moments.first = moments.first.mul_scalar(c.beta_1).add(gradient.clone().mul_scalar(1.0 - c.beta_1));
-        moments.second = moments.second.mul_scalar(c.beta_2).add(gradient.square().mul_scalar(1.0 - c.beta_2));
-        let bias_1 = 1.0 - c.beta_1.powf(t);
-        let bias_2 = 1.0 - c.beta_2.powf(t);
-        let first = moments.first.clone();
-        let root = |second: Tensor<1>| second.sqrt();
-        let change = match c.rule {
-            Rule::Adam | Rule::Muon => {
-                let denominator = root(moments.second.clone()).div_scalar(bias_2.sqrt()).add_scalar(c.epsilon);
-                first.div(denominator).mul_scalar(rate / bias_1)
-            }
-            Rule::Radam => match rectification(c.beta_2, t) {
-                Some(r) => {
-                    let denominator = root(moments.second.clone()).add_scalar(c.epsilon);
-                    first.div(denominator).mul_scalar(rate / bias_1 * bias_2.sqrt() * r)
+    fn muon(&mut self, layout: &Layout, values: &mut [f32], gradient: &[f32], scale: f64, rate: f64) {
+        let mut matrices = Vec::new();
+        for entry in layout.entries() {
+            let range = layout.range(&entry.name);
+            match muon::matrix(&entry.name, &entry.shape) {
+                Some(shape) => {
+                    let gathered =
+                        muon::gathered(&mut self.first[range.clone()], &gradient[range.clone()], scale as f32);
+                    matrices.push((range, shape, gathered));
                 }
-                None => first.mul_scalar(rate / bias_1),
-            },
-        };
-        self.moments.insert(name, moments);
-        value.sub(change)
-    }
-
-    /// Writes a parameter's moments; returns the steps that it has seen, without which there are none.
-    pub(crate) fn write_moments(&self, name: &str, first: &mut [f32], second: &mut [f32]) -> Result<u64, Unreadable> {
-        let Some(moments) = self.moments.get(name) else { return Ok(0) };
-        first.copy_from_slice(&read(moments.first.clone())?);
-        second.copy_from_slice(&read(moments.second.clone())?);
-        Ok(moments.step)
-    }
-
-    /// Takes the moments of a parameter that is on the CPU. Without a step there are none.
-    pub(crate) fn set_moments(&mut self, name: &str, step: u64, first: &[f32], second: &[f32]) {
-        let tensor = |x: &[f32]| Tensor::from_data(TensorData::new(x.to_vec(), [x.len()]), &crate::device::inference());
-        if step > 0 {
-            self.moments.insert(name.to_owned(), Moments { step, first: tensor(first), second: tensor(second) });
+                None => self.adam(range, values, gradient, scale, rate),
+            }
+        }
+        for (range, step) in muon::steps(matrices) {
+            values[range].iter_mut().zip(step).for_each(|(value, step)| *value -= step * rate as f32);
         }
     }
 
-    /// Writes the moments under `prefix` (exact bits).
-    pub fn save_into(&self, checkpoint: &mut Checkpoint, prefix: &str) -> Result<(), CheckpointError> {
-        for (name, m) in &self.moments {
-            checkpoint.put_u64(&format!("{prefix}.{name}.step"), &[1], vec![m.step])?;
-            checkpoint.put_tensor(&format!("{prefix}.{name}.first"), &m.first)?;
-            checkpoint.put_tensor(&format!("{prefix}.{name}.second"), &m.second)?;
+    /// Writes the moments under `prefix`, exact bits, by the parameters' names.
+    ///
+    /// # Errors
+    /// A name is taken.
+    pub fn save_into(&self, layout: &Layout, checkpoint: &mut Checkpoint, prefix: &str) -> Result<(), CheckpointError> {
+        for entry in layout.entries() {
+            let (range, name) = (layout.range(&entry.name), format!("{prefix}.{}", entry.name));
+            checkpoint.put_u64(&format!("{name}.step"), &[1], vec![self.steps])?;
+            checkpoint.put_f32(&format!("{name}.first"), &[range.len()], self.first[range.clone()].to_vec())?;
+            checkpoint.put_f32(&format!("{name}.second"), &[range.len()], self.second[range].to_vec())?;
         }
         Ok(())
     }
 
-    /// Reads the moments of `module`'s parameters back. A parameter that had never had a gradient when the checkpoint
-    /// was written has no moments there and starts without.
+    /// Reads the moments of parameters back.
     ///
     /// # Errors
-    /// Moments of another size than the parameter, or only some of the three entries of one parameter.
-    pub fn load_from<M: Module>(
+    /// Moments that are missing, or of another size than the parameter.
+    pub fn load_from(
         config: AdamConfig,
+        layout: &Layout,
         checkpoint: &Checkpoint,
         prefix: &str,
-        module: &M,
     ) -> Result<Self, CheckpointError> {
-        let device = module.devices().first().cloned().unwrap_or_else(crate::device::inference).inner();
-        let mut moments = BTreeMap::new();
-        for (name, shape) in parameters(module) {
-            let key = |part: &str| format!("{prefix}.{name}.{part}");
-            if !checkpoint.contains(&key("step")) {
-                continue;
-            }
-            let count: usize = shape.iter().product();
-            let read = |part: &str| checkpoint.tensor::<1>(&key(part), [count], &device);
-            let (first, second) = (read("first")?, read("second")?);
-            let step = checkpoint.u64s(&key("step"), &[1])?[0];
-            moments.insert(name, Moments { step, first, second });
+        let mut adam = Self::new(config, layout.len());
+        for entry in layout.entries() {
+            let (range, name) = (layout.range(&entry.name), format!("{prefix}.{}", entry.name));
+            adam.steps = checkpoint.u64s(&format!("{name}.step"), &[1])?[0];
+            let moments = |part: &str| checkpoint.f32s(&format!("{name}.{part}"), &[range.len()]);
+            adam.first[range.clone()].copy_from_slice(&moments("first")?);
+            adam.second[range.clone()].copy_from_slice(&moments("second")?);
         }
-        Ok(Self { config, moments })
+        Ok(adam)
     }
 }
 
@@ -211,35 +219,26 @@ fn rectification(beta_2: f64, t: f64) -> Option<f64> {
     (rho > 5.0).then(|| ((rho - 4.0) * (rho - 2.0) * rho_inf / ((rho_inf - 4.0) * (rho_inf - 2.0) * rho)).sqrt())
 }
 
-struct Update<'a> {
-    path: Path,
-    adam: &'a mut Adam,
-    /// Those whose gradients are Muon's steps.
-    orthogonal: BTreeSet<String>,
-    gradients: Gradients,
-    rate: f64,
-}
+#[cfg(test)]
+mod tests {
+    use super::*;
 
-impl ModuleMapper for Update<'_> {
-    fn enter_module(&mut self, name: &str, _: &str) {
-        self.path.enter(name);
-    }
-    fn exit_module(&mut self, _: &str, _: &str) {
-        self.path.exit();
-    }
-    fn map_float<const D: usize>(&mut self, param: Param<Tensor<D>>) -> Param<Tensor<D>> {
-        let name = self.path.name();
-        let Some(gradient) = self.gradients.take(&name) else { return param };
-        param.map(|tensor| {
-            let (shape, tracked, autodiff) = (tensor.shape(), tensor.is_require_grad(), tensor.is_autodiff());
-            let count = shape.num_elements();
-            let flat = tensor.without_autodiff().reshape([count]);
-            let next = match self.orthogonal.contains(&name) {
-                true => flat.sub(gradient.mul_scalar(self.rate)),
-                false => self.adam.update(name, flat, gradient, self.rate),
-            };
-            let next: Tensor<D> = next.reshape(shape);
-            if autodiff { next.autodiff().set_require_grad(tracked) } else { next }
-        })
+    #[test]
+    fn a_gradient_that_is_not_finite_changes_nothing() {
+        let layout = Layout::of_shapes(vec![("blocks.p".into(), vec![2, 2]), ("bias".into(), vec![2])]);
+        for rule in [Rule::Adam, Rule::Radam, Rule::Muon] {
+            let config = AdamConfig { rule, ..AdamConfig::adam() };
+            let mut adam = Adam::new(config, layout.len());
+            let mut values = vec![0.5; 6];
+            let first = Descent { gradient: &[0.1; 6], max_norm: 1.0, rate: 1e-3 };
+            assert!(adam.step(&layout, &mut values, first).taken);
+            let before = (adam.clone(), values.clone());
+            for wrong in [f32::NAN, f32::INFINITY] {
+                let gradient = [0.1, wrong, 0.1, 0.1, 0.1, 0.1];
+                let stepped = adam.step(&layout, &mut values, Descent { gradient: &gradient, ..first });
+                assert!(!stepped.taken && !stepped.norm.is_finite(), "{stepped:?}");
+            }
+            assert_eq!((adam, values), before);
+        }
     }
 }

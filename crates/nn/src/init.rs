@@ -1,14 +1,7 @@
 //! Initial weights, written from an addressed seed: the same numbers on every device and at every thread count.
 
-use burn::module::Param;
-use burn::tensor::{Device, Tensor, TensorData};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal, Uniform};
-
-/// Returns a parameter with these values (row-major).
-pub fn parameter<const D: usize>(values: Vec<f32>, shape: [usize; D], device: &Device) -> Param<Tensor<D>> {
-    Param::from_data(TensorData::new(values, shape), device)
-}
 
 /// Returns a `[rows, columns]` matrix with orthonormal rows or columns (whichever are fewer), times `gain` (Saxe et al. 2014).
 pub fn orthogonal(rng: &mut ChaCha8Rng, rows: usize, columns: usize, gain: f64) -> Vec<f32> {

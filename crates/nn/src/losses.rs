@@ -1,50 +1,98 @@
-//! Loss terms. Each returns one number per row, so callers choose how rows are weighed.
+//! Loss terms with their gradients. Each returns one number per row, so callers choose how rows are weighed.
 
-use burn::tensor::Tensor;
-
-/// Returns the KL divergence of N(μ, e^{log σ²}) from the standard normal, summed over the latent (Kingma & Welling 2013, App. B):
-/// ½ Σ (μ² + σ² − 1 − log σ²).
+/// Returns the KL divergence of N(μ, e^{log σ²}) from the standard normal (Kingma & Welling 2013, App. B):
+/// ½ Σ (μ² + σ² − 1 − log σ²). Adds `weight` times its gradients to those by mean and log variance.
 ///
 /// # Shapes
-/// Two `[B, d]` to `[B]`.
-pub fn kl_from_standard_normal(mean: Tensor<2>, log_variance: Tensor<2>) -> Tensor<1> {
-    let per_dimension = mean.square() + log_variance.clone().exp() - log_variance.add_scalar(1.0);
-    per_dimension.sum_dim(1).squeeze_dim::<1>(1).mul_scalar(0.5)
+/// All `[d]`.
+pub fn kl_from_standard_normal(
+    [mean, log_variance]: [&[f32]; 2],
+    weight: f32,
+    [by_mean, by_log_variance]: [&mut [f32]; 2],
+) -> f32 {
+    let mut sum = 0.0;
+    for (i, (mean, log_variance)) in mean.iter().zip(log_variance).enumerate() {
+        let variance = log_variance.exp();
+        sum += mean * mean + variance - (log_variance + 1.0);
+        by_mean[i] += weight * mean;
+        by_log_variance[i] += weight * 0.5 * (variance - 1.0);
+    }
+    0.5 * sum
 }
 
-/// Returns rotation matrices' first two columns from 6D numbers by Gram-Schmidt (Zhou et al. 2019, eq. 15).
-///
-/// # Shapes
-/// `[N, 6]` (first column, then second) to two `[N, 3]`.
-pub fn gram_schmidt(six: Tensor<2>) -> (Tensor<2>, Tensor<2>) {
-    let a = six.clone().narrow(1, 0, 3);
-    let b = six.narrow(1, 3, 3);
-    let x = unit(a);
-    let along = (x.clone() * b.clone()).sum_dim(1);
-    let y = unit(b - x.clone() * along);
-    (x, y)
+/// Returns ‖R(a) − R(b)‖_F² for 6D rotations (thesis eq. 4.4), with its gradient by b. 6D numbers are a matrix' first two columns, made
+/// orthonormal by Gram-Schmidt (Zhou et al. 2019, eq. 15).
+pub fn rotation_distance_squared(a: [f32; 6], b: [f32; 6]) -> (f32, [f32; 6]) {
+    let [ax, ay, az] = Frame::of(a).columns();
+    let frame = Frame::of(b);
+    let [bx, by, bz] = frame.columns();
+    let apart = [minus(bx, ax), minus(by, ay), minus(bz, az)];
+    let value = apart.iter().map(|d| dot(*d, *d)).sum();
+    (value, frame.backward(apart.map(|d| times(d, 2.0))))
 }
 
-/// Returns a direction; the small number keeps the gradient finite for a zero vector (which training never aims at).
-fn unit(v: Tensor<2>) -> Tensor<2> {
-    let norm = v.clone().square().sum_dim(1).add_scalar(1e-12).sqrt();
-    v / norm
+/// Two columns of a rotation on their way out of 6D numbers.
+struct Frame {
+    lengths: [f32; 2],
+    second: [f32; 3],
+    x: [f32; 3],
+    y: [f32; 3],
 }
 
-/// Returns ‖R(a) − R(b)‖_F² for 6D rotations (thesis eq. 4.4).
-///
-/// # Shapes
-/// Two `[N, 6]` to `[N]`.
-pub fn rotation_distance_squared(a: Tensor<2>, b: Tensor<2>) -> Tensor<1> {
-    let (ax, ay) = gram_schmidt(a);
-    let (bx, by) = gram_schmidt(b);
-    let (az, bz) = (cross(&ax, &ay), cross(&bx, &by));
-    let square = |d: Tensor<2>| d.square().sum_dim(1).squeeze_dim::<1>(1);
-    square(ax - bx) + square(ay - by) + square(az - bz)
+impl Frame {
+    fn of(six: [f32; 6]) -> Self {
+        let (first, second) = ([six[0], six[1], six[2]], [six[3], six[4], six[5]]);
+        let x_length = length(first);
+        let x = times(first, 1.0 / x_length);
+        let rest = minus(second, times(x, dot(x, second)));
+        let y_length = length(rest);
+        Self { lengths: [x_length, y_length], second, x, y: times(rest, 1.0 / y_length) }
+    }
+
+    fn columns(&self) -> [[f32; 3]; 3] {
+        [self.x, self.y, cross(self.x, self.y)]
+    }
+
+    /// The gradient by the 6D numbers, from those by the three columns.
+    fn backward(&self, [by_x, by_y, by_z]: [[f32; 3]; 3]) -> [f32; 6] {
+        // z = x × y.
+        let by_y = plus(by_y, cross(by_z, self.x));
+        let mut by_x = plus(by_x, cross(self.y, by_z));
+        // y = rest / |rest|: what points along y changes nothing.
+        let by_rest = times(minus(by_y, times(self.y, dot(self.y, by_y))), 1.0 / self.lengths[1]);
+        // rest = second − x (x · second).
+        let along = dot(self.x, by_rest);
+        let by_second = minus(by_rest, times(self.x, along));
+        by_x = minus(by_x, plus(times(by_rest, dot(self.x, self.second)), times(self.second, along)));
+        let by_first = times(minus(by_x, times(self.x, dot(self.x, by_x))), 1.0 / self.lengths[0]);
+        let mut out = [0.0; 6];
+        out[..3].copy_from_slice(&by_first);
+        out[3..].copy_from_slice(&by_second);
+        out
+    }
 }
 
-fn cross(a: &Tensor<2>, b: &Tensor<2>) -> Tensor<2> {
-    let part = |v: &Tensor<2>, i: usize| v.clone().narrow(1, i, 1);
-    let minor = |i: usize, j: usize| part(a, i) * part(b, j) - part(a, j) * part(b, i);
-    Tensor::cat(vec![minor(1, 2), minor(2, 0), minor(0, 1)], 1)
+/// The small number keeps the gradient finite for a zero vector, which training never aims at.
+fn length(v: [f32; 3]) -> f32 {
+    (dot(v, v) + 1e-12).sqrt()
+}
+
+fn dot(a: [f32; 3], b: [f32; 3]) -> f32 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+fn plus(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
+    [0, 1, 2].map(|i| a[i] + b[i])
+}
+
+fn minus(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
+    [0, 1, 2].map(|i| a[i] - b[i])
+}
+
+fn times(a: [f32; 3], factor: f32) -> [f32; 3] {
+    a.map(|x| x * factor)
+}
+
+fn cross(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }

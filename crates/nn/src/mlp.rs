@@ -1,23 +1,20 @@
 //! Multilayer perceptrons with ELU between the layers (thesis 4.3.1: policy and value function).
 
-use burn::module::Module;
-use burn::nn::Linear;
-use burn::tensor::{Device, Tensor};
+use lifelike_checkpoint::rng;
 use lifelike_dense::Sizes;
 
-use crate::elu::elu;
-use crate::{device, init};
-use lifelike_checkpoint::rng;
+use crate::init;
+use crate::parameters::ParameterList;
 
-/// Sizes of an [`Mlp`].
+/// Sizes of a perceptron.
 ///
 /// ```
-/// use burn::tensor::Tensor;
-/// use lifelike_nn::{device, mlp::MlpConfig};
+/// use lifelike_nn::mlp::MlpConfig;
+/// use lifelike_nn::parameters::ParameterList;
 ///
-/// let mlp = MlpConfig::new(12, &[64, 32], 3).init(0, "policy", &device::inference());
-/// let x = Tensor::<2>::zeros([5, 12], &device::inference());
-/// assert_eq!(mlp.forward(x).dims(), [5, 3]);
+/// let mut list = ParameterList::default();
+/// MlpConfig::new(12, &[64, 32], 3).add_to(&mut list, "policy", 0, "policy");
+/// assert_eq!(list.finish().len(), 12 * 64 + 64 + 64 * 32 + 32 + 32 * 3 + 3);
 /// ```
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -46,72 +43,26 @@ impl MlpConfig {
         self
     }
 
-    /// Returns the network, with orthogonal weights from the streams `(seed, purpose, layer, 0)` and zero biases.
-    pub fn init(&self, seed: u64, purpose: &str, device: &Device) -> Mlp {
-        let sizes: Vec<usize> =
-            [self.inputs].into_iter().chain(self.hidden.iter().copied()).chain([self.outputs]).collect();
-        let last = sizes.len() - 2;
-        let layers = sizes
-            .windows(2)
-            .enumerate()
-            .map(|(i, pair)| {
-                let gain = if i == last { self.output_gain } else { self.hidden_gain };
-                let weight = init::orthogonal(&mut rng::stream(seed, purpose, i as u64, 0), pair[0], pair[1], gain);
-                Linear {
-                    weight: init::parameter(weight, [pair[0], pair[1]], device),
-                    bias: Some(init::parameter(vec![0.0; pair[1]], [pair[1]], device)),
-                }
-            })
-            .collect();
-        Mlp { layers }
-    }
-}
-
-/// Linear layers with ELU between them; the output is linear.
-///
-/// Parameters are named `layers.I.weight` (`[inputs, outputs]`) and `layers.I.bias`.
-#[derive(Module, Debug)]
-pub struct Mlp {
-    layers: Vec<Linear>,
-}
-
-impl Mlp {
-    /// # Shapes
-    /// `[B, inputs]` to `[B, outputs]`.
-    pub fn forward(&self, mut x: Tensor<2>) -> Tensor<2> {
-        let last = self.layers.len() - 1;
-        for (i, layer) in self.layers.iter().enumerate() {
-            x = layer.forward(x);
-            if i < last {
-                x = elu(x);
-            }
+    /// Adds the parameters to a network's, named `PREFIX.layers.I.weight` (`[inputs, outputs]`) and `PREFIX.layers.I.bias`: orthogonal
+    /// weights from the streams `(seed, purpose, layer, 0)`, and zero biases.
+    pub fn add_to(&self, list: &mut ParameterList, prefix: &str, seed: u64, purpose: &str) {
+        let widths = self.widths();
+        let last = widths.len() - 2;
+        for (i, pair) in widths.windows(2).enumerate() {
+            let gain = if i == last { self.output_gain } else { self.hidden_gain };
+            let weight = init::orthogonal(&mut rng::stream(seed, purpose, i as u64, 0), pair[0], pair[1], gain);
+            list.add(format!("{prefix}.layers.{i}.weight"), pair, weight);
+            list.add(format!("{prefix}.layers.{i}.bias"), &pair[1..], vec![0.0; pair[1]]);
         }
-        x
-    }
-
-    /// Returns the numbers in.
-    pub fn inputs(&self) -> usize {
-        self.layers.first().map_or(0, |layer| layer.weight.dims()[0])
-    }
-
-    /// Returns the numbers out.
-    pub fn outputs(&self) -> usize {
-        self.layers.last().map_or(0, |layer| layer.weight.dims()[1])
     }
 
     /// Returns its sizes, as the kernels take them: its parameters in their own order.
     pub fn sizes(&self) -> Sizes {
-        let widths = self.layers.iter().map(|layer| layer.weight.dims()[1]);
-        Sizes::new(&[self.inputs()].into_iter().chain(widths).collect::<Vec<_>>())
+        Sizes::new(&self.widths())
     }
 
-    /// Returns the device that it is on, without automatic differentiation.
-    pub fn device(&self) -> Device {
-        self.layers.first().map_or_else(device::inference, |layer| layer.weight.val().device().inner())
-    }
-
-    /// Returns the layers, first to last (for exporters).
-    pub fn layers(&self) -> &[Linear] {
-        &self.layers
+    /// Returns the numbers in, of each hidden layer, and out.
+    fn widths(&self) -> Vec<usize> {
+        [self.inputs].into_iter().chain(self.hidden.iter().copied()).chain([self.outputs]).collect()
     }
 }

@@ -4,9 +4,11 @@
 //! the matrix as far in every direction. Only matrices between hidden numbers are moved so: those of transformer and residual blocks, where each
 //! tap of a convolution is one. Embeddings, heads, gains and biases are Adam's.
 
-use std::collections::BTreeMap;
+use std::ops::Range;
 
-use burn::tensor::Tensor;
+use rayon::prelude::*;
+
+use crate::rows::PackedWeight;
 
 /// Share of the momentum that stays (Jordan et al.), by Nesterov's rule.
 const MOMENTUM: f64 = 0.95;
@@ -26,81 +28,85 @@ pub(crate) fn matrix(name: &str, shape: &[usize]) -> Option<[usize; 2]> {
     name.split('.').any(|part| part.ends_with("blocks")).then_some(shape)
 }
 
-/// Takes a gradient into the momentum, of the same shape; returns what is to be made orthogonal.
-pub(crate) fn gathered(momentum: &mut Tensor<1>, gradient: Tensor<1>) -> Tensor<1> {
-    let mix = |a: Tensor<1>, b: Tensor<1>| a.mul_scalar(MOMENTUM).add(b.mul_scalar(1.0 - MOMENTUM));
-    *momentum = mix(momentum.clone(), gradient.clone());
-    mix(momentum.clone(), gradient)
+/// Takes a gradient times `scale` into the momentum; returns what is to be made orthogonal.
+pub(crate) fn gathered(momentum: &mut [f32], gradient: &[f32], scale: f32) -> Vec<f32> {
+    let [keep, take] = [MOMENTUM as f32, (1.0 - MOMENTUM) as f32];
+    let mut gathered = Vec::with_capacity(gradient.len());
+    for (momentum, gradient) in momentum.iter_mut().zip(gradient) {
+        let gradient = gradient * scale;
+        *momentum = *momentum * keep + gradient * take;
+        gathered.push(*momentum * keep + gradient * take);
+    }
+    gathered
 }
 
-/// Returns the steps of matrices for a learning rate of 1, from what [`gathered`] returned, all flattened, by name.
-///
-/// Matrices of one size go through the products together, which have work for every core then.
-pub(crate) fn steps(matrices: Vec<(String, [usize; 2], Tensor<1>)>) -> BTreeMap<String, Tensor<1>> {
-    let mut alike: BTreeMap<[usize; 2], Vec<(String, Tensor<2>)>> = BTreeMap::new();
-    for (name, shape, numbers) in matrices {
-        alike.entry(shape).or_default().push((name, numbers.reshape(shape)));
-    }
-    let mut steps = BTreeMap::new();
-    for ([rows, columns], named) in alike {
-        let (names, matrices): (Vec<String>, Vec<Tensor<2>>) = named.into_iter().unzip();
-        let size = SIZE * (rows.max(columns) as f64).sqrt();
-        let all = orthogonal(Tensor::stack(matrices, 0)).mul_scalar(size);
-        for (i, name) in names.into_iter().enumerate() {
-            steps.insert(name, all.clone().narrow(0, i, 1).reshape([rows * columns]));
-        }
-    }
-    steps
+/// Returns the steps of matrices for a learning rate of 1, from what [`gathered`] returned, each with its place. A core for each.
+pub(crate) fn steps(matrices: Vec<(Range<usize>, [usize; 2], Vec<f32>)>) -> Vec<(Range<usize>, Vec<f32>)> {
+    let step = |(range, [rows, columns], matrix): (Range<usize>, [usize; 2], Vec<f32>)| {
+        let size = (SIZE * (rows.max(columns) as f64).sqrt()) as f32;
+        let mut step = orthogonal(&matrix, [rows, columns]);
+        step.iter_mut().for_each(|x| *x *= size);
+        (range, step)
+    };
+    matrices.into_par_iter().map(step).collect()
 }
 
-/// Returns U Vᵀ of each matrix U S Vᵀ, nearly: singular values between 0.7 and 1.2 (Newton and Schulz's iteration).
+/// Returns U Vᵀ of a matrix U S Vᵀ, nearly: singular values between 0.7 and 1.2 (Newton and Schulz's iteration).
 ///
 /// # Shapes
-/// `[N, rows, columns]` to the same.
-fn orthogonal(matrices: Tensor<3>) -> Tensor<3> {
-    let [_, rows, columns] = matrices.dims();
+/// `[rows, columns]` to the same.
+fn orthogonal(matrix: &[f32], [rows, columns]: [usize; 2]) -> Vec<f32> {
     if rows > columns {
-        return orthogonal(matrices.swap_dims(1, 2)).swap_dims(1, 2);
+        let turned = orthogonal(&transposed(matrix, [rows, columns]), [columns, rows]);
+        return transposed(&turned, [columns, rows]);
     }
-    let norm = matrices.clone().square().sum_dim(2).sum_dim(1).sqrt().clamp_min(EPSILON);
-    let mut x = matrices.div(norm);
-    let [a, b, c] = QUINTIC;
+    let norm = matrix.iter().map(|x| x * x).sum::<f32>().sqrt().max(EPSILON as f32);
+    let mut x: Vec<f32> = matrix.iter().map(|x| x / norm).collect();
+    let [a, b, c] = QUINTIC.map(|c| c as f32);
     for _ in 0..TURNS {
-        let square = x.clone().matmul(x.clone().swap_dims(1, 2));
-        let even = square.clone().mul_scalar(b).add(square.clone().matmul(square).mul_scalar(c));
-        x = x.clone().mul_scalar(a).add(even.matmul(x));
+        let square = PackedWeight::new(&transposed(&x, [rows, columns]), [columns, rows]).forward(&x, &[]);
+        let fourth = PackedWeight::new(&square, [rows, rows]).forward(&square, &[]);
+        let even: Vec<f32> = square.iter().zip(&fourth).map(|(square, fourth)| square * b + fourth * c).collect();
+        let moved = PackedWeight::new(&x, [rows, columns]).forward(&even, &[]);
+        x.iter_mut().zip(moved).for_each(|(x, moved)| *x = *x * a + moved);
     }
     x
 }
 
+fn transposed(matrix: &[f32], [rows, columns]: [usize; 2]) -> Vec<f32> {
+    (0..rows * columns).map(|i| matrix[i % rows * columns + i / rows]).collect()
+}
+
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used)]
     use super::*;
-    use burn::tensor::TensorData;
+
+    /// a bᵀ of `count` rows of each.
+    fn products(a: &[f32], b: &[f32], [count, length]: [usize; 2]) -> Vec<f32> {
+        let dot = |i: usize, j: usize| (0..length).map(|k| a[i * length + k] * b[j * length + k]).sum();
+        (0..count * count).map(|at| dot(at / count, at % count)).collect()
+    }
 
     #[test]
-    fn what_comes_out_is_nearly_orthogonal_and_turns_with_what_went_in() {
-        let device = crate::device::inference();
+    fn the_result_is_nearly_orthogonal_and_turns_with_the_matrix() {
         for [rows, columns] in [[6, 6], [4, 9], [9, 4]] {
-            let number = |i: usize| ((i * 37 + i * i * 11) % 101) as f32 * 0.013 - 0.6;
-            let numbers: Vec<f32> = (0..2 * rows * columns).map(number).collect();
-            let matrices = Tensor::<3>::from_data(TensorData::new(numbers, [2, rows, columns]), &device);
-            let out = orthogonal(matrices.clone());
-            let short = |x: Tensor<3>| if rows <= columns { x } else { x.swap_dims(1, 2) };
-            let (out, matrices) = (short(out), short(matrices));
-            let count = rows.min(columns);
-            let gram: Vec<f32> = out.clone().matmul(out.clone().swap_dims(1, 2)).try_to_vec_as().unwrap();
-            // The singular values' squares add up to the trace.
-            let trace: f32 = (0..2 * count).map(|i| gram[i / count * count * count + i % count * (count + 1)]).sum();
-            assert!((trace / (2 * count) as f32 - 0.9).abs() < 0.35, "{rows}x{columns}: {trace}");
-            // U Vᵀ (U S Vᵀ)ᵀ = U S Uᵀ is symmetric.
-            let along: Vec<f32> = out.matmul(matrices.swap_dims(1, 2)).try_to_vec_as().unwrap();
-            for n in 0..2 {
+            for seed in [0, 40] {
+                let number = |i: usize| ((i * 37 + i * i * 11) % 101) as f32 * 0.013 - 0.6;
+                let matrix: Vec<f32> = (seed..seed + rows * columns).map(number).collect();
+                let out = orthogonal(&matrix, [rows, columns]);
+                let short = |x: &[f32]| if rows <= columns { x.to_vec() } else { transposed(x, [rows, columns]) };
+                let (out, matrix) = (short(&out), short(&matrix));
+                let (count, length) = (rows.min(columns), rows.max(columns));
+                // The singular values' squares add up to the trace.
+                let gram = products(&out, &out, [count, length]);
+                let trace: f32 = (0..count).map(|i| gram[i * (count + 1)]).sum();
+                assert!((trace / count as f32 - 0.9).abs() < 0.35, "{rows}x{columns}: {trace}");
+                // U Vᵀ (U S Vᵀ)ᵀ = U S Uᵀ is symmetric.
+                let along = products(&out, &matrix, [count, length]);
                 for i in 0..count {
                     for j in 0..count {
-                        let at = |i: usize, j: usize| along[n * count * count + i * count + j];
-                        assert!((at(i, j) - at(j, i)).abs() < 1e-4, "{rows}x{columns}: {} {}", at(i, j), at(j, i));
+                        let [one, other] = [along[i * count + j], along[j * count + i]];
+                        assert!((one - other).abs() < 1e-4, "{rows}x{columns}: {one} {other}");
                     }
                 }
             }

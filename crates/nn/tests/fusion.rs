@@ -40,7 +40,7 @@ fn a_gate_beside_a_skip_connection() {
     let block = GateAddNorm::new("gate", 7, 5, &b.layout, &b.values);
     let (y, pass) = block.forward(b.fixture.f32s("gate.x"), &b.fixture.f32s("gate.skip"));
     b.fixture.close("gate.y", &y);
-    let (by_x, by_skip) = block.backward(pass, &b.fixture.f32s("gate.dy"), &b.layout, &mut b.sums);
+    let (by_x, by_skip) = block.backward(pass, &b.fixture.f32s("gate.dy"), &mut b.sums);
     b.fixture.close("gate.d.x", &by_x);
     b.fixture.close("gate.d.skip", &by_skip);
     b.parameters_are_close();
@@ -54,7 +54,7 @@ fn a_gated_residual_network_with_and_without_a_map_of_its_skip_connection() {
         let block = GatedResidual::new(name, sizes, &b.layout, &b.values);
         let (y, pass) = block.forward(b.fixture.f32s(&format!("{name}.x")));
         b.fixture.close(&format!("{name}.y"), &y);
-        let by_x = block.backward(pass, &b.fixture.f32s(&format!("{name}.dy")), &b.layout, &mut b.sums);
+        let by_x = block.backward(pass, &b.fixture.f32s(&format!("{name}.dy")), &mut b.sums);
         b.fixture.close(&format!("{name}.d.x"), &by_x);
         b.parameters_are_close();
     }
@@ -68,7 +68,7 @@ fn a_variable_selection_network_and_its_weights() {
     let selected = block.forward(b.fixture.f32s("selection.x"));
     b.fixture.close("selection.weights", &selected.weights);
     b.fixture.close("selection.y", &selected.rows);
-    let by_x = block.backward(selected.pass, &b.fixture.f32s("selection.dy"), &b.layout, &mut b.sums);
+    let by_x = block.backward(selected.pass, &b.fixture.f32s("selection.dy"), &mut b.sums);
     b.fixture.close("selection.d.x", &by_x);
     b.parameters_are_close();
 }
@@ -86,7 +86,7 @@ fn long_short_term_memory_is_pytorchs() {
     b.fixture.close("lstm.last_cell", &cell[last..]);
     let mut by_cell = vec![0.0; cell.len()];
     by_cell[last..].copy_from_slice(&b.fixture.f32s("lstm.by_cell"));
-    let (by_x, by_before) = block.backward(pass, (&b.fixture.f32s("lstm.dy"), &by_cell), &b.layout, &mut b.sums);
+    let (by_x, by_before) = block.backward(pass, (&b.fixture.f32s("lstm.dy"), &by_cell), &mut b.sums);
     b.fixture.close("lstm.d.x", &by_x);
     b.fixture.close("lstm.d.h", &by_before.hidden);
     b.fixture.close("lstm.d.c", &by_before.cell);
@@ -104,7 +104,7 @@ fn attention_over_the_history() {
     b.fixture.close("attention.y", &y);
     let profile: Vec<f32> = block.profile(&pass).iter().map(|w| *w as f32).collect();
     b.fixture.close("attention.profile", &profile);
-    let (by_past, by_present) = block.backward(pass, &b.fixture.f32s("attention.dy"), &b.layout, &mut b.sums);
+    let (by_past, by_present) = block.backward(pass, &b.fixture.f32s("attention.dy"), &mut b.sums);
     b.fixture.close("attention.d.past", &by_past);
     b.fixture.close("attention.d.present", &by_present);
     for entry in b.layout.entries() {

@@ -1,27 +1,16 @@
-//! Splines and transformer blocks against PyTorch and scipy. `fixtures/make_transformer.py` writes what they computed (in
+//! Splines and transformer networks against PyTorch and scipy. `fixtures/make_transformer.py` writes what they computed (in
 //! float64).
 
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 mod fixture;
 
-use burn::tensor::{Device, Tensor, TensorData};
 use fixture::Fixture;
-use lifelike_nn::gradients::Gradients;
-use lifelike_nn::spline::{BSpline, CubicBezier, Joints, Spline};
-use lifelike_nn::transformer::backprop::Weights;
-use lifelike_nn::transformer::{
-    Attention, AutoencoderConfig, Block, FeedForward, LatentTokens, RmsNorm, Sampling, SplineAutoencoder, alibi,
-};
-use lifelike_nn::{device, parameters};
+use lifelike_nn::spline::{BSpline, CubicBezier, Joints, Spline, uniform};
+use lifelike_nn::transformer::{AutoencoderConfig, LatentTokens, Sampling, SplineAutoencoder, alibi};
 
 fn transformer() -> Fixture {
     Fixture::read(include_str!("fixtures/transformer.json"))
-}
-
-fn bias(heads: usize, tokens: usize) -> Tensor<3> {
-    let positions: Vec<f64> = (0..tokens).map(|i| i as f64).collect();
-    alibi::bias_tensor(heads, &positions, &device::training())
 }
 
 fn each_kind() -> [(&'static str, LatentTokens); 3] {
@@ -32,9 +21,16 @@ fn each_kind() -> [(&'static str, LatentTokens); 3] {
     ]
 }
 
-fn small(tokens: LatentTokens, device: &Device) -> SplineAutoencoder {
+fn small(tokens: LatentTokens) -> SplineAutoencoder {
     let layers = if matches!(tokens, LatentTokens::Spline(_)) { 2 } else { 1 };
-    AutoencoderConfig::new(3, 3, layers, 2, 8).with_tokens(tokens).init(0, "test", device).unwrap()
+    AutoencoderConfig::new(3, 3, layers, 2, 8).with_tokens(tokens).init(0, "test").unwrap()
+}
+
+/// A small network with the fixture's parameters.
+fn loaded(f: &Fixture, prefix: &str, tokens: LatentTokens) -> SplineAutoencoder {
+    let network = small(tokens);
+    let parameters = f.load(prefix, network.parameters());
+    network.with_parameters(parameters)
 }
 
 #[test]
@@ -61,11 +57,10 @@ fn basis_functions_and_their_derivatives_are_scipys() {
 fn curves_are_evaluated_as_by_algorithm_3_and_scipy() {
     let f = transformer();
     let evaluate = |name: &str, spline: Spline, samples: usize| {
-        let x = f.tensor::<3>(&format!("evaluate.{name}.x")).require_grad();
-        let y = spline.evaluate(x.clone(), samples).unwrap();
-        f.tensor_close(&format!("evaluate.{name}.y"), &y);
-        let mut tape = (y * f.tensor::<3>(&format!("evaluate.{name}.dy"))).sum().backward();
-        f.tensor_close(&format!("evaluate.{name}.d.x"), &x.grad_remove(&mut tape).unwrap());
+        let array = |part: &str| f.f32s(&format!("evaluate.{name}.{part}"));
+        f.close(&format!("evaluate.{name}.y"), &spline.evaluate(&array("x"), 3, samples).unwrap());
+        let by_x = spline.by_control_points(&array("dy"), 3, &uniform(samples)).unwrap();
+        f.close(&format!("evaluate.{name}.d.x"), &by_x);
     };
     evaluate("bezier", Spline::default(), 11);
     evaluate("segments", Spline::Bezier(CubicBezier::new(2, Joints::Separate).unwrap()), 17);
@@ -82,101 +77,79 @@ fn slopes_are_those_of_the_published_code() {
 }
 
 #[test]
-fn normalization() {
-    for name in ["rms", "rms_small"] {
-        transformer().check(name, RmsNorm::new(8, &device::training()), |m, x: Tensor<3>| m.forward(x));
-    }
-}
-
-#[test]
-fn attention_with_linear_biases() {
-    for heads in [2, 3] {
-        let module = Attention::new(4 * heads, heads, 0, "test", &device::training());
-        transformer().check(&format!("attention.{heads}"), module, |m, x: Tensor<3>| m.forward(x, bias(heads, 7)));
-    }
-}
-
-#[test]
-fn feed_forward_with_gelu() {
-    let module = FeedForward::new(6, 2, 0, "test", &device::training());
-    transformer().check("feed_forward", module, |m, x: Tensor<3>| m.forward(x));
-}
-
-#[test]
-fn pre_norm_block() {
-    let module = Block::new(8, 2, 1, 0, "test", &device::training());
-    transformer().check("block", module, |m, x: Tensor<3>| m.forward(x, bias(2, 6)));
-}
-
-#[test]
-fn whole_networks() {
+fn whole_networks_forward_and_backward() {
+    let f = transformer();
     for (kind, tokens) in each_kind() {
-        let module = small(tokens, &device::training());
-        transformer().check(&format!("network.{kind}"), module, |m, x: Tensor<3>| m.forward(x).unwrap());
+        let prefix = format!("network.{kind}");
+        let array = |part: &str| f.f32s(&format!("{prefix}.{part}"));
+        let network = loaded(&f, &prefix, tokens);
+        f.close(&format!("{prefix}.y"), &network.forward(&array("x"), 5).unwrap());
+        let weights = network.weights();
+        let (output, pass) = weights.forward(array("x"), 5).unwrap();
+        f.close(&format!("{prefix}.y"), &output.sequence);
+        let sums = weights.backward(pass, &array("dy"), None).unwrap();
+        f.gradients_close(&prefix, network.parameters(), &sums);
     }
 }
 
 #[test]
 fn more_samples_than_were_encoded_stand_at_fractions() {
     let f = transformer();
-    let module = f.load("network.dense", small(LatentTokens::Alibi, &device::training()));
-    let points = module.encode(f.tensor("network.dense.x"));
-    f.tensor_close("network.dense.y", &module.decode(points, &Sampling::even(5, 10)).unwrap());
-}
-
-#[test]
-fn whole_networks_by_hand() {
-    let f = transformer();
-    for (kind, tokens) in each_kind() {
-        let name = |part: &str| format!("network.{kind}.{part}");
-        let module = f.load(&format!("network.{kind}"), small(tokens, &device::training()));
-        let weights = Weights::of(&module).unwrap();
-        let (output, pass) = weights.forward(f.f32s(&name("x")), 5).unwrap();
-        f.close(&name("y"), &output.sequence);
-        let gradients = weights.named(&weights.backward(pass, &f.f32s(&name("dy")), None).unwrap());
-        for (parameter, _) in parameters(&module) {
-            f.tensor_close(&name(&format!("d.{parameter}")), gradients.get(&parameter).unwrap());
-        }
-    }
+    let weights = loaded(&f, "network.dense", LatentTokens::Alibi).weights();
+    let points = weights.encode(&f.f32s("network.dense.x"), 5).unwrap();
+    f.close("network.dense.y", &weights.decode(&points, &Sampling::even(5, 10)).unwrap());
 }
 
 /// Sizes that fill no panel, no tile and no thread evenly, and slopes by the control points too.
 #[test]
-fn gradients_by_hand_are_those_of_automatic_differentiation() {
-    for (heads, width, tokens, batch, factor) in [(4, 64, 37, 21, 1), (3, 24, 70, 2, 2), (1, 20, 1, 3, 1)] {
+fn gradients_are_those_of_finite_differences_along_random_directions() {
+    for (heads, width, tokens, batch, factor) in [(4, 64, 37, 5, 1), (3, 24, 70, 2, 2), (1, 20, 1, 3, 1)] {
         for (kind, latent_tokens) in each_kind().into_iter().chain([("wide", LatentTokens::AlibiCatWide)]) {
             let config = AutoencoderConfig {
                 factor,
                 ..AutoencoderConfig::new(5, 6, 2, heads, width).with_tokens(latent_tokens.clone())
             };
-            let network = config.init(1, "test", &device::training()).unwrap();
-            let shape = [batch, tokens, 5];
-            let x = wave::<3>(shape, 0.37);
-            let points = network.encode(x.clone());
-            let y = network.decode(points.clone(), &Sampling::each(tokens)).unwrap();
+            let network = config.init(1, "test").unwrap();
+            let points = latent_tokens.control_points();
+            let x = wave(batch * tokens * 5, 0.37);
             // Not around 0: sequences are alike before training, and their gradients would cancel to rounding errors.
-            let (dy, dp) = (wave::<3>(shape, 0.11) + 1.0, wave::<3>(points.dims(), 0.23));
-            let tape = ((y.clone() * dy.clone()).sum() + (points.clone() * dp.clone()).sum()).backward();
-            let expected = Gradients::of(&network, tape);
-
-            let numbers = |x: Tensor<3>| x.try_into_vec_as::<f32>().unwrap();
-            let weights = Weights::of(&network).unwrap();
-            let (output, pass) = weights.forward(numbers(x), tokens).unwrap();
-            close(&output.sequence, &numbers(y), "sequence");
-            close(&output.control_points, &numbers(points), "control points");
-            let got = weights.named(&weights.backward(pass, &numbers(dy), Some(&numbers(dp))).unwrap());
-            assert_eq!(got.names().collect::<Vec<_>>(), expected.names().collect::<Vec<_>>());
-            for name in expected.names() {
-                let [a, b] = [&got, &expected].map(|g| g.get(name).unwrap().try_to_vec_as::<f32>().unwrap());
-                close(&a, &b, &format!("{kind}, {heads} heads, {tokens} tokens: {name}"));
+            let dy: Vec<f32> = wave(x.len(), 0.11).into_iter().map(|x| x + 1.0).collect();
+            let dp = wave(batch * points * 6, 0.23);
+            let weights = network.weights();
+            let (output, pass) = weights.forward(x.clone(), tokens).unwrap();
+            assert_eq!(weights.encode(&x, tokens).unwrap(), output.control_points);
+            let sums = weights.backward(pass, &dy, Some(&dp)).unwrap();
+            let loss = |network: &SplineAutoencoder| {
+                let (output, _) = network.weights().forward(x.clone(), tokens).unwrap();
+                dot(&output.sequence, &dy) + dot(&output.control_points, &dp)
+            };
+            for entry in network.parameters().layout().entries() {
+                let range = network.parameters().range(&entry.name);
+                // Along the gradient itself nothing cancels.
+                let size = dot(&sums[range.clone()], &sums[range.clone()]).sqrt();
+                let moved = |by: f64| {
+                    let mut network = network.clone();
+                    let values = network.parameters_mut().get_mut(&entry.name).iter_mut();
+                    values
+                        .zip(&sums[range.clone()])
+                        .for_each(|(x, along)| *x += (by * f64::from(*along) / size) as f32);
+                    loss(&network)
+                };
+                let slope = (moved(0.02) - moved(-0.02)) / 0.04;
+                let name = format!("{kind}, {heads} heads, {tokens} tokens: {}", entry.name);
+                assert!((slope - size).abs() < 0.02 * size, "{name}: {slope} along a gradient of {size}");
             }
         }
     }
 }
 
+fn dot(a: &[f32], b: &[f32]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| f64::from(a * b)).sum()
+}
+
 #[test]
 fn passes_refuse_what_does_not_fit() {
-    let weights = Weights::of(&small(LatentTokens::Alibi, &device::training())).unwrap();
+    let weights = small(LatentTokens::Alibi).weights();
     for (x, tokens) in [(vec![0.0; 16], 5), (vec![], 5), (vec![0.0; 15], 0)] {
         assert!(weights.forward(x, tokens).unwrap_err().to_string().contains("sequences"));
     }
@@ -184,18 +157,9 @@ fn passes_refuse_what_does_not_fit() {
     let wrong = weights.backward(pass(), &[0.0; 15], None).unwrap_err().to_string();
     assert!(wrong.contains("30 numbers, got 15"), "{wrong}");
     assert!(weights.backward(pass(), &[0.0; 30], Some(&[0.0; 5])).is_err());
+    assert!(weights.decode(&[0.0; 4], &Sampling::each(5)).unwrap_err().to_string().contains("control points"));
 }
 
-fn wave<const D: usize>(shape: [usize; D], pace: f32) -> Tensor<D> {
-    let values: Vec<f32> = (0..shape.iter().product()).map(|i| (i as f32 * pace).sin()).collect();
-    Tensor::from_data(TensorData::new(values, shape), &device::training())
-}
-
-/// As vectors they differ by no more than 1e-5: both are float32, and the largest difference measured was 1.1e-6.
-fn close(got: &[f32], expected: &[f32], name: &str) {
-    assert_eq!(got.len(), expected.len(), "{name}");
-    let norm = |x: &mut dyn Iterator<Item = f32>| x.map(|x| f64::from(x).powi(2)).sum::<f64>().sqrt();
-    let size = norm(&mut expected.iter().copied());
-    let error = norm(&mut got.iter().zip(expected).map(|(a, b)| a - b));
-    assert!(error <= 1e-5 * size, "{name}: off by {error:e} at {size:e}");
+fn wave(count: usize, pace: f32) -> Vec<f32> {
+    (0..count).map(|i| (i as f32 * pace).sin()).collect()
 }

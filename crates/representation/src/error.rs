@@ -25,15 +25,12 @@ pub enum RepresentationError {
     /// A clip is the problem.
     #[error(transparent)]
     Motion(#[from] lifelike_motion::MotionError),
-    /// Tensor data could not be read from the device.
-    #[error(transparent)]
-    Numbers(#[from] lifelike_nn::numbers::Unreadable),
     /// Sizes that make no network.
     #[error(transparent)]
     Network(#[from] lifelike_nn::transformer::NetworkError),
     /// A pass through a network that cannot be made.
     #[error(transparent)]
-    Pass(#[from] lifelike_nn::transformer::backprop::PassError),
+    Pass(#[from] lifelike_nn::transformer::passes::PassError),
     /// A checkpoint or policy file is the problem.
     #[error(transparent)]
     Checkpoint(#[from] lifelike_checkpoint::CheckpointError),

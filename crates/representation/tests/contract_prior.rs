@@ -9,7 +9,6 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use lifelike_character::{Quat, Vec3};
 use lifelike_motion::{FeatureLayout, Frame};
 use lifelike_nn::adam::Rule;
-use lifelike_nn::device::Processor;
 use lifelike_report::run::RunFolder;
 use lifelike_representation::RepresentationError;
 use lifelike_representation::latent::Codes;
@@ -74,19 +73,6 @@ fn a_run_in_a_folder_that_was_stopped_is_the_run_it_would_have_been() {
     let whole = go("whole", 0);
     assert_ne!(go("parts", 7).0, whole.0);
     assert!(go("parts", 0) == whole);
-}
-
-#[test]
-fn every_device_learns_what_the_cpu_learns() {
-    let expected = run(&mut trainer(small()), 6);
-    for processor in Processor::built() {
-        let mut there = trainer(small()).to_device(&processor.open().unwrap());
-        for (cpu, card) in expected.iter().zip(run(&mut there, 6)) {
-            let near = |a: f64, b: f64| (a - b).abs() <= 1e-3 * a.abs();
-            assert!(near(cpu.loss, card.loss) && near(cpu.kl, card.kl), "{cpu:?} {card:?}");
-        }
-        assert_eq!(there.prior().encode_clip(&clips()[0].frames).unwrap().len(), clips()[0].frames.len() * 8);
-    }
 }
 
 #[test]

@@ -91,6 +91,11 @@ impl Robot {
     pub fn readiness(&self, shapes: Shapes) -> Readiness {
         let mut readiness = Readiness::default();
         base(&self.character, &mut readiness);
+        if let Some(body) = self.character.bodies.iter().find(|b| b.gravcomp != 0.0 && shapes == Shapes::Primitives) {
+            let problem =
+                format!("gravity is compensated in MuJoCo and not in our engine: gravcomp of '{}'", body.name);
+            readiness.add(Severity::CannotTrain, problem, "remove gravcomp, or use --engine mujoco");
+        }
         numbers::check(&self.character, &mut readiness);
         contact(self, shapes, &mut readiness);
         mass(&self.character, &mut readiness);

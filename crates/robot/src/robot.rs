@@ -101,6 +101,17 @@ impl Robot {
         let default_pose = default_pose(&character, &profile)?;
         if character.home.is_some() && profile.default_pose.is_empty() {
             notes.push("default pose: the model's keyframe 'home'".into());
+            let beyond = character.scalar_joints().filter_map(|joint| {
+                let ((low, high), angle) = (joint.range?, *character.home.as_ref()?.get(joint.q_index)?);
+                let slack = 1e-3 * (high - low);
+                let is_within = (low - slack..=high + slack).contains(&angle);
+                (!is_within).then(|| format!("{} ({angle} beyond {low:.4} to {high:.4})", joint.name))
+            });
+            let beyond: Vec<String> = beyond.collect();
+            if !beyond.is_empty() {
+                let what = "joints that the keyframe 'home' puts beyond their range are clamped";
+                Arc::make_mut(&mut character).warnings.push(format!("{what}: {}", beyond.join(", ")));
+            }
         }
         Ok(Self {
             name: character.name.clone(),

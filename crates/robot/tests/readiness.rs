@@ -199,6 +199,38 @@ fn a_speed_limit_of_the_file_is_the_actuators() {
 }
 
 #[test]
+fn speeds_in_degrees_and_compensated_gravity_are_told() {
+    let text = |velocity: &str| {
+        let link = |name: &str| {
+            let inertia = r#"<inertia ixx="1e-2" iyy="1e-2" izz="1e-2" ixy="0" ixz="0" iyz="0"/>"#;
+            format!("<link name=\"{name}\"><inertial><mass value=\"1\"/>{inertia}</inertial></link>")
+        };
+        let limit = format!("<limit lower=\"-1\" upper=\"1\" effort=\"3\" velocity=\"{velocity}\"/>");
+        let joint = "<joint name=\"a\" type=\"revolute\"><parent link=\"base\"/><child link=\"arm\"/>";
+        format!("<robot name=\"r\">{}{}{joint}{limit}</joint></robot>", link("base"), link("arm"))
+    };
+    let readiness = |velocity: &str| {
+        let character = Character::from_urdf(&text(velocity), "r.urdf", None).unwrap();
+        Robot::from_character(character, Profile::default()).unwrap().readiness(Shapes::Primitives)
+    };
+    says(&readiness("600"), Severity::Warning, "look like degrees per second: a (600 rad/s)");
+    assert!(readiness("30").problems.iter().all(|p| !p.problem.contains("per second")));
+    let lifted = |text: &str| text.replace("<body name=\"left_foot\"", "<body gravcomp=\"1\" name=\"left_foot\"");
+    says(&changed(lifted), Severity::CannotTrain, "gravcomp of 'left_foot'");
+}
+
+#[test]
+fn a_home_beyond_the_ranges_is_clamped_and_told() {
+    let key = |angle: f64| {
+        let key =
+            format!("<keyframe><key name=\"home\" qpos=\"0 0 .6 1 0 0 0 0 {angle} 0 0 0 0\"/></keyframe></mujoco>");
+        move |text: &str| text.replace("</mujoco>", &key)
+    };
+    says(&changed(key(2.9)), Severity::Warning, "clamped: left_knee (2.9 beyond 0.0000 to 2.3000)");
+    assert_eq!(changed(key(2.3)), Readiness::default());
+}
+
+#[test]
 fn rates_that_no_robot_has_are_refused() {
     let with = |profile: &str| {
         let profile = Profile::from_toml(profile, Path::new("r.toml")).unwrap();

@@ -45,9 +45,6 @@ pub enum TrackerError {
     /// A clip is the problem.
     #[error(transparent)]
     Motion(#[from] lifelike_motion::MotionError),
-    /// Tensor data could not be read from the device.
-    #[error(transparent)]
-    Numbers(#[from] lifelike_nn::numbers::Unreadable),
     /// The robot is the problem.
     #[error(transparent)]
     Robot(#[from] lifelike_robot::RobotError),

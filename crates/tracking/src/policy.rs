@@ -5,10 +5,7 @@
 
 use std::path::Path;
 
-use burn::module::Module;
 use lifelike_checkpoint::Checkpoint;
-use lifelike_nn::ModuleCheckpoint;
-use lifelike_nn::device;
 use lifelike_nn::normalizer::RunningNormalizer;
 use lifelike_robot::controller::PolicyHeader;
 use lifelike_robot::{ActionMap, ReferenceLibrary, Robot};
@@ -54,13 +51,13 @@ impl Policy {
     pub fn new(header: PolicyHeader, actor: &Actor, normalizer: &RunningNormalizer) -> Self {
         let mut normalizer = normalizer.clone();
         normalizer.set_frozen(true);
-        Self { header, actor: actor.clone().fork(&device::inference()), normalizer, value: None }
+        Self { header, actor: actor.clone(), normalizer, value: None }
     }
 
     /// With the value function, so that a training that begins with the file (`init`) goes on with both.
     #[must_use]
     pub fn with_value(self, critic: &Critic, normalizer: &RunningNormalizer) -> Self {
-        Self { value: Some((critic.clone().fork(&device::inference()), normalizer.clone())), ..self }
+        Self { value: Some((critic.clone(), normalizer.clone())), ..self }
     }
 
     /// Returns the header of the file.
@@ -106,7 +103,7 @@ impl Policy {
             });
         }
         self.normalizer.normalize(&mut observations);
-        Ok(self.actor.means(observations)?)
+        Ok(self.actor.means(&observations))
     }
 
     /// Returns the codes of its own encoder for every frame of a library, `[T, code]`, each of length one; none where it has no
@@ -126,8 +123,8 @@ impl Policy {
                 spec.write_frames(&frames, &mut row[width - window..])?;
             }
             self.normalizer.normalize(&mut rows);
-            let windows = rows.chunks_exact(width).flat_map(|row| &row[width - window..]).copied().collect();
-            codes.extend(self.actor.codes(windows)?);
+            let windows: Vec<f32> = rows.chunks_exact(width).flat_map(|row| &row[width - window..]).copied().collect();
+            codes.extend(self.actor.codes(&windows));
         }
         Ok(codes)
     }
@@ -135,14 +132,14 @@ impl Policy {
     /// Returns the file's content.
     ///
     /// # Errors
-    /// Tensor data could not be read from the device.
+    /// Two entries of one name.
     pub fn to_checkpoint(&self) -> Result<Checkpoint, TrackerError> {
         let mut checkpoint = Checkpoint::new();
         checkpoint.set_meta("policy", &self.header)?;
-        checkpoint.put_module(ACTOR, &self.actor)?;
+        self.actor.parameters().save_into(&mut checkpoint, ACTOR)?;
         self.normalizer.save_into(&mut checkpoint, NORMALIZER)?;
         if let Some((critic, normalizer)) = &self.value {
-            checkpoint.put_module(CRITIC, critic)?;
+            critic.parameters().save_into(&mut checkpoint, CRITIC)?;
             normalizer.save_into(&mut checkpoint, CRITIC_NORMALIZER)?;
         }
         Ok(checkpoint)
@@ -188,8 +185,7 @@ impl Policy {
             fits(&checkpoint, "actor.encoder", window, &encoder, code)?;
         }
         let size = ActorSize { inputs, window, encoder: &encoder, code, hidden: &header.hidden, outputs: joints };
-        let fresh = Actor::init(size, 1.0, 0, &device::inference());
-        let actor = checkpoint.load_module(ACTOR, fresh)?;
+        let actor = Actor::init(size, 1.0, 0).load_from(&checkpoint, ACTOR)?;
         let normalizer = RunningNormalizer::load_from(&checkpoint, NORMALIZER, inputs)?;
         Ok(Self { header, actor, normalizer, value: None })
     }

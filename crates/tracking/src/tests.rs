@@ -12,7 +12,6 @@ use lifelike_robot::{ActionSpec, ReferenceLibrary, Robot};
 use lifelike_sim::randomization::{PushSpec, RandomizationSpec};
 
 mod beginning;
-mod devices;
 mod frozen;
 mod processes;
 mod records;

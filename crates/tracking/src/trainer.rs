@@ -6,7 +6,6 @@ mod task;
 use std::sync::Arc;
 
 use lifelike_checkpoint::Checkpoint;
-use lifelike_nn::device::Device;
 use lifelike_robot::controller::PolicyHeader;
 use lifelike_robot::{Controller, ReferenceLibrary, Robot};
 use lifelike_sim::Simulation;
@@ -79,13 +78,6 @@ impl Trainer {
             iteration: 0,
             steps: 0,
         })
-    }
-
-    /// Moves its networks to another device; everything else stays on the CPU.
-    #[must_use]
-    pub fn to_device(mut self, device: &Device) -> Self {
-        self.learner = self.learner.to_device(device);
-        self
     }
 
     /// Returns what became of each clip.
@@ -186,7 +178,7 @@ impl Trainer {
     /// Returns everything that the rest of the run depends on.
     ///
     /// # Errors
-    /// Tensor data could not be read from the device.
+    /// Two entries of one name.
     pub fn checkpoint(&self) -> Result<Checkpoint, TrackerError> {
         let mut checkpoint = Checkpoint::new();
         checkpoint.set_meta("plan", &self.resumable_plan())?;

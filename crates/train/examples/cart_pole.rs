@@ -27,7 +27,7 @@ fn main() -> Result<(), TrainError> {
     for _ in 0..500 {
         let mut observations = test.observations().to_vec();
         learner.normalizer().normalize(&mut observations);
-        let actions = learner.actor().means(observations)?;
+        let actions = learner.actor().means(&observations);
         test.step(&actions, &mut outcome)?;
         falls += outcome.terminated.iter().filter(|fell| **fell).count();
     }

@@ -19,9 +19,6 @@ pub enum TrainError {
     /// A plan asks for something impossible.
     #[error(transparent)]
     Plan(#[from] PlanError),
-    /// Tensor data could not be read from the device.
-    #[error(transparent)]
-    Numbers(#[from] lifelike_nn::numbers::Unreadable),
     /// A checkpoint or policy file is the problem.
     #[error(transparent)]
     Checkpoint(#[from] lifelike_checkpoint::CheckpointError),

@@ -2,9 +2,8 @@
 
 use std::ops::Range;
 
-use lifelike_dense::{Channel, PackedPerceptron, ROWS, pack, unpack};
-use lifelike_nn::flat::Flat;
-use lifelike_nn::mlp::Mlp;
+use lifelike_dense::{Channel, PackedPerceptron, ROWS, Sizes, pack, unpack};
+use lifelike_nn::parameters::Parameters;
 use lifelike_simd::InstructionSet;
 use rayon::prelude::*;
 
@@ -16,9 +15,10 @@ struct Network {
 }
 
 impl Network {
-    fn new(mlp: &Mlp, prefix: &str, flat: &Flat) -> Self {
-        let range = flat.range(prefix);
-        let packed = PackedPerceptron::new(InstructionSet::chosen(), mlp.sizes(), &flat.values()[range.clone()]);
+    fn new(sizes: &Sizes, prefix: &str, parameters: &Parameters) -> Self {
+        let range = parameters.layout().range_under(prefix);
+        let values = &parameters.values()[range.clone()];
+        let packed = PackedPerceptron::new(InstructionSet::chosen(), sizes.clone(), values);
         Self { packed, range }
     }
 }
@@ -31,10 +31,10 @@ pub(crate) struct ActorKernels {
 }
 
 impl ActorKernels {
-    /// Packs the networks; `flat` holds the numbers of the module that they are in.
-    pub fn new(encoder: Option<&Mlp>, mean: &Mlp, flat: &Flat) -> Self {
-        let encoder = encoder.map(|encoder| Network::new(encoder, "encoder.", flat));
-        Self { encoder, mean: Network::new(mean, "mean.", flat) }
+    /// Packs the networks of a policy's parameters.
+    pub fn new(encoder: Option<&Sizes>, mean: &Sizes, parameters: &Parameters) -> Self {
+        let encoder = encoder.map(|encoder| Network::new(encoder, "encoder.", parameters));
+        Self { encoder, mean: Network::new(mean, "mean.", parameters) }
     }
 
     /// Packs other numbers.
@@ -123,6 +123,19 @@ impl ActorKernels {
         self.mean.packed.gradient(panels, channels, self.first(), &mut gradient[self.mean.range.clone()]);
     }
 
+    /// Codes of length one of many windows, `[N, window]` to `[N, code]`; none without an encoder.
+    pub fn codes(&self, windows: &[f32]) -> Vec<f32> {
+        let Some(encoder) = &self.encoder else { return Vec::new() };
+        let (inputs, outputs) = (encoder.packed.sizes().inputs(), encoder.packed.sizes().outputs());
+        let mut codes = vec![0.0; windows.len() / inputs * outputs];
+        encoder.packed.forward_many(windows, &mut codes);
+        for code in codes.chunks_exact_mut(outputs) {
+            let length = code.iter().map(|z| z * z).sum::<f32>().sqrt().max(1e-6);
+            code.iter_mut().for_each(|z| *z /= length);
+        }
+        codes
+    }
+
     /// Means of many observations, `[N, O]` to `[N, J]`.
     pub fn means(&self, observations: &[f32]) -> Vec<f32> {
         let (inputs, outputs) = (self.inputs(), self.mean.packed.sizes().outputs());
@@ -156,9 +169,9 @@ fn lengths(codes: &[Channel]) -> [f32; ROWS] {
 pub(crate) struct CriticKernels(Network);
 
 impl CriticKernels {
-    /// Packs the network; `flat` holds the numbers of the module that it is in.
-    pub fn new(value: &Mlp, flat: &Flat) -> Self {
-        Self(Network::new(value, "value.", flat))
+    /// Packs the network of a value function's parameters.
+    pub fn new(value: &Sizes, parameters: &Parameters) -> Self {
+        Self(Network::new(value, "value.", parameters))
     }
 
     /// Packs other numbers.

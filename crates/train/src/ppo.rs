@@ -20,15 +20,10 @@ mod steps;
 use std::sync::Arc;
 use std::time::Instant;
 
-use burn::module::Module;
-use burn::tensor::Device;
 use lifelike_checkpoint::Checkpoint;
 use lifelike_dense::Channel;
-use lifelike_nn::ModuleCheckpoint;
 use lifelike_nn::adam::{Adam, AdamConfig};
-use lifelike_nn::device;
 use lifelike_nn::normalizer::RunningNormalizer;
-use lifelike_nn::numbers::read;
 
 pub use self::adopt::{Inputs, SavedNetworks};
 use self::average::PolicyAverage;
@@ -41,7 +36,7 @@ use crate::collective::Collective;
 use crate::environment::VectorEnvironment;
 use crate::gae::{Discounts, advantages};
 use crate::gaussian::entropy;
-use crate::networks::{Actor, ActorSize, Critic, column};
+use crate::networks::{Actor, ActorSize, Critic};
 
 /// Both networks with everything that learning changes.
 pub struct Learner {
@@ -105,7 +100,6 @@ impl Learner {
         environment: &E,
         collective: Arc<dyn Collective>,
     ) -> Self {
-        let device = device::inference();
         let (o, p) = (environment.observation_size(), environment.critic_observation_size());
         let size = ActorSize {
             inputs: o,
@@ -115,16 +109,17 @@ impl Learner {
             hidden: &network.actor,
             outputs: environment.action_size(),
         };
-        let actor = Actor::init(size, spec.initial_std, seed, &device);
+        let actor = Actor::init(size, spec.initial_std, seed);
+        let critic = Critic::init(p, &network.critic, seed);
         let mut learner = Self {
             spec: *spec,
             seed,
             collective,
             average: PolicyAverage::new(&actor),
+            actor_adam: Adam::new(AdamConfig::adam(), actor.parameters().len()),
+            critic_adam: Adam::new(AdamConfig::adam(), critic.parameters().len()),
             actor,
-            critic: Critic::init(p, &network.critic, seed, &device),
-            actor_adam: Adam::new(AdamConfig::adam()),
-            critic_adam: Adam::new(AdamConfig::adam()),
+            critic,
             learning_rate: spec.learning_rate,
             actor_normalizer: RunningNormalizer::new(o),
             critic_normalizer: RunningNormalizer::new(p),
@@ -137,15 +132,6 @@ impl Learner {
         critic.update(environment.critic_observations());
         learner.remember(&ObservationStatistics { actor, critic, stepping: 0.0 });
         learner
-    }
-
-    /// Moves networks and optimizers to another device. Environments, rollouts and losses stay where they are.
-    #[must_use]
-    pub fn to_device(mut self, device: &Device) -> Self {
-        (self.actor, self.critic) = (self.actor.fork(device), self.critic.fork(device));
-        self.actor_adam = self.actor_adam.to_device(device);
-        self.critic_adam = self.critic_adam.to_device(device);
-        self
     }
 
     /// Returns the policy's network, its parameters averaged over the last part of the training (`ppo.averaging`).
@@ -187,15 +173,16 @@ impl Learner {
         };
         let (rollout, seen, seconds) = if self.spec.overlap {
             let pending = self.pending.take();
-            let (collected, learned) = rayon::join(
-                || collect(environment),
-                || pending.map_or(Ok(()), |(rollout, of)| self.learn(&rollout, of, &mut report)),
-            );
-            learned?;
+            let learn = || {
+                if let Some((rollout, of)) = pending {
+                    self.learn(&rollout, of, &mut report);
+                }
+            };
+            let (collected, ()) = rayon::join(|| collect(environment), learn);
             collected?
         } else {
             let collected = collect(environment)?;
-            self.learn(&collected.0, iteration, &mut report)?;
+            self.learn(&collected.0, iteration, &mut report);
             collected
         };
         self.remember(&seen);
@@ -204,13 +191,10 @@ impl Learner {
         if self.spec.overlap {
             self.pending = Some((rollout, iteration));
         }
-        let log_std = self.actor.log_std()?;
+        let log_std = self.actor.log_std();
         report.learning_rate = self.learning_rate;
         report.std = log_std.iter().map(|l| f64::from(l.exp())).sum::<f64>() / log_std.len() as f64;
-        report.entropy = read(entropy(column(log_std, &device::inference())))
-            .map_err(TrainError::from)?
-            .first()
-            .map_or(0.0, |e| f64::from(*e));
+        report.entropy = entropy(log_std);
         Ok(report)
     }
 
@@ -226,9 +210,9 @@ impl Learner {
     }
 
     /// Values, advantages, and the gradient steps.
-    fn learn(&mut self, rollout: &Rollout, iteration: u64, report: &mut Iteration) -> Result<(), TrainError> {
+    fn learn(&mut self, rollout: &Rollout, iteration: u64, report: &mut Iteration) {
         let began = Instant::now();
-        let (values, next_values) = self.value(rollout)?;
+        let (values, next_values) = self.value(rollout);
         let discounts = Discounts { gamma: self.spec.gamma, lambda: self.spec.lambda };
         let Rollout { rewards, terminated, truncated, .. } = rollout;
         let advantages =
@@ -251,10 +235,8 @@ impl Learner {
         } else {
             rayon::join(improve, fit)
         };
-        let (actor, policy) = policy?;
-        let critic;
-        (critic, report.value_loss, report.skipped) = value?;
-        (self.actor, self.critic, self.learning_rate) = (actor, critic, policy.learning_rate);
+        (report.value_loss, report.skipped) = value;
+        self.learning_rate = policy.learning_rate;
         if rollout.is_taught() {
             report.imitation = Some(-policy.objective);
         } else {
@@ -263,26 +245,25 @@ impl Learner {
         report.divergence = policy.divergence;
         report.gradient_norm = policy.gradient_norm;
         report.skipped += policy.skipped;
-        self.average.follow(&self.actor, self.spec.averaging)?;
+        self.average.follow(&self.actor, self.spec.averaging);
         report.learning = began.elapsed().as_secs_f64();
-        Ok(())
     }
 
     /// V(s_t) and V(s_{t+1}) of every step.
-    fn value(&self, rollout: &Rollout) -> Result<(Vec<f32>, Vec<f32>), TrainError> {
-        let (n, scale, critic) = (rollout.environments, self.value_scale(), self.critic.fixed()?);
-        let evaluate = |rows: &[f32]| -> Result<Vec<f32>, TrainError> {
-            let mut out = critic.values(rows)?;
+    fn value(&self, rollout: &Rollout) -> (Vec<f32>, Vec<f32>) {
+        let (n, scale, critic) = (rollout.environments, self.value_scale(), self.critic.kernels());
+        let evaluate = |rows: &[f32]| -> Vec<f32> {
+            let mut out = critic.values(rows);
             out.iter_mut().for_each(|v| *v *= scale);
-            Ok(out)
+            out
         };
-        let mut values = evaluate(&rollout.critic_rows)?;
+        let mut values = evaluate(&rollout.critic_rows);
         let mut next_values = values[n..].to_vec();
-        for (step, value) in rollout.final_steps.iter().zip(evaluate(&rollout.final_rows)?) {
+        for (step, value) in rollout.final_steps.iter().zip(evaluate(&rollout.final_rows)) {
             next_values[*step] = value;
         }
         values.truncate(rollout.len());
-        Ok((values, next_values))
+        (values, next_values)
     }
 
     fn value_scale(&self) -> f32 {
@@ -292,13 +273,13 @@ impl Learner {
     /// Writes networks, optimizers, learning rate and normalizers.
     ///
     /// # Errors
-    /// Tensor data could not be read from the device.
+    /// Two entries of one name.
     pub fn save_into(&self, checkpoint: &mut Checkpoint, prefix: &str) -> Result<(), TrainError> {
-        checkpoint.put_module(&format!("{prefix}.actor"), &self.actor)?;
+        self.actor.parameters().save_into(checkpoint, &format!("{prefix}.actor"))?;
         self.average.save_into(checkpoint, &average::of_run(prefix))?;
-        checkpoint.put_module(&format!("{prefix}.critic"), &self.critic)?;
-        self.actor_adam.save_into(checkpoint, &format!("{prefix}.actor_adam"))?;
-        self.critic_adam.save_into(checkpoint, &format!("{prefix}.critic_adam"))?;
+        self.critic.parameters().save_into(checkpoint, &format!("{prefix}.critic"))?;
+        self.actor_adam.save_into(self.actor.parameters().layout(), checkpoint, &format!("{prefix}.actor_adam"))?;
+        self.critic_adam.save_into(self.critic.parameters().layout(), checkpoint, &format!("{prefix}.critic_adam"))?;
         self.actor_normalizer.save_into(checkpoint, &format!("{prefix}.actor_normalizer"))?;
         self.critic_normalizer.save_into(checkpoint, &format!("{prefix}.critic_normalizer"))?;
         checkpoint.put_f64(&format!("{prefix}.rate"), &[1], vec![self.learning_rate])?;
@@ -317,15 +298,17 @@ impl Learner {
     /// The checkpoint is of networks of other sizes.
     pub fn load(&mut self, checkpoint: &Checkpoint, prefix: &str) -> Result<(), TrainError> {
         let names = SavedNetworks::of_run(checkpoint, prefix);
-        self.actor = checkpoint.load_module(&format!("{prefix}.actor"), self.actor.clone())?;
+        self.actor = self.actor.load_from(checkpoint, &format!("{prefix}.actor"))?;
         self.average = PolicyAverage::load(checkpoint, &average::of_run(prefix), &self.actor)?;
-        self.critic = checkpoint.load_module(&names.critic, self.critic.clone())?;
+        self.critic = self.critic.load_from(checkpoint, &names.critic)?;
         let normalizer = |name: &str, size| RunningNormalizer::load_from(checkpoint, name, size);
         self.actor_normalizer = normalizer(&names.actor_normalizer, self.actor_normalizer.size())?;
         self.critic_normalizer = normalizer(&names.critic_normalizer, self.critic_normalizer.size())?;
         let adam = AdamConfig::adam();
-        self.actor_adam = Adam::load_from(adam, checkpoint, &format!("{prefix}.actor_adam"), &self.actor)?;
-        self.critic_adam = Adam::load_from(adam, checkpoint, &format!("{prefix}.critic_adam"), &self.critic)?;
+        self.actor_adam =
+            Adam::load_from(adam, self.actor.parameters().layout(), checkpoint, &format!("{prefix}.actor_adam"))?;
+        self.critic_adam =
+            Adam::load_from(adam, self.critic.parameters().layout(), checkpoint, &format!("{prefix}.critic_adam"))?;
         self.learning_rate = checkpoint.f64s(&format!("{prefix}.rate"), &[1])?[0];
         let pending = Rollout::load(checkpoint, &format!("{prefix}.pending"))?;
         let iteration = || checkpoint.u64s(&format!("{prefix}.pending_iteration"), &[1]);

@@ -62,7 +62,7 @@ pub trait TrainingTask {
     /// Returns everything that the rest of the run depends on. Names that begin with `run.` belong to the loop.
     ///
     /// # Errors
-    /// Tensor data could not be read from the device.
+    /// A checkpoint that cannot be made.
     fn checkpoint(&self) -> Result<Checkpoint, Self::Error>;
 
     /// Goes on from a checkpoint.

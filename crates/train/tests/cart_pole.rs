@@ -24,7 +24,7 @@ fn falls(learner: &Learner) -> usize {
         .map(|_| {
             let mut observations = test.observations().to_vec();
             learner.normalizer().normalize(&mut observations);
-            let actions = learner.actor().means(observations).unwrap();
+            let actions = learner.actor().means(&observations);
             test.step(&actions, &mut outcome).unwrap();
             outcome.terminated.iter().filter(|fell| **fell).count()
         })

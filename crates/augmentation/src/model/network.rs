@@ -164,17 +164,17 @@ impl Network {
     }
 
     /// Adds the gradients of all parameters, from the one by what [`Self::forward`] returned.
-    pub fn backward(&self, pass: NetworkPass, gradient: &[f32], layout: &Layout, sums: &mut [f32]) {
+    pub fn backward(&self, pass: NetworkPass, gradient: &[f32], sums: &mut [f32]) {
         let NetworkPass { encoder, decoder, backbone, attention, last, sequences } = pass;
         let (c, count) = (self.sizes.width, last.len());
-        let by_last = self.output.backward(&last, gradient, layout, sums);
+        let by_last = self.output.backward(&last, gradient, sums);
         let by_embedded = match (&self.attention, attention) {
             (Some(layers), Some((pass, gate, residual, output_gate))) => {
-                let (by_x, mut by_present) = layers.output_gate.backward(output_gate, &by_last, layout, sums);
-                let by_x = layers.residual.backward(residual, &by_x, layout, sums);
-                let (by_mixed, by_skip) = layers.gate.backward(gate, &by_x, layout, sums);
+                let (by_x, mut by_present) = layers.output_gate.backward(output_gate, &by_last, sums);
+                let by_x = layers.residual.backward(residual, &by_x, sums);
+                let (by_mixed, by_skip) = layers.gate.backward(gate, &by_x, sums);
                 add(&mut by_present, &by_skip);
-                let (by_past, by_query) = layers.history.backward(pass, &by_mixed, layout, sums);
+                let (by_past, by_query) = layers.history.backward(pass, &by_mixed, sums);
                 add(&mut by_present, &by_query);
                 [by_past, by_present].concat()
             }
@@ -183,27 +183,27 @@ impl Network {
         let by_selected = match (&self.backbone, backbone) {
             (Layers::Dense(layers), LayersPass::Dense([x, inner, out])) => {
                 let [first, second] = &**layers;
-                let by_inner = second.backward(&inner, &through_rectifier(by_embedded, &out), layout, sums);
-                first.backward(&x, &through_rectifier(by_inner, &inner), layout, sums)
+                let by_inner = second.backward(&inner, &through_rectifier(by_embedded, &out), sums);
+                first.backward(&x, &through_rectifier(by_inner, &inner), sums)
             }
             (Layers::Lstm(layers), LayersPass::Lstm { encoder: past, decoder: present, gate: pass }) => {
                 let Recurrent { encoder, decoder, gate } = &**layers;
-                let (by_hidden, mut by_selected) = gate.backward(pass, &by_embedded, layout, sums);
+                let (by_hidden, mut by_selected) = gate.backward(pass, &by_embedded, sums);
                 let (by_past, by_present) = by_hidden.split_at(count);
-                let (by_row, by_state) = decoder.backward(present, (by_present, &[]), layout, sums);
+                let (by_row, by_state) = decoder.backward(present, (by_present, &[]), sums);
                 add(&mut by_selected[count..], &by_row);
                 // What the present step began with is what was remembered one step before.
                 let shifted = |by: &[f32]| [&by[sequences * c..], &vec![0.0; sequences * c]].concat();
                 let (mut by_hidden, by_cell) = (shifted(&by_state.hidden), shifted(&by_state.cell));
                 add(&mut by_hidden, by_past);
-                let (by_row, _) = encoder.backward(past, (&by_hidden, &by_cell), layout, sums);
+                let (by_row, _) = encoder.backward(past, (&by_hidden, &by_cell), sums);
                 add(&mut by_selected[..count], &by_row);
                 by_selected
             }
             _ => by_embedded,
         };
-        self.encoder.backward(encoder, &by_selected[..count], layout, sums);
-        self.decoder.backward(decoder, &by_selected[count..], layout, sums);
+        self.encoder.backward(encoder, &by_selected[..count], sums);
+        self.decoder.backward(decoder, &by_selected[count..], sums);
     }
 
     /// Returns the mean weight of each history step in a pass, from the latest to the oldest, and last the present one's own

@@ -2,11 +2,9 @@
 
 use lifelike_checkpoint::Checkpoint;
 use lifelike_checkpoint::rng::stream;
-use lifelike_dense::{AdamStep, Slices, norm};
-use lifelike_nn::adam::AdamConfig;
+use lifelike_nn::adam::{Adam, AdamConfig, Descent};
 use lifelike_nn::rows::Layout;
 use lifelike_sim::trace::{BlockTrace, Trace};
-use lifelike_simd::InstructionSet;
 use rand::Rng;
 use rayon::prelude::*;
 use sha2::{Digest, Sha256};
@@ -58,7 +56,7 @@ pub struct AugmentationTrainer {
     sequences: Vec<Sequence>,
     validation: Vec<Sequence>,
     values: Vec<f32>,
-    moments: [Vec<f32>; 2],
+    optimizer: Adam,
     pub(super) iteration: u64,
     /// The best weights on the validation traces, with their score.
     best: Option<(f64, Vec<f32>)>,
@@ -114,7 +112,6 @@ impl AugmentationTrainer {
         let sizes = SatSizes { inputs: width, outputs, quantiles: plan.loss.quantiles(), ..plan.model };
         let layout = sizes.layout();
         let values = layout.init(plan.seed, "augmentation");
-        let zeros = vec![0.0; values.len()];
         let mut hash = Sha256::new();
         for own in sequences.iter().chain(&validation) {
             hash.update((own.name.len() as u64).to_le_bytes());
@@ -124,7 +121,7 @@ impl AugmentationTrainer {
         Ok(Self {
             loss: Loss::new(plan.loss, &inputs, &scales, plan.physics_weight),
             plan: plan.clone(),
-            moments: [zeros.clone(), zeros],
+            optimizer: Adam::new(AdamConfig::adam(), values.len()),
             digest: hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect(),
             inputs,
             scales,
@@ -177,18 +174,17 @@ impl AugmentationTrainer {
             loss += own;
             gradient.iter_mut().zip(sums).for_each(|(sum, x)| *sum += x / count as f32);
         }
-        let set = InstructionSet::chosen();
         let rate = self.plan.learning_rate_at(self.iteration);
-        let size = norm(set, &gradient);
         self.iteration += 1;
-        let AdamConfig { beta_1, beta_2, epsilon, .. } = AdamConfig::adam();
-        let scale = (self.plan.max_gradient_norm / (size + 1e-6)).min(1.0);
-        let step = AdamStep { beta_1, beta_2, epsilon, step: self.iteration, rate, scale };
+        let before = self.values.clone();
         let decay = 1.0 - (rate * self.plan.weight_decay) as f32;
         self.values.iter_mut().for_each(|x| *x *= decay);
-        let [first, second] = &mut self.moments;
-        step.take(set, Slices { values: &mut self.values, gradient: &gradient, first, second });
-        AugmentationMetrics { loss: loss / count, gradient_norm: size, learning_rate: rate }
+        let descent = Descent { gradient: &gradient, max_norm: self.plan.max_gradient_norm, rate };
+        let stepped = self.optimizer.step(&self.layout, &mut self.values, descent);
+        if !stepped.taken {
+            self.values = before;
+        }
+        AugmentationMetrics { loss: loss / count, gradient_norm: stepped.norm, learning_rate: rate }
     }
 
     fn draw(&self) -> Vec<Stretch> {
@@ -235,7 +231,7 @@ impl AugmentationTrainer {
         let (out, pass) = network.forward(&rows, &fed_back, stretches.len());
         let (loss, gradient) = self.loss.of(&out, &error, stretches.len());
         let mut sums = vec![0.0; self.values.len()];
-        network.backward(pass, &gradient, &self.layout, &mut sums);
+        network.backward(pass, &gradient, &mut sums);
         (loss, sums)
     }
 
@@ -296,8 +292,10 @@ impl AugmentationTrainer {
         let (mut file, n) = (Checkpoint::new(), self.values.len());
         file.put_u64("progress", &[1], vec![self.iteration])?;
         file.put_f32("network", &[n], self.values.clone())?;
-        file.put_f32("adam.first", &[n], self.moments[0].clone())?;
-        file.put_f32("adam.second", &[n], self.moments[1].clone())?;
+        let (steps, [first, second]) = self.optimizer.state();
+        file.put_u64("adam.steps", &[1], vec![steps])?;
+        file.put_f32("adam.first", &[n], first.to_vec())?;
+        file.put_f32("adam.second", &[n], second.to_vec())?;
         if let Some((score, values)) = &self.best {
             file.put_f64("best.score", &[1], vec![*score])?;
             file.put_f32("best.network", &[n], values.clone())?;
@@ -309,7 +307,8 @@ impl AugmentationTrainer {
         let n = self.values.len();
         let iteration = file.u64s("progress", &[1])?[0];
         let values = file.f32s("network", &[n])?;
-        self.moments = [file.f32s("adam.first", &[n])?, file.f32s("adam.second", &[n])?];
+        let moments = [file.f32s("adam.first", &[n])?, file.f32s("adam.second", &[n])?];
+        self.optimizer.set_state(file.u64s("adam.steps", &[1])?[0], moments);
         self.best = match file.contains("best.score") {
             true => Some((file.f64s("best.score", &[1])?[0], file.f32s("best.network", &[n])?)),
             false => None,

@@ -9,6 +9,7 @@ use crate::mjcf::attributes::Attributes;
 use crate::mjcf::compiler::Compiler;
 use crate::mjcf::defaults::Defaults;
 use crate::mjcf::document::Element;
+use crate::mjcf::tendons;
 use crate::model::{Actuator, Character, Joint};
 
 /// Force law of one actuator or default class.
@@ -40,7 +41,7 @@ impl Law {
     /// Returns the law of an element within classes, given from the inside out.
     fn of(element: &Element, classes: &[&[Element]]) -> Result<Self, CharacterError> {
         let tag = element.name.as_str();
-        let is_alone = matches!(tag, "pid" | "damper");
+        let is_alone = matches!(tag, "pid" | "damper" | "dcmotor");
         for (i, class) in classes.iter().enumerate() {
             if let Some((last, before)) = class.split_last()
                 && (tag == "general" || last.name == tag || (last.name == "general" && !is_alone))
@@ -71,6 +72,7 @@ impl Law {
                 let kv = not_negative(&a, "kv")?.unwrap_or(-self.gain[2]);
                 Ok(Self { gain: [0.0, 0.0, -kv], gain_is_affine: true, ..Self::MOTOR })
             }
+            "dcmotor" => self.direct_current(&a),
             "cylinder" => {
                 let area = a.number("area")?.unwrap_or(self.gain[0]);
                 let diameter = a.number("diameter")?.filter(|diameter| *diameter > 0.0);
@@ -96,6 +98,42 @@ impl Law {
         self.filtered = a.text("dyntype").map_or(self.filtered, |kind| kind != "none");
         self.gain = first_three(a, "gainprm", self.gain)?;
         self.bias = first_three(a, "biasprm", self.bias)?;
+        Ok(self)
+    }
+
+    /// Returns the law of a motor behind its voltage: its current is what the voltage leaves over the back EMF, by its resistance.
+    fn direct_current(mut self, a: &Attributes) -> Result<Self, CharacterError> {
+        let other =
+            ["cogging", "saturation", "thermal", "lugre", "controller"].into_iter().find(|n| a.text(n).is_some());
+        if let Some(name) = other {
+            return Err(a.unsupported(format!("attribute '{name}'")));
+        }
+        if a.text("input").is_some_and(|input| input != "voltage") {
+            return Err(a.unsupported("attribute 'input' other than 'voltage'"));
+        }
+        let given = a.prefix("motorconst", [0.0; 2])?;
+        let nominal = a.numbers::<3>("nominal")?;
+        let inherited = -self.bias[2] / self.gain[0];
+        let constant = match (given, nominal) {
+            ([torque, emf], _) if torque > 0.0 && emf > 0.0 => (torque * emf).sqrt(),
+            ([torque, emf], _) if torque > 0.0 || emf > 0.0 => torque.max(emf),
+            (_, Some([voltage, _, speed])) => voltage / speed,
+            _ => inherited,
+        };
+        let resistance = match (a.number("resistance")?.filter(|r| *r > 0.0), nominal) {
+            (Some(resistance), _) => resistance,
+            (None, Some([voltage, stall, _])) => constant * voltage / stall,
+            (None, None) => inherited / self.gain[0],
+        };
+        let per_volt = constant / resistance;
+        if !(constant > 0.0 && per_volt > 0.0 && per_volt.is_finite()) {
+            return Err(a.invalid("'motorconst' and 'resistance', or 'nominal', above zero", "none"));
+        }
+        (self.gain, self.bias) = ([per_volt, 0.0, 0.0], [0.0, 0.0, -constant * per_volt]);
+        (self.gain_is_affine, self.bias_is_affine) = (false, true);
+        if let Some(time) = not_negative(a, "inductance")? {
+            self.filtered = time > 0.0;
+        }
         Ok(self)
     }
 
@@ -142,28 +180,45 @@ fn first_three(a: &Attributes, name: &str, otherwise: [f64; 3]) -> Result<[f64; 
     Ok([first, second, third])
 }
 
-/// Reads every actuator that drives a joint; others become notes. Damping ratios are resolved by [`resolve_damping`].
+/// Reads every actuator that drives one joint, by itself or by a tendon; others become notes or warnings. Damping ratios are
+/// resolved by [`resolve_damping`].
 pub(crate) fn read(
     root: &Element,
     defaults: &Defaults,
     compiler: &Compiler,
     joints: &mut [Joint],
     notes: &mut Vec<String>,
+    warnings: &mut Vec<String>,
 ) -> Result<Vec<Actuator>, CharacterError> {
-    let mut actuators = Vec::new();
+    let mut actuators: Vec<Actuator> = Vec::new();
+    let (mut shared, mut pushing) = (Vec::new(), Vec::new());
     for element in root.children_named("actuator").flat_map(|s| &s.children) {
         let a = defaults.resolve(element, None)?;
         let law = Law::of(element, &defaults.actuators(element))?;
-        let Some(target) = a.text("joint").or(a.text("jointinparent")) else {
-            let name = a.text("name").unwrap_or("");
-            notes.push(format!("{}: actuator '{name}' does not drive a joint: left out", a.at));
-            continue;
+        let name = a.text("name").unwrap_or("");
+        let (target, arm) = match (a.text("joint").or(a.text("jointinparent")), a.text("tendon")) {
+            (Some(joint), _) => (joint, None),
+            (None, Some(tendon)) => match tendons::only_joint(root, tendon, &a)? {
+                Some((joint, coefficient)) => (joint, Some(coefficient)),
+                None => {
+                    shared.push(if name.is_empty() { tendon } else { name }.to_string());
+                    continue;
+                }
+            },
+            (None, None) => {
+                notes.push(format!("{}: actuator '{name}' does not drive a joint: left out", a.at));
+                continue;
+            }
         };
         let joint = joints
             .iter()
             .position(|j| j.name == target)
             .ok_or_else(|| a.invalid("the name of a joint", format!("'{target}'")))?;
-        let actuator = one(&a, &element.name, &law, joint, joints, compiler)?;
+        let mut actuator = one(&a, &element.name, &law, joint, joints, compiler)?;
+        actuator.gear *= arm.unwrap_or(1.0);
+        if actuator.bias[0] != 0.0 {
+            pushing.push(format!("{target} ({} N m)", actuator.bias[0] * actuator.gear));
+        }
         if law.filtered {
             notes.push(format!(
                 "actuator of '{target}' ({}) filters or integrates its control: our engine applies the control at once",
@@ -172,6 +227,17 @@ pub(crate) fn read(
         }
         joints[joint].armature += actuator.gear * actuator.gear * a.number("armature")?.unwrap_or(0.0);
         actuators.push(actuator);
+    }
+    for (what, which) in [
+        (
+            "actuators that pull several joints by a tendon are left out, give these joints actuators of their own",
+            shared,
+        ),
+        ("constant forces of actuators, which MuJoCo has and our engine has not", pushing),
+    ] {
+        if !which.is_empty() {
+            warnings.push(format!("{what}: {}", which.join(", ")));
+        }
     }
     for i in 0..actuators.len() {
         if actuators[i].name.is_empty() {

@@ -11,7 +11,8 @@ use crate::mjcf::document::Element;
 use crate::mjcf::geoms::{self, ReadGeom, Weight};
 use crate::mjcf::joints;
 use crate::mjcf::pose::{POSE, Pose};
-use crate::model::{Body, Geom, Inertial, Joint, JointKind, Site, welded};
+use crate::mjcf::solids::Solids;
+use crate::model::{Body, Geom, GeomShape, Inertial, Joint, JointKind, Site, welded};
 use crate::rotation::{Mat3, Quat, Vec3};
 
 /// The bodies read so far, in document order.
@@ -25,8 +26,8 @@ pub(crate) struct Tree {
     pub mocap: usize,
     /// Lights and cameras.
     pub pictures: usize,
-    /// Meshes whose mass stays unknown because the body says its own.
-    pub unread_meshes: usize,
+    /// Flag that a body's inertia is that of meshes, which may be missing from the text for other engines.
+    pub weighs_meshes: bool,
 }
 
 /// Content of a body before its children are read.
@@ -44,6 +45,7 @@ pub(crate) struct Reader<'a> {
     pub defaults: &'a Defaults,
     /// Colours of materials by name.
     pub materials: BTreeMap<String, [f32; 4]>,
+    pub solids: Solids<'a>,
     pub tree: Tree,
 }
 
@@ -200,25 +202,34 @@ impl<'a> Reader<'a> {
             for read in chosen {
                 match &read.weight {
                     Weight::Known(weight) => weights.push(weight.clone()),
-                    Weight::OfMesh => {
-                        return Err(a.invalid(
-                            format!(
-                                "<inertial> in body '{}', as inertia of meshes is not computed",
-                                a.text("name").unwrap_or("")
-                            ),
-                            "a mesh with mass",
-                        ));
+                    Weight::OfMesh { mass, density } => {
+                        self.tree.weighs_meshes = true;
+                        weights.push(self.solid(a, &read.geom, *mass, *density)?);
                     }
                 }
             }
             inertial = inertia::sum(&weights);
-        } else {
-            self.tree.unread_meshes += parts.geoms.iter().filter(|g| g.weight == Weight::OfMesh).count();
         }
         inertial.mass = inertial.mass.max(self.compiler.boundmass);
         inertial.diagonal = inertial.diagonal.map(|x| x.max(self.compiler.boundinertia));
         balance(a, &mut inertial, self.compiler.balanceinertia)?;
         Ok(inertial)
+    }
+
+    /// Returns the mass and inertia of a mesh in the frame of its body.
+    fn solid(&self, a: &Attributes, geom: &Geom, mass: Option<f64>, density: f64) -> Result<Inertial, CharacterError> {
+        let GeomShape::Mesh(name) = &geom.shape else { return Ok(inertia::sum(&[])) };
+        let solid = self.solids.of(name).map_err(|why| {
+            let body = a.text("name").unwrap_or("");
+            a.invalid(format!("<inertial> in body '{body}', as the inertia of its meshes is unknown"), why)
+        })?;
+        let factor = mass.map_or(density, |mass| mass / solid.mass);
+        Ok(Inertial {
+            mass: solid.mass * factor,
+            com: geom.position + geom.orientation * solid.com,
+            orientation: geom.orientation * solid.orientation,
+            diagonal: solid.diagonal * factor,
+        })
     }
 
     /// Checks that a body with joints has mass in itself or in what is welded to it.

@@ -1,6 +1,6 @@
 //! `<compiler>` and `<option>`: settings for the whole model.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use crate::error::CharacterError;
 use crate::mjcf::attributes::{Attributes, Tristate};
@@ -45,6 +45,13 @@ impl Compiler {
             compiler.take(&Attributes::own(section))?;
         }
         Ok(compiler)
+    }
+
+    /// Returns the file of a mesh or height field, where it is there.
+    pub fn mesh_path(&self, folder: Option<&Path>, file: &str) -> Option<PathBuf> {
+        let given = Path::new(file);
+        let last = given.file_name().map_or(given, Path::new);
+        folder?.join(&self.meshdir).join(if self.strippath { last } else { given }).canonicalize().ok()
     }
 
     fn take(&mut self, a: &Attributes) -> Result<(), CharacterError> {

@@ -8,6 +8,10 @@ use crate::mjcf::xml_text;
 
 /// Deeper nesting than any robot has; keeps recursion within the stack whatever the file says.
 const MAX_DEPTH: usize = 200;
+/// More elements, texts and comments than any robot's file has.
+const MOST_NODES: u32 = 5_000_000;
+/// Start of the text that stands for a file which Git LFS keeps.
+pub(crate) const POINTER: &str = "version https://git-lfs";
 /// More included files than any model has.
 const MAX_FILES: usize = 200;
 
@@ -118,7 +122,14 @@ fn parse_file(
     depth: usize,
 ) -> Result<Vec<Element>, CharacterError> {
     let text = &xml_text::without_late_declaration(text);
-    let document = roxmltree::Document::parse(text).map_err(|e| match e {
+    // Entities are expanded, but not without end: the parser bounds their depth and number.
+    let options = roxmltree::ParsingOptions { allow_dtd: true, nodes_limit: MOST_NODES, ..Default::default() };
+    let document = roxmltree::Document::parse_with_options(text, options).map_err(|e| match e {
+        _ if text.starts_with(POINTER) => CharacterError::Xml {
+            file: file.to_path_buf(),
+            line: 1,
+            message: "a pointer of Git LFS in place of the file; fetch it with `git lfs pull`".into(),
+        },
         roxmltree::Error::UnknownNamespace(prefix, at) if prefix == "xacro" => xacro(file, at.row, &prefix),
         _ => CharacterError::Xml { file: file.to_path_buf(), line: e.pos().row, message: e.to_string() },
     })?;

@@ -7,12 +7,14 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
-use crate::error::CharacterError;
+use crate::error::{CharacterError, Location};
 use crate::mesh::MeshFile;
 use crate::mjcf::attributes::Attributes;
 use crate::mjcf::compiler::Compiler;
 use crate::mjcf::defaults::Defaults;
-use crate::mjcf::document::Element;
+use crate::mjcf::document::{Element, numbers};
+use crate::model::{Body, Inertial};
+use crate::rotation::to_wxyz;
 
 /// Endings of the mesh files that MuJoCo reads.
 const READ_BY_MUJOCO: [&str; 3] = ["stl", "obj", "msh"];
@@ -126,13 +128,9 @@ fn present_meshes(
             present.extend(asset.attribute("name").map(|n| (n.to_string(), None)));
             continue;
         };
-        let Some(folder) = folder else { continue };
-        let given = Path::new(file);
         let name = asset.attribute("name").map(str::to_string);
-        let name = name.or_else(|| given.file_stem().map(|s| s.to_string_lossy().into_owned()));
-        let last = given.file_name().map_or(given, Path::new);
-        let path = folder.join(&compiler.meshdir).join(if compiler.strippath { last } else { given });
-        if let (Some(name), Ok(path)) = (name, path.canonicalize()) {
+        let name = name.or_else(|| Path::new(file).file_stem().map(|s| s.to_string_lossy().into_owned()));
+        if let (Some(name), Some(path)) = (name, compiler.mesh_path(folder, file)) {
             let a = defaults.resolve(asset, None)?;
             let as_is = asset.name == "mesh" && a.text("refpos").is_none() && a.text("refquat").is_none();
             let file = MeshFile { path, scale: a.numbers::<3>("scale")?.unwrap_or([1.0; 3]), collides: false };
@@ -217,6 +215,47 @@ fn cut_assets(root: &mut Element, present: &Present, used: &BTreeSet<String>) {
             }
             used.contains(name)
         });
+    }
+}
+
+/// Writes the inertia of every body into the text, whose meshes and files may be gone. Bodies are in the text's order.
+pub(crate) fn state_inertia(root: &mut Element, bodies: &[Body]) {
+    fn visit(element: &mut Element, rest: &mut std::slice::Iter<'_, Body>) {
+        for child in element.children.iter_mut().filter(|c| matches!(c.name.as_str(), "body" | "frame")) {
+            if let Some(body) = (child.name == "body").then(|| rest.next()).flatten() {
+                child.children.retain(|c| c.name != "inertial");
+                if body.inertial.mass > 0.0 {
+                    child.children.insert(0, inertial(&body.inertial, &child.at));
+                }
+            }
+            visit(child, rest);
+        }
+    }
+    let mut rest = bodies.iter();
+    rest.next(); // The world.
+    for section in &mut root.children {
+        match section.name.as_str() {
+            "worldbody" => visit(section, &mut rest),
+            "compiler" => {
+                section.attributes.retain(|(n, _)| !matches!(n.as_str(), "inertiafromgeom" | "inertiagrouprange"));
+            }
+            _ => {}
+        }
+    }
+}
+
+fn inertial(inertial: &Inertial, at: &Location) -> Element {
+    let values = [
+        ("pos", numbers(inertial.com.as_slice())),
+        ("quat", numbers(&to_wxyz(&inertial.orientation))),
+        ("mass", numbers(&[inertial.mass])),
+        ("diaginertia", numbers(inertial.diagonal.as_slice())),
+    ];
+    Element {
+        name: "inertial".into(),
+        attributes: values.map(|(name, value)| (name.to_string(), value)).to_vec(),
+        children: Vec::new(),
+        at: at.clone(),
     }
 }
 

@@ -22,8 +22,8 @@ pub(crate) struct ReadGeom {
 pub(crate) enum Weight {
     /// Mass and inertia in the body frame.
     Known(Inertial),
-    /// A mesh with a mass or density: its inertia depends on a file that is not read.
-    OfMesh,
+    /// A mesh with this mass (kg), or else this density (kg/m³).
+    OfMesh { mass: Option<f64>, density: f64 },
 }
 
 /// Reads a geom of `body`. Its name may be empty.
@@ -101,7 +101,7 @@ fn weight(a: &Attributes, geom: &Geom) -> Result<Weight, CharacterError> {
     }
     let none = given == Some(0.0) || (given.is_none() && density == 0.0);
     if matches!(geom.shape, GeomShape::Mesh(_)) && !none {
-        return Ok(Weight::OfMesh);
+        return Ok(Weight::OfMesh { mass: given, density });
     }
     let volume = inertia::volume(&geom.shape);
     let mass =

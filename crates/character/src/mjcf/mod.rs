@@ -22,6 +22,7 @@ mod keyframes;
 pub(crate) mod names;
 mod pose;
 mod replicate;
+mod solids;
 mod tendons;
 pub(crate) mod xml_text;
 
@@ -29,7 +30,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use crate::error::CharacterError;
-use crate::model::{Body, Character, GeomShape, JointKind};
+use crate::model::{Body, Character, Geom, GeomShape, JointKind};
 
 use attributes::Attributes;
 use bodies::{Reader, Tree};
@@ -37,6 +38,7 @@ use compiler::{Compiler, PhysicsOption};
 use defaults::Defaults;
 use document::{Document, Element};
 pub(crate) use engine_text::Meshes;
+use solids::Solids;
 
 impl Character {
     /// Compiles MJCF text. `file` is what errors call the text; included files and meshes are looked for from `folder`
@@ -118,7 +120,8 @@ pub(crate) fn compile(mut root: Element, folder: Option<&Path>, meshes: Meshes) 
     note_softness(&root, &mut notes);
 
     let materials = read_materials(&root)?;
-    let mut reader = Reader { compiler: &compiler, defaults: &defaults, materials, tree: Tree::default() };
+    let solids = Solids { root: &root, compiler: &compiler, defaults: &defaults, folder };
+    let mut reader = Reader { compiler: &compiler, defaults: &defaults, materials, solids, tree: Tree::default() };
     reader.read_world(&root)?;
     let mut tree = reader.tree;
     if tree.mocap > 0 {
@@ -127,15 +130,27 @@ pub(crate) fn compile(mut root: Element, folder: Option<&Path>, meshes: Meshes) 
     if tree.pictures > 0 {
         notes.push(format!("{} lights and cameras are pictures only", tree.pictures));
     }
+    let is_field =
+        |geom: &Geom| matches!(geom.shape, GeomShape::HeightField(_)) && geom.contype | geom.conaffinity != 0;
+    if tree.geoms.iter().any(is_field) {
+        warnings.push(
+            "height fields are ground in MuJoCo alone: our engine has level ground, or the hills of a plan's [terrain]"
+                .into(),
+        );
+    }
     name_all(&mut tree);
     let (nq, nv) = count_coordinates(&mut tree);
+    let stated = tree.weighs_meshes.then(|| tree.bodies.clone());
     if let Some(total) = compiler.settotalmass {
         scale_mass(&mut tree.bodies, total);
     }
     let home = keyframes::read(&root, nq, &mut notes, &mut warnings)?;
-    let actuators = actuators::read(&root, &defaults, &compiler, &mut tree.joints, &mut notes)?;
+    let actuators = actuators::read(&root, &defaults, &compiler, &mut tree.joints, &mut notes, &mut warnings)?;
     let excludes = read_excludes(&root, &tree.bodies, &mut notes)?;
     let name = root.attribute("model").unwrap_or("MuJoCo Model").to_string();
+    if let Some(bodies) = stated {
+        engine_text::state_inertia(&mut root, &bodies);
+    }
     let outcome = engine_text::prepare(&mut root, meshes, &compiler, &defaults, folder, &mut notes, &mut warnings)?;
     for geom in &mut tree.geoms {
         if let GeomShape::Mesh(name) | GeomShape::HeightField(name) = &geom.shape

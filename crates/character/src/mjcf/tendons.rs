@@ -60,6 +60,24 @@ pub(crate) fn read(
     Ok(())
 }
 
+/// Returns the joint that a fixed tendon follows and its coefficient; `None` for tendons of several joints or through sites.
+pub(crate) fn only_joint<'a>(
+    root: &'a Element,
+    name: &str,
+    user: &Attributes,
+) -> Result<Option<(&'a str, f64)>, CharacterError> {
+    let mut all = root.children_named("tendon").flat_map(|section| &section.children);
+    let tendon = all.find(|tendon| tendon.attribute("name") == Some(name));
+    let tendon = tendon.ok_or_else(|| user.invalid("the name of a tendon", format!("'{name}'")))?;
+    match (tendon.name.as_str(), tendon.children.as_slice()) {
+        ("fixed", [joint]) => {
+            let coefficient = Attributes::own(joint).number("coef")?.unwrap_or(1.0);
+            Ok(joint.attribute("joint").map(|name| (name, coefficient)))
+        }
+        _ => Ok(None),
+    }
+}
+
 fn name(a: &Attributes) -> String {
     a.text("name").map_or_else(|| format!("line {}", a.at.line), str::to_string)
 }

@@ -86,12 +86,4 @@ pub enum CheckpointError {
         /// The reason.
         why: String,
     },
-    /// Tensor data could not be read from the device.
-    #[error("{name}: tensor data could not be read from the device: {why}")]
-    Device {
-        /// The tensor.
-        name: String,
-        /// The backend's message.
-        why: String,
-    },
 }

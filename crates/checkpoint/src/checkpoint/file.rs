@@ -155,3 +155,62 @@ fn digest<'a>(entries: impl Iterator<Item = (&'a str, &'a Entry, &'a [u8])>, met
     }
     hash.finalize().iter().map(|b| format!("{b:02x}")).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn sample() -> Checkpoint {
+        let mut checkpoint = Checkpoint::new();
+        checkpoint.put_f32("weight", &[2, 3], vec![0.5; 6]).unwrap();
+        checkpoint.put_u64("counts", &[2], vec![1, u64::MAX]).unwrap();
+        checkpoint.set_meta("plan", &BTreeMap::from([("steps", 12)])).unwrap();
+        checkpoint
+    }
+
+    /// Returns a file of the pieces of another one; the length of its header is right.
+    fn with_header(good: &[u8], change: impl Fn(&str) -> String) -> Vec<u8> {
+        let length = u64::from_le_bytes(*good.first_chunk().unwrap()) as usize;
+        let header = change(std::str::from_utf8(&good[8..8 + length]).unwrap());
+        [&(header.len() as u64).to_le_bytes(), header.as_bytes(), &good[8 + length..]].concat()
+    }
+
+    proptest! {
+        #[test]
+        fn files_are_whole_or_refused(
+            spots in prop::collection::vec((any::<prop::sample::Index>(), 0..9usize, "[-0-9e,:\\\\\"\\[\\]{} a-zFU]{0,6}"), 1..4),
+            cut in any::<prop::sample::Index>(),
+            with: u8,
+        ) {
+            let good = sample().to_bytes().unwrap();
+            let read = |bytes: &[u8]| Checkpoint::from_bytes(bytes, Path::new("x"));
+            let header = with_header(&good, |header| {
+                let mut text = header.to_owned();
+                for (place, length, put) in &spots {
+                    let from = place.index(text.len());
+                    text.replace_range(from..(from + length).min(text.len()), put);
+                }
+                text
+            });
+            // White space and the like may change; what is read may not.
+            if let Ok(checkpoint) = read(&header) {
+                let whole = sample();
+                prop_assert_eq!(checkpoint.entries(), whole.entries());
+                prop_assert_eq!(checkpoint.metadata(), whole.metadata());
+            }
+            let mut bytes = good.clone();
+            let at = cut.index(good.len());
+            bytes[at] = with;
+            prop_assert!(with == good[at] || read(&bytes).map_or(true, |c| c.entries() == sample().entries()), "byte {at}");
+            prop_assert!(read(&good[..at]).is_err(), "cut at {at}");
+        }
+
+        #[test]
+        fn random_bytes_are_refused(bytes in prop::collection::vec(any::<u8>(), 0..300)) {
+            prop_assert!(Checkpoint::from_bytes(&bytes, Path::new("x")).is_err());
+        }
+    }
+}

@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 
 use lifelike_checkpoint::Checkpoint;
 use lifelike_checkpoint::rng::stream;
-use lifelike_dense::{AdamStep, Channel, ROWS, Slices, norm};
-use lifelike_nn::adam::AdamConfig;
-use lifelike_simd::InstructionSet;
+use lifelike_dense::{Channel, ROWS};
+use lifelike_nn::adam::{Adam, AdamConfig, Descent};
+use lifelike_nn::rows::Layout;
 use rand::Rng;
 use rayon::prelude::*;
 
@@ -35,15 +35,17 @@ pub(super) struct Member {
     pub(super) copies: Vec<u32>,
     /// The best network on what was held out, with its score.
     pub(super) best: Option<(f64, Vec<f32>)>,
-    moments: [Vec<f32>; 2],
-    steps: u64,
+    layout: Layout,
+    optimizer: Adam,
     memory: Vec<Channel>,
 }
 
 impl Member {
     pub(super) fn new(network: CriticNetwork, copies: Vec<u32>) -> Self {
-        let zeros = vec![0.0; network.parameters().len()];
-        Self { network, copies, best: None, moments: [zeros.clone(), zeros], steps: 0, memory: Vec::new() }
+        let count = network.parameters().len();
+        let layout = Layout::of_shapes(vec![("network".into(), vec![count])]);
+        let optimizer = Adam::new(AdamConfig::adam(), count);
+        Self { network, copies, best: None, layout, optimizer, memory: Vec::new() }
     }
 
     /// Takes one gradient step; returns the weighted sum of squared errors before it, and the gradient's norm.
@@ -72,19 +74,21 @@ impl Member {
             .collect();
         let mut gradient = vec![0.0; network.parameters().len()];
         network.by_parameters(panels, &mut gradient);
-        let set = InstructionSet::chosen();
-        self.steps += 1;
-        let AdamConfig { beta_1, beta_2, epsilon, .. } = AdamConfig::adam();
         let (rate, decay) = (plan.learning_rate, plan.learning_rate * plan.weight_decay);
-        let step = AdamStep { beta_1, beta_2, epsilon, step: self.steps, rate, scale: 1.0 };
-        let [first, second] = &mut self.moments;
         let weights: Vec<_> = network.layers().layers().iter().map(|layer| layer.weight()).collect();
-        let norm = norm(set, &gradient);
+        let descent = Descent { gradient: &gradient, max_norm: f64::INFINITY, rate };
+        let (layout, optimizer) = (&self.layout, &mut self.optimizer);
+        let mut norm = 0.0;
         self.network.update(|values| {
+            let before = values.to_vec();
             for range in weights {
                 values[range].iter_mut().for_each(|w| *w *= 1.0 - decay as f32);
             }
-            step.take(set, Slices { values, gradient: &gradient, first, second });
+            let stepped = optimizer.step(layout, values, descent);
+            if !stepped.taken {
+                values.copy_from_slice(&before);
+            }
+            norm = stepped.norm;
         });
         (losses.iter().sum(), norm)
     }
@@ -102,10 +106,11 @@ impl Member {
     /// Writes it; the first member has the names that a single network has.
     pub(super) fn save_into(&self, file: &mut Checkpoint, member: usize) -> Result<(), GenerationError> {
         let (n, name) = (self.network.parameters().len(), |name: &str| named(name, member));
-        file.put_u64(&name("steps"), &[1], vec![self.steps])?;
+        let (steps, [first, second]) = self.optimizer.state();
+        file.put_u64(&name("steps"), &[1], vec![steps])?;
         file.put_f32(&name("network"), &[n], self.network.parameters().to_vec())?;
-        file.put_f32(&name("adam.first"), &[n], self.moments[0].clone())?;
-        file.put_f32(&name("adam.second"), &[n], self.moments[1].clone())?;
+        file.put_f32(&name("adam.first"), &[n], first.to_vec())?;
+        file.put_f32(&name("adam.second"), &[n], second.to_vec())?;
         if let Some((score, parameters)) = &self.best {
             file.put_f64(&name("best.score"), &[1], vec![*score])?;
             file.put_f32(&name("best.network"), &[n], parameters.clone())?;
@@ -117,8 +122,8 @@ impl Member {
     pub(super) fn load(&mut self, file: &Checkpoint, member: usize) -> Result<(), GenerationError> {
         let (n, name) = (self.network.parameters().len(), |name: &str| named(name, member));
         let parameters = file.f32s(&name("network"), &[n])?;
-        self.steps = file.u64s(&name("steps"), &[1])?[0];
-        self.moments = [file.f32s(&name("adam.first"), &[n])?, file.f32s(&name("adam.second"), &[n])?];
+        let moments = [file.f32s(&name("adam.first"), &[n])?, file.f32s(&name("adam.second"), &[n])?];
+        self.optimizer.set_state(file.u64s(&name("steps"), &[1])?[0], moments);
         self.network.update(|values| values.copy_from_slice(&parameters));
         self.best = match file.contains(&name("best.score")) {
             true => Some((file.f64s(&name("best.score"), &[1])?[0], file.f32s(&name("best.network"), &[n])?)),

@@ -158,7 +158,7 @@ impl Denoiser {
     pub fn backward(&self, pass: DenoiserPass, gradient: &[f32], layout: &Layout, sums: &mut [f32]) {
         let c = self.sizes.encoder.width;
         let DenoiserPass { motion, texts, places, steps, durations, hidden, encoder, encoded } = pass;
-        self.output.learn(&encoded, gradient, layout, sums);
+        self.output.learn(&encoded, gradient, sums);
         let by_encoded = self.output.by_input(gradient);
         let mut by_all = vec![0.0; places.last().map_or(0, |place| place.motion.end) * c];
         let mut from = 0;
@@ -167,19 +167,19 @@ impl Denoiser {
             by_all[place.motion.start * c..][..count].copy_from_slice(&by_encoded[from..from + count]);
             from += count;
         }
-        let by_tokens = self.encoder.backward(encoder, by_all, layout, sums);
+        let by_tokens = self.encoder.backward(encoder, by_all, sums);
         let rows = |rows: Range<usize>| &by_tokens[rows.start * c..rows.end * c];
         let by_motion: Vec<f32> = places.iter().flat_map(|place| rows(place.motion.clone())).copied().collect();
-        self.input.learn(&motion, &by_motion, layout, sums);
+        self.input.learn(&motion, &by_motion, sums);
         let by_steps: Vec<f32> =
             places.iter().flat_map(|place| rows(place.step()..place.step() + 1)).copied().collect();
-        self.step.learn(&hidden.iter().map(|x| silu(*x)).collect::<Vec<_>>(), &by_steps, layout, sums);
+        self.step.learn(&hidden.iter().map(|x| silu(*x)).collect::<Vec<_>>(), &by_steps, sums);
         if let Some(duration) = &self.duration {
-            duration.learn(&durations, &by_steps, layout, sums);
+            duration.learn(&durations, &by_steps, sums);
         }
         let mut by_hidden = self.step.by_input(&by_steps);
         by_hidden.iter_mut().zip(&hidden).for_each(|(gradient, x)| *gradient *= silu_gradient(*x));
-        self.hidden.learn(&steps, &by_hidden, layout, sums);
+        self.hidden.learn(&steps, &by_hidden, sums);
         for (place, text) in places.iter().zip(&texts) {
             let gradient = rows(place.text.clone());
             match text {
@@ -192,7 +192,7 @@ impl Denoiser {
                 }
                 Text::Embedded(numbers) => {
                     if let Some(linear) = &self.text {
-                        linear.learn(numbers, gradient, layout, sums);
+                        linear.learn(numbers, gradient, sums);
                     }
                 }
             }

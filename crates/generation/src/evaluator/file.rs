@@ -2,11 +2,7 @@
 
 use std::path::Path;
 
-use burn::tensor::Tensor;
 use lifelike_checkpoint::{Checkpoint, CheckpointError};
-use lifelike_nn::ModuleCheckpoint;
-use lifelike_nn::device::{self, Device};
-use lifelike_nn::numbers::read;
 
 use super::network::EvaluatorNetwork;
 use super::plan::EvaluatorPlan;
@@ -17,8 +13,6 @@ use crate::text::pieces::WordPieces;
 
 /// Name of the networks in a file.
 pub(super) const NETWORK: &str = "evaluator";
-/// Motions or sentences that are embedded at once.
-const CHUNK: usize = 64;
 
 /// Embeds sentences and motions of one robot.
 #[derive(Debug, Clone)]
@@ -55,7 +49,7 @@ impl Evaluator {
     /// [`GenerationError::Mismatch`] for rows of another width, or an embedding that is not finite.
     pub fn motions(&self, motions: &[FeatureMatrix]) -> Result<Embeddings, GenerationError> {
         let rows = motions.iter().map(|motion| self.rows(motion, 0)).collect::<Result<Vec<_>, _>>()?;
-        self.embed(&rows, |rows, device| self.network.motions(rows, device))
+        Embeddings::new(self.network.motions(&rows), self.plan.width)
     }
 
     /// Embeds sentences.
@@ -64,7 +58,7 @@ impl Evaluator {
     /// [`GenerationError::Prompt`] for a text that is no sentence.
     pub fn sentences(&self, sentences: &[&str]) -> Result<Embeddings, GenerationError> {
         let ids = sentences.iter().map(|text| self.pieces.encode(text)).collect::<Result<Vec<_>, _>>()?;
-        self.embed(&ids, |ids, device| self.network.sentences(ids, device))
+        Embeddings::new(self.network.sentences(&ids), self.plan.width)
     }
 
     /// Returns standardized rows of a motion, from a row on, as many as are read.
@@ -76,15 +70,6 @@ impl Evaluator {
         let mut rows = motion.rows[from.min(last) * motion.width..last * motion.width].to_vec();
         self.standardizer.standardize(&mut rows);
         Ok(rows)
-    }
-
-    fn embed<T>(&self, all: &[T], network: impl Fn(&[T], &Device) -> Tensor<2>) -> Result<Embeddings, GenerationError> {
-        let device = device::inference();
-        let mut numbers = Vec::with_capacity(all.len() * self.plan.width);
-        for some in all.chunks(CHUNK) {
-            numbers.extend(read(network(some, &device))?);
-        }
-        Embeddings::new(numbers, self.plan.width)
     }
 
     /// Writes a `*.evaluator.safetensors`.
@@ -113,7 +98,7 @@ impl Evaluator {
         let width = self.spec.width();
         checkpoint.put_f32("standardizer.mean", &[width], self.standardizer.mean.clone())?;
         checkpoint.put_f32("standardizer.std", &[width], self.standardizer.std.clone())?;
-        checkpoint.put_module(NETWORK, &self.network)
+        self.network.parameters().save_into(checkpoint, NETWORK)
     }
 
     /// Reads what [`Self::save_into`] added.
@@ -125,8 +110,8 @@ impl Evaluator {
         let pieces: WordPieces = checkpoint.meta("word_pieces")?;
         let column = |name: &str| checkpoint.f32s(name, &[spec.width()]);
         let standardizer = Standardizer { mean: column("standardizer.mean")?, std: column("standardizer.std")? };
-        let network = EvaluatorNetwork::new(&plan, spec.width(), pieces.len(), &device::inference());
-        let network = checkpoint.load_module(NETWORK, network)?;
+        let mut network = EvaluatorNetwork::new(&plan, spec.width(), pieces.len());
+        *network.parameters_mut() = network.parameters().load_from(checkpoint, NETWORK)?;
         Ok(Self { plan, spec, standardizer, pieces, network })
     }
 }

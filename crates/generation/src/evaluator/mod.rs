@@ -3,10 +3,9 @@
 //!
 //! The main path: [`crate::data::CaptionedMotion`]s → [`EvaluatorTrainer`] (a `TrainingTask`) → [`Evaluator`], one
 //! file. Guo et al. pre-train a convolutional snippet encoder for a GRU and separate pairs by a margin. Here strided
-//! and residual convolutions see the whole motion. [`contrastive_loss`] separates every pair of a batch from all others
-//! at once, which takes minutes on two cores.
+//! and residual convolutions see the whole motion. The loss (`contrastive.rs`) separates every pair of a batch from all
+//! others at once, which takes minutes on two cores.
 
-mod batch;
 mod contrastive;
 mod data;
 mod encoder;
@@ -17,9 +16,7 @@ mod plan;
 mod task;
 mod train;
 
-pub use contrastive::contrastive_loss;
 pub use data::{EvaluatorData, caption_kinds};
-pub use encoder::PooledEncoder;
 pub use file::Evaluator;
 pub use network::EvaluatorNetwork;
 pub use plan::{EvaluatorPlan, EvaluatorTrainingPlan};

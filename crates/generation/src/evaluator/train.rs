@@ -1,13 +1,8 @@
 //! Training of an evaluator: the whole algorithm in [`EvaluatorTrainer::step`].
 
-use burn::module::Module;
 use lifelike_checkpoint::Checkpoint;
 use lifelike_checkpoint::rng::stream;
-use lifelike_nn::ModuleCheckpoint;
-use lifelike_nn::adam::{Adam, AdamConfig};
-use lifelike_nn::device::{self, Device};
-use lifelike_nn::gradients::Gradients;
-use lifelike_nn::numbers::read;
+use lifelike_nn::adam::{Adam, AdamConfig, Descent};
 use rand::Rng;
 use rand::seq::index;
 use rand_distr::{Distribution, StandardNormal};
@@ -47,7 +42,6 @@ pub struct EvaluatorTrainer {
     score: Option<f64>,
     network: EvaluatorNetwork,
     optimizer: Adam,
-    device: Device,
     iteration: u64,
     skipped: u64,
 }
@@ -79,21 +73,10 @@ impl EvaluatorTrainer {
         let pieces = WordPieces::learn(captions, plan.pieces)?;
         let motions = data.training.iter().map(|item| &item.rows);
         let standardizer = Standardizer::of(motions, Standardizer::FLOOR)?;
-        let device = device::training();
-        let network = EvaluatorNetwork::new(&plan, width, pieces.len(), &device);
-        let best = network.valid().fork(&device::inference());
-        let best = Evaluator { plan, spec, standardizer, pieces, network: best };
-        let optimizer = Adam::new(AdamConfig::adam());
-        Ok(Self { data, best, score: None, network, optimizer, device, iteration: 0, skipped: 0 })
-    }
-
-    /// With its networks on another device.
-    #[must_use]
-    pub fn to_device(mut self, device: &Device) -> Self {
-        self.device = device.clone().autodiff();
-        self.network = self.network.fork(&self.device);
-        self.optimizer = self.optimizer.to_device(device);
-        self
+        let network = EvaluatorNetwork::new(&plan, width, pieces.len());
+        let optimizer = Adam::new(AdamConfig::adam(), network.parameters().len());
+        let best = Evaluator { plan, spec, standardizer, pieces, network: network.clone() };
+        Ok(Self { data, best, score: None, network, optimizer, iteration: 0, skipped: 0 })
     }
 
     /// Returns the plan.
@@ -108,7 +91,7 @@ impl EvaluatorTrainer {
 
     /// Returns the parameters of all networks.
     pub fn parameters(&self) -> usize {
-        self.network.num_params()
+        self.network.parameters().len()
     }
 
     /// Returns a description of the training data, for resuming.
@@ -124,30 +107,26 @@ impl EvaluatorTrainer {
 
     /// Returns the evaluator with the networks as they stand.
     fn present(&self) -> Evaluator {
-        Evaluator { network: self.network.valid().fork(&device::inference()), ..self.best.clone() }
+        Evaluator { network: self.network.clone(), ..self.best.clone() }
     }
 
     /// One iteration: draw motions with one sentence each, embed both, step.
     ///
     /// # Errors
-    /// Tensor data that cannot be read from the device.
+    /// A sentence that cannot be read.
     pub fn step(&mut self) -> Result<EvaluatorMetrics, GenerationError> {
         let (plan, i) = (self.best.plan.clone(), self.iteration);
         let Batch { rows, ids, kinds } = self.batch(i)?;
-        let text = self.network.sentences(&ids, &self.device);
-        let motion = self.network.motions(&rows, &self.device);
-        let loss = contrastive_loss(text, motion, &kinds);
-        let mut gradients = Gradients::of(&self.network, loss.backward());
-        let gradient_norm = gradients.clip_norm(plan.max_gradient_norm)?;
+        let loss = |text: &[f32], motion: &[f32]| contrastive_loss(text, motion, &kinds);
+        let (loss, gradient) = self.network.gradient(&rows, &ids, loss);
         let learning_rate = plan.learning_rate_at(i);
-        if gradient_norm.is_finite() {
-            self.network = self.optimizer.step(self.network.clone(), gradients, learning_rate);
-        } else {
-            self.skipped += 1;
-        }
+        let descent = Descent { gradient: &gradient, max_norm: plan.max_gradient_norm, rate: learning_rate };
+        let parameters = self.network.parameters_mut();
+        let layout = parameters.layout().clone();
+        let stepped = self.optimizer.step(&layout, parameters.values_mut(), descent);
+        self.skipped += u64::from(!stepped.taken);
         self.iteration += 1;
-        let loss = read(loss)?.first().copied().map_or(f64::NAN, f64::from);
-        Ok(EvaluatorMetrics { loss, learning_rate, gradient_norm, skipped: self.skipped })
+        Ok(EvaluatorMetrics { loss, learning_rate, gradient_norm: stepped.norm, skipped: self.skipped })
     }
 
     /// Draws a batch.
@@ -197,10 +176,10 @@ impl EvaluatorTrainer {
     pub(super) fn save(&self) -> Result<Checkpoint, GenerationError> {
         let mut checkpoint = Checkpoint::new();
         self.present().save_into(&mut checkpoint)?;
-        checkpoint.put_module(BEST, &self.best.network)?;
+        self.best.network.parameters().save_into(&mut checkpoint, BEST)?;
         checkpoint.put_f64("score", &[1], vec![self.score.unwrap_or(f64::NAN)])?;
         checkpoint.put_u64("progress", &[2], vec![self.iteration, self.skipped])?;
-        self.optimizer.save_into(&mut checkpoint, "optimizer")?;
+        self.optimizer.save_into(self.network.parameters().layout(), &mut checkpoint, "optimizer")?;
         Ok(checkpoint)
     }
 
@@ -212,9 +191,10 @@ impl EvaluatorTrainer {
             let what = format!("{}: plan, joints and word pieces", checkpoint.origin());
             return Err(GenerationError::mismatch(what, "those of this run", "others"));
         }
-        self.best.network = checkpoint.load_module(BEST, self.best.network.clone())?;
-        self.network = checkpoint.load_module(NETWORK, self.network.clone())?;
-        self.optimizer = Adam::load_from(AdamConfig::adam(), checkpoint, "optimizer", &self.network)?;
+        *self.best.network.parameters_mut() = self.best.network.parameters().load_from(checkpoint, BEST)?;
+        *self.network.parameters_mut() = self.network.parameters().load_from(checkpoint, NETWORK)?;
+        self.optimizer =
+            Adam::load_from(AdamConfig::adam(), self.network.parameters().layout(), checkpoint, "optimizer")?;
         self.score = Some(checkpoint.f64s("score", &[1])?[0]).filter(|score| !score.is_nan());
         let progress = checkpoint.u64s("progress", &[2])?;
         (self.iteration, self.skipped) = (progress[0], progress[1]);

@@ -1,11 +1,10 @@
 //! The algorithm: [`GeneratorTrainer::step`].
 
 use lifelike_checkpoint::Checkpoint;
-use lifelike_dense::{AdamStep, Slices, norm};
+use lifelike_nn::adam::{Adam, AdamConfig, Descent};
 use lifelike_nn::rows::{Layout, add};
 use lifelike_robot::Robot;
 use lifelike_robot::controller::RobotDescription;
-use lifelike_simd::InstructionSet;
 use rayon::prelude::*;
 
 use super::batch::{Draw, draw};
@@ -48,7 +47,7 @@ pub struct GeneratorTrainer {
     layout: Layout,
     schedule: Schedule,
     values: Vec<f32>,
-    moments: [Vec<f32>; 2],
+    optimizer: Adam,
     average: Average,
     iteration: u64,
     skipped: u64,
@@ -70,7 +69,7 @@ impl GeneratorTrainer {
         Ok(Self {
             robot: (robot.name.clone(), RobotDescription::of(robot).digest),
             schedule: Schedule::cosine(plan.diffusion_steps),
-            moments: [vec![0.0; layout.len()], vec![0.0; layout.len()]],
+            optimizer: Adam::new(AdamConfig::adam(), layout.len()),
             average: Average::new(plan.ema, values.clone()),
             plan,
             data,
@@ -144,25 +143,16 @@ impl GeneratorTrainer {
             add(&mut gradient, &sums);
         }
         let realism = self.alignment.as_ref().map(|_| realism);
-        let (set, learning_rate) = (InstructionSet::chosen(), plan.learning_rate_at(i));
-        let gradient_norm = norm(set, &gradient);
-        if gradient_norm.is_finite() {
-            let step = AdamStep {
-                beta_1: 0.9,
-                beta_2: 0.999,
-                epsilon: 1e-8,
-                step: i + 1 - self.skipped,
-                rate: learning_rate,
-                scale: (plan.max_gradient_norm / (gradient_norm + 1e-6)).min(1.0),
-            };
-            let [first, second] = &mut self.moments;
-            step.take(set, Slices { values: &mut self.values, gradient: &gradient, first, second });
+        let learning_rate = plan.learning_rate_at(i);
+        let descent = Descent { gradient: &gradient, max_norm: plan.max_gradient_norm, rate: learning_rate };
+        let stepped = self.optimizer.step(&self.layout, &mut self.values, descent);
+        if stepped.taken {
             self.average.add(&self.values, i);
         } else {
             self.skipped += 1;
         }
         self.iteration += 1;
-        let (iteration, skipped) = (self.iteration, self.skipped);
+        let (iteration, skipped, gradient_norm) = (self.iteration, self.skipped, stepped.norm);
         Ok(GeneratorMetrics { iteration, loss, realism, learning_rate, gradient_norm, skipped })
     }
 
@@ -248,7 +238,8 @@ impl GeneratorTrainer {
         checkpoint.set_meta("plan", &self.plan)?;
         checkpoint.set_meta("data", &self.data.describe())?;
         checkpoint.put_u64("progress", &[2], vec![self.iteration, self.skipped])?;
-        let numbers = [&self.values, &self.moments[0], &self.moments[1]];
+        let (_, [first, second]) = self.optimizer.state();
+        let numbers = [&self.values, first, second];
         for (name, numbers) in ["network", "first", "second"].into_iter().zip(numbers) {
             self.layout.save_into(&mut checkpoint, name, numbers)?;
         }
@@ -274,7 +265,8 @@ impl GeneratorTrainer {
         let progress = checkpoint.u64s("progress", &[2])?;
         (self.iteration, self.skipped) = (progress[0], progress[1]);
         self.values = self.layout.load_from(checkpoint, "network")?;
-        self.moments = [self.layout.load_from(checkpoint, "first")?, self.layout.load_from(checkpoint, "second")?];
+        let moments = [self.layout.load_from(checkpoint, "first")?, self.layout.load_from(checkpoint, "second")?];
+        self.optimizer.set_state(self.iteration - self.skipped, moments);
         self.average = Average::new(self.plan.ema, self.layout.load_from(checkpoint, "average")?);
         Ok(())
     }

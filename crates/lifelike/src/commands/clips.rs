@@ -7,7 +7,6 @@ use lifelike_robot::{Robot, clips};
 
 use crate::error::CliError;
 
-#[cfg(feature = "learning")]
 pub use lifelike_robot::clips::with_mirror_images;
 pub use lifelike_robot::clips::{limit_speeds, load_one, retarget_options};
 

@@ -40,18 +40,10 @@ impl Loaded {
     }
 
     /// Reads a controller or a policy for a robot that was loaded before.
-    #[cfg(feature = "learning")]
     pub fn new(path: &Path, robot: Arc<Robot>, prior: Option<&Path>) -> Result<Self, CliError> {
         let controller = Controller::new(ControllerFile::read(path)?, robot)?;
         let prior = crate::commands::prior_file::Prior::for_controller(&controller, prior)?;
         Ok(Self { controller, encoder: prior.map(|prior| Box::new(prior) as Box<dyn LatentEncoder>) })
-    }
-
-    /// Reads a controller or a policy for a robot that was loaded before. Without the training framework the prior of a
-    /// policy must be a convolutional one, which a controller runs by itself.
-    #[cfg(not(feature = "learning"))]
-    pub fn new(path: &Path, robot: Arc<Robot>, prior: Option<&Path>) -> Result<Self, CliError> {
-        Ok(Self { controller: Controller::load(path, prior, robot)?, encoder: None })
     }
 
     /// Sets up evaluations in this physics.

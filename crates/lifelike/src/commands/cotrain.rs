@@ -12,7 +12,7 @@ use serde_json::json;
 use self::plan::CotrainPlan;
 use self::progress::Done;
 use self::stages::Stages;
-use crate::commands::train::hardware::Hardware;
+use crate::commands::physics::Physics;
 use crate::commands::train::source::Source;
 use crate::error::CliError;
 use crate::next::NextCommand;
@@ -46,7 +46,7 @@ pub struct Args {
     pub source: Source,
     /// Engine, threads, and where networks learn.
     #[command(flatten)]
-    pub hardware: Hardware,
+    pub physics: Physics,
 }
 
 /// Runs the command.
@@ -63,7 +63,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
         return rehearse(&plan, output);
     }
     let mut stages =
-        Stages { plan: &plan, folder: &folder, hardware: &args.hardware, output, done: Done::read(&folder)? };
+        Stages { plan: &plan, folder: &folder, physics: &args.physics, output, done: Done::read(&folder)? };
     stages.all().map_err(|error| in_loop(error, &folder))?;
     let rows = &stages.done.measured;
     let (last, best) = (plan.rounds, stages.best());

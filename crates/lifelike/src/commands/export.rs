@@ -40,7 +40,6 @@ pub struct Args {
     #[arg(short, long)]
     pub robot: Option<String>,
     /// The plan of the environment that it was trained in, by name or file; a run has its own.
-    #[cfg(feature = "learning")]
     #[arg(long, value_name = "PLAN")]
     pub environment: Option<PathBuf>,
     /// The controller's file; beside the policy where not given.
@@ -54,7 +53,6 @@ pub struct Args {
 /// There is no policy; its prior is missing; robot and policy do not fit each other; the file cannot be written.
 pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let Source { policy, prior, robot, environment } = Source::of(&args.input)?;
-    #[cfg(feature = "learning")]
     let environment = args.environment.as_deref().map(named_environment).transpose()?.or(environment);
     let prior = args.prior.clone().or(prior);
     let mut file = ControllerFile::load(&policy, prior.as_deref())?;
@@ -84,7 +82,6 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
 }
 
 /// Reads a tracking plan by name or file, with all of its defaults.
-#[cfg(feature = "learning")]
 fn named_environment(name: &Path) -> Result<toml::Table, CliError> {
     let plan = crate::commands::rollouts::tracker_plan(name, "", 0)?;
     toml::Table::try_from(&plan).map_err(|e| CliError::Failed(e.to_string()))

@@ -4,7 +4,6 @@ mod checkpoint;
 mod clip;
 mod controller;
 mod machine;
-#[cfg(feature = "learning")]
 mod networks;
 mod next_steps;
 mod robot;
@@ -29,13 +28,13 @@ Examples:
   lifelike inspect walk.motion.safetensors          # motion of a robot
   lifelike inspect runs/tracker                     # a run: plan, progress, checkpoints
   lifelike inspect --json lima.controller           # of the networks that come with the program: what a policy sees, and in which order
-  lifelike inspect --machine                        # vector instructions, cores, peak rates, memory, devices
+  lifelike inspect --machine                        # vector instructions, cores, peak rates, memory
   LIFELIKE_SIMD=portable lifelike inspect --machine    # the same with the instructions that every machine has")]
 pub struct Args {
     /// A file, the folder of a run, or the name of a robot that comes with the program.
     #[arg(required_unless_present = "machine")]
     pub what: Option<PathBuf>,
-    /// This machine: vector instructions, cores, peak speed of one core (measured), memory, devices for networks.
+    /// This machine: vector instructions, cores, peak speed of one core (measured), memory.
     /// LIFELIKE_SIMD forces other vector instructions.
     #[arg(long, conflicts_with = "what")]
     pub machine: bool,

@@ -2,19 +2,16 @@
 
 pub mod peak;
 
-#[cfg(feature = "learning")]
 use std::{fs::OpenOptions, io::Write};
 
-#[cfg(feature = "learning")]
 use lifelike_report::run::RunFolder;
 use lifelike_simd::InstructionSet;
 use serde::Serialize;
 
-#[cfg(feature = "learning")]
 use crate::error::CliError;
 
 /// What results and their speed depend on, for whoever reads them elsewhere.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Default, Serialize)]
 pub struct Machine {
     /// Name of the processor, where the system tells it.
     pub processor: Option<String>,
@@ -38,7 +35,6 @@ impl Machine {
     }
 
     /// Adds a line to the `machine.jsonl` of a run: one for each sitting, because a run may go on elsewhere.
-    #[cfg(feature = "learning")]
     pub fn record(&self, run: &RunFolder) -> Result<(), CliError> {
         let path = run.machine_path();
         let line = serde_json::to_string(self).map_err(|e| CliError::Failed(e.to_string()))?;
@@ -54,7 +50,6 @@ pub fn memory() -> Option<[u64; 2]> {
 }
 
 /// Returns the largest amount of memory that this process has used so far (bytes), where the system tells it (Linux).
-#[cfg(feature = "learning")]
 pub fn peak_memory() -> Option<u64> {
     line("/proc/self/status", "VmHWM")?.strip_suffix(" kB")?.trim().parse::<u64>().ok().map(|kib| 1024 * kib)
 }

@@ -14,46 +14,24 @@ pub mod fetch;
 pub mod inspect;
 pub(crate) mod machine;
 pub mod man;
-#[cfg(not(feature = "learning"))]
-mod missing;
 pub mod motion;
 pub mod physics;
 pub mod plans;
 pub mod robots;
 
 // What needs the training framework; without it these are commands in name only.
-#[cfg(feature = "learning")]
 pub mod align;
-#[cfg(feature = "learning")]
 pub mod augment;
-#[cfg(feature = "learning")]
 mod best_of;
-#[cfg(feature = "learning")]
 pub mod cotrain;
-#[cfg(feature = "learning")]
 pub mod generate;
-#[cfg(feature = "learning")]
 mod generated;
-#[cfg(feature = "learning")]
 mod judge;
-#[cfg(feature = "learning")]
 mod prior_file;
-#[cfg(feature = "learning")]
 mod projection;
-#[cfg(feature = "learning")]
 mod reconstruction;
-#[cfg(feature = "learning")]
 mod rollouts;
-#[cfg(feature = "learning")]
 pub mod train;
-#[cfg(not(feature = "learning"))]
-use missing as align;
-#[cfg(not(feature = "learning"))]
-use missing as cotrain;
-#[cfg(not(feature = "learning"))]
-use missing as generate;
-#[cfg(not(feature = "learning"))]
-use missing as train;
 
 use clap::Subcommand;
 use lifelike_simd::InstructionSet;
@@ -75,11 +53,8 @@ pub enum Command {
     Train(train::Args),
     Align(align::Args),
     Cotrain(cotrain::Args),
-    #[cfg(feature = "learning")]
     #[command(subcommand)]
     Augment(augment::Augment),
-    #[cfg(not(feature = "learning"))]
-    Augment(missing::Args),
     Generate(generate::Args),
     Eval(eval::Args),
     Demo(demo::Args),
@@ -110,10 +85,7 @@ impl Command {
             Self::Train(args) => train::run(&args, output),
             Self::Align(args) => align::run(&args, output),
             Self::Cotrain(args) => cotrain::run(&args, output),
-            #[cfg(feature = "learning")]
             Self::Augment(augment) => augment.run(output),
-            #[cfg(not(feature = "learning"))]
-            Self::Augment(args) => missing::run(&args, output),
             Self::Generate(args) => generate::run(&args, output),
             Self::Eval(args) => eval::run(&args, output),
             Self::Demo(args) => demo::run(&args, output),

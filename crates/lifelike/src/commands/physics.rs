@@ -1,15 +1,11 @@
 //! Which physics this build has.
 
-#[cfg(feature = "learning")]
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-#[cfg(feature = "learning")]
 use lifelike_augmentation::{ActuatorCorrection, Augmentation, AugmentationError, Feedback};
 use lifelike_robot::{Robot, Severity, Shapes};
-#[cfg(feature = "learning")]
 use lifelike_sim::Augmented;
-#[cfg(feature = "learning")]
 use lifelike_sim::twin::{Twin, TwinSpec};
 use lifelike_sim::{EngineKind, SimError, Simulation, SimulationSpec, Terrain};
 
@@ -26,12 +22,10 @@ pub struct Physics {
     pub threads: usize,
     /// Correct the simulated joints by what was learned from logs: an augmentation of `lifelike train augmentation`. It corrects the joints of
     /// the profile's group of actuators that has its class' name; all joints where no group has. May be given once for each class.
-    #[cfg(feature = "learning")]
     #[arg(long, value_name = "FILE")]
     pub augment: Vec<PathBuf>,
     /// Run on a twin in place of the nominal robot: real motors, friction, play, flex, delay, encoders, crooked parts, drawn by this seed
     /// (`lifelike augment twin --help`).
-    #[cfg(feature = "learning")]
     #[arg(long, value_name = "SEED", conflicts_with = "augment")]
     pub twin: Option<u64>,
 }
@@ -63,19 +57,16 @@ impl Physics {
         environments: usize,
     ) -> Result<Box<dyn Simulation>, SimError> {
         let spec = SimulationSpec { engine: self.engine, environments, threads: self.threads, terrain };
-        #[cfg(feature = "learning")]
         if let Some(seed) = self.twin {
             return Ok(Box::new(Twin::new(robot, &TwinSpec { seed, ..TwinSpec::default() }, &spec)?));
         }
         let simulation = spec.build(Arc::clone(robot))?;
-        #[cfg(feature = "learning")]
         let simulation = self.augment.iter().try_fold(simulation, |simulation, file| augmented(simulation, file))?;
         Ok(simulation)
     }
 }
 
 /// Corrects the joints that an augmentation's class names.
-#[cfg(feature = "learning")]
 fn augmented(simulation: Box<dyn Simulation>, file: &Path) -> Result<Box<dyn Simulation>, SimError> {
     let robot = simulation.robot().clone();
     let refused = |error: AugmentationError| SimError::Model {

@@ -2,7 +2,6 @@
 
 use lifelike_augmentation::AugmentationError;
 use lifelike_generation::GenerationError;
-use lifelike_nn::device::DeviceError;
 use lifelike_representation::RepresentationError;
 use lifelike_sequences::SequencesError;
 use lifelike_tracking::TrackerError;
@@ -75,15 +74,6 @@ impl From<TrackerError> for CliError {
             TrackerError::Report(error) => error.into(),
             TrackerError::Train(error) => error.into(),
             _ => Self::Input(error.to_string()),
-        }
-    }
-}
-
-impl From<DeviceError> for CliError {
-    fn from(error: DeviceError) -> Self {
-        match error {
-            DeviceError::Unknown(_) => Self::Usage(error.to_string()),
-            DeviceError::NotBuilt(_) | DeviceError::Absent { .. } => Self::Unavailable(error.to_string()),
         }
     }
 }

@@ -16,6 +16,8 @@ pub enum Kind {
     /// A joint turns by half a turn or more from one frame to the next, faster than its actuator: an angle that was
     /// wrapped, or frames that do not belong together. Measured by how far (rad).
     Jump,
+    /// A joint leaves its path for a single frame: a lost marker, or a damaged file. Measured by how far (rad or m).
+    Spike,
     /// A joint is out of its range. Measured by how far (rad or m).
     BeyondRange,
     /// Something else than a sole is on the ground: the clip lies, rolls or crawls. Measured by how low it is below the
@@ -27,12 +29,13 @@ pub enum Kind {
 
 impl Kind {
     /// All of them.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 9] = [
         Self::Unsupported,
         Self::Unbalanced,
         Self::Slipping,
         Self::TooFast,
         Self::Jump,
+        Self::Spike,
         Self::BeyondRange,
         Self::OtherParts,
         Self::Underground,
@@ -50,6 +53,8 @@ impl Kind {
             Self::Slipping => 1.0,
             Self::TooFast => 1.0,
             Self::Jump => std::f64::consts::PI,
+            // Six degrees within one frame and back; the path around it says whether the joint moves so.
+            Self::Spike => 0.1,
             // Limits of simulators and gears give in by some hundredths of a radian under load, so a recorded motion is
             // beyond them now and then.
             Self::BeyondRange => 0.1,
@@ -71,7 +76,7 @@ impl Kind {
             Self::Slipping => 0.15,
             Self::TooFast => 0.05,
             // One frame is too many.
-            Self::Jump => 0.0,
+            Self::Jump | Self::Spike => 0.0,
             Self::BeyondRange => 0.15,
             // A stumble or a pat on the ground is no crawl.
             Self::OtherParts => 0.15,
@@ -87,6 +92,7 @@ impl Kind {
             Self::Slipping => "slips",
             Self::TooFast => "faster than the actuator",
             Self::Jump => "jumps",
+            Self::Spike => "leaves its path for one frame",
             Self::BeyondRange => "beyond the range",
             Self::OtherParts => "not only the soles on the ground",
             Self::Underground => "in the ground",
@@ -97,7 +103,7 @@ impl Kind {
     pub fn unit(self) -> &'static str {
         match self {
             Self::Unsupported => "m/s²",
-            Self::Jump | Self::BeyondRange => "rad",
+            Self::Jump | Self::Spike | Self::BeyondRange => "rad",
             Self::Unbalanced | Self::OtherParts | Self::Underground => "m",
             Self::Slipping | Self::TooFast => "",
         }
@@ -135,7 +141,7 @@ impl Finding {
             Kind::Unbalanced => format!("by {:.2} m", self.worst),
             Kind::Slipping => format!("needs a friction of {:.1}", self.worst),
             Kind::TooFast => format!("{:.1} times its largest speed", self.worst),
-            Kind::Jump | Kind::BeyondRange => format!("by {:.2} rad", self.worst),
+            Kind::Jump | Kind::Spike | Kind::BeyondRange => format!("by {:.2} rad", self.worst),
             Kind::OtherParts | Kind::Underground => format!("{:.2} m", self.worst),
         };
         format!("{}{part} for {:.2} s from {:.2} s: {worst}", self.kind.words(), self.seconds, self.from)

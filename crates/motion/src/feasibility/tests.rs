@@ -171,3 +171,22 @@ fn a_wrapped_angle_and_one_out_of_range_rule_a_clip_out() {
     assert!((finding.worst - 2.5).abs() < 1e-12 && finding.rules_out());
     assert_eq!(finding.words(), "beyond the range (hinge) for 1.02 s from 0.00 s: by 2.50 rad");
 }
+
+#[test]
+fn an_angle_that_leaves_its_path_for_one_frame_is_a_spike() {
+    let swing = |t: f64| 0.5 * (3.0 * t).sin();
+    let spikes = |change: &dyn Fn(f64) -> f64| {
+        let all = found(&clip(|_| Vec3::new(0.0, 0.0, 0.1), |_| 0.0, |t| swing(t) + change(t))).findings;
+        all.into_iter().filter(|f| f.kind == Kind::Spike).collect::<Vec<_>>()
+    };
+    assert_eq!(spikes(&|_| 0.0), []);
+    // A step, and motion that shakes, are no spikes; the swing itself bends by less than 1e-3 rad a frame.
+    assert_eq!(spikes(&|t| if t > 0.5 { 0.3 } else { 0.0 }), []);
+    assert_eq!(spikes(&|t| 0.2 * (60.0 * t).sin()), []);
+    let [spike] = spikes(&|t| if (0.49..0.51).contains(&t) { 0.3 } else { 0.0 }).try_into().unwrap();
+    assert!((spike.worst - 0.3).abs() < 1e-3 && spike.rules_out(), "{spike:?}");
+    assert_eq!(
+        (spike.part.as_str(), spike.words().starts_with("leaves its path for one frame (hinge)")),
+        ("hinge", true)
+    );
+}

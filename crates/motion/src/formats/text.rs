@@ -37,25 +37,37 @@ fn line_after(before: &[u8]) -> usize {
 
 /// Returns an error at a line. What was found is shortened, so that no message carries a whole file.
 pub(crate) fn parse_error(file: &Path, line: usize, expected: impl Into<String>, got: &str) -> MotionError {
-    let mut got: String = got.trim_end().chars().take(60).collect();
+    let mut got: String = got.trim_end().chars().take(60).flat_map(printable).collect();
     if got.is_empty() {
         got.push_str("nothing");
     }
     MotionError::Parse { file: file.to_path_buf(), line, expected: expected.into(), got }
 }
 
+/// Returns a character as a message shows it.
+fn printable(c: char) -> impl Iterator<Item = char> {
+    let escaped = c.is_control().then(|| c.escape_default());
+    escaped.into_iter().flatten().chain((!c.is_control()).then_some(c))
+}
+
 /// Lines of a text, with numbers. Blank lines are skipped, and comments on lines of their own.
 #[derive(Clone)]
 pub(crate) struct Lines<'a> {
     file: PathBuf,
-    lines: std::str::Lines<'a>,
+    lines: std::str::Split<'a, char>,
     number: usize,
     comments: &'static [&'static str],
 }
 
 impl<'a> Lines<'a> {
     pub(crate) fn new(text: &'a str, file: &Path) -> Self {
-        Self { file: file.to_path_buf(), lines: text.lines(), number: 0, comments: &[] }
+        // Old Macintosh programs end lines by a carriage return alone.
+        let end = if text.contains('\n') { '\n' } else { '\r' };
+        let mut lines = text.strip_suffix(end).unwrap_or(text).split(end);
+        if text.is_empty() {
+            lines.next();
+        }
+        Self { file: file.to_path_buf(), lines, number: 0, comments: &[] }
     }
 
     /// Skips lines that begin with one of these.

@@ -205,8 +205,6 @@ fn what_is_wrong_is_said_with_its_line() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(300))]
-
     #[test]
     fn any_bytes_are_a_clip_or_an_error(bytes in prop::collection::vec(any::<u8>(), 0..400)) {
         let _ = parse(&bytes, "x.keys.toml".as_ref());

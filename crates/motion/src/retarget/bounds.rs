@@ -23,11 +23,11 @@ impl Default for Bounds {
 }
 
 impl Bounds {
-    /// Refuses a conversion that is beyond a bound. `leg` is the character's leg length (m).
+    /// Refuses a conversion that is beyond a bound. `leg` is the character's leg length (m), `travels` whether the root does.
     ///
     /// # Errors
     /// [`MotionError::Unfit`] with every bound that is exceeded, and the options that would accept it.
-    pub(super) fn check(&self, report: &RetargetReport, leg: f64) -> Result<(), MotionError> {
+    pub(super) fn check(&self, report: &RetargetReport, leg: f64, travels: bool) -> Result<(), MotionError> {
         let (position, angle) = (report.mean_position_error() / leg, report.mean_orientation_error());
         let skate = report.foot_skate.mean / leg;
         let measures = [
@@ -40,10 +40,16 @@ impl Bounds {
             return Ok(());
         }
         let told = beyond.iter().map(|(_, what, got, bound, unit)| format!("{what} {got:.2} {unit} (at most {bound})"));
+        let why = match skate > self.skate && !travels {
+            true => {
+                "The root stays at its place: a treadmill, or a capture without positions of the root. Else compare"
+            }
+            false => "Compare",
+        };
         // Half as much again, rounded up: the same clip passes, another cause of error does not.
         let options = beyond.iter().map(|(key, _, got, ..)| format!("bounds.{key}={:.2}", 1.5 * got + 0.005));
         let message = format!(
-            "the result is not the captured motion: {}. Compare the capture's axes, unit, rate and roles with its names \
+            "the result is not the captured motion: {}. {why} the capture's axes, unit, rate and roles with its names \
              (correspondence.roles.ROLE=JOINT, --scale). To convert it as it is: {}",
             told.collect::<Vec<_>>().join("; "),
             options.collect::<Vec<_>>().join(" ")

@@ -235,16 +235,10 @@ impl HistoryAttention {
     }
 
     /// Adds the parameters' gradients; returns those by past and present.
-    pub fn backward(
-        &self,
-        pass: AttentionPass,
-        gradient: &[f32],
-        layout: &Layout,
-        sums: &mut [f32],
-    ) -> (Vec<f32>, Vec<f32>) {
+    pub fn backward(&self, pass: AttentionPass, gradient: &[f32], sums: &mut [f32]) -> (Vec<f32>, Vec<f32>) {
         let AttentionPass { sequences, past, present, query, before, own, mixed } = pass;
         let sizes = self.sizes;
-        let by_mixed = self.output.backward(&mixed, gradient, layout, sums);
+        let by_mixed = self.output.backward(&mixed, gradient, sums);
         let zeros = |like: &KeyValue| KeyValue { key: vec![0.0; like.key.len()], value: vec![0.0; like.value.len()] };
         let (mut by_query, mut by_before, mut by_own) = (vec![0.0; query.len()], zeros(&before), zeros(&own));
         for sequence in 0..sequences {
@@ -263,11 +257,11 @@ impl HistoryAttention {
             );
             by_turned.add_to(&mut by_before, sizes, sequence, sequences);
         }
-        let mut by_present = self.query.backward(&present, &by_query, layout, sums);
-        crate::rows::add(&mut by_present, &self.key.backward(&present, &by_own.key, layout, sums));
-        crate::rows::add(&mut by_present, &self.value.backward(&present, &by_own.value, layout, sums));
-        let mut by_past = self.key.backward(&past, &by_before.key, layout, sums);
-        crate::rows::add(&mut by_past, &self.value.backward(&past, &by_before.value, layout, sums));
+        let mut by_present = self.query.backward(&present, &by_query, sums);
+        crate::rows::add(&mut by_present, &self.key.backward(&present, &by_own.key, sums));
+        crate::rows::add(&mut by_present, &self.value.backward(&present, &by_own.value, sums));
+        let mut by_past = self.key.backward(&past, &by_before.key, sums);
+        crate::rows::add(&mut by_past, &self.value.backward(&past, &by_before.value, sums));
         (by_past, by_present)
     }
 

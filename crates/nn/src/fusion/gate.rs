@@ -87,13 +87,7 @@ impl GateAddNorm {
     }
 
     /// Adds the parameters' gradients; returns those by x and by the skip connection.
-    pub fn backward(
-        &self,
-        pass: GatePass,
-        gradient: &[f32],
-        layout: &Layout,
-        sums: &mut [f32],
-    ) -> (Vec<f32>, Vec<f32>) {
+    pub fn backward(&self, pass: GatePass, gradient: &[f32], sums: &mut [f32]) -> (Vec<f32>, Vec<f32>) {
         let (GatePass { x, mut both, sum }, c) = (pass, self.gain.len());
         let (by_gain, by_bias) = sums[self.norm.clone()].split_at_mut(c);
         let by_sum = layer_norm::backward(&sum, &self.gain, gradient, (by_gain, by_bias));
@@ -110,6 +104,6 @@ impl GateAddNorm {
                 }
             },
         );
-        (self.linear.backward(&x, &both, layout, sums), by_sum)
+        (self.linear.backward(&x, &both, sums), by_sum)
     }
 }

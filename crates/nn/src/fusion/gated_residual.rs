@@ -106,17 +106,17 @@ impl GatedResidual {
     }
 
     /// Adds the parameters' gradients; returns the one by x.
-    pub fn backward(&self, pass: GatedResidualPass, gradient: &[f32], layout: &Layout, sums: &mut [f32]) -> Vec<f32> {
+    pub fn backward(&self, pass: GatedResidualPass, gradient: &[f32], sums: &mut [f32]) -> Vec<f32> {
         let GatedResidualPass { x, inner, gate } = pass;
-        let (by_outer, by_skip) = self.gate.backward(gate, gradient, layout, sums);
-        let mut by_inner = self.outer.backward(&activated(&inner), &by_outer, layout, sums);
+        let (by_outer, by_skip) = self.gate.backward(gate, gradient, sums);
+        let mut by_inner = self.outer.backward(&activated(&inner), &by_outer, sums);
         vectorize(
             #[inline(always)]
             || by_inner.iter_mut().zip(&inner).for_each(|(gradient, x)| *gradient *= elu_gradient(*x)),
         );
-        let mut by_x = self.inner.backward(&x, &by_inner, layout, sums);
+        let mut by_x = self.inner.backward(&x, &by_inner, sums);
         match &self.skip {
-            Some(skip) => add(&mut by_x, &skip.backward(&x, &by_skip, layout, sums)),
+            Some(skip) => add(&mut by_x, &skip.backward(&x, &by_skip, sums)),
             None => add(&mut by_x, &by_skip),
         }
         by_x

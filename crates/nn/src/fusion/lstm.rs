@@ -10,7 +10,8 @@ use crate::rows::{Entry, Init, Layout, PackedWeight, add, bias_gradient, weight_
 /// i, f, g, o = x W + h U + b; c ← σ(f) c + σ(i) tanh(g); h ← σ(o) tanh(c).
 #[derive(Debug, Clone)]
 pub struct Lstm {
-    name: String,
+    /// Places of input, recurrent and bias in rows of gradients.
+    places: [Range<usize>; 3],
     inputs: usize,
     width: usize,
     input: PackedWeight,
@@ -70,14 +71,15 @@ impl Lstm {
 
     /// Packs parameters that stand as the layout says.
     pub fn new(name: &str, inputs: usize, width: usize, layout: &Layout, values: &[f32]) -> Self {
-        let numbers = |part: &str| &values[layout.range(&format!("{name}.{part}"))];
+        let places = ["input", "recurrent", "bias"].map(|part| layout.range(&format!("{name}.{part}")));
+        let [input, recurrent, bias] = places.clone().map(|place| &values[place]);
         Self {
-            name: name.into(),
+            places,
             inputs,
             width,
-            input: PackedWeight::new(numbers("input"), [inputs, 4 * width]),
-            recurrent: PackedWeight::new(numbers("recurrent"), [width, 4 * width]),
-            bias: numbers("bias").to_vec(),
+            input: PackedWeight::new(input, [inputs, 4 * width]),
+            recurrent: PackedWeight::new(recurrent, [width, 4 * width]),
+            bias: bias.to_vec(),
         }
     }
 
@@ -127,7 +129,6 @@ impl Lstm {
         &self,
         pass: LstmPass,
         (by_hidden, by_cell): (&[f32], &[f32]),
-        layout: &Layout,
         sums: &mut [f32],
     ) -> (Vec<f32>, LstmState) {
         let LstmPass { x, mut gates, hidden, cell } = pass;
@@ -169,11 +170,11 @@ impl Lstm {
             );
             state.hidden = self.recurrent.by_input(gates);
         }
-        let range = |part: &str| layout.range(&format!("{}.{part}", self.name));
+        let [input, recurrent, bias] = self.places.clone();
         let before = &hidden[..steps * rows];
-        weight_gradient(before, &gates, [c, 4 * c], &mut sums[range("recurrent")]);
-        weight_gradient(&x, &gates, [self.inputs, 4 * c], &mut sums[range("input")]);
-        bias_gradient(&gates, &mut sums[range("bias")]);
+        weight_gradient(before, &gates, [c, 4 * c], &mut sums[recurrent]);
+        weight_gradient(&x, &gates, [self.inputs, 4 * c], &mut sums[input]);
+        bias_gradient(&gates, &mut sums[bias]);
         (self.input.by_input(&gates), state)
     }
 }

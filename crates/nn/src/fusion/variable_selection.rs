@@ -194,7 +194,7 @@ impl VariableSelection {
     }
 
     /// Adds the parameters' gradients; returns the one by x.
-    pub fn backward(&self, pass: SelectionPass, gradient: &[f32], layout: &Layout, sums: &mut [f32]) -> Vec<f32> {
+    pub fn backward(&self, pass: SelectionPass, gradient: &[f32], sums: &mut [f32]) -> Vec<f32> {
         let SelectionSizes { variables, embedding: e, width: c } = self.sizes;
         let SelectionPass { x, weights, all, single } = pass;
         let (numbers, rows) = (variables * e, x.len() / variables);
@@ -215,7 +215,7 @@ impl VariableSelection {
                     }
                 },
             );
-            let by = self.single[v].backward(pass, &values, layout, sums);
+            let by = self.single[v].backward(pass, &values, sums);
             for (all, by) in by_embedded.chunks_exact_mut(numbers).zip(by.chunks_exact(e)) {
                 all[v * e..(v + 1) * e].copy_from_slice(by);
             }
@@ -224,7 +224,7 @@ impl VariableSelection {
             let along: f32 = by.iter().zip(weights).map(|(by, w)| by * w).sum();
             by.iter_mut().zip(weights).for_each(|(by, w)| *by = w * (*by - along));
         }
-        crate::rows::add(&mut by_embedded, &self.all.backward(all, &by_weights, layout, sums));
+        crate::rows::add(&mut by_embedded, &self.all.backward(all, &by_weights, sums));
         let (by_weight, by_bias) = sums[self.embedding.clone()].split_at_mut(numbers);
         let mut by_x = vec![0.0; x.len()];
         vectorize(

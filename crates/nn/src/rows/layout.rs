@@ -60,6 +60,12 @@ impl Layout {
         Self { entries, ranges, total }
     }
 
+    /// Returns the layout of parameters of these names and shapes, all zero at first.
+    pub fn of_shapes(named: Vec<(String, Vec<usize>)>) -> Self {
+        let init = Init::Constant(0.0);
+        Self::new(named.into_iter().map(|(name, shape)| Entry { name, shape, init }).collect())
+    }
+
     /// Returns the number of parameters.
     pub fn len(&self) -> usize {
         self.total
@@ -78,6 +84,14 @@ impl Layout {
     /// Returns the place of a parameter; an empty one for a name that there is not.
     pub fn range(&self, name: &str) -> Range<usize> {
         self.ranges.get(name).cloned().unwrap_or(0..0)
+    }
+
+    /// Returns the place of all parameters whose names begin with a prefix; they are neighbours.
+    pub fn range_under(&self, prefix: &str) -> Range<usize> {
+        let mut places =
+            self.entries.iter().filter(|entry| entry.name.starts_with(prefix)).map(|e| self.range(&e.name));
+        let first = places.next().unwrap_or(0..0);
+        first.start..places.next_back().map_or(first.end, |last| last.end)
     }
 
     /// Returns initial values, each parameter from the stream `(seed, purpose.NAME, 0, 0)`.
@@ -111,11 +125,22 @@ impl Layout {
     /// Returns the values saved as `prefix.NAME`.
     ///
     /// # Errors
-    /// A parameter is missing or has another shape.
+    /// Every missing parameter at once; an entry under `prefix` that the layout does not have; a parameter of another shape.
     pub fn load_from(&self, checkpoint: &Checkpoint, prefix: &str) -> Result<Vec<f32>, CheckpointError> {
+        let wanted: Vec<String> = self.entries.iter().map(|entry| format!("{prefix}.{}", entry.name)).collect();
+        let missing: Vec<String> = wanted.iter().filter(|name| !checkpoint.contains(name)).cloned().collect();
+        if !missing.is_empty() {
+            return Err(CheckpointError::Missing { path: checkpoint.origin().to_owned(), names: missing });
+        }
+        let under = format!("{prefix}.");
+        let known = |name: &&String| !name.starts_with(&under) || wanted.contains(name);
+        let unexpected: Vec<String> = checkpoint.entries().keys().filter(|name| !known(name)).cloned().collect();
+        if !unexpected.is_empty() {
+            return Err(CheckpointError::Unexpected { path: checkpoint.origin().to_owned(), names: unexpected });
+        }
         let mut out = Vec::with_capacity(self.total);
-        for entry in &self.entries {
-            out.extend(checkpoint.f32s(&format!("{prefix}.{}", entry.name), &entry.shape)?);
+        for (entry, name) in self.entries.iter().zip(&wanted) {
+            out.extend(checkpoint.f32s(name, &entry.shape)?);
         }
         Ok(out)
     }

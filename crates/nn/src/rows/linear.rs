@@ -1,5 +1,7 @@
 //! Linear maps of rows, and their gradients, inside of one thread.
 
+use std::ops::Range;
+
 use lifelike_simd::vectorize;
 
 use super::layout::Layout;
@@ -131,23 +133,38 @@ pub fn add(to: &mut [f32], what: &[f32]) {
     );
 }
 
-/// A linear map by the name of its parameters, `NAME.weight` and `NAME.bias`.
+/// A linear map x · weight + bias, packed once for many passes, that knows where its parameters stand.
 #[derive(Debug, Clone)]
 pub struct Linear {
-    name: String,
     shape: [usize; 2],
     weight: PackedWeight,
     /// The weight as it stands in the row of parameters.
     plain: Vec<f32>,
+    /// Empty where the map has none.
     bias: Vec<f32>,
+    /// Places of weight and bias in rows of parameters and gradients.
+    places: [Range<usize>; 2],
 }
 
 impl Linear {
-    /// Packs the map `[inputs, outputs]` whose parameters stand as the layout says ([`Entry::linear`](super::Entry::linear)).
+    /// Packs the map `[inputs, outputs]` of the parameters `NAME.weight` and `NAME.bias` ([`Entry::linear`](super::Entry::linear)).
     pub fn new(name: &str, shape: [usize; 2], layout: &Layout, values: &[f32]) -> Self {
-        let plain = values[layout.range(&format!("{name}.weight"))].to_vec();
-        let weight = PackedWeight::new(&plain, shape);
-        Self { name: name.into(), shape, weight, plain, bias: values[layout.range(&format!("{name}.bias"))].to_vec() }
+        Self::of([layout.range(&format!("{name}.weight")), layout.range(&format!("{name}.bias"))], shape, values)
+    }
+
+    /// Packs a map without bias, whose weight is the parameter of this name.
+    pub fn without_bias(weight: &str, shape: [usize; 2], layout: &Layout, values: &[f32]) -> Self {
+        Self::of([layout.range(weight), 0..0], shape, values)
+    }
+
+    fn of(places: [Range<usize>; 2], shape: [usize; 2], values: &[f32]) -> Self {
+        let [plain, bias] = places.clone().map(|place| values[place].to_vec());
+        Self { shape, weight: PackedWeight::new(&plain, shape), plain, bias, places }
+    }
+
+    /// Returns the numbers of a row that comes out.
+    pub fn outputs(&self) -> usize {
+        self.shape[1]
     }
 
     /// Returns x · weight + bias, `[rows, outputs]`.
@@ -182,15 +199,18 @@ impl Linear {
         self.weight.by_input(gradient)
     }
 
-    /// Adds the gradients of the parameters.
-    pub fn learn(&self, x: &[f32], gradient: &[f32], layout: &Layout, sums: &mut [f32]) {
-        weight_gradient(x, gradient, self.shape, &mut sums[layout.range(&format!("{}.weight", self.name))]);
-        bias_gradient(gradient, &mut sums[layout.range(&format!("{}.bias", self.name))]);
+    /// Adds the gradients of the parameters to a row of gradients.
+    pub fn learn(&self, x: &[f32], gradient: &[f32], sums: &mut [f32]) {
+        let [weight, bias] = &self.places;
+        weight_gradient(x, gradient, self.shape, &mut sums[weight.clone()]);
+        if !bias.is_empty() {
+            bias_gradient(gradient, &mut sums[bias.clone()]);
+        }
     }
 
     /// Adds the gradients of the parameters; returns the gradient by x.
-    pub fn backward(&self, x: &[f32], gradient: &[f32], layout: &Layout, sums: &mut [f32]) -> Vec<f32> {
-        self.learn(x, gradient, layout, sums);
+    pub fn backward(&self, x: &[f32], gradient: &[f32], sums: &mut [f32]) -> Vec<f32> {
+        self.learn(x, gradient, sums);
         self.by_input(gradient)
     }
 }

@@ -1,6 +1,5 @@
 //! Either kind of spline on u in `[0, 1]`, sampled and evaluated.
 
-use burn::tensor::{Device, Tensor, TensorData};
 use serde::{Deserialize, Serialize};
 
 use super::bezier::CubicBezier;
@@ -58,45 +57,65 @@ impl Spline {
         Ok(out)
     }
 
-    /// As [`Self::weights`], rounded once, as a tensor `[positions, control points]`.
-    ///
-    /// # Errors
-    /// A position outside of `[0, 1]`.
-    pub fn matrix(&self, positions: &[f64], derivative: usize, device: &Device) -> Result<Tensor<2>, SplineError> {
-        let values: Vec<f32> = self.weights(positions, derivative)?.into_iter().map(|w| w as f32).collect();
-        Ok(Tensor::from_data(TensorData::new(values, [positions.len(), self.control_points()]), device))
-    }
-
     /// Returns the curve at `samples` positions, evenly from its beginning to its end (thesis Algorithm 3).
     ///
     /// # Shapes
     /// `[B, control points, d]` to `[B, samples, d]`.
     ///
     /// # Errors
-    /// Another number of control points.
-    pub fn evaluate(&self, control_points: Tensor<3>, samples: usize) -> Result<Tensor<3>, SplineError> {
-        self.evaluate_at(control_points, &uniform(samples), 0)
+    /// Numbers that are not those of whole curves.
+    pub fn evaluate(&self, control_points: &[f32], d: usize, samples: usize) -> Result<Vec<f32>, SplineError> {
+        self.evaluate_at(control_points, d, &uniform(samples), 0)
     }
 
-    /// Returns the curve, or its `derivative`-th derivative by u, anywhere: one batched matrix product.
+    /// Returns the curve, or its `derivative`-th derivative by u, anywhere.
     ///
     /// # Shapes
     /// `[B, control points, d]` to `[B, positions, d]`.
     ///
     /// # Errors
-    /// Another number of control points, or a position outside of `[0, 1]`.
+    /// Numbers that are not those of whole curves, or a position outside of `[0, 1]`.
     pub fn evaluate_at(
         &self,
-        control_points: Tensor<3>,
+        control_points: &[f32],
+        d: usize,
         positions: &[f64],
         derivative: usize,
-    ) -> Result<Tensor<3>, SplineError> {
-        let got = control_points.dims()[1];
-        if got != self.control_points() {
-            return Err(SplineError::WrongControlPoints { expected: self.control_points(), got });
+    ) -> Result<Vec<f32>, SplineError> {
+        let expected = self.control_points();
+        if d == 0 || !control_points.len().is_multiple_of(expected * d) {
+            return Err(SplineError::WrongControlPoints { expected, got: control_points.len() / d.max(1) });
         }
-        let matrix = self.matrix(positions, derivative, &control_points.device())?;
-        Ok(matrix.unsqueeze::<3>().matmul(control_points))
+        let weights = self.weights(positions, derivative)?;
+        let mut out = vec![0.0; control_points.len() / expected * positions.len()];
+        for (out, points) in out.chunks_mut((positions.len() * d).max(1)).zip(control_points.chunks(expected * d)) {
+            for (out, weights) in out.chunks_exact_mut(d).zip(weights.chunks_exact(expected)) {
+                for (weight, point) in weights.iter().zip(points.chunks_exact(d)) {
+                    out.iter_mut().zip(point).for_each(|(out, x)| *out += *weight as f32 * x);
+                }
+            }
+        }
+        Ok(out)
+    }
+
+    /// Returns the gradient by the control points, from that by what [`Self::evaluate_at`] returned of them.
+    ///
+    /// # Shapes
+    /// `[B, positions, d]` to `[B, control points, d]`.
+    ///
+    /// # Errors
+    /// A position outside of `[0, 1]`.
+    pub fn by_control_points(&self, gradient: &[f32], d: usize, positions: &[f64]) -> Result<Vec<f32>, SplineError> {
+        let (count, weights) = (self.control_points(), self.weights(positions, 0)?);
+        let mut out = vec![0.0; gradient.len() / positions.len().max(1) * count];
+        for (out, gradient) in out.chunks_mut(count * d).zip(gradient.chunks((positions.len() * d).max(1))) {
+            for (gradient, weights) in gradient.chunks_exact(d).zip(weights.chunks_exact(count)) {
+                for (weight, out) in weights.iter().zip(out.chunks_exact_mut(d)) {
+                    out.iter_mut().zip(gradient).for_each(|(out, x)| *out += *weight as f32 * x);
+                }
+            }
+        }
+        Ok(out)
     }
 }
 

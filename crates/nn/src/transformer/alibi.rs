@@ -1,7 +1,5 @@
 //! Attention with linear biases (ALiBi, Press et al. 2022): each head prefers what is near, and each to another degree.
 
-use burn::tensor::{Device, Tensor, TensorData};
-
 /// Returns the slope of each head, as the paper's authors publish it (`get_slopes` of their code): for a power of two the
 /// geometric series 2^(−8/h), 2^(−16/h), .., 2^(−8). For other counts the series of the power of two below, then every
 /// second slope of the series of twice that power.
@@ -24,12 +22,6 @@ pub fn bias(heads: usize, positions: &[f64]) -> Vec<f32> {
         }
     }
     out
-}
-
-/// As [`bias`], as a tensor `[heads, T, T]`.
-pub fn bias_tensor(heads: usize, positions: &[f64], device: &Device) -> Tensor<3> {
-    let t = positions.len();
-    Tensor::from_data(TensorData::new(bias(heads, positions), [heads, t, t]), device)
 }
 
 #[cfg(test)]

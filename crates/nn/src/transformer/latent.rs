@@ -1,6 +1,5 @@
 //! The sequence between encoder and decoder (thesis Fig. 3.2): the one thing in which method and baselines differ.
 
-use burn::tensor::{Device, Tensor, TensorData};
 use serde::{Deserialize, Serialize};
 
 use super::sampling::Sampling;
@@ -45,31 +44,63 @@ impl LatentTokens {
         }
     }
 
+    /// Returns the decoder's tokens.
+    ///
     /// # Shapes
     /// `[B, control points, d]` to `[B, sampling, width]`.
     ///
     /// # Errors
-    /// Another number of control points.
-    pub fn tokens(&self, control_points: Tensor<3>, sampling: &Sampling) -> Result<Tensor<3>, SplineError> {
-        let [b, got, d] = control_points.dims();
-        if got != self.control_points() {
-            return Err(SplineError::WrongControlPoints { expected: self.control_points(), got });
+    /// Numbers that are not whole sequences of control points.
+    pub fn tokens(&self, control_points: &[f32], d: usize, sampling: &Sampling) -> Result<Vec<f32>, SplineError> {
+        let expected = self.control_points();
+        if d == 0 || !control_points.len().is_multiple_of(expected * d) {
+            return Err(SplineError::WrongControlPoints { expected, got: control_points.len() / d.max(1) });
         }
-        let samples = sampling.len();
-        let waves = || sinusoids(sampling.positions(), d, &control_points.device()).unsqueeze::<3>();
-        match self {
-            Self::Spline(spline) => spline.evaluate_at(control_points, &sampling.parameters(), 0),
-            Self::Alibi => Ok(waves() + control_points.expand([b, samples, d])),
-            Self::AlibiCat | Self::AlibiCatWide => Ok(Tensor::cat(
-                vec![control_points.clone().expand([b, samples, d]), waves().expand([b, samples, d])],
-                2,
-            )),
+        if let Self::Spline(spline) = self {
+            return spline.evaluate_at(control_points, d, &sampling.parameters(), 0);
         }
+        let waves = sinusoids(sampling.positions(), d);
+        let mut out = Vec::with_capacity(control_points.len() / d * waves.len() * 2);
+        for point in control_points.chunks_exact(d) {
+            for wave in waves.chunks_exact(d) {
+                match self {
+                    Self::Alibi => out.extend(point.iter().zip(wave).map(|(x, wave)| wave + x)),
+                    _ => out.extend(point.iter().chain(wave)),
+                }
+            }
+        }
+        Ok(out)
+    }
+
+    /// Returns the gradient by the control points, from that by the tokens.
+    ///
+    /// # Shapes
+    /// `[B, sampling, width]` to `[B, control points, d]`.
+    ///
+    /// # Errors
+    /// As [`Self::tokens`].
+    pub fn by_control_points(&self, gradient: &[f32], d: usize, sampling: &Sampling) -> Result<Vec<f32>, SplineError> {
+        if let Self::Spline(spline) = self {
+            return spline.by_control_points(gradient, d, &sampling.parameters());
+        }
+        let width = self.width(d);
+        let mut out = Vec::with_capacity(gradient.len() / (sampling.len() * width).max(1) * d);
+        for tokens in gradient.chunks((sampling.len() * width).max(1)) {
+            let mut sum = vec![0.0; d];
+            for token in tokens.chunks_exact(width) {
+                sum.iter_mut().zip(token).for_each(|(sum, x)| *sum += x);
+            }
+            out.extend(sum);
+        }
+        Ok(out)
     }
 }
 
 /// Vaswani et al. 2017, 3.5: number 2i of a token is sin(position / 10000^(2i/d)), number 2i + 1 its cosine.
-fn sinusoids(positions: &[f64], d: usize, device: &Device) -> Tensor<2> {
+///
+/// # Shapes
+/// `[positions, d]`.
+fn sinusoids(positions: &[f64], d: usize) -> Vec<f32> {
     let mut values = Vec::with_capacity(positions.len() * d);
     for position in positions {
         for i in 0..d {
@@ -77,5 +108,5 @@ fn sinusoids(positions: &[f64], d: usize, device: &Device) -> Tensor<2> {
             values.push(if i % 2 == 0 { angle.sin() } else { angle.cos() } as f32);
         }
     }
-    Tensor::from_data(TensorData::new(values, [positions.len(), d]), device)
+    values
 }

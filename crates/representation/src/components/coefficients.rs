@@ -1,9 +1,8 @@
 //! Windows, or sequences of another kind, to principal components and back.
 
-use burn::tensor::{Tensor, TensorData};
 use lifelike_checkpoint::Checkpoint;
-use lifelike_nn::device::{self, Device};
-use lifelike_nn::numbers::read;
+use lifelike_nn::rows::PackedWeight;
+use rayon::prelude::*;
 
 use crate::RepresentationError;
 
@@ -15,6 +14,9 @@ pub struct Components {
     directions: Vec<f32>,
     latent: usize,
 }
+
+/// Rows that a core takes at a time.
+const PART: usize = 128;
 
 /// Names in files.
 const MEAN: &str = "components.mean";
@@ -66,52 +68,39 @@ impl Components {
     /// Returns the components of rows, in standard deviations.
     ///
     /// # Shapes
-    /// `[N, size]` to `[N, k]`.
-    pub(crate) fn codes(&self, rows: Tensor<2>) -> Tensor<2> {
-        let (directions, mean) = self.tensors(&rows.device());
-        // x · row / |row|² is the component in standard deviations.
-        let squares = directions.clone().square().sum_dim(1).clamp_min(f32::MIN_POSITIVE).swap_dims(0, 1);
-        (rows - mean).matmul(directions.swap_dims(0, 1)) / squares
-    }
-
-    /// Returns the rows that components stand for.
-    ///
-    /// # Shapes
-    /// `[N, k]` to `[N, size]`.
-    pub(crate) fn rows(&self, codes: Tensor<2>) -> Tensor<2> {
-        let (directions, mean) = self.tensors(&codes.device());
-        codes.matmul(directions) + mean
-    }
-
-    /// Returns the components of rows of numbers, in standard deviations.
-    ///
-    /// # Shapes
     /// `[N, size]` to `[N, k]`, row-major.
-    ///
-    /// # Errors
-    /// Tensor data that cannot be read from the device.
-    pub fn encode(&self, rows: Vec<f32>) -> Result<Vec<f32>, RepresentationError> {
-        let shape = [rows.len() / self.mean.len(), self.mean.len()];
-        Ok(read(self.codes(Tensor::from_data(TensorData::new(rows, shape), &device::inference())))?)
+    pub fn encode(&self, rows: &[f32]) -> Vec<f32> {
+        let size = self.mean.len();
+        let mut columns = vec![0.0; self.directions.len()];
+        for (k, row) in self.directions.chunks_exact(size).enumerate() {
+            row.iter().enumerate().for_each(|(i, x)| columns[i * self.latent + k] = *x);
+        }
+        let columns = PackedWeight::new(&columns, [size, self.latent]);
+        let square = |row: &[f32]| row.iter().map(|x| x * x).sum::<f32>().max(f32::MIN_POSITIVE);
+        let squares: Vec<f32> = self.directions.chunks_exact(size).map(square).collect();
+        // x · row / |row|² is the component in standard deviations.
+        let part = |rows: &[f32]| {
+            let mut rows = rows.to_vec();
+            rows.chunks_exact_mut(size).for_each(|row| row.iter_mut().zip(&self.mean).for_each(|(x, mean)| *x -= mean));
+            let mut codes = columns.forward(&rows, &[]);
+            codes.iter_mut().zip(squares.iter().cycle()).for_each(|(code, square)| *code /= square);
+            codes
+        };
+        rows.par_chunks(PART * size).map(part).collect::<Vec<_>>().concat()
     }
 
     /// Returns the rows that components stand for.
     ///
     /// # Shapes
     /// `[N, k]` to `[N, size]`, row-major.
-    ///
-    /// # Errors
-    /// Tensor data that cannot be read from the device.
-    pub fn decode(&self, codes: &[f32]) -> Result<Vec<f32>, RepresentationError> {
-        let z = TensorData::new(codes.to_vec(), [codes.len() / self.latent, self.latent]);
-        Ok(read(self.rows(Tensor::from_data(z, &device::inference())))?)
+    pub fn decode(&self, codes: &[f32]) -> Vec<f32> {
+        let directions = PackedWeight::new(&self.directions, [self.latent, self.mean.len()]);
+        let parts = codes.par_chunks((PART * self.latent).max(1)).map(|codes| directions.forward(codes, &self.mean));
+        parts.collect::<Vec<_>>().concat()
     }
 
-    /// Directions `[k, size]` and the mean `[1, size]`.
-    fn tensors(&self, device: &Device) -> (Tensor<2>, Tensor<2>) {
-        let size = self.mean.len();
-        let rows = TensorData::new(self.directions.clone(), [self.latent, size]);
-        let mean = TensorData::new(self.mean.clone(), [1, size]);
-        (Tensor::from_data(rows, device), Tensor::from_data(mean, device))
+    /// Returns the gradient by components, from that by the rows of [`Self::decode`].
+    pub(crate) fn by_codes(&self, by_rows: &[f32]) -> Vec<f32> {
+        PackedWeight::new(&self.directions, [self.latent, self.mean.len()]).by_input(by_rows)
     }
 }

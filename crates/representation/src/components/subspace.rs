@@ -1,19 +1,20 @@
 //! Principal components by subspace iteration (Halko, Martinsson and Tropp 2011, algorithm 4.4): rows are gone through as often as there
 //! are iterations and never held all at once, so the data set may be of any size.
 
-use burn::tensor::{Tensor, TensorData};
 use lifelike_checkpoint::Checkpoint;
 use lifelike_checkpoint::rng::stream;
-use lifelike_nn::device;
-use lifelike_nn::numbers::read;
+use lifelike_nn::rows::{PackedWeight, weight_gradient};
 use nalgebra::DMatrix;
 use rand_distr::{Distribution, StandardNormal};
+use rayon::prelude::*;
 
 use super::Components;
 use crate::RepresentationError;
 
 /// Directions beside those that are wanted: with them the iteration converges by a gap that is further down the spectrum.
 const MORE: usize = 16;
+/// Rows that a core takes at a time.
+const PART: usize = 128;
 /// Rows that are held at a time.
 const READ: usize = 1024;
 /// Rows that are gone through at most, evenly spread: windows of neighbouring frames are next to equal.
@@ -93,21 +94,27 @@ impl Subspace {
     /// variance that the components hold.
     ///
     /// # Errors
-    /// Tensor data that cannot be read from the device.
+    /// Rows that cannot be made.
     pub fn iterate(&mut self, data: &impl Rows) -> Result<f64, RepresentationError> {
         let ((size, columns), rows) = (self.basis.shape(), sample(data));
-        let device = device::inference();
         // nalgebra's columns one after another are the rows of the transpose.
-        let basis: Vec<f32> = self.basis.as_slice().iter().map(|x| *x as f32).collect();
-        let basis = Tensor::<2>::from_data(TensorData::new(basis, [columns, size]), &device);
-        let mean = Tensor::<2>::from_data(TensorData::new(self.mean.clone(), [1, size]), &device);
+        let basis: Vec<f32> = self.basis.transpose().as_slice().iter().map(|x| *x as f32).collect();
+        let basis = PackedWeight::new(&basis, [size, columns]);
         let mut image = DMatrix::<f64>::zeros(size, columns);
+        let product = |rows: &[f32]| {
+            let mut rows = rows.to_vec();
+            rows.chunks_exact_mut(size).for_each(|row| row.iter_mut().zip(&self.mean).for_each(|(x, mean)| *x -= mean));
+            let codes = basis.forward(&rows, &[]);
+            let mut sums = vec![0.0; columns * size];
+            weight_gradient(&codes, &rows, [columns, size], &mut sums);
+            sums
+        };
         for part in rows.chunks(READ) {
-            let x = TensorData::new(data.gather(part)?, [part.len(), size]);
-            let x = Tensor::<2>::from_data(x, &device) - mean.clone();
-            let codes = x.clone().matmul(basis.clone().swap_dims(0, 1));
-            let sums = read(codes.swap_dims(0, 1).matmul(x))?;
-            image.as_mut_slice().iter_mut().zip(sums).for_each(|(sum, x)| *sum += f64::from(x));
+            let x = data.gather(part)?;
+            let products: Vec<Vec<f32>> = x.par_chunks(PART * size).map(product).collect();
+            for sums in products {
+                image.as_mut_slice().iter_mut().zip(sums).for_each(|(sum, x)| *sum += f64::from(x));
+            }
         }
         image /= rows.len() as f64;
         let within = self.basis.transpose() * &image;

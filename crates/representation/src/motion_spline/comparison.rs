@@ -24,7 +24,7 @@ impl WindowErrors {
     /// components as many as the spline's numbers; then the network. Nothing where no clips are tested on.
     ///
     /// # Errors
-    /// Tensor data that cannot be read from the device.
+    /// Rows that cannot be made.
     pub fn all(
         trainer: &SequenceTrainer<RecordingWindows>,
         space: &PoseSpace,

@@ -2,14 +2,9 @@
 
 use std::path::Path;
 
-use burn::module::Module;
-use burn::tensor::{Tensor, TensorData};
 use lifelike_checkpoint::Checkpoint;
 use lifelike_motion::MotionClip;
-use lifelike_nn::ModuleCheckpoint;
-use lifelike_nn::device;
-use lifelike_nn::numbers::read;
-use lifelike_nn::transformer::backprop::PassError;
+use lifelike_nn::transformer::passes::PassError;
 use lifelike_nn::transformer::{Sampling, SplineAutoencoder};
 
 use super::plan::MotionSplinePlan;
@@ -86,7 +81,7 @@ impl MotionSpline {
     /// Returns the model of a training on [`Self::data`].
     ///
     /// # Errors
-    /// Tensor data that cannot be read from the device.
+    /// Windows that cannot be made.
     pub fn new(
         plan: MotionSplinePlan,
         space: PoseSpace,
@@ -94,7 +89,7 @@ impl MotionSpline {
     ) -> Result<Self, RepresentationError> {
         // The first batch there is: windows drawn evenly from all training clips.
         let windows = trainer.data().batch(0, USUAL_OF);
-        let network = trainer.network().valid().fork(&device::inference());
+        let network = trainer.network().clone();
         let control = control_points(&network, &windows, [plan.frames, space.width()])?;
         let latent = plan.training.latent;
         let size = network.tokens().control_points() * latent;
@@ -154,7 +149,7 @@ impl MotionSpline {
         control_points: &[f32],
         sampling: &Sampling,
     ) -> Result<Vec<f64>, RepresentationError> {
-        let y = sequences(&self.network, control_points, self.latent(), sampling)?;
+        let y = sequences(&self.network, control_points, sampling)?;
         Ok(self.space.denormalized(&y))
     }
 
@@ -163,10 +158,9 @@ impl MotionSpline {
     /// # Shapes
     /// `[control points, latent]` to `[samples, latent]`.
     pub(super) fn curve(&self, control_points: &[f32], samples: usize) -> Result<Vec<f32>, RepresentationError> {
-        let shape = [1, self.control_points(), self.latent()];
-        let points = Tensor::from_data(TensorData::new(control_points.to_vec(), shape), &device::inference());
         let sampling = Sampling::even(self.plan.frames, samples);
-        Ok(read(self.network.tokens().tokens(points, &sampling).map_err(PassError::from)?)?)
+        let curve = self.network.tokens().tokens(control_points, self.latent(), &sampling);
+        Ok(curve.map_err(PassError::from)?)
     }
 
     /// Writes it, all at once or not at all.
@@ -182,7 +176,7 @@ impl MotionSpline {
             let numbers = rows.iter().flatten().copied().collect();
             checkpoint.put_f32(name, &[self.control_points(), self.latent()], numbers)?;
         }
-        checkpoint.put_module("network", &self.network)?;
+        self.network.parameters().save_into(&mut checkpoint, "network")?;
         Ok(checkpoint.save(path)?)
     }
 
@@ -200,8 +194,9 @@ impl MotionSpline {
         let plan: MotionSplinePlan = checkpoint.meta("plan")?;
         plan.check()?;
         let space = PoseSpace::load_from(&checkpoint)?;
-        let network = plan.training.network(space.width()).init(0, "loaded", &device::inference())?;
-        let network = checkpoint.load_module("network", network)?;
+        let network = plan.training.network(space.width()).init(0, "loaded")?;
+        let parameters = network.parameters().load_from(&checkpoint, "network")?;
+        let network = network.with_parameters(parameters);
         let (points, latent) = (network.tokens().control_points(), plan.training.latent);
         let rows = |name: &str| -> Result<Vec<Vec<f32>>, RepresentationError> {
             Ok(checkpoint.f32s(name, &[points, latent])?.chunks_exact(latent).map(<[f32]>::to_vec).collect())

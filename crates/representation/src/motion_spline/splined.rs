@@ -271,7 +271,7 @@ impl SplinedClip {
     /// Returns the reconstruction errors of the clip from its control points alone, at its own rate.
     ///
     /// # Errors
-    /// Tensor data that cannot be read from the device.
+    /// Rows that cannot be made.
     pub fn errors(&self, model: &MotionSpline) -> Result<ClipErrors, RepresentationError> {
         let made = self.made(model, &Playing { fps: self.clip.fps, speed: 1.0, detail: false })?;
         let width = made.width();

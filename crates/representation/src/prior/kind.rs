@@ -4,7 +4,6 @@ use std::fmt::Debug;
 
 use lifelike_checkpoint::Checkpoint;
 use lifelike_motion::FeatureLayout;
-use lifelike_nn::device::Device;
 use lifelike_train::TrainingTask;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -28,11 +27,11 @@ pub trait PriorKind: Clone + Debug + Sized {
     /// Its training.
     type Trainer: PriorTraining;
 
-    /// Begins a training with its networks on a device.
+    /// Begins a training.
     ///
     /// # Errors
     /// A plan out of range, no training frames, or a clip that does not fit the layout.
-    fn trainer(plan: &Self::Plan, data: PriorData, device: &Device) -> Result<Self::Trainer, RepresentationError>;
+    fn trainer(plan: &Self::Plan, data: PriorData) -> Result<Self::Trainer, RepresentationError>;
 
     /// Encodes normalised windows.
     ///
@@ -40,7 +39,7 @@ pub trait PriorKind: Clone + Debug + Sized {
     /// `[N, samples, features]` to `[N, d_z]`, row-major.
     ///
     /// # Errors
-    /// Tensor data that cannot be read from the device.
+    /// Numbers that are not whole windows.
     fn encode(&self, windows: Vec<f32>, shape: [usize; 2]) -> Result<Vec<f32>, RepresentationError>;
 
     /// Decodes codes to normalised windows.
@@ -49,7 +48,7 @@ pub trait PriorKind: Clone + Debug + Sized {
     /// `[N, d_z]` to `[N, samples, features]`, row-major.
     ///
     /// # Errors
-    /// Tensor data that cannot be read from the device.
+    /// Numbers that are not whole codes.
     fn decode(&self, codes: &[f32], samples: usize) -> Result<Vec<f32>, RepresentationError>;
 
     /// Puts its arrays into a prior's file.
@@ -87,7 +86,7 @@ pub trait PriorTraining: TrainingTask<Error = RepresentationError> {
     /// Returns the prior as it stands.
     ///
     /// # Errors
-    /// Tensor data that cannot be read from the device.
+    /// Windows that cannot be made.
     fn prior(&self) -> Result<MotionPrior, RepresentationError>;
 
     /// Returns the windows to report errors on: those of the held-out clips, or of the training clips where none were held out.

@@ -2,7 +2,6 @@
 //! one line there.
 
 use lifelike_checkpoint::Checkpoint;
-use lifelike_nn::device::Device;
 use serde::Serialize;
 use serde::de::MapAccess;
 use serde::ser::SerializeStruct;
@@ -66,18 +65,17 @@ macro_rules! kinds {
                 }
             }
 
-            /// Begins a training with its networks on a device, and hands it to `with`.
+            /// Begins a training and hands it to `with`.
             ///
             /// # Errors
             /// A plan out of range, no training frames, or a clip that does not fit the layout.
             pub fn train<W: WithTrainer>(
                 &self,
                 data: PriorData,
-                device: &Device,
                 with: W,
             ) -> Result<W::Output, RepresentationError> {
                 match self {
-                    $(Self::$variant(plan) => Ok(with.run(<$kind as PriorKind>::trainer(plan, data, device)?)),)+
+                    $(Self::$variant(plan) => Ok(with.run(<$kind as PriorKind>::trainer(plan, data)?)),)+
                 }
             }
 

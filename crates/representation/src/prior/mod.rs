@@ -11,6 +11,7 @@
 mod dataset;
 mod kind;
 mod kinds;
+mod loss;
 mod motion_prior;
 pub mod pca;
 mod reconstruction;

@@ -1,9 +1,6 @@
 //! A trained network's passes, outside of training: numbers in, numbers out.
 
-use burn::tensor::{Tensor, TensorData};
-use lifelike_nn::device;
-use lifelike_nn::numbers::read;
-use lifelike_nn::transformer::backprop::PassError;
+use lifelike_nn::transformer::passes::PassError;
 use lifelike_nn::transformer::{Sampling, SplineAutoencoder};
 use rayon::prelude::*;
 
@@ -12,7 +9,7 @@ use crate::RepresentationError;
 /// Sequences per pass: attention holds all pairs of tokens of all of them.
 const CHUNK: usize = 32;
 
-/// Returns control points of sequences. A core for each part of them: the products within a part are too small to share.
+/// Returns control points of sequences. A core for each part of them.
 ///
 /// # Shapes
 /// `[N, tokens, width]`, in the network's numbers, to `[N, control points, d]`.
@@ -21,13 +18,9 @@ pub(crate) fn control_points(
     rows: &[f32],
     [tokens, width]: [usize; 2],
 ) -> Result<Vec<f32>, RepresentationError> {
-    let parts: Vec<_> = rows.chunks(CHUNK * tokens * width).map(|part| (network.clone(), part)).collect();
-    let points = parts.into_par_iter().map(|(network, part)| {
-        let shape = [part.len() / (tokens * width), tokens, width];
-        let x = Tensor::<3>::from_data(TensorData::new(part.to_vec(), shape), &device::inference());
-        read(network.encode(x))
-    });
-    Ok(points.collect::<Result<Vec<_>, _>>()?.concat())
+    let weights = network.weights();
+    let points = rows.par_chunks(CHUNK * tokens * width).map(|part| weights.encode(part, tokens));
+    Ok(points.collect::<Result<Vec<_>, PassError>>()?.concat())
 }
 
 /// Sequences of control points of `latent` numbers each.
@@ -37,15 +30,10 @@ pub(crate) fn control_points(
 pub(crate) fn sequences(
     network: &SplineAutoencoder,
     points: &[f32],
-    latent: usize,
     sampling: &Sampling,
 ) -> Result<Vec<f32>, RepresentationError> {
-    let count = network.tokens().control_points();
-    let mut out = Vec::new();
-    for part in points.chunks(CHUNK * count * latent) {
-        let shape = [part.len() / (count * latent), count, latent];
-        let part = Tensor::<3>::from_data(TensorData::new(part.to_vec(), shape), &device::inference());
-        out.extend(read(network.decode(part, sampling).map_err(PassError::from)?)?);
-    }
-    Ok(out)
+    let (weights, config) = (network.weights(), network.config());
+    let unit = config.tokens.control_points() * config.latent;
+    let parts = points.par_chunks(CHUNK * unit).map(|part| weights.decode(part, sampling));
+    Ok(parts.collect::<Result<Vec<_>, PassError>>()?.concat())
 }

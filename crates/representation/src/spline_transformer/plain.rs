@@ -44,7 +44,7 @@ impl Plain {
     /// numbers as asked for, and, where a frame has more than `latent` channels, a cubic for each of `latent` components of a frame.
     ///
     /// # Errors
-    /// Tensor data that cannot be read from the device.
+    /// Rows that cannot be made.
     pub fn all(data: &impl Sequences, latent: usize, counts: &[usize]) -> Result<Vec<Self>, RepresentationError> {
         let (tokens, width) = (data.tokens(), data.width());
         let sample = Sample::of(data);
@@ -70,13 +70,13 @@ impl Plain {
     /// `[B, tokens, width]` to the same, row-major.
     ///
     /// # Errors
-    /// Tensor data that cannot be read from the device.
+    /// Rows that cannot be made.
     pub fn reconstruct(&self, x: &[f32]) -> Result<Vec<f32>, RepresentationError> {
         match &self.kind {
             Kind::Mean(mean) => Ok(mean.iter().copied().cycle().take(x.len()).collect()),
             Kind::Cubic(values) => Ok(self.cubics(values, x)),
-            Kind::Components(components) => components.decode(&components.encode(x.to_vec())?),
-            Kind::ComponentCubics(values, frames) => frames.decode(&self.cubics(values, &frames.encode(x.to_vec())?)),
+            Kind::Components(components) => Ok(components.decode(&components.encode(x))),
+            Kind::ComponentCubics(values, frames) => Ok(frames.decode(&self.cubics(values, &frames.encode(x)))),
         }
     }
 

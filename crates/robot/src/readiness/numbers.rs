@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use lifelike_character::{Character, JointKind, Kinematics};
+use lifelike_character::{Character, Joint, JointKind, Kinematics};
 
 use super::{Readiness, Severity};
 use crate::guess;
@@ -12,6 +12,8 @@ use crate::guess;
 const DENSITY: std::ops::Range<f64> = 0.05..20_000.0;
 /// Angles that no limited joint of a robot has (rad), from two turns up; what is beyond means no limit.
 const DEGREES: std::ops::Range<f64> = 4.0 * PI..1000.0;
+/// Speed from which a limit is none of a joint behind its gear (rad/s); small servos reach 15, legs of robots 40.
+const DEGREES_PER_SECOND: f64 = 150.0;
 /// Range below which a joint hardly moves (rad).
 const MIN_RANGE: f64 = 0.12;
 /// Share of gravity that must point down.
@@ -22,6 +24,20 @@ pub(super) fn check(character: &Character, readiness: &mut Readiness) {
     units(character, readiness);
     gravity(character, readiness);
     ranges(character, readiness);
+    speeds(character, readiness);
+}
+
+/// Compares speed limits with what degrees per second give.
+fn speeds(character: &Character, readiness: &mut Readiness) {
+    let is_fast = |limit: &f64| (DEGREES_PER_SECOND..1e6).contains(limit);
+    let text = |joint: &Joint| joint.velocity_limit.filter(is_fast).map(|v| format!("{} ({v} rad/s)", joint.name));
+    let fast: Vec<String> =
+        character.joints.iter().filter(|joint| joint.kind == JointKind::Hinge).filter_map(text).collect();
+    if !fast.is_empty() {
+        let problem =
+            format!("speed limits that no joint reaches, which look like degrees per second: {}", fast.join(", "));
+        readiness.add(Severity::Warning, problem, "write them in rad/s");
+    }
 }
 
 fn units(character: &Character, readiness: &mut Readiness) {

@@ -6,7 +6,6 @@ use lifelike_train::networks::{Actor, ActorSize};
 
 use super::*;
 use crate::Policy;
-use lifelike_nn::device;
 use lifelike_nn::normalizer::RunningNormalizer;
 
 /// Hidden layers of a policy; and those of its encoder with the size of the code, where it has one.
@@ -26,7 +25,7 @@ pub(super) fn trained(robot: &Robot, hidden: &[usize], encoder: Option<(&[usize]
         hidden,
         outputs: robot.joints(),
     };
-    let actor = Actor::init(size, 0.4, 5, &device::training());
+    let actor = Actor::init(size, 0.4, 5);
     let mut normalizer = RunningNormalizer::new(spec.size());
     normalizer.update(&rows(&spec, 50));
     let header = PolicyHeader {

@@ -1,10 +1,9 @@
 //! Networks of another training, to begin with. They may have seen less: numbers that are new count for nothing at first.
 
-use burn::module::Module;
 use lifelike_checkpoint::Checkpoint;
-use lifelike_nn::ModuleCheckpoint;
 use lifelike_nn::normalizer::RunningNormalizer;
-use lifelike_nn::parameters;
+use lifelike_nn::parameters::Parameters;
+use lifelike_nn::rows::Entry;
 
 use super::Learner;
 use super::average::{self, PolicyAverage};
@@ -63,39 +62,41 @@ impl Learner {
         inputs: Option<Inputs<'_>>,
     ) -> Result<bool, TrainError> {
         let (policy, value) = inputs.map(|inputs| (inputs.policy, inputs.value)).unzip();
-        self.actor = load(checkpoint, &names.actor, FIRST_OF_POLICY, self.actor.clone(), policy)?;
+        *self.actor.parameters_mut() =
+            load(checkpoint, &names.actor, FIRST_OF_POLICY, self.actor.parameters(), policy)?;
         self.average = PolicyAverage::new(&self.actor);
         self.actor_normalizer = normalizer(checkpoint, &names.actor_normalizer, &self.actor_normalizer, policy)?;
         let has = checkpoint.contains(&format!("{}.mean", names.critic_normalizer));
-        if !has || !alike(checkpoint, &names.critic, FIRST_OF_VALUE, &self.critic) {
+        if !has || !alike(checkpoint, &names.critic, FIRST_OF_VALUE, self.critic.parameters()) {
             return Ok(false);
         }
-        self.critic = load(checkpoint, &names.critic, FIRST_OF_VALUE, self.critic.clone(), value)?;
+        *self.critic.parameters_mut() =
+            load(checkpoint, &names.critic, FIRST_OF_VALUE, self.critic.parameters(), value)?;
         self.critic_normalizer = normalizer(checkpoint, &names.critic_normalizer, &self.critic_normalizer, value)?;
         Ok(true)
     }
 }
 
 /// Returns true when a file has the layers of a network, whatever the first of them sees.
-fn alike<M: Module>(checkpoint: &Checkpoint, prefix: &str, first: &str, module: &M) -> bool {
-    parameters(module).iter().all(|(name, shape)| {
+fn alike(checkpoint: &Checkpoint, prefix: &str, first: &str, parameters: &Parameters) -> bool {
+    parameters.layout().entries().iter().all(|Entry { name, shape, .. }| {
         let stored = checkpoint.entry(&format!("{prefix}.{name}")).map(|entry| entry.shape().to_vec());
         stored.is_ok_and(|stored| if name == first { stored.get(1) == shape.get(1) } else { stored == *shape })
     })
 }
 
 /// Returns a network with the parameters of a file, the rows of its first weights where `places` says.
-fn load<M: Module>(
+fn load(
     checkpoint: &Checkpoint,
     prefix: &str,
     first: &str,
-    module: M,
+    parameters: &Parameters,
     places: Option<&[Option<usize>]>,
-) -> Result<M, TrainError> {
+) -> Result<Parameters, TrainError> {
     let first = format!("{prefix}.{first}");
     let shape = checkpoint.entry(&first)?.shape().to_vec();
     let (&[rows, columns], Some(places)) = (shape.as_slice(), places) else {
-        return Ok(checkpoint.load_module(prefix, module)?);
+        return Ok(parameters.load_from(checkpoint, prefix)?);
     };
     let stored = checkpoint.f32s(&first, &shape)?;
     let mut weights = Vec::with_capacity(places.len() * columns);
@@ -112,7 +113,7 @@ fn load<M: Module>(
         grown.put(name, entry.clone())?;
     }
     grown.put_f32(&first, &[places.len(), columns], weights)?;
-    Ok(grown.load_module(prefix, module)?)
+    Ok(parameters.load_from(&grown, prefix)?)
 }
 
 /// Returns the normalizer of a file; numbers that it does not have keep the scale of the `fresh` one.

@@ -3,10 +3,7 @@
 //! Steps that are large enough to learn fast end anywhere in a region of policies that are about as good; the middle of the region
 //! is better than its points (docs/results/tracking-changes.md). The training itself goes on from the last point.
 
-use burn::module::Module;
 use lifelike_checkpoint::Checkpoint;
-use lifelike_nn::ModuleCheckpoint;
-use lifelike_nn::device;
 
 use crate::TrainError;
 use crate::networks::Actor;
@@ -20,21 +17,20 @@ pub struct PolicyAverage {
 impl PolicyAverage {
     /// Begins with a policy.
     pub fn new(actor: &Actor) -> Self {
-        Self { actor: actor.clone().fork(&device::inference()), iterations: 0 }
+        Self { actor: actor.clone(), iterations: 0 }
     }
 
-    /// Returns the mean, for the CPU.
+    /// Returns the mean.
     pub fn actor(&self) -> &Actor {
         &self.actor
     }
 
     /// Takes the policy of one iteration more into the mean, which looks back over this share of all iterations: in the beginning,
     /// when every policy is better than the one before, it follows at once.
-    pub fn follow(&mut self, actor: &Actor, share: f64) -> Result<(), TrainError> {
+    pub fn follow(&mut self, actor: &Actor, share: f64) {
         self.iterations += 1;
         let weight = 1.0 / (share * self.iterations as f64).max(1.0);
-        self.actor = self.actor.clone().towards(actor, weight as f32)?;
-        Ok(())
+        self.actor.approach(actor, weight as f32);
     }
 
     /// Writes it.
@@ -42,7 +38,7 @@ impl PolicyAverage {
     /// # Errors
     /// Two entries of one name.
     pub fn save_into(&self, checkpoint: &mut Checkpoint, prefix: &str) -> Result<(), TrainError> {
-        checkpoint.put_module(prefix, &self.actor)?;
+        self.actor.parameters().save_into(checkpoint, prefix)?;
         Ok(checkpoint.put_u64(&iterations(prefix), &[1], vec![self.iterations])?)
     }
 
@@ -53,7 +49,7 @@ impl PolicyAverage {
     pub fn load(checkpoint: &Checkpoint, prefix: &str, actor: &Actor) -> Result<Self, TrainError> {
         let mut average = Self::new(actor);
         if has(checkpoint, prefix) {
-            average.actor = checkpoint.load_module(prefix, average.actor)?;
+            average.actor = actor.load_from(checkpoint, prefix)?;
             average.iterations = checkpoint.u64s(&iterations(prefix), &[1])?[0];
         }
         Ok(average)
@@ -76,7 +72,6 @@ fn iterations(prefix: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used)]
     use super::*;
     use crate::networks::ActorSize;
 
@@ -84,14 +79,13 @@ mod tests {
     fn it_follows_at_once_and_later_looks_back_over_a_share() {
         let size = ActorSize { inputs: 2, window: 0, encoder: &[], code: 0, hidden: &[], outputs: 1 };
         // Without hidden layers the outputs are linear in the parameters: their means are the mean's outputs.
-        let policies: Vec<Actor> =
-            (1..=4_u8).map(|i| Actor::init(size, f64::from(i), i.into(), &device::inference())).collect();
-        let said = |actor: &Actor| [actor.means(vec![30.0, -20.0]).unwrap()[0], actor.log_std().unwrap()[0]];
+        let policies: Vec<Actor> = (1..=4_u8).map(|i| Actor::init(size, f64::from(i), i.into())).collect();
+        let said = |actor: &Actor| [actor.means(&[30.0, -20.0])[0], actor.log_std()[0]];
         let mut average = PolicyAverage::new(&policies[3]);
         let mut expected = [0.0; 2];
         // Windows of 1, 1, 1.5, 2.
         for (policy, weight) in policies.iter().zip([1.0, 1.0, 2.0 / 3.0, 0.5]) {
-            average.follow(policy, 0.5).unwrap();
+            average.follow(policy, 0.5);
             expected.iter_mut().zip(said(policy)).for_each(|(mean, x)| *mean += weight * (x - *mean));
             for (got, expected) in said(average.actor()).iter().zip(expected) {
                 assert!((got - expected).abs() < 1e-5, "{got} {expected}");

@@ -3,20 +3,14 @@
 use lifelike_checkpoint::rng::stream;
 use lifelike_dense::Channel;
 use lifelike_nn::adam::Adam;
-use lifelike_nn::device;
-use lifelike_nn::numbers::read;
 use rand::seq::SliceRandom;
 
 use super::config::PpoSpec;
 use super::rollout::Rollout;
-use super::statistics::mean;
-use super::steps::{
-    LearningPolicy, LearningValue, PolicyInKernels, PolicyInTensors, ValueInKernels, ValueInTensors, gather,
-};
-use crate::TrainError;
+use super::steps::{LearningPolicy, LearningValue, gather};
 use crate::collective::Collective;
 use crate::gaussian::divergence;
-use crate::networks::{Actor, Critic, column, rows};
+use crate::networks::{Actor, Critic};
 
 /// Rows on which the KL divergence is measured after each epoch. Where rows spread by as much as their mean, the mean of 768
 /// has a standard error of 4%; the learning rate is changed where it is off by half.
@@ -44,53 +38,17 @@ pub struct PolicyReport {
 }
 
 impl Job<'_> {
-    /// Returns the policy that was learned.
+    /// The epochs of the policy.
     pub fn improve_policy(
         &self,
-        actor: &Actor,
+        actor: &mut Actor,
         adam: &mut Adam,
         memory: &mut Vec<Channel>,
-        learning_rate: f64,
-        advantages: &[f32],
-    ) -> Result<(Actor, PolicyReport), TrainError> {
-        if actor.device() == device::inference() {
-            let mut policy = PolicyInKernels::new(actor, adam, memory)?;
-            let report = self.policy_epochs(&mut policy, learning_rate, advantages)?;
-            Ok((policy.finish(), report))
-        } else {
-            let mut policy = PolicyInTensors { actor: actor.clone(), adam };
-            let report = self.policy_epochs(&mut policy, learning_rate, advantages)?;
-            Ok((policy.actor, report))
-        }
-    }
-
-    /// Returns the value function that was learned, its mean loss, and the steps that were left out.
-    pub fn fit_value(
-        &self,
-        critic: &Critic,
-        adam: &mut Adam,
-        memory: &mut Vec<Channel>,
-        targets: &[f32],
-    ) -> Result<(Critic, f64, u64), TrainError> {
-        if critic.network().device() == device::inference() {
-            let mut value = ValueInKernels::new(critic, adam, memory)?;
-            let (loss, skipped) = self.value_epochs(&mut value, targets)?;
-            Ok((value.finish(), loss, skipped))
-        } else {
-            let mut value = ValueInTensors { critic: critic.clone(), adam };
-            let (loss, skipped) = self.value_epochs(&mut value, targets)?;
-            Ok((value.critic, loss, skipped))
-        }
-    }
-
-    /// The epochs of the policy.
-    fn policy_epochs(
-        &self,
-        policy: &mut impl LearningPolicy,
         mut learning_rate: f64,
         advantages: &[f32],
-    ) -> Result<PolicyReport, TrainError> {
+    ) -> PolicyReport {
         let spec = self.spec;
+        let mut policy = LearningPolicy::new(actor, adam, memory);
         let samples = advantages.len();
         let probe: Vec<usize> = (0..samples).step_by(samples.div_ceil(DIVERGENCE_ROWS)).collect();
         let mut report =
@@ -98,7 +56,7 @@ impl Job<'_> {
         let mut batches = 0.0;
         for epoch in 0..spec.epochs {
             for batch in self.order(epoch).chunks(spec.minibatch) {
-                let step = policy.step(self, batch, advantages, learning_rate)?;
+                let step = policy.step(self, batch, advantages, learning_rate);
                 report.objective += step.objective;
                 batches += 1.0;
                 match step.norm {
@@ -106,7 +64,7 @@ impl Job<'_> {
                     None => report.skipped += 1,
                 }
             }
-            report.divergence = self.collective.mean(self.measure(policy, &probe)?);
+            report.divergence = self.collective.mean(self.measure(&policy, &probe));
             // A teacher is right however far the policy moves: no trust region.
             if self.rollout.is_taught() {
                 continue;
@@ -124,33 +82,39 @@ impl Job<'_> {
         report.objective = self.collective.mean(report.objective / batches);
         report.gradient_norm /= batches;
         report.learning_rate = learning_rate;
-        Ok(report)
+        report
     }
 
     /// KL(old ‖ new) on some rows of the rollout.
-    fn measure(&self, policy: &impl LearningPolicy, probe: &[usize]) -> Result<f64, TrainError> {
-        let (rollout, device) = (self.rollout, device::inference());
+    fn measure(&self, policy: &LearningPolicy<'_>, probe: &[usize]) -> f64 {
+        let rollout = self.rollout;
         let (joints, width) = (rollout.log_std.len(), rollout.actor_rows.len() / rollout.len());
-        let means = rows(policy.means(gather(&rollout.actor_rows, width, probe))?, joints, &device);
-        let old_means = rows(gather(&rollout.means, joints, probe), joints, &device);
-        let old_log_std = column(rollout.log_std.clone(), &device);
-        let divergence = divergence(old_means, old_log_std, means, column(policy.log_std()?, &device));
-        Ok(mean(&read(divergence)?))
+        let means = policy.means(&gather(&rollout.actor_rows, width, probe));
+        let old_means = gather(&rollout.means, joints, probe);
+        let divergences = divergence((&old_means, &rollout.log_std), (&means, policy.log_std()));
+        divergences.iter().sum::<f64>() / divergences.len().max(1) as f64
     }
 
     /// The epochs of the value function: its mean loss, and the steps that were left out.
-    fn value_epochs(&self, value: &mut impl LearningValue, targets: &[f32]) -> Result<(f64, u64), TrainError> {
+    pub fn fit_value(
+        &self,
+        critic: &mut Critic,
+        adam: &mut Adam,
+        memory: &mut Vec<Channel>,
+        targets: &[f32],
+    ) -> (f64, u64) {
         let spec = self.spec;
+        let mut value = LearningValue::new(critic, adam, memory);
         let (mut sum, mut batches, mut skipped) = (0.0, 0.0, 0);
         for epoch in 0..spec.epochs {
             for batch in self.order(epoch).chunks(spec.minibatch) {
-                let step = value.step(self, batch, targets, spec.critic_learning_rate)?;
+                let step = value.step(self, batch, targets, spec.critic_learning_rate);
                 sum += step.objective;
                 batches += 1.0;
                 skipped += u64::from(step.norm.is_none());
             }
         }
-        Ok((self.collective.mean(sum / batches), skipped))
+        (self.collective.mean(sum / batches), skipped)
     }
 
     /// The samples of an epoch in the order in which they are taken.

@@ -59,7 +59,7 @@ impl RolloutCollector {
         iteration: u64,
     ) -> Result<(Rollout, ObservationStatistics), E::Error> {
         let n = environment.environments();
-        let (log_std, policy) = (self.actor.log_std()?, self.actor.fixed()?);
+        let (log_std, policy) = (self.actor.log_std(), self.actor.fixed());
         let std: Vec<f32> = log_std.iter().map(|l| l.exp()).collect();
         let address = |i| environment.address(i);
         let mut streams: Vec<_> = (0..n).map(|i| stream(self.seed, "action", address(i), iteration)).collect();
@@ -69,7 +69,7 @@ impl RolloutCollector {
             stepping: 0.0,
         };
         let sizes = [environment.observation_size(), environment.critic_observation_size(), std.len()];
-        let mut rollout = Rollout::with_capacity(n, self.steps, sizes, &log_std);
+        let mut rollout = Rollout::with_capacity(n, self.steps, sizes, log_std);
         let mut outcome = StepOutcome::default();
         let mut noise = vec![0.0_f32; n * std.len()];
         for _ in 0..self.steps {
@@ -78,10 +78,10 @@ impl RolloutCollector {
             let start = rollout.actor_rows.len();
             self.actor_normalizer.append_normalized(environment.observations(), &mut rollout.actor_rows);
             self.put_critic_rows(environment, &mut rollout);
-            let means = policy.means(&rollout.actor_rows[start..])?;
+            let means = policy.means(&rollout.actor_rows[start..]);
             for (stream, noise) in streams.iter_mut().zip(noise.chunks_exact_mut(std.len())) {
                 noise.iter_mut().for_each(|z| *z = StandardNormal.sample(stream));
-                rollout.log_probabilities.push(log_probability_of_noise(noise, &log_std));
+                rollout.log_probabilities.push(log_probability_of_noise(noise, log_std));
             }
             let std = std.iter().cycle();
             let actions: Vec<f32> = means.iter().zip(&noise).zip(std).map(|((m, z), s)| m + z * s).collect();

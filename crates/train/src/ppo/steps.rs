@@ -1,18 +1,14 @@
-//! One gradient step of a network, on the CPU in our own kernels and on a card in tensors.
+//! One gradient step of a network, in our own kernels.
 
-use burn::module::Module;
 use lifelike_dense::{Channel, ROWS};
-use lifelike_nn::adam::Adam;
-use lifelike_nn::backprop::{backward, forward};
-use lifelike_nn::flat::Flat;
-use lifelike_nn::gradients::Gradients;
+use lifelike_nn::adam::{Adam, Descent};
+use lifelike_nn::parameters::Parameters;
 use rayon::prelude::*;
 
 use super::improve::Job;
-use crate::TrainError;
 use crate::kernels::{ActorKernels, CriticKernels};
 use crate::losses::{Objective, imitation, squared_error, surrogate};
-use crate::networks::{Actor, Critic, column};
+use crate::networks::{Actor, Critic, LOG_STD};
 
 /// Result of a step.
 pub struct Step {
@@ -20,22 +16,6 @@ pub struct Step {
     pub objective: f64,
     /// Norm of the gradient; `None` when it was not finite and nothing was changed.
     pub norm: Option<f64>,
-}
-
-/// A policy that learns.
-pub trait LearningPolicy {
-    /// Takes a gradient step on the objective of these samples.
-    fn step(&mut self, job: &Job<'_>, batch: &[usize], advantages: &[f32], rate: f64) -> Result<Step, TrainError>;
-    /// Means of observations, as it is now.
-    fn means(&self, observations: Vec<f32>) -> Result<Vec<f32>, TrainError>;
-    /// Logarithms of the standard deviations, as it is now.
-    fn log_std(&self) -> Result<Vec<f32>, TrainError>;
-}
-
-/// A value function that learns.
-pub trait LearningValue {
-    /// Takes a gradient step on the squared error of these samples.
-    fn step(&mut self, job: &Job<'_>, batch: &[usize], targets: &[f32], rate: f64) -> Result<Step, TrainError>;
 }
 
 /// The objective of some samples of a minibatch of `batch`, with these means: the teacher's where there is one, else the clipped
@@ -63,35 +43,27 @@ fn objective(
     )
 }
 
-/// A policy in the kernels. A minibatch is learned from in panels of rows on all threads; what comes out does not depend on how
-/// many there are.
-pub struct PolicyInKernels<'a> {
-    actor: &'a Actor,
+/// A policy that learns. A minibatch is learned from in panels of rows on all threads; the result does not depend on how many there
+/// are.
+pub struct LearningPolicy<'a> {
+    actor: &'a mut Actor,
     adam: &'a mut Adam,
-    flat: Flat,
     kernels: ActorKernels,
+    gradient: Vec<f32>,
     memory: &'a mut Vec<Channel>,
 }
 
-impl<'a> PolicyInKernels<'a> {
-    /// Takes the numbers out of the network and its optimizer, and memory for passes of the same network.
-    pub fn new(actor: &'a Actor, adam: &'a mut Adam, memory: &'a mut Vec<Channel>) -> Result<Self, TrainError> {
-        let flat = Flat::of(actor, adam)?;
-        let kernels = actor.kernels(&flat);
-        Ok(Self { actor, adam, flat, kernels, memory })
+impl<'a> LearningPolicy<'a> {
+    /// Packs the network, with memory for its passes.
+    pub fn new(actor: &'a mut Actor, adam: &'a mut Adam, memory: &'a mut Vec<Channel>) -> Self {
+        let (kernels, gradient) = (actor.kernels(), vec![0.0; actor.parameters().len()]);
+        Self { actor, adam, kernels, gradient, memory }
     }
 
-    /// Returns the network that was learned; its optimizer has what goes with it.
-    pub fn finish(self) -> Actor {
-        self.flat.into_module(self.actor.clone(), self.adam)
-    }
-}
-
-impl LearningPolicy for PolicyInKernels<'_> {
-    fn step(&mut self, job: &Job<'_>, batch: &[usize], advantages: &[f32], rate: f64) -> Result<Step, TrainError> {
+    /// Takes a gradient step on the objective of these samples.
+    pub fn step(&mut self, job: &Job<'_>, batch: &[usize], advantages: &[f32], rate: f64) -> Step {
         let width = job.rollout.actor_rows.len() / job.rollout.len();
-        let log_std = self.log_std()?;
-        let kernels = &self.kernels;
+        let (kernels, log_std) = (&self.kernels, self.actor.log_std());
         let (panels, channels) = panels(self.memory, batch.len(), kernels.channels());
         let parts: Vec<Objective> = panels
             .par_chunks_mut(channels)
@@ -100,60 +72,56 @@ impl LearningPolicy for PolicyInKernels<'_> {
             .map(|(panel, samples)| {
                 let rows = samples.iter().map(|i| &job.rollout.actor_rows[i * width..(i + 1) * width]);
                 let means = kernels.forward(panel, rows);
-                let part = objective(job, &means, &log_std, samples, advantages, batch.len());
+                let part = objective(job, &means, log_std, samples, advantages, batch.len());
                 kernels.backward(panel, &part.by_mean);
                 part
             })
             .collect();
-        kernels.gradient(panels, &mut self.flat.gradient);
-        let range = self.flat.range("log_std");
+        kernels.gradient(panels, &mut self.gradient);
+        let range = self.actor.parameters().range(LOG_STD);
         // The entropy of a Gaussian grows by one with each log standard deviation.
-        let by_log_std = &mut self.flat.gradient[range.clone()];
+        let by_log_std = &mut self.gradient[range];
         by_log_std.fill(-job.spec.entropy as f32);
         for part in &parts {
             by_log_std.iter_mut().zip(&part.by_log_std).for_each(|(sum, x)| *sum += x);
         }
-        let norm = descend(job, &mut self.flat, self.adam, rate);
+        let parameters = self.actor.parameters_mut();
+        let norm = descend(job, parameters, &mut self.gradient, self.adam, rate);
         let [low, high] = job.spec.std_bounds.map(|std| std.ln() as f32);
-        self.flat.values_mut()[range].iter_mut().for_each(|log_std| *log_std = log_std.clamp(low, high));
-        self.kernels.set(self.flat.values());
-        Ok(Step { objective: parts.iter().map(|part| part.value).sum(), norm })
+        parameters.get_mut(LOG_STD).iter_mut().for_each(|log_std| *log_std = log_std.clamp(low, high));
+        self.kernels.set(parameters.values());
+        Step { objective: parts.iter().map(|part| part.value).sum(), norm }
     }
 
-    fn means(&self, observations: Vec<f32>) -> Result<Vec<f32>, TrainError> {
-        Ok(self.kernels.means(&observations))
+    /// Means of observations, as it is now.
+    pub fn means(&self, observations: &[f32]) -> Vec<f32> {
+        self.kernels.means(observations)
     }
 
-    fn log_std(&self) -> Result<Vec<f32>, TrainError> {
-        Ok(self.flat.values()[self.flat.range("log_std")].to_vec())
+    /// Logarithms of the standard deviations, as it is now.
+    pub fn log_std(&self) -> &[f32] {
+        self.actor.log_std()
     }
 }
 
-/// A value function in the kernels, as [`PolicyInKernels`].
-pub struct ValueInKernels<'a> {
-    critic: &'a Critic,
+/// A value function that learns, as [`LearningPolicy`].
+pub struct LearningValue<'a> {
+    critic: &'a mut Critic,
     adam: &'a mut Adam,
-    flat: Flat,
     kernels: CriticKernels,
+    gradient: Vec<f32>,
     memory: &'a mut Vec<Channel>,
 }
 
-impl<'a> ValueInKernels<'a> {
-    /// As [`PolicyInKernels::new`].
-    pub fn new(critic: &'a Critic, adam: &'a mut Adam, memory: &'a mut Vec<Channel>) -> Result<Self, TrainError> {
-        let flat = Flat::of(critic, adam)?;
-        let kernels = critic.kernels(&flat);
-        Ok(Self { critic, adam, flat, kernels, memory })
+impl<'a> LearningValue<'a> {
+    /// As [`LearningPolicy::new`].
+    pub fn new(critic: &'a mut Critic, adam: &'a mut Adam, memory: &'a mut Vec<Channel>) -> Self {
+        let (kernels, gradient) = (critic.kernels(), vec![0.0; critic.parameters().len()]);
+        Self { critic, adam, kernels, gradient, memory }
     }
 
-    /// As [`PolicyInKernels::finish`].
-    pub fn finish(self) -> Critic {
-        self.flat.into_module(self.critic.clone(), self.adam)
-    }
-}
-
-impl LearningValue for ValueInKernels<'_> {
-    fn step(&mut self, job: &Job<'_>, batch: &[usize], targets: &[f32], rate: f64) -> Result<Step, TrainError> {
+    /// Takes a gradient step on the squared error of these samples.
+    pub fn step(&mut self, job: &Job<'_>, batch: &[usize], targets: &[f32], rate: f64) -> Step {
         let width = job.rollout.critic_width();
         let kernels = &self.kernels;
         let (panels, channels) = panels(self.memory, batch.len(), kernels.channels());
@@ -169,10 +137,11 @@ impl LearningValue for ValueInKernels<'_> {
                 loss
             })
             .collect();
-        kernels.gradient(panels, &mut self.flat.gradient);
-        let norm = descend(job, &mut self.flat, self.adam, rate);
-        self.kernels.set(self.flat.values());
-        Ok(Step { objective: losses.iter().sum(), norm })
+        kernels.gradient(panels, &mut self.gradient);
+        let parameters = self.critic.parameters_mut();
+        let norm = descend(job, parameters, &mut self.gradient, self.adam, rate);
+        self.kernels.set(parameters.values());
+        Step { objective: losses.iter().sum(), norm }
     }
 }
 
@@ -186,83 +155,23 @@ fn panels(memory: &mut Vec<Channel>, rows: usize, channels: usize) -> (&mut [Cha
 }
 
 /// The step itself, with the mean gradient of all processes.
-fn descend(job: &Job<'_>, flat: &mut Flat, adam: &Adam, rate: f64) -> Option<f64> {
-    let processes = job.collective.size();
-    if processes > 1 {
-        let share = 1.0 / processes as f32;
-        job.collective.sum(&mut flat.gradient);
-        flat.gradient.iter_mut().for_each(|x| *x *= share);
-    }
-    flat.step(adam, job.spec.gradient_norm, rate)
-}
-
-/// A policy in tensors: on a card.
-pub struct PolicyInTensors<'a> {
-    pub actor: Actor,
-    pub adam: &'a mut Adam,
-}
-
-impl LearningPolicy for PolicyInTensors<'_> {
-    fn step(&mut self, job: &Job<'_>, batch: &[usize], advantages: &[f32], rate: f64) -> Result<Step, TrainError> {
-        let width = job.rollout.actor_rows.len() / job.rollout.len();
-        let (means, pass) = self.actor.forward(gather(&job.rollout.actor_rows, width, batch))?;
-        let mut part = objective(job, &means, &self.actor.log_std()?, batch, advantages, batch.len());
-        // As in the kernels.
-        part.by_log_std.iter_mut().for_each(|gradient| *gradient -= job.spec.entropy as f32);
-        let mut gradients = self.actor.backward(pass, part.by_mean)?;
-        gradients.insert("log_std".into(), column(part.by_log_std, &self.actor.device()));
-        let norm = descend_in_tensors(job, &mut self.actor, self.adam, gradients, rate)?;
-        self.actor = self.actor.clone().bounded(job.spec.std_bounds);
-        Ok(Step { objective: part.value, norm })
-    }
-
-    fn means(&self, observations: Vec<f32>) -> Result<Vec<f32>, TrainError> {
-        self.actor.means(observations)
-    }
-
-    fn log_std(&self) -> Result<Vec<f32>, TrainError> {
-        self.actor.log_std()
-    }
-}
-
-/// A value function in tensors: on a card.
-pub struct ValueInTensors<'a> {
-    pub critic: Critic,
-    pub adam: &'a mut Adam,
-}
-
-impl LearningValue for ValueInTensors<'_> {
-    fn step(&mut self, job: &Job<'_>, batch: &[usize], targets: &[f32], rate: f64) -> Result<Step, TrainError> {
-        let rows = gather(&job.rollout.critic_rows, job.rollout.critic_width(), batch);
-        let (values, pass) = forward(self.critic.network(), rows)?;
-        let (objective, gradient) = squared_error(&values, &gather(targets, 1, batch), batch.len());
-        let gradients = backward(self.critic.network(), pass, gradient, "value")?;
-        let norm = descend_in_tensors(job, &mut self.critic, self.adam, gradients, rate)?;
-        Ok(Step { objective, norm })
-    }
-}
-
-fn descend_in_tensors<M: Module>(
+fn descend(
     job: &Job<'_>,
-    module: &mut M,
+    parameters: &mut Parameters,
+    gradient: &mut [f32],
     adam: &mut Adam,
-    mut gradients: Gradients,
     rate: f64,
-) -> Result<Option<f64>, TrainError> {
+) -> Option<f64> {
     let processes = job.collective.size();
     if processes > 1 {
         let share = 1.0 / processes as f32;
-        gradients.rewrite(|values| {
-            job.collective.sum(values);
-            values.iter_mut().for_each(|x| *x *= share);
-        })?;
+        job.collective.sum(gradient);
+        gradient.iter_mut().for_each(|x| *x *= share);
     }
-    let norm = gradients.clip_norm(job.spec.gradient_norm)?;
-    if !norm.is_finite() {
-        return Ok(None);
-    }
-    *module = adam.step(module.clone(), gradients, rate);
-    Ok(Some(norm))
+    let layout = parameters.layout().clone();
+    let descent = Descent { gradient, max_norm: job.spec.gradient_norm, rate };
+    let stepped = adam.step(&layout, parameters.values_mut(), descent);
+    stepped.taken.then_some(stepped.norm)
 }
 
 /// The rows of some samples.

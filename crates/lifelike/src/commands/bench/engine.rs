@@ -102,8 +102,9 @@ struct Report {
 
 /// Runs the command.
 pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
-    if !(args.seconds.is_finite() && args.seconds > 0.0) {
-        return Err(CliError::Usage(format!("--seconds: expected a number above 0, got {}", args.seconds)));
+    if !(args.seconds > 0.0 && args.seconds <= 3600.0) {
+        let seconds = args.seconds;
+        return Err(CliError::Usage(format!("--seconds: expected a number above 0 and at most 3600, got {seconds}")));
     }
     if args.environments.contains(&0) {
         return Err(CliError::Usage("--environments: expected numbers above 0, got 0".into()));

@@ -4,15 +4,14 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Instant;
 
-use lifelike_nn::device::Processor;
 use lifelike_simd::InstructionSet;
 use lifelike_tracking::TrackerPlan;
 use lifelike_train::collective::Alone;
 use serde::Serialize;
 
 use crate::commands::machine::{Machine, peak};
+use crate::commands::physics::Physics;
 use crate::commands::train;
-use crate::commands::train::hardware::Hardware;
 use crate::error::CliError;
 use crate::output::{Output, table};
 use crate::plans;
@@ -34,7 +33,7 @@ pub struct Args {
     #[arg(long, default_value_t = 20.0)]
     seconds: f64,
     #[command(flatten)]
-    hardware: Hardware,
+    physics: Physics,
     /// Changes to the plan, by dotted path.
     #[arg(value_name = "KEY=VALUE")]
     overrides: Vec<String>,
@@ -55,13 +54,11 @@ struct Report {
     operations_learning: f64,
     /// Operations per second while learning.
     learning_rate: f64,
-    /// Device of the networks.
-    device: String,
-    /// Reference for networks on the CPU; none for a card.
-    peak: Option<Peak>,
+    /// Reference for the networks.
+    peak: Peak,
 }
 
-#[derive(Debug, Serialize)]
+#[derive(Debug, Default, Serialize)]
 struct Peak {
     /// Operations per second that one core can do.
     one_core: f64,
@@ -76,7 +73,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
         return Err(CliError::Usage(format!("--seconds: expected a number above 0, got {}", args.seconds)));
     }
     let plan: TrackerPlan = plans::load(&args.plan, &args.overrides)?;
-    let mut trainer = train::tracker::prepare(&plan, &args.hardware, Arc::new(Alone))?;
+    let mut trainer = train::tracker::prepare(&plan, &args.physics, Arc::new(Alone))?;
     let warm = Instant::now();
     while warm.elapsed().as_secs_f64() < 0.1 * args.seconds {
         trainer.iterate()?;
@@ -108,12 +105,9 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     report.operations_learning = 6.0 * (actor + critic) * plan.ppo.epochs as f64 + 2.0 * critic * valued;
     report.rate = steps / seconds;
     report.learning_rate = report.operations_learning * steps / report.learning;
-    let processor = args.hardware.networks.device;
-    report.device = processor.to_string();
-    report.peak = (processor == Processor::Cpu).then(|| {
-        let one_core = peak::operations(InstructionSet::chosen());
-        Peak { one_core, share_of_one_core: report.learning_rate / one_core, machine: Machine::this() }
-    });
+    let one_core = peak::operations(InstructionSet::chosen());
+    let share_of_one_core = report.learning_rate / one_core;
+    report.peak = Peak { one_core, share_of_one_core, machine: Machine::this() };
     report.seconds = seconds;
     for part in [&mut report.environments, &mut report.collecting, &mut report.learning] {
         *part /= seconds;
@@ -128,14 +122,11 @@ fn text(r: &Report) -> String {
         vec!["policy, noise, storing".into(), percent(r.collecting)],
         vec!["values, advantages, gradient steps".into(), percent(r.learning)],
     ];
-    let peak = r.peak.as_ref().map_or(String::new(), |p| {
-        let (Machine { cores, instruction_set, .. }, one) = (&p.machine, p.one_core * 1e-9);
-        let share = p.share_of_one_core;
-        format!(", on {cores} cores; one core's peak with {instruction_set} is {one:.1}: {share:.2} of one core")
-    });
+    let (Machine { cores, instruction_set, .. }, one) = (&r.peak.machine, r.peak.one_core * 1e-9);
+    let share = r.peak.share_of_one_core;
     format!(
         "{:.0} environment steps per second over {:.0} s ({} iterations)\n\n{}\nnetworks: {:.2} million operations a step while collecting, {:.2} while learning\n\
-         while learning {:.1} thousand million operations per second on {}{}\n",
+         while learning {:.1} thousand million operations per second, on {cores} cores; one core's peak with {instruction_set} is {one:.1}: {share:.2} of one core\n",
         r.rate,
         r.seconds,
         r.iterations,
@@ -143,7 +134,5 @@ fn text(r: &Report) -> String {
         r.operations_collecting * 1e-6,
         r.operations_learning * 1e-6,
         r.learning_rate * 1e-9,
-        r.device,
-        peak
     )
 }

@@ -4,26 +4,13 @@ pub mod engine;
 pub mod robustness;
 
 // By networks of the training framework.
-#[cfg(feature = "learning")]
 mod autoencoders;
-#[cfg(feature = "learning")]
 pub mod critic;
-#[cfg(feature = "learning")]
 pub mod generation;
-#[cfg(feature = "learning")]
 pub mod latent;
-#[cfg(feature = "learning")]
 pub mod learning;
-#[cfg(feature = "learning")]
 mod seeds;
-#[cfg(feature = "learning")]
 pub mod tracking;
-#[cfg(not(feature = "learning"))]
-use crate::commands::missing::{
-    self as control_points, self as critic, self as curves, self as generation, self as images, self as latent,
-    self as learning, self as reconstruction, self as strands, self as tracking,
-};
-#[cfg(feature = "learning")]
 pub use autoencoders::{control_points, curves, images, reconstruction, strands};
 
 use clap::Subcommand;

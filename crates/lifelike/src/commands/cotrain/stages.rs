@@ -17,7 +17,7 @@ use crate::commands::controller_file::Loaded;
 use crate::commands::eval::Job;
 use crate::commands::generated;
 use crate::commands::judge::{Judge, Sentence, evenly, motions};
-use crate::commands::train::hardware::Hardware;
+use crate::commands::physics::Physics;
 use crate::commands::train::source::Source;
 use crate::commands::{align, train};
 use crate::error::CliError;
@@ -30,7 +30,7 @@ pub struct Stages<'a> {
     /// Its folder.
     pub folder: &'a Path,
     /// Engine, threads, processor.
-    pub hardware: &'a Hardware,
+    pub physics: &'a Physics,
     /// Where to tell of progress.
     pub output: &'a Output,
     /// What is complete.
@@ -107,7 +107,7 @@ impl Stages<'_> {
         let clips = list("clips", self.plan.clips.iter().chain(&motions).map(PathBuf::as_path));
         let source = self.source(round, "tracker", plan, [clips, init]);
         train::tracker::run(
-            &train::tracker::Args { keys: false, source, hardware: self.hardware.clone() },
+            &train::tracker::Args { keys: false, source, physics: self.physics.clone() },
             &self.progress_only(),
         )
     }
@@ -125,7 +125,7 @@ impl Stages<'_> {
             keys.push(format!("environment={}", self.at(round, "tracker").join("plan.toml").display()));
         }
         let source = self.source(round, "critic", &self.plan.critic, keys);
-        let physics = self.hardware.physics.clone();
+        let physics = self.physics.clone();
         train::critic::run(&train::critic::Args { source, controller: None, physics }, &self.progress_only())
     }
 
@@ -144,7 +144,7 @@ impl Stages<'_> {
         ];
         let dataset = list("clips", [self.plan.dataset.as_path()]);
         let source = self.source(round, "aligned", &self.plan.align, keys.into_iter().chain(judge).chain([dataset]));
-        let physics = self.hardware.physics.clone();
+        let physics = self.physics.clone();
         let args = align::Args { generator: None, critic: None, policy: None, source, physics };
         align::run(&args, &self.progress_only())
     }
@@ -173,7 +173,7 @@ impl Stages<'_> {
         let made = self.generated(generator, self.plan.split, self.plan.measured, self.plan.seed)?;
         let clips: Vec<MotionClip> = made.into_iter().map(|(_, clip)| clip).collect();
         let loaded = Loaded::load(&self.policy(tracker), Some(&self.plan.robot), None)?;
-        let job = || Job { loaded: &loaded, physics: &self.hardware.physics };
+        let job = || Job { loaded: &loaded, physics: self.physics };
         let evaluation = job().run(&clips, &episodes(&clips), self.output)?;
         let judge = self.plan.judge;
         let sentences = self.sentences(judge.split, judge.sentences)?;

@@ -15,7 +15,6 @@ pub fn inspect(path: &Path, output: &Output) -> Result<(), CliError> {
     if let Some(done) = super::controller::inspect(path, &checkpoint, numbers, output) {
         return done;
     }
-    #[cfg(feature = "learning")]
     if let Some(done) = super::networks::inspect(path, &checkpoint, numbers, output) {
         return done;
     }

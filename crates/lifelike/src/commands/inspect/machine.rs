@@ -12,18 +12,17 @@ pub fn inspect(output: &Output) -> Result<(), CliError> {
     let machine = Machine::this();
     let sets: Vec<&str> = InstructionSet::available().into_iter().map(InstructionSet::name).collect();
     let (operations, cache) = (peak::operations(InstructionSet::chosen()), peak::cache_bytes(InstructionSet::chosen()));
-    let (memory, devices) = (memory(), devices());
+    let memory = memory();
     let value = json!({
         "kind": "machine", "machine": machine, "instruction_sets": sets,
         "peak_operations_per_second": operations, "cache_bytes_per_second": cache,
-        "memory_bytes": memory.map(|[free, all]| json!({ "free": free, "all": all })), "devices": devices,
+        "memory_bytes": memory.map(|[free, all]| json!({ "free": free, "all": all })),
     });
     output.result(&value, || {
         let row = |name: &str, value: String| vec![name.to_string(), value];
         let unknown = || "unknown".to_string();
         let gib = |bytes: u64| bytes as f64 / f64::from(1 << 30);
         let chosen = machine.instruction_set;
-        let networks = if devices.is_empty() { "not in this build".into() } else { devices.join(", ") };
         let rows = [
             row("processor", machine.processor.clone().unwrap_or_else(unknown)),
             row("architecture", machine.architecture.into()),
@@ -33,7 +32,6 @@ pub fn inspect(output: &Output) -> Result<(), CliError> {
             row("chosen", chosen.into()),
             row("one core, multiply-adds", format!("{:.1} Gflop/s", 1e-9 * operations)),
             row("one core, second-level cache", format!("{:.0} GB/s", 1e-9 * cache)),
-            row("networks learn on", networks),
         ];
         let other = sets.iter().copied().find(|set| *set != chosen).unwrap_or(chosen);
         format!(
@@ -42,12 +40,4 @@ pub fn inspect(output: &Output) -> Result<(), CliError> {
             table(&["this machine", ""], &rows)
         )
     })
-}
-
-/// Devices that this build can learn on.
-fn devices() -> Vec<String> {
-    #[cfg(feature = "learning")]
-    return lifelike_nn::device::Processor::built().iter().map(ToString::to_string).collect();
-    #[cfg(not(feature = "learning"))]
-    Vec::new()
 }

@@ -16,14 +16,9 @@ pub mod trim;
 pub mod warp;
 
 // By networks of the training framework.
-#[cfg(feature = "learning")]
 pub mod edit;
-#[cfg(feature = "learning")]
 pub mod interpolate;
-#[cfg(feature = "learning")]
 pub mod search;
-#[cfg(not(feature = "learning"))]
-use crate::commands::missing::{self as edit, self as interpolate, self as search};
 
 use std::path::{Path, PathBuf};
 

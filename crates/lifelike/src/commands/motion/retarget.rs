@@ -77,7 +77,7 @@ pub struct Args {
     #[arg(long)]
     pub captions: Option<PathBuf>,
     /// Clips at a time; one per processor where not given.
-    #[arg(long)]
+    #[arg(long, value_parser = crate::bounds::threads)]
     pub threads: Option<usize>,
     /// Repair what the robot could not execute, as `lifelike motion repair` does, and refuse what cannot be repaired.
     #[arg(long)]

@@ -9,7 +9,6 @@ use lifelike_robot::Robot;
 use serde_json::{Map, json};
 
 use super::driver::Driver;
-use super::hardware::Networks;
 use super::source::Source;
 use crate::error::CliError;
 use crate::next::NextCommand;
@@ -36,9 +35,6 @@ pub struct Args {
     /// Plan and folder.
     #[command(flatten)]
     pub source: Source,
-    /// Processor of the networks.
-    #[command(flatten)]
-    pub networks: Networks,
 }
 
 /// Runs the command.
@@ -53,7 +49,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let motions = data.training.len();
     let run = args.source.run_or_resume(&folder, &plan)?;
     let seed = plan.evaluator.seed;
-    let mut trainer = EvaluatorTrainer::new(plan.evaluator, spec.clone(), data)?.to_device(&args.networks.open()?);
+    let mut trainer = EvaluatorTrainer::new(plan.evaluator, spec.clone(), data)?;
     let summary =
         Driver::of(&args.source, &run, output).train(&mut trainer, |now| format!("loss {:.3}", now.metrics.loss))?;
     let Some(summary) = summary else { return Ok(()) };

@@ -6,7 +6,6 @@ pub mod critic;
 pub mod driver;
 pub mod evaluator;
 pub mod generator;
-pub mod hardware;
 mod keys;
 pub mod prior;
 pub mod processes;

@@ -11,7 +11,6 @@ use lifelike_robot::Robot;
 use serde_json::json;
 
 use super::driver::Driver;
-use super::hardware::Networks;
 use super::source::Source;
 use crate::commands::reconstruction::{self, HEAD, row};
 use crate::commands::{clips, prior_file};
@@ -46,9 +45,6 @@ pub struct Args {
     /// Plan and folder.
     #[command(flatten)]
     pub source: Source,
-    /// Processor of the networks.
-    #[command(flatten)]
-    pub networks: Networks,
 }
 
 /// Result of a training.
@@ -102,7 +98,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let run = args.source.run(&folder, &plan)?;
     let data = PriorData { layout: robot.layout.clone(), training, held_out };
     let driver = Run(Driver::of(&args.source, &run, output));
-    let Some(done) = plan.prior.train(data, &args.networks.open()?, driver)?? else { return Ok(()) };
+    let Some(done) = plan.prior.train(data, driver)?? else { return Ok(()) };
     let path = folder.join("motion.prior.safetensors");
     done.prior.save(&path)?;
     let value = json!({

@@ -10,7 +10,6 @@ use lifelike_robot::Robot;
 use serde_json::json;
 
 use super::driver::Driver;
-use super::hardware::Networks;
 use super::source::Source;
 use crate::commands::clips;
 use crate::error::CliError;
@@ -36,9 +35,6 @@ pub struct Args {
     /// Plan and folder.
     #[command(flatten)]
     pub source: Source,
-    /// Processor of the networks.
-    #[command(flatten)]
-    pub networks: Networks,
 }
 
 /// Runs the command.
@@ -58,10 +54,9 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     apart(&clips)?;
     let (data, space) = MotionSpline::data(&plan, &clips)?;
     let windows = data.training_len();
-    let device = args.networks.open()?;
     let total = plan.training.iterations;
     let run = args.source.run_or_resume(&folder, &plan)?;
-    let mut trainer = SequenceTrainer::new(plan.training.clone(), data)?.to_device(&device);
+    let mut trainer = SequenceTrainer::new(plan.training.clone(), data)?;
     let summary =
         Driver::of(&args.source, &run, output).train(&mut trainer, |now| format!("error {:.3}", now.metrics.loss))?;
     let Some(summary) = summary else { return Ok(()) };

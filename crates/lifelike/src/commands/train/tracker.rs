@@ -13,7 +13,6 @@ use lifelike_train::collective::Collective;
 use serde_json::json;
 
 use super::driver::Driver;
-use super::hardware::Hardware;
 use super::keys;
 use super::processes;
 use super::source::Source;
@@ -23,6 +22,7 @@ use crate::commands::clips;
 use crate::commands::export;
 use crate::commands::machine::memory;
 use crate::commands::physics;
+use crate::commands::physics::Physics;
 use crate::commands::prior_file::Prior;
 use crate::error::CliError;
 use crate::next::NextCommand;
@@ -43,7 +43,6 @@ Examples:
   lifelike train tracker --plan track -o runs/mine robot=MY_ROBOT.xml 'clips=[\"data/mine\"]'
   lifelike train tracker --plan my.toml -o runs/other seed=2 ppo.environments=512
   lifelike train tracker --resume -o runs/first budget.minutes=20
-  lifelike train tracker --plan track -o runs/card --device wgpu ppo.overlap=true
   lifelike train tracker --keys                 # every key of a plan: meaning, unit, default
   tensorboard --logdir runs                     # curves, while it runs
 
@@ -58,7 +57,7 @@ pub struct Args {
     pub source: Source,
     /// Engine, threads, and where networks learn.
     #[command(flatten)]
-    pub hardware: Hardware,
+    pub physics: Physics,
 }
 
 /// Runs the command.
@@ -68,7 +67,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     }
     let folder = args.source.folder()?;
     let plan: TrackerPlan = args.source.renamed(present_name).changeable(&folder)?;
-    let Some(summary) = train(&plan, &folder, &args.source, &args.hardware, output)? else { return Ok(()) };
+    let Some(summary) = train(&plan, &folder, &args.source, &args.physics, output)? else { return Ok(()) };
     report(&summary, &plan, &folder, output)?;
     if summary.interrupted {
         let next = NextCommand::new("train tracker").word("--resume").path("-o", &folder);
@@ -83,11 +82,11 @@ pub fn train(
     plan: &TrackerPlan,
     folder: &Path,
     source: &Source,
-    hardware: &Hardware,
+    physics: &Physics,
     output: &Output,
 ) -> Result<Option<Summary<TrackerMetrics>>, CliError> {
     let all = processes::all()?;
-    let done = train_distributed(plan, folder, source, hardware, output, &all);
+    let done = train_distributed(plan, folder, source, physics, output, &all);
     if let (Err(error), true) = (&done, all.size() > 1) {
         tracing::error!("process {} of {}: {error}", all.rank() + 1, all.size());
         all.abort();
@@ -99,7 +98,7 @@ fn train_distributed(
     plan: &TrackerPlan,
     folder: &Path,
     source: &Source,
-    hardware: &Hardware,
+    physics: &Physics,
     output: &Output,
     all: &Arc<dyn Collective>,
 ) -> Result<Option<Summary<TrackerMetrics>>, CliError> {
@@ -113,7 +112,7 @@ fn train_distributed(
             init.display()
         )));
     }
-    let mut trainer = prepare(plan, hardware, Arc::clone(all))?;
+    let mut trainer = prepare(plan, physics, Arc::clone(all))?;
     if !source.resume {
         let beginning;
         (trainer, beginning) = trainer.initialised()?;
@@ -126,7 +125,7 @@ fn train_distributed(
         return Err(CliError::Failed("the first process could not make the run's folder".into()));
     }
     let run = created.unwrap_or_else(|| Ok(RunFolder::open(folder)?.into()))?;
-    let look = (source.watch && first).then(|| look(plan, folder, hardware)).transpose()?;
+    let look = (source.watch && first).then(|| look(plan, folder, physics)).transpose()?;
     let driver = Driver { collective: all.as_ref(), look: look.as_ref(), ..Driver::of(source, &run, output) };
     let mut stall = Stall::default();
     let summary = driver.train(&mut trainer, |now| {
@@ -147,10 +146,10 @@ fn train_distributed(
 }
 
 /// Clips and physics by which the policy is seen at each checkpoint.
-fn look<'a>(plan: &'a TrackerPlan, folder: &Path, hardware: &'a Hardware) -> Result<Look<'a>, CliError> {
+fn look<'a>(plan: &'a TrackerPlan, folder: &Path, physics: &'a Physics) -> Result<Look<'a>, CliError> {
     let robot = Arc::new(Robot::load(&plan.robot)?);
     let clips = if plan.clips.is_empty() { clips::builtin(&robot) } else { clips::load(&plan.clips, &robot)? };
-    Ok(Look::new(Trainer::policy_path(folder), plan.prior.as_deref(), robot, clips, &hardware.physics))
+    Ok(Look::new(Trainer::policy_path(folder), plan.prior.as_deref(), robot, clips, physics))
 }
 
 /// Says what of another training this one begins with.
@@ -181,12 +180,11 @@ fn tell_scale(plan: &TrackerPlan, robot: &Robot) {
 }
 
 /// Everything that a plan names, ready to learn.
-pub fn prepare(plan: &TrackerPlan, hardware: &Hardware, all: Arc<dyn Collective>) -> Result<Trainer, CliError> {
+pub fn prepare(plan: &TrackerPlan, physics: &Physics, all: Arc<dyn Collective>) -> Result<Trainer, CliError> {
     plan.check()?;
-    physics::available(&hardware.physics.engine)?;
-    let device = hardware.networks.open()?;
+    physics::available(&physics.engine)?;
     let robot = Arc::new(Robot::load(&plan.robot)?);
-    hardware.physics.require_ready(&robot)?;
+    physics.require_ready(&robot)?;
     if let Some([_, total]) = memory() {
         require_memory(plan, &robot, total)?;
     }
@@ -204,8 +202,8 @@ pub fn prepare(plan: &TrackerPlan, hardware: &Hardware, all: Arc<dyn Collective>
     let teachers = plan.teachers.iter().map(|teacher| load_teacher(&teacher.policy, &robot));
     let teachers = teachers.collect::<Result<Vec<_>, _>>()?;
     let terrain = plan.terrain.map(|terrain| terrain.build()).transpose()?.map(Arc::new);
-    let simulation = hardware.physics.simulate(terrain, &robot, plan.ppo.environments)?;
-    let trainer = Trainer::distributed(plan, robot, Arc::new(library), simulation, all)?.to_device(&device);
+    let simulation = physics.simulate(terrain, &robot, plan.ppo.environments)?;
+    let trainer = Trainer::distributed(plan, robot, Arc::new(library), simulation, all)?;
     let trainer = match &prior {
         Some(prior) => trainer.with_prior_digest(prior.digest()),
         None => trainer,

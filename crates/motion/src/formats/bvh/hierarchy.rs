@@ -1,9 +1,12 @@
 //! The first half of a BVH file.
 
-use lifelike_character::Vec3;
+use std::collections::BTreeMap;
+
+use lifelike_character::{Role, Vec3};
 
 use crate::error::MotionError;
 use crate::formats::text::Lines;
+use crate::roles::{self, Tree};
 
 /// More joints than any skeleton of a body with fingers and a face has.
 const MOST_JOINTS: usize = 1000;
@@ -44,9 +47,12 @@ pub(super) struct Joint {
 pub(super) struct Hierarchy {
     pub joints: Vec<Joint>,
     pub ends: Vec<(usize, Vec3)>,
-    /// The joint that moves as the root: the first of the chain on top that has a branch below it, or whose child has no
-    /// position channels.
+    /// The joint that moves as the root, see [`Hierarchy::find_root`].
     pub root: usize,
+    /// The joint after the last one below the root.
+    pub end: usize,
+    /// Whether each joint is the root or carries it.
+    pub carries_root: Vec<bool>,
 }
 
 /// Owner of an open brace.
@@ -92,7 +98,7 @@ impl Hierarchy {
         if !first.eq_ignore_ascii_case("HIERARCHY") {
             return Err(lines.error("'HIERARCHY'", first));
         }
-        let mut tree = Self { joints: Vec::new(), ends: Vec::new(), root: 0 };
+        let mut tree = Self { joints: Vec::new(), ends: Vec::new(), root: 0, end: 0, carries_root: Vec::new() };
         let mut statements = Statements { lines, rest: "" };
         let mut open: Vec<Open> = Vec::new();
         let mut described: Option<Open> = None;
@@ -127,6 +133,9 @@ impl Hierarchy {
                 Some(name) => self.add(lines, None, name).map(Some),
                 None => Err(lines.error("'ROOT <name>'", statement)),
             },
+            None if is("ROOT").is_some() => {
+                Err(lines.error("one skeleton (write each into a file of its own)", statement))
+            }
             None => Err(lines.error("'MOTION'", statement)),
             Some(Open::Joint(joint)) => {
                 if let Some(name) = is("JOINT") {
@@ -177,21 +186,42 @@ impl Hierarchy {
             return Err(lines.error("CHANNELS of some joint before 'MOTION'", "none in the whole hierarchy"));
         }
         self.root = self.find_root();
+        self.end = self.end_of(self.root);
+        self.carries_root =
+            (0..self.joints.len()).map(|joint| joint <= self.root && self.root < self.end_of(joint)).collect();
         Ok(self)
     }
 
+    /// Returns the joint after the last one below a joint: a file lists a joint's descendants after it.
+    fn end_of(&self, joint: usize) -> usize {
+        let is_outside = |j: &usize| self.joints[*j].parent.is_none_or(|parent| parent < joint);
+        (joint + 1..self.joints.len()).find(is_outside).unwrap_or(self.joints.len())
+    }
+
+    /// Finds the joint that moves as the root. The first joint may be a place in the scene, with the body below it and
+    /// targets of inverse kinematics beside that.
     fn find_root(&self) -> usize {
+        let names: Vec<String> = self.joints.iter().map(|joint| joint.name.clone()).collect();
+        let parents: Vec<Option<usize>> = self.joints.iter().map(|joint| joint.parent).collect();
+        let offsets: Vec<Vec3> = self.joints.iter().map(|joint| joint.offset).collect();
+        let roles = roles::find(Tree { names: &names, parents: &parents, offsets: &offsets }, &BTreeMap::new());
+        let legs = roles.legs().into_iter().flatten().flatten();
+        let upper: Vec<usize> = roles.arms().into_iter().flatten().flatten().chain(roles.get(Role::Head)).collect();
+        let is_known = roles.legs().is_some() && !upper.is_empty();
+        let parts: Vec<usize> = legs.chain(upper).collect();
         let mut root = 0;
         loop {
-            let mut children = (root + 1..self.joints.len()).filter(|j| self.joints[*j].parent == Some(root));
-            match (children.next(), children.next()) {
-                (Some(only), None)
-                    if self.joints[only].channels.iter().any(|c| matches!(c, Channel::Position(_)))
-                        && !self.ends.iter().any(|(j, _)| *j == root) =>
-                {
-                    root = only;
-                }
-                _ => return root,
+            let children: Vec<usize> = (root + 1..names.len()).filter(|j| parents[*j] == Some(root)).collect();
+            let holds_body =
+                |child: usize| is_known && parts.iter().all(|part| (child..self.end_of(child)).contains(part));
+            let is_next = |child: &&usize| {
+                let is_only = children.len() == 1 && !self.ends.iter().any(|(j, _)| *j == root);
+                let moves = self.joints[**child].channels.iter().any(|c| matches!(c, Channel::Position(_)));
+                moves && (is_only || holds_body(**child))
+            };
+            match children.iter().find(is_next) {
+                Some(child) => root = *child,
+                None => return root,
             }
         }
     }

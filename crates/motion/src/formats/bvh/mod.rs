@@ -1,8 +1,8 @@
 //! BVH (Biovision hierarchy): a skeleton with channels, then one line of numbers per frame.
 //!
 //! Channels are read per joint, in the order in which the file applies them: a joint's rotation is the product of its
-//! rotation channels from first to last, angles in degrees. A chain of single-child joints on top that ends in a joint
-//! with position channels (Bandai's static `joint_Root` above `Hips`) is merged into that joint.
+//! rotation channels from first to last, angles in degrees. Joints above the one that carries the body (Bandai's static
+//! `joint_Root`, Unreal's `root`) are merged into that joint.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -19,12 +19,13 @@ use crate::source::SourceClip;
 mod convention;
 mod header;
 mod hierarchy;
-mod lead;
+mod rest_frames;
 mod unit;
 
 use convention::Convention;
 use header::Header;
 use hierarchy::{Channel, Hierarchy};
+use rest_frames::Frames;
 
 /// Most rotations of a clip, all joints and frames together (1 GB): an hour of 60 joints at 120 frames per second.
 const MOST_ROTATIONS: usize = 30_000_000;
@@ -64,11 +65,18 @@ pub fn parse(bytes: &[u8], file: &Path, options: &ReadOptions) -> Result<SourceC
             .push("no angle is above 6.3 although the body travels: angles were read as radians (--angles)".to_owned());
         motion = read(Angles::Radians)?;
     }
+    notes.append(&mut motion.notes);
     if motion.seen > header.frames {
         notes.push(format!("line {} counts {} frames, {} were read", header.line, header.frames, motion.seen));
     }
     if options.skip_frames.is_none() && convention.rest_frames() == 0 {
-        lead::drop_rest_pose(&mut motion.root_position, &mut motion.rotations, header.fps, &mut notes);
+        let (places, rotations) = (&mut motion.root_position, &mut motion.rotations);
+        let frames = Frames { places, rotations, fps: header.fps, notes: &mut notes };
+        frames.without_rest_poses().map_err(|gap| {
+            let expected = "motion in all frames, or gaps of at most 0.25 s".to_owned();
+            let got = format!("zero rotations in {gap}: cut the file there");
+            MotionError::Container { file: file.to_path_buf(), expected, got }
+        })?;
     }
     assemble(file, options, &hierarchy, convention, header.fps, motion, notes)
 }
@@ -79,6 +87,11 @@ struct Motion {
     rotations: Vec<Vec<Quat>>,
     /// Offsets of all joints of the file.
     offsets: Vec<Vec3>,
+    /// The same in the first frame, where joints have position channels of their own.
+    first_places: Vec<Vec3>,
+    /// Largest distance of a joint from its first place, and the joint.
+    stretch: (f64, usize),
+    notes: Vec<String>,
     /// Frames of the file, with those left out.
     seen: usize,
     /// Largest angle, in the file's unit.
@@ -98,6 +111,9 @@ impl Motion {
             root_position: Vec::new(),
             rotations: Vec::new(),
             offsets: hierarchy.joints.iter().map(|j| j.offset).collect(),
+            first_places: hierarchy.joints.iter().map(|j| j.offset).collect(),
+            stretch: (0.0, 0),
+            notes: Vec::new(),
             seen: 0,
             largest_angle: 0.0,
         };
@@ -108,8 +124,10 @@ impl Motion {
             for value in &mut channels {
                 *value = lines.number_in(tokens.next(), "a number for each channel")?;
             }
-            if let Some(extra) = tokens.next() {
-                return Err(lines.error(format!("{} numbers", channels.len()), extra));
+            let extra = tokens.count();
+            if extra > 0 {
+                let got = format!("{} numbers", channels.len() + extra);
+                return Err(lines.error(format!("{} numbers, one per channel", channels.len()), &got));
             }
             // Rokoko's exports count one frame too few.
             if motion.seen > header.frames {
@@ -127,6 +145,7 @@ impl Motion {
             let got = format!("{} of which {skip} are left out", header.frames);
             return Err(lines.error_at(header.line, "at least one frame of motion", &got));
         }
+        motion.fix_offsets(hierarchy);
         Ok(motion)
     }
 
@@ -153,21 +172,48 @@ impl Motion {
                     }
                 }
             }
-            if at <= root {
+            if hierarchy.carries_root[at] {
                 position += orientation * place;
                 orientation *= rotation;
                 if at == root {
                     rotations.push(orientation);
                 }
-            } else {
+            } else if (root..hierarchy.end).contains(&at) {
+                let moved = (place - self.first_places[at]).norm();
                 if first {
-                    self.offsets[at] = place;
+                    self.first_places[at] = place;
+                } else if moved > self.stretch.0 {
+                    self.stretch = (moved, at);
                 }
                 rotations.push(rotation);
             }
         }
         self.root_position.push(position);
         self.rotations.push(rotations);
+    }
+
+    /// Takes offsets from the position channels of the first frame, where a joint has some. Bones do not change after that.
+    fn fix_offsets(&mut self, hierarchy: &Hierarchy) {
+        let is_placed = |at: &usize| hierarchy.joints[*at].channels.iter().any(|c| matches!(c, Channel::Position(_)));
+        let placed: Vec<usize> = (hierarchy.root + 1..hierarchy.end).filter(is_placed).collect();
+        let sum = |places: &[Vec3]| placed.iter().map(|at| places[*at].norm()).sum::<f64>();
+        // Some programs write changes of the offsets in place of the offsets.
+        let are_changes = sum(&self.first_places) < 0.1 * sum(&self.offsets);
+        for at in placed {
+            let start = if are_changes { self.offsets[at] } else { Vec3::zeros() };
+            self.offsets[at] = start + self.first_places[at];
+        }
+        if are_changes {
+            let note = "positions of joints are zero where their offsets are not: added to the offsets";
+            self.notes.push(note.to_owned());
+        }
+        let longest = self.offsets.iter().map(Vec3::norm).fold(0.0, f64::max);
+        let (stretch, joint) = self.stretch;
+        if stretch > 0.05 * longest {
+            let name = &hierarchy.joints[joint].name;
+            self.notes
+                .push(format!("bones keep their lengths of the first frame, but '{name}' moves by {stretch:.2} units"));
+        }
     }
 
     /// Returns whether angles cannot be degrees: none is above 2 pi, although the body travels by more than a leg.
@@ -196,12 +242,13 @@ fn assemble(
     mut notes: Vec<String>,
 ) -> Result<SourceClip, MotionError> {
     let root = hierarchy.root;
-    let offsets = motion.offsets[root..].to_vec();
-    let joints = &hierarchy.joints[root..];
+    let body = root..hierarchy.end;
+    let offsets = motion.offsets[body.clone()].to_vec();
+    let joints = &hierarchy.joints[body.clone()];
     let parents: Vec<Option<usize>> =
         joints.iter().enumerate().map(|(at, j)| j.parent.filter(|_| at > 0).map(|p| p - root)).collect();
     let ends: Vec<(usize, Vec3)> =
-        hierarchy.ends.iter().filter(|(j, _)| *j >= root).map(|(j, o)| (j - root, *o)).collect();
+        hierarchy.ends.iter().filter(|(j, _)| body.contains(j)).map(|(j, o)| (j - root, *o)).collect();
     let known = convention.known(joints);
     let mut raw = RawClip {
         name: clip_name(file),

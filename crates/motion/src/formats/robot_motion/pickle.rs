@@ -248,7 +248,7 @@ impl<'a> Machine<'a> {
             0x95 => drop(self.take(8)?),
             b'(' => self.marks.push(self.stack.len()),
             b'0' => drop(self.pop()?),
-            b'1' => drop(self.pop_to_mark()?),
+            b'1' => drop(self.above_mark()?),
             b'N' => self.push(Value::None),
             0x88 => self.push(Value::Int(1)),
             0x89 => self.push(Value::Int(0)),
@@ -268,7 +268,7 @@ impl<'a> Machine<'a> {
             }
             b']' | b')' => self.push(Value::List(Vec::new())),
             b't' => {
-                let items = self.pop_to_mark()?;
+                let items = self.above_mark()?;
                 self.push(Value::List(items));
             }
             0x85..=0x87 => self.tuple(usize::from(operation - 0x84))?,
@@ -278,7 +278,7 @@ impl<'a> Machine<'a> {
                 self.append(vec![item])?;
             }
             b'e' => {
-                let items = self.pop_to_mark()?;
+                let items = self.above_mark()?;
                 self.append(items)?;
             }
             b's' => {
@@ -286,7 +286,7 @@ impl<'a> Machine<'a> {
                 self.set_items(&[key, value])?;
             }
             b'u' => {
-                let items = self.pop_to_mark()?;
+                let items = self.above_mark()?;
                 self.set_items(&items)?;
             }
             b'h' | b'j' => self.recall(operation)?,
@@ -331,7 +331,7 @@ impl<'a> Machine<'a> {
         self.stack.pop().ok_or_else(|| "an empty stack".to_owned())
     }
 
-    fn pop_to_mark(&mut self) -> Step<Vec<Id>> {
+    fn above_mark(&mut self) -> Step<Vec<Id>> {
         let mark = self.marks.pop().ok_or_else(|| "an operation without its mark".to_owned())?;
         Ok(self.stack.split_off(mark.min(self.stack.len())))
     }

@@ -348,8 +348,6 @@ fn shapes_lie_among_motions() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(300))]
-
     /// Whatever is changed, a reader answers with a clip of the numbers that are there or an error, and never panics.
     #[test]
     fn spoilt_archives(

@@ -27,6 +27,7 @@ fn grammar_is_read_as_it_is_written() {
         swap("Frames:", "Frames :"),
         swap("Frame Time:", "Frame time:"),
         swap("Frame Time:", "FRAMETIME:\t"),
+        BVH.replace('\n', "\r"),
         swap("MOTION", "# made by hand\nMOTION\n// so was this"),
         swap("HIERARCHY", "Hierarchy").replace("ROOT", "root").replace("JOINT", "Joint").replace("OFFSET", "offset"),
     ] {

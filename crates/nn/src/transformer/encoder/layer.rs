@@ -1,11 +1,12 @@
 //! One layer: h = norm(x + attention(x)), norm(h + feed-forward(h)).
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 use super::sizes::{EncoderSizes, LINEAR, shapes};
 use crate::rows::gelu::{activated, gelu_and_gradient};
-use crate::rows::{Layout, PackedWeight, add, bias_gradient, layer_norm, weight_gradient};
-use crate::transformer::backprop::attention::{self, Shape};
+use crate::rows::{Layout, Linear, add, layer_norm};
+use crate::transformer::passes::attention::{self, Shape};
 
 /// Biases that attention of each length takes: zeros, and what leaves no weight beyond the last token.
 pub(super) type NoBias = BTreeMap<usize, Vec<f32>>;
@@ -13,12 +14,33 @@ pub(super) type NoBias = BTreeMap<usize, Vec<f32>>;
 /// A layer with its weights packed.
 #[derive(Debug, Clone)]
 pub(super) struct Layer {
-    prefix: String,
     sizes: EncoderSizes,
-    weights: [PackedWeight; 4],
-    biases: [Vec<f32>; 4],
-    /// Gain and bias of both norms.
-    norms: [[Vec<f32>; 2]; 2],
+    maps: [Linear; 4],
+    norms: [Norm; 2],
+}
+
+/// Gain and bias of a norm, and where they stand in rows of gradients: they are neighbours.
+#[derive(Debug, Clone)]
+struct Norm {
+    gain: Vec<f32>,
+    bias: Vec<f32>,
+    place: Range<usize>,
+}
+
+impl Norm {
+    fn new(name: &str, layout: &Layout, values: &[f32]) -> Self {
+        let [gain, bias] = ["gain", "bias"].map(|part| layout.range(&format!("{name}.{part}")));
+        Self { place: gain.start..bias.end, gain: values[gain].to_vec(), bias: values[bias].to_vec() }
+    }
+
+    fn forward(&self, x: &[f32]) -> Vec<f32> {
+        layer_norm::forward(x, &self.gain, &self.bias)
+    }
+
+    fn backward(&self, x: &[f32], gradient: &[f32], sums: &mut [f32]) -> Vec<f32> {
+        let by = sums[self.place.clone()].split_at_mut(self.gain.len());
+        layer_norm::backward(x, &self.gain, gradient, by)
+    }
 }
 
 /// Numbers that the backward pass needs.
@@ -35,78 +57,44 @@ pub(super) struct LayerPass {
 }
 
 impl Layer {
-    pub(super) fn new(prefix: String, sizes: EncoderSizes, layout: &Layout, values: &[f32]) -> Self {
-        let numbers = |name: String| values[layout.range(&name)].to_vec();
+    pub(super) fn new(prefix: &str, sizes: EncoderSizes, layout: &Layout, values: &[f32]) -> Self {
         let shapes = shapes(sizes);
         Self {
-            weights: std::array::from_fn(|i| {
-                PackedWeight::new(&values[layout.range(&format!("{prefix}.{}.weight", LINEAR[i]))], shapes[i])
-            }),
-            biases: LINEAR.map(|name| numbers(format!("{prefix}.{name}.bias"))),
-            norms: ["norm_1", "norm_2"].map(|n| ["gain", "bias"].map(|part| numbers(format!("{prefix}.{n}.{part}")))),
-            prefix,
+            maps: std::array::from_fn(|i| Linear::new(&format!("{prefix}.{}", LINEAR[i]), shapes[i], layout, values)),
+            norms: ["norm_1", "norm_2"].map(|name| Norm::new(&format!("{prefix}.{name}"), layout, values)),
             sizes,
         }
     }
 
     pub(super) fn forward(&self, x: Vec<f32>, lengths: &[usize], no_bias: &NoBias) -> (Vec<f32>, LayerPass) {
-        let linear = |i: usize, x: &[f32]| self.weights[i].forward(x, &self.biases[i]);
-        let projected = linear(0, &x);
+        let [projection, output, into, out_of] = &self.maps;
+        let projected = projection.forward(&x);
         let (mixed, attention) = self.attend(&projected, lengths, no_bias);
-        let mut first = linear(1, &mixed);
+        let mut first = output.forward(&mixed);
         add(&mut first, &x);
-        let h = self.norm(0, &first);
-        let inner = linear(2, &h);
-        let mut second = linear(3, &activated(&inner));
+        let h = self.norms[0].forward(&first);
+        let inner = into.forward(&h);
+        let mut second = out_of.forward(&activated(&inner));
         add(&mut second, &h);
-        let out = self.norm(1, &second);
+        let out = self.norms[1].forward(&second);
         (out, LayerPass { x, projected, attention, mixed, sums: [first, second], inner })
     }
 
     /// Adds the gradients of the layer's parameters; returns the gradient by x.
-    pub(super) fn backward(
-        &self,
-        pass: LayerPass,
-        gradient: &[f32],
-        lengths: &[usize],
-        layout: &Layout,
-        sums: &mut [f32],
-    ) -> Vec<f32> {
+    pub(super) fn backward(&self, pass: LayerPass, gradient: &[f32], lengths: &[usize], sums: &mut [f32]) -> Vec<f32> {
         let LayerPass { x, projected, attention, mixed, sums: [first, second], inner } = pass;
-        let mut by_second = self.through_norm(1, &second, gradient, layout, sums);
-        let (mut by_inner, mut outer) = (self.weights[3].by_input(&by_second), vec![0.0; inner.len()]);
+        let [projection, output, into, out_of] = &self.maps;
+        let mut by_second = self.norms[1].backward(&second, gradient, sums);
+        let (mut by_inner, mut outer) = (out_of.by_input(&by_second), vec![0.0; inner.len()]);
         gelu_and_gradient(&inner, &mut outer, &mut by_inner);
-        self.learn(3, &outer, &by_second, layout, sums);
-        let h = self.norm(0, &first);
-        add(&mut by_second, &self.through(2, &h, &by_inner, layout, sums));
-        let mut by_first = self.through_norm(0, &first, &by_second, layout, sums);
-        let by_mixed = self.through(1, &mixed, &by_first, layout, sums);
+        out_of.learn(&outer, &by_second, sums);
+        let h = self.norms[0].forward(&first);
+        add(&mut by_second, &into.backward(&h, &by_inner, sums));
+        let mut by_first = self.norms[0].backward(&first, &by_second, sums);
+        let by_mixed = output.backward(&mixed, &by_first, sums);
         let by_projected = self.attend_back([&projected, &by_mixed], &attention, lengths);
-        add(&mut by_first, &self.through(0, &x, &by_projected, layout, sums));
+        add(&mut by_first, &projection.backward(&x, &by_projected, sums));
         by_first
-    }
-
-    fn norm(&self, i: usize, x: &[f32]) -> Vec<f32> {
-        let [gain, bias] = &self.norms[i];
-        layer_norm::forward(x, gain, bias)
-    }
-
-    fn through_norm(&self, i: usize, x: &[f32], gradient: &[f32], layout: &Layout, sums: &mut [f32]) -> Vec<f32> {
-        // Gain and bias are neighbours.
-        let range = layout.range(&format!("{}.norm_{}.gain", self.prefix, i + 1));
-        let (by_gain, by_bias) = sums[range.start..range.end + range.len()].split_at_mut(range.len());
-        layer_norm::backward(x, &self.norms[i][0], gradient, (by_gain, by_bias))
-    }
-
-    fn through(&self, i: usize, x: &[f32], gradient: &[f32], layout: &Layout, sums: &mut [f32]) -> Vec<f32> {
-        self.learn(i, x, gradient, layout, sums);
-        self.weights[i].by_input(gradient)
-    }
-
-    fn learn(&self, i: usize, x: &[f32], gradient: &[f32], layout: &Layout, sums: &mut [f32]) {
-        let name = |part: &str| layout.range(&format!("{}.{}.{part}", self.prefix, LINEAR[i]));
-        weight_gradient(x, gradient, shapes(self.sizes)[i], &mut sums[name("weight")]);
-        bias_gradient(gradient, &mut sums[name("bias")]);
     }
 
     fn shape(&self, tokens: usize) -> Shape {

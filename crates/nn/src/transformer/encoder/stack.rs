@@ -3,7 +3,7 @@
 use super::layer::{Layer, LayerPass, NoBias};
 use super::sizes::EncoderSizes;
 use crate::rows::Layout;
-use crate::transformer::backprop::attention::padded_bias;
+use crate::transformer::passes::attention::padded_bias;
 
 /// An encoder with its weights packed for one or many passes.
 #[derive(Debug, Clone)]
@@ -22,7 +22,7 @@ pub struct EncoderPass {
 impl Encoder {
     /// Packs parameters that stand in `values` as `layout` says, named under `prefix`.
     pub fn new(sizes: EncoderSizes, layout: &Layout, prefix: &str, values: &[f32]) -> Self {
-        let layer = |i: usize| Layer::new(format!("{prefix}.{i}"), sizes, layout, values);
+        let layer = |i: usize| Layer::new(&format!("{prefix}.{i}"), sizes, layout, values);
         Self { sizes, layers: (0..sizes.layers).map(layer).collect() }
     }
 
@@ -42,13 +42,13 @@ impl Encoder {
         (x, EncoderPass { layers, lengths: lengths.to_vec() })
     }
 
-    /// Adds the gradients of the parameters to `sums`, which stands as `layout` says; returns the gradient by x.
+    /// Adds the gradients of the parameters to a row like theirs; returns the gradient by x.
     ///
     /// # Shapes
     /// `gradient: [sum of lengths, c]`, by what [`Self::forward`] returned, to the same.
-    pub fn backward(&self, pass: EncoderPass, gradient: Vec<f32>, layout: &Layout, sums: &mut [f32]) -> Vec<f32> {
+    pub fn backward(&self, pass: EncoderPass, gradient: Vec<f32>, sums: &mut [f32]) -> Vec<f32> {
         let EncoderPass { layers, lengths } = pass;
         let all = self.layers.iter().zip(layers).rev();
-        all.fold(gradient, |gradient, (layer, pass)| layer.backward(pass, &gradient, &lengths, layout, sums))
+        all.fold(gradient, |gradient, (layer, pass)| layer.backward(pass, &gradient, &lengths, sums))
     }
 }

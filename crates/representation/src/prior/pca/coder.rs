@@ -1,7 +1,6 @@
 //! Principal components as a kind of motion prior.
 
 use lifelike_checkpoint::Checkpoint;
-use lifelike_nn::device::Device;
 
 use super::plan::PcaPlan;
 use super::train::PcaTrainer;
@@ -16,16 +15,16 @@ impl PriorKind for Components {
     type Plan = PcaPlan;
     type Trainer = PcaTrainer;
 
-    fn trainer(plan: &PcaPlan, data: PriorData, _: &Device) -> Result<PcaTrainer, RepresentationError> {
+    fn trainer(plan: &PcaPlan, data: PriorData) -> Result<PcaTrainer, RepresentationError> {
         PcaTrainer::new(*plan, data)
     }
 
     fn encode(&self, windows: Vec<f32>, _: [usize; 2]) -> Result<Vec<f32>, RepresentationError> {
-        Self::encode(self, windows)
+        Ok(Self::encode(self, &windows))
     }
 
     fn decode(&self, codes: &[f32], _: usize) -> Result<Vec<f32>, RepresentationError> {
-        Self::decode(self, codes)
+        Ok(Self::decode(self, codes))
     }
 
     fn save_into(&self, checkpoint: &mut Checkpoint) -> Result<(), RepresentationError> {

@@ -1,9 +1,6 @@
 //! Windows to normalised control points and back.
 
-use burn::module::Module;
 use lifelike_checkpoint::Checkpoint;
-use lifelike_nn::ModuleCheckpoint;
-use lifelike_nn::device::{self, Device};
 use lifelike_nn::transformer::{Sampling, SplineAutoencoder};
 
 use super::plan::SplinePriorPlan;
@@ -25,8 +22,6 @@ const FLOOR: f64 = 1e-3;
 /// A trained network and the scale of its codes.
 #[derive(Debug, Clone)]
 pub struct SplineCoder {
-    /// Numbers of a control point.
-    latent: usize,
     network: SplineAutoencoder,
     scale: Standardizer,
 }
@@ -38,7 +33,7 @@ impl SplineCoder {
         network: &SplineAutoencoder,
         data: &WindowSequences,
     ) -> Result<Self, RepresentationError> {
-        let network = network.valid().fork(&device::inference());
+        let network = network.clone();
         let (size, all) = (plan.latent_size(), (0..data.training().len()).collect::<Vec<_>>());
         let mut moments = Moments::new(size);
         for centres in all.chunks(READ) {
@@ -50,7 +45,7 @@ impl SplineCoder {
         let largest = deviation.iter().copied().fold(0.0, f64::max);
         let floor = if largest > 0.0 { FLOOR * largest } else { 1.0 };
         let scale = Standardizer::new(mean, deviation.into_iter().map(|s| s.max(floor)).collect());
-        Ok(Self { latent: plan.training.latent, network, scale })
+        Ok(Self { network, scale })
     }
 }
 
@@ -64,11 +59,10 @@ impl PriorKind for SplineCoder {
     fn trainer(
         plan: &SplinePriorPlan,
         data: PriorData,
-        device: &Device,
     ) -> Result<SequenceTrainer<WindowSequences>, RepresentationError> {
         let PriorData { layout, training, held_out } = data;
         let data = WindowSequences::new(plan.windows, plan.training.seed, layout, training, held_out)?;
-        Ok(SequenceTrainer::new(plan.training.clone(), data)?.to_device(device))
+        SequenceTrainer::new(plan.training.clone(), data)
     }
 
     /// # Shapes
@@ -84,12 +78,12 @@ impl PriorKind for SplineCoder {
         let mut points: Vec<f64> = codes.iter().copied().map(f64::from).collect();
         self.scale.denormalize(&mut points);
         let points: Vec<f32> = points.into_iter().map(|x| x as f32).collect();
-        sequences(&self.network, &points, self.latent, &Sampling::each(samples))
+        sequences(&self.network, &points, &Sampling::each(samples))
     }
 
     fn save_into(&self, checkpoint: &mut Checkpoint) -> Result<(), RepresentationError> {
         self.scale.save_into(checkpoint, SCALE)?;
-        Ok(checkpoint.put_module(NETWORK, &self.network)?)
+        Ok(self.network.parameters().save_into(checkpoint, NETWORK)?)
     }
 
     fn load_from(
@@ -97,10 +91,11 @@ impl PriorKind for SplineCoder {
         checkpoint: &Checkpoint,
         features: usize,
     ) -> Result<Self, RepresentationError> {
-        let network = plan.training.network(features).init(plan.training.seed, NETWORK, &device::inference())?;
-        let network = checkpoint.load_module(NETWORK, network)?;
+        let network = plan.training.network(features).init(plan.training.seed, NETWORK)?;
+        let parameters = network.parameters().load_from(checkpoint, NETWORK)?;
+        let network = network.with_parameters(parameters);
         let scale = Standardizer::load_from(checkpoint, SCALE, plan.latent_size())?;
-        Ok(Self { latent: plan.training.latent, network, scale })
+        Ok(Self { network, scale })
     }
 }
 
@@ -127,7 +122,7 @@ impl MotionPrior {
     /// the scale of the codes.
     ///
     /// # Errors
-    /// Tensor data that cannot be read from the device.
+    /// Windows that cannot be made.
     pub fn of_spline(trainer: &SequenceTrainer<WindowSequences>) -> Result<Self, RepresentationError> {
         let data = trainer.data();
         let plan = SplinePriorPlan { windows: *data.plan(), training: trainer.plan().clone() };

@@ -10,7 +10,6 @@
 //! trained on near those of motion that was.
 
 mod coder;
-mod loss;
 mod plan;
 mod sequences;
 

@@ -5,8 +5,8 @@ use std::ops::Range;
 use lifelike_checkpoint::rng::stream;
 use lifelike_motion::FeatureLayout;
 
-use super::loss;
 use crate::RepresentationError;
+use crate::prior::loss;
 use crate::prior::{FeatureStatistics, PriorClip, WindowPlan, Windows};
 use crate::spline_transformer::{HeldOut, Sequences};
 

@@ -1,10 +1,7 @@
 //! The β-VAE as a kind of prior: a code is the mean of the encoder's normal distribution.
 
-use burn::tensor::{Tensor, TensorData};
 use lifelike_checkpoint::Checkpoint;
-use lifelike_nn::ModuleCheckpoint;
-use lifelike_nn::device::{self, Device};
-use lifelike_nn::numbers::read;
+use rayon::prelude::*;
 
 use super::network::{MotionVae, NETWORK};
 use super::plan::VaePlan;
@@ -13,6 +10,9 @@ use crate::RepresentationError;
 use crate::components::Components;
 use crate::prior::kind::{PriorData, PriorKind};
 
+/// Windows that a core takes at a time.
+const PART: usize = 64;
+
 impl PriorKind for MotionVae {
     const NAME: &'static str = "motion prior";
     const TABLE: &'static str = "prior";
@@ -20,29 +20,30 @@ impl PriorKind for MotionVae {
     type Plan = VaePlan;
     type Trainer = VaeTrainer;
 
-    fn trainer(plan: &VaePlan, data: PriorData, device: &Device) -> Result<VaeTrainer, RepresentationError> {
-        Ok(VaeTrainer::new(plan.clone(), data.layout, data.training, data.held_out)?.to_device(device))
+    fn trainer(plan: &VaePlan, data: PriorData) -> Result<VaeTrainer, RepresentationError> {
+        VaeTrainer::new(plan.clone(), data.layout, data.training, data.held_out)
     }
 
     fn encode(&self, windows: Vec<f32>, [samples, features]: [usize; 2]) -> Result<Vec<f32>, RepresentationError> {
-        let shape = [windows.len() / (samples * features), samples, features];
-        let x = Tensor::<3>::from_data(TensorData::new(windows, shape), &device::inference());
-        Ok(read(MotionVae::encode(self, x).0)?)
+        let weights = self.weights();
+        let parts = windows.par_chunks(PART * samples * features).map(|part| weights.encode(part).0.mean);
+        Ok(parts.collect::<Vec<_>>().concat())
     }
 
     fn decode(&self, codes: &[f32], _: usize) -> Result<Vec<f32>, RepresentationError> {
-        let latent = self.latent_size();
-        let z = TensorData::new(codes.to_vec(), [codes.len() / latent, latent]);
-        Ok(read(MotionVae::decode(self, Tensor::<2>::from_data(z, &device::inference())))?)
+        let weights = self.weights();
+        let parts = codes.par_chunks(PART * self.latent_size()).map(|part| weights.decode(part.to_vec()).0);
+        Ok(parts.collect::<Vec<_>>().concat())
     }
 
     fn save_into(&self, checkpoint: &mut Checkpoint) -> Result<(), RepresentationError> {
-        checkpoint.put_module(NETWORK, self)?;
+        self.parameters().save_into(checkpoint, NETWORK)?;
         self.linear_path().map_or(Ok(()), |components| components.save_into(checkpoint))
     }
 
     fn load_from(plan: &VaePlan, checkpoint: &Checkpoint, features: usize) -> Result<Self, RepresentationError> {
-        let network = checkpoint.load_module(NETWORK, Self::new(plan, features, &device::inference()))?;
+        let mut network = Self::new(plan, features);
+        *network.parameters_mut() = network.parameters().load_from(checkpoint, NETWORK)?;
         if !plan.linear_path {
             return Ok(network);
         }

@@ -1,23 +1,20 @@
 //! Training of the motion prior: the whole algorithm in [`VaeTrainer::step`].
 
-use burn::module::Module;
-use burn::tensor::{Tensor, TensorData};
 use lifelike_checkpoint::Checkpoint;
 use lifelike_checkpoint::rng::stream;
 use lifelike_motion::FeatureLayout;
-use lifelike_nn::ModuleCheckpoint;
-use lifelike_nn::adam::{Adam, AdamConfig};
-use lifelike_nn::device::{self, Device};
-use lifelike_nn::gradients::Gradients;
+use lifelike_nn::adam::{Adam, AdamConfig, Descent};
 use lifelike_nn::losses::kl_from_standard_normal;
+use lifelike_nn::rows::add;
 use rand_distr::{Distribution, StandardNormal};
+use rayon::prelude::*;
 
-use super::loss::reconstruction;
-use super::network::{MotionVae, NETWORK};
+use super::network::{Encoded, MotionVae, NETWORK, VaeWeights};
 use super::plan::VaePlan;
 use crate::RepresentationError;
 use crate::components::{Components, Subspace};
 use crate::prior::kind::KindPlan;
+use crate::prior::loss::reconstruction;
 use crate::prior::pca::{Normalized, PcaPlan};
 use crate::prior::{FeatureStatistics, MotionPrior, PriorClip, PriorPlan, ReconstructionReport, Windows};
 
@@ -42,6 +39,16 @@ pub struct VaeMetrics {
     pub skipped: u64,
 }
 
+/// Windows that a core takes at a time.
+const PART: usize = 32;
+
+/// The two terms of the loss, over a batch.
+#[derive(Debug, Clone, Copy, Default)]
+struct Losses {
+    reconstruction: f64,
+    kl: f64,
+}
+
 /// A training run of a motion prior.
 #[derive(Debug)]
 pub struct VaeTrainer {
@@ -52,7 +59,6 @@ pub struct VaeTrainer {
     held_out: Windows,
     vae: MotionVae,
     optimizer: Adam,
-    device: Device,
     iteration: u64,
     skipped: u64,
 }
@@ -73,19 +79,10 @@ impl VaeTrainer {
         let training = Windows::to_train_on(&windows, &layout, training)?;
         let held_out = Windows::new(&windows, &layout, held_out)?;
         let statistics = training.statistics(&layout, &windows.floors);
-        let device = device::training();
-        let vae = MotionVae::new(&plan, layout.size(), &device);
-        let optimizer = Adam::new(AdamConfig { rule: plan.optimizer, ..AdamConfig::adam() });
-        Ok(Self { plan, layout, statistics, training, held_out, vae, optimizer, device, iteration: 0, skipped: 0 })
-    }
-
-    /// With its networks on another device.
-    #[must_use]
-    pub fn to_device(mut self, device: &Device) -> Self {
-        self.device = device.clone().autodiff();
-        self.vae = self.vae.fork(&self.device);
-        self.optimizer = self.optimizer.to_device(device);
-        self
+        let vae = MotionVae::new(&plan, layout.size());
+        let config = AdamConfig { rule: plan.optimizer, ..AdamConfig::adam() };
+        let optimizer = Adam::new(config, vae.parameters().len());
+        Ok(Self { plan, layout, statistics, training, held_out, vae, optimizer, iteration: 0, skipped: 0 })
     }
 
     /// The plan.
@@ -100,7 +97,7 @@ impl VaeTrainer {
 
     /// Parameters of encoder and decoder together.
     pub fn parameters(&self) -> usize {
-        self.vae.num_params()
+        self.vae.parameters().len()
     }
 
     /// Fits the linear path, where the plan has one.
@@ -121,49 +118,84 @@ impl VaeTrainer {
             self.fit_linear_path()?;
         }
         let (plan, i) = (&self.plan, self.iteration);
-        let device = self.device.clone();
         let (kl_weight, learning_rate) = (plan.kl_weight_at(i), plan.learning_rate_at(i));
 
         let rows =
             self.training.sample(&self.statistics, plan.batch, &mut stream(plan.windows.seed, "prior.batch", 0, i))?;
-        let shape = [plan.batch, plan.windows.window().len(), self.layout.size()];
-        let x = Tensor::<3>::from_data(TensorData::new(rows, shape), &device);
         let mut rng = stream(plan.windows.seed, "prior.noise", 0, i);
         let noise: Vec<f32> = (0..plan.batch * plan.latent).map(|_| StandardNormal.sample(&mut rng)).collect();
-        let noise = TensorData::new(noise, [plan.batch, plan.latent]);
+        let (losses, gradient) = self.gradient(&rows, &noise, kl_weight);
 
-        let (mean, log_variance) = self.vae.encode(x.clone());
-        let deviation = log_variance.clone().mul_scalar(0.5).exp();
-        let z = mean.clone() + deviation * Tensor::<2>::from_data(noise, &device);
-        let rec = reconstruction(x, self.vae.decode(z));
-        let kl = kl_from_standard_normal(mean, log_variance).mean();
-        let loss = rec.clone() + kl.clone().mul_scalar(kl_weight);
-
-        let mut gradients = Gradients::of(&self.vae, loss.backward());
-        let gradient_norm = gradients.clip_norm(plan.max_gradient_norm)?;
-        if gradient_norm.is_finite() {
-            self.vae = self.optimizer.step(self.vae.clone(), gradients, learning_rate);
-        } else {
-            self.skipped += 1;
-        }
+        let descent = Descent { gradient: &gradient, max_norm: plan.max_gradient_norm, rate: learning_rate };
+        let parameters = self.vae.parameters_mut();
+        let layout = parameters.layout().clone();
+        let stepped = self.optimizer.step(&layout, parameters.values_mut(), descent);
+        self.skipped += u64::from(!stepped.taken);
         self.iteration += 1;
-        let number = |t: Tensor<1>| f64::from(t.into_scalar::<f32>());
         Ok(VaeMetrics {
             iteration: self.iteration,
-            loss: number(loss),
-            reconstruction: number(rec),
-            kl: number(kl),
+            loss: losses.reconstruction + kl_weight * losses.kl,
+            reconstruction: losses.reconstruction,
+            kl: losses.kl,
             kl_weight,
             learning_rate,
-            gradient_norm,
+            gradient_norm: stepped.norm,
             skipped: self.skipped,
         })
+    }
+
+    /// Losses and gradient of a batch, a core for each part of it. Sums are in the parts' order, whichever core had which, so the
+    /// number of cores changes no bit.
+    fn gradient(&self, rows: &[f32], noise: &[f32], kl_weight: f64) -> (Losses, Vec<f32>) {
+        let (plan, weights) = (&self.plan, self.vae.weights());
+        let window = plan.windows.window().len() * self.layout.size();
+        let parts = rows.par_chunks(PART * window).zip(noise.par_chunks(PART * plan.latent));
+        let parts: Vec<(Losses, Vec<f32>)> =
+            parts.map(|(rows, noise)| self.part(&weights, rows, noise, kl_weight)).collect();
+        let mut total = (Losses::default(), vec![0.0; self.vae.parameters().len()]);
+        for (losses, gradient) in parts {
+            total.0.reconstruction += losses.reconstruction;
+            total.0.kl += losses.kl;
+            add(&mut total.1, &gradient);
+        }
+        total
+    }
+
+    /// The share of some windows in losses and gradient.
+    fn part(&self, weights: &VaeWeights<'_>, rows: &[f32], noise: &[f32], kl_weight: f64) -> (Losses, Vec<f32>) {
+        let (batch, samples, latent) =
+            (self.plan.batch as f64, self.plan.windows.window().len() as f64, self.plan.latent);
+        let mut sums = vec![0.0; self.vae.parameters().len()];
+        let (encoded, encoder) = weights.encode(rows);
+        let Encoded { mean, log_variance } = &encoded;
+        let draws = mean.iter().zip(log_variance).zip(noise);
+        let z = draws.map(|((mean, log_variance), noise)| mean + (0.5 * log_variance).exp() * noise).collect();
+        let (back, decoder) = weights.decode(z);
+
+        let mut by_back = vec![0.0; back.len()];
+        let scale = 1.0 / (batch * samples);
+        let reconstruction = scale * reconstruction(rows, &back, self.layout.size(), &mut by_back);
+        by_back.iter_mut().for_each(|x| *x *= scale as f32);
+        let by_z = weights.decode_backward(decoder, &by_back, &mut sums);
+
+        let through = by_z.iter().zip(log_variance).zip(noise);
+        let by_log_variance = through.map(|((by, log_variance), noise)| by * noise * 0.5 * (0.5 * log_variance).exp());
+        let mut by = Encoded { log_variance: by_log_variance.collect(), mean: by_z };
+        let mut kl = 0.0;
+        for first in (0..mean.len()).step_by(latent) {
+            let own = first..first + latent;
+            let by = [&mut by.mean[own.clone()], &mut by.log_variance[own.clone()]];
+            let weight = (kl_weight / batch) as f32;
+            kl += f64::from(kl_from_standard_normal([&mean[own.clone()], &log_variance[own]], weight, by)) / batch;
+        }
+        weights.encode_backward(encoder, &by, &mut sums);
+        (Losses { reconstruction, kl }, sums)
     }
 
     /// The prior as it stands.
     pub fn prior(&self) -> MotionPrior {
         let (layout, statistics) = (self.layout.clone(), self.statistics.clone());
-        MotionPrior::new(self.plan.clone(), layout, statistics, self.vae.valid().fork(&device::inference()))
+        MotionPrior::new(self.plan.clone(), layout, statistics, self.vae.clone())
     }
 
     /// Returns the windows of the held-out clips, or of the training clips when none were held out.
@@ -179,7 +211,7 @@ impl VaeTrainer {
     /// Reconstructs [`Self::watched`].
     ///
     /// # Errors
-    /// Tensor data that cannot be read from the device.
+    /// Windows that cannot be made.
     pub fn report(&self) -> Result<ReconstructionReport, RepresentationError> {
         self.prior().reconstruct(self.watched())
     }
@@ -187,13 +219,13 @@ impl VaeTrainer {
     /// Returns everything needed to continue bit for bit. [`MotionPrior::load`] reads a file of it.
     ///
     /// # Errors
-    /// Tensor data could not be read from the device.
+    /// Two entries of one name.
     pub fn checkpoint(&self) -> Result<Checkpoint, RepresentationError> {
         let mut checkpoint = Checkpoint::new();
         self.prior().save_into(&mut checkpoint)?;
         checkpoint.set_meta("data", &self.training.digest())?;
         checkpoint.put_u64("progress", &[2], vec![self.iteration, self.skipped])?;
-        self.optimizer.save_into(&mut checkpoint, "optimizer")?;
+        self.optimizer.save_into(self.vae.parameters().layout(), &mut checkpoint, "optimizer")?;
         Ok(checkpoint)
     }
 
@@ -216,13 +248,14 @@ impl VaeTrainer {
             return mismatch(": training clips", format!("digest {expected}"), got);
         }
         self.statistics = saved.statistics().clone();
-        self.vae = checkpoint.load_module(NETWORK, self.vae.clone())?;
+        *self.vae.parameters_mut() = self.vae.parameters().load_from(checkpoint, NETWORK)?;
         if self.plan.linear_path {
             let size = self.plan.windows.window().len() * self.layout.size();
             let components = Components::read(checkpoint, self.plan.latent, size)?;
             self.vae = self.vae.clone().with_linear_path(components);
         }
-        self.optimizer = Adam::load_from(self.optimizer.config(), checkpoint, "optimizer", &self.vae)?;
+        let layout = self.vae.parameters().layout();
+        self.optimizer = Adam::load_from(self.optimizer.config(), layout, checkpoint, "optimizer")?;
         let progress = checkpoint.u64s("progress", &[2])?;
         (self.iteration, self.skipped) = (progress[0], progress[1]);
         Ok(())

@@ -7,7 +7,6 @@ use lifelike_representation::RepresentationError;
 use lifelike_representation::spline_transformer::Method;
 
 use super::budget::Budget;
-use crate::commands::train::hardware::Networks;
 use crate::error::CliError;
 
 /// Methods that are compared, and their budget.
@@ -47,9 +46,6 @@ pub struct Shared {
     /// Folder of the runs, of the results as JSON and of report.html.
     #[arg(short, long, value_parser = crate::destination::folder)]
     pub output: PathBuf,
-    /// Processor of the networks.
-    #[command(flatten)]
-    pub networks: Networks,
 }
 
 impl Shared {

@@ -3,7 +3,6 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
-use lifelike_nn::device::Device;
 use lifelike_report::run::RunFolder;
 use lifelike_representation::spline_transformer::{Method, SequenceTrainer};
 use lifelike_sequences::DataPlan;
@@ -28,7 +27,6 @@ pub fn run<E: Experiment>(
     shared.check()?;
     let columns = columns(experiment, shared);
     let places = places::<E>(&columns, shared, changes)?;
-    let device = shared.networks.open()?;
     let source = experiment.read(output)?;
     let mut results = Results::default();
     for place in &places {
@@ -45,7 +43,7 @@ pub fn run<E: Experiment>(
         }
         let folder = shared.output.join(&place.name);
         info!("{}: {}", place.name, folder.display());
-        let trainer = trained::<E>(data, place, &folder, &device, shared, output)?;
+        let trainer = trained::<E>(data, place, &folder, shared, output)?;
         results.runs.push(Run::of::<E>(place, &trainer, &folder, !shared.sweeps())?);
         save(&columns, shared, &results, E::WORDS)?;
     }
@@ -125,13 +123,12 @@ fn trained<E: Experiment>(
     data: E::Data,
     place: &Place<E::Plan>,
     folder: &Path,
-    device: &Device,
     shared: &Shared,
     output: &Output,
 ) -> Result<SequenceTrainer<E::Data>, CliError> {
     let training = place.plan.training();
     let run = RunFolder::open_or_create(folder, &place.plan)?;
-    let mut trainer = SequenceTrainer::new(training.clone(), data)?.to_device(device);
+    let mut trainer = SequenceTrainer::new(training.clone(), data)?;
     let driver = Driver { minutes: shared.minutes, ..Driver::new(&run, output) };
     let summary =
         driver.train(&mut trainer, |now| format!("{} {} {:.2e}", place.column, training.method, now.metrics.loss))?;

@@ -17,7 +17,7 @@ use tracing::info;
 
 use crate::commands::controller_file::Loaded;
 use crate::commands::physics;
-use crate::commands::train::hardware::Hardware;
+use crate::commands::physics::Physics;
 use crate::commands::train::source::Source;
 use crate::commands::{clips, eval, train};
 use crate::error::CliError;
@@ -59,7 +59,7 @@ pub struct Args {
     #[arg(long)]
     starts: Option<usize>,
     #[command(flatten)]
-    hardware: Hardware,
+    physics: Physics,
     /// Changes to the plan of all variants, by dotted path.
     #[arg(value_name = "KEY=VALUE")]
     overrides: Vec<String>,
@@ -104,7 +104,7 @@ struct Results<'a> {
 
 /// Runs the command.
 pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
-    physics::available(&args.hardware.physics.engine)?;
+    physics::available(&args.physics.engine)?;
     if train::processes::count() > 1 {
         return Err(CliError::Usage("start a study as one process".into()));
     }
@@ -183,7 +183,7 @@ fn trained(plan: &TrackerPlan, folder: &Path, args: &Args, output: &Output) -> R
         }
     }
     let Some(summary) =
-        train::tracker::train(plan, folder, &Source { resume: exists, ..Source::default() }, &args.hardware, output)?
+        train::tracker::train(plan, folder, &Source { resume: exists, ..Source::default() }, &args.physics, output)?
     else {
         return Err(CliError::Usage("start a study as one process".into()));
     };
@@ -225,7 +225,7 @@ fn evaluated(
 ) -> Result<Run, CliError> {
     let robot = Arc::new(Robot::load(&plan.robot)?);
     let loaded = Loaded::new(&policy_of(folder), Arc::clone(&robot), plan.prior.as_deref())?;
-    let evaluation = eval::Job { loaded: &loaded, physics: &args.hardware.physics };
+    let evaluation = eval::Job { loaded: &loaded, physics: &args.physics };
     let (starts, seconds) = (study.starts, study.seconds);
     let options = EvaluationOptions { starts, seconds, keep: 0, ..EvaluationOptions::default() };
     let protocol = ThesisProtocol { distance: deviation(study, plan, &robot)?, ..study.thesis.clone() };

@@ -107,7 +107,9 @@ pub(super) fn text(summary: &Summary, done: &[Done], files: (&Path, Option<&Path
     let folder = report.parent().unwrap_or(Path::new("."));
     let mut text = if table.rows.is_empty() { String::new() } else { fitted(&table) + "\n" };
     for (file, why) in done.iter().filter_map(|d| d.refused.as_ref().map(|why| (&d.file, why))) {
-        text += &format!("refused {}: {why}\n", file.display());
+        // Errors of readers name the file themselves.
+        let named = why.starts_with(&file.display().to_string());
+        text += &if named { format!("refused {why}\n") } else { format!("refused {}: {why}\n", file.display()) };
     }
     text += &notes(done);
     for report in done.iter().filter_map(|d| d.report.as_ref()) {

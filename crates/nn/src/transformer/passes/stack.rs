@@ -1,14 +1,13 @@
 //! Transformer blocks, forward and backward. What is cheap to compute again (normalized tokens, GELU) is not kept.
 
 use super::attention::{self, Shape, padded_bias};
-use super::linear::Linear;
 use super::norm::Norm;
-use super::places::Places;
+use crate::parameters::Parameters;
 use crate::rows::gelu::gelu_and_gradient;
-use crate::rows::{activated, add};
+use crate::rows::{Linear, activated, add};
 use crate::transformer::alibi;
 
-/// The numbers of a [`Stack`](crate::transformer::Stack).
+/// Blocks, and one more normalization at the end.
 #[derive(Debug, Clone)]
 pub(super) struct Stack {
     blocks: Vec<Block>,
@@ -17,7 +16,11 @@ pub(super) struct Stack {
     heads: usize,
 }
 
-/// The numbers of a [`Block`](crate::transformer::Block).
+/// x + attention(norm(x)), then x + feed-forward(norm(x)): T5's order, in which nothing stands on the way from input to output but
+/// additions. No map has a bias, as T5's have none.
+///
+/// T5 leaves out attention's factor 1/√(c/h) and draws the query weights smaller by it instead. At initialization that is the same
+/// function; here the factor stays, so that Adam's steps are not √(c/h) times as effective on queries as on everything else.
 #[derive(Debug, Clone)]
 struct Block {
     norm_1: Norm,
@@ -50,11 +53,11 @@ pub(super) struct StackPass {
 
 impl Stack {
     /// `layers` blocks that stand under `name`.
-    pub(super) fn new(places: &Places, name: &str, layers: usize, width: usize, heads: usize) -> Self {
-        let block = |i| Block::new(places, &format!("{name}.blocks.{i}"), width);
+    pub(super) fn new(parameters: &Parameters, name: &str, layers: usize, width: usize, heads: usize) -> Self {
+        let block = |i| Block::new(parameters, &format!("{name}.blocks.{i}"), width);
         Self {
             blocks: (0..layers).map(block).collect(),
-            norm: Norm::new(places, &format!("{name}.norm")),
+            norm: Norm::new(parameters, &format!("{name}.norm")),
             width,
             heads,
         }
@@ -87,15 +90,20 @@ impl Stack {
 }
 
 impl Block {
-    fn new(places: &Places, name: &str, width: usize) -> Self {
-        let part = |part: &str| format!("{name}.{part}");
-        let inner = Linear::new(places, &part("feed_forward.inner"), width);
+    fn new(parameters: &Parameters, name: &str, width: usize) -> Self {
+        let (layout, values) = (parameters.layout(), parameters.values());
+        let map = |part: &str, inputs: usize| {
+            let weight = format!("{name}.{part}");
+            let outputs = layout.range(&weight).len() / inputs.max(1);
+            Linear::without_bias(&weight, [inputs, outputs], layout, values)
+        };
+        let inner = map("feed_forward.inner", width);
         Self {
-            norm_1: Norm::new(places, &part("norm_1")),
-            projection: Linear::new(places, &part("attention.projection"), width),
-            output: Linear::new(places, &part("attention.output"), width),
-            norm_2: Norm::new(places, &part("norm_2")),
-            outer: Linear::new(places, &part("feed_forward.outer"), inner.outputs()),
+            norm_1: Norm::new(parameters, &format!("{name}.norm_1")),
+            projection: map("attention.projection", width),
+            output: map("attention.output", width),
+            norm_2: Norm::new(parameters, &format!("{name}.norm_2")),
+            outer: map("feed_forward.outer", inner.outputs()),
             inner,
         }
     }

@@ -1,17 +1,20 @@
-//! [`super::super::RmsNorm`] and its gradient.
+//! T5's layer normalization: each token by the root of its mean square, times a gain; no mean is subtracted and nothing added (Zhang &
+//! Sennrich 2019, as in T5, Raffel et al. 2020). And its gradient.
 
 use std::ops::Range;
 
 use lifelike_simd::vectorize;
 
-use super::places::Places;
+use crate::parameters::Parameters;
 use crate::rows::elementary::dot;
-use crate::transformer::norm::EPSILON;
+
+/// T5's.
+const EPSILON: f32 = 1e-6;
 
 /// 1 / root of the mean square.
 #[inline(always)]
 fn inverse_root(x: &[f32]) -> f32 {
-    1.0 / (dot(x, x) / x.len() as f32 + EPSILON as f32).sqrt()
+    1.0 / (dot(x, x) / x.len() as f32 + EPSILON).sqrt()
 }
 
 /// A normalization with its gain.
@@ -22,9 +25,9 @@ pub(super) struct Norm {
 }
 
 impl Norm {
-    pub(super) fn new(places: &Places, name: &str) -> Self {
-        let place = places.range(&format!("{name}.gain"));
-        Self { gain: places.values(place.clone()).to_vec(), place }
+    pub(super) fn new(parameters: &Parameters, name: &str) -> Self {
+        let place = parameters.range(&format!("{name}.gain"));
+        Self { gain: parameters.values()[place.clone()].to_vec(), place }
     }
 
     /// x / root · gain, for every row.

@@ -150,3 +150,55 @@ fn put(
         rest.iter_mut().zip(last).for_each(|(out, part)| *out = *part);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use std::collections::BTreeMap;
+
+    use super::*;
+    use crate::rows::{Layout, Linear};
+    use crate::transformer::alibi;
+
+    #[derive(serde::Deserialize)]
+    struct Array {
+        data: Vec<f32>,
+    }
+
+    /// PyTorch's, between the two maps that stand around it, with heads of a size that fills no vector.
+    #[test]
+    fn attention_with_linear_biases_is_pytorchs() {
+        let text = include_str!("../../../tests/fixtures/transformer.json");
+        let fixture: BTreeMap<String, Array> = serde_json::from_str(text).unwrap();
+        for heads in [2, 3] {
+            let (tokens, width) = (7, 4 * heads);
+            let array = |part: &str| fixture[&format!("attention.{heads}.{part}")].data.clone();
+            let close = |part: &str, got: &[f32]| {
+                let expected = array(part);
+                let scale = expected.iter().fold(0.0_f32, |most, x| most.max(x.abs()));
+                assert_eq!(got.len(), expected.len());
+                assert!(got.iter().zip(&expected).all(|(a, b)| (a - b).abs() <= 1e-5 * scale), "{part}");
+            };
+            let layout = Layout::of_shapes(vec![
+                ("projection".into(), vec![width, 3 * width]),
+                ("output".into(), vec![width, width]),
+            ]);
+            let values = [array("projection"), array("output")].concat();
+            let projection = Linear::without_bias("projection", [width, 3 * width], &layout, &values);
+            let output = Linear::without_bias("output", [width, width], &layout, &values);
+
+            let positions: Vec<f64> = (0..tokens).map(|i| i as f64).collect();
+            let bias = padded_bias(&alibi::bias(heads, &positions), tokens);
+            let shape = Shape { tokens, width, heads };
+            let projected = projection.forward(&array("x"));
+            let (mixed, weights) = forward(&projected, &bias, shape);
+            close("y", &output.forward(&mixed));
+            let mut sums = vec![0.0; layout.len()];
+            let by_mixed = output.backward(&mixed, &array("dy"), &mut sums);
+            let by_projected = backward(&projected, &weights, &by_mixed, shape);
+            close("d.x", &projection.backward(&array("x"), &by_projected, &mut sums));
+            close("d.projection", &sums[layout.range("projection")]);
+            close("d.output", &sums[layout.range("output")]);
+        }
+    }
+}
