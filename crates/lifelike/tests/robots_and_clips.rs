@@ -171,6 +171,9 @@ fn names_inside_of_files_lead_nowhere() {
     let mut clip = container::read(&file).unwrap();
     let published = inside.join("HumanML3D");
     std::fs::create_dir_all(published.join("texts")).unwrap();
+    for (split, names) in [("train.txt", "000004\n"), ("val.txt", ""), ("test.txt", "")] {
+        std::fs::write(published.join(split), names).unwrap();
+    }
     let before = tree(root.path());
     let to = inside.join("out");
     let to = to.to_str().unwrap();
@@ -259,7 +262,11 @@ fn numbers_beyond_any_machine_are_refused_at_once() {
         (&["bench", "engine", "--environments", "18446744073709551615"], 2, "expected a number from 1 to 1048576"),
         (&["bench", "engine", "--seconds", "1e30"], 2, "at most 3600"),
         (&["dataset", "grammar", "--hours", "1e12", "-o", &to], 2, "at most 1000"),
-        (&["eval", "--policy", "lima", "--motions", "builtin:wave", "--starts", "999999999"], 2, "from 1 to 10000"),
+        (
+            &["eval", "--policy", "lima", "--motions", "builtin:wave", "--starts", "999999999", "-o", &to],
+            2,
+            "from 1 to 10000",
+        ),
     ] {
         let message = refused(arguments, code);
         assert!(message.contains(part), "{arguments:?}: {message}");
