@@ -18,7 +18,7 @@ use crate::output::{Output, table};
 
 /// Convert the motion of robots: to the layout of another program, to a table, or to another rate.
 ///
-/// The layout of an input is found from its content and printed. What the new layout does not hold is printed too.
+/// The layout of an input is found from its content and printed. Losses of the new layout are printed too.
 /// Velocities and poses of bodies are computed anew, as the programs compute them.
 #[derive(Debug, clap::Args)]
 #[command(after_help = after_help())]
