@@ -95,6 +95,15 @@ impl TermKind for Penalty {
     }
 }
 
+/// Reads a limit. The plan in a checkpoint is JSON, which has no infinity and writes null for it.
+///
+/// # Errors
+/// No number.
+pub(crate) fn limit<'de, D: serde::Deserializer<'de>>(deserializer: D) -> Result<f32, D::Error> {
+    let number = <Option<f32> as serde::Deserialize>::deserialize(deserializer)?;
+    Ok(number.unwrap_or(f32::INFINITY))
+}
+
 /// Declares all terms: the settings of both forms, their values and [`TERMS`](super::TERMS).
 ///
 /// A declaration is `/// meaning`, `name: Kind, "unit" = default in the exponential form { thesis: f, exponential: g }`,
@@ -122,6 +131,7 @@ macro_rules! reward_terms {
             #[serde(default)]
             pub norm: Norm,
             /// Largest loss by one tracking term (before `scale`); `inf` is the thesis.
+            #[serde(deserialize_with = "crate::rewards::declare::limit")]
             pub term_limit: f32,
             /// Smallest standard deviations that errors are divided by.
             pub floors: Floors,

@@ -135,6 +135,15 @@ fn a_quarter_turn_is_four_in_the_frobenius_norm() {
 }
 
 #[test]
+fn a_reward_without_a_limit_is_read_back_from_a_checkpoint() {
+    let reward = table_4_1();
+    assert_eq!(reward.term_limit, f32::INFINITY);
+    let mut checkpoint = lifelike_checkpoint::Checkpoint::new();
+    checkpoint.set_meta("reward", &reward).unwrap();
+    assert_eq!(checkpoint.meta::<ThesisReward>("reward").unwrap(), reward);
+}
+
+#[test]
 fn a_term_limit_bounds_each_term_and_scale_multiplies_all() {
     let layout = layout();
     let mut simulated = rest();
