@@ -3,6 +3,8 @@
 //! The moments stand in rows like the parameters'. They are saved bit for bit by name, so a resumed run continues as if it had not
 //! stopped.
 
+use std::ops::Range;
+
 use lifelike_checkpoint::{Checkpoint, CheckpointError};
 use lifelike_dense::{AdamStep, Slices, norm};
 use lifelike_simd::InstructionSet;
@@ -59,7 +61,7 @@ pub struct Descent<'a> {
     pub rate: f64,
 }
 
-/// What a step met.
+/// Outcome of a step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Stepped {
     /// Norm of the gradient before clipping.
@@ -125,7 +127,7 @@ impl Adam {
         Stepped { norm, taken: true }
     }
 
-    fn adam(&mut self, range: std::ops::Range<usize>, values: &mut [f32], gradient: &[f32], scale: f64, rate: f64) {
+    fn adam(&mut self, range: Range<usize>, values: &mut [f32], gradient: &[f32], scale: f64, rate: f64) {
         let AdamConfig { beta_1, beta_2, epsilon, .. } = self.config;
         let slices = Slices {
             values: &mut values[range.clone()],

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use lifelike_checkpoint::{Checkpoint, CheckpointError};
 
+use crate::adam::{Adam, Descent, Stepped};
 use crate::rows::Layout;
 
 /// Named parameters. Networks pack them into kernels; optimizers, averages and files go by the row.
@@ -63,6 +64,14 @@ impl Parameters {
     pub fn get_mut(&mut self, name: &str) -> &mut [f32] {
         let range = self.range(name);
         &mut self.values[range]
+    }
+
+    /// Takes a step of the optimizer, unless the gradient is not finite.
+    ///
+    /// # Panics
+    /// As [`Adam::step`].
+    pub fn step(&mut self, optimizer: &mut Adam, descent: Descent<'_>) -> Stepped {
+        optimizer.step(&self.layout, &mut self.values, descent)
     }
 
     /// Adds them to a checkpoint as `prefix.NAME`.

@@ -121,9 +121,7 @@ impl EvaluatorTrainer {
         let (loss, gradient) = self.network.gradient(&rows, &ids, loss);
         let learning_rate = plan.learning_rate_at(i);
         let descent = Descent { gradient: &gradient, max_norm: plan.max_gradient_norm, rate: learning_rate };
-        let parameters = self.network.parameters_mut();
-        let layout = parameters.layout().clone();
-        let stepped = self.optimizer.step(&layout, parameters.values_mut(), descent);
+        let stepped = self.network.parameters_mut().step(&mut self.optimizer, descent);
         self.skipped += u64::from(!stepped.taken);
         self.iteration += 1;
         Ok(EvaluatorMetrics { loss, learning_rate, gradient_norm: stepped.norm, skipped: self.skipped })

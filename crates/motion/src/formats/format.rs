@@ -50,7 +50,7 @@ impl Sample {
     fn new(content: impl Read + Seek) -> Self {
         let mut content = content;
         let mut start = Vec::new();
-        // A file that cannot be read has no start; whoever reads it reports why.
+        // A file that cannot be read has no start; its reader reports why.
         if content.by_ref().take(SNIFFED).read_to_end(&mut start).is_err() {
             return Self::default();
         }

@@ -107,9 +107,7 @@ impl<S: Sequences> SequenceTrainer<S> {
         let learning_rate = plan.learning_rate_at(i);
         let max_norm = plan.max_gradient_norm.unwrap_or(f64::INFINITY);
         let descent = Descent { gradient: &gradient, max_norm, rate: learning_rate };
-        let parameters = self.network.parameters_mut();
-        let layout = parameters.layout().clone();
-        let stepped = self.optimizer.step(&layout, parameters.values_mut(), descent);
+        let stepped = self.network.parameters_mut().step(&mut self.optimizer, descent);
         let gradient_norm = stepped.norm;
         self.skipped += u64::from(!stepped.taken);
         self.iteration += 1;

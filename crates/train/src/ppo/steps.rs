@@ -168,9 +168,8 @@ fn descend(
         job.collective.sum(gradient);
         gradient.iter_mut().for_each(|x| *x *= share);
     }
-    let layout = parameters.layout().clone();
     let descent = Descent { gradient, max_norm: job.spec.gradient_norm, rate };
-    let stepped = adam.step(&layout, parameters.values_mut(), descent);
+    let stepped = parameters.step(adam, descent);
     stepped.taken.then_some(stepped.norm)
 }
 

@@ -74,7 +74,7 @@ struct Done {
     frames: usize,
     layout: &'static str,
     file: PathBuf,
-    /// What the result does not hold, and what else to know of it.
+    /// Losses of the result, and other remarks on it.
     notes: Vec<String>,
 }
 

@@ -51,7 +51,7 @@ pub(super) struct Hierarchy {
     pub root: usize,
     /// The joint after the last one below the root.
     pub end: usize,
-    /// Whether each joint is the root or carries it.
+    /// True for each joint that is the root or carries it.
     pub carries_root: Vec<bool>,
 }
 

@@ -115,7 +115,7 @@ pub(super) enum Numbers<'a> {
     One(f64),
 }
 
-/// What a pickle holds.
+/// A value in a pickle.
 #[derive(Debug)]
 pub struct Pickle {
     values: Vec<Value>,

@@ -304,3 +304,82 @@ fn back_through(
     let all = blocks.iter().zip(passes).rev();
     all.fold(gradient, |gradient, (block, pass)| block.backward(pass, gradient, steps, sums))
 }
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use lifelike_checkpoint::Checkpoint;
+
+    use super::*;
+    use crate::prior::WindowPlan;
+
+    const FEATURES: usize = 5;
+
+    fn wave(count: usize, pace: f32) -> Vec<f32> {
+        (0..count).map(|i| (i as f32 * pace).sin()).collect()
+    }
+
+    fn dot(a: &[f32], b: &[f32]) -> f64 {
+        a.iter().zip(b).map(|(a, b)| f64::from(a * b)).sum()
+    }
+
+    /// Windows of 13 samples, which padding brings to 16, with principal components beside.
+    fn network() -> MotionVae {
+        let windows = WindowPlan { half_width: 6, ..WindowPlan::default() };
+        let plan = VaePlan { windows, channels: 8, blocks: 2, latent: 3, ..VaePlan::default() };
+        let size = 13 * FEATURES;
+        let mut file = Checkpoint::new();
+        file.put_f32("components.mean", &[size], wave(size, 0.3)).unwrap();
+        file.put_f32("components.directions", &[3, size], wave(3 * size, 0.7)).unwrap();
+        MotionVae::new(&plan, FEATURES).with_linear_path(Components::read(&file, 3, size).unwrap())
+    }
+
+    /// Along the gradient of each parameter a weighed sum of all outputs changes as fast as the gradient is long.
+    /// The steps are short, since a rectifier that changes its side within one bends the difference.
+    #[test]
+    fn gradients_are_those_of_finite_differences() {
+        const STEP: f64 = 2e-4;
+        let (x, z) = (wave(4 * 13 * FEATURES, 0.37), wave(4 * 3, 1.1));
+        let by_windows: Vec<f32> = wave(x.len(), 0.11).into_iter().map(|x| x + 0.5).collect();
+        let by = Encoded { mean: wave(12, 0.9), log_variance: wave(12, 0.4) };
+        let value = |network: &MotionVae, z: &[f32]| {
+            let weights = network.weights();
+            let encoded = weights.encode(&x).0;
+            let outputs = dot(&encoded.mean, &by.mean) + dot(&encoded.log_variance, &by.log_variance);
+            outputs + dot(&weights.decode(z.to_vec()).0, &by_windows)
+        };
+        let network = network();
+        let (weights, mut sums) = (network.weights(), vec![0.0; network.parameters().len()]);
+        weights.encode_backward(weights.encode(&x).1, &by, &mut sums);
+        let by_z = weights.decode_backward(weights.decode(z.clone()).1, &by_windows, &mut sums);
+        for entry in network.parameters().layout().entries() {
+            let along = &sums[network.parameters().range(&entry.name)];
+            let moved = |step: f64| {
+                let mut network = network.clone();
+                step_along(network.parameters_mut().get_mut(&entry.name), along, step);
+                value(&network, &z)
+            };
+            assert_slope(&entry.name, (moved(STEP) - moved(-STEP)) / (2.0 * STEP), along);
+        }
+        let moved = |step: f64| {
+            let mut z = z.clone();
+            step_along(&mut z, &by_z, step);
+            value(&network, &z)
+        };
+        assert_slope("latents", (moved(STEP) - moved(-STEP)) / (2.0 * STEP), &by_z);
+    }
+
+    fn length(x: &[f32]) -> f64 {
+        dot(x, x).sqrt()
+    }
+
+    fn step_along(values: &mut [f32], along: &[f32], step: f64) {
+        let size = length(along);
+        values.iter_mut().zip(along).for_each(|(x, along)| *x += (step * f64::from(*along) / size) as f32);
+    }
+
+    fn assert_slope(name: &str, slope: f64, gradient: &[f32]) {
+        let size = length(gradient);
+        assert!((slope - size).abs() < 0.01 * size, "{name}: {slope}, not {size}");
+    }
+}

@@ -127,9 +127,7 @@ impl VaeTrainer {
         let (losses, gradient) = self.gradient(&rows, &noise, kl_weight);
 
         let descent = Descent { gradient: &gradient, max_norm: plan.max_gradient_norm, rate: learning_rate };
-        let parameters = self.vae.parameters_mut();
-        let layout = parameters.layout().clone();
-        let stepped = self.optimizer.step(&layout, parameters.values_mut(), descent);
+        let stepped = self.vae.parameters_mut().step(&mut self.optimizer, descent);
         self.skipped += u64::from(!stepped.taken);
         self.iteration += 1;
         Ok(VaeMetrics {
