@@ -2,6 +2,7 @@
 
 use std::process::ExitCode;
 
+use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{ArgAction, Parser};
 use tracing_subscriber::Layer;
 use tracing_subscriber::filter::{LevelFilter, Targets};
@@ -60,6 +61,17 @@ forces others.
 Exit codes: 0 done, 1 failed, 2 wrong usage, 3 bad input, 4 this build cannot do it, 130 interrupted (and saved).";
 
 impl Cli {
+    /// Reads the program's arguments; prints what is wrong with them, or the help that they ask for, and exits.
+    pub fn of_arguments() -> Self {
+        Self::try_parse().unwrap_or_else(|error| match key_with_dashes(&error) {
+            Some(hint) => {
+                eprintln!("error: {hint}");
+                std::process::exit(i32::from(CliError::Usage(hint).code()))
+            }
+            None => error.exit(),
+        })
+    }
+
     /// Runs the command, prints its result or its error, and returns the exit code.
     pub fn execute(self) -> ExitCode {
         lifelike_nn::memory::tune_allocator();
@@ -104,6 +116,16 @@ pub fn run(arguments: &[&str]) -> Result<(), CliError> {
     cli.command.run(&Output { json: cli.json, quiet: cli.quiet, silent: false })
 }
 
+/// Returns the remedy for `--budget.minutes=5`: keys of a plan stand without dashes.
+fn key_with_dashes(error: &clap::Error) -> Option<String> {
+    let argument = match error.get(ContextKind::InvalidArg)? {
+        ContextValue::String(argument) if error.kind() == ErrorKind::UnknownArgument => argument,
+        _ => return None,
+    };
+    let key = argument.strip_prefix("--").filter(|key| key.contains('.'))?;
+    Some(format!("unexpected argument '{argument}': a key of a plan has no dashes, as in '{key}=VALUE'"))
+}
+
 #[cfg(test)]
 mod tests {
     use clap::{CommandFactory, Parser};
@@ -112,6 +134,18 @@ mod tests {
     #[test]
     fn the_arguments_are_consistent() {
         super::Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn a_key_with_dashes_is_told_without() {
+        let hint = |argument| {
+            let parsed = super::Cli::try_parse_from(["lifelike", "train", "tracker", argument]);
+            parsed.err().and_then(|error| super::key_with_dashes(&error))
+        };
+        let expected =
+            "unexpected argument '--budget.minutes': a key of a plan has no dashes, as in 'budget.minutes=VALUE'";
+        assert_eq!(hint("--budget.minutes=5").as_deref(), Some(expected));
+        assert_eq!(hint("--budget"), None);
     }
 
     #[test]

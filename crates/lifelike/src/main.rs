@@ -2,8 +2,6 @@
 
 use std::process::ExitCode;
 
-use clap::Parser;
-
 fn main() -> ExitCode {
-    lifelike::Cli::parse().execute()
+    lifelike::Cli::of_arguments().execute()
 }

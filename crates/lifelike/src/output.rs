@@ -74,12 +74,17 @@ pub(crate) fn show_all_columns(wide: bool) {
     let _ = WIDE.set(wide);
 }
 
+/// Returns whether people see everything.
+pub(crate) fn shows_all_columns() -> bool {
+    WIDE.get().copied().unwrap_or(false)
+}
+
 /// Space for tables: that of the terminal, or what the variable COLUMNS says.
 pub fn screen() -> Screen {
     let variable = std::env::var("COLUMNS").ok().and_then(|text| text.parse().ok()).filter(|n| *n > 0);
     let terminal = || terminal_size::terminal_size_of(std::io::stdout()).map(|(width, _)| usize::from(width.0));
     let columns = variable.or_else(terminal).unwrap_or(Screen::PIPED);
-    Screen { columns, wide: WIDE.get().copied().unwrap_or(false), colours: colours(&std::io::stdout()) }
+    Screen { columns, wide: shows_all_columns(), colours: colours(&std::io::stdout()) }
 }
 
 /// Returns whether colours may be written to a stream: a terminal that knows them, and nobody who set NO_COLOR (no-color.org).

@@ -209,7 +209,7 @@ pub fn controller(
         Err(reason) => reason,
     };
     let names: Vec<&str> = all().filter(|n| n.kind == Kind::Controller).map(|n| n.name).collect();
-    let train = NextCommand::new("train tracker").word("--plan").word("track").word(format!("robot={robot_file}"));
+    let train = NextCommand::new("train tracker").word("--plan").word("track").word("--robot").word(robot_file);
     let run = "runs/own";
     Err(CliError::Input(format!(
         "no pretrained controller for '{}': of those that come with the program ({}) {reason}. Train one and name it:\n\

@@ -268,3 +268,18 @@ fn outputs_keep_their_kind_and_names_are_guessed() {
     let error = desk.refused(&["train", "tracker", "--plan", "track", "pppo.gamma=1"]);
     assert!(error.contains("did you mean 'ppo'?"), "{error}");
 }
+
+#[test]
+fn files_of_another_robot_and_missing_ones_are_refused_in_a_sentence() {
+    let desk = Desk::new();
+    let error = desk.refused(&["eval", "--policy", "lima", "--robot", "humanoid", "-m", "builtin", "-o", "e"]);
+    assert!(error.contains("the policy is for robot 'lima' (20 joints"), "{error}");
+    assert!(error.contains("lifelike train tracker --plan track --robot FILE"), "{error}");
+    desk.out(&["motion", "mirror", "builtin:wave", "-o", "left.motion.safetensors"]);
+    let error = desk.refused(&["motion", "check", "left.motion.safetensors", "--robot", "humanoid"]);
+    assert!(error.contains("it is motion of 'lima'; ") && error.contains("--source-robot"), "{error}");
+    for missing in ["runs/nothing", "bot.xml"] {
+        let error = desk.refused(&["inspect", missing]);
+        assert!(error.contains(&format!("{missing}: expected a file or folder, got nothing there")), "{error}");
+    }
+}

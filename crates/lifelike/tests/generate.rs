@@ -172,9 +172,9 @@ fn a_robot_without_networks_is_told_how_to_get_them() {
     std::fs::copy(ours.join("lima.toml"), folder.path().join("own.toml")).unwrap();
     let words = ["generate", "a person walks", "--robot", "own.xml", "-o", "x.motion.safetensors"];
     let error = refused(folder.path(), &words);
-    assert!(error.contains("lifelike train generator --plan generator robot=own.xml"), "{error}");
+    assert!(error.contains("lifelike train generator --plan generator --robot own.xml"), "{error}");
     let error = refused(folder.path(), &["demo", "--robot", "own.xml"]);
-    assert!(error.contains("lifelike train tracker --plan track robot=own.xml"), "{error}");
+    assert!(error.contains("lifelike train tracker --plan track --robot own.xml"), "{error}");
 }
 
 #[test]

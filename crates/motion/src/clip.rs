@@ -139,10 +139,27 @@ impl MotionClip {
             return Err(MotionError::Mismatch {
                 clip: self.name.clone(),
                 character: character.name.clone(),
-                message: format!("joints missing in the clip: {missing:?}; unknown to the character: {unknown:?}"),
+                message: self.other_joints(&missing, &unknown),
             });
         }
         Ok(wanted.iter().filter_map(|n| self.joint_names.iter().position(|m| m == n)).collect())
+    }
+
+    /// Says that the joints are another robot's, and the remedy.
+    fn other_joints(&self, missing: &[&str], unknown: &[&str]) -> String {
+        let counted = |names: &[&str], which: &str| {
+            names.first().map(|first| format!("{} {which}, such as '{first}'", names.len()))
+        };
+        let differ = [counted(missing, "joints are missing"), counted(unknown, "are unknown")];
+        let differ = differ.into_iter().flatten().collect::<Vec<_>>().join("; ");
+        let of = match self.provenance.character.as_str() {
+            "" => String::new(),
+            name => format!("it is motion of '{name}'; "),
+        };
+        format!(
+            "{of}{differ}. Motion of another robot is retargeted: \
+             lifelike motion retarget CLIP --source-robot ITS_ROBOT --robot ROBOT -o FOLDER"
+        )
     }
 
     /// Writes the generalised position at one frame, in MuJoCo's layout. `columns` is from [`Self::columns_for`].

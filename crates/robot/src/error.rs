@@ -38,6 +38,21 @@ pub enum RobotError {
         /// The name.
         name: String,
     },
+    /// A policy that was trained for a robot with other joints.
+    #[error(
+        "the policy is for robot '{policy}' ({joints}), and '{robot}' is another ({robot_joints}); each robot needs a policy \
+         of its own: lifelike train tracker --plan track --robot FILE"
+    )]
+    OtherRobot {
+        /// Name of the policy's robot.
+        policy: String,
+        /// Number of its joints, and one that the robot lacks.
+        joints: String,
+        /// Name of the robot.
+        robot: String,
+        /// Number of its joints, and one that the policy lacks.
+        robot_joints: String,
+    },
     /// Two things that must carry the same names do not.
     #[error("{what}: expected {expected}, got {got}")]
     Mismatch {

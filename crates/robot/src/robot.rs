@@ -336,7 +336,14 @@ fn default_pose(character: &Character, profile: &Profile) -> Result<Vec<f64>, Ro
             Some(&angle) if (low..=high).contains(&angle) => Ok(angle),
             Some(angle) => {
                 let name = &joint.name;
-                let message = format!("default_pose.{name}: expected an angle within [{low}, {high}], got {angle}");
+                let radians = angle.to_radians();
+                let degrees = if (low..=high).contains(&radians) {
+                    format!("; {angle} degrees would be {radians:.3}")
+                } else {
+                    String::new()
+                };
+                let message =
+                    format!("default_pose.{name}: expected {low:.3} to {high:.3} rad or m, got {angle}{degrees}");
                 Err(unfit(character, message))
             }
         }

@@ -34,7 +34,8 @@ const PLAN: &str = "align";
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
-  lifelike align --generator runs/generator/motion.generator.safetensors --critic runs/critic/motion.critic.safetensors \\
+  lifelike align --generator runs/generator/motion.generator.safetensors \\
+      --critic runs/critic/motion.critic.safetensors \\
       'clips=[\"data/grammar\"]' -o runs/aligned
   lifelike align --resume -o runs/aligned")]
 pub struct Args {

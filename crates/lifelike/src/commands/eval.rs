@@ -31,13 +31,19 @@ pub const STARTS: usize = 10_000;
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
+  lifelike eval --policy lima --motions builtin -o report
   lifelike eval --policy runs/walk/tracker.policy.safetensors --motions data/lima -o report
-  lifelike eval --policy p.policy.safetensors --prior m.prior.safetensors --motions a.bvh b.bvh -o report
+  lifelike eval --policy p.policy.safetensors --prior m.prior.safetensors \\
+      --motions a.bvh b.bvh -o report
   lifelike eval --policy p.policy.safetensors --motions @experiments/track-20-test.txt -o report
-  lifelike eval --policy p.policy.safetensors --motions data/lima -o report --json | jq .overall.survival
-  lifelike eval --policy p.policy.safetensors --motions kept/MDM --protocol thesis --episodes 2048 -o report
-  lifelike eval --policy p.policy.safetensors --motions data/g1 --families experiments/families.txt -o report
-  lifelike eval --policy p.policy.safetensors --motions data/lima -o report --explain --apply data/repaired
+  lifelike eval --policy p.policy.safetensors --motions data/lima -o report \\
+      --json | jq .overall.survival
+  lifelike eval --policy p.policy.safetensors --motions kept/MDM --protocol thesis \\
+      --episodes 2048 -o report
+  lifelike eval --policy p.policy.safetensors --motions data/g1 \\
+      --families experiments/families.txt -o report
+  lifelike eval --policy p.policy.safetensors --motions data/lima -o report \\
+      --explain --apply data/repaired
 
 Motions may be *.motion.safetensors, or captured motion and keyframes, which are retargeted on the way.")]
 pub struct Args {

@@ -25,7 +25,7 @@ const POLICY_OF_RUN: &str = "tracker.policy.safetensors";
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
-  lifelike export runs/walk                                  # writes runs/walk/tracker.controller.safetensors
+  lifelike export runs/walk   # writes runs/walk/tracker.controller.safetensors
   lifelike export old.policy.safetensors --prior m.prior.safetensors -o old.controller.safetensors
   lifelike export runs/mine --robot my_robot.xml
 

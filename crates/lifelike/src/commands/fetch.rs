@@ -18,7 +18,7 @@ use crate::output::Output;
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
-  lifelike fetch g1                      # Unitree G1 with meshes (BSD-3-Clause), 12 MB; then --robot g1
+  lifelike fetch g1   # Unitree G1 with meshes (BSD-3-Clause), 12 MB; then --robot g1
   lifelike fetch g1 --without-meshes
   lifelike fetch dm_control              # the humanoids of dm_control (Apache-2.0)
   lifelike fetch minilm                  # text encoder all-MiniLM-L6-v2 (Apache-2.0), 83 MB")]

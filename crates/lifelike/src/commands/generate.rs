@@ -18,7 +18,7 @@ use serde_json::json;
 
 use self::made::Made;
 use self::maker::{Kept, Maker, sort_by_realism};
-use self::play::Player;
+use self::play::{Played, Player};
 use crate::commands::best_of::By;
 use crate::commands::motion::container_in;
 use crate::commands::physics::Physics;
@@ -40,11 +40,14 @@ const STRENGTH: f64 = 0.02;
 #[derive(Debug, clap::Args)]
 #[command(group = clap::ArgGroup::new("tracked").multiple(true), after_help = "\
 Examples:
-  lifelike generate \"a person waves with the right hand\" --physics             # into runs/generated
-  lifelike generate \"a person walks\" --then \"a person turns left\" --candidates 8 -o walk.motion.safetensors
+  lifelike generate \"a person waves with the right hand\" --physics   # into runs/generated
+  lifelike generate \"a person walks\" --then \"a person turns left\" --candidates 8 \\
+      -o walk.motion.safetensors
   lifelike generate \"a person kicks\" --best-of 16 --by physics -o kick.motion.safetensors
-  lifelike generate \"a person waves\" --keep-legs walk.motion.safetensors -o both.motion.safetensors
-  lifelike generate --prompts prompts.txt --generator runs/g/motion.generator.safetensors -o data/generated")]
+  lifelike generate \"a person waves\" --keep-legs walk.motion.safetensors \\
+      -o both.motion.safetensors
+  lifelike generate --prompts prompts.txt --generator runs/g/motion.generator.safetensors \\
+      -o data/generated")]
 pub struct Args {
     /// The sentence.
     #[arg(required_unless_present = "prompts")]
@@ -180,7 +183,12 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
         let lines: String = made.iter().map(Made::text).collect();
         let end = match (&played, made.first()) {
             (Some(played), _) => {
-                format!("{}\nopen this in a browser: {}\n", played.lines.join("\n"), played.report.display())
+                let page = played.report.display();
+                format!(
+                    "{}\nopen this in a browser: {page}\n{}",
+                    played.lines.join("\n"),
+                    played.next(args, &robot, &made)
+                )
             }
             (None, Some(first)) => {
                 let next = NextCommand::new("motion check").word(first.files[0].display());
@@ -190,6 +198,18 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
         };
         format!("{lines}{seconds:.1} s of motion made in {took:.2} s\n{end}")
     })
+}
+
+impl Played {
+    /// Returns the line with the next command: why the first motion falls or lags.
+    fn next(&self, args: &Args, robot: &Robot, made: &[Made]) -> String {
+        let Some(first) = made.first() else { return String::new() };
+        let shipped = || shipped::name_of(robot).map_or_else(|| self.policy.clone(), PathBuf::from);
+        let policy = args.policy.clone().unwrap_or_else(shipped);
+        let eval = NextCommand::new("eval").path("--policy", &policy).robot(&args.robot);
+        let eval = eval.word("--motions").word(first.files[0].display()).word("--explain");
+        format!("next: {}\n", eval.word("-o").word("runs/explained"))
+    }
 }
 
 /// Loads what motions are made with.
@@ -260,7 +280,7 @@ fn jobs(args: &Args) -> Result<Vec<(Vec<String>, PathBuf)>, CliError> {
 }
 
 fn no_generator(robot: &Robot, file: &str) -> CliError {
-    let train = NextCommand::new("train generator").word("--plan").word("generator").word(format!("robot={file}"));
+    let train = NextCommand::new("train generator").word("--plan").word("generator").word("--robot").word(file);
     let again = NextCommand::new("generate").word("a person walks").word("--generator");
     CliError::Input(format!(
         "no pretrained generator for '{}' comes with the program: none has its joints. Train one and name it:\n\

@@ -22,14 +22,14 @@ use crate::shipped;
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
-  lifelike inspect lima                             # a robot that comes with the program
-  lifelike inspect g1                               # the Unitree G1, once fetched: lifelike fetch g1
-  lifelike inspect walk.bvh                         # captured motion, in any format that is read
-  lifelike inspect walk.motion.safetensors          # motion of a robot
-  lifelike inspect runs/tracker                     # a run: plan, progress, checkpoints
-  lifelike inspect --json lima.controller           # of the networks that come with the program: what a policy sees, and in which order
-  lifelike inspect --machine                        # vector instructions, cores, peak rates, memory
-  LIFELIKE_SIMD=portable lifelike inspect --machine    # the same with the instructions that every machine has")]
+  lifelike inspect lima                        # a robot that comes with the program
+  lifelike inspect g1                          # the Unitree G1, once fetched: lifelike fetch g1
+  lifelike inspect walk.bvh                    # captured motion, in any format that is read
+  lifelike inspect walk.motion.safetensors     # motion of a robot
+  lifelike inspect runs/tracker                # a run: plan, progress, checkpoints
+  lifelike inspect --json lima.controller      # a network of the program: inputs by name
+  lifelike inspect --machine                   # vector instructions, cores, peak rates, memory
+  LIFELIKE_SIMD=portable lifelike inspect --machine    # with what every machine has")]
 pub struct Args {
     /// A file, the folder of a run, or the name of a robot that comes with the program.
     #[arg(required_unless_present = "machine")]
@@ -64,6 +64,10 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let Some(path) = args.what.as_deref() else { return machine::inspect(output) };
     let network = shipped::with_full_name(path).filter(|_| !path.exists()).map(shipped::Shipped::file).transpose()?;
     let path = network.as_deref().unwrap_or(path);
+    let named = path.components().count() > 1 || path.extension().is_some();
+    if named && !path.exists() {
+        return Err(CliError::Input(format!("{}: expected a file or folder, got nothing there", path.display())));
+    }
     match kind(path) {
         Kind::Robot => robot::inspect(&path.to_string_lossy(), output),
         Kind::Run => run::inspect(path, output),

@@ -118,4 +118,20 @@ mod tests {
         let wrong = unreadable(&root);
         assert!(wrong.is_empty(), "{wrong:#?}");
     }
+
+    /// Returns the lines of examples that a help of 100 columns would break in two, which cannot be copied then.
+    fn broken(command: &Command) -> Vec<String> {
+        let examples = command.get_after_help().map(ToString::to_string).unwrap_or_default();
+        let long = examples.lines().filter(|line| line.starts_with("  ") && line.chars().count() > 98);
+        let own = long.map(str::to_owned).collect();
+        std::iter::once(own).chain(command.get_subcommands().map(broken)).flatten().collect()
+    }
+
+    #[test]
+    fn examples_fit_a_line() {
+        let mut root = Cli::command();
+        root.build();
+        let long = broken(&root);
+        assert!(long.is_empty(), "{long:#?}");
+    }
 }

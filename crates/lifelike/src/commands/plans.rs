@@ -15,7 +15,7 @@ use crate::plans::{self, builtin};
 Examples:
   lifelike plans
   lifelike plans track-walk > my.toml            # a copy to change, for --plan my.toml
-  lifelike train tracker --plan track            # by name: needs no data but the program's own clips
+  lifelike train tracker --plan track   # by name: needs no data but the program's own clips
   lifelike train tracker --keys                  # every key of a tracker's plan")]
 pub struct Args {
     /// A plan's name; its text is printed.
@@ -49,7 +49,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
         table.rows = builtin().map(row).collect();
         format!(
             "{}\n`lifelike plans NAME` prints a plan; where data of yours is needed, its first lines say which. Every plan \
-             takes other clips and robots:\n  lifelike train tracker --plan track robot=MY_ROBOT.xml 'clips=[\"data/mine\"]'\n",
+             takes other clips and robots:\n  lifelike train tracker --plan track --robot MY_ROBOT.xml 'clips=[\"data/mine\"]'\n",
             crate::output::fitted(&table)
         )
     })

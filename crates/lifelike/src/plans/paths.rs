@@ -92,7 +92,11 @@ pub(super) fn check(tree: &Table, source: &str) -> Result<(), CliError> {
         missing.extend(texts.filter(|text| !has_motion(text)).map(|text| (key, text)));
     }
     if let Some((key, first)) = missing.first() {
-        let others = if missing.len() > 1 { format!(" (and at {} others)", missing.len() - 1) } else { String::new() };
+        let others = match missing.len() - 1 {
+            0 => String::new(),
+            1 => " (and at 1 other)".into(),
+            others => format!(" (and at {others} others)"),
+        };
         let without: Vec<String> = MOTION
             .iter()
             .filter(|key| missing.iter().any(|(k, _)| k == *key))
@@ -100,13 +104,13 @@ pub(super) fn check(tree: &Table, source: &str) -> Result<(), CliError> {
             .collect();
         let folder = fixed(Path::new(first.trim_start_matches('@')));
         return Err(CliError::Input(format!(
-            "{source}: {key}: expected motion at '{first}', got nothing there{others}. Captured motion is not in the \
-             box. Make clips of yours (BVH, ASF/AMC, DeepMimic; the plan's first lines say of which) by\n\
-             \x20 lifelike motion retarget CAPTURES --robot {robot} -o {}\n\
-             or use the program's own clips:\n\
-             \x20 {}",
+            "{source}: {key}: expected motion at '{first}', got nothing there{others}. Captured motion does not \
+             come with the program. Use its own clips:\n\
+             \x20 {}\n\
+             or make clips of yours (BVH, ASF/AMC, DeepMimic; the plan's first lines say of which) by\n\
+             \x20 lifelike motion retarget CAPTURES --robot {robot} -o {}",
+            without.join(" "),
             if folder.as_os_str().is_empty() { Path::new("data") } else { folder.as_path() }.display(),
-            without.join(" ")
         )));
     }
     let teachers = tree.get(TEACHERS).and_then(Value::as_array).into_iter().flatten();
@@ -189,8 +193,8 @@ mod tests {
         for part in [
             "plan 'x': clips",
             "'none/a*.bvh'",
-            "1 others",
-            "--robot my.xml -o none\n",
+            "at 1 other)",
+            "--robot my.xml -o none",
             "'clips=[\"builtin\"]' 'test=[]'",
         ] {
             assert!(error.contains(part), "{part}: {error}");

@@ -168,6 +168,7 @@ impl ControllerFile {
     /// # Errors
     /// Names, order, default pose, rate, gains or limits are others.
     pub fn check(&self, robot: &Robot) -> Result<(), RobotError> {
+        self.check_robot(robot)?;
         self.header.observation.check(robot)?;
         if self.header.control_hz != robot.control_hz {
             return Err(RobotError::Mismatch {
@@ -177,6 +178,24 @@ impl ControllerFile {
             });
         }
         self.robot.as_ref().map_or(Ok(()), |description| description.check(robot))
+    }
+
+    /// Checks that it was made for a robot with these joints, in whatever order.
+    fn check_robot(&self, robot: &Robot) -> Result<(), RobotError> {
+        let (own, others) = (&self.header.observation.joints, &robot.layout.joints);
+        let beside = |joints: &[String], others: &[String]| {
+            joints.iter().find(|joint| !others.contains(joint)).map(|first| format!(", one of them '{first}'"))
+        };
+        let (of_policy, of_robot) = (beside(own, others), beside(others, own));
+        if of_policy.is_none() && of_robot.is_none() {
+            return Ok(());
+        }
+        Err(RobotError::OtherRobot {
+            policy: self.header.robot.clone(),
+            joints: format!("{} joints{}", own.len(), of_policy.unwrap_or_default()),
+            robot: robot.name.clone(),
+            robot_joints: format!("{}{}", others.len(), of_robot.unwrap_or_default()),
+        })
     }
 
     /// Names, layout and provenance.

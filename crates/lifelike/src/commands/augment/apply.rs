@@ -14,7 +14,8 @@ use crate::output::Output;
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Example:
-  lifelike augment apply traces/nominal --augmentation xl330.augmentation.safetensors -o traces/corrected")]
+  lifelike augment apply traces/nominal --augmentation xl330.augmentation.safetensors \\
+      -o traces/corrected")]
 pub struct Args {
     /// Traces: files, or folders of them.
     #[arg(required = true)]

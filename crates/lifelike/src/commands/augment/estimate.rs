@@ -24,8 +24,10 @@ use crate::output::Output;
 #[command(after_help = "\
 Examples:
   lifelike augment estimate log.csv --map columns.toml --robot kickbot.xml \\
-      --augmentation xm430.augmentation.safetensors --augmentation body.augmentation.safetensors -o estimated
-  lifelike augment estimate traces/ --robot kickbot.xml --augmentation xm430.augmentation.safetensors -o estimated")]
+      --augmentation xm430.augmentation.safetensors \\
+      --augmentation body.augmentation.safetensors -o estimated
+  lifelike augment estimate traces/ --robot kickbot.xml \\
+      --augmentation xm430.augmentation.safetensors -o estimated")]
 pub struct Args {
     /// Logs: tables with --map (files, or folders of *.csv), else traces with commands (files, or folders).
     #[arg(required = true)]

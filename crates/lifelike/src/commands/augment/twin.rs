@@ -26,8 +26,10 @@ use crate::output::Output;
 Examples:
   lifelike augment excite --robot kickbot.xml -o references
   lifelike augment twin references --robot kickbot.xml --seed 1 -o traces
-  lifelike augment twin references --robot kickbot.xml --spec worse.toml -o traces     # backlash = 0.01, sag = 0.3, ...
-  lifelike train augmentation --plan augmentation 'traces=[\"traces\"]' augmentation.class=xm430 -o runs/xm430")]
+  # backlash = 0.01, sag = 0.3, ...
+  lifelike augment twin references --robot kickbot.xml --spec worse.toml -o traces
+  lifelike train augmentation --plan augmentation 'traces=[\"traces\"]' augmentation.class=xm430 \\
+      -o runs/xm430")]
 pub struct Args {
     /// References: traces of `lifelike augment excite`, or folders of them.
     #[arg(required = true)]

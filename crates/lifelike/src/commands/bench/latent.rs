@@ -26,9 +26,11 @@ use crate::progress::Progress;
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
-  lifelike bench latent --prior assets/lima.prior.safetensors --motions data/lima/cmu_amc data/lima/deepmimic
-  lifelike bench latent --prior a.prior.safetensors b.prior.safetensors --motions @clips.txt -o latent
-  lifelike bench latent --prior assets/lima.prior.safetensors --motions @experiments/latent-lima.txt \\
+  lifelike bench latent --prior lima --motions data/lima/cmu_amc data/lima/deepmimic
+  lifelike bench latent --prior a.prior.safetensors b.prior.safetensors --motions @clips.txt \\
+      -o latent
+  lifelike bench latent --prior lima \\
+      --motions @experiments/latent-lima.txt \\
       --unseen @experiments/track-20-test.txt --json | jq .table
 
 Motions may be *.motion.safetensors, or captured motion and keyframes, which are retargeted on the way.")]

@@ -24,7 +24,8 @@ use crate::plans;
 #[command(after_help = "\
 Examples:
   lifelike bench learning --plan experiments/track-walk.toml
-  lifelike bench learning --plan experiments/track-all.toml --seconds 60 ppo.epochs=4 ppo.minibatch=1536 --json | jq .rate")]
+  lifelike bench learning --plan experiments/track-all.toml --seconds 60 ppo.epochs=4 \\
+      ppo.minibatch=1536 --json | jq .rate")]
 pub struct Args {
     /// The plan: a file, or a built-in one by its name.
     #[arg(long)]

@@ -24,9 +24,11 @@ use crate::progress::Progress;
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
-  lifelike bench robustness --policy assets/lima-path.controller.safetensors --motions motions -o runs/robustness
-  lifelike bench robustness --policy p.policy.safetensors --motions @experiments/track-20-test.txt -o out --quick
-  lifelike bench robustness --policy p.policy.safetensors --motions walk.bvh -o out --only 'push root' --only hills")]
+  lifelike bench robustness --policy lima --motions builtin -o runs/robustness
+  lifelike bench robustness --policy p.policy.safetensors \\
+      --motions @experiments/track-20-test.txt -o out --quick
+  lifelike bench robustness --policy p.policy.safetensors --motions walk.bvh -o out \\
+      --only 'push root' --only hills")]
 pub struct Args {
     /// The policy.
     #[arg(short, long)]

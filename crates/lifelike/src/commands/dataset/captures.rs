@@ -26,9 +26,12 @@ use crate::progress::Progress;
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
-  lifelike dataset captures data/lima/cmu_amc data/lima/cmu_bvh_daz --captions cmu_clips.tsv -o data/lima/captures
-  lifelike dataset captures data/lima/bandai --captions bandai_clips.tsv --non-commercial -o data/lima/bandai_captions
-  lifelike dataset captures data/lima/cmu_amc data/lima/bandai --captions cmu_clips.tsv --captions bandai_clips.tsv \\
+  lifelike dataset captures data/lima/cmu_amc data/lima/cmu_bvh_daz --captions cmu_clips.tsv \\
+      -o data/lima/captures
+  lifelike dataset captures data/lima/bandai --captions bandai_clips.tsv \\
+      --non-commercial -o data/lima/bandai_captions
+  lifelike dataset captures data/lima/cmu_amc data/lima/bandai --captions cmu_clips.tsv \\
+      --captions bandai_clips.tsv \\
       --non-commercial -o data/lima/captures
 
 The test split is that of the tracker: CMU subjects 02, 07, 10 and 12.")]

@@ -28,7 +28,8 @@ const LISTED: usize = 10;
 Examples:
   lifelike dataset check data/lima/grammar
   lifelike dataset check data/lima/grammar --split held_out
-  lifelike dataset check data/lima/grammar --mirrored --limit 500     # the checks must fail on mirror images
+  # the checks must fail on mirror images
+  lifelike dataset check data/lima/grammar --mirrored --limit 500
   lifelike --json dataset check data/lima/grammar | jq .facts")]
 pub struct Args {
     /// The data set's folder.

@@ -27,7 +27,8 @@ Examples:
   lifelike dataset grammar --robot lima -o data/lima/grammar                 # 8 hours, in minutes
   lifelike dataset grammar --robot g1 -o data/g1/small --hours 0.2 --seed 3
   lifelike dataset grammar --robot g1 -o data/g1/small --hours 0.2 --seed 3 --resume
-  lifelike dataset grammar --grammar my_grammar.toml -o data/lima/mine       # other verbs, other words
+  # other verbs, other words
+  lifelike dataset grammar --grammar my_grammar.toml -o data/lima/mine
   lifelike dataset check data/lima/grammar
 
 The grammar is a text (crates/language/src/grammar/grammar.toml): verbs with their clip, what of it repeats,

@@ -24,7 +24,8 @@ use crate::progress::Progress;
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
-  lifelike motion retarget AMASS --robot lima -o data/lima/amass          # AMASS/CMU/80/80_63_poses.npz and so on
+  # AMASS/CMU/80/80_63_poses.npz and so on
+  lifelike motion retarget AMASS --robot lima -o data/lima/amass
   lifelike dataset humanml3d HumanML3D data/lima/amass --robot lima -o data/lima/humanml3d
   lifelike dataset humanml3d HumanML3D data/lima/cmu_amc --robot lima -o data/lima/humanml3d_cmu
 

@@ -14,7 +14,7 @@ use crate::shipped;
 /// Returns the steps with a robot: how our own clips suit it, and its first policy.
 pub fn of_robot(robot: &str) -> Vec<NextCommand> {
     let name = stem(Path::new(robot));
-    let train = NextCommand::new("train tracker").word("--plan").word("track").word(format!("robot={robot}"));
+    let train = NextCommand::new("train tracker").word("--plan").word("track").word("--robot").word(robot);
     vec![
         NextCommand::new("motion check").word("builtin").robot(robot),
         train.word("-o").word(format!("runs/{name}")).word("budget.minutes=5"),
@@ -67,7 +67,7 @@ pub fn of_run(folder: &Path, plan: &toml::Table) -> Vec<NextCommand> {
         return Vec::new();
     }
     let clips = plan.get("clips").and_then(toml::Value::as_array).into_iter().flatten().filter_map(toml::Value::as_str);
-    let eval = NextCommand::new("eval").path("--policy", &policy).robot(text("robot").unwrap_or("lima"));
+    let eval = NextCommand::new("eval").path("--policy", folder).robot(text("robot").unwrap_or("lima"));
     let eval = text("prior").into_iter().fold(eval, |line, prior| line.word("--prior").word(prior));
     vec![
         eval.motions(&clips.collect::<Vec<_>>()).path("-o", &folder.join("evaluation")),

@@ -8,7 +8,7 @@ use serde_json::json;
 use super::next_steps;
 use crate::error::CliError;
 use crate::next;
-use crate::output::{Output, table};
+use crate::output::{Output, shows_all_columns, table};
 
 /// Prints how a run is.
 pub fn inspect(path: &Path, output: &Output) -> Result<(), CliError> {
@@ -28,9 +28,11 @@ pub fn inspect(path: &Path, output: &Output) -> Result<(), CliError> {
         "report": run.report_path().is_file().then(|| run.report_path()),
     });
     output.result(&value, || {
+        let all = shows_all_columns();
         let mut text = format!("{}: a run of {} iterations so far\n\n", path.display(), iterations);
         if let Some(row) = last {
-            let rows: Vec<Vec<String>> = row.values.iter().map(|(n, v)| vec![n.clone(), format!("{v:.5}")]).collect();
+            let shown = row.values.iter().filter(|(name, _)| all || name.starts_with("Train/"));
+            let rows: Vec<Vec<String>> = shown.map(|(n, v)| vec![n.clone(), format!("{v:.5}")]).collect();
             text += &table(&[&format!("iteration {}", row.iteration), "value"], &rows);
         }
         let kept: Vec<String> = checkpoints.iter().map(|c| c.iteration.to_string()).collect();
@@ -38,6 +40,10 @@ pub fn inspect(path: &Path, output: &Output) -> Result<(), CliError> {
         if run.report_path().is_file() {
             text += &format!("report: {}\n", run.report_path().display());
         }
-        text + &format!("\n{}\n{}", toml::to_string_pretty(&plan).unwrap_or_default(), next::lines(&steps))
+        text += &match all {
+            true => format!("\n{}\n", toml::to_string_pretty(&plan).unwrap_or_default()),
+            false => format!("plan: {}\nall metrics, and the plan: --wide\n", path.join("plan.toml").display()),
+        };
+        text + &next::lines(&steps)
     })
 }

@@ -12,7 +12,7 @@ use crate::output::Output;
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
-  lifelike motion blend motions/walk.keys.toml motions/march.keys.toml --weight 0.3 -o data/directed
+  lifelike motion blend builtin:walk builtin:march --weight 0.3 -o data/directed
 
 Both begin together; the result is as long as the shorter and walks at the mixed speed. Feet that do not step together
 slide in between; warp one of them first so that they do. It is called A~B where no --name is given.")]

@@ -27,7 +27,8 @@ use crate::shipped;
 #[command(after_help = "\
 Examples:
   lifelike motion check data/lima --robot lima
-  lifelike motion check data/lima --list-trackable > trackable.txt    # for --motions @trackable.txt
+  # for --motions @trackable.txt
+  lifelike motion check data/lima --list-trackable > trackable.txt
   lifelike --json motion check walk.motion.safetensors | jq '.[0].findings'")]
 pub struct Args {
     /// Clips: files, folders, patterns, or @list.txt with one of them per line.

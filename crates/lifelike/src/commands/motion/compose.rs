@@ -13,8 +13,9 @@ use crate::output::Output;
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
-  lifelike motion compose motions/walk.keys.toml motions/wave.keys.toml --joints right_arm,head -o data/directed
-  lifelike motion compose motions/march.keys.toml motions/sway_dance.keys.toml --joints arms --length loop \\
+  lifelike motion compose builtin:walk builtin:wave --joints right_arm,head -o data/directed
+  lifelike motion compose builtin:march builtin:sway_dance --joints arms \\
+      --length loop \\
       -o data/directed --name marching_dance
   lifelike motion compose data/lima/walk.motion.safetensors data/lima/point.motion.safetensors \\
       --joints arms --offset 2 --length return -o data/directed --name walk_and_point

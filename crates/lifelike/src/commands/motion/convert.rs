@@ -52,7 +52,8 @@ fn after_help() -> String {
     format!(
         "\
 Examples:
-  lifelike motion convert dance.csv dance.motion.safetensors           # the layout of dance.csv is printed
+  # the layout of dance.csv is printed
+  lifelike motion convert dance.csv dance.motion.safetensors
   lifelike motion convert dance.csv dance.npz --to mjlab --robot g1
   lifelike motion convert dance.csv dance.npz --layout kimodo --to holosoma --robot g1 --fps 50
   lifelike motion convert motions/lima --fps 100 -o motions/lima-100

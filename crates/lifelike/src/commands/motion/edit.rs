@@ -15,6 +15,7 @@ use serde_json::json;
 
 use super::direct::{Common, Stage};
 use crate::error::CliError;
+use crate::next::NextCommand;
 use crate::output::{Output, table};
 use crate::shipped::{self, Kind};
 
@@ -27,24 +28,24 @@ use crate::shipped::{self, Kind};
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
-  S=assets/lima.spline.safetensors
-  lifelike motion edit motions/walk.keys.toml --spline $S --gain 1.4 -o data/edited --name big_walk --look
-  lifelike motion edit motions/sway_dance.keys.toml --spline $S --reach 0.3 -o data/edited --name calm_dance
-  lifelike motion edit motions/wave.keys.toml --spline $S --move 1:1=1.5 --segments 0,1 -o data/edited
-  lifelike motion edit motions/march.keys.toml --spline $S --speed 0.7 -o data/edited --name slow_march
-  lifelike motion edit motions/walk.keys.toml --spline $S --sample 4 -o data/edited --name walk_200hz
-  lifelike motion edit motions/walk.keys.toml --blend motions/march.keys.toml --weight 0.5 --spline $S -o data/edited
-  lifelike motion edit motions/bow.keys.toml --spline $S --save-points bow.json -o data/edited   # change bow.json, then:
-  lifelike motion edit motions/bow.keys.toml --spline $S --points bow.json -o data/edited --name my_bow
+  lifelike motion edit builtin:walk --gain 1.4 -o data/edited --name big_walk --look
+  lifelike motion edit builtin:sway_dance --reach 0.3 -o data/edited --name calm_dance
+  lifelike motion edit builtin:wave --move 1:1=1.5 --segments 0,1 -o data/edited
+  lifelike motion edit builtin:march --speed 0.7 -o data/edited --name slow_march
+  lifelike motion edit builtin:walk --sample 4 -o data/edited --name walk_200hz
+  lifelike motion edit builtin:walk --blend builtin:march --weight 0.5 -o data/edited
+  # change bow.json, then:
+  lifelike motion edit builtin:bow --save-points bow.json -o data/edited
+  lifelike motion edit builtin:bow --points bow.json -o data/edited --name my_bow
 
 Changes are made in this order: --points, --blend, --reach, --gain, --move; then the curves are played with --speed and --sample.
 Results are called NAME-edited where no --name is given.")]
 pub struct Args {
     /// The clip; anything but *.motion.safetensors is retargeted first.
     pub clip: PathBuf,
-    /// The motion spline of the clip's robot.
+    /// The motion spline of the clip's robot; where not given, the one that comes with the program for its joints.
     #[arg(long)]
-    pub spline: PathBuf,
+    pub spline: Option<PathBuf>,
     /// Move all control points away from (above 1) or towards (below 1) their average over the training motion.
     #[arg(long, value_name = "FACTOR")]
     pub gain: Option<f64>,
@@ -126,7 +127,7 @@ struct Row {
 /// Runs the command.
 pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let stage = args.common.stage([args.clip.as_path()])?;
-    let model = model_for(&args.spline, &stage)?;
+    let model = model_for(args.spline.as_deref(), &stage)?;
     let clip = stage.clip(&args.clip)?;
     let before = SplinedClip::encode(&model, &clip)?;
     let after = changed(before.clone(), &model, &stage, args)?;
@@ -167,8 +168,12 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
 }
 
 /// A motion spline for this robot.
-fn model_for(path: &Path, stage: &Stage) -> Result<MotionSpline, CliError> {
-    let model = MotionSpline::load(&shipped::file(path, Kind::Spline)?)?;
+fn model_for(given: Option<&Path>, stage: &Stage) -> Result<MotionSpline, CliError> {
+    let path = match given {
+        Some(given) => shipped::file(given, Kind::Spline)?,
+        None => shipped::of_robot(&stage.robot, Kind::Spline).ok_or_else(|| no_spline(stage))?.file()?,
+    };
+    let model = MotionSpline::load(&path)?;
     let wanted: Vec<&str> = stage.robot.character.scalar_joints().map(|j| j.name.as_str()).collect();
     let mut own: Vec<&str> = model.joints().iter().map(String::as_str).collect();
     let mut sorted = wanted.clone();
@@ -183,6 +188,15 @@ fn model_for(path: &Path, stage: &Stage) -> Result<MotionSpline, CliError> {
         return Err(CliError::Input(text));
     }
     Ok(model)
+}
+
+fn no_spline(stage: &Stage) -> CliError {
+    CliError::Input(format!(
+        "no motion spline for '{}' comes with the program: none has its joints. Train one and name it with --spline:\n\
+         \x20 {}",
+        stage.robot.name,
+        NextCommand::new("train spline").word("--plan").word("spline").word("--robot").word("FILE")
+    ))
 }
 
 fn changed(mut clip: SplinedClip, model: &MotionSpline, stage: &Stage, args: &Args) -> Result<SplinedClip, CliError> {

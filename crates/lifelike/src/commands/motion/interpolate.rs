@@ -28,8 +28,8 @@ use crate::output::{Output, table};
 #[command(after_help = "\
 Examples:
   lifelike motion interpolate walk.motion.safetensors run.motion.safetensors \\
-      --prior assets/lima.prior.safetensors --weight 0.5 -o motions/between
-  lifelike motion interpolate walk.bvh kick.bvh --prior assets/lima.prior.safetensors --ramp -o between --look
+      --prior lima --weight 0.5 -o motions/between
+  lifelike motion interpolate walk.bvh kick.bvh --prior lima --ramp -o between --look
 
 Motions may be *.motion.safetensors, or captured motion and keyframes, which are retargeted on the way.")]
 pub struct Args {

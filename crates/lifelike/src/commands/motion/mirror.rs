@@ -12,8 +12,8 @@ use crate::output::Output;
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
-  lifelike motion mirror motions/wave.keys.toml -o data/directed --name wave_left
-  lifelike motion mirror data/lima -o data/lima-mirrored                # twice as much to learn from
+  lifelike motion mirror builtin:wave -o data/directed --name wave_left
+  lifelike motion mirror data/lima -o data/lima-mirrored   # twice as much to learn from
 
 The symmetry is derived from the robot itself; a robot that has none is refused with the reason.
 Results are called NAME-mirrored where no --name is given.")]

@@ -14,10 +14,12 @@ use crate::output::{Output, table};
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
-  lifelike motion place motions/point.keys.toml --key right_hand@1.6+=0.05,0,0.05 -o data/directed --name point_higher
+  lifelike motion place builtin:point --key right_hand@1.6+=0.05,0,0.05 \\
+      -o data/directed --name point_higher
   lifelike motion place data/lima/wave.motion.safetensors --key right_hand@2=0.2,-0.25,0.7 \\
       --key left_hand@2=0.2,0.1,0.6 --before 0.6 --after 0.4 -o data/directed --name both_hands
-  lifelike motion place data/lima/wave.motion.safetensors --key 'left_forearm[0,0,-0.1]@1.5+=0,0,0.1' -o data/directed
+  lifelike motion place data/lima/wave.motion.safetensors \\
+      --key 'left_forearm[0,0,-0.1]@1.5+=0,0,0.1' -o data/directed
 
 A key is BODY@SECONDS=X,Y,Z (m, world) or BODY@SECONDS+=X,Y,Z (m from where the clip has it). BODY is a site, a body, or
 a role such as right_hand; a point in its frame may follow in brackets. Feet that stand stay where they are, joints

@@ -37,8 +37,9 @@ use crate::progress::Progress;
 Examples:
   lifelike motion repair data/lima --robot lima -o data/lima-feasible
   lifelike motion repair jump.motion.safetensors -o out && lifelike motion check out
-  lifelike motion repair dance.motion.safetensors --policy assets/lima-path.controller.safetensors -o out
-  lifelike motion retarget mocap/cmu --feasible -o motions/lima           # without a policy, after retargeting")]
+  lifelike motion repair dance.motion.safetensors --policy lima -o out
+  # without a policy, after retargeting
+  lifelike motion retarget mocap/cmu --feasible -o motions/lima")]
 pub struct Args {
     /// Clips: files, folders, patterns, or @list.txt with one of them per line.
     #[arg(required = true)]

@@ -96,12 +96,17 @@ fn after_help() -> String {
         "\
 Examples:
   lifelike motion retarget walk.bvh --robot lima -o motions/lima
-  lifelike motion retarget mocap/cmu 'mocap/bandai/*walk*.bvh' --robot humanoid -o motions/humanoid
-  lifelike motion retarget motions --robot lima -o data/own --look      # our own keyframed clips
+  lifelike motion retarget mocap/cmu 'mocap/bandai/*walk*.bvh' --robot humanoid \\
+      -o motions/humanoid
+  # human and robot side by side
+  lifelike motion retarget mocap/walk.bvh --robot lima -o data/own --look
   lifelike motion retarget mocap/cmu --feasible --robot lima -o motions/lima
-  lifelike motion retarget dance.bvh --up z --forward=-y --roles left_hand=L_Palm,right_hand=R_Palm -o out
-  lifelike motion retarget g1_dance.csv --source-robot g1 --robot lima -o out     # from one robot to another
-  lifelike motion retarget dance.amc --skeleton 05.asf --robot my_robot.xml -o out swing_clearance=0.03
+  lifelike motion retarget dance.bvh --up z --forward=-y \\
+      --roles left_hand=L_Palm,right_hand=R_Palm -o out
+  # from one robot to another
+  lifelike motion retarget g1_dance.csv --source-robot g1 --robot lima -o out
+  lifelike motion retarget dance.amc --skeleton 05.asf --robot my_robot.xml \\
+      -o out swing_clearance=0.03
 
 Formats: {}.
 --skeleton names the file that would lie beside.

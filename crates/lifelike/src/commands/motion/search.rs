@@ -20,8 +20,8 @@ use crate::output::{Output, table};
 #[command(after_help = "\
 Examples:
   lifelike motion search data/lima/cmu_amc/02_01.motion.safetensors --at 1.2 \\
-      --prior assets/lima.prior.safetensors --motions data/lima/deepmimic -k 5
-  lifelike motion search kick.bvh --at 0.8 --prior assets/lima.prior.safetensors --motions @clips.txt --json
+      --prior lima --motions data/lima/deepmimic -k 5
+  lifelike motion search kick.bvh --at 0.8 --prior lima --motions @clips.txt --json
 
 Motions may be *.motion.safetensors, or captured motion and keyframes, which are retargeted on the way.")]
 pub struct Args {

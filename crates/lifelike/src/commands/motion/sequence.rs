@@ -12,9 +12,10 @@ use crate::output::Output;
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
-  lifelike motion sequence motions/walk.keys.toml motions/turn_in_place.keys.toml motions/wave.keys.toml \\
+  lifelike motion sequence builtin:walk builtin:turn_in_place builtin:wave \\
       --fade 0.4 -o data/directed --name greeting
-  lifelike motion sequence data/lima/walk.motion.safetensors@1..4 data/lima/squat.motion.safetensors@0.5.. \\
+  lifelike motion sequence data/lima/walk.motion.safetensors@1..4 \\
+      data/lima/squat.motion.safetensors@0.5.. \\
       --fade 0 -o data/directed --name reactivity
 
 A part is a clip, or a stretch of it in seconds: FILE@START..END, where both may be left out. The same clip may come

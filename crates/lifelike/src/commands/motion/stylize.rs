@@ -12,9 +12,10 @@ use crate::output::Output;
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
-  lifelike motion stylize motions/walk.keys.toml --joints arms --gain 1.6 -o data/directed --name march_arms
-  lifelike motion stylize motions/sway_dance.keys.toml --gain 0.6 -o data/directed --name shy_dance
-  lifelike motion stylize data/lima/wave.motion.safetensors --joints right_arm --gain 1.3 --above 0.8 -o data/directed
+  lifelike motion stylize builtin:walk --joints arms --gain 1.6 -o data/directed --name march_arms
+  lifelike motion stylize builtin:sway_dance --gain 0.6 -o data/directed --name shy_dance
+  lifelike motion stylize data/lima/wave.motion.safetensors --joints right_arm --gain 1.3 \\
+      --above 0.8 -o data/directed
   lifelike motion stylize data/lima/walk.motion.safetensors --smooth 4 -o data/directed
 
 --joints takes joints by name and parts of the body: all, upper_body, arms, left_arm, right_arm, legs, left_leg,

@@ -12,7 +12,7 @@ use crate::output::Output;
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
-  lifelike motion trim motions/walk.keys.toml --start 2.5 --end 4.5 -o data/directed --name two_steps
+  lifelike motion trim builtin:walk --start 2.5 --end 4.5 -o data/directed --name two_steps
   lifelike motion trim data/lima/wave.motion.safetensors --end 3 -o data/directed
 
 Results are called NAME-trimmed where no --name is given.")]

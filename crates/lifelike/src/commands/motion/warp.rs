@@ -12,8 +12,8 @@ use crate::output::Output;
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
-  lifelike motion warp motions/bow.keys.toml --speed 0.8 -o data/directed
-  lifelike motion warp motions/wave.keys.toml --key 1.3=2.0 --key 2.9=3.2 -o data/directed --name late_wave
+  lifelike motion warp builtin:bow --speed 0.8 -o data/directed
+  lifelike motion warp builtin:wave --key 1.3=2.0 --key 2.9=3.2 -o data/directed --name late_wave
 
 --key IN=OUT moves the event at IN seconds to OUT seconds. Between keys, time is smooth and never runs backwards. Before the
 first key the clip is stretched to it; after the last one it continues at its own pace. Gravity is not warped, so jumps and

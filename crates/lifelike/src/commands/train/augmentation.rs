@@ -22,9 +22,11 @@ use crate::output::Output;
 #[command(after_help = "\
 Examples:
   lifelike train augmentation --plan augmentation 'traces=[\"traces/fitted\"]' -o runs/xl330
-  lifelike train augmentation --plan augmentation 'traces=[\"a\"]' 'validation=[\"b\"]' augmentation.iterations=500
+  lifelike train augmentation --plan augmentation 'traces=[\"a\"]' 'validation=[\"b\"]' \\
+      augmentation.iterations=500
   lifelike train augmentation -o runs/xl330 --resume
-  lifelike augment report traces/test --augmentation runs/xl330/xl330.augmentation.safetensors     # is it right?")]
+  # is it right?
+  lifelike augment report traces/test --augmentation runs/xl330/xl330.augmentation.safetensors")]
 pub struct Args {
     /// Plan and folder.
     #[command(flatten)]

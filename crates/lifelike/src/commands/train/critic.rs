@@ -36,9 +36,11 @@ use crate::progress::duration;
 #[command(after_help = "\
 Examples:
   lifelike train critic --plan critic -o runs/critic
-  lifelike train critic --plan critic --controller mine.controller.safetensors 'clips=[\"data/mine\"]' -o runs/mine
+  lifelike train critic --plan critic --controller mine.controller.safetensors \\
+      'clips=[\"data/mine\"]' -o runs/mine
   lifelike train critic --resume -o runs/critic
-  lifelike bench critic --run runs/critic --motions @experiments/track-all-test.txt     # is it right?")]
+  # is it right?
+  lifelike bench critic --run runs/critic --motions @experiments/track-all-test.txt")]
 pub struct Args {
     /// Plan and folder.
     #[command(flatten)]

@@ -25,7 +25,8 @@ const REPETITIONS: u64 = 20;
 #[command(after_help = "\
 Examples:
   lifelike train evaluator --plan evaluator dataset=data/captioned/lima
-  lifelike train evaluator --plan evaluator -o runs/small dataset=DATA evaluator.channels=32 evaluator.iterations=500
+  lifelike train evaluator --plan evaluator -o runs/small dataset=DATA evaluator.channels=32 \\
+      evaluator.iterations=500
   lifelike train evaluator -o runs/small --resume
 
 A plan names a robot and the folder of its captioned clips (dataset.jsonl and *.motion.safetensors), and under [evaluator]

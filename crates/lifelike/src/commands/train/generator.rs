@@ -21,7 +21,8 @@ use crate::output::Output;
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
-  lifelike train generator --plan generator 'clips=[\"data/grammar\"]'       # a folder with a dataset.jsonl
+  # a folder with a dataset.jsonl
+  lifelike train generator --plan generator 'clips=[\"data/grammar\"]'
   lifelike train generator --plan generator -o runs/small width=64 layers=2 minutes=10
   lifelike train generator --plan generator-thesis 'clips=[\"data/humanml3d\"]'
   lifelike train generator -o runs/small --resume

@@ -31,9 +31,10 @@ use crate::output::{Output, table};
 Examples:
   lifelike train prior --plan prior                             # our own clips: needs no data
   lifelike train prior --plan prior -o runs/small prior.channels=32 prior.iterations=1000
-  lifelike train prior --plan prior -o runs/mine robot=MY_ROBOT.xml 'clips=[\"data/mine\"]'
+  lifelike train prior --plan prior -o runs/mine --robot MY_ROBOT.xml 'clips=[\"data/mine\"]'
   lifelike train prior --plan prior-spline 'clips=[\"data/lima\"]'
-  lifelike train prior --plan my-spline.toml -o runs/wide spline.training.width=128 spline.training.heads=8
+  lifelike train prior --plan my-spline.toml -o runs/wide spline.training.width=128 \\
+      spline.training.heads=8
   lifelike train prior -o runs/small --resume
 
 A plan names robot and clips. mirror = true adds mirror images. validation = [...] names clips that only measure the

@@ -25,7 +25,7 @@ use crate::output::{Output, table};
 #[command(after_help = "\
 Examples:
   lifelike train spline --plan spline                           # our own clips: needs no data
-  lifelike train spline --plan spline -o runs/mine robot=MY_ROBOT.xml 'clips=[\"data/mine\"]'
+  lifelike train spline --plan spline -o runs/mine --robot MY_ROBOT.xml 'clips=[\"data/mine\"]'
   lifelike train spline --plan spline -o runs/small training.width=32 training.iterations=1000
   lifelike train spline -o runs/small --resume
 

@@ -38,9 +38,10 @@ const STANDING_SECONDS: f64 = 4.0;
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
-  lifelike train tracker --plan track -o runs/first budget.minutes=5        # our own clips: needs no data
-  lifelike train tracker --plan track -o runs/first --watch                 # with a page that shows how it goes
-  lifelike train tracker --plan track -o runs/mine robot=MY_ROBOT.xml 'clips=[\"data/mine\"]'
+  # our own clips: needs no data
+  lifelike train tracker --plan track -o runs/first budget.minutes=5
+  lifelike train tracker --plan track -o runs/first --watch   # with a page that shows how it goes
+  lifelike train tracker --plan track -o runs/mine --robot MY_ROBOT.xml 'clips=[\"data/mine\"]'
   lifelike train tracker --plan my.toml -o runs/other seed=2 ppo.environments=512
   lifelike train tracker --resume -o runs/first budget.minutes=20
   lifelike train tracker --keys                 # every key of a plan: meaning, unit, default

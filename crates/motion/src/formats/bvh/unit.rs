@@ -36,8 +36,14 @@ pub(super) fn guess(file: &Path, clip: &RawClip, notes: &mut Vec<String>) -> Res
     Err(MotionError::Container {
         file: file.to_path_buf(),
         expected: format!("a skeleton of 1 to 2.5 m in m, cm, mm or the CMU's unit; state the scale: {offer}"),
-        got: format!("one of {size} units"),
+        got: format!("one of {} units", four_digits(size)),
     })
+}
+
+/// Writes a number with four significant digits at least.
+fn four_digits(x: f64) -> String {
+    let before_point = x.abs().max(1e-6).log10().floor() as i32 + 1;
+    format!("{x:.*}", (4 - before_point).max(0) as usize)
 }
 
 /// Returns a person's size in units: along the bones from foot to head where roles are known, since zero rotations may

@@ -23,7 +23,8 @@ use crate::output::Output;
 #[command(after_help = "\
 Examples:
   lifelike bench control-points runs/hypotrochoids/hypotrochoids-spline-warmup-200-0 -o runs/a1
-  lifelike bench control-points runs/hypotrochoids/*-0 --curves 1000 -o runs/a1       # baselines beside it")]
+  # baselines beside it
+  lifelike bench control-points runs/hypotrochoids/*-0 --curves 1000 -o runs/a1")]
 pub struct Args {
     /// Folders of finished runs of `bench curves`.
     #[arg(value_name = "RUN", required = true)]

@@ -19,13 +19,18 @@ use crate::output::Output;
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
-  lifelike bench curves --budget smoke -o runs/smoke                                   # a minute: does it work at all?
-  lifelike bench curves -o runs/curves                                                 # 64 points, 84 minutes of one core
+  lifelike bench curves --budget smoke -o runs/smoke   # a minute: does it work at all?
+  lifelike bench curves -o runs/curves   # 64 points, 84 minutes of one core
   lifelike bench curves --families bezier-2 --methods spline,alibi --iterations 500 -o runs/bezier
-  lifelike bench curves --budget thesis --families lissajous --minutes 60 -o runs/long # an hour each; again for another hour
-  lifelike bench curves --families lissajous --rates 1e-3,1e-2 --warmup 50 --iterations 500 -o runs/rates # which suits which?
-  lifelike bench curves --families lissajous --rate spline=1e-2,alibi=3e-3 --warmup 200 -o runs/chosen
-  lifelike bench curves --families lissajous --seed 0,1,2 -o runs/seeds                # mean and half the range of three
+  # an hour each; again for another hour
+  lifelike bench curves --budget thesis --families lissajous --minutes 60 -o runs/long
+  # which suits which?
+  lifelike bench curves --families lissajous --rates 1e-3,1e-2 --warmup 50 --iterations 500 \\
+      -o runs/rates
+  lifelike bench curves --families lissajous --rate spline=1e-2,alibi=3e-3 --warmup 200 \\
+      -o runs/chosen
+  # mean and half the range of three
+  lifelike bench curves --families lissajous --seed 0,1,2 -o runs/seeds
   lifelike bench curves -o runs/other training.batch=64 training.max_gradient_norm=1.0
 
 Families: lissajous, hypotrochoids, bezier-2, bezier-64. Methods: spline, alibi, alibi-cat, alibi-cat-wide

@@ -23,12 +23,13 @@ use crate::output::Output;
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
-  lifelike bench images cifar10 --budget smoke -o runs/smoke                        # a minute: does it work at all?
-  lifelike bench images cifar10 -o runs/images                                      # 32, 64 and 128 latent dimensions
+  lifelike bench images cifar10 --budget smoke -o runs/smoke   # a minute: does it work at all?
+  lifelike bench images cifar10 -o runs/images   # 32, 64 and 128 latent dimensions
   lifelike bench images cifar10 --latents 32 --methods spline,alibi --iterations 500 -o runs/short
   lifelike bench images cifar10 --budget thesis --latents 64 --minutes 60 -o runs/long
   lifelike bench images cifar10 --latents 32 --methods spline --rates 1e-4,1e-3,1e-2 -o runs/rates
-  lifelike bench images faces-128 -o runs/faces patch=32 validation=100             # larger images, larger patches
+  # larger images, larger patches
+  lifelike bench images faces-128 -o runs/faces patch=32 validation=100
 
 The thesis' numbers are those of CIFAR-10.")]
 pub struct Args {

@@ -31,12 +31,17 @@ use crate::output::Output;
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
-  lifelike bench reconstruction mocap --budget smoke -o runs/smoke                       # a minute: does it work at all?
-  lifelike bench reconstruction mocap/cmu mocap/bandai mocap/deepmimic -o runs/motion    # 16, 32 and 64 latent dimensions
-  lifelike bench reconstruction 'cmu/**/*.bvh' --latents 16 --methods spline,alibi --iterations 500 -o runs/short
+  # a minute: does it work at all?
+  lifelike bench reconstruction mocap --budget smoke -o runs/smoke
+  # 16, 32 and 64 latent dimensions
+  lifelike bench reconstruction mocap/cmu mocap/bandai mocap/deepmimic -o runs/motion
+  lifelike bench reconstruction 'cmu/**/*.bvh' --latents 16 --methods spline,alibi \\
+      --iterations 500 -o runs/short
   lifelike bench reconstruction mocap --budget thesis --latents 32 --minutes 60 -o runs/long
-  lifelike bench reconstruction mocap --latents 16 --methods spline --rates 1e-4,1e-3,1e-2 -o runs/rates
-  lifelike bench reconstruction mine 'test=[\"anna\"]' 'validation=[\"ben\"]' -o runs/mine    # anna_walk.bvh, ben_run.bvh, ...
+  lifelike bench reconstruction mocap --latents 16 --methods spline --rates 1e-4,1e-3,1e-2 \\
+      -o runs/rates
+  # anna_walk.bvh, ben_run.bvh, ...
+  lifelike bench reconstruction mine 'test=[\"anna\"]' 'validation=[\"ben\"]' -o runs/mine
 
 A recording's group is what stands before the first underscore of its name; Bandai-Namco's is content_style.")]
 pub struct Args {

@@ -19,8 +19,8 @@ use crate::output::Output;
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
-  lifelike bench strands --budget smoke -o runs/smoke                        # a minute: does it work at all?
-  lifelike bench strands -o runs/strands                                     # 8, 16 and 32 latent dimensions, batches of 32
+  lifelike bench strands --budget smoke -o runs/smoke   # a minute: does it work at all?
+  lifelike bench strands -o runs/strands   # 8, 16 and 32 latent dimensions, batches of 32
   lifelike bench strands --latents 8 --methods spline,alibi --iterations 500 -o runs/short
   lifelike bench strands --budget thesis --latents 16 --minutes 60 -o runs/long
   lifelike bench strands --latents 8 --methods spline --rates 1e-4,1e-3,1e-2 -o runs/rates

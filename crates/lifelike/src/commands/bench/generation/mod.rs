@@ -41,12 +41,15 @@ use crate::shipped::{self, Kind};
 Examples:
   lifelike bench generation --data data/grammar --evaluator motion.evaluator.safetensors \\
       --generator MDM=runs/generator/motion.generator.safetensors
-  lifelike bench generation --data data/grammar --split held_out --evaluator motion.evaluator.safetensors \\
+  lifelike bench generation --data data/grammar --split held_out \\
+      --evaluator motion.evaluator.safetensors \\
       --critic motion.critic.safetensors --generator MDM=mdm.generator.safetensors \\
-      --generator RobotMDM=aligned.generator.safetensors --guided guided=mdm.generator.safetensors@0.02 --keep kept
+      --generator RobotMDM=aligned.generator.safetensors \\
+      --guided guided=mdm.generator.safetensors@0.02 --keep kept
   lifelike bench generation --data data/grammar --generator MDM=mdm.generator.safetensors \\
-      --tracker assets/lima-path.controller.safetensors --episodes 2048          # thesis Table 5.3
-  lifelike bench generation --data data/captures --critic c.critic.safetensors --policy p.controller.safetensors --best-of 8 \\
+      --tracker lima --episodes 2048          # thesis Table 5.3
+  lifelike bench generation --data data/captures --critic c.critic.safetensors \\
+      --policy p.controller.safetensors --best-of 8 \\
       --generator MDM=mdm.generator.safetensors --generator RobotMDM=aligned.generator.safetensors
 
 Realism is the critic's mean value over a motion's rows; of what the same critic guided or aligned, it is no proof.

@@ -33,10 +33,12 @@ use study::{Job, Study};
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
-  lifelike bench tracking --study study-thesis -o runs/thesis                            # thesis Tables 4.3 and 4.4
-  lifelike bench tracking --study study-thesis -o runs/thesis --starts 5                 # each clip from five places
+  lifelike bench tracking --study study-thesis -o runs/thesis   # thesis Tables 4.3 and 4.4
+  # each clip from five places
+  lifelike bench tracking --study study-thesis -o runs/thesis --starts 5
   lifelike bench tracking --study study-thesis -o runs/thesis --only M,LM --json | jq .runs
-  lifelike bench tracking --study study-thesis -o runs/thesis --seeds 2                  # one seed of every variant
+  # one seed of every variant
+  lifelike bench tracking --study study-thesis -o runs/thesis --seeds 2
   lifelike bench tracking --study mine.toml -o runs/try budget.steps=200000
 
 The same policies are evaluated by two protocols (`protocol = \"clips\", \"thesis\" or \"both\"` in the study). Ours has errors over the

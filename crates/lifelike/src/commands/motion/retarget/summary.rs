@@ -152,7 +152,7 @@ pub(super) fn text(summary: &Summary, done: &[Done], files: (&Path, Option<&Path
     }
     if s.converted > 0 {
         let check = NextCommand::new("motion check").word(folder.display()).word("--robot").word(robot);
-        let train = NextCommand::new("train tracker").word("--plan").word("track").word(format!("robot={robot}"));
+        let train = NextCommand::new("train tracker").word("--plan").word("track").word("--robot").word(robot);
         let clips = toml::Value::from(vec![folder.display().to_string()]);
         text += &next::lines(&[check, train.word(format!("clips={clips}"))]);
     }
