@@ -282,4 +282,21 @@ fn files_of_another_robot_and_missing_ones_are_refused_in_a_sentence() {
         let error = desk.refused(&["inspect", missing]);
         assert!(error.contains(&format!("{missing}: expected a file or folder, got nothing there")), "{error}");
     }
+    for command in [&["retarget", "--robot", "lima"][..], &["convert", "--to", "csv"]] {
+        let error = desk.refused(&[&["motion"], command, &["builtin:walk", "-o", "x"]].concat());
+        assert!(error.contains("builtin:walk: the program's own clips are not files"), "{error}");
+    }
+}
+
+#[test]
+fn what_was_generated_or_trained_has_a_next_command_and_fits_a_screen() {
+    let desk = Desk::new();
+    let played = desk.out(&["generate", "a person waves", "--physics", "-o", "waves"]);
+    desk.paste(&proposed(&played)[0]);
+    assert!(desk.path("runs/explained/report.html").is_file());
+    desk.out(&[&["train", "tracker", "--plan", "track", "-o", "run", "clips=builtin:nod"], &TINY[..]].concat());
+    let shown = desk.out(&["inspect", "run"]);
+    assert!(shown.contains("Train/survival") && !shown.contains("Reward/") && shown.lines().count() < 24, "{shown}");
+    let all = desk.out(&["inspect", "run", "--wide"]);
+    assert!(all.contains("Reward/height") && all.contains("[ppo]"), "{all}");
 }

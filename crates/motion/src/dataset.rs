@@ -10,10 +10,6 @@ use crate::container;
 use crate::error::MotionError;
 use crate::formats::{self, Format};
 
-/// Remedy for the program's own clips in place of a file.
-const BUILT_IN: &str =
-    ": the program's own clips are not files, and `check`, `eval`, `train` and `demo` take them by name";
-
 /// Finds files by name, folder, glob pattern (`motions/**/*.bvh`) or `@list.txt` (a file with one of those per line;
 /// empty lines and comments after `#` do not count), sorted and without repetition.
 ///
@@ -53,9 +49,7 @@ fn find(inputs: &[PathBuf], sought: &str, accepts: &impl Fn(&Path) -> bool) -> R
                 }
             }
         } else {
-            let built_in = input.to_string_lossy().starts_with("builtin");
-            let remedy = if built_in { BUILT_IN } else { "" };
-            return Err(fail(input, format!("no such file, folder or pattern{remedy}")));
+            return Err(fail(input, "no such file, folder or pattern".into()));
         }
         if found.len() == before {
             return Err(fail(input, format!("expected {sought}, got nothing of the kind")));

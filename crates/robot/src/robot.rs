@@ -336,14 +336,11 @@ fn default_pose(character: &Character, profile: &Profile) -> Result<Vec<f64>, Ro
             Some(&angle) if (low..=high).contains(&angle) => Ok(angle),
             Some(angle) => {
                 let name = &joint.name;
-                let radians = angle.to_radians();
-                let degrees = if (low..=high).contains(&radians) {
-                    format!("; {angle} degrees would be {radians:.3}")
-                } else {
-                    String::new()
-                };
-                let message =
-                    format!("default_pose.{name}: expected {low:.3} to {high:.3} rad or m, got {angle}{degrees}");
+                let (unit, radians) = (if joint.kind == JointKind::Slide { "m" } else { "rad" }, angle.to_radians());
+                let mut message = format!("default_pose.{name}: expected {low:.3} to {high:.3} {unit}, got {angle}");
+                if unit == "rad" && (low..=high).contains(&radians) {
+                    message += &format!("; {angle} degrees would be {radians:.3} rad");
+                }
                 Err(unfit(character, message))
             }
         }

@@ -136,6 +136,8 @@ fn a_spring_that_the_motor_cannot_bend_is_its_gain() {
 fn a_profile_that_contradicts_the_model_is_refused() {
     let with = |text: &str| message(Robot::from_character(leg(), profile(text)));
     assert!(with("[default_pose]\nknee = 0.1\n").contains("knee"));
+    let degrees = "knee: expected 0.500 to 2.000 rad, got 60; 60 degrees would be 1.047 rad";
+    assert!(with("[default_pose]\nknee = 60.0\n").contains(degrees));
     assert!(with("[default_pose]\nankle = 0.1\n").contains("ankle"));
     assert!(with("[default_pose]\nroot = 0.1\n").contains("root"));
     assert!(with("control_hz = 50\nphysics_hz = 120\n").contains("120"));

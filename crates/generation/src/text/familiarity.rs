@@ -216,6 +216,8 @@ mod tests {
         );
         let wrong = known().familiarity("a person wawes").unwrap();
         assert_eq!(wrong.unknown, [("wawes".to_string(), Some("waves".to_string()))]);
+        let unlike = KnownCaptions::learn(["a person calls", "call"], 10).familiarity("cartwheel").unwrap();
+        assert_eq!(unlike.unknown, [("cartwheel".to_string(), None)]);
         assert!(known().familiarity("zzz").unwrap().to_string().contains("no known caption has any"));
     }
 

@@ -40,9 +40,10 @@ pub fn inspect(path: &Path, output: &Output) -> Result<(), CliError> {
         if run.report_path().is_file() {
             text += &format!("report: {}\n", run.report_path().display());
         }
-        text += &match all {
-            true => format!("\n{}\n", toml::to_string_pretty(&plan).unwrap_or_default()),
-            false => format!("plan: {}\nall metrics, and the plan: --wide\n", path.join("plan.toml").display()),
+        text += &if all {
+            format!("\n{}\n", toml::to_string_pretty(&plan).unwrap_or_default())
+        } else {
+            format!("plan: {}\nall metrics, and the plan: --wide\n", path.join("plan.toml").display())
         };
         text + &next::lines(&steps)
     })

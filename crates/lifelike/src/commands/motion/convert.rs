@@ -4,14 +4,14 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use lifelike_character::Character;
+use lifelike_motion::MotionClip;
 use lifelike_motion::formats::ReadOptions;
 use lifelike_motion::formats::robot_motion::{self, Layout, Rate, Reading};
 use lifelike_motion::resample::resample;
-use lifelike_motion::{MotionClip, dataset};
 use lifelike_robot::Robot;
 use serde::Serialize;
 
-use super::{fetched_g1, robot_of};
+use super::{fetched_g1, motion_files, robot_of};
 use crate::destination;
 use crate::error::CliError;
 use crate::output::{Output, table};
@@ -111,7 +111,7 @@ fn one(args: &Args, options: &ReadOptions, robot: Option<&Character>) -> Result<
 fn all(args: &Args, folder: &Path, options: &ReadOptions, robot: Option<&Character>) -> Result<Vec<Done>, CliError> {
     let layout = args.to.map_or_else(|| robot_motion::by_name("motion").map_err(CliError::Failed), Ok)?;
     let ending = layout.endings.first().copied().unwrap_or_default();
-    let files = dataset::find_motion(&args.inputs, |format| !format.is_source())?;
+    let files = motion_files(&args.inputs, |format| !format.is_source())?;
     std::fs::create_dir_all(folder).map_err(CliError::write(folder))?;
     let mut taken = BTreeSet::new();
     let mut done = Vec::new();

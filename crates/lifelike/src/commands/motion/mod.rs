@@ -25,6 +25,9 @@ use std::path::{Path, PathBuf};
 use clap::Subcommand;
 use lifelike_motion::MotionClip;
 use lifelike_motion::container::EXTENSION;
+use lifelike_motion::dataset;
+use lifelike_motion::formats::Format;
+use lifelike_robot::clips::is_builtin;
 use lifelike_robot::{Robot, load};
 
 use crate::destination;
@@ -115,4 +118,18 @@ pub fn robot_of(clip: &MotionClip) -> Option<Robot> {
     let named = load::NAMES.into_iter().find(|name| *name == clip.provenance.character);
     let robot = named.and_then(|name| Robot::load(name).ok()).or_else(fetched_g1)?;
     clip.columns_for(&robot.character).is_ok().then_some(robot)
+}
+
+/// Finds files of motion, for commands that read no others.
+///
+/// # Errors
+/// As [`dataset::find_motion`]; [`CliError::Input`] for the program's own clips, which are not files.
+pub(super) fn motion_files(inputs: &[PathBuf], accepts: impl Fn(&Format) -> bool) -> Result<Vec<PathBuf>, CliError> {
+    if let Some(own) = inputs.iter().find(|input| is_builtin(input)) {
+        return Err(CliError::Input(format!(
+            "{}: the program's own clips are not files; `check`, `eval`, `train` and `demo` take them by name",
+            own.display()
+        )));
+    }
+    Ok(dataset::find_motion(inputs, accepts)?)
 }

@@ -12,12 +12,12 @@ use lifelike_motion::edit::{self, repair::Change};
 use lifelike_motion::formats::robot_motion::Layout;
 use lifelike_motion::formats::{self, Angles, Axis, CaptionTable, FileMotion, Format, ReadOptions};
 use lifelike_motion::retarget::{Correspondence, RetargetOptions, RetargetReport, retarget, source_of_robot};
-use lifelike_motion::{MotionError, SourceClip, container, dataset, feasibility};
+use lifelike_motion::{MotionError, SourceClip, container, feasibility};
 use lifelike_report::{Playback, ReportBuilder};
 use lifelike_robot::Robot;
 use rayon::prelude::*;
 
-use super::{container_in, fetched_g1, robot_of};
+use super::{container_in, fetched_g1, motion_files, robot_of};
 use crate::commands::clips;
 use crate::error::CliError;
 use crate::output::Output;
@@ -155,7 +155,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
         ..ReadOptions::default()
     };
     let reads = Reads { options: read, robot: &robot, other };
-    let files = dataset::find_motion(&inputs, |format| format.is_source() || reads.other.is_some())?;
+    let files = motion_files(&inputs, |format| format.is_source() || reads.other.is_some())?;
     std::fs::create_dir_all(&args.output).map_err(CliError::write(&args.output))?;
     let pool = rayon::ThreadPoolBuilder::new().num_threads(args.threads.unwrap_or(0)).build();
     let pool = pool.map_err(|e| CliError::Failed(e.to_string()))?;
