@@ -56,6 +56,7 @@ use crate::batched::Batched;
 use crate::error::SimError;
 use crate::simulation::Simulation;
 use crate::terrain::Terrain;
+use profile::Counted;
 use profiler::Profiler;
 use vector_engine::{AnyVectors, VectorEngine};
 
@@ -114,7 +115,7 @@ impl LifelikeSimulation {
     /// # Errors
     /// As [`Self::new`].
     pub fn in_double_precision(robot: Arc<Robot>, environments: usize, threads: usize) -> Result<Self, SimError> {
-        let engine = VectorEngine::<f64>::new(robot.clone(), environments, threads)?;
+        let engine = VectorEngine::<Counted>::new(robot.clone(), environments, threads)?;
         Ok(Self::with_engine(robot, environments, Box::new(engine)))
     }
 

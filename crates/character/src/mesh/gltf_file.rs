@@ -13,7 +13,8 @@ use super::Triangles;
 /// # Errors
 /// A sentence: the file cannot be read, or a buffer is missing.
 pub(super) fn read(path: &Path) -> Result<Triangles, String> {
-    let file = Gltf::open(path).map_err(|e| e.to_string())?;
+    let bytes = std::fs::read(path).map_err(|e| e.to_string())?;
+    let file = Gltf::from_slice(&bytes).map_err(|e| e.to_string())?;
     let folder = path.parent().unwrap_or(Path::new(""));
     let mut buffers = Vec::new();
     for buffer in file.buffers() {

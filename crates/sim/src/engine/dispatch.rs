@@ -7,7 +7,7 @@ use lifelike_simd::prelude::*;
 use lifelike_simd::{InstructionSet, Simd, Task};
 
 use super::lanes::Lanes;
-use super::native::Native;
+use super::native::{Native, fuses};
 use super::pair::Pair;
 use super::vector_engine::{AnyVectors, VectorEngine};
 use crate::error::SimError;
@@ -53,6 +53,8 @@ impl Task for Make<'_> {
             16 => self.with::<Native<S>>(),
             _ if self.environments <= FEW => self.with::<Native<S>>(),
             8 => self.with::<Pair<Native<S>>>(),
+            // Where a fused product is a function, more of them at once gain nothing.
+            _ if const { !fuses::<S>() } => self.with::<Native<S>>(),
             _ => self.with::<Pair<Pair<Native<S>>>>(),
         }
     }

@@ -22,7 +22,7 @@ fn token<S: Simd>() -> S {
 }
 
 /// True where a fused multiply-add is one instruction; elsewhere it is dozens, and better a function than repeated.
-const fn fuses<S: Simd>() -> bool {
+pub(super) const fn fuses<S: Simd>() -> bool {
     cfg!(target_arch = "aarch64") || <S::f32s as SimdBase<S>>::LEN > 4
 }
 

@@ -67,11 +67,13 @@ impl Profiler for Counter {
     }
 }
 
-/// A number that counts what is done with it.
+/// A number of double precision that counts what is done with it. The engine that oracles are compared with is made of these
+/// too, so that the program has one engine less.
 #[derive(Debug, Clone, Copy, PartialEq, PartialOrd, Default)]
-struct Counted(f32);
+pub(super) struct Counted(f64);
 
-fn counted(operations: u64, value: f32) -> Counted {
+#[inline(always)]
+fn counted(operations: u64, value: f64) -> Counted {
     OPERATIONS.set(OPERATIONS.get() + operations);
     Counted(value)
 }
@@ -80,6 +82,7 @@ macro_rules! operator {
     ($trait:ident, $method:ident, $op:tt) => {
         impl $trait for Counted {
             type Output = Self;
+            #[inline(always)]
             fn $method(self, other: Self) -> Self {
                 counted(1, self.0 $op other.0)
             }
@@ -93,6 +96,7 @@ operator!(Div, div, /);
 
 impl Neg for Counted {
     type Output = Self;
+    #[inline(always)]
     fn neg(self) -> Self {
         Self(-self.0)
     }
@@ -105,51 +109,67 @@ const SIMULATED: usize = 16;
 const POLYNOMIAL: u64 = 30;
 
 impl Number for Counted {
+    #[inline(always)]
     fn from_f64(value: f64) -> Self {
-        Self(value as f32)
+        Self(value)
     }
+    #[inline(always)]
     fn least(self, other: Self) -> Self {
         counted(1, self.0.least(other.0))
     }
+    #[inline(always)]
     fn most(self, other: Self) -> Self {
         counted(1, self.0.most(other.0))
     }
+    #[inline(always)]
     fn tanh(self) -> Self {
         counted(POLYNOMIAL, Number::tanh(self.0))
     }
+    #[inline(always)]
     fn tanh_ratio(self) -> Self {
         counted(POLYNOMIAL, self.0.tanh_ratio())
     }
 }
 
 impl AddAssign for Counted {
+    #[inline(always)]
     fn add_assign(&mut self, other: Self) {
         *self = *self + other;
     }
 }
 
 impl SubAssign for Counted {
+    #[inline(always)]
     fn sub_assign(&mut self, other: Self) {
         *self = *self - other;
     }
 }
 
 impl Scalar for Counted {
+    #[inline(always)]
     fn new(value: f64) -> Self {
-        Self(value as f32)
+        Self(value)
     }
+    #[inline(always)]
     fn to_f64(self) -> f64 {
-        self.0.into()
+        self.0
     }
 }
 
 impl SingleLane for Counted {
+    #[inline(always)]
+    fn call<R>(f: impl FnOnce() -> R) -> R {
+        f64::call(f)
+    }
+    #[inline(always)]
     fn fused(self, a: Self, b: Self) -> Self {
         counted(2, self.0.fused(a.0, b.0))
     }
+    #[inline(always)]
     fn root(self) -> Self {
         counted(1, self.0.root())
     }
+    #[inline(always)]
     fn sine_and_cosine(self) -> (Self, Self) {
         let (sin, cos) = self.0.sine_and_cosine();
         (counted(POLYNOMIAL, sin), Self(cos))
