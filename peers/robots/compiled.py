@@ -1,7 +1,9 @@
-"""Drives of every joint as MuJoCo compiles them, to compare ours with.
+"""Masses, axes, ranges and drives as MuJoCo compiles them, to compare ours with.
 
-    python compiled.py FILE...                 prints them as JSON
-    python compiled.py --with LIFELIKE FILE... compares them with `LIFELIKE inspect --json`, a line per file
+    python compiled.py FILE...                          prints ranges and drives as JSON
+    python compiled.py --with LIFELIKE [--walk BVH] FILE...
+                                                        compares them with `LIFELIKE inspect --json`, a row of a Markdown
+                                                        table per file; retargets a walk to each, too
 
 A drive is the sum of a joint's actuators: stiffness and damping (N m/rad, N m s/rad), and the range of its torque (N m). The control
 of an actuator without stiffness is a force, unless it is a velocity servo; then its range limits the torque. Needs mujoco 4.0.
@@ -9,10 +11,13 @@ of an actuator without stiffness is a force, unless it is a velocity servo; then
 
 import json
 import os
+import re
 import subprocess
 import sys
+import tempfile
 
 import mujoco
+import numpy as np
 
 HINGE_OR_SLIDE = (int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE))
 ON_JOINT = (int(mujoco.mjtTrn.mjTRN_JOINT), int(mujoco.mjtTrn.mjTRN_JOINTINPARENT))
@@ -53,14 +58,37 @@ def drive(model, joint):
     return {"stiffness": stiffness, "damping": damping, "torque": torque} if moved else None
 
 
+def urdf(path):
+    """A URDF without pictures and with boxes for meshes, which MuJoCo cannot all read: a URDF states its masses."""
+    text = open(path, encoding="utf-8", errors="replace").read()
+    text = re.sub(r"<visual\b.*?</visual>|<visual\b[^>]*/>", "", text, flags=re.DOTALL)
+    text = re.sub(r"<mesh\b[^>]*?/>|<mesh\b.*?</mesh>", '<box size="0.1 0.1 0.1"/>', text, flags=re.DOTALL)
+    return mujoco.MjSpec.from_string(text.encode("ascii", "ignore").decode())
+
+
 def joints(path):
     """Range and drive of every hinge and slide by name."""
-    model = mujoco.MjModel.from_xml_path(path)
+    spec = urdf(path) if path.endswith(".urdf") else mujoco.MjSpec.from_file(path)
+    spec.compiler.fusestatic = False  # a URDF's fixed links stay apart, as in our reading
+    model = spec.compile()
     found = {}
     for j in range(model.njnt):
         if model.jnt_type[j] in HINGE_OR_SLIDE:
             limits = list(model.jnt_range[j]) if model.jnt_limited[j] else None
-            found[model.joint(j).name] = {"range": limits, "drive": drive(model, j)}
+            found[model.joint(j).name] = {"axis": list(model.jnt_axis[j]), "range": limits, "drive": drive(model, j)}
+    return {"joints": found, "bodies": bodies(model)}
+
+
+def bodies(model):
+    """Mass, centre and inertia about it (xx, yy, zz, xy, xz, yz, along the axes of the body) of every body by name."""
+    found = {}
+    for b in (b for b in range(1, model.nbody) if model.body(b).name):
+        turn = np.zeros(9)
+        mujoco.mju_quat2Mat(turn, model.body_iquat[b])
+        turn = turn.reshape(3, 3)
+        inertia = turn @ np.diag(model.body_inertia[b]) @ turn.T
+        rows = [inertia[0, 0], inertia[1, 1], inertia[2, 2], inertia[0, 1], inertia[0, 2], inertia[1, 2]]
+        found[model.body(b).name] = {"mass": float(model.body_mass[b]), "com": list(model.body_ipos[b]), "inertia": rows}
     return found
 
 
@@ -72,14 +100,37 @@ def close(ours, theirs):
     return abs(ours - theirs) <= 1e-6 * max(1.0, abs(theirs))
 
 
+def near(ours, theirs, scale):
+    """Equal to a millionth of a scale."""
+    return all(abs(a - b) <= 1e-6 * scale for a, b in zip(ours, theirs, strict=True))
+
+
 def differences(ours, theirs):
     """What differs between `inspect --json` and MuJoCo's model, as words."""
     drives = {a["joint"]: a for a in ours["actuators"]}
     ranges = {j["name"]: j["range"] for j in ours["joints"]}
-    for name, expected in theirs.items():
+    own_bodies = {b["name"]: b for b in ours["bodies"]}
+    for name, expected in theirs["bodies"].items():
+        own = own_bodies.get(name)
+        if own is None:
+            yield f"{name}: no such body"
+            continue
+        if not close(own["mass_kg"], expected["mass"]):
+            yield f"{name}: {own['mass_kg']} kg for {expected['mass']}"
+            continue
+        # MuJoCo's compiler gives a body without mass a hundredth of a gram.
+        if expected["mass"] > 1e-5 and not near(own["com_m"], expected["com"], 1.0):
+            yield f"{name}: centre {own['com_m']} for {expected['com']}"
+        # A link without an inertia gets a small one from us, and a warning.
+        if any(expected["inertia"]) and not near(own["inertia_kg_m2"], expected["inertia"], max(expected["inertia"][:3])):
+            yield f"{name}: inertia {own['inertia_kg_m2']} for {expected['inertia']}"
+    axes = {j["name"]: j["axis"] for j in ours["joints"]}
+    for name, expected in theirs["joints"].items():
         if name not in drives:
             yield f"{name}: missing"
             continue
+        if not near(axes[name], expected["axis"], 1.0):
+            yield f"{name}: axis {axes[name]} for {expected['axis']}"
         if not close(ranges[name], expected["range"]):
             yield f"{name}: range {ranges[name]} for {expected['range']}"
         own = drives[name]["model"]
@@ -95,30 +146,56 @@ def differences(ours, theirs):
             yield f"{name}: uses kp {used['kp']} kd {used['kd']} for {expected['drive']}"
 
 
-def compare(program, paths):
-    right = 0
+def walked(program, path, walk):
+    """Retargets a walk, and returns its mean errors as words."""
+    with tempfile.TemporaryDirectory() as folder:
+        command = [program, "-q", "--json", "motion", "retarget", walk, "--robot", path, "-o", folder]
+        run = subprocess.run(command, capture_output=True, text=True)
+    if run.returncode != 0:
+        return "refused: " + (run.stderr.strip().splitlines() or ["?"])[-1].removeprefix("lifelike: ")[:90]
+    report = json.loads(run.stdout)["clips"][0]["report"]
+    mean = lambda errors: sum(e["mean"] for e in errors.values()) / max(1, len(errors))
+    return f"{100 * mean(report['position_error']):.1f} cm, {mean(report['orientation_error']):.1f} deg"
+
+
+def compare(program, walk, paths):
+    equal = both = 0
+    print("| file | MuJoCo's joints | the same to 1e-6 | verdict | a walk |")
+    print("| --- | ---: | --- | --- | --- |")
     for path in paths:
+        name = "/".join(os.path.normpath(path).split(os.sep)[-3:])
         try:
             theirs = joints(path)
         except ValueError as error:
             theirs = str(error).splitlines()[0]
         run = subprocess.run([program, "-q", "inspect", "--json", path], capture_output=True, text=True)
         ours = json.loads(run.stdout) if run.stdout else {}
-        if isinstance(theirs, str) or "actuators" not in ours:
-            said = (run.stderr.strip().splitlines() or [ours.get("verdict", "")])[-1]
-            print(f"{path}: MuJoCo: {theirs if isinstance(theirs, str) else 'reads it'}; ours: {ours.get('verdict', said)}")
+        said = (run.stderr.strip().splitlines() or [""])[-1].removeprefix("lifelike: ").replace(path, name)
+        verdict = ours.get("verdict", "refused: " + said)
+        if isinstance(theirs, str):
+            print(f"| {name} | | MuJoCo refuses: {theirs[:90]} | {verdict[:120]} | |")
+            continue
+        if "actuators" not in ours:
+            print(f"| {name} | {len(theirs['joints'])} | | {verdict[:120]} | |")
             continue
         wrong = list(differences(ours, theirs))
-        right += not wrong
-        print(f"{path}: {len(theirs)} joints, {'; '.join(wrong[:4]) or 'equal'}; {ours['verdict']}")
-    print(f"{right} of {len(paths)} files equal")
+        both, equal = both + 1, equal + (not wrong)
+        steps = walked(program, path, walk) if walk and verdict.startswith("ready") else ""
+        print(f"| {name} | {len(theirs['joints'])} | {'; '.join(wrong[:3]) or 'all'} | {verdict[:120]} | {steps} |", flush=True)
+    print(f"\n{len(paths)} files; both read {both}, of which {equal} are the same.")
 
 
 def main(arguments):
-    if arguments[:1] == ["--with"]:
-        compare(arguments[1], arguments[2:])
-    else:
-        print(json.dumps({os.path.basename(path): joints(path) for path in arguments}, indent=1))
+    if arguments[:1] != ["--with"]:
+        drives = {os.path.basename(path): joints(path)["joints"] for path in arguments}
+        for joint in (joint for file in drives.values() for joint in file.values()):
+            del joint["axis"]
+        print(json.dumps(drives, indent=1))
+        return
+    program, files, walk = arguments[1], arguments[2:], None
+    if files[:1] == ["--walk"]:
+        walk, files = files[1], files[2:]
+    compare(program, walk, files)
 
 
 if __name__ == "__main__":

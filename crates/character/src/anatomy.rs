@@ -130,8 +130,8 @@ impl Anatomy {
             if let Some(leg) = finder.limb(Kind::Leg, side) {
                 anatomy.put(&finder, roles[0], leg.upper);
                 anatomy.put(&finder, roles[1], leg.lower);
-                if let Some(end) = leg.end {
-                    anatomy.put(&finder, roles[2], end);
+                if let Some(foot) = leg.end.or_else(|| fixed_foot(&finder, &leg, side)) {
+                    anatomy.put(&finder, roles[2], foot);
                 }
                 hips.push(leg.upper);
             }
@@ -228,6 +228,14 @@ impl Anatomy {
         }
         Ok(())
     }
+}
+
+/// Returns a body named for the foot that is fixed to the shank, as Gymnasium's humanoid has it, and its origin.
+fn fixed_foot(finder: &Finder<'_>, leg: &Limb, side: Side) -> Option<(usize, Vec3)> {
+    let bodies = &finder.character.bodies;
+    let hangs = |body: &usize| bodies[*body].parent == leg.lower.0 && finder.side(*body) == Some(side);
+    let named = (1..bodies.len()).filter(hangs).find(|body| words::has(&bodies[*body].name, &words::FOOT))?;
+    Some((named, finder.kinematics.body_position[named]))
 }
 
 /// Returns a site named for the hand, else a body named for it, else the far end of the arm's last shape.

@@ -97,6 +97,29 @@ fn an_override_wins_over_the_guess() {
     assert!(error.to_string().contains("no body named 'nose'"), "{error}");
 }
 
+/// One leg as Gymnasium's humanoid has it: the foot is a body of its own without a joint.
+fn leg_with_a_fixed_foot(side: &str, y: f64) -> String {
+    format!(
+        "<body name='{side}_thigh' pos='0 {y} 0'><joint name='{side}_hip' axis='0 1 0'/><geom size='.05 .15' type='capsule' pos='0 0 -.2'/>
+         <body name='{side}_shin' pos='0 0 -.4'><joint name='{side}_knee' axis='0 1 0'/><geom size='.05 .15' type='capsule' pos='0 0 -.2'/>
+         <body name='{side}_foot' pos='0 0 -.45'><geom name='{side}_sole' size='.075' pos='.03 0 0'/></body></body></body>"
+    )
+}
+
+#[test]
+fn a_foot_without_a_joint_is_a_foot() {
+    let (left, right) = (leg_with_a_fixed_foot("left", 0.1), leg_with_a_fixed_foot("right", -0.1));
+    let text = format!(
+        "<mujoco><worldbody><body name='trunk' pos='0 0 1'><freejoint/><geom size='.2'/>{left}{right}</body></worldbody></mujoco>"
+    );
+    let walker = Character::from_mjcf(&text, "walker.xml", None).unwrap();
+    let anatomy = Anatomy::guess(&walker, &Overrides::new()).unwrap();
+    assert_eq!(anatomy.places[&Role::LeftFoot].body, walker.body("left_foot").unwrap());
+    near(world(&walker, &anatomy, Role::RightFoot), [0.0, -0.1, 0.15]);
+    assert_eq!(anatomy.soles[&Role::LeftFoot].body, walker.body("left_foot").unwrap());
+    assert!(!anatomy.soles[&Role::LeftFoot].corners.is_empty());
+}
+
 /// File, names of thigh, shank and foot, whether it has arms.
 type Legs = (&'static str, [&'static str; 3], bool);
 

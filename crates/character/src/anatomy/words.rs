@@ -17,6 +17,8 @@ pub(crate) const ARM: [&str; 13] = [
 ];
 /// Words of the knee's joint or of the body that it moves.
 pub(crate) const SHANK: [&str; 8] = ["knee", "shank", "shin", "tibia", "calf", "lower_leg", "lowerleg", "lowleg"];
+/// Words of a foot.
+pub(crate) const FOOT: [&str; 4] = ["foot", "feet", "ankle", "sole"];
 /// Words of the elbow's joint or of the body that it moves.
 pub(crate) const FOREARM: [&str; 7] = ["elbow", "elb_", "forearm", "lower_arm", "lowerarm", "radius", "fore_arm"];
 /// Words of a hand.

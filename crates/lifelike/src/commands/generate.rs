@@ -13,6 +13,7 @@ use std::time::Instant;
 
 use lifelike_generation::critic::Critic;
 use lifelike_generation::generator::{Generator, SampleOptions};
+use lifelike_generation::text::familiarity::Familiarity;
 use lifelike_robot::Robot;
 use serde_json::json;
 
@@ -132,12 +133,15 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let jobs = jobs(args)?;
     let known = &maker.generator.header().known;
     let mut familiarity = Vec::new();
-    for prompt in jobs.iter().flat_map(|(prompts, _)| prompts) {
-        let found = known.familiarity(prompt)?;
-        if !found.reads_well() {
+    let mut doubts = Vec::with_capacity(jobs.len());
+    for (prompts, _) in &jobs {
+        let found: Vec<Familiarity> =
+            prompts.iter().map(|prompt| known.familiarity(prompt)).collect::<Result<_, _>>()?;
+        for (prompt, found) in prompts.iter().zip(&found).filter(|(_, found)| !found.reads_well()) {
             tracing::warn!("\"{prompt}\" {found}");
         }
-        familiarity.push(found);
+        doubts.push(made::doubt(&found));
+        familiarity.extend(found);
     }
     let chosen_in_physics = args.by == Some(By::Physics);
     let tracked = args.play || args.project || chosen_in_physics;
@@ -151,7 +155,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let player = tracked.then(|| Player::new(args.policy.as_deref(), &robot, &args.robot, &args.physics));
     let player = player.transpose()?;
     let mut made = Vec::with_capacity(jobs.len());
-    for (prompts, file) in &jobs {
+    for ((prompts, file), doubt) in jobs.iter().zip(doubts) {
         let began = Instant::now();
         let mut candidates = maker.make(prompts)?;
         if let Some(player) = player.as_ref().filter(|_| args.project) {
@@ -165,6 +169,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
         let mut one = Made::write(prompts, candidates, file, args.keep_all, began.elapsed().as_secs_f64())?;
         // Thousands of prompts would fill the memory with clips that nobody plays.
         one.best = one.best.filter(|_| args.play);
+        one.doubt = doubt;
         made.push(one);
     }
     let played = player.filter(|_| args.play).map(|player| {

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use lifelike_generation::text::familiarity::Familiarity;
 use lifelike_motion::{MotionClip, container};
 
 use super::maker::Candidate;
@@ -23,6 +24,9 @@ pub struct Made {
     pub candidates: usize,
     /// Verdicts on the files.
     pub verdicts: Vec<Verdict>,
+    /// Why the motion may be another than its sentences say.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub doubt: Option<String>,
     /// The best clip.
     #[serde(skip)]
     pub best: Option<MotionClip>,
@@ -52,7 +56,16 @@ impl Made {
         }
         let best = best.ok_or_else(|| CliError::Failed("expected a candidate, got none".into()))?;
         let (prompts, seconds) = (prompts.to_vec(), best.seconds());
-        Ok(Self { prompts, files, seconds, sampling_seconds, candidates: count, verdicts, best: Some(best) })
+        Ok(Self {
+            prompts,
+            files,
+            seconds,
+            sampling_seconds,
+            candidates: count,
+            verdicts,
+            doubt: None,
+            best: Some(best),
+        })
     }
 
     /// Returns a line for each file.
@@ -61,9 +74,22 @@ impl Made {
             let value = verdict.critic.as_ref().map_or(String::new(), |critic| {
                 format!("  (Realism {:.2}, lowest {:.2} at {:.1} s)", critic.realism, critic.lowest, critic.at)
             });
-            format!("{}: {}{value}\n", file.display(), verdict.words())
+            let doubt = self.doubt.as_ref().map_or(String::new(), |doubt| format!(", but {doubt}"));
+            format!("{}: {}{doubt}{value}\n", file.display(), verdict.words())
         };
         self.files.iter().zip(&self.verdicts).map(line).collect()
+    }
+}
+
+/// Returns why a motion may be another than its sentences say: words that no caption has, or no caption that is near.
+pub fn doubt(sentences: &[Familiarity]) -> Option<String> {
+    let unknown: Vec<String> =
+        sentences.iter().flat_map(|one| &one.unknown).map(|(word, _)| format!("'{word}'")).collect();
+    match unknown.as_slice() {
+        [] if sentences.iter().all(Familiarity::reads_well) => None,
+        [] => Some("may not be what was said: no known caption is near".into()),
+        [word] => Some(format!("{word} was not understood")),
+        words => Some(format!("{} were not understood", words.join(", "))),
     }
 }
 
@@ -85,7 +111,23 @@ pub fn stem(path: &Path) -> String {
 
 #[cfg(test)]
 mod tests {
+    #![allow(clippy::unwrap_used)]
     use super::*;
+    use lifelike_generation::text::familiarity::KnownCaptions;
+
+    #[test]
+    fn a_word_that_nobody_knows_is_in_the_verdict() {
+        let known = KnownCaptions::learn(["a person walks forward", "a person waves"], 100);
+        let doubt = |sentences: &[&str]| {
+            doubt(&sentences.iter().map(|sentence| known.familiarity(sentence).unwrap()).collect::<Vec<_>>())
+        };
+        assert_eq!(doubt(&["a person walks forward", "a person waves"]), None);
+        assert_eq!(doubt(&["a person cartwheels"]).as_deref(), Some("'cartwheels' was not understood"));
+        let two = doubt(&["a person cartwheels", "a person somersaults"]);
+        assert_eq!(two.as_deref(), Some("'cartwheels', 'somersaults' were not understood"));
+        let far = doubt(&["waves forward waves forward"]);
+        assert_eq!(far.as_deref(), Some("may not be what was said: no known caption is near"));
+    }
 
     #[test]
     fn others_than_the_best_are_numbered_before_the_endings() {

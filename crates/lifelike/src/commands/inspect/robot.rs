@@ -1,6 +1,6 @@
 //! A robot: its bodies, joints, actuators, and what its policies will see.
 
-use lifelike_character::{Character, EqualityKind, JointKind};
+use lifelike_character::{Body, Character, EqualityKind, Inertial, JointKind, Mat3};
 use lifelike_robot::robot::role_name;
 use lifelike_robot::{Readiness, Robot, RobotError, Shapes};
 use lifelike_sim::engine::{self_contacts, unsupported};
@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 use super::next_steps;
 use crate::error::CliError;
 use crate::next;
-use crate::output::{Output, table};
+use crate::output::{Output, shows_all_columns, table};
 
 /// Prints a robot by name or path.
 pub fn inspect(name: &str, output: &Output) -> Result<(), CliError> {
@@ -89,15 +89,21 @@ fn closure(kind: EqualityKind) -> &'static str {
     }
 }
 
+/// Returns the inertia about the centre of mass along the axes of the body (kg m²): xx, yy, zz, xy, xz, yz.
+fn inertia(inertial: &Inertial) -> [f64; 6] {
+    let turn = inertial.orientation.to_rotation_matrix().into_inner();
+    let i = turn * Mat3::from_diagonal(&inertial.diagonal) * turn.transpose();
+    [i[(0, 0)], i[(1, 1)], i[(2, 2)], i[(0, 1)], i[(0, 2)], i[(1, 2)]]
+}
+
 fn character(c: &Character) -> Value {
-    let bodies = c
-        .bodies
-        .iter()
-        .skip(1)
-        .map(|b| json!({ "name": b.name, "parent": c.bodies[b.parent].name, "mass_kg": b.inertial.mass }));
+    let bodies = c.bodies.iter().skip(1).map(|b| {
+        json!({ "name": b.name, "parent": c.bodies[b.parent].name, "mass_kg": b.inertial.mass,
+                "com_m": b.inertial.com.as_slice(), "inertia_kg_m2": inertia(&b.inertial) })
+    });
     let joints = c.joints.iter().map(|j| {
-        json!({ "name": j.name, "body": c.bodies[j.body].name, "kind": kind(j.kind), "range": j.range,
-                "armature": j.armature })
+        json!({ "name": j.name, "body": c.bodies[j.body].name, "kind": kind(j.kind), "axis": j.axis.as_slice(),
+                "range": j.range, "armature": j.armature })
     });
     let equalities = c.equalities.iter().map(|e| {
         let [first, second] = e.bodies.map(|b| &c.bodies[b].name);
@@ -112,7 +118,7 @@ fn character(c: &Character) -> Value {
 }
 
 fn text(c: &Character) -> String {
-    let scalar = c.scalar_joints().count();
+    let (scalar, wide) = (c.scalar_joints().count(), shows_all_columns());
     let mut text = format!(
         "{}: a robot of {:.3} kg, {} bodies, {scalar} scalar joints, {} geoms, {} sites\n\n",
         c.name,
@@ -132,10 +138,19 @@ fn text(c: &Character) -> String {
                 Some((low, high)) => format!("{low:.3} .. {high:.3}"),
                 None => "unlimited".into(),
             };
-            vec![j.name.clone(), c.bodies[j.body].name.clone(), kind(j.kind).into(), range]
+            let mut row = vec![j.name.clone(), c.bodies[j.body].name.clone(), kind(j.kind).into(), range];
+            if wide {
+                row.push(numbers(j.axis.as_slice()));
+            }
+            row
         })
         .collect();
-    text += &table(&["joint", "body", "kind", "range"], &rows);
+    let head = ["joint", "body", "kind", "range", "axis in the body"];
+    text += &table(&head[..if wide { 5 } else { 4 }], &rows);
+    if wide {
+        text += "\n";
+        text += &masses(c);
+    }
     for e in &c.equalities {
         let [first, second] = e.bodies.map(|b| &c.bodies[b].name);
         let inactive = if e.active { "" } else { " (inactive)" };
@@ -145,6 +160,26 @@ fn text(c: &Character) -> String {
         text += &format!("not simulated: {note}\n");
     }
     text
+}
+
+/// Returns a table of what each body weighs, and where.
+fn masses(c: &Character) -> String {
+    let row = |b: &Body| {
+        let place = numbers(b.inertial.com.as_slice());
+        vec![b.name.clone(), format!("{:.4}", b.inertial.mass), place, numbers(&inertia(&b.inertial))]
+    };
+    let rows: Vec<Vec<String>> = c.bodies.iter().skip(1).map(row).collect();
+    table(&["body", "mass (kg)", "centre of mass (m)", "inertia xx yy zz xy xz yz (kg m2)"], &rows)
+}
+
+/// Returns numbers with four digits that count; what is a billionth of the largest is zero.
+fn numbers(values: &[f64]) -> String {
+    let largest = values.iter().fold(0.0_f64, |largest, value| largest.max(value.abs()));
+    let short = |value: &f64| {
+        let value = if value.abs() <= 1e-9 * largest { 0.0 } else { *value };
+        format!("{value:.3e}").parse().unwrap_or(value).to_string()
+    };
+    values.iter().map(short).collect::<Vec<_>>().join(" ")
 }
 
 fn control(robot: &Robot) -> String {
