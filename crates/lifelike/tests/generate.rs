@@ -44,6 +44,9 @@ fn a_sentence_becomes_a_clip_and_what_is_none_is_refused() {
     assert!(clip.provenance.source.contains("of seed 3; "), "{}", clip.provenance.source);
     make(&["-o", "again.motion.safetensors", "--seed", "3"]);
     assert_eq!(container::read(&at.join("again.motion.safetensors")).unwrap().joints, clip.joints);
+    let unknown = ["generate", "a person cartwheels", "--generator", generator, "-o", "no.motion.safetensors"];
+    let said = String::from_utf8(run(at, &unknown).stdout).unwrap();
+    assert!(said.contains(", but 'cartwheels' was not understood"), "{said}");
     json(at, &["motion", "check", "walk.motion.safetensors", "--robot", "lima"]);
     the_best_comes_first(at, generator);
     parts_follow_each_other(at, generator);

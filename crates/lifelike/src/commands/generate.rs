@@ -166,10 +166,10 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
             (Some(By::Physics), Some(player)) => candidates = player.sorted(candidates, output)?,
             _ => {}
         }
-        let mut one = Made::write(prompts, candidates, file, args.keep_all, began.elapsed().as_secs_f64())?;
+        let took = began.elapsed().as_secs_f64();
+        let mut one = Made::write(prompts, candidates, file, args.keep_all, took, doubt)?;
         // Thousands of prompts would fill the memory with clips that nobody plays.
         one.best = one.best.filter(|_| args.play);
-        one.doubt = doubt;
         made.push(one);
     }
     let played = player.filter(|_| args.play).map(|player| {

@@ -1,9 +1,9 @@
 //! Numbers of several environments at once: one environment per lane of a vector.
 //!
-//! [`Lanes`] is what the engine computes with. Three things are lanes: one scalar (of double precision, to be compared with oracles), a
-//! [`Native`](super::native::Native) vector of an instruction set, and a [`Pair`](super::pair::Pair) of whatever is lanes.
-//! So sixteen environments are one vector of AVX-512, a pair of AVX2's, and a pair of pairs of NEON's. No lane
-//! ever sees another, and all operations round alike, so an environment's numbers depend neither on its neighbours nor on
+//! [`Lanes`] is what the engine computes with. Three things are lanes: one scalar (of double precision, to be compared
+//! with oracles), a [`Native`](super::native::Native) vector of an instruction set, and a [`Pair`](super::pair::Pair) of
+//! whatever is lanes. So sixteen environments are one vector of AVX-512, a pair of AVX2's, four of SSE2's one after the
+//! other, and a pair of pairs of NEON's. No lane ever sees another, and all operations round alike, so an environment's numbers depend neither on its neighbours nor on
 //! the instruction set.
 
 use std::fmt::Debug;

@@ -33,7 +33,8 @@ pub struct Made {
 }
 
 impl Made {
-    /// Writes the best of the candidates to this file, and with `all` the others beside it, numbered by their rank.
+    /// Writes the best of the candidates to this file, and with `all` the others beside it, numbered by their rank. The doubt is that
+    /// of [`doubt`].
     ///
     /// # Errors
     /// A file that cannot be written; no candidate.
@@ -43,6 +44,7 @@ impl Made {
         path: &Path,
         all: bool,
         sampling_seconds: f64,
+        doubt: Option<String>,
     ) -> Result<Self, CliError> {
         let (count, mut files, mut verdicts, mut best) = (candidates.len(), Vec::new(), Vec::new(), None);
         for (rank, mut one) in candidates.into_iter().take(if all { count } else { 1 }).enumerate() {
@@ -56,16 +58,7 @@ impl Made {
         }
         let best = best.ok_or_else(|| CliError::Failed("expected a candidate, got none".into()))?;
         let (prompts, seconds) = (prompts.to_vec(), best.seconds());
-        Ok(Self {
-            prompts,
-            files,
-            seconds,
-            sampling_seconds,
-            candidates: count,
-            verdicts,
-            doubt: None,
-            best: Some(best),
-        })
+        Ok(Self { prompts, files, seconds, sampling_seconds, candidates: count, verdicts, doubt, best: Some(best) })
     }
 
     /// Returns a line for each file.
