@@ -1,7 +1,10 @@
 """A stack's G1 tracker in MuJoCo, by definitions of its own: the peer of `lifelike import` and `lifelike eval`.
 
     pip install onnx onnxruntime mujoco numpy
-    python dance.py POLICY.onnx G1.xml [--scale effort|one] [--seconds S] [--starts N]
+    python dance.py POLICY.onnx G1.xml [--scale effort|one] [--seconds S] [--starts N] [--reader]
+
+With --reader holosoma's own program loads the file and builds every observation (pip install holosoma-inference pin); the
+largest difference from ours is printed.
 
 Nothing of lifelike is used. Observations are written after holosoma's own source (holosoma_inference 0.1.3,
 policies/wbt.py) or mjlab's (1.6.0, tasks/tracking), actions are theirs, torques are explicit PD at 1 kHz with the rotors
@@ -10,6 +13,7 @@ and limits of BeyondMimic. Prints what `eval` prints: episodes without a fall, m
 
 import argparse
 import json
+from types import SimpleNamespace
 
 import mujoco
 import numpy as np
@@ -94,6 +98,33 @@ class Policy:
         return *joints, row["body_pos_w"][0, at], row["body_quat_w"][0, at], root
 
 
+class Reader:
+    """holosoma's own reader: its classes load the file and build the observation. Only the robot's interface is left out."""
+
+    def __init__(self, path):
+        from holosoma_inference.config.config_values.observation import wbt as observation
+        from holosoma_inference.config.config_values.robot import g1_29dof
+        from holosoma_inference.config.config_values.task import wbt as task
+        from holosoma_inference.policies.wbt import WholeBodyTrackingPolicy as Theirs
+
+        self.it = it = Theirs.__new__(Theirs)
+        it._target_source, it.robot_yaw_offset, it.motion_yaw_offset = None, 0.0, 0.0
+        it.config = SimpleNamespace(robot=g1_29dof, observation=observation, task=task)
+        it._init_robot_config(g1_29dof)
+        it._init_obs_config()
+        it.last_policy_action = np.zeros((1, it.num_dofs))
+        it.setup_policy(path)
+        it._configure_action_scales()
+        self.scale = it.per_joint_policy_action_scale[0]
+
+    def row(self, data, q, v, action, command, turn):
+        self.it.last_policy_action = action[None]
+        self.it.motion_command_t = np.concatenate(command)[None]
+        self.it.ref_quat_xyzw_t = np.asarray(turn)[None, [1, 2, 3, 0]]
+        state = np.concatenate([data.qpos[:7], data.qpos[q], data.qvel[:6], data.qvel[v]])[None]
+        return self.it.prepare_obs_for_rl(state)["actor_obs"][0]
+
+
 def place_root(model, data, q, policy, anchor, step):
     """Puts the robot into a frame; returns its position and the joints' velocities."""
     position, velocity, place, turn, _ = policy.reference(step)
@@ -114,8 +145,12 @@ def main():
     parser.add_argument("--scale", choices=["effort", "one"], default="effort")
     parser.add_argument("--seconds", type=float, default=1e9)
     parser.add_argument("--starts", type=int, default=5)
+    parser.add_argument("--reader", action="store_true")
     given = parser.parse_args()
     policy = Policy(given.policy, given.scale)
+    reader = Reader(given.policy) if given.reader else None
+    if reader:
+        policy.scale = reader.scale
     spec = mujoco.MjSpec.from_file(given.robot)
     spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_PLANE, size=[0, 0, 1])
     model = spec.compile()
@@ -129,7 +164,7 @@ def main():
         model.dof_damping[joint.dofadr[0]] = model.dof_frictionloss[joint.dofadr[0]] = 0.0
     limit = np.array([by_end(MOTORS, name, OTHERS)[1] for name in policy.joints], float)
     anchor = model.body(policy.anchor).id
-    errors, survived, seconds = [], 0, 0.0
+    errors, survived, seconds, differs = [], 0, 0.0, 0.0
     for start in np.linspace(0, max(policy.frames - 100, 0), given.starts).astype(int):
         data = mujoco.MjData(model)
         ahead, _ = place_root(model, data, q, policy, anchor, start + 1)
@@ -156,6 +191,10 @@ def main():
             values["motion_command"] = values["command"] = np.concatenate([position, velocity])
             values["motion_ref_ori_b"] = values["motion_anchor_ori_b"] = lean[:, :2].reshape(-1)
             row = np.concatenate([values[term] for term in policy.terms]).astype(np.float32)
+            if reader:
+                theirs = reader.row(data, q, v, action, (position, velocity), turn)
+                differs = max(differs, float(np.abs(theirs - row).max()))
+                row = theirs
             feeds = {"obs": row[None], "time_step": np.array([[step]], np.float32)}
             action = policy.session.run(["actions"], feeds)[0][0].astype(float)
             target = policy.default + policy.scale * action
@@ -172,6 +211,7 @@ def main():
     print(json.dumps({
         "policy": given.policy, "episodes": given.starts, "without_a_fall": survived, "seconds": round(seconds, 1),
         "joint_error_deg": round(float(np.degrees(np.mean(errors))), 2),
+        **({"readers_observation_differs_by": differs} if reader else {}),
     }))
 
 

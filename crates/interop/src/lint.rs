@@ -2,7 +2,7 @@
 //!
 //! A normalizer betrays the order of its numbers. The reference's orientation in the anchor's frame is near the identity. Gravity
 //! points down. A tracker's joints have the means of its reference's joints, and move about as fast. A layout that
-//! contradicts its normalizer is not the one that the policy was trained with.
+//! contradicts its normalizer is not the one that the policy was trained with; or the policy has hardly learnt to follow.
 
 use std::ops::Range;
 
@@ -32,9 +32,9 @@ const MEAN: f32 = 0.4;
 const POSITION: (f32, f32, f32) = (0.3, 2.5, 0.25);
 /// Likewise of velocities (rad/s): published trackers have 0.28 to 4.3.
 const VELOCITY: (f32, f32, f32) = (0.15, 5.0, 2.0);
-/// Ratios of the spread of a joint's targets to that of its positions. Published trackers have 0.98 to 2.4: a joint with a spring
-/// moves less than its target.
-const TARGETS: (f32, f32) = (0.4, 10.0);
+/// Least ratio of the spread of a joint's targets to that of its positions. Published trackers have 0.98 to 2.4: a joint with a
+/// spring moves less than its target.
+const TARGETS: f32 = 0.4;
 /// Greatest difference of a joint's mean target from its mean position (rad). Published trackers have up to 0.3.
 const TARGET: f32 = 0.8;
 
@@ -89,11 +89,8 @@ pub fn check(spec: &ObservationSpec, statistics: Statistics<'_>) -> Vec<Contradi
     let position = of("joint_position");
     let joint = |j: usize| spec.joints[j].clone();
     if let (Some(own), Some(reference)) = (position.clone(), of("reference_joint_position")) {
-        let far = (0..own.len()).find(|&j| {
-            let difference = mean[reference.start + j] - mean[own.start + j] - spec.default_pose[j];
-            difference.abs() > MEAN || difference.is_nan()
-        });
-        if let Some(j) = far {
+        let difference = |j: usize| (mean[reference.start + j] - mean[own.start + j] - spec.default_pose[j]).abs();
+        if let Some(j) = worst(own.len(), MEAN, &difference) {
             let expected =
                 format!("the mean of '{}' that its reference has, {:.2} rad", joint(j), mean[reference.start + j]);
             let got = format!("{:.2} rad", mean[own.start + j] + spec.default_pose[j]);
@@ -106,14 +103,12 @@ pub fn check(spec: &ObservationSpec, statistics: Statistics<'_>) -> Vec<Contradi
     }
     if let (Some(own), Some(action)) = (position, of("last_action")) {
         let ratio = |j: usize| action_scale * deviation[action.start + j] / deviation[own.start + j];
-        if let Some(j) = (0..own.len()).find(|&j| !(TARGETS.0..=TARGETS.1).contains(&ratio(j))) {
-            let (low, high) = TARGETS;
-            let expected = format!("targets of '{}' that spread {low} to {high} times as its positions", joint(j));
+        if let Some(j) = worst(own.len(), 1.0 / TARGETS, &|j| 1.0 / ratio(j)) {
+            let expected = format!("targets of '{}' that spread at least {TARGETS} times as its positions", joint(j));
             add("last_action", &expected, format!("{:.2} times", ratio(j)));
         }
-        let far =
-            (0..own.len()).find(|&j| (action_scale * mean[action.start + j] - mean[own.start + j]).abs() > TARGET);
-        if let Some(j) = far {
+        let difference = |j: usize| (action_scale * mean[action.start + j] - mean[own.start + j]).abs();
+        if let Some(j) = worst(own.len(), TARGET, &difference) {
             let expected =
                 format!("a mean target of '{}' near its mean position, {:.2} rad", joint(j), mean[own.start + j]);
             add("last_action", &expected, format!("{:.2} rad", action_scale * mean[action.start + j]));
@@ -131,15 +126,26 @@ fn spreads(
     (low, high, beside): (f32, f32, f32),
     joint: &dyn Fn(usize) -> String,
 ) {
-    for j in 0..own.len() {
-        let (own, reference) = (deviation[own.start + j], deviation[reference.start + j]);
-        let (least, most) = (low * reference - beside, high * reference + beside);
-        if !(least..=most).contains(&own) {
-            let expected =
-                format!("a spread of '{}' from {:.2} to {most:.2} by its reference's", joint(j), least.max(0.0));
-            return add(part, &expected, format!("{own:.2}"));
-        }
+    let bounds = |j: usize| {
+        let reference = deviation[reference.start + j];
+        ((low * reference - beside).max(0.0), high * reference + beside)
+    };
+    // How far outside, as a share of the bound.
+    let outside = |j: usize| {
+        let (own, (least, most)) = (deviation[own.start + j], bounds(j));
+        if own < least { least / own } else { own / most }
+    };
+    if let Some(j) = worst(own.len(), 1.0, &outside) {
+        let (least, most) = bounds(j);
+        let expected = format!("a spread of '{}' from {least:.2} to {most:.2} by its reference's", joint(j));
+        add(part, &expected, format!("{:.2}", deviation[own.start + j]));
     }
+}
+
+/// The joint that is furthest beyond a limit; none where all are within.
+fn worst(joints: usize, limit: f32, measure: &dyn Fn(usize) -> f32) -> Option<usize> {
+    let worst = (0..joints).max_by(|a, b| measure(*a).total_cmp(&measure(*b)))?;
+    (measure(worst) > limit || measure(worst).is_nan()).then_some(worst)
 }
 
 fn rounded(values: &[f32]) -> String {

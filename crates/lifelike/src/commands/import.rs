@@ -33,6 +33,9 @@ pub struct Args {
     /// The terms of the observation in order, where the file's metadata are wrong.
     #[arg(long, value_delimiter = ',', value_name = "TERM,TERM,...")]
     pub terms: Option<Vec<String>>,
+    /// Reads it although its layout contradicts its normalizer, as that of a policy that has hardly learnt may.
+    #[arg(long)]
+    pub force: bool,
     /// The controller's file; beside the policy where not given.
     #[arg(short, long, value_parser = crate::destination::network)]
     pub output: Option<PathBuf>,
@@ -44,7 +47,10 @@ pub struct Args {
 /// The file is no policy of a known stack, contradicts its own normalizer, or is another robot's.
 pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let (robot, imported) = read(&args.input, args.robot.as_deref(), args.terms.as_deref())?;
-    refuse(&args.input, &imported)?;
+    if !args.force {
+        refuse(&args.input, &imported)?;
+    }
+    imported.contradictions.iter().for_each(|found| tracing::warn!("{found}"));
     let path = args.output.clone().unwrap_or_else(|| with_ending(&args.input, EXTENSION));
     let stem = path.to_string_lossy().trim_end_matches(".safetensors").trim_end_matches(".controller").to_string();
     let controller = Controller::new(imported.controller.clone(), robot.clone())?;
@@ -96,7 +102,7 @@ fn refuse(path: &Path, imported: &Imported) -> Result<(), CliError> {
     let lines: Vec<String> = imported.contradictions.iter().map(|found| format!("\n  {found}")).collect();
     Err(CliError::Input(format!(
         "{}: the observation {} contradicts what the policy's normalizer has seen:{}\nthe policy was trained with another \
-         order; name it with --terms",
+         order (name it with --terms), or has hardly learnt to follow (--force)",
         path.display(),
         imported.terms.join(", "),
         lines.concat()
