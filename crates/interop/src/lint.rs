@@ -35,6 +35,8 @@ const VELOCITY: (f32, f32, f32) = (0.15, 5.0, 2.0);
 /// Least ratio of the spread of a joint's targets to that of its positions. Published trackers have 0.98 to 2.4: a joint with a
 /// spring moves less than its target.
 const TARGETS: f32 = 0.4;
+/// Least correlation of the means of targets and positions over the joints. Published trackers have 0.94 and more.
+const LIKENESS: f32 = 0.4;
 /// Greatest difference of a joint's mean target from its mean position (rad). Published trackers have up to 0.3.
 const TARGET: f32 = 0.8;
 
@@ -107,6 +109,11 @@ pub fn check(spec: &ObservationSpec, statistics: Statistics<'_>) -> Vec<Contradi
             let expected = format!("targets of '{}' that spread at least {TARGETS} times as its positions", joint(j));
             add("last_action", &expected, format!("{:.2} times", ratio(j)));
         }
+        let likeness = correlation(&mean[action.clone()], &mean[own.clone()]);
+        if likeness < LIKENESS {
+            let expected = format!("means that correlate with those of the joints, at least {LIKENESS}");
+            add("last_action", &expected, format!("{likeness:.2}"));
+        }
         let difference = |j: usize| (action_scale * mean[action.start + j] - mean[own.start + j]).abs();
         if let Some(j) = worst(own.len(), TARGET, &difference) {
             let expected =
@@ -146,6 +153,17 @@ fn spreads(
 fn worst(joints: usize, limit: f32, measure: &dyn Fn(usize) -> f32) -> Option<usize> {
     let worst = (0..joints).max_by(|a, b| measure(*a).total_cmp(&measure(*b)))?;
     (measure(worst) > limit || measure(worst).is_nan()).then_some(worst)
+}
+
+/// Pearson's correlation; 1 where one of the two does not vary.
+fn correlation(a: &[f32], b: &[f32]) -> f32 {
+    let mean = |x: &[f32]| x.iter().sum::<f32>() / x.len().max(1) as f32;
+    let (of_a, of_b) = (mean(a), mean(b));
+    let product = |x: &[f32], of_x: f32, y: &[f32], of_y: f32| -> f32 {
+        x.iter().zip(y).map(|(x, y)| (x - of_x) * (y - of_y)).sum()
+    };
+    let spread = product(a, of_a, a, of_a) * product(b, of_b, b, of_b);
+    if spread > 0.0 { product(a, of_a, b, of_b) / spread.sqrt() } else { 1.0 }
 }
 
 fn rounded(values: &[f32]) -> String {

@@ -1,3 +1,5 @@
+#![allow(dead_code)]
+
 //! Ways to get an observation wrong, as they happen between stacks.
 
 use std::ops::Range;
