@@ -1,6 +1,6 @@
 //! A policy's network out of an ONNX file: a normalizer, layers one after another, and the motion beside them.
 //!
-//! Policies of the field are chains: every operation has one input that is not constant. What is no chain is refused by the
+//! Policies of the field are chains: every operation has one input that is not constant. Others are refused by the
 //! operation's name.
 
 use std::collections::BTreeMap;
