@@ -41,7 +41,6 @@ pub fn array<'py, T: Element + Clone>(
 ///
 /// # Safety
 /// As long as `owner` lives, `values` must stay where it is and keep its length.
-#[allow(unsafe_code)]
 pub unsafe fn view<'py, T: Element>(
     owner: Bound<'py, PyAny>,
     values: &[T],

@@ -37,7 +37,6 @@ pub struct TrackingEnvironment {
 
 impl TrackingEnvironment {
     /// Returns rows of an environment as a view, `[N, width]`.
-    #[allow(unsafe_code)]
     fn rows<'py>(slf: Bound<'py, Self>, of: impl Fn(&Environment) -> &[f32]) -> PyResult<Bound<'py, PyArrayDyn<f32>>> {
         let this = slf.try_borrow()?;
         let inner = this.inner.lock().unwrap_or_else(PoisonError::into_inner);

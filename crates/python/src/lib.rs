@@ -2,7 +2,7 @@
 //!
 //! The main path: [`robot`] → [`clip`] → [`controller`] in a [`simulation`] → [`evaluation`]. A policy learns in
 //! [`environment`], or in [`training`] by our own PPO. [`generation`] makes motion from sentences. The pure-Python half
-//! of the package (`lifelike/`) adds types, `gymnasium` and `rsl_rl`.
+//! of the package (`python/lifelike/`) adds types, `gymnasium` and `rsl_rl`.
 //!
 //! Arrays go in as anything that numpy converts, and are copied. Outputs of physics come back as read-only [`arrays`]
 //! over the memory of the engine. Long calls release the GIL and react to Ctrl-C ([`interrupt`]).

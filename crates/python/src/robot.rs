@@ -121,6 +121,13 @@ impl Robot {
         self.of_actuators(py, |_, actuator| actuator.velocity_max)
     }
 
+    /// Rotor inertias of the joints, `[J]` (kg m²): those of the profile where it has them, else of the model.
+    #[getter]
+    fn armature<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        let values: Vec<f64> = self.0.character.scalar_joints().map(|joint| joint.armature).collect();
+        array(py, &values, &[values.len()])
+    }
+
     /// Returns the motor torques, `[J]` (N m): a PD controller with the limits of thesis eq. 4.11, without friction.
     ///
     /// All arguments are `[J]`: targets and positions in rad, velocities in rad/s. Raises `Error` for other shapes.

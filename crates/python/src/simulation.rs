@@ -43,7 +43,6 @@ impl Simulation {
     }
 
     /// Returns an output as a view. Its rows are split by `tail`: `[N, width]` for none, else `[N, width / tail, tail]`.
-    #[allow(unsafe_code)]
     fn output<'py, T: Element>(
         slf: Bound<'py, Self>,
         of: impl Fn(&BatchState) -> &[T],
