@@ -12,6 +12,12 @@ use crate::error::{Error, Raise};
 /// Anything that `numpy.asarray` converts to this type of number.
 pub type Numbers<'py, T> = PyArrayLikeDyn<'py, T, AllowTypeChange>;
 
+/// An array of double precision.
+pub type Doubles<'py> = Bound<'py, PyArrayDyn<f64>>;
+
+/// An array of single precision.
+pub type Floats<'py> = Bound<'py, PyArrayDyn<f32>>;
+
 /// Returns a copy of the numbers of an array of this shape.
 ///
 /// # Errors

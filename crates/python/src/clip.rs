@@ -8,10 +8,9 @@ use lifelike_motion::formats::{self, FileMotion, ReadOptions};
 use lifelike_motion::retarget::source_of_robot;
 use lifelike_motion::{MotionClip, container};
 use lifelike_robot::clips;
-use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 
-use crate::arrays::{Numbers, array, numbers, plain};
+use crate::arrays::{Doubles, Numbers, array, numbers, plain};
 use crate::error::{Error, Raise};
 use crate::robot::RobotLike;
 
@@ -110,21 +109,21 @@ impl Clip {
 
     /// Root position, `[T, 3]` (m, world); a copy.
     #[getter]
-    fn root_position<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+    fn root_position<'py>(&self, py: Python<'py>) -> PyResult<Doubles<'py>> {
         let values: Vec<f64> = self.0.root_position.iter().flat_map(|p| [p.x, p.y, p.z]).collect();
         array(py, &values, &[self.0.len(), 3])
     }
 
     /// Root orientation, `[T, 4]` (`wxyz`); a copy.
     #[getter]
-    fn root_orientation<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+    fn root_orientation<'py>(&self, py: Python<'py>) -> PyResult<Doubles<'py>> {
         let values: Vec<f64> = self.0.root_orientation.iter().flat_map(|q| [q.w, q.i, q.j, q.k]).collect();
         array(py, &values, &[self.0.len(), 4])
     }
 
     /// Joint positions, `[T, J]` (rad); a copy.
     #[getter]
-    fn joints<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+    fn joints<'py>(&self, py: Python<'py>) -> PyResult<Doubles<'py>> {
         array(py, &self.0.joints, &[self.0.len(), self.0.joint_names.len()])
     }
 

@@ -6,10 +6,10 @@ use std::sync::Arc;
 use lifelike::commands::controller_file::Loaded;
 use lifelike_robot::controller::PolicyWorkspace;
 use lifelike_robot::{ClipPlayer, ControllerState, MeasuredState, ReferenceLibrary};
-use numpy::{PyArrayDyn, PyUntypedArrayMethods};
+use numpy::PyUntypedArrayMethods;
 use pyo3::prelude::*;
 
-use crate::arrays::{Numbers, array, numbers, vector};
+use crate::arrays::{Doubles, Floats, Numbers, array, numbers, vector};
 use crate::clip::Clip;
 use crate::error::{Error, Raise, show_warnings};
 use crate::robot::{Robot, RobotLike};
@@ -65,7 +65,7 @@ impl Controller {
     /// Returns the policy's outputs, `[N, J]`, for observations `[N, O]` that are not normalised.
     ///
     /// Raises `Error` for another shape.
-    fn outputs<'py>(&self, py: Python<'py>, observations: Numbers<'py, f32>) -> PyResult<Bound<'py, PyArrayDyn<f32>>> {
+    fn outputs<'py>(&self, py: Python<'py>, observations: Numbers<'py, f32>) -> PyResult<Floats<'py>> {
         let controller = &self.0.controller;
         let rows = observations.shape().first().copied().unwrap_or(0);
         let mut observations = numbers("observations", &observations, &[rows, controller.observation().size()])?;
@@ -124,7 +124,7 @@ impl ControllerRun {
         angular_velocity_w: Numbers<'py, f32>,
         root_position: Option<Numbers<'py, f32>>,
         linear_velocity_w: Option<Numbers<'py, f32>>,
-    ) -> PyResult<Bound<'py, PyArrayDyn<f32>>> {
+    ) -> PyResult<Floats<'py>> {
         let joints = [self.targets.len()];
         let measured = MeasuredState {
             joint_position: &numbers("joint_position", &joint_position, &joints)?,
@@ -144,10 +144,7 @@ impl ControllerRun {
     /// Returns the state of the present frame in MuJoCo's layout, `[nq]` and `[nv]`, to begin physics in.
     ///
     /// The root is above the origin, as in `lifelike eval`.
-    fn reference_state<'py>(
-        &self,
-        py: Python<'py>,
-    ) -> PyResult<(Bound<'py, PyArrayDyn<f64>>, Bound<'py, PyArrayDyn<f64>>)> {
+    fn reference_state<'py>(&self, py: Python<'py>) -> PyResult<(Doubles<'py>, Doubles<'py>)> {
         let robot = self.loaded.controller.robot();
         let (mut q, mut v) = (vec![0.0; robot.character.nq], vec![0.0; robot.character.nv]);
         self.library.write_state(self.player.frame(), robot, [0.0; 2], 0.0, &mut q, &mut v);
@@ -156,14 +153,14 @@ impl ControllerRun {
 
     /// Joint positions of the present frame of the reference, `[J]` (rad).
     #[getter]
-    fn reference_joints<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f32>>> {
+    fn reference_joints<'py>(&self, py: Python<'py>) -> PyResult<Floats<'py>> {
         let joints = self.library.joints_at(self.player.frame());
         array(py, joints, &[joints.len()])
     }
 
     /// Last observation, normalised, `[O]`.
     #[getter]
-    fn observation<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f32>>> {
+    fn observation<'py>(&self, py: Python<'py>) -> PyResult<Floats<'py>> {
         let row = self.state.observation();
         array(py, row, &[row.len()])
     }

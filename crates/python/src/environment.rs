@@ -7,10 +7,10 @@ use lifelike_robot::{ActionSpec, ReferenceLibrary, clips};
 use lifelike_sim::SimulationSpec;
 use lifelike_tracking::{Environment, TrackerPlan};
 use lifelike_train::StepOutcome;
-use numpy::{PyArrayDyn, ToPyArray};
+use numpy::ToPyArray;
 use pyo3::prelude::*;
 
-use crate::arrays::{Numbers, numbers, view};
+use crate::arrays::{Floats, Numbers, numbers, view};
 use crate::clip::Clip;
 use crate::error::{Error, Raise};
 use crate::robot::{Robot, RobotLike};
@@ -37,7 +37,7 @@ pub struct TrackingEnvironment {
 
 impl TrackingEnvironment {
     /// Returns rows of an environment as a view, `[N, width]`.
-    fn rows<'py>(slf: Bound<'py, Self>, of: impl Fn(&Environment) -> &[f32]) -> PyResult<Bound<'py, PyArrayDyn<f32>>> {
+    fn rows<'py>(slf: Bound<'py, Self>, of: impl Fn(&Environment) -> &[f32]) -> PyResult<Floats<'py>> {
         let this = slf.try_borrow()?;
         let inner = this.inner.lock().unwrap_or_else(PoisonError::into_inner);
         let values = of(&inner);
@@ -142,13 +142,13 @@ impl TrackingEnvironment {
 
     /// Observations of the policy, `[N, O]` float32, not normalised; a read-only view that the next step overwrites.
     #[getter]
-    fn observations(slf: Bound<'_, Self>) -> PyResult<Bound<'_, PyArrayDyn<f32>>> {
+    fn observations(slf: Bound<'_, Self>) -> PyResult<Floats<'_>> {
         Self::rows(slf, Environment::actor_rows)
     }
 
     /// Observations of the value function, `[N, P]`: the policy's without noise, and more. A view as `observations`.
     #[getter]
-    fn critic_observations(slf: Bound<'_, Self>) -> PyResult<Bound<'_, PyArrayDyn<f32>>> {
+    fn critic_observations(slf: Bound<'_, Self>) -> PyResult<Floats<'_>> {
         Self::rows(slf, Environment::critic_rows)
     }
 
@@ -194,7 +194,7 @@ impl TrackingEnvironment {
     /// Returns the value function's observations at the ends of the episodes that the last step truncated, `[truncated, P]`.
     ///
     /// The rows are in the order of the environments. `critic_observations` already belongs to the next episodes.
-    fn final_critic_observations<'py>(&mut self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f32>>> {
+    fn final_critic_observations<'py>(&mut self, py: Python<'py>) -> PyResult<Floats<'py>> {
         let width = self.inner().critic_size();
         let rows = &self.outcome.final_critic_observations;
         crate::arrays::array(py, rows, &[rows.len() / width, width])

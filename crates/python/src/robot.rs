@@ -4,10 +4,9 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use lifelike_robot::ActuatorParameters;
-use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 
-use crate::arrays::{Numbers, array, numbers, plain};
+use crate::arrays::{Doubles, Numbers, array, numbers, plain};
 use crate::error::{Raise, show_warnings};
 
 /// A robot, ready to be simulated, trained and run. It never changes.
@@ -43,7 +42,7 @@ impl Robot {
         &self,
         py: Python<'py>,
         value: impl Fn(usize, &ActuatorParameters) -> f64,
-    ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+    ) -> PyResult<Doubles<'py>> {
         let parameters = self.0.actuators.parameters.iter().enumerate();
         let values: Vec<f64> = parameters.map(|(joint, actuator)| value(joint, actuator)).collect();
         array(py, &values, &[values.len()])
@@ -87,43 +86,43 @@ impl Robot {
 
     /// Default pose, `[J]` (rad).
     #[getter]
-    fn default_pose<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+    fn default_pose<'py>(&self, py: Python<'py>) -> PyResult<Doubles<'py>> {
         array(py, &self.0.default_pose, &[self.0.joints()])
     }
 
     /// Generalised position of the default pose, `[nq]`, in MuJoCo's layout (m, quaternion `wxyz`, rad).
     #[getter]
-    fn default_qpos<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+    fn default_qpos<'py>(&self, py: Python<'py>) -> PyResult<Doubles<'py>> {
         array(py, &self.0.default_position(), &[self.0.character.nq])
     }
 
     /// Proportional gains of the actuators, `[J]` (N m/rad).
     #[getter]
-    fn kp<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+    fn kp<'py>(&self, py: Python<'py>) -> PyResult<Doubles<'py>> {
         self.of_actuators(py, |_, actuator| actuator.kp)
     }
 
     /// Derivative gains of the actuators, `[J]` (N m s/rad).
     #[getter]
-    fn kd<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+    fn kd<'py>(&self, py: Python<'py>) -> PyResult<Doubles<'py>> {
         self.of_actuators(py, |_, actuator| actuator.kd)
     }
 
     /// Largest torques, `[J]` (N m).
     #[getter]
-    fn torque_limit<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+    fn torque_limit<'py>(&self, py: Python<'py>) -> PyResult<Doubles<'py>> {
         self.of_actuators(py, |_, actuator| actuator.torque_max)
     }
 
     /// Largest speeds, `[J]` (rad/s); infinite where nothing limits them.
     #[getter]
-    fn velocity_limit<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+    fn velocity_limit<'py>(&self, py: Python<'py>) -> PyResult<Doubles<'py>> {
         self.of_actuators(py, |_, actuator| actuator.velocity_max)
     }
 
     /// Rotor inertias of the joints, `[J]` (kg m²): those of the profile where it has them, else of the model.
     #[getter]
-    fn armature<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+    fn armature<'py>(&self, py: Python<'py>) -> PyResult<Doubles<'py>> {
         let values: Vec<f64> = self.0.character.scalar_joints().map(|joint| joint.armature).collect();
         array(py, &values, &[values.len()])
     }
@@ -137,7 +136,7 @@ impl Robot {
         targets: Numbers<'py, f64>,
         joint_position: Numbers<'py, f64>,
         joint_velocity: Numbers<'py, f64>,
-    ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+    ) -> PyResult<Doubles<'py>> {
         let shape = [self.0.joints()];
         let targets = numbers("targets", &targets, &shape)?;
         let position = numbers("joint_position", &joint_position, &shape)?;
@@ -148,11 +147,7 @@ impl Robot {
     /// Returns the actuators' friction as damping at these velocities, `[J]` (N m s/rad), to be integrated implicitly.
     ///
     /// Velocities are `[J]` (rad/s). Raises `Error` for another shape.
-    fn friction_damping<'py>(
-        &self,
-        py: Python<'py>,
-        joint_velocity: Numbers<'py, f64>,
-    ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+    fn friction_damping<'py>(&self, py: Python<'py>, joint_velocity: Numbers<'py, f64>) -> PyResult<Doubles<'py>> {
         let velocity = numbers("joint_velocity", &joint_velocity, &[self.0.joints()])?;
         self.of_actuators(py, |i, actuator| actuator.friction_damping(velocity[i]))
     }

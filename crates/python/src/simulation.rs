@@ -9,7 +9,7 @@ use numpy::{Element, PyArrayDyn};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use crate::arrays::{Numbers, numbers, vector, view};
+use crate::arrays::{Floats, Numbers, numbers, vector, view};
 use crate::error::{Error, Raise};
 use crate::robot::{Robot, RobotLike};
 
@@ -29,9 +29,6 @@ pub struct Simulation {
     robot: Arc<Character>,
     environments: usize,
 }
-
-/// A view of numbers.
-type Floats<'py> = Bound<'py, PyArrayDyn<f32>>;
 
 /// Saved state of a simulation.
 #[pyclass(frozen, module = "lifelike")]
