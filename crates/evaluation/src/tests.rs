@@ -43,6 +43,7 @@ pub(super) fn controller(scale: f64) -> Controller {
         action: ActionSpec::Reference { scale },
         control_hz: robot.control_hz,
         hidden: vec![8],
+        layers: Vec::new(),
         encoder: None,
         prior: String::new(),
         steps: 0,

@@ -20,6 +20,11 @@ pub enum ActionSpec {
         /// rad per unit of output.
         scale: f64,
     },
+    /// `target = default pose + scale · y`, with neither outputs nor targets clamped: as other stacks do it.
+    Unclamped {
+        /// rad per unit of output; 1 for a policy that was imported.
+        scale: f64,
+    },
 }
 
 impl ActionSpec {
@@ -30,9 +35,21 @@ impl ActionSpec {
     /// target off the angle that it holds, at a joint's limit too.
     pub const TARGET_MARGIN: f64 = 0.5;
 
-    /// The output that counts: `y`, clamped to ±[`Self::OUTPUT_LIMIT`]. NaN stays NaN, for the caller to quarantine.
+    /// Returns the distance of a target from its base for an output of 1 (rad).
+    pub fn scale(&self) -> f64 {
+        match *self {
+            Self::Absolute => 1.0,
+            Self::DefaultPose { scale } | Self::Reference { scale } | Self::Unclamped { scale } => scale,
+        }
+    }
+
+    /// The output that counts: `y`, clamped to ±[`Self::OUTPUT_LIMIT`] unless [`Self::Unclamped`]. NaN stays NaN, for the caller
+    /// to quarantine.
     #[inline]
-    pub fn clamp_output<T: RealField + Copy>(output: T) -> T {
+    pub fn clamp_output<T: RealField + Copy>(&self, output: T) -> T {
+        if matches!(self, Self::Unclamped { .. }) {
+            return output;
+        }
         let limit: T = nalgebra::convert(Self::OUTPUT_LIMIT);
         clamp(output, -limit, limit)
     }
@@ -40,8 +57,9 @@ impl ActionSpec {
     /// The target of one joint (rad), for an output `y`, the joint's default angle and the reference's angle at t+1.
     #[inline]
     pub fn target<T: RealField + Copy>(&self, output: T, default_pose: T, reference: T, (low, high): (T, T)) -> T {
-        let output = Self::clamp_output(output);
+        let output = self.clamp_output(output);
         let target = match *self {
+            Self::Unclamped { scale } => return default_pose + output * nalgebra::convert(scale),
             Self::Absolute => output,
             Self::DefaultPose { scale } => default_pose + output * nalgebra::convert(scale),
             Self::Reference { scale } => reference + output * nalgebra::convert(scale),
@@ -102,10 +120,10 @@ impl ActionMap {
         for (j, (output, &q)) in outputs.iter_mut().zip(positions).enumerate() {
             let y = match self.spec {
                 ActionSpec::Absolute => q,
-                ActionSpec::DefaultPose { scale } => (q - self.default_pose[j]) / scale as f32,
+                ActionSpec::DefaultPose { scale } | ActionSpec::Unclamped { scale } => (q - self.default_pose[j]) / scale as f32,
                 ActionSpec::Reference { scale } => (q - reference.get(j).copied().unwrap_or(q)) / scale as f32,
             };
-            *output = ActionSpec::clamp_output(y);
+            *output = self.spec.clamp_output(y);
         }
     }
 
@@ -139,6 +157,7 @@ mod tests {
         assert_eq!(ActionSpec::Absolute.target(0.5, 1.0, 2.0, WIDE), 0.5);
         assert_eq!(ActionSpec::DefaultPose { scale: 0.5 }.target(0.5, 1.0, 2.0, WIDE), 1.25);
         assert_eq!(ActionSpec::Reference { scale: 0.5 }.target(0.5, 1.0, 2.0, WIDE), 2.25);
+        assert_eq!(ActionSpec::Unclamped { scale: 0.5 }.target(18.0, 1.0, 2.0, (0.0, 1.0)), 10.0);
         assert_eq!(ActionSpec::Reference { scale: 0.5 }.target(0.5_f32, 1.0, 2.0, (-10.0, 10.0)), 2.25);
     }
 

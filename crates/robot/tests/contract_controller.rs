@@ -57,6 +57,7 @@ fn curious(robot: &Robot) -> Checkpoint {
         action: ActionSpec::Reference { scale: 0.5 },
         control_hz: robot.control_hz,
         hidden: vec![24],
+        layers: Vec::new(),
         encoder: Some((vec![32], 8)),
         prior: String::new(),
         steps: 1,

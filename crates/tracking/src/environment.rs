@@ -22,7 +22,7 @@ mod vector;
 
 use std::sync::Arc;
 
-use lifelike_robot::{ActionSpec, ObservationSpec, ReferenceLibrary, Robot};
+use lifelike_robot::{ObservationSpec, ReferenceLibrary, Robot};
 use lifelike_sim::randomization::PushSchedule;
 use lifelike_sim::{BatchState, Drive, Ground, Simulation};
 use lifelike_train::StepOutcome;
@@ -277,7 +277,7 @@ impl Environment {
             std::mem::swap(&mut episode.last, &mut episode.before);
             for (last, y) in episode.last.iter_mut().zip(output) {
                 // A non-finite output counts as zero; its environment goes on, and the update will not step with it.
-                *last = if y.is_finite() { ActionSpec::clamp_output(*y) } else { 0.0 };
+                *last = if y.is_finite() { actions.spec.clamp_output(*y) } else { 0.0 };
             }
             let next = library.ahead(episode.frame, 1);
             episode.asked = [next, episode.asked[0]];

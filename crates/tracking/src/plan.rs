@@ -276,11 +276,23 @@ impl TrackerPlan {
             (Some(_), 0) => Err(wrong("inputs.latent", "the size of the prior's latent code", 0)),
             _ => Ok(()),
         }?;
-        let scale = match self.action {
-            ActionSpec::Absolute => 1.0,
-            ActionSpec::DefaultPose { scale } | ActionSpec::Reference { scale } => scale,
-        };
-        Ok(range("action.scale", scale, 1e-6, 100.0)?)
+        self.check_terms()?;
+        Ok(range("action.scale", self.action.scale(), 1e-6, 100.0)?)
+    }
+
+    /// Checks that a layout by terms is the only one.
+    fn check_terms(&self) -> Result<(), TrackerError> {
+        let ReferenceSpec { future, latent, window, parts, terms, .. } = &self.inputs;
+        let others = [
+            ("inputs.future", !future.is_empty()),
+            ("inputs.latent", *latent > 0),
+            ("inputs.window", !window.is_empty()),
+            ("inputs.parts", !parts.is_empty()),
+        ];
+        match others.into_iter().find(|(_, other)| *other && !terms.is_empty()) {
+            Some((key, _)) => Err(wrong(key, "none beside inputs.terms, which is the whole observation", "some").into()),
+            None => Ok(()),
+        }
     }
 }
 

@@ -156,6 +156,7 @@ impl Trainer {
             action: self.plan.action,
             control_hz: self.robot.control_hz,
             hidden: self.plan.network.actor.clone(),
+            layers: Vec::new(),
             encoder: Some((self.plan.network.encoder.clone(), self.plan.network.code)).filter(|(_, code)| *code > 0),
             prior: self.prior_digest.clone(),
             steps: self.steps,

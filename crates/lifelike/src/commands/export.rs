@@ -1,8 +1,9 @@
-//! `lifelike export`: a trained policy as one file that needs no training framework.
+//! `lifelike export`: a trained policy as one file that needs no training framework, or as the files of another stack.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use lifelike_interop::{Dialect, Motion};
 use lifelike_report::run::RunFolder;
 use lifelike_robot::Robot;
 use lifelike_robot::controller::{Controller, ControllerFile, EXTENSION, POLICY_EXTENSION};
@@ -28,6 +29,12 @@ Examples:
   lifelike export runs/walk   # writes runs/walk/tracker.controller.safetensors
   lifelike export old.policy.safetensors --prior m.prior.safetensors -o old.controller.safetensors
   lifelike export runs/mine --robot my_robot.xml
+  lifelike export runs/walk --for onnx     # plain ONNX of the same inputs and outputs
+  lifelike export runs/g1 --for mjlab --motions dance.motion.safetensors
+
+--for takes onnx, beyondmimic, mjlab, holosoma, unitree or wbc. It writes a folder with the files that the stack reads.
+The stack must be able to build the policy's observation: plans track-beyondmimic, track-holosoma, track-unitree and
+track-wbc train such policies.
 
 Whatever takes --policy takes a controller, a policy, or the folder of a run.")]
 pub struct Args {
@@ -42,8 +49,14 @@ pub struct Args {
     /// The plan of the environment that it was trained in, by name or file; a run has its own.
     #[arg(long, value_name = "PLAN")]
     pub environment: Option<PathBuf>,
-    /// The controller's file; beside the policy where not given.
-    #[arg(short, long, value_parser = crate::destination::network)]
+    /// The stack whose files are written.
+    #[arg(long = "for", value_name = "STACK")]
+    pub dialect: Option<Dialect>,
+    /// The clip that goes with the policy, for stacks whose files carry the motion.
+    #[arg(long, value_name = "CLIP", requires = "dialect")]
+    pub motions: Option<PathBuf>,
+    /// The controller's file, or the folder of a stack's files; beside the policy where not given.
+    #[arg(short, long)]
     pub output: Option<PathBuf>,
 }
 
@@ -52,6 +65,12 @@ pub struct Args {
 /// # Errors
 /// There is no policy; its prior is missing; robot and policy do not fit each other; the file cannot be written.
 pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
+    let destination = match args.dialect {
+        None => crate::destination::network,
+        Some(_) => crate::destination::folder,
+    };
+    let given = args.output.as_ref().map(|path| destination(&path.to_string_lossy())).transpose();
+    let given = given.map_err(|reason| CliError::Usage(format!("--output: {reason}")))?;
     let Source { policy, prior, robot, environment } = Source::of(&args.input)?;
     let environment = args.environment.as_deref().map(named_environment).transpose()?.or(environment);
     let prior = args.prior.clone().or(prior);
@@ -67,7 +86,11 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
         file = file.trained_in(text)?;
     }
     let controller = Controller::new(file, Arc::new(Robot::load(&name)?))?;
-    let path = args.output.clone().unwrap_or_else(|| beside(&policy));
+    if let Some(dialect) = args.dialect {
+        let folder = given.unwrap_or_else(|| beside(&policy).with_extension("").with_extension(dialect.name()));
+        return foreign(&controller, dialect, args.motions.as_deref(), &folder, output);
+    }
+    let path = given.unwrap_or_else(|| beside(&policy));
     controller.save(&path)?;
     // What was written is what a robot will read: names, digest and golden vectors are tried once.
     let written = ControllerFile::load(&path, None)?;
@@ -79,6 +102,37 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
         "next": next::texts(&steps),
     });
     output.result(&value, || format!("controller: {}\n{}", path.display(), next::lines(&steps)))
+}
+
+/// Writes the files of another stack.
+fn foreign(
+    controller: &Controller,
+    dialect: Dialect,
+    motion: Option<&Path>,
+    folder: &Path,
+    output: &Output,
+) -> Result<(), CliError> {
+    let clip = motion.map(|path| lifelike_robot::clips::load_one(path, controller.robot())).transpose()?;
+    let motion = clip.as_ref().map_or(Motion::None, Motion::Clip);
+    let files = lifelike_interop::export(controller, dialect, motion)?;
+    let mut paths = Vec::new();
+    for file in &files {
+        let path = folder.join(&file.name);
+        if let Some(parent) = path.parent() {
+            std::fs::create_dir_all(parent).map_err(CliError::write(parent))?;
+        }
+        lifelike_checkpoint::write_file(&path, &file.bytes).map_err(CliError::write(&path))?;
+        paths.push(path);
+    }
+    let steps = [NextCommand::new("inspect").word(paths[0].display())];
+    let terms: Vec<(String, usize)> =
+        controller.observation().parts().into_iter().map(|part| (part.name, part.range.len())).collect();
+    let value = json!({ "stack": dialect.name(), "files": paths, "observation": terms, "next": next::texts(&steps) });
+    output.result(&value, || {
+        let lines: String = paths.iter().map(|path| format!("{}\n", path.display())).collect();
+        let terms: Vec<String> = terms.iter().map(|(name, size)| format!("{name} {size}")).collect();
+        format!("{lines}observation for {dialect}, in order: {}\n{}", terms.join(", "), next::lines(&steps))
+    })
 }
 
 /// Reads a tracking plan by name or file, with all of its defaults.

@@ -6,6 +6,7 @@ mod controller;
 mod machine;
 mod networks;
 mod next_steps;
+mod onnx;
 mod robot;
 mod run;
 
@@ -28,6 +29,7 @@ Examples:
   lifelike inspect walk.motion.safetensors     # motion of a robot
   lifelike inspect runs/tracker                # a run: plan, progress, checkpoints
   lifelike inspect --json lima.controller      # a network of the program: inputs by name
+  lifelike inspect policy.onnx                 # a policy of mjlab, holosoma, ...: its layout against its normalizer
   lifelike inspect --machine                   # vector instructions, cores, peak rates, memory
   LIFELIKE_SIMD=portable lifelike inspect --machine    # with what every machine has")]
 pub struct Args {
@@ -46,6 +48,7 @@ enum Kind {
     Run,
     Motion,
     Checkpoint,
+    Onnx,
 }
 
 fn kind(path: &Path) -> Kind {
@@ -54,6 +57,7 @@ fn kind(path: &Path) -> Kind {
         _ if path.is_dir() => Kind::Run,
         _ if !path.exists() => Kind::Robot,
         Some("xml" | "mjcf" | "urdf") => Kind::Robot,
+        Some("onnx") => Kind::Onnx,
         Some("safetensors") if formats::of_file(path).is_none() => Kind::Checkpoint,
         _ => Kind::Motion,
     }
@@ -72,6 +76,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
         Kind::Robot => robot::inspect(&path.to_string_lossy(), output),
         Kind::Run => run::inspect(path, output),
         Kind::Checkpoint => checkpoint::inspect(path, output),
+        Kind::Onnx => onnx::inspect(path, output),
         Kind::Motion => match formats::read(path, &reading())? {
             FileMotion::Robot(clip) => clip::inspect_motion(path, &clip, output),
             FileMotion::Source(clip) => clip::inspect_source(path, &clip, output),

@@ -11,6 +11,7 @@ pub mod eval;
 pub mod export;
 mod families;
 pub mod fetch;
+pub mod import;
 pub mod inspect;
 pub(crate) mod machine;
 pub mod man;
@@ -59,6 +60,7 @@ pub enum Command {
     Eval(eval::Args),
     Demo(demo::Args),
     Export(export::Args),
+    Import(import::Args),
     #[command(subcommand)]
     Bench(bench::Bench),
     Fetch(fetch::Args),
@@ -90,6 +92,7 @@ impl Command {
             Self::Eval(args) => eval::run(&args, output),
             Self::Demo(args) => demo::run(&args, output),
             Self::Export(args) => export::run(&args, output),
+            Self::Import(args) => import::run(&args, output),
             Self::Bench(bench) => bench.run(output),
             Self::Fetch(args) => fetch::run(&args, output),
             Self::Config(args) => config::run(&args, output),

@@ -3,6 +3,7 @@
 use super::prior::PriorHeader;
 use crate::action::ActionSpec;
 use crate::error::RobotError;
+use crate::network::Layer;
 use crate::observation::ObservationSpec;
 
 /// Everything about a controller that is not an array.
@@ -23,6 +24,9 @@ pub struct ControllerHeader {
     pub control_hz: f64,
     /// Widths of the hidden layers.
     pub hidden: Vec<usize>,
+    /// The layers of a network that was not trained here; none: linear layers of those widths with ELU between them.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub layers: Vec<Layer>,
     /// Hidden layers of the encoder of its window, and the size of its code, where it has one.
     pub encoder: Option<(Vec<usize>, usize)>,
     /// The motion prior whose encoder it carries.

@@ -255,7 +255,7 @@ impl Controller {
                 got: format!("{} and {}", output.len(), targets.len()),
             });
         }
-        history.remember(output);
+        history.remember(self.actions.spec, output);
         self.actions.write(&history.last, self.target_joints(reference), targets);
         targets.iter_mut().zip(&history.joint_offset).for_each(|(target, offset)| *target -= offset);
         Ok(())

@@ -4,7 +4,7 @@ use lifelike_checkpoint::{Checkpoint, CheckpointError};
 
 use super::header::ControllerHeader;
 use crate::error::RobotError;
-use crate::network::{Mlp, Normalizer, Workspace};
+use crate::network::{Mlp, Normalizer, Stack, Workspace};
 
 /// Prefixes of its arrays in a file.
 const MEAN: &str = "actor.mean";
@@ -16,7 +16,32 @@ const NORMALIZER: &str = "normalizer";
 pub struct FrozenPolicy {
     normalizer: Normalizer,
     encoder: Option<Mlp>,
-    mean: Mlp,
+    mean: Network,
+}
+
+/// The network of the mean.
+#[derive(Debug, Clone, PartialEq)]
+enum Network {
+    /// As training here makes them.
+    Mlp(Mlp),
+    /// Of another stack.
+    Stack(Stack),
+}
+
+impl Network {
+    fn outputs(&self) -> usize {
+        match self {
+            Self::Mlp(mlp) => mlp.outputs(),
+            Self::Stack(stack) => stack.outputs(),
+        }
+    }
+
+    fn forward(&self, rows: &[f32], work: &mut Workspace, out: &mut [f32]) {
+        match self {
+            Self::Mlp(mlp) => mlp.forward(rows, work, out),
+            Self::Stack(stack) => stack.forward(rows, work, out),
+        }
+    }
 }
 
 /// Memory for passes through a [`FrozenPolicy`].
@@ -55,7 +80,18 @@ impl FrozenPolicy {
             });
         }
         let encoder = (code > 0).then(|| Mlp::load(file, ENCODER, window, &hidden, code)).transpose()?;
-        let mean = Mlp::load(file, MEAN, (size - window).saturating_add(code), &header.hidden, joints)?;
+        let inputs = (size - window).saturating_add(code);
+        let mean = match &header.layers[..] {
+            [] => Network::Mlp(Mlp::load(file, MEAN, inputs, &header.hidden, joints)?),
+            layers => Network::Stack(Stack::load(file, MEAN, inputs, layers)?),
+        };
+        if mean.outputs() != joints {
+            return Err(RobotError::Mismatch {
+                what: "outputs of the policy".into(),
+                expected: joints.to_string(),
+                got: mean.outputs().to_string(),
+            });
+        }
         Ok(Self { normalizer, encoder, mean })
     }
 
@@ -64,7 +100,10 @@ impl FrozenPolicy {
         if let Some(encoder) = &self.encoder {
             encoder.save_into(file, ENCODER)?;
         }
-        self.mean.save_into(file, MEAN)
+        match &self.mean {
+            Network::Mlp(mlp) => mlp.save_into(file, MEAN),
+            Network::Stack(stack) => stack.save_into(file, MEAN),
+        }
     }
 
     /// Numbers out, one per joint.

@@ -9,6 +9,7 @@ use super::policy::FrozenPolicy;
 use super::prior::PriorEncoder;
 use crate::action::ActionSpec;
 use crate::error::RobotError;
+use crate::network::Layer;
 use crate::observation::ObservationSpec;
 
 /// Ending of the names of policy files.
@@ -30,6 +31,9 @@ pub struct PolicyHeader {
     pub control_hz: f64,
     /// Widths of the hidden layers.
     pub hidden: Vec<usize>,
+    /// The layers of a network that was not trained here; none: linear layers of those widths with ELU between them.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub layers: Vec<Layer>,
     /// Hidden layers of the encoder of the window, where it has one, and the size of its code.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub encoder: Option<(Vec<usize>, usize)>,
@@ -66,6 +70,7 @@ impl ControllerFile {
             action: of.action,
             control_hz: of.control_hz,
             hidden: of.hidden,
+            layers: of.layers,
             encoder: of.encoder,
             prior: prior.as_ref().map(|prior| prior.header().clone()),
             provenance: Provenance { policy: digest, prior: of.prior, steps: of.steps },

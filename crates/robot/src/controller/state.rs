@@ -38,10 +38,10 @@ impl History {
     }
 
     /// Takes an output as the last action. An output that is no number says nothing: it counts as zero.
-    pub(super) fn remember(&mut self, output: &[f32]) {
+    pub(super) fn remember(&mut self, spec: ActionSpec, output: &[f32]) {
         std::mem::swap(&mut self.last, &mut self.before);
         for (last, y) in self.last.iter_mut().zip(output) {
-            *last = if y.is_finite() { ActionSpec::clamp_output(*y) } else { 0.0 };
+            *last = if y.is_finite() { spec.clamp_output(*y) } else { 0.0 };
         }
     }
 }

@@ -1,6 +1,6 @@
 //! Frozen networks: trained weights in plain arrays, without a training framework.
 //!
-//! [`Mlp`] (the policy and its own window encoder), [`ConvEncoder`] and [`ComponentEncoder`] (the
+//! [`Mlp`] (the policy and its own window encoder), [`Stack`] (policies of other stacks), [`ConvEncoder`] and [`ComponentEncoder`] (the
 //! motion prior's), [`Normalizer`]. A pass works in a
 //! [`Workspace`] that the caller keeps, so passes of the same size allocate nothing of ours after the first.
 
@@ -8,6 +8,7 @@ mod components;
 mod conv;
 mod mlp;
 mod normalizer;
+mod stack;
 mod weights;
 mod workspace;
 
@@ -16,6 +17,7 @@ pub use conv::ConvEncoder;
 pub(crate) use conv::ConvSizes;
 pub use mlp::Mlp;
 pub use normalizer::Normalizer;
+pub use stack::{Layer, Stack};
 pub use workspace::Workspace;
 
 pub(crate) use weights::Weights;

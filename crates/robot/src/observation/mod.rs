@@ -3,10 +3,12 @@
 //! [`ObservationSpec`] is the layout, [`ObservationInputs`] what one observation is made of; each part of it is declared
 //! once, in `part`.
 
+mod chain;
 mod inputs;
 mod part;
 mod spec;
 
+pub use chain::Chain;
 pub use inputs::{MeasuredState, ObservationInputs};
 pub use part::{Part, Sensor, Source};
 pub use spec::{AnchorSpec, ObservationSpec, ReferenceSpec};

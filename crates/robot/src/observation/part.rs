@@ -5,6 +5,7 @@ use std::ops::Range;
 use lifelike_character::rotation::{Turn, from_wxyz};
 use nalgebra::{UnitQuaternion, Vector3};
 
+use super::chain::Pose;
 use super::inputs::ObservationInputs;
 use super::spec::ObservationSpec;
 use crate::error::RobotError;
@@ -128,11 +129,48 @@ pub(super) struct Scene<'a> {
     position: Vector3<f32>,
 }
 
+/// The anchor bodies of robot and reference, in the robot's world.
+struct Anchors {
+    own: Pose,
+    reference: Pose,
+}
+
 impl<'a> Scene<'a> {
     pub(super) fn new(inputs: &'a ObservationInputs<'a>) -> Self {
         let root = orientation(inputs.measured.root_orientation);
         let position = Vector3::from(inputs.measured.root_position.unwrap_or_default());
         Self { inputs, root, to_heading: Turn::heading(&root).inverse(), position }
+    }
+
+    /// Joint positions and velocities of the reference's PRESENT frame, `[J]` each.
+    fn reference_joints(&self, spec: &ObservationSpec) -> (&'a [f32], &'a [f32]) {
+        let (frame, joints) = (self.inputs.reference.ahead(0), spec.joints.len());
+        frame.get(13..13 + 2 * joints).unwrap_or_default().split_at_checked(joints).unwrap_or_default()
+    }
+
+    /// The PRESENT orientation of the reference's root, in the robot's world.
+    fn reference_root(&self) -> UnitQuaternion<f32> {
+        orientation(self.inputs.alignment.orientation(self.inputs.reference.present_root().orientation))
+    }
+
+    /// A vector of the reference's PRESENT frame, in the frame of its root. Frames are written in their heading's frame.
+    fn in_reference_root(&self, spec: &ObservationSpec, range: Range<usize>) -> Result<Vector3<f32>, Wrong> {
+        let frame = self.inputs.reference.ahead(0);
+        let vector = frame.get(range).ok_or(Wrong::Length { expected: spec.frame_size(), got: frame.len() })?;
+        let root = orientation(self.inputs.reference.present_root().orientation);
+        Ok(root.inverse() * Turn::heading(&root).apply(Vector3::from_column_slice(vector)))
+    }
+
+    fn anchors(&self, spec: &ObservationSpec) -> Anchors {
+        let &ObservationInputs { measured, joint_offset, reference, alignment, .. } = self.inputs;
+        let angle = |j: usize| {
+            measured.joint_position.get(j).map_or(f32::NAN, |q| q + joint_offset.get(j).copied().unwrap_or(0.0))
+        };
+        let own = spec.anchor_chain.pose((self.position, self.root), angle);
+        let (joints, _) = self.reference_joints(spec);
+        let root = (Vector3::from(alignment.position(reference.present_root().position)), self.reference_root());
+        let reference = spec.anchor_chain.pose(root, |j| joints.get(j).copied().unwrap_or(f32::NAN));
+        Anchors { own, reference }
     }
 }
 
@@ -153,9 +191,9 @@ fn joints(spec: &ObservationSpec) -> usize {
     spec.joints.len()
 }
 
-/// All parts, in the order of their numbers. A new part is one entry here that occurs where `spec.has` its name, so that
-/// policies of before keep their layout; plans ask for it in `inputs.parts`. The window stays last: an encoder takes it from
-/// the end.
+/// All parts, in the order of their numbers. A new part is one entry here that occurs where a layout has it `named`, so that
+/// policies of before keep their layout; plans ask for it in `inputs.parts`, or in `inputs.terms`, which is a whole layout. The
+/// window stays last: an encoder takes it from the end.
 pub(super) const PARTS: &[Declaration] = &[
     Declaration {
         name: "root_height",
@@ -300,9 +338,103 @@ pub(super) const PARTS: &[Declaration] = &[
     Declaration {
         name: "projected_gravity_b",
         source: Source::Measured(Sensor::RootOrientation),
-        occurs: |spec| Occurs::Once(spec.has("projected_gravity_b")),
+        occurs: |spec| spec.named("projected_gravity_b"),
         size: |_| 3,
         write: |_, scene, _, out| copy((scene.root.inverse() * -Vector3::z()).as_slice(), out),
+    },
+    // What follows is seen where a layout names it: the terms of other stacks. "Present" is the frame in which the robot should
+    // be now; `reference` above is the one that it shall reach.
+    Declaration {
+        name: "root_linear_velocity_b",
+        source: Source::Measured(Sensor::RootLinearVelocity),
+        occurs: |spec| spec.named("root_linear_velocity_b"),
+        size: |_| 3,
+        write: |_, scene, _, out| {
+            let velocity = scene.inputs.measured.linear_velocity_w;
+            let velocity = velocity.ok_or(Wrong::Unmeasured("the root's linear velocity"))?;
+            copy((scene.root.inverse() * Vector3::from(velocity)).as_slice(), out)
+        },
+    },
+    Declaration {
+        name: "root_angular_velocity_b",
+        source: Source::Measured(Sensor::RootAngularVelocity),
+        occurs: |spec| spec.named("root_angular_velocity_b"),
+        size: |_| 3,
+        write: |_, scene, _, out| {
+            let velocity = Vector3::from(scene.inputs.measured.angular_velocity_w);
+            copy((scene.root.inverse() * velocity).as_slice(), out)
+        },
+    },
+    Declaration {
+        name: "reference_joint_position",
+        source: Source::Reference,
+        occurs: |spec| spec.named("reference_joint_position"),
+        size: joints,
+        write: |spec, scene, _, out| copy(scene.reference_joints(spec).0, out),
+    },
+    Declaration {
+        name: "reference_joint_velocity",
+        source: Source::Reference,
+        occurs: |spec| spec.named("reference_joint_velocity"),
+        size: joints,
+        write: |spec, scene, _, out| copy(scene.reference_joints(spec).1, out),
+    },
+    Declaration {
+        name: "reference_height",
+        source: Source::Reference,
+        occurs: |spec| spec.named("reference_height"),
+        size: |_| 1,
+        write: |_, scene, _, out| copy(&[scene.inputs.reference.present_root().position[2]], out),
+    },
+    Declaration {
+        name: "reference_linear_velocity_b",
+        source: Source::Reference,
+        occurs: |spec| spec.named("reference_linear_velocity_b"),
+        size: |_| 3,
+        write: |spec, scene, _, out| {
+            copy(scene.in_reference_root(spec, 7..10)?.as_slice(), out)
+        },
+    },
+    Declaration {
+        name: "reference_angular_velocity_b",
+        source: Source::Reference,
+        occurs: |spec| spec.named("reference_angular_velocity_b"),
+        size: |_| 3,
+        write: |spec, scene, _, out| {
+            copy(scene.in_reference_root(spec, 10..13)?.as_slice(), out)
+        },
+    },
+    Declaration {
+        name: "reference_gravity_b",
+        source: Source::Reference,
+        occurs: |spec| spec.named("reference_gravity_b"),
+        size: |_| 3,
+        write: |_, scene, _, out| copy((scene.reference_root().inverse() * -Vector3::z()).as_slice(), out),
+    },
+    Declaration {
+        name: "anchor_position_b",
+        source: Source::Measured(Sensor::Place),
+        occurs: |spec| spec.named("anchor_position_b"),
+        size: |_| 3,
+        write: |spec, scene, _, out| {
+            if scene.inputs.measured.root_position.is_none() {
+                return Err(Wrong::Unmeasured("the root's position"));
+            }
+            let Anchors { own, reference } = scene.anchors(spec);
+            copy((own.1.inverse() * (reference.0 - own.0)).as_slice(), out)
+        },
+    },
+    Declaration {
+        name: "anchor_orientation_b",
+        source: Source::Measured(Sensor::Heading),
+        occurs: |spec| spec.named("anchor_orientation_b"),
+        size: |_| 6,
+        write: |spec, scene, _, out| {
+            let Anchors { own, reference } = scene.anchors(spec);
+            // The first two columns, row by row.
+            let m = (own.1.inverse() * reference.1).to_rotation_matrix().into_inner();
+            copy(&[m.m11, m.m12, m.m21, m.m22, m.m31, m.m32], out)
+        },
     },
     Declaration {
         name: "window",

@@ -1,7 +1,8 @@
 //! The layout of an observation, with all names.
 
+use super::chain::Chain;
 use super::inputs::ObservationInputs;
-use super::part::{PARTS, Part, Scene};
+use super::part::{Declaration, Occurs, PARTS, Part, Scene};
 use crate::error::RobotError;
 use crate::robot::Robot;
 
@@ -24,6 +25,13 @@ pub struct ReferenceSpec {
     /// Further parts by name, of those that a policy sees only where it asks for them.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub parts: Vec<String>,
+    /// The whole observation, part by part in this order, for the layouts of other stacks. It takes the place of everything that
+    /// is said elsewhere about inputs; empty: the layout of the thesis.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub terms: Vec<String>,
+    /// The body whose pose `anchor_position_b` and `anchor_orientation_b` compare; empty: the root.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub anchor_body: String,
 }
 
 /// Inputs that tell where the robot is against where the reference is. All off in the thesis, whose policies let path
@@ -63,7 +71,31 @@ pub struct ObservationSpec {
     pub reference: ReferenceSpec,
     /// Inputs that tie it to the reference's path.
     pub anchor: AnchorSpec,
+    /// The way from the root to the anchor body.
+    #[serde(default, skip_serializing_if = "Chain::is_unnamed")]
+    pub anchor_chain: Chain,
 }
+
+/// The parts that a layout can be made of, term by term.
+const TERMS: [&str; 17] = [
+    "root_height",
+    "root_linear_velocity_b",
+    "root_angular_velocity_b",
+    "projected_gravity_b",
+    "joint_position",
+    "joint_velocity",
+    "key_bodies_h",
+    "last_action",
+    "action_before",
+    "reference_joint_position",
+    "reference_joint_velocity",
+    "reference_height",
+    "reference_linear_velocity_b",
+    "reference_angular_velocity_b",
+    "reference_gravity_b",
+    "anchor_position_b",
+    "anchor_orientation_b",
+];
 
 /// The largest latent code that is believed.
 const LATENT_MAX: usize = 1 << 16;
@@ -97,6 +129,8 @@ impl ObservationSpec {
             default_pose: robot.default_pose.iter().map(|&q| q as f32).collect(),
             end_effectors: robot.layout.end_effectors.clone(),
             key_bodies: robot.profile.key_bodies.clone(),
+            // A body that is not there leaves its name, which `check_sizes` refuses.
+            anchor_chain: Chain::to(&robot.character, &reference.anchor_body).unwrap_or_default(),
             reference,
             anchor,
         }
@@ -135,6 +169,10 @@ impl ObservationSpec {
                 return mismatch(what, say(expected), say(got));
             }
         }
+        if own.anchor_chain != self.anchor_chain {
+            let say = |chain: &Chain| format!("{chain:?}");
+            return mismatch("way to the anchor body", say(&own.anchor_chain), say(&self.anchor_chain));
+        }
         if own.root_height != self.root_height {
             return mismatch("root height", own.root_height.to_string(), self.root_height.to_string());
         }
@@ -156,12 +194,24 @@ impl ObservationSpec {
 
     /// Length of an observation.
     pub fn size(&self) -> usize {
-        PARTS.iter().map(|part| (part.occurs)(self).count() * (part.size)(self)).sum()
+        self.declarations().map(|part| self.occurs(part).count() * (part.size)(self)).sum()
     }
 
-    /// Returns true where a further part is asked for.
-    pub(super) fn has(&self, part: &str) -> bool {
-        self.reference.parts.iter().any(|name| name == part)
+    /// A further part: it occurs where it is asked for.
+    pub(super) fn named(&self, part: &str) -> Occurs<'_> {
+        Occurs::Once(self.reference.parts.iter().any(|name| name == part))
+    }
+
+    /// The declarations of its parts, in the order of their numbers.
+    fn declarations(&self) -> impl Iterator<Item = &'static Declaration> {
+        let terms = &self.reference.terms;
+        let all = PARTS.iter().filter(|_| terms.is_empty());
+        all.chain(terms.iter().filter_map(|term| PARTS.iter().find(|part| part.name == term)))
+    }
+
+    /// The times that a part occurs; a term of a layout once.
+    fn occurs(&self, part: &Declaration) -> Occurs<'_> {
+        if self.reference.terms.is_empty() { (part.occurs)(self) } else { Occurs::Once(true) }
     }
 
     /// Length of the window: the last numbers of an observation.
@@ -173,8 +223,8 @@ impl ObservationSpec {
     pub fn parts(&self) -> Vec<Part> {
         let mut parts = Vec::new();
         let mut start = 0;
-        for part in PARTS {
-            let (occurs, size) = ((part.occurs)(self), (part.size)(self));
+        for part in self.declarations() {
+            let (occurs, size) = (self.occurs(part), (part.size)(self));
             for i in (0..occurs.count()).filter(|_| size > 0) {
                 parts.push(Part { name: occurs.name(part.name, i), range: start..start + size, source: part.source });
                 start += size;
@@ -196,6 +246,21 @@ impl ObservationSpec {
         }
         if self.reference.latent > LATENT_MAX {
             return mismatch("size of a latent code", format!("at most {LATENT_MAX}"), self.reference.latent);
+        }
+        if let Some(unknown) = self.reference.terms.iter().find(|term| !TERMS.contains(&term.as_str())) {
+            return Err(RobotError::Mismatch {
+                what: "observation: a term (inputs.terms)".into(),
+                expected: TERMS.join(", "),
+                got: unknown.clone(),
+            });
+        }
+        let fits = self.anchor_chain.fits(self.joints.len());
+        if !fits || self.anchor_chain.body != self.reference.anchor_body {
+            return Err(RobotError::Mismatch {
+                what: "observation: the anchor body (inputs.anchor_body)".into(),
+                expected: "a body of the robot behind hinges, or none for the root".into(),
+                got: self.reference.anchor_body.clone(),
+            });
         }
         let known = |name: &String| PARTS.iter().any(|part| part.name == name && (part.occurs)(self).count() > 0);
         if let Some(unknown) = self.reference.parts.iter().find(|name| !known(name)) {
@@ -227,8 +292,8 @@ impl ObservationSpec {
         }
         let scene = Scene::new(inputs);
         let mut rest = out;
-        for part in PARTS {
-            let count = (part.occurs)(self).count();
+        for part in self.declarations() {
+            let count = self.occurs(part).count();
             if count == 0 {
                 continue;
             }

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use lifelike_checkpoint::rng::stream;
-use lifelike_robot::{ActionMap, ActionSpec, ObservationSpec, ReferenceLibrary, Robot};
+use lifelike_robot::{ActionMap, ObservationSpec, ReferenceLibrary, Robot};
 use lifelike_sim::{Ground, Simulation};
 use rand_chacha::ChaCha8Rng;
 
@@ -79,10 +79,7 @@ impl Setup {
 
     /// Returns how far an output of 1 moves a joint target from its base (rad).
     pub(super) fn action_scale(&self) -> f32 {
-        match self.plan.action {
-            ActionSpec::Absolute => 1.0,
-            ActionSpec::DefaultPose { scale } | ActionSpec::Reference { scale } => scale as f32,
-        }
+        self.plan.action.scale() as f32
     }
 
     /// Returns the number of steps after which an episode is truncated.

@@ -6,7 +6,7 @@
 use std::borrow::Cow;
 
 use lifelike_robot::controller::PolicyWorkspace;
-use lifelike_robot::{ActionSpec, Controller};
+use lifelike_robot::Controller;
 use lifelike_sim::BatchState;
 use rayon::prelude::*;
 
@@ -90,7 +90,7 @@ impl Teachers {
             for (i, action) in class.iter().zip(actions.chunks_exact(joints)) {
                 let row = &mut out[first + i * joints..first + (i + 1) * joints];
                 if teacher.controller.actions().spec == own.spec {
-                    row.iter_mut().zip(action).for_each(|(out, y)| *out = ActionSpec::clamp_output(*y));
+                    row.iter_mut().zip(action).for_each(|(out, y)| *out = own.spec.clamp_output(*y));
                 } else {
                     let reference = library.joints_at(library.ahead(pupils.episodes[*i].frame, 1));
                     teacher.controller.actions().write(action, reference, &mut targets);

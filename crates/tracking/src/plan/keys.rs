@@ -124,10 +124,12 @@ const INPUTS: &[(&str, &str, &str)] = &[
         "frames around t+1 that an encoder trained with the policy sees, as offsets from it",
     ),
     ("inputs.parts", "", "further parts of the observation that it sees, by name"),
+    ("inputs.terms", "", "the whole observation by its parts, in order: the layout of another stack"),
+    ("inputs.anchor_body", "", "body whose pose the anchor's terms compare with the reference's; the root where not said"),
     ("linear_velocity", "", "the policy sees the root's linear velocity, which few robots can measure"),
     ("anchor.heading", "", "the policy sees the reference's heading against its own"),
     ("anchor.position", "", "the policy sees the reference's place on the ground against its own"),
-    ("action.base", "", "base of joint targets: \"absolute\" (thesis), \"default_pose\" or \"reference\""),
+    ("action.base", "", "base of joint targets: \"absolute\" (thesis), \"default_pose\", \"reference\", or \"unclamped\""),
     ("action.scale", "rad", "offset of a joint target for an output of 1; not with \"absolute\""),
 ];
 
@@ -234,6 +236,7 @@ mod tests {
         (plan.prior, plan.init, plan.budget.minutes) = (Some("p".into()), Some("i".into()), Some(1.0));
         plan.teachers = vec![TeacherSpec { policy: "p".into(), clips: Vec::new() }];
         (plan.inputs.window, plan.inputs.parts) = (vec![1], vec!["a".into()]);
+        (plan.inputs.terms, plan.inputs.anchor_body) = (vec!["a".into()], "a".into());
         plan.network = NetworkSpec { encoder: vec![8], code: 4, ..plan.network };
         plan.terrain = Some(TerrainSpec::default());
         plan.curriculum = Curriculum { randomization: ramp, termination: ramp, smoothness: ramp };

@@ -34,6 +34,7 @@ pub(super) fn trained(robot: &Robot, hidden: &[usize], encoder: Option<(&[usize]
         action: ActionSpec::Absolute,
         control_hz: robot.control_hz,
         hidden: hidden.to_vec(),
+        layers: Vec::new(),
         encoder: encoder.map(|(layers, code)| (layers.to_vec(), code)),
         prior: String::new(),
         steps: 0,

@@ -51,24 +51,30 @@ fn depth(robot: &Character, body: usize) -> usize {
 }
 
 /// Poses and velocities of bodies, `[frame][body]`, and velocities of joints.
-pub(super) struct States {
-    pub(super) position: Vec<Vec3>,
-    pub(super) orientation: Vec<Quat>,
+pub struct States {
+    /// Of the body frame's origin (m, world).
+    pub position: Vec<Vec3>,
+    /// In the world.
+    pub orientation: Vec<Quat>,
     /// At the body frame's origin (m/s, world).
-    pub(super) linear: Vec<Vec3>,
+    pub linear: Vec<Vec3>,
     /// In the world (rad/s).
-    pub(super) angular: Vec<Vec3>,
+    pub angular: Vec<Vec3>,
     /// Joint positions, `[frame][joint]` in the robot's order.
-    pub(super) joints: Vec<f64>,
-    pub(super) joint_velocity: Vec<f64>,
+    pub joints: Vec<f64>,
+    /// Likewise (rad/s).
+    pub joint_velocity: Vec<f64>,
     /// Of the root (m/s, world).
-    pub(super) root_linear: Vec<Vec3>,
+    pub root_linear: Vec<Vec3>,
     /// Of the root (rad/s, world).
-    pub(super) root_angular: Vec<Vec3>,
+    pub root_angular: Vec<Vec3>,
 }
 
-/// Computes them for these bodies.
-pub(super) fn states(clip: &MotionClip, robot: &Character, bodies: &[usize]) -> Result<States, MotionError> {
+/// Computes the states of these bodies of a clip, with velocities as the field's converters compute them.
+///
+/// # Errors
+/// The clip has other joints than the robot.
+pub fn states(clip: &MotionClip, robot: &Character, bodies: &[usize]) -> Result<States, MotionError> {
     let columns = clip.columns_for(robot)?;
     let width = columns.len();
     let joints: Vec<f64> =
