@@ -106,8 +106,7 @@ const BODIES: [&str; 14] = [
 
 impl Dialect {
     /// All of them.
-    pub const ALL: [Self; 6] =
-        [Self::Onnx, Self::BeyondMimic, Self::Mjlab, Self::Holosoma, Self::Unitree, Self::Wbc];
+    pub const ALL: [Self; 6] = [Self::Onnx, Self::BeyondMimic, Self::Mjlab, Self::Holosoma, Self::Unitree, Self::Wbc];
 
     /// Returns its name.
     pub fn name(self) -> &'static str {

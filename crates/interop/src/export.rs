@@ -42,7 +42,8 @@ pub fn export(controller: &Controller, dialect: Dialect, motion: Motion<'_>) -> 
     check(controller, dialect)?;
     let robot = controller.robot();
     let joints = joints(controller, dialect);
-    let orders = dialect.is_breadth_first().then(|| Orders { inputs: inputs(controller, &joints), joints: joints.clone() });
+    let orders =
+        dialect.is_breadth_first().then(|| Orders { inputs: inputs(controller, &joints), joints: joints.clone() });
     let file = controller.file().to_checkpoint(robot)?;
     let (size, count) = (controller.observation().size(), joints.len());
 
@@ -111,7 +112,10 @@ fn check(controller: &Controller, dialect: Dialect) -> Result<(), RobotError> {
         ActionSpec::Unclamped { .. } | ActionSpec::DefaultPose { .. } => Ok(()),
         ActionSpec::Absolute | ActionSpec::Reference { .. } => Err(mismatch(
             format!("action of a policy for {dialect}"),
-            format!("offsets from the default pose (action.base = \"unclamped\"); `--plan {}` trains one", dialect.plan()),
+            format!(
+                "offsets from the default pose (action.base = \"unclamped\"); `--plan {}` trains one",
+                dialect.plan()
+            ),
             "another base",
         )),
     }

@@ -87,7 +87,11 @@ pub fn import(bytes: &[u8], path: &str, robot: &Robot, terms: Option<&[String]>)
         return Err(mismatch(format!("{path}: action scale"), "numbers", "none"));
     };
     if let Some(i) = deviation.iter().position(|d| d.is_nan() || d.abs() < 1e-4) {
-        return Err(mismatch(format!("{path}: deviation of input {}", from[i]), "at least 1e-4", deviation[i].to_string()));
+        return Err(mismatch(
+            format!("{path}: deviation of input {}", from[i]),
+            "at least 1e-4",
+            deviation[i].to_string(),
+        ));
     }
     let layers = ordered(reading.layers.clone(), &from, joints, &scale, &shift);
     let controller = controller(&reading, layers, spec, (&mean, &deviation), robot)?;
@@ -155,7 +159,8 @@ impl Contract {
             (None, Some(_), Some(_)) => Dialect::Wbc,
             (None, Some(_), None) => Dialect::Mjlab,
             (None, None, _) => {
-                let expected = "metadata of a stack: 'observation_names' (mjlab, BeyondMimic, wbc), or 'dof_names' (holosoma)";
+                let expected =
+                    "metadata of a stack: 'observation_names' (mjlab, BeyondMimic, wbc), or 'dof_names' (holosoma)";
                 let names: Vec<&str> = reading.metadata.keys().map(String::as_str).collect();
                 return Err(mismatch(path, expected, if names.is_empty() { "none".into() } else { names.join(", ") }));
             }
@@ -164,7 +169,8 @@ impl Contract {
         let names = if dialect == Dialect::Holosoma { "dof_names" } else { "joint_names" };
         let joints = list(text(names).unwrap_or_default());
         let places = places(&joints, robot, &format!("{path}: {names}"))?;
-        let numbers = |key: &str| text(key).map(|text| numbers(text, joints.len(), &format!("{path}: {key}"))).transpose();
+        let numbers =
+            |key: &str| text(key).map(|text| numbers(text, joints.len(), &format!("{path}: {key}"))).transpose();
         let parameters = &robot.actuators.parameters;
         let in_file = |of: &dyn Fn(usize) -> f64| -> Vec<f32> {
             let mut values = vec![0.0; joints.len()];
@@ -185,12 +191,12 @@ impl Contract {
                 ),
                 (
                     vec![1.0; joints.len()],
-                    "action scale: 1 rad; the file has none, and 0.25 torque_max / kp contradicts its normalizer".into(),
+                    "action scale: 1 rad; the file has none, and 0.25 torque_max / kp contradicts its normalizer"
+                        .into(),
                 ),
             ],
         };
-        let (kp, kd) =
-            if dialect == Dialect::Holosoma { ("kp", "kd") } else { ("joint_stiffness", "joint_damping") };
+        let (kp, kd) = if dialect == Dialect::Holosoma { ("kp", "kd") } else { ("joint_stiffness", "joint_damping") };
         for (key, gain) in [(kp, (|p| p.kp) as fn(&lifelike_robot::ActuatorParameters) -> f64), (kd, |p| p.kd)] {
             let Some(theirs) = numbers(key)? else { continue };
             let differs = |(joint, place): (usize, &usize)| {
@@ -255,7 +261,8 @@ impl Contract {
     fn clip(&self, reading: &Reading, path: &str, robot: &Robot) -> Result<Option<MotionClip>, RobotError> {
         let Some((shape, joints)) = reading.motion.get("joint_pos") else { return Ok(None) };
         let (frames, count) = (shape.first().copied().unwrap_or(0), self.joints.len());
-        let expected = |what: &str| mismatch(format!("{path}: motion"), format!("an array '{what}' of {frames} rows"), "none");
+        let expected =
+            |what: &str| mismatch(format!("{path}: motion"), format!("an array '{what}' of {frames} rows"), "none");
         if joints.len() != frames * count {
             return Err(expected("joint_pos"));
         }
@@ -317,8 +324,9 @@ impl Contract {
 
 /// Comma-separated names, or a JSON list.
 fn list(text: &str) -> Vec<String> {
-    serde_json::from_str(text)
-        .unwrap_or_else(|_| text.split(',').map(|name| name.trim().to_string()).filter(|name| !name.is_empty()).collect())
+    serde_json::from_str(text).unwrap_or_else(|_| {
+        text.split(',').map(|name| name.trim().to_string()).filter(|name| !name.is_empty()).collect()
+    })
 }
 
 /// Comma-separated numbers or a JSON list of them; a single one is for every joint.
@@ -339,24 +347,20 @@ fn numbers(text: &str, count: usize, what: &str) -> Result<Vec<f32>, RobotError>
 fn places(names: &[String], robot: &Robot, what: &str) -> Result<Vec<usize>, RobotError> {
     let own = &robot.layout.joints;
     if let Some(unknown) = names.iter().find(|name| !own.contains(name)) {
-        let expected = format!("joints of robot '{}', such as '{}'", robot.name, own.first().map_or("", String::as_str));
+        let expected =
+            format!("joints of robot '{}', such as '{}'", robot.name, own.first().map_or("", String::as_str));
         return Err(mismatch(what, expected, format!("'{unknown}'")));
     }
     let place = |joint: &String| {
-        let missing = || mismatch(what, format!("joint '{joint}' of robot '{}'", robot.name), format!("{} others", names.len()));
+        let missing =
+            || mismatch(what, format!("joint '{joint}' of robot '{}'", robot.name), format!("{} others", names.len()));
         names.iter().position(|name| name == joint).ok_or_else(missing)
     };
     own.iter().map(place).collect()
 }
 
 /// Layers with inputs and joints in our order, and outputs that are offsets from the robot's default pose (rad).
-fn ordered(
-    mut layers: Vec<Weighted>,
-    from: &[usize],
-    joints: &[usize],
-    scale: &[f32],
-    shift: &[f32],
-) -> Vec<Weighted> {
+fn ordered(mut layers: Vec<Weighted>, from: &[usize], joints: &[usize], scale: &[f32], shift: &[f32]) -> Vec<Weighted> {
     if let Some(first) = layers.first_mut().filter(|first| matches!(first.layer, Layer::Linear { .. })) {
         let width = first.bias.len();
         first.weight = from.iter().flat_map(|i| first.weight[i * width..(i + 1) * width].to_vec()).collect();
@@ -395,7 +399,8 @@ fn controller(
 ) -> Result<ControllerFile, RobotError> {
     let kinds: Vec<Layer> = layers.iter().map(|layer| layer.layer).collect();
     let linear = |i: usize| if let Some(Layer::Linear { outputs }) = kinds.get(i) { Some(*outputs) } else { None };
-    let is_plain = kinds.len() % 2 == 1 && (0..kinds.len()).all(|i| if i % 2 == 0 { linear(i).is_some() } else { kinds[i] == Layer::Elu });
+    let is_plain = kinds.len() % 2 == 1
+        && (0..kinds.len()).all(|i| if i % 2 == 0 { linear(i).is_some() } else { kinds[i] == Layer::Elu });
     let header = PolicyHeader {
         robot: robot.name.clone(),
         action: ActionSpec::Unclamped { scale: 1.0 },

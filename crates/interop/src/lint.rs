@@ -75,7 +75,9 @@ pub fn check(spec: &ObservationSpec, statistics: Statistics<'_>) -> Vec<Contradi
             add("reference_height", "a mean of 0.05 to 5 m, spread less than 1 m", rounded(&[height, spread]));
         }
     }
-    for name in ["root_angular_velocity_b", "reference_angular_velocity_b", "joint_velocity", "reference_joint_velocity"] {
+    for name in
+        ["root_angular_velocity_b", "reference_angular_velocity_b", "joint_velocity", "reference_joint_velocity"]
+    {
         let Some(range) = of(name) else { continue };
         let stands = |i: &usize| mean[*i].abs() > deviation[*i].max(0.2);
         if let Some(i) = range.clone().find(stands) {
@@ -91,7 +93,8 @@ pub fn check(spec: &ObservationSpec, statistics: Statistics<'_>) -> Vec<Contradi
             difference.abs() > MEAN || difference.is_nan()
         });
         if let Some(j) = far {
-            let expected = format!("the mean of '{}' that its reference has, {:.2} rad", joint(j), mean[reference.start + j]);
+            let expected =
+                format!("the mean of '{}' that its reference has, {:.2} rad", joint(j), mean[reference.start + j]);
             let got = format!("{:.2} rad", mean[own.start + j] + spec.default_pose[j]);
             add("joint_position", &expected, got);
         }
@@ -107,10 +110,11 @@ pub fn check(spec: &ObservationSpec, statistics: Statistics<'_>) -> Vec<Contradi
             let expected = format!("targets of '{}' that spread {low} to {high} times as its positions", joint(j));
             add("last_action", &expected, format!("{:.2} times", ratio(j)));
         }
-        let far = (0..own.len())
-            .find(|&j| (action_scale * mean[action.start + j] - mean[own.start + j]).abs() > TARGET);
+        let far =
+            (0..own.len()).find(|&j| (action_scale * mean[action.start + j] - mean[own.start + j]).abs() > TARGET);
         if let Some(j) = far {
-            let expected = format!("a mean target of '{}' near its mean position, {:.2} rad", joint(j), mean[own.start + j]);
+            let expected =
+                format!("a mean target of '{}' near its mean position, {:.2} rad", joint(j), mean[own.start + j]);
             add("last_action", &expected, format!("{:.2} rad", action_scale * mean[action.start + j]));
         }
     }

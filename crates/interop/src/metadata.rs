@@ -17,10 +17,7 @@ pub(crate) struct Gains {
 impl Gains {
     pub(crate) fn of(controller: &Controller) -> Self {
         let parameters = &controller.robot().actuators.parameters;
-        Self {
-            kp: parameters.iter().map(|p| p.kp).collect(),
-            kd: parameters.iter().map(|p| p.kd).collect(),
-        }
+        Self { kp: parameters.iter().map(|p| p.kp).collect(), kd: parameters.iter().map(|p| p.kd).collect() }
     }
 
     fn in_order(&self, joints: &[usize]) -> Self {

@@ -226,7 +226,8 @@ impl<'a> Walk<'a> {
             }
             // With one input that is no constant these keep a row as it is.
             op if IDLE.contains(&op) => {
-                let others = node.input.iter().skip(1).all(|name| name.is_empty() || self.constants.contains_key(name.as_str()));
+                let others =
+                    node.input.iter().skip(1).all(|name| name.is_empty() || self.constants.contains_key(name.as_str()));
                 let alone = op != "Concat" || node.input.len() == 1;
                 return (others && alone).then_some(output);
             }
@@ -292,7 +293,8 @@ fn simplified(steps: Vec<Step>) -> Simplified {
             Step::Clip(_) => {}
             Step::Order(places) => order = Some(places),
             Step::Layer(Weighted { layer: Layer::Affine, weight, bias }) if layers.is_empty() => {
-                let (scale, shift) = normalizer.take().unwrap_or_else(|| (vec![1.0; weight.len()], vec![0.0; weight.len()]));
+                let (scale, shift) =
+                    normalizer.take().unwrap_or_else(|| (vec![1.0; weight.len()], vec![0.0; weight.len()]));
                 let scale: Vec<f32> = scale.iter().zip(&weight).map(|(a, b)| a * b).collect();
                 let shift = shift.iter().zip(&weight).zip(&bias).map(|((a, w), b)| a * w + b).collect();
                 normalizer = Some((scale, shift));

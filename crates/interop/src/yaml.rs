@@ -36,7 +36,8 @@ pub(crate) fn deploy(controller: &Controller) -> Result<String, RobotError> {
     let _ = writeln!(text, "    offset: {}", list(robot.default_pose.iter().copied()));
     text.push_str("    joint_ids: null\nobservations:\n");
     for (name, size) in Dialect::Unitree.layout(controller.observation())? {
-        let params = if matches!(name, "motion_command" | "motion_anchor_ori_b") { "{command_name: motion}" } else { "{}" };
+        let params =
+            if matches!(name, "motion_command" | "motion_anchor_ori_b") { "{command_name: motion}" } else { "{}" };
         let _ = writeln!(
             text,
             "  {name}:\n    params: {params}\n    clip: null\n    scale: {}\n    history_length: 1",

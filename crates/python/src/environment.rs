@@ -30,8 +30,9 @@ pub struct TrackingEnvironment {
     inner: Mutex<Environment>,
     outcome: StepOutcome,
     robot: Arc<lifelike_robot::Robot>,
-    /// Steps between two refreshes of curriculum and starts, as in a training.
-    iteration: usize,
+    library: Arc<ReferenceLibrary>,
+    plan: TrackerPlan,
+    threads: usize,
     steps: usize,
 }
 
@@ -44,6 +45,19 @@ impl TrackingEnvironment {
         // SAFETY: the rows are allocated with the environment and only replaced by `Environment::load`, which nothing
         // here calls; the environment itself is never replaced.
         unsafe { view(slf.clone().into_any(), values, &[inner.len(), values.len() / inner.len()]) }
+    }
+
+    fn build(
+        plan: TrackerPlan,
+        robot: Arc<lifelike_robot::Robot>,
+        library: Arc<ReferenceLibrary>,
+        threads: usize,
+    ) -> PyResult<Self> {
+        let spec = SimulationSpec { threads, ..SimulationSpec::new(plan.ppo.environments) };
+        let simulation = spec.build(Arc::clone(&robot)).or_raise()?;
+        let inner = Environment::new(&plan, Arc::clone(&robot), Arc::clone(&library), simulation).or_raise()?;
+        let (inner, outcome) = (Mutex::new(inner), StepOutcome::default());
+        Ok(Self { inner, outcome, robot, library, plan, threads, steps: 0 })
     }
 
     fn inner(&mut self) -> &mut Environment {
@@ -80,24 +94,22 @@ impl TrackingEnvironment {
         }
         let robot = robot.map_or_else(|| RobotLike::Name(Path::new(&plan.robot).into()).load(), RobotLike::load)?;
         let given = clips.map(|clips| clips.iter().map(|clip| clip.0.clone()).collect::<Vec<_>>());
-        let made = py.detach(|| {
+        py.detach(|| {
             let clips = match given {
                 Some(clips) => clips,
                 None => clips::load(&plan.clips, &robot).and_then(|loaded| loaded.all()).or_raise()?,
             };
             let clips = if plan.mirror { clips::with_mirror_images(clips, &robot).or_raise()? } else { clips };
             let library = Arc::new(ReferenceLibrary::new(&robot, &clips, None).or_raise()?);
-            let spec = SimulationSpec { threads, ..SimulationSpec::new(plan.ppo.environments) };
-            let simulation = spec.build(Arc::clone(&robot)).or_raise()?;
-            Environment::new(&plan, Arc::clone(&robot), library, simulation).or_raise()
-        });
-        Ok(Self {
-            inner: Mutex::new(made?),
-            outcome: StepOutcome::default(),
-            robot,
-            iteration: plan.ppo.steps,
-            steps: 0,
+            Self::build(plan, robot, library, threads)
         })
+    }
+
+    /// Returns new environments with the same plan, robot and clips, and another seed.
+    fn with_seed(&self, py: Python<'_>, seed: u64) -> PyResult<Self> {
+        let plan = TrackerPlan { seed, ..self.plan.clone() };
+        let (robot, library) = (Arc::clone(&self.robot), Arc::clone(&self.library));
+        py.detach(|| Self::build(plan, robot, library, self.threads))
     }
 
     fn __len__(&mut self) -> usize {
@@ -172,7 +184,8 @@ impl TrackingEnvironment {
     fn step<'py>(&mut self, py: Python<'py>, actions: Numbers<'py, f32>) -> PyResult<Step<'py>> {
         let actions = numbers("actions", &actions, &[self.inner().len(), self.robot.joints()])?;
         self.steps += 1;
-        let is_due = self.steps.is_multiple_of(self.iteration);
+        // As often as a training refreshes its curriculum and the choice of starts.
+        let is_due = self.steps.is_multiple_of(self.plan.ppo.steps);
         let Self { inner, outcome, .. } = self;
         let inner = inner.get_mut().unwrap_or_else(PoisonError::into_inner);
         py.detach(|| {

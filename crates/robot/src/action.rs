@@ -120,7 +120,9 @@ impl ActionMap {
         for (j, (output, &q)) in outputs.iter_mut().zip(positions).enumerate() {
             let y = match self.spec {
                 ActionSpec::Absolute => q,
-                ActionSpec::DefaultPose { scale } | ActionSpec::Unclamped { scale } => (q - self.default_pose[j]) / scale as f32,
+                ActionSpec::DefaultPose { scale } | ActionSpec::Unclamped { scale } => {
+                    (q - self.default_pose[j]) / scale as f32
+                }
                 ActionSpec::Reference { scale } => (q - reference.get(j).copied().unwrap_or(q)) / scale as f32,
             };
             *output = self.spec.clamp_output(y);

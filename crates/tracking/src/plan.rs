@@ -290,7 +290,9 @@ impl TrackerPlan {
             ("inputs.parts", !parts.is_empty()),
         ];
         match others.into_iter().find(|(_, other)| *other && !terms.is_empty()) {
-            Some((key, _)) => Err(wrong(key, "none beside inputs.terms, which is the whole observation", "some").into()),
+            Some((key, _)) => {
+                Err(wrong(key, "none beside inputs.terms, which is the whole observation", "some").into())
+            }
             None => Ok(()),
         }
     }

@@ -55,7 +55,8 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     }
     let name = args.robot.clone().unwrap_or_else(|| known_as(&robot));
     let eval = NextCommand::new("eval").path("--policy", &path).robot(&name);
-    let eval = if imported.clip.is_some() { eval.path("--motions", &clip) } else { eval.word("--motions").word("builtin") };
+    let eval =
+        if imported.clip.is_some() { eval.path("--motions", &clip) } else { eval.word("--motions").word("builtin") };
     let steps = [eval.word("-o").word("report")];
     let value = json!({
         "controller": path, "stack": imported.dialect.name(), "terms": imported.terms, "notes": imported.notes,

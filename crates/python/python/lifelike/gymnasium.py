@@ -36,7 +36,6 @@ class TrackingVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
     metadata = {"autoreset_mode": AutoresetMode.SAME_STEP, "render_modes": []}
 
     def __init__(self, num_envs: int = 64, *, copy: bool = True, seed: int = 0, **arguments: Any) -> None:
-        self._arguments = arguments
         self._copy = copy
         self.num_envs = num_envs
         self.environment = TrackingEnvironment(environments=num_envs, seed=seed, **arguments)
@@ -53,7 +52,7 @@ class TrackingVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         """Begin new episodes everywhere; with a seed, as new environments of that seed do."""
         if seed is not None:
             super().reset(seed=seed)
-            self.environment = TrackingEnvironment(environments=self.num_envs, seed=seed, **self._arguments)
+            self.environment = self.environment.with_seed(seed)
         else:
             self.environment.reset()
         return self._observations(), {}

@@ -77,11 +77,9 @@ impl Chain {
                 };
                 match own.last_mut().filter(|link| link.hinge.is_none()) {
                     Some(link) => link.hinge = Some(hinge),
-                    None => own.push(Link {
-                        position: [0.0; 3],
-                        orientation: [1.0, 0.0, 0.0, 0.0],
-                        hinge: Some(hinge),
-                    }),
+                    None => {
+                        own.push(Link { position: [0.0; 3], orientation: [1.0, 0.0, 0.0, 0.0], hinge: Some(hinge) })
+                    }
                 }
             }
             links.splice(0..0, own);

@@ -391,18 +391,14 @@ pub(super) const PARTS: &[Declaration] = &[
         source: Source::Reference,
         occurs: |spec| spec.named("reference_linear_velocity_b"),
         size: |_| 3,
-        write: |spec, scene, _, out| {
-            copy(scene.in_reference_root(spec, 7..10)?.as_slice(), out)
-        },
+        write: |spec, scene, _, out| copy(scene.in_reference_root(spec, 7..10)?.as_slice(), out),
     },
     Declaration {
         name: "reference_angular_velocity_b",
         source: Source::Reference,
         occurs: |spec| spec.named("reference_angular_velocity_b"),
         size: |_| 3,
-        write: |spec, scene, _, out| {
-            copy(scene.in_reference_root(spec, 10..13)?.as_slice(), out)
-        },
+        write: |spec, scene, _, out| copy(scene.in_reference_root(spec, 10..13)?.as_slice(), out),
     },
     Declaration {
         name: "reference_gravity_b",

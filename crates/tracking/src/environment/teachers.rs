@@ -5,8 +5,8 @@
 
 use std::borrow::Cow;
 
-use lifelike_robot::controller::PolicyWorkspace;
 use lifelike_robot::Controller;
+use lifelike_robot::controller::PolicyWorkspace;
 use lifelike_sim::BatchState;
 use rayon::prelude::*;
 

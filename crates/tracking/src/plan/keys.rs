@@ -125,11 +125,19 @@ const INPUTS: &[(&str, &str, &str)] = &[
     ),
     ("inputs.parts", "", "further parts of the observation that it sees, by name"),
     ("inputs.terms", "", "the whole observation by its parts, in order: the layout of another stack"),
-    ("inputs.anchor_body", "", "body whose pose the anchor's terms compare with the reference's; the root where not said"),
+    (
+        "inputs.anchor_body",
+        "",
+        "body whose pose the anchor's terms compare with the reference's; the root where not said",
+    ),
     ("linear_velocity", "", "the policy sees the root's linear velocity, which few robots can measure"),
     ("anchor.heading", "", "the policy sees the reference's heading against its own"),
     ("anchor.position", "", "the policy sees the reference's place on the ground against its own"),
-    ("action.base", "", "base of joint targets: \"absolute\" (thesis), \"default_pose\", \"reference\", or \"unclamped\""),
+    (
+        "action.base",
+        "",
+        "base of joint targets: \"absolute\" (thesis), \"default_pose\", \"reference\", or \"unclamped\"",
+    ),
     ("action.scale", "rad", "offset of a joint target for an output of 1; not with \"absolute\""),
 ];
 
