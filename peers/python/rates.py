@@ -92,7 +92,7 @@ def rates(environments, threads):
     print(f"physics steps/s, {environments} bodies, {threads} threads: mujoco.batch {theirs:.0f}, lifelike {ours:.0f}")
     tracking = TrackingVectorEnv(environments, robot=MODEL, clips=lifelike.load_clips("builtin", MODEL), threads=threads)
     print(f"environment steps/s, {environments} environments: lifelike {environment_rate(tracking):.0f}")
-    for mode, number in (("sync", environments), ("async", threads)):
+    for mode, number in (("async", threads), ("async", 16 * threads), ("sync", environments)):
         envs = gymnasium.make_vec("Humanoid-v5", num_envs=number, vectorization_mode=mode)
         print(f"environment steps/s, {number} environments: gymnasium Humanoid-v5 {mode} {environment_rate(envs):.0f}")
     lima = TrackingVectorEnv(environments, threads=threads)
