@@ -1,5 +1,6 @@
 //! The command line as one value: parsed arguments, logs, exit code.
 
+use std::ffi::OsString;
 use std::process::ExitCode;
 
 use clap::error::{ContextKind, ContextValue, ErrorKind};
@@ -63,7 +64,12 @@ Exit codes: 0 done, 1 failed, 2 wrong usage, 3 bad input, 4 this build cannot do
 impl Cli {
     /// Reads the program's arguments; prints what is wrong with them, or the help that they ask for, and exits.
     pub fn of_arguments() -> Self {
-        Self::try_parse().unwrap_or_else(|error| match key_with_dashes(&error) {
+        Self::of(std::env::args_os())
+    }
+
+    /// Reads a command line, the program's name first; exits as [`Self::of_arguments`] does.
+    pub fn of(line: impl IntoIterator<Item = impl Into<OsString> + Clone>) -> Self {
+        Self::try_parse_from(line).unwrap_or_else(|error| match key_with_dashes(&error) {
             Some(hint) => {
                 eprintln!("error: {hint}");
                 std::process::exit(i32::from(CliError::Usage(hint).code()))
@@ -74,15 +80,20 @@ impl Cli {
 
     /// Runs the command, prints its result or its error, and returns the exit code.
     pub fn execute(self) -> ExitCode {
+        ExitCode::from(self.exit_code())
+    }
+
+    /// As [`Self::execute`], for callers that are not `main`: the exit code is a number.
+    pub fn exit_code(self) -> u8 {
         lifelike_nn::memory::tune_allocator();
         self.start_logs();
         output::show_all_columns(self.wide);
         let output = Output { json: self.json, quiet: self.quiet, silent: false };
         match self.command.run(&output) {
-            Ok(()) => ExitCode::SUCCESS,
+            Ok(()) => 0,
             Err(error) => {
                 output.error(&error);
-                ExitCode::from(error.code())
+                error.code()
             }
         }
     }

@@ -36,7 +36,7 @@ mod output;
 pub mod overrides;
 pub mod plans;
 mod progress;
-mod shipped;
+pub mod shipped;
 
 pub use cli::{Cli, run};
 pub use error::CliError;

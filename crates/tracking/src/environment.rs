@@ -173,6 +173,11 @@ impl Environment {
         &self.rows.critic
     }
 
+    /// Returns the number of steps after which an episode is truncated.
+    pub fn longest_episode(&self) -> u64 {
+        self.setup.longest_episode()
+    }
+
     /// Returns the ground under the robots.
     pub fn ground(&self) -> &Ground {
         &self.setup.ground

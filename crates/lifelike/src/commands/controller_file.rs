@@ -7,6 +7,7 @@ use lifelike_evaluation::{EvaluationSetup, SimulationFactory};
 use lifelike_robot::{Controller, ControllerFile, LatentEncoder, Robot};
 
 use crate::commands::export::Source;
+use crate::commands::prior_file::Prior;
 use crate::error::CliError;
 use crate::next::is_known;
 
@@ -17,7 +18,7 @@ const ENVIRONMENTS: usize = 128;
 pub struct Loaded {
     /// The controller.
     pub controller: Controller,
-    encoder: Option<Box<dyn LatentEncoder>>,
+    encoder: Option<Prior>,
 }
 
 impl Loaded {
@@ -34,21 +35,32 @@ impl Loaded {
                 ))
             })?,
         };
+        Self::for_robot(path, &Robot::load(&name)?, prior)
+    }
+
+    /// Reads a controller, a policy, or the policy of a run, for a robot whose joints are brought into the policy's order.
+    pub fn for_robot(path: &Path, robot: &Robot, prior: Option<&Path>) -> Result<Self, CliError> {
+        let source = Source::of(path)?;
         let file = ControllerFile::read(&source.policy)?;
-        let robot = Robot::load(&name)?.in_joint_order(&file.header().observation.joints)?;
+        let robot = robot.clone().in_joint_order(&file.header().observation.joints)?;
         Self::new(&source.policy, Arc::new(robot), prior.or(source.prior.as_deref()))
     }
 
     /// Reads a controller or a policy for a robot that was loaded before.
     pub fn new(path: &Path, robot: Arc<Robot>, prior: Option<&Path>) -> Result<Self, CliError> {
         let controller = Controller::new(ControllerFile::read(path)?, robot)?;
-        let prior = crate::commands::prior_file::Prior::for_controller(&controller, prior)?;
-        Ok(Self { controller, encoder: prior.map(|prior| Box::new(prior) as Box<dyn LatentEncoder>) })
+        let encoder = Prior::for_controller(&controller, prior)?;
+        Ok(Self { controller, encoder })
+    }
+
+    /// Returns the encoder of latent codes that is not part of the controller, where there is one.
+    pub fn encoder(&self) -> Option<&dyn LatentEncoder> {
+        self.encoder.as_ref().map(|prior| prior as &dyn LatentEncoder)
     }
 
     /// Sets up evaluations in this physics.
     pub fn setup<'a>(&'a self, simulate: &'a SimulationFactory<'a>) -> EvaluationSetup<'a> {
-        let encoder = self.encoder.as_deref();
+        let encoder = self.encoder();
         EvaluationSetup { controller: &self.controller, encoder, simulate, environments: ENVIRONMENTS }
     }
 }

@@ -4,7 +4,7 @@ pub mod bench;
 pub(crate) mod clips;
 pub mod completions;
 pub mod config;
-mod controller_file;
+pub mod controller_file;
 pub mod dataset;
 pub mod demo;
 pub mod eval;
