@@ -305,7 +305,7 @@ fn simplified(steps: Vec<Step>) -> Simplified {
             Step::Clip(limit) if limit < WIDE => clip = Some(limit),
             Step::Clip(_) => {}
             Step::Order(places) => order = Some(places),
-            Step::Layer(Weighted { layer: Layer::Affine, weight, bias }) if layers.is_empty() => {
+            Step::Layer(Weighted { layer: Layer::Affine, weight, bias }) if layers.is_empty() && clip.is_none() => {
                 let (scale, shift) =
                     normalizer.take().unwrap_or_else(|| (vec![1.0; weight.len()], vec![0.0; weight.len()]));
                 let scale: Vec<f32> = scale.iter().zip(&weight).map(|(a, b)| a * b).collect();
@@ -313,7 +313,7 @@ fn simplified(steps: Vec<Step>) -> Simplified {
                 normalizer = Some((scale, shift));
             }
             Step::Layer(Weighted { layer: Layer::Affine, weight, bias }) => {
-                let last = layers.last_mut().filter(|last| !last.bias.is_empty());
+                let last = layers.last_mut().filter(|last| !last.bias.is_empty() && last.bias.len() == weight.len());
                 let Some(last) = last else {
                     layers.push(Weighted { layer: Layer::Affine, weight, bias });
                     continue;

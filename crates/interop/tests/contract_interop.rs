@@ -353,3 +353,58 @@ fn the_robot_in_holosomas_file_has_the_same_kinematics() {
         assert!(ours.body_orientation[i].angle_to(&theirs.body_orientation[j]) < 1e-7, "{}", body.name);
     }
 }
+
+#[test]
+fn networks_of_unusual_form_come_in_as_they_are_or_not_at_all() {
+    let robot = lima();
+    let clip = bend(&robot);
+    let joints = robot.joints();
+    // The first layer is no matrix, the last is a normalization; Isaac's order has to be undone in both.
+    let odd = vec![
+        Layer::Affine,
+        Layer::Tanh,
+        Layer::Linear { outputs: joints },
+        Layer::Relu,
+        Layer::LayerNorm { epsilon: 1e-3 },
+    ];
+    let ours = policy(&robot, &ON_BOARD, UNCLAMPED, odd);
+    let (good, bytes) = model(&ours, Dialect::BeyondMimic, &clip);
+    let back = Controller::new(import(&bytes, "x.onnx", &robot, None).unwrap().controller, robot.clone()).unwrap();
+    let size = ours.observation().size();
+    let rows = numbers(50 * size, 271, 1.0);
+    let mut moved = rows.clone();
+    let action = ours.observation().parts().into_iter().find(|part| part.name == "last_action").unwrap().range;
+    moved.chunks_exact_mut(size).for_each(|row| row[action.clone()].iter_mut().for_each(|y| *y *= 0.5));
+    let pairs = targets(&ours, &rows).into_iter().zip(targets(&back, &moved));
+    let worst = pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+    assert!(worst < 1e-5, "{worst}");
+
+    let refused = |change: &dyn Fn(&mut Model)| -> String {
+        let mut model = good.clone();
+        change(&mut model);
+        import(&model.encode_to_vec(), "x.onnx", &robot, None).unwrap_err().to_string()
+    };
+    fn constant<'a>(model: &'a mut Model, name: &str) -> &'a mut lifelike_interop::proto::Tensor {
+        let found = model.graph.as_mut().unwrap().initializer.iter_mut();
+        found.into_iter().find(|tensor| tensor.name.as_deref() == Some(name)).unwrap()
+    }
+    let negative = refused(&|model| {
+        let inverse = constant(model, "normalizer.inverse_deviation");
+        let raw = inverse.raw_data.as_mut().unwrap();
+        raw[..4].copy_from_slice(&(-2.0_f32).to_le_bytes());
+    });
+    assert!(negative.contains("deviation of at least"), "{negative}");
+    for (name, bytes) in [("actor.mean.layers.2.weight", f32::NAN), ("normalizer.mean", f32::NAN)] {
+        let said = refused(&|model| {
+            let raw = constant(model, name).raw_data.as_mut().unwrap();
+            raw[..4].copy_from_slice(&bytes.to_le_bytes());
+        });
+        assert!(said.contains("network after"), "{name}: {said}");
+    }
+    let huge = refused(&|model| constant(model, "normalizer.mean").dims = vec![1 << 62, 1 << 62]);
+    assert!(huge.contains("network after"), "{huge}");
+    let elsewhere = refused(&|model| constant(model, "actor.mean.layers.2.weight").data_location = Some(1));
+    assert!(elsewhere.contains("network after"), "{elsewhere}");
+    let lost = refused(&|model| model.graph.as_mut().unwrap().initializer.clear());
+    assert!(lost.contains("network after"), "{lost}");
+}

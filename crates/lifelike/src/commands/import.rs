@@ -19,9 +19,9 @@ use crate::output::Output;
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
-  lifelike import dancing.onnx      # writes dancing.controller.safetensors and dancing.motion.safetensors
-  lifelike eval --policy dancing.controller.safetensors --robot g1 --motions dancing.motion.safetensors
-  lifelike inspect dancing.onnx     # only says what is in it
+  lifelike inspect dance.onnx     # only says what is in it
+  lifelike import dance.onnx      # writes dance.controller.safetensors and dance.motion.safetensors
+  lifelike eval --robot g1 --policy dance.controller.safetensors --motions dance.motion.safetensors
 
 Trackers of mjlab, BeyondMimic, holosoma and wbc-mjlab are read. `lifelike fetch g1` gets the robot of most of them.")]
 pub struct Args {
