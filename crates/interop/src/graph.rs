@@ -43,6 +43,7 @@ impl Builder {
             name: Some(output.clone()),
             op_type: Some(op.into()),
             attribute: attributes.to_vec(),
+            domain: None,
         });
         output
     }

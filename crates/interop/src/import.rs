@@ -1,5 +1,7 @@
 //! A stack's policy as a controller of ours.
 
+use std::collections::BTreeMap;
+
 use lifelike_character::{Kinematics, Quat, Vec3};
 use lifelike_checkpoint::Checkpoint;
 use lifelike_motion::{MotionClip, Provenance};
@@ -49,6 +51,8 @@ pub fn import(bytes: &[u8], path: &str, robot: &Robot, terms: Option<&[String]>)
     if let Some(terms) = terms {
         contract.terms = terms.to_vec();
         contract.notes.push("order of the observation: as told, not as the file's metadata say".into());
+        // What is told is tried with the likeliest scale alone: another could hide a wrong order.
+        contract.scales.truncate(1);
     }
     let Contract { dialect, terms, joints, .. } = &contract;
     let spec = contract.observation(&reading, path, robot)?;
@@ -93,6 +97,11 @@ pub fn import(bytes: &[u8], path: &str, robot: &Robot, terms: Option<&[String]>)
             format!("a finite mean, and a deviation of at least {LEAST_DEVIATION}"),
             format!("{} and {}", mean[i], deviation[i]),
         ));
+    }
+    let width = reading.layers.iter().rev().find(|layer| !layer.bias.is_empty()).map_or(size, |layer| layer.bias.len());
+    if width != joints.len() {
+        let expected = format!("{} actions, one for each joint", joints.len());
+        return Err(mismatch(format!("{path}: output of the network"), expected, width.to_string()));
     }
     let layers = ordered(reading.layers.clone(), &from, joints, &scale, &shift);
     let controller = controller(&reading, layers, spec, (&mean, &deviation), robot)?;
@@ -182,7 +191,11 @@ impl Contract {
             notes.push("default pose: the robot's; the file has none".into());
             in_file(&|joint| robot.default_pose[joint])
         });
+        contract_of_terms(&reading.metadata, path)?;
         let scales = match numbers("action_scale")? {
+            Some(scale) if scale.iter().any(|scale| *scale <= 0.0) => {
+                return Err(mismatch(format!("{path}: action_scale"), "numbers above 0", format!("{scale:?}")));
+            }
             Some(scale) => vec![(scale, String::new())],
             // Released files have neither of the two that were in use.
             None => vec![
@@ -236,6 +249,14 @@ impl Contract {
     /// The layout by our names.
     fn observation(&self, reading: &Reading, path: &str, robot: &Robot) -> Result<ObservationSpec, RobotError> {
         let mut terms = Vec::new();
+        if let Some(twice) = (0..self.terms.len()).find(|&i| self.terms[..i].contains(&self.terms[i])) {
+            let expected = "each term once";
+            return Err(mismatch(
+                format!("{path}: terms of the observation"),
+                expected,
+                format!("'{}' twice", self.terms[twice]),
+            ));
+        }
         for term in &self.terms {
             let known = || {
                 let names: Vec<&str> = self.dialect.terms().iter().map(|(name, _)| *name).collect();
@@ -262,6 +283,9 @@ impl Contract {
     fn clip(&self, reading: &Reading, path: &str, robot: &Robot) -> Result<Option<MotionClip>, RobotError> {
         let Some((shape, joints)) = reading.motion.get("joint_pos") else { return Ok(None) };
         let (frames, count) = (shape.first().copied().unwrap_or(0), self.joints.len());
+        if frames < 3 {
+            return Ok(None);
+        }
         let expected =
             |what: &str| mismatch(format!("{path}: motion"), format!("an array '{what}' of {frames} rows"), "none");
         if joints.len() != frames * count {
@@ -323,6 +347,24 @@ impl Contract {
     }
 }
 
+/// Checks that the terms are plain numbers of the present: neither scaled, clipped nor stacked.
+fn contract_of_terms(metadata: &BTreeMap<String, String>, path: &str) -> Result<(), RobotError> {
+    let plain: [(&str, &[&str], &str); 5] = [
+        ("observation_terms_scale", &["1", "1.0", "1.000"], "1 for every term"),
+        ("observation_terms_clip", &["-inf;inf", "None"], "-inf;inf for every term"),
+        ("observation_terms_history_length", &["0", "1", "0.000", "1.000"], "0 or 1 for every term"),
+        ("observation_history_lengths", &["0", "1", "0.000", "1.000"], "1 for every term"),
+        ("action_mode", &["default_relative"], "default_relative"),
+    ];
+    for (key, allowed, expected) in plain {
+        let text = metadata.get(key).map_or("", String::as_str);
+        if let Some(other) = list(text).into_iter().find(|value| !allowed.contains(&value.as_str())) {
+            return Err(mismatch(format!("{path}: {key}"), expected, other));
+        }
+    }
+    Ok(())
+}
+
 /// Comma-separated names, or a JSON list.
 fn list(text: &str) -> Vec<String> {
     serde_json::from_str(text).unwrap_or_else(|_| {
@@ -348,6 +390,9 @@ fn numbers(text: &str, count: usize, what: &str) -> Result<Vec<f32>, RobotError>
 /// Places of the robot's joints among a file's.
 fn places(names: &[String], robot: &Robot, what: &str) -> Result<Vec<usize>, RobotError> {
     let own = &robot.layout.joints;
+    if let Some(twice) = (0..names.len()).find(|&i| names[..i].contains(&names[i])) {
+        return Err(mismatch(what, "each joint once", format!("'{}' twice", names[twice])));
+    }
     if let Some(unknown) = names.iter().find(|name| !own.contains(name)) {
         let expected =
             format!("joints of robot '{}', such as '{}'", robot.name, own.first().map_or("", String::as_str));

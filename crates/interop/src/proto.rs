@@ -87,6 +87,9 @@ pub struct Node {
     /// Settings.
     #[prost(message, repeated, tag = "5")]
     pub attribute: Vec<Attribute>,
+    /// Set of operators; empty: ONNX's own.
+    #[prost(string, optional, tag = "7")]
+    pub domain: Option<String>,
 }
 
 /// A setting of an operation.

@@ -37,11 +37,14 @@ pub(crate) struct Weighted {
     pub(crate) bias: Vec<f32>,
 }
 
+/// The widest observation that is believed.
+const WIDEST: usize = 1 << 16;
+
 /// A limit beyond any number that a policy gives or takes.
 const WIDE: f32 = 100.0;
 
 /// Operations that change no number of a row.
-const IDLE: [&str; 8] = ["Identity", "Cast", "Flatten", "Squeeze", "Unsqueeze", "Reshape", "Concat", "Dropout"];
+const IDLE: [&str; 7] = ["Identity", "Flatten", "Squeeze", "Unsqueeze", "Reshape", "Concat", "Dropout"];
 
 /// Returns a policy's file, taken apart. `path` is for messages.
 ///
@@ -52,13 +55,35 @@ pub(crate) fn read(bytes: &[u8], path: &str) -> Result<Reading, RobotError> {
     let Some(graph) = &model.graph else { return Err(mismatch(path, "an ONNX file with a network", "none")) };
     let metadata = texts(&model);
     let walk = Walk::new(graph, path);
-    let input = graph.input.iter().find(|input| input.name.as_deref() != Some("time_step"));
-    let name = input.and_then(|input| input.name.clone()).unwrap_or_default();
-    let Some(inputs) = input.and_then(crate::proto::Value::width) else {
-        return Err(mismatch(format!("{path}: inputs"), "an observation of a known width", format!("'{name}'")));
+    let names: Vec<&str> = graph.input.iter().filter_map(|input| input.name.as_deref()).collect();
+    let observations: Vec<&str> = names.iter().copied().filter(|name| *name != "time_step").collect();
+    let [name] = observations[..] else {
+        return Err(mismatch(
+            format!("{path}: inputs"),
+            "one observation, and 'time_step' or nothing",
+            names.join(", "),
+        ));
     };
+    let width =
+        graph.input.iter().find(|input| input.name.as_deref() == Some(name)).and_then(crate::proto::Value::width);
+    let Some(inputs) = width.filter(|width| (1..=WIDEST).contains(width)) else {
+        return Err(mismatch(
+            format!("{path}: input '{name}'"),
+            format!("a width from 1 to {WIDEST}"),
+            width.map_or("none".into(), |width| width.to_string()),
+        ));
+    };
+    let outputs: Vec<&str> = graph.output.iter().filter_map(|output| output.name.as_deref()).collect();
+    let Some(goal) = outputs.iter().copied().find(|name| ["actions", "action"].contains(name)) else {
+        return Err(mismatch(format!("{path}: outputs"), "'actions'", outputs.join(", ")));
+    };
+    if let Some(node) = graph.node.iter().find(|node| !matches!(node.domain.as_deref(), None | Some("" | "ai.onnx"))) {
+        let got =
+            format!("'{}' of '{}'", node.op_type.as_deref().unwrap_or("?"), node.domain.as_deref().unwrap_or("?"));
+        return Err(mismatch(format!("{path}: operations"), "ONNX's own", got));
+    }
     let motion = walk.motion();
-    let raw = walk.layers(&name, inputs)?;
+    let raw = walk.layers(name, goal, inputs)?;
     let (normalizer, clip, layers) = simplified(raw);
     Ok(Reading { metadata, inputs, normalizer, clip, layers, motion })
 }
@@ -125,14 +150,31 @@ impl<'a> Walk<'a> {
         let names: Vec<&str> = nodes.iter().filter_map(|node| node.op_type.as_deref()).collect();
         mismatch(
             format!("{}: network after '{what}'", self.path),
-            "one of Gemm, MatMul, Add, Sub, Mul, Div, Elu, Relu, Tanh, Sigmoid with Mul, LayerNormalization, Clip",
-            if names.is_empty() { "nothing that leads to an output".into() } else { names.join(" and ") },
+            "one of Gemm, MatMul, Add, Sub, Mul, Div, Elu, Relu, Tanh, Sigmoid with Mul, LayerNormalization, Clip, with finite \
+             float32 constants of its width in this file, and plain settings",
+            if names.is_empty() { "nothing that leads to 'actions'".into() } else { names.join(" and ") },
         )
+    }
+
+    /// Values of a constant, which are all finite.
+    fn finite(&self, name: &str) -> Option<Vec<f32>> {
+        self.constants.get(name)?.values().filter(|values| values.iter().all(|x| x.is_finite()))
+    }
+
+    /// Returns true where a reduction is over the numbers of a row.
+    fn is_over_row(&self, node: &Node) -> bool {
+        let setting = |name: &str| node.attribute.iter().find(|a| a.name.as_deref() == Some(name));
+        let axes = match node.input.get(1) {
+            Some(name) => self.finite(name).unwrap_or_default().iter().map(|axis| *axis as i64).collect(),
+            None => setting("axes").map(|a| a.ints.clone()).unwrap_or_default(),
+        };
+        let keeps = setting("keepdims").and_then(|a| a.i).unwrap_or(1) == 1;
+        keeps && (axes == [-1] || axes == [1])
     }
 
     /// Values of a constant, spread over a width.
     fn constant(&self, name: &str, width: usize) -> Option<Vec<f32>> {
-        let values = self.constants.get(name)?.values()?;
+        let values = self.finite(name)?;
         match values.len() {
             1 => Some(vec![values[0]; width]),
             n if n == width => Some(values),
@@ -140,14 +182,14 @@ impl<'a> Walk<'a> {
         }
     }
 
-    fn layers(&self, input: &str, mut width: usize) -> Result<Vec<Step>, RobotError> {
+    /// The steps from an input to an output.
+    fn layers(&self, input: &str, goal: &str, mut width: usize) -> Result<Vec<Step>, RobotError> {
         let (mut at, mut steps) = (input.to_string(), Vec::new());
-        let is_output = |name: &str| self.graph.output.iter().any(|output| output.name.as_deref() == Some(name));
         let limit = self.graph.node.len() + 1;
         for _ in 0..limit {
             let nodes = self.consumers(&at);
-            if nodes.is_empty() || is_output(&at) {
-                return if is_output(&at) { Ok(steps) } else { Err(self.refused(&at, &nodes)) };
+            if at == goal {
+                return Ok(steps);
             }
             let refused = || self.refused(&at, &nodes);
             let next = match nodes[..] {
@@ -196,7 +238,7 @@ impl<'a> Walk<'a> {
                 let (low, high) = (self.constant(input(1)?, 1)?[0], self.constant(input(2)?, 1)?[0]);
                 let early = steps.iter().all(|step| matches!(step, Step::Layer(Weighted { layer: Layer::Affine, .. })));
                 // A limit wider than any number of a policy is none.
-                (low == -high && (early || high >= WIDE)).then_some(Step::Clip(high))?
+                (low == -high && high > 0.0 && (early || high >= WIDE)).then_some(Step::Clip(high))?
             }
             "Gemm" | "MatMul" if is_first => {
                 let is = |name: &str| setting(name).and_then(|a| a.i).unwrap_or(0) == 1;
@@ -204,8 +246,7 @@ impl<'a> Walk<'a> {
                 if is("transA") || !unit("alpha") || !unit("beta") {
                     return None;
                 }
-                let tensor = self.constants.get(input(1)?)?;
-                let (shape, values) = (tensor.shape()?, tensor.values()?);
+                let (shape, values) = (self.constants.get(input(1)?)?.shape()?, self.finite(input(1)?)?);
                 let &[rows, columns] = &shape[..] else { return None };
                 let (inputs, outputs) = if is("transB") { (columns, rows) } else { (rows, columns) };
                 if inputs != *width {
@@ -224,6 +265,8 @@ impl<'a> Walk<'a> {
                 let (from, to) = (self.constant(input(1)?, 1)?[0], self.constant(input(2)?, 1)?[0]);
                 return (from == 0.0 && to >= *width as f32).then_some(output);
             }
+            // To single precision, which it is.
+            "Cast" => return setting("to").is_some_and(|a| a.i == Some(1)).then_some(output),
             // With one input that is no constant these keep a row as it is.
             op if IDLE.contains(&op) => {
                 let others =
@@ -257,6 +300,7 @@ impl<'a> Walk<'a> {
         let (square, quotient) = (only(&centred, "Pow")?, only(&centred, "Div")?);
         (self.constant(square.input.get(1)?, 1)? == [2.0]).then_some(())?;
         let variance = only(&out(square)?, "ReduceMean")?;
+        (self.is_over_row(mean) && self.is_over_row(variance)).then_some(())?;
         let sum = only(&out(variance)?, "Add")?;
         let epsilon = sum.input.iter().find_map(|name| self.constant(name, 1))?[0];
         let root = only(&out(sum)?, "Sqrt")?;

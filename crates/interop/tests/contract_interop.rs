@@ -316,6 +316,19 @@ fn a_file_that_is_no_policy_of_a_stack_is_refused_by_what_is_wrong_with_it() {
     let stiff = text(&good, "joint_stiffness").replacen(char::is_numeric, "9", 1);
     assert!(with("joint_stiffness", &format!("9{stiff}")).contains("joint_stiffness of joint"));
     assert!(with("action_scale", "0.1,0.2").contains("one for each joint"));
+    assert!(with("action_scale", "-0.25").contains("above 0"));
+    assert!(
+        with("joint_stiffness", &text(&good, "joint_stiffness").replacen(char::is_numeric, "nan", 1))
+            .contains("joint_stiffness")
+    );
+    let twice = "command,motion_anchor_ori_b,base_ang_vel,joint_pos,joint_pos,actions";
+    assert!(with("observation_names", twice).contains("'joint_pos' twice"));
+    assert!(with("observation_terms_scale", "1.000,1.000,1.000,1.000,0.050,1.000").contains("got 0.050"));
+    assert!(with("observation_terms_history_length", "5,0,0,0,0,0").contains("got 5"));
+    assert!(with("observation_terms_clip", "-1.000;1.000").contains("-inf;inf"));
+    let joints = text(&good, "joint_names");
+    let first = joints.split(',').next().unwrap();
+    assert!(with("joint_names", &format!("{joints},{first}")).contains("twice"));
     assert!(with("anchor_body_name", "tail").contains("tail"));
     let mut other = good;
     for node in &mut other.graph.as_mut().unwrap().node {
@@ -405,6 +418,24 @@ fn networks_of_unusual_form_come_in_as_they_are_or_not_at_all() {
     assert!(huge.contains("network after"), "{huge}");
     let elsewhere = refused(&|model| constant(model, "actor.mean.layers.2.weight").data_location = Some(1));
     assert!(elsewhere.contains("network after"), "{elsewhere}");
+    let elsewhere = refused(&|model| {
+        model.graph.as_mut().unwrap().output.retain(|output| output.name.as_deref() != Some("actions"))
+    });
+    assert!(elsewhere.contains("'actions'"), "{elsewhere}");
+    let wide = refused(&|model| {
+        let input = model.graph.as_mut().unwrap().input.iter_mut().next().unwrap();
+        let kind = input.kind.as_mut().unwrap().tensor_type.as_mut().unwrap();
+        kind.shape.as_mut().unwrap().dim[1].dim_value = Some(1 << 62);
+    });
+    assert!(wide.contains("a width from 1 to"), "{wide}");
+    let more = refused(&|model| {
+        let input = model.graph.as_ref().unwrap().input[0].clone();
+        let other = lifelike_interop::proto::Value { name: Some("hidden_state".into()), ..input };
+        model.graph.as_mut().unwrap().input.push(other);
+    });
+    assert!(more.contains("hidden_state"), "{more}");
+    let foreign = refused(&|model| model.graph.as_mut().unwrap().node[0].domain = Some("com.foo".into()));
+    assert!(foreign.contains("com.foo"), "{foreign}");
     let lost = refused(&|model| model.graph.as_mut().unwrap().initializer.clear());
     assert!(lost.contains("network after"), "{lost}");
 }

@@ -80,5 +80,10 @@ pub fn robot_of(file: &ControllerFile) -> Result<String, String> {
             Err(error) => return Err(error.to_string()),
         }
     }
-    Err(format!("made for '{name}', which does not come with the program"))
+    // Files of fetched robots have names of their own.
+    let same = |known: &&str| {
+        Robot::load(known).is_ok_and(|robot| robot.name == *name && robot.layout.joints == header.observation.joints)
+    };
+    let found = lifelike_robot::load::known().find(same).map(str::to_owned);
+    found.ok_or_else(|| format!("made for '{name}', which does not come with the program"))
 }

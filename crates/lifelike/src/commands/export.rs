@@ -115,6 +115,10 @@ fn foreign(
     let clip = motion.map(|path| lifelike_robot::clips::load_one(path, controller.robot())).transpose()?;
     let motion = clip.as_ref().map_or(Motion::None, Motion::Clip);
     let files = lifelike_interop::export(controller, dialect, motion)?;
+    let taken = files.iter().map(|file| folder.join(&file.name)).find(|path| path.is_dir());
+    if let Some(taken) = taken {
+        return Err(CliError::Input(format!("{}: expected a file or nothing there, got a folder", taken.display())));
+    }
     let mut paths = Vec::new();
     for file in &files {
         let path = folder.join(&file.name);
@@ -124,7 +128,12 @@ fn foreign(
         lifelike_checkpoint::write_file(&path, &file.bytes).map_err(CliError::write(&path))?;
         paths.push(path);
     }
-    let steps = [NextCommand::new("inspect").word(paths[0].display())];
+    let is_read = !matches!(dialect, Dialect::Onnx | Dialect::Unitree);
+    let steps: Vec<NextCommand> =
+        is_read.then(|| NextCommand::new("inspect").word(paths[0].display())).into_iter().collect();
+    if clip.is_some() && matches!(dialect, Dialect::Onnx | Dialect::Wbc) {
+        tracing::warn!("files for {dialect} hold no motion: --motions is not used");
+    }
     let terms = lifelike_interop::terms(controller, dialect)?;
     let value = json!({ "stack": dialect.name(), "files": paths, "observation": terms, "next": next::texts(&steps) });
     output.result(&value, || {

@@ -20,8 +20,8 @@ use crate::output::Output;
 #[command(after_help = "\
 Examples:
   lifelike inspect dance.onnx     # only says what is in it
-  lifelike import dance.onnx      # writes dance.controller.safetensors and dance.motion.safetensors
-  lifelike eval --robot g1 --policy dance.controller.safetensors --motions dance.motion.safetensors
+  lifelike import dance.onnx      # writes dance.controller.safetensors, dance.motion.safetensors
+  lifelike eval --robot g1 --policy dance.controller.safetensors --motions dance.motion.*
 
 Trackers of mjlab, BeyondMimic, holosoma and wbc-mjlab are read. `lifelike fetch g1` gets the robot of most of them.")]
 pub struct Args {
@@ -54,8 +54,11 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let path = args.output.clone().unwrap_or_else(|| with_ending(&args.input, EXTENSION));
     let stem = path.to_string_lossy().trim_end_matches(".safetensors").trim_end_matches(".controller").to_string();
     let controller = Controller::new(imported.controller.clone(), robot.clone())?;
-    controller.save(&path)?;
     let clip = PathBuf::from(format!("{stem}{}", lifelike_motion::container::EXTENSION));
+    if let Some(folder) = [&path, &clip].into_iter().find(|path| path.is_dir()) {
+        return Err(CliError::Input(format!("{}: expected a file or nothing there, got a folder", folder.display())));
+    }
+    controller.save(&path)?;
     if let Some(motion) = &imported.clip {
         lifelike_motion::container::write(&clip, motion)?;
     }
@@ -118,6 +121,10 @@ pub(super) fn said(imported: &Imported) -> String {
 
 /// Finds a robot with these joints among those that are known by name.
 fn of_joints(joints: &[String], path: &str) -> Result<Robot, CliError> {
+    if joints.is_empty() {
+        let expected = "expected a policy of mjlab, BeyondMimic, holosoma or wbc-mjlab";
+        return Err(CliError::Input(format!("{path}: {expected}, got no names of joints in the file's metadata")));
+    }
     let mut last = None;
     for name in lifelike_robot::load::known() {
         match Robot::load(name) {

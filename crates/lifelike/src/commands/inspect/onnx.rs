@@ -35,7 +35,9 @@ pub fn inspect(path: &Path, output: &Output) -> Result<(), CliError> {
         }
         text += &format!("\n{}\n", table(&["our observation", "from", "to"], &rows));
         if found.is_empty() {
-            text += "nothing contradicts the normalizer's statistics\n";
+            if !imported.notes.iter().any(|note| note.starts_with("the file has no normalizer")) {
+                text += "nothing contradicts the normalizer's statistics\n";
+            }
             return text + &next::lines(&steps);
         }
         found.iter().for_each(|line| text += &format!("contradiction: {line}\n"));
