@@ -48,7 +48,7 @@ const GAIN: f64 = 0.01;
 pub fn import(bytes: &[u8], path: &str, robot: &Robot, terms: Option<&[String]>) -> Result<Imported, RobotError> {
     let reading = read(bytes, path)?;
     let mut contract = Contract::of(&reading, path, robot)?;
-    if let Some(terms) = terms {
+    if let Some(terms) = terms.filter(|terms| *terms != contract.terms) {
         contract.terms = terms.to_vec();
         contract.notes.push("order of the observation: as told, not as the file's metadata say".into());
         // What is told is tried with the likeliest scale alone: another could hide a wrong order.
