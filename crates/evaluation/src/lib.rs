@@ -11,6 +11,25 @@
 //!
 //! [`EvaluationSetup::evaluate_thesis`] is the thesis' own protocol beside it: fixed-length episodes, errors over all frames.
 //!
+//! ```
+//! use lifelike_evaluation::{EvaluationOptions, EvaluationSetup};
+//! use lifelike_robot::{Controller, Robot, clips};
+//! use lifelike_sim::SimulationSpec;
+//! use std::sync::Arc;
+//!
+//! let robot = Arc::new(Robot::load("lima")?);
+//! # let assets = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../lifelike/assets");
+//! let controller = Controller::load(&assets.join("lima-path.controller.safetensors"), None, Arc::clone(&robot))?;
+//! let simulate = |terrain, environments| {
+//!     SimulationSpec { terrain, ..SimulationSpec::new(environments) }.build(Arc::clone(&robot))
+//! };
+//! let setup = EvaluationSetup { controller: &controller, encoder: None, simulate: &simulate, environments: 16 };
+//! let walk = clips::builtin(&robot).clips.into_iter().filter(|clip| clip.name == "walk").collect::<Vec<_>>();
+//! let evaluation = setup.evaluate(&walk, &EvaluationOptions::default(), |_, _| {})?;
+//! assert_eq!(evaluation.overall.survival, 1.0);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
 //! Everything between a rollout and a score is a pure function, one idea per file:
 //!
 //! | file | measure |

@@ -1,6 +1,7 @@
 //! The contracts of other stacks: which terms they know, by which names, in which order.
 
 use lifelike_character::Character;
+use lifelike_robot::observation::Part;
 use lifelike_robot::{ObservationSpec, RobotError};
 
 use crate::mismatch;
@@ -24,6 +25,27 @@ pub enum Dialect {
 
 /// A term of a stack: its name there, and the parts of ours that it is made of.
 type Term = (&'static str, &'static [&'static str]);
+
+/// A term of an observation, with the parts of ours that it is made of.
+#[derive(Debug, Clone)]
+pub(crate) struct Placed {
+    pub(crate) name: &'static str,
+    pub(crate) parts: Vec<Part>,
+}
+
+impl Placed {
+    /// Numbers of the term.
+    pub(crate) fn size(&self) -> usize {
+        self.parts.iter().map(|part| part.range.len()).sum()
+    }
+}
+
+/// Returns the numbers of a part, those of joints in this order.
+pub(crate) fn in_order(part: &Part, joints: &[usize]) -> Vec<usize> {
+    let is_of_joints = part.name.contains("joint_") || part.name.contains("action");
+    let Part { range, .. } = part;
+    if is_of_joints { joints.iter().map(|joint| range.start + joint).collect() } else { range.clone().collect() }
+}
 
 const COMMAND: &[&str] = &["reference_joint_position", "reference_joint_velocity"];
 
@@ -125,8 +147,7 @@ impl Dialect {
         match self {
             Self::Onnx => "track",
             Self::BeyondMimic | Self::Mjlab => "track-beyondmimic",
-            Self::Holosoma => "track-holosoma",
-            Self::Unitree => "track-unitree",
+            Self::Holosoma | Self::Unitree => "track-deploy",
             Self::Wbc => "track-wbc",
         }
     }
@@ -165,11 +186,11 @@ impl Dialect {
         self.terms().iter().find(|(name, _)| *name == term).map(|(_, parts)| *parts)
     }
 
-    /// Returns the terms of an observation by this stack's names, in order, with their sizes.
+    /// Returns the terms of an observation by this stack's names, in its order, with the parts that they are made of.
     ///
     /// # Errors
-    /// The observation has a part that the stack does not know, or parts in an order that it does not build.
-    pub(crate) fn layout(self, observation: &ObservationSpec) -> Result<Vec<(&'static str, usize)>, RobotError> {
+    /// The observation has a part that the stack does not know.
+    pub(crate) fn layout(self, observation: &ObservationSpec) -> Result<Vec<Placed>, RobotError> {
         let parts = observation.parts();
         let (mut layout, mut at) = (Vec::new(), 0);
         while at < parts.len() {
@@ -179,13 +200,15 @@ impl Dialect {
             let Some((name, of)) = self.terms().iter().find(begins) else {
                 return Err(self.refusal(&format!("'{}' at number {} of its observation", parts[at].name, at + 1)));
             };
-            layout.push((*name, parts[at..at + of.len()].iter().map(|part| part.range.len()).sum()));
+            layout.push(Placed { name, parts: parts[at..at + of.len()].to_vec() });
             at += of.len();
         }
-        let in_order = layout.iter().map(|(name, _)| *name).eq(HOLOSOMA.iter().map(|(name, _)| *name));
-        if self == Self::Holosoma && !in_order {
-            let names: Vec<&str> = layout.iter().map(|(name, _)| *name).collect();
-            return Err(self.refusal(&format!("the order {}", names.join(", "))));
+        if self == Self::Holosoma {
+            layout.sort_by_key(|term| term.name);
+            if !layout.iter().map(|term| term.name).eq(HOLOSOMA.iter().map(|(name, _)| *name)) {
+                let names: Vec<&str> = layout.iter().map(|term| term.name).collect();
+                return Err(self.refusal(&names.join(", ")));
+            }
         }
         Ok(layout)
     }
@@ -193,10 +216,10 @@ impl Dialect {
     /// Says that a policy does not fit, and which plan trains one that does.
     pub(crate) fn refusal(self, got: &str) -> RobotError {
         let terms: Vec<&str> = self.terms().iter().map(|(name, _)| *name).collect();
-        let order = if self == Self::Holosoma { "in this order" } else { "in any order" };
+        let which = if self == Self::Holosoma { "all of" } else { "only" };
         mismatch(
             format!("policy for {}", self.name()),
-            format!("the observations {} {order}; `--plan {}` trains one", terms.join(", "), self.plan()),
+            format!("{which} the observations {}; `--plan {}` trains one", terms.join(", "), self.plan()),
             got,
         )
     }

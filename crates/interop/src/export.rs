@@ -6,7 +6,7 @@ use lifelike_robot::{ActionSpec, Controller, RobotError};
 use prost::Message;
 use serde_json::json;
 
-use crate::dialect::Dialect;
+use crate::dialect::{Dialect, in_order};
 use crate::graph::{self, Builder, Orders};
 use crate::metadata::{Gains, metadata};
 use crate::proto::{Model, OperatorSet, Property};
@@ -34,6 +34,18 @@ pub struct ExportedFile {
     pub bytes: Vec<u8>,
 }
 
+/// Returns the terms of a controller's observation by a stack's names, in the stack's order, with their sizes.
+///
+/// # Errors
+/// The observation is not one that the stack builds.
+pub fn terms(controller: &Controller, dialect: Dialect) -> Result<Vec<(String, usize)>, RobotError> {
+    if dialect == Dialect::Onnx {
+        return Ok(controller.observation().parts().into_iter().map(|part| (part.name, part.range.len())).collect());
+    }
+    let layout = dialect.layout(controller.observation())?;
+    Ok(layout.iter().map(|term| (term.name.to_string(), term.size())).collect())
+}
+
 /// Returns the files of a controller for a stack. Numbers of the observation and joints stand in the stack's order.
 ///
 /// # Errors
@@ -42,8 +54,10 @@ pub fn export(controller: &Controller, dialect: Dialect, motion: Motion<'_>) -> 
     check(controller, dialect)?;
     let robot = controller.robot();
     let joints = joints(controller, dialect);
-    let orders =
-        dialect.is_breadth_first().then(|| Orders { inputs: inputs(controller, &joints), joints: joints.clone() });
+    let orders = Orders { inputs: inputs(controller, dialect, &joints)?, joints: joints.clone() };
+    let is_ours =
+        orders.inputs.iter().copied().eq(0..orders.inputs.len()) && joints.iter().copied().eq(0..joints.len());
+    let orders = (!is_ours).then_some(orders);
     let file = controller.file().to_checkpoint(robot)?;
     let (size, count) = (controller.observation().size(), joints.len());
 
@@ -134,13 +148,14 @@ fn joints(controller: &Controller, dialect: Dialect) -> Vec<usize> {
     order
 }
 
-/// The order of the observation's numbers for an order of the joints.
-fn inputs(controller: &Controller, joints: &[usize]) -> Vec<usize> {
-    let count = joints.len();
-    let of_part = |range: std::ops::Range<usize>| -> Vec<usize> {
-        if range.len() == count { joints.iter().map(|joint| range.start + joint).collect() } else { range.collect() }
+/// The order of the observation's numbers: the stack's terms, and its joints in those of one number a joint.
+fn inputs(controller: &Controller, dialect: Dialect, joints: &[usize]) -> Result<Vec<usize>, RobotError> {
+    let observation = controller.observation();
+    let parts = match dialect {
+        Dialect::Onnx => observation.parts(),
+        _ => dialect.layout(observation)?.into_iter().flat_map(|term| term.parts).collect(),
     };
-    controller.observation().parts().into_iter().flat_map(|part| of_part(part.range)).collect()
+    Ok(parts.iter().flat_map(|part| in_order(part, joints)).collect())
 }
 
 /// The bodies whose states are written, and the place of the anchor among them.

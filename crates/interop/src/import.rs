@@ -8,7 +8,7 @@ use lifelike_robot::network::Layer;
 use lifelike_robot::{ActionSpec, AnchorSpec, ControllerFile, ObservationSpec, ReferenceSpec, Robot, RobotError};
 use nalgebra::{Quaternion, UnitQuaternion};
 
-use crate::dialect::Dialect;
+use crate::dialect::{Dialect, in_order};
 use crate::lint::{self, Contradiction, Statistics};
 use crate::mismatch;
 use crate::reading::{Reading, Weighted, read};
@@ -29,6 +29,9 @@ pub struct Imported {
     /// What in the layout contradicts the policy's own normalizer; empty where nothing does.
     pub contradictions: Vec<Contradiction>,
 }
+
+/// Least deviation of a number of the observation: below it the frozen normalizer only centres.
+const LEAST_DEVIATION: f32 = 1e-4;
 
 /// Greatest relative difference of a gain from the robot's.
 const GAIN: f64 = 0.01;
@@ -51,11 +54,7 @@ pub fn import(bytes: &[u8], path: &str, robot: &Robot, terms: Option<&[String]>)
     let spec = contract.observation(&reading, path, robot)?;
 
     // Which number of the file stands at each of ours.
-    let count = joints.len();
-    let of_part = |range: std::ops::Range<usize>| -> Vec<usize> {
-        if range.len() == count { joints.iter().map(|joint| range.start + joint).collect() } else { range.collect() }
-    };
-    let from: Vec<usize> = spec.parts().into_iter().flat_map(|part| of_part(part.range)).collect();
+    let from: Vec<usize> = spec.parts().iter().flat_map(|part| in_order(part, joints)).collect();
     let size = spec.size();
     let (mean, deviation) = reading.normalizer.clone().unwrap_or_else(|| (vec![0.0; size], vec![1.0; size]));
     let mean: Vec<f32> = from.iter().map(|i| mean[*i]).collect();
@@ -86,11 +85,13 @@ pub fn import(bytes: &[u8], path: &str, robot: &Robot, terms: Option<&[String]>)
     let Some((Scaled { mean, deviation, scale }, contradictions)) = tried else {
         return Err(mismatch(format!("{path}: action scale"), "numbers", "none"));
     };
-    if let Some(i) = deviation.iter().position(|d| d.is_nan() || d.abs() < 1e-4) {
+    // A squared deviation has no sign, so a negative one would be another policy.
+    let is_good = |i: &usize| mean[*i].is_finite() && deviation[*i] >= LEAST_DEVIATION && deviation[*i].is_finite();
+    if let Some(i) = (0..size).find(|i| !is_good(i)) {
         return Err(mismatch(
-            format!("{path}: deviation of input {}", from[i]),
-            "at least 1e-4",
-            deviation[i].to_string(),
+            format!("{path}: normalizer of input {}", from[i]),
+            format!("a finite mean, and a deviation of at least {LEAST_DEVIATION}"),
+            format!("{} and {}", mean[i], deviation[i]),
         ));
     }
     let layers = ordered(reading.layers.clone(), &from, joints, &scale, &shift);
@@ -222,7 +223,7 @@ impl Contract {
             _ => list(text("observation_names").unwrap_or_default()),
         };
         let anchor = match text("anchor_body_name") {
-            Some(name) => name.to_string(),
+            Some(name) => serde_json::from_str(name).unwrap_or_else(|_| name.to_string()),
             None => {
                 notes.push("anchor body: 'torso_link', as the stack has it for the G1; the file names none".into());
                 "torso_link".into()
@@ -336,6 +337,7 @@ fn numbers(text: &str, count: usize, what: &str) -> Result<Vec<f32>, RobotError>
         Err(_) => text.split(',').map(|number| number.trim().parse::<f32>()).collect(),
     };
     match parsed {
+        Ok(values) if values.iter().any(|x| !x.is_finite()) => Err(mismatch(what, "finite numbers", text)),
         Ok(values) if values.len() == count => Ok(values),
         Ok(values) if values.len() == 1 => Ok(vec![values[0]; count]),
         Ok(values) => Err(mismatch(what, format!("{count} numbers, one for each joint"), values.len().to_string())),
@@ -361,24 +363,25 @@ fn places(names: &[String], robot: &Robot, what: &str) -> Result<Vec<usize>, Rob
 
 /// Layers with inputs and joints in our order, and outputs that are offsets from the robot's default pose (rad).
 fn ordered(mut layers: Vec<Weighted>, from: &[usize], joints: &[usize], scale: &[f32], shift: &[f32]) -> Vec<Weighted> {
-    if let Some(first) = layers.first_mut().filter(|first| matches!(first.layer, Layer::Linear { .. })) {
+    let is_linear = |layer: &Weighted| matches!(layer.layer, Layer::Linear { .. });
+    if !layers.first().is_some_and(is_linear) {
+        let identity = identity(from.len());
+        layers.insert(0, identity);
+    }
+    if let Some(first) = layers.first_mut() {
         let width = first.bias.len();
         first.weight = from.iter().flat_map(|i| first.weight[i * width..(i + 1) * width].to_vec()).collect();
     }
     let count = joints.len();
-    if layers.last().is_none_or(|last| last.bias.len() != count) {
+    let is_scaled = |layer: &Weighted| is_linear(layer) || layer.layer == Layer::Affine;
+    if !layers.last().is_some_and(is_scaled) {
         layers.push(Weighted { layer: Layer::Affine, weight: vec![1.0; count], bias: vec![0.0; count] });
     }
-    let is_alone = layers.last().is_some_and(|last| last.layer == Layer::Affine);
-    if is_alone {
+    if let Some(Weighted { weight, bias, .. }) = layers.pop_if(|last| last.layer == Layer::Affine) {
         // A scale cannot change the order of joints.
-        let identity: Vec<f32> = (0..count * count).map(|i| if i / count == i % count { 1.0 } else { 0.0 }).collect();
-        let own = layers.pop();
-        let mut last = Weighted { layer: Layer::Linear { outputs: count }, weight: identity, bias: vec![0.0; count] };
-        if let Some(Weighted { weight, bias, .. }) = own {
-            last.weight.iter_mut().enumerate().for_each(|(i, w)| *w *= weight[i % count]);
-            last.bias = bias;
-        }
+        let mut last = identity(count);
+        last.weight.iter_mut().enumerate().for_each(|(i, w)| *w *= weight[i % count]);
+        last.bias = bias;
         layers.push(last);
     }
     if let Some(last) = layers.last_mut() {
@@ -387,6 +390,12 @@ fn ordered(mut layers: Vec<Weighted>, from: &[usize], joints: &[usize], scale: &
         last.bias = row(&last.bias).iter().zip(shift).map(|(b, shift)| b + shift).collect();
     }
     layers
+}
+
+/// A layer that changes nothing.
+fn identity(width: usize) -> Weighted {
+    let weight = (0..width * width).map(|i| if i / width == i % width { 1.0 } else { 0.0 }).collect();
+    Weighted { layer: Layer::Linear { outputs: width }, weight, bias: vec![0.0; width] }
 }
 
 /// A controller's file of layers and normalizer.

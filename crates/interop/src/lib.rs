@@ -33,7 +33,7 @@ mod urdf;
 mod yaml;
 
 pub use dialect::Dialect;
-pub use export::{ExportedFile, Motion, export};
+pub use export::{ExportedFile, Motion, export, terms};
 pub use import::{Imported, import, joints_of};
 
 use lifelike_robot::RobotError;

@@ -3,7 +3,7 @@
 use lifelike_robot::{Controller, RobotError};
 use serde_json::json;
 
-use crate::dialect::Dialect;
+use crate::dialect::{Dialect, Placed};
 use crate::proto::Property;
 
 /// Gains of every joint.
@@ -67,6 +67,8 @@ pub(crate) fn metadata(
             ("kd", json!(gains.kd).to_string()),
             ("action_scale", json!(scale).to_string()),
             ("command_ranges", "null".into()),
+            // Its reader parses every text as JSON.
+            ("anchor_body_name", json!(anchor_name(controller)).to_string()),
             ("robot_urdf", json!(crate::urdf::urdf(&robot.character)).to_string()),
             ("robot_urdf_path", json!(format!("{}.urdf", robot.name)).to_string()),
             ("wandb_run_path", json!(run).to_string()),
@@ -74,7 +76,7 @@ pub(crate) fn metadata(
         ],
         Dialect::BeyondMimic | Dialect::Mjlab | Dialect::Unitree | Dialect::Wbc => {
             let layout = dialect.layout(controller.observation())?;
-            let terms: Vec<&str> = layout.iter().map(|(name, _)| *name).collect();
+            let terms: Vec<&str> = layout.iter().map(|term| term.name).collect();
             let bodies: Vec<&str> = bodies.iter().map(|body| robot.character.bodies[*body].name.as_str()).collect();
             let each = |value: &str| vec![value; terms.len()].join(",");
             let mut texts = vec![
@@ -98,11 +100,12 @@ pub(crate) fn metadata(
                     ("observation_terms_clip", each("-inf;inf")),
                 ]),
                 Dialect::Wbc => {
-                    let reference = layout.iter().filter(|(name, _)| name.starts_with("ref_") || *name == "command");
+                    let reference =
+                        layout.iter().filter(|term| term.name.starts_with("ref_") || term.name == "command");
                     texts.extend([
                         ("policy_only_export", "true".into()),
                         ("action_mode", "default_relative".into()),
-                        ("wbc_command_dim", reference.map(|(_, size)| size).sum::<usize>().to_string()),
+                        ("wbc_command_dim", reference.map(Placed::size).sum::<usize>().to_string()),
                     ]);
                 }
                 _ => {}

@@ -222,7 +222,7 @@ impl Tensor {
         self.dims.iter().map(|&n| usize::try_from(n).ok()).collect()
     }
 
-    /// Its numbers; none where they are elsewhere, of another kind, or not as many as its shape says.
+    /// Its numbers; none where they are elsewhere, of another kind, not as many as its shape says, or no numbers.
     pub fn values(&self) -> Option<Vec<f32>> {
         if self.data_location == Some(1) {
             return None;
@@ -236,7 +236,8 @@ impl Tensor {
             (INT64, None) => self.int64_data.iter().map(|n| *n as f32).collect(),
             _ => return None,
         };
-        (values.len() == self.shape()?.iter().product::<usize>()).then_some(values)
+        let count = self.shape()?.iter().try_fold(1_usize, |count, size| count.checked_mul(*size))?;
+        (values.len() == count && values.iter().all(|x| !x.is_nan())).then_some(values)
     }
 }
 

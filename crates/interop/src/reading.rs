@@ -1,6 +1,6 @@
 //! A policy's network out of an ONNX file: a normalizer, layers one after another, and the motion beside them.
 //!
-//! Policies of the field are chains: every operation has one input that is not constant. What is no chain is refused by the
+//! Policies of the field are chains: every operation has one input that is not constant. Others are refused by the
 //! operation's name.
 
 use std::collections::BTreeMap;
@@ -281,6 +281,14 @@ fn rows_back(weight: &[f32], order: &[usize]) -> Vec<f32> {
     rows
 }
 
+/// A layer that puts numbers in another order.
+fn permutation(order: &[usize]) -> Weighted {
+    let width = order.len();
+    let mut weight = vec![0.0; width * width];
+    order.iter().enumerate().for_each(|(to, from)| weight[from * width + to] = 1.0);
+    Weighted { layer: Layer::Linear { outputs: width }, weight, bias: vec![0.0; width] }
+}
+
 type Simplified = (Option<(Vec<f32>, Vec<f32>)>, Option<f32>, Vec<Weighted>);
 
 /// Takes scales and shifts into the layers before them; those before the first layer are the normalizer.
@@ -288,11 +296,16 @@ fn simplified(steps: Vec<Step>) -> Simplified {
     let (mut normalizer, mut clip, mut layers) = (None, None, Vec::<Weighted>::new());
     let mut order: Option<Vec<usize>> = None;
     for step in steps {
+        // Only a linear layer takes an order of its inputs into its rows.
+        let is_linear = matches!(&step, Step::Layer(Weighted { layer: Layer::Linear { .. }, .. }));
+        if !is_linear {
+            layers.extend(order.take().map(|order| permutation(&order)));
+        }
         match step {
             Step::Clip(limit) if limit < WIDE => clip = Some(limit),
             Step::Clip(_) => {}
             Step::Order(places) => order = Some(places),
-            Step::Layer(Weighted { layer: Layer::Affine, weight, bias }) if layers.is_empty() => {
+            Step::Layer(Weighted { layer: Layer::Affine, weight, bias }) if layers.is_empty() && clip.is_none() => {
                 let (scale, shift) =
                     normalizer.take().unwrap_or_else(|| (vec![1.0; weight.len()], vec![0.0; weight.len()]));
                 let scale: Vec<f32> = scale.iter().zip(&weight).map(|(a, b)| a * b).collect();
@@ -300,7 +313,7 @@ fn simplified(steps: Vec<Step>) -> Simplified {
                 normalizer = Some((scale, shift));
             }
             Step::Layer(Weighted { layer: Layer::Affine, weight, bias }) => {
-                let last = layers.last_mut().filter(|last| !last.bias.is_empty());
+                let last = layers.last_mut().filter(|last| !last.bias.is_empty() && last.bias.len() == weight.len());
                 let Some(last) = last else {
                     layers.push(Weighted { layer: Layer::Affine, weight, bias });
                     continue;
@@ -317,6 +330,7 @@ fn simplified(steps: Vec<Step>) -> Simplified {
             }
         }
     }
+    layers.extend(order.map(|order| permutation(&order)));
     // scale x + shift = (x - mean) / deviation.
     let statistics = normalizer.map(|(scale, shift)| {
         let mean = scale.iter().zip(&shift).map(|(scale, shift)| -shift / scale).collect();

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use lifelike_robot::{Controller, RobotError};
 
-use crate::dialect::Dialect;
+use crate::dialect::{Dialect, Placed};
 use crate::metadata::{Gains, anchor_name};
 
 fn list(values: impl IntoIterator<Item = f64>) -> String {
@@ -35,7 +35,8 @@ pub(crate) fn deploy(controller: &Controller) -> Result<String, RobotError> {
     let _ = writeln!(text, "    scale: {}", list(vec![controller.actions().spec.scale(); joints]));
     let _ = writeln!(text, "    offset: {}", list(robot.default_pose.iter().copied()));
     text.push_str("    joint_ids: null\nobservations:\n");
-    for (name, size) in Dialect::Unitree.layout(controller.observation())? {
+    for term in Dialect::Unitree.layout(controller.observation())? {
+        let (name, size) = (term.name, term.size());
         let params =
             if matches!(name, "motion_command" | "motion_anchor_ori_b") { "{command_name: motion}" } else { "{}" };
         let _ = writeln!(
@@ -71,15 +72,16 @@ pub(crate) fn wbc(controller: &Controller) -> Result<String, RobotError> {
     text.push_str("action:\n  action_mode: default_relative\n");
     let _ = writeln!(text, "  scale: {}", list(vec![controller.actions().spec.scale(); robot.joints()]));
     text.push_str("  command_name: motion\nactor_observations:\n");
-    for (name, size) in &layout {
+    for term in &layout {
+        let (name, size) = (term.name, term.size());
         let commanded = is_reference(name) || name.starts_with("motion_anchor");
         let params = if commanded { "{command_name: motion}" } else { "{}" };
-        let scale = list(vec![1.0; *size]);
+        let scale = list(vec![1.0; size]);
         let _ = writeln!(text, "  {name}:\n    dim: {size}\n    scale: {scale}\n    params: {params}");
     }
-    let terms: Vec<&str> = layout.iter().map(|(name, _)| *name).collect();
+    let terms: Vec<&str> = layout.iter().map(|term| term.name).collect();
     let reference: Vec<&str> = terms.iter().copied().filter(|name| is_reference(name)).collect();
-    let command: usize = layout.iter().filter(|(name, _)| is_reference(name)).map(|(_, size)| size).sum();
+    let command: usize = layout.iter().filter(|term| is_reference(term.name)).map(Placed::size).sum();
     let _ = writeln!(text, "tracking:\n  anchor_body_name: {}", anchor_name(controller));
     text.push_str("  has_state_estimation: false\n");
     let _ = writeln!(text, "  wbc_command_dim: {command}");

@@ -102,6 +102,11 @@ fn directing_motion() {
 }
 
 #[test]
+fn policies_of_other_stacks() {
+    follow("docs/interop.md");
+}
+
+#[test]
 fn every_page_marks_its_commands() {
     for page in ["README.md", "docs/augmentation.md", "docs/text-to-motion.md", "docs/evaluation.md"] {
         blocks(&std::fs::read_to_string(root().join(page)).unwrap());

@@ -306,3 +306,82 @@ fn a_further_part_is_seen_where_its_name_is_asked_for_and_an_unknown_one_is_refu
     assert!(seen[part.range].iter().zip([1.0, 0.0, 0.0]).all(|(a, b)| (a - b).abs() < 1e-6));
     assert!(of(&["smell"]).check_sizes().unwrap_err().to_string().contains("smell"));
 }
+
+#[test]
+fn the_terms_of_other_stacks_are_what_their_sources_say() {
+    let robot = Robot::load("lima").unwrap();
+    let names = [
+        "last_action",
+        "root_linear_velocity_b",
+        "root_angular_velocity_b",
+        "projected_gravity_b",
+        "anchor_position_b",
+        "anchor_orientation_b",
+        "reference_joint_position",
+        "reference_joint_velocity",
+        "reference_height",
+        "reference_linear_velocity_b",
+        "reference_angular_velocity_b",
+        "reference_gravity_b",
+        "joint_position",
+    ];
+    let terms = names.map(str::to_string).to_vec();
+    let of = |anchor: &str| {
+        let reference = ReferenceSpec { terms: terms.clone(), anchor_body: anchor.into(), ..Default::default() };
+        ObservationSpec::new(&robot, reference, AnchorSpec { heading: true, position: true })
+    };
+    let spec = of("left_forearm");
+    spec.check_sizes().unwrap();
+    spec.check(&robot).unwrap();
+    let parts: Vec<String> = spec.parts().into_iter().map(|part| part.name).collect();
+    assert_eq!(parts, names, "nothing but the terms, in their order");
+    let text = toml::to_string(&spec).unwrap();
+    assert_eq!(toml::from_str::<ObservationSpec>(&text).unwrap(), spec, "text carries the way to the anchor");
+
+    let own = state(&robot, 0.4, Vec3::new(1.0, 2.0, 0.0));
+    let other = state(&robot, -0.7, Vec3::new(1.2, 1.9, 0.1));
+    let seen = observe(&robot, &spec, &own, &other.frame);
+    let part = |name: &str| {
+        let range = spec.parts().into_iter().find(|part| part.name == name).unwrap().range;
+        seen[range].to_vec()
+    };
+    let close = |name: &str, expected: &[f64]| {
+        let got = part(name);
+        let off = got.iter().zip(expected).map(|(a, b)| (f64::from(*a) - b).abs()).fold(0.0, f64::max);
+        assert!(got.len() == expected.len() && off < 1e-5, "{name}: {got:?} is not {expected:?}");
+    };
+    // Poses of the anchor by the kinematics of the whole robot.
+    let anchor = |frame: &Frame| {
+        let mut q = robot.default_position();
+        q[..3].copy_from_slice(frame.root_position.as_slice());
+        q[3..7].copy_from_slice(&lifelike_character::rotation::to_wxyz(&frame.root_orientation));
+        q[7..].copy_from_slice(&frame.joint_positions);
+        let mut kinematics = Kinematics::new(&robot.character);
+        kinematics.update(&robot.character, &q);
+        let body = robot.character.bodies.iter().position(|body| body.name == "left_forearm").unwrap();
+        (kinematics.body_position[body], kinematics.body_orientation[body])
+    };
+    let (mine, theirs) = (anchor(&own.frame), anchor(&other.frame));
+    close("anchor_position_b", (mine.1.inverse() * (theirs.0 - mine.0)).as_slice());
+    let m = (mine.1.inverse() * theirs.1).to_rotation_matrix().into_inner();
+    // torch: matrix[..., :2].reshape(-1).
+    close("anchor_orientation_b", &[m[(0, 0)], m[(0, 1)], m[(1, 0)], m[(1, 1)], m[(2, 0)], m[(2, 1)]]);
+    let in_root = |frame: &Frame, v: Vec3| frame.root_orientation.inverse() * v;
+    close("root_linear_velocity_b", in_root(&own.frame, own.frame.linear_velocity_w).as_slice());
+    close("root_angular_velocity_b", in_root(&own.frame, own.frame.angular_velocity_w).as_slice());
+    close("projected_gravity_b", in_root(&own.frame, -Vec3::z()).as_slice());
+    close("reference_linear_velocity_b", in_root(&other.frame, other.frame.linear_velocity_w).as_slice());
+    close("reference_angular_velocity_b", in_root(&other.frame, other.frame.angular_velocity_w).as_slice());
+    close("reference_gravity_b", in_root(&other.frame, -Vec3::z()).as_slice());
+    close("reference_joint_position", &other.frame.joint_positions);
+    close("reference_joint_velocity", &other.frame.joint_velocities);
+    close("reference_height", &[other.frame.root_position.z]);
+    let relative = own.frame.joint_positions.iter().zip(&robot.default_pose);
+    close("joint_position", &relative.map(|(q, origin)| q - origin).collect::<Vec<f64>>());
+
+    assert!(of("tail").check_sizes().unwrap_err().to_string().contains("tail"));
+    assert!(of("pelvis").check_sizes().is_ok(), "the root by its name");
+    let wrong = ReferenceSpec { terms: vec!["smell".into()], ..Default::default() };
+    let wrong = ObservationSpec::new(&robot, wrong, AnchorSpec::default());
+    assert!(wrong.check_sizes().unwrap_err().to_string().contains("smell"));
+}

@@ -33,8 +33,8 @@ Examples:
   lifelike export runs/g1 --for mjlab --motions dance.motion.safetensors
 
 --for takes onnx, beyondmimic, mjlab, holosoma, unitree or wbc. It writes a folder with the files that the stack reads.
-The stack must be able to build the policy's observation: plans track-beyondmimic, track-holosoma, track-unitree and
-track-wbc train such policies.
+The stack must be able to build the policy's observation: the plans track-beyondmimic, track-deploy and track-wbc train
+such policies.
 
 Whatever takes --policy takes a controller, a policy, or the folder of a run.")]
 pub struct Args {
@@ -125,8 +125,7 @@ fn foreign(
         paths.push(path);
     }
     let steps = [NextCommand::new("inspect").word(paths[0].display())];
-    let terms: Vec<(String, usize)> =
-        controller.observation().parts().into_iter().map(|part| (part.name, part.range.len())).collect();
+    let terms = lifelike_interop::terms(controller, dialect)?;
     let value = json!({ "stack": dialect.name(), "files": paths, "observation": terms, "next": next::texts(&steps) });
     output.result(&value, || {
         let lines: String = paths.iter().map(|path| format!("{}\n", path.display())).collect();

@@ -19,9 +19,9 @@ use crate::output::Output;
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
-  lifelike import dancing.onnx      # writes dancing.controller.safetensors and dancing.motion.safetensors
-  lifelike eval --policy dancing.controller.safetensors --robot g1 --motions dancing.motion.safetensors
-  lifelike inspect dancing.onnx     # only says what is in it
+  lifelike inspect dance.onnx     # only says what is in it
+  lifelike import dance.onnx      # writes dance.controller.safetensors and dance.motion.safetensors
+  lifelike eval --robot g1 --policy dance.controller.safetensors --motions dance.motion.safetensors
 
 Trackers of mjlab, BeyondMimic, holosoma and wbc-mjlab are read. `lifelike fetch g1` gets the robot of most of them.")]
 pub struct Args {
@@ -33,6 +33,9 @@ pub struct Args {
     /// The terms of the observation in order, where the file's metadata are wrong.
     #[arg(long, value_delimiter = ',', value_name = "TERM,TERM,...")]
     pub terms: Option<Vec<String>>,
+    /// Reads it although its layout contradicts its normalizer, as that of a policy that has hardly learnt may.
+    #[arg(long)]
+    pub force: bool,
     /// The controller's file; beside the policy where not given.
     #[arg(short, long, value_parser = crate::destination::network)]
     pub output: Option<PathBuf>,
@@ -44,7 +47,10 @@ pub struct Args {
 /// The file is no policy of a known stack, contradicts its own normalizer, or is another robot's.
 pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let (robot, imported) = read(&args.input, args.robot.as_deref(), args.terms.as_deref())?;
-    refuse(&args.input, &imported)?;
+    if !args.force {
+        refuse(&args.input, &imported)?;
+    }
+    imported.contradictions.iter().for_each(|found| tracing::warn!("{found}"));
     let path = args.output.clone().unwrap_or_else(|| with_ending(&args.input, EXTENSION));
     let stem = path.to_string_lossy().trim_end_matches(".safetensors").trim_end_matches(".controller").to_string();
     let controller = Controller::new(imported.controller.clone(), robot.clone())?;
@@ -96,7 +102,7 @@ fn refuse(path: &Path, imported: &Imported) -> Result<(), CliError> {
     let lines: Vec<String> = imported.contradictions.iter().map(|found| format!("\n  {found}")).collect();
     Err(CliError::Input(format!(
         "{}: the observation {} contradicts what the policy's normalizer has seen:{}\nthe policy was trained with another \
-         order; name it with --terms",
+         order (name it with --terms), or has hardly learnt to follow (--force)",
         path.display(),
         imported.terms.join(", "),
         lines.concat()

@@ -29,7 +29,7 @@ Examples:
   lifelike inspect walk.motion.safetensors     # motion of a robot
   lifelike inspect runs/tracker                # a run: plan, progress, checkpoints
   lifelike inspect --json lima.controller      # a network of the program: inputs by name
-  lifelike inspect policy.onnx                 # a policy of mjlab, holosoma, ...: its layout against its normalizer
+  lifelike inspect policy.onnx                 # a policy of another stack: its layout
   lifelike inspect --machine                   # vector instructions, cores, peak rates, memory
   LIFELIKE_SIMD=portable lifelike inspect --machine    # with what every machine has")]
 pub struct Args {
