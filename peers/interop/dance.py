@@ -152,6 +152,11 @@ def main():
     if reader:
         policy.scale = reader.scale
     spec = mujoco.MjSpec.from_file(given.robot)
+    # Shapes that are only seen, and whose files may not be there; the model says every mass.
+    for geom in [geom for geom in spec.geoms if geom.type == mujoco.mjtGeom.mjGEOM_MESH]:
+        spec.delete(geom)
+    for mesh in list(spec.meshes):
+        spec.delete(mesh)
     spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_PLANE, size=[0, 0, 1])
     model = spec.compile()
     model.opt.timestep = 0.001
