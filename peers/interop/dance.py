@@ -88,7 +88,7 @@ class Policy:
         return high + 1
 
     def reference(self, step):
-        """Joint positions and velocities, and place and orientation (wxyz) of the anchor and of the root if it is told."""
+        """Joint positions and velocities, and place and orientation (wxyz) of the anchor and, where the file has it, of the root."""
         row = self.row(step)
         joints = row["joint_pos"][0], row["joint_vel"][0]
         if self.is_holosoma:

@@ -1,6 +1,8 @@
 //! A controller as the files that another stack reads.
 
+use lifelike_checkpoint::Checkpoint;
 use lifelike_motion::MotionClip;
+use lifelike_motion::formats::robot_motion::Traversal;
 use lifelike_robot::controller::PolicyWorkspace;
 use lifelike_robot::{ActionSpec, Controller, RobotError};
 use prost::Message;
@@ -85,7 +87,7 @@ pub fn export(controller: &Controller, dialect: Dialect, motion: Motion<'_>) -> 
     }
     let mut properties = metadata(controller, dialect, &joints, &bodies)?;
     properties.push(property(LAYOUT, layout(controller, dialect, &joints)));
-    properties.push(property(GOLDEN, golden(controller, orders.as_ref())?));
+    properties.push(property(GOLDEN, golden(controller, &file, orders.as_ref())?));
     let model = model(builder, dialect, controller, properties);
 
     let in_folder = |folder: &str, name: &str| if folder.is_empty() { name.into() } else { format!("{folder}/{name}") };
@@ -138,14 +140,11 @@ fn check(controller: &Controller, dialect: Dialect) -> Result<(), RobotError> {
 /// The order of the joints in the file: which joint of ours stands at a place.
 fn joints(controller: &Controller, dialect: Dialect) -> Vec<usize> {
     let robot = controller.robot();
-    let mut order: Vec<usize> = (0..robot.joints()).collect();
-    if dialect.is_breadth_first() {
-        let bodies = &robot.character.bodies;
-        let depth = |body: usize| std::iter::successors(Some(body), |b| (*b != 0).then(|| bodies[*b].parent)).count();
-        let depths: Vec<usize> = robot.character.scalar_joints().map(|joint| depth(joint.body)).collect();
-        order.sort_by_key(|joint| depths[*joint]);
+    if !dialect.is_breadth_first() {
+        return (0..robot.joints()).collect();
     }
-    order
+    let place = |name: String| robot.layout.joints.iter().position(|joint| *joint == name);
+    Traversal::BreadthFirst.joints(&robot.character).into_iter().filter_map(place).collect()
 }
 
 /// The order of the observation's numbers: the stack's terms, and its joints in those of one number a joint.
@@ -241,36 +240,28 @@ fn layout(controller: &Controller, dialect: Dialect, joints: &[usize]) -> serde_
 }
 
 /// Observations with the actions that the controller gives.
-fn golden(controller: &Controller, orders: Option<&Orders>) -> Result<serde_json::Value, RobotError> {
+fn golden(
+    controller: &Controller,
+    file: &Checkpoint,
+    orders: Option<&Orders>,
+) -> Result<serde_json::Value, RobotError> {
     let (size, joints) = (controller.observation().size(), controller.robot().joints());
-    let file = controller.file().to_checkpoint(controller.robot())?;
     let all = file.entry("golden.observations")?.shape().first().copied().unwrap_or(0);
     let observations = file.f32s("golden.observations", &[all, size])?;
     let observations = &observations[..ROWS.min(all) * size];
     let mut outputs = vec![0.0; ROWS.min(all) * joints];
     controller.outputs(&mut observations.to_vec(), &mut PolicyWorkspace::live(), &mut outputs);
-    let actions = controller.actions();
-    let clamped = |row: &[f32]| -> Vec<f32> {
-        let within = |(j, y): (usize, &f32)| {
-            let y = actions.spec.clamp_output(*y);
-            match actions.spec {
-                ActionSpec::DefaultPose { scale } => {
-                    let ((low, high), pose) = (actions.limits[j], actions.default_pose[j]);
-                    y.max((low - pose) / scale as f32).min((high - pose) / scale as f32)
-                }
-                ActionSpec::Absolute => y.max(actions.limits[j].0).min(actions.limits[j].1),
-                ActionSpec::Reference { .. } | ActionSpec::Unclamped { .. } => y,
-            }
-        };
-        row.iter().enumerate().map(within).collect()
-    };
+    if let Some(bounds) = graph::bounds(controller.header(), &controller.actions().limits) {
+        for row in outputs.chunks_exact_mut(joints) {
+            row.iter_mut().zip(&bounds).for_each(|(y, (low, high))| *y = y.max(*low).min(*high));
+        }
+    }
     let ordered = |row: &[f32], order: Option<&[usize]>| -> Vec<f32> {
         order.map_or_else(|| row.to_vec(), |order| order.iter().map(|i| row[*i]).collect())
     };
     let rows = |of: &[f32], width: usize, order: Option<&[usize]>| -> Vec<Vec<f32>> {
         of.chunks_exact(width).map(|row| ordered(row, order)).collect()
     };
-    let outputs: Vec<f32> = outputs.chunks_exact(joints).flat_map(clamped).collect();
     Ok(json!({
         "obs": rows(observations, size, orders.map(|orders| &orders.inputs[..])),
         "actions": rows(&outputs, joints, orders.map(|orders| &orders.joints[..])),

@@ -190,20 +190,7 @@ pub(crate) fn policy(
     } else {
         stack(builder, &x, file, &header.layers, width, columns)?
     };
-    let limit = ActionSpec::OUTPUT_LIMIT as f32;
-    let scale = header.action.scale() as f32;
-    // The outputs within which targets are within their limits.
-    let bounds: Vec<(f32, f32)> = match header.action {
-        ActionSpec::Unclamped { .. } => return Ok(x),
-        ActionSpec::Reference { .. } => vec![(-limit, limit); joints],
-        ActionSpec::Absolute => limits.iter().map(|(low, high)| (low.max(-limit), high.min(limit))).collect(),
-        ActionSpec::DefaultPose { .. } => {
-            let within = |((low, high), pose): (&(f32, f32), &f32)| {
-                (((low - pose) / scale).max(-limit), ((high - pose) / scale).min(limit))
-            };
-            limits.iter().zip(&spec.default_pose).map(within).collect()
-        }
-    };
+    let Some(bounds) = bounds(header, limits) else { return Ok(x) };
     let ordered = |of: fn(&(f32, f32)) -> f32| -> Vec<f32> {
         (0..joints).map(|j| of(&bounds[columns.map_or(j, |columns| columns[j])])).collect()
     };
@@ -211,6 +198,22 @@ pub(crate) fn policy(
     let high = builder.floats("action.high", &[1, joints], &ordered(|bound| bound.1));
     let above = builder.node("Max", &[&x, &low], &[]);
     Ok(builder.node("Min", &[&above, &high], &[]))
+}
+
+/// Returns the actions within which the controller's targets are within their limits (rad); none where nothing is clamped.
+pub(crate) fn bounds(header: &ControllerHeader, limits: &[(f32, f32)]) -> Option<Vec<(f32, f32)>> {
+    let (most, scale) = (ActionSpec::OUTPUT_LIMIT as f32, header.action.scale() as f32);
+    match header.action {
+        ActionSpec::Unclamped { .. } => None,
+        ActionSpec::Reference { .. } => Some(vec![(-most, most); limits.len()]),
+        ActionSpec::Absolute => Some(limits.iter().map(|(low, high)| (low.max(-most), high.min(most))).collect()),
+        ActionSpec::DefaultPose { .. } => {
+            let within = |((low, high), pose): (&(f32, f32), &f32)| {
+                (((low - pose) / scale).max(-most), ((high - pose) / scale).min(most))
+            };
+            Some(limits.iter().zip(&header.observation.default_pose).map(within).collect())
+        }
+    }
 }
 
 /// Layers of a network that was not trained here.

@@ -28,7 +28,7 @@ pub struct Imported {
     pub clip: Option<MotionClip>,
     /// Everything that was concluded: a line each.
     pub notes: Vec<String>,
-    /// What in the layout contradicts the policy's own normalizer; empty where nothing does.
+    /// Contradictions between the layout and the policy's own normalizer.
     pub contradictions: Vec<Contradiction>,
 }
 
@@ -51,7 +51,7 @@ pub fn import(bytes: &[u8], path: &str, robot: &Robot, terms: Option<&[String]>)
     if let Some(terms) = terms.filter(|terms| *terms != contract.terms) {
         contract.terms = terms.to_vec();
         contract.notes.push("order of the observation: as told, not as the file's metadata say".into());
-        // What is told is tried with the likeliest scale alone: another could hide a wrong order.
+        // An order by hand is tried with the likeliest scale alone: another could hide a wrong order.
         contract.scales.truncate(1);
     }
     let Contract { dialect, terms, joints, .. } = &contract;
@@ -146,7 +146,7 @@ pub fn joints_of(bytes: &[u8], path: &str) -> Result<Vec<String>, RobotError> {
     Ok(names.map(|text| list(text)).unwrap_or_default())
 }
 
-/// What a file says of itself.
+/// The contract that a file's metadata state.
 struct Contract {
     dialect: Dialect,
     terms: Vec<String>,

@@ -13,9 +13,9 @@ use lifelike_robot::ObservationSpec;
 pub struct Contradiction {
     /// The part of the observation.
     pub part: String,
-    /// What its numbers would be.
+    /// Property that its numbers would have.
     pub expected: String,
-    /// What the normalizer says.
+    /// Statistics of the normalizer.
     pub got: String,
 }
 
@@ -55,12 +55,12 @@ pub struct Statistics<'a> {
 pub fn check(spec: &ObservationSpec, statistics: Statistics<'_>) -> Vec<Contradiction> {
     let Statistics { mean, deviation, action_scale } = statistics;
     let parts = spec.parts();
-    let of = |name: &str| parts.iter().find(|part| part.name == name).map(|part| part.range.clone());
+    let range_of = |name: &str| parts.iter().find(|part| part.name == name).map(|part| part.range.clone());
     let mut found = Vec::new();
     let mut add = |part: &str, expected: &str, got: String| {
         found.push(Contradiction { part: part.into(), expected: expected.into(), got });
     };
-    if let Some(range) = of("anchor_orientation_b") {
+    if let Some(range) = range_of("anchor_orientation_b") {
         let identity = [1.0, 0.0, 0.0, 1.0, 0.0, 0.0];
         let off = mean[range.clone()].iter().zip(identity).any(|(m, expected): (&f32, f32)| (m - expected).abs() > 0.4);
         if off {
@@ -68,11 +68,11 @@ pub fn check(spec: &ObservationSpec, statistics: Statistics<'_>) -> Vec<Contradi
         }
     }
     for name in ["projected_gravity_b", "reference_gravity_b"] {
-        if let Some(range) = of(name).filter(|range| mean[range.start + 2] > -0.5) {
+        if let Some(range) = range_of(name).filter(|range| mean[range.start + 2] > -0.5) {
             add(name, "means near 0, 0, -1", rounded(&mean[range]));
         }
     }
-    if let Some(range) = of("reference_height") {
+    if let Some(range) = range_of("reference_height") {
         let (height, spread) = (mean[range.start], deviation[range.start]);
         if !(0.05..5.0).contains(&height) || spread > 1.0 {
             add("reference_height", "a mean of 0.05 to 5 m, spread less than 1 m", rounded(&[height, spread]));
@@ -81,16 +81,16 @@ pub fn check(spec: &ObservationSpec, statistics: Statistics<'_>) -> Vec<Contradi
     for name in
         ["root_angular_velocity_b", "reference_angular_velocity_b", "joint_velocity", "reference_joint_velocity"]
     {
-        let Some(range) = of(name) else { continue };
+        let Some(range) = range_of(name) else { continue };
         let stands = |i: &usize| mean[*i].abs() > deviation[*i].max(0.2);
         if let Some(i) = range.clone().find(stands) {
             let got = format!("{:.2}, spread {:.2}, for number {}", mean[i], deviation[i], i - range.start + 1);
             add(name, "means within the spread about 0", got);
         }
     }
-    let position = of("joint_position");
+    let position = range_of("joint_position");
     let joint = |j: usize| spec.joints[j].clone();
-    if let (Some(own), Some(reference)) = (position.clone(), of("reference_joint_position")) {
+    if let (Some(own), Some(reference)) = (position.clone(), range_of("reference_joint_position")) {
         let difference = |j: usize| (mean[reference.start + j] - mean[own.start + j] - spec.default_pose[j]).abs();
         if let Some(j) = worst(own.len(), MEAN, &difference) {
             let expected =
@@ -100,10 +100,10 @@ pub fn check(spec: &ObservationSpec, statistics: Statistics<'_>) -> Vec<Contradi
         }
         spreads(&mut add, "joint_position", deviation, [&own, &reference], POSITION, &joint);
     }
-    if let (Some(own), Some(reference)) = (of("joint_velocity"), of("reference_joint_velocity")) {
+    if let (Some(own), Some(reference)) = (range_of("joint_velocity"), range_of("reference_joint_velocity")) {
         spreads(&mut add, "joint_velocity", deviation, [&own, &reference], VELOCITY, &joint);
     }
-    if let (Some(own), Some(action)) = (position, of("last_action")) {
+    if let (Some(own), Some(action)) = (position, range_of("last_action")) {
         let ratio = |j: usize| action_scale * deviation[action.start + j] / deviation[own.start + j];
         if let Some(j) = worst(own.len(), 1.0 / TARGETS, &|j| 1.0 / ratio(j)) {
             let expected = format!("targets of '{}' that spread at least {TARGETS} times as its positions", joint(j));

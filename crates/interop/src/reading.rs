@@ -241,18 +241,18 @@ impl<'a> Walk<'a> {
                 (low == -high && high > 0.0 && (early || high >= WIDE)).then_some(Step::Clip(high))?
             }
             "Gemm" | "MatMul" if is_first => {
-                let is = |name: &str| setting(name).and_then(|a| a.i).unwrap_or(0) == 1;
+                let is_set = |name: &str| setting(name).and_then(|a| a.i).unwrap_or(0) == 1;
                 let unit = |name: &str| setting(name).is_none_or(|a| a.f == Some(1.0));
-                if is("transA") || !unit("alpha") || !unit("beta") {
+                if is_set("transA") || !unit("alpha") || !unit("beta") {
                     return None;
                 }
                 let (shape, values) = (self.constants.get(input(1)?)?.shape()?, self.finite(input(1)?)?);
                 let &[rows, columns] = &shape[..] else { return None };
-                let (inputs, outputs) = if is("transB") { (columns, rows) } else { (rows, columns) };
+                let (inputs, outputs) = if is_set("transB") { (columns, rows) } else { (rows, columns) };
                 if inputs != *width {
                     return None;
                 }
-                let weight = if is("transB") { transposed(&values, rows, columns) } else { values };
+                let weight = if is_set("transB") { transposed(&values, rows, columns) } else { values };
                 let bias = match input(2) {
                     Some(name) => self.constant(name, outputs)?,
                     None => vec![0.0; outputs],
@@ -282,19 +282,19 @@ impl<'a> Walk<'a> {
 
     /// Two operations on the same numbers: `x / (1 + exp(-x))`, or layer normalization in its parts.
     fn pair(&self, a: &'a Node, b: &'a Node, x: &str, width: usize, steps: &mut Vec<Step>) -> Option<String> {
-        let by = |op: &str| [a, b].into_iter().find(|node| node.op_type.as_deref() == Some(op));
+        let node_of = |op: &str| [a, b].into_iter().find(|node| node.op_type.as_deref() == Some(op));
         let out = |node: &Node| node.output.first().cloned();
         let only = |name: &str, op: &str| {
             let nodes = self.consumers(name);
             nodes.iter().find(|node| node.op_type.as_deref() == Some(op)).filter(|_| nodes.len() <= 2).copied()
         };
-        if let (Some(sigmoid), Some(product)) = (by("Sigmoid"), by("Mul")) {
+        if let (Some(sigmoid), Some(product)) = (node_of("Sigmoid"), node_of("Mul")) {
             let takes = product.input.iter().any(|name| Some(name) == sigmoid.output.first());
             takes.then_some(())?;
             steps.push(Step::Layer(Weighted { layer: Layer::Silu, weight: Vec::new(), bias: Vec::new() }));
             return out(product);
         }
-        let (mean, centred) = (by("ReduceMean")?, by("Sub")?);
+        let (mean, centred) = (node_of("ReduceMean")?, node_of("Sub")?);
         (centred.input == [x.to_string(), out(mean)?]).then_some(())?;
         let centred = out(centred)?;
         let (square, quotient) = (only(&centred, "Pow")?, only(&centred, "Div")?);

@@ -8,12 +8,12 @@ use lifelike_robot::ControllerFile;
 /// The G1's joints level after level, without the model: depths of its bodies below the pelvis.
 fn breadth_first(joints: &[String]) -> Vec<usize> {
     let depth = |name: &str| {
-        let at = |limb: &[&str], above: usize| limb.iter().position(|end| name.contains(end)).map(|i| i + above);
+        let place_in = |limb: &[&str], above: usize| limb.iter().position(|end| name.contains(end)).map(|i| i + above);
         let leg = ["hip_pitch", "hip_roll", "hip_yaw", "knee", "ankle_pitch", "ankle_roll"];
         let arm =
             ["shoulder_pitch", "shoulder_roll", "shoulder_yaw", "elbow", "wrist_roll", "wrist_pitch", "wrist_yaw"];
         let waist = ["waist_yaw", "waist_roll", "waist_pitch"];
-        at(&waist, 0).or_else(|| at(&leg, 0)).or_else(|| at(&arm, 3)).unwrap()
+        place_in(&waist, 0).or_else(|| place_in(&leg, 0)).or_else(|| place_in(&arm, 3)).unwrap()
     };
     let mut order: Vec<usize> = (0..joints.len()).collect();
     order.sort_by_key(|joint| depth(&joints[*joint]));

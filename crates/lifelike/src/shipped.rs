@@ -74,7 +74,7 @@ static ALL: &[Shipped] = &[
     shipped!("lima", Controller, "lima-path.controller.safetensors", None),
     shipped!("humanoid", Controller, "humanoid.controller.safetensors", None),
     shipped!("g1", Controller, "g1-nc.controller.safetensors", NON_COMMERCIAL),
-    // What a G1 has by itself, for other stacks; the best by its joints is the one above.
+    // With a G1's own sensors, for other stacks; the best by its joints is the one above.
     shipped!("g1", Controller, "g1-deploy.controller.safetensors", None),
     shipped!("toddlerbot", Controller, "toddlerbot_active.controller.safetensors", None),
     shipped!("lima", Generator, "lima.generator.safetensors", None),

@@ -326,11 +326,11 @@ fn the_terms_of_other_stacks_are_what_their_sources_say() {
         "joint_position",
     ];
     let terms = names.map(str::to_string).to_vec();
-    let of = |anchor: &str| {
+    let anchored = |anchor: &str| {
         let reference = ReferenceSpec { terms: terms.clone(), anchor_body: anchor.into(), ..Default::default() };
         ObservationSpec::new(&robot, reference, AnchorSpec { heading: true, position: true })
     };
-    let spec = of("left_forearm");
+    let spec = anchored("left_forearm");
     spec.check_sizes().unwrap();
     spec.check(&robot).unwrap();
     let parts: Vec<String> = spec.parts().into_iter().map(|part| part.name).collect();
@@ -379,8 +379,8 @@ fn the_terms_of_other_stacks_are_what_their_sources_say() {
     let relative = own.frame.joint_positions.iter().zip(&robot.default_pose);
     close("joint_position", &relative.map(|(q, origin)| q - origin).collect::<Vec<f64>>());
 
-    assert!(of("tail").check_sizes().unwrap_err().to_string().contains("tail"));
-    assert!(of("pelvis").check_sizes().is_ok(), "the root by its name");
+    assert!(anchored("tail").check_sizes().unwrap_err().to_string().contains("tail"));
+    assert!(anchored("pelvis").check_sizes().is_ok(), "the root by its name");
     let wrong = ReferenceSpec { terms: vec!["smell".into()], ..Default::default() };
     let wrong = ObservationSpec::new(&robot, wrong, AnchorSpec::default());
     assert!(wrong.check_sizes().unwrap_err().to_string().contains("smell"));

@@ -5,6 +5,7 @@
 use std::ops::Range;
 
 use lifelike_interop::lint::{Contradiction, Statistics, check};
+use lifelike_motion::formats::robot_motion::Traversal;
 use lifelike_robot::{ControllerFile, ObservationSpec};
 
 /// Mean and deviation of every number.
@@ -115,7 +116,7 @@ pub const MISTAKES: [(&str, Mistake); 12] = [
     }),
 ];
 
-/// What the lint finds in a controller's own layout (first), and in each mistake.
+/// Contradictions that the lint finds in a controller's own layout (first), and in each mistake.
 pub fn found(
     file: &ControllerFile,
     breadth_first: &[usize],
@@ -131,10 +132,6 @@ pub fn found(
 
 /// The joints level after level, as Isaac Lab numbers them.
 pub fn breadth_first(robot: &lifelike_robot::Robot) -> Vec<usize> {
-    let bodies = &robot.character.bodies;
-    let depth = |body: usize| std::iter::successors(Some(body), |b| (*b != 0).then(|| bodies[*b].parent)).count();
-    let depths: Vec<usize> = robot.character.scalar_joints().map(|joint| depth(joint.body)).collect();
-    let mut order: Vec<usize> = (0..depths.len()).collect();
-    order.sort_by_key(|joint| depths[*joint]);
-    order
+    let place = |name: String| robot.layout.joints.iter().position(|joint| *joint == name);
+    Traversal::BreadthFirst.joints(&robot.character).into_iter().filter_map(place).collect()
 }

@@ -112,7 +112,7 @@ fn refuse(path: &Path, imported: &Imported) -> Result<(), CliError> {
     )))
 }
 
-/// What was read, for people.
+/// The contract and the assumptions, for people.
 pub(super) fn said(imported: &Imported) -> String {
     let mut text = format!("a policy of {}\nobservation, in order: {}\n", imported.dialect, imported.terms.join(", "));
     imported.notes.iter().for_each(|note| text += &format!("{note}\n"));

@@ -48,7 +48,7 @@ struct Loaded {
 }
 
 impl Layer {
-    /// Shape of the weight for so many numbers in; none for a layer without weights.
+    /// Shape of the weight for a number of inputs; none for a layer without weights.
     fn weight(&self, inputs: usize) -> Option<Vec<usize>> {
         match *self {
             Self::Linear { outputs } => Some(vec![inputs, outputs]),

@@ -192,7 +192,7 @@ fn joints(spec: &ObservationSpec) -> usize {
 }
 
 /// All parts, in the order of their numbers. A new part is one entry here that occurs where a layout has it `named`, so that
-/// policies of before keep their layout; plans ask for it in `inputs.parts`, or in `inputs.terms`, which is a whole layout. The
+/// older policies keep their layout; plans ask for it in `inputs.parts`, or in `inputs.terms`, which is a whole layout. The
 /// window stays last: an encoder takes it from the end.
 pub(super) const PARTS: &[Declaration] = &[
     Declaration {
@@ -342,7 +342,7 @@ pub(super) const PARTS: &[Declaration] = &[
         size: |_| 3,
         write: |_, scene, _, out| copy((scene.root.inverse() * -Vector3::z()).as_slice(), out),
     },
-    // What follows is seen where a layout names it: the terms of other stacks. "Present" is the frame in which the robot should
+    // The terms of other stacks, seen where a layout names them. "Present" is the frame in which the robot should
     // be now; `reference` above is the one that it shall reach.
     Declaration {
         name: "root_linear_velocity_b",

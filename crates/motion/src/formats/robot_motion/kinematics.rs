@@ -12,7 +12,7 @@ use crate::error::MotionError;
 
 /// The order of bodies and joints in arrays without names.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Traversal {
+pub enum Traversal {
     /// Limb after limb, as MuJoCo numbers them.
     DepthFirst,
     /// Level after level, as Isaac Lab numbers them.
@@ -37,7 +37,7 @@ impl Traversal {
     }
 
     /// Returns the names of the joints in this order.
-    pub(super) fn joints(self, robot: &Character) -> Vec<String> {
+    pub fn joints(self, robot: &Character) -> Vec<String> {
         let mut joints: Vec<_> = robot.scalar_joints().collect();
         if self == Self::BreadthFirst {
             joints.sort_by_key(|joint| depth(robot, joint.body));

@@ -28,7 +28,7 @@ use super::format::Sample;
 use super::{Format, ReadOptions, Reader};
 use crate::clip::{Contacts, MotionClip, Provenance};
 use crate::error::MotionError;
-pub use kinematics::{States as BodyStates, states as body_states};
+pub use kinematics::{States as BodyStates, Traversal, states as body_states};
 
 use arrays::Arrays;
 pub(super) use pickle::Pickle;
