@@ -14,6 +14,9 @@ pub enum EvaluationError {
         /// The value found.
         got: String,
     },
+    /// An MCAP file cannot be made.
+    #[error("MCAP: {0}")]
+    Record(String),
     /// A clip is the problem.
     #[error(transparent)]
     Motion(#[from] lifelike_motion::MotionError),

@@ -119,7 +119,7 @@ fn saturated(rollout: &Rollout, fall: usize) -> Vec<Saturated> {
         .enumerate()
         .map(|(j, name)| {
             let at_limit =
-                window.clone().filter(|f| f64::from(rollout.torque_share[f * joints + j]) >= SATURATED).count();
+                window.clone().filter(|f| f64::from(rollout.torque_share[f * joints + j].abs()) >= SATURATED).count();
             Saturated { joint: name.clone(), share: at_limit as f64 / window.len().max(1) as f64 }
         })
         .filter(|s| s.share >= NAMED)

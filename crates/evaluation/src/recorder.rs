@@ -126,7 +126,7 @@ impl<'a> Recorder<'a> {
         rollout
             .heat
             .extend(squares.iter().zip(&self.continuous_squared).map(|(square, rated)| square / rated.max(1e-9)));
-        rollout.torque_share.extend(torques.iter().zip(&self.torque_max).map(|(t, max)| t.abs() / max.max(1e-9)));
+        rollout.torque_share.extend(torques.iter().zip(&self.torque_max).map(|(t, max)| t / max.max(1e-9)));
         rollout.foot_force.extend(state.foot_force[i * feet..(i + 1) * feet].iter().map(|f| f / self.weight));
     }
 

@@ -100,7 +100,7 @@ pub struct Rollout {
     pub reference: Vec<Snapshot>,
     /// Motion that came of it.
     pub simulated: Vec<Snapshot>,
-    /// Actuator torque as a share of the largest, unsigned.
+    /// Actuator torque as a share of the largest, -1 to 1.
     pub torque_share: Vec<f32>,
     /// Mean squared actuator torque of the step over the squared continuous torque.
     pub heat: Vec<f32>,

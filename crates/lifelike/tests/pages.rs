@@ -54,7 +54,7 @@ fn plays(browser: &mut Browser, page: &Path) {
             within(40, &format!("{place}: a picture on the canvas"), || browser.number(COLOURS) > 8.0);
             let over = browser.number("document.documentElement.scrollWidth - innerWidth");
             assert!(over <= 0.0, "{place}: {over} pixels wider than the screen");
-            assert!(browser.errors.is_empty(), "{place}: {:?}", browser.errors);
+            assert!(browser.errors().is_empty(), "{place}: {:?}", browser.errors());
         }
     }
 }
@@ -65,7 +65,7 @@ fn export(browser: &mut Browser, button: &str, ending: &str) -> Vec<u8> {
     let mut found: Option<PathBuf> = None;
     within(120, &format!("a file *.{ending}"), || {
         // What is still being written has another ending.
-        let files = std::fs::read_dir(&browser.downloads).unwrap().map(|file| file.unwrap().path());
+        let files = std::fs::read_dir(browser.downloads()).unwrap().map(|file| file.unwrap().path());
         found = files.filter(|file| file.extension().is_some_and(|e| e == ending)).last();
         browser.evaluate("1");
         found.is_some()
@@ -99,7 +99,7 @@ fn results_play_and_are_exported() {
     let video = export(&mut browser, "video", "webm");
     // The first element of every WebM file.
     assert!(video.starts_with(&[0x1a, 0x45, 0xdf, 0xa3]) && video.len() > 5_000, "{} bytes", video.len());
-    assert!(browser.errors.is_empty(), "{:?}", browser.errors);
+    assert!(browser.errors().is_empty(), "{:?}", browser.errors());
 }
 
 #[test]
@@ -122,12 +122,12 @@ fn a_training_and_a_sentence_can_be_watched() {
     assert_eq!(browser.evaluate(headlines), json!(["survival", "mean_step_reward", "joint_error_deg"]));
     let facts = browser.evaluate("document.querySelector('[data-is=facts]').textContent");
     assert!(facts.as_str().is_some_and(|facts| facts.contains("steps")), "{facts}");
-    assert!(browser.errors.is_empty(), "{:?}", browser.errors);
+    assert!(browser.errors().is_empty(), "{:?}", browser.errors());
 
     let report = folder.path().join("run/report.html");
     browser.open(&report, "", (390, 844), "dark");
     assert!(browser.number("document.querySelectorAll('figure svg path.bold').length") > 2.0);
-    assert!(browser.errors.is_empty(), "{:?}", browser.errors);
+    assert!(browser.errors().is_empty(), "{:?}", browser.errors());
 }
 
 #[test]
@@ -140,5 +140,53 @@ fn errors_of_a_page_and_an_empty_canvas_are_seen() {
     std::fs::write(&page, text).unwrap();
     browser.open(&page, "", (1280, 800), "light");
     assert_eq!(browser.number(COLOURS) as u64, 1);
-    assert!(browser.errors.iter().any(|error| error.contains("missing is not defined")), "{:?}", browser.errors);
+    assert!(browser.errors().iter().any(|error| error.contains("missing is not defined")), "{:?}", browser.errors());
+}
+
+/// Mean difference of two PNG files of one size (0 to 255).
+fn difference(pictures: [&Path; 2]) -> f64 {
+    let [a, b] = pictures.map(|path| {
+        let mut decoder = png::Decoder::new(std::io::Cursor::new(std::fs::read(path).unwrap()));
+        decoder.set_transformations(png::Transformations::STRIP_16);
+        let mut reader = decoder.read_info().unwrap();
+        let mut bytes = vec![0; reader.output_buffer_size().unwrap()];
+        let info = reader.next_frame(&mut bytes).unwrap();
+        assert_eq!((info.width, info.height), (480, 270));
+        let channels = info.color_type.samples();
+        bytes.chunks_exact(channels).flat_map(|p| [p[0], p[1], p[2]]).collect::<Vec<u8>>()
+    });
+    a.iter().zip(&b).map(|(p, q)| f64::from(p.abs_diff(*q))).sum::<f64>() / a.len() as f64
+}
+
+#[test]
+fn motion_is_rendered_by_the_page_and_without_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let Some(mut browser) = Browser::start(folder.path()) else { return };
+    let run = |arguments: &[&str]| lifelike(folder.path(), arguments);
+    run(&["eval", "--policy", "lima", "--motions", "builtin:walk", "--starts", "1", "-o", "report"]);
+    let size = ["--size", "480x270"];
+    run(&[&["render", "report", "-o", "film.mp4", "--to", "1", "--fps", "20"], &size[..]].concat());
+    // The browser is an independent reader of the file.
+    let page = folder.path().join("player.html");
+    std::fs::write(&page, "<html data-ready=1><video src=film.mp4 muted></video></html>").unwrap();
+    browser.open(&page, "", (640, 480), "light");
+    let known = r#"(() => {
+        const { readyState, duration, videoWidth, videoHeight } = document.querySelector("video");
+        return readyState >= 2 ? [duration, videoWidth, videoHeight] : null;
+    })()"#;
+    within(40, "the film is decoded", || !browser.evaluate(known).is_null());
+    assert_eq!(browser.evaluate(known), json!([1, 480, 270]));
+
+    run(&[&["render", "report", "-o", "page.png", "--at", "1"], &size[..]].concat());
+    run(&[&["render", "report", "-o", "raster.png", "--at", "1", "--software"], &size[..]].concat());
+    run(&[&["render", "report", "-o", "later.png", "--at", "1.5", "--software"], &size[..]].concat());
+    let at = |name: &str| folder.path().join(name);
+    let same = difference([&at("page.png"), &at("raster.png")]);
+    let other = difference([&at("later.png"), &at("raster.png")]);
+    // Half a second of walking changes the picture more than another renderer does.
+    assert!(same < 2.0 && same < 0.7 * other, "{same} between renderers, {other} between instants");
+
+    run(&["render", "report", "-o", "film.gif", "--to", "0.3", "--size", "160x90", "--software"]);
+    let gif = std::fs::read(at("film.gif")).unwrap();
+    assert!(gif.starts_with(b"GIF89a") && gif.windows(11).any(|w| w == b"NETSCAPE2.0"));
 }

@@ -18,7 +18,7 @@ const PAGE: &str = include_str!("page/page.html");
 const PLAYER: &str = include_str!("page/player.html");
 const STYLE: &str = include_str!("page/style.css");
 /// In the order in which they use each other.
-const SCRIPTS: [&str; 9] = [
+const SCRIPTS: [&str; 10] = [
     include_str!("page/camera.js"),
     include_str!("page/poses.js"),
     include_str!("page/shapes.js"),
@@ -26,6 +26,7 @@ const SCRIPTS: [&str; 9] = [
     include_str!("page/flat.js"),
     include_str!("page/viewer.js"),
     include_str!("page/strip.js"),
+    include_str!("page/film.js"),
     include_str!("page/curves.js"),
     include_str!("page/live.js"),
 ];

@@ -2,11 +2,6 @@
 
 use std::fmt::Write;
 
-use zune_core::bit_depth::BitDepth;
-use zune_core::colorspace::ColorSpace;
-use zune_core::options::EncoderOptions;
-use zune_png::PngEncoder;
-
 use super::base64::encode;
 use super::table::escape;
 
@@ -52,11 +47,8 @@ pub struct Picture {
 impl Picture {
     /// As large as the frame, each pixel a square of one colour. Nothing where the numbers are not as many as the pixels need.
     fn to_svg(&self) -> String {
-        let options = EncoderOptions::new(self.width, self.height, ColorSpace::RGB, BitDepth::Eight);
-        let mut file = Vec::new();
-        if self.width == 0 || self.height == 0 || PngEncoder::new(&self.rgb, options).encode(&mut file).is_err() {
-            return String::new();
-        }
+        let size = (self.width as u32, self.height as u32);
+        let Some(file) = crate::png::encode(&self.rgb, size) else { return String::new() };
         format!(
             "<image width=\"200\" height=\"200\" class=\"pixels\" href=\"data:image/png;base64,{}\"/>",
             encode(&file)
@@ -145,11 +137,8 @@ mod tests {
         let svg = Panel { picture: Some(picture.clone()), ..Panel::default() }.to_html();
         // A PNG's first eight bytes, as base64.
         assert!(svg.contains("href=\"data:image/png;base64,iVBORw0KGg"), "{svg}");
-        let mut file = Vec::new();
-        let options = EncoderOptions::new(3, 2, ColorSpace::RGB, BitDepth::Eight);
-        assert!(PngEncoder::new(&rgb, options).encode(&mut file).is_ok());
-        let read = zune_png::PngDecoder::new(zune_core::bytestream::ZCursor::new(file)).decode_raw();
-        assert_eq!(read.ok(), Some(rgb));
+        let file = svg.split("base64,").nth(1).and_then(|t| t.split('"').next()).and_then(crate::base64::decode);
+        assert_eq!(file.and_then(|file| crate::png::decode(&file)), Some(((3, 2), rgb)));
         assert_eq!(Picture { height: 3, ..picture }.to_svg(), "");
     }
 

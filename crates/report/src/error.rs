@@ -34,6 +34,14 @@ pub enum ReportError {
         /// The value found.
         got: String,
     },
+    /// The browser that draws a page fails.
+    #[error("browser: {what}: {reason}")]
+    Browser {
+        /// The method, address or expression.
+        what: String,
+        /// The reason.
+        reason: String,
+    },
 }
 
 impl ReportError {

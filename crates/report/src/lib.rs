@@ -12,16 +12,21 @@
 //! The query `?strip` turns the page into a picture for documents: physics above reference at evenly spaced instants
 //! (`clip`, `n`, `from`, `to`, `azimuth`, `elevation`, `theme` choose what is seen). `?clip=NAME&t=SECONDS` opens a clip
 //! at an instant, paused.
+//!
+//! [`film`] makes pictures and films of a page's motion: [`film::Film`] → [`film::Camera`] → PNG, GIF, MP4.
 
 mod atomic;
 mod base64;
+pub mod browser;
 mod builder;
 mod chart;
 mod curve;
 mod drawing;
 mod error;
+pub mod film;
 mod live;
 mod playback;
+mod png;
 pub mod run;
 mod scene;
 mod surface;

@@ -44,6 +44,7 @@ Examples:
       --families experiments/families.txt -o report
   lifelike eval --policy p.policy.safetensors --motions data/lima -o report \\
       --explain --apply data/repaired
+  lifelike eval --policy lima --motions builtin -o report --mcap    # for Foxglove and rerun
 
 Motions may be *.motion.safetensors, or captured motion and keyframes, which are retargeted on the way.")]
 pub struct Args {
@@ -86,6 +87,9 @@ pub struct Args {
     /// Write the clips that a change helps to this folder, changed.
     #[arg(long, value_name = "FOLDER", requires = "explain")]
     pub apply: Option<PathBuf>,
+    /// Write an MCAP file for each recorded clip, for Foxglove, rerun and rosbag2: joints, bodies, contacts, torques.
+    #[arg(long, visible_alias = "rerun")]
+    pub mcap: bool,
     /// Engine and threads.
     #[command(flatten)]
     pub physics: Physics,
@@ -177,8 +181,9 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
         let text = "--episodes, --deviation, --patience and --seed: expected --protocol thesis beside them";
         return Err(CliError::Usage(text.into()));
     }
-    if by_thesis && (args.explain || args.families.is_some() || args.permute_codes.is_some()) {
-        return Err(CliError::Usage("--explain, --families and --permute-codes: expected --protocol clips".into()));
+    if by_thesis && (args.explain || args.families.is_some() || args.permute_codes.is_some() || args.mcap) {
+        let text = "--explain, --families, --permute-codes and --mcap: expected --protocol clips";
+        return Err(CliError::Usage(text.into()));
     }
     let seconds = args.seconds.unwrap_or(10.0);
     if !(seconds > 0.0 && seconds <= 3600.0 && (1..=STARTS).contains(&args.starts)) {
@@ -213,6 +218,12 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let explanations = args.explain.then(|| job.explain(&evaluation, &clips, &options, output)).transpose()?;
     let table = explanations.as_ref().and_then(|all| explain::table(all));
     let report = save(&evaluation, table, robot, &title, &args.output)?;
+    if args.mcap {
+        for rollout in &evaluation.rollouts {
+            let file = crate::destination::named(&args.output, &rollout.clip, ".mcap")?;
+            crate::output::write(&file, lifelike_evaluation::mcap(rollout, robot)?)?;
+        }
+    }
     for repaired in explanations.iter().flatten().filter_map(|e| e.repaired.as_ref()) {
         let Some(folder) = &args.apply else { break };
         container::write(&container_in(folder, &repaired.name)?, repaired)?;

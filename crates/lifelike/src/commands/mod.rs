@@ -18,6 +18,7 @@ pub mod man;
 pub mod motion;
 pub mod physics;
 pub mod plans;
+pub mod render;
 pub mod robots;
 
 // What needs the training framework; without it these are commands in name only.
@@ -58,6 +59,7 @@ pub enum Command {
     Augment(augment::Augment),
     Generate(generate::Args),
     Eval(eval::Args),
+    Render(render::Args),
     Demo(demo::Args),
     Export(export::Args),
     Import(import::Args),
@@ -90,6 +92,7 @@ impl Command {
             Self::Augment(augment) => augment.run(output),
             Self::Generate(args) => generate::run(&args, output),
             Self::Eval(args) => eval::run(&args, output),
+            Self::Render(args) => render::run(&args, output),
             Self::Demo(args) => demo::run(&args, output),
             Self::Export(args) => export::run(&args, output),
             Self::Import(args) => import::run(&args, output),

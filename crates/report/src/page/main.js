@@ -37,6 +37,8 @@ function sortable(table) {
 theme();
 if (query.has("strip") && data.playbacks.length) {
   strip();
+} else if (query.has("film")) {
+  film();
 } else {
   document.querySelectorAll("table").forEach(sortable);
   const root = document.querySelector("#playback");

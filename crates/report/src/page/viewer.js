@@ -32,6 +32,52 @@ function fit(canvas) {
   return { x: 0, y: 0, width: w, height: h };
 }
 
+// The figures of a clip at a time, and a camera that looks at them. `reference`: overlay | beside | off.
+function compose(clip, camera, time, { reference, follow }) {
+  const character = data.characters[clip.character];
+  const main = clip.simulated || clip.reference;
+  const root = follow ? main.calmRoot(time) : main.root(0);
+  camera.target = [root[0] + camera.pan[0], root[1] + camera.pan[1], character.height * 0.46 + camera.pan[2]];
+  const items = [];
+  if (clip.simulated) items.push({ character, pose: clip.simulated.pose(time, [0, 0, 0]), ghost: false });
+  let reach = character.height * 1.3;
+  if (clip.reference && (reference !== "off" || !clip.simulated)) {
+    const beside = clip.simulated && reference === "beside";
+    const gap = beside ? character.height * 0.75 : 0;
+    const offset = camera.right().map((c) => c * gap);
+    if (beside) {
+      reach *= 1.6;
+      camera.target = camera.target.map((c, k) => c + offset[k] / 2);
+    }
+    const ghost = clip.simulated && !beside ? "glass" : "solid";
+    items.push({ character: data.characters[clip.referenceCharacter], pose: clip.reference.pose(time, offset), ghost });
+  }
+  return { items, reach };
+}
+
+// Arrows: ground force in physics, half a robot's height for its weight. Pads: contacts of the reference.
+function contactMarks(clip, time, items, colours) {
+  const { height } = data.characters[clip.character];
+  const frame = (clip.simulated || clip.reference).locate(time + 0.5 / clip.fps)[0];
+  const figure = items[0];
+  const robots = items.filter((item) => item.character === figure.character);
+  const planned = robots[robots.length - 1];
+  const at = ({ pose }, foot) => [0, 1, 2].map((r) => pose[foot.body][12 + r]
+    + [0, 1, 2].reduce((sum, k) => sum + pose[foot.body][k * 4 + r] * foot.at[k], 0));
+  const marks = [];
+  for (const foot of clip.feet) {
+    if (foot.down[frame]) {
+      const [x, y, z] = at(planned, foot);
+      marks.push({ kind: "pad", at: [x, y, Math.max(z, 0) + 0.003], size: [height * 0.075, 1], colour: colours.ghost, alpha: 0.5 });
+    }
+    const force = (foot.force[frame] || 0) / 100;
+    if (force > 0.02) {
+      marks.push({ kind: "arrow", at: at(figure, foot), size: [height * 0.02, force * height * 0.5], colour: colours.force, alpha: 0.9 });
+    }
+  }
+  return marks;
+}
+
 const clock = (t) => `${t.toFixed(2)} s`;
 
 class Viewer {
@@ -207,27 +253,10 @@ class Viewer {
 
   draw() {
     this.dirty = false;
-    const { clip, camera, character } = this;
-    const main = clip.simulated || clip.reference;
-    const root = this.follow ? main.calmRoot(this.time) : main.root(0);
-    camera.target = [root[0] + camera.pan[0], root[1] + camera.pan[1], character.height * 0.46 + camera.pan[2]];
-    const items = [];
-    if (clip.simulated) items.push({ character, pose: clip.simulated.pose(this.time, [0, 0, 0]), ghost: false });
-    let reach = character.height * 1.3;
-    if (clip.reference && (this.reference !== "off" || !clip.simulated)) {
-      const beside = clip.simulated && this.reference === "beside";
-      const gap = beside ? character.height * 0.75 : 0;
-      const offset = camera.right().map((c) => c * gap);
-      if (beside) {
-        reach *= 1.6;
-        camera.target = camera.target.map((c, k) => c + offset[k] / 2);
-      }
-      const ghost = clip.simulated && !beside ? "glass" : "solid";
-      const shadow = data.characters[clip.referenceCharacter];
-      items.push({ character: shadow, pose: clip.reference.pose(this.time, offset), ghost });
-    }
+    const { clip, camera } = this;
+    const { items, reach } = compose(clip, camera, this.time, this);
     const colours = stageColours();
-    this.stage.draw(fit(this.canvas), camera, items, colours, reach, this.contacts ? this.marks(items, colours) : []);
+    this.stage.draw(fit(this.canvas), camera, items, colours, reach, this.contacts ? contactMarks(clip, this.time, items, colours) : []);
     if (this.joints) this.panels.forEach((p) => p.hover(this.time));
     this.find("play").setAttribute("aria-label", this.playing ? "Pause" : "Play");
     this.find("play").classList.toggle("playing", this.playing);
@@ -238,29 +267,6 @@ class Viewer {
     const fallen = clip.fall !== null && this.time >= clip.fall;
     this.find("fallen").hidden = !fallen;
     if (fallen) this.find("fallen").textContent = `fell at ${clip.fall.toFixed(2)} s`;
-  }
-
-  // Arrows: ground force in physics, half a robot's height for its weight. Pads: contacts of the reference.
-  marks(items, colours) {
-    const { clip, character: { height } } = this;
-    const frame = (clip.simulated || clip.reference).locate(this.time + 0.5 / clip.fps)[0];
-    const figure = items[0];
-    const robots = items.filter((item) => item.character === figure.character);
-    const planned = robots[robots.length - 1];
-    const at = ({ pose }, foot) => [0, 1, 2].map((r) => pose[foot.body][12 + r]
-      + [0, 1, 2].reduce((sum, k) => sum + pose[foot.body][k * 4 + r] * foot.at[k], 0));
-    const marks = [];
-    for (const foot of clip.feet) {
-      if (foot.down[frame]) {
-        const [x, y, z] = at(planned, foot);
-        marks.push({ kind: "pad", at: [x, y, Math.max(z, 0) + 0.003], size: [height * 0.075, 1], colour: colours.ghost, alpha: 0.5 });
-      }
-      const force = (foot.force[frame] || 0) / 100;
-      if (force > 0.02) {
-        marks.push({ kind: "arrow", at: at(figure, foot), size: [height * 0.02, force * height * 0.5], colour: colours.force, alpha: 0.9 });
-      }
-    }
-    return marks;
   }
 
   // Joints over time, those that are farthest off first.
