@@ -9,7 +9,7 @@ mod tracks;
 
 use serde::Serialize;
 
-pub use tracks::{SignalName, Tracks};
+pub use tracks::{KEYFRAMED, SIMULATED, SignalName, Tracks};
 
 use crate::error::LanguageError;
 use crate::facts::{Action, Facts, Mood, Relation, Size, Speed};

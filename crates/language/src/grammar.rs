@@ -7,6 +7,7 @@
 
 mod draw;
 mod generator;
+mod perform;
 mod score;
 mod table;
 mod vocabulary;
@@ -15,6 +16,7 @@ mod write;
 
 pub use draw::{Draw, PartDraw};
 pub use generator::{Generator, Made};
+pub use perform::{FADE, Performed};
 pub use score::{Cycle, Score};
 pub use table::{Acts, CountRule, Grammar, Limb, Show, Synth, Tempo, Verb};
 pub use vocabulary::words_of;

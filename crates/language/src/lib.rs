@@ -2,7 +2,7 @@
 //!
 //! A data set of captioned clips is a folder with an index ([`dataset`]). [`facts`] are the testable content of a
 //! caption; [`checks`] tests them on a clip by forward kinematics. A [`grammar`] generates our own data without motion
-//! capture.
+//! capture. A [`script`] is a sentence in free words as actions of the grammar.
 
 pub mod captures;
 pub mod checks;
@@ -12,6 +12,7 @@ pub mod facts;
 pub mod grammar;
 pub mod humanml3d;
 mod mirror_caption;
+pub mod script;
 
 pub use dataset::{CaptionedSet, Entry, Split};
 pub use error::LanguageError;

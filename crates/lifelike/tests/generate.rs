@@ -34,7 +34,7 @@ fn a_sentence_becomes_a_clip_and_what_is_none_is_refused() {
     assert_eq!(trained["iterations"], 6);
     let generator = "run/motion.generator.safetensors";
 
-    let words = ["generate", "a person walks", "--generator", generator, "--seconds", "1"];
+    let words = ["generate", "a person walks", "--as-is", "--generator", generator, "--seconds", "1"];
     let make = |more: &[&str]| json(at, &[&words[..], more].concat());
     let made = make(&["-o", "walk.motion.safetensors", "--seed", "3"]);
     assert_eq!(made["motions"][0]["files"], serde_json::json!(["walk.motion.safetensors"]));
@@ -44,7 +44,8 @@ fn a_sentence_becomes_a_clip_and_what_is_none_is_refused() {
     assert!(clip.provenance.source.contains("of seed 3; "), "{}", clip.provenance.source);
     make(&["-o", "again.motion.safetensors", "--seed", "3"]);
     assert_eq!(container::read(&at.join("again.motion.safetensors")).unwrap().joints, clip.joints);
-    let unknown = ["generate", "a person cartwheels", "--generator", generator, "-o", "no.motion.safetensors"];
+    let unknown =
+        ["generate", "a person cartwheels", "--as-is", "--generator", generator, "-o", "no.motion.safetensors"];
     let said = String::from_utf8(run(at, &unknown).stdout).unwrap();
     assert!(said.contains(", but 'cartwheels' was not understood"), "{said}");
     json(at, &["motion", "check", "walk.motion.safetensors", "--robot", "lima"]);
@@ -55,7 +56,7 @@ fn a_sentence_becomes_a_clip_and_what_is_none_is_refused() {
     physics_is_played(at, generator);
 
     let with = |prompt: &str, more: &[&str]| {
-        let words = ["generate", prompt, "--generator", generator, "-o", "x.motion.safetensors"];
+        let words = ["generate", prompt, "--as-is", "--generator", generator, "-o", "x.motion.safetensors"];
         refused(at, &[&words[..], more].concat())
     };
     assert!(with("", &[]).contains("prompt"));
@@ -73,7 +74,7 @@ fn a_sentence_becomes_a_clip_and_what_is_none_is_refused() {
 
 /// Of several candidates the best is written, and all of them by rank where that is asked for.
 fn the_best_comes_first(at: &Path, generator: &str) {
-    let words = ["generate", "a person walks", "--generator", generator, "--seconds", "1", "--steps", "3"];
+    let words = ["generate", "a person walks", "--as-is", "--generator", generator, "--seconds", "1", "--steps", "3"];
     let make = |more: &[&str]| json(at, &[&words[..], &["--candidates", "3"], more].concat());
     let one = make(&["-o", "one.motion.safetensors"]);
     assert_eq!(one["motions"][0]["files"].as_array().unwrap().len(), 1);
@@ -92,7 +93,11 @@ fn the_best_comes_first(at: &Path, generator: &str) {
 /// A continuation has a caption of its own and goes on where the first part was: no step is larger than elsewhere.
 fn parts_follow_each_other(at: &Path, generator: &str) {
     let words = ["generate", "a person walks", "--then", "a person waves", "--then", "a person nods"];
-    json(at, &[&words[..], &["--generator", generator, "--seconds", "2", "-o", "then.motion.safetensors"]].concat());
+    json(
+        at,
+        &[&words[..], &["--as-is", "--generator", generator, "--seconds", "2", "-o", "then.motion.safetensors"]]
+            .concat(),
+    );
     let clip = container::read(&at.join("then.motion.safetensors")).unwrap();
     let captions: Vec<&str> = clip.provenance.captions.iter().map(|c| c.text.as_str()).collect();
     assert_eq!(captions, ["a person walks", "a person waves", "a person nods"]);
@@ -110,7 +115,7 @@ fn parts_follow_each_other(at: &Path, generator: &str) {
 
 /// Legs that are kept are those of the clip, and its length is taken.
 fn limbs_are_kept(at: &Path, generator: &str) {
-    let words = ["generate", "a person waves", "--generator", generator];
+    let words = ["generate", "a person waves", "--as-is", "--generator", generator];
     json(at, &[&words[..], &["--keep-arms", "builtin:wave", "-o", "arms.motion.safetensors"]].concat());
     let own = clips::load_one(Path::new("builtin:wave"), &Robot::load("lima").unwrap()).unwrap();
     let made = container::read(&at.join("arms.motion.safetensors")).unwrap();
@@ -140,22 +145,32 @@ fn limbs_are_kept(at: &Path, generator: &str) {
 /// A file of prompts becomes a folder of clips; a bad line is named before anything is written.
 fn lines_become_clips(at: &Path, generator: &str) {
     std::fs::write(at.join("prompts.txt"), "# ours\na person walks\n\na person qwertys\n").unwrap();
-    let words = ["generate", "--prompts", "prompts.txt", "--generator", generator, "--seconds", "1", "-o", "batch"];
+    let words =
+        ["generate", "--prompts", "prompts.txt", "--as-is", "--generator", generator, "--seconds", "1", "-o", "batch"];
     let output = run(at, &words);
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     assert!(String::from_utf8_lossy(&output.stderr).contains("'qwertys' is in no caption"));
     let clip = container::read(&at.join("batch/002-a-person-qwertys.motion.safetensors")).unwrap();
     assert_eq!(clip.provenance.captions[0].text, "a person qwertys");
     std::fs::write(at.join("prompts.txt"), "a person walks\n走る\n").unwrap();
-    assert!(refused(at, &[&words[..8], &["none"]].concat()).contains("prompts.txt:2: "));
+    assert!(refused(at, &[&words[..9], &["none"]].concat()).contains("prompts.txt:2: "));
     assert!(!at.join("none").exists());
     assert_eq!(run(at, &["generate", "-o", "x.motion.safetensors"]).status.code(), Some(2));
 }
 
 /// The shipped controller plays what was made, and ends in a page.
 fn physics_is_played(at: &Path, generator: &str) {
-    let words =
-        ["generate", "a person walks", "--generator", generator, "--seconds", "1", "-o", "p.motion.safetensors"];
+    let words = [
+        "generate",
+        "a person walks",
+        "--as-is",
+        "--generator",
+        generator,
+        "--seconds",
+        "1",
+        "-o",
+        "p.motion.safetensors",
+    ];
     let played = json(at, &[&words[..], &["--physics"]].concat());
     let line = played["physics"]["lines"][0].as_str().unwrap();
     assert!(line.starts_with("in physics: ") && line.contains("joint error"), "{line}");
@@ -174,8 +189,11 @@ fn a_robot_without_networks_is_told_how_to_get_them() {
     std::fs::write(folder.path().join("own.xml"), model.replace("neck_yaw", "neck_turn")).unwrap();
     std::fs::copy(ours.join("lima.toml"), folder.path().join("own.toml")).unwrap();
     let words = ["generate", "a person walks", "--robot", "own.xml", "-o", "x.motion.safetensors"];
-    let error = refused(folder.path(), &words);
+    let error = refused(folder.path(), &[&words[..], &["--as-is"]].concat());
     assert!(error.contains("lifelike train generator --plan generator --robot own.xml"), "{error}");
+    // The grammar's rules need no network.
+    let made = json(folder.path(), &words);
+    assert_eq!(made["motions"][0]["parts"][0]["by"], "rules");
     let error = refused(folder.path(), &["demo", "--robot", "own.xml"]);
     assert!(error.contains("lifelike train tracker --plan track --robot own.xml"), "{error}");
 }
@@ -189,4 +207,63 @@ fn plans_name_what_is_wrong() {
     assert!(plan("heads=3").contains("heads"));
     assert!(plan("clips=[\"nowhere\"]").contains("nowhere"));
     assert!(plan("space.kind=\"bezier\"").contains("bezier"));
+}
+
+#[test]
+fn a_sentence_in_free_words_is_done_as_said_and_checked() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let sentence = "take exactly three steps, turn 135 degrees left, then bow twice";
+    let made = json(at, &["generate", sentence, "--physics", "--strict", "-o", "a.motion.safetensors"]);
+    let motion = &made["motions"][0];
+    let verbs: Vec<&str> = motion["script"]["clause"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|clause| clause["action"][0]["verb"].as_str().unwrap())
+        .collect();
+    assert_eq!(verbs, ["step_forward", "turn", "bow"]);
+    for part in motion["parts"].as_array().unwrap() {
+        for finding in part["findings"].as_array().unwrap() {
+            assert_eq!(finding["passed"], true, "{finding}");
+        }
+    }
+    let lines = made["physics"]["lines"].to_string();
+    assert!(lines.contains("facts hold"), "{lines}");
+    // The script is a file that can be changed and done again.
+    let script = std::fs::read_to_string(at.join("a.script.toml")).unwrap();
+    std::fs::write(at.join("b.toml"), script.replace("degrees = 135", "degrees = 60")).unwrap();
+    let again = json(at, &["generate", "--script", "b.toml", "-o", "b.motion.safetensors"]);
+    let turn = &again["motions"][0]["parts"][1]["findings"];
+    let degrees = turn.as_array().unwrap().iter().find(|f| f["fact"] == "degrees").unwrap();
+    let got: f64 = degrees["got"].as_str().unwrap().parse().unwrap();
+    assert!((got - 60.0).abs() < 10.0, "{got}");
+    // Seeds differ, the same seed does not.
+    let made = |seed: &str, file: &str| {
+        json(at, &["generate", "a man waves", "--seed", seed, "--made-by", "rules", "-o", file]);
+        container::read(&at.join(file)).unwrap().joints
+    };
+    assert_eq!(made("1", "1.motion.safetensors"), made("1", "2.motion.safetensors"));
+    assert_ne!(made("1", "1.motion.safetensors"), made("2", "3.motion.safetensors"));
+}
+
+#[test]
+fn what_cannot_be_done_is_refused_with_the_nearest() {
+    let folder = tempfile::tempdir().unwrap();
+    let with = |words: &[&str]| {
+        let all = [&["generate"], words, &["-o", "x.motion.safetensors"]].concat();
+        refused(folder.path(), &all)
+    };
+    let error = with(&["swim across the pool"]);
+    assert!(error.contains("there is no water"), "{error}");
+    let error = with(&["jump"]);
+    assert!(error.contains("the nearest is 'bounce': --nearest"), "{error}");
+    assert!(with(&["defenestrate"]).contains("understood none"));
+    std::fs::write(folder.path().join("s.toml"), "[[clause]]\n[[clause.action]]\nverb = \"swim\"\n").unwrap();
+    assert!(with(&["--script", "s.toml"]).contains("s.toml:3: "));
+    assert!(!folder.path().join("x.motion.safetensors").exists());
+    let made = json(folder.path(), &["generate", "jump", "--nearest", "-o", "x.motion.safetensors"]);
+    assert_eq!(made["motions"][0]["script"]["clause"][0]["action"][0]["verb"], "bounce");
+    let listed = json(folder.path(), &["generate", "--verbs"]);
+    assert_eq!(listed.as_array().unwrap().len(), 60);
 }

@@ -10,8 +10,6 @@ use crate::grammar::{CountRule, Tempo, Verb};
 const TURN: f64 = 0.1;
 /// Share of the greatest difference between neighbouring peak and valley that every one has.
 const SWING_SHARE: f64 = 0.4;
-/// Share of a leg's length by which a foot that swings is above the ground.
-const SWING: f64 = 0.005;
 /// Share of the greatest speed that counts as movement.
 const MOVING: f64 = 0.08;
 
@@ -74,7 +72,7 @@ fn turns(values: &[f64], least: f64) -> Vec<usize> {
 pub fn swings(tracks: &Tracks, foot: usize) -> Vec<(usize, usize)> {
     let path = &tracks.feet[foot];
     let Some((low, _)) = range(&path.iter().map(|p| p.z).collect::<Vec<_>>()) else { return Vec::new() };
-    let (on, off) = (low + SWING * tracks.leg, low + 0.5 * SWING * tracks.leg);
+    let (on, off) = (low + tracks.lift * tracks.leg, low + 0.5 * tracks.lift * tracks.leg);
     let mut found = Vec::new();
     let mut since = None;
     for (frame, p) in path.iter().enumerate() {

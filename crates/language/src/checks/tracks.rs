@@ -40,6 +40,11 @@ pub enum SignalName {
     Steps,
 }
 
+/// Lift of a foot that swings in motion without physics, whose standing feet are exact.
+pub const KEYFRAMED: f64 = 0.005;
+/// Lift of a foot that swings in physics, where soles rock on the ground.
+pub const SIMULATED: f64 = 0.02;
+
 /// Paths of a clip, one element per frame.
 #[derive(Debug, Clone)]
 pub struct Tracks {
@@ -47,6 +52,8 @@ pub struct Tracks {
     pub fps: f64,
     /// Length of a leg (m): the scale of distances.
     pub leg: f64,
+    /// Height above its lowest point from which a foot swings (shares of a leg): [`KEYFRAMED`] or [`SIMULATED`].
+    pub lift: f64,
     /// Root positions (m, world).
     pub root: Vec<Vec3>,
     /// Heading of the root, unwrapped (rad).
@@ -90,6 +97,7 @@ impl Tracks {
         let mut tracks = Self {
             fps: clip.fps,
             leg,
+            lift: KEYFRAMED,
             root: clip.root_position.clone(),
             yaw: Vec::with_capacity(n),
             pitch: Vec::with_capacity(n),
@@ -147,6 +155,7 @@ impl Tracks {
         Self {
             fps: self.fps,
             leg: self.leg,
+            lift: self.lift,
             root: points(&self.root),
             yaw: numbers(&self.yaw),
             pitch: numbers(&self.pitch),

@@ -76,6 +76,16 @@ impl<'a> Generator<'a> {
         self.character
     }
 
+    /// Returns the robot's anatomy.
+    pub(super) fn anatomy(&self) -> &Anatomy {
+        self.anatomy
+    }
+
+    /// Returns what is normal of a verb; nothing where this robot cannot do it.
+    pub(super) fn nominal(&self, verb: usize) -> Option<Nominal> {
+        self.nominal[verb]
+    }
+
     /// Prepares a grammar for a robot: every verb is made once and measured. `options` are those of retargeting.
     ///
     /// # Errors
@@ -85,6 +95,21 @@ impl<'a> Generator<'a> {
         character: &'a Character,
         anatomy: &'a Anatomy,
         options: RetargetOptions,
+    ) -> Result<Self, LanguageError> {
+        let verbs: Vec<&str> = grammar.verbs.iter().map(|verb| verb.name.as_str()).collect();
+        Self::of_verbs(grammar, character, anatomy, options, &verbs)
+    }
+
+    /// Prepares some verbs of a grammar for a robot; others cannot be drawn or performed.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn of_verbs(
+        grammar: &'a Grammar,
+        character: &'a Character,
+        anatomy: &'a Anatomy,
+        options: RetargetOptions,
+        verbs: &[&str],
     ) -> Result<Self, LanguageError> {
         // Keyframed feet are exact.
         let options = RetargetOptions { contact: options.contact.without_noise(), ..options };
@@ -107,6 +132,10 @@ impl<'a> Generator<'a> {
             left_out: Vec::new(),
         };
         for (number, verb) in grammar.verbs.iter().enumerate() {
+            if !verbs.contains(&verb.name.as_str()) {
+                generator.nominal.push(None);
+                continue;
+            }
             // At least two repetitions, so that there is a period.
             let normal = verb.cycles.map_or(0, |[fewest, most]| (fewest + 2).min(most));
             let part = PartDraw {
@@ -120,6 +149,9 @@ impl<'a> Generator<'a> {
             };
             let nominal = generator.part(&part, None).and_then(|clip| {
                 let tracks = Tracks::of(&clip, character, anatomy)?;
+                if verb.acts == Acts::Head && !turns(&tracks.head) {
+                    return Err(LanguageError::Grammar("expected a head that turns, got one without joints".into()));
+                }
                 Ok(measure::nominal(&tracks, verb, verb.side))
             });
             match nominal {
@@ -206,7 +238,7 @@ impl<'a> Generator<'a> {
     }
 
     /// Makes one action: the keyframed text, changed, on the robot. Without `rng` it is as written.
-    fn part(&self, part: &PartDraw, rng: Option<&mut dyn RngCore>) -> Result<MotionClip, LanguageError> {
+    pub(super) fn part(&self, part: &PartDraw, rng: Option<&mut dyn RngCore>) -> Result<MotionClip, LanguageError> {
         let verb = &self.grammar.verbs[part.verb];
         let mut score = self.scores[part.verb].clone();
         let locomotion = verb.acts == Acts::Feet;
@@ -277,6 +309,12 @@ impl<'a> Generator<'a> {
         let offset = rng.random_range(0.1..=spare);
         Ok(Some(compose(legs, &gesture, &Compose { joints, offset, length: Length::Return, fade: 0.35 })?))
     }
+}
+
+/// Returns whether a head moves at all.
+fn turns(head: &[[f64; 2]]) -> bool {
+    let Some(first) = head.first() else { return false };
+    head.iter().any(|at| (0..2).any(|k| (at[k] - first[k]).abs() > 0.02))
 }
 
 /// Small differences that no sentence says.

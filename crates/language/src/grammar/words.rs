@@ -15,7 +15,7 @@ pub(super) const FIXED: &str = "is first the your their left right both hand han
 
 /// Form of a verb.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Form {
+pub(crate) enum Form {
     /// wave
     Base,
     /// waves
@@ -26,7 +26,7 @@ pub(super) enum Form {
 
 impl Form {
     /// Every form.
-    pub(super) const ALL: [Self; 3] = [Self::Base, Self::Third, Self::Gerund];
+    pub(crate) const ALL: [Self; 3] = [Self::Base, Self::Third, Self::Gerund];
 }
 
 /// Returns `count` different sentences (fewer where the grammar has no more) that say these facts, in the words that
@@ -201,7 +201,7 @@ fn angle<R: Rng>(action: &Action, way: &str, rng: &mut R) -> String {
 }
 
 /// Returns the phrase with the words in brackets in this form.
-pub(super) fn inflected(template: &str, form: Form) -> String {
+pub(crate) fn inflected(template: &str, form: Form) -> String {
     let mut out = String::new();
     let mut rest = template;
     while let Some((before, more)) = rest.split_once('[') {

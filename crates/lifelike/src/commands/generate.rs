@@ -5,6 +5,7 @@ mod maker;
 mod play;
 mod prompts;
 mod softened;
+mod spoken;
 mod verdict;
 
 use std::path::PathBuf;
@@ -14,12 +15,16 @@ use std::time::Instant;
 use lifelike_generation::critic::Critic;
 use lifelike_generation::generator::{Generator, SampleOptions};
 use lifelike_generation::text::familiarity::Familiarity;
+use lifelike_generation::text::prompt;
+use lifelike_language::grammar::{Grammar, Verb};
+use lifelike_motion::clip::Provenance;
 use lifelike_robot::Robot;
 use serde_json::json;
 
 use self::made::Made;
 use self::maker::{Kept, Maker, sort_by_realism};
 use self::play::{Played, Player};
+use self::spoken::{PartReport, Speaker};
 use crate::commands::best_of::By;
 use crate::commands::motion::container_in;
 use crate::commands::physics::Physics;
@@ -34,15 +39,17 @@ const STRENGTH: f64 = 0.02;
 
 /// Make motion of a robot from a sentence (thesis chapter 5).
 ///
-/// The result is a clip like any other. Its provenance has the sentence as caption and a verdict without physics:
-/// feasible, or the reason against it with its time. The same sentence, seed and settings give the same motion. Of
-/// several candidates the best is kept: the most feasible one, then the one with the highest lowest value of the
-/// critic.
+/// A sentence is understood as a script, which is printed and written beside the clip: actions in sequence and at once,
+/// with sides, counts, angles and durations. Each clause is made by the network. Where its facts do not hold on the
+/// motion, the grammar's rules make it. With --as-is the network gets the sentence itself.
+/// The clip's provenance has a verdict without physics. The same sentence, seed and settings give the same motion.
 #[derive(Debug, clap::Args)]
 #[command(group = clap::ArgGroup::new("tracked").multiple(true), after_help = "\
 Examples:
   lifelike generate \"a person waves with the right hand\" --physics   # into runs/generated
-  lifelike generate \"a person walks\" --then \"a person turns left\" --candidates 8 \\
+  lifelike generate \"take exactly 3 steps, turn 135 degrees left, then bow twice\" --physics
+  lifelike generate --script runs/generated/wave.script.toml -o again.motion.safetensors
+  lifelike generate \"a person walks\" --then \"a person turns left\" --as-is --candidates 8 \\
       -o walk.motion.safetensors
   lifelike generate \"a person kicks\" --best-of 16 --by physics -o kick.motion.safetensors
   lifelike generate \"a person waves\" --keep-legs walk.motion.safetensors \\
@@ -51,7 +58,7 @@ Examples:
       -o data/generated")]
 pub struct Args {
     /// The sentence.
-    #[arg(required_unless_present = "prompts")]
+    #[arg(required_unless_present_any = ["prompts", "script", "verbs"])]
     pub prompt: Option<String>,
     /// Go on with another sentence, without a seam; may be given several times.
     #[arg(long, value_name = "PROMPT", conflicts_with_all = ["prompts", "keep_legs", "keep_arms"])]
@@ -59,6 +66,24 @@ pub struct Args {
     /// A file with a sentence per line, each of which becomes a clip in the folder of --output.
     #[arg(long, value_name = "FILE", conflicts_with = "prompt")]
     pub prompts: Option<PathBuf>,
+    /// Pass each sentence to the network as it is, without understanding it first.
+    #[arg(long)]
+    pub as_is: bool,
+    /// Do a script instead of a sentence: the file that is written beside every clip, perhaps changed.
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["prompt", "prompts", "as_is", "then"])]
+    pub script: Option<PathBuf>,
+    /// How clauses become motion: the network with the grammar's rules behind it, or one of the two.
+    #[arg(long, value_enum, default_value_t = spoken::By::Auto, conflicts_with = "as_is", value_name = "MAKER")]
+    pub made_by: spoken::By,
+    /// Do the nearest thing that can be done where a sentence asks for more.
+    #[arg(long, conflicts_with = "as_is")]
+    pub nearest: bool,
+    /// Fail (exit code 1) when a fact does not hold in the end, or the robot falls.
+    #[arg(long, conflicts_with = "as_is")]
+    pub strict: bool,
+    /// List the verbs that sentences can have, with their phrases.
+    #[arg(long)]
+    pub verbs: bool,
     /// The generator, what `lifelike train generator` leaves; a name, a file, or the robot's own that comes with the program where not given.
     #[arg(long)]
     pub generator: Option<PathBuf>,
@@ -128,13 +153,35 @@ pub struct Args {
 
 /// Runs the command.
 pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
+    let grammar = Grammar::builtin()?;
+    if args.verbs {
+        return verbs(&grammar, output);
+    }
     let robot = Arc::new(Robot::load(&args.robot)?);
-    let maker = maker(args, &robot)?;
+    let as_is = args.as_is || args.keep_legs.is_some() || args.keep_arms.is_some();
+    let maker = match maker(args, &robot) {
+        Ok(maker) => Some(maker),
+        // The grammar's rules need no network.
+        Err(_) if !as_is && args.generator.is_none() && shipped::of_robot(&robot, Kind::Generator).is_none() => None,
+        Err(error) => return Err(error),
+    };
+    if maker.is_none() && args.made_by == spoken::By::Network {
+        return Err(no_generator(&robot, &args.robot));
+    }
     let jobs = jobs(args)?;
-    let known = &maker.generator.header().known;
+    let scripts = jobs.iter().filter(|_| !as_is).map(|(prompts, _)| {
+        prompts.iter().try_for_each(|text| prompt::check(text).map(|_| ()))?;
+        spoken::understand(&grammar, prompts, args.script.as_deref(), args.nearest)
+    });
+    let scripts = scripts.collect::<Result<Vec<_>, _>>()?;
+    let speaker = if as_is { None } else { Some(Speaker::new(&grammar, &robot, &scripts, args.made_by)?) };
     let mut familiarity = Vec::new();
     let mut doubts = Vec::with_capacity(jobs.len());
     for (prompts, _) in &jobs {
+        let Some(known) = maker.as_ref().filter(|_| as_is).map(|maker| &maker.generator.header().known) else {
+            doubts.push(None);
+            continue;
+        };
         let found: Vec<Familiarity> =
             prompts.iter().map(|prompt| known.familiarity(prompt)).collect::<Result<_, _>>()?;
         for (prompt, found) in prompts.iter().zip(&found).filter(|(_, found)| !found.reads_well()) {
@@ -148,17 +195,24 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     if args.policy.is_some() && !tracked {
         return Err(CliError::Usage("--policy needs --physics, --project or --by physics".into()));
     }
-    if args.by == Some(By::Critic) && maker.critic.is_none() {
+    if args.by == Some(By::Critic) && maker.as_ref().is_none_or(|maker| maker.critic.is_none()) {
         let text = format!("--by critic: '{}' has no critic in assets/; name one with --critic", robot.name);
         return Err(CliError::Usage(text));
     }
     let player = tracked.then(|| Player::new(args.policy.as_deref(), &robot, &args.robot, &args.physics));
     let player = player.transpose()?;
     let mut made = Vec::with_capacity(jobs.len());
-    for ((prompts, file), doubt) in jobs.iter().zip(doubts) {
+    for (number, ((prompts, file), doubt)) in jobs.iter().zip(doubts).enumerate() {
         let began = Instant::now();
-        let mut candidates = maker.make(prompts)?;
-        if let Some(player) = player.as_ref().filter(|_| args.project) {
+        let mut candidates = match (&speaker, &maker) {
+            (Some(speaker), maker) => {
+                let count = args.best_of.unwrap_or(args.candidates);
+                speaker.make(&scripts[number], prompts, maker.as_ref(), args.seed, count)?
+            }
+            (None, Some(maker)) => maker.make(prompts)?,
+            (None, None) => return Err(no_generator(&robot, &args.robot)),
+        };
+        if let (Some(player), Some(maker)) = (player.as_ref().filter(|_| args.project), &maker) {
             candidates = maker.projected(candidates, |clips| player.project(clips, output))?;
         }
         match (args.by, &player) {
@@ -168,6 +222,10 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
         }
         let took = began.elapsed().as_secs_f64();
         let mut one = Made::write(prompts, candidates, file, args.keep_all, took, doubt)?;
+        if let Some(script) = scripts.get(number) {
+            crate::output::write(&file.with_file_name(format!("{}.script.toml", made::stem(file))), script.to_toml()?)?;
+            one.script = Some(script.clone());
+        }
         // Thousands of prompts would fill the memory with clips that nobody plays.
         one.best = one.best.filter(|_| args.play);
         made.push(one);
@@ -180,7 +238,15 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
         };
         player.play(&clips, args.report.as_deref().unwrap_or(&beside), output)
     });
-    let played = played.transpose()?;
+    let mut played = played.transpose()?;
+    let mut all_true = made.iter().flat_map(|one| &one.parts).all(PartReport::is_true);
+    if let (Some(played), Some(speaker)) = (&mut played, &speaker) {
+        for (one, rollout) in made.iter().zip(&played.evaluation.rollouts) {
+            let (line, held) = speaker.in_physics(&one.parts, &rollout.played(Provenance::default()))?;
+            played.lines.push(line);
+            all_true &= held && rollout.survived();
+        }
+    }
     let value = json!({ "robot": robot.name, "motions": made, "familiarity": familiarity, "physics": played });
     output.result(&value, || {
         let took: f64 = made.iter().map(|one| one.sampling_seconds).sum();
@@ -202,6 +268,23 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
             (None, None) => String::new(),
         };
         format!("{lines}{seconds:.1} s of motion made in {took:.2} s\n{end}")
+    })?;
+    if args.strict && !all_true {
+        return Err(CliError::Failed("--strict: a fact does not hold, or the robot fell".into()));
+    }
+    Ok(())
+}
+
+/// Lists verbs and their phrases.
+fn verbs(grammar: &Grammar, output: &Output) -> Result<(), CliError> {
+    let plain = |text: &String| text.replace(['[', ']', '{', '}'], "");
+    let value: Vec<_> = grammar.verbs.iter().map(|verb| json!({ "verb": verb.name, "phrases": verb.say })).collect();
+    output.result(&value, || {
+        let line = |verb: &Verb| {
+            let phrases: Vec<String> = verb.say.iter().take(3).map(plain).collect();
+            format!("{:16} {}\n", verb.name, phrases.join(", "))
+        };
+        grammar.verbs.iter().map(line).collect()
     })
 }
 
@@ -269,6 +352,14 @@ fn jobs(args: &Args) -> Result<Vec<(Vec<String>, PathBuf)>, CliError> {
     if args.prompts.is_some() && destination::is_motion(&args.output) {
         let file = args.output.display();
         return Err(CliError::Usage(format!("-o: expected a folder with --prompts, got '{file}'")));
+    }
+    if let Some(script) = &args.script {
+        let name = made::stem(script);
+        let named = || container_in(&args.output, &name);
+        return Ok(vec![(
+            Vec::new(),
+            if destination::is_motion(&args.output) { args.output.clone() } else { named()? },
+        )]);
     }
     let Some(file) = &args.prompts else {
         let prompts: Vec<String> =

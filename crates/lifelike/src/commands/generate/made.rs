@@ -3,9 +3,11 @@
 use std::path::{Path, PathBuf};
 
 use lifelike_generation::text::familiarity::Familiarity;
+use lifelike_language::script::Script;
 use lifelike_motion::{MotionClip, container};
 
 use super::maker::Candidate;
+use super::spoken::{PartReport, words_of};
 use super::verdict::Verdict;
 use crate::error::CliError;
 
@@ -27,6 +29,12 @@ pub struct Made {
     /// Why the motion may be another than its sentences say.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub doubt: Option<String>,
+    /// The sentences as they were understood.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub script: Option<Script>,
+    /// Clauses of the best, with their facts.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub parts: Vec<PartReport>,
     /// The best clip.
     #[serde(skip)]
     pub best: Option<MotionClip>,
@@ -47,6 +55,7 @@ impl Made {
         doubt: Option<String>,
     ) -> Result<Self, CliError> {
         let (count, mut files, mut verdicts, mut best) = (candidates.len(), Vec::new(), Vec::new(), None);
+        let parts = candidates.first().map(|one| one.parts.clone()).unwrap_or_default();
         for (rank, mut one) in candidates.into_iter().take(if all { count } else { 1 }).enumerate() {
             let file = numbered(path, rank);
             one.clip.name = stem(&file);
@@ -58,7 +67,18 @@ impl Made {
         }
         let best = best.ok_or_else(|| CliError::Failed("expected a candidate, got none".into()))?;
         let (prompts, seconds) = (prompts.to_vec(), best.seconds());
-        Ok(Self { prompts, files, seconds, sampling_seconds, candidates: count, verdicts, doubt, best: Some(best) })
+        Ok(Self {
+            prompts,
+            files,
+            seconds,
+            sampling_seconds,
+            candidates: count,
+            verdicts,
+            doubt,
+            script: None,
+            parts,
+            best: Some(best),
+        })
     }
 
     /// Returns a line for each file.
@@ -70,7 +90,10 @@ impl Made {
             let doubt = self.doubt.as_ref().map_or(String::new(), |doubt| format!(", but {doubt}"));
             format!("{}: {}{doubt}{value}\n", file.display(), verdict.words())
         };
-        self.files.iter().zip(&self.verdicts).map(line).collect()
+        let understood = self.script.as_ref().map_or_else(String::new, words_of);
+        let parts: String = self.parts.iter().enumerate().map(|(i, part)| part.line(i + 1)).collect();
+        let lines: String = self.files.iter().zip(&self.verdicts).map(line).collect();
+        understood + &parts + &lines
     }
 }
 

@@ -11,6 +11,7 @@ use lifelike_motion::{Caption, MotionClip};
 use lifelike_robot::Robot;
 
 use super::softened::softened;
+use super::spoken::PartReport;
 use super::verdict::Verdict;
 use crate::commands::clips;
 use crate::error::CliError;
@@ -51,6 +52,8 @@ pub struct Candidate {
     pub verdict: Verdict,
     /// Number among the candidates.
     pub candidate: usize,
+    /// Its clauses, where it is of a script.
+    pub parts: Vec<PartReport>,
 }
 
 impl Kept {
@@ -81,32 +84,51 @@ impl Maker {
         Ok(ranked(all.iter().map(|one| self.finish(one, prompts, &ends)).collect::<Result<_, _>>()?))
     }
 
+    /// Returns candidates of one sentence with its own seed and duration (s), the best first.
+    pub fn clauses(
+        &self,
+        sentence: &str,
+        seconds: Option<f64>,
+        seed: u64,
+        candidates: usize,
+    ) -> Result<Vec<Candidate>, CliError> {
+        let prompts = [sentence.to_string()];
+        let options = SampleOptions { seconds, seed, candidates, ..self.options };
+        let (all, ends) = self.rows_with(&prompts, options)?;
+        Ok(ranked(all.iter().map(|one| self.finish(one, &prompts, &ends)).collect::<Result<_, _>>()?))
+    }
+
     /// Returns candidates after their motion was changed, the best first.
     pub fn projected(
         &self,
         candidates: Vec<Candidate>,
         change: impl Fn(&[MotionClip]) -> Result<Vec<MotionClip>, CliError>,
     ) -> Result<Vec<Candidate>, CliError> {
-        let (clips, numbers): (Vec<_>, Vec<_>) = candidates.into_iter().map(|one| (one.clip, one.candidate)).unzip();
-        let judge = |((clip, asked), candidate): ((MotionClip, &MotionClip), usize)| {
+        let (clips, others): (Vec<_>, Vec<_>) =
+            candidates.into_iter().map(|one| (one.clip, (one.candidate, one.parts))).unzip();
+        let judge = |((clip, asked), (candidate, parts)): ((MotionClip, &MotionClip), (usize, Vec<PartReport>))| {
             let rows = FeatureMatrix::from_clip(&clip, &self.generator.header().spec)?;
             let mut verdict = Verdict::of(&clip, &rows, &self.robot, self.critic.as_ref())?;
             verdict.softened = softened(asked, &clip, &self.robot)?;
-            Ok(Candidate { clip, verdict, candidate })
+            Ok(Candidate { clip, verdict, candidate, parts })
         };
-        let changed = change(&clips)?.into_iter().zip(&clips).zip(numbers);
+        let changed = change(&clips)?.into_iter().zip(&clips).zip(others);
         Ok(ranked(changed.map(judge).collect::<Result<_, CliError>>()?))
     }
 
     /// Returns rows of every candidate, and where the parts end (s).
     fn rows(&self, prompts: &[String]) -> Result<(Vec<Generated>, Vec<f64>), CliError> {
+        self.rows_with(prompts, self.options)
+    }
+
+    fn rows_with(&self, prompts: &[String], settings: SampleOptions) -> Result<(Vec<Generated>, Vec<f64>), CliError> {
         let header = self.generator.header();
         let guide = self.critic.as_ref().filter(|_| self.strength != 0.0);
         let guide = guide.map(|critic| (critic as &dyn RewardSurrogate, self.strength));
         let mut all: Vec<Generated> = Vec::new();
         let mut ends = Vec::with_capacity(prompts.len());
         for (part, prompt) in prompts.iter().enumerate() {
-            let mut options = self.options;
+            let mut options = settings;
             options.seed = options.seed.wrapping_add(NEXT_SEED.wrapping_mul(part as u64));
             let before = all.first().map_or(0, |first| first.rows.n);
             let seconds = OVERLAP.min(header.max_seconds / 2.0);
@@ -147,7 +169,7 @@ impl Maker {
             }
         }
         provenance.source += &format!(" of seed {}", self.options.seed);
-        Ok(Candidate { clip, verdict, candidate: one.candidate })
+        Ok(Candidate { clip, verdict, candidate: one.candidate, parts: Vec::new() })
     }
 }
 

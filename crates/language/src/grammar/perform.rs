@@ -1,0 +1,255 @@
+//! Clauses of a script as motion of a robot: by the rules of the grammar, exact where something is counted.
+
+use lifelike_checkpoint::rng::stream;
+use lifelike_motion::MotionClip;
+use lifelike_motion::edit::{Compose, Length, Part, compose, joints_of, sequence, trim};
+use rand::Rng;
+
+use super::draw::PartDraw;
+use super::generator::Generator;
+use super::table::{Acts, Synth, Verb};
+use crate::checks::{Finding, SIMULATED, Tracks, check};
+use crate::error::LanguageError;
+use crate::facts::{Action, Direction, Facts, Side, Size, Speed};
+use crate::script::Clause;
+
+/// Cross-fade between two clauses (s).
+pub const FADE: f64 = 0.4;
+/// Tempos that a duration may ask for, beside the natural one.
+const TEMPO: [f64; 2] = [0.6, 1.6];
+/// Most cycles that a duration may ask for.
+const MAX_CYCLES: u32 = 30;
+
+/// The motion of a clause.
+#[derive(Debug, Clone)]
+pub struct Performed {
+    /// The motion.
+    pub clip: MotionClip,
+    /// Facts that were checked on it.
+    pub findings: Vec<Finding>,
+}
+
+impl Generator<'_> {
+    /// Makes the motion of a clause by rule. Seeds vary tempo and amplitude where nothing is said of them.
+    ///
+    /// # Errors
+    /// [`LanguageError::Grammar`] for a verb that this robot cannot do; as retargeting and editing.
+    pub fn perform(&self, clause: &Clause, seed: u64, index: u64) -> Result<Performed, LanguageError> {
+        let mut rng = stream(seed, "clause", index, 0);
+        let clip = match clause.actions.as_slice() {
+            [action] => self.alone(action, clause.seconds, &mut rng)?,
+            [gesture, legs] => self.at_once(gesture, legs, clause.seconds, &mut rng)?,
+            _ => return Err(LanguageError::Grammar("expected one action or two, got others".into())),
+        };
+        let findings = self.findings(&clip, clause)?;
+        let clip = match clause.times {
+            0 | 1 => clip,
+            n => {
+                let parts: Vec<Part<'_>> = (0..n).map(|_| Part::from(&clip)).collect();
+                sequence(&parts, FADE)?
+            }
+        };
+        Ok(Performed { clip, findings })
+    }
+
+    /// Checks the facts of a clause on a clip of it, with what is normal on this robot.
+    ///
+    /// # Errors
+    /// [`LanguageError::Grammar`] for a verb that the grammar has not.
+    pub fn findings(&self, clip: &MotionClip, clause: &Clause) -> Result<Vec<Finding>, LanguageError> {
+        let tracks = Tracks::of(clip, self.character(), self.anatomy())?;
+        check(&tracks, self.grammar(), &self.measurable(clause))
+    }
+
+    /// Checks the facts of a clause on what physics made of its motion: soles rock, so a step is a higher lift.
+    ///
+    /// # Errors
+    /// As [`Self::findings`].
+    pub fn findings_in_physics(&self, clip: &MotionClip, clause: &Clause) -> Result<Vec<Finding>, LanguageError> {
+        let tracks = Tracks { lift: SIMULATED, ..Tracks::of(clip, self.character(), self.anatomy())? };
+        check(&tracks, self.grammar(), &self.measurable(clause))
+    }
+
+    /// Returns the facts of a clause, with what speed, size and mood are relative to.
+    pub fn measurable(&self, clause: &Clause) -> Facts {
+        let mut facts = clause.facts();
+        for action in &mut facts.actions {
+            if action.speed.is_some() || action.size.is_some() || action.mood.is_some() {
+                action.nominal = self.number(&action.verb).and_then(|number| self.nominal(number));
+            }
+        }
+        facts
+    }
+
+    fn number(&self, verb: &str) -> Option<usize> {
+        self.grammar().verbs.iter().position(|known| known.name == verb)
+    }
+
+    /// Makes one action.
+    fn alone(&self, action: &Action, seconds: Option<f64>, rng: &mut impl Rng) -> Result<MotionClip, LanguageError> {
+        let mut part = self.part_of(action, rng)?;
+        let Some(wanted) = seconds else { return self.shortened(self.part(&part, Some(rng))?) };
+        let verb = &self.grammar().verbs[part.verb];
+        // As many cycles as come nearest to the duration, then a tempo that meets it.
+        let natural =
+            |part: &PartDraw| -> Result<f64, LanguageError> { Ok(self.shortened(self.part(part, None)?)?.seconds()) };
+        part.speed = 1.0;
+        let mut length = natural(&part)?;
+        if verb.cycle.is_some() && action.count.is_none() {
+            let longer = natural(&PartDraw { cycles: part.cycles + 1, ..part.clone() })? - length;
+            if longer > 1e-6 {
+                let more = ((wanted - length) / longer).round();
+                let least = verb.cycles.map_or(0, |[fewest, _]| fewest);
+                part.cycles = (f64::from(part.cycles) + more).clamp(f64::from(least), f64::from(MAX_CYCLES)) as u32;
+                length = natural(&part)?;
+            }
+        }
+        let range = if verb.acts == Acts::Body && verb.count.is_none() { [0.3, 3.0] } else { TEMPO };
+        part.speed = (length / wanted).clamp(range[0], range[1]);
+        self.shortened(self.part(&part, Some(rng))?)
+    }
+
+    /// Composes a gesture's arms on walking legs, both repeated until they last as long.
+    fn at_once(
+        &self,
+        gesture: &Action,
+        legs: &Action,
+        seconds: Option<f64>,
+        rng: &mut impl Rng,
+    ) -> Result<MotionClip, LanguageError> {
+        let arms_part = self.part_of(gesture, rng)?;
+        let verb = &self.grammar().verbs[arms_part.verb];
+        let arms = self.part(&arms_part, Some(rng))?;
+        let arms = trim(&arms, Some(0.3), Some(arms.seconds() - 0.2))?;
+        let wanted = seconds.unwrap_or(arms.seconds() + 0.6).max(arms.seconds() + 0.6);
+        let below = self.part_of(legs, rng)?;
+        let long = self.shortened(self.part(&below, None)?)?.seconds() >= wanted;
+        let legs_clip = if long || legs.count.is_some() || legs.degrees.is_some() {
+            let clip = self.shortened(self.part(&below, Some(rng))?)?;
+            // Legs that are counted may be shorter than the gesture: they walk slower.
+            let short = clip.seconds() < wanted;
+            let slower = PartDraw { speed: below.speed * (clip.seconds() / wanted).max(TEMPO[0]), ..below.clone() };
+            if short { self.shortened(self.part(&slower, Some(rng))?)? } else { clip }
+        } else {
+            self.alone(legs, Some(wanted), rng)?
+        };
+        let names = match (verb.acts, gesture.side) {
+            (Acts::Head, _) => "head",
+            (_, Some(Side::Left)) => "left_arm",
+            (_, Some(Side::Right)) => "right_arm",
+            _ => "arms",
+        };
+        let joints = joints_of(self.character(), self.anatomy(), &[names.into()])?;
+        let spare = (legs_clip.seconds() - arms.seconds()).max(0.0);
+        let options = Compose { joints, offset: 0.5 * spare, length: Length::Return, fade: 0.35 };
+        Ok(compose(&legs_clip, &arms, &options)?)
+    }
+
+    /// Returns an action as it is to be made.
+    fn part_of(&self, action: &Action, rng: &mut impl Rng) -> Result<PartDraw, LanguageError> {
+        let missing =
+            || LanguageError::Grammar(format!("expected a verb that this robot can do, got '{}'", action.verb));
+        let number = self.number(&action.verb).ok_or_else(missing)?;
+        if self.nominal(number).is_none() {
+            return Err(missing());
+        }
+        let verb = &self.grammar().verbs[number];
+        let mirrored = is_mirrored(verb, action);
+        let usual = verb.cycles.map_or(0, |[fewest, most]| (fewest + 1).min(most));
+        let cycles = match (action.count, verb.count) {
+            (Some(n), Some(rule)) => n.saturating_sub(rule.extra) / rule.per_cycle.max(1),
+            (Some(n), None) => n,
+            (None, _) => usual,
+        };
+        let degrees = match verb.synth {
+            Some(Synth::Turn) => f64::from(action.degrees.unwrap_or(90)),
+            Some(Synth::Curve) => rng.random_range(60.0..100.0),
+            _ => 0.0,
+        };
+        let speed = match action.speed {
+            Some(Speed::Slow) => rng.random_range(0.65..0.78),
+            Some(Speed::Fast) => rng.random_range(1.3..1.5),
+            None => rng.random_range(0.9..1.1),
+        };
+        let gain = match action.size {
+            Some(Size::Small) => rng.random_range(0.55..0.7),
+            Some(Size::Big) => rng.random_range(1.28..1.42),
+            None => rng.random_range(0.9..1.1),
+        };
+        Ok(PartDraw { verb: number, mirrored, cycles, degrees, speed, gain, action: action.clone() })
+    }
+
+    /// Cuts most of the standing before and after.
+    fn shortened(&self, clip: MotionClip) -> Result<MotionClip, LanguageError> {
+        let spare = clip.seconds() - 1.2;
+        if spare < 0.4 { Ok(clip) } else { Ok(trim(&clip, Some(0.2), Some(clip.seconds() - 0.1))?) }
+    }
+}
+
+/// Returns whether an action is the mirror image of its verb's clip.
+fn is_mirrored(verb: &Verb, action: &Action) -> bool {
+    let sides = matches!((verb.side, action.side), (Some(a @ (Side::Left | Side::Right)), Some(b)) if a != b);
+    let is_way = |way: Option<Direction>| matches!(way, Some(Direction::Left | Direction::Right));
+    sides || (is_way(verb.direction) && is_way(action.direction) && verb.direction != action.direction)
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use lifelike_character::anatomy::Overrides;
+    use lifelike_character::{Anatomy, Character};
+    use lifelike_motion::retarget::RetargetOptions;
+
+    use super::*;
+    use crate::checks::Fact;
+    use crate::grammar::Grammar;
+    use crate::script::Reader;
+
+    #[test]
+    fn what_is_counted_and_measured_is_exact() {
+        let file = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../robots/lima.xml");
+        let lima = Character::from_mjcf(&std::fs::read_to_string(file).unwrap(), "lima.xml", None).unwrap();
+        let anatomy = Anatomy::guess(&lima, &Overrides::new()).unwrap();
+        let grammar = Grammar::builtin().unwrap();
+        let generator = Generator::new(&grammar, &lima, &anatomy, RetargetOptions::default()).unwrap();
+        let reader = Reader::new(&grammar).unwrap();
+        for text in [
+            "walk four steps forward",
+            "take three steps back",
+            "squat twice",
+            "nod 4 times",
+            "wave six times with the left hand",
+            "turn 45 degrees to the left",
+            "turn right by 135 degrees",
+            "turn around 180 degrees",
+            "clap 5 times",
+            "walk forward while waving with the right hand",
+            "walk backward slowly",
+            "nod and clap at the same time",
+            "salute while taking four steps back",
+            "wave with the left hand while standing on one leg",
+            "raise both arms widely",
+        ] {
+            let script = reader.read(text);
+            for seed in 0..2 {
+                let made = generator.perform(&script.clauses[0], seed, 0).unwrap();
+                let wrong: Vec<_> = made.findings.iter().filter(|f| !f.passed).collect();
+                assert!(wrong.is_empty(), "{text}: {wrong:?}");
+                for degrees in made.findings.iter().filter(|f| f.fact == Fact::Degrees) {
+                    let [wanted, got] =
+                        [&degrees.expected, &degrees.got].map(|t| t.split(' ').next().unwrap().parse::<f64>().unwrap());
+                    assert!((wanted - got).abs() <= 5.0, "{text}: {got}");
+                }
+            }
+        }
+        for (text, seconds) in [
+            ("walk for four seconds", 4.0),
+            ("wave for 6 s", 6.0),
+            ("stand still for 5 seconds", 5.0),
+            ("march in place for 7 seconds", 7.0),
+        ] {
+            let made = generator.perform(&reader.read(text).clauses[0], 1, 0).unwrap();
+            assert!((made.clip.seconds() / seconds - 1.0).abs() < 0.1, "{text}: {}", made.clip.seconds());
+        }
+    }
+}

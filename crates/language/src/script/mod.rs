@@ -1,0 +1,151 @@
+//! A sentence in free words as a script: actions of the grammar, in sequence and at once, with what is said of each.
+//!
+//! The main path: [`Reader::new`] → [`Reader::read`] → [`Script`], whose [`Clause`]s are performed one after the other. A
+//! sentence is divided at "then", "while", commas and their kin ([`split`]). Each piece is compared with the phrases of the
+//! grammar and of `lexicon.toml` ([`phrases`]); sides, numbers and adverbs are read by rule ([`said`]). Words that mean
+//! nothing to it are kept and reported.
+
+mod edited;
+mod phrases;
+mod reader;
+mod said;
+mod split;
+
+use std::fmt;
+
+use serde::{Deserialize, Serialize};
+
+pub use reader::Reader;
+
+use crate::facts::{Action, Direction, Facts, Mood, Relation, Side, Size, Speed};
+
+/// A sentence as it was understood.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Script {
+    /// What is done, one clause after the other.
+    #[serde(default, rename = "clause")]
+    pub clauses: Vec<Clause>,
+    /// Words that were not understood.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub unknown: Vec<String>,
+    /// Readings that were not said: corrected words, sides that were chosen, what cannot be done at once.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub notes: Vec<String>,
+    /// What cannot be done.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub impossible: Vec<Impossible>,
+}
+
+/// Actions that are done at once: one, or arms on walking legs.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Clause {
+    /// One action, or a gesture and the legs below it.
+    #[serde(rename = "action")]
+    pub actions: Vec<Action>,
+    /// Duration that was asked for (s).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub seconds: Option<f64>,
+    /// Times that an action without repetitions of its own is done.
+    #[serde(default = "once", skip_serializing_if = "is_once")]
+    pub times: u32,
+}
+
+fn once() -> u32 {
+    1
+}
+
+fn is_once(times: &u32) -> bool {
+    *times == 1
+}
+
+/// Something that was asked for and cannot be done.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Impossible {
+    /// The words.
+    pub said: String,
+    /// The reason.
+    pub because: String,
+    /// The nearest verb that can be done.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub nearest: Option<String>,
+    /// Place among the clauses where the nearest belongs.
+    #[serde(default)]
+    pub at: usize,
+}
+
+impl Clause {
+    /// Returns what can be checked on its motion.
+    pub fn facts(&self) -> Facts {
+        let relation = if self.actions.len() > 1 { Relation::While } else { Relation::Single };
+        Facts { relation, actions: self.actions.clone(), held_out: None }
+    }
+}
+
+impl Script {
+    /// Puts the nearest possible motion in the place of what cannot be done; what has none is left out.
+    pub fn with_nearest(mut self) -> Self {
+        for one in self.impossible.iter().rev() {
+            let Some(verb) = &one.nearest else { continue };
+            let clause = Clause { actions: vec![Action::of(verb)], seconds: None, times: 1 };
+            self.clauses.insert(one.at.min(self.clauses.len()), clause);
+            self.notes.push(format!("'{}' is done as '{}': {}", one.said, name(verb), one.because));
+        }
+        self.impossible.clear();
+        self
+    }
+}
+
+fn name(verb: &str) -> String {
+    verb.replace('_', " ")
+}
+
+impl fmt::Display for Script {
+    /// Writes the clauses in a line: `walk, forward, 2 times; then wave, right hand`.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (i, clause) in self.clauses.iter().enumerate() {
+            write!(f, "{}{clause}", if i > 0 { "; then " } else { "" })?;
+        }
+        Ok(())
+    }
+}
+
+impl fmt::Display for Clause {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (i, action) in self.actions.iter().enumerate() {
+            write!(f, "{}{}", if i > 0 { " while: " } else { "" }, words(action))?;
+        }
+        if self.times > 1 {
+            write!(f, ", {} times", self.times)?;
+        }
+        if let Some(seconds) = self.seconds {
+            write!(f, ", {seconds} s")?;
+        }
+        Ok(())
+    }
+}
+
+/// Returns an action in words.
+fn words(action: &Action) -> String {
+    let mut all = vec![name(&action.verb)];
+    all.extend(action.side.map(|side| format!("{} side", if side == Side::Both { "both" } else { side.word() })));
+    let way = |direction| match direction {
+        Direction::Forward => "forward",
+        Direction::Backward => "backward",
+        Direction::Left => "to the left",
+        Direction::Right => "to the right",
+        Direction::InPlace => "in place",
+    };
+    all.extend(action.direction.map(|direction| way(direction).to_string()));
+    all.extend(action.degrees.map(|degrees| format!("{degrees} degrees")));
+    all.extend(action.count.map(|n| if n == 1 { "once".into() } else { format!("{n} times") }));
+    all.extend(action.speed.map(|speed| if speed == Speed::Slow { "slow" } else { "fast" }.to_string()));
+    all.extend(action.size.map(|size| if size == Size::Small { "small" } else { "big" }.to_string()));
+    all.extend(action.mood.map(|mood| if mood == Mood::Sad { "sad" } else { "proud" }.to_string()));
+    all.join(", ")
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,298 @@
+//! Phrases of verbs as weighted words, and how well a piece of text fits them.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use serde::Deserialize;
+
+use crate::error::LanguageError;
+use crate::facts::{Side, Speed};
+use crate::grammar::words::{Form, inflected};
+use crate::grammar::{Acts, Grammar};
+
+const LEXICON: &str = include_str!("lexicon.toml");
+
+/// Weights of words: the verb, another word, a word that says little.
+const VERB: f64 = 2.0;
+const WORD: f64 = 1.0;
+const FILLER: f64 = 0.15;
+/// Cost of a missing word, as a share of its weight.
+const MISSING: f64 = 0.7;
+/// Share of a phrase's weight that must be found.
+const FOUND: f64 = 0.75;
+/// Cost of a phrase for the other number of hands.
+const OTHER_SIDE: f64 = 1.2;
+/// Cost of a side that a phrase needs and nobody said, and gain of one that was said.
+const NO_SIDE: f64 = 0.5;
+const SIDE: f64 = 0.2;
+/// Verbs that say little without their object, and their weight.
+const LIGHT: [&str; 10] = ["do", "make", "take", "give", "perform", "go", "get", "have", "put", "be"];
+const LIGHT_VERB: f64 = 0.6;
+/// Past tenses that no rule makes.
+const IRREGULAR: [(&str, &str); 34] = [
+    ("took", "take"),
+    ("taken", "take"),
+    ("stood", "stand"),
+    ("went", "go"),
+    ("gave", "give"),
+    ("threw", "throw"),
+    ("thrown", "throw"),
+    ("held", "hold"),
+    ("shook", "shake"),
+    ("drank", "drink"),
+    ("ran", "run"),
+    ("swam", "swim"),
+    ("flew", "fly"),
+    ("sat", "sit"),
+    ("lay", "lie"),
+    ("lying", "lie"),
+    ("bent", "bend"),
+    ("knelt", "kneel"),
+    ("spun", "spin"),
+    ("leant", "lean"),
+    ("leapt", "leap"),
+    ("swung", "swing"),
+    ("said", "say"),
+    ("did", "do"),
+    ("done", "do"),
+    ("made", "make"),
+    ("put", "put"),
+    ("hit", "hit"),
+    ("crept", "creep"),
+    ("running", "run"),
+    ("sitting", "sit"),
+    ("swimming", "swim"),
+    ("stopping", "stop"),
+    ("putting", "put"),
+];
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Lexicon {
+    filler: String,
+    also: Vec<Also>,
+    instead: Vec<Instead>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Also {
+    verb: String,
+    say: Vec<String>,
+}
+
+/// What no verb does.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Instead {
+    say: Vec<String>,
+    /// The nearest verb.
+    pub verb: Option<String>,
+    /// How that verb is done.
+    pub speed: Option<Speed>,
+    /// Why not the thing itself.
+    pub because: String,
+    /// Whether the nearest is done without asking.
+    pub accepted: bool,
+}
+
+/// What a phrase means.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Meaning {
+    /// A verb, by its number in the grammar.
+    Verb(usize),
+    /// Something else, by its number in the lexicon.
+    Instead(usize),
+}
+
+/// A phrase as weighted words.
+#[derive(Debug)]
+struct Phrase {
+    meaning: Meaning,
+    text: String,
+    /// The inflected word; phrases without one must be found whole.
+    verb: Option<String>,
+    words: Vec<(String, f64)>,
+    /// Whether it is for both hands, for one of them, or for no hand.
+    side: Option<Side>,
+    /// Whether it has a side or an angle of its own.
+    sided: bool,
+}
+
+/// A phrase that fits.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Fit {
+    pub meaning: Meaning,
+    pub score: f64,
+    /// Words of the text that it explains.
+    pub explained: BTreeSet<String>,
+    /// Whether the phrase has a verb.
+    pub has_verb: bool,
+}
+
+/// All phrases.
+#[derive(Debug)]
+pub(super) struct Phrases {
+    all: Vec<Phrase>,
+    pub instead: Vec<Instead>,
+    /// Base forms by inflected form.
+    forms: BTreeMap<String, String>,
+    pub filler: BTreeSet<String>,
+    /// Words that mean something.
+    pub vocabulary: BTreeSet<String>,
+}
+
+impl Phrases {
+    /// Collects the phrases of a grammar and of the lexicon.
+    pub fn new(grammar: &Grammar) -> Result<Self, LanguageError> {
+        let lexicon: Lexicon = toml::from_str(LEXICON).map_err(|e| LanguageError::Grammar(format!("lexicon: {e}")))?;
+        let mut texts: Vec<(Meaning, Option<Side>, String)> = Vec::new();
+        for (number, verb) in grammar.verbs.iter().enumerate() {
+            let also = lexicon.also.iter().filter(|also| also.verb == verb.name).flat_map(|also| &also.say);
+            let phrases = verb.say.iter().chain(&verb.new).chain(also);
+            let side = verb.side.filter(|_| matches!(verb.acts, Acts::Hand | Acts::Hands));
+            texts.extend(phrases.map(|text| (Meaning::Verb(number), side, text.clone())));
+        }
+        for also in &lexicon.also {
+            grammar.verb(&also.verb)?;
+        }
+        for (number, instead) in lexicon.instead.iter().enumerate() {
+            if let Some(verb) = &instead.verb {
+                grammar.verb(verb)?;
+            }
+            texts.extend(instead.say.iter().map(|text| (Meaning::Instead(number), None, text.clone())));
+        }
+        let mut forms = BTreeMap::new();
+        for (_, _, text) in &texts {
+            for word in text.split('[').skip(1).filter_map(|rest| rest.split(']').next()) {
+                // A hyphenated verb is several words of the text.
+                let Some(first) = word.split('-').next() else { continue };
+                forms.insert(past(first), first.to_string());
+                for form in Form::ALL {
+                    forms.insert(inflected(&format!("[{first}]"), form), first.to_string());
+                }
+            }
+        }
+        forms.extend(IRREGULAR.map(|(form, base)| (form.to_string(), base.to_string())));
+        let filler: BTreeSet<String> = lexicon.filler.split_whitespace().map(str::to_string).collect();
+        let mut own = Self { all: Vec::new(), instead: lexicon.instead, forms, filler, vocabulary: BTreeSet::new() };
+        own.all = texts.into_iter().map(|(meaning, side, text)| own.phrase(meaning, side, text)).collect();
+        let words = own.all.iter().flat_map(|phrase| phrase.words.iter().map(|(word, _)| word.clone()));
+        own.vocabulary = words.chain(own.forms.keys().cloned()).chain(own.filler.iter().cloned()).collect();
+        Ok(own)
+    }
+
+    fn phrase(&self, meaning: Meaning, side: Option<Side>, text: String) -> Phrase {
+        let verb = text.split('[').nth(1).and_then(|rest| rest.split([']', '-']).next()).map(str::to_string);
+        let slots = [("{hand}", "hand"), ("{arm}", "hand"), ("{foot}", "foot"), ("{leg}", "foot"), ("{knee}", "foot")];
+        let plain = slots.iter().fold(text.clone(), |text, (slot, word)| text.replace(slot, word));
+        let plain: String = ["{side}", "{angle}", "{steps}"].iter().fold(plain, |text, slot| text.replace(slot, ""));
+        let plain = plain.replace("{nsteps}", " steps");
+        let plain: String = plain.chars().map(|c| if c.is_alphanumeric() { c } else { ' ' }).collect();
+        let mut words: Vec<(String, f64)> = Vec::new();
+        let said = |word: &&str| !["a", "an", "the", "to", "of", "at", "with"].contains(word);
+        for word in plain.split_whitespace().filter(said).map(|word| self.base(word)) {
+            let weight = match () {
+                () if verb.as_deref() == Some(&word) && LIGHT.contains(&word.as_str()) => LIGHT_VERB,
+                () if verb.as_deref() == Some(&word) => VERB,
+                () if self.filler.contains(&word) => FILLER,
+                () => WORD,
+            };
+            if !words.iter().any(|(known, _)| *known == word) {
+                words.push((word, weight));
+            }
+        }
+        let sided = text.contains("{side}") || text.contains("{angle}");
+        Phrase { meaning, text, verb, words, side, sided }
+    }
+
+    /// Returns the form that is compared: verbs without endings, nouns without plural, arms as hands and legs as feet.
+    pub fn base(&self, word: &str) -> String {
+        let word = match word {
+            "arm" | "arms" | "hands" => "hand",
+            "leg" | "legs" | "feet" | "knee" | "knees" => "foot",
+            other => other,
+        };
+        if let Some(base) = self.forms.get(word) {
+            return base.clone();
+        }
+        let singular = word.strip_suffix('s').filter(|w| w.len() > 2 && !w.ends_with('s'));
+        singular.unwrap_or(word).to_string()
+    }
+
+    /// Returns the phrase that fits best, where one does. `side` is that of a limb; `has_way`: a
+    /// direction is said.
+    pub fn best(&self, bases: &BTreeSet<String>, side: Option<Side>, has_way: bool) -> Option<Fit> {
+        let fits = self.all.iter().filter_map(|phrase| phrase.fit(bases, side, has_way));
+        // Of equal ones the first.
+        fits.fold(None, |best: Option<Fit>, fit| match best {
+            Some(best) if best.score >= fit.score => Some(best),
+            _ => Some(fit),
+        })
+    }
+
+    /// Returns the phrase with most of its words in a text, to be named where none fits.
+    pub fn nearest(&self, bases: &BTreeSet<String>) -> Option<&str> {
+        let shared = |phrase: &Phrase| {
+            let found: f64 = phrase.words.iter().filter(|(word, _)| bases.contains(word)).map(|(_, w)| w).sum();
+            found / phrase.words.iter().map(|(_, w)| w).sum::<f64>()
+        };
+        let best = self.all.iter().map(|p| (shared(p), p)).max_by(|a, b| a.0.total_cmp(&b.0));
+        best.filter(|(share, _)| *share > 0.3).map(|(_, phrase)| phrase.text.as_str())
+    }
+
+    /// Returns whether a word is in some phrase of a meaning, or is a verb that says nothing by itself.
+    pub fn belongs(&self, meaning: Meaning, base: &str) -> bool {
+        let phrases = self.all.iter().filter(|phrase| phrase.meaning == meaning);
+        LIGHT.contains(&base) || phrases.flat_map(|phrase| &phrase.words).any(|(word, _)| word == base)
+    }
+
+    /// Returns whether a word is a verb in some form, and nothing else: "turns" and "steps" are nouns, too.
+    pub fn is_main_verb(&self, word: &str) -> bool {
+        let base = self.forms.get(word);
+        base.is_some_and(|base| !["step", "turn", "back"].contains(&base.as_str()) && !LIGHT.contains(&base.as_str()))
+    }
+}
+
+impl Phrase {
+    fn fit(&self, bases: &BTreeSet<String>, side: Option<Side>, has_way: bool) -> Option<Fit> {
+        if self.verb.as_ref().is_some_and(|verb| !bases.contains(verb)) {
+            return None;
+        }
+        let (mut found, mut whole) = (0.0, 0.0);
+        let mut explained = BTreeSet::new();
+        for (word, weight) in &self.words {
+            whole += weight;
+            if bases.contains(word) {
+                found += weight;
+                explained.insert(word.clone());
+            }
+        }
+        let least = if self.verb.is_some() { FOUND } else { 1.0 - 1e-9 };
+        if found < least * whole {
+            return None;
+        }
+        let other = match (self.side, side) {
+            (Some(Side::Both), Some(Side::Left | Side::Right)) | (Some(Side::Left | Side::Right), Some(Side::Both)) => {
+                OTHER_SIDE
+            }
+            _ => 0.0,
+        };
+        let sided = match (self.sided, has_way) {
+            (true, true) => SIDE,
+            (true, false) => -NO_SIDE,
+            (false, _) => 0.0,
+        };
+        let score = found - MISSING * (whole - found) - other + sided;
+        Some(Fit { meaning: self.meaning, score, explained, has_verb: self.verb.is_some() })
+    }
+}
+
+/// Returns the regular past tense.
+fn past(word: &str) -> String {
+    let gerund = inflected(&format!("[{word}]"), Form::Gerund);
+    let stem = gerund.strip_suffix("ing").unwrap_or(&gerund);
+    match word.strip_suffix('y') {
+        Some(before) if !before.ends_with(['a', 'e', 'o', 'u']) => format!("{before}ied"),
+        _ => format!("{stem}ed"),
+    }
+}

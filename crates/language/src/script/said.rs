@@ -1,0 +1,156 @@
+//! What is said of an action: side, direction, numbers, adverbs.
+
+use crate::facts::{Direction, Mood, Side, Size, Speed};
+
+/// Numbers in words.
+const NUMBERS: [&str; 13] =
+    ["zero", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten", "eleven", "twelve"];
+/// Most repetitions that are taken for a number of something.
+const MAX_COUNT: f64 = 50.0;
+
+/// What a piece of text says beside the verb.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub(super) struct Said {
+    pub side: Option<Side>,
+    pub direction: Option<Direction>,
+    pub count: Option<u32>,
+    pub degrees: Option<u32>,
+    pub seconds: Option<f64>,
+    pub speed: Option<Speed>,
+    pub size: Option<Size>,
+    pub mood: Option<Mood>,
+    /// Whether hands or arms are meant together though no side is said.
+    pub plural: bool,
+    /// Words that are explained by this.
+    pub used: Vec<String>,
+}
+
+/// Returns the number that a word is.
+fn number(word: &str) -> Option<f64> {
+    if let Some(at) = NUMBERS.iter().position(|known| *known == word) {
+        return Some(at as f64);
+    }
+    word.parse().ok().filter(|n: &f64| n.is_finite() && *n >= 0.0)
+}
+
+/// Reads a piece of text.
+pub(super) fn said(words: &[String]) -> Said {
+    let mut out = Said::default();
+    for (at, word) in words.iter().enumerate() {
+        let next = words.get(at + 1).map_or("", String::as_str);
+        if adverb(&mut out, word) || numbered(&mut out, words, at) || way(&mut out, word, next) {
+            out.used.push(word.clone());
+        }
+    }
+    let has = |pair: [&str; 2]| words.windows(2).any(|two| two[0] == pair[0] && two[1] == pair[1]);
+    if has(["other", "way"]) || has(["u", "turn"]) || has(["about", "face"]) {
+        out.degrees.get_or_insert(180);
+    }
+    if has(["right", "angle"]) {
+        out.degrees.get_or_insert(90);
+        (out.side, out.direction) =
+            (None, out.direction.filter(|_| words.iter().any(|word| word.contains("clockwise"))));
+        out.used.push("angle".into());
+    }
+    if has(["turn", "around"]) || has(["spin", "around"]) || has(["turns", "around"]) || has(["turning", "around"]) {
+        out.degrees.get_or_insert(180);
+    }
+    if has(["head", "down"]) {
+        out.mood.get_or_insert(Mood::Sad);
+    }
+    if has(["head", "high"]) || has(["head", "up"]) {
+        out.mood.get_or_insert(Mood::Proud);
+    }
+    out.plural = out.side.is_none() && words.iter().any(|word| word == "hands" || word == "arms");
+    out
+}
+
+fn adverb(out: &mut Said, word: &str) -> bool {
+    match word {
+        "slowly" | "slow" | "leisurely" | "unhurriedly" | "calmly" | "gradually" | "sluggishly" | "lazily" => {
+            out.speed = Some(Speed::Slow);
+        }
+        "quickly" | "fast" | "rapidly" | "briskly" | "hastily" | "swiftly" | "quick" | "hurriedly" | "speedily"
+        | "faster" | "brisk" | "rapid" | "hurry" => out.speed = Some(Speed::Fast),
+        "widely" | "wide" | "large" | "big" | "huge" | "exaggerated" | "broadly" | "deeply" | "deep"
+        | "expansively" | "hugely" | "vigorously" | "energetically" | "generously" | "dramatically" => {
+            out.size = Some(Size::Big)
+        }
+        "slightly" | "small" | "tiny" | "barely" | "subtly" | "little" | "modestly" | "short" | "subtle" => {
+            out.size = Some(Size::Small);
+        }
+        "sadly" | "sad" | "dejectedly" | "dejected" | "gloomily" | "depressed" | "unhappily" | "sorrowfully"
+        | "unhappy" | "miserably" => out.mood = Some(Mood::Sad),
+        "proudly" | "proud" | "confidently" | "haughtily" | "triumphantly" | "confident" | "arrogantly" => {
+            out.mood = Some(Mood::Proud);
+        }
+        _ => return false,
+    }
+    true
+}
+
+/// Reads the number at a place, with the unit after it.
+fn numbered(out: &mut Said, words: &[String], at: usize) -> bool {
+    let word = words[at].as_str();
+    let next = words.get(at + 1).map_or("", String::as_str);
+    match (word, next) {
+        ("once", _) => out.count = Some(1),
+        ("twice", _) => out.count = Some(2),
+        ("thrice", _) => out.count = Some(3),
+        ("couple", _) => out.count = Some(2),
+        ("few", "steps" | "times") => out.count = Some(3),
+        ("several", "steps" | "times") => out.count = Some(4),
+        ("quarter", _) => out.degrees = Some(90),
+        ("half", "turn" | "circle" | "way") => out.degrees = Some(180),
+        ("half", "a") if words.get(at + 2).is_some_and(|w| w == "turn" || w == "circle") => out.degrees = Some(180),
+        ("dozen", _) => out.count = Some(if words[..at].contains(&"half".to_string()) { 6 } else { 12 }),
+        ("full", "turn" | "circle" | "rotation") | ("complete", "turn" | "circle") | ("all", "around") => {
+            out.degrees = Some(360);
+        }
+        _ => {
+            let Some(value) = number(word) else { return false };
+            let whole = value.round();
+            // An adjective may stand between number and unit: "two big steps".
+            let unit = words[at + 1..].iter().take(3).map(String::as_str).find(|w| ["degrees", "seconds"].contains(w));
+            match unit {
+                Some("degrees") => out.degrees = Some(whole as u32),
+                Some("seconds") => out.seconds = Some(value),
+                _ if (1.0..=MAX_COUNT).contains(&whole) && !is_article(words, at) => out.count = Some(whole as u32),
+                _ => return false,
+            }
+        }
+    }
+    true
+}
+
+/// Returns whether "one" stands for something else than a number: "one leg", "one hand", "one another".
+fn is_article(words: &[String], at: usize) -> bool {
+    let next = words.get(at + 1).map_or("", String::as_str);
+    let is_other = at > 0 && words[at - 1] == "other";
+    words[at] == "one" && is_other
+        || words[at] == "one" && ["leg", "foot", "hand", "arm", "knee", "another", "side", "way", "of"].contains(&next)
+}
+
+/// Reads sides and directions.
+fn way(out: &mut Said, word: &str, next: &str) -> bool {
+    const LIMBS: [&str; 10] = ["hand", "hands", "arm", "arms", "foot", "feet", "leg", "legs", "knee", "fist"];
+    let of_limb = LIMBS.contains(&next);
+    match word {
+        "left" if of_limb => out.side = Some(if out.side == Some(Side::Right) { Side::Both } else { Side::Left }),
+        "right" if of_limb => out.side = Some(if out.side == Some(Side::Left) { Side::Both } else { Side::Right }),
+        "left" | "lefthand" | "leftward" | "leftwards" => {
+            // "Left and right" is both ways.
+            out.side = Some(if out.side == Some(Side::Right) { Side::Both } else { Side::Left });
+            out.direction = Some(Direction::Left);
+        }
+        "right" | "rightward" | "rightwards" if next != "now" => {
+            out.side = Some(if out.side == Some(Side::Left) { Side::Both } else { Side::Right });
+            out.direction = Some(Direction::Right);
+        }
+        "both" => out.side = Some(Side::Both),
+        "clockwise" => out.direction = Some(Direction::Right),
+        "counterclockwise" | "anticlockwise" => out.direction = Some(Direction::Left),
+        _ => return false,
+    }
+    true
+}

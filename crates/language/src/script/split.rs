@@ -1,0 +1,216 @@
+//! Text to pieces: normal form, and what joins the pieces.
+
+/// How a piece follows the one before it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Join {
+    /// After it: "then", a full stop.
+    Then,
+    /// During it: "while".
+    While,
+    /// After it or during it: "and".
+    And,
+    /// After it, or more words about it: a comma.
+    Comma,
+    /// During it, or with what: "with".
+    With,
+}
+
+/// Words that join, as they are in normal text; longer ones first.
+const JOINS: [(&str, Join); 44] = [
+    ("and at the same time", Join::While),
+    ("while at the same time", Join::While),
+    ("at the same time", Join::While),
+    ("all the while", Join::While),
+    ("and simultaneously", Join::While),
+    ("simultaneously", Join::While),
+    ("and meanwhile", Join::While),
+    ("meanwhile", Join::While),
+    ("and while", Join::While),
+    ("while", Join::While),
+    ("whilst", Join::While),
+    ("during", Join::While),
+    ("as he", Join::While),
+    ("as she", Join::While),
+    ("as it", Join::While),
+    ("as they", Join::While),
+    ("as you", Join::While),
+    ("and then", Join::Then),
+    ("but then", Join::Then),
+    ("and after that", Join::Then),
+    ("after that", Join::Then),
+    ("and afterwards", Join::Then),
+    ("afterwards", Join::Then),
+    ("afterward", Join::Then),
+    ("and finally", Join::Then),
+    ("finally", Join::Then),
+    ("and next", Join::Then),
+    ("next", Join::Then),
+    ("followed by", Join::Then),
+    ("before finally", Join::Then),
+    ("before", Join::Then),
+    ("and lastly", Join::Then),
+    ("lastly", Join::Then),
+    ("later", Join::Then),
+    ("then", Join::Then),
+    ("until", Join::Then),
+    ("|", Join::Then),
+    (", and", Join::And),
+    ("and", Join::And),
+    ("plus", Join::And),
+    ("but", Join::And),
+    ("or", Join::And),
+    (",", Join::Comma),
+    ("with", Join::With),
+];
+
+/// Returns words in small letters, with punctuation that joins as words of its own and units spelt out.
+pub(super) fn normal(text: &str) -> Vec<String> {
+    let mut out = String::new();
+    let mut before = ' ';
+    for c in text.to_lowercase().chars() {
+        match c {
+            '.' | ';' | '!' | '?' | ':' => {
+                // A point between digits is part of the number.
+                if c == '.' && before.is_ascii_digit() { out.push('.') } else { out.push_str(" | ") }
+            }
+            ',' => out.push_str(" , "),
+            '\u{b0}' | '\u{ba}' => out.push_str(" degrees "),
+            '\'' | '\u{2019}' => {}
+            '%' | '+' | '&' => out.push_str(" and "),
+            _ if c.is_alphanumeric() => {
+                // "90deg", "3x" and "5s" are a number and a unit.
+                if before.is_ascii_digit() && c.is_alphabetic() || before == 'x' && c.is_ascii_digit() {
+                    out.push(' ');
+                }
+                out.push(c);
+            }
+            _ => out.push(' '),
+        }
+        before = c;
+    }
+    let unit = |word: &str| match word.trim_end_matches('.') {
+        "deg" | "degs" | "degree" => "degrees".to_string(),
+        "s" | "sec" | "secs" | "second" => "seconds".into(),
+        "x" | "time" | "reps" | "rep" | "repetitions" | "repetition" => "times".into(),
+        "&" => "and".into(),
+        other => other.to_string(),
+    };
+    let out = out.replace("counter clockwise", "counterclockwise").replace("anti clockwise", "counterclockwise");
+    let words: Vec<String> = out.split_whitespace().map(unit).filter(|word| !word.is_empty()).collect();
+    words.into_iter().skip_while(|word| word == "|" || word == ",").collect()
+}
+
+/// Returns pieces with what joins each to the one before; the first is joined by `Then`. "After A, B" is A, then B.
+pub(super) fn pieces(words: &[String]) -> Vec<(Join, Vec<String>)> {
+    let mut all: Vec<(Join, Vec<String>)> = vec![(Join::Then, Vec::new())];
+    let mut at = 0;
+    let mut swapped = false;
+    while at < words.len() {
+        if at == 0 && words[at] == "before" {
+            // "Before A, B" is B, then A: as "A after B".
+            let comma = words.iter().position(|word| word == ",").unwrap_or(words.len());
+            let (first, second) = (&words[1..comma], &words[(comma + 1).min(words.len())..]);
+            let turned: Vec<String> = second.iter().chain([&"then".to_string()]).chain(first).cloned().collect();
+            return if second.is_empty() { pieces(&words[1..]) } else { pieces(&turned) };
+        }
+        let opens = |w: &String| w.ends_with("ing") || ["you", "he", "she", "it", "they"].contains(&w.as_str());
+        if words[at] == "after" && (at == 0 || words.get(at + 1).is_some_and(opens)) {
+            // What stands after it is done first.
+            swapped = at > 0;
+            if swapped {
+                all.push((Join::Then, Vec::new()));
+            }
+            at += 1;
+            continue;
+        }
+        let found = JOINS.iter().find(|(text, _)| {
+            let joined: Vec<&str> = text.split(' ').collect();
+            words[at..].iter().map(String::as_str).take(joined.len()).eq(joined.iter().copied())
+        });
+        match found {
+            Some((text, join)) => {
+                // "While A, B": the comma joins what is done at once.
+                let opens = *join == Join::While && all.len() == 1 && all[0].1.is_empty();
+                if opens {
+                    all[0].0 = Join::While;
+                } else {
+                    all.push((*join, Vec::new()));
+                }
+                at += text.split(' ').count();
+            }
+            None => {
+                if let Some((_, piece)) = all.last_mut() {
+                    piece.push(words[at].clone());
+                }
+                at += 1;
+            }
+        }
+    }
+    if swapped && all.len() >= 2 {
+        if let Some((_, last)) = all.pop() {
+            all.insert(0, (Join::Then, last));
+        }
+    }
+    if all[0].0 == Join::While {
+        all[0].0 = Join::Then;
+        if let Some(second) = all.get_mut(1) {
+            second.0 = Join::While;
+        }
+    }
+    merged(all)
+}
+
+/// Two joins in a row are one: the stronger. Pieces without words go.
+fn merged(all: Vec<(Join, Vec<String>)>) -> Vec<(Join, Vec<String>)> {
+    let mut out: Vec<(Join, Vec<String>)> = Vec::new();
+    let mut pending: Option<Join> = None;
+    for (join, piece) in all {
+        let strength = |join: Join| match join {
+            Join::While => 4,
+            Join::Then => 3,
+            Join::And => 2,
+            Join::Comma => 1,
+            Join::With => 0,
+        };
+        let join = pending.filter(|p| strength(*p) > strength(join)).unwrap_or(join);
+        if piece.is_empty() {
+            pending = Some(join);
+        } else {
+            out.push((join, piece));
+            pending = None;
+        }
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn of(text: &str) -> Vec<(Join, String)> {
+        pieces(&normal(text)).into_iter().map(|(join, words)| (join, words.join(" "))).collect()
+    }
+
+    #[test]
+    fn text_is_divided_where_something_joins() {
+        let expected = [(Join::Then, "turn"), (Join::Comma, "wave"), (Join::Then, "bow")];
+        assert_eq!(of("Turn, wave, then bow."), expected.map(|(j, t)| (j, t.to_string())));
+        let expected = [(Join::Then, "a man walks"), (Join::While, "waving his hand")];
+        assert_eq!(of("a man walks while waving his hand"), expected.map(|(j, t)| (j, t.to_string())));
+        let expected = [(Join::Then, "bowing"), (Join::Comma, "wave")];
+        assert_eq!(of("After bowing, wave"), expected.map(|(j, t)| (j, t.to_string())));
+        let expected = [(Join::Then, "bowing"), (Join::Then, "wave")];
+        assert_eq!(of("wave after bowing"), expected.map(|(j, t)| (j, t.to_string())));
+        let expected = [(Join::Then, "take a bow"), (Join::Then, "you wave")];
+        assert_eq!(of("Before you wave, take a bow"), expected.map(|(j, t)| (j, t.to_string())));
+        let expected = [(Join::Then, "walking"), (Join::While, "nod")];
+        assert_eq!(of("while walking, nod"), expected.map(|(j, t)| (j, t.to_string())));
+    }
+
+    #[test]
+    fn numbers_and_units_are_words_of_their_own() {
+        assert_eq!(normal("turn 90° left").join(" "), "turn 90 degrees left");
+        assert_eq!(normal("nod 3x, wait 2.5s").join(" "), "nod 3 times , wait 2.5 seconds");
+        assert_eq!(normal("high-five!").join(" "), "high five |");
+    }
+}

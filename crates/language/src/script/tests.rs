@@ -1,0 +1,120 @@
+#![allow(clippy::unwrap_used)]
+use super::*;
+use crate::grammar::Grammar;
+
+fn read(text: &str) -> Script {
+    let grammar = Grammar::builtin().unwrap();
+    Reader::new(&grammar).unwrap().read(text)
+}
+
+fn line(text: &str) -> String {
+    read(text).to_string()
+}
+
+#[test]
+fn free_words_become_actions() {
+    for (text, expected) in [
+        ("take exactly two steps forward", "step forward, forward, 2 times"),
+        ("take exactly 3 steps", "step forward, forward, 3 times"),
+        ("step to the right", "walk sideways, to the right"),
+        ("sidestep to the left", "walk sideways, to the left"),
+        ("walk in a circle", "walk curve, to the left"),
+        ("stand on one leg", "balance, right side"),
+        ("say hello with your left hand", "wave, left side"),
+        ("look over the left shoulder", "look around"),
+        ("turn 45° to the right", "turn, to the right, 45 degrees"),
+        ("do a half turn counter-clockwise", "turn, to the left, 180 degrees"),
+        ("Squats two times!", "squat, 2 times"),
+        ("nod 3x", "nod, 3 times"),
+        ("the robot is walking for four seconds", "walk, forward, 4 s"),
+        ("turn, wave, then bow", "turn, to the left, 90 degrees; then wave, right side; then bow"),
+        ("walk forward while waving with the right hand", "wave, right side while: walk, forward"),
+        ("he waves as he walks backwards", "wave, right side while: walk backward, backward"),
+        ("raise both arms", "raise arms, both side"),
+        ("raise your left arm", "reach up, left side"),
+        ("kick a ball with the left foot", "kick, left side"),
+        ("after bowing, clap twice", "bow; then clap, both side, 2 times"),
+        ("bow three times", "bow, 3 times"),
+        ("walk sadly", "walk, forward, sad"),
+        ("wavs with the left hand", "wave, left side"),
+        ("take three steps back and then wave", "step back, backward, 3 times; then wave, right side"),
+        (
+            "turn 90 degrees left, then 90 degrees right",
+            "turn, to the left, 90 degrees; then turn, to the right, 90 degrees",
+        ),
+        ("nod and clap at the same time", "nod while: clap, both side"),
+        ("before you wave, take a bow", "bow; then wave, right side"),
+        ("step forward with your right foot", "step forward, forward"),
+        ("turn around", "turn, to the left, 180 degrees"),
+        ("walk ahead, waving", "wave, right side while: walk, forward"),
+        ("bend down and pick something up", "pick up, right side"),
+        ("walk with arms crossed", "cross arms, both side while: walk, forward"),
+    ] {
+        assert_eq!(line(text), expected, "{text}: {:?}", read(text));
+    }
+}
+
+#[test]
+fn what_is_not_understood_is_kept() {
+    let script = read("wave angrily with the right hand");
+    assert_eq!((script.to_string().as_str(), script.unknown), ("wave, right side", vec!["angrily".to_string()]));
+    let script = read("defenestrate the marmalade");
+    assert!(script.clauses.is_empty() && script.unknown == ["defenestrate the marmalade"], "{script:?}");
+    let script = read("salutte slowly");
+    assert_eq!(script.notes[0], "read 'salutte' as 'salute'");
+}
+
+#[test]
+fn what_cannot_be_done_is_said_with_the_nearest() {
+    let script = read("walk forward, then do a backflip, then bow");
+    assert_eq!(script.to_string(), "walk, forward; then bow");
+    let [one] = script.impossible.as_slice() else { panic!("{script:?}") };
+    assert_eq!((one.said.as_str(), one.at, &one.nearest), ("do a backflip", 1, &None));
+    let script = read("jump and then bow").with_nearest();
+    assert_eq!(script.to_string(), "bounce; then bow");
+    assert!(script.impossible.is_empty() && script.notes[0].contains("no clip leaves the ground"), "{script:?}");
+    // A run is a fast walk, which is said.
+    let script = read("run forward");
+    assert_eq!(script.to_string(), "walk, forward, fast");
+    assert!(script.notes[0].contains("no clip has a run"), "{script:?}");
+}
+
+#[test]
+fn every_phrase_of_the_grammar_means_its_own_verb() {
+    use crate::grammar::words::captions;
+    use lifelike_checkpoint::rng::stream;
+    let grammar = Grammar::builtin().unwrap();
+    let reader = Reader::new(&grammar).unwrap();
+    let mut rng = stream(3, "script", 0, 0);
+    let (mut right, mut all) = (0, 0);
+    let mut wrong = Vec::new();
+    for verb in &grammar.verbs {
+        let action = Action { side: verb.side, direction: verb.direction, ..Action::of(&verb.name) };
+        let facts = Facts { relation: Relation::Single, actions: vec![action], held_out: None };
+        for text in captions(&grammar, &facts, false, 8, &mut rng).unwrap() {
+            let script = reader.read(&text);
+            all += 1;
+            let is_right = script.clauses.len() == 1 && script.clauses[0].actions[0].verb == verb.name;
+            right += usize::from(is_right);
+            if !is_right {
+                wrong.push(format!("{}: {text} -> {script}", verb.name));
+            }
+        }
+    }
+    assert!(right * 100 >= all * 95, "{right} of {all}: {wrong:#?}");
+}
+
+#[test]
+fn a_script_can_be_edited() {
+    let grammar = Grammar::builtin().unwrap();
+    let script = read("turn 45 degrees left, then wave twice while walking");
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("s.toml");
+    std::fs::write(&path, script.to_toml().unwrap()).unwrap();
+    assert_eq!(Script::read(&path, &grammar).unwrap(), script);
+    std::fs::write(&path, "[[clause]]\n[[clause.action]]\nverb = \"swim\"\n").unwrap();
+    let error = Script::read(&path, &grammar).unwrap_err().to_string();
+    assert!(error.contains("s.toml:3") && error.contains("'swim'"), "{error}");
+    std::fs::write(&path, "[[clause]]\naction = []\ntempo = 3\n").unwrap();
+    assert!(Script::read(&path, &grammar).unwrap_err().to_string().contains("s.toml:3"));
+}
