@@ -7,7 +7,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Floors: a crate may import crates on LOWER floors only.
-const FLOORS: [(&str, u32); 23] = [
+const FLOORS: [(&str, u32); 24] = [
     ("character", 0),
     ("checkpoint", 0),
     ("fetch", 0),
@@ -24,6 +24,7 @@ const FLOORS: [(&str, u32); 23] = [
     ("runtime", 3),
     ("train", 4),
     ("evaluation", 4),
+    ("unitree", 4),
     ("representation", 5),
     ("sequences", 6),
     ("tracking", 6),
@@ -34,7 +35,8 @@ const FLOORS: [(&str, u32); 23] = [
 ];
 
 /// Crates that stand on a floor for their use, but must know little of what is below them.
-const ONLY: [(&str, &[&str]); 9] = [
+const ONLY: [(&str, &[&str]); 10] = [
+    ("unitree", &["robot", "runtime"]),
     ("runtime", &["character", "checkpoint", "motion", "robot"]),
     ("capi", &["character", "motion", "robot"]),
     ("interop", &["character", "checkpoint", "motion", "robot"]),

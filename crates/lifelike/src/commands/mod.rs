@@ -18,7 +18,10 @@ pub mod man;
 pub mod motion;
 pub mod physics;
 pub mod plans;
+pub mod replay;
 pub mod robots;
+pub mod run;
+pub mod simulate_robot;
 
 // What needs the training framework; without it these are commands in name only.
 pub mod align;
@@ -60,6 +63,9 @@ pub enum Command {
     Eval(eval::Args),
     Demo(demo::Args),
     Export(export::Args),
+    Run(run::Args),
+    SimulateRobot(simulate_robot::Args),
+    Replay(replay::Args),
     Import(import::Args),
     #[command(subcommand)]
     Bench(bench::Bench),
@@ -92,6 +98,9 @@ impl Command {
             Self::Eval(args) => eval::run(&args, output),
             Self::Demo(args) => demo::run(&args, output),
             Self::Export(args) => export::run(&args, output),
+            Self::Run(args) => run::run(&args, output),
+            Self::SimulateRobot(args) => simulate_robot::run(&args, output),
+            Self::Replay(args) => replay::run(&args, output),
             Self::Import(args) => import::run(&args, output),
             Self::Bench(bench) => bench.run(output),
             Self::Fetch(args) => fetch::run(&args, output),
