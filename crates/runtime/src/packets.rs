@@ -27,7 +27,7 @@ pub struct Counts {
     pub reordered: u64,
     /// Packets with numbers that are not finite.
     pub non_finite: u64,
-    /// Ticks without a packet that is fresh.
+    /// Ticks after more than half of the longest time without a packet.
     pub late_ticks: u64,
 }
 

@@ -21,7 +21,7 @@ pub fn real_time() -> Vec<String> {
         refused.push(format!("SCHED_FIFO: not permitted ({error}): {remedy}"));
     }
     #[cfg(target_os = "linux")]
-    if let Err(error) = rustix::mm::mlockall(rustix::mm::MlockAllFlags::CURRENT | rustix::mm::MlockAllFlags::FUTURE) {
+    if let Err(error) = rustix::mm::mlockall(rustix::mm::MlockAllFlags::CURRENT) {
         refused.push(format!("mlockall: not permitted ({error}): a page that is swapped out delays a tick; ulimit -l"));
     }
     refused

@@ -6,7 +6,7 @@ use std::sync::atomic::Ordering;
 
 use lifelike_robot::Robot;
 use lifelike_runtime::udp::packet::{self, Kind, Received};
-use lifelike_runtime::{Clock, Measurement, Mode, MonotonicClock};
+use lifelike_runtime::{Clock, Measurement, Mode, MonotonicClock, scheduling};
 use serde_json::json;
 
 use crate::commands::physics::{self, Physics};
@@ -143,6 +143,8 @@ impl Wires {
         let stop = crate::interrupt::flag()?;
         let joints = self.machine.facts().joints.len();
         let (mut state, mut bytes) = (Measurement::new(joints), Vec::new());
+        // A robot's own boards are not delayed by other programs.
+        scheduling::real_time().iter().for_each(|line| tracing::debug!("{line}"));
         let mut clock = MonotonicClock::start();
         let (step, mut next) = (self.machine.step_ns(), 0);
         let mut newest: Option<u32> = None;

@@ -280,7 +280,7 @@ impl Gate {
         } else if silence > lost || self.stale(now) > lost {
             found = Some(self.defect.unwrap_or(trip(now, Cause::Lost, None, silence, lost)));
         }
-        if silence > 2.0 * self.dt {
+        if silence > 0.5 * lost {
             self.monitor.counts.late_ticks += 1;
         }
         let tilt = tilt(self.measured.orientation, intent.up_b);

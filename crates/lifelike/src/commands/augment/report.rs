@@ -66,6 +66,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
         let page = args.output.as_ref().map_or(String::new(), |folder| {
             format!("open this in a browser: {}\n", folder.join("report.html").display())
         });
-        format!("{}{page}", tables.collect::<String>())
+        let worst = measured.iter().map(|(name, gaps)| crate::output::fitted(&page::worst(name, gaps)));
+        format!("{}{}{page}", tables.collect::<String>(), worst.collect::<String>())
     })
 }
