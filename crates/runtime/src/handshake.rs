@@ -79,7 +79,7 @@ pub fn differences(controller: &Controller, facts: &Facts, config: &Config) -> V
     }
     let [w, x, y, z] = facts.imu_orientation;
     let turned = 2.0 * (x * x + y * y + z * z).sqrt().atan2(w.abs());
-    if !(turned <= ANGLE) {
+    if turned.is_nan() || turned > ANGLE {
         let got = format!("turned by {:.1} degrees", turned.to_degrees());
         differs("IMU", "the orientation of the root".into(), got, ": turn its readings before they are sent");
     }

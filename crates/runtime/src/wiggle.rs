@@ -93,7 +93,7 @@ pub fn defects(responses: &[Response], joints: &[String]) -> Vec<String> {
             lines.push(format!("motor '{joint}': expected its own encoder to move, got that of '{other}': swapped"));
         } else if own <= -RESPONSE {
             lines.push(format!("motor '{joint}': expected its encoder to follow, got the opposite sign: reversed"));
-        } else if !(own >= RESPONSE) {
+        } else if own.is_nan() || own < RESPONSE {
             let got = 100.0 * own;
             lines.push(format!("motor '{joint}': expected its encoder to move, got {got:.0}% of the command: dead"));
         }

@@ -8,6 +8,9 @@ use lifelike_robot::{Controller, ControllerFile};
 use lifelike_runtime::wiggle::{defects, identify};
 use lifelike_runtime::{Config, Facts, Limits, VirtualClock, handshake};
 
+/// Makes one mismatch.
+type Change = fn(&mut Facts);
+
 fn refusal(change: impl FnOnce(&mut Facts)) -> String {
     let controller = common::controller();
     let mut facts = Facts::of(controller.robot(), 1000.0, 1000.0);
@@ -29,7 +32,7 @@ fn the_robot_of_the_controller_is_accepted() {
 
 #[test]
 fn every_mismatch_is_refused_by_name() {
-    let cases: [(&str, fn(&mut Facts)); 13] = [
+    let cases: [(&str, Change); 13] = [
         ("robot: expected 'lima', got 'humanoid'", |facts| facts.robot = "humanoid".into()),
         ("joints: expected 20, got 19", |facts| facts.joints.truncate(19)),
         ("joint 1: expected 'left_hip_yaw', got 'left_hip_roll': same joints, another order", |facts| {

@@ -40,7 +40,7 @@ impl<'a> Writer<'a> {
 
     pub(crate) fn put<T: Number>(&mut self, value: T) {
         // Alignment counts from behind the header, which is four bytes long.
-        while self.0.len() % size_of::<T>() != 0 {
+        while !self.0.len().is_multiple_of(size_of::<T>()) {
             self.0.push(0);
         }
         value.put(self.0);

@@ -13,12 +13,12 @@ const ASKED: f32 = 0.2;
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Encoder {
     position: f32,
-    /// Time with the same position (s).
-    same: f32,
-    /// Integral of the speed in that time (rad).
+    /// Integral of the velocity since the position changed (rad). Noise cancels; a coarse encoder may stand still.
     travelled: f32,
     /// Target when the position last changed (rad).
     target: f32,
+    /// Time for which the joint must have moved (s).
+    suspect: f32,
 }
 
 impl Encoder {
@@ -31,17 +31,37 @@ impl Encoder {
     /// been the same while the joint must have moved (s).
     pub(super) fn take(&mut self, position: f32, velocity: f32, target: f32, dt: f32) -> f32 {
         if position.to_bits() != self.position.to_bits() {
-            *self = Self { position, same: 0.0, travelled: 0.0, target };
+            self.begin(position, target);
             return 0.0;
         }
-        self.same += dt;
-        self.travelled += velocity.abs() * dt;
-        let must_move = self.travelled > TRAVELLED || (target - self.target).abs() > ASKED;
-        if must_move { self.same } else { 0.0 }
+        self.travelled += velocity * dt;
+        let must_move = self.travelled.abs() > TRAVELLED || (target - self.target).abs() > ASKED;
+        self.suspect = if must_move { self.suspect + dt } else { 0.0 };
+        self.suspect
     }
 
-    /// Forgets that the position was the same.
+    /// Begins at a position.
     pub(super) fn begin(&mut self, position: f32, target: f32) {
-        *self = Self { position, same: 0.0, travelled: 0.0, target };
+        *self = Self { position, travelled: 0.0, target, suspect: 0.0 };
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_encoder_that_repeats_itself_is_frozen_when_its_joint_must_move_only() {
+        let mut encoder = Encoder::default();
+        encoder.begin(0.5, 0.5);
+        // A joint that stands, with noise of its velocity: never.
+        assert!((0..10_000).all(|i| encoder.take(0.5, if i % 2 == 0 { 0.1 } else { -0.1 }, 0.5, 1e-3) == 0.0));
+        // 1 rad/s: 0.05 rad are travelled after 50 ms, and are suspect from then on.
+        let suspect: Vec<f32> = (0..100).map(|_| encoder.take(0.5, 1.0, 0.5, 1e-3)).collect();
+        assert!(suspect[48] == 0.0 && (0.048..0.053).contains(&suspect[99]), "{}", suspect[99]);
+        assert_eq!(encoder.take(0.6, 1.0, 0.5, 1e-3), 0.0);
+        // Neither velocity nor position follow a target that goes far away.
+        let suspect = (0..10).map(|_| encoder.take(0.6, 0.0, 0.8, 1e-3)).last();
+        assert!(suspect.is_some_and(|suspect| (suspect - 0.01).abs() < 1e-6));
     }
 }

@@ -285,7 +285,7 @@ impl Gate {
         }
         let tilt = tilt(self.measured.orientation, intent.up_b);
         let most = settings.tilt_max as f32;
-        if !(tilt <= most) {
+        if tilt.is_nan() || tilt > most {
             found = found.or(Some(trip(now, Cause::Tilt, None, tilt, most)));
         }
         if intent.mode == Mode::Position

@@ -60,10 +60,11 @@ pub struct Args {
 }
 
 /// Outcome of one episode through the runtime.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Default)]
 struct Outcome {
     survived: bool,
-    tripped: bool,
+    /// Clip and reason, where the gate braked.
+    braked: Option<String>,
     /// Sum of joint errors (rad) and their number.
     error: f64,
     count: usize,
@@ -99,7 +100,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
         String::new(),
         String::new(),
     ]];
-    let mut values = Vec::new();
+    let (mut values, mut reasons) = (Vec::new(), Vec::new());
     let total = (args.interpolation.len() * suite.episodes().len()) as u64;
     let progress = std::sync::Mutex::new((0, Progress::new(output, "evaluating through the runtime", total)));
     let fine = Arc::new(stepwise(robot)?);
@@ -120,10 +121,11 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
         let share =
             |is: fn(&Outcome) -> bool| outcomes.iter().filter(|o| is(o)).count() as f64 / outcomes.len().max(1) as f64;
         let survival = share(|outcome| outcome.survived);
-        let tripped = share(|outcome| outcome.tripped);
+        let tripped = share(|outcome| outcome.braked.is_some());
         // As plain evaluation has it: the mean over episodes of each one's mean.
         let errors: Vec<f64> = outcomes.iter().filter(|o| o.count > 0).map(|o| o.error / o.count as f64).collect();
         let error = (errors.iter().sum::<f64>() / errors.len().max(1) as f64).to_degrees();
+        let braked: Vec<&String> = outcomes.iter().filter_map(|outcome| outcome.braked.as_ref()).collect();
         let hottest = outcomes.iter().map(|outcome| outcome.hottest).fold(0.0, f32::max);
         rows.push(vec![
             format!("runtime, interpolation {interpolation}"),
@@ -133,7 +135,8 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
             format!("{:.0}", 100.0 * hottest),
         ]);
         values.push(json!({ "interpolation": interpolation, "survival": survival, "joint_error_deg": error,
-            "tripped": tripped, "hottest": hottest }));
+            "braked": braked, "hottest": hottest }));
+        reasons.extend(braked.into_iter().map(|reason| format!("interpolation {interpolation}: {reason}\n")));
     }
     if let Ok((_, progress)) = progress.into_inner() {
         progress.finish();
@@ -141,7 +144,8 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let value = json!({ "episodes": suite.episodes().len(), "plain": plain.overall, "runtime": values });
     output.result(&value, || {
         let head = ["", "survival (%)", "joint error (deg)", "gate braked (%)", "hottest motor (%)"];
-        format!("{} episodes of {} s\n{}", suite.episodes().len(), args.seconds, table(&head, &rows))
+        let reasons = reasons.concat();
+        format!("{} episodes of {} s\n{}{reasons}", suite.episodes().len(), args.seconds, table(&head, &rows))
     })
 }
 
@@ -195,8 +199,12 @@ fn through_runtime(
         let is_over = frame >= last || (tick > 1 && phase == Phase::Idle);
         (!is_over).then_some(Request::Run)
     });
-    outcome.tripped = summary.trip.is_some();
-    outcome.survived &= !outcome.tripped;
+    outcome.braked = summary.trip.map(|trip| {
+        let seconds = trip.time as f64 * 1e-9;
+        let clip = &library.names[library.clip_of(episode.frame)];
+        format!("{clip}, after {seconds:.2} s: {}", trip.words(&robot.layout.joints))
+    });
+    outcome.survived &= outcome.braked.is_none();
     outcome.hottest = summary.hottest;
     Ok(outcome)
 }
