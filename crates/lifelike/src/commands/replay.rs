@@ -43,8 +43,8 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let mut supervisor = prepared.supervisor()?;
     if args.policy.is_none() && supervisor.motions().digest() != record.meta("motions")? {
         return Err(CliError::Input(format!(
-            "{}: expected the reference of the record, got another one from its clips: they were resampled or encoded by \
-             another version",
+            "{}: expected the reference of the record, got another one from its clips; replay it with the version \
+             that recorded it",
             args.record.display()
         )));
     }

@@ -24,7 +24,7 @@ use crate::error::CliError;
 use crate::next::{self, NextCommand};
 use crate::output::{Output, table};
 
-/// Run a controller on a robot: refuse every mismatch, keep commands within limits, record everything.
+/// Run a controller on a robot: refuse mismatches, limit every command, record everything.
 ///
 /// The machine is asked what it is, and refused with a line for each difference from the controller's robot. It stands
 /// up, the policy follows the motions, and motors brake at the end. A gate limits position, speed, acceleration and
@@ -183,7 +183,8 @@ fn text(summary: &Summary) -> String {
     ];
     let packets = &summary.packets;
     format!(
-        "{}{} ticks, {} missed; {} policy steps; packets: {} used, {} lost, {} repeated, {} reordered, {} not finite\n\
+        "{}{} ticks, {} missed; {} policy steps\n\
+         packets: {} used, {} lost, {} repeated, {} reordered, {} not finite\n\
          hottest motor: {:.0}% of its continuous rating\n",
         table(&["time (µs)", "count", "mean", "p50", "p99", "p99.9", "max"], &rows),
         summary.ticks,

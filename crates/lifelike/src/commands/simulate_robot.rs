@@ -17,7 +17,7 @@ use crate::simulated_robot::{Link, Scheduled, SensorOptions, SimulatedRobot, ste
 /// Simulate a robot in real time behind UDP, for `lifelike run --bus sim:HOST:PORT`.
 ///
 /// The robot stands in its default pose on a gantry until it is driven. Motors get hot, the battery sags, and without
-/// commands for 0.1 s it brakes. Packets may be delayed, overtake each other and get lost, in both directions.
+/// commands for 0.1 s it brakes. Packets may be late, overtake each other and get lost, in both directions.
 /// docs/runtime.md describes the packets, so that other programs can take either end.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
@@ -59,7 +59,7 @@ pub struct Args {
     /// Send the root's position and velocity as motion capture would.
     #[arg(long)]
     pub external: bool,
-    /// Fault from a time after the first drive: KIND@SECONDS or KIND@SECONDS:JOINT. May be given several times.
+    /// Fault from a time after the first drive: KIND@SECONDS or KIND@SECONDS:JOINT; may be repeated.
     #[arg(long, value_name = "FAULT")]
     pub fault: Vec<Scheduled>,
     /// End after this time (s); not before Ctrl-C if not given.

@@ -176,7 +176,7 @@ impl Gate {
         }
         for (j, limits) in self.limits.joints.iter().enumerate() {
             let (position, velocity) = (self.measured.position[j], self.measured.velocity[j]);
-            let frozen = self.encoders[j].take(position, velocity, self.targets[j].position, dt);
+            let frozen = self.encoders[j].take(position, velocity, self.targets[j].position, limits, dt);
             if frozen > freeze {
                 found = found.or(Some(trip(now, Cause::FrozenEncoder, Some(j), frozen, freeze)));
             }

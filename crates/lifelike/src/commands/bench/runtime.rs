@@ -22,7 +22,7 @@ use crate::output::{Output, table};
 use crate::progress::Progress;
 use crate::simulated_robot::{MemoryBus, SensorOptions, SimulatedRobot, stepwise};
 
-/// Evaluate a policy through the runtime, beside plain evaluation: the same episodes, the same physics.
+/// Evaluate a policy through the runtime, beside plain evaluation of the same episodes.
 ///
 /// Commands pass the gate at their own rate, every physics step has the newest one, and the root's state comes from
 /// outside. Interpolation is the share of a policy step in which targets go over to new ones.
