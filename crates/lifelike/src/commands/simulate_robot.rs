@@ -26,7 +26,7 @@ Examples:
   lifelike simulate-robot lima --delay 4 --jitter 3 --loss 0.02 --noise 0.002
   lifelike simulate-robot lima --twin 7                 # motors, friction and delays of a twin
   lifelike simulate-robot lima --fault hot@5:left_knee  # from 5 s on
-  lifelike simulate-robot lima --external               # with motion capture, for policies that need it
+  lifelike simulate-robot lima --external               # with motion capture
 
 Faults: frozen, swapped, nan, hot, dead (of a joint); silent, clock, button, battery.")]
 pub struct Args {
