@@ -11,8 +11,9 @@ use std::time::Duration;
 
 use in_checkout::{err, json, lifelike, out};
 
-/// Short phases, for a test that waits for them in real time.
-const SETTINGS: &str = "[durations]\nstand = 0.4\nblend_in = 0.1\nblend_out = 0.1\ndamp = 0.2\n";
+/// Short phases, for a test that waits for them in real time, and patience with a machine that does much else.
+const SETTINGS: &str = "[durations]\nstand = 0.4\nblend_in = 0.1\nblend_out = 0.1\ndamp = 0.2\n\
+    [limits]\nlost_time = 0.6\ndelay_max = 0.6\noverrun_time = 0.6\n";
 
 /// A simulated robot, which ends with the test.
 struct Robot {
@@ -87,7 +88,7 @@ fn faults_end_a_run_with_a_sentence() {
     for (fault, sentence) in [
         ("hot@0.1:left_knee", "the gate braked: joint 'left_knee': motor at 90"),
         ("nan@0.3:left_elbow", "the gate braked: joint 'left_elbow': measurement is no finite number"),
-        ("silent@0.3", "the gate braked: no usable packet for 0.05"),
+        ("silent@0.3", "the gate braked: no usable packet for 0.6"),
         ("clock@0.3", "the gate braked: the robot's clock jumped ahead by"),
         ("button@0.3", "the gate braked: the robot's stop button"),
     ] {

@@ -120,7 +120,6 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let mut recorder = recorder.transpose()?;
     let stop = crate::interrupt::flag()?;
     let brake = listen_for_enter();
-    scheduling::real_time().iter().for_each(|line| tracing::warn!("{line}"));
     let ask = |_: u64, _: Phase| {
         Some(match (brake.load(Ordering::Relaxed), stop.load(Ordering::Relaxed)) {
             (true, _) => Request::Damp,
@@ -128,6 +127,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
             _ => Request::Run,
         })
     };
+    scheduling::real_time().iter().for_each(|line| tracing::warn!("{line}"));
     // A robot that never answers ends the run, too.
     let patience = (3.0 * supervisor.config().command_hz) as u64;
     let mut idle = 0;
@@ -205,6 +205,7 @@ fn wiggled(prepared: &Prepared, bus: &mut dyn Bus, output: &Output) -> Result<()
     let joints = &robot.layout.joints;
     let config = &prepared.config;
     let limits = Limits::of(robot, config.limits.clone())?;
+    scheduling::real_time().iter().for_each(|line| tracing::warn!("{line}"));
     let mut clock = MonotonicClock::start();
     let (responses, trip) = wiggle::identify(joints, limits, config.command_hz, bus, &mut clock);
     let defects = wiggle::defects(&responses, joints);
