@@ -9,6 +9,7 @@ use lifelike_language::LanguageError;
 use lifelike_motion::MotionError;
 use lifelike_report::ReportError;
 use lifelike_robot::RobotError;
+use lifelike_runtime::RuntimeError;
 use lifelike_sim::SimError;
 
 /// A failed command.
@@ -98,6 +99,19 @@ impl From<RobotError> for CliError {
     fn from(error: RobotError) -> Self {
         match &error {
             RobotError::Io { source, .. } => Self::io(source, error.to_string()),
+            _ => Self::Input(error.to_string()),
+        }
+    }
+}
+
+impl From<RuntimeError> for CliError {
+    fn from(error: RuntimeError) -> Self {
+        match error {
+            RuntimeError::Io { ref source, .. } => Self::io(source, error.to_string()),
+            RuntimeError::Robot(error) => error.into(),
+            RuntimeError::Motion(error) => error.into(),
+            RuntimeError::Checkpoint(error) => error.into(),
+            RuntimeError::Bus { .. } => Self::Failed(error.to_string()),
             _ => Self::Input(error.to_string()),
         }
     }

@@ -37,6 +37,7 @@ pub mod overrides;
 pub mod plans;
 mod progress;
 pub mod shipped;
+pub mod simulated_robot;
 
 pub use cli::{Cli, run};
 pub use error::CliError;

@@ -77,6 +77,8 @@ static ALL: &[Shipped] = &[
     // With a G1's own sensors, for other stacks; the best by its joints is the one above.
     shipped!("g1", Controller, "g1-deploy.controller.safetensors", None),
     shipped!("toddlerbot", Controller, "toddlerbot_active.controller.safetensors", None),
+    // With a robot's own sensors, for `lifelike run`.
+    shipped!("lima", Controller, "lima-blind.controller.safetensors", None),
     shipped!("lima", Generator, "lima.generator.safetensors", None),
     shipped!("g1", Generator, "g1.generator.safetensors", None),
     shipped!("lima", Critic, "lima.critic.safetensors", None),

@@ -112,6 +112,11 @@ fn looking_at_motion() {
 }
 
 #[test]
+fn on_the_robot() {
+    follow("docs/runtime.md");
+}
+
+#[test]
 fn every_page_marks_its_commands() {
     for page in ["README.md", "docs/augmentation.md", "docs/text-to-motion.md", "docs/evaluation.md"] {
         blocks(&std::fs::read_to_string(root().join(page)).unwrap());

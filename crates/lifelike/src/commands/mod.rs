@@ -19,7 +19,10 @@ pub mod motion;
 pub mod physics;
 pub mod plans;
 pub mod render;
+pub mod replay;
 pub mod robots;
+pub mod run;
+pub mod simulate_robot;
 
 // What needs the training framework; without it these are commands in name only.
 pub mod align;
@@ -62,6 +65,9 @@ pub enum Command {
     Render(render::Args),
     Demo(demo::Args),
     Export(export::Args),
+    Run(run::Args),
+    SimulateRobot(simulate_robot::Args),
+    Replay(replay::Args),
     Import(import::Args),
     #[command(subcommand)]
     Bench(bench::Bench),
@@ -95,6 +101,9 @@ impl Command {
             Self::Render(args) => render::run(&args, output),
             Self::Demo(args) => demo::run(&args, output),
             Self::Export(args) => export::run(&args, output),
+            Self::Run(args) => run::run(&args, output),
+            Self::SimulateRobot(args) => simulate_robot::run(&args, output),
+            Self::Replay(args) => replay::run(&args, output),
             Self::Import(args) => import::run(&args, output),
             Self::Bench(bench) => bench.run(output),
             Self::Fetch(args) => fetch::run(&args, output),

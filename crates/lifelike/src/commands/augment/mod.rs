@@ -5,6 +5,7 @@ pub mod estimate;
 pub mod excite;
 pub mod identify;
 mod page;
+mod records;
 pub mod report;
 pub mod simulate;
 mod sources;

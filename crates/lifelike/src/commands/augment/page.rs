@@ -77,6 +77,19 @@ pub fn save(
     Ok(report.write(&folder.join("report.html"))?)
 }
 
+/// Blocks that a terminal shows.
+const WORST: usize = 8;
+
+/// Returns the blocks whose positions differ most, as a table.
+pub fn worst(name: &str, gaps: &[Gap]) -> Table {
+    let mut own: Vec<Gap> = gaps.iter().filter(|gap| gap.column == "position").cloned().collect();
+    own.sort_by(|a, b| b.mae.total_cmp(&a.mae));
+    own.truncate(WORST);
+    let mut table = each(name, &own);
+    table.title = format!("{name}: largest differences");
+    table
+}
+
 fn each(name: &str, gaps: &[Gap]) -> Table {
     let mut table = Table::new(
         &format!("{name}: every block"),

@@ -12,15 +12,17 @@ use crate::output::Output;
 /// Show how far a simulation is from what was measured: how much, where, how fast, how late; also after a correction.
 ///
 /// Each joint gets its mean absolute and largest error, concordance correlation (CCC, 1 is agreement) and delay. The
-/// error is also split by frequency, and by condition: at rest, under load, at changes of direction.
+/// error is also split by frequency, and by condition: at rest, under load, at changes of direction. Of a record, the
+/// simulation starts from what was measured every 0.1 s.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
   lifelike augment report traces/nominal -o report
+  lifelike augment report walk.mcap -o report          # a record of `lifelike run`
   lifelike augment report traces/test --augmentation xl330.augmentation.safetensors -o report
   lifelike --json augment report traces/nominal | jq '.gaps[] | {run, column, mae}'")]
 pub struct Args {
-    /// Traces with measurements: files, or folders of them.
+    /// Traces with measurements: files, folders of them, or records (*.mcap).
     #[arg(required = true)]
     pub traces: Vec<PathBuf>,
     /// A correction to be shown beside the plain simulation: what `lifelike train augmentation` leaves.
@@ -64,6 +66,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
         let page = args.output.as_ref().map_or(String::new(), |folder| {
             format!("open this in a browser: {}\n", folder.join("report.html").display())
         });
-        format!("{}{page}", tables.collect::<String>())
+        let worst = measured.iter().map(|(name, gaps)| crate::output::fitted(&page::worst(name, gaps)));
+        format!("{}{}{page}", tables.collect::<String>(), worst.collect::<String>())
     })
 }

@@ -8,10 +8,14 @@ use lifelike_sim::trace::{Trace, container};
 
 use crate::error::CliError;
 
-/// Reads traces: files, and folders of them, in the order of their names.
+/// Reads traces: files, and folders of them, in the order of their names; also records of `lifelike run`.
 pub fn traces(paths: &[PathBuf]) -> Result<Vec<Trace>, CliError> {
     let files = files(paths, &[container::EXTENSION])?;
-    Ok(files.iter().map(|file| container::load(file)).collect::<Result<Vec<_>, _>>()?)
+    let read = |file: &PathBuf| match file.extension().is_some_and(|ending| ending == "mcap") {
+        true => super::records::trace(file),
+        false => Ok(container::load(file)?),
+    };
+    files.iter().map(read).collect()
 }
 
 /// Reads logs of a bench: files, and folders of them.

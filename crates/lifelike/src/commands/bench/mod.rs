@@ -2,6 +2,7 @@
 
 pub mod engine;
 pub mod robustness;
+pub mod runtime;
 
 // By networks of the training framework.
 mod autoencoders;
@@ -32,6 +33,7 @@ pub enum Bench {
     Learning(learning::Args),
     Reconstruction(reconstruction::Args),
     Robustness(robustness::Args),
+    Runtime(runtime::Args),
     Strands(strands::Args),
     Tracking(tracking::Args),
 }
@@ -53,6 +55,7 @@ impl Bench {
             Self::Learning(args) => learning::run(&args, output),
             Self::Reconstruction(args) => reconstruction::run(&args, output),
             Self::Robustness(args) => robustness::run(&args, output),
+            Self::Runtime(args) => runtime::run(&args, output),
             Self::Strands(args) => strands::run(&args, output),
             Self::Tracking(args) => tracking::run(&args, output),
         }
