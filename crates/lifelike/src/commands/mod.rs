@@ -18,7 +18,10 @@ pub mod man;
 pub mod motion;
 pub mod physics;
 pub mod plans;
+pub mod play;
 pub mod robots;
+mod stage;
+pub mod studio;
 
 // What needs the training framework; without it these are commands in name only.
 pub mod align;
@@ -59,6 +62,8 @@ pub enum Command {
     Generate(generate::Args),
     Eval(eval::Args),
     Demo(demo::Args),
+    Play(play::Args),
+    Studio(studio::Args),
     Export(export::Args),
     Import(import::Args),
     #[command(subcommand)]
@@ -91,6 +96,8 @@ impl Command {
             Self::Generate(args) => generate::run(&args, output),
             Self::Eval(args) => eval::run(&args, output),
             Self::Demo(args) => demo::run(&args, output),
+            Self::Play(args) => play::run(&args, output),
+            Self::Studio(args) => studio::run(&args, output),
             Self::Export(args) => export::run(&args, output),
             Self::Import(args) => import::run(&args, output),
             Self::Bench(bench) => bench.run(output),

@@ -17,6 +17,7 @@ in vec3 world, across, tint; in vec4 lit;
 uniform vec3 eye, sun, sky, floorTint, paper, ghost, focus;
 uniform float ghostly, alpha, ground, reach, depthOfShadow;
 uniform vec3 line;
+uniform vec4 heat;
 uniform sampler2DShadow shadow;
 out vec4 result;
 
@@ -45,7 +46,7 @@ void main() {
     result = vec4(mix(paper, c, fade), 1.0);
     return;
   }
-  vec3 base = pow(ghostly > 0.5 ? ghost : tint, vec3(2.2));
+  vec3 base = pow(ghostly > 0.5 ? ghost : mix(tint, heat.rgb, heat.a), vec3(2.2));
   vec3 n = normalize(across), v = normalize(eye - world), h = normalize(sun + v);
   float direct = max(dot(n, sun), 0.0) * (ghostly > 0.5 && alpha < 0.99 ? 1.0 : sunlight());
   float grounded = mix(0.62, 1.0, smoothstep(-0.02, 0.25, world.z));
@@ -59,6 +60,9 @@ void main() {
 const DEPTH_ONLY = `#version 300 es
 precision mediump float;
 void main() {}`;
+
+// No colour over a body's own.
+const COLD = [0, 0, 0, 0];
 
 class Stage {
   static SHADOW = 1024;
@@ -137,23 +141,27 @@ class Stage {
     const gl = this.gl;
     this.bodies(item.character).forEach((mesh, body) => {
       if (!mesh.count) return;
+      if (uniforms.heat) gl.uniform4fv(uniforms.heat, item.heat ? item.heat[body] : COLD);
       gl.uniformMatrix4fv(uniforms.model, false, item.pose[body]);
       gl.bindVertexArray(mesh.vao);
       gl.drawElements(gl.TRIANGLES, mesh.count, gl.UNSIGNED_INT, 0);
     });
   }
 
-  // Contacts: [{kind: "arrow" | "pad", at, size: [radius, length], colour, alpha}].
+  // Contacts and forces: [{kind: "arrow" | "pad", at, size: [radius, length], colour, alpha, along: unit vector, else up}].
   drawMarks(u, marks) {
     const gl = this.gl;
     this.marks ??= Object.fromEntries(Object.entries(markMeshes()).map(([k, m]) => [k, this.upload(m.vertices, m.indices)]));
     gl.uniform1f(u.ghostly, 1);
     gl.enable(gl.BLEND);
     gl.blendFuncSeparate(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA, gl.ONE, gl.ONE);
-    for (const { kind, at, size: [radius, length], colour, alpha } of marks) {
+    for (const { kind, at, size: [radius, length], colour, alpha, along } of marks) {
       gl.uniform3fv(u.ghost, colour);
       gl.uniform1f(u.alpha, alpha);
-      gl.uniformMatrix4fv(u.model, false, [radius, 0, 0, 0, 0, radius, 0, 0, 0, 0, length, 0, ...at, 1]);
+      const up = along || [0, 0, 1];
+      const across = normalize(cross(Math.abs(up[0]) < 0.9 ? [1, 0, 0] : [0, 1, 0], up));
+      const axes = [[cross(up, across), radius], [across, radius], [up, length]];
+      gl.uniformMatrix4fv(u.model, false, [...axes.flatMap(([axis, size]) => [...axis.map((c) => c * size), 0]), ...at, 1]);
       gl.bindVertexArray(this.marks[kind].vao);
       gl.drawElements(gl.TRIANGLES, this.marks[kind].count, gl.UNSIGNED_INT, 0);
     }
@@ -161,7 +169,7 @@ class Stage {
   }
 
   // Draws one view. `view`: {x, y, width, height} in device pixels from the lower left; `camera`: Camera;
-  // `items`: [{character, pose, ghost: false | "solid" | "glass"}]; `reach`: size of what must be in the shadow (m).
+  // `items`: [{character, pose, ghost: false | "solid" | "glass", heat: colour and share over each body's own}]; `reach`: size of what must be in the shadow (m).
   draw(view, camera, items, colours, reach, marks = []) {
     const gl = this.gl;
     const sun = normalize([0.42, -0.28, 0.86]);
