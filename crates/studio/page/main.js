@@ -187,8 +187,6 @@ const link = new Link({
     const was = head?.fallen;
     head = scene.frame(bytes);
     if (!view) return;
-    const known = head.known / head.frames;
-    if (known !== strips.known) { strips.known = known; strips.draw(); }
     const now = time();
     scene.pushes = view.scene.push.filter((p) => p.at <= now && now < p.at + p.seconds)
       .map((p) => ({ body: robot.character.bodies.indexOf(p.body), newtons: p.newtons })).filter((p) => p.body >= 0);
@@ -249,5 +247,5 @@ theme(query.has("theme") ? query.get("theme") === "dark" : matchMedia("(prefers-
 if (!robot.mayEdit) for (const part of document.querySelectorAll(".say input, .say button, .say select")) part.disabled = true;
 if (!query.has("no-tour") && robot.mayEdit) tour(find("tour"));
 // For tests and for the curious.
-window.studio = { scene, link, act, get view() { return view; }, get head() { return head; } };
+window.studio = { scene, link, act, actions: ACTIONS, get view() { return view; }, get head() { return head; } };
 document.documentElement.dataset.ready = "1";

@@ -7,6 +7,9 @@ const HOT = 20;
 // Pull in weights of the robot for a drag of 100 pixels.
 const PULL = 0.3;
 const FORCE_STEP = 5;
+// Times between pictures at which fewer or more pixels are drawn (ms).
+const [SLOW, FAST] = [30, 18];
+const LEAST_SCALE = 0.5;
 
 const matrices = (n) => Array.from({ length: n }, () => new Float32Array(16));
 
@@ -30,7 +33,14 @@ export class Scene {
     this.wire();
     this.camera.attach(this.canvas, () => { this.dirty = true; });
     new ResizeObserver(() => { this.dirty = true; }).observe(this.canvas);
-    const tick = () => { if (this.dirty) this.draw(); requestAnimationFrame(tick); };
+    this.scale = 1;
+    const tick = (now) => {
+      if (this.dirty) {
+        this.pace(now);
+        this.draw();
+      } else this.last = null;
+      requestAnimationFrame(tick);
+    };
     requestAnimationFrame(tick);
   }
 
@@ -78,15 +88,31 @@ export class Scene {
     if (this.shows.follow) {
       // A camera that is as restless as the robot makes people sick.
       const calm = (this.calm ??= this.root.slice(0, 2));
-      calm.forEach((c, k) => { calm[k] = Math.abs(this.root[k] - c) > 1.5 ? this.root[k] : c + (this.root[k] - c) * 0.06; });
-      if (calm.some((c, k) => Math.abs(this.root[k] - c) > 0.002)) this.dirty = this.head?.playing ?? false;
+      const passed = Math.min((performance.now() - (this.before ?? 0)) / 1000, 0.2);
+      const share = 1 - Math.exp(-passed * 4);
+      calm.forEach((c, k) => { calm[k] = Math.abs(this.root[k] - c) > 1.5 ? this.root[k] : c + (this.root[k] - c) * share; });
+      if (calm.some((c, k) => Math.abs(this.root[k] - c) > 0.004)) this.dirty = true;
     }
+    this.before = performance.now();
     const at = this.calm ?? [0, 0];
     camera.target = [at[0] + camera.pan[0], at[1] + camera.pan[1], character.height * 0.46 + camera.pan[2]];
     const items = [{ character, pose: this.simulated, ghost: false, heat: this.shows.errors ? this.heat : null }];
     if (this.shows.reference) items.push({ character, pose: this.reference, ghost: "glass" });
     const colours = stageColours();
-    this.stage.draw(fit(this.canvas), camera, items, colours, character.height * 1.4, this.marks(colours));
+    this.stage.draw(fit(this.canvas, this.scale), camera, items, colours, character.height * 1.4, this.marks(colours));
+  }
+
+  // Draws fewer pixels where the machine is slow, as without a graphics card, and more where it is not.
+  pace(now) {
+    const passed = this.last ? Math.min(now - this.last, 100) : null;
+    this.last = now;
+    if (passed === null) return;
+    this.mean = (this.mean ?? 20) * 0.85 + passed * 0.15;
+    if (this.mean > SLOW && this.scale > LEAST_SCALE) [this.scale, this.mean] = [Math.max(this.scale * 0.84, LEAST_SCALE), 22];
+    if (this.mean < FAST && this.scale < 1 && (this.calmFor = (this.calmFor ?? 0) + 1) > 120) {
+      [this.scale, this.calmFor] = [Math.min(this.scale * 1.1, 1), 0];
+    }
+    this.stage.taps = this.scale < 0.9 ? 7 : 20;
   }
 
   place(body) { return [...this.simulated[body].slice(12, 15)]; }
@@ -99,7 +125,7 @@ export class Scene {
       const force = Math.hypot(...newtons);
       const length = Math.min(Math.max(force / weight, 0.15), 2) * height * 0.5;
       const along = newtons.map((f) => f / force);
-      const at = this.place(body).map((c, k) => c - along[k] * (length + 0.03));
+      const at = this.place(body).map((c, k) => c + along[k] * height * 0.09);
       return { kind: "arrow", at, along, size: [height * 0.022, length], colour: colours.force, alpha: 0.95 };
     });
   }
@@ -187,7 +213,7 @@ export class Scene {
     this.actions.force(`${Math.round(Math.hypot(...newtons))} N`, x, y);
     const changed = !this.pull.newtons || newtons.some((f, k) => Math.abs(f - this.pull.newtons[k]) >= FORCE_STEP);
     // Ten changes a second are enough for a hand, and keep the scene readable.
-    if (!changed || performance.now() - this.pull.sent < 90) return;
+    if (!changed || (!this.pull.newtons && !newtons.some((f) => f)) || performance.now() - this.pull.sent < 90) return;
     this.pull.sent = performance.now();
     this.pull.newtons = newtons;
     this.dirty = true;

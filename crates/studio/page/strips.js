@@ -9,11 +9,11 @@ export class Strips {
     new ResizeObserver(() => this.draw()).observe(canvas);
   }
 
-  // Kind, 3 bytes of padding, columns, frames, then rows of bytes.
+  // Kind, 3 bytes of padding, columns, simulated frames, frames of the scene, then rows of bytes.
   take(view) {
     const columns = view.getUint32(4, true);
-    this.frames = view.getUint32(8, true);
-    this.rows = [0, 1, 2, 3, 4].map((row) => new Uint8Array(view.buffer, 12 + row * columns, columns));
+    this.share = view.getUint32(8, true) / view.getUint32(12, true);
+    this.rows = [0, 1, 2, 3, 4].map((row) => new Uint8Array(view.buffer, 16 + row * columns, columns));
     this.draw();
   }
 
@@ -26,8 +26,7 @@ export class Strips {
     c.clearRect(0, 0, width, height);
     const [error, torque, left, right, falls] = this.rows;
     const n = error.length;
-    // Simulated frames may be fewer than those of the scene.
-    const x = (i) => (i / Math.max(n, 1)) * width * Math.min(this.known ?? 1, 1);
+    const x = (i) => (i / Math.max(n, 1)) * width * Math.min(this.share, 1);
     const area = (row, top, bottom, full, fill) => {
       c.fillStyle = colour(fill);
       c.beginPath();
@@ -42,7 +41,7 @@ export class Strips {
     c.fillStyle = colour("--foot");
     [left, right].forEach((row, k) => {
       const y = height * (0.79 + 0.1 * k);
-      for (let i = 0; i < n; i++) if (row[i] > 2) c.fillRect(x(i), y, Math.max(x(i + 1) - x(i), 1), height * 0.07);
+      for (let i = 0; i < n; i++) if (row[i] > 2) c.fillRect(Math.floor(x(i)), y, Math.ceil(x(i + 1)) - Math.floor(x(i)), height * 0.07);
     });
     c.fillStyle = colour("--bad");
     for (let i = 0; i < n; i++) if (falls[i]) c.fillRect(x(i) - 1, 0, 3, height);

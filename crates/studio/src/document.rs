@@ -1,4 +1,4 @@
-//! A scene with its history: undo and redo without limit, saved after every change.
+//! A scene with its history: undo and redo without limit.
 
 use std::path::{Path, PathBuf};
 
@@ -61,15 +61,19 @@ impl Document {
         [self.done.len(), self.undone.len()]
     }
 
-    /// Applies an operation and saves.
+    /// Returns the document as it is saved.
+    pub fn text(&self) -> &str {
+        &self.text
+    }
+
+    /// Applies an operation.
     ///
     /// # Errors
-    /// As [`Operation::apply`]; [`StudioError::Io`] where the file cannot be written. The scene is then as it was.
+    /// As [`Operation::apply`]; the scene is then as it was.
     pub fn apply(&mut self, operation: Operation) -> Result<(), StudioError> {
         let mut scene = self.scene.clone();
         operation.apply(&mut scene)?;
         let text = scene.to_toml()?;
-        self.save(&text)?;
         if text != self.text {
             self.done.push(Change::between(&self.text, &text));
             self.undone.clear();
@@ -81,7 +85,7 @@ impl Document {
     /// Takes the last change back; returns whether there was one.
     ///
     /// # Errors
-    /// [`StudioError::Io`] where the file cannot be written.
+    /// Never, but for a fault of the history.
     pub fn undo(&mut self) -> Result<bool, StudioError> {
         let Some(change) = self.done.pop() else { return Ok(false) };
         self.replace(change.at, change.after.len(), &change.before)?;
@@ -92,7 +96,7 @@ impl Document {
     /// Makes the last change that was taken back again; returns whether there was one.
     ///
     /// # Errors
-    /// [`StudioError::Io`] where the file cannot be written.
+    /// Never, but for a fault of the history.
     pub fn redo(&mut self) -> Result<bool, StudioError> {
         let Some(change) = self.undone.pop() else { return Ok(false) };
         self.replace(change.at, change.before.len(), &change.after)?;
@@ -103,13 +107,16 @@ impl Document {
     fn replace(&mut self, at: usize, length: usize, part: &str) -> Result<(), StudioError> {
         let text = format!("{}{part}{}", &self.text[..at], &self.text[at + length..]);
         let scene = Scene::parse(&text, &self.path.display().to_string())?;
-        self.save(&text)?;
         (self.scene, self.text) = (scene, text);
         Ok(())
     }
 
-    fn save(&self, text: &str) -> Result<(), StudioError> {
-        lifelike_checkpoint::write_file(&self.path, text.as_bytes()).map_err(StudioError::io(&self.path))
+    /// Saves: a crash at any moment leaves the old content or the new.
+    ///
+    /// # Errors
+    /// [`StudioError::Io`] where the file cannot be written.
+    pub fn save(&self) -> Result<(), StudioError> {
+        lifelike_checkpoint::write_file(&self.path, self.text.as_bytes()).map_err(StudioError::io(&self.path))
     }
 }
 
@@ -139,6 +146,7 @@ mod tests {
         for state in states.iter().rev().skip(1) {
             assert!(document.undo().unwrap());
             assert_eq!(document.scene(), state);
+            document.save().unwrap();
             assert_eq!(Scene::load(&path).unwrap(), *state, "saved");
         }
         assert!(!document.undo().unwrap());

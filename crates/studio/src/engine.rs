@@ -2,7 +2,7 @@
 //!
 //! The scene is simulated ahead of the clock as far as it goes. A change truncates what was simulated at the first frame
 //! that it concerns, and physics goes on from the saved state before it. Motion is made in a second thread, so that the
-//! clock goes on while a clip is retargeted.
+//! clock goes on while a clip is retargeted. A third one saves.
 
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
@@ -69,6 +69,8 @@ pub enum Message {
     Request(Request),
     /// The motion of a scene of this version was made.
     Built(u64, Result<(Built, Arc<ReferenceLibrary>), String>),
+    /// The scene was saved, or not.
+    Saved(Result<(), String>),
     /// Asks for the scene.
     Scene(tokio::sync::oneshot::Sender<Scene>),
     /// Ends the thread.
@@ -99,6 +101,7 @@ pub struct Engine {
     document: Document,
     inbox: Receiver<Message>,
     builder: Sender<(u64, Scene)>,
+    saver: Sender<String>,
     outputs: Outputs,
     history: History,
     reference: Arc<ReferenceLibrary>,
@@ -136,7 +139,11 @@ impl Engine {
         let spawn = |name: &str| std::thread::Builder::new().name(name.into());
         let failed = |error: std::io::Error| StudioError::Server(error.to_string());
         spawn("builder").spawn(move || build(&jobs, &answers, workshop, &robot)).map_err(failed)?;
+        let (saver, texts) = channel();
+        let (answers, path) = (sender.clone(), document.path().to_path_buf());
+        spawn("saver").spawn(move || save(&path, &texts, &answers)).map_err(failed)?;
         let mut engine = Self {
+            saver,
             stage,
             document,
             inbox,
@@ -156,7 +163,7 @@ impl Engine {
             viewed: Instant::now(),
             stale: true,
         };
-        engine.changed(true);
+        engine.follow(true);
         spawn("engine").spawn(move || engine.run()).map_err(failed)?;
         Ok((sender, screen))
     }
@@ -202,14 +209,13 @@ impl Engine {
         if self.history.len() < self.simulated_to() {
             return None;
         }
-        if self.stale {
-            return Some(VIEW_EVERY.saturating_sub(self.viewed.elapsed()));
-        }
+        let view = if self.stale { VIEW_EVERY.saturating_sub(self.viewed.elapsed()) } else { Duration::MAX };
         if !self.playing {
-            return Some(Duration::MAX);
+            return Some(view);
         }
         let next = (self.frame() + 1) as f64 / self.hz();
-        Some(Duration::from_secs_f64(((next - self.time) / self.rate).clamp(0.0005, 1.0)))
+        let next = Duration::from_secs_f64(((next - self.time) / self.rate).clamp(0.0005, 1.0));
+        Some(next.min(view))
     }
 
     fn hz(&self) -> f64 {
@@ -262,10 +268,11 @@ impl Engine {
                 }
                 (self.stale, self.version) = (true, self.version + 1);
             }
+            Message::Saved(Err(problem)) => (self.problem, self.stale) = (problem, true),
             Message::Scene(answer) => {
                 let _ = answer.send(self.document.scene().clone());
             }
-            Message::Built(..) | Message::Close => {}
+            Message::Built(..) | Message::Saved(Ok(())) | Message::Close => {}
         }
     }
 
@@ -382,8 +389,14 @@ impl Engine {
         Ok(())
     }
 
-    /// Follows a change of the document.
+    /// Saves a change of the document, and follows it.
     fn changed(&mut self, motion: bool) {
+        let _ = self.saver.send(self.document.text().to_string());
+        self.follow(motion);
+    }
+
+    /// Follows a change of the document.
+    fn follow(&mut self, motion: bool) {
         self.version += 1;
         self.stale = true;
         match Events::of(self.document.scene(), self.stage.robot()) {
@@ -490,6 +503,20 @@ fn build(jobs: &Receiver<(u64, Scene)>, answers: &Sender<Message>, mut workshop:
         let built = workshop.build(&job.1).and_then(|built| Ok((stage.reference(&built)?, built)));
         let built = built.map(|(reference, built)| (built, reference)).map_err(|error| error.to_string());
         if answers.send(Message::Built(job.0, built)).is_err() {
+            return;
+        }
+    }
+}
+
+/// Saves; of several texts that wait only the newest. Syncing a disk takes longer than a frame.
+fn save(path: &std::path::Path, texts: &Receiver<String>, answers: &Sender<Message>) {
+    while let Ok(mut text) = texts.recv() {
+        while let Ok(newer) = texts.try_recv() {
+            text = newer;
+        }
+        let saved = lifelike_checkpoint::write_file(path, text.as_bytes());
+        let saved = saved.map_err(|error| format!("{} is not saved: {error}", path.display()));
+        if answers.send(Message::Saved(saved)).is_err() {
             return;
         }
     }

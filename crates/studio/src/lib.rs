@@ -21,6 +21,8 @@ mod scene;
 mod server;
 mod socket;
 mod stage;
+#[cfg(test)]
+mod tests;
 mod view;
 mod workshop;
 

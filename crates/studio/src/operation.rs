@@ -350,7 +350,7 @@ mod tests {
             "repeat id = \"m1\", times = 3",
             "fade id = \"m1\", seconds = 0.2",
             "wait id = \"m1\", seconds = 1",
-            "sentence id = \"m2\", seed = 7, best_of = 4",
+            "sentence id = \"m1\", seed = 7, best_of = 4",
             "push at = 1, seconds = 0.2, body = \"torso\", newtons = [40, 0, 0]",
             "switch at = 2, friction = 0.3",
             "move id = \"p1\", at = 3",
@@ -363,7 +363,7 @@ mod tests {
         let of = |i: usize| (scene.motion[i].start, scene.motion[i].end, scene.motion[i].fade);
         assert_eq!((of(0), of(1)), ((Some(0.5), Some(1.5), None), (Some(1.5), Some(2.5), Some(0.0))));
         assert_eq!((scene.motion[2].speed, scene.motion[2].mirror, scene.motion[2].repeat), (Some(2.0), true, Some(3)));
-        assert_eq!((scene.motion[0].seed, scene.motion[0].best_of), (Some(7), Some(4)));
+        assert_eq!((scene.motion[2].seed, scene.motion[2].best_of), (Some(7), Some(4)));
         assert_eq!((scene.push[0].at, scene.switch[0].friction, scene.seed), (3.0, Some(0.3), 5));
         assert!(!scene.camera.follow && scene.camera.azimuth == 1.0);
         let removed = after(&["say text = \"a\"", "say text = \"b\"", "remove id = \"m1\""]);

@@ -103,8 +103,8 @@ fn pose(snapshot: &Snapshot, bytes: &mut Vec<u8>) {
     }
 }
 
-/// Returns the strips below the timeline: kind, 3 bytes of padding, columns (u32), frames (u32), then rows. A column is
-/// the largest value of its frames.
+/// Returns the strips below the timeline: kind, 3 bytes of padding, numbers of columns, simulated frames and frames of the
+/// scene (u32), then rows. A column is the largest value of its frames.
 pub fn strips(columns: &[[u8; ROWS]], frames: usize) -> Vec<u8> {
     let per = columns.len().div_ceil(MAX_COLUMNS).max(1);
     let merged: Vec<[u8; ROWS]> = columns
@@ -112,8 +112,7 @@ pub fn strips(columns: &[[u8; ROWS]], frames: usize) -> Vec<u8> {
         .map(|some| some.iter().fold([0; ROWS], |most, one| std::array::from_fn(|i| most[i].max(one[i]))))
         .collect();
     let mut bytes = vec![STRIPS, 0, 0, 0];
-    bytes.extend((merged.len() as u32).to_le_bytes());
-    bytes.extend((frames as u32).to_le_bytes());
+    [merged.len(), columns.len(), frames].iter().for_each(|count| bytes.extend((*count as u32).to_le_bytes()));
     (0..ROWS).for_each(|row| bytes.extend(merged.iter().map(|column| column[row])));
     bytes
 }
@@ -139,7 +138,7 @@ mod tests {
         let mut columns = vec![[0; ROWS]; 75_000];
         columns[40_000][4] = 1;
         let bytes = strips(&columns, 75_000);
-        assert_eq!(bytes.len(), 12 + 5 * 1000);
-        assert_eq!(bytes[12 + 4 * 1000..].iter().filter(|fell| **fell == 1).count(), 1);
+        assert_eq!(bytes.len(), 16 + 5 * 1000);
+        assert_eq!(bytes[16 + 4 * 1000..].iter().filter(|fell| **fell == 1).count(), 1);
     }
 }

@@ -211,7 +211,7 @@ impl Scene {
 
     /// Returns the document.
     pub fn to_toml(&self) -> Result<String, StudioError> {
-        toml::to_string_pretty(self).map_err(|error| StudioError::Operation(format!("scene: {error}")))
+        toml::to_string(self).map_err(|error| StudioError::Operation(format!("scene: {error}")))
     }
 
     /// Returns every name of a block, push or switch.

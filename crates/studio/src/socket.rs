@@ -47,21 +47,32 @@ pub async fn serve(mut socket: WebSocket, permission: Permission, mut screen: Sc
 
 /// Waits for the next payload: a view before strips before a frame.
 async fn newest(screen: &mut Screen) -> Option<Packet> {
-    tokio::select! {
-        biased;
-        changed = screen.view.changed() => {
-            changed.ok()?;
-            Some(Packet::text(screen.view.borrow_and_update().as_str()))
-        }
-        changed = screen.strips.changed() => {
-            changed.ok()?;
-            Some(Packet::binary(screen.strips.borrow_and_update().to_vec()))
-        }
-        changed = screen.frame.changed() => {
-            changed.ok()?;
-            Some(Packet::binary(screen.frame.borrow_and_update().to_vec()))
+    loop {
+        let payload = tokio::select! {
+            biased;
+            changed = screen.view.changed() => {
+                changed.ok()?;
+                let view = screen.view.borrow_and_update();
+                (!view.is_empty()).then(|| Packet::text(view.as_str()))
+            }
+            changed = screen.strips.changed() => {
+                changed.ok()?;
+                binary(&screen.strips.borrow_and_update())
+            }
+            changed = screen.frame.changed() => {
+                changed.ok()?;
+                binary(&screen.frame.borrow_and_update())
+            }
+        };
+        // Before the engine has anything to show there is nothing to send.
+        if payload.is_some() {
+            return payload;
         }
     }
+}
+
+fn binary(bytes: &[u8]) -> Option<Packet> {
+    (!bytes.is_empty()).then(|| Packet::binary(bytes.to_vec()))
 }
 
 /// Passes a request on to the engine.

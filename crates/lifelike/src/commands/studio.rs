@@ -69,6 +69,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
         for text in &args.operations {
             document.apply(Operation::parse(text)?)?;
         }
+        document.save()?;
         let value = json!({ "scene": document.path(), "document": document.scene() });
         let next = NextCommand::new("play").word(file.display());
         let count = args.operations.len();

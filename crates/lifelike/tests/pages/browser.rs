@@ -90,15 +90,20 @@ impl Browser {
     }
 
     /// Opens a page of a file, and waits until its program has run.
-    pub fn open(&mut self, page: &Path, query: &str, (width, height): (u32, u32), theme: &str) {
+    pub fn open(&mut self, page: &Path, query: &str, screen: (u32, u32), theme: &str) {
+        self.open_address(&format!("file://{}{query}", page.display()), screen, theme);
+    }
+
+    /// Opens an address, and waits until its program has run.
+    pub fn open_address(&mut self, address: &str, (width, height): (u32, u32), theme: &str) {
         let screen = json!({ "width": width, "height": height, "deviceScaleFactor": 1, "mobile": false });
         self.call("Emulation.setDeviceMetricsOverride", screen);
         let media = json!({ "features": [{ "name": "prefers-color-scheme", "value": theme }] });
         self.call("Emulation.setEmulatedMedia", media);
         self.call("Page.navigate", json!({ "url": "about:blank" }));
         self.errors.clear();
-        self.call("Page.navigate", json!({ "url": format!("file://{}{query}", page.display()) }));
-        within(60, &format!("{} is ready", page.display()), || {
+        self.call("Page.navigate", json!({ "url": address }));
+        within(60, &format!("{address} is ready"), || {
             self.evaluate("document.documentElement?.dataset.ready ?? ''") == json!("1")
         });
     }
@@ -109,6 +114,14 @@ impl Browser {
         let mut answer = self.call("Runtime.evaluate", question);
         assert!(answer["exceptionDetails"].is_null(), "{expression}: {}", answer["exceptionDetails"]);
         answer["result"]["value"].take()
+    }
+
+    /// Sends an event of the left mouse button: `mouseMoved`, `mousePressed` or `mouseReleased`.
+    #[allow(dead_code)] // of the pages, only the studio is dragged
+    pub fn mouse(&mut self, kind: &str, x: f64, y: f64) {
+        let buttons = i32::from(kind != "mouseReleased");
+        let event = json!({ "type": kind, "x": x, "y": y, "button": "left", "buttons": buttons, "clickCount": 1 });
+        self.call("Input.dispatchMouseEvent", event);
     }
 
     /// Returns the value of an expression that is a number.

@@ -25,8 +25,8 @@ function makeStage(canvas) {
   }
 }
 
-function fit(canvas) {
-  const ratio = Math.min(window.devicePixelRatio || 1, 2);
+function fit(canvas, scale = 1) {
+  const ratio = Math.min(window.devicePixelRatio || 1, 2) * scale;
   const [w, h] = [Math.round(canvas.clientWidth * ratio), Math.round(canvas.clientHeight * ratio)];
   if (canvas.width !== w || canvas.height !== h) Object.assign(canvas, { width: w, height: h });
   return { x: 0, y: 0, width: w, height: h };

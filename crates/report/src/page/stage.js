@@ -18,6 +18,7 @@ uniform vec3 eye, sun, sky, floorTint, paper, ghost, focus;
 uniform float ghostly, alpha, ground, reach, depthOfShadow;
 uniform vec3 line;
 uniform vec4 heat;
+uniform int taps;
 uniform sampler2DShadow shadow;
 out vec4 result;
 
@@ -26,11 +27,11 @@ float sunlight() {
   if (p.z > 1.0 || any(lessThan(p.xy, vec2(0.0))) || any(greaterThan(p.xy, vec2(1.0)))) return 1.0;
   float spread = ground > 0.5 ? 2.6 : 1.3, sum = 0.0;
   float turn = fract(52.9829 * fract(dot(gl_FragCoord.xy, vec2(0.06711, 0.00584)))) * 6.2832;
-  for (int i = 0; i < 20; i++) {
-    float r = sqrt((float(i) + 0.5) / 20.0), a = float(i) * 2.39996 + turn;
+  for (int i = 0; i < taps; i++) {
+    float r = sqrt((float(i) + 0.5) / float(taps)), a = float(i) * 2.39996 + turn;
     sum += texture(shadow, vec3(p.xy + vec2(cos(a), sin(a)) * r * spread / 1024.0 * 2.0, p.z - 0.0012));
   }
-  return sum / 20.0;
+  return sum / float(taps);
 }
 float grid(vec2 p, float cell, float width) {
   vec2 w = fwidth(p), d = abs(fract(p / cell - 0.5) - 0.5) * cell;
@@ -72,6 +73,8 @@ class Stage {
     if (!gl) throw new Error("no WebGL 2");
     this.canvas = canvas;
     this.gl = gl;
+    // Samples of the shadow at each pixel: fewer are coarser and faster.
+    this.taps = 20;
     this.shade = this.program(VERTEX, SHADE);
     this.depth = this.program(VERTEX, DEPTH_ONLY);
     this.meshes = new Map();
@@ -206,6 +209,7 @@ class Stage {
     gl.uniform3fv(u.focus, focus);
     gl.uniform1f(u.reach, camera.distance * 2.6);
     gl.uniform1f(u.depthOfShadow, colours.shadow);
+    gl.uniform1i(u.taps, this.taps);
     gl.uniform1f(u.ghostly, 0);
     gl.uniform1f(u.alpha, 1);
 
