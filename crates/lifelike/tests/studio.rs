@@ -41,7 +41,7 @@ fn a_scene_is_directed_from_nothing() {
     page.until("the pull is undone", "studio.view.scene.push.length === 0");
 
     // Edit with keys.
-    page.run("studio.link.send({ seek: 1.5 })");
+    page.run("studio.link.send({ play: false }); studio.link.send({ seek: 1.5 })");
     page.until("the needle", "Math.abs(studio.head.frame - 75) < 2");
     page.act("split");
     page.until("a split", "studio.view.spans.length === 3");

@@ -15,6 +15,7 @@ const query = new URLSearchParams(location.search);
 let view = null;
 let head = null;
 let selected = null;
+let [shown, showing] = [0, 0];
 const time = () => (head && view ? head.frame / view.hz : 0);
 
 function theme(dark) {
@@ -188,6 +189,12 @@ const link = new Link({
     head = scene.frame(bytes);
     if (!view) return;
     const now = time();
+    // Conditions in the panel are those of the needle.
+    if (!head.playing && head.frame !== shown) {
+      shown = head.frame;
+      clearTimeout(showing);
+      showing = setTimeout(() => panel.show(view, selected), 120);
+    }
     scene.pushes = view.scene.push.filter((p) => p.at <= now && now < p.at + p.seconds)
       .map((p) => ({ body: robot.character.bodies.indexOf(p.body), newtons: p.newtons })).filter((p) => p.body >= 0);
     timeline.needle(now);

@@ -65,7 +65,7 @@ export class Panel {
     const seconds = (v) => `${Number(v).toFixed(1)} s`;
     parts.push(
       field("speed", range(0.25, 3, 0.05, block.speed ?? 1, (value) => operate({ do: "speed", id, value })), (v) => `${Number(v).toFixed(2)}×`),
-      field("fade", range(0, 1.5, 0.05, block.fade ?? 0.3, (v) => operate({ do: "fade", id, seconds: v })), seconds),
+      field("fade", range(0, 1.5, 0.05, block.fade ?? span?.fade ?? 0.3, (v) => operate({ do: "fade", id, seconds: v })), seconds),
       block.at === undefined && field("stand first", range(0, 5, 0.1, block.wait ?? 0, (v) => operate({ do: "wait", id, seconds: v })), seconds),
       field("repeat", range(1, 12, 1, block.repeat ?? 1, (times) => operate({ do: "repeat", id, times })), (v) => `${v}×`),
       buttons(

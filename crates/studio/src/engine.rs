@@ -4,89 +4,35 @@
 //! that it concerns, and physics goes on from the saved state before it. Motion is made in a second thread, so that the
 //! clock goes on while a clip is retargeted. A third one saves.
 
+mod touch;
+
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::time::{Duration, Instant};
 
 use lifelike_robot::ReferenceLibrary;
-use serde::Deserialize;
 use tokio::sync::watch;
 
 use crate::StudioError;
 use crate::document::Document;
 use crate::history::History;
-use crate::operation::Operation;
 use crate::packet::{self, Head};
 use crate::performer::{Events, Force};
-use crate::scene::{Push, Scene};
+use crate::request::{Message, Request, Screen};
+use crate::scene::Scene;
 use crate::stage::{self, Stage};
 use crate::view::View;
-use crate::workshop::{Built, OVERLAP, STAND, Workshop};
+use crate::workers::{build, difference, save};
+use crate::workshop::Built;
 
 /// Physics in one go, before the clock and the viewers have their turn.
 const SLICE: Duration = Duration::from_millis(6);
 /// The same, where the frame of the clock is not simulated yet.
 const CATCH_UP: Duration = Duration::from_millis(60);
-/// Time from the clock to the start of motion that is added while the robot stands (s).
-const LEAD: f64 = 0.1;
 /// Rates of the clock.
 const RATES: std::ops::RangeInclusive<f64> = 0.05..=8.0;
 /// Time between two views while physics runs ahead.
 const VIEW_EVERY: Duration = Duration::from_millis(250);
-
-/// A command of a viewer.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-#[serde(rename_all = "snake_case", deny_unknown_fields)]
-pub enum Request {
-    /// An operation on the scene.
-    Operation(Operation),
-    /// Undoes the last operation.
-    Undo,
-    /// Redoes the operation that was undone last.
-    Redo,
-    /// Starts or stops the clock.
-    Play(bool),
-    /// Sets the clock (s).
-    Seek(f64),
-    /// Goes some frames on, or back.
-    Step(i64),
-    /// Sets the rate of the clock.
-    Rate(f64),
-    /// Pulls a body with a force (N, world), until it is let go.
-    Pull {
-        /// The body.
-        body: String,
-        /// The force (N, world).
-        newtons: [f64; 3],
-    },
-    /// Lets go; the pull becomes pushes of the scene.
-    Release,
-}
-
-/// A message to the engine.
-pub enum Message {
-    /// Of a viewer.
-    Request(Request),
-    /// The motion of a scene of this version was made.
-    Built(u64, Result<(Built, Arc<ReferenceLibrary>), String>),
-    /// The scene was saved, or not.
-    Saved(Result<(), String>),
-    /// Asks for the scene.
-    Scene(tokio::sync::oneshot::Sender<Scene>),
-    /// Ends the thread.
-    Close,
-}
-
-/// What a viewer sees: the newest frame, view and strips. Older ones are lost.
-#[derive(Debug, Clone)]
-pub struct Screen {
-    /// Frames.
-    pub frame: watch::Receiver<Arc<Vec<u8>>>,
-    /// Views as JSON.
-    pub view: watch::Receiver<Arc<String>>,
-    /// Strips.
-    pub strips: watch::Receiver<Arc<Vec<u8>>>,
-}
 
 /// Senders of the screen.
 struct Outputs {
@@ -280,7 +226,7 @@ impl Engine {
         self.problem.clear();
         match request {
             Request::Operation(operation) => {
-                let operation = self.from_here_on(operation);
+                let operation = self.joined_at_clock(operation);
                 let changes_motion = operation.changes_motion();
                 if !changes_motion {
                     // Refused before it is written: a body that the robot has not.
@@ -328,67 +274,6 @@ impl Engine {
         Ok(())
     }
 
-    /// Lets motion that is added at the end begin at the clock, where the robot already stands there; and starts the clock.
-    fn from_here_on(&mut self, mut operation: Operation) -> Operation {
-        let (Operation::Say { wait, index: None, .. } | Operation::Add { wait, index: None, .. }) = &mut operation
-        else {
-            return operation;
-        };
-        // The stand of the end begins within the last block.
-        let stands = match self.document.scene().motion.is_empty() {
-            true => 0.0,
-            false => self.built.clip.seconds() - STAND,
-        };
-        if self.time > stands && wait.is_none() && self.building.is_none() {
-            *wait = Some(((self.time + LEAD - stands + OVERLAP) * self.hz()).round() / self.hz());
-        }
-        (self.playing, self.stale) = (true, true);
-        operation
-    }
-
-    /// Begins or changes a pull at the frame of the clock.
-    fn pull(&mut self, body: &str, newtons: [f64; 3]) -> Result<(), StudioError> {
-        let body = self.stage.robot().character.body(body).map_err(StudioError::block("pull"))?;
-        if !newtons.iter().all(|force| force.is_finite() && force.abs() <= 1e4) {
-            return Err(StudioError::Operation(format!("pull: expected at most 10000 N, got {newtons:?}")));
-        }
-        let frame = self.frame();
-        self.end_pull(frame);
-        let newtons = newtons.map(|force| force as f32);
-        self.pulls.push(Force { from: frame, until: usize::MAX, body, newtons });
-        self.history.truncate(frame, &self.reference)
-    }
-
-    fn end_pull(&mut self, frame: usize) {
-        let Some(last) = self.pulls.last_mut() else { return };
-        last.until = last.until.min(frame);
-        self.pulls.retain(|pull| pull.until > pull.from);
-    }
-
-    /// Writes the pull into the scene as pushes: the same frames, the same forces.
-    fn release(&mut self) -> Result<(), StudioError> {
-        let frame = self.frame();
-        self.end_pull(frame);
-        let hz = self.hz();
-        let pushes = std::mem::take(&mut self.pulls);
-        // What was pulled for less than a frame is no push.
-        if pushes.is_empty() {
-            return self.history.truncate(frame, &self.reference);
-        }
-        let name = |body: usize| self.stage.robot().character.bodies[body].name.clone();
-        let push = |pull: &Force| Push {
-            id: String::new(),
-            at: pull.from as f64 / hz,
-            seconds: (pull.until - pull.from) as f64 / hz,
-            body: name(pull.body),
-            newtons: pull.newtons.map(f64::from),
-        };
-        let operation = Operation::Grab { pushes: pushes.iter().map(push).collect() };
-        self.document.apply(operation)?;
-        self.changed(false);
-        Ok(())
-    }
-
     /// Saves a change of the document, and follows it.
     fn changed(&mut self, motion: bool) {
         let _ = self.saver.send(self.document.text().to_string());
@@ -421,8 +306,12 @@ impl Engine {
     /// Takes a new reference in; physics goes on from the last frame before the first one that differs.
     fn exchange(&mut self, built: Built, reference: Arc<ReferenceLibrary>) {
         let first = difference(&self.reference, &reference);
-        let frame = first.saturating_sub(self.stage.looks_ahead());
-        if let Err(error) = self.history.truncate(frame, &reference) {
+        let changed = match first {
+            // The robot begins in another state.
+            0 => self.history.restart(&reference),
+            _ => self.history.truncate(first.saturating_sub(self.stage.looks_ahead()), &reference),
+        };
+        if let Err(error) = changed {
             self.problem = error.to_string();
         }
         (self.built, self.reference) = (built, reference);
@@ -492,40 +381,4 @@ impl Engine {
         }
         .to_json()
     }
-}
-
-/// Makes motion; of several scenes that wait only the newest.
-fn build(jobs: &Receiver<(u64, Scene)>, answers: &Sender<Message>, mut workshop: Workshop, stage: &Stage) {
-    while let Ok(mut job) = jobs.recv() {
-        while let Ok(newer) = jobs.try_recv() {
-            job = newer;
-        }
-        let built = workshop.build(&job.1).and_then(|built| Ok((stage.reference(&built)?, built)));
-        let built = built.map(|(reference, built)| (built, reference)).map_err(|error| error.to_string());
-        if answers.send(Message::Built(job.0, built)).is_err() {
-            return;
-        }
-    }
-}
-
-/// Saves; of several texts that wait only the newest. Syncing a disk takes longer than a frame.
-fn save(path: &std::path::Path, texts: &Receiver<String>, answers: &Sender<Message>) {
-    while let Ok(mut text) = texts.recv() {
-        while let Ok(newer) = texts.try_recv() {
-            text = newer;
-        }
-        let saved = lifelike_checkpoint::write_file(path, text.as_bytes());
-        let saved = saved.map_err(|error| format!("{} is not saved: {error}", path.display()));
-        if answers.send(Message::Saved(saved)).is_err() {
-            return;
-        }
-    }
-}
-
-/// Returns the first frame in which two references differ.
-fn difference(a: &ReferenceLibrary, b: &ReferenceLibrary) -> usize {
-    let size = a.layout.size();
-    let joints = a.features.chunks(size).zip(b.features.chunks(size)).take_while(|(a, b)| a == b).count();
-    let roots = a.root_position.chunks(3).zip(b.root_position.chunks(3)).take_while(|(a, b)| a == b).count();
-    joints.min(roots)
 }

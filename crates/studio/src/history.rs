@@ -75,6 +75,19 @@ impl History {
         Ok(fell)
     }
 
+    /// Forgets everything, and begins with the first frame of a reference.
+    ///
+    /// # Errors
+    /// As [`Performer::restart`].
+    pub fn restart(&mut self, reference: &Arc<ReferenceLibrary>) -> Result<(), StudioError> {
+        self.performer.restart(reference)?;
+        let (body, column) = packet::frame(self.performer.rollout(), false);
+        (self.bodies, self.columns) = (vec![body], vec![column]);
+        self.saved = vec![self.performer.save()];
+        self.falls.clear();
+        Ok(())
+    }
+
     /// Forgets all frames after this one, and goes on from there along a reference that may differ after it.
     ///
     /// # Errors

@@ -17,6 +17,7 @@ mod history;
 mod operation;
 mod packet;
 mod performer;
+mod request;
 mod scene;
 mod server;
 mod socket;
@@ -24,10 +25,10 @@ mod stage;
 #[cfg(test)]
 mod tests;
 mod view;
+mod workers;
 mod workshop;
 
 pub use document::Document;
-pub use engine::{Engine, Message, Request, Screen};
 pub use error::StudioError;
 pub use operation::Operation;
 pub use performer::Fall;

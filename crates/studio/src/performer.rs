@@ -150,8 +150,6 @@ pub struct Performer {
     frame: usize,
     down: Option<usize>,
     rollout: Rollout,
-    /// Frames that were dropped from the start of the rollout.
-    dropped: usize,
     whole: bool,
 }
 
@@ -178,14 +176,25 @@ impl Performer {
             frame: 0,
             down: None,
             rollout,
-            dropped: 0,
             whole,
             controller,
         };
-        performer.simulation.set_parameters(0, EnvironmentParameters::default())?;
-        performer.stand([0.0; 2])?;
-        performer.record();
+        performer.restart(&Arc::clone(&performer.library))?;
         Ok(performer)
+    }
+
+    /// Puts the robot at the first frame of a reference.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn restart(&mut self, library: &Arc<ReferenceLibrary>) -> Result<(), StudioError> {
+        self.library = Arc::clone(library);
+        (self.frame, self.down) = (0, None);
+        self.simulation.set_parameters(0, EnvironmentParameters::default())?;
+        self.stand([0.0; 2])?;
+        self.rollout = Recorder::new(self.controller.robot(), library, &[]).begin(0, library.len());
+        self.record();
+        Ok(())
     }
 
     /// Returns the present frame.
@@ -242,7 +251,7 @@ impl Performer {
     pub fn restore(&mut self, saved: &Saved, library: &Arc<ReferenceLibrary>) -> Result<(), StudioError> {
         self.simulation.restore(&saved.simulation)?;
         self.state.history.clone_from(&saved.history);
-        (self.frame, self.down, self.dropped) = (saved.frame, saved.down, saved.frame);
+        (self.frame, self.down) = (saved.frame, saved.down);
         self.library = Arc::clone(library);
         self.rollout = Recorder::new(self.controller.robot(), library, &[]).begin(self.reference_frame(), 0);
         self.record();
@@ -283,7 +292,6 @@ impl Performer {
         recorder.record(&mut self.rollout, &moment, &mut self.kinematics);
         if !self.whole && self.rollout.simulated.len() > 2 * KEPT {
             forget(&mut self.rollout, KEPT);
-            self.dropped += KEPT;
         }
     }
 
@@ -303,7 +311,12 @@ impl Performer {
         if !self.whole {
             self.rollout.outcome = Outcome::Survived;
         }
-        let why = failure.map_or_else(String::new, |failure| failure.why());
+        // Times count from the start of the scene, also where only the last frames are kept.
+        let dropped = (self.frame + 1 - self.rollout.simulated.len()) as f64 / hz;
+        let why = failure.map_or_else(String::new, |mut failure| {
+            failure.first_body.iter_mut().for_each(|body| body.second += dropped);
+            failure.why()
+        });
         Some(Fall { frame: self.frame, second: self.frame as f64 / hz, cause: cause.words().into(), why })
     }
 }

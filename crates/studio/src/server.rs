@@ -17,7 +17,8 @@ use tokio::sync::oneshot;
 
 use crate::access::{Access, Permission};
 use crate::document::Document;
-use crate::engine::{Engine, Message, Screen};
+use crate::engine::Engine;
+use crate::request::{Message, Screen};
 use crate::scene::Scene;
 use crate::stage::{self, Stage};
 use crate::{StudioError, assets, files, socket};
@@ -25,7 +26,7 @@ use crate::{StudioError, assets, files, socket};
 /// Largest file that may be dropped (bytes).
 const MAX_DROP: usize = 64 << 20;
 
-/// What every request has.
+/// Parts that every request needs.
 #[derive(Clone)]
 struct Shared {
     access: Arc<Access>,

@@ -5,7 +5,7 @@ use std::sync::mpsc::Sender;
 use axum::extract::ws::{Message as Packet, WebSocket};
 
 use crate::access::Permission;
-use crate::engine::{Message, Request, Screen};
+use crate::request::{Message, Request, Screen};
 
 /// Largest request (bytes).
 pub const MAX_REQUEST: usize = 64 << 10;

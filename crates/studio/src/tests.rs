@@ -11,9 +11,10 @@ use lifelike_generation::generator::Generator;
 use lifelike_motion::container;
 use lifelike_robot::{Controller, Robot};
 
-use crate::engine::{Engine, Message, Request, Screen};
+use crate::engine::Engine;
 use crate::history::History;
 use crate::performer::Events;
+use crate::request::{Message, Request, Screen};
 use crate::{Document, Operation, Scene, Stage, packet, stage};
 
 fn lima(folder: &Path) -> Stage {
@@ -222,7 +223,7 @@ fn every_example_plays() {
     for (name, text) in crate::examples::ALL {
         let scene = Scene::parse(text, name).unwrap();
         let take = stage.perform(&scene).unwrap();
-        println!("{name}: {:.1} s, falls {:?}", take.rollout().simulated.len() as f64 / 50.0, take.falls);
+        assert_eq!(take.falls.len(), usize::from(name == "fall"), "{name}: {:?}", take.falls);
         assert_eq!(Scene::parse(&scene.to_toml().unwrap(), name).unwrap(), scene);
     }
 }
@@ -234,9 +235,11 @@ fn a_frame_of_many_bodies_is_small() {
     let built = stage.workshop().build(&Scene::default()).unwrap();
     let performer = stage.performer(&stage.reference(&built).unwrap(), false).unwrap();
     let (body, _) = packet::frame(performer.rollout(), false);
-    let n = stage.robot().character.bodies.len() - 1;
+    let (n, joints) = (stage.robot().character.bodies.len() - 1, stage.robot().joints());
     let feet = stage.robot().anatomy.soles.len();
-    assert_eq!(body.len(), 2 * (16 + 14 * n) + 2 * stage.robot().joints() + feet);
+    let bytes = |bodies: usize, joints: usize| 32 + 2 * (16 + 14 * bodies) + 2 * joints + feet;
+    assert_eq!(32 + body.len(), bytes(n, joints));
+    assert!(bytes(30, 29) <= 2000, "a robot of thirty bodies");
     println!("lima, {n} bodies: {} bytes", 32 + body.len());
 }
 

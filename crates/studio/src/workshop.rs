@@ -36,6 +36,8 @@ pub struct Span {
     pub from: f64,
     /// End in the scene (s).
     pub to: f64,
+    /// Time shared with the block before (s).
+    pub fade: f64,
     /// Start within the block's own clip (s).
     pub start: f64,
     /// Duration of the block's own clip before its edits (s).
@@ -250,6 +252,7 @@ fn span(block: &Block, from: f64, to: f64, made: &Made) -> Span {
         id: block.id.clone(),
         from,
         to,
+        fade: made.fade,
         start: block.start.unwrap_or(0.0),
         whole: made.whole,
         source,

@@ -22,7 +22,7 @@ Examples:
   lifelike studio
   lifelike studio examples/hello
   lifelike studio dance.scene.toml --do 'say text = \"a person waves\"' \\
-      --do 'push at = 1, seconds = 0.2, body = \"torso\", newtons = [40, 0, 0]'
+      --do 'push at = 1, seconds = 0.2, body = \"pelvis\", newtons = [40, 0, 0]'
   lifelike play dance.scene.toml")]
 pub struct Args {
     /// The scene, which is created where it is missing; or examples/NAME.

@@ -90,6 +90,7 @@ impl Browser {
     }
 
     /// Opens a page of a file, and waits until its program has run.
+    #[allow(dead_code)] // the studio has an address
     pub fn open(&mut self, page: &Path, query: &str, screen: (u32, u32), theme: &str) {
         self.open_address(&format!("file://{}{query}", page.display()), screen, theme);
     }
