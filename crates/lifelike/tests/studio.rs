@@ -11,6 +11,9 @@ mod page;
 #[path = "pages/browser.rs"]
 mod browser;
 
+use std::path::Path;
+use std::process::Command;
+
 use browser::{Browser, within};
 use page::{Page, Served};
 use serde_json::json;
@@ -31,7 +34,8 @@ fn a_scene_is_directed_from_nothing() {
     assert_eq!(page.value("studio.view.falls.length"), json!(0));
 
     // Pull it by hand: the pull becomes pushes of the scene.
-    page.act("start");
+    page.run("studio.link.send({ play: false }); studio.link.send({ seek: 0 })");
+    page.until("the start", "studio.head.frame === 0 && !studio.head.playing && !studio.scene.dirty");
     page.pull(90.0);
     page.until("pushes", "studio.view.scene.push.length > 0 && studio.head.force === 0");
     let force =
@@ -56,9 +60,8 @@ fn a_scene_is_directed_from_nothing() {
     page.until("a switch", "studio.view.scene.switch.length === 1");
 
     // Drop a capture: it is read, and its layout is said.
-    let capture = std::fs::read_to_string(repository("crates/motion/src/formats/tests/small.bvh")).unwrap();
-    page.drop("walk.bvh", &capture);
-    page.until("the capture", "studio.view.spans.some((s) => s.source.includes('walk.bvh'))");
+    page.drop("wave.bvh", &capture(folder.path()));
+    page.until("the capture", "studio.view.spans.some((s) => s.source.startsWith('BVH'))");
     page.drop("broken.bvh", "HIERARCHY nonsense");
     page.until("a refusal", "document.querySelector('[data-is=told]').textContent.includes('broken.bvh')");
     assert!(!folder.path().join("dropped/broken.bvh").exists());
@@ -76,7 +79,7 @@ fn a_scene_is_directed_from_nothing() {
     let mut page = Page::open(page.browser, &served.address);
     assert_eq!(page.value("JSON.stringify(studio.view.scene)"), before);
     let saved = std::fs::read_to_string(folder.path().join("a.scene.toml")).unwrap();
-    assert!(saved.contains("a person walks forward") && saved.contains("dropped/walk.bvh"), "{saved}");
+    assert!(saved.contains("a person walks forward") && saved.contains("dropped/wave.bvh"), "{saved}");
     page.no_errors();
 }
 
@@ -117,6 +120,30 @@ fn a_module_that_throws_is_seen() {
     });
 }
 
-fn repository(path: &str) -> String {
-    std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").join(path).display().to_string()
+/// Returns a BVH file of a person of 1.56 m: a wave of lima, twice as large.
+fn capture(folder: &Path) -> String {
+    for arguments in [
+        &["motion", "trim", "builtin:wave", "--end", "3", "-o", "clips"][..],
+        &["motion", "convert", "clips/wave-trimmed.motion.safetensors", "small.bvh"],
+    ] {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_lifelike"));
+        let output = command.args(arguments).current_dir(folder).env("XDG_CACHE_HOME", folder.join("cache")).output();
+        assert!(output.unwrap().status.success(), "{arguments:?}");
+    }
+    let text = std::fs::read_to_string(folder.join("small.bvh")).unwrap();
+    let twice = |word: &str| word.parse::<f64>().map_or(word.to_string(), |number| (2.0 * number).to_string());
+    let mut moves = false;
+    let line = |line: &str| {
+        let words: Vec<&str> = line.split_whitespace().collect();
+        let places = match words.first() {
+            Some(&"OFFSET") => 4,
+            Some(_) if moves => 3,
+            _ => 0,
+        };
+        moves |= line.starts_with("Frame Time");
+        let words =
+            words.iter().enumerate().map(|(i, word)| if i < places { twice(word) } else { (*word).to_string() });
+        words.collect::<Vec<_>>().join(" ") + "\n"
+    };
+    text.lines().map(line).collect()
 }

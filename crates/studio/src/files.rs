@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use lifelike_motion::container;
-use lifelike_motion::keyframes;
+use lifelike_motion::{formats, keyframes};
 use lifelike_robot::clips;
 
 use crate::StudioError;
@@ -69,7 +69,12 @@ pub fn take(stage: &Stage, name: &str, bytes: &[u8]) -> Result<(String, String),
     match clips::load_one(&path, stage.robot()) {
         Ok(clip) => {
             let seconds = clip.seconds();
-            let told = format!("{name}: {}, {seconds:.1} s for {}", clip.provenance.source, stage.robot().name);
+            let format = formats::of_file(&path).map_or("motion", |format| format.name);
+            let told = format!(
+                "{name}: read as {format} ({}), {seconds:.1} s for {}",
+                clip.provenance.source,
+                stage.robot().name
+            );
             Ok((format!("{DROPPED}/{name}"), told))
         }
         Err(error) => {

@@ -10,7 +10,7 @@ use lifelike_generation::generator::{Generator, Given, SampleOptions};
 use lifelike_generation::representation::FeatureMatrix;
 use lifelike_motion::edit::{Compose, Length, Part, Warp, compose, joints_of, mirror, sequence, trim, warp};
 use lifelike_motion::resample::resample;
-use lifelike_motion::{MotionClip, feasibility};
+use lifelike_motion::{MotionClip, feasibility, formats};
 use lifelike_robot::reference::standing_clip;
 use lifelike_robot::{Robot, clips};
 use serde::Serialize;
@@ -239,7 +239,11 @@ impl Workshop {
     fn loaded(&self, clip: &str) -> Result<MotionClip, StudioError> {
         let path = PathBuf::from(clip);
         let path = if clips::is_builtin(&path) { path } else { inside(&self.folder, &path)? };
-        Ok(resample(&clips::load_one(&path, &self.robot)?, self.robot.control_hz)?)
+        let mut clip = resample(&clips::load_one(&path, &self.robot)?, self.robot.control_hz)?;
+        if let Some(format) = formats::of_file(&path) {
+            clip.provenance.source = format!("{}: {}", format.name, clip.provenance.source);
+        }
+        Ok(clip)
     }
 }
 
