@@ -7,7 +7,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Floors: a crate may import crates on LOWER floors only.
-const FLOORS: [(&str, u32); 25] = [
+const FLOORS: [(&str, u32); 26] = [
     ("character", 0),
     ("checkpoint", 0),
     ("dynamixel", 0),
@@ -31,14 +31,16 @@ const FLOORS: [(&str, u32); 25] = [
     ("tracking", 6),
     ("generation", 6),
     ("augmentation", 6),
-    ("lifelike", 7),
-    ("python", 8),
+    ("studio", 7),
+    ("lifelike", 8),
+    ("python", 9),
 ];
 
 /// Crates that stand on a floor for their use, but must know little of what is below them.
-const ONLY: [(&str, &[&str]); 10] = [
+const ONLY: [(&str, &[&str]); 11] = [
     ("unitree", &["robot", "runtime"]),
     ("runtime", &["character", "checkpoint", "motion", "robot"]),
+    ("studio", &["character", "checkpoint", "evaluation", "generation", "motion", "report", "robot", "sim"]),
     ("capi", &["character", "motion", "robot"]),
     ("interop", &["character", "checkpoint", "motion", "robot"]),
     ("augmentation", &["character", "checkpoint", "motion", "nn", "report", "robot", "sim", "train"]),

@@ -14,8 +14,8 @@ use super::field::FieldBodies;
 use super::rollout::{Names, Outcome, Rollout, Snapshot};
 use super::runner::Moment;
 
-/// Writes rollouts, frame by frame.
-pub(super) struct Recorder<'a> {
+/// Writer of rollouts, frame by frame.
+pub struct Recorder<'a> {
     robot: &'a Robot,
     library: &'a ReferenceLibrary,
     lift: &'a [f64],
@@ -27,8 +27,8 @@ pub(super) struct Recorder<'a> {
 }
 
 impl<'a> Recorder<'a> {
-    /// `lift` is how high above level ground each frame of the library thinks that it stands (m); empty: on it.
-    pub(super) fn new(robot: &'a Robot, library: &'a ReferenceLibrary, lift: &'a [f64]) -> Self {
+    /// Returns a recorder. `lift` is the height above level ground at which each frame of the library stands (m); empty: 0.
+    pub fn new(robot: &'a Robot, library: &'a ReferenceLibrary, lift: &'a [f64]) -> Self {
         let character = &robot.character;
         // A robot without legs has only upper joints.
         let legs = joints_of(character, &robot.anatomy, &["legs".to_string()]).unwrap_or_default();
@@ -52,8 +52,8 @@ impl<'a> Recorder<'a> {
         }
     }
 
-    /// A rollout of so many frames from a frame of the library, still empty.
-    pub(super) fn begin(&self, frame: usize, planned: usize) -> Rollout {
+    /// Returns an empty rollout from a frame of the library on, of `planned` frames.
+    pub fn begin(&self, frame: usize, planned: usize) -> Rollout {
         let clip = self.library.clip_of(frame);
         Rollout {
             clip: self.library.names[clip].clone(),
@@ -103,8 +103,8 @@ impl<'a> Recorder<'a> {
         self.simulated(moment.state, moment.i, moment.ground)
     }
 
-    /// Adds one robot's state, and the one that was asked of it at that moment.
-    pub(super) fn record(&self, rollout: &mut Rollout, moment: &Moment<'_>, kinematics: &mut Kinematics) {
+    /// Appends one robot's state, and its reference at that moment.
+    pub fn record(&self, rollout: &mut Rollout, moment: &Moment<'_>, kinematics: &mut Kinematics) {
         let &Moment { state, i, .. } = moment;
         let reference = self.asked(moment, kinematics);
         rollout.planned_contact.extend(self.robot.anatomy.soles.values().map(|sole| {

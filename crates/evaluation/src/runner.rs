@@ -17,13 +17,17 @@ pub(super) enum Ended {
 }
 
 /// One robot at one moment, and the reference that it should be at.
-pub(super) struct Moment<'a> {
-    pub(super) state: &'a BatchState,
-    pub(super) i: usize,
-    pub(super) ground: &'a Ground,
+pub struct Moment<'a> {
+    /// State of all environments.
+    pub state: &'a BatchState,
+    /// Environment of the robot.
+    pub i: usize,
+    /// Ground below it.
+    pub ground: &'a Ground,
     /// The present frame of the library.
-    pub(super) frame: usize,
-    pub(super) alignment: Alignment,
+    pub frame: usize,
+    /// Place of the reference's world in the robot's.
+    pub alignment: Alignment,
 }
 
 /// One robot's run.

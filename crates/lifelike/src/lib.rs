@@ -1,4 +1,4 @@
-//! Floor 7: the command `lifelike` as a library. The program is [`Cli`], parsed and executed.
+//! Floor 8: the command `lifelike` as a library. The program is [`Cli`], parsed and executed.
 //!
 //! The main path of every command: typed arguments ([`commands`], one file each, with a `run` function) → a plan
 //! ([`plans`]: a built-in one or a file, with `key=value` changes) → the libraries below do the work, with progress and

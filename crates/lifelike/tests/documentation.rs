@@ -102,6 +102,11 @@ fn directing_motion() {
 }
 
 #[test]
+fn the_studio() {
+    follow("docs/studio.md");
+}
+
+#[test]
 fn policies_of_other_stacks() {
     follow("docs/interop.md");
 }

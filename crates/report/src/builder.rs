@@ -9,7 +9,7 @@ use super::chart::Chart;
 use super::curve::Curve;
 use super::drawing::Drawing;
 use super::playback::Playback;
-use super::scene::{describe, describe_skeleton};
+use super::scene::{character_json, describe_skeleton};
 use super::table::{Table, escape};
 use crate::ReportError;
 use crate::write_atomically;
@@ -18,12 +18,13 @@ const PAGE: &str = include_str!("page/page.html");
 const PLAYER: &str = include_str!("page/player.html");
 const STYLE: &str = include_str!("page/style.css");
 /// In the order in which they use each other.
-const SCRIPTS: [&str; 10] = [
+const SCRIPTS: [&str; 11] = [
     include_str!("page/camera.js"),
     include_str!("page/poses.js"),
     include_str!("page/shapes.js"),
     include_str!("page/stage.js"),
     include_str!("page/flat.js"),
+    include_str!("page/canvas.js"),
     include_str!("page/viewer.js"),
     include_str!("page/strip.js"),
     include_str!("page/film.js"),
@@ -31,6 +32,16 @@ const SCRIPTS: [&str; 10] = [
     include_str!("page/live.js"),
 ];
 const MAIN: &str = include_str!("page/main.js");
+/// Number of the first scripts, which draw.
+const RENDERER: usize = 6;
+/// Names that pages of others import.
+const EXPORTS: &str = "Camera, Stage, FlatStage, unpackPose, makeStage, stageColours, fit, cross, dot, normalize";
+
+/// Returns the renderer of the page as a JavaScript module, for pages with a server.
+pub fn renderer_module() -> String {
+    let scripts = SCRIPTS[..RENDERER].join("\n");
+    format!("const query = new URLSearchParams(location.search);\n{scripts}\nexport {{ {EXPORTS} }};\n")
+}
 
 /// Initial smoothing of training curves.
 const SMOOTHED: &str = "value=\"0.6\"";
@@ -117,7 +128,7 @@ impl ReportBuilder {
 
     /// Adds playbacks of a character. May be called for several characters.
     pub fn playback(mut self, character: &Character, playbacks: &[Playback]) -> Self {
-        let drawn = describe(character);
+        let drawn = character_json(character);
         let whole = playbacks.iter().filter(|p| !(p.simulated.is_empty() && p.reference.is_empty()));
         for playback in whole {
             let own = self.character(&drawn);

@@ -34,13 +34,14 @@ mod table;
 mod terminal;
 
 pub use atomic::write_atomically;
-pub use builder::ReportBuilder;
+pub use builder::{ReportBuilder, renderer_module};
 pub use chart::{Chart, Series};
 pub use curve::{Curve, curves_from};
 pub use drawing::{Drawing, Panel, Picture};
 pub use error::ReportError;
 pub use live::LivePage;
 pub use playback::{BodyPose, Foot, Playback};
+pub use scene::character_json;
 pub use table::{Align, Cell, Column, Table, Tone};
 pub use terminal::{Screen, wrapped};
 

@@ -9,8 +9,8 @@ use serde_json::{Value, json};
 
 use super::surface::{pack, surfaces};
 
-/// Bodies (the world left out) and their shapes as JSON.
-pub(super) fn describe(character: &Character) -> Value {
+/// Returns bodies (the world left out) and their shapes as the page's renderer reads them.
+pub fn character_json(character: &Character) -> Value {
     let mut geoms: Vec<Value> = Vec::new();
     let mut seen = vec![false; character.bodies.len()];
     let height = height(character);

@@ -23,6 +23,10 @@ pub mod replay;
 pub mod robots;
 pub mod run;
 pub mod simulate_robot;
+pub mod play;
+pub mod robots;
+mod stage;
+pub mod studio;
 
 // What needs the training framework; without it these are commands in name only.
 pub mod align;
@@ -64,6 +68,8 @@ pub enum Command {
     Eval(eval::Args),
     Render(render::Args),
     Demo(demo::Args),
+    Play(play::Args),
+    Studio(studio::Args),
     Export(export::Args),
     Run(run::Args),
     SimulateRobot(simulate_robot::Args),
@@ -100,6 +106,8 @@ impl Command {
             Self::Eval(args) => eval::run(&args, output),
             Self::Render(args) => render::run(&args, output),
             Self::Demo(args) => demo::run(&args, output),
+            Self::Play(args) => play::run(&args, output),
+            Self::Studio(args) => studio::run(&args, output),
             Self::Export(args) => export::run(&args, output),
             Self::Run(args) => run::run(&args, output),
             Self::SimulateRobot(args) => simulate_robot::run(&args, output),

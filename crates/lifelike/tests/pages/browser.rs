@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use serde_json::Value;
+use serde_json::{Value, json};
 
 /// A browser with one page.
 pub struct Browser(lifelike_report::browser::Browser);
@@ -19,8 +19,22 @@ impl Browser {
     }
 
     /// Opens a page of a file, and waits until its program has run.
+    #[allow(dead_code)] // the studio has an address
     pub fn open(&mut self, page: &Path, query: &str, size: (u32, u32), theme: &str) {
-        self.0.open(&format!("file://{}{query}", page.display()), size, theme).unwrap();
+        self.open_address(&format!("file://{}{query}", page.display()), size, theme);
+    }
+
+    /// Opens an address, and waits until its program has run.
+    pub fn open_address(&mut self, address: &str, size: (u32, u32), theme: &str) {
+        self.0.open(address, size, theme).unwrap();
+    }
+
+    /// Sends an event of the left mouse button: `mouseMoved`, `mousePressed` or `mouseReleased`.
+    #[allow(dead_code)] // of the pages, only the studio is dragged
+    pub fn mouse(&mut self, kind: &str, x: f64, y: f64) {
+        let buttons = i32::from(kind != "mouseReleased");
+        let event = json!({ "type": kind, "x": x, "y": y, "button": "left", "buttons": buttons, "clickCount": 1 });
+        self.0.call("Input.dispatchMouseEvent", event).unwrap();
     }
 
     /// Returns the value of an expression in the page.
@@ -39,6 +53,7 @@ impl Browser {
     }
 
     /// Folder of saved files.
+    #[allow(dead_code)] // the studio saves on its own side
     pub fn downloads(&self) -> &Path {
         &self.0.downloads
     }

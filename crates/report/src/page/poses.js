@@ -1,5 +1,29 @@
 // Recorded motion: decoding, and where every body is at a time between two frames.
 
+// Writes the rotation of a unit quaternion into a column-major 4x4 matrix.
+function turn(m, [w, x, y, z]) {
+  m[0] = 1 - 2 * (y * y + z * z); m[1] = 2 * (x * y + w * z); m[2] = 2 * (x * z - w * y); m[3] = 0;
+  m[4] = 2 * (x * y - w * z); m[5] = 1 - 2 * (x * x + z * z); m[6] = 2 * (y * z + w * x); m[7] = 0;
+  m[8] = 2 * (x * z + w * y); m[9] = 2 * (y * z - w * x); m[10] = 1 - 2 * (x * x + y * y); m[11] = 0;
+  m[15] = 1;
+  return m;
+}
+
+// Matrices of one packed frame: root f32 [3] and unit f32 at `at`, then i16 [bodies, 7]. Returns the root.
+function unpackPose(view, at, matrices) {
+  const root = [0, 4, 8].map((k) => view.getFloat32(at + k, true));
+  const unit = view.getFloat32(at + 12, true);
+  matrices.forEach((m, body) => {
+    const from = at + 16 + body * 14;
+    const value = (k) => view.getInt16(from + 2 * k, true);
+    const q = [3, 4, 5, 6].map(value);
+    const norm = Math.hypot(...q) || 1;
+    turn(m, q.map((c) => c / norm));
+    for (let k = 0; k < 3; k++) m[12 + k] = root[k] + value(k) * unit;
+  });
+  return root;
+}
+
 class Track {
   // `base64` holds little-endian numbers: roots f32 [frames, 3]; then i16 [frames, bodies, 7]: position less root in
   // units of `unit` metres, and the quaternion wxyz in units of 1/32767.
@@ -51,15 +75,10 @@ class Track {
         norm += q[k] * q[k];
       }
       norm = 1 / Math.sqrt(norm || 1);
-      const [w, x, y, z] = q.map((c) => c * norm);
-      const m = this.matrices[body];
-      m[0] = 1 - 2 * (y * y + z * z); m[1] = 2 * (x * y + w * z); m[2] = 2 * (x * z - w * y); m[3] = 0;
-      m[4] = 2 * (x * y - w * z); m[5] = 1 - 2 * (x * x + z * z); m[6] = 2 * (y * z + w * x); m[7] = 0;
-      m[8] = 2 * (x * z + w * y); m[9] = 2 * (y * z - w * x); m[10] = 1 - 2 * (x * x + y * y); m[11] = 0;
+      const m = turn(this.matrices[body], q.map((c) => c * norm));
       for (let k = 0; k < 3; k++) {
         m[12 + k] = root[k] + offset[k] + (p[i + k] * (1 - s) + p[j + k] * s) * this.unit;
       }
-      m[15] = 1;
     }
     return this.matrices;
   }

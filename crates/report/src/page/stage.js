@@ -17,6 +17,8 @@ in vec3 world, across, tint; in vec4 lit;
 uniform vec3 eye, sun, sky, floorTint, paper, ghost, focus;
 uniform float ghostly, alpha, ground, reach, depthOfShadow;
 uniform vec3 line;
+uniform vec4 heat;
+uniform int taps;
 uniform sampler2DShadow shadow;
 out vec4 result;
 
@@ -25,11 +27,11 @@ float sunlight() {
   if (p.z > 1.0 || any(lessThan(p.xy, vec2(0.0))) || any(greaterThan(p.xy, vec2(1.0)))) return 1.0;
   float spread = ground > 0.5 ? 2.6 : 1.3, sum = 0.0;
   float turn = fract(52.9829 * fract(dot(gl_FragCoord.xy, vec2(0.06711, 0.00584)))) * 6.2832;
-  for (int i = 0; i < 20; i++) {
-    float r = sqrt((float(i) + 0.5) / 20.0), a = float(i) * 2.39996 + turn;
+  for (int i = 0; i < taps; i++) {
+    float r = sqrt((float(i) + 0.5) / float(taps)), a = float(i) * 2.39996 + turn;
     sum += texture(shadow, vec3(p.xy + vec2(cos(a), sin(a)) * r * spread / 1024.0 * 2.0, p.z - 0.0012));
   }
-  return sum / 20.0;
+  return sum / float(taps);
 }
 float grid(vec2 p, float cell, float width) {
   vec2 w = fwidth(p), d = abs(fract(p / cell - 0.5) - 0.5) * cell;
@@ -45,7 +47,7 @@ void main() {
     result = vec4(mix(paper, c, fade), 1.0);
     return;
   }
-  vec3 base = pow(ghostly > 0.5 ? ghost : tint, vec3(2.2));
+  vec3 base = pow(ghostly > 0.5 ? ghost : mix(tint, heat.rgb, heat.a), vec3(2.2));
   vec3 n = normalize(across), v = normalize(eye - world), h = normalize(sun + v);
   float direct = max(dot(n, sun), 0.0) * (ghostly > 0.5 && alpha < 0.99 ? 1.0 : sunlight());
   float grounded = mix(0.62, 1.0, smoothstep(-0.02, 0.25, world.z));
@@ -60,6 +62,9 @@ const DEPTH_ONLY = `#version 300 es
 precision mediump float;
 void main() {}`;
 
+// No colour over a body's own.
+const COLD = [0, 0, 0, 0];
+
 class Stage {
   static SHADOW = 1024;
 
@@ -68,6 +73,8 @@ class Stage {
     if (!gl) throw new Error("no WebGL 2");
     this.canvas = canvas;
     this.gl = gl;
+    // Samples of the shadow at each pixel: fewer are coarser and faster.
+    this.taps = 20;
     this.shade = this.program(VERTEX, SHADE);
     this.depth = this.program(VERTEX, DEPTH_ONLY);
     this.meshes = new Map();
@@ -137,23 +144,27 @@ class Stage {
     const gl = this.gl;
     this.bodies(item.character).forEach((mesh, body) => {
       if (!mesh.count) return;
+      if (uniforms.heat) gl.uniform4fv(uniforms.heat, item.heat ? item.heat[body] : COLD);
       gl.uniformMatrix4fv(uniforms.model, false, item.pose[body]);
       gl.bindVertexArray(mesh.vao);
       gl.drawElements(gl.TRIANGLES, mesh.count, gl.UNSIGNED_INT, 0);
     });
   }
 
-  // Contacts: [{kind: "arrow" | "pad", at, size: [radius, length], colour, alpha}].
+  // Contacts and forces: [{kind: "arrow" | "pad", at, size: [radius, length], colour, alpha, along: unit vector, else up}].
   drawMarks(u, marks) {
     const gl = this.gl;
     this.marks ??= Object.fromEntries(Object.entries(markMeshes()).map(([k, m]) => [k, this.upload(m.vertices, m.indices)]));
     gl.uniform1f(u.ghostly, 1);
     gl.enable(gl.BLEND);
     gl.blendFuncSeparate(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA, gl.ONE, gl.ONE);
-    for (const { kind, at, size: [radius, length], colour, alpha } of marks) {
+    for (const { kind, at, size: [radius, length], colour, alpha, along } of marks) {
       gl.uniform3fv(u.ghost, colour);
       gl.uniform1f(u.alpha, alpha);
-      gl.uniformMatrix4fv(u.model, false, [radius, 0, 0, 0, 0, radius, 0, 0, 0, 0, length, 0, ...at, 1]);
+      const up = along || [0, 0, 1];
+      const across = normalize(cross(Math.abs(up[0]) < 0.9 ? [1, 0, 0] : [0, 1, 0], up));
+      const axes = [[cross(up, across), radius], [across, radius], [up, length]];
+      gl.uniformMatrix4fv(u.model, false, [...axes.flatMap(([axis, size]) => [...axis.map((c) => c * size), 0]), ...at, 1]);
       gl.bindVertexArray(this.marks[kind].vao);
       gl.drawElements(gl.TRIANGLES, this.marks[kind].count, gl.UNSIGNED_INT, 0);
     }
@@ -161,7 +172,7 @@ class Stage {
   }
 
   // Draws one view. `view`: {x, y, width, height} in device pixels from the lower left; `camera`: Camera;
-  // `items`: [{character, pose, ghost: false | "solid" | "glass"}]; `reach`: size of what must be in the shadow (m).
+  // `items`: [{character, pose, ghost: false | "solid" | "glass", heat: colour and share over each body's own}]; `reach`: size of what must be in the shadow (m).
   draw(view, camera, items, colours, reach, marks = []) {
     const gl = this.gl;
     const sun = normalize([0.42, -0.28, 0.86]);
@@ -198,6 +209,7 @@ class Stage {
     gl.uniform3fv(u.focus, focus);
     gl.uniform1f(u.reach, camera.distance * 2.6);
     gl.uniform1f(u.depthOfShadow, colours.shadow);
+    gl.uniform1i(u.taps, this.taps);
     gl.uniform1f(u.ghostly, 0);
     gl.uniform1f(u.alpha, 1);
 

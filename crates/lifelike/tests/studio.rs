@@ -1,0 +1,149 @@
+//! The studio in a browser: type, play, pull, edit, undo, drop a capture, export, reload. Every error of a module fails.
+//!
+//! Needs Chromium (`apt install chromium`) and is skipped, with a word, where there is none.
+
+#![cfg(unix)]
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
+#[path = "studio/page.rs"]
+mod page;
+
+#[path = "pages/browser.rs"]
+mod browser;
+
+use std::path::Path;
+use std::process::Command;
+
+use browser::{Browser, within};
+use page::{Page, Served};
+use serde_json::json;
+
+#[test]
+fn a_scene_is_directed_from_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let Some(browser) = Browser::start(folder.path()) else { return };
+    let served = Served::start(folder.path(), "a.scene.toml");
+    let mut page = Page::open(browser, &served.address);
+
+    // Type, and it plays.
+    page.say("a person walks forward");
+    page.until("it plays", "studio.view.scene.motion.length === 1 && studio.head.playing && studio.head.frame > 20");
+    // Talk to it: the next sentence joins while it plays.
+    page.say("a person waves with the right hand");
+    page.until("two blocks", "studio.view.spans.length === 2 && !studio.view.building");
+    assert_eq!(page.value("studio.view.falls.length"), json!(0));
+
+    // Pull it by hand: the pull becomes pushes of the scene.
+    page.run("studio.link.send({ play: false }); studio.link.send({ seek: 0 })");
+    page.until("the start", "studio.head.frame === 0 && !studio.head.playing && !studio.scene.dirty");
+    page.pull(90.0);
+    page.until("pushes", "studio.view.scene.push.length > 0 && studio.head.force === 0");
+    let force =
+        page.value("Math.max(...studio.view.scene.push.map((p) => Math.hypot(...p.newtons)))").as_f64().unwrap();
+    assert!(force > 10.0, "{force} N");
+    page.act("undo");
+    page.until("the pull is undone", "studio.view.scene.push.length === 0");
+
+    // Edit with keys.
+    page.run("studio.link.send({ play: false }); studio.link.send({ seek: 1.5 })");
+    page.until("the needle", "Math.abs(studio.head.frame - 75) < 2");
+    page.act("split");
+    page.until("a split", "studio.view.spans.length === 3");
+    page.act("mirror");
+    page.until("a mirror image", "studio.view.scene.motion[1].mirror === true");
+    page.act("undo");
+    page.act("undo");
+    page.until("both are undone", "studio.view.spans.length === 2 && !studio.view.scene.motion[0].mirror");
+    page.act("redo");
+    page.until("redone", "studio.view.spans.length === 3");
+    page.act("slippery");
+    page.until("a switch", "studio.view.scene.switch.length === 1");
+
+    // Drop a capture: it is read, and its layout is said.
+    page.drop("wave.bvh", &capture(folder.path()));
+    page.until("the capture", "studio.view.spans.some((s) => s.source.startsWith('BVH'))");
+    page.drop("broken.bvh", "HIERARCHY nonsense");
+    page.until("a refusal", "document.querySelector('[data-is=told]').textContent.includes('broken.bvh')");
+    assert!(!folder.path().join("dropped/broken.bvh").exists());
+
+    // Export: a page in one file, a clip, the scene.
+    for (what, begins) in [("page", "<!doctype html>"), ("scene", "robot = \"lima\"")] {
+        let text = page.value(&format!("fetch('export/{what}').then((a) => a.text())"));
+        assert!(text.as_str().unwrap().starts_with(begins), "{what}");
+    }
+    let length = page.value("fetch('export/clip').then((a) => a.arrayBuffer()).then((b) => b.byteLength)");
+    assert!(length.as_u64().unwrap() > 50_000, "{length}");
+
+    // Reload: nothing is lost, and the file is what is on the page.
+    let before = page.value("JSON.stringify(studio.view.scene)");
+    let mut page = Page::open(page.browser, &served.address);
+    assert_eq!(page.value("JSON.stringify(studio.view.scene)"), before);
+    let saved = std::fs::read_to_string(folder.path().join("a.scene.toml")).unwrap();
+    assert!(saved.contains("a person walks forward") && saved.contains("dropped/wave.bvh"), "{saved}");
+    page.no_errors();
+}
+
+#[test]
+fn the_page_is_drawn_in_both_themes_and_by_every_key() {
+    let folder = tempfile::tempdir().unwrap();
+    let Some(browser) = Browser::start(folder.path()) else { return };
+    let served = Served::start(folder.path(), "examples/hello");
+    let mut page = Page::open(browser, &served.address);
+    within(40, "a picture on the canvas", || page.colours() > 8.0);
+    let all = page.value("Object.keys(studio.actions)");
+    for name in all.as_array().unwrap().iter().map(|name| name.as_str().unwrap()).filter(|name| *name != "help") {
+        page.act(name);
+    }
+    within(40, "a picture on the canvas", || page.colours() > 8.0);
+    page.no_errors();
+    // One that only watches, on a phone.
+    let watch = served.watch.clone();
+    page.browser.open_address(&format!("{watch}?flat"), (390, 844), "dark");
+    within(40, "a picture without WebGL", || page.colours() > 4.0);
+    let over = page.value("document.documentElement.scrollWidth - innerWidth").as_f64().unwrap();
+    assert!(over <= 0.0, "{over} pixels wider than the screen");
+    page.run("studio.link.operate({ do: 'seed', value: 9 })");
+    page.until("a refusal", "document.querySelector('[data-is=told]').textContent.includes('may only watch')");
+    page.no_errors();
+}
+
+#[test]
+fn a_module_that_throws_is_seen() {
+    let folder = tempfile::tempdir().unwrap();
+    let Some(browser) = Browser::start(folder.path()) else { return };
+    let served = Served::start(folder.path(), "a.scene.toml");
+    let mut page = Page::open(browser, &served.address);
+    page.run("setTimeout(() => studio.missing.part, 0), 1");
+    within(10, "the error", || {
+        page.value("1");
+        page.browser.errors().iter().any(|error| error.contains("Cannot read properties of undefined"))
+    });
+}
+
+/// Returns a BVH file of a person of 1.56 m: a wave of lima, twice as large.
+fn capture(folder: &Path) -> String {
+    for arguments in [
+        &["motion", "trim", "builtin:wave", "--end", "3", "-o", "clips"][..],
+        &["motion", "convert", "clips/wave-trimmed.motion.safetensors", "small.bvh"],
+    ] {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_lifelike"));
+        let output = command.args(arguments).current_dir(folder).env("XDG_CACHE_HOME", folder.join("cache")).output();
+        assert!(output.unwrap().status.success(), "{arguments:?}");
+    }
+    let text = std::fs::read_to_string(folder.join("small.bvh")).unwrap();
+    let twice = |word: &str| word.parse::<f64>().map_or(word.to_string(), |number| (2.0 * number).to_string());
+    let mut moves = false;
+    let line = |line: &str| {
+        let words: Vec<&str> = line.split_whitespace().collect();
+        let places = match words.first() {
+            Some(&"OFFSET") => 4,
+            Some(_) if moves => 3,
+            _ => 0,
+        };
+        moves |= line.starts_with("Frame Time");
+        let words =
+            words.iter().enumerate().map(|(i, word)| if i < places { twice(word) } else { (*word).to_string() });
+        words.collect::<Vec<_>>().join(" ") + "\n"
+    };
+    text.lines().map(line).collect()
+}

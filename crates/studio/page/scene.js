@@ -1,0 +1,222 @@
+// The robot in the browser: physics over its reference, forces, and the mouse that pulls.
+
+import { Camera, cross, dot, fit, makeStage, normalize, stageColours, unpackPose } from "./renderer.js";
+
+// Joint error at which a body is coloured wholly (degrees).
+const HOT = 20;
+// Pull in weights of the robot for a drag of 100 pixels.
+const PULL = 0.3;
+const FORCE_STEP = 5;
+// Times between pictures at which fewer or more pixels are drawn (ms).
+const [SLOW, FAST] = [30, 18];
+const LEAST_SCALE = 0.5;
+
+const matrices = (n) => Array.from({ length: n }, () => new Float32Array(16));
+
+export class Scene {
+  constructor(canvas, robot, actions) {
+    this.robot = robot;
+    this.actions = actions;
+    this.character = robot.character;
+    const n = this.character.bodies.length;
+    this.simulated = matrices(n);
+    this.reference = matrices(n);
+    this.heat = Array.from({ length: n }, () => [0, 0, 0, 0]);
+    this.shows = { reference: true, errors: true, follow: true };
+    this.root = [0, 0, 0];
+    this.drawn = 0;
+    this.head = null;
+    this.pushes = [];
+    this.stage = makeStage(canvas);
+    this.canvas = this.stage.canvas;
+    this.camera = new Camera(this.character.height);
+    this.wire();
+    this.camera.attach(this.canvas, () => { this.dirty = true; });
+    new ResizeObserver(() => { this.dirty = true; }).observe(this.canvas);
+    this.scale = 1;
+    const tick = (now) => {
+      if (this.dirty) {
+        this.pace(now);
+        this.draw();
+      } else this.last = null;
+      requestAnimationFrame(tick);
+    };
+    requestAnimationFrame(tick);
+  }
+
+  // Reads a packet; the layout is that of `packet.rs`.
+  frame(view) {
+    const n = view.getUint16(2, true);
+    const [joints, feet] = [view.getUint16(4, true), view.getUint16(6, true)];
+    const flags = view.getUint8(1);
+    this.head = {
+      playing: (flags & 1) > 0, fallen: (flags & 2) > 0, building: (flags & 4) > 0,
+      frame: view.getUint32(8, true), known: view.getUint32(12, true), frames: view.getUint32(16, true),
+      version: view.getUint32(20, true), rate: view.getFloat32(24, true), force: view.getFloat32(28, true),
+    };
+    this.root = unpackPose(view, 32, this.simulated);
+    const second = 32 + 16 + 14 * n;
+    unpackPose(view, second, this.reference);
+    const errors = second + 16 + 14 * n;
+    this.heat.forEach((h) => { h[3] = 0; });
+    for (let j = 0; j < joints; j++) {
+      const share = Math.min(view.getUint8(errors + j) / 2 / HOT, 1);
+      const h = this.heat[this.robot.jointBodies[j]];
+      if (share > h[3]) [h[0], h[1], h[2], h[3]] = [0.86, 0.16, 0.2, share];
+    }
+    this.feet = Array.from({ length: feet }, (_, f) => view.getUint8(errors + 2 * joints + f) / 50);
+    this.dirty = true;
+    return this.head;
+  }
+
+  look({ azimuth, elevation, distance, follow }) {
+    Object.assign(this.camera, { azimuth, elevation, distance: distance * this.character.height });
+    this.shows.follow = follow;
+    this.dirty = true;
+  }
+
+  seen() {
+    const { azimuth, elevation, distance } = this.camera;
+    const round = (v) => Math.round(v * 1000) / 1000;
+    return { azimuth: round(azimuth), elevation: round(elevation), distance: round(distance / this.character.height), follow: this.shows.follow };
+  }
+
+  draw() {
+    this.dirty = false;
+    this.drawn++;
+    const { camera, character } = this;
+    if (this.shows.follow) {
+      // A camera that is as restless as the robot makes people sick.
+      const calm = (this.calm ??= this.root.slice(0, 2));
+      const passed = Math.min((performance.now() - (this.before ?? 0)) / 1000, 0.2);
+      const share = 1 - Math.exp(-passed * 4);
+      calm.forEach((c, k) => { calm[k] = Math.abs(this.root[k] - c) > 1.5 ? this.root[k] : c + (this.root[k] - c) * share; });
+      if (calm.some((c, k) => Math.abs(this.root[k] - c) > 0.004)) this.dirty = true;
+    }
+    this.before = performance.now();
+    const at = this.calm ?? [0, 0];
+    camera.target = [at[0] + camera.pan[0], at[1] + camera.pan[1], character.height * 0.46 + camera.pan[2]];
+    const items = [{ character, pose: this.simulated, ghost: false, heat: this.shows.errors ? this.heat : null }];
+    if (this.shows.reference) items.push({ character, pose: this.reference, ghost: "glass" });
+    const colours = stageColours();
+    this.stage.draw(fit(this.canvas, this.scale), camera, items, colours, character.height * 1.4, this.marks(colours));
+  }
+
+  // Draws fewer pixels where the machine is slow, as without a graphics card, and more where it is not.
+  pace(now) {
+    const passed = this.last ? Math.min(now - this.last, 100) : null;
+    this.last = now;
+    if (passed === null) return;
+    this.mean = (this.mean ?? 20) * 0.85 + passed * 0.15;
+    if (this.mean > SLOW && this.scale > LEAST_SCALE) [this.scale, this.mean] = [Math.max(this.scale * 0.84, LEAST_SCALE), 22];
+    if (this.mean < FAST && this.scale < 1 && (this.calmFor = (this.calmFor ?? 0) + 1) > 120) {
+      [this.scale, this.calmFor] = [Math.min(this.scale * 1.1, 1), 0];
+    }
+    this.stage.taps = this.scale < 0.9 ? 7 : 20;
+  }
+
+  place(body) { return [...this.simulated[body].slice(12, 15)]; }
+
+  // Arrows of pushes: half a robot's height for its weight.
+  marks(colours) {
+    const { character: { height }, robot: { weight } } = this;
+    const active = this.pull?.newtons ? [{ body: this.pull.body, newtons: this.pull.newtons }] : this.pushes;
+    return active.filter(({ newtons }) => Math.hypot(...newtons) > 1).map(({ body, newtons }) => {
+      const force = Math.hypot(...newtons);
+      const length = Math.min(Math.max(force / weight, 0.15), 2) * height * 0.5;
+      const along = newtons.map((f) => f / force);
+      const at = this.place(body).map((c, k) => c + along[k] * height * 0.09);
+      return { kind: "arrow", at, along, size: [height * 0.022, length], colour: colours.force, alpha: 0.95 };
+    });
+  }
+
+  // The ray through a pixel: its start and unit direction.
+  ray(x, y) {
+    const box = this.canvas.getBoundingClientRect();
+    const [u, v] = [(2 * (x - box.left)) / box.width - 1, 1 - (2 * (y - box.top)) / box.height];
+    const eye = this.camera.eye();
+    const forward = normalize(this.camera.target.map((c, k) => c - eye[k]));
+    const right = normalize(cross(forward, [0, 0, 1]));
+    const up = cross(right, forward);
+    const tan = Math.tan(this.camera.angle / 2);
+    const along = forward.map((c, k) => c + right[k] * u * tan * (box.width / box.height) + up[k] * v * tan);
+    return { eye, along: normalize(along), right, up };
+  }
+
+  // The body under a pixel, by the spheres that fill its shapes.
+  pick(x, y) {
+    const { eye, along } = this.ray(x, y);
+    let best = null;
+    for (const geom of this.character.geoms) {
+      const m = this.simulated[geom.body];
+      const [w, qx, qy, qz] = geom.orientation;
+      const axis = [2 * (qx * qz + w * qy), 2 * (qy * qz - w * qx), 1 - 2 * (qx * qx + qy * qy)];
+      const long = ["capsule", "cylinder"].includes(geom.shape);
+      const radius = geom.shape === "mesh" ? this.character.height * 0.06 : long ? geom.size[0] : Math.max(...geom.size) * 0.8;
+      for (const step of long ? [-1, -0.5, 0, 0.5, 1] : [0]) {
+        const p = geom.position.map((c, k) => c + axis[k] * step * (geom.size[1] ?? 0));
+        const world = [0, 1, 2].map((r) => m[12 + r] + m[r] * p[0] + m[4 + r] * p[1] + m[8 + r] * p[2]);
+        const to = world.map((c, k) => c - eye[k]);
+        const depth = dot(to, along);
+        const miss = Math.hypot(...to.map((c, k) => c - along[k] * depth));
+        if (miss < Math.max(radius, 0.02) * 1.15 && (!best || depth < best.depth)) best = { body: geom.body, depth };
+      }
+    }
+    return best?.body ?? null;
+  }
+
+  wire() {
+    const canvas = this.canvas;
+    canvas.addEventListener("pointerdown", (e) => {
+      const body = this.robot.mayEdit && e.button === 0 && !e.shiftKey ? this.pick(e.clientX, e.clientY) : null;
+      if (body === null) return;
+      e.stopImmediatePropagation();
+      e.preventDefault();
+      canvas.setPointerCapture(e.pointerId);
+      this.pull = { body, from: [e.clientX, e.clientY], sent: 0, newtons: null };
+      this.actions.pulling(true);
+    });
+    canvas.addEventListener("pointermove", (e) => {
+      if (this.pull) {
+        e.stopImmediatePropagation();
+        this.drag(e.clientX, e.clientY);
+      } else if (!e.buttons) {
+        canvas.classList.toggle("over-robot", this.robot.mayEdit && this.pick(e.clientX, e.clientY) !== null);
+      }
+    });
+    for (const end of ["pointerup", "pointercancel"]) {
+      canvas.addEventListener(end, (e) => {
+        if (!this.pull) {
+          this.actions.looked(this.seen());
+          return;
+        }
+        e.stopImmediatePropagation();
+        const pulled = this.pull.newtons;
+        this.pull = null;
+        this.dirty = true;
+        this.actions.force(null);
+        if (pulled) this.actions.release();
+      });
+    }
+    canvas.addEventListener("wheel", () => {
+      clearTimeout(this.wheel);
+      this.wheel = setTimeout(() => this.actions.looked(this.seen()), 400);
+    }, { passive: true });
+  }
+
+  drag(x, y) {
+    const { from, body } = this.pull;
+    const { right, up } = this.ray(x, y);
+    const scale = (PULL * this.robot.weight) / 100;
+    const [dx, dy] = [(x - from[0]) * scale, (from[1] - y) * scale];
+    const newtons = right.map((c, k) => Math.round((c * dx + up[k] * dy) / FORCE_STEP) * FORCE_STEP);
+    this.actions.force(`${Math.round(Math.hypot(...newtons))} N`, x, y);
+    const changed = !this.pull.newtons || newtons.some((f, k) => Math.abs(f - this.pull.newtons[k]) >= FORCE_STEP);
+    // Ten changes a second are enough for a hand, and keep the scene readable.
+    if (!changed || (!this.pull.newtons && !newtons.some((f) => f)) || performance.now() - this.pull.sent < 90) return;
+    this.pull.sent = performance.now();
+    this.pull.newtons = newtons;
+    this.dirty = true;
+    this.actions.pull(this.character.bodies[body], newtons);
+  }
+}

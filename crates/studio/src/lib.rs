@@ -1,0 +1,38 @@
+//! Floor 7: the studio. A scene is one document of motion, pushes and conditions; physics answers to every change of it.
+//!
+//! The main path: [`Scene`] (the text under version control) → [`Operation`] (one value for each action of a person) →
+//! [`Document`] (undo, redo, saved after every change) → [`Stage::perform`] (from start to end, without a page) or
+//! [`Studio`] (a local page in which it plays while it is edited).
+//!
+//! A scene is deterministic. A grab of the mouse becomes pushes of the document, so a session replays to the same bytes.
+
+mod access;
+mod assets;
+mod document;
+mod engine;
+mod error;
+pub mod examples;
+mod files;
+mod history;
+mod operation;
+mod packet;
+mod performer;
+mod request;
+mod scene;
+mod server;
+mod socket;
+mod stage;
+#[cfg(test)]
+mod tests;
+mod view;
+mod workers;
+mod workshop;
+
+pub use document::Document;
+pub use error::StudioError;
+pub use operation::Operation;
+pub use performer::Fall;
+pub use scene::{Block, Camera, EXTENSION, Push, Scene, Switch};
+pub use server::Studio;
+pub use stage::{Stage, Take, name_of};
+pub use workshop::{Built, Span};

@@ -1,0 +1,65 @@
+//! Messages to the engine, and the screen that it draws on.
+
+use std::sync::Arc;
+
+use lifelike_robot::ReferenceLibrary;
+use serde::Deserialize;
+use tokio::sync::watch;
+
+use crate::operation::Operation;
+use crate::scene::Scene;
+use crate::workshop::Built;
+
+/// A command of a viewer.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum Request {
+    /// An operation on the scene.
+    Operation(Operation),
+    /// Undoes the last operation.
+    Undo,
+    /// Redoes the operation that was undone last.
+    Redo,
+    /// Starts or stops the clock.
+    Play(bool),
+    /// Sets the clock (s).
+    Seek(f64),
+    /// Goes some frames on, or back.
+    Step(i64),
+    /// Sets the rate of the clock.
+    Rate(f64),
+    /// Pulls a body with a force (N, world), until it is let go.
+    Pull {
+        /// The body.
+        body: String,
+        /// The force (N, world).
+        newtons: [f64; 3],
+    },
+    /// Lets go; the pull becomes pushes of the scene.
+    Release,
+}
+
+/// A message to the engine.
+pub enum Message {
+    /// Of a viewer.
+    Request(Request),
+    /// The motion of a scene of this version was made.
+    Built(u64, Result<(Built, Arc<ReferenceLibrary>), String>),
+    /// The scene was saved, or not.
+    Saved(Result<(), String>),
+    /// Asks for the scene.
+    Scene(tokio::sync::oneshot::Sender<Scene>),
+    /// Ends the thread.
+    Close,
+}
+
+/// Newest frame, view and strips for viewers. Older ones are lost.
+#[derive(Debug, Clone)]
+pub struct Screen {
+    /// Frames.
+    pub frame: watch::Receiver<Arc<Vec<u8>>>,
+    /// Views as JSON.
+    pub view: watch::Receiver<Arc<String>>,
+    /// Strips.
+    pub strips: watch::Receiver<Arc<Vec<u8>>>,
+}

@@ -1,0 +1,48 @@
+//! Threads beside the engine: one makes motion, one saves.
+
+use std::path::Path;
+use std::sync::mpsc::{Receiver, Sender};
+
+use lifelike_robot::ReferenceLibrary;
+
+use crate::request::Message;
+use crate::scene::Scene;
+use crate::stage::Stage;
+use crate::workshop::Workshop;
+
+/// Makes motion; of several scenes that wait only the newest.
+pub fn build(jobs: &Receiver<(u64, Scene)>, answers: &Sender<Message>, mut workshop: Workshop, stage: &Stage) {
+    while let Ok(mut job) = jobs.recv() {
+        while let Ok(newer) = jobs.try_recv() {
+            job = newer;
+        }
+        let built = workshop.build(&job.1).and_then(|built| Ok((stage.reference(&built)?, built)));
+        let built = built.map(|(reference, built)| (built, reference)).map_err(|error| error.to_string());
+        if answers.send(Message::Built(job.0, built)).is_err() {
+            return;
+        }
+    }
+}
+
+/// Saves; of several texts that wait only the newest. Syncing a disk takes longer than a frame.
+pub fn save(path: &Path, texts: &Receiver<String>, answers: &Sender<Message>) {
+    while let Ok(mut text) = texts.recv() {
+        while let Ok(newer) = texts.try_recv() {
+            text = newer;
+        }
+        let saved = lifelike_checkpoint::write_file(path, text.as_bytes());
+        let saved = saved.map_err(|error| format!("{} is not saved: {error}", path.display()));
+        if answers.send(Message::Saved(saved)).is_err() {
+            return;
+        }
+    }
+}
+
+/// Returns the first frame in which two references differ.
+pub fn difference(a: &ReferenceLibrary, b: &ReferenceLibrary) -> usize {
+    let size = a.layout.size();
+    let joints = a.features.chunks(size).zip(b.features.chunks(size)).take_while(|(a, b)| a == b).count();
+    let roots = a.root_position.chunks(3).zip(b.root_position.chunks(3)).take_while(|(a, b)| a == b).count();
+    let turns = a.root_orientation.chunks(4).zip(b.root_orientation.chunks(4)).take_while(|(a, b)| a == b).count();
+    joints.min(roots).min(turns)
+}
