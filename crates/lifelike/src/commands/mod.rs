@@ -18,13 +18,12 @@ pub mod man;
 pub mod motion;
 pub mod physics;
 pub mod plans;
+pub mod play;
 pub mod render;
 pub mod replay;
 pub mod robots;
 pub mod run;
 pub mod simulate_robot;
-pub mod play;
-pub mod robots;
 mod stage;
 pub mod studio;
 
