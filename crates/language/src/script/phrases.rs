@@ -21,6 +21,8 @@ const MISSING: f64 = 0.7;
 const FOUND: f64 = 0.75;
 /// Cost of a phrase for the other number of hands.
 const OTHER_SIDE: f64 = 1.2;
+/// Gain of a phrase for the verb that comes first.
+const FIRST: f64 = 1.0;
 /// Cost of a side that a phrase needs and nobody said, and gain of one that was said.
 const NO_SIDE: f64 = 0.5;
 const SIDE: f64 = 0.2;
@@ -221,8 +223,10 @@ impl Phrases {
 
     /// Returns the phrase that fits best, where one does. `side` is that of a limb; `has_way`: a
     /// direction is said.
-    pub fn best(&self, bases: &BTreeSet<String>, side: Option<Side>, has_way: bool) -> Option<Fit> {
-        let fits = self.all.iter().filter_map(|phrase| phrase.fit(bases, side, has_way));
+    pub fn best(&self, words: &[String], side: Option<Side>, has_way: bool) -> Option<Fit> {
+        let bases: BTreeSet<String> = words.iter().map(|word| self.base(word)).collect();
+        let first = words.iter().find(|word| self.is_main_verb(word)).map(|word| self.base(word));
+        let fits = self.all.iter().filter_map(|phrase| phrase.fit(&bases, side, has_way, first.as_deref()));
         // Of equal ones the first.
         fits.fold(None, |best: Option<Fit>, fit| match best {
             Some(best) if best.score >= fit.score => Some(best),
@@ -254,7 +258,7 @@ impl Phrases {
 }
 
 impl Phrase {
-    fn fit(&self, bases: &BTreeSet<String>, side: Option<Side>, has_way: bool) -> Option<Fit> {
+    fn fit(&self, bases: &BTreeSet<String>, side: Option<Side>, has_way: bool, first: Option<&str>) -> Option<Fit> {
         if self.verb.as_ref().is_some_and(|verb| !bases.contains(verb)) {
             return None;
         }
@@ -267,7 +271,9 @@ impl Phrase {
                 explained.insert(word.clone());
             }
         }
-        let least = if self.verb.is_some() { FOUND } else { 1.0 - 1e-9 };
+        // Of a short phrase every word counts, and of what cannot be done: "swing from a bar" is not "swing the arms".
+        let whole_only = self.verb.is_none() || self.words.len() <= 2 || matches!(self.meaning, Meaning::Instead(_));
+        let least = if whole_only { 1.0 - 1e-9 } else { FOUND };
         if found < least * whole {
             return None;
         }
@@ -282,7 +288,8 @@ impl Phrase {
             (true, false) => -NO_SIDE,
             (false, _) => 0.0,
         };
-        let score = found - MISSING * (whole - found) - other + sided;
+        let leads = if self.verb.is_some() && self.verb.as_deref() == first { FIRST } else { 0.0 };
+        let score = found - MISSING * (whole - found) - other + sided + leads;
         Some(Fit { meaning: self.meaning, score, explained, has_verb: self.verb.is_some() })
     }
 }

@@ -46,7 +46,8 @@ impl<'a> Reader<'a> {
     /// Reads a sentence. Everything that was not understood is in the result.
     pub fn read(&self, text: &str) -> Script {
         let mut script = Script::default();
-        let words = Self::held_together(normal(text));
+        let words = without_negations(normal(text), &mut script.notes);
+        let words = Self::held_together(words);
         for mut group in self.grouped(pieces(&words)) {
             if group.fit.is_none() {
                 self.mend(&mut group, &mut script);
@@ -55,7 +56,19 @@ impl<'a> Reader<'a> {
                 Some((fit, Meaning::Verb(verb))) => {
                     let said = said(&group.words);
                     self.leftover(&group.words, &said, fit, &mut script.unknown);
-                    let (action, times) = self.action(&self.grammar.verbs[verb], &said, &mut script.notes);
+                    let verb = &self.grammar.verbs[verb];
+                    let said = of_supporting_leg(verb, &group.words, said);
+                    let single = matches!(verb.side, Some(Side::Left | Side::Right));
+                    if single && said.side == Some(Side::Both) && said.in_turn {
+                        // "Left and right": one after the other.
+                        for side in [Side::Left, Side::Right] {
+                            let one = Said { side: Some(side), ..said.clone() };
+                            let (action, times) = self.action(verb, &one, &mut script.notes);
+                            self.add(&mut script, Join::Then, action, said.seconds, times);
+                        }
+                        continue;
+                    }
+                    let (action, times) = self.action(verb, &said, &mut script.notes);
                     self.add(&mut script, group.join, action, said.seconds, times);
                 }
                 Some((_, Meaning::Instead(number))) => self.replace(&mut script, number, &group),
@@ -96,10 +109,13 @@ impl<'a> Reader<'a> {
             return word;
         }
         let allowed = if letters >= TWO_WRONG { 2 } else { 1 };
-        let near = self.phrases.vocabulary.iter().map(|w| (strsim::osa_distance(w, &word), w));
+        // A letter for another makes another word too easily: "rase" is no "race".
+        let swaps = |w: &String| letters < TWO_WRONG && w.len() == word.len() && !is_transposed(w, &word);
+        let verbs = self.phrases.vocabulary.iter().filter(|w| self.phrases.is_main_verb(w) && !swaps(w));
+        let near = verbs.map(|w| (strsim::osa_distance(w, &word), w));
         let begins = |w: &String| w.chars().next() == word.chars().next();
         let is_near = |(d, w): &(usize, &String)| *d <= allowed && w.len() >= ONE_WRONG && begins(w);
-        let best = near.filter(is_near).min_by_key(|(d, w)| (*d, self.phrases.filler.contains(*w)));
+        let best = near.filter(is_near).min_by_key(|(d, _)| *d);
         match best {
             Some((_, found)) => {
                 notes.push(format!("read '{word}' as '{found}'"));
@@ -174,10 +190,9 @@ impl<'a> Reader<'a> {
     }
 
     fn fit(&self, words: &[String]) -> Option<Fit> {
-        let bases: BTreeSet<String> = words.iter().map(|word| self.phrases.base(word)).collect();
         let said = said(words);
         let side = said.side.or(said.plural.then_some(Side::Both));
-        self.phrases.best(&bases, side, said.direction.is_some())
+        self.phrases.best(words, side, said.direction.is_some())
     }
 
     /// Returns whether words after "with" are a posture of their own, such as "arms crossed"; "a wave" is none.
@@ -231,6 +246,7 @@ impl<'a> Reader<'a> {
         }
         match verb.synth {
             Some(Synth::Turn) => action.degrees = Some(said.degrees.unwrap_or(90)),
+            Some(Synth::Curve) => action.degrees = said.degrees,
             _ if said.degrees.is_some() => notes.push(format!("'{}' has no angle", name(verb))),
             _ => {}
         }
@@ -344,6 +360,49 @@ impl<'a> Reader<'a> {
         let bases: BTreeSet<String> = normal(text).iter().map(|word| self.phrases.base(word)).collect();
         let slots = |text: &str| text.replace(['[', ']', '{', '}'], "");
         self.phrases.nearest(&bases).map(slots)
+    }
+}
+
+/// Drops what is not to be done: from "don't", "not" or "without" to the next word that joins.
+fn without_negations(words: Vec<String>, notes: &mut Vec<String>) -> Vec<String> {
+    const JOINS: [&str; 6] = ["and", "but", "then", ",", "|", "just"];
+    let mut out: Vec<String> = Vec::new();
+    let mut dropped: Vec<String> = Vec::new();
+    for word in words {
+        let begins = ["dont", "never", "without", "not"].contains(&word.as_str());
+        if begins || !dropped.is_empty() && !JOINS.contains(&word.as_str()) {
+            if begins && out.last().is_some_and(|last| last == "do") {
+                out.pop();
+            }
+            dropped.push(word);
+            continue;
+        }
+        if !dropped.is_empty() {
+            notes.push(format!("left out: {}", dropped.join(" ")));
+            dropped.clear();
+        }
+        out.push(word);
+    }
+    if !dropped.is_empty() {
+        notes.push(format!("left out: {}", dropped.join(" ")));
+    }
+    out
+}
+
+/// Returns whether two words differ by two neighbouring letters that changed places.
+fn is_transposed(a: &str, b: &str) -> bool {
+    let mut of = [a, b].map(|word| word.chars().collect::<Vec<char>>());
+    of.iter_mut().for_each(|letters| letters.sort_unstable());
+    of[0] == of[1]
+}
+
+/// Who stands on the left leg lifts the right one.
+fn of_supporting_leg(verb: &Verb, words: &[String], said: Said) -> Said {
+    let is_leg = |word: &String| ["leg", "foot"].contains(&word.as_str());
+    let stands_on = words.iter().position(|word| word == "on").is_some_and(|at| words[at..].iter().take(4).any(is_leg));
+    match said.side {
+        Some(side) if verb.acts == Acts::Foot && stands_on => Said { side: Some(side.mirrored()), ..said },
+        _ => said,
     }
 }
 

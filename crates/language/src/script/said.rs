@@ -19,6 +19,8 @@ pub(super) struct Said {
     pub speed: Option<Speed>,
     pub size: Option<Size>,
     pub mood: Option<Mood>,
+    /// Whether left and right are named apart, not as "both".
+    pub in_turn: bool,
     /// Whether hands or arms are meant together though no side is said.
     pub plural: bool,
     /// Words that are explained by this.
@@ -46,14 +48,35 @@ pub(super) fn said(words: &[String]) -> Said {
     if has(["other", "way"]) || has(["u", "turn"]) || has(["about", "face"]) {
         out.degrees.get_or_insert(180);
     }
+    if has(["turn", "around"]) || has(["turns", "around"]) || has(["turning", "around"]) {
+        out.degrees.get_or_insert(180);
+    }
+    let has_word = |all: &[&str]| words.iter().any(|word| all.contains(&word.as_str()));
+    out.in_turn = has_word(&["left"]) && has_word(&["right"]);
+    let turns_back = words.windows(3).any(|three| three[0].starts_with("turn") && three[2] == "back");
+    if turns_back {
+        out.degrees.get_or_insert(180);
+    }
+    if has_word(&[
+        "twirl",
+        "twirls",
+        "twirling",
+        "spin",
+        "spins",
+        "spinning",
+        "pirouette",
+        "whirl",
+        "whirls",
+        "circle",
+        "circles",
+    ]) {
+        out.degrees.get_or_insert(360);
+    }
     if has(["right", "angle"]) {
         out.degrees.get_or_insert(90);
         (out.side, out.direction) =
             (None, out.direction.filter(|_| words.iter().any(|word| word.contains("clockwise"))));
         out.used.push("angle".into());
-    }
-    if has(["turn", "around"]) || has(["spin", "around"]) || has(["turns", "around"]) || has(["turning", "around"]) {
-        out.degrees.get_or_insert(180);
     }
     if has(["head", "down"]) {
         out.mood.get_or_insert(Mood::Sad);

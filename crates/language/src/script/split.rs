@@ -16,7 +16,7 @@ pub(super) enum Join {
 }
 
 /// Words that join, as they are in normal text; longer ones first.
-const JOINS: [(&str, Join); 44] = [
+const JOINS: [(&str, Join); 49] = [
     ("and at the same time", Join::While),
     ("while at the same time", Join::While),
     ("at the same time", Join::While),
@@ -34,6 +34,11 @@ const JOINS: [(&str, Join); 44] = [
     ("as it", Join::While),
     ("as they", Join::While),
     ("as you", Join::While),
+    ("as the", Join::While),
+    ("as his", Join::While),
+    ("as her", Join::While),
+    ("as its", Join::While),
+    ("as your", Join::While),
     ("and then", Join::Then),
     ("but then", Join::Then),
     ("and after that", Join::Then),

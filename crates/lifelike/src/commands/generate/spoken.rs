@@ -182,7 +182,9 @@ impl<'a> Speaker<'a> {
     ) -> Result<(MotionClip, Vec<Finding>, &'static str), CliError> {
         let maker = maker.filter(|_| self.by != By::Rules);
         // What the network composes of two actions skates (docs/results/language.md).
-        let whole = clause.times <= 1 && (clause.actions.len() == 1 || self.by == By::Network);
+        // Durations and sizes of arcs are exact by rule alone.
+        let timed = clause.seconds.is_some() && self.by == By::Auto;
+        let whole = !timed && clause.times <= 1 && (clause.actions.len() == 1 || self.by == By::Network);
         if let Some(maker) = maker.filter(|_| whole) {
             let made = self.learned(maker, clause, seed, index)?;
             let holds = made.as_ref().is_some_and(|(clip, findings)| self.holds(clip, findings, clause));
