@@ -285,7 +285,8 @@ impl Gate {
         }
         let tilt = tilt(self.measured.orientation, intent.up_b);
         let most = settings.tilt_max as f32;
-        if tilt.is_nan() || tilt > most {
+        // A run that ends compares with nothing any more.
+        if intent.mode == Mode::Position && (tilt.is_nan() || tilt > most) {
             found = found.or(Some(trip(now, Cause::Tilt, None, tilt, most)));
         }
         if intent.mode == Mode::Position
