@@ -120,6 +120,49 @@ fn a_module_that_throws_is_seen() {
     });
 }
 
+/// Times on the screen of this machine, printed for `docs/results/studio.md`; nothing is asserted of them.
+#[test]
+#[ignore = "measures the machine"]
+fn times_on_the_screen() {
+    const PUSH: &str = "(async () => { const began = performance.now(); const before = studio.head.frame;
+        studio.link.send({ pull: { body: 'pelvis', newtons: [20, 0, 0] } });
+        do await new Promise((next) => requestAnimationFrame(next));
+        while (studio.head.force === 0 || studio.head.frame <= before + 1);
+        studio.scene.draw(); const took = performance.now() - began; studio.link.send('release'); return took; })()";
+    const SAY: &str = "(async () => { const began = performance.now(); const { length } = studio.view.spans;
+        studio.link.operate({ do: 'say', text: 'a person waves' });
+        do await new Promise((next) => requestAnimationFrame(next));
+        while (studio.view.spans.length === length || studio.head.building || studio.head.known <= studio.head.frame);
+        return performance.now() - began; })()";
+    let folder = tempfile::tempdir().unwrap();
+    let Some(browser) = Browser::start(folder.path()) else { return };
+    let served = Served::start(folder.path(), "a.scene.toml");
+    let mut page = Page::open(browser, &served.address);
+    let sorted = |mut times: Vec<f64>| {
+        times.sort_by(f64::total_cmp);
+        times
+    };
+    let said = sorted((0..10).map(|_| page.browser.number(SAY)).collect());
+    println!("sentence to its motion on the screen: median {:.0} ms, worst {:.0} ms", said[5], said[9]);
+    let mut pushed = Vec::new();
+    for i in 0..40 {
+        if i % 10 == 0 {
+            page.run("studio.link.send({ seek: 0 }); studio.link.send({ play: true })");
+            page.until("the start", "studio.head.playing && studio.head.frame < 50");
+        }
+        pushed.push(page.browser.number(PUSH));
+    }
+    let pushed = sorted(pushed);
+    println!("push to a changed picture: median {:.0} ms, p95 {:.0} ms", pushed[20], pushed[38]);
+    page.run("studio.link.send({ seek: 0 }); studio.link.send({ play: true })");
+    std::thread::sleep(std::time::Duration::from_secs(3));
+    let before = page.browser.number("studio.scene.drawn");
+    std::thread::sleep(std::time::Duration::from_secs(5));
+    let drawn = (page.browser.number("studio.scene.drawn") - before) / 5.0;
+    let scale = page.browser.number("studio.scene.scale");
+    println!("pictures a second at 1280 x 720: {drawn:.1}, drawn at {scale:.2} of the width");
+}
+
 /// Returns a BVH file of a person of 1.56 m: a wave of lima, twice as large.
 fn capture(folder: &Path) -> String {
     for arguments in [

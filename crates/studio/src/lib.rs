@@ -1,8 +1,14 @@
 //! Floor 7: the studio. A scene is one document of motion, pushes and conditions; physics answers to every change of it.
 //!
-//! The main path: [`Scene`] (the text under version control) → [`Operation`] (one value for each action of a person) →
-//! [`Document`] (undo, redo, saved after every change) → [`Stage::perform`] (from start to end, without a page) or
-//! [`Studio`] (a local page in which it plays while it is edited).
+//! The main path: [`Scene`] → [`Operation`] → [`Document`] → [`Stage::perform`], or [`Studio`] with a page.
+//!
+//! | type | role |
+//! | --- | --- |
+//! | [`Scene`] | the text under version control |
+//! | [`Operation`] | one value for each action of a person |
+//! | [`Document`] | undo and redo without limit, saving |
+//! | [`Stage`] | robot, controller and generator; performs a scene from start to end |
+//! | [`Studio`] | a local page in which the scene plays while it is edited |
 //!
 //! A scene is deterministic. A grab of the mouse becomes pushes of the document, so a session replays to the same bytes.
 

@@ -17,7 +17,7 @@ pub async fn serve(mut socket: WebSocket, permission: Permission, mut screen: Sc
     screen.frame.mark_changed();
     screen.view.mark_changed();
     screen.strips.mark_changed();
-    let mut in_flight = false;
+    let (mut in_flight, mut was_frame) = (false, false);
     loop {
         tokio::select! {
             biased;
@@ -34,9 +34,9 @@ pub async fn serve(mut socket: WebSocket, permission: Permission, mut screen: Sc
                 Some(Ok(Packet::Ping(_) | Packet::Pong(_) | Packet::Binary(_))) => {}
                 Some(Ok(Packet::Close(_)) | Err(_)) | None => return,
             },
-            payload = newest(&mut screen), if !in_flight => {
-                let Some(payload) = payload else { return };
-                in_flight = true;
+            payload = newest(&mut screen, !was_frame), if !in_flight => {
+                let Some((payload, frame)) = payload else { return };
+                (in_flight, was_frame) = (true, frame);
                 if socket.send(payload).await.is_err() {
                     return;
                 }
@@ -45,23 +45,29 @@ pub async fn serve(mut socket: WebSocket, permission: Permission, mut screen: Sc
     }
 }
 
-/// Waits for the next payload: a view before strips before a frame.
-async fn newest(screen: &mut Screen) -> Option<Packet> {
+/// Waits for the next payload, and whether it is a frame: frames and the rest take turns, a view before strips.
+async fn newest(screen: &mut Screen, frame_first: bool) -> Option<(Packet, bool)> {
     loop {
+        if frame_first && screen.frame.has_changed().ok()? {
+            let frame = binary(&screen.frame.borrow_and_update());
+            if let Some(frame) = frame {
+                return Some((frame, true));
+            }
+        }
         let payload = tokio::select! {
             biased;
             changed = screen.view.changed() => {
                 changed.ok()?;
                 let view = screen.view.borrow_and_update();
-                (!view.is_empty()).then(|| Packet::text(view.as_str()))
+                (!view.is_empty()).then(|| (Packet::text(view.as_str()), false))
             }
             changed = screen.strips.changed() => {
                 changed.ok()?;
-                binary(&screen.strips.borrow_and_update())
+                binary(&screen.strips.borrow_and_update()).map(|strips| (strips, false))
             }
             changed = screen.frame.changed() => {
                 changed.ok()?;
-                binary(&screen.frame.borrow_and_update())
+                binary(&screen.frame.borrow_and_update()).map(|frame| (frame, true))
             }
         };
         // Before the engine has anything to show there is nothing to send.

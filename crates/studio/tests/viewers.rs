@@ -262,3 +262,40 @@ fn pushes_and_sentences_are_answered_soon() {
     said.sort_by(f64::total_cmp);
     println!("sentence to its motion in physics: median {:.0} ms, worst {:.0} ms", at(&said, 0.5), at(&said, 1.0));
 }
+
+/// Memory during four minutes of edits and pulls, printed for `docs/results/studio.md`.
+#[test]
+#[ignore = "takes four minutes"]
+fn memory_stays_flat() {
+    let folder = tempfile::tempdir().unwrap();
+    let [edit, _] = start(folder.path(), "lima");
+    let mut viewer = Viewer::open(&edit);
+    (0..3).for_each(|_| viewer.send(SAY));
+    viewer.settle();
+    let megabytes = || {
+        let status = std::fs::read_to_string("/proc/self/status").unwrap();
+        let line = status.lines().find(|line| line.starts_with("VmRSS")).unwrap();
+        line.split_whitespace().nth(1).unwrap().parse::<f64>().unwrap() / 1e3
+    };
+    let (began, mut minutes, mut edits) = (Instant::now(), 0, 0);
+    while minutes < 4 {
+        let _ = viewer.next();
+        let seconds = began.elapsed().as_secs();
+        if seconds >= 3 * edits {
+            edits += 1;
+            viewer.send(r#"{"seek":0}"#);
+            viewer.send(r#"{"play":true}"#);
+            viewer.send(r#"{"operation":{"do":"mirror","id":"m2"}}"#);
+            viewer.send("\"undo\"");
+            viewer.send(r#"{"pull":{"body":"pelvis","newtons":[20,0,0]}}"#);
+            // Some frames of the clock, so that there is a pull to undo.
+            std::thread::sleep(Duration::from_millis(100));
+            viewer.send("\"release\"");
+            viewer.send("\"undo\"");
+        }
+        if seconds >= 60 * (minutes + 1) {
+            minutes += 1;
+            println!("after {minutes} min: {:.1} MB", megabytes());
+        }
+    }
+}
