@@ -18,7 +18,7 @@ pub const FADE: f64 = 0.4;
 /// Tempos that a duration may ask for, beside the natural one.
 const TEMPO: [f64; 2] = [0.6, 1.6];
 /// Fastest joint of a pose that is held (rad/s).
-const STILL: f64 = 0.4;
+const STILL: f64 = 1.0;
 /// Most cycles that a duration may ask for.
 const MAX_CYCLES: u32 = 30;
 
@@ -100,7 +100,9 @@ impl Generator<'_> {
             |part: &PartDraw| -> Result<f64, LanguageError> { Ok(self.shortened(self.part(part, None)?)?.seconds()) };
         part.speed = 1.0;
         let length = natural(&part)?;
-        if verb.cycle.is_none() && verb.acts != Acts::Feet {
+        // What only stands or sways is the same all the time; anything else has a pose to hold.
+        let even = verb.acts == Acts::Body && verb.shows.is_empty();
+        if verb.cycle.is_none() && verb.acts != Acts::Feet && !even {
             let clip = self.shortened(self.part(&part, Some(rng))?)?;
             return Ok(held(&clip, wanted));
         }
@@ -114,7 +116,8 @@ impl Generator<'_> {
             part.cycles = cycles.clamp(f64::from(least), f64::from(MAX_CYCLES)) as u32;
             active = f64::from(part.cycles) * one + ramps;
         }
-        part.speed = (active / wanted).clamp(TEMPO[0], TEMPO[1]);
+        let range = if even { [0.3, 3.0] } else { TEMPO };
+        part.speed = (active / wanted).clamp(range[0], range[1]);
         self.shortened(self.part(&part, Some(rng))?)
     }
 
@@ -286,7 +289,7 @@ mod tests {
             ("stand still for 5 seconds", 4.5, 5.5),
             // The way up and down is beside what lasts.
             ("wave for 6 s", 6.0, 9.5),
-            ("stand on one leg for 4 s", 4.5, 8.0),
+            ("stand on one leg for 4 s", 5.0, 10.0),
         ];
         for (text, least, most) in lengths {
             let made = generator.perform(&reader.read(text).clauses[0], 1, 0).unwrap();
