@@ -150,8 +150,8 @@ fn numbered(out: &mut Said, words: &[String], at: usize) -> bool {
 fn is_article(words: &[String], at: usize) -> bool {
     let next = words.get(at + 1).map_or("", String::as_str);
     let is_other = at > 0 && words[at - 1] == "other";
-    words[at] == "one" && is_other
-        || words[at] == "one" && ["leg", "foot", "hand", "arm", "knee", "another", "side", "way", "of"].contains(&next)
+    let of_one = ["leg", "foot", "hand", "arm", "knee", "another", "side", "way", "of"].contains(&next);
+    words[at] == "one" && (is_other || of_one)
 }
 
 /// Reads sides and directions.

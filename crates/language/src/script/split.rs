@@ -151,10 +151,10 @@ pub(super) fn pieces(words: &[String]) -> Vec<(Join, Vec<String>)> {
             }
         }
     }
-    if swapped && all.len() >= 2 {
-        if let Some((_, last)) = all.pop() {
-            all.insert(0, (Join::Then, last));
-        }
+    if swapped {
+        // With two pieces or more, what stood last is done first.
+        let (_, last) = all.pop().unwrap_or((Join::Then, Vec::new()));
+        all.insert(0, (Join::Then, last));
     }
     if all[0].0 == Join::While {
         all[0].0 = Join::Then;

@@ -158,7 +158,7 @@ fn picture(text: &str) -> Result<PathBuf, String> {
 fn size(text: &str) -> Result<(u32, u32), String> {
     let numbers = text.split_once('x').and_then(|(w, h)| Some((w.parse().ok()?, h.parse().ok()?)));
     match numbers {
-        Some((w, h)) if [w, h].iter().all(|n: &u32| (16..=4096).contains(n) && n % 2 == 0) => Ok((w, h)),
+        Some((w, h)) if [w, h].iter().all(|n: &u32| (16..=4096).contains(n) && n.is_multiple_of(2)) => Ok((w, h)),
         _ => Err("expected WIDTHxHEIGHT with even numbers of 16 to 4096 pixels, such as 1280x720".into()),
     }
 }
