@@ -40,8 +40,8 @@ const STRENGTH: f64 = 0.02;
 /// Make motion of a robot from a sentence (thesis chapter 5).
 ///
 /// A sentence is understood as a script, which is printed and written beside the clip: actions in sequence and at once,
-/// with sides, counts, angles and durations. Each clause is made by the network. Where its facts do not hold on the
-/// motion, the grammar's rules make it. With --as-is the network gets the sentence itself.
+/// with sides, counts, angles and durations. Each clause is made by the network; the grammar's rules make those whose facts
+/// do not hold on the network's motion. With --as-is the network gets the sentence itself.
 /// The clip's provenance has a verdict without physics. The same sentence, seed and settings give the same motion.
 #[derive(Debug, clap::Args)]
 #[command(group = clap::ArgGroup::new("tracked").multiple(true), after_help = "\
@@ -72,7 +72,7 @@ pub struct Args {
     /// Do a script instead of a sentence: the file that is written beside every clip, perhaps changed.
     #[arg(long, value_name = "FILE", conflicts_with_all = ["prompt", "prompts", "as_is", "then"])]
     pub script: Option<PathBuf>,
-    /// How clauses become motion: the network with the grammar's rules behind it, or one of the two.
+    /// Maker of clauses: the network with the grammar's rules behind it, or one of the two.
     #[arg(long, value_enum, default_value_t = spoken::By::Auto, conflicts_with = "as_is", value_name = "MAKER")]
     pub made_by: spoken::By,
     /// Do the nearest thing that can be done where a sentence asks for more.

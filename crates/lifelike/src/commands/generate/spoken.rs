@@ -24,7 +24,7 @@ const NEXT_SEED: u64 = 0xA24B_AED4_963E_E407;
 const DEGREES: f64 = 10.0;
 const DURATION: f64 = 0.1;
 
-/// How clauses become motion.
+/// Maker of clauses.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub enum By {
     /// The network; where what it makes does not hold the facts, the grammar's rules.
