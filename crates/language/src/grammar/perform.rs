@@ -17,6 +17,8 @@ use crate::script::Clause;
 pub const FADE: f64 = 0.4;
 /// Tempos that a duration may ask for, beside the natural one.
 const TEMPO: [f64; 2] = [0.6, 1.6];
+/// Draws of tempo and amplitude until one can be performed.
+const TRIES: u64 = 8;
 /// Fastest joint of a pose that is held (rad/s).
 const STILL: f64 = 1.0;
 /// Most cycles that a duration may ask for.
@@ -37,12 +39,23 @@ impl Generator<'_> {
     /// # Errors
     /// [`LanguageError::Grammar`] for a verb that this robot cannot do; as retargeting and editing.
     pub fn perform(&self, clause: &Clause, seed: u64, index: u64) -> Result<Performed, LanguageError> {
-        let mut rng = stream(seed, "clause", index, 0);
-        let clip = match clause.actions.as_slice() {
-            [action] => self.alone(action, clause.seconds, &mut rng)?,
-            [gesture, legs] => self.at_once(gesture, legs, clause.seconds, &mut rng)?,
-            _ => return Err(LanguageError::Grammar("expected one action or two, got others".into())),
+        let once = |attempt: u64| {
+            let mut rng = stream(seed, "clause", index, attempt);
+            match clause.actions.as_slice() {
+                [action] => self.alone(action, clause.seconds, &mut rng),
+                [gesture, legs] => self.at_once(gesture, legs, clause.seconds, &mut rng),
+                _ => Err(LanguageError::Grammar("expected one action or two, got others".into())),
+            }
         };
+        // A draw may ask for steps that are too long for the legs; another one does not.
+        let mut made = once(0);
+        for attempt in 1..TRIES {
+            match made {
+                Err(LanguageError::Motion(_)) => made = once(attempt),
+                _ => break,
+            }
+        }
+        let clip = made?;
         let findings = self.findings(&clip, clause)?;
         let clip = match clause.times {
             0 | 1 => clip,

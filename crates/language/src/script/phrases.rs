@@ -250,6 +250,11 @@ impl Phrases {
         LIGHT.contains(&base) || phrases.flat_map(|phrase| &phrase.words).any(|(word, _)| word == base)
     }
 
+    /// Returns whether a word is a verb in some form.
+    pub fn is_verb(&self, word: &str) -> bool {
+        self.forms.contains_key(word)
+    }
+
     /// Returns whether a word is a verb in some form, and nothing else: "turns" and "steps" are nouns, too.
     pub fn is_main_verb(&self, word: &str) -> bool {
         let base = self.forms.get(word);

@@ -15,6 +15,30 @@ use crate::grammar::{Acts, Grammar, Synth, Verb};
 const ONE_WRONG: usize = 4;
 const TWO_WRONG: usize = 8;
 
+/// Words that say sides, numbers and limbs.
+const SPELT: [&str; 20] = [
+    "left",
+    "right",
+    "both",
+    "degrees",
+    "seconds",
+    "steps",
+    "times",
+    "twice",
+    "once",
+    "three",
+    "four",
+    "five",
+    "seven",
+    "hand",
+    "hands",
+    "arms",
+    "foot",
+    "forward",
+    "backward",
+    "backwards",
+];
+
 /// Reads sentences by the phrases of a grammar.
 #[derive(Debug)]
 pub struct Reader<'a> {
@@ -46,7 +70,8 @@ impl<'a> Reader<'a> {
     /// Reads a sentence. Everything that was not understood is in the result.
     pub fn read(&self, text: &str) -> Script {
         let mut script = Script::default();
-        let words = without_negations(normal(text), &mut script.notes);
+        let words = self.spelt(normal(text), &mut script.notes);
+        let words = without_negations(words, &mut script.notes);
         let words = Self::held_together(words);
         for mut group in self.grouped(pieces(&words)) {
             if group.fit.is_none() {
@@ -98,6 +123,27 @@ impl<'a> Reader<'a> {
         }
     }
 
+    /// Corrects words of sides, numbers and limbs in which one letter is missing, doubled or exchanged with its neighbour.
+    fn spelt(&self, words: Vec<String>, notes: &mut Vec<String>) -> Vec<String> {
+        let known = |word: &String| {
+            self.phrases.vocabulary.contains(word) || self.phrases.vocabulary.contains(&self.phrases.base(word))
+        };
+        let mend = |word: String| {
+            let letters = word.chars().count();
+            if letters < ONE_WRONG || known(&word) || !word.chars().all(char::is_alphabetic) {
+                return word;
+            }
+            let is_near = |target: &&&str| {
+                let other_length = target.len() != word.len() || is_transposed(target, &word);
+                other_length && strsim::osa_distance(target, &word) == 1 && target.chars().next() == word.chars().next()
+            };
+            let Some(found) = SPELT.iter().find(is_near) else { return word };
+            notes.push(format!("read '{word}' as '{found}'"));
+            (*found).to_string()
+        };
+        words.into_iter().map(mend).collect()
+    }
+
     /// Returns a word as it is known: of a word that nobody knows, one with a letter or two changed.
     fn corrected(&self, word: String, notes: &mut Vec<String>) -> String {
         let known = |word: &str| {
@@ -111,7 +157,7 @@ impl<'a> Reader<'a> {
         let allowed = if letters >= TWO_WRONG { 2 } else { 1 };
         // A letter for another makes another word too easily: "rase" is no "race".
         let swaps = |w: &String| letters < TWO_WRONG && w.len() == word.len() && !is_transposed(w, &word);
-        let verbs = self.phrases.vocabulary.iter().filter(|w| self.phrases.is_main_verb(w) && !swaps(w));
+        let verbs = self.phrases.vocabulary.iter().filter(|w| self.phrases.is_verb(w) && !swaps(w));
         let near = verbs.map(|w| (strsim::osa_distance(w, &word), w));
         let begins = |w: &String| w.chars().next() == word.chars().next();
         let is_near = |(d, w): &(usize, &String)| *d <= allowed && w.len() >= ONE_WRONG && begins(w);
@@ -144,6 +190,16 @@ impl<'a> Reader<'a> {
             let is_participle =
                 words.first().is_some_and(|word| word.ends_with("ing") && self.phrases.is_main_verb(word));
             let join = if join == Join::Comma && is_participle { Join::While } else { join };
+            // "Sidestep left, 3 small steps": more words about the same.
+            if let Some(last) = out.last_mut().filter(|last| join == Join::Comma && last.fit.is_some()) {
+                let said = said(&words);
+                let tells =
+                    |word: &String| said.used.contains(word) || word == "step" || word == "steps" || word == "times";
+                if said.count.is_some() && words.iter().all(tells) {
+                    last.words.extend(words);
+                    continue;
+                }
+            }
             if let Some(last) = out.last_mut().filter(|_| matches!(join, Join::And | Join::With)) {
                 let merged: Vec<String> = last.words.iter().chain(&words).cloned().collect();
                 // One phrase for both, such as "bend down and pick something up".
@@ -369,7 +425,7 @@ fn without_negations(words: Vec<String>, notes: &mut Vec<String>) -> Vec<String>
     let mut out: Vec<String> = Vec::new();
     let mut dropped: Vec<String> = Vec::new();
     for word in words {
-        let begins = ["dont", "never", "without", "not"].contains(&word.as_str());
+        let begins = ["dont", "never", "without", "not", "no"].contains(&word.as_str());
         if begins || !dropped.is_empty() && !JOINS.contains(&word.as_str()) {
             if begins && out.last().is_some_and(|last| last == "do") {
                 out.pop();

@@ -138,6 +138,7 @@ fn numbered(out: &mut Said, words: &[String], at: usize) -> bool {
             match unit {
                 Some("degrees") => out.degrees = Some(whole as u32),
                 Some("seconds") => out.seconds = Some(value),
+                _ if ["m", "metre", "metres", "meter", "meters", "cm", "feet", "ft"].contains(&next) => return false,
                 _ if (1.0..=MAX_COUNT).contains(&whole) && !is_article(words, at) => out.count = Some(whole as u32),
                 _ => return false,
             }

@@ -53,6 +53,9 @@ fn free_words_become_actions() {
         ("before you wave, take a bow", "bow; then wave, right side"),
         ("step forward with your right foot", "step forward, forward"),
         ("turn around", "turn, to the left, 180 degrees"),
+        ("sidestep to the left, 3 small steps", "walk sideways, to the left, 3 times"),
+        ("tunr 90 degres rigth", "turn, to the right, 90 degrees"),
+        ("wave with the lefft hand, no rush", "wave, left side"),
         ("walk ahead, waving", "wave, right side while: walk, forward"),
         ("bend down and pick something up", "pick up, right side"),
         ("walk with arms crossed", "cross arms, both side while: walk, forward"),
@@ -67,6 +70,8 @@ fn what_is_not_understood_is_kept() {
     assert_eq!((script.to_string().as_str(), script.unknown), ("wave, right side", vec!["angrily".to_string()]));
     let script = read("defenestrate the marmalade");
     assert!(script.clauses.is_empty() && script.unknown == ["defenestrate the marmalade"], "{script:?}");
+    let script = read("walk forward 1.2 m");
+    assert_eq!((script.to_string().as_str(), script.unknown.len()), ("walk, forward", 2), "{script:?}");
     let script = read("salutte slowly");
     assert_eq!(script.notes[0], "read 'salutte' as 'salute'");
 }

@@ -84,7 +84,10 @@ pub fn understand(
     }
     if let Some(first) = script.impossible.first() {
         let nearest = first.nearest.as_ref().map_or_else(
-            || "nothing near it can be done".to_string(),
+            || match script.clauses.is_empty() {
+                true => "nothing near it can be done".to_string(),
+                false => format!("--nearest does the rest: {script}"),
+            },
             |verb| format!("the nearest is '{}': --nearest does that", verb.replace('_', " ")),
         );
         return Err(CliError::Input(format!("\"{text}\": cannot do '{}': {}; {nearest}", first.said, first.because)));
