@@ -40,7 +40,10 @@ const FLOORS: [(&str, u32); 26] = [
 const ONLY: [(&str, &[&str]); 11] = [
     ("unitree", &["robot", "runtime"]),
     ("runtime", &["character", "checkpoint", "motion", "robot"]),
-    ("studio", &["character", "checkpoint", "evaluation", "generation", "motion", "report", "robot", "sim"]),
+    (
+        "studio",
+        &["character", "checkpoint", "evaluation", "generation", "language", "motion", "report", "robot", "sim"],
+    ),
     ("capi", &["character", "motion", "robot"]),
     ("interop", &["character", "checkpoint", "motion", "robot"]),
     ("augmentation", &["character", "checkpoint", "motion", "nn", "report", "robot", "sim", "train"]),

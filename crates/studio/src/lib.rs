@@ -25,6 +25,7 @@ mod packet;
 mod performer;
 mod request;
 mod scene;
+mod sentence;
 mod server;
 mod socket;
 mod stage;

@@ -17,6 +17,7 @@ use serde::Serialize;
 
 use crate::StudioError;
 use crate::scene::{Block, Scene};
+use crate::sentence::Understood;
 
 /// Time that neighbours share where nothing else is said (s).
 const FADE: f64 = 0.3;
@@ -66,6 +67,9 @@ struct Made {
     /// Time shared with the block before (s).
     fade: f64,
 }
+
+/// Motion before a block's edits, and whether it begins with the end of the motion before it.
+type Whole = (MotionClip, bool);
 
 /// Maker of motion for one robot, with a memory of what it made.
 pub struct Workshop {
@@ -183,32 +187,52 @@ impl Workshop {
 
     fn make(&self, block: &Block, seed: u64, tail: Option<&MotionClip>) -> Result<Made, StudioError> {
         let told = || StudioError::block::<StudioError>(&block.id);
-        let whole = match (&block.sentence, &block.clip) {
+        let (whole, continues) = match (&block.sentence, &block.clip) {
             (Some(sentence), _) => self.said(block, sentence, seed, tail).map_err(told())?,
-            (None, Some(clip)) => self.loaded(clip).map_err(told())?,
+            (None, Some(clip)) => (self.loaded(clip).map_err(told())?, false),
             (None, None) => return Err(StudioError::Operation(format!("block '{}' has no motion", block.id))),
         };
         let clip = edited(&whole, block, &self.robot).map_err(StudioError::block(&block.id))?;
         let found = feasibility::check(&clip, &self.robot.character, &self.robot.anatomy, &self.robot.speeds()).ok();
         let doubt = found.and_then(|found| found.reasons().next().map(finding_words)).unwrap_or_default();
-        let goes_on = tail.is_some() && block.start.is_none_or(|start| start == 0.0) && block.speed.is_none();
+        let goes_on = continues && block.start.is_none_or(|start| start == 0.0) && block.speed.is_none();
         let fade = block.fade.unwrap_or(if goes_on && !block.mirror { OVERLAP } else { FADE });
         Ok(Made { clip, whole: whole.seconds(), doubt, fade })
     }
 
-    /// Returns the motion of a sentence. After other motion it begins with the last of it.
-    fn said(
+    /// Returns the motion of a sentence: the network's, where it does what was understood, else that of the grammar's rules.
+    fn said(&self, block: &Block, sentence: &str, seed: u64, tail: Option<&MotionClip>) -> Result<Whole, StudioError> {
+        let understood = Understood::read(sentence, block.seconds)?;
+        let exact = understood.as_ref().is_some_and(Understood::is_exact);
+        let generator = self.generator.as_ref().filter(|_| !exact);
+        let learned = generator.map(|generator| self.learned(generator, block, sentence, seed, tail));
+        let Some(understood) = understood else {
+            let Some(learned) = learned else {
+                let message = format!("no generator for '{}' comes with the program; use clips", self.robot.name);
+                return Err(StudioError::Operation(message));
+            };
+            return Ok((learned?, tail.is_some()));
+        };
+        let from = tail.map_or(0.0, MotionClip::seconds);
+        let learned = learned.and_then(Result::ok);
+        let (mut clip, continues, by) = match learned {
+            Some(clip) if understood.holds(&clip, from, &self.robot)? => (clip, tail.is_some(), "network"),
+            _ => (understood.by_rules(block.seed.unwrap_or(seed), &self.robot)?, false, "rules"),
+        };
+        clip.provenance.source = format!("{} (by {by})", understood.words());
+        Ok((clip, continues))
+    }
+
+    /// Returns the network's motion of a sentence. After other motion it begins with the last of it.
+    fn learned(
         &self,
+        generator: &Generator,
         block: &Block,
         sentence: &str,
         seed: u64,
         tail: Option<&MotionClip>,
     ) -> Result<MotionClip, StudioError> {
         let failed = |error: lifelike_generation::GenerationError| StudioError::Operation(error.to_string());
-        let Some(generator) = &self.generator else {
-            let message = format!("no generator for '{}' comes with the program; use clips", self.robot.name);
-            return Err(StudioError::Operation(message));
-        };
         let spec = &generator.header().spec;
         let rows = tail.map(|tail| FeatureMatrix::from_clip(tail, spec)).transpose().map_err(failed)?;
         let asked = block.seconds.unwrap_or_else(|| generator.seconds(sentence));
