@@ -146,6 +146,7 @@ def main():
     parser.add_argument("--seconds", type=float, default=1e9)
     parser.add_argument("--starts", type=int, default=5)
     parser.add_argument("--reader", action="store_true")
+    parser.add_argument("--save", help="CSV of the first episode at 50 Hz: x y z, quaternion xyzw, joints (rad)")
     given = parser.parse_args()
     policy = Policy(given.policy, given.scale)
     reader = Reader(given.policy) if given.reader else None
@@ -169,7 +170,7 @@ def main():
         model.dof_damping[joint.dofadr[0]] = model.dof_frictionloss[joint.dofadr[0]] = 0.0
     limit = np.array([by_end(MOTORS, name, OTHERS)[1] for name in policy.joints], float)
     anchor = model.body(policy.anchor).id
-    errors, survived, seconds, differs = [], 0, 0.0, 0.0
+    errors, survived, seconds, differs, rows = [], 0, 0.0, 0.0, []
     for start in np.linspace(0, max(policy.frames - 100, 0), given.starts).astype(int):
         data = mujoco.MjData(model)
         ahead, _ = place_root(model, data, q, policy, anchor, start + 1)
@@ -209,10 +210,14 @@ def main():
                 mujoco.mj_step(model, data)
             errors.append(np.abs(data.qpos[q] - policy.reference(step + 1)[0]).mean())
             seconds += 0.02
+            if start == 0:
+                rows.append(np.concatenate([data.qpos[:3], data.qpos[[4, 5, 6, 3]], data.qpos[q]]))
             if data.qpos[2] < 0.35 or matrix(data.qpos[3:7])[2, 2] < 0.3:
                 fell = True
                 break
         survived += not fell
+    if given.save:
+        np.savetxt(given.save, rows, delimiter=",", fmt="%.6f")
     print(json.dumps({
         "policy": given.policy, "episodes": given.starts, "without_a_fall": survived, "seconds": round(seconds, 1),
         "joint_error_deg": round(float(np.degrees(np.mean(errors))), 2),
