@@ -180,13 +180,13 @@ fn motion_is_rendered_by_the_page_and_without_it() {
     run(&[&["render", "report", "-o", "page.png", "--at", "1"], &size[..]].concat());
     run(&[&["render", "report", "-o", "raster.png", "--at", "1", "--software"], &size[..]].concat());
     run(&[&["render", "report", "-o", "later.png", "--at", "1.5", "--software"], &size[..]].concat());
-    let at = |name: &str| folder.path().join(name);
-    let same = difference([&at("page.png"), &at("raster.png")]);
-    let other = difference([&at("later.png"), &at("raster.png")]);
+    let file = |name: &str| folder.path().join(name);
+    let same = difference([&file("page.png"), &file("raster.png")]);
+    let other = difference([&file("later.png"), &file("raster.png")]);
     // Half a second of walking changes the picture more than another renderer does.
     assert!(same < 2.0 && same < 0.7 * other, "{same} between renderers, {other} between instants");
 
     run(&["render", "report", "-o", "film.gif", "--to", "0.3", "--size", "160x90", "--software"]);
-    let gif = std::fs::read(at("film.gif")).unwrap();
+    let gif = std::fs::read(file("film.gif")).unwrap();
     assert!(gif.starts_with(b"GIF89a") && gif.windows(11).any(|w| w == b"NETSCAPE2.0"));
 }

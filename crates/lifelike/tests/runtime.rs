@@ -37,7 +37,7 @@ impl Robot {
         self.run_for("0.5", folder, words)
     }
 
-    /// As [`Self::run`], with so many seconds of standing twice.
+    /// Runs as [`Self::run`] does, standing for this long (s) twice.
     fn run_for(&self, standing: &str, folder: &Path, words: &[&str]) -> std::process::Output {
         let settings = folder.join("settings.toml");
         std::fs::write(&settings, SETTINGS).unwrap();

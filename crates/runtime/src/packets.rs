@@ -3,7 +3,7 @@
 /// Verdict on one packet.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Arrival {
-    /// Newer than all before it; so many in between were lost.
+    /// Newer than all before it, with the number of packets lost in between.
     New {
         /// Packets that never came, or come later and are then dropped.
         lost: u32,

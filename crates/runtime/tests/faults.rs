@@ -35,7 +35,7 @@ fn run(fault: Fault, from: usize, seed: u64) -> (Summary, usize) {
     (summary, last)
 }
 
-/// What may be the gate's reason, and the longest time until it brakes (ticks); none: the run goes on.
+/// Reasons that the gate may give, and the longest time until it brakes (ticks); none: the run goes on.
 fn expected(fault: Fault) -> Option<(&'static [Cause], usize)> {
     match fault {
         Fault::Delay(ticks) if ticks <= 40 => None,

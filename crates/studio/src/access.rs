@@ -85,18 +85,19 @@ mod tests {
     #[test]
     fn other_hosts_origins_and_words_are_refused() {
         let access = Access::new(4000, false).unwrap();
-        let of = |word: &str, host: &str, origin: Option<&str>, page| access.of(word, &headers(host, origin), page);
+        let granted =
+            |word: &str, host: &str, origin: Option<&str>, page| access.of(word, &headers(host, origin), page);
         let edit = access.edit.clone();
         let own = Some("http://127.0.0.1:4000");
-        assert_eq!(of(&edit, "127.0.0.1:4000", None, false), Some(Permission::Edit));
-        assert_eq!(of(&edit, "localhost:4000", own, true), Some(Permission::Edit));
-        assert_eq!(of(&access.watch, "127.0.0.1:4000", own, true), Some(Permission::Watch));
-        assert_eq!(of(&edit, "127.0.0.1:4000", None, true), None, "a program without a page");
-        assert_eq!(of(&edit, "evil.example:4000", None, false), None, "a name that was bound to this machine");
-        assert_eq!(of(&edit, "127.0.0.1:4000", Some("http://evil.example"), false), None);
-        assert_eq!(of(&edit, "127.0.0.1:4000", Some("null"), false), None);
-        assert_eq!(of(&edit[1..], "127.0.0.1:4000", own, true), None);
-        assert_eq!(of("", "127.0.0.1:4000", own, true), None);
+        assert_eq!(granted(&edit, "127.0.0.1:4000", None, false), Some(Permission::Edit));
+        assert_eq!(granted(&edit, "localhost:4000", own, true), Some(Permission::Edit));
+        assert_eq!(granted(&access.watch, "127.0.0.1:4000", own, true), Some(Permission::Watch));
+        assert_eq!(granted(&edit, "127.0.0.1:4000", None, true), None, "a program without a page");
+        assert_eq!(granted(&edit, "evil.example:4000", None, false), None, "a name that was bound to this machine");
+        assert_eq!(granted(&edit, "127.0.0.1:4000", Some("http://evil.example"), false), None);
+        assert_eq!(granted(&edit, "127.0.0.1:4000", Some("null"), false), None);
+        assert_eq!(granted(&edit[1..], "127.0.0.1:4000", own, true), None);
+        assert_eq!(granted("", "127.0.0.1:4000", own, true), None);
         let closed = Access::new(4000, true).unwrap();
         assert_eq!(closed.of(&closed.edit, &headers("127.0.0.1:4000", own), true), Some(Permission::Watch));
     }

@@ -360,8 +360,8 @@ mod tests {
         ]);
         let ids: Vec<&str> = scene.motion.iter().map(|block| block.id.as_str()).collect();
         assert_eq!(ids, ["m2", "m3", "m1"]);
-        let of = |i: usize| (scene.motion[i].start, scene.motion[i].end, scene.motion[i].fade);
-        assert_eq!((of(0), of(1)), ((Some(0.5), Some(1.5), None), (Some(1.5), Some(2.5), Some(0.0))));
+        let part = |i: usize| (scene.motion[i].start, scene.motion[i].end, scene.motion[i].fade);
+        assert_eq!((part(0), part(1)), ((Some(0.5), Some(1.5), None), (Some(1.5), Some(2.5), Some(0.0))));
         assert_eq!((scene.motion[2].speed, scene.motion[2].mirror, scene.motion[2].repeat), (Some(2.0), true, Some(3)));
         assert_eq!((scene.motion[2].seed, scene.motion[2].best_of), (Some(7), Some(4)));
         assert_eq!((scene.push[0].at, scene.switch[0].friction, scene.seed), (3.0, Some(0.3), 5));

@@ -123,10 +123,10 @@ mod tests {
         one.fps = 50.0;
         let bytes = mcap(&one, &robot).unwrap();
         let messages: Vec<::mcap::Message> = ::mcap::MessageStream::new(&bytes).unwrap().map(Result::unwrap).collect();
-        let of = |topic: &str| messages.iter().filter(|m| m.channel.topic == topic).collect::<Vec<_>>();
-        assert_eq!(of("/tf").len(), 3);
-        assert_eq!(of("/robot").len(), 1);
-        let last = of("/joint_states")[2];
+        let messages_of = |topic: &str| messages.iter().filter(|m| m.channel.topic == topic).collect::<Vec<_>>();
+        assert_eq!(messages_of("/tf").len(), 3);
+        assert_eq!(messages_of("/robot").len(), 1);
+        let last = messages_of("/joint_states")[2];
         assert_eq!((last.log_time, last.sequence), (40_000_000, 3), "two frames at 50 Hz");
         let schema = last.channel.schema.as_ref().unwrap();
         assert_eq!((schema.name.as_str(), schema.encoding.as_str()), (schemas::JOINTS, "ros2msg"));

@@ -54,7 +54,7 @@ fn is_mesh(geom: &Geom) -> bool {
 
 /// Returns the markers of a geom; none where its mesh cannot be read.
 fn of(geom: &Geom, character: &Character) -> Vec<Marker> {
-    let at = |kind: i32, along: f64, scale: Vec3| Marker {
+    let marker = |kind: i32, along: f64, scale: Vec3| Marker {
         kind,
         position: geom.position + geom.orientation * (Vec3::z() * along),
         orientation: geom.orientation,
@@ -62,20 +62,20 @@ fn of(geom: &Geom, character: &Character) -> Vec<Marker> {
         points: Vec::new(),
     };
     match &geom.shape {
-        GeomShape::Sphere(r) => vec![at(SPHERE, 0.0, Vec3::repeat(2.0 * r))],
-        GeomShape::Ellipsoid(half) => vec![at(SPHERE, 0.0, half * 2.0)],
-        GeomShape::Box(half) => vec![at(CUBE, 0.0, half * 2.0)],
-        GeomShape::Cylinder(r, half) => vec![at(CYLINDER, 0.0, Vec3::new(2.0 * r, 2.0 * r, 2.0 * half))],
+        GeomShape::Sphere(r) => vec![marker(SPHERE, 0.0, Vec3::repeat(2.0 * r))],
+        GeomShape::Ellipsoid(half) => vec![marker(SPHERE, 0.0, half * 2.0)],
+        GeomShape::Box(half) => vec![marker(CUBE, 0.0, half * 2.0)],
+        GeomShape::Cylinder(r, half) => vec![marker(CYLINDER, 0.0, Vec3::new(2.0 * r, 2.0 * r, 2.0 * half))],
         GeomShape::Capsule(r, half) => vec![
-            at(CYLINDER, 0.0, Vec3::new(2.0 * r, 2.0 * r, 2.0 * half)),
-            at(SPHERE, *half, Vec3::repeat(2.0 * r)),
-            at(SPHERE, -half, Vec3::repeat(2.0 * r)),
+            marker(CYLINDER, 0.0, Vec3::new(2.0 * r, 2.0 * r, 2.0 * half)),
+            marker(SPHERE, *half, Vec3::repeat(2.0 * r)),
+            marker(SPHERE, -half, Vec3::repeat(2.0 * r)),
         ],
         GeomShape::Mesh(name) => {
             let Some(Ok(mesh)) = character.meshes.get(name).map(|mesh| mesh.triangles()) else { return Vec::new() };
             let point = |i: &u32| mesh.points.get(*i as usize).map(|p| Vec3::from(p.map(f64::from)));
             let points = mesh.faces.iter().flatten().filter_map(point).collect();
-            vec![Marker { points, ..at(TRIANGLES, 0.0, Vec3::repeat(1.0)) }]
+            vec![Marker { points, ..marker(TRIANGLES, 0.0, Vec3::repeat(1.0)) }]
         }
         GeomShape::Plane | GeomShape::HeightField(_) => Vec::new(),
     }

@@ -23,7 +23,7 @@ use crate::facts::{Action, Direction, Facts, Mood, Relation, Side, Size, Speed};
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Script {
-    /// What is done, one clause after the other.
+    /// Clauses, performed one after the other.
     #[serde(default, rename = "clause")]
     pub clauses: Vec<Clause>,
     /// Words that were not understood.
@@ -32,7 +32,7 @@ pub struct Script {
     /// Readings that were not said: corrected words, sides that were chosen, what cannot be done at once.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub notes: Vec<String>,
-    /// What cannot be done.
+    /// Requests that cannot be performed.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub impossible: Vec<Impossible>,
 }

@@ -82,22 +82,22 @@ struct Also {
     say: Vec<String>,
 }
 
-/// What no verb does.
+/// Phrases of motion that no verb has.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Instead {
     say: Vec<String>,
     /// The nearest verb.
     pub verb: Option<String>,
-    /// How that verb is done.
+    /// Speed of that verb.
     pub speed: Option<Speed>,
-    /// Why not the thing itself.
+    /// Reason why the motion itself is impossible.
     pub because: String,
-    /// Whether the nearest is done without asking.
+    /// True if the nearest verb is performed without `--nearest`.
     pub accepted: bool,
 }
 
-/// What a phrase means.
+/// Meaning of a phrase.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Meaning {
     /// A verb, by its number in the grammar.
@@ -114,9 +114,9 @@ struct Phrase {
     /// The inflected word; phrases without one must be found whole.
     verb: Option<String>,
     words: Vec<(String, f64)>,
-    /// Whether it is for both hands, for one of them, or for no hand.
+    /// Hands that act: one, both, or none.
     side: Option<Side>,
-    /// Whether it has a side or an angle of its own.
+    /// True if it has a slot for a side or an angle.
     sided: bool,
 }
 
@@ -127,7 +127,7 @@ pub(super) struct Fit {
     pub score: f64,
     /// Words of the text that it explains.
     pub explained: BTreeSet<String>,
-    /// Whether the phrase has a verb.
+    /// True if the phrase has a verb.
     pub has_verb: bool,
 }
 

@@ -75,7 +75,7 @@ impl<'a> Reader<'a> {
         let words = Self::held_together(words);
         for mut group in self.grouped(pieces(&words)) {
             if group.fit.is_none() {
-                self.mend(&mut group, &mut script);
+                self.find_verb(&mut group, &mut script);
             }
             match group.fit.as_ref().map(|fit| (fit, fit.meaning)) {
                 Some((fit, Meaning::Verb(verb))) => {
@@ -105,7 +105,7 @@ impl<'a> Reader<'a> {
     }
 
     /// Finds the verb of a piece without one: the last one again ("then 90 degrees right"), or one with a letter wrong.
-    fn mend(&self, piece: &mut Piece, script: &mut Script) {
+    fn find_verb(&self, piece: &mut Piece, script: &mut Script) {
         let said = said(&piece.words);
         let is_said = |word: &String| said.used.contains(word) || self.phrases.filler.contains(word) || word == "same";
         let last = script.clauses.last().and_then(|clause| clause.actions.last());
@@ -128,7 +128,7 @@ impl<'a> Reader<'a> {
         let known = |word: &String| {
             self.phrases.vocabulary.contains(word) || self.phrases.vocabulary.contains(&self.phrases.base(word))
         };
-        let mend = |word: String| {
+        let corrected = |word: String| {
             let letters = word.chars().count();
             if letters < ONE_WRONG || known(&word) || !word.chars().all(char::is_alphabetic) {
                 return word;
@@ -141,7 +141,7 @@ impl<'a> Reader<'a> {
             notes.push(format!("read '{word}' as '{found}'"));
             (*found).to_string()
         };
-        words.into_iter().map(mend).collect()
+        words.into_iter().map(corrected).collect()
     }
 
     /// Returns a word as it is known: of a word that nobody knows, one with a letter or two changed.
@@ -175,8 +175,8 @@ impl<'a> Reader<'a> {
     fn held_together(words: Vec<String>) -> Vec<String> {
         const PAIRS: [(&str, &str); 6] =
             [("left", "right"), ("right", "left"), ("up", "down"), ("fro", "to"), ("to", "fro"), ("back", "forth")];
-        let at = |i: usize| words.get(i).map_or("", String::as_str);
-        let joins = |i: usize| at(i) == "and" && i > 0 && PAIRS.contains(&(at(i - 1), at(i + 1)));
+        let word = |i: usize| words.get(i).map_or("", String::as_str);
+        let joins = |i: usize| word(i) == "and" && i > 0 && PAIRS.contains(&(word(i - 1), word(i + 1)));
         (0..words.len()).filter(|i| !joins(*i)).map(|i| words[i].clone()).collect()
     }
 
@@ -452,7 +452,7 @@ fn is_transposed(a: &str, b: &str) -> bool {
     of[0] == of[1]
 }
 
-/// Who stands on the left leg lifts the right one.
+/// Exchanges the side of a verb of the foot where the supporting leg is named.
 fn of_supporting_leg(verb: &Verb, words: &[String], said: Said) -> Said {
     let is_leg = |word: &String| ["leg", "foot"].contains(&word.as_str());
     let stands_on = words.iter().position(|word| word == "on").is_some_and(|at| words[at..].iter().take(4).any(is_leg));

@@ -1,4 +1,4 @@
-//! What is said of an action: side, direction, numbers, adverbs.
+//! Qualifiers of an action: side, direction, numbers, adverbs.
 
 use crate::facts::{Direction, Mood, Side, Size, Speed};
 
@@ -8,7 +8,7 @@ const NUMBERS: [&str; 13] =
 /// Most repetitions that are taken for a number of something.
 const MAX_COUNT: f64 = 50.0;
 
-/// What a piece of text says beside the verb.
+/// Qualifiers in a piece of text.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(super) struct Said {
     pub side: Option<Side>,
@@ -19,9 +19,9 @@ pub(super) struct Said {
     pub speed: Option<Speed>,
     pub size: Option<Size>,
     pub mood: Option<Mood>,
-    /// Whether left and right are named apart, not as "both".
+    /// True if left and right are named apart, not as "both".
     pub in_turn: bool,
-    /// Whether hands or arms are meant together though no side is said.
+    /// True for hands or arms in the plural without a side.
     pub plural: bool,
     /// Words that are explained by this.
     pub used: Vec<String>,

@@ -1,6 +1,6 @@
 //! Text to pieces: normal form, and what joins the pieces.
 
-/// How a piece follows the one before it.
+/// Relation of a piece to the one before it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Join {
     /// After it: "then", a full stop.

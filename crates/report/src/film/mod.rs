@@ -45,7 +45,7 @@ pub struct View {
     pub reference: ReferenceView,
     /// Ground forces as arrows, planned contacts as discs.
     pub contacts: bool,
-    /// Whether the camera follows the robot.
+    /// True if the camera follows the robot.
     pub follow: bool,
 }
 

@@ -8,7 +8,7 @@ const IDENTITY: [u32; 9] = [0x1_0000, 0, 0, 0, 0x1_0000, 0, 0, 0, 0x4000_0000];
 /// One encoded frame.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Sample {
-    /// Whether a player may begin here.
+    /// True if a player may begin here.
     pub is_key: bool,
     /// Units of H.264, each after its length.
     pub data: Vec<u8>,
@@ -109,15 +109,15 @@ mod tests {
     fn the_table_points_at_the_first_sample() {
         let samples = [(true, vec![1, 2, 3]), (false, vec![4])].map(|(is_key, data)| Sample { is_key, data });
         let file = muxed(&samples, &[1, 0x64], (64, 48), 25.0);
-        let at = |kind: &[u8]| file.windows(4).position(|w| w == kind).unwrap_or(0);
+        let place_of = |kind: &[u8]| file.windows(4).position(|w| w == kind).unwrap_or(0);
         let word = |i: usize| u32::from_be_bytes([file[i], file[i + 1], file[i + 2], file[i + 3]]);
-        let place = word(at(b"stco") + 12) as usize;
+        let place = word(place_of(b"stco") + 12) as usize;
         assert_eq!(&file[place..], [1, 2, 3, 4], "the last box ends with the samples");
-        assert_eq!(place, at(b"mdat") + 4);
+        assert_eq!(place, place_of(b"mdat") + 4);
         // Boxes at the top follow each other to the end of the file.
         let second = word(0) as usize;
         let third = second + word(second) as usize;
         assert_eq!(third + word(third) as usize, file.len());
-        assert_eq!(word(at(b"stts") + 16), 3600, "90,000 ticks a second at 25 frames a second");
+        assert_eq!(word(place_of(b"stts") + 16), 3600, "90,000 ticks a second at 25 frames a second");
     }
 }

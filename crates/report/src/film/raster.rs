@@ -183,14 +183,14 @@ impl Raster {
         let figure = pose(&self.simulated, Vec3::zeros()).or_else(|| pose(&self.reference, gap));
         let planned = pose(&self.reference, gap).filter(|_| same).or_else(|| pose(&self.simulated, Vec3::zeros()));
         let (Some(figure), Some(planned), true) = (figure, planned, self.view.contacts) else { return Vec::new() };
-        let at = |(pose, shift): &(Vec<BodyPose>, Vec3), foot: &Foot| {
+        let sole_of = |(pose, shift): &(Vec<BodyPose>, Vec3), foot: &Foot| {
             pose.get(foot.body).map_or_else(Vec3::zeros, |(p, q)| p + q * foot.at + shift)
         };
         let moved = |corners: Vec<Corner>, to: Vec3| corners.into_iter().map(|(p, n)| (p + to, n)).collect::<Vec<_>>();
         let mut out = Vec::new();
         for foot in &self.feet {
             if foot.down.get(frame).is_some_and(|down| *down != 0) {
-                let mut to = at(&planned, foot);
+                let mut to = sole_of(&planned, foot);
                 to.z = to.z.max(0.0) + 0.003;
                 let radius = 0.075 * self.height;
                 out.push(Surface { corners: moved(cone([radius, radius], [0.0, 0.001]), to), colour: theme.ghost });
@@ -200,7 +200,7 @@ impl Raster {
                 let (radius, length) = (0.02 * self.height, 0.5 * self.height * force);
                 let shaft = cone([0.35 * radius, 0.35 * radius], [0.0, 0.8 * length]);
                 let arrow = [shaft, cone([radius, 0.0], [0.8 * length, length])].concat();
-                out.push(Surface { corners: moved(arrow, at(&figure, foot)), colour: theme.force });
+                out.push(Surface { corners: moved(arrow, sole_of(&figure, foot)), colour: theme.force });
             }
         }
         out

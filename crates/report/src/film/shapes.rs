@@ -83,7 +83,7 @@ fn ellipsoid(radii: Vec3, stretch: f64) -> Vec<Corner> {
 pub(super) fn cone(radii: [f64; 2], heights: [f64; 2]) -> Vec<Corner> {
     let rim = |v: f64| Vec3::new((v * TAU).cos(), (v * TAU).sin(), 0.0);
     let slope = (radii[0] - radii[1]) / (heights[1] - heights[0]).max(1e-9);
-    let at = |u: f64, v: f64| {
+    let mantle = |u: f64, v: f64| {
         let k = u.round() as usize;
         (rim(v) * radii[k] + Vec3::z() * heights[k], (rim(v) + Vec3::z() * slope).normalize())
     };
@@ -91,7 +91,7 @@ pub(super) fn cone(radii: [f64; 2], heights: [f64; 2]) -> Vec<Corner> {
         let normal = Vec3::z() * if k == 1 { 1.0 } else { -1.0 };
         grid(1, 20, move |u, v| (rim(v) * radii[k] * u + Vec3::z() * heights[k], normal))
     };
-    [grid(1, 20, at), lid(0), lid(1)].concat()
+    [grid(1, 20, mantle), lid(0), lid(1)].concat()
 }
 
 fn cuboid(half: Vec3) -> Vec<Corner> {

@@ -1,4 +1,4 @@
-//! A plant for tests: joints of lima with inertia and friction on a fixed root, behind a bus that does what it is told.
+//! A plant for tests: joints of lima with inertia and friction on a fixed root, behind a bus that obeys the test.
 #![allow(dead_code, clippy::unwrap_used, clippy::expect_used)]
 
 use std::collections::VecDeque;
@@ -41,7 +41,7 @@ pub enum Fault {
     None,
     /// Packets are lost with this probability.
     Drop(f64),
-    /// Packets come so many ticks late.
+    /// Delay of the packets (ticks).
     Delay(usize),
     /// Every packet comes twice.
     Duplicate,
@@ -55,7 +55,7 @@ pub enum Fault {
     Swapped(usize, usize),
     /// Nothing comes and nothing goes.
     Kill,
-    /// The robot's clock jumps by so many seconds.
+    /// Jump of the robot's clock (s).
     ClockJump(f64),
     /// A motor gets hotter by 50 degrees per second.
     Hot(usize),
