@@ -63,7 +63,7 @@ fn a_scene_is_directed_from_nothing() {
     page.drop("wave.bvh", &capture(folder.path()));
     page.until("the capture", "studio.view.spans.some((s) => s.source.startsWith('BVH'))");
     page.drop("broken.bvh", "HIERARCHY nonsense");
-    page.until("a refusal", "document.querySelector('[data-is=told]').textContent.includes('broken.bvh')");
+    page.until("a refusal", "document.querySelector('[data-is=told].bad')?.textContent.includes('broken.bvh')");
     assert!(!folder.path().join("dropped/broken.bvh").exists());
 
     // Export: a page in one file, a clip, the scene.
@@ -103,7 +103,7 @@ fn the_page_is_drawn_in_both_themes_and_by_every_key() {
     let over = page.value("document.documentElement.scrollWidth - innerWidth").as_f64().unwrap();
     assert!(over <= 0.0, "{over} pixels wider than the screen");
     page.run("studio.link.operate({ do: 'seed', value: 9 })");
-    page.until("a refusal", "document.querySelector('[data-is=told]').textContent.includes('may only watch')");
+    page.until("a refusal", "document.querySelector('[data-is=told].bad')?.textContent.includes('may only watch')");
     page.no_errors();
 }
 

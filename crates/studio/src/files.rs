@@ -63,29 +63,24 @@ pub fn take(stage: &Stage, name: &str, bytes: &[u8]) -> Result<(String, String),
     std::fs::create_dir_all(&folder).map_err(StudioError::io(&folder))?;
     // The folder may be a link to somewhere else.
     let folder = crate::workshop::inside(&stage.folder, Path::new(DROPPED))?;
+    // Read outside of the folder first: what is no motion never has a name below it.
+    let reading = tempfile::tempdir().map_err(StudioError::io(&folder))?;
+    let unread = reading.path().join(name);
+    std::fs::write(&unread, bytes).map_err(StudioError::io(&unread))?;
+    let read = clips::load_one(&unread, stage.robot());
+    let clip = read.map_err(|error| StudioError::Operation(without_folder(&error.to_string(), reading.path())))?;
+    let seconds = clip.seconds();
+    let format = formats::of_file(&unread).map_or("motion", |format| format.name);
+    let told =
+        format!("{name}: read as {format} ({}), {seconds:.1} s for {}", clip.provenance.source, stage.robot().name);
     let path = folder.join(name);
-    let kept = std::fs::read(&path).ok();
     lifelike_checkpoint::write_file(&path, bytes).map_err(StudioError::io(&path))?;
-    match clips::load_one(&path, stage.robot()) {
-        Ok(clip) => {
-            let seconds = clip.seconds();
-            let format = formats::of_file(&path).map_or("motion", |format| format.name);
-            let told = format!(
-                "{name}: read as {format} ({}), {seconds:.1} s for {}",
-                clip.provenance.source,
-                stage.robot().name
-            );
-            Ok((format!("{DROPPED}/{name}"), told))
-        }
-        Err(error) => {
-            // A file of the same name that was there before comes back.
-            let _ = match kept {
-                Some(before) => lifelike_checkpoint::write_file(&path, &before),
-                None => std::fs::remove_file(&path),
-            };
-            Err(error.into())
-        }
-    }
+    Ok((format!("{DROPPED}/{name}"), told))
+}
+
+/// A message without the path of the folder that a file was read in.
+fn without_folder(message: &str, folder: &Path) -> String {
+    message.replace(&format!("{}{}", folder.display(), std::path::MAIN_SEPARATOR), "")
 }
 
 /// Makes an export: `page`, `clip` or `scene`.
