@@ -17,6 +17,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         }
         if !script.unknown.is_empty() {
             println!("    not understood: {}", script.unknown.join(", "));
+            for (phrase, similarity) in script.unknown.iter().filter_map(|text| reader.nearest(text)) {
+                println!("    nearest: {phrase} ({similarity:.2})");
+            }
         }
         script.notes.iter().for_each(|note| println!("    note: {note}"));
     }

@@ -6,6 +6,7 @@
 //! nothing to it are kept and reported.
 
 mod edited;
+mod meaning;
 mod phrases;
 mod reader;
 mod said;

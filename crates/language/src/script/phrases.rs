@@ -1,9 +1,11 @@
 //! Phrases of verbs as weighted words, and how well a piece of text fits them.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::sync::OnceLock;
 
 use serde::Deserialize;
 
+use super::meaning::{Meanings, Nearest};
 use crate::error::LanguageError;
 use crate::facts::{Side, Speed};
 use crate::grammar::words::{Form, inflected};
@@ -29,6 +31,41 @@ const SIDE: f64 = 0.2;
 /// Verbs that say little without their object, and their weight.
 const LIGHT: [&str; 10] = ["do", "make", "take", "give", "perform", "go", "get", "have", "put", "be"];
 const LIGHT_VERB: f64 = 0.6;
+/// Words of opposite meaning, whose vectors are alike.
+const OPPOSITES: [(&str, &str); 8] = [
+    ("up", "down"),
+    ("raise", "lower"),
+    ("forward", "backward"),
+    ("forwards", "backwards"),
+    ("forward", "back"),
+    ("in", "out"),
+    ("push", "pull"),
+    ("open", "close"),
+];
+/// Fillers that tell phrases apart.
+const TELLING: [&str; 21] = [
+    "up",
+    "down",
+    "off",
+    "out",
+    "over",
+    "against",
+    "back",
+    "backward",
+    "backwards",
+    "forward",
+    "forwards",
+    "straight",
+    "around",
+    "front",
+    "stop",
+    "not",
+    "no",
+    "go",
+    "start",
+    "here",
+    "near",
+];
 /// Past tenses that no rule makes.
 const IRREGULAR: [(&str, &str); 34] = [
     ("took", "take"),
@@ -114,6 +151,8 @@ struct Phrase {
     /// The inflected word; phrases without one must be found whole.
     verb: Option<String>,
     words: Vec<(String, f64)>,
+    /// Words as they are written, those that say little left out.
+    written: Vec<String>,
     /// Hands that act: one, both, or none.
     side: Option<Side>,
     /// True if it has a slot for a side or an angle.
@@ -141,6 +180,8 @@ pub(super) struct Phrases {
     pub filler: BTreeSet<String>,
     /// Words that mean something.
     pub vocabulary: BTreeSet<String>,
+    /// Vectors of the phrases, made when a text first fits none.
+    meanings: OnceLock<Option<Meanings>>,
 }
 
 impl Phrases {
@@ -176,7 +217,14 @@ impl Phrases {
         }
         forms.extend(IRREGULAR.map(|(form, base)| (form.to_string(), base.to_string())));
         let filler: BTreeSet<String> = lexicon.filler.split_whitespace().map(str::to_string).collect();
-        let mut own = Self { all: Vec::new(), instead: lexicon.instead, forms, filler, vocabulary: BTreeSet::new() };
+        let mut own = Self {
+            all: Vec::new(),
+            instead: lexicon.instead,
+            forms,
+            filler,
+            vocabulary: BTreeSet::new(),
+            meanings: OnceLock::new(),
+        };
         own.all = texts.into_iter().map(|(meaning, side, text)| own.phrase(meaning, side, text)).collect();
         let words = own.all.iter().flat_map(|phrase| phrase.words.iter().map(|(word, _)| word.clone()));
         own.vocabulary = words.chain(own.forms.keys().cloned()).chain(own.filler.iter().cloned()).collect();
@@ -190,6 +238,10 @@ impl Phrases {
         let plain: String = ["{side}", "{angle}", "{steps}"].iter().fold(plain, |text, slot| text.replace(slot, ""));
         let plain = plain.replace("{nsteps}", " steps");
         let plain: String = plain.chars().map(|c| if c.is_alphanumeric() { c } else { ' ' }).collect();
+        let mut written: Vec<String> = plain.split_whitespace().map(str::to_lowercase).collect();
+        if written.iter().any(|word| self.says_something(word)) {
+            written.retain(|word| self.says_something(word));
+        }
         let mut words: Vec<(String, f64)> = Vec::new();
         let said = |word: &&str| !["a", "an", "the", "to", "of", "at", "with"].contains(word);
         for word in plain.split_whitespace().filter(said).map(|word| self.base(word)) {
@@ -204,7 +256,7 @@ impl Phrases {
             }
         }
         let sided = text.contains("{side}") || text.contains("{angle}");
-        Phrase { meaning, text, verb, words, side, sided }
+        Phrase { meaning, text, verb, words, written, side, sided }
     }
 
     /// Returns the form that is compared: verbs without endings, nouns without plural, arms as hands and legs as feet.
@@ -234,14 +286,38 @@ impl Phrases {
         })
     }
 
-    /// Returns the phrase with most of its words in a text, to be named where none fits.
-    pub fn nearest(&self, bases: &BTreeSet<String>) -> Option<&str> {
-        let shared = |phrase: &Phrase| {
-            let found: f64 = phrase.words.iter().filter(|(word, _)| bases.contains(word)).map(|(_, w)| w).sum();
-            found / phrase.words.iter().map(|(_, w)| w).sum::<f64>()
-        };
-        let best = self.all.iter().map(|p| (shared(p), p)).max_by(|a, b| a.0.total_cmp(&b.0));
-        best.filter(|(share, _)| *share > 0.3).map(|(_, phrase)| phrase.text.as_str())
+    /// Returns the meaning and the text of the phrase that means most nearly the same as some words, and the similarity (0 to 1).
+    pub fn nearest(&self, words: &[String]) -> Option<(Meaning, &str, f64)> {
+        let table = self.meanings.get_or_init(|| {
+            let written: Vec<Vec<String>> = self.all.iter().map(|phrase| phrase.written.clone()).collect();
+            Meanings::new(&written).ok()
+        });
+        let words: Vec<String> = words.iter().filter(|word| self.says_something(word)).cloned().collect();
+        let Nearest { phrase, similarity } = table.as_ref()?.nearest(&words)?;
+        let phrase = &self.all[phrase];
+        let is_opposite = words.iter().any(|word| phrase.written.iter().any(|other| are_opposites(word, other)));
+        Some((phrase.meaning, phrase.text.as_str(), if is_opposite { 0.0 } else { similarity }))
+    }
+
+    /// Returns whether some word is in no phrase. A text of known words that fits no phrase is no paraphrase of one.
+    pub fn has_new_word(&self, words: &[String]) -> bool {
+        words.iter().any(|word| !self.vocabulary.contains(word) && !self.vocabulary.contains(&self.base(word)))
+    }
+
+    /// Returns what each phrase means, and its words.
+    #[cfg(test)]
+    pub fn written(&self) -> Vec<(Meaning, Vec<String>)> {
+        self.all.iter().map(|phrase| (phrase.meaning, phrase.written.clone())).collect()
+    }
+
+    /// Returns the words of all phrases, those that say little left out.
+    pub fn words(&self) -> BTreeSet<String> {
+        self.all.iter().flat_map(|phrase| phrase.written.iter().cloned()).collect()
+    }
+
+    /// Returns whether a word bears meaning: no filler, or one that tells "arms up" from "arms down".
+    fn says_something(&self, word: &str) -> bool {
+        !self.filler.contains(word) || TELLING.contains(&word)
     }
 
     /// Returns whether a word is in some phrase of a meaning, or is a verb that says nothing by itself.
@@ -297,6 +373,10 @@ impl Phrase {
         let score = found - MISSING * (whole - found) - other + sided + leads;
         Some(Fit { meaning: self.meaning, score, explained, has_verb: self.verb.is_some() })
     }
+}
+
+fn are_opposites(a: &str, b: &str) -> bool {
+    OPPOSITES.iter().any(|&(one, other)| (a, b) == (one, other) || (a, b) == (other, one))
 }
 
 /// Returns the regular past tense.

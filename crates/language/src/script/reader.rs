@@ -15,6 +15,10 @@ use crate::grammar::{Acts, Grammar, Synth, Verb};
 const ONE_WRONG: usize = 4;
 const TWO_WRONG: usize = 8;
 
+/// Similarity from which a text is taken for a phrase, and from which a phrase is named (`docs/results/language.md`).
+const TAKEN: f64 = 0.7;
+const NAMED: f64 = 0.5;
+
 /// Words that say sides, numbers and limbs.
 const SPELT: [&str; 20] = [
     "left",
@@ -76,6 +80,9 @@ impl<'a> Reader<'a> {
         for mut group in self.grouped(pieces(&words)) {
             if group.fit.is_none() {
                 self.find_verb(&mut group, &mut script);
+            }
+            if group.fit.is_none() {
+                self.find_meaning(&mut group, &mut script.notes);
             }
             match group.fit.as_ref().map(|fit| (fit, fit.meaning)) {
                 Some((fit, Meaning::Verb(verb))) => {
@@ -273,7 +280,8 @@ impl<'a> Reader<'a> {
         for word in words {
             let base = self.phrases.base(word);
             let is_filler = self.phrases.filler.contains(word) || self.phrases.filler.contains(&base);
-            let explained = self.phrases.belongs(fit.meaning, &base) || said.used.contains(word) || is_filler;
+            let is_meant = self.phrases.belongs(fit.meaning, &base) || fit.explained.contains(&base);
+            let explained = is_meant || said.used.contains(word) || is_filler;
             let is_limb =
                 (["hand", "foot", "step", "turn", "times", "circle"].contains(&base.as_str())) && !is_number(word);
             if !explained && !is_limb && !unknown.contains(word) {
@@ -411,12 +419,35 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// Returns the phrase of the grammar that is nearest to a text, where one is near.
-    pub fn nearest(&self, text: &str) -> Option<String> {
-        let bases: BTreeSet<String> = normal(text).iter().map(|word| self.phrases.base(word)).collect();
-        let slots = |text: &str| text.replace(['[', ']', '{', '}'], "");
-        self.phrases.nearest(&bases).map(slots)
+    /// Returns the phrase that means most nearly the same as a text, where one does, and the similarity (0 to 1).
+    pub fn nearest(&self, text: &str) -> Option<(String, f64)> {
+        let (_, phrase, similarity) = self.phrases.nearest(&normal(text))?;
+        Some((without_slots(phrase), similarity)).filter(|_| similarity > NAMED)
     }
+
+    /// Returns the words of all phrases, those that say little left out.
+    pub fn words(&self) -> BTreeSet<String> {
+        self.phrases.words()
+    }
+
+    /// Takes a piece that no phrase fits for the phrase that means the same, and says so.
+    fn find_meaning(&self, piece: &mut Piece, notes: &mut Vec<String>) {
+        let said = said(&piece.words);
+        let words: Vec<String> = piece.words.iter().filter(|word| !said.used.contains(*word)).cloned().collect();
+        let Some((meaning, phrase, similarity)) = self.phrases.nearest(&words) else { return };
+        if similarity < TAKEN || !self.phrases.has_new_word(&words) {
+            return;
+        }
+        let phrase = without_slots(phrase);
+        notes.push(format!("'{}' is taken for '{phrase}', similarity {similarity:.2}", words.join(" ")));
+        let explained = words.iter().map(|word| self.phrases.base(word)).collect();
+        piece.fit = Some(Fit { meaning, score: 0.0, explained, has_verb: false });
+    }
+}
+
+/// Returns a phrase without the marks of its slots.
+fn without_slots(phrase: &str) -> String {
+    phrase.replace(['[', ']', '{', '}'], "")
 }
 
 /// Drops what is not to be done: from "don't", "not" or "without" to the next word that joins.

@@ -93,7 +93,9 @@ pub fn understand(
         return Err(CliError::Input(format!("\"{text}\": cannot do '{}': {}; {nearest}", first.said, first.because)));
     }
     if script.clauses.is_empty() {
-        let near = reader.nearest(&text).map_or_else(String::new, |near| format!("; a near phrase is \"{near}\""));
+        let near = reader.nearest(&text).map_or_else(String::new, |(near, similarity)| {
+            format!("; the nearest phrase is \"{near}\" (similarity {similarity:.2})")
+        });
         let help = "`lifelike generate --verbs` lists what can be said, --as-is passes the sentence to the network";
         return Err(CliError::Input(format!("\"{text}\": expected a movement, understood none{near}; {help}")));
     }
