@@ -35,12 +35,23 @@ pub enum Fact {
     Size,
     /// The posture of a mood.
     Mood,
+    /// The duration, where one was asked for.
+    Seconds,
 }
 
 impl Fact {
     /// Every kind.
-    pub const ALL: [Self; 8] =
-        [Self::Limb, Self::Shape, Self::Count, Self::Direction, Self::Degrees, Self::Speed, Self::Size, Self::Mood];
+    pub const ALL: [Self; 9] = [
+        Self::Limb,
+        Self::Shape,
+        Self::Count,
+        Self::Direction,
+        Self::Degrees,
+        Self::Speed,
+        Self::Size,
+        Self::Mood,
+        Self::Seconds,
+    ];
 
     /// Returns the name.
     pub fn name(self) -> &'static str {
@@ -53,6 +64,7 @@ impl Fact {
             Self::Speed => "speed",
             Self::Size => "size",
             Self::Mood => "mood",
+            Self::Seconds => "seconds",
         }
     }
 }

@@ -267,3 +267,31 @@ fn what_cannot_be_done_is_refused_with_the_nearest() {
     let listed = json(folder.path(), &["generate", "--verbs"]);
     assert_eq!(listed.as_array().unwrap().len(), 60);
 }
+
+/// Sentences come while the robot moves; one that cannot be done is refused and forgotten.
+#[test]
+fn sentences_from_standard_input_are_done_in_physics() {
+    use std::io::Write;
+    let folder = tempfile::tempdir().unwrap();
+    let mut child = std::process::Command::new(env!("CARGO_BIN_EXE_lifelike"))
+        .args(["--json", "generate", "--live", "-o", "said"])
+        .current_dir(folder.path())
+        .stdin(std::process::Stdio::piped())
+        .stdout(std::process::Stdio::piped())
+        .spawn()
+        .unwrap();
+    child.stdin.take().unwrap().write_all(b"wave with the left hand\nfly to the moon\n\nbow twice\n").unwrap();
+    let done = child.wait_with_output().unwrap();
+    assert!(done.status.success());
+    let text = String::from_utf8(done.stdout).unwrap();
+    let events: Vec<serde_json::Value> =
+        serde_json::Deserializer::from_str(&text).into_iter().map(Result::unwrap).collect();
+    let kinds: Vec<&str> = events.iter().map(|event| event["event"].as_str().unwrap()).collect();
+    assert_eq!(kinds, ["said", "refused", "said", "end"], "{text}");
+    assert!(events[1]["because"].as_str().unwrap().contains("cannot leave the ground"), "{text}");
+    assert!(events[2]["understood"].as_str().unwrap().starts_with("bow, 2 times"), "{text}");
+    assert_eq!(events[3]["falls"], 0);
+    // The scene has the two that were done, and plays.
+    let scene = std::fs::read_to_string(folder.path().join("said/live.scene.toml")).unwrap();
+    assert!(scene.contains("wave with the left hand") && scene.contains("bow twice") && !scene.contains("moon"));
+}

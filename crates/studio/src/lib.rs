@@ -9,6 +9,7 @@
 //! | [`Document`] | undo and redo without limit, saving |
 //! | [`Stage`] | robot, controller and generator; performs a scene from start to end |
 //! | [`Studio`] | a local page in which the scene plays while it is edited |
+//! | [`Live`] | the same without a page: sentences go in, physics plays in real time |
 //!
 //! A scene is deterministic. A grab of the mouse becomes pushes of the document, so a session replays to the same bytes.
 
@@ -20,6 +21,7 @@ mod error;
 pub mod examples;
 mod files;
 mod history;
+mod live;
 mod operation;
 mod packet;
 mod performer;
@@ -37,6 +39,7 @@ mod workshop;
 
 pub use document::Document;
 pub use error::StudioError;
+pub use live::{Down, Live, Said, Status};
 pub use operation::Operation;
 pub use performer::Fall;
 pub use scene::{Block, Camera, EXTENSION, Push, Scene, Switch};

@@ -48,6 +48,14 @@ pub struct Head {
     pub force: f32,
 }
 
+impl Head {
+    /// Returns the counts of a packet; zeros before the first one.
+    pub fn counts_of(packet: &[u8]) -> [u32; 4] {
+        let at = |i: usize| packet.get(8 + 4 * i..12 + 4 * i).and_then(|bytes| bytes.try_into().ok());
+        [0, 1, 2, 3].map(|i| at(i).map_or(0, u32::from_le_bytes))
+    }
+}
+
 /// Returns a packet.
 pub fn packet(head: &Head, body: &[u8]) -> Vec<u8> {
     let mut bytes = Vec::with_capacity(32 + body.len());

@@ -1,5 +1,6 @@
 //! A sentence as motion: understood as a script, made by the network where every fact holds, else by the grammar's rules.
 
+use lifelike_generation::generator::Generator;
 use lifelike_language::grammar::{FADE, Generator as Rules, Grammar};
 use lifelike_language::script::{Reader, Script};
 use lifelike_motion::MotionClip;
@@ -49,6 +50,15 @@ impl Understood {
         let [clause] = self.script.clauses.as_slice() else { return true };
         let angle = clause.actions.iter().any(|action| action.degrees.is_some());
         angle || clause.times > 1 || clause.actions.len() > 1 || clause.seconds.is_some()
+    }
+
+    /// Returns whether the network was trained on the verbs of the sentence.
+    pub fn was_learned(&self, generator: &Generator, sentence: &str) -> bool {
+        let [clause] = self.script.clauses.as_slice() else { return false };
+        let reader = Reader::new(&self.grammar);
+        reader.is_ok_and(|reader| {
+            generator.header().known.has_actions(sentence, &clause.actions, &reader).unwrap_or(false)
+        })
     }
 
     fn rules<'a>(&'a self, robot: &'a Robot) -> Result<Rules<'a>, StudioError> {

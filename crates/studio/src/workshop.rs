@@ -205,6 +205,7 @@ impl Workshop {
         let understood = Understood::read(sentence, block.seconds)?;
         let exact = understood.as_ref().is_some_and(Understood::is_exact);
         let generator = self.generator.as_ref().filter(|_| !exact);
+        let generator = generator.filter(|one| understood.as_ref().is_none_or(|u| u.was_learned(one, sentence)));
         let learned = generator.map(|generator| self.learned(generator, block, sentence, seed, tail));
         let Some(understood) = understood else {
             let Some(learned) = learned else {

@@ -4,6 +4,8 @@
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::fmt;
 
+use lifelike_language::facts::Action;
+use lifelike_language::script::Reader;
 use serde::{Deserialize, Serialize};
 
 use super::prompt;
@@ -88,6 +90,18 @@ impl KnownCaptions {
             }
         }
         Ok(Familiarity { words: words.len(), unknown, nearest, similarity })
+    }
+
+    /// Returns whether captions have the verbs of a sentence: those of `actions` are all in the nearest caption. A network
+    /// makes something else of a verb that it never saw.
+    ///
+    /// # Errors
+    /// [`GenerationError::Prompt`] for a text that is no sentence.
+    pub fn has_actions(&self, text: &str, actions: &[Action], reader: &Reader<'_>) -> Result<bool, GenerationError> {
+        let read = reader.read(&self.familiarity(text)?.nearest);
+        let known =
+            |action: &Action| read.clauses.iter().flat_map(|c| &c.actions).any(|other| other.verb == action.verb);
+        Ok(actions.iter().all(known))
     }
 
     /// Returns the terms of a text with weights of unit norm: (count of the term) · (1 + ln((1 + N) / (1 + captions

@@ -439,7 +439,10 @@ impl<'a> Reader<'a> {
             return;
         }
         let phrase = without_slots(phrase);
-        notes.push(format!("'{}' is taken for '{phrase}', similarity {similarity:.2}", words.join(" ")));
+        let is_filler = |word: &&String| self.phrases.filler.contains(*word);
+        let last = words.len() - words.iter().rev().take_while(is_filler).count();
+        let shown = &words[words.iter().take_while(is_filler).count().min(last)..last];
+        notes.push(format!("'{}' is taken for '{phrase}', similarity {similarity:.2}", shown.join(" ")));
         let explained = words.iter().map(|word| self.phrases.base(word)).collect();
         piece.fit = Some(Fit { meaning, score: 0.0, explained, has_verb: false });
     }

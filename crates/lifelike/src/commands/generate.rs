@@ -1,5 +1,6 @@
 //! `lifelike generate`: motion of a robot from a sentence.
 
+mod live;
 mod made;
 mod maker;
 mod play;
@@ -54,11 +55,12 @@ Examples:
   lifelike generate \"a person kicks\" --best-of 16 --by physics -o kick.motion.safetensors
   lifelike generate \"a person waves\" --keep-legs walk.motion.safetensors \\
       -o both.motion.safetensors
+  lifelike generate --live                     # type sentences; the robot does them in physics
   lifelike generate --prompts prompts.txt --generator runs/g/motion.generator.safetensors \\
       -o data/generated")]
 pub struct Args {
     /// The sentence.
-    #[arg(required_unless_present_any = ["prompts", "script", "verbs"])]
+    #[arg(required_unless_present_any = ["prompts", "script", "verbs", "live"])]
     pub prompt: Option<String>,
     /// Go on with another sentence, without a seam; may be given several times.
     #[arg(long, value_name = "PROMPT", conflicts_with_all = ["prompts", "keep_legs", "keep_arms"])]
@@ -81,6 +83,9 @@ pub struct Args {
     /// Fail (exit code 1) when a fact does not hold in the end, or the robot falls.
     #[arg(long, conflicts_with = "as_is")]
     pub strict: bool,
+    /// Read sentences from standard input while the robot moves in physics, in real time; the end of the input ends it.
+    #[arg(long, conflicts_with_all = ["prompt", "prompts", "script", "as_is", "then", "play", "project"])]
+    pub live: bool,
     /// List the verbs that sentences can have, with their phrases.
     #[arg(long)]
     pub verbs: bool,
@@ -156,6 +161,9 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let grammar = Grammar::builtin()?;
     if args.verbs {
         return verbs(&grammar, output);
+    }
+    if args.live {
+        return live::run(args, output);
     }
     let robot = Arc::new(Robot::load(&args.robot)?);
     let as_is = args.as_is || args.keep_legs.is_some() || args.keep_arms.is_some();

@@ -150,7 +150,8 @@ impl<'a> Speaker<'a> {
         let mut parts: Vec<PartReport> = Vec::new();
         let mut begin = 0.0;
         for (i, clause) in script.clauses.iter().enumerate() {
-            let (clip, findings, by) = self.clause(clause, maker, seed, i as u64)?;
+            let (clip, mut findings, by) = self.clause(clause, maker, seed, i as u64)?;
+            findings.extend(lasting(&clip, clause));
             let one = clip.seconds() / f64::from(clause.times.max(1));
             let range = [begin, begin + one];
             begin += clip.seconds() - FADE;
@@ -207,7 +208,7 @@ impl<'a> Speaker<'a> {
             (Fact::Degrees, Ok(got), Some(wanted)) => (got - f64::from(wanted)).abs() <= DEGREES,
             _ => true,
         };
-        let duration = clause.seconds.is_none_or(|wanted| (clip.seconds() / wanted - 1.0).abs() <= DURATION);
+        let duration = lasting(clip, clause).is_none_or(|finding| finding.passed);
         duration && findings.iter().all(|finding| finding.passed && angle(finding))
     }
 
@@ -223,6 +224,10 @@ impl<'a> Speaker<'a> {
         let Some(sentence) = words::captions(self.grammar, &clause.facts(), false, 1, &mut rng)?.pop() else {
             return Ok(None);
         };
+        let reader = Reader::new(self.grammar)?;
+        if !maker.generator.header().known.has_actions(&sentence, &clause.actions, &reader)? {
+            return Ok(None);
+        }
         let longest = maker.generator.header().max_seconds;
         if clause.seconds.is_some_and(|seconds| !(1.0..=longest).contains(&seconds)) {
             return Ok(None);
@@ -283,6 +288,18 @@ impl PartReport {
     pub fn is_true(&self) -> bool {
         self.findings.iter().all(|finding| finding.passed)
     }
+}
+
+/// Returns whether a motion lasts as long as was asked for; nothing where no duration was.
+fn lasting(clip: &MotionClip, clause: &Clause) -> Option<Finding> {
+    let wanted = clause.seconds?;
+    Some(Finding {
+        verb: clause.actions.first().map(|action| action.verb.clone()).unwrap_or_default(),
+        fact: Fact::Seconds,
+        expected: format!("{wanted} s, within {:.0}%", 100.0 * DURATION),
+        got: format!("{:.1} s", clip.seconds()),
+        passed: (clip.seconds() / wanted - 1.0).abs() <= DURATION,
+    })
 }
 
 fn said(finding: &Finding) -> String {
