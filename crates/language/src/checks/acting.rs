@@ -10,6 +10,10 @@ use crate::grammar::{Acts, Limb, Show, Synth, Verb};
 /// Share of the energy of both hands or feet that the acting one has at least.
 const ACTING: f64 = 0.62;
 
+/// Least angle of a look or a lean (degrees).
+const LOOK: f64 = 15.0;
+const LEAN: f64 = 8.0;
+
 /// Expected, measured, passed.
 type Outcome = (String, String, bool);
 
@@ -128,7 +132,33 @@ pub fn shows(tracks: &Tracks, show: Show, side: Option<Side>) -> Outcome {
             let bent = range(&tracks.pitch).map_or(0.0, |(low, high)| high - low).to_degrees();
             ("the trunk forward by 12 degrees".into(), format!("{bent:.0}"), bent > 12.0)
         }
+        Show::LookUp | Show::LookDown => {
+            let pitch: Vec<f64> = tracks.head.iter().map(|head| head[0]).collect();
+            let (low, high) = range(&pitch).unwrap_or((0.0, 0.0));
+            let first = pitch.first().copied().unwrap_or(0.0);
+            let (word, turned) = if show == Show::LookUp { ("up", first - low) } else { ("down", high - first) };
+            let turned = turned.to_degrees();
+            (format!("the head {word} by {LOOK:.0} degrees"), format!("{turned:.0}"), turned > LOOK)
+        }
     }
+}
+
+/// Checks where a head looks, or a trunk leans: farther than to the other side.
+fn side_or_lean(tracks: &Tracks, acts: Acts, wanted: Direction) -> Outcome {
+    let values: Vec<f64> = match (acts, wanted) {
+        (Acts::Head, _) => tracks.head.iter().map(|head| head[1]).collect(),
+        (_, Direction::Left | Direction::Right) => tracks.lean.clone(),
+        _ => tracks.pitch.clone(),
+    };
+    let first = values.first().copied().unwrap_or(0.0);
+    let (low, high) = range(&values).map_or((0.0, 0.0), |(low, high)| (low - first, high - first));
+    let is_low = matches!(wanted, Direction::Right | Direction::Backward);
+    let (own, other) = if is_low { (-low, high) } else { (high, -low) };
+    let (own, other) = (own.to_degrees(), other.to_degrees());
+    let least = if acts == Acts::Head { LOOK } else { LEAN };
+    let (what, to) = (if acts == Acts::Head { "a look" } else { "a lean" }, format!("{wanted:?}").to_lowercase());
+    let got = format!("{own:.0} degrees, {other:.0} the other way");
+    (format!("{what} {to} by {least:.0} degrees"), got, own > least && own > 2.0 * other)
 }
 
 /// Checks the way: the root's displacement in the heading of the first frame, or the sense of a turn.
@@ -146,6 +176,9 @@ pub fn direction(tracks: &Tracks, verb: &Verb, wanted: Direction) -> Outcome {
             format!("{turned:+.0} degrees to the left"),
             passed,
         );
+    }
+    if matches!(verb.acts, Acts::Head | Acts::Body) {
+        return side_or_lean(tracks, verb.acts, wanted);
     }
     let way = ground(&(last - first));
     let (sin, cos) = from.sin_cos();

@@ -26,6 +26,11 @@ pub enum SignalName {
     HandUp,
     /// Nearness of the hands to each other (m, negative), while they are raised.
     HandsClose,
+    /// How much one hand is higher than the other (m), whichever, while one is raised: two peaks
+    /// where they take turns.
+    HandsUneven,
+    /// How much one hand is farther ahead than the other (m), whichever, while one is raised.
+    HandsApart,
     /// The head's pitch (rad, down is positive).
     HeadPitch,
     /// The head's yaw relative to the pelvis (rad).
@@ -60,6 +65,8 @@ pub struct Tracks {
     pub yaw: Vec<f64>,
     /// Pitch of the root (rad, forward is positive).
     pub pitch: Vec<f64>,
+    /// Lean of the root to the left (rad).
+    pub lean: Vec<f64>,
     /// Left and right hand in the pelvis' heading frame (m); empty without hands.
     pub hands: [Vec<Vec3>; 2],
     /// Height of each shoulder in the same frame (m).
@@ -101,6 +108,7 @@ impl Tracks {
             root: clip.root_position.clone(),
             yaw: Vec::with_capacity(n),
             pitch: Vec::with_capacity(n),
+            lean: Vec::with_capacity(n),
             hands: [Vec::new(), Vec::new()],
             shoulders: [Vec::new(), Vec::new()],
             feet: [Vec::new(), Vec::new()],
@@ -120,6 +128,8 @@ impl Tracks {
             let level = Quat::from_axis_angle(&Vec3::z_axis(), raw).inverse();
             let root = clip.root_position[frame];
             tracks.pitch.push(down(&(level * turn * Vec3::x())));
+            let left = level * turn * Vec3::y();
+            tracks.lean.push(down(&left));
             for (side, (hand, shoulder, foot)) in sides.iter().enumerate() {
                 if let (Some(hand), Some(shoulder)) = (place(*hand), place(*shoulder)) {
                     tracks.hands[side].push(level * (kinematics.point(hand.body, &hand.point) - root));
@@ -159,6 +169,7 @@ impl Tracks {
             root: points(&self.root),
             yaw: numbers(&self.yaw),
             pitch: numbers(&self.pitch),
+            lean: numbers(&self.lean),
             hands: [points(&self.hands[0]), points(&self.hands[1])],
             shoulders: [numbers(&self.shoulders[0]), numbers(&self.shoulders[1])],
             feet: [points(&self.feet[0]), points(&self.feet[1])],
@@ -178,6 +189,13 @@ impl Tracks {
             S::RootYaw => Some((self.yaw.clone(), always)),
             S::RootPitch => Some((self.pitch.clone(), always)),
             S::Steps => None,
+            S::HandsUneven | S::HandsApart => {
+                let along = |p: &Vec3| if name == S::HandsUneven { p.z } else { p.x };
+                let pairs = self.hands[0].iter().zip(&self.hands[1]);
+                let apart: Vec<f64> = pairs.map(|(a, b)| (along(a) - along(b)).abs()).collect();
+                let raised = self.raised(0)?.into_iter().zip(self.raised(1)?).map(|(a, b)| a || b).collect();
+                Some((apart, raised))
+            }
             S::HandsClose => {
                 let raised = self.raised(0)?.into_iter().zip(self.raised(1)?).map(|(a, b)| a && b).collect();
                 let near = self.hands[0].iter().zip(&self.hands[1]).map(|(a, b)| -(a - b).norm()).collect();

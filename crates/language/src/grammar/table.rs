@@ -81,6 +81,10 @@ pub enum Show {
     FootHigh,
     /// The trunk leans forward.
     Bent,
+    /// The head is raised.
+    LookUp,
+    /// The head is lowered.
+    LookDown,
 }
 
 /// How repetitions are counted: the signal has `per_cycle * cycles + extra` of them, and `minus` peaks more.

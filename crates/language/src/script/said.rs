@@ -57,6 +57,9 @@ pub(super) fn said(words: &[String]) -> Said {
     if turns_back {
         out.degrees.get_or_insert(180);
     }
+    // Circles of a limb are no way: "make circles with both arms".
+    let of_limb = has_word(&["arm", "arms", "hand", "hands", "hip", "hips", "shoulders"]);
+    let walks_round = has_word(&["circle", "circles"]) && !of_limb;
     if has_word(&[
         "twirl",
         "twirls",
@@ -67,9 +70,8 @@ pub(super) fn said(words: &[String]) -> Said {
         "pirouette",
         "whirl",
         "whirls",
-        "circle",
-        "circles",
-    ]) {
+    ]) || walks_round
+    {
         out.degrees.get_or_insert(360);
     }
     if has(["right", "angle"]) {

@@ -28,7 +28,7 @@ fn free_words_become_actions() {
         ("beckon me to come closer", "beckon, right side"),
         ("punch left and right", "punch, left side; then punch, right side"),
         ("say hello with your left hand", "wave, left side"),
-        ("look over the left shoulder", "look around"),
+        ("look over the left shoulder", "look over shoulder, to the left"),
         ("turn 45° to the right", "turn, to the right, 45 degrees"),
         ("do a half turn counter-clockwise", "turn, to the left, 180 degrees"),
         ("Squats two times!", "squat, 2 times"),
