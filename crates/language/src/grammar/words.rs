@@ -157,7 +157,8 @@ fn phrase<R: Rng>(g: &Grammar, verb: &Verb, action: &Action, form: Form, new: bo
         None => {}
     }
     let steps_counted = verb.count.is_some_and(|count| count.signal == SignalName::Steps);
-    if let (Some(n), false) = (action.count, steps_counted || verb.acts == Acts::Feet) {
+    let uncounted_feet = verb.acts == Acts::Feet && verb.count.is_none();
+    if let (Some(n), false) = (action.count, steps_counted || uncounted_feet) {
         text = format!("{text} {}", times(n, rng));
     }
     text
@@ -233,7 +234,8 @@ fn gerund(word: &str) -> String {
         "nod", "clap", "step", "shrug", "squat", "flap", "jog", "put", "stop", "rap", "bob", "trot", "grab", "strut",
         "trip", "tap",
     ];
-    const ALSO: [&str; 9] = ["tug", "jab", "hop", "drag", "spin", "signal", "slap", "dip", "scan"];
+    const ALSO: [&str; 12] =
+        ["tug", "jab", "hop", "drag", "spin", "signal", "slap", "dip", "scan", "skip", "run", "sit"];
     if DOUBLED.contains(&word) || ALSO.contains(&word) || word == "drop" {
         let last = word.chars().last().unwrap_or_default();
         return format!("{word}{last}ing");
