@@ -11,6 +11,7 @@
 //! seconds = 4.0
 //! fps = 60                  # optional
 //! cyclic = false            # optional; a cyclic clip has no steps, and its last pose runs into its first
+//! gravity = 9.81            # optional (m/s^2): of flights; of a robot half as tall, twice as much in the figure's metres
 //! arm_swing = 0.0           # optional: degrees of shoulder per metre by which the other foot is ahead
 //!
 //! [[pose]]                  # what is not said in any pose stays as in standing; what is not said in the first or the
@@ -18,6 +19,7 @@
 //! chest = { pitch = 35 }    # degrees: pitch forward, roll to the right, yaw to the left
 //! head = { pitch = -10 }
 //! pelvis = { z = -0.05 }    # m: forward x, left y, up z, added to where balance puts it; pitch, roll, yaw
+//! feet = { heel = 20 }      # both; or left_foot, right_foot: tilt about the toes, or below 0 about the heel
 //! arms = { raise = -10 }    # both; or left_arm, right_arm: raise forward, aside, turn inward, elbow, twist of the hand
 //!
 //! [[step]]                  # a foot that stands nowhere else in between
@@ -27,6 +29,7 @@
 //! to = [0.2, 0.0]           # m from where it stood at the start of the clip
 //! yaw = 20                  # optional, degrees
 //! height = 0.06             # optional, m
+//! via = [{ time = 1.3, to = [0.3, 0.0], height = 0.3 }]   # optional: places on the way, in order of time
 //!
 //! [[gait]]                  # a row of steps: foot after foot, each by `by` beyond the other; a last one closes up
 //! foot = "left"             # the first to move
@@ -36,6 +39,14 @@
 //! swing = 0.45              # in the air (s)
 //! by = [0.3, 0.0]           # m per step
 //! height = 0.06             # optional, m
+//!
+//! [[jump]]                  # both feet leave the ground, or one of them while the other is up; it lands by gravity
+//! start = 1.5               # take-off (s)
+//! height = 0.08             # rise of the centre of mass (m)
+//! foot = "left"             # optional; both
+//! by = [0.2, 0.0]           # optional, m
+//! apart = 0.1               # optional: m by which each foot lands farther out
+//! tuck = 0.05               # optional: m by which the soles rise
 //! ```
 //! Angles are interpolated by quintic polynomials from key to key with continuous velocity and acceleration and without
 //! overshoot. A foot's path in the air is a minimum-jerk line, its height a bump that leaves and meets the ground at rest.
@@ -52,6 +63,7 @@ mod builtin;
 pub mod curve;
 mod feet;
 mod figure;
+mod flight;
 mod legs;
 mod motion;
 mod text;

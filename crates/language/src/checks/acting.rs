@@ -2,7 +2,7 @@
 
 use lifelike_character::Vec3;
 
-use super::measure::{energy, excursion, ground, swings};
+use super::measure::{energy, excursion, flights, ground, swings};
 use super::tracks::{Tracks, range};
 use crate::facts::{Direction, Side};
 use crate::grammar::{Acts, Limb, Show, Synth, Verb};
@@ -127,6 +127,23 @@ pub fn shows(tracks: &Tracks, show: Show, side: Option<Side>) -> Outcome {
                 _ => high[0].max(high[1]),
             };
             ("the foot up by 12 % of a leg".into(), format!("{:.0} %", 100.0 * got), got > 0.12)
+        }
+        Show::Flight => {
+            let all = flights(tracks);
+            ("both feet off the ground".into(), format!("{all} times"), all > 0)
+        }
+        Show::OneLeg => {
+            let (own, other) = if side == Some(Side::Left) { (0, 1) } else { (1, 0) };
+            let (hops, up) = (swings(tracks, own), swings(tracks, other));
+            let alone = hops.iter().filter(|(a, b)| up.iter().any(|(c, d)| c < a && b < d)).count();
+            let expected = "the other foot up during every hop".into();
+            (expected, format!("{alone} of {}", hops.len()), alone > 0 && alone == hops.len())
+        }
+        Show::Wide => {
+            let apart: Vec<f64> =
+                tracks.feet[0].iter().zip(&tracks.feet[1]).map(|(a, b)| ground(&(a - b)).norm()).collect();
+            let wider = range(&apart).zip(apart.first()).map_or(0.0, |((_, high), first)| (high - first) / tracks.leg);
+            ("the feet apart by 20 % of a leg more".into(), format!("{:.0} %", 100.0 * wider), wider > 0.2)
         }
         Show::Bent => {
             let bent = range(&tracks.pitch).map_or(0.0, |(low, high)| high - low).to_degrees();

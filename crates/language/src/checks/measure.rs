@@ -88,14 +88,36 @@ pub fn swings(tracks: &Tracks, foot: usize) -> Vec<(usize, usize)> {
     found
 }
 
+/// Returns the number of times that no foot is on the ground.
+pub fn flights(tracks: &Tracks) -> usize {
+    let mut up = vec![0; tracks.len()];
+    for foot in 0..2 {
+        for (start, end) in swings(tracks, foot) {
+            up[start..end].iter_mut().for_each(|feet| *feet += 1);
+        }
+    }
+    let begins = |frame: &usize| up[*frame] == 2 && (*frame == 0 || up[*frame - 1] < 2);
+    (0..up.len()).filter(begins).count()
+}
+
 /// Returns the number of steps. The last one does not count where it only brings the feet together again.
 pub fn steps(tracks: &Tracks) -> usize {
-    let all = swings(tracks, 0).len() + swings(tracks, 1).len();
-    let apart: Vec<f64> = tracks.feet[0].iter().zip(&tracks.feet[1]).map(|(a, b)| ground(&(a - b)).norm()).collect();
-    let (Some((_, widest)), Some(first), Some(last)) = (range(&apart), apart.first(), apart.last()) else { return all };
-    // Beside the distance across, which standing feet have too.
-    let along = |d: f64| (d * d - first * first).max(0.0).sqrt();
-    let closes = along(widest) > 0.1 * tracks.leg && along(*last) < 0.5 * along(widest);
+    let swings = [swings(tracks, 0), swings(tracks, 1)].concat();
+    let all = swings.len();
+    // From foot to foot as the body sees it.
+    let between = |frame: usize| {
+        let way = ground(&(tracks.feet[0][frame] - tracks.feet[1][frame]));
+        let (sin, cos) = tracks.yaw[frame].sin_cos();
+        Vec3::new(cos * way.x + sin * way.y, cos * way.y - sin * way.x, 0.0)
+    };
+    let frames = tracks.feet[0].len().min(tracks.feet[1].len());
+    if frames == 0 {
+        return all;
+    }
+    // Where a foot comes down, not where one is swung about in the air.
+    let off = |frame: usize| (between(frame) - between(0)).norm();
+    let widest = swings.iter().map(|(_, end)| off((*end).min(frames - 1))).fold(0.0, f64::max);
+    let closes = widest > 0.1 * tracks.leg && off(frames - 1) < 0.5 * widest;
     if closes { all.saturating_sub(1) } else { all }
 }
 
@@ -120,6 +142,9 @@ pub fn excursion(path: &[Vec3]) -> f64 {
 pub fn count(tracks: &Tracks, rule: &CountRule, side: Option<Side>) -> Option<usize> {
     if rule.signal == SignalName::Steps {
         return Some(steps(tracks));
+    }
+    if rule.signal == SignalName::Flights {
+        return Some(flights(tracks).saturating_sub(rule.minus as usize));
     }
     let (values, gate) = tracks.signal(rule.signal, side)?;
     Some(peaks(&values, &gate).len().saturating_sub(rule.minus as usize))

@@ -41,6 +41,18 @@ pub enum SignalName {
     RootYaw,
     /// The pelvis' pitch (rad, forward is positive).
     RootPitch,
+    /// The foot's height (m).
+    FootUp,
+    /// The foot ahead of the pelvis (m).
+    FootForward,
+    /// The foot behind the pelvis (m).
+    FootBack,
+    /// The foot outward (m).
+    FootSide,
+    /// The pelvis to the left (m).
+    RootLeft,
+    /// Times without any foot on the ground.
+    Flights,
     /// Steps of both feet.
     Steps,
 }
@@ -188,7 +200,6 @@ impl Tracks {
             S::RootDown => Some((self.root.iter().map(|p| -p.z).collect(), always)),
             S::RootYaw => Some((self.yaw.clone(), always)),
             S::RootPitch => Some((self.pitch.clone(), always)),
-            S::Steps => None,
             S::HandsUneven | S::HandsApart => {
                 let along = |p: &Vec3| if name == S::HandsUneven { p.z } else { p.x };
                 let pairs = self.hands[0].iter().zip(&self.hands[1]);
@@ -196,6 +207,17 @@ impl Tracks {
                 let raised = self.raised(0)?.into_iter().zip(self.raised(1)?).map(|(a, b)| a || b).collect();
                 Some((apart, raised))
             }
+            S::RootLeft => Some((self.aside(), always)),
+            S::FootUp | S::FootForward | S::FootBack | S::FootSide => {
+                let of = |foot: usize| self.foot(name, foot);
+                let values = match side {
+                    Some(Side::Left) => of(0)?,
+                    Some(Side::Right) => of(1)?,
+                    _ => of(0)?.iter().zip(of(1)?).map(|(a, b)| 0.5 * (a + b)).collect(),
+                };
+                Some((values, always))
+            }
+            S::Steps | S::Flights => None,
             S::HandsClose => {
                 let raised = self.raised(0)?.into_iter().zip(self.raised(1)?).map(|(a, b)| a && b).collect();
                 let near = self.hands[0].iter().zip(&self.hands[1]).map(|(a, b)| -(a - b).norm()).collect();
@@ -229,6 +251,29 @@ impl Tracks {
                 }
             }
         }
+    }
+
+    /// Returns a foot's way as one of its signals has it, seen from the pelvis.
+    fn foot(&self, name: SignalName, foot: usize) -> Option<Vec<f64>> {
+        let outward = if foot == 0 { 1.0 } else { -1.0 };
+        let at = |frame: usize, p: &Vec3| {
+            let way = p - self.root[frame];
+            let (sin, cos) = self.yaw[frame].sin_cos();
+            match name {
+                SignalName::FootForward => cos * way.x + sin * way.y,
+                SignalName::FootBack => -(cos * way.x + sin * way.y),
+                SignalName::FootSide => outward * (cos * way.y - sin * way.x),
+                _ => p.z,
+            }
+        };
+        let path = &self.feet[foot];
+        (!path.is_empty()).then(|| path.iter().enumerate().map(|(frame, p)| at(frame, p)).collect())
+    }
+
+    /// Returns the pelvis' way to the left of where it looked first (m).
+    fn aside(&self) -> Vec<f64> {
+        let (sin, cos) = self.yaw.first().copied().unwrap_or(0.0).sin_cos();
+        self.root.iter().map(|p| cos * p.y - sin * p.x).collect()
     }
 
     fn head_at(&self, which: usize) -> Option<Vec<f64>> {

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use lifelike_character::{Anatomy, Character};
+use lifelike_character::{Anatomy, Character, Kinematics, Role};
 use lifelike_checkpoint::rng::stream;
 use lifelike_motion::clip::{Caption, Provenance};
 use lifelike_motion::edit::{Compose, Length, Part, compose, joints_of, mirror, sequence, trim};
@@ -29,6 +29,9 @@ const LICENCE: &str = "MIT OR Apache-2.0";
 const FADE: f64 = 0.4;
 /// Radius of a curve (m, of the keyframed figure).
 const RADIUS: f64 = 1.3;
+/// Gravity (m/s^2), and the keyframed figure's leg from hip to ankle (m).
+const GRAVITY: f64 = 9.81;
+const LEG: f64 = 0.82;
 /// Length of a step to the side (m, of the keyframed figure).
 const SIDE_STEP: f64 = 0.17;
 
@@ -38,6 +41,8 @@ pub struct Generator<'a> {
     character: &'a Character,
     anatomy: &'a Anatomy,
     options: RetargetOptions,
+    /// Times by which the robot is smaller than the keyframed figure.
+    smaller: f64,
     /// Scores of all verbs.
     scores: Vec<Score>,
     /// What is normal of each verb, by the side as written; none of those that this robot cannot do.
@@ -126,6 +131,7 @@ impl<'a> Generator<'a> {
             character,
             anatomy,
             options,
+            smaller: LEG / leg_of(character, anatomy),
             scores,
             nominal: Vec::new(),
             usable: Vec::new(),
@@ -272,6 +278,7 @@ impl<'a> Generator<'a> {
             None => {}
         }
         score.faster(part.speed);
+        score.fall(GRAVITY * self.smaller);
         let source = keyframes::parse(score.to_text().as_bytes(), Path::new(&format!("{}.keys.toml", verb.name)))?;
         let (clip, _) = retarget(&source, self.character, self.anatomy, &self.options)?;
         Ok(if part.mirrored { mirror(&clip, self.character)? } else { clip })
@@ -308,6 +315,18 @@ impl<'a> Generator<'a> {
         let joints = joints_of(self.character, self.anatomy, &[arms.into()])?;
         let offset = rng.random_range(0.1..=spare);
         Ok(Some(compose(legs, &gesture, &Compose { joints, offset, length: Length::Return, fade: 0.35 })?))
+    }
+}
+
+/// Returns the length of a leg from hip to ankle as the robot is built (m).
+fn leg_of(character: &Character, anatomy: &Anatomy) -> f64 {
+    let mut kinematics = Kinematics::new(character);
+    kinematics.update(character, &character.reference_position());
+    let at = |role: Role| anatomy.places.get(&role).map(|place| kinematics.point(place.body, &place.point));
+    let places = [Role::LeftThigh, Role::LeftShank, Role::LeftFoot].map(at);
+    match places {
+        [Some(hip), Some(knee), Some(ankle)] => (hip - knee).norm() + (knee - ankle).norm(),
+        _ => LEG,
     }
 }
 

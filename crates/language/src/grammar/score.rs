@@ -30,6 +30,30 @@ pub struct Step {
     yaw: f64,
     #[serde(default = "default_height")]
     height: f64,
+    #[serde(default)]
+    via: Vec<Via>,
+}
+
+/// A place on a foot's way through the air.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+pub struct Via {
+    time: f64,
+    to: [f64; 2],
+    height: f64,
+}
+
+/// A jump of both feet, or of the one that is named.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+pub struct Jump {
+    foot: Option<String>,
+    start: f64,
+    height: f64,
+    #[serde(default)]
+    by: [f64; 2],
+    #[serde(default)]
+    apart: f64,
+    #[serde(default = "default_height")]
+    tuck: f64,
 }
 
 fn default_height() -> f64 {
@@ -73,6 +97,8 @@ pub struct Score {
     keys: BTreeMap<(String, String), Vec<(f64, f64)>>,
     steps: Vec<Step>,
     gaits: Vec<Gait>,
+    jumps: Vec<Jump>,
+    gravity: f64,
 }
 
 #[derive(Deserialize)]
@@ -88,6 +114,14 @@ struct Text {
     step: Vec<Step>,
     #[serde(default)]
     gait: Vec<Gait>,
+    #[serde(default)]
+    jump: Vec<Jump>,
+    #[serde(default = "on_earth")]
+    gravity: f64,
+}
+
+fn on_earth() -> f64 {
+    9.81
 }
 
 fn number(value: &toml::Value) -> Option<f64> {
@@ -109,7 +143,11 @@ impl Score {
                 let axes = axes.as_table().ok_or_else(|| bad(format!("'{part}' at {time} s is no table")))?;
                 for (axis, value) in axes {
                     let value = number(value).ok_or_else(|| bad(format!("'{part}.{axis}' is no number")))?;
-                    let parts = if part == "arms" { vec!["left_arm", "right_arm"] } else { vec![part.as_str()] };
+                    let parts = match part.as_str() {
+                        "arms" => vec!["left_arm", "right_arm"],
+                        "feet" => vec!["left_foot", "right_foot"],
+                        part => vec![part],
+                    };
                     for part in parts {
                         keys.entry((part.into(), axis.clone())).or_default().push((time, value));
                     }
@@ -117,12 +155,17 @@ impl Score {
             }
         }
         keys.values_mut().for_each(|keys| keys.sort_by(|a, b| a.0.total_cmp(&b.0)));
-        let Text { seconds, cyclic, arm_swing, step, gait, .. } = text;
-        Ok(Self { seconds, cyclic, arm_swing, keys, steps: step, gaits: gait })
+        let Text { seconds, cyclic, arm_swing, step, gait, jump, gravity, .. } = text;
+        Ok(Self { seconds, cyclic, arm_swing, keys, steps: step, gaits: gait, jumps: jump, gravity })
+    }
+
+    /// Sets the gravity of flights (m/s^2, in the figure's metres): that of a robot of another size.
+    pub fn fall(&mut self, gravity: f64) {
+        self.gravity = gravity;
     }
 
     /// Repeats a cycle `times` instead of as often as the text does; gaits that walk through it take more or fewer
-    /// steps.
+    /// steps. Steps and jumps inside of it are done again, from where the feet are by then.
     pub fn repeat(&mut self, cycle: &Cycle, times: u32) {
         let &Cycle { from, period, count } = cycle;
         let longer = (f64::from(times) - f64::from(count)) * period;
@@ -137,7 +180,35 @@ impl Score {
         for gait in &mut self.gaits {
             gait.steps += (longer / gait.period).round() as i64;
         }
+        let way = ["left", "right"].map(|foot| {
+            let (a, b) = (self.place(foot, from), self.place(foot, from + period));
+            [b[0] - a[0], b[1] - a[1]]
+        });
+        let of = |foot: &str| way[usize::from(foot == "right")];
+        // A foot that is up all the time stays up for longer.
+        for step in self.steps.iter_mut().filter(|step| step.start < from - 1e-9 && step.end > end - 1e-9) {
+            step.end += longer;
+            step.via.iter_mut().filter(|via| via.time > end - 1e-9).for_each(|via| via.time += longer);
+        }
+        let again = again_of(from, period, end, times);
+        let steps = self.steps.iter().flat_map(|step| again(step.start).into_iter().map(move |k| (k, step)));
+        self.steps = steps.map(|(k, step)| step.later(k * period, of(&step.foot).map(|v| v * k))).collect();
+        let jumps = self.jumps.iter().flat_map(|jump| again(jump.start).into_iter().map(move |k| (k, jump)));
+        self.jumps = jumps.map(|(k, jump)| Jump { start: jump.start + k * period, ..jump.clone() }).collect();
         self.seconds += longer;
+    }
+
+    /// Returns where a foot stands, from where it stood first (m), after the steps and jumps that begin before a time.
+    fn place(&self, foot: &str, time: f64) -> [f64; 2] {
+        let steps = self.steps.iter().filter(|s| s.foot == foot && s.start < time - 1e-9);
+        let last = steps.max_by(|a, b| a.start.total_cmp(&b.start));
+        let (from, mut place) = last.map_or((f64::NEG_INFINITY, [0.0, 0.0]), |step| (step.start, step.to));
+        let out = if foot == "left" { 1.0 } else { -1.0 };
+        let own = |jump: &&Jump| jump.foot.as_ref().is_none_or(|named| named == foot);
+        for jump in self.jumps.iter().filter(own).filter(|j| j.start > from && j.start < time - 1e-9) {
+            place = [place[0] + jump.by[0], place[1] + jump.by[1] + out * jump.apart];
+        }
+        place
     }
 
     /// Makes everything faster by this factor.
@@ -146,7 +217,10 @@ impl Score {
         for step in &mut self.steps {
             step.start /= times;
             step.end /= times;
+            step.via.iter_mut().for_each(|via| via.time /= times);
         }
+        // A flight lasts as long as gravity says.
+        self.jumps.iter_mut().for_each(|jump| jump.start /= times);
         for gait in &mut self.gaits {
             gait.start /= times;
             gait.period /= times;
@@ -179,6 +253,10 @@ impl Score {
         }
         for step in &mut self.steps {
             step.to = step.to.map(|v| v * gain);
+            step.via.iter_mut().for_each(|via| via.to = via.to.map(|v| v * gain));
+        }
+        for jump in &mut self.jumps {
+            jump.by = jump.by.map(|v| v * gain);
         }
     }
 
@@ -265,7 +343,15 @@ impl Score {
                 let begin = start + i as f64 * each;
                 let foot = if i.is_multiple_of(2) { "right" } else { "left" };
                 let to = [0.0, -by * (i / 2 + 1) as f64];
-                Step { foot: foot.into(), start: begin, end: begin + swing, to, yaw: 0.0, height: 0.05 }
+                Step {
+                    foot: foot.into(),
+                    start: begin,
+                    end: begin + swing,
+                    to,
+                    yaw: 0.0,
+                    height: 0.05,
+                    via: Vec::new(),
+                }
             })
             .collect();
     }
@@ -280,8 +366,8 @@ impl Score {
                 poses.entry(at).or_default().entry(part).or_default().insert(axis, *value);
             }
         }
-        let mut out =
-            format!("seconds = {:.4}\ncyclic = {}\narm_swing = {:.3}\n", self.seconds, self.cyclic, self.arm_swing);
+        let mut out = format!("seconds = {:.4}\ncyclic = {}\n", self.seconds, self.cyclic);
+        let _ = writeln!(out, "arm_swing = {:.3}\ngravity = {:.4}", self.arm_swing, self.gravity);
         for (time, parts) in &poses {
             // Writing to a string cannot fail.
             let _ = write!(out, "[[pose]]\ntime = {:.4}\n", (*time as f64) * 1e-4);
@@ -294,13 +380,55 @@ impl Score {
             let _ = write!(out, "[[step]]\nfoot = \"{}\"\nstart = {:.4}\nend = {:.4}\n", s.foot, s.start, s.end);
             let _ =
                 write!(out, "to = [{:.5}, {:.5}]\nyaw = {:.4}\nheight = {:.4}\n", s.to[0], s.to[1], s.yaw, s.height);
+            let via = |v: &Via| {
+                let Via { time, to: [x, y], height } = v;
+                format!("{{ time = {time:.4}, to = [{x:.5}, {y:.5}], height = {height:.4} }}")
+            };
+            let _ = writeln!(out, "via = [{}]", s.via.iter().map(via).collect::<Vec<_>>().join(", "));
+        }
+        for j in &self.jumps {
+            let _ = write!(out, "[[jump]]\nstart = {:.4}\nheight = {:.5}\ntuck = {:.5}\n", j.start, j.height, j.tuck);
+            let _ = write!(out, "by = [{:.5}, {:.5}]\napart = {:.5}\n", j.by[0], j.by[1], j.apart);
+            if let Some(foot) = &j.foot {
+                let _ = writeln!(out, "foot = \"{foot}\"");
+            }
         }
         for g in &self.gaits {
             let _ = write!(out, "[[gait]]\nfoot = \"{}\"\nstart = {:.4}\nsteps = {}\n", g.foot, g.start, g.steps);
-            let _ = write!(out, "period = {:.5}\nswing = {:.5}\n", g.period, g.swing.min(g.period));
+            // No flight by a rounding error.
+            let swing = if g.swing > 1.001 * g.period { g.swing } else { g.swing.min(g.period) };
+            let _ = write!(out, "period = {:.5}\nswing = {:.5}\n", g.period, swing);
             let _ = write!(out, "by = [{:.5}, {:.5}]\nheight = {:.4}\n", g.by[0], g.by[1], g.height);
         }
         out
+    }
+}
+
+impl Step {
+    /// Returns the step later (s), and farther (m).
+    fn later(&self, by: f64, [x, y]: [f64; 2]) -> Self {
+        let moved = |to: [f64; 2]| [to[0] + x, to[1] + y];
+        let via = self.via.iter().map(|via| Via { time: via.time + by, to: moved(via.to), height: via.height });
+        Self {
+            start: self.start + by,
+            end: self.end + by,
+            to: moved(self.to),
+            via: via.collect(),
+            foot: self.foot.clone(),
+            ..*self
+        }
+    }
+}
+
+/// Returns how many periods later something is done that begins at a time, when the cycles from `from` to `end` are done
+/// `times` times: what is before the cycle once as it is, of the cycle the first repetition again and again.
+fn again_of(from: f64, period: f64, end: f64, times: u32) -> impl Fn(f64) -> Vec<f64> + Copy {
+    let count = ((end - from) / period).round();
+    move |start: f64| match () {
+        () if start < from - 1e-9 => vec![0.0],
+        () if start < from + period - 1e-9 => (0..times).map(f64::from).collect(),
+        () if start < end - 1e-9 => Vec::new(),
+        () => vec![f64::from(times) - count],
     }
 }
 
@@ -310,5 +438,27 @@ fn arc_step(foot: &str, start: f64, swing: f64, radius: f64, degrees: f64) -> St
     let (sin, cos) = degrees.to_radians().sin_cos();
     let own = radius - offset;
     let to = [own * sin, radius - own * cos - offset];
-    Step { foot: foot.into(), start, end: start + swing, to, yaw: degrees, height: 0.05 }
+    Step { foot: foot.into(), start, end: start + swing, to, yaw: degrees, height: 0.05, via: Vec::new() }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    #[test]
+    fn steps_and_jumps_of_a_cycle_are_done_again_from_where_the_feet_are() {
+        let text = "seconds = 9.0\n[[jump]]\nstart = 1.2\nheight = 0.05\nby = [0.1, 0.0]\n\
+                    [[step]]\nfoot = \"left\"\nstart = 1.5\nend = 1.9\nto = [0.4, 0.0]\n\
+                    via = [{ time = 1.7, to = [0.2, 0.0], height = 0.2 }]\n\
+                    [[step]]\nfoot = \"left\"\nstart = 7.0\nend = 7.4\nto = [0.5, 0.0]";
+        let mut score = Score::parse("x", text).unwrap();
+        score.repeat(&Cycle { from: 1.0, period: 2.0, count: 1 }, 3);
+        let starts: Vec<f64> = score.jumps.iter().map(|jump| jump.start).collect();
+        assert_eq!(starts, [1.2, 3.2, 5.2]);
+        let places: Vec<f64> = score.steps.iter().map(|step| (10.0 * step.to[0]).round() / 10.0).collect();
+        assert_eq!(places, [0.4, 0.8, 1.2, 1.3], "each 0.4 m on; what is after it as far from the end");
+        assert!((score.steps[1].via[0].time - 3.7).abs() < 1e-12 && (score.steps[3].start - 11.0).abs() < 1e-12);
+        assert_eq!(Score::parse("x", &score.to_text()).unwrap().jumps.len(), 3);
+    }
 }

@@ -85,6 +85,12 @@ pub enum Show {
     LookUp,
     /// The head is lowered.
     LookDown,
+    /// Both feet leave the ground at once.
+    Flight,
+    /// The acting foot hops while the other one is up.
+    OneLeg,
+    /// The feet are far apart.
+    Wide,
 }
 
 /// How repetitions are counted: the signal has `per_cycle * cycles + extra` of them, and `minus` peaks more.

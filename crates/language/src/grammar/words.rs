@@ -157,7 +157,8 @@ fn phrase<R: Rng>(g: &Grammar, verb: &Verb, action: &Action, form: Form, new: bo
         None => {}
     }
     let steps_counted = verb.count.is_some_and(|count| count.signal == SignalName::Steps);
-    if let (Some(n), false) = (action.count, steps_counted || verb.acts == Acts::Feet) {
+    let uncounted_feet = verb.acts == Acts::Feet && verb.count.is_none();
+    if let (Some(n), false) = (action.count, steps_counted || uncounted_feet) {
         text = format!("{text} {}", times(n, rng));
     }
     text
@@ -233,10 +234,10 @@ fn gerund(word: &str) -> String {
         "nod", "clap", "step", "shrug", "squat", "flap", "jog", "put", "stop", "rap", "bob", "trot", "grab", "strut",
         "trip", "tap",
     ];
-    const ALSO: [&str; 34] = [
+    const ALSO: [&str; 36] = [
         "tug", "jab", "hop", "drag", "spin", "signal", "slap", "dip", "scan", "pat", "rub", "hug", "chop", "plug",
-        "strum", "swim", "whip", "hit", "dab", "beg", "stir", "drum", "bat", "scrub", "wag", "cut", "mop", "sip", "dig",
-        "plan", "run", "swat", "sob", "grip",
+        "strum", "swim", "whip", "hit", "dab", "beg", "stir", "drum", "bat", "scrub", "wag", "cut", "mop", "sip",
+        "dig", "plan", "run", "swat", "sob", "grip", "skip", "sit",
     ];
     if DOUBLED.contains(&word) || ALSO.contains(&word) || word == "drop" {
         let last = word.chars().last().unwrap_or_default();

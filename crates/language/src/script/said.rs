@@ -60,17 +60,8 @@ pub(super) fn said(words: &[String]) -> Said {
     // Circles of a limb are no way: "make circles with both arms".
     let of_limb = has_word(&["arm", "arms", "hand", "hands", "hip", "hips", "shoulders"]);
     let walks_round = has_word(&["circle", "circles"]) && !of_limb;
-    if has_word(&[
-        "twirl",
-        "twirls",
-        "twirling",
-        "spin",
-        "spins",
-        "spinning",
-        "pirouette",
-        "whirl",
-        "whirls",
-    ]) || walks_round
+    if has_word(&["twirl", "twirls", "twirling", "spin", "spins", "spinning", "pirouette", "whirl", "whirls"])
+        || walks_round
     {
         out.degrees.get_or_insert(360);
     }

@@ -79,6 +79,12 @@ pub(super) fn bump(s: f64) -> f64 {
     64.0 * (s * (1.0 - s)).powi(3)
 }
 
+/// Returns a bump from 0 over 1 (in the middle) to 0 that leaves and meets zero at rest, but quickly.
+pub(super) fn quick_bump(s: f64) -> f64 {
+    let s = s.clamp(0.0, 1.0);
+    16.0 * (s * (1.0 - s)).powi(2)
+}
+
 #[cfg(test)]
 mod tests {
     use proptest::prelude::*;

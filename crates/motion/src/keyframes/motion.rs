@@ -6,6 +6,7 @@ use super::balance;
 use super::curve::Curve;
 use super::feet::{self, Foot};
 use super::figure::{self, ARMS, CHEST, HEAD, LEGS, PELVIS};
+use super::flight::{self, Flight};
 use super::legs;
 use super::text::{Channel, Script};
 use crate::error::MotionError;
@@ -36,12 +37,34 @@ impl Curves {
     }
 }
 
+/// What a clip that leaves the ground has: its flights, and the height of the centre of mass in standing (m).
+struct Air {
+    flights: Vec<Flight>,
+    centre: f64,
+}
+
 /// Returns the clip of a script.
 pub(super) fn animate(script: &Script, name: &str) -> Result<SourceClip, MotionError> {
     let curves = Curves::new(script);
     let frames = (script.seconds * script.fps).round().max(1.0) as usize + 1;
     let pressure = balance::pressure(&script.steps, script.fps, frames);
-    let wanted = balance::centre_path(&pressure, script.fps);
+    let flights = flight::flights(&script.steps);
+    let time_of = |frame: usize| frame as f64 / script.fps;
+    let weight = |frame| 1.0 + flight::rise(&flights, time_of(frame), script.gravity)[1] / script.gravity;
+    let weights: Vec<f64> = (0..frames).map(weight).collect();
+    let gravity = if flights.is_empty() { balance::GRAVITY } else { script.gravity };
+    let wanted = balance::centre_path(&pressure, &weights, script.fps, gravity);
+    let far = |foot: usize, time: f64| {
+        let side = ["left", "right"][foot];
+        let message = format!("the {side} foot is out of the leg's reach at {time:.2} s");
+        MotionError::Unfit { clip: name.to_owned(), message }
+    };
+    let mut air = Air { flights: Vec::new(), centre: 0.0 };
+    if !flights.is_empty() {
+        let (root, rotations) = posture(script, &curves, &air, 0.0, wanted[0]).map_err(|foot| far(foot, 0.0))?;
+        let (places, turns) = figure::place(&root, &rotations);
+        air = Air { flights, centre: figure::centre_of_mass(&places, &turns).z };
+    }
 
     let mut clip = SourceClip {
         name: name.to_owned(),
@@ -55,14 +78,8 @@ pub(super) fn animate(script: &Script, name: &str) -> Result<SourceClip, MotionE
         notes: Vec::new(),
     };
     for (frame, centre) in wanted.iter().enumerate() {
-        let time = frame as f64 / script.fps;
-        let (root, rotations) = posture(script, &curves, time, *centre).map_err(|foot| {
-            let side = ["left", "right"][foot];
-            MotionError::Unfit {
-                clip: name.to_owned(),
-                message: format!("the {side} foot is out of the leg's reach at {time:.2} s"),
-            }
-        })?;
+        let time = time_of(frame);
+        let (root, rotations) = posture(script, &curves, &air, time, *centre).map_err(|foot| far(foot, time))?;
         clip.root_position.push(root);
         clip.rotations.push(rotations);
     }
@@ -70,9 +87,17 @@ pub(super) fn animate(script: &Script, name: &str) -> Result<SourceClip, MotionE
 }
 
 /// Returns the root and rotations at a time, with the centre of mass above `centre` (and what the script adds to that).
-/// The error is the foot that cannot be reached.
-fn posture(script: &Script, curves: &Curves, time: f64, centre: [f64; 2]) -> Result<(Vec3, Vec<Quat>), usize> {
-    let both = [0, 1].map(|foot| feet::foot_at(&script.steps, foot, time));
+/// In a clip that leaves the ground the height, too, is that of the centre of mass, so that it falls as bodies do. The
+/// error is the foot that cannot be reached.
+fn posture(
+    script: &Script,
+    curves: &Curves,
+    air: &Air,
+    time: f64,
+    centre: [f64; 2],
+) -> Result<(Vec3, Vec<Quat>), usize> {
+    let pitch = [Channel::LeftHeel, Channel::RightHeel].map(|channel| curves.at(channel, time));
+    let both = [0, 1].map(|foot| feet::foot_at(&script.steps, foot, time).tilted(pitch[foot]));
     let heading = Quat::from_axis_angle(&Vec3::z_axis(), 0.5 * (both[0].yaw + both[1].yaw));
     let mut rotations = vec![Quat::identity(); figure::JOINTS];
     rotations[PELVIS] = heading * curves.turn([Channel::PelvisPitch, Channel::PelvisRoll, Channel::PelvisYaw], time);
@@ -84,8 +109,9 @@ fn posture(script: &Script, curves: &Curves, time: f64, centre: [f64; 2]) -> Res
     }
 
     let offset = heading * Vec3::new(curves.at(Channel::PelvisX, time), curves.at(Channel::PelvisY, time), 0.0);
-    let goal = Vec3::new(centre[0] + offset.x, centre[1] + offset.y, 0.0);
-    let mut root = Vec3::new(goal.x, goal.y, figure::STANDING + curves.at(Channel::PelvisZ, time));
+    let rise = curves.at(Channel::PelvisZ, time) + flight::rise(&air.flights, time, script.gravity)[0];
+    let goal = Vec3::new(centre[0] + offset.x, centre[1] + offset.y, air.centre + rise);
+    let mut root = Vec3::new(goal.x, goal.y, figure::STANDING + rise);
     for _ in 0..ROUNDS {
         for (side, foot) in both.iter().enumerate() {
             // Out of reach on the way does not matter; only where the pelvis ends up must both feet be reached.
@@ -93,7 +119,8 @@ fn posture(script: &Script, curves: &Curves, time: f64, centre: [f64; 2]) -> Res
         }
         let (places, turns) = figure::place(&root, &rotations);
         let off = goal - figure::centre_of_mass(&places, &turns);
-        root += Vec3::new(off.x, off.y, 0.0);
+        let up = if air.flights.is_empty() { 0.0 } else { off.z };
+        root += Vec3::new(off.x, off.y, up);
     }
     for (side, foot) in both.iter().enumerate() {
         stand(&mut rotations, &root, side, foot).ok_or(side)?;

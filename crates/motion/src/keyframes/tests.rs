@@ -5,6 +5,7 @@ use lifelike_character::Vec3;
 use proptest::prelude::*;
 
 use super::figure::{ANKLE, ARMS, HEEL, LEGS, TOE};
+use super::flight::{self, Flight};
 use super::*;
 
 const SOLE_HALF_WIDTH: f64 = 0.045;
@@ -50,6 +51,15 @@ fn centre(clip: &SourceClip, frame: usize) -> Vec3 {
     figure::centre_of_mass(&places, &turns)
 }
 
+fn script(name: &str) -> text::Script {
+    let (_, content) = builtin().find(|(known, _)| *known == name).unwrap();
+    text::Script::parse(content, name.as_ref()).unwrap()
+}
+
+fn flights(name: &str) -> Vec<Flight> {
+    flight::flights(&script(name).steps)
+}
+
 #[test]
 fn every_text_in_the_folder_is_built_in() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("motions");
@@ -64,12 +74,18 @@ fn every_text_in_the_folder_is_built_in() {
 
 #[test]
 fn the_pressure_under_the_feet_stays_on_the_soles() {
+    let mut bad = Vec::new();
     for clip in clips() {
-        let mut least = (f64::INFINITY, 0.0);
+        let (mut least, air) = ((f64::INFINITY, 0.0), flights(&clip.name));
+        let gravity = if air.is_empty() { balance::GRAVITY } else { script(&clip.name).gravity };
         for frame in 1..clip.len() - 1 {
+            let near = |f: &Flight| (f.start - 0.04..f.end + 0.04).contains(&(frame as f64 / clip.fps));
+            if air.iter().any(near) {
+                continue;
+            }
             let [a, c, b] = [frame - 1, frame, frame + 1].map(|f| centre(&clip, f));
             let acceleration = (a - 2.0 * c + b) * (clip.fps * clip.fps);
-            let lever = c.z / (9.81 + acceleration.z);
+            let lever = c.z / (gravity + acceleration.z);
             let pressure = [c.x - lever * acceleration.x, c.y - lever * acceleration.y];
             let support: Vec<Vec3> =
                 (0..2).filter(|foot| stands(&clip, frame, *foot)).flat_map(|foot| sole(&clip, frame, foot)).collect();
@@ -79,9 +95,11 @@ fn the_pressure_under_the_feet_stays_on_the_soles() {
                 least = (depth, frame as f64 / clip.fps);
             }
         }
-        println!("{}: {:.1} mm inside the soles at {:.2} s", clip.name, 1e3 * least.0, least.1);
-        assert!(least.0 > 0.015, "{}: {:.4} m at {:.2} s", clip.name, least.0, least.1);
+        if least.0 <= 0.015 {
+            bad.push(format!("{}: {:.4} m at {:.2} s", clip.name, least.0, least.1));
+        }
     }
+    assert!(bad.is_empty(), "{bad:#?}");
 }
 
 #[test]
@@ -90,7 +108,7 @@ fn a_standing_foot_does_not_move_and_none_is_under_the_ground() {
         for frame in 1..clip.len() {
             for foot in 0..2 {
                 let (now, before) = (sole(&clip, frame, foot), sole(&clip, frame - 1, foot));
-                assert!(now.iter().all(|corner| corner.z > -1e-9), "{} frame {frame}", clip.name);
+                assert!(now.iter().all(|corner| corner.z > -1e-6), "{} frame {frame}", clip.name);
                 if stands(&clip, frame, foot) && stands(&clip, frame - 1, foot) {
                     let moved = now.iter().zip(&before).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
                     assert!(moved < 1e-9, "{} slips by {moved} m at frame {frame}", clip.name);
@@ -101,7 +119,45 @@ fn a_standing_foot_does_not_move_and_none_is_under_the_ground() {
 }
 
 #[test]
+fn the_centre_of_mass_flies_on_a_parabola() {
+    let mut seen = 0;
+    for clip in clips() {
+        let gravity = script(&clip.name).gravity;
+        for air in flights(&clip.name) {
+            seen += 1;
+            let speed = 0.5 * gravity * (air.end - air.start);
+            let inside: Vec<usize> =
+                (0..clip.len()).filter(|f| (air.start..=air.end).contains(&(*f as f64 / clip.fps))).collect();
+            let since = |f: usize| f as f64 / clip.fps - air.start;
+            let fallen = |f: usize| centre(&clip, f).z - speed * since(f) + 0.5 * gravity * since(f).powi(2);
+            for f in &inside {
+                let off = fallen(*f) - fallen(inside[0]);
+                // The text may lift or lower the body a little meanwhile.
+                assert!(off.abs() < 0.01, "{} at frame {f}: {off} m off the parabola", clip.name);
+            }
+        }
+    }
+    assert!(seen >= 1);
+}
+
+#[test]
+fn a_jump_rises_as_high_as_its_text_says_and_lands_where_it_says() {
+    let text = "seconds = 3.0\ngravity = 9.81\n[[pose]]\ntime = 1.0\npelvis = { z = -0.06 }\n[[pose]]\ntime = 2.0\n\
+                pelvis = { z = -0.06 }\n[[jump]]\nstart = 1.5\nheight = 0.06\nby = [0.2, 0.0]";
+    let clip = parse(text.as_bytes(), "x.keys.toml".as_ref()).unwrap();
+    let heights: Vec<f64> = (0..clip.len()).map(|f| centre(&clip, f).z).collect();
+    let highest = heights.iter().copied().fold(0.0, f64::max);
+    assert!((highest - heights[0]).abs() < 1e-3, "6 cm down, 6 cm up: {}", highest - heights[0]);
+    let way = clip.root_position[clip.len() - 1] - clip.root_position[0];
+    assert!((way - 0.2 * Vec3::x()).norm() < 1e-3, "{way}");
+    // In the air nothing pushes: the way along the ground is straight.
+    let (a, b, c) = (centre(&clip, 92), centre(&clip, 97), centre(&clip, 102));
+    assert!((a.x - 2.0 * b.x + c.x).abs() < 1e-3, "{a} {b} {c}");
+}
+
+#[test]
 fn joints_are_slower_than_a_small_robots_motors() {
+    let mut bad = Vec::new();
     for clip in clips() {
         let mut fastest = (0.0_f64, 0, 0.0);
         for frame in 1..clip.len() {
@@ -113,9 +169,13 @@ fn joints_are_slower_than_a_small_robots_motors() {
             }
         }
         let name = &clip.skeleton.names[fastest.1];
-        println!("{}: {name} {:.2} rad/s at {:.2} s", clip.name, fastest.0, fastest.2);
-        assert!(fastest.0 < 6.0, "{}: {name} {:.2} rad/s at {:.2} s", clip.name, fastest.0, fastest.2);
+        // Who jumps stretches the legs fast.
+        let most = if flights(&clip.name).is_empty() { 6.0 } else { 16.0 };
+        if fastest.0 >= most {
+            bad.push(format!("{}: {name} {:.2} rad/s at {:.2} s", clip.name, fastest.0, fastest.2));
+        }
     }
+    assert!(bad.is_empty(), "{bad:#?}");
 }
 
 #[test]

@@ -7,6 +7,7 @@ use serde::Deserialize;
 use toml::Spanned;
 
 use super::feet::{self, Place, Step};
+use super::{balance, flight};
 use crate::error::MotionError;
 
 /// No clip is longer (s), has a higher rate, more poses or more steps: so a small text cannot ask for a huge motion.
@@ -39,10 +40,12 @@ pub(super) enum Channel {
     RightTurn,
     RightElbow,
     RightTwist,
+    LeftHeel,
+    RightHeel,
 }
 
 impl Channel {
-    pub(super) const COUNT: usize = Self::RightTwist as usize + 1;
+    pub(super) const COUNT: usize = Self::RightHeel as usize + 1;
     /// Raise, aside, turn, elbow, twist of both arms.
     pub(super) const ARMS: [[Self; 5]; 2] = [
         [Self::LeftRaise, Self::LeftAside, Self::LeftTurn, Self::LeftElbow, Self::LeftTwist],
@@ -75,9 +78,11 @@ pub(super) struct Script {
     pub cyclic: bool,
     /// Degrees of shoulder per metre by which the other foot is ahead.
     pub arm_swing: f64,
+    /// Gravity in the figure's metres (m/s^2).
+    pub gravity: f64,
     /// Time (s) and value (degrees or m) per channel; at least one each, times rising.
     pub keys: [Vec<(f64, f64)>; Channel::COUNT],
-    /// In order of time; no two at once.
+    /// In order of time; two at once only in a flight.
     pub steps: Vec<Step>,
 }
 
@@ -94,11 +99,15 @@ struct ScriptText {
     #[serde(default)]
     arm_swing: Option<Spanned<f64>>,
     #[serde(default)]
+    gravity: Option<Spanned<f64>>,
+    #[serde(default)]
     pose: Vec<PoseText>,
     #[serde(default)]
     step: Vec<StepText>,
     #[serde(default)]
     gait: Vec<GaitText>,
+    #[serde(default)]
+    jump: Vec<JumpText>,
 }
 
 #[derive(Deserialize)]
@@ -117,6 +126,12 @@ struct PoseText {
     left_arm: ArmText,
     #[serde(default)]
     right_arm: ArmText,
+    #[serde(default)]
+    feet: FootText,
+    #[serde(default)]
+    left_foot: FootText,
+    #[serde(default)]
+    right_foot: FootText,
 }
 
 type Number = Option<Spanned<f64>>;
@@ -148,6 +163,12 @@ struct ArmText {
     turn: Number,
     elbow: Number,
     twist: Number,
+}
+
+#[derive(Deserialize, Default)]
+#[serde(deny_unknown_fields, default)]
+struct FootText {
+    heel: Number,
 }
 
 impl ArmText {
@@ -183,6 +204,32 @@ struct StepText {
     yaw: Number,
     #[serde(default)]
     height: Number,
+    #[serde(default)]
+    via: Vec<ViaText>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ViaText {
+    time: Spanned<f64>,
+    to: Spanned<[f64; 2]>,
+    height: Spanned<f64>,
+}
+
+/// Feet that jump; both where none is named.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct JumpText {
+    #[serde(default)]
+    foot: Option<Side>,
+    start: Spanned<f64>,
+    height: Spanned<f64>,
+    #[serde(default)]
+    by: Option<Spanned<[f64; 2]>>,
+    #[serde(default)]
+    apart: Number,
+    #[serde(default)]
+    tuck: Number,
 }
 
 #[derive(Deserialize)]
@@ -264,6 +311,12 @@ impl Script {
         for gait in &text.gait {
             row(&check, gait, seconds, &mut steps)?;
         }
+        let gravity = check.optional(&text.gravity, 1.0..=100.0, "metres per second squared", balance::GRAVITY)?;
+        let mut jumps: Vec<&JumpText> = text.jump.iter().collect();
+        jumps.sort_by(|a, b| a.start.get_ref().total_cmp(b.start.get_ref()));
+        for jump in jumps {
+            leap(&check, jump, (seconds, gravity), &mut steps)?;
+        }
         if let (true, Some((_, span))) = (text.cyclic, steps.first()) {
             return Err(check.error(span.clone(), "no steps in a cyclic clip", "a step"));
         }
@@ -273,6 +326,7 @@ impl Script {
             fps: check.optional(&text.fps, 10.0..=240.0, "frames per second", 60.0)?,
             cyclic: text.cyclic,
             arm_swing: check.optional(&text.arm_swing, -200.0..=200.0, "degrees per metre", 0.0)?,
+            gravity,
             keys: keys(&check, &text.pose, seconds, text.cyclic)?,
             steps: in_order(&check, steps)?,
         })
@@ -309,6 +363,9 @@ fn keys(
                 said.push((channel as usize, if own.is_some() { own } else { both }));
             }
         }
+        for (channel, own) in [(Channel::LeftHeel, &pose.left_foot), (Channel::RightHeel, &pose.right_foot)] {
+            said.push((channel as usize, if own.heel.is_some() { &own.heel } else { &pose.feet.heel }));
+        }
         for (channel, number) in said {
             let Some(number) = number else { continue };
             let is_length = channel < Channel::PelvisPitch as usize;
@@ -341,7 +398,15 @@ fn single(check: &Checker<'_>, step: &StepText, seconds: f64) -> Result<(Step, R
     let home = Place::standing(foot);
     let to = Place { x: home.x + x, y: home.y + y, yaw };
     let height = check.optional(&step.height, 0.0..=0.5, "metres", 0.05)?;
-    Ok((Step { foot, start, end, to, height }, step.start.span()))
+    let mut via: Vec<[f64; 4]> = Vec::new();
+    for place in &step.via {
+        let after = via.last().map_or(start, |before| before[0]);
+        let time = check.within(&place.time, after + 0.02..=end - 0.02, "a time within the step, in order")?;
+        let [x, y] = check.place(&place.to)?;
+        let height = check.within(&place.height, 0.0..=0.8, "metres")?;
+        via.push([time, home.x + x, home.y + y, height]);
+    }
+    Ok((Step { foot, start, end, to, height, via, flies: false }, step.start.span()))
 }
 
 /// Returns the steps of a gait, and the one that closes up.
@@ -353,7 +418,8 @@ fn row(
 ) -> Result<(), MotionError> {
     let start = check.within(&gait.start, 0.0..=seconds, "a time within the clip")?;
     let period = check.within(&gait.period, 0.1..=10.0, "seconds")?;
-    let swing = check.within(&gait.swing, 0.05..=period, "seconds, no more than the period")?;
+    // Longer than the period: a run, whose feet are both in the air in between.
+    let swing = check.within(&gait.swing, 0.05..=1.8 * period, "seconds, no more than 1.8 periods")?;
     let height = check.optional(&gait.height, 0.0..=0.5, "metres", 0.05)?;
     let by = check.place(&gait.by)?;
     let count = *gait.steps.get_ref();
@@ -370,19 +436,50 @@ fn row(
         let home = Place::standing(foot);
         let to = Place { x: home.x + far * by[0], y: home.y + far * by[1], yaw: 0.0 };
         let start = start + period * f64::from(at);
-        steps.push((Step { foot, start, end: start + swing, to, height }, gait.start.span()));
+        let flies = swing > period + 1e-9;
+        steps.push((Step { foot, start, end: start + swing, to, height, via: Vec::new(), flies }, gait.start.span()));
     }
     Ok(())
 }
 
-/// Sorts by time, and checks that one foot is always on the ground.
+/// Returns the steps of a jump, which go on from where the feet stand then.
+fn leap(
+    check: &Checker<'_>,
+    jump: &JumpText,
+    (seconds, gravity): (f64, f64),
+    steps: &mut Vec<(Step, Range<usize>)>,
+) -> Result<(), MotionError> {
+    let start = check.within(&jump.start, 0.0..=seconds, "a time within the clip")?;
+    let height = check.within(&jump.height, 0.005..=0.5, "metres")?;
+    let end = start + flight::seconds(height, gravity);
+    if end > seconds {
+        return Err(check.error(jump.start.span(), "a jump that ends within the clip", format!("{end:.2} s")));
+    }
+    let [x, y] = jump.by.as_ref().map_or(Ok([0.0, 0.0]), |by| check.place(by))?;
+    let apart = check.optional(&jump.apart, -1.0..=1.0, "metres", 0.0)?;
+    let tuck = check.optional(&jump.tuck, 0.0..=0.5, "metres", 0.05)?;
+    steps.sort_by(|a, b| a.0.start.total_cmp(&b.0.start));
+    let before: Vec<Step> = steps.iter().map(|(step, _)| step.clone()).collect();
+    for foot in (0..2).filter(|foot| jump.foot.is_none_or(|side| side.index() == *foot)) {
+        let from = feet::standing_place(&before, foot, start);
+        let out = if foot == feet::LEFT { apart } else { -apart };
+        let to = Place { x: from.x + x, y: from.y + y + out, ..from };
+        steps.push((Step { foot, start, end, to, height: tuck, via: Vec::new(), flies: true }, jump.start.span()));
+    }
+    Ok(())
+}
+
+/// Sorts by time, and checks that one foot is always on the ground, but for flights.
 fn in_order(check: &Checker<'_>, mut steps: Vec<(Step, Range<usize>)>) -> Result<Vec<Step>, MotionError> {
     steps.sort_by(|a, b| a.0.start.total_cmp(&b.0.start));
-    for pair in steps.windows(2) {
-        let (before, after) = (&pair[0].0, &pair[1].0);
-        if after.start < before.end {
+    for (at, (after, span)) in steps.iter().enumerate() {
+        let meets = |before: &&(Step, Range<usize>)| {
+            let in_flight = before.0.foot != after.foot && (before.0.flies || after.flies);
+            after.start < before.0.end && !in_flight
+        };
+        if let Some((before, _)) = steps[..at].iter().find(meets) {
             let expected = format!("a step that starts after the one before has ended ({:.2} s)", before.end);
-            return Err(check.error(pair[1].1.clone(), expected, format!("one at {:.2} s", after.start)));
+            return Err(check.error(span.clone(), expected, format!("one at {:.2} s", after.start)));
         }
     }
     Ok(steps.into_iter().map(|(step, _)| step).collect())
