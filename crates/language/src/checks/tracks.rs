@@ -29,8 +29,6 @@ pub enum SignalName {
     /// How much one hand is higher than the other (m), whichever, while one is raised: two peaks
     /// where they take turns.
     HandsUneven,
-    /// How much one hand is farther ahead than the other (m), whichever, while one is raised.
-    HandsApart,
     /// The head's pitch (rad, down is positive).
     HeadPitch,
     /// The head's yaw relative to the pelvis (rad).
@@ -200,10 +198,9 @@ impl Tracks {
             S::RootDown => Some((self.root.iter().map(|p| -p.z).collect(), always)),
             S::RootYaw => Some((self.yaw.clone(), always)),
             S::RootPitch => Some((self.pitch.clone(), always)),
-            S::HandsUneven | S::HandsApart => {
-                let along = |p: &Vec3| if name == S::HandsUneven { p.z } else { p.x };
+            S::HandsUneven => {
                 let pairs = self.hands[0].iter().zip(&self.hands[1]);
-                let apart: Vec<f64> = pairs.map(|(a, b)| (along(a) - along(b)).abs()).collect();
+                let apart: Vec<f64> = pairs.map(|(a, b)| (a.z - b.z).abs()).collect();
                 let raised = self.raised(0)?.into_iter().zip(self.raised(1)?).map(|(a, b)| a || b).collect();
                 Some((apart, raised))
             }

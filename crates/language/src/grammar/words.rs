@@ -234,10 +234,10 @@ fn gerund(word: &str) -> String {
         "nod", "clap", "step", "shrug", "squat", "flap", "jog", "put", "stop", "rap", "bob", "trot", "grab", "strut",
         "trip", "tap",
     ];
-    const ALSO: [&str; 36] = [
+    const ALSO: [&str; 37] = [
         "tug", "jab", "hop", "drag", "spin", "signal", "slap", "dip", "scan", "pat", "rub", "hug", "chop", "plug",
         "strum", "swim", "whip", "hit", "dab", "beg", "stir", "drum", "bat", "scrub", "wag", "cut", "mop", "sip",
-        "dig", "plan", "run", "swat", "sob", "grip", "skip", "sit",
+        "dig", "plan", "run", "swat", "sob", "grip", "skip", "sit", "split",
     ];
     if DOUBLED.contains(&word) || ALSO.contains(&word) || word == "drop" {
         let last = word.chars().last().unwrap_or_default();

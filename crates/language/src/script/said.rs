@@ -140,10 +140,13 @@ fn numbered(out: &mut Said, words: &[String], at: usize) -> bool {
     true
 }
 
-/// Returns whether "one" stands for something else than a number: "one leg", "one hand", "one another".
+/// Returns whether a number stands for something else: "one leg", "one another", "a high five".
 fn is_article(words: &[String], at: usize) -> bool {
     let next = words.get(at + 1).map_or("", String::as_str);
     let is_other = at > 0 && words[at - 1] == "other";
+    if words[at] == "five" && at > 0 && words[at - 1].starts_with("high") {
+        return true;
+    }
     let of_one = ["leg", "foot", "hand", "arm", "knee", "another", "side", "way", "of"].contains(&next);
     words[at] == "one" && (is_other || of_one)
 }
