@@ -71,6 +71,14 @@ pub struct Gait {
     by: [f64; 2],
     #[serde(default = "default_height")]
     height: f64,
+    #[serde(default)]
+    ahead: f64,
+    #[serde(default)]
+    aside: f64,
+    #[serde(default)]
+    out: f64,
+    #[serde(default)]
+    early: f64,
 }
 
 /// A stretch of time that repeats: poses after `from` up to `from + period` are the pattern, of which the text has
@@ -225,6 +233,7 @@ impl Score {
             gait.start /= times;
             gait.period /= times;
             gait.swing /= times;
+            gait.early /= times;
         }
         self.seconds /= times;
     }
@@ -391,6 +400,8 @@ impl Score {
             let swing = if g.swing > 1.001 * g.period { g.swing } else { g.swing.min(g.period) };
             let _ = write!(out, "period = {:.5}\nswing = {:.5}\n", g.period, swing);
             let _ = write!(out, "by = [{:.5}, {:.5}]\nheight = {:.4}\n", g.by[0], g.by[1], g.height);
+            let _ = write!(out, "ahead = {:.4}\naside = {:.4}\nout = {:.4}\n", g.ahead, g.aside, g.out);
+            let _ = writeln!(out, "early = {:.4}", (g.early - 1e-4).clamp(0.0, (g.period - swing - 2e-4).max(0.0)));
         }
         out
     }
