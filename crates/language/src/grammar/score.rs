@@ -192,12 +192,18 @@ impl Score {
             let (a, b) = (self.place(foot, from), self.place(foot, from + period));
             [b[0] - a[0], b[1] - a[1]]
         });
-        let of = |foot: &str| way[usize::from(foot == "right")];
+        let again = f64::from(times) - f64::from(count);
         // A foot that is up all the time stays up for longer.
         for step in self.steps.iter_mut().filter(|step| step.start < from - 1e-9 && step.end > end - 1e-9) {
-            step.end += longer;
-            step.via.iter_mut().filter(|via| via.time > end - 1e-9).for_each(|via| via.time += longer);
+            // As far on as the foot that hops meanwhile.
+            let hops = way[usize::from(step.foot != "right")].map(|v| v * again);
+            let on = |to: [f64; 2]| [to[0] + hops[0], to[1] + hops[1]];
+            (step.end, step.to) = (step.end + longer, on(step.to));
+            for via in step.via.iter_mut().filter(|via| via.time > end - 1e-9) {
+                (via.time, via.to) = (via.time + longer, on(via.to));
+            }
         }
+        let of = |foot: &str| way[usize::from(foot == "right")];
         let again = again_of(from, period, end, times);
         let steps = self.steps.iter().flat_map(|step| again(step.start).into_iter().map(move |k| (k, step)));
         self.steps = steps.map(|(k, step)| step.later(k * period, of(&step.foot).map(|v| v * k))).collect();
@@ -352,7 +358,15 @@ impl Score {
                 let begin = start + i as f64 * each;
                 let foot = if i.is_multiple_of(2) { "right" } else { "left" };
                 let to = [0.0, -by * (i / 2 + 1) as f64];
-                Step { foot: foot.into(), start: begin, end: begin + swing, to, yaw: 0.0, height: 0.05, via: Vec::new() }
+                Step {
+                    foot: foot.into(),
+                    start: begin,
+                    end: begin + swing,
+                    to,
+                    yaw: 0.0,
+                    height: 0.05,
+                    via: Vec::new(),
+                }
             })
             .collect();
     }

@@ -430,9 +430,11 @@ fn row(
     let swing = check.within(&gait.swing, 0.05..=1.8 * period, "seconds, no more than 1.8 periods")?;
     let height = check.optional(&gait.height, 0.0..=0.5, "metres", 0.05)?;
     let by = check.place(&gait.by)?;
-    let [ahead, aside, out] = [&gait.ahead, &gait.aside, &gait.out].map(|n| check.optional(n, -0.5..=0.5, "metres", 0.0));
+    let [ahead, aside, out] =
+        [&gait.ahead, &gait.aside, &gait.out].map(|n| check.optional(n, -0.5..=0.5, "metres", 0.0));
     let (ahead, aside, out) = (ahead?, aside?, out?);
-    let early = check.optional(&gait.early, 0.0..=(period - swing).max(0.0), "seconds, no more than both feet stand", 0.0)?;
+    let early =
+        check.optional(&gait.early, 0.0..=(period - swing).max(0.0), "seconds, no more than both feet stand", 0.0)?;
     let count = *gait.steps.get_ref();
     let closing = by != [0.0, 0.0];
     let end = start + period * f64::from(count - count.min(1)) + if closing { period } else { 0.0 } + swing;
