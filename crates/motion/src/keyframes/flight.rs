@@ -7,7 +7,7 @@
 use super::feet::{LEFT, Step};
 
 /// Time of the push from the deepest crouch to take-off, and from touch-down to the deepest crouch (s).
-const PUSH: f64 = 0.14;
+const PUSH: f64 = 0.12;
 /// Time from standing to the crouch, and back (s), where there is as much.
 const CROUCH: f64 = 0.4;
 
