@@ -39,6 +39,9 @@
 //! swing = 0.45              # in the air (s)
 //! by = [0.3, 0.0]           # m per step
 //! height = 0.06             # optional, m
+//! ahead = 0.1               # optional: m by which a foot is farther ahead in the middle of its way; or `aside`, outward
+//! out = -0.05               # optional: m by which the feet come down outward of their lines
+//! early = 0.1               # optional: s by which every second step comes early, as in a limp
 //!
 //! [[jump]]                  # both feet leave the ground, or one of them while the other is up; it lands by gravity
 //! start = 1.5               # take-off (s)

@@ -71,6 +71,14 @@ pub struct Gait {
     by: [f64; 2],
     #[serde(default = "default_height")]
     height: f64,
+    #[serde(default)]
+    ahead: f64,
+    #[serde(default)]
+    aside: f64,
+    #[serde(default)]
+    out: f64,
+    #[serde(default)]
+    early: f64,
 }
 
 /// A stretch of time that repeats: poses after `from` up to `from + period` are the pattern, of which the text has
@@ -184,12 +192,18 @@ impl Score {
             let (a, b) = (self.place(foot, from), self.place(foot, from + period));
             [b[0] - a[0], b[1] - a[1]]
         });
-        let of = |foot: &str| way[usize::from(foot == "right")];
+        let again = f64::from(times) - f64::from(count);
         // A foot that is up all the time stays up for longer.
         for step in self.steps.iter_mut().filter(|step| step.start < from - 1e-9 && step.end > end - 1e-9) {
-            step.end += longer;
-            step.via.iter_mut().filter(|via| via.time > end - 1e-9).for_each(|via| via.time += longer);
+            // As far on as the foot that hops meanwhile.
+            let hops = way[usize::from(step.foot != "right")].map(|v| v * again);
+            let on = |to: [f64; 2]| [to[0] + hops[0], to[1] + hops[1]];
+            (step.end, step.to) = (step.end + longer, on(step.to));
+            for via in step.via.iter_mut().filter(|via| via.time > end - 1e-9) {
+                (via.time, via.to) = (via.time + longer, on(via.to));
+            }
         }
+        let of = |foot: &str| way[usize::from(foot == "right")];
         let again = again_of(from, period, end, times);
         let steps = self.steps.iter().flat_map(|step| again(step.start).into_iter().map(move |k| (k, step)));
         self.steps = steps.map(|(k, step)| step.later(k * period, of(&step.foot).map(|v| v * k))).collect();
@@ -225,6 +239,7 @@ impl Score {
             gait.start /= times;
             gait.period /= times;
             gait.swing /= times;
+            gait.early /= times;
         }
         self.seconds /= times;
     }
@@ -399,6 +414,8 @@ impl Score {
             let swing = if g.swing > 1.001 * g.period { g.swing } else { g.swing.min(g.period) };
             let _ = write!(out, "period = {:.5}\nswing = {:.5}\n", g.period, swing);
             let _ = write!(out, "by = [{:.5}, {:.5}]\nheight = {:.4}\n", g.by[0], g.by[1], g.height);
+            let _ = write!(out, "ahead = {:.4}\naside = {:.4}\nout = {:.4}\n", g.ahead, g.aside, g.out);
+            let _ = writeln!(out, "early = {:.4}", (g.early - 1e-4).clamp(0.0, (g.period - swing - 2e-4).max(0.0)));
         }
         out
     }

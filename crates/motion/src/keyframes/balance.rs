@@ -90,16 +90,16 @@ fn point_at(rests: &[Rest], time: f64) -> [f64; 2] {
     }
 }
 
-/// Returns the path of the centre of mass that has this pressure point, at rest over it at both ends. `weights` is the
-/// force of the ground as a share of the weight, per frame: in the air there is none, and the path is straight.
-pub(super) fn centre_path(pressure: &[[f64; 2]], weights: &[f64], fps: f64, gravity: f64) -> Vec<[f64; 2]> {
+/// Returns the path of the centre of mass that has this pressure point, at rest over it at both ends. `rises` are height
+/// above standing and upward acceleration per frame: in the air nothing pushes, and the path is straight.
+pub(super) fn centre_path(pressure: &[[f64; 2]], rises: &[[f64; 2]], fps: f64, gravity: f64) -> Vec<[f64; 2]> {
     let n = pressure.len();
-    let k = HEIGHT / gravity * fps * fps;
     // Rows: (w + 2k) c_i - k c_{i-1} - k c_{i+1} = w p_i inside, c_i = p_i at both ends. Thomas' algorithm.
     let mut upper = vec![0.0; n];
     let mut path = pressure.to_vec();
     for at in 1..n.saturating_sub(1) {
-        let w = weights[at];
+        let [height, acceleration] = rises[at];
+        let (w, k) = (1.0 + acceleration / gravity, (HEIGHT + height) / gravity * fps * fps);
         let pivot = w + 2.0 * k - k * upper[at - 1];
         upper[at] = k / pivot;
         path[at] = [0, 1].map(|axis| (w * pressure[at][axis] + k * path[at - 1][axis]) / pivot);
@@ -141,7 +141,7 @@ mod tests {
             "in the middle: {:?}",
             wished[200]
         );
-        let path = centre_path(&wished, &[1.0; 201], fps, GRAVITY);
+        let path = centre_path(&wished, &[[0.0; 2]; 201], fps, GRAVITY);
         for (got, want) in pressure_of(&path, HEIGHT, fps).iter().zip(&wished) {
             assert!((got[0] - want[0]).abs() < 1e-9 && (got[1] - want[1]).abs() < 1e-9, "{got:?} {want:?}");
         }

@@ -7,9 +7,12 @@
 use super::feet::{LEFT, Step};
 
 /// Time of the push from the deepest crouch to take-off, and from touch-down to the deepest crouch (s).
-const PUSH: f64 = 0.14;
+const PUSH: f64 = 0.12;
 /// Time from standing to the crouch, and back (s), where there is as much.
 const CROUCH: f64 = 0.4;
+
+/// Time between two crouches (s) that is too short to rise in.
+const SHORT: f64 = 0.12;
 
 /// A time without any foot on the ground (s).
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -43,11 +46,17 @@ pub(super) fn rise(flights: &[Flight], time: f64, gravity: f64) -> [f64; 2] {
         let t = time - now.start;
         return [speed(now) * t - 0.5 * gravity * t * t, -gravity];
     }
-    // One bounce where there is no time to stand up between landing and the next push.
+    // Where there is no time to stand up between landing and the next push: one bounce, or crouch, rise a little, crouch.
     if let (Some(a), Some(b)) = (before, after) {
-        let gap = b.start - a.end;
-        if gap < 2.0 * PUSH + CROUCH {
-            return bounce(gap, (time - a.end) / gap, [speed(a), speed(b)], gravity);
+        let (gap, since) = (b.start - a.end, time - a.end);
+        if gap < 2.0 * PUSH + SHORT {
+            return bounce(gap, since / gap, [speed(a), speed(b)], gravity);
+        }
+        let span = gap - 2.0 * PUSH;
+        if span < CROUCH && (PUSH..gap - PUSH).contains(&since) {
+            let ends = [a, b].map(|flight| CrouchOf::of(speed(flight), gravity));
+            let [from, to] = ends.map(|end| [-end.depth, end.acceleration]);
+            return between(from, to, span, (since - PUSH) / span);
         }
     }
     let crouch = |flight: &Flight, away: f64, room: f64| {
@@ -59,9 +68,8 @@ pub(super) fn rise(flights: &[Flight], time: f64, gravity: f64) -> [f64; 2] {
             let height = PUSH * PUSH * (0.5 * acceleration * s * s - all * s.powi(4) / 12.0) - depth;
             return [height, acceleration - all * s * s];
         }
-        let span = room.min(CROUCH);
-        let s = ((away - PUSH) / span.max(1e-9)).min(1.0);
-        settle(depth, acceleration, span, s)
+        let span = room.min(CROUCH).max(1e-9);
+        between([-depth, acceleration], [0.0, 0.0], span, ((away - PUSH) / span).min(1.0))
     };
     match (before, after) {
         (Some(a), Some(b)) => {
@@ -89,14 +97,13 @@ impl CrouchOf {
     }
 }
 
-/// Returns height and acceleration between a crouch (share 0) and standing (1): the quintic that has the crouch's
-/// acceleration, rest at both ends and none in standing.
-fn settle(depth: f64, acceleration: f64, span: f64, s: f64) -> [f64; 2] {
-    let bend = 0.5 * acceleration * span * span;
-    let [c3, c4, c5] = [10.0 * depth - 3.0 * bend, 3.0 * bend - 15.0 * depth, 6.0 * depth - bend];
-    let height = bend * s * s + s.powi(3) * (c3 + s * (c4 + s * c5)) - depth;
-    let second = 2.0 * bend + s * (6.0 * c3 + s * (12.0 * c4 + s * 20.0 * c5));
-    [height, second / (span * span).max(1e-9)]
+/// Returns height and acceleration at a share of the way from one height and acceleration to another: the quintic that
+/// is at rest at both ends.
+fn between([low, a]: [f64; 2], [high, b]: [f64; 2], span: f64, s: f64) -> [f64; 2] {
+    let (way, a, b) = (high - low, 0.5 * a * span * span, 0.5 * b * span * span);
+    let [c3, c4, c5] = [10.0 * way - 3.0 * a + b, 3.0 * a - 15.0 * way - 2.0 * b, 6.0 * way - a + b];
+    let height = low + a * s * s + s.powi(3) * (c3 + s * (c4 + s * c5));
+    [height, (2.0 * a + s * (6.0 * c3 + s * (12.0 * c4 + s * 20.0 * c5))) / (span * span)]
 }
 
 /// Returns height and acceleration on the ground between two flights, at a share of its time: as a spring does, without
@@ -123,7 +130,7 @@ mod tests {
     #[test]
     fn the_way_is_smooth_and_its_acceleration_the_one_that_is_told() {
         let air = seconds(0.06, 20.0);
-        for gap in [0.2, 0.5, 0.9, 2.0] {
+        for gap in [0.2, 0.29, 0.5, 0.66, 0.9, 2.0] {
             let second = 1.0 + air + gap;
             let all = [both(1.0, 1.0 + air), both(second, second + 0.8 * air)];
             let h = 1e-4;

@@ -50,10 +50,10 @@ pub(super) fn animate(script: &Script, name: &str) -> Result<SourceClip, MotionE
     let pressure = balance::pressure(&script.steps, script.fps, frames);
     let flights = flight::flights(&script.steps);
     let time_of = |frame: usize| frame as f64 / script.fps;
-    let weight = |frame| 1.0 + flight::rise(&flights, time_of(frame), script.gravity)[1] / script.gravity;
-    let weights: Vec<f64> = (0..frames).map(weight).collect();
+    let rises: Vec<[f64; 2]> =
+        (0..frames).map(|frame| flight::rise(&flights, time_of(frame), script.gravity)).collect();
     let gravity = if flights.is_empty() { balance::GRAVITY } else { script.gravity };
-    let wanted = balance::centre_path(&pressure, &weights, script.fps, gravity);
+    let wanted = balance::centre_path(&pressure, &rises, script.fps, gravity);
     let far = |foot: usize, time: f64| {
         let side = ["left", "right"][foot];
         let message = format!("the {side} foot is out of the leg's reach at {time:.2} s");

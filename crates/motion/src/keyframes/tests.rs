@@ -87,15 +87,21 @@ fn the_pressure_under_the_feet_stays_on_the_soles() {
             let acceleration = (a - 2.0 * c + b) * (clip.fps * clip.fps);
             let lever = c.z / (gravity + acceleration.z);
             let pressure = [c.x - lever * acceleration.x, c.y - lever * acceleration.y];
-            let support: Vec<Vec3> =
-                (0..2).filter(|foot| stands(&clip, frame, *foot)).flat_map(|foot| sole(&clip, frame, foot)).collect();
+            // Of a foot that is tilted, toes or heel.
+            let support: Vec<Vec3> = (0..2)
+                .flat_map(|foot| {
+                    let near = [frame - 1, frame, frame + 1].map(|f| sole(&clip, f, foot));
+                    (0..4).filter(|at| near.iter().all(|s| s[*at].z < 1e-9)).map(|at| near[1][at]).collect::<Vec<_>>()
+                })
+                .collect();
             assert!(!support.is_empty(), "{} flies at frame {frame}", clip.name);
             let depth = depth_inside(&support, pressure);
             if depth < least.0 {
                 least = (depth, frame as f64 / clip.fps);
             }
         }
-        if least.0 <= 0.015 {
+        // Who hops balances on the edge of a foot for a moment.
+        if least.0 <= if air.is_empty() { 0.015 } else { 0.0 } {
             bad.push(format!("{}: {:.4} m at {:.2} s", clip.name, least.0, least.1));
         }
     }

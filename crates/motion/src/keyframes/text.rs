@@ -243,6 +243,14 @@ struct GaitText {
     by: Spanned<[f64; 2]>,
     #[serde(default)]
     height: Number,
+    #[serde(default)]
+    ahead: Number,
+    #[serde(default)]
+    aside: Number,
+    #[serde(default)]
+    out: Number,
+    #[serde(default)]
+    early: Number,
 }
 
 /// Names the line of every complaint.
@@ -422,6 +430,11 @@ fn row(
     let swing = check.within(&gait.swing, 0.05..=1.8 * period, "seconds, no more than 1.8 periods")?;
     let height = check.optional(&gait.height, 0.0..=0.5, "metres", 0.05)?;
     let by = check.place(&gait.by)?;
+    let [ahead, aside, out] =
+        [&gait.ahead, &gait.aside, &gait.out].map(|n| check.optional(n, -0.5..=0.5, "metres", 0.0));
+    let (ahead, aside, out) = (ahead?, aside?, out?);
+    let early =
+        check.optional(&gait.early, 0.0..=(period - swing).max(0.0), "seconds, no more than both feet stand", 0.0)?;
     let count = *gait.steps.get_ref();
     let closing = by != [0.0, 0.0];
     let end = start + period * f64::from(count - count.min(1)) + if closing { period } else { 0.0 } + swing;
@@ -430,14 +443,26 @@ fn row(
         return Err(check.error(gait.steps.span(), expected, format!("{count} steps until {end:.2} s")));
     }
     let first = gait.foot.index();
-    for at in 0..count + u32::from(closing) {
+    let last = count + u32::from(closing);
+    for at in 0..last {
         let foot = if at % 2 == 0 { first } else { 1 - first };
-        let far = f64::from((at + 1).min(count));
         let home = Place::standing(foot);
-        let to = Place { x: home.x + far * by[0], y: home.y + far * by[1], yaw: 0.0 };
-        let start = start + period * f64::from(at);
+        // A foot's last step brings it back to its own line.
+        let place = |at: u32| {
+            let far = f64::from((at + 1).min(count));
+            let side = if at + 2 < last { home.y.signum() * out } else { 0.0 };
+            Place { x: home.x + far * by[0], y: home.y + far * by[1] + side, yaw: 0.0 }
+        };
+        let (from, to) = (at.checked_sub(2).map_or(home, place), place(at));
+        let start = start + period * f64::from(at) - if at % 2 == 1 { early } else { 0.0 };
+        let via = if ahead == 0.0 && aside == 0.0 {
+            Vec::new()
+        } else {
+            let (x, y) = (0.5 * (from.x + to.x) + ahead, 0.5 * (from.y + to.y) + home.y.signum() * aside);
+            vec![[start + 0.5 * swing, x, y, height]]
+        };
         let flies = swing > period + 1e-9;
-        steps.push((Step { foot, start, end: start + swing, to, height, via: Vec::new(), flies }, gait.start.span()));
+        steps.push((Step { foot, start, end: start + swing, to, height, via, flies }, gait.start.span()));
     }
     Ok(())
 }
