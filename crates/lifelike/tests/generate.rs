@@ -256,16 +256,16 @@ fn what_cannot_be_done_is_refused_with_the_nearest() {
     };
     let error = with(&["swim across the pool"]);
     assert!(error.contains("there is no water"), "{error}");
-    let error = with(&["jump"]);
-    assert!(error.contains("the nearest is 'bounce': --nearest"), "{error}");
+    let error = with(&["lie down"]);
+    assert!(error.contains("the nearest is 'crouch': --nearest"), "{error}");
     assert!(with(&["defenestrate"]).contains("understood none"));
     std::fs::write(folder.path().join("s.toml"), "[[clause]]\n[[clause.action]]\nverb = \"swim\"\n").unwrap();
     assert!(with(&["--script", "s.toml"]).contains("s.toml:3: "));
     assert!(!folder.path().join("x.motion.safetensors").exists());
-    let made = json(folder.path(), &["generate", "jump", "--nearest", "-o", "x.motion.safetensors"]);
-    assert_eq!(made["motions"][0]["script"]["clause"][0]["action"][0]["verb"], "bounce");
+    let made = json(folder.path(), &["generate", "lie down", "--nearest", "-o", "x.motion.safetensors"]);
+    assert_eq!(made["motions"][0]["script"]["clause"][0]["action"][0]["verb"], "crouch");
     let listed = json(folder.path(), &["generate", "--verbs"]);
-    assert_eq!(listed.as_array().unwrap().len(), 60);
+    assert!(listed.as_array().unwrap().len() >= 117);
 }
 
 /// Sentences come while the robot moves; one that cannot be done is refused and forgotten.

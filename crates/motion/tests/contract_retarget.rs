@@ -86,15 +86,20 @@ fn own_clips_stand_on_the_ground_within_all_limits() {
         let options = RetargetOptions { default_velocity_limit: 6.0, ..RetargetOptions::default() };
         for (title, text) in keyframes::builtin() {
             let source = keyframes::parse(text.as_bytes(), Path::new(title)).unwrap();
+            // Who leaves the ground needs legs that are faster.
+            let flies = text.contains("\ngravity = ");
+            let fastest = if flies { 16.0 } else { 6.0 };
+            let options = RetargetOptions { default_velocity_limit: fastest, ..options.clone() };
             let (clip, report) = retarget(&source, &character, &anatomy, &options).unwrap();
             let found = check(&clip, &character, &anatomy);
             assert!(found.excess <= 0.0, "{name} {title}: {} rad out of range", found.excess);
-            assert!(found.fastest <= 6.0 + 1e-6, "{name} {title}: {} rad/s", found.fastest);
+            assert!(found.fastest <= fastest + 1e-6, "{name} {title}: {} rad/s", found.fastest);
             assert!(found.lowest > -0.01, "{name} {title}: sole at {} m", found.lowest);
             assert!(found.skate < 0.03, "{name} {title}: skate {} m/s", found.skate);
             assert!((found.skate - report.foot_skate.mean).abs() < 1e-9, "{name} {title}: the report says otherwise");
             assert!(report.ground_penetration.max < 0.01 && report.ground_float.max < 0.02, "{name} {title}");
-            assert!(report.contact_share > 0.99, "{name} {title}: {}", report.contact_share);
+            let least = if flies { 0.6 } else { 0.99 };
+            assert!(report.contact_share > least, "{name} {title}: {}", report.contact_share);
             assert!(report.self_penetration.max < 0.01, "{name} {title}: {}", report.self_penetration.max);
             let signs = clip.root_orientation.windows(2).all(|w| w[0].coords.dot(&w[1].coords) > 0.0);
             assert!(signs, "{name} {title}: the root's quaternion flips its sign");

@@ -68,7 +68,7 @@ pub(super) fn rise(flights: &[Flight], time: f64, gravity: f64) -> [f64; 2] {
             let height = PUSH * PUSH * (0.5 * acceleration * s * s - all * s.powi(4) / 12.0) - depth;
             return [height, acceleration - all * s * s];
         }
-        let span = room.min(CROUCH).max(1e-9);
+        let span = room.clamp(1e-9, CROUCH);
         between([-depth, acceleration], [0.0, 0.0], span, ((away - PUSH) / span).min(1.0))
     };
     match (before, after) {
