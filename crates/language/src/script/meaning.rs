@@ -121,10 +121,10 @@ mod tests {
     use crate::grammar::Grammar;
     use crate::script::phrases::{Meaning, Phrases};
 
-    /// Each phrase is taken out, and the nearest of the others must mean the same. MiniLM itself finds 77% of the 1071
-    /// phrases of commit fa80f60, its words alone 76%.
+    /// Each phrase is taken out, and the nearest of the others must mean the same. Of the 1071 phrases of commit fa80f60
+    /// this finds 73%, and MiniLM itself 77%.
     #[test]
-    fn three_of_four_phrases_are_found_by_the_others() {
+    fn two_of_three_phrases_are_found_by_the_others() {
         let phrases = Phrases::new(&Grammar::builtin().unwrap()).unwrap();
         let all = phrases.written();
         let texts: Vec<Vec<String>> = all.iter().map(|(_, words)| words.clone()).collect();
@@ -136,7 +136,7 @@ mod tests {
         };
         let right = (0..all.len()).filter(|&i| meant(i) == all[i].0).count();
         let share = right as f64 / all.len() as f64;
-        assert!(share > 0.7, "{share:.3} of {}", all.len());
+        assert!(3.0 * share > 2.0, "{share:.3} of {}", all.len());
         println!("{share:.3} of {}", all.len());
     }
 

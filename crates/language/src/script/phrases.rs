@@ -295,11 +295,13 @@ impl Phrases {
         let words: Vec<String> = words.iter().filter(|word| self.says_something(word)).cloned().collect();
         let Nearest { phrase, similarity } = table.as_ref()?.nearest(&words)?;
         let phrase = &self.all[phrase];
+        // A known word alone is a part of a phrase, and no paraphrase of it.
+        let is_part = words.len() < 2 && !self.has_new_word(&words);
         let is_opposite = words.iter().any(|word| phrase.written.iter().any(|other| are_opposites(word, other)));
-        Some((phrase.meaning, phrase.text.as_str(), if is_opposite { 0.0 } else { similarity }))
+        Some((phrase.meaning, phrase.text.as_str(), if is_opposite || is_part { 0.0 } else { similarity }))
     }
 
-    /// Returns whether some word is in no phrase. A text of known words that fits no phrase is no paraphrase of one.
+    /// Returns whether some word is in no phrase.
     pub fn has_new_word(&self, words: &[String]) -> bool {
         words.iter().any(|word| !self.vocabulary.contains(word) && !self.vocabulary.contains(&self.base(word)))
     }

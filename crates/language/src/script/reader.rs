@@ -18,6 +18,8 @@ const TWO_WRONG: usize = 8;
 /// Similarity from which a text is taken for a phrase, and from which a phrase is named (`docs/results/language.md`).
 const TAKEN: f64 = 0.7;
 const NAMED: f64 = 0.5;
+/// Similarity from which a text of known words is taken for a phrase that has not all of them.
+const REORDERED: f64 = 0.85;
 
 /// Words that say sides, numbers and limbs.
 const SPELT: [&str; 20] = [
@@ -435,7 +437,7 @@ impl<'a> Reader<'a> {
         let said = said(&piece.words);
         let words: Vec<String> = piece.words.iter().filter(|word| !said.used.contains(*word)).cloned().collect();
         let Some((meaning, phrase, similarity)) = self.phrases.nearest(&words) else { return };
-        if similarity < TAKEN || !self.phrases.has_new_word(&words) {
+        if similarity < if self.phrases.has_new_word(&words) { TAKEN } else { REORDERED } {
             return;
         }
         let phrase = without_slots(phrase);
