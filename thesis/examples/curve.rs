@@ -3,7 +3,7 @@
 
 use lifelike_nn::adam::Rule;
 use lifelike_representation::spline_transformer::{HeldOut, SequencePlan, SequenceTrainer, Sequences};
-use lifelike_sequences::{CurveSequences, CurvesPlan, Family};
+use lifelike_thesis::sequences::{CurveSequences, CurvesPlan, Family};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let iterations = std::env::args().nth(1).map_or(Ok(300), |text| text.parse())?;

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Thesis Tables 5.2 and 5.3: MDM, RobotMDM, best of N, PhysDiff and retrained policies, for several seeds.
 #
-#   experiments/study-generation.sh SET OUT        SET: lima-captures | g1-captures | lima-grammar | g1-grammar
+#   thesis/experiments/study-generation.sh SET OUT        SET: lima-captures | g1-captures | lima-grammar | g1-grammar
 #
 # Every step has a mark in OUT/done and a log in OUT/log. Started again, it goes on where it was stopped, in the middle of a training
 # too. It runs at the lowest priority on one core. Results are JSON: OUT/seed-N/table-5.2.json, OUT/seed-N/table-5.3/*/evaluation.json,
@@ -18,7 +18,8 @@
 set -euo pipefail
 
 set_name=${1:?SET} out=${2:?OUT}
-lifelike=${LIFELIKE:-target/release/lifelike} seeds=${SEEDS:-1 2 3} core=${CORE:-0} mujoco=${MUJOCO:-0}
+lifelike=${LIFELIKE:-target/release/lifelike} tables=${LIFELIKE_THESIS:-target/release/lifelike-thesis}
+seeds=${SEEDS:-1 2 3} core=${CORE:-0} mujoco=${MUJOCO:-0}
 robot_name=${set_name%-*} kind=${set_name#*-}
 case $robot_name in
   lima) robot=lima policy=assets/lima-path environment=track-long hours=${HOURS:-8} ;;
@@ -89,7 +90,7 @@ evaluator=$out/evaluator/motion.evaluator.safetensors
 retrained() {
   local at=$out/seed-$1 name=$2
   if [ ! -d "$at/motion/$name" ]; then
-    low "$lifelike" bench generation --robot "$robot" --data "$data" --split train --limit 1000 --repetitions 1 --seed "$1" \
+    low "$tables" generation --robot "$robot" --data "$data" --split train --limit 1000 --repetitions 1 --seed "$1" \
       --generator "$name=$3" --keep "$at/motion.part" -o "$at/motion.part.json"
     mkdir -p "$at/motion"; mv "$at/motion.part/$name" "$at/motion/$name"
   fi
@@ -120,7 +121,7 @@ for seed in $seeds; do
   aligned=$at/cotrain/best.generator.safetensors
   once=$at/cotrain/round-1/aligned/motion.generator.safetensors
   critic=$at/cotrain/round-${ROUNDS:-6}/critic/motion.critic.safetensors
-  step "$seed-table-5.2" low "$lifelike" bench generation --robot "$robot" --data "$data" --split test --limit "$entries" \
+  step "$seed-table-5.2" low "$tables" generation --robot "$robot" --data "$data" --split test --limit "$entries" \
     --repetitions "${REPETITIONS:-4}" --seed "$seed" --evaluator "$evaluator" --critic "$critic" --policy "$policy.controller.safetensors" \
     --best-of "${BEST_OF:-8}" --generator "MDM=$mdm" --generator "RobotMDM=$aligned" --guided "guided=$mdm@0.005" \
     --guided "RobotMDM one round=$once@0" --projected "PhysDiff=$mdm" --keep "$at/kept" -o "$at/table-5.2.json"

@@ -1,4 +1,4 @@
-//! `lifelike bench latent`: what a space of latent codes is worth (thesis 4.3.2, Table 4.2).
+//! `lifelike-thesis latent`: what a space of latent codes is worth (thesis 4.3.2, Table 4.2).
 
 use std::path::{Path, PathBuf};
 
@@ -13,11 +13,11 @@ use lifelike_robot::Robot;
 use lifelike_tracking::Policy;
 use serde_json::{Value, json};
 
-use crate::commands::reconstruction::{self, HEAD};
-use crate::commands::{clips, prior_file};
-use crate::error::CliError;
-use crate::output::{Output, table};
-use crate::progress::Progress;
+use lifelike::CliError;
+use lifelike::commands::reconstruction::{self, HEAD};
+use lifelike::commands::{clips, prior_file};
+use lifelike::progress::Progress;
+use lifelike::{Output, table};
 
 /// Measure latent codes: how well they tell motions apart, how much they know of the motion, what comes back from them.
 ///
@@ -26,11 +26,11 @@ use crate::progress::Progress;
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
-  lifelike bench latent --prior lima --motions data/lima/cmu_amc data/lima/deepmimic
-  lifelike bench latent --prior a.prior.safetensors b.prior.safetensors --motions @clips.txt \\
+  lifelike-thesis latent --prior lima --motions data/lima/cmu_amc data/lima/deepmimic
+  lifelike-thesis latent --prior a.prior.safetensors b.prior.safetensors --motions @clips.txt \\
       -o latent
-  lifelike bench latent --prior lima \\
-      --motions @experiments/latent-lima.txt \\
+  lifelike-thesis latent --prior lima \\
+      --motions @thesis/experiments/latent-lima.txt \\
       --unseen @experiments/track-20-test.txt --json | jq .table
 
 Motions may be *.motion.safetensors, or captured motion and keyframes, which are retargeted on the way.")]
@@ -48,7 +48,7 @@ pub struct Args {
     #[arg(long, num_args = 1..)]
     unseen: Vec<PathBuf>,
     /// Folder for latent.json.
-    #[arg(short, long, value_parser = crate::destination::folder)]
+    #[arg(short, long, value_parser = lifelike::destination::folder)]
     output: Option<PathBuf>,
     /// Key of the shuffled codes.
     #[arg(long, default_value_t = 0)]
@@ -146,13 +146,13 @@ fn save(value: &Value, folder: &Path) -> Result<(), CliError> {
     std::fs::create_dir_all(folder).map_err(CliError::write(folder))?;
     let text = serde_json::to_string_pretty(value).map_err(|e| CliError::Failed(e.to_string()))?;
     let file = folder.join("latent.json");
-    crate::output::write(&file, text)
+    lifelike::output::write(&file, text)
 }
 
 fn text(scores: &[LatentScore], reconstructions: &[Reconstruction], probes: &[Probe], clips: usize) -> String {
     let compared = comparison::table(scores);
     let mut text =
-        format!("{}, {clips} clips\n\n{}\n{}\n", compared.title, crate::output::fitted(&compared), compared.caption);
+        format!("{}, {clips} clips\n\n{}\n{}\n", compared.title, lifelike::output::fitted(&compared), compared.caption);
     for r in reconstructions {
         let rows = [
             reconstruction::row("whole windows", &r.report.window),

@@ -1,4 +1,4 @@
-//! `lifelike bench images`, `strands` and `reconstruction` with the smallest budget: the frame itself is tested with `bench curves`.
+//! `lifelike-thesis images`, `strands` and `reconstruction` with the smallest budget; tests of `curves` are on the frame.
 
 #![allow(clippy::unwrap_used)]
 
@@ -8,9 +8,9 @@ use std::process::{Command, Output};
 use serde_json::Value;
 
 fn bench(arguments: &[&str], output: &Path) -> Output {
-    let fixed = ["--quiet", "bench"];
+    let fixed = ["--quiet"];
     let rest = ["--budget", "smoke", "-o", output.to_str().unwrap(), "--json"];
-    Command::new(env!("CARGO_BIN_EXE_lifelike")).args(fixed).args(arguments).args(rest).output().unwrap()
+    Command::new(env!("CARGO_BIN_EXE_lifelike-thesis")).args(fixed).args(arguments).args(rest).output().unwrap()
 }
 
 fn json(arguments: &[&str], output: &Path) -> Value {
@@ -68,7 +68,7 @@ fn any_folder_of_images_will_do_and_a_bad_one_is_named() {
     let folder = tempfile::tempdir().unwrap();
     let (at, images) = (folder.path().join("runs"), folder.path().join("images"));
     let dir = images.to_str().unwrap();
-    let jpeg = include_bytes!("../../sequences/tests/fixtures/two-colours.jpg");
+    let jpeg = include_bytes!("fixtures/two-colours.jpg");
     for (part, count) in [("train/a", 6), ("test", 3)] {
         std::fs::create_dir_all(images.join(part)).unwrap();
         (0..count).for_each(|i| std::fs::write(images.join(part).join(format!("{i}.jpg")), jpeg).unwrap());
@@ -93,7 +93,7 @@ fn motion_is_split_by_the_groups_that_are_named() {
     let (at, clips) = (folder.path().join("runs"), folder.path().join("clips"));
     let dir = clips.to_str().unwrap();
     std::fs::create_dir_all(&clips).unwrap();
-    let motions = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../motions");
+    let motions = Path::new(env!("CARGO_MANIFEST_DIR")).join("../motions");
     for (from, to) in [("walk", "anna_walk"), ("wave", "ben_wave"), ("walk", "carl_walk"), ("wave", "carl_wave")] {
         let (from, to) = (format!("{from}.keys.toml"), format!("{to}.keys.toml"));
         std::fs::copy(motions.join(from), clips.join(to)).unwrap();

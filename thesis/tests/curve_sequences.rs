@@ -10,7 +10,7 @@ use lifelike_report::run::RunFolder;
 use lifelike_representation::spline_transformer::{
     HeldOut, Method, SequencePlan, SequenceTrainer, Sequences, Spread, run,
 };
-use lifelike_sequences::{CurveSequences, CurvesPlan, Family};
+use lifelike_thesis::sequences::{CurveSequences, CurvesPlan, Family};
 use lifelike_train::TrainingRun;
 use lifelike_train::collective::Alone;
 

@@ -1,4 +1,4 @@
-//! `lifelike bench curves` with the smallest budget: tables, files, going on, and what is refused.
+//! `lifelike-thesis curves` with the smallest budget: tables, files, going on, and what is refused.
 
 #![allow(clippy::unwrap_used)]
 
@@ -8,8 +8,8 @@ use std::process::{Command, Output};
 use serde_json::Value;
 
 fn bench(folder: &Path, arguments: &[&str]) -> Output {
-    let fixed = ["--quiet", "bench", "curves", "--budget", "smoke", "-o", folder.to_str().unwrap()];
-    Command::new(env!("CARGO_BIN_EXE_lifelike")).args(fixed).args(arguments).output().unwrap()
+    let fixed = ["--quiet", "curves", "--budget", "smoke", "-o", folder.to_str().unwrap()];
+    Command::new(env!("CARGO_BIN_EXE_lifelike-thesis")).args(fixed).args(arguments).output().unwrap()
 }
 
 fn json(folder: &Path, arguments: &[&str]) -> Value {

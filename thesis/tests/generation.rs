@@ -1,12 +1,11 @@
-//! `lifelike bench generation`: tiny networks from data set to tables, and what is refused.
+//! `lifelike-thesis generation`: tiny networks from data set to tables, and what is refused.
 
 #![allow(clippy::unwrap_used)]
 
-mod in_folder;
+mod programs;
 
 use std::path::Path;
 
-use in_folder::{json, run};
 use lifelike_generation::critic::{CriticData, CriticPlan, CriticTrainer, RewardRecords, StepEnd};
 use lifelike_generation::data::CaptionedMotion;
 use lifelike_generation::representation::RepresentationSpec;
@@ -14,10 +13,10 @@ use lifelike_language::facts::{Action, Facts, HeldOut, Relation, Side};
 use lifelike_language::{CaptionedSet, Entry, Split};
 use lifelike_motion::container;
 use lifelike_robot::{Robot, clips};
+use programs::{at as path, json, lifelike, run};
 use serde_json::{Value, json};
 
-const GENERATOR: [&str; 12] = [
-    "clips=[\"set\"]",
+const GENERATOR: [&str; 11] = [
     "width=16",
     "layers=1",
     "heads=2",
@@ -30,8 +29,7 @@ const GENERATOR: [&str; 12] = [
     "warmup=0",
     "validate_every=4",
 ];
-const EVALUATOR: [&str; 8] = [
-    "dataset=set",
+const EVALUATOR: [&str; 7] = [
     "evaluator.width=8",
     "evaluator.channels=8",
     "evaluator.motion_blocks=0",
@@ -99,11 +97,12 @@ fn generators_are_measured_beside_the_data_set() {
     let (at, robot) = (folder.path(), Robot::load("lima").unwrap());
     let set = data_set(at, &robot);
     critic(&set, &robot, &at.join("tiny.critic.safetensors"));
-    json(at, &[&["train", "generator", "--plan", "generator", "-o", "gen"], &GENERATOR[..]].concat());
-    let trained = json(at, &[&["train", "evaluator", "--plan", "evaluator", "-o", "eval"], &EVALUATOR[..]].concat());
-    assert_eq!(trained["training_motions"], set.of(Split::Train).count());
+    let (generator, eval) = (path(at, "gen"), path(at, "eval"));
+    let (clips, dataset) = (format!("clips=[{:?}]", path(at, "set")), format!("dataset={}", path(at, "set")));
+    lifelike(&[&["train", "generator", "--plan", "generator", "-o", &generator, &clips], &GENERATOR[..]].concat());
+    lifelike(&[&["train", "evaluator", "--plan", "evaluator", "-o", &eval, &dataset], &EVALUATOR[..]].concat());
 
-    let evaluator = ["bench", "generation", "--data", "set", "--evaluator", "eval/motion.evaluator.safetensors"];
+    let evaluator = ["generation", "--data", "set", "--evaluator", "eval/motion.evaluator.safetensors"];
     let one = ["--generator", "MDM=gen/motion.generator.safetensors"];
     let guided = ["--guided", "guided=gen/motion.generator.safetensors@0.5", "--critic", "tiny.critic.safetensors"];
     let rest = ["--repetitions", "2", "--keep", "kept", "-o", "all.json"];
@@ -138,16 +137,16 @@ fn generators_are_measured_beside_the_data_set() {
     assert_eq!(read("again/MDM", name).joints, read("kept/MDM", name).joints);
 
     // Without an evaluator its table is not there; what needs none is the same.
-    let bare = json(at, &[&evaluator[..4], &one, &["--repetitions", "2"]].concat());
+    let bare = json(at, &[&evaluator[..3], &one, &["--repetitions", "2"]].concat());
     assert!(bare["rows"][1]["scores"].is_null());
     assert_eq!((&bare["rows"][1]["checks"], &bare["rows"][1]["plausibility"]), (&mdm["checks"], &mdm["plausibility"]));
-    let text = String::from_utf8(run(at, &[&evaluator[..4], &one, &["--limit", "1"]].concat()).stdout).unwrap();
+    let text = String::from_utf8(run(at, &[&evaluator[..3], &one, &["--limit", "1"]].concat()).stdout).unwrap();
     assert!(!text.contains("R-Prec") && text.contains("skate (mm/s)"), "{text}");
 
     // Thesis Table 5.3: a tracker follows every method's motions; every frame counts.
-    let policy = concat!(env!("CARGO_MANIFEST_DIR"), "/../../assets/lima-path.controller.safetensors");
+    let policy = concat!(env!("CARGO_MANIFEST_DIR"), "/../assets/lima-path.controller.safetensors");
     let tracker = ["--tracker", policy, "--episodes", "2", "--seconds", "1", "--repetitions", "1"];
-    let found = json(at, &[&evaluator[..4], &one, &tracker].concat());
+    let found = json(at, &[&evaluator[..3], &one, &tracker].concat());
     assert_eq!(found["protocol"]["episodes"], 2);
     for row in found["rows"].as_array().unwrap() {
         assert_eq!(row["tracking"]["frames"], 100, "{}", row["name"]);
@@ -164,6 +163,6 @@ fn generators_are_measured_beside_the_data_set() {
     refused(at, &bench(&[&one[..], &one].concat()), 2, "expected every name once, got 'MDM' again");
     refused(at, &bench(&["--generator", "a=eval/motion.evaluator.safetensors"]), 3, "motion.evaluator.safetensors");
     refused(at, &bench(&[&one[..], &["--steps", "9"]].concat()), 3, "1 to 4");
-    let other = ["bench", "generation", "--data", "set", "--evaluator", "gen/motion.generator.safetensors"];
+    let other = ["generation", "--data", "set", "--evaluator", "gen/motion.generator.safetensors"];
     refused(at, &other, 3, "motion.generator.safetensors");
 }

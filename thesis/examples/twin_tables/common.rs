@@ -98,7 +98,7 @@ pub fn fed(feedback: Feedback) -> &'static str {
 }
 
 pub fn robot(name: &str) -> Outcome<Arc<Robot>> {
-    let file = format!("{}/../robot/robots/{name}.xml", env!("CARGO_MANIFEST_DIR"));
+    let file = format!("{}/../robots/{name}.xml", env!("CARGO_MANIFEST_DIR"));
     Ok(Arc::new(Robot::load(&file)?))
 }
 
@@ -126,7 +126,7 @@ pub fn training(settings: Settings, bodies: bool) -> Outcome<[Vec<Trace>; 2]> {
 /// Authored motions of a robot, in the nominal simulation of `nominal`.
 pub fn authored_runs(name: &str, nominal: &Arc<Robot>, speed: f64, bodies: bool) -> Outcome<Vec<Trace>> {
     let robot = robot(name)?;
-    let folder = format!("{}/../../experiments/poses/{name}", env!("CARGO_MANIFEST_DIR"));
+    let folder = format!("{}/../experiments/poses/{name}", env!("CARGO_MANIFEST_DIR"));
     let mut files: Vec<PathBuf> =
         std::fs::read_dir(folder)?.map(|entry| Ok(entry?.path())).collect::<Result<_, std::io::Error>>()?;
     files.sort();

@@ -1,7 +1,7 @@
 //! Tables and figures of thesis chapter 2 on twins: a network learns on KickBot that is attached at its pelvis, from random motions, and is
 //! tested on authored motions of it, of KickBot attached at a foot, and of DanceBot.
 //!
-//! `cargo run --release -p lifelike-augmentation --example twin_tables -- WHAT [iterations] [seeds] [runs] [FOLDER]`, WHAT one of gap,
+//! `cargo run --release -p lifelike-thesis --example twin_tables -- WHAT [iterations] [seeds] [runs] [FOLDER]`, WHAT one of gap,
 //! architectures, architectures-bodies, modular, modular-bodies, outputs, current, bodies, speed, perturbed, attention, losses; or
 //! `search [iterations] [trials] [runs] [FOLDER]` (`search-ours` for our form). Rows are written to FOLDER/WHAT.json as they are done: the same
 //! command continues. `markdown 0 0 0 FOLDER` prints a folder's sheets as tables.

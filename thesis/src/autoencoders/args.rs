@@ -7,7 +7,7 @@ use lifelike_representation::RepresentationError;
 use lifelike_representation::spline_transformer::Method;
 
 use super::budget::Budget;
-use crate::error::CliError;
+use lifelike::CliError;
 
 /// Methods that are compared, and their budget.
 #[derive(Debug, clap::Args)]
@@ -44,7 +44,7 @@ pub struct Shared {
     #[arg(long, value_delimiter = ',', value_name = "SEEDS", default_value = "0")]
     pub seed: Vec<u64>,
     /// Folder of the runs, of the results as JSON and of report.html.
-    #[arg(short, long, value_parser = crate::destination::folder)]
+    #[arg(short, long, value_parser = lifelike::destination::folder)]
     pub output: PathBuf,
 }
 

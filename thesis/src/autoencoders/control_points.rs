@@ -1,39 +1,39 @@
-//! `lifelike bench control-points`: what latent control points say of curves (thesis A.1, Figs. A.1 and A.2).
+//! `lifelike-thesis control-points`: what latent control points say of curves (thesis A.1, Figs. A.1 and A.2).
 
 use std::path::{Path, PathBuf};
 
+use crate::sequences::{CurveSequences, CurvesPlan};
 use lifelike_checkpoint::Checkpoint;
 use lifelike_generation::critic::calibration::spearman;
 use lifelike_report::run::RunFolder;
 use lifelike_report::{Cell, Column as Head, Drawing, Panel, ReportBuilder, Table};
 use lifelike_representation::spline_transformer::{HeldOut, Method, SequenceTrainer, Sequences};
-use lifelike_sequences::{CurveSequences, CurvesPlan};
 use serde::Serialize;
 use serde_json::json;
 
-use crate::error::CliError;
-use crate::output::Output;
+use lifelike::CliError;
+use lifelike::Output;
 
 /// Compare curves with their latent control points, and move one control point (thesis Figs. A.1 and A.2).
 ///
-/// Runs are folders of `lifelike bench curves`. Unseen curves are encoded. The table reports two rank correlations: of
+/// Runs are folders of `lifelike-thesis curves`. Unseen curves are encoded. The table reports two rank correlations: of
 /// distances between curves and between their control points, and of the curvedness of both. For runs of the spline, C2
 /// is also moved to C1 in steps and decoded. The folder gets control-points.json and report.html.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
-  lifelike bench control-points runs/hypotrochoids/hypotrochoids-spline-warmup-200-0 -o runs/a1
+  lifelike-thesis control-points runs/hypotrochoids/hypotrochoids-spline-warmup-200-0 -o runs/a1
   # baselines beside it
-  lifelike bench control-points runs/hypotrochoids/*-0 --curves 1000 -o runs/a1")]
+  lifelike-thesis control-points runs/hypotrochoids/*-0 --curves 1000 -o runs/a1")]
 pub struct Args {
-    /// Folders of finished runs of `bench curves`.
+    /// Folders of finished runs of `curves`.
     #[arg(value_name = "RUN", required = true)]
     runs: Vec<PathBuf>,
     /// Unseen curves, at least 8.
     #[arg(long, default_value_t = 500, value_parser = clap::value_parser!(u64).range(8..=10_000))]
     curves: u64,
     /// Folder of the results.
-    #[arg(short, long, value_parser = crate::destination::folder)]
+    #[arg(short, long, value_parser = lifelike::destination::folder)]
     output: PathBuf,
 }
 
@@ -86,7 +86,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     std::fs::create_dir_all(&args.output).map_err(CliError::write(&args.output))?;
     let (value, file) = (json!({ "runs": studies }), args.output.join("control-points.json"));
     let text = serde_json::to_string_pretty(&value).map_err(|e| CliError::Failed(e.to_string()))?;
-    crate::output::write(&file, text)?;
+    lifelike::output::write(&file, text)?;
     let table = table(&studies);
     let text = format!("{}\n{}\n", table.to_text(), table.caption);
     let page = ReportBuilder::new("Control points of curves").subtitle("Thesis Figs. A.1 and A.2.").table(table);

@@ -1,14 +1,14 @@
-//! `lifelike bench curves`: plane curves (thesis 3.3.1, Table 3.1; 3.3.5).
+//! `lifelike-thesis curves`: plane curves (thesis 3.3.1, Table 3.1; 3.3.5).
 
+use crate::sequences::SequencesError;
+use crate::sequences::{CurveSequences, CurvesPlan, Family};
 use lifelike_report::Panel;
-use lifelike_sequences::SequencesError;
-use lifelike_sequences::{CurveSequences, CurvesPlan, Family};
 
 use super::args::Shared;
 use super::budget::Budget;
 use super::{Column, Experiment, Shown, Words, driver};
-use crate::error::CliError;
-use crate::output::Output;
+use lifelike::CliError;
+use lifelike::Output;
 
 /// Train the Spline-based Transformer and its baselines on families of plane curves, and print thesis Table 3.1 with ours below it.
 ///
@@ -19,19 +19,19 @@ use crate::output::Output;
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
-  lifelike bench curves --budget smoke -o runs/smoke   # a minute: does it work at all?
-  lifelike bench curves -o runs/curves   # 64 points, 84 minutes of one core
-  lifelike bench curves --families bezier-2 --methods spline,alibi --iterations 500 -o runs/bezier
+  lifelike-thesis curves --budget smoke -o runs/smoke   # a minute: does it work at all?
+  lifelike-thesis curves -o runs/curves   # 64 points, 84 minutes of one core
+  lifelike-thesis curves --families bezier-2 --methods spline,alibi --iterations 500 -o runs/bezier
   # an hour each; again for another hour
-  lifelike bench curves --budget thesis --families lissajous --minutes 60 -o runs/long
+  lifelike-thesis curves --budget thesis --families lissajous --minutes 60 -o runs/long
   # which suits which?
-  lifelike bench curves --families lissajous --rates 1e-3,1e-2 --warmup 50 --iterations 500 \\
+  lifelike-thesis curves --families lissajous --rates 1e-3,1e-2 --warmup 50 --iterations 500 \\
       -o runs/rates
-  lifelike bench curves --families lissajous --rate spline=1e-2,alibi=3e-3 --warmup 200 \\
+  lifelike-thesis curves --families lissajous --rate spline=1e-2,alibi=3e-3 --warmup 200 \\
       -o runs/chosen
   # mean and half the range of three
-  lifelike bench curves --families lissajous --seed 0,1,2 -o runs/seeds
-  lifelike bench curves -o runs/other training.batch=64 training.max_gradient_norm=1.0
+  lifelike-thesis curves --families lissajous --seed 0,1,2 -o runs/seeds
+  lifelike-thesis curves -o runs/other training.batch=64 training.max_gradient_norm=1.0
 
 Families: lissajous, hypotrochoids, bezier-2, bezier-64. Methods: spline, alibi, alibi-cat, alibi-cat-wide
 (a decoder twice as wide, which the thesis' text says of ALiBi-Cat).

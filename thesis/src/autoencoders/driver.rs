@@ -3,19 +3,19 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
+use crate::sequences::DataPlan;
 use lifelike_report::run::RunFolder;
 use lifelike_representation::spline_transformer::{Method, SequenceTrainer};
-use lifelike_sequences::DataPlan;
 use serde_json::json;
 use tracing::info;
 
 use super::args::Shared;
 use super::results::{Place, PlainRun, Results, Run};
 use super::{Column, Experiment, page, tables};
-use crate::commands::train::driver::Driver;
-use crate::error::CliError;
-use crate::output::Output;
-use crate::overrides;
+use lifelike::CliError;
+use lifelike::Output;
+use lifelike::commands::train::driver::Driver;
+use lifelike::overrides;
 
 /// Runs an experiment.
 pub fn run<E: Experiment>(
@@ -50,7 +50,7 @@ pub fn run<E: Experiment>(
     let report = shared.output.join("report.html");
     output.result(&value(&columns, shared, &results), || {
         let all = tables::all(&columns, &results, &E::WORDS, shared.sweeps());
-        let tables: String = all.iter().map(|t| crate::output::fitted(t) + &t.caption + "\n\n").collect();
+        let tables: String = all.iter().map(|t| lifelike::output::fitted(t) + &t.caption + "\n\n").collect();
         format!("{tables}report: {}\n", report.display())
     })
 }
@@ -151,7 +151,7 @@ fn save<P>(columns: &[Column<P>], shared: &Shared, results: &Results, words: sup
     let text = serde_json::to_string_pretty(&value(columns, shared, results));
     let text = text.map_err(|e| CliError::Failed(e.to_string()))?;
     let file = shared.output.join(format!("{}.json", words.name));
-    crate::output::write(&file, text)?;
+    lifelike::output::write(&file, text)?;
     let page = page::report(columns, results, &words, shared.budget, shared.sweeps());
     Ok(page.write(&shared.output.join("report.html"))?)
 }

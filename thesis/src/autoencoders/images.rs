@@ -1,18 +1,18 @@
-//! `lifelike bench images`: images as sequences of patches (thesis 3.3.2, Table 3.2).
+//! `lifelike-thesis images`: images as sequences of patches (thesis 3.3.2, Table 3.2).
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use crate::sequences::SequencesError;
+use crate::sequences::{ImageFolder, ImageSequences, ImagesPlan};
 use lifelike_report::{Panel, Picture};
-use lifelike_sequences::SequencesError;
-use lifelike_sequences::{ImageFolder, ImageSequences, ImagesPlan};
 use tracing::info;
 
 use super::args::{Latents, Shared};
 use super::budget::Budget;
 use super::{Column, Experiment, Shown, Words, driver, latent_columns};
-use crate::error::CliError;
-use crate::output::Output;
+use lifelike::CliError;
+use lifelike::Output;
 
 /// Train the Spline-based Transformer and its baselines on a folder of images, and print thesis Table 3.2 with ours below it.
 ///
@@ -23,13 +23,13 @@ use crate::output::Output;
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
-  lifelike bench images cifar10 --budget smoke -o runs/smoke   # a minute: does it work at all?
-  lifelike bench images cifar10 -o runs/images   # 32, 64 and 128 latent dimensions
-  lifelike bench images cifar10 --latents 32 --methods spline,alibi --iterations 500 -o runs/short
-  lifelike bench images cifar10 --budget thesis --latents 64 --minutes 60 -o runs/long
-  lifelike bench images cifar10 --latents 32 --methods spline --rates 1e-4,1e-3,1e-2 -o runs/rates
+  lifelike-thesis images cifar10 --budget smoke -o runs/smoke   # a minute: does it work at all?
+  lifelike-thesis images cifar10 -o runs/images   # 32, 64 and 128 latent dimensions
+  lifelike-thesis images cifar10 --latents 32 --methods spline,alibi --iterations 500 -o runs/short
+  lifelike-thesis images cifar10 --budget thesis --latents 64 --minutes 60 -o runs/long
+  lifelike-thesis images cifar10 --latents 32 --methods spline --rates 1e-4,1e-3,1e-2 -o runs/rates
   # larger images, larger patches
-  lifelike bench images faces-128 -o runs/faces patch=32 validation=100
+  lifelike-thesis images faces-128 -o runs/faces patch=32 validation=100
 
 The thesis' numbers are those of CIFAR-10.")]
 pub struct Args {

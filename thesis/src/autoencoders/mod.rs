@@ -1,4 +1,4 @@
-//! `lifelike bench curves`, `images`, `strands` and `reconstruction`: the Spline-based Transformer and its baselines on four kinds of
+//! `lifelike-thesis curves`, `images`, `strands` and `reconstruction`: the Spline-based Transformer and its baselines on four kinds of
 //! sequences (thesis 3.3). One frame for all: an [`Experiment`] (a file each) says what its columns, plans, data and pictures are;
 //! [`driver`] trains, [`results`] measures networks and plain baselines alike, [`tables`] and [`page`] show.
 
@@ -14,14 +14,14 @@ mod results;
 pub mod strands;
 mod tables;
 
+use crate::sequences::DataPlan;
+use crate::sequences::SequencesError;
 use lifelike_report::Panel;
 use lifelike_representation::spline_transformer::{HeldOut, Sequences};
-use lifelike_sequences::DataPlan;
-use lifelike_sequences::SequencesError;
 
-use crate::error::CliError;
-use crate::output::Output;
 use budget::Budget;
+use lifelike::CliError;
+use lifelike::Output;
 
 /// A comparison of methods: columns, plans, data and drawings.
 pub trait Experiment {

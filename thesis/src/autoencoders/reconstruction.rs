@@ -1,24 +1,24 @@
-//! `lifelike bench reconstruction`: captured people as joint rotations (thesis 3.3.3, Table 3.4).
+//! `lifelike-thesis reconstruction`: captured people as joint rotations (thesis 3.3.3, Table 3.4).
 
 use std::path::{Path, PathBuf};
 
+use crate::sequences::SequencesError;
+use crate::sequences::humans::{self, FPS, SEGMENTS, WIDTH};
+use crate::sequences::{HumansPlan, PeopleWindows};
 use lifelike_character::Role;
 use lifelike_character::rotation::from_6d;
 use lifelike_motion::dataset;
 use lifelike_motion::formats::{self, Format, ReadOptions};
 use lifelike_report::Panel;
 use lifelike_representation::spline_transformer::Recording;
-use lifelike_sequences::SequencesError;
-use lifelike_sequences::humans::{self, FPS, SEGMENTS, WIDTH};
-use lifelike_sequences::{HumansPlan, PeopleWindows};
 use rayon::prelude::*;
 use tracing::info;
 
 use super::args::{Latents, Shared};
 use super::budget::Budget;
 use super::{Column, Experiment, Shown, Words, driver, latent_columns};
-use crate::error::CliError;
-use crate::output::Output;
+use lifelike::CliError;
+use lifelike::Output;
 
 /// Train the Spline-based Transformer and its baselines on captured motion of people, and print thesis Table 3.4 with ours below it.
 ///
@@ -32,16 +32,16 @@ use crate::output::Output;
 #[command(after_help = "\
 Examples:
   # a minute: does it work at all?
-  lifelike bench reconstruction mocap --budget smoke -o runs/smoke
+  lifelike-thesis reconstruction mocap --budget smoke -o runs/smoke
   # 16, 32 and 64 latent dimensions
-  lifelike bench reconstruction mocap/cmu mocap/bandai mocap/deepmimic -o runs/motion
-  lifelike bench reconstruction 'cmu/**/*.bvh' --latents 16 --methods spline,alibi \\
+  lifelike-thesis reconstruction mocap/cmu mocap/bandai mocap/deepmimic -o runs/motion
+  lifelike-thesis reconstruction 'cmu/**/*.bvh' --latents 16 --methods spline,alibi \\
       --iterations 500 -o runs/short
-  lifelike bench reconstruction mocap --budget thesis --latents 32 --minutes 60 -o runs/long
-  lifelike bench reconstruction mocap --latents 16 --methods spline --rates 1e-4,1e-3,1e-2 \\
+  lifelike-thesis reconstruction mocap --budget thesis --latents 32 --minutes 60 -o runs/long
+  lifelike-thesis reconstruction mocap --latents 16 --methods spline --rates 1e-4,1e-3,1e-2 \\
       -o runs/rates
   # anna_walk.bvh, ben_run.bvh, ...
-  lifelike bench reconstruction mine 'test=[\"anna\"]' 'validation=[\"ben\"]' -o runs/mine
+  lifelike-thesis reconstruction mine 'test=[\"anna\"]' 'validation=[\"ben\"]' -o runs/mine
 
 A recording's group is what stands before the first underscore of its name; Bandai-Namco's is content_style.")]
 pub struct Args {

@@ -3,17 +3,17 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
+use crate::sequences::DataPlan;
+use crate::sequences::SequencesError;
 use lifelike_report::Panel;
 use lifelike_report::write_atomically;
 use lifelike_representation::spline_transformer::run::{ValidationPoint, validation_points};
 use lifelike_representation::spline_transformer::{Method, Plain, SequenceTrainer, Sequences};
-use lifelike_sequences::DataPlan;
-use lifelike_sequences::SequencesError;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
 use super::{Experiment, Shown, TABLE};
-use crate::error::CliError;
+use lifelike::CliError;
 
 /// Test sequences that are drawn of each run.
 const DRAWN: usize = 4;
@@ -238,10 +238,10 @@ fn drawn<E: Experiment>(trainer: &SequenceTrainer<E::Data>) -> Result<Vec<Shown>
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
-    use lifelike_sequences::{CurveSequences, CurvesPlan, Family};
+    use crate::sequences::{CurveSequences, CurvesPlan, Family};
 
     use super::*;
-    use crate::commands::bench::autoencoders::budget::Budget;
+    use crate::autoencoders::budget::Budget;
 
     #[test]
     fn what_was_measured_counts_for_its_plan_and_iteration_only() {

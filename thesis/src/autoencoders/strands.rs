@@ -1,14 +1,14 @@
-//! `lifelike bench strands`: strands of hair (thesis 3.3.4, Table 3.5).
+//! `lifelike-thesis strands`: strands of hair (thesis 3.3.4, Table 3.5).
 
+use crate::sequences::SequencesError;
+use crate::sequences::{StrandSequences, StrandsPlan};
 use lifelike_report::Panel;
-use lifelike_sequences::SequencesError;
-use lifelike_sequences::{StrandSequences, StrandsPlan};
 
 use super::args::{Latents, Shared};
 use super::budget::Budget;
 use super::{Column, Experiment, Shown, Words, driver, latent_columns};
-use crate::error::CliError;
-use crate::output::Output;
+use lifelike::CliError;
+use lifelike::Output;
 
 /// Train the Spline-based Transformer and its baselines on strands of hair, and print thesis Table 3.5 with ours below it.
 ///
@@ -19,12 +19,12 @@ use crate::output::Output;
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
-  lifelike bench strands --budget smoke -o runs/smoke   # a minute: does it work at all?
-  lifelike bench strands -o runs/strands   # 8, 16 and 32 latent dimensions, batches of 32
-  lifelike bench strands --latents 8 --methods spline,alibi --iterations 500 -o runs/short
-  lifelike bench strands --budget thesis --latents 16 --minutes 60 -o runs/long
-  lifelike bench strands --latents 8 --methods spline --rates 1e-4,1e-3,1e-2 -o runs/rates
-  lifelike bench strands -o runs/other hairstyles=50 points=50 training.batch=64")]
+  lifelike-thesis strands --budget smoke -o runs/smoke   # a minute: does it work at all?
+  lifelike-thesis strands -o runs/strands   # 8, 16 and 32 latent dimensions, batches of 32
+  lifelike-thesis strands --latents 8 --methods spline,alibi --iterations 500 -o runs/short
+  lifelike-thesis strands --budget thesis --latents 16 --minutes 60 -o runs/long
+  lifelike-thesis strands --latents 8 --methods spline --rates 1e-4,1e-3,1e-2 -o runs/rates
+  lifelike-thesis strands -o runs/other hairstyles=50 points=50 training.batch=64")]
 pub struct Args {
     #[command(flatten)]
     latents: Latents,

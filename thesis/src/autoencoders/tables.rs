@@ -5,7 +5,7 @@ use lifelike_representation::spline_transformer::Method;
 
 use super::results::{PlainRun, Results, Run};
 use super::{Column, Words};
-use crate::commands::bench::seeds::spread;
+use crate::seeds::spread;
 
 /// The tables of a comparison, or of a sweep.
 pub fn all<P>(columns: &[Column<P>], results: &Results, words: &Words, sweep: bool) -> Vec<Table> {

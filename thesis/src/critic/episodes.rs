@@ -8,9 +8,9 @@ use lifelike_generation::representation::{FeatureMatrix, RepresentationSpec};
 use lifelike_tracking::Start;
 use lifelike_tracking::plan::EpisodeSpec;
 
-use crate::commands::rollouts::Rollouts;
-use crate::error::CliError;
-use crate::output::Output;
+use lifelike::CliError;
+use lifelike::Output;
+use lifelike::commands::rollouts::Rollouts;
 
 /// The mean measured return of a window.
 pub struct Window {

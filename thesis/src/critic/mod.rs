@@ -1,4 +1,4 @@
-//! `lifelike bench critic`: is what a critic predicts what happens, and does it tell which motion falls?
+//! `lifelike-thesis critic`: is what a critic predicts what happens, and does it tell which motion falls?
 
 mod episodes;
 mod page;
@@ -15,13 +15,13 @@ use serde::Serialize;
 
 use self::episodes::{Fate, measured, of_clips, of_episodes};
 use self::predictors::{Predictor, predictors};
-use crate::commands::clips;
-use crate::commands::controller_file::Loaded;
-use crate::commands::physics::Physics;
-use crate::commands::rollouts::{Rollouts, digest_of, environment_of, rows_of};
-use crate::commands::train::critic::CriticTrainingPlan;
-use crate::error::CliError;
-use crate::output::Output;
+use lifelike::CliError;
+use lifelike::Output;
+use lifelike::commands::clips;
+use lifelike::commands::controller_file::Loaded;
+use lifelike::commands::physics::Physics;
+use lifelike::commands::rollouts::{Rollouts, digest_of, environment_of, rows_of};
+use lifelike::commands::train::critic::CriticTrainingPlan;
 
 /// Measure a critic on motion that it did not learn from: predicted values beside returns in physics, and which episodes fall.
 ///
@@ -31,8 +31,8 @@ use crate::output::Output;
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
-  lifelike bench critic --run runs/critic --motions @experiments/track-all-test.txt -o critic
-  lifelike --json bench critic --run runs/critic --motions data/mine | jq .ranking")]
+  lifelike-thesis critic --run runs/critic --motions @experiments/track-all-test.txt -o critic
+  lifelike-thesis --json critic --run runs/critic --motions data/mine | jq .ranking")]
 pub struct Args {
     /// Folder of the critic's run.
     #[arg(long)]
@@ -41,7 +41,7 @@ pub struct Args {
     #[arg(short, long, required = true, num_args = 1..)]
     motions: Vec<PathBuf>,
     /// Environments that begin at random frames.
-    #[arg(long, default_value_t = 256, value_parser = crate::bounds::environments)]
+    #[arg(long, default_value_t = 256, value_parser = lifelike::bounds::environments)]
     environments: usize,
     /// Control steps of each.
     #[arg(long, default_value_t = 1500)]
@@ -56,7 +56,7 @@ pub struct Args {
     #[arg(long, default_value_t = 7)]
     seed: u64,
     /// Folder for critic.json and report.html.
-    #[arg(short, long, value_parser = crate::destination::folder)]
+    #[arg(short, long, value_parser = lifelike::destination::folder)]
     output: Option<PathBuf>,
     /// Engine and threads.
     #[command(flatten)]
@@ -194,7 +194,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     if let Some(folder) = &args.output {
         page::save(folder, &result, &table, &windows, &predicted)?;
     }
-    output.result(&result, || format!("{}\n{}\n{}\n", table.title, crate::output::fitted(&table), table.caption))
+    output.result(&result, || format!("{}\n{}\n{}\n", table.title, lifelike::output::fitted(&table), table.caption))
 }
 
 fn pick_index(from: &[usize], at: &[usize]) -> Vec<usize> {

@@ -6,7 +6,7 @@ use lifelike_report::{Drawing, Panel, ReportBuilder, Table};
 
 use super::Measured;
 use super::episodes::Window;
-use crate::error::CliError;
+use lifelike::CliError;
 
 /// Most points of the plot.
 const POINTS: usize = 3000;
@@ -24,7 +24,7 @@ pub fn save(
     std::fs::create_dir_all(folder).map_err(CliError::write(folder))?;
     let text = serde_json::to_string_pretty(result).map_err(|e| CliError::Failed(e.to_string()))?;
     let file = folder.join("critic.json");
-    crate::output::write(&file, text)?;
+    lifelike::output::write(&file, text)?;
     let report = ReportBuilder::new("A critic on motion that it did not learn from").table(table.clone());
     Ok(report.drawing(scatter(windows, predicted)).write(&folder.join("report.html"))?)
 }

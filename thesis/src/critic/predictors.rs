@@ -12,9 +12,9 @@ use lifelike_robot::Robot;
 use rayon::prelude::*;
 
 use super::episodes::measured;
-use crate::commands::rollouts::rows_of;
-use crate::commands::train::critic::CriticTrainingPlan;
-use crate::error::CliError;
+use lifelike::CliError;
+use lifelike::commands::rollouts::rows_of;
+use lifelike::commands::train::critic::CriticTrainingPlan;
 
 /// Penalty of the regression.
 const PENALTY: f64 = 1e-3;

@@ -14,12 +14,12 @@ use rayon::prelude::*;
 
 use super::measured::{Motion, Ruler};
 use super::method::Method;
-use crate::commands::best_of::{self, By};
-use crate::commands::eval::Job;
-use crate::commands::projection::project;
-use crate::error::CliError;
-use crate::output::Output;
-use crate::progress::Progress;
+use lifelike::CliError;
+use lifelike::Output;
+use lifelike::commands::best_of::{self, By};
+use lifelike::commands::eval::Job;
+use lifelike::commands::projection::project;
+use lifelike::progress::Progress;
 
 /// Motions between two signs of progress.
 const CHUNK: usize = 16;

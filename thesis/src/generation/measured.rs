@@ -18,7 +18,7 @@ use serde::Serialize;
 
 use super::language::Checks;
 use super::made::Task;
-use crate::error::CliError;
+use lifelike::CliError;
 
 /// One motion, and what of it can be told without the others.
 pub struct Motion {

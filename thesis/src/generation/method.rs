@@ -6,9 +6,9 @@ use std::path::PathBuf;
 use lifelike_generation::generator::Generator;
 use lifelike_robot::Robot;
 
-use crate::commands::best_of::By;
-use crate::error::CliError;
-use crate::shipped::{self, Kind};
+use lifelike::CliError;
+use lifelike::commands::best_of::By;
+use lifelike::shipped::{self, Kind};
 
 /// A generator's file as the command line names it.
 #[derive(Debug, Clone, PartialEq)]

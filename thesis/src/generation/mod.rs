@@ -1,4 +1,4 @@
-//! `lifelike bench generation`: text to motion, measured (thesis Table 5.2, language, plausibility).
+//! `lifelike-thesis generation`: text to motion, measured (thesis Table 5.2, language, plausibility).
 
 mod language;
 mod made;
@@ -24,13 +24,13 @@ use serde::Serialize;
 use self::made::{Making, Task};
 use self::measured::{Measured, Motion, Ruler};
 use self::method::{Method, Named};
-use crate::commands::best_of::By;
-use crate::commands::controller_file::Loaded;
-use crate::commands::eval::{self, Job};
-use crate::commands::physics::{self, Physics};
-use crate::error::CliError;
-use crate::output::Output;
-use crate::shipped::{self, Kind};
+use lifelike::CliError;
+use lifelike::Output;
+use lifelike::commands::best_of::By;
+use lifelike::commands::controller_file::Loaded;
+use lifelike::commands::eval::{self, Job};
+use lifelike::commands::physics::{self, Physics};
+use lifelike::shipped::{self, Kind};
 
 /// Measure generators on the sentences of a data set: thesis Table 5.2, exact checks of language, and plausibility.
 ///
@@ -39,16 +39,16 @@ use crate::shipped::{self, Kind};
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
-  lifelike bench generation --data data/grammar --evaluator motion.evaluator.safetensors \\
+  lifelike-thesis generation --data data/grammar --evaluator motion.evaluator.safetensors \\
       --generator MDM=runs/generator/motion.generator.safetensors
-  lifelike bench generation --data data/grammar --split held_out \\
+  lifelike-thesis generation --data data/grammar --split held_out \\
       --evaluator motion.evaluator.safetensors \\
       --critic motion.critic.safetensors --generator MDM=mdm.generator.safetensors \\
       --generator RobotMDM=aligned.generator.safetensors \\
       --guided guided=mdm.generator.safetensors@0.02 --keep kept
-  lifelike bench generation --data data/grammar --generator MDM=mdm.generator.safetensors \\
+  lifelike-thesis generation --data data/grammar --generator MDM=mdm.generator.safetensors \\
       --tracker lima --episodes 2048          # thesis Table 5.3
-  lifelike bench generation --data data/captures --critic c.critic.safetensors \\
+  lifelike-thesis generation --data data/captures --critic c.critic.safetensors \\
       --policy p.controller.safetensors --best-of 8 \\
       --generator MDM=mdm.generator.safetensors --generator RobotMDM=aligned.generator.safetensors
 
@@ -125,7 +125,7 @@ pub struct Args {
     #[arg(long)]
     keep: Option<PathBuf>,
     /// A JSON file of all numbers, with every check that failed.
-    #[arg(short, long, value_parser = crate::destination::json)]
+    #[arg(short, long, value_parser = lifelike::destination::json)]
     output: Option<PathBuf>,
 }
 
@@ -256,7 +256,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     };
     if let Some(file) = &args.output {
         let text = serde_json::to_string_pretty(&results).map_err(|e| CliError::Failed(e.to_string()))?;
-        crate::output::write(file, text)?;
+        lifelike::output::write(file, text)?;
     }
     output.result(&results, || tables::text(&results))
 }

@@ -8,7 +8,7 @@ use lifelike_report::{Cell, Column, Table};
 
 use super::Results;
 use super::language::{Checks, Kept};
-use crate::output::fitted;
+use lifelike::output::fitted;
 
 /// Rows of thesis Table 5.2, after the method: R-precision top 3, FID, MM-dist, diversity, multimodality, Realism;
 /// means and half the 95% interval.

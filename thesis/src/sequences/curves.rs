@@ -4,10 +4,10 @@ use std::ops::Range;
 
 use lifelike_checkpoint::rng::stream;
 
+use super::SequencesError;
 use super::data_plan::DataPlan;
 use super::experiments::Experiment;
 use super::families::Family;
-use crate::SequencesError;
 use lifelike_representation::spline_transformer::SequencePlan;
 use lifelike_representation::spline_transformer::{HeldOut, Sequences};
 use lifelike_train::limits::{whole, wrong};

@@ -3,7 +3,7 @@
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-use crate::SequencesError;
+use super::SequencesError;
 use lifelike_representation::spline_transformer::SequencePlan;
 
 /// A data set and the training of an autoencoder on it: the content of a run's plan.toml.

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use lifelike::CliError;
 use lifelike_train::PlanError;
 
 /// Errors of the data of chapter 3.
@@ -42,5 +43,15 @@ impl SequencesError {
     pub fn io(path: &Path) -> impl FnOnce(std::io::Error) -> Self {
         let path = path.to_path_buf();
         move |source| Self::Io { path, source }
+    }
+}
+
+impl From<SequencesError> for CliError {
+    fn from(error: SequencesError) -> Self {
+        match error {
+            SequencesError::Io { ref source, .. } => Self::io(source, error.to_string()),
+            SequencesError::Representation(error) => error.into(),
+            _ => Self::Input(error.to_string()),
+        }
     }
 }

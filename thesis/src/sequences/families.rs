@@ -12,7 +12,7 @@ use std::str::FromStr;
 
 use rand::Rng;
 
-use crate::SequencesError;
+use super::SequencesError;
 use lifelike_train::limits::wrong;
 
 /// A family of plane curves.

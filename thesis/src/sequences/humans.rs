@@ -19,7 +19,7 @@ use lifelike_motion::resample::{locate, slerp};
 use lifelike_motion::retarget::{Correspondence, SourceRoles};
 use lifelike_motion::{MotionError, SourceClip};
 
-use crate::SequencesError;
+use super::SequencesError;
 use lifelike_representation::spline_transformer::Recording;
 
 /// Frames per second of every recording.

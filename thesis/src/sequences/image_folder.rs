@@ -6,8 +6,8 @@ use lifelike_motion::dataset::find_files;
 use rayon::prelude::*;
 use sha2::{Digest, Sha256};
 
+use super::SequencesError;
 use super::pixels::{self, is_image};
-use crate::SequencesError;
 
 /// Images, a byte for each number: CIFAR-10 is 184 MB.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -7,10 +7,10 @@ use lifelike_checkpoint::rng::stream;
 use lifelike_nn::transformer::patches;
 use rand::Rng;
 
+use super::SequencesError;
 use super::data_plan::DataPlan;
 use super::experiments::Experiment;
 use super::image_folder::ImageFolder;
-use crate::SequencesError;
 use lifelike_representation::spline_transformer::SequencePlan;
 use lifelike_representation::spline_transformer::{HeldOut, Sequences};
 use lifelike_train::limits::{whole, wrong};

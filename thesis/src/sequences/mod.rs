@@ -3,7 +3,7 @@
 //!
 //! [`CurveSequences`] are the families of 3.3.1, [`ImageSequences`] the patches of 3.3.2. [`HumansPlan`] makes windows
 //! of people's joint rotations ([`humans`], 3.3.3). [`StrandSequences`] are the strands of 3.3.4. Table A.1's rows are
-//! [`Experiment`]s. Policies do not need this crate.
+//! [`Experiment`]s.
 
 mod curves;
 mod data_plan;

@@ -9,7 +9,7 @@ use zune_core::options::DecoderOptions;
 use zune_jpeg::JpegDecoder;
 use zune_png::PngDecoder;
 
-use crate::SequencesError;
+use super::SequencesError;
 
 /// Pixels of one image.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -121,7 +121,7 @@ mod tests {
     #[test]
     fn a_jpeg_has_its_colours_where_they_belong() {
         // 24 x 16: the left 16 columns (200, 40, 40), the right 8 (40, 40, 200).
-        let pixels = read_bytes(include_bytes!("../tests/fixtures/two-colours.jpg")).unwrap();
+        let pixels = read_bytes(include_bytes!("../../tests/fixtures/two-colours.jpg")).unwrap();
         assert_eq!(pixels.size, [16, 24]);
         let at = |row: usize, column: usize| &pixels.rgb[3 * (24 * row + column)..][..3];
         let near = |got: &[u8], expected: [u8; 3]| got.iter().zip(expected).all(|(a, b)| a.abs_diff(b) < 12);
@@ -136,7 +136,7 @@ mod tests {
             let error = read_bytes(&PALETTE[..cut]).unwrap_err().to_string();
             assert!(error.contains("a.png: expected an image"), "{cut}: {error}");
         }
-        let jpeg = include_bytes!("../tests/fixtures/two-colours.jpg");
+        let jpeg = include_bytes!("../../tests/fixtures/two-colours.jpg");
         assert!(read_bytes(&jpeg[..40]).is_err());
         assert!(read(Path::new("none.png")).unwrap_err().to_string().starts_with("none.png"));
     }

@@ -6,11 +6,11 @@ use lifelike_character::Vec3;
 use lifelike_checkpoint::rng::stream;
 use rand::Rng;
 
+use super::SequencesError;
 use super::data_plan::DataPlan;
 use super::experiments::Experiment;
 use super::hairstyles::{Hairstyle, Strand};
 use super::roughness::Roughness;
-use crate::SequencesError;
 use lifelike_representation::spline_transformer::SequencePlan;
 use lifelike_representation::spline_transformer::{HeldOut, Sequences};
 use lifelike_train::limits::{range, whole};

@@ -3,10 +3,10 @@
 use std::collections::BTreeSet;
 use std::ops::Range;
 
+use super::SequencesError;
 use super::data_plan::DataPlan;
 use super::experiments::Experiment;
 use super::humans::{FPS, WIDTH};
-use crate::SequencesError;
 use lifelike_representation::spline_transformer::SequencePlan;
 use lifelike_representation::spline_transformer::{HeldOut, Sequences};
 use lifelike_representation::spline_transformer::{Recording, RecordingWindows, Split};

@@ -7,7 +7,7 @@ use lifelike_report::{Chart, Series};
 use serde::Serialize;
 
 use super::study::{Job, Study};
-use crate::error::CliError;
+use lifelike::CliError;
 
 /// Points of a curve: each is the mean over its share of the samples.
 const POINTS: usize = 60;

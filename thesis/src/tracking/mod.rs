@@ -1,4 +1,4 @@
-//! `lifelike bench tracking`: variants of one plan, trained and evaluated alike (thesis Tables 4.3 and 4.4).
+//! `lifelike-thesis tracking`: variants of one plan, trained and evaluated alike (thesis Tables 4.3 and 4.4).
 
 mod curves;
 mod study;
@@ -15,14 +15,14 @@ use lifelike_tracking::{TrackerPlan, Trainer};
 use serde::Serialize;
 use tracing::info;
 
-use crate::commands::controller_file::Loaded;
-use crate::commands::physics;
-use crate::commands::physics::Physics;
-use crate::commands::train::source::Source;
-use crate::commands::{clips, eval, train};
-use crate::error::CliError;
-use crate::output::Output;
-use crate::plans;
+use lifelike::CliError;
+use lifelike::Output;
+use lifelike::commands::controller_file::Loaded;
+use lifelike::commands::physics;
+use lifelike::commands::physics::Physics;
+use lifelike::commands::train::source::Source;
+use lifelike::commands::{clips, eval, train};
+use lifelike::plans;
 use study::{Job, Study};
 
 /// Train variants of one plan with several seeds, evaluate all on the same motion, and print them as one table.
@@ -33,23 +33,22 @@ use study::{Job, Study};
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
-  lifelike bench tracking --study study-thesis -o runs/thesis   # thesis Tables 4.3 and 4.4
-  # each clip from five places
-  lifelike bench tracking --study study-thesis -o runs/thesis --starts 5
-  lifelike bench tracking --study study-thesis -o runs/thesis --only M,LM --json | jq .runs
-  # one seed of every variant
-  lifelike bench tracking --study study-thesis -o runs/thesis --seeds 2
-  lifelike bench tracking --study mine.toml -o runs/try budget.steps=200000
+  # thesis Tables 4.3 and 4.4, in a checkout
+  lifelike-thesis tracking --study thesis/experiments/study-thesis.toml -o runs/thesis
+  # each clip from five places, one seed of every variant
+  lifelike-thesis tracking --study study.toml -o runs/thesis --starts 5 --seeds 2
+  lifelike-thesis tracking --study study.toml -o runs/thesis --only M,LM --json | jq .runs
+  lifelike-thesis tracking --study study.toml -o runs/try budget.steps=200000
 
 The same policies are evaluated by two protocols (`protocol = \"clips\", \"thesis\" or \"both\"` in the study). Ours has errors over the
 frames before a fall, with survival and the share of the reference's steps that are taken beside them. The thesis' has errors over all
 frames of fixed-length episodes ([thesis] in the study). tracking.json has every number, report.html the learning curves.")]
 pub struct Args {
-    /// The study: a file, or a built-in one by its name.
+    /// The study: a TOML file such as those of thesis/experiments.
     #[arg(long)]
     study: PathBuf,
     /// Folder of the runs, of tracking.json and report.html.
-    #[arg(short, long, value_parser = crate::destination::folder)]
+    #[arg(short, long, value_parser = lifelike::destination::folder)]
     output: PathBuf,
     /// Train only these variants, then evaluate others too that are trained already.
     #[arg(long, value_delimiter = ',')]
@@ -260,7 +259,7 @@ fn deviation(study: &Study, plan: &TrackerPlan, robot: &Robot) -> Result<Option<
 fn save(results: &Results<'_>, study: &Study, folder: &Path) -> Result<(), CliError> {
     let file = folder.join("tracking.json");
     let text = serde_json::to_string_pretty(results).map_err(|e| CliError::Failed(e.to_string()))?;
-    crate::output::write(&file, text)?;
+    lifelike::output::write(&file, text)?;
     let page = ReportBuilder::new("Variants of one plan")
         .subtitle("Each trained and evaluated alike; learning curves with the range over seeds.")
         .fact("runs", results.runs.len().to_string());

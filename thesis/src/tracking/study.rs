@@ -6,9 +6,9 @@ use std::path::{Path, PathBuf};
 use lifelike_evaluation::ThesisProtocol;
 use serde::Deserialize;
 
-use crate::commands::eval;
-use crate::error::CliError;
-use crate::plans;
+use lifelike::CliError;
+use lifelike::commands::eval;
+use lifelike::plans;
 
 /// A comparison: the common plan, its variants, and classes of clips.
 #[derive(Debug, Deserialize)]
@@ -150,7 +150,7 @@ impl Study {
         let stages = self.stage.iter().map(|stage| &stage.name);
         for name in self.variant.iter().map(|variant| &variant.name).chain(stages) {
             // Names of folders.
-            crate::destination::named(Path::new(""), name, "")
+            lifelike::destination::named(Path::new(""), name, "")
                 .map_err(|error| CliError::Input(format!("{}: variant or stage: {error}", file.display())))?;
         }
         for Variant { name, seeds, .. } in &self.variant {
@@ -185,7 +185,7 @@ fn ten() -> f64 {
     10.0
 }
 
-/// Reads a study: a file, or a built-in one by its name.
+/// Reads a study; its plan is a built-in one by its name, or a file.
 pub fn read(path: &Path) -> Result<Study, CliError> {
     let plans::PlanText { source, text, folder } = plans::find(path)?;
     let mut study: Study = toml::from_str(&text).map_err(|e| CliError::Input(format!("{source}: {e}")))?;
@@ -201,13 +201,12 @@ mod tests {
     use lifelike_tracking::TrackerPlan;
 
     use super::*;
-    use crate::overrides;
+    use lifelike::overrides;
 
     #[test]
     fn our_own_studies_can_be_read_and_every_variant_is_a_plan() {
-        let mut count = 0;
-        for builtin in plans::builtin().filter(|plan| plan.name.starts_with("study-")) {
-            let path = Path::new(builtin.name);
+        for name in ["study-thesis", "study-humanoid"] {
+            let path = &Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("experiments/{name}.toml"));
             let study = read(path).unwrap();
             let common: TrackerPlan = toml::from_str(&plans::find(&study.plan).unwrap().text).unwrap();
             for job in study.jobs() {
@@ -220,9 +219,7 @@ mod tests {
                 let known = |class: &String| study.class.iter().any(|c| c.name == *class);
                 assert!(row.errors.keys().all(known), "{}: {}", path.display(), row.name);
             }
-            count += 1;
         }
-        assert!(count > 0);
     }
 
     #[test]

@@ -5,8 +5,8 @@ use lifelike_report::{Cell, Column, Table};
 
 use super::Run;
 use super::study::{Class, Published, Study};
-use crate::commands::bench::seeds::spread;
-use crate::output::fitted;
+use crate::seeds::spread;
+use lifelike::output::fitted;
 
 /// Returns the tables of the study's protocols.
 pub fn all(study: &Study, runs: &[Run]) -> Vec<Table> {

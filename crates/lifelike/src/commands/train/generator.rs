@@ -24,7 +24,6 @@ Examples:
   # a folder with a dataset.jsonl
   lifelike train generator --plan generator 'clips=[\"data/grammar\"]'
   lifelike train generator --plan generator -o runs/small width=64 layers=2 minutes=10
-  lifelike train generator --plan generator-thesis 'clips=[\"data/humanml3d\"]'
   lifelike train generator -o runs/small --resume
 
 Clips without a dataset.jsonl are captioned by their own container, or by their name.")]
