@@ -3,17 +3,16 @@
 use std::path::Path;
 use std::time::Instant;
 
-use lifelike_checkpoint::rng::stream;
 use lifelike_generation::critic::RewardSurrogate;
 use lifelike_generation::generator::{Generated, SampleOptions};
 use lifelike_generation::representation::FeatureMatrix;
-use lifelike_language::{CaptionedSet, Entry};
+use lifelike_language::CaptionedSet;
 use lifelike_motion::{MotionClip, container};
-use rand::RngCore;
 use rayon::prelude::*;
 
 use super::measured::{Motion, Ruler};
 use super::method::Method;
+use super::task::Task;
 use lifelike::CliError;
 use lifelike::Output;
 use lifelike::commands::best_of::{self, By};
@@ -23,32 +22,6 @@ use lifelike::progress::Progress;
 
 /// Motions between two signs of progress.
 const CHUNK: usize = 16;
-
-/// One sentence to make motion of.
-#[derive(Debug, Clone, Copy)]
-pub struct Task<'a> {
-    /// Number in the data set: an entry's noise is the same whatever others are measured.
-    number: usize,
-    /// The entry.
-    pub entry: &'a Entry,
-}
-
-impl<'a> From<(usize, &'a Entry)> for Task<'a> {
-    fn from((number, entry): (usize, &'a Entry)) -> Self {
-        Self { number, entry }
-    }
-}
-
-impl Task<'_> {
-    /// Returns the sentence: the first one.
-    pub fn prompt(&self) -> &str {
-        self.entry.captions.first().map_or("", String::as_str)
-    }
-
-    fn seed(&self, seed: u64, repetition: u64) -> u64 {
-        stream(seed, "bench.generation", self.number as u64, repetition).next_u64()
-    }
-}
 
 /// What all methods have in common.
 pub struct Making<'a> {

@@ -17,7 +17,7 @@ use lifelike_robot::Robot;
 use serde::Serialize;
 
 use super::language::Checks;
-use super::made::Task;
+use super::task::Task;
 use lifelike::CliError;
 
 /// One motion, and what of it can be told without the others.

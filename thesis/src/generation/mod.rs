@@ -5,6 +5,7 @@ mod made;
 mod measured;
 mod method;
 mod tables;
+mod task;
 
 use std::path::{Path, PathBuf};
 
@@ -21,9 +22,10 @@ use lifelike_motion::MotionClip;
 use lifelike_robot::Robot;
 use serde::Serialize;
 
-use self::made::{Making, Task};
+use self::made::Making;
 use self::measured::{Measured, Motion, Ruler};
 use self::method::{Method, Named};
+use self::task::Task;
 use lifelike::CliError;
 use lifelike::Output;
 use lifelike::commands::best_of::By;

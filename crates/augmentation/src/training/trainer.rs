@@ -9,10 +9,10 @@ use rand::Rng;
 use rayon::prelude::*;
 use sha2::{Digest, Sha256};
 
-use super::loss::Loss;
 use super::plan::AugmentationPlan;
 use crate::AugmentationError;
 use crate::augmentation::{Augmentation, AugmentationHeader};
+use crate::loss::Loss;
 use crate::model::{Inputs, Network, SatSizes, Scales, Sequence};
 
 /// Numbers of one iteration.
