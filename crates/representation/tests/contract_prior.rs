@@ -53,7 +53,7 @@ fn a_stopped_run_continues_bit_for_bit() {
         assert_eq!(expected, got);
         let bytes = |trainer: &VaeTrainer| trainer.checkpoint().unwrap().to_bytes().unwrap();
         assert!(bytes(&straight) == bytes(&resumed));
-        expected.last().unwrap().loss
+        expected.last().unwrap().step.loss
     });
     assert!(losses[0] != losses[1] && losses[1] != losses[2] && losses[2] != losses[0], "three rules: {losses:?}");
 }
@@ -142,7 +142,7 @@ fn it_learns_and_a_saved_prior_answers_like_the_live_one() {
     let before = run_.report().unwrap();
     let metrics = run(&mut run_, 300);
     let after = run_.report().unwrap();
-    assert!(metrics.iter().all(|m| m.loss.is_finite() && m.skipped == 0));
+    assert!(metrics.iter().all(|m| m.step.loss.is_finite() && m.step.skipped == 0));
     assert!(after.centre.joints_deg < 0.5 * before.centre.joints_deg, "{before:?}\n{after:?}");
     assert!(after.window.effectors_mm < 0.5 * before.window.effectors_mm, "{before:?}\n{after:?}");
 
@@ -251,4 +251,20 @@ fn codes_of_clips_stand_beside_their_features() {
     let told = |error: RepresentationError| error.to_string();
     assert!(told(Codes::of_prior(&prior, &broken).unwrap_err()).contains("swing_1, frame 3"));
     assert!(told(features_of(&broken, prior.layout()).unwrap_err()).contains("swing_1, frame 3"));
+}
+
+#[test]
+fn a_gradient_that_is_not_finite_is_skipped_and_counted() {
+    let mut broken = clips();
+    broken.iter_mut().for_each(|clip| clip.frames[2].joint_positions[0] = f64::NAN);
+    let mut trainer = VaeTrainer::new(small(), layout(), broken, Vec::new()).unwrap();
+    let bytes = |trainer: &VaeTrainer| {
+        let mut file = Checkpoint::new();
+        trainer.prior().save_into(&mut file).unwrap();
+        file.to_bytes().unwrap()
+    };
+    let before = bytes(&trainer);
+    let skipped: Vec<u64> = run(&mut trainer, 3).iter().map(|metrics| metrics.step.skipped).collect();
+    assert_eq!(skipped, [1, 2, 3]);
+    assert!(bytes(&trainer) == before, "no number that is not finite gets into the weights");
 }

@@ -149,9 +149,7 @@ pub fn load(
     let width = own + measured + waiting;
     let counters = checkpoint.u64s(&format!("{prefix}.counters"), &[n, COUNTERS])?;
     let numbers = checkpoint.f32s(&format!("{prefix}.numbers"), &[n, width])?;
-    // Runs of before have none, and no use for it: their teachers' actions were their own.
-    let key = format!("{prefix}.asked");
-    let asked = if checkpoint.contains(&key) { checkpoint.u64s(&key, &[n, 2])? } else { vec![0; 2 * n] };
+    let asked = checkpoint.u64s(&format!("{prefix}.asked"), &[n, 2])?;
     let rows = counters.chunks_exact(COUNTERS).zip(numbers.chunks_exact(width)).zip(asked.chunks_exact(2));
     let episodes = rows.map(|((c, x), asked)| Episode {
         asked: [asked[0] as usize, asked[1] as usize],

@@ -8,4 +8,4 @@ mod trainer;
 
 pub use crate::loss::{Loss, LossKind};
 pub use plan::{AugmentationPlan, FeedbackShares};
-pub use trainer::{AugmentationMetrics, AugmentationTrainer};
+pub use trainer::AugmentationTrainer;

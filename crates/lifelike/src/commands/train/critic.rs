@@ -181,8 +181,8 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let data = CriticData { robot: robot.name.clone(), controller, representation, motions, others, records };
     let mut trainer = CriticTrainer::new(&plan.critic, plan.seed, data)?;
     let summary = Driver::of(&source, &run, output).train(&mut trainer, |now| {
-        let CriticMetrics { loss, target, .. } = now.metrics;
-        format!("epoch {}  loss {loss:.4}  mean target {target:.2}", now.iteration)
+        let CriticMetrics { step, target } = now.metrics;
+        format!("epoch {}  loss {:.4}  mean target {target:.2}", now.iteration, step.loss)
     })?;
     let Some(summary) = summary else { return Ok(()) };
     let path = CriticTrainer::critic_path(&folder);

@@ -44,8 +44,8 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     drop(motions);
     let run = args.source.run(&folder, &plan)?;
     let mut trainer = GeneratorTrainer::new(plan, &robot, data)?;
-    let summary =
-        Driver::of(&args.source, &run, output).train(&mut trainer, |now| format!("loss {:.4}", now.metrics.loss))?;
+    let summary = Driver::of(&args.source, &run, output)
+        .train(&mut trainer, |now| format!("loss {:.4}", now.metrics.step.loss))?;
     let Some(summary) = summary else { return Ok(()) };
     let path = folder.join(FILE);
     let validation = trainer.validation_loss()?;
