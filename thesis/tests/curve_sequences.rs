@@ -71,7 +71,7 @@ fn methods_meet_the_same_batches_and_only_the_latent_tokens_differ() {
     let differing: Vec<_> =
         spline.entries().iter().filter(|(name, entry)| alibi.entries().get(*name) != Some(*entry)).collect();
     // The control tokens' moments have as many zeros as there are tokens.
-    let expected = ["network.control", "optimizer.control.first", "optimizer.control.second"];
+    let expected = ["network.control", "training.moments.control.first", "training.moments.control.second"];
     assert_eq!(differing.iter().map(|(name, _)| name.as_str()).collect::<Vec<_>>(), expected);
 }
 

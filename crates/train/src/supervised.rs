@@ -173,7 +173,7 @@ impl SupervisedCore {
             layout.save_into(file, &format!("{prefix}.average"), &average.values)?;
         }
         if let Some((score, values)) = &self.best {
-            file.put_f64(&format!("{prefix}.best.score"), &[1], vec![*score])?;
+            file.put_f64(&format!("{prefix}.best_score"), &[1], vec![*score])?;
             layout.save_into(file, &format!("{prefix}.best"), values)?;
         }
         Ok(())
@@ -192,7 +192,7 @@ impl SupervisedCore {
             }
             None => None,
         };
-        let score = format!("{prefix}.best.score");
+        let score = format!("{prefix}.best_score");
         let best = match file.contains(&score) {
             true => Some((file.f64s(&score, &[1])?[0], layout.load_from(file, &format!("{prefix}.best"))?)),
             false => None,

@@ -12,9 +12,11 @@ pub fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
 }
 
-/// Runs a command of `lifelike`, which must work.
+/// Runs a command of `lifelike` in the checkout, which must work.
 #[track_caller]
 pub fn lifelike(arguments: &[&str]) {
+    // The same for all tests of a process.
+    std::env::set_current_dir(root()).unwrap();
     lifelike::run(&[&["--json", "--quiet"], arguments].concat()).unwrap();
 }
 

@@ -98,14 +98,14 @@ impl Member {
 
     /// Writes it.
     pub(super) fn save_into(&self, file: &mut Checkpoint, member: usize) -> Result<(), GenerationError> {
-        self.layout.save_into(file, &named("critic", member), self.network.parameters())?;
-        Ok(self.core.save_into(&self.layout, file, &named("training", member))?)
+        self.layout.save_into(file, &format!("member.{member}.network"), self.network.parameters())?;
+        Ok(self.core.save_into(&self.layout, file, &format!("member.{member}.training"))?)
     }
 
     /// Reads it back.
     pub(super) fn load(&mut self, file: &Checkpoint, member: usize) -> Result<(), GenerationError> {
-        let parameters = self.layout.load_from(file, &named("critic", member))?;
-        self.core.load_from(&self.layout, file, &named("training", member))?;
+        let parameters = self.layout.load_from(file, &format!("member.{member}.network"))?;
+        self.core.load_from(&self.layout, file, &format!("member.{member}.training"))?;
         self.network.update(|values| values.copy_from_slice(&parameters));
         Ok(())
     }
