@@ -8,6 +8,8 @@ rustup toolchain install "$nightly" --profile minimal --component miri,rust-src 
     not_run "no nightly compiler with miri here, and it does not install"
     exit 0
 }
-# Files are written in tests, and few random cases are enough at this speed.
-MIRIFLAGS="-Zmiri-disable-isolation" PROPTEST_CASES=2 LIFELIKE_SIMD=portable cargo "+$nightly" miri test --locked \
-    --package lifelike-dense --package lifelike-checkpoint --lib --target-dir "$target/miri"
+# The queues of rayon break the stricter rules of stacked borrows. Few random cases are enough at this speed. One test draws
+# texts by a regular expression, whose compilation alone takes minutes here.
+export MIRIFLAGS="-Zmiri-disable-isolation -Zmiri-tree-borrows" PROPTEST_CASES=2 LIFELIKE_SIMD=portable
+cargo "+$nightly" miri test --locked --package lifelike-dense --package lifelike-checkpoint --lib \
+    --target-dir "$target/miri" -- --skip files_are_whole_or_refused
