@@ -275,6 +275,13 @@ fn architecture_md_names_every_crate() {
 }
 
 #[test]
+fn architecture_md_is_read_in_a_few_minutes() {
+    let page = fs::read_to_string(root().join("ARCHITECTURE.md")).unwrap();
+    let words = page.split_whitespace().filter(|word| word.contains(char::is_alphabetic)).count();
+    assert!(words <= 1200, "{words} words: reasons belong to docs/decisions");
+}
+
+#[test]
 fn the_checks_themselves_see_what_is_wrong() {
     assert!(allowed("tracking", "sim") && allowed("lifelike", "nn") && allowed("sim", "robot"));
     assert!(!allowed("robot", "sim") && !allowed("nn", "character") && !allowed("sim", "nn") && !allowed("sim", "sim"));
