@@ -7,8 +7,8 @@ use lifelike_sim::trace::{BlockTrace, Trace};
 use rayon::prelude::*;
 
 use crate::AugmentationError;
+use crate::loss::LossKind;
 use crate::model::{Inputs, Network, NetworkPass, SatSizes, Scales, Stream, closed_loop};
-use crate::training::LossKind;
 
 /// Ending of the files' names.
 pub const EXTENSION: &str = ".augmentation.safetensors";

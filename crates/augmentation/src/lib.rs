@@ -13,6 +13,7 @@ pub mod error;
 pub mod gap;
 pub mod identification;
 pub mod logs;
+mod loss;
 pub mod model;
 pub mod references;
 pub mod replay;

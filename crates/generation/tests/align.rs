@@ -179,7 +179,7 @@ fn one_that_is_not_told_the_duration_is_aligned_too() {
     let generator = generator(&robot, false);
     assert!(!generator.header().sizes.duration);
     let mut trainer = AlignTrainer::new(&plan(), &robot, generator, critic(&robot), &motions(&robot), None).unwrap();
-    assert!(trainer.step().unwrap().loss.is_finite());
+    assert!(trainer.step().unwrap().step.loss.is_finite());
 }
 
 #[test]

@@ -45,7 +45,7 @@ fn a_training_learns_in_both_spaces_and_makes_clips() {
         let mut trainer = trainer(&plan, &robot);
         let before = trainer.validation_loss().unwrap();
         for _ in 0..plan.iterations {
-            assert!(trainer.step().unwrap().loss.is_finite());
+            assert!(trainer.step().unwrap().step.loss.is_finite());
         }
         let after = trainer.validation_loss().unwrap();
         assert!(after < 0.7 * before, "{space:?}: {before} {after}");

@@ -5,6 +5,7 @@ use std::process::ExitCode;
 
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{ArgAction, Parser};
+use lifelike_simd::InstructionSet;
 use tracing_subscriber::Layer;
 use tracing_subscriber::filter::{LevelFilter, Targets};
 use tracing_subscriber::layer::SubscriberExt;
@@ -20,6 +21,17 @@ use crate::output::{self, Output};
 #[derive(Debug, Parser)]
 #[command(name = "lifelike", version = VERSION, propagate_version = true, max_term_width = 100, after_help = AFTER)]
 pub struct Cli {
+    /// Options of every command.
+    #[command(flatten)]
+    pub options: GlobalOptions,
+    /// The command.
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+/// Options of every command, of this program and of others that are built on this library.
+#[derive(Debug, clap::Args)]
+pub struct GlobalOptions {
     /// Print JSON for scripts instead of text.
     #[arg(long, global = true)]
     pub json: bool,
@@ -32,9 +44,6 @@ pub struct Cli {
     /// Show all columns of tables, however wide they become.
     #[arg(long, global = true)]
     pub wide: bool,
-    /// The command.
-    #[command(subcommand)]
-    pub command: Command,
 }
 
 /// Version, commit and features.
@@ -85,17 +94,30 @@ impl Cli {
 
     /// As [`Self::execute`], for callers that are not `main`: the exit code is a number.
     pub fn exit_code(self) -> u8 {
+        self.options.execute(|output| self.command.run(output))
+    }
+}
+
+impl GlobalOptions {
+    /// Starts the logs, runs a command, prints its error, and returns the exit code.
+    pub fn execute(&self, command: impl FnOnce(&Output) -> Result<(), CliError>) -> u8 {
         lifelike_nn::memory::tune_allocator();
         self.start_logs();
         output::show_all_columns(self.wide);
-        let output = Output { json: self.json, quiet: self.quiet, silent: false };
-        match self.command.run(&output) {
+        let output = self.output();
+        // Whoever asks for an instruction set wants its numbers or its speed, and no other's.
+        let available = InstructionSet::from_environment().map_err(|e| CliError::Usage(e.to_string()));
+        match available.and_then(|_| command(&output)) {
             Ok(()) => 0,
             Err(error) => {
                 output.error(&error);
                 error.code()
             }
         }
+    }
+
+    fn output(&self) -> Output {
+        Output { json: self.json, quiet: self.quiet, silent: false }
     }
 
     fn start_logs(&self) {
@@ -124,7 +146,7 @@ impl Cli {
 pub fn run(arguments: &[&str]) -> Result<(), CliError> {
     let cli = Cli::try_parse_from(std::iter::once(&"lifelike").chain(arguments))
         .map_err(|e| CliError::Usage(e.to_string()))?;
-    cli.command.run(&Output { json: cli.json, quiet: cli.quiet, silent: false })
+    cli.command.run(&cli.options.output())
 }
 
 /// Returns the remedy for `--budget.minutes=5`: keys of a plan stand without dashes.
@@ -163,7 +185,7 @@ mod tests {
     fn libraries_speak_only_when_asked_twice() {
         let says = |flags: &[&str], target, level| {
             let words = [&["lifelike"], flags, &["plans"]].concat();
-            super::Cli::parse_from(words).logs().would_enable(target, &level)
+            super::Cli::parse_from(words).options.logs().would_enable(target, &level)
         };
         for (flags, own, libraries) in [
             (&["-q"][..], Level::ERROR, Level::ERROR),

@@ -46,7 +46,7 @@ impl CliError {
 
     /// A file that cannot be read or written: bad input where there is no such file or where it holds something else, a failure where
     /// the machine refuses (a full disk, missing permission).
-    fn io(source: &std::io::Error, message: String) -> Self {
+    pub fn io(source: &std::io::Error, message: String) -> Self {
         use std::io::ErrorKind::{InvalidData, InvalidInput, IsADirectory, NotADirectory, NotFound, UnexpectedEof};
         let is_input = matches!(
             source.kind(),

@@ -24,21 +24,21 @@
 //! # Features
 //! `mujoco` adds a second engine, `mpi` several processes that train one policy.
 
-mod bounds;
+pub mod bounds;
 mod cli;
 pub mod commands;
-mod destination;
+pub mod destination;
 mod error;
 mod folders;
 mod interrupt;
 mod next;
-mod output;
+pub mod output;
 pub mod overrides;
 pub mod plans;
-mod progress;
+pub mod progress;
 pub mod shipped;
 pub mod simulated_robot;
 
-pub use cli::{Cli, run};
+pub use cli::{Cli, GlobalOptions, run};
 pub use error::CliError;
 pub use output::{Output, table};

@@ -38,8 +38,8 @@ pub fn apply<T: Serialize + DeserializeOwned>(plan: T, overrides: &[String]) -> 
             .split_once('=')
             .filter(|(key, _)| !key.trim().is_empty())
             .ok_or_else(|| CliError::Usage(format!("expected key=value, got '{text}'")))?;
-        let (key, value) = (present_name(key.trim()), value.trim());
-        let done = if value.is_empty() { take_out(&mut tree, &key) } else { put(&mut tree, &key, parse(value)) };
+        let (key, value) = (key.trim(), value.trim());
+        let done = if value.is_empty() { take_out(&mut tree, key) } else { put(&mut tree, key, parse(value)) };
         done.map_err(|e| CliError::Input(format!("'{text}': {e}")))?;
     }
     let said = overrides.join(" ");
@@ -58,11 +58,6 @@ fn cure(error: &str) -> String {
     let mut names = error.split('`').skip(1).step_by(2);
     let unknown = names.next().filter(|_| error.contains("unknown field") || error.contains("unknown variant"));
     unknown.map_or_else(String::new, |unknown| hint(unknown, names))
-}
-
-/// Returns the name that a key of a tracker's plan has today; no other plan has keys of those former names.
-fn present_name(key: &str) -> String {
-    lifelike_tracking::plan::keys::present_name(key)
 }
 
 /// A TOML value; what is none is a text, so that paths need no quotes.

@@ -1,4 +1,4 @@
-//! A critic from rollouts of a frozen controller to its marks and to the motion that it aligns.
+//! A critic from rollouts of a frozen controller to the motion that it aligns.
 
 #![allow(clippy::unwrap_used)]
 
@@ -34,7 +34,7 @@ const GENERATOR: &str = "robot = 'lima'\nclips = ['builtin']\nmax_seconds = 2.0\
     pieces = 150\nbatch = 8\niterations = 10\nwarmup = 2\ndiffusion_steps = 10\nvalidate_every = 5\n";
 
 #[test]
-fn a_critic_is_trained_measured_and_aligns_a_generator() {
+fn a_critic_is_trained_and_aligns_a_generator() {
     let folder = tempfile::tempdir().unwrap();
     let at = |name: &str| folder.path().join(name).to_string_lossy().into_owned();
     std::fs::write(at("critic.toml"), CRITIC).unwrap();
@@ -44,15 +44,6 @@ fn a_critic_is_trained_measured_and_aligns_a_generator() {
     let again = json(&["train", "critic", "--resume", "-o", &run]);
     assert_eq!(again["explained_variance"], trained["explained_variance"], "what is done is left alone");
     let critic = trained["critic"].as_str().unwrap();
-
-    let out = at("out");
-    let few = ["--environments", "8", "--steps", "120", "--seconds", "1", "--repeats", "2"];
-    let bench =
-        ["bench", "critic", "--run", &run, "--motions", "motions/nod.keys.toml", "motions/walk.keys.toml", "-o", &out];
-    let measured = json(&[&bench[..], &few].concat());
-    assert_eq!((&measured["clips"], &measured["starts"]), (&Value::from(2), &Value::from(4)));
-    assert!(measured["windows"].as_u64().unwrap() > 20, "{measured}");
-    assert!(std::fs::read_to_string(folder.path().join("out/report.html")).unwrap().contains("Predicted and measured"));
 
     std::fs::write(at("generator.toml"), GENERATOR).unwrap();
     let made = json(&["train", "generator", "--plan", &at("generator.toml"), "-o", &at("generator")]);

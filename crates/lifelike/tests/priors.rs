@@ -1,4 +1,4 @@
-//! Priors at the command: trained, resumed, searched in, interpolated with, compared, and seen by a policy.
+//! Priors at the command: trained, resumed, searched in, interpolated with, and seen by a policy.
 
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
@@ -129,33 +129,6 @@ fn a_motion_between_two_is_a_motion() {
 }
 
 #[test]
-fn latent_spaces_are_compared() {
-    let folder = tempfile::tempdir().unwrap();
-    let (prior, motions) = small_prior(folder.path());
-    let to = folder.path().join("latent");
-    let arguments = ["bench", "latent", "--prior", &prior, &prior, "--motions", &motions];
-    let unseen = ["--unseen", "motions/bow.keys.toml", "-o", to.to_str().unwrap()];
-    let value = json(&[&arguments[..], &unseen].concat());
-    // Two clips of 5 s have one class each: 0 to 2 s, and 4 to 6 s is not there.
-    assert_eq!((&value["clips"], &value["table"][0]["lda"]["classes"]), (&2.into(), &2.into()));
-    assert_eq!(value["table"][0]["lda"], value["table"][1]["lda"], "the same prior twice");
-    let state = &value["table"][2];
-    // Eq. 4.1 for 20 joints, two hands and two feet: 13 + 2 x 20 + 3 x 4. A feature knows most of itself.
-    assert_eq!(state["dimension"], 65);
-    assert!(state["information"]["best"].as_f64() > value["table"][0]["information"]["best"].as_f64());
-    let information = &value["table"][0]["information"];
-    assert!(information["mean"].as_f64().unwrap() > information["shuffled"].as_f64().unwrap(), "{information}");
-    let sets: Vec<&Value> = value["reconstruction"].as_array().unwrap().iter().map(|r| &r["motions"]).collect();
-    assert_eq!(sets, ["motions", "unseen", "motions", "unseen"]);
-    assert_eq!(value["reconstruction"][1]["errors"]["clips"][0]["clip"], "bow");
-    let file: Value = serde_json::from_slice(&std::fs::read(to.join("latent.json")).unwrap()).unwrap();
-    assert_eq!(file, value);
-
-    let text = out(&lifelike(&arguments));
-    assert!(text.contains("CALM") && text.contains("0.687") && text.contains("joints (deg)"), "{text}");
-}
-
-#[test]
 fn a_spline_prior_serves_wherever_a_prior_does() {
     let folder = tempfile::tempdir().unwrap();
     let (prior, motions) = small_spline_prior(folder.path());
@@ -173,8 +146,6 @@ fn a_spline_prior_serves_wherever_a_prior_does() {
     assert_eq!(found["hits"].as_array().unwrap().len(), 2);
     let between = ["motion", "interpolate", &wave, &nod, "--prior", &prior, "-o", &path("between")];
     assert!(Path::new(json(&between)["file"].as_str().unwrap()).is_file());
-    let spaces = json(&["bench", "latent", "--prior", &prior, "--motions", &motions]);
-    assert_eq!(spaces["table"][0]["dimension"], 12);
     let other = lifelike(&[&between[..], &["--robot", "humanoid"]].concat());
     assert_eq!(other.status.code(), Some(3), "another robot's prior is refused: {}", err(&other));
 }

@@ -92,20 +92,6 @@ impl Adam {
         self.config
     }
 
-    /// Returns the steps taken, and both moments.
-    pub fn state(&self) -> (u64, [&[f32]; 2]) {
-        (self.steps, [&self.first, &self.second])
-    }
-
-    /// Continues with this state.
-    ///
-    /// # Panics
-    /// The moments are of another number of parameters.
-    pub fn set_state(&mut self, steps: u64, [first, second]: [Vec<f32>; 2]) {
-        assert_eq!((first.len(), second.len()), (self.first.len(), self.second.len()), "moments");
-        (self.steps, self.first, self.second) = (steps, first, second);
-    }
-
     /// Takes one step, unless the gradient is not finite.
     ///
     /// # Panics

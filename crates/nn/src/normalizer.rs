@@ -67,11 +67,6 @@ impl RunningNormalizer {
         self.frozen = frozen;
     }
 
-    /// Returns whether updates are ignored.
-    pub fn is_frozen(&self) -> bool {
-        self.frozen
-    }
-
     /// Takes in a batch of rows `[N, size]`. Rows with a non-finite number are left out.
     pub fn update(&mut self, rows: &[f32]) {
         let size = self.size();

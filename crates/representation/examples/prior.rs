@@ -45,13 +45,13 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let every = (trainer.plan().iterations / 20).max(1);
     while trainer.iteration() < trainer.plan().iterations {
         let m = trainer.step()?;
-        if m.iteration % every == 0 || m.iteration == 1 {
-            let ms = start.elapsed().as_secs_f64() * 1e3 / m.iteration as f64;
+        if m.step.iteration % every == 0 || m.step.iteration == 1 {
+            let ms = start.elapsed().as_secs_f64() * 1e3 / m.step.iteration as f64;
             println!(
                 "{:6}  {ms:6.1} ms/iteration  reconstruction {:8.3}  KL {:8.2}  rate {:.5}  gradient {:.2}",
-                m.iteration, m.reconstruction, m.kl, m.learning_rate, m.gradient_norm
+                m.step.iteration, m.reconstruction, m.kl, m.step.learning_rate, m.step.gradient_norm
             );
-            if m.iteration % (5 * every) == 0
+            if m.step.iteration % (5 * every) == 0
                 && let Ok(report) = trainer.report()
             {
                 print(&report);

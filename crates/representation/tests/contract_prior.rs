@@ -7,6 +7,7 @@ mod swings;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use lifelike_character::{Quat, Vec3};
+use lifelike_checkpoint::Checkpoint;
 use lifelike_motion::{FeatureLayout, Frame};
 use lifelike_nn::adam::Rule;
 use lifelike_report::run::RunFolder;
@@ -53,7 +54,7 @@ fn a_stopped_run_continues_bit_for_bit() {
         assert_eq!(expected, got);
         let bytes = |trainer: &VaeTrainer| trainer.checkpoint().unwrap().to_bytes().unwrap();
         assert!(bytes(&straight) == bytes(&resumed));
-        expected.last().unwrap().loss
+        expected.last().unwrap().step.loss
     });
     assert!(losses[0] != losses[1] && losses[1] != losses[2] && losses[2] != losses[0], "three rules: {losses:?}");
 }
@@ -142,7 +143,7 @@ fn it_learns_and_a_saved_prior_answers_like_the_live_one() {
     let before = run_.report().unwrap();
     let metrics = run(&mut run_, 300);
     let after = run_.report().unwrap();
-    assert!(metrics.iter().all(|m| m.loss.is_finite() && m.skipped == 0));
+    assert!(metrics.iter().all(|m| m.step.loss.is_finite() && m.step.skipped == 0));
     assert!(after.centre.joints_deg < 0.5 * before.centre.joints_deg, "{before:?}\n{after:?}");
     assert!(after.window.effectors_mm < 0.5 * before.window.effectors_mm, "{before:?}\n{after:?}");
 
@@ -251,4 +252,33 @@ fn codes_of_clips_stand_beside_their_features() {
     let told = |error: RepresentationError| error.to_string();
     assert!(told(Codes::of_prior(&prior, &broken).unwrap_err()).contains("swing_1, frame 3"));
     assert!(told(features_of(&broken, prior.layout()).unwrap_err()).contains("swing_1, frame 3"));
+}
+
+#[test]
+fn a_gradient_that_is_not_finite_is_skipped_and_counted() {
+    let mut trainer = trainer(small());
+    // A weight of the largest size: all passes overflow.
+    let good = trainer.checkpoint().unwrap();
+    let mut broken = Checkpoint::new();
+    good.metadata().iter().for_each(|(key, value)| broken.set_meta(key, value).unwrap());
+    for (name, entry) in good.entries() {
+        match name.as_str() {
+            "vae.encoder_out.weight" => {
+                let count = entry.shape().iter().product();
+                broken.put_f32(name, entry.shape(), vec![f32::MAX; count]).unwrap();
+            }
+            _ => broken.put(name, entry.clone()).unwrap(),
+        }
+    }
+    trainer.restore(&broken).unwrap();
+    let weights = |trainer: &VaeTrainer| {
+        let checkpoint = trainer.checkpoint().unwrap();
+        let own = checkpoint.entries().iter().filter(|(name, _)| name.starts_with("vae."));
+        own.map(|(name, entry)| (name.clone(), entry.clone())).collect::<Vec<_>>()
+    };
+    let before = weights(&trainer);
+    assert!(before.len() > 8, "{}", before.len());
+    let skipped: Vec<u64> = run(&mut trainer, 3).iter().map(|metrics| metrics.step.skipped).collect();
+    assert_eq!(skipped, [1, 2, 3]);
+    assert!(weights(&trainer) == before, "no number that is not finite gets into the weights");
 }

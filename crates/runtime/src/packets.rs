@@ -73,11 +73,6 @@ impl Monitor {
         verdict
     }
 
-    /// Returns whether a packet has arrived.
-    pub fn has_any(&self) -> bool {
-        self.last.is_some()
-    }
-
     /// Returns the time since the last packet that was used (s).
     pub fn silence(&self, now: u64) -> f64 {
         now.saturating_sub(self.arrived) as f64 * 1e-9

@@ -4,7 +4,6 @@
 //! acts. The simulation makes one step, and the reward compares the state at t+1 with frame t+1.
 
 mod checkpoint;
-mod episode;
 mod evaluator;
 mod frozen;
 mod reserved;
@@ -17,7 +16,6 @@ mod start;
 mod state;
 pub mod statistics;
 mod teachers;
-pub(crate) mod tracking_error;
 mod vector;
 
 use std::sync::Arc;
@@ -28,7 +26,6 @@ use lifelike_sim::{BatchState, Drive, Ground, Simulation};
 use lifelike_train::StepOutcome;
 use rayon::prelude::*;
 
-pub use self::episode::Episode;
 use self::evaluator::StepEvaluator;
 use self::reserved::Reserved;
 use self::sensor_model::delay_targets;
@@ -36,10 +33,10 @@ use self::setup::{Setup, expect};
 use self::soles::Soles;
 use self::stage::Stage;
 pub use self::start::Start;
-pub(crate) use self::state::root;
 use self::statistics::EpisodeStatistics;
 use self::teachers::Teachers;
 use crate::TrackerError;
+use crate::episode::Episode;
 use crate::plan::TrackerPlan;
 use crate::reference::{Coverage, RsiSampler};
 

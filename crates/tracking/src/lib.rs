@@ -11,6 +11,7 @@
 //! every key of a plan with unit, default and meaning. [`reference::rsi`] draws the starts of episodes.
 
 pub mod environment;
+mod episode;
 mod error;
 mod observe;
 pub mod plan;
@@ -21,9 +22,11 @@ pub mod rewards;
 pub mod terminations;
 #[cfg(test)]
 mod tests;
+mod tracking_error;
 pub mod trainer;
 
-pub use environment::{Environment, Episode, Start};
+pub use environment::{Environment, Start};
+pub use episode::Episode;
 pub use error::TrackerError;
 pub use lifelike_train::StepOutcome;
 pub use plan::TrackerPlan;

@@ -9,7 +9,15 @@ use lifelike_robot::{
 };
 use lifelike_sim::BatchState;
 
-use super::environment::{Episode, root};
+use crate::episode::Episode;
+
+/// Returns root position (m) and orientation (`wxyz`) of one environment.
+#[inline]
+pub(crate) fn root(state: &BatchState, i: usize) -> ([f32; 3], [f32; 4]) {
+    let p = &state.root_position[3 * i..3 * i + 3];
+    let q = &state.root_orientation[4 * i..4 * i + 4];
+    ([p[0], p[1], p[2]], [q[0], q[1], q[2], q[3]])
+}
 
 /// One environment at one moment.
 #[derive(Clone, Copy)]

@@ -83,8 +83,8 @@ pub struct TrackerPlan {
     /// Length of an episode.
     #[serde(default)]
     pub episode: EpisodeSpec,
-    /// Reference-state initialization: the states in which episodes begin. Was `starts`, which is read too.
-    #[serde(default, alias = "starts")]
+    /// Reference-state initialization: the states in which episodes begin.
+    #[serde(default)]
     pub rsi: RsiSpec,
     /// Differences of the environments from the model and from each other.
     #[serde(default = "RandomizationSpec::none")]
@@ -92,8 +92,8 @@ pub struct TrackerPlan {
     /// Uneven ground; none: level ground.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub terrain: Option<TerrainSpec>,
-    /// Noise and delays between robot and policy. Was `senses`, which is read too.
-    #[serde(default, alias = "senses")]
+    /// Noise and delays between robot and policy.
+    #[serde(default)]
     pub sensors: SensorSpec,
     /// Difficulties that grow while the policy learns.
     #[serde(default)]
@@ -135,8 +135,7 @@ pub struct EpisodeSpec {
     pub switch_clips: bool,
     /// Reference re-anchoring: a robot that leaves its path, or turns off it, further than it is shown (`ANCHOR_REACH` and
     /// `ANCHOR_TURN` of [`lifelike_robot::ObservationSpec`]) draws the reference's world after it. So errors stay where
-    /// they can be seen and paid for, without a reason to end the episode. Was `leash`, which is read too.
-    #[serde(alias = "leash")]
+    /// they can be seen and paid for, without a reason to end the episode.
     pub reanchor: bool,
     /// After a switch, deviations do not end the episode for this long (s).
     pub grace_seconds: f64,
@@ -358,34 +357,12 @@ mod tests {
 
     #[test]
     fn the_plans_that_come_with_the_project_are_good() {
-        for name in [
-            "track",
-            "track-20",
-            "track-56",
-            "track-all",
-            "track-long",
-            "track-g1",
-            "track-g1-long",
-            "track-walk",
-            "track-thesis",
-        ] {
+        for name in
+            ["track", "track-20", "track-56", "track-all", "track-long", "track-g1", "track-g1-long", "track-walk"]
+        {
             let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("../../experiments/{name}.toml"));
             TrackerPlan::read(&path).unwrap();
         }
-    }
-
-    #[test]
-    fn keys_by_their_former_names_are_read_and_written_by_their_present_ones() {
-        let old = "robot = \"lima\"\nclips = []\nepisode = { leash = false }\nstarts = { floor = 0.5 }\n\
-            senses = { action_delay = 2 }";
-        let plan: TrackerPlan = toml::from_str(old).unwrap();
-        assert_eq!((plan.episode.reanchor, plan.rsi.floor, plan.sensors.action_delay), (false, 0.5, 2));
-        let new = toml::to_string(&plan).unwrap();
-        assert!(["leash", "starts", "senses"].iter().all(|key| !new.contains(key)), "{new}");
-        assert_eq!(toml::from_str::<TrackerPlan>(&new).unwrap(), plan);
-        let both =
-            toml::from_str::<TrackerPlan>(&format!("{new}\n[senses]\naction_delay = 2")).unwrap_err().to_string();
-        assert!(both.contains("sensors"), "the present name is told: {both}");
     }
 
     #[test]

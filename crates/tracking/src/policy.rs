@@ -8,7 +8,7 @@ use std::path::Path;
 use lifelike_checkpoint::Checkpoint;
 use lifelike_nn::normalizer::RunningNormalizer;
 use lifelike_robot::controller::PolicyHeader;
-use lifelike_robot::{ActionMap, ReferenceLibrary, Robot};
+use lifelike_robot::{ReferenceLibrary, Robot};
 
 use crate::TrackerError;
 use lifelike_train::networks::{Actor, ActorSize, Critic};
@@ -81,11 +81,6 @@ impl Policy {
     /// Names, order, default pose or rate are others.
     pub fn check(&self, robot: &Robot) -> Result<(), TrackerError> {
         check(&self.header, robot)
-    }
-
-    /// Returns the map from its outputs to joint targets.
-    pub fn action_map(&self, robot: &Robot) -> ActionMap {
-        ActionMap::new(self.header.action, robot)
     }
 
     /// Returns the outputs of the deterministic policy: `[N, O]` observations as [`ObservationSpec::write`] wrote them → `[N, J]` outputs (not

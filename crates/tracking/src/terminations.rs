@@ -8,7 +8,7 @@ use lifelike_train::PlanError;
 use lifelike_train::limits::range;
 
 use crate::TrackerError;
-use crate::environment::tracking_error::TrackingError;
+use crate::tracking_error::TrackingError;
 
 /// A limit of a rule, as a plan gives it.
 trait Limit: Copy {

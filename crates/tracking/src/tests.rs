@@ -382,37 +382,6 @@ fn a_run_on_other_motion_is_refused_by_name() {
 }
 
 #[test]
-fn a_checkpoint_of_an_earlier_version_is_gone_on_with() {
-    let plan = restless();
-    let place = tempfile::tempdir().unwrap();
-    let folder = RunFolder::create(place.path().join("run"), &plan).unwrap();
-    go_on(&plan, &folder, Some(4));
-    let checkpoints = folder.checkpoints(1);
-    let (info, bytes) = checkpoints.latest().unwrap();
-    let new = Checkpoint::from_bytes(&bytes, &checkpoints.path(info.iteration)).unwrap();
-    // Its layout: counters and position together, and neither identity nor snapshots.
-    let mut old = Checkpoint::new();
-    for key in ["plan", "policy"]
-        .into_iter()
-        .chain(new.metadata().keys().map(String::as_str).filter(|k| k.starts_with("environment")))
-    {
-        old.set_meta(key, &new.metadata()[key]).unwrap();
-    }
-    for (name, entry) in
-        new.entries().iter().filter(|(name, _)| !name.starts_with("run.position") && *name != "progress")
-    {
-        old.put(name, entry.clone()).unwrap();
-    }
-    let (progress, position) = (new.u64s("progress", &[2]).unwrap(), new.u64s("run.position", &[2]).unwrap());
-    old.put_u64("run.counters", &[3], vec![progress[0], progress[1], position[0]]).unwrap();
-    checkpoints.save(info.iteration, None, &old.to_bytes().unwrap()).unwrap();
-    go_on(&plan, &folder, None);
-    let whole = run(&[]);
-    let (metrics, _, policy) = files(&folder);
-    assert!(metrics == whole.0 && policy == whole.2);
-}
-
-#[test]
 fn the_number_of_threads_changes_nothing() {
     let with = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();

@@ -208,12 +208,7 @@ impl Trainer {
                 got: "another (only budget and checkpoint_every may change)".into(),
             });
         }
-        // Earlier versions kept them beside the position in the metrics.
-        let progress = if checkpoint.contains("progress") {
-            checkpoint.u64s("progress", &[2])?
-        } else {
-            checkpoint.u64s("run.counters", &[3])?
-        };
+        let progress = checkpoint.u64s("progress", &[2])?;
         self.learner.load(checkpoint, "learner")?;
         self.environment.load(checkpoint, "environment")?;
         (self.iteration, self.steps) = (progress[0], progress[1]);

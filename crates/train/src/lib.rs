@@ -34,6 +34,7 @@ pub mod networks;
 pub mod ppo;
 mod records;
 mod run;
+pub mod supervised;
 mod task;
 
 pub use environment::{StepOutcome, VectorEnvironment};

@@ -32,8 +32,8 @@ impl AugmentationTrainer {
         if looped.is_empty() {
             return fed_back;
         }
-        let mut rng = stream(self.plan.seed, "augmentation closed loop", number as u64, self.iteration);
-        let own = self.plan.feedback.own_at(self.iteration, self.plan.iterations);
+        let mut rng = stream(self.plan.seed, "augmentation closed loop", number as u64, self.iteration());
+        let own = self.plan.feedback.own_at(self.iteration(), self.plan.iterations);
         let mut closed = ClosedLoop::new(network.clone(), looped.len());
         let width = self.inputs.fields.len();
         for step in 0..steps {

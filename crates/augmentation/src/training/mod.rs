@@ -2,11 +2,10 @@
 //! [`lifelike_train::TrainingTask`]).
 
 mod feedback;
-mod loss;
 mod plan;
 mod task;
 mod trainer;
 
-pub use loss::{Loss, LossKind};
+pub use crate::loss::{Loss, LossKind};
 pub use plan::{AugmentationPlan, FeedbackShares};
-pub use trainer::{AugmentationMetrics, AugmentationTrainer};
+pub use trainer::AugmentationTrainer;

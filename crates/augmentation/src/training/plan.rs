@@ -3,9 +3,9 @@
 use lifelike_nn::schedules::cosine;
 use lifelike_train::limits::{range, whole, wrong};
 
-use super::loss::LossKind;
 use crate::AugmentationError;
 use crate::augmentation::Feedback;
+use crate::loss::LossKind;
 use crate::model::{Frame, SatSizes};
 
 /// What training tells the encoder of the errors before.

@@ -5,9 +5,10 @@ use std::path::{Path, PathBuf};
 use lifelike_checkpoint::Checkpoint;
 use lifelike_report::ReportBuilder;
 use lifelike_report::run::RunFolder;
+use lifelike_train::supervised::StepMetrics;
 use lifelike_train::{Budget, Scalar, Schedule, TrainingTask, Validation};
 
-use super::trainer::{AugmentationMetrics, AugmentationTrainer};
+use super::trainer::AugmentationTrainer;
 use crate::AugmentationError;
 use crate::augmentation::EXTENSION;
 
@@ -19,7 +20,7 @@ impl AugmentationTrainer {
 }
 
 impl TrainingTask for AugmentationTrainer {
-    type Metrics = AugmentationMetrics;
+    type Metrics = StepMetrics;
     type Error = AugmentationError;
 
     fn iteration(&self) -> u64 {
@@ -39,19 +40,12 @@ impl TrainingTask for AugmentationTrainer {
         vec![("traces", self.digest().to_string())]
     }
 
-    fn step(&mut self) -> Result<AugmentationMetrics, AugmentationError> {
-        let metrics = self.iterate();
-        if metrics.loss.is_finite() && metrics.gradient_norm.is_finite() {
-            return Ok(metrics);
-        }
-        Err(AugmentationError::mismatch("loss of the augmentation", "a finite number", metrics.loss))
+    fn step(&mut self) -> Result<StepMetrics, AugmentationError> {
+        Ok(self.iterate())
     }
 
-    fn scalars(&self, metrics: &AugmentationMetrics) -> Vec<Scalar> {
-        let AugmentationMetrics { loss, gradient_norm, learning_rate } = *metrics;
-        [("Loss/augmentation", loss), ("Loss/gradient_norm", gradient_norm), ("Loss/learning_rate", learning_rate)]
-            .map(|(name, value)| (name.to_string(), value))
-            .to_vec()
+    fn scalars(&self, metrics: &StepMetrics) -> Vec<Scalar> {
+        metrics.scalars()
     }
 
     fn validate(&mut self) -> Result<Option<Validation>, AugmentationError> {

@@ -2,29 +2,19 @@
 
 use lifelike_checkpoint::Checkpoint;
 use lifelike_checkpoint::rng::stream;
-use lifelike_nn::adam::{Adam, AdamConfig, Descent};
+use lifelike_nn::adam::{AdamConfig, Descent};
 use lifelike_nn::rows::Layout;
 use lifelike_sim::trace::{BlockTrace, Trace};
+use lifelike_train::supervised::{Decay, StepMetrics, SupervisedCore};
 use rand::Rng;
 use rayon::prelude::*;
 use sha2::{Digest, Sha256};
 
-use super::loss::Loss;
 use super::plan::AugmentationPlan;
 use crate::AugmentationError;
 use crate::augmentation::{Augmentation, AugmentationHeader};
+use crate::loss::Loss;
 use crate::model::{Inputs, Network, SatSizes, Scales, Sequence};
-
-/// Numbers of one iteration.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct AugmentationMetrics {
-    /// Mean loss of a step.
-    pub loss: f64,
-    /// Norm of the gradient.
-    pub gradient_norm: f64,
-    /// Learning rate.
-    pub learning_rate: f64,
-}
 
 /// Validation sequences that run side by side.
 const SIDE_BY_SIDE: usize = 12;
@@ -56,10 +46,8 @@ pub struct AugmentationTrainer {
     sequences: Vec<Sequence>,
     validation: Vec<Sequence>,
     values: Vec<f32>,
-    optimizer: Adam,
-    pub(super) iteration: u64,
-    /// The best weights on the validation traces, with their score.
-    best: Option<(f64, Vec<f32>)>,
+    /// Moments, and the best weights on the validation traces.
+    pub(super) core: SupervisedCore,
     digest: String,
 }
 
@@ -121,7 +109,7 @@ impl AugmentationTrainer {
         Ok(Self {
             loss: Loss::new(plan.loss, &inputs, &scales, plan.physics_weight),
             plan: plan.clone(),
-            optimizer: Adam::new(AdamConfig::adam(), values.len()),
+            core: SupervisedCore::new(AdamConfig::adam(), values.len()),
             digest: hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect(),
             inputs,
             scales,
@@ -130,8 +118,6 @@ impl AugmentationTrainer {
             sequences,
             validation,
             values,
-            iteration: 0,
-            best: None,
         })
     }
 
@@ -142,7 +128,7 @@ impl AugmentationTrainer {
 
     /// Returns the iterations done.
     pub fn iteration(&self) -> u64 {
-        self.iteration
+        self.core.iteration()
     }
 
     /// Returns SHA-256 over all that is learned from, hexadecimal.
@@ -161,7 +147,7 @@ impl AugmentationTrainer {
     }
 
     /// Takes one step.
-    pub fn iterate(&mut self) -> AugmentationMetrics {
+    pub fn iterate(&mut self) -> StepMetrics {
         let stretches = self.draw();
         let network = Network::new(self.sizes, &self.layout, &self.values);
         let parts: Vec<(usize, &[Stretch])> = stretches.chunks(self.plan.part).enumerate().collect();
@@ -174,21 +160,15 @@ impl AugmentationTrainer {
             loss += own;
             gradient.iter_mut().zip(sums).for_each(|(sum, x)| *sum += x / count as f32);
         }
-        let rate = self.plan.learning_rate_at(self.iteration);
-        self.iteration += 1;
-        let before = self.values.clone();
-        let decay = 1.0 - (rate * self.plan.weight_decay) as f32;
-        self.values.iter_mut().for_each(|x| *x *= decay);
+        let rate = self.plan.learning_rate_at(self.iteration());
         let descent = Descent { gradient: &gradient, max_norm: self.plan.max_gradient_norm, rate };
-        let stepped = self.optimizer.step(&self.layout, &mut self.values, descent);
-        if !stepped.taken {
-            self.values = before;
-        }
-        AugmentationMetrics { loss: loss / count, gradient_norm: stepped.norm, learning_rate: rate }
+        let whole = 0..self.values.len();
+        let decay = Decay { weight: self.plan.weight_decay, ranges: &[whole] };
+        self.core.step(&self.layout, &mut self.values, loss / count, descent, decay)
     }
 
     fn draw(&self) -> Vec<Stretch> {
-        let mut rng = stream(self.plan.seed, "augmentation batch", 0, self.iteration);
+        let mut rng = stream(self.plan.seed, "augmentation batch", 0, self.iteration());
         let width = self.inputs.fields.len();
         // Longer sequences are drawn more often: every place of every sequence alike.
         let places: Vec<usize> =
@@ -223,7 +203,7 @@ impl AugmentationTrainer {
             (0..steps).flat_map(|step| stretches.iter().flat_map(move |own| row(step, own))).collect()
         };
         let (mut rows, error) = (gather(|own| &own.rows, width), gather(|own| &own.error, outputs));
-        let mut rng = stream(self.plan.seed, "augmentation noise", number as u64, self.iteration);
+        let mut rng = stream(self.plan.seed, "augmentation noise", number as u64, self.iteration());
         let noise = self.plan.noise as f32;
         // Uniform of that deviation: cheap, and bounded.
         rows.iter_mut().for_each(|x| *x += noise * 3.0_f32.sqrt() * (2.0 * rng.random::<f32>() - 1.0));
@@ -258,15 +238,13 @@ impl AugmentationTrainer {
         let means: Vec<f64> =
             (0..outputs).map(|i| errors.iter().map(|(sums, _)| sums[i]).sum::<f64>() / steps).collect();
         let score = -means.iter().sum::<f64>() / outputs as f64;
-        if self.best.as_ref().is_none_or(|(best, _)| score > *best) {
-            self.best = Some((score, self.values.clone()));
-        }
+        self.core.validated(score, &self.values);
         Some(means)
     }
 
     /// Returns the augmentation: the best on the validation traces, else the latest.
     pub fn augmentation(&self) -> Augmentation {
-        let values = self.best.as_ref().map_or(&self.values, |(_, values)| values);
+        let values = self.core.best().unwrap_or(&self.values);
         let outputs = self.inputs.selection.len();
         let mut limit = vec![0.0_f32; outputs];
         for row in self.sequences.iter().flat_map(|own| own.error.chunks_exact(outputs)) {
@@ -289,31 +267,54 @@ impl AugmentationTrainer {
     }
 
     pub(super) fn save(&self) -> Result<Checkpoint, AugmentationError> {
-        let (mut file, n) = (Checkpoint::new(), self.values.len());
-        file.put_u64("progress", &[1], vec![self.iteration])?;
-        file.put_f32("network", &[n], self.values.clone())?;
-        let (steps, [first, second]) = self.optimizer.state();
-        file.put_u64("adam.steps", &[1], vec![steps])?;
-        file.put_f32("adam.first", &[n], first.to_vec())?;
-        file.put_f32("adam.second", &[n], second.to_vec())?;
-        if let Some((score, values)) = &self.best {
-            file.put_f64("best.score", &[1], vec![*score])?;
-            file.put_f32("best.network", &[n], values.clone())?;
-        }
+        let mut file = Checkpoint::new();
+        self.layout.save_into(&mut file, "network", &self.values)?;
+        self.core.save_into(&self.layout, &mut file, "training")?;
         Ok(file)
     }
 
     pub(super) fn load(&mut self, file: &Checkpoint) -> Result<(), AugmentationError> {
-        let n = self.values.len();
-        let iteration = file.u64s("progress", &[1])?[0];
-        let values = file.f32s("network", &[n])?;
-        let moments = [file.f32s("adam.first", &[n])?, file.f32s("adam.second", &[n])?];
-        self.optimizer.set_state(file.u64s("adam.steps", &[1])?[0], moments);
-        self.best = match file.contains("best.score") {
-            true => Some((file.f64s("best.score", &[1])?[0], file.f32s("best.network", &[n])?)),
-            false => None,
-        };
-        (self.values, self.iteration) = (values, iteration);
+        let values = self.layout.load_from(file, "network")?;
+        self.core.load_from(&self.layout, file, "training")?;
+        self.values = values;
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use lifelike_sim::SimulationSpec;
+    use lifelike_sim::trace::Recorder;
+
+    use super::*;
+
+    #[test]
+    fn a_gradient_that_is_not_finite_is_skipped_and_counted() {
+        let robot = std::sync::Arc::new(lifelike_robot::Robot::load("lima").unwrap());
+        let mut simulation = SimulationSpec::new(1).build(robot.clone()).unwrap();
+        let mut recorder = Recorder::new(&simulation, 0);
+        for step in 0..40 {
+            let targets: Vec<f32> =
+                robot.default_pose.iter().map(|q| (q + 0.1 * (step as f64 * 0.1).sin()) as f32).collect();
+            recorder.step(&mut simulation, &targets).unwrap();
+        }
+        let mut trace = recorder.trace("swing", "servo");
+        for block in &mut trace.blocks {
+            block.measured = block.simulated.clone();
+            block.selection = block.by_name();
+        }
+        let model = SatSizes { width: 8, heads: 2, embedding: 4, history: 16, ..SatSizes::default() };
+        let plan = AugmentationPlan { model, stretch: 20, batch: 4, ..AugmentationPlan::default() };
+        let mut trainer = AugmentationTrainer::new(&plan, &[trace], &[]).unwrap();
+        trainer.iterate();
+        let before = trainer.values.clone();
+        let good: Vec<Vec<f32>> = trainer.sequences.iter().map(|own| own.rows.clone()).collect();
+        trainer.sequences.iter_mut().for_each(|own| own.rows.fill(f32::NAN));
+        assert_eq!(trainer.iterate().skipped, 1);
+        assert_eq!(trainer.values, before);
+        trainer.sequences.iter_mut().zip(good).for_each(|(own, rows)| own.rows = rows);
+        let next = trainer.iterate();
+        assert!(next.skipped == 1 && next.loss.is_finite() && trainer.values != before);
     }
 }

@@ -5,8 +5,9 @@ use std::collections::BTreeMap;
 use lifelike_checkpoint::Checkpoint;
 use lifelike_checkpoint::rng::stream;
 use lifelike_dense::{Channel, ROWS};
-use lifelike_nn::adam::{Adam, AdamConfig, Descent};
+use lifelike_nn::adam::{AdamConfig, Descent};
 use lifelike_nn::rows::Layout;
+use lifelike_train::supervised::{Decay, StepMetrics, SupervisedCore};
 use rand::Rng;
 use rayon::prelude::*;
 
@@ -33,10 +34,9 @@ pub(super) struct Member {
     pub(super) network: CriticNetwork,
     /// Copies of each sequence in its bootstrap sample; one of each where the critic is a single network.
     pub(super) copies: Vec<u32>,
-    /// The best network on what was held out, with its score.
-    pub(super) best: Option<(f64, Vec<f32>)>,
+    /// Moments, and the best network on what was held out.
+    pub(super) core: SupervisedCore,
     layout: Layout,
-    optimizer: Adam,
     memory: Vec<Channel>,
 }
 
@@ -44,12 +44,12 @@ impl Member {
     pub(super) fn new(network: CriticNetwork, copies: Vec<u32>) -> Self {
         let count = network.parameters().len();
         let layout = Layout::of_shapes(vec![("network".into(), vec![count])]);
-        let optimizer = Adam::new(AdamConfig::adam(), count);
-        Self { network, copies, best: None, layout, optimizer, memory: Vec::new() }
+        let core = SupervisedCore::new(AdamConfig::adam(), count);
+        Self { network, copies, core, layout, memory: Vec::new() }
     }
 
-    /// Takes one gradient step; returns the weighted sum of squared errors before it, and the gradient's norm.
-    pub(super) fn improve(&mut self, plan: &CriticPlan, motions: &[PaddedRows], batch: &[Sample]) -> (f64, f64) {
+    /// Takes one gradient step, whose loss is the weighted sum of squared errors before it.
+    pub(super) fn improve(&mut self, plan: &CriticPlan, motions: &[PaddedRows], batch: &[Sample]) -> StepMetrics {
         let network = &self.network;
         let total: f32 = batch.iter().map(|s| s.weight).sum();
         let channels = network.channels();
@@ -74,61 +74,39 @@ impl Member {
             .collect();
         let mut gradient = vec![0.0; network.parameters().len()];
         network.by_parameters(panels, &mut gradient);
-        let (rate, decay) = (plan.learning_rate, plan.learning_rate * plan.weight_decay);
         let weights: Vec<_> = network.layers().layers().iter().map(|layer| layer.weight()).collect();
-        let descent = Descent { gradient: &gradient, max_norm: f64::INFINITY, rate };
-        let (layout, optimizer) = (&self.layout, &mut self.optimizer);
-        let mut norm = 0.0;
-        self.network.update(|values| {
-            let before = values.to_vec();
-            for range in weights {
-                values[range].iter_mut().for_each(|w| *w *= 1.0 - decay as f32);
-            }
-            let stepped = optimizer.step(layout, values, descent);
-            if !stepped.taken {
-                values.copy_from_slice(&before);
-            }
-            norm = stepped.norm;
-        });
-        (losses.iter().sum(), norm)
+        let descent = Descent { gradient: &gradient, max_norm: f64::INFINITY, rate: plan.learning_rate };
+        let decay = Decay { weight: plan.weight_decay, ranges: &weights };
+        let (core, layout, loss) = (&mut self.core, &self.layout, losses.iter().sum());
+        self.network.update(|values| core.step(layout, values, loss, descent, decay))
+    }
+
+    /// Remembers the network if none scored as high on what was held out.
+    pub(super) fn validated(&mut self, score: f64) {
+        self.core.validated(score, self.network.parameters());
     }
 
     /// Returns the best network on motion held out, else the latest.
     pub(super) fn chosen(&self) -> CriticNetwork {
-        match &self.best {
-            Some((_, parameters)) => {
-                CriticNetwork::new(self.network.layers().clone(), parameters.clone(), self.network.bounds())
+        match self.core.best() {
+            Some(parameters) => {
+                CriticNetwork::new(self.network.layers().clone(), parameters.to_vec(), self.network.bounds())
             }
             None => self.network.clone(),
         }
     }
 
-    /// Writes it; the first member has the names that a single network has.
+    /// Writes it.
     pub(super) fn save_into(&self, file: &mut Checkpoint, member: usize) -> Result<(), GenerationError> {
-        let (n, name) = (self.network.parameters().len(), |name: &str| named(name, member));
-        let (steps, [first, second]) = self.optimizer.state();
-        file.put_u64(&name("steps"), &[1], vec![steps])?;
-        file.put_f32(&name("network"), &[n], self.network.parameters().to_vec())?;
-        file.put_f32(&name("adam.first"), &[n], first.to_vec())?;
-        file.put_f32(&name("adam.second"), &[n], second.to_vec())?;
-        if let Some((score, parameters)) = &self.best {
-            file.put_f64(&name("best.score"), &[1], vec![*score])?;
-            file.put_f32(&name("best.network"), &[n], parameters.clone())?;
-        }
-        Ok(())
+        self.layout.save_into(file, &format!("member.{member}.network"), self.network.parameters())?;
+        Ok(self.core.save_into(&self.layout, file, &format!("member.{member}.training"))?)
     }
 
     /// Reads it back.
     pub(super) fn load(&mut self, file: &Checkpoint, member: usize) -> Result<(), GenerationError> {
-        let (n, name) = (self.network.parameters().len(), |name: &str| named(name, member));
-        let parameters = file.f32s(&name("network"), &[n])?;
-        let moments = [file.f32s(&name("adam.first"), &[n])?, file.f32s(&name("adam.second"), &[n])?];
-        self.optimizer.set_state(file.u64s(&name("steps"), &[1])?[0], moments);
+        let parameters = self.layout.load_from(file, &format!("member.{member}.network"))?;
+        self.core.load_from(&self.layout, file, &format!("member.{member}.training"))?;
         self.network.update(|values| values.copy_from_slice(&parameters));
-        self.best = match file.contains(&name("best.score")) {
-            true => Some((file.f64s(&name("best.score"), &[1])?[0], file.f32s(&name("best.network"), &[n])?)),
-            false => None,
-        };
         Ok(())
     }
 }

@@ -104,9 +104,10 @@ impl CriticNetwork {
     }
 
     /// Changes the parameters.
-    pub fn update(&mut self, change: impl FnOnce(&mut [f32])) {
-        change(&mut self.parameters);
+    pub fn update<T>(&mut self, change: impl FnOnce(&mut [f32]) -> T) -> T {
+        let changed = change(&mut self.parameters);
         self.packed.set(&self.parameters);
+        changed
     }
 
     /// Returns the layers' sizes.

@@ -40,18 +40,11 @@ impl TrainingTask for CriticTrainer {
     }
 
     fn step(&mut self) -> Result<CriticMetrics, GenerationError> {
-        let metrics = self.epoch_once();
-        if metrics.loss.is_finite() {
-            return Ok(metrics);
-        }
-        Err(GenerationError::mismatch("loss of the critic", "a finite number", metrics.loss))
+        Ok(self.epoch_once())
     }
 
     fn scalars(&self, metrics: &CriticMetrics) -> Vec<Scalar> {
-        let CriticMetrics { loss, target, gradient_norm } = *metrics;
-        [("Loss/value_function", loss), ("Train/mean_target", target), ("Loss/gradient_norm", gradient_norm)]
-            .map(|(name, value)| (name.to_string(), value))
-            .to_vec()
+        metrics.step.scalars_with(&[("Train/mean_target", metrics.target)])
     }
 
     fn validate(&mut self) -> Result<Option<Validation>, GenerationError> {

@@ -150,7 +150,7 @@ fn a_critic_learns_what_a_motion_promises_and_keeps_its_best_network() {
     }
     assert!(best > 0.9, "{best} of the variance on motions held out");
     let last = trainer.epoch_once();
-    assert!(last.loss < 0.2 * first.loss, "{first:?} → {last:?}");
+    assert!(last.step.loss < 0.2 * first.step.loss, "{first:?} → {last:?}");
     // The mean reward is 0.2 + 0.8 · 14.5 / 30 = 0.587.
     let critic = trainer.critic();
     let realism = |m: usize| critic.realism(&data(30).motions[m]).unwrap();
@@ -289,4 +289,19 @@ fn records_that_do_not_fit_the_motions_are_refused() {
     let bad = CriticPlan { gamma: 1.0, ..plan() };
     let error = CriticTrainer::new(&bad, 1, data(5)).err().unwrap().to_string();
     assert!(error.contains("critic.gamma"), "{error}");
+}
+
+#[test]
+fn a_gradient_that_is_not_finite_is_skipped_and_counted() {
+    let mut trainer = CriticTrainer::new(&plan(), 1, data(10)).unwrap();
+    trainer.epoch_once();
+    let before = trainer.critic().networks()[0].parameters().to_vec();
+    let rewards = trainer.data.records.reward.clone();
+    trainer.data.records.reward.fill(f32::NAN);
+    let skipped = trainer.epoch_once().step.skipped;
+    assert!(skipped > 0 && trainer.critic().networks()[0].parameters() == before, "{skipped}");
+    trainer.data.records.reward = rewards;
+    let next = trainer.epoch_once().step;
+    assert!(next.skipped == skipped && next.loss.is_finite(), "{next:?}");
+    assert!(trainer.critic().networks()[0].parameters() != before);
 }

@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 
 use lifelike_checkpoint::Checkpoint;
 use lifelike_checkpoint::rng::stream;
+use lifelike_train::supervised::StepMetrics;
 use rand::seq::SliceRandom;
 
 use super::data::CriticData;
@@ -18,15 +19,14 @@ use crate::representation::Standardizer;
 /// Distance of the keys of two members' first weights.
 const NEXT_MEMBER: u64 = 0x9E37_79B9_7F4A_7C15;
 
-/// Numbers of one epoch.
+/// Metrics of one epoch.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CriticMetrics {
-    /// Mean squared difference to the targets over the epoch, before each step (eq. 5.5).
-    pub loss: f64,
+    /// Those of every training, over all steps that were taken. The loss is the mean squared difference to the targets,
+    /// before each step (eq. 5.5).
+    pub step: StepMetrics,
     /// Mean target.
     pub target: f64,
-    /// Mean norm of the gradient.
-    pub gradient_norm: f64,
 }
 
 /// Networks, optimizers and records of one plan, between two epochs.
@@ -94,21 +94,32 @@ impl CriticTrainer {
 
     /// Takes one epoch of every member; returns the means over them.
     pub fn epoch_once(&mut self) -> CriticMetrics {
-        let (mut loss, mut weight, mut target, mut norms, mut steps) = (0.0, 0.0, 0.0, 0.0, 0_u32);
+        let (mut loss, mut weight, mut target, mut all, mut norms, mut steps) = (0.0, 0.0, 0.0, 0.0, 0.0, 0_u32);
         for number in 0..self.members.len() {
             let mut samples = self.samples(&self.members[number]);
             samples.shuffle(&mut stream(self.seed, "critic epoch", number as u64, self.epoch));
             for batch in samples.chunks(self.plan.minibatch) {
-                let (error, norm) = self.members[number].improve(&self.plan, &self.motions, batch);
-                loss += error;
-                weight += batch.iter().map(|s| f64::from(s.weight)).sum::<f64>();
+                let step = self.members[number].improve(&self.plan, &self.motions, batch);
+                let own: f64 = batch.iter().map(|s| f64::from(s.weight)).sum();
+                all += own;
                 target += batch.iter().map(|s| f64::from(s.weight * s.target)).sum::<f64>();
-                norms += norm;
-                steps += 1;
+                if step.gradient_norm.is_finite() {
+                    loss += step.loss;
+                    weight += own;
+                    norms += step.gradient_norm;
+                    steps += 1;
+                }
             }
         }
         self.epoch += 1;
-        CriticMetrics { loss: loss / weight, target: target / weight, gradient_norm: norms / f64::from(steps) }
+        let step = StepMetrics {
+            iteration: self.epoch,
+            loss: loss / weight,
+            learning_rate: self.plan.learning_rate,
+            gradient_norm: norms / f64::from(steps),
+            skipped: self.members.iter().map(|member| member.core.skipped()).sum(),
+        };
+        CriticMetrics { step, target: target / all }
     }
 
     /// Returns the windows that a member learns from. Records of one window are one sample, their mean target weighted by
@@ -157,9 +168,7 @@ impl CriticTrainer {
             let predicted: Vec<f64> = self.measured.iter().map(|(m, row, _)| f64::from(values[*m][*row])).collect();
             least.iter_mut().zip(&predicted).for_each(|(least, own)| *least = least.min(*own));
             let score = explained(&predicted, &returns);
-            if member.best.as_ref().is_none_or(|(best, _)| score > *best) {
-                member.best = Some((score, member.network.parameters().to_vec()));
-            }
+            member.validated(score);
         }
         let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
         Some([explained(&least, &returns), mean(&least), mean(&returns)])

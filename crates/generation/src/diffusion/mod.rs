@@ -1,15 +1,13 @@
 //! Denoising diffusion of rows of numbers whose clean form a network predicts (thesis eq. 5.6).
 //!
 //! [`Schedule`] (Nichol & Dhariwal 2021) → [`Sampler`] (Ho et al. 2020 and Song et al. 2021 in one formula), with
-//! classifier-free guidance ([`guide`], Ho & Salimans 2022) and numbers that are [`Known`] beforehand. [`Average`]
-//! keeps the mean of the weights. Noise is the caller's, addressed by candidate and step.
+//! classifier-free guidance ([`guide`], Ho & Salimans 2022) and numbers that are [`Known`] beforehand.
+//! Noise is the caller's, addressed by candidate and step.
 
-mod average;
 mod known;
 mod sampler;
 mod schedule;
 
-pub use average::Average;
 pub use known::Known;
 pub use sampler::{Sampler, guide};
 pub use schedule::Schedule;

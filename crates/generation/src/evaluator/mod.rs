@@ -20,4 +20,4 @@ pub use data::{EvaluatorData, caption_kinds};
 pub use file::Evaluator;
 pub use network::EvaluatorNetwork;
 pub use plan::{EvaluatorPlan, EvaluatorTrainingPlan};
-pub use train::{EvaluatorMetrics, EvaluatorTrainer};
+pub use train::EvaluatorTrainer;

@@ -2,16 +2,17 @@
 
 use lifelike_checkpoint::Checkpoint;
 use lifelike_report::run::RunFolder;
+use lifelike_train::supervised::StepMetrics;
 use lifelike_train::{Budget, Scalar, Schedule, TrainingTask, Validation};
 
-use super::train::{EvaluatorMetrics, EvaluatorTrainer};
+use super::train::EvaluatorTrainer;
 use crate::GenerationError;
 
 /// Name of the file that a run leaves.
 const FILE: &str = "motion.evaluator.safetensors";
 
 impl TrainingTask for EvaluatorTrainer {
-    type Metrics = EvaluatorMetrics;
+    type Metrics = StepMetrics;
     type Error = GenerationError;
 
     fn iteration(&self) -> u64 {
@@ -31,19 +32,12 @@ impl TrainingTask for EvaluatorTrainer {
         vec![("training motions", self.data())]
     }
 
-    fn step(&mut self) -> Result<EvaluatorMetrics, GenerationError> {
+    fn step(&mut self) -> Result<StepMetrics, GenerationError> {
         Self::step(self)
     }
 
-    fn scalars(&self, now: &EvaluatorMetrics) -> Vec<Scalar> {
-        [
-            ("Loss/contrastive", now.loss),
-            ("Schedule/learning_rate", now.learning_rate),
-            ("Gradient/norm", now.gradient_norm),
-            ("Gradient/skipped", now.skipped as f64),
-        ]
-        .map(|(name, value)| (name.to_string(), value))
-        .to_vec()
+    fn scalars(&self, now: &StepMetrics) -> Vec<Scalar> {
+        now.scalars()
     }
 
     fn validate(&mut self) -> Result<Option<Validation>, GenerationError> {

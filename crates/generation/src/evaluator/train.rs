@@ -2,7 +2,8 @@
 
 use lifelike_checkpoint::Checkpoint;
 use lifelike_checkpoint::rng::stream;
-use lifelike_nn::adam::{Adam, AdamConfig, Descent};
+use lifelike_nn::adam::{AdamConfig, Descent};
+use lifelike_train::supervised::{StepMetrics, SupervisedCore};
 use rand::Rng;
 use rand::seq::index;
 use rand_distr::{Distribution, StandardNormal};
@@ -20,19 +21,6 @@ use crate::text::pieces::{UNKNOWN, WordPieces};
 /// Name of the best networks in a checkpoint.
 const BEST: &str = "best";
 
-/// Metrics of one iteration. All of it is determined by plan and data.
-#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
-pub struct EvaluatorMetrics {
-    /// Contrastive loss before the step (nats); ln of the batch where nothing is told apart.
-    pub loss: f64,
-    /// Learning rate of this iteration.
-    pub learning_rate: f64,
-    /// Norm of the gradient before clipping.
-    pub gradient_norm: f64,
-    /// Iterations so far whose gradient was not finite and was thrown away.
-    pub skipped: u64,
-}
-
 /// A training run of an evaluator.
 #[derive(Debug)]
 pub struct EvaluatorTrainer {
@@ -41,9 +29,7 @@ pub struct EvaluatorTrainer {
     best: Evaluator,
     score: Option<f64>,
     network: EvaluatorNetwork,
-    optimizer: Adam,
-    iteration: u64,
-    skipped: u64,
+    core: SupervisedCore,
 }
 
 /// Motions with one sentence each.
@@ -74,9 +60,9 @@ impl EvaluatorTrainer {
         let motions = data.training.iter().map(|item| &item.rows);
         let standardizer = Standardizer::of(motions, Standardizer::FLOOR)?;
         let network = EvaluatorNetwork::new(&plan, width, pieces.len());
-        let optimizer = Adam::new(AdamConfig::adam(), network.parameters().len());
+        let core = SupervisedCore::new(AdamConfig::adam(), network.parameters().len());
         let best = Evaluator { plan, spec, standardizer, pieces, network: network.clone() };
-        Ok(Self { data, best, score: None, network, optimizer, iteration: 0, skipped: 0 })
+        Ok(Self { data, best, score: None, network, core })
     }
 
     /// Returns the plan.
@@ -86,7 +72,7 @@ impl EvaluatorTrainer {
 
     /// Returns the iterations done.
     pub fn iteration(&self) -> u64 {
-        self.iteration
+        self.core.iteration()
     }
 
     /// Returns the parameters of all networks.
@@ -114,17 +100,14 @@ impl EvaluatorTrainer {
     ///
     /// # Errors
     /// A sentence that cannot be read.
-    pub fn step(&mut self) -> Result<EvaluatorMetrics, GenerationError> {
-        let (plan, i) = (self.best.plan.clone(), self.iteration);
+    pub fn step(&mut self) -> Result<StepMetrics, GenerationError> {
+        let (plan, i) = (self.best.plan.clone(), self.core.iteration());
         let Batch { rows, ids, kinds } = self.batch(i)?;
         let loss = |text: &[f32], motion: &[f32]| contrastive_loss(text, motion, &kinds);
         let (loss, gradient) = self.network.gradient(&rows, &ids, loss);
         let learning_rate = plan.learning_rate_at(i);
         let descent = Descent { gradient: &gradient, max_norm: plan.max_gradient_norm, rate: learning_rate };
-        let stepped = self.network.parameters_mut().step(&mut self.optimizer, descent);
-        self.skipped += u64::from(!stepped.taken);
-        self.iteration += 1;
-        Ok(EvaluatorMetrics { loss, learning_rate, gradient_norm: stepped.norm, skipped: self.skipped })
+        Ok(self.core.step_of(self.network.parameters_mut(), loss, descent))
     }
 
     /// Draws a batch.
@@ -176,8 +159,7 @@ impl EvaluatorTrainer {
         self.present().save_into(&mut checkpoint)?;
         self.best.network.parameters().save_into(&mut checkpoint, BEST)?;
         checkpoint.put_f64("score", &[1], vec![self.score.unwrap_or(f64::NAN)])?;
-        checkpoint.put_u64("progress", &[2], vec![self.iteration, self.skipped])?;
-        self.optimizer.save_into(self.network.parameters().layout(), &mut checkpoint, "optimizer")?;
+        self.core.save_into(self.network.parameters().layout(), &mut checkpoint, "training")?;
         Ok(checkpoint)
     }
 
@@ -191,11 +173,38 @@ impl EvaluatorTrainer {
         }
         *self.best.network.parameters_mut() = self.best.network.parameters().load_from(checkpoint, BEST)?;
         *self.network.parameters_mut() = self.network.parameters().load_from(checkpoint, NETWORK)?;
-        self.optimizer =
-            Adam::load_from(AdamConfig::adam(), self.network.parameters().layout(), checkpoint, "optimizer")?;
         self.score = Some(checkpoint.f64s("score", &[1])?[0]).filter(|score| !score.is_nan());
-        let progress = checkpoint.u64s("progress", &[2])?;
-        (self.iteration, self.skipped) = (progress[0], progress[1]);
-        Ok(())
+        Ok(self.core.load_from(self.network.parameters().layout(), checkpoint, "training")?)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use lifelike_language::Split;
+
+    use super::*;
+    use crate::data::CaptionedMotion;
+    use crate::representation::FeatureMatrix;
+
+    #[test]
+    fn a_gradient_that_is_not_finite_is_skipped_and_counted() {
+        let motion = |i: usize| {
+            let rows = (0..30 * 9).map(|k| ((k + 3 * i) as f32 * 0.3).sin()).collect();
+            let (rows, captions) = (FeatureMatrix::new(rows, 9).unwrap(), vec![format!("a person walks {i} steps")]);
+            CaptionedMotion { name: i.to_string(), split: Split::Train, rows, captions, licence: String::new() }
+        };
+        let data = EvaluatorData { training: (0..8).map(motion).collect(), validation: Vec::new() };
+        let plan =
+            EvaluatorPlan { width: 8, channels: 8, pieces: 150, batch: 4, warmup: 0, ..EvaluatorPlan::default() };
+        let mut trainer = EvaluatorTrainer::new(plan, RepresentationSpec::new(vec!["knee".into()]), data).unwrap();
+        trainer.step().unwrap();
+        let before = trainer.network.parameters().values().to_vec();
+        let mean = std::mem::replace(&mut trainer.best.standardizer.mean[0], f32::NAN);
+        assert_eq!(trainer.step().unwrap().skipped, 1);
+        assert_eq!(trainer.network.parameters().values(), before);
+        trainer.best.standardizer.mean[0] = mean;
+        let next = trainer.step().unwrap();
+        assert!(next.skipped == 1 && next.loss.is_finite() && trainer.network.parameters().values() != before);
     }
 }

@@ -162,11 +162,6 @@ impl From<KnownCaptions> for Vec<String> {
 }
 
 impl Familiarity {
-    /// Returns the share of words that are in no caption, 0 to 1.
-    pub fn unknown_share(&self) -> f64 {
-        self.unknown.len() as f64 / self.words.max(1) as f64
-    }
-
     /// Returns whether the prompt is read well: every word is known and a caption is near ([`FAMILIAR`]).
     pub fn reads_well(&self) -> bool {
         self.unknown.is_empty() && self.similarity >= FAMILIAR

@@ -8,8 +8,6 @@ use serde::{Deserialize, Serialize};
 use super::{MAX_TOKENS, prompt};
 use crate::GenerationError;
 
-/// Id of padding.
-pub const PAD: u32 = 0;
 /// Id of a character that no caption has.
 pub const UNKNOWN: u32 = 1;
 /// Pieces before the learned ones.

@@ -35,16 +35,7 @@ impl TrainingTask for GeneratorTrainer {
     }
 
     fn scalars(&self, now: &GeneratorMetrics) -> Vec<Scalar> {
-        [
-            ("Loss/training", now.loss),
-            ("Schedule/learning_rate", now.learning_rate),
-            ("Gradient/norm", now.gradient_norm),
-            ("Gradient/skipped", now.skipped as f64),
-        ]
-        .into_iter()
-        .chain(now.realism.map(|realism| ("Train/realism", realism)))
-        .map(|(name, value)| (name.to_string(), value))
-        .collect()
+        now.step.scalars_with(now.realism.map(|realism| ("Train/realism", realism)).as_slice())
     }
 
     fn validate(&mut self) -> Result<Option<Validation>, GenerationError> {

@@ -1,10 +1,11 @@
 //! The algorithm: [`GeneratorTrainer::step`].
 
 use lifelike_checkpoint::Checkpoint;
-use lifelike_nn::adam::{Adam, AdamConfig, Descent};
+use lifelike_nn::adam::{AdamConfig, Descent};
 use lifelike_nn::rows::{Layout, add};
 use lifelike_robot::Robot;
 use lifelike_robot::controller::RobotDescription;
+use lifelike_train::supervised::{Decay, StepMetrics, SupervisedCore};
 use rayon::prelude::*;
 
 use super::batch::{Draw, draw};
@@ -13,7 +14,7 @@ use super::{GeneratorPlan, TrainingData};
 use crate::GenerationError;
 use crate::align::Alignment;
 use crate::denoiser::{Denoiser, DenoiserInput, DenoiserSizes, TextInput};
-use crate::diffusion::{Average, Schedule};
+use crate::diffusion::Schedule;
 use crate::generator::{Generator, GeneratorHeader};
 
 /// Validation motions that the loss is measured on.
@@ -22,19 +23,13 @@ const WATCHED: usize = 256;
 /// Metrics of one iteration. All of it is determined by plan and data.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct GeneratorMetrics {
-    /// Iterations done, this one included.
-    pub iteration: u64,
-    /// Eq. 5.6: squared error of the clean motion in standard deviations, mean over each motion and the batch; that of
-    /// control points with the joints' velocities ([`GeneratorPlan::velocity_weight`]).
-    pub loss: f64,
+    /// Those of every training. The loss is eq. 5.6: squared error of the clean motion in standard deviations, mean over
+    /// each motion and the batch; that of control points with the joints' velocities
+    /// ([`GeneratorPlan::velocity_weight`]).
+    #[serde(flatten)]
+    pub step: StepMetrics,
     /// Mean value of the surrogate over the rows of the predicted clean motions, where there is one.
     pub realism: Option<f64>,
-    /// Learning rate of this iteration.
-    pub learning_rate: f64,
-    /// Norm of the gradient before clipping.
-    pub gradient_norm: f64,
-    /// Iterations so far whose gradient was not finite and was thrown away.
-    pub skipped: u64,
 }
 
 /// A training run of a generator.
@@ -47,10 +42,7 @@ pub struct GeneratorTrainer {
     layout: Layout,
     schedule: Schedule,
     values: Vec<f32>,
-    optimizer: Adam,
-    average: Average,
-    iteration: u64,
-    skipped: u64,
+    core: SupervisedCore,
     alignment: Option<Alignment>,
 }
 
@@ -69,17 +61,23 @@ impl GeneratorTrainer {
         Ok(Self {
             robot: (robot.name.clone(), RobotDescription::of(robot).digest),
             schedule: Schedule::cosine(plan.diffusion_steps),
-            optimizer: Adam::new(AdamConfig::adam(), layout.len()),
-            average: Average::new(plan.ema, values.clone()),
+            core: Self::core(&plan, &values),
             plan,
             data,
             sizes,
             layout,
             values,
-            iteration: 0,
-            skipped: 0,
             alignment: None,
         })
+    }
+
+    fn core(plan: &GeneratorPlan, values: &[f32]) -> SupervisedCore {
+        SupervisedCore::new(AdamConfig::adam(), values.len()).with_average(plan.ema, values.to_vec())
+    }
+
+    /// Returns the averaged weights.
+    fn averaged(&self) -> &[f32] {
+        self.core.average().unwrap_or(&self.values)
     }
 
     /// Begins with a trained generator's weights instead, and aligns them with a surrogate beside the loss (eq. 5.7).
@@ -92,7 +90,7 @@ impl GeneratorTrainer {
             return Err(GenerationError::mismatch("sizes of the generator", format!("{own:?}"), format!("{other:?}")));
         }
         self.values = generator.values().to_vec();
-        self.average = Average::new(self.plan.ema, self.values.clone());
+        self.core = Self::core(&self.plan, &self.values);
         self.alignment = Some(alignment);
         Ok(self)
     }
@@ -109,7 +107,7 @@ impl GeneratorTrainer {
 
     /// Iterations done.
     pub fn iteration(&self) -> u64 {
-        self.iteration
+        self.core.iteration()
     }
 
     /// Parameters of the network.
@@ -122,7 +120,7 @@ impl GeneratorTrainer {
     /// # Errors
     /// Motion and network do not fit.
     pub fn step(&mut self) -> Result<GeneratorMetrics, GenerationError> {
-        let (plan, i) = (&self.plan, self.iteration);
+        let (plan, i) = (&self.plan, self.core.iteration());
         let draws: Vec<Draw<'_>> = (0..plan.batch as u64)
             .into_par_iter()
             .map(|place| {
@@ -145,15 +143,8 @@ impl GeneratorTrainer {
         let realism = self.alignment.as_ref().map(|_| realism);
         let learning_rate = plan.learning_rate_at(i);
         let descent = Descent { gradient: &gradient, max_norm: plan.max_gradient_norm, rate: learning_rate };
-        let stepped = self.optimizer.step(&self.layout, &mut self.values, descent);
-        if stepped.taken {
-            self.average.add(&self.values, i);
-        } else {
-            self.skipped += 1;
-        }
-        self.iteration += 1;
-        let (iteration, skipped, gradient_norm) = (self.iteration, self.skipped, stepped.norm);
-        Ok(GeneratorMetrics { iteration, loss, realism, learning_rate, gradient_norm, skipped })
+        let step = self.core.step(&self.layout, &mut self.values, loss, descent, Decay::NONE);
+        Ok(GeneratorMetrics { step, realism })
     }
 
     /// Loss, surrogate and gradient of some motions of a batch of `count`.
@@ -214,7 +205,7 @@ impl GeneratorTrainer {
         let draws: Vec<Draw<'_>> = (0..count)
             .map(|i| draw(samples, Some(i * samples.len() / count), &self.schedule, 0.0, address(i)))
             .collect();
-        let denoiser = Denoiser::new(self.sizes, &self.layout, self.average.values());
+        let denoiser = Denoiser::new(self.sizes, &self.layout, self.averaged());
         let loss = |part: &[Draw<'_>]| {
             let (mut clean, _) = denoiser.forward(&inputs(part))?;
             Ok(self.against(&mut clean, part, count))
@@ -225,8 +216,8 @@ impl GeneratorTrainer {
 
     /// Returns the generator with the averaged weights.
     pub fn generator(&self) -> Generator {
-        let header = GeneratorHeader::new(&self.plan, &self.data, self.sizes, &self.robot, self.iteration);
-        Generator::new(header, self.data.standardizer.clone(), self.layout.clone(), self.average.values().to_vec())
+        let header = GeneratorHeader::new(&self.plan, &self.data, self.sizes, &self.robot, self.core.iteration());
+        Generator::new(header, self.data.standardizer.clone(), self.layout.clone(), self.averaged().to_vec())
     }
 
     /// Everything needed to continue bit for bit.
@@ -237,13 +228,8 @@ impl GeneratorTrainer {
         let mut checkpoint = Checkpoint::new();
         checkpoint.set_meta("plan", &self.plan)?;
         checkpoint.set_meta("data", &self.data.describe())?;
-        checkpoint.put_u64("progress", &[2], vec![self.iteration, self.skipped])?;
-        let (_, [first, second]) = self.optimizer.state();
-        let numbers = [&self.values, first, second];
-        for (name, numbers) in ["network", "first", "second"].into_iter().zip(numbers) {
-            self.layout.save_into(&mut checkpoint, name, numbers)?;
-        }
-        self.layout.save_into(&mut checkpoint, "average", self.average.values())?;
+        self.layout.save_into(&mut checkpoint, "network", &self.values)?;
+        self.core.save_into(&self.layout, &mut checkpoint, "training")?;
         Ok(checkpoint)
     }
 
@@ -262,13 +248,8 @@ impl GeneratorTrainer {
             let what = format!("{}: plan", checkpoint.origin());
             return Err(GenerationError::mismatch(what, "the plan of this run", "another"));
         }
-        let progress = checkpoint.u64s("progress", &[2])?;
-        (self.iteration, self.skipped) = (progress[0], progress[1]);
         self.values = self.layout.load_from(checkpoint, "network")?;
-        let moments = [self.layout.load_from(checkpoint, "first")?, self.layout.load_from(checkpoint, "second")?];
-        self.optimizer.set_state(self.iteration - self.skipped, moments);
-        self.average = Average::new(self.plan.ema, self.layout.load_from(checkpoint, "average")?);
-        Ok(())
+        Ok(self.core.load_from(&self.layout, checkpoint, "training")?)
     }
 }
 
@@ -341,5 +322,19 @@ mod tests {
                 gradient[at]
             );
         }
+    }
+
+    #[test]
+    fn a_gradient_that_is_not_finite_is_skipped_and_counted() {
+        let mut trainer = trainer(0.0);
+        trainer.step().unwrap();
+        let (values, average) = (trainer.values.clone(), trainer.averaged().to_vec());
+        let good: Vec<Vec<f32>> = trainer.data.training.iter().map(|sample| sample.tokens.clone()).collect();
+        trainer.data.training.iter_mut().for_each(|sample| sample.tokens[5] = f32::NAN);
+        assert_eq!(trainer.step().unwrap().step.skipped, 1);
+        assert_eq!((&trainer.values, trainer.averaged()), (&values, average.as_slice()));
+        trainer.data.training.iter_mut().zip(good).for_each(|(sample, tokens)| sample.tokens = tokens);
+        let next = trainer.step().unwrap().step;
+        assert!(next.skipped == 1 && next.loss.is_finite() && trainer.values != values);
     }
 }

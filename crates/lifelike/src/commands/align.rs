@@ -86,7 +86,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     drop(motions);
     let run = source.run(&folder, &plan)?;
     let summary = Driver::of(&source, &run, output).train(&mut trainer, |now| {
-        format!("loss {:.4}  Realism {:.3}", now.metrics.loss, now.metrics.realism.unwrap_or(f64::NAN))
+        format!("loss {:.4}  Realism {:.3}", now.metrics.step.loss, now.metrics.realism.unwrap_or(f64::NAN))
     })?;
     let Some(summary) = summary else { return Ok(()) };
     let (path, [before, best]) = (folder.join(FILE), trainer.marks());

@@ -1,7 +1,7 @@
 //! The commands, one file each: arguments as a type, and a function `run` that takes them.
 
 pub mod bench;
-pub(crate) mod clips;
+pub mod clips;
 pub mod completions;
 pub mod config;
 pub mod controller_file;
@@ -27,22 +27,20 @@ pub mod simulate_robot;
 mod stage;
 pub mod studio;
 
-// What needs the training framework; without it these are commands in name only.
 pub mod align;
 pub mod augment;
-mod best_of;
+pub mod best_of;
 pub mod cotrain;
 pub mod generate;
 mod generated;
 mod judge;
-mod prior_file;
-mod projection;
-mod reconstruction;
-mod rollouts;
+pub mod prior_file;
+pub mod projection;
+pub mod reconstruction;
+pub mod rollouts;
 pub mod train;
 
 use clap::Subcommand;
-use lifelike_simd::InstructionSet;
 
 use crate::error::CliError;
 use crate::output::Output;
@@ -87,10 +85,8 @@ impl Command {
     /// Runs it.
     ///
     /// # Errors
-    /// For an instruction set that this machine has not, else as the command; the error's code is the program's exit code.
+    /// As the command; the error's code is the program's exit code.
     pub fn run(self, output: &Output) -> Result<(), CliError> {
-        // Whoever asks for one wants its numbers or its speed, and no other's.
-        InstructionSet::from_environment().map_err(|e| CliError::Usage(e.to_string()))?;
         match self {
             Self::Robots(args) => robots::run(&args, output),
             Self::Plans(args) => plans::run(&args, output),

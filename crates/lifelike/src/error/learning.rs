@@ -3,7 +3,6 @@
 use lifelike_augmentation::AugmentationError;
 use lifelike_generation::GenerationError;
 use lifelike_representation::RepresentationError;
-use lifelike_sequences::SequencesError;
 use lifelike_tracking::TrackerError;
 use lifelike_train::{PlanError, TrainError};
 
@@ -51,16 +50,6 @@ impl From<AugmentationError> for CliError {
             AugmentationError::Report(error) => error.into(),
             AugmentationError::Train(error) => error.into(),
             AugmentationError::Sim(error) => error.into(),
-            _ => Self::Input(error.to_string()),
-        }
-    }
-}
-
-impl From<SequencesError> for CliError {
-    fn from(error: SequencesError) -> Self {
-        match error {
-            SequencesError::Io { ref source, .. } => Self::io(source, error.to_string()),
-            SequencesError::Representation(error) => error.into(),
             _ => Self::Input(error.to_string()),
         }
     }

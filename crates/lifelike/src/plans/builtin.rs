@@ -10,7 +10,7 @@ pub struct BuiltinPlan {
 }
 
 /// The name tells the command: `track-...` is for `train tracker`.
-const KINDS: [(&str, &str); 10] = [
+const KINDS: [(&str, &str); 9] = [
     ("track", "train tracker"),
     ("prior", "train prior"),
     ("spline", "train spline"),
@@ -20,7 +20,6 @@ const KINDS: [(&str, &str); 10] = [
     ("cotrain", "cotrain"),
     ("evaluator", "train evaluator"),
     ("augmentation", "train augmentation"),
-    ("study", "bench tracking"),
 ];
 
 macro_rules! plans {
@@ -38,38 +37,25 @@ pub fn builtin() -> impl Iterator<Item = BuiltinPlan> {
         "track-56",
         "track-all",
         "track-long",
-        "track-thesis",
         "track-g1",
         "track-g1-long",
         "track-beyondmimic",
         "track-deploy",
         "track-wbc",
         "track-humanoid",
-        "track-thesis-humanoid",
         "prior",
         "prior-lima",
-        "prior-small",
-        "prior-full",
-        "prior-2s",
         "prior-spline",
-        "prior-pca",
-        "prior-thesis-lima",
-        "prior-thesis-humanoid",
-        "prior-pca-lima",
-        "prior-pca-humanoid",
         "spline",
         "spline-lima",
         "critic",
         "generator",
-        "generator-thesis",
         "generator-g1",
         "align",
         "cotrain",
         "cotrain-g1",
         "evaluator",
         "augmentation",
-        "study-thesis",
-        "study-humanoid",
     ]
     .into_iter()
 }
@@ -117,7 +103,7 @@ mod tests {
 
     #[test]
     fn there_is_a_plan_of_each_kind_for_whoever_has_no_data() {
-        for name in ["track", "prior", "spline", "track-thesis"] {
+        for name in ["track", "prior", "spline"] {
             assert!(builtin().any(|plan| plan.name == name && plan.stands_alone()), "{name}");
         }
     }

@@ -20,4 +20,4 @@ pub use plan::{Method, SequencePlan};
 pub use recordings::{Recording, RecordingWindows, Split};
 pub use sequences::{HeldOut, Sequences};
 pub use spread::Spread;
-pub use train::{SequenceErrors, SequenceMetrics, SequenceTrainer};
+pub use train::{SequenceErrors, SequenceTrainer};

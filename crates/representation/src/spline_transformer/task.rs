@@ -1,14 +1,15 @@
 //! The training of a sequence autoencoder as the one loop sees it.
 
 use lifelike_checkpoint::Checkpoint;
+use lifelike_train::supervised::StepMetrics;
 use lifelike_train::{Budget, Scalar, Schedule, TrainingTask, Validation};
 
 use super::sequences::{HeldOut, Sequences};
-use super::train::{SequenceMetrics, SequenceTrainer};
+use super::train::SequenceTrainer;
 use crate::RepresentationError;
 
 impl<S: Sequences> TrainingTask for SequenceTrainer<S> {
-    type Metrics = SequenceMetrics;
+    type Metrics = StepMetrics;
     type Error = RepresentationError;
 
     fn iteration(&self) -> u64 {
@@ -28,19 +29,12 @@ impl<S: Sequences> TrainingTask for SequenceTrainer<S> {
         vec![("training sequences", self.data().describe())]
     }
 
-    fn step(&mut self) -> Result<SequenceMetrics, RepresentationError> {
+    fn step(&mut self) -> Result<StepMetrics, RepresentationError> {
         Self::step(self)
     }
 
-    fn scalars(&self, now: &SequenceMetrics) -> Vec<Scalar> {
-        [
-            ("Loss/training", now.loss),
-            ("Schedule/learning_rate", now.learning_rate),
-            ("Gradient/norm", now.gradient_norm),
-            ("Gradient/skipped", now.skipped as f64),
-        ]
-        .map(|(name, value)| (name.to_string(), value))
-        .to_vec()
+    fn scalars(&self, now: &StepMetrics) -> Vec<Scalar> {
+        now.scalars()
     }
 
     fn validate(&mut self) -> Result<Option<Validation>, RepresentationError> {

@@ -1,10 +1,11 @@
 //! Training of a sequence autoencoder: the whole algorithm in [`SequenceTrainer::step`].
 
 use lifelike_checkpoint::Checkpoint;
-use lifelike_nn::adam::{Adam, Descent};
+use lifelike_nn::adam::Descent;
 use lifelike_nn::rows;
 use lifelike_nn::transformer::passes::Weights;
 use lifelike_nn::transformer::{Sampling, SplineAutoencoder};
+use lifelike_train::supervised::{StepMetrics, SupervisedCore};
 use rayon::prelude::*;
 
 use super::passes;
@@ -15,21 +16,6 @@ use crate::RepresentationError;
 
 /// Held-out sequences that are in memory at a time.
 const BLOCK: usize = 512;
-
-/// Metrics of one iteration. All of it is determined by plan and data.
-#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
-pub struct SequenceMetrics {
-    /// Iterations done, this one included.
-    pub iteration: u64,
-    /// Mean squared error over all numbers of the batch, before the step.
-    pub loss: f64,
-    /// Learning rate of this iteration.
-    pub learning_rate: f64,
-    /// Norm of the gradient before clipping.
-    pub gradient_norm: f64,
-    /// Iterations so far whose gradient was not finite and was thrown away.
-    pub skipped: u64,
-}
 
 /// Reconstruction errors of held-out sequences.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
@@ -49,9 +35,7 @@ pub struct SequenceTrainer<S> {
     plan: SequencePlan,
     data: S,
     network: SplineAutoencoder,
-    optimizer: Adam,
-    iteration: u64,
-    skipped: u64,
+    core: SupervisedCore,
 }
 
 impl<S: Sequences> SequenceTrainer<S> {
@@ -62,8 +46,8 @@ impl<S: Sequences> SequenceTrainer<S> {
     pub fn new(plan: SequencePlan, data: S) -> Result<Self, RepresentationError> {
         plan.check()?;
         let network = plan.network(data.width()).init(plan.seed, "spline_transformer")?;
-        let optimizer = Adam::new(plan.adam(), network.parameters().len());
-        Ok(Self { plan, data, network, optimizer, iteration: 0, skipped: 0 })
+        let core = SupervisedCore::new(plan.adam(), network.parameters().len());
+        Ok(Self { plan, data, network, core })
     }
 
     /// The plan.
@@ -83,12 +67,12 @@ impl<S: Sequences> SequenceTrainer<S> {
 
     /// Iterations done.
     pub fn iteration(&self) -> u64 {
-        self.iteration
+        self.core.iteration()
     }
 
     /// Returns whether the plan's iterations are done.
     pub fn is_done(&self) -> bool {
-        self.iteration >= self.plan.iterations
+        self.core.iteration() >= self.plan.iterations
     }
 
     /// Parameters of the network.
@@ -100,19 +84,14 @@ impl<S: Sequences> SequenceTrainer<S> {
     ///
     /// # Errors
     /// Numbers that are not whole sequences.
-    pub fn step(&mut self) -> Result<SequenceMetrics, RepresentationError> {
-        let (plan, i) = (&self.plan, self.iteration);
+    pub fn step(&mut self) -> Result<StepMetrics, RepresentationError> {
+        let (plan, i) = (&self.plan, self.core.iteration());
         let x = self.data.batch(i, plan.batch);
         let (loss, gradient) = self.gradient(&x)?;
         let learning_rate = plan.learning_rate_at(i);
         let max_norm = plan.max_gradient_norm.unwrap_or(f64::INFINITY);
         let descent = Descent { gradient: &gradient, max_norm, rate: learning_rate };
-        let stepped = self.network.parameters_mut().step(&mut self.optimizer, descent);
-        let gradient_norm = stepped.norm;
-        self.skipped += u64::from(!stepped.taken);
-        self.iteration += 1;
-        let (iteration, skipped) = (self.iteration, self.skipped);
-        Ok(SequenceMetrics { iteration, loss, learning_rate, gradient_norm, skipped })
+        Ok(self.core.step_of(self.network.parameters_mut(), loss, descent))
     }
 
     /// A batch's loss and its gradients. Sums are in the parts' order, whichever core had which, so the number of cores changes
@@ -205,10 +184,9 @@ impl<S: Sequences> SequenceTrainer<S> {
         let mut checkpoint = Checkpoint::new();
         checkpoint.set_meta("plan", &self.plan)?;
         checkpoint.set_meta("data", &self.data.describe())?;
-        checkpoint.put_u64("progress", &[2], vec![self.iteration, self.skipped])?;
         let parameters = self.network.parameters();
         parameters.save_into(&mut checkpoint, "network")?;
-        self.optimizer.save_into(parameters.layout(), &mut checkpoint, "optimizer")?;
+        self.core.save_into(parameters.layout(), &mut checkpoint, "training")?;
         Ok(checkpoint)
     }
 
@@ -229,10 +207,8 @@ impl<S: Sequences> SequenceTrainer<S> {
             });
         }
         let parameters = self.network.parameters().load_from(checkpoint, "network")?;
-        self.optimizer = Adam::load_from(self.optimizer.config(), parameters.layout(), checkpoint, "optimizer")?;
+        self.core.load_from(parameters.layout(), checkpoint, "training")?;
         *self.network.parameters_mut() = parameters;
-        let progress = checkpoint.u64s("progress", &[2])?;
-        (self.iteration, self.skipped) = (progress[0], progress[1]);
         Ok(())
     }
 }
@@ -346,5 +322,50 @@ mod tests {
         (0..3).for_each(|_| assert!(resumed.step().unwrap().loss > 0.0));
         assert_eq!(resumed.network.parameters().values(), whole.network.parameters().values());
         assert_eq!(resumed.checkpoint().unwrap().to_bytes().unwrap(), whole.checkpoint().unwrap().to_bytes().unwrap());
+    }
+
+    /// Sequences whose second batch is broken.
+    struct Broken(RecordingWindows);
+
+    impl Sequences for Broken {
+        fn describe(&self) -> String {
+            self.0.describe()
+        }
+
+        fn width(&self) -> usize {
+            self.0.width()
+        }
+
+        fn tokens(&self) -> usize {
+            self.0.tokens()
+        }
+
+        fn batch(&self, iteration: u64, count: usize) -> Vec<f32> {
+            let mut batch = self.0.batch(iteration, count);
+            if iteration == 1 {
+                batch[3] = f32::NAN;
+            }
+            batch
+        }
+
+        fn held_out_len(&self, set: HeldOut) -> usize {
+            self.0.held_out_len(set)
+        }
+
+        fn held_out(&self, set: HeldOut, range: std::ops::Range<usize>) -> Vec<f32> {
+            self.0.held_out(set, range)
+        }
+    }
+
+    #[test]
+    fn a_gradient_that_is_not_finite_is_skipped_and_counted() {
+        let SequenceTrainer { plan, data, .. } = trainer(Method::Spline);
+        let mut trainer = SequenceTrainer::new(plan, Broken(data)).unwrap();
+        trainer.step().unwrap();
+        let before = trainer.network.parameters().values().to_vec();
+        assert_eq!(trainer.step().unwrap().skipped, 1);
+        assert_eq!(trainer.network.parameters().values(), before);
+        let next = trainer.step().unwrap();
+        assert!(next.skipped == 1 && next.loss.is_finite() && trainer.network.parameters().values() != before);
     }
 }

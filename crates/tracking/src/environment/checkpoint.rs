@@ -3,9 +3,9 @@
 use lifelike_checkpoint::Checkpoint;
 use lifelike_sim::IntegrationState;
 
+use super::Environment;
 use super::statistics::EpisodeStatistics;
-use super::{Environment, episode};
-use crate::TrackerError;
+use crate::{TrackerError, episode};
 
 impl Environment {
     /// Writes everything needed to go on bit for bit.

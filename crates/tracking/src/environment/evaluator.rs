@@ -4,17 +4,18 @@ use lifelike_robot::reference::Offset;
 use lifelike_robot::{Alignment, ObservationSpec};
 use lifelike_sim::BatchState;
 
-use super::episode::Episode;
 use super::reserved::Reserved;
 use super::setup::Setup;
 use super::soles::Soles;
 use super::stage::Stage;
-use super::state::{root, write_features};
-use super::tracking_error::TrackingError;
+use super::state::write_features;
+use crate::episode::Episode;
 use crate::observe::Observed;
+use crate::observe::root;
 use crate::reference::RsiSampler;
 use crate::rewards::{ActionCost, RewardInputs, TERMS, scale_penalties, sum};
 use crate::terminations::Cause;
+use crate::tracking_error::TrackingError;
 
 /// Everything that the evaluation of a step reads.
 pub(super) struct StepEvaluator<'a> {

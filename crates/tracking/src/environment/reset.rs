@@ -11,9 +11,10 @@ use rand_distr::{Distribution, StandardNormal};
 use super::Environment;
 use super::setup::Setup;
 use super::start::Start;
-use super::state::{root, write_features};
+use super::state::write_features;
 use crate::TrackerError;
 use crate::observe::Observed;
+use crate::observe::root;
 
 impl Environment {
     /// Begins episodes: as `given`, else where the sampler says.

@@ -8,7 +8,7 @@ use lifelike_robot::observation::{Part, Sensor, Source};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
-use super::episode::Episode;
+use crate::episode::Episode;
 use crate::plan::SensorSpec;
 
 /// A [`SensorSpec`] for one layout of observations.

@@ -5,14 +5,7 @@ use lifelike_motion::{FeatureLayout, FrameRef};
 use lifelike_sim::BatchState;
 
 use super::setup::Setup;
-
-/// Returns root position (m) and orientation (`wxyz`) of one environment.
-#[inline]
-pub(crate) fn root(state: &BatchState, i: usize) -> ([f32; 3], [f32; 4]) {
-    let p = &state.root_position[3 * i..3 * i + 3];
-    let q = &state.root_orientation[4 * i..4 * i + 4];
-    ([p[0], p[1], p[2]], [q[0], q[1], q[2], q[3]])
-}
+use crate::observe::root;
 
 /// Writes the features of one simulated environment, their height that above the ground below its root, and returns its
 /// heading. A root without orientation (a diverged environment) is taken as upright.

@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use super::episode::Episode;
+use crate::episode::Episode;
 use crate::rewards::TERMS;
 use crate::terminations::Cause;
 

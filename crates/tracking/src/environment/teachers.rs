@@ -10,11 +10,11 @@ use lifelike_robot::controller::PolicyWorkspace;
 use lifelike_sim::BatchState;
 use rayon::prelude::*;
 
-use super::episode::Episode;
 use super::setup::{Setup, expect};
 use super::state::write_features;
 use super::{CHUNK, Environment};
 use crate::TrackerError;
+use crate::episode::Episode;
 use crate::observe::{Observed, Observer};
 use crate::plan::teachers_of;
 

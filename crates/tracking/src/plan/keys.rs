@@ -21,22 +21,6 @@ pub struct PlanKey {
     pub meaning: String,
 }
 
-/// Former keys and their present names. Both are read from files.
-pub const RENAMED: [(&str, &str); 3] =
-    [("starts", "rsi"), ("senses", "sensors"), ("episode.leash", "episode.reanchor")];
-
-/// Returns the present name of a key, which may be one by its former name or below one.
-///
-/// ```
-/// assert_eq!(lifelike_tracking::plan::keys::present_name("starts.floor"), "rsi.floor");
-/// assert_eq!(lifelike_tracking::plan::keys::present_name("ppo.gamma"), "ppo.gamma");
-/// ```
-pub fn present_name(key: &str) -> String {
-    let rest = |old: &str| key.strip_prefix(old).filter(|rest| rest.is_empty() || rest.starts_with('.'));
-    let renamed = RENAMED.iter().find_map(|(old, new)| rest(old).map(|rest| format!("{new}{rest}")));
-    renamed.unwrap_or_else(|| key.into())
-}
-
 /// Returns all keys of a plan, in the order of its tables.
 ///
 /// # Errors
@@ -308,12 +292,5 @@ mod tests {
         assert_eq!((default("reward.path.sharpness"), default("reward.path")), ("20.0".into(), "-".into()));
         assert_eq!((default("termination.height"), default("termination.path")), ("0.12".into(), "false".into()));
         assert_eq!((default("robot"), default("terrain.size")), ("-".into(), "-".into()));
-    }
-
-    #[test]
-    fn a_former_name_is_known_at_every_level() {
-        assert_eq!(present_name("episode.leash"), "episode.reanchor");
-        assert_eq!(present_name("senses.action_delay"), "sensors.action_delay");
-        assert_eq!((present_name("starts"), present_name("startsx")), ("rsi".into(), "startsx".into()));
     }
 }

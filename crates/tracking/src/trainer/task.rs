@@ -81,9 +81,9 @@ impl TrainingTask for Trainer {
             ("Loss/entropy", ppo.entropy),
             ("Loss/kl", ppo.divergence),
             ("Loss/explained_variance", ppo.explained_variance),
-            ("Loss/gradient_norm", ppo.gradient_norm),
-            ("Loss/skipped_steps", ppo.skipped as f64),
-            ("Loss/learning_rate", ppo.learning_rate),
+            ("Gradient/norm", ppo.gradient_norm),
+            ("Gradient/skipped", ppo.skipped as f64),
+            ("Schedule/learning_rate", ppo.learning_rate),
             ("Policy/mean_std", ppo.std),
         ]
         .map(|(name, value)| (name.to_string(), value))

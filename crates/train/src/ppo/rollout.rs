@@ -200,8 +200,7 @@ impl Rollout {
             final_steps: whole("final_steps")?.into_iter().map(|s| s as usize).collect(),
             actions: numbers("actions")?,
             means: numbers("means")?,
-            // Earlier versions knew no teachers.
-            taught: if checkpoint.contains(&key("taught")) { numbers("taught")? } else { Vec::new() },
+            taught: numbers("taught")?,
             log_probabilities: numbers("log_probabilities")?,
             log_std: numbers("log_std")?,
             rewards: numbers("rewards")?,

@@ -14,9 +14,6 @@ const POSITION: &str = "run.position";
 const PROCESSES: &str = "run.processes";
 const IDENTITY: &str = "run.identity";
 
-/// The checkpoint of motion priors in earlier versions, which kept one file and no position in the metrics.
-const OLD_FILE: &str = "checkpoint.safetensors";
-
 /// Lengths of the files that grow with a run, when a checkpoint was made (bytes).
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Position {
@@ -25,19 +22,10 @@ pub struct Position {
 }
 
 impl Position {
-    /// Reads the position from a checkpoint of this or an earlier version.
+    /// Reads the position from a checkpoint.
     fn read(checkpoint: &Checkpoint) -> Result<Self, TrainError> {
-        if checkpoint.contains(POSITION) {
-            let [metrics, snapshots] = checkpoint.u64s(POSITION, &[2])?[..] else { return Ok(Self::default()) };
-            return Ok(Self { metrics, snapshots });
-        }
-        // Earlier versions: trackers had it as the third of their counters, sequence autoencoders by itself.
-        let metrics = if checkpoint.contains("run.counters") {
-            checkpoint.u64s("run.counters", &[3])?[2]
-        } else {
-            checkpoint.u64s("metrics", &[1])?[0]
-        };
-        Ok(Self { metrics, snapshots: 0 })
+        let position = checkpoint.u64s(POSITION, &[2])?;
+        Ok(Self { metrics: position[0], snapshots: position[1] })
     }
 
     /// Writes it, with what a resumed run is checked against.
@@ -86,11 +74,6 @@ pub fn latest_of_all(
             expected: "a checkpoint that is whole".into(),
             got: "damaged ones only; put back a copy of checkpoints/, or begin anew in another folder".into(),
         }),
-        None if folder.path().join(OLD_FILE).is_file() => Err(TrainError::Mismatch {
-            what: folder.path().display().to_string(),
-            expected: "a run with its checkpoints in the folder checkpoints/".into(),
-            got: format!("{OLD_FILE}, as an earlier version kept it (begin the run anew in another folder)"),
-        }),
         None => Ok(None),
     }
 }
@@ -105,17 +88,13 @@ pub fn restore<T: TrainingTask>(task: &mut T, checkpoint: &Checkpoint, size: usi
 /// Checks that a checkpoint is of the same plan, data and number of processes.
 fn check(checkpoint: &Checkpoint, identity: &[(&'static str, String)], size: usize) -> Result<(), TrainError> {
     let origin = checkpoint.origin();
-    // A checkpoint from before there were processes is of one.
-    let processes = if checkpoint.contains(PROCESSES) { checkpoint.u64s(PROCESSES, &[1])?[0] } else { 1 };
+    let processes = checkpoint.u64s(PROCESSES, &[1])?[0];
     if processes != size as u64 {
         return Err(TrainError::Mismatch {
             what: format!("{origin}: processes of the run"),
             expected: processes.to_string(),
             got: size.to_string(),
         });
-    }
-    if !checkpoint.metadata().contains_key(IDENTITY) {
-        return Ok(());
     }
     let began: BTreeMap<String, String> = checkpoint.meta(IDENTITY)?;
     match identity.iter().find(|(name, text)| began.get(*name) != Some(text)) {

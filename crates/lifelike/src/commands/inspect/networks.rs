@@ -22,7 +22,8 @@ pub fn inspect(path: &Path, checkpoint: &Checkpoint, numbers: usize, output: &Ou
 /// Prints what a motion prior encodes.
 fn prior(path: &Path, prior: &MotionPrior, numbers: usize, output: &Output) -> Result<(), CliError> {
     let (plan, windows, layout) = (prior.plan(), prior.windows(), prior.layout());
-    let steps = [NextCommand::new("bench latent").path("--prior", path).word("--motions").word("builtin")];
+    let steps =
+        [NextCommand::new("motion search builtin:wave --at 1").path("--prior", path).word("--motions").word("builtin")];
     let value = json!({
         "kind": plan.kind(), "numbers": numbers, "plan": plan, "layout": layout, "next": next::texts(&steps),
     });

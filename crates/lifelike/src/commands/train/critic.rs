@@ -39,8 +39,9 @@ Examples:
   lifelike train critic --plan critic --controller mine.controller.safetensors \\
       'clips=[\"data/mine\"]' -o runs/mine
   lifelike train critic --resume -o runs/critic
-  # is it right?
-  lifelike bench critic --run runs/critic --motions @experiments/track-all-test.txt")]
+  # motion that it guides
+  lifelike generate \"a person walks\" --critic runs/critic/motion.critic.safetensors \\
+      -o walk.motion.safetensors")]
 pub struct Args {
     /// Plan and folder.
     #[command(flatten)]
@@ -180,8 +181,8 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let data = CriticData { robot: robot.name.clone(), controller, representation, motions, others, records };
     let mut trainer = CriticTrainer::new(&plan.critic, plan.seed, data)?;
     let summary = Driver::of(&source, &run, output).train(&mut trainer, |now| {
-        let CriticMetrics { loss, target, .. } = now.metrics;
-        format!("epoch {}  loss {loss:.4}  mean target {target:.2}", now.iteration)
+        let CriticMetrics { step, target } = now.metrics;
+        format!("epoch {}  loss {:.4}  mean target {target:.2}", now.iteration, step.loss)
     })?;
     let Some(summary) = summary else { return Ok(()) };
     let path = CriticTrainer::critic_path(&folder);
@@ -200,7 +201,13 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
             summary.iteration,
             summary.seconds / 60.0,
             path.display(),
-            NextCommand::new("bench critic").path("--run", &folder).word("--motions").word("CLIPS")
+            NextCommand::new("generate")
+                .word("a person walks")
+                .path("--critic", &path)
+                .word("--robot")
+                .word(&plan.robot)
+                .word("-o")
+                .word("walk.motion.safetensors")
         )
     })?;
     if summary.interrupted {

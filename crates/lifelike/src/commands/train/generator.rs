@@ -24,7 +24,6 @@ Examples:
   # a folder with a dataset.jsonl
   lifelike train generator --plan generator 'clips=[\"data/grammar\"]'
   lifelike train generator --plan generator -o runs/small width=64 layers=2 minutes=10
-  lifelike train generator --plan generator-thesis 'clips=[\"data/humanml3d\"]'
   lifelike train generator -o runs/small --resume
 
 Clips without a dataset.jsonl are captioned by their own container, or by their name.")]
@@ -45,8 +44,8 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     drop(motions);
     let run = args.source.run(&folder, &plan)?;
     let mut trainer = GeneratorTrainer::new(plan, &robot, data)?;
-    let summary =
-        Driver::of(&args.source, &run, output).train(&mut trainer, |now| format!("loss {:.4}", now.metrics.loss))?;
+    let summary = Driver::of(&args.source, &run, output)
+        .train(&mut trainer, |now| format!("loss {:.4}", now.metrics.step.loss))?;
     let Some(summary) = summary else { return Ok(()) };
     let path = folder.join(FILE);
     let validation = trainer.validation_loss()?;

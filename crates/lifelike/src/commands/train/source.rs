@@ -50,15 +50,6 @@ impl Source {
         }
     }
 
-    /// Returns the same with the keys of its changes by their present names.
-    pub fn renamed(&self, present: impl Fn(&str) -> String) -> Self {
-        let rename = |text: &String| match text.split_once('=') {
-            Some((key, value)) => format!("{}={value}", present(key.trim())),
-            None => text.clone(),
-        };
-        Self { overrides: self.overrides.iter().map(rename).collect(), ..self.clone() }
-    }
-
     /// Returns all changes to the plan: those of the options, then those by dotted path.
     fn changes(&self) -> Vec<String> {
         let robot = self.robot.iter().map(|robot| format!("robot={robot}"));

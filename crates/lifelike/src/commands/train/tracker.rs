@@ -5,7 +5,6 @@ use std::sync::Arc;
 
 use lifelike_report::run::RunFolder;
 use lifelike_robot::{Controller, ControllerFile, ReferenceLibrary, Robot};
-use lifelike_tracking::plan::keys::present_name;
 use lifelike_tracking::trainer::Beginning;
 use lifelike_tracking::{TrackerMetrics, TrackerPlan, Trainer};
 use lifelike_train::Summary;
@@ -67,7 +66,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
         return keys::tracker(output);
     }
     let folder = args.source.folder()?;
-    let plan: TrackerPlan = args.source.renamed(present_name).changeable(&folder)?;
+    let plan: TrackerPlan = args.source.changeable(&folder)?;
     let Some(summary) = train(&plan, &folder, &args.source, &args.physics, output)? else { return Ok(()) };
     report(&summary, &plan, &folder, output)?;
     if summary.interrupted {

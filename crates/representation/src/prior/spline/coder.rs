@@ -2,6 +2,7 @@
 
 use lifelike_checkpoint::Checkpoint;
 use lifelike_nn::transformer::{Sampling, SplineAutoencoder};
+use lifelike_train::supervised::StepMetrics;
 
 use super::plan::SplinePriorPlan;
 use super::sequences::WindowSequences;
@@ -10,7 +11,7 @@ use crate::prior::Windows;
 use crate::prior::kind::{KindPlan, PriorData, PriorKind, PriorTraining};
 use crate::prior::motion_prior::MotionPrior;
 use crate::spline_transformer::passes::{control_points, sequences};
-use crate::spline_transformer::{SequenceMetrics, SequenceTrainer, Sequences};
+use crate::spline_transformer::{SequenceTrainer, Sequences};
 use crate::standardizer::{Moments, Standardizer};
 
 /// Training windows that are held at a time.
@@ -100,7 +101,7 @@ impl PriorKind for SplineCoder {
 }
 
 impl PriorTraining for SequenceTrainer<WindowSequences> {
-    fn describe(now: &SequenceMetrics) -> String {
+    fn describe(now: &StepMetrics) -> String {
         format!("mean squared error {:.4}", now.loss)
     }
 

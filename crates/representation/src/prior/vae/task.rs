@@ -40,17 +40,9 @@ impl TrainingTask for VaeTrainer {
     }
 
     fn scalars(&self, now: &VaeMetrics) -> Vec<Scalar> {
-        [
-            ("Loss/total", now.loss),
-            ("Loss/reconstruction", now.reconstruction),
-            ("Loss/kl", now.kl),
-            ("Schedule/kl_weight", now.kl_weight),
-            ("Schedule/learning_rate", now.learning_rate),
-            ("Gradient/norm", now.gradient_norm),
-            ("Gradient/skipped", now.skipped as f64),
-        ]
-        .map(|(name, value)| (name.to_string(), value))
-        .to_vec()
+        let own =
+            [("Loss/reconstruction", now.reconstruction), ("Loss/kl", now.kl), ("Schedule/kl_weight", now.kl_weight)];
+        now.step.scalars_with(&own)
     }
 
     /// Measures the reconstruction of held-out clips. No score: the last weights are kept, whatever it says.

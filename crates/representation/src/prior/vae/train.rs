@@ -3,9 +3,10 @@
 use lifelike_checkpoint::Checkpoint;
 use lifelike_checkpoint::rng::stream;
 use lifelike_motion::FeatureLayout;
-use lifelike_nn::adam::{Adam, AdamConfig, Descent};
+use lifelike_nn::adam::{AdamConfig, Descent};
 use lifelike_nn::losses::kl_from_standard_normal;
 use lifelike_nn::rows::add;
+use lifelike_train::supervised::{StepMetrics, SupervisedCore};
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 
@@ -21,22 +22,15 @@ use crate::prior::{FeatureStatistics, MotionPrior, PriorClip, PriorPlan, Reconst
 /// Metrics of one iteration. All of it is determined by plan and data.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct VaeMetrics {
-    /// Iterations done, this one included.
-    pub iteration: u64,
-    /// The loss that was minimised.
-    pub loss: f64,
+    /// Those of every training.
+    #[serde(flatten)]
+    pub step: StepMetrics,
     /// Eq. 4.3, before the step.
     pub reconstruction: f64,
     /// KL divergence from the standard normal (nats per window), before the step.
     pub kl: f64,
     /// Weight of the KL divergence in this iteration.
     pub kl_weight: f64,
-    /// Learning rate of this iteration.
-    pub learning_rate: f64,
-    /// Norm of the gradient before clipping.
-    pub gradient_norm: f64,
-    /// Iterations so far whose gradient was not finite and was thrown away.
-    pub skipped: u64,
 }
 
 /// Windows that a core takes at a time.
@@ -58,9 +52,7 @@ pub struct VaeTrainer {
     training: Windows,
     held_out: Windows,
     vae: MotionVae,
-    optimizer: Adam,
-    iteration: u64,
-    skipped: u64,
+    core: SupervisedCore,
 }
 
 impl VaeTrainer {
@@ -81,8 +73,8 @@ impl VaeTrainer {
         let statistics = training.statistics(&layout, &windows.floors);
         let vae = MotionVae::new(&plan, layout.size());
         let config = AdamConfig { rule: plan.optimizer, ..AdamConfig::adam() };
-        let optimizer = Adam::new(config, vae.parameters().len());
-        Ok(Self { plan, layout, statistics, training, held_out, vae, optimizer, iteration: 0, skipped: 0 })
+        let core = SupervisedCore::new(config, vae.parameters().len());
+        Ok(Self { plan, layout, statistics, training, held_out, vae, core })
     }
 
     /// The plan.
@@ -92,7 +84,7 @@ impl VaeTrainer {
 
     /// Iterations done.
     pub fn iteration(&self) -> u64 {
-        self.iteration
+        self.core.iteration()
     }
 
     /// Parameters of encoder and decoder together.
@@ -117,7 +109,7 @@ impl VaeTrainer {
         if self.plan.linear_path && self.vae.linear_path().is_none() {
             self.fit_linear_path()?;
         }
-        let (plan, i) = (&self.plan, self.iteration);
+        let (plan, i) = (&self.plan, self.core.iteration());
         let (kl_weight, learning_rate) = (plan.kl_weight_at(i), plan.learning_rate_at(i));
 
         let rows =
@@ -127,19 +119,9 @@ impl VaeTrainer {
         let (losses, gradient) = self.gradient(&rows, &noise, kl_weight);
 
         let descent = Descent { gradient: &gradient, max_norm: plan.max_gradient_norm, rate: learning_rate };
-        let stepped = self.vae.parameters_mut().step(&mut self.optimizer, descent);
-        self.skipped += u64::from(!stepped.taken);
-        self.iteration += 1;
-        Ok(VaeMetrics {
-            iteration: self.iteration,
-            loss: losses.reconstruction + kl_weight * losses.kl,
-            reconstruction: losses.reconstruction,
-            kl: losses.kl,
-            kl_weight,
-            learning_rate,
-            gradient_norm: stepped.norm,
-            skipped: self.skipped,
-        })
+        let loss = losses.reconstruction + kl_weight * losses.kl;
+        let step = self.core.step_of(self.vae.parameters_mut(), loss, descent);
+        Ok(VaeMetrics { step, reconstruction: losses.reconstruction, kl: losses.kl, kl_weight })
     }
 
     /// Losses and gradient of a batch, a core for each part of it. Sums are in the parts' order, whichever core had which, so the
@@ -222,8 +204,7 @@ impl VaeTrainer {
         let mut checkpoint = Checkpoint::new();
         self.prior().save_into(&mut checkpoint)?;
         checkpoint.set_meta("data", &self.training.digest())?;
-        checkpoint.put_u64("progress", &[2], vec![self.iteration, self.skipped])?;
-        self.optimizer.save_into(self.vae.parameters().layout(), &mut checkpoint, "optimizer")?;
+        self.core.save_into(self.vae.parameters().layout(), &mut checkpoint, "training")?;
         Ok(checkpoint)
     }
 
@@ -252,11 +233,7 @@ impl VaeTrainer {
             let components = Components::read(checkpoint, self.plan.latent, size)?;
             self.vae = self.vae.clone().with_linear_path(components);
         }
-        let layout = self.vae.parameters().layout();
-        self.optimizer = Adam::load_from(self.optimizer.config(), layout, checkpoint, "optimizer")?;
-        let progress = checkpoint.u64s("progress", &[2])?;
-        (self.iteration, self.skipped) = (progress[0], progress[1]);
-        Ok(())
+        Ok(self.core.load_from(self.vae.parameters().layout(), checkpoint, "training")?)
     }
 
     /// Returns what identifies the clips it learns from.
