@@ -115,7 +115,6 @@ pub(crate) fn compile(mut root: Element, folder: Option<&Path>, meshes: Meshes) 
     names::all_different(&root)?;
     let option = PhysicsOption::read(&root, &mut notes, &mut warnings)?;
     let defaults = Defaults::read(&root)?;
-    coupling::hold(&mut root, &mut warnings)?;
     tendons::read(&root, &defaults, compiler.autolimits, &mut notes, &mut warnings)?;
     note_softness(&root, &mut notes);
 
@@ -146,6 +145,7 @@ pub(crate) fn compile(mut root: Element, folder: Option<&Path>, meshes: Meshes) 
     }
     let home = keyframes::read(&root, nq, &mut notes, &mut warnings)?;
     let actuators = actuators::read(&root, &defaults, &compiler, &mut tree.joints, &mut notes, &mut warnings)?;
+    let couplings = coupling::read(&root, &defaults, &mut tree.joints, &actuators, &mut warnings)?;
     let excludes = read_excludes(&root, &tree.bodies, &mut notes)?;
     let name = root.attribute("model").unwrap_or("MuJoCo Model").to_string();
     if let Some(bodies) = stated {
@@ -170,6 +170,7 @@ pub(crate) fn compile(mut root: Element, folder: Option<&Path>, meshes: Meshes) 
         actuators,
         excludes,
         equalities: Vec::new(),
+        couplings,
         home,
         meshes: outcome.files,
         nq,
@@ -180,6 +181,7 @@ pub(crate) fn compile(mut root: Element, folder: Option<&Path>, meshes: Meshes) 
         warnings,
     };
     actuators::resolve_damping(&mut character);
+    joints::resolve_springs(&mut character, &tree.spring_dampers);
     character.equalities = equality::read(&root, &defaults, &character)?;
     Ok(character)
 }
