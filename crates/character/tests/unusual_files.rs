@@ -242,6 +242,7 @@ fn a_time_constant_and_a_damping_ratio_are_a_spring() {
     let inertia = 0.5 + 0.1 + 0.008;
     assert!((c.joints[0].stiffness - inertia / (0.01 * 0.25)).abs() < 1e-9, "{}", c.joints[0].stiffness);
     assert!((c.joints[0].damping - 2.0 * inertia / 0.1).abs() < 1e-9);
+    assert!(mjcf("", &world.replace("0.1 0.5", "0.1 0")).unwrap_err().contains("two positive numbers"));
 }
 
 #[test]

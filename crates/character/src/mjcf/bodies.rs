@@ -167,7 +167,10 @@ impl<'a> Reader<'a> {
                 }
                 "joint" => {
                     let a = self.defaults.resolve(child, class)?;
-                    let given = a.numbers::<2>("springdamper")?.filter(|given| given.iter().all(|x| *x > 0.0));
+                    let given = a.numbers::<2>("springdamper")?.filter(|given| *given != [0.0; 2]);
+                    if let Some(wrong) = given.filter(|given| given.iter().any(|x| *x <= 0.0)) {
+                        return Err(a.invalid("two positive numbers for 'springdamper'", format!("{wrong:?}")));
+                    }
                     parts.spring_dampers.extend(given.map(|given| (parts.joints.len(), given)));
                     parts.joints.push(joints::read(&a, false, body, frame, self.compiler)?);
                 }
