@@ -40,7 +40,7 @@ const FLOORS: [(&str, u32); 27] = [
 /// Crates that stand on a floor for their use, but must know little of what is below them.
 const ONLY: [(&str, &[&str]); 11] = [
     ("unitree", &["cdr", "robot", "runtime"]),
-    ("runtime", &["cdr", "character", "checkpoint", "motion", "robot"]),
+    ("runtime", &["character", "checkpoint", "motion", "robot"]),
     (
         "studio",
         &["character", "checkpoint", "evaluation", "generation", "language", "motion", "report", "robot", "sim"],

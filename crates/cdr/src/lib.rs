@@ -1,8 +1,7 @@
 //! Floor 0: CDR, the encoding of DDS and ROS 2 messages (XCDR1, little-endian; OMG DDS-XTypes 1.3, section 7.4.3).
 //!
 //! A message begins with a header of four bytes. Numbers are aligned to their own size, counted from behind the header. A text is
-//! its length with the final zero, its bytes and the zero. A sequence is its length and its items. [`whole_records`] looks at the
-//! file that messages are kept in.
+//! its length with the final zero, its bytes and the zero. A sequence is its length and its items.
 //!
 //! ```
 //! use lifelike_cdr::{Reader, Writer};
@@ -14,10 +13,6 @@
 //! let mut message = Reader::begin(&bytes).unwrap();
 //! assert_eq!((message.text(), message.sequence()), (Some("knee"), Some(vec![0.5_f64, -1.0])));
 //! ```
-
-mod records;
-
-pub use records::whole_records;
 
 /// Header of plain CDR, little-endian.
 const HEADER: [u8; 4] = [0, 1, 0, 0];

@@ -7,9 +7,9 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use lifelike_cdr::{Reader, whole_records};
-use mcap::read::Options;
+use lifelike_cdr::Reader;
 use mcap::records::Record;
+use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
 
 use crate::AugmentationError;
 
@@ -17,8 +17,8 @@ use crate::AugmentationError;
 const KIND: &str = "sensor_msgs/msg/JointState";
 /// Names of ROS 1 and of older bags for the same.
 const OLDER: &str = "sensor_msgs/JointState";
-/// No chunk of a bag is larger (bytes): rosbag2 writes chunks of a megabyte.
-const LARGEST_CHUNK: u64 = 1 << 28;
+/// No record of a bag is larger (bytes), chunks included: rosbag2 writes chunks of a megabyte.
+const LARGEST_RECORD: usize = 1 << 28;
 /// The quantities of a joint, in the order of the message.
 const QUANTITIES: [&str; 3] = ["position", "velocity", "effort"];
 
@@ -80,16 +80,13 @@ impl Bag {
 pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<Bag, AugmentationError> {
     let bad = |place: String, expected: &str, got: String| AugmentationError::log(path, place, expected, got);
     let whole = |error: mcap::McapError| bad("MCAP".into(), "a bag of ROS 2 (MCAP)", error.to_string());
-    let too_large = |claimed| bad("MCAP".into(), "chunks of at most 256 MiB", format!("one of {claimed} bytes"));
-    let bytes = whole_records(bytes, LARGEST_CHUNK).map_err(too_large)?;
     let mut schemas: BTreeMap<u16, String> = BTreeMap::new();
     let mut channels: BTreeMap<u16, String> = BTreeMap::new();
     let mut bag = Bag::default();
     let mut messages = 0;
     let mut others: Vec<String> = Vec::new();
     // A bag whose recorder was killed has no end; what is before it counts.
-    let options = Options::IgnoreEndMagic.into();
-    for record in mcap::read::ChunkFlattener::new_with_options(bytes, options).map_err(whole)? {
+    for record in Records::new(bytes) {
         let record = match record {
             Ok(record) => record,
             Err(_) if messages > 0 => break,
@@ -126,6 +123,42 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<Bag, AugmentationError> 
         return Err(bad("MCAP".into(), &format!("messages of {KIND}"), got));
     }
     Ok(bag)
+}
+
+/// The records of a bag, those of its chunks included, each of a size that is checked before it is allocated.
+struct Records<'a> {
+    rest: &'a [u8],
+    reader: LinearReader,
+}
+
+impl<'a> Records<'a> {
+    fn new(bytes: &'a [u8]) -> Self {
+        let options = LinearReaderOptions::default().with_skip_end_magic(true);
+        let options = options.with_record_length_limit(LARGEST_RECORD);
+        Self { rest: bytes, reader: LinearReader::new_with_options(options) }
+    }
+}
+
+impl Iterator for Records<'_> {
+    type Item = mcap::McapResult<Record<'static>>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        while let Some(event) = self.reader.next_event() {
+            match event {
+                Ok(LinearReadEvent::ReadRequest(wanted)) => {
+                    let (now, later) = self.rest.split_at(wanted.min(self.rest.len()));
+                    self.reader.insert(now.len()).copy_from_slice(now);
+                    self.reader.notify_read(now.len());
+                    self.rest = later;
+                }
+                Ok(LinearReadEvent::Record { data, opcode }) => {
+                    return Some(mcap::parse_record(opcode, data).map(Record::into_owned));
+                }
+                Err(error) => return Some(Err(error)),
+            }
+        }
+        None
+    }
 }
 
 /// Appends a message; `None` where it is cut off, or has another number of values than names.

@@ -10,9 +10,6 @@ use super::message::{CommandMessage, MeasuredMessage, PolicyMessage};
 use super::recorder::Attachment;
 use crate::error::RuntimeError;
 
-/// No chunk of a record is larger (bytes).
-const LARGEST_CHUNK: u64 = 1 << 28;
-
 /// One message of a record.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Entry {
@@ -60,10 +57,8 @@ impl Record {
         };
         let mut topics: HashMap<u16, String> = HashMap::new();
         let mut has_metadata = false;
-        let whole = lifelike_cdr::whole_records(&bytes, LARGEST_CHUNK)
-            .map_err(|claimed| bad(format!("a chunk of {claimed} bytes")))?;
         let options = Options::IgnoreEndMagic.into();
-        let stream = ChunkFlattener::new_with_options(whole, options).map_err(|error| bad(error.to_string()))?;
+        let stream = ChunkFlattener::new_with_options(&bytes, options).map_err(|error| bad(error.to_string()))?;
         for item in stream {
             let item = match item {
                 Ok(item) => item,
