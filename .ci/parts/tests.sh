@@ -5,7 +5,7 @@
 # The engine's gates against MuJoCo and its promises, with the instruction set of LIFELIKE_SIMD.
 gates() {
     cargo test --locked --release --workspace --features lifelike/mujoco \
-        --test oracle_contact --test oracle_engine --test oracle_constraint_wrenches --test oracle_closure \
+        --test oracle_contact --test oracle_engine --test oracle_constraint_wrenches --test oracle_closure --test oracle_coupling \
         --test contract_engines --test contract_augmented --test contract_robots
 }
 

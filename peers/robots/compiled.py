@@ -126,13 +126,18 @@ def differences(ours, theirs):
             yield f"{name}: inertia {own['inertia_kg_m2']} for {expected['inertia']}"
     axes = {j["name"]: j["axis"] for j in ours["joints"]}
     for name, expected in theirs["joints"].items():
-        if name not in drives:
+        if name not in axes:
             yield f"{name}: missing"
             continue
         if not near(axes[name], expected["axis"], 1.0):
             yield f"{name}: axis {axes[name]} for {expected['axis']}"
         if not close(ranges[name], expected["range"]):
             yield f"{name}: range {ranges[name]} for {expected['range']}"
+        if name not in drives:
+            # What follows another joint has no drive.
+            if expected["drive"] or not any(c["follower"] == name for c in ours["couplings"]):
+                yield f"{name}: no drive"
+            continue
         own = drives[name]["model"]
         if own is None or expected["drive"] is None:
             if own or expected["drive"]:

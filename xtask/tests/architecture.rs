@@ -7,7 +7,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Floors: a crate may import crates on LOWER floors only.
-const FLOORS: [(&str, u32); 26] = [
+const FLOORS: [(&str, u32); 27] = [
+    ("cdr", 0),
     ("character", 0),
     ("checkpoint", 0),
     ("dynamixel", 0),
@@ -38,7 +39,7 @@ const FLOORS: [(&str, u32); 26] = [
 
 /// Crates that stand on a floor for their use, but must know little of what is below them.
 const ONLY: [(&str, &[&str]); 11] = [
-    ("unitree", &["robot", "runtime"]),
+    ("unitree", &["cdr", "robot", "runtime"]),
     ("runtime", &["character", "checkpoint", "motion", "robot"]),
     (
         "studio",
@@ -46,12 +47,12 @@ const ONLY: [(&str, &[&str]); 11] = [
     ),
     ("capi", &["character", "motion", "robot"]),
     ("interop", &["character", "checkpoint", "motion", "robot"]),
-    ("augmentation", &["character", "checkpoint", "motion", "nn", "report", "robot", "sim", "train"]),
+    ("augmentation", &["cdr", "character", "checkpoint", "motion", "nn", "report", "robot", "sim", "train"]),
     ("language", &["character", "checkpoint", "motion"]),
     ("nn", &["checkpoint", "dense", "simd"]),
     ("train", &["checkpoint", "dense", "nn", "report", "simd"]),
     ("report", &["character", "checkpoint", "motion"]),
-    ("evaluation", &["character", "checkpoint", "motion", "report", "robot", "sim"]),
+    ("evaluation", &["cdr", "character", "checkpoint", "motion", "report", "robot", "sim"]),
 ];
 
 /// The package of the thesis' tables: beside `crates`, and imported by nobody.

@@ -220,7 +220,9 @@ fn play<S: Simulation>(
         for (joint, angle) in robot.character.scalar_joints().zip(&of(id).start) {
             position[joint.q_index] = *angle;
         }
-        simulation.reset(&[id], &position, &vec![0.0; robot.character.nv])?;
+        let mut velocity = vec![0.0; robot.character.nv];
+        robot.character.follow(&mut position, &mut velocity);
+        simulation.reset(&[id], &position, &velocity)?;
     }
     let longest = runs.iter().map(|run| run.rows.len()).max().unwrap_or(0);
     for step in 0..if longest > 0 { settle + longest } else { 0 } {

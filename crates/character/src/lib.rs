@@ -22,6 +22,7 @@
 //! ```
 
 pub mod anatomy;
+mod coupling;
 mod drive;
 pub mod error;
 mod fitted;
@@ -37,6 +38,7 @@ pub mod symmetry;
 pub mod urdf;
 
 pub use anatomy::{Anatomy, Role};
+pub use coupling::Coupling;
 pub use drive::{Command, Drive};
 pub use error::{CharacterError, Location};
 pub use fitted::Fitted;

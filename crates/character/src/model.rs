@@ -8,6 +8,7 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::PathBuf;
 
+use crate::coupling::Coupling;
 use crate::error::CharacterError;
 use crate::mesh::MeshFile;
 use crate::rotation::{Quat, Vec3};
@@ -35,6 +36,8 @@ pub struct Character {
     pub excludes: Vec<(usize, usize)>,
     /// What closes kinematic loops (`<equality>`), in document order.
     pub equalities: Vec<Equality>,
+    /// Joints that follow others (`<equality><joint>`, `<mimic>`), in document order.
+    pub couplings: Vec<Coupling>,
     /// Position of the keyframe `home`, if there is one (`nq` numbers): the default pose.
     pub home: Option<Vec<f64>>,
     /// Files of meshes by the mesh's name, as far as they are there: what boxes can be fitted to.
@@ -152,6 +155,15 @@ pub struct Joint {
     pub actuator_force_range: Option<(f64, f64)>,
     /// Largest speed of its actuator (rad/s or m/s), where the file says one.
     pub velocity_limit: Option<f64>,
+    /// The coupling that sets it, as an index into [`Character::couplings`]; `None` for a joint that moves by itself.
+    pub coupling: Option<usize>,
+}
+
+impl Joint {
+    /// Returns true for a hinge or slide that moves by itself: one that control and motion have a number for.
+    pub fn is_scalar(&self) -> bool {
+        matches!(self.kind, JointKind::Hinge | JointKind::Slide) && self.coupling.is_none()
+    }
 }
 
 /// The shape of a geom. Sizes in metres, MuJoCo's meaning (half lengths, radii).
@@ -334,10 +346,10 @@ impl Character {
         self.root_joint().is_none().then_some((root.position, root.orientation))
     }
 
-    /// Returns the hinges and slides, in the order of the coordinates: what a motion clip's joint columns are matched
-    /// with.
+    /// Returns the hinges and slides that move by themselves, in the order of the coordinates: what a motion clip's joint
+    /// columns are matched with. Joints that follow others are not among them.
     pub fn scalar_joints(&self) -> impl Iterator<Item = &Joint> {
-        self.joints.iter().filter(|j| matches!(j.kind, JointKind::Hinge | JointKind::Slide))
+        self.joints.iter().filter(|j| j.is_scalar())
     }
 
     /// Returns the generalised position of the text as written: every joint at its reference, bodies where the text put

@@ -275,18 +275,24 @@ impl<'a> Pairing<'a> {
         let mut place = vec![0; character.joints.len()];
         let mut count = 0;
         for (i, joint) in character.joints.iter().enumerate() {
-            if matches!(joint.kind, JointKind::Hinge | JointKind::Slide) {
+            if joint.is_scalar() {
                 place[i] = count;
                 count += 1;
             }
         }
         let (mut joints, mut signs) = (Vec::new(), Vec::new());
         for (i, joint) in character.joints.iter().enumerate() {
-            if !matches!(joint.kind, JointKind::Hinge | JointKind::Slide) {
+            if !joint.is_scalar() {
                 continue;
             }
             let within = i - character.bodies[joint.body].joints.start;
             let image = character.bodies[partner[joint.body]].joints.start + within;
+            if !character.joints[image].is_scalar() {
+                let follower = &character.joints[image].name;
+                let message =
+                    format!("not symmetric: '{follower}' follows another joint, and '{}' does not", joint.name);
+                return Err(unfit(character, message));
+            }
             let mirrored = reflection(&self.normal) * self.kinematics.joint_axis[i];
             let axis = self.kinematics.joint_axis[image];
             if mirrored.cross(&axis).norm() > AXIS_TOLERANCE {

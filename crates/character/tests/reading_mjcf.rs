@@ -58,7 +58,7 @@ fn errors_name_file_line_and_element() {
 fn what_would_change_the_dynamics_is_refused() {
     refused(
         "<mujoco><worldbody/><equality><joint joint1=\"a\"/></equality></mujoco>",
-        "<joint>: expected the name of a joint, got 'a'",
+        "<joint>: expected the name of a joint for 'joint1', got 'a'",
     );
     refused("<mujoco><worldbody/><tendon><fixed/></tendon></mujoco>", "<fixed>: expected a path, got an empty tendon");
     refused("<mujoco><option windy=\"1\"/></mujoco>", "unsupported attribute 'windy'");

@@ -207,17 +207,42 @@ fn tendons_without_forces_change_nothing_and_others_are_told() {
 }
 
 #[test]
-fn a_joint_that_follows_another_is_held() {
-    let equality = "<equality><joint joint1=\"b\" joint2=\"a\" polycoef=\"0 1 0 0 0\"/></equality>\
-        <actuator><motor joint=\"a\"/><motor joint=\"b\"/></actuator><sensor><jointpos joint=\"b\"/></sensor>";
-    let c = mjcf(equality, PELVIS).unwrap();
-    assert_eq!((c.nq, c.actuators.len(), c.bodies.len()), (8, 1, 4));
-    assert!(c.warnings[0].contains("are held: b (follows a)"), "{:?}", c.warnings);
-    let text = c.mjcf.unwrap();
-    assert!(!text.contains("name=\"b\"") && !text.contains("<equality>\n") && !text.contains("jointpos"), "{text}");
-    let inactive = equality.replace("polycoef", "active=\"false\" polycoef");
-    let c = mjcf(&inactive, PELVIS).unwrap();
-    assert_eq!((c.nq, c.warnings.len()), (9, 0));
+fn a_joint_that_follows_another_has_no_number_of_its_own() {
+    let equality = |attributes: &str| format!("<equality><joint joint1=\"b\" joint2=\"a\" {attributes}/></equality>");
+    let c = mjcf(&(equality("polycoef=\"0.1 2\"") + "<actuator><motor joint=\"a\"/></actuator>"), PELVIS).unwrap();
+    let names: Vec<&str> = c.scalar_joints().map(|joint| joint.name.as_str()).collect();
+    assert_eq!((c.nq, names, c.warnings.len()), (9, vec!["a"], 0));
+    assert_eq!(c.couplings[0].polynomial, [0.1, 2.0, 0.0, 0.0, 0.0]);
+
+    let driven = equality("") + "<actuator><motor joint=\"a\"/><motor joint=\"b\"/></actuator>";
+    let c = mjcf(&driven, PELVIS).unwrap();
+    assert_eq!((c.scalar_joints().count(), c.couplings.len()), (2, 1));
+    assert!(c.warnings[0].contains("physics has the constraint, retargeting has not: b"), "{:?}", c.warnings);
+
+    let round = equality("") + "<equality><joint joint1=\"a\" joint2=\"b\"/></equality>";
+    let c = mjcf(&round, PELVIS).unwrap();
+    assert_eq!((c.scalar_joints().count(), c.couplings.len(), c.warnings.len()), (1, 2, 1));
+
+    let c = mjcf(&equality("active=\"false\""), PELVIS).unwrap();
+    assert_eq!((c.scalar_joints().count(), c.couplings.len(), c.warnings.len()), (2, 0, 0));
+    for (wrong, why) in [
+        ("<equality><joint joint1=\"b\" joint2=\"b\"/></equality>", "two different joints"),
+        ("<equality><joint joint1=\"b\" joint2=\"c\"/></equality>", "the name of a joint for 'joint2'"),
+    ] {
+        assert!(mjcf(wrong, PELVIS).unwrap_err().contains(why));
+    }
+}
+
+#[test]
+fn a_time_constant_and_a_damping_ratio_are_a_spring() {
+    // A point of 2 kg at 0.5 m and its rotor: 2 · 0.25 + 0.1 + 0.4 · 2 · 0.01 of the sphere.
+    let world = "<body><joint name=\"a\" axis=\"0 1 0\" springdamper=\"0.1 0.5\" armature=\"0.1\"/>\
+        <geom size=\"0.1\" pos=\"0.5 0 0\" mass=\"2\"/></body>";
+    let c = mjcf("", world).unwrap();
+    let inertia = 0.5 + 0.1 + 0.008;
+    assert!((c.joints[0].stiffness - inertia / (0.01 * 0.25)).abs() < 1e-9, "{}", c.joints[0].stiffness);
+    assert!((c.joints[0].damping - 2.0 * inertia / 0.1).abs() < 1e-9);
+    assert!(mjcf("", &world.replace("0.1 0.5", "0.1 0")).unwrap_err().contains("two positive numbers"));
 }
 
 #[test]

@@ -144,7 +144,7 @@ impl<'a> Recorder<'a> {
             if joint.kind == JointKind::Free {
                 q[at..at + 3].copy_from_slice(root_position.as_slice());
                 q[at + 3..at + 7].copy_from_slice(&lifelike_character::rotation::to_wxyz(&root_orientation));
-            } else if joint.kind.nq() == 1 {
+            } else if joint.is_scalar() {
                 q[at] = scalar.next().copied().unwrap_or(q[at]);
             }
         }

@@ -103,6 +103,38 @@ fn results_play_and_are_exported() {
 }
 
 #[test]
+fn a_robot_is_looked_at_and_moved() {
+    let folder = tempfile::tempdir().unwrap();
+    let Some(mut browser) = Browser::start(folder.path()) else { return };
+    lifelike(folder.path(), &["inspect", "lima", "--look", "-o", "look"]);
+    let page = folder.path().join("look/report.html");
+    plays(&mut browser, &page);
+    for layers in ["visual,sides,contacts", "visual,masses,frames"] {
+        browser.open(&page, &format!("?layers={layers}"), (1280, 800), "light");
+        within(40, &format!("{layers} on the canvas"), || browser.number(COLOURS) > 8.0);
+    }
+    assert_eq!(browser.number("document.querySelectorAll('.joints input').length") as u64, 20);
+    let knee = |at: &str| {
+        format!(
+            "[...document.querySelectorAll('.joints label')].find((row) => row.querySelector('b').textContent === 'left_knee').{at}"
+        )
+    };
+    let picture = "document.querySelector('[data-is=canvas]').toDataURL()";
+    let before = browser.evaluate(picture);
+    browser.evaluate(&format!(
+        "(() => {{ const input = {}; input.value = 1.2; input.dispatchEvent(new Event('input')); }})()",
+        knee("querySelector('input')")
+    ));
+    assert_eq!(browser.evaluate(&knee("querySelector('span').textContent")), json!("68.8°"));
+    let moved = browser.evaluate("document.querySelector('[data-is=pointed]').textContent");
+    assert_eq!(moved, json!("left_knee moves left_shank"));
+    within(40, "another picture", || browser.evaluate(picture) != before);
+    browser.evaluate("document.querySelector('[data-is=zero]').click()");
+    assert_eq!(browser.evaluate(&knee("querySelector('span').textContent")), json!("0.0°"));
+    assert!(browser.errors().is_empty(), "{:?}", browser.errors());
+}
+
+#[test]
 fn a_training_and_a_sentence_can_be_watched() {
     let folder = tempfile::tempdir().unwrap();
     let Some(mut browser) = Browser::start(folder.path()) else { return };

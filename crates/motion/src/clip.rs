@@ -127,14 +127,15 @@ impl MotionClip {
     }
 
     /// Matches the clip's columns with the character's scalar joints BY NAME. Element `i` is the clip's column for the
-    /// character's `i`-th scalar joint.
+    /// character's `i`-th scalar joint. Columns of joints that follow others are not used.
     ///
     /// # Errors
     /// [`MotionError::Mismatch`] lists every name that one has and the other has not.
     pub fn columns_for(&self, character: &Character) -> Result<Vec<usize>, MotionError> {
         let wanted: Vec<&str> = character.scalar_joints().map(|j| j.name.as_str()).collect();
         let missing: Vec<&str> = wanted.iter().copied().filter(|n| !self.joint_names.iter().any(|m| m == n)).collect();
-        let unknown: Vec<&str> = self.joint_names.iter().map(String::as_str).filter(|n| !wanted.contains(n)).collect();
+        let is_known = |name: &str| character.joints.iter().any(|j| j.name == name && j.kind.nq() == 1);
+        let unknown: Vec<&str> = self.joint_names.iter().map(String::as_str).filter(|n| !is_known(n)).collect();
         if !missing.is_empty() || !unknown.is_empty() {
             return Err(MotionError::Mismatch {
                 clip: self.name.clone(),
@@ -174,8 +175,9 @@ impl MotionClip {
                     q[at + 3..at + 7]
                         .copy_from_slice(&lifelike_character::rotation::to_wxyz(&self.root_orientation[frame]));
                 }
-                JointKind::Ball => {}
-                JointKind::Hinge | JointKind::Slide => {
+                // What follows another joint is where that one puts it.
+                _ if !joint.is_scalar() => {}
+                _ => {
                     q[at] = row[columns[scalar]];
                     scalar += 1;
                 }

@@ -31,6 +31,7 @@ fn joint(name: &str, body: usize, kind: JointKind, axis: Vec3, q_index: usize, v
         spring_reference: 0.0,
         actuator_force_range: None,
         velocity_limit: None,
+        coupling: None,
     }
 }
 
@@ -55,6 +56,7 @@ pub fn swing() -> Character {
         actuators: vec![],
         excludes: vec![],
         equalities: vec![],
+        couplings: vec![],
         home: None,
         meshes: BTreeMap::new(),
         nq: 9,

@@ -55,13 +55,16 @@ pub fn lint(
     let mut flaws = mistake::certain(&mut best, character, &columns);
     let measure = |clip: &MotionClip| Fit::of(clip, character, anatomy, &columns);
     let mut fit = measure(&best);
-    if mistake::is_turned_away(&best)
-        && let Some(corrected) = Mistake::QuaternionOrder.corrected(&best, character, &columns)
-    {
-        let better = measure(&corrected);
-        if better.is_clearly_better(&fit) {
-            flaws.push(flaw(Mistake::QuaternionOrder, &fit, &better));
-            (best, fit) = (corrected, better);
+    // These two leave a clip that hardly looks wrong.
+    let subtle =
+        [(mistake::is_turned_away(&best), Mistake::QuaternionOrder), (true, Mistake::Columns(JointOrder::OtherSide))];
+    for (is_possible, mistake) in subtle {
+        if is_possible && let Some(corrected) = mistake.corrected(&best, character, &columns) {
+            let better = measure(&corrected);
+            if better.is_clearly_better(&fit) {
+                flaws.push(flaw(mistake, &fit, &better));
+                (best, fit) = (corrected, better);
+            }
         }
     }
     for _ in 0..MAX_ROUNDS {

@@ -8,17 +8,19 @@ use serde_json::{Value, json};
 use super::chart::Chart;
 use super::curve::Curve;
 use super::drawing::Drawing;
+use super::look::RobotLook;
 use super::playback::Playback;
-use super::scene::{character_json, describe_skeleton};
+use super::scene::{character_json, contacts_json, describe_skeleton};
 use super::table::{Table, escape};
 use crate::ReportError;
 use crate::write_atomically;
 
 const PAGE: &str = include_str!("page/page.html");
 const PLAYER: &str = include_str!("page/player.html");
+const LOOK: &str = include_str!("page/look.html");
 const STYLE: &str = include_str!("page/style.css");
 /// In the order in which they use each other.
-const SCRIPTS: [&str; 11] = [
+const SCRIPTS: [&str; 12] = [
     include_str!("page/camera.js"),
     include_str!("page/poses.js"),
     include_str!("page/shapes.js"),
@@ -30,6 +32,7 @@ const SCRIPTS: [&str; 11] = [
     include_str!("page/film.js"),
     include_str!("page/curves.js"),
     include_str!("page/live.js"),
+    include_str!("page/look.js"),
 ];
 const MAIN: &str = include_str!("page/main.js");
 /// Number of the first scripts, which draw.
@@ -64,6 +67,7 @@ pub struct ReportBuilder {
     curves_first: bool,
     characters: Vec<Value>,
     playbacks: Vec<Value>,
+    look: Value,
 }
 
 impl ReportBuilder {
@@ -139,6 +143,15 @@ impl ReportBuilder {
         self
     }
 
+    /// Shows a robot whose joints can be moved, above the tables.
+    pub fn robot(mut self, robot: RobotLook<'_>) -> Self {
+        let mut look = robot.to_json();
+        look["visual"] = json!(self.character(&character_json(robot.character)));
+        look["contacts"] = json!(self.character(&contacts_json(robot.character)));
+        self.look = look;
+        self
+    }
+
     /// Returns the number of a character on the page, which is added where it is new.
     fn character(&mut self, drawn: &Value) -> usize {
         self.characters.iter().position(|known| known == drawn).unwrap_or_else(|| {
@@ -161,6 +174,7 @@ impl ReportBuilder {
             "curves": self.curves,
             "headlines": self.headlines,
             "live": live,
+            "look": self.look,
         });
         // Nothing inside the data may end the element that holds it.
         let data = data.to_string().replace('<', "\\u003c");
@@ -180,6 +194,7 @@ impl ReportBuilder {
             (true, true) => hidden(PLAYER),
             (true, false) => String::new(),
         };
+        let player = if self.look.is_null() { player } else { LOOK.to_string() + &player };
         let smoothing = if self.measured { "value=\"0\"" } else { SMOOTHED };
         let curves = match (self.curves.is_empty(), is_live) {
             (false, _) => CURVES.replace(SMOOTHED, smoothing),

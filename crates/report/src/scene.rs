@@ -52,6 +52,29 @@ pub fn character_json(character: &Character) -> Value {
     json!({ "name": character.name, "bodies": names, "geoms": geoms, "height": height, "meshes": meshes })
 }
 
+/// Returns the shapes that a character touches the ground and itself with, like [`character_json`].
+pub(super) fn contacts_json(character: &Character) -> Value {
+    let height = height(character);
+    let surfaces = surfaces(character, height);
+    let solid = character.geoms.iter().filter(|g| g.body != 0 && (g.contype != 0 || g.conaffinity != 0));
+    let geoms = solid.filter_map(|geom| {
+        let draw =
+            |shape, size: &[f64]| shape_json(geom.body, shape, size, &geom.position, &geom.orientation, geom.rgba);
+        if let GeomShape::Mesh(name) = &geom.shape {
+            let mut value = surfaces.contains_key(name).then(|| draw("mesh", &[]))?;
+            value["mesh"] = json!(name);
+            return Some(value);
+        }
+        shape_of(&geom.shape).map(|(shape, size)| draw(shape, &size))
+    });
+    let geoms: Vec<Value> = geoms.collect();
+    let used = |name: &str| geoms.iter().any(|geom| geom["mesh"] == *name);
+    let meshes: BTreeMap<&String, Value> =
+        surfaces.iter().filter(|(name, _)| used(name)).map(|(name, mesh)| (name, pack(mesh))).collect();
+    let names: Vec<&str> = character.bodies.iter().skip(1).map(|b| b.name.as_str()).collect();
+    json!({ "name": character.name, "bodies": names, "geoms": geoms, "height": height, "meshes": meshes })
+}
+
 /// A captured skeleton as JSON: bones between joints, and a head.
 pub(super) fn describe_skeleton(skeleton: &Skeleton) -> Value {
     let height = rest_height(skeleton);

@@ -190,6 +190,7 @@ impl Robot {
         for (joint, &angle) in self.character.scalar_joints().zip(&self.default_pose) {
             q[joint.q_index] = angle;
         }
+        self.character.follow(&mut q, &mut vec![0.0; self.character.nv]);
         q
     }
 }

@@ -49,6 +49,7 @@ fn joint(name: &str, body: usize, kind: JointKind, q_index: usize, v_index: usiz
         spring_reference: 0.0,
         actuator_force_range: Some((-10.0, 10.0)),
         velocity_limit: None,
+        coupling: None,
     }
 }
 
@@ -74,6 +75,7 @@ pub fn robot() -> Arc<Robot> {
         actuators: vec![],
         excludes: vec![],
         equalities: vec![],
+        couplings: vec![],
         home: None,
         meshes: BTreeMap::new(),
         nq: 9,

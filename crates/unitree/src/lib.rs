@@ -7,7 +7,6 @@
 //! Field names are Unitree's. Layouts and checksums are held to the package `unitree_dds_wrapper` byte for byte
 //! (`peers/unitree/fixtures.py`). The transport, DDS, is not part of this crate.
 
-mod cdr;
 mod convert;
 mod crc;
 mod messages;

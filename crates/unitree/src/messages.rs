@@ -1,7 +1,7 @@
 //! The messages, field by field as Unitree names them.
 
-use crate::cdr::{Reader, Writer};
 use crate::crc::Crc;
+use lifelike_cdr::{Reader, Writer};
 
 /// Motors in a message, in use or not.
 pub const MOTORS: usize = 35;

@@ -1,4 +1,4 @@
-//! Tables of a robot's joints (CSV with a header), with a small map of their columns.
+//! Tables of a robot's joints (CSV with a header, or a bag of ROS 2), with a small map of their columns.
 //!
 //! ```toml
 //! time = "t"                       # the column of seconds
@@ -10,6 +10,8 @@
 //! measured.position = { column = "left_knee", unit = "ticks4096" }
 //! measured.current = { column = "left_knee_mA", unit = "mA" }
 //! ```
+//!
+//! Of a bag ([`super::bag`]) the time is `stamp`, and a column is `left_knee.position`.
 
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
@@ -17,6 +19,7 @@ use std::path::Path;
 
 use lifelike_sim::trace::{BlockTrace, Columns, Trace};
 
+use super::bag;
 use super::clock::Clock;
 use crate::AugmentationError;
 
@@ -107,48 +110,92 @@ const LARGEST: [(&str, f64, &str); 4] = [
     ("voltage", 200.0, "V (mV?)"),
 ];
 
-/// Reads a table.
+/// Columns of numbers, whatever file they come from.
+struct Table {
+    time: Vec<f64>,
+    columns: BTreeMap<String, Vec<f64>>,
+    /// Lines of the file, row by row; none where rows are messages.
+    lines: Vec<u64>,
+}
+
+impl Table {
+    fn place(&self, row: usize, column: &str) -> String {
+        match self.lines.get(row) {
+            Some(line) => format!("line {line}, column '{column}'"),
+            None => format!("row {}, column '{column}'", row + 1),
+        }
+    }
+
+    /// Reads these columns of a bag; the time is of the first.
+    fn of_bag(path: &Path, time: &str, names: &[&str]) -> Result<Self, AugmentationError> {
+        if time != "stamp" {
+            return Err(AugmentationError::log(path, "the map", "time = \"stamp\" for a bag", format!("'{time}'")));
+        }
+        let bytes = std::fs::read(path).map_err(AugmentationError::io(path))?;
+        let bag = bag::read(path, &bytes)?;
+        let fail = |(expected, got)| AugmentationError::log(path, "MCAP", expected, got);
+        let (time, values) = bag.rows(names).map_err(fail)?;
+        let table = Self {
+            time,
+            columns: names.iter().map(|name| (*name).to_string()).zip(values).collect(),
+            lines: Vec::new(),
+        };
+        for (name, values) in &table.columns {
+            if let Some(row) = values.iter().position(|x| !x.is_finite()) {
+                let got = values[row].to_string();
+                return Err(AugmentationError::log(path, table.place(row, name), "a finite number", got));
+            }
+        }
+        Ok(table)
+    }
+
+    /// Reads these columns of comma-separated values.
+    fn of_csv(path: &Path, time: &str, names: &[&str]) -> Result<Self, AugmentationError> {
+        let bad = |error: csv::Error| {
+            let line = error.position().map_or(1, csv::Position::line);
+            AugmentationError::log(path, format!("line {line}"), "a table of comma-separated values", error)
+        };
+        let text = std::fs::read_to_string(path).map_err(AugmentationError::io(path))?;
+        let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).flexible(true).from_reader(text.as_bytes());
+        let header = reader.headers().map_err(bad)?.clone();
+        let rows: Vec<csv::StringRecord> = reader.into_records().collect::<Result<_, _>>().map_err(bad)?;
+        let lines = rows.iter().map(|row| row.position().map_or(0, csv::Position::line)).collect();
+        let mut table = Self { time: Vec::new(), columns: BTreeMap::new(), lines };
+        for name in [time].iter().chain(names) {
+            let index = header.iter().position(|own| own == *name).ok_or_else(|| {
+                let got = header.iter().collect::<Vec<_>>().join(",");
+                AugmentationError::log(path, "line 1", format!("a column '{name}'"), got)
+            })?;
+            let number = |(i, cells): (usize, &csv::StringRecord)| {
+                let cell = cells.get(index).unwrap_or("");
+                cell.parse::<f64>().ok().filter(|x| x.is_finite()).ok_or_else(|| {
+                    AugmentationError::log(path, table.place(i, name), "a finite number", format!("'{cell}'"))
+                })
+            };
+            let values = rows.iter().enumerate().map(number).collect::<Result<Vec<_>, _>>()?;
+            table.columns.insert((*name).to_string(), values);
+        }
+        table.time = table.columns.get(time).cloned().unwrap_or_default();
+        Ok(table)
+    }
+}
+
+/// Reads a table: a bag of ROS 2 (`*.mcap`), or comma-separated values.
 ///
 /// # Errors
-/// [`AugmentationError::Io`]; [`AugmentationError::Log`] with line and column: a column that is missing, a cell that is no finite
+/// [`AugmentationError::Io`]; [`AugmentationError::Log`] with the place: a column that is missing, a cell that is no finite
 /// number, a time that does not rise, a gap, a step that is not the rate's, a number that cannot be of its unit.
 pub fn read(path: &Path, map: &TableMap) -> Result<Trace, AugmentationError> {
-    let bad = |error: csv::Error| {
-        let line = error.position().map_or(1, csv::Position::line);
-        AugmentationError::log(path, format!("line {line}"), "a table of comma-separated values", error)
+    let measured = map.block.values().flat_map(|block| block.measured.values());
+    let commands = map.block.values().flat_map(|block| block.reference.values());
+    let names: Vec<&str> = measured.chain(commands).map(|column| column.column.as_str()).collect();
+    let table = match path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("mcap")) {
+        true => Table::of_bag(path, &map.time, &names)?,
+        false => Table::of_csv(path, &map.time, &names)?,
     };
-    let text = std::fs::read_to_string(path).map_err(AugmentationError::io(path))?;
-    let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).flexible(true).from_reader(text.as_bytes());
-    let header = reader.headers().map_err(bad)?.clone();
-    let index = |name: &str| {
-        header.iter().position(|own| own == name).ok_or_else(|| {
-            let got = header.iter().collect::<Vec<_>>().join(",");
-            AugmentationError::log(path, "line 1", format!("a column '{name}'"), got)
-        })
-    };
-    let rows: Vec<(u64, csv::StringRecord)> = reader
-        .into_records()
-        .map(|row| row.map(|row| (row.position().map_or(0, csv::Position::line), row)).map_err(bad))
-        .collect::<Result<_, _>>()?;
-    let column = |name: &str| -> Result<Vec<f64>, AugmentationError> {
-        let index = index(name)?;
-        let number = |(line, cells): &(u64, csv::StringRecord)| {
-            let cell = cells.get(index).unwrap_or("");
-            let value = cell.parse::<f64>().ok().filter(|x| x.is_finite());
-            value.ok_or_else(|| {
-                AugmentationError::log(
-                    path,
-                    format!("line {line}, column '{name}'"),
-                    "a finite number",
-                    format!("'{cell}'"),
-                )
-            })
-        };
-        rows.iter().map(number).collect()
-    };
-    let time = column(&map.time)?;
-    let at = |i: usize| format!("line {}, column '{}'", rows.get(i).map_or(1, |row| row.0), map.time);
-    let clock = Clock::of(&time).map_err(|(i, expected, got)| AugmentationError::log(path, at(i), expected, got))?;
+    let time = &table.time;
+    let at = |i: usize| table.place(i, &map.time);
+    let clock = Clock::of(time).map_err(|(i, expected, got)| AugmentationError::log(path, at(i), expected, got))?;
     // Rows are taken as equal steps: a clock of another rate would shift them slowly.
     let (step, length) = (1.0 / map.rate, (time.len() - 1) as f64);
     let mean = (time[time.len() - 1] - time[0]) / length;
@@ -160,12 +207,13 @@ pub fn read(path: &Path, map: &TableMap) -> Result<Trace, AugmentationError> {
     let columns = |wanted: &BTreeMap<String, ColumnMap>| -> Result<Columns, AugmentationError> {
         let mut named: Vec<(&str, Vec<f64>)> = Vec::new();
         for (name, map) in wanted {
-            let values: Vec<f64> = column(&map.column)?.into_iter().map(|x| map.unit.to_si(x)).collect();
+            let raw = table.columns.get(&map.column).map_or(&[][..], Vec::as_slice);
+            let values: Vec<f64> = raw.iter().map(|x| map.unit.to_si(*x)).collect();
             let most = LARGEST.iter().find(|(own, ..)| own == name);
             let beyond = most
                 .and_then(|(_, most, unit)| values.iter().position(|x| x.abs() > *most).map(|row| (row, most, unit)));
             if let Some((row, most, unit)) = beyond {
-                let place = format!("line {}, column '{}'", rows[row].0, map.column);
+                let place = table.place(row, &map.column);
                 let expected = format!("at most {most:.1}");
                 return Err(AugmentationError::log(path, place, expected, format!("{} {unit}", values[row])));
             }

@@ -1,5 +1,7 @@
 //! Inverse kinematics of a robot that is fixed to the world: damped Gauss and Newton between the joints' limits.
 
+use std::ops::AddAssign;
+
 use lifelike_character::rotation::{Quat, Vec3};
 use lifelike_character::{Character, Kinematics};
 use nalgebra::{DMatrix, DVector};
@@ -111,7 +113,7 @@ impl<'a> Inverse<'a> {
         let mut rows = DMatrix::zeros(3, self.joints.len());
         self.kinematics.for_each_column(self.character, body, &place, |column, by_place, by_turn| {
             if let Some(slot) = self.joints.iter().position(|(_, v, _)| *v == column) {
-                rows.set_column(slot, &(if linear { by_place } else { by_turn } * weight));
+                rows.column_mut(slot).add_assign(&(if linear { by_place } else { by_turn } * weight));
             }
         });
         (rows, DVector::from_column_slice((off * weight).as_slice()))

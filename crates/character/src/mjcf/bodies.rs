@@ -28,11 +28,15 @@ pub(crate) struct Tree {
     pub pictures: usize,
     /// Flag that a body's inertia is that of meshes, which may be missing from the text for other engines.
     pub weighs_meshes: bool,
+    /// Joints whose spring is given by its time constant (s) and damping ratio.
+    pub spring_dampers: Vec<(usize, [f64; 2])>,
 }
 
 /// Content of a body before its children are read.
 struct Parts<'a> {
     joints: Vec<Joint>,
+    /// Those of `joints` with a time constant and a damping ratio.
+    spring_dampers: Vec<(usize, [f64; 2])>,
     geoms: Vec<ReadGeom>,
     sites: Vec<Site>,
     /// Child bodies with the frame and class that surround them.
@@ -123,7 +127,9 @@ impl<'a> Reader<'a> {
 
     /// Hands the parts over and reads the child bodies.
     fn finish(&mut self, index: usize, parts: Parts<'a>) -> Result<(), CharacterError> {
+        let first = self.tree.joints.len();
         self.tree.joints.extend(parts.joints);
+        self.tree.spring_dampers.extend(parts.spring_dampers.iter().map(|(joint, given)| (first + joint, *given)));
         self.tree.geoms.extend(parts.geoms.into_iter().map(|g| g.geom));
         self.tree.sites.extend(parts.sites);
         for (child, frame, class) in parts.children {
@@ -161,6 +167,11 @@ impl<'a> Reader<'a> {
                 }
                 "joint" => {
                     let a = self.defaults.resolve(child, class)?;
+                    let given = a.numbers::<2>("springdamper")?.filter(|given| *given != [0.0; 2]);
+                    if let Some(wrong) = given.filter(|given| given.iter().any(|x| *x <= 0.0)) {
+                        return Err(a.invalid("two positive numbers for 'springdamper'", format!("{wrong:?}")));
+                    }
+                    parts.spring_dampers.extend(given.map(|given| (parts.joints.len(), given)));
                     parts.joints.push(joints::read(&a, false, body, frame, self.compiler)?);
                 }
                 "freejoint" => {
@@ -249,7 +260,14 @@ impl<'a> Reader<'a> {
 
 impl Parts<'_> {
     fn new() -> Self {
-        Self { joints: Vec::new(), geoms: Vec::new(), sites: Vec::new(), children: Vec::new(), inertial: None }
+        Self {
+            joints: Vec::new(),
+            spring_dampers: Vec::new(),
+            geoms: Vec::new(),
+            sites: Vec::new(),
+            children: Vec::new(),
+            inertial: None,
+        }
     }
 }
 

@@ -1,62 +1,60 @@
-//! `<equality><joint>`: a joint whose position is a polynomial of another's. Of the two only the other moves; the first is held.
+//! `<equality><joint>`: a joint whose position is a polynomial of another's, or constant.
 
-use std::collections::BTreeSet;
-
+use crate::coupling::Coupling;
 use crate::error::CharacterError;
-use crate::mjcf::attributes::Attributes;
+use crate::mjcf::defaults::Defaults;
 use crate::mjcf::document::Element;
-use crate::mjcf::names::has_joint;
+use crate::mjcf::equality::{SOLIMP, SOLREF};
+use crate::model::{Actuator, Joint, JointKind};
 
-/// Removes the joints that such a constraint moves, with what refers to them; adds a line for all of them to `warnings`. Each
-/// stays where the model has it at zero.
-pub(crate) fn hold(root: &mut Element, warnings: &mut Vec<String>) -> Result<(), CharacterError> {
-    let mut held = BTreeSet::new();
-    let mut lines = Vec::new();
+/// Reads the couplings that are active. A joint without an actuator becomes the follower of its first coupling, unless its leader
+/// follows it; all others are constraints of the physics only, and have a line in `warnings`.
+pub(crate) fn read(
+    root: &Element,
+    defaults: &Defaults,
+    joints: &mut [Joint],
+    actuators: &[Actuator],
+    warnings: &mut Vec<String>,
+) -> Result<Vec<Coupling>, CharacterError> {
+    let mut couplings: Vec<Coupling> = Vec::new();
+    let mut stiff = Vec::new();
     for element in root.children_named("equality").flat_map(|section| section.children_named("joint")) {
-        let a = Attributes::own(element);
+        // Its tag is also that of a hinge, whose defaults are others.
+        let a = defaults.resolve(&Element { name: "equality".into(), ..element.clone() }, None)?;
         a.only(&["name", "class", "joint1", "joint2", "polycoef", "active", "solref", "solimp"])?;
-        let follower = a.required("joint1")?;
-        for name in [Some(follower), a.text("joint2")].into_iter().flatten() {
-            if !has_joint(root, name) {
-                return Err(a.invalid("the name of a joint", format!("'{name}'")));
-            }
+        let find = |attribute: &str, name: &str| match joints.iter().position(|joint| joint.name == name) {
+            Some(i) if matches!(joints[i].kind, JointKind::Hinge | JointKind::Slide) => Ok(i),
+            Some(_) => Err(a.invalid(format!("a hinge or slide for '{attribute}'"), format!("'{name}'"))),
+            None => Err(a.invalid(format!("the name of a joint for '{attribute}'"), format!("'{name}'"))),
+        };
+        let follower = find("joint1", a.required("joint1")?)?;
+        let leader = a.text("joint2").map(|name| find("joint2", name)).transpose()?;
+        if leader == Some(follower) {
+            return Err(a.invalid("two different joints", format!("'{}' twice", joints[follower].name)));
         }
-        if a.boolean("active", true)? {
-            lines
-                .push(a.text("joint2").map_or(follower.to_string(), |leader| format!("{follower} (follows {leader})")));
-            held.insert(follower.to_string());
+        let polynomial = a.prefix("polycoef", [0.0, 1.0, 0.0, 0.0, 0.0])?;
+        let (solref, solimp) = (a.prefix("solref", SOLREF)?, a.prefix("solimp", SOLIMP)?);
+        if !a.boolean("active", true)? {
+            continue;
         }
+        let mut above = leader;
+        while let Some(next) = above.filter(|joint| *joint != follower) {
+            above = joints[next].coupling.and_then(|index| couplings[index].leader);
+        }
+        let driven = actuators.iter().any(|actuator| actuator.joint == follower);
+        if driven || joints[follower].coupling.is_some() || above.is_some() {
+            stiff.push(joints[follower].name.clone());
+        } else {
+            joints[follower].coupling = Some(couplings.len());
+        }
+        couplings.push(Coupling { follower, leader, polynomial, solref, solimp });
     }
-    for section in root.children.iter_mut().filter(|c| c.name == "equality") {
-        section.children.retain(|c| c.name != "joint");
+    if !stiff.is_empty() {
+        warnings.push(format!(
+            "joints that an equality constraint ties to others and that move by themselves, by an actuator or another \
+             constraint: physics has the constraint, retargeting has not: {}",
+            stiff.join(", ")
+        ));
     }
-    if held.is_empty() {
-        return Ok(());
-    }
-    let names = |element: &Element| element.attribute("name").is_some_and(|name| held.contains(name));
-    for world in root.children.iter_mut().filter(|c| c.name == "worldbody") {
-        remove(world, &|element| element.name == "joint" && names(element));
-    }
-    let refers = |element: &Element| element.attribute("joint").is_some_and(|joint| held.contains(joint));
-    let mut tendons = BTreeSet::new();
-    for section in root.children.iter_mut().filter(|c| c.name == "tendon") {
-        let gone = |tendon: &Element| tendon.children.iter().any(refers);
-        tendons.extend(
-            section.children.iter().filter(|t| gone(t)).filter_map(|t| t.attribute("name")).map(str::to_string),
-        );
-        section.children.retain(|tendon| !gone(tendon));
-    }
-    for section in root.children.iter_mut().filter(|c| c.name == "actuator") {
-        let gone = |a: &Element| refers(a) || a.attribute("tendon").is_some_and(|name| tendons.contains(name));
-        section.children.retain(|actuator| !gone(actuator));
-    }
-    // Their entries may be of what is gone, and say nothing about the dynamics.
-    root.children.retain(|c| !matches!(c.name.as_str(), "sensor" | "keyframe"));
-    warnings.push(format!("joints whose position an equality constraint gives are held: {}", lines.join(", ")));
-    Ok(())
-}
-
-fn remove(element: &mut Element, is_gone: &dyn Fn(&Element) -> bool) {
-    element.children.retain(|child| !is_gone(child));
-    element.children.iter_mut().for_each(|child| remove(child, is_gone));
+    Ok(couplings)
 }

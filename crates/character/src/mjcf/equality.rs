@@ -1,4 +1,5 @@
-//! `<equality>`: what closes kinematic loops. Welds and ball joints (`connect`) between bodies or sites.
+//! `<equality>`: what closes kinematic loops. Welds and ball joints (`connect`) between bodies or sites; for `joint` see
+//! [`super::coupling`].
 
 use crate::error::CharacterError;
 use crate::kinematics::Kinematics;
@@ -11,8 +12,8 @@ use crate::model::{Character, Equality, EqualityKind};
 use crate::rotation::{Quat, Vec3, from_wxyz};
 
 /// MuJoCo's defaults.
-const SOLREF: [f64; 2] = [0.02, 1.0];
-const SOLIMP: [f64; 5] = [0.9, 0.95, 0.001, 0.5, 2.0];
+pub(crate) const SOLREF: [f64; 2] = [0.02, 1.0];
+pub(crate) const SOLIMP: [f64; 5] = [0.9, 0.95, 0.001, 0.5, 2.0];
 
 /// Reads every equality constraint of a character that is complete but for them. What a constraint does not say of its frames
 /// is as in the reference position.
@@ -32,6 +33,7 @@ pub(crate) fn read(
         equalities.push(match element.name.as_str() {
             "connect" => reader.connect(&a)?,
             "weld" => reader.weld(&a)?,
+            "joint" => continue,
             _ => return Err(element.unsupported("element in <equality>")),
         });
     }

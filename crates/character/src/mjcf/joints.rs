@@ -1,10 +1,11 @@
 //! `<joint>` and `<freejoint>`.
 
 use crate::error::CharacterError;
+use crate::kinematics::Kinematics;
 use crate::mjcf::attributes::Attributes;
 use crate::mjcf::compiler::Compiler;
 use crate::mjcf::pose::Pose;
-use crate::model::{Joint, JointKind};
+use crate::model::{Character, Joint, JointKind};
 use crate::rotation::Vec3;
 
 /// Reads a joint of `body`. Its name may be empty and its coordinates are not counted yet.
@@ -55,9 +56,6 @@ pub(crate) fn read(
         Some("free") => JointKind::Free,
         Some(other) => return Err(a.invalid("'free', 'ball', 'slide' or 'hinge' for 'type'", format!("'{other}'"))),
     };
-    if a.numbers::<2>("springdamper")?.is_some_and(|s| s != [0.0, 0.0]) {
-        return Err(a.unsupported("attribute 'springdamper'"));
-    }
     if a.boolean("actuatorgravcomp", false)? {
         return Err(a.unsupported("attribute 'actuatorgravcomp' that is true"));
     }
@@ -95,6 +93,23 @@ pub(crate) fn read(
     Ok(joint)
 }
 
+/// Gives joints the spring and the damping of a time constant (s) and a damping ratio, with the mean inertia that each feels in the
+/// reference position, as MuJoCo's compiler does.
+pub(crate) fn resolve_springs(character: &mut Character, given: &[(usize, [f64; 2])]) {
+    let inertias = match given {
+        [] => return,
+        _ => Kinematics::new(character).effective_inertias(character),
+    };
+    let inertias = inertias.unwrap_or_else(|| vec![0.0; character.nv]);
+    for (joint, [time, ratio]) in given {
+        let joint = &mut character.joints[*joint];
+        let dofs = &inertias[joint.v_index..joint.v_index + joint.kind.nv()];
+        let inertia = dofs.len() as f64 / dofs.iter().map(|inertia| 1.0 / inertia).sum::<f64>();
+        joint.stiffness = inertia / (time * time * ratio * ratio);
+        joint.damping = 2.0 * inertia / time;
+    }
+}
+
 /// Returns a coefficient that may be followed by those of higher powers, which must be zero.
 fn linear(a: &Attributes, name: &str) -> Result<f64, CharacterError> {
     match a.prefix(name, [0.0; 3])? {
@@ -121,5 +136,6 @@ fn blank(a: &Attributes, kind: JointKind, body: usize) -> Joint {
         spring_reference: 0.0,
         actuator_force_range: None,
         velocity_limit: None,
+        coupling: None,
     }
 }

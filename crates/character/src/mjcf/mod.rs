@@ -115,7 +115,6 @@ pub(crate) fn compile(mut root: Element, folder: Option<&Path>, meshes: Meshes) 
     names::all_different(&root)?;
     let option = PhysicsOption::read(&root, &mut notes, &mut warnings)?;
     let defaults = Defaults::read(&root)?;
-    coupling::hold(&mut root, &mut warnings)?;
     tendons::read(&root, &defaults, compiler.autolimits, &mut notes, &mut warnings)?;
     note_softness(&root, &mut notes);
 
@@ -146,7 +145,8 @@ pub(crate) fn compile(mut root: Element, folder: Option<&Path>, meshes: Meshes) 
     }
     let home = keyframes::read(&root, nq, &mut notes, &mut warnings)?;
     let actuators = actuators::read(&root, &defaults, &compiler, &mut tree.joints, &mut notes, &mut warnings)?;
-    let excludes = read_excludes(&root, &tree.bodies, &mut notes)?;
+    let couplings = coupling::read(&root, &defaults, &mut tree.joints, &actuators, &mut warnings)?;
+    let excludes = read_excludes(&root, &tree.bodies, &mut warnings)?;
     let name = root.attribute("model").unwrap_or("MuJoCo Model").to_string();
     if let Some(bodies) = stated {
         engine_text::state_inertia(&mut root, &bodies);
@@ -170,6 +170,7 @@ pub(crate) fn compile(mut root: Element, folder: Option<&Path>, meshes: Meshes) 
         actuators,
         excludes,
         equalities: Vec::new(),
+        couplings,
         home,
         meshes: outcome.files,
         nq,
@@ -180,6 +181,7 @@ pub(crate) fn compile(mut root: Element, folder: Option<&Path>, meshes: Meshes) 
         warnings,
     };
     actuators::resolve_damping(&mut character);
+    joints::resolve_springs(&mut character, &tree.spring_dampers);
     character.equalities = equality::read(&root, &defaults, &character)?;
     Ok(character)
 }
@@ -271,7 +273,7 @@ fn scale_mass(bodies: &mut [Body], total: f64) {
 fn read_excludes(
     root: &Element,
     bodies: &[Body],
-    notes: &mut Vec<String>,
+    warnings: &mut Vec<String>,
 ) -> Result<Vec<(usize, usize)>, CharacterError> {
     let mut excludes = Vec::new();
     let mut pairs = 0;
@@ -292,7 +294,9 @@ fn read_excludes(
         }
     }
     if pairs > 0 {
-        notes.push(format!("{pairs} contact pairs are in the text for MuJoCo only"));
+        warnings.push(format!(
+            "{pairs} contact pairs (<pair>) act in MuJoCo alone: in our engine geoms touch by contype and conaffinity"
+        ));
     }
     Ok(excludes)
 }

@@ -1,65 +1,97 @@
-//! Joints that mimic others (`<mimic>`): of those that move together one has a coordinate, the others are held.
+//! Joints that mimic others (`<mimic>`) as equality constraints: of those that move together one leads.
 //!
-//! Mostly they are fingers of a gripper, which no motion of a body asks for. Where a gear drives a limb, the one that mimics
-//! carries it, so the one that stays is not always the one that is mimicked.
+//! Mostly they are fingers of a gripper. Where a gear drives a limb, the joint that mimics carries it, so the one that leads is
+//! not always the one that is mimicked: the leader has the actuator, and motion has a number for it.
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::child;
+use super::{child, element};
 use crate::error::CharacterError;
 use crate::mjcf::attributes::Attributes;
-use crate::mjcf::document::Element;
+use crate::mjcf::document::{Element, numbers};
 
-/// A joint that mimics carries the robot, and the mimicked one does not, where it moves this many times the mass.
+/// A joint that mimics leads where it moves this many times the mass of the one that it mimics.
 const CARRIES: f64 = 2.0;
 
-/// Joints that are held, and the position of each (rad or m).
+/// A position as a number and a share of the leader's position.
+type Line = [f64; 2];
+
+/// Joints that follow others, and those that are held because nothing leads them.
 #[derive(Debug, Default)]
-pub(super) struct Held<'a> {
-    positions: BTreeMap<&'a str, f64>,
-    /// A line on each group.
+pub(super) struct Mimics<'a> {
+    /// Leader of each follower, and the follower's position (rad or m).
+    followers: BTreeMap<&'a str, (&'a str, Line)>,
+    /// Positions of joints that are held (rad or m).
+    held: BTreeMap<&'a str, f64>,
+    /// A line on each that is held, and on each group whose leader mimics.
     pub warnings: Vec<String>,
 }
 
-impl<'a> Held<'a> {
-    /// Finds the groups among a robot's joints. `mass` tells how much a joint moves (kg), `None` where nothing of it weighs: a group
+impl<'a> Mimics<'a> {
+    /// Finds the groups among a robot's joints. `mass` returns what a joint moves (kg), `None` where nothing of it weighs: a group
     /// of these is left to whoever holds such joints.
     pub fn read(joints: &[&'a Element], mass: impl Fn(&Element) -> Option<f64>) -> Result<Self, CharacterError> {
         let named: BTreeMap<&str, &Element> = joints.iter().filter_map(|j| Some((j.attribute("name")?, *j))).collect();
-        let mut groups: BTreeMap<&str, Vec<(&'a str, f64)>> = BTreeMap::new();
-        let mut held = Self::default();
+        let mut groups: BTreeMap<&str, Vec<(&'a str, Line)>> = BTreeMap::new();
+        let mut mimics = Self::default();
         for joint in joints {
             let Some(name) = joint.attribute("name") else { continue };
-            if is_mimic(joint) {
-                match follow(joint, &named)? {
-                    (Ok(leader), position) => groups.entry(leader).or_default().push((name, position)),
-                    (Err(unknown), position) => {
-                        held.warnings.push(format!("joint '{name}' mimics '{unknown}', which there is not: held"));
-                        held.positions.insert(name, position);
-                    }
+            if !is_mimic(joint) {
+                continue;
+            }
+            let (leader, line) = trace(joint, &named)?;
+            match named.get(leader) {
+                Some(found) if found.attribute("type") != Some("fixed") => {
+                    groups.entry(leader).or_default().push((name, line));
+                }
+                found => {
+                    let why = if found.is_some() { "is fixed" } else { "there is not" };
+                    mimics.warnings.push(format!("joint '{name}' mimics '{leader}', which {why}: held"));
+                    mimics.held.insert(name, line[0]);
                 }
             }
         }
-        for (leader, followers) in groups {
+        for (mimicked, followers) in groups {
             let moved = |name: &str| named.get(name).and_then(|joint| mass(joint)).unwrap_or(-1.0);
-            let heaviest = followers.iter().map(|(name, _)| *name).max_by(|a, b| moved(a).total_cmp(&moved(b)));
-            let moving = heaviest.filter(|name| moved(name) > CARRIES * moved(leader)).unwrap_or(leader);
-            if moved(moving) < 0.0 {
+            let turns = followers.iter().filter(|(_, line)| line[1] != 0.0);
+            let heaviest = turns.max_by(|(a, _), (b, _)| moved(a).total_cmp(&moved(b)));
+            let carrier = heaviest.filter(|(name, _)| moved(name) > CARRIES * moved(mimicked));
+            let (leader, [offset, share]) = carrier.copied().unwrap_or((mimicked, [0.0, 1.0]));
+            if moved(leader) < 0.0 {
                 continue;
             }
-            let all = std::iter::once((leader, 0.0)).chain(followers).filter(|(name, _)| *name != moving);
-            let all: BTreeMap<&str, f64> = all.collect();
-            let names: Vec<&str> = all.keys().copied().collect();
-            held.warnings
-                .push(format!("joints that move together: only '{moving}' does, held are {}", names.join(", ")));
-            held.positions.extend(all);
+            if leader != mimicked {
+                mimics
+                    .warnings
+                    .push(format!("joint '{leader}' carries more than '{mimicked}', which it mimics: it leads"));
+            }
+            // The mimicked joint by the leader, then all others by that.
+            let back = [-offset / share, 1.0 / share];
+            let all = std::iter::once((mimicked, [0.0, 1.0])).chain(followers).filter(|(name, _)| *name != leader);
+            for (name, [a, b]) in all {
+                mimics.followers.insert(name, (leader, [a + b * back[0], b * back[1]]));
+            }
         }
-        Ok(held)
+        Ok(mimics)
     }
 
     /// Returns where a joint is held, if it is.
-    pub fn position(&self, joint: &Element) -> Option<f64> {
-        self.positions.get(joint.attribute("name")?).copied()
+    pub fn held(&self, joint: &Element) -> Option<f64> {
+        self.held.get(joint.attribute("name")?).copied()
+    }
+
+    /// Returns the constraints in MJCF, as far as `moves` says that both joints of them do. `robot` is where errors point to.
+    pub fn constraints(&self, robot: &Element, moves: impl Fn(&str) -> bool) -> Element {
+        let mut section = element(robot, "equality", &[]);
+        for (follower, (leader, [offset, share])) in &self.followers {
+            if moves(follower) && moves(leader) {
+                let polynomial = numbers(&[*offset, *share, 0.0, 0.0, 0.0]);
+                let attributes =
+                    [("joint1", follower.to_string()), ("joint2", leader.to_string()), ("polycoef", polynomial)];
+                section.children.push(element(robot, "joint", &attributes));
+            }
+        }
+        section
     }
 }
 
@@ -67,24 +99,20 @@ fn is_mimic(joint: &Element) -> bool {
     joint.attribute("type") != Some("fixed") && child(joint, "mimic").is_some()
 }
 
-/// Returns the joint at the end of a chain of mimics, or its name if there is none, and the position of the first while that one is
-/// at zero.
-fn follow<'a>(
-    joint: &'a Element,
-    named: &BTreeMap<&str, &'a Element>,
-) -> Result<(Result<&'a str, &'a str>, f64), CharacterError> {
-    let (mut at, mut factor, mut position) = (joint, 1.0, 0.0);
+/// Returns the name at the end of a chain of mimics, and the first joint's position by that one's.
+fn trace<'a>(joint: &'a Element, named: &BTreeMap<&str, &'a Element>) -> Result<(&'a str, Line), CharacterError> {
+    let (mut at, mut line) = (joint, [0.0, 1.0]);
     let mut seen = BTreeSet::new();
     while let Some(mimic) = child(at, "mimic").filter(|_| is_mimic(at)) {
         let a = Attributes::own(mimic);
         let leader = mimic.attribute("joint").ok_or_else(|| a.invalid("attribute 'joint'", "none"))?;
-        position += factor * a.number("offset")?.unwrap_or(0.0);
-        factor *= a.number("multiplier")?.unwrap_or(1.0);
-        let Some(next) = named.get(leader) else { return Ok((Err(leader), position)) };
+        line[0] += line[1] * a.number("offset")?.unwrap_or(0.0);
+        line[1] *= a.number("multiplier")?.unwrap_or(1.0);
+        let Some(next) = named.get(leader) else { return Ok((leader, line)) };
         if !seen.insert(leader) {
             return Err(a.invalid("a joint that does not mimic itself", format!("'{leader}'")));
         }
         at = next;
     }
-    Ok((Ok(at.attribute("name").unwrap_or_default()), position))
+    Ok((at.attribute("name").unwrap_or_default(), line))
 }

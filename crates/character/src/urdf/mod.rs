@@ -10,8 +10,8 @@
 //! `effort` limits become `actuatorfrcrange`. Links without `<inertial>` get the mass of their collision shapes at 1000
 //! kg/m³.
 //!
-//! Defects of real files are repaired, with a line of [`Character::warnings`] each. Of joints that mimic each other one
-//! moves ([`mimic`]). Impossible moments of inertia are replaced ([`inertial`]). Massless moving links get a negligible
+//! Defects of real files are repaired, with a line of [`Character::warnings`] each. Joints that
+//! mimic others become equality constraints ([`mimic`]). Impossible moments of inertia are replaced ([`inertial`]). Massless moving links get a negligible
 //! mass; joints whose subtree has no mass are fixed. Meshes are found without the build system of their packages
 //! ([`package`]).
 //!
@@ -24,7 +24,7 @@ mod mimic;
 mod package;
 mod tree;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 use crate::error::{CharacterError, Location};
@@ -37,7 +37,7 @@ use crate::rotation::{Quat, Vec3, to_wxyz};
 type Isometry = nalgebra::Isometry3<f64>;
 
 use limits::Limits;
-use mimic::Held;
+use mimic::Mimics;
 use tree::Tree;
 
 /// Deeper chains of links than any robot has.
@@ -73,7 +73,7 @@ struct Translation<'a> {
     joints: BTreeMap<&'a str, Vec<&'a Element>>,
     root: &'a Element,
     folder: Option<&'a Path>,
-    held: Held<'a>,
+    mimics: Mimics<'a>,
     limits: Limits,
     /// Bodies that float, of which none hangs on another.
     floating: Vec<Element>,
@@ -98,7 +98,7 @@ impl<'a> Translation<'a> {
             joints,
             root,
             folder,
-            held: Held::default(),
+            mimics: Mimics::default(),
             limits: Limits::default(),
             floating: Vec::new(),
             meshes: Vec::new(),
@@ -110,7 +110,7 @@ impl<'a> Translation<'a> {
             sizeless: Vec::new(),
         };
         let joints: Vec<&Element> = robot.children_named("joint").collect();
-        translation.held = Held::read(&joints, |joint| translation.mass_below(joint))?;
+        translation.mimics = Mimics::read(&joints, |joint| translation.mass_below(joint))?;
         Ok(translation)
     }
 
@@ -139,7 +139,7 @@ impl<'a> Translation<'a> {
     }
 
     fn is_fixed(&self, joint: &Element) -> bool {
-        joint.attribute("type") == Some("fixed") || self.held.position(joint).is_some()
+        joint.attribute("type") == Some("fixed") || self.mimics.held(joint).is_some()
     }
 
     fn notes(&self) -> Vec<String> {
@@ -154,7 +154,7 @@ impl<'a> Translation<'a> {
     }
 
     fn warnings(&self) -> Vec<String> {
-        let mut warnings = self.held.warnings.clone();
+        let mut warnings = self.mimics.warnings.clone();
         warnings.extend(self.limits.warnings());
         let mut say = |what: &str, names: &[&str]| {
             if !names.is_empty() {
@@ -194,7 +194,10 @@ impl<'a> Translation<'a> {
         let mut assets = element(robot, "asset", &[]);
         assets.children = std::mem::take(&mut self.meshes);
         let mut model = element(robot, "mujoco", &[("model", robot.attribute("name").unwrap_or("robot").to_string())]);
-        model.children = vec![compiler, assets, world];
+        let mut moving = BTreeSet::new();
+        joint_names(&world, &mut moving);
+        let equality = self.mimics.constraints(robot, |joint| moving.contains(joint));
+        model.children = vec![compiler, assets, world, equality];
         Ok(model)
     }
 
@@ -241,7 +244,7 @@ impl<'a> Translation<'a> {
             if idle {
                 self.idle.push(joint.attribute("name").unwrap_or_default());
             }
-            let origin = match self.held.position(joint) {
+            let origin = match self.mimics.held(joint) {
                 Some(position) if position != 0.0 => held_at(joint, position)?,
                 _ => origin(joint)?,
             };
@@ -371,6 +374,12 @@ fn weighs(link: &Element) -> bool {
         Some(_) => inertial::mass(link) != 0.0,
         None => child(link, "collision").is_some(),
     }
+}
+
+/// Collects the names of the joints in an element.
+fn joint_names<'e>(element: &'e Element, names: &mut BTreeSet<&'e str>) {
+    names.extend(element.attribute("name").filter(|_| element.name == "joint"));
+    element.children.iter().for_each(|child| joint_names(child, names));
 }
 
 fn child<'a>(element: &'a Element, name: &str) -> Option<&'a Element> {

@@ -37,13 +37,13 @@ pub(super) fn markers(character: &Character, prefix: &str, ghost: bool) -> Messa
         let [r, g, b, _] = geom.rgba;
         let own = if [r, g, b] == GREY { PLAIN } else { geom.rgba };
         let frame = format!("{prefix}/{}", character.bodies[geom.body].name);
-        message = message.header(0, &frame).text(prefix).i32(id as i32).i32(marker.kind).i32(0);
+        message = message.header(0, &frame).text(prefix).put(id as i32).put(marker.kind).put(0_i32);
         message = message.pose(&marker.position, &marker.orientation).vector(&marker.scale);
-        message = (if ghost { GHOST } else { own }).iter().fold(message, |message, c| message.f32(*c));
+        message = (if ghost { GHOST } else { own }).iter().fold(message, |message, c| message.put(*c));
         // It never expires, and moves with its frame.
-        message = message.i32(0).len(0).u8(1);
+        message = message.put(0_i32).put(0_u32).put(1_u8);
         message = marker.points.iter().fold(message.len(marker.points.len()), |message, p| message.vector(p));
-        message = message.len(0).text("").text("").u8(0);
+        message = message.len(0).text("").text("").put(0_u8);
     }
     message
 }

@@ -3,6 +3,7 @@
 mod checkpoint;
 mod clip;
 mod controller;
+mod look;
 mod machine;
 mod networks;
 mod next_steps;
@@ -15,6 +16,7 @@ use std::path::{Path, PathBuf};
 use lifelike_motion::formats::{self, FileMotion, ReadOptions};
 
 use crate::commands::motion::fetched_g1;
+use crate::destination;
 use crate::error::CliError;
 use crate::output::Output;
 use crate::shipped;
@@ -25,6 +27,7 @@ use crate::shipped;
 Examples:
   lifelike inspect lima                        # a robot that comes with the program
   lifelike inspect g1                          # the Unitree G1, once fetched: lifelike fetch g1
+  lifelike inspect g1 --look                   # a page: shapes, joints as sliders, masses, frames
   lifelike inspect walk.bvh                    # captured motion, in any format that is read
   lifelike inspect walk.motion.safetensors     # motion of a robot
   lifelike inspect runs/tracker                # a run: plan, progress, checkpoints
@@ -40,6 +43,12 @@ pub struct Args {
     /// LIFELIKE_SIMD forces other vector instructions.
     #[arg(long, conflicts_with = "what")]
     pub machine: bool,
+    /// Write report.html of a robot: joints as sliders, contact shapes, masses, frames, left and right.
+    #[arg(long, requires = "what")]
+    pub look: bool,
+    /// Folder of the page [default: the robot's name and -look].
+    #[arg(short, long, value_name = "FOLDER", requires = "look", value_parser = destination::folder)]
+    pub output: Option<PathBuf>,
 }
 
 /// Kind of a path, by its name.
@@ -72,8 +81,19 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     if named && !path.exists() {
         return Err(CliError::Input(format!("{}: expected a file or folder, got nothing there", path.display())));
     }
-    match kind(path) {
-        Kind::Robot => robot::inspect(&path.to_string_lossy(), output),
+    let kind = kind(path);
+    if args.look && !matches!(kind, Kind::Robot) {
+        let got = path.display();
+        return Err(CliError::Input(format!(
+            "--look: expected a robot, got {got}; motion is shown by `lifelike play`"
+        )));
+    }
+    match kind {
+        Kind::Robot => {
+            let name = path.to_string_lossy();
+            let page = args.look.then(|| look::write(&name, args.output.as_deref())).transpose()?;
+            robot::inspect(&name, page.as_deref(), output)
+        }
         Kind::Run => run::inspect(path, output),
         Kind::Checkpoint => checkpoint::inspect(path, output),
         Kind::Onnx => onnx::inspect(path, output),

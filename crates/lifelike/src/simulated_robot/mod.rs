@@ -7,7 +7,6 @@ mod memory;
 
 use std::sync::Arc;
 
-use lifelike_character::JointKind;
 use lifelike_robot::{Profile, Robot};
 use lifelike_runtime::bus::External;
 use lifelike_runtime::udp::packet::Received;
@@ -185,11 +184,11 @@ impl SimulatedRobot {
         let character = &self.robot.character;
         let (mut q, mut v) = (self.robot.default_position(), vec![0.0; character.nv]);
         let state = self.simulation.state();
-        let scalars = character.joints.iter().filter(|joint| joint.kind != JointKind::Free);
-        for (i, joint) in scalars.enumerate() {
+        for (i, joint) in character.scalar_joints().enumerate() {
             q[joint.q_index] = f64::from(state.joint_position[i]);
             v[joint.v_index] = f64::from(state.joint_velocity[i]);
         }
+        character.follow(&mut q, &mut v);
         self.simulation.reset(&[0], &q, &v)
     }
 

@@ -1,6 +1,6 @@
 //! Columns that carry the names of other joints.
 
-use lifelike_character::Character;
+use lifelike_character::{Character, Symmetry};
 
 use crate::clip::MotionClip;
 
@@ -29,11 +29,11 @@ impl JointOrder {
         levels.sort_by_key(|&joint| joints[joint].1);
         // Joint whose values each place holds.
         let held: Vec<usize> = match self {
-            Self::OtherSide => joints
-                .iter()
-                .enumerate()
-                .map(|(i, (name, _))| joints.iter().position(|(n, _)| *n == other_side(name)).unwrap_or(i))
-                .collect(),
+            // By the mirror image of the body, whatever its joints are called; by names where it has none.
+            Self::OtherSide => Symmetry::derive(character).map(|symmetry| symmetry.joint).unwrap_or_else(|_| {
+                let partner = |name: &str| joints.iter().position(|(other, _)| *other == other_side(name));
+                joints.iter().enumerate().map(|(i, (name, _))| partner(name).unwrap_or(i)).collect()
+            }),
             Self::BreadthFirst => levels,
             Self::DepthFirst => {
                 let mut places = vec![0; levels.len()];

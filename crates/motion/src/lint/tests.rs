@@ -168,7 +168,7 @@ fn broken_clips_are_named_and_repaired() {
         }
     }
     println!("{found:?}");
-    // A body is nearly its own mirror image: exchanged sides show only where a clip turns or strafes.
+    // A body is nearly its own mirror image: exchanged sides show in the slip of soles only, and not where both move alike.
     let missed = found.iter().filter(|(how, (rights, all))| **how != "exchanged sides" && 100 * rights < 95 * all);
     assert_eq!(missed.count(), 0, "{found:?}\n{}", wrong.join("\n"));
 }

@@ -52,7 +52,9 @@ class FlatStage {
     c.lineCap = "round";
     for (const { geom, item, at } of shapes.sort((a, b) => b.depth - a.depth)) {
       const s = geom.size;
-      const style = item.ghost ? css(colours.ghost, item.ghost === "glass" ? 0.35 : 1) : css(geom.rgba.slice(0, 3));
+      const [r, g, b, share] = item.heat ? item.heat[geom.body] : [0, 0, 0, 0];
+      const own = geom.rgba.slice(0, 3).map((x, k) => x * (1 - share) + [r, g, b][k] * share);
+      const style = item.ghost ? css(colours.ghost, item.ghost === "glass" ? 0.35 : 1) : css(own);
       if (geom.shape === "capsule" || geom.shape === "cylinder") {
         stroke(at([0, 0, s[1]]), at([0, 0, -s[1]]), 2 * s[0], style);
       } else if (geom.shape === "mesh") {

@@ -43,6 +43,7 @@ if (query.has("strip") && data.playbacks.length) {
   document.querySelectorAll("table").forEach(sortable);
   const root = document.querySelector("#playback");
   let viewer = data.playbacks.length ? new Viewer(root) : null;
+  if (data.look) new RobotLook(document.querySelector("#robot"));
   if (data.curves.length) drawCurves(document.querySelector("[data-is=curves]"));
   if (data.live) {
     live((motion) => {

@@ -155,7 +155,7 @@ function bodyMeshes(character, plain) {
   return meshes;
 }
 
-// An arrow of length 1 along z, and a disc of radius 1: marks of contacts.
+// An arrow of length 1 along z, a disc and a ball of radius 1: marks of contacts, frames and masses.
 function markMeshes() {
   const place = placement([0, 0, 0], [1, 0, 0, 0]);
   const [arrow, pad] = [new MeshBuilder(), new MeshBuilder()];
@@ -169,5 +169,7 @@ function markMeshes() {
   cone(1, 0.0001, 0.8, 1);
   cone(0.35, 1, 0.8, 0.8);
   pad.surface(1, 28, (u, v) => { const [c, d] = ring(v); return [[c * (1 - u), d * (1 - u), 0], [0, 0, 1]]; }, place, [1, 1, 1]);
-  return { arrow, pad };
+  const ball = new MeshBuilder();
+  ball.surface(12, 18, (u, v) => { const n = onSphere(u, v); return [n, n]; }, place, [1, 1, 1]);
+  return { arrow, pad, ball };
 }

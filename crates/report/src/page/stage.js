@@ -151,7 +151,7 @@ class Stage {
     });
   }
 
-  // Contacts and forces: [{kind: "arrow" | "pad", at, size: [radius, length], colour, alpha, along: unit vector, else up}].
+  // Contacts and forces: [{kind: "arrow" | "pad" | "ball", at, size: [radius, length], colour, alpha, along: unit vector, else up}].
   drawMarks(u, marks) {
     const gl = this.gl;
     this.marks ??= Object.fromEntries(Object.entries(markMeshes()).map(([k, m]) => [k, this.upload(m.vertices, m.indices)]));

@@ -116,7 +116,7 @@ impl KeyBodies {
             if joint.kind == JointKind::Free {
                 self.position[at..at + 3].copy_from_slice(&root.map(f64::from));
                 self.position[at + 3..at + 7].copy_from_slice(&measured.root_orientation.map(f64::from));
-            } else if joint.kind.nq() == 1 {
+            } else if joint.is_scalar() {
                 self.position[at] = joints.next().unwrap_or(self.position[at]);
             }
         }

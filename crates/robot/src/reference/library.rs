@@ -161,7 +161,7 @@ impl ReferenceLibrary {
         let linear = self.linear_velocity_at(frame).map(f64::from);
         let angular_b = root.inverse() * Vec3::from(self.angular_velocity_at(frame).map(f64::from));
         q.copy_from_slice(&robot.default_position());
-        let mut scalars = self.joints_at(frame).iter().zip(self.joint_velocities_at(frame));
+        let mut scalars = self.joints_at(frame).iter().zip(self.joint_velocities_at(frame)).peekable();
         for joint in &robot.character.joints {
             let (at, rate) = (joint.q_index, joint.v_index);
             if joint.kind == JointKind::Free {
@@ -170,11 +170,12 @@ impl ReferenceLibrary {
                 q[at + 3..at + 7].copy_from_slice(&to_wxyz(&root));
                 v[rate..rate + 3].copy_from_slice(&linear);
                 v[rate + 3..rate + 6].copy_from_slice(angular_b.as_slice());
-            } else if let (1, Some((position, velocity))) = (joint.kind.nq(), scalars.next()) {
+            } else if let Some((position, velocity)) = scalars.next_if(|_| joint.is_scalar()) {
                 q[at] = f64::from(*position);
                 v[rate] = f64::from(*velocity);
             }
         }
+        robot.character.follow(q, v);
     }
 
     /// Returns whether each sole of the robot is on the ground in each frame, in the order of the anatomy's soles.

@@ -11,6 +11,7 @@ use lifelike_robot::Robot;
 use super::dof_chain::DofChain;
 use super::lanes::{Lanes, Scalar};
 use super::rigid_body::RigidBodyDynamics;
+use super::row_block::Groups;
 use super::spatial::{
     Mat3, Spatial, Vec3, accumulate, add, along, column, cross, dot, matrix_quaternion, product_constant, rotate,
     rotate_constant, sub, velocity_at,
@@ -39,28 +40,17 @@ pub struct Weld<T> {
     scale: T,
 }
 
-/// Three rows of a constraint on one chain: of its anchors, or of its orientations.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Triple {
-    pub dof_chain: usize,
-    /// Start of its y.
-    pub y: usize,
-    /// For each triple up to this one the dofs that both know, as indices into the y of either.
-    pub shared: Vec<Vec<[usize; 2]>>,
-}
-
 /// All constraints of a robot.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Closures<T> {
     pub list: Vec<Closure<T>>,
-    pub triples: Vec<Triple>,
-    /// Entries of the y of all triples.
-    pub entries: usize,
+    /// Three rows of the anchors, and three of the orientations of a weld.
+    pub triples: Groups<3>,
 }
 
 impl<T> Default for Closures<T> {
     fn default() -> Self {
-        Self { list: Vec::new(), triples: Vec::new(), entries: 0 }
+        Self { list: Vec::new(), triples: Groups::default() }
     }
 }
 
@@ -90,7 +80,7 @@ impl<T: Scalar> Closures<T> {
                 }),
             };
             for _ in 0..if weld.is_some() { 2 } else { 1 } {
-                closures.add_triple(index, dof_chains);
+                closures.triples.add(index, dof_chains);
             }
             closures.list.push(Closure {
                 bodies: equality.bodies,
@@ -101,24 +91,6 @@ impl<T: Scalar> Closures<T> {
             });
         }
         closures
-    }
-
-    fn add_triple(&mut self, dof_chain: usize, dof_chains: &[DofChain]) {
-        let own = &dof_chains[dof_chain].dofs;
-        let shared = |other: usize| {
-            let other = &dof_chains[other].dofs;
-            let both = own.iter().enumerate().filter_map(|(i, dof)| Some([i, other.iter().position(|d| d == dof)?]));
-            both.collect()
-        };
-        let chains: Vec<usize> = self.triples.iter().map(|t| t.dof_chain).chain([dof_chain]).collect();
-        let shared = chains.into_iter().map(shared).collect();
-        self.triples.push(Triple { dof_chain, y: self.entries, shared });
-        self.entries += own.len();
-    }
-
-    /// Number of rows.
-    pub fn rows(&self) -> usize {
-        3 * self.triples.len()
     }
 
     /// Returns whether something holds the orientation of a body.

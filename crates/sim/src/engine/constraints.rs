@@ -1,4 +1,4 @@
-//! Constraints: joint limits, dry friction, contacts, closed loops. MuJoCo's convex model, solved by projected
+//! Constraints: joint limits, dry friction, contacts, closed loops, joints that follow others. MuJoCo's convex model, solved by projected
 //! Gauss-Seidel.
 //!
 //! Each constraint row r has a Jacobian J_r, a reference acceleration a*_r = -b v_r - k i d_r (violation d_r, impedance i)
@@ -12,12 +12,12 @@
 //! forces of the step before: fixed, so that every environment does the same. `tests/oracle_contact.rs` says how far
 //! that is from MuJoCo's converged forces, and that a hundred iterations arrive there.
 
-use super::closure_rows::ClosureRows;
 use super::collision::Detector;
 use super::contact::Contacts;
 use super::dof_chain::DofChain;
 use super::lanes::{Lanes, Scalar};
 use super::profiler::{Profiler, Stage};
+use super::row_block::RowBlock;
 use super::solver_context::{Forces, SolverContext};
 use super::surface::regularization;
 use super::tree::Tree;
@@ -48,7 +48,8 @@ pub struct Solver<V: Lanes> {
     singles: Vec<[V; 1]>,
     detector: Detector<V>,
     pub contacts: Contacts<V>,
-    closures: ClosureRows<V>,
+    closures: RowBlock<V, 3>,
+    couplings: RowBlock<V, 1>,
 }
 
 impl<V: Lanes> Solver<V> {
@@ -59,7 +60,8 @@ impl<V: Lanes> Solver<V> {
             singles: Vec::new(),
             detector: Detector::new(tree),
             contacts: Contacts::new(tree.dof_chains.len()),
-            closures: ClosureRows::new(&tree.closures),
+            closures: RowBlock::new(&tree.closures.triples),
+            couplings: RowBlock::new(&tree.couplings.rows),
         }
     }
 
@@ -76,6 +78,7 @@ impl<V: Lanes> Solver<V> {
         self.add_limits(context, forces);
         self.detector.find(context, forces, &mut self.contacts);
         self.closures.prepare(context);
+        context.tree.couplings.prepare(context, &mut self.couplings);
         self.start(context.tree, forces, u);
         profiler.end_stage(Stage::Rows);
         V::vectorize(
@@ -102,7 +105,8 @@ impl<V: Lanes> Solver<V> {
         for contact in &self.contacts.list {
             contact.visit(&dof_chains[contact.dof_chain], &self.contacts.y, &mut forces.contact[contact.slot], u);
         }
-        self.closures.visit(&tree.closures, dof_chains, &mut forces.closure, u);
+        self.couplings.visit(&tree.couplings.rows, dof_chains, &mut forces.coupling, u);
+        self.closures.visit(&tree.closures.triples, dof_chains, &mut forces.closure, u);
     }
 
     /// The forces of the step before.
@@ -122,7 +126,8 @@ impl<V: Lanes> Solver<V> {
                     let total = contact.total(&forces.contact[contact.slot]);
                     dof_chain.spread(&self.contacts.y[contact.y..contact.y + dof_chain.len()], &total, u);
                 }
-                self.closures.start(&tree.closures, dof_chains, &forces.closure, u);
+                self.couplings.spread(&tree.couplings.rows, dof_chains, &forces.coupling, u);
+                self.closures.spread(&tree.closures.triples, dof_chains, &forces.closure, u);
             },
         );
     }

@@ -136,10 +136,10 @@ impl<V: Lanes> Columns<'_, V> {
             }
             self.put(sum);
         }
-        for (i, joint) in model.tree.driven.iter().enumerate() {
+        for joint in &model.tree.driven {
             let mut force = block.forces.friction[joint.v];
             for (k, limit) in model.tree.limits.iter().enumerate() {
-                if limit.scalar == i {
+                if limit.dof == joint.v {
                     force = force.add_mul(block.forces.limit[k], block.forces.side[k]);
                 }
             }

@@ -31,6 +31,8 @@ pub struct Forces<V: Lanes> {
     pub live: Vec<bool>,
     /// Each row of what closes loops.
     pub closure: Vec<V>,
+    /// Each joint that follows another.
+    pub coupling: Vec<V>,
 }
 
 impl<V: Lanes> Forces<V> {
@@ -42,7 +44,8 @@ impl<V: Lanes> Forces<V> {
             side: vec![zero; tree.limits.len()],
             contact: vec![[zero; 4]; tree.contacts],
             live: vec![true; tree.contacts],
-            closure: vec![zero; tree.closures.rows()],
+            closure: vec![zero; tree.closures.triples.rows()],
+            coupling: vec![zero; tree.couplings.list.len()],
         }
     }
 
@@ -59,18 +62,20 @@ impl<V: Lanes> Forces<V> {
         }
         self.live.copy_from_slice(&other.live);
         self.closure.copy_from_slice(&other.closure);
+        self.coupling.copy_from_slice(&other.coupling);
     }
 
     /// Every number, in a fixed order: for saving, and for bringing one environment back.
     pub fn numbers_mut(&mut self) -> impl Iterator<Item = &mut V> {
         self.live.fill(true);
         let ends = self.friction.iter_mut().chain(&mut self.limit).chain(&mut self.side);
-        ends.chain(self.contact.iter_mut().flatten()).chain(&mut self.closure)
+        ends.chain(self.contact.iter_mut().flatten()).chain(&mut self.closure).chain(&mut self.coupling)
     }
 
     /// Returns their number.
     pub fn len(&self) -> usize {
-        self.friction.len() + self.limit.len() + self.side.len() + 4 * self.contact.len() + self.closure.len()
+        let joints = self.friction.len() + self.limit.len() + self.side.len() + self.coupling.len();
+        joints + 4 * self.contact.len() + self.closure.len()
     }
 }
 

@@ -7,6 +7,7 @@ use lifelike_character::{Body, Character, GeomShape, Joint, JointKind, Vec3};
 use lifelike_robot::Robot;
 
 use super::closure::Closures;
+use super::coupling::Couplings;
 use super::dof_chain::{DofChain, Run, runs};
 use super::lanes::Scalar;
 use super::shapes::{self, GroundShape, Pair, Shape};
@@ -79,8 +80,6 @@ pub struct Limit<T> {
     pub dof: usize,
     pub low: T,
     pub high: T,
-    /// The scalar joint it is.
-    pub scalar: usize,
 }
 
 /// A scalar joint as its actuator needs it.
@@ -120,6 +119,8 @@ pub struct Tree<T> {
     pub pairs: Vec<Pair<T>>,
     /// Welds and ball joints that close loops.
     pub closures: Closures<T>,
+    /// Joints that follow others.
+    pub couplings: Couplings<T>,
     /// Possible contacts: the ground's points, then those of the pairs.
     pub contacts: usize,
     pub driven: Vec<Driven>,
@@ -161,6 +162,7 @@ impl<T: Scalar> Tree<T> {
             shapes: Vec::new(),
             pairs: Vec::new(),
             closures: Closures::default(),
+            couplings: Couplings::default(),
             contacts: 0,
             driven: character.scalar_joints().map(|j| Driven { q: j.q_index, v: j.v_index }).collect(),
             feet: robot.anatomy.soles.len(),
@@ -175,11 +177,12 @@ impl<T: Scalar> Tree<T> {
         tree.add_dofs(character);
         tree.dof_chains = tree.dofs.iter().map(|dof| DofChain::of(&dof.chain)).collect();
         tree.limits = character
-            .scalar_joints()
-            .enumerate()
-            .filter_map(|(scalar, j)| {
+            .joints
+            .iter()
+            .filter(|j| j.kind.nq() == 1)
+            .filter_map(|j| {
                 let (low, high) = j.range?;
-                Some(Limit { q: j.q_index, dof: j.v_index, low: T::new(low), high: T::new(high), scalar })
+                Some(Limit { q: j.q_index, dof: j.v_index, low: T::new(low), high: T::new(high) })
             })
             .collect();
         tree.ground_shapes = shapes::ground_shapes(robot, &surface);
@@ -188,6 +191,7 @@ impl<T: Scalar> Tree<T> {
             tree.bodies.iter().map(|b| b.last_dof.map_or(&[][..], |dof| tree.dofs[dof].chain.as_slice())).collect();
         (tree.shapes, tree.pairs) = shapes::pairs(robot, |body| chains[body], &mut tree.dof_chains, &mut tree.contacts);
         tree.closures = Closures::new(robot, |body| chains[body], &mut tree.dof_chains);
+        tree.couplings = Couplings::new(robot, &tree.dofs, &mut tree.dof_chains);
         Ok(tree)
     }
 

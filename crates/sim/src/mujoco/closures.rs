@@ -28,6 +28,11 @@ impl Worker {
         while data.efc_type().get(row) == Some(&mjtConstraint::mjCNSTR_EQUALITY) {
             let id = index(data.efc_id()[row]);
             let (objects, numbers) = ([model.eq_obj1id()[id], model.eq_obj2id()[id]].map(index), model.eq_data()[id]);
+            // A joint that follows another pulls through its own axis.
+            if model.eq_type()[id] == mjtEq::mjEQ_JOINT {
+                row += 1;
+                continue;
+            }
             let weld = model.eq_type()[id] == mjtEq::mjEQ_WELD;
             let of_sites = model.eq_objtype()[id] == MjtObjBase::mjOBJ_SITE;
             let bodies = if of_sites { objects.map(|site| index(model.site_bodyid()[site])) } else { objects };

@@ -1,6 +1,6 @@
 //! The model that MuJoCo compiles, and where in it the robot's parts are.
 
-use lifelike_character::{Character, GeomShape, JointKind, Quat, Vec3};
+use lifelike_character::{Character, GeomShape, Quat, Vec3};
 use lifelike_robot::{ActuatorParameters, Robot};
 use mujoco_rs::mujoco_c::{mjtDisableBit, mjtIntegrator};
 use mujoco_rs::prelude::{MjEditError, MjModel, MjSpec, MjtGeomBase, MjtObjBase, SpecItem};
@@ -81,6 +81,7 @@ pub(super) fn compile(robot: &Robot, terrain: Option<&Terrain>) -> Result<(MjMod
             own.set_armature(joint.armature);
             own.stiffness_mut()[0] = joint.stiffness;
             own.damping_mut()[0] = joint.damping;
+            *own.springdamper_mut() = [0.0; 2];
         }
     }
     if let Some(terrain) = terrain {
@@ -209,8 +210,7 @@ fn layout(robot: &Robot, model: &MjModel) -> Layout {
         .collect();
     let mut scalar_of_dof = vec![None; nv];
     let mut scalar_of_joint = vec![None; character.joints.len()];
-    let scalars =
-        character.joints.iter().enumerate().filter(|(_, j)| matches!(j.kind, JointKind::Hinge | JointKind::Slide));
+    let scalars = character.joints.iter().enumerate().filter(|(_, j)| j.is_scalar());
     for (scalar, (index, joint)) in scalars.enumerate() {
         scalar_of_joint[index] = Some(scalar);
         scalar_of_dof[joint.v_index] = Some(scalar);

@@ -116,10 +116,11 @@ impl Environment {
                     v[joint.v_index + k] += noise(rsi.velocity_noise);
                     v[joint.v_index + 3 + k] += noise(rsi.velocity_noise);
                 }
-            } else if joint.kind.nq() == 1 {
+            } else if joint.is_scalar() {
                 q[joint.q_index] += noise(rsi.joint_noise);
             }
         }
+        robot.character.follow(q, v);
     }
 
     /// Sets last actions that fit the pose in which an episode begins.

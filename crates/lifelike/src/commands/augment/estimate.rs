@@ -29,7 +29,7 @@ Examples:
   lifelike augment estimate traces/ --robot kickbot.xml \\
       --augmentation xm430.augmentation.safetensors -o estimated")]
 pub struct Args {
-    /// Logs: tables with --map (files, or folders of *.csv), else traces with commands (files, or folders).
+    /// Logs: tables with --map (files, or folders of *.csv and *.mcap), else traces with commands (files, or folders).
     #[arg(required = true)]
     pub logs: Vec<PathBuf>,
     /// The robot: a built-in one's name, or its MJCF or URDF file.
@@ -60,7 +60,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
         None => sources::traces(&args.logs)?,
         Some(map) => {
             let columns: TableMap = sources::described(map)?;
-            let files = sources::files(&args.logs, &[".csv"])?;
+            let files = sources::files(&args.logs, &[".csv", ".mcap"])?;
             files.iter().map(|file| table::read(file, &columns)).collect::<Result<Vec<_>, _>>()?
         }
     };

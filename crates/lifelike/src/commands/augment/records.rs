@@ -123,12 +123,13 @@ fn state(robot: &Robot, measured: &MeasuredMessage) -> (Vec<f64>, Vec<f64>) {
                 v[joint.v_index..joint.v_index + 3].iter_mut().zip(velocity).for_each(|(v, x)| *v = number(x));
             }
             root = Some(at);
-        } else {
+        } else if joint.is_scalar() {
             q[joint.q_index] = number(measured.position[scalar]);
             v[joint.v_index] = number(measured.velocity[scalar]);
             scalar += 1;
         }
     }
+    character.follow(&mut q, &mut v);
     if let (Some(at), None) = (root, measured.external) {
         let mut kinematics = Kinematics::new(character);
         kinematics.update(character, &q);

@@ -18,8 +18,8 @@ use crate::output::Output;
 /// Simulate the commands of logs, and write traces that have simulated and measured states side by side.
 ///
 /// Logs are those of BAM's test benches (a servo that turns a weight on an arm, JSON), resampled to --rate. With
-/// --robot and --map, they are tables of a whole robot (CSV); the map names columns and units. The simulation starts in
-/// the log's first state and runs freely.
+/// --robot and --map, they are tables of a whole robot (CSV, or ROS 2 bags of JointState); the map names columns and
+/// units. The simulation starts in the log's first state and runs freely.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -34,9 +34,11 @@ A map of columns (units: si, deg, deg/s, rpm, ticks4096, mA, mV, mm):
   [block.left_knee]                    # a joint of the robot
   class = \"xm430\"
   reference.position = { column = \"left_knee_goal\", unit = \"deg\" }
-  measured.position = { column = \"left_knee\", unit = \"ticks4096\" }")]
+  measured.position = { column = \"left_knee\", unit = \"ticks4096\" }
+Of a ROS 2 bag (*.mcap): time = \"stamp\", columns \"left_knee.position\", .velocity or .effort,
+with the topic before them where several have one: \"/goals/left_knee.position\"")]
 pub struct Args {
-    /// Logs: files, or folders of *.json (with --map of *.csv).
+    /// Logs: files, or folders of *.json (with --map of *.csv and *.mcap).
     #[arg(required = true)]
     pub logs: Vec<PathBuf>,
     /// The servo's model: a file of `lifelike augment identify`, or a data sheet's (xl330, sts3250); as the logs say if not given.
@@ -97,7 +99,7 @@ fn of_robot(args: &Args, robot: &str, map: &Path) -> Result<Vec<Trace>, CliError
     let columns: TableMap = sources::described(map)?;
     let robot = Arc::new(Robot::load(robot)?);
     let mut simulation = args.physics.simulate(None, &robot, 1)?;
-    let files = sources::files(&args.logs, &[".csv"])?;
+    let files = sources::files(&args.logs, &[".csv", ".mcap"])?;
     let one = |file: &PathBuf| Ok(replay::replayed(&table::read(file, &columns)?, &mut simulation, None)?);
     files.iter().map(one).collect()
 }

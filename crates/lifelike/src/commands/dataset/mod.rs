@@ -42,9 +42,17 @@ impl Dataset {
     }
 }
 
+/// Returns whether a folder holds no files. A run that was killed at once leaves empty folders and files whose names begin with a
+/// dot.
+fn is_unused(folder: &Path) -> bool {
+    let is_hidden = |path: &Path| path.file_name().is_some_and(|name| name.to_string_lossy().starts_with('.'));
+    let mut entries = std::fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path());
+    entries.all(|path| if path.is_dir() { is_unused(&path) } else { is_hidden(&path) })
+}
+
 /// Makes the folders of all splits in a folder that is new or empty: clips of another data set would stay in it.
 fn make_folders(folder: &Path) -> Result<(), CliError> {
-    if std::fs::read_dir(folder).is_ok_and(|mut entries| entries.next().is_some()) {
+    if !is_unused(folder) {
         let message = format!("{}: expected a new or empty folder, got files in it", folder.display());
         return Err(CliError::Input(message));
     }

@@ -1,6 +1,8 @@
 //! A robot: its bodies, joints, actuators, and what its policies will see.
 
-use lifelike_character::{Body, Character, EqualityKind, Inertial, JointKind, Mat3};
+use std::path::Path;
+
+use lifelike_character::{Body, Character, Coupling, EqualityKind, Inertial, JointKind, Mat3};
 use lifelike_robot::robot::role_name;
 use lifelike_robot::{Readiness, Robot, RobotError, Shapes};
 use lifelike_sim::engine::{self_contacts, unsupported};
@@ -11,12 +13,13 @@ use crate::error::CliError;
 use crate::next;
 use crate::output::{Output, shows_all_columns, table};
 
-/// Prints a robot by name or path.
-pub fn inspect(name: &str, output: &Output) -> Result<(), CliError> {
+/// Prints a robot by name or path, with the page that was written of it.
+pub fn inspect(name: &str, page: Option<&Path>, output: &Output) -> Result<(), CliError> {
     match Robot::load(name) {
         Ok(robot) => {
             let readiness = robot.readiness(Shapes::Primitives);
             let mut value = character(&robot.character);
+            value["page"] = json!(page);
             value["verdict"] = json!(readiness.verdict());
             value["problems"] = json!(readiness.problems);
             value["control_hz"] = json!(robot.control_hz);
@@ -40,7 +43,11 @@ pub fn inspect(name: &str, output: &Output) -> Result<(), CliError> {
             let steps = if readiness.can_train() { next_steps::of_robot(name) } else { Vec::new() };
             value["next"] = json!(next::texts(&steps));
             output.result(&value, || {
-                judged(&robot.name, &readiness) + &text(&robot.character) + &control(&robot) + &next::lines(&steps)
+                seen(page)
+                    + &judged(&robot.name, &readiness)
+                    + &text(&robot.character)
+                    + &control(&robot)
+                    + &next::lines(&steps)
             })?;
             if readiness.can_train() {
                 return Ok(());
@@ -50,17 +57,23 @@ pub fn inspect(name: &str, output: &Output) -> Result<(), CliError> {
         // A character that cannot be controlled (ball joints, no joints) can still be looked at.
         Err(error @ RobotError::Unknown { .. }) => Err(error.into()),
         Err(error) => match Character::load(name) {
-            Ok(seen) => {
+            Ok(found) => {
                 let verdict = format!("cannot be trained: {error}");
-                let mut value = character(&seen);
+                let mut value = character(&found);
                 value["verdict"] = json!(verdict);
                 value["not_a_robot"] = json!(error.to_string());
-                output.result(&value, || format!("{}: {verdict}\n\n", seen.name) + &text(&seen))?;
+                value["page"] = json!(page);
+                output.result(&value, || seen(page) + &format!("{}: {verdict}\n\n", found.name) + &text(&found))?;
                 Err(error.into())
             }
             Err(_) => Err(error.into()),
         },
     }
+}
+
+/// Returns a line with the page, if one was written.
+fn seen(page: Option<&Path>) -> String {
+    page.map_or_else(String::new, |page| format!("open this in a browser: {}\n\n", page.display()))
 }
 
 /// The verdict in one line, then the problems, a line each.
@@ -109,10 +122,15 @@ fn character(c: &Character) -> Value {
         let [first, second] = e.bodies.map(|b| &c.bodies[b].name);
         json!({ "name": e.name, "kind": closure(e.kind), "bodies": [first, second], "active": e.active })
     });
+    let couplings = c.couplings.iter().map(|coupling| {
+        let follower = &c.joints[coupling.follower];
+        json!({ "follower": follower.name, "leader": coupling.leader.map(|leader| &c.joints[leader].name),
+                "polynomial": coupling.polynomial, "moves_by_itself": follower.coupling.is_none() })
+    });
     json!({
         "kind": "robot", "name": c.name, "mass_kg": c.mass(), "nq": c.nq, "nv": c.nv, "timestep_s": c.timestep,
         "bodies": bodies.collect::<Vec<_>>(), "joints": joints.collect::<Vec<_>>(),
-        "equalities": equalities.collect::<Vec<_>>(),
+        "equalities": equalities.collect::<Vec<_>>(), "couplings": couplings.collect::<Vec<_>>(),
         "geoms": c.geoms.len(), "sites": c.sites.iter().map(|s| &s.name).collect::<Vec<_>>(), "notes": c.notes, "warnings": c.warnings,
     })
 }
@@ -156,10 +174,34 @@ fn text(c: &Character) -> String {
         let inactive = if e.active { "" } else { " (inactive)" };
         text += &format!("closes a loop: {} '{}' of {first} and {second}{inactive}\n", closure(e.kind), e.name);
     }
+    for Coupling { follower, leader, polynomial, .. } in &c.couplings {
+        let follower = &c.joints[*follower].name;
+        text += &match leader {
+            Some(leader) => format!("follows: {follower} = {} of {}\n", terms(polynomial), c.joints[*leader].name),
+            None => format!("held: {follower} at {}\n", polynomial[0]),
+        };
+    }
     for note in &c.notes {
         text += &format!("not simulated: {note}\n");
     }
     text
+}
+
+/// Returns a polynomial as text, such as `0.1 - 2 x`.
+fn terms(polynomial: &[f64; 5]) -> String {
+    let mut text = String::new();
+    for (power, &coefficient) in polynomial.iter().enumerate().filter(|(_, c)| **c != 0.0) {
+        let size = numbers(&[coefficient.abs()]);
+        let sign = match (text.is_empty(), coefficient < 0.0) {
+            (true, false) => "",
+            (true, true) => "-",
+            (false, false) => " + ",
+            (false, true) => " - ",
+        };
+        let variable = ["", " x", " x^2", " x^3", " x^4"][power];
+        text += &format!("{sign}{size}{variable}");
+    }
+    if text.is_empty() { "0".into() } else { text }
 }
 
 /// Returns a table of what each body weighs, and where.

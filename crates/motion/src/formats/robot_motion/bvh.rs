@@ -66,7 +66,7 @@ fn turned(vector: Vec3) -> Vec3 {
 }
 
 /// Returns the root and all bodies below, each followed by its own.
-fn depth_first(robot: &Character, root: usize) -> Vec<usize> {
+pub(super) fn depth_first(robot: &Character, root: usize) -> Vec<usize> {
     let (mut order, mut open) = (Vec::new(), vec![root]);
     while let Some(body) = open.pop() {
         order.push(body);

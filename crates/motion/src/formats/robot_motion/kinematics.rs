@@ -131,8 +131,8 @@ fn write_velocity(robot: &Character, clip: &MotionClip, frame: usize, states: &S
                 v[at..at + 3].copy_from_slice(states.root_linear[frame].as_slice());
                 v[at + 3..at + 6].copy_from_slice(turning.as_slice());
             }
-            JointKind::Ball => {}
-            JointKind::Hinge | JointKind::Slide => {
+            _ if !joint.is_scalar() => {}
+            _ => {
                 v[at] = states.joint_velocity[frame * width + scalar];
                 scalar += 1;
             }

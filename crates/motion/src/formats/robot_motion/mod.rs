@@ -8,6 +8,7 @@ mod arrays;
 mod bones;
 mod bvh;
 mod encode;
+mod glb;
 mod gmr;
 mod holosoma;
 mod kinematics;
@@ -48,6 +49,7 @@ pub const LAYOUTS: &[&Layout] = &[
     &protomotions::PROTOMOTIONS,
     &own::MOTION,
     &bvh::BVH,
+    &glb::GLB,
 ];
 
 /// All layouts as one format, for the table of all.

@@ -11,6 +11,7 @@ use crate::source::SourceClip;
 mod amass;
 mod broken;
 mod fuzz;
+mod glb;
 mod humanml3d;
 mod numbers;
 mod robot_motion;
