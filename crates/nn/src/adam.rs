@@ -92,6 +92,11 @@ impl Adam {
         self.config
     }
 
+    /// Returns the steps taken, and both moments.
+    pub fn state(&self) -> (u64, [&[f32]; 2]) {
+        (self.steps, [&self.first, &self.second])
+    }
+
     /// Takes one step, unless the gradient is not finite.
     ///
     /// # Panics

@@ -237,7 +237,8 @@ mod tests {
     fn a_gradient_that_is_not_finite_changes_nothing_and_is_counted() {
         let (layout, mut values) = (layout(), vec![1.0_f32, 2.0, 3.0]);
         let mut core = SupervisedCore::new(AdamConfig::adam(), 3).with_average(0.9, values.clone());
-        let decay = Decay { weight: 0.5, ranges: &[0..2] };
+        let first_two = 0..2;
+        let decay = Decay { weight: 0.5, ranges: &[first_two] };
         core.step(&layout, &mut values, 1.0, descent(&[0.1, 0.2, 0.3]), decay);
         let (before, known) = (core.clone(), values.clone());
         for wrong in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
@@ -253,7 +254,8 @@ mod tests {
     fn weights_decay_before_the_step_by_hand() {
         let (layout, mut values) = (layout(), vec![1.0_f32, 1.0, 1.0]);
         let mut core = SupervisedCore::new(AdamConfig::adam(), 3);
-        let decay = Decay { weight: 0.5, ranges: &[0..1] };
+        let first = 0..1;
+        let decay = Decay { weight: 0.5, ranges: &[first] };
         core.step(&layout, &mut values, 0.0, descent(&[1.0, 1.0, 1.0]), decay);
         // Adam's first step is the learning rate; 1 - 0.1 · 0.5 is left of what decays.
         for (value, expected) in values.iter().zip([0.95 - 0.1, 0.9, 0.9]) {
