@@ -117,6 +117,7 @@ impl Meanings {
 
 #[cfg(test)]
 mod tests {
+    #![allow(clippy::unwrap_used)]
     use super::*;
     use crate::grammar::Grammar;
     use crate::script::phrases::{Meaning, Phrases};
