@@ -1,4 +1,4 @@
-//! What is minimised (thesis 2.4.2 and 2.5.4).
+//! Losses that are minimised (thesis 2.4.2 and 2.5.4).
 
 use lifelike_sim::trace::Selected;
 
