@@ -93,9 +93,9 @@ fn a_controller_carries_the_environment_that_it_was_trained_in() {
     std::fs::write(at("critic.toml"), CRITIC).unwrap();
     let (plan, out) = (at("critic.toml"), at("out"));
     let critic = ["train", "critic", "--plan", &plan, "environment=", "-o", &out, "--controller"];
-    let (code, error) = refused(&[&critic[..], &["assets/lima-path.controller.safetensors"]].concat());
+    let (code, error) = refused(&[&critic[..], &["assets/lima-blind.controller.safetensors"]].concat());
     assert!(
-        code == 3 && error.contains("environment=PLAN") && error.contains("lima-path.controller"),
+        code == 3 && error.contains("environment=PLAN") && error.contains("lima-blind.controller"),
         "{code} {error}"
     );
 
