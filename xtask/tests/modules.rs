@@ -11,7 +11,11 @@ use std::path::{Path, PathBuf};
 
 /// Circles that exist, and why each may stay for now. A circle that is gone must leave this list.
 const CIRCLES: [(&str, &[&str], &str); 9] = [
-    ("character", &["inertia", "kinematics", "mesh", "mjcf", "model"], "meshes are compiled by MJCF's rules"),
+    (
+        "character",
+        &["coupling", "inertia", "kinematics", "mesh", "mjcf", "model"],
+        "meshes are compiled by MJCF's rules",
+    ),
     ("evaluation", &["accuracy", "field", "rollout"], "a rollout has the fields of the errors that are read from it"),
     ("evaluation", &["score", "verdict"], "a clip's score has the verdict on its episodes' scores"),
     ("generation", &["align", "generator", "training"], "a generator's file has the plan that it was trained by"),

@@ -1,18 +1,21 @@
 //! Ctrl-C: the first one asks to save and stop, the second one stops at once.
 
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, OnceLock};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use crate::error::CliError;
 
 /// The one flag of this process: a study trains many times.
 static FLAG: OnceLock<Arc<AtomicBool>> = OnceLock::new();
+/// Held while the handler is installed: two threads may ask at once.
+static INSTALLING: Mutex<()> = Mutex::new(());
 
 /// Installs the handler, if it is not there yet, and returns the flag that it sets.
 ///
 /// # Errors
 /// When the system has no place for a handler.
 pub fn flag() -> Result<Arc<AtomicBool>, CliError> {
+    let _installing = INSTALLING.lock().unwrap_or_else(PoisonError::into_inner);
     if let Some(flag) = FLAG.get() {
         return Ok(Arc::clone(flag));
     }
