@@ -100,7 +100,7 @@ fn sentences(clip: &MotionClip, captions: &[Caption]) -> Vec<Caption> {
 /// clip's own are taken. A clip of which nothing is said gives no piece.
 ///
 /// # Errors
-/// As [`trim`] and [`mirror`].
+/// As [`trim()`] and [`mirror()`].
 pub fn pieces(
     clip: &MotionClip,
     captions: &[Caption],

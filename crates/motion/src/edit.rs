@@ -2,7 +2,7 @@
 //!
 //! Every operation takes clips of a robot and returns a [`MotionClip`](crate::MotionClip), joints by name:
 //!
-//! - [`sequence`] and [`blend`](mod@blend) combine clips in time, [`compose`](mod@compose) in space (the arms of
+//! - [`sequence()`] and [`blend`](mod@blend) combine clips in time, [`compose`](mod@compose) in space (the arms of
 //!   another clip);
 //! - [`warp`](mod@warp) moves events in time, [`place`](mod@place) moves a body to a given position;
 //! - [`amplify`](mod@amplify), [`smooth`](mod@smooth), [`mirror`](mod@mirror) and [`trim`](mod@trim) change the whole

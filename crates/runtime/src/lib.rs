@@ -1,8 +1,8 @@
 //! Floor 3: a controller on a machine.
 //!
-//! The main path: [`Bus`] → [`Supervisor`] → [`drive`]. The supervisor owns the controller, the reference, the state machine
+//! The main path: [`Bus`] → [`Supervisor`] → [`drive()`]. The supervisor owns the controller, the reference, the state machine
 //! ([`Phase`]) and the [`gate::Gate`]. It is a function of time, packets and requests, so a [`record`] replays bit for bit.
-//! [`drive`] calls it on a real-time clock, or on a virtual one in tests.
+//! [`drive()`] calls it on a real-time clock, or on a virtual one in tests.
 //!
 //! Only the gate makes a [`SafeCommand`], and a bus sends nothing else. [`handshake`] refuses a machine that is not the one
 //! of the controller. The crate contains no physics and no training.

@@ -83,7 +83,7 @@ impl Policy {
         check(&self.header, robot)
     }
 
-    /// Returns the outputs of the deterministic policy: `[N, O]` observations as [`ObservationSpec::write`] wrote them → `[N, J]` outputs (not
+    /// Returns the outputs of the deterministic policy: `[N, O]` observations as `ObservationSpec::write` wrote them → `[N, J]` outputs (not
     /// clamped).
     ///
     /// # Errors

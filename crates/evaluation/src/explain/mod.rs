@@ -1,6 +1,6 @@
 //! Explanations of a policy's failure on a clip, and the smallest change of the clip that would help.
 //!
-//! The main path: an [`Evaluation`](super::Evaluation) with falls → [`explain`] → an [`Explanation`] per clip, which
+//! The main path: an [`Evaluation`] with falls → [`explain`] → an [`Explanation`] per clip, which
 //! has:
 //!
 //! - [`Failure`]: time and kind of the fall;

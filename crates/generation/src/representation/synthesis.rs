@@ -12,7 +12,7 @@ impl FeatureMatrix {
     ///
     /// `ψ_{t+1} = ψ_t + ω_t / fps`, `p_{t+1} = p_t + R(ψ_t) v_t / fps`; between rows every curve is the cubic through
     /// four of them (Catmull & Rom 1974), so it is smooth at any rate and the rows themselves stay. Velocity columns
-    /// of joints are not needed. Feet are not touched: see [`crate::representation::grounded`].
+    /// of joints are not needed. Feet are not touched: see `representation::grounded`.
     ///
     /// # Errors
     /// [`GenerationError::Mismatch`] for no row, rows of another width, a number that is not finite, or a bad rate.

@@ -29,7 +29,7 @@ const BEST: &str = "best.generator.safetensors";
 /// Each round has four stages. The generator makes motion of sentences. The tracker continues to learn from it and from
 /// its own clips. A critic is trained on the new tracker. The generator is aligned with the new critic.
 ///
-/// A plan without [tracker] keeps the tracker as it is. A critic that learned from generated motion is harder to
+/// A plan without the table tracker keeps the tracker as it is. A critic that learned from generated motion is harder to
 /// exploit. Every tracker then executes the motion of every generator on sentences of another split. The round with the
 /// fewest falls and the smallest errors is the result. The run's folder has a folder for each stage of each round.
 /// Ctrl-C saves, and --resume continues in the middle of a stage.

@@ -1,6 +1,6 @@
 //! A motion that cannot be executed becomes one that can, with as little change as it takes.
 //!
-//! The main path of [`repair`]: what [`feasibility`](crate::feasibility) finds → another pace where a jump falls slower than gravity lets
+//! The main path of [`repair`]: what [`feasibility`] finds → another pace where a jump falls slower than gravity lets
 //! it, or a joint is too fast (`pace`) → down to the ground where a body hovers (`hover`) → another sway where the ground's force would
 //! have to act beside the feet (`balance`, the zero moment point of Vukobratović), the soles where they were by the retargeter's own
 //! passes → found again, until nothing is found or nothing helps → [`Repaired`], what was changed.
