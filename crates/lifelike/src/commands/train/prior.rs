@@ -20,9 +20,10 @@ use crate::output::{Output, table};
 
 /// Train a motion prior: a code z_t for the second of motion around every frame.
 ///
-/// The plan's table selects the encoder. The table prior is the convolutional beta-VAE of thesis 4.2.1. The table spline is the
-/// Spline-based Transformer of chapter 3 on the same windows; its latent control points are the code. The table pca is
-/// principal components, the plain baseline. Every command that takes a motion.prior.safetensors takes all three.
+/// The plan's table selects the encoder. The table prior is the convolutional beta-VAE of thesis 4.2.1. The table
+/// spline is the Spline-based Transformer of chapter 3 on the same windows; its latent control points are the code. The
+/// table pca is principal components, the plain baseline. Every command that takes a motion.prior.safetensors takes all
+/// three.
 ///
 /// The run is a folder: plan.toml, metrics.jsonl, TensorBoard events, checkpoints, motion.prior.safetensors and
 /// reconstruction.json. Ctrl-C saves and stops; --resume continues with the same results as an uninterrupted run.
