@@ -171,7 +171,7 @@ fn a_circle_is_seen_and_an_order_is_none() {
     assert_eq!((modules.len(), exported["Deep"].as_str()), (3, "c"));
     let text = "use crate::{Deep, b::{self, X}};\nfn f() { crate::a::g() } // crate::z\n#[cfg(test)]\nmod tests { use crate::y; }";
     assert_eq!(names_after(&code(text), "crate::"), ["Deep", "b", "a"]);
-    let of = |pairs: &[(&str, &str)]| {
+    let circles_of = |pairs: &[(&str, &str)]| {
         let mut imports = Imports::new();
         for (from, to) in pairs {
             imports.entry(from.to_string()).or_default().insert(to.to_string());
@@ -179,8 +179,8 @@ fn a_circle_is_seen_and_an_order_is_none() {
         circles(&imports)
     };
     assert_eq!(
-        of(&[("a", "b"), ("b", "c"), ("c", "a"), ("d", "a")]),
+        circles_of(&[("a", "b"), ("b", "c"), ("c", "a"), ("d", "a")]),
         [vec!["a".into(), "b".into(), "c".into()]].into()
     );
-    assert!(of(&[("a", "b"), ("b", "c"), ("a", "c")]).is_empty());
+    assert!(circles_of(&[("a", "b"), ("b", "c"), ("a", "c")]).is_empty());
 }

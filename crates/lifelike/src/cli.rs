@@ -105,7 +105,7 @@ impl GlobalOptions {
         self.start_logs();
         output::show_all_columns(self.wide);
         let output = self.output();
-        // Whoever asks for an instruction set wants its numbers or its speed, and no other's.
+        // A named instruction set is wanted for its numbers or its speed: no other takes its place.
         let available = InstructionSet::from_environment().map_err(|e| CliError::Usage(e.to_string()));
         match available.and_then(|_| command(&output)) {
             Ok(()) => 0,

@@ -76,7 +76,7 @@ fn files(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
     found
 }
 
-/// Kills each command until so many kills met a living process, within ten times as many tries; returns the number of kills.
+/// Kills each command until a number of kills met a living process, within ten times as many tries; returns the number of kills.
 fn kill(lines: &[&str], times: usize) -> usize {
     let folder = Folder { temporary: tempfile::tempdir().unwrap() };
     folder.run(COMMANDS.lines().nth(1).unwrap(), &folder.at("in"), &[]);

@@ -79,28 +79,24 @@ fn check(clip: &MotionClip, character: &Character, anatomy: &Anatomy) -> Check {
     result
 }
 
-/// Clips whose hands touch each other or the body. Thick hands overlap there by less than a hand (humanoid's spheres).
-const TOUCHING: [&str; 19] = [
+/// Clips in which `humanoid`'s hands meet inside of each other: they are keyed for `lima`, whose hands are thinner. The
+/// retargeter does not keep hands apart.
+const HANDS_MEET: [&str; 12] = [
     "baseball_swing",
     "block",
     "bowl",
     "breaststroke",
     "catch",
-    "chop",
     "climb_arms",
-    "conduct",
     "cover_face",
-    "golf_swing",
-    "hammer",
     "hands_behind_back",
     "hug",
     "namaste",
     "pray",
-    "rock_baby",
     "shoot_basketball",
-    "take_photo",
-    "type",
 ];
+/// Diameter of `humanoid`'s hands (m).
+const HAND: f64 = 0.09;
 
 #[test]
 fn own_clips_stand_on_the_ground_within_all_limits() {
@@ -123,7 +119,7 @@ fn own_clips_stand_on_the_ground_within_all_limits() {
             assert!(report.ground_penetration.max < 0.01 && report.ground_float.max < 0.02, "{name} {title}");
             let least = if flies { 0.6 } else { 0.99 };
             assert!(report.contact_share > least, "{name} {title}: {}", report.contact_share);
-            let most = if TOUCHING.contains(&title) { 0.07 } else { 0.01 };
+            let most = if name == "humanoid" && HANDS_MEET.contains(&title) { HAND } else { 0.01 };
             assert!(report.self_penetration.max < most, "{name} {title}: {}", report.self_penetration.max);
             let signs = clip.root_orientation.windows(2).all(|w| w[0].coords.dot(&w[1].coords) > 0.0);
             assert!(signs, "{name} {title}: the root's quaternion flips its sign");

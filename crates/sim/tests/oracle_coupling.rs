@@ -84,14 +84,14 @@ fn followers_are_where_their_leaders_put_them() {
     let character = &robot.character;
     let joint = |name: &str| &character.joints[character.joint(name).unwrap()];
     let (mut q, mut v) = (character.reference_position(), vec![0.0; character.nv]);
-    let at = |q: &[f64], name: &str| q[joint(name).q_index] - joint(name).reference;
+    let moved = |q: &[f64], name: &str| q[joint(name).q_index] - joint(name).reference;
     q[joint("proximal").q_index] += 0.5;
     v[joint("proximal").v_index] = 2.0;
     character.follow(&mut q, &mut v);
     let x: f64 = 0.1 + 0.8 * 0.5 - 0.3 * 0.25 + 0.2 * 0.125 + 0.1 * 0.0625;
-    assert!((at(&q, "middle") - x).abs() < 1e-12);
-    assert!((at(&q, "distal") - (0.7 * x + 0.2 * x * x)).abs() < 1e-12);
-    assert!((at(&q, "latch") - 0.3).abs() < 1e-12 && (at(&q, "rod") - 0.01).abs() < 1e-12);
+    assert!((moved(&q, "middle") - x).abs() < 1e-12);
+    assert!((moved(&q, "distal") - (0.7 * x + 0.2 * x * x)).abs() < 1e-12);
+    assert!((moved(&q, "latch") - 0.3).abs() < 1e-12 && (moved(&q, "rod") - 0.01).abs() < 1e-12);
     let slope = 0.8 - 0.6 * 0.5 + 0.6 * 0.25 + 0.4 * 0.125;
     assert!((v[joint("middle").v_index] - 2.0 * slope).abs() < 1e-12);
 

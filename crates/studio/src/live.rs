@@ -1,4 +1,4 @@
-//! A robot that does what it is told, without a page: sentences go in while physics runs in real time.
+//! The studio without a page: sentences go in while physics runs in real time.
 
 use std::sync::mpsc::Sender;
 
@@ -53,7 +53,7 @@ pub struct Said {
     pub from: f64,
     /// End (s).
     pub to: f64,
-    /// What was understood, and who made it.
+    /// The script that was understood, and its maker.
     pub source: String,
 }
 

@@ -51,8 +51,8 @@ pub struct Head {
 impl Head {
     /// Returns the counts of a packet; zeros before the first one.
     pub fn counts_of(packet: &[u8]) -> [u32; 4] {
-        let at = |i: usize| packet.get(8 + 4 * i..12 + 4 * i).and_then(|bytes| bytes.try_into().ok());
-        [0, 1, 2, 3].map(|i| at(i).map_or(0, u32::from_le_bytes))
+        let count = |i: usize| packet.get(8 + 4 * i..12 + 4 * i).and_then(|bytes| bytes.try_into().ok());
+        [0, 1, 2, 3].map(|i| count(i).map_or(0, u32::from_le_bytes))
     }
 }
 

@@ -30,7 +30,7 @@ pub(super) struct Bag {
 
 /// Times (s), and the values of each column.
 type Rows = (Vec<f64>, Vec<Vec<f64>>);
-/// What was expected, and what was found.
+/// An expectation, and what was found instead.
 type Mismatch = (String, String);
 
 impl Bag {
@@ -45,11 +45,11 @@ impl Bag {
         let rows: Vec<f64> = first.iter().map(|[time, _]| *time).filter(|time| *time >= begin).collect();
         let held = |column: &&[[f64; 2]]| -> Vec<f64> {
             let mut next = 0;
-            let at = |time: &f64| {
+            let value_at = |time: &f64| {
                 next += column[next..].iter().take_while(|[own, _]| own <= time).count();
                 column[next.max(1) - 1][1]
             };
-            rows.iter().map(at).collect()
+            rows.iter().map(value_at).collect()
         };
         let values = all.iter().map(held).collect();
         let start = rows.first().copied().unwrap_or(0.0);

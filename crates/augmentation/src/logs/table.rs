@@ -194,15 +194,15 @@ pub fn read(path: &Path, map: &TableMap) -> Result<Trace, AugmentationError> {
         false => Table::of_csv(path, &map.time, &names)?,
     };
     let time = &table.time;
-    let at = |i: usize| table.place(i, &map.time);
-    let clock = Clock::of(time).map_err(|(i, expected, got)| AugmentationError::log(path, at(i), expected, got))?;
+    let row = |i: usize| table.place(i, &map.time);
+    let clock = Clock::of(time).map_err(|(i, expected, got)| AugmentationError::log(path, row(i), expected, got))?;
     // Rows are taken as equal steps: a clock of another rate would shift them slowly.
     let (step, length) = (1.0 / map.rate, (time.len() - 1) as f64);
     let mean = (time[time.len() - 1] - time[0]) / length;
     if ((mean - step) * length).abs() > step.max(1e-3 * length * step) || clock.jitter > 0.25 * step {
         let got = format!("{:.3} Hz, jitter {:.2} ms", 1.0 / mean, 1e3 * clock.jitter);
         let expected = format!("{} Hz at equal steps (resample the log, or change 'rate')", map.rate);
-        return Err(AugmentationError::log(path, at(0), expected, got));
+        return Err(AugmentationError::log(path, row(0), expected, got));
     }
     let columns = |wanted: &BTreeMap<String, ColumnMap>| -> Result<Columns, AugmentationError> {
         let mut named: Vec<(&str, Vec<f64>)> = Vec::new();

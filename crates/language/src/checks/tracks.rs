@@ -26,7 +26,7 @@ pub enum SignalName {
     HandUp,
     /// Nearness of the hands to each other (m, negative), while they are raised.
     HandsClose,
-    /// How much one hand is higher than the other (m), whichever, while one is raised: two peaks
+    /// Height of one hand over the other (m), either of them, while one is raised: two peaks
     /// where they take turns.
     HandsUneven,
     /// The head's pitch (rad, down is positive).
@@ -206,11 +206,10 @@ impl Tracks {
             }
             S::RootLeft => Some((self.aside(), always)),
             S::FootUp | S::FootForward | S::FootBack | S::FootSide => {
-                let of = |foot: usize| self.foot(name, foot);
                 let values = match side {
-                    Some(Side::Left) => of(0)?,
-                    Some(Side::Right) => of(1)?,
-                    _ => of(0)?.iter().zip(of(1)?).map(|(a, b)| 0.5 * (a + b)).collect(),
+                    Some(Side::Left) => self.foot(name, 0)?,
+                    Some(Side::Right) => self.foot(name, 1)?,
+                    _ => self.foot(name, 0)?.iter().zip(self.foot(name, 1)?).map(|(a, b)| 0.5 * (a + b)).collect(),
                 };
                 Some((values, always))
             }
@@ -253,7 +252,7 @@ impl Tracks {
     /// Returns a foot's way as one of its signals has it, seen from the pelvis.
     fn foot(&self, name: SignalName, foot: usize) -> Option<Vec<f64>> {
         let outward = if foot == 0 { 1.0 } else { -1.0 };
-        let at = |frame: usize, p: &Vec3| {
+        let seen = |frame: usize, p: &Vec3| {
             let way = p - self.root[frame];
             let (sin, cos) = self.yaw[frame].sin_cos();
             match name {
@@ -264,7 +263,7 @@ impl Tracks {
             }
         };
         let path = &self.feet[foot];
-        (!path.is_empty()).then(|| path.iter().enumerate().map(|(frame, p)| at(frame, p)).collect())
+        (!path.is_empty()).then(|| path.iter().enumerate().map(|(frame, p)| seen(frame, p)).collect())
     }
 
     /// Returns the pelvis' way to the left of where it looked first (m).

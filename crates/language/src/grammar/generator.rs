@@ -322,8 +322,8 @@ impl<'a> Generator<'a> {
 fn leg_of(character: &Character, anatomy: &Anatomy) -> f64 {
     let mut kinematics = Kinematics::new(character);
     kinematics.update(character, &character.reference_position());
-    let at = |role: Role| anatomy.places.get(&role).map(|place| kinematics.point(place.body, &place.point));
-    let places = [Role::LeftThigh, Role::LeftShank, Role::LeftFoot].map(at);
+    let place = |role: Role| anatomy.places.get(&role).map(|place| kinematics.point(place.body, &place.point));
+    let places = [Role::LeftThigh, Role::LeftShank, Role::LeftFoot].map(place);
     match places {
         [Some(hip), Some(knee), Some(ankle)] => (hip - knee).norm() + (knee - ankle).norm(),
         _ => LEG,

@@ -203,10 +203,10 @@ impl Score {
                 (via.time, via.to) = (via.time + longer, on(via.to));
             }
         }
-        let of = |foot: &str| way[usize::from(foot == "right")];
+        let way_of = |foot: &str| way[usize::from(foot == "right")];
         let again = again_of(from, period, end, times);
         let steps = self.steps.iter().flat_map(|step| again(step.start).into_iter().map(move |k| (k, step)));
-        self.steps = steps.map(|(k, step)| step.later(k * period, of(&step.foot).map(|v| v * k))).collect();
+        self.steps = steps.map(|(k, step)| step.later(k * period, way_of(&step.foot).map(|v| v * k))).collect();
         let jumps = self.jumps.iter().flat_map(|jump| again(jump.start).into_iter().map(move |k| (k, jump)));
         self.jumps = jumps.map(|(k, jump)| Jump { start: jump.start + k * period, ..jump.clone() }).collect();
         self.seconds += longer;
@@ -218,8 +218,8 @@ impl Score {
         let last = steps.max_by(|a, b| a.start.total_cmp(&b.start));
         let (from, mut place) = last.map_or((f64::NEG_INFINITY, [0.0, 0.0]), |step| (step.start, step.to));
         let out = if foot == "left" { 1.0 } else { -1.0 };
-        let own = |jump: &&Jump| jump.foot.as_ref().is_none_or(|named| named == foot);
-        for jump in self.jumps.iter().filter(own).filter(|j| j.start > from && j.start < time - 1e-9) {
+        let by_foot = |jump: &&Jump| jump.foot.as_ref().is_none_or(|named| named == foot);
+        for jump in self.jumps.iter().filter(by_foot).filter(|j| j.start > from && j.start < time - 1e-9) {
             place = [place[0] + jump.by[0], place[1] + jump.by[1] + out * jump.apart];
         }
         place

@@ -317,7 +317,7 @@ impl Phrases {
         self.all.iter().flat_map(|phrase| phrase.written.iter().cloned()).collect()
     }
 
-    /// Returns whether a word bears meaning: no filler, or one that tells "arms up" from "arms down".
+    /// Returns whether a word counts for the meaning: no filler, or one that tells "arms up" from "arms down".
     fn says_something(&self, word: &str) -> bool {
         !self.filler.contains(word) || TELLING.contains(&word)
     }

@@ -28,9 +28,9 @@ pub(super) fn seconds(height: f64, gravity: f64) -> f64 {
 
 /// Returns the flights of some steps: where one of the left foot and one of the right foot overlap.
 pub(super) fn flights(steps: &[Step]) -> Vec<Flight> {
-    let of = |left: bool| steps.iter().filter(move |step| (step.foot == LEFT) == left);
-    let mut found: Vec<Flight> = of(true)
-        .flat_map(|a| of(false).map(|b| Flight { start: a.start.max(b.start), end: a.end.min(b.end) }))
+    let steps_of = |left: bool| steps.iter().filter(move |step| (step.foot == LEFT) == left);
+    let mut found: Vec<Flight> = steps_of(true)
+        .flat_map(|a| steps_of(false).map(|b| Flight { start: a.start.max(b.start), end: a.end.min(b.end) }))
         .filter(|flight| flight.end - flight.start > 1e-6)
         .collect();
     found.sort_by(|a, b| a.start.total_cmp(&b.start));

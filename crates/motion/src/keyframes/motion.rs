@@ -37,7 +37,7 @@ impl Curves {
     }
 }
 
-/// What a clip that leaves the ground has: its flights, and the height of the centre of mass in standing (m).
+/// Flights of a clip that leaves the ground, and the height of the centre of mass in standing (m).
 struct Air {
     flights: Vec<Flight>,
     centre: f64,

@@ -182,7 +182,7 @@ impl<V: Lanes, const K: usize> RowBlock<V, K> {
     }
 }
 
-/// Where a row of a lower triangle begins.
+/// Start of a row of a lower triangle.
 #[inline(always)]
 fn start(row: usize) -> usize {
     row * (row + 1) / 2

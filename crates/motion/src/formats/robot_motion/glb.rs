@@ -148,12 +148,12 @@ fn tracks(clip: &MotionClip, robot: &Character, order: &[usize]) -> Result<Vec<(
 
 /// Returns what a body is drawn with: pictures, or where it has none the shapes that touch.
 fn drawn(robot: &Character, body: usize) -> Vec<&lifelike_character::Geom> {
-    let own = || robot.geoms.iter().filter(move |geom| geom.body == body && geom.rgba[3] > 0.0);
+    let shapes = || robot.geoms.iter().filter(move |geom| geom.body == body && geom.rgba[3] > 0.0);
     let collides = |geom: &&lifelike_character::Geom| geom.contype != 0 || geom.conaffinity != 0;
     let is_mesh = |geom: &&lifelike_character::Geom| matches!(geom.shape, GeomShape::Mesh(_));
-    match own().any(|geom| is_mesh(&geom)) {
-        true => own().filter(|geom| is_mesh(geom) || !collides(geom)).collect(),
-        false => own().collect(),
+    match shapes().any(|geom| is_mesh(&geom)) {
+        true => shapes().filter(|geom| is_mesh(geom) || !collides(geom)).collect(),
+        false => shapes().collect(),
     }
 }
 
