@@ -36,6 +36,8 @@ pub struct Status {
     pub hz: f64,
     /// Motion is being made.
     pub building: bool,
+    /// The clock runs.
+    pub playing: bool,
     /// Frame of the clock.
     #[serde(skip)]
     pub frame: usize,
@@ -100,13 +102,22 @@ impl Live {
         self.send(Request::Undo)
     }
 
-    /// Returns the state now.
-    pub fn status(&self) -> Status {
+    /// Returns the state now; an empty one before the engine has drawn its first.
+    ///
+    /// # Errors
+    /// [`StudioError::Server`] where the engine has ended.
+    pub fn status(&self) -> Result<Status, StudioError> {
+        if self.screen.view.has_changed().is_err() {
+            return Err(StudioError::Server("the engine has ended".into()));
+        }
         let view = self.screen.view.borrow().clone();
-        let mut status: Status = serde_json::from_str(&view).unwrap_or_default();
+        if view.is_empty() {
+            return Ok(Status::default());
+        }
+        let mut status: Status = serde_json::from_str(&view).map_err(|e| StudioError::Server(e.to_string()))?;
         let counts = Head::counts_of(&self.screen.frame.borrow());
         (status.frame, status.simulated) = (counts[0] as usize, counts[1] as usize);
-        status
+        Ok(status)
     }
 
     fn send(&self, request: Request) -> Result<(), StudioError> {

@@ -2,6 +2,9 @@
 
 use crate::limits::PlanError;
 
+/// Iterations in a row with a skipped gradient after which a training has diverged.
+pub const DIVERGED: u64 = 100;
+
 /// Errors of training.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -15,6 +18,14 @@ pub enum TrainError {
         expected: String,
         /// The value found.
         got: String,
+    },
+    /// The training learns nothing any more.
+    #[error(
+        "iteration {iteration}: expected gradients that are finite, got none for {DIVERGED} iterations; try a smaller learning rate"
+    )]
+    Diverged {
+        /// Iterations done.
+        iteration: u64,
     },
     /// A plan asks for something impossible.
     #[error(transparent)]

@@ -3,6 +3,7 @@
 mod clock;
 mod log;
 mod resume;
+mod skips;
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -11,6 +12,7 @@ use lifelike_report::run::{Checkpoints, RunFolder};
 use self::clock::Clock;
 use self::log::RunLog;
 use self::resume::{Position, latest_of_all, restore, seconds_until};
+use self::skips::Skips;
 use crate::TrainError;
 use crate::collective::Collective;
 use crate::task::TrainingTask;
@@ -95,6 +97,7 @@ impl TrainingRun<'_> {
         // The first process tells how it went in its own part.
         let mut log = (collective.rank() == 0).then(|| RunLog::open(folder, position, first)).transpose()?;
         let began = (clock.seconds(), task.budget().done);
+        let mut skips = Skips::default();
         let (mut latest, mut score, mut interrupted) = (None, None, false);
         let mut saved = Some(first).filter(|iteration| *iteration > 0);
         let mut last = collective.any(task.budget().is_spent(clock.seconds()));
@@ -104,6 +107,7 @@ impl TrainingRun<'_> {
                 break;
             }
             let metrics = task.step()?;
+            skips.follow(&task.scalars(&metrics), task.iteration())?;
             let (iteration, budget, seconds) = (task.iteration(), task.budget(), clock.seconds());
             last = collective.any(budget.is_spent(seconds));
             if let Some(log) = &mut log {

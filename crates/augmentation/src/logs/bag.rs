@@ -89,7 +89,10 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<Bag, AugmentationError> 
     for record in Records::new(bytes) {
         let record = match record {
             Ok(record) => record,
-            Err(_) if messages > 0 => break,
+            Err(mcap::McapError::UnexpectedEof | mcap::McapError::UnexpectedEoc) if messages > 0 => break,
+            Err(error) if messages > 0 => {
+                return Err(bad(format!("after message {messages}"), "a whole record", error.to_string()));
+            }
             Err(error) => return Err(whole(error)),
         };
         match record {
@@ -250,13 +253,18 @@ mod tests {
         assert!(message(&cut).contains("topic /a, message 1: expected a whole JointState"), "{}", message(&cut));
         // What a killed recorder leaves is read as far as it goes, or refused.
         let whole = bag(&[("/a", state(1.0, &[("knee", 0.1)])), ("/a", state(2.0, &[("knee", 0.2)]))]);
-        for end in 0..whole.len() {
-            let _ = read(path, &whole[..end]);
-        }
-        for at in 0..whole.len() {
-            let mut spoilt = whole.clone();
-            spoilt[at] ^= 0x5a;
-            let _ = read(path, &spoilt);
-        }
+        let rows = |bag: &Bag| bag.rows(&["knee.position"]).map_or(0, |(time, _)| time.len());
+        let all: Vec<_> = (0..whole.len()).map(|end| read(path, &whole[..end])).collect();
+        let read_of: Vec<usize> = all.iter().map(|bag| bag.as_ref().map_or(0, rows)).collect();
+        // Both messages are in one chunk.
+        assert!(read_of.is_sorted() && read_of[whole.len() - 100] == 2, "{read_of:?}");
+        // A byte that changed is no end of a file: what was read before it does not count as the whole.
+        let spoilt = (0..whole.len()).map(|at| {
+            let mut bytes = whole.clone();
+            bytes[at] ^= 0x5a;
+            read(path, &bytes)
+        });
+        let kept = spoilt.filter(|bag| bag.as_ref().is_ok_and(|bag| rows(bag) == 2)).count();
+        assert!(kept < whole.len(), "{kept} of {}", whole.len());
     }
 }

@@ -6,6 +6,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
+use std::sync::LazyLock;
 
 use lifelike_checkpoint::Checkpoint;
 
@@ -19,7 +20,7 @@ const ZERO: f32 = 128.0;
 
 /// Vectors of words.
 #[derive(Debug)]
-struct Words {
+pub(super) struct Words {
     index: BTreeMap<String, usize>,
     bytes: Vec<u8>,
     /// Value of one step of a byte, by direction.
@@ -29,7 +30,7 @@ struct Words {
 /// Phrases as vectors of unit length.
 #[derive(Debug)]
 pub(super) struct Meanings {
-    words: Words,
+    words: &'static Words,
     weights: BTreeMap<String, f64>,
     phrases: Vec<Vec<f32>>,
 }
@@ -44,7 +45,13 @@ pub(super) struct Nearest {
 }
 
 impl Words {
-    fn builtin() -> Result<Self, LanguageError> {
+    /// Returns the table that comes with the program, which is read once.
+    pub fn builtin() -> Result<&'static Self, LanguageError> {
+        static READ: LazyLock<Result<Words, String>> = LazyLock::new(|| Words::read().map_err(|e| e.to_string()));
+        READ.as_ref().map_err(|error| LanguageError::Grammar(error.clone()))
+    }
+
+    fn read() -> Result<Self, LanguageError> {
         let broken = |e: &dyn std::fmt::Display| LanguageError::Grammar(format!("word vectors: {e}"));
         let file = Checkpoint::from_bytes(TABLE, Path::new("word_vectors.safetensors")).map_err(|e| broken(&e))?;
         let shape = |name: &str| file.entry(name).map(|entry| entry.shape().to_vec()).map_err(|e| broken(&e));
@@ -75,8 +82,7 @@ impl Words {
 
 impl Meanings {
     /// Takes phrases as words, those that say little left out.
-    pub fn new(phrases: &[Vec<String>]) -> Result<Self, LanguageError> {
-        let words = Words::builtin()?;
+    pub fn new(words: &'static Words, phrases: &[Vec<String>]) -> Self {
         let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
         for phrase in phrases {
             let distinct: BTreeSet<&str> = phrase.iter().map(String::as_str).collect();
@@ -86,7 +92,7 @@ impl Meanings {
         let weights = counts.into_iter().map(|(word, n)| (word.to_string(), weight(n))).collect();
         let mut own = Self { words, weights, phrases: Vec::new() };
         own.phrases = phrases.iter().map(|phrase| own.vector(phrase).0).collect();
-        Ok(own)
+        own
     }
 
     /// Returns the unit vector of a text, and the share of its words' weight that has vectors.
@@ -129,7 +135,7 @@ mod tests {
         let phrases = Phrases::new(&Grammar::builtin().unwrap()).unwrap();
         let all = phrases.written();
         let texts: Vec<Vec<String>> = all.iter().map(|(_, words)| words.clone()).collect();
-        let table = Meanings::new(&texts).unwrap();
+        let table = Meanings::new(Words::builtin().unwrap(), &texts);
         let meant = |i: usize| -> Meaning {
             let near = |j: &usize| -> f32 { table.phrases[i].iter().zip(&table.phrases[*j]).map(|(a, b)| a * b).sum() };
             let others = (0..all.len()).filter(|&j| j != i);
@@ -144,7 +150,8 @@ mod tests {
     #[test]
     fn words_without_a_vector_lower_the_similarity() {
         let words = |text: &str| text.split(' ').map(str::to_string).collect::<Vec<_>>();
-        let table = Meanings::new(&[words("clean window"), words("wave hand"), words("bow")]).unwrap();
+        let table =
+            Meanings::new(Words::builtin().unwrap(), &[words("clean window"), words("wave hand"), words("bow")]);
         let same = table.nearest(&words("clean window")).unwrap();
         assert!(same.phrase == 0 && (same.similarity - 1.0).abs() < 1e-6, "{same:?}");
         let half = table.nearest(&words("clean window xyzzyq")).unwrap();

@@ -5,7 +5,7 @@ use std::sync::OnceLock;
 
 use serde::Deserialize;
 
-use super::meaning::{Meanings, Nearest};
+use super::meaning::{Meanings, Nearest, Words};
 use crate::error::LanguageError;
 use crate::facts::{Side, Speed};
 use crate::grammar::words::{Form, inflected};
@@ -181,7 +181,8 @@ pub(super) struct Phrases {
     /// Words that mean something.
     pub vocabulary: BTreeSet<String>,
     /// Vectors of the phrases, made when a text first fits none.
-    meanings: OnceLock<Option<Meanings>>,
+    meanings: OnceLock<Meanings>,
+    vectors: &'static Words,
 }
 
 impl Phrases {
@@ -224,6 +225,7 @@ impl Phrases {
             filler,
             vocabulary: BTreeSet::new(),
             meanings: OnceLock::new(),
+            vectors: Words::builtin()?,
         };
         own.all = texts.into_iter().map(|(meaning, side, text)| own.phrase(meaning, side, text)).collect();
         let words = own.all.iter().flat_map(|phrase| phrase.words.iter().map(|(word, _)| word.clone()));
@@ -290,10 +292,10 @@ impl Phrases {
     pub fn nearest(&self, words: &[String]) -> Option<(Meaning, &str, f64)> {
         let table = self.meanings.get_or_init(|| {
             let written: Vec<Vec<String>> = self.all.iter().map(|phrase| phrase.written.clone()).collect();
-            Meanings::new(&written).ok()
+            Meanings::new(self.vectors, &written)
         });
         let words: Vec<String> = words.iter().filter(|word| self.says_something(word)).cloned().collect();
-        let Nearest { phrase, similarity } = table.as_ref()?.nearest(&words)?;
+        let Nearest { phrase, similarity } = table.nearest(&words)?;
         let phrase = &self.all[phrase];
         // A known word alone is a part of a phrase, and no paraphrase of it.
         let is_part = words.len() < 2 && !self.has_new_word(&words);

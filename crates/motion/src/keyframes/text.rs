@@ -483,6 +483,11 @@ fn leap(
     let [x, y] = jump.by.as_ref().map_or(Ok([0.0, 0.0]), |by| check.place(by))?;
     let apart = check.optional(&jump.apart, -1.0..=1.0, "metres", 0.0)?;
     let tuck = check.optional(&jump.tuck, 0.0..=0.5, "metres", 0.05)?;
+    let is_up = |foot: usize| steps.iter().any(|(s, _)| s.foot == foot && s.start < start + 1e-4 && s.end > end - 1e-4);
+    if jump.foot.is_some_and(|side| !is_up(1 - side.index())) {
+        let expected = format!("a step that has the other foot up from {start:.2} to {end:.2} s");
+        return Err(check.error(jump.start.span(), expected, "none"));
+    }
     steps.sort_by(|a, b| a.0.start.total_cmp(&b.0.start));
     let before: Vec<Step> = steps.iter().map(|(step, _)| step.clone()).collect();
     for foot in (0..2).filter(|foot| jump.foot.is_none_or(|side| side.index() == *foot)) {

@@ -42,12 +42,18 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let live = Live::start(stage::open(&scene, &file)?, document)?;
     let stop = interrupt::flag()?;
     let lines = lines();
+    let mut refused = String::new();
     let (mut waiting, mut shown, mut falls, mut open) = (None::<Waiting>, 0, 0, true);
     while !stop.load(std::sync::atomic::Ordering::SeqCst) {
-        let status = live.status();
+        let status = live.status()?;
         if let Some(one) = waiting.take_if(|one| is_answered(&status, one, shown)) {
             answer(&status, &one, shown, output)?;
-            if status.spans.len() > shown { live.play()? } else { live.take_back()? }
+            if status.spans.len() > shown {
+                live.play()?;
+            } else {
+                refused.clone_from(&status.problem);
+                live.take_back()?;
+            }
         }
         shown = status.spans.len().max(shown);
         for fall in status.falls.iter().skip(falls) {
@@ -55,6 +61,10 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
             output.result(&value, || format!("falls at {:.1} s, {}; stands again", fall.second, fall.cause))?;
         }
         falls = status.falls.len().max(falls);
+        let stands = waiting.is_none() && !status.playing && !status.building;
+        if stands && !status.problem.is_empty() && status.problem != refused {
+            return Err(CliError::Failed(status.problem));
+        }
         let at_end = status.frame as f64 >= status.seconds * status.hz - 1.5 && !status.building;
         if waiting.is_none() {
             match lines.try_recv() {
@@ -72,7 +82,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
         }
         std::thread::sleep(EVERY);
     }
-    let status = live.status();
+    let status = live.status()?;
     drop(live);
     let value = json!({ "event": "end", "scene": file, "seconds": status.seconds, "falls": status.falls.len() });
     output.result(&value, || {
