@@ -13,7 +13,8 @@ pub use tracks::{KEYFRAMED, SIMULATED, SignalName, Tracks};
 
 use crate::error::LanguageError;
 use crate::facts::{Action, Facts, Mood, Relation, Size, Speed};
-use crate::grammar::{Grammar, Tempo, Verb};
+use crate::grammar::{Acts, Grammar, Tempo, Verb};
+use acting::Meanwhile;
 
 /// Kind of a fact.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
@@ -97,8 +98,8 @@ pub fn check(tracks: &Tracks, grammar: &Grammar, facts: &Facts) -> Result<Vec<Fi
             let mut best: Vec<Finding> = Vec::new();
             let mut most = None;
             for at in (least..tracks.len().saturating_sub(least)).step_by(step) {
-                let mut found = of_action(&tracks.part(0..at), first, a, false);
-                found.extend(of_action(&tracks.part(at..tracks.len()), second, b, false));
+                let mut found = of_action(&tracks.part(0..at), first, a, Meanwhile::Nothing);
+                found.extend(of_action(&tracks.part(at..tracks.len()), second, b, Meanwhile::Nothing));
                 let passed = found.iter().filter(|f| f.passed).count();
                 if most.is_none_or(|most| passed > most) {
                     most = Some(passed);
@@ -111,20 +112,26 @@ pub fn check(tracks: &Tracks, grammar: &Grammar, facts: &Facts) -> Result<Vec<Fi
             Ok(best)
         }
         (relation, actions, verbs) => {
-            let both = relation == Relation::While;
-            Ok(actions.iter().zip(verbs).flat_map(|(action, verb)| of_action(tracks, verb, action, both)).collect())
+            let gestures = verbs.iter().filter(|verb| matches!(verb.acts, Acts::Hand | Acts::Hands)).count();
+            let meanwhile = match relation == Relation::While {
+                true if gestures > 1 => Meanwhile::Gesture,
+                true => Meanwhile::Other,
+                false => Meanwhile::Nothing,
+            };
+            let each = actions.iter().zip(verbs);
+            Ok(each.flat_map(|(action, verb)| of_action(tracks, verb, action, meanwhile)).collect())
         }
     }
 }
 
-/// Returns the findings of one action. `both`: another limb does another action meanwhile.
-fn of_action(tracks: &Tracks, verb: &Verb, action: &Action, both: bool) -> Vec<Finding> {
+/// Returns the findings of one action.
+fn of_action(tracks: &Tracks, verb: &Verb, action: &Action, meanwhile: Meanwhile) -> Vec<Finding> {
     let mut found = Vec::new();
     let mut add = |fact: Fact, expected: String, got: String, passed: bool| {
         found.push(Finding { verb: verb.name.clone(), fact, expected, got, passed });
     };
     let side = action.side;
-    let (expected, got, passed) = acting::limb(tracks, verb, side, both);
+    let (expected, got, passed) = acting::limb(tracks, verb, side, meanwhile);
     add(Fact::Limb, expected, got, passed);
     for show in &verb.shows {
         let (expected, got, passed) = acting::shows(tracks, *show, side);
@@ -167,8 +174,9 @@ fn of_action(tracks: &Tracks, verb: &Verb, action: &Action, both: bool) -> Vec<F
     if let Some(mood) = action.mood {
         let change = (measure::head_pitch(tracks) - nominal.head_pitch).to_degrees();
         let (expected, passed) = match mood {
-            Mood::Sad => ("the head at least 6 degrees further down", change >= 6.0),
-            Mood::Proud => ("the head at least 3 degrees further up", change <= -3.0),
+            Mood::Sad | Mood::Tired => ("the head at least 6 degrees further down", change >= 6.0),
+            Mood::Angry | Mood::Afraid => ("the head at least 4 degrees further down", change >= 4.0),
+            Mood::Proud | Mood::Happy => ("the head at least 3 degrees further up", change <= -3.0),
         };
         add(Fact::Mood, expected.into(), format!("{change:+.1}"), passed);
     }

@@ -82,7 +82,7 @@ pub enum Size {
     Big,
 }
 
-/// A mood, by posture.
+/// A mood, by posture, tempo and size.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Mood {
@@ -90,6 +90,54 @@ pub enum Mood {
     Sad,
     /// Upright, the head up.
     Proud,
+    /// Faster and larger, leaning ahead.
+    Angry,
+    /// Faster and larger, the head up.
+    Happy,
+    /// Slower and smaller, the head down.
+    Tired,
+    /// Smaller, ducked.
+    Afraid,
+}
+
+/// Changes of a motion that show a mood.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Manner {
+    /// Factor of the speed.
+    pub speed: f64,
+    /// Factor of the amplitude.
+    pub size: f64,
+    /// Pitch of the chest (degrees, ahead is positive).
+    pub chest: f64,
+    /// Pitch of the head (degrees, down is positive).
+    pub head: f64,
+}
+
+impl Mood {
+    /// Returns the word.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Sad => "sad",
+            Self::Proud => "proud",
+            Self::Angry => "angry",
+            Self::Happy => "happy",
+            Self::Tired => "tired",
+            Self::Afraid => "afraid",
+        }
+    }
+
+    /// Returns the changes that show it.
+    pub fn manner(self) -> Manner {
+        let manner = |speed, size, chest, head| Manner { speed, size, chest, head };
+        match self {
+            Self::Sad => manner(1.0, 1.0, 7.0, 14.0),
+            Self::Proud => manner(1.0, 1.0, -3.0, -9.0),
+            Self::Angry => manner(1.3, 1.15, 5.0, 8.0),
+            Self::Happy => manner(1.2, 1.2, -3.0, -9.0),
+            Self::Tired => manner(0.72, 0.85, 8.0, 16.0),
+            Self::Afraid => manner(1.0, 0.7, 6.0, 10.0),
+        }
+    }
 }
 
 /// What is normal for one action on one robot.

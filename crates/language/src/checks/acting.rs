@@ -17,8 +17,20 @@ const LEAN: f64 = 8.0;
 /// Expected, measured, passed.
 type Outcome = (String, String, bool);
 
+/// What another limb does meanwhile.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Meanwhile {
+    /// Nothing of its own.
+    Nothing,
+    /// The other hand gestures.
+    Gesture,
+    /// Anything else.
+    Other,
+}
+
 /// Checks that the right limb acts.
-pub fn limb(tracks: &Tracks, verb: &Verb, side: Option<Side>, both: bool) -> Outcome {
+pub fn limb(tracks: &Tracks, verb: &Verb, side: Option<Side>, meanwhile: Meanwhile) -> Outcome {
+    let both = meanwhile != Meanwhile::Nothing;
     let share = |of: &[Vec<Vec3>; 2]| {
         let [left, right] = [0, 1].map(|i| energy(&of[i], tracks.fps));
         (left + right > 1e-9).then(|| left / (left + right))
@@ -33,6 +45,18 @@ pub fn limb(tracks: &Tracks, verb: &Verb, side: Option<Side>, both: bool) -> Out
         (format!("{word} with at least {:.0} % of the energy", 100.0 * least), got, own.is_some_and(|s| s >= least))
     };
     match verb.acts {
+        // The other hand may go farther, so this one is compared with its own rest.
+        Acts::Hand | Acts::Hands if meanwhile == Meanwhile::Gesture => {
+            let chosen = match side {
+                Some(Side::Left) => 0..1,
+                Some(Side::Right) => 1..2,
+                _ => 0..2,
+            };
+            let moved = chosen.map(|hand| excursion(&tracks.hands[hand])).fold(f64::INFINITY, f64::min);
+            let least = 0.15 * tracks.leg;
+            let word = side.map_or("", Side::word);
+            (format!("{word} moves by {least:.2} m"), format!("{moved:.2} m"), moved > least)
+        }
         Acts::Hand if both || verb.limb != Limb::Energy => {
             // The other arm swings along with a walk, or keeps its guard: the acting hand goes farther.
             let reach = [0, 1].map(|hand| match (both, verb.limb) {

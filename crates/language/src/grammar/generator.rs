@@ -266,16 +266,9 @@ impl<'a> Generator<'a> {
         if let Some(rng) = rng {
             vary(&mut score, verb.cycle.as_ref(), rng);
         }
-        match part.action.mood {
-            Some(Mood::Sad) => {
-                score.offset("chest", "pitch", 7.0);
-                score.offset("head", "pitch", 14.0);
-            }
-            Some(Mood::Proud) => {
-                score.offset("chest", "pitch", -3.0);
-                score.offset("head", "pitch", -9.0);
-            }
-            None => {}
+        if let Some(manner) = part.action.mood.map(Mood::manner) {
+            score.offset("chest", "pitch", manner.chest);
+            score.offset("head", "pitch", manner.head);
         }
         score.faster(part.speed);
         score.fall(GRAVITY * self.smaller);

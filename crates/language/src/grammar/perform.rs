@@ -10,7 +10,7 @@ use super::generator::Generator;
 use super::table::{Acts, Synth, Verb};
 use crate::checks::{Fact, Finding, SIMULATED, SignalName, Tracks, check};
 use crate::error::LanguageError;
-use crate::facts::{Action, Direction, Facts, Side, Size, Speed};
+use crate::facts::{Action, Direction, Facts, Manner, Mood, Side, Size, Speed};
 use crate::script::Clause;
 
 /// Cross-fade between two clauses (s).
@@ -191,15 +191,16 @@ impl Generator<'_> {
             Some(Synth::Curve) => action.degrees.map_or_else(|| rng.random_range(60.0..100.0), f64::from),
             _ => 0.0,
         };
+        let manner = action.mood.map_or(Manner { speed: 1.0, size: 1.0, chest: 0.0, head: 0.0 }, Mood::manner);
         let speed = match action.speed {
             Some(Speed::Slow) => rng.random_range(0.65..0.78),
             Some(Speed::Fast) => rng.random_range(1.3..1.5),
-            None => rng.random_range(0.9..1.1),
+            None => manner.speed * rng.random_range(0.9..1.1),
         };
         let gain = match action.size {
             Some(Size::Small) => rng.random_range(0.55..0.7),
             Some(Size::Big) => rng.random_range(1.28..1.42),
-            None => rng.random_range(0.9..1.1),
+            None => manner.size * rng.random_range(0.9..1.1),
         };
         Ok(PartDraw { verb: number, mirrored, cycles, degrees, speed, gain, action: action.clone() })
     }
@@ -283,6 +284,13 @@ mod tests {
             "salute while taking four steps back",
             "wave with the left hand while standing on one leg",
             "raise both arms widely",
+            "scratch your head and rub your belly at the same time",
+            "one hand on the hip, the other waving",
+            "bow with your hand on your heart",
+            "wave angrily",
+            "clap happily",
+            "walk fearfully",
+            "nod tiredly",
         ] {
             let script = reader.read(text);
             for seed in 0..2 {

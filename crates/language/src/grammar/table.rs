@@ -206,7 +206,7 @@ pub struct Grammar {
     /// Held-out ones.
     #[serde(rename = "new_while")]
     pub new_during: Vec<String>,
-    /// Adverbs by class (slow, fast, big, small, sad, proud).
+    /// Adverbs by class: of speed, size and mood.
     pub adverbs: BTreeMap<String, Vec<String>>,
     /// Held-out ones.
     pub new_adverbs: BTreeMap<String, Vec<String>>,
@@ -249,7 +249,7 @@ impl Grammar {
                 return bad("expected the `side` of what acts");
             }
         }
-        for class in ["slow", "fast", "big", "small", "sad", "proud"] {
+        for class in ["slow", "fast", "big", "small", "sad", "proud", "angry", "happy", "tired", "afraid"] {
             for words in [&grammar.adverbs, &grammar.new_adverbs] {
                 if words.get(class).is_none_or(Vec::is_empty) {
                     return Err(LanguageError::Grammar(format!("expected adverbs for '{class}', got none")));

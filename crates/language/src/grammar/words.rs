@@ -6,7 +6,7 @@ use rand::seq::IndexedRandom;
 use super::table::{Acts, Grammar, Verb};
 use crate::checks::SignalName;
 use crate::error::LanguageError;
-use crate::facts::{Action, Direction, Facts, Mood, Relation, Size, Speed};
+use crate::facts::{Action, Direction, Facts, Relation, Size, Speed};
 
 /// Words that stand in no grammar's text: sides, numbers and angles are written by rule.
 pub(super) const FIXED: &str = "is first the your their left right both hand hands arm arms foot leg some step steps \
@@ -146,10 +146,8 @@ fn phrase<R: Rng>(g: &Grammar, verb: &Verb, action: &Action, form: Form, new: bo
         Some(Size::Small) => after("small", rng),
         None => {}
     }
-    match action.mood {
-        Some(Mood::Sad) => after("sad", rng),
-        Some(Mood::Proud) => after("proud", rng),
-        None => {}
+    if let Some(mood) = action.mood {
+        after(mood.word(), rng);
     }
     match action.speed {
         Some(Speed::Slow) => after("slow", rng),

@@ -67,6 +67,12 @@ impl Words {
         Ok(Self { index, bytes, scale })
     }
 
+    /// Returns whether a word, perhaps without an ending, has a vector.
+    pub fn has(&self, word: &str) -> bool {
+        let endings = ["", "s", "es", "d", "ed", "ing", "ly"];
+        endings.iter().filter_map(|ending| word.strip_suffix(ending)).any(|stem| self.index.contains_key(stem))
+    }
+
     /// Adds a word's vector; false for a word without one. Endings are tried without.
     fn add(&self, word: &str, weight: f64, sum: &mut [f32]) -> bool {
         let endings = ["s", "es", "d", "ed", "ing"];

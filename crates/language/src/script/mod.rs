@@ -18,7 +18,7 @@ use serde::{Deserialize, Serialize};
 
 pub use reader::Reader;
 
-use crate::facts::{Action, Direction, Facts, Mood, Relation, Side, Size, Speed};
+use crate::facts::{Action, Direction, Facts, Relation, Side, Size, Speed};
 
 /// A sentence as it was understood.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
@@ -144,7 +144,7 @@ fn words(action: &Action) -> String {
     all.extend(action.count.map(|n| if n == 1 { "once".into() } else { format!("{n} times") }));
     all.extend(action.speed.map(|speed| if speed == Speed::Slow { "slow" } else { "fast" }.to_string()));
     all.extend(action.size.map(|size| if size == Size::Small { "small" } else { "big" }.to_string()));
-    all.extend(action.mood.map(|mood| if mood == Mood::Sad { "sad" } else { "proud" }.to_string()));
+    all.extend(action.mood.map(|mood| mood.word().to_string()));
     all.join(", ")
 }
 

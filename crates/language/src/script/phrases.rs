@@ -264,7 +264,7 @@ impl Phrases {
     /// Returns the form that is compared: verbs without endings, nouns without plural, arms as hands and legs as feet.
     pub fn base(&self, word: &str) -> String {
         let word = match word {
-            "arm" | "arms" | "hands" => "hand",
+            "arm" | "arms" | "hands" | "limb" | "limbs" => "hand",
             "leg" | "legs" | "feet" | "knee" | "knees" => "foot",
             other => other,
         };
@@ -280,7 +280,11 @@ impl Phrases {
     pub fn best(&self, words: &[String], side: Option<Side>, has_way: bool) -> Option<Fit> {
         let bases: BTreeSet<String> = words.iter().map(|word| self.base(word)).collect();
         let first = words.iter().find(|word| self.is_main_verb(word)).map(|word| self.base(word));
-        let fits = self.all.iter().filter_map(|phrase| phrase.fit(&bases, side, has_way, first.as_deref()));
+        // "Get back up" is not "back up".
+        let is_other_verb = |word: &String| self.is_verb(word) && self.base(word) != "back";
+        let backs = !words.iter().any(is_other_verb);
+        let all = self.all.iter().filter(|phrase| backs || phrase.verb.as_deref() != Some("back"));
+        let fits = all.filter_map(|phrase| phrase.fit(&bases, side, has_way, first.as_deref()));
         // Of equal ones the first.
         fits.fold(None, |best: Option<Fit>, fit| match best {
             Some(best) if best.score >= fit.score => Some(best),
@@ -328,6 +332,11 @@ impl Phrases {
     pub fn belongs(&self, meaning: Meaning, base: &str) -> bool {
         let phrases = self.all.iter().filter(|phrase| phrase.meaning == meaning);
         LIGHT.contains(&base) || phrases.flat_map(|phrase| &phrase.words).any(|(word, _)| word == base)
+    }
+
+    /// Returns whether a word is in a phrase, or in the list of common words.
+    pub fn is_spelt_right(&self, word: &str) -> bool {
+        self.vocabulary.contains(word) || self.vocabulary.contains(&self.base(word)) || self.vectors.has(word)
     }
 
     /// Returns whether a word is a verb in some form.

@@ -8,12 +8,8 @@ use super::split::{Join, normal, pieces};
 use super::{Clause, Impossible, Script};
 use crate::checks::SignalName;
 use crate::error::LanguageError;
-use crate::facts::{Action, Direction, Side};
-use crate::grammar::{Acts, Grammar, Synth, Verb};
-
-/// Longest word of which a letter may be wrong, and of which two may be, at least.
-const ONE_WRONG: usize = 4;
-const TWO_WRONG: usize = 8;
+use crate::facts::{Action, Direction, Side, Speed};
+use crate::grammar::{Acts, Grammar, Show, Synth, Verb};
 
 /// Similarity from which a text is taken for a phrase, and from which a phrase is named (`docs/results/language.md`).
 const TAKEN: f64 = 0.7;
@@ -21,8 +17,13 @@ const NAMED: f64 = 0.5;
 /// Similarity from which a text of known words is taken for a phrase that has not all of them.
 const REORDERED: f64 = 0.85;
 
-/// Words that say sides, numbers and limbs.
-const SPELT: [&str; 20] = [
+/// Words that say order, sides, numbers and limbs.
+const SPELT: [&str; 25] = [
+    "and",
+    "then",
+    "while",
+    "with",
+    "after",
     "left",
     "right",
     "both",
@@ -44,6 +45,9 @@ const SPELT: [&str; 20] = [
     "backward",
     "backwards",
 ];
+
+/// Words that say nothing beside a number or a limb.
+const LIMBS_AND_UNITS: [&str; 9] = ["hand", "foot", "step", "pace", "turn", "times", "circle", "one", "other"];
 
 /// Reads sentences by the phrases of a grammar.
 #[derive(Debug)]
@@ -76,12 +80,13 @@ impl<'a> Reader<'a> {
     /// Reads a sentence. Everything that was not understood is in the result.
     pub fn read(&self, text: &str) -> Script {
         let mut script = Script::default();
+        let mut last_free = false;
         let words = self.spelt(normal(text), &mut script.notes);
         let words = without_negations(words, &mut script.notes);
         let words = Self::held_together(words);
         for mut group in self.grouped(pieces(&words)) {
             if group.fit.is_none() {
-                self.find_verb(&mut group, &mut script);
+                self.find_verb(&mut group, &script);
             }
             if group.fit.is_none() {
                 self.find_meaning(&mut group, &mut script.notes);
@@ -91,6 +96,7 @@ impl<'a> Reader<'a> {
                     let said = said(&group.words);
                     self.leftover(&group.words, &said, fit, &mut script.unknown);
                     let verb = &self.grammar.verbs[verb];
+                    let (verb, said) = self.facing(verb, &group.words, said, &mut script.notes);
                     let said = of_supporting_leg(verb, &group.words, said);
                     let single = matches!(verb.side, Some(Side::Left | Side::Right));
                     if single && said.side == Some(Side::Both) && said.in_turn {
@@ -98,12 +104,14 @@ impl<'a> Reader<'a> {
                         for side in [Side::Left, Side::Right] {
                             let one = Said { side: Some(side), ..said.clone() };
                             let (action, times) = self.action(verb, &one, &mut script.notes);
-                            self.add(&mut script, Join::Then, action, said.seconds, times);
+                            self.add(&mut script, Join::Then, action, said.seconds, times, [false; 2]);
                         }
                         continue;
                     }
                     let (action, times) = self.action(verb, &said, &mut script.notes);
-                    self.add(&mut script, group.join, action, said.seconds, times);
+                    let free = [last_free, said.side.is_none()];
+                    last_free = free[1];
+                    self.add(&mut script, group.join, action, said.seconds, times, free);
                 }
                 Some((_, Meaning::Instead(number))) => self.replace(&mut script, number, &group),
                 None if group.words.iter().all(|word| self.phrases.filler.contains(word)) => {}
@@ -113,8 +121,8 @@ impl<'a> Reader<'a> {
         script
     }
 
-    /// Finds the verb of a piece without one: the last one again ("then 90 degrees right"), or one with a letter wrong.
-    fn find_verb(&self, piece: &mut Piece, script: &mut Script) {
+    /// Finds the verb of a piece without one: the last one again ("then 90 degrees right").
+    fn find_verb(&self, piece: &mut Piece, script: &Script) {
         let said = said(&piece.words);
         let is_said = |word: &String| said.used.contains(word) || self.phrases.filler.contains(word) || word == "same";
         let last = script.clauses.last().and_then(|clause| clause.actions.last());
@@ -122,62 +130,36 @@ impl<'a> Reader<'a> {
         if let (Some(verb), false, true) = (last, said.used.is_empty(), piece.words.iter().all(is_said)) {
             let fit = Fit { meaning: Meaning::Verb(verb), score: 0.0, explained: BTreeSet::new(), has_verb: false };
             piece.fit = Some(fit);
-            return;
-        }
-        let mut notes = Vec::new();
-        let words: Vec<String> = piece.words.iter().map(|word| self.corrected(word.clone(), &mut notes)).collect();
-        if let Some(fit) = self.fit(&words).filter(|_| !notes.is_empty()) {
-            (piece.words, piece.fit) = (words, Some(fit));
-            script.notes.append(&mut notes);
         }
     }
 
-    /// Corrects words of sides, numbers and limbs in which one letter is missing, doubled or exchanged with its neighbour.
+    /// Corrects words that are none: a letter or two missing, doubled or exchanged.
     fn spelt(&self, words: Vec<String>, notes: &mut Vec<String>) -> Vec<String> {
-        let known = |word: &String| {
-            self.phrases.vocabulary.contains(word) || self.phrases.vocabulary.contains(&self.phrases.base(word))
-        };
-        let corrected = |word: String| {
-            let letters = word.chars().count();
-            if letters < ONE_WRONG || known(&word) || !word.chars().all(char::is_alphabetic) {
-                return word;
+        let corrected = |word: String| match self.respelt(&word) {
+            Some(found) => {
+                notes.push(format!("read '{word}' as '{found}'"));
+                found
             }
-            let is_near = |target: &&&str| {
-                let other_length = target.len() != word.len() || is_transposed(target, &word);
-                other_length && strsim::osa_distance(target, &word) == 1 && target.chars().next() == word.chars().next()
-            };
-            let Some(found) = SPELT.iter().find(is_near) else { return word };
-            notes.push(format!("read '{word}' as '{found}'"));
-            (*found).to_string()
+            None => word,
         };
         words.into_iter().map(corrected).collect()
     }
 
-    /// Returns a word as it is known: of a word that nobody knows, one with a letter or two changed.
-    fn corrected(&self, word: String, notes: &mut Vec<String>) -> String {
-        let known = |word: &str| {
-            self.phrases.vocabulary.contains(word) || self.phrases.vocabulary.contains(&self.phrases.base(word))
-        };
+    /// Returns the word that was meant by one that is none: a word of a phrase, or one that says a side, a number or an order.
+    fn respelt(&self, word: &str) -> Option<String> {
         let letters = word.chars().count();
-        let is_said = !said(std::slice::from_ref(&word)).used.is_empty();
-        if letters < ONE_WRONG || known(&word) || is_said || !word.chars().all(char::is_alphabetic) {
-            return word;
+        let is_word = self.phrases.is_spelt_right(word) || !word.chars().all(|c| c.is_ascii_lowercase());
+        if letters < 3 || is_word || !said(&[word.to_string()]).used.is_empty() {
+            return None;
         }
-        let allowed = if letters >= TWO_WRONG { 2 } else { 1 };
-        // A letter for another makes another word too easily: "rase" is no "race".
-        let swaps = |w: &String| letters < TWO_WRONG && w.len() == word.len() && !is_transposed(w, &word);
-        let verbs = self.phrases.vocabulary.iter().filter(|w| self.phrases.is_verb(w) && !swaps(w));
-        let near = verbs.map(|w| (strsim::osa_distance(w, &word), w));
-        let begins = |w: &String| w.chars().next() == word.chars().next();
-        let is_near = |(d, w): &(usize, &String)| *d <= allowed && w.len() >= ONE_WRONG && begins(w);
-        let best = near.filter(is_near).min_by_key(|(d, _)| *d);
-        match best {
-            Some((_, found)) => {
-                notes.push(format!("read '{word}' as '{found}'"));
-                found.clone()
-            }
-            None => word,
-        }
+        let phrases = self.phrases.vocabulary.iter().map(String::as_str);
+        let costs = SPELT.into_iter().chain(phrases).filter_map(|target| Some((misspelling(target, word)?, target)));
+        // Of equal ones the first: sides and numbers.
+        let best = costs.fold(None, |best: Option<(usize, &str)>, one| match best {
+            Some(best) if best.0 <= one.0 => Some(best),
+            _ => Some(one),
+        });
+        best.map(|(_, target)| target.to_string())
     }
 
     /// Drops "and" between sides, which joins no actions: "left and right".
@@ -199,6 +181,19 @@ impl<'a> Reader<'a> {
             let is_participle =
                 words.first().is_some_and(|word| word.ends_with("ing") && self.phrases.is_main_verb(word));
             let join = if join == Join::Comma && is_participle { Join::While } else { join };
+            // "One hand on the hip, the other waving": the other hand, meanwhile.
+            let is_paired = out.last().is_some_and(|last| last.words.iter().any(|word| word == "one"));
+            let (join, words, fit) = match of_the_other(&words).filter(|_| is_paired) {
+                Some(words) => (Join::While, words.clone(), self.fit(&words)),
+                None => (join, words, fit),
+            };
+            // "Walk slowly, head down": the mood of the same.
+            if let Some(last) = out.last_mut().filter(|_| join != Join::Then && join != Join::While) {
+                if words.iter().any(|word| word == "head") && said(&words).mood.is_some() {
+                    last.words.extend(words);
+                    continue;
+                }
+            }
             // "Sidestep left, 3 small steps": more words about the same.
             if let Some(last) = out.last_mut().filter(|last| join == Join::Comma && last.fit.is_some()) {
                 let said = said(&words);
@@ -242,9 +237,13 @@ impl<'a> Reader<'a> {
         if !orphan.is_empty() {
             out.push(Piece { join: Join::Then, words: orphan, fit: None });
         }
-        // Words that came later may fit better: "step", "to the left".
+        // Words that came later may fit better: "step", "to the left". They do not take the verb away.
         for piece in &mut out {
-            piece.fit = self.fit(&piece.words);
+            let fit = self.fit(&piece.words);
+            let keeps = |new: &Fit| piece.fit.as_ref().is_none_or(|old| self.keeps_verb(old, new));
+            if fit.as_ref().is_some_and(keeps) {
+                piece.fit = fit;
+            }
         }
         // A sentence that opens with words without a verb: "slowly".
         if out.len() > 1 && out[0].fit.is_none() {
@@ -258,6 +257,12 @@ impl<'a> Reader<'a> {
         let said = said(words);
         let side = said.side.or(said.plural.then_some(Side::Both));
         self.phrases.best(words, side, said.direction.is_some())
+    }
+
+    /// Returns whether a new fit explains the verbs that the old one did.
+    fn keeps_verb(&self, old: &Fit, new: &Fit) -> bool {
+        old.meaning == new.meaning
+            || old.explained.iter().all(|word| new.explained.contains(word) || !self.phrases.is_verb(word))
     }
 
     /// Returns whether words after "with" are a posture of their own, such as "arms crossed"; "a wave" is none.
@@ -284,8 +289,7 @@ impl<'a> Reader<'a> {
             let is_filler = self.phrases.filler.contains(word) || self.phrases.filler.contains(&base);
             let is_meant = self.phrases.belongs(fit.meaning, &base) || fit.explained.contains(&base);
             let explained = is_meant || said.used.contains(word) || is_filler;
-            let is_limb =
-                (["hand", "foot", "step", "turn", "times", "circle"].contains(&base.as_str())) && !is_number(word);
+            let is_limb = LIMBS_AND_UNITS.contains(&base.as_str()) && !is_number(word);
             if !explained && !is_limb && !unknown.contains(word) {
                 unknown.push(word.clone());
             }
@@ -332,12 +336,8 @@ impl<'a> Reader<'a> {
             (None, ..) => {}
         }
         (action.speed, action.size, action.mood) =
-            (said.speed.filter(|_| verb.speeds), said.size.filter(|_| verb.sizes), said.mood.filter(|_| verb.moods));
-        let lost = [
-            (said.speed.is_some() && !verb.speeds, "speed"),
-            (said.size.is_some() && !verb.sizes, "size"),
-            (said.mood.is_some() && !verb.moods, "mood"),
-        ];
+            (said.speed.filter(|_| verb.speeds), said.size.filter(|_| verb.sizes), said.mood);
+        let lost = [(said.speed.is_some() && !verb.speeds, "speed"), (said.size.is_some() && !verb.sizes, "size")];
         for (_, what) in lost.iter().filter(|(lost, _)| *lost) {
             notes.push(format!("'{}' has no {what} of its own", name(verb)));
         }
@@ -356,19 +356,20 @@ impl<'a> Reader<'a> {
         if is_pair && odd { self.grammar.verb(other).unwrap_or(verb) } else { verb }
     }
 
-    /// Appends an action: to the last clause where it is done at once with it.
-    fn add(&self, script: &mut Script, join: Join, action: Action, seconds: Option<f64>, times: u32) {
+    /// Appends an action: to the last clause where it is done at once with it. `free`: nobody said the side of the last
+    /// action, and of this one.
+    fn add(&self, script: &mut Script, join: Join, action: Action, seconds: Option<f64>, times: u32, free: [bool; 2]) {
         let with_last = match join {
             Join::While => true,
             // "Walks and waves" is at once; "takes two steps and waves" is not.
             Join::And => script.clauses.last().is_some_and(|last| {
                 let open =
                     last.actions.iter().all(|a| a.count.is_none() && a.degrees.is_none()) && last.seconds.is_none();
-                open && times == 1 && self.at_once(&last.actions, &action).is_some()
+                open && times == 1 && self.at_once(&last.actions, &action, [false; 2]).is_some()
             }),
             _ => false,
         };
-        let pair = script.clauses.last().filter(|_| with_last).map(|last| self.at_once(&last.actions, &action));
+        let pair = script.clauses.last().filter(|_| with_last).map(|last| self.at_once(&last.actions, &action, free));
         match (pair, script.clauses.last_mut()) {
             (Some(Some(pair)), Some(last)) => {
                 last.actions = pair;
@@ -388,15 +389,69 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// Returns two actions that other limbs do, the upper one first; nothing where they need the same limb.
-    fn at_once(&self, before: &[Action], action: &Action) -> Option<Vec<Action>> {
+    /// Returns two actions that other limbs do, the upper one first; nothing where they need the same limb. Of two
+    /// gestures, one whose side is free is done with the other hand.
+    fn at_once(&self, before: &[Action], action: &Action, free: [bool; 2]) -> Option<Vec<Action>> {
         let [one] = before else { return None };
         let verbs = [one, action].map(|a| self.grammar.verb(&a.verb).ok());
         let [Some(a), Some(b)] = verbs else { return None };
-        if is_above((a, one), (b, action)) {
-            return Some(vec![one.clone(), action.clone()]);
+        let (mut one, mut action) = (one.clone(), action.clone());
+        if (a.acts, b.acts) == (Acts::Hand, Acts::Hand) && one.side == action.side {
+            match free {
+                [_, true] => action.side = action.side.map(Side::mirrored),
+                [true, false] => one.side = one.side.map(Side::mirrored),
+                _ => {}
+            }
         }
-        is_above((b, action), (a, one)).then(|| vec![action.clone(), one.clone()])
+        if is_above((a, &one), (b, &action)) {
+            return Some(vec![one, action]);
+        }
+        is_above((b, &action), (a, &one)).then(|| vec![action, one])
+    }
+
+    /// Returns the gait that goes the way that was said, where a verb goes ahead: "run backwards" is walking backward.
+    /// A verb that has no other keeps its way, and that is said.
+    fn facing<'v>(
+        &'v self,
+        verb: &'v Verb,
+        words: &[String],
+        mut said: Said,
+        notes: &mut Vec<String>,
+    ) -> (&'v Verb, Said) {
+        let has = |all: &[&str]| words.iter().any(|word| all.contains(&word.as_str()));
+        let is_aside = matches!(said.direction, Some(Direction::Left | Direction::Right)) || has(&["sideways"]);
+        let is_back = has(&["backward", "backwards"]);
+        let is_ahead = has(&["forward", "forwards", "ahead", "straight"]);
+        let goes_ahead = verb.acts == Acts::Feet && verb.direction == Some(Direction::Forward) && verb.synth.is_none();
+        if !goes_ahead || is_ahead || !(is_aside || is_back) {
+            return (verb, said);
+        }
+        let way = if is_back { "backward" } else { "to the side" };
+        let other = match (verb.name.as_str(), is_back) {
+            ("jump_forward", true) => "jump_backward",
+            ("jump_forward", false) => "jump_sideways",
+            ("step_forward", true) => "step_back",
+            ("walk" | "run" | "jog_forward" | "small_steps" | "big_steps" | "sneak" | "walk_tired", true) => {
+                "walk_backward"
+            }
+            ("walk" | "run" | "jog_forward" | "small_steps" | "big_steps" | "step_forward" | "sneak", false) => {
+                "walk_sideways"
+            }
+            _ => {
+                notes.push(format!("'{}' goes forward, not {way}", name(verb)));
+                return (verb, said);
+            }
+        };
+        let Ok(found) = self.grammar.verb(other) else { return (verb, said) };
+        if !["walk", "jump_forward", "step_forward"].contains(&verb.name.as_str()) {
+            notes.push(format!("'{}' {way} is done as '{}'", name(verb), name(found)));
+        }
+        said.speed = said.speed.or(match verb.name.as_str() {
+            "run" | "jog_forward" => Some(Speed::Fast),
+            "sneak" | "walk_tired" => Some(Speed::Slow),
+            _ => None,
+        });
+        (found, said)
     }
 
     /// Takes the nearest verb for something that none does, where that needs no consent; else keeps what cannot be done.
@@ -410,7 +465,7 @@ impl<'a> Reader<'a> {
                 let (mut action, times) = self.action(verb, &said, &mut script.notes);
                 action.speed = instead.speed.or(action.speed);
                 script.notes.push(format!("'{said_words}' is done as '{}': {}", name(verb), instead.because));
-                self.add(script, piece.join, action, said.seconds, times);
+                self.add(script, piece.join, action, said.seconds, times, [false; 2]);
             }
             None => script.impossible.push(Impossible {
                 said: said_words,
@@ -481,11 +536,38 @@ fn without_negations(words: Vec<String>, notes: &mut Vec<String>) -> Vec<String>
     out
 }
 
+/// Returns the cost of a word as a misspelling of another, where it can be one: a letter missing, doubled or exchanged with
+/// its neighbour costs least, another letter more. The first letter is right, or exchanged with the second.
+fn misspelling(target: &str, word: &str) -> Option<usize> {
+    let (letters, length) = (word.len(), target.len());
+    let allowed = if letters >= 6 { 2 } else { 1 };
+    if length < 3 || letters.abs_diff(length) > allowed {
+        return None;
+    }
+    let [first, second] = [target, word].map(|text| text.chars().take(2).collect::<Vec<char>>());
+    let begins = first[0] == second[0] || first[0] == second[1] && first[1] == second[0];
+    let distance = strsim::osa_distance(target, word);
+    let exchanged = letters == length && !is_transposed(target, word);
+    // Of three letters another letter, or one more, makes another word.
+    let too_short = letters.min(length) < 4 && !is_transposed(target, word);
+    (begins && distance <= allowed && !too_short).then_some(2 * distance + usize::from(exchanged))
+}
+
 /// Returns whether two words differ by two neighbouring letters that changed places.
 fn is_transposed(a: &str, b: &str) -> bool {
     let mut of = [a, b].map(|word| word.chars().collect::<Vec<char>>());
     of.iter_mut().for_each(|letters| letters.sort_unstable());
     of[0] == of[1]
+}
+
+/// Returns the words after "the other", "the other hand" or "the other one".
+fn of_the_other(words: &[String]) -> Option<Vec<String>> {
+    let from = usize::from(words.first().is_some_and(|word| word == "the"));
+    if words.get(from).is_none_or(|word| word != "other") {
+        return None;
+    }
+    let limb = words.get(from + 1).is_some_and(|word| ["hand", "arm", "one"].contains(&word.as_str()));
+    Some(words[from + 1 + usize::from(limb)..].to_vec()).filter(|rest| !rest.is_empty())
 }
 
 /// Exchanges the side of a verb of the foot where the supporting leg is named.
@@ -500,11 +582,14 @@ fn of_supporting_leg(verb: &Verb, words: &[String], said: Said) -> Said {
 
 /// Returns whether the upper action can be laid over the lower one: by the head, or by arms that the lower one leaves free.
 fn is_above((upper, above): (&Verb, &Action), (lower, below): (&Verb, &Action)) -> bool {
+    let stands = |verb: &Verb| !verb.shows.iter().any(|show| matches!(show, Show::Low | Show::Bent));
     match (upper.acts, lower.acts) {
         (Acts::Head, Acts::Head) => false,
         (Acts::Head, _) => true,
-        (Acts::Hand | Acts::Hands, Acts::Feet | Acts::Foot) => upper.arms,
-        (Acts::Hand, Acts::Hand) => upper.arms && above.side != below.side,
+        (Acts::Hand | Acts::Hands, Acts::Feet | Acts::Foot | Acts::Body) => stands(upper),
+        (Acts::Hand, Acts::Hand) => stands(upper) && above.side != below.side,
+        // One hand leaves a pose of both: "one hand on the hip, the other waves".
+        (Acts::Hand, Acts::Hands) => stands(upper) && lower.cycle.is_none(),
         _ => false,
     }
 }

@@ -71,11 +71,15 @@ pub(super) fn said(words: &[String]) -> Said {
             (None, out.direction.filter(|_| words.iter().any(|word| word.contains("clockwise"))));
         out.used.push("angle".into());
     }
-    if has(["head", "down"]) {
-        out.mood.get_or_insert(Mood::Sad);
-    }
-    if has(["head", "high"]) || has(["head", "up"]) {
-        out.mood.get_or_insert(Mood::Proud);
+    const HEAD_DOWN: [&str; 5] = ["head", "down", "low", "hanging", "bowed"];
+    const HEAD_UP: [&str; 4] = ["head", "high", "up", "raised"];
+    for (posture, mood) in [(&HEAD_DOWN[..], Mood::Sad), (&HEAD_UP[..], Mood::Proud)] {
+        let is_so = |word: &&str| has(["head", word]) || has(["head", "held"]) && has(["held", word]);
+        if posture[1..].iter().any(is_so) {
+            out.used.push("held".into());
+            out.mood.get_or_insert(mood);
+            out.used.extend(posture.iter().map(ToString::to_string));
+        }
     }
     out.plural = out.side.is_none() && words.iter().any(|word| word == "hands" || word == "arms");
     out
@@ -88,10 +92,8 @@ fn adverb(out: &mut Said, word: &str) -> bool {
         }
         "quickly" | "fast" | "rapidly" | "briskly" | "hastily" | "swiftly" | "quick" | "hurriedly" | "speedily"
         | "faster" | "brisk" | "rapid" | "hurry" => out.speed = Some(Speed::Fast),
-        "widely" | "wide" | "large" | "big" | "huge" | "exaggerated" | "broadly" | "deeply" | "deep"
-        | "expansively" | "hugely" | "vigorously" | "energetically" | "generously" | "dramatically" => {
-            out.size = Some(Size::Big)
-        }
+        "widely" | "wide" | "large" | "big" | "huge" | "exaggerated" | "broadly" | "deeply" | "deep" | "far"
+        | "expansively" | "hugely" | "vigorously" | "generously" | "dramatically" => out.size = Some(Size::Big),
         "slightly" | "small" | "tiny" | "barely" | "subtly" | "little" | "modestly" | "short" | "subtle" => {
             out.size = Some(Size::Small);
         }
@@ -100,6 +102,15 @@ fn adverb(out: &mut Said, word: &str) -> bool {
         "proudly" | "proud" | "confidently" | "haughtily" | "triumphantly" | "confident" | "arrogantly" => {
             out.mood = Some(Mood::Proud);
         }
+        "angrily" | "angry" | "furiously" | "furious" | "aggressively" | "aggressive" | "fiercely" | "madly"
+        | "mad" | "annoyed" | "irritably" | "violently" | "rage" => out.mood = Some(Mood::Angry),
+        "happily" | "happy" | "joyfully" | "joyful" | "cheerfully" | "cheerful" | "excitedly" | "excited"
+        | "enthusiastically" | "enthusiastic" | "merrily" | "gleefully" | "delighted" | "playfully" | "playful"
+        | "energetically" | "lively" => out.mood = Some(Mood::Happy),
+        "tiredly" | "tired" | "wearily" | "weary" | "exhausted" | "exhaustedly" | "sleepily" | "sleepy"
+        | "drowsily" | "fatigued" | "listlessly" => out.mood = Some(Mood::Tired),
+        "fearfully" | "afraid" | "scared" | "nervously" | "nervous" | "timidly" | "timid" | "anxiously" | "anxious"
+        | "frightened" | "shyly" | "shy" | "hesitantly" | "terrified" => out.mood = Some(Mood::Afraid),
         _ => return false,
     }
     true

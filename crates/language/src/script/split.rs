@@ -101,7 +101,13 @@ pub(super) fn normal(text: &str) -> Vec<String> {
         other => other.to_string(),
     };
     let out = out.replace("counter clockwise", "counterclockwise").replace("anti clockwise", "counterclockwise");
-    let words: Vec<String> = out.split_whitespace().map(unit).filter(|word| !word.is_empty()).collect();
+    let mut words: Vec<String> = out.split_whitespace().map(unit).filter(|word| !word.is_empty()).collect();
+    // "The same time" is no unit.
+    for at in 1..words.len() {
+        if words[at - 1] == "same" && words[at] == "times" {
+            words[at] = "time".into();
+        }
+    }
     words.into_iter().skip_while(|word| word == "|" || word == ",").collect()
 }
 
@@ -185,6 +191,10 @@ fn merged(all: Vec<(Join, Vec<String>)>) -> Vec<(Join, Vec<String>)> {
             pending = None;
         }
     }
+    // "Nod and clap at the same time": what ends with it is at once.
+    if let (Some(Join::While), Some((join @ (Join::And | Join::Comma), _))) = (pending, out.last_mut()) {
+        *join = Join::While;
+    }
     out
 }
 
@@ -208,6 +218,8 @@ mod tests {
         assert_eq!(of("wave after bowing"), expected.map(|(j, t)| (j, t.to_string())));
         let expected = [(Join::Then, "take a bow"), (Join::Then, "you wave")];
         assert_eq!(of("Before you wave, take a bow"), expected.map(|(j, t)| (j, t.to_string())));
+        let expected = [(Join::Then, "pat your head"), (Join::While, "rub it")];
+        assert_eq!(of("pat your head and rub it at the same time"), expected.map(|(j, t)| (j, t.to_string())));
         let expected = [(Join::Then, "walking"), (Join::While, "nod")];
         assert_eq!(of("while walking, nod"), expected.map(|(j, t)| (j, t.to_string())));
     }
