@@ -16,6 +16,9 @@ use crate::facts::{Action, Facts, Mood, Relation, Size, Speed};
 use crate::grammar::{Acts, Grammar, Tempo, Verb};
 use acting::Meanwhile;
 
+/// Largest error of a distance, as a share.
+const DISTANCE: f64 = 0.15;
+
 /// Kind of a fact.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
 #[serde(rename_all = "snake_case")]
@@ -30,6 +33,8 @@ pub enum Fact {
     Direction,
     /// The angle of a turn.
     Degrees,
+    /// The length of the way over the ground.
+    Distance,
     /// The class of speed.
     Speed,
     /// The class of amplitude.
@@ -42,12 +47,13 @@ pub enum Fact {
 
 impl Fact {
     /// Every kind.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 10] = [
         Self::Limb,
         Self::Shape,
         Self::Count,
         Self::Direction,
         Self::Degrees,
+        Self::Distance,
         Self::Speed,
         Self::Size,
         Self::Mood,
@@ -62,6 +68,7 @@ impl Fact {
             Self::Count => "count",
             Self::Direction => "direction",
             Self::Degrees => "degrees",
+            Self::Distance => "distance",
             Self::Speed => "speed",
             Self::Size => "size",
             Self::Mood => "mood",
@@ -149,6 +156,11 @@ fn of_action(tracks: &Tracks, verb: &Verb, action: &Action, meanwhile: Meanwhile
     if let (Some(degrees), Some(first), Some(last)) = (action.degrees, tracks.yaw.first(), tracks.yaw.last()) {
         let got = (last - first).to_degrees().abs();
         add(Fact::Degrees, format!("{degrees} +- 20"), format!("{got:.0}"), (got - f64::from(degrees)).abs() <= 20.0);
+    }
+    if let Some(metres) = action.metres {
+        let got = measure::way(tracks);
+        let passed = (got / metres - 1.0).abs() <= DISTANCE;
+        add(Fact::Distance, format!("{metres} m, within {:.0}%", 100.0 * DISTANCE), format!("{got:.2} m"), passed);
     }
     let Some(nominal) = action.nominal else { return found };
     if let Some(speed) = action.speed {

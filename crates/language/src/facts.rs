@@ -170,6 +170,9 @@ pub struct Action {
     /// The angle of a turn (degrees, positive).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub degrees: Option<u32>,
+    /// The way over the ground (m).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub metres: Option<f64>,
     /// The class of speed; normal where absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub speed: Option<Speed>,
@@ -193,6 +196,7 @@ impl Action {
             direction: None,
             count: None,
             degrees: None,
+            metres: None,
             speed: None,
             size: None,
             mood: None,

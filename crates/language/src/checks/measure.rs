@@ -126,6 +126,11 @@ pub fn ground(v: &Vec3) -> Vec3 {
     Vec3::new(v.x, v.y, 0.0)
 }
 
+/// Returns the distance along the ground from where the root begins to where it ends (m).
+pub fn way(tracks: &Tracks) -> f64 {
+    tracks.root.first().zip(tracks.root.last()).map_or(0.0, |(first, last)| ground(&(last - first)).norm())
+}
+
 /// Returns the energy of a path: the mean square of its speed (m²/s²).
 pub fn energy(path: &[Vec3], fps: f64) -> f64 {
     let steps = path.windows(2).map(|w| ((w[1] - w[0]) * fps).norm_squared());

@@ -7,8 +7,8 @@ use rand::Rng;
 
 use super::draw::PartDraw;
 use super::generator::Generator;
-use super::table::{Acts, Synth, Verb};
-use crate::checks::{Fact, Finding, SIMULATED, SignalName, Tracks, check};
+use super::table::{Acts, Synth, Tempo, Verb};
+use crate::checks::{Fact, Finding, SIMULATED, SignalName, Tracks, check, measure};
 use crate::error::LanguageError;
 use crate::facts::{Action, Direction, Facts, Manner, Mood, Side, Size, Speed};
 use crate::script::Clause;
@@ -17,6 +17,10 @@ use crate::script::Clause;
 pub const FADE: f64 = 0.4;
 /// Tempos that a duration may ask for, beside the natural one.
 const TEMPO: [f64; 2] = [0.6, 1.6];
+/// Largest error of a duration, as a share.
+const DURATION: f64 = 0.1;
+/// Lengths of a step that a distance may ask for, beside the natural one.
+const STRIDE: [f64; 2] = [0.5, 1.2];
 /// Draws of tempo and amplitude until one can be performed.
 const TRIES: u64 = 8;
 /// Fastest joint of a pose that is held (rad/s).
@@ -76,6 +80,37 @@ impl Generator<'_> {
         check(&tracks, self.grammar(), &self.measurable(clause))
     }
 
+    /// Checks whether a motion lasts as long as was asked for; nothing where no duration was. Of a pose its hold counts, of a
+    /// gesture its repetitions: the way there and back is beside what lasts.
+    ///
+    /// # Errors
+    /// As [`Self::findings`].
+    pub fn lasting(&self, clip: &MotionClip, clause: &Clause) -> Result<Option<Finding>, LanguageError> {
+        let (Some(wanted), Some(action)) = (clause.seconds, clause.actions.first()) else { return Ok(None) };
+        let verb = self.grammar().verb(&action.verb)?;
+        let alone = clause.actions.len() == 1 && clause.times <= 1;
+        let (what, got) = match verb.cycle {
+            None if alone && is_pose(verb) => ("held for ", still_seconds(clip)),
+            Some(_) if alone && verb.acts != Acts::Feet => {
+                let tracks = Tracks::of(clip, self.character(), self.anatomy())?;
+                let count = verb.count.and_then(|rule| measure::count(&tracks, &rule, action.side));
+                let period = measure::tempo(&tracks, verb, action.side);
+                match (verb.tempo, count, period) {
+                    (Tempo::Period, Some(count), Some(period)) => ("repeated for ", count as f64 * period),
+                    _ => ("", clip.seconds()),
+                }
+            }
+            _ => ("", clip.seconds()),
+        };
+        Ok(Some(Finding {
+            verb: action.verb.clone(),
+            fact: Fact::Seconds,
+            expected: format!("{what}{wanted} s, within {:.0}%", 100.0 * DURATION),
+            got: format!("{got:.1} s"),
+            passed: (got / wanted - 1.0).abs() <= DURATION,
+        }))
+    }
+
     /// Checks the facts of a clause on what physics made of its motion: soles rock, so a step is a higher lift.
     ///
     /// # Errors
@@ -107,15 +142,17 @@ impl Generator<'_> {
     /// Makes one action.
     fn alone(&self, action: &Action, seconds: Option<f64>, rng: &mut impl Rng) -> Result<MotionClip, LanguageError> {
         let mut part = self.part_of(action, rng)?;
+        if let Some(metres) = action.metres {
+            return self.as_far(part, metres, rng);
+        }
         let Some(wanted) = seconds else { return self.shortened(self.part(&part, Some(rng))?) };
         let verb = &self.grammar().verbs[part.verb];
         let natural =
             |part: &PartDraw| -> Result<f64, LanguageError> { Ok(self.shortened(self.part(part, None)?)?.seconds()) };
         part.speed = 1.0;
         let length = natural(&part)?;
-        // What only stands or sways is the same all the time; anything else has a pose to hold.
-        let even = verb.acts == Acts::Body && verb.shows.is_empty();
-        if verb.cycle.is_none() && verb.acts != Acts::Feet && !even {
+        let even = is_even(verb);
+        if is_pose(verb) {
             let clip = self.shortened(self.part(&part, Some(rng))?)?;
             return Ok(held(&clip, wanted));
         }
@@ -132,6 +169,21 @@ impl Generator<'_> {
         let range = if even { [0.3, 3.0] } else { TEMPO };
         part.speed = (active / wanted).clamp(range[0], range[1]);
         self.shortened(self.part(&part, Some(rng))?)
+    }
+
+    /// Walks so far (m): as many cycles as it takes, with steps a little longer or shorter.
+    fn as_far(&self, part: PartDraw, metres: f64, rng: &mut impl Rng) -> Result<MotionClip, LanguageError> {
+        let fewest = self.grammar().verbs[part.verb].cycles.map_or(1, |[fewest, _]| fewest.max(1));
+        let way = |cycles: u32| -> Result<f64, LanguageError> {
+            let clip = self.part(&PartDraw { cycles, gain: 1.0, ..part.clone() }, None)?;
+            Ok(measure::way(&Tracks::of(&clip, self.character(), self.anatomy())?))
+        };
+        let first = way(fewest)?;
+        let each = (way(fewest + 1)? - first).max(1e-3);
+        let more = ((metres - first) / each).round().clamp(0.0, f64::from(MAX_CYCLES));
+        let natural = first + more * each;
+        let gain = (metres / natural).clamp(STRIDE[0], STRIDE[1]);
+        self.shortened(self.part(&PartDraw { cycles: fewest + more as u32, gain, ..part }, Some(rng))?)
     }
 
     /// Composes a gesture's arms on walking legs, both repeated until they last as long.
@@ -212,6 +264,33 @@ impl Generator<'_> {
     }
 }
 
+/// Returns whether a verb only stands or sways, which is the same all the time.
+fn is_even(verb: &Verb) -> bool {
+    verb.acts == Acts::Body && verb.shows.is_empty()
+}
+
+/// Returns whether a verb has a pose that can be held.
+fn is_pose(verb: &Verb) -> bool {
+    verb.cycle.is_none() && verb.acts != Acts::Feet && !is_even(verb)
+}
+
+/// Returns the longest time in which no joint is faster than [`STILL`] (s), apart from standing before and after.
+fn still_seconds(clip: &MotionClip) -> f64 {
+    let n = clip.len();
+    let is_still = |t: usize| {
+        let pairs = clip.joints_at(t).iter().zip(clip.joints_at(t + 1));
+        pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) * clip.fps < STILL
+    };
+    let begin = (0..n.saturating_sub(1)).position(|t| !is_still(t)).unwrap_or(0);
+    let end = (0..n.saturating_sub(1)).rposition(|t| !is_still(t)).unwrap_or(0);
+    let (mut longest, mut now) = (0, 0);
+    for t in begin..end {
+        now = if is_still(t) { now + 1 } else { 0 };
+        longest = longest.max(now);
+    }
+    longest as f64 / clip.fps
+}
+
 /// Holds the pose at the middle of a clip, so that it lasts as long as asked for (s).
 fn held(clip: &MotionClip, seconds: f64) -> MotionClip {
     // The stillest frame of the middle third.
@@ -290,6 +369,9 @@ mod tests {
             "wave angrily",
             "clap happily",
             "walk fearfully",
+            "walk 1 m forward",
+            "walk 1.5 metres backward",
+            "sidestep 60 cm to the left",
             "nod tiredly",
         ] {
             let script = reader.read(text);
@@ -313,7 +395,10 @@ mod tests {
             ("stand on one leg for 4 s", 5.0, 10.0),
         ];
         for (text, least, most) in lengths {
-            let made = generator.perform(&reader.read(text).clauses[0], 1, 0).unwrap();
+            let clause = &reader.read(text).clauses[0];
+            let made = generator.perform(clause, 1, 0).unwrap();
+            let lasting = generator.lasting(&made.clip, clause).unwrap().unwrap();
+            assert!(lasting.passed, "{text}: {lasting:?}");
             assert!((least..=most).contains(&made.clip.seconds()), "{text}: {}", made.clip.seconds());
         }
     }

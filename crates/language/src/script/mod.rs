@@ -141,6 +141,7 @@ fn words(action: &Action) -> String {
     };
     all.extend(action.direction.map(|direction| way(direction).to_string()));
     all.extend(action.degrees.map(|degrees| format!("{degrees} degrees")));
+    all.extend(action.metres.map(|metres| format!("{metres} m")));
     all.extend(action.count.map(|n| if n == 1 { "once".into() } else { format!("{n} times") }));
     all.extend(action.speed.map(|speed| if speed == Speed::Slow { "slow" } else { "fast" }.to_string()));
     all.extend(action.size.map(|size| if size == Size::Small { "small" } else { "big" }.to_string()));

@@ -13,14 +13,15 @@ use crate::grammar::{Acts, Grammar};
 
 const LEXICON: &str = include_str!("lexicon.toml");
 
-/// Weights of words: the verb, another word, a word that says little.
+/// Weights of words: the verb, another word, one that tells phrases apart, one that says little.
 const VERB: f64 = 2.0;
 const WORD: f64 = 1.0;
+const TOLD: f64 = 0.6;
 const FILLER: f64 = 0.15;
 /// Cost of a missing word, as a share of its weight.
 const MISSING: f64 = 0.7;
 /// Share of a phrase's weight that must be found.
-const FOUND: f64 = 0.75;
+const FOUND: f64 = 0.76;
 /// Cost of a phrase for the other number of hands.
 const OTHER_SIDE: f64 = 1.2;
 /// Gain of a phrase for the verb that comes first.
@@ -66,6 +67,16 @@ const TELLING: [&str; 21] = [
     "here",
     "near",
 ];
+/// Fillers that a phrase cannot lack: "walk in place" is not "walk in a square".
+const ESSENTIAL: [&str; 4] = ["place", "spot", "circle", "robot"];
+/// Parts of the body of which one is not another.
+const PARTS: [&str; 19] = [
+    "shoulder", "head", "nose", "foot", "toe", "chin", "chest", "hip", "belly", "stomach", "ear", "eye", "mouth",
+    "brow", "forehead", "heart", "neck", "face", "hair",
+];
+/// Verbs that are things after an article.
+const THINGS: [&str; 10] = ["box", "hammer", "saw", "comb", "drum", "paint", "phone", "bowl", "bat", "duck"];
+const ARTICLES: [&str; 9] = ["a", "an", "the", "your", "his", "her", "my", "their", "its"];
 /// Past tenses that no rule makes.
 const IRREGULAR: [(&str, &str); 34] = [
     ("took", "take"),
@@ -109,7 +120,17 @@ const IRREGULAR: [(&str, &str); 34] = [
 struct Lexicon {
     filler: String,
     also: Vec<Also>,
+    compound: Vec<Compound>,
     instead: Vec<Instead>,
+}
+
+/// Phrases that mean several actions.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Compound {
+    say: Vec<String>,
+    /// A sentence with the same meaning.
+    means: String,
 }
 
 #[derive(Deserialize)]
@@ -139,6 +160,8 @@ pub(super) struct Instead {
 pub(super) enum Meaning {
     /// A verb, by its number in the grammar.
     Verb(usize),
+    /// Several actions, by their number in the lexicon.
+    Compound(usize),
     /// Something else, by its number in the lexicon.
     Instead(usize),
 }
@@ -175,6 +198,8 @@ pub(super) struct Fit {
 pub(super) struct Phrases {
     all: Vec<Phrase>,
     pub instead: Vec<Instead>,
+    /// Sentences of compounds.
+    pub compounds: Vec<String>,
     /// Base forms by inflected form.
     forms: BTreeMap<String, String>,
     pub filler: BTreeSet<String>,
@@ -199,6 +224,9 @@ impl Phrases {
         for also in &lexicon.also {
             grammar.verb(&also.verb)?;
         }
+        for (number, compound) in lexicon.compound.iter().enumerate() {
+            texts.extend(compound.say.iter().map(|text| (Meaning::Compound(number), None, text.clone())));
+        }
         for (number, instead) in lexicon.instead.iter().enumerate() {
             if let Some(verb) = &instead.verb {
                 grammar.verb(verb)?;
@@ -221,6 +249,7 @@ impl Phrases {
         let mut own = Self {
             all: Vec::new(),
             instead: lexicon.instead,
+            compounds: lexicon.compound.into_iter().map(|compound| compound.means).collect(),
             forms,
             filler,
             vocabulary: BTreeSet::new(),
@@ -250,6 +279,8 @@ impl Phrases {
             let weight = match () {
                 () if verb.as_deref() == Some(&word) && LIGHT.contains(&word.as_str()) => LIGHT_VERB,
                 () if verb.as_deref() == Some(&word) => VERB,
+                () if ESSENTIAL.contains(&word.as_str()) => WORD,
+                () if TELLING.contains(&word.as_str()) => TOLD,
                 () if self.filler.contains(&word) => FILLER,
                 () => WORD,
             };
@@ -283,7 +314,14 @@ impl Phrases {
         // "Get back up" is not "back up".
         let is_other_verb = |word: &String| self.is_verb(word) && self.base(word) != "back";
         let backs = !words.iter().any(is_other_verb);
-        let all = self.all.iter().filter(|phrase| backs || phrase.verb.as_deref() != Some("back"));
+        // "The box" is a thing, and nobody boxes.
+        let things = words.windows(2).filter(|pair| ARTICLES.contains(&pair[0].as_str()));
+        let things: Vec<String> = things.map(|pair| self.base(&pair[1])).collect();
+        let is_thing = |verb: &str| THINGS.contains(&verb) && things.iter().any(|thing| thing == verb);
+        let all = self.all.iter().filter(|phrase| {
+            let verb = phrase.verb.as_deref().unwrap_or("");
+            (backs || verb != "back") && !is_thing(verb)
+        });
         let fits = all.filter_map(|phrase| phrase.fit(&bases, side, has_way, first.as_deref()));
         // Of equal ones the first.
         fits.fold(None, |best: Option<Fit>, fit| match best {
@@ -352,6 +390,13 @@ impl Phrases {
 }
 
 impl Phrase {
+    /// Returns whether the text names a part of the body in the place of this phrase's: a nose is no head.
+    fn is_of_another_part(&self, bases: &BTreeSet<String>) -> bool {
+        let own: Vec<&str> = self.words.iter().map(|(word, _)| word.as_str()).filter(|w| PARTS.contains(w)).collect();
+        let lacks_own = own.iter().any(|part| !bases.contains(*part));
+        lacks_own && PARTS.iter().any(|part| bases.contains(*part) && !own.contains(part))
+    }
+
     fn fit(&self, bases: &BTreeSet<String>, side: Option<Side>, has_way: bool, first: Option<&str>) -> Option<Fit> {
         if self.verb.as_ref().is_some_and(|verb| !bases.contains(verb)) {
             return None;
@@ -366,9 +411,11 @@ impl Phrase {
             }
         }
         // Of a short phrase every word counts, and of what cannot be done: "swing from a bar" is not "swing the arms".
-        let whole_only = self.verb.is_none() || self.words.len() <= 2 || matches!(self.meaning, Meaning::Instead(_));
+        let whole_only = self.verb.is_none() || self.words.len() <= 2 || !matches!(self.meaning, Meaning::Verb(_));
         let least = if whole_only { 1.0 - 1e-9 } else { FOUND };
-        if found < least * whole {
+        // "Move to the left" says nothing without a side.
+        let lacks_way = self.sided && !has_way && self.words.len() < 2;
+        if found < least * whole || lacks_way || self.is_of_another_part(bases) {
             return None;
         }
         let other = match (self.side, side) {

@@ -8,7 +8,7 @@ use super::split::{Join, normal, pieces};
 use super::{Clause, Impossible, Script};
 use crate::checks::SignalName;
 use crate::error::LanguageError;
-use crate::facts::{Action, Direction, Side, Speed};
+use crate::facts::{Action, Direction, Side, Size, Speed};
 use crate::grammar::{Acts, Grammar, Show, Synth, Verb};
 
 /// Similarity from which a text is taken for a phrase, and from which a phrase is named (`docs/results/language.md`).
@@ -46,6 +46,15 @@ const SPELT: [&str; 25] = [
     "backwards",
 ];
 
+/// Least number that is an angle where a turn has one.
+const LEAST_ANGLE: u32 = 20;
+/// Gestures that nobody does while walking up to something.
+const STANDING: [&str; 8] = ["shake_hands", "knock", "high_five", "press_button", "drink", "eat", "pour", "give"];
+/// Depth of compounds in compounds.
+const MOST_WITHIN: usize = 2;
+/// Most times that a compound or an action without repetitions is done.
+const MOST_TIMES: u32 = 12;
+
 /// Words that say nothing beside a number or a limb.
 const LIMBS_AND_UNITS: [&str; 9] = ["hand", "foot", "step", "pace", "turn", "times", "circle", "one", "other"];
 
@@ -79,6 +88,11 @@ impl<'a> Reader<'a> {
 
     /// Reads a sentence. Everything that was not understood is in the result.
     pub fn read(&self, text: &str) -> Script {
+        self.read_within(text, MOST_WITHIN)
+    }
+
+    /// Reads a sentence whose phrases may mean sentences, so many deep.
+    fn read_within(&self, text: &str, depth: usize) -> Script {
         let mut script = Script::default();
         let mut last_free = false;
         let words = self.spelt(normal(text), &mut script.notes);
@@ -113,6 +127,16 @@ impl<'a> Reader<'a> {
                     last_free = free[1];
                     self.add(&mut script, group.join, action, said.seconds, times, free);
                 }
+                Some((fit, Meaning::Compound(number))) if depth > 0 => {
+                    self.leftover(&group.words, &said(&group.words), fit, &mut script.unknown);
+                    let mut whole = self.read_within(&self.phrases.compounds[number], depth - 1);
+                    let said = said(&group.words);
+                    let actions = whole.clauses.iter_mut().flat_map(|clause| &mut clause.actions);
+                    actions.for_each(|action| action.mood = action.mood.or(said.mood));
+                    let times = said.count.unwrap_or(1).clamp(1, MOST_TIMES);
+                    (0..times).for_each(|_| script.clauses.extend(whole.clauses.iter().cloned()));
+                }
+                Some((_, Meaning::Compound(_))) => {}
                 Some((_, Meaning::Instead(number))) => self.replace(&mut script, number, &group),
                 None if group.words.iter().all(|word| self.phrases.filler.contains(word)) => {}
                 None => script.unknown.push(group.words.join(" ")),
@@ -124,12 +148,19 @@ impl<'a> Reader<'a> {
     /// Finds the verb of a piece without one: the last one again ("then 90 degrees right").
     fn find_verb(&self, piece: &mut Piece, script: &Script) {
         let said = said(&piece.words);
-        let is_said = |word: &String| said.used.contains(word) || self.phrases.filler.contains(word) || word == "same";
+        let is_limb = |word: &String| LIMBS_AND_UNITS.contains(&self.phrases.base(word).as_str()) || word == "same";
+        let is_said = |word: &String| said.used.contains(word) || self.phrases.filler.contains(word) || is_limb(word);
         let last = script.clauses.last().and_then(|clause| clause.actions.last());
         let last = last.and_then(|action| self.grammar.verbs.iter().position(|verb| verb.name == action.verb));
-        if let (Some(verb), false, true) = (last, said.used.is_empty(), piece.words.iter().all(is_said)) {
+        let names = !said.used.is_empty() || piece.words.iter().any(|word| word == "other");
+        if let (Some(verb), true, true) = (last, names, piece.words.iter().all(is_said)) {
             let fit = Fit { meaning: Meaning::Verb(verb), score: 0.0, explained: BTreeSet::new(), has_verb: false };
             piece.fit = Some(fit);
+            let side = script.clauses.last().and_then(|clause| clause.actions.last()).and_then(|action| action.side);
+            if let (true, Some(side)) = (piece.words.iter().any(|word| word == "other"), side) {
+                let limb = if self.grammar.verbs[verb].acts == Acts::Foot { "foot" } else { "hand" };
+                piece.words.extend([side.mirrored().word().to_string(), limb.to_string()]);
+            }
         }
     }
 
@@ -195,11 +226,12 @@ impl<'a> Reader<'a> {
                 }
             }
             // "Sidestep left, 3 small steps": more words about the same.
-            if let Some(last) = out.last_mut().filter(|last| join == Join::Comma && last.fit.is_some()) {
+            let adds = matches!(join, Join::Comma | Join::With);
+            if let Some(last) = out.last_mut().filter(|last| adds && last.fit.is_some()) {
                 let said = said(&words);
                 let tells =
                     |word: &String| said.used.contains(word) || word == "step" || word == "steps" || word == "times";
-                if said.count.is_some() && words.iter().all(tells) {
+                if !said.used.is_empty() && words.iter().all(tells) {
                     last.words.extend(words);
                     continue;
                 }
@@ -255,7 +287,8 @@ impl<'a> Reader<'a> {
 
     fn fit(&self, words: &[String]) -> Option<Fit> {
         let said = said(words);
-        let side = said.side.or(said.plural.then_some(Side::Both));
+        // Of one hand, whichever.
+        let side = said.side.or(said.plural.then_some(Side::Both)).or(said.singular.then_some(Side::Right));
         self.phrases.best(words, side, said.direction.is_some())
     }
 
@@ -277,7 +310,7 @@ impl<'a> Reader<'a> {
         words.iter().all(|word| {
             let base = self.phrases.base(word);
             let is_filler = self.phrases.filler.contains(word) && !self.phrases.is_main_verb(word);
-            fit.explained.contains(&base) || is_filler || said.used.contains(word)
+            fit.explained.contains(&base) || is_filler || said.used.contains(word) || word == "one"
         })
     }
 
@@ -307,6 +340,9 @@ impl<'a> Reader<'a> {
                 None => {}
             }
         }
+        if verb.side == Some(Side::Both) && said.names_one_hand() {
+            notes.push(format!("'{}' is done with both hands", name(verb)));
+        }
         if matches!(verb.direction, Some(Direction::Left | Direction::Right)) {
             match said.direction {
                 Some(way) => action.direction = Some(way),
@@ -315,13 +351,27 @@ impl<'a> Reader<'a> {
             }
         }
         match verb.synth {
-            Some(Synth::Turn) => action.degrees = Some(said.degrees.unwrap_or(90)),
+            Some(Synth::Turn) => {
+                // "Turn 45": that many times is an angle. A small turn is half of one.
+                let many = said.count.filter(|n| *n >= LEAST_ANGLE);
+                let usual = if said.size == Some(Size::Small) { 45 } else { 90 };
+                action.degrees = Some(said.degrees.or(many).unwrap_or(usual));
+            }
             Some(Synth::Curve) => action.degrees = said.degrees,
-            _ if said.degrees.is_some() => notes.push(format!("'{}' has no angle", name(verb))),
+            _ if said.degrees.is_some() && verb.acts == Acts::Feet => {
+                notes.push(format!("'{}' has no angle", name(verb)))
+            }
             _ => {}
         }
+        let travels = verb.acts == Acts::Feet && verb.cycle.is_some() && verb.direction != Some(Direction::InPlace);
+        match said.metres {
+            Some(_) if travels => action.metres = said.metres,
+            Some(_) => notes.push(format!("'{}' has no distance", name(verb))),
+            None => {}
+        }
         let mut times = 1;
-        match (said.count, verb.count, verb.synth) {
+        let is_angle = verb.synth == Some(Synth::Turn) && said.count.is_some_and(|n| n >= LEAST_ANGLE);
+        match (said.count.filter(|_| !is_angle), verb.count, verb.synth) {
             (Some(n), Some(rule), _) => {
                 let cycles = n.saturating_sub(rule.extra).div_ceil(rule.per_cycle);
                 let least = verb.cycles.map_or(0, |[fewest, _]| fewest.min(1));
@@ -332,12 +382,13 @@ impl<'a> Reader<'a> {
                 action.count = Some(count);
             }
             (Some(n), None, Some(Synth::Sideways)) => action.count = Some(n),
-            (Some(n), None, _) => times = n.clamp(1, 12),
+            (Some(n), None, _) => times = n.clamp(1, MOST_TIMES),
             (None, ..) => {}
         }
         (action.speed, action.size, action.mood) =
             (said.speed.filter(|_| verb.speeds), said.size.filter(|_| verb.sizes), said.mood);
-        let lost = [(said.speed.is_some() && !verb.speeds, "speed"), (said.size.is_some() && !verb.sizes, "size")];
+        let sizes = verb.sizes || verb.synth == Some(Synth::Turn);
+        let lost = [(said.speed.is_some() && !verb.speeds, "speed"), (said.size.is_some() && !sizes, "size")];
         for (_, what) in lost.iter().filter(|(lost, _)| *lost) {
             notes.push(format!("'{}' has no {what} of its own", name(verb)));
         }
@@ -365,7 +416,9 @@ impl<'a> Reader<'a> {
             Join::And => script.clauses.last().is_some_and(|last| {
                 let open =
                     last.actions.iter().all(|a| a.count.is_none() && a.degrees.is_none()) && last.seconds.is_none();
-                open && times == 1 && self.at_once(&last.actions, &action, [false; 2]).is_some()
+                open && times == 1
+                    && self.goes_along(&last.actions, &action)
+                    && self.at_once(&last.actions, &action, [false; 2]).is_some()
             }),
             _ => false,
         };
@@ -387,6 +440,14 @@ impl<'a> Reader<'a> {
             }
             _ => script.clauses.push(Clause { actions: vec![action], seconds, times }),
         }
+    }
+
+    /// Returns whether "and" is at once: a gesture and a walk, or the head and anything.
+    fn goes_along(&self, before: &[Action], action: &Action) -> bool {
+        let verbs: Vec<&Verb> = before.iter().chain([action]).filter_map(|a| self.grammar.verb(&a.verb).ok()).collect();
+        let gestures = |verb: &&Verb| verb.arms && !STANDING.contains(&verb.name.as_str());
+        verbs.iter().any(|verb| verb.acts == Acts::Head)
+            || verbs.iter().any(|verb| verb.carries) && verbs.iter().any(gestures)
     }
 
     /// Returns two actions that other limbs do, the upper one first; nothing where they need the same limb. Of two
@@ -516,7 +577,8 @@ fn without_negations(words: Vec<String>, notes: &mut Vec<String>) -> Vec<String>
     let mut out: Vec<String> = Vec::new();
     let mut dropped: Vec<String> = Vec::new();
     for word in words {
-        let begins = ["dont", "never", "without", "not", "no"].contains(&word.as_str());
+        let is_answer = word == "no" && out.last().is_some_and(|last| last.starts_with("say"));
+        let begins = !is_answer && ["dont", "never", "without", "not", "no"].contains(&word.as_str());
         if begins || !dropped.is_empty() && !JOINS.contains(&word.as_str()) {
             if begins && out.last().is_some_and(|last| last == "do") {
                 out.pop();
@@ -529,6 +591,11 @@ fn without_negations(words: Vec<String>, notes: &mut Vec<String>) -> Vec<String>
             dropped.clear();
         }
         out.push(word);
+    }
+    // "Don't move" asks for something.
+    let is_still = |word: &String| ["move", "moving", "budge"].contains(&word.as_str());
+    if out.is_empty() && dropped.iter().any(is_still) {
+        return vec!["stand".into(), "still".into()];
     }
     if !dropped.is_empty() {
         notes.push(format!("left out: {}", dropped.join(" ")));
@@ -548,8 +615,8 @@ fn misspelling(target: &str, word: &str) -> Option<usize> {
     let begins = first[0] == second[0] || first[0] == second[1] && first[1] == second[0];
     let distance = strsim::osa_distance(target, word);
     let exchanged = letters == length && !is_transposed(target, word);
-    // Of three letters another letter, or one more, makes another word.
-    let too_short = letters.min(length) < 4 && !is_transposed(target, word);
+    // Of few letters another one makes another word: a book is no boot.
+    let too_short = !is_transposed(target, word) && (letters.min(length) < 4 || exchanged && letters < 5);
     (begins && distance <= allowed && !too_short).then_some(2 * distance + usize::from(exchanged))
 }
 

@@ -16,15 +16,27 @@ pub(super) struct Said {
     pub count: Option<u32>,
     pub degrees: Option<u32>,
     pub seconds: Option<f64>,
+    pub metres: Option<f64>,
     pub speed: Option<Speed>,
     pub size: Option<Size>,
     pub mood: Option<Mood>,
+    /// Side of a hand or an arm, of a foot or a leg, and of another part of the body.
+    pub sides: [Option<Side>; 3],
     /// True if left and right are named apart, not as "both".
     pub in_turn: bool,
     /// True for hands or arms in the plural without a side.
     pub plural: bool,
+    /// True for a hand or an arm in the singular without a side.
+    pub singular: bool,
     /// Words that are explained by this.
     pub used: Vec<String>,
+}
+
+impl Said {
+    /// Returns whether one hand was named.
+    pub fn names_one_hand(&self) -> bool {
+        matches!(self.sides[0], Some(Side::Left | Side::Right))
+    }
 }
 
 /// Returns the number that a word is.
@@ -44,15 +56,24 @@ pub(super) fn said(words: &[String]) -> Said {
             out.used.push(word.clone());
         }
     }
+    // "The left knee with the right hand": the hand acts.
+    let [hand, foot, part] = out.sides;
+    out.side = hand.or(foot).or(out.side).or(part);
     let has = |pair: [&str; 2]| words.windows(2).any(|two| two[0] == pair[0] && two[1] == pair[1]);
-    if has(["other", "way"]) || has(["u", "turn"]) || has(["about", "face"]) {
+    if has(["other", "way"]) || has(["other", "direction"]) || has(["u", "turn"]) || has(["about", "face"]) {
         out.degrees.get_or_insert(180);
     }
     if has(["turn", "around"]) || has(["turns", "around"]) || has(["turning", "around"]) {
         out.degrees.get_or_insert(180);
     }
     let has_word = |all: &[&str]| words.iter().any(|word| all.contains(&word.as_str()));
-    out.in_turn = has_word(&["left"]) && has_word(&["right"]);
+    let alternates = words.iter().any(|word| word.starts_with("alternat"));
+    if alternates {
+        out.side = Some(Side::Both);
+        out.used.extend(words.iter().filter(|word| word.starts_with("alternat")).cloned());
+    }
+    let named = has_word(&["left"]) && has_word(&["right"]);
+    out.in_turn = named && out.side == Some(Side::Both) || alternates;
     let turns_back = words.windows(3).any(|three| three[0].starts_with("turn") && three[2] == "back");
     if turns_back {
         out.degrees.get_or_insert(180);
@@ -81,6 +102,7 @@ pub(super) fn said(words: &[String]) -> Said {
             out.used.extend(posture.iter().map(ToString::to_string));
         }
     }
+    out.singular = out.side.is_none() && words.iter().any(|word| word == "hand" || word == "arm");
     out.plural = out.side.is_none() && words.iter().any(|word| word == "hands" || word == "arms");
     out
 }
@@ -142,7 +164,12 @@ fn numbered(out: &mut Said, words: &[String], at: usize) -> bool {
             match unit {
                 Some("degrees") => out.degrees = Some(whole as u32),
                 Some("seconds") => out.seconds = Some(value),
-                _ if ["m", "metre", "metres", "meter", "meters", "cm", "feet", "ft"].contains(&next) => return false,
+                _ if unit_of_length(next).is_some() => {
+                    out.metres = unit_of_length(next).map(|unit| (1e3 * value * unit).round() / 1e3);
+                    out.used.push(next.to_string());
+                }
+                // "Do a 360": more than anybody counts is an angle.
+                _ if (60.0..=1080.0).contains(&whole) => out.degrees = Some(whole as u32),
                 _ if (1.0..=MAX_COUNT).contains(&whole) && !is_article(words, at) => out.count = Some(whole as u32),
                 _ => return false,
             }
@@ -151,11 +178,28 @@ fn numbered(out: &mut Said, words: &[String], at: usize) -> bool {
     true
 }
 
+/// Returns a unit of length (m).
+fn unit_of_length(word: &str) -> Option<f64> {
+    match word {
+        "m" | "metre" | "metres" | "meter" | "meters" => Some(1.0),
+        "cm" | "centimetre" | "centimetres" | "centimeter" | "centimeters" => Some(0.01),
+        "feet" | "ft" => Some(0.3048),
+        "yard" | "yards" => Some(0.9144),
+        _ => None,
+    }
+}
+
 /// Returns whether a number stands for something else: "one leg", "one another", "a high five".
 fn is_article(words: &[String], at: usize) -> bool {
     let next = words.get(at + 1).map_or("", String::as_str);
     let is_other = at > 0 && words[at - 1] == "other";
-    if words[at] == "five" && at > 0 && words[at - 1].starts_with("high") {
+    if words[at] == "eight" && at > 0 && words[at - 1] == "figure" {
+        return true;
+    }
+    if words[at] == "five"
+        && at > 0
+        && (words[at - 1].starts_with("high") || ["me", "us"].contains(&words[at - 1].as_str()))
+    {
         return true;
     }
     let of_one = ["leg", "foot", "hand", "arm", "knee", "another", "side", "way", "of"].contains(&next);
@@ -164,11 +208,21 @@ fn is_article(words: &[String], at: usize) -> bool {
 
 /// Reads sides and directions.
 fn way(out: &mut Said, word: &str, next: &str) -> bool {
-    const LIMBS: [&str; 10] = ["hand", "hands", "arm", "arms", "foot", "feet", "leg", "legs", "knee", "fist"];
-    let of_limb = LIMBS.contains(&next);
+    const LIMBS: [&[&str]; 3] = [
+        &["hand", "hands", "arm", "arms", "fist", "elbow"],
+        &["foot", "feet", "leg", "legs", "knee", "heel"],
+        &["shoulder", "ear", "hip", "eye", "cheek", "wrist", "thigh"],
+    ];
+    let limb = LIMBS.iter().position(|limb| limb.contains(&next));
+    match (word, limb) {
+        ("left" | "right", Some(limb)) => {
+            let own = if word == "left" { Side::Left } else { Side::Right };
+            out.sides[limb] = Some(if out.sides[limb] == Some(own.mirrored()) { Side::Both } else { own });
+            return true;
+        }
+        _ => {}
+    }
     match word {
-        "left" if of_limb => out.side = Some(if out.side == Some(Side::Right) { Side::Both } else { Side::Left }),
-        "right" if of_limb => out.side = Some(if out.side == Some(Side::Left) { Side::Both } else { Side::Right }),
         "left" | "lefthand" | "leftward" | "leftwards" => {
             // "Left and right" is both ways.
             out.side = Some(if out.side == Some(Side::Right) { Side::Both } else { Side::Left });

@@ -20,9 +20,8 @@ use crate::error::CliError;
 const TRIES: usize = 4;
 /// Distance of the seeds of two candidates.
 const NEXT_SEED: u64 = 0xA24B_AED4_963E_E407;
-/// Largest error of an angle (degrees) and of a duration (as a share).
+/// Largest error of an angle (degrees).
 const DEGREES: f64 = 10.0;
-const DURATION: f64 = 0.1;
 
 /// Maker of clauses.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
@@ -151,7 +150,7 @@ impl<'a> Speaker<'a> {
         let mut begin = 0.0;
         for (i, clause) in script.clauses.iter().enumerate() {
             let (clip, mut findings, by) = self.clause(clause, maker, seed, i as u64)?;
-            findings.extend(lasting(&clip, clause));
+            findings.extend(self.rules.lasting(&clip, clause)?);
             let one = clip.seconds() / f64::from(clause.times.max(1));
             let range = [begin, begin + one];
             begin += clip.seconds() - FADE;
@@ -193,7 +192,10 @@ impl<'a> Speaker<'a> {
         let whole = !timed && clause.times <= 1 && (clause.actions.len() == 1 || self.by == By::Network);
         if let Some(maker) = maker.filter(|_| whole) {
             let made = self.learned(maker, clause, seed, index)?;
-            let holds = made.as_ref().is_some_and(|(clip, findings)| self.holds(clip, findings, clause));
+            let holds = match &made {
+                Some((clip, findings)) => self.holds(clip, findings, clause)?,
+                None => false,
+            };
             if let Some((clip, findings)) = made.filter(|_| holds || self.by == By::Network) {
                 return Ok((clip, findings, "network"));
             }
@@ -203,13 +205,13 @@ impl<'a> Speaker<'a> {
     }
 
     /// Returns whether facts, angles and duration are met.
-    fn holds(&self, clip: &MotionClip, findings: &[Finding], clause: &Clause) -> bool {
+    fn holds(&self, clip: &MotionClip, findings: &[Finding], clause: &Clause) -> Result<bool, CliError> {
         let angle = |finding: &Finding| match (finding.fact, finding.got.parse::<f64>(), clause.actions[0].degrees) {
             (Fact::Degrees, Ok(got), Some(wanted)) => (got - f64::from(wanted)).abs() <= DEGREES,
             _ => true,
         };
-        let duration = lasting(clip, clause).is_none_or(|finding| finding.passed);
-        duration && findings.iter().all(|finding| finding.passed && angle(finding))
+        let duration = self.rules.lasting(clip, clause)?.is_none_or(|finding| finding.passed);
+        Ok(duration && findings.iter().all(|finding| finding.passed && angle(finding)))
     }
 
     /// Returns the network's motion with the fewest untrue facts; nothing where it makes none of this length.
@@ -243,7 +245,7 @@ impl<'a> Speaker<'a> {
         for candidate in candidates {
             let findings = self.rules.findings(&candidate.clip, clause)?;
             let untrue = findings.iter().filter(|f| !f.passed).count() + usize::from(!candidate.verdict.feasible);
-            let done = untrue == 0 && self.holds(&candidate.clip, &findings, clause);
+            let done = untrue == 0 && self.holds(&candidate.clip, &findings, clause)?;
             if done {
                 return Ok(Some((candidate.clip, findings)));
             }
@@ -288,18 +290,6 @@ impl PartReport {
     pub fn is_true(&self) -> bool {
         self.findings.iter().all(|finding| finding.passed)
     }
-}
-
-/// Returns whether a motion lasts as long as was asked for; nothing where no duration was.
-fn lasting(clip: &MotionClip, clause: &Clause) -> Option<Finding> {
-    let wanted = clause.seconds?;
-    Some(Finding {
-        verb: clause.actions.first().map(|action| action.verb.clone()).unwrap_or_default(),
-        fact: Fact::Seconds,
-        expected: format!("{wanted} s, within {:.0}%", 100.0 * DURATION),
-        got: format!("{:.1} s", clip.seconds()),
-        passed: (clip.seconds() / wanted - 1.0).abs() <= DURATION,
-    })
 }
 
 fn said(finding: &Finding) -> String {
