@@ -161,14 +161,20 @@ impl Generator<'_> {
             let one = natural(&PartDraw { cycles: part.cycles + 1, ..part.clone() })? - length;
             let least = verb.cycles.map_or(0, |[fewest, _]| fewest).max(1);
             // Steps are the whole of a walk; a gesture's way up and down is beside its repetitions.
-            let ramps = if verb.acts == Acts::Feet { length - f64::from(part.cycles) * one } else { 0.0 };
+            let ramps = match verb.count {
+                _ if verb.acts == Acts::Feet => length - f64::from(part.cycles) * one,
+                Some(rule) => f64::from(rule.extra) / f64::from(rule.per_cycle.max(1)) * one,
+                None => 0.0,
+            };
             let cycles = ((wanted - ramps) / one.max(1e-6)).round();
             part.cycles = cycles.clamp(f64::from(least), f64::from(MAX_CYCLES)) as u32;
             active = f64::from(part.cycles) * one + ramps;
         }
         let range = if even { [0.3, 3.0] } else { TEMPO };
         part.speed = (active / wanted).clamp(range[0], range[1]);
-        self.shortened(self.part(&part, Some(rng))?)
+        let clip = self.shortened(self.part(&part, Some(rng))?)?;
+        let is_longer = even && clip.seconds() > wanted + 0.1;
+        Ok(if is_longer { trim(&clip, Some(0.0), Some(wanted))? } else { clip })
     }
 
     /// Walks so far (m): as many cycles as it takes, with steps a little longer or shorter.

@@ -95,6 +95,7 @@ impl<'a> Reader<'a> {
     fn read_within(&self, text: &str, depth: usize) -> Script {
         let mut script = Script::default();
         let mut last_free = false;
+        let mut last_words = BTreeSet::new();
         let words = self.spelt(normal(text), &mut script.notes);
         let words = without_negations(words, &mut script.notes);
         let words = Self::held_together(words);
@@ -123,6 +124,12 @@ impl<'a> Reader<'a> {
                         continue;
                     }
                     let (action, times) = self.action(verb, &said, &mut script.notes);
+                    // "Bend down, pick something up" is one movement in two phrases.
+                    let is_same = is_more_about(&script, &action) && last_words != fit.explained;
+                    last_words.clone_from(&fit.explained);
+                    if is_same && matches!(group.join, Join::And | Join::Comma) && said.used.is_empty() {
+                        continue;
+                    }
                     let free = [last_free, said.side.is_none()];
                     last_free = free[1];
                     self.add(&mut script, group.join, action, said.seconds, times, free);
@@ -625,6 +632,11 @@ fn is_transposed(a: &str, b: &str) -> bool {
     let mut of = [a, b].map(|word| word.chars().collect::<Vec<char>>());
     of.iter_mut().for_each(|letters| letters.sort_unstable());
     of[0] == of[1]
+}
+
+/// Returns whether an action is the last one of a script over again.
+fn is_more_about(script: &Script, action: &Action) -> bool {
+    script.clauses.last().is_some_and(|last| last.actions == [action.clone()] && action.degrees.is_none())
 }
 
 /// Returns the words after "the other", "the other hand" or "the other one".

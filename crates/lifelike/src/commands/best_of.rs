@@ -50,6 +50,11 @@ fn cost(survived: bool, reached: f64, error: f64) -> f64 {
     if survived && error.is_finite() { error } else { FALL * (2.0 - reached) }
 }
 
+/// Returns whether a cost is that of a fall.
+pub fn is_fall(cost: f64) -> bool {
+    cost >= FALL
+}
+
 /// Returns the number of the least cost, the first of equal ones.
 pub fn least(costs: &[f64]) -> Option<usize> {
     (0..costs.len()).min_by(|a, b| costs[*a].total_cmp(&costs[*b]))

@@ -35,6 +35,8 @@ use crate::next::NextCommand;
 use crate::output::Output;
 use crate::shipped::{self, Kind};
 
+/// Other motions of a sentence that are tried where the first falls in physics.
+const REDRAWS: usize = 4;
 /// Strength of guidance where a critic is named and no strength.
 const STRENGTH: f64 = 0.02;
 
@@ -238,15 +240,36 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
         one.best = one.best.filter(|_| args.play);
         made.push(one);
     }
-    let played = player.filter(|_| args.play).map(|player| {
+    let play = |player: &Player<'_>, made: &[Made]| {
         let clips: Vec<_> = made.iter().filter_map(|one| one.best.clone()).collect();
         let beside = match &args.prompts {
             Some(_) => args.output.join("physics"),
             None => jobs[0].1.with_file_name(format!("{}-physics", made::stem(&jobs[0].1))),
         };
         player.play(&clips, args.report.as_deref().unwrap_or(&beside), output)
-    });
-    let mut played = played.transpose()?;
+    };
+    let player = player.filter(|_| args.play);
+    let mut played = player.as_ref().map(|player| play(player, &made)).transpose()?;
+    if let (Some(player), Some(speaker), Some(first)) = (&player, &speaker, &played) {
+        let fell: Vec<usize> = (0..made.len()).filter(|i| first.fell(*i)).collect();
+        let mut again = false;
+        for number in fell {
+            let (prompts, file) = &jobs[number];
+            let others = speaker.make(&scripts[number], prompts, maker.as_ref(), args.seed, 1 + REDRAWS)?;
+            let Some(standing) = player.standing(others, output)? else { continue };
+            let took = made[number].sampling_seconds;
+            let mut one = Made::write(prompts, vec![standing], file, args.keep_all, took, None)?;
+            one.script = made[number].script.take();
+            if let Some(script) = &mut one.script {
+                script.notes.push("drawn again: the first motion fell in physics".into());
+            }
+            made[number] = one;
+            again = true;
+        }
+        if again {
+            played = Some(play(player, &made)?);
+        }
+    }
     let mut all_true = made.iter().flat_map(|one| &one.parts).all(PartReport::is_true);
     if let (Some(played), Some(speaker)) = (&mut played, &speaker) {
         for (one, rollout) in made.iter().zip(&played.evaluation.rollouts) {
@@ -297,6 +320,11 @@ fn verbs(grammar: &Grammar, output: &Output) -> Result<(), CliError> {
 }
 
 impl Played {
+    /// Returns whether this motion fell.
+    fn fell(&self, number: usize) -> bool {
+        self.evaluation.episodes.get(number).is_some_and(|episode| episode.failure.is_some())
+    }
+
     /// Returns the line with the next command: why the first motion falls or lags.
     fn next(&self, args: &Args, robot: &Robot, made: &[Made]) -> String {
         let Some(first) = made.first() else { return String::new() };

@@ -58,11 +58,21 @@ impl<'a> Player<'a> {
 
     /// Sorts candidates by how the policy follows them in physics, the best first.
     pub fn sorted(&self, candidates: Vec<Candidate>, output: &Output) -> Result<Vec<Candidate>, CliError> {
-        let clips: Vec<MotionClip> = candidates.iter().map(|one| one.clip.clone()).collect();
-        let costs = best_of::costs(&Job { loaded: &self.loaded, physics: self.physics }, &clips, output)?;
+        let costs = self.costs(&candidates, output)?;
         let mut pairs: Vec<(f64, Candidate)> = costs.into_iter().zip(candidates).collect();
         pairs.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.candidate.cmp(&b.1.candidate)));
         Ok(pairs.into_iter().map(|(_, one)| one).collect())
+    }
+
+    /// Returns the first candidate that stays on its feet, where one does.
+    pub fn standing(&self, candidates: Vec<Candidate>, output: &Output) -> Result<Option<Candidate>, CliError> {
+        let costs = self.costs(&candidates, output)?;
+        Ok(candidates.into_iter().zip(costs).find(|(_, cost)| !best_of::is_fall(*cost)).map(|(one, _)| one))
+    }
+
+    fn costs(&self, candidates: &[Candidate], output: &Output) -> Result<Vec<f64>, CliError> {
+        let clips: Vec<MotionClip> = candidates.iter().map(|one| one.clip.clone()).collect();
+        best_of::costs(&Job { loaded: &self.loaded, physics: self.physics }, &clips, output)
     }
 
     /// Plays clips from their first frame to their end.
