@@ -12,11 +12,20 @@ use lifelike_checkpoint::Checkpoint;
 
 use crate::error::LanguageError;
 
+/// English words, in the order of their bytes (`word_vectors.md`).
+const ENGLISH: &str = include_str!("english.txt");
 const TABLE: &[u8] = include_bytes!("word_vectors.safetensors");
 /// Weight of a word is `RARE / (RARE + f)`, with `f` the share of phrases that have it.
 const RARE: f64 = 0.1;
 /// Zero of the stored bytes.
 const ZERO: f32 = 128.0;
+
+/// Returns whether a word, perhaps without an ending, is English.
+pub(super) fn is_english(word: &str) -> bool {
+    static WORDS: LazyLock<BTreeSet<&str>> = LazyLock::new(|| ENGLISH.lines().collect());
+    let endings = ["", "s", "es", "d", "ed", "ing", "ly"];
+    endings.iter().filter_map(|ending| word.strip_suffix(ending)).any(|stem| WORDS.contains(stem))
+}
 
 /// Vectors of words.
 #[derive(Debug)]
@@ -65,12 +74,6 @@ impl Words {
             return Err(broken(&expected));
         }
         Ok(Self { index, bytes, scale })
-    }
-
-    /// Returns whether a word, perhaps without an ending, has a vector.
-    pub fn has(&self, word: &str) -> bool {
-        let endings = ["", "s", "es", "d", "ed", "ing", "ly"];
-        endings.iter().filter_map(|ending| word.strip_suffix(ending)).any(|stem| self.index.contains_key(stem))
     }
 
     /// Adds a word's vector; false for a word without one. Endings are tried without.

@@ -5,7 +5,7 @@ use std::sync::OnceLock;
 
 use serde::Deserialize;
 
-use super::meaning::{Meanings, Nearest, Words};
+use super::meaning::{Meanings, Nearest, Words, is_english};
 use crate::error::LanguageError;
 use crate::facts::{Side, Speed};
 use crate::grammar::words::{Form, inflected};
@@ -372,9 +372,9 @@ impl Phrases {
         LIGHT.contains(&base) || phrases.flat_map(|phrase| &phrase.words).any(|(word, _)| word == base)
     }
 
-    /// Returns whether a word is in a phrase, or in the list of common words.
+    /// Returns whether a word is in a phrase, or is English.
     pub fn is_spelt_right(&self, word: &str) -> bool {
-        self.vocabulary.contains(word) || self.vocabulary.contains(&self.base(word)) || self.vectors.has(word)
+        self.vocabulary.contains(word) || self.vocabulary.contains(&self.base(word)) || is_english(word)
     }
 
     /// Returns whether a word is a verb in some form.

@@ -225,6 +225,10 @@ impl<'a> Reader<'a> {
                 Some(words) => (Join::While, words.clone(), self.fit(&words)),
                 None => (join, words, fit),
             };
+            // "Left hand on the hip, right hand pointing": each its own.
+            let hands = [out.last().and_then(|last| of_hand(&last.words)), of_hand(&words)];
+            let is_other_hand = matches!(hands, [Some(one), Some(other)] if one != other);
+            let join = if is_other_hand && join != Join::Then { Join::While } else { join };
             // "Walk slowly, head down": the mood of the same.
             if let Some(last) = out.last_mut().filter(|_| join != Join::Then && join != Join::While) {
                 if words.iter().any(|word| word == "head") && said(&words).mood.is_some() {
@@ -622,9 +626,21 @@ fn misspelling(target: &str, word: &str) -> Option<usize> {
     let begins = first[0] == second[0] || first[0] == second[1] && first[1] == second[0];
     let distance = strsim::osa_distance(target, word);
     let exchanged = letters == length && !is_transposed(target, word);
+    // Two other letters make another word: a sister does not sit.
+    if distance == 2 && (exchanged || letters != length && replaced(target, word) > 0) {
+        return None;
+    }
     // Of few letters another one makes another word: a book is no boot.
     let too_short = !is_transposed(target, word) && (letters.min(length) < 4 || exchanged && letters < 5);
-    (begins && distance <= allowed && !too_short).then_some(2 * distance + usize::from(exchanged))
+    let cost = 3 * distance + usize::from(letters != length) + 2 * usize::from(exchanged);
+    (begins && distance <= allowed && !too_short).then_some(cost)
+}
+
+/// Returns the number of letters that stand in the place of others, beside those that are missing or too many.
+fn replaced(a: &str, b: &str) -> usize {
+    let count = |text: &str, letter: char| text.chars().filter(|c| *c == letter).count();
+    let missing = |a: &str, b: &str| ('a'..='z').map(|c| count(a, c).saturating_sub(count(b, c))).sum::<usize>();
+    missing(a, b).min(missing(b, a))
 }
 
 /// Returns whether two words differ by two neighbouring letters that changed places.
@@ -637,6 +653,18 @@ fn is_transposed(a: &str, b: &str) -> bool {
 /// Returns whether an action is the last one of a script over again.
 fn is_more_about(script: &Script, action: &Action) -> bool {
     script.clauses.last().is_some_and(|last| last.actions == [action.clone()] && action.degrees.is_none())
+}
+
+/// Returns the side of the hand that words begin with.
+fn of_hand(words: &[String]) -> Option<Side> {
+    let mut words =
+        words.iter().map(String::as_str).skip_while(|word| ["the", "your", "with", "his", "her"].contains(word));
+    let side = match words.next()? {
+        "left" => Side::Left,
+        "right" => Side::Right,
+        _ => return None,
+    };
+    words.next().filter(|word| ["hand", "arm"].contains(word)).map(|_| side)
 }
 
 /// Returns the words after "the other", "the other hand" or "the other one".
