@@ -185,12 +185,16 @@ fn of_action(tracks: &Tracks, verb: &Verb, action: &Action, meanwhile: Meanwhile
     }
     if let Some(mood) = action.mood {
         let change = (measure::head_pitch(tracks) - nominal.head_pitch).to_degrees();
-        let (expected, passed) = match mood {
-            Mood::Sad | Mood::Tired => ("the head at least 6 degrees further down", change >= 6.0),
-            Mood::Angry | Mood::Afraid => ("the head at least 4 degrees further down", change >= 4.0),
-            Mood::Proud | Mood::Happy => ("the head at least 3 degrees further up", change <= -3.0),
+        // A chest bends half as far as a head does.
+        let (what, share) = if tracks.head.is_empty() { ("chest", 0.5) } else { ("head", 1.0) };
+        let (way, least) = match mood {
+            Mood::Sad | Mood::Tired => ("down", 6.0 * share),
+            Mood::Angry | Mood::Afraid => ("down", 4.0 * share),
+            Mood::Proud | Mood::Happy => ("up", 3.0 * share),
         };
-        add(Fact::Mood, expected.into(), format!("{change:+.1}"), passed);
+        let passed = if way == "down" { change >= least } else { change <= -least };
+        let expected = format!("the {what} at least {least} degrees further {way}");
+        add(Fact::Mood, expected, format!("{change:+.1}"), passed);
     }
     found
 }

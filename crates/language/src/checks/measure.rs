@@ -220,11 +220,16 @@ pub fn amplitude(tracks: &Tracks, verb: &Verb, side: Option<Side>) -> Option<f64
     Some(high - low)
 }
 
-/// Returns the mean pitch of the head (rad), or of the trunk without a head, over the middle three fifths.
+/// Returns the mean pitch of the head (rad), of the chest without a head, or of the root without both, over the middle
+/// three fifths.
 pub fn head_pitch(tracks: &Tracks) -> f64 {
     let n = tracks.len();
     let middle = n / 5..(n - n / 5).max(n / 5 + 1).min(n);
-    let pitch = |frame: usize| tracks.head.get(frame).map_or_else(|| tracks.pitch[frame], |head| head[0]);
+    let pitch = |frame: usize| match (tracks.head.get(frame), tracks.chest.get(frame)) {
+        (Some(head), _) => head[0],
+        (None, Some(chest)) => *chest,
+        (None, None) => tracks.pitch[frame],
+    };
     let len = middle.len().max(1) as f64;
     middle.map(pitch).sum::<f64>() / len
 }

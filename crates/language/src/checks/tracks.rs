@@ -85,6 +85,8 @@ pub struct Tracks {
     pub feet: [Vec<Vec3>; 2],
     /// Pitch (down is positive) and yaw of the head relative to the pelvis' heading (rad); empty without head.
     pub head: Vec<[f64; 2]>,
+    /// Pitch of the chest (rad, forward is positive); empty without chest.
+    pub chest: Vec<f64>,
 }
 
 impl Tracks {
@@ -104,6 +106,8 @@ impl Tracks {
             .filter(|place| anatomy.places.get(&Role::Pelvis).is_none_or(|pelvis| pelvis.body != place.body));
         let at_rest = head.map(|place| kinematics.body_orientation[place.body]).unwrap_or_else(Quat::identity);
         let place = |role: Role| anatomy.places.get(&role);
+        let chest = place(Role::Chest);
+        let chest_at_rest = chest.map_or_else(Quat::identity, |place| kinematics.body_orientation[place.body]);
         let far = |a: Role, b: Role| {
             let (a, b) = (place(a)?, place(b)?);
             Some((kinematics.point(a.body, &a.point) - kinematics.point(b.body, &b.point)).norm())
@@ -123,6 +127,7 @@ impl Tracks {
             shoulders: [Vec::new(), Vec::new()],
             feet: [Vec::new(), Vec::new()],
             head: Vec::new(),
+            chest: Vec::new(),
         };
         let sides = [
             (Role::LeftHand, Role::LeftUpperArm, Role::LeftFoot),
@@ -148,6 +153,10 @@ impl Tracks {
                 if let Some(foot) = place(*foot) {
                     tracks.feet[side].push(kinematics.point(foot.body, &foot.point));
                 }
+            }
+            if let Some(place) = chest {
+                let ahead = level * kinematics.body_orientation[place.body] * chest_at_rest.inverse() * Vec3::x();
+                tracks.chest.push(down(&ahead));
             }
             if let Some(place) = head {
                 let ahead = level * kinematics.body_orientation[place.body] * at_rest.inverse() * Vec3::x();
@@ -183,7 +192,8 @@ impl Tracks {
             hands: [points(&self.hands[0]), points(&self.hands[1])],
             shoulders: [numbers(&self.shoulders[0]), numbers(&self.shoulders[1])],
             feet: [points(&self.feet[0]), points(&self.feet[1])],
-            head: if self.head.is_empty() { vec![] } else { self.head[range].to_vec() },
+            head: if self.head.is_empty() { vec![] } else { self.head[range.clone()].to_vec() },
+            chest: numbers(&self.chest),
         }
     }
 

@@ -19,6 +19,7 @@ use serde::{Deserialize, Serialize};
 pub use reader::Reader;
 
 use crate::facts::{Action, Direction, Facts, Relation, Side, Size, Speed};
+use crate::grammar::Grammar;
 
 /// A sentence as it was understood.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
@@ -85,7 +86,44 @@ impl Clause {
     }
 }
 
+/// Verbs of the head, and what a robot whose head does not turn does in their place.
+const WITHOUT_HEAD: [(&str, &str); 7] = [
+    ("nod", "bow"),
+    ("shake_head", "twist"),
+    ("look_aside", "twist"),
+    ("look_around", "twist"),
+    ("look_over_shoulder", "twist"),
+    ("look_up", "lean_backward"),
+    ("look_down", "lean_forward"),
+];
+
 impl Script {
+    /// Puts the trunk in the place of the head in these verbs, which a robot cannot do, and notes it. A head that moves beside
+    /// another limb is left out. Returns whether anything changed.
+    pub fn without_head(&mut self, verbs: &[&str], grammar: &Grammar) -> bool {
+        let mut changed = false;
+        for clause in &mut self.clauses {
+            for at in (0..clause.actions.len()).rev() {
+                let verb = clause.actions[at].verb.clone();
+                let other = WITHOUT_HEAD.iter().find(|(head, _)| *head == verb && verbs.contains(head));
+                let Some(found) = other.and_then(|(_, other)| grammar.verb(other).ok()) else { continue };
+                changed = true;
+                if clause.actions.len() > 1 {
+                    clause.actions.remove(at);
+                    self.notes.push(format!("left out '{}': the robot's head does not turn", name(&verb)));
+                    continue;
+                }
+                let instead = name(&found.name);
+                self.notes.push(format!("'{}' is done as '{instead}': the robot's head does not turn", name(&verb)));
+                let old = std::mem::replace(&mut clause.actions[at], Action::of(&found.name));
+                clause.actions[at].direction = found.direction;
+                clause.actions[at].mood = old.mood;
+                clause.times = clause.times.max(old.count.unwrap_or(1));
+            }
+        }
+        changed
+    }
+
     /// Puts the nearest possible motion in the place of what cannot be done; what has none is left out.
     pub fn with_nearest(mut self) -> Self {
         for one in self.impossible.iter().rev() {

@@ -183,8 +183,8 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
         prompts.iter().try_for_each(|text| prompt::check(text).map(|_| ()))?;
         spoken::understand(&grammar, prompts, args.script.as_deref(), args.nearest)
     });
-    let scripts = scripts.collect::<Result<Vec<_>, _>>()?;
-    let speaker = if as_is { None } else { Some(Speaker::new(&grammar, &robot, &scripts, args.made_by)?) };
+    let mut scripts = scripts.collect::<Result<Vec<_>, _>>()?;
+    let speaker = if as_is { None } else { Some(Speaker::new(&grammar, &robot, &mut scripts, args.made_by)?) };
     let mut familiarity = Vec::new();
     let mut doubts = Vec::with_capacity(jobs.len());
     for (prompts, _) in &jobs {

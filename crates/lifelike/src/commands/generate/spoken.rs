@@ -102,13 +102,27 @@ pub fn understand(
 }
 
 impl<'a> Speaker<'a> {
-    /// Prepares the verbs of some scripts for a robot.
-    pub fn new(grammar: &'a Grammar, robot: &'a Arc<Robot>, scripts: &[Script], by: By) -> Result<Self, CliError> {
+    /// Prepares the verbs of some scripts for a robot. Verbs of a head that does not turn are replaced.
+    pub fn new(grammar: &'a Grammar, robot: &'a Arc<Robot>, scripts: &mut [Script], by: By) -> Result<Self, CliError> {
         let mut options = clips::retarget_options(robot);
         clips::limit_speeds(&mut options, robot);
+        let prepared = |scripts: &[Script]| {
+            let actions = scripts.iter().flat_map(|script| &script.clauses).flat_map(|clause| &clause.actions);
+            let verbs: Vec<&str> = actions.map(|action| action.verb.as_str()).collect();
+            Rules::of_verbs(grammar, &robot.character, &robot.anatomy, options.clone(), &verbs)
+        };
+        let mut rules = prepared(scripts)?;
+        let left_out: Vec<String> = rules.left_out.iter().map(|(verb, _)| verb.clone()).collect();
+        let left_out: Vec<&str> = left_out.iter().map(String::as_str).collect();
+        let mut changed = false;
+        for script in scripts.iter_mut() {
+            changed |= script.without_head(&left_out, grammar);
+        }
+        if changed {
+            rules = prepared(scripts)?;
+        }
         let actions = scripts.iter().flat_map(|script| &script.clauses).flat_map(|clause| &clause.actions);
         let verbs: Vec<&str> = actions.map(|action| action.verb.as_str()).collect();
-        let rules = Rules::of_verbs(grammar, &robot.character, &robot.anatomy, options, &verbs)?;
         if let Some((verb, why)) = rules.left_out.iter().find(|(verb, _)| verbs.contains(&verb.as_str())) {
             return Err(CliError::Input(format!("{} cannot do '{verb}': {why}", robot.name)));
         }
