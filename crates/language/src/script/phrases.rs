@@ -70,9 +70,9 @@ const TELLING: [&str; 21] = [
 /// Fillers that a phrase cannot lack: "walk in place" is not "walk in a square".
 const ESSENTIAL: [&str; 4] = ["place", "spot", "circle", "robot"];
 /// Parts of the body of which one is not another.
-const PARTS: [&str; 19] = [
-    "shoulder", "head", "nose", "foot", "toe", "chin", "chest", "hip", "belly", "stomach", "ear", "eye", "mouth",
-    "brow", "forehead", "heart", "neck", "face", "hair",
+const PARTS: [&str; 20] = [
+    "back", "shoulder", "head", "nose", "foot", "toe", "chin", "chest", "hip", "belly", "stomach", "ear", "eye",
+    "mouth", "brow", "forehead", "heart", "neck", "face", "hair",
 ];
 /// Verbs that are things after an article.
 const THINGS: [&str; 10] = ["box", "hammer", "saw", "comb", "drum", "paint", "phone", "bowl", "bat", "duck"];
@@ -318,9 +318,12 @@ impl Phrases {
         let things = words.windows(2).filter(|pair| ARTICLES.contains(&pair[0].as_str()));
         let things: Vec<String> = things.map(|pair| self.base(&pair[1])).collect();
         let is_thing = |verb: &str| THINGS.contains(&verb) && things.iter().any(|thing| thing == verb);
+        let has_arms = words.iter().any(|word| word == "arms");
         let all = self.all.iter().filter(|phrase| {
             let verb = phrase.verb.as_deref().unwrap_or("");
-            (backs || verb != "back") && !is_thing(verb)
+            // Arms are hands elsewhere, but nobody shakes hands by the arms.
+            let shakes = verb == "shake" && phrase.written.iter().any(|word| word.starts_with("hand"));
+            (backs || verb != "back") && !is_thing(verb) && !(shakes && has_arms)
         });
         let fits = all.filter_map(|phrase| phrase.fit(&bases, side, has_way, first.as_deref()));
         // Of equal ones the first.

@@ -229,6 +229,14 @@ impl<'a> Reader<'a> {
             let hands = [out.last().and_then(|last| of_hand(&last.words)), of_hand(&words)];
             let is_other_hand = matches!(hands, [Some(one), Some(other)] if one != other);
             let join = if is_other_hand && join != Join::Then { Join::While } else { join };
+            // "Crouch and stay there for 5 seconds": how long the same is held.
+            if let Some(last) = out.last_mut().filter(|last| last.fit.is_some() && is_hold(&words)) {
+                // "Squat and hold it" is another verb than squats.
+                let holds = words[0].starts_with("hold").then(|| "hold".to_string());
+                last.words.extend(holds);
+                last.words.extend(words.into_iter().skip_while(|word| HOLDS.contains(&word.as_str())));
+                continue;
+            }
             // "Walk slowly, head down": the mood of the same.
             if let Some(last) = out.last_mut().filter(|_| join != Join::Then && join != Join::While) {
                 if words.iter().any(|word| word == "head") && said(&words).mood.is_some() {
@@ -653,6 +661,23 @@ fn is_transposed(a: &str, b: &str) -> bool {
 /// Returns whether an action is the last one of a script over again.
 fn is_more_about(script: &Script, action: &Action) -> bool {
     script.clauses.last().is_some_and(|last| last.actions == [action.clone()] && action.degrees.is_none())
+}
+
+/// Words that hold what was done before.
+const HOLDS: [&str; 18] = [
+    "stay", "stays", "hold", "holds", "keep", "keeps", "remain", "remains", "staying", "holding", "keeping", "there",
+    "it", "that", "them", "pose", "position", "still",
+];
+
+/// Returns whether words say only how long something is held.
+fn is_hold(words: &[String]) -> bool {
+    let said = said(words);
+    let fillers = ["for", "in", "this", "the", "a", "your", "like", "about"];
+    let is_part = |word: &String| HOLDS.contains(&word.as_str()) || fillers.contains(&word.as_str());
+    let holds = words.first().is_some_and(|word| HOLDS[..11].contains(&word.as_str()));
+    said.seconds.is_some()
+        && holds
+        && words.iter().all(|word| is_part(word) || said.used.contains(word) || word == "seconds")
 }
 
 /// Returns the side of the hand that words begin with.

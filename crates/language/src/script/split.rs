@@ -108,7 +108,44 @@ pub(super) fn normal(text: &str) -> Vec<String> {
             words[at] = "time".into();
         }
     }
-    words.into_iter().skip_while(|word| word == "|" || word == ",").collect()
+    let words: Vec<String> = words.into_iter().skip_while(|word| word == "|" || word == ",").collect();
+    without_frame(&words)
+}
+
+/// Openings that ask for what follows, longer ones first.
+const FRAMES: [&str; 20] = [
+    "can you show me how to",
+    "could you show me how to",
+    "can you show me",
+    "could you show me",
+    "can you please",
+    "could you please",
+    "would you please",
+    "would you mind",
+    "i would like you to",
+    "id like you to",
+    "i want you to",
+    "show me how to",
+    "show me how you",
+    "show me a",
+    "show me some",
+    "show me the",
+    "lets see",
+    "let me see",
+    "how about",
+    "what about",
+];
+
+/// Returns words without the polite frame around them: "can you show me a kick", "walk until I say stop".
+fn without_frame(words: &[String]) -> Vec<String> {
+    let opens = |frame: &&&str| {
+        let frame: Vec<&str> = frame.split(' ').collect();
+        words.iter().map(String::as_str).take(frame.len()).eq(frame.iter().copied())
+    };
+    let from = FRAMES.iter().find(opens).map_or(0, |frame| frame.split(' ').count());
+    let told = |pair: &[String]| pair[0] == "until" && ["i", "you", "someone", "told"].contains(&pair[1].as_str());
+    let to = words.windows(2).position(told).unwrap_or(words.len());
+    words[from.min(to)..to].to_vec()
 }
 
 /// Returns pieces with what joins each to the one before; the first is joined by `Then`. "After A, B" is A, then B.
