@@ -3,6 +3,7 @@
 mod live;
 mod made;
 mod maker;
+mod path;
 mod play;
 mod prompts;
 mod softened;
@@ -18,6 +19,7 @@ use lifelike_generation::generator::{Generator, SampleOptions};
 use lifelike_generation::text::familiarity::Familiarity;
 use lifelike_generation::text::prompt;
 use lifelike_language::grammar::{Grammar, Verb};
+use lifelike_language::script::Script;
 use lifelike_motion::clip::Provenance;
 use lifelike_robot::Robot;
 use serde_json::json;
@@ -57,16 +59,21 @@ Examples:
   lifelike generate \"a person kicks\" --best-of 16 --by physics -o kick.motion.safetensors
   lifelike generate \"a person waves\" --keep-legs walk.motion.safetensors \\
       -o both.motion.safetensors
+  lifelike generate \"wave with the left hand\" --path \"1,0 1,1 0,1\" --physics
   lifelike generate --live                     # type sentences; the robot does them in physics
   lifelike generate --prompts prompts.txt --generator runs/g/motion.generator.safetensors \\
       -o data/generated")]
 pub struct Args {
     /// The sentence.
-    #[arg(required_unless_present_any = ["prompts", "script", "verbs", "live"])]
+    #[arg(required_unless_present_any = ["prompts", "script", "verbs", "live", "path"])]
     pub prompt: Option<String>,
     /// Go on with another sentence, without a seam; may be given several times.
     #[arg(long, value_name = "PROMPT", conflicts_with_all = ["prompts", "keep_legs", "keep_arms"])]
     pub then: Vec<String>,
+    /// Go along these points on the ground: metres ahead and to the left of where the robot begins, such as '1,0 1,1'.
+    /// The sentence is the gait or the gesture on the way; a plain walk where there is none.
+    #[arg(long, value_name = "POINTS", allow_hyphen_values = true, conflicts_with_all = ["prompts", "as_is", "then", "script", "live", "keep_legs", "keep_arms"])]
+    pub path: Option<path::Path>,
     /// A file with a sentence per line, each of which becomes a clip in the folder of --output.
     #[arg(long, value_name = "FILE", conflicts_with = "prompt")]
     pub prompts: Option<PathBuf>,
@@ -181,9 +188,15 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let jobs = jobs(args)?;
     let scripts = jobs.iter().filter(|_| !as_is).map(|(prompts, _)| {
         prompts.iter().try_for_each(|text| prompt::check(text).map(|_| ()))?;
+        if args.path.is_some() && prompts.is_empty() {
+            return Ok(Script::default());
+        }
         spoken::understand(&grammar, prompts, args.script.as_deref(), args.nearest)
     });
     let mut scripts = scripts.collect::<Result<Vec<_>, _>>()?;
+    if let (Some(path), Some(script)) = (&args.path, scripts.first_mut()) {
+        *script = path.script(script, &grammar)?;
+    }
     let speaker = if as_is { None } else { Some(Speaker::new(&grammar, &robot, &mut scripts, args.made_by)?) };
     let mut familiarity = Vec::new();
     let mut doubts = Vec::with_capacity(jobs.len());
@@ -212,6 +225,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let player = tracked.then(|| Player::new(args.policy.as_deref(), &robot, &args.robot, &args.physics));
     let player = player.transpose()?;
     let mut made = Vec::with_capacity(jobs.len());
+    let mut first_clip = None;
     for (number, ((prompts, file), doubt)) in jobs.iter().zip(doubts).enumerate() {
         let began = Instant::now();
         let mut candidates = match (&speaker, &maker) {
@@ -235,6 +249,9 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
         if let Some(script) = scripts.get(number) {
             crate::output::write(&file.with_file_name(format!("{}.script.toml", made::stem(file))), script.to_toml()?)?;
             one.script = Some(script.clone());
+        }
+        if args.path.is_some() {
+            first_clip.clone_from(&one.best);
         }
         // Thousands of prompts would fill the memory with clips that nobody plays.
         one.best = one.best.filter(|_| args.play);
@@ -273,8 +290,10 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let mut all_true = made.iter().flat_map(|one| &one.parts).all(PartReport::is_true);
     if let (Some(played), Some(speaker)) = (&mut played, &speaker) {
         for (one, rollout) in made.iter().zip(&played.evaluation.rollouts) {
-            let (line, held) = speaker.in_physics(&one.parts, &rollout.played(Provenance::default()))?;
+            let clip = rollout.played(Provenance::default());
+            let (line, held) = speaker.in_physics(&one.parts, &clip)?;
             played.lines.push(line);
+            played.lines.extend(args.path.as_ref().map(|path| path.line(&clip, " in physics")));
             all_true &= held && rollout.survived();
         }
     }
@@ -282,7 +301,10 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     output.result(&value, || {
         let took: f64 = made.iter().map(|one| one.sampling_seconds).sum();
         let seconds: f64 = made.iter().map(|one| one.seconds).sum();
-        let lines: String = made.iter().map(Made::text).collect();
+        let mut lines: String = made.iter().map(Made::text).collect();
+        if let (Some(path), Some(clip)) = (&args.path, &first_clip) {
+            lines += &format!("{}\n", path.line(clip, ""));
+        }
         let end = match (&played, made.first()) {
             (Some(played), _) => {
                 let page = played.report.display();
@@ -400,7 +422,8 @@ fn jobs(args: &Args) -> Result<Vec<(Vec<String>, PathBuf)>, CliError> {
     let Some(file) = &args.prompts else {
         let prompts: Vec<String> =
             args.prompt.iter().chain(&args.then).map(|prompt| prompt.trim().to_string()).collect();
-        let named = || container_in(&args.output, &prompts::slug(&prompts.join(" then ")));
+        let words = if prompts.is_empty() { "path".to_string() } else { prompts.join(" then ") };
+        let named = || container_in(&args.output, &prompts::slug(&words));
         let file = if destination::is_motion(&args.output) { args.output.clone() } else { named()? };
         return Ok(vec![(prompts, file)]);
     };
