@@ -25,7 +25,8 @@ fn main() -> Result<(), Error> {
     let folder = Path::new("third_party/minilm");
     let model = MiniLm::load(folder)?;
     let grammar = Grammar::builtin()?;
-    let ours: Vec<String> = Reader::new(&grammar)?.words().into_iter().collect();
+    let has_letters = |word: &String| word.bytes().any(|b| b.is_ascii_lowercase());
+    let ours: Vec<String> = Reader::new(&grammar)?.words().into_iter().filter(has_letters).collect();
     let vocabulary = std::fs::read_to_string(folder.join(FILES[1]))?;
     let is_word = |word: &&str| word.len() > 1 && word.bytes().all(|b| b.is_ascii_lowercase());
     let others: BTreeSet<&str> = vocabulary.lines().filter(is_word).collect();
