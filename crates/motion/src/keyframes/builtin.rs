@@ -36,7 +36,6 @@ pub fn builtin() -> impl Iterator<Item = (&'static str, &'static str)> {
         "breaststroke",
         "brush_teeth",
         "butt_kicks",
-        "calf_raises",
         "call_me",
         "cancan",
         "carry_box",
