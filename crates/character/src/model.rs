@@ -34,6 +34,8 @@ pub struct Character {
     pub actuators: Vec<Actuator>,
     /// Pairs of bodies that never collide (`<contact><exclude>`).
     pub excludes: Vec<(usize, usize)>,
+    /// Names of two geoms that MuJoCo lets touch whatever their masks say (`<contact><pair>`).
+    pub pairs: Vec<[String; 2]>,
     /// What closes kinematic loops (`<equality>`), in document order.
     pub equalities: Vec<Equality>,
     /// Joints that follow others (`<equality><joint>`, `<mimic>`), in document order.
@@ -324,9 +326,24 @@ impl Character {
         index_of(&self.name, "geom", name, self.geoms.iter().map(|g| g.name.as_str()))
     }
 
-    /// Returns the total mass (kg).
+    /// Returns the total mass (kg): of the floating base and all that hangs on it, without what else is in the world.
     pub fn mass(&self) -> f64 {
-        self.bodies.iter().map(|b| b.inertial.mass).sum()
+        let own = self.bodies.iter().enumerate().filter(|(body, _)| self.is_own(*body));
+        own.map(|(_, body)| body.inertial.mass).sum()
+    }
+
+    /// Returns whether a body is part of the character: of its floating base and all that hangs on it, or of anything where
+    /// the character is fixed to the world.
+    pub fn is_own(&self, body: usize) -> bool {
+        self.root_joint().is_none_or(|root| self.is_below(body, root.body))
+    }
+
+    /// Returns whether `body` is `ancestor` or hangs on it; the world is neither.
+    pub fn is_below(&self, mut body: usize, ancestor: usize) -> bool {
+        while body != 0 && body != ancestor {
+            body = self.bodies[body].parent;
+        }
+        body != 0
     }
 
     /// Returns the floating base: the first free joint.

@@ -393,3 +393,55 @@ fn direct_current_motors_have_mujocos_law() {
     assert!(drive("", "motorconst=\"1\" resistance=\"2\" cogging=\"1 6 0\"").unwrap_err().contains("'cogging'"));
     assert!(drive("", "resistance=\"2\"").unwrap_err().contains("above zero"));
 }
+
+#[test]
+fn settings_of_mujoco_in_a_urdf_act() {
+    let cube = "<collision><geometry><box size=\"0.2 0.2 0.2\"/></geometry></collision>";
+    let pelvis = link("pelvis").replace("</link>", &format!("{cube}</link>"));
+    let mass =
+        |settings: &str| urdf(&(format!("<mujoco>{settings}</mujoco>") + &pelvis)).unwrap().bodies[1].inertial.mass;
+    assert_eq!(mass(""), 1.0);
+    // A cube of 0.2 m at 1000 kg/m3.
+    assert!((mass("<compiler inertiafromgeom=\"true\"/>") - 8.0).abs() < 1e-12);
+    let moon = urdf(&("<mujoco><option gravity=\"0 0 -1.62\"/></mujoco>".to_string() + &link("pelvis"))).unwrap();
+    assert_eq!(moon.gravity, Vec3::new(0.0, 0.0, -1.62));
+}
+
+#[test]
+fn angles_beyond_a_turn_are_told() {
+    let at = |rpy: &str| {
+        let origin = format!("<origin rpy=\"{rpy}\"/>{LIMIT}");
+        urdf(&(link("pelvis") + &link("leg") + &joint("hip", "revolute", ["pelvis", "leg"], &origin))).unwrap().warnings
+    };
+    assert!(at("0 90 0")[0].contains("looks like degrees") && at("0 90 0")[0].ends_with(": hip"), "{:?}", at("0 90 0"));
+    assert!(at("0 -6.2831853 3.14159").is_empty());
+}
+
+#[test]
+fn actuators_that_mujoco_switches_off_or_delays_are_told() {
+    let body = format!("<body>{}<joint name=\"knee\" axis=\"0 1 0\"/><geom size=\".1\"/></body>", "");
+    let with = |option: &str, more: &str| {
+        let actuator = format!("<actuator><motor joint=\"knee\" group=\"2\" {more}/></actuator>");
+        mjcf(&format!("{option}{actuator}"), &body).unwrap()
+    };
+    let off = with("<option actuatorgroupdisable=\"2\"/>", "");
+    assert!(off.warnings[0].contains("actuators of group 2 are off in MuJoCo"), "{:?}", off.warnings);
+    let late = with("", "delay=\".02\" nsample=\"5\"");
+    assert!(late.notes[0].contains("actuator of 'knee' (motor) filters, integrates or delays"), "{:?}", late.notes);
+    assert!(with("", "").notes.is_empty());
+}
+
+#[test]
+fn a_pair_names_geoms_that_are_there() {
+    let body = "<geom name=\"floor\" type=\"plane\" size=\"1 1 1\"/><body><freejoint/><geom name=\"ball\" size=\".1\"/></body>";
+    let c = mjcf("<contact><pair geom1=\"floor\" geom2=\"ball\"/></contact>", body).unwrap();
+    assert_eq!(c.pairs, [["floor".to_string(), "ball".to_string()]]);
+    let error = mjcf("<contact><pair geom1=\"floor\" geom2=\"bal\"/></contact>", body).unwrap_err();
+    assert!(error.contains("expected the name of a geom for 'geom2', got 'bal'"), "{error}");
+}
+
+#[test]
+fn usd_is_called_usd() {
+    let error = Character::from_urdf("#usda 1.0\n(\n)\n", "robot.usda", None).unwrap_err().to_string();
+    assert!(error.contains("got USD, which is not read"), "{error}");
+}

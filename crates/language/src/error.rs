@@ -26,6 +26,14 @@ pub enum LanguageError {
         /// `expected X, got Y`.
         message: String,
     },
+    /// A folder in which there is nothing to resume.
+    #[error("{folder}: expected an unfinished data set to resume, got {got}")]
+    NothingToResume {
+        /// The folder.
+        folder: PathBuf,
+        /// What is there instead, and what to do.
+        got: &'static str,
+    },
     /// A grammar that contradicts itself, or names what is not there.
     #[error("grammar: {0}")]
     Grammar(String),

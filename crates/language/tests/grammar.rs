@@ -86,4 +86,10 @@ fn a_set_that_was_interrupted_becomes_the_one_that_was_not() {
     assert!(done.hours >= 0.12);
     assert!(index(cut.path()) == index(whole.path()), "the same clips under the same sentences");
     assert!(!cut.path().join("unfinished.json").exists());
+    let again =
+        |folder: &Path| write(&generator, folder, &extent(5, true), &AtomicBool::new(false), |_| {}).unwrap_err();
+    let finished = again(cut.path()).to_string();
+    assert!(finished.ends_with("got a finished one: use it as it is, or make another in a new folder"), "{finished}");
+    let nowhere = cut.path().join("new");
+    assert!(again(&nowhere).to_string().ends_with("got none: begin it without --resume") && !nowhere.exists());
 }

@@ -55,6 +55,7 @@ pub fn swing() -> Character {
         sites: vec![],
         actuators: vec![],
         excludes: vec![],
+        pairs: vec![],
         equalities: vec![],
         couplings: vec![],
         home: None,

@@ -7,7 +7,8 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use lifelike_motion::edit::mirror;
-use lifelike_motion::formats::{self, FileMotion, ReadOptions, robot_motion};
+use lifelike_motion::formats::robot_motion::{self, Layout};
+use lifelike_motion::formats::{self, FileMotion, ReadOptions};
 use lifelike_motion::lint::MIN_FPS;
 use lifelike_motion::retarget::{RetargetOptions, retarget};
 use lifelike_motion::{MotionClip, MotionError, SourceClip, dataset, keyframes};
@@ -89,21 +90,33 @@ const ALL: &str = "builtin:all";
 /// # Errors
 /// As [`load_files`].
 pub fn load(inputs: &[PathBuf], robot: &Robot) -> Result<LoadedClips, RobotError> {
-    Ok(load_files(inputs, robot)?.with_names_of_their_own())
+    load_as(inputs, None, robot)
 }
 
-/// Loads clips as [`load`] does, but sorted by file, and names may repeat.
+/// Loads clips as [`load`] does; motion of robots has this layout, or the one that is found.
+///
+/// # Errors
+/// As [`load_files`].
+pub fn load_as(inputs: &[PathBuf], layout: Option<&'static Layout>, robot: &Robot) -> Result<LoadedClips, RobotError> {
+    Ok(load_files(inputs, layout, robot)?.with_names_of_their_own())
+}
+
+/// Loads clips as [`load_as`] does, but sorted by file, and names may repeat.
 ///
 /// # Errors
 /// [`RobotError::Motion`] for an input that is not there or holds no motion; [`RobotError::Clips`] with the reasons
 /// when no file is of use, as when a single file was named and is none.
-pub fn load_files(inputs: &[PathBuf], robot: &Robot) -> Result<LoadedClips, RobotError> {
+pub fn load_files(
+    inputs: &[PathBuf],
+    layout: Option<&'static Layout>,
+    robot: &Robot,
+) -> Result<LoadedClips, RobotError> {
     let (words, paths): (Vec<PathBuf>, Vec<PathBuf>) =
         dataset::with_lists(inputs)?.into_iter().partition(|input| is_builtin(input));
     let own = builtin_by(&words, robot)?;
     let files = if paths.is_empty() { Vec::new() } else { dataset::find_motion(&paths, |_| true)? };
     let options = speed_limited(robot);
-    let reading = ReadOptions { robot: Some(robot.character.clone()), ..ReadOptions::default() };
+    let reading = ReadOptions { robot: Some(robot.character.clone()), layout, ..ReadOptions::default() };
     let read = |file: &PathBuf| {
         let clip = match formats::read(file, &reading)? {
             FileMotion::Robot(clip) => {
@@ -133,7 +146,15 @@ pub fn load_files(inputs: &[PathBuf], robot: &Robot) -> Result<LoadedClips, Robo
 /// # Errors
 /// As [`load_files`] and [`LoadedClips::all`], and when it is not exactly one.
 pub fn load_one(input: &Path, robot: &Robot) -> Result<MotionClip, RobotError> {
-    let clips = load(&[input.to_path_buf()], robot)?.all()?;
+    load_one_as(input, None, robot)
+}
+
+/// Loads the one clip of an input as [`load_as`] does.
+///
+/// # Errors
+/// As [`load_one`].
+pub fn load_one_as(input: &Path, layout: Option<&'static Layout>, robot: &Robot) -> Result<MotionClip, RobotError> {
+    let clips = load_as(&[input.to_path_buf()], layout, robot)?.all()?;
     <[MotionClip; 1]>::try_from(clips).map(|[clip]| clip).map_err(|clips| RobotError::Mismatch {
         what: input.display().to_string(),
         expected: "one clip".into(),

@@ -231,6 +231,7 @@ pub(crate) fn reach(character: &Character, kinematics: &Kinematics) -> f64 {
         .iter()
         .enumerate()
         .skip(1)
+        .filter(|(i, _)| character.is_own(*i))
         .map(|(i, body)| (kinematics.point(i, &body.inertial.com) - root).norm());
     distances.fold(0.0, f64::max)
 }
@@ -262,7 +263,7 @@ fn standing_load(character: &Character, anatomy: &Anatomy, kinematics: &Kinemati
     legs.into_iter().find_map(|(thigh, foot)| {
         let (thigh, foot) = (anatomy.places.get(&thigh)?, anatomy.places.get(&foot)?);
         let length = (kinematics.point(thigh.body, &thigh.point) - kinematics.point(foot.body, &foot.point)).norm();
-        is_below(character, foot.body, joint.body).then_some(0.6 * character.mass() * gravity * length)
+        character.is_below(foot.body, joint.body).then_some(0.6 * character.mass() * gravity * length)
     })
 }
 
@@ -275,20 +276,9 @@ fn load(character: &Character, anatomy: &Anatomy, kinematics: &Kinematics, joint
     let gravity = character.gravity.norm().max(1.0);
     let (mut mass, mut reach) = (0.0, 0.0_f64);
     let anchor = kinematics.body_position[joint.body];
-    for (i, body) in character.bodies.iter().enumerate().filter(|&(i, _)| is_below(character, i, joint.body)) {
+    for (i, body) in character.bodies.iter().enumerate().filter(|&(i, _)| character.is_below(i, joint.body)) {
         mass += body.inertial.mass;
         reach = reach.max((kinematics.point(i, &body.inertial.com) - anchor).norm());
     }
     (2.0 * mass * gravity * reach).max(0.1)
-}
-
-/// Returns whether `body` is `ancestor` or hangs on it.
-pub(crate) fn is_below(character: &Character, mut body: usize, ancestor: usize) -> bool {
-    while body != 0 {
-        if body == ancestor {
-            return true;
-        }
-        body = character.bodies[body].parent;
-    }
-    ancestor == 0
 }

@@ -31,7 +31,7 @@ pub use controller::{Controller, ControllerFile, ControllerState};
 pub use error::RobotError;
 pub use observation::{AnchorSpec, MeasuredState, ObservationInputs, ObservationSpec, ReferenceSpec};
 pub use profile::{ActuatorGroup, Profile};
-pub use readiness::{Problem, Readiness, Severity, Shapes};
+pub use readiness::{Problem, Readiness, Severity, Shapes, level_ground};
 pub use reference::{Alignment, ClipPlayer, LatentEncoder, ReferenceLibrary, ReferenceStream};
 pub use robot::Robot;
 

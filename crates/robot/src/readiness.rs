@@ -3,6 +3,7 @@
 //! A robot without collision shapes falls through the ground, and its policy still collects reward. Commands that
 //! simulate therefore call [`Robot::require_ready`] first.
 
+mod ground;
 mod numbers;
 
 use std::f64::consts::PI;
@@ -13,6 +14,8 @@ use crate::actuator::ActuatorParameters;
 use crate::error::RobotError;
 use crate::guess;
 use crate::robot::Robot;
+
+pub use ground::level_ground;
 
 /// Weight below which a robot is taken for a mistake of units (kg).
 const MIN_MASS: f64 = 0.02;
@@ -97,6 +100,7 @@ impl Robot {
             readiness.add(Severity::CannotTrain, problem, "remove gravcomp, or use --engine mujoco");
         }
         numbers::check(&self.character, &mut readiness);
+        ground::check(&self.character, shapes, &mut readiness);
         contact(self, shapes, &mut readiness);
         mass(&self.character, &mut readiness);
         torque(self, &mut readiness);
@@ -153,6 +157,9 @@ fn contact(robot: &Robot, shapes: Shapes, readiness: &mut Readiness) {
         let other = character.geoms.iter().filter(|g| g.body != 0 && meets_ground(character, g)).count();
         let why = match (geoms, other) {
             (0, _) => "it has no geoms".to_string(),
+            (_, 0) if !character.pairs.is_empty() => {
+                "its contacts are pairs (<pair>), which act in MuJoCo alone (--engine mujoco)".to_string()
+            }
             (_, 0) => format!(
                 "none of its {geoms} geoms collides (contype and conaffinity do not match the ground's, or they are meshes)"
             ),
@@ -167,7 +174,7 @@ fn contact(robot: &Robot, shapes: Shapes, readiness: &mut Readiness) {
         readiness.add(Severity::Warning, "no feet were found".into(), remedy);
         return;
     }
-    let touches = |body: usize| (0..touching.len()).any(|b| touching[b] && guess::is_below(character, b, body));
+    let touches = |body: usize| (0..touching.len()).any(|b| touching[b] && character.is_below(b, body));
     let bare: Vec<&str> =
         robot.anatomy.soles.values().map(|s| s.body).filter(|&b| !touches(b)).map(|b| name(character, b)).collect();
     let shank = |sole: usize| touches(character.bodies[sole].parent);
@@ -228,7 +235,9 @@ fn torque(robot: &Robot, readiness: &mut Readiness) {
 /// Flags the bodies that have a geom that touches the ground.
 fn touching(character: &Character, shapes: Shapes) -> Vec<bool> {
     let mut touching = vec![false; character.bodies.len()];
-    for geom in character.geoms.iter().filter(|g| meets_ground(character, g)) {
+    let is_paired =
+        |g: &Geom| shapes == Shapes::All && g.body != 0 && character.pairs.iter().any(|p| p.contains(&g.name));
+    for geom in character.geoms.iter().filter(|g| meets_ground(character, g) || is_paired(g)) {
         let primitive = !matches!(geom.shape, GeomShape::Mesh(_) | GeomShape::HeightField(_) | GeomShape::Plane);
         touching[geom.body] |= primitive || shapes == Shapes::All;
     }
@@ -243,7 +252,7 @@ fn meets_ground(character: &Character, geom: &Geom) -> bool {
     let mut ground =
         character.geoms.iter().filter(|g| g.body == 0 && (g.contype != 0 || g.conaffinity != 0)).peekable();
     let met = if ground.peek().is_none() { meets(1, 1) } else { ground.any(|g| meets(g.contype, g.conaffinity)) };
-    geom.body != 0 && !excluded && met
+    geom.body != 0 && character.is_own(geom.body) && !excluded && met
 }
 
 fn name(character: &Character, body: usize) -> &str {

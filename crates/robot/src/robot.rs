@@ -222,7 +222,21 @@ fn controllable(character: &Character) -> Result<(), RobotError> {
         0 => {}
         1 if character.joints[0].kind == JointKind::Free => {}
         1 => return Err(unfit(character, "expected its free joint to be its first joint".into())),
-        n => return Err(unfit(character, format!("expected one free joint, got {n}: {}", names(JointKind::Free)))),
+        n => {
+            let message = format!(
+                "expected one free joint, got {n}: {}; leave only the robot in its file",
+                names(JointKind::Free)
+            );
+            return Err(unfit(character, message));
+        }
+    }
+    if let Some(joint) = character.joints.iter().find(|joint| !character.is_own(joint.body)) {
+        let (joint, body) = (&joint.name, &character.bodies[joint.body].name);
+        let base = &character.bodies[character.root_body()].name;
+        let message = format!(
+            "expected all joints on its base '{base}', got '{joint}' of '{body}'; leave only the robot in its file"
+        );
+        return Err(unfit(character, message));
     }
     let balls = names(JointKind::Ball);
     if !balls.is_empty() {

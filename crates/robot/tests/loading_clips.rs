@@ -55,7 +55,7 @@ fn what_is_no_use_is_left_out_with_the_reason() {
     let strict = loaded.all().unwrap_err().to_string();
     assert!(expected.iter().all(|(file, _)| strict.contains(file)), "{strict}");
 
-    let by_file = clips::load_files(&[root.path().to_path_buf()], &robot).unwrap();
+    let by_file = clips::load_files(&[root.path().to_path_buf()], None, &robot).unwrap();
     assert_eq!((by_file.clips.len(), by_file.left_out.len()), (3, 4), "with files, names may repeat");
 }
 

@@ -114,6 +114,11 @@ fn legs_that_cannot_carry_the_weight_are_told() {
 
 /// A biped whose numbers are changed in its text.
 fn changed(change: impl Fn(&str) -> String) -> Readiness {
+    built(change).unwrap().readiness(Shapes::Primitives)
+}
+
+/// The robot of [`changed`].
+fn built(change: impl Fn(&str) -> String) -> Result<Robot, String> {
     let leg = |side: &str, y: f64| {
         format!(
             r#"<body name="{side}_thigh" pos="0 {y} -.1"><joint name="{side}_hip" axis="0 1 0" range="-1.8 1.2"/>
@@ -133,7 +138,55 @@ fn changed(change: impl Fn(&str) -> String) -> Readiness {
         leg("right", -0.1)
     );
     let character = Character::from_mjcf(&change(&text), "biped.xml", None).unwrap();
-    Robot::from_character(character, Profile::default()).unwrap().readiness(Shapes::Primitives)
+    Robot::from_character(character, Profile::default()).map_err(|error| error.to_string())
+}
+
+#[test]
+fn what_is_not_the_robot_is_not_weighed_and_has_no_joints() {
+    let beside = |body: &str| built(|text| text.replace("</worldbody>", &format!("{body}</worldbody>")));
+    // A table of 800 kg: 1 m by 1 m by 0.8 m at 1000 kg/m3.
+    let table = "<body name=\"table\" pos=\"2 0 .4\"><geom type=\"box\" size=\".5 .5 .4\"/></body>";
+    let with_table = beside(table).unwrap();
+    assert!((with_table.character.mass() - 8.0).abs() < 1e-12, "{} kg", with_table.character.mass());
+    assert_eq!(with_table.readiness(Shapes::Primitives).verdict(), "ready to train");
+    let door = "<body name=\"door\"><joint name=\"hinge\" axis=\"0 0 1\"/><geom size=\".1\"/></body>";
+    let error = beside(door).unwrap_err();
+    assert!(error.contains("expected all joints on its base 'pelvis', got 'hinge' of 'door'"), "{error}");
+    let ball = "<body name=\"ball\"><freejoint/><geom size=\".1\"/></body>";
+    let error = beside(ball).unwrap_err();
+    assert!(error.contains("got 2:") && error.ends_with("leave only the robot in its file"), "{error}");
+}
+
+#[test]
+fn ground_that_our_engine_refuses_is_told_before_training() {
+    let plane = |other: &'static str| move |text: &str| text.replace("<geom type=\"plane\" size=\"1 1 1\"/>", other);
+    for (ground, why) in [
+        ("<geom name=\"slope\" type=\"plane\" size=\"1 1 1\" euler=\"0 .3 0\"/>", "the plane 'slope' is not level"),
+        ("<geom name=\"floor\" type=\"box\" size=\"1 1 1\" pos=\"0 0 -1\"/>", "'floor' is fixed to the world"),
+        (
+            "<geom type=\"plane\" size=\"1 1 1\"/><geom name=\"b\" type=\"plane\" size=\"1 1 1\"/>",
+            "'b' is a second plane",
+        ),
+    ] {
+        let robot = built(plane(ground)).unwrap();
+        says(&robot.readiness(Shapes::Primitives), Severity::CannotTrain, why);
+        assert!(robot.readiness(Shapes::All).can_train(), "MuJoCo has it: {why}");
+    }
+    let high = "<geom type=\"plane\" size=\"1 1 1\" pos=\"0 0 .3\"/>";
+    assert!(changed(plane(high)).can_train());
+}
+
+#[test]
+fn contacts_by_pairs_are_named_where_nothing_else_touches() {
+    let robot = built(|text| {
+        let text = text.replace(BOX, PICTURE).replacen("<geom type=\"box\"", "<geom name=\"foot\" type=\"box\"", 1);
+        let text = text.replace("<geom type=\"plane\"", "<geom name=\"floor\" type=\"plane\"");
+        text.replace("</worldbody>", "</worldbody><contact><pair geom1=\"floor\" geom2=\"foot\"/></contact>")
+    });
+    let robot = robot.unwrap();
+    says(&robot.readiness(Shapes::Primitives), Severity::CannotTrain, "its contacts are pairs (<pair>)");
+    says(&robot.readiness(Shapes::Primitives), Severity::Warning, "act in MuJoCo alone (floor and foot)");
+    assert!(robot.readiness(Shapes::All).can_train(), "{:?}", robot.readiness(Shapes::All));
 }
 
 #[test]

@@ -74,6 +74,7 @@ pub fn robot() -> Arc<Robot> {
         sites: vec![],
         actuators: vec![],
         excludes: vec![],
+        pairs: vec![],
         equalities: vec![],
         couplings: vec![],
         home: None,

@@ -219,9 +219,9 @@ pub(crate) fn read(
         if actuator.bias[0] != 0.0 {
             pushing.push(format!("{target} ({} N m)", actuator.bias[0] * actuator.gear));
         }
-        if law.filtered {
+        if law.filtered || a.number("delay")?.is_some_and(|delay| delay > 0.0) {
             notes.push(format!(
-                "actuator of '{target}' ({}) filters or integrates its control: our engine applies the control at once",
+                "actuator of '{target}' ({}) filters, integrates or delays its control: our engine applies the control at once",
                 element.name
             ));
         }

@@ -183,6 +183,11 @@ impl PhysicsOption {
                     notes.push(format!("option {attribute} is {value}: our engine has {own}"));
                 }
             }
+            if let Some(groups) = a.text("actuatorgroupdisable") {
+                warnings.push(format!(
+                    "actuators of group {groups} are off in MuJoCo and on in our engine: remove 'actuatorgroupdisable'"
+                ));
+            }
             for child in &section.children {
                 if child.name != "flag" {
                     return Err(child.unsupported("element in <option>"));

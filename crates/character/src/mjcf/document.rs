@@ -130,6 +130,11 @@ fn parse_file(
             line: 1,
             message: "a pointer of Git LFS in place of the file; fetch it with `git lfs pull`".into(),
         },
+        _ if text.starts_with("#usda") => CharacterError::Xml {
+            file: file.to_path_buf(),
+            line: 1,
+            message: "expected MJCF or URDF, got USD, which is not read: export the robot as MJCF or URDF".into(),
+        },
         roxmltree::Error::UnknownNamespace(prefix, at) if prefix == "xacro" => xacro(file, at.row, &prefix),
         _ => CharacterError::Xml { file: file.to_path_buf(), line: e.pos().row, message: e.to_string() },
     })?;

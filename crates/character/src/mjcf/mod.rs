@@ -76,6 +76,9 @@ fn note_softness(root: &Element, notes: &mut Vec<String>) {
     }
 }
 
+/// Contact pairs that a message lists.
+const LISTED: usize = 4;
+
 /// Sections that say nothing about the dynamics.
 const PICTURES: [&str; 6] = ["visual", "statistic", "size", "custom", "sensor", "keyframe"];
 
@@ -146,7 +149,7 @@ pub(crate) fn compile(mut root: Element, folder: Option<&Path>, meshes: Meshes) 
     let home = keyframes::read(&root, nq, &mut notes, &mut warnings)?;
     let actuators = actuators::read(&root, &defaults, &compiler, &mut tree.joints, &mut notes, &mut warnings)?;
     let couplings = coupling::read(&root, &defaults, &mut tree.joints, &actuators, &mut warnings)?;
-    let excludes = read_excludes(&root, &tree.bodies, &mut warnings)?;
+    let (excludes, pairs) = read_contacts(&root, &tree, &mut warnings)?;
     let name = root.attribute("model").unwrap_or("MuJoCo Model").to_string();
     if let Some(bodies) = stated {
         engine_text::state_inertia(&mut root, &bodies);
@@ -169,6 +172,7 @@ pub(crate) fn compile(mut root: Element, folder: Option<&Path>, meshes: Meshes) 
         sites: tree.sites,
         actuators,
         excludes,
+        pairs,
         equalities: Vec::new(),
         couplings,
         home,
@@ -270,22 +274,27 @@ fn scale_mass(bodies: &mut [Body], total: f64) {
     }
 }
 
-fn read_excludes(
-    root: &Element,
-    bodies: &[Body],
-    warnings: &mut Vec<String>,
-) -> Result<Vec<(usize, usize)>, CharacterError> {
-    let mut excludes = Vec::new();
-    let mut pairs = 0;
+/// Pairs of bodies that never touch, and of names of geoms that always may.
+type Contacts = (Vec<(usize, usize)>, Vec<[String; 2]>);
+
+fn read_contacts(root: &Element, tree: &Tree, warnings: &mut Vec<String>) -> Result<Contacts, CharacterError> {
+    let (mut excludes, mut pairs) = (Vec::new(), Vec::new());
     for element in root.children_named("contact").flat_map(|s| &s.children) {
         let a = Attributes::own(element);
         match element.name.as_str() {
-            "pair" => pairs += 1,
+            "pair" => {
+                let find = |attribute: &str| {
+                    let name = a.required(attribute)?;
+                    let found = tree.geoms.iter().find(|geom| geom.name == name).map(|geom| geom.name.clone());
+                    found.ok_or_else(|| a.invalid(format!("the name of a geom for '{attribute}'"), format!("'{name}'")))
+                };
+                pairs.push([find("geom1")?, find("geom2")?]);
+            }
             "exclude" => {
                 a.only(&["name", "class", "body1", "body2"])?;
                 let find = |attribute: &str| {
                     let name = a.required(attribute)?;
-                    let found = bodies.iter().position(|b| b.name == name);
+                    let found = tree.bodies.iter().position(|b| b.name == name);
                     found.ok_or_else(|| a.invalid(format!("the name of a body for '{attribute}'"), format!("'{name}'")))
                 };
                 excludes.push((find("body1")?, find("body2")?));
@@ -293,10 +302,15 @@ fn read_excludes(
             _ => return Err(element.unsupported("element in <contact>")),
         }
     }
-    if pairs > 0 {
+    if !pairs.is_empty() {
+        let listed = |pair: &[String; 2]| pair.join(" and ");
+        let some: Vec<String> = pairs.iter().take(LISTED).map(listed).collect();
+        let more = if pairs.len() > LISTED { ", ..." } else { "" };
         warnings.push(format!(
-            "{pairs} contact pairs (<pair>) act in MuJoCo alone: in our engine geoms touch by contype and conaffinity"
+            "{} contact pairs (<pair>) act in MuJoCo alone ({}{more}): in our engine geoms touch by contype and conaffinity",
+            pairs.len(),
+            some.join(", ")
         ));
     }
-    Ok(excludes)
+    Ok((excludes, pairs))
 }

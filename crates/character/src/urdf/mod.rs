@@ -42,6 +42,8 @@ use tree::Tree;
 
 /// Deeper chains of links than any robot has.
 const MAX_DEPTH: usize = 150;
+/// Angles about an axis beyond this say nothing more (rad), rounding included.
+const FULL_TURN: f64 = 6.2832;
 
 impl Character {
     /// Compiles URDF text. `file` is what errors call the text; meshes are looked for from `folder`.
@@ -88,6 +90,8 @@ struct Translation<'a> {
     idle: Vec<&'a str>,
     /// Links with a shape of size 0.
     sizeless: Vec<&'a str>,
+    /// Joints whose origin is turned by more than a full turn.
+    turned: Vec<&'a str>,
 }
 
 impl<'a> Translation<'a> {
@@ -108,6 +112,7 @@ impl<'a> Translation<'a> {
             weightless: Vec::new(),
             idle: Vec::new(),
             sizeless: Vec::new(),
+            turned: Vec::new(),
         };
         let joints: Vec<&Element> = robot.children_named("joint").collect();
         translation.mimics = Mimics::read(&joints, |joint| translation.mass_below(joint))?;
@@ -165,6 +170,7 @@ impl<'a> Translation<'a> {
         say("links that move and weigh nothing weigh next to nothing now", &self.weightless);
         say("joints that move nothing that weighs are held", &self.idle);
         say("shapes of size 0 are left out, of links", &self.sizeless);
+        say("origins whose rpy is more than a full turn, which looks like degrees (rpy is in rad), of", &self.turned);
         warnings
     }
 
@@ -187,7 +193,15 @@ impl<'a> Translation<'a> {
         );
         // MuJoCo's extension: those of its settings that still mean something here.
         for given in robot.children_named("mujoco").flat_map(|m| m.children_named("compiler")) {
-            let kept = ["meshdir", "strippath", "balanceinertia", "boundmass", "boundinertia", "settotalmass"];
+            let kept = [
+                "meshdir",
+                "strippath",
+                "balanceinertia",
+                "boundmass",
+                "boundinertia",
+                "settotalmass",
+                "inertiafromgeom",
+            ];
             let kept = given.attributes.iter().filter(|(n, _)| kept.contains(&n.as_str()));
             compiler.attributes.extend(kept.cloned());
         }
@@ -198,6 +212,7 @@ impl<'a> Translation<'a> {
         joint_names(&world, &mut moving);
         let equality = self.mimics.constraints(robot, |joint| moving.contains(joint));
         model.children = vec![compiler, assets, world, equality];
+        model.children.extend(robot.children_named("mujoco").flat_map(|m| m.children_named("option")).cloned());
         Ok(model)
     }
 
@@ -240,6 +255,9 @@ impl<'a> Translation<'a> {
         for joint in self.joints.get(name).cloned().unwrap_or_default() {
             let Some(link) = self.moved(joint) else { continue };
             let mut inner = element(link, "body", &[("name", link.attribute("name").unwrap_or("").to_string())]);
+            if pose(joint)?.1.amax() > FULL_TURN {
+                self.turned.push(joint.attribute("name").unwrap_or_default());
+            }
             let idle = !self.is_fixed(joint) && self.mass_below(joint).is_none();
             if idle {
                 self.idle.push(joint.attribute("name").unwrap_or_default());

@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
 use super::generator::{Generator, Made};
-use crate::dataset::{CaptionedSet, Entry, Split};
+use crate::dataset::{CaptionedSet, Entry, INDEX, Split};
 use crate::error::LanguageError;
 
 /// Clips that are drawn between two looks at how many hours there are.
@@ -50,6 +50,13 @@ impl Journal {
             return Ok(Self { origin, ..Self::default() });
         }
         let path = folder.join(JOURNAL);
+        if !path.exists() {
+            let got = match folder.join(INDEX).exists() {
+                true => "a finished one: use it as it is, or make another in a new folder",
+                false => "none: begin it without --resume",
+            };
+            return Err(LanguageError::NothingToResume { folder: folder.to_path_buf(), got });
+        }
         let text = std::fs::read_to_string(&path).map_err(LanguageError::io(&path))?;
         let bad = |message: String| LanguageError::line(&path, 1, message);
         let own: Self =
@@ -99,7 +106,7 @@ pub struct Summary {
 /// is done is written, and [`Options::resume`] goes on from there, as it does after a kill.
 ///
 /// # Errors
-/// [`LanguageError::Io`] for a folder that cannot be written; [`LanguageError::Grammar`] when hardly a clip is true.
+/// [`LanguageError::NothingToResume`]; [`LanguageError::Io`] for a folder that cannot be written; [`LanguageError::Grammar`] when hardly a clip is true.
 pub fn write(
     generator: &Generator<'_>,
     folder: &Path,
@@ -107,11 +114,11 @@ pub fn write(
     stop: &AtomicBool,
     mut progress: impl FnMut(f64),
 ) -> Result<Summary, LanguageError> {
+    let journal = Journal::open(folder, generator.origin(options.seed), options.resume)?;
     for split in Split::ALL {
         let path = folder.join(split.name());
         std::fs::create_dir_all(&path).map_err(LanguageError::io(&path))?;
     }
-    let journal = Journal::open(folder, generator.origin(options.seed), options.resume)?;
     let Journal { origin, mut seconds, mut summary, entries } = journal;
     let mut set = CaptionedSet { folder: folder.to_path_buf(), entries };
     let wanted = 3600.0 * options.hours;

@@ -31,6 +31,9 @@ Examples:
 pub struct Args {
     /// Motion to follow instead of our own clips: captured motion, keyframes or *.motion.safetensors.
     pub motions: Vec<PathBuf>,
+    /// Layout of the motion.
+    #[command(flatten)]
+    pub layout: clips::LayoutArgument,
     /// Folder of the report.
     #[arg(short, long, default_value = "runs/demo", value_parser = crate::destination::folder)]
     pub output: PathBuf,
@@ -61,7 +64,11 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let Source { policy: file, prior, .. } = Source::of(&file)?;
     let prior = args.prior.clone().or(prior);
     let loaded = Loaded::new(&file, Arc::clone(&robot), prior.as_deref())?;
-    let clips = if args.motions.is_empty() { clips::builtin(&robot) } else { clips::load(&args.motions, &robot)? };
+    let clips = if args.motions.is_empty() {
+        clips::builtin(&robot)
+    } else {
+        clips::load_as(&args.motions, args.layout, &robot)?
+    };
     tracing::info!("{} clips retargeted to {} in {:.1} s", clips.len(), robot.name, began.elapsed().as_secs_f64());
     let options = EvaluationOptions { seconds: args.seconds, starts: 1, keep: 1, ..EvaluationOptions::default() };
     let job = Job { loaded: &loaded, physics: &args.physics };

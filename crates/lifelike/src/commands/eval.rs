@@ -60,6 +60,9 @@ pub struct Args {
     /// Clips to follow: files, folders, patterns, or @list.txt with one of them per line.
     #[arg(short, long, required = true, num_args = 1..)]
     pub motions: Vec<PathBuf>,
+    /// Layout of the motion.
+    #[command(flatten)]
+    pub layout: clips::LayoutArgument,
     /// Folder of the results.
     #[arg(short, long, value_parser = crate::destination::folder)]
     pub output: PathBuf,
@@ -193,7 +196,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let loaded = Loaded::load(&args.policy, args.robot.as_deref(), args.prior.as_deref())?;
     let robot = loaded.controller.robot();
     args.physics.require_ready(robot)?;
-    let clips = clips::load(&args.motions, robot)?;
+    let clips = clips::load_as(&args.motions, args.layout, robot)?;
     let job = Job { loaded: &loaded, physics: &args.physics };
     let title = format!("{} on {} clips", args.policy.display(), clips.len());
     if by_thesis {

@@ -15,6 +15,7 @@ use std::path::{Path, PathBuf};
 
 use lifelike_motion::formats::{self, FileMotion, ReadOptions};
 
+use crate::commands::clips;
 use crate::commands::motion::fetched_g1;
 use crate::destination;
 use crate::error::CliError;
@@ -39,6 +40,9 @@ pub struct Args {
     /// A file, the folder of a run, or the name of a robot that comes with the program.
     #[arg(required_unless_present = "machine")]
     pub what: Option<PathBuf>,
+    /// Layout of the motion.
+    #[command(flatten)]
+    pub layout: clips::LayoutArgument,
     /// This machine: vector instructions, cores, peak speed of one core (measured), memory.
     /// LIFELIKE_SIMD forces other vector instructions.
     #[arg(long, conflicts_with = "what")]
@@ -97,7 +101,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
         Kind::Run => run::inspect(path, output),
         Kind::Checkpoint => checkpoint::inspect(path, output),
         Kind::Onnx => onnx::inspect(path, output),
-        Kind::Motion => match formats::read(path, &reading())? {
+        Kind::Motion => match formats::read(path, &reading(args.layout))? {
             FileMotion::Robot(clip) => clip::inspect_motion(path, &clip, output),
             FileMotion::Source(clip) => clip::inspect_source(path, &clip, output),
         },
@@ -105,7 +109,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
 }
 
 /// Returns options of reading, with the robot of most files that name none.
-fn reading() -> ReadOptions {
+fn reading(layout: clips::LayoutArgument) -> ReadOptions {
     let robot = fetched_g1().map(|robot| robot.character);
-    ReadOptions { robot, ..ReadOptions::default() }
+    ReadOptions { robot, layout: layout.layout, ..ReadOptions::default() }
 }

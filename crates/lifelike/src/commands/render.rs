@@ -31,6 +31,9 @@ MP4 is H.264 and needs Chromium. LIFELIKE_BROWSER names another browser; empty, 
 pub struct Args {
     /// The folder of an evaluation, a report page (*.html), or a clip.
     pub input: PathBuf,
+    /// Layout of the motion.
+    #[command(flatten)]
+    pub layout: clips::LayoutArgument,
     /// The picture (*.png) or film (*.mp4, *.gif).
     #[arg(short, long, value_parser = picture)]
     pub output: PathBuf,
@@ -226,7 +229,7 @@ fn load(args: &Args) -> Result<Film, CliError> {
     }
     let robot = Robot::load(args.robot.as_deref().unwrap_or("lima"))?;
     let mut page = ReportBuilder::new("");
-    for clip in clips::load(std::slice::from_ref(&args.input), &robot)? {
+    for clip in clips::load_as(std::slice::from_ref(&args.input), args.layout, &robot)? {
         let playback = Playback::from_clip(&robot.character, &clip)?;
         page = page.playback(&robot.character, &[playback.with_contacts(&robot.character, &robot.anatomy, &clip)]);
     }

@@ -53,6 +53,9 @@ pub struct Args {
     /// Clips to follow, one after the other; without them the robot stands.
     #[arg(short, long, num_args = 1..)]
     pub motions: Vec<PathBuf>,
+    /// Layout of the motion.
+    #[command(flatten)]
+    pub layout: clips::LayoutArgument,
     /// Time of standing before and after the clips (s).
     #[arg(long, default_value_t = 1.0)]
     pub standing: f64,
@@ -105,7 +108,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let loaded = Loaded::load(controller, args.robot.as_deref(), None)?;
     let clips = match args.motions.is_empty() {
         true => Vec::new(),
-        false => clips::load(&args.motions, loaded.controller.robot())?,
+        false => clips::load_as(&args.motions, args.layout, loaded.controller.robot())?,
     };
     let config = args.settings.as_deref().map(settings).transpose()?.unwrap_or_default();
     let prepared = Prepared { loaded, clips, config, standing: args.standing };

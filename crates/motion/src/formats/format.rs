@@ -77,6 +77,11 @@ impl Format {
         ending_of(path, self.suffixes).is_some()
     }
 
+    /// Returns whether it holds human motion, and this content is of it.
+    pub(super) fn is_source_of(&self, content: &[u8]) -> bool {
+        self.is_source() && (self.sniff)(&Sample::new(Cursor::new(content)))
+    }
+
     /// Returns whether it holds human motion, which is to be retargeted.
     pub fn is_source(&self) -> bool {
         matches!(self.reader, Reader::Source(_))

@@ -36,6 +36,11 @@ pub(super) fn is_start(start: &[u8]) -> bool {
     start.starts_with(MAGIC) || name.is_some_and(|name| name.ends_with(b".npy"))
 }
 
+/// Returns whether one of these arrays is among the files in a zip.
+pub(super) fn has_any(entries: &[String], names: &[&str]) -> bool {
+    entries.iter().any(|entry| entry.strip_suffix(".npy").is_some_and(|name| names.contains(&name)))
+}
+
 /// A file with named arrays.
 pub(super) struct Archive<'a> {
     zip: ZipArchive<Cursor<&'a [u8]>>,
@@ -130,7 +135,10 @@ impl Array<'_, '_, '_> {
             return Err(self.wrong_shape("that fits into memory"));
         };
         if matches!(self.header.kind, Kind::Text(_) | Kind::Object) || (self.header.fortran && shape.len() > 2) {
-            return Err(self.broken(format!("values of type '{}', not f4, f8, i4 or i8 in C order", self.header.descr)));
+            return Err(self.broken(format!(
+                "values of type '{}', not f2, f4, f8, i1 to i8 or u1 to u8 in C order",
+                self.header.descr
+            )));
         }
         let mut kept = Vec::new();
         for at in 0..count {
@@ -196,12 +204,12 @@ impl Array<'_, '_, '_> {
 /// What an array's numbers are, as NumPy's `descr` says after the order of bytes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Kind {
-    F4,
-    F8,
-    I4,
-    I8,
-    /// A byte or a flag.
-    U1,
+    /// Floating-point number of 2, 4 or 8 bytes.
+    Float(usize),
+    /// Whole number of 1, 2, 4 or 8 bytes.
+    Signed(usize),
+    /// Likewise without a sign; a flag is one byte.
+    Unsigned(usize),
     /// Texts of a fixed number of letters.
     Text(usize),
     /// Pickled objects.
@@ -212,11 +220,17 @@ impl Kind {
     /// Returns the kind of a `descr` without the order of bytes.
     pub(super) fn of(letters: &str) -> Option<Self> {
         Some(match letters {
-            "f4" => Self::F4,
-            "f8" => Self::F8,
-            "i4" => Self::I4,
-            "i8" => Self::I8,
-            "u1" | "b1" => Self::U1,
+            "f2" => Self::Float(2),
+            "f4" => Self::Float(4),
+            "f8" => Self::Float(8),
+            "i1" => Self::Signed(1),
+            "i2" => Self::Signed(2),
+            "i4" => Self::Signed(4),
+            "i8" => Self::Signed(8),
+            "u1" | "b1" => Self::Unsigned(1),
+            "u2" => Self::Unsigned(2),
+            "u4" => Self::Unsigned(4),
+            "u8" => Self::Unsigned(8),
             "O" | "O8" => Self::Object,
             text => Self::Text(text.strip_prefix('U')?.parse().ok().filter(|width| *width < 1 << 16)?),
         })
@@ -225,9 +239,7 @@ impl Kind {
     /// Returns the bytes of a number; 0 for texts and objects, which are no numbers.
     pub(super) fn size(self) -> usize {
         match self {
-            Self::F4 | Self::I4 => 4,
-            Self::F8 | Self::I8 => 8,
-            Self::U1 => 1,
+            Self::Float(size) | Self::Signed(size) | Self::Unsigned(size) => size,
             Self::Text(_) | Self::Object => 0,
         }
     }
@@ -237,14 +249,27 @@ impl Kind {
         let bits = |all: u64, byte: &u8| (all << 8) | u64::from(*byte);
         let bits = if big_endian { bytes.iter().fold(0, bits) } else { bytes.iter().rev().fold(0, bits) };
         match self {
-            Self::F4 => f64::from(f32::from_bits(bits as u32)),
-            Self::F8 => f64::from_bits(bits),
-            Self::I4 => f64::from(bits as u32 as i32),
-            Self::I8 => bits as i64 as f64,
-            Self::U1 => bits as f64,
+            Self::Float(2) => half(bits as u16),
+            Self::Float(4) => f64::from(f32::from_bits(bits as u32)),
+            Self::Float(_) => f64::from_bits(bits),
+            // The sign goes to the top, and comes back down with the number.
+            Self::Signed(size) => ((bits << (64 - 8 * size)) as i64 >> (64 - 8 * size)) as f64,
+            Self::Unsigned(_) => bits as f64,
             Self::Text(_) | Self::Object => f64::NAN,
         }
     }
+}
+
+/// Returns the number that 16 bits are: a sign, 5 bits of exponent, 10 of fraction (IEEE 754).
+fn half(bits: u16) -> f64 {
+    let (exponent, fraction) = (i32::from(bits >> 10 & 31), f64::from(bits & 1023));
+    let size = match exponent {
+        0 => fraction * 2f64.powi(-24),
+        31 if fraction == 0.0 => f64::INFINITY,
+        31 => f64::NAN,
+        _ => (1024.0 + fraction) * 2f64.powi(exponent - 25),
+    };
+    if bits >> 15 == 0 { size } else { -size }
 }
 
 /// The header of an array.
@@ -291,7 +316,8 @@ impl Header {
         let kind = kind.strip_prefix(['\'', '"']).and_then(|kind| kind.split(['\'', '"']).next()).ok_or_else(odd)?;
         let (order, letters) = kind.split_at_checked(1).ok_or_else(odd)?;
         let number = Kind::of(letters);
-        let number = number.ok_or_else(|| format!("values of type '{}', not f4, f8, i4 or i8", shortened(kind)))?;
+        let number = number
+            .ok_or_else(|| format!("values of type '{}', not f2, f4, f8, i1 to i8 or u1 to u8", shortened(kind)))?;
         let fortran = value("fortran_order").ok_or_else(odd)?.starts_with("True");
         let shape = value("shape").and_then(|s| s.strip_prefix('(')?.split_once(')')).ok_or_else(odd)?.0;
         // Python 2 wrote 100L.

@@ -3,8 +3,8 @@
 use std::ops::Range;
 
 use lifelike_character::rotation::to_wxyz;
-use lifelike_character::{Body, Character, GeomShape, Joint, JointKind, Vec3};
-use lifelike_robot::Robot;
+use lifelike_character::{Body, Character, Joint, JointKind, Vec3};
+use lifelike_robot::{Robot, level_ground};
 
 use super::closure::Closures;
 use super::coupling::Couplings;
@@ -281,23 +281,6 @@ fn spring<T: Scalar>(j: &Joint) -> Spring<T> {
 
 /// Height and surface of the ground: the model's own plane, or MuJoCo's default one where it has none.
 fn ground(character: &Character) -> Result<(f64, Surface), String> {
-    let mut found = None;
-    for geom in character.geoms.iter().filter(|g| g.body == 0) {
-        match geom.shape {
-            GeomShape::Plane => {
-                let [w, x, y, _] = to_wxyz(&geom.orientation);
-                if x.abs() + y.abs() > 1e-9 * w.abs().max(1.0) {
-                    return Err(format!("the plane '{}' is not level: give the slope as terrain", geom.name));
-                }
-                if found.is_some() {
-                    return Err(format!("'{}' is a second plane: this engine has one ground", geom.name));
-                }
-                found = Some((geom.position.z, Surface::of(geom)));
-            }
-            GeomShape::Mesh(_) => {}
-            _ if geom.contype == 0 && geom.conaffinity == 0 => {}
-            _ => return Err(format!("'{}' is fixed to the world: this engine has the ground only", geom.name)),
-        }
-    }
-    Ok(found.unwrap_or_else(|| (0.0, Surface::default_ground())))
+    let plane = level_ground(character)?;
+    Ok(plane.map_or_else(|| (0.0, Surface::default_ground()), |geom| (geom.position.z, Surface::of(geom))))
 }

@@ -42,6 +42,8 @@ pub struct Args {
     /// Clips to follow: files, folders, patterns, or @list.txt with one of them per line.
     #[arg(short, long, required = true, num_args = 1..)]
     motions: Vec<PathBuf>,
+    #[command(flatten)]
+    layout: clips::LayoutArgument,
     /// Folder of the results.
     #[arg(short, long, value_parser = crate::destination::folder)]
     output: PathBuf,
@@ -70,7 +72,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let options = options(args)?;
     let loaded = Loaded::load(&args.policy, args.robot.as_deref(), args.prior.as_deref())?;
     let robot = loaded.controller.robot();
-    let clips = clips::load(&args.motions, robot)?;
+    let clips = clips::load_as(&args.motions, args.layout, robot)?;
     let simulate = |terrain, environments| args.physics.simulate(terrain, robot, environments);
     let mut progress = Progress::new(output, "disturbing", 1);
     let found = sweep(&loaded.setup(&simulate), &clips, &options, |what, done, of| {

@@ -42,6 +42,8 @@ pub struct Args {
     /// Clips to follow.
     #[arg(short, long, num_args = 1.., default_value = "builtin")]
     motions: Vec<PathBuf>,
+    #[command(flatten)]
+    layout: clips::LayoutArgument,
     /// Longest episode (s).
     #[arg(long, default_value_t = 10.0)]
     seconds: f64,
@@ -84,7 +86,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let loaded = Loaded::load(&args.policy, args.robot.as_deref(), None)?;
     let robot = loaded.controller.robot();
     args.physics.require_ready(robot)?;
-    let clips = clips::load(&args.motions, robot)?;
+    let clips = clips::load_as(&args.motions, args.layout, robot)?;
     let options = EvaluationOptions { seconds: args.seconds, starts: args.starts, ..EvaluationOptions::default() };
     let simulate = |terrain, environments| args.physics.simulate(terrain, robot, environments);
     let setup = loaded.setup(&simulate);

@@ -39,6 +39,9 @@ pub struct Args {
     /// Clips of the robot: files, folders, patterns, or @list.txt.
     #[arg(required = true)]
     pub motions: Vec<PathBuf>,
+    /// Layout of the motion.
+    #[command(flatten)]
+    pub layout: clips::LayoutArgument,
     /// The robot: a name, or an MJCF or URDF file.
     #[arg(short, long, default_value = "lima")]
     pub robot: String,
@@ -64,7 +67,7 @@ pub struct Args {
 pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let robot = Robot::load(&args.robot)?;
     let tables = args.captions.iter().map(|file| CaptionTable::load(file)).collect::<Result<Vec<_>, _>>()?;
-    let motions = clips::load(&args.motions, &robot)?;
+    let motions = clips::load_as(&args.motions, args.layout, &robot)?;
     let options =
         Options { test_subjects: args.test_subjects.clone(), mirrored: !args.no_mirror, ..Options::default() };
     make_folders(&args.output)?;

@@ -34,6 +34,9 @@ pub struct Args {
     /// Clips: files, folders, patterns, or @list.txt with one of them per line.
     #[arg(required = true)]
     pub motions: Vec<PathBuf>,
+    /// Layout of the motion.
+    #[command(flatten)]
+    pub layout: clips::LayoutArgument,
     /// The robot: a name, or an MJCF or URDF file.
     #[arg(short, long, default_value = "lima")]
     pub robot: String,
@@ -46,7 +49,7 @@ pub struct Args {
 pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let robot = Robot::load(&args.robot)?;
     robot.require_ready(Shapes::All)?;
-    let checked = clips::load_files(&args.motions, &robot)?
+    let checked = clips::load_files(&args.motions, args.layout, &robot)?
         .into_par_iter()
         .map(|(file, clip)| {
             let found = check(&clip, &robot.character, &robot.anatomy, &robot.speeds())?;

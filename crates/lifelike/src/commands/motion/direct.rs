@@ -27,12 +27,16 @@ pub struct Common {
     /// A robot's name, or its MJCF or URDF file; the robot that the clip was made for where not given.
     #[arg(short, long)]
     pub robot: Option<String>,
+    /// Layout of the motion.
+    #[command(flatten)]
+    pub layout: clips::LayoutArgument,
 }
 
 /// A robot, and how its motion is to be solved for.
 pub struct Stage {
     /// Name or file of the robot.
     name: String,
+    layout: clips::LayoutArgument,
     pub robot: Robot,
     /// At the robot's rate, with the speeds that its actuators allow.
     pub options: RetargetOptions,
@@ -70,7 +74,7 @@ impl Common {
         let robot = Robot::load(&name).map_err(whose)?;
         let mut options = clips::retarget_options(&robot);
         clips::limit_speeds(&mut options, &robot);
-        Ok(Stage { name, robot, options })
+        Ok(Stage { name, layout: self.layout, robot, options })
     }
 
     /// Changes each clip of the inputs and writes it, under the given name or its own with `suffix`.
@@ -125,12 +129,12 @@ impl Stage {
 
     /// The clips of the inputs: all of them, since the result would be another motion without one.
     pub fn clips(&self, inputs: &[PathBuf]) -> Result<Vec<MotionClip>, CliError> {
-        Ok(lifelike_robot::clips::load(inputs, &self.robot)?.all()?)
+        Ok(lifelike_robot::clips::load_as(inputs, self.layout.layout, &self.robot)?.all()?)
     }
 
     /// The one clip of an input.
     pub fn clip(&self, input: &Path) -> Result<MotionClip, CliError> {
-        Ok(clips::load_one(input, &self.robot)?)
+        Ok(clips::load_one_as(input, self.layout.layout, &self.robot)?)
     }
 
     /// Joints by the names of joints and parts of the body.

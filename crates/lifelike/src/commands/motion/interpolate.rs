@@ -37,6 +37,9 @@ pub struct Args {
     pub first: PathBuf,
     /// The second clip.
     pub second: PathBuf,
+    /// Layout of the motion.
+    #[command(flatten)]
+    pub layout: clips::LayoutArgument,
     /// The motion prior whose latent space is crossed.
     #[arg(long)]
     pub prior: PathBuf,
@@ -76,7 +79,10 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     }
     let robot = Robot::load(&args.robot)?;
     let prior = prior_file::load_for(&args.prior, &robot)?;
-    let (first, second) = (clips::load_one(&args.first, &robot)?, clips::load_one(&args.second, &robot)?);
+    let (first, second) = (
+        clips::load_one_as(&args.first, args.layout.layout, &robot)?,
+        clips::load_one_as(&args.second, args.layout.layout, &robot)?,
+    );
     let (a, b) = (codes(&prior, &robot, &first)?, codes(&prior, &robot, &second)?);
     let between = |how| interpolate(&prior, &robot.character, a.rows(), b.rows(), how);
     let how = if args.ramp { Blend::Ramp } else { Blend::Constant(args.weight) };

@@ -13,6 +13,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use super::{clip_name, container_in};
+use crate::commands::clips;
 use crate::error::CliError;
 use crate::output::{Output, fitted};
 
@@ -30,6 +31,9 @@ pub struct Args {
     /// Motion of the robot: files, folders, patterns, or @list.txt with one of them per line.
     #[arg(required = true)]
     pub motions: Vec<PathBuf>,
+    /// Layout of the motion.
+    #[command(flatten)]
+    pub layout: clips::LayoutArgument,
     /// The robot: a name, or an MJCF or URDF file.
     #[arg(short, long, default_value = "lima")]
     pub robot: String,
@@ -61,7 +65,8 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let is_of_robot = |format: &formats::Format| matches!(format.reader, formats::Reader::Robot(_));
     let files = dataset::find_motion(&dataset::with_lists(&args.motions)?, is_of_robot)?;
     let targets = targets(&files, args)?;
-    let linted = files.par_iter().zip(&targets).map(|(file, target)| look_at(file, target.as_deref(), &robot));
+    let linted =
+        files.par_iter().zip(&targets).map(|(file, target)| look_at(file, target.as_deref(), args.layout, &robot));
     let linted = linted.collect::<Result<Vec<_>, CliError>>()?;
     output.result(&linted, || text(&linted))?;
     let open = linted.iter().filter(|one| !one.mistakes.is_empty() && one.fixed.is_none()).count();
@@ -86,8 +91,13 @@ fn targets(files: &[PathBuf], args: &Args) -> Result<Vec<Option<PathBuf>>, CliEr
     files.iter().map(target).collect()
 }
 
-fn look_at(file: &Path, target: Option<&Path>, robot: &Robot) -> Result<Linted, CliError> {
-    let clip = read(file, robot)?;
+fn look_at(
+    file: &Path,
+    target: Option<&Path>,
+    layout: clips::LayoutArgument,
+    robot: &Robot,
+) -> Result<Linted, CliError> {
+    let clip = read(file, layout, robot)?;
     let (fixed, mistakes) = lint(&clip, &robot.character, &robot.anatomy)?;
     let remaining = feasibility::check(&fixed, &robot.character, &robot.anatomy, &robot.speeds())?;
     if let Some(target) = target {
@@ -97,8 +107,8 @@ fn look_at(file: &Path, target: Option<&Path>, robot: &Robot) -> Result<Linted, 
     Ok(Linted { file, clip: clip.name, mistakes, remaining, fixed })
 }
 
-fn read(file: &Path, robot: &Robot) -> Result<MotionClip, MotionError> {
-    let options = ReadOptions { robot: Some(robot.character.clone()), ..ReadOptions::default() };
+fn read(file: &Path, layout: clips::LayoutArgument, robot: &Robot) -> Result<MotionClip, MotionError> {
+    let options = ReadOptions { robot: Some(robot.character.clone()), layout: layout.layout, ..ReadOptions::default() };
     match formats::read(file, &options)? {
         FileMotion::Robot(clip) => Ok(clip),
         FileMotion::Source(_) => Err(MotionError::Container {

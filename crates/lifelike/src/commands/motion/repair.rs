@@ -44,6 +44,9 @@ pub struct Args {
     /// Clips: files, folders, patterns, or @list.txt with one of them per line.
     #[arg(required = true)]
     pub motions: Vec<PathBuf>,
+    /// Layout of the motion.
+    #[command(flatten)]
+    pub layout: clips::LayoutArgument,
     /// The robot: a name, or an MJCF or URDF file.
     #[arg(short, long, default_value = "lima")]
     pub robot: String,
@@ -88,7 +91,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     robot.require_ready(Shapes::All)?;
     let mut options = clips::retarget_options(&robot);
     clips::limit_speeds(&mut options, &robot);
-    let loaded = clips::load_files(&args.motions, &robot)?;
+    let loaded = clips::load_files(&args.motions, args.layout, &robot)?;
     let repaired = match &args.policy {
         Some(policy) => executed(args, policy, &robot, &options, &loaded, output)?,
         None => by_kinematics(&robot, &options, &loaded, output)?,

@@ -36,6 +36,9 @@ pub struct Args {
     /// Clips to search: files, folders, patterns, or @list.txt with one of them per line.
     #[arg(short, long, required = true, num_args = 1..)]
     pub motions: Vec<PathBuf>,
+    /// Layout of the motion.
+    #[command(flatten)]
+    pub layout: clips::LayoutArgument,
     /// Most hits.
     #[arg(short = 'k', long, default_value_t = 5)]
     pub count: usize,
@@ -55,13 +58,13 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let robot = Robot::load(&args.robot)?;
     let prior = prior_file::load_for(&args.prior, &robot)?;
     let rate = prior.windows().frame_rate;
-    let query = clips::load_one(&args.query, &robot)?;
+    let query = clips::load_one_as(&args.query, args.layout.layout, &robot)?;
     if !(args.at >= 0.0 && args.at <= query.seconds()) {
         let text =
             format!("--at: expected a time from 0 to {:.2} s in '{}', got {}", query.seconds(), query.name, args.at);
         return Err(CliError::Usage(text));
     }
-    let motions = clips::load(&args.motions, &robot)?;
+    let motions = clips::load_as(&args.motions, args.layout, &robot)?;
     let codes = Codes::of_prior(&prior, &prior_file::frames(&motions, &robot, rate)?)?;
     let sought = Codes::of_prior(&prior, &prior_file::frames(std::slice::from_ref(&query), &robot, rate)?)?;
     let frame = ((args.at * rate).round() as usize).min(sought.len().saturating_sub(1));

@@ -2,7 +2,7 @@
 //!
 //! `poses` is one row per frame: a rotation vector (rad) for each joint, of which the first 22 are the body's in SMPL (72
 //! numbers), SMPL-H (156) and SMPL-X (165) alike; fingers, jaw and eyes are not read, hands are rigid. `root_orient` and
-//! `pose_body` may stand in its place. `trans` (m) moves the whole body, and `mocap_framerate` (older files) or `mocap_frame_rate` is in frames per second. The file's world is
+//! `pose_body` (or `global_orient` and `body_pose`) may be in its place. `trans` (or `transl`, m) moves the whole body, and `mocap_framerate` (older files) or `mocap_frame_rate` is in frames per second. The file's world is
 //! z up; the frames of the joints are y up and z forward when the body rests, so the root's rotation also stands the body
 //! up.
 //!
@@ -37,12 +37,18 @@ pub const FORMAT: Format = Format {
     // Beside the motions of a person AMASS keeps the person's shape.
     not_motion: &["shape.npz", "male_stagei.npz", "female_stagei.npz", "neutral_stagei.npz"],
     clip_name: |path| recording(&std::path::absolute(path).ok()?),
-    sniff: |sample| npz::is_start(&sample.start),
+    sniff: |sample| npz::is_start(&sample.start) && (sample.entries.is_empty() || npz::has_any(&sample.entries, &OWN)),
     reader: Reader::Source(parse),
 };
 
-/// Numbers in a row of `poses`: SMPL's, SMPL-H's and SMPL-X's.
-const WIDTHS: [usize; 3] = [72, 156, 165];
+/// Numbers in a row of `poses`: of the body alone, SMPL's, SMPL-H's and SMPL-X's.
+const WIDTHS: [usize; 4] = [66, 72, 156, 165];
+/// Names of the root's rotation, of the body's rotations, and of the body's place: AMASS' first, then the SMPL-X code's.
+const ROOTS: [&str; 2] = ["root_orient", "global_orient"];
+const BODIES: [&str; 2] = ["pose_body", "body_pose"];
+const PLACES: [&str; 2] = ["trans", "transl"];
+/// Arrays of which each file of a body's motion or shape has one.
+const OWN: [&str; 8] = ["poses", "trans", "betas", "root_orient", "pose_body", "global_orient", "body_pose", "transl"];
 /// Names of the frame rate, older files first.
 const RATES: [&str; 3] = ["mocap_framerate", "mocap_frame_rate", "fps"];
 /// An hour at 120 frames per second. A small compressed file cannot stand for a longer motion.
@@ -57,7 +63,8 @@ pub fn parse(bytes: &[u8], file: &Path, options: &ReadOptions) -> Result<SourceC
     check_arrays(&archive)?;
     let fps = frame_rate(&mut archive, options.fps)?;
     let (frames, poses) = poses(&mut archive)?;
-    let places = archive.array("trans")?;
+    let places = first_of(&archive, PLACES);
+    let places = archive.array(places)?;
     if places.shape() != [frames, 3] {
         return Err(places.wrong_shape(&format!("of shape [{frames}, 3], as there are {frames} frames of poses")));
     }
@@ -100,25 +107,38 @@ fn poses(archive: &mut Archive<'_>) -> Result<(usize, Vec<f64>), MotionError> {
                 check_length(*frames, &poses)?;
                 Ok((*frames, poses.rows(width)?))
             }
-            _ => Err(poses.wrong_shape("of shape [frames, 72], [frames, 156] or [frames, 165]")),
+            [frames, joints, 3] if WIDTHS.contains(&joints.saturating_mul(3)) => {
+                check_length(*frames, &poses)?;
+                Ok((*frames, poses.rows(width)?))
+            }
+            _ => {
+                Err(poses
+                    .wrong_shape("of rotation vectors: [frames, 66], [frames, 72], [frames, 156] or [frames, 165]"))
+            }
         };
     }
-    let root = archive.array("root_orient")?;
+    let (root, body) = (first_of(archive, ROOTS), first_of(archive, BODIES));
+    let root = archive.array(root)?;
     let frames = match root.shape() {
-        [frames, 3] => *frames,
+        [frames, 3] | [frames, 1, 3] => *frames,
         _ => return Err(root.wrong_shape("of shape [frames, 3]")),
     };
     check_length(frames, &root)?;
     let root = root.rows(3)?;
-    let body = archive.array("pose_body")?;
-    if body.shape() != [frames, width - 3] {
-        return Err(
-            body.wrong_shape(&format!("of shape [{frames}, {}], as 'root_orient' has {frames} frames", width - 3))
-        );
+    let body = archive.array(body)?;
+    // SMPL's has two joints more, which stand for the hands.
+    if !matches!(body.shape(), [given, 63 | 69] | [given, 21 | 23, 3] if *given == frames) {
+        return Err(body
+            .wrong_shape(&format!("of shape [{frames}, {}], as the root's rotation has {frames} frames", width - 3)));
     }
     let body = body.rows(width - 3)?;
     let rows = root.chunks_exact(3).zip(body.chunks_exact(width - 3));
     Ok((frames, rows.flat_map(|(root, body)| root.iter().chain(body).copied()).collect()))
+}
+
+/// Returns the first of two names that is there; else the first.
+fn first_of(archive: &Archive<'_>, names: [&'static str; 2]) -> &'static str {
+    if !archive.has(names[0]) && archive.has(names[1]) { names[1] } else { names[0] }
 }
 
 fn check_length(frames: usize, array: &npz::Array<'_, '_, '_>) -> Result<(), MotionError> {
@@ -130,18 +150,19 @@ fn check_length(frames: usize, array: &npz::Array<'_, '_, '_>) -> Result<(), Mot
 
 /// Checks that the arrays of a motion are there, and says what the file is where that can be told.
 fn check_arrays(archive: &Archive<'_>) -> Result<(), MotionError> {
-    let has = |name: &str| archive.has(name);
-    let has_poses = has("poses") || (has("root_orient") && has("pose_body"));
-    if !has_poses && !has("trans") && has("betas") {
+    let has = |names: [&str; 2]| names.into_iter().any(|name| archive.has(name));
+    let has_poses = archive.has("poses") || (has(ROOTS) && has(BODIES));
+    if !has_poses && !has(PLACES) && archive.has("betas") {
         let got = format!("the shape of a person ({}), which AMASS keeps beside the motions", archive.listed());
         return Err(archive.wrong("a motion of AMASS (arrays poses, trans, mocap_framerate)".to_owned(), got));
     }
     if !has_poses {
-        let expected = "array 'poses' of AMASS (or 'root_orient' and 'pose_body')".to_owned();
+        let expected =
+            "array 'poses' of AMASS (or 'root_orient' and 'pose_body', or 'global_orient' and 'body_pose')".to_owned();
         return Err(archive.wrong(expected, archive.listed()));
     }
-    if !has("trans") {
-        return Err(archive.wrong("array 'trans' of AMASS".to_owned(), archive.listed()));
+    if !has(PLACES) {
+        return Err(archive.wrong("array 'trans' of AMASS (or 'transl')".to_owned(), archive.listed()));
     }
     Ok(())
 }

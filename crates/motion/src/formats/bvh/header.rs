@@ -12,6 +12,9 @@ const USUAL_RATES: [f64; 19] = [
 /// Longer frames (s) are no motion: the number has another unit.
 const LONGEST_FRAME: f64 = 1.0;
 
+/// Longer frames (s) do not show steps of a walk.
+const SLOW_FRAME: f64 = 0.1;
+
 /// Count and rate of the frames.
 pub(super) struct Header {
     pub frames: usize,
@@ -48,6 +51,13 @@ impl Header {
             return Err(lines.error("a frame time above 0.00001 s, or --fps RATE", &time.to_string()));
         }
         if time <= LONGEST_FRAME {
+            if time > SLOW_FRAME {
+                let fps = raw::rate(time);
+                notes.push(format!(
+                    "line {}: {fps:.3} frames per second: motion between frames is interpolated (--fps RATE if it was faster)",
+                    lines.number()
+                ));
+            }
             return Ok(Self { frames, line, fps: raw::rate(time) });
         }
         let (fps, unit) = match (usual_rate(1000.0 / time), usual_rate(time)) {
@@ -96,7 +106,7 @@ mod tests {
         let mut notes = Vec::new();
         let header = Header::parse(&mut lines, 10, None, &mut notes).map_err(|e| e.to_string())?;
         assert_eq!(header.frames, 3);
-        assert_eq!(notes.len(), usize::from(time.parse::<f64>().unwrap() > 1.0), "{notes:?}");
+        assert_eq!(notes.len(), usize::from(time.parse::<f64>().unwrap() > SLOW_FRAME), "{notes:?}");
         Ok(header.fps)
     }
 

@@ -248,6 +248,10 @@ pub fn read(bytes: &[u8], file: &Path, options: &ReadOptions) -> Result<Reading,
     let context = Context { file, robot };
     let mut content = match bytes {
         [b'P', b'K', 3, 4, ..] | [0x80, ..] => Content::Arrays(Arrays::open(bytes, file)?),
+        [b'(', ..] => {
+            let expected = "a pickle of protocol 2 or later (pickle.dump(motion, file, protocol=4))".to_owned();
+            return Err(container(file, expected, "protocol 0 or 1, or no motion".to_owned()));
+        }
         _ => Content::Table(Table::parse(bytes, file)?),
     };
     let layout = match options.layout {
@@ -282,7 +286,7 @@ fn is_own(bytes: &[u8]) -> bool {
 /// As [`read`]; [`MotionError::Container`] for human motion.
 pub fn open(file: &Path, options: &ReadOptions) -> Result<Reading, MotionError> {
     let bytes = super::text::read_bytes(file)?;
-    let is_human = || super::format::of_content(file, &bytes).is_some_and(Format::is_source);
+    let is_human = || super::format::of_content(file, &bytes).is_some_and(|format| format.is_source_of(&bytes));
     if options.layout.is_none() && is_human() {
         let cure = "motion of a robot, or --layout NAME; `lifelike motion retarget` reads human motion";
         return Err(container(file, cure.to_owned(), "human motion".to_owned()));

@@ -55,11 +55,12 @@ impl Global {
             ("_codecs", "encode") => Self::Encode,
             ("collections", "OrderedDict") => Self::OrderedDict,
             ("torch._utils", "_rebuild_tensor_v2") => Self::Tensor,
-            ("torch", "FloatStorage") => Self::Storage(Kind::F4),
-            ("torch", "DoubleStorage") => Self::Storage(Kind::F8),
-            ("torch", "IntStorage") => Self::Storage(Kind::I4),
-            ("torch", "LongStorage") => Self::Storage(Kind::I8),
-            ("torch", "ByteStorage" | "BoolStorage") => Self::Storage(Kind::U1),
+            ("torch", "FloatStorage") => Self::Storage(Kind::Float(4)),
+            ("torch", "HalfStorage") => Self::Storage(Kind::Float(2)),
+            ("torch", "DoubleStorage") => Self::Storage(Kind::Float(8)),
+            ("torch", "IntStorage") => Self::Storage(Kind::Signed(4)),
+            ("torch", "LongStorage") => Self::Storage(Kind::Signed(8)),
+            ("torch", "ByteStorage" | "BoolStorage") => Self::Storage(Kind::Unsigned(1)),
             _ => return None,
         })
     }

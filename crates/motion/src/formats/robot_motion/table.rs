@@ -1,5 +1,6 @@
 //! Tables of numbers as text: rows of commas, with or without names of the columns.
 
+use std::borrow::Cow;
 use std::path::Path;
 
 use crate::error::MotionError;
@@ -27,13 +28,15 @@ impl Table {
             && (cells.iter().all(|cell| cell.parse::<f64>().is_ok()) || cells.iter().any(|cell| names(cell)))
     }
 
-    /// Reads a table.
+    /// Reads a table: cells between commas, semicolons, tabs or spaces, comments after `#`.
     ///
     /// # Errors
     /// [`MotionError::Parse`] with the line.
     pub(super) fn parse(bytes: &[u8], file: &Path) -> Result<Self, MotionError> {
-        let text = decode(bytes, file)?;
-        let mut reader = csv::ReaderBuilder::new().has_headers(false).trim(csv::Trim::All).from_reader(text.as_bytes());
+        let text = with_commas(decode(bytes, file)?);
+        let mut reader = csv::ReaderBuilder::new();
+        reader.has_headers(false).trim(csv::Trim::All).comment(Some(b'#'));
+        let mut reader = reader.from_reader(text.as_bytes());
         let mut table = Self { header: None, numbers: Vec::new(), columns: 0 };
         for (row, record) in reader.records().enumerate() {
             let record = record.map_err(|error| {
@@ -43,6 +46,10 @@ impl Table {
             let line = record.position().map_or(row + 1, |position| position.line() as usize);
             if row == 0 {
                 table.columns = record.len();
+                // A table without names that pandas wrote has its columns' numbers for names.
+                if record.len() > 1 && record.iter().enumerate().all(|(column, cell)| cell == column.to_string()) {
+                    continue;
+                }
                 if record.iter().any(|cell| cell.parse::<f64>().is_err()) {
                     table.header = Some(record.iter().map(str::to_owned).collect());
                     continue;
@@ -72,6 +79,19 @@ impl Table {
     pub(super) fn column(&self, name: &str) -> Option<usize> {
         self.header.as_ref()?.iter().position(|column| column == name)
     }
+}
+
+/// Returns a table with commas between its cells, in place of semicolons, tabs or spaces. Lines keep their numbers.
+fn with_commas(text: &str) -> Cow<'_, str> {
+    let first = text.lines().find(|line| !line.trim().is_empty() && !line.starts_with('#')).unwrap_or_default();
+    if first.contains(';') {
+        // A comma beside semicolons is a decimal one.
+        return text.replace(',', ".").replace(';', ",").into();
+    }
+    if first.contains(',') || first.split_whitespace().count() < 2 {
+        return text.into();
+    }
+    text.lines().map(|line| line.split_whitespace().collect::<Vec<_>>().join(",") + "\n").collect::<String>().into()
 }
 
 /// Writes rows under names, or none. Numbers read back to the same value.

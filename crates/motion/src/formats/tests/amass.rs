@@ -393,3 +393,85 @@ fn parts_of_poses_are_read_as_the_whole() {
     let message = read_arrays(&parts).unwrap_err().to_string();
     assert!(message.contains("'pose_body' of shape [3, 63]"), "{message}");
 }
+
+/// Numbers of IEEE 754's tables and of two's complement.
+#[test]
+fn every_kind_of_number_is_read_as_numpy_writes_it() {
+    use super::super::npz::Kind;
+    let value = |letters: &str, bytes: &[u8]| {
+        let kind = Kind::of(letters).unwrap();
+        assert_eq!(kind.size(), bytes.len(), "{letters}");
+        let reversed: Vec<u8> = bytes.iter().rev().copied().collect();
+        assert_eq!(kind.value(bytes, true).to_bits(), kind.value(&reversed, false).to_bits(), "{letters}");
+        kind.value(bytes, true)
+    };
+    for (bits, number) in [
+        (0x3c00_u16, 1.0),
+        (0xc000, -2.0),
+        (0x7bff, 65504.0),
+        (0x0400, 2f64.powi(-14)),
+        (0x0001, 2f64.powi(-24)),
+        (0x3555, 0.333_251_953_125),
+        (0x7c00, f64::INFINITY),
+        (0x8000, 0.0),
+    ] {
+        assert_eq!(value("f2", &bits.to_be_bytes()), number, "{bits:x}");
+    }
+    assert!(value("f2", &[0x7e, 0]).is_nan());
+    for (letters, bytes, number) in [
+        ("i1", &[0xff][..], -1.0),
+        ("i2", &[0xff, 0xfe], -2.0),
+        ("i2", &[0x7f, 0xff], 32767.0),
+        ("i4", &[0x80, 0, 0, 0], -2_147_483_648.0),
+        ("i8", &[0xff; 8], -1.0),
+        ("u1", &[0xff], 255.0),
+        ("u2", &[0xff, 0xff], 65535.0),
+        ("u4", &[0xff; 4], 4_294_967_295.0),
+        ("u8", &[0, 0, 0, 0, 0, 0, 1, 0], 256.0),
+    ] {
+        assert_eq!(value(letters, bytes), number, "{letters} {bytes:?}");
+    }
+}
+
+#[test]
+fn other_names_and_shapes_of_the_same_rotations_are_the_same_clip() {
+    let plain = read_arrays(&standing(4, 156)).unwrap();
+    let rows: Vec<f64> = standing(4, 156).remove(3).values;
+    let part =
+        |from: usize, to: usize| -> Vec<f64> { rows.chunks(156).flat_map(|row| row[from..to].to_vec()).collect() };
+    let places = || standing(4, 156).remove(0).values;
+    let rate = || array("fps", &[], vec![120.0]);
+    let body = |poses: Array| vec![array("trans", &[4, 3], places()), rate(), poses];
+    let parts = |root: &[usize], body: &[usize], last: usize| {
+        let (root, body) = (array("global_orient", root, part(0, 3)), array("body_pose", body, part(3, last)));
+        vec![array("transl", &[4, 3], places()), rate(), root, body]
+    };
+    for (what, arrays) in [
+        ("66 columns", body(array("poses", &[4, 66], part(0, 66)))),
+        ("22 joints", body(array("poses", &[4, 22, 3], part(0, 66)))),
+        ("52 joints", body(array("poses", &[4, 52, 3], rows.clone()))),
+        ("names of the SMPL-X code", parts(&[4, 3], &[4, 63], 66)),
+        ("SMPL's hands", parts(&[4, 1, 3], &[4, 23, 3], 72)),
+    ] {
+        let clip = read_arrays(&arrays).unwrap();
+        assert_eq!((clip.len(), clip.fps), (4, 120.0), "{what}");
+        for frame in 0..4 {
+            assert_eq!(clip.pose(frame).0, plain.pose(frame).0, "{what}");
+        }
+    }
+    let error = read_arrays(&body(array("poses", &[4, 23], part(0, 23)))).unwrap_err().to_string();
+    assert!(error.contains("of rotation vectors: [frames, 66]") && error.contains("[4, 23]"), "{error}");
+}
+
+#[test]
+fn motion_of_a_robot_is_not_called_human() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("walk.npz");
+    let open = |arrays: &[Array]| {
+        std::fs::write(&path, npz(arrays, CompressionMethod::Stored)).unwrap();
+        super::super::robot_motion::open(&path, &ReadOptions::default()).unwrap_err().to_string()
+    };
+    let error = open(&[array("qpos", &[2, 36], vec![0.0; 72])]);
+    assert!(!error.contains("human motion") && error.contains("qpos"), "{error}");
+    assert!(open(&standing(2, 72)).contains("got human motion"));
+}

@@ -388,3 +388,31 @@ proptest! {
         let _ = open(&pickle(&program), "a.pkl", &options(None, None));
     }
 }
+
+#[test]
+fn tables_of_other_programs_are_the_same_table() {
+    let text = std::str::from_utf8(FIXTURES[0].2).unwrap();
+    let of = |text: &str| {
+        let options = options(Some(lima()), Some("lafan1"));
+        open(text.as_bytes(), "walk.csv", &options).map(|mut reading| reading.clips.remove(0))
+    };
+    let plain = of(text).unwrap();
+    let columns = text.lines().next().unwrap().split(',').count();
+    let numbers: Vec<String> = (0..columns).map(|column| column.to_string()).collect();
+    for (what, other) in [
+        ("semicolons", text.replace(',', ";")),
+        ("tabs", text.replace(',', "\t")),
+        ("spaces of NumPy", text.replace(',', " ")),
+        ("a comment of NumPy", format!("# x,y,z\n{text}")),
+        ("decimal commas", text.replace(',', ";").replace('.', ",")),
+        ("names of pandas", format!("{}\n{text}", numbers.join(","))),
+        ("a byte order mark", format!("\u{feff}{text}")),
+    ] {
+        let clip = of(&other).unwrap_or_else(|error| panic!("{what}: {error}"));
+        assert_eq!(differences(&plain, &clip), [0.0; 3], "{what}");
+    }
+    let error = of(&text.replacen('\n', ",\n", 1)).unwrap_err().to_string();
+    assert!(error.contains("walk.csv:1") || error.contains("walk.csv:2"), "{error}");
+    let error = open(b"(dp0\nVfps\n", "walk.pkl", &ReadOptions::default()).unwrap_err().to_string();
+    assert!(error.contains("a pickle of protocol 2 or later"), "{error}");
+}
