@@ -35,26 +35,31 @@ pub fn unitree(interface: &str, mode_machine: Option<u8>, robot: &Robot) -> Resu
     let participant = Participant::join(&bus, DOMAIN, interface)?;
     let mut states = participant.read(STATES.0, STATES.1)?;
     let failed = |error: std::io::Error| fails("states on rt/lowstate", error.to_string());
-    let (begin, mut first, mut last) = (Instant::now(), None, None);
-    let (mut count, mut damaged) = (0u32, 0u32);
+    let (begin, mut first, mut last): (_, _, Option<LowState>) = (Instant::now(), None, None);
+    let (mut count, mut damaged, mut tick_step) = (0u32, 0u32, u32::MAX);
     loop {
         while let Some(bytes) = states.next().map_err(failed)? {
             match LowState::read(&bytes) {
-                Ok(state) => (last, count) = (Some(state), count + 1),
+                Ok(state) => {
+                    // States come every second millisecond, and their count is one of milliseconds. Some are lost.
+                    let step = last.as_ref().map_or(0, |last| state.tick.wrapping_sub(last.tick));
+                    tick_step = if step > 0 { tick_step.min(step) } else { tick_step };
+                    (last, count) = (Some(state), count + 1);
+                }
                 Err(_) => damaged += 1,
             }
-            first = first.or_else(|| last.as_ref().map(|state| (state.tick, Instant::now())));
+            first = first.or_else(|| last.as_ref().map(|_| Instant::now()));
         }
         if begin.elapsed() > PATIENCE && last.is_none() {
             let got = if damaged > 0 { format!("{damaged} damaged messages") } else { "none".into() };
             return Err(fails("a state on rt/lowstate within 3 s: start the robot, or check the interface", got));
         }
-        if first.is_some_and(|(_, time)| time.elapsed() > COUNTING) {
+        if first.is_some_and(|time| time.elapsed() > COUNTING) {
             break;
         }
         std::thread::sleep(Duration::from_millis(1));
     }
-    let (Some(state), Some((tick, time))) = (last, first) else { return Err(fails("states", "none".into())) };
+    let (Some(state), Some(time)) = (last, first) else { return Err(fails("states", "none".into())) };
     let mut facts = Facts::of(robot, f64::from(count) / time.elapsed().as_secs_f64(), COMMAND_HZ);
     let expected = mode_machine.unwrap_or(if robot.joints() == 23 { 4 } else { 5 });
     if state.mode_machine != expected {
@@ -65,12 +70,10 @@ pub fn unitree(interface: &str, mode_machine: Option<u8>, robot: &Robot) -> Resu
         facts.mode = "that of another program, which sends rt/lowcmd (release it by the motion switcher)".into();
     }
     let commands = participant.write(COMMANDS.0, COMMANDS.1)?;
-    // States come every second millisecond; their count is one of milliseconds.
-    let span = f64::from(state.tick.wrapping_sub(tick)) / f64::from(count.saturating_sub(1).max(1));
     let wire = G1 {
         motors,
         mode_machine: state.mode_machine,
-        tick_step: (span.round() as u32).max(1),
+        tick_step,
         states,
         commands,
         low: LowCmd::default(),
