@@ -152,7 +152,8 @@ fn addresses(bus: &str, interface: &str) -> Result<Vec<IpAddr>, RuntimeError> {
         Some(_) if address.is_some() => Ok(address.into_iter().collect()),
         Some(one) => Ok(of(one)),
         None => {
-            let names: Vec<&str> = all.iter().map(|one| one.name.as_str()).collect();
+            let mut names: Vec<&str> = all.iter().map(|one| one.name.as_str()).collect();
+            names.sort_unstable();
             let expected = format!("a network interface, one of {}", names.join(", "));
             Err(RuntimeError::Bus { bus: bus.into(), expected, got: format!("'{interface}'") })
         }

@@ -7,7 +7,7 @@ use std::path::PathBuf;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
-use lifelike_dds::{Ros2Options, ros2, unitree};
+use lifelike_dds::{JointTrajectory, Ros2Options, ros2, unitree};
 use lifelike_robot::Robot;
 use lifelike_runtime::gate::{Gate, Intent, LimitSettings};
 use lifelike_runtime::{Bus, Limits, Measurement, Mode};
@@ -102,6 +102,17 @@ fn a_g1_is_driven_and_says_what_it_is() {
     // Commands, wrong checksums, wrong mode_machine, enabled motors of the last, its sum of kp.
     assert!(told[0] > 100.0, "{told:?}");
     assert_eq!(told[1..], [0.0, 0.0, 2.0, 0.0]);
+}
+
+#[test]
+fn a_trajectory_is_that_of_cyclone_dds_byte_for_byte() {
+    let joint_names = ["left_knee_joint", "hip"].map(String::from).to_vec();
+    let message = JointTrajectory { joint_names, positions: vec![0.5, -0.25], time_from_start: 1_000_000_002 };
+    let (mut bytes, expected) = (Vec::new(), include_bytes!("data/joint_trajectory.cdr"));
+    message.write(&mut bytes);
+    // Cyclone says in its header how many bytes it added to fill the last word.
+    let added = usize::from(expected[3]);
+    assert_eq!(bytes[4..], expected[4..expected.len() - added]);
 }
 
 #[test]
