@@ -7,7 +7,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Floors: a crate may import crates on LOWER floors only.
-const FLOORS: [(&str, u32); 27] = [
+const FLOORS: [(&str, u32); 28] = [
     ("cdr", 0),
     ("character", 0),
     ("checkpoint", 0),
@@ -27,6 +27,7 @@ const FLOORS: [(&str, u32); 27] = [
     ("train", 4),
     ("evaluation", 4),
     ("unitree", 4),
+    ("dds", 5),
     ("representation", 5),
     ("tracking", 6),
     ("generation", 6),
@@ -38,7 +39,8 @@ const FLOORS: [(&str, u32); 27] = [
 ];
 
 /// Crates that stand on a floor for their use, but must know little of what is below them.
-const ONLY: [(&str, &[&str]); 11] = [
+const ONLY: [(&str, &[&str]); 12] = [
+    ("dds", &["cdr", "robot", "runtime", "unitree"]),
     ("unitree", &["cdr", "robot", "runtime"]),
     ("runtime", &["character", "checkpoint", "motion", "robot"]),
     (

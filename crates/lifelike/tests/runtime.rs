@@ -145,7 +145,7 @@ fn another_robot_and_dead_motors_are_refused() {
 #[test]
 fn wrong_buses_and_settings_are_refused() {
     let usage = lifelike(&["run", "lima-blind", "--bus", "can0"]);
-    assert!(usage.status.code() == Some(2) && err(&usage).contains("expected sim:HOST:PORT or replay:FILE"));
+    assert!(usage.status.code() == Some(2) && err(&usage).contains("expected sim:HOST:PORT, replay:FILE"));
     let folder = tempfile::tempdir().unwrap();
     let bad = folder.path().join("bad.toml");
     std::fs::write(&bad, "[limits]\ntorque_share = 2.0\n").unwrap();

@@ -179,3 +179,34 @@ fn a_record_that_was_cut_off_is_read_to_its_last_chunk_and_others_are_refused() 
     assert!(again.is_err_and(|error| error.to_string().contains("exists")), "nothing is overwritten");
     let _ = Facts::of(&common::lima(), 1.0, 1.0);
 }
+
+#[test]
+fn a_declared_length_is_not_believed() {
+    let folder = record(Fault::None);
+    let (whole, changed) = (folder.path().join("run.mcap"), folder.path().join("changed.mcap"));
+    let bytes = std::fs::read(&whole).unwrap();
+    // A metadata record of four exabytes, and a chunk that says to become as many.
+    let mut long = bytes[..8].to_vec();
+    long.push(0x0C);
+    long.extend((1u64 << 62).to_le_bytes());
+    let mut chunk = bytes[..8].to_vec();
+    chunk.push(0x06);
+    chunk.extend(48u64.to_le_bytes());
+    chunk.extend([0; 16]);
+    chunk.extend((1u64 << 62).to_le_bytes());
+    chunk.extend([0, 0, 0, 0, 4, 0, 0, 0]);
+    chunk.extend(b"zstd");
+    chunk.extend(4u64.to_le_bytes());
+    chunk.extend([0; 4]);
+    for bad in [long, chunk] {
+        std::fs::write(&changed, bad).unwrap();
+        assert!(matches!(Record::read(&changed), Err(RuntimeError::Record { .. })));
+    }
+    // Any field of the first records may be another: the reader returns, with a record or a refusal.
+    for at in 8..500.min(bytes.len() - 8) {
+        let mut damaged = bytes.clone();
+        damaged[at..at + 8].copy_from_slice(&(u64::MAX >> 8).to_le_bytes());
+        std::fs::write(&changed, damaged).unwrap();
+        let _ = Record::read(&changed);
+    }
+}

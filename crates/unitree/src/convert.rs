@@ -1,6 +1,7 @@
 //! From and to the runtime, by joint names.
 
-use lifelike_runtime::{Measurement, Mode, SafeCommand};
+use lifelike_runtime::udp::packet::Received;
+use lifelike_runtime::{Measurement, Mode};
 
 use crate::messages::{LowCmd, LowState, MotorCmd};
 
@@ -37,6 +38,10 @@ pub const G1_MOTORS: [&str; 29] = [
     "right_wrist_yaw_joint",
 ];
 
+/// Buttons of the remote, in its bytes 2 and 3.
+const REMOTE_L2: u8 = 1 << 5;
+const REMOTE_B: u8 = 1 << 1;
+
 /// Motor of each joint of a robot, in the robot's order.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Motors(Vec<usize>);
@@ -66,29 +71,36 @@ impl Motors {
         let motors = joints.iter().map(|joint| find(joint).ok_or_else(|| MotorsError { joint: joint.clone() }));
         motors.collect::<Result<Vec<_>, _>>().map(Self)
     }
+
+    /// Returns the number of motors that report no error.
+    pub fn healthy(&self, state: &LowState) -> usize {
+        self.0.iter().filter(|motor| state.motor_state[**motor].motorstate == 0).count()
+    }
 }
 
 /// Writes a command that passed the gate; `mode_machine` is that of the last state. Motors of no joint are disabled.
-pub fn command(safe: &SafeCommand, motors: &Motors, mode_machine: u8, out: &mut LowCmd) {
+pub fn command(safe: &Received, motors: &Motors, mode_machine: u8, out: &mut LowCmd) {
     *out = LowCmd { mode_machine, ..LowCmd::default() };
-    let mode = u8::from(safe.mode() != Mode::Off);
+    let mode = u8::from(safe.mode != Mode::Off);
     for (j, &motor) in motors.0.iter().enumerate() {
-        let (q, kp, kd) = (safe.position()[j], safe.kp()[j], safe.kd()[j]);
+        let (q, kp, kd) = (safe.position[j], safe.kp[j], safe.kd[j]);
         out.motor_cmd[motor] = MotorCmd { mode, q, kp, kd, ..MotorCmd::default() };
     }
 }
 
-/// Writes a state as a measurement: its count of milliseconds is its sequence and its clock. The warmer of a motor's two
-/// temperatures counts; the battery's voltage is the mean of the motors'.
+/// Writes a state as a measurement: its count of milliseconds is its clock, and over `tick_step` its sequence. The warmer of a
+/// motor's two temperatures counts; the battery's voltage is the mean of the motors'. L2 and B of the remote are the stop button.
 ///
 /// # Panics
 /// `into` has another number of joints than `motors`.
-pub fn measure(state: &LowState, motors: &Motors, into: &mut Measurement) {
-    into.sequence = state.tick;
+pub fn measure(state: &LowState, motors: &Motors, tick_step: u32, into: &mut Measurement) {
+    into.sequence = state.tick / tick_step.max(1);
     into.clock = u64::from(state.tick) * 1_000_000;
     into.orientation = state.imu_state.quaternion;
     into.gyroscope_b = state.imu_state.gyroscope;
-    (into.stop, into.external) = (false, None);
+    let [.., first, second] = [0, 1, 2, 3].map(|i| state.wireless_remote[i]);
+    into.stop = first & REMOTE_L2 != 0 && second & REMOTE_B != 0;
+    into.external = None;
     let mut voltage = 0.0;
     for (j, &motor) in motors.0.iter().enumerate() {
         let from = &state.motor_state[motor];

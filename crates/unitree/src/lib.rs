@@ -5,7 +5,7 @@
 //! [`measure`] convert from and to the runtime.
 //!
 //! Field names are Unitree's. Layouts and checksums are held to the package `unitree_dds_wrapper` byte for byte
-//! (`peers/unitree/fixtures.py`). The transport, DDS, is not part of this crate.
+//! (`peers/unitree/fixtures.py`). The transport is that of `lifelike-dds`.
 
 mod convert;
 mod crc;

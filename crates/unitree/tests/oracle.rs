@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used)]
 
 use lifelike_runtime::gate::{Gate, Intent, LimitSettings};
+use lifelike_runtime::udp::packet::Received;
 use lifelike_runtime::{Limits, Measurement, Mode};
 use lifelike_unitree::{G1_MOTORS, LowCmd, LowState, MessageError, Motors, command, measure};
 
@@ -86,10 +87,16 @@ fn a_state_is_measured_and_a_command_is_sent_by_names() {
     let motors = Motors::of(&joints).unwrap();
     let mut measured = Measurement::new(2);
     let state = filled_state();
-    measure(&state, &motors, &mut measured);
+    measure(&state, &motors, 1, &mut measured);
     assert_eq!(measured.position, [state.motor_state[3].q, state.motor_state[12].q]);
     assert_eq!(measured.temperature, [43.0, 52.0], "the warmer of two");
     assert_eq!((measured.sequence, measured.clock), (123_456_789, 123_456_789_000_000));
+    assert!(!measured.stop, "L1 and R1 are pressed in byte 2, A and B in byte 3");
+    let mut pressed = state.clone();
+    pressed.wireless_remote[2..4].copy_from_slice(&[0b10_0000, 0b10]);
+    measure(&pressed, &motors, 2, &mut measured);
+    assert!(measured.stop && measured.sequence == 61_728_394, "every second millisecond");
+    assert_eq!((motors.healthy(&pressed), motors.healthy(&LowState::default())), (0, 2));
     let error = Motors::of(&["tail".to_string()]).unwrap_err().to_string();
     assert!(error.contains("joint 'tail'"), "{error}");
 
@@ -107,7 +114,9 @@ fn a_state_is_measured_and_a_command_is_sent_by_names() {
     let intent = Intent { mode: Mode::Position, targets: &[0.1, 0.2], rate: 100.0, reference: &[], up_b };
     let mut low = LowCmd::default();
     let safe = gate.pass(12_000_000, intent);
-    command(safe, &motors, 5, &mut low);
+    let mut sent = Received::new(2);
+    sent.copy_from(safe);
+    command(&sent, &motors, 5, &mut low);
     assert_eq!((low.mode_machine, low.motor_cmd[3].mode, low.motor_cmd[0].mode), (5, 1, 0));
     assert_eq!((low.motor_cmd[3].q, low.motor_cmd[12].kp), (safe.position()[0], safe.kp()[1]));
     assert_eq!(G1_MOTORS.len(), 29);

@@ -1,6 +1,7 @@
 //! The commands, one file each: arguments as a type, and a function `run` that takes them.
 
 pub mod bench;
+mod bus;
 pub mod clips;
 pub mod completions;
 pub mod config;

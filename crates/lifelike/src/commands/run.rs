@@ -7,19 +7,17 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use lifelike_motion::{MotionClip, container};
-use lifelike_runtime::record::{Attachment, Record, Recorder};
-use lifelike_runtime::replay::ReplayBus;
+use lifelike_runtime::record::{Attachment, Recorder};
 use lifelike_runtime::timing::Quantiles;
-use lifelike_runtime::udp::UdpBus;
 use lifelike_runtime::{
     Bus, Config, Facts, Limits, MonotonicClock, Phase, Playlist, Request, Summary, Supervisor, drive, handshake,
     scheduling, wiggle,
 };
 use serde_json::json;
 
-use crate::commands::clips;
 use crate::commands::controller_file::Loaded;
 use crate::commands::export::Source;
+use crate::commands::{bus, clips};
 use crate::error::CliError;
 use crate::next::{self, NextCommand};
 use crate::output::{Output, table};
@@ -38,13 +36,15 @@ Examples:
   lifelike run lima-blind --bus sim:127.0.0.1:9870 --record walk.mcap
   lifelike run lima-blind --bus sim:127.0.0.1:9870 --wiggle     # on a stand: tries every motor
   lifelike run lima-blind --bus replay:walk.mcap                # packets of a record
+  lifelike run g1-deploy --bus unitree:eth0                     # a G1; needs a build with DDS
+  lifelike run lima-blind --bus ros2:0,imu=/imu                 # a robot under ROS 2
 
 Settings (TOML) and their defaults: lifelike run --print-settings")]
 pub struct Args {
     /// The controller: its file, the folder of a run, or the name of one that comes with the program.
     #[arg(required_unless_present = "print_settings")]
     pub controller: Option<PathBuf>,
-    /// The machine: sim:HOST:PORT (UDP), or replay:FILE (the packets of a record).
+    /// The machine: sim:HOST:PORT (UDP), replay:FILE (a record), unitree:INTERFACE or ros2:DOMAIN (DDS).
     #[arg(long, required_unless_present = "print_settings")]
     pub bus: Option<String>,
     /// The robot: a name, or an MJCF or URDF file; what the policy was trained for if not given.
@@ -113,7 +113,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let config = args.settings.as_deref().map(settings).transpose()?.unwrap_or_default();
     let prepared = Prepared { loaded, clips, config, standing: args.standing };
     let mut supervisor = prepared.supervisor()?;
-    let mut bus = connect(bus)?;
+    let mut bus = bus::connect(bus, prepared.loaded.controller.robot(), &prepared.config)?;
     let facts = bus.facts()?;
     handshake::check(supervisor.controller(), &facts, supervisor.config())?;
     if args.wiggle {
@@ -236,15 +236,6 @@ fn settings(path: &Path) -> Result<Config, CliError> {
     let text =
         std::fs::read_to_string(path).map_err(|error| CliError::Input(format!("{}: {error}", path.display())))?;
     Config::from_toml(&text).map_err(|error| CliError::Input(format!("{}: {error}", path.display())))
-}
-
-/// Opens a bus by its name.
-fn connect(name: &str) -> Result<Box<dyn Bus>, CliError> {
-    match name.split_once(':') {
-        Some(("sim", address)) => Ok(Box::new(UdpBus::connect(address)?)),
-        Some(("replay", file)) => Ok(Box::new(ReplayBus::new(&Record::read(Path::new(file))?)?)),
-        _ => Err(CliError::Usage(format!("--bus: expected sim:HOST:PORT or replay:FILE, got '{name}'"))),
-    }
 }
 
 /// Begins a record that holds all that a replay needs.

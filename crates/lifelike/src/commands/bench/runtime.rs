@@ -124,9 +124,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
             |is: fn(&Outcome) -> bool| outcomes.iter().filter(|o| is(o)).count() as f64 / outcomes.len().max(1) as f64;
         let survival = share(|outcome| outcome.survived);
         let tripped = share(|outcome| outcome.braked.is_some());
-        // As plain evaluation has it: the mean over episodes of each one's mean.
-        let errors: Vec<f64> = outcomes.iter().filter(|o| o.count > 0).map(|o| o.error / o.count as f64).collect();
-        let error = (errors.iter().sum::<f64>() / errors.len().max(1) as f64).to_degrees();
+        let error = joint_error_deg(&outcomes);
         let braked: Vec<&String> = outcomes.iter().filter_map(|outcome| outcome.braked.as_ref()).collect();
         let hottest = outcomes.iter().map(|outcome| outcome.hottest).fold(0.0, f32::max);
         rows.push(vec![
@@ -149,6 +147,12 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
         let reasons = reasons.concat();
         format!("{} episodes of {} s\n{}{reasons}", suite.episodes().len(), args.seconds, table(&head, &rows))
     })
+}
+
+/// Returns the mean over all frames (deg), as plain evaluation pools them: long episodes count for more.
+fn joint_error_deg(outcomes: &[Outcome]) -> f64 {
+    let count: usize = outcomes.iter().map(|outcome| outcome.count).sum();
+    (outcomes.iter().map(|outcome| outcome.error).sum::<f64>() / count.max(1) as f64).to_degrees()
 }
 
 /// Runs one episode through the runtime, from the state of its frame.
@@ -237,5 +241,18 @@ impl lifelike_runtime::Bus for Shared<'_> {
     }
     fn send(&mut self, command: &lifelike_runtime::SafeCommand) -> std::io::Result<()> {
         self.0.borrow_mut().send(command)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn errors_are_pooled_over_frames() {
+        // Three frames of 2 rad and one of 6 rad: 3 rad, where the mean of the two episodes would be 4 rad.
+        let outcomes = [(6.0, 3), (6.0, 1)].map(|(error, count)| Outcome { error, count, ..Outcome::default() });
+        assert!((joint_error_deg(&outcomes) - 3.0_f64.to_degrees()).abs() < 1e-12);
+        assert_eq!(joint_error_deg(&[]), 0.0);
     }
 }

@@ -1,0 +1,67 @@
+//! `--bus`: connections to machines by name.
+
+use std::path::Path;
+
+use lifelike_robot::Robot;
+use lifelike_runtime::record::Record;
+use lifelike_runtime::replay::ReplayBus;
+use lifelike_runtime::udp::UdpBus;
+use lifelike_runtime::{Bus, Config};
+
+use crate::error::CliError;
+
+/// Buses as they are named.
+const EXPECTED: &str = "sim:HOST:PORT, replay:FILE, unitree:INTERFACE[,mode_machine=N] or \
+    ros2:DOMAIN[,interface=NAME][,states=TOPIC][,imu=TOPIC][,commands=TOPIC]";
+
+/// Opens a bus by its name.
+///
+/// # Errors
+/// The name is none of a bus; this build lacks it; the machine does not answer.
+pub(super) fn connect(name: &str, robot: &Robot, config: &Config) -> Result<Box<dyn Bus>, CliError> {
+    match name.split_once(':') {
+        Some(("sim", address)) => Ok(Box::new(UdpBus::connect(address)?)),
+        Some(("replay", file)) => Ok(Box::new(ReplayBus::new(&Record::read(Path::new(file))?)?)),
+        Some((kind @ ("unitree" | "ros2"), rest)) => over_dds(name, kind, rest, robot, config),
+        _ => Err(wrong(name)),
+    }
+}
+
+fn wrong(name: &str) -> CliError {
+    CliError::Usage(format!("--bus: expected {EXPECTED}, got '{name}'"))
+}
+
+#[cfg(feature = "dds")]
+fn over_dds(name: &str, kind: &str, rest: &str, robot: &Robot, config: &Config) -> Result<Box<dyn Bus>, CliError> {
+    let mut parts = rest.split(',');
+    let first = parts.next().unwrap_or_default();
+    let pairs = parts.map(|part| part.split_once('=').ok_or_else(|| wrong(name))).collect::<Result<Vec<_>, _>>()?;
+    if kind == "unitree" {
+        let mut mode_machine = None;
+        for (key, value) in pairs {
+            let number = value.parse().ok().filter(|_| key == "mode_machine");
+            mode_machine = Some(number.ok_or_else(|| wrong(name))?);
+        }
+        return Ok(Box::new(lifelike_dds::unitree(first, mode_machine, robot)?));
+    }
+    let domain = first.parse().map_err(|_| wrong(name))?;
+    let mut options = lifelike_dds::Ros2Options { domain, ..Default::default() };
+    for (key, value) in pairs {
+        let option = match key {
+            "interface" => &mut options.interface,
+            "states" => &mut options.states,
+            "imu" => &mut options.imu,
+            "commands" => &mut options.commands,
+            _ => return Err(wrong(name)),
+        };
+        *option = value.into();
+    }
+    Ok(Box::new(lifelike_dds::ros2(&options, robot, config.command_hz)?))
+}
+
+#[cfg(not(feature = "dds"))]
+fn over_dds(name: &str, _: &str, _: &str, _: &Robot, _: &Config) -> Result<Box<dyn Bus>, CliError> {
+    Err(CliError::Unavailable(format!(
+        "--bus {name}: this build has no DDS; build it with: cargo build --release -p lifelike --features dds"
+    )))
+}
