@@ -20,9 +20,14 @@ const time = () => (head && view ? head.frame / view.hz : 0);
 
 function theme(dark) {
   document.documentElement.dataset.theme = dark ? "dark" : "light";
-  scene.dirty = true;
+  [scene.colours, scene.dirty] = [null, true];
   strips.draw();
   timeline.drawRuler();
+}
+
+// A text that is equal is not written again: each write makes the browser lay the page out.
+function write(element, text) {
+  if (element.textContent !== text) element.textContent = text;
 }
 
 let fading = 0;
@@ -198,7 +203,7 @@ const link = new Link({
     scene.pushes = view.scene.push.filter((p) => p.at <= now && now < p.at + p.seconds)
       .map((p) => ({ body: robot.character.bodies.indexOf(p.body), newtons: p.newtons })).filter((p) => p.body >= 0);
     timeline.needle(now);
-    find("clock").textContent = `${now.toFixed(2)} / ${view.seconds.toFixed(1)} s`;
+    write(find("clock"), `${now.toFixed(2)} / ${view.seconds.toFixed(1)} s`);
     document.querySelector("[data-do=play]").classList.toggle("playing", head.playing);
     if (head.fallen && !was) {
       const fall = view.falls.findLast((f) => f.second <= now + 0.02);

@@ -98,21 +98,24 @@ export class Scene {
     camera.target = [at[0] + camera.pan[0], at[1] + camera.pan[1], character.height * 0.46 + camera.pan[2]];
     const items = [{ character, pose: this.simulated, ghost: false, heat: this.shows.errors ? this.heat : null }];
     if (this.shows.reference) items.push({ character, pose: this.reference, ghost: "glass" });
-    const colours = stageColours();
+    const colours = (this.colours ??= stageColours());
     this.stage.draw(fit(this.canvas, this.scale), camera, items, colours, character.height * 1.4, this.marks(colours));
   }
 
-  // Draws fewer pixels where the machine is slow, as without a graphics card, and more where it is not.
+  // Draws in the plain way, and then fewer pixels, where pictures come late, as without a graphics card.
   pace(now) {
     const passed = this.last ? Math.min(now - this.last, 100) : null;
     this.last = now;
     if (passed === null) return;
     this.mean = (this.mean ?? 20) * 0.85 + passed * 0.15;
-    if (this.mean > SLOW && this.scale > LEAST_SCALE) [this.scale, this.mean] = [Math.max(this.scale * 0.84, LEAST_SCALE), 22];
+    if (this.mean > SLOW) {
+      if (this.stage.goPlain && !this.stage.plain) this.stage.goPlain(this.simulated.length);
+      else this.scale = Math.max(this.scale * 0.84, LEAST_SCALE);
+      this.mean = 22;
+    }
     if (this.mean < FAST && this.scale < 1 && (this.calmFor = (this.calmFor ?? 0) + 1) > 120) {
       [this.scale, this.calmFor] = [Math.min(this.scale * 1.1, 1), 0];
     }
-    this.stage.taps = this.scale < 0.9 ? 7 : 20;
   }
 
   place(body) { return [...this.simulated[body].slice(12, 15)]; }
