@@ -58,65 +58,6 @@ void main() {
   result = vec4(pow(c, vec3(1.0 / 2.2)), alpha < 0.99 ? alpha + rim * 0.35 : 1.0);
 }`;
 
-// The plain way, for machines without a graphics card: colours of corners only, and a figure in one call.
-const plainVertex = (bodies) => `#version 300 es
-layout(location=0) in vec3 position; layout(location=1) in vec3 normal; layout(location=2) in vec3 colour;
-layout(location=3) in float body;
-uniform mat4 camera, models[${bodies}];
-uniform vec4 heats[${bodies}];
-uniform vec3 sun, sky, floorTint, paper, line, ghost, focus;
-uniform float ghostly, ground, reach;
-out vec3 tint;
-void main() {
-  mat4 model = models[int(body)];
-  vec4 heat = heats[int(body)], w = model * vec4(position, 1.0);
-  gl_Position = camera * w;
-  if (ground > 0.5) {
-    float away = distance(w.xy, focus.xy);
-    tint = mix(mix(floorTint, line, colour.r), paper, smoothstep(reach * 0.35, reach, away));
-    return;
-  }
-  vec3 n = normalize(mat3(model) * normal);
-  vec3 base = pow(ghostly > 0.5 ? ghost : mix(colour, heat.rgb, heat.a), vec3(2.2));
-  vec3 c = base * (mix(vec3(0.30, 0.28, 0.27), sky, n.z * 0.5 + 0.5) + max(dot(n, sun), 0.0) * vec3(1.02, 0.97, 0.9));
-  tint = ghostly > 1.5 ? ghost : pow(c, vec3(1.0 / 2.2));
-}`;
-
-const PLAIN = `#version 300 es
-precision mediump float;
-in vec3 tint;
-uniform float alpha;
-out vec4 result;
-void main() { result = vec4(tint, alpha); }`;
-
-// The ground of the plain way: rings of radius 1, and lines a metre apart.
-function plainGround() {
-  const [rings, corners, lines] = [6, 32, 12];
-  const out = { vertices: [0, 0, 0, 0, 0, 1, 0, 0, 0], indices: [], lines: { vertices: [], indices: [] } };
-  for (let ring = 1; ring <= rings; ring++) {
-    for (let k = 0; k < corners; k++) {
-      const [r, a] = [ring / rings, (2 * Math.PI * k) / corners];
-      out.vertices.push(r * Math.cos(a), r * Math.sin(a), 0, 0, 0, 1, 0, 0, 0);
-      const [here, next] = [1 + (ring - 1) * corners + k, 1 + (ring - 1) * corners + (k + 1) % corners];
-      if (ring === 1) out.indices.push(0, here, next);
-      else out.indices.push(here - corners, here, next, here - corners, next, next - corners);
-    }
-  }
-  const { vertices, indices } = out.lines;
-  for (let i = -lines; i <= lines; i++) {
-    for (let j = -lines; j < lines; j++) {
-      for (const [x, y] of [[i, j], [i, j + 1], [j, i], [j + 1, i]]) {
-        indices.push(vertices.length / 9);
-        vertices.push(x, y, 0.001, 0, 0, 1, 1, 1, 1);
-      }
-    }
-  }
-  return out;
-}
-
-// Throws points along the sun onto the ground.
-const flatten = ([x, y, z]) => [1, 0, 0, 0, 0, 1, 0, 0, -x / z, -y / z, 0, 0, 0, 0, 0.002, 1];
-
 const DEPTH_ONLY = `#version 300 es
 precision mediump float;
 void main() {}`;
@@ -286,13 +227,8 @@ class Stage {
   // A figure in one mesh, with a body's number at each corner.
   figure(character) {
     if (!this.figures.has(character)) {
-      const parts = bodyMeshes(character, PLAIN_BODY, 0.5);
-      const [indices, bodies] = [[], []];
-      parts.forEach((part, body) => {
-        indices.push(...part.indices.map((i) => i + bodies.length));
-        for (let i = 0; i < part.vertices.length; i += 9) bodies.push(body);
-      });
-      this.figures.set(character, this.upload(parts.flatMap((part) => part.vertices), indices, bodies));
+      const { vertices, indices, bodies } = figureMesh(bodyMeshes(character, PLAIN_BODY, 0.5), character.height);
+      this.figures.set(character, this.upload(vertices, indices, bodies));
     }
     return this.figures.get(character);
   }
@@ -321,14 +257,15 @@ class Stage {
     });
   }
 
-  // Contacts and forces: [{kind: "arrow" | "pad" | "ball", at, size: [radius, length], colour, alpha, along: unit vector, else up}].
+  // Contacts and forces: [{kind: "arrow" | "pad" | "ball", at, size: [radius, length], colour, alpha, along: unit vector, else up, over: seen through bodies}].
   drawMarks(u, marks) {
     const gl = this.gl;
     this.marks ??= Object.fromEntries(Object.entries(markMeshes()).map(([k, m]) => [k, this.upload(m.vertices, m.indices)]));
     gl.uniform1f(u.ghostly, 1);
     gl.enable(gl.BLEND);
     gl.blendFuncSeparate(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA, gl.ONE, gl.ONE);
-    for (const { kind, at, size: [radius, length], colour, alpha, along } of marks) {
+    for (const { kind, at, size: [radius, length], colour, alpha, along, over } of marks) {
+      if (over) gl.disable(gl.DEPTH_TEST);
       gl.uniform3fv(u.ghost, colour);
       gl.uniform1f(u.alpha, alpha);
       const up = along || [0, 0, 1];
@@ -337,12 +274,13 @@ class Stage {
       gl.uniformMatrix4fv(u.model, false, [...axes.flatMap(([axis, size]) => [...axis.map((c) => c * size), 0]), ...at, 1]);
       gl.bindVertexArray(this.marks[kind].vao);
       gl.drawElements(gl.TRIANGLES, this.marks[kind].count, gl.UNSIGNED_INT, 0);
+      gl.enable(gl.DEPTH_TEST);
     }
     gl.disable(gl.BLEND);
   }
 
   // Draws one view. `view`: {x, y, width, height} in device pixels from the lower left; `camera`: Camera;
-  // `items`: [{character, pose, ghost: false | "solid" | "glass", heat: colour and share over each body's own}]; `reach`: size of what must be in the shadow (m).
+  // `items`: [{character, pose, ghost: false | "solid" | "glass", tint: colour of a ghost, heat: colour and share over each body's own}]; `reach`: size of what must be in the shadow (m).
   draw(view, camera, items, colours, reach, marks = []) {
     const gl = this.gl;
     const sun = normalize([0.42, -0.28, 0.86]);
@@ -400,6 +338,7 @@ class Stage {
     gl.polygonOffset(1, 2000);
     for (const item of items.filter((i) => i.ghost === "glass")) {
       gl.uniform1f(u.ghostly, 1);
+      gl.uniform3fv(u.ghost, item.tint ?? colours.ghost);
       gl.uniform1f(u.alpha, 0.32);
       gl.colorMask(false, false, false, false);
       this.drawBodies(u, item);
