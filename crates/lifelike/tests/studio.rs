@@ -1,4 +1,4 @@
-//! The studio in a browser: type, play, pull, edit, undo, drop a capture, export, reload. Every error of a module fails.
+//! The studio in a browser: type, play, pull, pose, edit, undo, drop a capture, film, export, reload. Every error of a module fails.
 //!
 //! Needs Chromium (`apt install chromium`) and is skipped, with a word, where there is none.
 
@@ -104,6 +104,66 @@ fn the_page_is_drawn_in_both_themes_and_by_every_key() {
     assert!(over <= 0.0, "{over} pixels wider than the screen");
     page.run("studio.link.operate({ do: 'seed', value: 9 })");
     page.until("a refusal", "document.querySelector('[data-is=told].bad')?.textContent.includes('may only watch')");
+    page.no_errors();
+}
+
+#[test]
+fn a_pose_is_dragged_compared_and_filmed() {
+    const HAND: &str = "studio.scene.project(studio.scene.handlePlace(\
+        studio.scene.robot.handles.find((h) => h.name === 'right_hand')))";
+    const READY: &str = "!studio.view.building && studio.head.known + 1 >= studio.head.frames && !studio.scene.dirty";
+    let folder = tempfile::tempdir().unwrap();
+    let Some(browser) = Browser::start(folder.path()) else { return };
+    let served = Served::start(folder.path(), "examples/hello");
+    let mut page = Page::open(browser, &served.address);
+    page.run("studio.link.send({ seek: 2.3 })");
+    page.until("the needle", &format!("studio.head.frame === 115 && {READY}"));
+    let before = page.value("JSON.stringify(studio.view.scene)");
+
+    // A hand goes where the mouse takes it, and the take before stays as a ghost.
+    page.act("handles");
+    let (x, y) = (page.browser.number(&format!("{HAND}.x")), page.browser.number(&format!("{HAND}.y")));
+    page.browser.mouse("mouseMoved", x, y);
+    page.browser.mouse("mousePressed", x, y);
+    for step in 1..=5 {
+        page.browser.mouse("mouseMoved", x + 4.0 * f64::from(step), y - 12.0 * f64::from(step));
+    }
+    page.browser.mouse("mouseReleased", x + 20.0, y - 60.0);
+    page.until("an edit", &format!("studio.view.scene.motion[0].edits?.length === 1 && studio.view.kept && {READY}"));
+    page.until("the ghost", "studio.scene.kept !== null");
+    let off =
+        [page.browser.number(&format!("{HAND}.x")) - x - 20.0, page.browser.number(&format!("{HAND}.y")) - y + 60.0];
+    // A pixel is 2 mm here, and an edit is written in whole millimetres.
+    assert!(off.iter().all(|pixels| pixels.abs() < 3.0), "{off:?} pixels off");
+
+    // Style, control points, repair, parts of another sentence: each is an operation that is undone.
+    for (operation, holds) in [
+        ("{ do: 'style', id: 'm2', gain: 1.4 }", "studio.view.scene.motion[1].gain === 1.4"),
+        ("{ do: 'point', id: 'm3', at: 2, gain: 1.6 }", "studio.view.scene.motion[2].points.length === 1"),
+        ("{ do: 'feasible', id: 'm2', value: true }", "studio.view.spans[1].changed !== ''"),
+        (
+            "{ do: 'lay', text: 'a person waves with the left hand', at: 6, parts: ['left_arm'] }",
+            "studio.view.scene.over.length === 1",
+        ),
+    ] {
+        page.run(&format!("studio.link.operate({operation})"));
+        page.until(operation, &format!("{holds} && !studio.view.building"));
+        assert_eq!(page.value("studio.view.problem"), json!(""), "{operation}");
+    }
+    for _ in 0..5 {
+        page.act("undo");
+    }
+    page.until("the scene as it was", &format!("JSON.stringify(studio.view.scene) === {before}"));
+    page.act("keep");
+    page.until("no ghost", "!studio.view.kept && studio.scene.kept === null");
+
+    // A film of the scene, in a quarter of its time.
+    page.run("studio.link.send({ rate: 4 })");
+    page.act("video");
+    page.until("a film", "studio.video");
+    let film = page.value("studio.video");
+    assert!(["video/mp4", "video/webm"].contains(&film["type"].as_str().unwrap()), "{film}");
+    assert!(film["size"].as_u64().unwrap() > 20_000, "{film}");
     page.no_errors();
 }
 

@@ -20,13 +20,15 @@ const PLAYER: &str = include_str!("page/player.html");
 const LOOK: &str = include_str!("page/look.html");
 const STYLE: &str = include_str!("page/style.css");
 /// In the order in which they use each other.
-const SCRIPTS: [&str; 12] = [
+const SCRIPTS: [&str; 14] = [
     include_str!("page/camera.js"),
     include_str!("page/poses.js"),
     include_str!("page/shapes.js"),
+    include_str!("page/plain.js"),
     include_str!("page/stage.js"),
     include_str!("page/flat.js"),
     include_str!("page/canvas.js"),
+    include_str!("page/video.js"),
     include_str!("page/viewer.js"),
     include_str!("page/strip.js"),
     include_str!("page/film.js"),
@@ -36,9 +38,10 @@ const SCRIPTS: [&str; 12] = [
 ];
 const MAIN: &str = include_str!("page/main.js");
 /// Number of the first scripts, which draw.
-const RENDERER: usize = 6;
+const RENDERER: usize = 8;
 /// Names that pages of others import.
-const EXPORTS: &str = "Camera, Stage, FlatStage, unpackPose, makeStage, stageColours, fit, cross, dot, normalize";
+const EXPORTS: &str =
+    "Camera, Stage, FlatStage, unpackPose, makeStage, stageColours, fit, cross, dot, normalize, recordFilm";
 
 /// Returns the renderer of the page as a JavaScript module, for pages with a server.
 pub fn renderer_module() -> String {

@@ -12,6 +12,8 @@ export const KEYS = [
   ["A", "another take of a sentence", "a", "take"], ["B", "best of eight takes", "b", "best"],
   ["P", "push the trunk", "p", "push"], ["I", "slippery ground from here on", "i", "slippery"],
   ["R", "reference as a ghost", "r", "reference"], ["E", "colour by joint error", "e", "errors"],
+  ["H", "handles on hands, feet, head, pelvis", "h", "handles"], ["K", "keep this take as a ghost", "k", "keep"],
+  ["G", "make the block feasible", "g", "feasible"], ["V", "record a video", "v", "video"],
   ["F", "follow the robot", "f", "follow"], ["⇧ ↑ ↓", "look from higher or lower", null],
   ["N", "light or dark", "n", "theme"], ["X", "export the page", "x", "page"],
   ["Ctrl Z", "undo", null], ["Ctrl ⇧ Z", "redo", null],

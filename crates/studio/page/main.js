@@ -2,6 +2,7 @@
 
 import { keys } from "./keys.js";
 import { Link } from "./link.js";
+import { recordFilm } from "./renderer.js";
 import { Panel } from "./panel.js";
 import { Scene } from "./scene.js";
 import { Strips } from "./strips.js";
@@ -20,9 +21,14 @@ const time = () => (head && view ? head.frame / view.hz : 0);
 
 function theme(dark) {
   document.documentElement.dataset.theme = dark ? "dark" : "light";
-  scene.dirty = true;
+  [scene.colours, scene.dirty] = [null, true];
   strips.draw();
   timeline.drawRuler();
+}
+
+// A text that is equal is not written again: each write makes the browser lay the page out.
+function write(element, text) {
+  if (element.textContent !== text) element.textContent = text;
 }
 
 let fading = 0;
@@ -42,7 +48,9 @@ const spanOf = (id) => view?.spans.find((span) => span.id === id);
 // The time within a block's own clip at the needle.
 function within(block) {
   const span = spanOf(block.id);
-  return span ? Math.round((span.start + (time() - span.from) * (block.speed ?? 1)) * 100) / 100 : 0;
+  // Two blocks share a fade; the place of the second begins in its middle.
+  const shared = span && view.scene.motion.indexOf(block) > 0 ? span.fade / 2 : 0;
+  return span ? Math.round((span.start + (time() + shared - span.from) * (block.speed ?? 1)) * 100) / 100 : 0;
 }
 
 function under() {
@@ -62,8 +70,27 @@ function push() {
   operate({ do: "push", at: Math.round(time() * view.hz) / view.hz, seconds: 0.2, body: robot.heaviest, newtons });
 }
 
+// Plays the scene from its start, and records the picture.
+let recorder = null;
+function film() {
+  if (recorder) return recorder.stop();
+  [scene.filmed, scene.scale] = [true, 1];
+  scene.draw();
+  recorder = recordFilm(scene.canvas, (video, ending) => {
+    [recorder, scene.filmed] = [null, false];
+    tell(`Recorded ${view.name}.${ending}, ${(video.size / 1e6).toFixed(1)} MB.`);
+    download(URL.createObjectURL(video), `${view.name}.${ending}`);
+    window.studio.video = { type: video.type, size: video.size };
+  });
+  if (!recorder) return tell("This browser cannot record video.", true);
+  tell("Recording; it ends with the scene, or with V.");
+  link.send({ seek: 0 });
+  link.send({ play: true });
+}
+
 function save(what) {
-  if (what === "picture") {
+  if (what === "video") film();
+  else if (what === "picture") {
     scene.draw();
     scene.canvas.toBlob((blob) => download(URL.createObjectURL(blob), `${view.name}.png`));
   } else {
@@ -135,6 +162,10 @@ const ACTIONS = {
   best: onBlock((block) => block.sentence && { do: "sentence", id: block.id, best_of: 8 }),
   slippery: () => operate({ do: "switch", at: Math.round(time() * 50) / 50, friction: 0.15 }),
   reference: () => toggle("reference"), errors: () => toggle("errors"),
+  handles: () => { toggle("handles"); if (scene.shows.handles) link.send({ play: false }); },
+  keep: () => link.send({ keep: !view.kept }),
+  feasible: onBlock((block) => ({ do: "feasible", id: block.id, value: !block.feasible })),
+  video: () => save("video"),
   follow: () => { toggle("follow"); operate({ do: "camera", ...scene.seen() }); },
   higher: () => tilt(0.1), lower: () => tilt(-0.1),
   theme: () => theme(document.documentElement.dataset.theme !== "dark"),
@@ -146,11 +177,17 @@ const act = (name) => { if (view) ACTIONS[name]?.(); };
 
 const strips = new Strips(find("strips"));
 const timeline = new Timeline(find, { seek: (t) => link.send({ seek: t }), operate, select });
-const panel = new Panel(find("panel"), robot, { operate, time, push, split, seek: (t) => link.send({ seek: t }) });
+const panel = new Panel(find("panel"), robot, { operate, time, within, push, split, seek: (t) => link.send({ seek: t }) });
 const scene = new Scene(find("canvas"), robot, {
   pull: (body, newtons) => link.send({ pull: { body, newtons } }),
   release: () => link.send("release"),
   pulling: () => { if (!head?.playing) link.send({ play: true }); },
+  moved: (body, by) => {
+    const block = under();
+    if (!block) return tell("Move the needle into a block first: handles change its clip.", true);
+    link.send({ keep: true });
+    operate({ do: "edit", id: block.id, body, at: within(block), by });
+  },
   force: (text, x, y) => {
     const label = find("force");
     label.hidden = text === null;
@@ -172,6 +209,7 @@ const link = new Link({
     document.title = `${view.name} · lifelike studio`;
     find("name").textContent = view.name;
     find("rate").value = String(view.rate);
+    press("keep", view.kept);
     for (const [name, steps] of [["undo", view.steps[0]], ["redo", view.steps[1]]]) {
       document.querySelector(`[data-do=${name}]`).disabled = !steps || !robot.mayEdit;
     }
@@ -188,6 +226,7 @@ const link = new Link({
     const was = head?.fallen;
     head = scene.frame(bytes);
     if (!view) return;
+    if (recorder?.state === "recording" && head.frame + 1 >= head.frames) recorder.stop();
     const now = time();
     // Conditions in the panel are those of the needle.
     if (!head.playing && head.frame !== shown) {
@@ -198,7 +237,7 @@ const link = new Link({
     scene.pushes = view.scene.push.filter((p) => p.at <= now && now < p.at + p.seconds)
       .map((p) => ({ body: robot.character.bodies.indexOf(p.body), newtons: p.newtons })).filter((p) => p.body >= 0);
     timeline.needle(now);
-    find("clock").textContent = `${now.toFixed(2)} / ${view.seconds.toFixed(1)} s`;
+    write(find("clock"), `${now.toFixed(2)} / ${view.seconds.toFixed(1)} s`);
     document.querySelector("[data-do=play]").classList.toggle("playing", head.playing);
     if (head.fallen && !was) {
       const fall = view.falls.findLast((f) => f.second <= now + 0.02);

@@ -55,6 +55,7 @@ export class Panel {
     const id = block.id;
     const parts = [element("h2", block.sentence ?? block.clip.replace(/^builtin:/, ""))];
     if (span) parts.push(element("p", span.source));
+    if (span?.changed) parts.push(element("p", span.changed));
     if (span?.doubt) parts.push(element("p", span.doubt, { className: "bad" }));
     if (block.sentence !== undefined) {
       const text = element("input", "", { type: "text", maxLength: 300 });
@@ -68,6 +69,15 @@ export class Panel {
       field("fade", range(0, 1.5, 0.05, block.fade ?? span?.fade ?? 0.3, (v) => operate({ do: "fade", id, seconds: v })), seconds),
       block.at === undefined && field("stand first", range(0, 5, 0.1, block.wait ?? 0, (v) => operate({ do: "wait", id, seconds: v })), seconds),
       field("repeat", range(1, 12, 1, block.repeat ?? 1, (times) => operate({ do: "repeat", id, times })), (v) => `${v}×`),
+      field("more, less", range(0.2, 2, 0.05, block.gain ?? 1, (gain) => operate({ do: "style", id, gain, smooth: block.smooth })), (v) => `${Number(v).toFixed(2)}×`),
+      field("calm", range(0, 12, 0.5, block.smooth ? 12.5 - block.smooth : 0, (v) => operate({ do: "style", id, gain: block.gain, smooth: v > 0 ? 12.5 - v : undefined })),
+        (v) => (v > 0 ? `${(12.5 - v).toFixed(1)} Hz` : "off")),
+      this.robot.bends && field("curve here", range(0, 2.5, 0.05, this.point(block)?.gain ?? 1, (gain) => operate({ do: "point", id, at: this.point(block)?.at ?? this.actions.within(block), gain })),
+        (v) => `${Number(v).toFixed(2)}×`),
+      buttons(
+        [block.feasible ? "As it was" : "Make feasible", "Repair what cannot be tracked (G)", () => operate({ do: "feasible", id, value: !block.feasible })],
+        (block.edits || block.points || block.gain || block.smooth || block.feasible) && ["Plain", "Remove style and changed points", () => operate({ do: "plain", id })],
+      ),
       buttons(
         [block.mirror ? "Mirrored" : "Mirror", "Exchange left and right (M)", () => operate({ do: "mirror", id })],
         block.at === undefined && ["Split", "Split at the needle (S)", () => this.actions.split()],
@@ -77,6 +87,12 @@ export class Panel {
       ),
     );
     return parts;
+  }
+
+  // The changed control point near the needle.
+  point(block) {
+    const at = this.actions.within(block);
+    return block.points?.find((point) => Math.abs(point.at - at) < 0.33);
   }
 
   push(push) {
@@ -101,9 +117,12 @@ export class Panel {
     joints.append(...["motor", ...this.robot.joints].map((name) => element("option", name.replaceAll("_", " "), { value: name })));
     joints.addEventListener("change", () => { if (joints.selectedIndex) set({ joints: joints.value, strength: 0 }); });
     const parts = element("select", "");
-    const clips = this.robot.clips.map((clip) => element("option", clip.replace(/^builtin:/, ""), { value: clip }));
-    parts.append(element("option", "arms of ...", { value: "" }), ...clips);
-    parts.addEventListener("change", () => { if (parts.value) operate({ do: "lay", clip: parts.value, at: at(), parts: ["arms"] }); });
+    parts.append(...this.robot.parts.map((part) => element("option", part.replaceAll("_", " "), { value: part })));
+    const clips = element("select", "");
+    clips.append(element("option", "of ...", { value: "" }), ...this.robot.clips.map((clip) => element("option", clip.replace(/^builtin:/, ""), { value: clip })));
+    clips.addEventListener("change", () => { if (clips.value) operate({ do: "lay", clip: clips.value, at: at(), parts: [parts.value] }); });
+    const said = element("input", "", { type: "text", maxLength: 300, placeholder: "or of a sentence" });
+    said.addEventListener("change", () => { if (said.value) operate({ do: "lay", text: said.value, at: at(), parts: [parts.value] }); said.blur(); });
     const falls = view.falls.slice(0, 12).map((fall) => {
       const button = element("button", `falls at ${fall.second.toFixed(2)} s, ${fall.cause}${fall.why ? `: ${fall.why}` : ""}`, { className: "fall" });
       button.addEventListener("click", () => this.actions.seek(Math.max(fall.second - 0.5, 0)));
@@ -115,7 +134,7 @@ export class Panel {
       element("hr", ""), element("p", "From the needle on:"),
       field("friction", range(0.05, 1.5, 0.05, last("friction") ?? 1, (friction) => set({ friction })), (v) => Number(v).toFixed(2)),
       field("load", range(0, 10, 0.25, last("load") ?? 0, (load) => set({ load, body: torso })), (v) => `${Number(v).toFixed(1)} kg`),
-      field("fails", joints), field("lay over", parts),
+      field("fails", joints), field("lay over", parts), field("", clips), field("", said),
       buttons(["Push", "Push the trunk (P)", () => this.actions.push()]),
     ];
   }

@@ -10,6 +10,12 @@ const FORCE_STEP = 5;
 // Times between pictures at which fewer or more pixels are drawn (ms).
 const [SLOW, FAST] = [30, 18];
 const LEAST_SCALE = 0.5;
+// Time after which a picture that stays is drawn with every pixel (ms).
+const STILL = 300;
+// Colour of a kept take.
+const KEPT = [0.36, 0.5, 0.93];
+// Handles: radius in heights of the robot, and pixels around the middle that take hold of it.
+const [HANDLE, GRASP] = [0.022, 14];
 
 const matrices = (n) => Array.from({ length: n }, () => new Float32Array(16));
 
@@ -21,8 +27,9 @@ export class Scene {
     const n = this.character.bodies.length;
     this.simulated = matrices(n);
     this.reference = matrices(n);
+    this.kept = null;
     this.heat = Array.from({ length: n }, () => [0, 0, 0, 0]);
-    this.shows = { reference: true, errors: true, follow: true };
+    this.shows = { reference: true, errors: true, follow: true, handles: false };
     this.root = [0, 0, 0];
     this.drawn = 0;
     this.head = null;
@@ -38,7 +45,11 @@ export class Scene {
       if (this.dirty) {
         this.pace(now);
         this.draw();
-      } else this.last = null;
+      } else {
+        this.last = null;
+        // What does not move is drawn with every pixel.
+        if (!this.fine && now - this.before > STILL) this.draw(1);
+      }
       requestAnimationFrame(tick);
     };
     requestAnimationFrame(tick);
@@ -65,6 +76,9 @@ export class Scene {
       if (share > h[3]) [h[0], h[1], h[2], h[3]] = [0.86, 0.16, 0.2, share];
     }
     this.feet = Array.from({ length: feet }, (_, f) => view.getUint8(errors + 2 * joints + f) / 50);
+    // A take that is kept: its physics in the same frame.
+    if (flags & 8) unpackPose(view, errors + 2 * joints + feet, (this.kept ??= matrices(n)));
+    else this.kept = null;
     this.dirty = true;
     return this.head;
   }
@@ -81,8 +95,9 @@ export class Scene {
     return { azimuth: round(azimuth), elevation: round(elevation), distance: round(distance / this.character.height), follow: this.shows.follow };
   }
 
-  draw() {
+  draw(scale = this.scale) {
     this.dirty = false;
+    this.fine = scale === 1;
     this.drawn++;
     const { camera, character } = this;
     if (this.shows.follow) {
@@ -98,21 +113,27 @@ export class Scene {
     camera.target = [at[0] + camera.pan[0], at[1] + camera.pan[1], character.height * 0.46 + camera.pan[2]];
     const items = [{ character, pose: this.simulated, ghost: false, heat: this.shows.errors ? this.heat : null }];
     if (this.shows.reference) items.push({ character, pose: this.reference, ghost: "glass" });
-    const colours = stageColours();
-    this.stage.draw(fit(this.canvas, this.scale), camera, items, colours, character.height * 1.4, this.marks(colours));
+    if (this.kept) items.push({ character, pose: this.kept, ghost: "glass", tint: KEPT });
+    const colours = (this.colours ??= stageColours());
+    this.stage.draw(fit(this.canvas, scale), camera, items, colours, character.height * 1.4, this.marks(colours));
   }
 
-  // Draws fewer pixels where the machine is slow, as without a graphics card, and more where it is not.
+  // Draws in the plain way, and then fewer pixels, where pictures come late, as without a graphics card.
   pace(now) {
+    // The pixels of a film stay as many.
+    if (this.filmed) return;
     const passed = this.last ? Math.min(now - this.last, 100) : null;
     this.last = now;
     if (passed === null) return;
     this.mean = (this.mean ?? 20) * 0.85 + passed * 0.15;
-    if (this.mean > SLOW && this.scale > LEAST_SCALE) [this.scale, this.mean] = [Math.max(this.scale * 0.84, LEAST_SCALE), 22];
+    if (this.mean > SLOW) {
+      if (this.stage.goPlain && !this.stage.plain) this.stage.goPlain(this.simulated.length);
+      else this.scale = Math.max(this.scale * 0.84, LEAST_SCALE);
+      this.mean = 22;
+    }
     if (this.mean < FAST && this.scale < 1 && (this.calmFor = (this.calmFor ?? 0) + 1) > 120) {
       [this.scale, this.calmFor] = [Math.min(this.scale * 1.1, 1), 0];
     }
-    this.stage.taps = this.scale < 0.9 ? 7 : 20;
   }
 
   place(body) { return [...this.simulated[body].slice(12, 15)]; }
@@ -121,13 +142,59 @@ export class Scene {
   marks(colours) {
     const { character: { height }, robot: { weight } } = this;
     const active = this.pull?.newtons ? [{ body: this.pull.body, newtons: this.pull.newtons }] : this.pushes;
-    return active.filter(({ newtons }) => Math.hypot(...newtons) > 1).map(({ body, newtons }) => {
+    return this.handleMarks(colours).concat(active.filter(({ newtons }) => Math.hypot(...newtons) > 1).map(({ body, newtons }) => {
       const force = Math.hypot(...newtons);
       const length = Math.min(Math.max(force / weight, 0.15), 2) * height * 0.5;
       const along = newtons.map((f) => f / force);
       const at = this.place(body).map((c, k) => c + along[k] * height * 0.09);
       return { kind: "arrow", at, along, size: [height * 0.022, length], colour: colours.force, alpha: 0.95 };
+    }));
+  }
+
+  // A handle's place on the reference, and the way that it is dragged (m, world).
+  handlePlace({ body, point }) {
+    const m = this.reference[body];
+    return [0, 1, 2].map((r) => m[12 + r] + m[r] * point[0] + m[4 + r] * point[1] + m[8 + r] * point[2]);
+  }
+
+  handleMarks(colours) {
+    if (!this.shows.handles || this.head?.playing) return [];
+    const size = this.character.height * HANDLE;
+    return this.robot.handles.map((handle) => {
+      const held = this.held?.handle === handle;
+      const at = this.handlePlace(handle).map((c, k) => c + (held ? this.held.way[k] : 0));
+      return { kind: "ball", at, size: [size, size], colour: held ? colours.force : colours.ghost, alpha: 0.8, over: true };
     });
+  }
+
+  // The pixel of a point, and the metres of a pixel there.
+  project(p) {
+    const box = this.canvas.getBoundingClientRect();
+    const { forward, right, up, eye } = this.ray(box.left + box.width / 2, box.top + box.height / 2);
+    const to = p.map((c, k) => c - eye[k]);
+    const depth = dot(to, forward);
+    const metres = (2 * Math.tan(this.camera.angle / 2) * depth) / box.height;
+    return { x: box.left + box.width / 2 + dot(to, right) / metres, y: box.top + box.height / 2 - dot(to, up) / metres, metres };
+  }
+
+  handleAt(x, y) {
+    if (!this.shows.handles || this.head?.playing) return null;
+    const near = this.robot.handles.map((handle) => {
+      const at = this.project(this.handlePlace(handle));
+      return { handle, metres: at.metres, far: Math.hypot(at.x - x, at.y - y) };
+    });
+    const best = near.sort((a, b) => a.far - b.far)[0];
+    return best && best.far < GRASP ? best : null;
+  }
+
+  // The way of the held handle in the robot's own directions: forward, left, up (m).
+  heldWay() {
+    const [, , w] = this.held.way;
+    const root = this.reference[0];
+    const yaw = Math.atan2(root[1], root[0]);
+    const [dx, dy] = this.held.way;
+    const [c, s] = [Math.cos(yaw), Math.sin(yaw)];
+    return [dx * c + dy * s, dy * c - dx * s, w].map((v) => Math.round(v * 1000) / 1000);
   }
 
   // The ray through a pixel: its start and unit direction.
@@ -140,7 +207,7 @@ export class Scene {
     const up = cross(right, forward);
     const tan = Math.tan(this.camera.angle / 2);
     const along = forward.map((c, k) => c + right[k] * u * tan * (box.width / box.height) + up[k] * v * tan);
-    return { eye, along: normalize(along), right, up };
+    return { eye, along: normalize(along), forward, right, up };
   }
 
   // The body under a pixel, by the spheres that fill its shapes.
@@ -168,6 +235,13 @@ export class Scene {
   wire() {
     const canvas = this.canvas;
     canvas.addEventListener("pointerdown", (e) => {
+      const grasp = this.robot.mayEdit && e.button === 0 ? this.handleAt(e.clientX, e.clientY) : null;
+      if (grasp) {
+        e.stopImmediatePropagation();
+        canvas.setPointerCapture(e.pointerId);
+        this.held = { ...grasp, from: [e.clientX, e.clientY], way: [0, 0, 0] };
+        return;
+      }
       const body = this.robot.mayEdit && e.button === 0 && !e.shiftKey ? this.pick(e.clientX, e.clientY) : null;
       if (body === null) return;
       e.stopImmediatePropagation();
@@ -177,7 +251,10 @@ export class Scene {
       this.actions.pulling(true);
     });
     canvas.addEventListener("pointermove", (e) => {
-      if (this.pull) {
+      if (this.held) {
+        e.stopImmediatePropagation();
+        this.dragHandle(e.clientX, e.clientY);
+      } else if (this.pull) {
         e.stopImmediatePropagation();
         this.drag(e.clientX, e.clientY);
       } else if (!e.buttons) {
@@ -186,6 +263,15 @@ export class Scene {
     });
     for (const end of ["pointerup", "pointercancel"]) {
       canvas.addEventListener(end, (e) => {
+        if (this.held) {
+          e.stopImmediatePropagation();
+          const [name, by] = [this.held.handle.name, this.heldWay()];
+          this.held = null;
+          this.dirty = true;
+          this.actions.force(null);
+          if (by.some((way) => Math.abs(way) > 0.003)) this.actions.moved(name, by);
+          return;
+        }
         if (!this.pull) {
           this.actions.looked(this.seen());
           return;
@@ -202,6 +288,15 @@ export class Scene {
       clearTimeout(this.wheel);
       this.wheel = setTimeout(() => this.actions.looked(this.seen()), 400);
     }, { passive: true });
+  }
+
+  dragHandle(x, y) {
+    const { from, metres, handle } = this.held;
+    const { right, up } = this.ray(x, y);
+    const [dx, dy] = [(x - from[0]) * metres, (from[1] - y) * metres];
+    this.held.way = right.map((c, k) => c * dx + up[k] * dy);
+    this.actions.force(`${handle.name.replaceAll("_", " ")} ${Math.round(100 * Math.hypot(dx, dy))} cm`, x, y);
+    this.dirty = true;
   }
 
   drag(x, y) {

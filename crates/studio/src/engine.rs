@@ -4,6 +4,7 @@
 //! that it concerns, and physics goes on from the saved state before it. Motion is made in a second thread, so that the
 //! clock goes on while a clip is retargeted. A third one saves.
 
+mod show;
 mod touch;
 
 use std::sync::Arc;
@@ -16,12 +17,10 @@ use tokio::sync::watch;
 use crate::StudioError;
 use crate::document::Document;
 use crate::history::History;
-use crate::packet::{self, Head};
 use crate::performer::{Events, Force};
 use crate::request::{Message, Request, Screen};
 use crate::scene::Scene;
 use crate::stage::{self, Stage};
-use crate::view::View;
 use crate::workers::{build, difference, save};
 use crate::workshop::Built;
 
@@ -55,6 +54,8 @@ pub struct Engine {
     events: Events,
     /// Pulls that are not part of the scene yet.
     pulls: Vec<Force>,
+    /// Take that is shown beside the present one, frame by frame.
+    kept: Option<Vec<Box<[u8]>>>,
     /// Time of the clock (s).
     time: f64,
     rate: f64,
@@ -100,6 +101,7 @@ impl Engine {
             built,
             events: Events::default(),
             pulls: Vec::new(),
+            kept: None,
             time: 0.0,
             rate: 1.0,
             playing: false,
@@ -269,6 +271,7 @@ impl Engine {
                 (self.rate, self.stale) = (rate, true);
             }
             Request::Pull { body, newtons } => self.pull(&body, newtons)?,
+            Request::Keep(keep) => (self.kept, self.stale) = (keep.then(|| self.history.bodies()), true),
             Request::Release => self.release()?,
         }
         Ok(())
@@ -335,50 +338,5 @@ impl Engine {
         }
         self.stale = true;
         Ok(())
-    }
-
-    fn publish(&mut self) {
-        let (frame, known) = (self.frame(), self.history.len());
-        let shown = frame.min(known.saturating_sub(1));
-        let force = self.pulls.last().map_or(0.0, |pull| pull.newtons.iter().map(|f| f * f).sum::<f32>().sqrt());
-        let flags = u8::from(self.playing)
-            | u8::from(self.history.is_down(shown, self.hz())) << 1
-            | u8::from(self.building.is_some()) << 2;
-        let robot = self.stage.robot();
-        let sizes = [robot.character.bodies.len() - 1, robot.joints(), robot.anatomy.soles.len()].map(|n| n as u16);
-        let counts = [shown, known, self.frames(), self.version as usize].map(|n| n as u32);
-        let head = Head { flags, sizes, counts, rate: self.rate as f32, force };
-        let packet = packet::packet(&head, self.history.body(shown));
-        self.outputs.frame.send_if_modified(|last| {
-            let differs = **last != packet;
-            if differs {
-                *last = Arc::new(packet);
-            }
-            differs
-        });
-        if self.stale && (self.viewed.elapsed() >= VIEW_EVERY || known >= self.frames() || known < 2) {
-            self.outputs.view.send_replace(Arc::new(self.view()));
-            self.outputs.strips.send_replace(Arc::new(packet::strips(self.history.columns(), self.frames())));
-            (self.viewed, self.stale) = (Instant::now(), false);
-        }
-    }
-
-    fn view(&self) -> String {
-        View {
-            version: self.version,
-            name: stage::name_of(self.document.path()),
-            scene: self.document.scene(),
-            spans: &self.built.spans,
-            falls: self.history.falls(),
-            problem: &self.problem,
-            steps: self.document.steps(),
-            hz: self.hz(),
-            seconds: (self.frames() - 1) as f64 / self.hz(),
-            playing: self.playing,
-            rate: self.rate,
-            building: self.building.is_some(),
-            speaks: self.stage.generator.is_some(),
-        }
-        .to_json()
     }
 }

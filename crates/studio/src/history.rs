@@ -40,6 +40,11 @@ impl History {
         self.bodies.get(frame).map_or(&[], |body| body)
     }
 
+    /// Returns a copy of the bodies of all packets.
+    pub fn bodies(&self) -> Vec<Box<[u8]>> {
+        self.bodies.clone()
+    }
+
     /// Returns the columns of the strips.
     pub fn columns(&self) -> &[[u8; 5]] {
         &self.columns

@@ -16,6 +16,7 @@
 mod access;
 mod assets;
 mod document;
+mod edits;
 mod engine;
 mod error;
 pub mod examples;
@@ -38,6 +39,7 @@ mod workers;
 mod workshop;
 
 pub use document::Document;
+pub use edits::{Edit, PointGain};
 pub use error::StudioError;
 pub use live::{Down, Live, Said, Status};
 pub use operation::Operation;

@@ -3,7 +3,14 @@
 use serde::{Deserialize, Serialize};
 
 use crate::StudioError;
+use crate::edits::{Edit, PointGain};
 use crate::scene::{Block, Camera, Push, Scene, Switch, line_at};
+
+mod items;
+#[cfg(test)]
+mod tests;
+
+use items::{block, free, insert, known, shift, split};
 
 /// An action of a person. The page sends it as JSON, the command line writes it as `WORD key = value, ...`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -131,6 +138,52 @@ pub enum Operation {
         #[serde(default)]
         seconds: Option<f64>,
     },
+    /// Moves a point of the body at a time of a block; the rest follows as little as it takes. Standing feet stay.
+    Edit {
+        /// The block.
+        id: String,
+        /// A site, a body, or a role such as `left_hand`.
+        body: String,
+        /// Time within the block's own clip (s).
+        at: f64,
+        /// Way: forward, left, up, as the robot is turned (m); added to that of the same point and time.
+        by: [f64; 3],
+        /// Time before and after it in which the motion deviates (s).
+        #[serde(default)]
+        reach: Option<f64>,
+    },
+    /// Sets the style of a block's movements; what is not given is the clip's own.
+    Style {
+        /// The block.
+        id: String,
+        /// Factor on the movements.
+        #[serde(default)]
+        gain: Option<f64>,
+        /// Frequency (Hz) above which movements are smoothed away.
+        #[serde(default)]
+        smooth: Option<f64>,
+    },
+    /// Changes the control point of the motion spline that is nearest to a time of a block.
+    Point {
+        /// The block.
+        id: String,
+        /// Time within the block's own clip (s).
+        at: f64,
+        /// Factor on the distance from where such points usually are; 1 leaves the point as it is.
+        gain: f64,
+    },
+    /// Repairs what cannot be tracked in a block, or no longer does.
+    Feasible {
+        /// The block.
+        id: String,
+        /// Repair.
+        value: bool,
+    },
+    /// Removes a block's style, repair, and changed points.
+    Plain {
+        /// The block.
+        id: String,
+    },
     /// Pushes a body.
     Push(Push),
     /// Adds the pushes of one grab.
@@ -243,6 +296,35 @@ impl Operation {
                 block.best_of = best_of.or(block.best_of);
                 block.seconds = seconds.or(block.seconds);
             }
+            Self::Edit { id, body, at, by, reach } => {
+                let edit = Edit { body, at, by, reach };
+                let edits = &mut block(scene, &id)?.edits;
+                match edits.iter_mut().find(|known| known.is_of(&edit)) {
+                    Some(known) => known.add(&edit),
+                    None => edits.push(edit),
+                }
+            }
+            Self::Style { id, gain, smooth } => {
+                let block = block(scene, &id)?;
+                (block.gain, block.smooth) = (gain.filter(|gain| *gain != 1.0), smooth);
+            }
+            Self::Point { id, at, gain } => {
+                let points = &mut block(scene, &id)?.points;
+                points.retain(|known| known.at != at);
+                points.extend((gain != 1.0).then_some(PointGain { at, gain }));
+            }
+            Self::Feasible { id, value } => block(scene, &id)?.feasible = value,
+            Self::Plain { id } => {
+                let block = block(scene, &id)?;
+                *block = Block {
+                    gain: None,
+                    smooth: None,
+                    feasible: false,
+                    points: Vec::new(),
+                    edits: Vec::new(),
+                    ..block.clone()
+                };
+            }
             Self::Push(push) => {
                 let id = free(scene, 'p');
                 scene.push.push(Push { id, ..push });
@@ -261,133 +343,5 @@ impl Operation {
             Self::Seed { value } => scene.seed = value,
         }
         Ok(())
-    }
-}
-
-/// Returns a name that is free: a letter and the next number.
-fn free(scene: &Scene, letter: char) -> String {
-    let number = |id: &str| id.strip_prefix(letter).and_then(|rest| rest.parse::<u64>().ok());
-    let last = scene.ids().filter_map(number).max().unwrap_or(0);
-    format!("{letter}{}", last.saturating_add(1))
-}
-
-fn unknown(scene: &Scene, id: &str) -> StudioError {
-    let all: Vec<&str> = scene.ids().take(20).collect();
-    StudioError::Operation(format!("expected one of the scene's ids ({}), got '{id}'", all.join(", ")))
-}
-
-fn known(scene: &Scene, id: &str) -> Result<(), StudioError> {
-    if scene.ids().any(|known| known == id) { Ok(()) } else { Err(unknown(scene, id)) }
-}
-
-fn block<'a>(scene: &'a mut Scene, id: &str) -> Result<&'a mut Block, StudioError> {
-    let missing = unknown(scene, id);
-    scene.motion.iter_mut().chain(&mut scene.over).find(|block| block.id == id).ok_or(missing)
-}
-
-fn insert(scene: &mut Scene, index: Option<usize>, block: Block) -> Result<(), StudioError> {
-    let count = scene.motion.len();
-    let index = index.unwrap_or(count);
-    if index > count {
-        return Err(StudioError::Operation(format!("index: expected 0 to {count}, got {index}")));
-    }
-    scene.motion.insert(index, block);
-    Ok(())
-}
-
-fn shift(scene: &mut Scene, id: &str, index: Option<usize>, at: Option<f64>) -> Result<(), StudioError> {
-    known(scene, id)?;
-    if let Some(from) = scene.motion.iter().position(|block| block.id == id) {
-        let to = index.ok_or_else(|| StudioError::Operation(format!("block '{id}': expected `index`, got `at`")))?;
-        let block = scene.motion.remove(from);
-        return insert(scene, Some(to), block);
-    }
-    let at = at.ok_or_else(|| StudioError::Operation(format!("'{id}': expected `at` (s), got `index`")))?;
-    scene.over.iter_mut().filter(|block| block.id == id).for_each(|block| block.at = Some(at));
-    scene.push.iter_mut().filter(|push| push.id == id).for_each(|push| push.at = at);
-    scene.switch.iter_mut().filter(|switch| switch.id == id).for_each(|switch| switch.at = at);
-    Ok(())
-}
-
-fn split(scene: &mut Scene, id: &str, at: f64) -> Result<(), StudioError> {
-    let next = free(scene, 'm');
-    let missing = unknown(scene, id);
-    let index = scene.motion.iter().position(|block| block.id == id).ok_or(missing)?;
-    let first = &mut scene.motion[index];
-    let (start, end) = (first.start.unwrap_or(0.0), first.end.unwrap_or(f64::INFINITY));
-    if !(at > start && at < end) || first.repeat.is_some() {
-        let message = format!("block '{id}': expected a time within {start} to {end} s and no repetition, got {at} s");
-        return Err(StudioError::Operation(message));
-    }
-    // Halves of one motion meet in one instant.
-    let second = Block { id: next, start: Some(at), fade: Some(0.0), wait: None, ..first.clone() };
-    first.end = Some(at);
-    scene.motion.insert(index + 1, second);
-    Ok(())
-}
-
-#[cfg(test)]
-mod tests {
-    #![allow(clippy::unwrap_used)]
-    use super::*;
-
-    fn after(operations: &[&str]) -> Scene {
-        let mut scene = Scene::default();
-        operations.iter().for_each(|text| Operation::parse(text).unwrap().apply(&mut scene).unwrap());
-        scene
-    }
-
-    #[test]
-    fn every_action_is_a_line() {
-        let scene = after(&[
-            "say text = \"a person walks\"",
-            "add clip = \"builtin:wave\", index = 0",
-            "lay clip = \"builtin:wave\", at = 1, parts = [\"arms\"]",
-            "trim id = \"m2\", start = 0.5, end = 2.5",
-            "split id = \"m2\", at = 1.5",
-            "speed id = \"m1\", value = 2",
-            "mirror id = \"m1\"",
-            "repeat id = \"m1\", times = 3",
-            "fade id = \"m1\", seconds = 0.2",
-            "wait id = \"m1\", seconds = 1",
-            "sentence id = \"m1\", seed = 7, best_of = 4",
-            "push at = 1, seconds = 0.2, body = \"torso\", newtons = [40, 0, 0]",
-            "switch at = 2, friction = 0.3",
-            "move id = \"p1\", at = 3",
-            "move id = \"m1\", index = 2",
-            "camera azimuth = 1, follow = false",
-            "seed value = 5",
-        ]);
-        let ids: Vec<&str> = scene.motion.iter().map(|block| block.id.as_str()).collect();
-        assert_eq!(ids, ["m2", "m3", "m1"]);
-        let part = |i: usize| (scene.motion[i].start, scene.motion[i].end, scene.motion[i].fade);
-        assert_eq!((part(0), part(1)), ((Some(0.5), Some(1.5), None), (Some(1.5), Some(2.5), Some(0.0))));
-        assert_eq!((scene.motion[2].speed, scene.motion[2].mirror, scene.motion[2].repeat), (Some(2.0), true, Some(3)));
-        assert_eq!((scene.motion[2].seed, scene.motion[2].best_of), (Some(7), Some(4)));
-        assert_eq!((scene.push[0].at, scene.switch[0].friction, scene.seed), (3.0, Some(0.3), 5));
-        assert!(!scene.camera.follow && scene.camera.azimuth == 1.0);
-        let removed = after(&["say text = \"a\"", "say text = \"b\"", "remove id = \"m1\""]);
-        assert_eq!(removed.motion.len(), 1);
-    }
-
-    #[test]
-    fn refused_operations_change_nothing() {
-        let mut scene = after(&["add clip = \"builtin:walk\""]);
-        let before = scene.clone();
-        for (text, told) in [
-            ("remove id = \"x\"", "expected one of the scene's ids (m1), got 'x'"),
-            ("speed id = \"m1\", value = 0", "speed: expected 0.1 to 10, got 0"),
-            ("move id = \"m1\", index = 4", "index: expected 0 to 0, got 4"),
-            ("split id = \"m1\", at = -1", "expected a time within"),
-            ("sentence id = \"m1\", text = \"a\"", "expected a sentence, got a clip"),
-            ("push at = 1, seconds = inf, body = \"b\", newtons = [0, 0, 0]", "seconds: expected"),
-        ] {
-            let error = Operation::parse(text).unwrap().apply(&mut scene).unwrap_err().to_string();
-            assert!(error.contains(told), "{text}: {error}");
-            assert_eq!(scene, before, "{text}");
-        }
-        for text in ["", "fly", "trim id = 3", "trim id = \"m1\", stert = 1", "seed value = 1 } x = {"] {
-            assert!(Operation::parse(text).is_err(), "{text}");
-        }
     }
 }

@@ -5,7 +5,7 @@
 //! | bytes | content |
 //! | --- | --- |
 //! | 1 | kind, 1 |
-//! | 1 | flags: 1 plays, 2 has fallen, 4 is being built |
+//! | 1 | flags: 1 plays, 2 has fallen, 4 is being built, 8 has a kept take |
 //! | 2 | number of bodies B, the world left out |
 //! | 2, 2 | numbers of joints J and feet F |
 //! | 4, 4, 4 | frame, simulated frames, frames of the scene |
@@ -17,6 +17,7 @@
 //! | J | joint errors in steps of half a degree |
 //! | J | torques in 255ths of the largest |
 //! | F | ground forces in 50ths of the weight |
+//! | 16 + 14 B | physics of the kept take, where there is one |
 //!
 //! A body is its position less the root's in units, and its quaternion `wxyz` in units of 1/32767.
 
@@ -36,7 +37,7 @@ const ROWS: usize = 5;
 /// Numbers before a frame's body.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Head {
-    /// Plays, has fallen, is being built.
+    /// Plays, has fallen, is being built, has a kept take.
     pub flags: u8,
     /// Numbers of bodies (without the world), joints and feet.
     pub sizes: [u16; 3],
@@ -66,6 +67,11 @@ pub fn packet(head: &Head, body: &[u8]) -> Vec<u8> {
     bytes.extend(head.force.to_le_bytes());
     bytes.extend(body);
     bytes
+}
+
+/// Returns the part of a frame's body in which physics is.
+pub fn physics(body: &[u8], bodies: usize) -> &[u8] {
+    body.get(..16 + 14 * bodies).unwrap_or_default()
 }
 
 /// Returns the body of the last frame of a rollout, and its column of the strips.

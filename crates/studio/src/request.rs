@@ -35,6 +35,8 @@ pub enum Request {
         /// The force (N, world).
         newtons: [f64; 3],
     },
+    /// Keeps what was simulated as a ghost beside what comes, or forgets it.
+    Keep(bool),
     /// Lets go; the pull becomes pushes of the scene.
     Release,
 }

@@ -5,6 +5,10 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use crate::StudioError;
+use crate::edits::{Edit, PointGain};
+
+#[cfg(test)]
+mod tests;
 
 /// Suffix of scene files.
 pub const EXTENSION: &str = ".scene.toml";
@@ -108,6 +112,21 @@ pub struct Block {
     /// Left and right exchanged.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub mirror: bool,
+    /// Factor on the movements: above 1 is more, below 1 less.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub gain: Option<f64>,
+    /// Frequency (Hz) above which movements are smoothed away.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub smooth: Option<f64>,
+    /// Repair of what cannot be tracked, as by `lifelike motion repair`.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub feasible: bool,
+    /// Control points of the motion spline that are changed.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub points: Vec<PointGain>,
+    /// Points of the body that are moved.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub edits: Vec<Edit>,
     /// Number of repetitions.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub repeat: Option<usize>,
@@ -264,7 +283,7 @@ impl Scene {
     }
 }
 
-fn within(what: &str, value: f64, low: f64, high: f64) -> Result<(), String> {
+pub(crate) fn within(what: &str, value: f64, low: f64, high: f64) -> Result<(), String> {
     if (low..=high).contains(&value) { Ok(()) } else { Err(format!("{what}: expected {low} to {high}, got {value}")) }
 }
 
@@ -289,6 +308,10 @@ impl Block {
         for (what, value) in times.into_iter().chain([("fade", self.fade), ("at", self.at), ("wait", self.wait)]) {
             value.map_or(Ok(()), |value| within(what, value, 0.0, MAX_SECONDS))?;
         }
+        self.gain.map_or(Ok(()), |gain| within("gain", gain, 0.0, 4.0))?;
+        self.smooth.map_or(Ok(()), |hertz| within("smooth", hertz, 0.5, 25.0))?;
+        self.points.iter().try_for_each(PointGain::check)?;
+        self.edits.iter().try_for_each(Edit::check)?;
         self.speed.map_or(Ok(()), |speed| within("speed", speed, 0.1, 10.0))?;
         self.repeat.map_or(Ok(()), |times| within("repeat", times as f64, 1.0, 1000.0))?;
         self.best_of.map_or(Ok(()), |count| within("best_of", count as f64, 1.0, 256.0))
@@ -325,36 +348,4 @@ impl Switch {
 /// Returns the line of a place in a text, from 1.
 pub(crate) fn line_at(text: &str, at: usize) -> usize {
     text.as_bytes().iter().take(at).filter(|byte| **byte == b'\n').count() + 1
-}
-
-#[cfg(test)]
-mod tests {
-    #![allow(clippy::unwrap_used)]
-    use super::*;
-
-    fn error(text: &str) -> String {
-        Scene::parse(text, "a.scene.toml").unwrap_err().to_string()
-    }
-
-    #[test]
-    fn errors_name_file_and_line() {
-        assert!(error("robot = \"lima\"\nrobbot = 3\n").starts_with("a.scene.toml:2: unknown field `robbot`"));
-        let text = "[[motion]]\nid = \"m1\"\nclip = \"a\"\n\n[[motion]]\nid = \"m2\"\nclip = \"a\"\nspeed = 99\n";
-        assert_eq!(error(text), "a.scene.toml:6: speed: expected 0.1 to 10, got 99");
-        assert!(error("[[motion]]\nid = \"m1\"\n").contains("a.scene.toml:2: expected either"));
-        assert!(
-            error("[[push]]\nid = \"p\"\nat = nan\nseconds = 1\nbody = \"b\"\nnewtons = [0, 0, 0]\n").contains("at")
-        );
-        let twice = "[[motion]]\nid = \"m\"\nclip = \"a\"\n[[motion]]\nid = \"m\"\nclip = \"a\"\n";
-        assert!(error(twice).contains("duplicate id 'm'"));
-    }
-
-    #[test]
-    fn a_scene_is_written_as_it_is_read() {
-        let text = "robot = \"lima\"\n[[motion]]\nid = \"m1\"\nsentence = \"a person walks\"\nspeed = 1.5\n\
-                    [[over]]\nid = \"o1\"\nclip = \"builtin:wave\"\nat = 1\nparts = [\"arms\"]\n\
-                    [[switch]]\nid = \"s1\"\nat = 2\nfriction = 0.2\n";
-        let scene = Scene::parse(text, "x").unwrap();
-        assert_eq!(Scene::parse(&scene.to_toml().unwrap(), "x").unwrap(), scene);
-    }
 }

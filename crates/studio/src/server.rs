@@ -12,6 +12,7 @@ use axum::http::header::{CACHE_CONTROL, CONTENT_DISPOSITION, CONTENT_TYPE};
 use axum::http::{HeaderMap, StatusCode};
 use axum::response::{IntoResponse, Response};
 use axum::routing::{get, put};
+use lifelike_character::Role;
 use tokio::net::TcpListener;
 use tokio::sync::oneshot;
 
@@ -140,10 +141,26 @@ async fn robot(State(shared): State<Shared>, Path(word): Path<String>, headers: 
         "jointBodies": bodies,
         "heaviest": heaviest(robot),
         "weight": robot.character.mass() * robot.character.gravity.norm(),
+        "handles": handles(robot),
+        "parts": PARTS,
+        "bends": shared.stage.spline.is_some(),
         "clips": files::clips(&shared.stage.folder),
         "mayEdit": shared.access.of(&word, &headers, false) == Some(Permission::Edit),
     });
     reply("application/json", value.to_string())
+}
+
+/// Parts of the body that are laid over other motion.
+const PARTS: [&str; 7] = ["arms", "left_arm", "right_arm", "upper_body", "legs", "head", "torso"];
+/// Points that are dragged in the picture.
+const HANDLES: [Role; 6] = [Role::LeftHand, Role::RightHand, Role::LeftFoot, Role::RightFoot, Role::Head, Role::Pelvis];
+
+fn handles(robot: &lifelike_robot::Robot) -> Vec<serde_json::Value> {
+    let places = HANDLES.iter().filter_map(|role| Some((role, robot.anatomy.places.get(role)?)));
+    let handles = places.map(|(role, place)| {
+        serde_json::json!({ "name": role, "body": place.body.saturating_sub(1), "point": place.point.as_slice() })
+    });
+    handles.collect()
 }
 
 /// Returns the body that pushes and loads act on where nobody says which.

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use lifelike_generation::generator::Generator;
+use lifelike_representation::motion_spline::MotionSpline;
 use lifelike_robot::{Controller, ReferenceLibrary, Robot};
 use lifelike_sim::SimulationSpec;
 
@@ -19,6 +20,8 @@ pub struct Stage {
     pub controller: Arc<Controller>,
     /// Generator of motion from sentences, where there is one for the robot.
     pub generator: Option<Arc<Generator>>,
+    /// Motion spline whose control points are edited, where there is one for the robot.
+    pub spline: Option<Arc<MotionSpline>>,
     /// Folder below which clips are read.
     pub folder: PathBuf,
 }
@@ -41,7 +44,7 @@ impl Stage {
 
     /// Returns a maker of motion.
     pub fn workshop(&self) -> Workshop {
-        Workshop::new(Arc::clone(self.robot()), self.generator.clone(), &self.folder)
+        Workshop::new(self)
     }
 
     /// Returns the motion as a reference.

@@ -22,7 +22,12 @@ fn lima(folder: &Path) -> Stage {
     let assets = Path::new(env!("CARGO_MANIFEST_DIR")).join("../lifelike/assets");
     let controller = Controller::load(&assets.join("lima-path.controller.safetensors"), None, robot).unwrap();
     let generator = Generator::load(&assets.join("lima.generator.safetensors")).unwrap();
-    Stage { controller: Arc::new(controller), generator: Some(Arc::new(generator)), folder: folder.into() }
+    Stage {
+        controller: Arc::new(controller),
+        generator: Some(Arc::new(generator)),
+        spline: None,
+        folder: folder.into(),
+    }
 }
 
 fn scene(operations: &[&str]) -> Scene {
@@ -280,4 +285,62 @@ fn a_save_that_is_cut_off_loses_nothing() {
         }
     }
     assert!(most > 20, "{most} blocks were saved");
+}
+
+/// Returns where the left hand and the soles of a scene's motion are in a frame (m).
+fn places(stage: &Stage, scene: &Scene, frame: usize) -> (Vec<lifelike_character::Vec3>, crate::Built) {
+    let built = stage.workshop().build(scene).unwrap();
+    let character = &stage.robot().character;
+    let root = lifelike_character::Kinematics::new(character);
+    let mut kinematics = root;
+    let mut q = vec![0.0; character.nq];
+    let library = stage.reference(&built).unwrap();
+    let mut v = vec![0.0; character.nv];
+    library.write_state(frame, stage.robot(), [0.0; 2], 0.0, &mut q, &mut v);
+    kinematics.update(character, &q);
+    let hand = &stage.robot().anatomy.places[&lifelike_character::Role::LeftHand];
+    let mut points = vec![kinematics.point(hand.body, &hand.point)];
+    let feet = [lifelike_character::Role::LeftFoot, lifelike_character::Role::RightFoot];
+    points.extend(feet.map(|role| {
+        let foot = &stage.robot().anatomy.places[&role];
+        kinematics.point(foot.body, &foot.point)
+    }));
+    (points, built)
+}
+
+#[test]
+fn a_hand_is_moved_as_asked_and_feet_stay() {
+    let folder = tempfile::tempdir().unwrap();
+    let stage = lima(folder.path());
+    let before = scene(&["add clip = \"builtin:wave\""]);
+    let frame = 60;
+    let (was, _) = places(&stage, &before, frame);
+    let mut after = before.clone();
+    let at = frame as f64 / stage.robot().control_hz;
+    let edit = format!("edit id = \"m1\", body = \"left_hand\", at = {at}, by = [0.06, 0.03, 0.04]");
+    Operation::parse(&edit).unwrap().apply(&mut after).unwrap();
+    let (is, built) = places(&stage, &after, frame);
+    // The wave begins along x, so forward, left and up are the axes of the world but for the turn of its hips.
+    let turn = lifelike_character::rotation::heading(&built.clip.root_orientation[frame]);
+    let wanted = turn * lifelike_character::Vec3::new(0.06, 0.03, 0.04);
+    assert!((is[0] - was[0] - wanted).norm() < 0.005, "{} for {}", is[0] - was[0], wanted);
+    for foot in [1, 2] {
+        assert!((is[foot] - was[foot]).norm() < 0.002, "{} to {}", was[foot], is[foot]);
+    }
+    // Far from it nothing changed.
+    let (far, _) = places(&stage, &before, 5);
+    assert_eq!(places(&stage, &after, 5).0, far);
+}
+
+#[test]
+fn a_jump_that_is_too_slow_is_repaired_and_said() {
+    let folder = tempfile::tempdir().unwrap();
+    let stage = lima(folder.path());
+    let slow = scene(&["add clip = \"builtin:jump\"", "speed id = \"m1\", value = 1"]);
+    let gain =
+        scene(&["add clip = \"builtin:jump\"", "style id = \"m1\", gain = 2", "feasible id = \"m1\", value = true"]);
+    let whole = stage.workshop().build(&slow).unwrap();
+    let repaired = stage.workshop().build(&gain).unwrap();
+    assert_eq!(whole.spans[0].changed, "");
+    assert!(repaired.spans[0].changed.starts_with("repaired: root by"), "{}", repaired.spans[0].changed);
 }

@@ -33,6 +33,8 @@ pub struct View<'a> {
     pub rate: f64,
     /// Motion is being made.
     pub building: bool,
+    /// A take is kept beside the present one.
+    pub kept: bool,
     /// Sentences are understood.
     pub speaks: bool,
 }

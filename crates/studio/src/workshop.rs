@@ -8,19 +8,22 @@ use std::sync::Arc;
 use lifelike_evaluation::verdict::finding_words;
 use lifelike_generation::generator::{Generator, Given, SampleOptions};
 use lifelike_generation::representation::FeatureMatrix;
-use lifelike_motion::edit::{Compose, Length, Part, Warp, compose, joints_of, mirror, sequence, trim, warp};
+use lifelike_motion::edit::{Compose, Length, Part, compose, joints_of, sequence, trim};
 use lifelike_motion::resample::resample;
 use lifelike_motion::{MotionClip, feasibility, formats};
+use lifelike_representation::motion_spline::MotionSpline;
 use lifelike_robot::reference::standing_clip;
 use lifelike_robot::{Robot, clips};
 use serde::Serialize;
 
 use crate::StudioError;
+use crate::edits::edited;
 use crate::scene::{Block, Scene};
 use crate::sentence::Understood;
+use crate::stage::Stage;
 
 /// Time that neighbours share where nothing else is said (s).
-const FADE: f64 = 0.3;
+pub(crate) const FADE: f64 = 0.3;
 /// A sentence goes on from the last seconds of the motion before it (s).
 pub(crate) const OVERLAP: f64 = 0.6;
 /// The robot stands for this long at the end (s).
@@ -47,6 +50,8 @@ pub struct Span {
     pub source: String,
     /// Reason for which the motion cannot be tracked, without physics; empty where there is none.
     pub doubt: String,
+    /// Changes that a repair made; empty where there was none.
+    pub changed: String,
 }
 
 /// The motion of a scene.
@@ -64,25 +69,33 @@ struct Made {
     clip: MotionClip,
     whole: f64,
     doubt: String,
+    changed: String,
     /// Time shared with the block before (s).
     fade: f64,
 }
 
-/// Motion before a block's edits, and whether it begins with the end of the motion before it.
-type Whole = (MotionClip, bool);
+/// Motion before a block's edits, whether it begins with the end of the motion before it, and an error of the network.
+type Whole = (MotionClip, bool, Option<String>);
 
 /// Maker of motion for one robot, with a memory of what it made.
 pub struct Workshop {
     robot: Arc<Robot>,
     generator: Option<Arc<Generator>>,
+    spline: Option<Arc<MotionSpline>>,
     folder: PathBuf,
     made: HashMap<u64, Made>,
 }
 
 impl Workshop {
-    /// Returns a workshop that reads clips below `folder` only.
-    pub fn new(robot: Arc<Robot>, generator: Option<Arc<Generator>>, folder: &Path) -> Self {
-        Self { robot, generator, folder: folder.to_path_buf(), made: HashMap::new() }
+    /// Returns a workshop that reads clips below the stage's folder only.
+    pub fn new(stage: &Stage) -> Self {
+        Self {
+            robot: Arc::clone(stage.robot()),
+            generator: stage.generator.clone(),
+            spline: stage.spline.clone(),
+            folder: stage.folder.clone(),
+            made: HashMap::new(),
+        }
     }
 
     /// Makes the motion of a scene, at the policy's rate.
@@ -187,17 +200,19 @@ impl Workshop {
 
     fn make(&self, block: &Block, seed: u64, tail: Option<&MotionClip>) -> Result<Made, StudioError> {
         let told = || StudioError::block::<StudioError>(&block.id);
-        let (whole, continues) = match (&block.sentence, &block.clip) {
+        let (whole, continues, failed) = match (&block.sentence, &block.clip) {
             (Some(sentence), _) => self.said(block, sentence, seed, tail).map_err(told())?,
-            (None, Some(clip)) => (self.loaded(clip).map_err(told())?, false),
+            (None, Some(clip)) => (self.loaded(clip).map_err(told())?, false, None),
             (None, None) => return Err(StudioError::Operation(format!("block '{}' has no motion", block.id))),
         };
-        let clip = edited(&whole, block, &self.robot).map_err(StudioError::block(&block.id))?;
+        let (clip, changed) =
+            edited(&whole, block, &self.robot, self.spline.as_deref()).map_err(StudioError::block(&block.id))?;
         let found = feasibility::check(&clip, &self.robot.character, &self.robot.anatomy, &self.robot.speeds()).ok();
-        let doubt = found.and_then(|found| found.reasons().next().map(finding_words)).unwrap_or_default();
+        let doubt = found.and_then(|found| found.reasons().next().map(finding_words));
+        let doubt = failed.into_iter().chain(doubt).collect::<Vec<_>>().join("; ");
         let goes_on = continues && block.start.is_none_or(|start| start == 0.0) && block.speed.is_none();
         let fade = block.fade.unwrap_or(if goes_on && !block.mirror { OVERLAP } else { FADE });
-        Ok(Made { clip, whole: whole.seconds(), doubt, fade })
+        Ok(Made { clip, whole: whole.seconds(), doubt, changed, fade })
     }
 
     /// Returns the motion of a sentence: the network's, where it does what was understood, else that of the grammar's rules.
@@ -212,16 +227,19 @@ impl Workshop {
                 let message = format!("no generator for '{}' comes with the program; use clips", self.robot.name);
                 return Err(StudioError::Operation(message));
             };
-            return Ok((learned?, tail.is_some()));
+            return Ok((learned?, tail.is_some(), None));
         };
         let from = tail.map_or(0.0, MotionClip::seconds);
-        let learned = learned.and_then(Result::ok);
+        let (learned, failed) = match learned {
+            Some(Err(error)) => (None, Some(format!("the network failed ({error}), the rules made it"))),
+            learned => (learned.and_then(Result::ok), None),
+        };
         let (mut clip, continues, by) = match learned {
             Some(clip) if understood.holds(&clip, from, &self.robot)? => (clip, tail.is_some(), "network"),
             _ => (understood.by_rules(block.seed.unwrap_or(seed), &self.robot)?, false, "rules"),
         };
         clip.provenance.source = format!("{} (by {by})", understood.words());
-        Ok((clip, continues))
+        Ok((clip, continues, failed))
     }
 
     /// Returns the network's motion of a sentence. After other motion it begins with the last of it.
@@ -286,11 +304,12 @@ fn span(block: &Block, from: f64, to: f64, made: &Made) -> Span {
         whole: made.whole,
         source,
         doubt: made.doubt.clone(),
+        changed: made.changed.clone(),
     }
 }
 
 /// Returns the fade that fits between neighbours of these lengths (s).
-fn fading(fade: f64, before: usize, next: usize, fps: f64) -> f64 {
+pub(crate) fn fading(fade: f64, before: usize, next: usize, fps: f64) -> f64 {
     let most = before.min(next).saturating_sub(2) as f64 / fps;
     fade.min(most).max(0.0)
 }
@@ -315,22 +334,6 @@ fn append(
     // Captions and contacts are not needed by physics.
     before.contacts = None;
     Ok(())
-}
-
-fn edited(clip: &MotionClip, block: &Block, robot: &Robot) -> Result<MotionClip, lifelike_motion::MotionError> {
-    let end = block.end.map(|end| end.min(clip.seconds()));
-    let mut clip = trim(clip, block.start, end)?;
-    if block.mirror {
-        clip = mirror(&clip, &robot.character)?;
-    }
-    if let Some(speed) = block.speed {
-        clip = warp(&clip, &Warp::Speed(speed))?;
-    }
-    if let Some(times) = block.repeat.filter(|times| *times > 1) {
-        let fade = if clip.cyclic { 0.0 } else { fading(FADE, clip.len(), clip.len(), clip.fps) };
-        clip = sequence(&vec![Part::from(&clip); times], fade)?;
-    }
-    Ok(clip)
 }
 
 /// Returns a path below a folder, links resolved.

@@ -24,7 +24,7 @@ fn start(folder: &Path, robot: &str) -> [String; 2] {
     let controller = Controller::load(&assets("lima-path.controller.safetensors"), None, robot).unwrap();
     let generator = Generator::load(&assets("lima.generator.safetensors")).unwrap();
     let generator = Some(Arc::new(generator));
-    let stage = Stage { controller: Arc::new(controller), generator, folder: folder.into() };
+    let stage = Stage { controller: Arc::new(controller), generator, spline: None, folder: folder.into() };
     let document = Document::open(&folder.join("a.scene.toml"), Scene::default).unwrap();
     let studio = Studio::new(stage, document, 0, false).unwrap();
     let addresses = studio.addresses();

@@ -78,6 +78,13 @@ pub struct Impossible {
     pub at: usize,
 }
 
+impl fmt::Display for Impossible {
+    /// Writes the words and the reason: `cannot do 'fly': it has no wings`.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "cannot do '{}': {}", self.said, self.because)
+    }
+}
+
 impl Clause {
     /// Returns what can be checked on its motion.
     pub fn facts(&self) -> Facts {

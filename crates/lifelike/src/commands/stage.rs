@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use lifelike_generation::generator::Generator;
+use lifelike_representation::motion_spline::MotionSpline;
 use lifelike_robot::Robot;
 use lifelike_studio::{Scene, Stage, StudioError, examples};
 
@@ -33,7 +34,9 @@ pub fn open(scene: &Scene, file: &Path) -> Result<Stage, CliError> {
     }
     let generator = shipped::of_robot(&robot, Kind::Generator).map(shipped::Shipped::file).transpose()?;
     let generator = generator.map(|file| Generator::load(&file)).transpose()?.map(Arc::new);
-    Ok(Stage { controller: Arc::new(loaded.controller), generator, folder: folder(file) })
+    let spline = shipped::of_robot(&robot, Kind::Spline).map(shipped::Shipped::file).transpose()?;
+    let spline = spline.map(|file| MotionSpline::load(&file)).transpose()?.map(Arc::new);
+    Ok(Stage { controller: Arc::new(loaded.controller), generator, spline, folder: folder(file) })
 }
 
 /// Returns the folder of a file, `.` for a bare name.

@@ -54,7 +54,7 @@ class FlatStage {
       const s = geom.size;
       const [r, g, b, share] = item.heat ? item.heat[geom.body] : [0, 0, 0, 0];
       const own = geom.rgba.slice(0, 3).map((x, k) => x * (1 - share) + [r, g, b][k] * share);
-      const style = item.ghost ? css(colours.ghost, item.ghost === "glass" ? 0.35 : 1) : css(own);
+      const style = item.ghost ? css(item.tint ?? colours.ghost, item.ghost === "glass" ? 0.35 : 1) : css(own);
       if (geom.shape === "capsule" || geom.shape === "cylinder") {
         stroke(at([0, 0, s[1]]), at([0, 0, -s[1]]), 2 * s[0], style);
       } else if (geom.shape === "mesh") {

@@ -85,34 +85,37 @@ function addMesh(out, { decoded, index, corners }, place, colour) {
   }
 }
 
-function addShape(mesh, geom, colour, meshes) {
+// `detail`: share of the corners of round shapes.
+function addShape(mesh, geom, colour, meshes, detail) {
+  const some = (cells) => Math.max(Math.round(cells * detail), 3);
   const place = placement(geom.position, geom.orientation);
   if (geom.shape === "mesh") return addMesh(mesh, decodeMesh(meshes[geom.mesh]), place, colour);
   const s = geom.size;
   if (geom.shape === "sphere") {
-    mesh.surface(14, 24, (u, v) => { const n = onSphere(u, v); return [n.map((c) => c * s[0]), n]; }, place, colour);
+    mesh.surface(some(14), some(24), (u, v) => { const n = onSphere(u, v); return [n.map((c) => c * s[0]), n]; }, place, colour);
   } else if (geom.shape === "ellipsoid") {
-    mesh.surface(16, 28, (u, v) => {
+    mesh.surface(some(16), some(28), (u, v) => {
       const e = onSphere(u, v);
       const n = e.map((c, k) => c / s[k]);
       const norm = Math.hypot(...n);
       return [e.map((c, k) => c * s[k]), n.map((c) => c / norm)];
     }, place, colour);
   } else if (geom.shape === "capsule") {
-    mesh.surface(17, 24, (u, v) => {
+    const cap = some(8);
+    mesh.surface(2 * cap + 1, some(24), (u, v) => {
       // The middle row of cells is the tube between the two caps.
-      const row = Math.round(u * 17);
-      const n = onSphere((row <= 8 ? row : row - 1) / 16, v);
-      return [[n[0] * s[0], n[1] * s[0], n[2] * s[0] + (row <= 8 ? s[1] : -s[1])], n];
+      const row = Math.round(u * (2 * cap + 1));
+      const n = onSphere((row <= cap ? row : row - 1) / (2 * cap), v);
+      return [[n[0] * s[0], n[1] * s[0], n[2] * s[0] + (row <= cap ? s[1] : -s[1])], n];
     }, place, colour);
   } else if (geom.shape === "cylinder") {
     const rim = (v) => [Math.cos(v * 2 * Math.PI), Math.sin(v * 2 * Math.PI)];
-    mesh.surface(1, 28, (u, v) => {
+    mesh.surface(1, some(28), (u, v) => {
       const [c, d] = rim(v);
       return [[c * s[0], d * s[0], s[1] * (1 - 2 * u)], [c, d, 0]];
     }, place, colour);
     for (const side of [1, -1]) {
-      mesh.surface(1, 28, (u, v) => {
+      mesh.surface(1, some(28), (u, v) => {
         const [c, d] = rim(v);
         return [[c * s[0] * u, d * s[0] * u, s[1] * side], [0, 0, side]];
       }, place, colour);
@@ -146,11 +149,11 @@ function addShape(mesh, geom, colour, meshes) {
 }
 
 // One mesh per body. The model's own colours are kept, unless it has MuJoCo's plain grey: then `plain` is used.
-function bodyMeshes(character, plain) {
+function bodyMeshes(character, plain, detail = 1) {
   const meshes = character.bodies.map(() => new MeshBuilder());
   for (const geom of character.geoms) {
     const grey = geom.rgba.slice(0, 3).every((c) => Math.abs(c - 0.5) < 1e-3);
-    addShape(meshes[geom.body], geom, grey ? plain : geom.rgba.slice(0, 3), character.meshes);
+    addShape(meshes[geom.body], geom, grey ? plain : geom.rgba.slice(0, 3), character.meshes, detail);
   }
   return meshes;
 }

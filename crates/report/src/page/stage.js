@@ -1,4 +1,4 @@
-// The scene in WebGL 2: lit bodies, their soft shadow, the ground.
+// The scene in WebGL 2: lit bodies, their soft shadow, the ground; and a plain way to draw it where pixels are slow.
 
 const VERTEX = `#version 300 es
 layout(location=0) in vec3 position; layout(location=1) in vec3 normal; layout(location=2) in vec3 colour;
@@ -62,6 +62,8 @@ const DEPTH_ONLY = `#version 300 es
 precision mediump float;
 void main() {}`;
 
+// Colour of bodies that have none of their own.
+const PLAIN_BODY = [0.86, 0.52, 0.33];
 // No colour over a body's own.
 const COLD = [0, 0, 0, 0];
 
@@ -69,14 +71,19 @@ class Stage {
   static SHADOW = 1024;
 
   constructor(canvas) {
-    const gl = canvas.getContext("webgl2", { antialias: true, preserveDrawingBuffer: true });
+    const gl = canvas.getContext("webgl2", { antialias: false, preserveDrawingBuffer: true });
     if (!gl) throw new Error("no WebGL 2");
     this.canvas = canvas;
     this.gl = gl;
     // Samples of the shadow at each pixel: fewer are coarser and faster.
     this.taps = 20;
+    this.plain = false;
     this.shade = this.program(VERTEX, SHADE);
     this.depth = this.program(VERTEX, DEPTH_ONLY);
+    this.cheap = new Map();
+    this.figures = new Map();
+    const { lines, ...disc } = plainGround();
+    [this.disc, this.lines] = [disc, lines].map((m) => this.upload(m.vertices, m.indices));
     this.meshes = new Map();
     const n = 40;
     this.floor = this.upload([-n, -n, 0, 0, 0, 1, 1, 1, 1, n, -n, 0, 0, 0, 1, 1, 1, 1, n, n, 0, 0, 0, 1, 1, 1, 1,
@@ -94,6 +101,62 @@ class Stage {
     gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.DEPTH_ATTACHMENT, gl.TEXTURE_2D, this.shadow, 0);
     gl.bindFramebuffer(gl.FRAMEBUFFER, null);
     gl.enable(gl.DEPTH_TEST);
+    this.smooth = { frame: gl.createFramebuffer(), colour: gl.createRenderbuffer(), depth: gl.createRenderbuffer(), size: [] };
+  }
+
+  // Binds a picture of four samples a pixel; a canvas of its own samples could not go without them later.
+  bindSmooth() {
+    const gl = this.gl;
+    const { frame, colour, depth, size } = this.smooth;
+    const { width, height } = this.canvas;
+    gl.bindFramebuffer(gl.FRAMEBUFFER, frame);
+    if (size[0] === width && size[1] === height) return;
+    this.smooth.size = [width, height];
+    for (const [buffer, format, place] of [[colour, gl.RGBA8, gl.COLOR_ATTACHMENT0], [depth, gl.DEPTH_COMPONENT24, gl.DEPTH_ATTACHMENT]]) {
+      gl.bindRenderbuffer(gl.RENDERBUFFER, buffer);
+      gl.renderbufferStorageMultisample(gl.RENDERBUFFER, Math.min(4, gl.getParameter(gl.MAX_SAMPLES)), format, width, height);
+      gl.framebufferRenderbuffer(gl.FRAMEBUFFER, place, gl.RENDERBUFFER, buffer);
+    }
+  }
+
+  showSmooth({ x, y, width, height }) {
+    const gl = this.gl;
+    gl.bindFramebuffer(gl.READ_FRAMEBUFFER, this.smooth.frame);
+    gl.bindFramebuffer(gl.DRAW_FRAMEBUFFER, null);
+    const box = [x, y, x + width, y + height];
+    gl.blitFramebuffer(...box, ...box, gl.COLOR_BUFFER_BIT, gl.NEAREST);
+    gl.bindFramebuffer(gl.FRAMEBUFFER, null);
+  }
+
+  drawShadowMap(items, light) {
+    const gl = this.gl;
+    gl.bindFramebuffer(gl.FRAMEBUFFER, this.target);
+    gl.viewport(0, 0, Stage.SHADOW, Stage.SHADOW);
+    gl.disable(gl.SCISSOR_TEST);
+    gl.clear(gl.DEPTH_BUFFER_BIT);
+    gl.useProgram(this.depth.program);
+    gl.uniformMatrix4fv(this.depth.uniforms.camera, false, light);
+    for (const item of items) if (item.ghost !== "glass") this.drawBodies(this.depth.uniforms, item);
+  }
+
+  // The ground of the plain way, with figures flattened onto it as their shadow.
+  drawPlainGround(u, items, colours, focus, size, sun, view) {
+    const gl = this.gl;
+    for (const [mesh, kind, model] of [
+      [this.disc, gl.TRIANGLES, [size, 0, 0, 0, 0, size, 0, 0, 0, 0, 1, 0, focus[0], focus[1], 0, 1]],
+      [this.lines, gl.LINES, [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, Math.round(focus[0]), Math.round(focus[1]), 0, 1]],
+    ]) {
+      gl.uniformMatrix4fv(u.model, false, model);
+      gl.bindVertexArray(mesh.vao);
+      gl.drawElements(kind, mesh.count, gl.UNSIGNED_INT, 0);
+    }
+    gl.uniform1f(u.ground, 0);
+    gl.uniform1f(u.ghostly, 2);
+    gl.uniform3fv(u.ghost, colours.floor.map((c) => c * (1 - 0.7 * (1 - colours.shadow))));
+    gl.uniformMatrix4fv(u.camera, false, multiply(view, flatten(sun)));
+    for (const item of items) if (item.ghost !== "glass") this.drawFigure(u, item);
+    gl.uniformMatrix4fv(u.camera, false, view);
+    gl.uniform3fv(u.ghost, colours.ghost);
   }
 
   program(vertex, fragment) {
@@ -116,7 +179,7 @@ class Stage {
     return { program, uniforms };
   }
 
-  upload(vertices, indices) {
+  upload(vertices, indices, bodies = null) {
     const gl = this.gl;
     const vao = gl.createVertexArray();
     gl.bindVertexArray(vao);
@@ -126,6 +189,12 @@ class Stage {
       gl.enableVertexAttribArray(k);
       gl.vertexAttribPointer(k, 3, gl.FLOAT, false, 36, k * 12);
     }
+    if (bodies) {
+      gl.bindBuffer(gl.ARRAY_BUFFER, gl.createBuffer());
+      gl.bufferData(gl.ARRAY_BUFFER, new Float32Array(bodies), gl.STATIC_DRAW);
+      gl.enableVertexAttribArray(3);
+      gl.vertexAttribPointer(3, 1, gl.FLOAT, false, 4, 0);
+    }
     gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, gl.createBuffer());
     gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, new Uint32Array(indices), gl.STATIC_DRAW);
     gl.bindVertexArray(null);
@@ -134,13 +203,50 @@ class Stage {
 
   bodies(character) {
     if (!this.meshes.has(character)) {
-      const plain = [0.86, 0.52, 0.33];
-      this.meshes.set(character, bodyMeshes(character, plain).map((m) => this.upload(m.vertices, m.indices)));
+      this.meshes.set(character, bodyMeshes(character, PLAIN_BODY).map((m) => this.upload(m.vertices, m.indices)));
     }
     return this.meshes.get(character);
   }
 
+  // The program of the plain way for a number of bodies.
+  plainProgram(items) {
+    const bodies = Math.max(...items.map((item) => item.pose.length));
+    if (!this.cheap.has(bodies)) {
+      const made = this.program(plainVertex(bodies), PLAIN);
+      // The first matrix and colour are those of the ground and of marks.
+      this.cheap.set(bodies, { ...made, uniforms: { ...made.uniforms, model: made.uniforms["models[0]"] } });
+    }
+    return this.cheap.get(bodies);
+  }
+
+  // Sets the plain way where it can be; a figure of too many bodies for one call stays as it is.
+  goPlain(bodies) {
+    this.plain = 5 * bodies + 16 <= this.gl.getParameter(this.gl.MAX_VERTEX_UNIFORM_VECTORS);
+  }
+
+  // A figure in one mesh, with a body's number at each corner.
+  figure(character) {
+    if (!this.figures.has(character)) {
+      const { vertices, indices, bodies } = figureMesh(bodyMeshes(character, PLAIN_BODY, 0.5), character.height);
+      this.figures.set(character, this.upload(vertices, indices, bodies));
+    }
+    return this.figures.get(character);
+  }
+
+  drawFigure(u, { character, pose, heat }) {
+    const gl = this.gl;
+    const mesh = this.figure(character);
+    const models = (this.models ??= new Map()).get(pose.length) ?? new Float32Array(16 * pose.length);
+    this.models.set(pose.length, models);
+    pose.forEach((m, body) => models.set(m, 16 * body));
+    gl.uniformMatrix4fv(u.model, false, models);
+    gl.uniform4fv(u["heats[0]"], heat ? heat.flat() : new Float32Array(4 * pose.length));
+    gl.bindVertexArray(mesh.vao);
+    gl.drawElements(gl.TRIANGLES, mesh.count, gl.UNSIGNED_INT, 0);
+  }
+
   drawBodies(uniforms, item) {
+    if (this.plain) return this.drawFigure(uniforms, item);
     const gl = this.gl;
     this.bodies(item.character).forEach((mesh, body) => {
       if (!mesh.count) return;
@@ -151,14 +257,15 @@ class Stage {
     });
   }
 
-  // Contacts and forces: [{kind: "arrow" | "pad" | "ball", at, size: [radius, length], colour, alpha, along: unit vector, else up}].
+  // Contacts and forces: [{kind: "arrow" | "pad" | "ball", at, size: [radius, length], colour, alpha, along: unit vector, else up, over: seen through bodies}].
   drawMarks(u, marks) {
     const gl = this.gl;
     this.marks ??= Object.fromEntries(Object.entries(markMeshes()).map(([k, m]) => [k, this.upload(m.vertices, m.indices)]));
     gl.uniform1f(u.ghostly, 1);
     gl.enable(gl.BLEND);
     gl.blendFuncSeparate(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA, gl.ONE, gl.ONE);
-    for (const { kind, at, size: [radius, length], colour, alpha, along } of marks) {
+    for (const { kind, at, size: [radius, length], colour, alpha, along, over } of marks) {
+      if (over) gl.disable(gl.DEPTH_TEST);
       gl.uniform3fv(u.ghost, colour);
       gl.uniform1f(u.alpha, alpha);
       const up = along || [0, 0, 1];
@@ -167,12 +274,13 @@ class Stage {
       gl.uniformMatrix4fv(u.model, false, [...axes.flatMap(([axis, size]) => [...axis.map((c) => c * size), 0]), ...at, 1]);
       gl.bindVertexArray(this.marks[kind].vao);
       gl.drawElements(gl.TRIANGLES, this.marks[kind].count, gl.UNSIGNED_INT, 0);
+      gl.enable(gl.DEPTH_TEST);
     }
     gl.disable(gl.BLEND);
   }
 
   // Draws one view. `view`: {x, y, width, height} in device pixels from the lower left; `camera`: Camera;
-  // `items`: [{character, pose, ghost: false | "solid" | "glass", heat: colour and share over each body's own}]; `reach`: size of what must be in the shadow (m).
+  // `items`: [{character, pose, ghost: false | "solid" | "glass", tint: colour of a ghost, heat: colour and share over each body's own}]; `reach`: size of what must be in the shadow (m).
   draw(view, camera, items, colours, reach, marks = []) {
     const gl = this.gl;
     const sun = normalize([0.42, -0.28, 0.86]);
@@ -180,21 +288,18 @@ class Stage {
     const light = multiply(orthographic(reach, reach * 5),
       lookAt(focus.map((c, k) => c + sun[k] * reach * 2.5), focus));
 
-    gl.bindFramebuffer(gl.FRAMEBUFFER, this.target);
-    gl.viewport(0, 0, Stage.SHADOW, Stage.SHADOW);
-    gl.disable(gl.SCISSOR_TEST);
-    gl.clear(gl.DEPTH_BUFFER_BIT);
-    gl.useProgram(this.depth.program);
-    gl.uniformMatrix4fv(this.depth.uniforms.camera, false, light);
-    for (const item of items) if (item.ghost !== "glass") this.drawBodies(this.depth.uniforms, item);
-    gl.bindFramebuffer(gl.FRAMEBUFFER, null);
+    if (this.plain) gl.bindFramebuffer(gl.FRAMEBUFFER, null);
+    else {
+      this.drawShadowMap(items, light);
+      this.bindSmooth();
+    }
 
     gl.enable(gl.SCISSOR_TEST);
     gl.scissor(view.x, view.y, view.width, view.height);
     gl.viewport(view.x, view.y, view.width, view.height);
     gl.clearColor(...colours.paper, 1);
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
-    const { program, uniforms: u } = this.shade;
+    const { program, uniforms: u } = this.plain ? this.plainProgram(items) : this.shade;
     gl.useProgram(program);
     gl.bindTexture(gl.TEXTURE_2D, this.shadow);
     gl.uniformMatrix4fv(u.camera, false, camera.matrix(view.width / view.height));
@@ -214,10 +319,13 @@ class Stage {
     gl.uniform1f(u.alpha, 1);
 
     gl.uniform1f(u.ground, 1);
-    const floor = [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, focus[0], focus[1], 0, 1];
-    gl.uniformMatrix4fv(u.model, false, floor);
-    gl.bindVertexArray(this.floor.vao);
-    gl.drawElements(gl.TRIANGLES, this.floor.count, gl.UNSIGNED_INT, 0);
+    if (this.plain) this.drawPlainGround(u, items, colours, focus, camera.distance * 2.6, sun, camera.matrix(view.width / view.height));
+    else {
+      const floor = [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, focus[0], focus[1], 0, 1];
+      gl.uniformMatrix4fv(u.model, false, floor);
+      gl.bindVertexArray(this.floor.vao);
+      gl.drawElements(gl.TRIANGLES, this.floor.count, gl.UNSIGNED_INT, 0);
+    }
     gl.uniform1f(u.ground, 0);
 
     for (const item of items.filter((i) => i.ghost !== "glass")) {
@@ -230,6 +338,7 @@ class Stage {
     gl.polygonOffset(1, 2000);
     for (const item of items.filter((i) => i.ghost === "glass")) {
       gl.uniform1f(u.ghostly, 1);
+      gl.uniform3fv(u.ghost, item.tint ?? colours.ghost);
       gl.uniform1f(u.alpha, 0.32);
       gl.colorMask(false, false, false, false);
       this.drawBodies(u, item);
@@ -244,5 +353,6 @@ class Stage {
     gl.disable(gl.POLYGON_OFFSET_FILL);
     this.drawMarks(u, marks);
     gl.bindVertexArray(null);
+    if (!this.plain) this.showSmooth(view);
   }
 }

@@ -305,17 +305,11 @@ function savePicture(viewer) {
 // The clip once, from its beginning, at 60 frames a second and in the time that it takes.
 function saveVideo(viewer) {
   if (viewer.recorder) return viewer.recorder.stop();
-  const kinds = ["video/webm;codecs=vp9", "video/webm;codecs=vp8", "video/webm"];
-  const mimeType = window.MediaRecorder && kinds.find((kind) => MediaRecorder.isTypeSupported(kind));
-  if (!mimeType) return alert("This browser cannot record video.");
-  const recorder = new MediaRecorder(viewer.canvas.captureStream(60), { mimeType, videoBitsPerSecond: 12e6 });
-  const parts = [];
   const button = viewer.find("video");
-  recorder.ondataavailable = (e) => parts.push(e.data);
-  recorder.onstop = () => {
+  const recorder = recordFilm(viewer.canvas, (film, ending) => {
     [viewer.recorder, viewer.playing, button.textContent] = [null, false, "Video"];
-    download(new Blob(parts, { type: "video/webm" }), fileName(viewer, "webm"));
-  };
+    download(film, fileName(viewer, ending));
+  });
+  if (!recorder) return alert("This browser cannot record video.");
   [viewer.recorder, viewer.time, viewer.playing, button.textContent] = [recorder, 0, true, "Stop"];
-  recorder.start();
 }

@@ -89,7 +89,7 @@ pub fn understand(
             },
             |verb| format!("the nearest is '{}': --nearest does that", verb.replace('_', " ")),
         );
-        return Err(CliError::Input(format!("\"{text}\": cannot do '{}': {}; {nearest}", first.said, first.because)));
+        return Err(CliError::Input(format!("\"{text}\": {first}; {nearest}")));
     }
     if script.clauses.is_empty() {
         let near = reader.nearest(&text).map_or_else(String::new, |(near, similarity)| {
