@@ -87,7 +87,7 @@ mod tests {
         let reserved = grammar.held_out_words();
         let (mut known, mut new) = (BTreeSet::new(), BTreeSet::new());
         let mut sentences = 0;
-        for index in 0..16_000 {
+        for index in 0..24_000 {
             let drawn = draw(&grammar, &usable, 9, index).unwrap();
             let held_out = drawn.facts.held_out == Some(HeldOut::Words);
             assert!(!held_out || drawn.split == Split::HeldOut);
