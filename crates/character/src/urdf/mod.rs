@@ -43,7 +43,7 @@ use tree::Tree;
 /// Deeper chains of links than any robot has.
 const MAX_DEPTH: usize = 150;
 /// Angles about an axis beyond this say nothing more (rad), rounding included.
-const FULL_TURN: f64 = 6.2832;
+const FULL_TURN: f64 = std::f64::consts::TAU + 1e-4;
 
 impl Character {
     /// Compiles URDF text. `file` is what errors call the text; meshes are looked for from `folder`.

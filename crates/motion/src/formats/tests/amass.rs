@@ -245,21 +245,24 @@ fn what_is_wrong_is_told_with_file_and_array() {
     for (arrays, part) in [
         (
             without("poses"),
-            "expected array 'poses' of AMASS (or 'root_orient' and 'pose_body'), got arrays betas, mocap_framerate, trans",
+            "expected array 'poses' of AMASS (or 'root_orient' and 'pose_body', or 'global_orient' and 'body_pose'), got arrays betas, mocap_framerate, trans",
         ),
-        (without("trans"), "expected array 'trans' of AMASS, got arrays betas, mocap_framerate, poses"),
+        (without("trans"), "expected array 'trans' of AMASS (or 'transl'), got arrays betas, mocap_framerate, poses"),
         (without("mocap_framerate"), "expected array 'mocap_framerate' or 'mocap_frame_rate'"),
         (
             vec![array("arr_0", &[2, 22, 3], vec![0.0; 132])],
-            "expected array 'poses' of AMASS (or 'root_orient' and 'pose_body'), got array arr_0",
+            "expected array 'poses' of AMASS (or 'root_orient' and 'pose_body', or 'global_orient' and 'body_pose'), got array arr_0",
         ),
         (vec![], "got no array"),
         (
             vec![array("gender", &[1], vec![0.0]), array("betas", &[16], vec![0.0; 16])],
             "got the shape of a person (arrays betas, gender), which AMASS keeps beside the motions",
         ),
-        (standing(3, 156 + 3), "array 'poses' of shape [frames, 72], [frames, 156] or [frames, 165], got [3, 159]"),
-        (with(array("poses", &[3, 52, 3], vec![0.0; 468])), "got [3, 52, 3]"),
+        (
+            standing(3, 156 + 3),
+            "array 'poses' of rotation vectors: [frames, 66], [frames, 72], [frames, 156] or [frames, 165], got [3, 159]",
+        ),
+        (with(array("poses", &[3, 53, 3], vec![0.0; 477])), "got [3, 53, 3]"),
         (with(array("poses", &[156], vec![0.0; 156])), "got [156]"),
         (with(array("poses", &[0, 156], vec![])), "array 'poses' of 1 to 432000 frames, got [0, 156]"),
         (with(array("poses", &[usize::MAX / 8, 156], vec![])), "array 'poses' of 1 to 432000 frames"),
@@ -273,7 +276,10 @@ fn what_is_wrong_is_told_with_file_and_array() {
         (with(array("trans", &[3, 3], vec![2e6; 9])), "below a million, got 2000000 in row 0, column 0"),
         (spoilt(f64::NAN), "array 'poses' of finite numbers below a million, got NaN in row 1, column 7"),
         (spoilt(f64::NEG_INFINITY), "got -inf in row 1, column 7"),
-        (vec![object].into_iter().chain(without("poses")).collect(), "values of type '|O', not f4, f8, i4 or i8"),
+        (
+            vec![object].into_iter().chain(without("poses")).collect(),
+            "values of type '|O', not f2, f4, f8, i1 to i8 or u1 to u8",
+        ),
         (rate(0.0), "1 to 1000 frames per second in array 'mocap_framerate', or --fps RATE, got 0"),
         (rate(f64::NAN), "got NaN"),
         (with(array("mocap_framerate", &[2], vec![120.0; 2])), "of one number (frames per second), got [2]"),

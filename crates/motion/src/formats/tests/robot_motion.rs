@@ -409,7 +409,8 @@ fn tables_of_other_programs_are_the_same_table() {
         ("a byte order mark", format!("\u{feff}{text}")),
     ] {
         let clip = of(&other).unwrap_or_else(|error| panic!("{what}: {error}"));
-        assert_eq!(differences(&plain, &clip), [0.0; 3], "{what}");
+        let same = clip.root_position == plain.root_position && clip.root_orientation == plain.root_orientation;
+        assert!(same && clip.joints == plain.joints, "{what}");
     }
     let error = of(&text.replacen('\n', ",\n", 1)).unwrap_err().to_string();
     assert!(error.contains("walk.csv:1") || error.contains("walk.csv:2"), "{error}");
