@@ -47,8 +47,8 @@ impl CaptionedMotion {
         entries.into_iter().collect::<Vec<_>>().into_par_iter().map(read).collect()
     }
 
-    /// Returns the motions of folders with an index and of other clips, in the order of their names within each input,
-    /// cut off after this duration.
+    /// Returns the motions of folders with an index and of other clips, cut off after this duration. Within each input
+    /// they are in the order of their names.
     ///
     /// # Errors
     /// A file that cannot be read, a line of an index that is none, or no motion at all.

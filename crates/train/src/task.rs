@@ -28,8 +28,8 @@ pub trait TrainingTask {
     /// Returns when to validate and to save.
     fn schedule(&self) -> Schedule;
 
-    /// Returns name and text of everything that must be the same when a run is resumed, such as its plan and a digest of its
-    /// data.
+    /// Returns name and text of everything that must be the same when a run is resumed. Examples are its plan and a
+    /// digest of its data.
     fn identity(&self) -> Vec<(&'static str, String)>;
 
     /// Takes one step.

@@ -10,8 +10,8 @@ use crate::GenerationError;
 impl FeatureMatrix {
     /// Returns the rows as a clip of `fps` frames per second that begins above the origin with heading 0:
     ///
-    /// `ψ_{t+1} = ψ_t + ω_t / fps`, `p_{t+1} = p_t + R(ψ_t) v_t / fps`; between rows every curve is the cubic through
-    /// four of them (Catmull & Rom 1974), so it is smooth at any rate and the rows themselves stay. Velocity columns
+    /// `ψ_{t+1} = ψ_t + ω_t / fps`, `p_{t+1} = p_t + R(ψ_t) v_t / fps`. Between rows every curve is the cubic through
+    /// four of them (Catmull & Rom 1974). It is smooth at any rate, and passes through the rows. Velocity columns
     /// of joints are not needed. Feet are not touched: see `representation::grounded`.
     ///
     /// # Errors

@@ -24,8 +24,8 @@ impl HistorySizes {
     }
 }
 
-/// Attention with queries and keys for each head and one value for all, so that the mean of the heads' weights says which step
-/// counted (Fig. 2.11 of the thesis).
+/// Attention with queries and keys for each head and one value for all. The mean of the heads' weights therefore says
+/// which step counted (Fig. 2.11 of the thesis).
 ///
 /// Past and present are different rows: what was, with its error, and what is, whose error is not yet known. Step t looks at
 /// the past rows t - K to t - 1 and at its own present row.

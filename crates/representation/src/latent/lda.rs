@@ -1,7 +1,8 @@
 //! Separation of motions by their codes: Linear Discriminant Analysis (Bishop 1995) as thesis 4.3.2 uses it.
 //!
-//! A class is [`CLASS_SECONDS`] of one clip; as much after it is left out, so that neighbouring classes are distinct. What is
-//! left at a clip's end and is shorter than a class belongs to none, so all classes are of one size and equally likely.
+//! A class is [`CLASS_SECONDS`] of one clip; as much after it is left out, so that neighbouring classes are distinct. A
+//! remainder at a clip's end that is shorter than a class belongs to none. All classes are therefore of one size and
+//! equally likely.
 //!
 //! The thesis does not say on which codes it measures accuracy. [`LdaScore::accuracy`] is on the codes that the
 //! classifier was fitted to, as its text reads. [`LdaScore::held_out_accuracy`] is our own: fitted to every other

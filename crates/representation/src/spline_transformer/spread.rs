@@ -2,8 +2,8 @@
 //! that come close to each other are driven apart.
 //!
 //! For a sequence's P control points of d numbers, s² = Σ ‖pᵢ − p̄‖² / (P d), and the penalty is max(0, 1 − s / floor)²,
-//! averaged over the batch. A network whose points are apart does not notice it. Its gradient does not fade as s goes to 0, so
-//! points that have nearly met are driven apart as hard as those that begin to.
+//! averaged over the batch. A network whose points are apart does not notice it. Its gradient does not
+//! fade as s goes to 0. Points that have nearly met are therefore driven apart as hard as those that begin to.
 
 /// Weight and floor of the penalty on close control points.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
