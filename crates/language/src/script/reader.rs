@@ -238,11 +238,11 @@ impl<'a> Reader<'a> {
                 continue;
             }
             // "Walk slowly, head down": the mood of the same.
-            if let Some(last) = out.last_mut().filter(|_| join != Join::Then && join != Join::While) {
-                if words.iter().any(|word| word == "head") && said(&words).mood.is_some() {
-                    last.words.extend(words);
-                    continue;
-                }
+            let is_mood = words.iter().any(|word| word == "head") && said(&words).mood.is_some();
+            let is_more = is_mood && join != Join::Then && join != Join::While;
+            if let Some(last) = out.last_mut().filter(|_| is_more) {
+                last.words.extend(words);
+                continue;
             }
             // "Sidestep left, 3 small steps": more words about the same.
             let adds = matches!(join, Join::Comma | Join::With);

@@ -214,13 +214,10 @@ fn way(out: &mut Said, word: &str, next: &str) -> bool {
         &["shoulder", "ear", "hip", "eye", "cheek", "wrist", "thigh"],
     ];
     let limb = LIMBS.iter().position(|limb| limb.contains(&next));
-    match (word, limb) {
-        ("left" | "right", Some(limb)) => {
-            let own = if word == "left" { Side::Left } else { Side::Right };
-            out.sides[limb] = Some(if out.sides[limb] == Some(own.mirrored()) { Side::Both } else { own });
-            return true;
-        }
-        _ => {}
+    if let ("left" | "right", Some(limb)) = (word, limb) {
+        let own = if word == "left" { Side::Left } else { Side::Right };
+        out.sides[limb] = Some(if out.sides[limb] == Some(own.mirrored()) { Side::Both } else { own });
+        return true;
     }
     match word {
         "left" | "lefthand" | "leftward" | "leftwards" => {
