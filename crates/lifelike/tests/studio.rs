@@ -139,8 +139,8 @@ fn a_pose_is_dragged_compared_and_filmed() {
     // Style, control points, repair, parts of another sentence: each is an operation that is undone.
     for (operation, holds) in [
         ("{ do: 'style', id: 'm2', gain: 1.4 }", "studio.view.scene.motion[1].gain === 1.4"),
-        ("{ do: 'point', id: 'm3', at: 2, gain: 1.6 }", "studio.view.scene.motion[2].points.length === 1"),
-        ("{ do: 'feasible', id: 'm2', value: true }", "studio.view.spans[1].changed !== ''"),
+        ("{ do: 'point', id: 'm3', at: 2, gain: 1.6 }", "studio.view.scene.motion[2]?.points?.length === 1"),
+        ("{ do: 'feasible', id: 'm2', value: true }", "(studio.view.spans[1]?.changed ?? '') !== ''"),
         (
             "{ do: 'lay', text: 'a person waves with the left hand', at: 6, parts: ['left_arm'] }",
             "studio.view.scene.over.length === 1",

@@ -16,6 +16,7 @@
 mod access;
 mod assets;
 mod document;
+mod edited;
 mod edits;
 mod engine;
 mod error;

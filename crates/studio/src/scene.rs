@@ -5,7 +5,7 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use crate::StudioError;
-use crate::edits::{Edit, PointGain};
+use crate::edits::{Edit, PointGain, within};
 
 #[cfg(test)]
 mod tests;
@@ -281,10 +281,6 @@ impl Scene {
         }
         Ok(())
     }
-}
-
-pub(crate) fn within(what: &str, value: f64, low: f64, high: f64) -> Result<(), String> {
-    if (low..=high).contains(&value) { Ok(()) } else { Err(format!("{what}: expected {low} to {high}, got {value}")) }
 }
 
 impl Block {

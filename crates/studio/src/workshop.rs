@@ -17,13 +17,11 @@ use lifelike_robot::{Robot, clips};
 use serde::Serialize;
 
 use crate::StudioError;
-use crate::edits::edited;
+use crate::edited::{FADE, edited, fading};
 use crate::scene::{Block, Scene};
 use crate::sentence::Understood;
 use crate::stage::Stage;
 
-/// Time that neighbours share where nothing else is said (s).
-pub(crate) const FADE: f64 = 0.3;
 /// A sentence goes on from the last seconds of the motion before it (s).
 pub(crate) const OVERLAP: f64 = 0.6;
 /// The robot stands for this long at the end (s).
@@ -306,12 +304,6 @@ fn span(block: &Block, from: f64, to: f64, made: &Made) -> Span {
         doubt: made.doubt.clone(),
         changed: made.changed.clone(),
     }
-}
-
-/// Returns the fade that fits between neighbours of these lengths (s).
-pub(crate) fn fading(fade: f64, before: usize, next: usize, fps: f64) -> f64 {
-    let most = before.min(next).saturating_sub(2) as f64 / fps;
-    fade.min(most).max(0.0)
 }
 
 /// Appends a clip. Only the last `last` frames take part, so that many blocks cost no more than their frames.

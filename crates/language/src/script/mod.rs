@@ -5,11 +5,13 @@
 //! grammar and of `lexicon.toml` ([`phrases`]); sides, numbers and adverbs are read by rule ([`said`]). Words that mean
 //! nothing to it are kept and reported.
 
+mod beside;
 mod edited;
 mod meaning;
 mod phrases;
 mod reader;
 mod said;
+mod spelling;
 mod split;
 
 use std::fmt;

@@ -2,8 +2,10 @@
 
 use std::collections::BTreeSet;
 
+use super::beside::{HOLDS, is_hold, of_hand, of_the_other, without_negations};
 use super::phrases::{Fit, Meaning, Phrases};
 use super::said::{Said, said};
+use super::spelling::spelt;
 use super::split::{Join, normal, pieces};
 use super::{Clause, Impossible, Script};
 use crate::checks::SignalName;
@@ -16,35 +18,6 @@ const TAKEN: f64 = 0.7;
 const NAMED: f64 = 0.5;
 /// Similarity from which a text of known words is taken for a phrase that has not all of them.
 const REORDERED: f64 = 0.85;
-
-/// Words that say order, sides, numbers and limbs.
-const SPELT: [&str; 25] = [
-    "and",
-    "then",
-    "while",
-    "with",
-    "after",
-    "left",
-    "right",
-    "both",
-    "degrees",
-    "seconds",
-    "steps",
-    "times",
-    "twice",
-    "once",
-    "three",
-    "four",
-    "five",
-    "seven",
-    "hand",
-    "hands",
-    "arms",
-    "foot",
-    "forward",
-    "backward",
-    "backwards",
-];
 
 /// Least number that is an angle where a turn has one.
 const LEAST_ANGLE: u32 = 20;
@@ -96,7 +69,7 @@ impl<'a> Reader<'a> {
         let mut script = Script::default();
         let mut last_free = false;
         let mut last_words = BTreeSet::new();
-        let words = self.spelt(normal(text), &mut script.notes);
+        let words = spelt(&self.phrases, normal(text), &mut script.notes);
         let words = without_negations(words, &mut script.notes);
         let words = Self::held_together(words);
         for mut group in self.grouped(pieces(&words)) {
@@ -171,35 +144,6 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// Corrects words that are none: a letter or two missing, doubled or exchanged.
-    fn spelt(&self, words: Vec<String>, notes: &mut Vec<String>) -> Vec<String> {
-        let corrected = |word: String| match self.respelt(&word) {
-            Some(found) => {
-                notes.push(format!("read '{word}' as '{found}'"));
-                found
-            }
-            None => word,
-        };
-        words.into_iter().map(corrected).collect()
-    }
-
-    /// Returns the word that was meant by one that is none: a word of a phrase, or one that says a side, a number or an order.
-    fn respelt(&self, word: &str) -> Option<String> {
-        let letters = word.chars().count();
-        let is_word = self.phrases.is_spelt_right(word) || !word.chars().all(|c| c.is_ascii_lowercase());
-        if letters < 3 || is_word || !said(&[word.to_string()]).used.is_empty() {
-            return None;
-        }
-        let phrases = self.phrases.vocabulary.iter().map(String::as_str);
-        let costs = SPELT.into_iter().chain(phrases).filter_map(|target| Some((misspelling(target, word)?, target)));
-        // Of equal ones the first: sides and numbers.
-        let best = costs.fold(None, |best: Option<(usize, &str)>, one| match best {
-            Some(best) if best.0 <= one.0 => Some(best),
-            _ => Some(one),
-        });
-        best.map(|(_, target)| target.to_string())
-    }
-
     /// Drops "and" between sides, which joins no actions: "left and right".
     fn held_together(words: Vec<String>) -> Vec<String> {
         const PAIRS: [(&str, &str); 6] =
@@ -250,6 +194,13 @@ impl<'a> Reader<'a> {
                 let said = said(&words);
                 let tells =
                     |word: &String| said.used.contains(word) || word == "step" || word == "steps" || word == "times";
+                let ways = [said.direction, super::said::said(&last.words).direction];
+                let turns_over = matches!(ways, [Some(own), Some(other)] if own != other);
+                if turns_over && words.iter().all(tells) {
+                    // "Two steps right, two steps left": the same again.
+                    out.push(Piece { join: Join::Then, words, fit: None });
+                    continue;
+                }
                 if !said.used.is_empty() && words.iter().all(tells) {
                     last.words.extend(words);
                     continue;
@@ -264,15 +215,24 @@ impl<'a> Reader<'a> {
                     continue;
                 }
             }
+            let is_posture = |words: &[String], fit: &Fit| {
+                !fit.has_verb
+                    && self.is_manner(words, fit)
+                    && self.is_of_arms(fit)
+                    && out.last().is_some_and(|last| last.fit.is_some())
+            };
+            let postured = join == Join::Comma && fit.as_ref().is_some_and(|fit| is_posture(&words, fit));
             let stands = match (&fit, join) {
                 // "with" begins what is done at once only where it is a whole phrase: "with arms crossed".
                 (Some(fit), Join::With) => {
                     self.is_manner(&words, fit) && out.last().is_some_and(|last| last.fit.is_some())
                 }
+                // "Walk backwards, hands behind your head" is the same without "with".
+                (Some(fit), Join::Comma) if is_posture(&words, fit) => true,
                 (Some(fit), Join::And | Join::Comma) => fit.has_verb || out.is_empty(),
                 (fit, _) => fit.is_some() || matches!(join, Join::Then) && out.is_empty(),
             };
-            let join = if join == Join::With && stands { Join::While } else { join };
+            let join = if (join == Join::With || postured) && stands { Join::While } else { join };
             if stands || out.is_empty() && orphan.is_empty() && fit.is_some() {
                 let words = std::mem::take(&mut orphan).into_iter().chain(words).collect();
                 out.push(Piece { join, words, fit });
@@ -315,6 +275,11 @@ impl<'a> Reader<'a> {
     fn keeps_verb(&self, old: &Fit, new: &Fit) -> bool {
         old.meaning == new.meaning
             || old.explained.iter().all(|word| new.explained.contains(word) || !self.phrases.is_verb(word))
+    }
+
+    /// Returns whether a fit means a gesture.
+    fn is_of_arms(&self, fit: &Fit) -> bool {
+        matches!(fit.meaning, Meaning::Verb(verb) if matches!(self.grammar.verbs[verb].acts, Acts::Hand | Acts::Hands))
     }
 
     /// Returns whether words after "with" are a posture of their own, such as "arms crossed"; "a wave" is none.
@@ -382,7 +347,9 @@ impl<'a> Reader<'a> {
             }
             _ => {}
         }
-        let travels = verb.acts == Acts::Feet && verb.cycle.is_some() && verb.direction != Some(Direction::InPlace);
+        let travels = verb.acts == Acts::Feet
+            && (verb.cycle.is_some() || verb.synth == Some(Synth::Sideways))
+            && verb.direction != Some(Direction::InPlace);
         match said.metres {
             Some(_) if travels => action.metres = said.metres,
             Some(_) => notes.push(format!("'{}' has no distance", name(verb))),
@@ -436,6 +403,7 @@ impl<'a> Reader<'a> {
                 let open =
                     last.actions.iter().all(|a| a.count.is_none() && a.degrees.is_none()) && last.seconds.is_none();
                 open && times == 1
+                    && action.degrees.is_none()
                     && self.goes_along(&last.actions, &action)
                     && self.at_once(&last.actions, &action, [false; 2]).is_some()
             }),
@@ -590,116 +558,9 @@ fn without_slots(phrase: &str) -> String {
     phrase.replace(['[', ']', '{', '}'], "")
 }
 
-/// Drops what is not to be done: from "don't", "not" or "without" to the next word that joins.
-fn without_negations(words: Vec<String>, notes: &mut Vec<String>) -> Vec<String> {
-    const JOINS: [&str; 6] = ["and", "but", "then", ",", "|", "just"];
-    let mut out: Vec<String> = Vec::new();
-    let mut dropped: Vec<String> = Vec::new();
-    for word in words {
-        let is_answer = word == "no" && out.last().is_some_and(|last| last.starts_with("say"));
-        let begins = !is_answer && ["dont", "never", "without", "not", "no"].contains(&word.as_str());
-        if begins || !dropped.is_empty() && !JOINS.contains(&word.as_str()) {
-            if begins && out.last().is_some_and(|last| last == "do") {
-                out.pop();
-            }
-            dropped.push(word);
-            continue;
-        }
-        if !dropped.is_empty() {
-            notes.push(format!("left out: {}", dropped.join(" ")));
-            dropped.clear();
-        }
-        out.push(word);
-    }
-    // "Don't move" asks for something.
-    let is_still = |word: &String| ["move", "moving", "budge"].contains(&word.as_str());
-    if out.is_empty() && dropped.iter().any(is_still) {
-        return vec!["stand".into(), "still".into()];
-    }
-    if !dropped.is_empty() {
-        notes.push(format!("left out: {}", dropped.join(" ")));
-    }
-    out
-}
-
-/// Returns the cost of a word as a misspelling of another, where it can be one: a letter missing, doubled or exchanged with
-/// its neighbour costs least, another letter more. The first letter is right, or exchanged with the second.
-fn misspelling(target: &str, word: &str) -> Option<usize> {
-    let (letters, length) = (word.len(), target.len());
-    let allowed = if letters >= 6 { 2 } else { 1 };
-    if length < 3 || letters.abs_diff(length) > allowed {
-        return None;
-    }
-    let [first, second] = [target, word].map(|text| text.chars().take(2).collect::<Vec<char>>());
-    let begins = first[0] == second[0] || first[0] == second[1] && first[1] == second[0];
-    let distance = strsim::osa_distance(target, word);
-    let exchanged = letters == length && !is_transposed(target, word);
-    // Two other letters make another word: a sister does not sit.
-    if distance == 2 && (exchanged || letters != length && replaced(target, word) > 0) {
-        return None;
-    }
-    // Of few letters another one makes another word: a book is no boot.
-    let too_short = !is_transposed(target, word) && (letters.min(length) < 4 || exchanged && letters < 5);
-    let cost = 3 * distance + usize::from(letters != length) + 2 * usize::from(exchanged);
-    (begins && distance <= allowed && !too_short).then_some(cost)
-}
-
-/// Returns the number of letters that stand in the place of others, beside those that are missing or too many.
-fn replaced(a: &str, b: &str) -> usize {
-    let count = |text: &str, letter: char| text.chars().filter(|c| *c == letter).count();
-    let missing = |a: &str, b: &str| ('a'..='z').map(|c| count(a, c).saturating_sub(count(b, c))).sum::<usize>();
-    missing(a, b).min(missing(b, a))
-}
-
-/// Returns whether two words differ by two neighbouring letters that changed places.
-fn is_transposed(a: &str, b: &str) -> bool {
-    let mut of = [a, b].map(|word| word.chars().collect::<Vec<char>>());
-    of.iter_mut().for_each(|letters| letters.sort_unstable());
-    of[0] == of[1]
-}
-
 /// Returns whether an action is the last one of a script over again.
 fn is_more_about(script: &Script, action: &Action) -> bool {
     script.clauses.last().is_some_and(|last| last.actions == [action.clone()] && action.degrees.is_none())
-}
-
-/// Words that hold what was done before.
-const HOLDS: [&str; 18] = [
-    "stay", "stays", "hold", "holds", "keep", "keeps", "remain", "remains", "staying", "holding", "keeping", "there",
-    "it", "that", "them", "pose", "position", "still",
-];
-
-/// Returns whether words say only how long something is held.
-fn is_hold(words: &[String]) -> bool {
-    let said = said(words);
-    let fillers = ["for", "in", "this", "the", "a", "your", "like", "about"];
-    let is_part = |word: &String| HOLDS.contains(&word.as_str()) || fillers.contains(&word.as_str());
-    let holds = words.first().is_some_and(|word| HOLDS[..11].contains(&word.as_str()));
-    said.seconds.is_some()
-        && holds
-        && words.iter().all(|word| is_part(word) || said.used.contains(word) || word == "seconds")
-}
-
-/// Returns the side of the hand that words begin with.
-fn of_hand(words: &[String]) -> Option<Side> {
-    let mut words =
-        words.iter().map(String::as_str).skip_while(|word| ["the", "your", "with", "his", "her"].contains(word));
-    let side = match words.next()? {
-        "left" => Side::Left,
-        "right" => Side::Right,
-        _ => return None,
-    };
-    words.next().filter(|word| ["hand", "arm"].contains(word)).map(|_| side)
-}
-
-/// Returns the words after "the other", "the other hand" or "the other one".
-fn of_the_other(words: &[String]) -> Option<Vec<String>> {
-    let from = usize::from(words.first().is_some_and(|word| word == "the"));
-    if words.get(from).is_none_or(|word| word != "other") {
-        return None;
-    }
-    let limb = words.get(from + 1).is_some_and(|word| ["hand", "arm", "one"].contains(&word.as_str()));
-    Some(words[from + 1 + usize::from(limb)..].to_vec()).filter(|rest| !rest.is_empty())
 }
 
 /// Exchanges the side of a verb of the foot where the supporting leg is named.

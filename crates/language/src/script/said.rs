@@ -63,6 +63,9 @@ pub(super) fn said(words: &[String]) -> Said {
     if has(["other", "way"]) || has(["other", "direction"]) || has(["u", "turn"]) || has(["about", "face"]) {
         out.degrees.get_or_insert(180);
     }
+    if has(["turn", "back"]) || has(["turns", "back"]) || has(["turning", "back"]) {
+        out.degrees.get_or_insert(180);
+    }
     if has(["turn", "around"]) || has(["turns", "around"]) || has(["turning", "around"]) {
         out.degrees.get_or_insert(180);
     }

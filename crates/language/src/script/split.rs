@@ -16,7 +16,7 @@ pub(super) enum Join {
 }
 
 /// Words that join, as they are in normal text; longer ones first.
-const JOINS: [(&str, Join); 49] = [
+const JOINS: [(&str, Join); 53] = [
     ("and at the same time", Join::While),
     ("while at the same time", Join::While),
     ("at the same time", Join::While),
@@ -40,6 +40,10 @@ const JOINS: [(&str, Join); 49] = [
     ("as its", Join::While),
     ("as your", Join::While),
     ("and then", Join::Then),
+    ("finish with", Join::Then),
+    ("end with", Join::Then),
+    ("finishing with", Join::Then),
+    ("ending with", Join::Then),
     ("but then", Join::Then),
     ("and after that", Join::Then),
     ("after that", Join::Then),
@@ -109,11 +113,71 @@ pub(super) fn normal(text: &str) -> Vec<String> {
         }
     }
     let words: Vec<String> = words.into_iter().skip_while(|word| word == "|" || word == ",").collect();
-    without_frame(&words)
+    with_digits(without_frame(&words))
 }
 
+/// Returns words with numbers above twelve as digits: "a hundred and eighty" is 180, "forty five" 45.
+fn with_digits(words: Vec<String>) -> Vec<String> {
+    let mut out: Vec<String> = Vec::with_capacity(words.len());
+    let mut at = 0;
+    while at < words.len() {
+        let (mut value, mut taken) = (0, 0);
+        let word = |i: usize| words.get(i).map_or("", String::as_str);
+        let (hundreds, from) = match word(at) {
+            "a" | "one" if word(at + 1) == "hundred" => (1, 2),
+            "hundred" => (1, 1),
+            "two" if word(at + 1) == "hundred" => (2, 2),
+            "three" if word(at + 1) == "hundred" => (3, 2),
+            _ => (0, 0),
+        };
+        if hundreds > 0 {
+            (value, taken) = (100 * hundreds, from);
+        }
+        let joined = usize::from(hundreds > 0 && word(at + taken) == "and");
+        let tens = TENS.iter().find(|(name, _)| *name == word(at + taken + joined));
+        if let Some((_, number)) = tens {
+            value += number;
+            taken += joined + 1;
+            if number % 10 == 0
+                && let Some(unit) = UNITS.iter().position(|name| *name == word(at + taken))
+            {
+                value += unit + 1;
+                taken += 1;
+            }
+        }
+        if taken > 0 {
+            out.push(value.to_string());
+            at += taken;
+        } else {
+            out.push(words[at].clone());
+            at += 1;
+        }
+    }
+    out
+}
+
+const UNITS: [&str; 9] = ["one", "two", "three", "four", "five", "six", "seven", "eight", "nine"];
+const TENS: [(&str, usize); 15] = [
+    ("thirteen", 13),
+    ("fourteen", 14),
+    ("fifteen", 15),
+    ("sixteen", 16),
+    ("seventeen", 17),
+    ("eighteen", 18),
+    ("nineteen", 19),
+    ("twenty", 20),
+    ("thirty", 30),
+    ("forty", 40),
+    ("fifty", 50),
+    ("sixty", 60),
+    ("seventy", 70),
+    ("eighty", 80),
+    ("ninety", 90),
+];
+
 /// Openings that ask for what follows, longer ones first.
-const FRAMES: [&str; 20] = [
+const FRAMES: [&str; 21] = [
+    "i want that you",
     "can you show me how to",
     "could you show me how to",
     "can you show me",
@@ -145,7 +209,14 @@ fn without_frame(words: &[String]) -> Vec<String> {
     let from = FRAMES.iter().find(opens).map_or(0, |frame| frame.split(' ').count());
     let told = |pair: &[String]| pair[0] == "until" && ["i", "you", "someone", "told"].contains(&pair[1].as_str());
     let to = words.windows(2).position(told).unwrap_or(words.len());
-    words[from.min(to)..to].to_vec()
+    let mut rest = words[from.min(to)..to].to_vec();
+    // What somebody thinks is not to be done.
+    for thought in [&["i", "was", "thinking"][..], &["i", "am", "thinking"], &["i", "think"]] {
+        if let Some(at) = rest.windows(thought.len()).position(|words| words.iter().eq(thought.iter())) {
+            rest.drain(at..at + thought.len());
+        }
+    }
+    rest
 }
 
 /// Returns pieces with what joins each to the one before; the first is joined by `Then`. "After A, B" is A, then B.
