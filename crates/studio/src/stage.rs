@@ -44,7 +44,8 @@ impl Stage {
 
     /// Returns a maker of motion.
     pub fn workshop(&self) -> Workshop {
-        Workshop::new(self)
+        let robot = Arc::clone(self.robot());
+        Workshop::new(robot, self.generator.clone(), self.spline.clone(), self.folder.clone())
     }
 
     /// Returns the motion as a reference.

@@ -20,7 +20,6 @@ use crate::StudioError;
 use crate::edited::{FADE, edited, fading};
 use crate::scene::{Block, Scene};
 use crate::sentence::Understood;
-use crate::stage::Stage;
 
 /// A sentence goes on from the last seconds of the motion before it (s).
 pub(crate) const OVERLAP: f64 = 0.6;
@@ -85,15 +84,14 @@ pub struct Workshop {
 }
 
 impl Workshop {
-    /// Returns a workshop that reads clips below the stage's folder only.
-    pub fn new(stage: &Stage) -> Self {
-        Self {
-            robot: Arc::clone(stage.robot()),
-            generator: stage.generator.clone(),
-            spline: stage.spline.clone(),
-            folder: stage.folder.clone(),
-            made: HashMap::new(),
-        }
+    /// Returns a workshop that reads clips below a folder only.
+    pub fn new(
+        robot: Arc<Robot>,
+        generator: Option<Arc<Generator>>,
+        spline: Option<Arc<MotionSpline>>,
+        folder: PathBuf,
+    ) -> Self {
+        Self { robot, generator, spline, folder, made: HashMap::new() }
     }
 
     /// Makes the motion of a scene, at the policy's rate.
