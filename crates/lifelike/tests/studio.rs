@@ -116,6 +116,8 @@ fn a_pose_is_dragged_compared_and_filmed() {
     let Some(browser) = Browser::start(folder.path()) else { return };
     let served = Served::start(folder.path(), "examples/hello");
     let mut page = Page::open(browser, &served.address);
+    // Physics first: the needle goes no further than what is known.
+    page.until("physics", &format!("studio.head?.frames > 120 && {READY}"));
     page.run("studio.link.send({ seek: 2.3 })");
     page.until("the needle", &format!("studio.head.frame === 115 && {READY}"));
     let before = page.value("JSON.stringify(studio.view.scene)");
