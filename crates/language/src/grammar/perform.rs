@@ -207,7 +207,9 @@ impl Generator<'_> {
         let wanted = seconds.unwrap_or(arms.seconds() + 0.6).max(arms.seconds() + 0.6);
         let below = self.part_of(legs, rng)?;
         let long = self.shortened(self.part(&below, None)?)?.seconds() >= wanted;
-        let legs_clip = if long || legs.count.is_some() || legs.degrees.is_some() {
+        let legs_clip = if let Some(metres) = legs.metres {
+            self.as_far(below, metres, rng)?
+        } else if long || legs.count.is_some() || legs.degrees.is_some() {
             let clip = self.shortened(self.part(&below, Some(rng))?)?;
             // Legs that are counted may be shorter than the gesture: they walk slower.
             let short = clip.seconds() < wanted;
@@ -376,6 +378,7 @@ mod tests {
             "clap happily",
             "walk fearfully",
             "walk 1 m forward",
+            "walk 1.4 m forward while waving with the left hand",
             "walk 1.5 metres backward",
             "sidestep 60 cm to the left",
             "nod tiredly",
