@@ -42,7 +42,7 @@ const FLOORS: [(&str, u32); 28] = [
 const ONLY: [(&str, &[&str]); 12] = [
     ("dds", &["cdr", "robot", "runtime", "unitree"]),
     ("unitree", &["cdr", "robot", "runtime"]),
-    ("runtime", &["character", "checkpoint", "motion", "robot"]),
+    ("runtime", &["cdr", "character", "checkpoint", "motion", "robot"]),
     (
         "studio",
         &[

@@ -13,6 +13,12 @@
 //! let mut message = Reader::begin(&bytes).unwrap();
 //! assert_eq!((message.text(), message.sequence()), (Some("knee"), Some(vec![0.5_f64, -1.0])));
 //! ```
+//!
+//! [`Records`] are the records of an MCAP file, in which such messages are kept.
+
+mod records;
+
+pub use records::Records;
 
 /// Header of plain CDR, little-endian.
 const HEADER: [u8; 4] = [0, 1, 0, 0];

@@ -409,12 +409,16 @@ fn settings_of_mujoco_in_a_urdf_act() {
 
 #[test]
 fn angles_beyond_a_turn_are_told() {
-    let at = |rpy: &str| {
+    let warnings_of = |rpy: &str| {
         let origin = format!("<origin rpy=\"{rpy}\"/>{LIMIT}");
         urdf(&(link("pelvis") + &link("leg") + &joint("hip", "revolute", ["pelvis", "leg"], &origin))).unwrap().warnings
     };
-    assert!(at("0 90 0")[0].contains("looks like degrees") && at("0 90 0")[0].ends_with(": hip"), "{:?}", at("0 90 0"));
-    assert!(at("0 -6.2831853 3.14159").is_empty());
+    assert!(
+        warnings_of("0 90 0")[0].contains("looks like degrees") && warnings_of("0 90 0")[0].ends_with(": hip"),
+        "{:?}",
+        warnings_of("0 90 0")
+    );
+    assert!(warnings_of("0 -6.2831853 3.14159").is_empty());
 }
 
 #[test]

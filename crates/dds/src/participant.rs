@@ -145,12 +145,12 @@ fn qos(reliability: policy::Reliability, depth: i32) -> QosPolicies {
 /// Returns the addresses of an interface.
 fn addresses(bus: &str, interface: &str) -> Result<Vec<IpAddr>, RuntimeError> {
     let all = netdev::get_interfaces();
-    let of = |one: &netdev::Interface| one.ip_addrs();
+    let addresses = |one: &netdev::Interface| one.ip_addrs();
     let address = interface.parse::<IpAddr>().ok();
-    let fits = |one: &&netdev::Interface| one.name == interface || address.is_some_and(|a| of(one).contains(&a));
+    let fits = |one: &&netdev::Interface| one.name == interface || address.is_some_and(|a| addresses(one).contains(&a));
     match all.iter().find(fits) {
         Some(_) if address.is_some() => Ok(address.into_iter().collect()),
-        Some(one) => Ok(of(one)),
+        Some(one) => Ok(addresses(one)),
         None => {
             let mut names: Vec<&str> = all.iter().map(|one| one.name.as_str()).collect();
             names.sort_unstable();

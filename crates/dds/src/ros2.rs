@@ -15,7 +15,7 @@ const COUNTING: Duration = Duration::from_secs(1);
 /// Age at which an IMU's reading does not count any more.
 const STALE: Duration = Duration::from_millis(50);
 
-/// Where a robot is found.
+/// Address of a robot under ROS 2.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Ros2Options {
     /// ROS_DOMAIN_ID.

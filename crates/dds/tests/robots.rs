@@ -92,7 +92,7 @@ fn a_g1_is_driven_and_says_what_it_is() {
     assert_eq!(gate.trip(), None);
     assert_eq!(measured.position, [0.25, -0.5]);
     assert_eq!((measured.battery, measured.temperature.as_slice()), (52.0, &[36.0, 36.0][..]));
-    // A rival's commands and another revision are told by the facts of a second bus.
+    // A rival's commands and another revision are seen in the facts of a second bus.
     let other = unitree("", Some(11), &robot).unwrap().facts().unwrap();
     assert_eq!(other.robot, "a G1 of mode_machine 5 in place of 11");
     assert!(other.mode.contains("another program, which sends rt/lowcmd"), "{}", other.mode);

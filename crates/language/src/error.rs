@@ -31,7 +31,7 @@ pub enum LanguageError {
     NothingToResume {
         /// The folder.
         folder: PathBuf,
-        /// What is there instead, and what to do.
+        /// The data set that is there, and the remedy.
         got: &'static str,
     },
     /// A grammar that contradicts itself, or names what is not there.

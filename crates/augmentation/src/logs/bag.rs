@@ -7,9 +7,8 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use lifelike_cdr::Reader;
+use lifelike_cdr::{Reader, Records};
 use mcap::records::Record;
-use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
 
 use crate::AugmentationError;
 
@@ -86,7 +85,7 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<Bag, AugmentationError> 
     let mut messages = 0;
     let mut others: Vec<String> = Vec::new();
     // A bag whose recorder was killed has no end; what is before it counts.
-    for record in Records::new(bytes) {
+    for record in Records::new(bytes, LARGEST_RECORD) {
         let record = match record {
             Ok(record) => record,
             Err(mcap::McapError::UnexpectedEof | mcap::McapError::UnexpectedEoc) if messages > 0 => break,
@@ -126,42 +125,6 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<Bag, AugmentationError> 
         return Err(bad("MCAP".into(), &format!("messages of {KIND}"), got));
     }
     Ok(bag)
-}
-
-/// The records of a bag, those of its chunks included, each of a size that is checked before it is allocated.
-struct Records<'a> {
-    rest: &'a [u8],
-    reader: LinearReader,
-}
-
-impl<'a> Records<'a> {
-    fn new(bytes: &'a [u8]) -> Self {
-        let options = LinearReaderOptions::default().with_skip_end_magic(true);
-        let options = options.with_record_length_limit(LARGEST_RECORD);
-        Self { rest: bytes, reader: LinearReader::new_with_options(options) }
-    }
-}
-
-impl Iterator for Records<'_> {
-    type Item = mcap::McapResult<Record<'static>>;
-
-    fn next(&mut self) -> Option<Self::Item> {
-        while let Some(event) = self.reader.next_event() {
-            match event {
-                Ok(LinearReadEvent::ReadRequest(wanted)) => {
-                    let (now, later) = self.rest.split_at(wanted.min(self.rest.len()));
-                    self.reader.insert(now.len()).copy_from_slice(now);
-                    self.reader.notify_read(now.len());
-                    self.rest = later;
-                }
-                Ok(LinearReadEvent::Record { data, opcode }) => {
-                    return Some(mcap::parse_record(opcode, data).map(Record::into_owned));
-                }
-                Err(error) => return Some(Err(error)),
-            }
-        }
-        None
-    }
 }
 
 /// Appends a message; `None` where it is cut off, or has another number of values than names.

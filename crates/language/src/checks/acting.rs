@@ -17,7 +17,7 @@ const LEAN: f64 = 8.0;
 /// Expected, measured, passed.
 type Outcome = (String, String, bool);
 
-/// What another limb does meanwhile.
+/// Action of another limb at the same time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Meanwhile {
     /// Nothing of its own.

@@ -64,7 +64,7 @@ impl<'a> Reader<'a> {
         self.read_within(text, MOST_WITHIN)
     }
 
-    /// Reads a sentence whose phrases may mean sentences, so many deep.
+    /// Reads a sentence. Its phrases may mean sentences, to a depth.
     fn read_within(&self, text: &str, depth: usize) -> Script {
         let mut script = Script::default();
         let mut last_free = false;
@@ -191,17 +191,17 @@ impl<'a> Reader<'a> {
             // "Sidestep left, 3 small steps": more words about the same.
             let adds = matches!(join, Join::Comma | Join::With);
             if let Some(last) = out.last_mut().filter(|last| adds && last.fit.is_some()) {
-                let said = said(&words);
+                let more = said(&words);
                 let tells =
-                    |word: &String| said.used.contains(word) || word == "step" || word == "steps" || word == "times";
-                let ways = [said.direction, super::said::said(&last.words).direction];
+                    |word: &String| more.used.contains(word) || word == "step" || word == "steps" || word == "times";
+                let ways = [more.direction, said(&last.words).direction];
                 let turns_over = matches!(ways, [Some(own), Some(other)] if own != other);
                 if turns_over && words.iter().all(tells) {
                     // "Two steps right, two steps left": the same again.
                     out.push(Piece { join: Join::Then, words, fit: None });
                     continue;
                 }
-                if !said.used.is_empty() && words.iter().all(tells) {
+                if !more.used.is_empty() && words.iter().all(tells) {
                     last.words.extend(words);
                     continue;
                 }

@@ -3,8 +3,8 @@
 use std::collections::{BTreeMap, HashMap};
 use std::path::{Path, PathBuf};
 
+use lifelike_cdr::Records;
 use mcap::records::Record as McapRecord;
-use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
 
 use super::message::{CommandMessage, MeasuredMessage, PolicyMessage};
 use super::recorder::Attachment;
@@ -60,7 +60,9 @@ impl Record {
         };
         let mut topics: HashMap<u16, String> = HashMap::new();
         let mut has_metadata = false;
-        for item in Records::new(&bytes) {
+        // Text is seldom compressed to less than a thousandth.
+        let most = bytes.len().saturating_mul(1024).min(LARGEST);
+        for item in Records::new(&bytes, most) {
             let item = match item {
                 Ok(item) => item,
                 // A file that was cut off ends anywhere: what is before it counts.
@@ -129,42 +131,5 @@ impl Record {
     /// Returns the attachments whose names end so.
     pub fn attached<'a>(&'a self, ending: &'a str) -> impl Iterator<Item = &'a Attachment> + 'a {
         self.attachments.iter().filter(move |attachment| attachment.name.ends_with(ending))
-    }
-}
-
-/// The records of a file, those of its chunks included. A declared length is checked before it is allocated.
-struct Records<'a> {
-    rest: &'a [u8],
-    reader: LinearReader,
-}
-
-impl<'a> Records<'a> {
-    fn new(bytes: &'a [u8]) -> Self {
-        // Text is seldom compressed to less than a thousandth.
-        let most = bytes.len().saturating_mul(1024).min(LARGEST);
-        let options = LinearReaderOptions::default().with_skip_end_magic(true).with_record_length_limit(most);
-        Self { rest: bytes, reader: LinearReader::new_with_options(options) }
-    }
-}
-
-impl Iterator for Records<'_> {
-    type Item = mcap::McapResult<McapRecord<'static>>;
-
-    fn next(&mut self) -> Option<Self::Item> {
-        while let Some(event) = self.reader.next_event() {
-            match event {
-                Ok(LinearReadEvent::ReadRequest(wanted)) => {
-                    let (now, later) = self.rest.split_at(wanted.min(self.rest.len()));
-                    self.reader.insert(now.len()).copy_from_slice(now);
-                    self.reader.notify_read(now.len());
-                    self.rest = later;
-                }
-                Ok(LinearReadEvent::Record { data, opcode }) => {
-                    return Some(mcap::parse_record(opcode, data).map(McapRecord::into_owned));
-                }
-                Err(error) => return Some(Err(error)),
-            }
-        }
-        None
     }
 }

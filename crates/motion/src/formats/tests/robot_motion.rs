@@ -392,11 +392,11 @@ proptest! {
 #[test]
 fn tables_of_other_programs_are_the_same_table() {
     let text = std::str::from_utf8(FIXTURES[0].2).unwrap();
-    let of = |text: &str| {
+    let opened = |text: &str| {
         let options = options(Some(lima()), Some("lafan1"));
         open(text.as_bytes(), "walk.csv", &options).map(|mut reading| reading.clips.remove(0))
     };
-    let plain = of(text).unwrap();
+    let plain = opened(text).unwrap();
     let columns = text.lines().next().unwrap().split(',').count();
     let numbers: Vec<String> = (0..columns).map(|column| column.to_string()).collect();
     for (what, other) in [
@@ -408,11 +408,11 @@ fn tables_of_other_programs_are_the_same_table() {
         ("names of pandas", format!("{}\n{text}", numbers.join(","))),
         ("a byte order mark", format!("\u{feff}{text}")),
     ] {
-        let clip = of(&other).unwrap_or_else(|error| panic!("{what}: {error}"));
+        let clip = opened(&other).unwrap_or_else(|error| panic!("{what}: {error}"));
         let same = clip.root_position == plain.root_position && clip.root_orientation == plain.root_orientation;
         assert!(same && clip.joints == plain.joints, "{what}");
     }
-    let error = of(&text.replacen('\n', ",\n", 1)).unwrap_err().to_string();
+    let error = opened(&text.replacen('\n', ",\n", 1)).unwrap_err().to_string();
     assert!(error.contains("walk.csv:1") || error.contains("walk.csv:2"), "{error}");
     let error = open(b"(dp0\nVfps\n", "walk.pkl", &ReadOptions::default()).unwrap_err().to_string();
     assert!(error.contains("a pickle of protocol 2 or later"), "{error}");
