@@ -44,8 +44,10 @@ def after():
     assert policy.is_file(), policy
 """
 
+# A test that was started in the background inherits a Ctrl-C that is ignored.
 SCRIPT = """
-import lifelike, sys
+import lifelike, signal, sys
+signal.signal(signal.SIGINT, signal.default_int_handler)
 folder = sys.argv[1]
 {}
 print("started", flush=True)
