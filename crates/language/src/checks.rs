@@ -9,6 +9,7 @@ mod tracks;
 
 use serde::Serialize;
 
+pub(crate) use tracks::{LEG, leg_length, range};
 pub use tracks::{KEYFRAMED, SIMULATED, SignalName, Tracks};
 
 use crate::error::LanguageError;
@@ -27,6 +28,8 @@ pub enum Fact {
     Limb,
     /// What the verb must show is seen.
     Shape,
+    /// The hand touches what it is said to touch.
+    Touch,
     /// The number of repetitions or steps.
     Count,
     /// The way over the ground, or the sense of a turn.
@@ -47,9 +50,10 @@ pub enum Fact {
 
 impl Fact {
     /// Every kind.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 11] = [
         Self::Limb,
         Self::Shape,
+        Self::Touch,
         Self::Count,
         Self::Direction,
         Self::Degrees,
@@ -65,6 +69,7 @@ impl Fact {
         match self {
             Self::Limb => "limb",
             Self::Shape => "shape",
+            Self::Touch => "touch",
             Self::Count => "count",
             Self::Direction => "direction",
             Self::Degrees => "degrees",
@@ -143,6 +148,9 @@ fn of_action(tracks: &Tracks, verb: &Verb, action: &Action, meanwhile: Meanwhile
     for show in &verb.shows {
         let (expected, got, passed) = acting::shows(tracks, *show, side);
         add(Fact::Shape, expected, got, passed);
+    }
+    if let Some((expected, got, passed)) = verb.touches.and_then(|touch| acting::touches(tracks, touch, side.or(verb.side))) {
+        add(Fact::Touch, expected, got, passed);
     }
     if let (Some(wanted), Some(rule)) = (action.count, verb.count) {
         let got = measure::count(tracks, &rule, side);

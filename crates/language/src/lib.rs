@@ -13,11 +13,13 @@ pub mod grammar;
 pub mod humanml3d;
 mod mirror_caption;
 pub mod script;
+mod touch;
 
 pub use dataset::{CaptionedSet, Entry, Split};
 pub use error::LanguageError;
 pub use facts::Facts;
 pub use mirror_caption::mirror_caption;
+pub use touch::Touch;
 
 /// The README's example is a test.
 #[cfg(doctest)]

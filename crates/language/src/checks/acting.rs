@@ -2,13 +2,17 @@
 
 use lifelike_character::Vec3;
 
-use super::measure::{energy, excursion, flights, ground, swings};
+use super::measure::{energy, excursion, flights, ground, held_up, swings};
 use super::tracks::{Tracks, range};
 use crate::facts::{Direction, Side};
 use crate::grammar::{Acts, Limb, Show, Synth, Verb};
+use crate::touch::Touch;
 
 /// Share of the energy of both hands or feet that the acting one has at least.
 const ACTING: f64 = 0.62;
+
+/// Shortest time on one leg that is a stand (s).
+const HELD: f64 = 1.0;
 
 /// Least angle of a look or a lean (degrees).
 const LOOK: f64 = 15.0;
@@ -140,6 +144,10 @@ pub fn shows(tracks: &Tracks, show: Show, side: Option<Side>) -> Outcome {
             let sunk = range(&heights).map_or(0.0, |(low, high)| (high - low) / tracks.leg);
             ("the pelvis down by 12 % of a leg".into(), format!("{:.0} %", 100.0 * sunk), sunk > 0.12)
         }
+        Show::FootHeld => {
+            let got = held_up(tracks, side);
+            (format!("the foot up for {HELD:.0} s at a stretch"), format!("{got:.1} s"), got >= HELD)
+        }
         Show::FootHigh => {
             let high = [0, 1].map(|foot| {
                 let heights: Vec<f64> = tracks.feet[foot].iter().map(|p| p.z).collect();
@@ -184,6 +192,20 @@ pub fn shows(tracks: &Tracks, show: Show, side: Option<Side>) -> Outcome {
     }
 }
 
+/// Checks that the acting hand, or both, come to what they touch; nothing where the robot lacks it.
+pub fn touches(tracks: &Tracks, touch: Touch, side: Option<Side>) -> Option<Outcome> {
+    let gaps = tracks.gaps.get(&touch)?;
+    let least = |hand: usize| gaps.iter().map(|gap| gap[hand]).fold(f64::INFINITY, f64::min);
+    let gap = match side {
+        Some(Side::Left) => least(0),
+        Some(Side::Right) => least(1),
+        _ => least(0).max(least(1)),
+    };
+    let most = touch.tolerance() * tracks.leg;
+    let expected = format!("the {} touched, within {:.1} cm", touch.words(), 100.0 * most);
+    Some((expected, format!("{:.1} cm away", 100.0 * gap), gap <= most))
+}
+
 /// Checks where a head looks, or a trunk leans: farther than to the other side.
 fn side_or_lean(tracks: &Tracks, acts: Acts, wanted: Direction) -> Outcome {
     let values: Vec<f64> = match (acts, wanted) {
@@ -226,6 +248,10 @@ pub fn direction(tracks: &Tracks, verb: &Verb, wanted: Direction) -> Outcome {
     let (ahead, left) = (cos * way.x + sin * way.y, cos * way.y - sin * way.x);
     let far = 0.2 * tracks.leg;
     let passed = match wanted {
+        Direction::Left | Direction::Right if verb.synth == Some(Synth::Diagonal) => {
+            let aside = if wanted == Direction::Left { left } else { -left };
+            ahead > 0.5 * far && (aside / ahead - 1.0).abs() < 0.6
+        }
         Direction::Forward => ahead > far && ahead > left.abs(),
         Direction::Backward => ahead < -far && -ahead > left.abs(),
         Direction::Left => left > far && left > ahead.abs(),

@@ -88,6 +88,17 @@ pub fn swings(tracks: &Tracks, foot: usize) -> Vec<(usize, usize)> {
     found
 }
 
+/// Returns the longest time in which a foot stays off the ground (s); of both feet, that of either.
+pub fn held_up(tracks: &Tracks, side: Option<Side>) -> f64 {
+    let feet = match side {
+        Some(Side::Left) => 0..1,
+        Some(Side::Right) => 1..2,
+        _ => 0..2,
+    };
+    let longest = feet.flat_map(|foot| swings(tracks, foot)).map(|(from, to)| to - from).max();
+    longest.unwrap_or(0) as f64 / tracks.fps
+}
+
 /// Returns the number of times that no foot is on the ground.
 pub fn flights(tracks: &Tracks) -> usize {
     let mut up = vec![0; tracks.len()];
@@ -148,6 +159,9 @@ pub fn count(tracks: &Tracks, rule: &CountRule, side: Option<Side>) -> Option<us
     if rule.signal == SignalName::Steps {
         return Some(steps(tracks));
     }
+    if rule.signal == SignalName::PairsOfSteps {
+        return Some(swings(tracks, 0).len().max(swings(tracks, 1).len()));
+    }
     if rule.signal == SignalName::Flights {
         return Some(flights(tracks).saturating_sub(rule.minus as usize));
     }
@@ -203,7 +217,7 @@ fn active(tracks: &Tracks) -> Option<f64> {
 /// Returns the range of the verb's signal; none where it has none.
 pub fn amplitude(tracks: &Tracks, verb: &Verb, side: Option<Side>) -> Option<f64> {
     let signal = verb.amplitude()?;
-    if signal == SignalName::Steps {
+    if matches!(signal, SignalName::Steps | SignalName::PairsOfSteps) {
         let apart = tracks.feet[0].iter().zip(&tracks.feet[1]).map(|(a, b)| ground(&(a - b)).norm());
         let apart: Vec<f64> = apart.collect();
         let (_, high) = range(&apart)?;

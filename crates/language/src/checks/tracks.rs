@@ -1,5 +1,7 @@
 //! A clip as the paths that checks look at: hands, feet and head seen from the pelvis, and the way of the root.
 
+use std::collections::BTreeMap;
+
 use lifelike_character::rotation::heading_angle;
 use lifelike_character::{Anatomy, Character, Kinematics, Quat, Role, Vec3};
 use lifelike_motion::MotionClip;
@@ -7,6 +9,7 @@ use serde::Deserialize;
 
 use crate::error::LanguageError;
 use crate::facts::Side;
+use crate::touch::{Touch, Touching};
 
 /// A signal of a motion, one number per frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
@@ -53,12 +56,17 @@ pub enum SignalName {
     Flights,
     /// Steps of both feet.
     Steps,
+    /// Steps of one foot, the other one being brought beside it.
+    PairsOfSteps,
 }
 
 /// Lift of a foot that swings in motion without physics, whose standing feet are exact.
 pub const KEYFRAMED: f64 = 0.005;
 /// Lift of a foot that swings in physics, where soles rock on the ground.
 pub const SIMULATED: f64 = 0.02;
+
+/// Leg of the keyframed figure from hip to ankle (m).
+pub const LEG: f64 = 0.82;
 
 /// Paths of a clip, one element per frame.
 #[derive(Debug, Clone)]
@@ -87,6 +95,8 @@ pub struct Tracks {
     pub head: Vec<[f64; 2]>,
     /// Pitch of the chest (rad, forward is positive); empty without chest.
     pub chest: Vec<f64>,
+    /// Gaps between the left and the right hand and what they can touch (m).
+    pub gaps: BTreeMap<Touch, Vec<[f64; 2]>>,
 }
 
 impl Tracks {
@@ -108,12 +118,8 @@ impl Tracks {
         let place = |role: Role| anatomy.places.get(&role);
         let chest = place(Role::Chest);
         let chest_at_rest = chest.map_or_else(Quat::identity, |place| kinematics.body_orientation[place.body]);
-        let far = |a: Role, b: Role| {
-            let (a, b) = (place(a)?, place(b)?);
-            Some((kinematics.point(a.body, &a.point) - kinematics.point(b.body, &b.point)).norm())
-        };
-        let leg =
-            far(Role::LeftThigh, Role::LeftShank).unwrap_or(0.4) + far(Role::LeftShank, Role::LeftFoot).unwrap_or(0.4);
+        let leg = leg_length(character, anatomy);
+        let touching = Touching::of(character, anatomy);
         let n = clip.len();
         let mut tracks = Self {
             fps: clip.fps,
@@ -128,6 +134,7 @@ impl Tracks {
             feet: [Vec::new(), Vec::new()],
             head: Vec::new(),
             chest: Vec::new(),
+            gaps: BTreeMap::new(),
         };
         let sides = [
             (Role::LeftHand, Role::LeftUpperArm, Role::LeftFoot),
@@ -152,6 +159,11 @@ impl Tracks {
                 }
                 if let Some(foot) = place(*foot) {
                     tracks.feet[side].push(kinematics.point(foot.body, &foot.point));
+                }
+            }
+            for touch in touching.iter().flat_map(|_| Touch::ALL) {
+                if let Some(gaps) = touching.as_ref().and_then(|touching| touching.gaps(&kinematics, touch)) {
+                    tracks.gaps.entry(touch).or_default().push(gaps);
                 }
             }
             if let Some(place) = chest {
@@ -194,6 +206,7 @@ impl Tracks {
             feet: [points(&self.feet[0]), points(&self.feet[1])],
             head: if self.head.is_empty() { vec![] } else { self.head[range.clone()].to_vec() },
             chest: numbers(&self.chest),
+            gaps: self.gaps.iter().map(|(touch, gaps)| (*touch, gaps[range.clone()].to_vec())).collect(),
         }
     }
 
@@ -223,7 +236,7 @@ impl Tracks {
                 };
                 Some((values, always))
             }
-            S::Steps | S::Flights => None,
+            S::Steps | S::PairsOfSteps | S::Flights => None,
             S::HandsClose => {
                 let raised = self.raised(0)?.into_iter().zip(self.raised(1)?).map(|(a, b)| a && b).collect();
                 let near = self.hands[0].iter().zip(&self.hands[1]).map(|(a, b)| -(a - b).norm()).collect();
@@ -294,13 +307,24 @@ impl Tracks {
     }
 }
 
+/// Returns the length of a leg from hip to ankle (m); that of a person's where the robot has none.
+pub fn leg_length(character: &Character, anatomy: &Anatomy) -> f64 {
+    let mut kinematics = Kinematics::new(character);
+    kinematics.update(character, &character.reference_position());
+    let place = |role: Role| anatomy.places.get(&role).map(|place| kinematics.point(place.body, &place.point));
+    match [Role::LeftThigh, Role::LeftShank, Role::LeftFoot].map(place) {
+        [Some(hip), Some(knee), Some(ankle)] => (hip - knee).norm() + (knee - ankle).norm(),
+        _ => LEG,
+    }
+}
+
 /// Returns the pitch (rad, down is positive) of a direction.
 fn down(v: &Vec3) -> f64 {
     (-v.z).atan2(v.x.hypot(v.y))
 }
 
 /// Returns the least and the greatest.
-pub(super) fn range(values: &[f64]) -> Option<(f64, f64)> {
+pub(crate) fn range(values: &[f64]) -> Option<(f64, f64)> {
     let fold = values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(*v), b.max(*v)));
     (!values.is_empty()).then_some(fold)
 }

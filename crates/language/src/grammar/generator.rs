@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use lifelike_character::{Anatomy, Character, Kinematics, Role};
+use lifelike_character::{Anatomy, Character};
 use lifelike_checkpoint::rng::stream;
 use lifelike_motion::clip::{Caption, Provenance};
 use lifelike_motion::edit::{Compose, Length, Part, compose, joints_of, mirror, sequence, trim};
@@ -14,10 +14,11 @@ use super::draw::{Draw, PartDraw, draw};
 use super::score::{Cycle, Score};
 use super::table::{Acts, Grammar, Synth};
 use super::words::captions;
-use crate::checks::{Finding, Tracks, check, measure};
+use crate::checks::{Finding, LEG, Tracks, check, leg_length, measure};
 use crate::dataset::Entry;
 use crate::error::LanguageError;
 use crate::facts::{HeldOut, Mood, Nominal, Relation, Side};
+use crate::touch::Touching;
 
 /// Shortest and longest clip (s).
 const SECONDS: [f64; 2] = [2.0, 10.0];
@@ -29,9 +30,8 @@ const LICENCE: &str = "MIT OR Apache-2.0";
 const FADE: f64 = 0.4;
 /// Radius of a curve (m, of the keyframed figure).
 const RADIUS: f64 = 1.3;
-/// Gravity (m/s^2), and the keyframed figure's leg from hip to ankle (m).
+/// Gravity (m/s^2).
 const GRAVITY: f64 = 9.81;
-const LEG: f64 = 0.82;
 /// Length of a step to the side (m, of the keyframed figure).
 const SIDE_STEP: f64 = 0.17;
 
@@ -43,6 +43,8 @@ pub struct Generator<'a> {
     options: RetargetOptions,
     /// Times by which the robot is smaller than the keyframed figure.
     smaller: f64,
+    /// What its hands can touch.
+    touching: Option<Touching>,
     /// Scores of all verbs.
     scores: Vec<Score>,
     /// What is normal of each verb, by the side as written; none of those that this robot cannot do.
@@ -131,7 +133,8 @@ impl<'a> Generator<'a> {
             character,
             anatomy,
             options,
-            smaller: LEG / leg_of(character, anatomy),
+            smaller: LEG / leg_length(character, anatomy),
+            touching: Touching::of(character, anatomy),
             scores,
             nominal: Vec::new(),
             usable: Vec::new(),
@@ -257,7 +260,8 @@ impl<'a> Generator<'a> {
         match verb.synth {
             Some(Synth::Turn) => score.turn(part.degrees),
             Some(Synth::Curve) => score.curve(RADIUS, part.degrees),
-            Some(Synth::Sideways) => score.sideways(part.cycles, SIDE_STEP),
+            Some(Synth::Sideways) => score.sideways(part.cycles, [0.0, SIDE_STEP]),
+            Some(Synth::Diagonal) => score.sideways(part.cycles, [SIDE_STEP, SIDE_STEP]),
             None => {}
         }
         if locomotion && verb.synth.is_none() {
@@ -273,7 +277,11 @@ impl<'a> Generator<'a> {
         score.faster(part.speed);
         score.fall(GRAVITY * self.smaller);
         let source = keyframes::parse(score.to_text().as_bytes(), Path::new(&format!("{}.keys.toml", verb.name)))?;
-        let (clip, _) = retarget(&source, self.character, self.anatomy, &self.options)?;
+        let (mut clip, _) = retarget(&source, self.character, self.anatomy, &self.options)?;
+        if let (Some(touching), Some(touch)) = (&self.touching, verb.touches) {
+            let side = verb.side.unwrap_or(Side::Both);
+            clip = touching.reached(&clip, (self.character, self.anatomy), (touch, side), &self.options)?;
+        }
         Ok(if part.mirrored { mirror(&clip, self.character)? } else { clip })
     }
 
@@ -308,18 +316,6 @@ impl<'a> Generator<'a> {
         let joints = joints_of(self.character, self.anatomy, &[arms.into()])?;
         let offset = rng.random_range(0.1..=spare);
         Ok(Some(compose(legs, &gesture, &Compose { joints, offset, length: Length::Return, fade: 0.35 })?))
-    }
-}
-
-/// Returns the length of a leg from hip to ankle as the robot is built (m).
-fn leg_of(character: &Character, anatomy: &Anatomy) -> f64 {
-    let mut kinematics = Kinematics::new(character);
-    kinematics.update(character, &character.reference_position());
-    let place = |role: Role| anatomy.places.get(&role).map(|place| kinematics.point(place.body, &place.point));
-    let places = [Role::LeftThigh, Role::LeftShank, Role::LeftFoot].map(place);
-    match places {
-        [Some(hip), Some(knee), Some(ankle)] => (hip - knee).norm() + (knee - ankle).norm(),
-        _ => LEG,
     }
 }
 

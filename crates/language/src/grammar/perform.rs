@@ -7,7 +7,7 @@ use rand::Rng;
 
 use super::draw::PartDraw;
 use super::generator::Generator;
-use super::table::{Acts, Synth, Tempo, Verb};
+use super::table::{Acts, Show, Synth, Tempo, Verb};
 use crate::checks::{Fact, Finding, SIMULATED, SignalName, Tracks, check, measure};
 use crate::error::LanguageError;
 use crate::facts::{Action, Direction, Facts, Manner, Mood, Side, Size, Speed};
@@ -19,6 +19,8 @@ pub const FADE: f64 = 0.4;
 const TEMPO: [f64; 2] = [0.6, 1.6];
 /// Largest error of a duration, as a share.
 const DURATION: f64 = 0.1;
+/// The same in physics, which takes a moment to begin and to end.
+const SIMULATED_DURATION: f64 = 0.2;
 /// Lengths of a step that a distance may ask for, beside the natural one.
 const STRIDE: [f64; 2] = [0.5, 1.2];
 /// Draws of tempo and amplitude until one can be performed.
@@ -80,34 +82,48 @@ impl Generator<'_> {
         check(&tracks, self.grammar(), &self.measurable(clause))
     }
 
-    /// Checks whether a motion lasts as long as was asked for; nothing where no duration was. Of a pose its hold counts, of a
-    /// gesture its repetitions: the way there and back is beside what lasts.
+    /// Checks whether a motion lasts as long as was asked for; nothing where no duration was. Of a pose its hold counts,
+    /// of a gesture its repetitions, of a walk its steps: the way there and back is beside what lasts.
     ///
     /// # Errors
     /// As [`Self::findings`].
     pub fn lasting(&self, clip: &MotionClip, clause: &Clause) -> Result<Option<Finding>, LanguageError> {
+        let tracks = Tracks::of(clip, self.character(), self.anatomy())?;
+        self.lasting_within(clip, &tracks, clause, DURATION)
+    }
+
+    fn lasting_within(
+        &self,
+        clip: &MotionClip,
+        tracks: &Tracks,
+        clause: &Clause,
+        share: f64,
+    ) -> Result<Option<Finding>, LanguageError> {
         let (Some(wanted), Some(action)) = (clause.seconds, clause.actions.first()) else { return Ok(None) };
         let verb = self.grammar().verb(&action.verb)?;
         let alone = clause.actions.len() == 1 && clause.times <= 1;
         let (what, got) = match verb.cycle {
+            None if alone && verb.shows.contains(&Show::FootHeld) => {
+                ("the foot up for ", measure::held_up(tracks, action.side))
+            }
             None if alone && is_pose(verb) => ("held for ", still_seconds(clip)),
             Some(_) if alone && verb.acts != Acts::Feet => {
-                let tracks = Tracks::of(clip, self.character(), self.anatomy())?;
-                let count = verb.count.and_then(|rule| measure::count(&tracks, &rule, action.side));
-                let period = measure::tempo(&tracks, verb, action.side);
+                let count = verb.count.and_then(|rule| measure::count(tracks, &rule, action.side));
+                let period = measure::tempo(tracks, verb, action.side);
                 match (verb.tempo, count, period) {
                     (Tempo::Period, Some(count), Some(period)) => ("repeated for ", count as f64 * period),
                     _ => ("", clip.seconds()),
                 }
             }
+            _ if alone && verb.acts == Acts::Feet => ("walked for ", walked(tracks)),
             _ => ("", clip.seconds()),
         };
         Ok(Some(Finding {
             verb: action.verb.clone(),
             fact: Fact::Seconds,
-            expected: format!("{what}{wanted} s, within {:.0}%", 100.0 * DURATION),
+            expected: format!("{what}{wanted} s, within {:.0}%", 100.0 * share),
             got: format!("{got:.1} s"),
-            passed: (got / wanted - 1.0).abs() <= DURATION,
+            passed: (got / wanted - 1.0).abs() <= share,
         }))
     }
 
@@ -121,6 +137,7 @@ impl Generator<'_> {
         let steps = |verb: &Verb| verb.count.is_some_and(|rule| rule.signal == SignalName::Steps);
         let mut findings = check(&tracks, self.grammar(), &self.measurable(clause))?;
         findings.retain(|f| f.fact != Fact::Count || !self.grammar().verb(&f.verb).is_ok_and(steps));
+        findings.extend(self.lasting_within(clip, &tracks, clause, SIMULATED_DURATION)?);
         Ok(findings)
     }
 
@@ -150,12 +167,16 @@ impl Generator<'_> {
         let natural =
             |part: &PartDraw| -> Result<f64, LanguageError> { Ok(self.shortened(self.part(part, None)?)?.seconds()) };
         part.speed = 1.0;
-        let length = natural(&part)?;
+        let natural_clip = self.shortened(self.part(&part, None)?)?;
+        let length = natural_clip.seconds();
         let even = is_even(verb);
         if is_pose(verb) {
             let clip = self.shortened(self.part(&part, Some(rng))?)?;
             return Ok(held(&clip, wanted));
         }
+        // Of a walk the time from the first step to the last one counts.
+        let walked = walked(&Tracks::of(&natural_clip, self.character(), self.anatomy())?);
+        let wanted = wanted + if verb.acts == Acts::Feet && walked > 0.0 { length - walked } else { 0.0 };
         let mut active = length;
         if verb.cycle.is_some() && action.count.is_none() {
             let one = natural(&PartDraw { cycles: part.cycles + 1, ..part.clone() })? - length;
@@ -282,6 +303,14 @@ fn is_pose(verb: &Verb) -> bool {
     verb.cycle.is_none() && verb.acts != Acts::Feet && !is_even(verb)
 }
 
+/// Returns the time from the first step to the last one (s).
+fn walked(tracks: &Tracks) -> f64 {
+    let swings = [measure::swings(tracks, 0), measure::swings(tracks, 1)].concat();
+    let first = swings.iter().map(|(from, _)| *from).min();
+    let last = swings.iter().map(|(_, to)| *to).max();
+    first.zip(last).map_or(0.0, |(first, last)| (last - first) as f64 / tracks.fps)
+}
+
 /// Returns the longest time in which no joint is faster than [`STILL`] (s), apart from standing before and after.
 fn still_seconds(clip: &MotionClip) -> f64 {
     let n = clip.len();
@@ -382,6 +411,11 @@ mod tests {
             "walk 1.5 metres backward",
             "sidestep 60 cm to the left",
             "nod tiredly",
+            "take two steps to the left",
+            "walk diagonally to the right",
+            "put your hand on your hip",
+            "touch your toes",
+            "put your hands behind your head",
         ] {
             let script = reader.read(text);
             for seed in 0..2 {
@@ -396,8 +430,9 @@ mod tests {
             }
         }
         let lengths = [
-            ("walk for four seconds", 3.6, 4.4),
-            ("march in place for 7 seconds", 6.3, 7.7),
+            // So are the first and the last moment of a walk.
+            ("walk for four seconds", 4.0, 7.0),
+            ("march in place for 7 seconds", 7.0, 11.0),
             ("stand still for 5 seconds", 4.5, 5.5),
             // The way up and down is beside what lasts.
             ("wave for 6 s", 6.0, 9.5),

@@ -349,15 +349,16 @@ impl Score {
             .collect();
     }
 
-    /// Replaces the steps by `pairs` of steps to the right, each so long (m).
-    pub fn sideways(&mut self, pairs: u32, by: f64) {
+    /// Replaces the steps by `pairs` of steps, the right foot first and the left one beside it, each so long (m, ahead
+    /// and to the right).
+    pub fn sideways(&mut self, pairs: u32, [ahead, right]: [f64; 2]) {
         let (start, each, swing, base) = (1.3, 0.56, 0.44, 5.0);
         self.shift_after(6.5, (f64::from(pairs) - base) * 2.0 * each);
         self.steps = (0..2 * pairs as usize)
             .map(|i| {
                 let begin = start + i as f64 * each;
                 let foot = if i.is_multiple_of(2) { "right" } else { "left" };
-                let to = [0.0, -by * (i / 2 + 1) as f64];
+                let to = [ahead, -right].map(|by| by * (i / 2 + 1) as f64);
                 Step {
                     foot: foot.into(),
                     start: begin,

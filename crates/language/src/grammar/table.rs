@@ -8,6 +8,7 @@ use super::score::Cycle;
 use crate::checks::SignalName;
 use crate::error::LanguageError;
 use crate::facts::{Direction, Side};
+use crate::touch::Touch;
 
 /// The grammar that comes with the crate.
 const BUILTIN: &str = include_str!("grammar.toml");
@@ -65,6 +66,8 @@ pub enum Synth {
     Curve,
     /// Steps to the side.
     Sideways,
+    /// Steps ahead and to the side.
+    Diagonal,
 }
 
 /// What must be seen of an action.
@@ -79,6 +82,8 @@ pub enum Show {
     Low,
     /// A foot rises high.
     FootHigh,
+    /// A foot stays off the ground.
+    FootHeld,
     /// The trunk leans forward.
     Bent,
     /// The head is raised.
@@ -165,6 +170,8 @@ pub struct Verb {
     /// What must be seen.
     #[serde(default)]
     pub shows: Vec<Show>,
+    /// What the hand touches.
+    pub touches: Option<Touch>,
     /// Phrases.
     pub say: Vec<String>,
     /// Phrases of the held-out words.

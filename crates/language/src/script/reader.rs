@@ -348,7 +348,7 @@ impl<'a> Reader<'a> {
             _ => {}
         }
         let travels = verb.acts == Acts::Feet
-            && (verb.cycle.is_some() || verb.synth == Some(Synth::Sideways))
+            && (verb.cycle.is_some() || matches!(verb.synth, Some(Synth::Sideways | Synth::Diagonal)))
             && verb.direction != Some(Direction::InPlace);
         match said.metres {
             Some(_) if travels => action.metres = said.metres,
@@ -367,7 +367,6 @@ impl<'a> Reader<'a> {
                 }
                 action.count = Some(count);
             }
-            (Some(n), None, Some(Synth::Sideways)) => action.count = Some(n),
             (Some(n), None, _) => times = n.clamp(1, MOST_TIMES),
             (None, ..) => {}
         }

@@ -75,7 +75,7 @@ fn free_words_become_actions() {
             "scratch your head and rub your belly at the same time",
             "scratch head, right side while: rub belly, left side",
         ),
-        ("one hand on the hip, the other beckoning", "beckon, right side while: hands on hips, both side"),
+        ("one hand on the hip, the other beckoning", "hand on hip, right side while: beckon, left side"),
         ("turn in place with arms raised over your head", "raise arms, both side while: turn, to the left, 90 degrees"),
         ("bow with your hand on your heart", "hand on heart, right side while: bow"),
         ("cud u plz raize ur rigth hand thx", "reach up, right side"),

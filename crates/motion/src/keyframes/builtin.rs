@@ -87,6 +87,7 @@ pub fn builtin() -> impl Iterator<Item = (&'static str, &'static str)> {
         "guitar",
         "hammer",
         "hand_on_heart",
+        "hand_on_hip",
         "hands_behind_back",
         "hands_behind_head",
         "hands_on_hips",
