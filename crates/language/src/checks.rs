@@ -9,8 +9,8 @@ mod tracks;
 
 use serde::Serialize;
 
-pub(crate) use tracks::{LEG, leg_length, range};
 pub use tracks::{KEYFRAMED, SIMULATED, SignalName, Tracks};
+pub(crate) use tracks::{LEG, leg_length, range};
 
 use crate::error::LanguageError;
 use crate::facts::{Action, Facts, Mood, Relation, Size, Speed};
@@ -149,7 +149,9 @@ fn of_action(tracks: &Tracks, verb: &Verb, action: &Action, meanwhile: Meanwhile
         let (expected, got, passed) = acting::shows(tracks, *show, side);
         add(Fact::Shape, expected, got, passed);
     }
-    if let Some((expected, got, passed)) = verb.touches.and_then(|touch| acting::touches(tracks, touch, side.or(verb.side))) {
+    if let Some((expected, got, passed)) =
+        verb.touches.and_then(|touch| acting::touches(tracks, touch, side.or(verb.side)))
+    {
         add(Fact::Touch, expected, got, passed);
     }
     if let (Some(wanted), Some(rule)) = (action.count, verb.count) {

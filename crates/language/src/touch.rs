@@ -43,6 +43,8 @@ pub enum Touch {
     Eyes,
     /// The mouth.
     Mouth,
+    /// The tip of the nose.
+    Nose,
     /// The ear.
     Ear,
     /// The left side of the chest.
@@ -57,6 +59,8 @@ pub enum Touch {
     Hip,
     /// The shoulder of the other side.
     Shoulder,
+    /// The shoulder of the hand's own side.
+    OwnShoulder,
     /// The forearm of the other side.
     Forearm,
     /// The knee.
@@ -67,13 +71,14 @@ pub enum Touch {
 
 impl Touch {
     /// Every place.
-    pub const ALL: [Self; 16] = [
+    pub const ALL: [Self; 18] = [
         Self::Hands,
         Self::Crown,
         Self::Nape,
         Self::Brow,
         Self::Eyes,
         Self::Mouth,
+        Self::Nose,
         Self::Ear,
         Self::Heart,
         Self::Chest,
@@ -81,6 +86,7 @@ impl Touch {
         Self::Back,
         Self::Hip,
         Self::Shoulder,
+        Self::OwnShoulder,
         Self::Forearm,
         Self::Knee,
         Self::Toes,
@@ -95,6 +101,7 @@ impl Touch {
             Self::Brow => "brow",
             Self::Eyes => "eyes",
             Self::Mouth => "mouth",
+            Self::Nose => "nose",
             Self::Ear => "ear",
             Self::Heart => "heart",
             Self::Chest => "chest",
@@ -102,6 +109,7 @@ impl Touch {
             Self::Back => "back",
             Self::Hip => "hip",
             Self::Shoulder => "other shoulder",
+            Self::OwnShoulder => "shoulder",
             Self::Forearm => "other forearm",
             Self::Knee => "knee",
             Self::Toes => "toes",
@@ -120,6 +128,7 @@ impl Touch {
             Self::Brow => (Role::Head, Vec3::new(1.0, 0.55 * out, 0.55)),
             Self::Eyes => (Role::Head, Vec3::new(1.0, 0.35 * out, 0.15)),
             Self::Mouth => (Role::Head, Vec3::new(1.0, 0.15 * out, -0.45)),
+            Self::Nose => (Role::Head, Vec3::new(1.0, 0.05 * out, -0.1)),
             Self::Ear => (Role::Head, Vec3::new(0.15, out, 0.0)),
             Self::Heart => (Role::Chest, Vec3::new(1.0, 0.35, 0.0)),
             Self::Chest => (Role::Chest, Vec3::new(1.0, 0.35 * out, 0.0)),
@@ -127,6 +136,7 @@ impl Touch {
             Self::Back => (Role::Pelvis, Vec3::new(-1.0, 0.2 * out, 0.0)),
             Self::Hip => (Role::Pelvis, Vec3::new(0.15, out, 0.0)),
             Self::Shoulder => (own(Role::RightUpperArm, Role::LeftUpperArm), Vec3::new(1.0, 0.9 * out, 0.1)),
+            Self::OwnShoulder => (own(Role::LeftUpperArm, Role::RightUpperArm), Vec3::new(0.6, 0.0, 1.0)),
             Self::Forearm => (own(Role::RightForearm, Role::LeftForearm), Vec3::new(1.0, 0.0, 0.0)),
             Self::Knee => (own(Role::LeftShank, Role::RightShank), Vec3::new(1.0, 0.0, 0.0)),
             Self::Toes => (own(Role::LeftFoot, Role::RightFoot), Vec3::new(1.0, 0.0, 0.3)),

@@ -70,9 +70,9 @@ const TELLING: [&str; 21] = [
 /// Fillers that a phrase cannot lack: "walk in place" is not "walk in a square".
 const ESSENTIAL: [&str; 4] = ["place", "spot", "circle", "robot"];
 /// Parts of the body of which one is not another.
-const PARTS: [&str; 20] = [
+const PARTS: [&str; 22] = [
     "back", "shoulder", "head", "nose", "foot", "toe", "chin", "chest", "hip", "belly", "stomach", "ear", "eye",
-    "mouth", "brow", "forehead", "heart", "neck", "face", "hair",
+    "mouth", "brow", "forehead", "heart", "neck", "face", "hair", "knee", "elbow",
 ];
 /// Verbs that are things after an article.
 const THINGS: [&str; 10] = ["box", "hammer", "saw", "comb", "drum", "paint", "phone", "bowl", "bat", "duck"];
@@ -264,7 +264,7 @@ impl Phrases {
 
     fn phrase(&self, meaning: Meaning, side: Option<Side>, text: String) -> Phrase {
         let verb = text.split('[').nth(1).and_then(|rest| rest.split([']', '-']).next()).map(str::to_string);
-        let slots = [("{hand}", "hand"), ("{arm}", "hand"), ("{foot}", "foot"), ("{leg}", "foot"), ("{knee}", "foot")];
+        let slots = [("{hand}", "hand"), ("{arm}", "hand"), ("{foot}", "foot"), ("{leg}", "foot"), ("{knee}", "knee")];
         let plain = slots.iter().fold(text.clone(), |text, (slot, word)| text.replace(slot, word));
         let plain: String = ["{side}", "{angle}", "{steps}"].iter().fold(plain, |text, slot| text.replace(slot, ""));
         let plain = plain.replace("{nsteps}", " steps");
@@ -296,7 +296,8 @@ impl Phrases {
     pub fn base(&self, word: &str) -> String {
         let word = match word {
             "arm" | "arms" | "hands" | "limb" | "limbs" => "hand",
-            "leg" | "legs" | "feet" | "knee" | "knees" => "foot",
+            "leg" | "legs" | "feet" => "foot",
+            "knees" => "knee",
             other => other,
         };
         if let Some(base) = self.forms.get(word) {

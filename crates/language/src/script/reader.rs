@@ -29,7 +29,7 @@ const MOST_WITHIN: usize = 2;
 const MOST_TIMES: u32 = 12;
 
 /// Words that say nothing beside a number or a limb.
-const LIMBS_AND_UNITS: [&str; 9] = ["hand", "foot", "step", "pace", "turn", "times", "circle", "one", "other"];
+const LIMBS_AND_UNITS: [&str; 10] = ["hand", "foot", "knee", "step", "pace", "turn", "times", "circle", "one", "other"];
 
 /// Reads sentences by the phrases of a grammar.
 #[derive(Debug)]
@@ -69,10 +69,16 @@ impl<'a> Reader<'a> {
         let mut script = Script::default();
         let mut last_free = false;
         let mut last_words = BTreeSet::new();
+        let mut last_verb: Option<String> = None;
         let words = spelt(&self.phrases, normal(text), &mut script.notes);
         let words = without_negations(words, &mut script.notes);
         let words = Self::held_together(words);
         for mut group in self.grouped(pieces(&words)) {
+            if let (None, Some(verb)) = (&group.fit, &last_verb) {
+                self.repeat_verb(&mut group, verb);
+            }
+            let is_main = |word: &&String| self.phrases.is_main_verb(word);
+            last_verb = group.words.iter().find(is_main).cloned().or(last_verb);
             if group.fit.is_none() {
                 self.find_verb(&mut group, &script);
             }
@@ -98,9 +104,10 @@ impl<'a> Reader<'a> {
                     }
                     let (action, times) = self.action(verb, &said, &mut script.notes);
                     // "Bend down, pick something up" is one movement in two phrases.
-                    let is_same = is_more_about(&script, &action) && last_words != fit.explained;
+                    let is_pose = verb.cycle.is_none() && group.join == Join::While;
+                    let is_same = is_more_about(&script, &action) && (is_pose || last_words != fit.explained);
                     last_words.clone_from(&fit.explained);
-                    if is_same && matches!(group.join, Join::And | Join::Comma) && said.used.is_empty() {
+                    if is_same && (is_pose || matches!(group.join, Join::And | Join::Comma)) && said.used.is_empty() {
                         continue;
                     }
                     let free = [last_free, said.side.is_none()];
@@ -123,6 +130,16 @@ impl<'a> Reader<'a> {
             }
         }
         script
+    }
+
+    /// Puts the last verb before a piece that begins with where: "look at the ceiling, then at the floor".
+    fn repeat_verb(&self, piece: &mut Piece, verb: &str) {
+        let is_where =
+            piece.words.first().is_some_and(|word| ["at", "to", "towards", "toward"].contains(&word.as_str()));
+        let whole: Vec<String> = [verb.to_string()].into_iter().chain(piece.words.iter().cloned()).collect();
+        if let (true, Some(fit)) = (is_where, self.fit(&whole)) {
+            (piece.words, piece.fit) = (whole, Some(fit));
+        }
     }
 
     /// Finds the verb of a piece without one: the last one again ("then 90 degrees right").
@@ -209,7 +226,8 @@ impl<'a> Reader<'a> {
             if let Some(last) = out.last_mut().filter(|_| matches!(join, Join::And | Join::With)) {
                 let merged: Vec<String> = last.words.iter().chain(&words).cloned().collect();
                 // One phrase for both, such as "bend down and pick something up".
-                if last.fit.is_some() && self.fit(&merged).is_some_and(|fit| self.explains_all(&merged, &fit)) {
+                let keeps = |new: &Fit| last.fit.as_ref().is_some_and(|old| self.keeps_verb(old, new));
+                if self.fit(&merged).is_some_and(|fit| keeps(&fit) && self.explains_all(&merged, &fit)) {
                     last.words = merged;
                     last.fit = self.fit(&last.words);
                     continue;
@@ -331,6 +349,11 @@ impl<'a> Reader<'a> {
             match said.direction {
                 Some(way) => action.direction = Some(way),
                 None if verb.synth == Some(Synth::Turn) => {}
+                // "Over the left shoulder" says it, too.
+                None if matches!(said.side, Some(Side::Left | Side::Right)) => {
+                    let is_left = said.side == Some(Side::Left);
+                    action.direction = Some(if is_left { Direction::Left } else { Direction::Right });
+                }
                 None => notes.push(format!("'{}' to the {}: no side was said", name(verb), way(action.direction))),
             }
         }
@@ -380,8 +403,12 @@ impl<'a> Reader<'a> {
         (action, times)
     }
 
-    /// Returns the verb whose steps are counted one by one where an odd number is said.
+    /// Returns the verb whose steps are counted one by one where an odd number is said, and the one that stays up where
+    /// a duration is.
     fn counted_by_one<'v>(&'v self, verb: &'v Verb, said: &Said) -> &'v Verb {
+        if verb.name == "knee_raise" && said.seconds.is_some() && said.count.is_none() {
+            return self.grammar.verb("balance").unwrap_or(verb);
+        }
         let is_pair = verb.count.is_some_and(|rule| rule.signal == SignalName::Steps && rule.per_cycle == 2);
         let odd = said.count.is_some_and(|n| !n.is_multiple_of(2));
         let other = match verb.name.as_str() {
@@ -576,6 +603,7 @@ fn of_supporting_leg(verb: &Verb, words: &[String], said: Said) -> Said {
 fn is_above((upper, above): (&Verb, &Action), (lower, below): (&Verb, &Action)) -> bool {
     let stands = |verb: &Verb| !verb.shows.iter().any(|show| matches!(show, Show::Low | Show::Bent));
     match (upper.acts, lower.acts) {
+        _ if upper.name == lower.name => false,
         (Acts::Head, Acts::Head) => false,
         (Acts::Head, _) => true,
         (Acts::Hand | Acts::Hands, Acts::Feet | Acts::Foot | Acts::Body) => stands(upper),

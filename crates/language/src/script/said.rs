@@ -196,7 +196,7 @@ fn unit_of_length(word: &str) -> Option<f64> {
 fn is_article(words: &[String], at: usize) -> bool {
     let next = words.get(at + 1).map_or("", String::as_str);
     let is_other = at > 0 && words[at - 1] == "other";
-    if words[at] == "eight" && at > 0 && words[at - 1] == "figure" {
+    if words[at] == "eight" && words[..at].iter().rev().take(2).any(|word| word == "figure") {
         return true;
     }
     if words[at] == "five"
