@@ -50,7 +50,7 @@ impl Understood {
     /// [`StudioError::Operation`] for what cannot be done, with the reason and the nearest that can.
     pub fn read(sentence: &str, seconds: Option<f64>) -> Result<Option<Self>, StudioError> {
         let (_, reader) = language().map_err(failed)?;
-        let mut script = reader.read(sentence);
+        let mut script = reader.read(sentence).with_the_rest();
         if let Some(one) = script.impossible.first() {
             let nearest =
                 one.nearest.as_ref().map_or(String::new(), |verb| format!("; try '{}'", verb.replace('_', " ")));

@@ -133,6 +133,15 @@ impl Script {
         changed
     }
 
+    /// Leaves out what cannot be done where something else can, and notes it.
+    #[must_use]
+    pub fn with_the_rest(mut self) -> Self {
+        if !self.clauses.is_empty() {
+            self.notes.extend(self.impossible.drain(..).map(|one| format!("cannot {one}: the rest is done")));
+        }
+        self
+    }
+
     /// Puts the nearest possible motion in the place of what cannot be done; what has none is left out.
     pub fn with_nearest(mut self) -> Self {
         for one in self.impossible.iter().rev() {

@@ -12,6 +12,7 @@ use crate::checks::SignalName;
 use crate::error::LanguageError;
 use crate::facts::{Action, Direction, Side, Size, Speed};
 use crate::grammar::{Acts, Grammar, Show, Synth, Verb};
+use crate::touch::Touch;
 
 /// Similarity from which a text is taken for a phrase, and from which a phrase is named (`docs/results/language.md`).
 const TAKEN: f64 = 0.7;
@@ -104,10 +105,11 @@ impl<'a> Reader<'a> {
                     }
                     let (action, times) = self.action(verb, &said, &mut script.notes);
                     // "Bend down, pick something up" is one movement in two phrases.
-                    let is_pose = verb.cycle.is_none() && group.join == Join::While;
-                    let is_same = is_more_about(&script, &action) && (is_pose || last_words != fit.explained);
+                    let is_posture = group.join == Join::While;
+                    let is_same = is_more_about(&script, &action) && (is_posture || last_words != fit.explained);
                     last_words.clone_from(&fit.explained);
-                    if is_same && (is_pose || matches!(group.join, Join::And | Join::Comma)) && said.used.is_empty() {
+                    if is_same && (is_posture || matches!(group.join, Join::And | Join::Comma)) && said.used.is_empty()
+                    {
                         continue;
                     }
                     let free = [last_free, said.side.is_none()];
@@ -147,7 +149,9 @@ impl<'a> Reader<'a> {
         let said = said(&piece.words);
         let is_limb = |word: &String| LIMBS_AND_UNITS.contains(&self.phrases.base(word).as_str()) || word == "same";
         let is_said = |word: &String| said.used.contains(word) || self.phrases.filler.contains(word) || is_limb(word);
-        let last = script.clauses.last().and_then(|clause| clause.actions.last());
+        // "The right leg, come back, then the left leg": standing is no verb to be repeated.
+        let all = script.clauses.iter().rev().filter_map(|clause| clause.actions.last());
+        let last = all.clone().find(|action| action.verb != "stand").or(all.clone().next());
         let last = last.and_then(|action| self.grammar.verbs.iter().position(|verb| verb.name == action.verb));
         let names = !said.used.is_empty() || piece.words.iter().any(|word| word == "other");
         if let (Some(verb), true, true) = (last, names, piece.words.iter().all(is_said)) {
@@ -226,8 +230,11 @@ impl<'a> Reader<'a> {
             if let Some(last) = out.last_mut().filter(|_| matches!(join, Join::And | Join::With)) {
                 let merged: Vec<String> = last.words.iter().chain(&words).cloned().collect();
                 // One phrase for both, such as "bend down and pick something up".
+                // "Three steps ahead and two back" are two.
+                let [one, other] = [said(&last.words), said(&words)];
+                let are_two = one.count.is_some() && other.count.is_some();
                 let keeps = |new: &Fit| last.fit.as_ref().is_some_and(|old| self.keeps_verb(old, new));
-                if self.fit(&merged).is_some_and(|fit| keeps(&fit) && self.explains_all(&merged, &fit)) {
+                if !are_two && self.fit(&merged).is_some_and(|fit| keeps(&fit) && self.explains_all(&merged, &fit)) {
                     last.words = merged;
                     last.fit = self.fit(&last.words);
                     continue;
@@ -258,7 +265,9 @@ impl<'a> Reader<'a> {
             }
             match (out.last_mut(), join) {
                 (Some(last), Join::And | Join::Comma | Join::With | Join::While) => last.words.extend(words),
-                (Some(last), Join::Then) if said(&words).used.len() == words.len() => last.words.extend(words),
+                (Some(last), Join::Then) if said(&words).used.len() == words.len() && !turns_over(last, &words) => {
+                    last.words.extend(words);
+                }
                 (None, _) => orphan.extend(words),
                 _ => out.push(Piece { join, words, fit: None }),
             }
@@ -579,6 +588,14 @@ impl<'a> Reader<'a> {
     }
 }
 
+/// Returns whether words say another way or another angle than a piece does: "90 degrees right, then 180 left".
+fn turns_over(piece: &Piece, words: &[String]) -> bool {
+    let [one, other] = [said(&piece.words), said(words)];
+    let differ = |pair: [Option<u32>; 2]| matches!(pair, [Some(a), Some(b)] if a != b);
+    let ways = matches!([one.direction, other.direction], [Some(a), Some(b)] if a != b);
+    ways || differ([one.degrees, other.degrees])
+}
+
 /// Returns a phrase without the marks of its slots.
 fn without_slots(phrase: &str) -> String {
     phrase.replace(['[', ']', '{', '}'], "")
@@ -589,12 +606,22 @@ fn is_more_about(script: &Script, action: &Action) -> bool {
     script.clauses.last().is_some_and(|last| last.actions == [action.clone()] && action.degrees.is_none())
 }
 
-/// Exchanges the side of a verb of the foot where the supporting leg is named.
+/// Exchanges the side of a verb of the foot where the supporting leg is named, and of a hand that touches the other arm.
 fn of_supporting_leg(verb: &Verb, words: &[String], said: Said) -> Said {
     let is_leg = |word: &String| ["leg", "foot"].contains(&word.as_str());
     let stands_on = words.iter().position(|word| word == "on").is_some_and(|at| words[at..].iter().take(4).any(is_leg));
+    let lifts = verb.acts == Acts::Foot && !verb.shows.contains(&Show::Low);
+    // "Scratch the left arm": the right hand does.
+    let is_touched = |pair: &[String]| {
+        let part = ["arm", "forearm", "elbow", "shoulder"].contains(&pair[1].as_str());
+        part && ["left", "right"].contains(&pair[0].as_str())
+    };
+    let names_hand = words.iter().any(|word| ["hand", "finger", "fist"].contains(&word.as_str()));
+    let crosses = matches!(verb.touches, Some(Touch::Shoulder | Touch::Forearm))
+        && !names_hand
+        && words.windows(2).any(is_touched);
     match said.side {
-        Some(side) if verb.acts == Acts::Foot && stands_on => Said { side: Some(side.mirrored()), ..said },
+        Some(side) if lifts && stands_on || crosses => Said { side: Some(side.mirrored()), ..said },
         _ => said,
     }
 }

@@ -116,7 +116,9 @@ fn adverb(out: &mut Said, word: &str) -> bool {
             out.speed = Some(Speed::Slow);
         }
         "quickly" | "fast" | "rapidly" | "briskly" | "hastily" | "swiftly" | "quick" | "hurriedly" | "speedily"
-        | "faster" | "brisk" | "rapid" | "hurry" => out.speed = Some(Speed::Fast),
+        | "faster" | "brisk" | "rapid" | "hurry" | "frantically" | "wildly" | "energetic" => {
+            out.speed = Some(Speed::Fast)
+        }
         "widely" | "wide" | "large" | "big" | "huge" | "exaggerated" | "broadly" | "deeply" | "deep" | "far"
         | "expansively" | "hugely" | "vigorously" | "generously" | "dramatically" => out.size = Some(Size::Big),
         "slightly" | "small" | "tiny" | "barely" | "subtly" | "little" | "modestly" | "short" | "subtle" => {
@@ -201,7 +203,7 @@ fn is_article(words: &[String], at: usize) -> bool {
     }
     if words[at] == "five"
         && at > 0
-        && (words[at - 1].starts_with("high") || ["me", "us"].contains(&words[at - 1].as_str()))
+        && (words[at - 1].starts_with("high") || ["me", "us", "gimme"].contains(&words[at - 1].as_str()))
     {
         return true;
     }

@@ -98,7 +98,7 @@ pub(super) fn normal(text: &str) -> Vec<String> {
         before = c;
     }
     let unit = |word: &str| match word.trim_end_matches('.') {
-        "deg" | "degs" | "degree" => "degrees".to_string(),
+        "deg" | "degs" | "degree" | "grad" | "grads" => "degrees".to_string(),
         "s" | "sec" | "secs" | "second" => "seconds".into(),
         "x" | "time" | "reps" | "rep" | "repetitions" | "repetition" => "times".into(),
         "&" => "and".into(),

@@ -78,15 +78,10 @@ pub fn understand(
         script.impossible.append(&mut one.impossible);
     }
     let text = prompts.join(" then ");
-    if nearest {
-        script = script.with_nearest();
-    }
+    script = if nearest { script.with_nearest() } else { script.with_the_rest() };
     if let Some(first) = script.impossible.first() {
         let nearest = first.nearest.as_ref().map_or_else(
-            || match script.clauses.is_empty() {
-                true => "nothing near it can be done".to_string(),
-                false => format!("--nearest does the rest: {script}"),
-            },
+            || "nothing near it can be done".to_string(),
             |verb| format!("the nearest is '{}': --nearest does that", verb.replace('_', " ")),
         );
         return Err(CliError::Input(format!("\"{text}\": {first}; {nearest}")));
