@@ -5,6 +5,7 @@
 
 mod checkpoint;
 mod evaluator;
+mod fallen;
 mod frozen;
 mod reserved;
 mod reset;

@@ -233,6 +233,7 @@ impl TrackerPlan {
         range("rsi.floor", self.rsi.floor, 0.0, 1.0)?;
         range("rsi.memory", self.rsi.memory, 0.0, 1.0)?;
         range("rsi.random_start_share", self.rsi.random_start_share, 0.0, 1.0)?;
+        range("rsi.fallen_share", self.rsi.fallen_share, 0.0, 1.0)?;
         let noises = [
             ("rsi.joint_noise", self.rsi.joint_noise),
             ("rsi.velocity_noise", self.rsi.velocity_noise),

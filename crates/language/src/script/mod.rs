@@ -8,6 +8,7 @@
 mod beside;
 mod edited;
 mod meaning;
+mod numbers;
 mod phrases;
 mod reader;
 mod said;

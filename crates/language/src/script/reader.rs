@@ -366,12 +366,16 @@ impl<'a> Reader<'a> {
                 None => notes.push(format!("'{}' to the {}: no side was said", name(verb), way(action.direction))),
             }
         }
+        let mut rounds = 1;
         match verb.synth {
             Some(Synth::Turn) => {
                 // "Turn 45": that many times is an angle. A small turn is half of one.
                 let many = said.count.filter(|n| *n >= LEAST_ANGLE);
                 let usual = if said.size == Some(Size::Small) { 45 } else { 90 };
-                action.degrees = Some(said.degrees.or(many).unwrap_or(usual));
+                // More than once around is done in parts.
+                let whole = said.degrees.or(many).unwrap_or(usual);
+                rounds = whole.div_ceil(360).max(1);
+                action.degrees = Some(whole / rounds);
             }
             Some(Synth::Curve) => action.degrees = said.degrees,
             _ if said.degrees.is_some() && verb.acts == Acts::Feet => {
@@ -387,7 +391,7 @@ impl<'a> Reader<'a> {
             Some(_) => notes.push(format!("'{}' has no distance", name(verb))),
             None => {}
         }
-        let mut times = 1;
+        let mut times = rounds;
         let is_angle = verb.synth == Some(Synth::Turn) && said.count.is_some_and(|n| n >= LEAST_ANGLE);
         match (said.count.filter(|_| !is_angle), verb.count, verb.synth) {
             (Some(n), Some(rule), _) => {
@@ -399,7 +403,7 @@ impl<'a> Reader<'a> {
                 }
                 action.count = Some(count);
             }
-            (Some(n), None, _) => times = n.clamp(1, MOST_TIMES),
+            (Some(n), None, _) => times = (rounds * n).clamp(1, MOST_TIMES),
             (None, ..) => {}
         }
         (action.speed, action.size, action.mood) =
@@ -507,6 +511,9 @@ impl<'a> Reader<'a> {
         let is_ahead = has(&["forward", "forwards", "ahead", "straight"]);
         let goes_ahead = verb.acts == Acts::Feet && verb.direction == Some(Direction::Forward) && verb.synth.is_none();
         if !goes_ahead || is_ahead || !(is_aside || is_back) {
+            if goes_ahead && is_ahead && is_back {
+                notes.push(format!("'{}' cannot go forward and backward: it goes forward", name(verb)));
+            }
             return (verb, said);
         }
         let way = if is_back { "backward" } else { "to the side" };

@@ -40,7 +40,7 @@ impl Said {
 }
 
 /// Returns the number that a word is.
-fn number(word: &str) -> Option<f64> {
+pub(super) fn number(word: &str) -> Option<f64> {
     if let Some(at) = NUMBERS.iter().position(|known| *known == word) {
         return Some(at as f64);
     }
@@ -175,6 +175,8 @@ fn numbered(out: &mut Said, words: &[String], at: usize) -> bool {
                 }
                 // "Do a 360": more than anybody counts is an angle.
                 _ if (60.0..=1080.0).contains(&whole) => out.degrees = Some(whole as u32),
+                // Half a time, or two of a unit that is not known, is no count.
+                _ if (whole - value).abs() > 1e-6 || UNITS.contains(&next) => return false,
                 _ if (1.0..=MAX_COUNT).contains(&whole) && !is_article(words, at) => out.count = Some(whole as u32),
                 _ => return false,
             }
@@ -183,12 +185,19 @@ fn numbered(out: &mut Said, words: &[String], at: usize) -> bool {
     true
 }
 
+/// Units that nothing here has.
+const UNITS: [&str; 12] =
+    ["mpers", "kmperh", "mph", "kmh", "hz", "radians", "rad", "percent", "hours", "hour", "kg", "newtons"];
+
 /// Returns a unit of length (m).
 fn unit_of_length(word: &str) -> Option<f64> {
     match word {
         "m" | "metre" | "metres" | "meter" | "meters" => Some(1.0),
         "cm" | "centimetre" | "centimetres" | "centimeter" | "centimeters" => Some(0.01),
-        "feet" | "ft" => Some(0.3048),
+        "km" | "kilometre" | "kilometres" | "kilometer" | "kilometers" => Some(1e3),
+        "mile" | "miles" => Some(1609.344),
+        "inch" | "inches" => Some(0.0254),
+        "ft" => Some(0.3048),
         "yard" | "yards" => Some(0.9144),
         _ => None,
     }

@@ -1,5 +1,7 @@
 //! Text to pieces: normal form, and what joins the pieces.
 
+use super::numbers::{with_digits, with_plain_numbers, with_units};
+
 /// Relation of a piece to the one before it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Join {
@@ -16,10 +18,12 @@ pub(super) enum Join {
 }
 
 /// Words that join, as they are in normal text; longer ones first.
-const JOINS: [(&str, Join); 53] = [
+const JOINS: [(&str, Join); 55] = [
     ("and at the same time", Join::While),
     ("while at the same time", Join::While),
     ("at the same time", Join::While),
+    ("all at once", Join::While),
+    ("at once", Join::While),
     ("all the while", Join::While),
     ("and simultaneously", Join::While),
     ("simultaneously", Join::While),
@@ -76,7 +80,7 @@ const JOINS: [(&str, Join); 53] = [
 pub(super) fn normal(text: &str) -> Vec<String> {
     let mut out = String::new();
     let mut before = ' ';
-    for c in text.to_lowercase().chars() {
+    for c in with_plain_numbers(&text.to_lowercase()).chars() {
         match c {
             '.' | ';' | '!' | '?' | ':' => {
                 // A point between digits is part of the number.
@@ -113,67 +117,8 @@ pub(super) fn normal(text: &str) -> Vec<String> {
         }
     }
     let words: Vec<String> = words.into_iter().skip_while(|word| word == "|" || word == ",").collect();
-    with_digits(without_frame(&words))
+    with_units(with_digits(without_frame(&words)))
 }
-
-/// Returns words with numbers above twelve as digits: "a hundred and eighty" is 180, "forty five" 45.
-fn with_digits(words: Vec<String>) -> Vec<String> {
-    let mut out: Vec<String> = Vec::with_capacity(words.len());
-    let mut at = 0;
-    while at < words.len() {
-        let (mut value, mut taken) = (0, 0);
-        let word = |i: usize| words.get(i).map_or("", String::as_str);
-        let (hundreds, from) = match word(at) {
-            "a" | "one" if word(at + 1) == "hundred" => (1, 2),
-            "hundred" => (1, 1),
-            "two" if word(at + 1) == "hundred" => (2, 2),
-            "three" if word(at + 1) == "hundred" => (3, 2),
-            _ => (0, 0),
-        };
-        if hundreds > 0 {
-            (value, taken) = (100 * hundreds, from);
-        }
-        let joined = usize::from(hundreds > 0 && word(at + taken) == "and");
-        let tens = TENS.iter().find(|(name, _)| *name == word(at + taken + joined));
-        if let Some((_, number)) = tens {
-            value += number;
-            taken += joined + 1;
-            if number % 10 == 0
-                && let Some(unit) = UNITS.iter().position(|name| *name == word(at + taken))
-            {
-                value += unit + 1;
-                taken += 1;
-            }
-        }
-        if taken > 0 {
-            out.push(value.to_string());
-            at += taken;
-        } else {
-            out.push(words[at].clone());
-            at += 1;
-        }
-    }
-    out
-}
-
-const UNITS: [&str; 9] = ["one", "two", "three", "four", "five", "six", "seven", "eight", "nine"];
-const TENS: [(&str, usize); 15] = [
-    ("thirteen", 13),
-    ("fourteen", 14),
-    ("fifteen", 15),
-    ("sixteen", 16),
-    ("seventeen", 17),
-    ("eighteen", 18),
-    ("nineteen", 19),
-    ("twenty", 20),
-    ("thirty", 30),
-    ("forty", 40),
-    ("fifty", 50),
-    ("sixty", 60),
-    ("seventy", 70),
-    ("eighty", 80),
-    ("ninety", 90),
-];
 
 /// Openings that ask for what follows, longer ones first.
 const FRAMES: [&str; 21] = [

@@ -8,10 +8,10 @@ use rand::Rng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
-use super::Environment;
 use super::setup::Setup;
 use super::start::Start;
 use super::state::write_features;
+use super::{Environment, fallen};
 use crate::TrackerError;
 use crate::observe::Observed;
 use crate::observe::root;
@@ -62,6 +62,10 @@ impl Environment {
             let q = &mut positions[k * nq..(k + 1) * nq];
             let v = &mut velocities[k * nv..(k + 1) * nv];
             self.write_start(pose.unwrap_or(frame), position, &mut rng, q, v);
+            if given.is_none() && rsi.fallen_share > 0.0 && rng.random_bool(rsi.fallen_share) {
+                let ground = self.setup.ground.lift(position);
+                fallen::lay_down(character, ground, &mut rng, q, v);
+            }
         }
         self.simulation.reset(ids, &positions, &velocities)?;
         for &i in ids {

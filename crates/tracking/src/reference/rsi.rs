@@ -24,6 +24,8 @@ pub struct RsiSpec {
     pub heading_noise: f32,
     /// Share of episodes that begin in the state of another frame than the one followed (thesis Algorithm 1, line 5).
     pub random_start_share: f64,
+    /// Share of episodes that begin lying on the ground: turned anyhow, its joints anywhere in their ranges.
+    pub fallen_share: f64,
 }
 
 impl Default for RsiSpec {
@@ -37,6 +39,7 @@ impl Default for RsiSpec {
             path_noise: 0.03,
             heading_noise: 0.05,
             random_start_share: 0.0,
+            fallen_share: 0.0,
         }
     }
 }
