@@ -72,16 +72,6 @@ impl Augmentation {
         &self.header
     }
 
-    /// Returns the network.
-    pub fn network(&self) -> &Network {
-        &self.network
-    }
-
-    /// Returns the number of parameters.
-    pub fn parameters(&self) -> usize {
-        self.values.len()
-    }
-
     /// Returns Δs of all steps of a block in SI units, `[steps, outputs]`.
     ///
     /// # Errors

@@ -224,6 +224,13 @@ pub struct Geom {
     pub rgba: [f32; 4],
 }
 
+impl Geom {
+    /// Returns whether it can touch anything, by its masks.
+    pub fn collides(&self) -> bool {
+        self.contype != 0 || self.conaffinity != 0
+    }
+}
+
 /// A named place on a body.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Site {
@@ -306,6 +313,13 @@ pub(crate) fn welded(bodies: &[Body], to: usize) -> Vec<bool> {
 }
 
 impl Character {
+    /// Returns whether pictures show a geom: visible meshes, and visible shapes unless they collide on a body with meshes.
+    pub fn is_drawn(&self, geom: &Geom) -> bool {
+        let is_picture = |g: &Geom| g.rgba[3] > 0.0 && matches!(g.shape, GeomShape::Mesh(_));
+        let is_covered = || geom.collides() && self.geoms.iter().any(|g| g.body == geom.body && is_picture(g));
+        geom.rgba[3] > 0.0 && (is_picture(geom) || !is_covered())
+    }
+
     /// Returns the index of the body with this name.
     pub fn body(&self, name: &str) -> Result<usize, CharacterError> {
         index_of(&self.name, "body", name, self.bodies.iter().map(|b| b.name.as_str()))

@@ -86,15 +86,6 @@ pub const FORMAT: Format = Format {
     reader: Reader::Source(|bytes, file, _| parse(bytes, file)),
 };
 
-/// Reads a keyframed clip from a file; its name is the file's without `.keys.toml`.
-///
-/// # Errors
-/// [`MotionError::Io`], or as [`parse`].
-pub fn load(path: &Path) -> Result<SourceClip, MotionError> {
-    let bytes = std::fs::read(path).map_err(|source| MotionError::Io { path: path.to_path_buf(), source })?;
-    parse(&bytes, path)
-}
-
 /// Makes a clip of a text. `file` is for its name and for messages only.
 ///
 /// # Errors

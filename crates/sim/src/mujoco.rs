@@ -81,11 +81,6 @@ impl MujocoSimulation {
         let engine = MujocoEngine::new(terrain, &robot, environments, threads)?;
         Ok(Self::with_engine(robot, environments, engine))
     }
-
-    /// Returns the number of threads.
-    pub fn threads(&self) -> usize {
-        self.engine.workers.len()
-    }
 }
 
 impl MujocoEngine {

@@ -100,11 +100,6 @@ impl Network {
         }
     }
 
-    /// Returns its sizes.
-    pub fn sizes(&self) -> SatSizes {
-        self.sizes
-    }
-
     /// Returns Δs of all steps.
     ///
     /// `rows` is what is known at a step, `fed_back` is Δs of the step and how it is known (1: measured, -1: predicted, 0: not at all): only

@@ -12,11 +12,6 @@ pub struct Sampler {
 }
 
 impl Sampler {
-    /// Returns DDPM with all of the schedule's steps.
-    pub fn ddpm(schedule: &Schedule) -> Self {
-        Self { steps: schedule.len(), eta: 1.0 }
-    }
-
     /// Returns motions from noise, which is replaced.
     ///
     /// `predict` gets all motions after step d and d itself and returns their clean forms; `noise` writes standard

@@ -14,7 +14,7 @@ pub enum Given {
     Columns {
         /// The other motion.
         motion: FeatureMatrix,
-        /// The columns, of [`RepresentationSpec::column_names`].
+        /// The columns: height, velocity, yaw rate and up axis of the root, then joint angles, then their velocities.
         columns: Vec<usize>,
     },
 }

@@ -63,14 +63,6 @@ impl RepresentationSpec {
         7 + self.joints()..self.width()
     }
 
-    /// Returns a name for every column, for tables and messages.
-    pub fn column_names(&self) -> Vec<String> {
-        let root = ["root_height", "root_velocity_x", "root_velocity_y", "root_yaw_rate", "up_x", "up_y", "up_z"];
-        let angles = self.joint_names.iter().cloned();
-        let velocities = self.joint_names.iter().map(|name| format!("{name}_velocity"));
-        root.map(String::from).into_iter().chain(angles).chain(velocities).collect()
-    }
-
     /// Checks that `what` is for motion of this layout.
     ///
     /// # Errors

@@ -40,16 +40,6 @@ impl CubicBezier {
         Ok(Self { segments, joints })
     }
 
-    /// Returns the number of segments.
-    pub fn segments(&self) -> usize {
-        self.segments
-    }
-
-    /// Returns how segments meet.
-    pub fn joints(&self) -> Joints {
-        self.joints
-    }
-
     /// Returns the number of control points.
     pub fn control_points(&self) -> usize {
         match self.joints {

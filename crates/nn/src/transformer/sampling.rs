@@ -1,6 +1,6 @@
 //! Positions of tokens along a sequence.
 
-use crate::spline::{refined, uniform};
+use crate::spline::uniform;
 
 /// Positions of tokens, in tokens of the sequence that was encoded: 0 is its first, `last` its last one.
 ///
@@ -30,11 +30,6 @@ impl Sampling {
         Self { positions, last: tokens.saturating_sub(1) as f64 }
     }
 
-    /// `factor − 1` new tokens between any two of `tokens`; every `factor`-th is an original one, exactly.
-    pub fn refined(tokens: usize, factor: usize) -> Self {
-        Self::even(tokens, refined(tokens, factor))
-    }
-
     /// Returns positions in tokens.
     pub fn positions(&self) -> &[f64] {
         &self.positions
@@ -62,11 +57,12 @@ impl Sampling {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::spline::refined;
 
     #[test]
     fn refining_keeps_what_there_was_and_the_scale() {
         for (tokens, factor) in [(2, 2), (61, 2), (61, 4), (100, 3), (1, 4)] {
-            let (coarse, fine) = (Sampling::each(tokens), Sampling::refined(tokens, factor));
+            let (coarse, fine) = (Sampling::each(tokens), Sampling::even(tokens, refined(tokens, factor)));
             assert_eq!(fine.len(), (tokens - 1) * factor + 1);
             for i in 0..tokens {
                 assert_eq!(coarse.positions()[i], i as f64);

@@ -42,12 +42,6 @@ impl Alignment {
         self.laid().position(p)
     }
 
-    /// Returns a direction (a velocity) of the clip's world in the robot's.
-    pub fn direction(&self, v: [f32; 3]) -> [f32; 3] {
-        let [x, y] = self.laid().turn.on_ground([v[0], v[1]]);
-        [x, y, v[2]]
-    }
-
     /// Returns an orientation (`wxyz`) of the clip's world in the robot's.
     pub fn orientation(&self, q: [f32; 4]) -> [f32; 4] {
         let (s, c) = (0.5 * self.yaw).sin_cos();
@@ -153,8 +147,6 @@ mod tests {
         assert!((p[0] + 1.0).abs() < 1e-6 && (p[1] - 2.0).abs() < 1e-6 && p[2] == 0.9, "{p:?}");
         let ahead = a.position([4.0, 4.0, 0.9]);
         assert!((ahead[0] + 1.0).abs() < 1e-6 && (ahead[1] - 3.0).abs() < 1e-6, "{ahead:?}");
-        let v = a.direction([1.0, 0.0, 5.0]);
-        assert!(v[0].abs() < 1e-6 && (v[1] - 1.0).abs() < 1e-6 && v[2] == 5.0);
         assert!((yaw(a.orientation([1.0, 0.0, 0.0, 0.0])) - 2.0 * half).abs() < 1e-6);
     }
 
