@@ -57,8 +57,8 @@ impl CubicBezier {
         first..first + 4
     }
 
-    /// Returns the weight of every control point at `u`, or the `derivative`-th derivative of the weights by u. Where segments meet
-    /// it is the later one's.
+    /// Returns the weight of every control point at `u`, or the `derivative`-th derivative of the weights by u. At a
+    /// joint of two segments it is the later one's.
     ///
     /// # Errors
     /// `u` is outside of `[0, 1]`.
