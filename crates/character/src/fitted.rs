@@ -25,7 +25,7 @@ pub struct Fitted {
     pub size: Vec3,
 }
 
-/// What a mesh is for: those that come first are taken for what touches the ground.
+/// Purpose of a mesh: those that come first are taken for what touches the ground.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Purpose {
     Collides,
@@ -35,9 +35,9 @@ enum Purpose {
 }
 
 impl Character {
-    /// Gives each of these bodies, with what is fixed to it, boxes for its [`Self::meshes`], unless it has another shape that
-    /// collides. Pictures count only where nothing of the whole character collides. What cannot be read, or is larger than the
-    /// whole character (a scale that is missing), becomes a line of [`Self::warnings`] instead.
+    /// Gives each of these bodies, with what is fixed to it, boxes for its [`Self::meshes`], unless it has another
+    /// shape that collides. Pictures count only where nothing of the whole character collides. A mesh that cannot be
+    /// read, or is larger than the whole character (a missing scale), becomes a line of [`Self::warnings`] instead.
     pub fn fit_boxes(&mut self, bodies: &[usize]) -> Vec<Fitted> {
         let mut fitted = Vec::new();
         for geom in bodies.iter().flat_map(|body| self.stand_ins(*body)).collect::<Vec<usize>>() {

@@ -89,7 +89,7 @@ pub const FORMAT: Format = Format {
 /// Makes a clip of a text. `file` is for its name and for messages only.
 ///
 /// # Errors
-/// [`MotionError::Parse`] with the line for a text that is not as the module describes, and for steps that overlap;
+/// [`MotionError::Parse`] with the line for a text that is not as the module describes, and for steps that overlap.
 /// [`MotionError::Unfit`] with the time for a foot that a leg cannot reach.
 pub fn parse(bytes: &[u8], file: &Path) -> Result<SourceClip, MotionError> {
     let content = formats::decode(bytes, file)?;

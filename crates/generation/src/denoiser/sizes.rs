@@ -23,7 +23,7 @@ pub struct DenoiserSizes {
     pub motion: usize,
     /// Prompts.
     pub text: TextInput,
-    /// Whether the diffusion step's token also says how many tokens the motion has. Positions count from the start, so
+    /// True if the diffusion step's token also says how many tokens the motion has. Positions count from the start, so
     /// without it a token learns of the end only from the tokens there, which are noise at first.
     #[serde(default)]
     pub duration: bool,

@@ -1,11 +1,11 @@
-//! What is given of a motion before it is made: its beginning, or some of its columns throughout.
+//! Parts of a motion that are given before it is made: its beginning, or some of its columns throughout.
 
 use super::Generator;
 use crate::GenerationError;
 use crate::diffusion::Known;
 use crate::representation::{FeatureMatrix, RepresentationSpec};
 
-/// What is given of a motion before it is made.
+/// Parts of a motion that are given before it is made.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Given {
     /// Its first rows.

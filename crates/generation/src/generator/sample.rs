@@ -20,7 +20,7 @@ const PART: usize = 1;
 /// Shortest motion (s).
 pub(super) const MIN_SECONDS: f64 = 0.5;
 
-/// How motions are sampled.
+/// Settings of sampling.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SampleOptions {
     /// Duration (s); none takes what the sentence's words say ([`Generator::seconds`]).

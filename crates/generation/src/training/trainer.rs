@@ -192,8 +192,8 @@ impl GeneratorTrainer {
         loss
     }
 
-    /// Returns the loss of the averaged weights on motion that is not trained on (training motion where there is none
-    /// other), every motion with its caption, at steps and noise that are always the same.
+    /// Returns the loss of the averaged weights on motion that is not trained on, or on training motion if there is no
+    /// other. Every motion has its caption, at steps and noise that are always the same.
     ///
     /// # Errors
     /// Motion and network do not fit.

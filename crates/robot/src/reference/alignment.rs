@@ -1,7 +1,8 @@
 //! The place of a reference's world in the robot's world.
 //!
-//! A clip may begin anywhere and face any way. When an episode begins (or switches to another clip) the two worlds are laid
-//! over each other, by a turn about the vertical and a shift on the ground; from then on path and heading can be compared.
+//! A clip may begin anywhere and face any way. When an episode begins (or switches to another clip) the two worlds are
+//! laid over each other. A turn about the vertical and a shift on the ground do so; from then on path and heading can
+//! be compared.
 
 use lifelike_character::rotation::{Turn, from_wxyz, heading_angle};
 
@@ -99,7 +100,7 @@ impl Laid {
     }
 }
 
-/// Where a robot is against a frame of a clip that is laid in its world.
+/// Pose of a robot against a frame of a clip that is laid in its world.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Offset {
     /// Place of the frame's root (m, robot's world).

@@ -1,6 +1,6 @@
 //! glTF (binary) of a robot in motion, for Blender, browsers and game engines: a node for each body. It is written only.
 //!
-//! Body frames are the robot's own, z up, below one node that turns them to glTF's y up. What a robot is drawn with comes along:
+//! Body frames are the robot's own, z up, below one node that turns them to glTF's y up. The robot's looks come along:
 //! its meshes, or the shapes that it touches with where a body has none.
 
 mod buffer;
