@@ -1,4 +1,4 @@
-//! What several seeds of one training say together.
+//! Summary of several seeds of one training.
 
 /// Mean and half the range.
 pub fn spread(values: impl Iterator<Item = f64> + Clone) -> (f64, f64) {

@@ -7,21 +7,7 @@ mod programs;
 use programs::{err, root, run};
 use serde_json::Value;
 
-const TINY: &str = r#"
-robot = "lima"
-clips = ["motions/nod.keys.toml"]
-checkpoint_every = 1
-[budget]
-steps = 128
-[network]
-actor = [8]
-critic = [8]
-[ppo]
-environments = 4
-steps = 8
-minibatch = 16
-epochs = 1
-"#;
+const TINY: &str = include_str!("../../crates/lifelike/tests/in_checkout/tiny.toml");
 
 /// A study with stages may be trained variant by variant, on several machines or cores.
 #[test]

@@ -47,7 +47,7 @@ fn cargo(library: Option<&Path>, command: &[&str], arguments: &[String]) -> Resu
     if status.success() { Ok(()) } else { Err(format!("`cargo {said}` failed ({status})")) }
 }
 
-/// Where the system's loader looks for libraries.
+/// Variable that the system's loader finds libraries by.
 const LOADER_PATH: &str = if cfg!(target_os = "macos") { "DYLD_LIBRARY_PATH" } else { "LD_LIBRARY_PATH" };
 
 fn with_first(library: &Path, others: Option<OsString>) -> OsString {

@@ -1,5 +1,4 @@
-//! What is to be done around the build, as `cargo xtask COMMAND`: fetch what is not ours to keep, run the demo, run the
-//! tests.
+//! Tasks around the build, as `cargo xtask COMMAND`: fetch what is not ours to keep, run the demo, run the tests.
 
 use std::process::ExitCode;
 

@@ -8,7 +8,7 @@ use lifelike_fetch::wheel::{Wheel, digest, unpack, verify};
 
 use crate::root;
 
-/// What we know about one platform.
+/// Facts about one platform.
 struct Platform {
     wheel: Wheel,
     /// The library's name in the wheel.
@@ -66,7 +66,7 @@ const fn selection(platform: &'static str) -> [&'static str; 8] {
     ["--platform", platform, "--python-version", "3.11", "--implementation", "cp", "--abi", "cp311"]
 }
 
-/// Where the library lies.
+/// Returns the folder of the library.
 pub fn library_folder() -> PathBuf {
     root().join("third_party/mujoco/lib")
 }

@@ -2,9 +2,13 @@
 
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
+mod sources;
+
 use std::collections::BTreeMap;
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
+
+use sources::rust_files;
 
 /// Floors: a crate may import crates on LOWER floors only.
 const FLOORS: [(&str, u32); 28] = [
@@ -118,26 +122,11 @@ fn crates() -> Vec<(String, PathBuf)> {
     all
 }
 
-fn rust_files(folder: &Path, found: &mut Vec<PathBuf>) {
-    let Ok(entries) = fs::read_dir(folder) else { return };
-    for path in entries.map(|e| e.unwrap().path()) {
-        if path.is_dir() {
-            rust_files(&path, found);
-        } else if path.extension().is_some_and(|e| e == "rs") {
-            found.push(path);
-        }
-    }
-    found.sort();
-}
-
 /// Every file of ours with its path from the root.
 fn sources() -> Vec<(String, String)> {
-    let mut files = Vec::new();
-    rust_files(&root().join("crates"), &mut files);
-    rust_files(&root().join(THESIS), &mut files);
-    rust_files(&root().join("xtask"), &mut files);
-    files
+    ["crates", THESIS, "xtask"]
         .iter()
+        .flat_map(|folder| rust_files(&root().join(folder)))
         .map(|f| (f.strip_prefix(root()).unwrap().to_string_lossy().replace('\\', "/"), fs::read_to_string(f).unwrap()))
         .collect()
 }
@@ -201,9 +190,7 @@ fn every_dependency_is_used() {
             continue;
         }
         let manifest: toml::Table = fs::read_to_string(folder.join("Cargo.toml")).unwrap().parse().unwrap();
-        let mut files = Vec::new();
-        rust_files(&folder, &mut files);
-        let all: Vec<String> = files.iter().map(|f| fs::read_to_string(f).unwrap()).collect();
+        let all: Vec<String> = rust_files(&folder).iter().map(|f| fs::read_to_string(f).unwrap()).collect();
         for table in ["dependencies", "dev-dependencies", "build-dependencies"] {
             let Some(table) = manifest.get(table).and_then(|t| t.as_table()) else { continue };
             for key in table.keys() {

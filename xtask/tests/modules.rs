@@ -5,9 +5,13 @@
 
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
+mod sources;
+
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
+
+use sources::rust_files;
 
 /// Circles that exist, and why each may stay for now. A circle that is gone must leave this list.
 const CIRCLES: [(&str, &[&str], &str); 9] = [
@@ -32,20 +36,6 @@ const CIRCLES: [(&str, &[&str], &str); 9] = [
 
 /// A crate's modules, each with those that it imports.
 type Imports = BTreeMap<String, BTreeSet<String>>;
-
-fn rust_files(folder: &Path) -> Vec<PathBuf> {
-    let mut found = Vec::new();
-    for entry in fs::read_dir(folder).unwrap() {
-        let path = entry.unwrap().path();
-        if path.is_dir() {
-            found.extend(rust_files(&path));
-        } else if path.extension().is_some_and(|extension| extension == "rs") {
-            found.push(path);
-        }
-    }
-    found.sort();
-    found
-}
 
 /// Returns the code of a file: without comments and without its tests.
 fn code(text: &str) -> String {

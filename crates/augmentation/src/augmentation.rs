@@ -39,7 +39,7 @@ pub struct AugmentationHeader {
     pub learned_from: String,
 }
 
-/// What the encoder is told of the errors before (thesis 2.4).
+/// Kind of the errors before that the encoder reads (thesis 2.4).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Feedback {
@@ -48,7 +48,7 @@ pub enum Feedback {
     None,
     /// Its own predictions.
     Predicted,
-    /// What was measured, as of a robot that runs beside its simulation.
+    /// Measured errors, as of a robot that runs beside its simulation.
     Measured,
 }
 
@@ -70,16 +70,6 @@ impl Augmentation {
     /// Returns its description.
     pub fn header(&self) -> &AugmentationHeader {
         &self.header
-    }
-
-    /// Returns the network.
-    pub fn network(&self) -> &Network {
-        &self.network
-    }
-
-    /// Returns the number of parameters.
-    pub fn parameters(&self) -> usize {
-        self.values.len()
     }
 
     /// Returns Δs of all steps of a block in SI units, `[steps, outputs]`.

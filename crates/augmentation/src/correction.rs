@@ -8,7 +8,7 @@ use crate::AugmentationError;
 use crate::augmentation::{Augmentation, Feedback};
 use crate::model::{Field, Stream, drag};
 
-/// What a step of a simulation tells of an actuator.
+/// A step of a simulation as an actuator sees it.
 #[derive(Debug, Clone, Copy)]
 enum Source {
     Position,
@@ -22,7 +22,7 @@ enum Source {
     Change,
     /// 1: the motor is on.
     Enabled,
-    /// How far a slider is behind; its number among the sliders.
+    /// Lag behind a slider; its number among the sliders.
     Play(usize),
 }
 
@@ -33,7 +33,7 @@ struct Slider {
     radius: f32,
 }
 
-/// What a correction writes.
+/// Columns that a correction writes.
 #[derive(Debug, Clone, Copy)]
 enum Output {
     Position,
@@ -57,8 +57,8 @@ impl ActuatorCorrection {
     /// Corrects some of a robot's joints, by name; all of them where none is named.
     ///
     /// # Errors
-    /// [`AugmentationError::Mismatch`] for a joint that there is not, another rate than the robot's, and for an augmentation that
-    /// reads or predicts what a simulation does not tell of an actuator; measurements cannot be fed back.
+    /// [`AugmentationError::Mismatch`] for an unknown joint, for another rate than the robot's, and for columns that a
+    /// simulation does not tell of an actuator. Measurements cannot be fed back.
     pub fn new(
         augmentation: Augmentation,
         robot: &Robot,
@@ -130,7 +130,7 @@ impl ActuatorCorrection {
         [step.simulated.joint_position[joint], step.drive.values()[joint]]
     }
 
-    /// Where a joint's slider is after this step.
+    /// Returns the position of a joint's slider after this step.
     fn slid(&self, step: &CorrectionStep<'_>, slot: usize, number: usize) -> f32 {
         let Slider { of_target, radius } = self.sliders[number];
         let x = self.places(step, slot)[usize::from(of_target)];

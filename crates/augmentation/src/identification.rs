@@ -17,7 +17,7 @@ use rayon::prelude::*;
 
 use crate::logs::bam::{BenchLog, BenchRun, DYNAMIXEL_DUTY_UNITS};
 
-/// How much friction is fitted (Duclusaud et al. 2024).
+/// Extent of the friction that is fitted (Duclusaud et al. 2024).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum FrictionModel {
@@ -50,13 +50,14 @@ impl Parameter {
     }
 }
 
-/// A Dynamixel's duty for an error of one radian and a gain of 1: 4096 steps a turn, gains in 256ths, a duty of 1 in 885ths
-/// (Present PWM against Goal Position of an XL330's logs has this slope to 1%; its manual would give twice as much).
+/// A Dynamixel's duty for an error of one radian and a gain of 1: 4096 steps a turn, gains in 256ths, a duty of 1 in
+/// 885ths. Present PWM against Goal Position of an XL330's logs has this slope to 1%; its manual would give twice as
+/// much.
 pub const DYNAMIXEL_DUTY: f64 = 4096.0 / TAU / (256.0 * DYNAMIXEL_DUTY_UNITS);
 /// A Feetech's: measured on an STS3215 with an oscilloscope by BAM's authors (github.com/Rhoban/bam).
 pub const FEETECH_DUTY: f64 = 0.166;
 
-/// What is fitted, whatever hangs on the servo.
+/// Numbers that are fitted, whatever hangs on the servo.
 #[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize, serde::Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Servo {
@@ -173,8 +174,9 @@ impl FrictionModel {
         }
     }
 
-    /// What is fitted, around a servo: electrical numbers in units of its own, mechanical ones in those that fit an XL330 at 7.4 V, scaled
-    /// to its stall torque and speed at a supply (V). A controller with a limit of speed is one that was not measured: it is fitted too.
+    /// Returns the fitted numbers around a servo: electrical numbers in units of its own. Mechanical ones are in those
+    /// that fit an XL330 at 7.4 V, scaled to its stall torque and speed at a supply (V). A controller with a limit of
+    /// speed is one that was not measured: it is fitted too.
     fn parameters(self, around: &Servo, supply: f64) -> Vec<Parameter> {
         let p = |low: f64, high: f64, start: f64, set: fn(&mut Servo, f64)| Parameter { low, high, start, set };
         let small = Servo::built_in("xl330").unwrap_or_default();
@@ -263,7 +265,8 @@ impl Problem<'_> {
     }
 }
 
-/// What a difference counts: squares of small ones, the size of large ones, since it is the mean absolute error that is compared.
+/// Returns the cost of a difference: squares of small ones, the size of large ones, since it is the mean absolute
+/// error that is compared.
 fn soft(difference: f64) -> f64 {
     const KNEE: f64 = 0.01;
     let ratio = difference / KNEE;
@@ -308,8 +311,8 @@ impl LeastSquaresProblem<f64, Dyn, Dyn> for Problem<'_> {
     }
 }
 
-/// Fits a servo to runs of its logs, from `starts` starts drawn around what is usual for a servo like `around`, a data sheet's say; the
-/// best of them by its mean absolute error on these runs.
+/// Fits a servo to runs of its logs, from `starts` starts drawn around what is usual for a servo like `around`, a data
+/// sheet's say. It returns the best of them by its mean absolute error on these runs.
 pub fn fit(model: FrictionModel, around: &Servo, runs: &[(&BenchLog, &BenchRun)], starts: u64, seed: u64) -> Servo {
     let supply = runs.iter().map(|(log, _)| log.supply).fold(0.0, f64::max);
     let parameters = model.parameters(around, supply);

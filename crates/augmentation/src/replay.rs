@@ -46,7 +46,7 @@ pub fn replayed(
     Ok(out)
 }
 
-/// How a twin is measured.
+/// Settings of measuring a twin.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Measuring {
     /// Key of the markers' noise.
@@ -169,7 +169,7 @@ fn markers(state: &Columns, measuring: &Measuring, key: &str) -> Columns {
     Columns { names: BODY[..9].iter().map(|name| (*name).to_string()).collect(), values }
 }
 
-/// What a run commands of a robot.
+/// Commands of a run to a robot.
 struct Commands {
     /// Its joints among the robot's, in the order of the run's blocks.
     joints: Vec<usize>,

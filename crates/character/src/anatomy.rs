@@ -59,8 +59,9 @@ pub enum Role {
 pub struct Place {
     /// The body.
     pub body: usize,
-    /// The point in its frame (m): the joint centre of a limb segment (hip, knee, ankle, shoulder, elbow), the middle
-    /// of a hand or head, the middle between the hips for the pelvis, between the shoulders for the chest.
+    /// The point in its frame (m): the joint centre of a limb segment (hip, knee, ankle, shoulder, elbow), or the
+    /// middle of a hand or head. For the pelvis it is the middle between the hips, for the chest between the
+    /// shoulders.
     pub point: Vec3,
 }
 
@@ -116,8 +117,8 @@ impl Anatomy {
         None
     }
 
-    /// Guesses from names and geometry at the reference position, then applies the overrides. What it cannot find is
-    /// absent.
+    /// Guesses from names and geometry at the reference position, then applies the overrides. Parts that it cannot
+    /// find are absent.
     ///
     /// # Errors
     /// [`CharacterError::UnknownName`] for an override that names neither a body nor a site.

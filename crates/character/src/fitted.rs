@@ -25,7 +25,7 @@ pub struct Fitted {
     pub size: Vec3,
 }
 
-/// What a mesh is for: those that come first are taken for what touches the ground.
+/// Purpose of a mesh: those that come first are taken for what touches the ground.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Purpose {
     Collides,
@@ -34,14 +34,10 @@ enum Purpose {
     Picture,
 }
 
-fn collides(geom: &Geom) -> bool {
-    geom.contype != 0 || geom.conaffinity != 0
-}
-
 impl Character {
-    /// Gives each of these bodies, with what is fixed to it, boxes for its [`Self::meshes`], unless it has another shape that
-    /// collides. Pictures count only where nothing of the whole character collides. What cannot be read, or is larger than the
-    /// whole character (a scale that is missing), becomes a line of [`Self::warnings`] instead.
+    /// Gives each of these bodies, with what is fixed to it, boxes for its [`Self::meshes`], unless it has another
+    /// shape that collides. Pictures count only where nothing of the whole character collides. A mesh that cannot be
+    /// read, or is larger than the whole character (a missing scale), becomes a line of [`Self::warnings`] instead.
     pub fn fit_boxes(&mut self, bodies: &[usize]) -> Vec<Fitted> {
         let mut fitted = Vec::new();
         for geom in bodies.iter().flat_map(|body| self.stand_ins(*body)).collect::<Vec<usize>>() {
@@ -59,11 +55,11 @@ impl Character {
         let parts = welded(&self.bodies, body);
         let on_it = || (0..self.geoms.len()).filter(|geom| parts[self.geoms[*geom].body]);
         let purpose = |geom: usize| self.purpose(&self.geoms[geom]);
-        if on_it().any(|geom| collides(&self.geoms[geom]) && purpose(geom).is_none()) {
+        if on_it().any(|geom| self.geoms[geom].collides() && purpose(geom).is_none()) {
             return Vec::new();
         }
         let seen_only = |g: &Geom| {
-            g.body == 0 || (!collides(g) && self.purpose(g).is_none_or(|purpose| purpose == Purpose::Picture))
+            g.body == 0 || (!g.collides() && self.purpose(g).is_none_or(|purpose| purpose == Purpose::Picture))
         };
         match on_it().filter_map(purpose).min() {
             Some(Purpose::Picture) if !self.geoms.iter().all(seen_only) => Vec::new(),
@@ -87,7 +83,7 @@ impl Character {
         let shape = &mut self.geoms[geom];
         shape.position += shape.orientation * middle;
         shape.shape = GeomShape::Box(half);
-        if !collides(shape) {
+        if !shape.collides() {
             (shape.contype, shape.conaffinity) = (1, 1);
         }
         Ok(Fitted { geom, mesh, size: half * 2.0 })
@@ -97,7 +93,7 @@ impl Character {
     fn purpose(&self, geom: &Geom) -> Option<Purpose> {
         let GeomShape::Mesh(mesh) = &geom.shape else { return None };
         Some(match self.meshes.get(mesh)? {
-            _ if collides(geom) => Purpose::Collides,
+            _ if geom.collides() => Purpose::Collides,
             file if file.collides => Purpose::Silenced,
             _ => Purpose::Picture,
         })

@@ -15,7 +15,7 @@ pub struct MeshFile {
     pub path: PathBuf,
     /// Factors on its three coordinates.
     pub scale: [f64; 3],
-    /// Whether the text has it collide; else it is a picture.
+    /// True if it collides in the text; else it is a picture.
     pub collides: bool,
 }
 

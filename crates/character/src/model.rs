@@ -14,7 +14,7 @@ use crate::mesh::MeshFile;
 use crate::rotation::{Quat, Vec3};
 
 /// A kinematic tree with masses, shapes and named places. Body 0 is the world.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Character {
     /// The model's name.
     pub name: String,
@@ -36,7 +36,7 @@ pub struct Character {
     pub excludes: Vec<(usize, usize)>,
     /// Names of two geoms that MuJoCo lets touch whatever their masks say (`<contact><pair>`).
     pub pairs: Vec<[String; 2]>,
-    /// What closes kinematic loops (`<equality>`), in document order.
+    /// Constraints that close kinematic loops (`<equality>`), in document order.
     pub equalities: Vec<Equality>,
     /// Joints that follow others (`<equality><joint>`, `<mimic>`), in document order.
     pub couplings: Vec<Coupling>,
@@ -224,6 +224,13 @@ pub struct Geom {
     pub rgba: [f32; 4],
 }
 
+impl Geom {
+    /// Returns whether it can touch anything, by its masks.
+    pub fn collides(&self) -> bool {
+        self.contype != 0 || self.conaffinity != 0
+    }
+}
+
 /// A named place on a body.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Site {
@@ -237,8 +244,8 @@ pub struct Site {
     pub orientation: Quat,
 }
 
-/// An actuator as MuJoCo compiles it. Its force is `gain · control + bias · (1, length, velocity)`, where length and velocity are
-/// the joint's times the gear; the gear times the force acts on the joint.
+/// An actuator as MuJoCo compiles it. Its force is `gain · control + bias · (1, length, velocity)`, where length and
+/// velocity are the joint's times the gear. The gear times the force acts on the joint.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Actuator {
     /// Unique name.
@@ -261,7 +268,7 @@ pub struct Actuator {
     pub damper: f64,
 }
 
-/// What an equality constraint holds together.
+/// Kind of an equality constraint.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum EqualityKind {
     /// The anchors: a ball joint (`<connect>`).
@@ -278,7 +285,7 @@ pub enum EqualityKind {
 pub struct Equality {
     /// Unique name (made up as `equality<index>` where the text gives none).
     pub name: String,
-    /// What is held together.
+    /// Kind of what it holds together.
     pub kind: EqualityKind,
     /// The two bodies; 0 is the world.
     pub bodies: [usize; 2],
@@ -306,6 +313,13 @@ pub(crate) fn welded(bodies: &[Body], to: usize) -> Vec<bool> {
 }
 
 impl Character {
+    /// Returns whether pictures show a geom: visible meshes, and visible shapes unless they collide on a body with meshes.
+    pub fn is_drawn(&self, geom: &Geom) -> bool {
+        let is_picture = |g: &Geom| g.rgba[3] > 0.0 && matches!(g.shape, GeomShape::Mesh(_));
+        let is_covered = || geom.collides() && self.geoms.iter().any(|g| g.body == geom.body && is_picture(g));
+        geom.rgba[3] > 0.0 && (is_picture(geom) || !is_covered())
+    }
+
     /// Returns the index of the body with this name.
     pub fn body(&self, name: &str) -> Result<usize, CharacterError> {
         index_of(&self.name, "body", name, self.bodies.iter().map(|b| b.name.as_str()))

@@ -109,8 +109,8 @@ impl<T: RealField + Copy> Turn<T> {
 }
 
 /// Returns the heading (yaw, rad) of a rotation: the direction in which its forward (x) axis points on the ground.
-/// Looking straight up or down, where x has no ground direction, the z axis (the back of the head, or the face) takes
-/// its place, so the heading stays continuous through a forward roll.
+/// Looking straight up or down, x has no ground direction. The z axis (the back of the head, or the face) takes its
+/// place, so the heading stays continuous through a forward roll.
 #[inline]
 pub fn heading_angle<T: RealField + Copy>(q: &UnitQuaternion<T>) -> T {
     let [x, y] = forward(q);

@@ -30,8 +30,8 @@ pub struct Symmetry {
 
 impl Symmetry {
     /// Returns the pairs bodies by the tree and by where they are, takes the signs from the axes, and checks the
-    /// result: in random poses the centre of mass of each body must be where the mirrored pose puts that of its
-    /// partner, to within [`TOLERANCE`] of the size.
+    /// result: in random poses the centre of mass of each body must be its partner's in the mirrored pose, to within
+    /// [`TOLERANCE`] of the size.
     ///
     /// # Errors
     /// [`CharacterError::Unfit`] that names what is not symmetric.

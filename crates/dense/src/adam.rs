@@ -25,7 +25,7 @@ pub struct AdamStep {
     pub scale: f64,
 }
 
-/// What a step reads and changes, all of one length.
+/// Arrays of a step, all of one length.
 #[derive(Debug)]
 pub struct Slices<'a> {
     /// Parameters.

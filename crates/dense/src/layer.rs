@@ -8,7 +8,7 @@ use crate::panel::{Channel, GROUP, ROWS};
 /// One number of each of the channels of a group: what a packed weight is made of.
 pub(crate) type Group = [f32; GROUP];
 
-/// What follows the product.
+/// Operation after the product.
 #[derive(Clone, Copy)]
 pub(crate) enum Then<'a> {
     /// Nothing.
@@ -32,7 +32,7 @@ pub(crate) struct Layer<'a> {
     pub output: &'a mut [Channel],
     /// Rows that matter; the others may be left as they are.
     pub rows: usize,
-    /// What follows.
+    /// Operation after it.
     pub then: Then<'a>,
 }
 

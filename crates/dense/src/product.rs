@@ -13,8 +13,8 @@ const SHARE: usize = 32;
 
 /// Writes the product of rows and a weight.
 ///
-/// Each number is summed over K from the first to the last with fused multiply-adds, so the result does not depend on
-/// instruction set, number of rows or threads. Without threads nothing is allocated.
+/// Each number is summed over K from the first to the last with fused multiply-adds. The result therefore does not
+/// depend on instruction set, number of rows or threads. Without threads nothing is allocated.
 ///
 /// # Shapes
 /// `rows: [N, K]`, `weight: [K, M]`, `out: [N, M]`; `sizes` is `[N, K, M]`.

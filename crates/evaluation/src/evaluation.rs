@@ -23,7 +23,7 @@ pub struct Evaluation {
     pub groups: Vec<ClipScore>,
     /// All episodes together.
     pub overall: ClipScore,
-    /// How sure means over clips are; `None` for fewer than three.
+    /// Confidence of means over clips; `None` for fewer than three.
     pub intervals: Option<Intervals>,
     /// Every episode.
     pub episodes: Vec<EpisodeScore>,

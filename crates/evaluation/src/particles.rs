@@ -23,7 +23,7 @@ use super::runner::{Runner, Runs};
 use super::setup::EvaluationSetup;
 use super::suite::EvaluationSuite;
 
-/// How a motion is searched for.
+/// Settings of the search for a motion.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct ParticleOptions {
@@ -63,7 +63,7 @@ const SELECTION: f64 = 0.1;
 /// Units of cost: distance of bodies (m), and of joints (rad).
 const BODIES: f64 = 0.05;
 const JOINTS: f64 = 0.1;
-/// What was is forgotten by this share in each window.
+/// The past is forgotten by this share in each window.
 const FORGET: f64 = 0.5;
 /// Noise grows by this factor each time that all fell, and by its root less in each window that somebody stands.
 const LOUDER: f64 = 1.3;
@@ -72,7 +72,7 @@ const LOUDER: f64 = 1.3;
 struct Window {
     poses: Vec<Vec<f32>>,
     parents: Vec<usize>,
-    /// What it takes to begin the window again.
+    /// State from which the window begins again.
     before: Before,
 }
 
@@ -198,7 +198,7 @@ impl Search<'_> {
         Ok(tried)
     }
 
-    /// Where each robot is now.
+    /// Returns the pose of each robot.
     fn poses(&self, n: usize) -> Vec<Vec<f32>> {
         (0..n).map(|i| pose(&self.recorder.done(&self.runner.moment(i))).collect()).collect()
     }
@@ -211,7 +211,7 @@ fn pose(snapshot: &Snapshot) -> impl Iterator<Item = f32> + '_ {
     root.into_iter().chain(snapshot.joints.iter().copied()).map(|x| x as f32)
 }
 
-/// How far a robot is from what it is asked for, in units of cost.
+/// Returns the distance of a robot from its reference, in units of cost.
 fn distance(asked: &Snapshot, done: &Snapshot) -> f64 {
     let bodies = asked.bodies.iter().zip(&done.bodies).skip(1).map(|(a, b)| (a.0 - b.0).norm());
     let joints = asked.joints.iter().zip(&done.joints).map(|(a, b)| (a - b).abs());

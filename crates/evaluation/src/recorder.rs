@@ -93,12 +93,12 @@ impl<'a> Recorder<'a> {
         (self.asked(moment, kinematics), self.done(moment))
     }
 
-    /// What is asked of a robot at a moment.
+    /// Returns the reference of a robot at a moment.
     pub(super) fn asked(&self, moment: &Moment<'_>, kinematics: &mut Kinematics) -> Snapshot {
         self.reference(moment.frame, moment.alignment, moment.ground, kinematics)
     }
 
-    /// What a robot does at a moment.
+    /// Returns the state of a robot at a moment.
     pub(super) fn done(&self, moment: &Moment<'_>) -> Snapshot {
         self.simulated(moment.state, moment.i, moment.ground)
     }

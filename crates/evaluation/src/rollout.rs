@@ -82,10 +82,9 @@ pub enum Outcome {
 /// One episode.
 ///
 /// # Shapes
-/// `reference` and `simulated` have one snapshot per frame at the policy's rate; frame 0 is the start, which is exact by
-/// construction and counts in no error. `torque_share` and `heat` are `[frame, joint]`, `foot_force`,
-/// `sole_speed` and `planned_contact` are `[frame, foot]`. Frames after a
-/// fall are recorded for the eye only.
+/// `reference` and `simulated` have one snapshot per frame at the policy's rate. Frame 0 is the start, which is exact
+/// by construction and counts in no error. `torque_share` and `heat` are `[frame, joint]`, `foot_force`, `sole_speed`
+/// and `planned_contact` are `[frame, foot]`. Frames after a fall are recorded for the eye only.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Rollout {
     /// The clip.

@@ -4,8 +4,8 @@ use lifelike_character::rotation::heading;
 use lifelike_character::{Quat, Vec3};
 use lifelike_motion::MotionClip;
 
-/// Frames in which the episodes of a clip start: `starts` of them evenly from the first frame to the last that leaves a
-/// whole episode, or half the clip where it is shorter than an episode and a half. Fewer where frames coincide.
+/// Frames in which the episodes of a clip start: `starts` of them, evenly from the first frame to the last that leaves
+/// a whole episode. A clip shorter than an episode and a half leaves half of itself. Fewer where frames coincide.
 ///
 /// A clip of `frames` frames that may repeat (`cyclic`) is started anywhere in its cycle.
 pub fn start_frames(frames: usize, episode: usize, starts: usize, cyclic: bool) -> Vec<usize> {

@@ -3,8 +3,8 @@
 use super::accuracy::{CONTACT_SHARE, mean};
 use super::rollout::Rollout;
 
-/// Mean speed over the ground (m/s) of the lowest corner of each sole, over the frames in which it carries weight and did so in the
-/// frame before. NaN where no foot stands.
+/// Mean speed over the ground (m/s) of the lowest corner of each sole. Frames count in which it carries weight and did
+/// so in the frame before. NaN where no foot stands.
 pub fn sole_slip(rollout: &Rollout) -> f64 {
     let feet = rollout.names.feet.len();
     let stands = |frame: usize, foot: usize| rollout.foot_force[frame * feet + foot] > CONTACT_SHARE;

@@ -40,8 +40,9 @@ const GAIN: f64 = 0.01;
 
 /// Makes a controller for a robot of another stack's policy. `path` is for messages and names.
 ///
-/// Scales and default pose of the policy are taken into its first and last layer, so that the controller's outputs are offsets
-/// from the robot's own default pose in rad. `terms` takes the place of the order that the file's metadata say.
+/// Scales and default pose of the policy are taken into its first and last layer. The controller's outputs are
+/// therefore offsets from the robot's own default pose in rad. `terms` takes the place of the order that the file's
+/// metadata say.
 ///
 /// # Errors
 /// It is no policy of a known stack; its joints, gains or sizes are not the robot's.

@@ -126,7 +126,8 @@ impl GlobalOptions {
         tracing_subscriber::registry().with(lines.with_filter(self.logs())).init();
     }
 
-    /// What is said, of whom. Libraries say what they do only to whoever asks twice: what a card's compiler says would fill a disk.
+    /// Returns the level of messages of each crate. Libraries say what they do only to whoever asks twice: what a
+    /// card's compiler says would fill a disk.
     fn logs(&self) -> Targets {
         let (own, libraries) = match (self.quiet, self.verbose) {
             (true, _) => (LevelFilter::ERROR, LevelFilter::ERROR),

@@ -198,7 +198,7 @@ fn fitting_controller(robot: &Robot) -> Result<&'static Shipped, String> {
 ///
 /// # Errors
 /// [`CliError::Input`] where there is none for the robot's joints, gains and limits, with the commands that make one
-/// and use it; `again` is the beginning of the second.
+/// and use it. `again` is the beginning of the second.
 pub fn controller(
     given: Option<&Path>,
     robot: &Robot,

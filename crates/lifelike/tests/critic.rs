@@ -2,28 +2,12 @@
 
 #![allow(clippy::unwrap_used)]
 
+mod in_checkout;
+
 use std::path::Path;
-use std::process::{Command, Output};
 
+use in_checkout::{json, refused};
 use serde_json::Value;
-
-fn lifelike(arguments: &[&str]) -> Output {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
-    Command::new(env!("CARGO_BIN_EXE_lifelike")).args(arguments).current_dir(root).output().unwrap()
-}
-
-/// As JSON; it must have worked.
-fn json(arguments: &[&str]) -> Value {
-    let output = lifelike(&[&["--json"], arguments].concat());
-    assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
-    serde_json::from_slice(&output.stdout).unwrap()
-}
-
-/// Its exit code and what it says.
-fn refused(arguments: &[&str]) -> (i32, String) {
-    let output = lifelike(arguments);
-    (output.status.code().unwrap(), String::from_utf8(output.stderr).unwrap())
-}
 
 const CRITIC: &str = "robot = 'lima'\ncontroller = 'lima'\nenvironment = 'track-long'\n\
     clips = ['motions/wa[lv][ke].keys.toml', 'motions/weight_shift.keys.toml', 'motions/march.keys.toml']\n\

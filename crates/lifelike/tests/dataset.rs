@@ -1,25 +1,12 @@
 //! `lifelike dataset ...` as people meet it: captioned sets made, checked, and refused with the reason.
 #![allow(clippy::unwrap_used)]
 
+mod in_checkout;
+
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
 
+use in_checkout::{err, json, lifelike};
 use serde_json::Value;
-
-fn lifelike(arguments: &[&str]) -> Output {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
-    Command::new(env!("CARGO_BIN_EXE_lifelike")).args(arguments).current_dir(root).output().unwrap()
-}
-
-fn err(output: &Output) -> String {
-    String::from_utf8(output.stderr.clone()).unwrap()
-}
-
-fn json(arguments: &[&str]) -> Value {
-    let output = lifelike(&[&["--json"], arguments].concat());
-    assert!(output.status.success(), "{arguments:?}: {}", err(&output));
-    serde_json::from_slice(&output.stdout).unwrap()
-}
 
 /// Message of what must be refused, with its exit code.
 fn refused(arguments: &[&str], code: i32) -> String {

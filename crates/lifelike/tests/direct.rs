@@ -2,27 +2,21 @@
 
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
+mod in_checkout;
+
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
 
+use in_checkout::{json, lifelike};
 use serde_json::Value;
-
-fn lifelike(arguments: &[&str]) -> Output {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
-    Command::new(env!("CARGO_BIN_EXE_lifelike")).args(arguments).current_dir(root).output().unwrap()
-}
 
 /// `lifelike motion ARGUMENTS -o FOLDER`, as JSON.
 fn motion(folder: &Path, arguments: &[&str]) -> Value {
-    let output = lifelike(&[&["--json", "motion"], arguments, &["-o", folder.to_str().unwrap()]].concat());
-    assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
-    serde_json::from_slice(&output.stdout).unwrap()
+    json(&[&["motion"], arguments, &["-o", folder.to_str().unwrap()]].concat())
 }
 
 /// Its exit code and what it says.
 fn refused(folder: &Path, arguments: &[&str]) -> (i32, String) {
-    let output = lifelike(&[&["motion"], arguments, &["-o", folder.to_str().unwrap()]].concat());
-    (output.status.code().unwrap(), String::from_utf8(output.stderr).unwrap())
+    in_checkout::refused(&[&["motion"], arguments, &["-o", folder.to_str().unwrap()]].concat())
 }
 
 fn inspect(file: &Value) -> Value {

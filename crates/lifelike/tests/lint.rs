@@ -2,22 +2,13 @@
 
 #![allow(clippy::unwrap_used)]
 
-use std::path::Path;
-use std::process::{Command, Output};
+mod in_checkout;
 
+use std::path::Path;
+
+use in_checkout::{json, lifelike};
 use lifelike_character::rotation::{from_wxyz, to_wxyz};
 use lifelike_motion::{MotionClip, container};
-use serde_json::Value;
-
-fn lifelike(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_lifelike")).args(arguments).current_dir("../..").output().unwrap()
-}
-
-fn json(arguments: &[&str]) -> Value {
-    let output = lifelike(&[&["--json"], arguments].concat());
-    assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
-    serde_json::from_slice(&output.stdout).unwrap()
-}
 
 fn text(output: &[u8]) -> String {
     String::from_utf8_lossy(output).into_owned()

@@ -2,26 +2,16 @@
 
 #![allow(clippy::unwrap_used)]
 
-use std::process::{Command, Output};
+mod in_checkout;
 
+use in_checkout::{json, lifelike};
 use serde_json::Value;
-
-fn lifelike(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_lifelike")).args(arguments).current_dir("../..").output().unwrap()
-}
-
-/// As JSON; it must have worked.
-fn result(arguments: &[&str]) -> Value {
-    let output = lifelike(&[&["--json"], arguments].concat());
-    assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
-    serde_json::from_slice(&output.stdout).unwrap()
-}
 
 #[test]
 fn motion_comes_back_as_physics_makes_it() {
     let folder = tempfile::tempdir().unwrap();
     let at = |name: &str| folder.path().join(name).to_string_lossy().into_owned();
-    result(&[
+    json(&[
         "motion",
         "retarget",
         "motions/wave.keys.toml",
@@ -31,7 +21,7 @@ fn motion_comes_back_as_physics_makes_it() {
         &at("clips"),
     ]);
     let policy = ["--policy", "assets/lima-path.controller.safetensors", "--particles", "24"];
-    let run = |out: &str| result(&[&["motion", "repair", &at("clips"), "-o", &at(out)], &policy[..]].concat());
+    let run = |out: &str| json(&[&["motion", "repair", &at("clips"), "-o", &at(out)], &policy[..]].concat());
     let made = run("executed");
     assert_eq!(made["written"], 2);
     for clip in made["clips"].as_array().unwrap() {
@@ -43,7 +33,7 @@ fn motion_comes_back_as_physics_makes_it() {
     }
     assert_eq!(run("again")["clips"], made["clips"], "the same seed, the same motion");
     // As it is, without a policy.
-    let kept = result(&["motion", "repair", &at("clips"), "-o", &at("kept")]);
+    let kept = json(&["motion", "repair", &at("clips"), "-o", &at("kept")]);
     let same = |clip: &Value| clip["change"]["root"]["max"] == 0.0;
     assert!(kept["written"] == 2 && kept["clips"].as_array().unwrap().iter().all(same), "{kept}");
     for (option, value) in [("--noise", "nan"), ("--particles", "0"), ("--cutoff", "0")] {

@@ -1,19 +1,13 @@
 //! Robots and folders of clips as newcomers have them: spoilt, doubled, incomplete; and files that are made to do harm.
 #![allow(clippy::unwrap_used)]
 
+mod in_checkout;
+
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
+use in_checkout::{err, lifelike};
 use lifelike_motion::container;
-
-fn lifelike(arguments: &[&str]) -> Output {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
-    Command::new(env!("CARGO_BIN_EXE_lifelike")).args(arguments).current_dir(root).output().unwrap()
-}
-
-fn err(output: &Output) -> String {
-    String::from_utf8(output.stderr.clone()).unwrap()
-}
 
 fn json(output: &Output) -> serde_json::Value {
     assert!(output.status.success(), "{}", err(output));

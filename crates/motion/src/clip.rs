@@ -78,8 +78,8 @@ impl MotionClip {
         self.len().saturating_sub(1) as f64 / self.fps
     }
 
-    /// Checks that the arrays fit together, that there is a frame, that the rate is positive, that no name stands twice
-    /// and that every number is finite.
+    /// Checks that there is a frame, that the rate is positive, that arrays fit together, that names are unique and
+    /// numbers finite.
     ///
     /// # Errors
     /// [`MotionError::Unfit`] with the first thing that is wrong, and the frame where it is.

@@ -72,8 +72,8 @@ pub fn speeds(path: &[Vec3], fps: f64) -> Vec<f64> {
 }
 
 /// Returns the height (m) at which this point rests while it stands: the lower end of the heights it has when it is
-/// slow. Where it never is slow, nearly its lowest height. Only frames that `counts` picks are looked at; `None` when
-/// it picks none.
+/// slow. If it never is slow, that is nearly its lowest height. Only frames that `counts` picks are looked at; `None`
+/// when it picks none.
 pub fn ground_level(path: &[Vec3], fps: f64, slow: f64, counts: impl Fn(usize) -> bool) -> Option<f64> {
     let speed = speeds(path, fps);
     let pick = |slow: f64| -> Vec<f64> {

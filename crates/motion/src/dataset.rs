@@ -1,23 +1,18 @@
-//! Many clips: found by file, folder or pattern, and loaded in an order that does not depend on the file system.
+//! Files of clips, found by file, folder or pattern in an order that does not depend on the file system.
 
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use rayon::prelude::*;
-
-use crate::clip::MotionClip;
-use crate::container;
 use crate::error::MotionError;
 use crate::formats::{self, Format};
 
-/// Finds files by name, folder, glob pattern (`motions/**/*.bvh`) or `@list.txt` (a file with one of those per line;
-/// empty lines and comments after `#` do not count), sorted and without repetition.
+/// Finds files by name, folder, glob pattern (`motions/**/*.bvh`) or `@list.txt`, sorted and without repetition. A
+/// list is a file with one of those per line; empty lines and comments after `#` do not count.
 ///
 /// A file that is named is taken as it is; of folders (searched to the bottom) and patterns only what `accepts` is.
 ///
 /// # Errors
-/// [`MotionError::Io`] for an input that is not there, a folder that cannot be read, a bad pattern, or a folder or
-/// pattern in which nothing is accepted.
+/// [`MotionError::Io`] for a missing input, a folder that cannot be read, a bad pattern, or a folder or pattern in
+/// which nothing is accepted.
 pub fn find_files(inputs: &[PathBuf], accepts: impl Fn(&Path) -> bool) -> Result<Vec<PathBuf>, MotionError> {
     find(inputs, "a file of use", &accepts)
 }
@@ -77,26 +72,6 @@ pub fn with_lists(inputs: &[PathBuf]) -> Result<Vec<PathBuf>, MotionError> {
     Ok(all)
 }
 
-/// Loads `*.motion.safetensors` files, folders of them and glob patterns, sorted by clip name.
-///
-/// # Errors
-/// As [`find_files`] and [`container::read`] (the first in the order of paths), and [`MotionError::Unfit`] naming both
-/// files when two clips have the same name.
-pub fn load_clips(inputs: &[PathBuf]) -> Result<Vec<MotionClip>, MotionError> {
-    let files = find_files(inputs, |path| container::FORMAT.is_named(path))?;
-    let read: Vec<Result<MotionClip, MotionError>> = files.par_iter().map(|file| container::read(file)).collect();
-    let mut clips = BTreeMap::new();
-    for (file, clip) in files.iter().zip(read) {
-        let clip = clip?;
-        let name = clip.name.clone();
-        if let Some((other, _)) = clips.insert(name.clone(), (file, clip)) {
-            let message = format!("two files have a clip of this name: {} and {}", other.display(), file.display());
-            return Err(MotionError::Unfit { clip: name, message });
-        }
-    }
-    Ok(clips.into_values().map(|(_, clip)| clip).collect())
-}
-
 fn walk(folder: &Path, accepts: &impl Fn(&Path) -> bool, found: &mut Vec<PathBuf>) -> Result<(), MotionError> {
     let io = |source| MotionError::Io { path: folder.to_path_buf(), source };
     for entry in std::fs::read_dir(folder).map_err(io)? {
@@ -124,47 +99,22 @@ fn fail(path: &Path, message: String) -> MotionError {
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
-    use crate::clip::Provenance;
-    use lifelike_character::{Quat, Vec3};
-
-    fn clip(name: &str) -> MotionClip {
-        MotionClip {
-            name: name.into(),
-            fps: 50.0,
-            joint_names: vec![],
-            root_position: vec![Vec3::zeros()],
-            root_orientation: vec![Quat::identity()],
-            joints: vec![],
-            contacts: None,
-            cyclic: false,
-            provenance: Provenance::default(),
-        }
-    }
+    use crate::container;
 
     #[test]
-    fn clips_come_sorted_by_name_however_they_are_named() {
+    fn files_come_sorted_by_path_however_they_are_named() {
         let root = tempfile::tempdir().unwrap();
         let at = |file: &str| root.path().join(file);
-        container::write(&at("z/a.motion.safetensors"), &clip("charlie")).unwrap();
-        container::write(&at("b.motion.safetensors"), &clip("bravo")).unwrap();
-        container::write(&at("c.motion.safetensors"), &clip("alpha")).unwrap();
-        std::fs::write(at("readme.txt"), "no motion").unwrap();
-        let names =
-            |inputs: &[PathBuf]| -> Vec<String> { load_clips(inputs).unwrap().into_iter().map(|c| c.name).collect() };
-        assert_eq!(names(&[root.path().into()]), ["alpha", "bravo", "charlie"]);
-        assert_eq!(names(&[at("*")]), ["alpha", "bravo"], "a star stays in its folder, and takes only motion");
-        assert_eq!(names(&[at("**/*.safetensors")]), ["alpha", "bravo", "charlie"]);
-        assert_eq!(names(&[at("b.motion.safetensors"), root.path().into()]).len(), 3, "named twice is loaded once");
-    }
-
-    #[test]
-    fn two_clips_of_one_name_are_refused_with_both_files() {
-        let root = tempfile::tempdir().unwrap();
-        for file in ["a.motion.safetensors", "b.motion.safetensors"] {
-            container::write(&root.path().join(file), &clip("same")).unwrap();
+        std::fs::create_dir(at("z")).unwrap();
+        let [a, b, c] = ["z/a.motion.safetensors", "b.motion.safetensors", "c.motion.safetensors"].map(at);
+        for file in [&a, &b, &c, &at("readme.txt")] {
+            std::fs::write(file, "").unwrap();
         }
-        let message = load_clips(&[root.path().into()]).unwrap_err().to_string();
-        assert!(message.contains("a.motion") && message.contains("b.motion"), "{message}");
+        let found = |inputs: &[PathBuf]| find_files(inputs, |path| container::FORMAT.is_named(path)).unwrap();
+        assert_eq!(found(&[root.path().into()]), [b.clone(), c.clone(), a.clone()]);
+        assert_eq!(found(&[at("*")]), [b.clone(), c.clone()], "a star stays in its folder, and takes only motion");
+        assert_eq!(found(&[at("**/*.safetensors")]), [b.clone(), c, a]);
+        assert_eq!(found(&[b, root.path().into()]).len(), 3, "named twice is found once");
     }
 
     #[test]
@@ -181,7 +131,7 @@ mod tests {
     fn nothing_found_is_an_error_that_names_the_input() {
         let root = tempfile::tempdir().unwrap();
         for bad in [root.path().to_path_buf(), root.path().join("none"), root.path().join("*.bvh"), "a[".into()] {
-            let message = load_clips(std::slice::from_ref(&bad)).unwrap_err().to_string();
+            let message = find_files(std::slice::from_ref(&bad), |_| true).unwrap_err().to_string();
             assert!(message.contains(&*bad.to_string_lossy()), "{message}");
         }
     }

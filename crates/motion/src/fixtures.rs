@@ -1,7 +1,5 @@
 //! A character made by hand, for tests: a floating root with an arm that swings and slides.
 
-use std::collections::BTreeMap;
-
 use lifelike_character::model::{Body, Character, Geom, GeomShape, Inertial, Joint, JointKind};
 use lifelike_character::{Quat, Vec3};
 
@@ -39,8 +37,6 @@ fn joint(name: &str, body: usize, kind: JointKind, axis: Vec3, q_index: usize, v
 pub fn swing() -> Character {
     Character {
         name: "swing".into(),
-        mjcf: None,
-        folder: None,
         bodies: vec![
             body("world", 0, Vec3::zeros(), 0..0),
             body("root", 0, Vec3::z(), 0..1),
@@ -51,21 +47,11 @@ pub fn swing() -> Character {
             joint("hinge", 2, JointKind::Hinge, Vec3::y(), 7, 6),
             joint("slide", 2, JointKind::Slide, Vec3::z(), 8, 7),
         ],
-        geoms: vec![],
-        sites: vec![],
-        actuators: vec![],
-        excludes: vec![],
-        pairs: vec![],
-        equalities: vec![],
-        couplings: vec![],
-        home: None,
-        meshes: BTreeMap::new(),
         nq: 9,
         nv: 8,
         gravity: Vec3::new(0.0, 0.0, -9.81),
         timestep: 0.005,
-        notes: vec![],
-        warnings: vec![],
+        ..Character::default()
     }
 }
 

@@ -86,19 +86,10 @@ pub const FORMAT: Format = Format {
     reader: Reader::Source(|bytes, file, _| parse(bytes, file)),
 };
 
-/// Reads a keyframed clip from a file; its name is the file's without `.keys.toml`.
-///
-/// # Errors
-/// [`MotionError::Io`], or as [`parse`].
-pub fn load(path: &Path) -> Result<SourceClip, MotionError> {
-    let bytes = std::fs::read(path).map_err(|source| MotionError::Io { path: path.to_path_buf(), source })?;
-    parse(&bytes, path)
-}
-
 /// Makes a clip of a text. `file` is for its name and for messages only.
 ///
 /// # Errors
-/// [`MotionError::Parse`] with the line for a text that is not as the module describes, and for steps that overlap;
+/// [`MotionError::Parse`] with the line for a text that is not as the module describes, and for steps that overlap.
 /// [`MotionError::Unfit`] with the time for a foot that a leg cannot reach.
 pub fn parse(bytes: &[u8], file: &Path) -> Result<SourceClip, MotionError> {
     let content = formats::decode(bytes, file)?;

@@ -16,8 +16,8 @@ use crate::retarget::shapes::Shapes;
 
 pub use collisions::{Collision, collisions};
 
-/// A sole that touches and moves faster than this skates (m/s). GMD's 2.5 cm in a twentieth of a second are 0.5 m/s, of
-/// a person with legs of 0.9 m; our robots' legs are half as long.
+/// A sole that touches and moves faster than this skates (m/s). GMD's 2.5 cm in a twentieth of a second are 0.5 m/s,
+/// of a person with legs of 0.9 m. Our robots' legs are half as long.
 pub const SKATING: f64 = 0.25;
 /// Overlap of two parts from which a frame counts as a collision (m): shapes are padded by as much.
 pub const OVERLAP: f64 = 0.005;
@@ -192,8 +192,8 @@ fn corners(anatomy: &Anatomy, pose: &Kinematics) -> Vec<Vec<Vec3>> {
     anatomy.soles.values().map(|sole| sole.corners.iter().map(|c| pose.point(sole.body, c)).collect()).collect()
 }
 
-/// Speeds of soles on the ground, step by step: of each sole the slowest corner that is on the ground before and after,
-/// so that a foot that rolls or turns on a corner does not skate.
+/// Speeds of soles on the ground, step by step: of each sole the slowest corner that is on the ground before and
+/// after. A foot that rolls or turns on a corner therefore does not skate.
 struct SoleSpeeds {
     fps: f64,
     before: Option<Vec<Vec<Vec3>>>,

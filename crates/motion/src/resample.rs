@@ -43,8 +43,8 @@ pub fn locate(index: f64, len: usize) -> (usize, f64) {
     }
 }
 
-/// Returns the clip at another rate: frame `i` of the result is the clip at `i / fps` seconds. What is left after the
-/// last full period (less than `1 / fps`) is dropped.
+/// Returns the clip at another rate: frame `i` of the result is the clip at `i / fps` seconds. The rest after the last
+/// full period (less than `1 / fps`) is dropped.
 ///
 /// # Errors
 /// [`MotionError::Unfit`] for a rate that is not positive and below 10 kHz, or an empty or inconsistent clip.

@@ -14,9 +14,6 @@ pub struct WindowSpec {
 }
 
 impl WindowSpec {
-    /// The thesis' window: W = 30, 61 frames that cover 1 s, whatever the rate of the clips and of the controller.
-    pub const THESIS: Self = Self { half_width: 30, dt: 1.0 / 60.0 };
-
     /// Returns the number of frames, 2W + 1.
     pub fn len(&self) -> usize {
         2 * self.half_width + 1

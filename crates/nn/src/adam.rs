@@ -203,8 +203,8 @@ impl Adam {
     }
 }
 
-/// Returns the rectification term r_t, or `None` while the variance of the adaptive learning rate is intractable (ρ_t ≤ 5, the
-/// bound PyTorch uses; the paper's is 4).
+/// Returns the rectification term r_t, or `None` while the variance of the adaptive learning rate is intractable. That
+/// is ρ_t ≤ 5, the bound PyTorch uses; the paper's is 4.
 fn rectification(beta_2: f64, t: f64) -> Option<f64> {
     let rho_inf = 2.0 / (1.0 - beta_2) - 1.0;
     let power = beta_2.powf(t);

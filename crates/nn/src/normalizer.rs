@@ -30,18 +30,6 @@ impl RunningNormalizer {
         }
     }
 
-    /// Counts at most `cap` past samples, so the statistics keep following a changing distribution.
-    pub fn with_count_cap(mut self, cap: f64) -> Self {
-        self.count_cap = cap.max(1.0);
-        self
-    }
-
-    /// Clips normalized numbers to ±`clip`.
-    pub fn with_clip(mut self, clip: f32) -> Self {
-        self.clip = clip;
-        self
-    }
-
     /// Returns the length of the vectors.
     pub fn size(&self) -> usize {
         self.mean.len()
@@ -143,16 +131,6 @@ impl RunningNormalizer {
             let start = out.len();
             out.extend_from_slice(row);
             normalize_row(&mut out[start..], &mean, &inverse, self.clip);
-        }
-    }
-
-    /// Returns normalized numbers to their units, in place (exact only where nothing was clipped).
-    pub fn denormalize(&self, rows: &mut [f32]) {
-        let (mean, inverse) = self.affine();
-        for row in rows.chunks_exact_mut(self.size().max(1)) {
-            for ((x, m), s) in row.iter_mut().zip(&mean).zip(&inverse) {
-                *x = *x / s + m;
-            }
         }
     }
 
@@ -293,16 +271,8 @@ mod tests {
     }
 
     #[test]
-    fn a_cap_keeps_following() {
-        let mut n = RunningNormalizer::new(1).with_count_cap(100.0);
-        n.update(&vec![0.0; 10_000]);
-        n.update(&vec![1.0; 100]);
-        assert_eq!(n.mean()[0], 0.5);
-    }
-
-    #[test]
     fn saved_and_loaded_is_equal_bit_for_bit() {
-        let mut n = RunningNormalizer::new(3).with_clip(7.0);
+        let mut n = RunningNormalizer::new(3);
         n.update(&rows(17));
         let mut c = Checkpoint::new();
         n.save_into(&mut c, "obs").unwrap();

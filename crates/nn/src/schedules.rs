@@ -2,8 +2,8 @@
 
 use std::f64::consts::PI;
 
-/// Linear annealing in cycles (Fu et al. 2019, thesis Table 4.1: 7 cycles, ratio 0.5): in each of `cycles` equal parts of
-/// `total` iterations the weight rises from 0 to 1 over the first `ratio` of the part and stays at 1. After `total` it
+/// Linear annealing in cycles (Fu et al. 2019, thesis Table 4.1: 7 cycles, ratio 0.5): in each of `cycles` equal parts
+/// of `total` iterations the weight rises from 0 to 1 over the first `ratio`, and then remains 1. After `total` it
 /// stays at 1.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(deny_unknown_fields)]

@@ -16,10 +16,10 @@ use crate::robot::{Robot, RobotLike};
 
 /// A trained controller for one robot. It never changes; `follow` begins a run of it.
 ///
-/// `policy` is the name of a controller that comes with the package (`lima`, `humanoid`, `g1`, `toddlerbot`), a
-/// `*.controller.safetensors` or `*.policy.safetensors` file, or the folder of a training run. Without `robot` it is for
-/// the robot that it was trained for. `prior` is the motion prior of a policy whose file does not contain it.
-/// Raises `Error` where the golden vectors of the file are not reproduced, and for another robot.
+/// `policy` is the name of a controller that comes with the package (`lima`, `humanoid`, `g1`, `toddlerbot`), or a
+/// path. It leads to a `*.controller.safetensors` or `*.policy.safetensors` file, or to the folder of a training run.
+/// Without `robot` it is for the robot that it was trained for. `prior` is the motion prior of a policy whose file
+/// does not contain it. Raises `Error` where the golden vectors of the file are not reproduced, and for another robot.
 #[pyclass(frozen, module = "lifelike")]
 pub struct Controller(pub Arc<Loaded>);
 

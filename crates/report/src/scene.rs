@@ -28,8 +28,7 @@ pub fn character_json(character: &Character) -> Value {
     let pictured = seen.clone();
     for geom in &character.geoms {
         let Some((shape, size)) = shape_of(&geom.shape) else { continue };
-        let collides = geom.contype != 0 || geom.conaffinity != 0;
-        if geom.body == 0 || geom.rgba[3] <= 0.0 || (pictured[geom.body] && collides) {
+        if geom.body == 0 || geom.rgba[3] <= 0.0 || (pictured[geom.body] && geom.collides()) {
             continue;
         }
         seen[geom.body] = true;
@@ -56,7 +55,7 @@ pub fn character_json(character: &Character) -> Value {
 pub(super) fn contacts_json(character: &Character) -> Value {
     let height = height(character);
     let surfaces = surfaces(character, height);
-    let solid = character.geoms.iter().filter(|g| g.body != 0 && (g.contype != 0 || g.conaffinity != 0));
+    let solid = character.geoms.iter().filter(|g| g.body != 0 && g.collides());
     let geoms = solid.filter_map(|geom| {
         let draw =
             |shape, size: &[f64]| shape_json(geom.body, shape, size, &geom.position, &geom.orientation, geom.rgba);

@@ -104,7 +104,7 @@ pub fn load_as(inputs: &[PathBuf], layout: Option<&'static Layout>, robot: &Robo
 /// Loads clips as [`load_as`] does, but sorted by file, and names may repeat.
 ///
 /// # Errors
-/// [`RobotError::Motion`] for an input that is not there or holds no motion; [`RobotError::Clips`] with the reasons
+/// [`RobotError::Motion`] for an input that is not there or holds no motion. [`RobotError::Clips`] with the reasons
 /// when no file is of use, as when a single file was named and is none.
 pub fn load_files(
     inputs: &[PathBuf],
@@ -162,7 +162,7 @@ pub fn load_one_as(input: &Path, layout: Option<&'static Layout>, robot: &Robot)
     })
 }
 
-/// Returns our own basic clips ([`keyframes::BASIC`]) on a robot. What does not suit it is left out.
+/// Returns our own basic clips ([`keyframes::BASIC`]) on a robot. Clips that do not suit it are left out.
 pub fn builtin(robot: &Robot) -> LoadedClips {
     builtin_where(robot, is_basic)
 }

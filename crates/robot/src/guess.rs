@@ -74,9 +74,9 @@ impl<'a> Guesser<'a> {
         rotors
     }
 
-    /// Returns the spring and damper of a motor's joint that are the gains of its drive in truth: Isaac Gym reads a joint's
-    /// `stiffness` and `damping` so, and robots written for it have springs that no motor of theirs could bend through the
-    /// joint's range.
+    /// Returns the spring and damper of a motor's joint that are the gains of its drive in truth: Isaac Gym reads a
+    /// joint's `stiffness` and `damping` so. Robots written for it have springs that no motor of theirs could bend
+    /// through the joint's range.
     pub fn drive_gains(&mut self) -> Vec<Option<Gains>> {
         let gains = |joint: &Joint| {
             let motor = self.drive(joint)?.stiffness == 0.0;

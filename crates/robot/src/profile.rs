@@ -46,8 +46,8 @@ pub struct Profile {
 pub struct ActuatorGroup {
     /// Joint names; `*` stands for anything.
     pub joints: Vec<String>,
-    /// Inertia of the rotors through their gears (kg m²), in place of the model's own armature, which URDF cannot say
-    /// and many a MJCF leaves out.
+    /// Inertia of the rotors through their gears (kg m²), in place of the model's own armature. URDF cannot say it,
+    /// and many a MJCF leaves it out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub armature: Option<f64>,
     /// Torque that the motor holds for any time without overheating (N m); [`CONTINUOUS_SHARE`] of `torque_max` where not said.

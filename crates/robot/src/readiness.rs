@@ -249,8 +249,7 @@ fn touching(character: &Character, shapes: Shapes) -> Vec<bool> {
 fn meets_ground(character: &Character, geom: &Geom) -> bool {
     let excluded = character.excludes.iter().any(|pair| [(0, geom.body), (geom.body, 0)].contains(pair));
     let meets = |contype: u32, conaffinity: u32| geom.contype & conaffinity != 0 || contype & geom.conaffinity != 0;
-    let mut ground =
-        character.geoms.iter().filter(|g| g.body == 0 && (g.contype != 0 || g.conaffinity != 0)).peekable();
+    let mut ground = character.geoms.iter().filter(|g| g.body == 0 && g.collides()).peekable();
     let met = if ground.peek().is_none() { meets(1, 1) } else { ground.any(|g| meets(g.contype, g.conaffinity)) };
     geom.body != 0 && character.is_own(geom.body) && !excluded && met
 }

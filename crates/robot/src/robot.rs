@@ -57,8 +57,8 @@ impl Robot {
     /// Returns a robot from a character and a profile, whose gaps are guessed ([`Self::notes`] says what).
     ///
     /// # Errors
-    /// [`RobotError::Unfit`] for characters with ball joints or a free joint that is not the first, for joints that no actuator group
-    /// names, or two, and for rates that do not divide; [`RobotError::Character`] for names that it does not have.
+    /// [`RobotError::Unfit`] for ball joints, a late free joint, joints that no actuator group names, or two, and for
+    /// rates that do not divide. [`RobotError::Character`] for unknown names.
     pub fn from_character(character: impl Into<Arc<Character>>, profile: Profile) -> Result<Self, RobotError> {
         let mut character: Arc<Character> = character.into();
         controllable(&character)?;

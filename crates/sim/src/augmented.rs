@@ -38,8 +38,8 @@ use history::Histories;
 
 /// A simulation that reports corrected states. Everything else (resets, parameters, pushes, wrenches) is the simulation's.
 ///
-/// An environment has diverged when the simulation says so, and also when its correction is not finite; it then stays at
-/// the last state that was reported, and is not corrected until it is reset.
+/// An environment has diverged when the simulation says so, and also when its correction is not finite. It then stays
+/// at the last state that was reported, and is not corrected until it is reset.
 ///
 /// ```
 /// use std::sync::Arc;

@@ -45,11 +45,11 @@ pub struct BenchCommands<'a> {
     pub step: f64,
     /// Commanded positions (rad).
     pub goal: &'a [f64],
-    /// Whether the motor is on.
+    /// True while the motor is on.
     pub enabled: &'a [bool],
 }
 
-/// What the servo did, a number for each command.
+/// Motion of the servo, a number for each command.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct BenchMotion {
     /// Position (rad).

@@ -38,8 +38,8 @@ impl Ground {
         self.terrain.as_ref().map_or(0.0, |terrain| terrain.highest(x, y, self.reach))
     }
 
-    /// Somewhere in the inner half of the terrain (m), so that an episode does not walk off it; on level ground the origin,
-    /// without drawing a number.
+    /// Somewhere in the inner half of the terrain (m), so that an episode does not walk off it. On level ground the
+    /// origin, without drawing a number.
     pub fn spot(&self, rng: &mut impl Rng) -> [f64; 2] {
         let Some(terrain) = &self.terrain else { return [0.0; 2] };
         let mut along = |cells: usize| 0.25 * (cells - 1) as f64 * terrain.spacing() * rng.random_range(-1.0..=1.0);

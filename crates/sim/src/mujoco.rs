@@ -57,9 +57,9 @@ impl MujocoSimulation {
     /// `environments` copies of a robot, each in its default pose with the root where the model puts it, stepped by
     /// `threads` threads (0: one per processor).
     ///
-    /// MuJoCo gets the character's own text, with a floor added where it has none. Four things are set whatever the text
-    /// says: the time step (the robot's), no actuation (the robot's actuator model drives the joints), no sensors, no
-    /// automatic reset; and Euler instead of Runge-Kutta, which would integrate friction explicitly.
+    /// MuJoCo gets the character's own text, with a floor added where it has none. Four things are set whatever the
+    /// text says: the time step (the robot's), no actuation (the robot's actuator model drives the joints), no
+    /// sensors, no automatic reset. Euler takes the place of Runge-Kutta, which would integrate friction explicitly.
     ///
     /// # Errors
     /// [`SimError::Model`] when the character has no MJCF text, MuJoCo refuses it, or its bodies and joints are not the
@@ -80,11 +80,6 @@ impl MujocoSimulation {
     ) -> Result<Self, SimError> {
         let engine = MujocoEngine::new(terrain, &robot, environments, threads)?;
         Ok(Self::with_engine(robot, environments, engine))
-    }
-
-    /// Returns the number of threads.
-    pub fn threads(&self) -> usize {
-        self.engine.workers.len()
     }
 }
 

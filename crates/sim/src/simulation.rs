@@ -116,9 +116,9 @@ pub trait Simulation: Send {
     /// [`SimError::Length`] for a drive of another size.
     fn step(&mut self, drive: Drive<'_>) -> Result<(), SimError>;
 
-    /// Returns the forces that hold the bodies together in the present state under a drive, as MuJoCo's
-    /// `mj_rnePostConstraint` after `mj_forward` (damping is not yet taken implicitly): what a trace for thesis chapter 2
-    /// records beside [`Self::state`]. Nothing changes.
+    /// Returns the forces that hold the bodies together in the present state under a drive. They are those of MuJoCo's
+    /// `mj_rnePostConstraint` after `mj_forward` (damping is not yet taken implicitly): what a trace for thesis
+    /// chapter 2 records beside [`Self::state`]. Nothing changes.
     ///
     /// # Errors
     /// [`SimError::Length`] for a drive of another size.

@@ -5,7 +5,6 @@
 
 #![allow(clippy::unwrap_used)] // its robot is known to be sound
 
-use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use crate::{
@@ -57,8 +56,6 @@ fn joint(name: &str, body: usize, kind: JointKind, q_index: usize, v_index: usiz
 pub fn robot() -> Arc<Robot> {
     let character = Character {
         name: "post".into(),
-        mjcf: None,
-        folder: None,
         bodies: vec![
             body("world", 0, 0..0, 0.0),
             Body { position: Vec3::new(0.0, 0.0, 0.5), ..body("pelvis", 0, 0..1, 1.0) },
@@ -70,21 +67,11 @@ pub fn robot() -> Arc<Robot> {
             joint("hip", 2, JointKind::Hinge, 7, 6),
             joint("knee", 3, JointKind::Hinge, 8, 7),
         ],
-        geoms: vec![],
-        sites: vec![],
-        actuators: vec![],
-        excludes: vec![],
-        pairs: vec![],
-        equalities: vec![],
-        couplings: vec![],
-        home: None,
-        meshes: BTreeMap::new(),
         nq: 9,
         nv: 8,
         gravity: Vec3::new(0.0, 0.0, -9.81),
         timestep: 0.005,
-        notes: vec![],
-        warnings: vec![],
+        ..Character::default()
     };
     let profile = Profile { end_effectors: vec!["left_shank".into()], ..Profile::default() };
     Arc::new(Robot::from_character(character, profile).unwrap())

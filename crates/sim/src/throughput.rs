@@ -12,7 +12,7 @@ use crate::simulation::{Drive, Simulation};
 pub struct Throughput {
     /// Per second of wall time.
     pub wall: f64,
-    /// Per second of processor time, all threads together: what one core does, however busy the machine is. Where the
+    /// Per second of processor time, all threads together: what one core does, however busy the machine is. If the
     /// system does not tell processor time, wall time times threads is taken for it.
     pub core: f64,
 }

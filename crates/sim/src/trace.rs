@@ -114,7 +114,7 @@ impl BlockTrace {
 pub struct Trace {
     /// Name of the run.
     pub name: String,
-    /// Where it comes from: engine and robot, or the log.
+    /// Origin of the trace: engine and robot, or the log.
     pub source: String,
     /// Rows per second (Hz).
     pub rate: f64,

@@ -31,7 +31,7 @@ use crate::registry::SimulationSpec;
 use crate::simulation::{Drive, Simulation};
 use crate::terrain::Terrain;
 
-/// What a servo tells beside position and velocity.
+/// Measurements of a servo beside position and velocity.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Electric {
     /// Current through the winding, in the servo's steps (A).
@@ -423,7 +423,8 @@ impl Twin {
 mod tests {
     use super::*;
 
-    /// One count of a 12-bit encoder over 16 steps of 4 ms is 0.2289 rpm, and so is one step of the register; over one step it is 16.
+    /// One count of a 12-bit encoder over 16 steps of 4 ms is 0.2289 rpm, and so is one step of the register. Over one
+    /// step it is 16.
     #[test]
     fn velocities_are_differences_over_the_window_in_steps_of_the_register() {
         let (count, step) = (std::f64::consts::TAU / 4096.0, TwinSpec::default().velocity_step);

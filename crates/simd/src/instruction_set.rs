@@ -12,8 +12,8 @@ pub const VARIABLE: &str = "LIFELIKE_SIMD";
 /// Vector instructions that a [`Task`] is compiled for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum InstructionSet {
-    /// What every machine of this architecture has (x86-64: SSE2). Fused multiply-adds are computed in several instructions:
-    /// the same bits, slowly.
+    /// Instructions of every machine of this architecture (x86-64: SSE2). Fused multiply-adds are computed in several
+    /// instructions: the same bits, slowly.
     Portable,
     /// 128 bits, 64-bit ARM.
     Neon,
@@ -28,7 +28,7 @@ pub enum InstructionSet {
 /// `run` and all that it calls in a hot loop must be `#[inline(always)]`, or be another call of [`Simd::vectorize`]: a
 /// function of its own is compiled without the instruction set.
 pub trait Task {
-    /// What comes out.
+    /// Result of the task.
     type Output;
     /// Computes with the instructions that `simd` stands for.
     fn run<S: Simd>(self, simd: S) -> Self::Output;

@@ -45,8 +45,8 @@ impl Access {
 
     /// Returns the permission of a request; none where it is refused.
     ///
-    /// The Host must be this machine's (against names that are bound to it elsewhere), and so must the Origin where the
-    /// browser sends one (against pages of others). `from_page` requires an Origin.
+    /// The Host must be this machine's (against names that are bound to it elsewhere). The same holds for the Origin
+    /// if the browser sends one (against pages of others). `from_page` requires an Origin.
     pub fn of(&self, word: &str, headers: &HeaderMap, from_page: bool) -> Option<Permission> {
         let hosts = [format!("127.0.0.1:{}", self.port), format!("localhost:{}", self.port)];
         let text = |name| headers.get(name).map(|value| value.to_str().unwrap_or("?").to_string());

@@ -284,12 +284,6 @@ impl Scene {
 }
 
 impl Block {
-    /// Returns the words on the block in a timeline.
-    pub fn title(&self) -> &str {
-        let file = |clip: &str| clip.rfind('/').map_or(0, |at| at + 1);
-        self.sentence.as_deref().or(self.clip.as_deref().map(|clip| &clip[file(clip)..])).unwrap_or_default()
-    }
-
     fn check(&self, over: bool) -> Result<(), String> {
         if self.clip.is_some() == self.sentence.is_some() {
             return Err("expected either `clip` or `sentence`, got both or neither".into());

@@ -3,7 +3,7 @@
 //! They are written by hand; tests compare them with finite differences and hand arithmetic. Backward passes through the
 //! networks are `lifelike_dense`'s.
 
-/// What a policy is to maximise over a minibatch, with its gradient.
+/// Objective of a policy over a minibatch, with its gradient.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Objective {
     /// Mean over the minibatch.
@@ -17,8 +17,8 @@ pub struct Objective {
 /// The clipped surrogate objective of Schulman et al. 2017, eq. 7, for a diagonal Gaussian: the mean of
 /// min(r A, clip(r, 1 ± ε) A).
 ///
-/// Where the clipped branch is the smaller one, the ratio has no say: no derivative. The rows may be a part of a minibatch of
-/// `batch`: the results of all parts, added up, are the minibatch's.
+/// If the clipped branch is the smaller one, the ratio has no say: no derivative. The rows may be a part of a
+/// minibatch of `batch`: the results of all parts, added up, are the minibatch's.
 ///
 /// # Shapes
 /// `means`, `actions`: `[B, J]`; `log_std`: `[J]`; `old` (log-probabilities when the actions were drawn), `advantages`:

@@ -113,9 +113,9 @@ impl FixedActor {
     }
 }
 
-/// The value function. Its output counts in units of `1 / (1 − γ)`, what a reward of one per step is worth for ever, so
-/// its targets are near one whatever the discount. It begins near zero: the random values of a fresh network would be
-/// advantages too, and the first iterations would follow them anywhere.
+/// The value function. Its output counts in units of `1 / (1 − γ)`, the worth of a reward of one per step for ever.
+/// Its targets are therefore near one whatever the discount. It begins near zero: the random values of a fresh network
+/// would be advantages too, and the first iterations would follow them anywhere.
 #[derive(Debug, Clone)]
 pub struct Critic {
     value: Sizes,

@@ -5,7 +5,7 @@ use lifelike_checkpoint::Checkpoint;
 use crate::TrainError;
 use crate::gae::{Discounts, advantages};
 
-/// What followed a step.
+/// Consequence of a step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u8)]
 pub enum StepEnd {
@@ -41,7 +41,7 @@ pub struct RewardRecords {
     pub frame: Vec<u32>,
     /// Reward.
     pub reward: Vec<f32>,
-    /// What followed.
+    /// Consequence of each step.
     pub end: Vec<StepEnd>,
 }
 
@@ -65,9 +65,9 @@ impl RewardRecords {
     /// Returns the targets `v̂_t = v_t + Σ (γλ)^(t'−t) δ_t'` of thesis eqs. 5.3 and 5.4, `[T, N]`, given what the
     /// value function says at (sequence, frame).
     ///
-    /// A failed step has no future. A cut one, and an environment's last, is followed by the value of the frame that it
-    /// reached. A jump goes on with the value of the other sequence where `across_jumps`, as in the thesis, whose
-    /// expectation is over future references too; else it is a cut.
+    /// A failed step has no future. A cut one, and an environment's last, is followed by the value of the frame that
+    /// it reached. With `across_jumps` a jump goes on with the value of the other sequence, as in the thesis, whose
+    /// expectation is over future references too. Else it is a cut.
     pub fn targets(&self, discounts: Discounts, across_jumps: bool, value: impl Fn(u32, u32) -> f32) -> Vec<f32> {
         let n = self.environments;
         let values: Vec<f32> = self.sequence.iter().zip(&self.frame).map(|(s, f)| value(*s, *f)).collect();
@@ -85,8 +85,8 @@ impl RewardRecords {
         values.iter().zip(advantages).map(|(v, a)| v + a).collect()
     }
 
-    /// Returns the measured returns `Σ γ^k r_{t+k}` of steps, `[T, N]`, up to a failure or over `horizon` steps; NaN where the
-    /// records end, are cut or jump before.
+    /// Returns the measured returns `Σ γ^k r_{t+k}` of steps, `[T, N]`, up to a failure or over `horizon` steps. NaN
+    /// where the records end, are cut or jump before.
     pub fn returns(&self, gamma: f64, horizon: usize) -> Vec<f32> {
         let n = self.environments;
         let of = |first: usize| {

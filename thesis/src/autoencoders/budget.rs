@@ -8,8 +8,9 @@ use lifelike_representation::spline_transformer::SequencePlan;
 pub enum Budget {
     /// Seconds: tiny networks, 40 iterations. Its errors say nothing about the methods.
     Smoke,
-    /// Seven to fifteen minutes of one core a run: the thesis' networks, but none wider than 64 where that is twice a control point
-    /// (of 128 they take half an hour); 10,000 batches of 32, and Muon, whose rate rises over a warm-up and falls to 0.
+    /// Seven to fifteen minutes of one core a run: the thesis' networks, but none wider than 64 where that is twice a
+    /// control point (of 128 they take half an hour). 10,000 batches of 32, and Muon, whose rate rises over a warm-up
+    /// and falls to 0.
     #[default]
     Cpu,
     /// Thesis Table A.1 with its batches; 50,000 iterations (the thesis does not say how many).

@@ -1,6 +1,7 @@
-//! `lifelike-thesis curves`, `images`, `strands` and `reconstruction`: the Spline-based Transformer and its baselines on four kinds of
-//! sequences (thesis 3.3). One frame for all: an [`Experiment`] (a file each) says what its columns, plans, data and pictures are;
-//! [`driver`] trains, [`results`] measures networks and plain baselines alike, [`tables`] and [`page`] show.
+//! `lifelike-thesis curves`, `images`, `strands` and `reconstruction`: the Spline-based Transformer and its baselines
+//! on four kinds of sequences (thesis 3.3). One frame for all: an [`Experiment`] (a file each) says what its columns,
+//! plans, data and pictures are. [`driver`] trains, [`results`] measures networks and plain baselines alike,
+//! [`tables`] and [`page`] show.
 
 mod args;
 mod budget;

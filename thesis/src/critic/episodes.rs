@@ -1,4 +1,4 @@
-//! What happened: measured returns, and which episodes fell.
+//! Measured episodes: measured returns, and which episodes fell.
 
 use std::collections::BTreeMap;
 use std::ops::Range;

@@ -1,4 +1,4 @@
-//! What promises a return for a motion: the critic, a regression on kinematics, the findings of `motion check`.
+//! Predictors of a motion's return: the critic, a regression on kinematics, the findings of `motion check`.
 
 use std::ops::Range;
 use std::path::Path;
@@ -98,8 +98,8 @@ fn regression(plan: &CriticTrainingPlan, run: &Path, radius: usize, robot: &Robo
     Ok(Ridge::fit(&features, &returns, PENALTY))
 }
 
-/// Returns plain numbers of a window: means of root height (m), its distance from upright (1 − cos), speed on the ground (m/s)
-/// and of turning (rad/s), mean and greatest joint speed (rad/s) and acceleration (rad/s²).
+/// Returns plain numbers of a window: means of root height (m), its distance from upright (1 − cos), and speed on the
+/// ground (m/s) and of turning (rad/s). Then come mean and greatest joint speed (rad/s) and acceleration (rad/s²).
 fn kinematics(motion: &FeatureMatrix, spec: &RepresentationSpec, centre: usize, radius: usize) -> Vec<f64> {
     let rows = centre.saturating_sub(radius)..(centre + radius + 1).min(motion.n);
     let mut sums = [0.0_f64; 8];

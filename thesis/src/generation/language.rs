@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use lifelike_language::checks::{Fact, Finding};
 use serde::Serialize;
 
-/// How often something was asked for, and how often it was there.
+/// Counts of requests and of fulfilled ones.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
 pub struct Kept {
     /// Motions of which it was asked.

@@ -23,7 +23,7 @@ use lifelike::progress::Progress;
 /// Motions between two signs of progress.
 const CHUNK: usize = 16;
 
-/// What all methods have in common.
+/// Parts that all methods have in common.
 pub struct Making<'a> {
     /// Measures each motion as it is made.
     pub ruler: &'a Ruler<'a>,

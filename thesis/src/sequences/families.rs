@@ -21,9 +21,9 @@ use lifelike_train::limits::wrong;
 pub enum Family {
     /// x = sin(a t + δ), y = sin(b t) for t from 0 to 2π. Frequencies need not be whole, so most curves are open.
     Lissajous,
-    /// A point at distance p of the centre of a circle of radius r that rolls inside of one of radius R, from the rolling
-    /// circle's place at angle φ once around: x = (R − r) cos θ + p cos α, y = (R − r) sin θ − p sin α with
-    /// α = (R − r)/r (θ − φ) − φ for θ from φ to φ + 2π: the curve of φ = 0, turned by φ.
+    /// A point at distance p of the centre of a circle of radius r that rolls inside of one of radius R. It begins at
+    /// the rolling circle's angle φ, once around: x = (R − r) cos θ + p cos α, y = (R − r) sin θ − p sin α with α = (R
+    /// − r)/r (θ − φ) − φ for θ from φ to φ + 2π: the curve of φ = 0, turned by φ.
     Hypotrochoids,
     /// A quadratic Bézier curve from (−1, 0) to (1, 0): its middle control point is free.
     #[serde(rename = "bezier-2")]

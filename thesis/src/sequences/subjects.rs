@@ -127,11 +127,6 @@ pub struct PeopleWindows {
 }
 
 impl PeopleWindows {
-    /// Returns the number of training windows, overlapping.
-    pub fn training_len(&self) -> usize {
-        self.windows.training_len()
-    }
-
     /// Returns rows of sequences in the 6D numbers that [`super::humans`] has.
     ///
     /// # Shapes
@@ -233,7 +228,7 @@ mod tests {
         let groups = |set: &[Recording]| set.iter().map(|r| group_of(&r.name).to_owned()).collect::<BTreeSet<_>>();
         assert!(groups(&split.test).is_disjoint(&groups(&split.training)));
         let windows = plan.windows(names.map(|name| recording(name, 70)).to_vec()).unwrap();
-        assert_eq!((windows.training_len(), windows.held_out_len(HeldOut::Test)), (14, 4));
+        assert_eq!(windows.held_out_len(HeldOut::Test), 4);
     }
 
     #[test]

@@ -85,7 +85,7 @@ struct Run {
     /// End-effector deviation at which the thesis' protocol terminates (m).
     #[serde(skip_serializing_if = "Option::is_none")]
     deviation: Option<f64>,
-    /// Where the study has it.
+    /// Path of the study's file.
     #[serde(skip)]
     place: usize,
 }

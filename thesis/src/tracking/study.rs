@@ -1,4 +1,4 @@
-//! What a study compares: its file, and the trainings that it asks for.
+//! Contents of a study: its file, and the trainings that it asks for.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};

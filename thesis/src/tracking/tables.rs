@@ -77,7 +77,8 @@ fn root_table(study: &Study, runs: &[Run]) -> Table {
 
 const SEEDS: &str = " With several seeds: mean ± half the range, each seed below.";
 
-/// A row for each variant that has runs, stage after stage, and one for each of its seeds where there are several; a column for each class.
+/// A row for each variant that has runs, stage after stage, and one for each of its seeds where there are several. A
+/// column for each class.
 fn by_class(title: &str, unit: &str, study: &Study, runs: &[Run], cell: impl Fn(&[&Run], usize) -> String) -> Table {
     let mut columns = vec![Column::text("input"), Column::number("runs", "")];
     columns.extend(study.class.iter().map(|class| Column::number(&class.name, unit)));

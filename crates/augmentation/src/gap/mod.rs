@@ -42,7 +42,7 @@ pub struct Gap {
 /// Mean absolute error where something holds.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Place {
-    /// What holds.
+    /// Name of the part that holds.
     pub place: &'static str,
     /// Share of the time.
     pub share: f64,

@@ -2,9 +2,9 @@
 
 use lifelike_character::rotation::from_6d;
 
-/// What a body's place is called, all three coordinates together.
+/// Name of a body's position, all three coordinates together.
 pub const PLACE: &str = "position_xyz";
-/// What a body's orientation is called.
+/// Name of a body's orientation.
 pub const ORIENTATION: &str = "orientation";
 
 /// Returns distances between simulated and measured places (m), and angles between orientations (rad; thesis eq. 2.4), row by row,

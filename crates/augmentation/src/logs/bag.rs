@@ -1,8 +1,9 @@
 //! ROS 2 bags (MCAP) of `sensor_msgs/msg/JointState` as tables.
 //!
-//! A column is `JOINT.position` (rad or m), `JOINT.velocity` or `JOINT.effort`. Where several topics have it, the topic stands
-//! before it: `/joint_states/JOINT.position`. The rows are the messages with the first column that is asked for; in every other
-//! column a row has the last value before it or at its time. The time is that of the message's header.
+//! A column is `JOINT.position` (rad or m), `JOINT.velocity` or `JOINT.effort`. If several topics have it, the topic
+//! stands before it: `/joint_states/JOINT.position`. The rows are the messages with the first column that is asked
+//! for. In every other column a row has the last value before it or at its time. The time is that of the message's
+//! header.
 
 use std::collections::BTreeMap;
 use std::path::Path;

@@ -1,10 +1,10 @@
 //! Logs of test benches: a servo that turns a weight on an arm.
 //!
-//! BAM's (github.com/Rhoban/bam) are JSON: an object with `mass` (kg), `arm_mass` (kg, 0 where not said), `length` (m), `kp` (the
-//! servo's own unit), `vin` (V), `motor`, `trajectory`, and `entries`: `timestamp` (s), `goal_position` and `position` (rad), `speed`
-//! (rad/s), `load` (the duty in 885ths, negative numbers perhaps as unsigned 16 bits, or the duty itself where no number exceeds 1; 0
-//! throughout where a servo does not tell it), `input_volts` (V), `torque_enable`. Those of other servos are tables
-//! ([`super::bench_table`]).
+//! BAM's (github.com/Rhoban/bam) are JSON: an object with `mass` (kg), `arm_mass` (kg, 0 where not said), `length`
+//! (m), `kp` (the servo's own unit), `vin` (V), `motor`, `trajectory`, and `entries`: `timestamp` (s), `goal_position`
+//! and `position` (rad), `speed` (rad/s), `load`, `input_volts` (V), `torque_enable`. The load is the duty in 885ths,
+//! or the duty itself if no number exceeds 1; negative numbers may be unsigned 16 bits. It is 0 throughout for a servo
+//! that does not tell it. Those of other servos are tables ([`super::bench_table`]).
 
 use std::path::Path;
 
@@ -18,14 +18,14 @@ use crate::AugmentationError;
 /// Units of a Dynamixel's duty of 1.
 pub(crate) const DYNAMIXEL_DUTY_UNITS: f64 = 885.0;
 
-/// What a bench's log says, at the times it was written.
-#[derive(Debug, Clone, PartialEq)]
+/// Log of a bench, at the times it was written.
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct BenchLog {
     /// Name of the file.
     pub name: String,
     /// The servo.
     pub motor: String,
-    /// What it was asked to do.
+    /// Name of the commanded trajectory.
     pub trajectory: String,
     /// Weight (kg).
     pub mass: f64,
@@ -45,31 +45,13 @@ pub struct BenchLog {
     pub position: Vec<f64>,
     /// Measured velocities (rad/s).
     pub velocity: Vec<f64>,
-    /// Measured voltages on the winding (V): duty times the supply's. None of a log that was interpolated (`dt`), since that was done
-    /// across the wrap of unsigned numbers, or whose servo did not tell its duty.
+    /// Measured voltages on the winding (V): duty times the supply's. None of a log that was interpolated (`dt`),
+    /// since that was done across the wrap of unsigned numbers. None of a servo that did not tell its duty.
     pub voltage: Option<Vec<f64>>,
-    /// Whether the motor is on.
+    /// True while the motor is on.
     pub enabled: Vec<bool>,
-    /// What the time stamps are like.
+    /// Regularity of the time stamps.
     pub clock: Clock,
-}
-
-/// A log as it stands in its file, in SI units.
-#[derive(Debug, Default)]
-pub(crate) struct RawLog {
-    pub motor: String,
-    pub trajectory: String,
-    pub mass: f64,
-    pub arm_mass: f64,
-    pub arm: f64,
-    pub gain: f64,
-    pub supply: f64,
-    pub time: Vec<f64>,
-    pub goal: Vec<f64>,
-    pub position: Vec<f64>,
-    pub velocity: Vec<f64>,
-    pub voltage: Option<Vec<f64>>,
-    pub enabled: Vec<bool>,
 }
 
 #[derive(serde::Deserialize)]
@@ -99,9 +81,9 @@ struct Entry {
 }
 
 impl File {
-    fn raw(self) -> RawLog {
+    fn log(self) -> BenchLog {
         let column = |of: fn(&Entry) -> f64| self.entries.iter().map(of).collect::<Vec<f64>>();
-        RawLog {
+        BenchLog {
             mass: self.mass,
             arm_mass: self.arm_mass,
             arm: self.length,
@@ -115,6 +97,7 @@ impl File {
             enabled: self.entries.iter().map(|entry| entry.torque_enable).collect(),
             motor: self.motor,
             trajectory: self.trajectory,
+            ..BenchLog::default()
         }
     }
 
@@ -136,41 +119,26 @@ impl BenchLog {
     /// are not finite, times that do not rise, gaps, and numbers of another unit or sign.
     pub fn read(path: &Path) -> Result<Self, AugmentationError> {
         let text = std::fs::read_to_string(path).map_err(AugmentationError::io(path))?;
-        let raw = if path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("csv")) {
+        let mut log = if path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("csv")) {
             bench_table::read(&text, path)?
         } else {
             let file: File = serde_json::from_str(&text).map_err(|error| {
                 let place = format!("line {}, column {}", error.line(), error.column());
                 AugmentationError::log(path, place, "a log of a BAM bench", error)
             })?;
-            file.raw()
+            file.log()
         };
         let fail = |(place, expected, got): bench_checks::Fault| AugmentationError::log(path, place, expected, got);
-        bench_checks::numbers(&raw).map_err(fail)?;
-        let clock = Clock::of(&raw.time)
+        bench_checks::numbers(&log).map_err(fail)?;
+        log.clock = Clock::of(&log.time)
             .map_err(|(i, expected, got)| fail((format!("entry {i}, timestamp"), expected, got)))?;
-        bench_checks::units(&raw, &clock).map_err(fail)?;
-        Ok(Self {
-            name: path.file_stem().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default(),
-            trajectory: raw.trajectory,
-            motor: raw.motor,
-            mass: raw.mass,
-            arm_mass: raw.arm_mass,
-            arm: raw.arm,
-            gain: raw.gain,
-            supply: raw.supply,
-            goal: raw.goal,
-            position: raw.position,
-            velocity: raw.velocity,
-            voltage: raw.voltage,
-            enabled: raw.enabled,
-            time: raw.time,
-            clock,
-        })
+        bench_checks::units(&log).map_err(fail)?;
+        log.name = path.file_stem().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+        Ok(log)
     }
 
-    /// Returns the log at equal steps of `1 / rate` seconds from its first time stamp on, numbers between two stamps by a straight
-    /// line; the motor is on where it was at the stamp before.
+    /// Returns the log at equal steps of `1 / rate` seconds from its first time stamp on, numbers between two stamps
+    /// by a straight line. The motor is on where it was at the stamp before.
     pub fn at(&self, rate: f64) -> BenchRun {
         let (first, last) = (self.time[0], self.time[self.time.len() - 1]);
         let rows = ((last - first) * rate).floor() as usize + 1;
@@ -210,7 +178,7 @@ pub struct BenchRun {
     pub velocity: Vec<f64>,
     /// Measured voltages (V).
     pub voltage: Option<Vec<f64>>,
-    /// Whether the motor is on.
+    /// True while the motor is on.
     pub enabled: Vec<bool>,
 }
 

@@ -2,8 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use super::bam::RawLog;
-use super::clock::Clock;
+use super::bam::BenchLog;
 
 /// Place, expected, got.
 pub(super) type Fault = (String, String, String);
@@ -20,7 +19,7 @@ const SAME: f64 = 0.7;
 const OPPOSITE: f64 = -0.5;
 
 /// Checks that numbers are finite and within what a bench can do.
-pub(super) fn numbers(log: &RawLog) -> Result<(), Fault> {
+pub(super) fn numbers(log: &BenchLog) -> Result<(), Fault> {
     let positive =
         [("length", log.arm), ("kp", log.gain), ("vin", log.supply), ("mass + arm_mass", log.mass + log.arm_mass)];
     for (key, value) in positive {
@@ -56,9 +55,9 @@ pub(super) fn numbers(log: &RawLog) -> Result<(), Fault> {
 }
 
 /// Checks that columns agree with each other: times with speeds, speeds with positions, duty and position with the goal.
-pub(super) fn units(log: &RawLog, clock: &Clock) -> Result<(), Fault> {
-    if clock.step > LONGEST_STEP {
-        let got = format!("{} (milliseconds? divide timestamps by 1000)", clock.step);
+pub(super) fn units(log: &BenchLog) -> Result<(), Fault> {
+    if log.clock.step > LONGEST_STEP {
+        let got = format!("{} (milliseconds? divide timestamps by 1000)", log.clock.step);
         return Err(("entry 1, timestamp".into(), format!("seconds, steps of at most {LONGEST_STEP}"), got));
     }
     let rates: Vec<f64> = (1..log.time.len().saturating_sub(1))

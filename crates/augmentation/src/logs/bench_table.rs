@@ -16,7 +16,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use super::bam::RawLog;
+use super::bam::BenchLog;
 use crate::AugmentationError;
 
 /// Columns, and the units of each with their factors to SI.
@@ -34,7 +34,7 @@ const ANGLES: &[(&str, f64)] = &[("rad", 1.0), ("deg", std::f64::consts::PI / 18
 const VOLTS: &[(&str, f64)] = &[("V", 1.0), ("mV", 1e-3)];
 
 /// Reads a table.
-pub(super) fn read(text: &str, path: &Path) -> Result<RawLog, AugmentationError> {
+pub(super) fn read(text: &str, path: &Path) -> Result<BenchLog, AugmentationError> {
     let fail = |place: String, expected: String, got: String| AugmentationError::log(path, place, expected, got);
     let mut said = BTreeMap::new();
     let mut header: Option<Vec<(&str, f64)>> = None;
@@ -82,7 +82,7 @@ pub(super) fn read(text: &str, path: &Path) -> Result<RawLog, AugmentationError>
     let supply = number("vin", None)?;
     let supplies = take("supply").unwrap_or_else(|| vec![supply; time.len()]);
     let duty = take("duty").map(|duty| duty.iter().zip(&supplies).map(|(duty, supply)| duty * supply).collect());
-    Ok(RawLog {
+    Ok(BenchLog {
         motor: said.get("motor").unwrap_or(&"").to_string(),
         trajectory: said.get("trajectory").unwrap_or(&"").to_string(),
         mass: number("mass", None)?,
@@ -96,6 +96,7 @@ pub(super) fn read(text: &str, path: &Path) -> Result<RawLog, AugmentationError>
         time,
         goal,
         position,
+        ..BenchLog::default()
     })
 }
 

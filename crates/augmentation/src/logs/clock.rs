@@ -3,8 +3,8 @@
 /// Steps of time that are far longer than the others are gaps.
 const GAP: f64 = 4.0;
 
-/// What a log's time stamps are like.
-#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+/// Regularity of a log's time stamps.
+#[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize)]
 pub struct Clock {
     /// Median step (s).
     pub step: f64,

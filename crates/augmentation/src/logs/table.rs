@@ -44,7 +44,7 @@ pub struct BlockMap {
     /// Commands by name.
     #[serde(default)]
     pub reference: BTreeMap<String, ColumnMap>,
-    /// What was measured, by name.
+    /// Measured columns, by name.
     #[serde(default)]
     pub measured: BTreeMap<String, ColumnMap>,
 }
@@ -102,7 +102,7 @@ impl Unit {
     }
 }
 
-/// What no joint does, in SI: beyond it the unit is wrong.
+/// Numbers beyond any joint, in SI: beyond it the unit is wrong.
 const LARGEST: [(&str, f64, &str); 4] = [
     ("position", 4.0 * TAU, "rad (degrees, or raw ticks?)"),
     ("velocity", 200.0, "rad/s (degrees or rpm?)"),
@@ -183,8 +183,8 @@ impl Table {
 /// Reads a table: a bag of ROS 2 (`*.mcap`), or comma-separated values.
 ///
 /// # Errors
-/// [`AugmentationError::Io`]; [`AugmentationError::Log`] with the place: a column that is missing, a cell that is no finite
-/// number, a time that does not rise, a gap, a step that is not the rate's, a number that cannot be of its unit.
+/// [`AugmentationError::Io`]; [`AugmentationError::Log`] with the place: a missing column, a cell that is no finite
+/// number, a time that does not rise, a gap, a wrong step, an impossible number of a unit.
 pub fn read(path: &Path, map: &TableMap) -> Result<Trace, AugmentationError> {
     let measured = map.block.values().flat_map(|block| block.measured.values());
     let commands = map.block.values().flat_map(|block| block.reference.values());

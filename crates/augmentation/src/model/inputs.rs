@@ -5,7 +5,7 @@ use lifelike_sim::trace::{BlockTrace, Columns, Selected};
 use super::frame::{Frame, vectors};
 use crate::AugmentationError;
 
-/// Where a number of a row comes from.
+/// Origin of a number of a row.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Field {
@@ -25,8 +25,9 @@ pub enum Field {
     ReferencePlay(String, f32),
 }
 
-/// One step of the play operator (Prandtl and Ishlinskii): a slider that a rod of half the length `radius` drags along. Where it ended
-/// up says from which side, and how far, something came, however long ago; friction and play in a gear remember no less.
+/// One step of the play operator (Prandtl and Ishlinskii): a slider that a rod of half the length `radius` drags
+/// along. Its end tells from which side, and from how far, something came, however long ago; friction and play in a
+/// gear remember no less.
 pub fn drag(slider: f32, x: f32, radius: f32) -> f32 {
     slider.clamp(x - radius, x + radius)
 }
@@ -51,9 +52,9 @@ pub struct Inputs {
     pub class: String,
     /// Rows per second (Hz).
     pub rate: f64,
-    /// What a row consists of.
+    /// Numbers of a row.
     pub fields: Vec<Field>,
-    /// What is measured and predicted, with S.
+    /// Measured and predicted columns, with S.
     pub selection: Vec<Selected>,
     /// Axes of bodies.
     #[serde(default)]
@@ -264,7 +265,7 @@ impl Scales {
     }
 }
 
-/// How far the slider is behind, in radii, at every step; it begins where the column does.
+/// Returns the lag behind the slider, in radii, at every step; it begins with the column.
 fn play(column: &[f32], radius: f32) -> Vec<f32> {
     let mut slider = column.first().copied().unwrap_or(0.0);
     let step = |x: &f32| {

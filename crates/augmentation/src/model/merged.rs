@@ -2,8 +2,8 @@
 
 use lifelike_sim::trace::{BlockTrace, Columns, Selected, Trace};
 
-/// Returns the trace with one block in place of all of a class, `all`, whose columns are named `BLOCK.COLUMN`. What learns from it sees
-/// every block at once, knows each by its place, and serves this robot alone.
+/// Returns the trace with one block in place of all of a class, `all`, whose columns are named `BLOCK.COLUMN`. A
+/// network that learns from it sees every block at once, knows each by its place, and serves this robot alone.
 pub fn merged(trace: &Trace, class: &str) -> Trace {
     let own: Vec<&BlockTrace> = trace.blocks.iter().filter(|block| block.class == class).collect();
     let side_by_side = |part: fn(&BlockTrace) -> &Columns| {

@@ -10,8 +10,8 @@ use super::sizes::{Backbone, SatSizes};
 
 /// The network with its weights packed.
 ///
-/// Where the thesis' encoder reads the last 128 steps anew for every step, this one reads a sequence once: its LSTM remembers from
-/// the sequence's begin, attention looks at the last K steps as there. So a step costs one step.
+/// The thesis' encoder reads the last 128 steps anew for every step; this one reads a sequence once: its LSTM
+/// remembers from the sequence's begin, attention looks at the last K steps as there. So a step costs one step.
 #[derive(Debug, Clone)]
 pub struct Network {
     pub(super) sizes: SatSizes,
@@ -22,7 +22,7 @@ pub struct Network {
     pub(super) output: Linear,
 }
 
-/// What stands before attention.
+/// Layer before attention.
 #[derive(Debug, Clone)]
 pub(super) enum Layers {
     None,
@@ -61,7 +61,7 @@ pub struct NetworkPass {
 #[derive(Debug, Clone)]
 enum LayersPass {
     None,
-    /// What goes into both layers, rows of the encoder then of the decoder.
+    /// Inputs of both layers, rows of the encoder then of the decoder.
     Dense([Vec<f32>; 3]),
     Lstm {
         encoder: LstmPass,
@@ -100,15 +100,11 @@ impl Network {
         }
     }
 
-    /// Returns its sizes.
-    pub fn sizes(&self) -> SatSizes {
-        self.sizes
-    }
-
     /// Returns Δs of all steps.
     ///
-    /// `rows` is what is known at a step, `fed_back` is Δs of the step and how it is known (1: measured, -1: predicted, 0: not at all): only
-    /// later steps see it. Where it was measured the network predicts the change since then, if its sizes say `carry`.
+    /// `rows` is what is known at a step, `fed_back` is Δs of the step and how it is known (1: measured, -1:
+    /// predicted, 0: not at all): only later steps see it. If it was measured, the network predicts the change since
+    /// then, provided its sizes say `carry`.
     ///
     /// # Shapes
     /// `rows: [steps, sequences, inputs]`, `fed_back: [steps, sequences, outputs + 1]` to `[steps, sequences, outputs ·

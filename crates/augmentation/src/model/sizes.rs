@@ -7,7 +7,7 @@ use lifelike_nn::fusion::{
 use lifelike_nn::rows::{Entry, Layout};
 use lifelike_train::limits::{PlanError, range, whole, wrong};
 
-/// What stands between the selection of variables and attention (thesis 2.5.4).
+/// Layer between the selection of variables and attention (thesis 2.5.4).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Backbone {
@@ -38,7 +38,7 @@ pub struct SatSizes {
     pub heads: usize,
     /// K: steps that are looked back on.
     pub history: usize,
-    /// What stands before attention.
+    /// Layer before attention.
     pub backbone: Backbone,
     /// True with attention.
     pub attention: bool,

@@ -9,8 +9,9 @@
 //! joints = { left_knee = 35, neck_yaw = 10 }               # degrees beside the default pose
 //! bodies.trunk = { z = -0.02, yaw = 15 }                   # m and degrees beside the default pose: x, y, z, roll, pitch, yaw
 //! ```
-//! What a pose does not name goes on its way between the poses that do. Between poses runs a quintic curve without overshoot. Bodies
-//! are brought to their places by inverse kinematics; what closes a loop through the ground stays where it is.
+//! A joint that a pose does not name goes on its way between the poses that do. Between poses runs a quintic curve
+//! without overshoot. Bodies are brought to their places by inverse kinematics; what closes a loop through the ground
+//! stays where it is.
 
 use std::collections::BTreeMap;
 use std::path::Path;

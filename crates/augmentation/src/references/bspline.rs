@@ -1,7 +1,8 @@
 //! Uniform B-splines of any order.
 
-/// Returns the weights of the control points `i` to `i + order` at the share `t` (0 to 1) of the piece between them, by the recursion
-/// of Cox and de Boor on equal knots. Order 0 jumps from point to point, 1 is a line between them, 3 the usual cubic.
+/// Returns the weights of the control points `i` to `i + order` at the share `t` (0 to 1) of the piece between them.
+/// They follow from the recursion of Cox and de Boor on equal knots. Order 0 jumps from point to point, 1 is a line
+/// between them, 3 the usual cubic.
 pub fn weights(order: usize, t: f64) -> Vec<f64> {
     let mut weights = vec![1.0];
     for k in 1..=order {

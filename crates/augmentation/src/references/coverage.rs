@@ -1,4 +1,4 @@
-//! What of a joint's range and speed reference motions reach: excitation.
+//! Share of a joint's range and speed that reference motions reach: excitation.
 
 use lifelike_robot::Robot;
 use lifelike_sim::trace::Trace;
@@ -8,7 +8,7 @@ use crate::AugmentationError;
 /// Cells of the plane of position and velocity, in each direction.
 const CELLS: usize = 10;
 
-/// What reference motions ask of one joint.
+/// Demands of reference motions on one joint.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Coverage {
     /// The joint.

@@ -6,7 +6,7 @@ use lifelike_character::rotation::{Quat, Vec3};
 use lifelike_character::{Character, Kinematics};
 use nalgebra::{DMatrix, DVector};
 
-/// What a part of the robot is to do.
+/// Goal of a part of the robot.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Goal {
     /// A point of a body is at a place (m, world).

@@ -10,7 +10,7 @@ use super::inverse::{Goal, Inverse};
 use super::{FIRST, bspline, commands, held};
 use crate::AugmentationError;
 
-/// What random reference motions are drawn from.
+/// Distribution of random reference motions.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RandomSpec {
     /// Key of all randomness.
@@ -33,7 +33,7 @@ impl Default for RandomSpec {
 
 /// Orders of the curves.
 pub const ORDERS: usize = 5;
-/// What effectors leave open goes towards curves of the joints' own, with this weight (m/rad).
+/// Joints that effectors leave free go towards curves of their own, with this weight (m/rad).
 const WISH: f64 = 0.03;
 /// Steps of the inverse kinematics for a row; it begins where the row before ended.
 const STEPS: usize = 4;

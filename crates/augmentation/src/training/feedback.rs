@@ -10,8 +10,9 @@ use crate::model::{ClosedLoop, Network, Sequence, closed_loop};
 impl AugmentationTrainer {
     /// Feedback to the encoder in some stretches, as [`Network::forward`] wants it.
     ///
-    /// In closed-loop stretches the network runs step by step from the stretch's begin and gets its own predictions; no gradient goes
-    /// through these numbers (as in scheduled sampling), while memory and attention carry gradients over the whole stretch.
+    /// In closed-loop stretches the network runs step by step from the stretch's begin and gets its own predictions.
+    /// No gradient goes through these numbers (as in scheduled sampling), while memory and attention carry gradients
+    /// over the whole stretch.
     pub(super) fn fed_back(
         &self,
         network: &Network,

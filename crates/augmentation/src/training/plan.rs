@@ -8,7 +8,7 @@ use crate::augmentation::Feedback;
 use crate::loss::LossKind;
 use crate::model::{Frame, SatSizes};
 
-/// What training tells the encoder of the errors before.
+/// Errors before that training shows to the encoder.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct FeedbackShares {
@@ -70,7 +70,7 @@ pub struct AugmentationPlan {
     pub loss: LossKind,
     /// Weight of the physics-informed term of eq. 2.3.
     pub physics_weight: f64,
-    /// What the encoder is told.
+    /// Errors that the encoder sees.
     pub feedback: FeedbackShares,
     /// Steps of a stretch that is learned from at once.
     pub stretch: usize,

@@ -19,7 +19,7 @@ use crate::model::{Inputs, Network, SatSizes, Scales, Sequence};
 /// Validation sequences that run side by side.
 const SIDE_BY_SIDE: usize = 12;
 
-/// What the encoder is told in a stretch.
+/// Errors that the encoder sees in a stretch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Told {
     Nothing,
@@ -55,8 +55,8 @@ impl AugmentationTrainer {
     /// Returns a fresh network and what it learns from: all blocks of the plan's class, or of the first one's.
     ///
     /// # Errors
-    /// A value of the plan out of its range; [`AugmentationError::Mismatch`] for traces without measured blocks, with other columns
-    /// or another rate, or shorter than a stretch.
+    /// A value of the plan out of its range. [`AugmentationError::Mismatch`] for traces without measured blocks, with
+    /// other columns or another rate, or shorter than a stretch.
     pub fn new(plan: &AugmentationPlan, traces: &[Trace], validation: &[Trace]) -> Result<Self, AugmentationError> {
         plan.check()?;
         let measured = |trace: &'_ Trace| -> Vec<(String, BlockTrace)> {
@@ -215,8 +215,9 @@ impl AugmentationTrainer {
         (loss, sums)
     }
 
-    /// Returns the mean absolute error of each output that is left on the validation traces with the plan's feedback
-    /// ([`FeedbackShares::validated`](super::FeedbackShares::validated)), in units of the errors' scales; none without validation traces. The best weights are remembered.
+    /// Returns the mean absolute error of each output on the validation traces, in units of the errors' scales; none
+    /// without such traces. Feedback is the plan's ([`FeedbackShares::validated`](super::FeedbackShares::validated)).
+    /// The best weights are remembered.
     pub fn validate_once(&mut self) -> Option<Vec<f64>> {
         if self.validation.is_empty() {
             return None;

@@ -7,7 +7,7 @@ use crate::kinematics::Kinematics;
 use crate::model::{Character, Joint, JointKind};
 use crate::rotation::Vec3;
 
-/// An axis is along a limb where the joint above is by this share as far from it as from the anchor along it (16 degrees).
+/// An axis is along a limb if the joint above is this share as far from it as from the anchor along it (16 degrees).
 const TWIST: f64 = 0.3;
 
 /// A limb: three bodies that hang on one another, and where they are joined (m, world, at the reference position).

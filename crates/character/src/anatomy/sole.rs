@@ -12,7 +12,7 @@ pub(crate) fn corners(character: &Character, kinematics: &Kinematics, foot: usiz
     let on_foot = || character.geoms.iter().filter(|g| fixed[g.body]);
     let points =
         |geoms: &mut dyn Iterator<Item = &Geom>| geoms.flat_map(|g| lowest(g, kinematics)).collect::<Vec<Vec3>>();
-    let mut low = points(&mut on_foot().filter(|g| g.contype != 0 || g.conaffinity != 0));
+    let mut low = points(&mut on_foot().filter(|g| g.collides()));
     if low.is_empty() {
         low = points(&mut on_foot());
     }

@@ -278,8 +278,8 @@ fn one(
     })
 }
 
-/// Turns damping ratios of position servos into damping, with the inertia that each joint's actuator feels in the reference
-/// position (kg m²), as MuJoCo's compiler does.
+/// Turns damping ratios of position servos into damping, as MuJoCo's compiler does. It takes the inertia that each
+/// joint's actuator feels in the reference position (kg m²).
 pub(crate) fn resolve_damping(character: &mut Character) {
     let is_ratio = |a: &Actuator| a.bias[2] > 0.0 && a.gain == -a.bias[1];
     if !character.actuators.iter().any(is_ratio) {

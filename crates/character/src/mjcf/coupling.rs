@@ -7,8 +7,8 @@ use crate::mjcf::document::Element;
 use crate::mjcf::equality::{SOLIMP, SOLREF};
 use crate::model::{Actuator, Joint, JointKind};
 
-/// Reads the couplings that are active. A joint without an actuator becomes the follower of its first coupling, unless its leader
-/// follows it; all others are constraints of the physics only, and have a line in `warnings`.
+/// Reads the couplings that are active. A joint without an actuator becomes the follower of its first coupling, unless
+/// its leader follows it. All others are constraints of the physics only, and have a line in `warnings`.
 pub(crate) fn read(
     root: &Element,
     defaults: &Defaults,

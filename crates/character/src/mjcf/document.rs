@@ -207,7 +207,7 @@ impl Builder<'_, '_> {
         Ok(())
     }
 
-    /// Puts the children of the included file's root where the `<include>` stands, as MuJoCo does; remembers a file
+    /// Puts the children of the included file's root where the `<include>` stands, as MuJoCo does. Remembers a file
     /// that is missing and may be no more than looks.
     fn include(
         &mut self,

@@ -1,8 +1,8 @@
 //! The text for engines that compile MJCF themselves: one self-contained document with the same dynamics.
 //!
-//! Included files are in place, pictures (textures, materials, meshes that neither collide nor weigh anything) are left
-//! out, and so are meshes whose files are absent or of a kind that MuJoCo does not read; the files that remain are named by their
-//! full path. So an engine needs no folder and no mesh that does not matter.
+//! Included files are in place. Pictures (textures, materials, meshes that neither collide nor weigh anything) are
+//! left out. So are meshes that are absent or that MuJoCo does not read. The files that remain are named by their full
+//! path. So an engine needs no folder and no mesh that does not matter.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -28,7 +28,7 @@ pub(crate) enum Meshes {
     None,
 }
 
-/// What became of meshes and height fields.
+/// Fate of meshes and height fields.
 #[derive(Debug, Default)]
 pub(crate) struct Outcome {
     /// Those that would collide and that the text does not have.
@@ -109,7 +109,7 @@ type Present = BTreeMap<String, Option<Found>>;
 
 struct Found {
     file: MeshFile,
-    /// Whether its points are used as they stand in the file, but for the scale.
+    /// True if its points are used as in the file, but for the scale.
     as_is: bool,
 }
 

@@ -15,8 +15,8 @@ use crate::rotation::{Quat, Vec3, from_wxyz};
 pub(crate) const SOLREF: [f64; 2] = [0.02, 1.0];
 pub(crate) const SOLIMP: [f64; 5] = [0.9, 0.95, 0.001, 0.5, 2.0];
 
-/// Reads every equality constraint of a character that is complete but for them. What a constraint does not say of its frames
-/// is as in the reference position.
+/// Reads every equality constraint of a character that is complete but for them. Frames that a constraint does not
+/// name are as in the reference position.
 pub(crate) fn read(
     root: &Element,
     defaults: &Defaults,

@@ -93,8 +93,8 @@ pub(crate) fn read(
     Ok(joint)
 }
 
-/// Gives joints the spring and the damping of a time constant (s) and a damping ratio, with the mean inertia that each feels in the
-/// reference position, as MuJoCo's compiler does.
+/// Gives joints the spring and the damping of a time constant (s) and a damping ratio, as MuJoCo's compiler does. It
+/// takes the mean inertia that each feels in the reference position.
 pub(crate) fn resolve_springs(character: &mut Character, given: &[(usize, [f64; 2])]) {
     let inertias = match given {
         [] => return,

@@ -1,7 +1,7 @@
 //! Joints that mimic others (`<mimic>`) as equality constraints: of those that move together one leads.
 //!
-//! Mostly they are fingers of a gripper. Where a gear drives a limb, the joint that mimics carries it, so the one that leads is
-//! not always the one that is mimicked: the leader has the actuator, and motion has a number for it.
+//! Mostly they are fingers of a gripper. A gear that drives a limb is carried by the joint that mimics, so the leader
+//! is not always the mimicked one: the leader has the actuator, and motion has a number for it.
 
 use std::collections::{BTreeMap, BTreeSet};
 

@@ -137,7 +137,7 @@ impl<'a> Translation<'a> {
         links.into_iter().map(|(link, _)| link).collect()
     }
 
-    /// What a joint moves (kg), by what links say; `None` where nothing of it weighs.
+    /// Returns the mass that a joint moves (kg), by the links; `None` if nothing of it weighs.
     fn mass_below(&self, joint: &Element) -> Option<f64> {
         let links = self.from(self.moved(joint)?, &|_| true);
         links.iter().any(|link| weighs(link)).then(|| links.into_iter().map(inertial::mass).sum())

@@ -1,9 +1,10 @@
-//! Where the file of a mesh is: `package://` URIs without the build system that they are of.
+//! Path of a mesh's file: `package://` URIs without the build system that they are of.
 
 use std::path::{Path, PathBuf};
 
-/// Returns the path of a mesh as MJCF names it. A `package://NAME/...` is looked for in the robot's folder and those above it: in
-/// one called NAME, or in a NAME beside the others. What is not found keeps its path without the scheme.
+/// Returns the path of a mesh as MJCF names it. A `package://NAME/...` is looked for in the robot's folder and those
+/// above it: in one called NAME, or in a NAME beside the others. A file that is not found keeps its path without the
+/// scheme.
 pub(super) fn path(uri: &str, folder: Option<&Path>) -> String {
     if let Some(rest) = uri.strip_prefix("package://") {
         let rest = rest.trim_start_matches('/');

@@ -61,7 +61,7 @@ pub struct Explanation {
 }
 
 impl Explanation {
-    /// What is wrong with the clip itself, in words.
+    /// Returns the defects of the clip itself, in words.
     pub fn clip_words(&self) -> String {
         if self.findings.is_empty() {
             let verdict = if self.trackable { "nothing speaks against it" } else { "nothing near the fall" };

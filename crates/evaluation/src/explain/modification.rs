@@ -11,8 +11,8 @@ use lifelike_robot::Robot;
 pub enum ClipModification {
     /// This many times as long.
     Slower(f64),
-    /// Joints deviate from their mean by this share of what they did, and the root goes this share of its way; soles are as
-    /// high as they were.
+    /// Joints deviate from their mean by this share of what they did, and the root goes this share of its way. Soles
+    /// are as high as they were.
     Smaller(f64),
 }
 

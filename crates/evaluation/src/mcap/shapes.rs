@@ -26,11 +26,7 @@ struct Marker {
 
 /// Returns a `visualization_msgs/MarkerArray` of everything that is drawn.
 pub(super) fn markers(character: &Character, prefix: &str, ghost: bool) -> Message {
-    let has_picture = |body: usize| character.geoms.iter().any(|g| g.body == body && is_mesh(g) && g.rgba[3] > 0.0);
-    let drawn = character.geoms.iter().filter(|geom| {
-        let collides = geom.contype != 0 || geom.conaffinity != 0;
-        geom.body != 0 && geom.rgba[3] > 0.0 && (is_mesh(geom) || !(collides && has_picture(geom.body)))
-    });
+    let drawn = character.geoms.iter().filter(|geom| geom.body != 0 && character.is_drawn(geom));
     let all: Vec<(&Geom, Marker)> = drawn.flat_map(|g| of(g, character).into_iter().map(move |m| (g, m))).collect();
     let mut message = Message::new().len(all.len());
     for (id, (geom, marker)) in all.iter().enumerate() {
@@ -46,10 +42,6 @@ pub(super) fn markers(character: &Character, prefix: &str, ghost: bool) -> Messa
         message = message.len(0).text("").text("").put(0_u8);
     }
     message
-}
-
-fn is_mesh(geom: &Geom) -> bool {
-    matches!(geom.shape, GeomShape::Mesh(_))
 }
 
 /// Returns the markers of a geom; none where its mesh cannot be read.

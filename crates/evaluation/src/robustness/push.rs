@@ -13,8 +13,8 @@ const EVERY: f64 = 2.0;
 /// Least and greatest length of a push (s).
 const LASTS: [f64; 2] = [0.1, 0.2];
 
-/// The pushes of an episode: one in every [`EVERY`] seconds, and one in the first half of an episode that is shorter than twice
-/// that, so that none ends before it was pushed; from a random horizontal direction on one of the part's bodies.
+/// The pushes of an episode: one in every [`EVERY`] seconds, from a random horizontal direction on one of the part's
+/// bodies. An episode shorter than twice that has one in its first half, so that none ends before it was pushed.
 /// `force` is in units of the robot's weight; moments, bodies and directions do not depend on it.
 pub(super) fn pushes(robot: &Robot, part: Part, force: f64, episode: &Episode, seed: u64) -> Vec<TimedPush> {
     let bodies = part.bodies(robot);

@@ -42,8 +42,8 @@ pub fn stair_clips(
     Ok(all)
 }
 
-/// Lifts root and feet of a clip by `step` metres at every footfall, smoothly, and returns how high above level ground each
-/// frame then stands (m): the floor that the clip believes in. The whole body rises as one; legs do not bend more than they
+/// Lifts root and feet of a clip smoothly by `step` metres at every footfall, and returns each frame's height above
+/// level ground (m): the floor that the clip believes in. The whole body rises as one; legs do not bend more than they
 /// did.
 ///
 /// # Errors

@@ -6,8 +6,9 @@ use rand::Rng;
 use crate::{Episode, ReferenceSegment};
 use lifelike_robot::ReferenceLibrary;
 
-/// Where an episode of `frames` frames goes on every `every` frames: a random frame of a random clip that then lasts for so
-/// long. Clips too short for that are left out; where all are, the longest is used, and switches come sooner.
+/// Draws the places at which an episode of `frames` frames goes on every `every` frames: a random frame of a random
+/// clip that then lasts for so long. Clips too short for that are left out; where all are, the longest is used, and
+/// switches come sooner.
 pub(super) fn segments(
     library: &ReferenceLibrary,
     episode: &Episode,

@@ -9,7 +9,7 @@ use crate::GenerationError;
 use crate::generator::GeneratorHeader;
 use crate::training::GeneratorPlan;
 
-/// An alignment of a generator (thesis Table 5.1). What the network is comes from the generator.
+/// An alignment of a generator (thesis Table 5.1). The network is the generator's.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct AlignPlan {

@@ -1,4 +1,4 @@
-//! How well predictions rank what was measured.
+//! Rank agreement of predictions with measurements.
 
 use lifelike_checkpoint::rng::stream;
 use rand::Rng;
@@ -46,8 +46,8 @@ pub fn auc(scores: &[f64], positive: &[bool]) -> f64 {
     (sum - positives * (positives + 1.0) / 2.0) / (positives * negatives)
 }
 
-/// Returns the 95% interval of a statistic of samples that come in groups (the episodes of a clip), by drawing groups with
-/// replacement (percentiles of 1000 resamples; those for which the statistic is NaN are left out).
+/// Returns the 95% interval of a statistic of samples that come in groups (the episodes of a clip). It draws groups
+/// with replacement, and takes percentiles of 1000 resamples; those for which the statistic is NaN are left out.
 ///
 /// `statistic` gets the numbers of the samples of a resample.
 pub fn bootstrap(groups: &[usize], seed: u64, statistic: impl Fn(&[usize]) -> f64) -> [f64; 2] {

@@ -36,7 +36,7 @@ impl CriticData {
     /// Checks that records and rows belong together.
     ///
     /// # Errors
-    /// [`GenerationError::Mismatch`] for another number of sequences, for rows of another width, for a frame beyond a
+    /// [`GenerationError::Mismatch`] for another number of sequences, rows of another width, a frame beyond a
     /// sequence's end, a reward that is not finite, or no record.
     pub fn check(&self) -> Result<(), GenerationError> {
         self.representation.check()?;

@@ -151,8 +151,8 @@ impl CriticTrainer {
         samples
     }
 
-    /// Returns how much of the variance of the returns measured on motion held out the least of the members explains, and
-    /// the mean of both; `None` where nothing is held out. The best network of each member is remembered.
+    /// Returns how much of the variance of the returns measured on motion held out the least of the members explains,
+    /// and the mean of both. `None` where nothing is held out. The best network of each member is remembered.
     pub fn validate_once(&mut self) -> Option<[f64; 3]> {
         if self.measured.is_empty() {
             return None;

@@ -6,9 +6,9 @@ use lifelike_nn::rows::{Layout, Linear, add};
 use lifelike_nn::transformer::encoder::{Encoder, EncoderPass};
 
 use super::position;
-use super::sizes::{DenoiserSizes, TextInput};
+use super::sizes::DenoiserSizes;
 use crate::GenerationError;
-use crate::text::{Condition, MAX_TOKENS};
+use crate::text::MAX_TOKENS;
 
 /// One motion to be denoised.
 #[derive(Debug, Clone, Copy)]
@@ -17,8 +17,9 @@ pub struct DenoiserInput<'a> {
     pub motion: &'a [f32],
     /// The diffusion step.
     pub step: usize,
-    /// The prompt; none for the unconditional motion of classifier-free guidance.
-    pub condition: Option<&'a Condition>,
+    /// Ids of the prompt's pieces ([`crate::text::pieces::WordPieces`]); none for the unconditional motion of classifier-free
+    /// guidance.
+    pub condition: Option<&'a [u32]>,
 }
 
 /// A denoiser with its weights packed for passes.
@@ -26,7 +27,6 @@ pub struct DenoiserInput<'a> {
 pub struct Denoiser {
     sizes: DenoiserSizes,
     input: Linear,
-    text: Option<Linear>,
     table: Vec<f32>,
     none: Vec<f32>,
     hidden: Linear,
@@ -40,7 +40,7 @@ pub struct Denoiser {
 #[derive(Debug, Clone)]
 pub struct DenoiserPass {
     motion: Vec<f32>,
-    texts: Vec<Text>,
+    texts: Vec<Vec<usize>>,
     places: Vec<Place>,
     steps: Vec<f32>,
     durations: Vec<f32>,
@@ -62,35 +62,12 @@ impl Place {
     }
 }
 
-/// Source of a motion's text tokens.
-#[derive(Debug, Clone)]
-enum Text {
-    None,
-    Pieces(Vec<usize>),
-    Embedded(Vec<f32>),
-}
-
-impl Text {
-    fn len(&self, width: usize) -> usize {
-        match self {
-            Self::None => 1,
-            Self::Pieces(ids) => ids.len(),
-            Self::Embedded(numbers) => numbers.len() / width.max(1),
-        }
-    }
-}
-
 impl Denoiser {
     /// Packs parameters that stand as `layout` ([`DenoiserSizes::layout`]) says.
     pub fn new(sizes: DenoiserSizes, layout: &Layout, values: &[f32]) -> Self {
         let c = sizes.encoder.width;
-        let text = match sizes.text {
-            TextInput::Embedded(width) => Some(Linear::new("text", [width, c], layout, values)),
-            TextInput::Pieces(_) => None,
-        };
         Self {
             input: Linear::new("input", [sizes.motion, c], layout, values),
-            text,
             table: values[layout.range("text.table")].to_vec(),
             none: values[layout.range("text.none")].to_vec(),
             hidden: Linear::new("step.hidden", [c, c], layout, values),
@@ -105,7 +82,7 @@ impl Denoiser {
     /// Returns the clean motions, one after the other, `[all motion tokens, motion]`.
     ///
     /// # Errors
-    /// [`GenerationError::Mismatch`] for a motion without whole tokens, or a prompt of another form than the network's.
+    /// [`GenerationError::Mismatch`] for a motion without whole tokens, or a prompt of other pieces than the network's.
     pub fn forward(&self, inputs: &[DenoiserInput<'_>]) -> Result<(Vec<f32>, DenoiserPass), GenerationError> {
         let (c, f) = (self.sizes.encoder.width, self.sizes.motion);
         let mut motion = Vec::new();
@@ -121,7 +98,7 @@ impl Denoiser {
             position::add(input.step, step);
             position::add(input.motion.len() / f, duration);
             let text = self.text(input.condition)?;
-            let end = at + text.len(self.text_width());
+            let end = at + text.len().max(1);
             let last = end + 1 + input.motion.len() / f;
             places.push(Place { text: at..end, motion: end + 1..last });
             texts.push(text);
@@ -182,69 +159,33 @@ impl Denoiser {
         self.hidden.learn(&steps, &by_hidden, sums);
         for (place, text) in places.iter().zip(&texts) {
             let gradient = rows(place.text.clone());
-            match text {
-                Text::None => add(&mut sums[layout.range("text.none")], gradient),
-                Text::Pieces(ids) => {
-                    let table = &mut sums[layout.range("text.table")];
-                    for (id, gradient) in ids.iter().zip(gradient.chunks_exact(c)) {
-                        add(&mut table[id * c..][..c], gradient);
-                    }
-                }
-                Text::Embedded(numbers) => {
-                    if let Some(linear) = &self.text {
-                        linear.learn(numbers, gradient, sums);
-                    }
-                }
+            if text.is_empty() {
+                add(&mut sums[layout.range("text.none")], gradient);
+            }
+            let table = &mut sums[layout.range("text.table")];
+            for (id, gradient) in text.iter().zip(gradient.chunks_exact(c)) {
+                add(&mut table[id * c..][..c], gradient);
             }
         }
     }
 
-    fn text_width(&self) -> usize {
-        match self.sizes.text {
-            TextInput::Embedded(width) => width,
-            TextInput::Pieces(_) => 1,
+    /// Returns the ids of a prompt's tokens; none without one.
+    fn text(&self, condition: Option<&[u32]>) -> Result<Vec<usize>, GenerationError> {
+        let count = self.sizes.text.pieces;
+        let ids: Vec<usize> = condition.unwrap_or_default().iter().take(MAX_TOKENS).map(|id| *id as usize).collect();
+        match ids.iter().find(|id| **id >= count) {
+            Some(id) => Err(GenerationError::mismatch("id of a word piece", format!("below {count}"), id)),
+            None => Ok(ids),
         }
     }
 
-    fn text(&self, condition: Option<&Condition>) -> Result<Text, GenerationError> {
-        match (condition, self.sizes.text) {
-            (None, _) => Ok(Text::None),
-            (Some(condition), _) if condition.is_empty() => Ok(Text::None),
-            (Some(Condition::Pieces(ids)), TextInput::Pieces(count)) => {
-                let ids: Vec<usize> = ids.iter().take(MAX_TOKENS).map(|id| *id as usize).collect();
-                match ids.iter().find(|id| **id >= count) {
-                    Some(id) => Err(GenerationError::mismatch("id of a word piece", format!("below {count}"), id)),
-                    None => Ok(Text::Pieces(ids)),
-                }
-            }
-            (Some(Condition::Embedded(tokens)), TextInput::Embedded(width)) if tokens.width == width => {
-                let count = tokens.len().min(MAX_TOKENS) * width;
-                Ok(Text::Embedded(tokens.numbers[..count].to_vec()))
-            }
-            (Some(condition), expected) => {
-                let got = match condition {
-                    Condition::Pieces(_) => "ids of word pieces".to_string(),
-                    Condition::Embedded(tokens) => format!("tokens of {} numbers", tokens.width),
-                };
-                Err(GenerationError::mismatch("form of a prompt", format!("{expected:?}"), got))
-            }
-        }
-    }
-
-    fn embed(&self, text: &Text, out: &mut [f32]) {
+    fn embed(&self, text: &[usize], out: &mut [f32]) {
         let c = self.sizes.encoder.width;
-        match text {
-            Text::None => out.copy_from_slice(&self.none),
-            Text::Pieces(ids) => {
-                for (id, out) in ids.iter().zip(out.chunks_exact_mut(c)) {
-                    out.copy_from_slice(&self.table[id * c..][..c]);
-                }
-            }
-            Text::Embedded(numbers) => {
-                if let Some(linear) = &self.text {
-                    out.copy_from_slice(&linear.forward(numbers));
-                }
-            }
+        if text.is_empty() {
+            out.copy_from_slice(&self.none);
+        }
+        for (id, out) in text.iter().zip(out.chunks_exact_mut(c)) {
+            out.copy_from_slice(&self.table[id * c..][..c]);
         }
     }
 }

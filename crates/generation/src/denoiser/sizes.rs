@@ -7,12 +7,10 @@ use crate::GenerationError;
 
 /// Form of the prompts that a network takes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum TextInput {
-    /// Ids below this number, embedded by a table of the network.
-    Pieces(usize),
-    /// Tokens of this many numbers of a frozen encoder.
-    Embedded(usize),
+#[serde(deny_unknown_fields)]
+pub struct TextInput {
+    /// Ids are below this number, embedded by a table of the network.
+    pub pieces: usize,
 }
 
 /// Sizes of a denoiser.
@@ -25,7 +23,7 @@ pub struct DenoiserSizes {
     pub motion: usize,
     /// Prompts.
     pub text: TextInput,
-    /// Whether the diffusion step's token also says how many tokens the motion has. Positions count from the start, so
+    /// True if the diffusion step's token also says how many tokens the motion has. Positions count from the start, so
     /// without it a token learns of the end only from the tokens there, which are noise at first.
     #[serde(default)]
     pub duration: bool,
@@ -45,10 +43,7 @@ impl DenoiserSizes {
         };
         let mut entries = Vec::new();
         entries.extend(Entry::linear("input", self.motion, c));
-        match self.text {
-            TextInput::Pieces(count) => entries.push(table("text.table", count)),
-            TextInput::Embedded(width) => entries.extend(Entry::linear("text", width, c)),
-        }
+        entries.push(table("text.table", self.text.pieces));
         // Takes the prompt's place where there is none.
         entries.push(table("text.none", 1));
         entries.extend(Entry::linear("step.hidden", c, c));

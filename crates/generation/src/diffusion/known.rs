@@ -1,4 +1,4 @@
-//! Numbers of a motion that are given: its beginning, keyframes, body parts.
+//! Numbers of a motion that are given: its beginning, body parts.
 
 /// Values, and which of them are known.
 #[derive(Debug, Clone, PartialEq)]
@@ -19,17 +19,6 @@ impl Known {
     pub fn prefix(mut self, tokens: usize) -> Self {
         let count = (tokens * self.width).min(self.mask.len());
         self.mask[..count].fill(true);
-        self
-    }
-
-    /// With single tokens known: keyframes.
-    #[must_use]
-    pub fn keyframes(mut self, tokens: &[usize]) -> Self {
-        for &token in tokens {
-            if let Some(row) = self.mask.chunks_exact_mut(self.width.max(1)).nth(token) {
-                row.fill(true);
-            }
-        }
         self
     }
 
@@ -66,7 +55,6 @@ mod tests {
         let nothing = || Known::nothing(vec![1.0, 2.0, 3.0, 4.0, 5.0, 6.0], 2);
         assert_eq!(known(nothing()), [0.0; 6]);
         assert_eq!(known(nothing().prefix(2)), [1.0, 2.0, 3.0, 4.0, 0.0, 0.0]);
-        assert_eq!(known(nothing().keyframes(&[2, 9])), [0.0, 0.0, 0.0, 0.0, 5.0, 6.0]);
         assert_eq!(known(nothing().columns(&[1, 7])), [0.0, 2.0, 0.0, 4.0, 0.0, 6.0]);
         assert_eq!(known(nothing().prefix(100)), [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]);
     }

@@ -12,15 +12,10 @@ pub struct Sampler {
 }
 
 impl Sampler {
-    /// Returns DDPM with all of the schedule's steps.
-    pub fn ddpm(schedule: &Schedule) -> Self {
-        Self { steps: schedule.len(), eta: 1.0 }
-    }
-
     /// Returns motions from noise, which is replaced.
     ///
-    /// `predict` gets all motions after step d and d itself and returns their clean forms; `noise` writes standard
-    /// normal numbers for one motion and one step. What is known of a motion takes its place in every prediction.
+    /// `predict` gets all motions after step d and d itself and returns their clean forms. `noise` writes standard
+    /// normal numbers for one motion and one step. Known numbers of a motion take their place in every prediction.
     ///
     /// # Errors
     /// Whatever `predict` fails with.
@@ -51,7 +46,7 @@ impl Sampler {
     }
 
     /// Takes a motion from step d to `next` (none: clean), given its predicted clean form (Song et al. 2021, eqs. 12
-    /// and 16): √ᾱ' clean + √(1 − ᾱ' − σ²) ε + σ noise, where ε is the noise that the prediction leaves in the motion
+    /// and 16): √ᾱ' clean + √(1 − ᾱ' − σ²) ε + σ noise. Here ε is the noise that the prediction leaves in the motion,
     /// and σ² = η² (1 − ᾱ') / (1 − ᾱ) (1 − ᾱ / ᾱ').
     pub fn step(
         &self,

@@ -1,4 +1,4 @@
-//! How much of the clean motion is left after each diffusion step.
+//! Share of the clean motion that is left after each diffusion step.
 
 use std::f64::consts::FRAC_PI_2;
 

@@ -1,4 +1,4 @@
-//! What an evaluator learns from.
+//! Data of an evaluator.
 
 use std::collections::BTreeMap;
 

@@ -25,16 +25,6 @@ pub struct Evaluator {
 }
 
 impl Evaluator {
-    /// Returns the layout of the rows that it reads.
-    pub fn spec(&self) -> &RepresentationSpec {
-        &self.spec
-    }
-
-    /// Returns the settings that it was trained with.
-    pub fn plan(&self) -> &EvaluatorPlan {
-        &self.plan
-    }
-
     /// Checks that it compares motion of these joints at this rate.
     ///
     /// # Errors

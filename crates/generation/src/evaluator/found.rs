@@ -1,4 +1,4 @@
-//! How well an evaluator tells motions it has not learned from apart: the upper bound of any method's scores.
+//! Ability of an evaluator to tell motions apart that it has not learned from: the upper bound of any method's scores.
 
 use super::data::caption_kinds;
 use super::file::Evaluator;

@@ -1,11 +1,11 @@
-//! What is given of a motion before it is made: its beginning, or some of its columns throughout.
+//! Parts of a motion that are given before it is made: its beginning, or some of its columns throughout.
 
 use super::Generator;
 use crate::GenerationError;
 use crate::diffusion::Known;
 use crate::representation::{FeatureMatrix, RepresentationSpec};
 
-/// What is given of a motion before it is made.
+/// Parts of a motion that are given before it is made.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Given {
     /// Its first rows.
@@ -14,7 +14,7 @@ pub enum Given {
     Columns {
         /// The other motion.
         motion: FeatureMatrix,
-        /// The columns, of [`RepresentationSpec::column_names`].
+        /// The columns: height, velocity, yaw rate and up axis of the root, then joint angles, then their velocities.
         columns: Vec<usize>,
     },
 }

@@ -11,9 +11,9 @@ use crate::GenerationError;
 /// Height by which planting soles may lift the lower one (m); beyond it the motion asked for what legs cannot do.
 const MAX_LIFT: f64 = 0.02;
 
-/// Puts a motion on the ground: the lower sole wherever the body does not fall freely ([`support_shift`]), since nothing
-/// holds up what floats, then every standing sole by the retargeter's own passes ([`settle`]). Where those lift the feet off the ground (soles that turn while they stand),
-/// the motion keeps the soles that the network gave it.
+/// Puts a motion on the ground: first the lower sole wherever the body does not fall freely ([`support_shift`]), since
+/// floating bodies have no support. Then come the standing soles, by the retargeter's own passes ([`settle`]). If
+/// those lift the feet off the ground (soles that turn while they stand), the motion keeps the soles of the network.
 ///
 /// # Errors
 /// A clip of another robot, or a robot without soles.

@@ -12,5 +12,3 @@ pub use sample::{Generated, SampleOptions};
 
 /// Name of the file that a training leaves in its folder.
 pub const FILE: &str = "motion.generator.safetensors";
-/// Ending of such files.
-pub const EXTENSION: &str = ".generator.safetensors";

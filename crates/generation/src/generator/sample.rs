@@ -14,14 +14,13 @@ use crate::denoiser::{Denoiser, DenoiserInput};
 use crate::diffusion::{Sampler, Schedule, guide};
 use crate::representation::FeatureMatrix;
 use crate::space::MotionSpace;
-use crate::text::Condition;
 
 /// Motions that pass through the network at once on one core: a single one is told and free on two.
 const PART: usize = 1;
 /// Shortest motion (s).
 pub(super) const MIN_SECONDS: f64 = 0.5;
 
-/// How motions are sampled.
+/// Settings of sampling.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SampleOptions {
     /// Duration (s); none takes what the sentence's words say ([`Generator::seconds`]).
@@ -95,7 +94,7 @@ impl Generator {
         given: &[Given],
     ) -> Result<Vec<Generated>, GenerationError> {
         let header = self.header();
-        let condition = Condition::Pieces(header.pieces.encode(prompt)?);
+        let condition = header.pieces.encode(prompt)?;
         let seconds = options.seconds.unwrap_or_else(|| self.seconds(prompt));
         let within = |what: &str, value: f64, low: f64, high: f64| {
             if (low..=high).contains(&value) {
@@ -125,7 +124,7 @@ impl Generator {
         let mut motions = vec![vec![0.0; size]; options.candidates];
         motions.iter_mut().enumerate().for_each(|(i, motion)| noise(i, schedule.len(), motion));
         let denoiser = Denoiser::new(header.sizes, &self.layout, &self.values);
-        let told = [Some(&condition), None];
+        let told = [Some(condition.as_slice()), None];
         // A weight of 1 takes the prompt as it is.
         let told = if options.guidance == 1.0 { &told[..1] } else { &told[..] };
         let clean = |motions: &[Vec<f32>], step: usize| -> Result<Vec<Vec<f32>>, GenerationError> {

@@ -25,11 +25,6 @@ impl Interval {
     pub fn contains(&self, value: f64) -> bool {
         (value - self.mean).abs() <= self.half_width
     }
-
-    /// Returns whether two intervals have a number in common.
-    pub fn overlaps(&self, other: &Self) -> bool {
-        (self.mean - other.mean).abs() <= self.half_width + other.half_width
-    }
 }
 
 /// `0.684 ± 0.007`.

@@ -13,8 +13,8 @@ use crate::GenerationError;
 impl FeatureMatrix {
     /// Returns the rows of a clip of any rate, its joints matched BY NAME.
     ///
-    /// Root velocity and yaw rate of a row are those that lead to the next row (the last repeats the one before), so
-    /// that sums bring the path back exactly; joint velocities are the clip's difference over one row's time around it.
+    /// Root velocity and yaw rate of a row lead to the next row, so that sums bring the path back exactly. The last
+    /// row repeats them. Joint velocities are the clip's difference over one row's time around it.
     ///
     /// # Errors
     /// [`MotionError::Unfit`] for an inconsistent clip, [`GenerationError::Mismatch`] for other joints than the spec's.

@@ -9,9 +9,9 @@ use crate::GenerationError;
 /// Layout of a row: rate and joints.
 ///
 /// # Shapes
-/// A row of `7 + 2j` numbers: root height (m), root linear velocity on the ground (m/s, heading frame, to the next
-/// row), root yaw rate (rad/s, to the next row), root orientation without heading as the world's up direction in the
-/// root's frame (3), joint angles (rad or m), joint velocities (rad/s or m/s).
+/// A row of `7 + 2j` numbers: root height (m), root velocity on the ground and yaw rate to the next row (m/s in the
+/// heading frame, rad/s). Then come the world's up direction in the root's frame (3), joint angles (rad or m), joint
+/// velocities (rad/s or m/s).
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RepresentationSpec {
@@ -61,14 +61,6 @@ impl RepresentationSpec {
     /// Returns the columns of the joint velocities.
     pub fn velocities(&self) -> Range<usize> {
         7 + self.joints()..self.width()
-    }
-
-    /// Returns a name for every column, for tables and messages.
-    pub fn column_names(&self) -> Vec<String> {
-        let root = ["root_height", "root_velocity_x", "root_velocity_y", "root_yaw_rate", "up_x", "up_y", "up_z"];
-        let angles = self.joint_names.iter().cloned();
-        let velocities = self.joint_names.iter().map(|name| format!("{name}_velocity"));
-        root.map(String::from).into_iter().chain(angles).chain(velocities).collect()
     }
 
     /// Checks that `what` is for motion of this layout.

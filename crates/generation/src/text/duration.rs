@@ -1,4 +1,4 @@
-//! How long the motion is that a sentence asks for: a number of seconds for each word, by ridge regression on captions.
+//! Length of the motion that a sentence asks for: a number of seconds for each word, by ridge regression on captions.
 //!
 //! Words add up, so that two actions in a row get the time of both, and "five times" more than "twice".
 
@@ -14,13 +14,13 @@ const MAX_WORDS: usize = 1500;
 /// Penalty on squared seconds of a word, in captions: a word in one caption gets half of what that caption says.
 const PENALTY: f64 = 1.0;
 
-/// What words say about durations.
+/// Durations by words.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Durations {
     /// Duration of a sentence without a known word (s).
     constant: f64,
-    /// What each word adds, every time it stands in a sentence (s).
+    /// Seconds that each word adds, every time it stands in a sentence.
     words: BTreeMap<String, f64>,
     /// Shortest and longest motion learned from (s).
     range: [f64; 2],

@@ -1,4 +1,4 @@
-//! How well a prompt is read: words of no caption, and the distance to known captions as the cosine between weighted
+//! Quality of reading a prompt: words of no caption, and the distance to known captions as the cosine between weighted
 //! counts (tf-idf) of words and of pairs of neighbouring words.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
@@ -29,7 +29,7 @@ pub struct KnownCaptions {
     places: HashMap<String, Vec<(usize, f64)>>,
 }
 
-/// How well a prompt is read.
+/// Quality of reading a prompt.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Familiarity {
     /// Words of the prompt.
@@ -43,8 +43,8 @@ pub struct Familiarity {
 }
 
 impl KnownCaptions {
-    /// Learns words from all captions and keeps at most `limit` different ones, evenly spread in alphabetical order; the
-    /// first one of every word is kept whatever the limit.
+    /// Learns words from all captions and keeps at most `limit` different ones, evenly spread in alphabetical order.
+    /// The first one of every word is kept whatever the limit.
     pub fn learn<'a>(captions: impl IntoIterator<Item = &'a str>, limit: usize) -> Self {
         let different: BTreeSet<String> = captions.into_iter().map(|c| prompt::words(c).join(" ")).collect();
         let stride = different.len().div_ceil(limit.max(1)).max(1);

@@ -1,15 +1,12 @@
 //! Prompts as numbers. A prompt is checked ([`prompt`]), then read by the built-in [`pieces`], whose ids a network embeds
-//! itself, or by a frozen [`TextEncoder`] ([`minilm`]). [`familiarity`] says how well a prompt is read, [`duration`] how
-//! long its motion is.
+//! itself. [`familiarity`] says how well a prompt is read, [`duration`] how long its motion is. [`minilm`] made the vectors
+//! of words that `language` compares.
 
-mod condition;
 pub mod duration;
 pub mod familiarity;
 pub mod minilm;
 pub mod pieces;
 pub mod prompt;
-
-pub use condition::{Condition, TextEncoder, TextTokens};
 
 /// Most tokens of a prompt; later ones are not read.
 pub const MAX_TOKENS: usize = 32;

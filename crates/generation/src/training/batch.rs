@@ -1,4 +1,4 @@
-//! What is drawn for one iteration: motions, captions, diffusion steps and noise.
+//! Draws of one iteration: motions, captions, diffusion steps and noise.
 
 use lifelike_checkpoint::rng::stream;
 use rand::Rng;
@@ -6,7 +6,6 @@ use rand_distr::{Distribution, StandardNormal};
 
 use super::data::Sample;
 use crate::diffusion::Schedule;
-use crate::text::Condition;
 
 /// One motion of a batch.
 #[derive(Debug, Clone)]
@@ -15,7 +14,7 @@ pub(super) struct Draw<'a> {
     pub(super) rows: usize,
     pub(super) noisy: Vec<f32>,
     pub(super) step: usize,
-    pub(super) condition: Option<Condition>,
+    pub(super) condition: Option<&'a [u32]>,
 }
 
 /// Draws one motion at an address: (seed, purpose, place in the batch, iteration).
@@ -30,7 +29,7 @@ pub(super) fn draw<'a>(
     let any = rng.random_range(0..samples.len());
     let sample = &samples[which.unwrap_or(any)];
     let caption = &sample.captions[rng.random_range(0..sample.captions.len())];
-    let condition = (rng.random::<f64>() >= dropout).then(|| Condition::Pieces(caption.clone()));
+    let condition = (rng.random::<f64>() >= dropout).then_some(caption.as_slice());
     let step = rng.random_range(0..schedule.len());
     let noise: Vec<f32> = sample.tokens.iter().map(|_| StandardNormal.sample(&mut rng)).collect();
     let noisy = schedule.add_noise(&sample.tokens, &noise, step);

@@ -33,7 +33,7 @@ pub struct TrainingData {
     /// Every caption trained on, once.
     pub(crate) captions: Vec<String>,
     pub(crate) licences: Vec<String>,
-    /// What words say about durations.
+    /// Durations by words.
     pub(crate) durations: Durations,
     /// Median duration of the motion trained on (s).
     pub(crate) median_seconds: f64,

@@ -20,7 +20,7 @@ pub struct GeneratorPlan {
     pub clips: Vec<PathBuf>,
     /// Key of all randomness.
     pub seed: u64,
-    /// What the tokens are.
+    /// Kind of the tokens.
     pub space: SpaceKind,
     /// Motion beyond this is cut off (s).
     pub max_seconds: f64,
@@ -36,11 +36,11 @@ pub struct GeneratorPlan {
     pub inner: usize,
     /// Most word pieces that are learned on the captions.
     pub pieces: usize,
-    /// Whether the network is told how long the motion is.
+    /// True if the network sees how long the motion is.
     pub duration: bool,
-    /// Weight of the joints' velocities in the loss of [`SpaceKind::Spline`] (rows hold them already): squared errors of
-    /// differences of neighbouring control points, each in that difference's own variance. What swings fast and little
-    /// (a hand that waves) counts as much as where the limb is.
+    /// Weight of the joints' velocities in the loss of [`SpaceKind::Spline`] (rows hold them already): squared errors
+    /// of differences of neighbouring control points, each in that difference's own variance. A limb that swings fast
+    /// and little (a hand that waves) counts as much as its place.
     pub velocity_weight: f64,
     /// Share of motions that are shown without their caption, for classifier-free guidance.
     pub condition_dropout: f64,

@@ -53,7 +53,7 @@ impl GeneratorTrainer {
     /// A plan out of range.
     pub fn new(plan: GeneratorPlan, robot: &Robot, data: TrainingData) -> Result<Self, GenerationError> {
         plan.check()?;
-        let text = TextInput::Pieces(data.pieces.len());
+        let text = TextInput { pieces: data.pieces.len() };
         let sizes =
             DenoiserSizes { encoder: plan.encoder(), motion: data.space.width(), text, duration: plan.duration };
         let layout = sizes.layout()?;
@@ -192,8 +192,8 @@ impl GeneratorTrainer {
         loss
     }
 
-    /// Returns the loss of the averaged weights on motion that is not trained on (training motion where there is none
-    /// other), every motion with its caption, at steps and noise that are always the same.
+    /// Returns the loss of the averaged weights on motion that is not trained on, or on training motion if there is no
+    /// other. Every motion has its caption, at steps and noise that are always the same.
     ///
     /// # Errors
     /// Motion and network do not fit.
@@ -257,8 +257,7 @@ impl GeneratorTrainer {
 type Part = (f64, f64, Vec<f32>);
 
 fn inputs<'a>(part: &'a [Draw<'_>]) -> Vec<DenoiserInput<'a>> {
-    let input =
-        |draw: &'a Draw<'_>| DenoiserInput { motion: &draw.noisy, step: draw.step, condition: draw.condition.as_ref() };
+    let input = |draw: &'a Draw<'_>| DenoiserInput { motion: &draw.noisy, step: draw.step, condition: draw.condition };
     part.iter().map(input).collect()
 }
 

@@ -22,8 +22,8 @@ pub struct Loaded {
 }
 
 impl Loaded {
-    /// Reads a controller, a policy, or the policy of a run, for the robot of this name or file; where none is given, for
-    /// the one that it was trained for.
+    /// Reads a controller, a policy, or the policy of a run, for the robot of this name or file. Without one, it takes
+    /// the robot that it was trained for.
     pub fn load(path: &Path, robot: Option<&str>, prior: Option<&Path>) -> Result<Self, CliError> {
         let source = Source::of(path)?;
         let name = match robot.map(str::to_owned).or(source.robot) {

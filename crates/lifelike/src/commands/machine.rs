@@ -10,7 +10,7 @@ use serde::Serialize;
 
 use crate::error::CliError;
 
-/// What results and their speed depend on, for whoever reads them elsewhere.
+/// Facts about the machine that results and their speed depend on.
 #[derive(Debug, Clone, Default, Serialize)]
 pub struct Machine {
     /// Name of the processor, where the system tells it.

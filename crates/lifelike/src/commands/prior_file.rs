@@ -42,8 +42,8 @@ impl Prior {
         &self.digest
     }
 
-    /// Reads the prior of a controller that wants latent codes and has no encoder of its own, checked to be the very one
-    /// that it was trained with.
+    /// Reads the prior of a controller that wants latent codes and has no encoder of its own. It is checked to be the
+    /// very one that the controller was trained with.
     pub fn for_controller(controller: &Controller, path: Option<&Path>) -> Result<Option<Self>, CliError> {
         let header = controller.header();
         if header.observation.reference.latent == 0 || controller.prior().is_some() {

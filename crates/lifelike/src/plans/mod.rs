@@ -64,8 +64,8 @@ pub fn find(name_or_path: &Path) -> Result<PlanText, CliError> {
 /// Reads a plan by [`find`], with its paths located, and applies changes such as `ppo.gamma=0.97`.
 ///
 /// # Errors
-/// As [`find`] and [`overrides::apply`]; [`CliError::Input`] with line and column for a text that is no such plan, and for
-/// clips and networks that are not there, with how to get them.
+/// As [`find`] and [`overrides::apply`]. [`CliError::Input`] with line and column for a text that is no such plan. The
+/// same, with how to get them, for clips and networks that are missing.
 pub fn load<T: Serialize + DeserializeOwned>(name_or_path: &Path, changes: &[String]) -> Result<T, CliError> {
     let plan = find(name_or_path)?;
     let wrong = |error: &dyn std::fmt::Display| CliError::Input(format!("{}: {error}", plan.source));

@@ -34,23 +34,16 @@ pub fn json(arguments: &[&str]) -> Value {
     serde_json::from_str(&out(&output)).unwrap()
 }
 
+/// Its exit code and what it says.
+pub fn refused(arguments: &[&str]) -> (i32, String) {
+    let output = lifelike(arguments);
+    (output.status.code().unwrap(), err(&output))
+}
+
 /// Our own clips on Lima, in a folder of the test's.
 pub fn retargeted(folder: &Path) -> Value {
     json(&["motion", "retarget", "motions/wave.keys.toml", "motions/nod.keys.toml", "-o", folder.to_str().unwrap()])
 }
 
-pub const TINY: &str = r#"
-robot = "lima"
-clips = ["motions/nod.keys.toml"]
-checkpoint_every = 1
-[budget]
-steps = 128
-[network]
-actor = [8]
-critic = [8]
-[ppo]
-environments = 4
-steps = 8
-minibatch = 16
-epochs = 1
-"#;
+/// A plan of a tracker that learns nothing in a moment.
+pub const TINY: &str = include_str!("tiny.toml");

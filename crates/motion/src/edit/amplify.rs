@@ -31,12 +31,12 @@ pub struct Amplify {
     pub around: Around,
 }
 
-/// Returns the clip with larger or smaller movements of some joints, within their ranges. Where legs change, the soles
+/// Returns the clip with larger or smaller movements of some joints, within their ranges. If legs change, the soles
 /// that stood are put back on the ground, and the legs kept within the speeds of `options`.
 ///
 /// # Errors
 /// [`MotionError::Unfit`] for a gain that is negative or not finite, a cutoff that is not positive, or joints that are
-/// not there; [`MotionError::Mismatch`] for a clip of another character.
+/// not there. [`MotionError::Mismatch`] for a clip of another character.
 pub fn amplify(
     clip: &MotionClip,
     character: &Character,

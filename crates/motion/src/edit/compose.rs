@@ -39,8 +39,8 @@ pub struct Compose {
 /// otherwise.
 ///
 /// # Errors
-/// [`MotionError::Unfit`] for joints that are not there, an offset with which the clips do not meet, a fade longer than
-/// the other clip, or a repetition of a clip that is not cyclic.
+/// [`MotionError::Unfit`] for unknown joints, clips that do not meet by the offset, a fade longer than the other clip,
+/// or a repeated clip that is not cyclic.
 pub fn compose(base: &MotionClip, other: &MotionClip, options: &Compose) -> Result<MotionClip, MotionError> {
     let mut out = base.clone();
     let other = &like(base, other)?;

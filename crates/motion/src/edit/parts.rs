@@ -29,7 +29,7 @@ const LIMBS: [(&str, [Role; 3]); 4] = [
 
 /// Returns the joints (in the character's order) that these names stand for: a joint's own name, or a part of the body
 /// (`all`, `upper_body`, `arms`, `left_arm`, `right_arm`, `legs`, `left_leg`, `right_leg`, `head`, `torso`). A limb is
-/// everything that hangs on the trunk by it, from clavicle or hip to fingers or toes; the torso is what no limb and no
+/// everything that hangs on the trunk by it, from clavicle or hip to fingers or toes. The torso is what no limb and no
 /// head moves.
 ///
 /// # Errors

@@ -1,8 +1,9 @@
 //! Precise edits (thesis fig. 4.7, "Precision"): this point of the body at this place at this time.
 //!
-//! The main path of [`place`]: every [`Key`] is an offset of one point from where the clip has it → offsets over time
-//! (`offset`), smooth and zero outside of the keys' windows → frame by frame, the retargeter's inverse kinematics moves
-//! the body as little as it takes while both feet stay (`solve`), at the speeds that joints have (`pace`) → [`PlaceReport`], measured on the result.
+//! The main path of [`place`]: every [`Key`] is an offset of one point from the clip. The offsets become functions of
+//! time (`offset`), smooth and zero outside of the keys' windows. Frame by frame, the retargeter's inverse kinematics
+//! moves the body as little as it takes while both feet stay (`solve`). Joints keep to their speeds (`pace`).
+//! [`PlaceReport`] measures the result.
 
 mod offset;
 mod pace;
@@ -48,16 +49,16 @@ pub struct Key {
     pub after: f64,
 }
 
-/// Returns the clip with these points at their places. Root and joints move as little as it takes; both soles stay
-/// where they are unless a key is on that foot, joints within their ranges and no faster than `options` (its speeds) or
-/// the clip itself allows. Frames outside of all windows are untouched. Keys of one point that follow each other within
-/// their windows are joined without going back in between. Contacts are found anew when a foot has keys. Where the body
-/// cannot come along without its soles giving way, all keys are met by the same share less.
+/// Returns the clip with these points at their places. Root and joints move as little as it takes, and both soles stay
+/// unless a key is on that foot. Joints stay within their ranges, and are no faster than `options` or the clip itself
+/// allows. Frames outside of all windows are untouched. Keys of one point that follow each other within their windows
+/// are joined without going back in between. Contacts are found anew when a foot has keys. If the body cannot come
+/// along without its soles giving way, all keys are met by the same share less.
 ///
 /// # Errors
-/// [`MotionError::Unfit`] for no key, a time that is not in the clip, numbers that are not finite, a window that is not
-/// positive, or two keys of one point in one frame; [`MotionError::Mismatch`] for a body that is not there or a
-/// character without legs. A place out of reach is no error: the report says how far off the point stays.
+/// [`MotionError::Unfit`] for no key, a time outside of the clip, a bad number or window, or two keys of one point in
+/// one frame. [`MotionError::Mismatch`] for an unknown body or a character without legs. A place out of reach is no
+/// error: the report says how far off the point stays.
 pub fn place(
     clip: &MotionClip,
     character: &Character,

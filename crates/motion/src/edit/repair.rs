@@ -1,11 +1,12 @@
 //! A motion that cannot be executed becomes one that can, with as little change as it takes.
 //!
-//! The main path of [`repair`]: what [`feasibility`] finds → another pace where a jump falls slower than gravity lets
-//! it, or a joint is too fast (`pace`) → down to the ground where a body hovers (`hover`) → another sway where the ground's force would
-//! have to act beside the feet (`balance`, the zero moment point of Vukobratović), the soles where they were by the retargeter's own
-//! passes → found again, until nothing is found or nothing helps → [`Repaired`], what was changed.
+//! The main path of [`repair`]: [`feasibility`] finds what is wrong. A jump that falls slower than gravity lets it, or
+//! a joint that is too fast, gets another pace (`pace`). A body that hovers comes down to the ground (`hover`). It
+//! gets another sway if the ground's force would have to act beside the feet (`balance`, the zero moment point of
+//! Vukobratović). The retargeter's own passes put the soles back. All this repeats until nothing is found or nothing
+//! helps, and [`Repaired`] lists the changes.
 //!
-//! Only the time, the root and the legs change. What lies, rolls or climbs is not for this.
+//! Only the time, the root and the legs change. Motions that lie, roll or climb are not for this.
 
 mod balance;
 mod hover;
@@ -28,12 +29,13 @@ use crate::retarget::{RetargetOptions, stand_as};
 
 /// Sways are sought so often: each is right for the angular momentum of the one before.
 const ROUNDS: usize = 12;
-/// What is in the air and falls faster than this share of gravity is in flight; slower, it hovers.
+/// A body in the air that falls faster than this share of gravity is in flight; slower, it hovers.
 const FALLING: f64 = 0.25;
 
-/// Repairs a clip. `speeds` are the largest of the character's scalar joints, as for [`check`](feasibility::check); `options` says how soles
-/// are put on the ground. A clip that can be tracked comes back as it is; one that cannot be made feasible comes back as far as it was
-/// brought ([`Repaired::after`] tells). What was changed is no cycle any more.
+/// Repairs a clip. `speeds` are the largest of the character's scalar joints, as for [`check`](feasibility::check);
+/// `options` says how soles are put on the ground. A clip that can be tracked comes back as it is. One that cannot be
+/// made feasible comes back as far as it was brought ([`Repaired::after`] tells). A clip that was changed is no cycle
+/// any more.
 ///
 /// # Errors
 /// [`MotionError::Unfit`] for a clip that is inconsistent, [`MotionError::Mismatch`] when clip and character do not belong together or the
@@ -151,7 +153,7 @@ fn sway(
     Ok(best)
 }
 
-/// What each frame needs of the ground, and what of the body is there to take it.
+/// Needs of each frame towards the ground, and the parts of the body that can meet them.
 struct Needs {
     momentum: Vec<Option<Momentum>>,
     touches: Vec<Touch>,

@@ -29,7 +29,7 @@ impl<'a> From<&'a MotionClip> for Part<'a> {
 /// Returns the parts in this order, at the rate of the first.
 ///
 /// A part begins on the ground where the one before it ended and looks where that looked; heights stay. Two neighbours
-/// share `fade` seconds, in which joints, height and tilt go over smoothly and the way over the ground is walked at the
+/// share `fade` seconds, in which joints, height and tilt go over smoothly. The way over the ground is walked at the
 /// mixed velocity ([`blend`](mod@super::blend)). With `fade` 0 they share one instant, whose pose is the later one's:
 /// an abrupt switch. In a transition a foot stands where it stands in both.
 ///

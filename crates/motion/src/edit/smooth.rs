@@ -14,7 +14,7 @@ use crate::retarget::{RetargetOptions, smooth as zero_phase};
 const WIDEST: f64 = 60.0;
 
 /// Returns the clip with some joints smoothed by a zero-phase Gaussian low pass that lets half of the power through at
-/// `cutoff` (Hz). When `joints` are all of the clip's, the root is smoothed with them. Where root or legs change, the
+/// `cutoff` (Hz). When `joints` are all of the clip's, the root is smoothed with them. If root or legs change, the
 /// soles that stood are put back on the ground.
 ///
 /// # Errors

@@ -14,9 +14,9 @@ const FALLING: f64 = 0.3;
 /// Standard deviation over which the shift is smoothed (s).
 const SMOOTH: f64 = 0.05;
 
-/// Returns by how much each frame's root is to be raised (m) so that its lower sole is on the ground, but for half a
-/// centimetre, wherever the body is not in flight. `soles` are heights of the lowest corner of all soles, `roots` heights of the root. A flight keeps its
-/// shape: over it the shift goes linearly from where it left the ground to where it lands.
+/// Returns the height to raise each frame's root by (m), so that its lower sole is on the ground to half a centimetre.
+/// A body in flight is not raised. `soles` are heights of the lowest corner of all soles, `roots` heights of the root.
+/// A flight keeps its shape: over it the shift goes linearly from where it left the ground to where it lands.
 pub fn support_shift(soles: &[f64], roots: &[f64], fps: f64) -> Vec<f64> {
     let falling = free_fall(roots, fps);
     let mut sorted = soles.to_vec();

@@ -23,8 +23,8 @@ const SECONDS_MAX: f64 = 3600.0;
 /// stays so at a constant speed.
 ///
 /// # Errors
-/// [`MotionError::Unfit`] for a speed that is not positive, keys that are not in the clip or do not rise, or a result
-/// that is longer than an hour.
+/// [`MotionError::Unfit`] for a speed that is not positive, keys outside of the clip or that do not rise, or a result
+/// longer than an hour.
 pub fn warp(clip: &MotionClip, how: &Warp) -> Result<MotionClip, MotionError> {
     clip.check()?;
     let seconds = clip.seconds();

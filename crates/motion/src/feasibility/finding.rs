@@ -98,16 +98,6 @@ impl Kind {
             Self::Underground => "in the ground",
         }
     }
-
-    /// Returns the unit of the measure; empty where it has none.
-    pub fn unit(self) -> &'static str {
-        match self {
-            Self::Unsupported => "m/s²",
-            Self::Jump | Self::Spike | Self::BeyondRange => "rad",
-            Self::Unbalanced | Self::OtherParts | Self::Underground => "m",
-            Self::Slipping | Self::TooFast => "",
-        }
-    }
 }
 
 /// A stretch of a clip in which one thing is wrong.

@@ -3,7 +3,7 @@
 use lifelike_character::{Character, Kinematics, Quat, Vec3};
 
 /// Half the time over which motion is fitted by a parabola (s). Captured joints shake by a millimetre from frame to
-/// frame, which at 50 Hz looks like half of gravity; over a fifth of a second it is a tenth of that, and what remains
+/// frame, which at 50 Hz looks like half of gravity. Over a fifth of a second it is a tenth of that, and what remains
 /// visible is what a leg can follow.
 pub const SMOOTH_SECONDS: f64 = 0.1;
 
@@ -17,7 +17,7 @@ pub struct Momentum {
     pub centre: Vec3,
     /// Force per mass that all contacts together must give: c̈ − g (m/s², world).
     pub specific_force: Vec3,
-    /// Point of the ground (z = 0) at which it must act so that the rest is a torque about the vertical (m, world);
+    /// Point of the ground (z = 0) at which it must act so that the rest is a torque about the vertical (m, world).
     /// `None` where there is hardly any force.
     pub zero_moment_point: Option<Vec3>,
 }

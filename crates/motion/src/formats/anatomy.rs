@@ -1,8 +1,7 @@
 //! The body in a capture: which way it stands and faces, found from the places of its joints over time.
 //!
-//! Names of axes and frames of joints are conventions of writers; the places of joints are not. Up is where the hips are
-//! above the feet and the head above the hips, left is from the right hip to the left one, forward is where toes and
-//! knees point.
+//! Names of axes and frames of joints are conventions of writers; the places of joints are not. Up is from the feet to
+//! the hips and to the head. Left is from the right hip to the left one, forward is the direction of toes and knees.
 
 use lifelike_character::{Quat, Vec3};
 
@@ -156,8 +155,8 @@ pub(super) fn walks(samples: &Samples, roles: &Roles, up: Axis) -> bool {
     spread < 0.35 * leg && bodies.iter().map(travel).fold(0.0, f64::max) > leg
 }
 
-/// Returns whether feet rest at height zero along `up`, and the hips a leg above, while along `other` the hips are where
-/// nobody's are who lies on a floor at zero.
+/// Returns whether feet rest at height zero along `up`, and the hips a leg above. Along `other` the hips must not be
+/// those of somebody who lies on a floor at zero.
 pub(super) fn stands_on_zero(samples: &Samples, roles: &Roles, up: Axis, other: Axis) -> bool {
     let bodies: Vec<Body<'_>> = samples.places.iter().filter_map(|places| Body::new(places, roles)).collect();
     let Some(leg) = bodies.first().map(Body::leg_length) else { return false };

@@ -1,8 +1,8 @@
 //! ASF (Acclaim skeleton file): bones with directions, lengths and the axes of their degrees of freedom.
 //!
-//! A bone's joint is at its start and has the bone's name. Lengths are in inches over `length` (0.45 in the CMU files), so
-//! one unit is `0.0254 / length` m. A bone's frame is turned from the world by `axis`; its rotation in the world's axes
-//! is `C M C^-1` with `C` that turn and `M` the product of its degrees of freedom, the first applied first.
+//! A bone's joint is at its start and has the bone's name. Lengths are in inches over `length` (0.45 in the CMU
+//! files), so one unit is `0.0254 / length` m. A bone's frame is turned from the world by `axis`, the turn `C`. Its
+//! rotation in the world's axes is `C M C^-1` with `M` the product of its degrees of freedom, the first applied first.
 
 use std::path::Path;
 

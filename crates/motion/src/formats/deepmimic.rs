@@ -1,9 +1,10 @@
 //! DeepMimic's motions (Peng et al. 2018) of its `humanoid3d` character: JSON with one row of numbers per frame.
 //!
-//! A row is the frame's duration (s), the root's position (m) and orientation (`wxyz`), then per joint, in the order of
-//! the character file, a quaternion (spherical) or an angle about the z axis (revolute). The file's axes are y up, x
-//! forward, z right; so a vector becomes `(x, -z, y)`, a quaternion `(w, x, -z, y)`, and a hinge turns about our `-y`.
-//! A motion that wraps ends with its first pose again: its last frame is one whole cycle after the first.
+//! A row is the frame's duration (s), the root's position (m) and orientation (`wxyz`), then numbers per joint in the
+//! order of the character file. These are a quaternion (spherical) or an angle about the z axis (revolute). The file's
+//! axes are y up, x forward, z right. A vector becomes `(x, -z, y)`, a quaternion `(w, x, -z, y)`, and a hinge turns
+//! about our `-y`. A motion that wraps ends with its first pose again: its last frame is one whole cycle after the
+//! first.
 
 use std::path::{Path, PathBuf};
 

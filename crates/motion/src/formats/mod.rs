@@ -53,7 +53,7 @@ pub use captions::CaptionTable;
 pub use format::{Format, Reader, Sample, clip_name, of_file, of_found, supported};
 
 /// Every format that is read, in the order in which contents are tried. A new format is one file with its reader and
-/// its `FORMAT`, its `mod` above and its name here; dispatch, search in folders, messages and help texts follow.
+/// its `FORMAT`, its `mod` above and its name here. Dispatch, search in folders, messages and help texts follow.
 pub const FORMATS: &[&Format] = &[
     &bvh::FORMAT,
     &amc::FORMAT,
@@ -72,8 +72,8 @@ pub struct ReadOptions {
     /// unit (a body of 1 to 2.5 m); inches must be stated. The other formats say or fix their unit.
     pub scale: Option<f64>,
     /// Frames to leave out at the start of a BVH file. `None`: seven for the Daz-friendly skeleton (frame 0 is a rest
-    /// pose, and the conversion's filter smeared it over the six that follow); for the others a rest pose that the motion
-    /// leaves by a jump.
+    /// pose, and the conversion's filter smeared it over the six that follow). For the others a rest pose that the
+    /// motion leaves by a jump.
     pub skip_frames: Option<usize>,
     /// Frames per second of the capture. `None`: as the file says; 120 for an AMC file that does not.
     pub fps: Option<f64>,
@@ -150,8 +150,8 @@ pub enum FileMotion {
 /// Reads any file of motion, whose format is known by its name ([`Format::suffixes`]) or its content.
 ///
 /// # Errors
-/// [`MotionError::Io`] for a file that cannot be read, [`MotionError::Parse`] with the line for content that is not the
-/// format's, [`MotionError::Container`] where no line is to blame (an unknown format, no skeleton beside the motion).
+/// [`MotionError::Io`] for a file that cannot be read, [`MotionError::Parse`] with the line for content that is not
+/// the format's. [`MotionError::Container`] if no line is to blame (an unknown format, no skeleton beside the motion).
 pub fn read(path: &Path, options: &ReadOptions) -> Result<FileMotion, MotionError> {
     let bytes = text::read_bytes(path)?;
     let Some(format) = format::of_content(path, &bytes) else {

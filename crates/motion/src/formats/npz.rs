@@ -201,7 +201,7 @@ impl Array<'_, '_, '_> {
     }
 }
 
-/// What an array's numbers are, as NumPy's `descr` says after the order of bytes.
+/// Kind of an array's numbers, as NumPy's `descr` says after the order of bytes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Kind {
     /// Floating-point number of 2, 4 or 8 bytes.

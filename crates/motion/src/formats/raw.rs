@@ -39,8 +39,8 @@ pub(crate) struct RawClip {
 impl RawClip {
     /// Changes axes and rest pose.
     ///
-    /// With `W` a joint's world rotation in the file, `B` its rest, `C` the basis and `T` the straightening of the rest
-    /// pose, the new world rotation is `C W B^-1 C^-1 T^-1`; so the local one is `(T C B)_parent L (T C B)_joint^-1`.
+    /// `W` is a joint's world rotation in the file, `B` its rest, `C` the basis and `T` the straightening of the rest
+    /// pose. The new world rotation is `C W B^-1 C^-1 T^-1`, so the local one is `(T C B)_parent L (T C B)_joint^-1`.
     ///
     /// # Errors
     /// [`MotionError::Unfit`] where axes or sides are in doubt, or a stated joint is not there.

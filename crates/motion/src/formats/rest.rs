@@ -1,10 +1,10 @@
 //! One rest pose for every format: the T-pose.
 //!
-//! Legs hang straight down, feet point forward and lie flat, arms point straight to the sides, palms down, with the
-//! elbows' hinges vertical (bending a forearm brings it forward). Formats differ: the legs of an ASF are spread by 20
-//! degrees and its elbows' hinges tilted by 30, the forearms of a Daz figure are drawn bent by 17, DeepMimic's arms hang
-//! down. With one rest pose the rotation of a thigh means the same wherever it came from, and the local rotation of a
-//! knee or an elbow is the angle between its two bones.
+//! Legs hang straight down, feet point forward and lie flat, arms point straight to the sides, palms down. The elbows'
+//! hinges are vertical: bending a forearm brings it forward. Formats differ: the legs of an ASF are spread by 20
+//! degrees and its elbows' hinges tilted by 30. The forearms of a Daz figure are drawn bent by 17, DeepMimic's arms
+//! hang down. With one rest pose the rotation of a thigh means the same in every format. The local rotation of a knee
+//! or an elbow is the angle between its two bones.
 
 use lifelike_character::{Quat, Vec3};
 

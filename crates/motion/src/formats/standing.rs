@@ -1,9 +1,9 @@
 //! The standing pose of a skeleton whose file does not say it: axes of the world and the frame of every joint.
 //!
 //! Zero rotations are the rest pose if they make a body that stands. Else (bones along one axis, as in LAFAN1,
-//! Rokoko's exports and bone-aligned rigs) every joint's frame is found from the places of joints over time. A frame has
-//! two parts: the direction of its bone is exact; the turn about the bone is such that the joint on average does not
-//! twist against its parent, set to the nearest axis of the frame where one is near.
+//! Rokoko's exports and bone-aligned rigs) every joint's frame is found from the places of joints over time. A frame
+//! has two parts: the direction of its bone is exact. The turn about the bone leaves the joint on average without
+//! twist against its parent. It is set to the nearest axis of the frame if one is near.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -19,7 +19,7 @@ const NEAR: f64 = 0.35;
 /// Dip (rad) of the line from ankle to toes of a flat foot, where neither toes nor stance show it.
 const USUAL_DIP: f64 = 0.4;
 
-/// What the file means by its axes and frames.
+/// Meaning of a file's axes and frames.
 pub(crate) struct Standing {
     /// Turns the file's world into ours (z up, x forward, y left).
     pub basis: Quat,

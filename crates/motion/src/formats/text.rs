@@ -35,7 +35,7 @@ fn line_after(before: &[u8]) -> usize {
     before.iter().filter(|b| **b == b'\n').count() + 1
 }
 
-/// Returns an error at a line. What was found is shortened, so that no message carries a whole file.
+/// Returns an error at a line. The found text is shortened, so that no message carries a whole file.
 pub(crate) fn parse_error(file: &Path, line: usize, expected: impl Into<String>, got: &str) -> MotionError {
     let mut got: String = got.trim_end().chars().take(60).flat_map(printable).collect();
     if got.is_empty() {

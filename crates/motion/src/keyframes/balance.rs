@@ -1,10 +1,10 @@
 //! Path of the centre of mass: over the standing foot in time, by the linear inverted pendulum.
 //!
-//! The steps say which foot carries the body when, hence where the pressure under the feet (the zero-moment point, ZMP)
-//! should be: under the standing foot while the other is in the air, moving from one to the other in between, in the
-//! middle long before and after. A body whose centre of mass stays at height `h` obeys `c'' = (g / h) (c - p)` with `p`
-//! the ZMP (Kajita et al. 2003). Taken as a boundary value problem over the whole clip, discretised in time, that is one
-//! tridiagonal system per direction, and its solution neither runs away nor comes late.
+//! The steps say which foot carries the body when, hence where the pressure under the feet (the zero-moment point,
+//! ZMP) should be: under the standing foot while the other is in the air, moving from one to the other in between. It
+//! is in the middle long before and after. A body whose centre of mass stays at height `h` obeys `c'' = (g / h) (c -
+//! p)` with `p` the ZMP (Kajita et al. 2003). Taken as a boundary value problem over the whole clip, discretised in
+//! time, that is one tridiagonal system per direction. Its solution neither runs away nor comes late.
 
 use super::feet::{self, LEFT, Step};
 

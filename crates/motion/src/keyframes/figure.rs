@@ -1,7 +1,7 @@
 //! The small human that keyframed clips are written for: 1.70 m, 15 joints, in the T-pose.
 //!
-//! Shares of mass and places of the segments' centres are those of Winter (2009, table 4.1), rounded; they serve to keep
-//! the weight above the feet.
+//! Shares of mass and places of the segments' centres are those of Winter (2009, table 4.1), rounded. They serve to
+//! keep the weight above the feet.
 
 use lifelike_character::{Quat, Vec3};
 

@@ -4,7 +4,7 @@ use super::report::RetargetReport;
 use crate::error::MotionError;
 
 /// Largest mean errors of a conversion. The defaults are about one and a half times the worst of 202 conversions of
-/// captured dances, climbs, runs and karate (docs/results/inputs.md); a misread skeleton is beyond twice that.
+/// captured dances, climbs, runs and karate (docs/results/inputs.md). A misread skeleton is beyond twice that.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Bounds {

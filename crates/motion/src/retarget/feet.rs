@@ -233,8 +233,8 @@ fn lift_swing(targets: &mut [FootTarget], down: &[bool], clearance: f64, fps: f6
     }
 }
 
-/// Holds the yaw of a foot through each contact in which it hardly turns, so a foot that stands on its toes alone does
-/// not swivel by accident. Contacts in which it turns on purpose are left alone.
+/// Holds the yaw of a foot through each contact in which it hardly turns. A foot that stands on its toes alone
+/// therefore does not swivel by accident. Contacts in which it turns on purpose are left alone.
 fn hold_turn(targets: &mut [FootTarget], down: &[bool], fps: f64) {
     let frames = targets.len();
     let along: Vec<Vec3> = targets.iter().map(|t| t.ends[0] - t.ends[1]).map(|v| Vec3::new(v.x, v.y, 0.0)).collect();

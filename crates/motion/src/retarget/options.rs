@@ -57,8 +57,8 @@ impl Default for RetargetOptions {
 
 /// Speed of the motion against the captured one.
 ///
-/// A body of another size that keeps the human's tempo cannot keep the human's balance: what decides whether a sway or
-/// a step can be done is how long it takes against √(leg length / gravity), the time in which such a body falls.
+/// A body of another size that keeps the human's tempo cannot keep the human's balance: a sway or step must take long
+/// enough against √(leg length / gravity), the time in which such a body falls.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(untagged)]
 pub enum Tempo {

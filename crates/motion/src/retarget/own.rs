@@ -34,7 +34,7 @@ pub(super) fn stances(
     })
 }
 
-/// Returns the soles in the edited motion, level while both ends stand. What a foot tilts while one end stands is its
+/// Returns the soles in the edited motion, level while both ends stand. A tilt of the foot while one end stands is its
 /// own doing and stays.
 pub(super) fn soft_targets(rig: &Rig, poses: &[Vec<f64>], stances: &[Stance; 2], fps: f64) -> [Vec<FootTarget>; 2] {
     let paths = ends(rig, poses);

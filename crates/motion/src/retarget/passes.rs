@@ -97,7 +97,8 @@ pub(super) fn follow(
     poses
 }
 
-/// Asks every part that reached below the ground to come up, and parts in each other to part. Whether there were any.
+/// Asks every part that reached below the ground to come up, and parts in each other to part. Returns whether there
+/// were any.
 fn push_apart(rig: &Rig, shapes: &Shapes, solver: &mut Solver, standing: [bool; 2], tasks: &mut Vec<Task>) -> bool {
     solver.kinematics.update(rig.character, &solver.q);
     let before = tasks.len();

@@ -22,7 +22,7 @@ pub struct Spread {
     pub max: f64,
 }
 
-/// What a [`Spread`] is made of.
+/// Values of a [`Spread`].
 #[derive(Default)]
 pub(crate) struct Gather {
     sum: f64,
@@ -58,7 +58,7 @@ pub struct RetargetReport {
     /// Speed of the motion as a multiple of the captured one.
     pub tempo: f64,
     /// Distance (m) of key bodies from where the human has them, in the character's size. The pelvis in the world (its
-    /// path was scaled); knees and feet from the hip joint, elbows and hands from the shoulder, with the character's
+    /// path was scaled). Knees and feet from the hip joint, elbows and hands from the shoulder, with the character's
     /// own segment lengths along the human's directions.
     pub position_error: BTreeMap<Role, Spread>,
     /// Angle (deg) between orientations: pelvis, chest and feet whole, the head's gaze. Arms that the character lacks

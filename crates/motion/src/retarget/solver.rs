@@ -97,8 +97,8 @@ impl<'a> Solver<'a> {
     }
 
     /// Improves `self.q` in at most `iterations` steps. A step that made things worse is taken back and tried again
-    /// with more damping (Levenberg-Marquardt), so targets that cannot be met together do not make the pose jump about.
-    /// Returns the cost reached.
+    /// with more damping (Levenberg-Marquardt). Targets that cannot be met together therefore do not make the pose
+    /// jump about. Returns the cost reached.
     pub fn solve(&mut self, tasks: &[Task], limits: &Limits, iterations: usize) -> f64 {
         let mut damping = 1e-4;
         let mut cost = self.assemble(tasks, limits, damping);

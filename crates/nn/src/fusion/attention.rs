@@ -165,8 +165,8 @@ impl HistoryAttention {
         (out, AttentionPass { sequences, past, present, query, before, own, mixed })
     }
 
-    /// Returns the mean weight of each step, from the one before (0) to K steps before (K - 1), and last the present one's own;
-    /// over the rows that have K steps before them.
+    /// Returns the mean weight of each step, from the one before (0) to K steps before (K - 1), and last the present
+    /// one's own. Over the rows that have K steps before them.
     pub fn profile(&self, pass: &AttentionPass) -> Vec<f64> {
         let k = self.sizes.steps;
         let (mut sums, mut rows) = (vec![0.0; k + 1], 0.0_f64);

@@ -14,7 +14,7 @@ pub struct GateAddNorm {
     linear: Linear,
     gain: Vec<f32>,
     bias: Vec<f32>,
-    /// Where gain and bias stand, one after the other.
+    /// Range of gain and bias, one after the other.
     norm: Range<usize>,
 }
 

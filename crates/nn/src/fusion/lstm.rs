@@ -19,7 +19,7 @@ pub struct Lstm {
     bias: Vec<f32>,
 }
 
-/// What it remembers, one row for each sequence.
+/// Memory, one row for each sequence.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LstmState {
     /// h, `[sequences, width]`.

@@ -27,13 +27,13 @@ pub struct VariableSelection {
     sizes: SelectionSizes,
     weight: Vec<f32>,
     bias: Vec<f32>,
-    /// Where weights and biases of the embedding stand, one after the other.
+    /// Range of weights and biases of the embedding, one after the other.
     embedding: Range<usize>,
     all: GatedResidual,
     single: Vec<GatedResidual>,
 }
 
-/// What comes out.
+/// Result of the selection.
 #[derive(Debug, Clone)]
 pub struct Selected {
     /// Rows, `[rows, c]`.

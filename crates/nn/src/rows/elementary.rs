@@ -26,8 +26,9 @@ pub(crate) fn dot(x: &[f32], y: &[f32]) -> f32 {
 }
 
 // exp(x) = 2^n exp(r) with |r| ≤ ln 2 / 2.
-/// Below this exp is 0. e^-50 changes no sum beside 1, and products with much smaller numbers fall below single precision's normal ones,
-/// with which processors compute tens of times as slowly: trainings whose attention had become sharp took more than twice as long.
+/// Below this exp is 0. e^-50 changes no sum beside 1. Products with much smaller numbers fall below single
+/// precision's normal ones, with which processors compute tens of times as slowly: trainings whose attention had
+/// become sharp took more than twice as long.
 const LEAST: f32 = -50.0;
 /// Adding 1.5 · 2^23 leaves the nearest whole number in the lowest bits.
 const SHIFT: f32 = 12_582_912.0;

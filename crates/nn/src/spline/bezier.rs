@@ -40,16 +40,6 @@ impl CubicBezier {
         Ok(Self { segments, joints })
     }
 
-    /// Returns the number of segments.
-    pub fn segments(&self) -> usize {
-        self.segments
-    }
-
-    /// Returns how segments meet.
-    pub fn joints(&self) -> Joints {
-        self.joints
-    }
-
     /// Returns the number of control points.
     pub fn control_points(&self) -> usize {
         match self.joints {
@@ -67,8 +57,8 @@ impl CubicBezier {
         first..first + 4
     }
 
-    /// Returns the weight of every control point at `u`, or the `derivative`-th derivative of the weights by u. Where segments meet
-    /// it is the later one's.
+    /// Returns the weight of every control point at `u`, or the `derivative`-th derivative of the weights by u. At a
+    /// joint of two segments it is the later one's.
     ///
     /// # Errors
     /// `u` is outside of `[0, 1]`.

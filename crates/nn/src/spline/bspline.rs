@@ -1,7 +1,8 @@
 //! B-splines of any degree on any knot vector (thesis eqs. 3.1 and 3.2; Cox-de Boor; Piegl & Tiller 1997, chapter 2).
 //!
-//! The thesis' k is the ORDER, degree + 1: it is what makes its statements true (k control points per span, domain from
-//! t_{k-1} to t_{n+1}, C^{k-m-1} at a knot that stands m times, a control point on the curve for m = k − 1).
+//! The thesis' k is the ORDER, degree + 1: it makes its statements true. These are k control points per span, and a
+//! domain from t_{k-1} to t_{n+1}. A knot that stands m times has C^{k-m-1}, and a control point on the curve for m =
+//! k − 1.
 
 use serde::{Deserialize, Serialize};
 
@@ -19,12 +20,12 @@ impl BSpline {
     /// Beyond this the weights of a curve lose all digits, and nobody needs it.
     pub const MAX_DEGREE: usize = 64;
 
-    /// Returns a curve of this degree on `knots`, which do not decrease. It has as many control points as there are knots less
-    /// degree + 1; [`Self::with_control_points`] checks that number too.
+    /// Returns a curve of this degree on `knots`, which do not decrease. Its control points number the
+    /// knots less degree + 1.
     ///
     /// # Errors
-    /// A degree too high, too few knots, a knot that is not finite, decreases or stands more than degree + 1 times, or a
-    /// domain without length.
+    /// A degree too high, too few knots, a knot that is not finite, decreases or repeats more than degree + 1 times,
+    /// or an empty domain.
     pub fn new(degree: usize, knots: Vec<f64>) -> Result<Self, SplineError> {
         if degree > Self::MAX_DEGREE {
             return Err(SplineError::DegreeTooHigh { degree, most: Self::MAX_DEGREE });
@@ -48,18 +49,6 @@ impl BSpline {
             return Err(SplineError::EmptyDomain { at: knots[degree] });
         }
         Ok(Self { degree, knots })
-    }
-
-    /// As [`Self::new`] for a stated number of control points.
-    ///
-    /// # Errors
-    /// As [`Self::new`], and knots that are not control points + degree + 1 many.
-    pub fn with_control_points(degree: usize, control_points: usize, knots: Vec<f64>) -> Result<Self, SplineError> {
-        let expected = control_points.saturating_add(degree).saturating_add(1);
-        if knots.len() != expected {
-            return Err(SplineError::WrongKnotCount { control_points, degree, expected, got: knots.len() });
-        }
-        Self::new(degree, knots)
     }
 
     /// Uniform knots on `[0, 1]`, the first and last repeated until the curve begins at its first control point and ends

@@ -124,9 +124,3 @@ pub fn uniform(samples: usize) -> Vec<f64> {
     let last = samples.saturating_sub(1).max(1) as f64;
     (0..samples).map(|i| i as f64 / last).collect()
 }
-
-/// Returns how many samples put `factor − 1` new ones between any two of `samples`. [`uniform`] positions of so many contain the
-/// original ones, bit for bit: every `factor`-th. (`factor · samples` of them, as one may want too, meet only at the ends.)
-pub fn refined(samples: usize, factor: usize) -> usize {
-    samples.saturating_sub(1) * factor.max(1) + samples.min(1)
-}

@@ -19,18 +19,6 @@ pub enum SplineError {
         /// The highest that is taken.
         most: usize,
     },
-    /// The number of knots is not control points + degree + 1.
-    #[error("spline: {control_points} control points of degree {degree} need {expected} knots, got {got}")]
-    WrongKnotCount {
-        /// Control points.
-        control_points: usize,
-        /// Degree of the polynomials.
-        degree: usize,
-        /// control points + degree + 1.
-        expected: usize,
-        /// The number found.
-        got: usize,
-    },
     /// A knot is NaN or infinite.
     #[error("spline: knot {index} is {value}, expected a finite number")]
     KnotNotFinite {

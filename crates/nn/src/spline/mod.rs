@@ -11,5 +11,5 @@ mod error;
 
 pub use bezier::{CubicBezier, Joints};
 pub use bspline::BSpline;
-pub use curve::{Spline, refined, uniform};
+pub use curve::{Spline, uniform};
 pub use error::SplineError;

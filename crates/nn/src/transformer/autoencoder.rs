@@ -12,20 +12,20 @@ use crate::parameters::{ParameterList, Parameters};
 
 /// A sequence to a few latent control points and back.
 ///
-/// Encoder: each element through a perceptron of one hidden layer (GELU), control tokens put BEFORE the sequence (Algorithm 2, line 9; for the ALiBi
-/// bias they stand at positions −P to −1), blocks, and a linear map of the control tokens to the latent dimension. Decoder:
-/// latent tokens, a linear map to the width, blocks, a linear map to the element ("the last MLP of the decoder", the one
-/// layer without GELU).
+/// Encoder: each element passes a perceptron of one hidden layer (GELU). Control tokens are put BEFORE the sequence
+/// (Algorithm 2, line 9; for the ALiBi bias they stand at positions −P to −1). Blocks follow, and a linear map of the
+/// control tokens to the latent dimension. Decoder: latent tokens, a linear map to the width, blocks, a linear map to
+/// the element ("the last MLP of the decoder", without GELU).
 ///
 /// # Parameters of thesis Table A.1
-/// Blocks without biases (6 c² for attention and feed-forward, factor 1, and 2 c of gains), n of them on either side, a
-/// gain at the end of either stack, biases in every map outside of blocks, and ONE hidden layer of c² beside the blocks (in the input
-/// head) give the table's counts to its last digit for curves, strands and CIFAR-10, and 1.3% less for AFHQ and faces in
-/// images (their CNN is not described). With biases in the blocks CIFAR-10 would have 0.86M, with a second hidden layer
-/// the curves 0.21M. Two rows follow from no reading with the table's n and c: 8 blocks of width 128 alone are 0.79M, but
-/// Bézier (64D) is given 0.43M, which is what n = 2 has, and motion 0.63M, which is within 2% of n = 3. A decoder of width 2 c
-/// (ALiBi-Cat by the text of 3.3) has 0.50M for Lissajous curves: the table's 0.20M is no count of it.
-/// `tests/transformer_sizes.rs` holds all of this.
+/// Counts agree to the last digit for curves, strands and CIFAR-10. They are 1.3% less for AFHQ and faces in images
+/// (their CNN is not described). They follow from n blocks without biases on either side and a gain at the end of
+/// either stack. A block has 6 c² for attention and feed-forward (factor 1), and 2 c of gains. Every map outside of
+/// blocks has biases, and ONE hidden layer of c² is beside the blocks (in the input head). With biases in the blocks
+/// CIFAR-10 would have 0.86M, with a second hidden layer the curves 0.21M. Two rows follow from no reading with the
+/// table's n and c: 8 blocks of width 128 alone are 0.79M. Bézier (64D) is given 0.43M, which n = 2 has, and motion
+/// 0.63M, which is within 2% of n = 3. A decoder of width 2 c (ALiBi-Cat by the text of 3.3) has 0.50M for Lissajous
+/// curves: the table's 0.20M is no count of it. `tests/transformer_sizes.rs` holds all of this.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SplineAutoencoder {
     config: AutoencoderConfig,

@@ -1,10 +1,10 @@
 //! Positions of tokens along a sequence.
 
-use crate::spline::{refined, uniform};
+use crate::spline::uniform;
 
 /// Positions of tokens, in tokens of the sequence that was encoded: 0 is its first, `last` its last one.
 ///
-/// Decoding more tokens than were encoded puts them at fractions, so that distances and phases mean what they meant in
+/// Decoding more tokens than were encoded puts them at fractions. Distances and phases then mean what they meant in
 /// training, however densely the latent curve is sampled.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sampling {
@@ -28,11 +28,6 @@ impl Sampling {
     /// Tokens at these positions, from 0 to `tokens` − 1.
     pub fn at(positions: Vec<f64>, tokens: usize) -> Self {
         Self { positions, last: tokens.saturating_sub(1) as f64 }
-    }
-
-    /// `factor − 1` new tokens between any two of `tokens`; every `factor`-th is an original one, exactly.
-    pub fn refined(tokens: usize, factor: usize) -> Self {
-        Self::even(tokens, refined(tokens, factor))
     }
 
     /// Returns positions in tokens.
@@ -66,8 +61,7 @@ mod tests {
     #[test]
     fn refining_keeps_what_there_was_and_the_scale() {
         for (tokens, factor) in [(2, 2), (61, 2), (61, 4), (100, 3), (1, 4)] {
-            let (coarse, fine) = (Sampling::each(tokens), Sampling::refined(tokens, factor));
-            assert_eq!(fine.len(), (tokens - 1) * factor + 1);
+            let (coarse, fine) = (Sampling::each(tokens), Sampling::even(tokens, (tokens - 1) * factor + 1));
             for i in 0..tokens {
                 assert_eq!(coarse.positions()[i], i as f64);
                 assert_eq!(fine.positions()[i * factor], i as f64);

@@ -158,8 +158,8 @@ impl RunFolder {
         self.resume_metrics(0, 0)
     }
 
-    /// Continues the metrics of a run from a checkpoint: what was logged after its byte `position`
-    /// ([`MetricsWriter::sync`]) never happened and is cut off, so the file ends up as in a run that was never killed.
+    /// Continues the metrics of a run from a checkpoint: lines after its byte `position` ([`MetricsWriter::sync`]) are
+    /// cut off. The file therefore ends up as in a run that was never killed.
     ///
     /// # Errors
     /// [`ReportError::Format`] when the file is shorter than the checkpoint says: it is not the file of that run.

@@ -18,7 +18,7 @@ pub struct Codes {
 }
 
 impl Codes {
-    /// Codes, clip after clip: `starts` are the first row of each clip, and T at the end (as in a reference library);
+    /// Codes, clip after clip: `starts` are the first row of each clip, and T at the end (as in a reference library).
     /// `fps` is the number of codes per second.
     ///
     /// # Shapes

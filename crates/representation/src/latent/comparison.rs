@@ -9,7 +9,7 @@ use lifelike_report::{Cell, Column, Table};
 /// Table 4.2: name, LDA accuracy, mutual information. On another robot and other data (CALM's, two-second windows).
 const THESIS: [(&str, f64, f64); 2] = [("thesis: CALM", 0.687, 0.121), ("thesis: Ours", 0.854, 0.341)];
 
-/// Codes that an encoder made of clips. A motion prior's are made by [`Codes::of_prior`]; those of an encoder inside
+/// Codes that an encoder made of clips. A motion prior's are made by [`Codes::of_prior`]. Those of an encoder inside
 /// of a policy come from wherever that encodes its reference, with the same clips' features beside them.
 #[derive(Debug, Clone)]
 pub struct Encoded {

@@ -38,7 +38,7 @@ pub struct Blended {
 
 /// Interpolates linearly between two trajectories of codes, both stretched to a common length.
 ///
-/// The thesis does not give the length. Here it lies between the two as the (mean) weight says, so that under a constant
+/// The thesis does not give the length. Here it lies between the two as the (mean) weight says. Under a constant
 /// weight the stretching of one and the shortening of the other leave the blend at its natural pace.
 ///
 /// # Shapes

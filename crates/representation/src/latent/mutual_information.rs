@@ -1,14 +1,15 @@
 //! Mutual information between codes and motion (thesis 4.3.2).
 //!
 //! Every dimension of the codes is discretised into 100 bins of equal width between its smallest and its largest
-//! value. The thesis leaves open what the other side of a pair is ("state", "input motion", "each pair of features"), how it
-//! is discretised, the unit, and how pairs become one score. Here it is each feature of eq. 4.1 at the code's frame,
-//! discretised alike; information is in nats; the score is the mean over all pairs of a feature and a dimension.
+//! value. The thesis leaves open the other side of a pair ("state", "input motion", "each pair of features") and the
+//! unit. It does not say either how that is discretised, and how pairs become one score. Here it is each feature of
+//! eq. 4.1 at the code's frame, discretised alike; information is in nats; the score is the mean over all pairs of a
+//! feature and a dimension.
 //!
-//! An estimate from a histogram is too large: independent columns of T samples in B filled bins each have about
-//! (B - 1)² / 2T nats too much (Miller 1955), 0.1 nats for 50,000 samples. That is why [`Information::shuffled`], the
-//! same estimate after the codes have been dealt to frames at random, stands beside the score. Frames that follow each other
-//! are alike, so the true bias is larger than that.
+//! An estimate from a histogram is too large: independent columns of T samples in B filled bins each have about (B -
+//! 1)² / 2T nats too much (Miller 1955). For 50,000 samples that is 0.1 nats. That is why [`Information::shuffled`],
+//! the same estimate after the codes have been dealt to frames at random, stands beside the score. Frames that follow
+//! each other are alike, so the true bias is larger than that.
 
 use lifelike_checkpoint::rng::stream;
 use rand::seq::SliceRandom;

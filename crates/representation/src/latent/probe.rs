@@ -1,7 +1,8 @@
 //! Linear probes of the near future: what a code knows of it that the present frame does not.
 //!
-//! A policy that sees m_t and z_t can gain by z_t only what m_t leaves open. The probe predicts the joint positions a while ahead by
-//! ridge regression, fitted to some clips and measured on others, from each of the inputs of thesis Table 4.3 and from controls.
+//! A policy that sees m_t and z_t can gain by z_t only what m_t leaves open. The probe predicts the joint positions a
+//! while ahead by ridge regression, fitted to some clips and measured on others. Its inputs are each of those of
+//! thesis Table 4.3, and controls.
 
 use nalgebra::linalg::Cholesky;
 use nalgebra::{DMatrix, DVector};
@@ -205,8 +206,8 @@ mod tests {
     use super::*;
     use crate::latent::Codes;
 
-    /// One joint that swings with another frequency in every clip, so that the present does not tell the future and a code of the
-    /// frequency's phase 0.3 s later does.
+    /// One joint that swings with another frequency in every clip. The present does not tell the future, and a code of
+    /// the frequency's phase 0.3 s later does.
     fn space(clips: usize, offset: usize) -> (Encoded, FeatureLayout) {
         let layout = FeatureLayout { joints: vec!["knee".into()], end_effectors: vec![] };
         let (frames, fps) = (200, 50.0);

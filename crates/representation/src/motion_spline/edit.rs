@@ -8,10 +8,10 @@ use lifelike_train::limits::{range, wrong};
 /// A change of control points.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Edit {
-    /// Inner points further from (above 1) or closer to (below 1) the end point that is nearer along the curve, beside the way that they
-    /// lie apart on average over the training motion. With 0 each segment only goes from its first latent code to its last one, as
-    /// segments usually go. Without the usual way the numbers that say how far along the segment one is would stand still and then
-    /// leap in the middle, and the motion with them.
+    /// Inner points further from (above 1) or closer to (below 1) the end point that is nearer along the curve. The
+    /// way between them, on average over the training motion, is not scaled. With 0 each segment only goes from its
+    /// first latent code to its last one, as segments usually go. Without that way, the numbers of the progress along
+    /// the segment would stand still and then leap in the middle, and the motion with them.
     Reach(f64),
     /// Every point further from (above 1) or closer to (below 1) where that point lies on average over the training motion:
     /// exaggerates what makes this motion differ from others, or tones it down. Not the segment's own mean: some numbers of a

@@ -9,9 +9,10 @@ use lifelike_motion::resample::locate;
 
 /// A clip's frames.
 ///
-/// A row holds, from its beginning: root height (m); tilt, the rotation vector of the root against its own heading (rad, 3
-/// numbers); velocity over the ground, forward and left, on the way to the next frame (m/s); turn rate on that way (rad/s);
-/// joints in the clip's order (rad or m). The last frame moves as the one before it.
+/// A row holds, from its beginning: root height (m); tilt, the rotation vector of the root against its own heading
+/// (rad, 3 numbers). Then come velocity over the ground, forward and left, on the way to the next frame (m/s), and
+/// turn rate on that way (rad/s). Last are joints in the clip's order (rad or m). The last frame moves as the one
+/// before it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Poses {
     /// Frames per second.

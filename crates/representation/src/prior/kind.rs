@@ -13,8 +13,8 @@ use super::motion_prior::MotionPrior;
 use super::window_plan::WindowPlan;
 use crate::RepresentationError;
 
-/// A trained encoder and decoder of windows. Windows, statistics, names, file and reconstruction errors are the same for every
-/// kind and belong to [`super::MotionPrior`]; a kind is listed in `kinds.rs` and nowhere else.
+/// A trained encoder and decoder of windows. Windows, statistics, names, file and reconstruction errors are the same
+/// for every kind and belong to [`super::MotionPrior`]. A kind is listed in `kinds.rs` and nowhere else.
 pub trait PriorKind: Clone + Debug + Sized {
     /// `kind` of its files.
     const NAME: &'static str;

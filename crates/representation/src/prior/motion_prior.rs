@@ -62,7 +62,7 @@ impl MotionPrior {
     }
 
     /// Returns one latent per frame of a clip at the plan's frame rate (the mean μ, or the control points by their
-    /// scale); windows beyond the clip's ends repeat its first and last frame.
+    /// scale). Windows beyond the clip's ends repeat its first and last frame.
     ///
     /// # Shapes
     /// `T` frames to `[T, d_z]`, row after row.

@@ -26,8 +26,8 @@ pub struct WindowPlan {
     pub frame_rate: f64,
     /// W of eq. 4.2: a window has 2W + 1 samples.
     pub half_width: usize,
-    /// Time that a window covers (s). The thesis' 61 frames cover 1 s, so samples stand 1/60 s apart; frames at another
-    /// rate (50 Hz here) are interpolated at t + k/60 s for k = -30..30, rotations by slerp.
+    /// Time that a window covers (s). The thesis' 61 frames cover 1 s, so samples stand 1/60 s apart. Frames at
+    /// another rate (50 Hz here) are interpolated at t + k/60 s for k = -30..30, rotations by slerp.
     pub window_seconds: f64,
     /// Part of the clips set aside for the report by [`super::split`].
     pub held_out: f64,

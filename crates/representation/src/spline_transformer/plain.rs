@@ -28,7 +28,7 @@ pub struct Plain {
 
 #[derive(Debug, Clone)]
 enum Kind {
-    /// What all training sequences are on average.
+    /// Mean of all training sequences.
     Mean(Vec<f32>),
     /// Each channel a cubic polynomial of time, by least squares: the matrix `[tokens, tokens]` that gives its values.
     Cubic(DMatrix<f64>),
@@ -40,8 +40,9 @@ enum Kind {
 }
 
 impl Plain {
-    /// Returns the plain baselines of a source: the mean, a cubic polynomial for each channel, principal components of as many
-    /// numbers as asked for, and, where a frame has more than `latent` channels, a cubic for each of `latent` components of a frame.
+    /// Returns the plain baselines of a source: the mean, a cubic polynomial for each channel, and principal
+    /// components of as many numbers as asked for. If a frame has more than `latent` channels, there is also a cubic
+    /// for each of `latent` components.
     ///
     /// # Errors
     /// Rows that cannot be made.

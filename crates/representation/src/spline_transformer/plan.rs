@@ -104,13 +104,13 @@ pub struct SequencePlan {
     pub factor: usize,
     /// Sequences of one iteration.
     pub batch: usize,
-    /// Sequences that pass through the network at once. A batch of 1024 curves at once would need gigabytes; in parts it gives
-    /// the same gradient up to rounding, which is why this belongs to the plan.
+    /// Sequences that pass through the network at once. A batch of 1024 curves at once would need gigabytes. In parts
+    /// it gives the same gradient up to rounding, which is why this belongs to the plan.
     pub part: usize,
     /// Iterations, over which the learning rate falls to 0 along a cosine. The thesis does not say how many.
     pub iterations: u64,
-    /// The thesis' RAdam; Adam for runs of a few hundred iterations, most of which RAdam's own warm-up would take; or Muon, which
-    /// gets as far as Adam in about a third of the iterations.
+    /// The thesis' RAdam; Adam for runs of a few hundred iterations, most of which RAdam's own warm-up would take. Or
+    /// Muon, which gets as far as Adam in about a third of the iterations.
     pub optimizer: Rule,
     /// The largest learning rate.
     pub learning_rate: f64,

@@ -11,8 +11,8 @@ pub enum HeldOut {
     Test,
 }
 
-/// A source of sequences of one length. All of its numbers are determined by itself and the arguments, so methods that are
-/// given the same source meet the same batches, and a resumed run those that it would have met.
+/// A source of sequences of one length. All of its numbers are determined by itself and the arguments. Methods with
+/// the same source therefore meet the same batches, and a resumed run those that it would have met.
 pub trait Sequences: Sync {
     /// Describes these sequences in a line: a run goes on only with a source that says the same.
     fn describe(&self) -> String;

@@ -24,8 +24,8 @@ pub struct SequenceErrors {
     pub mse: f64,
     /// That of each sequence.
     pub each: Vec<f64>,
-    /// Root mean square distance of control points from the mean of their own sequence's. Where it nears 0 all control
-    /// points of a sequence are the same point: the collapse of thesis 3.3.5. Always 0 for one control point.
+    /// Root mean square distance of control points from the mean of their own sequence's. Near 0 all control points of
+    /// a sequence are the same point: the collapse of thesis 3.3.5. Always 0 for one control point.
     pub spread: f64,
 }
 
@@ -110,7 +110,7 @@ impl<S: Sequences> SequenceTrainer<S> {
         Ok(total.unwrap_or_default())
     }
 
-    /// What goes through the network at a time.
+    /// Splits sequences into the parts that go through the network at a time.
     fn parts<'a>(&self, x: &'a [f32]) -> impl Iterator<Item = &'a [f32]> {
         x.chunks(self.plan.part * self.data.tokens() * self.data.width())
     }

@@ -1,5 +1,5 @@
 //! Friction of geared servos: Coulomb, Stribeck and load (Duclusaud et al., "Extended Friction Models for the Physics
-//! Simulation of Servo Actuators", 2024), models M1 to M6 of which the smaller are the larger with zeros.
+//! Simulation of Servo Actuators", 2024). Of the models M1 to M6 the smaller are the larger with zeros.
 
 /// Parameters of a friction. Each term is a torque that holds, or slows, against the motion.
 #[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize, serde::Deserialize)]
@@ -11,14 +11,14 @@ pub struct ExtendedFriction {
     pub stribeck: f64,
     /// Velocity by which the terms at rest have faded (rad/s).
     pub stribeck_velocity: f64,
-    /// How suddenly they fade: exp(-|v / stribeck_velocity|^alpha).
+    /// Steepness of their fading: exp(-|v / stribeck_velocity|^alpha).
     pub stribeck_exponent: f64,
     /// Torque for each N m of the motor, and of what turns it from outside; their difference counts (gear teeth under load).
     pub load: [f64; 2],
     /// The same, at rest only.
     pub load_stribeck: [f64; 2],
-    /// Torque for each square of the motor's torque where it is driven backwards, and of what is outside where it drives
-    /// (1/(N m)), at rest only.
+    /// Torque at rest for each square of the motor's torque when it is driven backwards, and of the outer torque when
+    /// it drives (1/(N m)).
     pub load_quadratic: [f64; 2],
     /// Torque for a velocity (N m s/rad).
     pub viscous: f64,

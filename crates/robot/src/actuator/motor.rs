@@ -39,7 +39,7 @@ fn is_unlimited(x: &f64) -> bool {
     x.is_infinite()
 }
 
-/// What a motor does at one instant.
+/// State of a motor at one instant.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct MotorState {
     /// Voltage on the winding (V).

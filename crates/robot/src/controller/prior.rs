@@ -108,7 +108,7 @@ pub struct PriorEncoder {
     header: PriorHeader,
     mean: Vec<f64>,
     deviation: Vec<f64>,
-    /// What the header says there is of these; codes are their sum.
+    /// The network of these, if the header has one; codes are their sum.
     network: Option<ConvEncoder>,
     components: Option<ComponentEncoder>,
 }

@@ -64,11 +64,6 @@ impl Normalizer {
         &self.inverse
     }
 
-    /// Greatest normalised number.
-    pub fn clip(&self) -> f32 {
-        self.clip
-    }
-
     /// Normalises rows in place.
     ///
     /// # Shapes

@@ -2,8 +2,8 @@
 
 use lifelike_checkpoint::{Checkpoint, CheckpointError};
 
-/// Arrays of a file under a prefix. Every array is read with the exact shape that is asked for, so that no size of a
-/// header is believed that the arrays do not show.
+/// Arrays of a file under a prefix. Every array is read with the exact shape that is asked for. No size of a header is
+/// believed that the arrays do not show.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Weights<'a> {
     file: &'a Checkpoint,

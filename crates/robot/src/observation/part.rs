@@ -125,7 +125,7 @@ pub(super) struct Scene<'a> {
     inputs: &'a ObservationInputs<'a>,
     root: UnitQuaternion<f32>,
     to_heading: Turn<f32>,
-    /// Where nothing measures it, everything is relative to the root.
+    /// Without a measurement of it, everything is relative to the root.
     position: Vector3<f32>,
 }
 
@@ -191,9 +191,9 @@ fn joints(spec: &ObservationSpec) -> usize {
     spec.joints.len()
 }
 
-/// All parts, in the order of their numbers. A new part is one entry here that occurs where a layout has it `named`, so that
-/// older policies keep their layout; plans ask for it in `inputs.parts`, or in `inputs.terms`, which is a whole layout. The
-/// window stays last: an encoder takes it from the end.
+/// All parts, in the order of their numbers. A new part is one entry here that occurs where a layout has it `named`,
+/// so that older policies keep their layout. Plans ask for it in `inputs.parts`, or in `inputs.terms`, which is a
+/// whole layout. The window stays last: an encoder takes it from the end.
 pub(super) const PARTS: &[Declaration] = &[
     Declaration {
         name: "root_height",

@@ -24,7 +24,7 @@ pub fn level_ground(character: &Character) -> Result<Option<&Geom>, String> {
                 found = Some(geom);
             }
             GeomShape::Mesh(_) => {}
-            _ if geom.contype == 0 && geom.conaffinity == 0 => {}
+            _ if !geom.collides() => {}
             _ => return Err(format!("'{}' is fixed to the world: this engine has the ground only", geom.name)),
         }
     }

@@ -1,7 +1,8 @@
 //! The place of a reference's world in the robot's world.
 //!
-//! A clip may begin anywhere and face any way. When an episode begins (or switches to another clip) the two worlds are laid
-//! over each other, by a turn about the vertical and a shift on the ground; from then on path and heading can be compared.
+//! A clip may begin anywhere and face any way. When an episode begins (or switches to another clip) the two worlds are
+//! laid over each other. A turn about the vertical and a shift on the ground do so; from then on path and heading can
+//! be compared.
 
 use lifelike_character::rotation::{Turn, from_wxyz, heading_angle};
 
@@ -40,12 +41,6 @@ impl Alignment {
     /// Returns a point of the clip's world in the robot's.
     pub fn position(&self, p: [f32; 3]) -> [f32; 3] {
         self.laid().position(p)
-    }
-
-    /// Returns a direction (a velocity) of the clip's world in the robot's.
-    pub fn direction(&self, v: [f32; 3]) -> [f32; 3] {
-        let [x, y] = self.laid().turn.on_ground([v[0], v[1]]);
-        [x, y, v[2]]
     }
 
     /// Returns an orientation (`wxyz`) of the clip's world in the robot's.
@@ -105,7 +100,7 @@ impl Laid {
     }
 }
 
-/// Where a robot is against a frame of a clip that is laid in its world.
+/// Pose of a robot against a frame of a clip that is laid in its world.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Offset {
     /// Place of the frame's root (m, robot's world).
@@ -153,8 +148,6 @@ mod tests {
         assert!((p[0] + 1.0).abs() < 1e-6 && (p[1] - 2.0).abs() < 1e-6 && p[2] == 0.9, "{p:?}");
         let ahead = a.position([4.0, 4.0, 0.9]);
         assert!((ahead[0] + 1.0).abs() < 1e-6 && (ahead[1] - 3.0).abs() < 1e-6, "{ahead:?}");
-        let v = a.direction([1.0, 0.0, 5.0]);
-        assert!(v[0].abs() < 1e-6 && (v[1] - 1.0).abs() < 1e-6 && v[2] == 5.0);
         assert!((yaw(a.orientation([1.0, 0.0, 0.0, 0.0])) - 2.0 * half).abs() < 1e-6);
     }
 

@@ -55,8 +55,8 @@ impl ReferenceLibrary {
     /// Resamples the clips to the robot's policy rate and takes them apart.
     ///
     /// # Errors
-    /// No clips; two of one name; a clip that does not fit the robot, is shorter than three frames at the policy's rate,
-    /// or holds a number that is not finite.
+    /// No clips; two of one name. A clip that does not fit the robot, is shorter than three frames at the policy's
+    /// rate, or holds a number that is not finite.
     pub fn new(robot: &Robot, clips: &[MotionClip], encoder: Option<&dyn LatentEncoder>) -> Result<Self, RobotError> {
         let layout = robot.layout.clone();
         let mut library = Self {
@@ -151,8 +151,8 @@ impl ReferenceLibrary {
         }
     }
 
-    /// Writes the generalised position and velocity of a robot (MuJoCo's layout) in the state of a frame, its root above
-    /// `place` on the ground (m) and `lift` metres higher than in the clip.
+    /// Writes the generalised position and velocity of a robot (MuJoCo's layout) in the state of a frame. Its root is
+    /// above `place` on the ground (m), and `lift` metres higher than in the clip.
     ///
     /// # Panics
     /// `q` or `v` is not as long as the robot's.

@@ -4,8 +4,8 @@ use lifelike_robot::Robot;
 
 use crate::simulation::Drive;
 
-/// A correction Δs of simulated states towards measured ones (thesis chapter 2), from each environment's state, constraint
-/// forces and reference at this step and from its own records of the steps before.
+/// A correction Δs of simulated states towards measured ones (thesis chapter 2). It follows from each environment's
+/// state, constraint forces and reference at this step, and from its own records of the steps before.
 pub trait StateCorrection: Send {
     /// Returns its name: saved states carry it.
     fn name(&self) -> &str;

@@ -1,9 +1,9 @@
 //! Equality constraints: welds and ball joints that close loops (MuJoCo's `mj_instantiateEquality`).
 //!
-//! Two frames on two bodies are held together. With anchors p_1, p_2 and orientations q_1, q_2 the violation is p_1 - p_2
-//! and, for a weld, s x, where (w, x) = conj(q_2) q_1 and s is a length that makes it one (MuJoCo's `torquescale`). It changes
-//! by v_1(p_1) - v_2(p_2) and ½ s (w ω + ω × x), where ω is how the first frame turns against the second, in the axes of the
-//! second. [`super::closure_rows`] solves for the forces along these rows.
+//! Two frames on two bodies are held together. With anchors p_1, p_2 and orientations q_1, q_2 the violation is p_1 -
+//! p_2 and, for a weld, s x. Here (w, x) = conj(q_2) q_1 and s is a length that makes it one (MuJoCo's `torquescale`).
+//! It changes by v_1(p_1) - v_2(p_2) and ½ s (w ω + ω × x). Here ω is the rotation of the first frame against the
+//! second, in the axes of the second. [`super::closure_rows`] solves for the forces along these rows.
 
 use lifelike_character::EqualityKind;
 use lifelike_robot::Robot;
@@ -31,7 +31,7 @@ pub struct Closure<T> {
     pub softness: Softness<T>,
 }
 
-/// What a weld holds besides the anchors.
+/// Parts of a weld besides the anchors.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Weld<T> {
     /// Row-major orientations in the bodies.
@@ -99,14 +99,14 @@ impl<T: Scalar> Closures<T> {
     }
 }
 
-/// Where the two frames of a constraint are.
+/// The two frames of a constraint.
 pub struct Frames<V: Lanes> {
     /// Anchors, from the root's position (m).
     pub points: [Vec3<V>; 2],
     pub turn: Option<Turn<V>>,
 }
 
-/// How a weld is turned.
+/// Rotation of a weld.
 pub struct Turn<V: Lanes> {
     /// Axes of the second frame.
     axes: Mat3<V>,
@@ -122,14 +122,14 @@ impl<V: Lanes> Turn<V> {
         [self.error[1] * self.scale, self.error[2] * self.scale, self.error[3] * self.scale]
     }
 
-    /// How fast it changes when the first frame turns so against the second (axes of the world).
+    /// Returns its rate when the first frame turns against the second (axes of the world).
     #[inline(always)]
     pub fn rate(&self, angular: &Vec3<V>) -> Vec3<V> {
         let own = [0, 1, 2].map(|k| dot(&column(&self.axes, k), angular));
         self.halved(&own, &cross(&own, &self.vector()))
     }
 
-    /// How fast the rate changes by velocities alone: its derivative less what accelerations of dofs are to it.
+    /// Returns the change of the rate by velocities alone: its derivative less what accelerations of dofs are to it.
     #[inline(always)]
     pub fn drift(&self, first: &Motion<V>, second: &Motion<V>) -> Vec3<V> {
         let relative = sub(&angular(&first.velocity), &angular(&second.velocity));

@@ -1,7 +1,7 @@
 //! Rows of the equality constraints in one step.
 //!
-//! The length of a constraint's whole violation gives all its rows one impedance, and their reference acceleration has what
-//! velocities alone do to their rates (-J' v), as MuJoCo 3.17's: a loop that runs round fast stays closed.
+//! The length of a constraint's whole violation gives all its rows one impedance. Their reference acceleration has
+//! what velocities alone do to their rates (-J' v), as MuJoCo 3.17's: a loop that runs round fast stays closed.
 
 use super::closure::{Closure, Frames, Motion, angular};
 use super::lanes::Lanes;

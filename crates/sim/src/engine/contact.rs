@@ -69,13 +69,13 @@ pub struct Contact<V: Lanes> {
 #[derive(Debug, Clone)]
 pub struct Contacts<V: Lanes> {
     pub list: Vec<Contact<V>>,
-    /// The y of all: normal and two tangents. What is behind those of the list is of other steps.
+    /// The y of all: normal and two tangents. Entries behind those of the list are of other steps.
     pub y: Vec<[V; 3]>,
     used: usize,
     /// D^(-1/2) L^(-T) of the motion between two bodies (angular, then linear), for the dof chains that have a contact. Every
     /// contact's rows are combinations of these six.
     bases: Vec<[V; 6]>,
-    /// Where a dof chain's basis begins.
+    /// Begin of each dof chain's basis.
     basis_of: Vec<Option<usize>>,
     /// Their frames, if those are asked for.
     pub recorded: Option<Vec<ContactFrame<V>>>,

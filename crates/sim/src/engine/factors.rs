@@ -1,8 +1,9 @@
 //! The factorization M = Lᵀ D L on the tree's own sparsity (Featherstone 2008, 6.5), which is also MuJoCo's.
 //!
-//! A dof's row has an entry for every dof above it, root first, and so begins with the indices of all its ancestors' rows:
-//! entry j of the row of any descendant stands for the same dof as entry j of one's own. What descendants take from a row
-//! is therefore summed up from slices, several entries at a time in registers, and each entry is written once.
+//! A dof's row has an entry for every dof above it, root first, and so begins with the indices of all its ancestors'
+//! rows: entry j of the row of any descendant stands for the same dof as entry j of one's own. The shares that
+//! descendants take from a row are therefore summed from slices, several entries at a time in registers. Each entry is
+//! written once.
 
 use super::dof_chain::DofChain;
 use super::lanes::Lanes;

@@ -1,17 +1,17 @@
 //! Numbers of several environments at once: one environment per lane of a vector.
 //!
 //! [`Lanes`] is what the engine computes with. Three things are lanes: one scalar (of double precision, to be compared
-//! with oracles), a [`Native`](super::native::Native) vector of an instruction set, and a [`Pair`](super::pair::Pair) of
-//! whatever is lanes. So sixteen environments are one vector of AVX-512, a pair of AVX2's, four of SSE2's one after the
-//! other, and a pair of pairs of NEON's. No lane ever sees another, and all operations round alike, so an environment's numbers depend neither on its neighbours nor on
-//! the instruction set.
+//! with oracles), a [`Native`](super::native::Native) vector of an instruction set, and a [`Pair`](super::pair::Pair)
+//! of whatever is lanes. So sixteen environments are one vector of AVX-512, or a pair of AVX2's. They are four of
+//! SSE2's one after the other, and a pair of pairs of NEON's. No lane ever sees another, and all operations round
+//! alike, so an environment's numbers depend neither on its neighbours nor on the instruction set.
 
 use std::fmt::Debug;
 use std::ops::{Add, AddAssign, Mul, SubAssign};
 
 use lifelike_simd::{Number, vectorize};
 
-/// What a lane holds: `f32` to be fast, `f64` to be compared.
+/// Number of a lane: `f32` to be fast, `f64` to be compared.
 pub trait Scalar:
     Copy + PartialOrd + Default + Debug + Send + Sync + Add<Output = Self> + Mul<Output = Self> + 'static
 {

@@ -1,8 +1,8 @@
 //! Rows without bounds, K on each of several chains of dofs, whose forces are found together.
 //!
-//! Such rows are ONE block of a Gauss-Seidel sweep, and a visit solves it exactly, by A + R = L D Lᵀ: rows that share a light link
-//! would take hundreds of visits, one after the other, to agree. Where nothing touches, and no joint rubs or is at its limit, the
-//! first visit is the solution.
+//! Such rows are ONE block of a Gauss-Seidel sweep, and a visit solves it exactly, by A + R = L D Lᵀ: rows that share
+//! a light link would take hundreds of visits, one after the other, to agree. If nothing touches, and no joint rubs or
+//! is at its limit, the first visit is the solution.
 
 use super::dof_chain::DofChain;
 use super::lanes::Lanes;

@@ -86,7 +86,7 @@ pub fn touches_parts(geom: &Geom) -> bool {
 
 /// Returns the geoms of the robot that can collide.
 pub fn solid(character: &Character) -> impl Iterator<Item = &Geom> {
-    character.geoms.iter().filter(|g| g.body != 0 && (g.contype != 0 || g.conaffinity != 0))
+    character.geoms.iter().filter(|g| g.body != 0 && g.collides())
 }
 
 /// Returns the pairs of a robot's own geoms that MuJoCo lets collide: masks, exclusions, and never a body and the one it hangs

@@ -80,7 +80,7 @@ impl<V: Lanes> Forces<V> {
 }
 
 impl<V: Lanes> Forces<V> {
-    /// Forces of the step before stay where something still touches. Whether anything does.
+    /// Forces of the step before stay where something still touches. Returns whether anything does.
     #[inline(always)]
     pub fn keep(&mut self, slot: usize, touching: V) -> bool {
         let any = touching.any_positive();

@@ -20,7 +20,7 @@ pub fn unsupported(robot: &Robot) -> Vec<String> {
             lines.push(format!("geom '{}': no torsional or rolling friction", geom.name));
         }
     }
-    for geom in character.geoms.iter().filter(|g| g.body == 0 && (g.contype != 0 || g.conaffinity != 0)) {
+    for geom in character.geoms.iter().filter(|g| g.body == 0 && g.collides()) {
         match geom.shape {
             GeomShape::Mesh(_) => lines.push(format!("geom '{}': its shape touches nothing", geom.name)),
             GeomShape::Plane if geom.condim > 3 => {

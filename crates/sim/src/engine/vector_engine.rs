@@ -21,7 +21,7 @@ use crate::simulation::Drive;
 use crate::terrain::Terrain;
 use crate::workers::Workers;
 
-/// What our engine offers besides [`Engine`], whatever its vectors are.
+/// Methods of our engine besides [`Engine`], whatever its vectors are.
 pub trait AnyVectors: Engine {
     /// Environments to a vector.
     fn lanes(&self) -> usize;

@@ -1,8 +1,8 @@
 //! Traces as files: `NAME.trace.safetensors`.
 //!
-//! A [safetensors](https://github.com/huggingface/safetensors) file. For block number B it has the arrays `B.simulated`,
-//! `B.force`, `B.reference`, `B.measured` and, of bodies, `B.frame`, f32 `[rows, columns]`, SI units; the metadata's entry `trace` is a JSON header with
-//! names, classes, rate and the selections S.
+//! A [safetensors](https://github.com/huggingface/safetensors) file. For block number B it has the arrays
+//! `B.simulated`, `B.force`, `B.reference`, `B.measured` and, of bodies, `B.frame`, f32 `[rows, columns]`, SI units.
+//! The metadata's entry `trace` is a JSON header with names, classes, rate and the selections S.
 
 use std::path::Path;
 

@@ -39,8 +39,8 @@ pub const BODY_FORCE: [&str; 6] = ["torque_x", "torque_y", "torque_z", "force_x"
 pub const FRAME: [&str; 7] =
     ["position_x", "position_y", "position_z", "orientation_w", "orientation_x", "orientation_y", "orientation_z"];
 
-/// Writes down one environment, step by step: after each step its actuators' state, the load that the rest of the robot is to
-/// them (f_C), and the targets that led there; and where its bodies are and what holds them.
+/// Writes down one environment, step by step: after each step its actuators' state, the load of the rest of the robot
+/// on them (f_C), and the targets that led there. It also keeps the places of its bodies and what holds them.
 #[derive(Debug, Clone)]
 pub struct Recorder {
     joints: Vec<String>,

@@ -21,10 +21,10 @@ pub struct DriveTrain {
     pub encoder: f64,
 }
 
-/// What is around a servo at one instant.
+/// Surroundings of a servo at one instant.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Around {
-    /// What the firmware drives to (rad).
+    /// Target of the firmware (rad).
     pub target: f64,
     /// Angle of the part (rad).
     pub part: f64,

@@ -1,4 +1,4 @@
-//! What a twin's hidden truth is drawn from.
+//! Distribution of a twin's hidden truth.
 
 use lifelike_character::{Character, Kinematics, Quat, Vec3};
 use lifelike_checkpoint::rng::stream;
@@ -28,8 +28,8 @@ const SUPPLY: f64 = 12.0;
 /// Stall torque for the largest torque that a profile allows: data sheets' stall is above what servos are let do.
 const STALL: f64 = 1.3;
 
-/// What the hidden truth of a twin is drawn from. One seed is one physical robot: servos and parts are drawn by their names, so a
-/// robot that is attached elsewhere keeps its own.
+/// Distribution of the hidden truth of a twin. One seed is one physical robot: servos and parts are drawn by their
+/// names, so a robot that is attached elsewhere keeps its own.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct TwinSpec {

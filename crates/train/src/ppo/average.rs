@@ -1,7 +1,8 @@
 //! The mean of a policy's parameters over the last part of its training (Polyak and Juditsky 1992): the policy that is written.
 //!
-//! Steps that are large enough to learn fast end anywhere in a region of policies that are about as good; the middle of the region
-//! is better than its points (docs/results/tracking-changes.md). The training itself goes on from the last point.
+//! Steps that are large enough to learn fast end anywhere in a region of policies that are about as good. The middle
+//! of the region is better than its points (docs/results/tracking-changes.md). The training itself goes on from the
+//! last point.
 
 use lifelike_checkpoint::Checkpoint;
 

@@ -12,8 +12,8 @@ use crate::collective::Collective;
 use crate::gaussian::divergence;
 use crate::networks::{Actor, Critic};
 
-/// Rows on which the KL divergence is measured after each epoch. Where rows spread by as much as their mean, the mean of 768
-/// has a standard error of 4%; the learning rate is changed where it is off by half.
+/// Rows on which the KL divergence is measured after each epoch. If rows spread by as much as their mean, the mean of
+/// 768 has a standard error of 4%. The learning rate is changed when it is off by half.
 const DIVERGENCE_ROWS: usize = 768;
 /// An iteration's epochs end early when the divergence exceeds the target this many times.
 const STOP: f64 = 4.0;

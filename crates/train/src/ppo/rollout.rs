@@ -24,7 +24,7 @@ pub struct Rollout {
     pub final_steps: Vec<usize>,
     pub actions: Vec<f32>,
     pub means: Vec<f32>,
-    /// What a teacher would have done; empty without one.
+    /// Actions of a teacher; empty without one.
     pub taught: Vec<f32>,
     pub log_probabilities: Vec<f32>,
     /// Of the policy that acted, `[J]`.
@@ -134,7 +134,7 @@ impl Rollout {
         self.rewards.len()
     }
 
-    /// Whether a teacher said what it would have done.
+    /// Returns whether a teacher said its action.
     pub fn is_taught(&self) -> bool {
         !self.taught.is_empty()
     }

@@ -12,7 +12,7 @@ use crate::networks::{Actor, Critic, LOG_STD};
 
 /// Result of a step.
 pub struct Step {
-    /// What was to be improved, before the step: mean over the minibatch.
+    /// Objective before the step: mean over the minibatch.
     pub objective: f64,
     /// Norm of the gradient; `None` when it was not finite and nothing was changed.
     pub norm: Option<f64>,

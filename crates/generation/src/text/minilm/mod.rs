@@ -8,7 +8,7 @@ mod weights;
 
 use std::path::Path;
 
-use super::{MAX_TOKENS, TextEncoder, TextTokens, prompt};
+use super::prompt;
 use crate::GenerationError;
 
 pub use bert::Bert;
@@ -30,7 +30,7 @@ pub struct Sentence {
     /// Ids of the tokens, `[CLS]` and `[SEP]` included.
     pub ids: Vec<u32>,
     /// Last hidden states, `[ids, width]`.
-    pub hidden: TextTokens,
+    pub hidden: Vec<f32>,
 }
 
 impl MiniLm {
@@ -55,16 +55,17 @@ impl MiniLm {
     /// [`GenerationError::Prompt`] for a text that is no sentence.
     pub fn read(&self, text: &str) -> Result<Sentence, GenerationError> {
         let ids = self.tokenizer.encode(prompt::check(text)?, self.network.max_tokens());
-        let numbers = self.network.hidden_states(&ids);
-        Ok(Sentence { ids, hidden: TextTokens { width: self.network.width(), numbers } })
+        let hidden = self.network.hidden_states(&ids);
+        Ok(Sentence { ids, hidden })
     }
 }
 
 impl Sentence {
     /// Returns the mean of the hidden states, `[width]`.
     pub fn mean(&self) -> Vec<f32> {
-        let mut mean = vec![0.0_f32; self.hidden.width];
-        for token in self.hidden.numbers.chunks_exact(self.hidden.width.max(1)) {
+        let width = self.hidden.len() / self.ids.len().max(1);
+        let mut mean = vec![0.0_f32; width];
+        for token in self.hidden.chunks_exact(width.max(1)) {
             mean.iter_mut().zip(token).for_each(|(sum, x)| *sum += x);
         }
         mean.iter_mut().for_each(|x| *x /= self.ids.len().max(1) as f32);
@@ -77,22 +78,5 @@ impl Sentence {
         let norm = mean.iter().map(|x| x * x).sum::<f32>().sqrt().max(1e-12);
         mean.iter_mut().for_each(|x| *x /= norm);
         mean
-    }
-}
-
-/// The mean of the hidden states as the first token, then the hidden states of the word pieces (those of `[CLS]` and
-/// `[SEP]` are in the mean only).
-impl TextEncoder for MiniLm {
-    fn encode(&self, text: &str) -> Result<TextTokens, GenerationError> {
-        let sentence = self.read(text)?;
-        let width = sentence.hidden.width;
-        let last = sentence.ids.len().saturating_sub(1).min(MAX_TOKENS);
-        let mut numbers = sentence.mean();
-        numbers.extend_from_slice(&sentence.hidden.numbers[width..last * width]);
-        Ok(TextTokens { width, numbers })
-    }
-
-    fn width(&self) -> usize {
-        self.network.width()
     }
 }

@@ -11,7 +11,7 @@ use crate::error::CliError;
 /// Runs whose signals are drawn.
 const DRAWN: usize = 12;
 
-/// What a column's numbers are shown in: factor and unit.
+/// Returns the unit that a column's numbers are shown in: factor and unit.
 fn shown(column: &str) -> (f64, &'static str) {
     match column {
         "position" | "orientation" => (180.0 / std::f64::consts::PI, "deg"),

@@ -101,8 +101,8 @@ fn rows(record: &Record, step: f64) -> Vec<(&MeasuredMessage, &CommandMessage)> 
     rows
 }
 
-/// Returns position and velocity of a robot as it was measured; the root at rest where nothing outside measures it, the
-/// lowest sole on the ground.
+/// Returns position and velocity of a robot as it was measured. The root is at rest if nothing outside measures it,
+/// with the lowest sole on the ground.
 fn state(robot: &Robot, measured: &MeasuredMessage) -> (Vec<f64>, Vec<f64>) {
     let character = &robot.character;
     let (mut q, mut v) = (robot.default_position(), vec![0.0; character.nv]);

@@ -31,9 +31,9 @@ pub struct Stages<'a> {
     pub folder: &'a Path,
     /// Engine, threads, processor.
     pub physics: &'a Physics,
-    /// Where to tell of progress.
+    /// Receiver of progress.
     pub output: &'a Output,
-    /// What is complete.
+    /// Stages that are complete.
     pub done: Done,
 }
 

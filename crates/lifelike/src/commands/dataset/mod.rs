@@ -62,7 +62,7 @@ fn make_folders(folder: &Path) -> Result<(), CliError> {
     })
 }
 
-/// What was left out, by reason: a table, largest first.
+/// Returns the rejected motions by reason: a table, largest first.
 fn rejected_table(rejected: &BTreeMap<String, usize>, drawn: usize) -> String {
     let mut sorted: Vec<(&String, &usize)> = rejected.iter().filter(|(_, count)| **count > 0).collect();
     sorted.sort_by_key(|(reason, count)| (std::cmp::Reverse(**count), *reason));

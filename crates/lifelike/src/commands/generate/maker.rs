@@ -21,7 +21,7 @@ const OVERLAP: f64 = 0.6;
 /// Distance of the seeds of two parts, of which the second goes on from the first.
 const NEXT_SEED: u64 = 0x9E37_79B9_7F4A_7C15;
 
-/// What motions are made with.
+/// Networks and options that motions are made with.
 pub struct Maker {
     /// The robot.
     pub robot: Arc<Robot>,
@@ -33,7 +33,7 @@ pub struct Maker {
     pub strength: f64,
     /// Settings of one part.
     pub options: SampleOptions,
-    /// What every candidate keeps of a clip.
+    /// Part of a clip that every candidate keeps.
     pub kept: Option<Kept>,
 }
 
@@ -48,7 +48,7 @@ pub struct Kept {
 pub struct Candidate {
     /// The clip.
     pub clip: MotionClip,
-    /// What there is to say about it.
+    /// Verdict on it.
     pub verdict: Verdict,
     /// Number among the candidates.
     pub candidate: usize,

@@ -27,7 +27,7 @@ pub struct Player<'a> {
     physics: &'a Physics,
 }
 
-/// What came of it.
+/// Outcome of playing.
 #[derive(Debug, serde::Serialize)]
 pub struct Played {
     /// The controller.

@@ -1,4 +1,4 @@
-//! What physics made gentler of a motion, limb by limb.
+//! Changes by physics that made a motion gentler, limb by limb.
 
 use lifelike_motion::MotionClip;
 use lifelike_motion::features::frames_of;

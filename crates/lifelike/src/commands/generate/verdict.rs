@@ -1,4 +1,4 @@
-//! Whether a robot can do what was generated, in plain words.
+//! Verdict on a generated motion for a robot, in plain words.
 
 use std::cmp::Ordering;
 
@@ -23,11 +23,11 @@ const PATIENCE: f64 = 0.15;
 pub struct Verdict {
     /// Nothing rules it out, as far as can be told without physics.
     pub feasible: bool,
-    /// What rules it out, in the order of time.
+    /// Reasons against it, in the order of time.
     pub reasons: Vec<String>,
     /// Length of what rules it out, summed over reasons (s).
     pub bad_seconds: f64,
-    /// What physics made gentler, where the motion is what physics made of one.
+    /// Limbs that physics made gentler, of a motion that physics made.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub softened: Vec<String>,
     /// The critic's opinion, where there is a critic.

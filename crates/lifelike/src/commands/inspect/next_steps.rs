@@ -47,8 +47,8 @@ pub fn of_motion(file: &Path, clip: &MotionClip) -> Vec<NextCommand> {
     [Some(check), demo, Some(table)].into_iter().flatten().collect()
 }
 
-/// Returns the step with a policy: an evaluation on our own clips. The robot is the one of the policy's run, else one that
-/// is found by the policy's joints; a file that only the user knows is written in capitals.
+/// Returns the step with a policy: an evaluation on our own clips. The robot is the one of the policy's run, else one
+/// that is found by the policy's joints. A file that only the user knows is written in capitals.
 pub fn of_policy(path: &Path, file: &ControllerFile, prior: bool) -> Vec<NextCommand> {
     let source = Source::of(path).ok();
     let of_run = source.as_ref().and_then(|source| source.robot.clone());

@@ -111,7 +111,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     if written == 0 { Err(CliError::Input("every clip was refused".into())) } else { Ok(()) }
 }
 
-/// What became of a clip.
+/// Outcome of a repair.
 #[derive(serde::Serialize)]
 struct Outcome {
     #[serde(flatten)]
@@ -122,7 +122,7 @@ struct Outcome {
 }
 
 impl Outcome {
-    /// Whether it can be used in place of the clip.
+    /// Returns whether it can be used in place of the clip.
     fn done(&self) -> bool {
         self.reached.map_or(self.repaired.after.trackable, |share| share >= 1.0)
     }

@@ -126,7 +126,7 @@ struct Done {
     /// Verdict by kinematics and masses.
     #[serde(skip_serializing_if = "Option::is_none")]
     verdict: Option<Verdict>,
-    /// What `--feasible` changed.
+    /// Changes by `--feasible`.
     #[serde(skip_serializing_if = "Option::is_none")]
     repaired: Option<Change>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -322,7 +322,7 @@ fn look(folder: &Path, reads: &Reads<'_>, done: &[Done]) -> Result<PathBuf, CliE
     Ok(path)
 }
 
-/// What is a file or folder, and what is an option: options have a `=` and are no file.
+/// Splits arguments into files or folders, and options: options have a `=` and are no file.
 fn split(arguments: &[String]) -> (Vec<PathBuf>, Vec<String>) {
     let (changes, inputs): (Vec<&String>, Vec<&String>) =
         arguments.iter().partition(|a| a.contains('=') && !Path::new(a).exists());

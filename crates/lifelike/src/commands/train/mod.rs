@@ -1,5 +1,5 @@
-//! `lifelike train ...`: a motion prior, then a policy, then its critic; a motion spline for editing; a generator of motion
-//! from text, and its evaluator; an augmentation of simulated states.
+//! `lifelike train ...`: a motion prior, then a policy, then its critic; a motion spline for editing; a generator of
+//! motion from text, and its evaluator. It also trains an augmentation of simulated states.
 
 pub mod augmentation;
 pub mod critic;

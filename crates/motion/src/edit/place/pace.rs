@@ -2,9 +2,9 @@
 
 use crate::retarget::smooth::limit_speed;
 
-/// Limits how far a joint goes in one frame (`step`) without changing it where it must be as it is: at home, outside of
-/// all windows, and in the keys' frames. Where the way to a key is too long for the step, the joint comes as near to it
-/// as it can. The frames at home must keep the step among themselves.
+/// Limits how far a joint goes in one frame (`step`) without changing it where it must be as it is: at home, outside
+/// of all windows, and in the keys' frames. If the way to a key is too long for the step, the joint comes as near to
+/// it as it can. The frames at home must keep the step among themselves.
 pub(super) fn pace(values: &mut [f64], step: f64, home: &[bool], keys: &[usize]) {
     let before = values.to_vec();
     let mut room: Vec<(f64, f64)> = values

@@ -1,8 +1,8 @@
 //! Sway: the body shifted above its feet so that the ground's force acts within them.
 //!
-//! A shift s(t) of the whole body moves the zero moment point by s − (h / f) s̈, with the height h of the centre of mass and the vertical
-//! force per mass f. For the point to move by e, that is a boundary value problem (a tridiagonal system) whose solution spreads e over
-//! √(h / f), a fifth of a second here: what a body does before it brakes.
+//! A shift s(t) of the whole body moves the zero moment point by s − (h / f) s̈. Here h is the height of the centre of
+//! mass and f the vertical force per mass. For the point to move by e, that is a boundary value problem (a tridiagonal
+//! system). Its solution spreads e over √(h / f), a fifth of a second here: what a body does before it brakes.
 
 use lifelike_character::Vec3;
 

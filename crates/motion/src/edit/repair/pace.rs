@@ -30,7 +30,8 @@ impl Pace {
         Self { times: (0..clip.len()).map(|t| t as f64 / clip.fps).collect() }
     }
 
-    /// Returns one at which what is in the air falls as things do and no joint is too fast; `None` if the clip's own is that.
+    /// Returns one at which what is in the air falls as things do and no joint is too fast. `None` if the clip's own
+    /// is that.
     pub fn better(clip: &MotionClip, needs: &Needs, found: &Feasibility) -> Option<Self> {
         let faster = wanted(clip, needs, found);
         if faster.iter().all(|x| *x == 0.0) {

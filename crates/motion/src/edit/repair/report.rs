@@ -1,4 +1,4 @@
-//! What was changed.
+//! Changes of a repair.
 
 use lifelike_character::{Kinematics, Vec3};
 
@@ -16,15 +16,15 @@ use crate::retarget::{Gather, Spread};
 pub struct Repaired {
     /// The clip.
     pub clip: String,
-    /// What was found in it.
+    /// Findings before.
     pub before: Feasibility,
-    /// What is found now.
+    /// Findings now.
     pub after: Feasibility,
-    /// What was changed.
+    /// Changes made.
     pub change: Change,
 }
 
-/// How far a motion is from the one it was, frame by frame at the times to which they were moved.
+/// Distance of a motion from the one it was, frame by frame at the times to which they were moved.
 #[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize)]
 pub struct Change {
     /// Root (m).

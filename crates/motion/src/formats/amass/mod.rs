@@ -1,10 +1,11 @@
 //! AMASS (Mahmood et al. 2019): motion capture as poses of SMPL bodies, one `.npz` for each recording.
 //!
-//! `poses` is one row per frame: a rotation vector (rad) for each joint, of which the first 22 are the body's in SMPL (72
-//! numbers), SMPL-H (156) and SMPL-X (165) alike; fingers, jaw and eyes are not read, hands are rigid. `root_orient` and
-//! `pose_body` (or `global_orient` and `body_pose`) may be in its place. `trans` (or `transl`, m) moves the whole body, and `mocap_framerate` (older files) or `mocap_frame_rate` is in frames per second. The file's world is
-//! z up; the frames of the joints are y up and z forward when the body rests, so the root's rotation also stands the body
-//! up.
+//! `poses` is one row per frame: a rotation vector (rad) for each joint, of which the first 22 are the body's in SMPL
+//! (72 numbers), SMPL-H (156) and SMPL-X (165) alike. Fingers, jaw and eyes are not read, hands are rigid.
+//! `root_orient` and `pose_body` (or `global_orient` and `body_pose`) may be in its place. `trans` (or `transl`, m)
+//! moves the whole body, and `mocap_framerate` (older files) or `mocap_frame_rate` is in frames per second. The file's
+//! world is z up. The frames of the joints are y up and z forward when the body rests, so the root's rotation also
+//! stands the body up.
 //!
 //! The skeleton is SMPL's mean body (`body.rs`), whoever was captured: `betas`, `dmpls` and `gender` are not used, since
 //! the shapes that they stand for are licensed apart, and retargeting changes the size anyway. So limbs are off by the

@@ -1,7 +1,7 @@
 //! Names of AMASS' recordings, the same ones in all editions.
 //!
-//! A file's own name is not enough (`0005_walking1_poses.npz` is there a hundred times, for each person of BMLrub), and
-//! the editions differ in the collections' names, in the file's ending and in spaces.
+//! A file's own name is not enough: `0005_walking1_poses.npz` is there a hundred times, for each person of BMLrub. The
+//! editions differ in the collections' names, in the file's ending and in spaces.
 
 use std::path::{Component, Path};
 
@@ -32,7 +32,7 @@ const COLLECTIONS: [&[&str]; 24] = [
     &["Transitions", "Transitions_mocap"],
     &["WEIZMANN"],
 ];
-/// What files of motion end in, before their extension.
+/// Ends of the names of motion files, before their extension.
 const ENDINGS: [&str; 2] = ["_poses", "_stageii"];
 
 /// Returns a recording's name, `CMU_80_80_63` for `.../CMU/80/80_63_poses.npz`: its collection, person and take; none of

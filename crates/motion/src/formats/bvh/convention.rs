@@ -1,4 +1,4 @@
-//! Who wrote a BVH file: which way its skeleton faces, and in which pose it rests.
+//! Origin of a BVH file: which way its skeleton faces, and in which pose it rests.
 
 use lifelike_character::{Quat, Vec3};
 
@@ -17,12 +17,13 @@ pub(super) enum Convention {
     Other,
 }
 
-/// Angles (rad) by which the line from ankle to toe joint, and the toes' x axis, dip below the horizontal when the feet
-/// of the Bandai skeleton stand flat: medians over standing feet in its walks (ankle 11.7 cm, toe joint 4.2 cm high).
+/// Angles (rad) below the horizontal when the Bandai skeleton's feet are flat, of the line from ankle to toe joint and
+/// of the toes' x axis: medians over standing feet in its walks (ankle 11.7 cm, toe joint 4.2 cm high).
 const BANDAI_FOOT_DIP: f64 = 0.693;
 const BANDAI_TOE_DIP: f64 = 0.37;
 /// The rest pose and the frames into which a filter of the conversion smeared it: against the CMU originals the arms
-/// are off by 76, 48, 22, 7, 10, 10 degrees in frames 1 to 6 (medians over 20 trials) and by a constant 7 from then on.
+/// are off by 76, 48, 22, 7, 10, 10 degrees in frames 1 to 6 (medians over 20 trials). From then on it is a constant
+/// 7.
 const DAZ_REST_FRAMES: usize = 7;
 /// Tilt of the elbows' hinges of the Daz skeleton (rad): median over the CMU walks.
 const DAZ_ELBOW_TILT: f64 = 0.47;

@@ -46,8 +46,8 @@ fn four_digits(x: f64) -> String {
     format!("{x:.*}", (4 - before_point).max(0) as usize)
 }
 
-/// Returns a person's size in units: along the bones from foot to head where roles are known, since zero rotations may
-/// be no pose of a person; else the longest side of the box around the rest pose.
+/// Returns a person's size in units: along the bones from foot to head if roles are known, since zero rotations may be
+/// no pose of a person. Else it is the longest side of the box around the rest pose.
 fn size_of(clip: &RawClip) -> f64 {
     let found = roles::find(clip.tree(), &std::collections::BTreeMap::new());
     let length = |joint: usize, stop: usize| -> f64 {

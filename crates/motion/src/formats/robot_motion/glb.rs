@@ -1,13 +1,13 @@
 //! glTF (binary) of a robot in motion, for Blender, browsers and game engines: a node for each body. It is written only.
 //!
-//! Body frames are the robot's own, z up, below one node that turns them to glTF's y up. What a robot is drawn with comes along:
+//! Body frames are the robot's own, z up, below one node that turns them to glTF's y up. The robot's looks come along:
 //! its meshes, or the shapes that it touches with where a body has none.
 
 mod buffer;
 mod shapes;
 
 use lifelike_character::rotation::to_wxyz;
-use lifelike_character::{Character, GeomShape, Kinematics, Quat, Vec3};
+use lifelike_character::{Character, Kinematics, Quat, Vec3};
 use serde_json::{Value, json};
 
 use super::bvh::depth_first;
@@ -45,7 +45,7 @@ fn write(clip: &MotionClip, robot: &Character) -> Result<Vec<u8>, MotionError> {
         let own = &robot.bodies[body];
         let parents = order.iter().enumerate().filter(|(_, child)| robot.bodies[**child].parent == body);
         let mut children: Vec<usize> = parents.filter(|(_, child)| **child != body).map(|(at, _)| at + 1).collect();
-        for geom in drawn(robot, body) {
+        for geom in robot.geoms.iter().filter(|geom| geom.body == body && robot.is_drawn(geom)) {
             let Some(surface) = shapes::surface(robot, &geom.shape) else { continue };
             let material = json!({
                 "pbrMetallicRoughness": {
@@ -144,17 +144,6 @@ fn tracks(clip: &MotionClip, robot: &Character, order: &[usize]) -> Result<Vec<(
         }
     }
     Ok(tracks)
-}
-
-/// Returns what a body is drawn with: pictures, or where it has none the shapes that touch.
-fn drawn(robot: &Character, body: usize) -> Vec<&lifelike_character::Geom> {
-    let shapes = || robot.geoms.iter().filter(move |geom| geom.body == body && geom.rgba[3] > 0.0);
-    let collides = |geom: &&lifelike_character::Geom| geom.contype != 0 || geom.conaffinity != 0;
-    let is_mesh = |geom: &&lifelike_character::Geom| matches!(geom.shape, GeomShape::Mesh(_));
-    match shapes().any(|geom| is_mesh(&geom)) {
-        true => shapes().filter(|geom| is_mesh(geom) || !collides(geom)).collect(),
-        false => shapes().collect(),
-    }
 }
 
 fn xyzw(turn: &Quat) -> [f32; 4] {

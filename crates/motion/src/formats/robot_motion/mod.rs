@@ -2,7 +2,7 @@
 //!
 //! A [`Layout`] is one constant: its name, a test of the content, a reader into [`RobotMotion`] and a writer from a
 //! [`MotionClip`]. [`LAYOUTS`] is the one list; a new layout is one file and its name there. The layout of a file is
-//! found from its content. Where two fit, the file is refused with the option that decides.
+//! found from its content. If two fit, the file is refused with the option that decides.
 
 mod arrays;
 mod bones;

@@ -4,7 +4,7 @@
 //! numbers, texts, lists, dicts and arrays, and a fixed list of names ([`Global::of`]). Each name is data here: no
 //! function is called. Any other operation or name is refused.
 //!
-//! Values are in one arena and refer to each other by index, so a value that is repeated is there once, nesting costs
+//! Values are in one arena and refer to each other by index. A repeated value is therefore there once, nesting costs
 //! no stack, and memory is at most proportional to the file.
 
 use std::collections::HashMap;

@@ -81,7 +81,7 @@ pub(super) fn without_flips(rotations: &mut [Quat]) {
 
 /// Finds which of two readings of the same numbers is right: none where both are possible.
 ///
-/// A robot is upright. A quaternion of a robot that faces along x is upright in the other order as well, but faces
+/// A robot is upright. A quaternion of a robot that faces along x is upright in the other order as well. It then faces
 /// backward and has roll and turn exchanged. There a large turn decides, else the soles: they slip in the wrong
 /// reading.
 pub(super) fn find_order(xyzw: &RobotMotion, wxyz: &RobotMotion, context: &Context<'_>) -> Option<Order> {

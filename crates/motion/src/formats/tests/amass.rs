@@ -100,8 +100,8 @@ fn with(array: Array) -> Vec<Array> {
     arrays
 }
 
-/// Made by `make_amass.py`: NumPy wrote the file, SciPy computed where its joints are. With the file's rest pose a joint's
-/// rotation is what it made since SMPL's rest pose, stood up; positions are the same whatever the rest pose.
+/// Made by `make_amass.py`: NumPy wrote the file, SciPy computed where its joints are. With the file's rest pose a
+/// joint's rotation is what it made since SMPL's rest pose, stood up. Positions are the same whatever the rest pose.
 #[test]
 fn joints_are_where_scipy_says() {
     #[derive(serde::Deserialize)]
@@ -150,7 +150,7 @@ fn a_standing_figure_stands_up_and_faces_as_it_was_captured() {
     assert!(shin.y < -0.25 && shin.z < -0.1, "{shin:?}");
 }
 
-/// Left and right of the table are a mirror image but for the millimetres by which the scans differ, and the rest pose
+/// Left and right of the table are a mirror image but for the millimetres by which the scans differ. The rest pose
 /// that is made of it is every format's.
 #[test]
 fn the_mean_body_is_symmetric_and_rests_as_all_do() {

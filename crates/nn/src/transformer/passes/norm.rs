@@ -1,5 +1,5 @@
-//! T5's layer normalization: each token by the root of its mean square, times a gain; no mean is subtracted and nothing added (Zhang &
-//! Sennrich 2019, as in T5, Raffel et al. 2020). And its gradient.
+//! T5's layer normalization: each token by the root of its mean square, times a gain. No mean is subtracted and
+//! nothing added (Zhang & Sennrich 2019, as in T5, Raffel et al. 2020). And its gradient.
 
 use std::ops::Range;
 

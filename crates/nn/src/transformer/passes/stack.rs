@@ -1,4 +1,5 @@
-//! Transformer blocks, forward and backward. What is cheap to compute again (normalized tokens, GELU) is not kept.
+//! Transformer blocks, forward and backward. Values that are cheap to compute again (normalized tokens, GELU) are not
+//! kept.
 
 use super::attention::{self, Shape, padded_bias};
 use super::norm::Norm;
@@ -19,8 +20,9 @@ pub(super) struct Stack {
 /// x + attention(norm(x)), then x + feed-forward(norm(x)): T5's order, in which nothing stands on the way from input to output but
 /// additions. No map has a bias, as T5's have none.
 ///
-/// T5 leaves out attention's factor 1/√(c/h) and draws the query weights smaller by it instead. At initialization that is the same
-/// function; here the factor stays, so that Adam's steps are not √(c/h) times as effective on queries as on everything else.
+/// T5 leaves out attention's factor 1/√(c/h) and draws the query weights smaller by it instead. At initialization that
+/// is the same function. Here the factor stays, so that Adam's steps are not √(c/h) times as effective on queries as
+/// on everything else.
 #[derive(Debug, Clone)]
 struct Block {
     norm_1: Norm,

@@ -1,5 +1,5 @@
-//! Principal components of windows: the best linear encoder and decoder of a size (Eckart and Young 1936), and so the row that any
-//! learned prior has to beat, on the same windows and with the same number of numbers.
+//! Principal components of windows: the best linear encoder and decoder of a size (Eckart and Young 1936). Any learned
+//! prior has to beat it, on the same windows and with the same number of numbers.
 //!
 //! It is a prior like any other: policies can be given its codes, too. A β-VAE can have it as a linear path
 //! ([`super::vae::VaePlan::linear_path`]).

@@ -4,9 +4,9 @@
 //! The main path: a [`SplinePriorPlan`] and clips → [`WindowSequences`] → [`crate::spline_transformer::SequenceTrainer`] →
 //! [`super::MotionPrior::of_spline`], a prior like any other.
 //!
-//! A VAE's codes are about standard normal, because its loss asks for it. Nothing asks control points for a scale, and what a
-//! policy sees should have one, so every number of z_t is a control point's less its mean and by its standard
-//! deviation over the training windows; both are part of the prior. Nothing keeps codes of motion that was never
+//! A VAE's codes are about standard normal, because its loss asks for it. Control points have no scale, and a policy's
+//! inputs should have one. Every number of z_t is therefore a control point's less its mean and by its standard
+//! deviation over the training windows. Both are part of the prior. Nothing keeps codes of motion that was never
 //! trained on near those of motion that was.
 
 mod coder;

@@ -28,9 +28,9 @@ pub struct VaePlan {
     pub batch: usize,
     /// Training iterations. The thesis calls one batch an epoch.
     pub iterations: u64,
-    /// The thesis' RAdam, Adam, or Muon, which gets further in as many steps at rates up to 0.003 and fails at 0.01. RAdam holds
-    /// its step back for about the first 2000 steps (its rectification is 0.2 at step 100 and 0.4 at step 333 for β₂ = 0.999),
-    /// which costs nothing in 50 000 iterations and most of a short budget.
+    /// The thesis' RAdam, Adam, or Muon, which gets further in as many steps at rates up to 0.003 and fails at 0.01.
+    /// RAdam holds its step back for about the first 2000 steps: its rectification is 0.2 at step 100 and 0.4 at step
+    /// 333 for β₂ = 0.999. This costs nothing in 50 000 iterations and most of a short budget.
     pub optimizer: Rule,
     /// Learning rate at the beginning of each cosine period.
     pub learning_rate: f64,
@@ -94,8 +94,8 @@ impl VaePlan {
     }
 
     /// Returns the learning rate at an iteration (counted from 0). A restart in the last tenth of the plan is left
-    /// out: the rate would end high, and the few iterations left cannot learn again what a high rate undoes (4
-    /// iterations after a restart took the reconstruction of held-out joints from 8 to 13 degrees).
+    /// out: the rate would end high, and the few iterations left cannot learn again what a high rate undoes. Four
+    /// iterations after a restart took the reconstruction of held-out joints from 8 to 13 degrees.
     pub fn learning_rate_at(&self, iteration: u64) -> f64 {
         let restarts = WarmRestarts { first: self.restart_first, factor: self.restart_factor, floor: 0.0 };
         let last = restarts.begin_of_period(self.iterations);
