@@ -50,15 +50,17 @@ impl Actuator {
 }
 
 impl Character {
-    /// Returns the sum of all actuators that move a joint; `None` where none does. Dampers alone move nothing.
+    /// Returns the sum of all actuators of a joint; `None` where none moves it or damps it without a control.
     pub fn drive(&self, joint: usize) -> Option<Drive> {
         let of_joint = || self.actuators.iter().filter(|a| a.joint == joint);
         let square = |a: &Actuator| a.gear * a.gear;
+        let is_moved = of_joint().any(|a| a.command() != Command::Damping);
+        let acts = |a: &&Actuator| a.command() != Command::Damping || !is_moved && a.bias[2] != 0.0;
         let mut torque = Some((0.0, 0.0));
-        for actuator in of_joint().filter(|a| a.command() != Command::Damping) {
+        for actuator in of_joint().filter(acts) {
             torque = torque.zip(actuator.torque_range()).map(|(all, own)| (all.0 + own.0, all.1 + own.1));
         }
-        of_joint().any(|a| a.command() != Command::Damping).then(|| Drive {
+        of_joint().any(|a| acts(&a)).then(|| Drive {
             stiffness: of_joint().map(|a| -a.bias[1] * square(a)).sum(),
             damping: of_joint().map(|a| -a.bias[2] * square(a)).sum(),
             torque: overlap(torque, self.joints[joint].actuator_force_range),

@@ -84,7 +84,14 @@ fn who_mimics_itself_or_nobody() {
     let parts = |mimic: &str| [link("a", 1.0), link("b", 1.0), joint("j", ["a", "b"], mimic)].concat();
     let itself = format!("<robot name=\"r\">{}</robot>", parts("<mimic joint=\"j\"/>"));
     let error = Character::from_urdf(&itself, "r.urdf", None).unwrap_err().to_string();
-    assert!(error.contains("expected a joint that does not mimic itself, got 'j'"), "{error}");
+    assert!(error.contains("not mimic each other in a circle, got 'j' mimics 'j'"), "{error}");
+    let circle = [
+        [link("a", 1.0), link("b", 1.0), link("c", 1.0)].concat(),
+        joint("left", ["a", "b"], "<mimic joint=\"right\"/>") + &joint("right", ["a", "c"], "<mimic joint=\"left\"/>"),
+    ];
+    let circle = format!("<robot name=\"r\">{}</robot>", circle.concat());
+    let error = Character::from_urdf(&circle, "r.urdf", None).unwrap_err().to_string();
+    assert!(error.contains("'right' mimics 'left' mimics 'right'"), "{error}");
     let nobody = read(&[parts("<mimic joint=\"left_j\"/>")], None);
     assert!(moving(&nobody).is_empty() && warned(&nobody, "joint 'j' mimics 'left_j', which there is not: held"));
 }
@@ -109,6 +116,9 @@ fn moments_that_no_body_has_are_replaced() {
     );
     assert!(warned(&c, "moments of inertia that no body has were replaced, of links: rod, mixed, point"));
     let moments = |body: &str| c.bodies[c.body(body).unwrap()].inertial.diagonal;
+    assert!(!warned(&c, "without ixy"));
+    let plain = read(&[body("plain", r#"ixx="3" iyy="4" izz="5" ixy="0" iyz="0""#)], None);
+    assert!(warned(&plain, "without ixy, ixz or iyz, which are taken for zero, of links: plain"));
     assert!((moments("sound") - Vec3::new(5.0, 4.0, 3.0)).norm() < 1e-12);
     assert!((moments("rod") - Vec3::repeat(4.0)).norm() < 1e-12);
     assert!((moments("mixed") - Vec3::repeat(1.0)).norm() < 1e-12);

@@ -109,7 +109,10 @@ fn limits_are_read_or_told() {
     assert!(with("continuous", "").unwrap().warnings.is_empty());
     let zeros = with("continuous", "<limit effort=\"0\" velocity=\"0\"/>").unwrap();
     assert_eq!((zeros.joints[1].velocity_limit, zeros.joints[1].actuator_force_range), (None, None));
-    assert!(zeros.warnings[0].contains("effort of hip, velocity of hip"), "{:?}", zeros.warnings);
+    assert!(zeros.warnings[0].contains("effort of hip (0), velocity of hip (0)"), "{:?}", zeros.warnings);
+    let negative = with("continuous", "<limit effort=\"-60\" velocity=\"-1\"/>").unwrap();
+    let said = "limits that are not above zero, which are ignored: effort of hip (-60), velocity of hip (-1)";
+    assert!(negative.warnings[0].contains(said), "{:?}", negative.warnings);
     let error = with("revolute", "<limit lower=\"1\" upper=\"-1\" effort=\"3\" velocity=\"2\"/>").unwrap_err();
     assert!(error.contains("<limit>: expected 'lower' below 'upper' for joint 'hip', got 1 and -1"), "{error}");
 }
@@ -179,6 +182,8 @@ fn copies_are_moved_and_turned_one_after_the_other() {
     let names: Vec<&str> = c.joints.iter().map(|j| j.name.as_str()).collect();
     assert_eq!(names, ["k0", "k1", "k2"]);
     assert!(c.mjcf.unwrap().contains("name=\"b2\""), "the text for MuJoCo has the copies");
+    let none = "<replicate count=\"0\" offset=\"0 0 .1\"><geom name=\"g\" size=\".01\"/></replicate>";
+    assert!(mjcf("", &(none.to_string() + PELVIS)).unwrap().geom("g").is_err(), "no copy, as in MuJoCo");
     let many = "<replicate count=\"1000\"><replicate count=\"1000\"><geom size=\".1\"/></replicate></replicate>";
     assert!(mjcf("", many).unwrap_err().contains("at most 200000 elements of all copies"));
 }

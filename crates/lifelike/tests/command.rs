@@ -172,6 +172,24 @@ fn motion_goes_through_the_layouts_of_others() {
     refused(&["motion", "convert", &at("wave.csv"), "--to", "gmr", "-o", &all], "--layout lafan1 or --layout kimodo");
     refused(&["motion", "retarget", &at("wave.csv"), "--layout", "lafan1", "-o", &all], "every clip was refused");
 
+    // A table that lacks a joint of the robot, and two clips of one name: nothing is written.
+    json(&["motion", "convert", &wave, &at("lima.csv"), "--to", "csv"]);
+    let lacking = std::fs::read_to_string(at("lima.csv")).unwrap().replacen("right_elbow", "foo", 1);
+    std::fs::write(at("lacking.csv"), lacking).unwrap();
+    let to = at("o.motion.safetensors");
+    refused(&["motion", "convert", &at("lacking.csv"), &to, "--robot", "lima"], "such as 'right_elbow'");
+    for name in ["one", "two"] {
+        std::fs::create_dir(at(name)).unwrap();
+        std::fs::copy(at("wave.motion.safetensors"), at(&format!("{name}/a.motion.safetensors"))).unwrap();
+    }
+    let [one, two, none] = ["one", "two", "none"].map(at);
+    let both = lifelike(&["motion", "convert", &one, &two, "-o", &none]);
+    let said = err(&both);
+    assert_eq!(both.status.code(), Some(3), "{said}");
+    let files = ["one", "two"].map(|name| at(&format!("{name}/a.motion.safetensors")));
+    assert!(said.contains(&format!("{} and {}: both clips are named 'wave'", files[0], files[1])), "{said}");
+    assert!(!Path::new(&none).exists() && !Path::new(&to).exists());
+
     // From one robot to another.
     let other = ["motion", "retarget", &wave, "--source-robot", "lima", "--robot", "humanoid", "-o", &all, "fps=25"];
     let report = json(&other);

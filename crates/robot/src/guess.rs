@@ -1,6 +1,6 @@
 //! Actuators of robots whose profile names none: the model's own, as far as they go; the rest invented from masses and lengths.
 
-use lifelike_character::{Anatomy, Character, Drive, Joint, JointKind, Kinematics, Role};
+use lifelike_character::{Actuator, Anatomy, Character, Command, Drive, Joint, JointKind, Kinematics, Role};
 
 use crate::actuator::ActuatorParameters;
 
@@ -57,7 +57,11 @@ impl<'a> Guesser<'a> {
     pub fn rotors(&mut self) -> Vec<Option<f64>> {
         let rotor = |joint: &Joint| {
             let servo = self.drive(joint).is_some_and(|drive| drive.stiffness > 0.0);
-            let unknown = joint.kind == JointKind::Hinge && joint.armature == 0.0 && !servo && !self.is_passive(joint);
+            let unknown = joint.kind == JointKind::Hinge
+                && joint.armature == 0.0
+                && !servo
+                && !self.is_passive(joint)
+                && !self.is_brake(joint);
             // A link that weighs nothing is a mistake in the model, to be told and not to be fixed.
             let unknown = unknown && self.inertias[joint.v_index] > NOTHING;
             unknown.then(|| self.torque(joint) / (ROTOR_FREQUENCY * ROTOR_FREQUENCY))
@@ -79,7 +83,7 @@ impl<'a> Guesser<'a> {
     /// through the joint's range.
     pub fn drive_gains(&mut self) -> Vec<Option<Gains>> {
         let gains = |joint: &Joint| {
-            let motor = self.drive(joint)?.stiffness == 0.0;
+            let motor = self.drive(joint)?.stiffness == 0.0 && !self.is_brake(joint);
             let (low, high) = joint.range?;
             let bend = (low - joint.spring_reference).abs().max((high - joint.spring_reference).abs());
             let Limit::Known(torque) = self.limit(joint) else { return None };
@@ -132,6 +136,9 @@ impl<'a> Guesser<'a> {
             Limit::Placeholder(_) | Limit::Unknown => "torque invented from the weight it may carry",
         };
         let drive = self.drive(joint).unwrap_or(Drive { stiffness: 0.0, damping: 0.0, torque: None });
+        if self.is_brake(joint) {
+            return (with(0.0, drive.damping, torque_max), format!("the model's damper; {torque}"));
+        }
         if drive.stiffness > 0.0 {
             return (with(drive.stiffness, drive.damping.max(0.0), torque_max), format!("the model's gains; {torque}"));
         }
@@ -195,6 +202,13 @@ impl<'a> Guesser<'a> {
     /// Returns whether a joint has no actuator in a model that has some.
     fn is_passive(&self, joint: &Joint) -> bool {
         !self.character.actuators.is_empty() && self.drive(joint).is_none()
+    }
+
+    /// Returns whether actuators damp a joint and none moves it.
+    fn is_brake(&self, joint: &Joint) -> bool {
+        let is_of = |actuator: &&Actuator| self.character.joints[actuator.joint].name == joint.name;
+        let mut own = self.character.actuators.iter().filter(is_of);
+        self.drive(joint).is_some() && own.all(|actuator| actuator.command() == Command::Damping)
     }
 
     /// Returns the torques that the model allows (N m).

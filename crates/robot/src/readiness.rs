@@ -175,16 +175,29 @@ fn contact(robot: &Robot, shapes: Shapes, readiness: &mut Readiness) {
         return;
     }
     let touches = |body: usize| (0..touching.len()).any(|b| touching[b] && character.is_below(b, body));
-    let bare: Vec<&str> =
-        robot.anatomy.soles.values().map(|s| s.body).filter(|&b| !touches(b)).map(|b| name(character, b)).collect();
-    let shank = |sole: usize| touches(character.bodies[sole].parent);
+    let bare: Vec<&str> = robot
+        .anatomy
+        .soles
+        .values()
+        .map(|s| s.body)
+        .filter(|&b| !touches(rigid(character, b)))
+        .map(|b| name(character, b))
+        .collect();
     if bare.is_empty() {
         return;
     }
-    let without_legs = bare.len() == robot.anatomy.soles.len() && !robot.anatomy.soles.values().any(|s| shank(s.body));
-    let severity = if without_legs { Severity::CannotTrain } else { Severity::Warning };
     let problem = format!("no geom of its feet ({}) can touch the ground", bare.join(", "));
-    readiness.add(severity, problem, "give them geoms of type box, sphere or capsule with contype and conaffinity 1");
+    let remedy = "give them geoms of type box, sphere or capsule with contype and conaffinity 1";
+    let severity = if bare.len() == robot.anatomy.soles.len() { Severity::CannotTrain } else { Severity::Warning };
+    readiness.add(severity, problem, remedy);
+}
+
+/// Returns the body that a body is fixed to, of which both are one rigid part: itself where it has a joint.
+fn rigid(character: &Character, mut body: usize) -> usize {
+    while !character.joints.iter().any(|joint| joint.body == body) && character.bodies[body].parent != 0 {
+        body = character.bodies[body].parent;
+    }
+    body
 }
 
 fn mass(character: &Character, readiness: &mut Readiness) {

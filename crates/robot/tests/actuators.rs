@@ -116,6 +116,26 @@ fn what_moves_nothing_is_no_motor() {
 }
 
 #[test]
+fn a_servo_without_stiffness_is_a_damper() {
+    // MuJoCo compiles gain 0 and bias 0 0 -3.
+    let text = std::fs::read_to_string(folder().join("damper_alone.xml")).unwrap();
+    let damper = "<damper joint=\"knee\" kv=\"3\" ctrlrange=\"0 10\"/>";
+    assert!(text.contains(damper));
+    for servo in [
+        "<position joint=\"knee\" kp=\"0\" kv=\"3\" forcerange=\"-20 20\"/>",
+        "<general joint=\"knee\" gainprm=\"0\" biastype=\"affine\" biasprm=\"0 0 -3\" forcerange=\"-20 20\"/>",
+    ] {
+        let text = text.replace(damper, servo);
+        let character = lifelike_character::Character::from_mjcf(&text, "x.xml", None).unwrap();
+        let robot = Robot::from_character(character, lifelike_robot::Profile::default()).unwrap();
+        assert_eq!(actuator(&robot, "knee"), (0.0, 3.0, 20.0), "{servo}");
+        assert!(note(&robot, "knee").contains("the model's damper; the model's limit"), "{}", note(&robot, "knee"));
+        assert!(robot.notes.iter().all(|note| !note.contains("rotor of 'knee'")), "{:?}", robot.notes);
+        assert!(robot.character.warnings.iter().all(|w| !w.contains("swing freely")), "{:?}", robot.character.warnings);
+    }
+}
+
+#[test]
 fn controls_that_are_angles_or_velocities_limit_no_torque() {
     for name in ["velocity", "intvelocity", "gear", "no_kp"] {
         let note = note(&load(name), "hip");

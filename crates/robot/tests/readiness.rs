@@ -72,6 +72,14 @@ fn what_nothing_holds_up_cannot_be_trained() {
     }
     let lame = biped(BOX, PICTURE, 30.0).readiness(Shapes::Primitives);
     says(&lame, Severity::CannotTrain, "no geom of its feet (left_foot, right_foot)");
+    // Shanks that touch are no feet: MuJoCo's masks let the feet through the ground.
+    let mismatch = r#"type="box" size=".08 .04 .01" contype="2" conaffinity="2""#;
+    for foot in [PICTURE, mismatch] {
+        let inertial = r#"mass="1" diaginertia=".01 .01 .01"/>"#;
+        let shank = format!("{inertial}<geom type=\"capsule\" fromto=\"0 0 0 0 0 -.15\" size=\".03\"/>");
+        let kneeling = built(|text| text.replace(BOX, foot).replace(inertial, &shank)).unwrap();
+        says(&kneeling.readiness(Shapes::Primitives), Severity::CannotTrain, "no geom of its feet (left_foot");
+    }
 }
 
 #[test]
@@ -148,7 +156,12 @@ fn what_is_not_the_robot_is_not_weighed_and_has_no_joints() {
     let table = "<body name=\"table\" pos=\"2 0 .4\"><geom type=\"box\" size=\".5 .5 .4\"/></body>";
     let with_table = beside(table).unwrap();
     assert!((with_table.character.mass() - 8.0).abs() < 1e-12, "{} kg", with_table.character.mass());
-    assert_eq!(with_table.readiness(Shapes::Primitives).verdict(), "ready to train");
+    // MuJoCo compiles it as the obstacle that it is as a geom of the world.
+    let verdict = with_table.readiness(Shapes::Primitives).verdict();
+    assert!(verdict.contains("of 'table' is fixed to the world"), "{verdict}");
+    assert!(with_table.readiness(Shapes::All).can_train());
+    let seen = beside(&table.replace("<geom", "<geom contype=\"0\" conaffinity=\"0\"")).unwrap();
+    assert_eq!(seen.readiness(Shapes::Primitives).verdict(), "ready to train");
     let door = "<body name=\"door\"><joint name=\"hinge\" axis=\"0 0 1\"/><geom size=\".1\"/></body>";
     let error = beside(door).unwrap_err();
     assert!(error.contains("expected all joints on its base 'pelvis', got 'hinge' of 'door'"), "{error}");
@@ -220,6 +233,18 @@ fn numbers_of_other_units_are_called_so() {
     assert_eq!(changed(endless), Readiness::default());
     let slope = |text: &str| text.replace("gravity=\"0 0 -9.81\"", "gravity=\"-1.7 0 -9.66\"");
     assert_eq!(changed(slope), Readiness::default());
+    for other in ["-1.62", "-3.7", "-981", "0"] {
+        let there = |text: &str| text.replace("gravity=\"0 0 -9.81\"", &format!("gravity=\"0 0 {other}\""));
+        says(&changed(there), Severity::Warning, &format!("its gravity is 0 0 {other} m/s2, not the earth's"));
+    }
+    // 0.01 kg m2 as kg mm2 and as kg cm2: of 1 kg at 0.58 m from the root, 100 m and 10 m wide.
+    for (moment, radius) in [("10000", "100.000 m"), ("100", "10.000 m")] {
+        let wide = |text: &str| text.replacen(".01 .01 .01", &[moment; 3].join(" "), 1);
+        refused(&wide, &["left_thigh", radius, "write inertias in kg m2"]);
+    }
+    // 0.5 kg with 0.5 kg m2: wider than the robot, and less than the robot's mass has there.
+    let doubt = |text: &str| text.replacen(".001 .001 .001", ".5 .5 .5", 1);
+    says(&changed(doubt), Severity::Warning, "left_foot (0.5 kg m2 with 0.5 kg: a radius of gyration of 1.000 m)");
     let none =
         |text: &str| text.replace("<option gravity=\"0 0 -9.81\"/>", "<option><flag gravity=\"disable\"/></option>");
     says(&changed(none), Severity::Warning, "remove <flag gravity=\"disable\"/>");

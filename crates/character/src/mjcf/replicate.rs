@@ -40,7 +40,7 @@ fn copies(
     let a = Attributes::own(replicate);
     a.only(&["count", "offset", "euler", "sep"])?;
     a.required("count")?;
-    let count = a.integer("count", 1, 1..MAX_ELEMENTS as i64)? as usize;
+    let count = a.integer("count", 1, 0..MAX_ELEMENTS as i64)? as usize;
     let size = replicate.children.iter().map(elements).sum::<usize>() + 1;
     *room = room.checked_sub(count.saturating_mul(size)).ok_or_else(|| {
         a.invalid(format!("at most {MAX_ELEMENTS} elements of all copies"), format!("{count} times {size}"))
@@ -51,7 +51,7 @@ fn copies(
         position: a.numbers::<3>("offset")?.unwrap_or_default().into(),
         orientation: Pose::read(&Attributes::own(&euler), compiler)?.orientation,
     };
-    let digits = (count - 1).to_string().len();
+    let digits = count.saturating_sub(1).to_string().len();
     let mut pose = Pose::identity();
     for copy in 0..count {
         let suffix = format!("{}{copy:0digits$}", a.text("sep").unwrap_or(""));

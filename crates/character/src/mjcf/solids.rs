@@ -63,7 +63,10 @@ impl Solids<'_> {
             faces.chunks_exact(3).map(|f| [0, 1, 2].map(|k| f[k] as u32)).collect(),
         );
         let is_whole = points.iter().chain(&faces).all(|x| x.is_finite()) && !all.faces.is_empty();
-        is_whole.then_some(all).ok_or_else(|| "expected points and faces, got none".to_string())
+        let name = a.text("name").unwrap_or_default();
+        is_whole
+            .then_some(all)
+            .ok_or_else(|| format!("mesh '{name}': expected numbers in 'vertex' and in 'face', got none"))
     }
 }
 

@@ -13,8 +13,8 @@ pub(super) struct Limits {
     velocities: BTreeMap<String, f64>,
     /// Joints that must have a range and have none.
     unlimited: Vec<String>,
-    /// Joints with an effort or velocity of zero or less.
-    zeros: Vec<String>,
+    /// Efforts and velocities of zero or less, and their joints.
+    idle: Vec<String>,
 }
 
 impl Limits {
@@ -41,8 +41,8 @@ impl Limits {
         }
         let mut positive = |attribute: &str| {
             let value = a.number(attribute)?;
-            if value.is_some_and(|value| value <= 0.0) {
-                self.zeros.push(format!("{attribute} of {name}"));
+            if let Some(value) = value.filter(|value| *value <= 0.0) {
+                self.idle.push(format!("{attribute} of {name} ({value})"));
             }
             Ok::<_, CharacterError>(value.filter(|value| *value > 0.0))
         };
@@ -68,7 +68,7 @@ impl Limits {
                 "joints without a range (no <limit>, or lower = upper), which turn without end; give them lower and upper (rad)",
                 &self.unlimited,
             ),
-            line("limits of zero, which are ignored", &self.zeros),
+            line("limits that are not above zero, which are ignored", &self.idle),
         ]
         .into_iter()
         .flatten()

@@ -3,7 +3,7 @@
 //! Mostly they are fingers of a gripper. A gear that drives a limb is carried by the joint that mimics, so the leader
 //! is not always the mimicked one: the leader has the actuator, and motion has a number for it.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 use super::{child, element};
 use crate::error::CharacterError;
@@ -102,16 +102,18 @@ fn is_mimic(joint: &Element) -> bool {
 /// Returns the name at the end of a chain of mimics, and the first joint's position by that one's.
 fn trace<'a>(joint: &'a Element, named: &BTreeMap<&str, &'a Element>) -> Result<(&'a str, Line), CharacterError> {
     let (mut at, mut line) = (joint, [0.0, 1.0]);
-    let mut seen = BTreeSet::new();
+    let mut seen: Vec<&str> = Vec::new();
     while let Some(mimic) = child(at, "mimic").filter(|_| is_mimic(at)) {
         let a = Attributes::own(mimic);
         let leader = mimic.attribute("joint").ok_or_else(|| a.invalid("attribute 'joint'", "none"))?;
         line[0] += line[1] * a.number("offset")?.unwrap_or(0.0);
         line[1] *= a.number("multiplier")?.unwrap_or(1.0);
         let Some(next) = named.get(leader) else { return Ok((leader, line)) };
-        if !seen.insert(leader) {
-            return Err(a.invalid("a joint that does not mimic itself", format!("'{leader}'")));
+        if let Some(start) = seen.iter().position(|name| *name == leader) {
+            let circle = [&seen[start..], &[leader]].concat().join("' mimics '");
+            return Err(a.invalid("joints that do not mimic each other in a circle", format!("'{circle}'")));
         }
+        seen.push(leader);
         at = next;
     }
     Ok((at.attribute("name").unwrap_or_default(), line))

@@ -84,6 +84,8 @@ struct Translation<'a> {
     without_inertial: usize,
     /// Links whose moments were impossible.
     balanced: Vec<&'a str>,
+    /// Links whose moments lack products.
+    crossless: Vec<&'a str>,
     /// Links that move, weigh nothing and carry others.
     weightless: Vec<&'a str>,
     /// Joints that move nothing that weighs.
@@ -109,6 +111,7 @@ impl<'a> Translation<'a> {
             visuals: 0,
             without_inertial: 0,
             balanced: Vec::new(),
+            crossless: Vec::new(),
             weightless: Vec::new(),
             idle: Vec::new(),
             sizeless: Vec::new(),
@@ -167,6 +170,7 @@ impl<'a> Translation<'a> {
             }
         };
         say("moments of inertia that no body has were replaced, of links", &self.balanced);
+        say("moments of inertia without ixy, ixz or iyz, which are taken for zero, of links", &self.crossless);
         say("links that move and weigh nothing weigh next to nothing now", &self.weightless);
         say("joints that move nothing that weighs are held", &self.idle);
         say("shapes of size 0 are left out, of links", &self.sizeless);
@@ -294,6 +298,11 @@ impl<'a> Translation<'a> {
             self.weightless.push(name);
             body.children.push(inertial::nothing(link));
         } else if let Some((inertial, balanced)) = given {
+            let moments = child(link, "inertial").and_then(|inertial| child(inertial, "inertia"));
+            let has = |name: &&str| moments.is_some_and(|moments| moments.attribute(name).is_some());
+            if !["ixy", "ixz", "iyz"].iter().all(has) {
+                self.crossless.push(name);
+            }
             if balanced {
                 self.balanced.push(name);
             }

@@ -11,9 +11,9 @@ use super::{Readiness, Severity, Shapes};
 /// A sentence that names the geom of the world which is no level ground.
 pub fn level_ground(character: &Character) -> Result<Option<&Geom>, String> {
     let mut found = None;
-    for geom in character.geoms.iter().filter(|g| g.body == 0) {
+    for geom in character.geoms.iter().filter(|g| is_fixed(character, g.body)) {
         match geom.shape {
-            GeomShape::Plane => {
+            GeomShape::Plane if geom.body == 0 => {
                 let [w, x, y, _] = to_wxyz(&geom.orientation);
                 if x.abs() + y.abs() > 1e-9 * w.abs().max(1.0) {
                     return Err(format!("the plane '{}' is not level: give the slope as terrain", geom.name));
@@ -25,10 +25,27 @@ pub fn level_ground(character: &Character) -> Result<Option<&Geom>, String> {
             }
             GeomShape::Mesh(_) => {}
             _ if !geom.collides() => {}
-            _ => return Err(format!("'{}' is fixed to the world: this engine has the ground only", geom.name)),
+            _ => {
+                let of = match geom.body {
+                    0 => String::new(),
+                    body => format!(" of '{}'", character.bodies[body].name),
+                };
+                return Err(format!("'{}'{of} is fixed to the world: this engine has the ground only", geom.name));
+            }
         }
     }
     Ok(found)
+}
+
+/// Returns whether a body is the world, or hangs on it without a joint and is no part of the robot.
+fn is_fixed(character: &Character, mut body: usize) -> bool {
+    if body != 0 && character.is_own(body) {
+        return false;
+    }
+    while body != 0 && character.joints.iter().all(|joint| joint.body != body) {
+        body = character.bodies[body].parent;
+    }
+    body == 0
 }
 
 /// Adds ground that our engine refuses.

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use lifelike_character::{Character, Joint, JointKind, Kinematics};
+use lifelike_character::{Body, Character, Joint, JointKind, Kinematics};
 
 use super::{Readiness, Severity};
 use crate::guess;
@@ -18,10 +18,13 @@ const DEGREES_PER_SECOND: f64 = 150.0;
 const MIN_RANGE: f64 = 0.12;
 /// Share of gravity that must point down.
 const DOWN: f64 = 0.9;
+/// Gravity anywhere on the earth (m/s2), with room for rounding.
+const EARTH: std::ops::RangeInclusive<f64> = 9.7..=9.9;
 
 /// Adds what it finds, the cause before its consequences.
 pub(super) fn check(character: &Character, readiness: &mut Readiness) {
     units(character, readiness);
+    inertias(character, readiness);
     gravity(character, readiness);
     ranges(character, readiness);
     speeds(character, readiness);
@@ -56,12 +59,42 @@ fn units(character: &Character, readiness: &mut Readiness) {
     readiness.add(Severity::CannotTrain, problem, "write masses in kg and lengths in m");
 }
 
+/// Compares moments of inertia with those of a body as large as the whole robot. Beyond that no body has its mass.
+fn inertias(character: &Character, readiness: &mut Readiness) {
+    let square = guess::reach(character, &Kinematics::new(character)).powi(2);
+    let own = character.bodies.iter().enumerate().filter(|(i, body)| character.is_own(*i) && body.inertial.mass > 0.0);
+    let wide: Vec<_> = own.map(|(_, b)| b).filter(|b| b.inertial.diagonal.max() > b.inertial.mass * square).collect();
+    if square == 0.0 || wide.is_empty() {
+        return;
+    }
+    let text = |body: &&Body| {
+        let (mass, moment) = (body.inertial.mass, body.inertial.diagonal.max());
+        format!(
+            "{} ({moment} kg m2 with {mass} kg: a radius of gyration of {:.3} m)",
+            body.name,
+            (moment / mass).sqrt()
+        )
+    };
+    let whole = character.mass() * square;
+    let is_vain = wide.iter().any(|body| body.inertial.diagonal.max() > whole);
+    let severity = if is_vain { Severity::CannotTrain } else { Severity::Warning };
+    let problem = format!(
+        "inertias of bodies wider than the whole robot, which look like kg mm2 or kg cm2: {}",
+        wide.iter().map(text).collect::<Vec<_>>().join(", ")
+    );
+    readiness.add(severity, problem, "write inertias in kg m2");
+}
+
 fn gravity(character: &Character, readiness: &mut Readiness) {
     let gravity = character.gravity;
     if gravity.norm() > 0.0 && -gravity.z < DOWN * gravity.norm() {
         let problem = format!("its gravity is {} {} {} m/s2: not down, and z is up", gravity.x, gravity.y, gravity.z);
         let remedy = "turn the robot until z is up, and set <option gravity=\"0 0 -9.81\"/>";
         readiness.add(Severity::CannotTrain, problem, remedy);
+    } else if !EARTH.contains(&gravity.norm()) {
+        let problem = format!("its gravity is {} {} {} m/s2, not the earth's", gravity.x, gravity.y, gravity.z);
+        let remedy = "set <option gravity=\"0 0 -9.81\"/>, unless it is meant for another place";
+        readiness.add(Severity::Warning, problem, remedy);
     }
 }
 

@@ -1,6 +1,6 @@
 //! `lifelike motion convert`: the motion of a robot in another layout, or at another rate.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 use lifelike_character::Character;
@@ -112,23 +112,38 @@ fn all(args: &Args, folder: &Path, options: &ReadOptions, robot: Option<&Charact
     let layout = args.to.map_or_else(|| robot_motion::by_name("motion").map_err(CliError::Failed), Ok)?;
     let ending = layout.endings.first().copied().unwrap_or_default();
     let files = motion_files(&args.inputs, |format| !format.is_source())?;
-    std::fs::create_dir_all(folder).map_err(CliError::write(folder))?;
-    let mut taken = BTreeSet::new();
-    let mut done = Vec::new();
-    for input in files {
-        let reading = robot_motion::open(&input, options)?;
-        for clip in &reading.clips {
+    // What is refused is refused before the first file is written.
+    let mut taken: BTreeMap<PathBuf, &Path> = BTreeMap::new();
+    for input in &files {
+        for clip in robot_motion::open(input, options)?.clips {
             let file = destination::named(folder, &clip.name, ending)?;
-            keep(&input, &file)?;
-            if !taken.insert(file.clone()) {
-                let message =
-                    format!("{}: another clip is named '{}'; use another --output", input.display(), clip.name);
+            keep(input, &file)?;
+            check_joints(&clip, robot)?;
+            if let Some(other) = taken.insert(file, input) {
+                let (other, input, name) = (other.display(), input.display(), &clip.name);
+                let message = format!(
+                    "{other} and {input}: both clips are named '{name}'; convert one into another folder (--output), or \
+                     to a file of another name (`convert A B`)"
+                );
                 return Err(CliError::Input(message));
             }
+        }
+    }
+    std::fs::create_dir_all(folder).map_err(CliError::write(folder))?;
+    let mut done = Vec::new();
+    for input in &files {
+        let reading = robot_motion::open(input, options)?;
+        for clip in &reading.clips {
+            let file = destination::named(folder, &clip.name, ending)?;
             done.push(convert(clip, &reading, layout, file, args.fps, robot)?);
         }
     }
     Ok(done)
+}
+
+/// Checks that a clip has the joints of the robot that was given.
+fn check_joints(clip: &MotionClip, robot: Option<&Character>) -> Result<(), CliError> {
+    robot.map_or(Ok(()), |robot| clip.columns_for(robot).map(drop).map_err(CliError::from))
 }
 
 /// Checks that a result does not replace its input.
@@ -148,6 +163,7 @@ fn convert(
     fps: Option<f64>,
     robot: Option<&Character>,
 ) -> Result<Done, CliError> {
+    check_joints(clip, robot)?;
     let rate = fps.unwrap_or_else(|| layout.rate.written(clip.fps));
     let resampled = resample(clip, rate)?;
     let known = if robot.is_none() { robot_of(clip) } else { None };

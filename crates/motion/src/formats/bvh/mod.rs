@@ -17,12 +17,14 @@ use crate::roles::{self, Tree};
 use crate::source::SourceClip;
 
 mod convention;
+mod frames;
 mod header;
 mod hierarchy;
 mod rest_frames;
 mod unit;
 
 use convention::Convention;
+use frames::Numbers;
 use header::Header;
 use hierarchy::{Channel, Hierarchy};
 use rest_frames::Frames;
@@ -31,6 +33,8 @@ use rest_frames::Frames;
 const MOST_ROTATIONS: usize = 30_000_000;
 /// Most frames of a clip: an hour and more at 240 frames per second.
 const MOST_FRAMES: usize = 1_000_000;
+/// Farthest way of the root from frame to frame, as a multiple of the length of all bones.
+const LONGEST_JUMP: f64 = 10.0;
 
 /// The format, for the table of all.
 pub const FORMAT: Format = Format {
@@ -101,7 +105,7 @@ struct Motion {
 impl Motion {
     /// Reads the frames.
     fn parse(
-        mut lines: Lines<'_>,
+        lines: Lines<'_>,
         hierarchy: &Hierarchy,
         header: &Header,
         skip: usize,
@@ -119,25 +123,19 @@ impl Motion {
         };
         let counted = || format!("{} frames, as line {} says", header.frames, header.line);
         let mut channels = vec![0.0; hierarchy.joints.iter().map(|j| j.channels.len()).sum()];
-        while let Some(line) = lines.next_line() {
-            let mut tokens = line.split_ascii_whitespace();
-            for value in &mut channels {
-                *value = lines.number_in(tokens.next(), "a number for each channel")?;
-            }
-            let extra = tokens.count();
-            if extra > 0 {
-                let got = format!("{} numbers", channels.len() + extra);
-                return Err(lines.error(format!("{} numbers, one per channel", channels.len()), &got));
-            }
+        let mut numbers = Numbers::new(lines, channels.len(), header.frames);
+        while numbers.read(&mut channels)? {
             // Rokoko's exports count one frame too few.
             if motion.seen > header.frames {
-                return Err(lines.error(counted(), "more"));
-            }
-            if motion.seen >= skip {
-                motion.push(hierarchy, &channels, angles);
+                return Err(numbers.lines.error(counted(), "more"));
             }
             motion.seen += 1;
+            if motion.seen > skip {
+                motion.push(hierarchy, &channels, angles);
+                motion.check_jump(&numbers.lines)?;
+            }
         }
+        let lines = numbers.lines;
         if motion.seen < header.frames {
             return Err(lines.error(counted(), &format!("the end of the file after {}", motion.seen)));
         }
@@ -190,6 +188,22 @@ impl Motion {
         }
         self.root_position.push(position);
         self.rotations.push(rotations);
+    }
+
+    /// Refuses a root that the last frame moved farther than any body moves: a broken number.
+    fn check_jump(&self, lines: &Lines<'_>) -> Result<(), MotionError> {
+        let [.., before, now] = self.root_position.as_slice() else { return Ok(()) };
+        let length = |places: &[Vec3]| places.iter().map(Vec3::norm).sum::<f64>();
+        let (jump, most) =
+            ((now - before).norm(), LONGEST_JUMP * length(&self.offsets).max(length(&self.first_places)));
+        if most > 0.0 && jump > most {
+            let expected = format!("a root that moves by at most {most:.0} units, {LONGEST_JUMP} times all bones");
+            return Err(lines.error(
+                expected,
+                &format!("{jump:.0} units in frame {}: mend the number, or cut the file there", self.seen),
+            ));
+        }
+        Ok(())
     }
 
     /// Takes offsets from the position channels of the first frame, where a joint has some. Bones do not change after that.

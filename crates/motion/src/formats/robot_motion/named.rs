@@ -32,25 +32,27 @@ pub(super) fn is_column(name: &str) -> bool {
 
 fn is_ours(content: &Content<'_>) -> bool {
     let Content::Table(Table { header: Some(header), .. }) = content else { return false };
-    header.iter().zip(LEAD).filter(|(column, lead)| column == lead).count() == LEAD.len()
+    LEAD.iter().all(|lead| header.iter().any(|column| column == lead))
 }
 
 fn read(content: &mut Content<'_>, context: &Context<'_>) -> Result<RobotMotion, MotionError> {
     let Content::Table(table) = content else { return Err(context.expected("a table of numbers")) };
-    let header = table.header.clone().filter(|header| header.len() >= LEAD.len());
-    let header =
-        header.ok_or_else(|| context.expected("columns time_s, root_x_m and so on, then the joints by name"))?;
-    let turns: Vec<f64> = table.rows().flat_map(|row| row[4..LEAD.len()].iter().copied()).collect();
-    let times: Vec<f64> = table.rows().map(|row| row[0]).collect();
+    let lead: Vec<usize> = LEAD.iter().filter_map(|name| table.column(name)).collect();
+    let (Some(header), [time, x, y, z, turn @ ..], 8) = (&table.header, lead.as_slice(), lead.len()) else {
+        return Err(context.expected(&format!("columns {}, and the joints by name", LEAD.join(", "))));
+    };
+    let joints: Vec<usize> = (0..header.len()).filter(|column| !lead.contains(column)).collect();
+    let turns: Vec<f64> = table.rows().flat_map(|row| turn.iter().map(|column| row[*column])).collect();
+    let times: Vec<f64> = table.rows().map(|row| row[*time]).collect();
     Ok(RobotMotion {
         fps: Some(rate(&times).ok_or_else(|| {
             let expected = "times in column time_s that rise evenly".to_owned();
             container(context.file, expected, "others".to_owned())
         })?),
-        root_position: table.rows().map(|row| Vec3::new(row[1], row[2], row[3])).collect(),
+        root_position: table.rows().map(|row| Vec3::new(row[*x], row[*y], row[*z])).collect(),
         root_orientation: Order::Wxyz.rotations(&turns, context.file)?,
-        joints: table.rows().flat_map(|row| row[LEAD.len()..].iter().copied()).collect(),
-        joint_names: header[LEAD.len()..].to_vec(),
+        joints: table.rows().flat_map(|row| joints.iter().map(|column| row[*column])).collect(),
+        joint_names: joints.iter().map(|column| header[*column].clone()).collect(),
         said: format!("{} columns with names, quaternion w x y z", header.len()),
         ..RobotMotion::default()
     })

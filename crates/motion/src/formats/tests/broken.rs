@@ -11,6 +11,31 @@ fn line_of<T: std::fmt::Debug>(result: Result<T, MotionError>) -> (usize, String
     }
 }
 
+/// Readers by white space take the frames in any lines; a number too few or too many is refused all the same.
+#[test]
+fn frames_of_a_bvh_may_be_wrapped() {
+    let truth = super::bvh(BVH.as_bytes()).unwrap();
+    let at = BVH.find("Frame Time").unwrap();
+    let (head, frames) = BVH.split_at(at + BVH[at..].find('\n').unwrap() + 1);
+    let tokens: Vec<&str> = frames.split_whitespace().collect();
+    for width in [7, 10, tokens.len()] {
+        let lines = |tokens: &[&str]| tokens.chunks(width).map(|line| line.join(" ") + "\n").collect::<String>();
+        let wrapped = super::bvh((head.to_owned() + &lines(&tokens)).as_bytes()).unwrap();
+        assert_eq!((&wrapped.root_position, &wrapped.rotations), (&truth.root_position, &truth.rotations));
+        super::bvh((head.to_owned() + &lines(&tokens[1..])).as_bytes()).unwrap_err();
+    }
+}
+
+#[test]
+fn a_root_that_jumps_is_named() {
+    // 1e9 units away and back, in the second of two frames.
+    let (head, last) = BVH.trim_end().rsplit_once('\n').unwrap();
+    let (_, rest) = last.trim().split_once(char::is_whitespace).unwrap();
+    let (line, message) = line_of(super::bvh(format!("{head}\n1000000000 {rest}\n").as_bytes()));
+    assert_eq!(line, BVH.lines().count());
+    assert!(message.contains("units in frame 2: mend the number"), "{message}");
+}
+
 #[test]
 fn bvh() {
     let lines = BVH.lines().count();

@@ -90,6 +90,26 @@ fn files_of_other_programs_hold_the_same_motion() {
     }
 }
 
+/// Columns are found by name: the same motion, whatever their order.
+#[test]
+fn columns_of_our_table_are_found_by_name() {
+    let robot = lima();
+    let truth = &open(FIXTURES[0].2, "lafan1.csv", &options(Some(robot), Some("lafan1"))).unwrap().clips[0];
+    let csv = String::from_utf8(write(truth, by_name("csv").unwrap(), None).unwrap()).unwrap();
+    let backwards = |line: &str| line.split(',').rev().collect::<Vec<_>>().join(",") + "\n";
+    let turned: String = csv.lines().map(backwards).collect();
+    let mut read = open(turned.as_bytes(), "turned.csv", &options(None, None)).unwrap().clips.remove(0);
+    assert_eq!(read.joint_names.iter().rev().collect::<Vec<_>>(), truth.joint_names.iter().collect::<Vec<_>>());
+    let width = read.joint_names.len();
+    read.joint_names.reverse();
+    read.joints.chunks_mut(width).for_each(<[f64]>::reverse);
+    assert_equal(&read, truth, "turned.csv");
+    let without = csv.replacen("root_qy", "qy", 1);
+    assert!(
+        open(without.as_bytes(), "x.csv", &options(None, Some("csv"))).unwrap_err().to_string().contains("root_qy")
+    );
+}
+
 #[test]
 fn the_layout_is_said() {
     let said = |at: usize| {
