@@ -138,7 +138,7 @@ impl Script {
     #[must_use]
     pub fn with_the_rest(mut self) -> Self {
         if !self.clauses.is_empty() {
-            self.notes.extend(self.impossible.drain(..).map(|one| format!("cannot {one}: the rest is done")));
+            self.notes.extend(self.impossible.drain(..).map(|one| format!("{one}; the rest is done")));
         }
         self
     }

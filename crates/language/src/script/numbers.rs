@@ -60,7 +60,7 @@ fn middle(chars: &[char], at: usize, out: &str) -> Option<String> {
 /// Returns words in which a number of feet is a length, half of a unit a number, and a minute 60 seconds.
 pub(super) fn with_units(words: Vec<String>) -> Vec<String> {
     const AWAY: [&str; 9] = ["forward", "forwards", "ahead", "backward", "backwards", "back", "away", "to", "straight"];
-    const LENGTHS: [&str; 8] = ["m", "metre", "meter", "mile", "foot", "yard", "minute", "kilometre"];
+    const LENGTHS: [&str; 8] = ["m", "metre", "meter", "mile", "yard", "minute", "kilometre", "kilometer"];
     let word = |at: usize| words.get(at).map_or("", String::as_str);
     let mut out: Vec<String> = Vec::with_capacity(words.len());
     let mut at = 0;
@@ -70,6 +70,11 @@ pub(super) fn with_units(words: Vec<String>) -> Vec<String> {
         if let (Some(value), true) = (value, halves) {
             out.push((value + 0.5).to_string());
             at += 4;
+        } else if ["a", "an", "one", "another"].contains(&word(at)) && LENGTHS.contains(&word(at + 1)) {
+            // "A metre and a half" is one and a half.
+            let more = word(at + 2) == "and" && word(at + 3) == "a" && word(at + 4) == "half";
+            out.extend([if more { "1.5" } else { "1" }.to_string(), word(at + 1).to_string()]);
+            at += if more { 5 } else { 2 };
         } else if word(at) == "half" && ["a", "an"].contains(&word(at + 1)) && LENGTHS.contains(&word(at + 2)) {
             out.push("0.5".into());
             at += 2;
@@ -173,6 +178,8 @@ mod tests {
             ("2 m/s", "2 mpers"),
             ("two and a half metres", "2.5 metres"),
             ("half a metre", "0.5 metre"),
+            ("a metre and a half", "1.5 metre"),
+            ("another metre", "1 metre"),
             ("10 feet", "10 ft"),
             ("two feet forward", "two ft forward"),
             ("jump with two feet", "jump with two feet"),

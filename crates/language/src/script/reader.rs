@@ -93,6 +93,12 @@ impl<'a> Reader<'a> {
                     let verb = &self.grammar.verbs[verb];
                     let (verb, said) = self.facing(verb, &group.words, said, &mut script.notes);
                     let said = of_supporting_leg(verb, &group.words, said);
+                    let said = back_again(
+                        verb,
+                        &group.words,
+                        said,
+                        script.clauses.iter().rev().find(|one| one.actions[0].verb != "stand"),
+                    );
                     let single = matches!(verb.side, Some(Side::Left | Side::Right));
                     if single && said.side == Some(Side::Both) && said.in_turn {
                         // "Left and right": one after the other.
@@ -111,6 +117,15 @@ impl<'a> Reader<'a> {
                     if is_same && (is_posture || matches!(group.join, Join::And | Join::Comma)) && said.used.is_empty()
                     {
                         continue;
+                    }
+                    // "Applaud! Eight claps": how often the same is done.
+                    let only_counts = group.words.len() == 1 + said.used.len() && said.count.is_some();
+                    if let Some(last) = script.clauses.last_mut().filter(|_| only_counts) {
+                        let plain = Action { count: None, ..action.clone() };
+                        if last.actions == [plain] {
+                            last.actions = vec![action];
+                            continue;
+                        }
                     }
                     let free = [last_free, said.side.is_none()];
                     last_free = free[1];
@@ -427,9 +442,23 @@ impl<'a> Reader<'a> {
         let other = match verb.name.as_str() {
             "walk" => "step_forward",
             "walk_backward" => "step_back",
-            _ => return verb,
+            _ => return self.of_one_hand(verb, said),
         };
         if is_pair && odd { self.grammar.verb(other).unwrap_or(verb) } else { verb }
+    }
+
+    /// Returns the verb of one hand where one was named, of a verb of both that has such a one.
+    fn of_one_hand<'v>(&'v self, verb: &'v Verb, said: &Said) -> &'v Verb {
+        let one = match verb.name.as_str() {
+            "arms_to_sides" => "one_arm_out",
+            "hands_on_hips" => "hand_on_hip",
+            "raise_arms" => "reach_up",
+            "wave_both" => "wave",
+            "arms_ahead" => "point_ahead",
+            "heart_arms" => "hand_on_heart",
+            _ => return verb,
+        };
+        if said.names_one_hand() { self.grammar.verb(one).unwrap_or(verb) } else { verb }
     }
 
     /// Appends an action: to the last clause where it is done at once with it. `free`: nobody said the side of the last
@@ -611,6 +640,20 @@ fn without_slots(phrase: &str) -> String {
 /// Returns whether an action is the last one of a script over again.
 fn is_more_about(script: &Script, action: &Action) -> bool {
     script.clauses.last().is_some_and(|last| last.actions == [action.clone()] && action.degrees.is_none())
+}
+
+/// Returns the turn that undoes the last one, where "back" is said of a turn after one: "turn 45 degrees left, then turn
+/// back".
+fn back_again(verb: &Verb, words: &[String], said: Said, last: Option<&Clause>) -> Said {
+    let is_turn = verb.synth == Some(Synth::Turn) && words.iter().any(|word| word == "back");
+    let says_no_way = said.direction.is_none() && !words.iter().any(|word| word.parse::<f64>().is_ok());
+    let mut clauses = last.iter().flat_map(|clause| &clause.actions).filter(|action| action.verb == verb.name);
+    match clauses.next() {
+        Some(turn) if is_turn && says_no_way => {
+            Said { direction: turn.direction.map(Direction::mirrored), degrees: turn.degrees, ..said }
+        }
+        _ => said,
+    }
 }
 
 /// Exchanges the side of a verb of the foot where the supporting leg is named, and of a hand that touches the other arm.

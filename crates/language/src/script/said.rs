@@ -66,7 +66,13 @@ pub(super) fn said(words: &[String]) -> Said {
     if has(["turn", "back"]) || has(["turns", "back"]) || has(["turning", "back"]) {
         out.degrees.get_or_insert(180);
     }
-    if has(["turn", "around"]) || has(["turns", "around"]) || has(["turning", "around"]) {
+    let of_half = words.windows(2).any(|two| two[0] == "half" && two[1] == "of") && words.iter().any(|w| w == "turn");
+    if of_half
+        || has(["turn", "round"])
+        || has(["turn", "around"])
+        || has(["turns", "around"])
+        || has(["turning", "around"])
+    {
         out.degrees.get_or_insert(180);
     }
     let has_word = |all: &[&str]| words.iter().any(|word| all.contains(&word.as_str()));
@@ -217,7 +223,9 @@ fn is_article(words: &[String], at: usize) -> bool {
         return true;
     }
     let of_one = ["leg", "foot", "hand", "arm", "knee", "another", "side", "way", "of"].contains(&next);
-    words[at] == "one" && (is_other || of_one)
+    let is_pair =
+        words[at] == "two" && ["knee", "knees", "hand", "hands", "arm", "arms", "legs", "leg"].contains(&next);
+    words[at] == "one" && (is_other || of_one) || is_pair
 }
 
 /// Reads sides and directions.

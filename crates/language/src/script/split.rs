@@ -18,7 +18,7 @@ pub(super) enum Join {
 }
 
 /// Words that join, as they are in normal text; longer ones first.
-const JOINS: [(&str, Join); 55] = [
+const JOINS: [(&str, Join); 57] = [
     ("and at the same time", Join::While),
     ("while at the same time", Join::While),
     ("at the same time", Join::While),
@@ -44,6 +44,8 @@ const JOINS: [(&str, Join); 55] = [
     ("as its", Join::While),
     ("as your", Join::While),
     ("and then", Join::Then),
+    ("and to finish", Join::Then),
+    ("to finish", Join::Then),
     ("finish with", Join::Then),
     ("end with", Join::Then),
     ("finishing with", Join::Then),
