@@ -10,7 +10,6 @@ mod tracks;
 use serde::Serialize;
 
 pub use tracks::{KEYFRAMED, SIMULATED, SignalName, Tracks};
-pub(crate) use tracks::{LEG, leg_length, range};
 
 use crate::error::LanguageError;
 use crate::facts::{Action, Facts, Mood, Relation, Size, Speed};

@@ -27,6 +27,9 @@ const HEAD: f64 = 0.3;
 /// Passes of placing.
 const PASSES: usize = 3;
 
+/// Leg of the keyframed figure from hip to ankle (m).
+pub const LEG: f64 = 0.82;
+
 /// A place that a hand touches. Of a pair of places it is the one on the hand's own side, unless said otherwise.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -163,7 +166,7 @@ impl Touching {
     pub fn of(character: &Character, anatomy: &Anatomy) -> Option<Self> {
         let mut rest = Kinematics::new(character);
         rest.update(character, &character.reference_position());
-        let leg = crate::checks::leg_length(character, anatomy);
+        let leg = leg_length(character, anatomy);
         let hand = |role: Role| {
             let place = anatomy.places.get(&role)?;
             Some((place.body, place.point, thickness(character, place.body).unwrap_or(0.06 * leg)))
@@ -267,7 +270,8 @@ impl Touching {
 /// Returns the keys of one hand: one for a tap, two for a stay.
 fn keys_of(name: &str, ways: &[Vec3], share: f64, fps: f64) -> Vec<Key> {
     let gaps: Vec<f64> = ways.iter().map(|way| way.norm()).collect();
-    let Some((low, high)) = crate::checks::range(&gaps) else { return Vec::new() };
+    let low = gaps.iter().copied().fold(f64::INFINITY, f64::min);
+    let high = gaps.iter().copied().fold(0.0, f64::max);
     let is_near = |frame: &usize| gaps[*frame] <= low + NEAR * (high - low);
     let near: Vec<usize> = (0..gaps.len()).filter(is_near).collect();
     let stays: Vec<&[usize]> = near.chunk_by(|a, b| *b == a + 1).collect();
@@ -361,4 +365,15 @@ fn thickness(character: &Character, body: usize) -> Option<f64> {
         _ => None,
     };
     character.geoms.iter().filter(|geom| geom.body == body).filter_map(half).reduce(f64::min)
+}
+
+/// Returns the length of a leg from hip to ankle (m); that of a person's where the robot has none.
+pub fn leg_length(character: &Character, anatomy: &Anatomy) -> f64 {
+    let mut kinematics = Kinematics::new(character);
+    kinematics.update(character, &character.reference_position());
+    let place = |role: Role| anatomy.places.get(&role).map(|place| kinematics.point(place.body, &place.point));
+    match [Role::LeftThigh, Role::LeftShank, Role::LeftFoot].map(place) {
+        [Some(hip), Some(knee), Some(ankle)] => (hip - knee).norm() + (knee - ankle).norm(),
+        _ => LEG,
+    }
 }

@@ -9,7 +9,7 @@ use serde::Deserialize;
 
 use crate::error::LanguageError;
 use crate::facts::Side;
-use crate::touch::{Touch, Touching};
+use crate::touch::{Touch, Touching, leg_length};
 
 /// A signal of a motion, one number per frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
@@ -64,9 +64,6 @@ pub enum SignalName {
 pub const KEYFRAMED: f64 = 0.005;
 /// Lift of a foot that swings in physics, where soles rock on the ground.
 pub const SIMULATED: f64 = 0.02;
-
-/// Leg of the keyframed figure from hip to ankle (m).
-pub const LEG: f64 = 0.82;
 
 /// Paths of a clip, one element per frame.
 #[derive(Debug, Clone)]
@@ -307,24 +304,13 @@ impl Tracks {
     }
 }
 
-/// Returns the length of a leg from hip to ankle (m); that of a person's where the robot has none.
-pub fn leg_length(character: &Character, anatomy: &Anatomy) -> f64 {
-    let mut kinematics = Kinematics::new(character);
-    kinematics.update(character, &character.reference_position());
-    let place = |role: Role| anatomy.places.get(&role).map(|place| kinematics.point(place.body, &place.point));
-    match [Role::LeftThigh, Role::LeftShank, Role::LeftFoot].map(place) {
-        [Some(hip), Some(knee), Some(ankle)] => (hip - knee).norm() + (knee - ankle).norm(),
-        _ => LEG,
-    }
-}
-
 /// Returns the pitch (rad, down is positive) of a direction.
 fn down(v: &Vec3) -> f64 {
     (-v.z).atan2(v.x.hypot(v.y))
 }
 
 /// Returns the least and the greatest.
-pub(crate) fn range(values: &[f64]) -> Option<(f64, f64)> {
+pub(super) fn range(values: &[f64]) -> Option<(f64, f64)> {
     let fold = values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(*v), b.max(*v)));
     (!values.is_empty()).then_some(fold)
 }

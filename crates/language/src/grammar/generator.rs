@@ -14,11 +14,11 @@ use super::draw::{Draw, PartDraw, draw};
 use super::score::{Cycle, Score};
 use super::table::{Acts, Grammar, Synth};
 use super::words::captions;
-use crate::checks::{Finding, LEG, Tracks, check, leg_length, measure};
+use crate::checks::{Finding, Tracks, check, measure};
 use crate::dataset::Entry;
 use crate::error::LanguageError;
 use crate::facts::{HeldOut, Mood, Nominal, Relation, Side};
-use crate::touch::Touching;
+use crate::touch::{LEG, Touching, leg_length};
 
 /// Shortest and longest clip (s).
 const SECONDS: [f64; 2] = [2.0, 10.0];

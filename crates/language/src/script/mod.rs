@@ -7,6 +7,7 @@
 
 mod beside;
 mod edited;
+mod limbs;
 mod meaning;
 mod numbers;
 mod phrases;

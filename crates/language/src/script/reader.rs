@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 
 use super::beside::{HOLDS, is_hold, of_hand, of_the_other, without_negations};
+use super::limbs::{back_again, is_above, of_supporting_leg};
 use super::phrases::{Fit, Meaning, Phrases};
 use super::said::{Said, said};
 use super::spelling::spelt;
@@ -11,8 +12,7 @@ use super::{Clause, Impossible, Script};
 use crate::checks::SignalName;
 use crate::error::LanguageError;
 use crate::facts::{Action, Direction, Side, Size, Speed};
-use crate::grammar::{Acts, Grammar, Show, Synth, Verb};
-use crate::touch::Touch;
+use crate::grammar::{Acts, Grammar, Synth, Verb};
 
 /// Similarity from which a text is taken for a phrase, and from which a phrase is named (`docs/results/language.md`).
 const TAKEN: f64 = 0.7;
@@ -640,55 +640,6 @@ fn without_slots(phrase: &str) -> String {
 /// Returns whether an action is the last one of a script over again.
 fn is_more_about(script: &Script, action: &Action) -> bool {
     script.clauses.last().is_some_and(|last| last.actions == [action.clone()] && action.degrees.is_none())
-}
-
-/// Returns the turn that undoes the last one, where "back" is said of a turn after one: "turn 45 degrees left, then turn
-/// back".
-fn back_again(verb: &Verb, words: &[String], said: Said, last: Option<&Clause>) -> Said {
-    let is_turn = verb.synth == Some(Synth::Turn) && words.iter().any(|word| word == "back");
-    let says_no_way = said.direction.is_none() && !words.iter().any(|word| word.parse::<f64>().is_ok());
-    let mut clauses = last.iter().flat_map(|clause| &clause.actions).filter(|action| action.verb == verb.name);
-    match clauses.next() {
-        Some(turn) if is_turn && says_no_way => {
-            Said { direction: turn.direction.map(Direction::mirrored), degrees: turn.degrees, ..said }
-        }
-        _ => said,
-    }
-}
-
-/// Exchanges the side of a verb of the foot where the supporting leg is named, and of a hand that touches the other arm.
-fn of_supporting_leg(verb: &Verb, words: &[String], said: Said) -> Said {
-    let is_leg = |word: &String| ["leg", "foot"].contains(&word.as_str());
-    let stands_on = words.iter().position(|word| word == "on").is_some_and(|at| words[at..].iter().take(4).any(is_leg));
-    let lifts = verb.acts == Acts::Foot && !verb.shows.contains(&Show::Low);
-    // "Scratch the left arm": the right hand does.
-    let is_touched = |pair: &[String]| {
-        let part = ["arm", "forearm", "elbow", "shoulder"].contains(&pair[1].as_str());
-        part && ["left", "right"].contains(&pair[0].as_str())
-    };
-    let names_hand = words.iter().any(|word| ["hand", "finger", "fist"].contains(&word.as_str()));
-    let crosses = matches!(verb.touches, Some(Touch::Shoulder | Touch::Forearm))
-        && !names_hand
-        && words.windows(2).any(is_touched);
-    match said.side {
-        Some(side) if lifts && stands_on || crosses => Said { side: Some(side.mirrored()), ..said },
-        _ => said,
-    }
-}
-
-/// Returns whether the upper action can be laid over the lower one: by the head, or by arms that the lower one leaves free.
-fn is_above((upper, above): (&Verb, &Action), (lower, below): (&Verb, &Action)) -> bool {
-    let stands = |verb: &Verb| !verb.shows.iter().any(|show| matches!(show, Show::Low | Show::Bent));
-    match (upper.acts, lower.acts) {
-        _ if upper.name == lower.name => false,
-        (Acts::Head, Acts::Head) => false,
-        (Acts::Head, _) => true,
-        (Acts::Hand | Acts::Hands, Acts::Feet | Acts::Foot | Acts::Body) => stands(upper),
-        (Acts::Hand, Acts::Hand) => stands(upper) && above.side != below.side,
-        // One hand leaves a pose of both: "one hand on the hip, the other waves".
-        (Acts::Hand, Acts::Hands) => stands(upper) && lower.cycle.is_none(),
-        _ => false,
-    }
 }
 
 fn name(verb: &Verb) -> String {

@@ -34,7 +34,7 @@ const MOST_ROTATIONS: usize = 30_000_000;
 /// Most frames of a clip: an hour and more at 240 frames per second.
 const MOST_FRAMES: usize = 1_000_000;
 /// Farthest way of the root from frame to frame, as a multiple of the length of all bones.
-const LONGEST_JUMP: f64 = 10.0;
+const LONGEST_JUMP: f64 = 1000.0;
 
 /// The format, for the table of all.
 pub const FORMAT: Format = Format {
