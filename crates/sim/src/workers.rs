@@ -22,12 +22,6 @@ impl<W: Send> Workers<W> {
         Ok(Self { pool, workspaces })
     }
 
-    /// Number of threads.
-    #[cfg(feature = "mujoco")]
-    pub fn len(&self) -> usize {
-        self.workspaces.len()
-    }
-
     /// One workspace, for what is not worth a thread.
     pub fn first(&mut self) -> &mut W {
         &mut self.workspaces[0]
