@@ -25,7 +25,7 @@ const DISTANCE: f64 = 0.15;
 pub enum Fact {
     /// The right limb acts.
     Limb,
-    /// What the verb must show is seen.
+    /// The verb's features are seen.
     Shape,
     /// The hand touches what it is said to touch.
     Touch,
@@ -88,11 +88,11 @@ pub struct Finding {
     pub verb: String,
     /// The fact.
     pub fact: Fact,
-    /// What was promised.
+    /// Promised value.
     pub expected: String,
-    /// What was measured.
+    /// Measured value.
     pub got: String,
-    /// Whether they agree.
+    /// Flag of agreement.
     pub passed: bool,
 }
 

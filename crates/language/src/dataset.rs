@@ -58,7 +58,7 @@ pub struct Entry {
     pub source: String,
     /// Terms of use.
     pub licence: String,
-    /// What the captions promise; none where nothing can be checked.
+    /// Facts that the captions promise; none where nothing can be checked.
     pub facts: Option<Facts>,
 }
 
@@ -74,10 +74,9 @@ pub struct CaptionedSet {
 impl CaptionedSet {
     /// Reads the index of a folder. Clips are read by [`Self::clip`].
     ///
-    /// # Errors
-    /// [`LanguageError::Io`] for a folder without index; [`LanguageError::Line`] for a line that is no entry, an entry
-    /// without caption, a duration that is not positive, a file that leads out of the folder or stands twice, and a
-    /// sentence of the same motion file in two splits.
+    /// # Errors [`LanguageError::Io`] for a folder without index; [`LanguageError::Line`] for a line that is no entry,
+    /// an entry without caption and a duration that is not positive. It is returned as well for a file outside of the
+    /// folder or named twice, and one motion file in two splits.
     pub fn read(folder: &Path) -> Result<Self, LanguageError> {
         let path = folder.join(INDEX);
         let text = std::fs::read_to_string(&path).map_err(LanguageError::io(&path))?;

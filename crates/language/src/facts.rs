@@ -140,7 +140,7 @@ impl Mood {
     }
 }
 
-/// What is normal for one action on one robot.
+/// Normal values of one action on one robot.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Nominal {
@@ -182,7 +182,7 @@ pub struct Action {
     /// The mood.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mood: Option<Mood>,
-    /// What speed, size and mood are relative to.
+    /// Values that speed, size and mood are relative to.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub nominal: Option<Nominal>,
 }
@@ -228,7 +228,7 @@ pub enum Relation {
     While,
 }
 
-/// What an entry is held out for.
+/// Reason for which an entry is held out.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum HeldOut {
@@ -238,7 +238,7 @@ pub enum HeldOut {
     Words,
 }
 
-/// What a sentence promises.
+/// Promises of a sentence.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Facts {

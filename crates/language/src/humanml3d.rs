@@ -26,7 +26,7 @@ use crate::mirror_caption::mirror_caption;
 pub const FPS: f64 = 20.0;
 /// Terms of the captions and of AMASS.
 const LICENCE: &str = "HumanML3D captions: MIT; AMASS motion: non-commercial research only";
-/// What HumanML3D cuts from the beginning of files of these collections before it counts frames (s).
+/// Time that HumanML3D cuts from the beginning of files of these collections before it counts frames (s).
 const LEAD: [(&str, f64); 5] = [
     ("Eyes_Japan_Dataset", 3.0),
     ("MPI_HDM05", 3.0),

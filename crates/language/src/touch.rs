@@ -123,9 +123,9 @@ impl Touch {
     /// `side` is 0 for the left hand.
     fn spot(self, side: usize) -> (Role, Vec3) {
         let out = if side == 0 { 1.0 } else { -1.0 };
-        let own = |left: Role, right: Role| if side == 0 { left } else { right };
+        let same_side = |left: Role, right: Role| if side == 0 { left } else { right };
         match self {
-            Self::Hands => (own(Role::RightHand, Role::LeftHand), Vec3::zeros()),
+            Self::Hands => (same_side(Role::RightHand, Role::LeftHand), Vec3::zeros()),
             Self::Crown => (Role::Head, Vec3::new(0.0, 0.3 * out, 1.0)),
             Self::Nape => (Role::Head, Vec3::new(-1.0, 0.4 * out, 0.3)),
             Self::Brow => (Role::Head, Vec3::new(1.0, 0.55 * out, 0.55)),
@@ -138,11 +138,11 @@ impl Touch {
             Self::Belly => (Role::Pelvis, Vec3::new(1.0, 0.1 * out, 0.0)),
             Self::Back => (Role::Pelvis, Vec3::new(-1.0, 0.2 * out, 0.0)),
             Self::Hip => (Role::Pelvis, Vec3::new(0.15, out, 0.0)),
-            Self::Shoulder => (own(Role::RightUpperArm, Role::LeftUpperArm), Vec3::new(1.0, 0.9 * out, 0.1)),
-            Self::OwnShoulder => (own(Role::LeftUpperArm, Role::RightUpperArm), Vec3::new(0.6, 0.0, 1.0)),
-            Self::Forearm => (own(Role::RightForearm, Role::LeftForearm), Vec3::new(1.0, 0.0, 0.0)),
-            Self::Knee => (own(Role::LeftShank, Role::RightShank), Vec3::new(1.0, 0.0, 0.0)),
-            Self::Toes => (own(Role::LeftFoot, Role::RightFoot), Vec3::new(1.0, 0.0, 0.3)),
+            Self::Shoulder => (same_side(Role::RightUpperArm, Role::LeftUpperArm), Vec3::new(1.0, 0.9 * out, 0.1)),
+            Self::OwnShoulder => (same_side(Role::LeftUpperArm, Role::RightUpperArm), Vec3::new(0.6, 0.0, 1.0)),
+            Self::Forearm => (same_side(Role::RightForearm, Role::LeftForearm), Vec3::new(1.0, 0.0, 0.0)),
+            Self::Knee => (same_side(Role::LeftShank, Role::RightShank), Vec3::new(1.0, 0.0, 0.0)),
+            Self::Toes => (same_side(Role::LeftFoot, Role::RightFoot), Vec3::new(1.0, 0.0, 0.3)),
         }
     }
 
@@ -317,8 +317,8 @@ fn place_of(role: Role, anatomy: &Anatomy, rest: &Kinematics, leg: f64) -> Optio
 
 /// Returns where a place is measured from, seen from its part's own place (m, world at rest).
 fn from_centre(touch: Touch, rest: &Kinematics, anatomy: &Anatomy) -> Vec3 {
-    let at = |role: Role| anatomy.places.get(&role).map(|place| rest.point(place.body, &place.point));
-    let between = |a: Role, b: Role| at(a).zip(at(b)).map_or_else(Vec3::zeros, |(a, b)| b - a);
+    let place_at = |role: Role| anatomy.places.get(&role).map(|place| rest.point(place.body, &place.point));
+    let between = |a: Role, b: Role| place_at(a).zip(place_at(b)).map_or_else(Vec3::zeros, |(a, b)| b - a);
     match touch {
         Touch::Belly | Touch::Hip | Touch::Back => between(Role::Pelvis, Role::Chest) * 0.35,
         Touch::Heart | Touch::Chest => between(Role::Chest, Role::Pelvis) * 0.2,

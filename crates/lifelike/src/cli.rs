@@ -126,7 +126,7 @@ impl GlobalOptions {
         tracing_subscriber::registry().with(lines.with_filter(self.logs())).init();
     }
 
-    /// Returns the level of messages of each crate. Libraries say what they do only to whoever asks twice: what a
+    /// Returns the level of messages of each crate. Libraries say what they do only to those who ask twice: what a
     /// card's compiler says would fill a disk.
     fn logs(&self) -> Targets {
         let (own, libraries) = match (self.quiet, self.verbose) {

@@ -9,7 +9,7 @@ use sha2::{Digest, Sha256};
 
 use crate::error::RuntimeError;
 
-/// Clips in their order, played once. Where one ends, the next is laid at the robot.
+/// Clips in their order, played once. At the end of one, the next is laid at the robot.
 #[derive(Debug, Clone)]
 pub struct Playlist {
     library: Arc<ReferenceLibrary>,

@@ -71,9 +71,10 @@ impl Observer {
         self.spec.size()
     }
 
-    /// Returns the length of the value function's row: the policy's, less the window that it encodes, then root height and
-    /// its error, errors of root velocities (6), end effectors (3 each) and joints, path (2, robot's heading frame) and
-    /// heading error, the steps for which the deviation has lasted, and each foot's load as a share of the weight.
+    /// Returns the length of the value function's row: the policy's, less the window that it encodes, then root height
+    /// and its error, errors of root velocities (6), end effectors (3 each) and joints. Path (2, robot's heading
+    /// frame) and heading error follow, the steps for which the deviation has lasted, and each foot's share of the
+    /// weight.
     ///
     /// The time left is not in it: a truncated episode is valued as if it went on, so the value must not depend on it.
     pub fn critic_size(&self) -> usize {

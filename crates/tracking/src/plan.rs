@@ -133,9 +133,10 @@ pub struct EpisodeSpec {
     /// At the end of a clip, go on with another from a random frame without a reset (thesis 4.2.2); else the episode is
     /// cut there.
     pub switch_clips: bool,
-    /// Reference re-anchoring: a robot that leaves its path, or turns off it, further than it is shown (`ANCHOR_REACH` and
-    /// `ANCHOR_TURN` of [`lifelike_robot::ObservationSpec`]) draws the reference's world after it. So errors stay where
-    /// they can be seen and paid for, without a reason to end the episode.
+    /// Reference re-anchoring: a robot that leaves its path, or turns off it, further than it is shown draws the
+    /// reference's world after it. The limits are `ANCHOR_REACH` and `ANCHOR_TURN` of
+    /// [`lifelike_robot::ObservationSpec`]. So errors stay where they can be seen and paid for, without a reason to
+    /// end the episode.
     pub reanchor: bool,
     /// After a switch, deviations do not end the episode for this long (s).
     pub grace_seconds: f64,

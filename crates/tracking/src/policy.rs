@@ -26,7 +26,7 @@ pub struct Policy {
     header: PolicyHeader,
     actor: Actor,
     normalizer: RunningNormalizer,
-    /// What training goes on with; nothing that acts needs it.
+    /// State that training goes on with; nothing that acts needs it.
     value: Option<(Critic, RunningNormalizer)>,
 }
 

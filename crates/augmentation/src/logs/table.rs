@@ -182,9 +182,8 @@ impl Table {
 
 /// Reads a table: a bag of ROS 2 (`*.mcap`), or comma-separated values.
 ///
-/// # Errors
-/// [`AugmentationError::Io`]; [`AugmentationError::Log`] with the place: a missing column, a cell that is no finite
-/// number, a time that does not rise, a gap, a wrong step, an impossible number of a unit.
+/// # Errors [`AugmentationError::Io`]; [`AugmentationError::Log`] with the place: a missing column, a cell that is no
+/// finite number, time that does not rise, a gap, a wrong step, an impossible number.
 pub fn read(path: &Path, map: &TableMap) -> Result<Trace, AugmentationError> {
     let measured = map.block.values().flat_map(|block| block.measured.values());
     let commands = map.block.values().flat_map(|block| block.reference.values());

@@ -16,8 +16,8 @@ const MOVING: f64 = 0.08;
 /// Returns the frames of the peaks of a signal inside of its gate.
 ///
 /// A peak and the valley beside it differ by [`TURN`] of the signal's range at least, and by [`SWING_SHARE`] of the
-/// greatest difference between neighbours: what leads to the first peak and away from the last does not count, so a
-/// small movement at the end of a long reach is seen.
+/// greatest difference between neighbours: the way to the first peak and from the last does not count. So a small
+/// movement at the end of a long reach is seen.
 pub fn peaks(values: &[f64], gate: &[bool]) -> Vec<usize> {
     let frames: Vec<usize> = (0..values.len()).filter(|frame| gate[*frame]).collect();
     let inside: Vec<f64> = frames.iter().map(|frame| values[*frame]).collect();

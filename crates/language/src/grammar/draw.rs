@@ -33,7 +33,7 @@ pub struct PartDraw {
     pub speed: f64,
     /// Times as large as written.
     pub gain: f64,
-    /// What is said of it.
+    /// The action as a sentence has it.
     pub action: Action,
 }
 
@@ -46,7 +46,7 @@ pub struct Draw {
     pub split: Split,
     /// One action, or two.
     pub parts: Vec<PartDraw>,
-    /// What will be said.
+    /// Facts that will be said.
     pub facts: Facts,
 }
 

@@ -43,11 +43,11 @@ pub struct Generator<'a> {
     options: RetargetOptions,
     /// Times by which the robot is smaller than the keyframed figure.
     smaller: f64,
-    /// What its hands can touch.
+    /// Places that its hands can touch.
     touching: Option<Touching>,
     /// Scores of all verbs.
     scores: Vec<Score>,
-    /// What is normal of each verb, by the side as written; none of those that this robot cannot do.
+    /// Normal values of each verb, by the side as written; none of those that this robot cannot do.
     nominal: Vec<Option<Nominal>>,
     usable: Vec<usize>,
     /// The verbs that this robot cannot do, and why.
@@ -61,7 +61,7 @@ pub struct Made {
     pub clip: MotionClip,
     /// Its line of the index.
     pub entry: Entry,
-    /// What the checks say.
+    /// Results of the checks.
     pub findings: Vec<Finding>,
 }
 

@@ -446,4 +446,24 @@ mod tests {
             assert!((least..=most).contains(&made.clip.seconds()), "{text}: {}", made.clip.seconds());
         }
     }
+
+    #[test]
+    fn hands_touch_what_their_verbs_say() {
+        // Its arms are too short for both shoulders.
+        const OUT_OF_REACH: [&str; 2] = ["touch_shoulder", "touch_shoulders"];
+        let file = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../robots/lima.xml");
+        let lima = Character::from_mjcf(&std::fs::read_to_string(file).unwrap(), "lima.xml", None).unwrap();
+        let anatomy = Anatomy::guess(&lima, &Overrides::new()).unwrap();
+        let grammar = Grammar::builtin().unwrap();
+        let touching: Vec<&Verb> = grammar.verbs.iter().filter(|verb| verb.touches.is_some()).collect();
+        let names: Vec<&str> = touching.iter().map(|verb| verb.name.as_str()).collect();
+        let generator = Generator::of_verbs(&grammar, &lima, &anatomy, RetargetOptions::default(), &names).unwrap();
+        for verb in touching {
+            let action = Action { side: verb.side, ..Action::of(&verb.name) };
+            let clause = Clause { actions: vec![action], seconds: None, times: 1 };
+            let made = generator.perform(&clause, 1, 0).unwrap();
+            let touch = made.findings.iter().find(|finding| finding.fact == Fact::Touch).unwrap();
+            assert_eq!(touch.passed, !OUT_OF_REACH.contains(&verb.name.as_str()), "{}: {}", verb.name, touch.got);
+        }
+    }
 }

@@ -90,7 +90,7 @@ pub struct Cycle {
     pub from: f64,
     /// Duration of one (s).
     pub period: f64,
-    /// How many the text has.
+    /// Number of them in the text.
     pub count: u32,
 }
 

@@ -13,7 +13,7 @@ use crate::touch::Touch;
 /// The grammar that comes with the crate.
 const BUILTIN: &str = include_str!("grammar.toml");
 
-/// What moves in an action.
+/// Part that moves in an action.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Acts {
@@ -31,7 +31,7 @@ pub enum Acts {
     Feet,
 }
 
-/// What tells which hand acts.
+/// Sign of the acting hand.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Limb {
@@ -44,7 +44,7 @@ pub enum Limb {
     Up,
 }
 
-/// What the pace of an action is measured by.
+/// Measure of an action's pace.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Tempo {
@@ -70,7 +70,7 @@ pub enum Synth {
     Diagonal,
 }
 
-/// What must be seen of an action.
+/// Feature that must be seen of an action.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Show {
@@ -98,7 +98,7 @@ pub enum Show {
     Wide,
 }
 
-/// How repetitions are counted: the signal has `per_cycle * cycles + extra` of them, and `minus` peaks more.
+/// Rule that counts repetitions: the signal has `per_cycle * cycles + extra` of them, and `minus` peaks more.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CountRule {
@@ -131,7 +131,7 @@ pub struct Verb {
     pub name: String,
     /// Keyframed clip.
     pub clip: String,
-    /// What moves.
+    /// Part that moves.
     pub acts: Acts,
     /// Side of the acting limb in the clip as written.
     pub side: Option<Side>,
@@ -164,13 +164,13 @@ pub struct Verb {
     /// Flag: its speed can be said.
     #[serde(default = "yes")]
     pub speeds: bool,
-    /// What tells which hand acts.
+    /// Sign of the acting hand.
     #[serde(default)]
     pub limb: Limb,
-    /// What must be seen.
+    /// Features that must be seen.
     #[serde(default)]
     pub shows: Vec<Show>,
-    /// What the hand touches.
+    /// Place that the hand touches.
     pub touches: Option<Touch>,
     /// Phrases.
     pub say: Vec<String>,
@@ -195,7 +195,7 @@ impl Verb {
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Grammar {
-    /// Who does it.
+    /// Subjects of sentences.
     pub subjects: Vec<String>,
     /// Held-out subjects.
     pub new_subjects: Vec<String>,
@@ -233,9 +233,8 @@ impl Grammar {
 
     /// Reads a grammar.
     ///
-    /// # Errors
-    /// [`LanguageError::Grammar`] for a text that is none, a verb that stands twice or has no words, cycles without
-    /// range, and a class of adverbs without words.
+    /// # Errors [`LanguageError::Grammar`] for a text that is none, a verb that stands twice or has no words, and
+    /// cycles without range. A class of adverbs needs words, too.
     pub fn parse(text: &str) -> Result<Self, LanguageError> {
         let grammar: Self = toml::from_str(text).map_err(|e| LanguageError::Grammar(e.to_string()))?;
         let mut seen = BTreeSet::new();

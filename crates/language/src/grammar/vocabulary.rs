@@ -79,7 +79,7 @@ mod tests {
         assert_eq!(words_of("a [nod] {hand}, TWO times").into_iter().collect::<Vec<_>>(), expected);
     }
 
-    /// What is drawn, not what the grammar's text says: words that the code writes count too.
+    /// Words that are drawn, not those of the grammar's text: words that the code writes count too.
     #[test]
     fn held_out_words_stand_in_no_caption_but_held_out_ones() {
         let grammar = Grammar::builtin().unwrap();

@@ -29,8 +29,8 @@ impl Form {
     pub(crate) const ALL: [Self; 3] = [Self::Base, Self::Third, Self::Gerund];
 }
 
-/// Returns `count` different sentences (fewer where the grammar has no more) that say these facts, in the words that
-/// are trained on or in the held-out ones.
+/// Returns `count` different sentences that say these facts, fewer where the grammar has no more. Words are those that
+/// are trained on, or the held-out ones.
 ///
 /// # Errors
 /// [`LanguageError::Grammar`] for a verb that is not in the grammar.

@@ -74,7 +74,7 @@ impl Journal {
     }
 }
 
-/// What was made, and what was not.
+/// Numbers of clips that were made and that were not.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Summary {
     /// Clips.
@@ -101,9 +101,9 @@ pub struct Summary {
     pub splits: BTreeMap<String, f64>,
 }
 
-/// Makes clips until they reach the hours asked for and writes those that pass all checks. The result depends on the grammar,
-/// the robot and the seed, not on the number of threads. `progress` gets the seconds so far; when `stop` is set, what
-/// is done is written, and [`Options::resume`] goes on from there, as it does after a kill.
+/// Makes clips until they reach the hours asked for and writes those that pass all checks. The result depends on the
+/// grammar, the robot and the seed, not on the number of threads. `progress` gets the seconds so far; when `stop` is
+/// set, finished clips are written. [`Options::resume`] goes on from there, as it does after a kill.
 ///
 /// # Errors
 /// [`LanguageError::NothingToResume`]; [`LanguageError::Io`] for a folder that cannot be written; [`LanguageError::Grammar`] when hardly a clip is true.

@@ -431,8 +431,8 @@ impl<'a> Reader<'a> {
         (action, times)
     }
 
-    /// Returns the verb whose steps are counted one by one where an odd number is said, and the one that stays up where
-    /// a duration is.
+    /// Returns the verb that fits what was said: steps one by one for an odd number, a foot that stays up for a
+    /// duration.
     fn counted_by_one<'v>(&'v self, verb: &'v Verb, said: &Said) -> &'v Verb {
         if verb.name == "knee_raise" && said.seconds.is_some() && said.count.is_none() {
             return self.grammar.verb("balance").unwrap_or(verb);

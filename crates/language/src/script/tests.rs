@@ -146,6 +146,15 @@ fn new_words_are_taken_for_what_they_mean_and_that_is_said() {
 }
 
 #[test]
+fn the_possible_part_is_done_and_the_rest_named() {
+    let script = read("wave with your right hand and smile").with_the_rest();
+    assert_eq!(script.to_string(), "wave, right side");
+    assert!(script.impossible.is_empty() && script.notes[0].starts_with("cannot do 'smile'"), "{:?}", script.notes);
+    // Nothing is left of a sentence that asks for nothing else.
+    assert_eq!(read("smile").with_the_rest().impossible.len(), 1);
+}
+
+#[test]
 fn a_script_can_be_edited() {
     let grammar = Grammar::builtin().unwrap();
     let script = read("turn 45 degrees left, then wave twice while walking");

@@ -38,9 +38,8 @@ pub struct Compose {
 /// that are not named. Outside of the other clip's time the joints are the base's own, unless [`Compose::length`] says
 /// otherwise.
 ///
-/// # Errors
-/// [`MotionError::Unfit`] for unknown joints, clips that do not meet by the offset, a fade longer than the other clip,
-/// or a repeated clip that is not cyclic.
+/// # Errors [`MotionError::Unfit`] for unknown joints, clips that do not meet by the offset, and a fade longer than
+/// the other clip. A repeated clip must be cyclic.
 pub fn compose(base: &MotionClip, other: &MotionClip, options: &Compose) -> Result<MotionClip, MotionError> {
     let mut out = base.clone();
     let other = &like(base, other)?;

@@ -12,9 +12,9 @@ use crate::TrackerError;
 use crate::plan::{Curriculum, TrackerPlan};
 
 impl TrackerPlan {
-    /// Returns the plan of environments for a frozen controller: reward, terminations, randomisation, pushes and noise are
-    /// this plan's, at the end of its curriculum; what is observed and what outputs mean are the controller's; clips are drawn
-    /// alike, and what it fails at no more often.
+    /// Returns the plan of environments for a frozen controller: reward, terminations, randomisation, pushes and noise
+    /// are this plan's, at the end of its curriculum; observations and meaning of outputs are the controller's. Clips
+    /// are drawn alike, and its failures no more often.
     #[must_use]
     pub fn frozen(&self, controller: &Controller, environments: usize) -> Self {
         let (header, mut plan) = (controller.header(), self.clone());

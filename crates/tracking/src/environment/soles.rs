@@ -9,14 +9,14 @@ use nalgebra::Vector3;
 /// A sole stands when it carries more than this share of the weight.
 const STANDING: f32 = 0.02;
 
-/// Where the feet of all environments were one step ago, and what they carried. It follows from the simulated state before a step, so
-/// checkpoints need not have it.
+/// Places of the feet of all environments one step ago, and what they carried. It follows from the simulated state
+/// before a step, so checkpoints need not have it.
 pub(super) struct Soles {
     soles: Vec<Corners>,
     /// Least force of a sole that stands (N).
     standing: f32,
     control_hz: f32,
-    /// Whether the reference's soles are on the ground, `[T, F]`.
+    /// Flags of the reference's soles on the ground, `[T, F]`.
     planned: Vec<bool>,
     /// `[N, F]`.
     before: Vec<Foot>,
@@ -56,8 +56,8 @@ impl Soles {
         self.before = before;
     }
 
-    /// Returns the sum over the soles of environment `i` that stood before the step and stand now of the squared speed of their lowest
-    /// corner over the ground (m²/s²).
+    /// Returns the squared speed of the lowest corner over the ground, summed over standing soles (m²/s²). These are
+    /// the soles of environment `i` that stood before the step and stand now.
     pub(super) fn slip_square(&self, state: &BatchState, i: usize) -> f32 {
         let slip = |(foot, sole): (usize, &Corners)| {
             let (now, before) = (self.foot(state, i, foot), self.before.get(i * self.soles.len() + foot)?);

@@ -1,7 +1,8 @@
 //! Teachers: policies whose actions a new one learns to take in the states that it gets itself into (DAgger, Ross et al. 2011).
 //!
-//! Teachers see the truth, whatever the new policy is told: theirs may be another layout, without noise and delays. What they teach is
-//! joint targets, so their outputs may be corrections of the reference where the new policy's are the targets themselves.
+//! Teachers see the truth, whatever the new policy is told: theirs may be another layout, without noise and delays.
+//! They teach joint targets. So their outputs may be corrections of the reference where the new policy's are the
+//! targets themselves.
 
 use std::borrow::Cow;
 

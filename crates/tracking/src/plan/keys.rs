@@ -1,7 +1,7 @@
 //! The table of plan keys: key, unit, default and meaning of every value of a [`TrackerPlan`].
 //!
-//! Defaults are those of the serialized default plan. Keys of the reward, of terminations and of randomisation come from their declarations;
-//! the others stand in the list below, and a test compares it with the keys that a plan has.
+//! Defaults are those of the serialized default plan. Keys of the reward, of terminations and of randomisation come
+//! from their declarations. The others stand in the list below, and a test compares it with the keys that a plan has.
 
 use lifelike_sim::randomization::RandomizationSpec;
 use toml::{Table, Value};

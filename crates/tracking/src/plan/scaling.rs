@@ -1,10 +1,10 @@
 //! Dynamic similarity: the numbers of a plan, written for a robot of one size, for a robot of another.
 //!
-//! Robots of the same shape move alike when lengths go with the leg ℓ, times with √(ℓ/g) and forces with the weight (Alexander and
-//! Jayes 1983; Hof 1996, "Scaling gait data to body size"). The table of plan keys has the unit of every number, and the unit says how
-//! the number goes with size, so a new reward or limit is scaled by being declared. Penalties, which are sums over joints, count for as
-//! many joints as the plan was written for. What is the world's or the sensors' own (terrain, noise of sensors) and what is a choice
-//! (lengths of episodes, budgets) stays.
+//! Robots of the same shape move alike when lengths go with the leg ℓ, times with √(ℓ/g) and forces with the weight.
+//! Sources are Alexander and Jayes 1983, and Hof 1996, "Scaling gait data to body size". The table of plan keys has
+//! the unit of every number, and the unit says how the number goes with size. A new reward or limit is scaled by being
+//! declared. Penalties, which are sums over joints, count for as many joints as the plan was written for. Properties
+//! of the world and the sensors (terrain, noise) and choices (lengths of episodes, budgets) stay.
 
 use lifelike_robot::Robot;
 use lifelike_train::limits::range;

@@ -3,7 +3,7 @@
 use lifelike_motion::FeatureLayout;
 
 /// Smallest standard deviations for normalising features: a data set of calm clips has tiny ones, whose squares punish
-/// every movement out of proportion (`term_limit` and these floors made the thesis' form learn at all on few clips).
+/// every movement out of proportion. With `term_limit` and these floors the thesis' form learned on few clips.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Floors {

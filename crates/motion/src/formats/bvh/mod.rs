@@ -34,7 +34,7 @@ const MOST_ROTATIONS: usize = 30_000_000;
 /// Most frames of a clip: an hour and more at 240 frames per second.
 const MOST_FRAMES: usize = 1_000_000;
 /// Farthest way of the root from frame to frame, as a multiple of the length of all bones.
-const LONGEST_JUMP: f64 = 1000.0;
+const LONGEST_JUMP: f64 = 10.0;
 
 /// The format, for the table of all.
 pub const FORMAT: Format = Format {
@@ -194,14 +194,13 @@ impl Motion {
     fn check_jump(&self, lines: &Lines<'_>) -> Result<(), MotionError> {
         let [.., before, now] = self.root_position.as_slice() else { return Ok(()) };
         let length = |places: &[Vec3]| places.iter().map(Vec3::norm).sum::<f64>();
-        let (jump, most) =
-            ((now - before).norm(), LONGEST_JUMP * length(&self.offsets).max(length(&self.first_places)));
+        // Bones of a wrong unit are judged later: the place counts as well.
+        let size = length(&self.offsets).max(length(&self.first_places)).max(before.norm());
+        let (jump, most) = ((now - before).norm(), LONGEST_JUMP * size);
         if most > 0.0 && jump > most {
-            let expected = format!("a root that moves by at most {most:.0} units, {LONGEST_JUMP} times all bones");
-            return Err(lines.error(
-                expected,
-                &format!("{jump:.0} units in frame {}: mend the number, or cut the file there", self.seen),
-            ));
+            let expected = format!("a root that moves by at most {most:.0} units between frames");
+            let got = format!("{jump:.0} units in frame {}: correct the number, or cut the file there", self.seen);
+            return Err(lines.error(expected, &got));
         }
         Ok(())
     }

@@ -33,7 +33,7 @@ fn a_root_that_jumps_is_named() {
     let (_, rest) = last.trim().split_once(char::is_whitespace).unwrap();
     let (line, message) = line_of(super::bvh(format!("{head}\n1000000000 {rest}\n").as_bytes()));
     assert_eq!(line, BVH.lines().count());
-    assert!(message.contains("units in frame 2: mend the number"), "{message}");
+    assert!(message.contains("units in frame 2: correct the number"), "{message}");
 }
 
 #[test]
