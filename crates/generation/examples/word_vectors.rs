@@ -10,12 +10,12 @@ use std::path::Path;
 use lifelike_checkpoint::Checkpoint;
 use lifelike_generation::text::minilm::{FILES, MiniLm};
 use lifelike_language::grammar::Grammar;
-use lifelike_language::script::Reader;
+use lifelike_language::script::words_of_phrases;
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 use rayon::prelude::*;
 
 /// Directions that are kept, and words beside those of the phrases.
-const DIRECTIONS: usize = 64;
+const DIRECTIONS: usize = 128;
 const WORDS: usize = 9_000;
 
 type Error = Box<dyn std::error::Error + Send + Sync>;
@@ -26,7 +26,7 @@ fn main() -> Result<(), Error> {
     let model = MiniLm::load(folder)?;
     let grammar = Grammar::builtin()?;
     let has_letters = |word: &String| word.bytes().any(|b| b.is_ascii_lowercase());
-    let ours: Vec<String> = Reader::new(&grammar)?.words().into_iter().filter(has_letters).collect();
+    let ours: Vec<String> = words_of_phrases(&grammar)?.into_iter().filter(has_letters).collect();
     let vocabulary = std::fs::read_to_string(folder.join(FILES[1]))?;
     let is_word = |word: &&str| word.len() > 1 && word.bytes().all(|b| b.is_ascii_lowercase());
     let others: BTreeSet<&str> = vocabulary.lines().filter(is_word).collect();

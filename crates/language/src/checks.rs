@@ -81,6 +81,9 @@ impl Fact {
     }
 }
 
+/// Error of an arm's angle (degrees).
+const LIFT: f64 = 15.0;
+
 /// Result of one check.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Finding {
@@ -144,7 +147,8 @@ fn of_action(tracks: &Tracks, verb: &Verb, action: &Action, meanwhile: Meanwhile
     let side = action.side;
     let (expected, got, passed) = acting::limb(tracks, verb, side, meanwhile);
     add(Fact::Limb, expected, got, passed);
-    for show in &verb.shows {
+    let lifts = action.degrees.filter(|_| verb.angles);
+    for show in verb.shows.iter().filter(|_| lifts.is_none()) {
         let (expected, got, passed) = acting::shows(tracks, *show, side);
         add(Fact::Shape, expected, got, passed);
     }
@@ -162,7 +166,12 @@ fn of_action(tracks: &Tracks, verb: &Verb, action: &Action, meanwhile: Meanwhile
         let (expected, got, passed) = acting::direction(tracks, verb, direction);
         add(Fact::Direction, expected, got, passed);
     }
-    if let (Some(degrees), Some(first), Some(last)) = (action.degrees, tracks.yaw.first(), tracks.yaw.last()) {
+    if let (Some(degrees), Some(got)) = (lifts, acting::lifted(tracks, side)) {
+        let passed = (got - f64::from(degrees)).abs() <= LIFT;
+        add(Fact::Degrees, format!("{degrees} +- {LIFT}"), format!("{got:.0}"), passed);
+    }
+    let turned = action.degrees.filter(|_| !verb.angles);
+    if let (Some(degrees), Some(first), Some(last)) = (turned, tracks.yaw.first(), tracks.yaw.last()) {
         let got = (last - first).to_degrees().abs();
         add(Fact::Degrees, format!("{degrees} +- 20"), format!("{got:.0}"), (got - f64::from(degrees)).abs() <= 20.0);
     }

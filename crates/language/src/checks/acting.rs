@@ -106,6 +106,17 @@ pub fn limb(tracks: &Tracks, verb: &Verb, side: Option<Side>, meanwhile: Meanwhi
     }
 }
 
+/// Returns the largest angle of an arm from hanging down (degrees); of both, of the one that is lifted less.
+pub fn lifted(tracks: &Tracks, side: Option<Side>) -> Option<f64> {
+    let angle = |(hand, shoulder): (&Vec3, &Vec3)| (hand - shoulder).angle(&-Vec3::z()).to_degrees();
+    let most = |arm: usize| tracks.hands[arm].iter().zip(&tracks.shoulders[arm]).map(angle).reduce(f64::max);
+    match side {
+        Some(Side::Left) => most(0),
+        Some(Side::Right) => most(1),
+        _ => most(0).zip(most(1)).map(|(a, b)| a.min(b)),
+    }
+}
+
 /// Returns the greatest value along a path.
 fn farthest(path: &[Vec3], of: impl Fn(&Vec3) -> f64) -> f64 {
     path.iter().map(of).fold(f64::NEG_INFINITY, f64::max)
@@ -118,7 +129,7 @@ fn hands(tracks: &Tracks) -> f64 {
 /// Checks what a verb must show.
 pub fn shows(tracks: &Tracks, show: Show, side: Option<Side>) -> Outcome {
     let of = |hand: usize| {
-        let above = tracks.hands[hand].iter().zip(&tracks.shoulders[hand]).map(|(p, shoulder)| p.z - shoulder);
+        let above = tracks.hands[hand].iter().zip(&tracks.shoulders[hand]).map(|(p, shoulder)| p.z - shoulder.z);
         let above: Vec<f64> = above.collect();
         range(&above).zip(above.first().copied())
     };

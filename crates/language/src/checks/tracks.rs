@@ -84,8 +84,8 @@ pub struct Tracks {
     pub lean: Vec<f64>,
     /// Left and right hand in the pelvis' heading frame (m); empty without hands.
     pub hands: [Vec<Vec3>; 2],
-    /// Height of each shoulder in the same frame (m).
-    pub shoulders: [Vec<f64>; 2],
+    /// Each shoulder in the same frame (m).
+    pub shoulders: [Vec<Vec3>; 2],
     /// Left and right foot (m, world).
     pub feet: [Vec<Vec3>; 2],
     /// Pitch (down is positive) and yaw of the head relative to the pelvis' heading (rad); empty without head.
@@ -152,7 +152,7 @@ impl Tracks {
             for (side, (hand, shoulder, foot)) in sides.iter().enumerate() {
                 if let (Some(hand), Some(shoulder)) = (place(*hand), place(*shoulder)) {
                     tracks.hands[side].push(level * (kinematics.point(hand.body, &hand.point) - root));
-                    tracks.shoulders[side].push((kinematics.point(shoulder.body, &shoulder.point) - root).z);
+                    tracks.shoulders[side].push(level * (kinematics.point(shoulder.body, &shoulder.point) - root));
                 }
                 if let Some(foot) = place(*foot) {
                     tracks.feet[side].push(kinematics.point(foot.body, &foot.point));
@@ -199,7 +199,7 @@ impl Tracks {
             pitch: numbers(&self.pitch),
             lean: numbers(&self.lean),
             hands: [points(&self.hands[0]), points(&self.hands[1])],
-            shoulders: [numbers(&self.shoulders[0]), numbers(&self.shoulders[1])],
+            shoulders: [points(&self.shoulders[0]), points(&self.shoulders[1])],
             feet: [points(&self.feet[0]), points(&self.feet[1])],
             head: if self.head.is_empty() { vec![] } else { self.head[range.clone()].to_vec() },
             chest: numbers(&self.chest),

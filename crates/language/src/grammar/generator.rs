@@ -251,8 +251,10 @@ impl<'a> Generator<'a> {
         let verb = &self.grammar.verbs[part.verb];
         let mut score = self.scores[part.verb].clone();
         let locomotion = verb.acts == Acts::Feet;
-        if !locomotion {
-            score.larger(part.gain, verb.cycle.as_ref());
+        match part.action.degrees.filter(|_| verb.angles) {
+            Some(degrees) => score.lift_arms(f64::from(degrees)),
+            None if locomotion => {}
+            None => score.larger(part.gain, verb.cycle.as_ref()),
         }
         if let Some(cycle) = &verb.cycle {
             score.repeat(cycle, part.cycles);

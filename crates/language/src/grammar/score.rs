@@ -10,6 +10,9 @@ use crate::error::LanguageError;
 /// Half of the distance between the feet of the keyframed figure (m).
 const HALF_STANCE: f64 = 0.09;
 
+/// Angle from which an arm is lifted (degrees).
+const LIFTED: f64 = 40.0;
+
 /// The standing pose: what is not keyed.
 fn standing(axis: &str) -> f64 {
     match axis {
@@ -280,6 +283,27 @@ impl Score {
         for ((_, axis), keys) in self.keys.iter_mut().filter(|((of, _), _)| of == part) {
             let rest = standing(axis);
             keys.iter_mut().for_each(|key| key.1 = rest + gain * (key.1 - rest));
+        }
+    }
+
+    /// Lifts the arms of a pose to an angle (degrees from hanging down): the axis that lifts them most is scaled.
+    pub fn lift_arms(&mut self, degrees: f64) {
+        for arm in ["left_arm", "right_arm"] {
+            let most = |axis: &str| {
+                let keys = self.keys.get(&(arm.to_string(), axis.to_string()));
+                keys.into_iter().flatten().map(|key| key.1).fold(0.0, f64::max)
+            };
+            let (raise, aside) = (most("raise"), most("aside"));
+            let (axis, most) = if raise >= aside { ("raise", raise) } else { ("aside", aside) };
+            // An arm that only keeps the balance stays.
+            if most < LIFTED {
+                continue;
+            }
+            let rest = standing(axis);
+            let gain = (degrees - rest) / (most - rest);
+            for key in self.keys.get_mut(&(arm.to_string(), axis.to_string())).into_iter().flatten() {
+                key.1 = rest + gain * (key.1 - rest);
+            }
         }
     }
 

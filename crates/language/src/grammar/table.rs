@@ -152,6 +152,9 @@ pub struct Verb {
     /// Flag of a gesture that arms can do on walking legs.
     #[serde(default)]
     pub arms: bool,
+    /// Flag of arms that can be asked for an angle from hanging down.
+    #[serde(default)]
+    pub angles: bool,
     /// Flag of legs that carry such a gesture.
     #[serde(default)]
     pub carries: bool,

@@ -7,23 +7,37 @@
 
 mod beside;
 mod edited;
+mod learned;
 mod limbs;
 mod meaning;
 mod numbers;
 mod phrases;
 mod reader;
+mod reading;
 mod said;
 mod spelling;
 mod split;
 
+use std::collections::BTreeSet;
 use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
+pub use learned::{ReaderPlan, ReaderScore, train_reader};
 pub use reader::Reader;
+pub use reading::Reading;
 
+use crate::error::LanguageError;
 use crate::facts::{Action, Direction, Facts, Relation, Side, Size, Speed};
 use crate::grammar::Grammar;
+
+/// Returns the words of all phrases of a grammar and of the lexicon, those that say little left out.
+///
+/// # Errors
+/// As [`Reader::new`].
+pub fn words_of_phrases(grammar: &Grammar) -> Result<BTreeSet<String>, LanguageError> {
+    Ok(phrases::Phrases::new(grammar)?.words())
+}
 
 /// A sentence as it was understood.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]

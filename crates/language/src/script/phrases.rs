@@ -1,11 +1,10 @@
 //! Phrases of verbs as weighted words, and how well a piece of text fits them.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::sync::OnceLock;
 
 use serde::Deserialize;
 
-use super::meaning::{Meanings, Nearest, Words, is_english};
+use super::meaning::is_english;
 use crate::error::LanguageError;
 use crate::facts::{Side, Speed};
 use crate::grammar::words::{Form, inflected};
@@ -32,17 +31,6 @@ const SIDE: f64 = 0.2;
 /// Verbs that say little without their object, and their weight.
 const LIGHT: [&str; 10] = ["do", "make", "take", "give", "perform", "go", "get", "have", "put", "be"];
 const LIGHT_VERB: f64 = 0.6;
-/// Words of opposite meaning, whose vectors are alike.
-const OPPOSITES: [(&str, &str); 8] = [
-    ("up", "down"),
-    ("raise", "lower"),
-    ("forward", "backward"),
-    ("forwards", "backwards"),
-    ("forward", "back"),
-    ("in", "out"),
-    ("push", "pull"),
-    ("open", "close"),
-];
 /// Fillers that tell phrases apart.
 const TELLING: [&str; 21] = [
     "up",
@@ -205,9 +193,6 @@ pub(super) struct Phrases {
     pub filler: BTreeSet<String>,
     /// Words that mean something.
     pub vocabulary: BTreeSet<String>,
-    /// Vectors of the phrases, made when a text first fits none.
-    meanings: OnceLock<Meanings>,
-    vectors: &'static Words,
 }
 
 impl Phrases {
@@ -253,8 +238,6 @@ impl Phrases {
             forms,
             filler,
             vocabulary: BTreeSet::new(),
-            meanings: OnceLock::new(),
-            vectors: Words::builtin()?,
         };
         own.all = texts.into_iter().map(|(meaning, side, text)| own.phrase(meaning, side, text)).collect();
         let words = own.all.iter().flat_map(|phrase| phrase.words.iter().map(|(word, _)| word.clone()));
@@ -334,30 +317,31 @@ impl Phrases {
         })
     }
 
-    /// Returns the meaning and the text of the phrase that means most nearly the same as some words, and the similarity (0 to 1).
-    pub fn nearest(&self, words: &[String]) -> Option<(Meaning, &str, f64)> {
-        let table = self.meanings.get_or_init(|| {
-            let written: Vec<Vec<String>> = self.all.iter().map(|phrase| phrase.written.clone()).collect();
-            Meanings::new(self.vectors, &written)
-        });
-        let words: Vec<String> = words.iter().filter(|word| self.says_something(word)).cloned().collect();
-        let Nearest { phrase, similarity } = table.nearest(&words)?;
-        let phrase = &self.all[phrase];
-        // A known word alone is a part of a phrase, and no paraphrase of it.
-        let is_part = words.len() < 2 && !self.has_new_word(&words);
-        let is_opposite = words.iter().any(|word| phrase.written.iter().any(|other| are_opposites(word, other)));
-        Some((phrase.meaning, phrase.text.as_str(), if is_opposite || is_part { 0.0 } else { similarity }))
-    }
-
-    /// Returns whether some word is in no phrase.
-    pub fn has_new_word(&self, words: &[String]) -> bool {
-        words.iter().any(|word| !self.vocabulary.contains(word) && !self.vocabulary.contains(&self.base(word)))
-    }
-
-    /// Returns what each phrase means, and its words.
-    #[cfg(test)]
-    pub fn written(&self) -> Vec<(Meaning, Vec<String>)> {
-        self.all.iter().map(|phrase| (phrase.meaning, phrase.written.clone())).collect()
+    /// Returns each phrase as a marked sentence (`{wave|waving with the left hand}`), in one of its forms.
+    pub fn marked(&self, grammar: &Grammar) -> Vec<String> {
+        const FORMS: [Form; 3] = [Form::Base, Form::Third, Form::Gerund];
+        const SLOTS: [(&str, [&str; 3]); 9] = [
+            ("{hand}", ["your right hand", "the left hand", "one hand"]),
+            ("{arm}", ["your left arm", "the right arm", "one arm"]),
+            ("{foot}", ["your right foot", "the left foot", "one foot"]),
+            ("{leg}", ["your left leg", "the right leg", "one leg"]),
+            ("{knee}", ["your right knee", "the left knee", "one knee"]),
+            ("{side}", ["left", "right", "left"]),
+            ("{nsteps}", [" three steps", " a few steps", " 4 steps"]),
+            ("{steps}", ["", " two steps", " five steps"]),
+            ("{angle}", ["", "90 degrees to the left", "halfway around"]),
+        ];
+        let marked = |(number, phrase): (usize, &Phrase)| {
+            let name = match phrase.meaning {
+                Meaning::Verb(verb) => grammar.verbs[verb].name.clone(),
+                Meaning::Compound(number) => format!("compound {number}"),
+                Meaning::Instead(_) => "impossible".into(),
+            };
+            let filled = |text: String, (slot, fills): &(&str, [&str; 3])| text.replace(slot, fills[number % 3]);
+            let text = SLOTS.iter().fold(inflected(&phrase.text, FORMS[number / 3 % 3]), filled);
+            format!("{{{name}|{text}}}")
+        };
+        (0..).zip(&self.all).map(marked).collect()
     }
 
     /// Returns the words of all phrases, those that say little left out.
@@ -437,10 +421,6 @@ impl Phrase {
         let score = found - MISSING * (whole - found) - other + sided + leads;
         Some(Fit { meaning: self.meaning, score, explained, has_verb: self.verb.is_some() })
     }
-}
-
-fn are_opposites(a: &str, b: &str) -> bool {
-    OPPOSITES.iter().any(|&(one, other)| (a, b) == (one, other) || (a, b) == (other, one))
 }
 
 /// Returns the regular past tense.

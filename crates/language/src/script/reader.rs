@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 
 use super::beside::{HOLDS, is_hold, of_hand, of_the_other, without_negations};
+use super::learned::Learned;
 use super::limbs::{back_again, is_above, of_supporting_leg};
 use super::phrases::{Fit, Meaning, Phrases};
 use super::said::{Said, said};
@@ -14,18 +15,14 @@ use crate::error::LanguageError;
 use crate::facts::{Action, Direction, Side, Size, Speed};
 use crate::grammar::{Acts, Grammar, Synth, Verb};
 
-/// Similarity from which a text is taken for a phrase, and from which a phrase is named (`docs/results/language.md`).
-const TAKEN: f64 = 0.7;
-const NAMED: f64 = 0.5;
-/// Similarity from which a text of known words is taken for a phrase that has not all of them.
-const REORDERED: f64 = 0.85;
-
 /// Least number that is an angle where a turn has one.
 const LEAST_ANGLE: u32 = 20;
+/// Largest angle of a lifted arm (degrees).
+const MOST_LIFTED: u32 = 170;
 /// Gestures that nobody does while walking up to something.
 const STANDING: [&str; 8] = ["shake_hands", "knock", "high_five", "press_button", "drink", "eat", "pour", "give"];
 /// Depth of compounds in compounds.
-const MOST_WITHIN: usize = 2;
+pub(super) const MOST_WITHIN: usize = 2;
 /// Most times that a compound or an action without repetitions is done.
 const MOST_TIMES: u32 = 12;
 
@@ -36,14 +33,24 @@ const LIMBS_AND_UNITS: [&str; 10] = ["hand", "foot", "knee", "step", "pace", "tu
 #[derive(Debug)]
 pub struct Reader<'a> {
     grammar: &'a Grammar,
-    phrases: Phrases,
+    pub(super) phrases: Phrases,
+    pub(super) learned: Learned,
+}
+
+/// The action before.
+#[derive(Default)]
+pub(super) struct Before {
+    /// True if nobody said its side.
+    is_free: bool,
+    /// Words that explained it.
+    words: BTreeSet<String>,
 }
 
 /// One piece of a sentence.
-struct Piece {
-    join: Join,
-    words: Vec<String>,
-    fit: Option<Fit>,
+pub(super) struct Piece {
+    pub join: Join,
+    pub words: Vec<String>,
+    pub fit: Option<Fit>,
 }
 
 impl<'a> Reader<'a> {
@@ -52,7 +59,7 @@ impl<'a> Reader<'a> {
     /// # Errors
     /// [`LanguageError::Grammar`] for a lexicon with verbs that the grammar has not.
     pub fn new(grammar: &'a Grammar) -> Result<Self, LanguageError> {
-        Ok(Self { grammar, phrases: Phrases::new(grammar)? })
+        Ok(Self { grammar, phrases: Phrases::new(grammar)?, learned: Learned::new(grammar)? })
     }
 
     /// Returns the verbs.
@@ -60,16 +67,63 @@ impl<'a> Reader<'a> {
         self.grammar
     }
 
-    /// Reads a sentence. Everything that was not understood is in the result.
-    pub fn read(&self, text: &str) -> Script {
-        self.read_within(text, MOST_WITHIN)
+    /// Adds the actions that a piece means.
+    pub(super) fn perform(&self, script: &mut Script, piece: &Piece, before: &mut Before, depth: usize) {
+        let said = said(&piece.words);
+        let Some(fit) = &piece.fit else { return };
+        match fit.meaning {
+            Meaning::Verb(verb) => {
+                let verb = &self.grammar.verbs[verb];
+                let (verb, said) = self.facing(verb, &piece.words, said, &mut script.notes);
+                let said = of_supporting_leg(verb, &piece.words, said);
+                let last = script.clauses.iter().rev().find(|one| one.actions[0].verb != "stand");
+                let said = back_again(verb, &piece.words, said, last);
+                let single = matches!(verb.side, Some(Side::Left | Side::Right));
+                if single && said.side == Some(Side::Both) && said.in_turn {
+                    // "Left and right": one after the other.
+                    for side in [Side::Left, Side::Right] {
+                        let one = Said { side: Some(side), ..said.clone() };
+                        let (action, times) = self.action(verb, &one, &mut script.notes);
+                        self.add(script, Join::Then, action, said.seconds, times, [false; 2]);
+                    }
+                    return;
+                }
+                let (action, times) = self.action(verb, &said, &mut script.notes);
+                // "Bend down, pick something up" is one movement in two phrases.
+                let is_posture = piece.join == Join::While;
+                let is_same = is_more_about(script, &action) && (is_posture || before.words != fit.explained);
+                before.words.clone_from(&fit.explained);
+                if is_same && (is_posture || matches!(piece.join, Join::And | Join::Comma)) && said.used.is_empty() {
+                    return;
+                }
+                // "Applaud! Eight claps": how often the same is done.
+                let only_counts = piece.words.len() == 1 + said.used.len() && said.count.is_some();
+                if let Some(last) = script.clauses.last_mut().filter(|_| only_counts) {
+                    let plain = Action { count: None, ..action.clone() };
+                    if last.actions == [plain] {
+                        last.actions = vec![action];
+                        return;
+                    }
+                }
+                let free = [before.is_free, said.side.is_none()];
+                before.is_free = free[1];
+                self.add(script, piece.join, action, said.seconds, times, free);
+            }
+            Meaning::Compound(number) if depth > 0 => {
+                let mut whole = self.read_within(&self.phrases.compounds[number], depth - 1);
+                let actions = whole.clauses.iter_mut().flat_map(|clause| &mut clause.actions);
+                actions.for_each(|action| action.mood = action.mood.or(said.mood));
+                let times = said.count.unwrap_or(1).clamp(1, MOST_TIMES);
+                (0..times).for_each(|_| script.clauses.extend(whole.clauses.iter().cloned()));
+            }
+            Meaning::Compound(_) | Meaning::Instead(_) => {}
+        }
     }
 
     /// Reads a sentence. Its phrases may mean sentences, to a depth.
-    fn read_within(&self, text: &str, depth: usize) -> Script {
+    pub(super) fn read_within(&self, text: &str, depth: usize) -> Script {
         let mut script = Script::default();
-        let mut last_free = false;
-        let mut last_words = BTreeSet::new();
+        let mut before = Before::default();
         let mut last_verb: Option<String> = None;
         let words = spelt(&self.phrases, normal(text), &mut script.notes);
         let words = without_negations(words, &mut script.notes);
@@ -83,64 +137,11 @@ impl<'a> Reader<'a> {
             if group.fit.is_none() {
                 self.find_verb(&mut group, &script);
             }
-            if group.fit.is_none() {
-                self.find_meaning(&mut group, &mut script.notes);
-            }
             match group.fit.as_ref().map(|fit| (fit, fit.meaning)) {
-                Some((fit, Meaning::Verb(verb))) => {
-                    let said = said(&group.words);
-                    self.leftover(&group.words, &said, fit, &mut script.unknown);
-                    let verb = &self.grammar.verbs[verb];
-                    let (verb, said) = self.facing(verb, &group.words, said, &mut script.notes);
-                    let said = of_supporting_leg(verb, &group.words, said);
-                    let said = back_again(
-                        verb,
-                        &group.words,
-                        said,
-                        script.clauses.iter().rev().find(|one| one.actions[0].verb != "stand"),
-                    );
-                    let single = matches!(verb.side, Some(Side::Left | Side::Right));
-                    if single && said.side == Some(Side::Both) && said.in_turn {
-                        // "Left and right": one after the other.
-                        for side in [Side::Left, Side::Right] {
-                            let one = Said { side: Some(side), ..said.clone() };
-                            let (action, times) = self.action(verb, &one, &mut script.notes);
-                            self.add(&mut script, Join::Then, action, said.seconds, times, [false; 2]);
-                        }
-                        continue;
-                    }
-                    let (action, times) = self.action(verb, &said, &mut script.notes);
-                    // "Bend down, pick something up" is one movement in two phrases.
-                    let is_posture = group.join == Join::While;
-                    let is_same = is_more_about(&script, &action) && (is_posture || last_words != fit.explained);
-                    last_words.clone_from(&fit.explained);
-                    if is_same && (is_posture || matches!(group.join, Join::And | Join::Comma)) && said.used.is_empty()
-                    {
-                        continue;
-                    }
-                    // "Applaud! Eight claps": how often the same is done.
-                    let only_counts = group.words.len() == 1 + said.used.len() && said.count.is_some();
-                    if let Some(last) = script.clauses.last_mut().filter(|_| only_counts) {
-                        let plain = Action { count: None, ..action.clone() };
-                        if last.actions == [plain] {
-                            last.actions = vec![action];
-                            continue;
-                        }
-                    }
-                    let free = [last_free, said.side.is_none()];
-                    last_free = free[1];
-                    self.add(&mut script, group.join, action, said.seconds, times, free);
-                }
-                Some((fit, Meaning::Compound(number))) if depth > 0 => {
+                Some((fit, Meaning::Verb(_) | Meaning::Compound(_))) => {
                     self.leftover(&group.words, &said(&group.words), fit, &mut script.unknown);
-                    let mut whole = self.read_within(&self.phrases.compounds[number], depth - 1);
-                    let said = said(&group.words);
-                    let actions = whole.clauses.iter_mut().flat_map(|clause| &mut clause.actions);
-                    actions.for_each(|action| action.mood = action.mood.or(said.mood));
-                    let times = said.count.unwrap_or(1).clamp(1, MOST_TIMES);
-                    (0..times).for_each(|_| script.clauses.extend(whole.clauses.iter().cloned()));
+                    self.perform(&mut script, &group, &mut before, depth);
                 }
-                Some((_, Meaning::Compound(_))) => {}
                 Some((_, Meaning::Instead(number))) => self.replace(&mut script, number, &group),
                 None if group.words.iter().all(|word| self.phrases.filler.contains(word)) => {}
                 None => script.unknown.push(group.words.join(" ")),
@@ -306,7 +307,7 @@ impl<'a> Reader<'a> {
         out
     }
 
-    fn fit(&self, words: &[String]) -> Option<Fit> {
+    pub(super) fn fit(&self, words: &[String]) -> Option<Fit> {
         let said = said(words);
         // Of one hand, whichever.
         let side = said.side.or(said.plural.then_some(Side::Both)).or(said.singular.then_some(Side::Right));
@@ -393,6 +394,7 @@ impl<'a> Reader<'a> {
                 action.degrees = Some(whole / rounds);
             }
             Some(Synth::Curve) => action.degrees = said.degrees,
+            _ if verb.angles => action.degrees = said.degrees.or(said.level).map(|degrees| degrees.min(MOST_LIFTED)),
             _ if said.degrees.is_some() && verb.acts == Acts::Feet => {
                 notes.push(format!("'{}' has no angle", name(verb)))
             }
@@ -424,6 +426,7 @@ impl<'a> Reader<'a> {
         (action.speed, action.size, action.mood) =
             (said.speed.filter(|_| verb.speeds), said.size.filter(|_| verb.sizes), said.mood);
         let sizes = verb.sizes || verb.synth == Some(Synth::Turn);
+        let sizes = sizes || verb.angles;
         let lost = [(said.speed.is_some() && !verb.speeds, "speed"), (said.size.is_some() && !sizes, "size")];
         for (_, what) in lost.iter().filter(|(lost, _)| *lost) {
             notes.push(format!("'{}' has no {what} of its own", name(verb)));
@@ -594,34 +597,6 @@ impl<'a> Reader<'a> {
             }),
         }
     }
-
-    /// Returns the phrase that means most nearly the same as a text, where one does, and the similarity (0 to 1).
-    pub fn nearest(&self, text: &str) -> Option<(String, f64)> {
-        let (_, phrase, similarity) = self.phrases.nearest(&normal(text))?;
-        Some((without_slots(phrase), similarity)).filter(|_| similarity > NAMED)
-    }
-
-    /// Returns the words of all phrases, those that say little left out.
-    pub fn words(&self) -> BTreeSet<String> {
-        self.phrases.words()
-    }
-
-    /// Takes a piece that no phrase fits for the phrase that means the same, and says so.
-    fn find_meaning(&self, piece: &mut Piece, notes: &mut Vec<String>) {
-        let said = said(&piece.words);
-        let words: Vec<String> = piece.words.iter().filter(|word| !said.used.contains(*word)).cloned().collect();
-        let Some((meaning, phrase, similarity)) = self.phrases.nearest(&words) else { return };
-        if similarity < if self.phrases.has_new_word(&words) { TAKEN } else { REORDERED } {
-            return;
-        }
-        let phrase = without_slots(phrase);
-        let is_filler = |word: &&String| self.phrases.filler.contains(*word);
-        let last = words.len() - words.iter().rev().take_while(is_filler).count();
-        let shown = &words[words.iter().take_while(is_filler).count().min(last)..last];
-        notes.push(format!("'{}' is taken for '{phrase}', similarity {similarity:.2}", shown.join(" ")));
-        let explained = words.iter().map(|word| self.phrases.base(word)).collect();
-        piece.fit = Some(Fit { meaning, score: 0.0, explained, has_verb: false });
-    }
 }
 
 /// Returns whether words say another way or another angle than a piece does: "90 degrees right, then 180 left".
@@ -630,11 +605,6 @@ fn turns_over(piece: &Piece, words: &[String]) -> bool {
     let differ = |pair: [Option<u32>; 2]| matches!(pair, [Some(a), Some(b)] if a != b);
     let ways = matches!([one.direction, other.direction], [Some(a), Some(b)] if a != b);
     ways || differ([one.degrees, other.degrees])
-}
-
-/// Returns a phrase without the marks of its slots.
-fn without_slots(phrase: &str) -> String {
-    phrase.replace(['[', ']', '{', '}'], "")
 }
 
 /// Returns whether an action is the last one of a script over again.

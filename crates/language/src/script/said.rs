@@ -15,6 +15,8 @@ pub(super) struct Said {
     pub direction: Option<Direction>,
     pub count: Option<u32>,
     pub degrees: Option<u32>,
+    /// Angle from hanging down of arms at a height that is named (degrees).
+    pub level: Option<u32>,
     pub seconds: Option<f64>,
     pub metres: Option<f64>,
     pub speed: Option<Speed>,
@@ -59,6 +61,24 @@ pub(super) fn said(words: &[String]) -> Said {
     // "The left knee with the right hand": the hand acts.
     let [hand, foot, part] = out.sides;
     out.side = hand.or(foot).or(out.side).or(part);
+    let heights = ["height", "level", "high"];
+    let height = words.windows(2).find(|two| heights.contains(&two[1].as_str()));
+    out.level = height.and_then(|two| match two[0].as_str() {
+        "hip" | "waist" | "hips" => Some(40),
+        "chest" => Some(75),
+        "shoulder" | "shoulders" => Some(90),
+        "head" | "eye" | "face" => Some(115),
+        _ => None,
+    });
+    if let Some(at) = words.iter().position(|word| word == "halfway") {
+        if words.get(at + 1).is_some_and(|next| next.ends_with("round")) {
+            out.degrees.get_or_insert(180);
+        } else {
+            out.level.get_or_insert(80);
+            out.size.get_or_insert(Size::Small);
+        }
+        out.used.push("halfway".into());
+    }
     let has = |pair: [&str; 2]| words.windows(2).any(|two| two[0] == pair[0] && two[1] == pair[1]);
     if has(["other", "way"]) || has(["other", "direction"]) || has(["u", "turn"]) || has(["about", "face"]) {
         out.degrees.get_or_insert(180);

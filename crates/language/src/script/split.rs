@@ -4,7 +4,7 @@ use super::numbers::{with_digits, with_plain_numbers, with_units};
 
 /// Relation of a piece to the one before it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Join {
+pub(in crate::script) enum Join {
     /// After it: "then", a full stop.
     Then,
     /// During it: "while".

@@ -87,8 +87,8 @@ pub fn understand(
         return Err(CliError::Input(format!("\"{text}\": {first}; {nearest}")));
     }
     if script.clauses.is_empty() {
-        let near = reader.nearest(&text).map_or_else(String::new, |(near, similarity)| {
-            format!("; the nearest phrase is \"{near}\" (similarity {similarity:.2})")
+        let near = reader.nearest(&text).map_or_else(String::new, |(near, probability)| {
+            format!("; the likeliest is \"{near}\" ({:.0}% sure)", 100.0 * probability)
         });
         let help = "`lifelike generate --verbs` lists what can be said, --as-is passes the sentence to the network";
         return Err(CliError::Input(format!("\"{text}\": expected a movement, understood none{near}; {help}")));

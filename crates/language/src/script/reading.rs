@@ -1,0 +1,117 @@
+//! Reading by rules, by the network, or by both.
+
+use super::Impossible;
+use super::Script;
+use super::beside::without_negations;
+use super::learned::{Stretch, Taken};
+use super::phrases::{Fit, Meaning};
+use super::reader::{Before, MOST_WITHIN, Piece, Reader};
+use super::spelling::spelt;
+use super::split::normal;
+
+/// Certainty from which the network is followed where rules leave words over, and where they do not. Chosen on sentences
+/// that the network was not trained on (`docs/results/language.md`).
+const OPEN: f64 = 0.1;
+const CLOSED: f64 = 0.45;
+/// Certainty below which a reading by the network is said to be a guess.
+const SURE: f64 = 0.5;
+/// Probability from which an action is named for words that were not understood.
+const NAMED: f64 = 0.1;
+
+/// Way to read a sentence.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Reading {
+    /// By phrases and rules alone.
+    Rules,
+    /// By the network, which divides the sentence and names the actions; rules read numbers, sides and ways.
+    Network,
+    /// By the network where it is certain and the rules leave something open.
+    Both,
+}
+
+impl Reader<'_> {
+    /// Reads a sentence. Everything that was not understood is in the result.
+    pub fn read(&self, text: &str) -> Script {
+        self.read_by(text, Reading::Both)
+    }
+
+    /// Reads a sentence in one of the ways.
+    pub fn read_by(&self, text: &str, way: Reading) -> Script {
+        let by_rules = || self.read_within(text, MOST_WITHIN);
+        match way {
+            Reading::Rules => by_rules(),
+            Reading::Network => self.read_by_network(text).0,
+            Reading::Both => {
+                let rules = by_rules();
+                let (network, certainty) = self.read_by_network(text);
+                let least = if is_open(&rules) { OPEN } else { CLOSED };
+                if verbs(&rules) == verbs(&network) || certainty < least { rules } else { network }
+            }
+        }
+    }
+
+    /// Reads a sentence by the network; also returns the least certainty of its actions, 0 where it finds none.
+    fn read_by_network(&self, text: &str) -> (Script, f64) {
+        let mut script = Script::default();
+        let words = spelt(&self.phrases, normal(text), &mut script.notes);
+        let words = without_negations(words, &mut script.notes);
+        let stretches = self.learned.read(&words);
+        let certainty = stretches.iter().map(|one| one.certainty).reduce(f64::min).unwrap_or(0.0);
+        let mut before = Before::default();
+        for Stretch { join, words, taken, certainty } in stretches {
+            match taken {
+                Taken::For(meaning) => {
+                    let explained = words.iter().map(|word| self.phrases.base(word)).collect();
+                    let fit = Fit { meaning, score: certainty, explained, has_verb: true };
+                    if certainty < SURE {
+                        let text = words.join(" ");
+                        let name = self.name(meaning);
+                        script.notes.push(format!("'{text}' is taken for '{name}', {:.0}% sure", 100.0 * certainty));
+                    }
+                    self.perform(&mut script, &Piece { join, words, fit: Some(fit) }, &mut before, MOST_WITHIN);
+                }
+                Taken::Impossible => {
+                    let instead = match self.fit(&words).map(|fit| fit.meaning) {
+                        Some(Meaning::Instead(number)) => Some(&self.phrases.instead[number]),
+                        _ => None,
+                    };
+                    script.impossible.push(Impossible {
+                        said: words.join(" "),
+                        because: instead.map_or("no motion here does that".into(), |one| one.because.clone()),
+                        nearest: instead.and_then(|one| one.verb.clone()),
+                        at: script.clauses.len(),
+                    });
+                }
+                Taken::Other => script.unknown.push(words.join(" ")),
+            }
+        }
+        (script, certainty)
+    }
+
+    /// Returns the likeliest action for a text that was not understood, and its probability.
+    pub fn nearest(&self, text: &str) -> Option<(String, f64)> {
+        let (meaning, probability) = self.learned.likeliest(&normal(text))?;
+        Some((self.name(meaning), probability)).filter(|_| probability > NAMED)
+    }
+
+    fn name(&self, meaning: Meaning) -> String {
+        match meaning {
+            Meaning::Verb(verb) => self.grammar().verbs[verb].name.replace('_', " "),
+            Meaning::Compound(number) => self.phrases.compounds[number].replace('\n', " "),
+            Meaning::Instead(_) => String::new(),
+        }
+    }
+}
+
+/// Returns whether rules left something of a sentence over, or guessed.
+fn is_open(script: &Script) -> bool {
+    script.clauses.is_empty() || !script.unknown.is_empty()
+}
+
+/// Returns the verbs of a script, sorted.
+fn verbs(script: &Script) -> Vec<&str> {
+    let actions = script.clauses.iter().flat_map(|clause| &clause.actions);
+    let mut verbs: Vec<&str> = actions.map(|action| action.verb.as_str()).collect();
+    verbs.sort_unstable();
+    verbs
+}
