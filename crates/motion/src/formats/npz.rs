@@ -52,8 +52,10 @@ impl<'a> Archive<'a> {
         match ZipArchive::new(Cursor::new(bytes)) {
             Ok(zip) => Ok(Self { zip, file }),
             Err(_) if bytes.starts_with(MAGIC) => {
-                let got = "one array (.npy), such as HumanML3D's processed joints: no motion of AMASS";
-                Err(wrong(file, "a zip of arrays (.npz)".to_owned(), got.to_owned()))
+                let shape = single(bytes, file)?.header.shape;
+                let got =
+                    format!("one array (.npy) of shape {shape:?}; HumanML3D's are [frames, 263] or [frames, 22, 3]");
+                Err(wrong(file, "a zip of arrays (.npz)".to_owned(), got))
             }
             Err(error) => Err(wrong(file, "a zip of arrays (.npz)".to_owned(), shortened(&error.to_string()))),
         }
