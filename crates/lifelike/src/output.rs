@@ -139,7 +139,7 @@ mod tests {
 
     #[test]
     fn a_message_does_not_carry_a_file() {
-        assert_eq!(readable(&format!("a:\n{}\nb", "x".repeat(200_000))).len(), LONGEST_LINE + 8);
+        assert_eq!(readable(&format!("a:\n{}\nb", "x".repeat(200_000))).len(), LONGEST_LINE + 9);
         assert_eq!(
             readable("é: stream did not contain valid UTF-8"),
             "é: expected text in UTF-8, got another kind of file"
