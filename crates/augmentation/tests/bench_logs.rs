@@ -83,7 +83,35 @@ fn other_units_and_signs_are_refused_by_name() {
     });
     refused(&mirrored, &["position: expected a position that follows the goal"]);
     // Filters and noise of real servos are no other unit.
-    assert!(read(&scaled("speed", 0.8)).is_ok() && read(&scaled("speed", 0.0)).is_ok());
+    assert!(read(&scaled("speed", 0.8)).is_ok());
+    refused(&scaled("position", 0.0), &["position: expected rad", "one position throughout"]);
+    refused(&scaled("speed", 0.0), &["speed: expected rad/s", "one speed throughout while the position moves"]);
+}
+
+#[test]
+fn numbers_of_other_units_are_beyond_a_bench() {
+    for (key, value, part) in [
+        ("mass", 100.0, "mass: expected at most 20 kg (g?), got 100"),
+        ("arm_mass", 25.0, "arm_mass: expected at most 20 kg (g?), got 25"),
+        ("length", 15.0, "length: expected at most 2 m (cm or mm?), got 15"),
+        ("vin", 7500.0, "vin: expected at most 100 V (mV?), got 7500"),
+    ] {
+        let mut log = log(|_| {});
+        log[key] = json!(value);
+        refused(&log, &[part]);
+    }
+    refused(&scaled("input_volts", 0.0), &["input_volts: expected volts above 0"]);
+    // 0.1 V is the unit of a Dynamixel's register.
+    refused(&scaled("input_volts", 10.0), &["load: expected duty times supply of at most 11.25 V", "0.1 V"]);
+}
+
+#[test]
+fn epochs_and_byte_order_marks_change_nothing() {
+    let plain = read(&log(|_| {})).unwrap();
+    let epoch = read(&log(|row| row["timestamp"] = json!(1.7e9 + row["timestamp"].as_f64().unwrap()))).unwrap();
+    assert_eq!((plain.at(200.0).goal.len(), epoch.at(200.0).goal.len()), (400, 400));
+    let (_folder, path) = written("log.json", &format!("\u{feff}{}", log(|_| {})));
+    assert_eq!(BenchLog::read(&path).unwrap().goal, plain.goal);
 }
 
 #[test]
@@ -115,6 +143,14 @@ fn a_table_says_its_units_and_its_bench() {
     assert!(near(&read.velocity, &json.velocity) && near(&read.voltage.unwrap(), json.voltage.as_ref().unwrap()));
     assert_eq!((read.mass, read.arm, read.gain, read.supply), (0.1, 0.15, 400.0, 7.5));
 
+    let small =
+        table(header).replace("0.1 kg", "100 g ; the weight").replace("0.15 m", "15 cm").replace("7.5 V", "7500 mV");
+    let read = of(&format!("\u{feff}{small}")).unwrap();
+    assert!(near(&[read.mass, read.arm, read.supply], &[0.1, 0.15, 7.5]), "{read:?}");
+    let error = of(&table(header).replace("0.1 kg", "0.1 lb")).unwrap_err();
+    assert!(error.contains("'# mass': expected a number in kg, g, got '0.1 lb'"), "{error}");
+    let error = of(&table("time [ms], goal [deg], position [deg], position [deg], duty [1]")).unwrap_err();
+    assert!(error.contains("line 7: expected each column once, got 'position' twice"), "{error}");
     let error = of(&table("time, goal [deg], position [deg], speed [rpm], duty [1]")).unwrap_err();
     assert!(error.contains("line 7: expected 'time [UNIT]' with one of s, ms, us, got 'time'"), "{error}");
     let error = of(&table("time [ms], goal [deg], angle [deg], speed [rpm], duty [1]")).unwrap_err();

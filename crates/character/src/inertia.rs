@@ -7,6 +7,8 @@ use crate::rotation::{Mat3, Quat, Vec3};
 
 /// Less mass than this (kg) is none, as in MuJoCo.
 pub const MIN_MASS: f64 = 1e-15;
+/// Thickness of an ellipsoid's shell (m), as in MuJoCo.
+const LAYER: f64 = 1e-6;
 
 /// Returns the volume of a solid (m³). Planes, meshes and height fields have none here.
 pub fn volume(shape: &GeomShape) -> f64 {
@@ -42,6 +44,56 @@ pub fn moments(shape: &GeomShape, mass: f64) -> Vec3 {
         GeomShape::Ellipsoid(h) => sides(h) * (mass / 5.0),
         GeomShape::Plane | GeomShape::Mesh(_) | GeomShape::HeightField(_) => Vec3::zeros(),
     }
+}
+
+/// Returns the area of a surface (m²). Planes, meshes and height fields have none here.
+pub fn area(shape: &GeomShape) -> f64 {
+    use std::f64::consts::PI;
+    match shape {
+        GeomShape::Sphere(r) => 4.0 * PI * r * r,
+        GeomShape::Capsule(r, half) => 4.0 * PI * r * (r + half),
+        GeomShape::Cylinder(r, half) => 2.0 * PI * r * (r + 2.0 * half),
+        GeomShape::Box(h) => 8.0 * (h.x * h.y + h.y * h.z + h.z * h.x),
+        // Thomsen's formula, as MuJoCo has it.
+        GeomShape::Ellipsoid(h) => {
+            let power = |x: f64| x.powf(1.6075);
+            4.0 * PI * ((power(h.x * h.y) + power(h.x * h.z) + power(h.y * h.z)) / 3.0).powf(1.0 / 1.6075)
+        }
+        GeomShape::Plane | GeomShape::Mesh(_) | GeomShape::HeightField(_) => 0.0,
+    }
+}
+
+/// Returns the principal moments (kg m²) about the middle of a thin shell of this mass (kg), as [`moments`] those of a
+/// solid.
+pub fn of_shell(shape: &GeomShape, mass: f64) -> Vec3 {
+    // Means of the squares of the coordinates over the surface.
+    let squares = match shape {
+        GeomShape::Sphere(r) => Vec3::repeat(r * r / 3.0),
+        GeomShape::Capsule(r, half) => {
+            let tube = half / (half + r);
+            let across = tube * r * r / 2.0 + (1.0 - tube) * r * r / 3.0;
+            let ends = half * half + half * r + r * r / 3.0;
+            Vec3::new(across, across, tube * half * half / 3.0 + (1.0 - tube) * ends)
+        }
+        GeomShape::Cylinder(r, half) => {
+            let tube = 2.0 * half / (2.0 * half + r);
+            let across = tube * r * r / 2.0 + (1.0 - tube) * r * r / 4.0;
+            Vec3::new(across, across, half * half * (tube / 3.0 + 1.0 - tube))
+        }
+        GeomShape::Box(h) => {
+            let plates = Vec3::new(h.y * h.z, h.x * h.z, h.x * h.y);
+            let share = plates / plates.sum();
+            h.component_mul(h).component_mul(&share.map(|own| own + (1.0 - own) / 3.0))
+        }
+        // A layer of equal thickness.
+        GeomShape::Ellipsoid(h) => {
+            let volume = |more: f64| (h.x + more) * (h.y + more) * (h.z + more);
+            let square = |k: usize, more: f64| volume(more) * (h[k] + more).powi(2) / 5.0;
+            Vec3::from_fn(|k, _| (square(k, LAYER) - square(k, 0.0)) / (volume(LAYER) - volume(0.0)))
+        }
+        GeomShape::Plane | GeomShape::Mesh(_) | GeomShape::HeightField(_) => Vec3::zeros(),
+    };
+    Vec3::new(squares.y + squares.z, squares.x + squares.z, squares.x + squares.y) * mass
 }
 
 fn sides(h: &Vec3) -> Vec3 {

@@ -66,7 +66,14 @@ fn what_would_change_the_dynamics_is_refused() {
     refused("<mujoco><wheels/></mujoco>", "<wheels>: unsupported section");
     refused(&body("<geom size=\"0.1\" colour=\"red\"/>"), "unsupported attribute 'colour'");
     refused(&body("<geom size=\"0.1\"/><composite/>"), "<composite>: unsupported element in a body");
-    refused(&body("<geom size=\"0.1\" shellinertia=\"true\"/>"), "unsupported attribute 'shellinertia'");
+    let mesh = "<geom type=\"mesh\" mesh=\"m\" shellinertia=\"true\"/><joint/>";
+    refused(&body(mesh), "unsupported 'shellinertia' of a mesh; give its <mesh> inertia=\"shell\"");
+    let whole = "<attach>: unsupported element in a body; MuJoCo writes the whole model";
+    refused(&body("<geom size=\"0.1\"/><attach model=\"m\" prefix=\"p\"/>"), whole);
+    let linear = "'damping' with more than a linear term; keep its first number";
+    refused(&body("<geom size=\"0.1\"/><joint damping=\"1 2\"/>"), linear);
+    refused(&body("<geom type=\"box\" mesh=\"m\"/>"), "a box fitted to a mesh; give 'size' in its place");
+    refused(&body("<freejoint align=\"true\"/><geom size=\"0.1\"/>"), "'align' that is true: it would move");
     refused(&body("<geom type=\"mesh\" mesh=\"m\"/><joint/>"), "expected <inertial> in body 'b'");
     refused(
         "<mujoco><include file=\"x.xml\"/></mujoco>",

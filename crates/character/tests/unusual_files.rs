@@ -337,10 +337,15 @@ fn document_types_are_read_and_pages_and_pointers_called_so() {
 const DENTED: &str = "vertex=\"0 0 0 .2 0 0 .2 .1 0 0 .1 0 0 0 .1 .2 0 .1 .2 .1 .1 0 .1 .1 .1 .05 .03\" \
     face=\"0 2 1 0 3 2 0 1 5 0 5 4 1 2 6 1 6 5 2 3 7 2 7 6 3 0 4 3 4 7 4 5 8 5 6 8 6 7 8 7 4 8\"";
 
+/// Mark of the box's corners alone.
+const NO_FACES: &str = "no faces";
+
 #[test]
 fn meshes_weigh_what_mujoco_says() {
     let model = |mesh: &str, geom: &str| {
-        let assets = format!("<asset><mesh name=\"m\" {DENTED} {mesh}/></asset>");
+        let shape = if mesh == NO_FACES { DENTED.split("face").next().unwrap_or_default() } else { DENTED };
+        let mesh = if mesh == NO_FACES { "" } else { mesh };
+        let assets = format!("<asset><mesh name=\"m\" {shape} {mesh}/></asset>");
         let geom = format!("<geom type=\"mesh\" mesh=\"m\" pos=\".1 .2 .3\" euler=\"10 20 30\" {geom}/>");
         mjcf(&assets, &format!("<body name=\"b\"><freejoint/>{geom}</body>"))
     };
@@ -348,6 +353,10 @@ fn meshes_weigh_what_mujoco_says() {
     let legacy = ([0.172_968_11, 0.288_347_57, 0.336_256_66], [0.007_636_43, 0.007_221_78, 0.002_639_93]);
     let exact = ([0.171_605_44, 0.288_997_69, 0.332_569_63], [0.007_166_67, 0.006_671_32, 0.002_371_32]);
     let stretched = ([0.254_296_09, 0.342_756_09, 0.315_629_13], [0.051_893_4, 0.051_061_48, 0.005_273_18]);
+    let surface = ([0.174_314_18, 0.287_705_36, 0.339_898_77], [0.649_632_45, 0.618_203, 0.288_421]);
+    let hull = ([0.174_988_46, 0.287_383_67, 0.341_723_21], [0.008_333_33, 0.008_333_33, 0.003_333_33]);
+    let moved = "refpos=\".5 .1 0\" refquat=\"1 1 0 0\"";
+    let both = format!("{moved} scale=\"2 1 1\"");
     let times = |moments: [f64; 3], factor: f64| moments.map(|moment| moment * factor);
     for (mesh, geom, mass, com, moments) in [
         ("", "", 1.721_238_52, legacy.0, legacy.1),
@@ -356,6 +365,11 @@ fn meshes_weigh_what_mujoco_says() {
         ("", "density=\"500\"", 0.860_619_26, legacy.0, times(legacy.1, 0.5)),
         ("scale=\"2 1 1\"", "", 3.438_439_43, stretched.0, stretched.1),
         ("", "contype=\"0\" conaffinity=\"0\"", 1.721_238_52, legacy.0, legacy.1),
+        ("inertia=\"shell\"", "density=\"1\"", 0.109_411_21, surface.0, times(surface.1, 1e-3)),
+        ("inertia=\"convex\"", "", 2.000_000_09, hull.0, hull.1),
+        (NO_FACES, "", 2.000_000_09, hull.0, hull.1),
+        (moved, "", 1.721_238_52, [-0.229_134_94, 0.010_602_02, 0.442_277_1], legacy.1),
+        (both.as_str(), "", 3.438_439_43, [-0.554_582_87, -0.207_057_88, 0.524_178_49], stretched.1),
     ] {
         let read = model(mesh, geom).unwrap();
         // The text for engines has no pictures, and the same bodies.
@@ -368,9 +382,36 @@ fn meshes_weigh_what_mujoco_says() {
             assert!(apart < 1e-8, "{mesh} {geom}: {}", inertial.diagonal);
         }
     }
-    let error = model("inertia=\"shell\"", "").unwrap_err();
-    assert!(error.contains("inertia of its meshes is unknown") && error.contains("\"shell\""), "{error}");
-    assert!(model("refpos=\"0 0 1\"", "").unwrap_err().contains("'refpos'"));
+    let error = model("inertia=\"soft\"", "").unwrap_err();
+    assert!(error.contains("inertia of its meshes is unknown") && error.contains("\"soft\""), "{error}");
+    assert!(model("builtin=\"sphere\"", "").unwrap_err().contains("'builtin'"));
+}
+
+#[test]
+fn shells_weigh_what_mujoco_says() {
+    for (shape, mass, moments) in [
+        ("sphere\" size=\".2", 502.654_824_574, [13.404_128_655, 13.404_128_655, 13.404_128_655]),
+        ("capsule\" size=\".1 .3", 502.654_824_574, [29.112_091_923, 29.112_091_923, 4.607_669_225]),
+        ("cylinder\" size=\".1 .3", 439.822_971_503, [19.006_635_554, 19.006_635_554, 4.084_070_45]),
+        ("box\" size=\".1 .2 .3", 880.0, [54.133_333_333, 42.133_333_333, 24.266_666_667]),
+        ("ellipsoid\" size=\".1 .2 .3", 489.719_333_337, [18.075_174_883, 14.068_366_576, 8.102_680_937]),
+    ] {
+        let geom = format!("<geom type=\"{shape}\" shellinertia=\"true\"/>");
+        let body = mjcf("", &format!("<body name=\"b\"><freejoint/>{geom}</body>")).unwrap().bodies[1].inertial.clone();
+        let apart = (body.diagonal - Vec3::from(moments)).abs().max();
+        assert!((body.mass / mass - 1.0).abs() < 1e-9 && apart < 1e-8 * mass, "{shape}: {body:?}");
+    }
+}
+
+#[test]
+fn a_root_with_limbs_is_not_aligned() {
+    let model = |align: &str| {
+        let limb = "<body name=\"limb\" pos=\"0 0 .3\"><joint name=\"j\"/><geom size=\".1\"/></body>";
+        let geom = "<geom type=\"box\" pos=\".1 .2 0\" euler=\"0 30 0\" size=\".1 .2 .3\"/>";
+        mjcf("", &format!("<body name=\"b\" pos=\"0 0 1\"><freejoint {align}/>{geom}{limb}</body>")).unwrap()
+    };
+    // MuJoCo 4.0 aligns bodies without children.
+    assert_eq!(model("align=\"true\"").bodies, model("").bodies);
 }
 
 #[test]

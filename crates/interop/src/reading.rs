@@ -97,6 +97,9 @@ pub(crate) fn metadata(bytes: &[u8], path: &str) -> Result<BTreeMap<String, Stri
 }
 
 fn decoded(bytes: &[u8], path: &str) -> Result<Model, RobotError> {
+    if bytes.is_empty() {
+        return Err(mismatch(path, "an ONNX file", "an empty file"));
+    }
     Model::decode(bytes).map_err(|error| mismatch(path, "an ONNX file", error.to_string()))
 }
 

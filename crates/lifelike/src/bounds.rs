@@ -4,6 +4,8 @@
 const THREADS: usize = 1024;
 /// Most environments of one simulation.
 const ENVIRONMENTS: usize = 1 << 20;
+/// Most motions to choose from.
+const CANDIDATES: usize = 4096;
 
 /// Parses a number of threads; 0 stands for one per processor.
 ///
@@ -21,6 +23,14 @@ pub fn environments(text: &str) -> Result<usize, String> {
     number(text, 1, ENVIRONMENTS)
 }
 
+/// Parses a number of motions to choose from.
+///
+/// # Errors
+/// No number, none, or too many.
+pub fn candidates(text: &str) -> Result<usize, String> {
+    number(text, 1, CANDIDATES)
+}
+
 fn number(text: &str, least: usize, most: usize) -> Result<usize, String> {
     let found = text.parse().ok().filter(|number| (least..=most).contains(number));
     found.ok_or_else(|| format!("expected a number from {least} to {most}"))
@@ -36,6 +46,6 @@ mod tests {
         for text in ["10000000", "-1", "18446744073709551615", "18446744073709551616", "two"] {
             assert!(threads(text).is_err() && environments(text).is_err(), "{text}");
         }
-        assert!(environments("0").is_err());
+        assert!(environments("0").is_err() && candidates("0").is_err() && candidates("4096") == Ok(4096));
     }
 }

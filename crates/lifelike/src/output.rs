@@ -20,6 +20,11 @@ pub struct Output {
     pub silent: bool,
 }
 
+/// Longest line of a message (characters): TOML's errors quote the line of the file.
+const LONGEST_LINE: usize = 10_000;
+/// The standard library's words for a binary file where text is read.
+const BINARY: &str = "stream did not contain valid UTF-8";
+
 impl Output {
     /// Prints a result: `value` as JSON, or `text` for people.
     pub fn result<T: Serialize>(&self, value: &T, text: impl FnOnce() -> String) -> Result<(), CliError> {
@@ -36,9 +41,9 @@ impl Output {
     /// Prints an error on standard error: as JSON where results are JSON.
     pub fn error(&self, error: &CliError) {
         if self.json {
-            eprintln!("{}", serde_json::json!({ "error": error.to_string(), "code": error.code() }));
+            eprintln!("{}", serde_json::json!({ "error": readable(&error.to_string()), "code": error.code() }));
         } else {
-            eprintln!("lifelike: {error}");
+            eprintln!("lifelike: {}", readable(&error.to_string()));
         }
     }
 
@@ -111,6 +116,16 @@ pub fn table(head: &[&str], rows: &[Vec<String>]) -> String {
     fitted(&table)
 }
 
+/// Returns a message without the lines of a file that are no lines of a person's text.
+fn readable(message: &str) -> String {
+    let message = message.replace(BINARY, "expected text in UTF-8, got another kind of file");
+    let cut = |line: &str| match line.char_indices().nth(LONGEST_LINE) {
+        Some((at, _)) => format!("{} ...", &line[..at]),
+        None => line.to_owned(),
+    };
+    message.lines().map(cut).collect::<Vec<_>>().join("\n")
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -120,5 +135,14 @@ mod tests {
         let rows = vec![vec!["walk".into(), "1.5".into(), "a b".into()], vec!["é".into(), "10.25".into(), "c".into()]];
         let expected = "clip  error  why\n────  ─────  ───\nwalk    1.5  a b\né     10.25  c\n";
         assert_eq!(table(&["clip", "error", "why"], &rows), expected);
+    }
+
+    #[test]
+    fn a_message_does_not_carry_a_file() {
+        assert_eq!(readable(&format!("a:\n{}\nb", "x".repeat(200_000))).len(), LONGEST_LINE + 9);
+        assert_eq!(
+            readable("é: stream did not contain valid UTF-8"),
+            "é: expected text in UTF-8, got another kind of file"
+        );
     }
 }

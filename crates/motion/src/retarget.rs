@@ -141,7 +141,14 @@ fn check_options(source: &SourceClip, options: &RetargetOptions) -> Result<(), M
     }
     positive("tempo", options.tempo.factor(1.0, 1.0))?;
     positive("default_velocity_limit", options.default_velocity_limit)?;
-    options.velocity_limit.iter().try_for_each(|(name, v)| positive(&format!("velocity_limit.{name}"), *v))
+    options.velocity_limit.iter().try_for_each(|(name, v)| positive(&format!("velocity_limit.{name}"), *v))?;
+    for (what, value, most) in options.limited() {
+        if !(value >= 0.0 && value <= most) {
+            let message = format!("retargeting option {what} is {value}; it must be from 0 to {most}");
+            return Err(MotionError::Unfit { clip: source.name.clone(), message });
+        }
+    }
+    Ok(())
 }
 
 /// Returns the generalised positions for every frame, feet locked, before the last shift in height.

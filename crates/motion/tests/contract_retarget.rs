@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use lifelike_character::rotation::{heading_angle, to_wxyz};
 use lifelike_character::{Anatomy, Character, Kinematics, Quat, Role, Vec3};
 use lifelike_motion::formats::{ReadOptions, bvh, deepmimic};
-use lifelike_motion::retarget::{Correspondence, RetargetOptions, RetargetReport, retarget};
+use lifelike_motion::retarget::{Bounds, Correspondence, RetargetOptions, RetargetReport, retarget};
 use lifelike_motion::{MotionClip, MotionError, SourceClip, keyframes};
 
 fn root() -> PathBuf {
@@ -310,6 +310,22 @@ fn what_cannot_be_converted_is_refused_with_the_reason() {
     let fixed = Character::from_mjcf(text, "fixed.xml", None);
     let error = retarget(&good, &fixed.unwrap(), &anatomy, &options).unwrap_err();
     assert!(matches!(&error, MotionError::Mismatch { message, .. } if message.contains("no free joint")), "{error}");
+}
+
+#[test]
+fn options_beyond_what_can_be_are_refused_by_name() {
+    let walk = own("walk");
+    let (character, anatomy) = robot("lima");
+    let refused = |options: RetargetOptions, part: &str| {
+        let error = retarget(&walk, &character, &anatomy, &options).unwrap_err().to_string();
+        assert!(error.contains(part), "{error}");
+    };
+    let options = RetargetOptions::default;
+    refused(RetargetOptions { smoothing: f64::NAN, ..options() }, "smoothing is NaN; it must be from 0 to 1");
+    refused(RetargetOptions { smoothing: -1.0, ..options() }, "smoothing is -1; it must be from 0 to 1");
+    refused(RetargetOptions { heel_rise: 2.0, ..options() }, "heel_rise is 2; it must be from 0 to 1");
+    let bounds = Bounds { position: f64::NAN, ..Bounds::default() };
+    refused(RetargetOptions { bounds, ..options() }, "bounds.position is NaN; it must be from 0 to inf");
 }
 
 #[test]

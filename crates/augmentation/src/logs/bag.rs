@@ -5,7 +5,7 @@
 //! for. In every other column a row has the last value before it or at its time. The time is that of the message's
 //! header.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 use lifelike_cdr::{Reader, Records};
@@ -79,7 +79,18 @@ impl Bag {
 /// [`AugmentationError::Log`]: no MCAP, a message that is cut off or of another encoding, no joint states.
 pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<Bag, AugmentationError> {
     let bad = |place: String, expected: &str, got: String| AugmentationError::log(path, place, expected, got);
-    let whole = |error: mcap::McapError| bad("MCAP".into(), "a bag of ROS 2 (MCAP)", error.to_string());
+    let expected = "a bag of ROS 2 (MCAP)";
+    if bytes.starts_with(b"SQLite format 3") {
+        let cure = "a bag in SQLite; `ros2 bag convert` writes one with storage_id: mcap";
+        return Err(bad("MCAP".into(), expected, cure.into()));
+    }
+    let whole = |error: mcap::McapError| match error {
+        mcap::McapError::UnsupportedCompression(kind) => {
+            let cure = format!("chunks compressed by {kind}; `mcap compress --compression zstd` writes others");
+            bad("MCAP".into(), "chunks without compression or with zstd", cure)
+        }
+        error => bad("MCAP".into(), expected, error.to_string()),
+    };
     let mut schemas: BTreeMap<u16, String> = BTreeMap::new();
     let mut channels: BTreeMap<u16, String> = BTreeMap::new();
     let mut bag = Bag::default();
@@ -115,7 +126,11 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<Bag, AugmentationError> 
                 messages += 1;
                 if append(&mut bag, topic, header.log_time, &data).is_none() {
                     let place = format!("topic {topic}, message {messages}");
-                    return Err(bad(place, "a whole JointState, little-endian", format!("{} bytes", data.len())));
+                    return Err(bad(
+                        place,
+                        "a whole JointState with each joint once, little-endian",
+                        format!("{} bytes", data.len()),
+                    ));
                 }
             }
             _ => {}
@@ -125,10 +140,12 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<Bag, AugmentationError> 
         let got = if others.is_empty() { "no topics".to_string() } else { others.join(", ") };
         return Err(bad("MCAP".into(), &format!("messages of {KIND}"), got));
     }
+    // Recorders write in the order of arrival.
+    bag.columns.values_mut().for_each(|column| column.sort_by(|a, b| a[0].total_cmp(&b[0])));
     Ok(bag)
 }
 
-/// Appends a message; `None` where it is cut off, or has another number of values than names.
+/// Appends a message; `None` where it is cut off, names a joint twice, or has another number of values than names.
 fn append(bag: &mut Bag, topic: &str, logged: u64, data: &[u8]) -> Option<()> {
     let mut message = Reader::begin(data)?;
     let (seconds, nanoseconds) = (message.get::<i32>()?, message.get::<u32>()?);
@@ -136,7 +153,8 @@ fn append(bag: &mut Bag, topic: &str, logged: u64, data: &[u8]) -> Option<()> {
     let names = message.length(4)?;
     let names: Vec<&str> = (0..names).map(|_| message.text()).collect::<Option<_>>()?;
     let values = [message.sequence::<f64>()?, message.sequence::<f64>()?, message.sequence::<f64>()?];
-    if values.iter().any(|all| !all.is_empty() && all.len() != names.len()) {
+    let is_unique = names.iter().collect::<BTreeSet<_>>().len() == names.len();
+    if !is_unique || values.iter().any(|all| !all.is_empty() && all.len() != names.len()) {
         return None;
     }
     let stamped = f64::from(seconds) + 1e-9 * f64::from(nanoseconds);
@@ -209,10 +227,22 @@ mod tests {
     }
 
     #[test]
+    fn messages_that_arrive_late_are_sorted_by_their_stamps() {
+        let times = [1.01, 1.0, 1.02];
+        let messages = times.map(|time| ("/a", state(time, &[("knee", time)])));
+        let (time, rows) = read(Path::new("a.mcap"), &bag(&messages)).unwrap().rows(&["knee.position"]).unwrap();
+        assert!(time.iter().zip([0.0, 0.01, 0.02]).all(|(a, b)| (a - b).abs() < 1e-6), "{time:?}");
+        assert_eq!(rows, [[1.0, 1.01, 1.02]]);
+    }
+
+    #[test]
     fn what_is_no_bag_or_cut_off_is_said() {
         let path = Path::new("a.mcap");
         let message = |bytes: &[u8]| read(path, bytes).unwrap_err().to_string();
         assert!(message(b"nothing").contains("expected a bag of ROS 2 (MCAP)"));
+        assert!(message(b"SQLite format 3\0").contains("`ros2 bag convert`"));
+        let twice = bag(&[("/a", state(1.0, &[("knee", 0.1), ("knee", 0.2)]))]);
+        assert!(message(&twice).contains("with each joint once"), "{}", message(&twice));
         let cut = bag(&[("/a", state(1.0, &[("knee", 0.1)])[..30].to_vec())]);
         assert!(message(&cut).contains("topic /a, message 1: expected a whole JointState"), "{}", message(&cut));
         // What a killed recorder leaves is read as far as it goes, or refused.

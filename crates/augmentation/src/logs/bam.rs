@@ -119,10 +119,11 @@ impl BenchLog {
     /// are not finite, times that do not rise, gaps, and numbers of another unit or sign.
     pub fn read(path: &Path) -> Result<Self, AugmentationError> {
         let text = std::fs::read_to_string(path).map_err(AugmentationError::io(path))?;
+        let text = text.trim_start_matches('\u{feff}');
         let mut log = if path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("csv")) {
-            bench_table::read(&text, path)?
+            bench_table::read(text, path)?
         } else {
-            let file: File = serde_json::from_str(&text).map_err(|error| {
+            let file: File = serde_json::from_str(text).map_err(|error| {
                 let place = format!("line {}, column {}", error.line(), error.column());
                 AugmentationError::log(path, place, "a log of a BAM bench", error)
             })?;
@@ -141,7 +142,8 @@ impl BenchLog {
     /// by a straight line. The motor is on where it was at the stamp before.
     pub fn at(&self, rate: f64) -> BenchRun {
         let (first, last) = (self.time[0], self.time[self.time.len() - 1]);
-        let rows = ((last - first) * rate).floor() as usize + 1;
+        // Time stamps are rounded.
+        let rows = ((last - first) * rate + 1e-3).floor() as usize + 1;
         let (mut next, mut places) = (1, Vec::with_capacity(rows));
         for row in 0..rows {
             let t = first + row as f64 / rate;

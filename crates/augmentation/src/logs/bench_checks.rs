@@ -11,6 +11,18 @@ pub(super) type Fault = (String, String, String);
 const FARTHEST: f64 = 4.0 * TAU;
 /// No bench is slower (s): what is has other units of time.
 const LONGEST_STEP: f64 = 0.5;
+/// No bench has more, in SI: what does is in g, mm or mV.
+const MOST: [(&str, f64, &str); 4] = [
+    ("mass", 20.0, "kg (g?)"),
+    ("arm_mass", 20.0, "kg (g?)"),
+    ("length", 2.0, "m (cm or mm?)"),
+    ("vin", 100.0, "V (mV?)"),
+];
+/// Largest voltage as a multiple of the supply's.
+const OVERVOLTAGE: f64 = 1.5;
+/// Least deviation of a position that moves (rad), and of a speed that was measured while it does (rad/s).
+const MOVES: f64 = 0.05;
+const MEASURED: f64 = 1e-3;
 /// Slopes of a measured velocity over the change of the position that are right, whatever filters it.
 const RIGHT_SLOPE: std::ops::Range<f64> = 0.4..2.5;
 /// Correlation from which two signals say the same.
@@ -32,6 +44,17 @@ pub(super) fn numbers(log: &BenchLog) -> Result<(), Fault> {
             return Err((key.into(), "a number of at least 0".into(), value.to_string()));
         }
     }
+    for (key, most, unit) in MOST {
+        let value = match key {
+            "mass" => log.mass,
+            "arm_mass" => log.arm_mass,
+            "length" => log.arm,
+            _ => log.supply,
+        };
+        if value > most {
+            return Err((key.into(), format!("at most {most} {unit}"), value.to_string()));
+        }
+    }
     let columns = [
         ("timestamp", Some(&log.time)),
         ("goal_position", Some(&log.goal)),
@@ -44,6 +67,20 @@ pub(super) fn numbers(log: &BenchLog) -> Result<(), Fault> {
         if let Some((i, value)) = wrong {
             return Err((format!("entry {i}, {key}"), "a finite number".into(), value.to_string()));
         }
+    }
+    if log.voltage.as_ref().is_some_and(|voltage| voltage.iter().all(|value| *value == 0.0)) {
+        let got = "0 V in all entries: duty times a supply of 0";
+        return Err(("input_volts".into(), "volts above 0".into(), got.into()));
+    }
+    let most = OVERVOLTAGE * log.supply;
+    let beyond = log.voltage.iter().flatten().enumerate().find(|(_, value)| value.abs() > most);
+    if let Some((i, value)) = beyond {
+        let expected = format!("duty times supply of at most {most} V, {OVERVOLTAGE} times vin");
+        return Err((
+            format!("entry {i}, load"),
+            expected,
+            format!("{value} V (duty in percent, or volts in mV or 0.1 V?)"),
+        ));
     }
     for (key, column) in [("goal_position", &log.goal), ("position", &log.position)] {
         if let Some((i, value)) = column.iter().enumerate().find(|(_, value)| value.abs() > FARTHEST) {
@@ -64,6 +101,14 @@ pub(super) fn units(log: &BenchLog) -> Result<(), Fault> {
         .map(|i| (log.position[i + 1] - log.position[i - 1]) / (log.time[i + 1] - log.time[i - 1]))
         .collect();
     let speeds = log.velocity.get(1..log.velocity.len().saturating_sub(1)).unwrap_or_default();
+    if deviation(&log.position) < MEASURED && deviation(&log.velocity) > MOVES {
+        let got = "one position throughout while the speed changes (not measured?)";
+        return Err(("position".into(), "rad: a position that moves with its speed".into(), got.into()));
+    }
+    if deviation(&log.position) > MOVES && deviation(&log.velocity) < MEASURED {
+        let got = "one speed throughout while the position moves (not measured? leave the column out of a table)";
+        return Err(("speed".into(), "rad/s: the change of the position in time".into(), got.into()));
+    }
     let (slope, agreement) = fit(&rates, speeds);
     if agreement.abs() > SAME && !RIGHT_SLOPE.contains(&slope) {
         let near = |factor: f64| (0.8..1.25).contains(&(slope / factor));
@@ -89,6 +134,13 @@ pub(super) fn units(log: &BenchLog) -> Result<(), Fault> {
         return Err(("load".into(), "a duty that drives to the goal".into(), got.into()));
     }
     Ok(())
+}
+
+/// Returns the standard deviation.
+fn deviation(values: &[f64]) -> f64 {
+    let n = values.len().max(1) as f64;
+    let mean = values.iter().sum::<f64>() / n;
+    (values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / n).sqrt()
 }
 
 /// Returns the slope of `y` over `x` and their correlation, both zero where one of them hardly changes.

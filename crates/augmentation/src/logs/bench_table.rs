@@ -2,18 +2,19 @@
 //!
 //! ```text
 //! # motor = xl330
-//! # mass = 0.1          kg
-//! # arm_mass = 0.02     kg; 0 where not said
-//! # length = 0.15       m
-//! # kp = 400            the servo's own unit
-//! # vin = 7.5           V
+//! # mass = 0.1 kg
+//! # arm_mass = 20 g     ; 0 where not said
+//! # length = 15 cm
+//! # kp = 400            ; the servo's own unit
+//! # vin = 7.5 V
 //! time [ms], goal [deg], position [deg], speed [rpm], duty [1]
 //! ```
 //!
+//! Masses are in kg or g, lengths in m, cm or mm, `vin` in V or mV; without a unit in SI. A remark follows a semicolon.
 //! `speed` may be missing: it is the change of the position then. So may one of `voltage` and `duty`, `supply` (V) and `enabled` (0 or
 //! 1).
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 use super::bam::BenchLog;
@@ -33,6 +34,14 @@ const COLUMNS: [(&str, &[(&str, f64)]); 8] = [
 const ANGLES: &[(&str, f64)] = &[("rad", 1.0), ("deg", std::f64::consts::PI / 180.0), ("turns", std::f64::consts::TAU)];
 const VOLTS: &[(&str, f64)] = &[("V", 1.0), ("mV", 1e-3)];
 
+/// Units of the numbers before the table; SI where none is said.
+const UNITS: [(&str, &[(&str, f64)]); 4] = [
+    ("mass", &[("kg", 1.0), ("g", 1e-3)]),
+    ("arm_mass", &[("kg", 1.0), ("g", 1e-3)]),
+    ("length", &[("m", 1.0), ("cm", 1e-2), ("mm", 1e-3)]),
+    ("vin", VOLTS),
+];
+
 /// Reads a table.
 pub(super) fn read(text: &str, path: &Path) -> Result<BenchLog, AugmentationError> {
     let fail = |place: String, expected: String, got: String| AugmentationError::log(path, place, expected, got);
@@ -47,13 +56,13 @@ pub(super) fn read(text: &str, path: &Path) -> Result<BenchLog, AugmentationErro
         }
         let cells: Vec<&str> = line.split(',').map(str::trim).collect();
         let Some(names) = &header else {
-            header = Some(
-                cells
-                    .into_iter()
-                    .map(column)
-                    .collect::<Result<_, _>>()
-                    .map_err(|(expected, got)| fail(format!("line {i}"), expected, got))?,
-            );
+            let names = cells.into_iter().map(column).collect::<Result<Vec<_>, _>>();
+            let names = names.map_err(|(expected, got)| fail(format!("line {i}"), expected, got))?;
+            let mut known = BTreeSet::new();
+            if let Some((name, _)) = names.iter().find(|(name, _)| !known.insert(*name)) {
+                return Err(fail(format!("line {i}"), "each column once".into(), format!("'{name}' twice")));
+            }
+            header = Some(names);
             continue;
         };
         if cells.len() != names.len() {
@@ -76,8 +85,20 @@ pub(super) fn read(text: &str, path: &Path) -> Result<BenchLog, AugmentationErro
         let Some(value) = said.get(key) else {
             return otherwise.ok_or_else(|| fail("header".into(), format!("a line '# {key} = NUMBER'"), "none".into()));
         };
-        let word = value.split_whitespace().next().unwrap_or_default();
-        word.parse().map_err(|_| fail(format!("'# {key}'"), "a number".into(), format!("'{value}'")))
+        let units = UNITS.into_iter().find(|(known, _)| *known == key).map_or(&[][..], |(_, units)| units);
+        // A remark may follow after a semicolon; that of `kp` is free, since its unit is the servo's own.
+        let mut words = value.split(';').next().unwrap_or_default().split_whitespace();
+        let number: Option<f64> = words.next().and_then(|word| word.parse().ok());
+        let factor = match words.next() {
+            Some(unit) if !units.is_empty() => {
+                units.iter().find(|(known, _)| *known == unit).map(|(_, factor)| *factor)
+            }
+            _ => Some(1.0),
+        };
+        let list = || units.iter().map(|(unit, _)| *unit).collect::<Vec<_>>().join(", ");
+        let expected = || if units.is_empty() { "a number".into() } else { format!("a number in {}", list()) };
+        let product = number.zip(factor).map(|(number, factor)| number * factor);
+        product.ok_or_else(|| fail(format!("'# {key}'"), expected(), format!("'{value}'")))
     };
     let supply = number("vin", None)?;
     let supplies = take("supply").unwrap_or_else(|| vec![supply; time.len()]);

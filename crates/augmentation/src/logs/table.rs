@@ -162,6 +162,10 @@ impl Table {
         let lines = rows.iter().map(|row| row.position().map_or(0, csv::Position::line)).collect();
         let mut table = Self { time: Vec::new(), columns: BTreeMap::new(), lines };
         for name in [time].iter().chain(names) {
+            if header.iter().filter(|own| own == name).count() > 1 {
+                let (expected, got) = (format!("one column '{name}'"), "several of that name");
+                return Err(AugmentationError::log(path, "line 1", expected, got));
+            }
             let index = header.iter().position(|own| own == *name).ok_or_else(|| {
                 let got = header.iter().collect::<Vec<_>>().join(",");
                 AugmentationError::log(path, "line 1", format!("a column '{name}'"), got)
@@ -188,7 +192,8 @@ pub fn read(path: &Path, map: &TableMap) -> Result<Trace, AugmentationError> {
     let measured = map.block.values().flat_map(|block| block.measured.values());
     let commands = map.block.values().flat_map(|block| block.reference.values());
     let names: Vec<&str> = measured.chain(commands).map(|column| column.column.as_str()).collect();
-    let table = match path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("mcap")) {
+    let is_bag = |ending: &std::ffi::OsStr| ["mcap", "db3"].iter().any(|bag| ending.eq_ignore_ascii_case(bag));
+    let table = match path.extension().is_some_and(is_bag) {
         true => Table::of_bag(path, &map.time, &names)?,
         false => Table::of_csv(path, &map.time, &names)?,
     };
@@ -266,6 +271,7 @@ mod tests {
     fn what_is_wrong_is_told_with_line_and_column() {
         for (text, part) in [
             ("t,goal\n0,1\n0.01,1\n", "line 1: expected a column 'ticks'"),
+            ("t,goal,ticks,goal\n0,1,2,1\n0.01,1,2,1\n", "line 1: expected one column 'goal', got several"),
             ("t,goal,ticks\n0,1,2048\n0.01,x,2048\n", "line 3, column 'goal': expected a finite number, got 'x'"),
             ("t,goal,ticks\n0,1,2048\n0.01,1,nan\n", "line 3, column 'ticks': expected a finite number, got 'nan'"),
             ("t,goal,ticks\n0,1,2048\n0.01,1\n", "line 3, column 'ticks': expected a finite number, got ''"),

@@ -176,6 +176,10 @@ impl<'a> Reader<'a> {
                 }
                 "freejoint" => {
                     let a = Attributes::own(child);
+                    // MuJoCo aligns bodies without children alone.
+                    if a.text("align") == Some("true") && element.children_named("body").next().is_none() {
+                        return Err(a.unsupported("attribute 'align' that is true: it would move the body's frame"));
+                    }
                     parts.joints.push(joints::read(&a, true, body, frame, self.compiler)?);
                 }
                 "geom" => {
@@ -192,6 +196,10 @@ impl<'a> Reader<'a> {
                     parts.sites.push(geoms::read_site(&a, body, frame, self.compiler)?);
                 }
                 "light" | "camera" => self.tree.pictures += 1,
+                "attach" => {
+                    let cure = "(spec = mujoco.MjSpec.from_file(FILE); spec.compile(); spec.to_xml())";
+                    return Err(child.unsupported(format!("element in a body; MuJoCo writes the whole model {cure}")));
+                }
                 _ => return Err(child.unsupported("element in a body")),
             }
         }

@@ -59,9 +59,6 @@ pub(crate) fn read(a: &Attributes, body: usize, frame: &Pose, compiler: &Compile
     ];
     known.extend(POSE);
     a.only(&known)?;
-    if a.boolean("shellinertia", false)? {
-        return Err(a.unsupported("attribute 'shellinertia' that is true"));
-    }
     let (shape, own) = shape_and_pose(a, compiler)?;
     let pose = frame.then(&own);
     let mask = |name: &str, otherwise: i64| -> Result<u32, CharacterError> {
@@ -100,17 +97,21 @@ fn weight(a: &Attributes, geom: &Geom) -> Result<Weight, CharacterError> {
         return Err(a.invalid("a mass and density that are not negative", "a negative one"));
     }
     let none = given == Some(0.0) || (given.is_none() && density == 0.0);
+    let is_shell = a.boolean("shellinertia", false)?;
     if matches!(geom.shape, GeomShape::Mesh(_)) && !none {
+        if is_shell {
+            return Err(a.unsupported("'shellinertia' of a mesh; give its <mesh> inertia=\"shell\""));
+        }
         return Ok(Weight::OfMesh { mass: given, density });
     }
-    let volume = inertia::volume(&geom.shape);
+    let volume = if is_shell { inertia::area(&geom.shape) } else { inertia::volume(&geom.shape) };
     let mass =
         given.filter(|_| volume > inertia::MIN_MASS).unwrap_or(if given.is_some() { 0.0 } else { density * volume });
     Ok(Weight::Known(Inertial {
         mass,
         com: geom.position,
         orientation: geom.orientation,
-        diagonal: inertia::moments(&geom.shape, mass),
+        diagonal: if is_shell { inertia::of_shell(&geom.shape, mass) } else { inertia::moments(&geom.shape, mass) },
     }))
 }
 

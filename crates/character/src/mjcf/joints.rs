@@ -18,9 +18,6 @@ pub(crate) fn read(
 ) -> Result<Joint, CharacterError> {
     if free {
         a.only(&["name", "group", "align", "class"])?;
-        if a.text("align") == Some("true") {
-            return Err(a.unsupported("attribute 'align' that is true: it would move the body's frame"));
-        }
         return Ok(blank(a, JointKind::Free, body));
     }
     a.only(&[
@@ -114,7 +111,7 @@ pub(crate) fn resolve_springs(character: &mut Character, given: &[(usize, [f64; 
 fn linear(a: &Attributes, name: &str) -> Result<f64, CharacterError> {
     match a.prefix(name, [0.0; 3])? {
         [first, 0.0, 0.0] => Ok(first),
-        _ => Err(a.unsupported(format!("'{name}' with more than a linear term"))),
+        _ => Err(a.unsupported(format!("'{name}' with more than a linear term; keep its first number"))),
     }
 }
 

@@ -12,6 +12,8 @@ use super::{Checkpoint, CheckpointError, Entry, Kind};
 /// The one metadata key we write. A single key keeps the file's bytes reproducible: the safetensors writer takes its
 /// metadata from a hash map, whose order is random.
 const KEY: &str = "lifelike";
+/// That of a motion.
+const MOTION: &str = "motion";
 
 #[derive(serde::Serialize, serde::Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -89,11 +91,12 @@ impl Checkpoint {
         check_length(bytes, path)?;
         let (_, info) = SafeTensors::read_metadata(bytes).map_err(|e| fail(e.to_string()))?;
         let tensors = SafeTensors::deserialize(bytes).map_err(|e| fail(e.to_string()))?;
-        let header = info
-            .metadata()
-            .as_ref()
-            .and_then(|m| m.get(KEY))
-            .ok_or_else(|| fail(format!("no {KEY:?} metadata: another program wrote this safetensors file")))?;
+        let header = info.metadata().as_ref().and_then(|m| m.get(KEY)).ok_or_else(|| {
+            match info.metadata().as_ref().is_some_and(|m| m.contains_key(MOTION)) {
+                true => fail("a motion, where a network is expected".to_owned()),
+                false => fail(format!("no {KEY:?} metadata: another program wrote this safetensors file")),
+            }
+        })?;
         let header: Header = serde_json::from_str(header).map_err(|e| fail(format!("metadata: {e}")))?;
         if header.format != 1 {
             return Err(fail(format!("format {}, this program reads format 1", header.format)));

@@ -3,8 +3,14 @@
 use std::path::Path;
 
 use super::Script;
+use super::limbs::is_above;
+use super::said::MAX_COUNT;
 use crate::error::LanguageError;
+use crate::facts::Action;
 use crate::grammar::Grammar;
+
+/// Most repetitions of a clause.
+const MAX_TIMES: u32 = 1000;
 
 impl Script {
     /// Returns the script as TOML.
@@ -33,13 +39,45 @@ impl Script {
             let place = text.find(&format!("\"{}\"", action.verb)).map_or(1, line_at);
             grammar.verb(&action.verb).map_err(|error| LanguageError::line(path, place, error.to_string()))?;
         }
-        match script.clauses.iter().find(|clause| !(1..=2).contains(&clause.actions.len())) {
-            Some(clause) => {
-                let message = format!("expected one action or two in a clause, got {}", clause.actions.len());
-                Err(LanguageError::line(path, 1, message))
-            }
-            None if script.clauses.is_empty() => Err(LanguageError::line(path, 1, "expected a clause, got none")),
-            None => Ok(script),
+        script.check(grammar).map_err(|message| LanguageError::line(path, 1, message))?;
+        Ok(script)
+    }
+
+    /// Checks numbers and pairs, which a sentence cannot have wrong.
+    fn check(&self, grammar: &Grammar) -> Result<(), String> {
+        if self.clauses.is_empty() {
+            return Err("expected a clause, got none".into());
         }
+        for (at, clause) in self.clauses.iter().enumerate() {
+            let fail = |expected: &str, got: String| Err(format!("clause {}: expected {expected}, got {got}", at + 1));
+            if clause.seconds.is_some_and(|seconds| !(seconds > 0.0 && seconds.is_finite())) {
+                let got = clause.seconds.unwrap_or_default().to_string();
+                return fail("seconds above 0", got);
+            }
+            if !(1..=MAX_TIMES).contains(&clause.times) {
+                return fail(&format!("times from 1 to {MAX_TIMES}"), clause.times.to_string());
+            }
+            for action in &clause.actions {
+                let verb = &action.verb;
+                if let Some(count) = action.count.filter(|count| !(1..=MAX_COUNT as u32).contains(count)) {
+                    return fail(&format!("count of '{verb}' from 1 to {MAX_COUNT}"), count.to_string());
+                }
+                if let Some(metres) = action.metres.filter(|metres| !(*metres > 0.0 && metres.is_finite())) {
+                    return fail(&format!("metres of '{verb}' above 0"), metres.to_string());
+                }
+            }
+            let verb = |action: &Action| grammar.verb(&action.verb).map_err(|error| error.to_string());
+            match clause.actions.as_slice() {
+                [_] => {}
+                [a, b] => {
+                    let pair = ((verb(a)?, a), (verb(b)?, b));
+                    if !is_above(pair.0, pair.1) && !is_above(pair.1, pair.0) {
+                        return fail("two actions of different limbs", format!("'{}' and '{}'", a.verb, b.verb));
+                    }
+                }
+                others => return fail("one action or two", others.len().to_string()),
+            }
+        }
+        Ok(())
     }
 }

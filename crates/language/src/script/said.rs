@@ -6,7 +6,7 @@ use crate::facts::{Direction, Mood, Side, Size, Speed};
 const NUMBERS: [&str; 13] =
     ["zero", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten", "eleven", "twelve"];
 /// Most repetitions that are taken for a number of something.
-const MAX_COUNT: f64 = 50.0;
+pub(super) const MAX_COUNT: f64 = 50.0;
 
 /// Qualifiers in a piece of text.
 #[derive(Debug, Clone, PartialEq, Default)]

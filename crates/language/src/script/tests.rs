@@ -178,3 +178,25 @@ fn a_script_can_be_edited() {
     std::fs::write(&path, "[[clause]]\naction = []\ntempo = 3\n").unwrap();
     assert!(Script::read(&path, &grammar).unwrap_err().to_string().contains("s.toml:3"));
 }
+
+#[test]
+fn numbers_of_an_edited_script_are_bounded() {
+    let grammar = Grammar::builtin().unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("s.toml");
+    for (clause, action, part) in [
+        ("seconds = nan", "", "clause 1: expected seconds above 0, got NaN"),
+        ("seconds = -3.0", "", "expected seconds above 0, got -3"),
+        ("times = 0", "", "expected times from 1 to 1000, got 0"),
+        ("times = 4000000000", "", "expected times from 1 to 1000"),
+        ("", "count = 0", "expected count of 'wave' from 1 to 50, got 0"),
+        ("", "count = 1000000", "expected count of 'wave' from 1 to 50"),
+        ("", "metres = inf", "expected metres of 'wave' above 0, got inf"),
+        ("", "[[clause.action]]\nverb = \"clap\"", "expected two actions of different limbs, got 'wave' and 'clap'"),
+    ] {
+        let text = format!("[[clause]]\n{clause}\n[[clause.action]]\nverb = \"wave\"\nside = \"right\"\n{action}\n");
+        std::fs::write(&path, text).unwrap();
+        let error = Script::read(&path, &grammar).unwrap_err().to_string();
+        assert!(error.contains(part), "{error}");
+    }
+}

@@ -123,10 +123,10 @@ pub struct Args {
     #[arg(long, default_value_t = SampleOptions::default().eta)]
     pub eta: f64,
     /// Number of motions to choose from.
-    #[arg(long, default_value_t = 1)]
+    #[arg(long, default_value_t = 1, value_parser = crate::bounds::candidates)]
     pub candidates: usize,
     /// Make N motions and keep the best, as --candidates; --by says who chooses.
-    #[arg(long, value_name = "N", conflicts_with = "candidates")]
+    #[arg(long, value_name = "N", conflicts_with = "candidates", value_parser = crate::bounds::candidates)]
     pub best_of: Option<usize>,
     /// Choose by the critic's mean value, or by physics: the policy follows every candidate. By the verdict where not given.
     #[arg(long, value_enum)]

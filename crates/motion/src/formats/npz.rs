@@ -52,8 +52,10 @@ impl<'a> Archive<'a> {
         match ZipArchive::new(Cursor::new(bytes)) {
             Ok(zip) => Ok(Self { zip, file }),
             Err(_) if bytes.starts_with(MAGIC) => {
-                let got = "one array (.npy), such as HumanML3D's processed joints: no motion of AMASS";
-                Err(wrong(file, "a zip of arrays (.npz)".to_owned(), got.to_owned()))
+                let shape = single(bytes, file)?.header.shape;
+                let got =
+                    format!("one array (.npy) of shape {shape:?}; HumanML3D's are [frames, 263] or [frames, 22, 3]");
+                Err(wrong(file, "a zip of arrays (.npz)".to_owned(), got))
             }
             Err(error) => Err(wrong(file, "a zip of arrays (.npz)".to_owned(), shortened(&error.to_string()))),
         }
@@ -134,16 +136,20 @@ impl Array<'_, '_, '_> {
         let Some((width, count)) = width.and_then(|width| Some((width, rows.checked_mul(width)?))) else {
             return Err(self.wrong_shape("that fits into memory"));
         };
-        if matches!(self.header.kind, Kind::Text(_) | Kind::Object) || (self.header.fortran && shape.len() > 2) {
-            return Err(self.broken(format!(
-                "values of type '{}', not f2, f4, f8, i1 to i8 or u1 to u8 in C order",
-                self.header.descr
-            )));
+        if matches!(self.header.kind, Kind::Text(_) | Kind::Object) {
+            return Err(
+                self.broken(format!("values of type '{}', not f2, f4, f8, i1 to i8 or u1 to u8", self.header.descr))
+            );
         }
+        let shape = shape.clone();
+        let fortran = if self.header.fortran { Some(self.values_in_a_row(count)?) } else { None };
         let mut kept = Vec::new();
         for at in 0..count {
-            let value = self.next_value(|| format!("the end after {at} of {count} numbers"))?;
-            let (row, column) = if self.header.fortran { (at % rows, at / rows) } else { (at / width, at % width) };
+            let value = match &fortran {
+                Some(values) => values[fortran_place(&shape, at)],
+                None => self.next_value(|| format!("the end after {at} of {count} numbers"))?,
+            };
+            let (row, column) = (at / width, at % width);
             if !keep(row, column) {
                 continue;
             }
@@ -161,11 +167,19 @@ impl Array<'_, '_, '_> {
         if after > 0 {
             return Err(self.broken(format!("more than {count} numbers")));
         }
-        if self.header.fortran && rows > 0 {
-            let columns = kept.len() / rows;
-            return Ok((0..kept.len()).map(|at| kept[at % columns * rows + at / columns]).collect());
-        }
         Ok(kept)
+    }
+
+    /// Reads all numbers in the order of the file.
+    fn values_in_a_row(&mut self, count: usize) -> Result<Vec<f64>, MotionError> {
+        if count > MOST_NUMBERS {
+            return Err(self.broken(format!("more than {MOST_NUMBERS} numbers, which is the limit")));
+        }
+        let mut values = Vec::new();
+        for at in 0..count {
+            values.push(self.next_value(|| format!("the end after {at} of {count} numbers"))?);
+        }
+        Ok(values)
     }
 
     /// Reads texts: of fixed width, or a list that NumPy pickled.
@@ -333,6 +347,18 @@ impl Header {
     }
 }
 
+/// Returns the place in Fortran order (the first index runs fastest) of a place in C order (the last one does).
+pub(super) fn fortran_place(shape: &[usize], at: usize) -> usize {
+    let mut stride: usize = shape.iter().product();
+    let (mut rest, mut place) = (at, 0);
+    for size in shape.iter().rev().map(|size| (*size).max(1)) {
+        stride /= size;
+        place += rest % size * stride;
+        rest /= size;
+    }
+    place
+}
+
 /// An array to be written, in C order and with the lowest byte first.
 pub(super) struct Written {
     pub(super) name: &'static str,
@@ -410,4 +436,25 @@ fn wrong(file: &Path, expected: String, got: String) -> MotionError {
 /// Returns the beginning of a text, so that no message carries a whole file.
 pub(super) fn shortened(text: &str) -> String {
     text.chars().take(80).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    #[test]
+    fn an_array_in_fortran_order_is_read_by_its_indices() {
+        // NumPy keeps `a[:, [2, 0, 1]]` in this order. The value at [i, j, k] is 100 i + 10 j + k.
+        let mut bytes = b"\x93NUMPY\x01\x00\x3c\x00".to_vec();
+        bytes.extend(format!("{:59}\n", "{'descr': '<f8', 'fortran_order': True, 'shape': (2, 3, 2)}").bytes());
+        let at = |i: u32, j: u32, k: u32| f64::from(100 * i + 10 * j + k);
+        for (k, j, i) in (0..2).flat_map(|k| (0..3).flat_map(move |j| (0..2).map(move |i| (k, j, i)))) {
+            bytes.extend(at(i, j, k).to_le_bytes());
+        }
+        let select = |keep: fn(usize, usize) -> bool| single(&bytes, Path::new("a.npy")).unwrap().select(keep).unwrap();
+        assert_eq!(select(|_, _| true), [0, 1, 10, 11, 20, 21, 100, 101, 110, 111, 120, 121].map(f64::from));
+        assert_eq!(select(|row, _| row == 1), [100, 101, 110, 111, 120, 121].map(f64::from));
+        assert_eq!(select(|_, column| column < 2), [0, 1, 100, 101].map(f64::from));
+    }
 }

@@ -20,6 +20,9 @@ pub(crate) fn decode<'a>(bytes: &'a [u8], file: &Path) -> Result<&'a str, Motion
     }
     let bytes = bytes.strip_prefix(&[0xef, 0xbb, 0xbf]).unwrap_or(bytes);
     let text = std::str::from_utf8(bytes).map_err(|e| {
+        if matches!(bytes, [0x1f, 0x8b, ..] | [0x78, 0x01 | 0x5e | 0x9c | 0xda, ..]) {
+            return wrong(1, "a compressed file (gzip or zlib): unpack it");
+        }
         let before = &bytes[..e.valid_up_to()];
         let byte = bytes.get(e.valid_up_to()).copied().unwrap_or_default();
         wrong(line_after(before), &format!("byte 0x{byte:02x}"))

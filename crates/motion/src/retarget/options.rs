@@ -55,6 +55,28 @@ impl Default for RetargetOptions {
     }
 }
 
+impl RetargetOptions {
+    /// Returns the options that are at least zero, with their values and largest values.
+    pub(super) fn limited(&self) -> [(&'static str, f64, f64); 13] {
+        let (contact, bounds) = (&self.contact, &self.bounds);
+        [
+            ("min_knee_bend", self.min_knee_bend, 2.0),
+            ("swing_clearance", self.swing_clearance, 1.0),
+            ("heel_rise", self.heel_rise, 1.0),
+            ("smoothing", self.smoothing, 1.0),
+            ("contact.enter_height", contact.enter_height, 1.0),
+            ("contact.leave_height", contact.leave_height, 1.0),
+            ("contact.enter_speed", contact.enter_speed, 100.0),
+            ("contact.leave_speed", contact.leave_speed, 100.0),
+            ("contact.shortest_contact", contact.shortest_contact, 10.0),
+            ("contact.shortest_gap", contact.shortest_gap, 10.0),
+            ("bounds.position", bounds.position, f64::INFINITY),
+            ("bounds.angle", bounds.angle, f64::INFINITY),
+            ("bounds.skate", bounds.skate, f64::INFINITY),
+        ]
+    }
+}
+
 /// Speed of the motion against the captured one.
 ///
 /// A body of another size that keeps the human's tempo cannot keep the human's balance: a sway or step must take long

@@ -38,7 +38,7 @@ pub struct Args {
     #[arg(long, default_value_t = 200.0)]
     pub rate: f64,
     /// Starts of the search.
-    #[arg(long, default_value_t = 6)]
+    #[arg(long, default_value_t = 6, value_parser = clap::value_parser!(u64).range(1..=1000))]
     pub starts: u64,
     /// Key of the starts.
     #[arg(long, default_value_t = 1)]

@@ -3,7 +3,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
-use lifelike_character::Character;
+use lifelike_character::anatomy::Overrides;
+use lifelike_character::{Anatomy, Character};
 use lifelike_motion::MotionClip;
 use lifelike_motion::formats::ReadOptions;
 use lifelike_motion::formats::robot_motion::{self, Layout, Rate, Reading};
@@ -170,7 +171,8 @@ fn convert(
     let robot = robot.or(known.as_ref().map(|robot| robot.character.as_ref()));
     let bytes = robot_motion::write(&resampled, layout, robot)?;
     crate::output::write(&file, bytes)?;
-    let notes = notes(clip, reading, layout, rate);
+    let mut notes = notes(clip, reading, layout, rate);
+    notes.extend(mistakes(clip, reading, robot));
     let (clip, frames) = (resampled.name, resampled.root_position.len());
     Ok(Done { clip, read_as: reading.said.clone(), fps: rate, frames, layout: layout.name, file, notes })
 }
@@ -194,6 +196,15 @@ fn notes(clip: &MotionClip, reading: &Reading, layout: &Layout, rate: f64) -> Ve
         notes.push(format!("not held by {}: {}", layout.title, lost.join(", ")));
     }
     notes
+}
+
+/// Returns a sentence on the mistakes of convention in a clip of another program.
+fn mistakes(clip: &MotionClip, reading: &Reading, robot: Option<&Character>) -> Option<String> {
+    let robot = robot.filter(|_| reading.layout.name != "motion")?;
+    let anatomy = Anatomy::guess(robot, &Overrides::default()).ok()?;
+    let (_, flaws) = lifelike_motion::lint::lint(clip, robot, &anatomy).ok()?;
+    let words: Vec<String> = flaws.iter().map(|flaw| flaw.mistake.words()).collect();
+    (!words.is_empty()).then(|| format!("warning: {}; `lifelike motion lint` has evidence and --fix", words.join("; ")))
 }
 
 fn text(done: &[Done]) -> String {

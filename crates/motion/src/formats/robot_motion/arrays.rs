@@ -7,10 +7,12 @@ use zip::{CompressionMethod, ZipArchive};
 
 use super::pickle::{Numbers, Pickle, Tensor};
 use crate::error::MotionError;
-use crate::formats::npz::{Archive, shortened};
+use crate::formats::npz::{Archive, fortran_place, shortened};
 
 /// No length (m), angle (rad) or rate is larger; anything beyond is a broken file.
 const LARGEST: f64 = 1e6;
+/// First bytes of PyTorch's older format: a pickled integer of ten bytes.
+const OLD_TORCH: &[u8] = &[0x80, 2, 0x8a, 10];
 /// The pickle in a zip of PyTorch.
 const TORCH_PICKLE: &str = "/data.pkl";
 
@@ -34,6 +36,10 @@ pub(super) fn is_torch(mut entries: impl Iterator<Item = impl AsRef<str>>) -> bo
 impl<'a> Arrays<'a> {
     /// Opens a file that begins as a zip or a pickle.
     pub(super) fn open(bytes: &'a [u8], file: &'a Path) -> Result<Self, MotionError> {
+        if bytes.starts_with(OLD_TORCH) {
+            let got = "the format of PyTorch before 1.6 (load it, and torch.save it anew)".to_owned();
+            return Err(wrong(file, "a zip of torch.save", got));
+        }
         if Pickle::is_start(bytes) {
             return Ok(Self { source: Source::Pickle(Pickle::parse(bytes, file)?), file });
         }
@@ -125,12 +131,7 @@ impl<'a> Arrays<'a> {
                 if kind.size() == 0 || expected != Some(bytes.len()) {
                     return Err(broken(format!("{} bytes for the shape {shape:?}", bytes.len())));
                 }
-                let rows = shape.first().copied().unwrap_or(1);
-                if fortran && shape.len() > 2 {
-                    return Err(broken("Fortran order".to_owned()));
-                }
-                let width = bytes.len() / kind.size() / rows.max(1);
-                let place = |at: usize| if fortran { at % width.max(1) * rows + at / width.max(1) } else { at };
+                let place = |at: usize| if fortran { fortran_place(shape, at) } else { at };
                 let value = |at: usize| kind.value(&bytes[place(at) * kind.size()..][..kind.size()], big_endian);
                 collect(shape, value, keep).map_err(broken)
             }
@@ -173,7 +174,8 @@ impl<'a> Arrays<'a> {
     }
 
     fn missing(&self, name: &str) -> MotionError {
-        wrong(self.file, &format!("an array of numbers '{name}'"), self.listed())
+        let got = if self.has(name) { "another value of that name, such as a list".to_owned() } else { self.listed() };
+        wrong(self.file, &format!("an array of numbers '{name}'"), got)
     }
 }
 

@@ -3,13 +3,17 @@
 use lifelike_character::{Quat, Vec3};
 
 use super::table;
-use super::{Content, Context, Fit, Layout, Part, Rate, RobotMotion, unfit};
+use super::{Content, Context, Fit, Layout, Part, Rate, RobotMotion, container, unfit};
 use crate::clip::MotionClip;
 use crate::error::MotionError;
 
 /// Columns of the root, after the frame's number.
 const ROOT: [&str; 6] =
     ["root_translateX", "root_translateY", "root_translateZ", "root_rotateX", "root_rotateY", "root_rotateZ"];
+/// Column of the frame's number.
+const FRAME: &str = "Frame";
+/// Frames per second, one row each.
+const RATE: f64 = 120.0;
 /// Ending of a joint's column.
 const JOINT: &str = "_dof";
 /// Centimetres in a metre.
@@ -19,7 +23,7 @@ pub(super) const BONES_SEED: Layout = Layout {
     name: "bones-seed",
     title: "BONES-SEED CSV",
     endings: &[".csv"],
-    rate: Rate::Fixed(120.0),
+    rate: Rate::Fixed(RATE),
     holds: &[Part::Names],
     needs_robot: false,
     fits: |content, _| Ok(if columns(content).is_some() { Fit::Yes } else { Fit::No }),
@@ -45,6 +49,10 @@ fn read(content: &mut Content<'_>, context: &Context<'_>) -> Result<RobotMotion,
     let header = table.header.clone().unwrap_or_default();
     let joints: Vec<(usize, &str)> =
         header.iter().enumerate().filter_map(|(at, name)| Some((at, name.strip_suffix(JOINT)?))).collect();
+    let is_known = |name: &String| name == FRAME || ROOT.contains(&name.as_str()) || name.ends_with(JOINT);
+    let step = table.column(FRAME).map_or(Ok(1.0), |at| step(table.rows().map(|row| row[at]).collect()));
+    let step = step.map_err(|got| container(context.file, format!("a column '{FRAME}' that rises evenly"), got))?;
+    let rate = if step == 1.0 { None } else { Some(RATE / step) };
     let place = |row: &[f64]| Vec3::new(row[root[0]], row[root[1]], row[root[2]]) / CM;
     let turn = |row: &[f64]| {
         let [x, y, z] = [root[3], root[4], root[5]].map(|at| row[at].to_radians());
@@ -53,6 +61,8 @@ fn read(content: &mut Content<'_>, context: &Context<'_>) -> Result<RobotMotion,
     let mut orientation: Vec<Quat> = table.rows().map(turn).collect();
     super::quaternions::without_flips(&mut orientation);
     Ok(RobotMotion {
+        fps: rate,
+        left_out: header.iter().filter(|name| !is_known(name)).cloned().collect(),
         root_position: table.rows().map(place).collect(),
         root_orientation: orientation,
         joints: table.rows().flat_map(|row| joints.iter().map(|(at, _)| row[*at].to_radians())).collect(),
@@ -62,9 +72,16 @@ fn read(content: &mut Content<'_>, context: &Context<'_>) -> Result<RobotMotion,
     })
 }
 
+/// Returns by how much the frame's number rises from row to row, or the first row where it rises by another number.
+fn step(frames: Vec<f64>) -> Result<f64, String> {
+    let step = frames.windows(2).next().map_or(1.0, |pair| pair[1] - pair[0]);
+    let odd = frames.windows(2).position(|pair| pair[1] - pair[0] != step || step <= 0.0);
+    odd.map_or(Ok(step), |row| Err(format!("{} after {} in row {}", frames[row + 1], frames[row], row + 2)))
+}
+
 fn write(clip: &MotionClip, _: &Context<'_>) -> Result<Vec<u8>, MotionError> {
     let joints = clip.joint_names.iter().map(|name| format!("{name}{JOINT}"));
-    let header: Vec<String> = ["Frame"].into_iter().chain(ROOT).map(str::to_owned).chain(joints).collect();
+    let header: Vec<String> = [FRAME].into_iter().chain(ROOT).map(str::to_owned).chain(joints).collect();
     let rows = (0..clip.len()).map(|frame| {
         let place = clip.root_position[frame] * CM;
         let (x, y, z) = clip.root_orientation[frame].euler_angles();

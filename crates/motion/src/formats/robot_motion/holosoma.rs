@@ -6,7 +6,7 @@
 //! arrays' names say.
 
 use super::arrays::Kind;
-use super::kinematics::{self, Traversal};
+use super::kinematics::{self, Bodies, Traversal};
 use super::quaternions::Order;
 use super::{Content, Context, Fit, Layout, Part, RobotMotion, mjlab, names_of, unfit, vectors};
 use crate::clip::MotionClip;
@@ -54,7 +54,13 @@ fn read(content: &mut Content<'_>, context: &Context<'_>) -> Result<RobotMotion,
         "body_lin_vel_w",
         "body_ang_vel_w",
     ];
+    let names = arrays.texts("body_names")?;
+    let bodies = match arrays.has("body_pos_w") {
+        true => Bodies::sampled(arrays, "body_pos_w", frames, Some(names))?,
+        false => Bodies::default(),
+    };
     Ok(RobotMotion {
+        bodies,
         fps: if arrays.has("fps") { Some(arrays.number("fps")?) } else { None },
         root_position: vectors(&columns(0, 3)),
         root_orientation: Order::Wxyz.rotations(&columns(3, ROOT), context.file)?,

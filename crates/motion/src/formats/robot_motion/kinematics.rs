@@ -6,7 +6,8 @@
 
 use lifelike_character::{Character, JointKind, Kinematics, Quat, Vec3};
 
-use super::{Context, names_of};
+use super::arrays::Arrays;
+use super::{Context, names_of, vectors};
 use crate::clip::MotionClip;
 use crate::error::MotionError;
 
@@ -163,6 +164,73 @@ fn angular(rotations: &[Quat], fps: f64) -> Vec<Vec3> {
         (rotations[to] * rotations[from].inverse()).scaled_axis() * (fps / to.abs_diff(from).max(1) as f64)
     };
     (0..rotations.len()).map(between).collect()
+}
+
+/// Frames at which bodies are compared with forward kinematics.
+const SAMPLES: usize = 16;
+/// Mean distance (m) from which bodies contradict the joints; models of one robot differ by mm.
+const FAR: f64 = 0.05;
+
+/// Returns a test for the frames that are compared.
+pub(super) fn is_sample(frames: usize) -> impl Fn(usize) -> bool + Copy {
+    let stride = (frames / SAMPLES).max(1);
+    move |row: usize| row.is_multiple_of(stride)
+}
+
+/// Places of a file's bodies at some frames; none where it has no bodies.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Bodies {
+    /// Names; bodies without are in either order.
+    names: Option<Vec<String>>,
+    /// `[frame][body]`
+    places: Vec<Vec3>,
+}
+
+impl Bodies {
+    /// Reads an array `[frames, bodies, 3]`.
+    pub(super) fn sampled(
+        arrays: &mut Arrays<'_>,
+        name: &str,
+        frames: usize,
+        names: Option<Vec<String>>,
+    ) -> Result<Self, MotionError> {
+        let is_sample = is_sample(frames);
+        let places = vectors(&arrays.select(name, |row, _| is_sample(row))?);
+        Ok(Self { names, places })
+    }
+
+    /// Returns a sentence where the bodies are far from where the joints put them. None where the robot is another.
+    pub(super) fn contradiction(&self, clip: &MotionClip, robot: Option<&Character>) -> Option<String> {
+        let robot = robot?;
+        let columns = clip.columns_for(robot).ok()?;
+        let is_sample = is_sample(clip.len());
+        let frames: Vec<usize> = (0..clip.len()).filter(|frame| is_sample(*frame)).collect();
+        let width = self.places.len() / frames.len().max(1);
+        let place = |name: &String| robot.bodies.iter().position(|body| body.name == *name);
+        let unnamed = |order: Traversal| order.bodies(robot).into_iter().map(Some).collect();
+        let orders: Vec<Vec<Option<usize>>> = match &self.names {
+            Some(names) => vec![names.iter().map(place).collect()],
+            None => vec![unnamed(Traversal::DepthFirst), unnamed(Traversal::BreadthFirst)],
+        };
+        if width == 0 || orders.iter().any(|bodies| bodies.len() != width) {
+            return None;
+        }
+        let known = orders[0].iter().flatten().count() * frames.len();
+        let mut sums = vec![0.0; orders.len()];
+        let mut kinematics = Kinematics::new(robot);
+        let mut q = robot.reference_position();
+        for (row, frame) in frames.into_iter().enumerate() {
+            clip.write_position(robot, &columns, frame, &mut q);
+            kinematics.update(robot, &q);
+            for (sum, bodies) in sums.iter_mut().zip(&orders) {
+                let pairs = bodies.iter().zip(&self.places[row * width..]);
+                let known = pairs.filter_map(|(body, place)| Some((kinematics.body_position[(*body)?], place)));
+                *sum += known.map(|(ours, place)| (ours - place).norm()).sum::<f64>();
+            }
+        }
+        let mean = sums.into_iter().fold(f64::INFINITY, f64::min) / known.max(1) as f64;
+        (mean > FAR).then(|| format!("bodies that are {mean:.2} m from where the joints of {} put them", robot.name))
+    }
 }
 
 /// Returns the mean distance (m) of bodies in a file from where the robot's joints put them, in one order. None where

@@ -5,15 +5,13 @@
 //! where the joints put them.
 
 use super::arrays::{Arrays, Kind};
-use super::kinematics::{self, Sampled, Traversal};
+use super::kinematics::{self, Bodies, Sampled, Traversal};
 use super::quaternions::Order;
 use super::{Content, Context, Fit, Layout, Part, Rate, RobotMotion, g1_names, unfit, vectors};
 use crate::clip::MotionClip;
 use crate::error::MotionError;
 use crate::formats::npz::{self, Written};
 
-/// Frames at which bodies are compared with forward kinematics.
-const SAMPLES: usize = 16;
 /// Mean distance (m) up to which bodies are where the joints put them: files have 32-bit numbers, models differ by
 /// mm.
 const NEAR: f64 = 0.01;
@@ -63,7 +61,14 @@ fn fits(content: &mut Content<'_>, context: &Context<'_>, order: Traversal) -> R
     }
     let all = [Traversal::DepthFirst, Traversal::BreadthFirst];
     let [depth, breadth] = distances(arrays, context, all)?;
-    let (Some(depth), Some(breadth)) = (depth, breadth) else { return Ok(Fit::Doubtful) };
+    let (Some(depth), Some(breadth)) = (depth, breadth) else {
+        let joints = arrays.shape("joint_pos")?.get(1).copied().unwrap_or(0);
+        super::joint_names(joints, context)?;
+        let bodies = arrays.shape("body_pos_w")?.get(1).copied().unwrap_or(0);
+        let other = context.robot.filter(|robot| robot.bodies.len() != bodies + 1);
+        let of = other.map(|robot| format!("; {} has {} bodies", robot.name, robot.bodies.len() - 1));
+        return Ok(Fit::Doubtful(format!("{bodies} bodies{}", of.unwrap_or_default())));
+    };
     let (mine, other) = if order == all[0] { (depth, breadth) } else { (breadth, depth) };
     Ok(match (mine < NEAR, other < NEAR) {
         // A robot whose orders are the same: MuJoCo's is as good as the other.
@@ -86,9 +91,7 @@ fn distances(
     orders: [Traversal; 2],
 ) -> Result<[Option<f64>; 2], MotionError> {
     let shape = arrays.shape("joint_pos")?;
-    let frames = shape.first().copied().unwrap_or(0);
-    let stride = (frames / SAMPLES).max(1);
-    let is_sample = |row: usize| row.is_multiple_of(stride);
+    let is_sample = kinematics::is_sample(shape.first().copied().unwrap_or(0));
     let joints = arrays.select("joint_pos", |row, _| is_sample(row))?;
     let bodies = vectors(&arrays.select("body_pos_w", |row, _| is_sample(row))?);
     let turns = arrays.select("body_quat_w", |row, column| is_sample(row) && column < 4)?;
@@ -140,12 +143,17 @@ pub(super) fn read(arrays: &mut Arrays<'_>, context: &Context<'_>, root: usize) 
     }
     let of_root = |column: usize, width: usize| (root * width..(root + 1) * width).contains(&column);
     let places = arrays.select("body_pos_w", |_, column| of_root(column, 3))?;
+    if places.iter().all(|place| *place == 0.0) {
+        let got = "a body at the origin in all frames (the world?)".to_owned();
+        return Err(super::container(context.file, "the robot's root as the first body of body_pos_w".to_owned(), got));
+    }
     let turns = arrays.select("body_quat_w", |_, column| of_root(column, 4))?;
     Ok(RobotMotion {
         fps: if arrays.has("fps") { Some(arrays.number("fps")?) } else { None },
         root_position: vectors(&places),
         root_orientation: Order::Wxyz.rotations(&turns, context.file)?,
         joints: arrays.table("joint_pos", frames, joints)?,
+        bodies: Bodies::sampled(arrays, "body_pos_w", frames, None)?,
         said: format!("{joints} joints, {bodies} bodies, quaternion w x y z"),
         left_out: ["body_pos_w", "body_quat_w", "joint_vel", "body_lin_vel_w", "body_ang_vel_w"]
             .into_iter()
@@ -165,6 +173,10 @@ fn read_wbc(content: &mut Content<'_>, context: &Context<'_>) -> Result<RobotMot
     }
     if arrays.has("segment_start_idx") {
         motion.segments = segments(arrays, context)?;
+        let used = motion.segments.iter().map(|(_, _, frames)| frames).fold(0, |sum: usize, n| sum.saturating_add(*n));
+        if let Some(unused) = motion.root_position.len().checked_sub(used).filter(|unused| *unused > 0) {
+            motion.left_out.push(format!("{unused} frames that are in no segment"));
+        }
     }
     let clips = motion.segments.len().max(1);
     motion.said = format!("{}, names of joints, {clips} clip{}", motion.said, if clips == 1 { "" } else { "s" });

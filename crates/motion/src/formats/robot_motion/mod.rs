@@ -29,6 +29,7 @@ use super::format::Sample;
 use super::{Format, ReadOptions, Reader};
 use crate::clip::{Contacts, MotionClip, Provenance};
 use crate::error::MotionError;
+use kinematics::Bodies;
 pub use kinematics::{States as BodyStates, Traversal, states as body_states};
 
 use arrays::Arrays;
@@ -131,8 +132,8 @@ pub enum Part {
 /// Fit of a layout to a file.
 enum Fit {
     Yes,
-    /// Another layout may fit as well.
-    Doubtful,
+    /// Another layout may fit as well: the reason.
+    Doubtful(String),
     No,
     /// The layout's arrays are there, but the values contradict it for this reason.
     Wrong(String),
@@ -175,6 +176,8 @@ struct RobotMotion {
     said: String,
     /// Arrays that a clip does not hold.
     left_out: Vec<String>,
+    /// Places of bodies, which the joints must agree with.
+    bodies: Bodies,
 }
 
 impl RobotMotion {
@@ -248,7 +251,7 @@ pub fn read(bytes: &[u8], file: &Path, options: &ReadOptions) -> Result<Reading,
     let context = Context { file, robot };
     let mut content = match bytes {
         [b'P', b'K', 3, 4, ..] | [0x80, ..] => Content::Arrays(Arrays::open(bytes, file)?),
-        [b'(', ..] => {
+        [b'(', ..] | [b'}', b'q', ..] => {
             let expected = "a pickle of protocol 2 or later (pickle.dump(motion, file, protocol=4))".to_owned();
             return Err(container(file, expected, "protocol 0 or 1, or no motion".to_owned()));
         }
@@ -267,9 +270,26 @@ pub fn read(bytes: &[u8], file: &Path, options: &ReadOptions) -> Result<Reading,
         (None, Some(_)) => "",
         (None, None) => " (the layout's own)",
     };
-    let said = format!("{}: {}, {fps} frames per second{from}", layout.title, motion.said);
+    let mut said = format!("{}: {}, {fps} frames per second{from}", layout.title, motion.said);
     let (segments, left_out) = (std::mem::take(&mut motion.segments), std::mem::take(&mut motion.left_out));
+    let bodies = std::mem::take(&mut motion.bodies);
+    let (names, columns) = (motion.joint_names.len(), motion.joints.len() / motion.root_position.len().max(1));
+    if names != columns {
+        return Err(container(
+            file,
+            format!("names of {columns} joints, one for each column"),
+            format!("{names} names"),
+        ));
+    }
     let mut clip = motion.into_clip(&context, fps);
+    if let Some(contradiction) = bodies.contradiction(&clip, robot) {
+        if options.layout.is_none() {
+            let cure = "--robot of the file, or --layout {} to read it nevertheless".replace("{}", layout.name);
+            let expected = format!("{} whose bodies and joints agree ({cure})", layout.title);
+            return Err(container(file, expected, contradiction));
+        }
+        said += &format!("; but it has {contradiction}");
+    }
     clip.provenance.source = format!("{}, read as {said}", file.display());
     clip.check().map_err(|error| container(file, "a consistent motion".to_owned(), error.to_string()))?;
     let clips = if segments.is_empty() { vec![clip] } else { split(&clip, &segments, file)? };
@@ -344,10 +364,14 @@ pub fn lost(clip: &MotionClip, layout: &Layout) -> Vec<&'static str> {
 /// Finds the one layout that fits.
 fn detect(content: &mut Content<'_>, context: &Context<'_>) -> Result<&'static Layout, MotionError> {
     let (mut fitting, mut doubtful, mut wrong) = (Vec::new(), Vec::new(), Vec::new());
+    let mut reason = String::new();
     for &layout in LAYOUTS {
         match (layout.fits)(content, context)? {
             Fit::Yes => fitting.push(layout),
-            Fit::Doubtful => doubtful.push(layout),
+            Fit::Doubtful(why) => {
+                doubtful.push(layout);
+                reason = format!(" ({why})");
+            }
             Fit::Wrong(why) => wrong.push(format!("{}: {why}", layout.title)),
             Fit::No => {}
         }
@@ -371,7 +395,7 @@ fn detect(content: &mut Content<'_>, context: &Context<'_>) -> Result<&'static L
     let robot =
         if context.robot.is_none() { format!(", or {ROBOT}, whose kinematics may decide") } else { String::new() };
     let cure = format!("{names} of `lifelike motion convert`{robot}");
-    Err(container(context.file, cure, format!("content that fits {titles}")))
+    Err(container(context.file, cure, format!("content that fits {titles}{reason}")))
 }
 
 impl Content<'_> {
@@ -406,8 +430,13 @@ fn rate(stated: Option<f64>, layout: &Layout, given: Option<f64>, file: &Path) -
     };
     let rate = given.or(stated).or(own);
     let got = || rate.map_or_else(|| "none".to_owned(), |rate| rate.to_string());
-    rate.filter(|rate| RATES.contains(rate))
-        .ok_or_else(|| container(file, "1 to 1000 frames per second, or --fps RATE".to_owned(), got()))
+    rate.filter(|rate| RATES.contains(rate)).ok_or_else(|| {
+        container(
+            file,
+            "1 to 1000 frames per second, or --fps RATE (for `motion convert`: --input-fps)".to_owned(),
+            got(),
+        )
+    })
 }
 
 /// Cuts a bundle into its clips.
@@ -447,7 +476,10 @@ fn g1_names() -> Vec<String> {
 fn joint_names(count: usize, context: &Context<'_>) -> Result<Vec<String>, MotionError> {
     let robot = context.robot.map(names_of).filter(|names| names.len() == count);
     robot.or_else(|| Some(g1_names()).filter(|names| names.len() == count)).ok_or_else(|| {
-        let of = context.robot.map(|robot| format!("{} of {}, or ", robot.scalar_joints().count(), robot.name));
+        let of = context
+            .robot
+            .filter(|robot| robot.scalar_joints().count() != 29)
+            .map(|robot| format!("{} of {}, or ", robot.scalar_joints().count(), robot.name));
         let expected =
             format!("{}29 joints of the G1; --robot ROBOT names the joints of another", of.unwrap_or_default());
         container(context.file, expected, format!("{count} joints without names"))

@@ -45,10 +45,10 @@ fn read(content: &mut Content<'_>, context: &Context<'_>) -> Result<RobotMotion,
     let turns: Vec<f64> = table.rows().flat_map(|row| turn.iter().map(|column| row[*column])).collect();
     let times: Vec<f64> = table.rows().map(|row| row[*time]).collect();
     Ok(RobotMotion {
-        fps: Some(rate(&times).ok_or_else(|| {
-            let expected = "times in column time_s that rise evenly".to_owned();
-            container(context.file, expected, "others".to_owned())
-        })?),
+        fps: Some(
+            rate(&times)
+                .map_err(|got| container(context.file, "times in column time_s that rise evenly".to_owned(), got))?,
+        ),
         root_position: table.rows().map(|row| Vec3::new(row[*x], row[*y], row[*z])).collect(),
         root_orientation: Order::Wxyz.rotations(&turns, context.file)?,
         joints: table.rows().flat_map(|row| joints.iter().map(|column| row[*column])).collect(),
@@ -58,14 +58,25 @@ fn read(content: &mut Content<'_>, context: &Context<'_>) -> Result<RobotMotion,
     })
 }
 
-/// Returns the rate of times with equal distances (frames per second).
-fn rate(times: &[f64]) -> Option<f64> {
-    let (first, last) = (times.first()?, times.last()?);
-    let step = (last - first) / (times.len() - 1) as f64;
-    let is_even = times.windows(2).all(|pair| (pair[1] - pair[0] - step).abs() < 1e-3 * step);
-    let rate = 1.0 / step;
-    // Times are rounded, so a rate within a millionth of a whole number is that.
-    (is_even && step > 0.0).then(|| if (rate - rate.round()).abs() < 1e-6 * rate { rate.round() } else { rate })
+/// Returns the rate of times with equal distances (frames per second), or the first row with another distance.
+fn rate(times: &[f64]) -> Result<f64, String> {
+    let mut steps: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    let uneven = |step: f64| {
+        let row = times.windows(2).position(|pair| (pair[1] - pair[0] - step).abs() >= 1e-3 * step.abs());
+        row.map(|row| format!("{} s after {} s in row {}", times[row + 1], times[row], row + 2))
+    };
+    let mean = (times.last().unwrap_or(&0.0) - times.first().unwrap_or(&0.0)) / steps.len().max(1) as f64;
+    steps.sort_by(f64::total_cmp);
+    match (steps.get(steps.len() / 2), uneven(mean)) {
+        (None, _) => Err("a single row".to_owned()),
+        (Some(step), None) if *step <= 0.0 => Err("times that do not rise".to_owned()),
+        (Some(step), Some(got)) => Err(uneven(*step).unwrap_or(got)),
+        (Some(_), None) => {
+            let rate = 1.0 / mean;
+            // Times are rounded, so a rate within a millionth of a whole number is that.
+            Ok(if (rate - rate.round()).abs() < 1e-6 * rate { rate.round() } else { rate })
+        }
+    }
 }
 
 fn write(clip: &MotionClip, _: &Context<'_>) -> Result<Vec<u8>, MotionError> {

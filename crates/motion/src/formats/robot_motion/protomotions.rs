@@ -3,7 +3,7 @@
 
 use super::arrays::Kind;
 use super::encode::{self, Entry};
-use super::kinematics::{self, Traversal};
+use super::kinematics::{self, Bodies, Traversal};
 use super::quaternions::Order;
 use super::{Content, Context, Fit, Layout, Part, Rate, RobotMotion, joint_names, unfit, vectors};
 use crate::clip::{Contacts, MotionClip};
@@ -61,6 +61,7 @@ fn read(content: &mut Content<'_>, context: &Context<'_>) -> Result<RobotMotion,
         root_position: vectors(&arrays.select("rigid_body_pos", |_, column| column < 3)?),
         root_orientation: Order::Xyzw.rotations(&turns, context.file)?,
         joints: arrays.table("dof_pos", frames, joints)?,
+        bodies: Bodies::sampled(arrays, "rigid_body_pos", frames, None)?,
         joint_names: joint_names(joints, context)?,
         said: format!("{joints} joints, {bodies} bodies, quaternion x y z w"),
         contacts,

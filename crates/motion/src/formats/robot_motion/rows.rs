@@ -41,15 +41,18 @@ pub(super) const KIMODO: Layout = Layout {
 
 fn fits(content: &mut Content<'_>, context: &Context<'_>, order: Order) -> Result<Fit, MotionError> {
     let Content::Table(table) = content else { return Ok(Fit::No) };
-    if table.header.is_some() || table.columns() <= ROOT || !table.rows().all(is_unit) {
+    if table.header.is_some() || table.columns() <= ROOT || !table.rows().next().is_some_and(is_unit) {
         return Ok(Fit::No);
     }
-    let readings = [Order::Xyzw, Order::Wxyz].map(|order| motion(table, order, context));
-    let [Ok(xyzw), Ok(wxyz)] = readings else { return Ok(Fit::Doubtful) };
+    if let Some(row) = table.rows().position(|row| !is_unit(row)) {
+        let why = || format!("no unit quaternion in columns 4 to 7 of row {}", row + 1);
+        return Ok(if order == Order::Xyzw { Fit::Wrong(why()) } else { Fit::No });
+    }
+    let (xyzw, wxyz) = (motion(table, Order::Xyzw, context)?, motion(table, Order::Wxyz, context)?);
     Ok(match find_order(&xyzw, &wxyz, context) {
         Some(found) if found == order => Fit::Yes,
         Some(_) => Fit::No,
-        None => Fit::Doubtful,
+        None => Fit::Doubtful("the robot may be upright in both".to_owned()),
     })
 }
 

@@ -293,7 +293,7 @@ fn what_is_wrong_is_told_with_file_and_array() {
         (&b""[..], "a zip of arrays (.npz)"),
         (b"HIERARCHY", "a zip of arrays (.npz)"),
         (&whole[..whole.len() / 2], "a zip of arrays (.npz)"),
-        (&npy, "one array (.npy), such as HumanML3D's processed joints"),
+        (&npy, "one array (.npy) of shape [2]; HumanML3D's are [frames, 263]"),
     ] {
         let message = read_bytes(bytes).unwrap_err().to_string();
         assert!(message.contains(part), "'{part}': {message}");

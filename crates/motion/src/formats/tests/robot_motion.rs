@@ -368,7 +368,7 @@ fn other_contents_are_refused_with_a_cure() {
     assert!(message(b"", None).contains("rows of numbers"));
     let error = message(FIXTURES[3].2, None);
     assert!(
-        error.contains("--layout mjlab or --layout beyondmimic of `lifelike motion convert`, or --robot ROBOT"),
+        error.contains("29 joints of the G1; --robot ROBOT names the joints of another, got 20 joints without names"),
         "{error}"
     );
     // Another robot's kinematics.
@@ -434,6 +434,65 @@ fn tables_of_other_programs_are_the_same_table() {
     }
     let error = opened(&text.replacen('\n', ",\n", 1)).unwrap_err().to_string();
     assert!(error.contains("walk.csv:1") || error.contains("walk.csv:2"), "{error}");
-    let error = open(b"(dp0\nVfps\n", "walk.pkl", &ReadOptions::default()).unwrap_err().to_string();
-    assert!(error.contains("a pickle of protocol 2 or later"), "{error}");
+    let error = open(&[0x1f, 0x8b, 8, 0], "walk.csv.gz", &ReadOptions::default()).unwrap_err().to_string();
+    assert!(error.contains("a compressed file"), "{error}");
+    let error = open(&[0x80, 2, 0x8a, 10, 0], "walk.motion", &ReadOptions::default()).unwrap_err().to_string();
+    assert!(error.contains("PyTorch before 1.6"), "{error}");
+    for older in [&b"(dp0\nVfps\n"[..], b"}q\x00(U\x03fps"] {
+        let error = open(older, "walk.pkl", &ReadOptions::default()).unwrap_err().to_string();
+        assert!(error.contains("a pickle of protocol 2 or later"), "{error}");
+    }
+}
+
+/// Returns a motion of lima in a layout, as text.
+fn table_of(layout: &str) -> String {
+    let clip = &open(FIXTURES[0].2, "a.csv", &options(Some(lima()), Some("lafan1"))).unwrap().clips[0];
+    String::from_utf8(write(clip, by_name(layout).unwrap(), Some(&lima())).unwrap()).unwrap()
+}
+
+#[test]
+fn a_table_that_contradicts_itself_is_refused_by_its_row() {
+    let refused = |text: String, part: &str| {
+        let error = open(text.as_bytes(), "a.csv", &options(Some(lima()), None)).unwrap_err().to_string();
+        assert!(error.contains(part), "{error}");
+    };
+    let without = |text: &str, row: usize| {
+        let lines: Vec<&str> = text.lines().enumerate().filter(|(at, _)| *at != row).map(|(_, line)| line).collect();
+        lines.join("\n")
+    };
+    let (bones, ours, rows) = (table_of("bones-seed"), table_of("csv"), table_of("lafan1"));
+    // The rows of a head of names begin with the second line.
+    refused(without(&bones, 3), "a column 'Frame' that rises evenly, got 3 after 1 in row 3");
+    refused(without(&ours, 3), "rise evenly, got 0.1 s after 0.03333333333333333 s in row 3");
+    let second = rows.lines().nth(1).unwrap();
+    let cells: Vec<&str> = second.split(',').collect();
+    let zero = [&cells[..3], &["0"; 4], &cells[7..]].concat().join(",");
+    refused(rows.replace(second, &zero), "no unit quaternion in columns 4 to 7 of row 2");
+    // Every second row of 120 a second.
+    let half = [0, 1, 3, 5].map(|row| bones.lines().nth(row).unwrap()).join("\n");
+    let reading = open(half.as_bytes(), "a.csv", &options(None, None)).unwrap();
+    assert_eq!((reading.clips[0].fps, reading.clips[0].len()), (60.0, 3));
+    let more = bones.lines().map(|line| format!("{line},{}", if line.starts_with("Frame") { "gait" } else { "1" }));
+    let reading = open(more.collect::<Vec<_>>().join("\n").as_bytes(), "a.csv", &options(None, None)).unwrap();
+    assert_eq!(reading.left_out, ["gait"]);
+}
+
+#[test]
+fn bodies_that_contradict_the_joints_are_refused() {
+    let robot = lima();
+    let clip = open(FIXTURES[0].2, "a.csv", &options(Some(robot.clone()), Some("lafan1"))).unwrap().clips.remove(0);
+    for layout in ["wbc", "holosoma", "protomotions"] {
+        let layout = by_name(layout).unwrap();
+        let bytes = write(&clip, layout, Some(&robot)).unwrap();
+        assert!(open(&bytes, "a", &options(Some(robot.clone()), None)).is_ok(), "{}", layout.name);
+        // A robot whose limbs hang elsewhere reads the same joints.
+        let mut other = (*robot).clone();
+        other.bodies.iter_mut().skip(2).for_each(|body| body.position *= 2.0);
+        let other = Arc::new(other);
+        let error = open(&bytes, "a", &options(Some(other.clone()), None)).unwrap_err().to_string();
+        let cure = format!("--layout {} to read it nevertheless", layout.name);
+        assert!(error.contains("m from where the joints of lima put them") && error.contains(&cure), "{error}");
+        let reading = open(&bytes, "a", &options(Some(other), Some(layout.name))).unwrap();
+        assert!(reading.said.contains("; but it has bodies that are"), "{}", reading.said);
+    }
 }
