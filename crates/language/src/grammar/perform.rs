@@ -431,7 +431,6 @@ mod tests {
                         [&degrees.expected, &degrees.got].map(|t| t.split(' ').next().unwrap().parse::<f64>().unwrap());
                     let error = if text.contains("arm") { 12.0 } else { 5.0 };
                     assert!((wanted - got).abs() <= error, "{text}: {got}");
-                    println!("{text}: {wanted} {got}");
                 }
             }
         }

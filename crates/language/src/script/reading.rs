@@ -45,7 +45,10 @@ impl Reader<'_> {
                 let rules = by_rules();
                 let (network, certainty) = self.read_by_network(text);
                 let least = if is_open(&rules) { OPEN } else { CLOSED };
-                if verbs(&rules) == verbs(&network) || certainty < least { rules } else { network }
+                // A movement that no verb is, by the network, may have parameters that rules read.
+                let knows_less = !network.unknown.is_empty() && !is_open(&rules);
+                let is_same = verbs(&rules) == verbs(&network);
+                if is_same || knows_less || certainty < least { rules } else { network }
             }
         }
     }

@@ -26,7 +26,7 @@ fn free_words_become_actions() {
         ("twirl around twice to the left", "turn, to the left, 360 degrees, 2 times"),
         ("turn your back to me", "turn, to the left, 180 degrees"),
         ("beckon me to come closer", "beckon, right side"),
-        ("punch left and right", "jab cross, both side"),
+        ("punch left and right", "punch, left side; then punch, right side"),
         ("say hello with your left hand", "wave, left side"),
         ("look over the left shoulder", "look over shoulder, to the left"),
         ("turn 45° to the right", "turn, to the right, 45 degrees"),

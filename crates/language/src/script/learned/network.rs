@@ -49,7 +49,7 @@ pub(super) struct Span {
     pub labels: Vec<f32>,
 }
 
-/// What is left out at random while the network learns.
+/// Words and numbers that are left out at random while the network learns.
 #[derive(Debug)]
 pub(super) struct Noise {
     pub rng: ChaCha8Rng,

@@ -45,7 +45,7 @@ const OFTEN: usize = 3;
 /// Rate of the averaged weights.
 const AVERAGE: f64 = 0.997;
 
-/// What a network reads rightly of marked sentences.
+/// Marked sentences and actions that a network reads rightly.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct ReaderScore {
     /// Sentences.
