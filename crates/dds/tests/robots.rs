@@ -40,8 +40,7 @@ fn drive(bus: &mut dyn Bus, gate: &mut Gate, begin: Instant, mode: Mode, seconds
         while bus.receive(&mut measured).unwrap() {
             gate.receive(now, &measured);
         }
-        let up_b = [0.0, 0.0, 1.0];
-        let command = gate.pass(now, Intent { mode, targets: &[0.25, -0.5], rate: 10.0, reference: &[], up_b });
+        let command = gate.pass(now, Intent { mode, targets: &[0.25, -0.5], rate: 10.0, reference: &[], up_b: None });
         sent = command.position().to_vec();
         bus.send(command).unwrap();
         std::thread::sleep(Duration::from_millis(2));

@@ -46,6 +46,7 @@
 //! | `interval` | bootstrap intervals of means |
 //! | `fall` | definition of a fall |
 //! | `explain` | a failure in plain words, and the change of the clip that would help |
+//! | `get_up` | robots that stand up after they were dropped |
 //! | `robustness` | all of it against the size of a disturbance |
 //! | `particles` | the motion that physics makes of a clip at its best |
 //! | `verdict` | one verdict a clip, with its thresholds |
@@ -61,6 +62,7 @@ pub mod explain;
 pub mod failure;
 pub mod fall;
 pub mod field;
+pub mod get_up;
 pub mod heat;
 mod interval;
 mod mcap;

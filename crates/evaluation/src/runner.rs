@@ -1,7 +1,7 @@
 //! A controller on many simulated robots in lockstep, each with a reference of its own.
 
 use lifelike_robot::controller::{History, ObservationScratch, PolicyWorkspace};
-use lifelike_robot::{Alignment, ClipPlayer, Controller, MeasuredState, ReferenceLibrary, ReferenceStream};
+use lifelike_robot::{Alignment, ClipPlayer, Controller, GetUp, MeasuredState, ReferenceLibrary, ReferenceStream};
 use lifelike_sim::{BatchState, Drive, Ground, IntegrationState, Simulation};
 
 use super::episode::EpisodeConditions;
@@ -131,6 +131,38 @@ impl<'a> Runner<'a> {
             self.controller.rest(&mut run.history, &measured, &run.player)?;
         }
         Ok(())
+    }
+
+    /// Drops all robots from given states (MuJoCo's layout); for so many steps motors only brake. The reference is laid where
+    /// each has come to lie.
+    pub(super) fn drop(&mut self, positions: &[f64], velocities: &[f64], steps: usize) -> Result<(), EvaluationError> {
+        let ids: Vec<usize> = (0..self.runs.len()).collect();
+        self.simulation.reset(&ids, positions, velocities)?;
+        for _ in 0..steps {
+            // Targets where the joints are leave the damping alone.
+            self.targets.copy_from_slice(&self.simulation.state().joint_position);
+            self.simulation.step(Drive::Targets(&self.targets))?;
+        }
+        ids.into_iter().try_for_each(|i| self.take_over(i))
+    }
+
+    /// Lays the reference where robot `i` is, and takes as last actions those that hold its pose.
+    pub(super) fn take_over(&mut self, i: usize) -> Result<(), EvaluationError> {
+        self.jump(i, self.runs[i].player.frame());
+        let measured = measured(self.simulation.as_ref(), &self.ground, self.controller, i);
+        let run = &mut self.runs[i];
+        Ok(self.controller.rest(&mut run.history, &measured, &run.player)?)
+    }
+
+    /// Lets a script drive robot `i` in the next step, unless that is on its feet; returns whether it is.
+    pub(super) fn get_up(&mut self, i: usize, script: &mut GetUp) -> bool {
+        let measured = measured(self.simulation.as_ref(), &self.ground, self.controller, i);
+        let joints = measured.joint_position.len();
+        let is_up = script.is_on_its_feet(&measured);
+        if !is_up {
+            script.step(&measured, &mut self.targets[i * joints..(i + 1) * joints]);
+        }
+        is_up
     }
 
     /// From one moment to the next, robot `i` is asked to go on from another frame of the library, laid where it is.

@@ -57,8 +57,10 @@ impl Config {
         within("command_hz", self.command_hz, 1.0, 10_000.0)?;
         within("interpolation", self.interpolation, 0.0, 1.0)?;
         within("stand_rate", self.stand_rate, 1e-3, 100.0)?;
-        let Durations { stand, blend_in, blend_out, damp } = self.durations;
-        for (key, value) in [("stand", stand), ("blend_in", blend_in), ("blend_out", blend_out), ("damp", damp)] {
+        let Durations { stand, blend_in, blend_out, damp, get_up } = self.durations;
+        let durations =
+            [("stand", stand), ("blend_in", blend_in), ("blend_out", blend_out), ("damp", damp), ("get_up", get_up)];
+        for (key, value) in durations {
             within(&format!("durations.{key}"), value, 0.0, 60.0)?;
         }
         self.limits.check()

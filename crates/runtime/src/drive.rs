@@ -37,6 +37,8 @@ pub struct Summary {
     pub step: Quantiles,
     /// Modelled heat of the hottest motor at the end; 1 is its continuous rating.
     pub hottest: f32,
+    /// Falls after which the robot tried to get up.
+    pub falls: u32,
     /// Reason for which the gate braked.
     pub trip: Option<Trip>,
 }
@@ -108,6 +110,7 @@ pub fn drive(
         tick: tick.quantiles(),
         step: step.quantiles(),
         hottest: supervisor.gate().heat().fold(0.0, f32::max),
+        falls: supervisor.falls(),
         trip: supervisor.trip(),
     }
 }

@@ -19,6 +19,7 @@ pub mod packets;
 pub mod phase;
 pub mod record;
 pub mod replay;
+mod rescue;
 pub mod scheduling;
 pub mod supervisor;
 pub mod threaded;

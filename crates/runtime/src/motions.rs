@@ -17,6 +17,8 @@ pub struct Playlist {
     /// First and last frame of each part in the library.
     parts: Vec<(usize, usize)>,
     part: usize,
+    /// The first part is a stand, and after it comes this one: the robot has got up.
+    interrupted: Option<usize>,
     first_up_b: [f32; 3],
 }
 
@@ -48,7 +50,7 @@ impl Playlist {
     pub fn of(library: Arc<ReferenceLibrary>, parts: Vec<(usize, usize)>) -> Self {
         let player = ClipPlayer::new(Arc::clone(&library), parts[0].0);
         let first_up_b = up_of(player.present_root().orientation);
-        Self { library, player, parts, part: 0, first_up_b }
+        Self { library, player, parts, part: 0, interrupted: None, first_up_b }
     }
 
     /// Returns the player of the present clip.
@@ -58,8 +60,15 @@ impl Playlist {
 
     /// Goes to the beginning.
     pub(crate) fn rewind(&mut self) {
-        self.part = 0;
+        (self.part, self.interrupted) = (0, None);
         self.player.seek(self.parts[0].0);
+    }
+
+    /// Goes to the beginning, and from there to the part that was interrupted.
+    pub(crate) fn resume(&mut self) {
+        let part = self.interrupted.unwrap_or(self.part);
+        self.rewind();
+        self.interrupted = Some(part).filter(|part| *part > 0);
     }
 
     /// Goes to the next part where the present one has ended; returns whether it did.
@@ -67,7 +76,7 @@ impl Playlist {
         if self.player.frame() < self.parts[self.part].1 || self.part + 1 >= self.parts.len() {
             return false;
         }
-        self.part += 1;
+        self.part = self.interrupted.take().unwrap_or(self.part + 1);
         self.player.seek(self.parts[self.part].0);
         true
     }

@@ -2,8 +2,11 @@
 //!
 //! ```text
 //! idle → stand → blend in → run → blend out → damp → idle
+//!                          ↑                    ↓
+//!                          └────── get up ──────┘
 //! ```
-//! Every phase goes to `damp` at once when the gate trips. A stop in `run` or `blend in` goes to `blend out`.
+//! Every phase goes to `damp` at once when the gate trips. A stop in `run` or `blend in` goes to `blend out`. A robot that fell
+//! and has a script for it gets up once it lies still.
 
 /// Part of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
@@ -21,6 +24,8 @@ pub enum Phase {
     BlendOut,
     /// Motors only brake.
     Damp,
+    /// A script gets up.
+    GetUp,
 }
 
 /// Request of the operator.
@@ -46,6 +51,12 @@ pub struct Situation {
     pub measured: bool,
     /// The reference has ended.
     pub over: bool,
+    /// The robot fell, and may get up.
+    pub fallen: bool,
+    /// The robot hardly turns.
+    pub still: bool,
+    /// The robot that gets up is on its feet.
+    pub up: bool,
     /// Time in this phase (s).
     pub elapsed: f64,
 }
@@ -60,19 +71,22 @@ pub struct Durations {
     pub blend_in: f64,
     /// From the policy to the pose in which it was stopped.
     pub blend_out: f64,
-    /// Braking before motors are off.
+    /// Braking before motors are off, or before a robot that fell gets up.
     pub damp: f64,
+    /// Longest try to get up, of three.
+    pub get_up: f64,
 }
 
 impl Default for Durations {
     fn default() -> Self {
-        Self { stand: 2.0, blend_in: 0.2, blend_out: 0.2, damp: 2.0 }
+        Self { stand: 2.0, blend_in: 0.2, blend_out: 0.2, damp: 2.0, get_up: 20.0 }
     }
 }
 
 impl Phase {
     /// All phases.
-    pub const ALL: [Self; 6] = [Self::Idle, Self::Stand, Self::BlendIn, Self::Run, Self::BlendOut, Self::Damp];
+    pub const ALL: [Self; 7] =
+        [Self::Idle, Self::Stand, Self::BlendIn, Self::Run, Self::BlendOut, Self::Damp, Self::GetUp];
 
     /// Returns the phase that follows in a situation; this one where nothing changes.
     #[must_use]
@@ -82,9 +96,18 @@ impl Phase {
         match self {
             Self::Idle if must_damp || is_stopped || now.over || !now.measured => Self::Idle,
             Self::Idle => Self::Stand,
+            Self::Damp if now.fallen && now.request == Request::Run => {
+                if now.still && now.elapsed >= durations.damp {
+                    Self::GetUp
+                } else {
+                    Self::Damp
+                }
+            }
             Self::Damp if now.elapsed >= durations.damp => Self::Idle,
             Self::Damp => Self::Damp,
             _ if must_damp => Self::Damp,
+            Self::GetUp if is_stopped || now.elapsed >= durations.get_up => Self::Damp,
+            Self::GetUp if now.up => Self::Run,
             Self::Stand if is_stopped => Self::Damp,
             Self::Stand if now.elapsed >= durations.stand => Self::BlendIn,
             Self::BlendIn if is_stopped || now.over => Self::BlendOut,
@@ -104,6 +127,7 @@ impl Phase {
             Self::Run => "run",
             Self::BlendOut => "blend out",
             Self::Damp => "damp",
+            Self::GetUp => "get up",
         }
     }
 }
@@ -112,9 +136,17 @@ impl Phase {
 mod tests {
     use super::*;
 
-    const GOING: Situation =
-        Situation { request: Request::Run, tripped: false, measured: true, over: false, elapsed: 0.0 };
-    const DURATIONS: Durations = Durations { stand: 2.0, blend_in: 0.2, blend_out: 0.3, damp: 1.0 };
+    const GOING: Situation = Situation {
+        request: Request::Run,
+        tripped: false,
+        measured: true,
+        over: false,
+        fallen: false,
+        still: true,
+        up: false,
+        elapsed: 0.0,
+    };
+    const DURATIONS: Durations = Durations { stand: 2.0, blend_in: 0.2, blend_out: 0.3, damp: 1.0, get_up: 5.0 };
 
     fn next(phase: Phase, now: Situation) -> Phase {
         phase.next(now, &DURATIONS)
@@ -147,7 +179,7 @@ mod tests {
         use Phase::{BlendIn, BlendOut, Damp, Idle, Run, Stand};
         let stop = Situation { request: Request::Stop, ..GOING };
         let expected = [(Idle, Idle), (Stand, Damp), (BlendIn, BlendOut), (Run, BlendOut), (BlendOut, BlendOut)];
-        for (phase, expected) in expected.into_iter().chain([(Damp, Damp)]) {
+        for (phase, expected) in expected.into_iter().chain([(Damp, Damp), (Phase::GetUp, Damp)]) {
             assert_eq!(next(phase, stop), expected, "{phase:?}");
         }
     }
@@ -160,6 +192,29 @@ mod tests {
                 assert_eq!(next(phase, Situation { tripped: true, elapsed, ..GOING }), expected);
                 assert_eq!(next(phase, Situation { request: Request::Damp, elapsed, ..GOING }), expected);
             }
+        }
+    }
+
+    #[test]
+    fn a_robot_that_fell_lies_still_gets_up_and_goes_on() {
+        use Phase::{Damp, GetUp, Idle, Run};
+        let fell = Situation { fallen: true, tripped: true, ..GOING };
+        let up = Situation { fallen: true, ..GOING };
+        let steps = [
+            (Run, fell, Damp),
+            (Damp, Situation { elapsed: 0.9, ..fell }, Damp),
+            (Damp, Situation { elapsed: 9.0, still: false, ..fell }, Damp),
+            (Damp, Situation { elapsed: 1.0, ..fell }, GetUp),
+            (Damp, Situation { elapsed: 1.0, request: Request::Stop, ..fell }, Idle),
+            (GetUp, Situation { elapsed: 4.9, ..up }, GetUp),
+            (GetUp, Situation { elapsed: 4.9, up: true, ..up }, Run),
+            (GetUp, Situation { elapsed: 5.0, ..up }, Damp),
+            // A defect is no fall.
+            (GetUp, Situation { tripped: true, ..GOING }, Damp),
+            (Damp, Situation { tripped: true, elapsed: 1.0, ..GOING }, Idle),
+        ];
+        for (phase, now, expected) in steps {
+            assert_eq!(next(phase, now), expected, "{phase:?} {now:?}");
         }
     }
 

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use lifelike_robot::{Alignment, Controller, ControllerState, MeasuredState, ReferenceStream, RobotError};
+use lifelike_robot::{Alignment, Controller, ControllerState, GetUpScript, MeasuredState, ReferenceStream, RobotError};
 
 use crate::bus::Measurement;
 use crate::config::Config;
@@ -10,6 +10,7 @@ use crate::error::RuntimeError;
 use crate::gate::{Gate, Intent, Limits, Mode, SafeCommand, Trip};
 use crate::motions::Playlist;
 use crate::phase::{Phase, Request, Situation};
+use crate::rescue::{Rescue, is_still};
 
 /// One run of a controller. The same calls give the same commands, bit for bit.
 pub struct Supervisor {
@@ -32,6 +33,8 @@ pub struct Supervisor {
     pose: Vec<f32>,
     steps: u64,
     failed: Option<RobotError>,
+    /// What gets up after a fall, where there is something.
+    rescue: Option<Rescue>,
 }
 
 impl Supervisor {
@@ -58,8 +61,18 @@ impl Supervisor {
             pose: vec![0.0; joints],
             steps: 0,
             failed: None,
+            rescue: None,
             controller,
         })
+    }
+
+    /// Returns the run with a script by which the robot gets up after a fall, and goes on.
+    ///
+    /// # Errors
+    /// The script is of another robot.
+    pub fn with_get_up(self, script: &GetUpScript) -> Result<Self, RuntimeError> {
+        let rescue = Some(Rescue::new(script, self.controller.robot())?);
+        Ok(Self { rescue, ..self })
     }
 
     /// Returns the controller.
@@ -97,6 +110,11 @@ impl Supervisor {
         self.failed.as_ref()
     }
 
+    /// Returns the number of falls after which the robot tried to get up.
+    pub fn falls(&self) -> u32 {
+        self.rescue.as_ref().map_or(0, |rescue| rescue.falls)
+    }
+
     /// Returns the number of policy steps.
     pub fn steps(&self) -> u64 {
         self.steps
@@ -119,11 +137,20 @@ impl Supervisor {
 
     /// Makes the command of one tick at `now` (ns).
     pub fn tick(&mut self, now: u64, request: Request) -> &SafeCommand {
+        let (trip, measured) = (self.gate.trip(), self.gate.measured());
+        let rescue = self.rescue.as_mut();
+        let (fallen, up) = rescue.map_or((false, false), |rescue| {
+            let gets_up = self.phase == Phase::GetUp;
+            (rescue.may_begin(self.phase, trip), gets_up && measured.is_some_and(|measured| rescue.is_up(measured)))
+        });
         let situation = Situation {
             request,
-            tripped: self.gate.trip().is_some(),
-            measured: self.gate.measured().is_some(),
+            tripped: trip.is_some(),
+            measured: measured.is_some(),
             over: self.motions.is_over(),
+            fallen,
+            still: measured.is_some_and(is_still),
+            up,
             elapsed: now.saturating_sub(self.since) as f64 * 1e-9,
         };
         // Phases of no length are passed within one tick.
@@ -138,7 +165,7 @@ impl Supervisor {
         let elapsed = now.saturating_sub(self.since) as f64 * 1e-9;
         let share = |duration: f64| if duration > 0.0 { (elapsed / duration).min(1.0) as f32 } else { 1.0 };
         let durations = self.config.durations;
-        let (mut rate, mut up_b, mut compares) = (f32::MAX, self.motions.first_up_b(), false);
+        let (mut rate, mut up_b, mut compares) = (f32::MAX, Some(self.motions.first_up_b()), false);
         let mode = match self.phase {
             Phase::Idle => Mode::Off,
             Phase::Damp => Mode::Damp,
@@ -147,9 +174,16 @@ impl Supervisor {
                 blend(&self.pose, self.motions.first_joints(), share(durations.stand), &mut self.targets);
                 Mode::Position
             }
+            Phase::GetUp => {
+                if let (Some(rescue), Some(measured)) = (&mut self.rescue, self.gate.measured()) {
+                    rescue.write(measured, self.ticks_per_step, &mut self.targets);
+                }
+                up_b = None;
+                Mode::Position
+            }
             Phase::BlendIn | Phase::Run | Phase::BlendOut => {
                 self.follow();
-                up_b = self.motions.up_b();
+                up_b = Some(self.motions.up_b());
                 compares = true;
                 let weight = match self.phase {
                     Phase::BlendIn => share(durations.blend_in),
@@ -167,7 +201,8 @@ impl Supervisor {
     }
 
     fn enter(&mut self, phase: Phase, now: u64) {
-        (self.phase, self.since) = (phase, now);
+        let before = std::mem::replace(&mut self.phase, phase);
+        self.since = now;
         match phase {
             Phase::Stand => {
                 if let Some(measured) = self.gate.measured() {
@@ -176,15 +211,34 @@ impl Supervisor {
             }
             Phase::BlendIn => {
                 self.motions.rewind();
-                self.state.history.begun = false;
                 self.pose.copy_from_slice(self.motions.first_joints());
-                self.before.copy_from_slice(&self.pose);
-                self.after.copy_from_slice(&self.pose);
-                self.tick = 0;
+                self.take_over();
+            }
+            Phase::GetUp => {
+                self.gate.pardon_fall();
+                if let (Some(rescue), Some(measured)) = (&mut self.rescue, self.gate.measured()) {
+                    rescue.begin(&measured.position);
+                }
+            }
+            Phase::Run if before == Phase::GetUp => {
+                self.motions.resume();
+                self.pose.copy_from_slice(&self.targets);
+                self.take_over();
+                if let Some(rescue) = &mut self.rescue {
+                    rescue.end();
+                }
             }
             Phase::BlendOut => self.pose.copy_from_slice(&self.targets),
             Phase::Idle | Phase::Run | Phase::Damp => {}
         }
+    }
+
+    /// Begins the policy's steps anew, from the pose.
+    fn take_over(&mut self) {
+        self.state.history.begun = false;
+        self.before.copy_from_slice(&self.pose);
+        self.after.copy_from_slice(&self.pose);
+        self.tick = 0;
     }
 
     /// Writes the policy's targets of this tick.

@@ -219,8 +219,7 @@ mod tests {
                 Err(_) => broken += 1,
             }
             let targets = [0.0; 20];
-            let intent =
-                Intent { mode: Mode::Off, targets: &targets, rate: 1.0, reference: &[], up_b: [0.0, 0.0, 1.0] };
+            let intent = Intent { mode: Mode::Off, targets: &targets, rate: 1.0, reference: &[], up_b: None };
             let command = gate.pass(i * 2_000_000, intent);
             bus.send(command).unwrap();
             commands.push((command.sequence(), command.position().to_vec()));

@@ -54,7 +54,6 @@ pub fn identify(
             waited += 1;
             continue;
         };
-        let up_b = gate.measured().map_or([0.0, 0.0, 1.0], |measured| up_of(measured.orientation));
         let home = origin.get_or_insert_with(|| measured.clone());
         let angle = std::f32::consts::TAU * tick as f32 / ticks as f32;
         targets.copy_from_slice(home);
@@ -64,7 +63,7 @@ pub fn identify(
         for ((sum, q), home) in sums.iter_mut().zip(&measured).zip(home.iter()) {
             *sum += (q - home) * sine;
         }
-        let intent = Intent { mode: Mode::Position, targets: &targets, rate: f32::MAX, reference: &[], up_b };
+        let intent = Intent { mode: Mode::Position, targets: &targets, rate: f32::MAX, reference: &[], up_b: None };
         let _ = bus.send(gate.pass(now, intent));
         tick += 1;
         if tick == ticks + rest {
@@ -74,7 +73,7 @@ pub fn identify(
             (driven, tick, norm) = (driven + 1, 0, 0.0);
         }
     }
-    let braking = Intent { mode: Mode::Off, targets: &targets, rate: 0.0, reference: &[], up_b: [0.0, 0.0, 1.0] };
+    let braking = Intent { mode: Mode::Off, targets: &targets, rate: 0.0, reference: &[], up_b: None };
     let _ = bus.send(gate.pass(deadline, braking));
     (responses, gate.trip())
 }
@@ -102,8 +101,4 @@ pub fn defects(responses: &[Response], joints: &[String]) -> Vec<String> {
         lines.push(format!("expected {} motors to be driven, got {}", joints.len(), responses.len()));
     }
     lines
-}
-
-fn up_of([w, x, y, z]: [f32; 4]) -> [f32; 3] {
-    [2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)]
 }

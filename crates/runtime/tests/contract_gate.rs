@@ -74,7 +74,7 @@ fn adversarial(triples: usize, seed: u64) -> [usize; 3] {
             let up_b = if wild { [(); 3].map(|()| number(&mut rng, 1.0)) } else { [0.0, 0.0, 1.0] };
             let tripped = gate.trip().is_some();
             let state = gate.measured().cloned();
-            let command = gate.pass(now, Intent { mode, targets: &targets, rate, reference: &[], up_b });
+            let command = gate.pass(now, Intent { mode, targets: &targets, rate, reference: &[], up_b: Some(up_b) });
             done += 1;
             assert!(!tripped || command.mode() != Mode::Position, "a trip stays");
             seen[2] += usize::from(tripped);

@@ -101,7 +101,7 @@ fn a_run_goes_through_its_phases_in_order() {
         Some(Request::Run)
     });
     phases.dedup();
-    assert_eq!(phases[..6], Phase::ALL);
+    assert_eq!(phases[..6], Phase::ALL[..6]);
 }
 
 #[test]

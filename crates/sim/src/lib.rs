@@ -14,6 +14,7 @@ mod checks;
 pub mod constraint_wrenches;
 pub mod engine;
 pub mod error;
+pub mod fallen;
 mod ground;
 #[cfg(feature = "mujoco")]
 pub mod mujoco;

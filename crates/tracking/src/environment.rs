@@ -5,7 +5,6 @@
 
 mod checkpoint;
 mod evaluator;
-mod fallen;
 mod frozen;
 mod reserved;
 mod reset;

@@ -110,8 +110,7 @@ fn a_state_is_measured_and_a_command_is_sent_by_names() {
         (measured.sequence, measured.clock) = (i, u64::from(i) * 2_000_000);
         gate.receive(measured.clock, &measured);
     }
-    let up_b = [0.0, 0.0, 1.0];
-    let intent = Intent { mode: Mode::Position, targets: &[0.1, 0.2], rate: 100.0, reference: &[], up_b };
+    let intent = Intent { mode: Mode::Position, targets: &[0.1, 0.2], rate: 100.0, reference: &[], up_b: None };
     let mut low = LowCmd::default();
     let safe = gate.pass(12_000_000, intent);
     let mut sent = Received::new(2);

@@ -24,6 +24,7 @@ pub mod render;
 pub mod replay;
 pub mod robots;
 pub mod run;
+mod script;
 pub mod simulate_robot;
 mod stage;
 pub mod studio;

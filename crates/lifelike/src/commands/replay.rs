@@ -3,12 +3,13 @@
 use std::path::{Path, PathBuf};
 
 use lifelike_motion::container;
+use lifelike_robot::GetUpScript;
 use lifelike_runtime::record::{Attachment, Record};
 use lifelike_runtime::replay::replay;
 use serde_json::json;
 
 use crate::commands::controller_file::Loaded;
-use crate::commands::run::Prepared;
+use crate::commands::run::{Prepared, SCRIPT};
 use crate::error::CliError;
 use crate::output::Output;
 
@@ -91,5 +92,6 @@ pub(super) fn prepared(record: &Record, policy: Option<&Path>, robot: Option<&st
         .collect::<Result<Vec<_>, CliError>>()?;
     let config = serde_json::from_str(record.meta("config")?).map_err(|_| bad("settings"))?;
     let standing = record.meta("standing")?.parse().map_err(|_| bad("the time of standing"))?;
-    Ok(Prepared { loaded, clips, config, standing })
+    let script = record.attached(SCRIPT).next().map(|file| GetUpScript::parse(&String::from_utf8_lossy(&file.bytes)));
+    Ok(Prepared { loaded, clips, config, standing, get_up: script.transpose()? })
 }

@@ -7,6 +7,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use lifelike_motion::{MotionClip, container};
+use lifelike_robot::GetUpScript;
 use lifelike_runtime::record::{Attachment, Recorder};
 use lifelike_runtime::timing::Quantiles;
 use lifelike_runtime::{
@@ -17,7 +18,7 @@ use serde_json::json;
 
 use crate::commands::controller_file::Loaded;
 use crate::commands::export::Source;
-use crate::commands::{bus, clips};
+use crate::commands::{bus, clips, script};
 use crate::error::CliError;
 use crate::next::{self, NextCommand};
 use crate::output::{Output, table};
@@ -34,6 +35,7 @@ Examples:
   lifelike run lima-blind --bus sim:127.0.0.1:9870     # after: lifelike simulate-robot lima
   lifelike run runs/walk --bus sim:127.0.0.1:9870 --motions walk.motion.safetensors
   lifelike run lima-blind --bus sim:127.0.0.1:9870 --record walk.mcap
+  lifelike run lima-blind --bus sim:127.0.0.1:9870 --get-up lima
   lifelike run lima-blind --bus sim:127.0.0.1:9870 --wiggle     # on a stand: tries every motor
   lifelike run lima-blind --bus replay:walk.mcap                # packets of a record
   lifelike run g1-deploy --bus unitree:eth0                     # a G1; needs a build with DDS
@@ -59,6 +61,10 @@ pub struct Args {
     /// Time of standing before and after the clips (s).
     #[arg(long, default_value_t = 1.0)]
     pub standing: f64,
+    /// Get up after a fall and go on: a script (TOML), or the name of a robot that has one. Without it the robot brakes and the
+    /// run ends.
+    #[arg(long, value_name = "SCRIPT")]
+    pub get_up: Option<PathBuf>,
     /// File of settings (TOML): rate, phases, limits.
     #[arg(long, value_name = "FILE")]
     pub settings: Option<PathBuf>,
@@ -73,12 +79,16 @@ pub struct Args {
     pub print_settings: bool,
 }
 
+/// Name of the get-up script in a record.
+pub(super) const SCRIPT: &str = "get-up.toml";
+
 /// Everything that a run is made of.
 pub(super) struct Prepared {
     pub(super) loaded: Loaded,
     pub(super) clips: Vec<MotionClip>,
     pub(super) config: Config,
     pub(super) standing: f64,
+    pub(super) get_up: Option<GetUpScript>,
 }
 
 impl Prepared {
@@ -86,7 +96,11 @@ impl Prepared {
     pub(super) fn supervisor(&self) -> Result<Supervisor, CliError> {
         let controller = Arc::new(self.loaded.controller.clone());
         let motions = Playlist::new(&controller, &self.clips, self.standing)?;
-        Ok(Supervisor::new(controller, motions, self.config.clone())?)
+        let supervisor = Supervisor::new(controller, motions, self.config.clone())?;
+        Ok(match &self.get_up {
+            Some(script) => supervisor.with_get_up(script)?,
+            None => supervisor,
+        })
     }
 }
 
@@ -111,7 +125,8 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
         false => clips::load_as(&args.motions, args.layout, loaded.controller.robot())?,
     };
     let config = args.settings.as_deref().map(settings).transpose()?.unwrap_or_default();
-    let prepared = Prepared { loaded, clips, config, standing: args.standing };
+    let get_up = args.get_up.as_deref().map(script::read).transpose()?;
+    let prepared = Prepared { loaded, clips, config, standing: args.standing, get_up };
     let mut supervisor = prepared.supervisor()?;
     let mut bus = bus::connect(bus, prepared.loaded.controller.robot(), &prepared.config)?;
     let facts = bus.facts()?;
@@ -188,7 +203,7 @@ fn text(summary: &Summary) -> String {
     format!(
         "{}{} ticks, {} missed; {} policy steps\n\
          packets: {} used, {} lost, {} repeated, {} reordered, {} not finite\n\
-         hottest motor: {:.0}% of its continuous rating\n",
+         hottest motor: {:.0}% of its continuous rating\n{}",
         table(&["time (µs)", "count", "mean", "p50", "p99", "p99.9", "max"], &rows),
         summary.ticks,
         summary.missed,
@@ -199,6 +214,7 @@ fn text(summary: &Summary) -> String {
         packets.reordered,
         packets.non_finite,
         100.0 * summary.hottest,
+        if summary.falls > 0 { format!("falls: {}\n", summary.falls) } else { String::new() },
     )
 }
 
@@ -265,6 +281,10 @@ fn begin_record(
     for clip in &prepared.clips {
         let name = format!("{}{}", clip.name, container::EXTENSION);
         attachments.push(Attachment { name, bytes: container::to_bytes(clip)? });
+    }
+    if let Some(script) = &prepared.get_up {
+        let text = toml::to_string(script).map_err(|error| CliError::Failed(error.to_string()))?;
+        attachments.push(Attachment { name: SCRIPT.into(), bytes: text.into_bytes() });
     }
     Ok(Recorder::create(path, robot.joints(), metadata, &attachments)?)
 }

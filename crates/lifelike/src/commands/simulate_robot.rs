@@ -28,7 +28,7 @@ Examples:
   lifelike simulate-robot lima --fault hot@5:left_knee  # from 5 s on
   lifelike simulate-robot lima --external               # with motion capture
 
-Faults: frozen, swapped, nan, hot, dead (of a joint); silent, clock, button, battery.")]
+Faults: frozen, swapped, nan, hot, dead (of a joint); silent, clock, button, battery, push.")]
 pub struct Args {
     /// The robot: a name, or an MJCF or URDF file.
     pub robot: String,

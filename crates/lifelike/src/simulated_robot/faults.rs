@@ -26,9 +26,14 @@ pub enum Fault {
     Button,
     /// The battery loses 5 V per second.
     Battery,
+    /// A push from behind that no controller withstands.
+    Push,
 }
 
-const NAMES: [(&str, Fault); 9] = [
+/// Length of a push (s).
+const PUSH_SECONDS: f64 = 0.2;
+
+const NAMES: [(&str, Fault); 10] = [
     ("frozen", Fault::Frozen),
     ("swapped", Fault::Swapped),
     ("nan", Fault::Nan),
@@ -38,6 +43,7 @@ const NAMES: [(&str, Fault); 9] = [
     ("clock", Fault::Clock),
     ("button", Fault::Button),
     ("battery", Fault::Battery),
+    ("push", Fault::Push),
 ];
 
 /// A fault from a time on: `KIND@SECONDS` or `KIND@SECONDS:JOINT`.
@@ -89,6 +95,11 @@ impl Scheduled {
         self.fault == Fault::Dead && joint == self.joint && seconds >= self.from
     }
 
+    /// Returns whether it pushes the robot now.
+    pub(super) fn pushes(&self, seconds: f64) -> bool {
+        self.fault == Fault::Push && (self.from..self.from + PUSH_SECONDS).contains(&seconds)
+    }
+
     /// Changes a measurement; returns false where it is lost.
     pub(super) fn apply(&mut self, seconds: f64, packet: &mut Measurement) -> bool {
         if seconds < self.from {
@@ -107,7 +118,7 @@ impl Scheduled {
             Fault::Clock => packet.clock += 1_000_000_000,
             Fault::Button => packet.stop = true,
             Fault::Battery => packet.battery -= 5.0 * since,
-            Fault::Dead => {}
+            Fault::Dead | Fault::Push => {}
         }
         true
     }

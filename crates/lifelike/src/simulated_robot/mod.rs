@@ -4,6 +4,8 @@
 mod faults;
 mod link;
 mod memory;
+#[cfg(test)]
+mod tests;
 
 use std::sync::Arc;
 
@@ -26,6 +28,8 @@ const RISE: f32 = 50.0;
 const THERMAL_TIME: f32 = 60.0;
 /// Resistance of the battery (V per W of mechanical power).
 const SAG: f32 = 0.004;
+/// Force of a push, in weights of the robot.
+const PUSH: f32 = 1.5;
 /// Time without a command after which the machine brakes by itself (ns).
 const WATCHDOG: u64 = 100_000_000;
 
@@ -161,6 +165,12 @@ impl SimulatedRobot {
             } else {
                 q + (own_kp[j] * (position[j] - q) + (kd - own_kd[j]) * v) / kp
             };
+        }
+        let root = self.robot.character.root_body();
+        self.simulation.clear_pushes(0);
+        if self.faults.iter().any(|fault| fault.pushes(seconds)) {
+            let weight = self.robot.character.mass() * self.robot.character.gravity.norm();
+            self.simulation.push(0, root, [PUSH * weight as f32, 0.0, 0.0], [0.0; 3])?;
         }
         self.simulation.step(Drive::Targets(&self.targets))?;
         self.time += self.step;

@@ -2,7 +2,7 @@
 //!
 //! [`Gate::receive`] judges packets, [`Gate::pass`] turns an intent into a [`SafeCommand`]. Targets are limited in position,
 //! speed and acceleration. Gains are scaled down where the torque would be above what the motor's heat allows. A trip
-//! stays: from then on the gate only brakes.
+//! stays: from then on the gate only brakes. A fall alone can be pardoned, for getting up.
 
 mod command;
 mod encoders;
@@ -40,8 +40,8 @@ pub struct Intent<'a> {
     pub rate: f32,
     /// Joint positions of the reference, `[J]` (rad); empty: not compared.
     pub reference: &'a [f32],
-    /// Up direction of the reference, seen from its root.
-    pub up_b: [f32; 3],
+    /// Up direction of the reference, seen from its root; none: not compared.
+    pub up_b: Option<[f32; 3]>,
 }
 
 /// The gate of one run.
@@ -104,6 +104,11 @@ impl Gate {
     /// Returns the trip, where there was one.
     pub fn trip(&self) -> Option<Trip> {
         self.trip
+    }
+
+    /// Lets a robot that fell be driven again; any other trip stays.
+    pub(crate) fn pardon_fall(&mut self) {
+        self.trip = self.trip.filter(|trip| !trip.cause.is_fall());
     }
 
     /// Returns counts of packets.
@@ -283,11 +288,13 @@ impl Gate {
         if silence > 0.5 * lost {
             self.monitor.counts.late_ticks += 1;
         }
-        let tilt = tilt(self.measured.orientation, intent.up_b);
         let most = settings.tilt_max as f32;
         // A run that ends compares with nothing any more.
-        if intent.mode == Mode::Position && (tilt.is_nan() || tilt > most) {
-            found = found.or(Some(trip(now, Cause::Tilt, None, tilt, most)));
+        if let Some(up_b) = intent.up_b.filter(|_| intent.mode == Mode::Position) {
+            let tilt = tilt(self.measured.orientation, up_b);
+            if tilt.is_nan() || tilt > most {
+                found = found.or(Some(trip(now, Cause::Tilt, None, tilt, most)));
+            }
         }
         if intent.mode == Mode::Position
             && let Some(joint) = intent.targets.iter().position(|target| !target.is_finite())
@@ -328,7 +335,7 @@ fn trip(time: u64, cause: Cause, joint: Option<usize>, value: f32, limit: f32) -
 }
 
 /// Returns the angle between the measured up direction, seen from the root, and the reference's (rad).
-fn tilt([w, x, y, z]: [f32; 4], up_b: [f32; 3]) -> f32 {
+pub(crate) fn tilt([w, x, y, z]: [f32; 4], up_b: [f32; 3]) -> f32 {
     // Third row of the rotation matrix.
     let up = [2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)];
     let cosine: f32 = up.iter().zip(&up_b).map(|(a, b)| a * b).sum();

@@ -36,7 +36,14 @@ pub enum Cause {
     Overrun,
 }
 
-/// A trip of the gate: it brakes until the run ends.
+impl Cause {
+    /// Returns whether the robot has fallen, where nothing is broken.
+    pub fn is_fall(self) -> bool {
+        matches!(self, Self::Tilt | Self::Tracking)
+    }
+}
+
+/// A trip of the gate: it brakes until the run ends, or until a robot that fell may get up.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Trip {
     /// Time (ns since the loop's start).

@@ -3,15 +3,16 @@
 use std::sync::Arc;
 
 use lifelike_robot::{Alignment, ReferenceLibrary};
+use lifelike_sim::fallen;
 use lifelike_sim::randomization::PushSchedule;
 use rand::Rng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
+use super::Environment;
 use super::setup::Setup;
 use super::start::Start;
 use super::state::write_features;
-use super::{Environment, fallen};
 use crate::TrackerError;
 use crate::observe::Observed;
 use crate::observe::root;
@@ -64,7 +65,8 @@ impl Environment {
             self.write_start(pose.unwrap_or(frame), position, &mut rng, q, v);
             if given.is_none() && rsi.fallen_share > 0.0 && rng.random_bool(rsi.fallen_share) {
                 let ground = self.setup.ground.lift(position);
-                fallen::lay_down(character, ground, &mut rng, q, v);
+                let depth = rng.random();
+                fallen::lay_down(character, ground, depth, &mut rng, q, v);
             }
         }
         self.simulation.reset(ids, &positions, &velocities)?;

@@ -142,7 +142,11 @@ const ENVIRONMENT: &[(&str, &str, &str)] = &[
     ("rsi.path_noise", "m", "standard deviation of the offset from the reference on the ground at the beginning"),
     ("rsi.heading_noise", "rad", "standard deviation of the heading offset from the reference at the beginning"),
     ("rsi.random_start_share", "1", "share of episodes that begin in the state of another frame than the one followed"),
-    ("rsi.fallen_share", "1", "share of episodes that begin lying anyhow on the ground: for learning to get up"),
+    (
+        "rsi.fallen_share",
+        "1",
+        "share of episodes that begin between the followed frame and lying anyhow on the ground: for learning to get up",
+    ),
 ];
 
 const SURROUNDINGS: &[(&str, &str, &str)] = &[

@@ -61,6 +61,13 @@ impl RewardInputs<'_> {
         squared_distance(a, b) + squared_distance(&third_column(a), &third_column(b))
     }
 
+    /// Returns the share of the way up, 0 to 1: the up axis' vertical part times the root's height over the reference's.
+    pub fn raised(&self) -> f32 {
+        let upright = third_column(&self.simulated[FeatureLayout::ORIENTATION])[2].max(0.0);
+        let [height, standing] = [self.simulated, self.reference].map(|features| features[FeatureLayout::HEIGHT]);
+        upright * (height / standing.max(f32::EPSILON)).clamp(0.0, 1.0)
+    }
+
     /// Returns the number of joints, at least 1.
     pub fn joints(&self) -> f32 {
         self.layout.joints.len().max(1) as f32

@@ -61,6 +61,16 @@ reward_terms! {
         thesis: |_, _| 1.0,
         exponential: |_, _| 1.0
     }
+    /// Getting up, u·h, and as much again for the reference's joints once both are near 1; not in the thesis. The trunk's up axis gives
+    /// u, 0 or more, and the root's height over the reference's gives h, at most 1: height counts only when upright.
+    #[serde(default)]
+    get_up: Bonus, "" = 0.0, {
+        thesis: |x, _| x.raised(),
+        exponential: |x, reward| {
+            let posture = x.square(x.layout.joint_positions()) / x.joints();
+            x.raised() + x.raised().powi(8) * (-reward.joint_position.sharpness * posture).exp()
+        }
+    }
     /// Heading against the anchored reference; not in the thesis, whose reward does not see where the robot goes.
     #[serde(default)]
     heading: Tracking, "rad²" = Kernel::new(0.15, 10.0), {

@@ -135,6 +135,39 @@ fn a_quarter_turn_is_four_in_the_frobenius_norm() {
 }
 
 #[test]
+fn height_counts_only_when_upright_and_the_posture_only_when_both_are_near_one() {
+    let joint_position = Kernel::new(0.0, 5.0);
+    let reward = Reward::Exponential(ExponentialReward { get_up: 2.0, joint_position, ..ExponentialReward::default() });
+    let (layout, mut reference) = (layout(), rest());
+    reference[0] = 0.8;
+    let value = |height: f32, columns: [f32; 6], knee: f32| {
+        let mut simulated = reference.clone();
+        (simulated[0], simulated[13]) = (height, knee);
+        simulated[FeatureLayout::ORIENTATION].copy_from_slice(&columns);
+        term(&reward.terms(&inputs(&layout, &simulated, &reference, &[])), "get_up")
+    };
+    let upright = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0];
+    // Leaning forward by an angle with cosine 0.6 and sine 0.8.
+    let leaning = [0.6, 0.0, -0.8, 0.0, 1.0, 0.0];
+    let lying = [0.0, 0.0, -1.0, 0.0, 1.0, 0.0];
+    let head_down = [-1.0, 0.0, 0.0, 0.0, 1.0, 0.0];
+    let cases = [
+        (0.8, upright, 0.0, 4.0),
+        // One of two joints is 0.4 rad off.
+        (0.8, upright, 0.4, 2.0 + 2.0 * (-0.4_f32).exp()),
+        (0.4, upright, 0.0, 2.0 * (0.5 + 0.5_f32.powi(8))),
+        (0.4, leaning, 0.0, 2.0 * (0.3 + 0.3_f32.powi(8))),
+        (0.8, lying, 0.0, 0.0),
+        (0.8, head_down, 0.0, 0.0),
+        (1.0, upright, 0.0, 4.0),
+    ];
+    for (height, columns, knee, expected) in cases {
+        let got = value(height, columns, knee);
+        assert!((got - expected).abs() < 1e-5, "{height} {columns:?} {knee}: {got} not {expected}");
+    }
+}
+
+#[test]
 fn a_reward_without_a_limit_is_read_back_from_a_checkpoint() {
     let reward = table_4_1();
     assert_eq!(reward.term_limit, f32::INFINITY);

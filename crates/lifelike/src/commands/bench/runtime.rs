@@ -107,7 +107,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let progress = std::sync::Mutex::new((0, Progress::new(output, "evaluating through the runtime", total)));
     let fine = Arc::new(stepwise(robot)?);
     for &interpolation in &args.interpolation {
-        let durations = Durations { stand: 0.0, blend_in: 0.0, blend_out: 0.0, damp: 0.0 };
+        let durations = Durations { stand: 0.0, blend_in: 0.0, blend_out: 0.0, damp: 0.0, ..Durations::default() };
         let config = Config { interpolation, durations, ..Config::default() };
         config.check()?;
         let one = |episode: &Episode| {
