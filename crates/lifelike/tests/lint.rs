@@ -77,3 +77,20 @@ fn an_elbow_beyond_its_range_is_no_trackable_clip() {
     assert_eq!((&finding["kind"], &finding["part"]), (&"beyond_range".into(), &"left_elbow".into()));
     assert!(text(&lifelike(&["motion", "check", &at]).stdout).contains("left elbow"));
 }
+
+#[test]
+fn a_conversion_says_what_lint_would_find() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name).to_str().unwrap().to_string();
+    changed(folder.path(), |clip| clip.joints.iter_mut().for_each(|angle| *angle = angle.to_degrees()));
+    let [bad, table, back] = ["bad/walk.motion.safetensors", "walk.csv", "back.motion.safetensors"].map(at);
+    assert!(lifelike(&["motion", "convert", &bad, &table, "--to", "csv"]).status.success());
+    let done = lifelike(&["motion", "convert", &table, &back, "--robot", "lima"]);
+    let said = text(&done.stdout);
+    assert!(done.status.success() && said.contains("warning: joint angles are in degrees, not radians"), "{said}");
+    // A motion is no policy, and no text.
+    let refused = lifelike(&["eval", "--policy", &bad, "--motions", &bad, "-o", &at("report")]);
+    assert!(text(&refused.stderr).contains("a motion, where a network is expected"), "{}", text(&refused.stderr));
+    let refused = lifelike(&["play", &bad]);
+    assert!(text(&refused.stderr).contains("expected text in UTF-8, got another kind of file"));
+}
