@@ -1,4 +1,4 @@
-"""Getting up in MuJoCo: the script and the tracking policy, in physics that is not ours, judged by MuJoCo's own contacts.
+"""Getting up in MuJoCo: the script and the tracking policy, in physics that is not ours, judged by its own contacts.
 
     pip install lifelike mujoco
     python peers/robots/get_up.py 100
