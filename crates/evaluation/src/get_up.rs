@@ -3,9 +3,9 @@
 //! Each robot begins turned anyhow, with joints anywhere in their ranges, and falls for [`DROP`] while motors only brake. Then the
 //! controller is asked to stand in the default pose. With a script, the script gets up first, and again after each fall.
 //!
-//! A robot stands in a step when it is upright within [`UPRIGHT`], its root is above [`HEIGHT_SHARE`] of the stand's height, both feet
-//! carry weight and nothing else is within [`CLEARANCE`] of the ground. It is up from the first step of [`HOLD`] in which it
-//! stands throughout.
+//! A robot stands in a step when it is upright within [`UPRIGHT`] and its root above [`HEIGHT_SHARE`] of the stand's height. Both
+//! feet carry weight then, and nothing else is within [`CLEARANCE`] of the ground. It is up from the first step of [`HOLD`] in
+//! which it stands throughout.
 
 use std::sync::Arc;
 

@@ -16,9 +16,9 @@ use crate::progress::Progress;
 
 /// Measure how many robots stand up after they were dropped, and how soon.
 ///
-/// Each robot falls from a random turn while its motors brake; then the controller is asked to stand, after the script. It is up when it stands for a
-/// second: upright within 20 degrees, its root above 85% of its height in the stand, on both feet and nothing else. The folder gets
-/// get-up.json and report.html, which plays the first episodes.
+/// Each robot falls from a random turn while its motors brake. Then the controller is asked to stand, after the script. It
+/// is up when it stands for a second: upright within 20 degrees, its root above 85% of its height in the stand, on both
+/// feet and nothing else. The folder gets get-up.json and report.html, which plays the first episodes.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
