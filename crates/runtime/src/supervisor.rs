@@ -33,7 +33,7 @@ pub struct Supervisor {
     pose: Vec<f32>,
     steps: u64,
     failed: Option<RobotError>,
-    /// What gets up after a fall, where there is something.
+    /// Script that gets up after a fall, where there is one.
     rescue: Option<Rescue>,
 }
 

@@ -24,8 +24,8 @@ pub struct RsiSpec {
     pub heading_noise: f32,
     /// Share of episodes that begin in the state of another frame than the one followed (thesis Algorithm 1, line 5).
     pub random_start_share: f64,
-    /// Share of episodes that begin at rest just above the ground, in a state between the followed frame and one that is turned
-    /// anyhow, with joints anywhere in their ranges.
+    /// Share of episodes that begin at rest just above the ground. The state is between the followed frame and one that is
+    /// turned anyhow, with joints anywhere in their ranges.
     pub fallen_share: f64,
 }
 
