@@ -13,7 +13,8 @@ use crate::kinematics::Kinematics;
 use crate::model::{Character, GeomShape, welded};
 use crate::rotation::Vec3;
 
-pub use sole::{lowest, outline};
+pub use crate::outline::outline;
+pub use sole::lowest;
 
 use limbs::{Finder, Kind, Limb};
 use words::Side;

@@ -32,6 +32,7 @@ mod load;
 mod mesh;
 pub mod mjcf;
 pub mod model;
+mod outline;
 mod reorder;
 pub mod rotation;
 pub mod symmetry;

@@ -7,7 +7,6 @@
 use std::f64::consts::PI;
 use std::path::Path;
 
-use crate::anatomy::outline;
 use crate::error::CharacterError;
 use crate::inertia;
 use crate::mesh::{MeshFile, Triangles};
@@ -16,6 +15,7 @@ use crate::mjcf::compiler::Compiler;
 use crate::mjcf::defaults::Defaults;
 use crate::mjcf::document::Element;
 use crate::model::Inertial;
+use crate::outline::outline;
 use crate::rotation::{Mat3, Quat, Vec3, from_wxyz};
 
 /// Most points of a mesh whose hull is computed.
