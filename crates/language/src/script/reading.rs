@@ -1,5 +1,7 @@
 //! Reading by rules, by the network, or by both.
 
+use std::collections::BTreeSet;
+
 use super::Impossible;
 use super::Script;
 use super::beside::without_negations;
@@ -29,6 +31,15 @@ pub enum Reading {
     Both,
 }
 
+/// Reading by the network.
+struct ByNetwork {
+    script: Script,
+    /// The least certainty of its actions; 0 where it finds none.
+    certainty: f64,
+    /// Words that ask for an action.
+    asking: BTreeSet<String>,
+}
+
 impl Reader<'_> {
     /// Reads a sentence. Everything that was not understood is in the result.
     pub fn read(&self, text: &str) -> Script {
@@ -40,26 +51,31 @@ impl Reader<'_> {
         let by_rules = || self.read_within(text, MOST_WITHIN);
         match way {
             Reading::Rules => by_rules(),
-            Reading::Network => self.read_by_network(text).0,
+            Reading::Network => self.read_by_network(text).script,
             Reading::Both => {
-                let rules = by_rules();
-                let (network, certainty) = self.read_by_network(text);
+                let mut rules = by_rules();
+                let ByNetwork { script: network, certainty, asking } = self.read_by_network(text);
                 let least = if is_open(&rules) { OPEN } else { CLOSED };
                 // A movement that no verb is, by the network, may have parameters that rules read.
                 let knows_less = !network.unknown.is_empty() && !is_open(&rules);
                 let is_same = verbs(&rules) == verbs(&network);
+                if is_same && certainty > SURE {
+                    // Words of a story around ask for nothing.
+                    rules.unknown.retain(|text| text.split(' ').any(|word| asking.contains(word)));
+                }
                 if is_same || knows_less || certainty < least { rules } else { network }
             }
         }
     }
 
-    /// Reads a sentence by the network; also returns the least certainty of its actions, 0 where it finds none.
-    fn read_by_network(&self, text: &str) -> (Script, f64) {
+    /// Reads a sentence by the network.
+    fn read_by_network(&self, text: &str) -> ByNetwork {
         let mut script = Script::default();
         let words = spelt(&self.phrases, normal(text), &mut script.notes);
         let words = without_negations(words, &mut script.notes);
         let stretches = self.learned.read(&words);
         let certainty = stretches.iter().map(|one| one.certainty).reduce(f64::min).unwrap_or(0.0);
+        let asking = stretches.iter().flat_map(|one| one.words.iter().cloned()).collect();
         let mut before = Before::default();
         for Stretch { join, words, taken, certainty } in stretches {
             match taken {
@@ -88,7 +104,7 @@ impl Reader<'_> {
                 Taken::Other => script.unknown.push(words.join(" ")),
             }
         }
-        (script, certainty)
+        ByNetwork { script, certainty, asking }
     }
 
     /// Returns the likeliest action for a text that was not understood, and its probability.

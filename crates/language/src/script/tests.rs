@@ -153,6 +153,8 @@ fn new_words_are_taken_for_what_they_mean() {
 fn frames_and_reasons_ask_for_nothing() {
     let script = read("my grandma is watching and she walked here all day, so wave at her twice");
     assert_eq!(script.to_string(), "wave, right side, 2 times", "{script:?}");
+    let script = read("my dog is barking, so shush him with your left hand");
+    assert_eq!((script.to_string().as_str(), script.unknown), ("shush, left side", Vec::new()));
 }
 
 #[test]
