@@ -63,7 +63,7 @@ impl Rescue {
 
     /// Writes the targets of a tick (rad), of `ticks_per_step`.
     pub(crate) fn write(&mut self, measured: &Measurement, ticks_per_step: usize, targets: &mut [f32]) {
-        if self.tick % ticks_per_step == 0 {
+        if self.tick.is_multiple_of(ticks_per_step) {
             self.script.step(&state(measured), targets);
         }
         self.tick += 1;
