@@ -169,7 +169,7 @@ fn motion_goes_through_the_layouts_of_others() {
     let all = at("all");
     refused(&["motion", "convert", &at("wave.csv"), &at("a.csv")], "expected --to NAME");
     refused(&["motion", "convert", &wave, &wave], "another file than the input");
-    refused(&["motion", "convert", &at("wave.csv"), "--to", "gmr", "-o", &all], "--layout lafan1 or --layout kimodo");
+    refused(&["motion", "convert", &at("wave.csv"), "--to", "gmr", "-o", &all], "--robot ROBOT names the joints");
     refused(&["motion", "retarget", &at("wave.csv"), "--layout", "lafan1", "-o", &all], "every clip was refused");
 
     // A table that lacks a joint of the robot, and two clips of one name: nothing is written.

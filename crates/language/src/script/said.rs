@@ -138,16 +138,20 @@ pub(super) fn said(words: &[String]) -> Said {
 
 fn adverb(out: &mut Said, word: &str) -> bool {
     match word {
-        "slowly" | "slow" | "leisurely" | "unhurriedly" | "calmly" | "gradually" | "sluggishly" | "lazily" => {
+        "slowly" | "slow" | "leisurely" | "unhurriedly" | "calmly" | "gradually" | "sluggishly" | "lazily"
+        | "amble" | "ambles" | "ambling" | "saunter" | "saunters" | "sauntering" | "stroll" | "strolls"
+        | "strolling" | "dawdle" | "dawdles" | "dawdling" | "mosey" | "gingerly" | "patiently" | "serenely" => {
             out.speed = Some(Speed::Slow);
         }
         "quickly" | "fast" | "rapidly" | "briskly" | "hastily" | "swiftly" | "quick" | "hurriedly" | "speedily"
-        | "faster" | "brisk" | "rapid" | "hurry" | "frantically" | "wildly" | "energetic" => {
-            out.speed = Some(Speed::Fast)
-        }
+        | "faster" | "brisk" | "rapid" | "hurry" | "frantically" | "wildly" | "energetic" | "scurry" | "scurries"
+        | "scurrying" | "scamper" | "scampers" | "scampering" | "hustle" | "hustles" | "hustling" | "rush"
+        | "rushes" | "rushing" | "snappy" | "abruptly" | "suddenly" | "sharply" => out.speed = Some(Speed::Fast),
         "widely" | "wide" | "large" | "big" | "huge" | "exaggerated" | "broadly" | "deeply" | "deep" | "far"
-        | "expansively" | "hugely" | "vigorously" | "generously" | "dramatically" => out.size = Some(Size::Big),
-        "slightly" | "small" | "tiny" | "barely" | "subtly" | "little" | "modestly" | "short" | "subtle" => {
+        | "expansively" | "hugely" | "vigorously" | "generously" | "dramatically" | "gusto" | "heartily"
+        | "forcefully" | "theatrically" | "powerfully" => out.size = Some(Size::Big),
+        "slightly" | "gently" | "softly" | "lightly" | "delicately" | "faintly" | "discreetly" | "small" | "tiny"
+        | "barely" | "subtly" | "little" | "modestly" | "short" | "subtle" => {
             out.size = Some(Size::Small);
         }
         "sadly" | "sad" | "dejectedly" | "dejected" | "gloomily" | "depressed" | "unhappily" | "sorrowfully"
@@ -194,6 +198,7 @@ fn numbered(out: &mut Said, words: &[String], at: usize) -> bool {
             let unit = words[at + 1..].iter().take(3).map(String::as_str).find(|w| ["degrees", "seconds"].contains(w));
             match unit {
                 Some("degrees") => out.degrees = Some(whole as u32),
+                Some("seconds") if is_decade(words, at) => return false,
                 Some("seconds") => out.seconds = Some(value),
                 _ if unit_of_length(next).is_some() => {
                     out.metres = unit_of_length(next).map(|unit| (1e3 * value * unit).round() / 1e3);
@@ -209,6 +214,15 @@ fn numbered(out: &mut Said, words: &[String], at: usize) -> bool {
         }
     }
     true
+}
+
+/// Returns whether a number with seconds is a decade: "like in the 80s", "an 80s dance".
+fn is_decade(words: &[String], at: usize) -> bool {
+    let is_round = words[at].parse::<u32>().is_ok_and(|n| n.is_multiple_of(10) && (20..=90).contains(&n));
+    let has = |word: Option<&String>, all: &[&str]| word.is_some_and(|word| all.contains(&word.as_str()));
+    let styles =
+        ["style", "dance", "disco", "music", "move", "moves", "song", "aerobics", "pop", "rock", "party", "vibe"];
+    is_round && (at > 0 && has(words.get(at - 1), &["the", "an", "like"]) || has(words.get(at + 2), &styles))
 }
 
 /// Units that nothing here has.
@@ -240,6 +254,10 @@ fn is_article(words: &[String], at: usize) -> bool {
         && at > 0
         && (words[at - 1].starts_with("high") || ["me", "us", "gimme"].contains(&words[at - 1].as_str()))
     {
+        return true;
+    }
+    // "Warrior 2" is a name.
+    if at > 0 && words[at - 1] == "warrior" {
         return true;
     }
     let of_one = ["leg", "foot", "hand", "arm", "knee", "another", "side", "way", "of"].contains(&next);

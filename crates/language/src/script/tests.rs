@@ -80,6 +80,10 @@ fn free_words_become_actions() {
         ("bow with your hand on your heart", "hand on heart, right side while: bow"),
         ("cud u plz raize ur rigth hand thx", "reach up, right side"),
         ("jgo frwrad adn tehn stpo!!", "jog forward, forward; then stand"),
+        ("bow gently", "bow, small"),
+        ("amble forward", "walk, forward, slow"),
+        ("sway like in the 80s", "sway"),
+        ("stand in warrior 2", "warrior pose, right side"),
     ] {
         assert_eq!(line(text), expected, "{text}: {:?}", read(text));
     }
