@@ -9,7 +9,7 @@ pub(super) fn without_negations(words: Vec<String>, notes: &mut Vec<String>) -> 
     let mut out: Vec<String> = Vec::new();
     let mut dropped: Vec<String> = Vec::new();
     for word in words {
-        let is_answer = word == "no" && out.last().is_some_and(|last| last.starts_with("say"));
+        let is_answer = word == "no" && out.last().is_some_and(|last| last.starts_with("say") || last == "head");
         let begins = !is_answer && ["dont", "never", "without", "not", "no"].contains(&word.as_str());
         if begins || !dropped.is_empty() && !JOINS.contains(&word.as_str()) {
             if begins && out.last().is_some_and(|last| last == "do") {

@@ -9,7 +9,7 @@ use crate::touch::Touch;
 /// Returns the turn that undoes the last one, where "back" is said of a turn after one: "turn 45 degrees left, then turn
 /// back".
 pub(super) fn back_again(verb: &Verb, words: &[String], said: Said, last: Option<&Clause>) -> Said {
-    let is_turn = verb.synth == Some(Synth::Turn) && words.iter().any(|word| word == "back");
+    let is_turn = verb.synth == Some(Synth::Turn) && words.iter().any(|word| word == "back" || word == "front");
     let says_no_way = said.direction.is_none() && !words.iter().any(|word| word.parse::<f64>().is_ok());
     let mut clauses = last.iter().flat_map(|clause| &clause.actions).filter(|action| action.verb == verb.name);
     match clauses.next() {

@@ -310,7 +310,8 @@ impl<'a> Reader<'a> {
     pub(super) fn fit(&self, words: &[String]) -> Option<Fit> {
         let said = said(words);
         // Of one hand, whichever.
-        let side = said.side.or(said.plural.then_some(Side::Both)).or(said.singular.then_some(Side::Right));
+        let of_both = said.side.filter(|_| !said.in_turn).or(said.in_turn.then_some(Side::Right));
+        let side = of_both.or(said.plural.then_some(Side::Both)).or(said.singular.then_some(Side::Right));
         self.phrases.best(words, side, said.direction.is_some())
     }
 

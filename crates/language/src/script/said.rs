@@ -96,13 +96,20 @@ pub(super) fn said(words: &[String]) -> Said {
         out.degrees.get_or_insert(180);
     }
     let has_word = |all: &[&str]| words.iter().any(|word| all.contains(&word.as_str()));
+    let each = ["hand", "arm", "foot", "leg", "knee", "side"].iter().any(|limb| has(["each", limb]));
+    if each {
+        out.side = Some(Side::Both);
+    }
+    if has(["way", "around"]) && has_word(&["all"]) || has(["way", "round"]) && has_word(&["all"]) {
+        out.degrees = Some(360);
+    }
     let alternates = words.iter().any(|word| word.starts_with("alternat"));
     if alternates {
         out.side = Some(Side::Both);
         out.used.extend(words.iter().filter(|word| word.starts_with("alternat")).cloned());
     }
     let named = has_word(&["left"]) && has_word(&["right"]);
-    out.in_turn = named && out.side == Some(Side::Both) || alternates;
+    out.in_turn = named && out.side == Some(Side::Both) || alternates || each;
     let turns_back = words.windows(3).any(|three| three[0].starts_with("turn") && three[2] == "back");
     if turns_back {
         out.degrees.get_or_insert(180);

@@ -81,6 +81,11 @@ impl Learned {
             let inside = &words[span.words.start..end];
             let Some((taken, certainty)) = self.taken(span) else { continue };
             let mut stretch = Stretch { join: join(between, inside), words: inside.to_vec(), taken, certainty };
+            // "Walk, stop, and salute" is one after the other.
+            let stops = out.last().and_then(|last| last.words.last()).is_some_and(|word| word.starts_with("stop"));
+            if stops && stretch.join == Join::And {
+                stretch.join = Join::Then;
+            }
             let comes_first = number > 0 && is_after(between);
             match out.len().checked_sub(1) {
                 // "Wave after the bow", "before you wave, bow".
@@ -138,7 +143,7 @@ fn join(between: &[String], inside: &[String]) -> Join {
         }
         () if has(&["with"]) || first == "with" => Join::While,
         () if has(&[","]) && first.ends_with("ing") => Join::While,
-        () if has(&["and"]) => Join::And,
+        () if has(&["and"]) && between.iter().all(|word| word == "and" || word == ",") => Join::And,
         () => Join::Comma,
     }
 }
