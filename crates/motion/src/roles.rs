@@ -168,3 +168,33 @@ fn common_ancestor(parents: &[Option<usize>], a: usize, b: usize) -> Option<usiz
 pub(crate) fn goes_outwards(parents: &[Option<usize>], joints: &[usize]) -> bool {
     joints.windows(2).all(|w| w[0] != w[1] && ancestors(parents, w[1]).any(|j| j == w[0]))
 }
+/// Returns the joint after the last one below a joint, where each joint's descendants follow it in one piece.
+pub(crate) fn end_of(parents: &[Option<usize>], joint: usize) -> usize {
+    let is_outside = |j: &usize| parents[*j].is_none_or(|parent| parent < joint);
+    (joint + 1..parents.len()).find(is_outside).unwrap_or(parents.len())
+}
+
+/// Returns the joint that moves as the root. The first joint may be a place in the scene, with the body below it and
+/// targets of inverse kinematics beside that. `moves` tells the joints that change their place in their parent's frame,
+/// `ends` those on which an end hangs.
+pub(crate) fn body_root(tree: Tree<'_>, moves: &[bool], ends: &[usize]) -> usize {
+    let roles = find(tree, &BTreeMap::new());
+    let legs = roles.legs().into_iter().flatten().flatten();
+    let upper: Vec<usize> = roles.arms().into_iter().flatten().flatten().chain(roles.get(Role::Head)).collect();
+    let is_known = roles.legs().is_some() && !upper.is_empty();
+    let parts: Vec<usize> = legs.chain(upper).collect();
+    let mut root = 0;
+    loop {
+        let children: Vec<usize> = (root + 1..moves.len()).filter(|j| tree.parents[*j] == Some(root)).collect();
+        let holds_body =
+            |child: usize| is_known && parts.iter().all(|part| (child..end_of(tree.parents, child)).contains(part));
+        let is_next = |child: &&usize| {
+            let is_only = children.len() == 1 && !ends.contains(&root);
+            moves[**child] && (is_only || holds_body(**child))
+        };
+        match children.iter().find(is_next) {
+            Some(child) => root = *child,
+            None => return root,
+        }
+    }
+}

@@ -7,6 +7,7 @@
 //! | [`bvh`] | Daz-friendly CMU | y up, z forward, cm | T-pose, forearms drawn bent by 17 degrees; frames 0 to 6 are skipped |
 //! | | Bandai-Namco | y up, z forward, cm | none (zero rotations lay bones along x): a table of joint frames |
 //! | | any other | found from the places of joints over time | zero rotations where these stand, else found |
+//! | [`fbx`] | any skeleton | the file says both | the bind pose, else found from the motion |
 //! | [`asf`], [`amc`] | CMU originals | y up, z forward, inches / 0.45 | T-pose, legs spread by 20 degrees |
 //! | [`deepmimic`] | humanoid3d | y up, x forward, z right, m | standing, arms hanging |
 //! | [`humanml3d`] | HumanML3D's features or joints (.npy) | y up, z forward, m | none in the file: the mean body's |
@@ -35,6 +36,7 @@ mod axes;
 pub mod bvh;
 pub mod captions;
 pub mod deepmimic;
+pub mod fbx;
 mod format;
 pub mod humanml3d;
 mod npz;
@@ -58,6 +60,7 @@ pub const FORMATS: &[&Format] = &[
     &bvh::FORMAT,
     &amc::FORMAT,
     &deepmimic::FORMAT,
+    &fbx::FORMAT,
     &robot_motion::FORMAT,
     &humanml3d::FORMAT,
     &amass::FORMAT,

@@ -1,8 +1,6 @@
 //! The first half of a BVH file.
 
-use std::collections::BTreeMap;
-
-use lifelike_character::{Role, Vec3};
+use lifelike_character::Vec3;
 
 use crate::error::MotionError;
 use crate::formats::text::Lines;
@@ -186,44 +184,26 @@ impl Hierarchy {
             return Err(lines.error("CHANNELS of some joint before 'MOTION'", "none in the whole hierarchy"));
         }
         self.root = self.find_root();
-        self.end = self.end_of(self.root);
-        self.carries_root =
-            (0..self.joints.len()).map(|joint| joint <= self.root && self.root < self.end_of(joint)).collect();
+        let parents = self.parents();
+        self.end = roles::end_of(&parents, self.root);
+        let carries = |joint| joint <= self.root && self.root < roles::end_of(&parents, joint);
+        self.carries_root = (0..parents.len()).map(carries).collect();
         Ok(self)
     }
 
-    /// Returns the joint after the last one below a joint: a file lists a joint's descendants after it.
-    fn end_of(&self, joint: usize) -> usize {
-        let is_outside = |j: &usize| self.joints[*j].parent.is_none_or(|parent| parent < joint);
-        (joint + 1..self.joints.len()).find(is_outside).unwrap_or(self.joints.len())
-    }
-
-    /// Finds the joint that moves as the root. The first joint may be a place in the scene, with the body below it and
-    /// targets of inverse kinematics beside that.
+    /// Finds the joint that moves as the root, see [`roles::body_root`].
     fn find_root(&self) -> usize {
         let names: Vec<String> = self.joints.iter().map(|joint| joint.name.clone()).collect();
-        let parents: Vec<Option<usize>> = self.joints.iter().map(|joint| joint.parent).collect();
+        let parents = self.parents();
         let offsets: Vec<Vec3> = self.joints.iter().map(|joint| joint.offset).collect();
-        let roles = roles::find(Tree { names: &names, parents: &parents, offsets: &offsets }, &BTreeMap::new());
-        let legs = roles.legs().into_iter().flatten().flatten();
-        let upper: Vec<usize> = roles.arms().into_iter().flatten().flatten().chain(roles.get(Role::Head)).collect();
-        let is_known = roles.legs().is_some() && !upper.is_empty();
-        let parts: Vec<usize> = legs.chain(upper).collect();
-        let mut root = 0;
-        loop {
-            let children: Vec<usize> = (root + 1..names.len()).filter(|j| parents[*j] == Some(root)).collect();
-            let holds_body =
-                |child: usize| is_known && parts.iter().all(|part| (child..self.end_of(child)).contains(part));
-            let is_next = |child: &&usize| {
-                let is_only = children.len() == 1 && !self.ends.iter().any(|(j, _)| *j == root);
-                let moves = self.joints[**child].channels.iter().any(|c| matches!(c, Channel::Position(_)));
-                moves && (is_only || holds_body(**child))
-            };
-            match children.iter().find(is_next) {
-                Some(child) => root = *child,
-                None => return root,
-            }
-        }
+        let moves = |joint: &Joint| joint.channels.iter().any(|c| matches!(c, Channel::Position(_)));
+        let moves: Vec<bool> = self.joints.iter().map(moves).collect();
+        let ends: Vec<usize> = self.ends.iter().map(|(joint, _)| *joint).collect();
+        roles::body_root(Tree { names: &names, parents: &parents, offsets: &offsets }, &moves, &ends)
+    }
+
+    fn parents(&self) -> Vec<Option<usize>> {
+        self.joints.iter().map(|joint| joint.parent).collect()
     }
 }
 

@@ -10,6 +10,7 @@ use crate::source::SourceClip;
 
 mod amass;
 mod broken;
+mod fbx;
 mod fuzz;
 mod glb;
 mod humanml3d;
