@@ -15,13 +15,13 @@ import bpy
 AXES = {"y": {"axis_up": "Y", "axis_forward": "-Z"}, "z": {"axis_up": "Z", "axis_forward": "Y"}}
 UNITS = {
     "cm": {"apply_scale_options": "FBX_SCALE_NONE"},
-    "m": {"apply_scale_options": "FBX_SCALE_ALL", "global_scale": 0.01},
+    "m": {"apply_scale_options": "FBX_SCALE_ALL"},
 }
 
 
 def armature_of(file):
     bpy.ops.wm.read_factory_settings(use_empty=True)
-    bpy.ops.import_anim.bvh(filepath=file, axis_forward="-Z", axis_up="Y", update_scene_fps=True)
+    bpy.ops.import_anim.bvh(filepath=file, global_scale=0.01, axis_forward="-Z", axis_up="Y", update_scene_fps=True)
     armature = next(o for o in bpy.data.objects if o.type == "ARMATURE")
     scene = bpy.context.scene
     scene.frame_start, scene.frame_end = (int(t) for t in armature.animation_data.action.frame_range)

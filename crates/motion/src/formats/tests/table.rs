@@ -74,9 +74,9 @@ fn shared_endings_are_motion_only_when_the_content_is() {
 
 #[test]
 fn an_unknown_format_is_refused_with_all_that_are_known() {
-    let (_folder, path) = file("a.fbx", b"Kaydara FBX Binary");
+    let (_folder, path) = file("a.abc", b"Kaydara Alembic");
     let message = read(&path, &ReadOptions::default()).unwrap_err().to_string();
-    for expected in ["a.fbx", "Kaydara"].into_iter().chain(FORMATS.iter().map(|format| format.name)) {
+    for expected in ["a.abc", "Kaydara"].into_iter().chain(FORMATS.iter().map(|format| format.name)) {
         assert!(message.contains(expected), "{message}");
     }
 }
