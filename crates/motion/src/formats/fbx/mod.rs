@@ -22,6 +22,8 @@ use take::Take;
 
 /// Most memory that a scene takes, once while it is read and once as it stays (bytes).
 const MOST_MEMORY: usize = 1 << 30;
+/// Sizes of a skeleton that is read (m).
+const SIZES: std::ops::RangeInclusive<f64> = 0.1..=20.0;
 /// Deepest tree of nodes.
 const DEEPEST: u32 = 1000;
 /// Change of a bone's length that a user should know of, as a part of the longest bone.
@@ -54,7 +56,19 @@ pub fn parse(bytes: &[u8], file: &Path, options: &ReadOptions) -> Result<SourceC
     let joints = Joints::find(&scene, &mut notes).map_err(wrong)?;
     let take = Take::choose(&scene, &mut notes).map_err(wrong)?;
     let motion = take.sample(&joints, options.fps).map_err(wrong)?;
+    let size = size(&motion.places[0]);
+    if !SIZES.contains(&size) {
+        let got = format!("{size:.3} m: the unit that the file says is another one; export it anew");
+        return Err(wrong((format!("a skeleton of {} to {} m", SIZES.start(), SIZES.end()), got)));
+    }
     assemble(clip_name(file), &joints, &motion, notes).finish(options)
+}
+
+/// Returns the longest edge of the box around all joints (m).
+fn size(places: &[Vec3]) -> f64 {
+    let low = places.iter().fold(Vec3::repeat(f64::INFINITY), |low, place| low.inf(place));
+    let high = places.iter().fold(Vec3::repeat(f64::NEG_INFINITY), |high, place| high.sup(place));
+    (high - low).max()
 }
 
 /// Loads a scene without geometry, in metres, with y up.
