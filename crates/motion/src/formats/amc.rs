@@ -24,7 +24,7 @@ pub const FORMAT: Format = Format {
     name: "ASF/AMC",
     suffixes: &[".amc"],
     shared_suffixes: &[],
-    companion: "skeleton, an .asf",
+    companion: "its .asf",
     not_motion: &[],
     clip_name: |_| None,
     sniff: |sample| sample.start.starts_with(b"#!OML:ASF"),

@@ -21,7 +21,7 @@ pub const FORMAT: Format = Format {
     name: "DeepMimic",
     suffixes: &[],
     shared_suffixes: &[".txt", ".json"],
-    companion: "character, humanoid3d.txt",
+    companion: "humanoid3d.txt",
     not_motion: &[],
     clip_name: |_| None,
     // Notes end in .txt too, and a character file is such JSON without frames.

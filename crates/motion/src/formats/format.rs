@@ -124,8 +124,7 @@ pub fn supported(accepts: impl Fn(&Format) -> bool) -> String {
     for format in FORMATS.iter().copied().filter(|format| accepts(format)) {
         let endings = [format.suffixes, format.shared_suffixes].concat().join(", ");
         let comma = if text.is_empty() { "" } else { ", " };
-        let beside =
-            if format.companion.is_empty() { String::new() } else { format!(" beside its {}", format.companion) };
+        let beside = if format.companion.is_empty() { String::new() } else { format!(" with {}", format.companion) };
         // Writing to a string cannot fail.
         let _ = write!(text, "{comma}{} ({endings}{beside})", format.name);
     }
