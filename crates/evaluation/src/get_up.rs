@@ -117,8 +117,8 @@ impl Risen {
 }
 
 impl EvaluationSetup<'_> {
-    /// Drops robots, asks the controller to stand, after a script where there is one, and measures how many do. `progress` is told how many episodes are done, of
-    /// how many.
+    /// Drops robots and asks the controller to stand, after a script where there is one; measures how many do. `progress` gets
+    /// the number of episodes that are done, and of all.
     ///
     /// # Errors
     /// The controller or the simulation does not fit the robot, or the simulation fails as a whole.

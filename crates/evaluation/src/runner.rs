@@ -133,7 +133,7 @@ impl<'a> Runner<'a> {
         Ok(())
     }
 
-    /// Drops all robots from given states (MuJoCo's layout); for so many steps motors only brake. The reference is laid where
+    /// Drops all robots from given states (MuJoCo's layout); for `steps` motors only brake. The reference is laid where
     /// each has come to lie.
     pub(super) fn drop(&mut self, positions: &[f64], velocities: &[f64], steps: usize) -> Result<(), EvaluationError> {
         let ids: Vec<usize> = (0..self.runs.len()).collect();

@@ -168,6 +168,7 @@ fn common_ancestor(parents: &[Option<usize>], a: usize, b: usize) -> Option<usiz
 pub(crate) fn goes_outwards(parents: &[Option<usize>], joints: &[usize]) -> bool {
     joints.windows(2).all(|w| w[0] != w[1] && ancestors(parents, w[1]).any(|j| j == w[0]))
 }
+
 /// Returns the joint after the last one below a joint, where each joint's descendants follow it in one piece.
 pub(crate) fn end_of(parents: &[Option<usize>], joint: usize) -> usize {
     let is_outside = |j: &usize| parents[*j].is_none_or(|parent| parent < joint);

@@ -1,5 +1,28 @@
 //! Loss terms with their gradients. Each returns one number per row, so callers choose how rows are weighed.
 
+/// Normalises a row of scores to exponentials of sum 1, in place.
+pub fn softmax(row: &mut [f32]) {
+    let most = row.iter().copied().fold(f32::NEG_INFINITY, f32::max);
+    row.iter_mut().for_each(|x| *x = (*x - most).exp());
+    let sum: f32 = row.iter().sum();
+    row.iter_mut().for_each(|x| *x /= sum);
+}
+
+/// Returns the weighted cross entropy of the softmax of a row of scores, and puts its gradient in the row's place.
+///
+/// The wanted distribution is 1 − `smoothing` at `target`, and the rest evenly over all classes (Szegedy et al. 2016, eq. 3).
+pub fn softmax_cross_entropy(row: &mut [f32], target: usize, smoothing: f32, weight: f32) -> f64 {
+    softmax(row);
+    let classes = row.len() as f32;
+    let mut loss = 0.0;
+    for (i, p) in row.iter_mut().enumerate() {
+        let wanted = smoothing / classes + if i == target { 1.0 - smoothing } else { 0.0 };
+        loss -= f64::from(wanted * p.max(1e-12).ln() * weight);
+        *p = (*p - wanted) * weight;
+    }
+    loss
+}
+
 /// Returns the KL divergence of N(μ, e^{log σ²}) from the standard normal (Kingma & Welling 2013, App. B):
 /// ½ Σ (μ² + σ² − 1 − log σ²). Adds `weight` times its gradients to those by mean and log variance.
 ///
@@ -95,4 +118,25 @@ fn times(a: [f32; 3], factor: f32) -> [f32; 3] {
 
 fn cross(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Scores 0 and ln 3 are probabilities of a quarter and three quarters.
+    #[test]
+    fn cross_entropy_by_hand() {
+        for (smoothing, wanted) in [(0.0, [0.0, 1.0]), (0.2, [0.1, 0.9])] {
+            let mut row = [0.0, 3.0_f32.ln()];
+            let loss = softmax_cross_entropy(&mut row, 1, smoothing, 2.0);
+            let expected = -2.0 * (wanted[0] * 0.25_f64.ln() + wanted[1] * 0.75_f64.ln());
+            assert!((loss - expected).abs() < 1e-6, "{loss} {expected}");
+            let gradient = [2.0 * (0.25 - wanted[0]), 2.0 * (0.75 - wanted[1])];
+            assert!(
+                row.iter().zip(gradient).all(|(got, expected)| (f64::from(*got) - expected).abs() < 1e-6),
+                "{row:?}"
+            );
+        }
+    }
 }

@@ -68,6 +68,11 @@ impl Reader<'_> {
         }
     }
 
+    /// Returns how sure the network is of a sentence: the least certainty of its actions, 0 where it finds none.
+    pub fn certainty(&self, text: &str) -> f64 {
+        self.read_by_network(text).certainty
+    }
+
     /// Reads a sentence by the network.
     fn read_by_network(&self, text: &str) -> ByNetwork {
         let mut script = Script::default();

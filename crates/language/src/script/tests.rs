@@ -1,10 +1,17 @@
 #![allow(clippy::unwrap_used)]
+use std::sync::LazyLock;
+
 use super::*;
 use crate::grammar::Grammar;
 
+fn reader() -> &'static Reader<'static> {
+    static GRAMMAR: LazyLock<Grammar> = LazyLock::new(|| Grammar::builtin().unwrap());
+    static READER: LazyLock<Reader<'static>> = LazyLock::new(|| Reader::new(&GRAMMAR).unwrap());
+    &READER
+}
+
 fn read(text: &str) -> Script {
-    let grammar = Grammar::builtin().unwrap();
-    Reader::new(&grammar).unwrap().read(text)
+    reader().read(text)
 }
 
 fn line(text: &str) -> String {
@@ -163,6 +170,13 @@ fn frames_and_reasons_ask_for_nothing() {
     assert_eq!(script.to_string(), "wave, right side, 2 times", "{script:?}");
     let script = read("my dog is barking, so shush him with your left hand");
     assert_eq!((script.to_string().as_str(), script.unknown), ("shush, left side", Vec::new()));
+}
+
+#[test]
+fn the_end_of_a_long_text_is_read() {
+    let text = "It is a long story. ".repeat(40) + "Say hello to grandma with your left paw.";
+    let script = reader().read_by(&text, Reading::Network);
+    assert_eq!(script.to_string(), "wave, left side");
 }
 
 #[test]

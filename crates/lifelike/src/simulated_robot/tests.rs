@@ -10,7 +10,7 @@ use lifelike_sim::SimulationSpec;
 
 use super::{MemoryBus, SensorOptions, SimulatedRobot, stepwise};
 
-/// Runs lima for so many seconds of standing, pushed over at 4 s; returns its phases, the account and the root's height.
+/// Runs lima for some seconds of standing, pushed over at 4 s; returns its phases, the account and the root's height.
 fn pushed(gets_up: bool, seconds: f64) -> (Vec<Phase>, Summary, f32) {
     let robot = Arc::new(Robot::load("lima").unwrap());
     let fine = Arc::new(stepwise(&robot).unwrap());

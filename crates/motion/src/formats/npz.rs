@@ -448,9 +448,9 @@ mod tests {
         // NumPy keeps `a[:, [2, 0, 1]]` in this order. The value at [i, j, k] is 100 i + 10 j + k.
         let mut bytes = b"\x93NUMPY\x01\x00\x3c\x00".to_vec();
         bytes.extend(format!("{:59}\n", "{'descr': '<f8', 'fortran_order': True, 'shape': (2, 3, 2)}").bytes());
-        let at = |i: u32, j: u32, k: u32| f64::from(100 * i + 10 * j + k);
+        let value = |i: u32, j: u32, k: u32| f64::from(100 * i + 10 * j + k);
         for (k, j, i) in (0..2).flat_map(|k| (0..3).flat_map(move |j| (0..2).map(move |i| (k, j, i)))) {
-            bytes.extend(at(i, j, k).to_le_bytes());
+            bytes.extend(value(i, j, k).to_le_bytes());
         }
         let select = |keep: fn(usize, usize) -> bool| single(&bytes, Path::new("a.npy")).unwrap().select(keep).unwrap();
         assert_eq!(select(|_, _| true), [0, 1, 10, 11, 20, 21, 100, 101, 110, 111, 120, 121].map(f64::from));

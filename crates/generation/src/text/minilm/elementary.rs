@@ -50,10 +50,5 @@ fn add_to_rows(rows: &mut [f32], bias: &[f32]) {
 
 /// Normalises every row of `width` to exponentials of sum 1, in place.
 pub(super) fn softmax(rows: &mut [f32], width: usize) {
-    for row in rows.chunks_exact_mut(width.max(1)) {
-        let most = row.iter().copied().fold(f32::NEG_INFINITY, f32::max);
-        row.iter_mut().for_each(|x| *x = (*x - most).exp());
-        let sum: f32 = row.iter().sum();
-        row.iter_mut().for_each(|x| *x /= sum);
-    }
+    rows.chunks_exact_mut(width.max(1)).for_each(lifelike_nn::losses::softmax);
 }

@@ -28,8 +28,8 @@ const COMPOUND: &str = "compound ";
 
 /// Trains the network on marked sentences (`{wave|say hello} and {bow|bend low}`) and on the phrases of a grammar.
 ///
-/// `report` is told of each epoch: its number, the mean loss, and the score on the sentences held out. Returns the file of the
-/// network, and the score of what is stored there.
+/// `report` gets of each epoch its number, the mean loss, and the score on the sentences held out. Returns the file of the network,
+/// and the score of what is stored there.
 ///
 /// # Errors
 /// A sentence with a brace that does not close, or with a name that is no verb.

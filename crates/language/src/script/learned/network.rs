@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
+use lifelike_nn::losses::{softmax, softmax_cross_entropy};
 use lifelike_nn::parameters::Parameters;
 use lifelike_nn::rows::{Entry, Init, Layout, Linear};
 use lifelike_nn::transformer::encoder::{Encoder, EncoderPass, EncoderSizes};
@@ -21,7 +22,7 @@ const BESIDE: usize = 2;
 const WINDOW: usize = 2 * BESIDE + 1;
 /// Classes of a word: it asks for nothing, begins an action, or continues one.
 const TAGS: usize = 3;
-/// Most words of a sentence that are read.
+/// Most words that are read at once.
 pub(super) const MOST_WORDS: usize = 96;
 /// Probability below which a word does not begin an action, nor end one.
 const UNLIKELY: f64 = 0.02;
@@ -43,7 +44,7 @@ pub(super) struct Network {
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Span {
     pub words: Range<usize>,
-    /// Probability that these words are one action: the mean of their tags.
+    /// Geometric mean of the probabilities of their tags.
     pub certainty: f32,
     /// Probability of each label.
     pub labels: Vec<f32>,
@@ -99,7 +100,7 @@ struct Pass {
 }
 
 /// Loss and gradient of some sentences.
-pub(super) struct Learned {
+pub(super) struct Lesson {
     pub loss: f64,
     pub gradient: Vec<f32>,
 }
@@ -147,8 +148,7 @@ impl Network {
     }
 
     /// Lays sentences out in rows. Noise leaves out the numbers of words.
-    pub fn batch<'a>(&self, sentences: impl Iterator<Item = &'a [String]>, noise: Option<&mut Noise>) -> Batch {
-        let mut noise = noise;
+    pub fn batch<'a>(&self, sentences: impl Iterator<Item = &'a [String]>, mut noise: Option<&mut Noise>) -> Batch {
         let (width, vector) = (self.features(), self.vectors.width());
         let own = self.parameters.get("words");
         let (mut lengths, mut ids, mut windows) = (Vec::new(), Vec::new(), Vec::new());
@@ -178,12 +178,23 @@ impl Network {
         Batch { lengths, ids, windows }
     }
 
-    /// Returns the words of a sentence that ask for actions.
+    /// Returns the words of a text that ask for actions. A long one is read in parts, divided where a sentence ends.
     pub fn spans(&self, packed: &Packed, words: &[String]) -> Vec<Span> {
-        let words = &words[..words.len().min(MOST_WORDS)];
-        if words.is_empty() {
-            return Vec::new();
+        let (mut from, mut out) = (0, Vec::new());
+        while from < words.len() {
+            let part = &words[from..words.len().min(from + MOST_WORDS)];
+            let is_last = from + part.len() == words.len();
+            let ends = part.iter().rposition(|word| word == "|").filter(|_| !is_last);
+            let length = ends.map_or(part.len(), |end| end + 1);
+            for span in self.spans_of_part(packed, &part[..length]) {
+                out.push(Span { words: span.words.start + from..span.words.end + from, ..span });
+            }
+            from += length;
         }
+        out
+    }
+
+    fn spans_of_part(&self, packed: &Packed, words: &[String]) -> Vec<Span> {
         let batch = self.batch(std::iter::once(words), None);
         let pass = packed.forward(&batch, None);
         let mut tags = packed.tags.forward(&pass.hidden);
@@ -230,11 +241,13 @@ impl Network {
     /// Returns the probability of each label for all words together; nothing where there are none.
     pub fn label(&self, packed: &Packed, words: &[String]) -> Option<Vec<f32>> {
         let words = &words[..words.len().min(MOST_WORDS)];
-        let batch = self.batch(std::iter::once(words).filter(|words| !words.is_empty()), None);
-        let hidden = packed.forward(&batch, None).hidden;
+        if words.is_empty() {
+            return None;
+        }
+        let hidden = packed.forward(&self.batch(std::iter::once(words), None), None).hidden;
         let mut row = packed.verbs.forward(&pooled(&hidden, &(0..words.len())));
         softmax(&mut row);
-        Some(row).filter(|_| !words.is_empty())
+        Some(row)
     }
 
     /// Returns the likeliest label of each marked action of a sentence.
@@ -252,7 +265,7 @@ impl Network {
         sentences: &[Sentence],
         mut noise: Option<&mut Noise>,
         smoothing: f32,
-    ) -> Learned {
+    ) -> Lesson {
         let batch = self.batch(sentences.iter().map(|one| one.words.as_slice()), noise.as_deref_mut());
         let larger = noise.as_ref().map_or(1.0, |noise| 1.0 / (1.0 - noise.numbers));
         let pass = packed.forward(&batch, noise);
@@ -263,7 +276,7 @@ impl Network {
         let mut tags = packed.tags.forward(&pass.hidden);
         let targets = sentences.iter().flat_map(Sentence::tags);
         for (row, target) in tags.chunks_exact_mut(TAGS).zip(targets) {
-            loss += cross_entropy(row, target, 0.0, share * 0.3);
+            loss += softmax_cross_entropy(row, target, 0.0, share * 0.3);
         }
         let mut by_hidden = packed.tags.backward(&pass.hidden, &tags, &mut sums);
 
@@ -276,7 +289,7 @@ impl Network {
         let rows: Vec<f32> = places.iter().flat_map(|(range, _)| pooled(&pass.hidden, range)).collect();
         let mut labels = packed.verbs.forward(&rows);
         for (row, (_, target)) in labels.chunks_exact_mut(self.labels.len().max(1)).zip(&places) {
-            loss += cross_entropy(row, *target, smoothing, share);
+            loss += softmax_cross_entropy(row, *target, smoothing, share);
         }
         let by_rows = packed.verbs.backward(&rows, &labels, &mut sums);
         for ((range, _), gradient) in places.iter().zip(by_rows.chunks_exact(2 * c)) {
@@ -289,7 +302,7 @@ impl Network {
         let by_windows = packed.input.backward(&batch.windows, &by_input, &mut sums);
         let place = self.parameters.range("words");
         batch.add_to_words(&by_windows, self.features(), &mut sums[place]);
-        Learned { loss, gradient: sums }
+        Lesson { loss, gradient: sums }
     }
 }
 
@@ -370,29 +383,6 @@ fn spread(hidden: &[f32], words: &Range<usize>, gradient: &[f32], by_hidden: &mu
 /// Returns the place of the largest number.
 pub(super) fn most_likely(labels: &[f32]) -> usize {
     (0..labels.len()).max_by(|a, b| labels[*a].total_cmp(&labels[*b])).unwrap_or(0)
-}
-
-fn softmax(row: &mut [f32]) {
-    let most = row.iter().copied().fold(f32::NEG_INFINITY, f32::max);
-    let mut sum = 0.0;
-    for x in row.iter_mut() {
-        *x = (*x - most).exp();
-        sum += *x;
-    }
-    row.iter_mut().for_each(|x| *x /= sum);
-}
-
-/// Returns the cross entropy of a row of scores, weighted, and puts its gradient in the row's place.
-fn cross_entropy(row: &mut [f32], target: usize, smoothing: f32, weight: f32) -> f64 {
-    softmax(row);
-    let classes = row.len() as f32;
-    let mut loss = 0.0;
-    for (i, p) in row.iter_mut().enumerate() {
-        let wanted = smoothing / classes + if i == target { 1.0 - smoothing } else { 0.0 };
-        loss -= f64::from(wanted * p.max(1e-12).ln() * weight);
-        *p = (*p - wanted) * weight;
-    }
-    loss
 }
 
 #[cfg(test)]

@@ -65,7 +65,7 @@ fn vocabulary(sentences: &[Sentence]) -> Vec<String> {
     counts.into_iter().filter(|(_, n)| *n >= OFTEN).map(|(word, _)| word.to_string()).collect()
 }
 
-/// Trains a network on marked sentences. `report` is told the epoch and its mean loss.
+/// Trains a network on marked sentences. `report` gets the epoch, its mean loss and the averaged network.
 pub(super) fn trained(
     sentences: &[Sentence],
     labels: Vec<String>,

@@ -71,7 +71,7 @@ impl<'a> Joints<'a> {
     fn find_bind(&self, scene: &Scene) -> Option<Vec<Quat>> {
         let poses: Vec<&ufbx::BonePose> =
             scene.poses.into_iter().filter(|pose| pose.is_bind_pose).flat_map(|pose| &pose.bone_poses).collect();
-        let of = |node: &Node| {
+        let bound = |node: &Node| {
             let pose = poses.iter().find(|pose| pose.bone_node.element.element_id == node.element.element_id)?;
             rotation(ufbx::matrix_to_transform(&pose.bone_to_world).rotation)
         };
@@ -79,7 +79,7 @@ impl<'a> Joints<'a> {
         for (joint, node) in self.nodes.iter().enumerate() {
             let above = self.parents[joint].map(|parent| bind[parent]);
             let own = rotation(node.local_transform.rotation);
-            bind.push(of(node).or_else(|| Some(above? * own?))?);
+            bind.push(bound(node).or_else(|| Some(above? * own?))?);
         }
         Some(bind)
     }
