@@ -94,7 +94,7 @@ retrained() {
       --generator "$name=$3" --keep "$at/motion.part" -o "$at/motion.part.json"
     mkdir -p "$at/motion"; mv "$at/motion.part/$name" "$at/motion/$name"
   fi
-  training "$at/policy-$name" train tracker -- --plan "$environment" "robot=$robot" "init=$policy.policy.safetensors" "seed=$1" \
+  training "$at/policy-$name" train tracker -- --plan "$environment" "robot=$robot" "init=$policy.controller.safetensors" "seed=$1" \
     "clips=[\"$data/train\", \"$at/motion/$name\"]" mirror=false "budget.steps=${RETRAIN:-5000000}" \
     'network.actor='"$(layers actor)" 'network.critic='"$(layers critic)"
 }
@@ -116,7 +116,7 @@ for seed in $seeds; do
   step "$seed-generator" training "$at/generator" train generator -- --plan generator "robot=$robot" "clips=[\"$data\"]" "seed=$seed" \
     $generator_keys
   step "$seed-cotrain" training "$at/cotrain" cotrain -- --plan cotrain "robot=$robot" "generator=$mdm" "dataset=$data" \
-    "init=$policy.policy.safetensors" "clips=[\"$data/train\"]" "seed=$seed" "rounds=${ROUNDS:-6}" "prompts=${PROMPTS:-1000}" \
+    "init=$policy.controller.safetensors" "clips=[\"$data/train\"]" "seed=$seed" "rounds=${ROUNDS:-6}" "prompts=${PROMPTS:-1000}" \
     "critic.keys=[\"environment=$environment\", \"critic.epochs=6\", \"critic.gamma=0.97\", \"critic.window=0.5\", \"rollouts.steps=${STEPS:-20000}\"]"
   aligned=$at/cotrain/best.generator.safetensors
   once=$at/cotrain/round-1/aligned/motion.generator.safetensors
@@ -137,7 +137,7 @@ for seed in $seeds; do
       step "$seed-$engine-${row// /-}" played "$seed" "$policy.controller.safetensors" "$folder" "${row// /-}" "$engine" "$episodes"
     done
     for name in MDM RobotMDM; do
-      step "$seed-$engine-retrained-$name" played "$seed" "$at/policy-$name/tracker.policy.safetensors" "$at/kept/$name" "retrained-$name" \
+      step "$seed-$engine-retrained-$name" played "$seed" "$at/policy-$name/tracker.controller.safetensors" "$at/kept/$name" "retrained-$name" \
         "$engine" "$episodes"
     done
   done

@@ -1,6 +1,7 @@
 //! `lifelike-thesis latent`: what a space of latent codes is worth (thesis 4.3.2, Table 4.2).
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use lifelike_motion::MotionClip;
 use lifelike_representation::MotionPrior;
@@ -8,9 +9,7 @@ use lifelike_representation::latent::codes::features_of;
 use lifelike_representation::latent::probe::{self, Probe, probes};
 use lifelike_representation::latent::{Codes, Encoded, LatentScore, comparison};
 use lifelike_representation::prior::{ReconstructionReport, Windows};
-use lifelike_robot::ReferenceLibrary;
-use lifelike_robot::Robot;
-use lifelike_tracking::Policy;
+use lifelike_robot::{Controller, ControllerFile, ReferenceLibrary, Robot};
 use serde_json::{Value, json};
 
 use lifelike::CliError;
@@ -120,15 +119,34 @@ fn state_itself(space: &Encoded) -> Result<Encoded, CliError> {
 
 /// Codes of a policy's own encoder, and the features of the same frames.
 fn end_to_end(path: &Path, clips: &[MotionClip], robot: &Robot) -> Result<Encoded, CliError> {
-    let policy = Policy::load(path, robot)?;
-    let Some((_, size)) = policy.header().encoder else {
+    let file = ControllerFile::read(path)?;
+    let Some((_, size)) = file.header().encoder else {
         let text = format!("{}: expected a policy with an encoder of its own, got one without", path.display());
         return Err(CliError::Input(text));
     };
     let library = ReferenceLibrary::new(robot, clips, None)?;
-    let rows = policy.codes(&library)?;
+    let controller = Controller::new(file, Arc::new(robot.clone()))?;
+    let rows = own_codes(&controller, &library)?;
     let codes = Codes::new(library.names.clone(), library.starts.clone(), rows, size, robot.control_hz)?;
     Ok(Encoded { name: path.display().to_string(), codes, features: library.features })
+}
+
+/// Returns the codes of a policy's own encoder for every frame of a library, `[T, code]`.
+fn own_codes(controller: &Controller, library: &ReferenceLibrary) -> Result<Vec<f32>, CliError> {
+    const CHUNK: usize = 256;
+    let spec = controller.observation();
+    let (width, window) = (spec.size(), spec.window_size());
+    let mut codes = Vec::new();
+    for first in (0..library.len()).step_by(CHUNK) {
+        let last = (first + CHUNK).min(library.len());
+        let mut rows = vec![0.0; (last - first) * width];
+        for (frame, row) in (first..last).zip(rows.chunks_exact_mut(width)) {
+            let frames = library.window_at(frame, &spec.reference.window);
+            spec.write_frames(&frames, &mut row[width - window..])?;
+        }
+        codes.extend(controller.file().policy().codes(&mut rows));
+    }
+    Ok(codes)
 }
 
 fn reconstruct(prior: &MotionPrior, clips: &[MotionClip], robot: &Robot) -> Result<ReconstructionReport, CliError> {

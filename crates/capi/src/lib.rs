@@ -104,7 +104,7 @@ pub unsafe extern "C" fn lifelike_controller_load(
 ) -> *mut LifelikeController {
     guarded(std::ptr::null_mut(), || {
         let (path, robot) = (text(path, "path")?, text(robot, "robot")?);
-        let file = ControllerFile::load(Path::new(path), None).map_err(|error| error.to_string())?;
+        let file = ControllerFile::read(Path::new(path)).map_err(|error| error.to_string())?;
         let robot = Robot::load(robot).map_err(|error| error.to_string())?;
         let robot = robot.in_joint_order(&file.header().observation.joints).map_err(|error| error.to_string())?;
         let controller = Controller::new(file, Arc::new(robot)).map_err(|error| error.to_string())?;

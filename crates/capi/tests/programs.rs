@@ -27,7 +27,7 @@ fn policy() -> PathBuf {
 /// The targets of the same steps in Rust.
 fn expected() -> Vec<f32> {
     let robot = Arc::new(Robot::load("lima").unwrap());
-    let controller = Controller::load(&policy(), None, robot.clone()).unwrap();
+    let controller = Controller::load(&policy(), robot.clone()).unwrap();
     let mut clip = standing_clip(&robot, 1.0);
     let pose: Vec<f32> = robot.default_pose.iter().map(|q| *q as f32).collect();
     clip.root_position = vec![lifelike_character::Vec3::new(0.0, 0.0, f64::from(0.4_f32)); 50];

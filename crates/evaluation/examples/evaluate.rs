@@ -12,7 +12,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let [robot, controller] = &arguments[..] else { return Err("usage: ROBOT CONTROLLER".into()) };
     let robot = Arc::new(Robot::load(robot)?);
-    let controller = Controller::load(Path::new(controller), None, Arc::clone(&robot))?;
+    let controller = Controller::load(Path::new(controller), Arc::clone(&robot))?;
     let simulate = |terrain, environments| {
         SimulationSpec { terrain, ..SimulationSpec::new(environments) }.build(Arc::clone(&robot))
     };

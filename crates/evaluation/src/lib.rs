@@ -19,7 +19,7 @@
 //!
 //! let robot = Arc::new(Robot::load("lima")?);
 //! # let assets = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../lifelike/assets");
-//! let controller = Controller::load(&assets.join("lima-path.controller.safetensors"), None, Arc::clone(&robot))?;
+//! let controller = Controller::load(&assets.join("lima-path.controller.safetensors"), Arc::clone(&robot))?;
 //! let simulate = |terrain, environments| {
 //!     SimulationSpec { terrain, ..SimulationSpec::new(environments) }.build(Arc::clone(&robot))
 //! };

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use lifelike_character::{Quat, Vec3};
 use lifelike_checkpoint::Checkpoint;
 use lifelike_motion::{MotionClip, Provenance};
-use lifelike_robot::controller::PolicyHeader;
+use lifelike_robot::controller::{ControllerFile, ControllerHeader};
 use lifelike_robot::{ActionSpec, AnchorSpec, Controller, ObservationSpec, ReferenceSpec, Robot};
 use lifelike_sim::testing::{Followers, robot};
 use lifelike_sim::{Simulation, SimulationSpec};
@@ -37,21 +37,10 @@ pub(super) fn controller(scale: f64) -> Controller {
     let reference = ReferenceSpec { frame: true, ..ReferenceSpec::default() };
     let observation = ObservationSpec::new(&robot, reference, AnchorSpec { heading: true, position: true });
     let (size, joints) = (observation.size(), robot.joints());
-    let header = PolicyHeader {
-        robot: robot.name.clone(),
-        observation,
-        action: ActionSpec::Reference { scale },
-        control_hz: robot.control_hz,
-        hidden: vec![8],
-        layers: Vec::new(),
-        encoder: None,
-        prior: String::new(),
-        steps: 0,
-    };
+    let header = ControllerHeader::new(&robot, observation, ActionSpec::Reference { scale }, vec![8]);
     let numbers =
         |count: usize, size: f32| (0..count).map(|i| (((i * 7919) % 97) as f32 / 48.0 - 1.0) * size).collect();
     let mut file = Checkpoint::new();
-    file.set_meta("policy", &header).unwrap();
     for (i, [inputs, outputs]) in [[size, 8], [8, joints]].into_iter().enumerate() {
         let weight = numbers(inputs * outputs, 0.1);
         file.put_f32(&format!("actor.mean.layers.{i}.weight"), &[inputs, outputs], weight).unwrap();
@@ -60,7 +49,7 @@ pub(super) fn controller(scale: f64) -> Controller {
     file.put_f64("normalizer.mean", &[size], vec![0.0; size]).unwrap();
     file.put_f64("normalizer.variance", &[size], vec![1.0; size]).unwrap();
     file.put_f64("normalizer.settings", &[4], vec![1.0, 1.0, 5.0, 1.0]).unwrap();
-    Controller::from_policy(&file, None, robot).unwrap()
+    Controller::new(ControllerFile::new(header, &file, None, &robot).unwrap(), robot).unwrap()
 }
 
 /// Evaluates in a simulation of so many environments.

@@ -60,7 +60,7 @@ pub fn export(controller: &Controller, dialect: Dialect, motion: Motion<'_>) -> 
     let is_ours =
         orders.inputs.iter().copied().eq(0..orders.inputs.len()) && joints.iter().copied().eq(0..joints.len());
     let orders = (!is_ours).then_some(orders);
-    let file = controller.file().to_checkpoint(robot)?;
+    let file = controller.file().to_checkpoint()?;
     let (size, count) = (controller.observation().size(), joints.len());
 
     let mut builder = Builder::default();

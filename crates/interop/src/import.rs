@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use lifelike_character::{Kinematics, Quat, Vec3};
 use lifelike_checkpoint::Checkpoint;
 use lifelike_motion::{MotionClip, Provenance};
-use lifelike_robot::controller::PolicyHeader;
+use lifelike_robot::controller::{self, ControllerHeader};
 use lifelike_robot::network::Layer;
 use lifelike_robot::{ActionSpec, AnchorSpec, ControllerFile, ObservationSpec, ReferenceSpec, Robot, RobotError};
 use nalgebra::{Quaternion, UnitQuaternion};
@@ -456,19 +456,14 @@ fn controller(
     let linear = |i: usize| if let Some(Layer::Linear { outputs }) = kinds.get(i) { Some(*outputs) } else { None };
     let is_plain = kinds.len() % 2 == 1
         && (0..kinds.len()).all(|i| if i % 2 == 0 { linear(i).is_some() } else { kinds[i] == Layer::Elu });
-    let header = PolicyHeader {
-        robot: robot.name.clone(),
-        action: ActionSpec::Unclamped { scale: 1.0 },
-        control_hz: robot.control_hz,
-        hidden: (0..kinds.len().saturating_sub(1)).filter_map(linear).collect(),
+    let steps = reading.metadata.get("iteration").and_then(|text| text.parse().ok()).unwrap_or(0);
+    let hidden = (0..kinds.len().saturating_sub(1)).filter_map(linear).collect();
+    let header = ControllerHeader {
         layers: if is_plain { Vec::new() } else { kinds },
-        encoder: None,
-        prior: String::new(),
-        steps: reading.metadata.get("iteration").and_then(|text| text.parse().ok()).unwrap_or(0),
-        observation,
+        provenance: controller::Provenance { steps, ..controller::Provenance::default() },
+        ..ControllerHeader::new(robot, observation, ActionSpec::Unclamped { scale: 1.0 }, hidden)
     };
     let mut file = Checkpoint::new();
-    file.set_meta("policy", &header)?;
     let mut width = mean.len();
     for (i, Weighted { layer, weight, bias }) in layers.into_iter().enumerate() {
         let outputs = bias.len();
@@ -485,5 +480,5 @@ fn controller(
     file.put_f64("normalizer.variance", &[mean.len()], wide(deviation).iter().map(|d| d * d).collect())?;
     let clip = reading.clip.map_or(f64::INFINITY, f64::from);
     file.put_f64("normalizer.settings", &[4], vec![1.0, 1.0, clip, 1.0])?;
-    ControllerFile::from_policy(&file, None)
+    ControllerFile::new(header, &file, None, robot)
 }

@@ -14,7 +14,7 @@
 //!
 //! let robot = Arc::new(Robot::load("lima")?);
 //! # let assets = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../lifelike/assets");
-//! let controller = Controller::load(&assets.join("lima-path.controller.safetensors"), None, robot)?;
+//! let controller = Controller::load(&assets.join("lima-path.controller.safetensors"), robot)?;
 //! let files = export(&controller, Dialect::Onnx, Motion::None)?;
 //! assert_eq!(files[0].name, "policy.onnx");
 //! # Ok::<(), Box<dyn std::error::Error>>(())

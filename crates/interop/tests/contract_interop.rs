@@ -8,7 +8,7 @@ use lifelike_checkpoint::Checkpoint;
 use lifelike_interop::proto::Model;
 use lifelike_interop::{Dialect, Motion, export, import};
 use lifelike_motion::MotionClip;
-use lifelike_robot::controller::{Controller, PolicyHeader, PolicyWorkspace};
+use lifelike_robot::controller::{Controller, ControllerFile, ControllerHeader, PolicyWorkspace, Provenance};
 use lifelike_robot::network::Layer;
 use lifelike_robot::reference::standing_clip;
 use lifelike_robot::{ActionSpec, AnchorSpec, ObservationSpec, ReferenceSpec, Robot, RobotError};
@@ -65,19 +65,12 @@ fn policy(robot: &Arc<Robot>, terms: &[&str], action: ActionSpec, layers: Vec<La
     let observation = ObservationSpec::new(robot, reference, AnchorSpec::default());
     observation.check_sizes().unwrap();
     let (size, joints) = (observation.size(), robot.joints());
-    let header = PolicyHeader {
-        robot: robot.name.clone(),
-        observation,
-        action,
-        control_hz: robot.control_hz,
-        hidden: vec![24, 16],
+    let header = ControllerHeader {
         layers: layers.clone(),
-        encoder: None,
-        prior: String::new(),
-        steps: 7,
+        provenance: Provenance { steps: 7, ..Provenance::default() },
+        ..ControllerHeader::new(robot, observation, action, vec![24, 16])
     };
     let mut file = Checkpoint::new();
-    file.set_meta("policy", &header).unwrap();
     let put = |file: &mut Checkpoint, i: usize, shape: &[usize], outputs: usize| {
         let weight = numbers(shape.iter().product(), 7919 + i, 0.2);
         file.put_f32(&format!("actor.mean.layers.{i}.weight"), shape, weight).unwrap();
@@ -103,7 +96,7 @@ fn policy(robot: &Arc<Robot>, terms: &[&str], action: ActionSpec, layers: Vec<La
     let variance = numbers(size, 13, 0.3).iter().map(|x| 0.5 + f64::from(*x)).collect();
     file.put_f64("normalizer.variance", &[size], variance).unwrap();
     file.put_f64("normalizer.settings", &[4], vec![1.0, 1.0, 5.0, 1.0]).unwrap();
-    Controller::from_policy(&file, None, robot.clone()).unwrap()
+    Controller::new(ControllerFile::new(header, &file, None, robot).unwrap(), robot.clone()).unwrap()
 }
 
 fn bend(robot: &Robot) -> MotionClip {
@@ -274,7 +267,7 @@ fn a_policy_that_a_stack_cannot_feed_is_refused_with_the_plan_that_trains_one() 
         export(controller, dialect, motion).unwrap_err().to_string()
     };
     let assets = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../lifelike/assets");
-    let ours = Controller::load(&assets.join("lima-path.controller.safetensors"), None, robot.clone()).unwrap();
+    let ours = Controller::load(&assets.join("lima-path.controller.safetensors"), robot.clone()).unwrap();
     let error = refused(&ours, Dialect::Mjlab, Motion::Clip(&clip));
     assert!(error.contains("track-beyondmimic") && error.contains("root_orientation_h"), "{error}");
     let tracker = policy(&robot, &TRACKING, UNCLAMPED, Vec::new());

@@ -188,10 +188,8 @@ pub fn has_controller(robot: &Robot) -> bool {
 fn fitting_controller(robot: &Robot) -> Result<&'static Shipped, String> {
     let network = of_robot(robot, Kind::Controller).ok_or("none has its joints")?;
     let file = network.controller().map_err(|error| error.to_string())?;
-    match file.robot().map(|description| description.check(robot)) {
-        Some(Err(mismatch)) => Err(format!("'{}' has its joints, but: {mismatch}", network.name)),
-        _ => Ok(network),
-    }
+    let fits = file.robot().check(robot);
+    fits.map(|()| network).map_err(|mismatch| format!("'{}' has its joints, but: {mismatch}", network.name))
 }
 
 /// Returns the file of a robot's controller: the given one, or the one that comes with the program.

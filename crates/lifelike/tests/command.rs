@@ -283,14 +283,14 @@ fn a_policy_is_trained_resumed_inspected_and_evaluated() {
     train("parts", &["--threads", "2", "budget.steps=64"]);
     train("parts", &["--resume", "budget.steps=128"]);
     let read = |run: &str, file: &str| std::fs::read(folder.path().join(run).join(file)).unwrap();
-    for file in ["metrics.jsonl", "tracker.policy.safetensors"] {
+    for file in ["metrics.jsonl", "tracker.controller.safetensors"] {
         assert_eq!(read("whole", file), read("parts", file), "{file}: resumed and threaded, yet the same bytes");
     }
     assert!(!read("whole", "report.html").is_empty());
 
-    let policy = path("whole/tracker.policy.safetensors");
+    let policy = path("whole/tracker.controller.safetensors");
     let seen = json(&["inspect", &policy]);
-    assert_eq!((&seen["kind"], &seen["header"]["robot"]), (&"policy".into(), &"lima".into()));
+    assert_eq!((&seen["kind"], &seen["header"]["robot"]), (&"controller".into(), &"lima".into()));
     let last = seen["observation"].as_array().unwrap().last().unwrap()["end"].clone();
     let first: u64 = seen["observation"]
         .as_array()

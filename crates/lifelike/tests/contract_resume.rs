@@ -28,7 +28,7 @@ minibatch = 16
 epochs = 2
 "#;
 
-const FILES: [&str; 2] = ["metrics.jsonl", "tracker.policy.safetensors"];
+const FILES: [&str; 2] = ["metrics.jsonl", "tracker.controller.safetensors"];
 
 fn start(plan: &Path, run: &Path) -> Child {
     let mut command = Command::new(env!("CARGO_BIN_EXE_lifelike"));

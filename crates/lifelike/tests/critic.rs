@@ -84,7 +84,7 @@ fn a_controller_carries_the_environment_that_it_was_trained_in() {
     );
 
     let own = at("own.controller.safetensors");
-    let policy = "assets/lima-path.policy.safetensors";
+    let policy = "assets/lima-path.controller.safetensors";
     let exported = json(&["export", policy, "--environment", "track-long", "-o", &own]);
     let environment = exported["header"]["environment"].as_str().unwrap();
     assert!(environment.contains("switch_clips = true") && environment.contains("clips = []"), "{environment}");
@@ -111,7 +111,7 @@ fn generator_tracker_and_critic_are_trained_in_turn() {
     std::fs::write(at("critic.toml"), CRITIC).unwrap();
     let made = json(&["train", "generator", "--plan", &at("generator.toml"), "-o", &at("generator")]);
     let plan = format!(
-        "robot = 'lima'\ngenerator = {}\ninit = 'assets/lima-path.policy.safetensors'\ndataset = '{set}'\n\
+        "robot = 'lima'\ngenerator = {}\ninit = 'assets/lima-path.controller.safetensors'\ndataset = '{set}'\n\
          clips = ['motions/walk.keys.toml']\nseed = 1\nrounds = 1\nprompts = 3\nmeasured = 2\nsplit = 'train'\n\
          judge = {{ sentences = 2, split = 'train', episodes = 4, seconds = 1.0 }}\n\
          [tracker]\nplan = 'track-long'\nkeys = ['budget.steps=500', 'ppo.environments=16', 'ppo.minibatch=32']\n\
@@ -145,10 +145,10 @@ fn generator_tracker_and_critic_are_trained_in_turn() {
     let mut value: Value = serde_json::from_str(&std::fs::read_to_string(&record).unwrap()).unwrap();
     value["stages"].as_array_mut().unwrap().retain(|stage| stage != "round-1/aligned");
     std::fs::write(&record, value.to_string()).unwrap();
-    let tracker = std::fs::metadata(folder.path().join("run/round-1/tracker/tracker.policy.safetensors")).unwrap();
+    let tracker = std::fs::metadata(folder.path().join("run/round-1/tracker/tracker.controller.safetensors")).unwrap();
     let again = json(&["cotrain", "--resume", "-o", &run]);
     assert_eq!(again["measured"], done["measured"]);
-    let after = std::fs::metadata(folder.path().join("run/round-1/tracker/tracker.policy.safetensors")).unwrap();
+    let after = std::fs::metadata(folder.path().join("run/round-1/tracker/tracker.controller.safetensors")).unwrap();
     assert_eq!(tracker.modified().unwrap(), after.modified().unwrap());
 
     // Without a training of its own the tracker stays; the second critic learns from the motion of both rounds.

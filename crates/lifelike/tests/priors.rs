@@ -166,7 +166,7 @@ fn a_policy_sees_the_codes_of_a_spline_prior() {
         let done = train(name, &["inputs.latent=12", &format!("inputs.frame={frame}")]);
         assert!(done.status.success(), "{}", err(&done));
     }
-    let policy = path("SM/tracker.policy.safetensors");
+    let policy = path("SM/tracker.controller.safetensors");
     let eval =
         ["eval", "--policy", &policy, "--motions", "motions/nod.keys.toml", "-o", &path("report"), "--starts", "2"];
     let evaluation = json(&[&eval[..], &["--prior", &prior]].concat());
@@ -175,12 +175,12 @@ fn a_policy_sees_the_codes_of_a_spline_prior() {
 
     // In its run's folder a policy's prior is found by the plan beside it; elsewhere it has to be named.
     assert!(lifelike(&eval).status.success());
-    let alone = path("alone.policy.safetensors");
+    let alone = path("alone.controller.safetensors");
     std::fs::copy(&policy, &alone).unwrap();
     let eval =
         ["eval", "--policy", &alone, "--motions", "motions/nod.keys.toml", "-o", &path("report"), "--starts", "2"];
     let without = lifelike(&eval);
-    let digest = json(&["inspect", &policy])["header"]["prior"].as_str().unwrap().to_owned();
+    let digest = json(&["inspect", &policy])["header"]["provenance"]["prior"].as_str().unwrap().to_owned();
     assert_eq!(without.status.code(), Some(2));
     assert!(digest.len() == 64 && err(&without).contains(&digest), "{}", err(&without));
     let another = lifelike(&[&eval[..], &["--prior", "assets/lima.prior.safetensors"]].concat());

@@ -17,23 +17,22 @@ use crate::robot::{Robot, RobotLike};
 /// A trained controller for one robot. It never changes; `follow` begins a run of it.
 ///
 /// `policy` is the name of a controller that comes with the package (`lima`, `humanoid`, `g1`, `toddlerbot`), or a
-/// path. It leads to a `*.controller.safetensors` or `*.policy.safetensors` file, or to the folder of a training run.
-/// Without `robot` it is for the robot that it was trained for. `prior` is the motion prior of a policy whose file
-/// does not contain it. Raises `Error` where the golden vectors of the file are not reproduced, and for another robot.
+/// path. It leads to a `*.controller.safetensors` file, or to the folder of a training run. Without `robot` it is for
+/// the robot that it was trained for. Raises `Error` where the golden vectors of the file are not reproduced, and for another robot.
 #[pyclass(frozen, module = "lifelike")]
 pub struct Controller(pub Arc<Loaded>);
 
 #[pymethods]
 impl Controller {
     #[new]
-    #[pyo3(signature = (policy, robot=None, *, prior=None))]
-    fn new(py: Python<'_>, policy: PathBuf, robot: Option<RobotLike<'_>>, prior: Option<PathBuf>) -> PyResult<Self> {
+    #[pyo3(signature = (policy, robot=None))]
+    fn new(py: Python<'_>, policy: PathBuf, robot: Option<RobotLike<'_>>) -> PyResult<Self> {
         show_warnings();
         let loaded = match robot {
-            None => py.detach(|| Loaded::load(&policy, None, prior.as_deref())),
+            None => py.detach(|| Loaded::load(&policy, None, None)),
             Some(robot) => {
                 let robot = robot.load()?;
-                py.detach(|| Loaded::for_robot(&policy, &robot, prior.as_deref()))
+                py.detach(|| Loaded::for_robot(&policy, &robot, None))
             }
         };
         Ok(Self(Arc::new(loaded.or_raise()?)))

@@ -61,7 +61,9 @@ fn train(
     let run = match resumed {
         Some(run) => run,
         None => {
-            trainer = trainer.initialised().or_raise()?.0;
+            if let Some(init) = &plan.init {
+                trainer = trainer.initialised(init).or_raise()?.0;
+            }
             RunFolder::create(folder, &plan).or_raise()?
         }
     };

@@ -7,7 +7,7 @@ use lifelike_robot::ControllerFile;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let path = std::env::args().nth(1).ok_or("usage: CONTROLLER")?;
-    let file = ControllerFile::load(Path::new(&path), None)?;
+    let file = ControllerFile::read(Path::new(&path))?;
     let header = file.header();
     println!("'{}' at {} Hz, {} joints", header.robot, header.control_hz, header.observation.joints.len());
     for part in header.observation.parts() {

@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use lifelike_checkpoint::{Checkpoint, Entry};
+use lifelike_robot::controller::{ControllerHeader, PriorEncoder};
 use lifelike_robot::reference::standing_clip;
 use lifelike_robot::{ClipPlayer, Controller, ControllerFile, ControllerState, MeasuredState, ReferenceLibrary, Robot};
 
@@ -44,26 +45,17 @@ fn numbers(count: usize, step: usize, size: f32) -> Vec<f32> {
 }
 
 /// A policy that wants everything: latent codes, a window of its own, future frames.
-fn curious(robot: &Robot) -> Checkpoint {
-    use lifelike_robot::controller::PolicyHeader;
+fn curious(robot: &Arc<Robot>, prior: Option<&Checkpoint>) -> Controller {
     use lifelike_robot::{ActionSpec, AnchorSpec, ObservationSpec, ReferenceSpec};
     let reference =
         ReferenceSpec { frame: true, future: vec![5], latent: 64, window: vec![-2, 0, 2], ..Default::default() };
     let observation = ObservationSpec::new(robot, reference, AnchorSpec { heading: true, position: true });
     let (size, window, joints) = (observation.size(), observation.window_size(), robot.joints());
-    let header = PolicyHeader {
-        robot: robot.name.clone(),
-        observation,
-        action: ActionSpec::Reference { scale: 0.5 },
-        control_hz: robot.control_hz,
-        hidden: vec![24],
-        layers: Vec::new(),
+    let header = ControllerHeader {
         encoder: Some((vec![32], 8)),
-        prior: String::new(),
-        steps: 1,
+        ..ControllerHeader::new(robot, observation, ActionSpec::Reference { scale: 0.5 }, vec![24])
     };
     let mut file = Checkpoint::new();
-    file.set_meta("policy", &header).unwrap();
     for (name, widths) in [("actor.encoder", [window, 32, 8]), ("actor.mean", [size - window + 8, 24, joints])] {
         for (i, pair) in widths.windows(2).enumerate() {
             let weight = numbers(pair[0] * pair[1], 7919 + i, 0.2);
@@ -74,7 +66,8 @@ fn curious(robot: &Robot) -> Checkpoint {
     file.put_f64("normalizer.mean", &[size], vec![0.1; size]).unwrap();
     file.put_f64("normalizer.variance", &[size], vec![0.7; size]).unwrap();
     file.put_f64("normalizer.settings", &[4], vec![1.0, 1.0, 5.0, 1.0]).unwrap();
-    file
+    let prior = prior.map(|prior| PriorEncoder::from_prior(prior).unwrap());
+    Controller::new(ControllerFile::new(header, &file, prior, robot).unwrap(), Arc::clone(robot)).unwrap()
 }
 
 /// Runs a controller over a still robot and gives all joint targets.
@@ -110,14 +103,14 @@ fn bend(robot: &Robot) -> lifelike_motion::MotionClip {
 }
 
 #[test]
-fn shipped_policies_load_by_names_and_become_one_file_that_gives_the_same_numbers() {
+fn a_controller_that_is_written_again_gives_the_same_numbers() {
     let (robot, folder) = (lima(), tempfile::tempdir().unwrap());
     let library = ReferenceLibrary::new(&robot, &[bend(&robot)], None).unwrap();
-    let name = "lima-path.policy.safetensors";
-    let policy = Controller::load(&asset(name), None, robot.clone()).unwrap();
+    let name = "lima-path.controller.safetensors";
+    let policy = Controller::load(&asset(name), robot.clone()).unwrap();
     let path = folder.path().join("x.controller.safetensors");
     policy.save(&path).unwrap();
-    let controller = Controller::load(&path, None, robot.clone()).unwrap();
+    let controller = Controller::load(&path, robot.clone()).unwrap();
     let (expected, got) = (run(&policy, &library, 20), run(&controller, &library, 20));
     assert!(expected.iter().all(|x| x.is_finite()));
     assert_eq!(expected, got, "{name}");
@@ -128,10 +121,10 @@ fn shipped_policies_load_by_names_and_become_one_file_that_gives_the_same_number
 fn one_file_holds_the_priors_encoder_and_codes_made_live_are_those_made_beforehand() {
     let (robot, folder) = (lima(), tempfile::tempdir().unwrap());
     let prior = Checkpoint::load(&asset("lima.prior.safetensors")).unwrap();
-    let controller = Controller::from_policy(&curious(&robot), Some(&prior), robot.clone()).unwrap();
+    let controller = curious(&robot, Some(&prior));
     let path = folder.path().join("x.controller.safetensors");
     controller.save(&path).unwrap();
-    let loaded = Controller::load(&path, None, robot.clone()).unwrap();
+    let loaded = Controller::load(&path, robot.clone()).unwrap();
     let with_codes = ReferenceLibrary::new(&robot, &[bend(&robot)], Some(loaded.prior().unwrap())).unwrap();
     let without = ReferenceLibrary::new(&robot, &[bend(&robot)], None).unwrap();
     let (beforehand, live) = (run(&loaded, &with_codes, 30), run(&loaded, &without, 30));
@@ -153,18 +146,21 @@ fn one_file_holds_the_priors_encoder_and_codes_made_live_are_those_made_beforeha
     assert_eq!(permuted.features, with_codes.features);
     assert!(without_codes.permute_codes(1).is_err());
 
-    let blind = Controller::from_policy(&curious(&robot), None, robot.clone()).unwrap();
+    let blind = curious(&robot, None);
     assert_eq!(run(&blind, &with_codes, 5), beforehand[..5 * robot.joints()]);
-    let error = blind.save(&path).unwrap_err().to_string();
-    assert!(error.contains("motion prior"), "{error}");
+    blind.save(&path).unwrap();
+    let error = Controller::load(&path, robot.clone()).unwrap_err().to_string();
+    assert!(error.contains("motion prior") && error.contains("none"), "{error}");
+    let read = Controller::new(ControllerFile::read(&path).unwrap(), robot.clone()).unwrap();
+    assert_eq!(run(&read, &with_codes, 5), beforehand[..5 * robot.joints()]);
 }
 
 #[test]
 fn a_step_allocates_nothing() {
     let robot = lima();
     let prior = Checkpoint::load(&asset("lima.prior.safetensors")).unwrap();
-    let plain = Controller::load(&asset("lima-path.policy.safetensors"), None, robot.clone()).unwrap();
-    let curious = Controller::from_policy(&curious(&robot), Some(&prior), robot.clone()).unwrap();
+    let plain = Controller::load(&asset("lima-path.controller.safetensors"), robot.clone()).unwrap();
+    let curious = curious(&robot, Some(&prior));
     let library = ReferenceLibrary::new(&robot, &[bend(&robot)], None).unwrap();
     let (q, v) = (vec![0.1; robot.joints()], vec![0.0; robot.joints()]);
     for controller in [plain, curious] {
@@ -195,18 +191,15 @@ fn key_bodies_that_nobody_measures_are_computed() {
     let reference = lifelike_robot::ReferenceSpec { frame: true, ..Default::default() };
     let spec = lifelike_robot::ObservationSpec::new(&robot, reference, Default::default());
     let (size, joints) = (spec.size(), robot.joints());
-    let header = serde_json::json!({
-        "robot": "humanoid", "observation": spec, "action": { "base": "absolute" }, "control_hz": robot.control_hz,
-        "hidden": [], "steps": 0,
-    });
+    let header = ControllerHeader::new(&robot, spec, lifelike_robot::ActionSpec::Absolute, Vec::new());
     let mut file = Checkpoint::new();
-    file.set_meta("policy", &header).unwrap();
     file.put_f32("actor.mean.layers.0.weight", &[size, joints], vec![0.0; size * joints]).unwrap();
     file.put_f32("actor.mean.layers.0.bias", &[joints], vec![0.0; joints]).unwrap();
     file.put_f64("normalizer.mean", &[size], vec![0.0; size]).unwrap();
     file.put_f64("normalizer.variance", &[size], vec![1.0; size]).unwrap();
     file.put_f64("normalizer.settings", &[4], vec![1.0, 1.0, 5.0, 1.0]).unwrap();
-    let controller = Controller::from_policy(&file, None, robot.clone()).unwrap();
+    let file = ControllerFile::new(header, &file, None, &robot).unwrap();
+    let controller = Controller::new(file, robot.clone()).unwrap();
 
     let q: Vec<f32> = (0..joints).map(|i| 0.05 * (i as f32).sin()).collect();
     let v = vec![0.0; joints];
@@ -260,8 +253,8 @@ fn refusal(file: &Checkpoint, robot: &Arc<Robot>) -> String {
 #[test]
 fn every_mismatch_is_refused_in_plain_words() {
     let robot = lima();
-    let controller = Controller::load(&asset("lima-path.policy.safetensors"), None, robot.clone()).unwrap();
-    let file = controller.file().to_checkpoint(&robot).unwrap();
+    let controller = Controller::load(&asset("lima-path.controller.safetensors"), robot.clone()).unwrap();
+    let file = controller.file().to_checkpoint().unwrap();
     Controller::new(ControllerFile::from_checkpoint(&file, "x").unwrap(), robot.clone()).unwrap();
 
     let mut weaker = (*robot).clone();
@@ -310,15 +303,11 @@ fn every_mismatch_is_refused_in_plain_words() {
 }
 
 #[test]
-fn a_spline_prior_and_a_missing_prior_are_refused_precisely() {
-    let robot = lima();
+fn a_spline_prior_and_a_file_of_another_kind_are_refused_precisely() {
     let mut spline = Checkpoint::new();
     spline.set_meta("kind", &"spline motion prior").unwrap();
-    let error = Controller::from_policy(&curious(&robot), Some(&spline), robot.clone()).unwrap_err().to_string();
+    let error = PriorEncoder::from_prior(&spline).unwrap_err().to_string();
     assert!(error.contains("expected a convolutional one") && error.contains("Spline-based"), "{error}");
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("x.policy.safetensors");
-    curious(&robot).save(&path).unwrap();
-    let error = Controller::load(&path, None, robot).unwrap_err().to_string();
-    assert!(error.contains("motion prior") && error.contains("none"), "{error}");
+    let error = ControllerFile::read(&asset("lima.prior.safetensors")).unwrap_err().to_string();
+    assert!(error.contains("expected a controller") && error.contains("lima.prior.safetensors"), "{error}");
 }

@@ -83,7 +83,7 @@ fn a_controller_whose_golden_vectors_differ_is_refused() {
     let error = ControllerFile::read(&damaged).unwrap_err().to_string();
     println!("{error}");
     assert!(error.contains("x.controller.safetensors"), "{error}");
-    let g1 = Controller::load(&common::asset("g1-deploy.controller.safetensors"), None, common::lima());
+    let g1 = Controller::load(&common::asset("g1-deploy.controller.safetensors"), common::lima());
     let error = g1.unwrap_err().to_string();
     println!("{error}");
     assert!(error.contains("joints"), "{error}");

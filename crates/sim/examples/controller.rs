@@ -13,7 +13,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let [robot, controller, clip @ ..] = &arguments[..] else { return Err("usage: ROBOT CONTROLLER [CLIP]".into()) };
     let robot = Arc::new(Robot::load(robot)?);
-    let controller = Controller::load(Path::new(controller), None, Arc::clone(&robot))?;
+    let controller = Controller::load(Path::new(controller), Arc::clone(&robot))?;
     let clip = match clip.first() {
         Some(path) => lifelike_motion::container::read(Path::new(path))?,
         None => standing_clip(&robot, 5.0),

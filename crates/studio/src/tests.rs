@@ -20,7 +20,7 @@ use crate::{Document, Operation, Scene, Stage, packet, stage};
 fn lima(folder: &Path) -> Stage {
     let robot = Arc::new(Robot::load("lima").unwrap());
     let assets = Path::new(env!("CARGO_MANIFEST_DIR")).join("../lifelike/assets");
-    let controller = Controller::load(&assets.join("lima-path.controller.safetensors"), None, robot).unwrap();
+    let controller = Controller::load(&assets.join("lima-path.controller.safetensors"), robot).unwrap();
     let generator = Generator::load(&assets.join("lima.generator.safetensors")).unwrap();
     Stage {
         controller: Arc::new(controller),

@@ -21,7 +21,7 @@ fn assets(name: &str) -> std::path::PathBuf {
 /// Starts a studio of a robot; returns its addresses.
 fn start(folder: &Path, robot: &str) -> [String; 2] {
     let robot = Arc::new(Robot::load(robot).unwrap());
-    let controller = Controller::load(&assets("lima-path.controller.safetensors"), None, robot).unwrap();
+    let controller = Controller::load(&assets("lima-path.controller.safetensors"), robot).unwrap();
     let generator = Generator::load(&assets("lima.generator.safetensors")).unwrap();
     let generator = Some(Arc::new(generator));
     let stage = Stage { controller: Arc::new(controller), generator, spline: None, folder: folder.into() };

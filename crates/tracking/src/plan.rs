@@ -170,6 +170,25 @@ fn default_action() -> ActionSpec {
 }
 
 impl TrackerPlan {
+    /// Returns the plan of the environment as a controller has it (TOML): without clips and networks, which are files of
+    /// one machine, and without the budget.
+    ///
+    /// # Errors
+    /// A number that TOML cannot hold.
+    pub fn as_environment(&self, robot: &str) -> Result<String, toml::ser::Error> {
+        let environment = Self {
+            robot: robot.into(),
+            clips: Vec::new(),
+            prior: None,
+            init: None,
+            teachers: Vec::new(),
+            budget: Budget::default(),
+            checkpoint_every: fifty(),
+            ..self.clone()
+        };
+        toml::to_string(&environment)
+    }
+
     /// Returns a plan with every default.
     pub fn new(robot: &str, clips: &[PathBuf]) -> Self {
         Self {

@@ -1,32 +1,28 @@
-//! A trained policy as a file (`*.policy.safetensors`), of which controllers are made.
+//! A policy in training as a controller's file (`*.controller.safetensors`), with what a training goes on with.
 //!
-//! It has the network, the normaliser of its inputs, and the layout of inputs and outputs with all names. Robots with
-//! other joints, or joints in another order, are therefore refused.
+//! Beside the controller's own arrays the file has the width of the exploration noise and the value function. A training
+//! begins with them (`init`); nothing that acts needs them, and `lifelike export` leaves them out.
 
 use std::path::Path;
+use std::sync::Arc;
 
 use lifelike_checkpoint::Checkpoint;
 use lifelike_nn::normalizer::RunningNormalizer;
-use lifelike_robot::controller::PolicyHeader;
-use lifelike_robot::{ReferenceLibrary, Robot};
+use lifelike_robot::controller::{ControllerHeader, PriorEncoder};
+use lifelike_robot::{Controller, ControllerFile, Robot};
 
 use crate::TrackerError;
-use lifelike_train::networks::{Actor, ActorSize, Critic};
+use lifelike_train::networks::{Actor, Critic};
 use lifelike_train::ppo::SavedNetworks;
 
-/// Frames that are encoded at a time.
-const CHUNK: usize = 256;
-
-/// Ending of the names of policy files.
-pub const EXTENSION: &str = lifelike_robot::controller::POLICY_EXTENSION;
-
-/// A policy, ready to act.
+/// A policy as a training has it.
 #[derive(Debug, Clone)]
 pub struct Policy {
-    header: PolicyHeader,
+    header: ControllerHeader,
     actor: Actor,
     normalizer: RunningNormalizer,
-    /// State that training goes on with; nothing that acts needs it.
+    robot: Arc<Robot>,
+    prior: Option<PriorEncoder>,
     value: Option<(Critic, RunningNormalizer)>,
 }
 
@@ -48,39 +44,22 @@ pub(crate) fn networks() -> SavedNetworks {
 
 impl Policy {
     /// Returns the policy of a network in training.
-    pub fn new(header: PolicyHeader, actor: &Actor, normalizer: &RunningNormalizer) -> Self {
+    pub fn new(header: ControllerHeader, actor: &Actor, normalizer: &RunningNormalizer, robot: Arc<Robot>) -> Self {
         let mut normalizer = normalizer.clone();
         normalizer.set_frozen(true);
-        Self { header, actor: actor.clone(), normalizer, value: None }
+        Self { header, actor: actor.clone(), normalizer, robot, prior: None, value: None }
+    }
+
+    /// With the encoder of the latent codes that it sees.
+    #[must_use]
+    pub fn with_prior(self, prior: Option<PriorEncoder>) -> Self {
+        Self { prior, ..self }
     }
 
     /// With the value function, so that a training that begins with the file (`init`) goes on with both.
     #[must_use]
     pub fn with_value(self, critic: &Critic, normalizer: &RunningNormalizer) -> Self {
         Self { value: Some((critic.clone(), normalizer.clone())), ..self }
-    }
-
-    /// Returns the header of the file.
-    pub fn header(&self) -> &PolicyHeader {
-        &self.header
-    }
-
-    /// Returns the network (for exporters); its inputs are to be normalised with [`Self::normalizer`].
-    pub fn actor(&self) -> &Actor {
-        &self.actor
-    }
-
-    /// Returns the normaliser of observations.
-    pub fn normalizer(&self) -> &RunningNormalizer {
-        &self.normalizer
-    }
-
-    /// Checks that the policy may drive this robot.
-    ///
-    /// # Errors
-    /// Names, order, default pose or rate are others.
-    pub fn check(&self, robot: &Robot) -> Result<(), TrackerError> {
-        check(&self.header, robot)
     }
 
     /// Returns the outputs of the deterministic policy: `[N, O]` observations as `ObservationSpec::write` wrote them → `[N, J]` outputs (not
@@ -101,38 +80,34 @@ impl Policy {
         Ok(self.actor.means(&observations))
     }
 
-    /// Returns the codes of its own encoder for every frame of a library, `[T, code]`, each of length one; none where it has no
-    /// encoder.
+    /// Returns the controller that acts as the policy does.
     ///
     /// # Errors
-    /// The library has other joints or end effectors.
-    pub fn codes(&self, library: &ReferenceLibrary) -> Result<Vec<f32>, TrackerError> {
-        let spec = &self.header.observation;
-        let (width, window) = (spec.size(), spec.window_size());
-        let mut codes = Vec::new();
-        for first in (0..library.len()).step_by(CHUNK) {
-            let last = (first + CHUNK).min(library.len());
-            let mut rows = vec![0.0; (last - first) * width];
-            for (frame, row) in (first..last).zip(rows.chunks_exact_mut(width)) {
-                let frames = library.window_at(frame, &spec.reference.window);
-                spec.write_frames(&frames, &mut row[width - window..])?;
-            }
-            self.normalizer.normalize(&mut rows);
-            let windows: Vec<f32> = rows.chunks_exact(width).flat_map(|row| &row[width - window..]).copied().collect();
-            codes.extend(self.actor.codes(&windows));
-        }
-        Ok(codes)
+    /// Header, networks and prior do not fit each other.
+    pub fn controller(&self) -> Result<Controller, TrackerError> {
+        let file = ControllerFile::new(self.header.clone(), &self.arrays()?, self.prior.clone(), &self.robot)?;
+        Ok(Controller::new(file, Arc::clone(&self.robot))?)
+    }
+
+    /// Returns the arrays of the policy itself.
+    fn arrays(&self) -> Result<Checkpoint, TrackerError> {
+        let mut arrays = Checkpoint::new();
+        self.actor.parameters().save_into(&mut arrays, ACTOR)?;
+        self.normalizer.save_into(&mut arrays, NORMALIZER)?;
+        Ok(arrays)
     }
 
     /// Returns the file's content.
     ///
     /// # Errors
-    /// Two entries of one name.
+    /// As [`Self::controller`].
     pub fn to_checkpoint(&self) -> Result<Checkpoint, TrackerError> {
-        let mut checkpoint = Checkpoint::new();
-        checkpoint.set_meta("policy", &self.header)?;
-        self.actor.parameters().save_into(&mut checkpoint, ACTOR)?;
-        self.normalizer.save_into(&mut checkpoint, NORMALIZER)?;
+        let mut checkpoint = self.controller()?.file().to_checkpoint()?;
+        for (name, entry) in self.arrays()?.entries() {
+            if !checkpoint.contains(name) {
+                checkpoint.put(name, entry.clone())?;
+            }
+        }
         if let Some((critic, normalizer)) = &self.value {
             critic.parameters().save_into(&mut checkpoint, CRITIC)?;
             normalizer.save_into(&mut checkpoint, CRITIC_NORMALIZER)?;
@@ -147,77 +122,4 @@ impl Policy {
     pub fn save(&self, path: &Path) -> Result<(), TrackerError> {
         Ok(self.to_checkpoint()?.save(path)?)
     }
-
-    /// Reads a policy for a robot.
-    ///
-    /// # Errors
-    /// The file is damaged or no policy, or was made for another robot.
-    pub fn load(path: &Path, robot: &Robot) -> Result<Self, TrackerError> {
-        let policy = Self::read(path)?;
-        policy.check(robot)?;
-        Ok(policy)
-    }
-
-    /// Reads a policy for any robot, to inspect it; without the value function.
-    ///
-    /// # Errors
-    /// The file is damaged or no policy.
-    pub fn read(path: &Path) -> Result<Self, TrackerError> {
-        let checkpoint = Checkpoint::load(path)?;
-        let header: PolicyHeader = checkpoint.meta("policy")?;
-        let (inputs, joints) = (header.observation.size(), header.observation.joints.len());
-        let (encoder, code) = header.encoder.clone().unwrap_or_default();
-        let window = header.observation.window_size();
-        if (window > 0) != (code > 0) {
-            return Err(TrackerError::Mismatch {
-                what: format!("{}: size of the code of a window of {window} numbers", path.display()),
-                expected: if window > 0 { "above 0" } else { "0" }.into(),
-                got: code.to_string(),
-            });
-        }
-        fits(&checkpoint, "actor.mean", inputs - window + code, &header.hidden, joints)?;
-        if code > 0 {
-            fits(&checkpoint, "actor.encoder", window, &encoder, code)?;
-        }
-        let size = ActorSize { inputs, window, encoder: &encoder, code, hidden: &header.hidden, outputs: joints };
-        let actor = Actor::init(size, 1.0, 0).load_from(&checkpoint, ACTOR)?;
-        let normalizer = RunningNormalizer::load_from(&checkpoint, NORMALIZER, inputs)?;
-        Ok(Self { header, actor, normalizer, value: None })
-    }
-}
-
-/// Checks that a policy with this header may drive a robot.
-pub(crate) fn check(header: &PolicyHeader, robot: &Robot) -> Result<(), TrackerError> {
-    header.observation.check(robot)?;
-    if header.control_hz != robot.control_hz {
-        return Err(TrackerError::Mismatch {
-            what: format!("policy rate for robot '{}' (Hz)", robot.name),
-            expected: header.control_hz.to_string(),
-            got: robot.control_hz.to_string(),
-        });
-    }
-    Ok(())
-}
-
-/// Checks that the file holds the layers that its header describes, before memory is allocated by sizes from a header.
-fn fits(
-    checkpoint: &Checkpoint,
-    prefix: &str,
-    inputs: usize,
-    hidden: &[usize],
-    outputs: usize,
-) -> Result<(), TrackerError> {
-    let widths: Vec<usize> = [inputs].into_iter().chain(hidden.iter().copied()).chain([outputs]).collect();
-    for (layer, pair) in widths.windows(2).enumerate() {
-        let name = format!("{prefix}.layers.{layer}.weight");
-        let shape = checkpoint.entry(&name)?.shape();
-        if shape != pair {
-            return Err(TrackerError::Mismatch {
-                what: format!("shape of {name}"),
-                expected: format!("{pair:?}"),
-                got: format!("{shape:?}"),
-            });
-        }
-    }
-    Ok(())
 }

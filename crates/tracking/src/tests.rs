@@ -7,8 +7,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use lifelike_checkpoint::Checkpoint;
 use lifelike_motion::{MotionClip, Provenance};
+use lifelike_robot::controller::PolicyWorkspace;
 use lifelike_robot::observation::Part;
-use lifelike_robot::{ActionSpec, ReferenceLibrary, Robot};
+use lifelike_robot::{ActionSpec, Controller, ControllerFile, ReferenceLibrary, Robot};
 use lifelike_sim::randomization::{PushSpec, RandomizationSpec};
 
 mod beginning;
@@ -301,8 +302,8 @@ fn a_run_that_goes_on_has_a_policy_with_each_checkpoint() {
     // Iterations, and those of the policy that is there; one is 8 steps of 6 environments.
     let mut steps = Vec::new();
     let mut look = |iteration: u64| {
-        let policy = Policy::load(&Trainer::policy_path(folder.path()), &robot());
-        steps.push((iteration, policy.ok().map(|policy| policy.header().steps / 48)));
+        let policy = ControllerFile::read(&Trainer::policy_path(folder.path()));
+        steps.push((iteration, policy.ok().map(|policy| policy.header().provenance.steps / 48)));
     };
     run.run(&mut trainer(&plan), |now| look(now.iteration)).unwrap();
     assert_eq!(steps[..5], [(1, None), (2, None), (3, Some(2)), (4, Some(2)), (5, Some(4))]);
@@ -432,19 +433,26 @@ fn ppo_learns_to_follow() {
 #[test]
 fn a_policy_file_comes_back_the_same_and_knows_its_robot() {
     let place = tempfile::tempdir().unwrap();
-    let path = place.path().join("t.policy.safetensors");
+    let path = place.path().join("t.controller.safetensors");
     let mut t = trainer(&restless());
     t.iterate().unwrap();
     let policy = t.policy();
     policy.save(&path).unwrap();
     let robot = robot();
-    let back = Policy::load(&path, &robot).unwrap();
+    let back = Controller::load(&path, Arc::clone(&robot)).unwrap();
     let rows = t.environment().actor_rows().to_vec();
-    assert_eq!(back.outputs(rows.clone()).unwrap(), policy.outputs(rows.clone()).unwrap());
-    assert_eq!(back.header(), policy.header());
-    assert!(back.outputs(rows[1..].to_vec()).is_err());
+    let expected = policy.outputs(rows.clone()).unwrap();
+    let mut got = vec![f32::NAN; expected.len()];
+    back.outputs(&mut rows.clone(), &mut PolicyWorkspace::batched(), &mut got);
+    assert_eq!(got, expected);
+    assert_eq!(back.header(), policy.controller().unwrap().header());
+    assert!(policy.outputs(rows[1..].to_vec()).is_err());
+    let environment: TrackerPlan = toml::from_str(back.header().environment.as_ref().unwrap()).unwrap();
+    assert_eq!((environment.robot.as_str(), environment.clips.len()), (robot.name.as_str(), 0));
+    let exported = back.file().to_checkpoint().unwrap();
+    assert!(!exported.contains("actor.log_std") && !exported.contains("critic_normalizer.mean"));
     let mut other = (*robot).clone();
     other.layout.joints.swap(0, 1);
-    let error = Policy::load(&path, &other).unwrap_err().to_string();
+    let error = Controller::load(&path, Arc::new(other)).unwrap_err().to_string();
     assert!(error.contains("joints") && error.contains("hip"), "{error}");
 }

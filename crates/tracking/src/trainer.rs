@@ -6,7 +6,7 @@ mod task;
 use std::sync::Arc;
 
 use lifelike_checkpoint::Checkpoint;
-use lifelike_robot::controller::PolicyHeader;
+use lifelike_robot::controller::{ControllerHeader, KIND, PriorEncoder, Provenance};
 use lifelike_robot::{Controller, ReferenceLibrary, Robot};
 use lifelike_sim::Simulation;
 
@@ -29,6 +29,7 @@ pub struct Trainer {
     learner: Learner,
     collective: Arc<dyn Collective>,
     prior_digest: String,
+    prior: Option<PriorEncoder>,
     /// SHA-256 of the teachers' policies, hexadecimal.
     teachers: Vec<String>,
     iteration: u64,
@@ -74,6 +75,7 @@ impl Trainer {
             learner,
             collective,
             prior_digest: String::new(),
+            prior: None,
             teachers: Vec::new(),
             iteration: 0,
             steps: 0,
@@ -88,14 +90,16 @@ impl Trainer {
         clips.map(|((name, survival), seen)| ClipProgress { name, survival: *survival, seen }).collect()
     }
 
-    /// Remembers which prior (by the SHA-256 of its file, hexadecimal) made the library's latent codes.
+    /// Remembers which prior (by the SHA-256 of its file, hexadecimal) made the library's latent codes, and its encoder
+    /// for the controller, where a controller can run it.
     #[must_use]
-    pub fn with_prior_digest(mut self, digest: &str) -> Self {
+    pub fn with_prior(mut self, digest: &str, encoder: Option<PriorEncoder>) -> Self {
         self.prior_digest = digest.into();
+        self.prior = encoder;
         self
     }
 
-    /// With the policies of the plan's `teachers`, in their order; after [`Self::with_prior_digest`].
+    /// With the policies of the plan's `teachers`, in their order; after [`Self::with_prior`].
     ///
     /// # Errors
     /// As [`Environment::set_teachers`]; a teacher sees latent codes of another prior.
@@ -146,20 +150,18 @@ impl Trainer {
     /// Returns the policy as it is now.
     pub fn policy(&self) -> Policy {
         let (critic, normalizer) = self.learner.value_function();
-        Policy::new(self.header(), self.learner.actor(), self.learner.normalizer()).with_value(critic, normalizer)
+        Policy::new(self.header(), self.learner.actor(), self.learner.normalizer(), Arc::clone(&self.robot))
+            .with_prior(self.prior.clone())
+            .with_value(critic, normalizer)
     }
 
-    fn header(&self) -> PolicyHeader {
-        PolicyHeader {
-            robot: self.robot.name.clone(),
-            observation: self.environment.observation().clone(),
-            action: self.plan.action,
-            control_hz: self.robot.control_hz,
-            hidden: self.plan.network.actor.clone(),
-            layers: Vec::new(),
-            encoder: Some((self.plan.network.encoder.clone(), self.plan.network.code)).filter(|(_, code)| *code > 0),
-            prior: self.prior_digest.clone(),
-            steps: self.steps,
+    fn header(&self) -> ControllerHeader {
+        let (observation, network) = (self.environment.observation().clone(), &self.plan.network);
+        ControllerHeader {
+            encoder: Some((network.encoder.clone(), network.code)).filter(|(_, code)| *code > 0),
+            provenance: Provenance { prior: self.prior_digest.clone(), steps: self.steps, ..Provenance::default() },
+            environment: self.plan.as_environment(&self.robot.name).ok(),
+            ..ControllerHeader::new(&self.robot, observation, self.plan.action, network.actor.clone())
         }
     }
 
@@ -183,7 +185,7 @@ impl Trainer {
     pub fn checkpoint(&self) -> Result<Checkpoint, TrackerError> {
         let mut checkpoint = Checkpoint::new();
         checkpoint.set_meta("plan", &self.resumable_plan())?;
-        checkpoint.set_meta("policy", &self.header())?;
+        checkpoint.set_meta(KIND, &self.header())?;
         checkpoint.put_u64("progress", &[2], vec![self.iteration, self.steps])?;
         self.learner.save_into(&mut checkpoint, "learner")?;
         self.environment.save_into(&mut checkpoint, "environment")?;

@@ -40,9 +40,6 @@ pub struct Args {
     /// Another policy than the one that comes with the program: a name, a file, or the folder of a run.
     #[arg(long)]
     pub policy: Option<PathBuf>,
-    /// The motion prior of that policy, where it has one.
-    #[arg(long)]
-    pub prior: Option<PathBuf>,
     /// Robot of the policy: a name, or an MJCF or URDF file.
     #[arg(short, long, default_value = "lima")]
     pub robot: String,
@@ -62,7 +59,6 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     args.physics.require_ready(&robot)?;
     let file = shipped::controller(args.policy.as_deref(), &robot, &args.robot, || NextCommand::new("demo"))?;
     let Source { policy: file, prior, .. } = Source::of(&file)?;
-    let prior = args.prior.clone().or(prior);
     let loaded = Loaded::new(&file, Arc::clone(&robot), prior.as_deref())?;
     let clips = if args.motions.is_empty() {
         clips::builtin(&robot)

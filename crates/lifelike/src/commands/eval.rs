@@ -32,26 +32,25 @@ pub const STARTS: usize = 10_000;
 #[command(after_help = "\
 Examples:
   lifelike eval --policy lima --motions builtin -o report
-  lifelike eval --policy runs/walk/tracker.policy.safetensors --motions data/lima -o report
-  lifelike eval --policy p.policy.safetensors --prior m.prior.safetensors \\
-      --motions a.bvh b.bvh -o report
-  lifelike eval --policy p.policy.safetensors --motions @experiments/track-20-test.txt -o report
-  lifelike eval --policy p.policy.safetensors --motions data/lima -o report \\
+  lifelike eval --policy runs/walk --motions data/lima -o report
+  lifelike eval --policy mine.controller.safetensors --motions a.bvh b.bvh -o report
+  lifelike eval --policy runs/walk --motions @experiments/track-20-test.txt -o report
+  lifelike eval --policy runs/walk --motions data/lima -o report \\
       --json | jq .overall.survival
-  lifelike eval --policy p.policy.safetensors --motions kept/MDM --protocol thesis \\
+  lifelike eval --policy runs/walk --motions kept/MDM --protocol thesis \\
       --episodes 2048 -o report
-  lifelike eval --policy p.policy.safetensors --motions data/g1 \\
+  lifelike eval --policy runs/walk --motions data/g1 \\
       --families experiments/families.txt -o report
-  lifelike eval --policy p.policy.safetensors --motions data/lima -o report \\
+  lifelike eval --policy runs/walk --motions data/lima -o report \\
       --explain --apply data/repaired
   lifelike eval --policy lima --motions builtin -o report --mcap    # for Foxglove and rerun
 
 Motions may be *.motion.safetensors, or captured motion and keyframes, which are retargeted on the way.")]
 pub struct Args {
-    /// The controller, or the policy.
+    /// The controller: a name, a file, or the folder of a run.
     #[arg(short, long)]
     pub policy: PathBuf,
-    /// The motion prior that the policy was trained with, where it was.
+    /// The spline prior that the policy was trained with, where it was; other priors are in the controller.
     #[arg(long)]
     pub prior: Option<PathBuf>,
     /// The robot: a name, or an MJCF or URDF file; what the policy was trained for where not given.

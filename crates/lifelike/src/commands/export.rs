@@ -6,7 +6,7 @@ use std::sync::Arc;
 use lifelike_interop::{Dialect, Motion};
 use lifelike_report::run::RunFolder;
 use lifelike_robot::Robot;
-use lifelike_robot::controller::{Controller, ControllerFile, EXTENSION, POLICY_EXTENSION};
+use lifelike_robot::controller::{Controller, ControllerFile, EXTENSION};
 use serde_json::json;
 
 use crate::commands::controller_file::robot_of;
@@ -16,19 +16,19 @@ use crate::output::Output;
 use crate::shipped::{self, Kind};
 
 /// The policy in the folder of a run.
-const POLICY_OF_RUN: &str = "tracker.policy.safetensors";
+const POLICY_OF_RUN: &str = "tracker.controller.safetensors";
 
-/// Write a trained policy as one controller file, for deployment.
+/// Write a controller for deployment: for robots, or as the files of another stack.
 ///
-/// The file contains the network, the encoder of the motion prior if the policy reads latent codes, and the normaliser.
-/// It also contains the environment's plan, the layout of inputs and outputs by name, gains, limits and rates. A digest
-/// of the robot and golden vectors are verified by every reader. A controller runs without the training framework.
+/// Training writes a controller with its value function, to go on from. This command writes it without. The file
+/// contains the network, the encoder of the motion prior if the policy reads latent codes, and the normaliser. It also
+/// contains the environment's plan, the layout of inputs and outputs by name, gains, limits and rates. A digest of the
+/// robot and golden vectors are verified by every reader.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
-  lifelike export runs/walk   # writes runs/walk/tracker.controller.safetensors
-  lifelike export old.policy.safetensors --prior m.prior.safetensors -o old.controller.safetensors
-  lifelike export runs/mine --robot my_robot.xml
+  lifelike export runs/walk   # writes runs/walk/walk.controller.safetensors
+  lifelike export runs/mine --robot my_robot.xml -o mine.controller.safetensors
   lifelike export runs/walk --for onnx     # plain ONNX of the same inputs and outputs
   lifelike export runs/g1 --for mjlab --motions dance.motion.safetensors
 
@@ -36,17 +36,14 @@ Examples:
 The stack must be able to build the policy's observation: the plans track-beyondmimic, track-deploy and track-wbc train
 such policies.
 
-Whatever takes --policy takes a controller, a policy, or the folder of a run.")]
+Whatever takes --policy takes a controller or the folder of a run.")]
 pub struct Args {
-    /// The folder of a run of `train tracker`, or its policy file.
+    /// The folder of a run of `train tracker`, or a controller's file.
     pub input: PathBuf,
-    /// The motion prior that the policy was trained with, where it was; a run names its own.
-    #[arg(long)]
-    pub prior: Option<PathBuf>,
     /// The robot: a name, or an MJCF or URDF file; what the policy was trained for where not given.
     #[arg(short, long)]
     pub robot: Option<String>,
-    /// The plan of the environment that it was trained in, by name or file; a run has its own.
+    /// Another plan of the environment than the one in its file, by name or file.
     #[arg(long, value_name = "PLAN")]
     pub environment: Option<PathBuf>,
     /// The stack whose files are written.
@@ -63,7 +60,8 @@ pub struct Args {
 /// Runs the command.
 ///
 /// # Errors
-/// There is no policy; its prior is missing; robot and policy do not fit each other; the file cannot be written.
+/// There is no policy; it cannot make its latent codes; robot and policy do not fit each other; the file cannot be
+/// written.
 pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let destination = match args.dialect {
         None => crate::destination::network,
@@ -71,34 +69,32 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     };
     let given = args.output.as_ref().map(|path| destination(&path.to_string_lossy())).transpose();
     let given = given.map_err(|reason| CliError::Usage(format!("--output: {reason}")))?;
-    let Source { policy, prior, robot, environment } = Source::of(&args.input)?;
-    let environment = args.environment.as_deref().map(named_environment).transpose()?.or(environment);
-    let prior = args.prior.clone().or(prior);
-    let mut file = ControllerFile::load(&policy, prior.as_deref())?;
+    let Source { policy, robot, .. } = Source::of(&args.input)?;
+    let mut file = ControllerFile::read(&policy)?;
+    file.check_complete()?;
     let name = match args.robot.clone().or(robot) {
         Some(name) => name,
         None => robot_of(&file).map_err(|reason| {
             CliError::Usage(format!("{}: {reason}; name its MJCF or URDF file with --robot", policy.display()))
         })?,
     };
-    if let Some(plan) = environment {
-        let text = environment_text(plan, &file.header().robot)?;
-        file = file.trained_in(text)?;
+    if let Some(name) = &args.environment {
+        let environment = environment_named(name, &file.header().robot)?;
+        file = file.trained_in(environment)?;
     }
     let controller = Controller::new(file, Arc::new(Robot::load(&name)?))?;
     if let Some(dialect) = args.dialect {
-        let folder = given.unwrap_or_else(|| beside(&policy).with_extension("").with_extension(dialect.name()));
+        let folder = given.unwrap_or_else(|| policy.with_file_name(format!("{}.{dialect}", stem(&policy))));
         return foreign(&controller, dialect, args.motions.as_deref(), &folder, output);
     }
     let path = given.unwrap_or_else(|| beside(&policy));
     controller.save(&path)?;
     // What was written is what a robot will read: names, digest and golden vectors are tried once.
-    let written = ControllerFile::load(&path, None)?;
+    let written = ControllerFile::read(&path)?;
     let eval = NextCommand::new("eval").path("--policy", &path).robot(&name);
     let steps = [eval.word("--motions").word("builtin").word("-o").word("report")];
-    let digest = written.robot().map(|robot| robot.digest.clone());
     let value = json!({
-        "controller": path, "policy": policy, "robot": name, "robot_sha256": digest, "header": written.header(),
+        "controller": path, "policy": policy, "robot": name, "robot_sha256": written.robot().digest, "header": written.header(),
         "next": next::texts(&steps),
     });
     output.result(&value, || format!("controller: {}\n{}", path.display(), next::lines(&steps)))
@@ -143,18 +139,10 @@ fn foreign(
     })
 }
 
-/// Reads a tracking plan by name or file, with all of its defaults.
-fn named_environment(name: &Path) -> Result<toml::Table, CliError> {
-    let plan = crate::commands::rollouts::tracker_plan(name, "", 0)?;
-    toml::Table::try_from(&plan).map_err(|e| CliError::Failed(e.to_string()))
-}
-
-/// Returns a tracking plan as a controller carries it: without clips and networks, which are files of one machine.
-pub(crate) fn environment_text(mut plan: toml::Table, robot: &str) -> Result<String, CliError> {
-    ["prior", "init", "teachers"].iter().for_each(|key| drop(plan.remove(*key)));
-    plan.insert("clips".into(), toml::Value::Array(Vec::new()));
-    plan.insert("robot".into(), robot.into());
-    toml::to_string(&plan).map_err(|e| CliError::Failed(e.to_string()))
+/// Returns a tracking plan, by name or file, as a controller has it.
+fn environment_named(name: &Path, robot: &str) -> Result<String, CliError> {
+    let plan = crate::commands::rollouts::tracker_plan(name, robot, 0)?;
+    plan.as_environment(robot).map_err(|error| CliError::Failed(error.to_string()))
 }
 
 /// A policy, and what its run says about it.
@@ -165,8 +153,6 @@ pub(crate) struct Source {
     pub prior: Option<PathBuf>,
     /// The robot that the run's plan names.
     pub robot: Option<String>,
-    /// The run's plan.
-    pub environment: Option<toml::Table>,
 }
 
 impl Source {
@@ -177,16 +163,16 @@ impl Source {
     pub fn of(input: &Path) -> Result<Self, CliError> {
         if let Some(network) = shipped::named(input, Kind::Controller).filter(|_| !input.exists()) {
             let robot = Some(network.name).filter(|name| is_known(name)).map(str::to_owned);
-            return Ok(Self { policy: network.file()?, prior: None, robot, environment: None });
+            return Ok(Self { policy: network.file()?, prior: None, robot });
         }
         if !input.is_dir() {
             // A run's policy by its own name: the plan is beside it.
             let policy = shipped::file(input, Kind::Controller)?;
-            let environment = plan_around(&policy);
-            let text = |key: &str| environment.as_ref()?.get(key)?.as_str();
+            let plan = plan_around(&policy);
+            let text = |key: &str| plan.as_ref()?.get(key)?.as_str();
             let robot = text("robot").filter(|robot| is_known(robot) || Path::new(robot).is_file()).map(str::to_owned);
             let prior = text("prior").map(PathBuf::from).filter(|prior| prior.is_file());
-            return Ok(Self { robot, prior, policy, environment });
+            return Ok(Self { policy, prior, robot });
         }
         let plan: toml::Table = RunFolder::open(input)?.plan()?;
         let text = |key: &str| plan.get(key).and_then(toml::Value::as_str);
@@ -196,7 +182,7 @@ impl Source {
             return Err(CliError::Input(format!("{}: expected a policy, got no file; {expected}", policy.display())));
         }
         let (prior, robot) = (text("prior").map(PathBuf::from), text("robot").map(str::to_owned));
-        Ok(Self { policy, prior, robot, environment: Some(plan) })
+        Ok(Self { policy, prior, robot })
     }
 }
 
@@ -206,11 +192,17 @@ fn plan_around(policy: &Path) -> Option<toml::Table> {
     RunFolder::open(policy.parent()?).ok().filter(|_| is_policy)?.plan().ok()
 }
 
-/// The controller's file beside its policy's.
+/// Returns the file that is written where none is named: the run's name in its folder, else the file's beside it.
 fn beside(policy: &Path) -> PathBuf {
-    let name = policy.file_name().unwrap_or_default().to_string_lossy();
-    let stem = name.strip_suffix(POLICY_EXTENSION).or_else(|| name.strip_suffix(EXTENSION)).unwrap_or(&name);
+    let of_run = policy.parent().and_then(Path::file_name).filter(|_| policy.ends_with(POLICY_OF_RUN));
+    let stem = of_run.map_or_else(|| format!("{}-export", stem(policy)), |run| run.to_string_lossy().into_owned());
     policy.with_file_name(format!("{stem}{EXTENSION}"))
+}
+
+/// Returns the name of a controller's file without its ending.
+fn stem(policy: &Path) -> String {
+    let name = policy.file_name().unwrap_or_default().to_string_lossy();
+    name.strip_suffix(EXTENSION).unwrap_or(&name).to_owned()
 }
 
 #[cfg(test)]
@@ -219,19 +211,9 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_plan_in_a_controller_names_no_file() {
-        let plan: toml::Table = toml::from_str(
-            "robot = 'robots/x.xml'\nclips = ['data/a']\ninit = 'runs/b'\nprior = 'c'\n[reward]\nkind = 'thesis'",
-        )
-        .unwrap();
-        let text = environment_text(plan, "x").unwrap();
-        assert_eq!(text, "clips = []\nrobot = \"x\"\n\n[reward]\nkind = \"thesis\"\n");
-    }
-
-    #[test]
     fn a_controller_stands_beside_its_policy() {
         let name = |policy: &str| beside(Path::new(policy)).display().to_string();
-        assert_eq!(name("runs/a/tracker.policy.safetensors"), "runs/a/tracker.controller.safetensors");
-        assert_eq!(name("x.safetensors"), "x.safetensors.controller.safetensors");
+        assert_eq!(name("runs/a/tracker.controller.safetensors"), "runs/a/a.controller.safetensors");
+        assert_eq!(name("x.controller.safetensors"), "x-export.controller.safetensors");
     }
 }

@@ -2,10 +2,12 @@
 
 use std::path::Path;
 
+use lifelike_checkpoint::Checkpoint;
 use lifelike_motion::features::frames_of;
 use lifelike_motion::resample::resample;
 use lifelike_motion::{FeatureLayout, Frame, MotionClip};
 use lifelike_representation::{MotionPrior, PriorClip};
+use lifelike_robot::controller::PriorEncoder;
 use lifelike_robot::{Controller, LatentEncoder, Robot, RobotError};
 use sha2::{Digest, Sha256};
 
@@ -15,6 +17,7 @@ use crate::shipped::{self, Kind};
 /// The prior and the digest of its file, by which a policy remembers it.
 pub struct Prior {
     prior: MotionPrior,
+    encoder: Option<PriorEncoder>,
     digest: String,
 }
 
@@ -24,7 +27,9 @@ impl Prior {
         let path = &shipped::file(path, Kind::Prior)?;
         let bytes = std::fs::read(path).map_err(|e| CliError::Input(format!("{}: {e}", path.display())))?;
         let digest = Sha256::digest(&bytes).iter().map(|b| format!("{b:02x}")).collect();
-        Ok(Self { prior: MotionPrior::load(path)?, digest })
+        let prior = MotionPrior::load(path)?;
+        let encoder = PriorEncoder::from_prior(&Checkpoint::from_bytes(&bytes, path)?).ok();
+        Ok(Self { prior, encoder, digest })
     }
 
     /// As [`Self::load`], for this robot.
@@ -40,6 +45,11 @@ impl Prior {
     /// SHA-256 of its file, hexadecimal.
     pub fn digest(&self) -> &str {
         &self.digest
+    }
+
+    /// Returns its encoder as a controller has it; none for a Spline-based Transformer, which runs beside one only.
+    pub fn encoder(&self) -> Option<PriorEncoder> {
+        self.encoder.clone()
     }
 
     /// Reads the prior of a controller that wants latent codes and has no encoder of its own. It is checked to be the

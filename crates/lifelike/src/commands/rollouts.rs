@@ -12,7 +12,7 @@ use lifelike_tracking::{Environment, TrackerPlan};
 use rayon::prelude::*;
 use sha2::{Digest, Sha256};
 
-use crate::commands::export::{Source, environment_text};
+use crate::commands::export::Source;
 use crate::commands::physics::Physics;
 use crate::error::CliError;
 use crate::output::Output;
@@ -28,8 +28,7 @@ pub fn tracker_plan(name: &Path, robot: &str, seed: u64) -> Result<TrackerPlan, 
     Ok(plan)
 }
 
-/// Returns the plan of the environment that a controller was trained in: the one named, else the one that the file or the
-/// run carries.
+/// Returns the plan of the environment that a controller was trained in: the one named, else the one in its file.
 ///
 /// # Errors
 /// [`CliError::Input`] where there is none, or a plan of another version.
@@ -44,17 +43,14 @@ pub fn environment_of(
         return tracker_plan(name, robot, seed);
     }
     let shown = file.display();
-    let own = controller.header().environment.clone();
-    let of_run = || Source::of(file)?.environment.map(|plan| environment_text(plan, robot)).transpose();
-    let text = own.map_or_else(of_run, |text| Ok(Some(text)))?.ok_or_else(|| {
+    let text = controller.header().environment.as_ref().ok_or_else(|| {
         CliError::Input(format!(
             "{shown}: expected the plan of the environment that it was trained in, got a file without one; name it with \
-             environment=PLAN (a file, or a name of `lifelike plans`), or write the controller anew with `lifelike export \
-             RUN`"
+             environment=PLAN (a file, or a name of `lifelike plans`)"
         ))
     })?;
     let plan: TrackerPlan =
-        toml::from_str(&text).map_err(|e| CliError::Input(format!("{shown}: plan of its environment: {e}")))?;
+        toml::from_str(text).map_err(|e| CliError::Input(format!("{shown}: plan of its environment: {e}")))?;
     Ok(TrackerPlan { robot: robot.into(), seed, ..plan })
 }
 

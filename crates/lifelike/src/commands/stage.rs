@@ -26,8 +26,7 @@ pub fn open(scene: &Scene, file: &Path) -> Result<Stage, CliError> {
     let loaded = Loaded::new(&policy, Arc::clone(&robot), prior.as_deref())?;
     if loaded.encoder().is_some() {
         let message = format!(
-            "{}: expected a controller with its own encoder, got a policy that needs the file of its prior; make one with \
-             `lifelike export`",
+            "{}: expected a controller with its own encoder, got a policy that needs the file of its spline prior",
             policy.display()
         );
         return Err(CliError::Input(message));

@@ -12,9 +12,7 @@ use lifelike_robot::clips::is_builtin;
 /// Keys whose values are motion: files, folders, patterns, `@list.txt`, built-in clips.
 const MOTION: [&str; 4] = ["clips", "generated", "validation", "test"];
 /// Keys whose values are trained networks.
-const NETWORKS: [&str; 6] = ["prior", INIT, "controller", "generator", "critic", POLICY];
-/// Key of what a training begins with; its value function is not in the networks that come with the program.
-const INIT: &str = "init";
+const NETWORKS: [&str; 6] = ["prior", "init", "controller", "generator", "critic", POLICY];
 /// Key of a list of trained networks, and what the file of each is under.
 const TEACHERS: &str = "teachers";
 const POLICY: &str = "policy";
@@ -52,7 +50,7 @@ pub(super) fn locate_all(tree: &mut Table, folder: &Path) {
 /// # Errors
 /// As [`shipped::Shipped::file`].
 pub(super) fn name_networks(tree: &mut Table) -> Result<(), CliError> {
-    for key in NETWORKS.into_iter().filter(|key| *key != INIT) {
+    for key in NETWORKS {
         if let Some(text) = tree.get_mut(key).and_then(text_mut) {
             put_file(text, kind_of(key))?;
         }
@@ -116,7 +114,7 @@ pub(super) fn check(tree: &Table, source: &str) -> Result<(), CliError> {
     let teachers = tree.get(TEACHERS).and_then(Value::as_array).into_iter().flatten();
     let teachers = teachers.filter_map(|teacher| Some((TEACHERS, teacher.get(POLICY)?.as_str()?)));
     let networks = NETWORKS.iter().filter_map(|key| Some((*key, tree.get(*key)?.as_str()?)));
-    if let Some((key, file)) = networks.chain(teachers).find(|(key, file)| is_missing(key, file)) {
+    if let Some((key, file)) = networks.chain(teachers).find(|(_, file)| !Path::new(file).exists()) {
         return Err(CliError::Input(format!(
             "{source}: {key}: expected a file or folder of a training, got nothing at '{file}'; train it first, as \
              the plan's comments say, or name another with {key}=..."
@@ -129,12 +127,6 @@ pub(super) fn check(tree: &Table, source: &str) -> Result<(), CliError> {
         )));
     }
     Ok(())
-}
-
-fn is_missing(key: &str, file: &str) -> bool {
-    let path = Path::new(file);
-    let comes_with_the_program = key == INIT && shipped::named(path, Kind::Controller).is_some();
-    !(comes_with_the_program || path.exists())
 }
 
 fn text_mut(value: &mut Value) -> Option<&mut String> {

@@ -19,7 +19,7 @@ fn pushed(gets_up: bool, seconds: f64) -> (Vec<Phase>, Summary, f32) {
     let simulation = SimulationSpec::new(1).build(fine).unwrap();
     let machine = SimulatedRobot::new(&robot, simulation, options).with_faults(vec![push]);
     let asset = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/lima-blind.controller.safetensors");
-    let controller = Arc::new(Controller::load(&asset, None, Arc::clone(&robot)).unwrap());
+    let controller = Arc::new(Controller::load(&asset, Arc::clone(&robot)).unwrap());
     let motions = Playlist::new(&controller, &[], 0.5 * seconds).unwrap();
     let supervisor = Supervisor::new(controller, motions, Config::default()).unwrap();
     let script = GetUpScript::parse(GetUpScript::builtin("lima").unwrap()).unwrap();

@@ -3,12 +3,12 @@
 use std::path::Path;
 
 use lifelike_checkpoint::Checkpoint;
+use sha2::{Digest, Sha256};
 
 use super::description::RobotDescription;
 use super::golden;
 use super::header::ControllerHeader;
 use super::policy::FrozenPolicy;
-use super::policy_file::{POLICY, sha256};
 use super::prior::PriorEncoder;
 use crate::error::RobotError;
 use crate::robot::Robot;
@@ -24,16 +24,36 @@ pub struct ControllerFile {
     header: ControllerHeader,
     policy: FrozenPolicy,
     prior: Option<PriorEncoder>,
-    /// Not in policies of before there were controllers.
-    robot: Option<RobotDescription>,
+    robot: RobotDescription,
 }
 
 impl ControllerFile {
-    pub(super) fn assemble(
+    /// Makes a controller for a robot of the arrays of a policy (`actor.*`, `normalizer.*`, as `save` writes them) and
+    /// the encoder of its latent codes. Without the encoder it follows references that bring their codes.
+    ///
+    /// # Errors
+    /// Header, arrays, encoder and robot do not fit each other.
+    pub fn new(
+        mut header: ControllerHeader,
+        arrays: &Checkpoint,
+        prior: Option<PriorEncoder>,
+        robot: &Robot,
+    ) -> Result<Self, RobotError> {
+        header.observation.check_sizes()?;
+        let prior = prior.filter(|_| header.observation.reference.latent > 0);
+        header.parts = ControllerHeader::parts_of(&header.observation);
+        header.prior = prior.as_ref().map(|prior| prior.header().clone());
+        header.check()?;
+        let policy = FrozenPolicy::load(arrays, &header)?;
+        header.provenance.policy = sha256(&policy)?;
+        Self::assemble(header, policy, prior, RobotDescription::of(robot))
+    }
+
+    fn assemble(
         header: ControllerHeader,
         policy: FrozenPolicy,
         prior: Option<PriorEncoder>,
-        robot: Option<RobotDescription>,
+        robot: RobotDescription,
     ) -> Result<Self, RobotError> {
         if let Some(prior) = &prior {
             let (of, spec) = (prior.header(), &header.observation);
@@ -61,56 +81,26 @@ impl ControllerFile {
         Ok(Self { header, policy, prior, robot })
     }
 
-    /// Reads a controller, or a policy without its prior, which then follows references that bring their latent codes.
+    /// Reads a controller.
     ///
     /// # Errors
-    /// The file is damaged or neither, or its golden vectors are not reproduced.
+    /// The file is damaged or no controller, or its golden vectors are not reproduced.
     pub fn read(path: &Path) -> Result<Self, RobotError> {
-        Self::joined(path, None)
-    }
-
-    /// Reads a controller, or a policy with the prior that it wants.
-    ///
-    /// # Errors
-    /// As [`Self::read`]; a prior is missing or another one.
-    pub fn load(path: &Path, prior: Option<&Path>) -> Result<Self, RobotError> {
-        let prior = prior.map(read).transpose()?;
-        let controller = Self::joined(path, prior.as_ref().map(|(file, _)| file))?;
-        let wanted = &controller.header.provenance.prior;
-        if controller.header.observation.reference.latent > 0 && controller.robot.is_none() {
-            let got =
-                prior.map_or_else(|| "none: name its file".to_string(), |(_, digest)| format!("SHA-256 {digest}"));
-            if !(got.ends_with(wanted.as_str()) && controller.prior.is_some()) {
-                return Err(RobotError::Mismatch {
-                    what: format!("{}: motion prior that the policy was trained with", path.display()),
-                    expected: format!("SHA-256 {wanted}"),
-                    got,
-                });
-            }
-        }
-        Ok(controller)
-    }
-
-    fn joined(path: &Path, prior: Option<&Checkpoint>) -> Result<Self, RobotError> {
-        let (file, digest) = read(path)?;
-        if file.metadata().contains_key(KIND) {
-            return Self::from_checkpoint(&file, &path.display().to_string());
-        }
-        if !file.metadata().contains_key(POLICY) {
-            return Err(RobotError::Mismatch {
-                what: path.display().to_string(),
-                expected: "a controller or a policy".into(),
-                got: "neither: no such header".into(),
-            });
-        }
-        Self::join(&file, prior, digest)
+        Self::from_checkpoint(&Checkpoint::load(path)?, &path.display().to_string())
     }
 
     /// Reads a controller from a file's content; `path` is for messages.
     ///
     /// # Errors
-    /// As [`Self::load`].
+    /// As [`Self::read`].
     pub fn from_checkpoint(file: &Checkpoint, path: &str) -> Result<Self, RobotError> {
+        if !file.metadata().contains_key(KIND) {
+            return Err(RobotError::Mismatch {
+                what: path.into(),
+                expected: format!("a controller (a file with the header '{KIND}')"),
+                got: "another file".into(),
+            });
+        }
         let header: ControllerHeader = file.meta(KIND)?;
         header.check()?;
         let policy = FrozenPolicy::load(file, &header)?;
@@ -124,31 +114,37 @@ impl ControllerFile {
                 got: robot.joints.join(", "),
             });
         }
-        Self::assemble(header, policy, prior, Some(robot))
+        Self::assemble(header, policy, prior, robot)
     }
 
-    /// The file's content for a robot that it fits.
+    /// Checks that the controller makes its latent codes itself, where its policy sees any.
     ///
     /// # Errors
-    /// The policy wants latent codes and there is no encoder of them.
-    pub fn to_checkpoint(&self, robot: &Robot) -> Result<Checkpoint, RobotError> {
+    /// The motion prior's encoder is not in the file.
+    pub fn check_complete(&self) -> Result<(), RobotError> {
         let wanted = self.header.observation.reference.latent;
-        if wanted > 0 && self.prior.is_none() {
-            return Err(RobotError::Mismatch {
-                what: "controller to write".into(),
-                expected: format!(
-                    "an encoder of the {wanted} latent numbers that the policy wants: name its motion prior"
-                ),
-                got: "none".into(),
-            });
+        if wanted == 0 || self.prior.is_some() {
+            return Ok(());
         }
+        Err(RobotError::Mismatch {
+            what: "motion prior in the controller's file".into(),
+            expected: format!("an encoder of the {wanted} latent numbers that the policy wants"),
+            got: "none: encoders of spline priors run beside a controller only, not in it".into(),
+        })
+    }
+
+    /// Returns the file's content.
+    ///
+    /// # Errors
+    /// Never for a controller that was read or made.
+    pub fn to_checkpoint(&self) -> Result<Checkpoint, RobotError> {
         let mut file = Checkpoint::new();
         file.set_meta(KIND, &self.header)?;
         self.policy.save_into(&mut file)?;
         if let Some(prior) = &self.prior {
             prior.save_into(&mut file)?;
         }
-        RobotDescription::of(robot).save_into(&mut file)?;
+        self.robot.save_into(&mut file)?;
         golden::record(&self.policy, self.prior.as_ref(), &mut file)?;
         Ok(file)
     }
@@ -169,15 +165,8 @@ impl ControllerFile {
     /// Names, order, default pose, rate, gains or limits are others.
     pub fn check(&self, robot: &Robot) -> Result<(), RobotError> {
         self.check_robot(robot)?;
-        self.header.observation.check(robot)?;
-        if self.header.control_hz != robot.control_hz {
-            return Err(RobotError::Mismatch {
-                what: format!("policy rate for robot '{}' (Hz)", robot.name),
-                expected: self.header.control_hz.to_string(),
-                got: robot.control_hz.to_string(),
-            });
-        }
-        self.robot.as_ref().map_or(Ok(()), |description| description.check(robot))
+        self.header.check_robot(robot)?;
+        self.robot.check(robot)
     }
 
     /// Checks that it was made for a robot with these joints, in whatever order.
@@ -213,14 +202,15 @@ impl ControllerFile {
         self.prior.as_ref()
     }
 
-    /// The robot that it was made for; not known of policies of before there were controllers.
-    pub fn robot(&self) -> Option<&RobotDescription> {
-        self.robot.as_ref()
+    /// The robot that it was made for.
+    pub fn robot(&self) -> &RobotDescription {
+        &self.robot
     }
 }
 
-/// A file and its SHA-256.
-fn read(path: &Path) -> Result<(Checkpoint, String), RobotError> {
-    let bytes = std::fs::read(path).map_err(|source| RobotError::Io { path: path.into(), source })?;
-    Ok((Checkpoint::from_bytes(&bytes, path)?, sha256(&bytes)))
+/// SHA-256 of a policy's arrays as a file has them, hexadecimal.
+fn sha256(policy: &FrozenPolicy) -> Result<String, RobotError> {
+    let mut arrays = Checkpoint::new();
+    policy.save_into(&mut arrays)?;
+    Ok(Sha256::digest(arrays.to_bytes()?).iter().map(|b| format!("{b:02x}")).collect())
 }

@@ -5,6 +5,7 @@ use crate::action::ActionSpec;
 use crate::error::RobotError;
 use crate::network::Layer;
 use crate::observation::ObservationSpec;
+use crate::robot::Robot;
 
 /// Everything about a controller that is not an array.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -42,7 +43,7 @@ pub struct ControllerHeader {
 #[derive(Debug, Clone, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Provenance {
-    /// SHA-256 of the policy's file, hexadecimal.
+    /// SHA-256 of the policy's arrays, hexadecimal; of its file in controllers that were made of one.
     pub policy: String,
     /// SHA-256 of the motion prior's file that it was trained with, hexadecimal; empty without.
     pub prior: String,
@@ -55,6 +56,40 @@ impl ControllerHeader {
     pub const VERSION: u32 = 1;
     /// Longest plan of an environment (bytes).
     pub const MAX_ENVIRONMENT: usize = 1 << 16;
+
+    /// Returns the header of a policy with these hidden layers of its own, of no training yet.
+    pub fn new(robot: &Robot, observation: ObservationSpec, action: ActionSpec, hidden: Vec<usize>) -> Self {
+        Self {
+            version: Self::VERSION,
+            robot: robot.name.clone(),
+            parts: Self::parts_of(&observation),
+            observation,
+            action,
+            control_hz: robot.control_hz,
+            hidden,
+            layers: Vec::new(),
+            encoder: None,
+            prior: None,
+            provenance: Provenance::default(),
+            environment: None,
+        }
+    }
+
+    /// Checks that a policy with this header may drive a robot.
+    ///
+    /// # Errors
+    /// Names, order, default pose or rate are others.
+    pub fn check_robot(&self, robot: &Robot) -> Result<(), RobotError> {
+        self.observation.check(robot)?;
+        if self.control_hz == robot.control_hz {
+            return Ok(());
+        }
+        Err(RobotError::Mismatch {
+            what: format!("policy rate for robot '{}' (Hz)", robot.name),
+            expected: self.control_hz.to_string(),
+            got: robot.control_hz.to_string(),
+        })
+    }
 
     /// Parts of a layout as a header names them.
     pub(super) fn parts_of(observation: &ObservationSpec) -> Vec<(String, usize)> {

@@ -14,14 +14,11 @@ mod file;
 mod golden;
 mod header;
 mod policy;
-mod policy_file;
 mod prior;
 mod state;
 
 use std::path::Path;
 use std::sync::Arc;
-
-use lifelike_checkpoint::Checkpoint;
 
 use crate::action::ActionMap;
 use crate::error::RobotError;
@@ -33,7 +30,6 @@ pub use description::RobotDescription;
 pub use file::{ControllerFile, EXTENSION, KIND};
 pub use header::{ControllerHeader, Provenance};
 pub use policy::{FrozenPolicy, PolicyWorkspace};
-pub use policy_file::{POLICY_EXTENSION, PolicyHeader};
 pub use prior::{PriorEncoder, PriorHeader};
 pub use state::{ControllerState, History, ObservationScratch};
 
@@ -56,22 +52,15 @@ impl Controller {
         Ok(Self { robot, file, actions })
     }
 
-    /// Reads a controller, or a policy of before there were controllers with the prior that it wants.
+    /// Reads a controller.
     ///
     /// # Errors
-    /// The file is damaged or neither, its golden vectors are not reproduced, a prior is missing or another one; or as
-    /// [`Self::new`].
-    pub fn load(path: &Path, prior: Option<&Path>, robot: Arc<Robot>) -> Result<Self, RobotError> {
-        Self::new(ControllerFile::load(path, prior)?, robot)
-    }
-
-    /// Makes a controller of a policy's file in memory, as training writes it, and of its prior's. Without the prior it
-    /// follows references that bring their latent codes.
-    ///
-    /// # Errors
-    /// As [`Self::load`].
-    pub fn from_policy(policy: &Checkpoint, prior: Option<&Checkpoint>, robot: Arc<Robot>) -> Result<Self, RobotError> {
-        Self::new(ControllerFile::from_policy(policy, prior)?, robot)
+    /// The file is damaged or no controller, its golden vectors are not reproduced, or it wants latent codes and cannot
+    /// make them; or as [`Self::new`].
+    pub fn load(path: &Path, robot: Arc<Robot>) -> Result<Self, RobotError> {
+        let file = ControllerFile::read(path)?;
+        file.check_complete()?;
+        Self::new(file, robot)
     }
 
     /// The robot.
@@ -107,9 +96,9 @@ impl Controller {
     /// Writes the controller as one file.
     ///
     /// # Errors
-    /// The policy wants latent codes and there is no encoder of them; the file cannot be written.
+    /// The file cannot be written.
     pub fn save(&self, path: &Path) -> Result<(), RobotError> {
-        Ok(self.file.to_checkpoint(&self.robot)?.save(path)?)
+        Ok(self.file.to_checkpoint()?.save(path)?)
     }
 
     /// Begins an episode: lays the reference's world under the robot, and takes as its last actions those that fit the

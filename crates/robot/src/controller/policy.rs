@@ -116,6 +116,30 @@ impl FrozenPolicy {
         &self.normalizer
     }
 
+    /// Returns the codes of its own encoder for observations `[N, O]`, `[N, code]`, each of length one; none where it has
+    /// no encoder. Observations are normalised in place.
+    ///
+    /// # Panics
+    /// `rows` is no multiple of the observation's length.
+    pub fn codes(&self, rows: &mut [f32]) -> Vec<f32> {
+        let mut work = PolicyWorkspace::batched();
+        self.normalizer.normalize(rows);
+        if let Some(encoder) = &self.encoder {
+            self.encode(encoder, rows, &mut work);
+        }
+        work.codes
+    }
+
+    /// Writes the codes of windows at the ends of normalised rows.
+    fn encode(&self, encoder: &Mlp, rows: &[f32], work: &mut PolicyWorkspace) {
+        let (window, code, size) = (encoder.inputs(), encoder.outputs(), self.normalizer.size());
+        work.windows.clear();
+        work.windows.extend(rows.chunks_exact(size).flat_map(|row| &row[size - window..]));
+        work.codes.resize(work.windows.len() / window * code, 0.0);
+        encoder.forward(&work.windows, &mut work.network, &mut work.codes);
+        work.codes.chunks_exact_mut(code).for_each(to_unit_length);
+    }
+
     /// Writes the outputs `[N, J]` (not clamped) for observations `[N, O]`, which are normalised in place.
     ///
     /// # Panics
@@ -123,16 +147,10 @@ impl FrozenPolicy {
     pub fn outputs(&self, rows: &mut [f32], work: &mut PolicyWorkspace, out: &mut [f32]) {
         self.normalizer.normalize(rows);
         let Some(encoder) = &self.encoder else { return self.mean.forward(rows, &mut work.network, out) };
-        let (window, code, size) = (encoder.inputs(), encoder.outputs(), self.normalizer.size());
-        let own = size - window;
-        work.windows.clear();
-        work.windows.extend(rows.chunks_exact(size).flat_map(|row| &row[own..]));
-        let n = work.windows.len() / window;
-        work.codes.resize(n * code, 0.0);
-        encoder.forward(&work.windows, &mut work.network, &mut work.codes);
+        self.encode(encoder, rows, work);
+        let (size, own) = (self.normalizer.size(), self.normalizer.size() - encoder.inputs());
         work.rows.clear();
-        for (row, code) in rows.chunks_exact(size).zip(work.codes.chunks_exact_mut(code)) {
-            to_unit_length(code);
+        for (row, code) in rows.chunks_exact(size).zip(work.codes.chunks_exact(encoder.outputs())) {
             work.rows.extend_from_slice(&row[..own]);
             work.rows.extend_from_slice(code);
         }

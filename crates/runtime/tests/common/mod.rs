@@ -23,7 +23,7 @@ pub fn lima() -> Arc<Robot> {
 /// The policy that needs only a robot's own sensors.
 pub fn controller() -> Arc<Controller> {
     let file = asset("lima-blind.controller.safetensors");
-    Arc::new(Controller::load(&file, None, lima()).unwrap())
+    Arc::new(Controller::load(&file, lima()).unwrap())
 }
 
 /// A short run: standing for a second.

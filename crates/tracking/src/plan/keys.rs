@@ -78,7 +78,7 @@ const TRAINING: &[(&str, &str, &str)] = &[
     ),
     ("mirror", "", "learn from the mirror image of every clip too, by the robot's own symmetry"),
     ("prior", "", "motion prior (file or run) whose latent codes the policy sees; see inputs.latent"),
-    ("init", "", "networks to begin with: the folder of a run, or a policy file"),
+    ("init", "", "networks to begin with: a name, the folder of a run, or a controller's file"),
     (
         "teachers",
         "",

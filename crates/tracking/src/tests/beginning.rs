@@ -1,6 +1,9 @@
 //! Contracts of trainings that begin with the networks of others.
 
+use lifelike_robot::controller::{ControllerHeader, KIND};
+
 use super::*;
+use crate::TrackerError;
 
 fn trainer(plan: &TrackerPlan) -> Trainer {
     let robot = robot();
@@ -8,11 +11,16 @@ fn trainer(plan: &TrackerPlan) -> Trainer {
     Trainer::new(plan, Arc::clone(&robot), library(&robot), simulation).unwrap()
 }
 
+/// A training that begins with the networks that its plan names.
+fn begun(plan: &TrackerPlan) -> Result<(Trainer, crate::trainer::Beginning), TrackerError> {
+    trainer(plan).initialised(plan.init.as_deref().unwrap())
+}
+
 /// A policy that learned for an iteration, as a file.
 fn learned(plan: &TrackerPlan, folder: &std::path::Path) -> (Policy, std::path::PathBuf) {
     let mut trainer = trainer(plan);
     trainer.iterate().unwrap();
-    let path = folder.join("other.policy.safetensors");
+    let path = folder.join("other.controller.safetensors");
     trainer.policy().save(&path).unwrap();
     (trainer.policy(), path)
 }
@@ -22,14 +30,13 @@ fn a_policy_file_brings_its_value_function_where_the_layers_are_the_same() {
     let folder = tempfile::tempdir().unwrap();
     let (other, path) = learned(&plan(3), folder.path());
     let same = TrackerPlan { init: Some(path), ..plan(3) };
-    let (begun, beginning) = trainer(&same).initialised().unwrap();
-    let beginning = beginning.unwrap();
+    let (begun, beginning) = self::begun(&same).unwrap();
     assert!(beginning.value_function && beginning.new_parts.is_empty());
     let (begun, other) = (begun.policy().to_checkpoint().unwrap(), other.to_checkpoint().unwrap());
     assert_eq!(begun.entries(), other.entries(), "both networks and both normalizers, bit for bit");
     let mut wider = same;
     wider.network.critic = vec![24];
-    assert!(!trainer(&wider).initialised().unwrap().1.unwrap().value_function);
+    assert!(!self::begun(&wider).unwrap().1.value_function);
 }
 
 #[test]
@@ -60,7 +67,7 @@ fn what_is_written_is_the_average_and_what_learns_is_the_last_policy() {
     training.run(&mut begun, |_| ()).unwrap();
     let policy = begun.policy().to_checkpoint().unwrap();
     let next = TrackerPlan { init: Some(at.path().into()), ..plan };
-    let next = trainer(&next).initialised().unwrap().0.policy().to_checkpoint().unwrap();
+    let next = self::begun(&next).unwrap().0.policy().to_checkpoint().unwrap();
     assert_eq!(next.entries(), policy.entries());
 }
 
@@ -70,8 +77,7 @@ fn a_policy_that_sees_more_acts_at_first_as_the_one_it_began_with() {
     let (other, path) = learned(&plan(3), folder.path());
     let mut more = TrackerPlan { init: Some(path), ..plan(3) };
     more.inputs.future = vec![2, 5, 9];
-    let (begun, beginning) = trainer(&more).initialised().unwrap();
-    let beginning = beginning.unwrap();
+    let (begun, beginning) = self::begun(&more).unwrap();
     assert!(beginning.value_function);
     assert_eq!(beginning.new_parts, ["reference+2", "reference+9"]);
     let parts = begun.environment().observation().parts();
@@ -95,21 +101,21 @@ fn a_policy_that_saw_what_the_plan_does_not_show_is_refused_by_the_parts_name() 
     let (_, path) = learned(&plan(3), folder.path());
     let mut less = TrackerPlan { init: Some(path), ..plan(3) };
     less.inputs.future = vec![];
-    let error = trainer(&less).initialised().map(|_| ()).unwrap_err().to_string();
-    assert!(error.contains("'reference+5'") && error.contains("other.policy.safetensors"), "{error}");
+    let error = self::begun(&less).map(|_| ()).unwrap_err().to_string();
+    assert!(error.contains("'reference+5'") && error.contains("other.controller.safetensors"), "{error}");
     less.inputs.future = vec![5];
     less.action = ActionSpec::Absolute;
-    let error = trainer(&less).initialised().map(|_| ()).unwrap_err().to_string();
+    let error = self::begun(&less).map(|_| ()).unwrap_err().to_string();
     assert!(error.starts_with("action of the policy"), "{error}");
 
     // Numbers of the same size that mean something else.
-    let mut checkpoint = Checkpoint::load(&folder.path().join("other.policy.safetensors")).unwrap();
-    let mut header: lifelike_robot::controller::PolicyHeader = checkpoint.meta("policy").unwrap();
+    let mut checkpoint = Checkpoint::load(&folder.path().join("other.controller.safetensors")).unwrap();
+    let mut header: ControllerHeader = checkpoint.meta(KIND).unwrap();
     header.control_hz = 30.0;
-    checkpoint.set_meta("policy", &header).unwrap();
-    let path = folder.path().join("slow.policy.safetensors");
+    checkpoint.set_meta(KIND, &header).unwrap();
+    let path = folder.path().join("slow.controller.safetensors");
     checkpoint.save(&path).unwrap();
     let slow = TrackerPlan { init: Some(path), ..plan(3) };
-    let error = trainer(&slow).initialised().map(|_| ()).unwrap_err().to_string();
+    let error = self::begun(&slow).map(|_| ()).unwrap_err().to_string();
     assert!(error.contains("policy rate") && error.contains("expected 30"), "{error}");
 }

@@ -1,7 +1,7 @@
 //! A frozen policy gives the numbers of the trained one.
 
-use lifelike_robot::controller::{PolicyHeader, PolicyWorkspace};
-use lifelike_robot::{AnchorSpec, Controller, ObservationSpec, ReferenceSpec};
+use lifelike_robot::controller::{ControllerHeader, PolicyWorkspace};
+use lifelike_robot::{AnchorSpec, ObservationSpec, ReferenceSpec};
 use lifelike_train::networks::{Actor, ActorSize};
 
 use super::*;
@@ -12,7 +12,7 @@ use lifelike_nn::normalizer::RunningNormalizer;
 type Case<'a> = (&'a [usize], Option<(&'a [usize], usize)>);
 
 /// A policy as training would leave it, with networks of these sizes.
-pub(super) fn trained(robot: &Robot, hidden: &[usize], encoder: Option<(&[usize], usize)>) -> Policy {
+pub(super) fn trained(robot: &Arc<Robot>, hidden: &[usize], encoder: Option<(&[usize], usize)>) -> Policy {
     let window = if encoder.is_some() { vec![-3, 0, 3] } else { Vec::new() };
     let reference = ReferenceSpec { frame: true, window, ..ReferenceSpec::default() };
     let spec = ObservationSpec::new(robot, reference, AnchorSpec { heading: true, position: true });
@@ -28,18 +28,11 @@ pub(super) fn trained(robot: &Robot, hidden: &[usize], encoder: Option<(&[usize]
     let actor = Actor::init(size, 0.4, 5);
     let mut normalizer = RunningNormalizer::new(spec.size());
     normalizer.update(&rows(&spec, 50));
-    let header = PolicyHeader {
-        robot: robot.name.clone(),
-        observation: spec,
-        action: ActionSpec::Absolute,
-        control_hz: robot.control_hz,
-        hidden: hidden.to_vec(),
-        layers: Vec::new(),
+    let header = ControllerHeader {
         encoder: encoder.map(|(layers, code)| (layers.to_vec(), code)),
-        prior: String::new(),
-        steps: 0,
+        ..ControllerHeader::new(robot, spec, ActionSpec::Absolute, hidden.to_vec())
     };
-    Policy::new(header, &actor, &normalizer)
+    Policy::new(header, &actor, &normalizer, Arc::clone(robot))
 }
 
 fn rows(spec: &ObservationSpec, n: usize) -> Vec<f32> {
@@ -53,7 +46,7 @@ fn a_frozen_policys_outputs_are_the_trained_ones_bit_for_bit() {
         [(&[256, 256, 128], None), (&[512, 256, 128], None), (&[], None), (&[64, 32], Some((&[48], 8)))];
     for (hidden, encoder) in cases {
         let policy = trained(&lima, hidden, encoder);
-        let controller = Controller::from_policy(&policy.to_checkpoint().unwrap(), None, lima.clone()).unwrap();
+        let controller = policy.controller().unwrap();
         // One row, some, a vector of environments, and so many that several threads share the product.
         for n in [1, 2, 3, 16, 64, 200, 512] {
             let mut observations = rows(controller.observation(), n);

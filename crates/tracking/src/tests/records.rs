@@ -6,9 +6,7 @@ use lifelike_train::{RewardRecords, StepEnd};
 use super::*;
 
 fn controller() -> Controller {
-    let robot = robot();
-    let policy = frozen::trained(&robot, &[16], None).to_checkpoint().unwrap();
-    Controller::from_policy(&policy, None, robot).unwrap()
+    frozen::trained(&robot(), &[16], None).controller().unwrap()
 }
 
 fn recorded(plan: &TrackerPlan, steps: u64) -> RewardRecords {

@@ -1,7 +1,7 @@
 //! Contracts of trainings that learn from teachers.
 
-use lifelike_robot::controller::PolicyHeader;
-use lifelike_robot::{ActionMap, Controller};
+use lifelike_robot::controller::KIND;
+use lifelike_robot::{ActionMap, Controller, ControllerFile};
 use lifelike_train::VectorEnvironment;
 
 use super::*;
@@ -24,7 +24,6 @@ fn teacher(plan: &TrackerPlan) -> (Policy, Controller) {
     }
     let quiet = trainer.policy().to_checkpoint().unwrap();
     let mut loud = Checkpoint::new();
-    loud.set_meta("policy", &quiet.meta::<PolicyHeader>("policy").unwrap()).unwrap();
     for (name, entry) in quiet.entries() {
         let (shape, last) = (entry.shape().to_vec(), name.starts_with("actor.mean.layers.1."));
         if last {
@@ -34,7 +33,8 @@ fn teacher(plan: &TrackerPlan) -> (Policy, Controller) {
             loud.put(name, entry.clone()).unwrap();
         }
     }
-    (trainer.policy(), Controller::from_policy(&loud, None, robot()).unwrap())
+    let loud = ControllerFile::new(quiet.meta(KIND).unwrap(), &loud, None, &robot()).unwrap();
+    (trainer.policy(), Controller::new(loud, robot()).unwrap())
 }
 
 fn of(clips: &[&str]) -> TeacherSpec {

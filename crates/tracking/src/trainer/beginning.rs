@@ -5,7 +5,7 @@ use std::path::Path;
 use lifelike_checkpoint::Checkpoint;
 use lifelike_report::run::RunFolder;
 use lifelike_robot::ObservationSpec;
-use lifelike_robot::controller::PolicyHeader;
+use lifelike_robot::controller::{ControllerHeader, KIND};
 use lifelike_train::ppo::{Inputs, SavedNetworks};
 
 use super::Trainer;
@@ -23,14 +23,14 @@ pub struct Beginning {
 }
 
 impl Trainer {
-    /// Begins with the networks of `plan.init`, where it names any. The plan's policy may see more than the other did.
+    /// Begins with the networks of a controller's file or of a run (`plan.init`). The plan's policy may see more than the
+    /// other did.
     ///
     /// # Errors
     /// There is nothing of the kind, or it sees something that this plan's policy does not, or moves something else.
-    pub fn initialised(mut self) -> Result<(Self, Option<Beginning>), TrackerError> {
-        let Some(path) = self.plan.init.clone() else { return Ok((self, None)) };
+    pub fn initialised(mut self, path: &Path) -> Result<(Self, Beginning), TrackerError> {
         let (checkpoint, names) = if path.is_dir() {
-            let checkpoints = RunFolder::open(&path)?.checkpoints(KEEP);
+            let checkpoints = RunFolder::open(path)?.checkpoints(KEEP);
             let Some((info, bytes)) = checkpoints.latest() else {
                 return Err(TrackerError::Mismatch {
                     what: path.display().to_string(),
@@ -42,15 +42,15 @@ impl Trainer {
             let names = SavedNetworks::of_run(&checkpoint, "learner");
             (checkpoint, names)
         } else {
-            (Checkpoint::load(&path)?, policy::networks())
+            (Checkpoint::load(path)?, policy::networks())
         };
-        let other: PolicyHeader = checkpoint.meta("policy")?;
-        self.alike(&path, &other)?;
-        let (policy, new_parts) = self.inputs(&path, &other.observation)?;
+        let other: ControllerHeader = checkpoint.meta(KIND)?;
+        self.alike(path, &other)?;
+        let (policy, new_parts) = self.inputs(path, &other.observation)?;
         let same = self.environment.observation().size() == other.observation.size() && new_parts.is_empty();
         if !same && other.encoder.is_some() {
             let expected = format!("none beside {}, which are new to it", new_parts.join(", "));
-            return Err(mismatch(&path, "encoder", expected, "one".into()));
+            return Err(mismatch(path, "encoder", expected, "one".into()));
         }
         // The value function sees the policy's parts less the window, and then what only a simulation knows.
         let own = |spec: &ObservationSpec| spec.size() - spec.window_size();
@@ -60,15 +60,15 @@ impl Trainer {
         value.extend((0..known).map(|i| Some(before + i)));
         let inputs = (!same).then_some(Inputs { policy: &policy, value: &value });
         let value_function = self.learner.adopt(&checkpoint, &names, inputs)?;
-        Ok((self, Some(Beginning { value_function, new_parts })))
+        Ok((self, Beginning { value_function, new_parts }))
     }
 
     /// Checks that the outputs of another policy mean the same, and that it is of the same make.
-    fn alike(&self, path: &Path, other: &PolicyHeader) -> Result<(), TrackerError> {
-        policy::check(other, &self.robot)?;
+    fn alike(&self, path: &Path, other: &ControllerHeader) -> Result<(), TrackerError> {
+        other.check_robot(&self.robot)?;
         let latent = other.observation.reference.latent > 0;
-        let prior = |header: &PolicyHeader| if latent { header.prior.clone() } else { String::new() };
-        let make = |header: &PolicyHeader| {
+        let prior = |header: &ControllerHeader| if latent { header.provenance.prior.clone() } else { String::new() };
+        let make = |header: &ControllerHeader| {
             [
                 ("action", format!("{:?}", header.action)),
                 ("hidden layers", format!("{:?}", header.hidden)),

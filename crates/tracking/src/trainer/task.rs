@@ -5,11 +5,11 @@ use std::path::{Path, PathBuf};
 use lifelike_checkpoint::Checkpoint;
 use lifelike_report::run::{RunFolder, Snapshot};
 use lifelike_report::{Cell, Column, ReportBuilder, Table};
+use lifelike_robot::controller::EXTENSION;
 use lifelike_train::{Budget, Scalar, Schedule, TrainingTask};
 
 use super::Trainer;
 use crate::TrackerError;
-use crate::policy::EXTENSION;
 use crate::progress::{ClipProgress, TrackerMetrics};
 
 /// Checkpoints that are kept, besides the best.

@@ -23,7 +23,7 @@ use crate::progress::Progress;
 #[command(after_help = "\
 Examples:
   lifelike bench get-up --policy lima-blind --script lima -o runs/get-up
-  lifelike bench get-up --policy runs/get-up/tracker.policy.safetensors -o out --episodes 100")]
+  lifelike bench get-up --policy runs/get-up -o out --episodes 100")]
 pub struct Args {
     /// The policy.
     #[arg(short, long)]

@@ -25,17 +25,14 @@ use crate::progress::Progress;
 #[command(after_help = "\
 Examples:
   lifelike bench robustness --policy lima --motions builtin -o runs/robustness
-  lifelike bench robustness --policy p.policy.safetensors \\
+  lifelike bench robustness --policy runs/walk \\
       --motions @experiments/track-20-test.txt -o out --quick
-  lifelike bench robustness --policy p.policy.safetensors --motions walk.bvh -o out \\
+  lifelike bench robustness --policy runs/walk --motions walk.bvh -o out \\
       --only 'push root' --only hills")]
 pub struct Args {
     /// The policy.
     #[arg(short, long)]
     policy: PathBuf,
-    /// The motion prior that the policy was trained with, where it was.
-    #[arg(long)]
-    prior: Option<PathBuf>,
     /// The robot: a name, or an MJCF or URDF file; what the policy was trained for where not given.
     #[arg(short, long)]
     robot: Option<String>,
@@ -70,7 +67,7 @@ pub struct Args {
 pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     physics::available(&args.physics.engine)?;
     let options = options(args)?;
-    let loaded = Loaded::load(&args.policy, args.robot.as_deref(), args.prior.as_deref())?;
+    let loaded = Loaded::load(&args.policy, args.robot.as_deref(), None)?;
     let robot = loaded.controller.robot();
     let clips = clips::load_as(&args.motions, args.layout, robot)?;
     let simulate = |terrain, environments| args.physics.simulate(terrain, robot, environments);

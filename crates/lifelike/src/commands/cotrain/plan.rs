@@ -17,7 +17,7 @@ pub struct CotrainPlan {
     pub robot: String,
     /// The generator to begin with.
     pub generator: PathBuf,
-    /// The tracker to begin with: its run, or its policy alone, which lacks the value function.
+    /// The tracker to begin with: a name, its run, or its controller.
     pub init: PathBuf,
     /// Captioned motion that the generator was trained on.
     pub dataset: PathBuf,

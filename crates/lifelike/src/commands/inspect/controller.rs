@@ -1,9 +1,9 @@
-//! Controllers and policies: what they see, in which order, of which robot.
+//! Controllers: what they see, in which order, of which robot.
 
 use std::path::Path;
 
 use lifelike_checkpoint::Checkpoint;
-use lifelike_robot::controller::{ControllerFile, ControllerHeader, KIND, PolicyHeader, RobotDescription};
+use lifelike_robot::controller::{ControllerFile, ControllerHeader, KIND};
 use lifelike_robot::observation::{ObservationSpec, Source};
 use serde_json::{Value, json};
 
@@ -12,25 +12,31 @@ use crate::error::CliError;
 use crate::next;
 use crate::output::{Output, table};
 
-/// Prints what a checkpoint holds where it is a controller or a policy; nothing where it is neither.
+/// An array that only controllers have with which a training can begin.
+const EXPLORATION: &str = "actor.log_std";
+
+/// Prints what a checkpoint holds where it is a controller; nothing where it is none.
 pub fn inspect(path: &Path, checkpoint: &Checkpoint, numbers: usize, output: &Output) -> Option<Result<(), CliError>> {
-    if checkpoint.metadata().contains_key(KIND) {
-        let file = ControllerFile::from_checkpoint(checkpoint, &path.display().to_string());
-        return Some(file.map_err(CliError::from).and_then(|file| controller(path, &file, numbers, output)));
-    }
-    let header: PolicyHeader = checkpoint.meta("policy").ok()?;
-    let file = ControllerFile::from_policy(checkpoint, None).map_err(CliError::from);
-    Some(file.and_then(|file| policy(path, &file, &header, numbers, output)))
+    checkpoint.metadata().contains_key(KIND).then(|| {
+        let file = ControllerFile::from_checkpoint(checkpoint, &path.display().to_string())?;
+        controller(path, &file, checkpoint.contains(EXPLORATION), numbers, output)
+    })
 }
 
 /// Prints a controller. Its golden vectors were replayed when it was read.
-fn controller(path: &Path, file: &ControllerFile, numbers: usize, output: &Output) -> Result<(), CliError> {
+fn controller(
+    path: &Path,
+    file: &ControllerFile,
+    trainable: bool,
+    numbers: usize,
+    output: &Output,
+) -> Result<(), CliError> {
     let header: &ControllerHeader = file.header();
-    let steps = next_steps::of_policy(path, file, false);
+    let steps = next_steps::of_policy(path, file);
     let layout = layout(&header.observation);
     let robot = file.robot();
     let value = json!({
-        "kind": KIND, "numbers": numbers, "header": header, "robot": robot, "observation": layout,
+        "kind": KIND, "numbers": numbers, "header": header, "robot": robot, "trainable": trainable, "observation": layout,
         "next": next::texts(&steps),
     });
     output.result(&value, || {
@@ -51,44 +57,15 @@ fn controller(path: &Path, file: &ControllerFile, numbers: usize, output: &Outpu
             text += &format!("motion prior inside: {latent} numbers for {seconds} s of motion around each frame\n");
         }
         text += &names(&header.observation);
-        if let Some(RobotDescription { digest, substeps, .. }) = robot {
-            text += &format!("robot: {substeps} physics steps per policy step, SHA-256 {digest}\n");
-        }
+        text += &format!("robot: {} physics steps per policy step, SHA-256 {}\n", robot.substeps, robot.digest);
         text += &format!("from: policy with SHA-256 {}\n", header.provenance.policy);
-        text + &next::lines(&steps)
-    })
-}
-
-/// Prints a policy as training writes it.
-fn policy(
-    path: &Path,
-    file: &ControllerFile,
-    header: &PolicyHeader,
-    numbers: usize,
-    output: &Output,
-) -> Result<(), CliError> {
-    let steps = next_steps::of_policy(path, file, !header.prior.is_empty());
-    let layout = layout(&header.observation);
-    let value = json!({
-        "kind": "policy", "numbers": numbers, "header": header, "observation": layout, "next": next::texts(&steps),
-    });
-    output.result(&value, || {
-        let mut text = format!(
-            "{}: a policy for '{}' at {} Hz, {} inputs, hidden layers {:?}, {} outputs, trained for {} steps\n\
-             output: {}\n",
-            path.display(),
-            header.robot,
-            header.control_hz,
-            header.observation.size(),
-            header.hidden,
-            header.observation.joints.len(),
-            header.steps,
-            json!(header.action)
-        );
-        if !header.prior.is_empty() {
-            text += &format!("latent codes of the prior with SHA-256 {}\n", header.prior);
+        if header.prior.is_none() && !header.provenance.prior.is_empty() {
+            text += &format!("latent codes of the prior with SHA-256 {}\n", header.provenance.prior);
         }
-        text + &names(&header.observation) + &next::lines(&steps)
+        if trainable {
+            text += "a training can begin with it (init)\n";
+        }
+        text + &next::lines(&steps)
     })
 }
 

@@ -49,26 +49,29 @@ pub fn of_motion(file: &Path, clip: &MotionClip) -> Vec<NextCommand> {
 
 /// Returns the step with a policy: an evaluation on our own clips. The robot is the one of the policy's run, else one
 /// that is found by the policy's joints. A file that only the user knows is written in capitals.
-pub fn of_policy(path: &Path, file: &ControllerFile, prior: bool) -> Vec<NextCommand> {
+pub fn of_policy(path: &Path, file: &ControllerFile) -> Vec<NextCommand> {
     let source = Source::of(path).ok();
     let of_run = source.as_ref().and_then(|source| source.robot.clone());
     let robot = of_run.or_else(|| robot_of(file).ok()).unwrap_or_else(|| "MY_ROBOT.xml".into());
     let eval = NextCommand::new("eval").path("--policy", path).robot(&robot);
     let of_run = source.and_then(|source| source.prior).map(|prior| prior.display().to_string());
-    let eval = if prior { eval.word("--prior").word(of_run.unwrap_or("PRIOR.prior.safetensors".into())) } else { eval };
+    let eval = if file.check_complete().is_err() {
+        eval.word("--prior").word(of_run.unwrap_or("PRIOR.prior.safetensors".into()))
+    } else {
+        eval
+    };
     vec![eval.word("--motions").word("builtin").word("-o").word("report")]
 }
 
 /// Returns the step with the folder of a run.
 pub fn of_run(folder: &Path, plan: &toml::Table) -> Vec<NextCommand> {
     let text = |key: &str| plan.get(key).and_then(toml::Value::as_str);
-    let policy = folder.join("tracker.policy.safetensors");
+    let policy = folder.join("tracker.controller.safetensors");
     if !policy.is_file() {
         return Vec::new();
     }
     let clips = plan.get("clips").and_then(toml::Value::as_array).into_iter().flatten().filter_map(toml::Value::as_str);
     let eval = NextCommand::new("eval").path("--policy", folder).robot(text("robot").unwrap_or("lima"));
-    let eval = text("prior").into_iter().fold(eval, |line, prior| line.word("--prior").word(prior));
     vec![
         eval.motions(&clips.collect::<Vec<_>>()).path("-o", &folder.join("evaluation")),
         NextCommand::new("train tracker").word("--resume").path("-o", folder),

@@ -56,9 +56,6 @@ pub struct Args {
     /// The controller, or the policy, that is to execute the motion.
     #[arg(short, long)]
     pub policy: Option<PathBuf>,
-    /// The motion prior that the policy was trained with, where it was.
-    #[arg(long, requires = "policy")]
-    pub prior: Option<PathBuf>,
     /// Robots that try at once.
     #[arg(long, default_value_t = 256, requires = "policy", value_parser = clap::value_parser!(u32).range(1..=65_536))]
     pub particles: u32,
@@ -157,8 +154,8 @@ fn executed(
     loaded: &Loaded,
     output: &Output,
 ) -> Result<Vec<(MotionClip, Outcome)>, CliError> {
-    let controller =
-        controller_file::Loaded::new(&Source::of(policy)?.policy, Arc::clone(robot), args.prior.as_deref())?;
+    let Source { policy, prior, .. } = Source::of(policy)?;
+    let controller = controller_file::Loaded::new(&policy, Arc::clone(robot), prior.as_deref())?;
     let simulate = |terrain, n| args.physics.simulate(terrain, robot, n);
     let setup = controller.setup(&simulate);
     let search = ParticleOptions {

@@ -33,7 +33,7 @@ const STANDING_SECONDS: f64 = 4.0;
 /// Train a policy that follows motion in physics, by PPO.
 ///
 /// The run is a folder: plan.toml, metrics.jsonl, TensorBoard events, checkpoints, and at the end
-/// tracker.policy.safetensors. Ctrl-C saves and stops; --resume goes on as if nothing had happened.
+/// tracker.controller.safetensors. Ctrl-C saves and stops; --resume goes on as if nothing had happened.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -105,18 +105,11 @@ fn train_distributed(
     if source.dry_run && all.size() > 1 {
         return Err(CliError::Usage(format!("--dry-run: expected one process, got {}", all.size())));
     }
-    if let Some(init) = plan.init.as_deref().filter(|init| !init.exists()) {
-        return Err(CliError::Input(format!(
-            "init: expected a policy's file or the folder of a run, got nothing at '{}'; a controller that comes with the \
-             program cannot be gone on with, for it has no value function, but it can teach: teachers=[{{policy=\"NAME\"}}]",
-            init.display()
-        )));
-    }
     let mut trainer = prepare(plan, physics, Arc::clone(all))?;
-    if !source.resume {
+    if let Some(init) = plan.init.as_deref().filter(|_| !source.resume) {
         let beginning;
-        (trainer, beginning) = trainer.initialised()?;
-        tell_beginning(plan, beginning.as_ref());
+        (trainer, beginning) = trainer.initialised(init)?;
+        tell_beginning(init, &beginning);
     }
     // The first process makes the folder; the others wait for it.
     let first = all.rank() == 0;
@@ -153,8 +146,7 @@ fn look<'a>(plan: &'a TrackerPlan, folder: &Path, physics: &'a Physics) -> Resul
 }
 
 /// Says what of another training this one begins with.
-fn tell_beginning(plan: &TrackerPlan, beginning: Option<&Beginning>) {
-    let (Some(beginning), Some(path)) = (beginning, &plan.init) else { return };
+fn tell_beginning(path: &Path, beginning: &Beginning) {
     let value = if beginning.value_function { " and the value function" } else { " (the value function is fresh)" };
     let new = match beginning.new_parts.as_slice() {
         [] => String::new(),
@@ -205,7 +197,7 @@ pub fn prepare(plan: &TrackerPlan, physics: &Physics, all: Arc<dyn Collective>) 
     let simulation = physics.simulate(terrain, &robot, plan.ppo.environments)?;
     let trainer = Trainer::distributed(plan, robot, Arc::new(library), simulation, all)?;
     let trainer = match &prior {
-        Some(prior) => trainer.with_prior_digest(prior.digest()),
+        Some(prior) => trainer.with_prior(prior.digest(), prior.encoder()),
         None => trainer,
     };
     Ok(trainer.taught_by(teachers)?)
@@ -238,7 +230,6 @@ fn load_teacher(path: &Path, robot: &Arc<Robot>) -> Result<Controller, CliError>
 /// The command that evaluates a plan's policy on its own clips.
 fn evaluation_of(plan: &TrackerPlan, policy: &Path, folder: &Path) -> NextCommand {
     let eval = NextCommand::new("eval").path("--policy", policy).robot(&plan.robot);
-    let eval = plan.prior.iter().fold(eval, |line, prior| line.path("--prior", prior));
     eval.motions(&plan.clips).path("-o", &folder.join("evaluation"))
 }
 
