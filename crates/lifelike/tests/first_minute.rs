@@ -100,6 +100,27 @@ fn the_next_command_of_a_training_works_for_a_robot_of_ones_own() {
 }
 
 #[test]
+fn a_training_goes_on_with_a_policy_that_comes_with_the_program() {
+    let desk = Desk::new();
+    let output = desk.run(
+        &[&["train", "tracker", "--plan", "track-long", "-o", "run", "clips=['builtin:nod']"], &TINY[..3]].concat(),
+    );
+    let told = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.success() && told.contains("begins with the policy and the value function of"), "{told}");
+    let shipped = root().join("assets/lima-path.controller.safetensors");
+    let run = desk.path("run/tracker.controller.safetensors");
+    let seen = [&run, &shipped].map(|file| desk.json(&["inspect", file.to_str().unwrap()]));
+    assert_eq!(seen[0]["header"]["observation"], seen[1]["header"]["observation"]);
+    assert_eq!((&seen[0]["trainable"], &seen[1]["trainable"]), (&true.into(), &true.into()));
+    desk.out(&["export", "run"]);
+    let exported = desk.json(&["inspect", "run/run.controller.safetensors"]);
+    assert_eq!((&exported["trainable"], &exported["header"]), (&false.into(), &seen[0]["header"]));
+    let without = ["train", "tracker", "--plan", "track-long", "-o", "other", "clips=['builtin:nod']"];
+    let error = desk.refused(&[&without[..], &["init=run/run.controller.safetensors"]].concat());
+    assert!(error.contains("expected a controller as training writes it"), "{error}");
+}
+
+#[test]
 fn plans_are_there_after_an_install_and_need_no_data() {
     let desk = Desk::new();
     let listed = desk.out(&["plans"]);
@@ -152,7 +173,7 @@ fn an_inspection_ends_with_steps_that_work() {
     std::fs::copy(root().join("motions/wave.keys.toml"), desk.path("it's a wave.keys.toml")).unwrap();
     assert_eq!(desk.follow("it's a wave.keys.toml"), 1);
     assert_eq!(desk.follow("data/lima/it_s_a_wave.motion.safetensors"), 3);
-    for asset in ["lima-path.policy", "lima.prior"] {
+    for asset in ["lima-path.controller", "lima.prior"] {
         let file = root().join(format!("assets/{asset}.safetensors"));
         assert_eq!(desk.follow(file.to_str().unwrap()), 1, "{asset}");
     }

@@ -90,8 +90,8 @@ impl Trainer {
         clips.map(|((name, survival), seen)| ClipProgress { name, survival: *survival, seen }).collect()
     }
 
-    /// Remembers which prior (by the SHA-256 of its file, hexadecimal) made the library's latent codes, and its encoder
-    /// for the controller, where a controller can run it.
+    /// Remembers which prior made the library's latent codes, by the SHA-256 of its file (hexadecimal). Its encoder becomes
+    /// part of the controller, where a controller can run it.
     #[must_use]
     pub fn with_prior(mut self, digest: &str, encoder: Option<PriorEncoder>) -> Self {
         self.prior_digest = digest.into();

@@ -44,6 +44,11 @@ impl Trainer {
         } else {
             (Checkpoint::load(path)?, policy::networks())
         };
+        if !checkpoint.contains(&format!("{}.log_std", names.actor)) {
+            let expected =
+                "a controller as training writes it, with the width of its noise and its value function".into();
+            return Err(mismatch(path, "networks", expected, "one as `lifelike export` writes it".into()));
+        }
         let other: ControllerHeader = checkpoint.meta(KIND)?;
         self.alike(path, &other)?;
         let (policy, new_parts) = self.inputs(path, &other.observation)?;
