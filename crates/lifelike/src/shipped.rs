@@ -98,8 +98,7 @@ pub fn named(name: &Path, kind: Kind) -> Option<&'static Shipped> {
     let name = name.to_str()?;
     all().filter(|network| network.kind == kind).find(|network| {
         let whole = network.file.trim_end_matches(".safetensors");
-        let stem = whole.trim_end_matches(kind.name()).trim_end_matches('.');
-        [network.name, stem, whole].contains(&name) || name == format!("{}.{}", network.name, kind.name())
+        [network.name, network.stem(), whole].contains(&name) || name == format!("{}.{}", network.name, kind.name())
     })
 }
 
@@ -155,6 +154,16 @@ impl Shipped {
         std::fs::create_dir_all(folder).map_err(CliError::write(folder))?;
         crate::output::write(&path, self.bytes)?;
         Ok(path)
+    }
+
+    /// Returns the name of its file without its kind, such as `lima-blind`.
+    pub fn stem(&self) -> &'static str {
+        self.file.trim_end_matches(".safetensors").trim_end_matches(self.kind.name()).trim_end_matches('.')
+    }
+
+    /// Returns whether it is a controller for the robot's joints, gains and limits.
+    pub fn fits(&self, robot: &Robot) -> bool {
+        self.controller().is_ok_and(|file| file.check(robot).is_ok())
     }
 
     /// Returns the controller that it is.

@@ -15,7 +15,7 @@ export const KEYS = [
   ["H", "handles on hands, feet, head, pelvis", "h", "handles"], ["K", "keep this take as a ghost", "k", "keep"],
   ["G", "make the block feasible", "g", "feasible"], ["V", "record a video", "v", "video"],
   ["F", "follow the robot", "f", "follow"], ["⇧ ↑ ↓", "look from higher or lower", null],
-  ["N", "light or dark", "n", "theme"], ["X", "export the page", "x", "page"],
+  ["W", "find clips like this moment", "w", "similar"], ["N", "light or dark", "n", "theme"], ["X", "export the page", "x", "page"],
   ["Ctrl Z", "undo", null], ["Ctrl ⇧ Z", "redo", null],
 ];
 

@@ -140,6 +140,19 @@ const tilt = (by) => {
   operate({ do: "camera", ...scene.seen() });
 };
 
+// Another policy performs; what the one before did stays beside it as a ghost.
+const perform = (name) => {
+  link.send({ keep: true });
+  operate({ do: "policy", name: name || undefined });
+};
+const similar = () => {
+  const block = chosen() ?? under();
+  if (!block) return;
+  select(block.id);
+  tell("Looking for clips that are like this ...");
+  link.send({ similar: time() });
+};
+
 const ACTIONS = {
   play: () => link.send({ play: !head?.playing }),
   type: () => find("sentence").focus(),
@@ -164,6 +177,7 @@ const ACTIONS = {
   reference: () => toggle("reference"), errors: () => toggle("errors"),
   handles: () => { toggle("handles"); if (scene.shows.handles) link.send({ play: false }); },
   keep: () => link.send({ keep: !view.kept }),
+  similar,
   feasible: onBlock((block) => ({ do: "feasible", id: block.id, value: !block.feasible })),
   video: () => save("video"),
   follow: () => { toggle("follow"); operate({ do: "camera", ...scene.seen() }); },
@@ -176,8 +190,8 @@ const ACTIONS = {
 const act = (name) => { if (view) ACTIONS[name]?.(); };
 
 const strips = new Strips(find("strips"));
-const timeline = new Timeline(find, { seek: (t) => link.send({ seek: t }), operate, select });
-const panel = new Panel(find("panel"), robot, { operate, time, within, push, split, seek: (t) => link.send({ seek: t }) });
+const timeline = new Timeline(find, robot, { seek: (t) => link.send({ seek: t }), operate, select });
+const panel = new Panel(find("panel"), robot, { operate, time, within, push, split, perform, similar, seek: (t) => link.send({ seek: t }) });
 const scene = new Scene(find("canvas"), robot, {
   pull: (body, newtons) => link.send({ pull: { body, newtons } }),
   release: () => link.send("release"),

@@ -74,6 +74,7 @@ export class Panel {
         (v) => (v > 0 ? `${(12.5 - v).toFixed(1)} Hz` : "off")),
       this.robot.bends && field("curve here", range(0, 2.5, 0.05, this.point(block)?.gain ?? 1, (gain) => operate({ do: "point", id, at: this.point(block)?.at ?? this.actions.within(block), gain })),
         (v) => `${Number(v).toFixed(2)}×`),
+      ...this.alike(view, block),
       buttons(
         [block.feasible ? "As it was" : "Make feasible", "Repair what cannot be tracked (G)", () => operate({ do: "feasible", id, value: !block.feasible })],
         (block.edits || block.points || block.gain || block.smooth || block.feasible) && ["Plain", "Remove style and changed points", () => operate({ do: "plain", id })],
@@ -87,6 +88,23 @@ export class Panel {
       ),
     );
     return parts;
+  }
+
+  // Clips that are like the motion at the needle; each joins the motion behind the block.
+  alike(view, block) {
+    if (!this.robot.searches || block.at !== undefined) return [];
+    const ask = buttons(["More like this", "Find clips that are like this moment (W)", () => this.actions.similar()]);
+    const [at, found] = view.similar ?? [0, []];
+    const span = view.spans.find((s) => s.id === block.id);
+    if (!span || at < span.from || at >= span.to) return [ask];
+    const index = view.scene.motion.indexOf(block) + 1;
+    const hits = found.map(({ clip, time, similarity }) => {
+      const name = clip.replace(/^builtin:/, "").replace(/^.*\//, "").replaceAll("_", " ");
+      const hit = element("button", `${name}  ${time.toFixed(1)} s  ${similarity.toFixed(2)}`, { className: "hit", title: `Add ${clip} behind this block` });
+      hit.addEventListener("click", () => this.actions.operate({ do: "add", clip, index }));
+      return hit;
+    });
+    return [ask, ...hits];
   }
 
   // The changed control point near the needle.
@@ -116,6 +134,10 @@ export class Panel {
     const joints = element("select", "");
     joints.append(...["motor", ...this.robot.joints].map((name) => element("option", name.replaceAll("_", " "), { value: name })));
     joints.addEventListener("change", () => { if (joints.selectedIndex) set({ joints: joints.value, strength: 0 }); });
+    const policies = element("select", "");
+    policies.append(element("option", "the best", { value: "" }), ...this.robot.policies.map((name) => element("option", name.replace(/\.controller\.safetensors$/, ""), { value: name })));
+    policies.value = view.scene.policy ?? "";
+    policies.addEventListener("change", () => this.actions.perform(policies.value));
     const parts = element("select", "");
     parts.append(...this.robot.parts.map((part) => element("option", part.replaceAll("_", " "), { value: part })));
     const clips = element("select", "");
@@ -131,11 +153,12 @@ export class Panel {
     const verdict = view.falls.length ? `${view.falls.length} ${view.falls.length === 1 ? "fall" : "falls"}` : "stays on its feet";
     return [
       element("h2", this.robot.character.name), element("p", `${view.seconds.toFixed(1)} s, ${verdict}`), ...falls,
+      this.robot.policies.length > 1 && field("policy", policies),
       element("hr", ""), element("p", "From the needle on:"),
       field("friction", range(0.05, 1.5, 0.05, last("friction") ?? 1, (friction) => set({ friction })), (v) => Number(v).toFixed(2)),
       field("load", range(0, 10, 0.25, last("load") ?? 0, (load) => set({ load, body: torso })), (v) => `${Number(v).toFixed(1)} kg`),
       field("fails", joints), field("lay over", parts), field("", clips), field("", said),
       buttons(["Push", "Push the trunk (P)", () => this.actions.push()]),
-    ];
+    ].filter(Boolean);
   }
 }

@@ -6,8 +6,8 @@ const clamp = (v, low, high) => Math.min(Math.max(v, low), high);
 const round = (v) => Math.round(v * 100) / 100;
 
 export class Timeline {
-  constructor(find, actions) {
-    Object.assign(this, { find, actions, zoom: 1, selected: null, view: null });
+  constructor(find, robot, actions) {
+    Object.assign(this, { find, robot, actions, zoom: 1, selected: null, view: null });
     this.lanes = find("lanes");
     const seek = (e) => {
       const box = this.lanes.getBoundingClientRect();
@@ -78,11 +78,50 @@ export class Timeline {
     };
     part.prepend(handle("start"));
     part.append(handle("end"));
+    part.points = () => this.points(block, span, over);
     const drop = over
       ? (time) => ({ do: "move", id: block.id, at: round(Math.max(block.at + time, 0)) })
       : (time) => this.moved(block, span, time);
     this.movable(part, block.id, drop);
     return part;
+  }
+
+  // Control points of the motion spline: dragged up they exaggerate the motion there, down they tone it down.
+  points(block, span, over) {
+    const [start, stop, speed] = [block.start ?? 0, block.end ?? span.whole, block.speed ?? 1];
+    const shared = !over && this.view.scene.motion.indexOf(block) > 0 ? span.fade / 2 : 0;
+    const dots = [];
+    for (let at = start + this.robot.bends; at < stop - 0.1; at += this.robot.bends) {
+      const place = span.from - shared + (at - start) / speed;
+      if (place <= span.from || place >= span.to) continue;
+      const near = block.points?.find((point) => Math.abs(point.at - at) < this.robot.bends / 2);
+      const gain = near?.gain ?? 1;
+      const dot = document.createElement("b");
+      dot.className = "point";
+      dot.classList.toggle("changed", near !== undefined);
+      dot.style.left = `${(100 * (place - span.from)) / (span.to - span.from)}%`;
+      dot.style.top = `${100 * (1 - gain / 2.5) * 0.9 + 5}%`;
+      dot.title = `curve at ${round(at)} s: ${gain.toFixed(2)}×; drag up for more, down for less`;
+      this.bend(dot, block.id, round(near?.at ?? at), gain);
+      dots.push(dot);
+    }
+    return dots;
+  }
+
+  bend(dot, id, at, gain) {
+    dot.addEventListener("pointerdown", (e) => {
+      e.stopPropagation();
+      dot.setPointerCapture(e.pointerId);
+      const height = dot.parentElement.clientHeight || 1;
+      const value = (m) => round(clamp(gain - (2.5 * (m.clientY - e.clientY)) / (3 * height), 0, 2.5));
+      const move = (m) => { dot.style.top = `${100 * (1 - value(m) / 2.5) * 0.9 + 5}%`; };
+      const end = (m) => {
+        dot.removeEventListener("pointermove", move);
+        if (Math.abs(m.clientY - e.clientY) > 2) this.actions.operate({ do: "point", id, at, gain: value(m) });
+      };
+      dot.addEventListener("pointermove", move);
+      dot.addEventListener("pointerup", end, { once: true });
+    });
   }
 
   // Where a block is dropped: before the first whose middle is behind its own.
@@ -143,7 +182,10 @@ export class Timeline {
 
   mark() {
     for (const part of this.lanes.querySelectorAll("[data-id]")) {
-      part.classList.toggle("selected", part.dataset.id === this.selected);
+      const chosen = part.dataset.id === this.selected;
+      part.classList.toggle("selected", chosen);
+      part.querySelectorAll(".point").forEach((dot) => dot.remove());
+      if (chosen && part.points && this.robot.bends) part.append(...part.points());
     }
   }
 

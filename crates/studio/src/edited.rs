@@ -97,11 +97,10 @@ fn bent(
 ) -> Result<MotionClip, lifelike_representation::RepresentationError> {
     let mut splined = SplinedClip::encode(model, clip)?;
     let mut segments = splined.segments().to_vec();
-    let length = (model.plan().frames - 1) as f64 / model.plan().frame_rate;
     let last = model.control_points() - 1;
     for point in points {
         let at = point.at - start;
-        let time = |segment: f64, k: usize| segment + length * k as f64 / last as f64;
+        let time = |segment: f64, k: usize| segment + model.spacing() * k as f64;
         let all = segments.iter().enumerate().flat_map(|(s, segment)| (1..last).map(move |k| (s, k, segment.start)));
         let far = |one: &(usize, usize, f64)| (time(one.2, one.1) - at).abs();
         let Some((s, k, _)) = all.min_by(|a, b| far(a).total_cmp(&far(b))) else { continue };

@@ -17,9 +17,11 @@ use tokio::sync::watch;
 use crate::StudioError;
 use crate::document::Document;
 use crate::history::History;
+use crate::operation::Operation;
 use crate::performer::{Events, Force};
-use crate::request::{Message, Request, Screen};
+use crate::request::{Job, Message, Request, Screen};
 use crate::scene::Scene;
+use crate::similar::Alike;
 use crate::stage::{self, Stage};
 use crate::workers::{build, difference, save};
 use crate::workshop::Built;
@@ -45,7 +47,7 @@ pub struct Engine {
     stage: Stage,
     document: Document,
     inbox: Receiver<Message>,
-    builder: Sender<(u64, Scene)>,
+    builder: Sender<Job>,
     saver: Sender<String>,
     outputs: Outputs,
     history: History,
@@ -56,6 +58,10 @@ pub struct Engine {
     pulls: Vec<Force>,
     /// Take that is shown beside the present one, frame by frame.
     kept: Option<Vec<Box<[u8]>>>,
+    /// Clips that are like the motion at a time (s).
+    similar: Option<(f64, Vec<Alike>)>,
+    /// Name of the policy that performs.
+    policy: Option<String>,
     /// Time of the clock (s).
     time: f64,
     rate: f64,
@@ -91,6 +97,8 @@ impl Engine {
         spawn("saver").spawn(move || save(&path, &texts, &answers)).map_err(failed)?;
         let mut engine = Self {
             saver,
+            policy: document.scene().policy.clone(),
+            similar: None,
             stage,
             document,
             inbox,
@@ -216,7 +224,10 @@ impl Engine {
                 }
                 (self.stale, self.version) = (true, self.version + 1);
             }
-            Message::Saved(Err(problem)) => (self.problem, self.stale) = (problem, true),
+            Message::Found(at, Ok(found)) => (self.similar, self.stale) = (Some((at, found)), true),
+            Message::Saved(Err(problem)) | Message::Found(_, Err(problem)) => {
+                (self.problem, self.stale) = (problem, true);
+            }
             Message::Scene(answer) => {
                 let _ = answer.send(self.document.scene().clone());
             }
@@ -230,6 +241,9 @@ impl Engine {
             Request::Operation(operation) => {
                 let operation = self.joined_at_clock(operation);
                 let changes_motion = operation.changes_motion();
+                if let Operation::Policy { name } = &operation {
+                    self.stage.policies.find(name.as_deref())?;
+                }
                 if !changes_motion {
                     // Refused before it is written: a body that the robot has not.
                     let mut scene = self.document.scene().clone();
@@ -273,6 +287,16 @@ impl Engine {
             Request::Pull { body, newtons } => self.pull(&body, newtons)?,
             Request::Keep(keep) => (self.kept, self.stale) = (keep.then(|| self.history.bodies()), true),
             Request::Release => self.release()?,
+            Request::Similar(at) => {
+                if !(0.0..=self.built.clip.seconds()).contains(&at) {
+                    let end = self.built.clip.seconds();
+                    return Err(StudioError::Operation(format!("similar: expected 0 to {end:.2} s, got {at}")));
+                }
+                let under = self.built.spans.iter().find(|span| span.from <= at && at < span.to);
+                let block = self.document.scene().motion.iter().find(|block| under.is_some_and(|u| u.id == block.id));
+                let but = block.and_then(|block| block.clip.clone());
+                let _ = self.builder.send(Job::Similar(Box::new(self.built.clip.clone()), at, but));
+            }
         }
         Ok(())
     }
@@ -300,10 +324,23 @@ impl Engine {
             }
             Err(error) => self.problem = error.to_string(),
         }
+        if self.policy != self.document.scene().policy
+            && let Err(error) = self.hand_over()
+        {
+            self.problem = error.to_string();
+        }
         if motion {
             self.building = Some(self.version);
-            let _ = self.builder.send((self.version, self.document.scene().clone()));
+            let _ = self.builder.send(Job::Build(self.version, Box::new(self.document.scene().clone())));
         }
+    }
+
+    /// Lets the document's policy perform the scene, from its start.
+    fn hand_over(&mut self) -> Result<(), StudioError> {
+        self.policy.clone_from(&self.document.scene().policy);
+        self.stage.controller = self.stage.policies.find(self.policy.as_deref())?;
+        self.history = History::new(self.stage.performer(&self.reference, false)?);
+        Ok(())
     }
 
     /// Takes a new reference in; physics goes on from the last frame before the first one that differs.

@@ -31,6 +31,7 @@ mod request;
 mod scene;
 mod sentence;
 mod server;
+mod similar;
 mod socket;
 mod stage;
 #[cfg(test)]
@@ -47,5 +48,6 @@ pub use operation::Operation;
 pub use performer::Fall;
 pub use scene::{Block, Camera, EXTENSION, Push, Scene, Switch};
 pub use server::Studio;
-pub use stage::{Stage, Take, name_of};
+pub use similar::Alike;
+pub use stage::{Policies, Stage, Take, name_of};
 pub use workshop::{Built, Span};

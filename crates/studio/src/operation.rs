@@ -195,6 +195,12 @@ pub enum Operation {
     Switch(Switch),
     /// Sets the camera.
     Camera(Camera),
+    /// Sets the policy that performs; without a name, the best for the robot.
+    Policy {
+        /// Its name.
+        #[serde(default)]
+        name: Option<String>,
+    },
     /// Sets the random seed of the scene.
     Seed {
         /// The seed.
@@ -236,7 +242,7 @@ impl Operation {
 
     /// Returns whether it changes the reference motion; otherwise it changes only events or the view.
     pub fn changes_motion(&self) -> bool {
-        !matches!(self, Self::Push(_) | Self::Grab { .. } | Self::Switch(_) | Self::Camera(_))
+        !matches!(self, Self::Push(_) | Self::Grab { .. } | Self::Switch(_) | Self::Camera(_) | Self::Policy { .. })
     }
 
     /// Applies it to a scene; on failure the scene is as it was.
@@ -340,6 +346,7 @@ impl Operation {
                 scene.switch.push(Switch { id, ..switch });
             }
             Self::Camera(camera) => scene.camera = camera,
+            Self::Policy { name } => scene.policy = name,
             Self::Seed { value } => scene.seed = value,
         }
         Ok(())

@@ -2,12 +2,14 @@
 
 use std::sync::Arc;
 
+use lifelike_motion::MotionClip;
 use lifelike_robot::ReferenceLibrary;
 use serde::Deserialize;
 use tokio::sync::watch;
 
 use crate::operation::Operation;
 use crate::scene::Scene;
+use crate::similar::Alike;
 use crate::workshop::Built;
 
 /// A command of a viewer.
@@ -39,6 +41,16 @@ pub enum Request {
     Keep(bool),
     /// Lets go; the pull becomes pushes of the scene.
     Release,
+    /// Looks for clips that are like the motion at a time (s).
+    Similar(f64),
+}
+
+/// Work of the second thread.
+pub enum Job {
+    /// Makes the motion of a scene of this version.
+    Build(u64, Box<Scene>),
+    /// Looks for clips that are like a motion at a time (s), but for one.
+    Similar(Box<MotionClip>, f64, Option<String>),
 }
 
 /// A message to the engine.
@@ -47,6 +59,8 @@ pub enum Message {
     Request(Request),
     /// The motion of a scene of this version was made.
     Built(u64, Result<(Built, Arc<ReferenceLibrary>), String>),
+    /// Clips that are like the motion at a time (s).
+    Found(f64, Result<Vec<Alike>, String>),
     /// The scene was saved, or not.
     Saved(Result<(), String>),
     /// Asks for the scene.

@@ -143,7 +143,9 @@ async fn robot(State(shared): State<Shared>, Path(word): Path<String>, headers: 
         "weight": robot.character.mass() * robot.character.gravity.norm(),
         "handles": handles(robot),
         "parts": PARTS,
-        "bends": shared.stage.spline.is_some(),
+        "bends": shared.stage.spline.as_ref().map_or(0.0, |spline| spline.spacing()),
+        "searches": shared.stage.prior.is_some(),
+        "policies": shared.stage.policies.names,
         "clips": files::clips(&shared.stage.folder),
         "mayEdit": shared.access.of(&word, &headers, false) == Some(Permission::Edit),
     });

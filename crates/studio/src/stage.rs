@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use lifelike_generation::generator::Generator;
+use lifelike_representation::MotionPrior;
 use lifelike_representation::motion_spline::MotionSpline;
 use lifelike_robot::{Controller, ReferenceLibrary, Robot};
 use lifelike_sim::SimulationSpec;
@@ -22,8 +23,41 @@ pub struct Stage {
     pub generator: Option<Arc<Generator>>,
     /// Motion spline whose control points are edited, where there is one for the robot.
     pub spline: Option<Arc<MotionSpline>>,
+    /// Motion prior by whose codes clips are found, where there is one for the robot.
+    pub prior: Option<Arc<MotionPrior>>,
     /// Folder below which clips are read.
     pub folder: PathBuf,
+    /// Policies that may take over.
+    pub policies: Policies,
+}
+
+/// Returns a policy by its name; without one the best for the robot.
+type Load = dyn Fn(Option<&str>) -> Result<Arc<Controller>, String> + Send + Sync;
+
+/// Policies by name.
+#[derive(Clone, Default)]
+pub struct Policies {
+    /// Their names.
+    pub names: Vec<String>,
+    /// Reads one; none: there is only the policy of the stage.
+    pub load: Option<Arc<Load>>,
+}
+
+impl Policies {
+    /// Reads the policy of this name.
+    ///
+    /// # Errors
+    /// [`StudioError::Operation`] for a name that is not among them, or a policy that does not fit the robot.
+    pub fn find(&self, name: Option<&str>) -> Result<Arc<Controller>, StudioError> {
+        let known = name.is_none_or(|name| self.names.iter().any(|one| one == name));
+        match (&self.load, known) {
+            (Some(load), true) => load(name).map_err(StudioError::Operation),
+            _ => {
+                let (known, name) = (self.names.join(", "), name.unwrap_or("the best"));
+                Err(StudioError::Operation(format!("expected a policy of {known}, got '{name}'")))
+            }
+        }
+    }
 }
 
 impl Stage {

@@ -15,7 +15,7 @@ use crate::engine::Engine;
 use crate::history::History;
 use crate::performer::Events;
 use crate::request::{Message, Request, Screen};
-use crate::{Document, Operation, Scene, Stage, packet, stage};
+use crate::{Document, Operation, Policies, Scene, Stage, packet, stage};
 
 fn lima(folder: &Path) -> Stage {
     let robot = Arc::new(Robot::load("lima").unwrap());
@@ -26,7 +26,9 @@ fn lima(folder: &Path) -> Stage {
         controller: Arc::new(controller),
         generator: Some(Arc::new(generator)),
         spline: None,
+        prior: None,
         folder: folder.into(),
+        policies: Policies::default(),
     }
 }
 
@@ -343,4 +345,57 @@ fn a_jump_that_is_too_slow_is_repaired_and_said() {
     let repaired = stage.workshop().build(&gain).unwrap();
     assert_eq!(whole.spans[0].changed, "");
     assert!(repaired.spans[0].changed.starts_with("repaired: root by"), "{}", repaired.spans[0].changed);
+}
+
+#[test]
+fn another_policy_performs_beside_the_kept_take_and_undo_brings_the_first_back() {
+    let folder = tempfile::tempdir().unwrap();
+    let robot = Arc::new(Robot::load("lima").unwrap());
+    let assets = Path::new(env!("CARGO_MANIFEST_DIR")).join("../lifelike/assets");
+    let load = move |name: Option<&str>| {
+        let file = assets.join(format!("{}.controller.safetensors", name.unwrap_or("lima-path")));
+        Controller::load(&file, Arc::clone(&robot)).map(Arc::new).map_err(|error| error.to_string())
+    };
+    let policies = Policies { names: vec!["lima-path".into(), "lima-blind".into()], load: Some(Arc::new(load)) };
+    let stage = Stage { policies, ..lima(folder.path()) };
+    let document = Document::open(&folder.path().join("a.scene.toml"), Scene::default).unwrap();
+    let (engine, screen) = Engine::start(stage, document).unwrap();
+    let view = || serde_json::from_str::<serde_json::Value>(&screen.view.borrow()).unwrap();
+    let last = || {
+        send(&engine, Request::Seek(1e9));
+        std::thread::sleep(Duration::from_millis(300));
+        screen.frame.borrow().to_vec()
+    };
+    operate(&engine, "add clip = \"builtin:walk\"");
+    settled(&engine, &screen);
+    let first = last();
+    operate(&engine, "policy name = \"lima-blind\"");
+    assert_eq!(settled(&engine, &screen).policy.as_deref(), Some("lima-blind"));
+    assert_ne!(last(), first, "another network walks otherwise");
+    operate(&engine, "policy name = \"nobody\"");
+    assert_eq!(settled(&engine, &screen).policy.as_deref(), Some("lima-blind"));
+    std::thread::sleep(Duration::from_millis(400));
+    assert!(view()["problem"].as_str().unwrap().contains("lima-path, lima-blind, got 'nobody'"), "{}", view());
+    send(&engine, Request::Undo);
+    assert_eq!(settled(&engine, &screen).policy, None);
+    let again = last();
+    // The version in the head differs; what physics made is the same to the last bit.
+    assert_eq!(again[32..], first[32..]);
+}
+
+#[test]
+fn clips_that_are_like_a_moment_are_found_and_the_clip_itself_is_the_nearest() {
+    let folder = tempfile::tempdir().unwrap();
+    let robot = Arc::new(Robot::load("lima").unwrap());
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../lifelike/assets/lima.prior.safetensors");
+    let prior = Some(Arc::new(lifelike_representation::MotionPrior::load(&file).unwrap()));
+    let walk = lifelike_robot::clips::load_one(Path::new("builtin:walk"), &robot).unwrap();
+    let mut search = crate::similar::Similar::new(Arc::clone(&robot), prior, folder.path().into());
+    let all = search.to(&walk, 2.0, None).unwrap();
+    assert!(all[0].clip == "builtin:walk" && all[0].similarity > 0.999 && (all[0].time - 2.0).abs() < 0.05, "{all:?}");
+    assert!(all.len() == 6 && all.windows(2).all(|pair| pair[0].similarity >= pair[1].similarity), "{all:?}");
+    let others = search.to(&walk, 2.0, Some("builtin:walk")).unwrap();
+    assert_eq!(others[..5], all[1..]);
+    let none = crate::similar::Similar::new(robot, None, folder.path().into()).to(&walk, 2.0, None).unwrap_err();
+    assert!(none.to_string().contains("no motion prior"), "{none}");
 }

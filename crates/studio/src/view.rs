@@ -4,6 +4,7 @@ use serde::Serialize;
 
 use crate::performer::Fall;
 use crate::scene::Scene;
+use crate::similar::Alike;
 use crate::workshop::Span;
 
 /// Everything but frames and strips.
@@ -35,6 +36,8 @@ pub struct View<'a> {
     pub building: bool,
     /// A take is kept beside the present one.
     pub kept: bool,
+    /// Clips that are like the motion at a time (s), as asked last.
+    pub similar: Option<&'a (f64, Vec<Alike>)>,
     /// Sentences are understood.
     pub speaks: bool,
 }

@@ -1,25 +1,41 @@
 //! Threads beside the engine: one makes motion, one saves.
 
 use std::path::Path;
+use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender};
 
 use lifelike_robot::ReferenceLibrary;
 
-use crate::request::Message;
-use crate::scene::Scene;
+use crate::request::{Job, Message};
+use crate::similar::Similar;
 use crate::stage::Stage;
 use crate::workshop::Workshop;
 
-/// Makes motion; of several scenes that wait only the newest.
-pub fn build(jobs: &Receiver<(u64, Scene)>, answers: &Sender<Message>, mut workshop: Workshop, stage: &Stage) {
+/// Makes motion and looks for it; of several jobs that wait only the newest.
+pub fn build(jobs: &Receiver<Job>, answers: &Sender<Message>, mut workshop: Workshop, stage: &Stage) {
+    let mut similar = Similar::new(Arc::clone(stage.robot()), stage.prior.clone(), stage.folder.clone());
     while let Ok(mut job) = jobs.recv() {
+        let mut last = None;
         while let Ok(newer) = jobs.try_recv() {
-            job = newer;
+            let before = std::mem::replace(&mut job, newer);
+            last = if matches!(before, Job::Build(..)) { Some(before) } else { last };
         }
-        let built = workshop.build(&job.1).and_then(|built| Ok((stage.reference(&built)?, built)));
-        let built = built.map(|(reference, built)| (built, reference)).map_err(|error| error.to_string());
-        if answers.send(Message::Built(job.0, built)).is_err() {
-            return;
+        // A search drops no motion that waits.
+        let build = if matches!(job, Job::Build(..)) { None } else { last };
+        for job in build.into_iter().chain([job]) {
+            let answer = match job {
+                Job::Build(version, scene) => {
+                    let built = workshop.build(&scene).and_then(|built| Ok((stage.reference(&built)?, built)));
+                    let built = built.map(|(reference, built)| (built, reference));
+                    Message::Built(version, built.map_err(|error| error.to_string()))
+                }
+                Job::Similar(motion, at, but) => {
+                    Message::Found(at, similar.to(&motion, at, but.as_deref()).map_err(|error| error.to_string()))
+                }
+            };
+            if answers.send(answer).is_err() {
+                return;
+            }
         }
     }
 }

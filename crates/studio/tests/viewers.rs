@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 
 use lifelike_generation::generator::Generator;
 use lifelike_robot::{Controller, Robot};
-use lifelike_studio::{Document, Scene, Stage, Studio};
+use lifelike_studio::{Document, Policies, Scene, Stage, Studio};
 use tungstenite::client::IntoClientRequest;
 use tungstenite::{Message, WebSocket};
 
@@ -24,7 +24,8 @@ fn start(folder: &Path, robot: &str) -> [String; 2] {
     let controller = Controller::load(&assets("lima-path.controller.safetensors"), robot).unwrap();
     let generator = Generator::load(&assets("lima.generator.safetensors")).unwrap();
     let generator = Some(Arc::new(generator));
-    let stage = Stage { controller: Arc::new(controller), generator, spline: None, folder: folder.into() };
+    let (policies, controller) = (Policies::default(), Arc::new(controller));
+    let stage = Stage { controller, generator, spline: None, prior: None, folder: folder.into(), policies };
     let document = Document::open(&folder.join("a.scene.toml"), Scene::default).unwrap();
     let studio = Studio::new(stage, document, 0, false).unwrap();
     let addresses = studio.addresses();

@@ -4,11 +4,12 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use lifelike_generation::generator::Generator;
+use lifelike_representation::MotionPrior;
 use lifelike_representation::motion_spline::MotionSpline;
-use lifelike_robot::Robot;
-use lifelike_studio::{Scene, Stage, StudioError, examples};
+use lifelike_robot::controller::EXTENSION;
+use lifelike_robot::{Controller, Robot};
+use lifelike_studio::{Policies, Scene, Stage, StudioError, examples};
 
-use crate::commands::controller_file::Loaded;
 use crate::commands::export::Source;
 use crate::error::CliError;
 use crate::next::NextCommand;
@@ -20,22 +21,45 @@ use crate::shipped::{self, Kind};
 /// A robot or policy that is missing, or that do not fit each other.
 pub fn open(scene: &Scene, file: &Path) -> Result<Stage, CliError> {
     let robot = Arc::new(Robot::load(&scene.robot)?);
-    let policy = scene.policy.as_deref().map(Path::new);
-    let found = shipped::controller(policy, &robot, &scene.robot, || NextCommand::new("studio"))?;
-    let Source { policy, prior, .. } = Source::of(&found)?;
-    let loaded = Loaded::new(&policy, Arc::clone(&robot), prior.as_deref())?;
-    if loaded.encoder().is_some() {
-        let message = format!(
-            "{}: expected a controller with its own encoder, got a policy that needs the file of its spline prior",
-            policy.display()
-        );
-        return Err(CliError::Input(message));
-    }
+    let controller = performing(scene.policy.as_deref(), &robot, &scene.robot)?;
     let generator = shipped::of_robot(&robot, Kind::Generator).map(shipped::Shipped::file).transpose()?;
     let generator = generator.map(|file| Generator::load(&file)).transpose()?.map(Arc::new);
     let spline = shipped::of_robot(&robot, Kind::Spline).map(shipped::Shipped::file).transpose()?;
     let spline = spline.map(|file| MotionSpline::load(&file)).transpose()?.map(Arc::new);
-    Ok(Stage { controller: Arc::new(loaded.controller), generator, spline, folder: folder(file) })
+    let prior = shipped::of_robot(&robot, Kind::Prior).map(shipped::Shipped::file).transpose()?;
+    let prior = prior.map(|file| MotionPrior::load(&file)).transpose()?.map(Arc::new);
+    let folder = folder(file);
+    let policies = policies(&robot, &scene.robot, &folder);
+    Ok(Stage { controller, generator, spline, prior, folder, policies })
+}
+
+/// Reads the policy of this name or file, the best for the robot where there is none.
+fn performing(policy: Option<&str>, robot: &Arc<Robot>, robot_file: &str) -> Result<Arc<Controller>, CliError> {
+    let found = shipped::controller(policy.map(Path::new), robot, robot_file, || NextCommand::new("studio"))?;
+    let Source { policy, .. } = Source::of(&found)?;
+    Ok(Arc::new(Controller::load(&policy, Arc::clone(robot))?))
+}
+
+/// Returns the policies that may perform: those of the program for the robot, and those in the scene's folder.
+fn policies(robot: &Arc<Robot>, robot_file: &str, folder: &Path) -> Policies {
+    let shipped = shipped::all().filter(|network| network.kind == Kind::Controller);
+    let mut names: Vec<String> =
+        shipped.filter(|network| network.fits(robot)).map(|network| network.stem().to_string()).collect();
+    let files = std::fs::read_dir(folder).into_iter().flatten().flatten();
+    let files = files.map(|entry| entry.file_name().to_string_lossy().into_owned());
+    let mut files: Vec<String> = files.filter(|name| name.ends_with(EXTENSION)).collect();
+    files.sort();
+    let (own, robot, robot_file, folder) =
+        (files.clone(), Arc::clone(robot), robot_file.to_owned(), folder.to_path_buf());
+    names.extend(files);
+    let load = move |name: Option<&str>| {
+        let name = name.map(|name| match own.iter().any(|file| file == name) {
+            true => folder.join(name).display().to_string(),
+            false => name.to_owned(),
+        });
+        performing(name.as_deref(), &robot, &robot_file).map_err(|error| error.to_string())
+    };
+    Policies { names, load: Some(Arc::new(load)) }
 }
 
 /// Returns the folder of a file, `.` for a bare name.

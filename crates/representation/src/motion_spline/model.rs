@@ -122,6 +122,12 @@ impl MotionSpline {
         self.network.tokens().control_points()
     }
 
+    /// Returns the time between neighbouring control points (s).
+    pub fn spacing(&self) -> f64 {
+        let length = (self.plan.frames - 1) as f64 / self.plan.frame_rate;
+        length / (self.control_points() - 1) as f64
+    }
+
     /// Returns the mean and standard deviation of the training windows' control points.
     pub fn usual(&self) -> &Usual {
         &self.usual

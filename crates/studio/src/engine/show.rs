@@ -54,6 +54,7 @@ impl Engine {
             rate: self.rate,
             building: self.building.is_some(),
             kept: self.kept.is_some(),
+            similar: self.similar.as_ref(),
             speaks: self.stage.generator.is_some(),
         }
         .to_json()
