@@ -16,6 +16,7 @@ use crate::source::SourceClip;
 
 mod joints;
 mod take;
+mod whole;
 
 use joints::Joints;
 use take::Take;
@@ -73,6 +74,10 @@ fn size(places: &[Vec3]) -> f64 {
 
 /// Loads a scene without geometry, in metres, with y up.
 fn load(bytes: &[u8]) -> Result<ufbx::SceneRoot, (String, String)> {
+    const EXPECTED: &str = "a whole FBX file of version 6 or 7";
+    if let Some(got) = whole::missing(bytes) {
+        return Err((EXPECTED.to_owned(), got));
+    }
     let limited = || ufbx::AllocatorOpts { memory_limit: MOST_MEMORY, ..Default::default() };
     let options = ufbx::LoadOpts {
         temp_allocator: limited(),
@@ -87,7 +92,7 @@ fn load(bytes: &[u8]) -> Result<ufbx::SceneRoot, (String, String)> {
     };
     ufbx::load_memory(bytes, options).map_err(|e| {
         let detail = if e.info().is_empty() { String::new() } else { format!(" ({})", e.info()) };
-        ("a whole FBX file of version 6 or 7".to_owned(), format!("{}{detail}", &*e.description))
+        (EXPECTED.to_owned(), format!("{}{detail}", &*e.description))
     })
 }
 

@@ -71,11 +71,19 @@ fn what_is_missing_is_named() {
     let options = ReadOptions::default();
     let still = refusal(&unpacked(STILL), &options);
     assert!(still.contains("expected a take that moves bones"), "{still}");
-    let empty = b"; FBX 7.4.0 project file\nFBXHeaderExtension:  {\n\tFBXVersion: 7400\n}\nObjects:  {\n}\n";
+    let empty = b"; FBX 7.4.0 project file\nFBXHeaderExtension:  {\n\tFBXVersion: 7400\n}\nObjects:  {\n}\nConnections:  {\n}\n";
     let empty = refusal(empty, &options);
     assert!(empty.contains("expected bones of a skeleton"), "{empty}");
-    let broken = refusal(b"; FBX 7.4.0 project file\nObjects:  {", &options);
-    assert!(broken.contains("small.fbx: expected "), "{broken}");
+    let text = "; FBX 7.4.0 {\nObjects:  {\n\tModel: 1, \"a{;\" {\n\t}\n}\nConnections:  {\n}\n";
+    for (end, part) in [
+        ("\n\t}", "ends in line 3, within 'Model' of line 3 (cut off?)"),
+        ("\n}", "ends in line 4, within 'Objects' of line 2 (cut off?)"),
+        ("Connections", "6 lines without 'Connections' (cut off?)"),
+    ] {
+        let cut = refusal(text[..text.find(end).unwrap()].as_bytes(), &options);
+        assert!(cut.contains("small.fbx: expected a whole FBX file") && cut.contains(part), "{cut}");
+    }
+    assert!(!refusal(text.as_bytes(), &options).contains("cut off"));
     let fast = ReadOptions { fps: Some(1e9), ..ReadOptions::default() };
     assert!(refusal(&unpacked(Y_CM), &fast).contains("--fps"));
     let scaled = ReadOptions { scale: Some(0.01), ..ReadOptions::default() };
