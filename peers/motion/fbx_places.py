@@ -38,7 +38,7 @@ def blenders(file, fps, frames, names):
     scene = bpy.context.scene
     rate = scene.render.fps / scene.render.fps_base
     moving = [o for o in bpy.data.objects if o.animation_data and o.animation_data.action]
-    first = min(o.animation_data.action.frame_range[0] for o in moving)
+    first = min((o.animation_data.action.frame_range[0] for o in moving), default=1)
     plain = lambda name: name.split(":")[-1]
     found = [plain(n) for n in names]
     heads = {plain(b.name): (a, b.name) for a in armatures for b in a.data.bones}

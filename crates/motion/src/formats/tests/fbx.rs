@@ -5,6 +5,7 @@ use super::*;
 const Y_CM: &[u8] = include_bytes!("fbx/y_cm.fbx.zst");
 const Y_M_FREE: &[u8] = include_bytes!("fbx/y_m_free.fbx.zst");
 const Z_M_TAKES: &[u8] = include_bytes!("fbx/z_m_takes.fbx.zst");
+const Y_CM_MIRRORED: &[u8] = include_bytes!("fbx/y_cm_mirrored.fbx.zst");
 const STILL: &[u8] = include_bytes!("fbx/still.fbx.zst");
 
 fn unpacked(bytes: &[u8]) -> Vec<u8> {
@@ -33,7 +34,8 @@ fn apart(clip: &SourceClip, other: &SourceClip) -> (f64, f64) {
 fn a_file_with_a_bind_pose_is_the_bvh_in_every_axis_and_unit() {
     let options = ReadOptions::default();
     let plain = bvh(BVH.as_bytes()).unwrap();
-    for packed in [Y_CM, Z_M_TAKES] {
+    // Ends of limbs may have a scale of -1 in all directions.
+    for packed in [Y_CM, Z_M_TAKES, Y_CM_MIRRORED] {
         let clip = parse(&unpacked(packed), &options).unwrap();
         assert_eq!((clip.len(), clip.fps, &clip.skeleton.names), (plain.len(), 120.0, &plain.skeleton.names));
         assert_eq!(clip.skeleton.ends.len(), plain.skeleton.ends.len());
