@@ -99,7 +99,7 @@ fn a_duty_in_percent_is_refused_told_or_read() {
 #[test]
 fn other_units_and_signs_are_refused_by_name() {
     refused(&scaled("timestamp", 1e3), &["timestamp: expected seconds", "got 5 (milliseconds?"]);
-    refused(&scaled("speed", 360.0 / TAU), &["speed: expected rad/s", "57.29", "degrees per second?"]);
+    refused(&scaled("speed", 360.0 / TAU), &["speed: expected rad/s", "57.29", "degrees per second"]);
     refused(&scaled("speed", 60.0 / TAU), &["turns per minute?"]);
     refused(&scaled("speed", -1.0), &["the sign is the other?"]);
     refused(&scaled("load", -1.0), &["load: expected a duty that drives to the goal", "the sign of 'load'?"]);

@@ -82,7 +82,7 @@ fn what_is_missing_is_named() {
         ("\n}", "ends in line 4, within 'Objects' of line 2 (cut off?)"),
         ("Connections", "6 lines without 'Connections' (cut off?)"),
     ] {
-        let cut = refusal(text[..text.find(end).unwrap()].as_bytes(), &options);
+        let cut = refusal(&text.as_bytes()[..text.find(end).unwrap()], &options);
         assert!(cut.contains("small.fbx: expected a whole FBX file") && cut.contains(part), "{cut}");
     }
     assert!(!refusal(text.as_bytes(), &options).contains("cut off"));
