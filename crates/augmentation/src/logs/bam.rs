@@ -3,7 +3,8 @@
 //! BAM's (github.com/Rhoban/bam) are JSON: an object with `mass` (kg), `arm_mass` (kg, 0 where not said), `length`
 //! (m), `kp` (the servo's own unit), `vin` (V), `motor`, `trajectory`, and `entries`: `timestamp` (s), `goal_position`
 //! and `position` (rad), `speed` (rad/s), `load`, `input_volts` (V), `torque_enable`. The load is the duty in 885ths,
-//! or the duty itself if no number exceeds 1, unless `load_unit` says `885ths`, `%` or `1`; negative numbers may be unsigned 16 bits. It is 0 throughout for a servo
+//! or the duty itself if no number exceeds 1; `load_unit` may say `885ths`, `%` or `1`. Negative numbers may be unsigned
+//! 16 bits. It is 0 throughout for a servo
 //! that does not tell it. Those of other servos are tables ([`super::bench_table`]).
 
 use std::path::Path;

@@ -20,8 +20,8 @@ pub(super) enum LoadUnit {
 
 /// A load whose unit is not said ends here if it is in percent.
 const PERCENT: f64 = 100.0;
-/// Loads for each radian of error, as a share of what the gain commands: below it they are nearer to percent than to
-/// 885ths (the root of both units' quotient), above the second one angles are nearer to degrees than to radians.
+/// Loads for each radian of error, as a share of what the gain commands. Below the first they are nearer to percent than
+/// to 885ths: it is the root of both units' quotient. Above the second, angles are nearer to degrees than to radians.
 const LEAST_SHARE: f64 = 0.336;
 const MOST_SHARE: f64 = 7.57;
 
@@ -36,8 +36,8 @@ impl LoadUnit {
     }
 }
 
-/// Returns the duty for each radian between goal and position as a share of what the servo's gain commands; none for an
-/// unknown servo, or where the two do not go together.
+/// Returns the duty for each radian between goal and position, as a share of what the servo's gain commands. An unknown
+/// servo has none, nor has a log where the two do not go together.
 fn share(log: &BenchLog) -> Option<f64> {
     let commanded = Servo::built_in(&log.motor)?.duty * log.gain;
     let duty: Vec<f64> = log.voltage.as_ref()?.iter().map(|voltage| voltage / log.supply).collect();

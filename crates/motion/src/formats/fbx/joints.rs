@@ -108,7 +108,7 @@ fn tops(scene: &Scene) -> Vec<&Node> {
 }
 
 /// Returns whether a node is a bone. The library puts a helper without a name below a bone whose scale goes another way
-/// than its turn, and the helper carries what makes it a bone.
+/// than its turn. The helper carries what makes it a bone.
 fn is_bone(node: &Node) -> bool {
     let below = node.scale_helper.as_deref().is_some_and(|helper| helper.bone.is_some());
     !node.is_scale_helper && (node.bone.is_some() || below)
