@@ -301,7 +301,11 @@ mod tests {
         for (text, map, parts) in [
             (table(deg, rad, rad), map("deg", "deg", ""), ["moves as far as 'goal'", "unit = \"si\" for 'angle'"]),
             (table(rad, deg, rad), map("deg", "deg", ""), ["moves as far as 'goal'", "unit = \"si\" for 'goal'"]),
-            (table(deg, rad, rad), map("si", "si", ""), ["got 0.01", "unit = \"deg\" or \"deg/s\" for 'goal'"]),
+            (
+                table(0.3 * deg, 0.3 * rad, rad),
+                map("si", "si", ""),
+                ["got 0.01", "unit = \"deg\" or \"deg/s\" for 'goal'"],
+            ),
             (table(rad, rad, rad), map("", "deg", "si"), ["as fast as 'speed' says", "unit = \"si\" for 'angle'"]),
             (table(rad, rad, deg), map("si", "si", "si"), ["as fast as 'speed' says", "for 'speed'"]),
         ] {
