@@ -1,10 +1,11 @@
 """Writes a BVH file as FBX by Blender: y or z up, cm or m, with a bind pose or without.
 
     pip install bpy            # 5.0.1, Python 3.11
-    python peers/motion/fbx.py WALK.bvh FOLDER [--takes] [--still]
+    python peers/motion/fbx.py WALK.bvh FOLDER [--takes] [--still] [--mirrored]
 
 Each file is FOLDER/AXIS-UNIT-POSE/walk.fbx. Compare them with the BVH by the example `compare` of lifelike-motion.
-`--takes` adds a second take, `--still` leaves the animation out: the fixtures of crates/motion/src/formats/tests/fbx.
+`--takes` adds a second take, `--still` leaves the animation out, `--mirrored` gives the ends of limbs a scale of -1 as
+3ds Max does: the fixtures of crates/motion/src/formats/tests/fbx.
 """
 
 import pathlib
@@ -47,6 +48,9 @@ def main(file, folder, *flags):
                 armature = armature_of(file)
                 if pose == "bind":
                     add_skin(armature)
+                if "--mirrored" in flags:
+                    for bone in armature.pose.bones:
+                        bone.scale = (1, 1, 1) if bone.children else (-1, -1, -1)
                 if "--takes" in flags:
                     armature.animation_data.action.copy().use_fake_user = True
                 path = pathlib.Path(folder, f"{up}-{unit}-{pose}", "walk.fbx")

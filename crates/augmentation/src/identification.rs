@@ -354,6 +354,7 @@ mod tests {
         };
         let time: Vec<f64> = (0..500).map(|i| f64::from(i) * 0.005).collect();
         let log = |frequency: f64| BenchLog {
+            notes: Vec::new(),
             name: format!("{frequency} rad/s"),
             motor: "servo".into(),
             trajectory: "sine".into(),

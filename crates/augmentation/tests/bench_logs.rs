@@ -69,10 +69,37 @@ fn a_duty_is_a_duty_in_either_unit() {
     assert!(read(&scaled("load", 0.0)).unwrap().voltage.is_none(), "a servo that does not tell its duty");
 }
 
+/// The gain of a known servo commands a duty, which tells percent from 885ths.
+#[test]
+fn a_duty_in_percent_is_refused_told_or_read() {
+    let percent = || scaled("load", 100.0 / 885.0);
+    let parts = ["load: expected 885ths of the duty that kp 400 commands", "0.20 times that", "\"load_unit\": \"%\""];
+    refused(&percent(), &parts);
+    let (mut stated, mut unknown) = (percent(), percent());
+    stated["load_unit"] = json!("%");
+    let (stated, plain) = (read(&stated).unwrap(), read(&log(|_| {})).unwrap());
+    let volts = stated.voltage.unwrap();
+    assert!(volts.iter().zip(plain.voltage.unwrap()).all(|(a, b)| (a - b).abs() < 1e-9));
+    assert!(stated.notes.is_empty() && plain.notes.is_empty());
+    unknown["motor"] = json!("sm40");
+    let note = read(&unknown).unwrap().notes.concat();
+    assert!(note.contains("taken for 885ths") && note.contains("load_unit"), "{note}");
+    // A weak motion of a known servo is none: its gain says so.
+    let weak = log(|row| {
+        for key in ["goal_position", "position", "speed", "load"] {
+            row[key] = json!(row[key].as_f64().unwrap() * 0.2);
+        }
+    });
+    assert!(read(&weak).unwrap().notes.is_empty());
+    let mut other = log(|_| {});
+    other["load_unit"] = json!("permille");
+    refused(&other, &["885ths", "permille"]);
+}
+
 #[test]
 fn other_units_and_signs_are_refused_by_name() {
     refused(&scaled("timestamp", 1e3), &["timestamp: expected seconds", "got 5 (milliseconds?"]);
-    refused(&scaled("speed", 360.0 / TAU), &["speed: expected rad/s", "57.29", "degrees per second?"]);
+    refused(&scaled("speed", 360.0 / TAU), &["speed: expected rad/s", "57.29", "degrees per second"]);
     refused(&scaled("speed", 60.0 / TAU), &["turns per minute?"]);
     refused(&scaled("speed", -1.0), &["the sign is the other?"]);
     refused(&scaled("load", -1.0), &["load: expected a duty that drives to the goal", "the sign of 'load'?"]);
@@ -157,6 +184,30 @@ fn a_table_says_its_units_and_its_bench() {
     assert!(error.contains("got 'angle [deg]'") && error.contains("position"), "{error}");
     let error = of(&table(header).replace("# vin = 7.5 V\n", "")).unwrap_err();
     assert!(error.contains("expected a line '# vin = NUMBER', got none"), "{error}");
+    // Radians under a header of degrees: a speed contradicts them, or else the duty that the gain commands.
+    let text = table(header);
+    let small: Vec<String> = text.lines().map(|line| radians(line, true)).collect();
+    let error = of(&small.join("\n")).unwrap_err();
+    assert!(error.contains("position in radians but called degrees"), "{error}");
+    let small: Vec<String> = text.lines().map(|line| radians(line, false)).collect();
+    let error = of(&small.join("\n")).unwrap_err();
+    assert!(error.contains("times that duty (radians that the header calls degrees?)"), "{error}");
     let error = of(&table("time [s], goal [deg], position [deg], speed [rpm], duty [1]")).unwrap_err();
     assert!(error.contains("milliseconds?"), "{error}");
+}
+
+/// Returns a table's row with goal and position in radians, with its speed or without.
+fn radians(line: &str, with_speed: bool) -> String {
+    let mut cells: Vec<String> = line.split(',').map(str::to_owned).collect();
+    if cells.len() == 5 {
+        for cell in &mut cells[1..3] {
+            if let Ok(angle) = cell.parse::<f64>() {
+                *cell = angle.to_radians().to_string();
+            }
+        }
+        if !with_speed {
+            cells.remove(3);
+        }
+    }
+    cells.join(",")
 }

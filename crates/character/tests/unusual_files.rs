@@ -250,6 +250,20 @@ fn a_time_constant_and_a_damping_ratio_are_a_spring() {
     assert!(mjcf("", &world.replace("0.1 0.5", "0.1 0")).unwrap_err().contains("two positive numbers"));
 }
 
+/// MuJoCo 4.0 compiles it, with a limit that never acts.
+#[test]
+fn a_range_from_minus_infinity_to_infinity_limits_nothing() {
+    let leg = |range: &str| {
+        let joint = format!("<joint name=\"knee\" type=\"hinge\" axis=\"0 1 0\" range=\"{range}\"/>");
+        mjcf("", &format!("<body name=\"leg\">{joint}<geom type=\"sphere\" size=\"0.1\"/></body>"))
+    };
+    for range in ["-inf inf", "-INF  Inf"] {
+        assert_eq!(leg(range).unwrap().joints[0].range, None, "{range}");
+    }
+    assert!(leg("-90 90").unwrap().joints[0].range.is_some());
+    assert!(leg("-1 inf").unwrap_err().contains("expected 2 numbers for 'range'"));
+}
+
 #[test]
 fn the_keyframe_home_is_the_default_pose() {
     let key = |name: &str, qpos: &str| format!("<keyframe><key name=\"{name}\" qpos=\"{qpos}\"/></keyframe>");

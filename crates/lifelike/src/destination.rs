@@ -35,6 +35,9 @@ const FILE_SUFFIXES: [&str; 19] = [
 /// A file is there, or the name is that of a file.
 pub fn folder(text: &str) -> Result<PathBuf, String> {
     let path = PathBuf::from(text);
+    if text == "-" {
+        return Err("expected a folder, got '-': results are files, which are not printed".into());
+    }
     if path.is_dir() {
         return Ok(path);
     }
@@ -109,15 +112,23 @@ pub fn named(folder: &Path, name: &str, extension: &str) -> Result<PathBuf, CliE
     Ok(folder.join(safe + extension))
 }
 
+/// Checks that a file's folder is there, which is found now rather than after the work.
+///
+/// # Errors
+/// There is no such folder.
+pub fn has_folder(file: &Path) -> Result<(), String> {
+    match file.parent().filter(|folder| !folder.as_os_str().is_empty() && !folder.is_dir()) {
+        Some(folder) => Err(format!("expected a folder '{}' for the file, got none", folder.display())),
+        None => Ok(()),
+    }
+}
+
 fn with_suffix(text: &str, expected: &str) -> Result<PathBuf, String> {
     let path = PathBuf::from(text);
     if path.is_dir() {
         return Err(format!("expected a file NAME{expected}, got a folder"));
     }
-    // Found now rather than after the work.
-    if let Some(folder) = path.parent().filter(|folder| !folder.as_os_str().is_empty() && !folder.is_dir()) {
-        return Err(format!("expected a folder '{}' for the file, got none", folder.display()));
-    }
+    has_folder(&path)?;
     if text.ends_with(expected) { Ok(path) } else { Err(format!("expected a file NAME{expected}, got '{text}'")) }
 }
 
@@ -136,6 +147,7 @@ mod tests {
             assert_eq!(folder(name), Ok(name.into()));
         }
         assert_eq!(folder("Cargo.toml"), Err("expected a folder, got a file".into()));
+        assert!(folder("-").is_err_and(|error| error.contains("not printed")) && motion("-").is_err());
         assert!(folder("wave.MP4").is_err_and(|error| error.contains(".mp4")));
     }
 

@@ -168,6 +168,8 @@ fn motion_goes_through_the_layouts_of_others() {
     };
     let all = at("all");
     refused(&["motion", "convert", &at("wave.csv"), &at("a.csv")], "expected --to NAME");
+    refused(&["motion", "convert", &wave, &at("a.npz"), "--to", "csv"], "ends in .csv");
+    refused(&["motion", "convert", &wave, "-", "--to", "csv"], "not printed");
     refused(&["motion", "convert", &wave, &wave], "another file than the input");
     refused(&["motion", "convert", &at("wave.csv"), "--to", "gmr", "-o", &all], "--robot ROBOT names the joints");
     refused(&["motion", "retarget", &at("wave.csv"), "--layout", "lafan1", "-o", &all], "every clip was refused");
@@ -194,6 +196,48 @@ fn motion_goes_through_the_layouts_of_others() {
     let other = ["motion", "retarget", &wave, "--source-robot", "lima", "--robot", "humanoid", "-o", &all, "fps=25"];
     let report = json(&other);
     assert_eq!(report["summary"]["converted"], 1, "{report}");
+    let human = json(&["motion", "retarget", "motions/nod.keys.toml", "--layout", "lafan1", "-o", &all]);
+    assert!(human["clips"][0]["report"]["notes"].to_string().contains("were ignored"), "{human}");
+}
+
+#[test]
+fn what_no_option_can_be_is_refused_before_the_work() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name).to_string_lossy().into_owned();
+    let (to, page, scene, servo) = (at("to"), at("a.gif"), at("a.scene.toml"), at("servo.toml"));
+    let nod = "motions/nod.keys.toml";
+    let commands: [(&str, &[&str]); 6] = [
+        ("--fps", &["motion", "retarget", nod, "-o", &to]),
+        ("--fps", &["motion", "convert", nod, "-o", &to]),
+        ("--input-fps", &["motion", "convert", nod, "-o", &to]),
+        ("--fps", &["render", "builtin:nod", "-o", &page]),
+        ("--rate", &["augment", "identify", nod, "-o", &servo]),
+        ("--port", &["studio", &scene, "--no-browser"]),
+    ];
+    for (option, line) in commands {
+        for value in ["0", "-1", "nan", "99999999"].iter().filter(|value| (option, **value) != ("--port", "0")) {
+            let output = lifelike(&[line, &[option, value]].concat());
+            let said = format!("{option}: expected ");
+            assert_eq!(output.status.code(), Some(3), "{line:?} {value}: {}", err(&output));
+            assert!(err(&output).contains(&said) && err(&output).to_lowercase().contains(value), "{}", err(&output));
+        }
+    }
+    let printed: [&[&str]; 7] = [
+        &["motion", "retarget", nod],
+        &["motion", "convert", nod, "--to", "csv"],
+        &["generate", "a person waves"],
+        &["eval", "--policy", "lima", "--motions", "builtin:nod"],
+        &["render", "builtin:nod"],
+        &["augment", "excite", "--robot", "lima"],
+        &["augment", "identify", nod],
+    ];
+    for line in printed {
+        let output = lifelike(&[line, &["-o", "-"]].concat());
+        assert!(output.status.code() == Some(2) && err(&output).contains("'-'"), "{line:?}: {}", err(&output));
+    }
+    let lost = lifelike(&["render", "builtin:nod", "-o", &at("none/a.gif")]);
+    assert!(lost.status.code() == Some(2) && err(&lost).contains("for the file, got none"), "{}", err(&lost));
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
 }
 
 /// Our own clips can be executed; one that is lifted off the ground cannot.

@@ -26,6 +26,17 @@ inspect lima --look -o OUT
 eval --policy lima --motions builtin:wave --starts 1 --seconds 1 -o OUT
 generate a%person%waves -o OUT/wave.motion.safetensors
 dataset captures IN -o OUT
+motion blend IN/wave.motion.safetensors IN/nod.motion.safetensors -o OUT
+motion compose IN/wave.motion.safetensors IN/nod.motion.safetensors --joints right_arm -o OUT
+motion warp IN/wave.motion.safetensors --speed 0.8 -o OUT
+motion place IN/wave.motion.safetensors --key right_hand@1.6+=0.05,0,0.05 -o OUT
+motion stylize IN/wave.motion.safetensors --gain 1.2 -o OUT
+motion trim IN/wave.motion.safetensors --end 2 -o OUT
+motion edit IN/wave.motion.safetensors --gain 1.4 -o OUT
+motion interpolate IN/wave.motion.safetensors IN/nod.motion.safetensors --prior lima -o OUT
+render IN/wave.motion.safetensors -o OUT/wave.gif --size 160x120 --fps 10
+play examples/hello -o OUT
+man -o OUT
 +dataset grammar --robot lima --hours 0.003 -o OUT
 ";
 
@@ -46,9 +57,13 @@ impl Folder {
             let place = places.iter().find_map(|(name, path)| Some(format!("{path}{}", word.strip_prefix(name)?)));
             place.unwrap_or_else(|| word.replace('%', " "))
         };
+        if line.starts_with("render") {
+            std::fs::create_dir_all(output).unwrap();
+        }
         let mut command = Command::new(env!("CARGO_BIN_EXE_lifelike"));
         command.arg("-q").args(line.trim_start_matches('+').split_whitespace().map(word)).args(more);
-        command.env("XDG_CACHE_HOME", self.at("cache")).current_dir(self.temporary.path());
+        // Without a browser, which would outlive the kill.
+        command.env("XDG_CACHE_HOME", self.at("cache")).env("LIFELIKE_BROWSER", "").current_dir(self.temporary.path());
         command.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap()
     }
 

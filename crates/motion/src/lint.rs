@@ -55,13 +55,24 @@ pub fn lint(
     let mut flaws = mistake::certain(&mut best, character, &columns);
     let measure = |clip: &MotionClip| Fit::of(clip, character, anatomy, &columns);
     let mut fit = measure(&best);
+    let explained = |clip: &MotionClip, fit: &Fit| {
+        let candidates = mistake::hypotheses(clip, character).into_iter().filter_map(|mistake| {
+            let corrected = mistake.corrected(clip, character, &columns)?;
+            let fit = measure(&corrected);
+            Some((mistake, corrected, fit))
+        });
+        let best = candidates.min_by(|a, b| a.2.cost().total_cmp(&b.2.cost()));
+        best.filter(|(.., better)| better.explains(fit))
+    };
     // These two leave a clip that hardly looks wrong.
     let subtle =
         [(mistake::is_turned_away(&best), Mistake::QuaternionOrder), (true, Mistake::Columns(JointOrder::OtherSide))];
     for (is_possible, mistake) in subtle {
         if is_possible && let Some(corrected) = mistake.corrected(&best, character, &columns) {
             let better = measure(&corrected);
-            if better.is_clearly_better(&fit) {
+            // Signs of all angles, for one, make the sides look exchanged.
+            let is_other = fit.is_bad() && explained(&best, &fit).is_some_and(|(.., fit)| fit.cost() < better.cost());
+            if better.is_clearly_better(&fit) && !is_other {
                 flaws.push(flaw(mistake, &fit, &better));
                 (best, fit) = (corrected, better);
             }
@@ -71,17 +82,9 @@ pub fn lint(
         if !fit.is_bad() {
             break;
         }
-        let candidates = mistake::hypotheses(&best, character).into_iter().filter_map(|mistake| {
-            let corrected = mistake.corrected(&best, character, &columns)?;
-            let fit = measure(&corrected);
-            Some((mistake, corrected, fit))
-        });
-        let Some((mistake, corrected, better)) = candidates.min_by(|a, b| a.2.cost().total_cmp(&b.2.cost())) else {
+        let Some((mistake, corrected, better)) = explained(&best, &fit) else {
             break;
         };
-        if !better.explains(&fit) {
-            break;
-        }
         flaws.push(flaw(mistake, &fit, &better));
         (best, fit) = (corrected, better);
     }

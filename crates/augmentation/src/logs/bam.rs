@@ -3,7 +3,8 @@
 //! BAM's (github.com/Rhoban/bam) are JSON: an object with `mass` (kg), `arm_mass` (kg, 0 where not said), `length`
 //! (m), `kp` (the servo's own unit), `vin` (V), `motor`, `trajectory`, and `entries`: `timestamp` (s), `goal_position`
 //! and `position` (rad), `speed` (rad/s), `load`, `input_volts` (V), `torque_enable`. The load is the duty in 885ths,
-//! or the duty itself if no number exceeds 1; negative numbers may be unsigned 16 bits. It is 0 throughout for a servo
+//! or the duty itself if no number exceeds 1; `load_unit` may say `885ths`, `%` or `1`. Negative numbers may be unsigned
+//! 16 bits. It is 0 throughout for a servo
 //! that does not tell it. Those of other servos are tables ([`super::bench_table`]).
 
 use std::path::Path;
@@ -12,6 +13,7 @@ use lifelike_sim::bench::{BenchCommands, PendulumBench};
 use lifelike_sim::trace::{BlockTrace, Columns, Trace};
 
 use super::clock::Clock;
+use super::load::{self, LoadUnit};
 use super::{bench_checks, bench_table};
 use crate::AugmentationError;
 
@@ -52,6 +54,8 @@ pub struct BenchLog {
     pub enabled: Vec<bool>,
     /// Regularity of the time stamps.
     pub clock: Clock,
+    /// Remarks on what was guessed and cannot be told from the numbers.
+    pub notes: Vec<String>,
 }
 
 #[derive(serde::Deserialize)]
@@ -62,6 +66,8 @@ struct File {
     length: f64,
     kp: f64,
     vin: f64,
+    #[serde(default)]
+    load_unit: Option<LoadUnit>,
     motor: String,
     trajectory: String,
     #[serde(default)]
@@ -102,13 +108,27 @@ impl File {
     }
 
     fn voltage(&self) -> Option<Vec<f64>> {
-        let signed = |load: f64| if load > 32767.0 { load - 65536.0 } else { load };
-        let largest = self.entries.iter().map(|entry| signed(entry.load).abs()).fold(0.0, f64::max);
+        let largest = self.largest_load();
         let told = self.dt.is_none() && (largest > 0.0 || self.entries.iter().any(|entry| entry.load.is_nan()));
         // No motor moves by a few 885ths of its supply, so small numbers are the duty itself.
-        let unit = if largest <= 1.0 { 1.0 } else { DYNAMIXEL_DUTY_UNITS };
+        let guess = if largest <= 1.0 { LoadUnit::Duty } else { LoadUnit::Dynamixel };
+        let unit = self.load_unit.unwrap_or(guess).whole();
         told.then(|| self.entries.iter().map(|entry| signed(entry.load) / unit * entry.input_volts).collect())
     }
+
+    fn largest_load(&self) -> f64 {
+        self.entries.iter().map(|entry| signed(entry.load).abs()).fold(0.0, f64::max)
+    }
+
+    /// Returns the largest load, where its unit had to be guessed among those of whole numbers.
+    fn guessed(&self) -> Option<f64> {
+        Some(self.largest_load()).filter(|largest| self.load_unit.is_none() && *largest > 1.0)
+    }
+}
+
+/// Returns a load as a signed number.
+fn signed(load: f64) -> f64 {
+    if load > 32767.0 { load - 65536.0 } else { load }
 }
 
 impl BenchLog {
@@ -120,6 +140,7 @@ impl BenchLog {
     pub fn read(path: &Path) -> Result<Self, AugmentationError> {
         let text = std::fs::read_to_string(path).map_err(AugmentationError::io(path))?;
         let text = text.trim_start_matches('\u{feff}');
+        let mut guessed = None;
         let mut log = if path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("csv")) {
             bench_table::read(text, path)?
         } else {
@@ -127,6 +148,7 @@ impl BenchLog {
                 let place = format!("line {}, column {}", error.line(), error.column());
                 AugmentationError::log(path, place, "a log of a BAM bench", error)
             })?;
+            guessed = file.guessed();
             file.log()
         };
         let fail = |(place, expected, got): bench_checks::Fault| AugmentationError::log(path, place, expected, got);
@@ -134,6 +156,7 @@ impl BenchLog {
         log.clock = Clock::of(&log.time)
             .map_err(|(i, expected, got)| fail((format!("entry {i}, timestamp"), expected, got)))?;
         bench_checks::units(&log).map_err(fail)?;
+        log.notes.extend(load::check(&log, guessed).map_err(fail)?);
         log.name = path.file_stem().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
         Ok(log)
     }

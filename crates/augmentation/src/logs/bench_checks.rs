@@ -26,7 +26,7 @@ const MEASURED: f64 = 1e-3;
 /// Slopes of a measured velocity over the change of the position that are right, whatever filters it.
 const RIGHT_SLOPE: std::ops::Range<f64> = 0.4..2.5;
 /// Correlation from which two signals say the same.
-const SAME: f64 = 0.7;
+pub(super) const SAME: f64 = 0.7;
 /// Correlation below which two signals contradict each other.
 const OPPOSITE: f64 = -0.5;
 
@@ -114,7 +114,9 @@ pub(super) fn units(log: &BenchLog) -> Result<(), Fault> {
         let near = |factor: f64| (0.8..1.25).contains(&(slope / factor));
         let guess = match slope {
             s if s < 0.0 => "the sign is the other",
-            _ if near(180.0 / std::f64::consts::PI) => "degrees per second",
+            _ if near(180.0 / std::f64::consts::PI) => {
+                "degrees per second, or the position in radians but called degrees"
+            }
             _ if near(60.0 / TAU) => "turns per minute",
             _ => "another unit of speed or of time",
         };
@@ -144,7 +146,7 @@ fn deviation(values: &[f64]) -> f64 {
 }
 
 /// Returns the slope of `y` over `x` and their correlation, both zero where one of them hardly changes.
-fn fit(x: &[f64], y: &[f64]) -> (f64, f64) {
+pub(super) fn fit(x: &[f64], y: &[f64]) -> (f64, f64) {
     let n = x.len().max(1) as f64;
     let (mx, my) = (x.iter().sum::<f64>() / n, y.iter().sum::<f64>() / n);
     let sum = |of: &dyn Fn(f64, f64) -> f64| x.iter().zip(y).map(|(a, b)| of(a - mx, b - my)).sum::<f64>();

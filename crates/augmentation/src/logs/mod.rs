@@ -9,7 +9,10 @@ pub mod bam;
 mod bench_checks;
 pub mod bench_table;
 mod clock;
+mod load;
 pub mod table;
+mod table_checks;
 
 pub use bam::{BenchLog, BenchRun};
 pub use clock::{Clock, delay};
+pub use table_checks::small_angles;

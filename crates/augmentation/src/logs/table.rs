@@ -19,8 +19,8 @@ use std::path::Path;
 
 use lifelike_sim::trace::{BlockTrace, Columns, Trace};
 
-use super::bag;
 use super::clock::Clock;
+use super::{bag, table_checks};
 use crate::AugmentationError;
 
 /// A map of a table's columns.
@@ -227,11 +227,15 @@ pub fn read(path: &Path, map: &TableMap) -> Result<Trace, AugmentationError> {
         Ok(Columns::new(&slices))
     };
     let mut blocks = Vec::with_capacity(map.block.len());
-    for (name, block) in &map.block {
-        let (reference, measured) = (columns(&block.reference)?, columns(&block.measured)?);
-        let (name, class) = (name.clone(), block.class.clone());
+    for (name, own) in &map.block {
+        let (reference, measured) = (columns(&own.reference)?, columns(&own.measured)?);
+        let (name, class) = (name.clone(), own.class.clone());
         let mut block = BlockTrace { name, class, reference, measured, ..BlockTrace::default() };
         block.selection = block.by_name();
+        let fail = |(column, expected, got): table_checks::Fault| {
+            AugmentationError::log(path, format!("column '{column}'"), expected, got)
+        };
+        table_checks::agreement(&block, own, map.rate).map_err(fail)?;
         blocks.push(block);
     }
     let name = path.file_stem().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
@@ -265,6 +269,64 @@ mod tests {
         assert_eq!((trace.rate, block.class.as_str()), (100.0, "xm430"));
         // Nothing is simulated yet: there is nothing to compare, and that is fine.
         trace.check().unwrap();
+    }
+
+    /// Radians that a map calls degrees, and the reverse, against a command or a speed of another unit.
+    #[test]
+    fn angles_of_another_unit_are_refused_with_the_cure() {
+        let table = |goal: f64, position: f64, speed: f64| {
+            let row = |i: i32| {
+                let t = 0.01 * f64::from(i);
+                let (g, p) = (goal * (3.0 * t).sin(), position * 0.9 * (3.0 * t - 0.1).sin());
+                format!("{t},{g},{p},{}\n", speed * 2.7 * (3.0 * t - 0.1).cos())
+            };
+            format!("t,goal,angle,speed\n{}", (0..300).map(row).collect::<String>())
+        };
+        let map = |goal: &str, angle: &str, speed: &str| {
+            let measured = format!("measured.position = {{ column = 'angle', unit = '{angle}' }}");
+            let [command, rate] = [("reference.position", "goal", goal), ("measured.velocity", "speed", speed)].map(
+                |(name, column, unit)| match unit {
+                    "" => String::new(),
+                    unit => format!("{name} = {{ column = '{column}', unit = '{unit}' }}"),
+                },
+            );
+            format!("time = 't'\nrate = 100.0\n[block.knee]\nclass = 'a'\n{measured}\n{command}\n{rate}\n")
+        };
+        let told = |text: &str, map: &str| {
+            let file = tempfile::NamedTempFile::new().unwrap();
+            std::fs::write(file.path(), text).unwrap();
+            read(file.path(), &toml::from_str(map).unwrap())
+        };
+        let (rad, deg) = (1.0, 180.0 / std::f64::consts::PI);
+        for (text, map, parts) in [
+            (table(deg, rad, rad), map("deg", "deg", ""), ["moves as far as 'goal'", "unit = \"si\" for 'angle'"]),
+            (table(rad, deg, rad), map("deg", "deg", ""), ["moves as far as 'goal'", "unit = \"si\" for 'goal'"]),
+            (
+                table(0.3 * deg, 0.3 * rad, rad),
+                map("si", "si", ""),
+                ["got 0.01", "unit = \"deg\" or \"deg/s\" for 'goal'"],
+            ),
+            (table(rad, rad, rad), map("", "deg", "si"), ["as fast as 'speed' says", "unit = \"si\" for 'angle'"]),
+            (table(rad, rad, deg), map("si", "si", "si"), ["as fast as 'speed' says", "for 'speed'"]),
+        ] {
+            let error = told(&text, &map).unwrap_err().to_string();
+            assert!(error.contains("column 'angle'") && parts.iter().all(|part| error.contains(part)), "{error}");
+        }
+        assert!(told(&table(deg, rad, deg), &map("deg", "si", "deg/s")).is_ok());
+        // Where all columns are called wrongly, the joint's range tells.
+        let wrong = map("deg", "deg", "");
+        let trace = told(&table(rad, rad, rad), &wrong).unwrap();
+        let remarks =
+            |low, high| table_checks::small_angles(&trace, &toml::from_str(&wrong).unwrap(), |_| Some((low, high)));
+        let said = remarks(-1.5, 1.5).concat();
+        assert!(
+            said.contains("column 'goal' moves 'knee' by 2.00 of its 172 deg") && said.contains("'angle'"),
+            "{said}"
+        );
+        assert!(remarks(-0.2, 0.2).is_empty(), "in radians it would not fit");
+        let right = told(&table(deg, deg, deg), &wrong).unwrap();
+        let map = toml::from_str(&wrong).unwrap();
+        assert!(table_checks::small_angles(&right, &map, |_| Some((-1.5, 1.5))).is_empty());
     }
 
     #[test]

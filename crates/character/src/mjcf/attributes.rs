@@ -134,8 +134,11 @@ impl Attributes {
         }
     }
 
-    /// Returns a range and whether it is in force, by MuJoCo's `autolimits` rule.
+    /// Returns a range and whether it is in force, by MuJoCo's `autolimits` rule. One from `-inf` to `inf` limits nothing.
     pub fn limits(&self, range: &str, limited: &str, autolimits: bool) -> Result<Option<(f64, f64)>, CharacterError> {
+        if self.text(range).is_some_and(|text| text.to_ascii_lowercase().split_whitespace().eq(["-inf", "inf"])) {
+            return Ok(None);
+        }
         let given = self.numbers::<2>(range)?;
         let [low, high] = given.unwrap_or([0.0, 0.0]);
         match self.tristate(limited)? {

@@ -1,7 +1,7 @@
 //! `lifelike man`: manual pages for packages, and the command reference of the documentation.
 
 use std::fmt::Write as _;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::{Command, CommandFactory};
 
@@ -29,10 +29,23 @@ pub struct Args {
 pub fn run(args: &Args) -> Result<(), CliError> {
     std::fs::create_dir_all(&args.output).map_err(CliError::write(&args.output))?;
     if !args.markdown {
-        return clap_mangen::generate_to(Cli::command(), &args.output).map_err(CliError::write(&args.output));
+        let mut root = Cli::command().disable_help_subcommand(true);
+        root.build();
+        return pages(&root, &args.output);
     }
     let file = args.output.join("commands.md");
     crate::output::write(&file, markdown())
+}
+
+/// Writes a manual page of a command and of those below it, each whole or not at all.
+fn pages(command: &Command, folder: &Path) -> Result<(), CliError> {
+    for sub in command.get_subcommands().filter(|sub| !sub.is_hide_set()) {
+        pages(sub, folder)?;
+    }
+    let page = clap_mangen::Man::new(command.clone());
+    let (file, mut text) = (folder.join(page.get_filename()), Vec::new());
+    page.render(&mut text).map_err(CliError::write(&file))?;
+    crate::output::write(&file, text)
 }
 
 /// Returns the help texts of all commands as one page, a section each.

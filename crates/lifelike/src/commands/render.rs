@@ -7,6 +7,7 @@ use lifelike_report::{Playback, ReportBuilder};
 use lifelike_robot::Robot;
 use serde_json::json;
 
+use crate::bounds;
 use crate::commands::clips;
 use crate::error::CliError;
 use crate::output::Output;
@@ -47,8 +48,8 @@ pub struct Args {
     #[arg(long, value_parser = size, value_name = "WIDTHxHEIGHT")]
     pub size: Option<(u32, u32)>,
     /// Frames per second [default: 30; for a GIF 20].
-    #[arg(long, value_parser = clap::value_parser!(u32).range(1..=120))]
-    pub fps: Option<u32>,
+    #[arg(long, allow_negative_numbers = true)]
+    pub fps: Option<f64>,
     /// Begin of the film [default: 0] (s).
     #[arg(long, value_name = "SECONDS")]
     pub from: Option<f64>,
@@ -152,7 +153,7 @@ impl Args {
 fn picture(text: &str) -> Result<PathBuf, String> {
     let path = PathBuf::from(text);
     match path.extension().and_then(|e| e.to_str()) {
-        Some("png" | "gif" | "mp4") if !path.is_dir() => Ok(path),
+        Some("png" | "gif" | "mp4") if !path.is_dir() => crate::destination::has_folder(&path).map(|()| path),
         _ => Err("expected NAME.mp4, NAME.gif or NAME.png".into()),
     }
 }
@@ -171,6 +172,7 @@ fn size(text: &str) -> Result<(u32, u32), String> {
 /// # Errors
 /// The input has no motion, or the browser fails.
 pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
+    bounds::picture_rate("--fps", args.fps)?;
     args.check()?;
     let film = load(args)?;
     let clip = chosen(&film, args.clip.as_deref(), &args.input)?;
@@ -206,7 +208,7 @@ fn drawn(args: &Args, camera: &mut Camera, output: &Output) -> Result<(Vec<u8>, 
         return Err(CliError::Usage("--at: expected a picture (*.png); a film has --from and --to".into()));
     }
     let is_gif = args.ending() == "gif";
-    let fps = f64::from(args.fps.unwrap_or(if is_gif { 20 } else { 30 }));
+    let fps = args.fps.unwrap_or(if is_gif { 20.0 } else { 30.0 });
     let times = args.times(camera.seconds, fps)?;
     let mut progress = Progress::new(output, "rendering", times.len() as u64);
     let total = times.len() as u64;

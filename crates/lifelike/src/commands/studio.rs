@@ -6,6 +6,7 @@ use std::process::{Command, Stdio};
 use lifelike_studio::{Document, EXTENSION, Operation, Scene, Studio};
 use serde_json::json;
 
+use crate::bounds;
 use crate::commands::stage;
 use crate::error::CliError;
 use crate::next::NextCommand;
@@ -44,12 +45,13 @@ pub struct Args {
     #[arg(long)]
     pub read_only: bool,
     /// Port of this machine; any free one for 0.
-    #[arg(long, default_value_t = 0)]
-    pub port: u16,
+    #[arg(long, default_value = "0", allow_hyphen_values = true)]
+    pub port: String,
 }
 
 /// Runs the command.
 pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
+    let port = bounds::port("--port", &args.port)?;
     let file = match stage::file(&args.scene) {
         Ok(file) => file,
         Err(_) if args.scene.to_str().is_some_and(|text| text.ends_with(EXTENSION)) => args.scene.clone(),
@@ -76,7 +78,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
         return output.result(&value, || format!("{}: {count} operations\nnext: {next}\n", file.display()));
     }
     let stage = stage::open(document.scene(), &file)?;
-    let studio = Studio::new(stage, document, args.port, args.read_only)?;
+    let studio = Studio::new(stage, document, port, args.read_only)?;
     let [edit, watch] = studio.addresses();
     let value = json!({ "scene": file, "address": edit, "watch": watch });
     output.result(&value, || {

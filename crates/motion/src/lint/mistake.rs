@@ -12,7 +12,7 @@ use crate::clip::MotionClip;
 /// Rates below this (frames per second) are frame times.
 pub const MIN_FPS: f64 = 1.0;
 /// Factors from other units of length to metres.
-const UNITS: [(f64, &str); 3] = [(0.01, "centimetres"), (0.001, "millimetres"), (0.0254, "inches")];
+const UNITS: [(f64, &str); 4] = [(0.01, "centimetres"), (0.001, "millimetres"), (0.0254, "inches"), (0.3048, "feet")];
 /// Soles that stay this far from the ground (m) float or sink.
 const HEIGHT: f64 = 0.02;
 /// Angles within this of a whole turn apart (rad) are one angle.
@@ -29,6 +29,10 @@ pub enum Mistake {
     QuaternionOrder,
     /// Root positions and orientations are y up.
     YUp,
+    /// Root positions and orientations are y down, as those of cameras.
+    YDown,
+    /// Root positions and orientations are z down, as those of aircraft.
+    ZDown,
     /// Root positions are not in metres.
     Units {
         /// Metres per unit.
@@ -36,6 +40,8 @@ pub enum Mistake {
     },
     /// Joint angles are in degrees.
     Degrees,
+    /// Joint angles have the other sign.
+    Negated,
     /// The rate is a frame time.
     FrameTime,
     /// Joint angles differ by whole turns from angles in their range.
@@ -57,11 +63,14 @@ impl Mistake {
         match self {
             Self::QuaternionOrder => "root orientations are xyzw, not wxyz".into(),
             Self::YUp => "the root moves with y up, not z up".into(),
+            Self::YDown => "the root moves with y down, not z up".into(),
+            Self::ZDown => "the root moves with z down, not z up".into(),
             Self::Units { metres } => {
                 let unit = UNITS.iter().find(|(factor, _)| *factor == metres).map_or("other units", |(_, unit)| unit);
                 format!("root positions are in {unit}, not metres")
             }
             Self::Degrees => "joint angles are in degrees, not radians".into(),
+            Self::Negated => "joint angles have the other sign".into(),
             Self::FrameTime => "the rate is a frame time in seconds".into(),
             Self::WholeTurns => "joint angles are off by whole turns".into(),
             Self::Columns(JointOrder::OtherSide) => "left and right joints are exchanged".into(),
@@ -86,11 +95,10 @@ impl Mistake {
                     *turn = Quat::new_normalize(nalgebra::Quaternion::new(w, x, y, z));
                 }
             }
-            Self::YUp => {
-                let upright = Quat::from_axis_angle(&Vec3::x_axis(), FRAC_PI_2);
-                out.root_position.iter_mut().for_each(|place| *place = upright * *place);
-                out.root_orientation.iter_mut().for_each(|turn| *turn = upright * *turn);
-            }
+            Self::YUp => turn_about_x(&mut out, FRAC_PI_2),
+            Self::YDown => turn_about_x(&mut out, -FRAC_PI_2),
+            Self::ZDown => turn_about_x(&mut out, PI),
+            Self::Negated => out.joints.iter_mut().for_each(|angle| *angle = -*angle),
             Self::Units { metres } => out.root_position.iter_mut().for_each(|place| *place *= metres),
             Self::Degrees => {
                 let hinges = character.scalar_joints().zip(columns).filter(|(j, _)| is_hinge(j)).map(|(_, c)| *c);
@@ -117,13 +125,26 @@ impl Mistake {
     }
 }
 
+fn turn_about_x(clip: &mut MotionClip, angle: f64) {
+    let upright = Quat::from_axis_angle(&Vec3::x_axis(), angle);
+    clip.root_position.iter_mut().for_each(|place| *place = upright * *place);
+    clip.root_orientation.iter_mut().for_each(|turn| *turn = upright * *turn);
+}
+
 fn is_hinge(joint: &lifelike_character::Joint) -> bool {
     joint.kind == lifelike_character::JointKind::Hinge
 }
 
 /// Returns the mistakes that the fit decides about.
 pub(super) fn hypotheses(clip: &MotionClip, character: &Character) -> Vec<Mistake> {
-    let mut all = vec![Mistake::QuaternionOrder, Mistake::YUp, Mistake::Degrees];
+    let mut all = vec![
+        Mistake::QuaternionOrder,
+        Mistake::YUp,
+        Mistake::YDown,
+        Mistake::ZDown,
+        Mistake::Degrees,
+        Mistake::Negated,
+    ];
     all.extend(UNITS.map(|(metres, _)| Mistake::Units { metres }));
     if clip.joint_names.len() == character.scalar_joints().count() && clip.joint_names.len() > 1 {
         all.extend(JointOrder::ALL.map(Mistake::Columns));

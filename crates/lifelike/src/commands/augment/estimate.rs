@@ -3,7 +3,6 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use lifelike_augmentation::logs::table::{self, TableMap};
 use lifelike_augmentation::{Augmentation, gap, replay};
 use lifelike_robot::Robot;
 use lifelike_sim::trace::{Trace, container};
@@ -58,11 +57,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let augmentations = args.augmentation.iter().map(|file| Augmentation::load(file)).collect::<Result<Vec<_>, _>>()?;
     let logs = match &args.map {
         None => sources::traces(&args.logs)?,
-        Some(map) => {
-            let columns: TableMap = sources::described(map)?;
-            let files = sources::files(&args.logs, &[".csv", ".mcap"])?;
-            files.iter().map(|file| table::read(file, &columns)).collect::<Result<Vec<_>, _>>()?
-        }
+        Some(map) => sources::tables(&args.logs, map, &robot)?,
     };
     let mut simulation = args.physics.simulate(None, &robot, 1)?;
     std::fs::create_dir_all(&args.output).map_err(CliError::write(&args.output))?;

@@ -35,7 +35,7 @@ pub struct Args {
     #[arg(long)]
     pub servo: Option<String>,
     /// Rows per second of the simulation (Hz).
-    #[arg(long, default_value_t = 200.0)]
+    #[arg(long, default_value_t = 200.0, allow_negative_numbers = true)]
     pub rate: f64,
     /// Starts of the search.
     #[arg(long, default_value_t = 6, value_parser = clap::value_parser!(u64).range(1..=1000))]
@@ -50,6 +50,7 @@ pub struct Args {
 
 /// Runs the command.
 pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
+    crate::bounds::row_rate("--rate", args.rate)?;
     let model = FrictionModel::ALL.into_iter().find(|model| model.name() == args.friction).ok_or_else(|| {
         let known = FrictionModel::ALL.map(FrictionModel::name).join(", ");
         CliError::Usage(format!("--friction: expected {known}, got '{}'", args.friction))

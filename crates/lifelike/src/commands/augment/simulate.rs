@@ -3,7 +3,6 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use lifelike_augmentation::logs::table::{self, TableMap};
 use lifelike_augmentation::{gap, replay};
 use lifelike_robot::Robot;
 use lifelike_sim::trace::{Trace, container};
@@ -45,7 +44,7 @@ pub struct Args {
     #[arg(long)]
     pub servo: Option<String>,
     /// Rows per second of a bench's traces (Hz).
-    #[arg(long, default_value_t = 200.0)]
+    #[arg(long, default_value_t = 200.0, allow_negative_numbers = true)]
     pub rate: f64,
     /// The robot of tables: a built-in one's name, or its MJCF or URDF file.
     #[arg(short = 'R', long, requires = "map")]
@@ -63,9 +62,7 @@ pub struct Args {
 
 /// Runs the command.
 pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
-    if !(1.0..=10_000.0).contains(&args.rate) {
-        return Err(CliError::Usage(format!("--rate: expected 1 to 10000 Hz, got {}", args.rate)));
-    }
+    crate::bounds::row_rate("--rate", args.rate)?;
     let traces = match (&args.robot, &args.map) {
         (Some(robot), Some(map)) => of_robot(args, robot, map)?,
         _ => {
@@ -96,10 +93,8 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
 
 /// The logs of a whole robot beside its simulation.
 fn of_robot(args: &Args, robot: &str, map: &Path) -> Result<Vec<Trace>, CliError> {
-    let columns: TableMap = sources::described(map)?;
     let robot = Arc::new(Robot::load(robot)?);
     let mut simulation = args.physics.simulate(None, &robot, 1)?;
-    let files = sources::files(&args.logs, &[".csv", ".mcap"])?;
-    let one = |file: &PathBuf| Ok(replay::replayed(&table::read(file, &columns)?, &mut simulation, None)?);
-    files.iter().map(one).collect()
+    let logs = sources::tables(&args.logs, map, &robot)?;
+    logs.iter().map(|log| Ok(replay::replayed(log, &mut simulation, None)?)).collect()
 }

@@ -3,7 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use lifelike_augmentation::identification::Servo;
-use lifelike_augmentation::logs::BenchLog;
+use lifelike_augmentation::logs::table::{self, TableMap};
+use lifelike_augmentation::logs::{BenchLog, small_angles};
+use lifelike_robot::Robot;
 use lifelike_sim::trace::{Trace, container};
 
 use crate::error::CliError;
@@ -21,7 +23,25 @@ pub fn traces(paths: &[PathBuf]) -> Result<Vec<Trace>, CliError> {
 /// Reads logs of a bench: files, and folders of them.
 pub fn bench_logs(paths: &[PathBuf]) -> Result<Vec<BenchLog>, CliError> {
     let files = files(paths, &[".json", ".csv"])?;
-    Ok(files.iter().map(|file| BenchLog::read(file)).collect::<Result<Vec<_>, _>>()?)
+    let logs = files.iter().map(|file| BenchLog::read(file)).collect::<Result<Vec<_>, _>>()?;
+    for log in &logs {
+        log.notes.iter().for_each(|note| tracing::warn!("{}: {note}", log.name));
+    }
+    Ok(logs)
+}
+
+/// Reads the tables of a robot's joints, and warns of columns that hardly move them.
+pub fn tables(paths: &[PathBuf], map: &Path, robot: &Robot) -> Result<Vec<Trace>, CliError> {
+    let columns: TableMap = described(map)?;
+    let range = |joint: &str| robot.character.joints[robot.character.joint(joint).ok()?].range;
+    let mut traces = Vec::new();
+    for file in files(paths, &[".csv", ".mcap"])? {
+        let trace = table::read(&file, &columns)?;
+        let remarks = small_angles(&trace, &columns, range);
+        remarks.iter().for_each(|remark| tracing::warn!("{}: {remark}", file.display()));
+        traces.push(trace);
+    }
+    Ok(traces)
 }
 
 /// Returns a servo by name, or what a file of `lifelike augment identify` says; where none is named, the one that the logs name.

@@ -37,10 +37,10 @@ pub struct Args {
     #[arg(long, value_name = "LAYOUT", value_parser = robot_motion::by_name)]
     pub layout: Option<&'static Layout>,
     /// Frames per second of the results; the layout's own where not given, else as they are.
-    #[arg(long, value_name = "RATE")]
+    #[arg(long, value_name = "RATE", allow_negative_numbers = true)]
     pub fps: Option<f64>,
     /// Frames per second of the inputs, where they say nothing or something wrong.
-    #[arg(long, value_name = "RATE")]
+    #[arg(long, value_name = "RATE", allow_negative_numbers = true)]
     pub input_fps: Option<f64>,
     /// The robot: a name, or an MJCF or URDF file; the clip's, or a fetched G1, where not given.
     #[arg(short, long)]
@@ -82,6 +82,8 @@ struct Done {
 
 /// Runs the command.
 pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
+    crate::bounds::frame_rate("--fps", args.fps)?;
+    crate::bounds::frame_rate("--input-fps", args.input_fps)?;
     let own = args.robot.as_deref().map(Robot::load).transpose()?.map(|robot| robot.character);
     let reader = own.clone().or_else(|| fetched_g1().map(|robot| robot.character));
     let options = ReadOptions { fps: args.input_fps, layout: args.layout, robot: reader, ..ReadOptions::default() };
@@ -99,6 +101,7 @@ fn one(args: &Args, options: &ReadOptions, robot: Option<&Character>) -> Result<
     };
     let layout = args.to.map_or_else(|| robot_motion::by_ending(file).map_err(CliError::Input), Ok)?;
     keep(input, file)?;
+    check_ending(file, layout)?;
     let mut reading = robot_motion::open(input, options)?;
     let (Some(mut clip), true) = (reading.clips.pop(), reading.clips.is_empty()) else {
         let message = format!("{}: a bundle of clips; -o FOLDER writes each into a file of its own", input.display());
@@ -145,6 +148,20 @@ fn all(args: &Args, folder: &Path, options: &ReadOptions, robot: Option<&Charact
 /// Checks that a clip has the joints of the robot that was given.
 fn check_joints(clip: &MotionClip, robot: Option<&Character>) -> Result<(), CliError> {
     robot.map_or(Ok(()), |robot| clip.columns_for(robot).map(drop).map_err(CliError::from))
+}
+
+/// Checks that a file has a name, which does not end as those of other layouts alone.
+fn check_ending(file: &Path, layout: &Layout) -> Result<(), CliError> {
+    let name = file.to_string_lossy().to_ascii_lowercase();
+    if name == "-" {
+        return Err(CliError::Input("expected a file, got '-': results are files, which are not printed".into()));
+    }
+    let ends = |layout: &Layout| layout.endings.iter().any(|ending| name.ends_with(ending));
+    if !ends(layout) && robot_motion::LAYOUTS.iter().any(|other| ends(other)) {
+        let (file, to, endings) = (file.display(), layout.name, layout.endings.join(" or "));
+        return Err(CliError::Input(format!("{file}: expected a name that ends in {endings}, as --to {to} writes")));
+    }
+    Ok(())
 }
 
 /// Checks that a result does not replace its input.

@@ -53,7 +53,7 @@ pub struct Args {
     #[arg(long, value_name = "METRES")]
     pub scale: Option<f64>,
     /// Frames per second of the inputs, where the files say nothing (AMC: 120) or something wrong.
-    #[arg(long, alias = "amc-fps", value_name = "RATE")]
+    #[arg(long, alias = "amc-fps", value_name = "RATE", allow_negative_numbers = true)]
     pub fps: Option<f64>,
     /// Axis of the inputs that is up: x, y, z, -x, -y or -z; found from rest pose and motion where not given.
     #[arg(long, value_name = "AXIS", allow_hyphen_values = true)]
@@ -137,6 +137,7 @@ struct Done {
 
 /// Runs the command.
 pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
+    crate::bounds::frame_rate("--fps", args.fps)?;
     let (inputs, changes) = split(&args.inputs);
     let robot = Robot::load(&args.robot)?;
     let other = args.source_robot.as_deref().map(Robot::load).transpose()?;
@@ -237,7 +238,13 @@ impl Reads<'_> {
     /// Reads captured motion; or the motion of another robot as a source, with the roles of its joints.
     fn source(&self, file: &Path) -> Result<(SourceClip, Correspondence), CliError> {
         let clip = match formats::read(file, &self.options)? {
-            FileMotion::Source(source) => return Ok((source, Correspondence::default())),
+            FileMotion::Source(mut source) => {
+                if self.other.is_some() || self.options.layout.is_some() {
+                    let note = "human motion: --source-robot and --layout are for motion of robots and were ignored";
+                    source.notes.push(note.to_owned());
+                }
+                return Ok((source, Correspondence::default()));
+            }
             FileMotion::Robot(clip) => clip,
         };
         let from = |robot: &Robot| Ok(source_of_robot(&clip, &robot.character, &robot.anatomy)?);

@@ -96,7 +96,7 @@ impl<'a> Joints<'a> {
 /// Returns the bones without a bone above; nulls in their place where a scene has no bones.
 fn tops(scene: &Scene) -> Vec<&Node> {
     let has_bones = scene.bones.count > 0;
-    let is_joint = |node: &Node| if has_bones { node.bone.is_some() } else { is_null(node) };
+    let is_joint = |node: &Node| if has_bones { is_bone(node) } else { is_null(node) };
     let is_top = |node: &&Node| {
         let mut above = node.parent.as_deref();
         while let Some(parent) = above.filter(|parent| !is_joint(parent)) {
@@ -107,18 +107,27 @@ fn tops(scene: &Scene) -> Vec<&Node> {
     scene.nodes.into_iter().filter(is_top).collect()
 }
 
+/// Returns whether a node is a bone. The library puts a helper without a name below a bone whose scale goes another way
+/// than its turn. The helper carries what makes it a bone.
+fn is_bone(node: &Node) -> bool {
+    let below = node.scale_helper.as_deref().is_some_and(|helper| helper.bone.is_some());
+    !node.is_scale_helper && (node.bone.is_some() || below)
+}
+
 /// Returns whether a node is a null, as some programs write joints.
 fn is_null(node: &Node) -> bool {
-    !node.is_root && matches!(node.attrib_type, ufbx::ElementType::Empty | ufbx::ElementType::Unknown)
+    !node.is_root
+        && !node.is_scale_helper
+        && matches!(node.attrib_type, ufbx::ElementType::Empty | ufbx::ElementType::Unknown)
 }
 
 /// Returns a joint and those below it, with the place of each one's parent. Nodes that are no joints are passed through.
 fn below(top: &Node) -> Vec<(&Node, Option<usize>)> {
-    let by_null = top.bone.is_none();
+    let by_null = !is_bone(top);
     let mut tree = Vec::new();
     let mut open = vec![(top, None)];
     while let Some((node, parent)) = open.pop() {
-        let is_joint = if by_null { is_null(node) } else { node.bone.is_some() };
+        let is_joint = if by_null { is_null(node) } else { is_bone(node) };
         let above = if is_joint {
             tree.push((node, parent));
             Some(tree.len() - 1)

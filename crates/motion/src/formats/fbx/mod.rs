@@ -16,6 +16,7 @@ use crate::source::SourceClip;
 
 mod joints;
 mod take;
+mod whole;
 
 use joints::Joints;
 use take::Take;
@@ -26,6 +27,8 @@ const MOST_MEMORY: usize = 1 << 30;
 const SIZES: std::ops::RangeInclusive<f64> = 0.1..=20.0;
 /// Deepest tree of nodes.
 const DEEPEST: u32 = 1000;
+/// Way of a joint in its parent's frame (m) from which another joint may hold it.
+const HELD: f64 = 0.002;
 /// Change of a bone's length that a user should know of, as a part of the longest bone.
 const STRETCH: f64 = 0.05;
 
@@ -73,6 +76,10 @@ fn size(places: &[Vec3]) -> f64 {
 
 /// Loads a scene without geometry, in metres, with y up.
 fn load(bytes: &[u8]) -> Result<ufbx::SceneRoot, (String, String)> {
+    const EXPECTED: &str = "a whole FBX file of version 6 or 7";
+    if let Some(got) = whole::missing(bytes) {
+        return Err((EXPECTED.to_owned(), got));
+    }
     let limited = || ufbx::AllocatorOpts { memory_limit: MOST_MEMORY, ..Default::default() };
     let options = ufbx::LoadOpts {
         temp_allocator: limited(),
@@ -87,7 +94,7 @@ fn load(bytes: &[u8]) -> Result<ufbx::SceneRoot, (String, String)> {
     };
     ufbx::load_memory(bytes, options).map_err(|e| {
         let detail = if e.info().is_empty() { String::new() } else { format!(" ({})", e.info()) };
-        ("a whole FBX file of version 6 or 7".to_owned(), format!("{}{detail}", &*e.description))
+        (EXPECTED.to_owned(), format!("{}{detail}", &*e.description))
     })
 }
 
@@ -102,18 +109,19 @@ struct Motion {
 fn assemble(name: String, joints: &Joints<'_>, motion: &Motion, mut notes: Vec<String>) -> RawClip {
     let n = joints.names.len();
     let turns: Vec<Vec<Quat>> = motion.turns.iter().map(|frame| joints.aligned(frame)).collect();
-    let local = |t: usize, joint: usize| match joints.parents[joint] {
+    let parents = holders(joints, motion, &turns);
+    let local = |t: usize, joint: usize| match parents[joint] {
         Some(p) => turns[t][p].inverse() * (motion.places[t][joint] - motion.places[t][p]),
         None => motion.places[t][joint],
     };
     let offsets: Vec<Vec3> = (0..n).map(|j| local(0, j)).collect();
-    let longest = (0..n).filter(|j| joints.parents[*j].is_some()).map(|j| offsets[j].norm()).fold(0.0, f64::max);
+    let longest = (0..n).filter(|j| parents[*j].is_some()).map(|j| offsets[j].norm()).fold(0.0, f64::max);
     let moved: Vec<f64> =
         (0..n).map(|j| (0..turns.len()).map(|t| (local(t, j) - offsets[j]).norm()).fold(0.0, f64::max)).collect();
     let moves: Vec<bool> = moved.iter().map(|way| *way > 1e-3 * longest).collect();
-    let tree = Tree { names: &joints.names, parents: &joints.parents, offsets: &offsets };
+    let tree = Tree { names: &joints.names, parents: &parents, offsets: &offsets };
     let root = roles::body_root(tree, &moves, &joints.ends);
-    let body = root..roles::end_of(&joints.parents, root);
+    let body = root..roles::end_of(&parents, root);
     let stretched = body.clone().skip(1).max_by(|a, b| moved[*a].total_cmp(&moved[*b]));
     if let Some(joint) = stretched.filter(|joint| moved[*joint] > STRETCH * longest) {
         let (name, way) = (&joints.names[joint], moved[joint]);
@@ -122,8 +130,7 @@ fn assemble(name: String, joints: &Joints<'_>, motion: &Motion, mut notes: Vec<S
     let kept: Vec<usize> = body.filter(|joint| !joints.ends.contains(joint)).collect();
     let place = |joint: usize| kept.binary_search(&joint).ok();
     let rotations = turns.iter().map(|frame| {
-        let turn =
-            |j: &usize| joints.parents[*j].filter(|_| *j > root).map_or(frame[*j], |p| frame[p].inverse() * frame[*j]);
+        let turn = |j: &usize| parents[*j].filter(|_| *j > root).map_or(frame[*j], |p| frame[p].inverse() * frame[*j]);
         kept.iter().map(turn).collect()
     });
     RawClip {
@@ -132,13 +139,37 @@ fn assemble(name: String, joints: &Joints<'_>, motion: &Motion, mut notes: Vec<S
         fps: motion.fps,
         cyclic: false,
         names: kept.iter().map(|j| joints.names[*j].clone()).collect(),
-        parents: kept.iter().map(|j| joints.parents[*j].and_then(place)).collect(),
+        parents: kept.iter().map(|j| parents[*j].and_then(place)).collect(),
         offsets: kept.iter().map(|j| offsets[*j]).collect(),
-        ends: joints.ends.iter().filter_map(|j| Some((place(joints.parents[*j]?)?, offsets[*j]))).collect(),
+        ends: joints.ends.iter().filter_map(|j| Some((place(parents[*j]?)?, offsets[*j]))).collect(),
         known: None,
         hints: rest::Hints::default(),
         root_position: motion.places.iter().map(|frame| frame[root]).collect(),
         rotations: rotations.collect(),
         notes,
     }
+}
+
+/// Returns the parents of the joints. One that moves in its parent's frame hangs on the joint above in whose frame it
+/// does not: 3ds Max's thighs are below the spine, and move with the pelvis.
+fn holders(joints: &Joints<'_>, motion: &Motion, turns: &[Vec<Quat>]) -> Vec<Option<usize>> {
+    let local = |t: usize, joint: usize, parent: usize| {
+        turns[t][parent].inverse() * (motion.places[t][joint] - motion.places[t][parent])
+    };
+    let way = |joint: usize, parent: usize| {
+        let first = local(0, joint, parent);
+        (0..turns.len()).map(|t| (local(t, joint, parent) - first).norm()).fold(0.0, f64::max)
+    };
+    let mut parents = joints.parents.clone();
+    for joint in 0..parents.len() {
+        let Some(parent) = parents[joint] else { continue };
+        let moves = way(joint, parent);
+        // The topmost joint stays for the place of the whole body.
+        let above = std::iter::successors(joints.parents[parent], |joint| joints.parents[*joint]);
+        let mut above = above.take_while(|joint| moves > HELD && joints.parents[*joint].is_some());
+        if let Some(holder) = above.find(|other| way(joint, *other) < 0.1 * moves) {
+            parents[joint] = Some(holder);
+        }
+    }
+    parents
 }

@@ -120,7 +120,8 @@ impl Pose<'_> {
             return Err(wrong("a broken number"));
         }
         let mean = scale.mean();
-        if !(1e-9..1e9).contains(&mean) || scale.iter().any(|s| (s - mean).abs() > UNEVEN * mean) {
+        // 3ds Max writes ends of mirrored limbs with a scale of -1 in all directions, which is even too.
+        if !(1e-9..1e9).contains(&mean.abs()) || scale.iter().any(|s| (s - mean).abs() > UNEVEN * mean.abs()) {
             return Err(wrong(&format!("scale {} {} {}", scale.x, scale.y, scale.z)));
         }
         let turn = rotation(local.rotation).ok_or_else(|| wrong("a rotation without direction"))?;

@@ -5,6 +5,7 @@ use super::*;
 const Y_CM: &[u8] = include_bytes!("fbx/y_cm.fbx.zst");
 const Y_M_FREE: &[u8] = include_bytes!("fbx/y_m_free.fbx.zst");
 const Z_M_TAKES: &[u8] = include_bytes!("fbx/z_m_takes.fbx.zst");
+const Y_CM_MIRRORED: &[u8] = include_bytes!("fbx/y_cm_mirrored.fbx.zst");
 const STILL: &[u8] = include_bytes!("fbx/still.fbx.zst");
 
 fn unpacked(bytes: &[u8]) -> Vec<u8> {
@@ -33,7 +34,8 @@ fn apart(clip: &SourceClip, other: &SourceClip) -> (f64, f64) {
 fn a_file_with_a_bind_pose_is_the_bvh_in_every_axis_and_unit() {
     let options = ReadOptions::default();
     let plain = bvh(BVH.as_bytes()).unwrap();
-    for packed in [Y_CM, Z_M_TAKES] {
+    // Ends of limbs may have a scale of -1 in all directions.
+    for packed in [Y_CM, Z_M_TAKES, Y_CM_MIRRORED] {
         let clip = parse(&unpacked(packed), &options).unwrap();
         assert_eq!((clip.len(), clip.fps, &clip.skeleton.names), (plain.len(), 120.0, &plain.skeleton.names));
         assert_eq!(clip.skeleton.ends.len(), plain.skeleton.ends.len());
@@ -71,11 +73,19 @@ fn what_is_missing_is_named() {
     let options = ReadOptions::default();
     let still = refusal(&unpacked(STILL), &options);
     assert!(still.contains("expected a take that moves bones"), "{still}");
-    let empty = b"; FBX 7.4.0 project file\nFBXHeaderExtension:  {\n\tFBXVersion: 7400\n}\nObjects:  {\n}\n";
+    let empty = b"; FBX 7.4.0 project file\nFBXHeaderExtension:  {\n\tFBXVersion: 7400\n}\nObjects:  {\n}\nConnections:  {\n}\n";
     let empty = refusal(empty, &options);
     assert!(empty.contains("expected bones of a skeleton"), "{empty}");
-    let broken = refusal(b"; FBX 7.4.0 project file\nObjects:  {", &options);
-    assert!(broken.contains("small.fbx: expected "), "{broken}");
+    let text = "; FBX 7.4.0 {\nObjects:  {\n\tModel: 1, \"a{;\" {\n\t}\n}\nConnections:  {\n}\n";
+    for (end, part) in [
+        ("\n\t}", "ends in line 3, within 'Model' of line 3 (cut off?)"),
+        ("\n}", "ends in line 4, within 'Objects' of line 2 (cut off?)"),
+        ("Connections", "6 lines without 'Connections' (cut off?)"),
+    ] {
+        let cut = refusal(&text.as_bytes()[..text.find(end).unwrap()], &options);
+        assert!(cut.contains("small.fbx: expected a whole FBX file") && cut.contains(part), "{cut}");
+    }
+    assert!(!refusal(text.as_bytes(), &options).contains("cut off"));
     let fast = ReadOptions { fps: Some(1e9), ..ReadOptions::default() };
     assert!(refusal(&unpacked(Y_CM), &fast).contains("--fps"));
     let scaled = ReadOptions { scale: Some(0.01), ..ReadOptions::default() };
