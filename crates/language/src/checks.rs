@@ -86,6 +86,8 @@ impl Fact {
     }
 }
 
+/// Least angle from hanging down of an arm that is held out, where no other was said (degrees).
+const LEVEL: f64 = 80.0;
 /// Error of an arm's angle (degrees).
 const LIFT: f64 = 15.0;
 
@@ -170,6 +172,10 @@ fn of_action(tracks: &Tracks, verb: &Verb, action: &Action, meanwhile: Meanwhile
     for show in verb.shows.iter().filter(|_| lifts.is_none()) {
         let (expected, got, passed) = acting::shows(tracks, *show, side);
         add(Fact::Shape, expected, got, passed);
+    }
+    // An arm that is held out is level.
+    if let Some(got) = acting::lifted(tracks, side).filter(|_| verb.angles && lifts.is_none()) {
+        add(Fact::Shape, format!("the arm up by {LEVEL:.0} degrees"), format!("{got:.0}"), got >= LEVEL);
     }
     if let Some((expected, got, passed)) =
         verb.touches.and_then(|touch| acting::touches(tracks, touch, side.or(verb.side)))

@@ -153,3 +153,13 @@ fn the_way_to_a_pose_takes_as_long_as_is_said() {
         assert!(lasting.passed && clause.rise == Some(wanted), "{text}: {script}: {}", lasting.got);
     }
 }
+
+#[test]
+fn arms_that_are_held_out_are_level() {
+    for text in ["hold your arms out to the sides", "point to the left with your left arm", "stretch both arms ahead"] {
+        let (made, script) = perform(text);
+        let level = made[0].findings.iter().find(|finding| finding.expected.contains("arm up by")).unwrap();
+        let got: f64 = level.got.parse().unwrap();
+        assert!((85.0..110.0).contains(&got), "{text}: {script}: {got}");
+    }
+}

@@ -213,7 +213,8 @@ impl Verb {
 
     /// Returns whether trunk or head go somewhere and come back.
     pub fn is_inclined(&self) -> bool {
-        let goes = !self.shows.is_empty() || self.direction.is_some();
+        // A bend of less than it is none.
+        let goes = (!self.shows.is_empty() || self.direction.is_some()) && !self.shows.contains(&Show::Bent);
         self.cycle.is_none() && (self.acts == Acts::Head || self.acts == Acts::Body && goes && self.speeds)
     }
 

@@ -112,8 +112,8 @@ fn free_words_become_actions() {
         ),
         ("curl your right arm twice", "bicep curl, right side, 2 times"),
         (
-            "one arm makes circles the other one rests on the hip",
-            "hand on hip, left side while: arm circles, right side",
+            "one arm makes big circles the other one rests on the hip",
+            "hand on hip, left side while: arm circles, right side, big",
         ),
         ("bow, kneel, arms out to the sides", "bow; then kneel, right side; then arms to sides, both side"),
         (
